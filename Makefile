@@ -1,0 +1,39 @@
+# make study | test | test-slow | bench | lint | data | models     PYTHON=python3.13 picks the interpreter
+PYTHON ?= python3
+VENV   ?= .venv-$(notdir $(PYTHON))
+BIN    := $(VENV)/bin
+export MPLBACKEND = Agg
+
+.PHONY: setup study test test-slow bench lint data models clean
+
+setup: $(VENV)/.ready
+
+$(VENV)/.ready: pyproject.toml constraints.txt
+	$(PYTHON) -c 'import sys; sys.exit("clearance_mj needs Python >= 3.11, this is " + sys.version.split()[0]) if sys.version_info < (3, 11) else None'
+	$(PYTHON) -m venv $(VENV)
+	$(BIN)/pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[test,dev]'
+	touch $@
+
+study: setup
+	$(BIN)/clearance-mj study data/table1_rig --out results/study
+
+test: setup
+	$(BIN)/python -m pytest -m 'not slow'
+
+test-slow: setup
+	$(BIN)/python -m pytest -m slow
+
+bench: setup
+	$(BIN)/python -m benchmarks --out results/bench.json
+
+lint: setup
+	$(BIN)/ruff check . && $(BIN)/ruff format --check .
+
+data: setup
+	$(BIN)/python -m clearance_mj.testrig data/table1_rig
+
+models: setup
+	$(BIN)/python -m clearance_mj.engines models/table1_rig.toml
+
+clean:
+	rm -rf $(VENV) results

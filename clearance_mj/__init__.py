@@ -1,0 +1,1 @@
+"""Predict how a shaft that runs through bushings with clearance vibrates."""

@@ -1,0 +1,271 @@
+"""Laws: what the clearance's stiffness and damping are at each moment.
+
+A law gives every bushing a contact stiffness k and damping c and, optionally, the grease identified with them. Each is
+a small table that compiled engines interpolate before every step (`LawTable`): over time (`TimeLaw`), over the
+envelope of the motion at the bushing (`AmplitudeLaw`), or one row (`ConstantLaw`). Outside the table the nearest row
+holds.
+"""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from pathlib import Path
+from typing import ClassVar, NamedTuple
+
+import numpy as np
+
+from ..errors import LawError
+from ..io.files import replacing
+from ..rig import Grease, _build, _plain
+
+__all__ = ["AmplitudeLaw", "ConstantLaw", "Law", "LawTable", "TimeLaw", "load_law"]
+
+
+class LawTable(NamedTuple):
+    """A law as arrays that compiled code reads."""
+
+    by_amplitude: bool
+    """the abscissa is the envelope of the motion (m) instead of time (s)"""
+    abscissa: np.ndarray
+    """(n_rows,) increasing"""
+    k: np.ndarray
+    """(n_rows, n_bushings) N/m"""
+    c: np.ndarray
+    """(n_rows, n_bushings) N s/m"""
+    release: float
+    """s, time constant with which the envelope falls after a peak"""
+
+
+@dataclass(frozen=True)
+class Law:
+    """What all laws share; use one of the subclasses."""
+
+    kind: ClassVar[str]
+
+    def table(self, n_bushings: int) -> LawTable:
+        """Return the law for ``n_bushings`` bushings.
+
+        Parameters
+        ----------
+        n_bushings : int
+            Number of bushings of the rig. One value in the law serves all of them.
+
+        Raises
+        ------
+        LawError
+            If the law holds values for another number of bushings.
+        """
+        raise NotImplementedError
+
+    def to_dict(self) -> dict:
+        """Return the law as plain data."""
+        data = {"kind": self.kind}
+        for name, value in vars(self).items():
+            if name == "grease":
+                data["grease"] = None if value is None else [_plain(g) for g in value]
+            else:
+                data[name] = value.tolist() if isinstance(value, np.ndarray) else value
+        return data
+
+    def save(self, path):
+        """Write the law as JSON; an existing file is replaced only once the new one is whole.
+
+        Parameters
+        ----------
+        path : str or Path
+            The file.
+        """
+        with replacing(path) as temporary:
+            temporary.write_text(json.dumps(self.to_dict(), indent=1) + "\n", encoding="utf-8")
+
+    def _spread(self, values, n_bushings):
+        if values.shape[-1] not in (1, n_bushings):
+            raise LawError(
+                f"the law holds k and c for {values.shape[-1]} bushings, the rig has {n_bushings}; "
+                "give one value for all of them or one each"
+            )
+        return np.ascontiguousarray(np.broadcast_to(values, (*values.shape[:-1], n_bushings)))
+
+    def _set(self, **values):
+        for name, value in values.items():
+            object.__setattr__(self, name, value)
+
+
+@dataclass(frozen=True, eq=False)
+class ConstantLaw(Law):
+    """Constant contact stiffness and damping.
+
+    Parameters
+    ----------
+    k : float or array_like, shape (n_bushings,)
+        Contact stiffness, N/m; zero switches the contact off.
+    c : float or array_like, shape (n_bushings,)
+        Contact damping, N s/m.
+    grease : Grease or sequence of Grease, optional
+        Grease identified with it, one for all or one for each bushing; None: the rig's own.
+
+    Raises
+    ------
+    LawError
+        For negative or non-finite values.
+    """
+
+    kind: ClassVar[str] = "constant"
+    k: np.ndarray
+    c: np.ndarray
+    grease: tuple[Grease, ...] | None = None
+
+    def __post_init__(self):
+        k, c = np.broadcast_arrays(_values(self.k, "k"), _values(self.c, "c"))
+        if k.ndim != 1:
+            raise LawError(f"k and c of a constant law are one value per bushing, got shape {k.shape}")
+        self._set(k=k, c=c, grease=_greases(self.grease))
+
+    def table(self, n_bushings):
+        """Return the law as a table of one row."""
+        row = np.zeros(1)
+        return LawTable(False, row, self._spread(self.k[None], n_bushings), self._spread(self.c[None], n_bushings), 0.0)
+
+
+@dataclass(frozen=True, eq=False)
+class TimeLaw(Law):
+    """Contact stiffness and damping scheduled over time, linear between the given instants.
+
+    Parameters
+    ----------
+    t : array_like, shape (n,)
+        Increasing times, s.
+    k, c : array_like, shape (n,) or (n, n_bushings)
+        Stiffness, N/m, and damping, N s/m.
+    grease : Grease or sequence of Grease, optional
+        As in `ConstantLaw`.
+
+    Raises
+    ------
+    LawError
+        For a disordered time axis, wrong shapes, negative or non-finite values.
+    """
+
+    kind: ClassVar[str] = "time"
+    t: np.ndarray
+    k: np.ndarray
+    c: np.ndarray
+    grease: tuple[Grease, ...] | None = None
+
+    def __post_init__(self):
+        t, k, c = _schedule(self.t, self.k, self.c, "t")
+        self._set(t=t, k=k, c=c, grease=_greases(self.grease))
+
+    def table(self, n_bushings):
+        """Return the law as a table over time."""
+        return LawTable(False, self.t, self._spread(self.k, n_bushings), self._spread(self.c, n_bushings), 0.0)
+
+
+@dataclass(frozen=True, eq=False)
+class AmplitudeLaw(Law):
+    """Contact stiffness and damping over the envelope of the motion at each bushing.
+
+    The envelope is a peak-hold with exponential release: A ← max(|x|, A e^(-dt/release)).
+
+    Parameters
+    ----------
+    amplitude : array_like, shape (n,)
+        Increasing amplitudes, m.
+    k, c : array_like, shape (n,) or (n, n_bushings)
+        Stiffness, N/m, and damping, N s/m.
+    release : float
+        Time constant, s.
+    grease : Grease or sequence of Grease, optional
+        As in `ConstantLaw`.
+
+    Raises
+    ------
+    LawError
+        For a disordered axis, wrong shapes, negative or non-finite values.
+    """
+
+    kind: ClassVar[str] = "amplitude"
+    amplitude: np.ndarray
+    k: np.ndarray
+    c: np.ndarray
+    release: float = 0.03
+    grease: tuple[Grease, ...] | None = None
+
+    def __post_init__(self):
+        amplitude, k, c = _schedule(self.amplitude, self.k, self.c, "amplitude")
+        if amplitude[0] < 0:
+            raise LawError(f"amplitude must be >= 0 m, got {amplitude[0]:g}")
+        if not 0 < self.release < np.inf:
+            raise LawError(f"release must be a time > 0 s, got {self.release!r}")
+        self._set(amplitude=amplitude, k=k, c=c, release=float(self.release), grease=_greases(self.grease))
+
+    def table(self, n_bushings):
+        """Return the law as a table over amplitude."""
+        k, c = self._spread(self.k, n_bushings), self._spread(self.c, n_bushings)
+        return LawTable(True, self.amplitude, k, c, self.release)
+
+
+_KINDS = {law.kind: law for law in (ConstantLaw, TimeLaw, AmplitudeLaw)}
+
+
+def load_law(path) -> Law:
+    """Read a law that `Law.save` wrote.
+
+    Parameters
+    ----------
+    path : str or Path
+        JSON file.
+
+    Raises
+    ------
+    LawError
+        If the file is missing, not a law, or holds impossible values.
+    """
+    path = Path(path)
+    try:
+        data = json.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise LawError(f"{path}: cannot be read ({error.strerror})") from None
+    except ValueError as error:
+        raise LawError(f"{path}: not a law file (JSON): {error}") from None
+    if not isinstance(data, dict) or data.get("kind") not in _KINDS:
+        raise LawError(f"{path}: not a law file; needs \"kind\" to be one of {', '.join(_KINDS)}")
+    kind = _KINDS[data.pop("kind")]
+    greases = data.pop("grease", None)
+    try:
+        if greases is not None:
+            data["grease"] = tuple(_build(Grease, g, f"grease[{i}]") for i, g in enumerate(greases))
+        return kind(**data)
+    except Exception as error:
+        raise LawError(f"{path}: {error}") from None
+
+
+def _values(values, name):
+    try:
+        array = np.atleast_1d(np.array(values, dtype=float))
+    except (TypeError, ValueError):
+        raise LawError(f"{name} must be numbers, got {values!r}") from None
+    if not np.all(np.isfinite(array)) or np.any(array < 0):
+        bad = array[~(np.isfinite(array) & (array >= 0))][0]
+        raise LawError(f"{name} must be finite and >= 0, got {bad:g}")
+    array.flags.writeable = False
+    return array
+
+
+def _schedule(abscissa, k, c, name):
+    abscissa, k, c = _values(abscissa, name), _values(k, "k"), _values(c, "c")
+    if abscissa.ndim != 1 or np.any(np.diff(abscissa) <= 0):
+        raise LawError(f"{name} must be one increasing row of values")
+    k, c = (v[:, None] if v.ndim == 1 else v for v in (k, c))
+    for label, v in (("k", k), ("c", c)):
+        if v.ndim != 2 or v.shape[0] != abscissa.size:
+            raise LawError(f"{label} has shape {v.shape}, needs ({abscissa.size}, n_bushings) to fit {name}")
+    k, c = np.broadcast_arrays(k, c)
+    return abscissa, k, c
+
+
+def _greases(grease):
+    if grease is None:
+        return None
+    return (grease,) if isinstance(grease, Grease) else tuple(grease)

@@ -1,0 +1,25 @@
+"""The errors that users meet; each message says what is wrong, where, and what would be right."""
+
+
+class ClearanceError(Exception):
+    """Base of every error that bad input causes; the command line ends with its message and status 2."""
+
+
+class RigError(ClearanceError):
+    """A rig file or a rig value is impossible; the message names the field."""
+
+
+class RecordError(ClearanceError):
+    """A record, a dataset or a data file cannot be used; the message names the file or channel."""
+
+
+class LawError(ClearanceError):
+    """A clearance law is impossible or does not fit the rig."""
+
+
+class ExcitationError(ClearanceError):
+    """An excitation is impossible, for example sampled below twice its band."""
+
+
+class SimulationError(ClearanceError):
+    """A simulation diverged or its solver warned; the message names rig, time and bushing."""

@@ -1,0 +1,137 @@
+"""Between the sampling rate of a record and the time step of a simulation.
+
+An excitation is brought to the step by band-limited interpolation; outputs pass a linear-phase anti-alias filter
+before they are decimated, as in a data acquisition system. Every engine and the virtual rig use these two.
+
+Both filters are Kaiser-windowed sincs without delay: flat within 0.01 dB up to 0.4 fs, 80 dB down from 0.6 fs.
+"""
+
+from __future__ import annotations
+
+import functools
+
+import numba
+import numpy as np
+import scipy.signal
+
+__all__ = ["Decimator", "decimate", "interpolate", "lowpass"]
+
+PASS, STOP, ATTENUATION = 0.4, 0.6, 80.0
+
+
+@functools.cache
+def lowpass(factor: int) -> np.ndarray:
+    """Taps of the filter between ``fs`` and ``factor * fs``: odd in number, symmetric, of unit gain at rest.
+
+    Parameters
+    ----------
+    factor : int
+        Ratio of the two rates.
+
+    Returns
+    -------
+    ndarray, shape (2 * m * factor + 1,)
+    """
+    if factor == 1:
+        return np.ones(1)
+    count, beta = scipy.signal.kaiserord(ATTENUATION, (STOP - PASS) / (factor / 2))
+    half = factor * int(np.ceil(count / (2 * factor)))
+    taps = scipy.signal.firwin(2 * half + 1, (PASS + STOP) / 2, window=("kaiser", beta), fs=factor)
+    taps.flags.writeable = False
+    return taps
+
+
+def interpolate(value, factor: int) -> np.ndarray:
+    """Raise the sampling rate by a whole factor, band-limited; sample i of the input is sample i*factor of the output.
+
+    Parameters
+    ----------
+    value : array_like, shape (n,)
+        Samples; taken as zero before the first and after the last.
+    factor : int
+        Ratio of the rates.
+
+    Returns
+    -------
+    ndarray, shape (n * factor,)
+    """
+    value = np.asarray(value, dtype=float)
+    taps = lowpass(factor)
+    half = taps.size // 2
+    return scipy.signal.upfirdn(factor * taps, value, up=factor)[half : half + value.size * factor]
+
+
+class Decimator:
+    """Low-pass and decimate a stream of blocks, so that memory does not grow with the fast rate.
+
+    Parameters
+    ----------
+    channels : int
+        Number of columns.
+    factor : int
+        Ratio of the rates. Output sample i is centred on input sample i * factor.
+    """
+
+    def __init__(self, channels: int, factor: int):
+        self.factor = factor
+        self.taps = lowpass(factor)
+        self.half = self.taps.size // 2
+        self._held = np.zeros((channels, self.half))
+        self._first = 0  # position in the held block of the first sample under the next output's filter
+
+    def push(self, block) -> np.ndarray:
+        """Take the next fast samples and return the slow ones that are complete.
+
+        Parameters
+        ----------
+        block : ndarray, shape (n, channels)
+            Any number of samples.
+
+        Returns
+        -------
+        ndarray, shape (m, channels)
+        """
+        held = np.concatenate((self._held, block.T), axis=1)
+        count = max(0, (held.shape[1] - self._first - self.taps.size) // self.factor + 1)
+        out = np.empty((count, held.shape[0]))
+        _filter(held, self.taps, self._first, self.factor, out)
+        start = self._first + count * self.factor
+        self._held, self._first = held[:, start:], 0
+        if start > held.shape[1]:
+            self._first = start - held.shape[1]
+        return out
+
+    def flush(self) -> np.ndarray:
+        """Return the samples that still wait for input, as if zeros followed."""
+        return self.push(np.zeros((self.half, self._held.shape[0])))
+
+
+def decimate(value, factor: int) -> np.ndarray:
+    """Low-pass and decimate a whole record.
+
+    Parameters
+    ----------
+    value : ndarray, shape (n, channels)
+        Fast samples.
+    factor : int
+        Ratio of the rates.
+
+    Returns
+    -------
+    ndarray, shape (ceil(n / factor), channels)
+    """
+    decimator = Decimator(value.shape[1], factor)
+    out = np.concatenate((decimator.push(value), decimator.flush()))
+    return out[: -(-value.shape[0] // factor)]
+
+
+@numba.njit(cache=True, nogil=True, fastmath=True)
+def _filter(held, taps, first, factor, out):
+    for i in range(out.shape[0]):
+        start = first + i * factor
+        for channel in range(held.shape[0]):
+            row = held[channel]
+            total = 0.0
+            for j in range(taps.size):
+                total += taps[j] * row[start + j]
+            out[i, channel] = total
