@@ -18,7 +18,18 @@ import tomli_w
 from .errors import RigError
 from .io.files import replacing
 
-__all__ = ["Beam", "Bushing", "Contact", "Grease", "PointMass", "Rig", "Sensor", "Shaker"]
+__all__ = [
+    "Beam",
+    "Bushing",
+    "Contact",
+    "Grease",
+    "PointMass",
+    "Rig",
+    "Sensor",
+    "Shaker",
+    "from_plain",
+    "to_plain",
+]
 
 
 @dataclass(frozen=True)
@@ -116,13 +127,12 @@ class Grease:
     """ε, smallest relative film thickness (the asperities' share of h)"""
 
     def __post_init__(self):
-        self.check("grease")
-
-    def check(self, where: str):
-        """Refuse impossible values, naming ``where`` they stand."""
+        where = "grease"
         _require(self.stiffness >= 0, f"{where}.stiffness", self.stiffness, "must be >= 0 N/m")
         _require(self.damping >= 0, f"{where}.damping", self.damping, "must be >= 0 N s/m")
-        _require(0 <= self.elastic_ratio <= 1, f"{where}.elastic_ratio", self.elastic_ratio, "must be in 0..1")
+        _require(
+            0 <= self.elastic_ratio <= 1, f"{where}.elastic_ratio", self.elastic_ratio, "must be in 0..1"
+        )
         _require(self.amplitude > 0, f"{where}.amplitude", self.amplitude, "must be > 0")
         _require(self.exponent >= 1, f"{where}.exponent", self.exponent, "must be >= 1")
         if not -self.beta <= self.gamma <= self.beta:
@@ -131,9 +141,14 @@ class Grease:
                 f"(needs -beta <= gamma <= beta, beta = {self.beta:g})"
             )
         if self.elastic_ratio < 1 and self.beta + self.gamma <= 0:
-            raise RigError(f"{where}.beta + gamma must be > 0 when elastic_ratio < 1, or the loop never yields")
+            raise RigError(
+                f"{where}.beta + gamma must be > 0 when elastic_ratio < 1, or the loop never yields"
+            )
         _require(
-            self.film_height is None or self.film_height > 0, f"{where}.film_height", self.film_height, "must be > 0 m"
+            self.film_height is None or self.film_height > 0,
+            f"{where}.film_height",
+            self.film_height,
+            "must be > 0 m",
         )
         _require(0 < self.film_limit <= 1, f"{where}.film_limit", self.film_limit, "must be in 0..1, above 0")
 
@@ -308,11 +323,11 @@ class Rig:
     @classmethod
     def from_dict(cls, data: dict) -> Rig:
         """Build a rig from the nested dictionary that a rig file holds."""
-        return _build(cls, data, "")
+        return from_plain(cls, data, "")
 
     def to_dict(self) -> dict:
-        """Return the rig as nested dictionaries and lists, without the fields that are None."""
-        return _plain(self)
+        """Return the rig as nested plain data."""
+        return to_plain(self)
 
     def save(self, path):
         """Write the rig as TOML; an existing file is replaced only once the new one is whole."""
@@ -330,8 +345,23 @@ def _require_on_beam(position, name, length):
         raise RigError(f"{name} {position:g} m lies outside the beam (0 < x <= {length:g} m)")
 
 
-def _build(kind, data, where):
-    """Make the dataclass ``kind`` from a dictionary; ``where`` is the path of the field in the file."""
+def from_plain(kind, data, where):
+    """Make the dataclass ``kind`` from a dictionary, refusing unknown, missing and mistyped keys.
+
+    Parameters
+    ----------
+    kind : type
+        A dataclass of this module.
+    data : dict
+        Nested plain data, as TOML or JSON hold it.
+    where : str
+        Path of the field in the file, for messages.
+
+    Raises
+    ------
+    RigError
+        Naming the key.
+    """
     if not isinstance(data, dict):
         raise RigError(f"{where or 'rig'} must be a table of keys, got {data!r}")
     hints = typing.get_type_hints(kind)
@@ -340,7 +370,11 @@ def _build(kind, data, where):
     for key in data:
         if key not in fields:
             raise RigError(f"{prefix}{key} is not a known key; known: {', '.join(fields)}")
-    required = (n for n, f in fields.items() if f.default is dataclasses.MISSING and f.default_factory is dataclasses.MISSING)
+    required = (
+        n
+        for n, f in fields.items()
+        if f.default is dataclasses.MISSING and f.default_factory is dataclasses.MISSING
+    )
     for name in required:
         if name not in data:
             raise RigError(f"{prefix}{name} is missing")
@@ -351,7 +385,7 @@ def _build(kind, data, where):
         # An element checks itself under its own name; put the place in the file before it.
         message, own = str(error), kind.__name__.lower()
         if where and message.startswith(own):
-            message = where + message[len(own):]
+            message = where + message[len(own) :]
         raise RigError(message) from None
 
 
@@ -366,7 +400,7 @@ def _convert(hint, value, where):
             raise RigError(f"{where} must be a list of {len(args)} numbers, got {value!r}")
         return tuple(_convert(a, item, f"{where}[{i}]") for i, (a, item) in enumerate(zip(args, value)))
     if dataclasses.is_dataclass(hint):
-        return _build(hint, value, where)
+        return from_plain(hint, value, where)
     if origin is typing.Literal or hint is str:
         if not isinstance(value, str):
             raise RigError(f"{where} must be a string, got {value!r}")
@@ -382,10 +416,11 @@ def _convert(hint, value, where):
     return float(value)
 
 
-def _plain(value):
+def to_plain(value):
+    """Return a dataclass as nested dictionaries and lists, without the fields that are None."""
     if dataclasses.is_dataclass(value):
         pairs = ((f.name, getattr(value, f.name)) for f in dataclasses.fields(value))
-        return {name: _plain(item) for name, item in pairs if item is not None}
+        return {name: to_plain(item) for name, item in pairs if item is not None}
     if isinstance(value, tuple):
-        return [_plain(item) for item in value]
+        return [to_plain(item) for item in value]
     return value

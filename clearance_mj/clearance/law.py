@@ -3,7 +3,7 @@
 A law gives every bushing a contact stiffness k and damping c and, optionally, the grease identified with them. Each is
 a small table that compiled engines interpolate before every step (`LawTable`): over time (`TimeLaw`), over the
 envelope of the motion at the bushing (`AmplitudeLaw`), or one row (`ConstantLaw`). Outside the table the nearest row
-holds.
+holds. `ContactLaw` uses a contact model instead, whose stiffness follows the penetration itself.
 """
 
 from __future__ import annotations
@@ -13,13 +13,15 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import ClassVar, NamedTuple
 
+import numba
 import numpy as np
 
-from ..errors import LawError
+from ..errors import LawError, RigError
 from ..io.files import replacing
-from ..rig import Grease, _build, _plain
+from ..rig import Grease, from_plain, to_plain
+from .contact import Flores, HuntCrossley, KelvinVoigt, LankaraniNikravesh
 
-__all__ = ["AmplitudeLaw", "ConstantLaw", "Law", "LawTable", "TimeLaw", "load_law"]
+__all__ = ["AmplitudeLaw", "ConstantLaw", "ContactLaw", "Law", "LawTable", "TimeLaw", "load_law", "table_row"]
 
 
 class LawTable(NamedTuple):
@@ -35,6 +37,24 @@ class LawTable(NamedTuple):
     """(n_rows, n_bushings) N s/m"""
     release: float
     """s, time constant with which the envelope falls after a peak"""
+    exponent: np.ndarray
+    """(n_bushings,) n of the contact force k δⁿ"""
+    kappa: np.ndarray
+    """(n_bushings,) κ of Hertz-damped contacts, 0 for others"""
+    adhesion: np.ndarray
+    """(n_bushings,) whether the contact may pull"""
+
+
+@numba.njit(cache=True, nogil=True, inline="always")
+def table_row(abscissa, at):
+    """Row below ``at`` and the share of the row above it, for linear interpolation; the ends hold beyond."""
+    last = abscissa.size - 1
+    if last == 0 or at <= abscissa[0]:
+        return 0, 0.0
+    if at >= abscissa[last]:
+        return last, 0.0
+    row = np.searchsorted(abscissa, at, side="right") - 1
+    return row, (at - abscissa[row]) / (abscissa[row + 1] - abscissa[row])
 
 
 @dataclass(frozen=True)
@@ -63,7 +83,9 @@ class Law:
         data = {"kind": self.kind}
         for name, value in vars(self).items():
             if name == "grease":
-                data["grease"] = None if value is None else [_plain(g) for g in value]
+                data["grease"] = None if value is None else [to_plain(g) for g in value]
+            elif name == "contact":
+                data["contact"] = [{"model": _MODEL_NAMES[type(m)], **to_plain(m)} for m in value]
             else:
                 data[name] = value.tolist() if isinstance(value, np.ndarray) else value
         return data
@@ -78,6 +100,12 @@ class Law:
         """
         with replacing(path) as temporary:
             temporary.write_text(json.dumps(self.to_dict(), indent=1) + "\n", encoding="utf-8")
+
+    def _linear(self, by_amplitude, abscissa, n_bushings, release=0.0):
+        """Table of a Kelvin-Voigt contact whose k and c follow the abscissa."""
+        k, c = self._spread(self.k, n_bushings), self._spread(self.c, n_bushings)
+        one, zero, no = np.ones(n_bushings), np.zeros(n_bushings), np.zeros(n_bushings, dtype=bool)
+        return LawTable(by_amplitude, abscissa, np.atleast_2d(k), np.atleast_2d(c), release, one, zero, no)
 
     def _spread(self, values, n_bushings):
         if values.shape[-1] not in (1, n_bushings):
@@ -124,8 +152,7 @@ class ConstantLaw(Law):
 
     def table(self, n_bushings):
         """Return the law as a table of one row."""
-        row = np.zeros(1)
-        return LawTable(False, row, self._spread(self.k[None], n_bushings), self._spread(self.c[None], n_bushings), 0.0)
+        return self._linear(False, np.zeros(1), n_bushings)
 
 
 @dataclass(frozen=True, eq=False)
@@ -159,7 +186,7 @@ class TimeLaw(Law):
 
     def table(self, n_bushings):
         """Return the law as a table over time."""
-        return LawTable(False, self.t, self._spread(self.k, n_bushings), self._spread(self.c, n_bushings), 0.0)
+        return self._linear(False, self.t, n_bushings)
 
 
 @dataclass(frozen=True, eq=False)
@@ -202,11 +229,50 @@ class AmplitudeLaw(Law):
 
     def table(self, n_bushings):
         """Return the law as a table over amplitude."""
-        k, c = self._spread(self.k, n_bushings), self._spread(self.c, n_bushings)
-        return LawTable(True, self.amplitude, k, c, self.release)
+        return self._linear(True, self.amplitude, n_bushings, self.release)
 
 
-_KINDS = {law.kind: law for law in (ConstantLaw, TimeLaw, AmplitudeLaw)}
+@dataclass(frozen=True, eq=False)
+class ContactLaw(Law):
+    """A contact model in place of scheduled parameters: Hertz-damped contacts, or Kelvin-Voigt with adhesion.
+
+    Parameters
+    ----------
+    contact : KelvinVoigt, HuntCrossley, LankaraniNikravesh or Flores, or a sequence of them
+        One for all bushings or one for each.
+    grease : Grease or sequence of Grease, optional
+        As in `ConstantLaw`.
+    """
+
+    kind: ClassVar[str] = "contact"
+    contact: tuple
+    grease: tuple[Grease, ...] | None = None
+
+    def __post_init__(self):
+        models = (self.contact,) if type(self.contact) in _MODEL_NAMES else tuple(self.contact)
+        for i, model in enumerate(models):
+            if type(model) not in _MODEL_NAMES:
+                raise LawError(f"contact[{i}] must be one of {', '.join(_MODELS)}, got {model!r}")
+        self._set(contact=models, grease=_greases(self.grease))
+
+    def table(self, n_bushings):
+        """Return the models' parameters as a table of one row."""
+
+        def row(name):
+            return self._spread(np.array([float(getattr(m, name)) for m in self.contact]), n_bushings)
+
+        k, c = row("stiffness")[None], row("damping")[None]
+        return LawTable(False, np.zeros(1), k, c, 0.0, row("exponent"), row("kappa"), row("adhesion") > 0)
+
+
+_KINDS = {law.kind: law for law in (ConstantLaw, TimeLaw, AmplitudeLaw, ContactLaw)}
+_MODELS = {
+    "kelvin-voigt": KelvinVoigt,
+    "hunt-crossley": HuntCrossley,
+    "lankarani-nikravesh": LankaraniNikravesh,
+    "flores": Flores,
+}
+_MODEL_NAMES = {model: name for name, model in _MODELS.items()}
 
 
 def load_law(path) -> Law:
@@ -230,15 +296,20 @@ def load_law(path) -> Law:
     except ValueError as error:
         raise LawError(f"{path}: not a law file (JSON): {error}") from None
     if not isinstance(data, dict) or data.get("kind") not in _KINDS:
-        raise LawError(f"{path}: not a law file; needs \"kind\" to be one of {', '.join(_KINDS)}")
+        raise LawError(f'{path}: not a law file; needs "kind" to be one of {", ".join(_KINDS)}')
     kind = _KINDS[data.pop("kind")]
-    greases = data.pop("grease", None)
     try:
-        if greases is not None:
-            data["grease"] = tuple(_build(Grease, g, f"grease[{i}]") for i, g in enumerate(greases))
+        if data.get("grease") is not None:
+            data["grease"] = tuple(
+                from_plain(Grease, g, f"grease[{i}]") for i, g in enumerate(data["grease"])
+            )
+        if "contact" in data:
+            data["contact"] = tuple(_MODELS[m.pop("model")](**m) for m in data["contact"])
         return kind(**data)
-    except Exception as error:
+    except (LawError, RigError) as error:
         raise LawError(f"{path}: {error}") from None
+    except (TypeError, KeyError, AttributeError) as error:
+        raise LawError(f"{path}: not a whole law file of kind {kind.kind}: {error}") from None
 
 
 def _values(values, name):

@@ -1,0 +1,168 @@
+"""Contact forces beyond the gap.
+
+Every model is seen by the engines as the stiffness and damping that hold at this moment, f = k δ + c δ̇ with δ the
+penetration: that is what makes them exact in an engine whose contacts are springs and dampers. A Hertz contact
+F = K δⁿ (1 + κ δ̇/v_i) becomes k = K δⁿ⁻¹, c = κ K δⁿ / v_i, with v_i the speed at which this contact began.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numba
+
+from ..errors import LawError
+
+__all__ = ["Flores", "HuntCrossley", "KelvinVoigt", "LankaraniNikravesh", "contact_force", "instantaneous"]
+
+SLOWEST_IMPACT = 1e-6
+"""m/s; a contact that begins more slowly is damped as if it began at this speed"""
+
+
+@dataclass(frozen=True)
+class KelvinVoigt:
+    """Spring and damper in parallel (Eq. 10).
+
+    Parameters
+    ----------
+    stiffness : float
+        k, N/m.
+    damping : float
+        c, N s/m.
+    adhesion : bool
+        Let the damper pull at release; by default the force never pulls.
+
+    Raises
+    ------
+    LawError
+        For negative values.
+    """
+
+    stiffness: float
+    damping: float = 0.0
+    adhesion: bool = False
+    exponent: ClassVar[float] = 1.0
+    kappa: ClassVar[float] = 0.0
+
+    def __post_init__(self):
+        _check(self.stiffness > 0, "stiffness", self.stiffness, "> 0")
+        _check(self.damping >= 0, "damping", self.damping, ">= 0")
+
+    def force(self, penetration, speed, impact_speed=0.0):
+        """Force against the penetration.
+
+        Parameters
+        ----------
+        penetration, speed : float
+            δ, m, and δ̇, m/s.
+        impact_speed : float
+            Not used.
+
+        Returns
+        -------
+        float
+            N.
+        """
+        return contact_force(self.stiffness, self.damping, penetration, speed, self.adhesion)
+
+
+@dataclass(frozen=True)
+class _HertzDamped:
+    """F = K δⁿ (1 + κ δ̇/v_i); the subclasses differ in κ(e).
+
+    Parameters
+    ----------
+    stiffness : float
+        K, N/mⁿ.
+    restitution : float
+        e, in 0..1 (above 0).
+    exponent : float
+        n, 1.5 for Hertz.
+
+    Raises
+    ------
+    LawError
+        For values outside these ranges.
+    """
+
+    stiffness: float
+    restitution: float
+    exponent: float = 1.5
+    damping: ClassVar[float] = 0.0
+    adhesion: ClassVar[bool] = False
+
+    def __post_init__(self):
+        _check(self.stiffness > 0, "stiffness", self.stiffness, "> 0")
+        _check(0 < self.restitution <= 1, "restitution", self.restitution, "in 0..1, above 0")
+        _check(self.exponent >= 1, "exponent", self.exponent, ">= 1")
+
+    def force(self, penetration, speed, impact_speed):
+        """Force against the penetration.
+
+        Parameters
+        ----------
+        penetration, speed : float
+            δ, m, and δ̇, m/s.
+        impact_speed : float
+            v_i, m/s: δ̇ when this contact began.
+
+        Returns
+        -------
+        float
+            N.
+        """
+        k, c = instantaneous(self.stiffness, 0.0, self.exponent, self.kappa, penetration, impact_speed)
+        return contact_force(k, c, penetration, speed, False)
+
+
+class HuntCrossley(_HertzDamped):
+    """κ = 3 (1-e)/2 (Hunt & Crossley, J. Appl. Mech. 42, 1975)."""
+
+    @property
+    def kappa(self) -> float:
+        """Damping factor."""
+        return 1.5 * (1 - self.restitution)
+
+
+class LankaraniNikravesh(_HertzDamped):
+    """κ = 3 (1-e²)/4 (Lankarani & Nikravesh, J. Mech. Des. 112, 1990)."""
+
+    @property
+    def kappa(self) -> float:
+        """Damping factor."""
+        return 0.75 * (1 - self.restitution**2)
+
+
+class Flores(_HertzDamped):
+    """κ = 8 (1-e)/(5e) (Flores et al., Multibody Syst. Dyn. 25, 2011)."""
+
+    @property
+    def kappa(self) -> float:
+        """Damping factor."""
+        return 1.6 * (1 - self.restitution) / self.restitution
+
+
+@numba.njit(cache=True, nogil=True, inline="always")
+def instantaneous(stiffness, damping, exponent, kappa, penetration, impact_speed):
+    """Stiffness and damping (k, c) that hold at this moment, N/m and N s/m."""
+    if exponent == 1.0 and kappa == 0.0:
+        return stiffness, damping
+    if penetration <= 0.0:
+        return 0.0, 0.0
+    k = stiffness * penetration ** (exponent - 1.0)
+    return k, kappa * k * penetration / max(impact_speed, SLOWEST_IMPACT)
+
+
+@numba.njit(cache=True, nogil=True, inline="always")
+def contact_force(k, c, penetration, speed, adhesion):
+    """Force k δ + c δ̇ during contact, N; without adhesion it never pulls."""
+    if penetration <= 0.0:
+        return 0.0
+    force = k * penetration + c * speed
+    return force if adhesion else max(force, 0.0)
+
+
+def _check(condition, name, value, rule):
+    if not condition:
+        raise LawError(f"contact {name} must be {rule}, got {value:g}")

@@ -1,0 +1,279 @@
+"""What an engine is, and the one way in which every engine is run.
+
+An engine says how long a time step may be and starts a run; a run takes the excitation at the step's rate, block by
+block, and returns its outputs at that rate. `simulate` does the rest for all of them: interpolation of the excitation,
+anti-alias decimation of the outputs, and the response with its provenance.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+import os
+from abc import ABC, abstractmethod
+from concurrent.futures import ThreadPoolExecutor
+from typing import ClassVar
+
+import numpy as np
+from tqdm import tqdm
+
+from .._version import __version__
+from ..clearance.law import Law
+from ..errors import ClearanceError, ExcitationError, LawError, SimulationError
+from ..excitation import Excitation
+from ..response import Response
+from ..rig import Rig
+from ..sampling import Decimator, interpolate
+
+__all__ = ["Engine", "Run", "get_engine", "register", "simulate", "simulate_batch", "step_factor"]
+
+BLOCK = 512
+"""Samples at the record's rate that are simulated between two looks from Python"""
+
+
+class Run(ABC):
+    """One simulation under way."""
+
+    @abstractmethod
+    def advance(self, drive) -> np.ndarray:
+        """Simulate one block.
+
+        Parameters
+        ----------
+        drive : ndarray, shape (n,)
+            Base acceleration, m/s², or shaker force, N, one sample per step.
+
+        Returns
+        -------
+        ndarray, shape (n, n_sensors + 3 n_bushings)
+            Absolute accelerations, displacements, contact forces, grease forces.
+
+        Raises
+        ------
+        SimulationError
+            If the simulation diverges or its solver warns.
+        """
+
+
+class Engine(ABC):
+    """A way to simulate a rig. Subclasses are frozen dataclasses whose fields are the engine's settings."""
+
+    name: ClassVar[str]
+
+    @abstractmethod
+    def largest_step(self, rig: Rig, law: Law) -> float:
+        """Longest stable and accurate time step in s, safety factor included.
+
+        Parameters
+        ----------
+        rig : Rig
+            The rig.
+        law : Law
+            The clearance's law.
+        """
+
+    @abstractmethod
+    def start(self, rig: Rig, law: Law, kind: str, step: float) -> Run:
+        """Begin a simulation at rest.
+
+        Parameters
+        ----------
+        rig : Rig
+            The rig.
+        law : Law
+            The clearance's law.
+        kind : str
+            What drives it: "base" or "force".
+        step : float
+            Time step, s.
+        """
+
+
+_ENGINES: dict[str, type[Engine]] = {}
+
+
+def register(engine: type[Engine]) -> type[Engine]:
+    """Make an engine known by its name; a class decorator.
+
+    Parameters
+    ----------
+    engine : type
+        Subclass of `Engine`.
+    """
+    _ENGINES[engine.name] = engine
+    return engine
+
+
+def get_engine(engine) -> Engine:
+    """Return the engine of a name, with its default settings, or the engine itself.
+
+    Parameters
+    ----------
+    engine : str or Engine
+        Such as "links", or ``Links(links=40)``.
+
+    Raises
+    ------
+    ClearanceError
+        For an unknown name; the message lists the known ones.
+    """
+    if isinstance(engine, Engine):
+        return engine
+    if engine not in _ENGINES:
+        raise ClearanceError(f'engine "{engine}" is unknown; known: {", ".join(sorted(_ENGINES))}')
+    return _ENGINES[engine]()
+
+
+def step_factor(fs: float, largest_step: float) -> int:
+    """Steps per sample: the smallest whole number that keeps the step within ``largest_step``.
+
+    Parameters
+    ----------
+    fs : float
+        Sampling rate of the record, Hz.
+    largest_step : float
+        s.
+    """
+    return max(1, math.ceil(1 / (fs * largest_step) - 1e-9))
+
+
+def simulate(rig: Rig, excitation: Excitation, law: Law, engine="links") -> Response:
+    """Simulate a rig under an excitation.
+
+    Parameters
+    ----------
+    rig : Rig
+        The rig.
+    excitation : Excitation
+        Base acceleration or shaker force.
+    law : Law
+        Contact stiffness and damping (and grease) at each moment.
+    engine : str or Engine
+        "links", "modal", "modal-mj", or an engine with settings of its own.
+
+    Returns
+    -------
+    Response
+        At the excitation's sampling rate.
+
+    Raises
+    ------
+    SimulationError
+        If the simulation diverges or its solver warns; names rig, time and bushing.
+    LawError
+        If the law does not fit the rig or the engine.
+    ExcitationError
+        If the rig has no place for a force.
+    """
+    engine = get_engine(engine)
+    if excitation.kind == "force" and rig.shaker.position is None:
+        raise ExcitationError(f"rig {rig.name!r} has no shaker.position, so a force cannot be applied")
+    factor = step_factor(excitation.fs, engine.largest_step(rig, law))
+    step = 1 / (excitation.fs * factor)
+    run = engine.start(rig, law, excitation.kind, step)
+    drive = interpolate(excitation.value, factor)
+    n_sensors, n_bushings, n = len(rig.sensors), len(rig.bushings), excitation.value.size
+    decimator = Decimator(n_sensors + 3 * n_bushings, factor)
+    blocks = [decimator.push(run.advance(part)) for part in _blocks(drive, BLOCK * factor)]
+    output = np.concatenate((*blocks, decimator.flush()))[:n]
+    acceleration, *rest = np.split(output, n_sensors + n_bushings * np.arange(3), axis=1)
+    provenance = {
+        "engine": engine.name,
+        "settings": dataclasses.asdict(engine),
+        "step": step,
+        "rig": rig.to_dict(),
+        "law": law.to_dict(),
+        "excitation": dict(excitation.description),
+        "version": __version__,
+    }
+    labels = tuple(rig.sensor_labels)
+    reference = "100:+Z" if excitation.kind == "base" else "200:+Z"
+    sampled = (excitation.fs, excitation.value, acceleration, *rest)
+    return Response(*sampled, excitation.kind, excitation.band, labels, reference, provenance)
+
+
+def simulate_batch(rig, excitations, laws, engine="links", workers=None, progress=None) -> list[Response]:
+    """Simulate many cases at once; the results do not depend on the number of threads.
+
+    Parameters
+    ----------
+    rig : Rig or sequence of Rig
+        One for all or one for each case.
+    excitations : Excitation or sequence of Excitation
+        One for all or one for each case.
+    laws : Law or sequence of Law
+        One for all or one for each case.
+    engine : str or Engine
+        As in `simulate`.
+    workers : int, optional
+        Threads; compiled loops release the interpreter lock. Default: one for each processor.
+    progress : str, optional
+        Show a progress bar with this name.
+
+    Returns
+    -------
+    list of Response
+        In the order of the cases.
+
+    Raises
+    ------
+    ClearanceError
+        If the sequences differ in length, and whatever `simulate` raises.
+    """
+    engine = get_engine(engine)
+    cases = _cases(rig, excitations, laws)
+    with ThreadPoolExecutor(workers or os.cpu_count()) as pool:
+        jobs = [pool.submit(simulate, *case, engine) for case in cases]
+        try:
+            return [job.result() for job in tqdm(jobs, desc=progress, unit="run", disable=progress is None)]
+        finally:
+            for job in jobs:  # after an error or an interrupt, do not begin what is still queued
+                job.cancel()
+
+
+def _cases(*columns):
+    rows = [column if isinstance(column, list | tuple) else None for column in columns]
+    lengths = {len(row) for row in rows if row is not None}
+    if len(lengths) > 1:
+        raise ClearanceError(f"rigs, excitations and laws differ in number: {sorted(lengths)}; give one or equally many")
+    n = lengths.pop() if lengths else 1
+    return list(zip(*(row if row is not None else [column] * n for row, column in zip(rows, columns))))
+
+
+def _blocks(drive, size):
+    return (drive[start : start + size] for start in range(0, drive.size, size))
+
+
+def diverged(rig: Rig, engine: Engine, time: float, bushing: int) -> SimulationError:
+    """The error of a simulation whose motion at a bushing is not a number or beyond any shaft.
+
+    Parameters
+    ----------
+    rig : Rig
+        The rig.
+    engine : Engine
+        The engine.
+    time : float
+        s.
+    bushing : int
+        Index of the bushing.
+    """
+    where = f"at bushings[{bushing}] (x = {rig.bushings[bushing].position:g} m)" if rig.bushings else "at the tip"
+    return SimulationError(
+        f"rig {rig.name!r}: the {engine.name} simulation diverged at t = {time:.6f} s {where}; "
+        "the law is too stiff or too strongly damped for the time step, or the excitation is far out of range"
+    )
+
+
+def needs_no_adhesion(table, engine: Engine):
+    """Refuse a law with adhesion on an engine whose contacts cannot pull.
+
+    Parameters
+    ----------
+    table : LawTable
+        The law.
+    engine : Engine
+        The engine.
+    """
+    if np.any(table.adhesion):
+        raise LawError(f"the {engine.name} engine cannot simulate adhesion: MuJoCo's contacts never pull; use modal")

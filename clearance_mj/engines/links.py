@@ -1,0 +1,255 @@
+"""The links engine: the shaft as a chain of rigid links in MuJoCo, its bushings as geoms with a gap.
+
+The shaft is cut into cells of length Δ = l/N with a hinge in the middle of each: the first half cell is clamped, the
+last is free. A hinge bends like its cell, Δ/(EI). By the Euler-Maclaurin formula the midpoint rule misses an end term at
+the clamp, which compliances of 25/24 and 23/24 of Δ/(EI) at the first two hinges restore: frequencies then converge with
+third order instead of second.
+
+A chain deflects in straight pieces. At the cells' boundaries it is exact to that order; between them it is off by κ s²/2,
+s from the nearest boundary, κ the curvature. The forces applied at the bushings' middles include this term.
+"""
+
+from __future__ import annotations
+
+import functools
+from dataclasses import dataclass
+from typing import ClassVar
+
+import mujoco
+import numpy as np
+import scipy.linalg
+
+from .base import Engine, register
+from .mujoco_loop import MujocoRun, Plant
+from .softness import INVERSE_INERTIA, solref_solimp
+
+__all__ = ["Links", "build_links"]
+
+
+@register
+@dataclass(frozen=True)
+class Links(Engine):
+    """MuJoCo flexible links.
+
+    Parameters
+    ----------
+    links : int
+        Number of links.
+    safety : float
+        Time step as a share of the stability limit 2/ω of the chain's fastest mode.
+    """
+
+    name: ClassVar[str] = "links"
+    links: int = 20
+    safety: float = 0.8
+
+    def largest_step(self, rig, law):
+        """``safety`` times the stability limit 2/ω_max of the explicit joint springs."""
+        return self.safety * 2 / _fastest(rig, self.links)
+
+    def start(self, rig, law, kind, step):
+        """Begin a simulation at rest; see `Engine.start`."""
+        return MujocoRun(self, rig, law, kind, step, _plant(rig, self.links))
+
+
+def build_links(rig, links: int = 20) -> mujoco.MjSpec:
+    """Describe the rig as a MuJoCo model of rigid links.
+
+    Parameters
+    ----------
+    rig : Rig
+        The rig.
+    links : int
+        Number of links.
+
+    Returns
+    -------
+    mujoco.MjSpec
+        Hinges about -y, so that positive angles lift the shaft along z. Every contact is an explicit pair of a collar (a
+        sphere of the shaft's half depth, one at each bushing end) and one of the bushing's two plates. Contact softness is
+        the rig's datasheet value.
+    """
+    beam, cell = rig.beam, rig.beam.length / links
+    depth = (beam.diameter or beam.height) / 2
+    spec = mujoco.MjSpec()
+    spec.modelname = rig.name
+    spec.option.timestep = 0.8 * 2 / _chain_frequency(rig, links)
+    spec.option.integrator = mujoco.mjtIntegrator.mjINT_EULER
+    spec.option.gravity = [0, 0, 0]
+    spec.option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
+    spec.compiler.degree = False
+    spec.compiler.inertiafromgeom = mujoco.mjtInertiaFromGeom.mjINERTIAFROMGEOM_FALSE
+    _visual(spec, spec.worldbody, "clamped", cell / 2, depth)
+    starts, ends = _link_spans(beam, links)
+    body = spec.worldbody
+    for i, (start, end) in enumerate(zip(starts, ends)):
+        body = body.add_body(name=f"link{i}", pos=[cell / 2 if i == 0 else cell, 0, 0])
+        _set_inertia(body, rig, start, end, last=i == links - 1)
+        stiffness = 1 / _compliance(beam, links)[i]
+        damping = beam.rayleigh[1] * stiffness
+        hinge = {"type": mujoco.mjtJoint.mjJNT_HINGE, "axis": [0, -1, 0], "name": f"hinge{i}"}
+        body.add_joint(**hinge, stiffness=[stiffness, 0, 0], damping=[damping, 0, 0])
+        _visual(spec, body, f"link{i}", end - start, depth)
+        _add_sensors(spec, rig, body, start, end, last=i == links - 1)
+    _add_bushings(spec, rig, links, depth)
+    return spec
+
+
+def _link_spans(beam, links):
+    """Start and end of every link; the last one is half as long."""
+    hinges = _hinges(beam, links)
+    return hinges, np.append(hinges[1:], beam.length)
+
+
+def _hinges(beam, links):
+    return (np.arange(links) + 0.5) * beam.length / links
+
+
+def _compliance(beam, links):
+    """Hinge compliances in rad/(N m), end-corrected."""
+    compliance = np.full(links, beam.length / links / beam.bending_stiffness)
+    compliance[:2] *= (25 / 24, 23 / 24)
+    return compliance
+
+
+def _visual(spec, body, name, length, depth):
+    body.add_geom(
+        name=name, type=mujoco.mjtGeom.mjGEOM_CAPSULE, fromto=[0, 0, 0, length, 0, 0], size=[depth, 0, 0],
+        contype=0, conaffinity=0, rgba=[0.55, 0.6, 0.66, 1],
+    )  # fmt: skip
+
+
+def _set_inertia(body, rig, start, end, last):
+    """Uniform rod plus the point masses it carries, about their common centre."""
+    length = end - start
+    mass = rig.beam.mass_per_length * length
+    parts = [(mass, length / 2, mass * length**2 / 12)]
+    parts += [(p.mass, p.position - start, 0.0) for p in rig.point_masses if _on(p.position, start, end, last)]
+    total = sum(m for m, _, _ in parts)
+    centre = sum(m * x for m, x, _ in parts) / total
+    inertia = sum(i + m * (x - centre) ** 2 for m, x, i in parts)
+    body.mass, body.ipos = total, [centre, 0, 0]
+    body.inertia = [1e-6 * inertia, inertia, inertia]
+    body.explicitinertial = True
+
+
+def _on(position, start, end, last):
+    return start <= position < end or (last and position >= end)
+
+
+def _add_sensors(spec, rig, body, start, end, last):
+    for sensor in rig.sensors:
+        if not _on(sensor.position, start, end, last):
+            continue
+        name = f"sensor{sensor.node}"
+        body.add_site(name=name, pos=[sensor.position - start, 0, 0], size=[0.004, 0, 0], rgba=[0.9, 0.6, 0, 1])
+        site = {"objtype": mujoco.mjtObj.mjOBJ_SITE, "objname": name}
+        spec.add_sensor(name=name, type=mujoco.mjtSensor.mjSENS_ACCELEROMETER, **site)
+
+
+def _add_bushings(spec, rig, links, depth):
+    starts, _ = _link_spans(rig.beam, links)
+    for j, bushing in enumerate(rig.bushings):
+        _add_plates(spec, j, bushing, depth)
+        _add_site(spec, starts, f"bushing{j}", bushing.position)
+        site = {"objtype": mujoco.mjtObj.mjOBJ_SITE, "objname": f"bushing{j}"}
+        spec.add_sensor(name=f"displacement{j}", type=mujoco.mjtSensor.mjSENS_FRAMEPOS, **site)
+        for e, x in enumerate(bushing.ends):
+            body, at = _carrier(spec, starts, x)
+            collar = f"collar{j}{'ab'[e]}"
+            body.add_geom(
+                name=collar, type=mujoco.mjtGeom.mjGEOM_SPHERE, pos=[at, 0, 0], size=[depth, 0, 0],
+                contype=0, conaffinity=0, rgba=[0.35, 0.4, 0.46, 1],
+            )  # fmt: skip
+            for side in ("lower", "upper"):
+                pair = {"geomname1": f"bushing{j}_{side}", "geomname2": collar, "condim": 1}
+                spec.add_pair(name=f"{collar}_{side}", **pair)
+
+
+def _add_plates(spec, j, bushing, depth):
+    """Two plates, a gap away from the shaft; longer than the bushing, so that collars meet only their faces."""
+    thickness = depth
+    for side, sign in (("lower", -1), ("upper", 1)):
+        spec.worldbody.add_geom(
+            name=f"bushing{j}_{side}", type=mujoco.mjtGeom.mjGEOM_BOX,
+            pos=[bushing.position, 0, sign * (depth + bushing.gap + thickness)],
+            size=[bushing.length / 2 + depth, 2 * depth, thickness],
+            contype=0, conaffinity=0, rgba=[0.8, 0.5, 0.2, 0.5],
+        )  # fmt: skip
+
+
+def _carrier(spec, starts, x):
+    """Body that carries position x of the shaft, and x in its frame."""
+    i = np.searchsorted(starts, x, side="right") - 1
+    if i < 0:
+        return spec.worldbody, x
+    return spec.body(f"link{i}"), x - starts[i]
+
+
+def _add_site(spec, starts, name, x):
+    body, at = _carrier(spec, starts, x)
+    body.add_site(name=name, pos=[at, 0, 0], size=[0.003, 0, 0])
+
+
+def _mass_matrix(rig, links):
+    """Mass matrix of the straight chain in its hinge angles, from the rods' and point masses' motion."""
+    starts, ends = _link_spans(rig.beam, links)
+    length = ends - starts
+    mass = rig.beam.mass_per_length * length
+    middle = _lever((starts + ends) / 2, starts)
+    turn = np.tril(np.ones((links, links)))
+    matrix = (middle.T * mass) @ middle + (turn.T * (mass * length**2 / 12)) @ turn
+    at = _lever(np.array([p.position for p in rig.point_masses]), starts)
+    return matrix + (at.T * np.array([p.mass for p in rig.point_masses])) @ at
+
+
+def _lever(x, hinges):
+    """(n_x, links) lift of the chain at x per hinge angle."""
+    return np.maximum(np.asarray(x, dtype=float).reshape(-1, 1) - hinges, 0.0)
+
+
+def _curved_lever(x, beam, links):
+    """Lift of the shaft that the chain stands for: the chain's and κ s²/2 of the cell around x."""
+    x, cell = np.asarray(x, dtype=float).reshape(-1, 1), beam.length / links
+    lever = _lever(x, _hinges(beam, links))
+    within = np.minimum((x // cell).astype(int), links - 1)
+    offset = x - np.round(x / cell) * cell
+    curvature = (np.arange(links) == within) / (_compliance(beam, links) * beam.bending_stiffness)
+    return lever + 0.5 * offset**2 * curvature
+
+
+@functools.lru_cache(maxsize=64)
+def _chain_frequency(rig, links):
+    """ω of the chain's fastest mode, grease included, 1/s."""
+    lever = _curved_lever([b.position for b in rig.bushings], rig.beam, links)
+    stiffness = np.diag(1 / _compliance(rig.beam, links))
+    stiffness = stiffness + (lever.T * np.array([b.grease.stiffness for b in rig.bushings])) @ lever
+    fastest = [links - 1, links - 1]
+    return float(np.sqrt(scipy.linalg.eigh(stiffness, _mass_matrix(rig, links), subset_by_index=fastest)[0][0]))
+
+
+_fastest = _chain_frequency
+
+
+@functools.lru_cache(maxsize=32)
+def _plant(rig, links):
+    spec = build_links(rig, links)
+    model = spec.compile()
+    n_bushings, n_sensors = len(rig.bushings), len(rig.sensors)
+    model.body_invweight0[1:] = INVERSE_INERTIA  # Â of every contact is then known; see softness.py
+    for j, bushing in enumerate(rig.bushings):
+        solref, solimp = solref_solimp(bushing.contact.stiffness / 2, bushing.contact.damping / 2, INVERSE_INERTIA)
+        model.pair_solref[4 * j : 4 * j + 4], model.pair_solimp[4 * j : 4 * j + 4] = solref, solimp
+    ends = [end for b in rig.bushings for end in b.ends]
+    middles = _curved_lever([b.position for b in rig.bushings], rig.beam, links)
+    at_points = np.vstack((middles, _lever(ends, _hinges(rig.beam, links))))
+    at_shaker = np.zeros(links)
+    if rig.shaker.position is not None:
+        at_shaker = _lever([rig.shaker.position], _hinges(rig.beam, links))[0]
+    eta1 = rig.beam.rayleigh[0]
+    viscous = eta1 * _mass_matrix(rig, links) if eta1 else np.zeros((0, 0))
+    readout = np.zeros((n_sensors, model.nsensordata))
+    for s, sensor in enumerate(rig.sensors):
+        readout[s, model.sensor(f"sensor{sensor.node}").adr[0] + 2] = 1.0
+    points = np.ascontiguousarray(at_points.reshape(3 * n_bushings, links))
+    return Plant(model, points, at_shaker, viscous, readout, "sensordata", 0.0, "pair_solref", 2)

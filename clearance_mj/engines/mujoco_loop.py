@@ -1,0 +1,213 @@
+"""The loop both MuJoCo engines run: before every step the law's softness, grease and excitation, then mj_step.
+
+The loop is compiled and calls ``mj_step`` of the MuJoCo library directly, with views of the model's and data's own
+arrays: writing parameters before every step then costs next to nothing, many simulations run on threads without the
+interpreter lock, and results do not depend on the number of threads.
+"""
+
+from __future__ import annotations
+
+import copy
+import ctypes
+from dataclasses import dataclass
+from pathlib import Path
+
+import llvmlite.binding
+import mujoco
+import numba
+import numpy as np
+
+from ..clearance.contact import instantaneous
+from ..clearance.gap import gap
+from ..clearance.grease import (
+    BETA,
+    DAMPING,
+    ELASTIC,
+    EXPONENT,
+    FILM_LIMIT,
+    GAMMA,
+    INVERSE_FILM,
+    STIFFNESS,
+    A,
+    bouc_wen_step,
+    film_damping,
+    grease_table,
+)
+from ..clearance.law import table_row
+from ..errors import SimulationError
+from .base import Run, diverged, needs_no_adhesion
+from .softness import IMPEDANCE, INVERSE_INERTIA
+
+__all__ = ["MujocoRun", "Plant"]
+
+
+def _library() -> ctypes.CDLL:
+    """The MuJoCo library that the Python module has loaded."""
+    folder = Path(mujoco.__file__).parent
+    found = [p for p in folder.iterdir() if p.name.startswith(("libmujoco", "mujoco.dll"))]
+    return ctypes.CDLL(str(found[0]))
+
+
+# The compiled loop is cached between sessions, so it knows mj_step by name and not by address.
+_LIBRARY = _library()
+llvmlite.binding.add_symbol("mj_step", ctypes.cast(_LIBRARY.mj_step, ctypes.c_void_p).value)
+_mj_step = numba.types.ExternalFunction("mj_step", numba.types.void(numba.types.intp, numba.types.intp))
+
+
+@dataclass(frozen=True, eq=False)
+class Plant:
+    """A rig as a MuJoCo model, and the linear maps between its coordinates and the rig's points.
+
+    Shared by simulations, which copy the model.
+    """
+
+    model: mujoco.MjModel
+    at_points: np.ndarray
+    """(3 n_bushings, nv) displacement of the bushings' middles, then of their two ends each, per coordinate"""
+    at_shaker: np.ndarray
+    """(nv,) displacement of the shaker's point per coordinate; zeros for a shaken base"""
+    viscous: np.ndarray
+    """(nv, nv) mass-proportional damping; (0, 0) where the model has all of its damping"""
+    readout: np.ndarray
+    """(n_sensors, n_source) absolute accelerations from ``source``"""
+    source: str
+    """field of mjData that ``readout`` reads"""
+    readout_base: float
+    """share of the base acceleration to add to the readout"""
+    softness: str
+    """field of mjModel that holds the solref of the contacts"""
+    rows: int
+    """consecutive rows of ``softness`` for each bushing end"""
+
+
+class MujocoRun(Run):
+    """A MuJoCo simulation under way, with a model of its own.
+
+    Parameters
+    ----------
+    engine, rig, law, kind, step
+        As `Engine.start` takes them.
+    plant : Plant
+        The rig's model.
+    """
+
+    def __init__(self, engine, rig, law, kind, step, plant: Plant):
+        n_bushings = len(rig.bushings)
+        self.engine, self.rig, self.plant, self.steps = engine, rig, plant, 0
+        self.law, self.grease = law.table(n_bushings), grease_table(rig, law)
+        needs_no_adhesion(self.law, engine)
+        self.model = copy.copy(plant.model)
+        self.model.opt.timestep = self.step = step
+        self.data = mujoco.MjData(self.model)
+        ends = plant.at_points[n_bushings:]
+        self.from_constraint = np.linalg.pinv(ends.T) if n_bushings else np.zeros((0, self.model.nv))
+        self.state = tuple(np.zeros(n) for n in (n_bushings, n_bushings, n_bushings, 2 * n_bushings))
+        self.gaps = np.array([b.gap for b in rig.bushings])
+        self.base = kind == "base"
+        model, data = self.model, self.data
+        self.views = (model.opt.gravity, getattr(model, plant.softness), data.qpos, data.qvel)
+        self.views += (data.qfrc_applied, data.qfrc_constraint, getattr(data, plant.source))
+
+    def advance(self, drive):
+        """Simulate one block; see `Run.advance`."""
+        plant, n_bushings = self.plant, len(self.rig.bushings)
+        out = np.empty((drive.size, plant.readout.shape[0] + 3 * n_bushings))
+        failed, bushing = _advance(
+            *(self.model._address, self.data._address, self.views, self.steps, self.step, drive, self.base),
+            *(plant.at_points, plant.at_shaker, plant.viscous, plant.readout, plant.readout_base, plant.rows),
+            *(self.from_constraint, self.gaps, self.grease, self.law, self.state, out),
+        )
+        if failed >= 0:
+            raise diverged(self.rig, self.engine, (self.steps + failed) * self.step, bushing)
+        self._check_warnings()
+        self.steps += drive.size
+        return out
+
+    def _check_warnings(self):
+        for index in np.flatnonzero(self.data.warning.number):
+            name = mujoco.mjtWarning(int(index)).name
+            raise SimulationError(
+                f"rig {self.rig.name!r}: MuJoCo's solver warned {name} between t = {self.steps * self.step:.6f} s and "
+                f"{self.data.time:.6f} s (largest motion at bushings[{np.argmax(np.abs(self.state[2]))}])"
+            )
+
+
+@numba.njit(cache=True, nogil=True, fastmath={"contract", "reassoc", "nsz"})
+def _advance(
+    model, data, views, steps, h, drive, base, at_points, at_shaker, viscous, readout, readout_base, rows,
+    from_constraint, gaps, grease, law, state, out,
+):  # fmt: skip
+    """Advance the state by ``drive.size`` steps; return (step, bushing) of a divergence, or (-1, -1)."""
+    gravity, softness, qpos, qvel, applied, constraint, source = views
+    z, envelope, previous, impact = state
+    nv, n_bushings, n_sensors = qvel.size, gaps.size, readout.shape[0]
+    grease_force, displacement = np.zeros(n_bushings), np.zeros(n_bushings)
+    release = np.exp(-h / law.release) if law.by_amplitude else 0.0
+    hardness = 0.5 * (1.0 - IMPEDANCE) * INVERSE_INERTIA  # each end carries half of the bushing's k and c
+    for i in range(drive.size):
+        a = drive[i]
+        if base:
+            gravity[2] = -a
+            applied[:] = 0.0
+        else:
+            for m in range(nv):
+                applied[m] = at_shaker[m] * a
+        for m in range(viscous.shape[0]):
+            total = 0.0
+            for r in range(nv):
+                total += viscous[m, r] * qvel[r]
+            applied[m] -= total
+        for j in range(n_bushings):
+            x, speed = _point(at_points, j, qpos, qvel)
+            if not abs(x) < 1e3 * gaps[j] + 1.0:
+                return i, j
+            z[j] = bouc_wen_step(
+                z[j], x - previous[j], grease[j, A], grease[j, BETA], grease[j, GAMMA], grease[j, EXPONENT]
+            )
+            previous[j] = displacement[j] = x
+            force = grease[j, STIFFNESS] * (grease[j, ELASTIC] * x + (1.0 - grease[j, ELASTIC]) * z[j])
+            force += speed * film_damping(x, grease[j, DAMPING], grease[j, INVERSE_FILM], grease[j, FILM_LIMIT])
+            grease_force[j] = force
+            for m in range(nv):
+                applied[m] -= at_points[j, m] * force
+            envelope[j] = max(abs(x), envelope[j] * release)
+            row, share = table_row(law.abscissa, envelope[j] if law.by_amplitude else (steps + i) * h)
+            above = min(row + 1, law.abscissa.size - 1)
+            k = law.k[row, j] + share * (law.k[above, j] - law.k[row, j])
+            c = law.c[row, j] + share * (law.c[above, j] - law.c[row, j])
+            for end in range(2 * j, 2 * j + 2):
+                k_end, c_end = k, c
+                if law.exponent[j] != 1.0:
+                    x, speed = _point(at_points, n_bushings + end, qpos, qvel)
+                    g = gap(x, gaps[j])
+                    if g == 0.0:
+                        impact[end] = 0.0
+                    elif impact[end] == 0.0:
+                        impact[end] = max(speed if g > 0.0 else -speed, 1e-12)
+                    k_end, c_end = instantaneous(k, c, law.exponent[j], law.kappa[j], abs(g), impact[end])
+                for row in range(rows * end, rows * (end + 1)):
+                    softness[row, 0] = -hardness * max(k_end, 1e-9)  # zero would mean MuJoCo's default
+                    softness[row, 1] = -hardness * c_end
+        _mj_step(model, data)
+        for s in range(n_sensors):
+            value = readout_base * a
+            for m in range(readout.shape[1]):
+                value += readout[s, m] * source[m]
+            out[i, s] = value
+        for j in range(n_bushings):
+            contact = 0.0
+            for m in range(nv):
+                contact -= (from_constraint[2 * j, m] + from_constraint[2 * j + 1, m]) * constraint[m]
+            out[i, n_sensors + j] = displacement[j]
+            out[i, n_sensors + n_bushings + j] = contact
+            out[i, n_sensors + 2 * n_bushings + j] = grease_force[j]
+    return -1, -1
+
+
+@numba.njit(cache=True, nogil=True, inline="always")
+def _point(at_points, p, qpos, qvel):
+    x, speed = 0.0, 0.0
+    for m in range(qpos.size):
+        x += at_points[p, m] * qpos[m]
+        speed += at_points[p, m] * qvel[m]
+    return x, speed

@@ -1,0 +1,59 @@
+"""Physical contact stiffness and damping as MuJoCo's solref and solimp.
+
+MuJoCo's constraint law for an active row of violation r is f = (a_ref - a)/R with R = (1-d)/d Â and
+a_ref = -B ṙ - K d r. In the direct format K = -solref[0]/d², B = -solref[1]/d. With one impedance d for all
+penetrations, solref = [-k (1-d) Â, -c (1-d) Â] therefore gives f = k r + c ṙ - μ a with μ = d/((1-d) Â): the physical
+force but for a parasitic mass μ, which a small d makes negligible (MuJoCo documentation, Computation: Constraint model,
+Parameters). With the default impedance 0.9 the force is wrong by a factor.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..errors import LawError
+
+__all__ = ["IMPEDANCE", "INVERSE_INERTIA", "solref_solimp"]
+
+IMPEDANCE = 1e-4
+"""Smallest impedance that MuJoCo does not clamp."""
+
+INVERSE_INERTIA = 1e4
+"""1/kg; engines write it over MuJoCo's frozen estimate Â, so that it is known and the parasitic mass is 1e-8 kg."""
+
+
+def solref_solimp(k, c, inverse_inertia, impedance=IMPEDANCE):
+    """Solver parameters with which a contact or limit is a spring k and damper c.
+
+    Parameters
+    ----------
+    k : array_like, shape (...)
+        Stiffness, N/m, > 0.
+    c : array_like, shape (...)
+        Damping, N s/m, >= 0.
+    inverse_inertia : array_like, shape (...)
+        Â of the row, 1/kg: ``body_invweight0[b1, 0] + body_invweight0[b2, 0]`` of a contact, ``tendon_invweight0``
+        of a tendon limit, ``dof_invweight0`` of a joint limit.
+    impedance : float
+        d, constant over the penetration, within 1e-4..0.9999 (MuJoCo clamps it to that).
+
+    Returns
+    -------
+    solref : ndarray, shape (..., 2)
+        Direct format, both negative.
+    solimp : ndarray, shape (5,)
+        The same for every row.
+
+    Raises
+    ------
+    LawError
+        For a stiffness, damping, inverse inertia or impedance out of range.
+    """
+    k, c, inverse_inertia = np.broadcast_arrays(*(np.asarray(v, dtype=float) for v in (k, c, inverse_inertia)))
+    for name, value, ok in (("k", k, k > 0), ("c", c, c >= 0), ("inverse_inertia", inverse_inertia, inverse_inertia > 0)):
+        if not np.all(ok & np.isfinite(value)):
+            raise LawError(f"{name} = {value[~(ok & np.isfinite(value))].flat[0]:g} cannot be a contact's; see the ranges")
+    if not 1e-4 <= impedance <= 0.9999:
+        raise LawError(f"impedance {impedance:g} lies outside 1e-4..0.9999, to which MuJoCo clamps it")
+    scale = (1 - impedance) * inverse_inertia
+    return np.stack((-k * scale, -c * scale), axis=-1), np.array([impedance, impedance, 1.0, 0.5, 1.0])
