@@ -1,0 +1,26 @@
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from clearance_mj.rig import Rig
+from clearance_mj.testrig.fem import FiniteElements
+from clearance_mj.testrig.integrator import Greases
+
+
+@pytest.fixture(scope="session")
+def rig():
+    return Rig.load(Path(__file__).parents[2] / "models" / "table1_rig.toml")
+
+
+@pytest.fixture(scope="session")
+def free_masses():
+    """Four masses of 0.7 kg that nothing holds: the smallest system that the banded solver takes."""
+    mass = np.zeros((4, 4))
+    mass[0] = 0.7
+    return FiniteElements(mass, np.zeros((4, 4)), np.zeros(4), (0.0, 0.0), 1.0)
+
+
+@pytest.fixture(scope="session")
+def no_grease():
+    return Greases(np.zeros(0), 1.0, 1.0, 0.0, 0.0, 2, 0.0, np.zeros(0), 1.0)
