@@ -1,8 +1,36 @@
 """Engines: MuJoCo flexible links, compiled modes, MuJoCo modes."""
 
-from .base import Engine, get_engine, simulate, simulate_batch
-from .links import Links
+from .base import Engine, get_engine, register, simulate, simulate_batch
+from .links import Links, build_links
 from .modal import Modal
+from .modal_mj import ModalMujoco, build_modes
 from .softness import solref_solimp
 
-__all__ = ["Engine", "Links", "Modal", "get_engine", "simulate", "simulate_batch", "solref_solimp"]
+__all__ = [
+    "Engine",
+    "Links",
+    "Modal",
+    "ModalMujoco",
+    "get_engine",
+    "mjcf",
+    "register",
+    "simulate",
+    "simulate_batch",
+    "solref_solimp",
+]
+
+
+def mjcf(rig) -> dict[str, str]:
+    """MuJoCo models of a rig as MJCF texts, with the datasheet softness, to open in any viewer.
+
+    Parameters
+    ----------
+    rig : Rig
+        The rig.
+
+    Returns
+    -------
+    dict of str
+        "links" and "modes".
+    """
+    return {"links": build_links(rig).to_xml(), "modes": build_modes(rig).to_xml()}

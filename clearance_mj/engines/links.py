@@ -5,8 +5,9 @@ last is free. A hinge bends like its cell, Δ/(EI). By the Euler-Maclaurin formu
 the clamp, which compliances of 25/24 and 23/24 of Δ/(EI) at the first two hinges restore: frequencies then converge with
 third order instead of second.
 
-A chain deflects in straight pieces. At the cells' boundaries it is exact to that order; between them it is off by κ s²/2,
-s from the nearest boundary, κ the curvature. The forces applied at the bushings' middles include this term.
+A chain deflects in straight pieces. With these hinges the smooth shaft lies κ (s²/2 - Δ²/24) above the chain, s from the
+nearest cell boundary, κ the curvature: nothing on average over a cell, as inertia needs it, but not nothing at a point.
+The grease forces and displacements at the bushings' middles include this term.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ import numpy as np
 import scipy.linalg
 
 from .base import Engine, register
-from .mujoco_loop import MujocoRun, Plant
+from .mujoco_loop import MujocoRun, Plant, set_solver
 from .softness import INVERSE_INERTIA, solref_solimp
 
 __all__ = ["Links", "build_links"]
@@ -45,7 +46,7 @@ class Links(Engine):
 
     def largest_step(self, rig, law):
         """``safety`` times the stability limit 2/ω_max of the explicit joint springs."""
-        return self.safety * 2 / _fastest(rig, self.links)
+        return self.safety * 2 / _chain_frequency(rig, self.links)
 
     def start(self, rig, law, kind, step):
         """Begin a simulation at rest; see `Engine.start`."""
@@ -74,11 +75,8 @@ def build_links(rig, links: int = 20) -> mujoco.MjSpec:
     spec = mujoco.MjSpec()
     spec.modelname = rig.name
     spec.option.timestep = 0.8 * 2 / _chain_frequency(rig, links)
-    spec.option.integrator = mujoco.mjtIntegrator.mjINT_EULER
-    spec.option.gravity = [0, 0, 0]
-    spec.option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
+    set_solver(spec)
     spec.compiler.degree = False
-    spec.compiler.inertiafromgeom = mujoco.mjtInertiaFromGeom.mjINERTIAFROMGEOM_FALSE
     _visual(spec, spec.worldbody, "clamped", cell / 2, depth)
     starts, ends = _link_spans(beam, links)
     body = spec.worldbody
@@ -92,7 +90,18 @@ def build_links(rig, links: int = 20) -> mujoco.MjSpec:
         _visual(spec, body, f"link{i}", end - start, depth)
         _add_sensors(spec, rig, body, start, end, last=i == links - 1)
     _add_bushings(spec, rig, links, depth)
+    _set_softness(spec, rig)
     return spec
+
+
+def _set_softness(spec, rig):
+    """Give every pair the datasheet stiffness and damping, with the inverse inertia that MuJoCo computes."""
+    model = spec.compile()
+    for pair in spec.pairs:
+        bushing = rig.bushings[int(pair.geomname1.removeprefix("bushing").partition("_")[0])]
+        inverse_inertia = model.body_invweight0[model.geom(pair.geomname2).bodyid[0], 0]
+        k, c = bushing.contact.stiffness / 2, bushing.contact.damping / 2  # two ends share them
+        pair.solref, pair.solimp = solref_solimp(k, c, inverse_inertia)
 
 
 def _link_spans(beam, links):
@@ -209,13 +218,13 @@ def _lever(x, hinges):
 
 
 def _curved_lever(x, beam, links):
-    """Lift of the shaft that the chain stands for: the chain's and κ s²/2 of the cell around x."""
+    """Lift of the shaft that the chain stands for: the chain's, and κ (s²/2 - Δ²/24) of the cell around x."""
     x, cell = np.asarray(x, dtype=float).reshape(-1, 1), beam.length / links
     lever = _lever(x, _hinges(beam, links))
     within = np.minimum((x // cell).astype(int), links - 1)
     offset = x - np.round(x / cell) * cell
     curvature = (np.arange(links) == within) / (_compliance(beam, links) * beam.bending_stiffness)
-    return lever + 0.5 * offset**2 * curvature
+    return lever + (offset**2 / 2 - cell**2 / 24) * curvature
 
 
 @functools.lru_cache(maxsize=64)
@@ -228,18 +237,12 @@ def _chain_frequency(rig, links):
     return float(np.sqrt(scipy.linalg.eigh(stiffness, _mass_matrix(rig, links), subset_by_index=fastest)[0][0]))
 
 
-_fastest = _chain_frequency
-
-
 @functools.lru_cache(maxsize=32)
 def _plant(rig, links):
     spec = build_links(rig, links)
     model = spec.compile()
     n_bushings, n_sensors = len(rig.bushings), len(rig.sensors)
     model.body_invweight0[1:] = INVERSE_INERTIA  # Â of every contact is then known; see softness.py
-    for j, bushing in enumerate(rig.bushings):
-        solref, solimp = solref_solimp(bushing.contact.stiffness / 2, bushing.contact.damping / 2, INVERSE_INERTIA)
-        model.pair_solref[4 * j : 4 * j + 4], model.pair_solimp[4 * j : 4 * j + 4] = solref, solimp
     ends = [end for b in rig.bushings for end in b.ends]
     middles = _curved_lever([b.position for b in rig.bushings], rig.beam, links)
     at_points = np.vstack((middles, _lever(ends, _hinges(rig.beam, links))))

@@ -38,7 +38,28 @@ from ..errors import SimulationError
 from .base import Run, diverged, needs_no_adhesion
 from .softness import IMPEDANCE, INVERSE_INERTIA
 
-__all__ = ["MujocoRun", "Plant"]
+__all__ = ["MujocoRun", "Plant", "set_solver"]
+
+
+def set_solver(spec: mujoco.MjSpec):
+    """Set integrator and solver as exact contact softness wants them.
+
+    With an impedance of 1e-4 and a known inverse inertia, the regularisation of the contacts is far greater than their
+    coupling: each force follows from its own row alone, and the projected Gauss-Seidel solver finds it in one sweep, at a
+    third of Newton's cost. Joint springs are explicit and joint dampers implicit in the Euler integrator.
+
+    Parameters
+    ----------
+    spec : MjSpec
+        The model, changed in place.
+    """
+    spec.compiler.inertiafromgeom = mujoco.mjtInertiaFromGeom.mjINERTIAFROMGEOM_FALSE
+    spec.option.integrator = mujoco.mjtIntegrator.mjINT_EULER
+    spec.option.solver = mujoco.mjtSolver.mjSOL_PGS
+    spec.option.iterations = 3
+    spec.option.gravity = [0, 0, 0]
+    # No islands to look for, and a simulation that goes wrong must stop, not start again.
+    spec.option.disableflags = int(mujoco.mjtDisableBit.mjDSBL_ISLAND | mujoco.mjtDisableBit.mjDSBL_AUTORESET)
 
 
 def _library() -> ctypes.CDLL:
@@ -73,7 +94,7 @@ class Plant:
     source: str
     """field of mjData that ``readout`` reads"""
     readout_base: float
-    """share of the base acceleration to add to the readout"""
+    """share of the base acceleration (``kind`` "base" only) to add to the readout"""
     softness: str
     """field of mjModel that holds the solref of the contacts"""
     rows: int
@@ -114,7 +135,7 @@ class MujocoRun(Run):
         out = np.empty((drive.size, plant.readout.shape[0] + 3 * n_bushings))
         failed, bushing = _advance(
             *(self.model._address, self.data._address, self.views, self.steps, self.step, drive, self.base),
-            *(plant.at_points, plant.at_shaker, plant.viscous, plant.readout, plant.readout_base, plant.rows),
+            *(plant.at_points, plant.at_shaker, plant.viscous, plant.readout, plant.readout_base * self.base, plant.rows),
             *(self.from_constraint, self.gaps, self.grease, self.law, self.state, out),
         )
         if failed >= 0:

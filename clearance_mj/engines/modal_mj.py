@@ -1,0 +1,112 @@
+"""The modal-mj engine: the Ritz modes of the shaft as slide joints in MuJoCo, its bushing ends as limited tendons.
+
+Every mode is a body of the rig's total mass m on a slide joint; the joint's coordinate is the modal one divided by √m. Its
+axis leans so that gravity drives the mode by its participation Γ: the vertical part of the axis is Γ/√m, which is at most
+1 because the effective masses Γ² add up to the mass of the whole rig. A *fixed* tendon with the mode shapes as
+coefficients is the displacement of a bushing end; its limits are the gap.
+"""
+
+from __future__ import annotations
+
+import functools
+from dataclasses import dataclass
+from typing import ClassVar
+
+import mujoco
+import numpy as np
+
+from ..beam import ritz_model
+from .base import Engine, register
+from .mujoco_loop import MujocoRun, Plant, set_solver
+from .softness import INVERSE_INERTIA, solref_solimp
+
+__all__ = ["ModalMujoco", "build_modes"]
+
+
+@register
+@dataclass(frozen=True)
+class ModalMujoco(Engine):
+    """MuJoCo modes.
+
+    Parameters
+    ----------
+    modes : int
+        Cantilever modes in the Ritz basis, to which the static shapes are added.
+    safety : float
+        Time step as a share of the stability limit 2/ω of the fastest mode.
+    """
+
+    name: ClassVar[str] = "modal-mj"
+    modes: int = 8
+    safety: float = 0.8
+
+    def largest_step(self, rig, law):
+        """``safety`` times the stability limit 2/ω_max of the explicit joint springs."""
+        return self.safety * 2 / ritz_model(rig, self.modes, grease=True).omega[-1]
+
+    def start(self, rig, law, kind, step):
+        """Begin a simulation at rest; see `Engine.start`."""
+        return MujocoRun(self, rig, law, kind, step, _plant(rig, self.modes))
+
+
+def build_modes(rig, modes: int = 8) -> mujoco.MjSpec:
+    """Describe the rig as a MuJoCo model of its modes.
+
+    Parameters
+    ----------
+    rig : Rig
+        The rig.
+    modes : int
+        Cantilever modes in the Ritz basis.
+
+    Returns
+    -------
+    mujoco.MjSpec
+        Softness of the limits is the rig's datasheet contact.
+    """
+    ritz, mass = ritz_model(rig, modes), rig.total_mass
+    spec = mujoco.MjSpec()
+    spec.modelname = f"{rig.name} modes"
+    spec.option.timestep = 0.8 * 2 / ritz_model(rig, modes, grease=True).omega[-1]
+    set_solver(spec)
+    for i, (omega, damping, share) in enumerate(zip(ritz.omega, ritz.damping, ritz.participation / np.sqrt(mass))):
+        body = spec.worldbody.add_body(name=f"mode{i}", pos=[0.1 * i, 0, 0])
+        body.mass, body.ipos, body.inertia, body.explicitinertial = mass, [0, 0, 0], [1e-3 * mass] * 3, True
+        size = {"type": mujoco.mjtGeom.mjGEOM_SPHERE, "size": [0.03, 0, 0], "contype": 0, "conaffinity": 0}
+        body.add_geom(name=f"mode{i}", **size)
+        axis = [np.sqrt(max(1 - share**2, 0.0)), 0, share]
+        slide = {"type": mujoco.mjtJoint.mjJNT_SLIDE, "axis": axis, "name": f"mode{i}"}
+        body.add_joint(**slide, stiffness=[mass * omega**2, 0, 0], damping=[mass * damping, 0, 0])
+    for j, bushing in enumerate(rig.bushings):
+        for end, x in zip("ab", bushing.ends):
+            tendon = spec.add_tendon(name=f"bushing{j}{end}", limited=1, range=[-bushing.gap, bushing.gap])
+            for i, y in enumerate(ritz.shapes([x])[0]):
+                tendon.wrap_joint(f"mode{i}", np.sqrt(mass) * y)
+            name = {"objtype": mujoco.mjtObj.mjOBJ_TENDON, "objname": tendon.name}
+            spec.add_sensor(name=tendon.name, type=mujoco.mjtSensor.mjSENS_TENDONPOS, **name)
+    _set_softness(spec, rig)
+    return spec
+
+
+def _set_softness(spec, rig):
+    """Give every limit the datasheet stiffness and damping, with the inverse inertia that MuJoCo computes."""
+    model = spec.compile()
+    for i, tendon in enumerate(spec.tendons):
+        contact = rig.bushings[i // 2].contact  # two ends share it
+        softness = solref_solimp(contact.stiffness / 2, contact.damping / 2, model.tendon_invweight0[i])
+        tendon.solref_limit, tendon.solimp_limit = softness
+
+
+@functools.lru_cache(maxsize=32)
+def _plant(rig, modes):
+    model = build_modes(rig, modes).compile()
+    ritz, root = ritz_model(rig, modes), np.sqrt(rig.total_mass)
+    model.tendon_invweight0[:] = INVERSE_INERTIA  # Â of every limit is then known; see softness.py
+    points = [b.position for b in rig.bushings] + [end for b in rig.bushings for end in b.ends]
+    at_points = np.ascontiguousarray(root * ritz.shapes(points)).reshape(-1, ritz.size)
+    at_shaker = np.zeros(ritz.size)
+    if rig.shaker.position is not None:
+        at_shaker = root * ritz.shapes([rig.shaker.position])[0]
+    readout = np.ascontiguousarray(root * ritz.shapes([s.position for s in rig.sensors]))
+    undamped = np.zeros((0, 0))  # the joints have all of the damping
+    return Plant(model, at_points, at_shaker, undamped, readout, "qacc", 1.0, "tendon_solref_lim", 1)
