@@ -1,0 +1,264 @@
+"""Results as labelled arrays in NetCDF: FRFs and responses with units and where they come from.
+
+The files are netCDF-3 (64-bit offset), which every NetCDF reader opens. That format has no complex numbers, so they
+are pairs along a last dimension ``part``.
+"""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+
+from ..errors import RecordError
+from ..frf import FRF
+from ..response import Response
+from .files import replacing
+
+__all__ = ["dataset_to_frf", "dataset_to_response", "frf_to_dataset", "load", "response_to_dataset", "save"]
+
+_KIND = "clearance_mj"
+"""Attribute that says what a file holds."""
+_UNITS = {"displacement": "m", "velocity": "m s-1", "acceleration": "m s-2", "force": "N"}
+"""As UDUNITS writes them: attributes of netCDF-3 are ASCII."""
+_EXCITATION_UNITS = {"base": _UNITS["acceleration"], "force": _UNITS["force"]}
+_HISTORIES = {
+    "acceleration": ("response", "m s-2"),
+    "displacement": ("bushing", "m"),
+    "contact_force": ("bushing", "N"),
+    "grease_force": ("bushing", "N"),
+}
+
+
+def frf_to_dataset(frf: FRF) -> xr.Dataset:
+    """Return FRFs as a labelled dataset.
+
+    Parameters
+    ----------
+    frf : FRF
+        The functions.
+
+    Returns
+    -------
+    xarray.Dataset
+        ``value`` (response, reference, frequency, part) with part "real", "imag"; ``coherence`` (response, reference,
+        frequency) if there is one. Responses and references are labelled "3:+Z".
+    """
+    dims = ("response", "reference", "frequency")
+    above, _, below = frf.quantity.partition("/")
+    parts = np.stack((frf.value.real, frf.value.imag), axis=-1)[:, None]
+    units = "1" if above == below else f"({_UNITS.get(above, above)})/({_UNITS.get(below, below)})"
+    variables = {"value": ((*dims, "part"), parts, {"units": units, "long_name": frf.quantity})}
+    if frf.coherence is not None:
+        variables["coherence"] = (dims, np.asarray(frf.coherence, dtype=float)[:, None], {"units": "1"})
+    coordinates = {
+        "response": list(frf.responses),
+        "reference": [frf.reference],
+        "frequency": ("frequency", frf.frequency, {"units": "Hz"}),
+        "part": ["real", "imag"],
+    }
+    return xr.Dataset(variables, coordinates, {_KIND: "frf", "quantity": frf.quantity})
+
+
+def dataset_to_frf(ds: xr.Dataset) -> FRF:
+    """Return the FRFs that `frf_to_dataset` put into a dataset.
+
+    Parameters
+    ----------
+    ds : xarray.Dataset
+        The dataset.
+
+    Raises
+    ------
+    RecordError
+        If it does not hold FRFs of one reference.
+    """
+    _require_kind(ds, "frf")
+    dims = ("response", "reference", "frequency")
+    value = _values(ds, "value", (*dims, "part"))
+    if value.shape[1] != 1 or value.shape[3] != 2:
+        raise RecordError(f"needs one reference and two parts, got {value.shape[1]} and {value.shape[3]}")
+    coherence = _values(ds, "coherence", dims)[:, 0] if "coherence" in ds else None
+    return FRF(
+        frequency=_values(ds, "frequency", ("frequency",)),
+        value=value.view(complex)[:, 0, :, 0],
+        coherence=coherence,
+        responses=_labels(ds, "response"),
+        reference=_labels(ds, "reference")[0],
+        quantity=str(_attribute(ds, "quantity")),
+    )
+
+
+def response_to_dataset(resp: Response) -> xr.Dataset:
+    """Return a response as a labelled dataset.
+
+    Parameters
+    ----------
+    resp : Response
+        The time histories.
+
+    Returns
+    -------
+    xarray.Dataset
+        ``excitation`` (time,); ``acceleration`` (time, response); ``displacement``, ``contact_force`` and
+        ``grease_force`` (time, bushing) as far as the response has them. Its provenance is JSON in an attribute.
+
+    Raises
+    ------
+    RecordError
+        If its kind is unknown or its provenance is not plain data.
+    """
+    if resp.kind not in _EXCITATION_UNITS:
+        raise RecordError(f'kind "{resp.kind}" is unknown; use {" or ".join(_EXCITATION_UNITS)}')
+    attributes = {"units": _EXCITATION_UNITS[resp.kind], "dof": resp.reference}
+    variables = {"excitation": ("time", resp.excitation, attributes)}
+    for name, (dimension, unit) in _HISTORIES.items():
+        if (value := getattr(resp, name)) is not None:
+            variables[name] = (("time", dimension), value, {"units": unit})
+    coordinates = {"time": ("time", resp.time, {"units": "s"})}
+    if resp.responses:
+        coordinates["response"] = list(resp.responses)
+    attributes = {
+        _KIND: "response",
+        "fs": float(resp.fs),
+        "kind": resp.kind,
+        "provenance": _json(resp.provenance),
+    }
+    if resp.band is not None:
+        attributes["band"] = np.array(resp.band, dtype=float)
+    return xr.Dataset(variables, coordinates, attributes)
+
+
+def dataset_to_response(ds: xr.Dataset) -> Response:
+    """Return the response that `response_to_dataset` put into a dataset.
+
+    Parameters
+    ----------
+    ds : xarray.Dataset
+        The dataset.
+
+    Raises
+    ------
+    RecordError
+        If it does not hold a response.
+    """
+    _require_kind(ds, "response")
+    histories = {
+        name: _values(ds, name, ("time", dimension)) if name in ds else None
+        for name, (dimension, _) in _HISTORIES.items()
+    }
+    if histories["acceleration"] is None:
+        raise RecordError('holds no "acceleration"')
+    band = ds.attrs.get("band")
+    try:
+        provenance = json.loads(_attribute(ds, "provenance"))
+    except ValueError as error:
+        raise RecordError(f"its provenance is not JSON: {error}") from None
+    return Response(
+        fs=float(_attribute(ds, "fs")),
+        excitation=_values(ds, "excitation", ("time",)),
+        kind=str(_attribute(ds, "kind")),
+        band=None if band is None else tuple(float(f) for f in band),
+        responses=_labels(ds, "response") if "response" in ds.coords else (),
+        reference=str(ds["excitation"].attrs.get("dof", "100:+Z")),
+        provenance=provenance,
+        **histories,
+    )
+
+
+_TO_DATASET = {FRF: frf_to_dataset, Response: response_to_dataset}
+_FROM_DATASET = {"frf": dataset_to_frf, "response": dataset_to_response}
+
+
+def save(path, obj: FRF | Response):
+    """Write an FRF or a response as NetCDF; an existing file is replaced once the new one is whole.
+
+    Parameters
+    ----------
+    path : str or Path
+        The file, usually ".nc".
+    obj : FRF or Response
+        What to write.
+
+    Raises
+    ------
+    RecordError
+        If ``obj`` is neither, or its provenance is not plain data.
+    """
+    convert = _TO_DATASET.get(type(obj))
+    if convert is None:
+        raise RecordError(f"{path}: cannot write {type(obj).__name__}; needs an FRF or a Response")
+    try:
+        dataset = convert(obj)
+    except RecordError as error:
+        raise RecordError(f"{path}: {error}") from None
+    with replacing(path) as temporary:
+        dataset.to_netcdf(temporary, engine="scipy", format="NETCDF3_64BIT")
+
+
+def load(path) -> FRF | Response:
+    """Read what `save` wrote.
+
+    Parameters
+    ----------
+    path : str or Path
+        The file.
+
+    Returns
+    -------
+    FRF or Response
+
+    Raises
+    ------
+    RecordError
+        If the file is missing, damaged or holds something else.
+    """
+    path = Path(path)
+    if not path.is_file():
+        raise RecordError(f"{path}: cannot be read; there is no such file")
+    try:
+        dataset = xr.load_dataset(path, engine="scipy", decode_times=False)
+        kind = dataset.attrs.get(_KIND)
+        if kind not in _FROM_DATASET:
+            raise RecordError(
+                f"holds no results of clearance_mj; needs the attribute {_KIND} = {' or '.join(_FROM_DATASET)}"
+            )
+        return _FROM_DATASET[kind](dataset)
+    except RecordError as error:
+        raise RecordError(f"{path}: {error}") from None
+    except Exception as error:  # xarray and scipy raise whatever a damaged header leads to
+        reason = " ".join(str(error).split()) or type(error).__name__
+        raise RecordError(f"{path}: not a whole NetCDF file of results: {reason}") from None
+
+
+def _require_kind(ds, kind):
+    if ds.attrs.get(_KIND) != kind:
+        raise RecordError(f'holds "{ds.attrs.get(_KIND)}", needs "{kind}" in the attribute {_KIND}')
+
+
+def _attribute(ds, name):
+    if name not in ds.attrs:
+        raise RecordError(f'the attribute "{name}" is missing')
+    return ds.attrs[name]
+
+
+def _values(ds, name, dims) -> np.ndarray:
+    """Return a variable as native doubles, C-contiguous; netCDF-3 is big endian."""
+    if name not in ds or ds[name].dims != dims:
+        raise RecordError(f'needs "{name}" over ({", ".join(dims)})')
+    return np.ascontiguousarray(ds[name].values, dtype=float)
+
+
+def _labels(ds, name) -> tuple[str, ...]:
+    if name not in ds.coords:
+        raise RecordError(f'needs labels along "{name}"')
+    return tuple(str(label) for label in ds[name].values)
+
+
+def _json(provenance) -> str:
+    try:
+        return json.dumps(provenance)
+    except (TypeError, ValueError) as error:
+        raise RecordError(f"provenance is not plain data: {error}") from None
