@@ -73,8 +73,8 @@ class Channel:
         name, value = self.name, np.ascontiguousarray(self.value, dtype=float)
         if not name or len(name) > _NAME_LIMIT or not name.isprintable() or name != name.strip():
             raise RecordError(f"channel name {name!r} must be 1 to {_NAME_LIMIT} printable characters")
-        if self.node < 0:
-            raise RecordError(f'channel "{name}": node {self.node} must be a whole number >= 0')
+        if not 0 <= self.node < 10**9:
+            raise RecordError(f'channel "{name}": node {self.node} must be a whole number of at most 9 digits')
         if self.direction not in DIRECTIONS:
             raise RecordError(f'channel "{name}": direction "{self.direction}" is unknown; use {", ".join(DIRECTIONS)}')
         if self.quantity not in QUANTITIES:
@@ -428,8 +428,8 @@ def _dof(node: str, direction: str, what: str) -> str:
     if not names:
         raise RecordError(f"{what} direction {code} is unknown; needs -6 to 6")
     number = _integer(node, f"{what} node")
-    if number < 0:
-        raise RecordError(f"{what} node {number} must be >= 0")
+    if not 0 <= number < 10**9:
+        raise RecordError(f"{what} node {number} must be a whole number of at most 9 digits")
     return f"{number}:{names[0]}"
 
 

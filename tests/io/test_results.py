@@ -205,7 +205,7 @@ def test_files_that_are_no_results(tmp_path):
         (response(), lambda ds: ds.assign_attrs(fs="fast"), "could not convert"),
         (
             response(),
-            lambda ds: xr.Dataset(ds, attrs={"clearance_mj": "response"}),
+            lambda ds: ds.drop_attrs().assign_attrs(clearance_mj="response"),
             'attribute "provenance" is missing',
         ),
     ],

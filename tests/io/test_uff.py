@@ -526,6 +526,7 @@ def test_samples_beyond_single_precision(tmp_path):
         ({"name": " a"}, "printable"),
         ({"name": "a" * 73}, "1 to 72"),
         ({"node": -1}, "node -1 must be"),
+        ({"node": 10**9}, "node 1000000000 must be a whole number of at most 9 digits"),
         ({"direction": "up"}, 'direction "up" is unknown; use .*\\+Z'),
         ({"quantity": "strain"}, 'quantity "strain" is unknown; use displacement'),
         ({"value": [[1.0]]}, r"one row of samples, got shape \(1, 1\)"),
