@@ -404,6 +404,8 @@ def _parse_header(lines: list[str]) -> _Header:
     increment = _real(step, "abscissa increment")
     if spacing == 1 and not increment > 0 and kind in (_TIME_FUNCTION, _FRF, _COHERENCE):
         raise RecordError(f"abscissa increment {increment:g} must be > 0 for even spacing")
+    if 0 < increment < 1e-300:
+        raise RecordError(f"abscissa increment {increment:g} is too small")
     name = "".join(c if c.isprintable() else " " for c in lines[1][:80]).strip()[:_NAME_LIMIT].strip()
     return _Header(
         name=name,
@@ -575,8 +577,6 @@ def _simplest_rate(step: float, slack: float) -> float:
 
     Six digits is all that the header holds of a time step: 1/2048 s is written as 4.88281e-04.
     """
-    if not np.isfinite(1 / step):
-        raise RecordError(f"the time step {step:g} s is too small")
     slack = 1.001 * min(slack, 1e-5 * step)
     for decimals in range(12):
         rate = round(1 / step, decimals)

@@ -379,7 +379,7 @@ def refused(path, *parts):
         (by_hand(ROWS, step="0.00000E+00"), ["data set 1", "abscissa increment 0 must be > 0"]),
         (by_hand(ROWS, step="-1.0000E-02"), ["abscissa increment -0.01 must be > 0"]),
         (by_hand(ROWS, step="nan"), ["abscissa increment is 'NAN', needs a number"]),
-        (by_hand(ROWS, step="1.00000E-320"), ["too small"]),
+        (by_hand(ROWS, step="1.00000E-320"), ["data set 1", "abscissa increment 9.99989e-321 is too small"]),
         (by_hand(ROWS, first="1E999"), ["abscissa minimum is '1E999', needs a finite number"]),
         (by_hand(ROWS, ordinate=3), ["ordinate data type 3 is unknown; needs 2, 4, 5 or 6"]),
         (by_hand(ROWS, ordinate=5, count=6), ["must be real"]),
