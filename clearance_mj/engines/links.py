@@ -251,8 +251,6 @@ def _plant(rig, links):
         at_shaker = _lever([rig.shaker.position], _hinges(rig.beam, links))[0]
     eta1 = rig.beam.rayleigh[0]
     viscous = eta1 * _mass_matrix(rig, links) if eta1 else np.zeros((0, 0))
-    readout = np.zeros((n_sensors, model.nsensordata))
-    for s, sensor in enumerate(rig.sensors):
-        readout[s, model.sensor(f"sensor{sensor.node}").adr[0] + 2] = 1.0
+    vertical = np.array([model.sensor(f"sensor{s.node}").adr[0] + 2 for s in rig.sensors])
     points = np.ascontiguousarray(at_points.reshape(3 * n_bushings, links))
-    return Plant(model, points, at_shaker, viscous, readout, "sensordata", 0.0, "pair_solref", 2)
+    return Plant(model, points, at_shaker, viscous, np.eye(n_sensors), "sensordata", vertical, 0.0, "pair_solref", 2)

@@ -90,9 +90,11 @@ class Plant:
     viscous: np.ndarray
     """(nv, nv) mass-proportional damping; (0, 0) where the model has all of its damping"""
     readout: np.ndarray
-    """(n_sensors, n_source) absolute accelerations from ``source``"""
+    """(n_sensors, n_columns) absolute accelerations from ``source[columns]``"""
     source: str
     """field of mjData that ``readout`` reads"""
+    columns: np.ndarray
+    """(n_columns,) its entries"""
     readout_base: float
     """share of the base acceleration (``kind`` "base" only) to add to the readout"""
     softness: str
@@ -121,7 +123,8 @@ class MujocoRun(Run):
         self.model.opt.timestep = self.step = step
         self.data = mujoco.MjData(self.model)
         ends = plant.at_points[n_bushings:]
-        self.from_constraint = np.linalg.pinv(ends.T) if n_bushings else np.zeros((0, self.model.nv))
+        # The contact forces are what the solver's joint forces come from; a bushing's is the sum over its ends.
+        self.from_constraint = -np.linalg.pinv(ends.T).reshape(n_bushings, 2, self.model.nv).sum(axis=1)
         self.state = tuple(np.zeros(n) for n in (n_bushings, n_bushings, n_bushings, 2 * n_bushings))
         self.gaps = np.array([b.gap for b in rig.bushings])
         self.base = kind == "base"
@@ -135,7 +138,8 @@ class MujocoRun(Run):
         out = np.empty((drive.size, plant.readout.shape[0] + 3 * n_bushings))
         failed, bushing = _advance(
             *(self.model._address, self.data._address, self.views, self.steps, self.step, drive, self.base),
-            *(plant.at_points, plant.at_shaker, plant.viscous, plant.readout, plant.readout_base * self.base, plant.rows),
+            *(plant.at_points, plant.at_shaker, plant.viscous, plant.readout, plant.columns),
+            *(plant.readout_base * self.base, plant.rows),
             *(self.from_constraint, self.gaps, self.grease, self.law, self.state, out),
         )
         if failed >= 0:
@@ -155,7 +159,7 @@ class MujocoRun(Run):
 
 @numba.njit(cache=True, nogil=True, fastmath={"contract", "reassoc", "nsz"})
 def _advance(
-    model, data, views, steps, h, drive, base, at_points, at_shaker, viscous, readout, readout_base, rows,
+    model, data, views, steps, h, drive, base, at_points, at_shaker, viscous, readout, columns, readout_base, rows,
     from_constraint, gaps, grease, law, state, out,
 ):  # fmt: skip
     """Advance the state by ``drive.size`` steps; return (step, bushing) of a divergence, or (-1, -1)."""
@@ -212,13 +216,13 @@ def _advance(
         _mj_step(model, data)
         for s in range(n_sensors):
             value = readout_base * a
-            for m in range(readout.shape[1]):
-                value += readout[s, m] * source[m]
+            for m in range(columns.size):
+                value += readout[s, m] * source[columns[m]]
             out[i, s] = value
         for j in range(n_bushings):
             contact = 0.0
             for m in range(nv):
-                contact -= (from_constraint[2 * j, m] + from_constraint[2 * j + 1, m]) * constraint[m]
+                contact += from_constraint[j, m] * constraint[m]
             out[i, n_sensors + j] = displacement[j]
             out[i, n_sensors + n_bushings + j] = contact
             out[i, n_sensors + 2 * n_bushings + j] = grease_force[j]

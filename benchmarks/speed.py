@@ -1,0 +1,116 @@
+"""The benchmarks: what is run against what, and how the two times make a figure."""
+
+import copy
+import os
+
+import mujoco
+import numba
+
+import clearance_mj as cm
+from clearance_mj.engines import links, modal_mj, mujoco_loop
+from clearance_mj.engines.base import get_engine, step_factor
+from clearance_mj.sampling import interpolate
+
+RIG = cm.Rig.load("models/table1_rig.toml")
+LAW = cm.ConstantLaw([2e4, 2e4], [3.0, 3.0])
+SECONDS = 4.0
+STEADY = {0.1: 0.003, 4.0: 0.12}
+"""Constant base acceleration, m/s², that keeps the shaft moving without contact, or in contact"""
+
+
+def BENCHMARKS():
+    """Rows of (name, run A, run B, figure from their times, unit, target)."""
+    for level, state in ((0.1, "no contact"), (4.0, "in contact")):
+        excitation = _excitation(level)
+        for engine in ("links", "modal-mj"):
+            raw = _raw_loop(engine, STEADY[level])
+            run = _simulate(excitation, engine)
+            target = "<= 1.25" if engine == "links" else ""
+            yield f"{engine} single / raw mj_step(nstep), {state}", run, raw, _ratio, "x", target
+            bare = _driven_loop(engine, excitation)
+            yield f"{engine} single / mj_step driven alike, {state}", run, bare, _ratio, "x", target
+            batch = _batch(excitation, engine)
+            target = "<= 1.10" if engine == "links" else ""
+            yield f"{engine} batch per run / raw loop, {state}", batch, raw, _per_run, "x", target
+            yield f"{engine} batch per run / driven alike, {state}", batch, bare, _per_run, "x", target
+    excitation = _excitation(4.0)
+    for engine, target in (("links", ">= 4"), ("modal-mj", ""), ("modal", ">= 100")):
+        yield f"{engine}: times real time", _simulate(excitation, engine), _nothing, _real_time, "x", target
+    yield "links batch of 8: two threads against one", _batch(excitation, "links", 2), _batch(
+        excitation, "links", 1
+    ), _speed_up, "x", ""
+
+
+def _excitation(level):
+    return cm.excitation.random(SECONDS, 2048.0, band=(5, 220), rms=level, seed=1, kind="base")
+
+
+def _simulate(excitation, engine):
+    return lambda: cm.simulate(RIG, excitation, LAW, engine=engine)
+
+
+CASES = 8
+
+
+def _batch(excitation, engine, workers=None):
+    return lambda: cm.simulate_batch(RIG, [excitation] * CASES, LAW, engine=engine, workers=workers)
+
+
+def _plant(engine):
+    plant = links._plant(RIG, 20) if engine == "links" else modal_mj._plant(RIG, 8)
+    factor = step_factor(2048.0, get_engine(engine).largest_step(RIG, LAW))
+    model = copy.copy(plant.model)
+    model.opt.timestep = 1 / (2048.0 * factor)
+    field = getattr(model, plant.softness)
+    field[:] = cm.solref_solimp(LAW.k[0] / 2, LAW.c[0] / 2, cm.engines.softness.INVERSE_INERTIA)[0]
+    return model, factor
+
+
+def _raw_loop(engine, acceleration):
+    """The engine's model stepped by mj_step(nstep) alone, nothing updated, under a constant acceleration."""
+    model, factor = _plant(engine)
+    model.opt.gravity[2] = -acceleration
+    steps = round(SECONDS * 2048 * factor)
+    return lambda: mujoco.mj_step(model, mujoco.MjData(model), nstep=steps)
+
+
+def _driven_loop(engine, excitation):
+    """A compiled loop of mj_step that writes only the base acceleration: the same motion, nothing else updated."""
+    model, factor = _plant(engine)
+    drive = interpolate(excitation.value, factor)
+
+    def run():
+        data = mujoco.MjData(model)
+        _drive(model._address, data._address, model.opt.gravity, drive)
+
+    return run
+
+
+@numba.njit(nogil=True)
+def _drive(model, data, gravity, drive):
+    for a in drive:
+        gravity[2] = -a
+        mujoco_loop._mj_step(model, data)
+
+
+def _nothing():
+    return None
+
+
+def _ratio(a, b):
+    return a / b
+
+
+def _per_run(a, b):
+    """Processor time of one run of the batch against one raw loop: the batch keeps every processor busy."""
+    return a * min(os.cpu_count(), CASES) / CASES / b
+
+
+def _real_time(a, b):
+    return SECONDS / a
+
+
+def _speed_up(a, b):
+    return b / a
+
+
