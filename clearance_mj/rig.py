@@ -31,6 +31,9 @@ __all__ = [
     "to_plain",
 ]
 
+RESERVED_NODES = (100, 200)
+"""Nodes of the base acceleration and the shaker force in records"""
+
 
 @dataclass(frozen=True)
 class Beam:
@@ -64,7 +67,7 @@ class Beam:
         for name in ("diameter", "width", "height"):
             value = getattr(self, name)
             _require(value is None or value > 0, f"beam.{name}", value, "must be > 0 m")
-        if len(self.rayleigh) != 2 or min(self.rayleigh) < 0:
+        if len(self.rayleigh) != 2 or not all(0 <= eta < math.inf for eta in self.rayleigh):
             raise RigError(f"beam.rayleigh must be two numbers >= 0 (1/s, s), got {list(self.rayleigh)}")
 
     @property
@@ -130,9 +133,7 @@ class Grease:
         where = "grease"
         _require(self.stiffness >= 0, f"{where}.stiffness", self.stiffness, "must be >= 0 N/m")
         _require(self.damping >= 0, f"{where}.damping", self.damping, "must be >= 0 N s/m")
-        _require(
-            0 <= self.elastic_ratio <= 1, f"{where}.elastic_ratio", self.elastic_ratio, "must be in 0..1"
-        )
+        _require(0 <= self.elastic_ratio <= 1, f"{where}.elastic_ratio", self.elastic_ratio, "must be in 0..1")
         _require(self.amplitude > 0, f"{where}.amplitude", self.amplitude, "must be > 0")
         _require(self.exponent >= 1, f"{where}.exponent", self.exponent, "must be >= 1")
         if not -self.beta <= self.gamma <= self.beta:
@@ -141,9 +142,7 @@ class Grease:
                 f"(needs -beta <= gamma <= beta, beta = {self.beta:g})"
             )
         if self.elastic_ratio < 1 and self.beta + self.gamma <= 0:
-            raise RigError(
-                f"{where}.beta + gamma must be > 0 when elastic_ratio < 1, or the loop never yields"
-            )
+            raise RigError(f"{where}.beta + gamma must be > 0 when elastic_ratio < 1, or the loop never yields")
         _require(
             self.film_height is None or self.film_height > 0,
             f"{where}.film_height",
@@ -241,7 +240,11 @@ class Rig:
             _require(mass.mass > 0, f"masses[{i}].mass", mass.mass, "must be > 0 kg")
         for i, sensor in enumerate(self.sensors):
             _require(sensor.mass >= 0, f"sensors[{i}].mass", sensor.mass, "must be >= 0 kg")
-            _require(sensor.node > 0, f"sensors[{i}].node", sensor.node, "must be a positive whole number")
+            if not 0 < sensor.node < 1e9 or sensor.node in RESERVED_NODES:
+                reserved = " and ".join(map(str, RESERVED_NODES))
+                raise RigError(
+                    f"sensors[{i}].node {sensor.node} must be 1 to 999999999 and not {reserved} (base and shaker force)"
+                )
         nodes = [s.node for s in self.sensors]
         for i, node in enumerate(nodes):
             if node in nodes[:i]:
@@ -313,7 +316,7 @@ class Rig:
             data = tomllib.loads(path.read_text(encoding="utf-8"))
         except OSError as error:
             raise RigError(f"{path}: cannot be read ({error.strerror})") from None
-        except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        except (ValueError, RecursionError) as error:
             raise RigError(f"{path}: not valid TOML: {error}") from None
         try:
             return cls.from_dict(data)
@@ -336,7 +339,7 @@ class Rig:
 
 
 def _require(condition, name, value, rule):
-    if not condition:
+    if not condition or (value is not None and not math.isfinite(value)):
         raise RigError(f"{name} {rule}, got {value:g}")
 
 
@@ -371,9 +374,7 @@ def from_plain(kind, data, where):
         if key not in fields:
             raise RigError(f"{prefix}{key} is not a known key; known: {', '.join(fields)}")
     required = (
-        n
-        for n, f in fields.items()
-        if f.default is dataclasses.MISSING and f.default_factory is dataclasses.MISSING
+        n for n, f in fields.items() if f.default is dataclasses.MISSING and f.default_factory is dataclasses.MISSING
     )
     for name in required:
         if name not in data:
@@ -411,9 +412,13 @@ def _convert(hint, value, where):
         return value
     if isinstance(value, bool) or not isinstance(value, int | float):
         raise RigError(f"{where} must be a plain number in SI units, got {value!r}")
-    if not math.isfinite(value):
-        raise RigError(f"{where} must be finite, got {value!r}")
-    return float(value)
+    try:
+        number = float(value)
+    except OverflowError:
+        number = math.inf
+    if not math.isfinite(number):
+        raise RigError(f"{where} must be finite, got {number!r}")
+    return number
 
 
 def to_plain(value):
