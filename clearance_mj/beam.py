@@ -309,17 +309,13 @@ def linear_frf(rig: Rig, frequency, modes: int = 16) -> np.ndarray:
     -------
     ndarray, shape (n_sensors, n_f), complex
     """
-    response = control.frequency_response(
-        state_space(rig, modes), 2 * np.pi * np.asarray(frequency, dtype=float)
-    )
+    response = control.frequency_response(state_space(rig, modes), 2 * np.pi * np.asarray(frequency, dtype=float))
     return np.asarray(response.frdata)[: len(rig.sensors), 0]
 
 
 def _functions(beam, x, modes, forces):
     """Ritz functions at x: cantilever modes, then static shapes scaled to the size of the modes."""
-    return np.hstack(
-        (cantilever_mode(x, modes, beam.length), static_deflection(beam, x, forces) * _scale(beam))
-    )
+    return np.hstack((cantilever_mode(x, modes, beam.length), static_deflection(beam, x, forces) * _scale(beam)))
 
 
 def _curvatures(beam, x, modes, forces):

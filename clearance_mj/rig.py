@@ -31,8 +31,10 @@ __all__ = [
     "to_plain",
 ]
 
-RESERVED_NODES = (100, 200)
-"""Nodes of the base acceleration and the shaker force in records"""
+BASE_NODE = 100
+"""Node of the base acceleration in records."""
+SHAKER_NODE = 200
+"""Node of the shaker's (or hammer's) force in records."""
 
 
 @dataclass(frozen=True)
@@ -240,10 +242,10 @@ class Rig:
             _require(mass.mass > 0, f"masses[{i}].mass", mass.mass, "must be > 0 kg")
         for i, sensor in enumerate(self.sensors):
             _require(sensor.mass >= 0, f"sensors[{i}].mass", sensor.mass, "must be >= 0 kg")
-            if not 0 < sensor.node < 1e9 or sensor.node in RESERVED_NODES:
-                reserved = " and ".join(map(str, RESERVED_NODES))
+            if not 0 < sensor.node < 1e9 or sensor.node in (BASE_NODE, SHAKER_NODE):
                 raise RigError(
-                    f"sensors[{i}].node {sensor.node} must be 1 to 999999999 and not {reserved} (base and shaker force)"
+                    f"sensors[{i}].node {sensor.node} must be a positive whole number of at most 9 digits, and not "
+                    f"{BASE_NODE} (base) or {SHAKER_NODE} (shaker)"
                 )
         nodes = [s.node for s in self.sensors]
         for i, node in enumerate(nodes):

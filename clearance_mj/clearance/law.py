@@ -300,9 +300,7 @@ def load_law(path) -> Law:
     kind = _KINDS[data.pop("kind")]
     try:
         if data.get("grease") is not None:
-            data["grease"] = tuple(
-                from_plain(Grease, g, f"grease[{i}]") for i, g in enumerate(data["grease"])
-            )
+            data["grease"] = tuple(from_plain(Grease, g, f"grease[{i}]") for i, g in enumerate(data["grease"]))
         if "contact" in data:
             data["contact"] = tuple(_MODELS[m.pop("model")](**m) for m in data["contact"])
         return kind(**data)

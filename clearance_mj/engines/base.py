@@ -22,7 +22,7 @@ from ..clearance.law import Law
 from ..errors import ClearanceError, ExcitationError, LawError, SimulationError
 from ..excitation import Excitation
 from ..response import Response
-from ..rig import Rig
+from ..rig import BASE_NODE, SHAKER_NODE, Rig
 from ..sampling import Decimator, interpolate
 
 __all__ = ["Engine", "Run", "get_engine", "register", "simulate", "simulate_batch", "step_factor"]
@@ -187,7 +187,7 @@ def simulate(rig: Rig, excitation: Excitation, law: Law, engine="links") -> Resp
         "version": __version__,
     }
     labels = tuple(rig.sensor_labels)
-    reference = "100:+Z" if excitation.kind == "base" else "200:+Z"
+    reference = f"{BASE_NODE if excitation.kind == 'base' else SHAKER_NODE}:+Z"
     sampled = (excitation.fs, excitation.value, acceleration, *rest)
     return Response(*sampled, excitation.kind, excitation.band, labels, reference, provenance)
 
@@ -235,7 +235,9 @@ def _cases(*columns):
     rows = [column if isinstance(column, list | tuple) else None for column in columns]
     lengths = {len(row) for row in rows if row is not None}
     if len(lengths) > 1:
-        raise ClearanceError(f"rigs, excitations and laws differ in number: {sorted(lengths)}; give one or equally many")
+        raise ClearanceError(
+            f"rigs, excitations and laws differ in number: {sorted(lengths)}; give one or equally many"
+        )
     n = lengths.pop() if lengths else 1
     return list(zip(*(row if row is not None else [column] * n for row, column in zip(rows, columns))))
 

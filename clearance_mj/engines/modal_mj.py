@@ -109,4 +109,6 @@ def _plant(rig, modes):
         at_shaker = root * ritz.shapes([rig.shaker.position])[0]
     readout = np.ascontiguousarray(root * ritz.shapes([s.position for s in rig.sensors]))
     undamped = np.zeros((0, 0))  # the joints have all of the damping
-    return Plant(model, at_points, at_shaker, undamped, readout, "qacc", np.arange(ritz.size), 1.0, "tendon_solref_lim", 1)
+    return Plant(
+        model, at_points, at_shaker, undamped, readout, "qacc", np.arange(ritz.size), 1.0, "tendon_solref_lim", 1
+    )

@@ -20,14 +20,13 @@ import tomli_w
 from ..errors import RecordError
 from ..excitation import Excitation
 from ..response import Response
-from ..rig import RESERVED_NODES, Rig
+from ..rig import BASE_NODE, SHAKER_NODE, Rig
 from .files import replacing
 from .uff import Channel, ChannelHeader, read_uff, scan_uff, write_uff
 
 __all__ = ["BASE_NODE", "ROLES", "SHAKER_NODE", "Dataset", "Record", "write_dataset"]
 
 ROLES = ("identify", "validate")
-BASE_NODE, SHAKER_NODE = RESERVED_NODES
 
 _EXCITATIONS = {"base": (BASE_NODE, "acceleration"), "force": (SHAKER_NODE, "force")}
 _NEEDS = "a dataset is a folder with rig.toml, dataset.toml and the .uff file of each record that it lists"
