@@ -1,0 +1,180 @@
+"""Modes, static shapes and Ritz model of the shaft against closed forms; verification/test_beam_fe.py has elements."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from clearance_mj import beam
+from clearance_mj.rig import Beam, Rig, Sensor, Shaker
+
+RIG = Rig.load(Path(__file__).parents[1] / "models" / "table1_rig.toml")
+FORCE_RIG = RIG.replace(shaker=Shaker("force", 0.3))
+BARE = RIG.replace(masses=(), bushings=())
+
+
+def integrate(function, length, pieces=100):
+    """Integral of a function of x (n_x,) over the shaft (Gauss-Legendre), exact to rounding for 60 modes."""
+    node, weight = np.polynomial.legendre.leggauss(12)
+    h = length / pieces
+    x = ((np.arange(pieces)[:, None] + (node + 1) / 2) * h).ravel()
+    return np.tensordot(np.tile(weight * h / 2, pieces), function(x), 1)
+
+
+def test_roots():
+    """Blevins (1979), table 8-1, to 16 digits; beyond, sech λ is below rounding and the roots are (2i-1)π/2."""
+    known = [1.875104068711961, 4.694091132974175, 7.854757438237613, 10.995540734875467, 14.137168391046471]
+    roots = beam.cantilever_roots(300)
+    np.testing.assert_allclose(roots[:5], known, rtol=3e-16)
+    np.testing.assert_allclose(roots[12:], (2 * np.arange(13, 301) - 1) * np.pi / 2, rtol=3e-16)
+
+
+def test_low_modes_are_the_printed_formula():
+    """Y = cosh βx - cos βx - σ(sinh βx - sin βx), directly: eleven digits are left at mode 3."""
+    x, length = np.linspace(0, 1.3, 27), 1.3
+    root = beam.cantilever_roots(3)
+    sigma = (np.cosh(root) + np.cos(root)) / (np.sinh(root) + np.sin(root))
+    np.testing.assert_allclose(sigma, [0.734095514, 1.018467319, 0.999224497], rtol=1e-9)  # Blevins, table 8-1
+    bx = x[:, None] * root / length
+    direct = np.cosh(bx) - np.cos(bx) - sigma * (np.sinh(bx) - np.sin(bx))
+    curvature = (root / length) ** 2 * (np.cosh(bx) + np.cos(bx) - sigma * (np.sinh(bx) + np.sin(bx)))
+    np.testing.assert_allclose(beam.cantilever_mode(x, 3, length), direct, atol=1e-11)
+    np.testing.assert_allclose(beam.cantilever_curvature(x, 3, length), curvature, atol=1e-9)
+
+
+@pytest.mark.parametrize("mode", [20, 40, 60])
+def test_high_modes_are_their_asymptote(mode):
+    """For λ >> 1: Y = e^{-βx} - cos βx + sin βx - (-1)^i e^{βx-λ}, with terms of e^{-λ} left out."""
+    x, root = np.linspace(0, 1, 1001), (2 * mode - 1) * np.pi / 2
+    expected = np.exp(-root * x) - np.cos(root * x) + np.sin(root * x) - (-1) ** mode * np.exp(root * (x - 1))
+    np.testing.assert_allclose(beam.cantilever_mode(x, 60)[:, mode - 1], expected, atol=1e-11)
+
+
+def test_ends():
+    """Clamped: Y(0) = Y'(0) = 0; free: Y''(l) = 0, |Y(l)| = 2 with alternating sign."""
+    assert np.all(np.abs(beam.cantilever_mode([0.0], 40)) < 1e-14)
+    near = beam.cantilever_mode([1e-5], 40)[0]  # Y'' x²/2 without a slope
+    np.testing.assert_allclose(near, beam.cantilever_curvature([0.0], 40)[0] * 1e-10 / 2, rtol=1e-3)
+    np.testing.assert_allclose(beam.cantilever_mode([1.0], 40)[0], 2 * (-1.0) ** np.arange(40), rtol=1e-12)
+    assert np.all(np.abs(beam.cantilever_curvature([1.0], 40)) < 1e-12 * beam.cantilever_roots(40) ** 2)
+
+
+def test_modes_are_orthogonal():
+    """∫Y_i Y_j = l δ_ij and ∫Y_i'' Y_j'' = l (λ_i/l)⁴ δ_ij, up to mode 60."""
+    length = 0.8
+
+    def products(shapes):
+        return integrate(lambda x: shapes(x)[:, :, None] * shapes(x)[:, None], length) / length
+
+    unit = products(lambda x: beam.cantilever_mode(x, 60, length))
+    np.testing.assert_allclose(unit, np.eye(60), atol=1e-11)
+    scale = (length / beam.cantilever_roots(60)) ** 2
+    unit = products(lambda x: beam.cantilever_curvature(x, 60, length) * scale)
+    np.testing.assert_allclose(unit, np.eye(60), atol=1e-11)
+
+
+def test_static_deflection_of_the_tip():
+    """F l³/(3EI) under the force; F a² (3l - a)/(6EI) under a force at a."""
+    shaft = Beam(1.2, 70e9, 2700.0, width=0.02, height=0.005)
+    rigidity = 70e9 * 0.02 * 0.005**3 / 12
+    assert beam.static_deflection(shaft, [1.2], [1.2])[0, 0] == pytest.approx(1.2**3 / (3 * rigidity), rel=1e-14)
+    assert beam.static_deflection(shaft, [1.2], [0.5])[0, 0] == pytest.approx(0.25 * 3.1 / (6 * rigidity), rel=1e-14)
+
+
+@pytest.mark.parametrize("modes", [1, 8, 20])
+def test_static_deflection_of_the_ritz_model(modes):
+    """Deflection of bushings and tip under forces on each other, whatever modes are left out (Roark, table 8.1, 1a)."""
+    model = beam.ritz_model(RIG, modes)
+    x = np.array([0.5484, 0.7918, 1.0])
+    shapes = model.shapes(x)
+    rigidity = 210e9 * np.pi * 0.0086166**4 / 64
+    near, far = np.minimum(x[:, None], x), np.maximum(x[:, None], x)
+    np.testing.assert_allclose(
+        shapes / model.omega**2 @ shapes.T, near**2 * (3 * far - near) / (6 * rigidity), rtol=1e-9
+    )
+
+
+@pytest.mark.parametrize("grease", [False, True])
+def test_modes_have_unit_mass_and_lift_the_tip(grease):
+    """With the engines' eight modes; the residual modes are small differences of shapes, which costs them digits."""
+    model = beam.ritz_model(RIG, 8, grease)
+    mass = RIG.beam.mass_per_length * integrate(lambda x: model.shapes(x)[:, :, None] * model.shapes(x)[:, None], 1.0)
+    tip = model.shapes([1.0])[0]
+    np.testing.assert_allclose(mass + 0.434 * np.outer(tip, tip), np.eye(model.size), atol=1e-5)
+    np.testing.assert_allclose(np.diag(mass)[:6] + 0.434 * tip[:6] ** 2, 1, rtol=1e-8)
+    assert np.all(tip > 0)
+
+
+def test_mode_shapes_have_unit_mass():
+    mass = RIG.beam.mass_per_length * integrate(lambda x: beam.mode_shapes(RIG, x, 6) ** 2, 1.0)
+    tip = beam.mode_shapes(RIG, [1.0], 6)[0]
+    np.testing.assert_allclose(mass + 0.434 * tip**2, 1, rtol=1e-9)
+    assert np.all(tip > 0)
+
+
+def test_frequencies_of_the_bare_shaft():
+    """λ² √(EI/ρA) / (2π l²)."""
+    shaft = BARE.beam
+    expected = beam.cantilever_roots(8) ** 2 * np.sqrt(shaft.bending_stiffness / shaft.mass_per_length) / (2 * np.pi)
+    np.testing.assert_allclose(beam.natural_frequencies(BARE, 8), expected, rtol=1e-10)
+
+
+def test_participation_of_the_bare_shaft():
+    """Effective masses (2σ/λ)² of a cantilever: 61.31, 18.83, 6.47, 3.31 % of its mass (Blevins; NASTRAN manuals)."""
+    model = beam.ritz_model(BARE, 30)
+    mass = BARE.total_mass
+    np.testing.assert_allclose(model.participation[:4] ** 2 / mass, [0.6131, 0.1883, 0.0647, 0.0331], atol=6e-5)
+    # σ -> 1 and λ -> (i - 1/2)π: the masses left out of n modes are 4/(π² n) of the whole.
+    assert 1 - np.sum(model.participation**2) / mass == pytest.approx(4 / (np.pi**2 * 30), rel=1e-3)
+
+
+def test_participation_sums_to_the_total_mass():
+    """With the lever boss: the missing share falls as 1/n, so two sizes extrapolate to the whole."""
+    total = [np.sum(beam.ritz_model(RIG, n).participation ** 2) for n in (40, 80)]
+    assert total[0] < total[1] < RIG.total_mass
+    assert 2 * total[1] - total[0] == pytest.approx(RIG.total_mass, rel=1e-4)
+
+
+def test_reciprocity():
+    """Maxwell-Betti: the response at r to a force at s is that at s to a force at r."""
+
+    def frf(push, measure):
+        rig = RIG.replace(shaker=Shaker("force", push), sensors=(Sensor(1, measure),))
+        return beam.linear_frf(rig, np.arange(5, 220, 0.5), modes=24)[0]
+
+    there, back = frf(0.3, 0.65), frf(0.65, 0.3)
+    # Not exact: the model has a static shape where the force is, and none at the sensor.
+    assert np.max(np.abs(there - back)) < 1e-5 * np.max(np.abs(there))
+    there, back = frf(0.5484, 1.0), frf(1.0, 0.5484)
+    assert np.max(np.abs(there - back)) < 1e-9 * np.max(np.abs(there))
+
+
+@pytest.mark.parametrize("rig", [RIG, FORCE_RIG], ids=["base", "force"])
+def test_state_space(rig):
+    """Its poles are the in-gap frequencies, slightly lowered by damping; its displacements twice integrated give H."""
+    system = beam.state_space(rig)
+    poles = np.sort(np.abs(system.poles()[system.poles().imag > 0]))[:4] / (2 * np.pi)
+    np.testing.assert_allclose(poles, [9.25, 39.75, 92.85, 188.85], rtol=3e-4)
+    assert (system.ninputs, system.noutputs) == (1, 10)
+    f = np.linspace(5, 220, 300)
+    value = np.squeeze(system(2j * np.pi * f))
+    base = rig.shaker.kind == "base"
+    # Sensors 6 and 7 sit at the bushings.
+    np.testing.assert_allclose(value[5:7], -((2 * np.pi * f) ** 2) * value[8:] + base, rtol=1e-7)
+    np.testing.assert_allclose(value[:8], beam.linear_frf(rig, f), rtol=1e-7)
+
+
+def test_static_response_of_the_state_space_model():
+    """A steady force at 0.3 m deflects the bushings as closed form and the two springs of the grease want."""
+    x, k = np.array([0.5484, 0.7918, 0.3]), 4369.0
+    near, far = np.minimum(x[:, None], x), np.maximum(x[:, None], x)
+    rigidity = 210e9 * np.pi * 0.0086166**4 / 64
+    flexibility = near**2 * (3 * far - near) / (6 * rigidity)
+    expected = np.linalg.solve(np.eye(2) + flexibility[:2, :2] * k, flexibility[:2, 2])
+    np.testing.assert_allclose(np.squeeze(beam.state_space(FORCE_RIG).dcgain())[8:], expected, rtol=1e-8)
+
+
+def test_rayleigh_damping():
+    """2ζω = η1 + η2 ω² (Eq. 6)."""
+    model = beam.ritz_model(RIG, 4)
+    np.testing.assert_allclose(model.damping, 0.5 + 1e-5 * model.omega**2, rtol=1e-14)
