@@ -1,0 +1,208 @@
+"""Laws: the tables that engines interpolate, every refusal, and files."""
+
+import json
+
+import numpy as np
+import pytest
+
+from clearance_mj.clearance import (
+    AmplitudeLaw,
+    ConstantLaw,
+    ContactLaw,
+    Flores,
+    HuntCrossley,
+    KelvinVoigt,
+    LankaraniNikravesh,
+    TimeLaw,
+    load_law,
+)
+from clearance_mj.clearance.law import table_row
+from clearance_mj.errors import LawError
+from clearance_mj.rig import Grease
+
+FILM = Grease(5e3, 2.0, 0.8, 1.1, 1.5e7, 5e6, 1.5, 8e-4, 0.1)
+
+
+def values(table, at):
+    """k and c of every bushing where the abscissa has the value ``at``, as an engine reads them."""
+    row, share = table_row(table.abscissa, at)
+    above = min(row + 1, table.abscissa.size - 1)
+    return tuple(v[row] + share * (v[above] - v[row]) for v in (table.k, table.c))
+
+
+def test_constant():
+    table = ConstantLaw([1e4, 2e4], [1.0, 3.0]).table(2)
+    assert not table.by_amplitude
+    for at in (-1.0, 0.0, 7.0):
+        np.testing.assert_array_equal(values(table, at), [[1e4, 2e4], [1.0, 3.0]])
+    np.testing.assert_array_equal(table.exponent, 1)
+    assert not np.any(table.kappa) and not np.any(table.adhesion)
+
+
+def test_one_value_serves_all_bushings():
+    np.testing.assert_array_equal(values(ConstantLaw(1e4, 2.0).table(3), 0.0), [[1e4] * 3, [2.0] * 3])
+    np.testing.assert_array_equal(values(ConstantLaw([1e4, 3e4], 2.0).table(2), 0.0), [[1e4, 3e4], [2.0] * 2])
+    table = TimeLaw([0, 1], [1e4, 3e4], [1.0, 3.0]).table(2)
+    np.testing.assert_array_equal(values(table, 0.5), [[2e4, 2e4], [2.0, 2.0]])
+
+
+@pytest.mark.parametrize("kind", [TimeLaw, AmplitudeLaw])
+def test_interpolation(kind):
+    """numpy.interp: linear between the rows, the end rows beyond."""
+    rng = np.random.default_rng(4)
+    abscissa = np.cumsum(rng.uniform(0.1, 2, 9))
+    k, c = rng.uniform(1e3, 1e5, (9, 2)), rng.uniform(0, 9, (9, 2))
+    table = kind(abscissa, k, c).table(2)
+    for at in (0.0, *abscissa, *rng.uniform(0, 15, 30)):
+        expected = [[np.interp(at, abscissa, v[:, j]) for j in range(2)] for v in (k, c)]
+        np.testing.assert_allclose(values(table, at), expected, rtol=1e-13)
+
+
+def test_amplitude_table():
+    table = AmplitudeLaw([0.0, 1e-3], [1.0, 2.0], [0.0, 0.0], release=0.05).table(1)
+    assert table.by_amplitude
+    assert table.release == 0.05
+    assert AmplitudeLaw([0.0], [1.0], [0.0]).table(1).release == 0.03  # physics.md, section 4
+
+
+def test_contact_table():
+    """Each bushing its own model."""
+    models = (KelvinVoigt(1e4, 2.0, adhesion=True), HuntCrossley(1e6, 0.8), Flores(2e6, 0.5, 1.4))
+    table = ContactLaw(models).table(3)
+    np.testing.assert_array_equal(values(table, 0.0), [[1e4, 1e6, 2e6], [2.0, 0.0, 0.0]])
+    np.testing.assert_array_equal(table.exponent, [1.0, 1.5, 1.4])
+    np.testing.assert_allclose(table.kappa, [0.0, 0.3, 1.6], rtol=1e-14)
+    np.testing.assert_array_equal(table.adhesion, [True, False, False])
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda: ConstantLaw(-1.0, 0.0), "k must be finite and >= 0, got -1"),
+        (lambda: ConstantLaw([1.0, np.nan], 0.0), "k must be finite and >= 0, got nan"),
+        (lambda: ConstantLaw(1.0, np.inf), "c must be finite and >= 0, got inf"),
+        (lambda: ConstantLaw("stiff", 0.0), "k must be numbers, got 'stiff'"),
+        (lambda: ConstantLaw([[1.0, 2.0]], 0.0), r"one value per bushing, got shape \(1, 2\)"),
+        (lambda: TimeLaw([0.0, 0.0], [1.0, 1.0], [0.0, 0.0]), "t must be one increasing row"),
+        (lambda: TimeLaw([1.0, 0.0], [1.0, 1.0], [0.0, 0.0]), "t must be one increasing row"),
+        (lambda: TimeLaw([0.0, 1.0], [1.0, 1.0, 1.0], [0.0, 0.0]), r"k has shape \(3, 1\), needs \(2, n_bushings\)"),
+        (lambda: TimeLaw([0.0, 1.0], [1.0, 1.0], [0.0]), r"c has shape \(1, 1\), needs \(2, n_bushings\) to fit t"),
+        (lambda: AmplitudeLaw([-1e-4, 1e-4], [1.0, 1.0], [0.0, 0.0]), "amplitude must be finite and >= 0, got -0.0001"),
+        (lambda: AmplitudeLaw([1e-3, 1e-4], [1.0, 1.0], [0.0, 0.0]), "amplitude must be one increasing row"),
+        (lambda: AmplitudeLaw([0.0], [1.0], [0.0], release=0.0), "release must be a time > 0 s, got 0.0"),
+        (lambda: AmplitudeLaw([0.0], [1.0], [0.0], release=np.nan), "release must be a time > 0 s, got nan"),
+        (lambda: ContactLaw((KelvinVoigt(1.0), 5.0)), r"contact\[1\] must be one of kelvin-voigt, .*, got 5.0"),
+    ],
+)
+def test_refusals(make, message):
+    with pytest.raises(LawError, match=message):
+        make()
+
+
+@pytest.mark.xfail(strict=True, raises=(TypeError, ValueError, pytest.fail.Exception), reason="not refused yet")
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda: ConstantLaw([1.0, 2.0, 3.0], [1.0, 2.0]), "k and c"),
+        (lambda: TimeLaw([0.0, 1.0], np.ones((2, 2)), np.ones((2, 3))), "k and c"),
+        (lambda: ConstantLaw([], []), "k"),
+        (lambda: TimeLaw([], [], []), "t"),
+        (lambda: ContactLaw(5.0), "contact"),
+        (lambda: ContactLaw(()), "contact"),
+        (lambda: ConstantLaw(1.0, 0.0, grease=5.0), "grease"),
+        (lambda: ConstantLaw(1.0, 0.0, grease=(Grease(1.0), "thick")), "grease"),
+        (lambda: AmplitudeLaw([0.0], [1.0], [0.0], release="slow"), "release"),
+    ],
+)
+def test_refusals_to_come(make, message):
+    with pytest.raises(LawError, match=message):
+        make()
+
+
+@pytest.mark.parametrize(
+    "law",
+    [
+        ConstantLaw([1.0, 2.0, 3.0], [0.0, 0.0, 0.0]),
+        TimeLaw([0.0, 1.0], np.ones((2, 3)), np.ones((2, 3))),
+        AmplitudeLaw([0.0, 1.0], np.ones((2, 3)), np.ones((2, 3))),
+        ContactLaw((KelvinVoigt(1.0),) * 3),
+    ],
+)
+def test_law_of_another_rig(law):
+    with pytest.raises(LawError, match="for 3 bushings, the rig has 2; give one value for all of them or one each"):
+        law.table(2)
+
+
+LAWS = [
+    ConstantLaw([1e4, 2e4], [1.0, 0.1 + 0.2]),
+    ConstantLaw(1e4, 1 / 3, grease=FILM),
+    TimeLaw([0.0, 0.1, 5.0], [[1e4, 2e4], [0.0, 1e5], [3e4, 3e4]], [1.0, 2.0, 3.0], grease=(FILM, Grease(4e3, 1.0))),
+    AmplitudeLaw([0.0, 3e-4], [1e4, 2e4], [1.0, 2.0], release=0.017, grease=FILM),
+    ContactLaw((KelvinVoigt(1e4, 2.0, adhesion=True), HuntCrossley(1e6, 0.8))),
+    ContactLaw((LankaraniNikravesh(1e6, 0.8), Flores(1e6, 0.7, 1.4)), grease=(FILM, FILM)),
+]
+
+
+@pytest.mark.parametrize("law", LAWS, ids=lambda law: law.kind)
+def test_save_and_load(law, tmp_path):
+    """A law read back is the law that was saved, to the last bit."""
+    path = tmp_path / "law.json"
+    law.save(path)
+    back = load_law(path)
+    assert type(back) is type(law)
+    assert back.grease == law.grease
+    for a, b in zip(law.table(2), back.table(2)):
+        np.testing.assert_array_equal(a, b)
+    back.save(tmp_path / "again.json")
+    assert (tmp_path / "again.json").read_bytes() == path.read_bytes()
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("", "not a law file"),
+        ("[1, 2]", "not a law file"),
+        ('{"kind": "magic"}', 'needs "kind" to be one of constant, time, amplitude, contact'),
+        ('{"kind": "constant", "k": [1.0]}', "not a whole law file of kind constant"),
+        ('{"kind": "constant", "k": [1.0], "c": [-1.0]}', "c must be finite and >= 0"),
+        ('{"kind": "constant", "k": [1.0], "c": [1.0], "d": [1.0]}', "not a whole law file of kind constant"),
+        ('{"kind": "constant", "k": [1.0], "c": [1.0], "grease": [{"stifness": 1}]}', r"grease\[0\].stifness"),
+        ('{"kind": "constant", "k": [1.0], "c": [1.0], "grease": 3}', "not a whole law file of kind constant"),
+        ('{"kind": "contact", "contact": [{"model": "glue"}]}', "contact"),
+        ('{"kind": "contact", "contact": [{"model": "flores", "stiffness": "hard", "restitution": 1}]}', "contact"),
+        ('{"kind": "time", "t": [0], "k": [[1], [2]], "c": [1]}', "k has shape"),
+        ('{"kind": "time", "t": [0, 1], "k": [[1, 2], [2]], "c": [1]}', "k must be numbers"),
+        pytest.param(
+            '{"kind": ["constant"]}',
+            "not a law file",
+            marks=pytest.mark.xfail(strict=True, raises=TypeError, reason="not refused yet"),
+        ),
+    ],
+)
+def test_damaged_files(text, message, tmp_path):
+    path = tmp_path / "law.json"
+    path.write_text(text)
+    with pytest.raises(LawError, match=message) as error:
+        load_law(path)
+    assert str(path) in str(error.value)
+
+
+def test_no_file(tmp_path):
+    with pytest.raises(LawError, match=r"law\.json: cannot be read"):
+        load_law(tmp_path / "law.json")
+
+
+def test_a_file_is_plain_json(tmp_path):
+    TimeLaw([0.0, 1.0], [1e4, 2e4], [1.0, 2.0]).save(tmp_path / "law.json")
+    expected = {"kind": "time", "t": [0, 1], "k": [[1e4], [2e4]], "c": [[1], [2]], "grease": None}
+    assert json.loads((tmp_path / "law.json").read_text()) == expected
+
+
+def test_a_law_cannot_be_changed_from_outside():
+    """Laws are shared between threads."""
+    k = np.array([1e4, 2e4])
+    law = ConstantLaw(k, 1.0)
+    k[0] = 5.0
+    assert law.table(2).k[0, 0] == 1e4
+    with pytest.raises(ValueError, match="read-only"):
+        law.k[0] = 5.0
