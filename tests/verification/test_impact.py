@@ -1,0 +1,193 @@
+"""Impacts with closed forms: of the contact models alone, and of the loops that the engines run.
+
+The loops are given a free mass between two stops. The compiled engine's gets its arrays from here; MuJoCo's gets a mass
+on a slide joint whose two tendons are the ends of the bushing.
+"""
+
+import dataclasses
+from pathlib import Path
+
+import mujoco
+import numpy as np
+import pytest
+import scipy.integrate
+import scipy.optimize
+
+from clearance_mj.clearance import ConstantLaw, ContactLaw, Flores, HuntCrossley, KelvinVoigt, LankaraniNikravesh
+from clearance_mj.clearance.grease import grease_table
+from clearance_mj.engines import ModalMujoco, modal, modal_mj, mujoco_loop
+from clearance_mj.engines.softness import INVERSE_INERTIA
+from clearance_mj.rig import Bushing, Contact, Grease, Rig
+
+MODELS = Path(__file__).parents[2] / "models"
+ADHESIVE = {0.1: 0.729248, 0.2: 0.526621, 0.3: 0.372326, 0.5: 0.163034}
+RELEASED = {0.1: 0.744079, 0.2: 0.571740, 0.3: 0.450975, 0.5: 0.298436}
+HERTZ_DAMPED = [
+    *((HuntCrossley, e, out) for e, out in ((0.9, 0.9090), (0.7, 0.7680), (0.5, 0.6630))),
+    *((LankaraniNikravesh, e, out) for e, out in ((0.9, 0.9132), (0.7, 0.7960), (0.5, 0.7252))),
+    *((Flores, e, out) for e, out in ((0.9, 0.8939), (0.7, 0.6832), (0.5, 0.4704))),
+]
+"""verification.md: restitution, given the e of the model"""
+
+
+def restitution(force, mass=1.0, speed=0.3, duration=10.0):
+    """Rebound over impact speed of a free mass on a contact, by an ODE solver."""
+
+    def rate(_, y):
+        return y[1], -force(y[0], y[1]) / mass
+
+    def leaves(_, y):
+        return y[0]
+
+    leaves.terminal, leaves.direction = True, -1
+    start = (1e-12, speed)
+    found = scipy.integrate.solve_ivp(rate, (0, duration), start, events=leaves, rtol=1e-10, atol=1e-14, max_step=0.01)
+    assert found.status == 1
+    return -found.y[1, -1] / speed
+
+
+def damping(ratio, mass=1.0, stiffness=1.0):
+    return 2 * ratio * np.sqrt(mass * stiffness)
+
+
+@pytest.mark.parametrize(("ratio", "expected"), ADHESIVE.items())
+def test_kelvin_voigt_adhesive(ratio, expected):
+    """exp(-πζ/√(1-ζ²))."""
+    assert np.exp(-np.pi * ratio / np.sqrt(1 - ratio**2)) == pytest.approx(expected, abs=1e-6)
+    assert restitution(KelvinVoigt(1.0, damping(ratio), adhesion=True).force) == pytest.approx(expected, rel=1e-5)
+
+
+@pytest.mark.parametrize(("ratio", "expected"), RELEASED.items())
+def test_kelvin_voigt_released(ratio, expected):
+    """exp[-(b/w)(π - atan2(2bw, w² - b²))]: the contact ends where the force has fallen to zero."""
+    w = np.sqrt(1 - ratio**2)
+    closed = np.exp(-(ratio / w) * (np.pi - np.arctan2(2 * ratio * w, w**2 - ratio**2)))
+    assert closed == pytest.approx(expected, abs=1e-6)
+    assert restitution(KelvinVoigt(1.0, damping(ratio)).force) == pytest.approx(expected, rel=1e-5)
+
+
+def hertz_damped_restitution(kappa):
+    """κ(1 + e) = ln[(1 + κ)/(1 - κe)] for any exponent (Hunt & Crossley 1975, by energy)."""
+
+    def balance(e):
+        return kappa * (1 + e) - np.log((1 + kappa) / (1 - kappa * e))
+
+    return scipy.optimize.brentq(balance, 1e-3, min(1.0, (1 - 1e-12) / kappa), xtol=1e-14)
+
+
+@pytest.mark.parametrize("exponent", [1.5, 1.2])
+@pytest.mark.parametrize(("model", "e", "expected"), HERTZ_DAMPED)
+def test_hertz_damped(model, e, expected, exponent):
+    contact = model(1.0, e, exponent)
+    assert hertz_damped_restitution(contact.kappa) == pytest.approx(expected, abs=5e-5)
+    found = restitution(lambda x, v: contact.force(x, v, 0.3))
+    assert found == pytest.approx(hertz_damped_restitution(contact.kappa), rel=1e-4)
+
+
+class FreeMass:
+    """A mass of 1 kg that moves between stops at ± gap, simulated by an engine's own loop."""
+
+    def __init__(self, loop, law, gap, step, position, speed, grease=None):
+        self.step = step
+        bushing = Bushing(0.5, gap, 0.01, grease or Grease(0.0), Contact(1.0))
+        self.rig = Rig.load(MODELS / "table1_rig.toml").replace(bushings=(bushing,))
+        getattr(self, f"_start_{loop}")(law, gap, position, speed)
+
+    def _start_modal(self, law, gap, position, speed):
+        one = np.ones(1)
+        flow = np.array([[1.0], [self.step], [0.0], [1.0]])  # of a free mass: rows q→q, v→q, q→v, v→v
+        at_points, no_sensor, drive = np.ones((3, 1)), np.zeros((0, 1)), np.zeros(1)
+        state = [position * one, speed * one, *(np.zeros(n) for n in (1, 1, 1, 2))]
+        free = (0 * one, 0 * one, one, flow, at_points, no_sensor, drive, 0.0, np.array([gap]))
+        table = law.table(1)
+        self.simulate = lambda n: self._advance_modal(n, free, grease_table(self.rig, law), table, state)
+
+    def _advance_modal(self, n, free, grease, table, state):
+        out = np.empty((n, 3))
+        assert modal._advance(0, self.step, np.zeros(n), *free, grease, table, *state, out) == (-1, -1)
+        return out
+
+    def _start_mujoco(self, law, gap, position, speed):
+        spec = mujoco.MjSpec()
+        mujoco_loop.set_solver(spec)
+        body = spec.worldbody.add_body(mass=1.0, inertia=[1, 1, 1], explicitinertial=True)
+        body.add_joint(type=mujoco.mjtJoint.mjJNT_SLIDE, axis=[0, 0, 1], name="z")
+        for _ in range(2):
+            tendon = spec.add_tendon(limited=1, range=[-gap, gap])
+            tendon.solimp_limit = [1e-4, 1e-4, 1, 0.5, 1]
+            tendon.wrap_joint("z", 1.0)
+        model = spec.compile()
+        model.tendon_invweight0[:] = INVERSE_INERTIA
+        plant = dataclasses.replace(
+            modal_mj._plant(self.rig, 8), model=model, at_points=np.ones((3, 1)), at_shaker=np.zeros(1),
+            viscous=np.zeros((0, 0)), readout=np.zeros((0, 1)),
+        )  # fmt: skip
+        run = mujoco_loop.MujocoRun(ModalMujoco(), self.rig, law, "force", self.step, plant)
+        run.data.qpos[0], run.data.qvel[0] = position, speed
+        self.simulate = lambda n: run.advance(np.zeros(n))
+
+
+@pytest.mark.parametrize("loop", ["modal", "mujoco"])
+def test_gap_oscillator(loop):
+    """m = k = d = 1, amplitude X = 2: free period 4[π/2 + 1/(X-1)] = 10.28319 (verification.md)."""
+    expected = 4 * (np.pi / 2 + 1)
+    assert expected == pytest.approx(10.28319, abs=5e-6)
+    step = 1e-3
+    x = FreeMass(loop, ConstantLaw(1.0, 0.0), 1.0, step, 2.0, 0.0).simulate(42_000)[:, 0]
+    up = np.flatnonzero((x[:-1] < 0) & (x[1:] >= 0))
+    crossing = (up - x[up] / (x[up + 1] - x[up])) * step
+    assert up.size == 4
+    np.testing.assert_allclose(np.diff(crossing), expected, rtol=2e-6)
+    assert np.max(np.abs(x)) == pytest.approx(2, rel=1e-3)
+
+
+def rebound(mass):
+    """Restitution from the slopes of the displacement before and after the first contact."""
+    x = mass.simulate(20_000)[:, 0]
+    enters, leaves = np.flatnonzero(np.diff(np.abs(x) > 1.0))[:2] + 1
+    return -(x[leaves + 1] - x[leaves]) / (x[enters - 1] - x[enters - 2])
+
+
+@pytest.mark.parametrize("direction", [1, -1])
+@pytest.mark.parametrize("loop", ["modal", "mujoco"])
+@pytest.mark.parametrize(("ratio", "expected"), RELEASED.items())
+def test_kelvin_voigt_in_the_loops(loop, ratio, expected, direction):
+    mass = FreeMass(loop, ConstantLaw(1.0, damping(ratio)), 1.0, 5e-4, 0.9 * direction, 0.5 * direction)
+    assert rebound(mass) == pytest.approx(expected, rel=5e-4)
+
+
+@pytest.mark.parametrize(("ratio", "expected"), ADHESIVE.items())
+def test_adhesion_in_the_modal_loop(ratio, expected):
+    law = ContactLaw(KelvinVoigt(1.0, damping(ratio), adhesion=True))
+    assert rebound(FreeMass("modal", law, 1.0, 5e-4, 0.9, 0.5)) == pytest.approx(expected, rel=5e-4)
+
+
+@pytest.mark.parametrize("loop", ["modal", "mujoco"])
+@pytest.mark.parametrize(("model", "e", "expected"), HERTZ_DAMPED)
+def test_hertz_damped_in_the_loops(loop, model, e, expected):
+    mass = FreeMass(loop, ContactLaw(model(2.0, e)), 1.0, 5e-4, 0.9, 0.5)
+    assert hertz_damped_restitution(model(2.0, e).kappa) == pytest.approx(expected, abs=5e-5)
+    assert rebound(mass) == pytest.approx(hertz_damped_restitution(model(2.0, e).kappa), rel=1e-6)
+
+
+@pytest.mark.parametrize(("loop", "tolerance"), [("modal", 1e-6), ("mujoco", 1e-3)])
+def test_grease_in_the_loops(loop, tolerance):
+    """A mass that rings out in Bouc-Wen grease with a squeeze film, against an ODE solver.
+
+    The compiled loop is of second order; MuJoCo's takes the damping force at a velocity half a step old.
+    """
+    grease = Grease(1.0, 0.1, 0.3, 1.0, 0.8, 0.5, 2.0, film_height=2.5, film_limit=0.3)
+
+    def rate(_, y):
+        x, v, z = y
+        force = 0.3 * x + 0.7 * z + 0.1 * v / max(1 - abs(x) / 2.5, 0.3) ** 2
+        return v, -force, v - 0.8 * abs(v) * abs(z) * z - 0.5 * v * z**2
+
+    step, n = 1e-3, 20_000
+    t = np.arange(n) * step
+    start = (0.0, 1.9, 0.0)
+    exact = scipy.integrate.solve_ivp(rate, (0, t[-1]), start, rtol=1e-10, atol=1e-12, t_eval=t, max_step=0.02).y[0]
+    assert np.max(np.abs(exact)) > 1.7  # into the yielding and the thin film
+    speed = 1.9 + step / 2 * 0.1 * 1.9  # half a step before the start: where the loops' velocities are
+    out = FreeMass(loop, ConstantLaw(1.0, 0.0), 10.0, step, 0.0, speed, grease).simulate(n)
+    assert np.max(np.abs(out[:, 0] - exact)) < tolerance
