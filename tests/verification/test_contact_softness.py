@@ -1,0 +1,180 @@
+"""solref and solimp in MuJoCo: with `solref_solimp` a contact or limit is the spring and damper that it says.
+
+Small MJCF models; nothing of the engines but the mapping. Closed forms: verification.md.
+"""
+
+import mujoco
+import numpy as np
+import pytest
+
+from clearance_mj.engines import solref_solimp
+from clearance_mj.errors import LawError
+
+RELEASED = {0.1: 0.744079, 0.2: 0.571740, 0.3: 0.450975, 0.5: 0.298436}
+MASS, STIFFNESS = 0.7, 2e4
+OMEGA = np.sqrt(STIFFNESS / MASS)
+
+
+def sphere_on_plane(gravity, timestep, height):
+    """A sphere that can only rise and sink; its pair with the floor is the contact."""
+    model = mujoco.MjModel.from_xml_string(f"""
+    <mujoco>
+      <option timestep="{timestep}" gravity="0 0 {-gravity}" integrator="Euler" cone="elliptic"/>
+      <worldbody>
+        <geom name="floor" type="plane" size="1 1 1"/>
+        <body pos="0 0 {0.1 + height}">
+          <joint type="slide" axis="0 0 1"/>
+          <geom name="ball" type="sphere" size="0.1" mass="{MASS}"/>
+        </body>
+      </worldbody>
+      <contact><pair geom1="floor" geom2="ball" condim="1"/></contact>
+    </mujoco>""")
+    return model, model.pair_solref, model.pair_solimp, model.body_invweight0[1, 0]
+
+
+def mass_on_tendon(gravity, timestep, height):
+    """Two masses on slides; a fixed tendon with coefficients ±1/2, as of a mode shape, has a lower limit."""
+    model = mujoco.MjModel.from_xml_string(f"""
+    <mujoco>
+      <option timestep="{timestep}" gravity="0 0 {-gravity}" integrator="Euler"/>
+      <worldbody>
+        <body pos="0 0 0"><joint name="up" type="slide" axis="0 0 1"/><geom size="0.1" mass="{MASS / 2}"/></body>
+        <body pos="1 0 0"><joint name="down" type="slide" axis="0 0 -1"/><geom size="0.1" mass="{MASS / 2}"/></body>
+      </worldbody>
+      <tendon>
+        <fixed limited="true" range="{-height} 9">
+          <joint joint="up" coef="0.5"/><joint joint="down" coef="-0.5"/>
+        </fixed>
+      </tendon>
+    </mujoco>""")
+    return model, model.tendon_solref_lim, model.tendon_solimp_lim, model.tendon_invweight0[0]
+
+
+MODELS = [sphere_on_plane, mass_on_tendon]
+all_models = pytest.mark.parametrize("make", MODELS, ids=lambda make: make.__name__)
+
+
+def soften(solref, solimp, inverse_inertia, stiffness, damping, **impedance):
+    solref[0], solimp[0] = solref_solimp(stiffness, damping, inverse_inertia, **impedance)
+
+
+def damping(ratio):
+    return 2 * ratio * np.sqrt(STIFFNESS * MASS)
+
+
+def run(model, height, speed, steps):
+    """Height over the floor or limit, and velocity. Both models have one way to move: all joints alike."""
+    data = mujoco.MjData(model)
+    data.qvel[:] = speed * np.array([1, -1])[: model.nv]
+    rows = np.empty((steps, 2))
+    for row in rows:
+        mujoco.mj_step(model, data)
+        row[:] = height + data.qpos[0], data.qvel[0]
+    return rows.T
+
+
+def penetration(make, **impedance):
+    """Static penetration under the weight, long after a small drop."""
+    model, *contact = make(9.81, 1e-4, 0.0)
+    soften(*contact, STIFFNESS, damping(0.5), **impedance)
+    return -run(model, 0.0, 0.0, 6000)[0, -1]
+
+
+@all_models
+def test_static_penetration(make):
+    """m g / k; at rest nothing of the impedance is left in it."""
+    assert penetration(make) == pytest.approx(MASS * 9.81 / STIFFNESS, rel=1e-6)
+
+
+def restitution(make, ratio, **impedance):
+    timestep = 2e-3 / OMEGA
+    model, *contact = make(0.0, timestep, 1e-4)
+    soften(*contact, STIFFNESS, damping(ratio), **impedance)
+    height, velocity = run(model, 1e-4, -0.5, 8000)
+    assert np.min(height) < 0 < height[-1]
+    return -velocity[-1] / velocity[0]
+
+
+@all_models
+@pytest.mark.parametrize(("ratio", "expected"), RELEASED.items())
+def test_restitution(make, ratio, expected):
+    """Kelvin-Voigt contact that never pulls: exp[-(b/w)(π - atan2(2bw, w² - b²))] within 0.2 %."""
+    assert restitution(make, ratio) == pytest.approx(expected, rel=2e-3)
+
+
+@all_models
+def test_ring_down(make):
+    """A mass that stays in contact rings with √(k/m) √(1-ζ²), within 2e-4 (verification.md: k = 2e4, c = 6)."""
+    timestep, c = 1e-4, 6.0
+    model, *contact = make(9.81, timestep, 0.0)
+    soften(*contact, STIFFNESS, c)
+    height, _ = run(model, 0.0, 0.0, 2000)
+    rest = -MASS * 9.81 / STIFFNESS
+    up = np.flatnonzero((height[:-1] < rest) & (height[1:] >= rest))[:4]
+    crossing = (up + (rest - height[up]) / (height[up + 1] - height[up])) * timestep
+    ratio = c / (2 * np.sqrt(STIFFNESS * MASS))
+    expected = 2 * np.pi / (OMEGA * np.sqrt(1 - ratio**2))
+    np.testing.assert_allclose(np.diff(crossing), expected, rtol=2e-4)
+
+
+@all_models
+def test_default_impedance_is_wrong(make):
+    """d = 0.9 adds nine times the mass to the contact: it rebounds as a mass 10 m on the same k and c does."""
+    heavy = 0.2 / np.sqrt(10)
+    w = np.sqrt(1 - heavy**2)
+    expected = np.exp(-(heavy / w) * (np.pi - np.arctan2(2 * heavy * w, w**2 - heavy**2)))
+    found = restitution(make, 0.2, impedance=0.9)
+    assert found == pytest.approx(expected, rel=2e-3)
+    assert found > 1.4 * RELEASED[0.2]
+
+
+@all_models
+def test_standard_softness_is_wrong(make):
+    """What MuJoCo makes of the same solref with its own default solimp: another stiffness."""
+    model, solref, solimp, inverse_inertia = make(9.81, 1e-4, 0.0)
+    default = solimp[0].copy()
+    soften(solref, solimp, inverse_inertia, STIFFNESS, damping(0.5))
+    solimp[0] = default
+    found = -run(model, 0.0, 0.0, 6000)[0, -1]
+    assert abs(found / (MASS * 9.81 / STIFFNESS) - 1) > 0.5
+
+
+def test_force_is_exact():
+    """f = k r + c ṙ - μ a with μ = d/((1-d)Â), to rounding, on any motion."""
+    rng = np.random.default_rng(1)
+    for _ in range(20):
+        stiffness, c, ratio = 10 ** rng.uniform(3, 6), 10 ** rng.uniform(-1, 2), rng.uniform(1e-4, 0.9)
+        model, *contact = sphere_on_plane(9.81, 1e-5, 0.0)
+        soften(*contact, stiffness, c, impedance=ratio)
+        data = mujoco.MjData(model)
+        data.qpos[0], data.qvel[0] = -rng.uniform(1e-4, 1e-3), -rng.uniform(0, 1)
+        mujoco.mj_forward(model, data)
+        expected = -stiffness * data.qpos[0] - c * data.qvel[0] - ratio / (1 - ratio) / contact[2] * data.qacc[0]
+        assert data.qfrc_constraint[0] == pytest.approx(expected, rel=1e-9)
+
+
+def test_shapes():
+    solref, solimp = solref_solimp(np.ones((3, 4)) * 1e4, [0.0, 1.0, 2.0, 3.0], 2.0, impedance=0.5)
+    assert solref.shape == (3, 4, 2)
+    np.testing.assert_allclose(solref[1], np.array([[-1e4, 0], [-1e4, -1], [-1e4, -2], [-1e4, -3]]), atol=1e-12)
+    np.testing.assert_array_equal(solimp, [0.5, 0.5, 1, 0.5, 1])
+    assert solref_solimp(1.0, 1.0, 1.0)[0].shape == (2,)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ((0.0, 1.0, 1.0), "k = 0"),
+        (([1e4, -1.0], 1.0, 1.0), "k = -1"),
+        ((1e4, -1.0, 1.0), "c = -1"),
+        ((1e4, 1.0, 0.0), "inverse_inertia = 0"),
+        ((np.nan, 1.0, 1.0), "k = nan"),
+        ((1e4, np.inf, 1.0), "c = inf"),
+        ((1e4, 1.0, 1.0, 0.0), "impedance 0 lies outside"),
+        ((1e4, 1.0, 1.0, 1.0), "impedance 1 lies outside"),
+        ((1e4, 1.0, 1.0, np.nan), "impedance nan lies outside"),
+    ],
+)
+def test_refusals(arguments, message):
+    with pytest.raises(LawError, match=message):
+        solref_solimp(*arguments)
