@@ -12,10 +12,7 @@ import numpy as np
 
 from ..errors import RigError
 
-__all__ = ["BANDWIDTH", "FiniteElements", "Points"]
-
-BANDWIDTH = 3
-"""Diagonals below the main one: two nodes with deflection and slope each."""
+__all__ = ["FiniteElements", "Points", "dense"]
 
 _STIFFNESS = np.array([[12.0, 6, -12, 6], [6, 4, -6, 2], [-12, -6, 12, -6], [6, 2, -6, 4]])
 _MASS = np.array([[156.0, 22, 54, -13], [22, 4, 13, -3], [54, 13, 156, -22], [-13, -3, -22, 4]]) / 420
