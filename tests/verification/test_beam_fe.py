@@ -4,6 +4,7 @@ The elements are the cubic ones of Przemieniecki, Theory of Matrix Structural An
 240 of them the discretisation error of the first eight frequencies is below 1e-7.
 """
 
+import functools
 from pathlib import Path
 
 import numpy as np
@@ -53,18 +54,19 @@ def shaft(beam, point_masses=(), elements=ELEMENTS):
     return mass, stiffness, load
 
 
-def greased(rig, stiffness, name="stiffness"):
+def greased(rig, matrix, name="stiffness"):
     """Add the springs of the bushings' grease, or their dashpots, to a matrix."""
-    at = hermite([b.position for b in rig.bushings], rig.beam.length)
-    return stiffness + (at.T * [getattr(b.grease, name) for b in rig.bushings]) @ at
+    at = hermite([b.position for b in rig.bushings], rig.beam.length, len(matrix) // 2)
+    return matrix + (at.T * [getattr(b.grease, name) for b in rig.bushings]) @ at
 
 
-def frequencies_and_shapes(rig, n):
+@functools.cache
+def frequencies_and_shapes(rig, n, elements=ELEMENTS):
     """First n natural frequencies, Hz, and shapes (columns) of unit modal mass by finite elements.
 
     Solved for 1/ω², which keeps the digits of the lowest frequencies: the usual form loses ω_max²/ω² of them.
     """
-    mass, stiffness, _ = shaft(rig.beam, rig.point_masses)
+    mass, stiffness, _ = shaft(rig.beam, rig.point_masses, elements)
     last = (len(mass) - n, len(mass) - 1)
     value, vector = scipy.linalg.eigh(mass, greased(rig, stiffness), subset_by_index=last)
     omega, vector = 1 / np.sqrt(value[::-1]), vector[:, ::-1] * np.sign(vector[-2, ::-1])
