@@ -18,7 +18,7 @@ import numpy as np
 from tqdm import tqdm
 
 from .._version import __version__
-from ..clearance.law import Law
+from ..clearance.law import Law, LawTable
 from ..errors import ClearanceError, ExcitationError, LawError, SimulationError
 from ..excitation import Excitation
 from ..response import Response
@@ -29,6 +29,8 @@ __all__ = ["Engine", "Run", "get_engine", "register", "simulate", "simulate_batc
 
 BLOCK = 512
 """Samples at the record's rate that are simulated between two looks from Python"""
+MOST_STEPS = 1000
+"""Steps per sample beyond which a law is taken for a mistake"""
 
 
 class Run(ABC):
@@ -168,7 +170,7 @@ def simulate(rig: Rig, excitation: Excitation, law: Law, engine="links") -> Resp
     engine = get_engine(engine)
     if excitation.kind == "force" and rig.shaker.position is None:
         raise ExcitationError(f"rig {rig.name!r} has no shaker.position, so a force cannot be applied")
-    factor = step_factor(excitation.fs, engine.largest_step(rig, law))
+    factor = _affordable(rig, law, engine, step_factor(excitation.fs, engine.largest_step(rig, law)))
     step = 1 / (excitation.fs * factor)
     run = engine.start(rig, law, excitation.kind, step)
     drive = interpolate(excitation.value, factor)
@@ -231,6 +233,18 @@ def simulate_batch(rig, excitations, laws, engine="links", workers=None, progres
                 job.cancel()
 
 
+def _affordable(rig, law, engine, factor):
+    if factor <= MOST_STEPS:
+        return factor
+    table = law.table(len(rig.bushings))
+    hardest = int(np.argmax(table.k.max(axis=0) + table.c.max(axis=0)))
+    raise LawError(
+        f"rig {rig.name!r}: the law at bushings[{hardest}] (k up to {table.k[:, hardest].max():g} N/m, c up to "
+        f"{table.c[:, hardest].max():g} N s/m) needs {factor} steps per sample on the {engine.name} engine, "
+        f"more than {MOST_STEPS}; a contact is rarely stiffer than 1e7 N/m"
+    )
+
+
 def _cases(*columns):
     rows = [column if isinstance(column, list | tuple) else None for column in columns]
     lengths = {len(row) for row in rows if row is not None}
@@ -265,6 +279,25 @@ def diverged(rig: Rig, engine: Engine, time: float, bushing: int) -> SimulationE
         f"rig {rig.name!r}: the {engine.name} simulation diverged at t = {time:.6f} s {where}; "
         "the law is too stiff or too strongly damped for the time step, or the excitation is far out of range"
     )
+
+
+def stiffest_contact(rig: Rig, table: LawTable) -> np.ndarray:
+    """Largest contact stiffness of each bushing that a law reaches; of a Hertz contact, at one gap of penetration.
+
+    Parameters
+    ----------
+    rig : Rig
+        The rig.
+    table : LawTable
+        The law.
+
+    Returns
+    -------
+    ndarray, shape (n_bushings,)
+        N/m.
+    """
+    gaps = np.array([b.gap for b in rig.bushings])
+    return table.exponent * table.k.max(axis=0, initial=0.0) * gaps ** (table.exponent - 1)
 
 
 def needs_no_adhesion(table, engine: Engine):

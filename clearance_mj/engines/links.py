@@ -21,7 +21,7 @@ import numpy as np
 import scipy.linalg
 
 from .base import Engine, register
-from .mujoco_loop import MujocoRun, Plant, set_solver
+from .mujoco_loop import MujocoRun, Plant, set_solver, stable_step
 from .softness import INVERSE_INERTIA, solref_solimp
 
 __all__ = ["Links", "build_links"]
@@ -45,8 +45,9 @@ class Links(Engine):
     safety: float = 0.8
 
     def largest_step(self, rig, law):
-        """``safety`` times the stability limit 2/ω_max of the explicit joint springs."""
-        return self.safety * 2 / _chain_frequency(rig, self.links)
+        """``safety`` times the stability limit of the chain with every contact and film at its hardest."""
+        points = _plant(rig, self.links).at_points
+        return self.safety * stable_step(_mass_matrix(rig, self.links), _stiffness(rig, self.links), points, rig, law)
 
     def start(self, rig, law, kind, step):
         """Begin a simulation at rest; see `Engine.start`."""
@@ -74,7 +75,8 @@ def build_links(rig, links: int = 20) -> mujoco.MjSpec:
     depth = (beam.diameter or beam.height) / 2
     spec = mujoco.MjSpec()
     spec.modelname = rig.name
-    spec.option.timestep = 0.8 * 2 / _chain_frequency(rig, links)
+    fastest = scipy.linalg.eigvalsh(_stiffness(rig, links), _mass_matrix(rig, links))[-1]
+    spec.option.timestep = 0.5 * 2 / np.sqrt(fastest)  # leaves room for contacts; engines set their own
     set_solver(spec)
     spec.compiler.degree = False
     _visual(spec, spec.worldbody, "clamped", cell / 2, depth)
@@ -227,14 +229,9 @@ def _curved_lever(x, beam, links):
     return lever + (offset**2 / 2 - cell**2 / 24) * curvature
 
 
-@functools.lru_cache(maxsize=64)
-def _chain_frequency(rig, links):
-    """ω of the chain's fastest mode, grease included, 1/s."""
-    lever = _curved_lever([b.position for b in rig.bushings], rig.beam, links)
-    stiffness = np.diag(1 / _compliance(rig.beam, links))
-    stiffness = stiffness + (lever.T * np.array([b.grease.stiffness for b in rig.bushings])) @ lever
-    fastest = [links - 1, links - 1]
-    return float(np.sqrt(scipy.linalg.eigh(stiffness, _mass_matrix(rig, links), subset_by_index=fastest)[0][0]))
+def _stiffness(rig, links):
+    """Stiffness matrix of the chain in its hinge angles."""
+    return np.diag(1 / _compliance(rig.beam, links))
 
 
 @functools.lru_cache(maxsize=32)

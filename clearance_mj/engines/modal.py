@@ -35,7 +35,7 @@ from ..clearance.grease import (
     grease_table,
 )
 from ..clearance.law import table_row
-from .base import Engine, Run, diverged, register
+from .base import Engine, Run, diverged, register, stiffest_contact
 
 __all__ = ["Modal"]
 
@@ -60,7 +60,7 @@ class Modal(Engine):
     def largest_step(self, rig, law):
         """Step in which the fastest mode, or the stiffest contact on the shaft, turns by ``resolution`` rad."""
         model = ritz_model(rig, self.modes)
-        stiffest = _stiffest(law.table(len(rig.bushings)), rig)
+        stiffest = stiffest_contact(rig, law.table(len(rig.bushings)))
         at = model.shapes([b.position for b in rig.bushings])
         contact = np.sqrt(np.max(stiffest * np.sum(at**2, axis=1), initial=0.0))
         # A kick is less exact than the modes' own motion: keep contacts four times finer.
@@ -69,12 +69,6 @@ class Modal(Engine):
     def start(self, rig, law, kind, step):
         """Begin a simulation at rest; see `Engine.start`."""
         return _ModalRun(self, rig, law, kind, step)
-
-
-def _stiffest(table, rig):
-    """Largest contact stiffness of each bushing, N/m; of a Hertz contact, at one gap of penetration."""
-    gaps = np.array([b.gap for b in rig.bushings])
-    return table.exponent * table.k.max(axis=0, initial=0.0) * gaps ** (table.exponent - 1)
 
 
 @functools.lru_cache(maxsize=64)

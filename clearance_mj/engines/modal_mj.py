@@ -17,7 +17,7 @@ import numpy as np
 
 from ..beam import ritz_model
 from .base import Engine, register
-from .mujoco_loop import MujocoRun, Plant, set_solver
+from .mujoco_loop import MujocoRun, Plant, set_solver, stable_step
 from .softness import INVERSE_INERTIA, solref_solimp
 
 __all__ = ["ModalMujoco", "build_modes"]
@@ -41,8 +41,10 @@ class ModalMujoco(Engine):
     safety: float = 0.8
 
     def largest_step(self, rig, law):
-        """``safety`` times the stability limit 2/ω_max of the explicit joint springs."""
-        return self.safety * 2 / ritz_model(rig, self.modes, grease=True).omega[-1]
+        """``safety`` times the stability limit of the modes with every contact and film at its hardest."""
+        omega, mass = ritz_model(rig, self.modes).omega, rig.total_mass
+        points = _plant(rig, self.modes).at_points
+        return self.safety * stable_step(mass * np.eye(omega.size), np.diag(mass * omega**2), points, rig, law)
 
     def start(self, rig, law, kind, step):
         """Begin a simulation at rest; see `Engine.start`."""
@@ -67,7 +69,7 @@ def build_modes(rig, modes: int = 8) -> mujoco.MjSpec:
     ritz, mass = ritz_model(rig, modes), rig.total_mass
     spec = mujoco.MjSpec()
     spec.modelname = f"{rig.name} modes"
-    spec.option.timestep = 0.8 * 2 / ritz_model(rig, modes, grease=True).omega[-1]
+    spec.option.timestep = 0.5 * 2 / ritz.omega[-1]  # leaves room for contacts; engines set their own
     set_solver(spec)
     for i, (omega, damping, share) in enumerate(zip(ritz.omega, ritz.damping, ritz.participation / np.sqrt(mass))):
         body = spec.worldbody.add_body(name=f"mode{i}", pos=[0.1 * i, 0, 0])

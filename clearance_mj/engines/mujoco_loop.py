@@ -9,6 +9,8 @@ from __future__ import annotations
 
 import copy
 import ctypes
+import threading
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -16,6 +18,7 @@ import llvmlite.binding
 import mujoco
 import numba
 import numpy as np
+import scipy.linalg
 
 from ..clearance.contact import instantaneous
 from ..clearance.gap import gap
@@ -35,10 +38,10 @@ from ..clearance.grease import (
 )
 from ..clearance.law import table_row
 from ..errors import SimulationError
-from .base import Run, diverged, needs_no_adhesion
+from .base import Run, diverged, needs_no_adhesion, stiffest_contact
 from .softness import IMPEDANCE, INVERSE_INERTIA
 
-__all__ = ["MujocoRun", "Plant", "set_solver"]
+__all__ = ["MujocoRun", "Plant", "set_solver", "stable_step"]
 
 
 def set_solver(spec: mujoco.MjSpec):
@@ -73,6 +76,67 @@ def _library() -> ctypes.CDLL:
 _LIBRARY = _library()
 llvmlite.binding.add_symbol("mj_step", ctypes.cast(_LIBRARY.mj_step, ctypes.c_void_p).value)
 _mj_step = numba.types.ExternalFunction("mj_step", numba.types.void(numba.types.intp, numba.types.intp))
+
+
+def stable_step(mass, stiffness, at_points, rig, law) -> float:
+    """Longest stable step of the Euler integrator with every contact and film at its hardest.
+
+    Springs are explicit, so h < 2/ω_max; the bushings' dampers are explicit too, which shortens it to
+    2 / (δ + √(δ² + ω²)) with 2δ the largest eigenvalue of M⁻¹C.
+
+    Parameters
+    ----------
+    mass, stiffness : ndarray, shape (nv, nv)
+        Of the shaft alone.
+    at_points : ndarray, shape (3 n_bushings, nv)
+        As in `Plant`.
+    rig : Rig
+        The rig.
+    law : Law
+        The clearance's law.
+
+    Returns
+    -------
+    float
+        s.
+    """
+    grease, table, n_bushings = grease_table(rig, law), law.table(len(rig.bushings)), len(rig.bushings)
+    film = grease[:, DAMPING] / np.where(grease[:, INVERSE_FILM] > 0, grease[:, FILM_LIMIT], 1.0) ** 2
+    k = np.concatenate((grease[:, STIFFNESS], np.repeat(stiffest_contact(rig, table) / 2, 2)))
+    c = np.concatenate((film, np.repeat(table.c.max(axis=0, initial=0.0).reshape(n_bushings) / 2, 2)))
+    fastest = [mass.shape[0] - 1] * 2
+    omega2 = scipy.linalg.eigh(
+        stiffness + (at_points.T * k) @ at_points, mass, eigvals_only=True, subset_by_index=fastest
+    )[0]
+    decay = scipy.linalg.eigh((at_points.T * c) @ at_points, mass, eigvals_only=True, subset_by_index=fastest)[0] / 2
+    return float(2 / (decay + np.sqrt(decay**2 + omega2)))
+
+
+@contextmanager
+def _warnings_counted():
+    """Let MuJoCo count its warnings, which a run looks at, instead of writing a log into the working folder."""
+    global _counting
+    with _COUNTING:
+        if not _counting:
+            _HANDLER.value, _PREVIOUS.value = ctypes.cast(_ignore.ctypes, ctypes.c_void_p).value, _HANDLER.value
+        _counting += 1
+    try:
+        yield
+    finally:
+        with _COUNTING:
+            _counting -= 1
+            if not _counting:
+                _HANDLER.value = _PREVIOUS.value
+
+
+@numba.cfunc(numba.types.void(numba.types.voidptr))
+def _ignore(message):
+    pass
+
+
+_HANDLER = ctypes.c_void_p.in_dll(_LIBRARY, "mju_user_warning")
+_PREVIOUS = ctypes.c_void_p()
+_COUNTING, _counting = threading.Lock(), 0
 
 
 @dataclass(frozen=True, eq=False)
@@ -136,12 +200,13 @@ class MujocoRun(Run):
         """Simulate one block; see `Run.advance`."""
         plant, n_bushings = self.plant, len(self.rig.bushings)
         out = np.empty((drive.size, plant.readout.shape[0] + 3 * n_bushings))
-        failed, bushing = _advance(
-            *(self.model._address, self.data._address, self.views, self.steps, self.step, drive, self.base),
-            *(plant.at_points, plant.at_shaker, plant.viscous, plant.readout, plant.columns),
-            *(plant.readout_base * self.base, plant.rows),
-            *(self.from_constraint, self.gaps, self.grease, self.law, self.state, out),
-        )
+        with _warnings_counted():
+            failed, bushing = _advance(
+                *(self.model._address, self.data._address, self.views, self.steps, self.step, drive, self.base),
+                *(plant.at_points, plant.at_shaker, plant.viscous, plant.readout, plant.columns),
+                *(plant.readout_base * self.base, plant.rows),
+                *(self.from_constraint, self.gaps, self.grease, self.law, self.state, out),
+            )
         if failed >= 0:
             raise diverged(self.rig, self.engine, (self.steps + failed) * self.step, bushing)
         self._check_warnings()
