@@ -2,11 +2,14 @@
 
 The modal engine is driven by the measured excitation. Residuals are the differences of the FRF magnitudes, in dB, of every
 accelerometer over consecutive pieces of each record (so that a level ramp tells how the clearance depends on level), and
-of the RMS of the displacement probes. Impacting systems are chaotic, so neither residual compares waveforms.
+of the RMS of the displacement probes. Pieces that hold hammer hits give the RMS of their accelerometers instead of FRFs,
+which between the hits would be mostly noise. Impacting systems are chaotic, so neither residual compares waveforms.
 """
 
 from __future__ import annotations
 
+import dataclasses
+import itertools
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
@@ -27,8 +30,10 @@ PIECE = 5.0
 """s, shortest piece over which an FRF is taken"""
 RESOLUTION = 1.0
 """Hz, of these FRFs"""
-PROBE_WEIGHT = 5.0
-"""one dB of a probe's RMS counts like so many dB of one FRF line"""
+RMS_WEIGHT = 5.0
+"""one dB of an RMS counts like so many dB of one FRF line"""
+CREST = 10.0
+"""peak over RMS above which the excitation of a piece counts as hits"""
 DIFFERENCE = 0.02
 """step of the finite differences in the logarithm of a parameter: above the chaos of single impacts"""
 
@@ -125,6 +130,7 @@ class _Problem:
             longest = max(m.duration for m in measured)
             raise RecordError(f"records to fit must last {PIECE:g} s or more, the longest lasts {longest:g} s")
         self.excitations = [self.excitations[i] for i in usable]
+        self.probes = [measured[i].displacement is not None for i in usable]
         self.measured = [_features(measured[i]) for i in usable]
         self.frf_size = sum(frf.size for frf, _ in self.measured)
         self.bar = tqdm(desc=progress, unit="simulation", disable=progress is None)
@@ -142,10 +148,11 @@ class _Problem:
         return np.array([self._residual(responses[n * i : n * i + n]) for i in range(len(laws))])
 
     def _residual(self, responses):
-        pairs = [(_features(r), m) for r, m in zip(responses, self.measured)]
+        seen = [r if p else dataclasses.replace(r, displacement=None) for r, p in zip(responses, self.probes)]
+        pairs = [(_features(r), m) for r, m in zip(seen, self.measured)]
         frf = [20 * np.log10(model[0] / test[0]) for model, test in pairs]
-        probes = [PROBE_WEIGHT * 20 * np.log10(model[1][: test[1].size] / test[1]) for model, test in pairs]
-        return np.concatenate([r.ravel() for r in (*frf, *probes)])
+        rms = [RMS_WEIGHT * 20 * np.log10(model[1] / test[1]) for model, test in pairs]
+        return np.concatenate((*frf, *rms))
 
     def jacobian(self, theta, high):
         """(n_residuals, n) by central differences, one-sided at the upper bound."""
@@ -157,16 +164,18 @@ class _Problem:
 
 
 def _features(response: Response):
-    """FRF magnitudes (n_pieces, n_sensors, n_f) and probe RMS (n_pieces * n_bushings,) of a response."""
+    """FRF magnitudes (n_sensors, n_f) of the pieces one after the other, and RMS of what is compared by RMS."""
     count = max(1, int(response.duration / PIECE))
     edges = np.linspace(0, response.excitation.size, count + 1).astype(int)
-    frfs, probes = [], []
-    for start, stop in zip(edges, edges[1:]):
-        piece = Response(
-            response.fs, response.excitation[start:stop], response.acceleration[start:stop],
-            kind=response.kind, band=response.band,
-        )  # fmt: skip
-        frfs.append(np.abs(estimate_frf(piece, resolution=RESOLUTION).value))
+    magnitudes, signals = [], []
+    for piece in (slice(*edge) for edge in itertools.pairwise(edges)):
+        excitation, acceleration = response.excitation[piece], response.acceleration[piece]
+        if np.abs(excitation).max() > CREST * excitation.std():
+            signals.append(acceleration)
+        else:
+            part = dataclasses.replace(response, excitation=excitation, acceleration=acceleration)
+            magnitudes.append(np.abs(estimate_frf(part, resolution=RESOLUTION).value))
         if response.displacement is not None:
-            probes.append(np.sqrt(np.mean(response.displacement[start:stop] ** 2, axis=0)))
-    return np.array(frfs), np.concatenate(probes) if probes else np.empty(0)
+            signals.append(response.displacement[piece])
+    rms = [np.sqrt(np.mean(signal**2, axis=0)) for signal in signals]
+    return np.concatenate([*magnitudes, np.empty(0)], axis=None), np.concatenate([*rms, np.empty(0)])
