@@ -1,0 +1,93 @@
+"""FRFs of the engines' records: against the linear model in the gap, against each other in contact.
+
+In the gap a periodic random signal is used, and one period after 8 s: no leakage, no start transient, so that what is
+left is the engine's own error. `beam.linear_frf` itself is checked against finite elements in test_beam_fe.py.
+"""
+
+import dataclasses
+import functools
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from clearance_mj.beam import linear_frf
+from clearance_mj.clearance import ConstantLaw
+from clearance_mj.engines import simulate
+from clearance_mj.excitation import Excitation
+from clearance_mj.frf import estimate_frf
+from clearance_mj.rig import Rig, Shaker
+
+RIG = Rig.load(Path(__file__).parents[2] / "models" / "table1_rig.toml")
+PUSHED = RIG.replace(shaker=Shaker("force", 0.3))
+LAW = ConstantLaw(2e4, 3.0)
+FS, BAND = 2048.0, (5.0, 220.0)
+ENGINES = ["links", "modal", "modal-mj"]
+
+
+def noise(duration, rms, seed):
+    """Random phases at every line of the band."""
+    n = round(duration * FS)
+    frequency = np.fft.rfftfreq(n, 1 / FS)
+    inside = (frequency >= BAND[0]) & (frequency <= BAND[1])
+    value = np.fft.irfft(inside * np.exp(2j * np.pi * np.random.default_rng(seed).random(frequency.size)), n)
+    return value * rms / np.std(value)
+
+
+def rms_db(found, expected):
+    return np.sqrt(np.mean((20 * np.log10(np.abs(found / expected))) ** 2))
+
+
+def in_gap_frf(rig, kind, rms, engine):
+    """H1 of the fifth period of 2 s; the record goes on for a moment, as its very end is filtered against zeros."""
+    value = np.resize(noise(2, rms, 3), round(10.1 * FS))
+    response = simulate(rig, Excitation(value, FS, kind, BAND), LAW, engine)
+    assert np.max(np.abs(response.displacement)) < 3e-4
+    assert not np.any(response.contact_force)
+    fifth = slice(round(8 * FS), round(10 * FS))
+    excitation, acceleration = response.excitation[fifth], response.acceleration[fifth]
+    response = dataclasses.replace(response, excitation=excitation, acceleration=acceleration)
+    return estimate_frf(response, "H1", resolution=0.5, overlap=0, window="boxcar")
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_in_the_gap(engine):
+    """0.3 m/s² rms of the base: 0.3 dB RMS over all sensors, 5-220 Hz."""
+    found = in_gap_frf(RIG, "base", 0.3, engine)
+    assert rms_db(found.value, linear_frf(RIG, found.frequency)) < 0.3
+
+
+MODAL_READOUT = pytest.mark.xfail(
+    strict=True, reason="accelerations as differences of modal forces: 0.41 dB, 16 dB where the motion is small"
+)
+
+
+@pytest.mark.parametrize("engine", ["links", pytest.param("modal", marks=MODAL_READOUT), "modal-mj"])
+def test_in_the_gap_pushed_by_a_force(engine):
+    """0.1 N rms at 0.3 m: the same, phase included."""
+    found = in_gap_frf(PUSHED, "force", 0.1, engine)
+    expected = linear_frf(PUSHED, found.frequency)
+    assert found.quantity == "acceleration/force"
+    assert rms_db(found.value, expected) < 0.3
+    assert np.sqrt(np.mean(np.angle(found.value / expected) ** 2)) < 0.3 / 8.686
+
+
+@functools.cache
+def in_contact_frf(engine, seed):
+    response = simulate(RIG, Excitation(noise(16, 5.0, seed), FS, "base", BAND), LAW, engine)
+    assert np.all(np.max(np.abs(response.displacement), axis=0) > 3e-4)
+    assert np.all(np.any(response.contact_force != 0, axis=0))
+    return estimate_frf(response, "H1", resolution=1.0).value
+
+
+@pytest.mark.parametrize("engine", ["links", "modal-mj"])
+def test_in_contact(engine):
+    """5 m/s² rms: engines differ no more than 1.5 times as much as two seeds of one engine do."""
+    floor = rms_db(in_contact_frf("modal", 5), in_contact_frf("modal", 4))
+    assert rms_db(in_contact_frf(engine, 4), in_contact_frf("modal", 4)) < 1.5 * floor
+
+
+def test_contact_changes_the_frf():
+    """The comparison above is not one of linear systems."""
+    frequency = np.arange(5.0, 221.0)
+    assert rms_db(in_contact_frf("modal", 4), linear_frf(RIG, frequency)) > 3
