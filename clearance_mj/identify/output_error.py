@@ -113,7 +113,7 @@ def fit_law(
         value=value,
         relative_std=np.sqrt(np.diag(covariance)),
         residual_db=float(np.sqrt(np.mean(frf_residual**2))),
-        evaluations=problem.bar.n,
+        evaluations=problem.evaluations,
     )
 
 
@@ -134,6 +134,7 @@ class _Problem:
         self.measured = [_features(measured[i]) for i in usable]
         self.frf_size = sum(frf.size for frf, _ in self.measured)
         self.bar = tqdm(desc=progress, unit="simulation", disable=progress is None)
+        self.evaluations = 0
 
     def residuals(self, thetas):
         """(n, n_residuals) for several parameter sets at once: differences in dB, FRF lines first."""
@@ -145,6 +146,7 @@ class _Problem:
             # A trial set that diverges is a very bad one, not an error of the user's.
             return np.full((len(laws), sum(f.size + p.size for f, p in self.measured)), 60.0)
         self.bar.update(len(laws))
+        self.evaluations += len(laws)
         return np.array([self._residual(responses[n * i : n * i + n]) for i in range(len(laws))])
 
     def _residual(self, responses):

@@ -1,0 +1,54 @@
+"""What several test folders share."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from clearance_mj.clearance import ConstantLaw
+from clearance_mj.engines import simulate
+from clearance_mj.excitation import level_ramp, random
+from clearance_mj.io.dataset import BASE_NODE, Record, write_dataset
+from clearance_mj.io.uff import Channel
+from clearance_mj.rig import Grease, Rig
+
+ROOT = Path(__file__).parent.parent
+SMALL_LAW = ConstantLaw(6e3, 12.0, grease=Grease(stiffness=4000.0, damping=5.0))
+"""What the small dataset below was simulated with"""
+
+
+@pytest.fixture(scope="session")
+def rig() -> Rig:
+    return Rig.load(ROOT / "models" / "table1_rig.toml")
+
+
+def record_of(rig, name, role, level, seed, duration=6.0, start=None) -> Record:
+    """A record that is not measured but simulated by the modal engine, without noise; a ramp if ``start`` is given."""
+    excitation = random(duration, 2048.0, band=(5, 220), rms=level, seed=seed)
+    if start is not None:
+        excitation = level_ramp(duration, 2048.0, band=(5, 220), start_rms=start, end_rms=level, seed=seed)
+    response = simulate(rig, excitation, SMALL_LAW, "modal")
+    columns = [("base", BASE_NODE, "acceleration", response.excitation)]
+    columns += [
+        (f"acc {s.node}", s.node, "acceleration", a) for s, a in zip(rig.sensors, response.acceleration.T, strict=True)
+    ]
+    columns += [("probe 6", 6, "displacement", response.displacement[:, 0])]
+    columns += [("probe 7", 7, "displacement", response.displacement[:, 1])]
+    channels = [Channel(label, node, "+Z", quantity, value, 2048.0) for label, node, quantity, value in columns]
+    provenance = {"origin": "synthetic: modal engine"}
+    return Record(name, role, rig, 2048.0, channels, "base", "random", level, seed, (5.0, 220.0), provenance)
+
+
+@pytest.fixture(scope="session")
+def small_dataset(rig, tmp_path_factory) -> Path:
+    """A dataset folder: one record to identify, two levels with two seeds to validate."""
+    folder = tmp_path_factory.mktemp("data") / "small"
+    records = [record_of(rig, "ramp", "identify", 6.0, 1, 20.0, start=0.3)]
+    records += [record_of(rig, f"level_{v}_{s}", "validate", v, 10 * v + s) for v in (1, 4) for s in (1, 2)]
+    write_dataset(folder, rig, records)
+    return folder
+
+
+@pytest.fixture
+def rng():
+    return np.random.default_rng(20261120)

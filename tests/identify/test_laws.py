@@ -1,0 +1,57 @@
+"""Identification of constants. Truth: laws that the records were simulated with (the same engine, so not a test of the
+physics, which tests/verification and tests/testrig check, but of the fit)."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from clearance_mj import identify
+from clearance_mj.errors import ClearanceError, RecordError
+from clearance_mj.identify.laws import fit_constant, nominal
+from clearance_mj.identify.output_error import _Problem
+from clearance_mj.io.dataset import Dataset
+
+from ..conftest import SMALL_LAW, record_of
+
+
+def test_nominal_law_is_the_datasheet(rig):
+    law = nominal(rig)
+    assert law.k.tolist() == [b.contact.stiffness for b in rig.bushings]
+    assert law.c.tolist() == [b.contact.damping for b in rig.bushings]
+    assert law.grease is None
+
+
+def test_constants_are_recovered_and_validation_records_stay_closed(small_dataset):
+    dataset = Dataset.load(small_dataset)
+    fit = fit_constant(dataset)
+    truth = [SMALL_LAW.k[0], SMALL_LAW.c[0], SMALL_LAW.grease[0].stiffness, SMALL_LAW.grease[0].damping]
+    # Single impacts are chaotic: below about 2 % of a contact parameter the residuals are rough.
+    np.testing.assert_array_less(np.abs(fit.value / truth - 1), [0.02, 0.1, 0.01, 0.05])
+    assert fit.residual_db < 0.3
+    assert [r.opened for r in dataset.validate] == [False] * 4
+    assert all(r.opened for r in dataset.identify)
+
+
+def test_start_values_are_worse_than_the_fit(small_dataset):
+    """The datasheet misses the same residual by far: the fit is what brings it down."""
+    dataset = Dataset.load(small_dataset)
+    problem = _Problem(dataset.identify, lambda: nominal(dataset.rig), None)
+    assert np.sqrt(np.mean(problem.residuals([()])[0][: problem.frf_size] ** 2)) > 1.0
+
+
+def test_unknown_method_lists_the_known(small_dataset):
+    with pytest.raises(ClearanceError, match='method "guess" is unknown; known: nominal, constant'):
+        identify.law(Dataset.load(small_dataset), "guess")
+
+
+def test_nothing_to_identify_from(small_dataset):
+    dataset = Dataset.load(small_dataset)
+    with pytest.raises(RecordError, match='no record has role "identify"'):
+        identify.law(dataclasses.replace(dataset, records=dataset.validate), "constant")
+
+
+def test_record_shorter_than_a_piece(rig):
+    short = record_of(rig, "short", "identify", 1.0, 5, duration=2.0)
+    with pytest.raises(RecordError, match="must last 5 s or more, the longest lasts 2 s"):
+        identify.law(Dataset(rig, (short,)), "constant")

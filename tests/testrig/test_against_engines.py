@@ -1,0 +1,45 @@
+"""The virtual rig and the engines share no physics code: given the rig's truth, an engine must reproduce the rig.
+
+The rig: 64 Hermite elements, Newmark, Hunt-Crossley with constant dissipation. The engine: Ritz modes, exact flow of the
+modes between kicks, Hunt-Crossley with the impact speed. The contacts dissipate differently, so levels in contact agree
+less than those without.
+"""
+
+import numpy as np
+import pytest
+
+from clearance_mj.clearance import ContactLaw, HuntCrossley
+from clearance_mj.engines import Links, Modal, simulate
+from clearance_mj.excitation import random
+from clearance_mj.frf import estimate_frf
+from clearance_mj.rig import Grease
+from clearance_mj.testrig import Truth, simulate_rig
+
+TRUTH = Truth(drift=0.0)
+LAW = ContactLaw(
+    HuntCrossley(TRUTH.contact_stiffness, restitution=0.85),
+    grease=Grease(
+        stiffness=TRUTH.grease_stiffness,
+        damping=TRUTH.film_damping,
+        elastic_ratio=TRUTH.elastic_ratio,
+        beta=TRUTH.beta,
+        gamma=TRUTH.gamma,
+        film_height=TRUTH.film_height,
+        film_limit=TRUTH.film_limit,
+    ),
+)
+
+
+def difference_db(a, b):
+    return np.sqrt(np.mean((20 * np.log10(np.abs(a.value) / np.abs(b.value))) ** 2))
+
+
+@pytest.mark.parametrize(("level", "engine", "bound"), [(0.3, Modal(), 0.15), (2.0, Modal(), 0.2), (2.0, Links(), 0.4)])
+def test_engine_with_the_truth_reproduces_the_rig(rig, level, engine, bound):
+    excitation = random(12.0, 2048.0, band=(5, 220), rms=level, seed=9)
+    bench = simulate_rig(rig, TRUTH, excitation, seed=1)
+    model = simulate(rig, excitation, LAW, engine)
+    assert difference_db(estimate_frf(bench), estimate_frf(model)) < bound
+    first = slice(0, 1024)
+    error = np.sqrt(np.mean((model.displacement - bench.displacement)[first] ** 2, axis=0))
+    assert np.all(error < 0.02 * np.sqrt(np.mean(bench.displacement[first] ** 2, axis=0)))
