@@ -6,11 +6,18 @@ interpolated.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
+import scipy.optimize
 
 from .errors import RecordError
+from .frf import FRF
+from .modes import extract_modes
 
 __all__ = [
+    "Comparison",
+    "compare",
     "csac",
     "csac_per_sensor",
     "csf",
@@ -21,6 +28,9 @@ __all__ = [
     "relative_error",
     "rmse_db",
 ]
+
+SAME_MODE = 0.15  # relative difference in frequency at which two modes are e^-½ times as likely to be one
+LEAST_AFFINITY = 0.05
 
 
 def relative_error(test, model) -> np.ndarray:
@@ -294,3 +304,150 @@ def _windows(test, model, window):
     return (
         np.lib.stride_tricks.sliding_window_view(np.pad(value, ends), window, axis=1) for value in _pair(test, model)
     )
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """Agreement of the FRFs of a test and a model, over frequency, by sensor and by mode."""
+
+    frequency: np.ndarray
+    """(n_f,) Hz"""
+    csac: np.ndarray
+    """(n_f,)"""
+    csf: np.ndarray
+    """(n_f,)"""
+    csac_per_sensor: np.ndarray
+    """(n_resp, n_f) windowed variant"""
+    csf_per_sensor: np.ndarray
+    """(n_resp, n_f) windowed variant"""
+    per_sensor: dict
+    """columns of n_resp: sensor (its label), mre, rmse_db, frac; csac and csf: means over the lines of the variant"""
+    per_mode: dict
+    """columns of n_modes: mode (from 1), test_hz, model_hz, relative_error, mac, test_damping, model_damping; a mode
+    without a partner has nan in place of what is not there, and so have rows for which no mode was found"""
+
+    def summary(self) -> dict[str, float]:
+        """Means and modes in one flat dict.
+
+        Returns
+        -------
+        dict
+            mre, rmse_db, frac: means over the sensors; csac, csf: over the lines; csac_per_sensor, csf_per_sensor: over
+            both; relative_error, mac: over the modes that have a partner; mode_1_test_hz and so on for each mode.
+        """
+        means = {name: np.mean(self.per_sensor[name]) for name in ("mre", "rmse_db", "frac")}
+        means |= {name: np.mean(getattr(self, name)) for name in ("csac", "csf", "csac_per_sensor", "csf_per_sensor")}
+        paired = np.isfinite(self.per_mode["mac"])
+        for name in ("relative_error", "mac"):
+            means[name] = np.mean(self.per_mode[name][paired]) if paired.any() else np.nan
+        modes = {
+            f"mode_{mode}_{name}": value
+            for name, column in self.per_mode.items()
+            if name != "mode"
+            for mode, value in zip(self.per_mode["mode"], column)
+        }
+        return {name: float(value) for name, value in (means | modes).items()}
+
+
+def compare(test_frf: FRF, model_frf: FRF, n_modes: int = 4) -> Comparison:
+    """Compare the FRFs of a model with those of a test on the same lines and responses.
+
+    Parameters
+    ----------
+    test_frf : FRF
+        The test.
+    model_frf : FRF
+        The model, estimated in the same way; nothing is interpolated.
+    n_modes : int
+        How many modes to compare. They come out of the FRFs and are paired one to one by MAC and frequency.
+
+    Returns
+    -------
+    Comparison
+
+    Raises
+    ------
+    RecordError
+        If the lines, the responses or the quantities differ, if there is one response only, or if no modes can be
+        looked for (a line is not finite, too few lines).
+    """
+    _require_same(test_frf, model_frf)
+    test, model = test_frf.value, model_frf.value
+    variant_csac, variant_csf = csac_per_sensor(test, model), csf_per_sensor(test, model)
+    per_sensor = {
+        "sensor": test_frf.responses,
+        "mre": mre(test, model),
+        "rmse_db": rmse_db(test, model),
+        "frac": frac(test, model),
+        "csac": variant_csac.mean(axis=1),
+        "csf": variant_csf.mean(axis=1),
+    }
+    per_mode = _mode_table(*_paired_modes(test_frf, model_frf, n_modes), n_modes)
+    return Comparison(
+        test_frf.frequency, csac(test, model), csf(test, model), variant_csac, variant_csf, per_sensor, per_mode
+    )
+
+
+def _require_same(test_frf, model_frf):
+    if test_frf.quantity != model_frf.quantity:
+        raise RecordError(f"the test's FRF is {test_frf.quantity}, the model's {model_frf.quantity}")
+    if test_frf.responses != model_frf.responses:
+        responses = (", ".join(frf.responses) for frf in (test_frf, model_frf))
+        raise RecordError("the test's responses are {}; the model's are {}".format(*responses))
+    lines = test_frf.frequency, model_frf.frequency
+    if lines[0].shape != lines[1].shape or not np.allclose(*lines, rtol=1e-9, atol=0):
+        raise RecordError("the test has {}; the model has {}".format(*map(_grid, lines)))
+
+
+def _grid(frequency) -> str:
+    return f"{frequency.size} lines from {frequency[0]:.9g} to {frequency[-1]:.9g} Hz"
+
+
+def _paired_modes(test_frf, model_frf, n_modes):
+    """Modes of test and model, and the pairs of their numbers.
+
+    Where a strong mode of the test has no partner among as many of the model, twice as many are looked at: it may be
+    a weaker one there.
+    """
+    test, model = (extract_modes(frf, n_modes) for frf in (test_frf, model_frf))
+    pairs = _pairs(test, model)
+    if len(pairs) == test.frequency.size:
+        return test, model, pairs
+    more = extract_modes(model_frf, 2 * n_modes)
+    more_pairs = _pairs(test, more)
+    return (test, more, more_pairs) if len(more_pairs) > len(pairs) else (test, model, pairs)
+
+
+def _pairs(test, model) -> list[tuple[int, int]]:
+    """One-to-one pairs with the largest sum of √MAC times a Gaussian of the frequency ratio's logarithm.
+
+    Frequency keeps modes apart whose shapes the few sensors cannot, MAC those that are close.
+    """
+    ratio = np.log(model.frequency / test.frequency[:, None])
+    affinity = np.sqrt(mac(test.shape, model.shape)) * np.exp(-0.5 * (ratio / SAME_MODE) ** 2)
+    rows, columns = scipy.optimize.linear_sum_assignment(affinity, maximize=True)
+    return [(int(i), int(j)) for i, j in zip(rows, columns) if affinity[i, j] >= LEAST_AFFINITY]
+
+
+def _mode_table(test, model, pairs, n_modes) -> dict:
+    """Columns of n_modes rows: the test's modes, then the model's that have no partner, by frequency; then nan."""
+    partner = dict(pairs)
+    rows = [(i, partner.get(i, -1)) for i in range(test.frequency.size)]
+    rows += [(-1, j) for j in range(model.frequency.size) if j not in partner.values()]
+    rows += [(-1, -1)] * n_modes
+    of_test, of_model = np.array(rows[:n_modes]).T
+
+    def column(values, places):
+        return np.append(values, np.nan)[places]
+
+    test_hz, model_hz = column(test.frequency, of_test), column(model.frequency, of_model)
+    order = np.argsort(np.where(np.isnan(test_hz), model_hz, test_hz))
+    columns = {
+        "test_hz": test_hz,
+        "model_hz": model_hz,
+        "relative_error": relative_error(test_hz, model_hz),
+        "mac": np.pad(mac(test.shape, model.shape), (0, 1), constant_values=np.nan)[of_test, of_model],
+        "test_damping": column(test.damping, of_test),
+        "model_damping": column(model.damping, of_model),
+    }
+    return {"mode": np.arange(1, n_modes + 1)} | {name: values[order] for name, values in columns.items()}
