@@ -42,18 +42,14 @@ class FRF:
     def __post_init__(self):
         frequency, value = np.asarray(self.frequency, dtype=float), np.asarray(self.value, dtype=complex)
         if frequency.ndim != 1 or value.ndim != 2 or value.shape[1] != frequency.size or not value.size:
-            raise RecordError(
-                f"an FRF is (n_sensors, n_f) over (n_f,) lines, got {value.shape} over {frequency.shape}"
-            )
+            raise RecordError(f"an FRF is (n_sensors, n_f) over (n_f,) lines, got {value.shape} over {frequency.shape}")
         if not np.all(np.diff(frequency) > 0):
             raise RecordError("the frequencies of an FRF must rise from line to line")
         if self.coherence is not None and np.shape(self.coherence) != value.shape:
             raise RecordError(f"coherence has shape {np.shape(self.coherence)}, the FRF {value.shape}")
         responses = tuple(self.responses) or tuple(f"{i + 1}:+Z" for i in range(value.shape[0]))
         if len(responses) != value.shape[0]:
-            raise RecordError(
-                f"{len(responses)} response labels for {value.shape[0]} rows: {', '.join(responses)}"
-            )
+            raise RecordError(f"{len(responses)} response labels for {value.shape[0]} rows: {', '.join(responses)}")
         object.__setattr__(self, "frequency", frequency)
         object.__setattr__(self, "value", value)
         object.__setattr__(self, "responses", responses)
@@ -202,9 +198,7 @@ def _signals(resp) -> np.ndarray:
 def _segment_length(resp, resolution, band) -> int:
     """Return the samples of a segment, or refuse a record that cannot give the resolution or the band."""
     if not 0 < resolution <= resp.fs / 2:
-        raise RecordError(
-            f"resolution must be > 0 Hz and at most fs / 2 = {resp.fs / 2:g} Hz, got {resolution!r}"
-        )
+        raise RecordError(f"resolution must be > 0 Hz and at most fs / 2 = {resp.fs / 2:g} Hz, got {resolution!r}")
     if band and resp.fs < 2 * band[1]:
         raise RecordError(f"fs {resp.fs:g} Hz is below twice the band's upper end {band[1]:g} Hz")
     length, n_t = round(resp.fs / resolution), len(resp.excitation)
@@ -223,7 +217,6 @@ def _lines(frequency, band) -> slice:
     lines = slice(*np.searchsorted(frequency, (low - slack, high + slack)))
     if not low <= high or lines.start >= lines.stop:
         raise RecordError(
-            f"no line between {low:g} and {high:g} Hz; there are lines from {frequency[0]:g} to "
-            f"{frequency[-1]:g} Hz"
+            f"no line between {low:g} and {high:g} Hz; there are lines from {frequency[0]:g} to {frequency[-1]:g} Hz"
         )
     return lines

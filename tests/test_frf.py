@@ -17,9 +17,7 @@ def record(seed=0, n_t=4096, sensors=3, noise=0.3, excitation_noise=0.2, **field
     """Second-order filters driven by white noise, with noise on both sides."""
     rng = np.random.default_rng(seed)
     x = rng.standard_normal(n_t)
-    y = np.stack(
-        [scipy.signal.lfilter([1.0, 0.4 * i], [1.0, -1.2, 0.5 + 0.1 * i], x) for i in range(sensors)], 1
-    )
+    y = np.stack([scipy.signal.lfilter([1.0, 0.4 * i], [1.0, -1.2, 0.5 + 0.1 * i], x) for i in range(sensors)], 1)
     y += noise * rng.standard_normal(y.shape)
     return Response(FS, x + excitation_noise * rng.standard_normal(n_t), y, **fields)
 
