@@ -1,0 +1,314 @@
+"""The report of a study: one HTML file to read, its figures as PNG and its numbers as CSV."""
+
+from __future__ import annotations
+
+import platform
+import shlex
+from html import escape
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from tqdm import tqdm
+
+from .._version import __version__
+from ..io.files import replacing
+from . import figures, html, tables
+from .article import Article, load_article
+
+if TYPE_CHECKING:
+    from ..study import Study
+
+__all__ = ["write_report"]
+
+SVG_LIMIT = 600_000
+"""bytes; the whole page is to stay below 8 MB"""
+
+
+def write_report(study: Study, folder, progress: bool = True):
+    """Write ``report.html``, ``figures/*.png`` and ``tables/*.csv``.
+
+    Parameters
+    ----------
+    study : Study
+        What to report.
+    folder : str or Path
+        An existing folder.
+    progress : bool
+        Show a progress bar.
+    """
+    folder, article = Path(folder), load_article()
+    _write_tables(study, article, folder / "tables")
+    pictures = _write_figures(study, folder / "figures", progress)
+    with replacing(folder / "report.html") as temporary:
+        temporary.write_text(_page(study, article, pictures), encoding="utf-8")
+
+
+def _write_tables(study, article, folder):
+    folder.mkdir(exist_ok=True)
+    rows = {
+        "verdict": study.rows(),
+        "natural_frequencies": tables.mode_rows(study, article),
+        "sensors": tables.sensor_rows(study, article),
+        "contact": tables.contact_rows(study),
+        "parameters": tables.parameter_rows(study),
+        "engines": tables.engine_rows(study),
+        "records": tables.record_rows(study),
+    }
+    for name, content in rows.items():
+        tables.write_csv(folder / f"{name}.csv", content)
+
+
+def _levels(study) -> list[float]:
+    """The main level first."""
+    return [study.main_level, *(level for level in study.levels if level != study.main_level)]
+
+
+def _write_figures(study, folder, progress) -> dict[str, html.Picture]:
+    """Draw every figure, write it as PNG and keep it for the page, by its name; numbered in the page's order."""
+    folder.mkdir(exist_ok=True)
+    jobs = [lambda: [figures.rig_drawing(study.dataset.rig)], lambda: [figures.verdict(study)]]
+    jobs += [lambda level=level: figures.frf_figures(study, level) for level in _levels(study)]
+    jobs += [lambda level=level: figures.correlation_figures(study, level) for level in _levels(study)]
+    jobs += [lambda: [figures.contact(study)], lambda: [figures.modes(study)]]
+    pictures = {}
+    for job in tqdm(jobs, desc="drawing", unit="sheet", disable=not progress):
+        for drawing in job():
+            png = drawing.png()
+            (folder / f"{drawing.name}.png").write_bytes(png)
+            pictures[drawing.name] = _picture(drawing, png, len(pictures) + 1)
+    return pictures
+
+
+def _picture(drawing, png, number) -> html.Picture:
+    """Sharp as SVG, unless that is large or the figure is one of the many at other levels."""
+    svg = drawing.svg() if drawing.sharp else b""
+    data, kind = (svg, "image/svg+xml") if 0 < len(svg) <= SVG_LIMIT else (png, "image/png")
+    return html.Picture(drawing.name, number, data, kind, drawing.caption, drawing.alt)
+
+
+# What the page says.
+
+
+def _page(study, article, pictures) -> str:
+    sections = (
+        html.Section("about", "What this is", _about(study, pictures)),
+        html.Section("verdict", "Verdict", _verdict(study, pictures)),
+        html.Section("frf", "Frequency response functions", _frf(study, pictures)),
+        html.Section("correlation", "Agreement over frequency", _correlation(study, pictures)),
+        html.Section("tables", "Beside the article’s tables", _article_tables(study, article)),
+        html.Section("bushings", "Parameters, contact and modes", _bushings(study, pictures)),
+        html.Section("definitions", "Definitions", _definitions(study)),
+        html.Section("reproduce", "How to reproduce", _reproduce(study)),
+    )
+    return html.page(f"Clearance study of rig “{study.dataset.rig.name}”", sections, _source(study.dataset))
+
+
+def _source(dataset) -> str:
+    """Where the records come from, in plain sight."""
+    sources = dict.fromkeys(str(r.provenance["source"]) for r in dataset.records if "source" in r.provenance)
+    words = escape("; ".join(sources)) or "the dataset does not say"
+    if tables.is_synthetic(dataset):
+        text = f"<strong>SYNTHETIC.</strong> The “test” in this report was computed, not measured. Records: {words}."
+        return html.paragraph(text, "banner")
+    return html.paragraph(f"Source of the records: {words}.")
+
+
+def _about(study, pictures) -> str:
+    rig, dataset = study.dataset.rig, study.dataset
+    identify, validate = (", ".join(r.name for r in records) for records in (dataset.identify, dataset.validate))
+    laws = "".join(f"<dt>{escape(k.name)}</dt><dd>{escape(k.knows)}</dd>\n" for k in study.laws)
+    where = f" (<code>{escape(str(dataset.path))}</code>)" if dataset.path else ""
+    return "".join(
+        (
+            html.paragraph(
+                f"{escape(rig.description or rig.name)}. Bushings: {len(rig.bushings)}, accelerometers: "
+                f"{len(rig.sensors)}, records: {len(dataset.records)}{where}. Each law below was simulated under the "
+                "excitation of every record that was kept back, and its FRFs compared with that record’s."
+            ),
+            html.figure(pictures["rig"]),
+            f"<h3>What each law was allowed to know</h3>\n<dl>{laws}</dl>\n",
+            html.paragraph(
+                f"Used to identify: {escape(identify or 'none')}. Kept back to validate: {escape(validate)}. No law "
+                "saw a record that it is judged by."
+            ),
+            html.details("records", "Records in detail", html.table(tables.record_table(study))),
+            "<h3>Engines</h3>\n",
+            html.table(tables.engine_table(study)),
+            html.paragraph(escape(_versions())),
+        )
+    )
+
+
+def _versions() -> str:
+    found = [f"clearance-mj {__version__}", f"Python {platform.python_version()}"]
+    for package in ("mujoco-core", "numpy", "scipy", "numba", "matplotlib"):
+        try:
+            found.append(f"{package} {version(package)}")
+        except PackageNotFoundError:
+            continue
+    return f"Versions: {', '.join(found)}."
+
+
+def _verdict(study, pictures) -> str:
+    first, *rest = tables.verdict(study)
+    parts = [html.paragraph(escape(first), "verdict"), html.paragraph(escape(" ".join(rest)))]
+    parts += [html.figure(pictures["verdict"]), html.table(tables.verdict_table(study), breaks=True)]
+    parts.append(
+        html.note(
+            "Law “repeat”: the rig’s second record of a level compared with its first, the repeat floor. A law that is "
+            "driven by the record’s own excitation can fall below it. – : no value, because an FRF or a mode could not "
+            "be had or a level has one record only. Press a heading to sort."
+        )
+    )
+    return "".join(parts)
+
+
+def _by_level(study, pictures, kind, names) -> str:
+    """Figures of every level: the main one open, the others folded away."""
+    parts = []
+    for level in _levels(study):
+        shown = [pictures[key] for name in names if (key := f"{name}_level_{level:g}") in pictures]
+        body, words = "".join(map(html.figure, shown)), f"Level {level:g} {tables.excitation_unit(study)} RMS"
+        is_main = level == study.main_level
+        parts.append(f"<h3>{words}</h3>\n{body}" if is_main else html.details(f"{kind}-level-{level:g}", words, body))
+    return "".join(parts)
+
+
+def _frf(study, pictures) -> str:
+    return _by_level(study, pictures, "frf", ("frf_bushings", "frf_others"))
+
+
+def _correlation(study, pictures) -> str:
+    return _by_level(study, pictures, "correlation", ("correlation", "csac_sensors", "csf_sensors"))
+
+
+def _article_tables(study, article: Article | None) -> str:
+    if article:
+        parts = [
+            html.paragraph(
+                "The article’s bench records cannot be had, and its rig’s dimensions are not given: its numbers are of "
+                "another rig. Compare what a better law gains, not the digits."
+            )
+        ]
+    else:
+        parts = [html.paragraph("The article’s published tables are not installed, so their columns are left out.")]
+    parts.append("<h3>Table 1: natural frequencies</h3>\n")
+    for label, level in zip(("Table 1a.", "Table 1b."), dict.fromkeys((study.main_level, study.levels[0]))):
+        parts.append(html.table(tables.mode_table(study, level, article), label, breaks=True))
+    parts.append(
+        html.note(
+            "RE: relative error of the natural frequency. – : the mode was not found. The natural frequencies of a rig "
+            "with clearance depend on level; those of the test at each level are in "
+            '<a href="#figure-modes">the figure below</a>.'
+        )
+    )
+    parts.append(_sensor_tables(study, article))
+    return "".join(parts)
+
+
+def _sensor_tables(study, article) -> str:
+    level = f"{study.main_level:g} {tables.excitation_unit(study)} RMS"
+    shown = tables.sensor_tables(study, study.main_level, article)
+    cells = "".join(html.table(t, f"Table 2{letter}.") for letter, t in zip("abcde", shown))
+    return (
+        f"<h3>Table 2: FRF errors at each sensor, {level}, engine {escape(tables.main_engine(study))}</h3>\n"
+        f'<div class="beside">\n{cells}</div>\n'
+    ) + html.note(
+        "The article defines neither MRE nor RMSE, nor the unit of its RMSE. It gives CSAC and CSF for each sensor, "
+        "where both criteria as published sum over several responses and CSAC is 1 by definition for one, and does not "
+        'say how. Here MRE and RMSE are as <a href="#definitions">defined below</a>, and CSAC and CSF of a sensor are '
+        "our variant over a window of nine lines, averaged over the lines. “repeat” is the repeat floor. – : the "
+        "article has no such sensor. Other levels and engines: "
+        "<code>tables/sensors.csv</code>."
+    )
+
+
+def _bushings(study, pictures) -> str:
+    parts = ["<h3>Fitted parameters</h3>\n"]
+    if tables.parameter_rows(study):
+        parts.append(html.table(tables.parameter_table(study)))
+        parts.append(
+            html.note(
+                "Standard deviations are those of the fit’s linearisation: they tell how well the records fix a "
+                "parameter within the law, not whether the law is right. Rig file: the value at the first bushing."
+            )
+        )
+    else:
+        parts.append(html.paragraph("No law has fitted parameters."))
+    parts += ["<h3>Motion and contact</h3>\n", html.figure(pictures["contact"])]
+    parts += [html.table(tables.contact_table(study), breaks=True)]
+    parts += ["<h3>Natural frequencies and damping over level</h3>\n", html.figure(pictures["modes"])]
+    return "".join(parts)
+
+
+def _reproduce(study) -> str:
+    path = shlex.quote(str(study.dataset.path or "DATASET"))
+    commands = [f"clearance-mj study {path} --engines {','.join(tables.engines(study))} --out results/study"]
+    makers = dict.fromkeys(str(r.provenance["command"]) for r in study.dataset.records if "command" in r.provenance)
+    commands = [*(f"{command} {path}" for command in makers), *commands]
+    lines = escape("\n".join(commands))
+    return (
+        html.paragraph("With the same versions these commands give the same numbers:")
+        + f"<pre><code>{lines}</code></pre>\n"
+        + html.paragraph(
+            "Beside this file: <code>figures/</code> (the figures, PNG), <code>tables/</code> (all numbers, CSV), "
+            "<code>laws/</code> (the laws, JSON), <code>results.nc</code> (every FRF, NetCDF), "
+            "<code>summary.json</code>."
+        )
+    )
+
+
+def _definitions(study) -> str:
+    frequency = next(iter(study.tests.values())).frequency
+    intro = (
+        "H_t is an FRF of the test and H_m of the model, under the same excitation and estimated alike: "
+        f"H1 = S_yx / S_xx, Hann window, half overlap, lines every {frequency[1] - frequency[0]:g} Hz. "
+        "Σ_f sums over lines, Σ_s over sensors; * is the complex conjugate."
+    )
+    items = "".join(
+        f"<dt>{term}</dt>\n" + "".join(f'<dd class="formula">{html.formula(text)}</dd>\n' for text in texts)
+        for term, *texts in _DEFINITIONS
+    )
+    return html.paragraph(html.formula(intro)) + f"<dl>\n{items}</dl>\n"
+
+
+_DEFINITIONS = (
+    ("RMSE, of a sensor", "√ mean_f (20 log_10(|H_m| / |H_t|))², in dB"),
+    ("MRE, mean relative error, of a sensor", "mean_f ||H_m| − |H_t|| / |H_t|"),
+    (
+        "FRAC, frequency response assurance criterion, of a sensor (Heylen and Lammens 1996)",
+        "|Σ_f H_t H_m*|² / (Σ_f |H_t|² · Σ_f |H_m|²)",
+        "1 for equal FRFs; it does not see a complex scale factor.",
+    ),
+    (
+        "CSAC, cross signature assurance criterion, of a line (Zang, Grafe and Imregun 2001)",
+        "|Σ_s H_t* H_m|² / (Σ_s |H_t|² · Σ_s |H_m|²)",
+        "1 for equal shapes along the rig, whatever their size. One number for it is the mean over lines.",
+    ),
+    (
+        "CSF, cross signature scale factor, of a line (Grafe 1998)",
+        "2 |Σ_s H_t* H_m| / (Σ_s |H_t|² + Σ_s |H_m|²)",
+        "1 only for equal shapes of equal size. One number for it is the mean over lines.",
+    ),
+    (
+        "CSAC and CSF of one sensor (our variant)",
+        "The same with a sum over a window of nine lines in place of Σ_s, centred on a line and cut off at the ends of "
+        "the band.",
+    ),
+    ("RE, relative error of a natural frequency", "|f_m − f_t| / f_t"),
+    (
+        "MAC, modal assurance criterion (Allemang and Brown 1982)",
+        "|φ_t^H φ_m|² / ((φ_t^H φ_t) (φ_m^H φ_m)), of mode shapes φ taken out of the FRFs",
+    ),
+    (
+        "Repeat floor",
+        "The same measures between two records of the rig at one level, with different seeds of the random excitation: "
+        "noise, drift, and what a nonlinear rig scatters into its FRFs.",
+    ),
+    ("Level", "RMS of the excitation."),
+    (
+        "Contact",
+        "A bushing counts as touched while the simulated contact force is above 1 % of the largest in the record.",
+    ),
+)

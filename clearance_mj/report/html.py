@@ -1,0 +1,228 @@
+"""How the report is written as one HTML file that needs nothing else: no network, no script to read it."""
+
+from __future__ import annotations
+
+import base64
+import math
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from html import escape
+from itertools import groupby
+
+from .tables import Column, Table
+
+__all__ = ["Picture", "Section", "details", "figure", "formula", "note", "page", "paragraph", "table"]
+
+MISSING = "–"
+"""Shown for nan"""
+
+
+@dataclass(frozen=True)
+class Picture:
+    """A figure ready to be put into the page."""
+
+    name: str
+    number: int
+    data: bytes
+    kind: str
+    """MIME type of the data"""
+    caption: str
+    alt: str
+
+    @property
+    def anchor(self) -> str:
+        """Where links to the figure go."""
+        return f"figure-{self.name}"
+
+
+@dataclass(frozen=True)
+class Section:
+    """A part of the page with an entry in the table of contents."""
+
+    anchor: str
+    title: str
+    body: str
+
+
+def paragraph(text: str, kind: str = "") -> str:
+    """Return text, which may hold markup, as a paragraph of a CSS class."""
+    return f'<p class="{kind}">{text}</p>\n' if kind else f"<p>{text}</p>\n"
+
+
+def formula(text: str) -> str:
+    """Return plain text as markup, with H_t as a symbol with an index and φ^H as one with an exponent."""
+    text = re.sub(r"([^\W_]+|Σ)_(\w+)", _indexed, escape(text))
+    return re.sub(r"\^(\w)", r"<sup>\1</sup>", text)
+
+
+def _indexed(match) -> str:
+    symbol, index = match.groups()
+    is_word = len(symbol) > 1 or symbol == "Σ"
+    return f"{symbol if is_word else f'<var>{symbol}</var>'}<sub>{index}</sub>"
+
+
+def note(text: str) -> str:
+    """Return text, which may hold markup, as a note."""
+    return paragraph(text, "note")
+
+
+def details(anchor: str, summary: str, body: str) -> str:
+    """Return a part that is folded away until the reader opens it."""
+    return f'<details id="{anchor}"><summary>{escape(summary)}</summary>\n{body}</details>\n'
+
+
+def figure(picture: Picture) -> str:
+    """Return a numbered figure with its caption and its image inside."""
+    data = base64.b64encode(picture.data).decode("ascii")
+    return (
+        f'<figure id="{picture.anchor}"><img src="data:{picture.kind};base64,{data}" alt="{escape(picture.alt)}">\n'
+        f"<figcaption><b>Figure {picture.number}.</b> {escape(picture.caption)}</figcaption></figure>\n"
+    )
+
+
+def table(shown: Table, label: str = "", breaks: bool = False) -> str:
+    """Return a table whose columns sort when their heading is pressed.
+
+    Parameters
+    ----------
+    shown : Table
+        Its nan are shown as "–" and its None as nothing.
+    label : str
+        What stands before the caption, such as "Table 1."
+    breaks : bool
+        Draw a line where the first column changes.
+    """
+    label = f"<b>{escape(label)}</b> " if label else ""
+    head = f"<caption>{label}{escape(shown.caption)}</caption>\n<thead>\n{_headings(shown.columns)}</thead>\n"
+    rows, previous = [], None
+    for row in shown.rows:
+        starts = breaks and previous is not None and row[0] != previous
+        cells = "".join(_cell(value, column, i == 0) for i, (value, column) in enumerate(zip(row, shown.columns)))
+        rows.append(f'<tr class="break">{cells}</tr>\n' if starts else f"<tr>{cells}</tr>\n")
+        previous = row[0]
+    return f'<div class="scroll"><table class="sortable">{head}<tbody>\n{"".join(rows)}</tbody></table></div>\n'
+
+
+def _headings(columns: Sequence[Column]) -> str:
+    if not any(c.group for c in columns):
+        return "<tr>" + "".join(_heading(c, i, "") for i, c in enumerate(columns)) + "</tr>\n"
+    upper, lower, i = [], [], 0
+    for group, members in groupby(columns, key=lambda c: c.group):
+        members = list(members)
+        target = lower if group else upper
+        if group:
+            upper.append(f'<th scope="colgroup" colspan="{len(members)}">{escape(group)}</th>')
+        target += [_heading(c, i + j, "" if group else ' rowspan="2"') for j, c in enumerate(members)]
+        i += len(members)
+    return f"<tr>{''.join(upper)}</tr>\n<tr>{''.join(lower)}</tr>\n"
+
+
+def _heading(column, index, span) -> str:
+    unit = f' <span class="unit">{escape(column.unit)}</span>' if column.unit else ""
+    kind = ' class="number"' if column.form else ""
+    return f'<th scope="col" data-column="{index}"{kind}{span}>{escape(column.label)}{unit}</th>'
+
+
+def _cell(value, column, first) -> str:
+    words = isinstance(value, str)
+    text = escape(value) if words else _number(value, column.form)
+    kind = "" if words else ' class="number"'
+    return f'<th scope="row"{kind}>{text}</th>' if first else f"<td{kind}>{text}</td>"
+
+
+def _number(value, form) -> str:
+    if value is None:
+        return ""
+    return MISSING if math.isnan(value) else format(value, form)
+
+
+def page(title: str, sections: Sequence[Section], top: str = "") -> str:
+    """Return the whole page.
+
+    Parameters
+    ----------
+    title : str
+        Heading of the page and title of its window.
+    sections : sequence of Section
+        Its parts, numbered in their order.
+    top : str
+        Markup between the heading and the table of contents.
+    """
+    entries = "".join(f'<li><a href="#{s.anchor}">{escape(s.title)}</a></li>\n' for s in sections)
+    body = "".join(
+        f'<section id="{s.anchor}">\n<h2>{i}. {escape(s.title)}</h2>\n{s.body}</section>\n'
+        for i, s in enumerate(sections, 1)
+    )
+    return (
+        f'<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n<title>{escape(title)}</title>\n'
+        '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
+        f"<style>{_CSS}</style>\n</head>\n<body>\n<header>\n<h1>{escape(title)}</h1>\n{top}</header>\n"
+        f'<nav aria-label="Contents">\n<ol>\n{entries}</ol>\n</nav>\n'
+        f"<main>\n{body}</main>\n<script>{_SCRIPT}</script>\n</body>\n</html>\n"
+    )
+
+
+_CSS = """
+:root { --ink: #1a1d21; --soft: #5b636e; --line: #d4d9df; --paper: #fff; --tint: #f4f6f8; --link: #0059a6; }
+@media (prefers-color-scheme: dark) {
+  :root { --ink: #e4e7ea; --soft: #a3acb6; --line: #3d444d; --paper: #16191d; --tint: #20252b; --link: #7db8f0; } }
+* { box-sizing: border-box; }
+body { margin: 0 auto; padding: 1.5rem 1.2rem 4rem; max-width: 62rem; background: var(--paper); color: var(--ink);
+  font: 16px/1.55 system-ui, "Segoe UI", "Helvetica Neue", Arial, sans-serif; }
+h1 { font-size: 1.7rem; line-height: 1.2; margin: 0 0 .6rem; }
+h2 { font-size: 1.3rem; margin: 2.6rem 0 .6rem; padding-top: .6rem; border-top: 2px solid var(--line); }
+h3 { font-size: 1.05rem; margin: 1.8rem 0 .4rem; }
+a { color: var(--link); }
+p, li, dd { max-width: 50rem; }
+nav ol { margin: 1rem 0; padding: .7rem 1rem .7rem 2.4rem; background: var(--tint); border-radius: 4px; columns: 2; }
+.banner { border-left: 6px solid #d55e00; background: #fdeee3; color: #1a1d21; padding: .6rem .9rem; max-width: none; }
+.verdict { font-size: 1.15rem; border-left: 6px solid #0072b2; background: var(--tint); padding: .6rem .9rem; }
+.note, figcaption, caption, .unit { color: var(--soft); }
+.note, figcaption, caption { font-size: .88rem; }
+.unit { font-weight: normal; }
+figure { margin: 1.2rem 0; }
+figure img { display: block; width: 100%; max-width: 60rem; height: auto; background: #fff; padding: 4px; }
+figcaption { margin-top: .35rem; max-width: 50rem; }
+.scroll { overflow-x: auto; margin: 1rem 0; }
+.beside { display: flex; flex-wrap: wrap; gap: 0 2rem; align-items: flex-start; }
+table { border-collapse: collapse; font-size: .86rem; font-variant-numeric: tabular-nums; }
+caption { text-align: left; padding: 0 0 .35rem; }
+th, td { padding: .18rem .55rem; text-align: left; border-bottom: 1px solid var(--line); vertical-align: bottom; }
+.number { text-align: right; }
+thead th { border-bottom: 1.5px solid var(--soft); }
+thead th[scope=colgroup] { text-align: center; border-left: 1px solid var(--line); }
+tbody th { font-weight: normal; white-space: nowrap; }
+tbody tr.break > * { border-top: 2px solid var(--soft); }
+tbody tr:hover { background: var(--tint); }
+th[data-column] { cursor: pointer; }
+th[aria-sort=ascending]::after { content: " ▲"; } th[aria-sort=descending]::after { content: " ▼"; }
+details { margin: .8rem 0; border: 1px solid var(--line); border-radius: 4px; padding: 0 .9rem; }
+summary { cursor: pointer; padding: .5rem 0; font-weight: 600; }
+code, pre { font: .88em/1.5 ui-monospace, Consolas, monospace; background: var(--tint); }
+pre { padding: .7rem .9rem; overflow-x: auto; }
+dt { font-weight: 600; margin-top: .7rem; } dd { margin: .1rem 0 0 1.2rem; }
+.formula { font-family: "Cambria Math", "STIX Two Math", Georgia, serif; font-size: 1.05em; }
+@media (max-width: 40rem) { nav ol { columns: 1; } }
+@media print {
+  :root { --ink: #000; --soft: #444; --line: #bbb; --paper: #fff; --tint: #fff; --link: #000; }
+  body { max-width: none; padding: 0; font-size: 10pt; } nav { display: none; }
+  figure, tr { break-inside: avoid; } h2, h3, caption { break-after: avoid; } .scroll { overflow: visible; }
+  .banner { border: 2px solid #d55e00; } details { border: 0; padding: 0; } }
+"""
+
+_SCRIPT = """
+for (const heading of document.querySelectorAll("th[data-column]")) heading.addEventListener("click", () => {
+  const table = heading.closest("table"), body = table.tBodies[0], column = heading.dataset.column;
+  const up = heading.getAttribute("aria-sort") !== "ascending", sign = up ? 1 : -1;
+  const key = row => { const text = row.cells[column].textContent, number = Number(text);
+    return text.trim() !== "" && !isNaN(number) ? number : text; };
+  const order = (a, b) => typeof a === "number" && typeof b === "number" ? sign * (a - b)
+    : typeof a === typeof b ? sign * a.localeCompare(b) : typeof a === "number" ? -1 : 1;
+  for (const other of table.querySelectorAll("[aria-sort]")) other.removeAttribute("aria-sort");
+  for (const row of table.querySelectorAll(".break")) row.classList.remove("break");
+  heading.setAttribute("aria-sort", up ? "ascending" : "descending");
+  body.append(...[...body.rows].sort((a, b) => order(key(a), key(b))));
+});
+addEventListener("beforeprint", () => document.querySelectorAll("details").forEach(part => part.open = true));
+"""

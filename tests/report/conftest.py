@@ -1,0 +1,111 @@
+"""A small study with analytic FRFs: three sensors, two levels, two laws, two engines, a repeat floor."""
+
+import numpy as np
+import pytest
+
+from clearance_mj.clearance.law import ConstantLaw
+from clearance_mj.correlation import Comparison, csac, csac_per_sensor, csf, csf_per_sensor, frac, mre, rmse_db
+from clearance_mj.frf import FRF
+from clearance_mj.io.dataset import Dataset, Record
+from clearance_mj.io.uff import Channel
+from clearance_mj.rig import Beam, Bushing, Contact, Grease, PointMass, Rig, Sensor
+from clearance_mj.study import Case, Knowledge, Study
+
+FREQUENCY = np.arange(5.0, 220.5, 0.5)
+BUSHING = {"gap": 3e-4, "length": 0.012, "grease": Grease(4000.0, 3.0), "contact": Contact(7.8e3, 4.0)}
+RIG = Rig(
+    name="small <rig>",
+    beam=Beam(1.0, 210e9, 7850.0, diameter=0.0086),
+    bushings=(Bushing(0.6, **BUSHING),),
+    sensors=(Sensor(1, 0.3), Sensor(2, 0.6), Sensor(3, 1.0)),
+    masses=(PointMass(1.0, 0.4, "boss"),),
+)
+MODES, DAMPING = np.array([9.0, 40.0, 93.0, 188.0]), 0.02
+SHAPES = np.array([[0.3, 0.7, 1.0], [0.9, 0.6, -1.0], [-0.8, 1.0, 0.9], [1.0, -0.4, 0.7]])
+N, FS = 512, 512.0
+
+
+def frf(shift=1.0, scale=1.0) -> FRF:
+    """Base acceleration to absolute acceleration: H = 1 + ω² Σ φ/(ω_n² - ω² + 2jζω_nω)."""
+    terms = [
+        np.outer(shape, FREQUENCY**2 / ((f * shift) ** 2 - FREQUENCY**2 + 2j * DAMPING * f * shift * FREQUENCY))
+        for f, shape in zip(MODES, SHAPES)
+    ]
+    return FRF(FREQUENCY, scale * (1 + sum(terms)), np.full((3, FREQUENCY.size), 0.9))
+
+
+def compared(test, model, test_shift, model_shift) -> Comparison:
+    """What `compare` returns, with the modes as they are known: looking for them takes a second."""
+    t, m = test.value, model.value
+    variants = csac_per_sensor(t, m), csf_per_sensor(t, m)
+    per_sensor = {"sensor": test.responses, "mre": mre(t, m), "rmse_db": rmse_db(t, m), "frac": frac(t, m)}
+    per_sensor |= {"csac": variants[0].mean(axis=1), "csf": variants[1].mean(axis=1)}
+    per_mode = {
+        "mode": np.arange(1, 5),
+        "test_hz": MODES * test_shift,
+        "model_hz": MODES * model_shift,
+        "relative_error": np.full(4, abs(model_shift / test_shift - 1)),
+        "mac": np.array([0.99, 0.98, 0.97, 0.96]),
+        "test_damping": np.full(4, DAMPING),
+        "model_damping": np.full(4, DAMPING),
+    }
+    return Comparison(FREQUENCY, csac(t, m), csf(t, m), *variants, per_sensor, per_mode)
+
+
+def record(name, role, level=None, seed=1, source="synthetic: virtual test rig, not measured") -> Record:
+    noise = np.random.default_rng(seed).standard_normal
+    channels = [Channel(f"acceleration {node}", node, "+Z", "acceleration", noise(N), FS) for node in (1, 2, 3, 100)]
+    channels.append(Channel("probe 2", 2, "+Z", "displacement", 1e-4 * noise(N), FS))
+    provenance = {"source": source, "command": "python -m clearance_mj.testrig"}
+    return Record(name, role, RIG, FS, channels, "base", "random & loud", level, seed, (5.0, 220.0), provenance)
+
+
+def statistics(level, step):
+    return {
+        "displacement_rms": [1e-5 * level],
+        "displacement_peak": [4e-5 * level],
+        "contact_share": [0.01 * level],
+        "contact_peak": [2.0 * level],
+        "step": step,
+    }
+
+
+def make_study(offset=0.0, floors=(1.0, 4.0), source="synthetic: virtual test rig, not measured") -> Study:
+    """``offset`` detunes the fitted law; a level has a second record if it is in ``floors``."""
+    records, shifts, floor = [record("ramp", "identify", seed=9, source=source)], {}, {}
+    for i, (level, shift) in enumerate({1.0: 0.97, 4.0: 0.94}.items()):
+        for j, small in enumerate((1.0, 1.002) if level in floors else (1.0,)):
+            name = f"level_{level:g}_{'ab'[j]}"
+            records.append(record(name, "validate", level, 10 * i + j, source))
+            shifts[name] = shift * small
+        if level in floors:
+            first, second = shift, shift * 1.002
+            floor[level] = compared(frf(first), frf(second), first, second)
+    dataset, tests = Dataset(RIG, tuple(records)), {name: frf(shift) for name, shift in shifts.items()}
+    parameters = (
+        {"name": "contact stiffness", "unit": "N/m", "value": 8.1e3, "relative_std": 0.05},
+        {"name": "grease damping", "unit": "N s/m", "value": 2.5, "relative_std": 0.2},
+    )
+    laws = (
+        Knowledge("nominal", ConstantLaw(7.8e3, 4.0), "rig file only"),
+        Knowledge("constant", ConstantLaw(8.1e3, 4.0), "rig file and the records to identify", parameters),
+    )
+    cases = []
+    for law, shift in (("nominal", 1.0), ("constant", 0.955 + offset)):
+        for engine, small, step in (("links", 1.0, 2e-5), ("modal", 1.001, 5e-5)):
+            model = frf(shift * small, 1.05)
+            for r in dataset.validate:
+                comparison = compared(tests[r.name], model, shifts[r.name], shift * small)
+                cases.append(Case(law, engine, r, model, comparison, statistics(r.level, step)))
+    return Study(dataset, laws, tests, tuple(cases), floor)
+
+
+@pytest.fixture(scope="session")
+def study() -> Study:
+    return make_study()
+
+
+@pytest.fixture(scope="session")
+def build():
+    """Make studies that differ from `study`."""
+    return make_study

@@ -1,0 +1,87 @@
+"""Figures: drawn, labelled with units, inside their canvas, and the same bytes each time."""
+
+import dataclasses
+import io
+import re
+import xml.etree.ElementTree
+
+import matplotlib.image
+import numpy as np
+import pytest
+
+from clearance_mj.report import figures
+
+LEVEL = 4.0
+DRAW = {
+    "rig": lambda s: figures.rig_drawing(s.dataset.rig),
+    "verdict": figures.verdict,
+    "frf_bushings": lambda s: figures.frf_bushings(s, LEVEL),
+    "frf_others": lambda s: figures.frf_others(s, LEVEL),
+    "correlation": lambda s: figures.correlation(s, LEVEL),
+    "csac_sensors": lambda s: figures.csac_sensors(s, LEVEL),
+    "csf_sensors": lambda s: figures.csf_sensors(s, LEVEL),
+    "contact": figures.contact,
+    "modes": figures.modes,
+}
+
+
+@pytest.fixture(scope="module")
+def drawings(study):
+    return {name: draw(study) for name, draw in DRAW.items()}
+
+
+@pytest.mark.parametrize("name", DRAW)
+def test_nothing_is_cut_off_at_the_edge(drawings, name):
+    image = matplotlib.image.imread(io.BytesIO(drawings[name].png()))[..., :3]
+    assert image.std() > 0.02, "blank"
+    border = np.concatenate([image[0], image[-1], image[:, 0], image[:, -1]])
+    assert border.min() == 1, "something reaches the edge of the canvas"
+
+
+@pytest.mark.parametrize("name", DRAW)
+def test_every_quantity_on_an_axis_has_its_unit(drawings, name):
+    labels = [text for ax in drawings[name].figure.axes for text in (ax.get_xlabel(), ax.get_ylabel()) if text]
+    assert labels
+    assert all(re.search(r"\((1|%|°|Hz|N|m|dB re 1|m/s² RMS)\)$", text) for text in labels), labels
+
+
+@pytest.mark.parametrize("name", ["frf_bushings", "verdict"])
+def test_svg_is_well_formed_and_the_same_each_time(study, name):
+    first, second = (DRAW[name](study).svg() for _ in range(2))
+    assert first == second
+    assert xml.etree.ElementTree.fromstring(first).tag.endswith("svg")
+
+
+def test_curves_are_the_frfs_of_the_study(study, drawings):
+    magnitude = drawings["frf_bushings"].figure.axes[0]
+    curves = {(line.get_color(), line.get_linestyle()): line.get_ydata() for line in magnitude.lines}
+    decibel = {name: 20 * np.log10(np.abs(frf.value[1])) for name, frf in study.tests.items()}
+    assert np.array_equal(curves[figures.TEST, "-"], decibel["level_4_a"])
+    assert np.array_equal(curves[figures.REPEAT, "-"], decibel["level_4_b"])
+    for law, colour in zip(("nominal", "constant"), figures.LAWS):
+        expected = 20 * np.log10(np.abs(study.case(law, "links", LEVEL).frf.value[1]))
+        assert np.array_equal(curves[colour, "-"], expected)
+        assert (colour, "--") in curves
+
+
+def test_sensors_are_split_between_the_two_overlays(drawings):
+    titles = [
+        [ax.get_title(loc="left") for ax in drawings[name].figure.axes if ax.get_title(loc="left")]
+        for name in ("frf_bushings", "frf_others")
+    ]
+    assert titles == [["(a) sensor 2, bushing 1"], ["(a) sensor 1, 0.3 m", "(b) sensor 3, 1 m"]]
+
+
+def test_a_zero_in_an_frf_does_not_break_the_overlay(study):
+    test = study.tests["level_4_a"]
+    value = test.value.copy()
+    value[:, 5] = 0
+    changed = dataclasses.replace(study, tests=study.tests | {"level_4_a": dataclasses.replace(test, value=value)})
+    assert np.all(np.isfinite(figures.frf_bushings(changed, LEVEL).figure.axes[0].get_ylim()))
+
+
+def test_captions_say_synthetic_where_the_test_is(drawings, build):
+    shown = [name for name in DRAW if name not in ("rig", "contact")]
+    assert all("synthetic" in drawings[name].caption.lower() for name in shown)
+    measured = build(source="bench 3")
+    assert not any("synthetic" in DRAW[name](measured).caption.lower() for name in DRAW)

@@ -1,0 +1,132 @@
+"""The report as a whole: files, and a page that stands alone."""
+
+import csv
+import re
+from html.parser import HTMLParser
+
+import matplotlib.image
+import pytest
+
+from clearance_mj import report
+from clearance_mj.report import html, write_report
+
+VOID = {"img", "meta", "br", "hr", "link"}
+
+
+class Page(HTMLParser):
+    """Reads a page, refusing tags that do not match."""
+
+    def __init__(self, text):
+        super().__init__()
+        self.open, self.tags, self.text = [], [], []
+        self.feed(text)
+        self.close()
+        assert not self.open, f"never closed: {self.open}"
+
+    def handle_starttag(self, tag, attrs):
+        self.tags.append((tag, dict(attrs)))
+        if tag not in VOID:
+            self.open.append(tag)
+
+    def handle_endtag(self, tag):
+        assert self.open and self.open.pop() == tag, f"</{tag}> in the wrong place, line {self.getpos()[0]}"
+
+    def handle_data(self, data):
+        self.text.append(data)
+
+    def all(self, tag):
+        return [attributes for name, attributes in self.tags if name == tag]
+
+
+@pytest.fixture(scope="module")
+def folder(study, tmp_path_factory):
+    folder = tmp_path_factory.mktemp("report")
+    write_report(study, folder, progress=False)
+    return folder
+
+
+@pytest.fixture(scope="module")
+def page(folder):
+    return Page((folder / "report.html").read_text(encoding="utf-8"))
+
+
+def test_every_figure_is_there_and_not_blank(folder):
+    names = {path.stem for path in (folder / "figures").glob("*.png")}
+    kinds = ("frf_bushings", "frf_others", "correlation", "csac_sensors", "csf_sensors")
+    assert names == {"rig", "verdict", "contact", "modes"} | {f"{k}_level_{v}" for k in kinds for v in (1, 4)}
+    for path in (folder / "figures").glob("*.png"):
+        image = matplotlib.image.imread(path)
+        assert image.shape[1] == 1125 and image[..., :3].std() > 0.02
+
+
+def test_every_table_is_there(folder, study):
+    names = {path.stem for path in (folder / "tables").glob("*.csv")}
+    assert names == {"verdict", "natural_frequencies", "sensors", "contact", "parameters", "engines", "records"}
+    with (folder / "tables" / "verdict.csv").open(newline="", encoding="utf-8") as file:
+        rows = list(csv.DictReader(file))
+    assert [float(row["rmse_db"]) for row in rows] == [row["rmse_db"] for row in study.rows()]
+
+
+def test_every_image_is_inside_the_page_and_has_words(page):
+    images = page.all("img")
+    assert len(images) == 14
+    assert all(image["src"].startswith("data:image/") and len(image["alt"]) > 20 for image in images)
+    assert {i["src"][:18] for i in images} == {"data:image/svg+xml", "data:image/png;bas"}
+
+
+def test_nothing_comes_from_outside(folder, page):
+    text = re.sub(r"base64,[A-Za-z0-9+/=]+", "", (folder / "report.html").read_text(encoding="utf-8"))
+    assert not re.search(r"https?://|@import|url\(", text)
+    assert not page.all("link") and not page.all("iframe")
+    assert not any("src" in script for script in page.all("script"))
+
+
+def test_every_anchor_leads_somewhere(page):
+    targets = [attributes["id"] for _, attributes in page.tags if "id" in attributes]
+    links = [a["href"] for a in page.all("a")]
+    assert len(targets) == len(set(targets))
+    assert len(links) > 8 and all(link[0] == "#" and link[1:] in targets for link in links)
+
+
+def test_the_main_level_is_open_and_the_others_are_folded(page, study):
+    folded = [a["id"] for a in page.all("details") if "level" in a["id"]]
+    assert study.main_level == 4
+    assert folded == ["frf-level-1", "correlation-level-1"]
+
+
+def test_figures_are_numbered_in_the_order_of_the_page(folder):
+    text = (folder / "report.html").read_text(encoding="utf-8")
+    assert [int(n) for n in re.findall(r"<b>Figure (\d+)\.</b>", text)] == list(range(1, 15))
+
+
+def test_the_page_says_what_it_is(page):
+    text = " ".join(page.text)
+    assert "SYNTHETIC." in text and "virtual test rig, not measured" in text
+    assert "“small <rig>”" in text and "random & loud" in text
+    assert "Used to identify: ramp. Kept back to validate: level_1_a, level_1_b, level_4_a, level_4_b." in text
+    assert "clearance-mj study DATASET --engines links,modal" in text and "python -m clearance_mj.testrig" in text
+
+
+def test_measured_records_are_not_called_synthetic(build):
+    names = ("rig", "verdict", "contact", "modes")
+    pictures = {name: html.Picture(name, 1, b"", "image/png", "a caption", "some words") for name in names}
+    text = report._page(build(floors=(), source="bench 3"), None, pictures)
+    assert "synthetic" not in text.lower()
+    assert "Source of the records: bench 3." in text
+    assert '<td class="number">–</td>' in text, "no repeat floor, so RMSE over floor has no value"
+
+
+def test_without_the_articles_tables_the_report_says_so(study, monkeypatch):
+    assert "are not installed" not in report._article_tables(study, report.load_article())
+    text = report._article_tables(study, None)
+    assert "are not installed, so their columns are left out" in text and "article’s rig" not in text
+
+
+def test_a_large_svg_gives_way_to_the_png():
+    class Large:
+        name, caption, alt, sharp = "large", "", "", True
+
+        def svg(self):
+            return b" " * (report.SVG_LIMIT + 1)
+
+    assert report._picture(Large(), b"png", 1).kind == "image/png"

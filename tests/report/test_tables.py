@@ -1,0 +1,159 @@
+"""The tables hold the study's numbers, and the verdict says what they say."""
+
+import csv
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+
+from clearance_mj.report import tables
+from clearance_mj.report.article import load_article
+
+LEVEL = 4.0
+
+
+def column(table, label, group=None):
+    index = next(i for i, c in enumerate(table.columns) if c.label == label and group in (None, c.group))
+    return [row[index] for row in table.rows]
+
+
+def test_the_verdict_table_is_the_study_rows(study):
+    shown, rows = tables.verdict_table(study), study.rows()
+    assert [row[:3] for row in shown.rows] == [(r["level"], r["law"], r["engine"]) for r in rows]
+    for measure in tables.MEASURES:
+        assert column(shown, measure.label) == [r[measure.key] for r in rows]
+    floor = rows[0]["rmse_db"]
+    assert shown.rows[1][-1] == pytest.approx(rows[1]["rmse_db"] / floor)
+    assert shown.rows[0][-1] == 1
+
+
+def test_natural_frequencies_are_those_of_the_comparisons(study):
+    shown = tables.mode_table(study, LEVEL)
+    assert [row[1] for row in shown.rows] == ["test", "nominal", "constant", "repeat"]
+    assert column(shown, "f", "Mode 2") == pytest.approx([40 * 0.94 * 1.001, 40, 40 * 0.955, 40 * 0.94 * 1.002])
+    found = [c for c in study.cases if (c.law, c.engine, c.record.level) == ("constant", "links", LEVEL)]
+    for i in range(4):
+        error = np.mean([100 * c.comparison.per_mode["relative_error"][i] for c in found])
+        mac = np.mean([c.comparison.per_mode["mac"][i] for c in found])
+        assert column(shown, "RE", f"Mode {i + 1}")[2] == pytest.approx(error)
+        assert column(shown, "MAC", f"Mode {i + 1}")[2] == pytest.approx(mac)
+
+
+def test_the_article_stands_beside_in_both_tables(study):
+    article = load_article()
+    modes = tables.mode_table(study, LEVEL, article)
+    assert [row[:2] for row in modes.rows[:3]] == [("article’s rig", m) for m in ("test", "initial", "updated")]
+    assert column(modes, "f", "Mode 4")[:3] == [188.85, 191.35, 187.25]
+    assert column(modes, "MAC", "Mode 1")[:3] == [None, 0.5378, 0.9422]
+    rmse = tables.sensor_tables(study, LEVEL, article)[1]
+    assert column(rmse, "Sensor") == ["1", "2", "3", "mean"]
+    assert column(rmse, "initial") == [1.4181, 1.3410, 1.5589, 1.4517]
+
+
+def test_sensor_tables_are_means_over_the_records_of_the_level(study):
+    found = [c for c in study.cases if (c.law, c.engine, c.record.level) == ("nominal", "links", LEVEL)]
+    assert len(found) == 2
+    shown_tables = {t.name: t for t in tables.sensor_tables(study, LEVEL)}
+    assert list(shown_tables) == [f"{key}_level_4" for key in ("mre", "rmse_db", "frac", "csac", "csf")]
+    for measure in tables.MEASURES:
+        shown = shown_tables[f"{measure.key}_level_4"]
+        expected = np.mean([c.comparison.per_sensor[measure.key] for c in found], axis=0)
+        assert column(shown, "nominal") == pytest.approx([*expected, expected.mean()])
+        floor = study.floor[LEVEL].per_sensor[measure.key]
+        assert column(shown, "repeat")[:-1] == pytest.approx(list(floor))
+
+
+def test_parameters_have_standard_deviations_and_the_rig_files_values(study):
+    assert tables.parameter_table(study).rows == (
+        ("constant", "contact stiffness", "N/m", 8.1e3, pytest.approx(405), pytest.approx(5), 7.8e3),
+        ("constant", "grease damping", "N s/m", 2.5, pytest.approx(0.5), pytest.approx(20), 3.0),
+    )
+
+
+def test_contact_is_over_the_gap_and_in_percent(study):
+    shown = tables.contact_table(study)
+    row = next(row for row in shown.rows if row[:2] == (LEVEL, "constant"))
+    assert row[2:] == pytest.approx((4e-5 / 3e-4, 16e-5 / 3e-4, 4.0, 8.0))
+    test = next(row for row in shown.rows if row[:2] == (LEVEL, "test"))
+    motion = [r.response().displacement for r in study.dataset.validate if r.level == LEVEL]
+    assert test[2] == pytest.approx(np.mean([m.std() for m in motion]) / 3e-4)
+    assert test[4:] == (None, None)
+
+
+def test_every_engine_tells_its_time_step(study):
+    rows = tables.engine_table(study).rows
+    assert [(r[0], r[2], r[3]) for r in rows] == [
+        (engine, law, pytest.approx(step))
+        for engine, step in (("links", 20), ("modal", 50))
+        for law in ("nominal", "constant")
+    ]
+    assert "safety" in rows[0][1]
+
+
+def test_records_tell_what_they_were_used_for(study):
+    assert [row[:2] for row in tables.record_table(study).rows] == [(r.name, r.role) for r in study.dataset.records]
+
+
+def test_the_verdict_says_what_the_numbers_say(study):
+    rows = {(r["level"], r["law"], r["engine"]): r["rmse_db"] for r in study.rows()}
+    rmse, floor = rows[LEVEL, "constant", "links"], rows[LEVEL, "repeat", "rig"]
+    first, over_levels, least, engines = tables.verdict(study)
+    assert first == (
+        f"At 4 m/s² RMS the best law, “constant”, misses the rig by {rmse:.2f} dB RMS on engine links, "
+        f"{rmse / floor:.2g} times what the rig repeats itself ({floor:.2f} dB)."
+    )
+    low, high = sorted(rows[level, "nominal", "links"] for level in (1.0, LEVEL))
+    assert f"“nominal” misses by {low:.2f} to {high:.2f} dB" in over_levels
+    assert least == "Least RMSE: “constant” at 1, 4 m/s²."
+    spread = max(
+        abs(rows[level, law, "links"] - rows[level, law, "modal"])
+        for level in (1.0, LEVEL)
+        for law in ("nominal", "constant")
+    )
+    assert f"at most {spread:.2f} dB" in engines
+
+
+def test_the_verdict_changes_with_the_numbers(study, build):
+    worse = build(offset=0.2)
+    assert "“nominal”, misses" in tables.verdict(worse)[0]
+    assert "“constant”, misses" in tables.verdict(study)[0]
+
+
+def test_without_a_second_record_there_is_no_floor(build):
+    single = build(floors=())
+    assert tables.verdict(single)[0].endswith("no second record tells how closely the rig repeats itself.")
+    assert all(math.isnan(row[-1]) for row in tables.verdict_table(single).rows)
+    assert [row[1] for row in tables.mode_table(single, LEVEL).rows] == ["test", "nominal", "constant"]
+
+
+def lost(study, **columns):
+    """The study with nan in columns of every comparison of law "constant"."""
+
+    def change(case):
+        if case.law != "constant":
+            return case
+        changed = {
+            field: getattr(case.comparison, field) | {key: np.full_like(getattr(case.comparison, field)[key], np.nan)}
+            for field, key in columns.items()
+        }
+        return dataclasses.replace(case, comparison=dataclasses.replace(case.comparison, **changed))
+
+    return dataclasses.replace(study, cases=tuple(change(c) for c in study.cases))
+
+
+def test_a_mode_that_was_not_found_is_nan_in_the_table(study):
+    shown = tables.mode_table(lost(study, per_mode="mac"), LEVEL)
+    assert math.isnan(column(shown, "MAC", "Mode 1")[2])
+    assert math.isfinite(column(shown, "f", "Mode 1")[2])
+
+
+def test_csv_holds_every_digit_of_every_row(study, tmp_path):
+    rows = tables.sensor_rows(study, load_article())
+    tables.write_csv(tmp_path / "sensors.csv", rows)
+    with (tmp_path / "sensors.csv").open(newline="", encoding="utf-8") as file:
+        read = list(csv.DictReader(file))
+    assert len(read) == len(rows) == 2 * 9 + 3 * (len(study.cases) + len(study.floor))
+    for row, back in zip(rows, read):
+        assert [float(back[m.key]) for m in tables.MEASURES] == [row[m.key] for m in tables.MEASURES]
+        assert (back["law"], back["engine"], back["sensor"]) == (row["law"], row["engine"], row["sensor"])
