@@ -1,0 +1,109 @@
+"""The committed MJCF models: what the builder writes, and what it should be."""
+
+from pathlib import Path
+
+import mujoco
+import numpy as np
+import pytest
+
+from clearance_mj.beam import natural_frequencies
+from clearance_mj.engines import mjcf, solref_solimp
+from clearance_mj.rig import Rig
+
+MODELS = Path(__file__).parents[2] / "models"
+RIG = Rig.load(MODELS / "table1_rig.toml")
+
+
+def load(name):
+    model = mujoco.MjModel.from_xml_path(str(MODELS / f"table1_rig_{name}.xml"))
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    return model, data
+
+
+@pytest.mark.parametrize("name", ["links", "modes"])
+def test_committed_models_are_what_the_builder_writes(name):
+    """Otherwise: python -m clearance_mj.engines models/table1_rig.toml."""
+    assert (MODELS / f"table1_rig_{name}.xml").read_text(encoding="utf-8") == mjcf(RIG)[name]
+
+
+def test_links_model():
+    """Twenty hinges; its frequencies are the shaft's, without grease, which is not in the model."""
+    model, data = load("links")
+    assert (model.nv, model.npair) == (20, 8)
+    mass = np.zeros((20, 20))
+    mujoco.mj_fullM(model, data, mass)
+    value = np.linalg.eigvals(np.linalg.solve(mass, np.diag(model.jnt_stiffness)))
+    found = np.sqrt(np.sort(value)[:4]) / (2 * np.pi)
+    np.testing.assert_allclose(found, natural_frequencies(RIG.replace(bushings=()), 4), rtol=3e-3)
+
+
+def test_modes_model():
+    """A slide per mode, a limited tendon per bushing end."""
+    model, data = load("modes")
+    assert model.ntendon == 4
+    mass = np.zeros((model.nv, model.nv))
+    mujoco.mj_fullM(model, data, mass)
+    np.testing.assert_allclose(mass, RIG.total_mass * np.eye(model.nv), rtol=1e-5, atol=1e-12)
+    found = np.sqrt(model.jnt_stiffness[:4] / RIG.total_mass) / (2 * np.pi)
+    np.testing.assert_allclose(found, natural_frequencies(RIG.replace(bushings=()), 4), rtol=2e-5)
+    np.testing.assert_allclose(np.abs(model.tendon_range), 3e-4)
+
+
+@pytest.mark.parametrize("name", ["links", "modes"])
+def test_timestep_is_stable(name):
+    """An hour in the viewer begins with a second here: a shove at the tip rings down."""
+    model, data = load(name)
+    data.qvel[:] = 0.05
+    energy = []
+    for _ in range(4):
+        for _ in range(round(0.25 / model.opt.timestep)):
+            mujoco.mj_step(model, data)
+        energy.append(np.sum(data.qvel**2))
+    assert energy[-1] < energy[0]
+    assert not np.any(data.warning.number)
+
+
+def test_links_touch_their_bushings():
+    """Lifted by more than the gap the shaft meets the upper plates, lowered the lower ones, and none in between."""
+    model, data = load("links")
+    for lift, side in ((6e-4, "upper"), (-6e-4, "lower"), (2e-4, None)):
+        # The first hinge lifts the inner bushing, at 0.5484 m, by this much; the outer one by half as much again.
+        data.qpos[:] = 0
+        data.qpos[0] = lift / (0.5484 - 0.025)
+        mujoco.mj_forward(model, data)
+        pressed = [c for c in data.contact[: data.ncon] if c.dist < 0]
+        touched = {model.geom(g).name for c in pressed for g in c.geom if model.geom(g).name.startswith("bushing")}
+        assert touched == ({f"bushing0_{side}", f"bushing1_{side}"} if side else set())
+        height = data.sensor("displacement0").data[2]
+        assert height == pytest.approx(lift, rel=1e-5)
+        depths = sorted(-c.dist for c in pressed)
+        ends = [abs(lift) * (x - 0.025) / (0.5484 - 0.025) - 3e-4 for b in RIG.bushings for x in b.ends]
+        np.testing.assert_allclose(depths, sorted(ends) if side else [], atol=1e-8)
+
+
+@pytest.mark.parametrize("name", ["links", "modes"])
+def test_datasheet_softness(name):
+    """k and c of the rig, half at each end, for the inverse inertia that MuJoCo computes itself."""
+    model, _ = load(name)
+    if name == "links":
+        bodies = model.geom_bodyid[model.pair_geom2]
+        inverse_inertia, solref, solimp = model.body_invweight0[bodies, 0], model.pair_solref, model.pair_solimp
+    else:
+        inverse_inertia, solref, solimp = model.tendon_invweight0, model.tendon_solref_lim, model.tendon_solimp_lim
+    expected, impedance = solref_solimp(7.8e3 / 2, 4.0 / 2, inverse_inertia)
+    np.testing.assert_allclose(solref, expected, rtol=1e-5)
+    np.testing.assert_allclose(solimp, np.tile(impedance, (len(solimp), 1)), rtol=1e-12)
+
+
+def test_gravity_sags_the_links():
+    """Under 0.02 m/s² the hinges' torques carry the weight: a(ρA l⁴/8 + m l³/3)/(EI) at the tip, within the gap."""
+    model, data = load("links")
+    model.opt.gravity[2] = -0.02
+    mujoco.mj_forward(model, data)
+    mass = RIG.beam.mass_per_length
+    expected = -0.02 * (mass / 8 + 0.434 / 3) / RIG.beam.bending_stiffness
+    data.qpos[:] = -data.qfrc_bias / model.jnt_stiffness
+    mujoco.mj_forward(model, data)
+    tip = data.site("sensor8").xpos[2]
+    assert tip == pytest.approx(expected, rel=1e-3)
