@@ -25,6 +25,7 @@ __all__ = ["Modes", "extract_modes"]
 MIN_ORDER = 5
 LINES_PER_ORDER = 3
 CIRCLE = 0.9  # share of the unit circle that the band covers; the rest takes up the jump from its end to its start
+RIDGE = 1e-12
 QUIETEST = 1e-3  # level over the largest, below which lines get no more weight
 LARGEST_DAMPING = 0.3  # what is broader is background
 STABLE = 0.01, 0.2  # largest change of the logarithms of frequency and damping from one order to the next
@@ -129,17 +130,23 @@ def _stable_poles(frf, weight, max_order) -> np.ndarray:
     """
     first, last = frf.frequency[0], frf.frequency[-1]
     angle = 2 * np.pi * CIRCLE * (frf.frequency - first) / (last - first)
-    powers = np.exp(1j * np.outer(angle, np.arange(max_order + 1)))
-    value = weight * frf.value
-    # The numerators are projected out by QR, whose leading columns do so for every lower order.
-    numerator = np.linalg.qr(weight[:, None] * powers)[0]
-    explained = numerator.conj().T @ (value[:, :, None] * powers)
-    total = powers.conj().T @ (np.sum(np.abs(value) ** 2, axis=0)[:, None] * powers)
+    lags = np.arange(max_order + 1)
+    lags = lags - lags[:, None]
+    turning = np.exp(1j * np.outer(angle, np.arange(-max_order, max_order + 1)))
+    # Products of powers of z depend on the difference of the powers alone.
+    square = weight**2
+    numerator = (square @ turning)[lags + max_order]
+    mixed = ((square * frf.value) @ turning)[:, lags + max_order]
+    denominator = (square * np.sum(np.abs(frf.value) ** 2, axis=0) @ turning)[lags + max_order]
+    # The numerators are eliminated by Cholesky, whose leading rows do so for every lower order; what is added keeps
+    # a very high order positive definite.
+    numerator += RIDGE * numerator[0, 0] * np.eye(max_order + 1)
+    rows = np.linalg.solve(np.linalg.cholesky(numerator), mixed).transpose(1, 0, 2)
+    normal = denominator - np.cumsum(rows.conj().transpose(0, 2, 1) @ rows, axis=0)
 
     stable, previous = [], np.empty(0, dtype=complex)
-    for size in range(MIN_ORDER + 1, max_order + 2):
-        block = explained[:, :size, :size].reshape(-1, size)
-        roots = _denominator_roots(total[:size, :size] - block.conj().T @ block)
+    for order in range(MIN_ORDER, max_order + 1):
+        roots = _denominator_roots(normal[order, : order + 1, : order + 1])
         turns = (np.log(np.abs(roots)) + 1j * np.mod(np.angle(roots), 2 * np.pi)) / (2 * np.pi * CIRCLE)
         poles = (turns * (last - first) + 1j * first) / last
         damping, frequency = _damping(poles), np.abs(poles)
@@ -231,11 +238,11 @@ class _Fit:
         pairs = self.coefficients(poles, triangle, part)
         inverse = np.linalg.pinv(triangle, rcond=1e-12)[: 2 * poles.size].reshape(poles.size, 2, -1)
         spread = inverse @ inverse.transpose(0, 2, 1)
-        own = np.einsum("pio,pij,pjo->p", pairs, np.linalg.inv(spread), pairs)
+        own = np.einsum("pio,pij,pjo->p", pairs, np.linalg.pinv(spread, hermitian=True), pairs)
         return own, np.sum(self.target**2) - np.sum(part**2)
 
     def residual(self, unknowns):
-        """What the best residues leave (2 n_f n_sensors,) at the poles of the unknowns, and its slopes (..., 2 n).
+        """What the best residues leave (2 n_f, n_sensors) at the poles of the unknowns, and its slopes (2 n, ...).
 
         The residues are eliminated; slopes with Kaufman's approximation (Golub and Pereyra 2003).
         """
@@ -244,13 +251,11 @@ class _Fit:
         coefficients = self.coefficients(poles, triangle, part)
         ahead, mirror = 1 / (self.s - poles) ** 2, 1 / (self.s - poles.conj()) ** 2
         slopes = [
-            np.einsum("kpi,pio->kop", self._pairs(poles, rate * ahead, rate.conj() * mirror), coefficients)
+            np.einsum("kpi,pio->pko", self._pairs(poles, rate * ahead, rate.conj() * mirror), coefficients)
             for rate in (poles, -1j * poles * poles.real / poles.imag)  # by ln frequency, by ln damping
         ]
-        slope = np.concatenate(slopes, axis=2)
-        flat = slope.reshape(self.target.shape[0], -1)
-        flat = basis @ (basis.T @ flat) - flat
-        return (self.target - basis @ part).ravel(), flat.reshape(-1, unknowns.size)
+        slope = np.concatenate(slopes)
+        return self.target - basis @ part, basis @ (basis.T @ slope) - slope
 
 
 def _poles(unknowns) -> np.ndarray:
@@ -292,14 +297,15 @@ def _least_squares(residual, unknowns, lower, upper) -> np.ndarray:
     value, slope = residual(unknowns)
     caution = 1e-3
     for _ in range(ITERATIONS):
-        normal = slope.T @ slope
+        normal = np.einsum("pko,qko->pq", slope, slope)
         normal[np.diag_indices_from(normal)] *= 1 + caution
-        step = np.linalg.lstsq(normal, -slope.T @ value, rcond=None)[0]
+        step = np.linalg.lstsq(normal, -np.einsum("pko,ko->p", slope, value), rcond=None)[0]
         trial = np.clip(unknowns + step, lower, upper)
         new_value, new_slope = residual(trial)
-        gain = value @ value - new_value @ new_value
+        square = np.sum(value**2)
+        gain = square - np.sum(new_value**2)
         caution = caution / 10 if gain > 0 else caution * 10
-        converged = abs(gain) <= CONVERGED * (value @ value) or np.max(np.abs(trial - unknowns)) <= CONVERGED
+        converged = abs(gain) <= CONVERGED * square or np.max(np.abs(trial - unknowns)) <= CONVERGED
         if gain > 0:
             unknowns, value, slope = trial, new_value, new_slope
         if converged:
