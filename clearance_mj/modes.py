@@ -37,6 +37,7 @@ VISIBLE = 1e-3  # least share of the FRFs' energy that a mode which LSCF missed 
 UPPER = 2, 4  # powers of s for the modes above the band; a constant stands for those below, and for a moving base
 ITERATIONS, CONVERGED = 40, 1e-9  # change of the sum of squares over itself, or of the logarithms
 SMOOTH, AROUND = 6, 21  # coefficients of a smooth curve; lines over which noise is averaged
+BLOCK = 2048  # numbers in a matrix that is still small for BLAS
 SCAN_LINES, SCAN_DAMPING = 100, (0.01, 0.03, 0.1, 0.2)
 
 
@@ -130,18 +131,16 @@ def _stable_poles(frf, weight, max_order) -> np.ndarray:
     """
     first, last = frf.frequency[0], frf.frequency[-1]
     angle = 2 * np.pi * CIRCLE * (frf.frequency - first) / (last - first)
-    lags = np.arange(max_order + 1)
-    lags = lags - lags[:, None]
     turning = np.exp(1j * np.outer(angle, np.arange(-max_order, max_order + 1)))
-    # Products of powers of z depend on the difference of the powers alone.
-    square = weight**2
-    numerator = (square @ turning)[lags + max_order]
-    mixed = ((square * frf.value) @ turning)[:, lags + max_order]
-    denominator = (square * np.sum(np.abs(frf.value) ** 2, axis=0) @ turning)[lags + max_order]
+    # Products of two powers of z depend on the difference of the powers alone. (einsum: BLAS would start threads)
+    factors = np.vstack((np.ones(angle.size), np.sum(np.abs(frf.value) ** 2, axis=0), frf.value))
+    sums = np.einsum("of,fd->od", weight**2 * factors, turning)
+    powers = np.arange(max_order + 1)
+    numerator, denominator, *mixed = sums[:, powers - powers[:, None] + max_order]
     # The numerators are eliminated by Cholesky, whose leading rows do so for every lower order; what is added keeps
     # a very high order positive definite.
     numerator += RIDGE * numerator[0, 0] * np.eye(max_order + 1)
-    rows = np.linalg.solve(np.linalg.cholesky(numerator), mixed).transpose(1, 0, 2)
+    rows = np.linalg.solve(np.linalg.cholesky(numerator), np.array(mixed)).transpose(1, 0, 2)
     normal = denominator - np.cumsum(rows.conj().transpose(0, 2, 1) @ rows, axis=0)
 
     stable, previous = [], np.empty(0, dtype=complex)
@@ -218,7 +217,7 @@ class _Fit:
     def project(self, poles):
         """Orthonormal basis (2 n_f, 2 n + 3) of the model, its triangle, and the target in that basis."""
         model = self.pairs(poles).reshape(self.target.shape[0], 2 * poles.size)
-        basis, triangle = np.linalg.qr(np.hstack((model, self.background)))
+        basis, triangle = _qr(np.hstack((model, self.background)))
         return basis, triangle, basis.T @ self.target
 
     def coefficients(self, poles, triangle, part) -> np.ndarray:
@@ -256,6 +255,21 @@ class _Fit:
         ]
         slope = np.concatenate(slopes)
         return self.target - basis @ part, basis @ (basis.T @ slope) - slope
+
+
+def _qr(tall):
+    """QR of a tall matrix by blocks of its rows, and of their triangles.
+
+    As one matrix it is just large enough for BLAS to start threads, which cost several times the work itself.
+    """
+    rows, columns = tall.shape
+    size = max(BLOCK // columns, 2 * columns)
+    count = -(-rows // size)
+    blocks = np.zeros((count * size, columns))
+    blocks[:rows] = tall
+    parts, triangles = np.linalg.qr(blocks.reshape(count, size, columns))
+    joint, triangle = np.linalg.qr(triangles.reshape(count * columns, columns))
+    return (parts @ joint.reshape(count, columns, columns)).reshape(-1, columns)[:rows], triangle
 
 
 def _poles(unknowns) -> np.ndarray:
@@ -324,7 +338,7 @@ def _with_noisy(fit, poles, n_modes) -> np.ndarray:
     lines = np.abs(fit.s[:: -(-fit.s.size // SCAN_LINES), 0])
     frequency, damping = (grid.ravel() for grid in np.meshgrid(lines[1:-1], SCAN_DAMPING))
     scan = _poles(np.log(np.concatenate((frequency, damping))))
-    basis = np.linalg.qr(np.hstack((fit.project(poles)[0], fit.smooth())))[0]
+    basis, _ = _qr(np.hstack((fit.project(poles)[0], fit.smooth())))
     left = fit.target - basis @ (basis.T @ fit.target)
     columns = fit.pairs(scan)
     columns -= np.einsum("kb,bpi->kpi", basis, np.einsum("kb,kpi->bpi", basis, columns))
