@@ -5,6 +5,7 @@ on a slide joint whose two tendons are the ends of the bushing.
 """
 
 import dataclasses
+import inspect
 from pathlib import Path
 
 import mujoco
@@ -94,18 +95,21 @@ class FreeMass:
         getattr(self, f"_start_{loop}")(law, gap, position, speed)
 
     def _start_modal(self, law, gap, position, speed):
-        one = np.ones(1)
+        state = {name: np.zeros(n) for name, n in (("z", 1), ("envelope", 1), ("previous", 1), ("impact", 2))}
+        state |= {"q": np.array([position]), "v": np.array([speed]), "rate": np.array([speed])}
         flow = np.array([[1.0], [self.step], [0.0], [1.0]])  # of a free mass: rows q→q, v→q, q→v, v→v
-        at_points, no_sensor, drive = np.ones((3, 1)), np.zeros((0, 1)), np.zeros(1)
-        state = [position * one, speed * one, *(np.zeros(n) for n in (1, 1, 1, 2))]
-        free = (0 * one, 0 * one, one, flow, at_points, no_sensor, drive, 0.0, np.array([gap]))
-        table = law.table(1)
-        self.simulate = lambda n: self._advance_modal(n, free, grease_table(self.rig, law), table, state)
+        free = {"omega2": np.zeros(1), "damping": np.zeros(1), "inverse_mass": np.ones(1), "flow": flow}
+        free |= {"at_points": np.ones((3, 1)), "at_sensors": np.zeros((0, 1)), "gaps": np.array([gap])}
+        free |= {"drive_shape": np.zeros(1), "base": 0.0, "steps": 0, "h": self.step}
+        rules = {"grease": grease_table(self.rig, law), "law": law.table(1)}
+        names = inspect.signature(modal._advance.py_func).parameters
 
-    def _advance_modal(self, n, free, grease, table, state):
-        out = np.empty((n, 3))
-        assert modal._advance(0, self.step, np.zeros(n), *free, grease, table, *state, out) == (-1, -1)
-        return out
+        def simulate(n):
+            given = state | free | rules | {"drive": np.zeros(n), "out": np.empty((n, 3))}
+            assert modal._advance(*(given[name] for name in names)) == (-1, -1)
+            return given["out"]
+
+        self.simulate = simulate
 
     def _start_mujoco(self, law, gap, position, speed):
         spec = mujoco.MjSpec()
