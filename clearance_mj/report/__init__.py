@@ -198,9 +198,9 @@ def _article_tables(study, article: Article | None) -> str:
         parts.append(html.table(tables.mode_table(study, level, article), label, breaks=True))
     parts.append(
         html.note(
-            "RE: relative error of the natural frequency. – : the mode was not found. The natural frequencies of a rig "
-            "with clearance depend on level; those of the test at each level are in "
-            '<a href="#figure-modes">the figure below</a>.'
+            "RE: relative error of the natural frequency. Modes are numbered by frequency among those found in test or "
+            "model; – : one of the two lacks it. The natural frequencies of a rig with clearance depend on level: see "
+            '<a href="#figure-modes">the figure over level</a>.'
         )
     )
     parts.append(_sensor_tables(study, article))
@@ -249,7 +249,9 @@ def _reproduce(study) -> str:
     commands = [*(f"{command} {path}" for command in makers), *commands]
     lines = escape("\n".join(commands))
     return (
-        html.paragraph("With the same versions these commands give the same numbers:")
+        html.paragraph(
+            "These commands make the records and this report again:" if makers else "This makes the report again:"
+        )
         + f"<pre><code>{lines}</code></pre>\n"
         + html.paragraph(
             "Beside this file: <code>figures/</code> (the figures, PNG), <code>tables/</code> (all numbers, CSV), "
@@ -267,15 +269,17 @@ def _definitions(study) -> str:
         "Σ_f sums over lines, Σ_s over sensors; * is the complex conjugate."
     )
     items = "".join(
-        f"<dt>{term}</dt>\n" + "".join(f'<dd class="formula">{html.formula(text)}</dd>\n' for text in texts)
-        for term, *texts in _DEFINITIONS
+        f"<dt>{term}</dt>\n"
+        + (f'<dd class="formula">{html.formula(formula)}</dd>\n' if formula else "")
+        + (f"<dd>{html.formula(words)}</dd>\n" if words else "")
+        for term, formula, words in _DEFINITIONS
     )
     return html.paragraph(html.formula(intro)) + f"<dl>\n{items}</dl>\n"
 
 
 _DEFINITIONS = (
-    ("RMSE, of a sensor", "√ mean_f (20 log_10(|H_m| / |H_t|))², in dB"),
-    ("MRE, mean relative error, of a sensor", "mean_f ||H_m| − |H_t|| / |H_t|"),
+    ("RMSE, of a sensor", "√ mean_f (20 log_10(|H_m| / |H_t|))²", "In dB."),
+    ("MRE, mean relative error, of a sensor", "mean_f ||H_m| − |H_t|| / |H_t|", ""),
     (
         "FRAC, frequency response assurance criterion, of a sensor (Heylen and Lammens 1996)",
         "|Σ_f H_t H_m*|² / (Σ_f |H_t|² · Σ_f |H_m|²)",
@@ -284,31 +288,36 @@ _DEFINITIONS = (
     (
         "CSAC, cross signature assurance criterion, of a line (Zang, Grafe and Imregun 2001)",
         "|Σ_s H_t* H_m|² / (Σ_s |H_t|² · Σ_s |H_m|²)",
-        "1 for equal shapes along the rig, whatever their size. One number for it is the mean over lines.",
+        "1 for equal shapes along the rig, whatever their size. Where one number is given it is the mean over lines.",
     ),
     (
         "CSF, cross signature scale factor, of a line (Grafe 1998)",
         "2 |Σ_s H_t* H_m| / (Σ_s |H_t|² + Σ_s |H_m|²)",
-        "1 only for equal shapes of equal size. One number for it is the mean over lines.",
+        "1 only for equal shapes of equal size. Where one number is given it is the mean over lines.",
     ),
     (
         "CSAC and CSF of one sensor (our variant)",
+        "",
         "The same with a sum over a window of nine lines in place of Σ_s, centred on a line and cut off at the ends of "
         "the band.",
     ),
-    ("RE, relative error of a natural frequency", "|f_m − f_t| / f_t"),
+    ("RE, relative error of a natural frequency", "|f_m − f_t| / f_t", ""),
     (
         "MAC, modal assurance criterion (Allemang and Brown 1982)",
-        "|φ_t^H φ_m|² / ((φ_t^H φ_t) (φ_m^H φ_m)), of mode shapes φ taken out of the FRFs",
+        "|φ_t^H φ_m|² / ((φ_t^H φ_t) (φ_m^H φ_m))",
+        "Of mode shapes φ. Modes come out of the FRFs by the least-squares complex frequency method and are paired by "
+        "MAC and frequency.",
     ),
     (
         "Repeat floor",
+        "",
         "The same measures between two records of the rig at one level, with different seeds of the random excitation: "
         "noise, drift, and what a nonlinear rig scatters into its FRFs.",
     ),
-    ("Level", "RMS of the excitation."),
+    ("Level", "", "RMS of the excitation."),
     (
         "Contact",
+        "",
         "A bushing counts as touched while the simulated contact force is above 1 % of the largest in the record.",
     ),
 )

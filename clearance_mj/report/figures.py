@@ -95,7 +95,7 @@ _POINT = re.compile(rb"\b([ML]) (-?[0-9.]+) (-?[0-9.]+) \n")
 def _sheet(height, handles=(), left=0.58, right=0.12, bottom=0.42, titled=0.26) -> Figure:
     """A figure of the report's width: ``height`` for its panels, their titles, margins (all in), a legend above."""
     legend_rows = -(-len(handles) // LEGEND_COLUMNS)
-    top = titled + 0.2 * legend_rows
+    top = titled + 0.17 * legend_rows
     whole = bottom + height + top
     figure = Figure(figsize=(WIDTH, whole), facecolor="white")
     figure.subplots_adjust(left=left / WIDTH, right=1 - right / WIDTH, bottom=bottom / whole, top=1 - top / whole)
@@ -308,7 +308,8 @@ def frf_bushings(study: Study, level: float) -> Drawing | None:
         ax.set_ylabel(label, fontsize=FONT)
     figure.align_ylabels(axes[:, 0])
     caption = (
-        "FRFs at the bushings (the article’s Figure 7): magnitude, phase, and the coherence γ² of the test. "
+        "FRFs at the bushings (the article’s Figure 7): magnitude, phase, and the coherence γ² of the test. Dips of a "
+        "model far below the test are cut. "
         f"{_words(study, level)}"
     )
     alt = f"FRF overlay at the bushings: test and laws {_law_names(study)}, {_level_words(study, level)}."
@@ -334,7 +335,8 @@ def frf_others(study: Study, level: float) -> Drawing | None:
         _frequency_axis(coherence, _band(study, level), i >= len(rows) - 2)
         figure.align_ylabels((magnitude, coherence))
     caption = (
-        "FRFs at the other sensors (the article’s Figure 8): magnitude; strips: the coherence γ² of the test. "
+        "FRFs at the other sensors (the article’s Figure 8): magnitude; strips: the coherence γ² of the test. Dips of "
+        "a model far below the test are cut. "
         f"{_words(study, level)}"
     )
     alt = f"FRF overlay at the other sensors: test and laws {_law_names(study)}, {_level_words(study, level)}."
@@ -558,9 +560,8 @@ def rig_drawing(rig: Rig) -> Drawing:
         Rectangle((-0.05 * length, -0.45), 0.05 * length, 0.9, facecolor="#eeeeee", edgecolor="#444444", hatch="////")
     )
     for i, bushing in enumerate(rig.bushings):
-        _draw_bushing(ax, i, bushing, rig)
-    for sensor in rig.sensors:
-        _draw_sensor(ax, sensor)
+        _draw_bushing(ax, i, bushing, length)
+    _draw_sensors(ax, rig)
     for mass in rig.masses:
         _draw_mass(ax, mass)
     _draw_shaker(ax, rig)
@@ -582,27 +583,32 @@ def rig_drawing(rig: Rig) -> Drawing:
 def _shaft(beam) -> str:
     across = ((beam.diameter, "diameter"), (beam.width, "width"), (beam.height, "height"))
     section = ", ".join(f"{name} {1e3 * size:.4g} mm" for size, name in across if size)
-    stuff = f"E = {beam.young_modulus / 1e9:.4g} GPa, ρ = {beam.density:.4g} kg/m³"
+    stuff = f"E\N{NO-BREAK SPACE}= {beam.young_modulus / 1e9:.4g} GPa, ρ\N{NO-BREAK SPACE}= {beam.density:.4g} kg/m³"
     return f"Shaft: length {beam.length:.4g} m, {section}, {stuff}."
 
 
-def _draw_bushing(ax, i, bushing, rig):
+def _draw_bushing(ax, i, bushing, length):
     left, inner = bushing.ends[0], HALF_SHAFT + DRAWN_GAP
     for bottom in (HALF_SHAFT, -inner):
         ax.add_patch(Rectangle((left, bottom), bushing.length, DRAWN_GAP, facecolor="#ffee88", edgecolor="none"))
     for bottom in (inner, -inner - BLOCK):
         ax.add_patch(Rectangle((left, bottom), bushing.length, BLOCK, facecolor="#777777", edgecolor="#333333", lw=0.6))
-    if rig.shaker.kind == "base":
-        ax.plot([bushing.position] * 2, [-inner - BLOCK, PLATE], color="#777777", linewidth=2.5, zorder=0)
+    ax.plot([bushing.position] * 2, [-inner - BLOCK, PLATE], color="#777777", linewidth=2.5, zorder=0)
     words = f"bushing {i + 1}\ngap {1e3 * bushing.gap:.3g} mm\nlength {1e3 * bushing.length:.3g} mm"
-    ax.text(bushing.position - 0.01, -inner - BLOCK - 0.06, words, ha="right", va="top", fontsize=FONT - 1)
+    place = {"ha": "right", "va": "top", "bbox": {"facecolor": "white", "edgecolor": "none", "pad": 1}}
+    ax.text(bushing.position - 0.01 * length, -inner - BLOCK - 0.06, words, fontsize=FONT - 1, **place)
 
 
-def _draw_sensor(ax, sensor):
-    height = HALF_SHAFT + DRAWN_GAP + BLOCK + 0.2
-    ax.plot([sensor.position] * 2, [HALF_SHAFT, height], color=LAWS[0], linewidth=0.8, zorder=1)
+def _draw_sensors(ax, rig):
+    """Numbered squares above the shaft, a row higher where they would cover their neighbour."""
     box = {"boxstyle": "square,pad=0.25", "facecolor": "white", "edgecolor": LAWS[0], "linewidth": 0.9}
-    ax.text(sensor.position, height, f"{sensor.node}", ha="center", va="bottom", fontsize=FONT - 0.5, bbox=box)
+    row, previous = 0, -np.inf
+    for sensor in sorted(rig.sensors, key=lambda s: s.position):
+        close = sensor.position - previous < 0.035 * rig.beam.length
+        row, previous = (row + 1) % 2 if close else 0, sensor.position
+        height = HALF_SHAFT + DRAWN_GAP + BLOCK + 0.15 + 0.22 * row
+        ax.plot([sensor.position] * 2, [HALF_SHAFT, height], color=LAWS[0], linewidth=0.8, zorder=1)
+        ax.text(sensor.position, height, f"{sensor.node}", ha="center", va="bottom", fontsize=FONT - 0.5, bbox=box)
 
 
 def _draw_mass(ax, mass):
@@ -613,15 +619,13 @@ def _draw_mass(ax, mass):
 
 def _draw_shaker(ax, rig):
     length, arrow = rig.beam.length, {"arrowstyle": "<->", "color": LAWS[1], "linewidth": 1.4}
-    if rig.shaker.kind == "force":
-        x = rig.shaker.position
-        ax.annotate("", (x, -HALF_SHAFT), (x, -0.8), arrowprops=arrow)
-        ax.text(x, -0.85, "shaker force", ha="center", va="top", fontsize=FONT - 1, color=LAWS[1])
-        return
-    ax.add_patch(
-        Rectangle((-0.05 * length, PLATE - 0.14), 1.1 * length, 0.14, facecolor="#bbbbbb", edgecolor="#333333", lw=0.6)
-    )
+    plate = (-0.05 * length, PLATE - 0.14), 1.1 * length, 0.14
+    ax.add_patch(Rectangle(*plate, facecolor="#bbbbbb", edgecolor="#333333", lw=0.6))
     ax.plot([-0.025 * length] * 2, [-0.45, PLATE], color="#777777", linewidth=2.5, zorder=0)
-    ax.annotate("", (0.5 * length, PLATE - 0.15), (0.5 * length, PLATE - 0.55), arrowprops=arrow)
-    words = "base acceleration: plate, clamp and bushings move together"
-    ax.text(0.52 * length, PLATE - 0.36, words, va="center", fontsize=FONT - 1, color=LAWS[1])
+    if rig.shaker.kind == "force":
+        x, words = rig.shaker.position, "shaker force"
+        ax.annotate("", (x, -HALF_SHAFT), (x, PLATE), arrowprops=arrow, zorder=2)
+    else:
+        x, words = 0.5 * length, "base acceleration: plate, clamp and bushings move together"
+        ax.annotate("", (x, PLATE - 0.15), (x, PLATE - 0.55), arrowprops=arrow)
+    ax.text(x + 0.02 * length, PLATE - 0.36, words, va="center", fontsize=FONT - 1, color=LAWS[1])

@@ -202,13 +202,14 @@ summary { cursor: pointer; padding: .5rem 0; font-weight: 600; }
 code, pre { font: .88em/1.5 ui-monospace, Consolas, monospace; background: var(--tint); }
 pre { padding: .7rem .9rem; overflow-x: auto; }
 dt { font-weight: 600; margin-top: .7rem; } dd { margin: .1rem 0 0 1.2rem; }
+sub, sup { font-size: .72em; line-height: 0; }
 .formula { font-family: "Cambria Math", "STIX Two Math", Georgia, serif; font-size: 1.05em; }
 @media (max-width: 40rem) { nav ol { columns: 1; } }
 @media print {
   :root { --ink: #000; --soft: #444; --line: #bbb; --paper: #fff; --tint: #fff; --link: #000; }
   body { max-width: none; padding: 0; font-size: 10pt; } nav { display: none; }
-  figure, tr { break-inside: avoid; } h2, h3, caption { break-after: avoid; } .scroll { overflow: visible; }
-  .banner { border: 2px solid #d55e00; } details { border: 0; padding: 0; } }
+  figure, tr, .beside table { break-inside: avoid; } h2, h3, caption, summary { break-after: avoid; }
+  .scroll { overflow: visible; } .banner { border: 2px solid #d55e00; } details { border: 0; padding: 0; } }
 """
 
 _SCRIPT = """

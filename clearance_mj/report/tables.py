@@ -325,7 +325,7 @@ def mode_table(study: Study, level: float, article: Article | None = None) -> Ta
         body.append(("this rig", law, *cells))
     caption = (
         f"Natural frequencies, relative errors and MAC at {level:g} {excitation_unit(study)} RMS, "
-        f"engine {main_engine(study)}; the other engines are in natural_frequencies.csv."
+        f"engine {main_engine(study)}; the other engines are in tables/natural_frequencies.csv."
     )
     return Table(f"natural_frequencies_level_{level:g}", caption, tuple(columns), tuple(body))
 
@@ -440,7 +440,7 @@ def contact_table(study: Study) -> Table:
     caption = (
         f"Motion and contact in the bushings, engine {engine}. RMS, peak and contact are means over a level’s "
         "records; probes at the bushings give the test’s motion, its contact is not measured. "
-        "The other engines are in contact.csv."
+        "The other engines are in tables/contact.csv."
     )
     return Table("contact", caption, tuple(columns), tuple(body))
 
