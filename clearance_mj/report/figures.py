@@ -286,7 +286,15 @@ def _floor_key(study, level, engines=True):
 
 
 def frf_bushings(study: Study, level: float) -> Drawing | None:
-    """Magnitude, phase and coherence of the sensors at the bushings, like the article's Figure 7."""
+    """Magnitude, phase and coherence of the sensors at the bushings, like the article's Figure 7.
+
+    Parameters
+    ----------
+    study : Study
+        The study.
+    level : float
+        Which level.
+    """
     rig = study.dataset.rig
     rows = _at_bushings(rig)
     if not rows:
@@ -317,7 +325,15 @@ def frf_bushings(study: Study, level: float) -> Drawing | None:
 
 
 def frf_others(study: Study, level: float) -> Drawing | None:
-    """Magnitude and coherence of the other sensors, like the article's Figure 8."""
+    """Magnitude and coherence of the other sensors, like the article's Figure 8.
+
+    Parameters
+    ----------
+    study : Study
+        The study.
+    level : float
+        Which level.
+    """
     rig = study.dataset.rig
     rows = [row for row in range(len(rig.sensors)) if row not in _at_bushings(rig)]
     if not rows:
@@ -344,12 +360,28 @@ def frf_others(study: Study, level: float) -> Drawing | None:
 
 
 def csac_sensors(study: Study, level: float) -> Drawing:
-    """Windowed CSAC of every sensor, like the article's Figure 9."""
+    """Windowed CSAC of every sensor, like the article's Figure 9.
+
+    Parameters
+    ----------
+    study : Study
+        The study.
+    level : float
+        Which level.
+    """
     return _per_sensor(study, level, "CSAC", "csac_per_sensor", 9)
 
 
 def csf_sensors(study: Study, level: float) -> Drawing:
-    """Windowed CSF of every sensor, like the article's Figure 10."""
+    """Windowed CSF of every sensor, like the article's Figure 10.
+
+    Parameters
+    ----------
+    study : Study
+        The study.
+    level : float
+        Which level.
+    """
     return _per_sensor(study, level, "CSF", "csf_per_sensor", 10)
 
 
@@ -379,7 +411,15 @@ def _per_sensor(study, level, label, field, number) -> Drawing:
 
 
 def correlation(study: Study, level: float) -> Drawing:
-    """Standard CSAC and CSF over all sensors, every law on every engine."""
+    """Standard CSAC and CSF over all sensors, every law on every engine.
+
+    Parameters
+    ----------
+    study : Study
+        The study.
+    level : float
+        Which level.
+    """
     figure = _sheet(3.4, _floor_key(study, level), titled=0.08)
     axes = figure.subplots(2, 1, gridspec_kw={"hspace": 0.1})
     for ax, label, field in zip(axes, ("CSAC", "CSF"), ("csac", "csf")):
@@ -398,13 +438,29 @@ def correlation(study: Study, level: float) -> Drawing:
 
 
 def frf_figures(study: Study, level: float) -> list[Drawing]:
-    """FRF overlays of one level: sensors at the bushings, other sensors."""
+    """FRF overlays of one level: sensors at the bushings, other sensors.
+
+    Parameters
+    ----------
+    study : Study
+        The study.
+    level : float
+        Which level.
+    """
     drawings = (frf_bushings(study, level), frf_others(study, level))
     return [drawing for drawing in drawings if drawing]
 
 
 def correlation_figures(study: Study, level: float) -> list[Drawing]:
-    """CSAC and CSF of one level: over all sensors, and of each."""
+    """CSAC and CSF of one level: over all sensors, and of each.
+
+    Parameters
+    ----------
+    study : Study
+        The study.
+    level : float
+        Which level.
+    """
     return [correlation(study, level), csac_sensors(study, level), csf_sensors(study, level)]
 
 
@@ -416,7 +472,13 @@ def _law_names(study) -> str:
 
 
 def verdict(study: Study) -> Drawing:
-    """Every measure over level, beside the repeat floor."""
+    """Every measure over level, beside the repeat floor.
+
+    Parameters
+    ----------
+    study : Study
+        The study.
+    """
     figure = _sheet(3.9, left=0.5)
     axes = figure.subplots(2, 3, gridspec_kw={"hspace": 0.42, "wspace": 0.3}).ravel()
     rows = study.rows()
@@ -460,7 +522,13 @@ def _verdict_lines(ax, study, rows, measure):
 
 
 def modes(study: Study) -> Drawing:
-    """Natural frequency (backbone) and damping of every mode over level, test and laws."""
+    """Natural frequency (backbone) and damping of every mode over level, test and laws.
+
+    Parameters
+    ----------
+    study : Study
+        The study.
+    """
     rows = tables.mode_rows(study)
     numbers = sorted({r["mode"] for r in rows})
     figure = _sheet(1.55 * len(numbers), _key(study, "test (× each record)", markers=True))
@@ -507,7 +575,13 @@ def _level_mean(rows, level, key) -> float:
 
 
 def contact(study: Study) -> Drawing:
-    """Motion over the gap, time in contact and peak force over level, in every bushing."""
+    """Motion over the gap, time in contact and peak force over level, in every bushing.
+
+    Parameters
+    ----------
+    study : Study
+        The study.
+    """
     rows, n = tables.contact_rows(study), len(study.dataset.rig.bushings)
     rows = [
         r | {"rms_over_gap": r["displacement_rms_m"] / r["gap_m"], "contact_pct": 100 * r["contact_share"]}
@@ -552,7 +626,13 @@ HALF_SHAFT, DRAWN_GAP, BLOCK, PLATE = 0.10, 0.13, 0.22, -1.15
 
 
 def rig_drawing(rig: Rig) -> Drawing:
-    """Side view of the rig, to scale along the shaft."""
+    """Side view of the rig, to scale along the shaft.
+
+    Parameters
+    ----------
+    rig : Rig
+        The rig.
+    """
     figure = _sheet(2.8, left=0.15, right=0.15, titled=0.05)
     ax, length = figure.subplots(), rig.beam.length
     ax.add_patch(Rectangle((0, -HALF_SHAFT), length, 2 * HALF_SHAFT, facecolor="#cccccc", edgecolor="#444444", lw=0.8))

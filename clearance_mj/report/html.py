@@ -46,12 +46,26 @@ class Section:
 
 
 def paragraph(text: str, kind: str = "") -> str:
-    """Return text, which may hold markup, as a paragraph of a CSS class."""
+    """Return text, which may hold markup, as a paragraph of a CSS class.
+
+    Parameters
+    ----------
+    text : str
+        May hold markup.
+    kind : str
+        CSS class; none if empty.
+    """
     return f'<p class="{kind}">{text}</p>\n' if kind else f"<p>{text}</p>\n"
 
 
 def formula(text: str) -> str:
-    """Return plain text as markup, with H_t as a symbol with an index and φ^H as one with an exponent."""
+    """Return plain text as markup, with H_t as a symbol with an index and φ^H as one with an exponent.
+
+    Parameters
+    ----------
+    text : str
+        Plain text.
+    """
     text = re.sub(r"([^\W_]+|Σ)_(\w+)", _indexed, escape(text))
     return re.sub(r"\^(\w)", r"<sup>\1</sup>", text)
 
@@ -63,17 +77,39 @@ def _indexed(match) -> str:
 
 
 def note(text: str) -> str:
-    """Return text, which may hold markup, as a note."""
+    """Return text, which may hold markup, as a note.
+
+    Parameters
+    ----------
+    text : str
+        May hold markup.
+    """
     return paragraph(text, "note")
 
 
 def details(anchor: str, summary: str, body: str) -> str:
-    """Return a part that is folded away until the reader opens it."""
+    """Return a part that is folded away until the reader opens it.
+
+    Parameters
+    ----------
+    anchor : str
+        Where links to it go.
+    summary : str
+        What is seen while it is folded.
+    body : str
+        Markup.
+    """
     return f'<details id="{anchor}"><summary>{escape(summary)}</summary>\n{body}</details>\n'
 
 
 def figure(picture: Picture) -> str:
-    """Return a numbered figure with its caption and its image inside."""
+    """Return a numbered figure with its caption and its image inside.
+
+    Parameters
+    ----------
+    picture : Picture
+        The figure.
+    """
     data = base64.b64encode(picture.data).decode("ascii")
     return (
         f'<figure id="{picture.anchor}"><img src="data:{picture.kind};base64,{data}" alt="{escape(picture.alt)}">\n'

@@ -93,22 +93,46 @@ class Table:
 
 
 def engines(study: Study) -> list[str]:
-    """Engines of a study, in the order in which they were asked for."""
+    """Engines of a study, in the order in which they were asked for.
+
+    Parameters
+    ----------
+    study : Study
+        The study.
+    """
     return list(dict.fromkeys(c.engine for c in study.cases))
 
 
 def main_engine(study: Study) -> str:
-    """The engine that tables show where there is room for one: "links" if it was run, else the first."""
+    """The engine that tables show where there is room for one: "links" if it was run, else the first.
+
+    Parameters
+    ----------
+    study : Study
+        The study.
+    """
     return "links" if "links" in engines(study) else engines(study)[0]
 
 
 def excitation_unit(study: Study) -> str:
-    """Unit of the levels: m/s² for a shaken base, N for a force."""
+    """Unit of the levels: m/s² for a shaken base, N for a force.
+
+    Parameters
+    ----------
+    study : Study
+        The study.
+    """
     return "N" if study.dataset.validate[0].excitation_kind == "force" else "m/s²"
 
 
 def is_synthetic(dataset: Dataset) -> bool:
-    """Whether any record's provenance says that it was computed, not measured."""
+    """Whether any record's provenance says that it was computed, not measured.
+
+    Parameters
+    ----------
+    dataset : Dataset
+        The dataset.
+    """
     return any("synthetic" in str(r.provenance).lower() for r in dataset.records)
 
 
@@ -209,7 +233,13 @@ def _engine_spread(study, rows) -> list[str]:
 
 
 def verdict_table(study: Study) -> Table:
-    """Every law on every engine at every level, beside the repeat floor."""
+    """Every law on every engine at every level, beside the repeat floor.
+
+    Parameters
+    ----------
+    study : Study
+        The study.
+    """
     rows = study.rows()
     columns = (
         Column("Level", excitation_unit(study), "g"),
@@ -395,7 +425,13 @@ def _mean(values) -> float:
 
 
 def contact_rows(study: Study) -> list[dict]:
-    """Motion and contact in every bushing: a row per record, law, engine and bushing; law "test" is what probes saw."""
+    """Motion and contact in every bushing: a row per record, law, engine and bushing; law "test" is what probes saw.
+
+    Parameters
+    ----------
+    study : Study
+        The study.
+    """
     gaps = [b.gap for b in study.dataset.rig.bushings]
     rows = []
     for record in study.dataset.validate:
@@ -417,7 +453,13 @@ def _bushings(head, gaps, *columns) -> list[dict]:
 
 
 def contact_table(study: Study) -> Table:
-    """Motion over the gap, share of the time in contact and peak force by level; means over a level's records."""
+    """Motion over the gap, share of the time in contact and peak force by level; means over a level's records.
+
+    Parameters
+    ----------
+    study : Study
+        The study.
+    """
     rows, engine = contact_rows(study), main_engine(study)
     n_bushings = len(study.dataset.rig.bushings)
     columns = [Column("Level", excitation_unit(study), "g"), Column("Law")]
@@ -462,7 +504,13 @@ def _is(row, **values) -> bool:
 
 
 def parameter_rows(study: Study) -> list[dict]:
-    """Fitted parameters of every law, with their standard deviations and the rig file's value where it has one."""
+    """Fitted parameters of every law, with their standard deviations and the rig file's value where it has one.
+
+    Parameters
+    ----------
+    study : Study
+        The study.
+    """
     return [
         {
             "law": knowledge.name,
@@ -486,7 +534,13 @@ def _datasheet(rig, name) -> float:
 
 
 def parameter_table(study: Study) -> Table:
-    """Fitted parameters with their standard deviations."""
+    """Fitted parameters with their standard deviations.
+
+    Parameters
+    ----------
+    study : Study
+        The study.
+    """
     columns = (
         Column("Law"),
         Column("Parameter"),
@@ -502,7 +556,13 @@ def parameter_table(study: Study) -> Table:
 
 
 def engine_rows(study: Study) -> list[dict]:
-    """Time step of every engine under every law: the shortest and the longest over the records."""
+    """Time step of every engine under every law: the shortest and the longest over the records.
+
+    Parameters
+    ----------
+    study : Study
+        The study.
+    """
     rows = []
     for engine in engines(study):
         settings = ", ".join(f"{name} {value}" for name, value in dataclasses.asdict(get_engine(engine)).items())
@@ -514,7 +574,13 @@ def engine_rows(study: Study) -> list[dict]:
 
 
 def engine_table(study: Study) -> Table:
-    """Time step of every engine under every law."""
+    """Time step of every engine under every law.
+
+    Parameters
+    ----------
+    study : Study
+        The study.
+    """
     columns = (
         Column("Engine"),
         Column("Settings"),
@@ -534,7 +600,13 @@ def engine_table(study: Study) -> Table:
 
 
 def record_rows(study: Study) -> list[dict]:
-    """Records of the dataset and what each was used for."""
+    """Records of the dataset and what each was used for.
+
+    Parameters
+    ----------
+    study : Study
+        The study.
+    """
     return [
         {
             "record": r.name,
@@ -551,7 +623,13 @@ def record_rows(study: Study) -> list[dict]:
 
 
 def record_table(study: Study) -> Table:
-    """Records of the dataset and what each was used for."""
+    """Records of the dataset and what each was used for.
+
+    Parameters
+    ----------
+    study : Study
+        The study.
+    """
     columns = (
         Column("Record"),
         Column("Used to"),
