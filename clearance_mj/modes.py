@@ -80,12 +80,10 @@ def extract_modes(frf, n_modes: int = 4, band: tuple[float, float] | None = None
     frf = frf.within(band) if band else frf
     max_order = _usable_order(frf, n_modes, max_order)
     level = np.sqrt(np.mean(np.abs(frf.value) ** 2, axis=0))
-    # Half way between equal weights, which see the strong modes, and relative ones, which see the weak: the noise
-    # of a test is partly in proportion to the response.
-    weight = np.maximum(level / level.max(), QUIETEST) ** -0.5
+    # Half way between equal and relative weights: the noise of a test is partly in proportion to the response.
+    fit = _Fit(frf, np.maximum(level / level.max(), QUIETEST) ** -0.5)
 
-    candidates, persistence = _cluster(_stable_poles(frf, weight, max_order), max_order - MIN_ORDER)
-    fit = _Fit(frf, weight)
+    candidates, persistence = _cluster(_stable_poles(frf, max_order), max_order - MIN_ORDER)
     poles = _refine(fit, _strongest(fit, candidates, persistence, n_modes))
     poles = _with_noisy(fit, poles, n_modes)
 
@@ -123,10 +121,10 @@ def _near(a, b, limits) -> np.ndarray:
     return (frequency < limits[0]) & (damping < limits[1])
 
 
-def _stable_poles(frf, weight, max_order) -> np.ndarray:
+def _stable_poles(frf, max_order) -> np.ndarray:
     """Poles that stay from one order of the common denominator to the next, over the highest frequency of the band.
 
-    LSCF: Σ |w (N_o(z) - H_o D(z))|² is least over the numerators N_o and the denominator D, polynomials in z with
+    LSCF: Σ |N_o(z) - H_o D(z)|² is least over the numerators N_o and the denominator D, polynomials in z with
     complex coefficients; the band is spread over the unit circle, where the powers of z are nearly orthogonal.
     """
     first, last = frf.frequency[0], frf.frequency[-1]
@@ -134,7 +132,7 @@ def _stable_poles(frf, weight, max_order) -> np.ndarray:
     turning = np.exp(1j * np.outer(angle, np.arange(-max_order, max_order + 1)))
     # Products of two powers of z depend on the difference of the powers alone. (einsum: BLAS would start threads)
     factors = np.vstack((np.ones(angle.size), np.sum(np.abs(frf.value) ** 2, axis=0), frf.value))
-    sums = np.einsum("of,fd->od", weight**2 * factors, turning)
+    sums = np.einsum("of,fd->od", factors, turning)
     powers = np.arange(max_order + 1)
     numerator, denominator, *mixed = sums[:, powers - powers[:, None] + max_order]
     # The numerators are eliminated by Cholesky, whose leading rows do so for every lower order; what is added keeps
