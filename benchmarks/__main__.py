@@ -28,7 +28,9 @@ def main():
         row = {"name": name, "a_seconds": middle[0], "b_seconds": middle[1], "unit": unit, "target": target}
         rows.append(row | {"median": statistics.median(values), "low": min(values), "high": max(values)})
         spread = f"{min(values):.3g}..{max(values):.3g}"
-        print(f"{name:48s} {middle[0]:8.3f}s {middle[1]:8.3f}s {rows[-1]['median']:8.3g} {spread:>15s}  {unit} {target}")
+        print(
+            f"{name:48s} {middle[0]:8.3f}s {middle[1]:8.3f}s {rows[-1]['median']:8.3g} {spread:>15s}  {unit} {target}"
+        )
     machine = {"processors": os.cpu_count(), "machine": platform.machine(), "python": platform.python_version()}
     with replacing(options.out) as temporary:
         temporary.write_text(json.dumps({"version": __version__, **machine, "benchmarks": rows}, indent=1) + "\n")

@@ -36,9 +36,14 @@ def BENCHMARKS():
     excitation = _excitation(4.0)
     for engine, target in (("links", ">= 4"), ("modal-mj", ""), ("modal", ">= 100")):
         yield f"{engine}: times real time", _simulate(excitation, engine), _nothing, _real_time, "x", target
-    yield "links batch of 8: two threads against one", _batch(excitation, "links", 2), _batch(
-        excitation, "links", 1
-    ), _speed_up, "x", ""
+    yield (
+        "links batch of 8: two threads against one",
+        _batch(excitation, "links", 2),
+        _batch(excitation, "links", 1),
+        _speed_up,
+        "x",
+        "",
+    )
 
 
 def _excitation(level):
@@ -112,5 +117,3 @@ def _real_time(a, b):
 
 def _speed_up(a, b):
     return b / a
-
-

@@ -95,7 +95,7 @@ def cantilever_curvature(x, n: int, length: float = 1.0) -> np.ndarray:
 
 
 def _shape(x, n, length, sign):
-    """cosh βx - σ sinh βx + sign (cos βx - σ sin βx), without cancellation of the growing exponentials."""
+    """Cosh βx - σ sinh βx + sign (cos βx - σ sin βx), without cancellation of the growing exponentials."""
     root = cantilever_roots(n)
     bx = np.asarray(x, dtype=float)[:, None] * root / length
     decay = np.exp(-root)

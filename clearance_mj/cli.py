@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import argparse
-import json
 import sys
 from pathlib import Path
 
 from ._version import __version__
 from .errors import ClearanceError
+from .io.files import replacing, to_json
 
 __all__ = ["main"]
 
@@ -38,7 +38,7 @@ def main(arguments=None) -> int:
     except BrokenPipeError:
         return 1
     if options.json:
-        print(json.dumps(result, indent=1))
+        print(to_json(result), end="")
     return 0
 
 
@@ -148,7 +148,6 @@ def _run_compare(options):
     from .correlation import compare
     from .errors import RecordError
     from .frf import FRF
-    from .io.files import replacing
     from .io.uff import read_uff
 
     frfs = [read_uff(path) for path in (options.test, options.model)]
@@ -158,7 +157,7 @@ def _run_compare(options):
     summary = compare(*frfs).summary()
     if options.out:
         with replacing(options.out) as temporary:
-            temporary.write_text(json.dumps(summary, indent=1) + "\n", encoding="utf-8")
+            temporary.write_text(to_json(summary), encoding="utf-8")
     if not options.json:
         for name, value in summary.items():
             print(f"{name:24s} {value:.4g}")

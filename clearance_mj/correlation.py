@@ -6,6 +6,7 @@ interpolated.
 
 from __future__ import annotations
 
+import functools
 from dataclasses import dataclass
 
 import numpy as np
@@ -409,13 +410,19 @@ def _paired_modes(test_frf, model_frf, n_modes):
     Where a strong mode of the test has no partner among as many of the model, twice as many are looked at: it may be
     a weaker one there.
     """
-    test, model = (extract_modes(frf, n_modes) for frf in (test_frf, model_frf))
+    test, model = _modes_once(test_frf, n_modes), extract_modes(model_frf, n_modes)
     pairs = _pairs(test, model)
     if len(pairs) == test.frequency.size:
         return test, model, pairs
     more = extract_modes(model_frf, 2 * n_modes)
     more_pairs = _pairs(test, more)
     return (test, more, more_pairs) if len(more_pairs) > len(pairs) else (test, model, pairs)
+
+
+@functools.lru_cache(maxsize=32)
+def _modes_once(frf, n_modes):
+    """Modes of a test, which is compared with many models."""
+    return extract_modes(frf, n_modes)
 
 
 def _pairs(test, model) -> list[tuple[int, int]]:

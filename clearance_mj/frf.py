@@ -16,7 +16,7 @@ WINDOWS = ("hann", "boxcar")
 QUANTITY = {"base": "acceleration/acceleration", "force": "acceleration/force"}
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class FRF:
     """Frequency response functions of several responses to one reference.
 

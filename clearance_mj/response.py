@@ -46,5 +46,5 @@ class Response:
 
     @property
     def duration(self) -> float:
-        """s"""
+        """S"""
         return self.excitation.shape[0] / self.fs

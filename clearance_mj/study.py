@@ -1,7 +1,8 @@
 """The main job: what each kind of knowledge of the clearance is worth in predicting the FRFs of a rig.
 
-Every law is simulated on every engine under the measured excitation of every validation record, and its FRFs are compared
-with the record's. The same record level with another seed gives the repeat floor: how closely the rig repeats itself.
+Every law is simulated on every engine under the measured excitation of every validation record, and its FRFs are
+compared with the record's. The same record level with another seed gives the repeat floor: how closely the rig
+repeats itself.
 """
 
 from __future__ import annotations
@@ -29,7 +30,7 @@ from .errors import ClearanceError, RecordError
 from .frf import FRF, estimate_frf
 from .identify import laws as identify
 from .io.dataset import Dataset, Record
-from .io.files import replacing
+from .io.files import replacing, to_json
 from .io.results import dataset_to_frf, frf_to_dataset
 from .response import Response
 
@@ -39,6 +40,8 @@ ENGINES = ("links", "modal", "modal-mj")
 RESOLUTION = 0.5
 """Hz, of the FRFs that are compared"""
 N_MODES = 4
+FILES = {"figures", "laws", "report.html", "results.nc", "summary.json", "tables"}
+"""What a study leaves in its folder"""
 
 
 @dataclass(frozen=True)
@@ -101,9 +104,15 @@ class Study:
                 for engine in dict.fromkeys(c.engine for c in self.cases):
                     found = [c for c in self.cases if (c.law, c.engine, c.record.level) == (law, engine, level)]
                     summaries = [c.comparison.summary() for c in found]
-                    means = {key: float(np.nanmean([s[key] for s in summaries])) for key in summaries[0]}
+                    means = {key: _mean([s[key] for s in summaries]) for key in summaries[0]}
                     rows.append({"level": level, "law": law, "engine": engine} | means)
         return rows
+
+
+def _mean(values) -> float:
+    """Mean of the values that are numbers; a mode may be missing in one record and not in another."""
+    finite = [v for v in values if np.isfinite(v)]
+    return float(np.mean(finite)) if finite else float("nan")
 
 
 def run_study(path, out, engines: Sequence[str] = ENGINES, workers: int | None = None, progress: bool = True) -> Study:
@@ -167,8 +176,9 @@ def _check(dataset):
 def _check_out(out):
     if out.exists() and not out.is_dir():
         raise ClearanceError(f"--out {out} is a file; give a folder")
-    if out.is_dir() and any(out.iterdir()) and not (out / "summary.json").exists():
-        raise ClearanceError(f"--out {out} exists and holds no study; give a new folder")
+    others = sorted({p.name for p in out.iterdir()} - FILES) if out.is_dir() else []
+    if others:
+        raise ClearanceError(f"--out {out} holds {others[0]!r}, which is not of a study; give another folder")
 
 
 @contextmanager
@@ -212,7 +222,7 @@ def _publish(finished: Path, out: Path):
 def _laws(dataset, workshop, progress) -> tuple[Knowledge, ...]:
     """The laws of the study; the fitted one is kept with the digest of what it was fitted to."""
     nominal = Knowledge("nominal", identify.nominal(dataset.rig), "rig file only: datasheet contact and fresh grease")
-    digest = _digest(dataset.rig.to_dict(), *(_record_digest(r) for r in dataset.identify))
+    digest = _digest(__version__, dataset.rig.to_dict(), *(_record_digest(r) for r in dataset.identify))
     law_file, fit_file = workshop / "constant.json", workshop / "constant_fit.json"
     if fit_file.exists() and (kept := json.loads(fit_file.read_text()))["digest"] == digest:
         law, parameters = load_law(law_file), kept["parameters"]
@@ -276,11 +286,12 @@ def _read_case(path, digest):
 
 def _statistics(response: Response) -> dict:
     contact = np.abs(response.contact_force)
+    # The anti-alias filter rings a little around an impact: count what is above its ripple.
+    ripple = np.maximum(0.01 * contact.max(axis=0), 1e-3)
     return {
         "displacement_rms": response.displacement.std(axis=0).tolist(),
         "displacement_peak": np.abs(response.displacement).max(axis=0).tolist(),
-        # The anti-alias filter rings a little around an impact: count what is above its ripple.
-        "contact_share": np.mean(contact > 1e-2 * contact.max(initial=1e-9), axis=0).tolist(),
+        "contact_share": np.mean(contact > ripple, axis=0).tolist(),
         "contact_peak": contact.max(axis=0).tolist(),
         "step": response.provenance["step"],
     }
@@ -310,7 +321,7 @@ def _write_results(study: Study, folder: Path):
     combined = xr.merge((combined, measured), combine_attrs="override").assign_attrs(rig=rig, version=__version__)
     combined.to_netcdf(folder / "results.nc", engine="scipy", format="NETCDF3_64BIT")
     with replacing(folder / "summary.json") as temporary:
-        temporary.write_text(json.dumps(_summary(study), indent=1, allow_nan=True) + "\n")
+        temporary.write_text(to_json(_summary(study)))
 
 
 def _summary(study: Study) -> dict:

@@ -137,7 +137,7 @@ def test_two_studies_into_one_folder(small_dataset, tmp_path):
 
 def test_folder_with_something_else_is_not_overwritten(small_dataset, tmp_path):
     (tmp_path / "thesis.tex").write_text("precious")
-    with pytest.raises(ClearanceError, match="exists and holds no study"):
+    with pytest.raises(ClearanceError, match=r"holds 'thesis\.tex', which is not of a study"):
         run_study(small_dataset, tmp_path, ("modal",), progress=False)
 
 

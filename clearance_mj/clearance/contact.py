@@ -7,6 +7,7 @@ F = K δⁿ (1 + κ δ̇/v_i) becomes k = K δⁿ⁻¹, c = κ K δⁿ / v_i, wi
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -164,5 +165,5 @@ def contact_force(k, c, penetration, speed, adhesion):
 
 
 def _check(condition, name, value, rule):
-    if not condition:
+    if not (condition and math.isfinite(value)):
         raise LawError(f"contact {name} must be {rule}, got {value:g}")

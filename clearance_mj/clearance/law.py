@@ -145,7 +145,7 @@ class ConstantLaw(Law):
     grease: tuple[Grease, ...] | None = None
 
     def __post_init__(self):
-        k, c = np.broadcast_arrays(_values(self.k, "k"), _values(self.c, "c"))
+        k, c = _together(_values(self.k, "k"), _values(self.c, "c"))
         if k.ndim != 1:
             raise LawError(f"k and c of a constant law are one value per bushing, got shape {k.shape}")
         self._set(k=k, c=c, grease=_greases(self.grease))
@@ -223,7 +223,7 @@ class AmplitudeLaw(Law):
         amplitude, k, c = _schedule(self.amplitude, self.k, self.c, "amplitude")
         if amplitude[0] < 0:
             raise LawError(f"amplitude must be >= 0 m, got {amplitude[0]:g}")
-        if not 0 < self.release < np.inf:
+        if not isinstance(self.release, int | float) or not 0 < self.release < np.inf:
             raise LawError(f"release must be a time > 0 s, got {self.release!r}")
         self._set(amplitude=amplitude, k=k, c=c, release=float(self.release), grease=_greases(self.grease))
 
@@ -249,11 +249,7 @@ class ContactLaw(Law):
     grease: tuple[Grease, ...] | None = None
 
     def __post_init__(self):
-        models = (self.contact,) if type(self.contact) in _MODEL_NAMES else tuple(self.contact)
-        for i, model in enumerate(models):
-            if type(model) not in _MODEL_NAMES:
-                raise LawError(f"contact[{i}] must be one of {', '.join(_MODELS)}, got {model!r}")
-        self._set(contact=models, grease=_greases(self.grease))
+        self._set(contact=_several(self.contact, tuple(_MODEL_NAMES), "contact"), grease=_greases(self.grease))
 
     def table(self, n_bushings):
         """Return the models' parameters as a table of one row."""
@@ -295,7 +291,7 @@ def load_law(path) -> Law:
         raise LawError(f"{path}: cannot be read ({error.strerror})") from None
     except ValueError as error:
         raise LawError(f"{path}: not a law file (JSON): {error}") from None
-    if not isinstance(data, dict) or data.get("kind") not in _KINDS:
+    if not isinstance(data, dict) or str(data.get("kind")) not in _KINDS:
         raise LawError(f'{path}: not a law file; needs "kind" to be one of {", ".join(_KINDS)}')
     kind = _KINDS[data.pop("kind")]
     try:
@@ -315,6 +311,8 @@ def _values(values, name):
         array = np.atleast_1d(np.array(values, dtype=float))
     except (TypeError, ValueError):
         raise LawError(f"{name} must be numbers, got {values!r}") from None
+    if not array.size:
+        raise LawError(f"{name} must hold one or more values")
     if not np.all(np.isfinite(array)) or np.any(array < 0):
         bad = array[~(np.isfinite(array) & (array >= 0))][0]
         raise LawError(f"{name} must be finite and >= 0, got {bad:g}")
@@ -330,11 +328,32 @@ def _schedule(abscissa, k, c, name):
     for label, v in (("k", k), ("c", c)):
         if v.ndim != 2 or v.shape[0] != abscissa.size:
             raise LawError(f"{label} has shape {v.shape}, needs ({abscissa.size}, n_bushings) to fit {name}")
-    k, c = np.broadcast_arrays(k, c)
-    return abscissa, k, c
+    return abscissa, *_together(k, c)
+
+
+def _together(k, c):
+    """K and c in one shape; one of them may hold a single value for all bushings."""
+    try:
+        return np.broadcast_arrays(k, c)
+    except ValueError:
+        raise LawError(f"k and c are for different numbers of bushings: shapes {k.shape} and {c.shape}") from None
 
 
 def _greases(grease):
     if grease is None:
         return None
-    return (grease,) if isinstance(grease, Grease) else tuple(grease)
+    return _several(grease, Grease, "grease")
+
+
+def _several(values, kinds, name):
+    """A tuple of one or more objects of the given kinds."""
+    if isinstance(values, kinds):
+        return (values,)
+    values = tuple(values) if isinstance(values, list | tuple) else ()
+    for i, value in enumerate(values):
+        if not isinstance(value, kinds):
+            names = ", ".join(kind.__name__ for kind in np.atleast_1d(kinds))
+            raise LawError(f"{name}[{i}] must be of {names}, got {value!r}")
+    if not values:
+        raise LawError(f"{name} must hold one or more elements")
+    return values

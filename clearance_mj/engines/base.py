@@ -1,8 +1,8 @@
 """What an engine is, and the one way in which every engine is run.
 
 An engine says how long a time step may be and starts a run; a run takes the excitation at the step's rate, block by
-block, and returns its outputs at that rate. `simulate` does the rest for all of them: interpolation of the excitation,
-anti-alias decimation of the outputs, and the response with its provenance.
+block, and returns its outputs at that rate. `simulate` does the rest for all of them: interpolation of the
+excitation, anti-alias decimation of the outputs, and the response with its provenance.
 """
 
 from __future__ import annotations
@@ -173,10 +173,16 @@ def simulate(rig: Rig, excitation: Excitation, law: Law, engine="links") -> Resp
     factor = _affordable(rig, law, engine, step_factor(excitation.fs, engine.largest_step(rig, law)))
     step = 1 / (excitation.fs * factor)
     run = engine.start(rig, law, excitation.kind, step)
-    drive = interpolate(excitation.value, factor)
     n_sensors, n_bushings, n = len(rig.sensors), len(rig.bushings), excitation.value.size
     decimator = Decimator(n_sensors + 3 * n_bushings, factor)
-    blocks = [decimator.push(run.advance(part)) for part in _blocks(drive, BLOCK * factor)]
+    # The filter of the last samples looks ahead: go on until it has seen enough.
+    drive = interpolate(np.pad(excitation.value, (0, -(-decimator.half // factor))), factor)
+    blocks = []
+    for start in range(0, drive.size, BLOCK * factor):
+        fast = run.advance(drive[start : start + BLOCK * factor])
+        if not np.isfinite(fast).all():
+            raise diverged(rig, engine, (start + np.argmin(np.isfinite(fast).all(axis=1))) * step, 0)
+        blocks.append(decimator.push(fast))
     output = np.concatenate((*blocks, decimator.flush()))[:n]
     acceleration, *rest = np.split(output, n_sensors + n_bushings * np.arange(3), axis=1)
     provenance = {
@@ -256,8 +262,17 @@ def _cases(*columns):
     return list(zip(*(row if row is not None else [column] * n for row, column in zip(rows, columns))))
 
 
-def _blocks(drive, size):
-    return (drive[start : start + size] for start in range(0, drive.size, size))
+def place(rig: Rig, bushing: int) -> str:
+    """Where something happened, for messages.
+
+    Parameters
+    ----------
+    rig : Rig
+        The rig.
+    bushing : int
+        Index of the bushing; a rig without bushings is looked at at its tip.
+    """
+    return f"at bushings[{bushing}] (x = {rig.bushings[bushing].position:g} m)" if rig.bushings else "at the tip"
 
 
 def diverged(rig: Rig, engine: Engine, time: float, bushing: int) -> SimulationError:
@@ -274,9 +289,8 @@ def diverged(rig: Rig, engine: Engine, time: float, bushing: int) -> SimulationE
     bushing : int
         Index of the bushing.
     """
-    where = f"at bushings[{bushing}] (x = {rig.bushings[bushing].position:g} m)" if rig.bushings else "at the tip"
     return SimulationError(
-        f"rig {rig.name!r}: the {engine.name} simulation diverged at t = {time:.6f} s {where}; "
+        f"rig {rig.name!r}: the {engine.name} simulation diverged at t = {time:.6f} s {place(rig, bushing)}; "
         "the law is too stiff or too strongly damped for the time step, or the excitation is far out of range"
     )
 

@@ -1,13 +1,13 @@
 """The links engine: the shaft as a chain of rigid links in MuJoCo, its bushings as geoms with a gap.
 
 The shaft is cut into cells of length Δ = l/N with a hinge in the middle of each: the first half cell is clamped, the
-last is free. A hinge bends like its cell, Δ/(EI). By the Euler-Maclaurin formula the midpoint rule misses an end term at
-the clamp, which compliances of 25/24 and 23/24 of Δ/(EI) at the first two hinges restore: frequencies then converge with
-third order instead of second.
+last is free. A hinge bends like its cell, Δ/(EI). By the Euler-Maclaurin formula the midpoint rule misses an end term
+at the clamp, which compliances of 25/24 and 23/24 of Δ/(EI) at the first two hinges restore: frequencies then
+converge with third order instead of second.
 
-A chain deflects in straight pieces. With these hinges the smooth shaft lies κ (s²/2 - Δ²/24) above the chain, s from the
-nearest cell boundary, κ the curvature: nothing on average over a cell, as inertia needs it, but not nothing at a point.
-The grease forces and displacements at the bushings' middles include this term.
+A chain deflects in straight pieces. With these hinges the smooth shaft lies κ (s²/2 - Δ²/24) above the chain, s from
+the nearest cell boundary, κ the curvature: nothing on average over a cell, as inertia needs it, but not nothing at a
+point. The grease forces and displacements at the bushings' middles include this term.
 """
 
 from __future__ import annotations
@@ -67,9 +67,9 @@ def build_links(rig, links: int = 20) -> mujoco.MjSpec:
     Returns
     -------
     mujoco.MjSpec
-        Hinges about -y, so that positive angles lift the shaft along z. Every contact is an explicit pair of a collar (a
-        sphere of the shaft's half depth, one at each bushing end) and one of the bushing's two plates. Contact softness is
-        the rig's datasheet value.
+        Hinges about -y, so that positive angles lift the shaft along z. Every contact is an explicit pair of a
+        collar (a sphere of the shaft's half depth, one at each bushing end) and one of the bushing's two plates.
+        Contact softness is the rig's datasheet value.
     """
     beam, cell = rig.beam, rig.beam.length / links
     depth = (beam.diameter or beam.height) / 2
@@ -91,6 +91,7 @@ def build_links(rig, links: int = 20) -> mujoco.MjSpec:
         body.add_joint(**hinge, stiffness=[stiffness, 0, 0], damping=[damping, 0, 0])
         _visual(spec, body, f"link{i}", end - start, depth)
         _add_sensors(spec, rig, body, start, end, last=i == links - 1)
+    _add_sensors(spec, rig, spec.worldbody, 0.0, cell / 2, last=False)
     _add_bushings(spec, rig, links, depth)
     _set_softness(spec, rig)
     return spec
@@ -167,6 +168,8 @@ def _add_bushings(spec, rig, links, depth):
         spec.add_sensor(name=f"displacement{j}", type=mujoco.mjtSensor.mjSENS_FRAMEPOS, **site)
         for e, x in enumerate(bushing.ends):
             body, at = _carrier(spec, starts, x)
+            if body is None:
+                continue  # in the clamped half cell nothing moves
             collar = f"collar{j}{'ab'[e]}"
             body.add_geom(
                 name=collar, type=mujoco.mjtGeom.mjGEOM_SPHERE, pos=[at, 0, 0], size=[depth, 0, 0],
@@ -190,16 +193,16 @@ def _add_plates(spec, j, bushing, depth):
 
 
 def _carrier(spec, starts, x):
-    """Body that carries position x of the shaft, and x in its frame."""
+    """Link that carries position x of the shaft (None before the first hinge), and x in its frame."""
     i = np.searchsorted(starts, x, side="right") - 1
     if i < 0:
-        return spec.worldbody, x
+        return None, x
     return spec.body(f"link{i}"), x - starts[i]
 
 
 def _add_site(spec, starts, name, x):
     body, at = _carrier(spec, starts, x)
-    body.add_site(name=name, pos=[at, 0, 0], size=[0.003, 0, 0])
+    (body or spec.worldbody).add_site(name=name, pos=[at, 0, 0], size=[0.003, 0, 0])
 
 
 def _mass_matrix(rig, links):
@@ -240,6 +243,7 @@ def _plant(rig, links):
     model = spec.compile()
     n_bushings, n_sensors = len(rig.bushings), len(rig.sensors)
     model.body_invweight0[1:] = INVERSE_INERTIA  # Â of every contact is then known; see softness.py
+    pairs = {model.pair(i).name: i for i in range(model.npair)}  # MuJoCo sorts them
     ends = [end for b in rig.bushings for end in b.ends]
     middles = _curved_lever([b.position for b in rig.bushings], rig.beam, links)
     at_points = np.vstack((middles, _lever(ends, _hinges(rig.beam, links))))
@@ -248,6 +252,12 @@ def _plant(rig, links):
         at_shaker = _lever([rig.shaker.position], _hinges(rig.beam, links))[0]
     eta1 = rig.beam.rayleigh[0]
     viscous = eta1 * _mass_matrix(rig, links) if eta1 else np.zeros((0, 0))
+    rows = [
+        [pairs.get(f"collar{j}{end}_{side}", -1) for side in ("lower", "upper")]
+        for j in range(n_bushings)
+        for end in "ab"
+    ]
+    rows = np.array(rows, dtype=int).reshape(2 * n_bushings, 2)
     vertical = np.array([model.sensor(f"sensor{s.node}").adr[0] + 2 for s in rig.sensors])
     points = np.ascontiguousarray(at_points.reshape(3 * n_bushings, links))
-    return Plant(model, points, at_shaker, viscous, np.eye(n_sensors), "sensordata", vertical, 0.0, "pair_solref", 2)
+    return Plant(model, points, at_shaker, viscous, np.eye(n_sensors), "sensordata", vertical, 0.0, "pair_solref", rows)

@@ -1,9 +1,9 @@
 """The modal-mj engine: the Ritz modes of the shaft as slide joints in MuJoCo, its bushing ends as limited tendons.
 
-Every mode is a body of the rig's total mass m on a slide joint; the joint's coordinate is the modal one divided by √m. Its
-axis leans so that gravity drives the mode by its participation Γ: the vertical part of the axis is Γ/√m, which is at most
-1 because the effective masses Γ² add up to the mass of the whole rig. A *fixed* tendon with the mode shapes as
-coefficients is the displacement of a bushing end; its limits are the gap.
+Every mode is a body of the rig's total mass m on a slide joint; the joint's coordinate is the modal one divided by
+√m. Its axis leans so that gravity drives the mode by its participation Γ: the vertical part of the axis is Γ/√m,
+which is at most 1 because the effective masses Γ² add up to the mass of the whole rig. A *fixed* tendon with the mode
+shapes as coefficients is the displacement of a bushing end; its limits are the gap.
 """
 
 from __future__ import annotations
@@ -110,7 +110,8 @@ def _plant(rig, modes):
     if rig.shaker.position is not None:
         at_shaker = root * ritz.shapes([rig.shaker.position])[0]
     readout = np.ascontiguousarray(root * ritz.shapes([s.position for s in rig.sensors]))
+    rows = np.arange(2 * len(rig.bushings))[:, None]
     undamped = np.zeros((0, 0))  # the joints have all of the damping
     return Plant(
-        model, at_points, at_shaker, undamped, readout, "qacc", np.arange(ritz.size), 1.0, "tendon_solref_lim", 1
+        model, at_points, at_shaker, undamped, readout, "qacc", np.arange(ritz.size), 1.0, "tendon_solref_lim", rows
     )

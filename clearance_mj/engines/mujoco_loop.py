@@ -38,7 +38,7 @@ from ..clearance.grease import (
 )
 from ..clearance.law import table_row
 from ..errors import SimulationError
-from .base import Run, diverged, needs_no_adhesion, stiffest_contact
+from .base import Run, diverged, needs_no_adhesion, place, stiffest_contact
 from .softness import IMPEDANCE, INVERSE_INERTIA
 
 __all__ = ["MujocoRun", "Plant", "set_solver", "stable_step"]
@@ -47,9 +47,9 @@ __all__ = ["MujocoRun", "Plant", "set_solver", "stable_step"]
 def set_solver(spec: mujoco.MjSpec):
     """Set integrator and solver as exact contact softness wants them.
 
-    With an impedance of 1e-4 and a known inverse inertia, the regularisation of the contacts is far greater than their
-    coupling: each force follows from its own row alone, and the projected Gauss-Seidel solver finds it in one sweep, at a
-    third of Newton's cost. Joint springs are explicit and joint dampers implicit in the Euler integrator.
+    With an impedance of 1e-4 and a known inverse inertia, the regularisation of the contacts is far greater than
+    their coupling: each force follows from its own row alone, and the projected Gauss-Seidel solver finds it in one
+    sweep, at a third of Newton's cost. Joint springs are explicit and joint dampers implicit in the Euler integrator.
 
     Parameters
     ----------
@@ -163,8 +163,8 @@ class Plant:
     """share of the base acceleration (``kind`` "base" only) to add to the readout"""
     softness: str
     """field of mjModel that holds the solref of the contacts"""
-    rows: int
-    """consecutive rows of ``softness`` for each bushing end"""
+    rows: np.ndarray
+    """(2 n_bushings, n) rows of ``softness`` that belong to each bushing end; -1 for none"""
 
 
 class MujocoRun(Run):
@@ -216,9 +216,10 @@ class MujocoRun(Run):
     def _check_warnings(self):
         for index in np.flatnonzero(self.data.warning.number):
             name = mujoco.mjtWarning(int(index)).name
+            largest = int(np.argmax(np.abs(self.state[2]))) if self.rig.bushings else 0
             raise SimulationError(
                 f"rig {self.rig.name!r}: MuJoCo's solver warned {name} between t = {self.steps * self.step:.6f} s and "
-                f"{self.data.time:.6f} s (largest motion at bushings[{np.argmax(np.abs(self.state[2]))}])"
+                f"{self.data.time:.6f} s, the largest motion {place(self.rig, largest)}"
             )
 
 
@@ -275,9 +276,11 @@ def _advance(
                     elif impact[end] == 0.0:
                         impact[end] = max(speed if g > 0.0 else -speed, 1e-12)
                     k_end, c_end = instantaneous(k, c, law.exponent[j], law.kappa[j], abs(g), impact[end])
-                for row in range(rows * end, rows * (end + 1)):
-                    softness[row, 0] = -hardness * max(k_end, 1e-9)  # zero would mean MuJoCo's default
-                    softness[row, 1] = -hardness * c_end
+                for side in range(rows.shape[1]):
+                    row = rows[end, side]
+                    if row >= 0:
+                        softness[row, 0] = -hardness * max(k_end, 1e-9)  # zero would mean MuJoCo's default
+                        softness[row, 1] = -hardness * c_end
         _mj_step(model, data)
         for s in range(n_sensors):
             value = readout_base * a

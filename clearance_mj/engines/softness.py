@@ -1,10 +1,10 @@
 """Physical contact stiffness and damping as MuJoCo's solref and solimp.
 
-MuJoCo's constraint law for an active row of violation r is f = (a_ref - a)/R with R = (1-d)/d Â and
-a_ref = -B ṙ - K d r. In the direct format K = -solref[0]/d², B = -solref[1]/d. With one impedance d for all
-penetrations, solref = [-k (1-d) Â, -c (1-d) Â] therefore gives f = k r + c ṙ - μ a with μ = d/((1-d) Â): the physical
-force but for a parasitic mass μ, which a small d makes negligible (MuJoCo documentation, Computation: Constraint model,
-Parameters). With the default impedance 0.9 the force is wrong by a factor.
+MuJoCo's constraint law for an active row of violation r is f = (a_ref - a)/R with R = (1-d)/d Â and a_ref = -B ṙ - K
+d r. In the direct format K = -solref[0]/d², B = -solref[1]/d. With one impedance d for all penetrations, solref = [-k
+(1-d) Â, -c (1-d) Â] therefore gives f = k r + c ṙ - μ a with μ = d/((1-d) Â): the physical force but for a parasitic
+mass μ, which a small d makes negligible (MuJoCo documentation, Computation: Constraint model, Parameters). With the
+default impedance 0.9 the force is wrong by a factor.
 """
 
 from __future__ import annotations

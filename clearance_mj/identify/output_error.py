@@ -1,9 +1,10 @@
 """Output error: choose parameters so that the simulated responses to a record's own excitation look like the record.
 
-The modal engine is driven by the measured excitation. Residuals are the differences of the FRF magnitudes, in dB, of every
-accelerometer over consecutive pieces of each record (so that a level ramp tells how the clearance depends on level), and
-of the RMS of the displacement probes. Pieces that hold hammer hits give the RMS of their accelerometers instead of FRFs,
-which between the hits would be mostly noise. Impacting systems are chaotic, so neither residual compares waveforms.
+The modal engine is driven by the measured excitation. Residuals are the differences of the FRF magnitudes, in dB, of
+every accelerometer over consecutive pieces of each record (so that a level ramp tells how the clearance depends on
+level), and of the RMS of the displacement probes. Pieces that hold hammer hits give the RMS of their accelerometers
+instead of FRFs, which between the hits would be mostly noise. Impacting systems are chaotic, so neither residual
+compares waveforms.
 """
 
 from __future__ import annotations

@@ -318,6 +318,6 @@ _DEFINITIONS = (
     (
         "Contact",
         "",
-        "A bushing counts as touched while the simulated contact force is above 1 % of the largest in the record.",
+        "A bushing counts as touched while its simulated contact force is above 1 mN and 1 % of its peak.",
     ),
 )

@@ -1,8 +1,8 @@
 """The virtual rig and the engines share no physics code: given the rig's truth, an engine must reproduce the rig.
 
-The rig: 64 Hermite elements, Newmark, Hunt-Crossley with constant dissipation. The engine: Ritz modes, exact flow of the
-modes between kicks, Hunt-Crossley with the impact speed. The contacts dissipate differently, so levels in contact agree
-less than those without.
+The rig: 64 Hermite elements, Newmark, Hunt-Crossley with constant dissipation. The engine: Ritz modes, exact flow of
+the modes between kicks, Hunt-Crossley with the impact speed. The contacts dissipate differently, so levels in contact
+agree less than those without.
 """
 
 import numpy as np

@@ -57,12 +57,7 @@ def test_in_the_gap(engine):
     assert rms_db(found.value, linear_frf(RIG, found.frequency)) < 0.3
 
 
-MODAL_READOUT = pytest.mark.xfail(
-    strict=True, reason="accelerations as differences of modal forces: 0.41 dB, 16 dB where the motion is small"
-)
-
-
-@pytest.mark.parametrize("engine", ["links", pytest.param("modal", marks=MODAL_READOUT), "modal-mj"])
+@pytest.mark.parametrize("engine", ["links", "modal", "modal-mj"])
 def test_in_the_gap_pushed_by_a_force(engine):
     """0.1 N rms at 0.3 m: the same, phase included."""
     found = in_gap_frf(PUSHED, "force", 0.1, engine)

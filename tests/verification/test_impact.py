@@ -96,7 +96,7 @@ class FreeMass:
 
     def _start_modal(self, law, gap, position, speed):
         state = {name: np.zeros(n) for name, n in (("z", 1), ("envelope", 1), ("previous", 1), ("impact", 2))}
-        state |= {"q": np.array([position]), "v": np.array([speed]), "rate": np.array([speed])}
+        state |= {"q": np.array([position]), "v": np.array([speed]), "q_before": np.array([position])}
         flow = np.array([[1.0], [self.step], [0.0], [1.0]])  # of a free mass: rows q→q, v→q, q→v, v→v
         free = {"omega2": np.zeros(1), "damping": np.zeros(1), "inverse_mass": np.ones(1), "flow": flow}
         free |= {"at_points": np.ones((3, 1)), "at_sensors": np.zeros((0, 1)), "gaps": np.array([gap])}
