@@ -13,11 +13,14 @@ from __future__ import annotations
 
 import functools
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
-import control
 import numpy as np
 
 from .rig import Beam, Rig
+
+if TYPE_CHECKING:
+    import control
 
 __all__ = [
     "ModalModel",
@@ -276,6 +279,8 @@ def state_space(rig: Rig, modes: int = 16) -> control.StateSpace:
         Input: base acceleration (m/s²) or shaker force (N), as ``rig.shaker`` says. Outputs: absolute accelerations
         of the sensors (m/s²), then displacements at the bushings (m).
     """
+    import control  # it brings pyplot, a second of every start
+
     model = ritz_model(rig, modes)
     at_bushing = model.shapes([b.position for b in rig.bushings])
     grease_k = np.array([b.grease.stiffness for b in rig.bushings])
@@ -309,6 +314,8 @@ def linear_frf(rig: Rig, frequency, modes: int = 16) -> np.ndarray:
     -------
     ndarray, shape (n_sensors, n_f), complex
     """
+    import control
+
     response = control.frequency_response(state_space(rig, modes), 2 * np.pi * np.asarray(frequency, dtype=float))
     return np.asarray(response.frdata)[: len(rig.sensors), 0]
 
