@@ -2,6 +2,7 @@
 
 import json
 
+import numba
 import numpy as np
 import pytest
 
@@ -92,16 +93,6 @@ def test_contact_table():
         (lambda: AmplitudeLaw([0.0], [1.0], [0.0], release=0.0), "release must be a time > 0 s, got 0.0"),
         (lambda: AmplitudeLaw([0.0], [1.0], [0.0], release=np.nan), "release must be a time > 0 s, got nan"),
         (lambda: ContactLaw((KelvinVoigt(1.0), 5.0)), r"contact\[1\] must be of KelvinVoigt, .*, got 5.0"),
-    ],
-)
-def test_refusals(make, message):
-    with pytest.raises(LawError, match=message):
-        make()
-
-
-@pytest.mark.parametrize(
-    ("make", "message"),
-    [
         (lambda: ConstantLaw([1.0, 2.0, 3.0], [1.0, 2.0]), "k and c"),
         (lambda: TimeLaw([0.0, 1.0], np.ones((2, 2)), np.ones((2, 3))), "k and c"),
         (lambda: ConstantLaw([], []), "k"),
@@ -113,7 +104,7 @@ def test_refusals(make, message):
         (lambda: AmplitudeLaw([0.0], [1.0], [0.0], release="slow"), "release"),
     ],
 )
-def test_refusals_to_come(make, message):
+def test_refusals(make, message):
     with pytest.raises(LawError, match=message):
         make()
 
@@ -140,6 +131,12 @@ LAWS = [
     ContactLaw((KelvinVoigt(1e4, 2.0, adhesion=True), HuntCrossley(1e6, 0.8))),
     ContactLaw((LankaraniNikravesh(1e6, 0.8), Flores(1e6, 0.7, 1.4)), grease=(FILM, FILM)),
 ]
+
+
+@pytest.mark.xfail(strict=True, reason="arrays that cannot be written to are another type")
+def test_one_compiled_loop_serves_all_laws():
+    """Numba compiles an engine's loop, some seconds, for every type of its arguments."""
+    assert len({numba.typeof(law.table(2)) for law in LAWS}) == 1
 
 
 @pytest.mark.parametrize("law", LAWS, ids=lambda law: law.kind)
@@ -171,10 +168,7 @@ def test_save_and_load(law, tmp_path):
         ('{"kind": "contact", "contact": [{"model": "flores", "stiffness": "hard", "restitution": 1}]}', "contact"),
         ('{"kind": "time", "t": [0], "k": [[1], [2]], "c": [1]}', "k has shape"),
         ('{"kind": "time", "t": [0, 1], "k": [[1, 2], [2]], "c": [1]}', "k must be numbers"),
-        pytest.param(
-            '{"kind": ["constant"]}',
-            "not a law file",
-        ),
+        ('{"kind": ["constant"]}', "not a law file"),
     ],
 )
 def test_damaged_files(text, message, tmp_path):

@@ -52,11 +52,11 @@ def drive(t):
 
 
 def error(found, expected):
-    """RMS of the difference over RMS, all channels together, but for the record's filtered end."""
+    """RMS of the difference over RMS, all channels together; without the end, where a cut excitation rings."""
     return np.sqrt(np.mean((found - expected)[:-40] ** 2) / np.mean(expected[:-40] ** 2))
 
 
-TOLERANCE = {"links": 3e-2, "modal": 2e-3, "modal-mj": 1e-2}
+TOLERANCE = {"links": 3e-2, "modal": 1e-3, "modal-mj": 1e-2}
 """RMS over 0.3 s; of links, 0.1 % of the third frequency adds up to that in phase"""
 
 
@@ -82,10 +82,8 @@ def test_displacement_in_the_gap(rig, engine):
     assert not rig.bushings or error(found.displacement, displacement) < TOLERANCE[engine]
 
 
-CASES = [pytest.param(rig, engine, id=f"{name}-{engine}") for name, rig in RIGS.items() for engine in ENGINES]
-
-
-@pytest.mark.parametrize(("rig", "engine"), CASES)
+@all_engines
+@pytest.mark.parametrize("rig", RIGS.values(), ids=RIGS.keys())
 def test_acceleration_in_the_gap(rig, engine):
     excitation, acceleration, _ = expected(rig)
     found = simulate(rig, excitation, LAW, engine)
@@ -105,7 +103,7 @@ def test_accelerometers_read_the_absolute_acceleration(engine):
     assert np.max(np.abs(found.displacement)) < 1e-7  # the base's own is 0.3 mm
 
 
-@pytest.mark.parametrize("engine", ["links", "modal", "modal-mj"])
+@all_engines
 def test_acceleration_is_that_of_the_displacement(engine):
     """Step by step: second difference of the displacement, plus the base, at sensors on the bushings.
 
@@ -123,7 +121,7 @@ def test_acceleration_is_that_of_the_displacement(engine):
     assert np.max(np.abs(relative - second)) < 1e-3 * np.max(np.abs(second))
 
 
-@pytest.mark.parametrize("engine", ["links", "modal", "modal-mj"])
+@all_engines
 def test_bushings_in_any_order(engine):
     """A rig file may list them as it likes; each has its own gap, grease, k and c."""
     inner, outer = TABLE1.bushings
@@ -137,10 +135,7 @@ def test_bushings_in_any_order(engine):
     np.testing.assert_allclose(back.displacement[:, ::-1], there.displacement, atol=1e-4 * np.ptp(there.displacement))
 
 
-@pytest.mark.parametrize(
-    "engine",
-    ["links", "modal"],
-)
+@all_engines
 def test_sensor_near_the_clamp(engine):
     """Before the first hinge of the chain: it reads the base."""
     rig = TABLE1.replace(sensors=(Sensor(1, 0.005), Sensor(2, 1.0)))

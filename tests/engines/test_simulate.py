@@ -203,3 +203,32 @@ def test_force_of_a_shaken_rig():
     by_force = simulate(rig, noise(0.05, kind="force"), LAW, "modal")
     assert (by_force.kind, by_force.reference) == ("force", "200:+Z")
     assert simulate(rig, noise(0.05), LAW, "modal").reference == "100:+Z"
+
+
+@pytest.mark.xfail(strict=True, raises=ValueError, reason="looks for the hardest bushing")
+@all_engines
+def test_too_slow_a_record_without_bushings(engine):
+    """At 5 Hz a sample would take thousands of steps: refused as with bushings."""
+    with pytest.raises(ClearanceError, match="rig 'bare'"):
+        simulate(BARE, Excitation(np.zeros(20), 5.0), LAW, engine)
+
+
+@pytest.mark.xfail(
+    strict=True, raises=(ValueError, TypeError, ArithmeticError, pytest.fail.Exception), reason="not refused yet"
+)
+@pytest.mark.parametrize(
+    ("make", "name"),
+    [
+        (lambda: Links(0), "links"),
+        (lambda: Links(1), "links"),
+        (lambda: Links(2.5), "links"),
+        (lambda: Links(20, safety=0.0), "safety"),
+        (lambda: Modal(-1), "modes"),
+        (lambda: Modal(8, resolution=0.0), "resolution"),
+        (lambda: ModalMujoco(-1), "modes"),
+        (lambda: ModalMujoco(8, safety=np.nan), "safety"),
+    ],
+)
+def test_impossible_settings(make, name):
+    with pytest.raises(ClearanceError, match=name):
+        simulate(RIG, noise(0.05), LAW, make())

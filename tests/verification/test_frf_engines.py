@@ -39,7 +39,7 @@ def rms_db(found, expected):
 
 
 def in_gap_frf(rig, kind, rms, engine):
-    """H1 of the fifth period of 2 s; the record goes on for a moment, as its very end is filtered against zeros."""
+    """H1 of the fifth period of 2 s; the signal goes on for a moment, as its interpolation rings where it is cut."""
     value = np.resize(noise(2, rms, 3), round(10.1 * FS))
     response = simulate(rig, Excitation(value, FS, kind, BAND), LAW, engine)
     assert np.max(np.abs(response.displacement)) < 3e-4
@@ -50,21 +50,25 @@ def in_gap_frf(rig, kind, rms, engine):
     return estimate_frf(response, "H1", resolution=0.5, overlap=0, window="boxcar")
 
 
+TOLERANCE = {"links": 0.3, "modal": 0.05, "modal-mj": 0.1}
+"""dB RMS over all sensors, 5-220 Hz"""
+
+
 @pytest.mark.parametrize("engine", ENGINES)
 def test_in_the_gap(engine):
-    """0.3 m/s² rms of the base: 0.3 dB RMS over all sensors, 5-220 Hz."""
+    """0.3 m/s² rms of the base."""
     found = in_gap_frf(RIG, "base", 0.3, engine)
-    assert rms_db(found.value, linear_frf(RIG, found.frequency)) < 0.3
+    assert rms_db(found.value, linear_frf(RIG, found.frequency)) < TOLERANCE[engine]
 
 
-@pytest.mark.parametrize("engine", ["links", "modal", "modal-mj"])
+@pytest.mark.parametrize("engine", ENGINES)
 def test_in_the_gap_pushed_by_a_force(engine):
     """0.1 N rms at 0.3 m: the same, phase included."""
     found = in_gap_frf(PUSHED, "force", 0.1, engine)
     expected = linear_frf(PUSHED, found.frequency)
     assert found.quantity == "acceleration/force"
-    assert rms_db(found.value, expected) < 0.3
-    assert np.sqrt(np.mean(np.angle(found.value / expected) ** 2)) < 0.3 / 8.686
+    assert rms_db(found.value, expected) < TOLERANCE[engine]
+    assert np.sqrt(np.mean(np.angle(found.value / expected) ** 2)) < TOLERANCE[engine] / 8.686
 
 
 @functools.cache

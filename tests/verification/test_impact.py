@@ -98,9 +98,8 @@ class FreeMass:
         state = {name: np.zeros(n) for name, n in (("z", 1), ("envelope", 1), ("previous", 1), ("impact", 2))}
         state |= {"q": np.array([position]), "v": np.array([speed]), "q_before": np.array([position])}
         flow = np.array([[1.0], [self.step], [0.0], [1.0]])  # of a free mass: rows q→q, v→q, q→v, v→v
-        free = {"omega2": np.zeros(1), "damping": np.zeros(1), "inverse_mass": np.ones(1), "flow": flow}
-        free |= {"at_points": np.ones((3, 1)), "at_sensors": np.zeros((0, 1)), "gaps": np.array([gap])}
-        free |= {"drive_shape": np.zeros(1), "base": 0.0, "steps": 0, "h": self.step}
+        free = {"inverse_mass": np.ones(1), "flow": flow, "at_points": np.ones((3, 1)), "gaps": np.array([gap])}
+        free |= {"at_sensors": np.zeros((0, 1)), "drive_shape": np.zeros(1), "base": 0.0, "steps": 0, "h": self.step}
         rules = {"grease": grease_table(self.rig, law), "law": law.table(1)}
         names = inspect.signature(modal._advance.py_func).parameters
 

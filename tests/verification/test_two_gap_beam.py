@@ -104,7 +104,7 @@ def contact_window(displacement):
     first = np.flatnonzero(touched.any(axis=1))[0]
     window = slice(first, first + round(0.03 * FS))
     assert touched[window].any(axis=0).all()
-    assert touched[window].shape[0] == round(0.03 * FS) and window.stop < TIME.size - 50
+    assert touched[window].shape[0] == round(0.03 * FS) and window.stop < TIME.size
     return window
 
 
