@@ -3,6 +3,8 @@ PYTHON ?= python3
 VENV   ?= .venv-$(notdir $(PYTHON))
 BIN    := $(VENV)/bin
 export MPLBACKEND = Agg
+# Small matrices: threads inside BLAS only get into the way of those over simulations.
+export OPENBLAS_NUM_THREADS = 1
 
 .PHONY: setup study test test-slow bench lint data models clean
 

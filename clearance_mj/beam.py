@@ -35,6 +35,9 @@ __all__ = [
     "static_deflection",
 ]
 
+MOST_MODES = 60
+"""Modes in a Ritz basis beyond which nothing is gained"""
+
 
 @functools.cache
 def cantilever_roots(n: int) -> np.ndarray:
@@ -212,12 +215,10 @@ def ritz_model(rig: Rig, modes: int = 8, grease: bool = False) -> ModalModel:
         for bushing in rig.bushings:
             at = _functions(beam, np.array([bushing.position]), modes, forces)[0]
             stiffness += bushing.grease.stiffness * np.outer(at, at)
-    # Static shapes lie almost in the span of the modes, measured by mass; by strain energy they do not.
     value, vector = np.linalg.eigh(stiffness / np.sqrt(np.outer(stiffness.diagonal(), stiffness.diagonal())))
     basis = vector / np.sqrt(value) / np.sqrt(stiffness.diagonal())[:, None]
-    inverse_omega2, rotation = np.linalg.eigh(basis.T @ mass @ basis)
-    keep = inverse_omega2 > 1e-13 * inverse_omega2[-1]
-    inverse_omega2, rotation = inverse_omega2[keep][::-1], rotation[:, keep][:, ::-1]
+    inverse_omega2, rotation = np.linalg.eigh(basis.T @ mass @ basis)  # so that the lowest modes are the most exact
+    inverse_omega2, rotation = inverse_omega2[::-1], rotation[:, ::-1]
     transform = basis @ rotation / np.sqrt(inverse_omega2)
     tip = _functions(beam, np.array([beam.length]), modes, forces)[0] @ transform
     transform = transform * np.where(tip < 0, -1.0, 1.0)
@@ -321,13 +322,22 @@ def linear_frf(rig: Rig, frequency, modes: int = 16) -> np.ndarray:
 
 
 def _functions(beam, x, modes, forces):
-    """Ritz functions at x: cantilever modes, then static shapes scaled to the size of the modes."""
-    return np.hstack((cantilever_mode(x, modes, beam.length), static_deflection(beam, x, forces) * _scale(beam)))
+    """Ritz functions at x: cantilever modes, then what they leave of the static shapes, scaled to their size."""
+    shapes = cantilever_mode(x, modes, beam.length)
+    rest = static_deflection(beam, x, forces) - shapes @ _static_shares(beam, modes, forces)
+    return np.hstack((shapes, rest * _scale(beam)))
 
 
 def _curvatures(beam, x, modes, forces):
+    shapes = cantilever_curvature(x, modes, beam.length)
     moment = np.maximum(forces[None] - np.asarray(x)[:, None], 0) / beam.bending_stiffness
-    return np.hstack((cantilever_curvature(x, modes, beam.length), moment * _scale(beam)))
+    return np.hstack((shapes, (moment - shapes @ _static_shares(beam, modes, forces)) * _scale(beam)))
+
+
+def _static_shares(beam, modes, forces):
+    """(modes, n_forces) shares Y_i(a)/K_i of the modes in the static deflection under a unit force at a."""
+    stiffness = beam.bending_stiffness * (cantilever_roots(modes) / beam.length) ** 4 * beam.length
+    return (cantilever_mode(forces, modes, beam.length) / stiffness).T
 
 
 def _scale(beam):

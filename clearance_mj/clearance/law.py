@@ -105,7 +105,10 @@ class Law:
         """Table of a Kelvin-Voigt contact whose k and c follow the abscissa."""
         k, c = self._spread(self.k, n_bushings), self._spread(self.c, n_bushings)
         one, zero, no = np.ones(n_bushings), np.zeros(n_bushings), np.zeros(n_bushings, dtype=bool)
-        return LawTable(by_amplitude, abscissa, np.atleast_2d(k), np.atleast_2d(c), release, one, zero, no)
+        # Copies: compiled loops would be compiled again for arrays that cannot be written.
+        return LawTable(
+            by_amplitude, abscissa.copy(), np.atleast_2d(k), np.atleast_2d(c), float(release), one, zero, no
+        )
 
     def _spread(self, values, n_bushings):
         if values.shape[-1] not in (1, n_bushings):
@@ -113,7 +116,7 @@ class Law:
                 f"the law holds k and c for {values.shape[-1]} bushings, the rig has {n_bushings}; "
                 "give one value for all of them or one each"
             )
-        return np.ascontiguousarray(np.broadcast_to(values, (*values.shape[:-1], n_bushings)))
+        return np.array(np.broadcast_to(values, (*values.shape[:-1], n_bushings)))
 
     def _set(self, **values):
         for name, value in values.items():

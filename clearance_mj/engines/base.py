@@ -18,11 +18,11 @@ import numpy as np
 from tqdm import tqdm
 
 from .._version import __version__
-from ..clearance.law import Law, LawTable
+from ..clearance.law import ConstantLaw, Law, LawTable
 from ..errors import ClearanceError, ExcitationError, LawError, SimulationError
 from ..excitation import Excitation
 from ..response import Response
-from ..rig import BASE_NODE, SHAKER_NODE, Rig
+from ..rig import BASE_NODE, SHAKER_NODE, Grease, Rig
 from ..sampling import Decimator, interpolate
 
 __all__ = ["Engine", "Run", "get_engine", "register", "simulate", "simulate_batch", "step_factor"]
@@ -170,7 +170,7 @@ def simulate(rig: Rig, excitation: Excitation, law: Law, engine="links") -> Resp
     engine = get_engine(engine)
     if excitation.kind == "force" and rig.shaker.position is None:
         raise ExcitationError(f"rig {rig.name!r} has no shaker.position, so a force cannot be applied")
-    factor = _affordable(rig, law, engine, step_factor(excitation.fs, engine.largest_step(rig, law)))
+    factor = _affordable(rig, law, engine, excitation.fs)
     step = 1 / (excitation.fs * factor)
     run = engine.start(rig, law, excitation.kind, step)
     n_sensors, n_bushings, n = len(rig.sensors), len(rig.bushings), excitation.value.size
@@ -239,16 +239,43 @@ def simulate_batch(rig, excitations, laws, engine="links", workers=None, progres
                 job.cancel()
 
 
-def _affordable(rig, law, engine, factor):
+def _affordable(rig, law, engine, fs):
+    """Steps per sample; refused where they would be too many, with what makes them so."""
+    factor = step_factor(fs, engine.largest_step(rig, law))
     if factor <= MOST_STEPS:
         return factor
     table = law.table(len(rig.bushings))
+    needs = f"rig {rig.name!r}: the {engine.name} engine needs {factor} steps per sample, more than {MOST_STEPS}"
+    shaft = (
+        step_factor(fs, engine.largest_step(rig, ConstantLaw(0.0, 0.0, grease=Grease(0.0)))) if rig.bushings else factor
+    )
+    if shaft > factor / 2:
+        raise ClearanceError(
+            f"{needs}: its shaft is too stiff, or too finely divided, for a record of {fs:g} samples/s"
+        )
     hardest = int(np.argmax(table.k.max(axis=0) + table.c.max(axis=0)))
     raise LawError(
-        f"rig {rig.name!r}: the law at bushings[{hardest}] (k up to {table.k[:, hardest].max():g} N/m, c up to "
-        f"{table.c[:, hardest].max():g} N s/m) needs {factor} steps per sample on the {engine.name} engine, "
-        f"more than {MOST_STEPS}; a contact is rarely stiffer than 1e7 N/m"
+        f"{needs}, for its law at bushings[{hardest}] (k up to {table.k[:, hardest].max():g} N/m, c up to "
+        f"{table.c[:, hardest].max():g} N s/m); a contact is rarely stiffer than 1e7 N/m"
     )
+
+
+def check_setting(engine: Engine, name: str, condition: bool, rule: str):
+    """Refuse an engine's setting.
+
+    Parameters
+    ----------
+    engine : Engine
+        The engine.
+    name : str
+        The field.
+    condition : bool
+        Whether it is acceptable.
+    rule : str
+        What would be.
+    """
+    if not condition:
+        raise ClearanceError(f"engine {engine.name}: {name} {rule}, got {getattr(engine, name)!r}")
 
 
 def _cases(*columns):

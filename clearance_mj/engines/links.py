@@ -13,6 +13,7 @@ point. The grease forces and displacements at the bushings' middles include this
 from __future__ import annotations
 
 import functools
+import math
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -20,7 +21,7 @@ import mujoco
 import numpy as np
 import scipy.linalg
 
-from .base import Engine, register
+from .base import Engine, check_setting, register
 from .mujoco_loop import MujocoRun, Plant, set_solver, stable_step
 from .softness import INVERSE_INERTIA, solref_solimp
 
@@ -43,6 +44,10 @@ class Links(Engine):
     name: ClassVar[str] = "links"
     links: int = 20
     safety: float = 0.8
+
+    def __post_init__(self):
+        check_setting(self, "links", isinstance(self.links, int) and self.links >= 2, "must be a whole number >= 2")
+        check_setting(self, "safety", 0 < self.safety < math.inf, "must be > 0 (stable below 1)")
 
     def largest_step(self, rig, law):
         """``safety`` times the stability limit of the chain with every contact and film at its hardest."""

@@ -17,7 +17,7 @@ from typing import ClassVar
 import numba
 import numpy as np
 
-from ..beam import ritz_model
+from ..beam import MOST_MODES, ritz_model
 from ..clearance.contact import instantaneous
 from ..clearance.gap import gap
 from ..clearance.grease import (
@@ -35,7 +35,7 @@ from ..clearance.grease import (
     grease_table,
 )
 from ..clearance.law import table_row
-from .base import Engine, Run, diverged, register, stiffest_contact
+from .base import Engine, Run, check_setting, diverged, register, stiffest_contact
 
 __all__ = ["Modal"]
 
@@ -56,6 +56,15 @@ class Modal(Engine):
     name: ClassVar[str] = "modal"
     modes: int = 8
     resolution: float = 1.0
+
+    def __post_init__(self):
+        check_setting(
+            self,
+            "modes",
+            isinstance(self.modes, int) and 1 <= self.modes <= MOST_MODES,
+            f"must be a whole number from 1 to {MOST_MODES}",
+        )
+        check_setting(self, "resolution", 0 < self.resolution <= 3, "must be in 0..3, above 0")
 
     def largest_step(self, rig, law):
         """Step in which the fastest mode, or the stiffest contact on the shaft, turns by ``resolution`` rad."""

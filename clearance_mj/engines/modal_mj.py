@@ -9,14 +9,15 @@ shapes as coefficients is the displacement of a bushing end; its limits are the 
 from __future__ import annotations
 
 import functools
+import math
 from dataclasses import dataclass
 from typing import ClassVar
 
 import mujoco
 import numpy as np
 
-from ..beam import ritz_model
-from .base import Engine, register
+from ..beam import MOST_MODES, ritz_model
+from .base import Engine, check_setting, register
 from .mujoco_loop import MujocoRun, Plant, set_solver, stable_step
 from .softness import INVERSE_INERTIA, solref_solimp
 
@@ -39,6 +40,15 @@ class ModalMujoco(Engine):
     name: ClassVar[str] = "modal-mj"
     modes: int = 8
     safety: float = 0.8
+
+    def __post_init__(self):
+        check_setting(
+            self,
+            "modes",
+            isinstance(self.modes, int) and 1 <= self.modes <= MOST_MODES,
+            f"must be a whole number from 1 to {MOST_MODES}",
+        )
+        check_setting(self, "safety", 0 < self.safety < math.inf, "must be > 0 (stable below 1)")
 
     def largest_step(self, rig, law):
         """``safety`` times the stability limit of the modes with every contact and film at its hardest."""

@@ -133,7 +133,6 @@ LAWS = [
 ]
 
 
-@pytest.mark.xfail(strict=True, reason="arrays that cannot be written to are another type")
 def test_one_compiled_loop_serves_all_laws():
     """Numba compiles an engine's loop, some seconds, for every type of its arguments."""
     assert len({numba.typeof(law.table(2)) for law in LAWS}) == 1

@@ -1,5 +1,6 @@
 """The committed MJCF models: what the builder writes, and what it should be."""
 
+import re
 from pathlib import Path
 
 import mujoco
@@ -21,10 +22,26 @@ def load(name):
     return model, data
 
 
+def words(text):
+    return re.split(r'[\s"=<>/]+', text)
+
+
+def is_number(word):
+    try:
+        float(word)
+    except ValueError:
+        return False
+    return True
+
+
 @pytest.mark.parametrize("name", ["links", "modes"])
 def test_committed_models_are_what_the_builder_writes(name):
-    """Otherwise: python -m clearance_mj.engines models/table1_rig.toml."""
-    assert (MODELS / f"table1_rig_{name}.xml").read_text(encoding="utf-8") == mjcf(RIG)[name]
+    """Otherwise: make models. MJCF holds six digits, of which the last may differ from one machine to another."""
+    committed = words((MODELS / f"table1_rig_{name}.xml").read_text(encoding="utf-8"))
+    built = words(mjcf(RIG)[name])
+    assert [w for w in committed if not is_number(w)] == [w for w in built if not is_number(w)]
+    numbers = ([float(w) for w in text if is_number(w)] for text in (committed, built))
+    np.testing.assert_allclose(*numbers, rtol=3e-6, atol=1e-12)
 
 
 def test_links_model():
