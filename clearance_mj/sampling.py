@@ -130,8 +130,8 @@ def _filter(held, taps, first, factor, out):
     for i in range(out.shape[0]):
         start = first + i * factor
         for channel in range(held.shape[0]):
-            row = held[channel]
+            under = held[channel, start : start + taps.size]  # a slice, so that the compiler sees no negative index
             total = 0.0
             for j in range(taps.size):
-                total += taps[j] * row[start + j]
+                total += taps[j] * under[j]
             out[i, channel] = total
