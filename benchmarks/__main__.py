@@ -20,7 +20,7 @@ def main():
     parser.add_argument("--repeat", type=int, default=5, help="pairs of runs, of which the median counts")
     options = parser.parse_args()
     rows = []
-    print(f"{'benchmark':48s} {'A':>9s} {'B':>9s} {'median':>8s} {'range':>15s}  target")
+    print(f"{'benchmark':64s} {'A':>9s} {'B':>9s} {'median':>8s} {'range':>15s}  target")
     for name, a, b, combine, unit, target in BENCHMARKS():
         pairs = [(_time(a), _time(b)) for _ in range(options.repeat + 1)][1:]  # the first compiles and warms up
         values = [combine(*pair) for pair in pairs]
@@ -29,7 +29,7 @@ def main():
         rows.append(row | {"median": statistics.median(values), "low": min(values), "high": max(values)})
         spread = f"{min(values):.3g}..{max(values):.3g}"
         print(
-            f"{name:48s} {middle[0]:8.3f}s {middle[1]:8.3f}s {rows[-1]['median']:8.3g} {spread:>15s}  {unit} {target}"
+            f"{name:64s} {middle[0]:8.3f}s {middle[1]:8.3f}s {rows[-1]['median']:8.3g} {spread:>15s}  {unit} {target}"
         )
     machine = {"processors": os.cpu_count(), "machine": platform.machine(), "python": platform.python_version()}
     with replacing(options.out) as temporary:
