@@ -1,4 +1,4 @@
-# make study | test | test-slow | bench | lint | data | models     PYTHON=python3.13 picks the interpreter
+# make study | test | test-slow | bench | lint | data | models | readme     PYTHON=python3.13 picks the interpreter
 PYTHON ?= python3
 VENV   ?= .venv-$(notdir $(PYTHON))
 BIN    := $(VENV)/bin
@@ -6,7 +6,7 @@ export MPLBACKEND = Agg
 # Small matrices: threads inside BLAS only get into the way of those over simulations.
 export OPENBLAS_NUM_THREADS = 1
 
-.PHONY: setup study test test-slow bench lint data models clean
+.PHONY: setup study test test-slow bench lint data models readme clean
 
 setup: $(VENV)/.ready
 
@@ -36,6 +36,9 @@ data: setup
 
 models: setup
 	$(BIN)/python -m clearance_mj.engines models/table1_rig.toml
+
+readme: setup
+	$(BIN)/python -m benchmarks.readme
 
 clean:
 	rm -rf $(VENV) results
