@@ -69,13 +69,15 @@ def _study(commands):
     )  # fmt: skip
     parser.add_argument("dataset", type=Path, help="dataset folder: rig.toml, dataset.toml, one .uff per record")
     parser.add_argument("--engines", default="links,modal,modal-mj", help="comma-separated (default: %(default)s)")
+    parser.add_argument("--methods", default="nominal,constant,output-error", help="of laws (default: %(default)s)")
     parser.add_argument("--workers", type=int, help="threads (default: one for each processor)")
 
 
 def _run_study(options):
     from .study import run_study
 
-    study = run_study(options.dataset, options.out, options.engines.split(","), options.workers, not options.quiet)
+    engines, methods = options.engines.split(","), options.methods.split(",")
+    study = run_study(options.dataset, options.out, engines, methods, options.workers, not options.quiet)
     if not options.json:
         print(f"report: {options.out / 'report.html'}")
     return {"out": str(options.out), "results": study.rows()}
@@ -87,7 +89,9 @@ def _identify(commands):
         default=Path("law.json"), help="law file (default: %(default)s)",
     )  # fmt: skip
     parser.add_argument("dataset", type=Path, help="dataset folder")
-    parser.add_argument("--method", default="constant", help="nominal or constant (default: %(default)s)")
+    parser.add_argument(
+        "--method", default="output-error", help="nominal, constant or output-error (default: %(default)s)"
+    )
 
 
 def _run_identify(options):

@@ -28,15 +28,16 @@ from .correlation import Comparison, compare
 from .engines import get_engine, simulate
 from .errors import ClearanceError, RecordError
 from .frf import FRF, estimate_frf
-from .identify import laws as identify
+from .identify.laws import get_method
 from .io.dataset import Dataset, Record
 from .io.files import replacing, to_json
 from .io.results import dataset_to_frf, frf_to_dataset
 from .response import Response
 
-__all__ = ["ENGINES", "Case", "Knowledge", "Study", "run_study"]
+__all__ = ["ENGINES", "METHODS", "Case", "Knowledge", "Study", "run_study"]
 
 ENGINES = ("links", "modal", "modal-mj")
+METHODS = ("nominal", "constant", "output-error")
 RESOLUTION = 0.5
 """Hz, of the FRFs that are compared"""
 N_MODES = 4
@@ -115,7 +116,14 @@ def _mean(values) -> float:
     return float(np.mean(finite)) if finite else float("nan")
 
 
-def run_study(path, out, engines: Sequence[str] = ENGINES, workers: int | None = None, progress: bool = True) -> Study:
+def run_study(
+    path,
+    out,
+    engines: Sequence[str] = ENGINES,
+    methods: Sequence[str] = METHODS,
+    workers: int | None = None,
+    progress: bool = True,
+) -> Study:
     """Run the study of a dataset and write its report.
 
     Parameters
@@ -127,6 +135,8 @@ def run_study(path, out, engines: Sequence[str] = ENGINES, workers: int | None =
         ``<out>.partial``, from where an interrupted study goes on.
     engines : sequence of str
         Engines to run.
+    methods : sequence of str
+        Ways to a law, see `identify.law`.
     workers : int, optional
         Threads; default: one for each processor.
     progress : bool
@@ -148,11 +158,13 @@ def run_study(path, out, engines: Sequence[str] = ENGINES, workers: int | None =
     dataset, out = Dataset.load(path), Path(out)
     for engine in engines:
         get_engine(engine)
+    for method in methods:
+        get_method(method)
     _check(dataset)
     _check_out(out)
     tests = {r.name: estimate_frf(r.response(), resolution=RESOLUTION) for r in dataset.validate}
     with _workshop(out) as workshop:
-        laws = _laws(dataset, workshop, progress)
+        laws = _laws(dataset, methods, workshop, progress)
         cases = _simulate_all(dataset, laws, engines, tests, workshop, workers, progress)
         study = Study(dataset, laws, tests, cases, _floor(dataset, tests))
         finished = workshop / "finished"
@@ -219,26 +231,21 @@ def _publish(finished: Path, out: Path):
     shutil.rmtree(old, ignore_errors=True)
 
 
-def _laws(dataset, workshop, progress) -> tuple[Knowledge, ...]:
-    """The laws of the study; the fitted one is kept with the digest of what it was fitted to."""
-    nominal = Knowledge("nominal", identify.nominal(dataset.rig), "rig file only: datasheet contact and fresh grease")
+def _laws(dataset, methods, workshop, progress) -> tuple[Knowledge, ...]:
+    """The laws of the study; each is kept with the digest of what it was identified from."""
     digest = _digest(__version__, dataset.rig.to_dict(), *(_record_digest(r) for r in dataset.identify))
-    law_file, fit_file = workshop / "constant.json", workshop / "constant_fit.json"
-    if fit_file.exists() and (kept := json.loads(fit_file.read_text()))["digest"] == digest:
-        law, parameters = load_law(law_file), kept["parameters"]
-    else:
-        fit = identify.fit_constant(dataset, "fitting best constants" if progress else None)
-        values = zip(fit.parameters, fit.value, fit.relative_std)
-        parameters = [
-            {"name": p.name, "unit": p.unit, "value": float(v), "relative_std": float(s)} for p, v, s in values
-        ]
-        law = fit.law
-        law.save(law_file)
-        with replacing(fit_file) as temporary:
-            temporary.write_text(json.dumps({"digest": digest, "parameters": parameters}))
-    names = ", ".join(r.name for r in dataset.identify)
-    knows = f"rig file and the records to identify ({names}): best constants and linear grease"
-    return nominal, Knowledge("constant", law, knows, tuple(parameters))
+    return tuple(_knowledge(dataset, name, workshop / "laws", digest, progress) for name in methods)
+
+
+def _knowledge(dataset, name, folder, digest, progress) -> Knowledge:
+    method, kept = get_method(name), folder / f"{name}.parameters.json"
+    if kept.exists() and (data := json.loads(kept.read_text()))["digest"] == digest:
+        return Knowledge(name, load_law(folder / f"{name}.json"), method.knows, tuple(data["parameters"]))
+    found = method.run(dataset, f"identifying: {name}" if progress else None)
+    found.law.save(folder / f"{name}.json")
+    with replacing(kept) as temporary:
+        temporary.write_text(to_json({"digest": digest, "parameters": found.parameters}))
+    return Knowledge(name, found.law, method.knows, found.parameters)
 
 
 def _simulate_all(dataset, laws, engines, tests, workshop, workers, progress) -> tuple[Case, ...]:

@@ -12,20 +12,21 @@ from clearance_mj import study as study_module
 from clearance_mj.engines import simulate
 from clearance_mj.errors import ClearanceError, RecordError
 from clearance_mj.frf import estimate_frf
-from clearance_mj.identify.laws import nominal
-from clearance_mj.identify.output_error import Fit, Parameter
+from clearance_mj.identify.laws import METHODS as METHODS_BY_NAME
+from clearance_mj.identify.laws import Identified, Method, nominal
 from clearance_mj.io.dataset import Dataset, write_dataset
 from clearance_mj.study import run_study
 
 from .conftest import SMALL_LAW
 
 ENGINES = ("modal", "modal-mj")
+METHODS = ("nominal", "constant")
 
 
 @pytest.fixture(scope="module")
 def finished(small_dataset, tmp_path_factory):
     out = tmp_path_factory.mktemp("out") / "study"
-    return run_study(small_dataset, out, ENGINES, progress=False), out
+    return run_study(small_dataset, out, ENGINES, METHODS, progress=False), out
 
 
 def test_files_of_a_finished_study(finished):
@@ -80,10 +81,7 @@ def test_summary_and_netcdf_hold_the_same_frfs(finished):
 @pytest.fixture
 def quick(monkeypatch):
     """A study whose fit and report cost nothing: for tests of what surrounds them."""
-    names = ("contact stiffness", "contact damping", "grease stiffness", "grease damping")
-    parameters = tuple(Parameter(name, "", 1.0, 0.1, 10.0) for name in names)
-    fit = Fit(SMALL_LAW, parameters, np.ones(4), np.full(4, 0.1), 0.0, 1)
-    monkeypatch.setattr(study_module.identify, "fit_constant", lambda dataset, progress: fit)
+    monkeypatch.setitem(METHODS_BY_NAME, "constant", Method("all", lambda *_: Identified(SMALL_LAW)))
     monkeypatch.setattr(
         report, "write_report", lambda study, folder, progress: (folder / "report.html").write_text("-")
     )
@@ -100,14 +98,14 @@ def test_interrupted_study_goes_on_where_it_stopped(small_dataset, tmp_path, mon
 
     monkeypatch.setattr(study_module, "simulate", interrupted)
     with pytest.raises(KeyboardInterrupt):
-        run_study(small_dataset, tmp_path / "out", ("modal",), workers=1, progress=False)
+        run_study(small_dataset, tmp_path / "out", ("modal",), METHODS, workers=1, progress=False)
     assert not (tmp_path / "out").exists()
     assert len(list((tmp_path / "out.partial" / "cases").glob("*.nc"))) == 3
 
     monkeypatch.setattr(study_module, "simulate", lambda *a: done.append(a) or simulate(*a))
-    monkeypatch.setattr(study_module.identify, "fit_constant", None)  # fitting again would fail
+    monkeypatch.setitem(METHODS_BY_NAME, "constant", Method("all", None))  # identifying again would fail
     done.clear()
-    run_study(small_dataset, tmp_path / "out", ("modal",), progress=False)
+    run_study(small_dataset, tmp_path / "out", ("modal",), METHODS, progress=False)
     assert len(done) == 2 * 4 - 3
     assert (tmp_path / "out" / "report.html").exists()
     assert not (tmp_path / "out.partial").exists()
@@ -123,7 +121,7 @@ def test_a_study_replaces_an_older_one_only_when_it_is_whole(small_dataset, tmp_
 
     monkeypatch.setattr(study_module, "simulate", failing)
     with pytest.raises(MemoryError):
-        run_study(small_dataset, out, ("modal",), progress=False)
+        run_study(small_dataset, out, ("modal",), METHODS, progress=False)
     assert (out / "summary.json").read_text() == "old"
 
 
@@ -132,20 +130,20 @@ def test_two_studies_into_one_folder(small_dataset, tmp_path):
     partial.mkdir()
     (partial / "lock").write_text(str(os.getppid()))
     with pytest.raises(ClearanceError, match=f"another study .process {os.getppid()}. is writing there"):
-        run_study(small_dataset, tmp_path / "out", ("modal",), progress=False)
+        run_study(small_dataset, tmp_path / "out", ("modal",), METHODS, progress=False)
 
 
 def test_folder_with_something_else_is_not_overwritten(small_dataset, tmp_path):
     (tmp_path / "thesis.tex").write_text("precious")
     with pytest.raises(ClearanceError, match=r"holds 'thesis\.tex', which is not of a study"):
-        run_study(small_dataset, tmp_path, ("modal",), progress=False)
+        run_study(small_dataset, tmp_path, ("modal",), METHODS, progress=False)
 
 
 def test_dataset_without_validation_records(small_dataset, tmp_path):
     dataset = Dataset.load(small_dataset)
     write_dataset(tmp_path / "data", dataset.rig, dataset.identify)
     with pytest.raises(RecordError, match='no record has role "validate"'):
-        run_study(tmp_path / "data", tmp_path / "out", ("modal",), progress=False)
+        run_study(tmp_path / "data", tmp_path / "out", ("modal",), METHODS, progress=False)
     assert not (tmp_path / "out.partial").exists()
 
 

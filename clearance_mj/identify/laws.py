@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
-from ..clearance.law import ConstantLaw, Law
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+from ..clearance.contact import HuntCrossley
+from ..clearance.law import ConstantLaw, ContactLaw, Law
 from ..errors import ClearanceError, RecordError
 from ..io.dataset import Dataset
 from ..rig import Grease, Rig
-from .output_error import Fit, Parameter, fit_law
+from .output_error import Fit, Parameter, before_contact, evidence, fit_law
 
-__all__ = ["METHODS", "fit_constant", "law", "nominal"]
+__all__ = ["METHODS", "Identified", "Method", "fit_constant", "fit_output_error", "get_method", "law", "nominal"]
 
 
 def nominal(rig: Rig) -> ConstantLaw:
@@ -38,31 +42,148 @@ def fit_constant(dataset: Dataset, progress: str | None = None) -> Fit:
     RecordError
         If there is no such record, or none is long enough.
     """
-    if not dataset.identify:
-        raise RecordError(f'{dataset.path or "dataset"}: no record has role "identify", so nothing can be identified')
-    first = dataset.rig.bushings[0]
+    found, first = _evidence(dataset), dataset.rig.bushings[0]
     parameters = [
         Parameter("contact stiffness", "N/m", first.contact.stiffness, 1e2, 1e7),
         Parameter("contact damping", "N s/m", max(first.contact.damping, 0.1), 1e-3, 1e3),
-        Parameter("grease stiffness", "N/m", max(first.grease.stiffness, 1.0), 1.0, 1e6),
-        Parameter("grease damping", "N s/m", max(first.grease.damping, 0.1), 1e-3, 1e3),
+        *_linear_grease(first.grease),
     ]
     k, c, grease_k, grease_c = (p.start for p in parameters)
     starts = [(k * a, c * b, grease_k * g, grease_c * b) for a in (0.5, 2.0) for b in (1.0, 3.0) for g in (0.7, 1.0)]
-    return fit_law(dataset.identify, parameters, _constant, starts, progress)
+    return fit_law(dataset.rig, found, parameters, _constant, starts, progress=progress)
+
+
+def fit_output_error(dataset: Dataset, progress: str | None = None) -> Fit:
+    """Fit the physical law: Bouc-Wen grease with squeeze film, and a power-law contact, the same at every bushing.
+
+    The grease is fitted first to the part of the records in which no probe has moved by its gap, then grease and
+    contact together to all of them, from several contact stiffnesses.
+
+    Parameters
+    ----------
+    dataset : Dataset
+        Only its rig and its records with role "identify" are used.
+    progress : str, optional
+        Show a progress bar with this name.
+
+    Raises
+    ------
+    RecordError
+        If there is no such record, or none is long enough.
+    """
+    rig, found = dataset.rig, _evidence(dataset)
+    first, gap = rig.bushings[0], rig.bushings[0].gap
+    grease = [
+        *_linear_grease(first.grease),
+        Parameter("grease elastic ratio", "1", 0.85, 0.02, 1.0),
+        Parameter("grease yield displacement", "m", gap, 0.05 * gap, 50 * gap),
+        Parameter("grease film height", "m", 3 * gap, 1.02 * gap, 100 * gap),
+    ]
+    contact = [
+        Parameter("contact force at one gap", "N", first.contact.stiffness * gap / 1.5, 1e-2 * gap, 1e7 * gap),
+        Parameter("contact exponent", "1", 1.5, 1.0, 3.0),
+        Parameter("contact restitution", "1", 0.6, 0.02, 0.999),
+    ]
+    start = [p.start for p in contact]
+
+    def make(*values):
+        force, exponent, restitution = values[5:]
+        return ContactLaw(HuntCrossley(force / gap**exponent, restitution, exponent), _physical_grease(*values[:5]))
+
+    quiet = before_contact(found, rig)
+    if quiet:
+        low = fit_law(
+            rig, quiet, grease, lambda *v: make(*v, *start), _yields(grease, gap), progress=_part(progress, 1)
+        )
+        grease = [replace(p, start=float(v)) for p, v in zip(grease, low.value)]
+    values = [p.start for p in grease]
+    starts = [(*values, start[0] * f, start[1], e) for f in (0.3, 1.0, 3.0) for e in (0.3, 0.6, 0.9)]
+    return fit_law(rig, found, [*grease, *contact], make, starts, tries=2, progress=_part(progress, 2))
+
+
+def _yields(grease, gap):
+    """Starts with other yield displacements and elastic ratios, of which the product matters most at low level."""
+    k, c, _, _, height = (p.start for p in grease)
+    return [(k, c, ratio, y * gap, height) for ratio in (0.5, 0.75, 0.9) for y in (0.4, 0.8, 1.6)]
+
+
+def _part(progress, number):
+    return progress and f"{progress} ({number}/2)"
+
+
+def _evidence(dataset):
+    if not dataset.identify:
+        raise RecordError(f'{dataset.path or "dataset"}: no record has role "identify", so nothing can be identified')
+    return evidence(dataset.identify)
+
+
+def _linear_grease(grease):
+    return [
+        Parameter("grease stiffness", "N/m", max(grease.stiffness, 1.0), 1.0, 1e6),
+        Parameter("grease damping", "N s/m", max(grease.damping, 0.1), 1e-3, 1e3),
+    ]
 
 
 def _constant(k, c, grease_k, grease_c):
     return ConstantLaw(k, c, grease=Grease(stiffness=float(grease_k), damping=float(grease_c)))
 
 
+def _physical_grease(stiffness, damping, ratio, yield_displacement, height):
+    """Bouc-Wen with A = 1, n = 2 and β = γ: the loop's size is told by k, λ and z_ult = (β+γ)^(-1/2)."""
+    half = 0.5 / yield_displacement**2
+    values = {"stiffness": stiffness, "damping": damping, "elastic_ratio": min(ratio, 1.0), "film_height": height}
+    return Grease(**{name: float(value) for name, value in values.items()}, beta=float(half), gamma=float(half))
+
+
+@dataclass(frozen=True)
+class Identified:
+    """A law, and the parameters that were fitted for it."""
+
+    law: Law
+    parameters: tuple[dict, ...] = ()
+    """plain data: name, unit, value, relative_std of each"""
+
+    @classmethod
+    def of_fit(cls, fit: Fit) -> Identified:
+        """Take law and parameters from a fit.
+
+        Parameters
+        ----------
+        fit : Fit
+            The fit.
+        """
+        values = zip(fit.parameters, fit.value, fit.relative_std)
+        rows = ({"name": p.name, "unit": p.unit, "value": float(v), "relative_std": float(s)} for p, v, s in values)
+        return cls(fit.law, tuple(rows))
+
+
+@dataclass(frozen=True)
+class Method:
+    """A way to a law."""
+
+    knows: str
+    """what it is allowed to know, in words"""
+    run: Callable[[Dataset, str | None], Identified]
+
+
 METHODS = {
-    "nominal": lambda dataset, progress: nominal(dataset.rig),
-    "constant": lambda dataset, progress: fit_constant(dataset, progress).law,
+    "nominal": Method(
+        "the rig file only: datasheet contact, fresh grease as a linear spring and damper",
+        lambda dataset, progress: Identified(nominal(dataset.rig)),
+    ),
+    "constant": Method(
+        "the rig file and the records to identify: best constants for contact and linear grease",
+        lambda dataset, progress: Identified.of_fit(fit_constant(dataset, progress)),
+    ),
+    "output-error": Method(
+        "the rig file and the records to identify: Bouc-Wen grease, squeeze film, power-law contact",
+        lambda dataset, progress: Identified.of_fit(fit_output_error(dataset, progress)),
+    ),
 }
+"""The ways to a law, by name."""
 
 
-def law(dataset: Dataset, method: str = "constant", progress: str | None = None) -> Law:
+def law(dataset: Dataset, method: str = "output-error", progress: str | None = None) -> Law:
     """Identify the clearance's law from a dataset.
 
     Parameters
@@ -70,7 +191,8 @@ def law(dataset: Dataset, method: str = "constant", progress: str | None = None)
     dataset : Dataset
         Records with role "validate" are never opened.
     method : str
-        "nominal": the rig file's datasheet values; "constant": the best constants.
+        "nominal": the rig file's datasheet values; "constant": the best constants; "output-error": the physical law
+        (Bouc-Wen grease with squeeze film, power-law contact).
     progress : str, optional
         Show a progress bar with this name.
 
@@ -85,6 +207,22 @@ def law(dataset: Dataset, method: str = "constant", progress: str | None = None)
     RecordError
         If the dataset holds nothing to identify from.
     """
-    if method not in METHODS:
-        raise ClearanceError(f'method "{method}" is unknown; known: {", ".join(METHODS)}')
-    return METHODS[method](dataset, progress)
+    return get_method(method).run(dataset, progress).law
+
+
+def get_method(name: str) -> Method:
+    """Return the method of a name.
+
+    Parameters
+    ----------
+    name : str
+        Such as "output-error".
+
+    Raises
+    ------
+    ClearanceError
+        For an unknown name; the message lists the known ones.
+    """
+    if name not in METHODS:
+        raise ClearanceError(f'method "{name}" is unknown; known: {", ".join(METHODS)}')
+    return METHODS[name]

@@ -7,12 +7,16 @@ import numpy as np
 import pytest
 
 from clearance_mj import identify
+from clearance_mj.correlation import csac, csf, frac, rmse_db
+from clearance_mj.engines import simulate
 from clearance_mj.errors import ClearanceError, RecordError
-from clearance_mj.identify.laws import fit_constant, nominal
-from clearance_mj.identify.output_error import _Problem
+from clearance_mj.frf import estimate_frf
+from clearance_mj.identify.laws import fit_constant, fit_output_error, nominal
+from clearance_mj.identify.output_error import _Problem, before_contact, evidence
 from clearance_mj.io.dataset import Dataset
+from clearance_mj.testrig import Truth
 
-from ..conftest import SMALL_LAW, record_of
+from ..conftest import ROOT, SMALL_LAW, record_of
 
 
 def test_nominal_law_is_the_datasheet(rig):
@@ -36,12 +40,12 @@ def test_constants_are_recovered_and_validation_records_stay_closed(small_datase
 def test_start_values_are_worse_than_the_fit(small_dataset):
     """The datasheet misses the same residual by far: the fit is what brings it down."""
     dataset = Dataset.load(small_dataset)
-    problem = _Problem(dataset.identify, lambda: nominal(dataset.rig), None)
+    problem = _Problem(dataset.rig, evidence(dataset.identify), lambda: nominal(dataset.rig), None)
     assert np.sqrt(np.mean(problem.residuals([()])[0][: problem.frf_size] ** 2)) > 1.0
 
 
 def test_unknown_method_lists_the_known(small_dataset):
-    with pytest.raises(ClearanceError, match='method "guess" is unknown; known: nominal, constant'):
+    with pytest.raises(ClearanceError, match='method "guess" is unknown; known: nominal, constant, output-error'):
         identify.law(Dataset.load(small_dataset), "guess")
 
 
@@ -55,3 +59,38 @@ def test_record_shorter_than_a_piece(rig):
     short = record_of(rig, "short", "identify", 1.0, 5, duration=2.0)
     with pytest.raises(RecordError, match="must last 5 s or more, the longest lasts 2 s"):
         identify.law(Dataset(rig, (short,)), "constant")
+
+
+def test_the_quiet_part_ends_before_the_first_touch(small_dataset):
+    dataset = Dataset.load(small_dataset)
+    (whole,) = evidence(dataset.identify)
+    (quiet,) = before_contact([whole], dataset.rig)
+    n, gap = quiet.excitation.value.size, dataset.rig.bushings[0].gap
+    assert n == quiet.response.acceleration.shape[0] == quiet.response.displacement.shape[0]
+    assert np.abs(whole.response.displacement[:n]).max() <= gap < np.abs(whole.response.displacement[n]).max()
+
+
+def test_nothing_is_quiet_without_probes(small_dataset):
+    dataset = Dataset.load(small_dataset)
+    (whole,) = evidence(dataset.identify)
+    blind = dataclasses.replace(whole, response=dataclasses.replace(whole.response, displacement=None))
+    assert before_contact([blind], dataset.rig) == []
+
+
+@pytest.mark.slow
+def test_physical_law_of_the_virtual_rig():
+    """The generator's parameters, opened here and by no identification, and records that it has not seen."""
+    dataset = Dataset.load(ROOT / "data" / "table1_rig")
+    fit = fit_output_error(dataset)
+    assert not any(record.opened for record in dataset.validate)
+    truth, found = Truth(), fit.law.grease[0]
+    assert found.stiffness == pytest.approx(truth.grease_stiffness, rel=0.02)
+    assert found.elastic_ratio == pytest.approx(truth.elastic_ratio, abs=0.03)
+    assert found.damping == pytest.approx(truth.film_damping, rel=0.05)
+    assert found.film_height == pytest.approx(truth.film_height, rel=0.05)
+    tests = {r.name: estimate_frf(r.response()) for r in dataset.validate}
+    for record in dataset.validate:
+        model = estimate_frf(simulate(dataset.rig, record.excitation(), fit.law, "modal")).value
+        test, repeat = tests[record.name].value, tests[record.name[:-1] + {"a": "b", "b": "a"}[record.name[-1]]].value
+        assert np.mean(rmse_db(test, model)) < np.mean(rmse_db(test, repeat))
+        assert min(frac(test, model).mean(), csac(test, model).mean(), csf(test, model).mean()) > 0.99
