@@ -1,0 +1,672 @@
+"""Force balance: the restoring force of every bushing from what was measured and the known beam.
+
+The shaft without grease and contact is linear and known, so every sensor reads y(ω) = G(ω) θ(ω), with θ the forces at
+the bushings and the excitation. Ten sensors tell two forces: weighted least squares at each frequency, without any
+assumption on what makes the forces. The gap function and the grease are then regressed on them (physics of Eqs 9-11),
+so contact stiffness and damping come out without a describing function, under random excitation as well as in decays.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import dataclasses
+from collections.abc import Sequence
+
+import numba
+import numpy as np
+import scipy.fft
+import scipy.optimize
+
+from ..beam import ritz_model
+from ..clearance.gap import gap
+from ..clearance.grease import bouc_wen_step, film_damping
+from ..errors import RecordError
+from ..io.dataset import Record
+from ..rig import Grease, Rig
+
+__all__ = [
+    "ContactParameters",
+    "GreaseFit",
+    "RestoringForce",
+    "contact_parameters",
+    "envelope",
+    "grease_parameters",
+    "restoring_force",
+]
+
+MODES = 16
+"""cantilever modes of the known beam, to which the static shapes are added"""
+BAND = 0.4
+"""of fs: up to here the anti-alias filters of engines and rig are flat"""
+TAPER = 0.1
+"""s, cosine flanks at both ends of a record"""
+SETTLE = 0.3
+"""s at both ends of a record whose forces are not used"""
+NOISE = 0.01
+"""of a channel's RMS: noise with which the weights start"""
+QUIETEST = 1e-4
+"""of a channel's RMS: no channel is taken to be quieter"""
+REWEIGHTINGS = 4
+CLIPPED = 4
+"""consecutive samples at the extreme of a channel that count as clipping"""
+MODEL_ERROR = 0.03
+"""share of the force's local RMS that a regression takes for error of its model, besides the noise"""
+LOCAL = 0.5
+"""s over which that RMS is taken, and length of a block of errors that hang together"""
+MARGIN = 4
+"""samples on either side of a contact that the fit of the grease leaves out"""
+FINER = 4
+"""factor by which motions are interpolated before the gap function sharpens them"""
+WAVELET_CENTRE = 5.0
+"""ω0 of the Morlet wavelets"""
+PER_OCTAVE = 3
+"""wavelets"""
+LOWEST = 5.0
+"""Hz, lowest of them"""
+OVERLAP = 8
+"""values of k(t) and c(t) within the length of a window"""
+HANN = np.hanning(OVERLAP + 2)[1:-1]
+UNSURE = 0.5
+"""relative standard deviation of k from which no value is given"""
+RELEASES = 3
+"""times that the instants of release, where the contact would pull, are found again from k and c"""
+SLIDE = 0.2
+"""of the yield displacement: longest step in which the Bouc-Wen state is advanced"""
+FILM_LIMIT = 0.2
+"""smallest relative film thickness, as in `Grease`"""
+
+
+@dataclass(frozen=True, eq=False)
+class RestoringForce:
+    """Force of grease and contact at every bushing, positive against positive displacement, as `restoring_force` finds.
+
+    All signals are band-limited to ``band`` and fade to zero where ``valid`` is False, at both ends of the record.
+    """
+
+    name: str
+    """the record's"""
+    rig: Rig
+    fs: float
+    """samples per second"""
+    band: tuple[float, float]
+    """Hz, in which the forces are known"""
+    time: np.ndarray
+    """(n_t,) s"""
+    displacement: np.ndarray
+    """(n_t, n_bushings) at the bushings' middles, relative, m: probes and accelerometers fused"""
+    velocity: np.ndarray
+    """(n_t, n_bushings) m/s"""
+    force: np.ndarray
+    """(n_t, n_bushings) N"""
+    force_std: np.ndarray
+    """(n_bushings,) standard deviation of the force at any instant, from the sensors' noise, N"""
+    displacement_std: np.ndarray
+    """(n_bushings,) the same of the displacement, m"""
+    ends: np.ndarray
+    """(n_t, n_bushings, 2) displacements at the bushings' ends, where contact happens, m"""
+    valid: np.ndarray
+    """(n_t,) bool"""
+    noise_frequency: np.ndarray
+    """(n_f,) Hz"""
+    noise_density: np.ndarray
+    """(n_f, n_bushings) one-sided density of the force's noise, N/sqrt(Hz)"""
+    noise: np.ndarray
+    """(n_sensors + n_bushings + 1,) noise found in the accelerometers, probes and excitation, in their units"""
+
+
+def restoring_force(record: Record, high: float | None = None) -> RestoringForce:
+    """Reconstruct the force of every bushing on the shaft.
+
+    Parameters
+    ----------
+    record : Record
+        With a displacement probe at every bushing.
+    high : float, optional
+        Hz, upper end of the band in which forces are reconstructed, from 0 Hz on. Default: 0.4 fs, where anti-alias
+        filters begin.
+
+    Returns
+    -------
+    RestoringForce
+
+    Raises
+    ------
+    RecordError
+        If the rig has no bushings, a probe is missing, or a channel is not finite, constant, clipped or too short.
+    """
+    rig, fs = record.rig, record.fs
+    measured = _measured(record)
+    high = BAND * fs if high is None else float(high)
+    if not 0 < high <= fs / 2:
+        raise RecordError(f'record "{record.name}": band up to {high:g} Hz must end in 0..{fs / 2:g} Hz, half its rate')
+    n = measured.shape[0]
+    size = scipy.fft.next_fast_len(n + int(TAPER * fs), real=True)
+    frequency = np.fft.rfftfreq(size, 1 / fs)
+    inside = frequency <= high
+    spectrum = np.fft.rfft(measured * _flanks(n, fs)[:, None], size, axis=0)[inside]
+    omega = 2 * np.pi * frequency[inside]
+    bushings = rig.bushings
+    places = [b.position for b in bushings] + [end for b in bushings for end in b.ends]
+    seen, moved = _gains(rig, record.excitation_kind, omega, places)
+    sigma, theta, covariance = _solve(seen, spectrum, np.sqrt(np.mean(measured**2, axis=0)), n)
+
+    def back(values):
+        full = np.zeros((frequency.size, values.shape[1]), dtype=complex)
+        full[inside] = values
+        return np.fft.irfft(full, size, axis=0)[:n]
+
+    def density(rows):
+        """One-sided density (n_f, n) of the noise of a quantity whose gains on θ are the rows (n_f, n, n_theta)."""
+        return 2 / fs * np.einsum("fij,fjk,fik->fi", rows, covariance, rows.conj()).real
+
+    def spread(power):
+        return np.sqrt(power.sum(axis=0) * fs / size)
+
+    m = len(bushings)
+    motion = np.einsum("fij,fj->fi", moved, theta)
+    noise = density(np.broadcast_to(np.eye(m, m + 1), (omega.size, m, m + 1)))
+    time = np.arange(n) / fs
+    return RestoringForce(
+        name=record.name,
+        rig=rig,
+        fs=fs,
+        band=(0.0, high),
+        time=time,
+        displacement=back(motion[:, :m]),
+        velocity=back(1j * omega[:, None] * motion[:, :m]),
+        force=back(theta[:, :m]),
+        force_std=spread(noise),
+        displacement_std=spread(density(moved[:, :m])),
+        ends=back(motion[:, m:]).reshape(n, m, 2),
+        valid=(time >= SETTLE) & (time <= time[-1] - SETTLE),
+        noise_frequency=frequency[inside],
+        noise_density=np.sqrt(noise),
+        noise=sigma,
+    )
+
+
+def _gains(rig, kind, omega, places):
+    """Gains on θ = (forces at the bushings, excitation): of the sensors, probes and excitation; of displacements.
+
+    Returns arrays (n_f, n_channels, n_bushings + 1) and (n_f, n_places, n_bushings + 1).
+    """
+    model = ritz_model(rig, MODES)
+    receptance = 1 / (model.omega**2 - omega[:, None] ** 2 + 1j * omega[:, None] * model.damping)
+    at_bushing = model.shapes([b.position for b in rig.bushings])
+    base = kind == "base"
+    drive = -model.participation if base else model.shapes([rig.shaker.position])[0]
+    inputs = np.vstack((-at_bushing, drive)).T  # (n_modes, n_bushings + 1)
+
+    def displacement(positions):
+        at = model.shapes(positions)
+        products = at[:, None, :] * inputs.T[None]
+        return (receptance @ products.reshape(-1, model.size).T).reshape(omega.size, len(at), -1)
+
+    accelerations = -(omega[:, None, None] ** 2) * displacement([s.position for s in rig.sensors])
+    accelerations[:, :, -1] += base
+    moved = displacement(places)
+    excitation = np.zeros((omega.size, 1, inputs.shape[1]))
+    excitation[:, :, -1] = 1.0
+    return np.concatenate((accelerations, moved[:, : len(rig.bushings)], excitation), axis=1), moved
+
+
+def _solve(gains, spectrum, rms, rows):
+    """Weighted least squares at each frequency; the channels' noise follows from what is left (white in each).
+
+    Returns the noise (n_channels,), θ (n_f, n_theta) and its covariance (n_f, n_theta, n_theta) for white
+    noise of a two-sided power of one per sample.
+    """
+    sigma = NOISE * rms
+    for _ in range(REWEIGHTINGS):
+        weighted = gains / sigma[None, :, None]
+        normal = np.einsum("fci,fcj->fij", weighted.conj(), weighted)
+        inverse = np.linalg.inv(normal)
+        right = np.einsum("fci,fc->fi", weighted.conj(), spectrum / sigma)
+        theta = np.einsum("fij,fj->fi", inverse, right)
+        left = np.abs(spectrum - np.einsum("fci,fi->fc", gains, theta)) ** 2
+        leverage = np.einsum("fci,fij,fcj->fc", weighted, inverse, weighted.conj()).real
+        variance = left.sum(axis=0) / (rows * np.maximum(1 - leverage, 0).sum(axis=0) + 1e-300)
+        sigma = np.maximum(np.sqrt(variance), QUIETEST * rms)
+    return sigma, theta, inverse
+
+
+def _measured(record: Record) -> np.ndarray:
+    """(n_t, n_sensors + n_bushings + 1) accelerations, probes and the excitation, checked."""
+    where = f'record "{record.name}"'
+    if not record.rig.bushings:
+        raise RecordError(f"{where}: its rig has no bushings, so there is no restoring force to find")
+    response = record.response()
+    if response.displacement is None:
+        raise RecordError(
+            f"{where}: has no displacement probe at every bushing; without them neither gap nor grease can be told. "
+            "Output error on the accelerometers alone still can be used"
+        )
+    if response.duration <= 4 * SETTLE:
+        raise RecordError(f"{where}: lasts {response.duration:g} s, force balance needs more than {4 * SETTLE:g} s")
+    labels = [f"accelerometer {name}" for name in response.responses]
+    labels += [f"probe at bushings[{j}]" for j in range(response.displacement.shape[1])] + ["excitation"]
+    measured = np.column_stack((response.acceleration, response.displacement, response.excitation))
+    for label, signal in zip(labels, measured.T, strict=True):
+        _check_channel(f"{where}: {label}", signal, response.fs)
+    return measured
+
+
+def _check_channel(where, signal, fs):
+    finite = np.isfinite(signal)
+    if not finite.all():
+        raise RecordError(
+            f"{where} is not finite at {np.argmin(finite) / fs:g} s ({np.sum(~finite)} samples); "
+            "cut the record there, or leave the channel's sensor out of the rig"
+        )
+    peak = np.abs(signal).max()
+    if np.ptp(signal) <= 1e-12 * peak or peak == 0:
+        raise RecordError(f"{where} is constant ({signal[0]:g}); is the sensor connected?")
+    extreme = np.abs(signal) >= peak * (1 - 1e-9)
+    run = np.convolve(extreme, np.ones(CLIPPED), "valid") == CLIPPED
+    if run.any():
+        raise RecordError(f"{where} is clipped at {peak:g} from {np.argmax(run) / fs:g} s on; use a larger range")
+
+
+def _flanks(n, fs):
+    """(n,) window of ones with cosine flanks."""
+    ramp = 0.5 - 0.5 * np.cos(np.pi * (np.arange(int(TAPER * fs)) + 0.5) / int(TAPER * fs))
+    window = np.ones(n)
+    window[: ramp.size], window[n - ramp.size :] = ramp, ramp[::-1]
+    return window
+
+
+@dataclass(frozen=True, eq=False)
+class GreaseFit:
+    """Grease of every bushing, from the forces while the shaft is inside the gap."""
+
+    grease: tuple[Grease, ...]
+    names: tuple[str, ...]
+    """fitted parameters: k, λ, z (yield displacement), γ/β, c, d/h; without yield and film only k and c"""
+    value: np.ndarray
+    """(n_bushings, n) their values"""
+    std: np.ndarray
+    """(n_bushings, n) their standard deviations (infinite: the force does not depend on it), from the scatter between blocks of half a second"""
+    residual: np.ndarray
+    """(n_bushings,) RMS of force that the grease leaves unexplained, as a share of the force's, both weighted"""
+
+
+def grease_parameters(forces: RestoringForce | Sequence[RestoringForce], kind: str = "bouc-wen") -> GreaseFit:
+    """Fit the grease of every bushing to the restoring force while the shaft is not in contact.
+
+    Bouc-Wen (Eq. 9, A = 1, n = 2) with squeeze film: yield, γ/β and film height are varied, the stiffnesses and the
+    damping follow by non-negative linear least squares (variable projection, Golub & Pereyra 1973).
+
+    Parameters
+    ----------
+    forces : RestoringForce or sequence of RestoringForce
+        Of one rig. Contact is not needed.
+    kind : {"bouc-wen", "linear"}
+        "linear": a spring and damper.
+
+    Returns
+    -------
+    GreaseFit
+    """
+    forces = _several(forces)
+    fits = [_fit_grease(forces, j, kind) for j in range(len(forces[0].rig.bushings))]
+    grease, value, std, residual = zip(*fits)
+    names = ("k", "c") if kind == "linear" else ("k", "λ", "z", "γ/β", "c", "d/h")
+    return GreaseFit(grease, names, np.array(value), np.array(std), np.array(residual))
+
+
+def _fit_grease(forces, bushing, kind):
+    """Grease of one bushing, the values and standard deviations of its parameters, and the residual's share."""
+    gap_ = forces[0].rig.bushings[bushing].gap
+    weight = [_weight(f, bushing) * _apart(f, bushing) for f in forces]
+    target = np.concatenate([w * f.force[:, bushing] for w, f in zip(weight, forces)])
+    block = np.concatenate([i * 1e6 + f.time // LOCAL for i, f in enumerate(forces)])
+    used = np.concatenate(weight) > 0
+    target, block = target[used], np.unique(block[used], return_inverse=True)[1]
+
+    def columns(shape):
+        parts = [w[:, None] * _grease_columns(f, bushing, *shape) for w, f in zip(weight, forces)]
+        return np.concatenate(parts)[used]
+
+    def share(shape):
+        matrix = columns(shape)
+        return _non_negative(matrix, target)
+
+    if kind == "linear":
+        spring, damper = columns((np.inf, 0.0, 0.0))[:, [0, 2]].T
+        matrix = np.column_stack((spring, damper))
+        best = _non_negative(matrix, target)
+        left = target - matrix @ best
+        std = _block_std(matrix, left, block)
+        return Grease(best[0], best[1]), best, std, _share(left, target)
+
+    def unpack(p):
+        return gap_ * np.exp(p[0]), p[1], p[2]
+
+    def left_of(p):
+        matrix = columns(unpack(p))
+        return target - matrix @ _non_negative(matrix, target)
+
+    starts = [(np.log(z), 0.5, u) for z in (0.3, 1.0) for u in (0.0, 0.4)]
+    costs = [np.sum(left_of(p) ** 2) for p in starts]
+    bounds = ([np.log(0.03), -0.9, 0.0], [np.log(10.0), 1.0, 0.9])
+    found = scipy.optimize.least_squares(left_of, starts[int(np.argmin(costs))], bounds=bounds, xtol=1e-5, ftol=1e-6)
+    yield_, ratio, film = unpack(found.x)
+    elastic, sliding, damping = share((yield_, ratio, film))
+
+    def model(p):
+        total = p[0] * p[1], p[0] * (1 - p[1]), p[4]
+        return columns((p[2], p[3], p[5])) @ np.array(total)
+
+    k = elastic + sliding
+    value = np.array([k, elastic / k if k > 0 else 1.0, yield_, ratio, damping, film])
+    step = 1e-4 * np.maximum(np.abs(value), 1e-3 * np.array([1.0, 1.0, gap_, 1.0, 1.0, 1.0]))
+    jacobian = np.column_stack([(model(value + s) - model(value - s)) / (2 * s.max()) for s in np.diag(step)])
+    std = _block_std(jacobian, found.fun, block)
+    beta = 1 / (yield_**2 * (1 + ratio))
+    grease = Grease(
+        stiffness=float(k), damping=float(damping), elastic_ratio=float(value[1]), beta=float(beta),
+        gamma=float(ratio * beta), film_height=float(gap_ / film) if film > 1e-3 else None,
+    )  # fmt: skip
+    return grease, value, std, _share(found.fun, target)
+
+
+def _grease_columns(force, bushing, yield_, ratio, film):
+    """(n_t, 3) displacement, Bouc-Wen state and film velocity of one bushing; ``film`` is d/h."""
+    x, v = force.displacement[:, bushing], force.velocity[:, bushing]
+    total = 1 / yield_**2
+    beta = total / (1 + ratio)
+    z = _bouc_wen(x, 1.0, beta, ratio * beta, 2.0, SLIDE * yield_)
+    return np.column_stack((x, z, v * _film(x, film / force.rig.bushings[bushing].gap, FILM_LIMIT)))
+
+
+def _grease_force(force, bushing, grease):
+    """(n_t,) force of a grease along the motion, N."""
+    x, v = force.displacement[:, bushing], force.velocity[:, bushing]
+    z = _bouc_wen(x, grease.amplitude, grease.beta, grease.gamma, grease.exponent, SLIDE * grease.yield_displacement)
+    elastic = grease.stiffness * (grease.elastic_ratio * x + (1 - grease.elastic_ratio) * z)
+    inverse_film = 1 / grease.film_height if grease.film_height else 0.0
+    return elastic + grease.damping * v * _film(x, inverse_film, grease.film_limit)
+
+
+@numba.njit(cache=True, nogil=True)
+def _bouc_wen(x, a, beta, gamma, exponent, longest):
+    """(n_t,) state z of Eq. 9 along a motion that starts at rest, in steps of at most ``longest`` m."""
+    out = np.empty(x.size)
+    z, before = 0.0, 0.0
+    for i in range(x.size):
+        steps = int(min(abs(x[i] - before) / longest, 200.0)) + 1
+        for _ in range(steps):
+            z = bouc_wen_step(z, (x[i] - before) / steps, a, beta, gamma, exponent)
+        before = x[i]
+        out[i] = z
+    return out
+
+
+@numba.njit(cache=True, nogil=True)
+def _film(x, inverse_film, limit):
+    """(n_t,) growth of the squeeze film's damping."""
+    out = np.empty(x.size)
+    for i in range(x.size):
+        out[i] = film_damping(x[i], 1.0, inverse_film, limit)
+    return out
+
+
+@numba.njit(cache=True, nogil=True)
+def envelope(x, fs, release=0.03):
+    """Peak-hold with exponential release, A ← max(|x|, A e^(-dt/release)), as `AmplitudeLaw` and the engines define it.
+
+    Parameters
+    ----------
+    x : ndarray, shape (n_t,)
+        Displacement, m.
+    fs : float
+        Samples per second.
+    release : float
+        s.
+
+    Returns
+    -------
+    ndarray, shape (n_t,)
+        m.
+    """
+    out = np.empty(x.size)
+    share, a = np.exp(-1.0 / (fs * release)), 0.0
+    for i in range(x.size):
+        a = max(abs(x[i]), a * share)
+        out[i] = a
+    return out
+
+
+def _weight(force, bushing):
+    """(n_t,) weights of a regression: noise and the model's error, which grows with the force; 0 at the ends."""
+    size = max(1, int(LOCAL * force.fs))
+    power = np.convolve(force.force[:, bushing] ** 2, np.full(size, 1 / size), "same")
+    return force.valid / (force.force_std[bushing] + MODEL_ERROR * np.sqrt(np.maximum(power, 0)))
+
+
+def _apart(force, bushing):
+    """(n_t,) whether no end of the bushing is, or soon was or will be, in contact."""
+    touching = np.any(np.abs(force.ends[:, bushing]) > force.rig.bushings[bushing].gap, axis=1)
+    return np.convolve(touching, np.ones(2 * MARGIN + 1), "same") < 0.5
+
+
+def _non_negative(matrix, target):
+    """Least squares with no negative share."""
+    scale = np.sqrt(np.sum(matrix**2, axis=0)) + 1e-300
+    q, r = np.linalg.qr(matrix / scale)
+    return scipy.optimize.nnls(r, q.T @ target)[0] / scale
+
+
+def _block_std(jacobian, left, block):
+    """Standard deviations that hold for errors correlated within blocks (Liang & Zeger 1986, working independence)."""
+    scale = np.sqrt(np.sum(jacobian**2, axis=0))
+    told = scale > 0
+    scale = np.where(told, scale, 1.0)
+    scaled = jacobian / scale
+    inverse = np.linalg.pinv(scaled.T @ scaled)
+    scores = np.zeros((block.max() + 1, jacobian.shape[1]))
+    np.add.at(scores, block, scaled * left[:, None])
+    count = scores.shape[0]
+    covariance = inverse @ scores.T @ scores @ inverse * count / max(count - jacobian.shape[1], 1)
+    return np.where(told, np.sqrt(np.abs(np.diag(covariance))) / scale, np.inf)
+
+
+def _share(left, target):
+    return float(np.sqrt(np.sum(left**2) / np.sum(target**2)))
+
+
+def _several(forces) -> list[RestoringForce]:
+    return [forces] if isinstance(forces, RestoringForce) else list(forces)
+
+
+@dataclass(frozen=True, eq=False)
+class ContactParameters:
+    """Contact stiffness and damping over time, as `contact_parameters` finds them; nan where there is no contact."""
+
+    time: np.ndarray
+    """(n,) middles of the windows, s"""
+    k: np.ndarray
+    """(n, n_bushings) N/m"""
+    c: np.ndarray
+    """(n, n_bushings) N s/m"""
+    k_std: np.ndarray
+    """(n, n_bushings) standard deviation, N/m"""
+    c_std: np.ndarray
+    """(n, n_bushings) N s/m"""
+    contact: np.ndarray
+    """(n, n_bushings) share of the time in contact"""
+    amplitude: np.ndarray
+    """(n, n_bushings) mean of the envelope during contact, m; nan without"""
+    grease: tuple[Grease, ...]
+    """what was subtracted"""
+
+
+def contact_parameters(
+    force: RestoringForce, grease: Sequence[Grease] | None = None, window: float = 0.5
+) -> ContactParameters:
+    """Contact stiffness and damping over time from W_f = k W_g + c W_ġ in the time-frequency plane.
+
+    f is the restoring force without the grease's, g the gap function (Eq. 11) at the bushing's two ends, W their Morlet
+    transforms with ω0 = 5, a third of an octave apart. In each window k and c are real least squares over all
+    instants and bands, every band weighted by the force's noise in it. The contact does not pull: samples where
+    k g + c ġ would are released, in a few rounds. Holds under any excitation.
+
+    Parameters
+    ----------
+    force : RestoringForce
+        From `restoring_force`.
+    grease : sequence of Grease, optional
+        One for each bushing. Default: `grease_parameters` of the same record.
+    window : float
+        s, length of the Hann windows; k and c may not change much within half of it.
+
+    Returns
+    -------
+    ContactParameters
+
+    Raises
+    ------
+    RecordError
+        If the shaft nowhere leaves the gaps; the message says which grease the record still tells.
+    """
+    _require_contact([force])
+    grease = grease_parameters(force).grease if grease is None else tuple(grease)
+    hop = max(1, round(window * force.fs / OVERLAP))
+    edges = np.arange(0, force.time.size - hop + 1, hop)
+    parts = [_windowed(force, j, grease[j], edges, hop) for j in range(len(grease))]
+    k, c, k_std, c_std, contact, amplitude = (np.column_stack(part) for part in zip(*parts))
+    time = (edges + hop / 2) / force.fs
+    return ContactParameters(time, k, c, k_std, c_std, contact, amplitude, grease)
+
+
+def _windowed(force, bushing, grease, edges, hop):
+    """Columns (n,) of `ContactParameters` for one bushing."""
+    target = force.valid * (force.force[:, bushing] - _grease_force(force, bushing, grease))
+    middles = edges + hop / 2
+    k, c = None, None
+    for _ in range(RELEASES):
+        if k is not None:
+            k, c = (_spread_over(force, middles, value) for value in (k, c))
+        g, speed, touching = _contact_motion(force, bushing, k, c)
+        cells = _band_products(force, bushing, force.valid * g, force.valid * speed, target, edges)
+        k, c, k_std, c_std = _solve_windows(*cells)
+    a = envelope(force.displacement[:, bushing], force.fs)
+    share, held = (_hann(np.add.reduceat(v * touching, edges)) for v in (force.valid, force.valid * a))
+    amplitude = np.divide(held, share, out=np.full(share.size, np.nan), where=share > 0.5)
+    known = (k_std < UNSURE * k) & (share > 0.5)
+    k, c, k_std, c_std = (np.where(known, v, np.nan) for v in (k, c, k_std, c_std))
+    return k, c, k_std, c_std, share / (hop * HANN.sum()), amplitude
+
+
+def _contact_motion(force, bushing, k=None, c=None):
+    """Gap function and its rate in the force's band, mean of both ends, and whether in contact; each (n_t,).
+
+    With k and c (n_t,), samples that would pull are left out.
+    """
+    g, speed, touching = _fine_contact(force, bushing, k, c)
+    return _coarse(force, g), _coarse(force, speed), touching[::FINER]
+
+
+def _fine_contact(force, bushing, k, c):
+    """The same at the finer rate, not yet limited to the band."""
+    ends = _fine(force.ends[:, bushing])
+    g = gap(ends, force.rig.bushings[bushing].gap)
+    speed = np.gradient(ends, axis=0) * (force.fs * FINER)
+    pushes = g != 0
+    if k is not None:
+        k, c = (np.repeat(v, FINER)[:, None] for v in (k, c))
+        pushes &= (k * g + c * speed) * np.sign(g) > 0
+    return (g * pushes).mean(axis=1), (speed * pushes).mean(axis=1), pushes.any(axis=1)
+
+
+def _fine(signal):
+    """Interpolate a signal (n_t, ...) that fades at its ends to FINER times its rate."""
+    n = signal.shape[0]
+    return FINER * np.fft.irfft(np.fft.rfft(signal, axis=0), n * FINER, axis=0)
+
+
+def _coarse(force, signal):
+    """Limit a fine signal (n_t * FINER, ...) to the force's band and bring it to the record's rate."""
+    n = signal.shape[0] // FINER
+    spectrum = np.fft.rfft(signal, axis=0)[: n // 2 + 1]
+    spectrum[np.fft.rfftfreq(n, 1 / force.fs) > force.band[1]] = 0
+    return np.fft.irfft(spectrum, n, axis=0) / FINER
+
+
+def _band_products(force, bushing, g, speed, target, edges):
+    """Whitened products of the wavelet transforms, summed over bands and over the cells that begin at the edges.
+
+    Returns (n, 2, 2) normal matrices of (g, ġ) and (n, 2) their products with the force, so scaled that the inverse of
+    a sum of the former is the covariance that the force's noise causes.
+    """
+    n, fs = g.size, force.fs
+    frequency = np.fft.fftfreq(n, 1 / fs)
+    centres = LOWEST * 2 ** np.arange(0, np.log2(force.band[1] / LOWEST), 1 / PER_OCTAVE)
+    shapes = np.exp(-0.5 * (WAVELET_CENTRE * (frequency / centres[:, None] - 1)) ** 2) * (frequency > 0)
+    inside = (frequency >= LOWEST) & (frequency <= force.band[1])
+    shapes *= inside / np.sqrt(np.sum(shapes**2, axis=0) + 1e-30)  # bands that together keep the energy
+    density = np.interp(centres, force.noise_frequency, force.noise_density[:, bushing])
+    spectra = np.fft.fft((g, speed, target))
+    sums = np.zeros((5, edges.size))
+    for shape, noise in zip(shapes, density):
+        # An analytic signal (twice the positive frequencies) has twice the power; a white noise has density² fs/2.
+        wg, wv, wf = np.fft.ifft(spectra * shape) * (2 / (noise * np.sqrt(fs)))
+        products = (abs(wg) ** 2, (wg.conj() * wv).real, abs(wv) ** 2, (wg.conj() * wf).real, (wv.conj() * wf).real)
+        sums += np.add.reduceat(np.array(products), edges, axis=1)
+    gg, gv, vv, gf, vf = sums
+    return np.stack((gg, gv, gv, vv), axis=1).reshape(-1, 2, 2), np.column_stack((gf, vf))
+
+
+def _solve_windows(cell_normal, cell_right):
+    """K, c >= 0 and their standard deviations (n,), from the force's noise and the scatter between cells.
+
+    The scatter also holds what the noise does not: errors of displacement and grease, k and c that vary in a window.
+    """
+    effective = HANN.sum() ** 2 / np.sum(HANN**2)
+    normal, right = _hann(cell_normal), _hann(cell_right)
+    normal += 1e-12 * np.eye(2) * np.einsum("nii->ni", normal)[:, None] + 1e-300 * np.eye(2)
+    inverse = np.linalg.inv(normal)
+    theta = np.einsum("nij,nj->ni", inverse, right)
+    alone = right / np.einsum("nii->ni", normal)
+    theta = np.where(theta[:, ::-1] < 0, alone, theta)  # where one is negative, the other is fitted without it
+    theta = np.maximum(theta, 0)
+    scatter = np.zeros_like(normal)
+    for i, weight in enumerate(HANN):
+        near, of = (np.roll(part, OVERLAP // 2 - 1 - i, axis=0) for part in (cell_normal, cell_right))
+        scores = weight * (of - np.einsum("nij,nj->ni", near, theta))
+        scatter += scores[:, :, None] * scores[:, None, :]
+    robust = inverse @ scatter @ inverse * effective / (effective - 2)
+    std = np.sqrt(np.einsum("nii->ni", inverse + robust))
+    return *theta.T, *std.T
+
+
+def _hann(cells):
+    """Sums of cells (n, ...) under a Hann window of OVERLAP cells."""
+    flat = cells.reshape(cells.shape[0], -1)
+    return np.column_stack([np.convolve(column, HANN, "same") for column in flat.T]).reshape(cells.shape)
+
+
+def _spread_over(force, middles, value):
+    """(n_t,) a value known at some windows, linear between them."""
+    known = value > 0
+    if not known.any():
+        return np.zeros(force.time.size)
+    return np.interp(np.arange(force.time.size), middles[known], value[known])
+
+
+def _require_contact(forces):
+    rig = forces[0].rig
+    gaps = np.array([b.gap for b in rig.bushings])
+    reached = np.max([np.abs(f.ends[f.valid]).max(axis=(0, 2)) for f in forces], axis=0)
+    if np.any(reached > gaps):
+        return
+    fit = grease_parameters(forces, "linear")
+    told = "; ".join(
+        f"bushings[{j}]: moves up to {1e3 * r:.3g} mm in a gap of {1e3 * d:.3g} mm, grease {k:.4g} N/m, {c:.3g} N s/m"
+        for j, (r, d, (k, c)) in enumerate(zip(reached, gaps, fit.value))
+    )
+    names = ", ".join(f'"{f.name}"' for f in forces)
+    raise RecordError(
+        f"record {names}: no contact, so its stiffness and damping cannot be told; only the grease: {told}"
+    )
