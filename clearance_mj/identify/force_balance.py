@@ -8,29 +8,31 @@ so contact stiffness and damping come out without a describing function, under r
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
-import dataclasses
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numba
 import numpy as np
 import scipy.fft
 import scipy.optimize
+from tqdm import tqdm
 
 from ..beam import ritz_model
 from ..clearance.gap import gap
 from ..clearance.grease import bouc_wen_step, film_damping
+from ..clearance.law import AmplitudeLaw, ConstantLaw
 from ..errors import RecordError
-from ..io.dataset import Record
+from ..io.dataset import Dataset, Record
 from ..rig import Grease, Rig
 
 __all__ = [
     "ContactParameters",
     "GreaseFit",
     "RestoringForce",
+    "amplitude_law",
     "contact_parameters",
     "envelope",
+    "force_balance_law",
     "grease_parameters",
     "restoring_force",
 ]
@@ -71,6 +73,12 @@ UNSURE = 0.5
 """relative standard deviation of k from which no value is given"""
 RELEASES = 3
 """times that the instants of release, where the contact would pull, are found again from k and c"""
+RELEASE = 0.03
+"""s, of the envelope that an amplitude law follows"""
+NODES = 10
+"""amplitudes at which an amplitude law holds k and c"""
+SMOOTH = 1e-3
+"""weight of the change of k and c between amplitudes, so that those the motion never reached hold their neighbours'"""
 SLIDE = 0.2
 """of the yield displacement: longest step in which the Bouc-Wen state is advanced"""
 FILM_LIMIT = 0.2
@@ -286,7 +294,8 @@ class GreaseFit:
     value: np.ndarray
     """(n_bushings, n) their values"""
     std: np.ndarray
-    """(n_bushings, n) their standard deviations (infinite: the force does not depend on it), from the scatter between blocks of half a second"""
+    """(n_bushings, n) their standard deviations, from the scatter between blocks of half a second; infinite where
+    the force does not depend on the parameter"""
     residual: np.ndarray
     """(n_bushings,) RMS of force that the grease leaves unexplained, as a share of the force's, both weighted"""
 
@@ -564,7 +573,8 @@ def _contact_motion(force, bushing, k=None, c=None):
 
     With k and c (n_t,), samples that would pull are left out.
     """
-    g, speed, touching = _fine_contact(force, bushing, k, c)
+    now = (None, None) if k is None else (np.repeat(k, FINER), np.repeat(c, FINER))
+    g, speed, touching = _fine_contact(force, bushing, *now)
     return _coarse(force, g), _coarse(force, speed), touching[::FINER]
 
 
@@ -575,8 +585,7 @@ def _fine_contact(force, bushing, k, c):
     speed = np.gradient(ends, axis=0) * (force.fs * FINER)
     pushes = g != 0
     if k is not None:
-        k, c = (np.repeat(v, FINER)[:, None] for v in (k, c))
-        pushes &= (k * g + c * speed) * np.sign(g) > 0
+        pushes &= (k[:, None] * g + c[:, None] * speed) * np.sign(g) > 0
     return (g * pushes).mean(axis=1), (speed * pushes).mean(axis=1), pushes.any(axis=1)
 
 
@@ -657,10 +666,10 @@ def _spread_over(force, middles, value):
 
 def _require_contact(forces):
     rig = forces[0].rig
-    gaps = np.array([b.gap for b in rig.bushings])
-    reached = np.max([np.abs(f.ends[f.valid]).max(axis=(0, 2)) for f in forces], axis=0)
-    if np.any(reached > gaps):
+    if any(_touches(f) for f in forces):
         return
+    gaps = [b.gap for b in rig.bushings]
+    reached = np.max([np.abs(f.ends[f.valid]).max(axis=(0, 2)) for f in forces], axis=0)
     fit = grease_parameters(forces, "linear")
     told = "; ".join(
         f"bushings[{j}]: moves up to {1e3 * r:.3g} mm in a gap of {1e3 * d:.3g} mm, grease {k:.4g} N/m, {c:.3g} N s/m"
@@ -670,3 +679,122 @@ def _require_contact(forces):
     raise RecordError(
         f"record {names}: no contact, so its stiffness and damping cannot be told; only the grease: {told}"
     )
+
+
+def amplitude_law(dataset: Dataset, progress: str | None = None) -> tuple[AmplitudeLaw, GreaseFit]:
+    """Contact stiffness and damping over the envelope of the motion, k(A) and c(A), from the restoring forces.
+
+    The Bouc-Wen grease is fitted inside the gap and subtracted; what is left is regressed on the gap function and its
+    rate, each spread over the amplitudes as the law will interpolate between them, all records at once.
+
+    Parameters
+    ----------
+    dataset : Dataset
+        Only its rig and its records with role "identify" are used.
+    progress : str, optional
+        Show a progress bar with this name.
+
+    Returns
+    -------
+    AmplitudeLaw
+        With the grease.
+    GreaseFit
+        The grease with its uncertainty.
+
+    Raises
+    ------
+    RecordError
+        If nothing is to identify from, a record cannot be used, or none has contact.
+    """
+    forces = _forces(dataset, progress)
+    _require_contact(forces)
+    grease = grease_parameters(forces)
+    nodes = _nodes(forces)
+    k, c = zip(*(_over_amplitude(forces, j, g, nodes) for j, g in enumerate(grease.grease)))
+    return AmplitudeLaw(nodes, np.column_stack(k), np.column_stack(c), RELEASE, grease.grease), grease
+
+
+def force_balance_law(dataset: Dataset, progress: str | None = None) -> ConstantLaw:
+    """Constant contact stiffness and damping: the weighted means of `contact_parameters` over the records.
+
+    Parameters
+    ----------
+    dataset : Dataset
+        Only its rig and its records with role "identify" are used.
+    progress : str, optional
+        Show a progress bar with this name.
+
+    Returns
+    -------
+    ConstantLaw
+        With the grease. A bushing that is never touched takes the others' mean.
+
+    Raises
+    ------
+    RecordError
+        As `amplitude_law`.
+    """
+    forces = _forces(dataset, progress)
+    _require_contact(forces)
+    grease = grease_parameters(forces).grease
+    found = [contact_parameters(f, grease) for f in forces if _touches(f)]
+    k, c = (np.concatenate([getattr(p, name) for p in found]) for name in ("k", "c"))
+    share = np.concatenate([p.contact for p in found]) * np.isfinite(k)
+    k, c = (np.nansum(share * v, axis=0) / np.maximum(share.sum(axis=0), 1e-30) for v in (k, c))
+    seen = share.sum(axis=0) > 0
+    if not seen.any():
+        raise RecordError("contact is too short in every record to tell its stiffness")
+    return ConstantLaw(*(np.where(seen, v, v[seen].mean()) for v in (k, c)), grease=grease)
+
+
+def _forces(dataset, progress):
+    if not dataset.identify:
+        raise RecordError(f'{dataset.path or "dataset"}: no record has role "identify", so nothing can be identified')
+    records = tqdm(dataset.identify, desc=progress, unit="record", disable=progress is None)
+    return [restoring_force(record) for record in records]
+
+
+def _nodes(forces):
+    """(NODES,) amplitudes from the smallest gap to the largest motion, denser near the gap.
+
+    Spaced evenly in the root of the penetration, in which the stiffness of a Hertz contact is straight.
+    """
+    smallest = min(b.gap for b in forces[0].rig.bushings)
+    largest = max(np.abs(f.displacement[f.valid]).max() for f in forces)
+    return smallest + max(largest - smallest, 0.01 * smallest) * np.linspace(0, 1, NODES) ** 2
+
+
+def _over_amplitude(forces, bushing, grease, nodes):
+    """Stiffness and damping (n_nodes,) of one bushing."""
+    weight = [_weight(f, bushing) for f in forces]
+    target = [w * (f.force[:, bushing] - _grease_force(f, bushing, grease)) for w, f in zip(weight, forces)]
+    target = np.concatenate((*target, np.zeros(2 * (nodes.size - 1))))
+    k, c = None, None
+    for _ in range(RELEASES):
+        matrix = np.vstack([w[:, None] * _amplitude_columns(f, bushing, nodes, k, c) for w, f in zip(weight, forces)])
+        matrix = np.vstack((matrix, _smoothness(matrix, nodes)))
+        k, c = np.split(_non_negative(matrix, target), 2)
+    return k, c
+
+
+def _amplitude_columns(force, bushing, nodes, k, c):
+    """(n_t, 2 n_nodes) gap function, then its rate, times the share that each amplitude has at the moment."""
+    middle = _fine(force.displacement[:, bushing])
+    a = envelope(middle, force.fs * FINER, RELEASE)
+    shares = np.column_stack([np.interp(a, nodes, unit) for unit in np.eye(nodes.size)])
+    now = (None, None) if k is None else (shares @ k, shares @ c)
+    g, speed, _ = _fine_contact(force, bushing, *now)
+    return _coarse(force, np.hstack((shares * g[:, None], shares * speed[:, None])))
+
+
+def _smoothness(matrix, nodes):
+    """Rows that hold neighbouring k, and neighbouring c, together a little."""
+    n = nodes.size
+    difference = np.diff(np.eye(n), axis=0)
+    norm = np.sqrt(np.sum(matrix**2, axis=0))
+    sizes = norm[:n].max(), norm[n:].max()
+    return SMOOTH * np.block([[sizes[0] * difference, 0 * difference], [0 * difference, sizes[1] * difference]])
+
+
+def _touches(force):
+    return bool(np.any(np.abs(force.ends[force.valid]) > np.array([[b.gap] for b in force.rig.bushings])))
