@@ -14,16 +14,19 @@ from dataclasses import dataclass
 import numba
 import numpy as np
 import scipy.fft
+import scipy.linalg
 import scipy.optimize
 from tqdm import tqdm
 
 from ..beam import ritz_model
-from ..clearance.gap import gap
+from ..clearance.gap import describing_function, gap
 from ..clearance.grease import bouc_wen_step, film_damping
-from ..clearance.law import AmplitudeLaw, ConstantLaw
+from ..clearance.law import AmplitudeLaw, ConstantLaw, TimeLaw
 from ..errors import RecordError
 from ..io.dataset import Dataset, Record
 from ..rig import Grease, Rig
+from .oscillator import CORRECTIONS, DAMPINGS
+from .wavelet import scalogram
 
 __all__ = [
     "ContactParameters",
@@ -35,6 +38,7 @@ __all__ = [
     "force_balance_law",
     "grease_parameters",
     "restoring_force",
+    "ridge_law",
 ]
 
 MODES = 16
@@ -79,6 +83,12 @@ NODES = 10
 """amplitudes at which an amplitude law holds k and c"""
 SMOOTH = 1e-3
 """weight of the change of k and c between amplitudes, so that those the motion never reached hold their neighbours'"""
+RIDGE_STEP = 0.05
+"""s between the rows of a ridge law"""
+RIDGE_WINDOW = 0.3
+"""s over which a ridge under random excitation is smoothed"""
+LEAST_SHARE = 0.1
+"""describing function of the gap below which a ridge does not tell the contact"""
 SLIDE = 0.2
 """of the yield displacement: longest step in which the Bouc-Wen state is advanced"""
 FILM_LIMIT = 0.2
@@ -461,10 +471,12 @@ def _apart(force, bushing):
 
 
 def _non_negative(matrix, target):
-    """Least squares with no negative share."""
+    """Least squares with no negative share; by Cholesky, as the rows are very many and the columns scaled."""
     scale = np.sqrt(np.sum(matrix**2, axis=0)) + 1e-300
-    q, r = np.linalg.qr(matrix / scale)
-    return scipy.optimize.nnls(r, q.T @ target)[0] / scale
+    normal = (matrix.T @ matrix) / np.outer(scale, scale) + 1e-12 * np.eye(scale.size)
+    r = np.linalg.cholesky(normal).T
+    right = scipy.linalg.solve_triangular(r, (matrix.T @ target) / scale, trans="T")
+    return scipy.optimize.nnls(r, right)[0] / scale
 
 
 def _block_std(jacobian, left, block):
@@ -748,10 +760,14 @@ def force_balance_law(dataset: Dataset, progress: str | None = None) -> Constant
 
 
 def _forces(dataset, progress):
+    records = tqdm(_records(dataset), desc=progress, unit="record", disable=progress is None)
+    return [restoring_force(record) for record in records]
+
+
+def _records(dataset):
     if not dataset.identify:
         raise RecordError(f'{dataset.path or "dataset"}: no record has role "identify", so nothing can be identified')
-    records = tqdm(dataset.identify, desc=progress, unit="record", disable=progress is None)
-    return [restoring_force(record) for record in records]
+    return dataset.identify
 
 
 def _nodes(forces):
@@ -798,3 +814,103 @@ def _smoothness(matrix, nodes):
 
 def _touches(force):
     return bool(np.any(np.abs(force.ends[force.valid]) > np.array([[b.gap] for b in force.rig.bushings])))
+
+
+def ridge_law(
+    dataset: Dataset, correction: str = "adiabatic", damping: str = "viscous", progress: str | None = None
+) -> TimeLaw:
+    """The article's updated model: contact stiffness and damping over time from the wavelet ridge at each bushing.
+
+    The ridge of the lowest mode in a probe's signal gives ω(t) and A(t), and Eqs 12-17 the decay, as if the record were
+    a free decay, which it is not under random excitation: there `clearance_mj.identify.ridge` finds no ridge that it
+    would vouch for, so the largest component is taken as it is. The contact stiffness follows from the frequency
+    equation of the shaft on its grease (as the rig file has it) and on springs k N_j, N_j the gap's describing function
+    at A: det(I + k √N R(ω) √N) = 0, R the receptance between the bushings. The damping is what the decay leaves after
+    the shaft's and the grease's, shared out by N_j and the mode's shape.
+
+    The law is a schedule over the time of the longest record to identify. It cannot predict another record, whose
+    motion is another one at the same time; beyond the record its last values hold.
+
+    Parameters
+    ----------
+    dataset : Dataset
+        Only its rig and its longest record with role "identify" are used.
+    correction : {"adiabatic", "none"}
+        Decay 2ζω = -2A'/A - ω'/ω, for a frequency that varies, or -2A'/A (Eq. 12).
+    damping : {"viscous", "as-printed"}
+        c = 2mωζ, or the real part of Eq. 17 as printed, twice of it.
+    progress : str, optional
+        Show a progress bar with this name.
+
+    Returns
+    -------
+    TimeLaw
+        With the rig's own grease. Where the ridge shows no contact, values are interpolated; negative ones are zero.
+
+    Raises
+    ------
+    RecordError
+        If nothing is to identify from, a channel cannot be used, an option is unknown, or a ridge nowhere reaches past
+        the gap.
+    """
+    if correction not in CORRECTIONS or damping not in DAMPINGS:
+        raise RecordError(
+            f'correction "{correction}" or damping "{damping}" is unknown; '
+            f"use {', '.join(CORRECTIONS)} and {', '.join(DAMPINGS)}"
+        )
+    record = max(_records(dataset), key=lambda r: r.duration)
+    probes = _measured(record)[:, len(record.rig.sensors) : -1]
+    model = ritz_model(record.rig, MODES, grease=True)
+    band = model.omega[0] / (4 * np.pi), (model.omega[0] + model.omega[1]) / (4 * np.pi)
+    columns = tqdm(probes.T, desc=progress, unit="bushing", disable=progress is None)
+    tracks = [_forced_ridge(signal, record.fs, band, correction, damping) for signal in columns]
+    rows = np.arange(0, probes.shape[0], max(1, round(RIDGE_STEP * record.fs)))
+    omega, amplitude, decay = (np.column_stack(column)[rows] for column in zip(*tracks))
+    share = describing_function(amplitude, np.array([b.gap for b in record.rig.bushings]))
+    time, at = rows / record.fs, share.max(axis=1) > LEAST_SHARE
+    if not at.any():
+        raise RecordError(
+            f'record "{record.name}": the ridges between {band[0]:.3g} and {band[1]:.3g} Hz, up to '
+            f"{1e3 * amplitude.max():.3g} mm, nowhere reach past a gap; they do not tell the contact, only the grease"
+        )
+    k, c = np.empty(share.shape), np.empty(share.shape)
+    for j in range(share.shape[1]):
+        k[:, j] = np.interp(time, time[at], _contact_stiffness(model, record.rig, omega[at, j], share[at]))
+        c[:, j] = np.interp(time, time[at], _contact_damping(model, record.rig, decay[at, j], share[at]))
+    return TimeLaw(time, k, c)
+
+
+def _forced_ridge(signal, fs, band, correction, damping):
+    """Circular frequency, amplitude and decay 2ζω, each (n_t,), of the largest component, smoothed."""
+    plane = scalogram(signal, fs, band)
+    rows, columns = np.argmax(np.abs(plane.value), axis=0), np.arange(signal.size)
+    before, after = np.maximum(columns - 1, 0), np.minimum(columns + 1, signal.size - 1)
+    turn = np.angle(plane.value[rows, after] * plane.value[rows, before].conj())
+    amplitude = np.abs(plane.value[rows, columns])
+    window = np.hanning(round(RIDGE_WINDOW * fs))
+
+    def smooth(value):
+        return np.convolve(amplitude**2 * value, window, "same") / np.convolve(amplitude**2, window, "same")
+
+    omega = smooth(turn * fs / (after - before))
+    level = smooth(np.log(amplitude))
+    if correction == "adiabatic":
+        level = level + np.log(omega) / 2
+    decay = -2 * np.gradient(level) * fs
+    return omega, np.exp(smooth(np.log(amplitude))), 2 * decay if damping == "as-printed" else decay
+
+
+def _contact_stiffness(model, rig, omega, share):
+    """K (n,) >= 0 with which the shaft on springs k N_j has the circular frequencies ω (n,)."""
+    at = model.shapes([b.position for b in rig.bushings])
+    receptance = np.einsum("jm,im,tm->tji", at, at, 1 / (model.omega**2 - omega[:, None] ** 2))
+    root = np.sqrt(share)
+    softest = np.linalg.eigvalsh(root[:, :, None] * receptance * root[:, None, :])[:, 0]
+    return np.where(softest < 0, -1 / np.minimum(softest, -1e-12), 0.0)
+
+
+def _contact_damping(model, rig, modal, share):
+    """C (n,) >= 0 from the modal damping 2ζω (n,) of the lowest mode, the rig's own subtracted."""
+    at = model.shapes([b.position for b in rig.bushings])[:, 0] ** 2
+    own = model.damping[0] + at @ [b.grease.damping for b in rig.bushings]
+    return np.maximum((modal - own) / (share @ at), 0.0)
