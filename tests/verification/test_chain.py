@@ -38,22 +38,34 @@ def error(rig, n, expected):
 
 @all_rigs
 def test_convergence(rig):
-    """f1..f4 of the whole rig: 0.3 % at 20 links, 0.05 % at 40, at least of order 2.5."""
+    """f1..f4 of the whole rig: 0.05 % at 20 links, 0.006 % at 40, of order 3.5 at least.
+
+    Masses between the ends sit on straight links and leave a small term of second order.
+    """
     expected, _ = frequencies_and_shapes(rig, 4, ELEMENTS)
-    assert np.max(error(rig, 20, expected)) < 3e-3
-    assert np.max(error(rig, 40, expected)) < 5e-4
+    assert np.max(error(rig, 20, expected)) < 5e-4
+    assert np.max(error(rig, 40, expected)) < 6e-5
+    if any(mass.position < rig.beam.length for mass in rig.point_masses):
+        return
     sizes = np.array([20, 28, 40, 56, 80])
     errors = np.array([np.max(error(rig, n, expected)) for n in sizes])
     order = -np.polyfit(np.log(sizes), np.log(errors), 1)[0]
-    assert order > 2.5
+    assert order > 3.5
 
 
-def test_published_errors():
-    """verification.md: the bare chain with end-corrected hinges at 20 links."""
+def test_published_errors(monkeypatch):
+    """verification.md: the bare chain at 20 links, end-corrected by two points; ours is far better."""
+
+    def two_point(beam, n):
+        return np.concatenate(([25 / 24, 23 / 24], np.ones(n - 2))) * beam.length / n / beam.bending_stiffness
+
     expected, _ = frequencies_and_shapes(BARE, 4, ELEMENTS)
-    np.testing.assert_allclose(error(BARE, 20, expected), [4.0e-5, 4.8e-4, 1.3e-3, 2.5e-3], rtol=0.05)
-    at_40 = error(BARE, 40, expected)
-    np.testing.assert_allclose(at_40[[0, 3]], [4.9e-6, 3.1e-4], rtol=0.05)
+    ours = error(BARE, 20, expected)
+    monkeypatch.setattr(links, "_compliance", two_point)
+    theirs = error(BARE, 20, expected)
+    np.testing.assert_allclose(theirs, [4.0e-5, 4.8e-4, 1.3e-3, 2.5e-3], rtol=0.05)
+    np.testing.assert_allclose(error(BARE, 40, expected)[[0, 3]], [4.9e-6, 3.1e-4], rtol=0.05)
+    assert np.all(ours < theirs / 8)
 
 
 def test_published_errors_without_end_correction(monkeypatch):
@@ -87,7 +99,7 @@ def test_mujoco_has_the_same_matrices(rig, n):
     # MuJoCo adds an armature only where asked; spheres and plates have no mass.
     np.testing.assert_allclose(links._mass_matrix(rig, n), mass, rtol=0, atol=1e-12 * mass.max())
     compliance = np.full(n, rig.beam.length / n / rig.beam.bending_stiffness)
-    compliance[:2] *= np.array([25, 23]) / 24
+    compliance[:3] *= np.array([26, 21, 25]) / 24
     np.testing.assert_allclose(model.jnt_stiffness, 1 / compliance, rtol=1e-12)
     np.testing.assert_allclose(model.dof_damping, rig.beam.rayleigh[1] / compliance, rtol=1e-12)
 
@@ -112,7 +124,7 @@ def test_frequencies_of_the_compiled_model(rig):
 
 @pytest.mark.parametrize("mode", [0, 1, 2, 3])
 def test_shapes_between_the_hinges(mode):
-    """Anywhere along the shaft the curve that the chain stands for is of third order, the chain itself of second."""
+    """Anywhere along the shaft the curve that the chain stands for is of third order or better, the chain of second."""
     x = np.linspace(0.1, 0.99, 500)
     expected = hermite(x, 1.0, ELEMENTS) @ frequencies_and_shapes(RIG, 4, ELEMENTS)[1][:, mode]
     errors = {"curved": [], "straight": []}
@@ -127,7 +139,7 @@ def test_shapes_between_the_hinges(mode):
             shape = lever @ vector
             errors[name].append(np.max(np.abs(shape * np.sign(shape @ expected) - expected)))
     order = {name: np.mean(-np.diff(np.log2(values))) for name, values in errors.items()}
-    assert order["curved"] == pytest.approx(3, abs=0.3)
+    assert order["curved"] > 2.7
     assert order["straight"] == pytest.approx(2, abs=0.3)
 
 
