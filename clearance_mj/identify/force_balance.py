@@ -151,7 +151,7 @@ def restoring_force(record: Record, high: float | None = None) -> RestoringForce
     Raises
     ------
     RecordError
-        If the rig has no bushings, a probe is missing, or a channel is not finite, constant, clipped or too short.
+        If the rig has no bushings, a probe is missing, or a channel is constant, clipped or too short.
     """
     rig, fs = record.rig, record.fs
     measured = _measured(record)
@@ -271,12 +271,6 @@ def _measured(record: Record) -> np.ndarray:
 
 
 def _check_channel(where, signal, fs):
-    finite = np.isfinite(signal)
-    if not finite.all():
-        raise RecordError(
-            f"{where} is not finite at {np.argmin(finite) / fs:g} s ({np.sum(~finite)} samples); "
-            "cut the record there, or leave the channel's sensor out of the rig"
-        )
     peak = np.abs(signal).max()
     if np.ptp(signal) <= 1e-12 * peak or peak == 0:
         raise RecordError(f"{where} is constant ({signal[0]:g}); is the sensor connected?")
