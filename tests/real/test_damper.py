@@ -1,0 +1,69 @@
+"""Friction damper with backlash: KocaeliDBE predicted from characterisation records only."""
+
+import numpy as np
+import pytest
+
+from clearance_mj.io.real import DamperRecord
+
+REOPENING = "Bouc-Wen, re-opening gap"
+
+
+@pytest.fixture(scope="module")
+def damper(experiment):
+    return experiment("real_damper")
+
+
+@pytest.fixture(scope="module")
+def result(damper, real_data):
+    return damper.analyse(real_data)
+
+
+def test_only_characterisation_records_are_fitted(damper, result):
+    assert damper.PREDICT not in damper.CHARACTERISATION
+    assert len(result["records"]) == 5
+
+
+def test_reopening_gap_predicts_best(result):
+    """0.48 of the force's standard deviation; Kelvin-Voigt 0.96, Bouc-Wen without gap 0.66, with a fixed gap 0.74."""
+    rows = {r["element"]: r for r in result["rows"]}
+    assert rows[REOPENING]["nrmse"] == pytest.approx(0.483, abs=0.02)
+    assert rows[REOPENING]["low"] < rows[REOPENING]["nrmse"] < rows[REOPENING]["high"] < 0.6
+    for name in set(rows) - {REOPENING}:
+        assert rows[name]["nrmse"] > rows[REOPENING]["nrmse"]
+        assert rows[name]["above_reopening_low"] > 0.03  # paired bootstrap, 95 %
+
+
+def test_dead_travel(result):
+    """README of the records: about 0.1 in of dead travel, which is 2 d."""
+    fit, _ = result["found"][REOPENING]
+    assert 2 * fit.gap / 0.0254 == pytest.approx(0.1, abs=0.03)
+    assert fit.unidentified == ()
+
+
+def test_what_is_left(result):
+    """The error is left where the band pulls, harder than it pushes, which the symmetric element cannot follow."""
+    assert sum(result["shares"].values()) == pytest.approx(1)
+    assert result["shares"]["pulling (f > 0)"] > 0.7
+    assert result["shares"]["dead travel"] < 0.15
+    slide = [r.force[np.abs(r.force) > 0.3 * np.abs(r.force).max()] for r in result["records"]]
+    assert all(np.median(f[f > 0]) > -np.median(f[f < 0]) for f in slide)
+
+
+def test_kelvin_voigt_is_recovered(damper):
+    t = np.linspace(0, 3, 3001)
+    x = 1e-3 * np.sin(2 * np.pi * t) * t
+    truth = damper.KelvinVoigtGap(4e5, 900.0, 6e-4, 1e-4)
+    record = DamperRecord(t, x, np.zeros_like(t), 1000.0)
+    record = DamperRecord(t, x, truth.force(record), 1000.0)
+    found = damper.fit_kelvin_voigt([record])
+    np.testing.assert_allclose([found.k, found.c, found.gap, found.offset], [4e5, 900, 6e-4, 1e-4], rtol=0.02)
+
+
+def test_bootstrap_is_around_the_value(damper):
+    rng = np.random.default_rng(4)
+    force = rng.standard_normal(20_000)
+    record = DamperRecord(np.arange(20_000) / 1000, force, force, 1000.0)
+    wrong = force + 0.3 * rng.standard_normal(20_000)
+    draws = damper.block_bootstrap({"a": wrong}, record)["a"]
+    assert np.median(draws) == pytest.approx(damper.nrmse(wrong, force), rel=0.01)
+    assert np.std(draws) == pytest.approx(0.3 / np.sqrt(20_000), rel=0.3)
