@@ -87,7 +87,8 @@ def scalogram(signal, fs: float, band, omega0: float = 5.0) -> Scalogram:
 
     Notes
     -----
-    Article, Eq. 13: A = 2|W|/√a with the transform W that PyWavelets normalises to equal energy at all scales.
+    Article, Eq. 13: A = 2|W|/√a with the transform W that PyWavelets normalises to equal energy at all scales. The
+    spectrum of a wavelet reaches 4 ω/ω0 to each side of its centre; what is beyond fs / 2 folds back.
     """
     signal = _checked(signal, fs, band, omega0)
     scale = _scales(fs, band, omega0)
@@ -137,7 +138,8 @@ def ridge(signal, fs: float, band, omega0: float = 5.0) -> Ridge:
     columns = np.arange(rows.size)
     spread, value = plane.scale[rows], plane.value[rows, columns]
     before, after = np.maximum(columns - 1, 0), np.minimum(columns + 1, rows.size - 1)
-    turn = np.angle(plane.value[rows, after] * plane.value[rows, before].conj())
+    # row by row: neighbours on the ridge may lie on different scales
+    turn = np.angle(plane.value[rows, after] * value.conj()) + np.angle(value * plane.value[rows, before].conj())
     omega, phase = turn * fs / (after - before), np.unwrap(np.angle(value))
     centre = omega0 / spread
     amplitude = np.abs(value) * np.exp(np.clip(omega / centre - 1, -1 / omega0, 1 / omega0) ** 2 * omega0**2 / 2)
@@ -280,11 +282,24 @@ def _clear_of_jumps(amplitude, phase, spread, fs) -> np.ndarray:
     past, future = _around(spread, fs, -MASK, -1), _around(spread, fs, 1, MASK)
     mean = [(phase[last] - phase[first]) * fs / np.maximum(last - first, 1) for first, last in (past, future)]
     level = [_mean(np.log(amplitude), first, last) for first, last in (past, future)]
-    score = np.maximum(spread * np.abs(mean[1] - mean[0]) / JUMP, (level[1] - level[0]) / RISE)
     time, reach = np.arange(spread.size) / fs, MASK * spread
-    clear = (time >= reach) & (time <= time[-1] - reach)
-    score[~clear] = 0
-    jumps, _ = scipy.signal.find_peaks(score, height=1, distance=max(1, int(spread.min() * fs)))
-    for jump in jumps:
-        clear &= np.abs(time - time[jump]) >= reach
+    inside = (time >= reach) & (time <= time[-1] - reach)
+    jumps = _peaks(inside * spread * np.abs(mean[1] - mean[0]) / JUMP, spread, fs)
+    rises = _peaks(inside * (level[1] - level[0]) / RISE, spread, fs)
+    clear = inside
+    for centre in (*jumps, *(_onset(rise, amplitude, phase, spread, fs) for rise in rises)):
+        clear = clear & (np.abs(time - time[centre]) >= reach)
     return clear
+
+
+def _peaks(score, spread, fs) -> np.ndarray:
+    return scipy.signal.find_peaks(score, height=1, distance=max(1, int(spread.min() * fs)))[0]
+
+
+def _onset(rise, amplitude, phase, spread, fs) -> int:
+    """Sample near a rise where the transform changes fastest, apart from its mean rotation: that of the impact."""
+    first, last = (edge[rise] for edge in _around(spread, fs, -MASK, MASK))
+    part = np.arange(first, last + 1)
+    rotation = (phase[last] - phase[first]) / (last - first)
+    envelope = amplitude[part] * np.exp(1j * (phase[part] - rotation * part))
+    return first + int(np.abs(np.gradient(envelope)).argmax())

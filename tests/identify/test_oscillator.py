@@ -1,0 +1,152 @@
+"""Oscillators whose stiffness and damping are known functions of time."""
+
+import functools
+
+import numpy as np
+import pytest
+
+from clearance_mj import RecordError
+from clearance_mj.identify import sdof
+from clearance_mj.identify.oscillator import (
+    CONDITIONS,
+    SCALE_CONDITION,
+    SCALE_SEQUENCES,
+    Condition,
+    free_decay,
+    rms_error,
+    scale_study,
+)
+
+BAND = (50, 110)
+TARGETS = {100: (0.02e-2, 0.1e-2), 20: (0.05e-2, 8e-2)}
+"""RMS error of k and c by signal-to-noise ratio, dB"""
+
+known = functools.cache(lambda number: free_decay(CONDITIONS[number]))
+
+
+def identified(decay, **options):
+    return sdof(decay.signal, decay.fs, decay.mass, BAND, **options)
+
+
+@pytest.mark.parametrize("snr", TARGETS)
+@pytest.mark.parametrize("number", CONDITIONS)
+def test_working_conditions(number, snr):
+    """Issue 3; the best published pilot had 0.007 and 0.013 % (k), 0.002 and 6 to 9 % (c)"""
+    for seed in range(5):
+        decay = known(number).with_noise(snr, seed)
+        result = identified(decay)
+        assert rms_error(result.k, decay.k, result.valid) <= TARGETS[snr][0]
+        assert rms_error(result.c, decay.c, result.valid) <= TARGETS[snr][1]
+        assert result.valid.mean() > 0.95
+
+
+@pytest.mark.parametrize("number", CONDITIONS)
+def test_equation_17_as_printed_is_twice_the_damping(number):
+    result = identified(known(number).with_noise(100), damping="as-printed")
+    assert rms_error(result.c, known(number).c, result.valid) == pytest.approx(1.0, abs=0.001)
+
+
+def test_equation_12_as_printed_is_biased_by_the_change_of_frequency():
+    """-A'/A = c/2m + ω'/(2ω), with ω'/ω = k'/(2k): c is too small by m/2 · 1000/k, 7.8 to 26 % of it"""
+    decay = known(2).with_noise(100)
+    result = identified(decay, correction="none")
+    biased = decay.c - decay.mass / 2 * 1000 / decay.k
+    assert rms_error(result.c, biased, result.valid) < 1e-3
+    assert rms_error(result.c, decay.c, result.valid) == pytest.approx(0.15, abs=0.005)
+
+
+def test_equation_12_as_printed_holds_between_steps():
+    result = identified(known(1).with_noise(100), correction="none")
+    assert rms_error(result.c, known(1).c, result.valid) < 1e-3
+
+
+def test_constant_parameters_with_much_damping():
+    """x = e^{-δt} cos ω_d t: k = m (ω_d² + δ²), c = 2mδ, exactly; without the correction k = m ω_d²"""
+    time = np.arange(4096) / 2048
+    signal = np.exp(-8 * time) * np.cos(500 * time)
+    result = sdof(signal, 2048, 0.5, (40, 160))
+    np.testing.assert_allclose(result.k[result.valid], 0.5 * (500**2 + 8**2), rtol=1e-4)
+    np.testing.assert_allclose(result.c[result.valid], 8.0, rtol=1e-3)
+    plain = sdof(signal, 2048, 0.5, (40, 160), correction="none")
+    np.testing.assert_allclose(plain.k[plain.valid], 0.5 * 500**2, rtol=1e-4)
+
+
+def test_parameters_that_swing():
+    condition = Condition(
+        lambda t: 8000 + 800 * np.sin(2 * np.pi * t),
+        lambda t: 0.03 + 0.01 * np.cos(np.pi * t),
+    )
+    decay = free_decay(condition)
+    for snr, k_error, c_error in ((100, 1e-3, 1e-2), (20, 3e-3, 0.1)):
+        result = identified(decay.with_noise(snr))
+        assert rms_error(result.k, decay.k, result.valid) < k_error
+        assert rms_error(result.c, decay.c, result.valid) < c_error
+
+
+def test_only_valid_samples_have_values():
+    result = identified(known(1))
+    np.testing.assert_array_equal(np.isfinite(result.k), result.valid)
+    np.testing.assert_array_equal(np.isfinite(result.c), result.valid)
+    assert not result.valid[np.abs(result.time - 2) < 0.03].any()
+
+
+def test_free_decay_against_the_exact_solution():
+    decay = free_decay(Condition(lambda t: 8000.0, lambda t: 0.02), duration=2.0)
+    rate = 0.02 / (2 * 0.025)
+    omega = np.sqrt(8000 / 0.025 - rate**2)
+    exact = np.exp(-rate * decay.time) * (np.cos(omega * decay.time) + rate / omega * np.sin(omega * decay.time))
+    np.testing.assert_allclose(decay.signal, exact, atol=1e-7)
+
+
+def test_noise_has_the_power_it_says():
+    noise = known(2).with_noise(20, 3).signal - known(2).signal
+    assert np.mean(known(2).signal ** 2) / np.mean(noise**2) == pytest.approx(100, rel=0.05)
+
+
+def test_best_single_scale_is_that_of_the_ridge():
+    """Figure 4, confirmed: ω0/ω = 5/√(8000/0.025) = 2^-6.82 is best, from 2^-7 to 2^-6.5 it changes little"""
+    clean = free_decay(SCALE_CONDITION, duration=4.55, fs=1024)
+    exponents = (-8.0, -7.0, -6.8, -6.5, -6.25, -6.0, -5.0)
+    runs = [scale_study(clean.with_noise(100, seed), 2.0 ** np.array(exponents)) for seed in range(8)]
+    error = dict(zip(exponents, np.median([[result.c_error for result in run] for run in runs], axis=0)))
+    assert error[-6.8] < 1e-3
+    assert error[-6.8] <= 1.2 * min(error.values())
+    assert max(error[-7.0], error[-6.5]) < 2.5 * error[-6.8]
+    assert min(error[-8.0], error[-6.25]) > 2 * error[-6.8]
+    assert error[-6.0] > 50 * error[-6.8]
+    assert error[-5.0] > 1
+
+
+def test_translations_of_a_scale():
+    """50 T/a + 1 for T = 1, whole ones; the article prints 3200, 3800, 4400, 5200, 6400"""
+    decay = free_decay(SCALE_CONDITION, duration=4.55, fs=1024)
+    found = scale_study(decay, SCALE_SEQUENCES[1])
+    assert [result.points for result in found] == [3201, 3806, 4526, 5382, 6401]
+    # a fixed rate of samples makes the shorter wavelets of smaller scales as much cheaper as there are more of them
+    products = [result.products for result in found]
+    assert max(products) / min(products) < 1.01
+    ratio = 5.0**2 * 0.025 / 8000
+    assert [result.k_error for result in found] == pytest.approx([abs(ratio / s**2 - 1) for s in SCALE_SEQUENCES[1]])
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"correction": "some"}, 'correction "some" is unknown; use adiabatic, none'),
+        ({"damping": "complex"}, 'damping "complex" is unknown; use viscous, as-printed'),
+        ({"mass": 0.0}, "mass must be > 0 kg, got 0.0"),
+    ],
+)
+def test_bad_arguments(options, message):
+    with pytest.raises(RecordError, match=message):
+        sdof(known(1).signal, 2048, **{"mass": 0.025, "band": BAND, **options})
+
+
+def test_record_too_short_to_smooth():
+    with pytest.raises(RecordError, match="no stretch of the ridge between 50 and 110 Hz is long enough"):
+        sdof(known(2).signal[:400], 2048, 0.025, BAND)
+
+
+def test_decay_too_short_for_the_scales():
+    with pytest.raises(RecordError, match=r"the decay lasts 4 s; scale 0.03125 s needs 4.5 s"):
+        scale_study(known(2), SCALE_SEQUENCES[0])

@@ -1,0 +1,162 @@
+"""Ridges of signals whose frequency and amplitude are known formulas."""
+
+import resource
+import time as clock
+
+import numpy as np
+import pytest
+
+from clearance_mj import RecordError, identify
+from clearance_mj.excitation import random
+from clearance_mj.identify.wavelet import scalogram
+
+FS = 2048.0
+TIME = np.arange(8192) / FS
+
+
+def rms(value):
+    return np.sqrt(np.mean(np.square(value)))
+
+
+def decay(rate=0.3, frequency=80.0):
+    return np.exp(-rate * TIME) * np.cos(2 * np.pi * frequency * TIME)
+
+
+def test_amplitude_and_phase_of_a_sine_are_exact():
+    ridge = identify.ridge(3.0 * np.cos(2 * np.pi * 80 * TIME + 0.5), FS, (50, 110))
+    assert np.abs(ridge.omega / (2 * np.pi * 80) - 1)[ridge.valid].max() < 1e-4
+    assert np.abs(ridge.amplitude / 3 - 1)[ridge.valid].max() < 1e-4
+    assert np.abs(np.angle(np.exp(1j * (ridge.phase - 2 * np.pi * 80 * TIME - 0.5))))[ridge.valid].max() < 2e-3
+
+
+@pytest.mark.parametrize("band", [(50, 110), (20, 200)])
+def test_linear_chirp_with_decay(band):
+    """φ = 2π (60 t + 5 t²), A = e^{-0.3 t}: 60 to 100 Hz"""
+    signal = np.exp(-0.3 * TIME) * np.cos(2 * np.pi * (60 * TIME + 5 * TIME**2))
+    ridge = identify.ridge(signal, FS, band)
+    known = 2 * np.pi * (60 + 10 * TIME)
+    assert rms((ridge.omega / known - 1)[ridge.valid]) < 1e-4
+    assert rms((ridge.amplitude * np.exp(0.3 * TIME) - 1)[ridge.valid]) < 1e-4
+
+
+def test_frequency_modulation():
+    """ω = 2π (80 + 8 cos πt)"""
+    phase = 2 * np.pi * 80 * TIME + 16 * np.sin(np.pi * TIME)
+    ridge = identify.ridge(np.cos(phase), FS, (50, 110))
+    assert rms((ridge.omega / (2 * np.pi * (80 + 8 * np.cos(np.pi * TIME))) - 1)[ridge.valid]) < 1e-4
+
+
+def test_wider_wavelets_follow_a_slower_world_alike():
+    for omega0 in (5.0, 12.0, 30.0):
+        ridge = identify.ridge(decay(), FS, (50, 110), omega0)
+        assert rms((ridge.amplitude * np.exp(0.3 * TIME) - 1)[ridge.valid]) < 2e-4
+
+
+def test_above_a_quarter_of_the_sampling_rate():
+    time = np.arange(4096) / 512
+    ridge = identify.ridge(2 * np.cos(2 * np.pi * 135 * time), 512.0, (100, 180))
+    assert rms((ridge.amplitude / 2 - 1)[ridge.valid]) < 1e-3
+    assert rms((ridge.omega / (270 * np.pi) - 1)[ridge.valid]) < 1e-3
+
+
+def test_ends_are_masked_by_four_spreads():
+    ridge = identify.ridge(decay(), FS, (50, 110))
+    spread = 5.0 / (2 * np.pi * 80)
+    inside = (TIME >= 4 * spread) & (TIME <= TIME[-1] - 4 * spread)
+    assert np.sum(ridge.valid ^ inside) <= 8
+    np.testing.assert_allclose(ridge.spread, spread, rtol=0.05)
+
+
+def test_impact_is_masked():
+    """The decay is struck again at 2 s, with a jump of the phase, which is masked as one of the frequency"""
+    after = np.where(TIME >= 2, np.exp(-3 * (TIME - 2)) * np.sin(2 * np.pi * 80 * (TIME - 2)), 0)
+    ridge = identify.ridge(0.2 * decay(0.3) + after, FS, (50, 110))
+    spread = 5.0 / (2 * np.pi * 80)
+    assert not ridge.valid[np.abs(TIME - 2) < 4 * spread].any()
+    assert ridge.valid[(np.abs(TIME - 2) > 7 * spread) & (np.abs(TIME - 2) < 1.5)].all()
+    rate = -np.gradient(np.log(ridge.amplitude), TIME)
+    assert np.median(rate[ridge.valid & (TIME > 2) & (TIME < 3)]) == pytest.approx(3.0, rel=1e-3)
+
+
+def test_jump_of_the_frequency_is_masked_and_nothing_else():
+    phase = 2 * np.pi * np.where(TIME < 2, 90 * TIME, 180 + 70 * (TIME - 2))
+    ridge = identify.ridge(np.cos(phase), FS, (50, 120))
+    gap = TIME[(~ridge.valid) & (TIME > 0.5) & (TIME < 3.5)]
+    assert gap.min() == pytest.approx(2 - 4 * 5 / (2 * np.pi * 90), abs=0.008)
+    assert gap.max() == pytest.approx(2 + 4 * 5 / (2 * np.pi * 70), abs=0.008)
+
+
+def test_each_band_gives_its_mode(rng):
+    modes = ((20.0, 1.0), (62.0, 0.4), (150.0, 0.7))
+    signal = sum(a * np.exp(-0.2 * TIME) * np.sin(2 * np.pi * f * TIME) for f, a in modes)
+    signal += 0.02 * rng.standard_normal(TIME.size)
+    found = identify.ridges(signal, FS, [(12, 30), (45, 85), (110, 200)])
+    for ridge, (f, a) in zip(found, modes):
+        assert np.mean(ridge.omega[ridge.valid]) == pytest.approx(2 * np.pi * f, rel=1e-3)
+        assert np.mean((ridge.amplitude * np.exp(0.2 * TIME))[ridge.valid]) == pytest.approx(a, rel=2e-2)
+
+
+def test_scalogram_of_a_sine_peaks_at_its_frequency_with_its_amplitude():
+    plane = scalogram(3.0 * np.cos(2 * np.pi * 80 * TIME), FS, (50, 110), 10.0)
+    column = np.abs(plane.value[:, 4096])
+    assert plane.frequency[column.argmax()] == pytest.approx(80, rel=0.02)
+    # |ψ̂| at a distance: exp(-(aω - ω0)²/2)
+    np.testing.assert_allclose(column, 3 * np.exp(-((plane.scale * 2 * np.pi * 80 - 10) ** 2) / 2), atol=0.02)
+
+
+def test_noise_after_the_decay_is_not_valid(rng):
+    ridge = identify.ridge(decay(6.0) + 1e-3 * rng.standard_normal(TIME.size), FS, (50, 110))
+    assert ridge.valid[(TIME > 0.1) & (TIME < 1.0)].all()
+    assert ridge.valid[TIME > 2.0].mean() < 0.1
+
+
+def test_eight_channels_of_48_seconds_in_ten_seconds_and_a_gigabyte():
+    channels = [random(48.0, FS, band=(60, 66), seed=seed).value for seed in range(2)]
+    start = clock.perf_counter()
+    for channel in channels:
+        identify.ridge(channel, FS, (20, 200))
+    assert 8 / len(channels) * (clock.perf_counter() - start) < 10
+    assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss < 2**20  # KiB: the whole process
+
+
+def noisy(signal, index, value):
+    signal = signal.copy()
+    signal[index] = value
+    return signal
+
+
+@pytest.mark.parametrize(
+    ("signal", "message"),
+    [
+        (noisy(decay(), 17, np.nan), "sample 17 of the signal is not finite"),
+        (np.full(8192, 2.5), "the signal is constant at 2.5"),
+        (decay()[:150], r"the record lasts 0.0732\d+ s; .* needs 0.159 s at 50 Hz"),
+        (np.clip(decay(), -0.7, 0.7), r"the signal is clipped at 0.7: 3 or more equal samples"),
+        (np.clip(decay(), -0.7, 9), r"the signal is clipped at -0.7"),
+        (np.random.default_rng(1).standard_normal(8192), "no ridge above the noise between 50 and 110 Hz"),
+        (np.zeros((3, 100)), r"one row of samples, got shape \(3, 100\)"),
+    ],
+)
+def test_bad_signals(signal, message):
+    with pytest.raises(RecordError, match=message) as caught:
+        identify.ridge(signal, FS, (50, 110))
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ((FS, (50, 1100)), "up to fs / 2 = 1024 Hz"),
+        ((FS, (0, 100)), "above 0"),
+        ((FS, (110, 50)), "rising"),
+        ((0.0, (50, 110)), "fs must be > 0"),
+        ((FS, (50, 110), 2.0), "omega0 must be >= 4"),
+    ],
+)
+def test_bad_arguments(arguments, message):
+    with pytest.raises(RecordError, match=message):
+        identify.ridge(decay(), *arguments)
+
+
+def test_coarse_converter_is_not_clipping():
+    identify.ridge(np.round(decay() * 2048) / 2048, FS, (50, 110))
