@@ -89,6 +89,8 @@ RIDGE_WINDOW = 0.3
 """s over which a ridge under random excitation is smoothed"""
 LEAST_SHARE = 0.1
 """describing function of the gap below which a ridge does not tell the contact"""
+SURE = 3.0
+"""standard deviations by which sliding and squeeze film must show, or the grease is taken to have none"""
 SLIDE = 0.2
 """of the yield displacement: longest step in which the Bouc-Wen state is advanced"""
 FILM_LIMIT = 0.2
@@ -299,7 +301,7 @@ class GreaseFit:
     """(n_bushings, n) their values"""
     std: np.ndarray
     """(n_bushings, n) their standard deviations, from the scatter between blocks of half a second; infinite where
-    the force does not depend on the parameter"""
+    the force does not depend on the parameter. Of what was left out (λ = 1, d/h = 0), that of the whole model"""
     residual: np.ndarray
     """(n_bushings,) RMS of force that the grease leaves unexplained, as a share of the force's, both weighted"""
 
@@ -308,7 +310,8 @@ def grease_parameters(forces: RestoringForce | Sequence[RestoringForce], kind: s
     """Fit the grease of every bushing to the restoring force while the shaft is not in contact.
 
     Bouc-Wen (Eq. 9, A = 1, n = 2) with squeeze film: yield, γ/β and film height are varied, the stiffnesses and the
-    damping follow by non-negative linear least squares (variable projection, Golub & Pereyra 1973).
+    damping follow by non-negative linear least squares (variable projection, Golub & Pereyra 1973). Sliding or film
+    that do not exceed three standard deviations are left out.
 
     Parameters
     ----------
@@ -330,66 +333,92 @@ def grease_parameters(forces: RestoringForce | Sequence[RestoringForce], kind: s
 
 def _fit_grease(forces, bushing, kind):
     """Grease of one bushing, the values and standard deviations of its parameters, and the residual's share."""
-    gap_ = forces[0].rig.bushings[bushing].gap
-    weight = [_weight(f, bushing) * _apart(f, bushing) for f in forces]
-    target = np.concatenate([w * f.force[:, bushing] for w, f in zip(weight, forces)])
-    block = np.concatenate([i * 1e6 + f.time // LOCAL for i, f in enumerate(forces)])
-    used = np.concatenate(weight) > 0
-    target, block = target[used], np.unique(block[used], return_inverse=True)[1]
+    problem = _GreaseProblem(forces, bushing)
+    sliding = film = kind == "bouc-wen"
+    value, std, left = problem.fit(sliding, film)
+    # What is not surely there would still act beyond the gap, where no sample of this fit lies.
+    sliding &= 1 - value[1] > SURE * std[1]
+    film &= value[5] > SURE * std[5]
+    if kind == "bouc-wen" and not (sliding and film):
+        value, again, left = problem.fit(sliding, film)
+        std = np.where(np.isfinite(again), again, std)
+    beta = 1 / (value[2] ** 2 * (1 + value[3]))  # 0 for an infinite yield displacement
+    height = float(problem.gap / value[5]) if film else None
+    grease = Grease(*(float(v) for v in (value[0], value[4], value[1], 1.0, beta, value[3] * beta)), film_height=height)
+    told = slice(None) if kind == "bouc-wen" else [0, 4]
+    return grease, value[told], std[told], _share(left, problem.target)
 
-    def columns(shape):
-        parts = [w[:, None] * _grease_columns(f, bushing, *shape) for w, f in zip(weight, forces)]
-        return np.concatenate(parts)[used]
 
-    def share(shape):
-        matrix = columns(shape)
-        return _non_negative(matrix, target)
+class _GreaseProblem:
+    """Force of one bushing while the shaft is in the gap, against grease of parameters k, λ, z, γ/β, c, d/h."""
 
-    if kind == "linear":
-        spring, damper = columns((np.inf, 0.0, 0.0))[:, [0, 2]].T
-        matrix = np.column_stack((spring, damper))
-        best = _non_negative(matrix, target)
-        left = target - matrix @ best
-        std = _block_std(matrix, left, block)
-        return Grease(best[0], best[1]), best, std, _share(left, target)
+    def __init__(self, forces, bushing):
+        self.forces, self.bushing = forces, bushing
+        self.gap = forces[0].rig.bushings[bushing].gap
+        self.weight = [_weight(f, bushing) * _apart(f, bushing) for f in forces]
+        self.used = np.concatenate(self.weight) > 0
+        self.target = np.concatenate([w * f.force[:, bushing] for w, f in zip(self.weight, forces)])[self.used]
+        block = np.concatenate([i * 1e6 + f.time // LOCAL for i, f in enumerate(forces)])
+        self.block = np.unique(block[self.used], return_inverse=True)[1]
 
-    def unpack(p):
-        return gap_ * np.exp(p[0]), p[1], p[2]
+    def fit(self, sliding, film):
+        """Parameters (6,), their standard deviations, infinite for those not varied, and what is left of the force."""
 
-    def left_of(p):
-        matrix = columns(unpack(p))
-        return target - matrix @ _non_negative(matrix, target)
+        def shape(p):
+            """Yield displacement, γ/β and d/h."""
+            yields = (self.gap * np.exp(p[0]), p[1]) if sliding else (np.inf, 0.0)
+            return (*yields, p[-1] if film else 0.0)
 
-    starts = [(np.log(z), 0.5, u) for z in (0.3, 1.0) for u in (0.0, 0.4)]
-    costs = [np.sum(left_of(p) ** 2) for p in starts]
-    bounds = ([np.log(0.03), -0.9, 0.0], [np.log(10.0), 1.0, 0.9])
-    found = scipy.optimize.least_squares(left_of, starts[int(np.argmin(costs))], bounds=bounds, xtol=1e-5, ftol=1e-6)
-    yield_, ratio, film = unpack(found.x)
-    elastic, sliding, damping = share((yield_, ratio, film))
+        def left(p):
+            columns = self.columns(shape(p), sliding)
+            return self.target - columns @ _non_negative(columns, self.target)
 
-    def model(p):
-        total = p[0] * p[1], p[0] * (1 - p[1]), p[4]
-        return columns((p[2], p[3], p[5])) @ np.array(total)
+        found = self._search(left, sliding, film)
+        yield_, ratio, thin = shape(found)
+        share = _non_negative(self.columns((yield_, ratio, thin), sliding), self.target)
+        k = share[:-1].sum()
+        value = np.array([k, share[0] / k if k > 0 else 1.0, yield_, ratio, share[-1], thin])
+        varied = [0, *([1, 2, 3] if sliding else []), 4, *([5] if film else [])]
+        std = np.full(6, np.inf)
+        std[varied] = _block_std(self._jacobian(value, varied, sliding), left(found), self.block)
+        return value, std, left(found)
 
-    k = elastic + sliding
-    value = np.array([k, elastic / k if k > 0 else 1.0, yield_, ratio, damping, film])
-    step = 1e-4 * np.maximum(np.abs(value), 1e-3 * np.array([1.0, 1.0, gap_, 1.0, 1.0, 1.0]))
-    jacobian = np.column_stack([(model(value + s) - model(value - s)) / (2 * s.max()) for s in np.diag(step)])
-    std = _block_std(jacobian, found.fun, block)
-    beta = 1 / (yield_**2 * (1 + ratio))
-    grease = Grease(
-        stiffness=float(k), damping=float(damping), elastic_ratio=float(value[1]), beta=float(beta),
-        gamma=float(ratio * beta), film_height=float(gap_ / film) if film > 1e-3 else None,
-    )  # fmt: skip
-    return grease, value, std, _share(found.fun, target)
+    def columns(self, shape, sliding):
+        """(n, 2 or 3) weighted displacement, Bouc-Wen state if it slides, and film velocity."""
+        parts = [w[:, None] * _grease_columns(f, self.bushing, *shape) for w, f in zip(self.weight, self.forces)]
+        columns = np.concatenate(parts)[self.used]
+        return columns if sliding else columns[:, [0, 2]]
+
+    def _search(self, left, sliding, film):
+        """Best yield (log of its share of the gap), γ/β and d/h, as far as they are varied."""
+        yields = [(np.log(z), 0.5) for z in (0.3, 1.0)] if sliding else [()]
+        starts = [(*y, *u) for y in yields for u in ([(0.0,), (0.4,)] if film else [()])]
+        if not starts[0]:
+            return np.empty(0)
+        limits = [(np.log(0.03), np.log(10.0)), (-0.9, 1.0)] * sliding + [(0.0, 0.9)] * film
+        best = starts[int(np.argmin([np.sum(left(p) ** 2) for p in starts]))]
+        return scipy.optimize.least_squares(left, best, bounds=tuple(zip(*limits)), xtol=1e-5, ftol=1e-6).x
+
+    def _jacobian(self, value, varied, sliding):
+        def model(p):
+            k = (p[0] * p[1], p[0] * (1 - p[1])) if sliding else (p[0],)
+            return self.columns((p[2], p[3], p[5]), sliding) @ np.array([*k, p[4]])
+
+        size = np.array([1.0, 1.0, self.gap, 1.0, 1.0, 1.0])[varied]
+        steps = 1e-4 * np.maximum(np.abs(value[varied]), 1e-3 * size)
+        difference = []
+        for i, step in zip(varied, steps):
+            up, down = value.copy(), value.copy()
+            up[i], down[i] = up[i] + step, down[i] - step
+            difference.append((model(up) - model(down)) / (2 * step))
+        return np.column_stack(difference)
 
 
 def _grease_columns(force, bushing, yield_, ratio, film):
     """(n_t, 3) displacement, Bouc-Wen state and film velocity of one bushing; ``film`` is d/h."""
     x, v = force.displacement[:, bushing], force.velocity[:, bushing]
-    total = 1 / yield_**2
-    beta = total / (1 + ratio)
-    z = _bouc_wen(x, 1.0, beta, ratio * beta, 2.0, SLIDE * yield_)
+    beta = 1 / (yield_**2 * (1 + ratio))
+    z = _bouc_wen(x, 1.0, beta, ratio * beta, 2.0, SLIDE * yield_) if yield_ < np.inf else x
     return np.column_stack((x, z, v * _film(x, film / force.rig.bushings[bushing].gap, FILM_LIMIT)))
 
 
@@ -506,7 +535,7 @@ class ContactParameters:
     c: np.ndarray
     """(n, n_bushings) N s/m"""
     k_std: np.ndarray
-    """(n, n_bushings) standard deviation, N/m"""
+    """(n, n_bushings) standard deviation, N/m, for the grease as given; its error and the beam's come on top"""
     c_std: np.ndarray
     """(n, n_bushings) N s/m"""
     contact: np.ndarray
