@@ -161,17 +161,8 @@ def draw(result) -> Figure:
     return figure
 
 
-def main(arguments=None) -> int:
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--out", type=Path, required=True, help="folder for the table and the figure")
-    out = parser.parse_args(arguments).out
-    folder = real_folder()
-    if folder is None:
-        parser.exit(2, "the damper's records are not part of the project: name their folder in CLEARANCE_REAL_DATA\n")
-    try:
-        result = analyse(folder)
-    except RecordError as error:
-        parser.exit(2, f"{error}\n")
+def write(result: dict, out: Path) -> None:
+    """Write the table and the figure into a folder and print what was found."""
     out.mkdir(parents=True, exist_ok=True)
     with open(out / "damper.csv", "w", newline="") as file:
         writer = csv.DictWriter(file, result["rows"][0])
@@ -190,6 +181,20 @@ def main(arguments=None) -> int:
         told = ", ".join(f"{n} {v:.3g} ± {element.std[n]:.1g}" for n, v in zip(element.std, element.value))
         print(f"{name}: {told}; slides at {element.yield_force:.0f} N; not told: {element.unidentified or 'none'}")
     print("squared error left by the re-opening gap:", {n: round(s, 2) for n, s in result["shares"].items()})
+
+
+def main(arguments=None) -> int:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--out", type=Path, required=True, help="folder for the table and the figure")
+    out = parser.parse_args(arguments).out
+    folder = real_folder()
+    if folder is None:
+        parser.exit(2, "the damper's records are not part of the project: name their folder in CLEARANCE_REAL_DATA\n")
+    try:
+        result = analyse(folder)
+    except RecordError as error:
+        parser.exit(2, f"{error}\n")
+    write(result, out)
     return 0
 
 

@@ -232,17 +232,8 @@ def draw(found) -> Figure:
     return figure
 
 
-def main(arguments=None) -> int:
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--out", type=Path, required=True, help="folder for the table and the figure")
-    out = parser.parse_args(arguments).out
-    folder = real_folder()
-    if folder is None:
-        parser.exit(2, "DROPBEAR records are not part of the project: name their folder in CLEARANCE_REAL_DATA\n")
-    try:
-        found = analyse(folder)
-    except RecordError as error:
-        parser.exit(2, f"{error}\n")
+def write(found: dict, out: Path) -> None:
+    """Write the table and the figure into a folder and print what was found."""
     out.mkdir(parents=True, exist_ok=True)
     with open(out / "dropbear.csv", "w", newline="") as file:
         writer = csv.DictWriter(file, found["rows"][0])
@@ -262,6 +253,20 @@ def main(arguments=None) -> int:
                 f"bandwidth {bandwidth(OMEGA0[mode], middle):.1f} Hz, "
                 f"known {1e3 * look_ahead(OMEGA0[mode], middle):.0f} ms later"
             )
+
+
+def main(arguments=None) -> int:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--out", type=Path, required=True, help="folder for the table and the figure")
+    out = parser.parse_args(arguments).out
+    folder = real_folder()
+    if folder is None:
+        parser.exit(2, "DROPBEAR records are not part of the project: name their folder in CLEARANCE_REAL_DATA\n")
+    try:
+        found = analyse(folder)
+    except RecordError as error:
+        parser.exit(2, f"{error}\n")
+    write(found, out)
     return 0
 
 

@@ -71,7 +71,8 @@ class BoucWenFit:
     covariance: np.ndarray
     """(7, 7) of the parameters in the order of `NAMES`, SI units; correlation in time of the residual is allowed for"""
     unidentified: tuple[str, ...]
-    """parameters the records do not tell, as far as a standard deviation near the solution shows it"""
+    """parameters the records do not tell, by their standard deviation near the solution; β and γ, whose unit depends
+    on n, count as told where the yield displacement, γ/β and n are"""
     nrmse: float
     """RMS of the residual over the RMS of the measured force about its mean"""
     starts: tuple[float, ...]

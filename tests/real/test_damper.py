@@ -67,3 +67,10 @@ def test_bootstrap_is_around_the_value(damper):
     draws = damper.block_bootstrap({"a": wrong}, record)["a"]
     assert np.median(draws) == pytest.approx(damper.nrmse(wrong, force), rel=0.01)
     assert np.std(draws) == pytest.approx(0.3 / np.sqrt(20_000), rel=0.3)
+
+
+def test_table_and_figure(damper, result, tmp_path, capsys):
+    damper.write(result, tmp_path)
+    assert (tmp_path / "damper.png").read_bytes()[:4] == b"\x89PNG"
+    assert len((tmp_path / "damper.csv").read_text().splitlines()) == 5
+    assert "re-opening gap: NRMSE 0.4" in capsys.readouterr().out

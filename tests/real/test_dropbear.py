@@ -42,7 +42,7 @@ def test_ridge_against_plateau_spectrum(dropbear, found, record):
 def test_tracked_while_the_roller_moves(dropbear, found, mode):
     moving = dropbear.moving(found, "random_dwell_set0_test0", mode)
     assert moving["error"] < 0.05
-    assert moving["valid_error"] < 0.01
+    assert moving["valid_error"] < 0.02
 
 
 @pytest.mark.parametrize(("omega0", "centre"), [(5.0, 30.0), (12.0, 200.0)])
@@ -66,3 +66,10 @@ def test_cantilever_limits(dropbear):
     np.testing.assert_allclose(free, [1.8751041**2, 4.6940911**2], rtol=1e-6)
     propped = dropbear.Cantilever(1.0, 1e7, 1.0, 0.0).frequencies([1.0])[0]
     np.testing.assert_allclose(propped, [3.926602**2, 7.068583**2], rtol=2e-3)
+
+
+def test_table_and_figure(dropbear, found, tmp_path, capsys):
+    dropbear.write(found, tmp_path)
+    assert (tmp_path / "dropbear.png").read_bytes()[:4] == b"\x89PNG"
+    assert len((tmp_path / "dropbear.csv").read_text().splitlines()) == len(found["rows"]) + 1
+    assert capsys.readouterr().out.count("bandwidth") == 6
