@@ -228,7 +228,7 @@ def draw(found) -> Figure:
                     label="plateau spectrum")  # fmt: skip
             ax.set(title=f"{name}, mode {mode + 1}", xlabel="time (s)", ylabel="frequency (Hz)")
             ax.set_ylim(found["curves"][name][:, mode].min() * 0.9, found["curves"][name][:, mode].max() * 1.1)
-    axes[0, 0].legend()
+    axes[0, 0].legend(fontsize=7, loc="lower center")
     return figure
 
 

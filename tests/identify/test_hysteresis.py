@@ -132,5 +132,5 @@ def test_bad_input(arguments, options, message):
 
 def test_no_contact_in_the_record():
     force = np.random.default_rng(3).standard_normal(TIME.size)
-    with pytest.raises(RecordError, match=r"does not follow the displacement .* larger than the motion"):
+    with pytest.raises(RecordError, match=r"does not follow the displacement .* gap is larger than the motion"):
         bouc_wen(TIME, MOTION, force)
