@@ -56,7 +56,11 @@ class SdofResult:
     c: np.ndarray
     """(n_t,) N s/m; nan where not valid"""
     valid: np.ndarray
-    """(n_t,) bool: where the ridge is, in a stretch long enough to tell a decay from noise"""
+    """(n_t,) bool: where the ridge is, in a stretch long enough to smooth"""
+    k_error: np.ndarray
+    """(n_t,) standard error of k by the scatter of the record, N/m; nan where not valid"""
+    c_error: np.ndarray
+    """(n_t,) standard error of c, N s/m; nan where not valid"""
 
 
 @dataclass(frozen=True)
@@ -182,7 +186,7 @@ def sdof(
     Notes
     -----
     x = A cos φ with ω = φ' has (ω A²)' = -(c/m) ω A² if ω changes little in a period (adiabatic invariance). Phase and
-    ln A are smoothed by local polynomials, over a bandwidth that generalised cross-validation takes from the data.
+    ln A are smoothed by local polynomials, over a bandwidth that cross-validation takes from the data.
     """
     if correction not in CORRECTIONS:
         raise RecordError(f'correction "{correction}" is unknown; use {", ".join(CORRECTIONS)}')
@@ -191,13 +195,15 @@ def sdof(
     if not 0 < mass < np.inf:
         raise RecordError(f"mass must be > 0 kg, got {mass!r}")
     track = ridge(signal, fs, band, omega0)
-    k, c = np.full((2, track.time.size), np.nan)
+    values = np.full((4, track.time.size), np.nan)
     for part in _stretches(track):
-        k[part], c[part] = _parameters(track, part, mass, correction)
+        values[:, part] = _parameters(track, part, mass, correction)
+    k, c, k_error, c_error = values
     valid = np.isfinite(k)
     if not valid.any():
         raise RecordError(f"no stretch of the ridge between {band[0]:g} and {band[1]:g} Hz is long enough to smooth")
-    return SdofResult(track.time, k, 2 * c if damping == "as-printed" else c, valid)
+    factor = 2 if damping == "as-printed" else 1
+    return SdofResult(track.time, k, factor * c, valid, k_error, factor * c_error)
 
 
 def _stretches(track) -> list[slice]:
@@ -215,16 +221,17 @@ def _points(track, part) -> np.ndarray:
 
 
 def _parameters(track, part, mass, correction):
-    """Stiffness and damping (n,) over one stretch of a ridge."""
+    """k, c and their standard errors (4, n) over one stretch of a ridge."""
     points = _points(track, part)
     time, level = track.time[points], np.log(track.amplitude[points])
     weight = np.exp(2 * _trend(time, level, 2))  # the noise of phase and ln A goes as 1/A
-    omega = _slope(time, track.phase[points], weight, 3)
+    omega, omega_error = _slope(time, track.phase[points], weight, 3)
     if correction == "adiabatic":
         level = level + np.log(omega) / 2
-    decay = -_slope(time, level, weight, 2)
-    k = mass * (omega**2 + decay**2) if correction == "adiabatic" else mass * omega**2
-    return tuple(CubicSpline(time, value)(track.time[part]) for value in (k, 2 * mass * decay))
+    growth, growth_error = _slope(time, level, weight, 2)
+    k = mass * (omega**2 + growth**2) if correction == "adiabatic" else mass * omega**2
+    values = k, -2 * mass * growth, 2 * mass * omega * omega_error, 2 * mass * growth_error
+    return CubicSpline(time, values, axis=1)(track.time[part])
 
 
 def _trend(time, value, degree) -> np.ndarray:
@@ -232,44 +239,50 @@ def _trend(time, value, degree) -> np.ndarray:
     return np.polynomial.Polynomial.fit(time, value, degree)(time)
 
 
-def _slope(time, value, weight, degree) -> np.ndarray:
-    """(n,) derivative of local polynomials; of the bandwidths that predict points left out best, the widest."""
+def _slope(time, value, weight, degree):
+    """Derivative of local polynomials and its standard error, (n,) each.
+
+    Of the bandwidths that predict points left out best, the widest is taken.
+    """
     count = int(np.log(time.size / NARROWEST) / np.log(GROWTH)) + 1
     polynomial = np.polynomial.Polynomial.fit(time, value, degree)
     rest, step = value - polynomial(time), time[1] - time[0]
     fits = [_local(rest, weight, NARROWEST * GROWTH**i, degree) for i in range(count)]
-    best, _ = min(fits, key=lambda fit: fit[0].mean())
-    wide = [slope for error, slope in fits if _no_worse(error, best)]
-    return polynomial.deriv()(time) + wide[-1] / step
+    best = min((fit[0] for fit in fits), key=np.mean)
+    _, slope, error = [fit for fit in fits if _no_worse(fit[0], best)][-1]
+    return polynomial.deriv()(time) + slope / step, error / step
 
 
 def _no_worse(error, best) -> bool:
-    """Whether errors (n,) are on average within a standard error of the best.
+    """Whether errors (n,) are not worse than the best with 95 % confidence.
 
     With so few points the smallest average is one by chance, and often of too narrow a bandwidth.
     """
     excess = error - best
-    return excess.mean() <= excess.std() / np.sqrt(error.size)
+    return excess.mean() <= 1.645 * excess.std() / np.sqrt(error.size)
 
 
 def _local(value, weight, bandwidth, degree):
-    """Squared errors of leaving one out (n,), and slope per point (n,), of local polynomials with Gaussian weights.
+    """Squared errors of leaving one out, slope per point and its standard error, (n,) each.
 
-    Fan and Gijbels, Local Polynomial Modelling and Its Applications, 1996, chapter 3.
+    Local polynomials with Gaussian weights: Fan and Gijbels, Local Polynomial Modelling and Its Applications, 1996,
+    chapter 3.
     """
     reach = int(3 * bandwidth)
     u = np.arange(-reach, reach + 1) / bandwidth
     kernel = np.exp(-(u**2) / 2)
 
-    def moments(data, orders):
-        sums = [np.convolve(data, (kernel * u**order)[::-1])[reach : reach + data.size] for order in range(orders)]
+    def moments(data, window, orders):
+        sums = [np.convolve(data, (window * u**order)[::-1])[reach : reach + data.size] for order in range(orders)]
         return np.stack(sums, axis=-1)
 
     powers = np.add.outer(np.arange(degree + 1), np.arange(degree + 1))
-    inverse = np.linalg.inv(moments(weight, 2 * degree + 1)[:, powers])
-    fit = np.einsum("nij,nj->ni", inverse, moments(weight * value, degree + 1))
-    left_out = (value - fit[:, 0]) / (1 - weight * inverse[:, 0, 0])
-    return weight * left_out**2, fit[:, 1] / bandwidth
+    inverse = np.linalg.inv(moments(weight, kernel, 2 * degree + 1)[:, powers])
+    fit = np.einsum("nij,nj->ni", inverse, moments(weight * value, kernel, degree + 1))
+    left_out = weight * ((value - fit[:, 0]) / (1 - weight * inverse[:, 0, 0])) ** 2
+    spread = inverse @ moments(weight, kernel**2, 2 * degree + 1)[:, powers] @ inverse
+    error = np.sqrt(left_out.mean() * np.maximum(spread[:, 1, 1], 0))
+    return left_out, fit[:, 1] / bandwidth, error / bandwidth
 
 
 def free_decay(condition: Condition, duration: float = 4.0, fs: float = 2048.0) -> Decay:
@@ -375,7 +388,7 @@ def _at_scale(decay, scale, duration, omega0) -> ScaleResult:
     seconds = clock.perf_counter() - start
     level = np.log(2 * np.abs(value) / np.sqrt(scale))
     step = shift[1] - shift[0]
-    _, slope = _local(level, np.ones_like(level), SLOPE_WIDTH / step, 2)
+    _, slope, _ = _local(level, np.ones_like(level), SLOPE_WIDTH / step, 2)
     c = -2 * decay.mass * slope / step
     truth = [np.interp(shift, decay.time, value) for value in (decay.k, decay.c)]
     k = np.full_like(shift, decay.mass * (omega0 / scale) ** 2)
