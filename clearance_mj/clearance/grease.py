@@ -12,7 +12,7 @@ from ..errors import LawError
 from ..rig import Rig
 from .law import Law
 
-__all__ = ["bouc_wen_step", "film_damping", "grease_table"]
+__all__ = ["bouc_wen_step", "film_damping", "grease_step", "grease_table"]
 
 STIFFNESS, ELASTIC, A, BETA, GAMMA, EXPONENT, DAMPING, INVERSE_FILM, FILM_LIMIT = range(9)
 
@@ -72,3 +72,14 @@ def film_damping(x, damping, inverse_film, limit):
     """Squeeze-film damping c / max(1 - |x|/h, ε)², N s/m."""
     thin = max(1.0 - abs(x) * inverse_film, limit)
     return damping / (thin * thin)
+
+
+@numba.njit(cache=True, nogil=True, inline="always")
+def grease_step(row, x, dx, z):
+    """State, elastic force and damping of one bushing's grease after its motion by dx to x.
+
+    ``row`` is the bushing's row of `grease_table`. Returns z (m), λ k x + (1-λ) k z (N) and c(x) (N s/m).
+    """
+    z = bouc_wen_step(z, dx, row[A], row[BETA], row[GAMMA], row[EXPONENT])
+    elastic = row[STIFFNESS] * (row[ELASTIC] * x + (1.0 - row[ELASTIC]) * z)
+    return z, elastic, film_damping(x, row[DAMPING], row[INVERSE_FILM], row[FILM_LIMIT])

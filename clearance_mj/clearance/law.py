@@ -21,7 +21,7 @@ from ..io.files import replacing
 from ..rig import Grease, from_plain, to_plain
 from .contact import Flores, HuntCrossley, KelvinVoigt, LankaraniNikravesh
 
-__all__ = ["AmplitudeLaw", "ConstantLaw", "ContactLaw", "Law", "LawTable", "TimeLaw", "load_law", "table_row"]
+__all__ = ["AmplitudeLaw", "ConstantLaw", "ContactLaw", "Law", "LawTable", "TimeLaw", "load_law", "table_values"]
 
 
 class LawTable(NamedTuple):
@@ -46,15 +46,17 @@ class LawTable(NamedTuple):
 
 
 @numba.njit(cache=True, nogil=True, inline="always")
-def table_row(abscissa, at):
-    """Row below ``at`` and the share of the row above it, for linear interpolation; the ends hold beyond."""
-    last = abscissa.size - 1
+def table_values(law, j, at):
+    """Stiffness and damping (k, c) of bushing j where the abscissa is ``at``: linear, the ends hold beyond."""
+    abscissa, last = law.abscissa, law.abscissa.size - 1
     if last == 0 or at <= abscissa[0]:
-        return 0, 0.0
+        return law.k[0, j], law.c[0, j]
     if at >= abscissa[last]:
-        return last, 0.0
+        return law.k[last, j], law.c[last, j]
     row = np.searchsorted(abscissa, at, side="right") - 1
-    return row, (at - abscissa[row]) / (abscissa[row + 1] - abscissa[row])
+    share = (at - abscissa[row]) / (abscissa[row + 1] - abscissa[row])
+    k = law.k[row, j] + share * (law.k[row + 1, j] - law.k[row, j])
+    return k, law.c[row, j] + share * (law.c[row + 1, j] - law.c[row, j])
 
 
 @dataclass(frozen=True)

@@ -20,21 +20,8 @@ import numpy as np
 from ..beam import MOST_MODES, ritz_model
 from ..clearance.contact import instantaneous
 from ..clearance.gap import gap
-from ..clearance.grease import (
-    BETA,
-    DAMPING,
-    ELASTIC,
-    EXPONENT,
-    FILM_LIMIT,
-    GAMMA,
-    INVERSE_FILM,
-    STIFFNESS,
-    A,
-    bouc_wen_step,
-    film_damping,
-    grease_table,
-)
-from ..clearance.law import table_row
+from ..clearance.grease import grease_step, grease_table
+from ..clearance.law import table_values
 from .base import Engine, Run, check_setting, diverged, register, stiffest_contact
 
 __all__ = ["Modal"]
@@ -154,18 +141,10 @@ def _advance(
         for j in range(n_bushings):
             if not abs(x[j]) < 1e3 * gaps[j] + 1.0:
                 return i, j
-            k = grease[j, STIFFNESS]
-            z[j] = bouc_wen_step(
-                z[j], x[j] - previous[j], grease[j, A], grease[j, BETA], grease[j, GAMMA], grease[j, EXPONENT]
-            )
+            z[j], elastic[j], viscous[j] = grease_step(grease[j], x[j], x[j] - previous[j], z[j])
             previous[j] = x[j]
-            elastic[j] = k * (grease[j, ELASTIC] * x[j] + (1.0 - grease[j, ELASTIC]) * z[j])
-            viscous[j] = film_damping(x[j], grease[j, DAMPING], grease[j, INVERSE_FILM], grease[j, FILM_LIMIT])
             envelope[j] = max(abs(x[j]), envelope[j] * release)
-            row, share = table_row(law.abscissa, envelope[j] if law.by_amplitude else (steps + i) * h)
-            above = min(row + 1, law.abscissa.size - 1)
-            k_row = law.k[row, j] + share * (law.k[above, j] - law.k[row, j])
-            c_row = law.c[row, j] + share * (law.c[above, j] - law.c[row, j])
+            k_now, c_now = table_values(law, j, envelope[j] if law.by_amplitude else (steps + i) * h)
             for end in range(2):
                 p = n_bushings + 2 * j + end
                 g = gap(x[p], gaps[j])
@@ -174,7 +153,7 @@ def _advance(
                     continue
                 if impact[2 * j + end] == 0.0:
                     impact[2 * j + end] = max(w[p] if g > 0.0 else -w[p], 1e-12)
-                k, c = instantaneous(k_row, c_row, law.exponent[j], law.kappa[j], abs(g), impact[2 * j + end])
+                k, c = instantaneous(k_now, c_now, law.exponent[j], law.kappa[j], abs(g), impact[2 * j + end])
                 elastic[p], viscous[p] = 0.5 * k * g, 0.5 * c  # each end carries half of the bushing's k and c
         for _ in range(2):  # Gauss-Seidel: every force at the velocity that the other forces leave
             for p in range(n_points):

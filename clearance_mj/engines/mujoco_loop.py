@@ -22,21 +22,8 @@ import scipy.linalg
 
 from ..clearance.contact import instantaneous
 from ..clearance.gap import gap
-from ..clearance.grease import (
-    BETA,
-    DAMPING,
-    ELASTIC,
-    EXPONENT,
-    FILM_LIMIT,
-    GAMMA,
-    INVERSE_FILM,
-    STIFFNESS,
-    A,
-    bouc_wen_step,
-    film_damping,
-    grease_table,
-)
-from ..clearance.law import table_row
+from ..clearance.grease import DAMPING, FILM_LIMIT, INVERSE_FILM, STIFFNESS, grease_step, grease_table
+from ..clearance.law import table_values
 from ..errors import SimulationError
 from .base import Run, diverged, needs_no_adhesion, place, stiffest_contact
 from .softness import IMPEDANCE, INVERSE_INERTIA
@@ -252,20 +239,13 @@ def _advance(
             x, speed = _point(at_points, j, qpos, qvel)
             if not abs(x) < 1e3 * gaps[j] + 1.0:
                 return i, j
-            z[j] = bouc_wen_step(
-                z[j], x - previous[j], grease[j, A], grease[j, BETA], grease[j, GAMMA], grease[j, EXPONENT]
-            )
+            z[j], elastic, film = grease_step(grease[j], x, x - previous[j], z[j])
             previous[j] = displacement[j] = x
-            force = grease[j, STIFFNESS] * (grease[j, ELASTIC] * x + (1.0 - grease[j, ELASTIC]) * z[j])
-            force += speed * film_damping(x, grease[j, DAMPING], grease[j, INVERSE_FILM], grease[j, FILM_LIMIT])
-            grease_force[j] = force
+            grease_force[j] = elastic + film * speed
             for m in range(nv):
-                applied[m] -= at_points[j, m] * force
+                applied[m] -= at_points[j, m] * grease_force[j]
             envelope[j] = max(abs(x), envelope[j] * release)
-            row, share = table_row(law.abscissa, envelope[j] if law.by_amplitude else (steps + i) * h)
-            above = min(row + 1, law.abscissa.size - 1)
-            k = law.k[row, j] + share * (law.k[above, j] - law.k[row, j])
-            c = law.c[row, j] + share * (law.c[above, j] - law.c[row, j])
+            k, c = table_values(law, j, envelope[j] if law.by_amplitude else (steps + i) * h)
             for end in range(2 * j, 2 * j + 2):
                 k_end, c_end = k, c
                 if law.exponent[j] != 1.0:

@@ -17,7 +17,7 @@ from clearance_mj.clearance import (
     TimeLaw,
     load_law,
 )
-from clearance_mj.clearance.law import table_row
+from clearance_mj.clearance.law import table_values
 from clearance_mj.errors import LawError
 from clearance_mj.rig import Grease
 
@@ -26,9 +26,7 @@ FILM = Grease(5e3, 2.0, 0.8, 1.1, 1.5e7, 5e6, 1.5, 8e-4, 0.1)
 
 def values(table, at):
     """k and c of every bushing where the abscissa has the value ``at``, as an engine reads them."""
-    row, share = table_row(table.abscissa, at)
-    above = min(row + 1, table.abscissa.size - 1)
-    return tuple(v[row] + share * (v[above] - v[row]) for v in (table.k, table.c))
+    return tuple(zip(*(table_values(table, j, at) for j in range(table.k.shape[1]))))
 
 
 def test_constant():
