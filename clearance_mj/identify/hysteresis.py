@@ -201,8 +201,8 @@ def bouc_wen(time, displacement, force, gap: float | None = None, dead_travel: s
     nrmse = tuple(float(np.sqrt(2 * s.cost / problem.size)) for s in solutions)
     if nrmse[0] > UNRELATED:
         raise RecordError(
-            f"the force does not follow the displacement ({100 * nrmse[0]:.0f} % of it is left): no contact in the record, "
-            f"its gap is larger than the motion of ±{problem.x_scale:.3g} m; it tells nothing more"
+            f"the force does not follow the displacement ({100 * nrmse[0]:.0f} % of it is left): no contact, the "
+            f"gap is larger than the motion of ±{problem.x_scale:.3g} m; the record tells nothing more"
         )
     natural = problem.natural(best.x)
     covariance, unidentified = problem.covariance(best)
