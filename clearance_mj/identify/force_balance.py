@@ -323,6 +323,11 @@ def grease_parameters(forces: RestoringForce | Sequence[RestoringForce], kind: s
     Returns
     -------
     GreaseFit
+
+    Raises
+    ------
+    RecordError
+        If the shaft is in contact nearly all the time.
     """
     forces = _several(forces)
     fits = [_fit_grease(forces, j, kind) for j in range(len(forces[0].rig.bushings))]
@@ -337,8 +342,8 @@ def _fit_grease(forces, bushing, kind):
     sliding = film = kind == "bouc-wen"
     value, std, left = problem.fit(sliding, film)
     # What is not surely there would still act beyond the gap, where no sample of this fit lies.
-    sliding &= 1 - value[1] > SURE * std[1]
-    film &= value[5] > SURE * std[5]
+    sliding = sliding and bool(1 - value[1] > SURE * std[1])
+    film = film and bool(value[5] > SURE * std[5])
     if kind == "bouc-wen" and not (sliding and film):
         value, again, left = problem.fit(sliding, film)
         std = np.where(np.isfinite(again), again, std)
@@ -358,6 +363,12 @@ class _GreaseProblem:
         self.weight = [_weight(f, bushing) * _apart(f, bushing) for f in forces]
         self.used = np.concatenate(self.weight) > 0
         self.target = np.concatenate([w * f.force[:, bushing] for w, f in zip(self.weight, forces)])[self.used]
+        if np.sum(self.used) < LOCAL * forces[0].fs:
+            names = ", ".join(f'"{f.name}"' for f in forces)
+            raise RecordError(
+                f"record {names}: the shaft is in contact at bushings[{bushing}] nearly all the time, so the grease "
+                "cannot be told; add a record of a lower level"
+            )
         block = np.concatenate([i * 1e6 + f.time // LOCAL for i, f in enumerate(forces)])
         self.block = np.unique(block[self.used], return_inverse=True)[1]
 
@@ -495,7 +506,8 @@ def _apart(force, bushing):
 
 def _non_negative(matrix, target):
     """Least squares with no negative share; by Cholesky, as the rows are very many and the columns scaled."""
-    scale = np.sqrt(np.sum(matrix**2, axis=0)) + 1e-300
+    scale = np.sqrt(np.sum(matrix**2, axis=0))
+    scale = np.where(scale > 0, scale, 1.0)
     normal = (matrix.T @ matrix) / np.outer(scale, scale) + 1e-12 * np.eye(scale.size)
     r = np.linalg.cholesky(normal).T
     right = scipy.linalg.solve_triangular(r, (matrix.T @ target) / scale, trans="T")
@@ -572,9 +584,12 @@ def contact_parameters(
     Raises
     ------
     RecordError
-        If the shaft nowhere leaves the gaps; the message says which grease the record still tells.
+        If the shaft nowhere leaves the gaps (the message says which grease the record still tells) or hardly ever is in
+        them, or the window is too long.
     """
     _require_contact([force])
+    if not 0 < window <= force.time[-1] / 2:
+        raise RecordError(f'record "{force.name}": window {window:g} s must be > 0 and within half of the record')
     grease = grease_parameters(force).grease if grease is None else tuple(grease)
     hop = max(1, round(window * force.fs / OVERLAP))
     edges = np.arange(0, force.time.size - hop + 1, hop)
@@ -587,18 +602,18 @@ def contact_parameters(
 def _windowed(force, bushing, grease, edges, hop):
     """Columns (n,) of `ContactParameters` for one bushing."""
     target = force.valid * (force.force[:, bushing] - _grease_force(force, bushing, grease))
-    middles = edges + hop / 2
-    k, c = None, None
-    for _ in range(RELEASES):
-        if k is not None:
-            k, c = (_spread_over(force, middles, value) for value in (k, c))
-        g, speed, touching = _contact_motion(force, bushing, k, c)
-        cells = _band_products(force, bushing, force.valid * g, force.valid * speed, target, edges)
-        k, c, k_std, c_std = _solve_windows(*cells)
+    g, speed, touching = _contact_motion(force, bushing)
     a = envelope(force.displacement[:, bushing], force.fs)
     share, held = (_hann(np.add.reduceat(v * touching, edges)) for v in (force.valid, force.valid * a))
-    amplitude = np.divide(held, share, out=np.full(share.size, np.nan), where=share > 0.5)
-    known = (k_std < UNSURE * k) & (share > 0.5)
+    known = share > 0.5
+    at = np.arange(a.size), (edges + hop / 2)[known]
+    for _ in range(RELEASES):
+        cells = _band_products(force, bushing, force.valid * g, force.valid * speed, target, edges)
+        k, c, k_std, c_std = _solve_windows(*cells)
+        if known.any():
+            g, speed, _ = _contact_motion(force, bushing, *(np.interp(*at, value[known]) for value in (k, c)))
+    amplitude = np.divide(held, share, out=np.full(share.size, np.nan), where=known)
+    known &= k_std < UNSURE * k
     k, c, k_std, c_std = (np.where(known, v, np.nan) for v in (k, c, k_std, c_std))
     return k, c, k_std, c_std, share / (hop * HANN.sum()), amplitude
 
@@ -691,17 +706,9 @@ def _hann(cells):
     return np.column_stack([np.convolve(column, HANN, "same") for column in flat.T]).reshape(cells.shape)
 
 
-def _spread_over(force, middles, value):
-    """(n_t,) a value known at some windows, linear between them."""
-    known = value > 0
-    if not known.any():
-        return np.zeros(force.time.size)
-    return np.interp(np.arange(force.time.size), middles[known], value[known])
-
-
 def _require_contact(forces):
     rig = forces[0].rig
-    if any(_touches(f) for f in forces):
+    if any(_touched(f).any() for f in forces):
         return
     gaps = [b.gap for b in rig.bushings]
     reached = np.max([np.abs(f.ends[f.valid]).max(axis=(0, 2)) for f in forces], axis=0)
@@ -732,21 +739,23 @@ def amplitude_law(dataset: Dataset, progress: str | None = None) -> tuple[Amplit
     Returns
     -------
     AmplitudeLaw
-        With the grease.
+        With the grease. A bushing that is never touched takes the others' mean.
     GreaseFit
         The grease with its uncertainty.
 
     Raises
     ------
     RecordError
-        If nothing is to identify from, a record cannot be used, or none has contact.
+        If nothing is to identify from, a record cannot be used, or there is no contact, or hardly anything else.
     """
     forces = _forces(dataset, progress)
     _require_contact(forces)
     grease = grease_parameters(forces)
     nodes = _nodes(forces)
     k, c = zip(*(_over_amplitude(forces, j, g, nodes) for j, g in enumerate(grease.grease)))
-    return AmplitudeLaw(nodes, np.column_stack(k), np.column_stack(c), RELEASE, grease.grease), grease
+    touched = np.any([_touched(f) for f in forces], axis=0)
+    k, c = (_filled(np.column_stack(v), touched) for v in (k, c))
+    return AmplitudeLaw(nodes, k, c, RELEASE, grease.grease), grease
 
 
 def force_balance_law(dataset: Dataset, progress: str | None = None) -> ConstantLaw:
@@ -772,14 +781,14 @@ def force_balance_law(dataset: Dataset, progress: str | None = None) -> Constant
     forces = _forces(dataset, progress)
     _require_contact(forces)
     grease = grease_parameters(forces).grease
-    found = [contact_parameters(f, grease) for f in forces if _touches(f)]
+    found = [contact_parameters(f, grease) for f in forces if _touched(f).any()]
     k, c = (np.concatenate([getattr(p, name) for p in found]) for name in ("k", "c"))
     share = np.concatenate([p.contact for p in found]) * np.isfinite(k)
     k, c = (np.nansum(share * v, axis=0) / np.maximum(share.sum(axis=0), 1e-30) for v in (k, c))
     seen = share.sum(axis=0) > 0
     if not seen.any():
         raise RecordError("contact is too short in every record to tell its stiffness")
-    return ConstantLaw(*(np.where(seen, v, v[seen].mean()) for v in (k, c)), grease=grease)
+    return ConstantLaw(_filled(k, seen), _filled(c, seen), grease=grease)
 
 
 def _forces(dataset, progress):
@@ -835,8 +844,14 @@ def _smoothness(matrix, nodes):
     return SMOOTH * np.block([[sizes[0] * difference, 0 * difference], [0 * difference, sizes[1] * difference]])
 
 
-def _touches(force):
-    return bool(np.any(np.abs(force.ends[force.valid]) > np.array([[b.gap] for b in force.rig.bushings])))
+def _touched(force):
+    """(n_bushings,) whether the shaft ever leaves the gap."""
+    return np.any(np.abs(force.ends[force.valid]).max(axis=2) > [b.gap for b in force.rig.bushings], axis=0)
+
+
+def _filled(values, seen):
+    """Values (..., n_bushings), those of bushings not seen replaced by the others' mean."""
+    return np.where(seen, values, values[..., seen].mean(axis=-1, keepdims=True))
 
 
 def ridge_law(

@@ -255,6 +255,24 @@ def test_nan_is_refused_before_it_gets_here(quiet):
         with_channel(quiet, 4, "acceleration", lambda v: np.where(np.arange(v.size) == 4096, np.nan, v))
 
 
+def test_bushing_that_is_never_touched_takes_the_other_ones_contact(rig):
+    """At 2 m/s² the shaft does not reach the first bushing."""
+    record, response = record_of(rig, random(8.0, FS, rms=2.0, seed=5), ConstantLaw(7000.0, 10.0))
+    assert np.abs(response.displacement[:, 0]).max() < 3e-4
+    dataset = Dataset(rig, (record,))
+    for law in (amplitude_law(dataset)[0], force_balance_law(dataset)):
+        assert law.k[..., 0].tolist() == law.k[..., 1].tolist()
+
+
+def test_bad_windows(scheduled):
+    force = restoring_force(scheduled[0])
+    with pytest.raises(RecordError, match="window 7 s must be > 0 and within half of the record"):
+        contact_parameters(force, window=7.0)
+    pressed = dataclasses.replace(force, ends=np.full_like(force.ends, 1e-3))
+    with pytest.raises(RecordError, match=r"in contact at bushings\[0\] nearly all the time"):
+        grease_parameters(pressed)
+
+
 def test_bad_records(quiet, rig):
     with pytest.raises(RecordError, match=r"lasts 0\.5 s, force balance needs more than 1\.2 s"):
         restoring_force(
