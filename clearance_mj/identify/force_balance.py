@@ -605,15 +605,15 @@ def _windowed(force, bushing, grease, edges, hop):
     g, speed, touching = _contact_motion(force, bushing)
     a = envelope(force.displacement[:, bushing], force.fs)
     share, held = (_hann(np.add.reduceat(v * touching, edges)) for v in (force.valid, force.valid * a))
-    known = share > 0.5
-    at = np.arange(a.size), (edges + hop / 2)[known]
+    sample, middle = np.arange(a.size), edges + hop / 2
     for _ in range(RELEASES):
         cells = _band_products(force, bushing, force.valid * g, force.valid * speed, target, edges)
         k, c, k_std, c_std = _solve_windows(*cells)
+        known = (share > 0.5) & (k_std < UNSURE * k)
         if known.any():
-            g, speed, _ = _contact_motion(force, bushing, *(np.interp(*at, value[known]) for value in (k, c)))
-    amplitude = np.divide(held, share, out=np.full(share.size, np.nan), where=known)
-    known &= k_std < UNSURE * k
+            now = (np.interp(sample, middle[known], value[known]) for value in (k, c))
+            g, speed, _ = _contact_motion(force, bushing, *now)
+    amplitude = np.divide(held, share, out=np.full(share.size, np.nan), where=share > 0.5)
     k, c, k_std, c_std = (np.where(known, v, np.nan) for v in (k, c, k_std, c_std))
     return k, c, k_std, c_std, share / (hop * HANN.sum()), amplitude
 
