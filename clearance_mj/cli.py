@@ -8,6 +8,7 @@ from pathlib import Path
 
 from ._version import __version__
 from .errors import ClearanceError
+from .identify.laws import METHODS as LAWS
 from .io.files import replacing, to_json
 
 __all__ = ["main"]
@@ -69,14 +70,14 @@ def _study(commands):
     )  # fmt: skip
     parser.add_argument("dataset", type=Path, help="dataset folder: rig.toml, dataset.toml, one .uff per record")
     parser.add_argument("--engines", default="links,modal,modal-mj", help="comma-separated (default: %(default)s)")
-    parser.add_argument("--methods", default="nominal,constant,output-error", help="of laws (default: %(default)s)")
+    parser.add_argument("--methods", help=f"comma-separated, of {', '.join(LAWS)} (default: all but as printed)")
     parser.add_argument("--workers", type=int, help="threads (default: one for each processor)")
 
 
 def _run_study(options):
-    from .study import run_study
+    from .study import METHODS, run_study
 
-    engines, methods = options.engines.split(","), options.methods.split(",")
+    engines, methods = options.engines.split(","), options.methods.split(",") if options.methods else METHODS
     study = run_study(options.dataset, options.out, engines, methods, options.workers, not options.quiet)
     if not options.json:
         print(f"report: {options.out / 'report.html'}")
@@ -89,9 +90,7 @@ def _identify(commands):
         default=Path("law.json"), help="law file (default: %(default)s)",
     )  # fmt: skip
     parser.add_argument("dataset", type=Path, help="dataset folder")
-    parser.add_argument(
-        "--method", default="output-error", help="nominal, constant or output-error (default: %(default)s)"
-    )
+    parser.add_argument("--method", default="output-error", help=f"one of {', '.join(LAWS)} (default: %(default)s)")
 
 
 def _run_identify(options):

@@ -37,7 +37,7 @@ from .response import Response
 __all__ = ["ENGINES", "METHODS", "Case", "Knowledge", "Study", "run_study"]
 
 ENGINES = ("links", "modal", "modal-mj")
-METHODS = ("nominal", "constant", "output-error")
+METHODS = ("nominal", "constant", "ridge", "force-balance", "amplitude", "output-error")
 RESOLUTION = 0.5
 """Hz, of the FRFs that are compared"""
 N_MODES = 4

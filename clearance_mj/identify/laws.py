@@ -5,11 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from ..clearance.contact import HuntCrossley
 from ..clearance.law import ConstantLaw, ContactLaw, Law
 from ..errors import ClearanceError, RecordError
 from ..io.dataset import Dataset
 from ..rig import Grease, Rig
+from .force_balance import amplitude_law, force_balance_law, ridge_law
 from .output_error import Fit, Parameter, before_contact, evidence, fit_law
 
 __all__ = ["METHODS", "Identified", "Method", "fit_constant", "fit_output_error", "get_method", "law", "nominal"]
@@ -56,8 +59,9 @@ def fit_constant(dataset: Dataset, progress: str | None = None) -> Fit:
 def fit_output_error(dataset: Dataset, progress: str | None = None) -> Fit:
     """Fit the physical law: Bouc-Wen grease with squeeze film, and a power-law contact, the same at every bushing.
 
-    The grease is fitted first to the part of the records in which no probe has moved by its gap, then grease and
-    contact together to all of them, from several contact stiffnesses.
+    It starts from the force balance (`force_balance.amplitude_law`). Records that do not allow one, for want of probes
+    or contact, are continued from low to high level instead: the grease is fitted first to the part in which no probe
+    has moved by its gap, then grease and contact together to everything, from several starts.
 
     Parameters
     ----------
@@ -84,17 +88,37 @@ def fit_output_error(dataset: Dataset, progress: str | None = None) -> Fit:
         Parameter("contact exponent", "1", 1.5, 1.0, 3.0),
         Parameter("contact restitution", "1", 0.6, 0.02, 0.999),
     ]
-    start = [p.start for p in contact]
 
     def make(*values):
         force, exponent, restitution = values[5:]
         return ContactLaw(HuntCrossley(force / gap**exponent, restitution, exponent), _physical_grease(*values[:5]))
 
+    parameters = [*grease, *contact]
+    try:
+        balance, _ = amplitude_law(dataset)
+    except RecordError:
+        return _continued(rig, found, grease, contact, make, progress)
+    start = _from_balance(balance, gap)
+    starts = [(*start[:6], n, e) for n in (1.0, 1.5) for e in (0.3, 0.6, 0.9)]
+    return fit_law(rig, found, parameters, make, starts, progress=progress)
+
+
+def _from_balance(balance, gap):
+    """Start values of grease and contact, the means of the bushings' of an amplitude law."""
+    greases = balance.grease
+    film = [g.film_height or 100 * gap for g in greases]
+    columns = [(g.stiffness, g.damping, g.elastic_ratio, min(g.yield_displacement, 50 * gap)) for g in greases]
+    at_two_gaps = [np.interp(2 * gap, balance.amplitude, k) for k in balance.k.T]
+    return (*np.mean(columns, axis=0), np.mean(film), np.mean(at_two_gaps) * gap)
+
+
+def _continued(rig, found, grease, contact, make, progress):
+    """Fit from low to high level."""
+    gap, start = rig.bushings[0].gap, [p.start for p in contact]
     quiet = before_contact(found, rig)
     if quiet:
-        low = fit_law(
-            rig, quiet, grease, lambda *v: make(*v, *start), _yields(grease, gap), progress=_part(progress, 1)
-        )
+        values = _yields(grease, gap)
+        low = fit_law(rig, quiet, grease, lambda *v: make(*v, *start), values, progress=_part(progress, 1))
         grease = [replace(p, start=float(v)) for p, v in zip(grease, low.value)]
     values = [p.start for p in grease]
     starts = [(*values, start[0] * f, start[1], e) for f in (0.3, 1.0, 3.0) for e in (0.3, 0.6, 0.9)]
@@ -175,6 +199,22 @@ METHODS = {
         "the rig file and the records to identify: best constants for contact and linear grease",
         lambda dataset, progress: Identified.of_fit(fit_constant(dataset, progress)),
     ),
+    "ridge": Method(
+        "the rig file and the longest record to identify: contact over that record's time, from its wavelet ridge",
+        lambda dataset, progress: Identified(ridge_law(dataset, progress=progress)),
+    ),
+    "ridge-as-printed": Method(
+        "as ridge, with the article's Equations 12 and 17 as printed",
+        lambda dataset, progress: Identified(ridge_law(dataset, "none", "as-printed", progress)),
+    ),
+    "force-balance": Method(
+        "the rig file and the records to identify: constant contact and Bouc-Wen grease out of the restoring forces",
+        lambda dataset, progress: Identified(force_balance_law(dataset, progress)),
+    ),
+    "amplitude": Method(
+        "the rig file and the records to identify: contact over amplitude, Bouc-Wen grease, from the restoring forces",
+        lambda dataset, progress: Identified(amplitude_law(dataset, progress)[0]),
+    ),
     "output-error": Method(
         "the rig file and the records to identify: Bouc-Wen grease, squeeze film, power-law contact",
         lambda dataset, progress: Identified.of_fit(fit_output_error(dataset, progress)),
@@ -191,8 +231,10 @@ def law(dataset: Dataset, method: str = "output-error", progress: str | None = N
     dataset : Dataset
         Records with role "validate" are never opened.
     method : str
-        "nominal": the rig file's datasheet values; "constant": the best constants; "output-error": the physical law
-        (Bouc-Wen grease with squeeze film, power-law contact).
+        "nominal": the rig file's datasheet values; "constant": the best constants; "ridge" and "ridge-as-printed": over
+        the record's time, from the wavelet ridge, corrected or as the article prints it; "force-balance" and
+        "amplitude": constant or over amplitude, from the restoring forces; "output-error": the physical law (Bouc-Wen
+        grease with squeeze film, power-law contact).
     progress : str, optional
         Show a progress bar with this name.
 

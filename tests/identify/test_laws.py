@@ -45,7 +45,9 @@ def test_start_values_are_worse_than_the_fit(small_dataset):
 
 
 def test_unknown_method_lists_the_known(small_dataset):
-    with pytest.raises(ClearanceError, match='method "guess" is unknown; known: nominal, constant, output-error'):
+    with pytest.raises(
+        ClearanceError, match='method "guess" is unknown; known: nominal, constant, ridge, ridge-as-printed'
+    ):
         identify.law(Dataset.load(small_dataset), "guess")
 
 
