@@ -9,6 +9,7 @@ holds. `ContactLaw` uses a contact model instead, whose stiffness follows the pe
 from __future__ import annotations
 
 import json
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from pathlib import Path
 from typing import ClassVar, NamedTuple
@@ -60,11 +61,12 @@ def table_values(law, j, at):
 
 
 @dataclass(frozen=True)
-class Law:
+class Law(ABC):
     """What all laws share; use one of the subclasses."""
 
     kind: ClassVar[str]
 
+    @abstractmethod
     def table(self, n_bushings: int) -> LawTable:
         """Return the law for ``n_bushings`` bushings.
 
@@ -78,7 +80,6 @@ class Law:
         LawError
             If the law holds values for another number of bushings.
         """
-        raise NotImplementedError
 
     def to_dict(self) -> dict:
         """Return the law as plain data."""
