@@ -251,7 +251,6 @@ def _knowledge(dataset, name, folder, digest, progress) -> Knowledge:
 def _simulate_all(dataset, laws, engines, tests, workshop, workers, progress) -> tuple[Case, ...]:
     jobs = [(k, engine, record) for k in laws for engine in engines for record in dataset.validate]
     with ThreadPoolExecutor(workers or os.cpu_count()) as pool:
-        # Longest engines first, so that the threads end together; the order of the cases stays.
         futures = {pool.submit(_case, *job, tests[job[2].name], workshop): job for job in jobs}
         try:
             for future in tqdm(

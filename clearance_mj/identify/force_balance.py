@@ -792,14 +792,8 @@ def force_balance_law(dataset: Dataset, progress: str | None = None) -> Constant
 
 
 def _forces(dataset, progress):
-    records = tqdm(_records(dataset), desc=progress, unit="record", disable=progress is None)
+    records = tqdm(dataset.to_identify(), desc=progress, unit="record", disable=progress is None)
     return [restoring_force(record) for record in records]
-
-
-def _records(dataset):
-    if not dataset.identify:
-        raise RecordError(f'{dataset.path or "dataset"}: no record has role "identify", so nothing can be identified')
-    return dataset.identify
 
 
 def _nodes(forces):
@@ -896,7 +890,7 @@ def ridge_law(
             f'correction "{correction}" or damping "{damping}" is unknown; '
             f"use {', '.join(CORRECTIONS)} and {', '.join(DAMPINGS)}"
         )
-    record = max(_records(dataset), key=lambda r: r.duration)
+    record = max(dataset.to_identify(), key=lambda r: r.duration)
     probes = _measured(record)[:, len(record.rig.sensors) : -1]
     model = ritz_model(record.rig, MODES, grease=True)
     band = model.omega[0] / (4 * np.pi), (model.omega[0] + model.omega[1]) / (4 * np.pi)

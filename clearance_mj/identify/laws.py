@@ -45,7 +45,7 @@ def fit_constant(dataset: Dataset, progress: str | None = None) -> Fit:
     RecordError
         If there is no such record, or none is long enough.
     """
-    found, first = _evidence(dataset), dataset.rig.bushings[0]
+    found, first = evidence(dataset.to_identify()), dataset.rig.bushings[0]
     parameters = [
         Parameter("contact stiffness", "N/m", first.contact.stiffness, 1e2, 1e7),
         Parameter("contact damping", "N s/m", max(first.contact.damping, 0.1), 1e-3, 1e3),
@@ -75,7 +75,7 @@ def fit_output_error(dataset: Dataset, progress: str | None = None) -> Fit:
     RecordError
         If there is no such record, or none is long enough.
     """
-    rig, found = dataset.rig, _evidence(dataset)
+    rig, found = dataset.rig, evidence(dataset.to_identify())
     first, gap = rig.bushings[0], rig.bushings[0].gap
     grease = [
         *_linear_grease(first.grease),
@@ -133,12 +133,6 @@ def _yields(grease, gap):
 
 def _part(progress, number):
     return progress and f"{progress} ({number}/2)"
-
-
-def _evidence(dataset):
-    if not dataset.identify:
-        raise RecordError(f'{dataset.path or "dataset"}: no record has role "identify", so nothing can be identified')
-    return evidence(dataset.identify)
 
 
 def _linear_grease(grease):

@@ -221,6 +221,18 @@ class Dataset:
         """Records to identify from."""
         return tuple(r for r in self.records if r.role == "identify")
 
+    def to_identify(self) -> tuple[Record, ...]:
+        """Records to identify from, of which there must be one.
+
+        Raises
+        ------
+        RecordError
+            If there is none.
+        """
+        if not self.identify:
+            raise RecordError(f'{self.path or "dataset"}: no record has role "identify", so nothing can be identified')
+        return self.identify
+
     @property
     def validate(self) -> tuple[Record, ...]:
         """Records kept back, to test predictions on."""

@@ -79,6 +79,14 @@ def test_nothing_is_quiet_without_probes(small_dataset):
     assert before_contact([blind], dataset.rig) == []
 
 
+def test_physical_law_without_probes(rig):
+    """No force balance then: continued from several starts. The truth's grease is linear, 4000 N/m."""
+    record = record_of(rig, "ramp", "identify", 6.0, 1, 10.0, start=0.3)
+    blind = [c for c in record.channels if c.quantity != "displacement"]
+    fit = fit_output_error(Dataset(rig, (dataclasses.replace(record, channels=blind),)))
+    assert fit.law.grease[0].stiffness == pytest.approx(SMALL_LAW.grease[0].stiffness, rel=0.05)
+
+
 @pytest.mark.slow
 def test_physical_law_of_the_virtual_rig():
     """The generator's parameters, opened here and by no identification, and records that it has not seen."""
