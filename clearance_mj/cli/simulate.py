@@ -1,0 +1,50 @@
+"""clearance-mj simulate: simulate a rig."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from .command import add_command
+
+__all__ = ["add"]
+
+
+def add(commands):
+    """Add the command.
+
+    Parameters
+    ----------
+    commands : argparse subparsers
+        Where to add it.
+    """
+    parser = add_command(
+        commands, "simulate", _run, "simulate a rig under random base or shaker excitation",
+        default=Path("response.nc"), help="response file, NetCDF (default: %(default)s)",
+    )  # fmt: skip
+    parser.add_argument("rig", type=Path, help="rig file (TOML)")
+    parser.add_argument("--law", type=Path, help="law file (default: the rig's datasheet contact)")
+    parser.add_argument("--engine", default="links", help="links, modal or modal-mj (default: %(default)s)")
+    parser.add_argument("--duration", type=float, default=24.0, help="s (default: %(default)s)")
+    parser.add_argument("--fs", type=float, default=2048.0, help="samples per second (default: %(default)s)")
+    parser.add_argument("--band", type=float, nargs=2, default=(5.0, 220.0), metavar=("LOW", "HIGH"), help="Hz")
+    parser.add_argument("--rms", type=float, default=1.0, help="m/s², or N for a force shaker (default: %(default)s)")
+    parser.add_argument("--seed", type=int, default=0, help="of the excitation (default: %(default)s)")
+
+
+def _run(options):
+    from ..clearance import load_law
+    from ..engines import simulate
+    from ..excitation import random
+    from ..identify.laws import nominal
+    from ..io.results import save
+    from ..rig import Rig
+
+    rig = Rig.load(options.rig)
+    law = load_law(options.law) if options.law else nominal(rig)
+    noise = {"band": tuple(options.band), "rms": options.rms, "seed": options.seed, "kind": rig.shaker.kind}
+    response = simulate(rig, random(options.duration, options.fs, **noise), law, options.engine)
+    save(options.out, response)
+    if not options.json:
+        print(f"response: {options.out}")
+    rms = dict(zip(response.responses, response.acceleration.std(axis=0).tolist()))
+    return {"out": str(options.out), "acceleration_rms": rms}

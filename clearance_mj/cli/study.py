@@ -1,0 +1,38 @@
+"""clearance-mj study: compare laws on engines with validation records."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from ..identify.laws import METHODS as LAWS
+from .command import add_command
+
+__all__ = ["add"]
+
+
+def add(commands):
+    """Add the command.
+
+    Parameters
+    ----------
+    commands : argparse subparsers
+        Where to add it.
+    """
+    parser = add_command(
+        commands, "study", _run, "compare every law on every engine with a dataset's validation records",
+        default=Path("results/study"), help="folder of the report (default: %(default)s)",
+    )  # fmt: skip
+    parser.add_argument("dataset", type=Path, help="dataset folder: rig.toml, dataset.toml, one .uff per record")
+    parser.add_argument("--engines", default="links,modal,modal-mj", help="comma-separated (default: %(default)s)")
+    parser.add_argument("--methods", help=f"comma-separated, of {', '.join(LAWS)} (default: all but as printed)")
+    parser.add_argument("--workers", type=int, help="threads (default: one for each processor)")
+
+
+def _run(options):
+    from ..study import METHODS, run_study
+
+    engines, methods = options.engines.split(","), options.methods.split(",") if options.methods else METHODS
+    study = run_study(options.dataset, options.out, engines, methods, options.workers, not options.quiet)
+    if not options.json:
+        print(f"report: {options.out / 'report.html'}")
+    return {"out": str(options.out), "results": study.rows()}
