@@ -1,0 +1,260 @@
+"""Data set 58, text or binary (58b): its header and its samples."""
+
+from __future__ import annotations
+
+import itertools
+import re
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...errors import RecordError
+from ._delimiters import CLOSE, closing_line
+from ._fields import DIRECTIONS, QUANTITIES, read_dof, read_integer, read_real, require_finite
+
+TIME_FUNCTION, FREQUENCY_RESPONSE, COHERENCE = 1, 4, 6
+TIME, FREQUENCY, UNKNOWN = 17, 18, (0, 1)
+REAL32, REAL64, COMPLEX32, COMPLEX64 = 2, 4, 5, 6
+NAME_LIMIT = 72
+"""Characters. A longer name could end its 80-character line in "    -1", where readers see a delimiter."""
+
+
+@dataclass(frozen=True)
+class Header:
+    """Data set 58 without its samples."""
+
+    name: str
+    kind: int
+    """function type"""
+    response: str
+    """degree of freedom, "3:+Z" """
+    reference: str
+    ordinate: int
+    """precision of the samples: REAL32 ..."""
+    size: int
+    even: bool
+    first: float
+    """abscissa of the first sample, if even"""
+    step: str
+    """abscissa increment as it is written: its digits tell how far it can be trusted"""
+    abscissa_type: int
+    numerator: int
+    """specific data type"""
+    denominator: int
+    unit: str = "NONE"
+    """label of the ordinate's unit"""
+
+    @property
+    def is_complex(self) -> bool:
+        return self.ordinate in (COMPLEX32, COMPLEX64)
+
+    @property
+    def is_double(self) -> bool:
+        return self.ordinate in (REAL64, COMPLEX64)
+
+    @property
+    def per_sample(self) -> int:
+        """Numbers stored for each sample."""
+        return 1 + self.is_complex + (not self.even)
+
+
+@dataclass(frozen=True)
+class Function(Header):
+    """Data set 58 and where in the file its samples are."""
+
+    number: int = 0
+    """of the data set in the file, from 1"""
+    begin: int = 0
+    end: int = 0
+    """bytes begin:end of the file are the samples"""
+    dtype: str | None = None
+    """of a binary body; None: text"""
+    factors: tuple[float, float] = (1.0, 1.0)
+    """units of length and force of the file in one SI unit"""
+
+    @property
+    def scale(self) -> float:
+        """What to divide the samples by to have them in SI units."""
+        length, force = self.factors
+        units = dict.fromkeys(QUANTITIES.values(), length) | {QUANTITIES["force"]: force}
+        return units.get(self.numerator, 1.0) / units.get(self.denominator, 1.0)
+
+
+def read_function(data, begin, binary, number, factors):
+    """Return one data set 58, whose header begins at byte ``begin``, and where the next data set begins."""
+    lines, body = _header_lines(data, begin)
+    header = _parse_header(lines)
+    total = header.size * header.per_sample
+    if binary:
+        dtype = _byte_order(lines[0]) + ("f8" if header.is_double else "f4")
+        end, position = _binary_end(data, body, header, np.dtype(dtype).itemsize * total)
+    else:
+        dtype = None
+        end, position = closing_line(data, body)
+        rows = sum(1 for line in data[body:end].splitlines() if line.strip())
+        needed = -(-total // len(_columns(header)))
+        if rows != needed:
+            raise RecordError(
+                f"header declares {header.size} samples, which is {needed} lines, but {rows} lines follow"
+            )
+    return Function(**vars(header), number=number, begin=body, end=end, dtype=dtype, factors=factors), position
+
+
+def _header_lines(data: bytes, begin: int) -> tuple[list[str], int]:
+    """Return the line with the type and the eleven records after it, and where the samples begin."""
+    lines = []
+    for _ in range(12):
+        end = data.find(b"\n", begin)
+        if end < 0:
+            raise RecordError("header is cut short; needs eleven lines")
+        # The fields end at column 80; a "line" of a damaged file can be as long as the file.
+        lines.append(data[begin : min(end, begin + 160)].decode("utf-8", "replace"))
+        begin = end + 1
+    return lines, begin
+
+
+def _byte_order(line: str) -> str:
+    """Return the byte order that the first line of a binary data set declares."""
+    order, layout = read_integer(line[7:13], "byte ordering"), read_integer(line[13:19], "floating-point format")
+    if order not in (1, 2) or layout != 2:
+        raise RecordError(
+            f"byte ordering {order} and floating-point format {layout} cannot be read; "
+            "needs 1 or 2 (little, big endian) and 2 (IEEE 754)"
+        )
+    return "<" if order == 1 else ">"
+
+
+def _binary_end(data, begin, header, size) -> tuple[int, int]:
+    """Return where a binary body of ``size`` bytes ends and where the next data set begins, if that fits the file."""
+    # The closing "    -1" must come just there: the byte count in the header is wrong in files by pyuff and others,
+    # and a search could stop inside the samples.
+    closing = CLOSE.match(data, begin + size) if begin + size <= len(data) else None
+    if closing:
+        return begin + size, closing.end()
+    if len(data) == begin + size:
+        raise RecordError("has no closing '    -1' after its samples; the file is cut short")
+    found = CLOSE.search(data, begin)
+    present = (found.start() if found else len(data)) - begin
+    raise RecordError(
+        f"header declares {header.size} samples, which is {size} bytes, but {present} bytes follow"
+        + ("" if found else " and no closing '    -1'; the file is cut short or the header wrong")
+    )
+
+
+def _parse_header(lines: list[str]) -> Header:
+    """Read records 1 to 11 of data set 58; ``lines[i]`` is record i."""
+    kind = read_integer(lines[6][0:5], "function type")
+    ordinate, size = (
+        read_integer(lines[7][0:10], "ordinate data type"),
+        read_integer(lines[7][10:20], "number of samples"),
+    )
+    spacing = read_integer(lines[7][20:30], "abscissa spacing")
+    if ordinate not in (REAL32, REAL64, COMPLEX32, COMPLEX64):
+        raise RecordError(f"ordinate data type {ordinate} is unknown; needs 2, 4, 5 or 6")
+    if size < 1:
+        raise RecordError(f"header declares {size} samples; needs at least 1")
+    if spacing not in (0, 1):
+        raise RecordError(f"abscissa spacing {spacing} is unknown; needs 0 (uneven) or 1 (even)")
+    first, step = read_real(lines[7][30:43], "abscissa minimum"), lines[7][43:56].strip().upper().replace("D", "E")
+    increment = read_real(step, "abscissa increment")
+    if spacing == 1 and not increment > 0 and kind in (TIME_FUNCTION, FREQUENCY_RESPONSE, COHERENCE):
+        raise RecordError(f"abscissa increment {increment:g} must be > 0 for even spacing")
+    if 0 < increment < 1e-300:
+        raise RecordError(f"abscissa increment {increment:g} is too small")
+    name = "".join(c if c.isprintable() else " " for c in lines[1][:80]).strip()[:NAME_LIMIT].strip()
+    return Header(
+        name=name,
+        kind=kind,
+        response=read_dof(lines[6][41:51], lines[6][51:55], "response"),
+        reference=read_dof(lines[6][66:76], lines[6][76:80], "reference"),
+        ordinate=ordinate,
+        size=size,
+        even=spacing == 1,
+        first=first,
+        step=step,
+        abscissa_type=read_integer(lines[8][0:10], "abscissa type"),
+        numerator=read_integer(lines[9][0:10], "ordinate type"),
+        denominator=read_integer(lines[10][0:10], "denominator type"),
+        unit=lines[9][46:67].strip(),
+    )
+
+
+def _columns(header: Header) -> list[int]:
+    """Widths of the numbers on one line of a text body."""
+    if not header.is_double:
+        return [13] * 6
+    if header.even:
+        return [20] * 4
+    return [13, 20, 20] if header.is_complex else [13, 20, 13, 20]
+
+
+def numbers(data: bytes, function: Function) -> np.ndarray:
+    """(size, per_sample) numbers of the body as they are stored."""
+    count = function.size * function.per_sample
+    if function.dtype:
+        values = np.frombuffer(data, function.dtype, count, function.begin)
+    else:
+        values = _text_numbers(data[function.begin : function.end], _columns(function))
+    if values.size != count:
+        raise RecordError(
+            f"data set {function.number}: holds {values.size} numbers, {function.size} samples need {count}"
+        )
+    values = values.reshape(function.size, function.per_sample).astype(float)
+    require_finite(values, f"data set {function.number}")
+    return values
+
+
+def _text_numbers(text: bytes, widths: list[int]) -> np.ndarray:
+    """Cut fixed columns: Fortran leaves no blank between two numbers that fill theirs."""
+    edges = np.cumsum([0, *widths])
+    words = [
+        word
+        for line in text.upper().replace(b"D", b"E").splitlines()
+        for a, b in itertools.pairwise(edges)
+        if (word := line[a:b].strip())
+    ]
+    try:
+        return np.array(words, dtype=bytes).astype(float)
+    except ValueError:
+        return np.full(len(words), np.nan)
+
+
+def samples(data: bytes, function: Function) -> np.ndarray:
+    """(size,) ordinate of a function in SI units."""
+    parts = numbers(data, function)[:, not function.even :] / function.scale
+    return (parts.view(complex) if function.is_complex else parts)[:, 0]
+
+
+def check_unit(function: Function, allowed: tuple[str, ...]):
+    """Refuse a unit label that is not SI, such as "g": it overrides the file's unit factors."""
+    plain = re.sub(r"[\s()\[\]^*]", "", function.unit.replace("²", "2")).lower()
+    if plain in ("", "none"):
+        return
+    if plain not in [unit.replace("^", "").lower() for unit in allowed]:
+        raise RecordError(f'unit "{function.unit}" is not SI; needs {" or ".join(allowed)}, or NONE')
+    if function.factors != (1.0, 1.0):
+        raise RecordError(f'unit "{function.unit}" contradicts the units of the file (data set 164), which are not SI')
+
+
+def function_block(header: Header, values: np.ndarray) -> bytes:
+    """Data set 58b, little endian."""
+    node, direction = header.response.split(":")
+    reference_node, reference_direction = header.reference.split(":")
+    axis = ("Time", "s") if header.abscissa_type == TIME else ("Frequency", "Hz")
+    lines = [
+        f"{-1:6d}",
+        f"{58:6d}b{1:6d}{2:6d}{11:12d}{values.nbytes:12d}{0:6d}{0:6d}{0:12d}{0:12d}",
+        *(f"{text:<80}" for text in (header.name, "NONE", "NONE", "NONE", "NONE")),
+        f"{header.kind:5d}{0:10d}{0:5d}{0:10d} {'NONE':<10}{int(node):10d}{DIRECTIONS[direction]:4d} "
+        f"{'NONE':<10}{int(reference_node):10d}{DIRECTIONS[reference_direction]:4d}",
+        f"{header.ordinate:10d}{header.size:10d}{header.even:10d}{header.first:13.5e}{header.step:>13}{0:13.5e}",
+        _axis_line(header.abscissa_type, *axis),
+        _axis_line(header.numerator, "NONE", header.unit),
+        _axis_line(header.denominator, "NONE", "NONE"),
+        _axis_line(0, "NONE", "NONE"),
+    ]
+    return "\n".join((*lines, "")).encode() + values.tobytes() + f"{-1:6d}\n".encode()
+
+
+def _axis_line(kind: int, label: str, unit: str) -> str:
+    return f"{kind:10d}{0:5d}{0:5d}{0:5d} {label:<20} {unit:<20}"

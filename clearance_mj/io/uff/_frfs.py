@@ -1,0 +1,126 @@
+"""Frequency response functions and their coherences: data sets 58 of function types 4 and 6."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ...errors import RecordError
+from ...frf import FRF
+from ._dataset_58 import (
+    COHERENCE,
+    COMPLEX64,
+    FREQUENCY,
+    FREQUENCY_RESPONSE,
+    REAL64,
+    UNKNOWN,
+    Function,
+    Header,
+    check_unit,
+    function_block,
+    numbers,
+    samples,
+)
+from ._fields import QUANTITIES, UNITS, check_dof, quantity_of, require_finite
+
+
+def read_frf(data: bytes, functions: list[Function]) -> FRF:
+    """Put the FRFs of a file, and their coherences, into one object."""
+    parts = {}
+    for f in functions:
+        part = parts.setdefault(f.kind, {})
+        if f.response in part:
+            raise RecordError(f"data set {f.number}: response {f.response} comes twice")
+        part[f.response] = f
+    frfs, coherences = parts[FREQUENCY_RESPONSE], parts.get(COHERENCE, {})
+    first = next(iter(frfs.values()))
+    quantity = _frf_quantity(first)
+    frequency = _frequency(data, first)
+    for f in functions:
+        if f.kind == FREQUENCY_RESPONSE and f.reference != first.reference:
+            raise RecordError(
+                f"data set {f.number}: reference {f.reference}, data set {first.number} has {first.reference}; "
+                "needs one reference per file"
+            )
+        if f.kind == FREQUENCY_RESPONSE and _frf_quantity(f) != quantity:
+            raise RecordError(f"data set {f.number}: is {_frf_quantity(f)}, data set {first.number} is {quantity}")
+        if not np.array_equal(_frequency(data, f), frequency):
+            raise RecordError(f"data set {f.number}: its frequencies differ from data set {first.number}'s")
+    value = np.array([samples(data, f) for f in frfs.values()])
+    coherence = None
+    if coherences:
+        missing = [label for label in frfs if label not in coherences]
+        if missing or len(coherences) != len(frfs):
+            raise RecordError(f"coherences and FRFs are not of the same responses: {missing or list(coherences)}")
+        coherence = np.array([samples(data, coherences[label]) for label in frfs])
+    return FRF(frequency, value, coherence, tuple(frfs), first.reference, quantity)
+
+
+def _frf_quantity(function: Function) -> str:
+    """Check that a function is an FRF of known quantities and name them "numerator/denominator"."""
+    try:
+        if not function.is_complex:
+            raise RecordError("an FRF must be complex, its ordinate data type is real")
+        if function.abscissa_type not in (FREQUENCY, *UNKNOWN):
+            raise RecordError(f"abscissa type {function.abscissa_type} of an FRF must be 18 (frequency)")
+        above, below = quantity_of(function.numerator, "ordinate"), quantity_of(function.denominator, "denominator")
+        check_unit(function, (UNITS[above], f"{UNITS[above]}/{UNITS[below]}"))
+    except RecordError as error:
+        raise RecordError(f"data set {function.number}: {error}") from None
+    return f"{above}/{below}"
+
+
+def _frequency(data: bytes, function: Function) -> np.ndarray:
+    if function.even:
+        return function.first + np.arange(function.size) * float(function.step)
+    return numbers(data, function)[:, 0]
+
+
+def frf_blocks(frf: FRF) -> list[bytes]:
+    names = frf.quantity.split("/")
+    if len(names) != 2 or not set(names) <= set(QUANTITIES):
+        raise RecordError(f'quantity "{frf.quantity}" is unknown; needs two of {", ".join(QUANTITIES)} as a/b')
+    check_dof(frf.reference)
+    # Six digits for the first frequency and the step, or every frequency in full.
+    first, step = f"{frf.frequency[0]:.5e}", f"{np.ptp(frf.frequency[:2]):.5e}"
+    even = np.array_equal(float(first) + np.arange(frf.frequency.size) * float(step), frf.frequency)
+    even = even and float(step) > 0
+    shared = {
+        "reference": frf.reference,
+        "size": frf.frequency.size,
+        "even": bool(even),
+        "first": float(first) if even else 0.0,
+        "step": step if even else "0.0",
+        "abscissa_type": FREQUENCY,
+    }
+    numerator, denominator = (QUANTITIES[name] for name in names)
+    unit = "{}/{}".format(*(f"({UNITS[n]})" if "/" in UNITS[n] else UNITS[n] for n in names))
+    blocks = []
+    for label, value in zip(frf.responses, frf.value):
+        check_dof(label)
+        require_finite(value, f"FRF {label}")
+        header = Header(
+            name=f"FRF {label} / {frf.reference}",
+            kind=FREQUENCY_RESPONSE,
+            response=label,
+            ordinate=COMPLEX64,
+            numerator=numerator,
+            denominator=denominator,
+            unit=unit,
+            **shared,
+        )
+        parts = (value.real, value.imag) if even else (frf.frequency, value.real, value.imag)
+        blocks.append(function_block(header, np.stack(parts, axis=1).astype("<f8")))
+    for label, value in zip(frf.responses, () if frf.coherence is None else frf.coherence):
+        require_finite(value, f"coherence {label}")
+        header = Header(
+            name=f"coherence {label} / {frf.reference}",
+            kind=COHERENCE,
+            response=label,
+            ordinate=REAL64,
+            numerator=0,
+            denominator=0,
+            **shared,
+        )
+        parts = (value,) if even else (frf.frequency, value)
+        blocks.append(function_block(header, np.stack(parts, axis=1).astype("<f8")))
+    return blocks

@@ -1,0 +1,50 @@
+"""The data sets of a file that hold functions."""
+
+from __future__ import annotations
+
+from ...errors import RecordError
+from ._dataset_58 import COHERENCE, FREQUENCY_RESPONSE, TIME_FUNCTION, Function, read_function
+from ._dataset_164 import unit_factors
+from ._delimiters import BLANK, KIND, OPEN, closing_line
+
+
+def find_functions(data: bytes) -> list[Function]:
+    """Find the functions to read: all of time, or FRFs and coherences."""
+    found = _scan(data)
+    kinds = {f.kind for f in found}
+    if TIME_FUNCTION in kinds and FREQUENCY_RESPONSE in kinds:
+        raise RecordError("holds both time functions and FRFs; put them into two files")
+    if not kinds & {TIME_FUNCTION, FREQUENCY_RESPONSE}:
+        raise RecordError(
+            "holds no time function (type 1) and no FRF (type 4) in data sets 58, "
+            f"only function types {sorted(kinds) or 'none'}"
+        )
+    wanted = (TIME_FUNCTION,) if TIME_FUNCTION in kinds else (FREQUENCY_RESPONSE, COHERENCE)
+    return [f for f in found if f.kind in wanted]
+
+
+def _scan(data: bytes) -> list[Function]:
+    """Walk over the data sets of a file, from delimiter to delimiter."""
+    found, factors, number = [], (1.0, 1.0), 0
+    position = BLANK.match(data).end()
+    while position < len(data):
+        number += 1
+        opening = OPEN.match(data, position)
+        if not opening:
+            what = "not a universal file" if number == 1 else f"stray bytes before data set {number}"
+            raise RecordError(f"{what}: needs a line '    -1' at byte {position}")
+        kind = KIND.match(data, opening.end())
+        if not kind:
+            raise RecordError(f"data set {number}: has no type, needs a number such as 58 after its '    -1'")
+        try:
+            if kind[1] == b"58":
+                function, position = read_function(data, opening.end(), bool(kind[2]), number, factors)
+                found.append(function)
+            else:
+                end, position = closing_line(data, opening.end())
+            if kind[1] == b"164":
+                factors = unit_factors(data[opening.end() : end])
+        except RecordError as error:
+            raise RecordError(f"data set {number}: {error}") from None
+        position = BLANK.match(data, position).end()
+    return found
