@@ -12,8 +12,10 @@ from ..clearance.law import ConstantLaw, ContactLaw, Law
 from ..errors import ClearanceError, RecordError
 from ..io.dataset import Dataset
 from ..rig import Grease, Rig
-from .force_balance import amplitude_law, force_balance_law, ridge_law
-from .output_error import Fit, Parameter, before_contact, evidence, fit_law
+from .checks import check_length, check_records, ridge_band, warn_of_no_ridge
+from .force_balance import SETTLE, amplitude_law, force_balance_law, ridge_law
+from .output_error import PIECE, Fit, Parameter, before_contact, evidence, fit_law
+from .wavelet import shortest as shortest_for_wavelet
 
 __all__ = ["METHODS", "Identified", "Method", "fit_constant", "fit_output_error", "get_method", "law", "nominal"]
 
@@ -181,7 +183,36 @@ class Method:
 
     knows: str
     """what it is allowed to know, in words"""
-    run: Callable[[Dataset, str | None], Identified]
+    find: Callable[[Dataset, str | None], Identified]
+    """takes a dataset and the name of the progress bar, if there is to be one"""
+    shortest: Callable[[Rig], float] | None = None
+    """s, that one record must last; None: it opens no record"""
+
+    def run(self, dataset: Dataset, progress: str | None = None) -> Identified:
+        """Check the records to identify, then find the law.
+
+        Parameters
+        ----------
+        dataset : Dataset
+            Records with role "validate" are never opened.
+        progress : str, optional
+            Show a progress bar with this name.
+
+        Raises
+        ------
+        RecordError
+            If there is no record to identify, one cannot be used, or all are too short.
+        """
+        if self.shortest:
+            records, rig = dataset.to_identify(), dataset.rig
+            check_length(records, self.shortest(rig), {n: m.shortest(rig) for n, m in METHODS.items() if m.shortest})
+            check_records(records)
+        return self.find(dataset, progress)
+
+
+def _ridge(dataset, *options):
+    warn_of_no_ridge(max(dataset.to_identify(), key=lambda r: r.duration))
+    return Identified(ridge_law(dataset, *options))
 
 
 METHODS = {
@@ -192,26 +223,32 @@ METHODS = {
     "constant": Method(
         "the rig file and the records to identify: best constants for contact and linear grease",
         lambda dataset, progress: Identified.of_fit(fit_constant(dataset, progress)),
+        lambda rig: PIECE,
     ),
     "ridge": Method(
         "the rig file and the longest record to identify: contact over that record's time, from its wavelet ridge",
-        lambda dataset, progress: Identified(ridge_law(dataset, progress=progress)),
+        lambda dataset, progress: _ridge(dataset, "adiabatic", "viscous", progress),
+        lambda rig: shortest_for_wavelet(ridge_band(rig)[0]),
     ),
     "ridge-as-printed": Method(
         "as ridge, with the article's Equations 12 and 17 as printed",
-        lambda dataset, progress: Identified(ridge_law(dataset, "none", "as-printed", progress)),
+        lambda dataset, progress: _ridge(dataset, "none", "as-printed", progress),
+        lambda rig: shortest_for_wavelet(ridge_band(rig)[0]),
     ),
     "force-balance": Method(
         "the rig file and the records to identify: constant contact and Bouc-Wen grease out of the restoring forces",
         lambda dataset, progress: Identified(force_balance_law(dataset, progress)),
+        lambda rig: 4 * SETTLE,
     ),
     "amplitude": Method(
         "the rig file and the records to identify: contact over amplitude, Bouc-Wen grease, from the restoring forces",
         lambda dataset, progress: Identified(amplitude_law(dataset, progress)[0]),
+        lambda rig: 4 * SETTLE,
     ),
     "output-error": Method(
         "the rig file and the records to identify: Bouc-Wen grease, squeeze film, power-law contact",
         lambda dataset, progress: Identified.of_fit(fit_output_error(dataset, progress)),
+        lambda rig: PIECE,
     ),
 }
 """The ways to a law, by name."""

@@ -10,7 +10,7 @@ import scipy.signal
 
 from ..errors import RecordError
 
-__all__ = ["Ridge", "Scalogram", "ridge", "ridges", "scalogram"]
+__all__ = ["Ridge", "Scalogram", "ridge", "ridges", "scalogram", "shortest", "skeleton"]
 
 BANDWIDTH = 2.0  # B of cmorB-C: ψ(t) = (πB)^-1/2 exp(-t²/B + jω0 t) is the Morlet wavelet whose σ_t is its scale
 SPACING = 0.25  # of neighbouring scales, in widths 1/σ_t of the wavelet in frequency
@@ -133,23 +133,40 @@ def ridge(signal, fs: float, band, omega0: float = 5.0) -> Ridge:
     Process. 47, 1999, 480), the frequency on it is the derivative of the phase (Delprat et al., IEEE Trans. Inf.
     Theory 38, 1992, 644), the amplitude is divided by the wavelet's spectrum at that frequency.
     """
-    plane = scalogram(signal, fs, band, omega0)
-    rows = _path(plane, fs)
-    columns = np.arange(rows.size)
-    spread, value = plane.scale[rows], plane.value[rows, columns]
-    before, after = np.maximum(columns - 1, 0), np.minimum(columns + 1, rows.size - 1)
-    # row by row: neighbours on the ridge may lie on different scales
-    turn = np.angle(plane.value[rows, after] * value.conj()) + np.angle(value * plane.value[rows, before].conj())
-    omega, phase = turn * fs / (after - before), np.unwrap(np.angle(value))
-    centre = omega0 / spread
-    amplitude = np.abs(value) * np.exp(np.clip(omega / centre - 1, -1 / omega0, 1 / omega0) ** 2 * omega0**2 / 2)
-    amplitude *= _sampling_loss(centre / fs) / _sampling_loss(omega / fs)
-
-    scatter, density = _scatter(omega, phase, spread, fs), amplitude**2
+    found, scatter = _followed(scalogram(signal, fs, band, omega0), fs)
+    density = found.amplitude**2
     if np.sum(density * scatter) > SCATTER * np.sum(density):
         raise RecordError(f"no ridge above the noise between {band[0]:g} and {band[1]:g} Hz")
-    valid = (scatter < SCATTER) & _clear_of_jumps(amplitude, phase, spread, fs)
-    return Ridge(plane.time, omega, amplitude, valid, phase, spread)
+    return found
+
+
+def skeleton(plane: Scalogram) -> Ridge:
+    """Follow the strongest component of a scalogram even where no ridge stands above the noise.
+
+    Parameters
+    ----------
+    plane : Scalogram
+        From `scalogram`.
+
+    Returns
+    -------
+    Ridge
+        As from `ridge`; ``valid`` says where it means something.
+    """
+    return _followed(plane, 1 / (plane.time[1] - plane.time[0]))[0]
+
+
+def shortest(lowest: float, omega0: float = 5.0) -> float:
+    """Shortest record that leaves something to be seen between the ends' masks, s.
+
+    Parameters
+    ----------
+    lowest : float
+        Hz, lower end of the band.
+    omega0 : float
+        Centre of the Morlet wavelet, rad.
+    """
+    return (2 * MASK + 2) * omega0 / (2 * np.pi * lowest)
 
 
 def ridges(signal, fs: float, bands, omega0: float = 5.0) -> tuple[Ridge, ...]:
@@ -179,6 +196,23 @@ def ridges(signal, fs: float, bands, omega0: float = 5.0) -> tuple[Ridge, ...]:
     return tuple(ridge(signal, fs, band, omega0) for band in bands)
 
 
+def _followed(plane, fs) -> tuple[Ridge, np.ndarray]:
+    """Ridge of a plane, and the scatter of its frequency, in widths of the wavelet."""
+    omega0, rows = plane.omega0, _path(plane, fs)
+    columns = np.arange(rows.size)
+    spread, value = plane.scale[rows], plane.value[rows, columns]
+    before, after = np.maximum(columns - 1, 0), np.minimum(columns + 1, rows.size - 1)
+    # row by row: neighbours on the ridge may lie on different scales
+    turn = np.angle(plane.value[rows, after] * value.conj()) + np.angle(value * plane.value[rows, before].conj())
+    omega, phase = turn * fs / (after - before), np.unwrap(np.angle(value))
+    centre = omega0 / spread
+    amplitude = np.abs(value) * np.exp(np.clip(omega / centre - 1, -1 / omega0, 1 / omega0) ** 2 * omega0**2 / 2)
+    amplitude *= _sampling_loss(centre / fs) / _sampling_loss(omega / fs)
+    scatter = _scatter(omega, phase, spread, fs)
+    valid = (scatter < SCATTER) & _clear_of_jumps(amplitude, phase, spread, fs)
+    return Ridge(plane.time, omega, amplitude, valid, phase, spread), scatter
+
+
 def _checked(signal, fs, band, omega0) -> np.ndarray:
     """Return the signal as floats, or refuse it or the arguments."""
     signal = np.asarray(signal, dtype=float)
@@ -195,7 +229,7 @@ def _checked(signal, fs, band, omega0) -> np.ndarray:
         raise RecordError(f"sample {int(np.argmin(finite))} of the signal is not finite")
     if np.ptp(signal) <= 1e-12 * np.abs(signal).max():
         raise RecordError(f"the signal is constant at {signal[0]:g}")
-    needed = (2 * MASK + 2) * omega0 / (2 * np.pi * band[0])
+    needed = shortest(band[0], omega0)
     if signal.size / fs < needed:
         raise RecordError(
             f"the record lasts {signal.size / fs:g} s; the wavelet (omega0 = {omega0:g}) needs {needed:.3g} s "
