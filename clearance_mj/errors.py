@@ -23,3 +23,7 @@ class ExcitationError(ClearanceError):
 
 class SimulationError(ClearanceError):
     """A simulation diverged or its solver warned; the message names rig, time and bushing."""
+
+
+class ManoeuvreError(ClearanceError):
+    """A path, vehicle, steering or controller setting is impossible; the message says what would be possible."""

@@ -1,0 +1,1 @@
+"""A vehicle whose steering shaft has clearance: paths, plants, steering, controllers and manoeuvres."""

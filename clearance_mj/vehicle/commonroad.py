@@ -1,0 +1,90 @@
+"""The right-hand sides of commonroad-vehicle-models, compiled.
+
+The library's own source is compiled, not copied: each of its functions is taken with the compiled ones in place of
+those that it calls. Parameters become named tuples, which compiled code reads as the library reads its objects.
+
+The tyres' lateral shifts are zeroed. As shipped they jump with the sign of the camber, so that the multi-body model
+drives no straight line but limit-cycles by 10 mm at 72 km/h and 27 mm at 120 km/h.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import types
+from collections import namedtuple
+
+import numba
+import vehiclemodels.utils.tire_model as tire_model
+import vehiclemodels.vehicle_dynamics_mb as multi_body_module
+import vehiclemodels.vehicle_dynamics_std as drift_module
+from vehiclemodels.utils.vehicle_dynamics_ks_cog import vehicle_dynamics_ks_cog
+from vehiclemodels.vehicle_parameters import VehicleParameters, setup_vehicle_parameters
+
+__all__ = ["SHIFTS", "compiled_parameters", "multi_body", "parameters", "single_track_drift"]
+
+SHIFTS = ("p_hy1", "p_hy3", "p_vy1", "p_vy3", "r_hy1", "r_vy1", "r_vy3")
+"""Tyre parameters that shift the lateral force"""
+
+
+def parameters(vehicle: int = 2) -> VehicleParameters:
+    """The library's parameters of a vehicle, with the tyres' lateral shifts zeroed.
+
+    Parameters
+    ----------
+    vehicle : int
+        Its number in the library; 2 is a BMW 320i.
+    """
+    values = setup_vehicle_parameters(vehicle)
+    return dataclasses.replace(values, tire=dataclasses.replace(values.tire, **dict.fromkeys(SHIFTS, 0.0)))
+
+
+def _numbers(values):
+    """Fields of a parameter object that hold numbers."""
+    return {name: float(value) for name, value in vars(values).items() if isinstance(value, int | float)}
+
+
+# Named at module level, so that the compiler's cache recognises them in the next process.
+_EXAMPLE = parameters()
+Steering = namedtuple("Steering", _numbers(_EXAMPLE.steering))
+Longitudinal = namedtuple("Longitudinal", _numbers(_EXAMPLE.longitudinal))
+Tire = namedtuple("Tire", _numbers(_EXAMPLE.tire))
+Parameters = namedtuple("Parameters", ("steering", "longitudinal", "tire", *_numbers(_EXAMPLE)))
+
+
+def compiled_parameters(values: VehicleParameters) -> Parameters:
+    """Parameters as compiled code reads them.
+
+    Parameters
+    ----------
+    values : VehicleParameters
+        The library's object.
+    """
+    steering, longitudinal = Steering(**_numbers(values.steering)), Longitudinal(**_numbers(values.longitudinal))
+    return Parameters(steering, longitudinal, Tire(**_numbers(values.tire)), **_numbers(values))
+
+
+def _compiled(function, **callees):
+    """A function of the library, calling what is given in place of what its module names."""
+    names = {**function.__globals__, **callees}
+    copy = types.FunctionType(function.__code__, names, function.__name__, function.__defaults__)
+    copy.__module__ = function.__module__
+    return numba.njit(copy, cache=True, nogil=True)
+
+
+_TIRE = types.ModuleType("tire")
+_SIGN = _compiled(tire_model.sign)
+for _name in ("formula_longitudinal", "formula_lateral", "formula_longitudinal_comb", "formula_lateral_comb"):
+    setattr(_TIRE, _name, _compiled(getattr(tire_model, _name), sign=_SIGN))
+_LIMITS = {
+    name: _compiled(getattr(multi_body_module, name)) for name in ("steering_constraints", "acceleration_constraints")
+}
+_KINEMATIC = _compiled(vehicle_dynamics_ks_cog, **_LIMITS)
+
+multi_body = _compiled(
+    multi_body_module.vehicle_dynamics_mb, tireModel=_TIRE, vehicle_dynamics_ks_cog=_KINEMATIC, **_LIMITS
+)
+"""f(x, u, p) of the multi-body model, 29 states"""
+single_track_drift = _compiled(
+    drift_module.vehicle_dynamics_std, tire_model=_TIRE, vehicle_dynamics_ks_cog=_KINEMATIC, **_LIMITS
+)
+"""f(x, u, p) of the single-track drift model, 9 states"""

@@ -1,0 +1,287 @@
+"""The vehicle that is driven: the multi-body and the single-track drift model of commonroad-vehicle-models.
+
+Both have the road-wheel angle as an input that the steering model sets, held over each step of 1 ms: the library's own
+steering integrator, and with it its rate limit, is left to the servo. The set speed is held by a proportional cruise
+control through the library's drive and brake torques. Axes are those of ISO 8855: x ahead, y left, yaw to the left.
+
+The library has no aligning moment. Here it is the front axle's lateral force times a constant trail, and the lateral
+force follows from the moments about the rear axle, F_yf = (b ΣF_y + I_z dr/dt)/(a + b): exact for the single track; for
+the multi-body model it counts the moment of left-right differences of longitudinal tyre forces to the front axle.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+import math
+from abc import ABC, abstractmethod
+from dataclasses import dataclass, field
+from typing import ClassVar, NamedTuple
+
+import numba
+import numpy as np
+from vehiclemodels.init_mb import init_mb
+from vehiclemodels.init_std import init_std
+
+from ..errors import ManoeuvreError, SimulationError
+from .commonroad import compiled_parameters, multi_body, parameters, single_track_drift
+
+__all__ = ["STEP", "Measurement", "MultiBody", "Plant", "SingleTrackDrift", "Spread", "Vehicle"]
+
+STEP = 1e-3
+"""s, of the Runge-Kutta method"""
+GRAVITY = 9.81
+"""m/s²"""
+CRUISE_GAIN = 2.0
+"""1/s, acceleration per deviation from the set speed"""
+MULTI_BODY_STATES = 29
+
+
+@dataclass(frozen=True)
+class Vehicle:
+    """What a controller may know of the vehicle: the linear single-track model's parameters, nominal."""
+
+    mass: float
+    """kg"""
+    yaw_inertia: float
+    """kg m²"""
+    lf: float
+    """m, from the centre of gravity to the front axle"""
+    lr: float
+    """m, to the rear axle"""
+    cornering_front: float
+    """N/rad, of the axle"""
+    cornering_rear: float
+    """N/rad, of the axle"""
+    friction: float
+    """largest lateral over vertical tyre force"""
+    trail: float = 0.045
+    """m, of the aligning moment"""
+
+    @property
+    def wheelbase(self) -> float:
+        """Distance of the axles, m."""
+        return self.lf + self.lr
+
+    @property
+    def understeer_gradient(self) -> float:
+        """m/L (lr/Cf - lf/Cr): steady-state steering angle beyond L κ per lateral acceleration, rad s²/m."""
+        front, rear = self.lr / self.cornering_front, self.lf / self.cornering_rear
+        return self.mass / self.wheelbase * (front - rear)
+
+    @classmethod
+    def bmw320i(cls, trail: float = 0.045) -> Vehicle:
+        """Vehicle 2 of commonroad-vehicle-models; stiffness per axle is the tyre's per load times the static load.
+
+        Parameters
+        ----------
+        trail : float
+            Of the aligning moment, m.
+        """
+        p = parameters()
+        load = p.m * GRAVITY / (p.a + p.b)
+        stiffness = -p.tire.p_ky1 * load * p.b, -p.tire.p_ky1 * load * p.a
+        return cls(p.m, p.I_z, p.a, p.b, *stiffness, friction=p.tire.p_dy1, trail=trail)
+
+
+@dataclass(frozen=True)
+class Spread:
+    """Factors on what differs from one vehicle and road to the next."""
+
+    mass: float = 1.0
+    """of the sprung mass and its moments of inertia"""
+    stiffness: float = 1.0
+    """of the tyres' cornering stiffness"""
+    friction: float = 1.0
+    """of the tyres' largest forces"""
+
+    def __post_init__(self):
+        for name, value in dataclasses.asdict(self).items():
+            if not 0.2 <= value <= 2:
+                raise ManoeuvreError(f"spread.{name} is a factor in 0.2..2, got {value:g}")
+
+    @classmethod
+    def random(cls, seed: int) -> Spread:
+        """Draw a vehicle: mass uniform within 10 %, stiffness within 15 %, friction between 0.8 and 1.0.
+
+        Parameters
+        ----------
+        seed : int
+            Seed of the random numbers.
+        """
+        generator = np.random.default_rng(seed)
+        return cls(*(float(generator.uniform(*ends)) for ends in ((0.9, 1.1), (0.85, 1.15), (0.8, 1.0))))
+
+
+class Measurement(NamedTuple):
+    """What is measured on the vehicle, at the centre of gravity."""
+
+    x: float
+    """m"""
+    y: float
+    """m"""
+    heading: float
+    """rad"""
+    speed: float
+    """m/s, longitudinal"""
+    lateral_speed: float
+    """m/s"""
+    yaw_rate: float
+    """rad/s"""
+    lateral_acceleration: float
+    """m/s²"""
+    sideslip: float
+    """rad"""
+    aligning_moment: float
+    """N m about the steering axes, trail times the front axle's lateral force: turns the wheels back if positive"""
+
+
+@dataclass(frozen=True)
+class Plant(ABC):
+    """A vehicle model to drive; a state is the library's states and, last, the set speed."""
+
+    name: ClassVar[str]
+    spread: Spread = field(default_factory=Spread)
+    trail: float = 0.045
+    """m, mechanical and pneumatic"""
+
+    @functools.cached_property
+    def parameters(self):
+        """The library's parameters with the spread applied."""
+        p, s = parameters(), self.spread
+        sprung = p.m_s * s.mass
+        tire = dataclasses.replace(
+            p.tire,
+            p_ky1=p.tire.p_ky1 * s.stiffness,
+            p_dy1=p.tire.p_dy1 * s.friction,
+            p_dx1=p.tire.p_dx1 * s.friction,
+        )
+        inertia = {name: getattr(p, name) * s.mass for name in ("I_z", "I_Phi_s", "I_y_s")}
+        return dataclasses.replace(p, m=p.m - p.m_s + sprung, m_s=sprung, tire=tire, **inertia)
+
+    @functools.cached_property
+    def _compiled(self):
+        return compiled_parameters(self.parameters)
+
+    @abstractmethod
+    def _states(self, core) -> list[float]:
+        """The library's states for [x, y, wheel angle, speed, heading, yaw rate, sideslip]."""
+
+    def start(self, speed: float, pose=(0.0, 0.0, 0.0)) -> np.ndarray:
+        """State of the vehicle driving straight.
+
+        Parameters
+        ----------
+        speed : float
+            m/s; it is held from then on.
+        pose : (float, float, float)
+            x, y, m, and heading, rad.
+
+        Returns
+        -------
+        ndarray
+        """
+        x, y, heading = pose
+        return np.array([*self._states([x, y, 0.0, speed, heading, 0.0, 0.0]), speed], dtype=float)
+
+    def advance(self, state, wheel_angle) -> np.ndarray:
+        """Drive on with given road-wheel angles.
+
+        Parameters
+        ----------
+        state : ndarray
+            From `start` or `advance`; it is not changed.
+        wheel_angle : array_like, shape (n,)
+            rad, one for each millisecond.
+
+        Returns
+        -------
+        ndarray
+            State after n ms.
+
+        Raises
+        ------
+        SimulationError
+            If the motion is no longer finite.
+        """
+        after = _advance(state.copy(), np.ascontiguousarray(wheel_angle, dtype=float), STEP, self._compiled)
+        if not np.isfinite(after).all():
+            raise SimulationError(f"plant {self.name}: the motion is no longer finite (speed was {state[3]:.1f} m/s)")
+        return after
+
+    def measure(self, state) -> Measurement:
+        """Read the sensors.
+
+        Parameters
+        ----------
+        state : ndarray
+            From `start` or `advance`.
+        """
+        lateral_speed, acceleration, front_force = _observe(state, self._compiled)
+        speed = math.sqrt(state[3] ** 2 - lateral_speed**2) if state.size < MULTI_BODY_STATES else state[3]
+        slip = math.atan2(lateral_speed, speed)
+        moment = self.trail * front_force
+        return Measurement(
+            *map(float, (state[0], state[1], state[4], speed, lateral_speed, state[5], acceleration, slip, moment))
+        )
+
+
+@dataclass(frozen=True)
+class MultiBody(Plant):
+    """Multi-body model, 29 states: roll, pitch, four wheels, suspension, combined-slip tyres (BMW 320i)."""
+
+    name: ClassVar[str] = "multi-body"
+
+    def _states(self, core):
+        return init_mb(core, self.parameters)
+
+
+@dataclass(frozen=True)
+class SingleTrackDrift(Plant):
+    """Single-track drift model, 9 states: combined-slip tyres, wheel spin, no roll or load transfer (BMW 320i)."""
+
+    name: ClassVar[str] = "single-track"
+
+    def _states(self, core):
+        return init_std(core, self.parameters)
+
+
+@numba.njit(cache=True, nogil=True)
+def _derivative(x, p, u, out):
+    """Rates of the library's states under the cruise control; the wheel angle and the set speed stand still."""
+    n = x.size - 1
+    u[0], u[1] = 0.0, CRUISE_GAIN * (x[n] - x[3])
+    rate = multi_body(x, u, p) if n == MULTI_BODY_STATES else single_track_drift(x, u, p)
+    for i in range(n):
+        out[i] = rate[i]
+    out[n] = 0.0
+
+
+@numba.njit(cache=True, nogil=True)
+def _advance(x, wheel_angle, h, p):
+    """Classical fourth-order Runge-Kutta steps, one for each wheel angle."""
+    k1, k2, k3, k4 = np.empty(x.size), np.empty(x.size), np.empty(x.size), np.empty(x.size)
+    u = np.zeros(2)
+    for angle in wheel_angle:
+        x[2] = angle
+        _derivative(x, p, u, k1)
+        _derivative(x + h / 2 * k1, p, u, k2)
+        _derivative(x + h / 2 * k2, p, u, k3)
+        _derivative(x + h * k3, p, u, k4)
+        x += h / 6 * (k1 + 2 * k2 + 2 * k3 + k4)
+    return x
+
+
+@numba.njit(cache=True, nogil=True)
+def _observe(x, p):
+    """Lateral speed, lateral acceleration and front axle's lateral force."""
+    rate = np.empty(x.size)
+    _derivative(x.copy(), p, np.zeros(2), rate)
+    if x.size - 1 == MULTI_BODY_STATES:
+        lateral_speed = x[10]
+        force = p.m_s * rate[10] + p.m_uf * rate[15] + p.m_ur * rate[20] + p.m * x[5] * x[3]
+    else:
+        lateral_speed = x[3] * math.sin(x[6])
+        along, across = math.cos(x[6]), math.sin(x[6])
+        force = p.m * (rate[3] * across + x[3] * along * (rate[6] + x[5]))
+    return lateral_speed, force / p.m, (p.b * force + p.I_z * rate[5]) / (p.a + p.b)
