@@ -2,6 +2,6 @@
 
 from .bench import simulate_rig
 from .records import generate
-from .table1 import Truth
+from .truth import BoucWen, Iwan, LuGre, Truth
 
-__all__ = ["Truth", "generate", "simulate_rig"]
+__all__ = ["BoucWen", "Iwan", "LuGre", "Truth", "generate", "simulate_rig"]

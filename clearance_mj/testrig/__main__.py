@@ -2,9 +2,15 @@
 
 import argparse
 import sys
+from pathlib import Path
 
 from ..errors import ClearanceError
+from ..rig import Rig
 from .records import generate
+from .truth import Truth
+
+RIG_FILE = Path(__file__).parents[2] / "models" / "table1_rig.toml"
+"""The datasheet rig, in the source tree: all that the dataset tells of the rig"""
 
 
 def main(arguments=None) -> int:
@@ -15,7 +21,7 @@ def main(arguments=None) -> int:
     parser.add_argument("path", help="folder, such as data/table1_rig")
     path = parser.parse_args(arguments).path
     try:
-        generate(path)
+        generate(path, Rig.load(RIG_FILE), Truth())
     except ClearanceError as error:
         print(error, file=sys.stderr)
         return 2

@@ -12,13 +12,16 @@ from ..errors import ExcitationError, SimulationError
 from ..response import Response
 from . import integrator
 from .fem import FiniteElements
+from .truth import Truth
 
-__all__ = ["FACTOR", "simulate_rig"]
+__all__ = ["FACTOR", "greases", "simulate_rig"]
 
 FACTOR = 32
 """Time steps per sample: 65 536 steps per second at 2048 Hz"""
 BLOCK = 1024
 """Samples between two filterings: memory does not grow with the record. The grease drifts from block to block."""
+DRIFT_INTERVAL = 8.0
+"""s between independent values of the grease's stiffness"""
 DRIFT_STREAM = 1
 """Second word of the drift's seed, so that no other generator of the same seed draws the same numbers"""
 
@@ -30,8 +33,8 @@ def simulate_rig(rig, truth, excitation, seed: int) -> Response:
     ----------
     rig : Rig
         Shaft, masses, sensors, gaps and bushings' places. Its grease and contact values are not used.
-    truth : Truth
-        Grease and contact as they really are.
+    truth : Truth or sequence of Truth
+        Grease and contact as they really are, in all bushings or in each.
     excitation : Excitation
         Base acceleration, or force at the rig's shaker.
     seed : int
@@ -50,13 +53,14 @@ def simulate_rig(rig, truth, excitation, seed: int) -> Response:
     SimulationError
         If the implicit step does not converge; the message names rig and time.
     """
+    truths = (truth,) * len(rig.bushings) if isinstance(truth, Truth) else tuple(truth)
     elements = FiniteElements.of_shaft(rig.beam, rig.point_masses)
     load = _load(rig, elements, excitation.kind)
     ends = [x for b in rig.bushings for x in b.ends]
     points = elements.points([*ends, *(b.position for b in rig.bushings)])
     scheme = integrator.scheme(elements, load, points, 1 / (excitation.fs * FACTOR))
-    motion = integrator.at_rest(elements, load, points, len(rig.bushings))
-    outputs, touching = _march(rig, truth, scheme, motion, elements, excitation, seed)
+    motion = integrator.at_rest(elements, load, points, greases(truths))
+    outputs, touching = _march(rig, truths, scheme, motion, elements, excitation, seed)
     bushings, sensors = len(rig.bushings), len(rig.sensors)
     acceleration, rest = outputs[:, :sensors], outputs[:, sensors:]
     displacement, contact, grease = np.split(rest, [bushings, 2 * bushings], axis=1)
@@ -74,7 +78,7 @@ def simulate_rig(rig, truth, excitation, seed: int) -> Response:
         provenance={
             "source": "synthetic: virtual test rig",
             "rig": rig.to_dict(),
-            "truth": dataclasses.asdict(truth),
+            "truth": [dataclasses.asdict(t) for t in truths],
             "excitation": dict(excitation.description),
             "seed": seed,
             "version": __version__,
@@ -91,23 +95,23 @@ def _load(rig, elements, kind):
     return elements.points([rig.shaker.position]).dense(elements.count)[0]
 
 
-def _march(rig, truth, scheme, motion, elements, excitation, seed):
+def _march(rig, truths, scheme, motion, elements, excitation, seed):
     """Run the integrator block by block; return the filtered outputs and the counts of touching steps."""
     bushings, n = len(rig.bushings), excitation.value.size
-    contacts = _contacts(rig, truth)
+    contacts, grease = _contacts(rig, truths), greases(truths)
     starts = np.arange(0, n, BLOCK)
-    stiffness = truth.grease_stiffness * _drift(truth, bushings, starts / excitation.fs, seed)
+    drift = _drift(truths, starts / excitation.fs, seed)
     sensors = elements.points([s.position for s in rig.sensors])
     follows = 1.0 if excitation.kind == "base" else 0.0
     fast = sampling.interpolate(excitation.value, FACTOR)
     decimator = sampling.Decimator(sensors.start.size + 3 * bushings, FACTOR)
     touching, slow = np.zeros(bushings, dtype=np.int64), []
-    for first, k in zip(starts, stiffness):
+    for first, change in zip(starts, drift):
         block = fast[first * FACTOR : (first + BLOCK) * FACTOR]
         out = np.zeros((block.size, sensors.start.size + 3 * bushings))
-        greases = _greases(truth, k)
+        now = grease._replace(stiffness=grease.stiffness * change)
         done = integrator.march(
-            scheme, motion, contacts, greases, block, follows, sensors.start, sensors.weight, out, touching
+            scheme, motion, contacts, now, block, follows, sensors.start, sensors.weight, out, touching
         )
         if done < block.size or not np.all(np.isfinite(out[-1])):
             time = first / excitation.fs + done * scheme.step
@@ -117,28 +121,37 @@ def _march(rig, truth, scheme, motion, elements, excitation, seed):
     return np.concatenate(slow)[:n], touching
 
 
-def _contacts(rig, truth):
+def _contacts(rig, truths):
+    """Both ends of every bushing; each has half of its stiffness."""
     gaps = np.array([b.gap for b in rig.bushings for _ in b.ends])
-    half = np.full(gaps.size, truth.contact_stiffness / 2)
-    return integrator.Contacts(gaps, half, float(truth.contact_exponent), float(truth.contact_dissipation))
+    rows = [(t.contact_stiffness / 2, t.contact_exponent, t.contact_dissipation) for t in truths for _ in range(2)]
+    return integrator.Contacts(gaps, *np.array(rows, dtype=float).reshape(-1, 3).T.copy())
 
 
-def _greases(truth, stiffness):
-    return integrator.Greases(
-        stiffness,
-        float(truth.elastic_ratio),
-        float(truth.amplitude),
-        float(truth.beta),
-        float(truth.gamma),
-        int(truth.exponent),
-        float(truth.film_damping),
-        np.full(stiffness.size, truth.film_height),
-        float(truth.film_limit),
-    )
+def greases(truths) -> integrator.Greases:
+    """Grease of every bushing as the integrator reads it.
+
+    Parameters
+    ----------
+    truths : sequence of Truth
+        One for each bushing.
+    """
+
+    def column(name):
+        return np.array([getattr(t, name) for t in truths], dtype=float)
+
+    models = [t.hysteresis for t in truths]
+    parameters = np.zeros((len(models), max((m.parameters.size for m in models), default=0)))
+    for row, model in zip(parameters, models):
+        row[: model.parameters.size] = model.parameters
+    kinds, states = np.array([(m.model, m.states) for m in models], dtype=np.int64).reshape(-1, 2).T.copy()
+    film = (column(name) for name in ("film_damping", "film_height", "film_limit"))
+    return integrator.Greases(column("grease_stiffness"), column("elastic_ratio"), kinds, states, parameters, *film)
 
 
-def _drift(truth, bushings, time, seed):
+def _drift(truths, time, seed):
     """Grease stiffness over its nominal value, shape (len(time), bushings): straight lines between random values."""
-    knots = int(time[-1] / truth.drift_interval) + 2
-    values = np.random.default_rng((seed, DRIFT_STREAM)).uniform(-truth.drift, truth.drift, (bushings, knots))
-    return 1 + np.array([np.interp(time, truth.drift_interval * np.arange(knots), row) for row in values]).T
+    knots = int(time[-1] / DRIFT_INTERVAL) + 2
+    largest = np.array([[t.drift] for t in truths]).reshape(-1, 1)
+    values = np.random.default_rng((seed, DRIFT_STREAM)).uniform(-largest, largest, (len(truths), knots))
+    return 1 + np.array([np.interp(time, DRIFT_INTERVAL * np.arange(knots), row) for row in values]).T

@@ -28,8 +28,8 @@ class Contacts(NamedTuple):
 
     gap: np.ndarray
     stiffness: np.ndarray
-    exponent: float
-    dissipation: float
+    exponent: np.ndarray
+    dissipation: np.ndarray
 
 
 class Greases(NamedTuple):
@@ -37,15 +37,17 @@ class Greases(NamedTuple):
 
     stiffness: np.ndarray
     """k, N/m, at this moment"""
-    elastic_ratio: float
+    elastic_ratio: np.ndarray
     """λ"""
-    amplitude: float
-    beta: float
-    gamma: float
-    exponent: int
-    damping: float
+    model: np.ndarray
+    """`physics.BOUC_WEN`, `physics.IWAN` or `physics.LUGRE`"""
+    states: np.ndarray
+    """how many numbers the model remembers"""
+    parameters: np.ndarray
+    """(n_greases, n) of the model"""
+    damping: np.ndarray
     film_height: np.ndarray
-    film_limit: float
+    film_limit: np.ndarray
 
 
 class Scheme(NamedTuple):
@@ -95,7 +97,7 @@ class Motion(NamedTuple):
     place: np.ndarray
     """(n_points,) displacement of the points, m"""
     hysteresis: np.ndarray
-    """(n_greases,) Bouc-Wen displacement, m"""
+    """(n_greases, n_states) what the hysteresis remembers, m"""
     work: np.ndarray
     """(n + 6,) scratch, zero in the first and last three places"""
 
@@ -132,22 +134,23 @@ def scheme(elements, load, points, step, beta=0.25, gamma=0.5) -> Scheme:
     )  # fmt: skip
 
 
-def at_rest(elements, load, points, greases: int, excitation: float = 0.0) -> Motion:
+def at_rest(elements, load, points, greases: Greases, excitation: float = 0.0) -> Motion:
     """Return the state of a system at rest under its first excitation, shape (n,) each.
 
     Parameters
     ----------
     elements, load, points
         As for `scheme`.
-    greases : int
-        Number of points with grease.
+    greases : Greases
+        Of the points with grease.
     excitation : float
         Its value at time zero; it sets the first acceleration M⁻¹ load excitation.
     """
     n, count = elements.count, points.start.size
+    hysteresis = np.zeros((greases.states.size, greases.states.max(initial=1)))
     acceleration = _solve(*_factorise(elements.mass), excitation * load)
     zeros = np.zeros
-    return Motion(zeros(n), zeros(n), acceleration, zeros(count), zeros(count), zeros(greases), zeros(n + 6))
+    return Motion(zeros(n), zeros(n), acceleration, zeros(count), zeros(count), hysteresis, zeros(n + 6))
 
 
 @numba.njit(cache=True, nogil=True)
@@ -255,17 +258,17 @@ def _solve_points(scheme, motion, contacts, greases):
         speed[p] = _at(scheme.start, scheme.weight, p, motion.velocity) + to_speed * a
     y, slope, residual = np.zeros(n_points), np.empty(n_points), np.empty(n_points)
     jacobian = np.empty((n_points, n_points))
-    z = np.empty(greases.stiffness.size)
+    state = np.empty(motion.hysteresis.shape)
     force = motion.force
     for _ in range(NEWTON_ITERATIONS):
         for p in range(n_points):
             x, v = place[p] - to_place * y[p], speed[p] - to_speed * y[p]
             if p < n_contacts:
                 force[p], dx, dv = physics.contact(
-                    x, v, contacts.gap[p], contacts.stiffness[p], contacts.exponent, contacts.dissipation
+                    x, v, contacts.gap[p], contacts.stiffness[p], contacts.exponent[p], contacts.dissipation[p]
                 )
             else:
-                force[p], dx, dv, z[p - n_contacts] = _grease(greases, motion, p, p - n_contacts, x, v)
+                force[p], dx, dv = _grease(greases, motion, p, p - n_contacts, x, v, h, state)
             slope[p] = to_place * dx + to_speed * dv
         for p in range(n_points):
             residual[p] = -y[p]
@@ -281,20 +284,32 @@ def _solve_points(scheme, motion, contacts, greases):
         if largest * h * h <= NEWTON_TOLERANCE:
             for p in range(n_points):
                 motion.place[p] = place[p] - to_place * y[p]
-            motion.hysteresis[:] = z
+            motion.hysteresis[:] = state
             return True
     return False
 
 
 @numba.njit(cache=True, nogil=True)
-def _grease(greases, motion, point, j, x, v):
-    """Force and derivatives of the grease at one point, and its hysteretic displacement after the step."""
-    z, dz = physics.bouc_wen(
-        x - motion.place[point], motion.hysteresis[j], greases.amplitude, greases.beta, greases.gamma, greases.exponent
+def _grease(greases, motion, point, j, x, v, time_step, state):
+    """Force and derivatives of the grease at one point; row j of ``state`` becomes what it remembers of the step."""
+    own, before, step = greases.parameters[j], motion.hysteresis[j], x - motion.place[point]
+    bristle = bristle_dv = 0.0
+    if greases.model[j] == physics.BOUC_WEN:
+        z, dz = physics.bouc_wen(step, before[0], own[0], own[1], own[2], int(own[3]))
+        state[j, 0] = z
+    elif greases.model[j] == physics.IWAN:
+        n = greases.states[j]
+        z, dz = physics.iwan(step, before[:n], own[:n], state[j, :n])
+    else:
+        z, dz, rate, rate_dv = physics.lugre(step, time_step, v, before[0], own[0], own[1], own[2])
+        state[j, 0], bristle, bristle_dv = z, own[3] * rate, own[3] * rate_dv
+    film, film_dx, film_dv = physics.squeeze_film(
+        x, v, greases.damping[j], greases.film_height[j], greases.film_limit[j]
     )
-    film, film_dx, film_dv = physics.squeeze_film(x, v, greases.damping, greases.film_height[j], greases.film_limit)
-    elastic, slipping = greases.elastic_ratio * greases.stiffness[j], (1 - greases.elastic_ratio) * greases.stiffness[j]
-    return elastic * x + slipping * z + film, elastic + slipping * dz + film_dx, film_dv, z
+    elastic = greases.elastic_ratio[j] * greases.stiffness[j]
+    slipping = (1 - greases.elastic_ratio[j]) * greases.stiffness[j]
+    force = elastic * x + slipping * z + film + bristle
+    return force, elastic + slipping * dz + film_dx, film_dv + bristle_dv
 
 
 @numba.njit(cache=True, nogil=True)

@@ -10,7 +10,10 @@ import math
 
 import numba
 
-__all__ = ["bouc_wen", "contact", "squeeze_film"]
+__all__ = ["BOUC_WEN", "IWAN", "LUGRE", "bouc_wen", "contact", "iwan", "lugre", "squeeze_film"]
+
+BOUC_WEN, IWAN, LUGRE = range(3)
+"""Kinds of hysteresis"""
 
 
 @numba.njit(cache=True, nogil=True)
@@ -85,6 +88,82 @@ def _slope(step, z, amplitude, beta, gamma, exponent):
     for _ in range(exponent):
         power *= abs(z)
     return amplitude - (beta + gamma if step * z > 0.0 else gamma - beta) * power
+
+
+@numba.njit(cache=True, nogil=True)
+def iwan(step, before, yields, after):
+    """Move parallel Jenkins elements of equal stiffness: springs in series with Coulomb sliders.
+
+    W. D. Iwan, "A distributed-element model for hysteresis and its steady-state dynamic response", Journal of
+    Applied Mechanics 33 (1966). Exact for any step: each element follows the motion up to its yield displacement.
+
+    Parameters
+    ----------
+    step : float
+        Change of displacement, m.
+    before : ndarray, shape (n,)
+        Deflection of each element's spring, m.
+    yields : ndarray, shape (n,)
+        Where each slides, m.
+    after : ndarray, shape (n,)
+        Filled with the deflections after the step.
+
+    Returns
+    -------
+    z, dz_dstep : float
+        Mean deflection after the step, m, and the share of the elements that do not slide.
+    """
+    total, sticking = 0.0, 0
+    for i in range(yields.size):
+        deflection = before[i] + step
+        if abs(deflection) < yields[i]:
+            sticking += 1
+        else:
+            deflection = yields[i] if deflection > 0.0 else -yields[i]
+        after[i] = deflection
+        total += deflection
+    return total / yields.size, sticking / yields.size
+
+
+@numba.njit(cache=True, nogil=True)
+def lugre(step, time_step, v, z, coulomb, static, stribeck_speed):
+    """Advance the mean deflection of the bristles: ż = v - |v| z / Z(v), Z(v) = Z_c + (Z_s - Z_c) exp(-(v/v_s)²).
+
+    C. Canudas de Wit, H. Olsson, K. J. Åström, P. Lischinsky, "A new model for control of systems with friction", IEEE
+    Transactions on Automatic Control 40 (1995), with g(v) = σ0 Z(v). Exact for a step at constant speed.
+
+    Parameters
+    ----------
+    step : float
+        Change of displacement, m.
+    time_step : float
+        s
+    v : float
+        Velocity at its end, m/s.
+    z : float
+        Deflection before it, m.
+    coulomb, static : float
+        Z_c and Z_s, m.
+    stribeck_speed : float
+        v_s, m/s
+
+    Returns
+    -------
+    z, dz_dstep, rate, drate_dv : float
+        After the step, m; its derivative, but for that of Z; ż, m/s, and its derivative, but for that of Z.
+    """
+    limit = _stribeck(step / time_step, coulomb, static, stribeck_speed)
+    side = 1.0 if step > 0.0 else -1.0
+    left = (z - side * limit) * math.exp(-abs(step) / limit)
+    after = side * limit + left
+    slope = 1.0 - (1.0 if v > 0.0 else -1.0) * after / _stribeck(v, coulomb, static, stribeck_speed)
+    return after, -side * left / limit, v * slope, slope
+
+
+@numba.njit(cache=True, nogil=True)
+def _stribeck(v, coulomb, static, stribeck_speed):
+    ratio = v / stribeck_speed
+    return coulomb + (static - coulomb) * math.exp(-ratio * ratio)
 
 
 @numba.njit(cache=True, nogil=True)

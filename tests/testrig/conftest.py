@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from clearance_mj.rig import Rig
+from clearance_mj.testrig.bench import greases
 from clearance_mj.testrig.fem import FiniteElements
-from clearance_mj.testrig.integrator import Greases
 
 
 @pytest.fixture(scope="session")
@@ -23,4 +23,4 @@ def free_masses():
 
 @pytest.fixture(scope="session")
 def no_grease():
-    return Greases(np.zeros(0), 1.0, 1.0, 0.0, 0.0, 2, 0.0, np.zeros(0), 1.0)
+    return greases(())

@@ -1,18 +1,21 @@
 import numpy as np
 import pytest
+import scipy.integrate
 import scipy.linalg
 import scipy.optimize
 
 from clearance_mj.rig import Beam
-from clearance_mj.testrig import integrator
+from clearance_mj.testrig import BoucWen, Iwan, LuGre, Truth, integrator
+from clearance_mj.testrig.bench import greases
 from clearance_mj.testrig.fem import FiniteElements, Points, dense
 
 FIRST = Points(np.array([0]), np.array([[1.0, 0.0, 0.0, 0.0]]))
+HYSTERESES = [BoucWen(), Iwan(4e-4), LuGre(2e-4, 3e-4, 0.02, 0.5)]
 BEAM = Beam(length=0.8, young_modulus=70e9, density=2700.0, diameter=0.01, rayleigh=(3.0, 2e-5))
 
 
 def no_contact():
-    return integrator.Contacts(np.zeros(0), np.zeros(0), 1.5, 0.0)
+    return integrator.Contacts(*np.zeros((4, 0)))
 
 
 def no_points():
@@ -25,7 +28,7 @@ def test_one_step_solves_the_equation_of_motion(no_grease):
     rng = np.random.default_rng(0)
     load, h = rng.standard_normal(elements.count), 1e-4
     scheme = integrator.scheme(elements, load, no_points(), h, beta=0.3, gamma=0.6)
-    motion = integrator.at_rest(elements, load, no_points(), 0)
+    motion = integrator.at_rest(elements, load, no_points(), no_grease)
     u, v, a = (rng.standard_normal(elements.count) * s for s in (1e-6, 1e-3, 1.0))
     motion.displacement[:], motion.velocity[:], motion.acceleration[:] = u, v, a
     assert integrator.step(scheme, motion, no_contact(), no_grease, 2.0)
@@ -39,9 +42,9 @@ def test_one_step_solves_the_equation_of_motion(no_grease):
     np.testing.assert_allclose(motion.displacement, u + h * v + h**2 * (0.2 * a + 0.3 * new), rtol=1e-9, atol=1e-15)
 
 
-def test_starts_with_the_acceleration_of_its_load():
+def test_starts_with_the_acceleration_of_its_load(no_grease):
     elements = FiniteElements.of_shaft(BEAM)
-    motion = integrator.at_rest(elements, elements.inertia, no_points(), 0, excitation=-3.0)
+    motion = integrator.at_rest(elements, elements.inertia, no_points(), no_grease, excitation=-3.0)
     expected = scipy.linalg.solveh_banded(elements.mass, -3.0 * elements.inertia, lower=True)
     np.testing.assert_allclose(motion.acceleration, expected, rtol=1e-8, atol=1e-6)
 
@@ -58,7 +61,7 @@ def test_second_order(no_grease):
     errors = []
     for steps in (1000, 2000):
         scheme = integrator.scheme(elements, elements.inertia, no_points(), end / steps)
-        motion = integrator.at_rest(elements, elements.inertia, no_points(), 0)
+        motion = integrator.at_rest(elements, elements.inertia, no_points(), no_grease)
         motion.displacement[:] = shapes[:, 0]
         motion.acceleration[:] = -values[0] * shapes[:, 0]
         for _ in range(steps):
@@ -71,9 +74,9 @@ def impact(elements, no_grease, speed, stiffness, dissipation, step):
     """Throw the first of the free masses at a Hertz stop; speed after it, and time in contact."""
     load = np.zeros(elements.count)
     scheme = integrator.scheme(elements, load, FIRST, step)
-    motion = integrator.at_rest(elements, load, FIRST, 0)
+    motion = integrator.at_rest(elements, load, FIRST, no_grease)
     motion.velocity[0], motion.displacement[0] = speed, 0.9999e-3
-    contacts = integrator.Contacts(np.array([1e-3]), np.array([stiffness]), 1.5, dissipation)
+    contacts = integrator.Contacts(*np.array([[1e-3], [stiffness], [1.5], [dissipation]]))
     touching = 0
     while motion.velocity[0] > 0 or motion.displacement[0] > 0.999e-3:
         assert integrator.step(scheme, motion, contacts, no_grease, 0.0)
@@ -104,7 +107,8 @@ def test_hertz_impact_duration(free_masses, no_grease):
     assert duration == pytest.approx(2.943275 * depth / speed, rel=1e-3)
 
 
-def test_energy_balance(rig):
+@pytest.mark.parametrize("hysteresis", HYSTERESES)
+def test_energy_balance(rig, hysteresis):
     """What the base gives is stored, or spent in damping and bushings, to the last digit (average acceleration).
 
     Exact for the discrete motion: ΔE = Δu·(f₀ + f₁)/2 - h v̄·C v̄ with v̄ = Δu/h.
@@ -113,16 +117,16 @@ def test_energy_balance(rig):
     bushings = [x for b in rig.bushings for x in b.ends] + [b.position for b in rig.bushings]
     points, load, h = elements.points(bushings), -elements.inertia, 1 / 65536
     scheme = integrator.scheme(elements, load, points, h)
-    motion = integrator.at_rest(elements, load, points, 2)
-    contacts = integrator.Contacts(np.full(4, 3e-4), np.full(4, 1.5e5), 1.5, 1.5)
-    greases = integrator.Greases(np.full(2, 4369.0), 0.8, 1.0, 1e7, 1e7, 2, 4.0, np.full(2, 7.5e-4), 0.2)
+    contacts = integrator.Contacts(*np.outer((3e-4, 1.5e5, 1.5, 1.5), np.ones(4)))
+    grease = greases([Truth(hysteresis=hysteresis)] * 2)
+    motion = integrator.at_rest(elements, load, points, grease)
     m, k, at = dense(elements.mass), dense(elements.stiffness), points.dense(elements.count)
     damping = rig.beam.rayleigh[0] * m + rig.beam.rayleigh[1] * k
     given = spent = before = touching = 0.0
     for i in range(1, 6000):
         pulse = 150 * np.sin(np.pi * i / 400) if i < 400 else 0.0
         old, force = motion.displacement.copy(), motion.force.copy()
-        assert integrator.step(scheme, motion, contacts, greases, pulse)
+        assert integrator.step(scheme, motion, contacts, grease, pulse)
         change = motion.displacement - old
         given += load @ change * (before + pulse) / 2
         spent += (at @ change) @ (force + motion.force) / 2 + change @ damping @ change / h
@@ -132,3 +136,48 @@ def test_energy_balance(rig):
     assert touching > 500
     assert stored + spent == pytest.approx(given, rel=1e-9)
     assert 0 < stored < given
+
+
+def bouc_wen_rate(model, z, v):
+    slope = model.amplitude - (model.beta * np.sign(z * v) + model.gamma) * np.abs(z) ** model.exponent
+    return slope * v, z[0], 0.0
+
+
+def iwan_rate(model, u, v):
+    limits = model.largest_yield * (np.arange(model.elements) + 0.5) / model.elements
+    return np.where((np.abs(u) < limits) | (u * v < 0), v, 0.0), np.mean(np.clip(u, -limits, limits)), 0.0
+
+
+def lugre_rate(model, z, v):
+    limit = model.coulomb + (model.static - model.coulomb) * np.exp(-((v / model.stribeck_speed) ** 2))
+    rate = v - np.abs(v) * z / limit
+    return rate, z[0], model.damping * rate[0]
+
+
+@pytest.mark.parametrize(("hysteresis", "rate"), list(zip(HYSTERESES, (bouc_wen_rate, iwan_rate, lugre_rate))))
+def test_mass_on_grease(free_masses, hysteresis, rate):
+    """A mass held by the grease alone and pushed up and down, against Runge-Kutta on the equations as published."""
+    truth = Truth(hysteresis=hysteresis, elastic_ratio=0.3)
+    grease, mass, push = greases([truth]), 0.7, 0.8
+    load = np.array([1.0, 0.0, 0.0, 0.0])
+    steps, end = 40000, 0.4
+    scheme = integrator.scheme(free_masses, load, FIRST, end / steps)
+    motion = integrator.at_rest(free_masses, load, FIRST, grease)
+    time = np.arange(1, steps + 1) * end / steps
+    found = np.empty(steps)
+    for i, t in enumerate(time):
+        assert integrator.step(scheme, motion, no_contact(), grease, push * np.sin(2 * np.pi * 11 * t))
+        found[i] = motion.displacement[0]
+
+    def equations(t, y):
+        x, v = y[:2]
+        change, z, bristle = rate(hysteresis, y[2:], v)
+        held = truth.grease_stiffness * (0.3 * x + 0.7 * z) + bristle
+        film = truth.film_damping * v / max(1 - abs(x) / truth.film_height, truth.film_limit) ** 2
+        return np.concatenate(([v, (push * np.sin(2 * np.pi * 11 * t) - held - film) / mass], change))
+
+    start = np.zeros(2 + hysteresis.states)
+    options = {"rtol": 1e-8, "atol": 1e-12, "max_step": 1e-4, "t_eval": time[99::100]}
+    expected = scipy.integrate.solve_ivp(equations, (0, end), start, **options).y[0]
+    assert np.abs(expected).max() > 2e-4  # well beyond the yield
+    assert np.abs(found[99::100] - expected).max() < 2e-4 * np.abs(expected).max()

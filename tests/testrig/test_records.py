@@ -6,8 +6,8 @@ import numpy as np
 from clearance_mj import excitation
 from clearance_mj.io.dataset import Dataset, write_dataset
 from clearance_mj.testrig import Truth
+from clearance_mj.testrig.plans import plans
 from clearance_mj.testrig.records import take
-from clearance_mj.testrig.table1 import plans
 
 DATA = Path(__file__).parents[2] / "data" / "table1_rig"
 

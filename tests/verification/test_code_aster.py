@@ -9,10 +9,11 @@ import pytest
 
 from clearance_mj.rig import Beam
 from clearance_mj.testrig import integrator
+from clearance_mj.testrig.bench import greases
 from clearance_mj.testrig.fem import FiniteElements, Points, dense
 
-NO_GREASE = integrator.Greases(np.zeros(0), 1.0, 1.0, 0.0, 0.0, 2, 0.0, np.zeros(0), 1.0)
-NO_CONTACT = integrator.Contacts(np.zeros(0), np.zeros(0), 1.0, 0.0)
+NO_GREASE = greases(())
+NO_CONTACT = integrator.Contacts(*np.zeros((4, 0)))
 
 
 def masses(mass, stiffness, rayleigh=(0.0, 0.0)):
@@ -28,8 +29,8 @@ def test_sdnl104_beam_hits_an_elastic_stop():
     tip = elements.points([1.0])
     load = tip.dense(elements.count)[0]
     scheme = integrator.scheme(elements, load, tip, 1e-4)
-    motion = integrator.at_rest(elements, load, tip, 0, excitation=-1000.0)
-    stop = integrator.Contacts(np.array([1e-4]), np.array([1e8]), 1.0, 0.0)
+    motion = integrator.at_rest(elements, load, tip, NO_GREASE, excitation=-1000.0)
+    stop = integrator.Contacts(*np.array([[1e-4], [1e8], [1.0], [0.0]]))
     place, speed = np.zeros(1601), np.zeros(1601)
     for i in range(1, 1601):
         assert integrator.step(scheme, motion, stop, NO_GREASE, -1000.0)
@@ -49,7 +50,7 @@ def test_sdnd108b_mass_bounces_off_a_damped_support():
     elements, nowhere = masses(1.0, 100.0, (0.0, 0.05)), Points(np.zeros(0, dtype=np.int64), np.zeros((0, 4)))
     load, h = np.array([1.0, 0.0, 0.0, 0.0]), 1e-5
     scheme = integrator.scheme(elements, load, nowhere, h)
-    motion = integrator.at_rest(elements, load, nowhere, 0)
+    motion = integrator.at_rest(elements, load, nowhere, NO_GREASE)
     motion.velocity[0] = -1.0 - 10.0 * fall
     motion.acceleration[0] = -10.0 - 5.0 * motion.velocity[0]
     states = [(fall, 0.0, motion.velocity[0])]
@@ -74,9 +75,9 @@ def test_sdnd101_mass_and_spring_hit_a_stop():
     first = Points(np.array([0]), np.array([[1.0, 0.0, 0.0, 0.0]]))
     elements, load, h = masses(100.0, 1e4), np.array([1e4, 0.0, 0.0, 0.0]), 1e-5
     scheme = integrator.scheme(elements, load, first, h)
-    motion = integrator.at_rest(elements, load, first, 0)
+    motion = integrator.at_rest(elements, load, first, NO_GREASE)
     motion.displacement[0], motion.velocity[0] = 1.0, 1.0
-    stop = integrator.Contacts(np.array([1.0]), np.array([1e6]), 1.0, 0.0)
+    stop = integrator.Contacts(*np.array([[1.0], [1e6], [1.0], [0.0]]))
     force = np.zeros(50_000)
     for i in range(force.size):
         assert integrator.step(scheme, motion, stop, NO_GREASE, 1.0)
