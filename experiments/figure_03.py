@@ -1,6 +1,6 @@
 """Figure 3: damping and stiffness that fall steadily, identified from a free decay (working condition 2)."""
 
-from figure_02 import main
+from clearance_mj.reproduce import main
 
 if __name__ == "__main__":
-    main(2, "figure_03")
+    main("figure_03", snrs=(100, 20), seeds=5)

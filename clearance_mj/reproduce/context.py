@@ -1,0 +1,128 @@
+"""What items share: dataset, laws, tests and simulations, each made once, when it is first asked for."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from functools import cached_property
+from pathlib import Path
+
+from ..correlation import compare
+from ..engines import simulate
+from ..errors import ClearanceError
+from ..frf import FRF, estimate_frf
+from ..identify.laws import get_method
+from ..io.dataset import Dataset, Record
+from ..report.article import Article, load_article
+from ..study import N_MODES, RESOLUTION, Case, Knowledge, Study
+
+__all__ = ["DATASET", "Context"]
+
+DATASET = Path("data/table1_rig")
+METHODS = ("nominal", "constant", "ridge-as-printed", "ridge", "output-error")
+ENGINES = ("links", "modal")
+QUICK_METHODS = ("nominal", "ridge-as-printed", "amplitude")
+QUICK_ENGINES = ("modal",)
+
+
+class Context:
+    """What items share.
+
+    Parameters
+    ----------
+    dataset : str or Path
+        Folder of the test records.
+    quick : bool
+        Take fewer noises, the laws that need no search, and the fastest engine.
+    stage : callable, optional
+        Is told in words what is being done.
+    """
+
+    def __init__(self, dataset=DATASET, quick: bool = False, stage: Callable[[str], None] = lambda words: None):
+        self.path, self.quick, self.stage = Path(dataset), quick, stage
+        self._cases: dict[float, list[Case]] = {}
+
+    @property
+    def methods(self) -> tuple[str, ...]:
+        """Ways to a law, from the least knowledge to the most."""
+        return QUICK_METHODS if self.quick else METHODS
+
+    @property
+    def engines(self) -> tuple[str, ...]:
+        """The engines, the main one first."""
+        return QUICK_ENGINES if self.quick else ENGINES
+
+    @cached_property
+    def dataset(self) -> Dataset:
+        """The test records."""
+        return Dataset.load(self.path)
+
+    @cached_property
+    def article(self) -> Article:
+        """The article's Tables 1 and 2.
+
+        Raises
+        ------
+        ClearanceError
+            If they are not installed.
+        """
+        article = load_article()
+        if article is None:
+            raise ClearanceError("the article's published tables are not installed: data/article is missing")
+        return article
+
+    @cached_property
+    def laws(self) -> tuple[Knowledge, ...]:
+        """The clearance's laws, identified from the records with role "identify"."""
+        return tuple(self._law(name) for name in self.methods)
+
+    def _law(self, name) -> Knowledge:
+        self.stage(f"identifying: {name}")
+        method = get_method(name)
+        found = method.run(self.dataset, None)
+        return Knowledge(name, found.law, method.knows, found.parameters)
+
+    @cached_property
+    def tests(self) -> dict[str, FRF]:
+        """Measured FRFs of the validation records, by name."""
+        return {r.name: estimate_frf(r.response(), resolution=RESOLUTION) for r in self.dataset.validate}
+
+    @property
+    def levels(self) -> list[float]:
+        """Levels of the validation records, rising, m/s²."""
+        return sorted({r.level for r in self.dataset.validate})
+
+    @property
+    def main_level(self) -> float:
+        """The middle level, m/s²."""
+        return self.levels[len(self.levels) // 2]
+
+    def study(self, levels: Sequence[float]) -> Study:
+        """Every law on every engine, driven as the first record of each level was.
+
+        Parameters
+        ----------
+        levels : sequence of float
+            m/s².
+        """
+        cases = [case for level in levels for case in self._level(level)]
+        floor = {level: compare(*(self.tests[r.name] for r in self._records(level)[:2]), N_MODES) for level in levels}
+        return Study(self.dataset, self.laws, self.tests, tuple(cases), floor)
+
+    def _records(self, level) -> list[Record]:
+        return [r for r in self.dataset.validate if r.level == level]
+
+    def _level(self, level) -> list[Case]:
+        if level not in self._cases:
+            record, laws = self._records(level)[0], self.laws
+            self.stage(f"simulating: {level:g} m/s²")
+            jobs = [(law, engine, record) for law in laws for engine in self.engines]
+            with ThreadPoolExecutor(os.cpu_count()) as pool:
+                self._cases[level] = list(pool.map(lambda job: self._case(*job), jobs))
+        return self._cases[level]
+
+    def _case(self, knowledge, engine, record) -> Case:
+        response = simulate(record.rig, record.excitation(), knowledge.law, engine)
+        frf = estimate_frf(response, resolution=RESOLUTION)
+        return Case(knowledge.name, engine, record, frf, compare(self.tests[record.name], frf, N_MODES), {})

@@ -1,0 +1,60 @@
+"""Which items there are. A new one is one line in `ITEMS`."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from importlib import import_module
+
+from ..errors import ClearanceError
+from .result import Result
+
+__all__ = ["ITEMS", "get_item", "select"]
+
+ITEMS = {
+    "figure_02": "clearance_mj.reproduce.figure_02",
+    "figure_03": "clearance_mj.reproduce.figure_03",
+    "figure_04": "clearance_mj.reproduce.figure_04",
+}
+"""Module of each item by its name, in the order of the index page"""
+
+
+def get_item(name: str) -> Callable[..., Result]:
+    """Return the function that computes an item.
+
+    Parameters
+    ----------
+    name : str
+        Such as "figure_02".
+
+    Returns
+    -------
+    callable
+        ``run(context, **parameters)``.
+
+    Raises
+    ------
+    ClearanceError
+        For an unknown name; the message lists the known ones.
+    """
+    if name not in ITEMS:
+        raise ClearanceError(f'item "{name}" is unknown; known: all, {", ".join(ITEMS)}')
+    return import_module(ITEMS[name]).run
+
+
+def select(names: Sequence[str]) -> list[str]:
+    """Return the names in the order of `ITEMS`, each once; all of them for none or for "all".
+
+    Parameters
+    ----------
+    names : sequence of str
+        As the command line takes them.
+
+    Raises
+    ------
+    ClearanceError
+        For an unknown name.
+    """
+    for name in names:
+        if name != "all":
+            get_item(name)
+    return [name for name in ITEMS if name in names or "all" in names or not names]
