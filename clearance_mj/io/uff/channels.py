@@ -116,7 +116,7 @@ def _timing(data: bytes, function: Function) -> tuple[float, float]:
     """Sampling rate in Hz and time of the first sample in s."""
     if function.even:
         slack = 0.5 * 10.0 ** Decimal(function.step).as_tuple().exponent
-        return _simplest_rate(float(function.step), slack), function.first
+        return simplest_rate(float(function.step), slack), function.first
     time = numbers(data, function)[:, 0]
     if time.size < 2:
         raise RecordError(f"data set {function.number}: needs two samples to tell its time step")
@@ -130,13 +130,25 @@ def _timing(data: bytes, function: Function) -> tuple[float, float]:
             f"data set {function.number}: its times are uneven at sample {int(np.argmax(off))} or have too few "
             "digits; needs one time step throughout"
         )
-    return _simplest_rate(float(step), slack / (time.size - 1)), float(time[0])
+    return simplest_rate(float(step), slack / (time.size - 1)), float(time[0])
 
 
-def _simplest_rate(step: float, slack: float) -> float:
+def simplest_rate(step: float, slack: float) -> float:
     """Return the rate with the fewest decimals whose time step is ``step`` within ``slack``.
 
-    Six digits is all that the header holds of a time step: 1/2048 s is written as 4.88281e-04.
+    Six digits is all that a header holds of a time step: 1/2048 s is written as 4.88281e-04.
+
+    Parameters
+    ----------
+    step : float
+        s, as it was written.
+    slack : float
+        s, what rounding may have changed.
+
+    Returns
+    -------
+    float
+        Samples per second.
     """
     slack = 1.001 * min(slack, 1e-5 * step)
     for decimals in range(12):
@@ -185,6 +197,6 @@ def _step_text(fs: float) -> str:
     for digits in (5, 6, 7):
         text = f"{1 / fs:.{digits}e}"
         slack = 0.5 * 10.0 ** Decimal(text).as_tuple().exponent
-        if _simplest_rate(float(text), slack) == fs:
+        if simplest_rate(float(text), slack) == fs:
             return text
     return text

@@ -1,0 +1,132 @@
+"""CSV records: the numbers that were written come back in SI units; every fault is named with line and column."""
+
+import gzip
+
+import numpy as np
+import pytest
+
+from clearance_mj.errors import RecordError
+from clearance_mj.io.csv_records import read_csv
+
+FS, N = 2048.0, 3000
+HEADER = "time,base,acc:1,disp:6"
+
+
+@pytest.fixture
+def numbers(rng):
+    return np.column_stack((np.arange(N) / FS, rng.standard_normal((N, 3))))
+
+
+def write(path, numbers, header=HEADER, separator=",", time="%.9f", value="%.17g"):
+    formats = [time] + [value] * (numbers.shape[1] - 1)
+    np.savetxt(path, numbers, formats, separator, header=header, comments="")
+    return path
+
+
+def places(channels):
+    return [(c.node, c.direction, c.quantity) for c in channels]
+
+
+def test_channels_by_the_names_of_columns(tmp_path, numbers):
+    channels = read_csv(write(tmp_path / "a.csv", numbers))
+    assert places(channels) == [(100, "+Z", "acceleration"), (1, "+Z", "acceleration"), (6, "+Z", "displacement")]
+    assert {c.fs for c in channels} == {FS}
+    assert np.array_equal([c.value for c in channels], numbers[:, 1:].T)
+
+
+def test_units_directions_and_semicolons(tmp_path, numbers):
+    header = "# bench 3\n\ntime [ms];force (kN);acc:1:-Z [g];disp:6 [µm]"
+    channels = read_csv(write(tmp_path / "a.csv", numbers * [1e3, 1, 1, 1], header, ";"))
+    assert places(channels) == [(200, "+Z", "force"), (1, "-Z", "acceleration"), (6, "+Z", "displacement")]
+    in_si = numbers[:, 1:] * [1e3, 9.80665, 1e-6]  # standard gravity: BIPM, The International System of Units
+    np.testing.assert_allclose([c.value for c in channels], in_si.T, rtol=1e-15)
+    assert channels[0].fs == FS
+
+
+def test_columns_by_a_map(tmp_path, numbers):
+    file = write(tmp_path / "a.csv", numbers, "t,Input,Accel 1 (m/s²),Temp")
+    channels = read_csv(file, {"t": "time", "Input": "base [g]", "Accel 1": "acc:1", "Temp": "skip"})
+    assert places(channels) == [(100, "+Z", "acceleration"), (1, "+Z", "acceleration")]
+    np.testing.assert_allclose(channels[0].value, 9.80665 * numbers[:, 1], rtol=1e-15)
+    assert np.array_equal(channels[1].value, numbers[:, 2])
+
+
+def test_sampling_rate_in_place_of_time(tmp_path, numbers):
+    file = write(tmp_path / "a.csv", numbers, "t,base,acc:1,disp:6")
+    assert read_csv(file, {"t": "skip"}, fs=500.0)[0].fs == 500.0
+    with pytest.raises(RecordError, match='no column "time"'):
+        read_csv(file, {"t": "skip"})
+    with pytest.raises(RecordError, match="no sampling rate beside it"):
+        read_csv(file, {"t": "time"}, fs=500.0)
+
+
+@pytest.mark.parametrize("time", ["%.6f", "%.5f", "%g", "%.8e"])
+def test_times_of_few_digits_still_tell_the_rate(tmp_path, numbers, time):
+    assert read_csv(write(tmp_path / "a.csv", numbers, time=time))[0].fs == FS
+
+
+def test_compressed(tmp_path, numbers):
+    file = write(tmp_path / "a.csv", numbers)
+    packed = tmp_path / "a.csv.gz"
+    packed.write_bytes(gzip.compress(file.read_bytes()))
+    assert np.array_equal(read_csv(packed)[2].value, numbers[:, 3])
+
+
+BAD_HEADERS = {
+    "time,base,acx:1,disp:6": r'line 1, column 3 "acx:1": .* did you mean "acc:1"',
+    "time,base,acc:1,dips:6": r'line 1, column 4 "dips:6": .* did you mean "disp:6"',
+    "time,base,acc:1 [ft/s2],disp:6": r'line 1, column 3 "acc:1 \[ft/s2\]": unit "ft/s2" .* m/s2, mm/s2, g',
+    "time,base,acc:1 [mm],disp:6": r'unit "mm" of acceleration is unknown',
+    "time,base,acc:1": "line 2: has 4 columns, the header 3",
+}
+
+
+@pytest.mark.parametrize("header", BAD_HEADERS)
+def test_headers_that_cannot_be_used(tmp_path, numbers, header):
+    file = write(tmp_path / "a.csv", numbers, header)
+    with pytest.raises(RecordError, match=BAD_HEADERS[header]) as error:
+        read_csv(file)
+    assert str(error.value).startswith(str(file))
+
+
+def test_map_of_a_column_that_is_not_there(tmp_path, numbers):
+    file = write(tmp_path / "a.csv", numbers, "time,base,Accel 1,disp:6")
+    with pytest.raises(RecordError, match='line 1: has no column "Acel 1", did you mean "Accel 1"'):
+        read_csv(file, {"Acel 1": "acc:1"})
+
+
+@pytest.mark.parametrize("cell", ["nan", "inf", "", "overload", "1..2"])
+def test_cells_that_are_not_numbers(tmp_path, numbers, cell):
+    file = write(tmp_path / "a.csv", numbers)
+    lines = file.read_text().splitlines()
+    lines[1500] = ",".join([*lines[1500].split(",")[:3], cell])
+    file.write_text("\n".join(lines))
+    with pytest.raises(RecordError, match=r'line 1501, column 4 "disp:6": .* is not a number'):
+        read_csv(file)
+
+
+def test_decimal_commas(tmp_path):
+    (tmp_path / "a.csv").write_text("time;base\n0,0;1,5\n0,5;1,5\n")
+    with pytest.raises(
+        RecordError, match='line 2, column 1 "time": "0,0" is not a number; write decimals with a point'
+    ):
+        read_csv(tmp_path / "a.csv")
+
+
+def test_a_missing_instant_is_named(tmp_path, numbers):
+    file = write(tmp_path / "a.csv", np.delete(numbers, 1700, axis=0))
+    with pytest.raises(RecordError, match=r'line 1702, column 1 "time": goes from 0\.829589844 s to 0\.830566406 s'):
+        read_csv(file)
+
+
+def test_times_that_are_too_coarse(tmp_path, numbers):
+    with pytest.raises(RecordError, match="digits enough"):
+        read_csv(write(tmp_path / "a.csv", numbers, time="%.3f"))
+
+
+def test_files_without_records(tmp_path):
+    (tmp_path / "a.csv").write_text(HEADER + "\n")
+    with pytest.raises(RecordError, match="holds no records"):
+        read_csv(tmp_path / "a.csv")
+    with pytest.raises(RecordError, match=r"b\.csv"):
+        read_csv(tmp_path / "b.csv")
