@@ -9,12 +9,11 @@ from __future__ import annotations
 
 import dataclasses
 import hashlib
+import itertools
 import json
 import os
-import shutil
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
-from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -22,13 +21,15 @@ import numpy as np
 import xarray as xr
 from tqdm import tqdm
 
+from . import seeds, workshop
 from ._version import __version__
 from .clearance.law import Law, load_law
-from .correlation import Comparison, compare
+from .correlation import Comparison, compare, with_modes
 from .engines import get_engine, simulate
 from .errors import ClearanceError, RecordError
 from .frf import FRF, estimate_frf
 from .identify.laws import get_method
+from .intervals import CONFIDENCE
 from .io.dataset import Dataset, Record
 from .io.files import replacing, to_json
 from .io.results import dataset_to_frf, frf_to_dataset
@@ -37,11 +38,11 @@ from .response import Response
 __all__ = ["ENGINES", "METHODS", "Case", "Knowledge", "Study", "run_study"]
 
 ENGINES = ("links", "modal", "modal-mj")
-METHODS = ("nominal", "constant", "ridge", "force-balance", "amplitude", "output-error")
+METHODS = ("nominal", "constant", "ridge-as-printed", "ridge", "force-balance", "amplitude", "output-error")
 RESOLUTION = 0.5
 """Hz, of the FRFs that are compared"""
 N_MODES = 4
-FILES = {"figures", "laws", "report.html", "results.nc", "summary.json", "tables"}
+FILES = {workshop.CACHE, "figures", "laws", "report.html", "results.nc", "summary.json", "tables"}
 """What a study leaves in its folder"""
 
 
@@ -95,25 +96,46 @@ class Study:
         """First case of a law, an engine and a level."""
         return next(c for c in self.cases if (c.law, c.engine, c.record.level) == (law, engine, level))
 
+    def of(self, law: str, engine: str) -> dict[float, list[Comparison]]:
+        """Comparisons of a law on an engine by level, one for each of the level's records."""
+        found = [c for c in self.cases if (c.law, c.engine) == (law, engine)]
+        return {level: [c.comparison for c in found if c.record.level == level] for level in self.levels}
+
+    @property
+    def combinations(self) -> list[tuple[str, str]]:
+        """Laws and engines that were run, in the order in which they were asked for."""
+        return list(dict.fromkeys((c.law, c.engine) for c in self.cases))
+
     def rows(self) -> list[dict]:
-        """One row per level, law and engine: means over the level's records, and the repeat floor."""
+        """One row per level, law and engine: means over the level's records, and the repeat floor.
+
+        Errors and criteria have the limits of their 95 % interval beside them (``rmse_db_low``, ``rmse_db_high``),
+        see `intervals.over_seeds` and, for the floor, `intervals.on_power_law`.
+        """
+        tables = {("repeat", "rig"): seeds.floor_rows({level: c.summary() for level, c in self.floor.items()})}
+        for law, engine in self.combinations:
+            tables[law, engine] = seeds.mean_rows(self._summaries(law, engine))
+        return [
+            {"level": level, "law": law, "engine": engine} | table[level]
+            for level in self.levels
+            for (law, engine), table in tables.items()
+            if level in table
+        ]
+
+    def scatter_rows(self) -> list[dict]:
+        """What the intervals rest on: a row per law, engine and measure, with Cochran's test of equal scatter."""
         rows = []
-        for level in self.levels:
-            if level in self.floor:
-                rows.append({"level": level, "law": "repeat", "engine": "rig"} | self.floor[level].summary())
-            for law in (k.name for k in self.laws):
-                for engine in dict.fromkeys(c.engine for c in self.cases):
-                    found = [c for c in self.cases if (c.law, c.engine, c.record.level) == (law, engine, level)]
-                    summaries = [c.comparison.summary() for c in found]
-                    means = {key: _mean([s[key] for s in summaries]) for key in summaries[0]}
-                    rows.append({"level": level, "law": law, "engine": engine} | means)
+        for law, engine in self.combinations:
+            by_level = self._summaries(law, engine)
+            for key in filter(seeds.has_interval, by_level[self.levels[0]][0]):
+                found = seeds.pooled(by_level, key)
+                row = {"law": law, "engine": engine, "measure": key, "scatter_of_logarithm": found.scatter}
+                row |= {"degrees_of_freedom": found.freedom, "cochran": found.cochran}
+                rows.append(row | {"cochran_limit": found.cochran_limit})
         return rows
 
-
-def _mean(values) -> float:
-    """Mean of the values that are numbers; a mode may be missing in one record and not in another."""
-    finite = [v for v in values if np.isfinite(v)]
-    return float(np.mean(finite)) if finite else float("nan")
+    def _summaries(self, law, engine):
+        return {level: [c.summary() for c in found] for level, found in self.of(law, engine).items()}
 
 
 def run_study(
@@ -132,7 +154,8 @@ def run_study(
         Dataset folder.
     out : str or Path
         Folder for the results. It appears once everything in it is whole; until then the work is in
-        ``<out>.partial``, from where an interrupted study goes on.
+        ``<out>.partial``, from where an interrupted study goes on. A study that is there already is replaced; laws
+        and cases of it are taken over where the inputs are the same.
     engines : sequence of str
         Engines to run.
     methods : sequence of str
@@ -163,15 +186,13 @@ def run_study(
     _check(dataset)
     _check_out(out)
     tests = {r.name: estimate_frf(r.response(), resolution=RESOLUTION) for r in dataset.validate}
-    with _workshop(out) as workshop:
-        laws = _laws(dataset, methods, workshop, progress)
-        cases = _simulate_all(dataset, laws, engines, tests, workshop, workers, progress)
+    with workshop.open_workshop(out) as shop:
+        laws = _laws(dataset, methods, shop.cache, progress)
+        cases = _simulate_all(dataset, laws, engines, tests, shop.cache, workers, progress)
         study = Study(dataset, laws, tests, cases, _floor(dataset, tests))
-        finished = workshop / "finished"
-        shutil.rmtree(finished, ignore_errors=True)
-        _write_results(study, finished)
-        write_report(study, finished, progress)
-        _publish(finished, out)
+        _write_results(study, shop.finished)
+        write_report(study, shop.finished, progress)
+        shop.publish()
     return study
 
 
@@ -193,65 +214,29 @@ def _check_out(out):
         raise ClearanceError(f"--out {out} holds {others[0]!r}, which is not of a study; give another folder")
 
 
-@contextmanager
-def _workshop(out: Path):
-    """The folder ``<out>.partial``, held by one process; removed after success, kept for the next try otherwise."""
-    workshop = out.with_name(out.name + ".partial")
-    (workshop / "cases").mkdir(parents=True, exist_ok=True)
-    lock = workshop / "lock"
-    holder = int(lock.read_text() or 0) if lock.exists() else 0
-    if holder and _alive(holder):
-        raise ClearanceError(f"{workshop}: another study (process {holder}) is writing there")
-    lock.write_text(str(os.getpid()))
-    try:
-        yield workshop
-    except BaseException:
-        lock.unlink(missing_ok=True)
-        raise
-    shutil.rmtree(workshop)
+def _laws(dataset, methods, cache, progress) -> tuple[Knowledge, ...]:
+    """The laws of the study; each is kept by the digest of what it was identified from."""
+    evidence = workshop.digest(workshop.code(), dataset.rig.to_dict(), *map(_record_digest, dataset.identify))
+    return tuple(_knowledge(dataset, name, cache, evidence, progress) for name in methods)
 
 
-def _alive(process: int) -> bool:
-    try:
-        os.kill(process, 0)
-    except ProcessLookupError:
-        return False
-    except PermissionError:
-        return True
-    return process != os.getpid()
-
-
-def _publish(finished: Path, out: Path):
-    """Put the finished folder in the place of ``out``; an old study stays whole until then."""
-    old = out.with_name(out.name + ".old")
-    shutil.rmtree(old, ignore_errors=True)
-    if out.exists():
-        out.rename(old)
-    finished.rename(out)
-    shutil.rmtree(old, ignore_errors=True)
-
-
-def _laws(dataset, methods, workshop, progress) -> tuple[Knowledge, ...]:
-    """The laws of the study; each is kept with the digest of what it was identified from."""
-    digest = _digest(__version__, dataset.rig.to_dict(), *(_record_digest(r) for r in dataset.identify))
-    return tuple(_knowledge(dataset, name, workshop / "laws", digest, progress) for name in methods)
-
-
-def _knowledge(dataset, name, folder, digest, progress) -> Knowledge:
-    method, kept = get_method(name), folder / f"{name}.parameters.json"
-    if kept.exists() and (data := json.loads(kept.read_text()))["digest"] == digest:
-        return Knowledge(name, load_law(folder / f"{name}.json"), method.knows, tuple(data["parameters"]))
+def _knowledge(dataset, name, cache, evidence, progress) -> Knowledge:
+    method, stem = get_method(name), f"{name}_{evidence[:16]}"
+    law, parameters = cache.find(f"{stem}.law.json"), cache.find(f"{stem}.parameters.json")
+    if law and parameters:
+        return Knowledge(name, load_law(law), method.knows, tuple(json.loads(parameters.read_text())))
     found = method.run(dataset, f"identifying: {name}" if progress else None)
-    found.law.save(folder / f"{name}.json")
-    with replacing(kept) as temporary:
-        temporary.write_text(to_json({"digest": digest, "parameters": found.parameters}))
+    with cache.write(f"{stem}.law.json") as temporary:
+        found.law.save(temporary)
+    with cache.write(f"{stem}.parameters.json") as temporary:
+        temporary.write_text(to_json(found.parameters))
     return Knowledge(name, found.law, method.knows, found.parameters)
 
 
-def _simulate_all(dataset, laws, engines, tests, workshop, workers, progress) -> tuple[Case, ...]:
-    jobs = [(k, engine, record) for k in laws for engine in engines for record in dataset.validate]
+def _simulate_all(dataset, laws, engines, tests, cache, workers, progress) -> tuple[Case, ...]:
+    jobs = _jobs(dataset, laws, engines)
     with ThreadPoolExecutor(workers or os.cpu_count()) as pool:
-        futures = {pool.submit(_case, *job, tests[job[2].name], workshop): job for job in jobs}
+        futures = [pool.submit(_case, *job, tests, cache) for job in jobs]
         try:
             for future in tqdm(
                 as_completed(futures), total=len(jobs), desc="simulating", unit="run", disable=not progress
@@ -263,31 +248,35 @@ def _simulate_all(dataset, laws, engines, tests, workshop, workers, progress) ->
     return tuple(future.result() for future in futures)
 
 
-def _case(knowledge, engine, record, test, workshop) -> Case:
-    settings = dataclasses.asdict(get_engine(engine))
-    inputs = {"law": knowledge.law.to_dict(), "engine": engine, "settings": settings, "resolution": RESOLUTION}
-    digest = _digest(inputs, record.rig.to_dict(), _record_digest(record), __version__)
-    path = workshop / "cases" / f"{knowledge.name}_{engine}_{record.name}.nc"
-    kept = _read_case(path, digest)
-    if kept is None:
-        response = simulate(record.rig, record.excitation(), knowledge.law, engine)
-        frf, statistics = estimate_frf(response, resolution=RESOLUTION), _statistics(response)
-        attributes = {"digest": digest, "statistics": json.dumps(statistics)}
-        attributes["provenance"] = json.dumps(response.provenance)
-        with replacing(path) as temporary:
-            frf_to_dataset(frf).assign_attrs(attributes).to_netcdf(temporary, engine="scipy", format="NETCDF3_64BIT")
-    else:
-        frf, statistics = kept
-    return Case(knowledge.name, engine, record, frf, compare(test, frf, N_MODES), statistics)
+def _jobs(dataset, laws, engines) -> list[tuple]:
+    """Every law, engine and record, with a file name that holds the digest of all that the result depends on."""
+    digests = [_record_digest(record) for record in dataset.validate]
+    jobs = []
+    for knowledge, engine in itertools.product(laws, engines):
+        settings = dataclasses.asdict(get_engine(engine))
+        inputs = workshop.digest(workshop.code(), knowledge.law.to_dict(), engine, settings, RESOLUTION, N_MODES)
+        for record, digest in zip(dataset.validate, digests):
+            name = f"{knowledge.name}_{engine}_{record.name}_{workshop.digest(inputs, digest)[:16]}.nc"
+            jobs.append((knowledge, engine, record, name))
+    return jobs
 
 
-def _read_case(path, digest):
-    if not path.exists():
-        return None
-    with xr.open_dataset(path, engine="scipy") as data:
-        if data.attrs.get("digest") != digest:
-            return None
-        return dataset_to_frf(data.load()), json.loads(data.attrs["statistics"])
+def _case(knowledge, engine, record, name, tests, cache) -> Case:
+    test, path = tests[record.name], cache.find(name)
+    if path:
+        with xr.open_dataset(path, engine="scipy") as data:
+            frf, kept = dataset_to_frf(data.load()), json.loads(data.attrs["kept"])
+        per_mode = {key: np.array(column) for key, column in kept["per_mode"].items()}
+        return Case(knowledge.name, engine, record, frf, with_modes(test, frf, per_mode), kept["statistics"])
+    response = simulate(record.rig, record.excitation(), knowledge.law, engine)
+    frf, statistics = estimate_frf(response, resolution=RESOLUTION), _statistics(response)
+    comparison = compare(test, frf, N_MODES)
+    per_mode = {key: column.tolist() for key, column in comparison.per_mode.items()}
+    attributes = {"kept": json.dumps({"statistics": statistics, "per_mode": per_mode})}
+    attributes["provenance"] = json.dumps(response.provenance)
+    with cache.write(name) as temporary:
+        frf_to_dataset(frf).assign_attrs(attributes).to_netcdf(temporary, engine="scipy", format="NETCDF3_64BIT")
+    return Case(knowledge.name, engine, record, frf, comparison, statistics)
 
 
 def _statistics(response: Response) -> dict:
@@ -314,7 +303,7 @@ def _floor(dataset, tests) -> dict[float, Comparison]:
 
 def _write_results(study: Study, folder: Path):
     """FRFs of test and models in one labelled file, the laws, and the summary."""
-    (folder / "laws").mkdir(parents=True)
+    (folder / "laws").mkdir()
     for knowledge in study.laws:
         knowledge.law.save(folder / "laws" / f"{knowledge.name}.json")
     models = [
@@ -343,6 +332,8 @@ def _summary(study: Study) -> dict:
         "identified_from": [r.name for r in study.dataset.identify],
         "validated_on": [r.name for r in study.dataset.validate],
         "results": study.rows(),
+        "confidence": CONFIDENCE,
+        "seed_scatter": study.scatter_rows(),
         "statistics": [
             {"law": c.law, "engine": c.engine, "record": c.record.name, "level": c.record.level, **c.statistics}
             for c in study.cases
@@ -351,10 +342,9 @@ def _summary(study: Study) -> dict:
 
 
 def _record_digest(record: Record) -> str:
-    excitation, response = record.excitation(), record.response()
-    arrays = [a for a in (excitation.value, response.acceleration, response.displacement) if a is not None]
-    return _digest(record.name, *(hashlib.sha256(np.ascontiguousarray(a).tobytes()).hexdigest() for a in arrays))
-
-
-def _digest(*parts) -> str:
-    return hashlib.sha256(json.dumps(parts, sort_keys=True, default=str).encode()).hexdigest()
+    """Digest of everything that a law or a case takes from a record."""
+    response = record.response()
+    arrays = [a for a in (response.excitation, response.acceleration, response.displacement) if a is not None]
+    samples = [hashlib.sha256(np.ascontiguousarray(a).tobytes()).hexdigest() for a in arrays]
+    facts = (record.name, record.fs, record.excitation_kind, record.band, record.level, record.rig.to_dict())
+    return workshop.digest(*facts, *samples)

@@ -1,5 +1,6 @@
 """The study on a small dataset: what it leaves, what it keeps after an interrupt, what it refuses."""
 
+import dataclasses
 import json
 import os
 
@@ -7,7 +8,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from clearance_mj import report
+from clearance_mj import report, workshop
 from clearance_mj import study as study_module
 from clearance_mj.engines import simulate
 from clearance_mj.errors import ClearanceError, RecordError
@@ -100,7 +101,7 @@ def test_interrupted_study_goes_on_where_it_stopped(small_dataset, tmp_path, mon
     with pytest.raises(KeyboardInterrupt):
         run_study(small_dataset, tmp_path / "out", ("modal",), METHODS, workers=1, progress=False)
     assert not (tmp_path / "out").exists()
-    assert len(list((tmp_path / "out.partial" / "cases").glob("*.nc"))) == 3
+    assert len(list((tmp_path / "out.partial" / "cache").glob("*.nc"))) == 3
 
     monkeypatch.setattr(study_module, "simulate", lambda *a: done.append(a) or simulate(*a))
     monkeypatch.setitem(METHODS_BY_NAME, "constant", Method("all", None))  # identifying again would fail
@@ -109,6 +110,58 @@ def test_interrupted_study_goes_on_where_it_stopped(small_dataset, tmp_path, mon
     assert len(done) == 2 * 4 - 3
     assert (tmp_path / "out" / "report.html").exists()
     assert not (tmp_path / "out.partial").exists()
+
+
+def counted(monkeypatch):
+    """Simulations from here on, as (rig, excitation, law, engine)."""
+    done = []
+    monkeypatch.setattr(study_module, "simulate", lambda *a: done.append(a) or simulate(*a))
+    return done
+
+
+def test_a_second_study_computes_only_what_is_new(small_dataset, tmp_path, monkeypatch, quick):
+    done = counted(monkeypatch)
+    first = run_study(small_dataset, tmp_path / "out", ("modal",), METHODS, progress=False)
+    assert len(done) == 2 * 4
+
+    done.clear()
+    monkeypatch.setitem(METHODS_BY_NAME, "constant", Method("all", None))  # identifying again would fail
+    again = run_study(small_dataset, tmp_path / "out", ("modal",), METHODS, progress=False)
+    assert not done
+    assert json.dumps(again.rows()) == json.dumps(first.rows())
+    for one, other in zip(first.cases, again.cases):
+        np.testing.assert_array_equal(one.frf.value, other.frf.value)
+        assert one.statistics == other.statistics
+
+    run_study(small_dataset, tmp_path / "out", ("modal", "modal-mj"), METHODS, progress=False)
+    assert [engine for *_, engine in done] == ["modal-mj"] * 8
+
+
+def test_a_changed_record_is_simulated_again_and_identified_from_only_if_it_was_before(
+    small_dataset, tmp_path, monkeypatch, quick
+):
+    done = counted(monkeypatch)
+    dataset = Dataset.load(small_dataset)
+    run_study(small_dataset, tmp_path / "out", ("modal",), METHODS, progress=False)
+    records = list(dataset.records)
+    i = next(i for i, r in enumerate(records) if r.name == "level_4_2")
+    louder = [dataclasses.replace(c, value=1.01 * c.value) for c in records[i].channels]
+    records[i] = dataclasses.replace(records[i], channels=louder)
+    write_dataset(tmp_path / "changed", dataset.rig, records)
+
+    done.clear()
+    monkeypatch.setitem(METHODS_BY_NAME, "constant", Method("all", None))
+    run_study(tmp_path / "changed", tmp_path / "out", ("modal",), METHODS, progress=False)
+    assert {excitation.description["record"] for _, excitation, *_ in done} == {"level_4_2"} and len(done) == 2
+    assert len(list((tmp_path / "out" / "cache").glob("*.nc"))) == 2 * 4, "what is out of date is dropped"
+
+
+def test_changed_code_keeps_nothing(small_dataset, tmp_path, monkeypatch, quick):
+    done = counted(monkeypatch)
+    run_study(small_dataset, tmp_path / "out", ("modal",), ("nominal",), progress=False)
+    monkeypatch.setattr(workshop, "code", lambda: "another version")
+    run_study(small_dataset, tmp_path / "out", ("modal",), ("nominal",), progress=False)
+    assert len(done) == 2 * 4
 
 
 def test_a_study_replaces_an_older_one_only_when_it_is_whole(small_dataset, tmp_path, monkeypatch, quick):

@@ -1,0 +1,124 @@
+"""Means of a comparison's measures over the seeds of each level, with their intervals."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Mapping, Sequence
+
+import numpy as np
+
+from .intervals import Interval, Pooled, on_power_law, over_seeds
+
+__all__ = ["PERFECT", "floor_rows", "has_interval", "interval_of", "mean_rows", "pooled"]
+
+PERFECT = {
+    **dict.fromkeys(("mre", "rmse_db", "relative_error"), 0.0),
+    **dict.fromkeys(("frac", "csac", "csf", "csac_per_sensor", "csf_per_sensor", "mac"), 1.0),
+}
+"""Value of each measure for equal FRFs; its distance from there is the error whose logarithm scatters"""
+
+
+def _measure(key) -> str:
+    return re.sub(r"^mode_\d+_", "", key)
+
+
+def has_interval(key: str) -> bool:
+    """Whether a column of `Comparison.summary` is an error or a criterion, not a frequency or a damping.
+
+    Parameters
+    ----------
+    key : str
+        Such as "frac" or "mode_2_mac".
+    """
+    return _measure(key) in PERFECT
+
+
+def pooled(by_level: Mapping[float, Sequence[Mapping[str, float]]], key: str) -> Pooled:
+    """Mean error of one measure over the seeds of each level, with intervals.
+
+    Parameters
+    ----------
+    by_level : mapping of float to sequence of mapping
+        By level, one set of measures for each seed.
+    key : str
+        Which measure.
+    """
+    perfect = PERFECT[_measure(key)]
+    return over_seeds({level: [abs(perfect - s[key]) for s in seeds] for level, seeds in by_level.items()})
+
+
+def mean_rows(by_level: Mapping[float, Sequence[Mapping[str, float]]]) -> dict[float, dict[str, float]]:
+    """Means over the seeds of each level; errors and criteria with ``_low`` and ``_high``, their 95 % interval.
+
+    Parameters
+    ----------
+    by_level : mapping of float to sequence of mapping
+        By level, one set of measures for each seed.
+
+    Returns
+    -------
+    dict of float to dict
+        By level.
+    """
+
+    def intervals(key):
+        return pooled(by_level, key).means
+
+    return _rows({level: _means(seeds) for level, seeds in by_level.items()}, intervals)
+
+
+def floor_rows(by_level: Mapping[float, Mapping[str, float]]) -> dict[float, dict[str, float]]:
+    """Measures of the repeat floor, of which there is one pair of seeds for each level; intervals by `on_power_law`.
+
+    Parameters
+    ----------
+    by_level : mapping of float to mapping
+        Measures by level.
+
+    Returns
+    -------
+    dict of float to dict
+        By level.
+    """
+
+    def intervals(key):
+        return on_power_law({level: abs(PERFECT[_measure(key)] - row[key]) for level, row in by_level.items()})
+
+    return _rows(by_level, intervals)
+
+
+def _rows(means, intervals: Callable) -> dict[float, dict[str, float]]:
+    """Limits beside the means; those of a criterion are its error's, the other way round."""
+    rows = {level: {} for level in means}
+    for key in next(iter(means.values()), ()):
+        found = intervals(key) if has_interval(key) else {}
+        for level, row in rows.items():
+            row[key] = means[level][key]
+            if found:
+                error = found[level]
+                is_error = PERFECT[_measure(key)] == 0
+                limits = (error.low, error.high) if is_error else (1 - error.high, 1 - error.low)
+                row[f"{key}_low"], row[f"{key}_high"] = limits
+    return rows
+
+
+def _means(seeds) -> dict[str, float]:
+    """Means of the values that are numbers; a mode may be missing in one record and not in another."""
+    means = {}
+    for key in seeds[0]:
+        finite = [s[key] for s in seeds if np.isfinite(s[key])]
+        means[key] = float(np.mean(finite)) if finite else float("nan")
+    return means
+
+
+def interval_of(row: Mapping[str, float], key: str) -> Interval:
+    """A measure of a row of `mean_rows` or `floor_rows` with its limits.
+
+    Parameters
+    ----------
+    row : mapping
+        The row.
+    key : str
+        Which measure.
+    """
+    return Interval(row[key], row[f"{key}_low"], row[f"{key}_high"])
