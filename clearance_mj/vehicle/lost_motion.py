@@ -1,0 +1,89 @@
+"""Lost motion of the road wheel: the shaft in its bushings reduced to one degree of freedom, quasi-static.
+
+With d the wheel angle less the servo's, h the half-gap, g the gap function (Eq. 11), M the moment that turns the wheel
+back and T_f its Coulomb friction against the ground,
+
+    c dd/dt + k_s d + k g(d, h) + M + T_f sign(dδ/dt) = 0.
+
+In contact and without friction d = -h σ - M/k, σ = ±1 the side: the clearance is torque-driven, its side follows the
+moment. Where T_f exceeds the moment the wheel stays until the shaft has crossed the play and pushes: friction-driven.
+Steps are implicit (backward Euler), so that contacts of any stiffness are stable; the step's equation is piecewise
+linear and solved exactly.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numba
+
+__all__ = ["LostMotion", "lost_motion_step"]
+
+
+class LostMotion(NamedTuple):
+    """The reduced clearance, at the road wheel."""
+
+    half_gap: float
+    """h, rad"""
+    stiffness: float
+    """k of the contact, N m/rad"""
+    shaft_stiffness: float = 0.0
+    """k_s, N m/rad: what bends the shaft within the play"""
+    damping: float = 0.0
+    """c, N m s/rad: grease in the bushings and rack"""
+    friction: float = 0.0
+    """T_f, N m"""
+
+
+@numba.njit(cache=True, nogil=True, inline="always")
+def _resistance(d, before, h, p):
+    """Torque with which the shaft resists a lost motion d after one step."""
+    beyond = max(d - p.half_gap, 0.0) + min(d + p.half_gap, 0.0)
+    return p.damping / h * (d - before) + p.shaft_stiffness * d + p.stiffness * beyond
+
+
+@numba.njit(cache=True, nogil=True, inline="always")
+def _balanced(moment, before, h, p):
+    """Lost motion at which the shaft resists just ``-moment`` after one step."""
+    slope = p.damping / h + p.shaft_stiffness
+    push = p.damping / h * before - moment
+    if push > slope * p.half_gap:
+        return (push + p.stiffness * p.half_gap) / (slope + p.stiffness)
+    if push < -slope * p.half_gap:
+        return (push - p.stiffness * p.half_gap) / (slope + p.stiffness)
+    return push / slope if slope > 0.0 else before
+
+
+@numba.njit(cache=True, nogil=True)
+def lost_motion_step(d, turn, moment, h, p):
+    """Lost motion after one step.
+
+    Parameters
+    ----------
+    d : float
+        Wheel angle less servo angle, rad.
+    turn : float
+        How far the servo turns in this step, rad.
+    moment : float
+        M, N m.
+    h : float
+        Step, s.
+    p : LostMotion
+        The reduced clearance.
+
+    Returns
+    -------
+    d : float
+        rad.
+    contact : int
+        σ: 1 where the shaft pushes the wheel to the left, -1 to the right, 0 within the play.
+    """
+    stuck = d - turn
+    load = _resistance(stuck, d, h, p) + moment
+    if abs(load) <= p.friction:
+        after = stuck
+    elif load > 0.0:  # the wheel turns back, friction holds against it
+        after = _balanced(moment - p.friction, d, h, p)
+    else:
+        after = _balanced(moment + p.friction, d, h, p)
+    return after, (1 if after < -p.half_gap else -1 if after > p.half_gap else 0)

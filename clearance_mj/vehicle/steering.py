@@ -1,0 +1,329 @@
+"""The steering: a servo, a shaft that runs through two bushings with clearance, and the lever that turns the wheels.
+
+The servo turns the shaft's bushings; what the shaft moves in them, over the lever arm r, is the wheel's error
+δ_err = x(l_j)/r at the bushing l_j where the lever's force acts. The shaft is a rig of this project, loaded there by
+the aligning moment, the road's and the friction, each over r. Two models of it: "play", reduced to one quasi-static
+degree of freedom (`lost_motion`), and "modal", the compiled modal engine. All angles and moments are those at the road
+wheel.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+import math
+import re
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numba
+import numpy as np
+
+from ..beam import static_deflection
+from ..clearance.law import ConstantLaw, Law
+from ..engines import Modal
+from ..engines.base import step_factor, stiffest_contact
+from ..errors import ManoeuvreError
+from ..excitation import random
+from ..rig import Beam, Bushing, Contact, Grease, PointMass, Rig, Sensor, Shaker
+from .lost_motion import LostMotion, lost_motion_step
+from .plant import STEP
+
+__all__ = ["LEVER_ARM", "STEERING_SHAFT", "Steering", "SteeringRun", "parse_gap"]
+
+RATIO, PINION = 16.0, 7.1e-3
+"""Hand-wheel over road-wheel angle, and the pinion's radius, m"""
+COLUMN_STIFFNESS = 172.0
+"""N m/rad, at the pinion"""
+RACK_MASS, RACK_DAMPING = 32.0, 3920.0
+"""kg and N s/m"""
+LEVER_ARM = RATIO * PINION
+"""m, travel of the rack per radian of the road wheel"""
+NOISE_PERIOD = 60.0
+"""s, after which the road's noise repeats, without a seam"""
+SMALLEST_GAP = 1e-9
+"""m, that stands for none where a rig needs one"""
+
+
+def _steering_shaft() -> Rig:
+    """Slender steel shaft clamped at the servo; the rack's mass and damping and the column's stiffness at the lever."""
+    lever, contact = 0.475, Contact(COLUMN_STIFFNESS / PINION**2, 200.0)
+    return Rig(
+        name="steering shaft",
+        description="Shaft between steering servo and rack, in two bushings; the lever is at the second",
+        beam=Beam(length=0.6, young_modulus=210e9, density=7850.0, diameter=0.010, rayleigh=(0.5, 1e-5)),
+        masses=(PointMass(lever, RACK_MASS, "rack"),),
+        bushings=(
+            Bushing(0.33, 4e-4, 0.012, Grease(0.0, 3.0), contact),
+            Bushing(lever, 4e-4, 0.012, Grease(0.0, RACK_DAMPING), contact),
+        ),
+        sensors=(Sensor(1, lever),),
+        shaker=Shaker("force", lever),
+    )
+
+
+STEERING_SHAFT = _steering_shaft()
+"""The steering's shaft as `Steering` takes it by default"""
+
+_UNITS = {"deg": math.radians(1), "mrad": 1e-3, "rad": 1.0}
+_LENGTHS = {"um": 1e-6, "µm": 1e-6, "mm": 1e-3, "m": 1.0}
+
+
+def parse_gap(text: str, lever_arm: float = LEVER_ARM) -> float:
+    """Half-gap at the road wheel from a number with a unit.
+
+    Parameters
+    ----------
+    text : str
+        Such as "0.2deg", "3.5mrad" (road-wheel angle) or "0.15mm" (radial clearance of the shaft).
+    lever_arm : float
+        From the clearance to the wheel angle, m.
+
+    Returns
+    -------
+    float
+        rad.
+
+    Raises
+    ------
+    ManoeuvreError
+        For a number without a unit, an unknown unit or a negative value.
+    """
+    match = re.fullmatch(r"\s*(\d+\.?\d*(?:e[-+]?\d+)?|\.\d+)\s*([a-zµ°]*)\s*", text)
+    number, unit = match.groups() if match else ("", "")
+    if unit in _UNITS:
+        return float(number) * _UNITS[unit]
+    if unit in _LENGTHS:
+        return float(number) * _LENGTHS[unit] / lever_arm
+    known = "give an angle at the road wheel (0.2deg, 3.5mrad) or a radial clearance of the shaft (0.15mm)"
+    raise ManoeuvreError(f'gap "{text}" {"has no unit" if number and not unit else "is not a gap"}; {known}')
+
+
+@dataclass(frozen=True)
+class Steering:
+    """Servo, shaft with clearance, and lever.
+
+    Parameters
+    ----------
+    half_gap : float
+        At the road wheel, rad; the bushings' radial clearance over the lever arm. It replaces the shaft's own.
+    fidelity : {"play", "modal"}
+        How the shaft is modelled.
+    friction : float
+        Coulomb friction of the road wheel against the ground, N m. Where it is less than the aligning moment the
+        clearance is torque-driven, else friction-driven.
+    road_moment : float
+        RMS of the road's moment on the wheel, N m.
+    road_band : (float, float)
+        Hz, its band.
+    frequency, damping : float
+        Of the second-order servo: natural frequency, Hz, and share of the critical damping.
+    rate_limit : float
+        Largest speed of the servo, rad/s at the road wheel; 0.4 is that of commonroad's vehicle.
+    lever_arm : float
+        r, m.
+    shaft : Rig
+        Its shaker's position is the lever's, and one of its bushings is there.
+    law : Law, optional
+        Of the contact, such as an identified one; None: the shaft's own datasheet values.
+
+    Raises
+    ------
+    ManoeuvreError
+        For impossible values.
+    """
+
+    half_gap: float = 0.0
+    fidelity: str = "play"
+    friction: float = 0.0
+    road_moment: float = 0.0
+    road_band: tuple[float, float] = (0.5, 30.0)
+    frequency: float = 6.0
+    damping: float = 0.7
+    rate_limit: float = 0.4
+    lever_arm: float = LEVER_ARM
+    shaft: Rig = STEERING_SHAFT
+    law: Law | None = None
+
+    def __post_init__(self):
+        if self.fidelity not in _RUNS:
+            raise ManoeuvreError(f'steering fidelity "{self.fidelity}" is unknown; known: {", ".join(_RUNS)}')
+        for name, low, high in _RANGES:
+            if not low <= getattr(self, name) <= high:
+                raise ManoeuvreError(f"steering.{name} must be in {low:g}..{high:g}, got {getattr(self, name):g}")
+        if self.shaft.shaker.position not in [b.position for b in self.shaft.bushings]:
+            raise ManoeuvreError(f"rig {self.shaft.name!r}: the lever (shaker.position) must be at one of its bushings")
+
+    @property
+    def lever(self) -> int:
+        """Index of the bushing at the lever."""
+        return [b.position for b in self.shaft.bushings].index(self.shaft.shaker.position)
+
+    @functools.cached_property
+    def rig(self) -> Rig:
+        """The shaft with this clearance."""
+        gap = max(self.half_gap * self.lever_arm, SMALLEST_GAP)
+        return self.shaft.replace(bushings=tuple(dataclasses.replace(b, gap=gap) for b in self.shaft.bushings))
+
+    @functools.cached_property
+    def contact_law(self) -> Law:
+        """The law, or the datasheet's."""
+        contacts = [b.contact for b in self.shaft.bushings]
+        return self.law or ConstantLaw([c.stiffness for c in contacts], [c.damping for c in contacts])
+
+    @functools.cached_property
+    def lost_motion(self) -> LostMotion:
+        """The shaft reduced to the static deflection under the lever's force, at the road wheel."""
+        rig, arm2 = self.rig, self.lever_arm**2
+        deflection = static_deflection(rig.beam, [b.position for b in rig.bushings], [rig.shaker.position])[:, 0]
+        share2 = (deflection / deflection[self.lever]) ** 2
+        greases = self.contact_law.grease or [b.grease for b in rig.bushings]
+        stiffness = 1 / deflection[self.lever] + sum(share2 * [g.stiffness for g in greases])
+        contact = stiffest_contact(rig, self.contact_law.table(len(rig.bushings)))[self.lever]
+        damping = sum(share2 * [g.damping for g in greases])
+        values = (self.half_gap, contact * arm2, stiffness * arm2, damping * arm2, self.friction)
+        return LostMotion(*map(float, values))
+
+    def start(self, seed: int = 0) -> SteeringRun:
+        """Begin a drive with the wheels straight and the shaft centred.
+
+        Parameters
+        ----------
+        seed : int
+            Of the road's noise.
+        """
+        return _RUNS[self.fidelity](self, seed)
+
+
+_RANGES = (
+    ("half_gap", 0.0, math.radians(5)),
+    ("friction", 0.0, 1e4),
+    ("road_moment", 0.0, 1e3),
+    ("frequency", 0.5, 50.0),
+    ("damping", 0.1, 2.0),
+    ("rate_limit", 0.01, 100.0),
+    ("lever_arm", 0.01, 1.0),
+)
+
+
+class _Servo(NamedTuple):
+    """Second-order servo over one step: its exact flow and its limit."""
+
+    flow: np.ndarray
+    """(2, 2) of (angle less command, speed)"""
+    rate_limit: float
+
+
+class SteeringRun(ABC):
+    """A steering under way; after `advance`, `servo` and `contact` hold the servo's angle and σ over the same time."""
+
+    def __init__(self, steering: Steering, seed: int):
+        self.steering = steering
+        self.contact, self.servo = np.zeros(0, dtype=np.int8), np.zeros(0)
+        natural = 2 * np.pi * steering.frequency
+        decay, turn = natural * steering.damping, natural * np.emath.sqrt(1 - steering.damping**2)
+        cos, sin = np.cos(turn * STEP).real, (np.sin(turn * STEP) / turn).real if turn else STEP
+        flow = np.exp(-decay * STEP) * np.array([[cos + decay * sin, sin], [-(natural**2) * sin, cos - decay * sin]])
+        self._servo, self._state = _Servo(flow, float(steering.rate_limit)), np.zeros(2)
+        self._noise, self._steps = np.zeros(1), 0
+        if steering.road_moment > 0:
+            noise = random(NOISE_PERIOD, 1 / STEP, steering.road_band, steering.road_moment, seed, "force")
+            self._noise = noise.value
+
+    def advance(self, command: float, aligning_moment: float, duration: float) -> np.ndarray:
+        """Steer on with a held command and a held aligning moment.
+
+        Parameters
+        ----------
+        command : float
+            Road-wheel angle that is asked for, rad.
+        aligning_moment : float
+            N m, turns the wheel back if positive.
+        duration : float
+            s, a whole number of milliseconds.
+
+        Returns
+        -------
+        ndarray, shape (n,)
+            Road-wheel angle after each millisecond, rad.
+        """
+        n = round(duration / STEP)
+        steps = np.arange(self._steps, self._steps + n)
+        moment = aligning_moment + self._noise.take(steps, mode="wrap")
+        before = self._state[0]
+        self.servo = _serve(self._state, command, self._servo, n)
+        self._steps += n
+        lost, self.contact = self._lose(np.diff(self.servo, prepend=before), moment)
+        return self.servo + lost
+
+    @abstractmethod
+    def _lose(self, turn, moment) -> tuple[np.ndarray, np.ndarray]:
+        """Lost motion, rad, and contact side after each step in which the servo turns and the moment acts."""
+
+
+class _PlayRun(SteeringRun):
+    def __init__(self, steering, seed):
+        super().__init__(steering, seed)
+        self._lost = np.zeros(1)
+
+    def _lose(self, turn, moment):
+        return _play(self._lost, turn, moment, STEP, self.steering.lost_motion)
+
+
+class _ModalRun(SteeringRun):
+    """The compiled modal engine, loaded at the lever; in the frame of the bushings, which the servo turns."""
+
+    def __init__(self, steering, seed):
+        super().__init__(steering, seed)
+        rig, law, engine = steering.rig, steering.contact_law, Modal(modes=4)
+        self._factor = step_factor(1 / STEP, engine.largest_step(rig, law))
+        self._run = engine.start(rig, law, "force", STEP / self._factor)
+        lever = rig.shaker.position
+        self._mass = sum(m.mass for m in rig.point_masses if m.position == lever)
+        first = len(rig.sensors) + steering.lever
+        self._columns = first + len(rig.bushings) * np.arange(3)  # displacement, contact force, grease force
+        self._turning, self._speed, self._last = 0.0, 0.0, np.zeros(3)
+
+    def _lose(self, turn, moment):
+        arm, limit = self.steering.lever_arm, self.steering.friction / self.steering.lever_arm
+        displacement = np.empty(turn.size)
+        for i in range(turn.size):
+            inertia = self._mass * arm * (turn[i] - self._turning) / STEP**2
+            # Friction takes what would stop the rack in this step, up to its limit.
+            push = moment[i] / arm + self._last[1] + self._last[2]
+            stop = push - self._mass * (self._speed + arm * turn[i] / STEP) / STEP
+            friction = min(max(stop, -limit), limit)
+            out = self._run.advance(np.full(self._factor, friction - moment[i] / arm - inertia))
+            previous, self._last = self._last[0], out[-1, self._columns]
+            self._turning, displacement[i] = turn[i], self._last[0]
+            self._speed = (displacement[i] - previous) / STEP
+        gap = self.steering.rig.bushings[self.steering.lever].gap
+        return displacement / arm, -np.sign(displacement * (np.abs(displacement) > gap)).astype(np.int8)
+
+
+_RUNS = {"play": _PlayRun, "modal": _ModalRun}
+
+
+@numba.njit(cache=True, nogil=True)
+def _serve(state, command, servo, n):
+    """Servo angle after each of n steps; state (angle, speed) moves on."""
+    out = np.empty(n)
+    for i in range(n):
+        error = state[0] - command
+        angle = command + servo.flow[0, 0] * error + servo.flow[0, 1] * state[1]
+        speed = servo.flow[1, 0] * error + servo.flow[1, 1] * state[1]
+        reach = servo.rate_limit * STEP
+        state[0] += min(max(angle - state[0], -reach), reach)
+        state[1] = min(max(speed, -servo.rate_limit), servo.rate_limit)
+        out[i] = state[0]
+    return out
+
+
+@numba.njit(cache=True, nogil=True)
+def _play(lost, turn, moment, h, p):
+    out, contact = np.empty(turn.size), np.empty(turn.size, dtype=np.int8)
+    for i in range(turn.size):
+        lost[0], contact[i] = lost_motion_step(lost[0], turn[i], moment[i], h, p)
+        out[i] = lost[0]
+    return out, contact
