@@ -2,12 +2,19 @@
 
 from __future__ import annotations
 
+import re
+import sys
+import warnings
 from pathlib import Path
 
+from ..errors import ClearanceError, RecordError
 from ..identify.laws import METHODS as LAWS
 from .command import add_command
 
 __all__ = ["add"]
+
+CSV, UFF = (".csv", ".tsv", ".txt"), (".uff", ".unv")
+DPI = 150
 
 
 def add(commands):
@@ -19,19 +26,124 @@ def add(commands):
         Where to add it.
     """
     parser = add_command(
-        commands, "identify", _run, "identify the clearance's law from a dataset's records to identify",
-        default=Path("law.json"), help="law file (default: %(default)s)",
+        commands, "identify", _run, "identify the clearance's law from records, and draw what they show of it",
+        default=Path("law.json"), help="law file, which simulate takes (default: %(default)s)",
     )  # fmt: skip
-    parser.add_argument("dataset", type=Path, help="dataset folder")
+    parser.add_argument("records", type=Path, help="dataset folder, or a universal (.uff) or CSV file with one record")
     parser.add_argument("--method", default="output-error", help=f"one of {', '.join(LAWS)} (default: %(default)s)")
+    parser.add_argument("--rig", type=Path, help="rig file (TOML) of a single record; a dataset folder has its own")
+    parser.add_argument(
+        "--column", action="append", default=[], metavar="HEADER=CHANNEL",
+        help='what a CSV column is, such as "Accel 1=acc:1 [g]" or "Temp=skip"; may be repeated. Headers time, base, '
+        "force, acc:NODE and disp:NODE need none; units in brackets, SI without",
+    )  # fmt: skip
+    parser.add_argument("--fs", type=float, help="samples per second of a CSV file without a column of time")
+    parser.add_argument("--figures", type=Path, help="folder of the figures (default: beside the law file)")
+    parser.add_argument("--no-figures", action="store_true", help="draw none")
 
 
 def _run(options):
-    from ..identify import law
-    from ..io.dataset import Dataset
+    from ..identify.laws import get_method
+    from ..report.identified import Findings
 
-    found = law(Dataset.load(options.dataset), options.method, None if options.quiet else options.method)
-    found.save(options.out)
+    method, dataset, told = get_method(options.method), _dataset(options), []
+    with warnings.catch_warnings():
+        warnings.showwarning = lambda message, *_: _tell(str(message), told)
+        found = method.run(dataset, None if options.quiet else options.method)
+        found.law.save(options.out)
+        result = {"out": str(options.out), "law": found.law.to_dict(), "warnings": told}
+        if method.shortest:  # it knows the records
+            findings = Findings(dataset, found, options.method)
+            result["parameters"] = findings.parameters()
+            result |= {} if options.no_figures else _draw(findings, options)
     if not options.json:
-        print(f"law: {options.out}")
-    return {"out": str(options.out), "law": found.to_dict()}
+        _print(result)
+    return result
+
+
+def _tell(message, told):
+    if message not in told:
+        told.append(message)
+        print(f"clearance-mj: warning: {message}", file=sys.stderr)
+
+
+def _dataset(options):
+    """The dataset, or that of a single record."""
+    from ..io.dataset import Dataset, Record
+    from ..rig import Rig
+
+    path = options.records
+    if not _suffix(path):
+        if options.rig or options.column or options.fs:
+            raise ClearanceError(f"{path}: --rig, --column and --fs are for the file of a single record (.uff or .csv)")
+        return Dataset.load(path)
+    if not options.rig:
+        raise ClearanceError(f"{path}: is a single record, which needs its rig too: --rig rig.toml")
+    rig, channels = Rig.load(options.rig), _channels(path, options)
+    name = re.sub(r"[^A-Za-z0-9._-]", "_", path.name.split(".")[0])[:64].lstrip("._-") or "record"
+    try:
+        record = Record(
+            name, "identify", rig, channels[0].fs, channels, rig.shaker.kind, provenance={"file": path.name}
+        )
+    except RecordError as error:
+        raise RecordError(f"{path}: {error}") from None
+    return Dataset(rig, (record,), path)
+
+
+def _suffix(path) -> str:
+    """Suffix of a record's file, "" of a folder; .gz is passed over."""
+    suffix = Path(path.stem if path.suffix == ".gz" else path.name).suffix.lower()
+    return suffix if suffix in (*CSV, *UFF) and not path.is_dir() else ""
+
+
+def _channels(path, options):
+    from ..frf import FRF
+    from ..io.csv_records import read_csv
+    from ..io.uff import read_uff
+
+    if _suffix(path) in CSV:
+        return read_csv(path, dict(_columns(options.column)), options.fs)
+    if options.column or options.fs:
+        raise ClearanceError(f"{path}: --column and --fs are for CSV files")
+    channels = read_uff(path)
+    if isinstance(channels, FRF):
+        raise RecordError(f"{path}: holds FRFs, identify needs time records")
+    return channels
+
+
+def _columns(pairs):
+    for pair in pairs:
+        header, equals, channel = pair.rpartition("=")
+        if not (header and equals and channel):
+            raise ClearanceError(f'--column "{pair}": needs HEADER=CHANNEL, such as "Accel 1=acc:1 [g]"')
+        yield header.strip(), channel.strip()
+
+
+def _draw(findings, options):
+    """Write the figures; say which the records do not allow."""
+    from tqdm import tqdm
+
+    from ..io.files import replacing
+
+    folder, drawn, missing = options.figures or options.out.with_name(f"{options.out.stem}_figures"), [], {}
+    for name, draw in tqdm(findings.figures().items(), desc="figures", disable=options.quiet):
+        try:
+            figure = draw()
+        except RecordError as error:
+            missing[name] = str(error)
+            continue
+        with replacing(folder / f"{name}.png") as temporary:
+            figure.savefig(temporary, dpi=DPI)
+        drawn.append(str(folder / f"{name}.png"))
+    return {"figures": drawn, "not_drawn": missing}
+
+
+def _print(result):
+    print(f"law: {result['out']}")
+    for row in result.get("parameters", []):
+        spread = f"± {row['std']:.2g}" if 0 < row["std"] < float("inf") else "not told by the records"
+        print(f"  {row['name']:28s} {row['value']:12.5g} {spread:>10s} {row['unit']}")
+    for path in result.get("figures", []):
+        print(f"figure: {path}")
+    for name, reason in result.get("not_drawn", {}).items():
+        print(f"not drawn: {name}: {reason}")

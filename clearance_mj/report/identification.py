@@ -1,0 +1,238 @@
+"""Figures of an identification: what the records show of the clearance, and what the law makes of it.
+
+Black is what was measured, blue the law, orange the wavelet ridge (Okabe and Ito's palette).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from matplotlib.colors import LogNorm
+from matplotlib.figure import Figure
+
+from ..clearance.law import TimeLaw
+from ..identify.force_balance import ContactParameters, RestoringForce
+from ..identify.wavelet import Ridge, Scalogram
+from .figures import FONT, LAWS, REPEAT, TEST, WIDTH, _tidy
+
+__all__ = ["AmplitudeCurve", "contact_over_amplitude", "contact_over_time", "hysteresis", "scalograms"]
+
+LAW, RIDGE = LAWS[:2]
+MM = 1e3
+COLUMNS = 1500
+"""of a scalogram that are drawn"""
+DECADES = 2.5
+"""of amplitude that its colours span"""
+LOOP = 0.25
+"""s of motion in a loop"""
+WITHIN = 0.95
+"""of the gap, which the motion of a loop without contact stays below"""
+WINDOWS = "force balance, windows of 0.5 s"
+LIMIT = 1.6
+"""axes end at so many times the 95th percentile of a curve: single windows scatter far"""
+
+
+@dataclass(frozen=True, eq=False)
+class AmplitudeCurve:
+    """Contact stiffness and damping over amplitude, out of a law."""
+
+    label: str
+    amplitude: np.ndarray
+    """(n,) m"""
+    k: np.ndarray
+    """(n, n_bushings) N/m"""
+    c: np.ndarray
+    """(n, n_bushings) N s/m"""
+
+
+def scalograms(title: str, planes: Sequence[Scalogram], ridges: Sequence[Ridge], gaps: Sequence[float]) -> Figure:
+    """Wavelet transform of the motion in every bushing with its ridge, and the amplitude on the ridge.
+
+    Parameters
+    ----------
+    title : str
+        Names the record.
+    planes : sequence of Scalogram
+        One for each bushing, of displacements in m.
+    ridges : sequence of Ridge
+        One for each bushing; where they are not valid, they are dotted.
+    gaps : sequence of float
+        m.
+    """
+    figure = _sheet(title, 2.1 * len(planes))
+    axes = figure.subplots(len(planes), 2, squeeze=False, sharex=True, width_ratios=(1.25, 1))
+    for j, ((left, right), plane, ridge, gap) in enumerate(zip(axes, planes, ridges, gaps)):
+        share = 100 * ridge.valid.mean()
+        told = f"ridge valid {share:.2g} % of the time" if share else "no ridge above the noise"
+        _draw_plane(figure, left, plane)
+        _draw_track(left, ridge, ridge.omega / (2 * np.pi), "white")
+        left.set_ylim(plane.frequency[0], plane.frequency[-1])
+        _tidy(left, f"bushing {j + 1}: {told}", "Frequency (Hz)")
+        left.grid(False)
+        _draw_track(right, ridge, MM * ridge.amplitude, RIDGE)
+        right.axhline(MM * gap, color=TEST, linewidth=0.9, linestyle="--", label="gap")
+        _tidy(right, f"bushing {j + 1}: amplitude on the ridge", "Amplitude (mm)")
+        right.set_ylim(bottom=0)
+    axes[0, 1].legend(fontsize=FONT - 1, frameon=False, loc="best")
+    for ax in axes[-1]:
+        ax.set_xlabel("Time (s)", fontsize=FONT)
+    return figure
+
+
+def _draw_plane(figure, ax, plane):
+    stride = max(1, plane.time.size // COLUMNS)
+    edges = np.arange(0, plane.time.size, stride)
+    size = MM * np.sqrt(np.add.reduceat(np.abs(plane.value) ** 2, edges, axis=1) / stride)
+    top = size.max()
+    norm = LogNorm(top / 10**DECADES, top)
+    image = ax.pcolormesh(plane.time[edges], plane.frequency, np.maximum(size, norm.vmin), norm=norm,
+                          cmap="cividis", shading="nearest", rasterized=True)  # fmt: skip
+    bar = figure.colorbar(image, ax=ax, pad=0.01, aspect=25)
+    bar.ax.tick_params(labelsize=FONT - 2, width=0.6, length=2)
+    bar.set_label("Amplitude (mm)", fontsize=FONT - 1)
+
+
+def _draw_track(ax, ridge, value, colour):
+    """A line over time, dotted where the ridge is not valid."""
+    stride = max(1, ridge.time.size // (4 * COLUMNS))
+    time, valid, value = (v[::stride] for v in (ridge.time, ridge.valid, value))
+    ax.plot(time, np.where(valid, np.nan, value), color=colour, linewidth=0.8, linestyle=":", label="not valid")
+    ax.plot(time, np.where(valid, value, np.nan), color=colour, linewidth=1.6, label="valid")
+
+
+def contact_over_time(title: str, measured: ContactParameters | None, ridge: TimeLaw | None) -> Figure:
+    """Contact stiffness and damping over time: in windows, with two standard deviations, and on the wavelet ridge.
+
+    Parameters
+    ----------
+    title : str
+        Names the record.
+    measured : ContactParameters, optional
+        From the restoring forces.
+    ridge : TimeLaw, optional
+        From the wavelet ridge of the same record.
+    """
+    n = measured.k.shape[1] if measured else ridge.k.shape[1]
+    figure = _sheet(title, 1.9 * n)
+    axes = figure.subplots(n, 2, squeeze=False, sharex=True)
+    for j, line in enumerate(axes):
+        for ax, name, label in zip(line, "kc", ("Stiffness k (N/m)", "Damping c (N s/m)")):
+            if measured:
+                value, std = getattr(measured, name)[:, j], getattr(measured, f"{name}_std")[:, j]
+                ax.fill_between(measured.time, value - 2 * std, value + 2 * std, color=REPEAT, alpha=0.4, linewidth=0)
+                ax.plot(measured.time, value, ".-", color=TEST, linewidth=0.8, markersize=2.5, label=WINDOWS)
+            if ridge:
+                track = getattr(ridge, name)[:, j]
+                ax.plot(ridge.t, track, color=RIDGE, linewidth=0.8, zorder=1.5, label="wavelet ridge")
+            _tidy(ax, f"bushing {j + 1}", label, "Time (s)" if j == n - 1 else "")
+            _limit(ax, value if measured else track)
+    _key(figure, axes)
+    return figure
+
+
+def contact_over_amplitude(measured: Sequence[ContactParameters], curves: Sequence[AmplitudeCurve], gaps) -> Figure:
+    """Contact stiffness and damping over the amplitude of the motion: of every window, and of laws.
+
+    Parameters
+    ----------
+    measured : sequence of ContactParameters
+        Of every record.
+    curves : sequence of AmplitudeCurve
+        Of laws.
+    gaps : sequence of float
+        m.
+    """
+    figure = _sheet("", 1.9 * len(gaps))
+    axes = figure.subplots(len(gaps), 2, squeeze=False, sharex=True)
+    for j, line in enumerate(axes):
+        for ax, name, label in zip(line, "kc", ("Stiffness k (N/m)", "Damping c (N s/m)")):
+            x, y, std = (
+                np.concatenate([getattr(p, field)[:, j] for p in measured])
+                for field in ("amplitude", name, f"{name}_std")
+            )
+            ax.errorbar(MM * x, y, std, fmt=".", color=TEST, ecolor=REPEAT, markersize=3, elinewidth=0.5, label=WINDOWS)
+            for curve, colour in zip(curves, LAWS):
+                ax.plot(MM * curve.amplitude, getattr(curve, name)[:, j], color=colour, linewidth=1.6, zorder=3,
+                        label=curve.label)  # fmt: skip
+            ax.axvline(MM * gaps[j], color=TEST, linewidth=0.9, linestyle="--", label="gap")
+            _tidy(ax, f"bushing {j + 1}", label, "Amplitude (mm)" if j == len(gaps) - 1 else "")
+            reached = [getattr(c, name)[c.amplitude <= np.nanmax(x), j] for c in curves if np.isfinite(x).any()]
+            _limit(ax, y, *reached)
+    _key(figure, axes)
+    return figure
+
+
+def hysteresis(title: str, measured: RestoringForce, fitted: np.ndarray) -> Figure:
+    """Restoring force over displacement, measured and of the law along the same motion.
+
+    On the left a stretch that stays within the gap, on the right that of the largest motion.
+
+    Parameters
+    ----------
+    title : str
+        Names the record.
+    measured : RestoringForce
+        From the record.
+    fitted : ndarray, shape (n_t, n_bushings)
+        N, of the law.
+    """
+    gaps = [b.gap for b in measured.rig.bushings]
+    figure = _sheet(title, 2.6 * len(gaps))
+    axes = figure.subplots(len(gaps), 2, squeeze=False)
+    for j, (line, gap) in enumerate(zip(axes, gaps)):
+        x, force = measured.displacement[:, j], measured.force[:, j]
+        left = fitted[:, j] - force
+        for ax, (name, part) in zip(line, _stretches(measured, x, gap).items()):
+            error = 100 * np.sqrt(np.mean(left[part] ** 2) / np.mean(force[part] ** 2))
+            ax.plot(MM * x[part], force[part], color=TEST, linewidth=1.3, label="measured")
+            ax.plot(MM * x[part], fitted[part, j], color=LAW, linewidth=0.9, linestyle=(0, (3, 1)), label="law")
+            if np.abs(x[part]).max() > 0.8 * gap:
+                for side in (-gap, gap):
+                    ax.axvline(MM * side, color=REPEAT, linewidth=0.9, linestyle=":", label="gap")
+            begin = measured.time[part][0]
+            _tidy(ax, f"bushing {j + 1}, {name}, {begin:.2f} s: {error:.2g} % off", "Restoring force (N)")
+        for ax in line[len(_stretches(measured, x, gap)) :]:
+            ax.axis("off")
+    for ax in axes[-1]:
+        ax.set_xlabel("Displacement (mm)", fontsize=FONT)
+    _key(figure, axes)
+    return figure
+
+
+def _stretches(measured, x, gap) -> dict[str, slice]:
+    """The stretch with the largest motion within the gap, and that with the largest of all."""
+    size = int(LOOP * measured.fs)
+    starts = np.flatnonzero(measured.valid)[:: size // 2]
+    starts = starts[starts + size <= np.flatnonzero(measured.valid)[-1]]
+    peaks = np.array([np.abs(x[a : a + size]).max() for a in starts])
+    within = np.where(peaks < WITHIN * gap, peaks, -1)
+    chosen = {"within the gap": starts[within.argmax()]} if within.max() > 0 else {}
+    if peaks.max() >= WITHIN * gap:
+        chosen["largest motion"] = starts[peaks.argmax()]
+    return {name: slice(a, a + size) for name, a in chosen.items()}
+
+
+def _sheet(title, height) -> Figure:
+    figure = Figure(figsize=(WIDTH, height + 0.5), facecolor="white", layout="constrained")
+    figure.get_layout_engine().set(w_pad=0.06, h_pad=0.06)
+    if title:
+        figure.suptitle(title, fontsize=FONT + 1)
+    return figure
+
+
+def _limit(ax, *curves):
+    """End the axis near the bulk of what is drawn."""
+    finite = [v[np.isfinite(v)] for v in curves]
+    top = max((LIMIT * np.percentile(v, 95) for v in finite if v.size), default=0)
+    ax.set_ylim(0, top if top > 0 else 1)
+
+
+def _key(figure, axes):
+    """One legend below all panels."""
+    entries = {}
+    for ax in np.ravel(axes):
+        handles, labels = ax.get_legend_handles_labels()
+        entries |= dict(zip(labels, handles))
+    figure.legend(entries.values(), entries, loc="outside lower center", ncols=4, fontsize=FONT, frameon=False)

@@ -1,0 +1,174 @@
+"""What an identification found: the table of its parameters, and the figures that its records allow."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import cached_property, partial
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from ..clearance.law import AmplitudeLaw, ConstantLaw, ContactLaw, TimeLaw
+from ..errors import RecordError
+from ..identify.checks import ridge_band
+from ..identify.force_balance import (
+    OVERLAP,
+    ContactParameters,
+    GreaseFit,
+    RestoringForce,
+    contact_parameters,
+    grease_parameters,
+    restoring_force,
+    ridge_law,
+)
+from ..identify.laws import Identified
+from ..identify.loop import equivalent_contact, law_force
+from ..identify.wavelet import scalogram, skeleton
+from ..io.dataset import Dataset
+from . import identification as draw
+
+__all__ = ["Findings"]
+
+CURVE = 200
+"""amplitudes of a law's curve"""
+GREASE_UNITS = {"k": "N/m", "λ": "1", "z": "m", "γ/β": "1", "c": "N s/m", "d/h": "1"}
+
+
+class Findings:
+    """Parameters and figures of a law that was identified from a dataset.
+
+    Parameters
+    ----------
+    dataset : Dataset
+        Only its rig and its records with role "identify" are used.
+    found : Identified
+        The law and its fitted parameters.
+    method : str
+        Names it.
+    """
+
+    def __init__(self, dataset: Dataset, found: Identified, method: str):
+        self.records, self.rig = dataset.to_identify(), dataset.rig
+        self.dataset, self.found, self.method = dataset, found, method
+
+    def parameters(self) -> list[dict]:
+        """Name, unit, value and standard deviation of every parameter with which the law was found.
+
+        Raises
+        ------
+        RecordError
+            If the records do not tell them.
+        """
+        if self.found.parameters:
+            return [row | {"std": row["value"] * row["relative_std"]} for row in self.found.parameters]
+        if not isinstance(self.found.law, ConstantLaw | AmplitudeLaw) or self.found.law.grease is None:
+            return []
+        fit, rows = self._grease, []
+        for j, (values, stds) in enumerate(zip(fit.value, fit.std)):
+            for name, value, std in zip(fit.names, values, stds):
+                rows.append(_row(f"bushing {j + 1}: grease {name}", GREASE_UNITS[name], value, std))
+        return rows + self._contact_rows() if isinstance(self.found.law, ConstantLaw) else rows
+
+    def figures(self) -> dict[str, Callable[[], Figure]]:
+        """Names of the figures, and what draws each; it raises a RecordError where the records do not allow it."""
+        todo = {}
+        for record in self.records:
+            todo[f"scalogram_{record.name}"] = partial(self._scalograms, record)
+            todo[f"contact_over_time_{record.name}"] = partial(self._contact_over_time, record)
+            todo[f"hysteresis_{record.name}"] = partial(self._hysteresis, record)
+        return todo | {"contact_over_amplitude": self._contact_over_amplitude}
+
+    @cached_property
+    def _forces(self) -> dict[str, RestoringForce]:
+        return {record.name: restoring_force(record) for record in self.records}
+
+    @cached_property
+    def _grease(self) -> GreaseFit:
+        return grease_parameters(list(self._forces.values()))
+
+    @cached_property
+    def _contact(self) -> dict[str, ContactParameters | RecordError]:
+        """Of every record, or why not."""
+        found = {}
+        for name, force in self._forces.items():
+            try:
+                found[name] = contact_parameters(force, self._grease.grease)
+            except RecordError as error:
+                found[name] = error
+        return found
+
+    def _contact_rows(self):
+        """Standard deviations of the windows' weighted means, which the law holds; neighbouring windows overlap."""
+        windows = [c for c in self._contact.values() if isinstance(c, ContactParameters)]
+        share, k_std, c_std = (
+            np.concatenate([getattr(w, name) for w in windows]) for name in ("contact", "k_std", "c_std")
+        )
+        share = share * np.isfinite(k_std)
+        rows = []
+        for name, unit, values, std in (("k", "N/m", self.found.law.k, k_std), ("c", "N s/m", self.found.law.c, c_std)):
+            total = np.sqrt(OVERLAP * np.nansum((share * std) ** 2, axis=0)) / np.maximum(share.sum(axis=0), 1e-30)
+            told = np.where(share.sum(axis=0) > 0, total, np.inf)
+            rows += [_row(f"bushing {j + 1}: contact {name}", unit, v, s) for j, (v, s) in enumerate(zip(values, told))]
+        return rows
+
+    def _scalograms(self, record):
+        probes = record.response().displacement
+        if probes is None:
+            raise RecordError("no displacement probe at every bushing")
+        planes = [scalogram(signal, record.fs, ridge_band(self.rig)) for signal in probes.T]
+        gaps = [b.gap for b in self.rig.bushings]
+        return draw.scalograms(f"{record.name}: lowest mode", planes, [skeleton(p) for p in planes], gaps)
+
+    def _contact_over_time(self, record):
+        measured, title = self._contact[record.name], f"{record.name}: contact over time"
+        longest = max(self.records, key=lambda r: r.duration)
+        ridge = self._ridge if record is longest else None
+        if isinstance(measured, ContactParameters):
+            return draw.contact_over_time(title, measured, ridge)
+        if ridge is None:
+            raise measured
+        return draw.contact_over_time(title, None, ridge)
+
+    @cached_property
+    def _ridge(self) -> TimeLaw | None:
+        if isinstance(self.found.law, TimeLaw):
+            return self.found.law
+        try:
+            return ridge_law(self.dataset)
+        except RecordError:
+            return None
+
+    def _contact_over_amplitude(self):
+        windows = [c for c in self._contact.values() if isinstance(c, ContactParameters)]
+        if not windows:
+            raise next(iter(self._contact.values()))
+        return draw.contact_over_amplitude(windows, self._curves(), [b.gap for b in self.rig.bushings])
+
+    def _curves(self):
+        """The law's stiffness and damping over the amplitudes that each bushing reached."""
+        law, gaps, forces = self.found.law, np.array([b.gap for b in self.rig.bushings]), self._forces.values()
+        if isinstance(law, TimeLaw):
+            return []
+        largest = np.max([np.abs(f.displacement[f.valid]).max(axis=0) for f in forces], axis=0)
+        amplitude = np.linspace(gaps.min(), largest.max(), CURVE + 1)[1:]
+        if isinstance(law, ContactLaw):
+            omega = np.mean([np.std(f.velocity, axis=0) / np.std(f.displacement, axis=0) for f in forces], axis=0)
+            label, values = f"{self.method} law, equivalent in a cycle", equivalent_contact(law, gaps, amplitude, omega)
+        else:
+            table = law.table(gaps.size)
+            label, values = f"{self.method} law", (_at(amplitude, table.abscissa, v) for v in (table.k, table.c))
+        reached = amplitude[:, None] <= largest
+        return [draw.AmplitudeCurve(label, amplitude, *(np.where(reached, v, np.nan) for v in values))]
+
+    def _hysteresis(self, record):
+        force = self._forces[record.name]
+        return draw.hysteresis(f"{record.name}: {self.method} law", force, law_force(force, self.found.law))
+
+
+def _at(amplitude, abscissa, rows):
+    """(n, n_bushings) rows (n_rows, n_bushings) of a law's table between its abscissas; the ends hold beyond."""
+    return np.column_stack([np.interp(amplitude, abscissa, row) for row in rows.T])
+
+
+def _row(name, unit, value, std):
+    return {"name": name, "unit": unit, "value": float(value), "std": float(std)}
