@@ -8,7 +8,7 @@ import numpy as np
 
 from .errors import ExcitationError
 
-__all__ = ["Excitation", "burst_random", "hammer", "level_ramp", "multisine", "random", "sweep"]
+__all__ = ["Excitation", "burst_random", "hammer", "level_ramp", "multisine", "random", "stepped_sine", "sweep"]
 
 BAND = (5.0, 220.0)
 TAPER = 0.1  # share of a burst in its two cosine flanks
@@ -286,6 +286,48 @@ def sweep(
         turns = low * np.expm1(rate * time) / rate
     value = amplitude * np.sin(2 * np.pi * turns)
     return _described("sweep", value, fs, kind, band, duration=duration, amplitude=amplitude, method=method)
+
+
+def stepped_sine(duration: float, fs: float, frequency, amplitude, kind: str = "base") -> Excitation:
+    """A sine whose frequency or amplitude steps, all steps of one length, without a jump in phase.
+
+    The rig goes on from the motion of the step before: up and down through a resonance shows jumps and hysteresis.
+
+    Parameters
+    ----------
+    duration : float
+        s, of all steps.
+    fs : float
+        Samples per second.
+    frequency : float or sequence of float
+        Of every step or of each, Hz, above 0 and below fs / 2.
+    amplitude : float or sequence of float
+        Of every step or of each, m/s² or N.
+    kind : {"base", "force"}
+        Base acceleration, or force at the shaker.
+
+    Returns
+    -------
+    Excitation
+        Its band is left open.
+
+    Raises
+    ------
+    ExcitationError
+        If a parameter is impossible; the message names it.
+    """
+    size = _size(duration, fs)
+    steps = [np.atleast_1d(np.asarray(values, dtype=float)) for values in (frequency, amplitude)]
+    count = max(values.size for values in steps)
+    _require(steps[0].size in (1, count), "frequency", frequency, f"must be one, or one for each of {count} steps")
+    _require(steps[1].size in (1, count), "amplitude", amplitude, f"must be one, or one for each of {count} steps")
+    _require(np.all((steps[0] > 0) & (steps[0] < fs / 2)), "frequency", frequency, f"must be in 0 to {fs / 2:g} Hz")
+    _require(np.all(steps[1] >= 0) and np.isfinite(steps[1]).all(), "amplitude", amplitude, "must be >= 0")
+    _require(size % count == 0, "duration", duration, f"must give each of {count} steps a whole number of samples")
+    each = [np.repeat(np.broadcast_to(values, count), size // count) for values in steps]
+    turns = np.concatenate(([0.0], np.cumsum(each[0])[:-1])) / fs
+    parameters = {"duration": duration, "frequency": steps[0].tolist(), "amplitude": steps[1].tolist()}
+    return _described("stepped_sine", each[1] * np.sin(2 * np.pi * turns), fs, kind, None, **parameters)
 
 
 def hammer(duration: float, fs: float, peak, width: float, times, kind: str = "base") -> Excitation:

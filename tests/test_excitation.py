@@ -140,12 +140,27 @@ def test_a_pulse_may_start_at_zero_and_end_with_the_record():
     assert value[[5, 95]] == pytest.approx(1.0)
 
 
+def test_a_stepped_sine_turns_by_each_frequency_for_as_long():
+    """Rising zeros: the phase goes on from step to step, so its turns add up: 8 + 16 + 12 at 1024 Hz."""
+    shake = excitation.stepped_sine(6.0, 1024.0, (4.0, 8.0, 6.0), (1.0, 2.0, 0.5))
+    for i, (cycles, peak) in enumerate(((8, 1.0), (16, 2.0), (12, 0.5))):
+        step = shake.value[2048 * i : 2048 * (i + 1)]
+        np.testing.assert_allclose(step, peak * np.sin(2 * np.pi * cycles * np.arange(2048) / 2048), atol=1e-12)
+
+
+def test_the_phase_of_a_stepped_sine_does_not_jump():
+    """From one sample to the next a sine of 1 changes by at most 2 sin(πf/fs)."""
+    value = excitation.stepped_sine(4.0, 512.0, np.linspace(7.1, 12.7, 8), 1.0).value
+    assert np.abs(np.diff(value)).max() <= 2 * np.sin(np.pi * 12.7 / 512)
+
+
 GENERATORS = {
     "random": ({}, {"rms": 1.0, "seed": 0, "band": [5.0, 220.0]}),
     "burst_random": ({}, {"rms": 1.0, "seed": 0, "burst": 0.6, "period": 2.0}),
     "level_ramp": ({"end_rms": np.float64(3)}, {"start_rms": 0.5, "end_rms": 3.0, "seed": 0}),
     "multisine": ({"seed": np.int64(5)}, {"rms": 1.0, "seed": 5, "period": 2.0}),
     "sweep": ({"method": "linear"}, {"amplitude": 1.0, "method": "linear"}),
+    "stepped_sine": ({"frequency": [5, 6.5], "amplitude": 2}, {"frequency": [5.0, 6.5], "amplitude": [2.0]}),
     "hammer": ({"peak": 2, "width": 0.01, "times": [1]}, {"peak": 2.0, "width": 0.01, "times": [1.0]}),
 }
 
@@ -159,7 +174,7 @@ def test_the_description_names_the_generator_and_is_plain_data(name):
     expected = {"generator": name, "duration": 4.0, "fs": FS, "kind": "force", **told}
     assert {key: description[key] for key in expected} == expected
     assert (shake.kind, shake.fs, shake.value.size) == ("force", FS, 2048)
-    assert shake.band == (None if name == "hammer" else (5.0, 220.0))
+    assert shake.band == (None if name in ("hammer", "stepped_sine") else (5.0, 220.0))
 
 
 NOISES = ["random", "burst_random", "level_ramp", "multisine"]
@@ -208,6 +223,23 @@ def test_what_no_generator_can_do_is_refused_by_name(name, changes, message):
 def test_impossible_parameters_are_refused_by_name(name, changes, message):
     with pytest.raises(ExcitationError, match=message):
         getattr(excitation, name)(4.0, FS, **changes)
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"frequency": 0.0}, "frequency 0.0: must be in 0 to 256 Hz"),
+        ({"frequency": (5.0, 256.0)}, r"frequency \(5.0, 256.0\): must be in 0 to 256 Hz"),
+        ({"frequency": (5.0, 6.0), "amplitude": (1.0, 2.0, 3.0)}, r"frequency .* one for each of 3 steps"),
+        ({"amplitude": -1.0}, "amplitude -1.0: must be >= 0"),
+        ({"amplitude": (1.0, np.inf)}, "amplitude .*: must be >= 0"),
+        ({"frequency": (5.0, 6.0, 7.0)}, "duration 4.0: must give each of 3 steps a whole number of samples"),
+        ({"duration": 0.0}, "duration 0.0"),
+    ],
+)
+def test_impossible_steps_are_refused_by_name(changes, message):
+    with pytest.raises(ExcitationError, match=message):
+        excitation.stepped_sine(**{"duration": 4.0, "fs": FS, "frequency": 5.0, "amplitude": 1.0, **changes})
 
 
 @pytest.mark.parametrize(
