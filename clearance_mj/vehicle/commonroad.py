@@ -68,7 +68,8 @@ def _compiled(function, **callees):
     names = {**function.__globals__, **callees}
     copy = types.FunctionType(function.__code__, names, function.__name__, function.__defaults__)
     copy.__module__ = function.__module__
-    return numba.njit(copy, cache=True, nogil=True)
+    # NumPy's error model: a wheel without load divides by zero, which shows as a motion that is not finite.
+    return numba.njit(copy, cache=True, nogil=True, error_model="numpy")
 
 
 _TIRE = types.ModuleType("tire")

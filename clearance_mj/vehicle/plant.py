@@ -206,7 +206,10 @@ class Plant(ABC):
         """
         after = _advance(state.copy(), np.ascontiguousarray(wheel_angle, dtype=float), STEP, self._compiled)
         if not np.isfinite(after).all():
-            raise SimulationError(f"plant {self.name}: the motion is no longer finite (speed was {state[3]:.1f} m/s)")
+            raise SimulationError(
+                f"plant {self.name}: the motion is no longer finite after x = {state[0]:.1f} m, {state[3]:.1f} m/s: "
+                "a wheel left the ground or locked; drive more slowly or a longer path"
+            )
         return after
 
     def measure(self, state) -> Measurement:
@@ -246,7 +249,7 @@ class SingleTrackDrift(Plant):
         return init_std(core, self.parameters)
 
 
-@numba.njit(cache=True, nogil=True)
+@numba.njit(cache=True, nogil=True, error_model="numpy")
 def _derivative(x, p, u, out):
     """Rates of the library's states under the cruise control; the wheel angle and the set speed stand still."""
     n = x.size - 1
@@ -257,7 +260,7 @@ def _derivative(x, p, u, out):
     out[n] = 0.0
 
 
-@numba.njit(cache=True, nogil=True)
+@numba.njit(cache=True, nogil=True, error_model="numpy")
 def _advance(x, wheel_angle, h, p):
     """Classical fourth-order Runge-Kutta steps, one for each wheel angle."""
     k1, k2, k3, k4 = np.empty(x.size), np.empty(x.size), np.empty(x.size), np.empty(x.size)
@@ -272,7 +275,7 @@ def _advance(x, wheel_angle, h, p):
     return x
 
 
-@numba.njit(cache=True, nogil=True)
+@numba.njit(cache=True, nogil=True, error_model="numpy")
 def _observe(x, p):
     """Lateral speed, lateral acceleration and front axle's lateral force."""
     rate = np.empty(x.size)

@@ -1,0 +1,170 @@
+"""Paths against their closed forms, quadrature, Fresnel integrals and finite differences."""
+
+import itertools
+
+import numpy as np
+import pytest
+from scipy.integrate import quad
+from scipy.special import fresnel
+
+from clearance_mj.errors import ManoeuvreError
+from clearance_mj.vehicle.path import (
+    check_feasible,
+    clothoid_arc,
+    double_lane_change,
+    iso3888_gates,
+    iso_lane_change,
+    straight,
+)
+
+PATHS = {
+    "double lane change": double_lane_change(),
+    "long double lane change": double_lane_change(2.5),
+    "ISO 3888-1": iso_lane_change(),
+    "clothoid-arc": clothoid_arc(),
+    "straight": straight(80.0),
+}
+every_path = pytest.mark.parametrize("path", PATHS.values(), ids=PATHS)
+
+
+def lane_change(x, factor):
+    """Y, heading and curvature of the double lane change, written out for one position."""
+    y = slope = bend = 0.0
+    for sign, dx, dy, start in ((1, 25, 4.05, 27.19), (-1, 21.95, 5.7, 56.46)):
+        a = 2.4 / (factor * dx)
+        z = a * (x - factor * start) - 1.2
+        y += sign * dy / 2 * (1 + np.tanh(z))
+        slope += sign * dy * (1.2 / (factor * dx)) / np.cosh(z) ** 2
+        bend -= sign * dy * a**2 * np.tanh(z) / np.cosh(z) ** 2
+    return y, np.arctan(slope), bend / (1 + slope**2) ** 1.5
+
+
+@pytest.mark.parametrize("factor", [1.0, 2.5])
+def test_double_lane_change_is_the_closed_form(factor):
+    path = double_lane_change(factor)
+    s = np.random.default_rng(0).uniform(0, path.length, 2000)
+    x, y = path.position(s)
+    y_exact, heading, curvature = lane_change(x, factor)
+    np.testing.assert_allclose(y, y_exact, atol=1e-8)
+    np.testing.assert_allclose(path.heading(s), heading, atol=1e-8)
+    np.testing.assert_allclose(path.curvature(s), curvature, atol=1e-8)
+
+
+def test_arc_length_of_the_double_lane_change():
+    path = double_lane_change()
+    ends = [0.0, 40.0, 90.0, path.length]
+
+    def rate(x):
+        return np.sqrt(1 + np.tan(lane_change(x, 1.0)[1]) ** 2)
+
+    x = path.position(ends)[0]
+    for a, b, sa, sb in zip(x, x[1:], ends, ends[1:]):
+        assert quad(rate, a, b, epsabs=1e-12, limit=200)[0] == pytest.approx(sb - sa, abs=1e-8)
+
+
+@every_path
+def test_heading_and_curvature_by_finite_differences(path):
+    """Central differences, at places where no clothoid or quintic begins within the step."""
+    s, h = np.linspace(1.0, path.length - 1.0, 997) + 0.0123, 1e-4
+    dx, dy = (path.position(s + h) - path.position(s - h)) / (2 * h)
+    np.testing.assert_allclose(np.hypot(dx, dy), 1, atol=1e-6)
+    np.testing.assert_allclose(np.arctan2(dy, dx), path.heading(s), atol=1e-6)
+    bend = (path.heading(s + h) - path.heading(s - h)) / (2 * h)
+    np.testing.assert_allclose(bend, path.curvature(s), atol=1e-6)
+
+
+def test_clothoid_is_fresnels():
+    """x = a C(s/a), y = a S(s/a), a = √(π R L), from the clothoid's beginning."""
+    radius, length, lead = 200.0, 60.0, 30.0
+    path = clothoid_arc(radius, length, lead=lead)
+    s, a = np.linspace(0, length, 301), np.sqrt(np.pi * radius * length)
+    sine, cosine = fresnel(s / a)
+    x, y = path.position(lead + s)
+    np.testing.assert_allclose(x - lead, a * cosine, atol=1e-9)
+    np.testing.assert_allclose(y, a * sine, atol=1e-9)
+    np.testing.assert_allclose(path.heading(lead + s), s**2 / (2 * radius * length), atol=1e-12)
+
+
+def test_arc_turns_about_one_centre():
+    path = clothoid_arc(radius=200.0, arc=100.0)
+    s = np.linspace(91, 189, 50)
+    heading = path.heading(s)
+    centre = path.position(s) + 200 * np.stack([-np.sin(heading), np.cos(heading)])
+    np.testing.assert_allclose(centre, np.broadcast_to(centre[:, :1], centre.shape), atol=1e-9)
+
+
+@every_path
+@pytest.mark.parametrize("guess", ["near", "far", None])
+def test_foot_point(path, guess):
+    """A point put beside the path is found where it was put, wherever the search begins."""
+    generator = np.random.default_rng(1)
+    for s, off in zip(generator.uniform(0, path.length, 300), generator.uniform(-4, 4, 300)):
+        x, y = path.position(s)
+        heading = float(path.heading(s))
+        begin = {"near": s + generator.uniform(-2, 2), "far": path.length - s, None: None}[guess]
+        found = path.locate(x - off * np.sin(heading), y + off * np.cos(heading), begin)
+        assert found == pytest.approx((s, off, heading, float(path.curvature(s))), abs=1e-7)
+
+
+def test_straight_beyond_the_ends():
+    path = clothoid_arc(tail=10.0)
+    end, heading = path.position(path.length), float(path.heading(path.length))
+    ahead = end + 7 * np.array([np.cos(heading), np.sin(heading)])
+    np.testing.assert_allclose(path.position(path.length + 7), ahead, rtol=1e-12)
+    assert path.locate(*ahead) == pytest.approx((path.length + 7, 0, heading, 0), abs=1e-7)
+    assert path.locate(-5.0, 1.0) == pytest.approx((-5, 1, 0, 0), abs=1e-7)
+    np.testing.assert_array_equal(path.curvature([-1.0, path.length + 1]), 0)
+
+
+@pytest.mark.parametrize(("factor", "speed", "needed"), [(1, 72, 10.9), (1, 120, 30.1), (2.5, 120, 5.02)])
+def test_needed_acceleration(factor, speed, needed):
+    """Largest curvature times speed squared, from a dense grid of the closed form."""
+    curvature = lane_change(np.linspace(-30 * factor, 125 * factor, 200001), factor)[2]
+    found = double_lane_change(factor).needed_acceleration(speed / 3.6)
+    assert found == pytest.approx(np.abs(curvature).max() * (speed / 3.6) ** 2, rel=1e-4)
+    assert found == pytest.approx(needed, rel=6e-3)
+
+
+@pytest.mark.parametrize("factor", [1.0, 2.0])
+def test_vehicle_on_the_iso_path_hits_no_cone(factor):
+    """The corners of a vehicle 1.61 m wide and 4.508 m long that follows the path stay within the gates."""
+    width, length = 1.61, 4.508
+    path, gates = iso_lane_change(factor), iso3888_gates(width, factor)
+    assert [g.end - g.start for g in gates] == [factor * l for l in (15, 25, 30)]
+    assert [b.start - a.end for a, b in zip(gates, gates[1:])] == [factor * l for l in (30, 25)]
+    s = np.linspace(0, path.length, 8001)
+    heading = path.heading(s)
+    ahead, left = (np.stack(v) for v in ((np.cos(heading), np.sin(heading)), (-np.sin(heading), np.cos(heading))))
+    inside = 0
+    for front, side in itertools.product((length / 2, -length / 2), (width / 2, -width / 2)):
+        x, y = path.position(s) + front * ahead + side * left
+        for gate in gates:
+            within = (x > gate.start) & (x < gate.end)
+            inside += within.sum()
+            assert np.all(np.abs(y[within] - gate.centre) < gate.width / 2)
+    assert inside > 1000
+
+
+def test_infeasible_path_says_what_it_needs():
+    path = double_lane_change()
+    check_feasible(path, 15.0, 1.0489)
+    with pytest.raises(ManoeuvreError, match=r"30\.1 m/s² at 120 km/h.*allows 10\.3; drive at most 70 km/h"):
+        check_feasible(path, 120 / 3.6, 1.0489)
+
+
+@pytest.mark.parametrize("speed", [0.0, -3.0, 100.0, float("nan")])
+def test_speed_out_of_range(speed):
+    with pytest.raises(ManoeuvreError, match=r"speed must be in 18\.\.180 km/h"):
+        check_feasible(straight(10.0), speed, 1.0)
+
+
+@pytest.mark.parametrize("make", [double_lane_change, iso_lane_change, straight, clothoid_arc])
+@pytest.mark.parametrize("value", [0.0, -1.0, float("nan"), float("inf")])
+def test_impossible_sizes(make, value):
+    with pytest.raises(ManoeuvreError, match="must be > 0"):
+        make(value)
+
+
+def test_position_that_is_not_a_number():
+    with pytest.raises(ManoeuvreError, match="not finite"):
+        straight(10.0).locate(float("nan"), 0.0)
