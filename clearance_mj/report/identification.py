@@ -125,7 +125,7 @@ def contact_over_time(title: str, measured: ContactParameters | None, ridge: Tim
                 ax.plot(measured.time, value, ".-", color=TEST, linewidth=0.8, markersize=2.5, label=WINDOWS)
             if ridge:
                 track = getattr(ridge, name)[:, j]
-                ax.plot(ridge.t, track, color=RIDGE, linewidth=0.8, zorder=1.5, label="wavelet ridge")
+                ax.plot(ridge.t, track, ".", color=RIDGE, markersize=2.5, zorder=1.5, label="wavelet ridge")
             _tidy(ax, f"bushing {j + 1}", label, "Time (s)" if j == n - 1 else "")
             _limit(ax, value if measured else track)
     _key(figure, axes)

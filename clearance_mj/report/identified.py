@@ -120,21 +120,17 @@ class Findings:
         return draw.scalograms(f"{record.name}: lowest mode", planes, [skeleton(p) for p in planes], gaps)
 
     def _contact_over_time(self, record):
-        measured, title = self._contact[record.name], f"{record.name}: contact over time"
-        longest = max(self.records, key=lambda r: r.duration)
-        ridge = self._ridge if record is longest else None
-        if isinstance(measured, ContactParameters):
-            return draw.contact_over_time(title, measured, ridge)
-        if ridge is None:
-            raise measured
-        return draw.contact_over_time(title, None, ridge)
+        found = self._contact[record.name]
+        measured, ridge = None if isinstance(found, RecordError) else found, self._ridge(record)
+        if not measured and not ridge:
+            raise found
+        return draw.contact_over_time(f"{record.name}: contact over time", measured, ridge)
 
-    @cached_property
-    def _ridge(self) -> TimeLaw | None:
-        if isinstance(self.found.law, TimeLaw):
+    def _ridge(self, record) -> TimeLaw | None:
+        if isinstance(self.found.law, TimeLaw) and record.duration == max(r.duration for r in self.records):
             return self.found.law
         try:
-            return ridge_law(self.dataset)
+            return ridge_law(Dataset(self.rig, (record,)))
         except RecordError:
             return None
 

@@ -1,0 +1,183 @@
+"""Records that cannot be identified from, or not fully. Channels are damaged by hand; the answer is what was done."""
+
+import dataclasses
+import warnings
+
+import numpy as np
+import pytest
+
+from clearance_mj import identify
+from clearance_mj.clearance import ConstantLaw
+from clearance_mj.engines import simulate
+from clearance_mj.errors import RecordError
+from clearance_mj.excitation import random
+from clearance_mj.identify.checks import IdentifiabilityWarning, check_channel, check_records, warn_of_no_ridge
+from clearance_mj.io.dataset import Dataset, Record
+from clearance_mj.io.uff import Channel
+
+from ..conftest import ROOT, record_of
+
+FS = 2048.0
+TIME = np.arange(int(6 * FS)) / FS
+
+
+@pytest.fixture(scope="module")
+def record(rig):
+    """With contact at both bushings."""
+    return record_of(rig, "sound", "identify", 8.0, 1)
+
+
+def with_channel(record, node, quantity, change):
+    """The record with the samples of one channel changed."""
+    channels = [
+        dataclasses.replace(c, value=change(c.value.copy())) if (c.node, c.quantity) == (node, quantity) else c
+        for c in record.channels
+    ]
+    return dataclasses.replace(record, name="damaged", channels=channels)
+
+
+def clipped(share):
+    return lambda value: np.clip(value, -share * np.abs(value).max(), share * np.abs(value).max())
+
+
+def quantised(value, bits):
+    step = 2 * np.abs(value).max() / 2**bits
+    return step * np.round(value / step)
+
+
+def noise(rng):
+    return rng.standard_normal(TIME.size)
+
+
+GOOD = {
+    "noise": noise,
+    "noise, 8 bits": lambda rng: quantised(noise(rng), 8),
+    "slow sine, 12 bits": lambda rng: quantised(np.sin(2 * np.pi * 3.3 * TIME), 12),
+    "slow sine, 6 digits": lambda rng: np.round(0.9 * np.sin(2 * np.pi * 2.1 * TIME), 6),
+    "hits on a resting channel": lambda rng: np.maximum(0, np.sin(2 * np.pi * 80 * TIME)) * (TIME % 1 < 1 / 160),
+    "square root of noise": lambda rng: np.sqrt(np.abs(noise(rng))),
+    "resonance with offset, 16 bits": lambda rng: quantised(3 + np.sin(2 * np.pi * 9 * TIME) * (1 + 0.1 * TIME), 16),
+}
+
+
+@pytest.mark.parametrize("name", GOOD)
+def test_good_channels_pass(rng, name):
+    check_channel("channel", GOOD[name](rng), FS)
+
+
+CLIPPED = {
+    "noise at 2 σ": lambda rng: np.clip(np.convolve(noise(rng), np.hanning(20), "same"), -6, 6),
+    "above only": lambda rng: np.minimum(np.sin(2 * np.pi * 40 * TIME), 0.8),
+    "below only, 12 bits": lambda rng: np.maximum(quantised(np.sin(2 * np.pi * 9.3 * TIME), 12), -0.8),
+    "one hit": lambda rng: np.clip(0.01 * noise(rng) + 5 * np.exp(-(((TIME - 3) / 0.002) ** 2)), -1, 1),
+}
+
+
+@pytest.mark.parametrize("name", CLIPPED)
+def test_clipped_channels_are_found(rng, name):
+    with pytest.raises(RecordError, match="channel is clipped at"):
+        check_channel("channel", CLIPPED[name](rng), FS)
+
+
+def test_instant_and_level_of_clipping():
+    signal = np.minimum(np.sin(2 * np.pi * 4.0 * TIME), 0.5)  # passes 0.5 first at 1/48 s
+    with pytest.raises(RecordError, match=r"clipped at 0\.5 from 0\.0209961 s on"):
+        check_channel("channel", signal, FS)
+
+
+def test_shipped_records_pass():
+    dataset = Dataset.load(ROOT / "data" / "table1_rig")
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        check_records(dataset.records)
+
+
+CHANNELS = {
+    "excitation": (100, "acceleration", "excitation .*; nothing can be identified from this record"),
+    "accelerometer": (3, "acceleration", "accelerometer 3:.Z .* without node 3 in the rig file everything still can"),
+    "accelerometer at a bushing": (6, "acceleration", "accelerometer 6:.Z .* the probe there is lost too; constant"),
+    "probe": (7, "displacement", r"probe at bushings\[1\] .* without the probes, constant and output-error still"),
+}
+DAMAGE = {"is constant": lambda value: 0 * value + 0.25, "is clipped": clipped(0.5)}
+
+
+@pytest.mark.parametrize("damage", DAMAGE)
+@pytest.mark.parametrize("channel", CHANNELS)
+def test_damaged_channels_are_named_with_what_is_left(record, channel, damage):
+    node, quantity, told = CHANNELS[channel]
+    damaged = with_channel(record, node, quantity, DAMAGE[damage])
+    with pytest.raises(RecordError, match=f'record "damaged": {told}') as error:
+        check_records([damaged])
+    assert damage in str(error.value)
+    with pytest.raises(RecordError, match=r'without it, the rest \("sound"\) can be identified from'):
+        check_records([damaged, record])
+
+
+@pytest.mark.parametrize("method", ["constant", "ridge", "force-balance", "amplitude", "output-error"])
+def test_every_method_checks_its_records(record, method):
+    damaged = with_channel(record, 100, "acceleration", DAMAGE["is clipped"])
+    with pytest.raises(RecordError, match="excitation is clipped at"):
+        identify.law(Dataset(record.rig, (damaged,)), method)
+
+
+def test_a_sample_that_is_no_number_is_named(record):
+    def spoil(value):
+        value[1024] = np.nan
+        return value
+
+    with pytest.raises(RecordError, match=r'channel "acc 3".*sample 1024 is not a finite number'):
+        with_channel(record, 3, "acceleration", spoil)
+    with pytest.raises(RecordError, match=r"channel is not a finite number at 0\.5 s"):
+        check_channel("channel", spoil(record.channels[0].value.copy()), FS)
+
+
+def cut(record, duration):
+    channels = [dataclasses.replace(c, value=c.value[: int(duration * FS)]) for c in record.channels]
+    return dataclasses.replace(record, name="short", channels=channels)
+
+
+SHORT = {
+    ("output-error", 3.0): r"lasts 3 s; this method needs 5 s; long enough for ridge \(1\.72 s\), .*amplitude \(1\.2 s",
+    ("ridge", 1.5): r"lasts 1\.5 s; this method needs 1\.72 s; long enough for force-balance \(1\.2 s\), amplitude",
+    ("amplitude", 1.0): "lasts 1 s; this method needs 1.2 s; too short for any method",
+}
+
+
+@pytest.mark.parametrize(("method", "duration"), SHORT)
+def test_short_records_name_the_methods_they_serve(record, method, duration):
+    with pytest.raises(RecordError, match=SHORT[method, duration]):
+        identify.law(Dataset(record.rig, (cut(record, duration),)), method)
+
+
+def test_no_contact_is_a_warning_and_the_grease_still_is_identified(rig):
+    law = ConstantLaw(8000.0, 4.0, grease=rig.bushings[0].grease)
+    response = simulate(rig, random(8.0, FS, rms=0.3, seed=3), law, "modal")
+    columns = [(100, "acceleration", response.excitation)]
+    columns += [(s.node, "acceleration", a) for s, a in zip(rig.sensors, response.acceleration.T)]
+    columns += [(n, "displacement", x) for n, x in zip((6, 7), response.displacement.T)]
+    quiet = Record("quiet", "identify", rig, FS, [Channel(f"{q} {n}", n, "+Z", q, v, FS) for n, q, v in columns])
+    dataset = Dataset(rig, (quiet,))
+    with pytest.warns(IdentifiabilityWarning, match=r"no contact: bushings\[0\] .* in a gap of 0\.3 mm, bushings\[1\]"):
+        found = identify.law(dataset, "constant")
+    grease = found.grease[0]
+    assert grease.stiffness == pytest.approx(rig.bushings[0].grease.stiffness, rel=0.005)
+    assert grease.damping == pytest.approx(rig.bushings[0].grease.damping, rel=0.02)
+    with (
+        pytest.warns(IdentifiabilityWarning, match="no contact"),
+        pytest.raises(RecordError, match=r"only the grease: bushings\[0\].*4369 N/m"),
+    ):
+        identify.law(dataset, "amplitude")
+
+
+def test_contact_at_one_bushing_only(record):
+    still = with_channel(record, 6, "displacement", lambda value: 0.1 * value)
+    with pytest.warns(IdentifiabilityWarning, match=r"at one bushing: bushings\[0\] moves up to .*; its contact is"):
+        check_records([still])
+
+
+def test_no_ridge_above_the_noise(record, rng):
+    noisy = with_channel(record, 7, "displacement", lambda value: 1e-4 * rng.standard_normal(value.size))
+    decay = np.exp(-0.5 * TIME) * np.cos(2 * np.pi * 9.25 * TIME)
+    noisy = with_channel(noisy, 6, "displacement", lambda value: 1e-4 * decay)
+    with pytest.warns(IdentifiabilityWarning, match=r"no ridge above the noise .* at bushings\[1\]: .* do not need a"):
+        warn_of_no_ridge(noisy)
