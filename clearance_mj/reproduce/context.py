@@ -3,19 +3,20 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Sequence
+import warnings
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from functools import cached_property
 from pathlib import Path
 
-from ..correlation import compare
+from ..correlation import Comparison, compare
 from ..engines import simulate
 from ..errors import ClearanceError
 from ..frf import FRF, estimate_frf
 from ..identify.laws import get_method
 from ..io.dataset import Dataset, Record
 from ..report.article import Article, load_article
-from ..study import N_MODES, RESOLUTION, Case, Knowledge, Study
+from ..study import N_MODES, RESOLUTION, Case, Knowledge
 
 __all__ = ["DATASET", "Context"]
 
@@ -41,6 +42,7 @@ class Context:
 
     def __init__(self, dataset=DATASET, quick: bool = False, stage: Callable[[str], None] = lambda words: None):
         self.path, self.quick, self.stage = Path(dataset), quick, stage
+        self.warnings: dict[str, tuple[str, ...]] = {}
         self._cases: dict[float, list[Case]] = {}
 
     @property
@@ -80,7 +82,11 @@ class Context:
     def _law(self, name) -> Knowledge:
         self.stage(f"identifying: {name}")
         method = get_method(name)
-        found = method.run(self.dataset, None)
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always")
+            found = method.run(self.dataset, None)
+        if caught:
+            self.warnings[name] = tuple(dict.fromkeys(str(w.message) for w in caught))
         return Knowledge(name, found.law, method.knows, found.parameters)
 
     @cached_property
@@ -98,24 +104,36 @@ class Context:
         """The middle level, m/s²."""
         return self.levels[len(self.levels) // 2]
 
-    def study(self, levels: Sequence[float]) -> Study:
-        """Every law on every engine, driven as the first record of each level was.
+    def records(self, level: float) -> list[Record]:
+        """Return the validation records of a level; the models are driven as the first was.
 
         Parameters
         ----------
-        levels : sequence of float
+        level : float
             m/s².
         """
-        cases = [case for level in levels for case in self._level(level)]
-        floor = {level: compare(*(self.tests[r.name] for r in self._records(level)[:2]), N_MODES) for level in levels}
-        return Study(self.dataset, self.laws, self.tests, tuple(cases), floor)
-
-    def _records(self, level) -> list[Record]:
         return [r for r in self.dataset.validate if r.level == level]
 
-    def _level(self, level) -> list[Case]:
+    def repeat(self, level: float) -> Comparison:
+        """Return how the second record of a level compares with the first: what the rig repeats itself within.
+
+        Parameters
+        ----------
+        level : float
+            m/s².
+        """
+        return compare(*(self.tests[r.name] for r in self.records(level)[:2]), N_MODES)
+
+    def cases(self, level: float) -> list[Case]:
+        """Return every law on every engine under the excitation of a level's first record.
+
+        Parameters
+        ----------
+        level : float
+            m/s².
+        """
         if level not in self._cases:
-            record, laws = self._records(level)[0], self.laws
+            record, laws = self.records(level)[0], self.laws
             self.stage(f"simulating: {level:g} m/s²")
             jobs = [(law, engine, record) for law in laws for engine in self.engines]
             with ThreadPoolExecutor(os.cpu_count()) as pool:

@@ -13,6 +13,7 @@ from ..report.tables import Column, Table
 from .context import Context
 from .result import Result
 from .style import BLACK, BLUE, FONT, ORANGE, VERMILION, panel, sheet
+from .texts import texts
 
 __all__ = ["working_condition"]
 
@@ -32,7 +33,7 @@ KNOWS = {
 }
 
 
-def working_condition(context: Context, number: int, name: str, words: dict, snrs: Sequence[float], seeds: int):
+def working_condition(context: Context, number: int, name: str, snrs: Sequence[float], seeds: int):
     """Identify one of the article's working conditions.
 
     Parameters
@@ -43,8 +44,6 @@ def working_condition(context: Context, number: int, name: str, words: dict, snr
         1 or 2.
     name : str
         The item.
-    words : dict
-        title, article, differs.
     snrs : sequence of float
         Signal-to-noise ratios, dB; the first is shown with every form.
     seeds : int
@@ -55,6 +54,7 @@ def working_condition(context: Context, number: int, name: str, words: dict, snr
     Result
     """
     context.stage("identifying")
+    words = texts(name)
     clean = free_decay(CONDITIONS[number])
     noises = range(1 if context.quick else seeds)
     found = {snr: [_identify(clean.with_noise(snr, seed)) for seed in noises] for snr in snrs}
@@ -117,7 +117,7 @@ def _draw(clean, first) -> Figure:
     titles = ("(a) damping", "(b) stiffness", f"(c) damping, {snr:g} dB", f"(d) stiffness, {snr:g} dB")
     for i, (ax, title, quantity) in enumerate(zip(axes.flat, titles, [*QUANTITIES] * 2)):
         panel(ax, title, "Time (s)" if i > 1 else "", QUANTITIES[quantity])
-        ax.set_ylim(bottom=0)
+        ax.set_ylim(0, 1.05 * ax.get_ylim()[1])
         if i % 2 == 0:
             ax.legend(fontsize=FONT - 1, frameon=False)
     return figure

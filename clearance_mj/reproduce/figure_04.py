@@ -11,6 +11,7 @@ from ..report.tables import Column, Table
 from .context import Context
 from .result import Result
 from .style import BLACK, BLUE, FONT, GREEN, ORANGE, PURPLE, SKY, VERMILION, panel, sheet
+from .texts import texts
 
 __all__ = ["run"]
 
@@ -53,21 +54,12 @@ def run(context: Context, snrs=(100, SHOWN, 20), seeds: int = 20) -> Result:
     )
     alt = "Damping over time at single scales in three sequences, and its error over the scale."
     return Result(
-        title="Figure 4: damping identified at single scales",
-        article=(
-            "c(t) = 0.06 - 0.0002t, identified at fixed scales in three sequences between 2^-5 and 2^-8. Worst at "
-            "2^-5, much better at 2^-6 and 2^-7, much worse again at 2^-8; best at 2^-6.8. Finer scales need more "
-            "translations: 3200, 3800, 4400, 5200 and 6400 in sequence 2."
-        ),
+        **texts("figure_04"),
         method=(
             "Translations b = a(16κ + 8), κ = 0 : 0.005 : T/(4a), on 4 s of the decay of 0.025 kg and 8000 N/m; Morlet "
             "wavelet with ω0 = 5; c = -2m A'/A from a local slope of ln A, the same at every scale."
         ),
         shows=_shows(error, scales, snrs),
-        differs=(
-            "By the article's own grid the counts are 50 T/a + 1, which for a = 2^-6.5 and 2^-6.75 is not what it "
-            "prints. The seconds in the table are of the machine that made this page and in no CSV."
-        ),
         drawings=(Drawing("figure_04", _draw(study, error, known, snrs), caption, alt),),
         data={"figure_04": _rows(study, error, snrs)},
         tables=(_table(study, error, snrs),),
@@ -133,8 +125,8 @@ def _draw(study, error, known, snrs) -> Figure:
             column[1].semilogy(exponents, values, marker, ls="-", lw=1, ms=4, color=colour, label=f"{snr:g} dB")
         column[1].axvline(_ridge_exponent(), color=BLACK, ls=":", lw=1)
         panel(column[0], f"({'abc'[i]}) sequence {i + 1}", "Time (s)", "" if i else "Damping c (N s/m)")
-        panel(column[1], f"({'def'[i]})", "log2 of the scale a / s", "" if i else "RMS error of c (%)")
+        panel(column[1], f"({'def'[i]})", "log$_2$ of scale a over 1 s", "" if i else "RMS error of c (%)")
         column[0].set_ylim(0, 0.12)
-        column[0].legend(fontsize=FONT - 1.5, ncols=2, frameon=False)
+        column[0].legend(fontsize=FONT - 1.5, ncols=2, loc="upper left", edgecolor="none", framealpha=0.9)
     axes[1, 0].legend(fontsize=FONT - 1, frameon=False, title="SNR", title_fontsize=FONT - 1)
     return figure

@@ -11,9 +11,18 @@ from .result import Result
 __all__ = ["ITEMS", "get_item", "select"]
 
 ITEMS = {
+    "figure_01": "clearance_mj.reproduce.figure_01",
     "figure_02": "clearance_mj.reproduce.figure_02",
     "figure_03": "clearance_mj.reproduce.figure_03",
     "figure_04": "clearance_mj.reproduce.figure_04",
+    "figure_05": "clearance_mj.reproduce.figure_05",
+    "figure_06": "clearance_mj.reproduce.figure_06",
+    "figure_07": "clearance_mj.reproduce.figure_07",
+    "figure_08": "clearance_mj.reproduce.figure_08",
+    "figure_09": "clearance_mj.reproduce.figure_09",
+    "figure_10": "clearance_mj.reproduce.figure_10",
+    "table_1": "clearance_mj.reproduce.table_1",
+    "table_2": "clearance_mj.reproduce.table_2",
 }
 """Module of each item by its name, in the order of the index page"""
 

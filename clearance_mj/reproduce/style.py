@@ -10,7 +10,7 @@ BLACK, GREY, BLUE, SKY = "#000000", "#8c8c8c", "#0072b2", "#56b4e9"
 VERMILION, ORANGE, GREEN, PURPLE = "#d55e00", "#e69f00", "#009e73", "#cc79a7"
 FONT = 8
 """pt"""
-WIDTH = 7.5
+WIDTH = 6.5
 """in"""
 
 

@@ -1,0 +1,14 @@
+"""Figure 10: CSF of each sensor over frequency."""
+
+from __future__ import annotations
+
+from .context import Context
+from .criteria import criterion_over_frequency
+from .result import Result
+
+__all__ = ["run"]
+
+
+def run(context: Context, level: float | None = None) -> Result:
+    """Draw the criterion; parameters as `criterion_over_frequency` takes them."""
+    return criterion_over_frequency(context, "figure_10", "csf", level)

@@ -1,0 +1,112 @@
+"""Pictures of a model by MuJoCo, in a process of its own: the GL backend is chosen when MuJoCo is loaded, and one that is
+broken may take its process with it.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import os
+import subprocess
+import sys
+import tempfile
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+__all__ = ["View", "render"]
+
+TIMEOUT = 120  # s
+
+
+@dataclass(frozen=True)
+class View:
+    """Where a camera stands."""
+
+    look_at: tuple[float, float, float]
+    """m"""
+    distance: float
+    """m"""
+    azimuth: float
+    """degrees"""
+    elevation: float
+    """degrees"""
+    size: tuple[int, int]
+    """width and height, pixels"""
+
+
+def render(mjcf: str, views: Sequence[View]) -> tuple[list[np.ndarray], str]:
+    """Render a model at rest.
+
+    Parameters
+    ----------
+    mjcf : str
+        The model.
+    views : sequence of View
+        One picture each.
+
+    Returns
+    -------
+    images : list of ndarray, shape (height, width, 3)
+        Empty if there is no GL backend.
+    reason : str
+        Why there is none; empty if there is.
+    """
+    backend = os.environ.get("MUJOCO_GL") or ("egl" if sys.platform == "linux" else "")
+    environment = os.environ | ({"MUJOCO_GL": backend} if backend else {})
+    with tempfile.TemporaryDirectory() as folder:
+        job, pictures = Path(folder) / "job.json", Path(folder) / "pictures.npz"
+        job.write_text(json.dumps({"mjcf": mjcf, "views": [dataclasses.asdict(view) for view in views]}))
+        command = [sys.executable, "-m", __name__, job, pictures]
+        try:
+            done = subprocess.run(
+                command, env=environment, capture_output=True, text=True, timeout=TIMEOUT, check=False
+            )
+        except subprocess.TimeoutExpired:
+            return [], f"MuJoCo's GL backend ({backend or 'default'}) did not answer within {TIMEOUT} s"
+        if not pictures.exists():
+            last = (done.stderr.strip().splitlines() or [f"the process ended with status {done.returncode}"])[-1]
+            return [], f"MuJoCo has no GL backend here ({backend or 'default'}): {last}"
+        with np.load(pictures) as stored:
+            return [stored[name] for name in stored.files], ""
+
+
+def _main(job, pictures):
+    import mujoco
+    from mujoco.rendering.classic.renderer import Renderer
+
+    work = json.loads(Path(job).read_text())
+    model = _lit(mujoco.MjSpec.from_string(work["mjcf"])).compile()
+    model.vis.global_.offwidth = max(view["size"][0] for view in work["views"])
+    model.vis.global_.offheight = max(view["size"][1] for view in work["views"])
+    model.vis.map.znear = 1e-3
+    data, images = mujoco.MjData(model), []
+    mujoco.mj_forward(model, data)
+    for view in work["views"]:
+        camera = mujoco.MjvCamera()
+        camera.lookat, camera.distance = view["look_at"], view["distance"]
+        camera.azimuth, camera.elevation = view["azimuth"], view["elevation"]
+        with Renderer(model, height=view["size"][1], width=view["size"][0]) as renderer:
+            renderer.update_scene(data, camera)
+            images.append(renderer.render())
+    np.savez(pictures, *images)
+
+
+def _lit(spec):
+    """A model before a white sky, in more light, with sensors that stand out of the shaft."""
+    import mujoco
+
+    white = {"rgb1": [1, 1, 1], "rgb2": [1, 1, 1], "width": 8, "height": 48}
+    sky, flat = mujoco.mjtTexture.mjTEXTURE_SKYBOX, mujoco.mjtBuiltin.mjBUILTIN_FLAT
+    spec.add_texture(name="sky", type=sky, builtin=flat, **white)
+    spec.visual.headlight.ambient = [0.45, 0.45, 0.45]
+    spec.visual.headlight.diffuse = [0.6, 0.6, 0.6]
+    for site in spec.sites:
+        site.size = [0.007, 0, 0]
+    return spec
+
+
+if __name__ == "__main__":
+    _main(*sys.argv[1:])
