@@ -8,6 +8,7 @@ one scatter fits all levels is what Cochran's test says.
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -81,7 +82,7 @@ def over_seeds(errors: Mapping[float, Sequence[float]], confidence: float = CONF
         means = {level: Interval(_mean(v)) for level, v in found.items()}
         return Pooled(means, math.nan, 0, math.nan, math.nan)
     variance = sum(np.sum((x - x.mean()) ** 2) for x in repeated) / freedom
-    t = scipy.stats.t.ppf(0.5 + confidence / 2, freedom)
+    t = _quantile(confidence, freedom)
     means = {}
     for (level, values), x in zip(found.items(), logarithms):
         if not x.size:
@@ -108,8 +109,18 @@ def _cochran(groups, risk=0.05) -> tuple[float, float]:
     n, freedom = len(groups), groups[0].size - 1
     if n < 2 or not sum(variances) > 0:
         return math.nan, math.nan
-    f = scipy.stats.f.isf(risk / n, freedom, (n - 1) * freedom)
-    return float(max(variances) / sum(variances)), float(1 / (1 + (n - 1) / f))
+    return float(max(variances) / sum(variances)), _cochran_limit(n, freedom, risk)
+
+
+@functools.cache
+def _cochran_limit(n, freedom, risk) -> float:
+    return float(1 / (1 + (n - 1) / scipy.stats.f.isf(risk / n, freedom, (n - 1) * freedom)))
+
+
+@functools.cache
+def _quantile(confidence, freedom) -> float:
+    """Student's two-sided quantile."""
+    return float(scipy.stats.t.ppf(0.5 + confidence / 2, freedom))
 
 
 def on_power_law(errors: Mapping[float, float], confidence: float = CONFIDENCE) -> dict[float, Interval]:
@@ -139,7 +150,7 @@ def on_power_law(errors: Mapping[float, float], confidence: float = CONFIDENCE) 
     x, y = np.log(fitted), np.log(np.maximum([errors[level] for level in fitted], SMALLEST))
     residual = y - np.polyval(np.polyfit(x, y, 1), x)
     freedom = len(fitted) - 2
-    spread = np.exp(scipy.stats.t.ppf(0.5 + confidence / 2, freedom) * np.sqrt(np.sum(residual**2) / freedom))
+    spread = np.exp(_quantile(confidence, freedom) * np.sqrt(np.sum(residual**2) / freedom))
     for level in fitted:
         error = float(errors[level])
         intervals[level] = Interval(error, error / float(spread), error * float(spread))

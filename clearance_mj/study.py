@@ -8,6 +8,7 @@ repeats itself.
 from __future__ import annotations
 
 import dataclasses
+import functools
 import hashlib
 import itertools
 import json
@@ -37,7 +38,7 @@ from .response import Response
 
 __all__ = ["ENGINES", "METHODS", "Case", "Knowledge", "Study", "run_study"]
 
-ENGINES = ("links", "modal", "modal-mj")
+ENGINES = ("links", "modal")
 METHODS = ("nominal", "constant", "ridge-as-printed", "ridge", "force-balance", "amplitude", "output-error")
 RESOLUTION = 0.5
 """Hz, of the FRFs that are compared"""
@@ -112,6 +113,10 @@ class Study:
         Errors and criteria have the limits of their 95 % interval beside them (``rmse_db_low``, ``rmse_db_high``),
         see `intervals.over_seeds` and, for the floor, `intervals.on_power_law`.
         """
+        return self._rows
+
+    @functools.cached_property
+    def _rows(self) -> list[dict]:
         tables = {("repeat", "rig"): seeds.floor_rows({level: c.summary() for level, c in self.floor.items()})}
         for law, engine in self.combinations:
             tables[law, engine] = seeds.mean_rows(self._summaries(law, engine))

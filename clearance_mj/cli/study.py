@@ -23,8 +23,8 @@ def add(commands):
         default=Path("results/study"), help="folder of the report (default: %(default)s)",
     )  # fmt: skip
     parser.add_argument("dataset", type=Path, help="dataset folder: rig.toml, dataset.toml, one .uff per record")
-    parser.add_argument("--engines", default="links,modal,modal-mj", help="comma-separated (default: %(default)s)")
-    parser.add_argument("--methods", help=f"comma-separated, of {', '.join(LAWS)} (default: all but as printed)")
+    parser.add_argument("--engines", default="links,modal", help="comma-separated; modal-mj too (default: %(default)s)")
+    parser.add_argument("--methods", help=f"comma-separated, of {', '.join(LAWS)} (default: all)")
     parser.add_argument("--workers", type=int, help="threads (default: one for each processor)")
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import platform
 import shlex
 from html import escape
@@ -50,6 +51,10 @@ def _write_tables(study, article, folder):
         "verdict": study.rows(),
         "natural_frequencies": tables.mode_rows(study, article),
         "sensors": tables.sensor_rows(study, article),
+        "sensor_means": tables.sensor_mean_rows(study),
+        "seeds": tables.seed_rows(study),
+        "seed_scatter": study.scatter_rows(),
+        "improvements": tables.improvement_rows(study, article),
         "contact": tables.contact_rows(study),
         "parameters": tables.parameter_rows(study),
         "engines": tables.engine_rows(study),
@@ -153,7 +158,12 @@ def _versions() -> str:
 def _verdict(study, pictures) -> str:
     first, *rest = tables.verdict(study)
     parts = [html.paragraph(escape(first), "verdict"), html.paragraph(escape(" ".join(rest)))]
-    parts += [html.figure(pictures["verdict"]), html.table(tables.verdict_table(study), breaks=True)]
+    main, *others = sorted(tables.engines(study), key=lambda engine: engine != tables.main_engine(study))
+    parts += [html.figure(pictures["verdict"]), html.table(tables.verdict_table(study, main), breaks=True)]
+    parts += [
+        html.details(f"verdict-{e}", f"Engine {e}", html.table(tables.verdict_table(study, e), breaks=True))
+        for e in others
+    ]
     parts.append(
         html.note(
             "Law “repeat”: the rig’s second record of a level compared with its first, the repeat floor. A law that is "
@@ -161,7 +171,24 @@ def _verdict(study, pictures) -> str:
             "be had or a level has one record only. Press a heading to sort."
         )
     )
+    parts.append(html.note(_interval_words(study)))
     return "".join(parts)
+
+
+def _interval_words(study) -> str:
+    tested = [r for r in study.scatter_rows() if math.isfinite(r["cochran_limit"])]
+    if not tested:
+        return "No level has a second record: the scatter over seeds is not known and there are no intervals."
+    uneven = sum(r["cochran"] > r["cochran_limit"] for r in tested)
+    freedom = max(r["degrees_of_freedom"] for r in tested)
+    return (
+        "Intervals (95 %) pool the scatter from seed to seed of the logarithm of an error (RMSE, MRE, frequency error, "
+        f"1 − FRAC and so on) over the levels of a law on an engine: {freedom} degrees of freedom. They rest on the "
+        f"assumption that it is the same at every level, which Cochran’s test at 5 % refuses in {uneven} of "
+        f"{len(tested)} cases (<code>tables/seed_scatter.csv</code>); <code>tables/seeds.csv</code> has each record. "
+        "The repeat floor has one value a level: its intervals are the scatter about a power law of the level, and "
+        "wide, as they take what is not a power law for scatter."
+    )
 
 
 def _by_level(study, pictures, kind, names) -> str:
@@ -193,6 +220,9 @@ def _article_tables(study, article: Article | None) -> str:
         ]
     else:
         parts = [html.paragraph("The article’s published tables are not installed, so their columns are left out.")]
+    parts.append("<h3>Improvement of the updated over the initial model</h3>\n")
+    parts.append(html.table(tables.improvement_table(study, study.main_level, article)))
+    parts.append(html.note(_IMPROVEMENT_WORDS))
     parts.append("<h3>Table 1: natural frequencies</h3>\n")
     for label, level in zip(("Table 1a.", "Table 1b."), dict.fromkeys((study.main_level, study.levels[0]))):
         parts.append(html.table(tables.mode_table(study, level, article), label, breaks=True))
@@ -207,6 +237,14 @@ def _article_tables(study, article: Article | None) -> str:
     return "".join(parts)
 
 
+_IMPROVEMENT_WORDS = (
+    "The article prints improvements of MAC, FRAC, CSAC and CSF over the <em>new</em> value; recomputed from its "
+    "Tables 1 and 2 they are over the old one. Intervals: of the ratio of two means as if they were independent (Zou "
+    "and Donner 2008); both share their seeds, so these are wide rather than narrow. A criterion that is 0.99 "
+    "cannot rise by more than 1 %: compare the errors. CSAC and CSF are means of the sensors’ own, as in Table 2."
+)
+
+
 def _sensor_tables(study, article) -> str:
     level = f"{study.main_level:g} {tables.excitation_unit(study)} RMS"
     shown = tables.sensor_tables(study, study.main_level, article)
@@ -219,8 +257,8 @@ def _sensor_tables(study, article) -> str:
         "where both criteria as published sum over several responses and CSAC is 1 by definition for one, and does not "
         'say how. Here MRE and RMSE are as <a href="#definitions">defined below</a>, and CSAC and CSF of a sensor are '
         "our variant over a window of nine lines, averaged over the lines. “repeat” is the repeat floor. – : the "
-        "article has no such sensor. Other levels and engines: "
-        "<code>tables/sensors.csv</code>."
+        "article has no such sensor. Below a mean over seeds: its 95 % interval. Other levels and engines: "
+        "<code>tables/sensor_means.csv</code>; each record: <code>tables/sensors.csv</code>."
     )
 
 

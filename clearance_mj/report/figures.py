@@ -1,7 +1,8 @@
 """The figures of a report. Each function draws one on a `matplotlib.figure.Figure` of its own: no global state.
 
-Black is the test, grey the test repeated with another seed; a law keeps its colour (Okabe and Ito's palette) and an
-engine its line style from figure to figure.
+Black is the test, grey the test repeated with another seed; a law keeps its colour (Okabe and Ito's palette, with the
+wine red of Tol's) and an engine its line style from figure to figure. Engines beside the main one are drawn for the
+best law only: with those of all laws the curves hide each other.
 """
 
 from __future__ import annotations
@@ -21,6 +22,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Rectangle
 from matplotlib.ticker import NullLocator, ScalarFormatter
 
+from .. import seeds
 from . import tables
 
 if TYPE_CHECKING:
@@ -48,7 +50,7 @@ WIDTH = 7.5
 FONT = 8
 """pt"""
 TEST, REPEAT, FAINT = "#000000", "#8c8c8c", "#d9d9d9"
-LAWS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9")
+LAWS = ("#0072b2", "#d55e00", "#882255", "#009e73", "#cc79a7", "#e69f00", "#56b4e9")
 ENGINES = ("-", (0, (4, 1.5)), (0, (1, 1.2)))
 LEGEND_COLUMNS = 5
 MARKERS = ("o", "s", "^")
@@ -158,7 +160,7 @@ def _engine_marker(study, engine) -> str:
 
 def _key(study, test="", repeat="", engines=True, markers=False) -> list[Line2D]:
     """Legend: the test, the repeat, a line per law, a grey line per engine."""
-    handles = [Line2D([], [], color=TEST, linewidth=1.5, label=test)] if test else []
+    handles = [Line2D([], [], color=TEST, linewidth=2.4, label=test)] if test else []
     if repeat:
         handles.append(Line2D([], [], color=REPEAT, linewidth=1.5, label=repeat))
     handles += [Line2D([], [], color=_law_colour(study, k.name), label=f"law “{k.name}”") for k in study.laws]
@@ -189,11 +191,16 @@ def _phase(value) -> np.ndarray:
 # What the figures of one level share.
 
 
+def _drawn(study) -> list[tuple[str, str]]:
+    """Laws and engines that are drawn: the best law on the other engines first, so that the main one is on top."""
+    main, best = tables.main_engine(study), tables.best_law(study)
+    others = [(best, engine) for engine in reversed(tables.engines(study)) if engine != main]
+    return [*others, *((law.name, main) for law in study.laws)]
+
+
 def _cases(study, level):
-    """First case of every law on every engine; the later engines first, so that the main one is on top."""
-    for law in study.laws:
-        for engine in reversed(tables.engines(study)):
-            yield study.case(law.name, engine, level)
+    """First case of what is drawn."""
+    return [study.case(law, engine, level) for law, engine in _drawn(study)]
 
 
 def _main_cases(study, level):
@@ -227,8 +234,14 @@ def _level_words(study, level) -> str:
 
 
 def _words(study, level) -> str:
-    engines = " Where one line style shows, the engines coincide." if len(tables.engines(study)) > 1 else ""
-    return f"Level {_level_words(study, level)} record {_test_names(study, level)[0]}.{engines}"
+    return f"Level {_level_words(study, level)} record {_test_names(study, level)[0]}.{_engine_words(study)}"
+
+
+def _engine_words(study) -> str:
+    if len(tables.engines(study)) == 1:
+        return ""
+    main, best = tables.main_engine(study), tables.best_law(study)
+    return f" Laws on engine {main}; on the others “{best}” only: where one line style shows, the engines coincide."
 
 
 def _unit(study) -> str:
@@ -241,7 +254,7 @@ def _overlay(ax, study, level, row, transform: Callable):
     test = study.tests[first]
     for name in others[:1]:
         ax.plot(test.frequency, transform(study.tests[name].value[row]), color=REPEAT, linewidth=0.8)
-    ax.plot(test.frequency, transform(test.value[row]), color=TEST, linewidth=1.5)
+    ax.plot(test.frequency, transform(test.value[row]), color=TEST, linewidth=2.4)
     for case in _cases(study, level):
         style = _engine_style(study, case.engine)
         ax.plot(test.frequency, transform(case.frf.value[row]), color=_law_colour(study, case.law), **style)
@@ -411,7 +424,7 @@ def _per_sensor(study, level, label, field, number) -> Drawing:
 
 
 def correlation(study: Study, level: float) -> Drawing:
-    """Standard CSAC and CSF over all sensors, every law on every engine.
+    """Standard CSAC and CSF over all sensors.
 
     Parameters
     ----------
@@ -472,53 +485,61 @@ def _law_names(study) -> str:
 
 
 def verdict(study: Study) -> Drawing:
-    """Every measure over level, beside the repeat floor.
+    """Distance of every measure from perfect agreement over level, with intervals, beside the repeat floor.
 
     Parameters
     ----------
     study : Study
         The study.
     """
-    figure = _sheet(3.9, left=0.5)
-    axes = figure.subplots(2, 3, gridspec_kw={"hspace": 0.42, "wspace": 0.3}).ravel()
+    figure = _sheet(5.9, left=0.68)
+    axes = figure.subplots(3, 3, gridspec_kw={"hspace": 0.5, "wspace": 0.38}).ravel()
     rows = study.rows()
-    for ax, letter, measure in zip(axes, _letters(5), tables.MEASURES):
+    for ax, letter, measure in zip(axes, _letters(len(tables.OVERALL)), tables.OVERALL):
         _verdict_lines(ax, study, rows, measure)
-        better = "less" if measure.perfect == 0 else "more"
-        title = f"{letter} {measure.label} ({measure.unit or '1'}), {better} is better"
-        _tidy(ax, title, xlabel=f"Level ({tables.excitation_unit(study)} RMS)")
+        quantity = f"1 − {measure.label}" if measure.perfect else measure.label
+        _tidy(ax, f"{letter} {quantity} ({measure.unit or '1'})", xlabel=f"Level ({tables.excitation_unit(study)} RMS)")
+        ax.set_yscale("log")
         _level_axis(ax, study)
-        _end_at(ax, measure.perfect)
-    axes[-1].axis("off")
+    for ax in axes[len(tables.OVERALL) :]:
+        ax.axis("off")
     handles = _key(study, repeat="repeat floor" if study.floor else "", markers=True)
-    axes[-1].legend(handles=handles, loc="center", fontsize=FONT, frameon=False, handlelength=3)
+    axes[-2].legend(handles=handles, loc="center left", fontsize=FONT, frameon=False, handlelength=3, ncols=2)
     of = "the synthetic validation records" if tables.is_synthetic(study.dataset) else "the validation records"
     caption = (
-        f"Agreement with {of} over level: means over all sensors and over the records of a level. The repeat floor "
-        "compares two records of the rig at one level with different seeds."
+        f"Agreement with {of} over level, less is better: means over all sensors (modes) and over the records of a "
+        "level, with their 95 % intervals over seeds (bars; of the repeat floor, a band); small marks: each record. "
+        f"The repeat floor compares two records of the rig at one level with different seeds.{_engine_words(study)}"
     )
-    return Drawing("verdict", figure, caption, f"Five measures over level for laws {_law_names(study)} and the floor.")
-
-
-def _end_at(ax, perfect):
-    """Let the axis end at the value of perfect agreement, with room for the marks that lie on it."""
-    low, high = ax.get_ylim()
-    room = 0.04 * abs((low if perfect else high) - perfect)
-    if perfect:
-        ax.set_ylim(low, perfect + room)
-    else:
-        ax.set_ylim(perfect - room, high)
+    names = _law_names(study)
+    return Drawing("verdict", figure, caption, f"Seven measures over level for laws {names} and the floor.")
 
 
 def _verdict_lines(ax, study, rows, measure):
-    floor = [(r["level"], r[measure.key]) for r in rows if r["law"] == tables.FLOOR["law"]]
+    floor = [r for r in rows if r["law"] == tables.FLOOR["law"]]
     if floor:
-        ax.plot(*zip(*floor), color=REPEAT, linewidth=2.2, marker="D", markersize=3.5)
-    for law in study.laws:
-        for engine in tables.engines(study):
-            points = [(r["level"], r[measure.key]) for r in rows if (r["law"], r["engine"]) == (law.name, engine)]
-            style = _engine_style(study, engine) | {"marker": _engine_marker(study, engine), "markersize": 3}
-            ax.plot(*zip(*points), color=_law_colour(study, law.name), **style)
+        levels, (value, low, high) = [r["level"] for r in floor], _errors(floor, measure)
+        ax.fill_between(levels, low, high, color=REPEAT, alpha=0.25, linewidth=0)
+        ax.plot(levels, value, color=REPEAT, linewidth=2.2, marker="D", markersize=3.5)
+    drawn = _drawn(study)
+    for i, (law, engine) in enumerate(drawn):
+        own = [r for r in rows if (r["law"], r["engine"]) == (law, engine)]
+        value, low, high = _errors(own, measure)
+        aside = 1.03 ** (i - (len(drawn) - 1) / 2)  # bars of several laws side by side
+        colour, levels = _law_colour(study, law), [aside * r["level"] for r in own]
+        style = _engine_style(study, engine) | {"marker": _engine_marker(study, engine), "markersize": 3}
+        ax.plot(levels, value, color=colour, **style)
+        ax.vlines(levels, low, high, color=colour, linewidth=0.8)
+        for level, comparisons in study.of(law, engine).items():
+            seeds_of = [abs(measure.perfect - c.summary()[measure.key]) for c in comparisons]
+            ax.plot([aside * level] * len(seeds_of), seeds_of, "_", color=colour, markersize=3, markeredgewidth=0.7)
+
+
+def _errors(rows, measure):
+    """Distance from perfect agreement: value, low, high."""
+    found = [seeds.interval_of(r, measure.key) for r in rows]
+    value, *limits = np.abs(measure.perfect - np.array([(i.value, i.low, i.high) for i in found])).T
+    return value, np.min(limits, axis=0), np.max(limits, axis=0)
 
 
 def modes(study: Study) -> Drawing:
@@ -548,7 +569,7 @@ def modes(study: Study) -> Drawing:
     of = "synthetic test" if tables.is_synthetic(study.dataset) else "test"
     caption = (
         f"Natural frequency and damping ratio over level, {of} and laws: means over a level’s records. A line breaks "
-        "where a mode was not found."
+        f"where a mode was not found.{_engine_words(study)}"
     )
     alt = f"Natural frequency and damping of {len(numbers)} modes over level, test and laws {_law_names(study)}."
     return Drawing("modes", figure, caption, alt)
@@ -560,13 +581,12 @@ def _backbones(ax, study, rows, key, factor):
     test = [r for r in rows if (r["law"], r["engine"]) == (law, engine)]
     ax.plot([r["level"] for r in test], [factor * r[f"test_{key}"] for r in test], "x", color=TEST, markersize=4)
     mean = [factor * _level_mean(test, level, f"test_{key}") for level in study.levels]
-    ax.plot(study.levels, mean, color=TEST, linewidth=1.5)
-    for law in study.laws:
-        for engine in tables.engines(study):
-            own = [r for r in rows if (r["law"], r["engine"]) == (law.name, engine)]
-            values = [factor * _level_mean(own, level, f"model_{key}") for level in study.levels]
-            style = _engine_style(study, engine) | {"marker": _engine_marker(study, engine), "markersize": 3}
-            ax.plot(study.levels, values, color=_law_colour(study, law.name), **style)
+    ax.plot(study.levels, mean, color=TEST, linewidth=2.4)
+    for law, engine in _drawn(study):
+        own = [r for r in rows if (r["law"], r["engine"]) == (law, engine)]
+        values = [factor * _level_mean(own, level, f"model_{key}") for level in study.levels]
+        style = _engine_style(study, engine) | {"marker": _engine_marker(study, engine), "markersize": 3}
+        ax.plot(study.levels, values, color=_law_colour(study, law), **style)
 
 
 def _level_mean(rows, level, key) -> float:
@@ -603,20 +623,22 @@ def contact(study: Study) -> Drawing:
             _tidy(ax, title, label, f"Level ({tables.excitation_unit(study)} RMS)" if i == n - 1 else "")
             _level_axis(ax, study)
             ax.set_ylim(bottom=0)
-    caption = "Motion and contact in the bushings over level: means over a level’s records. Contact is not measured."
+    caption = (
+        "Motion and contact in the bushings over level: means over a level’s records. Contact is not measured."
+        f"{_engine_words(study)}"
+    )
     alt = f"RMS displacement over gap, time in contact and peak force over level, laws {_law_names(study)}."
     return Drawing("contact", figure, caption, alt)
 
 
 def _contact_lines(ax, study, rows, key):
     test = [_level_mean([r for r in rows if r["law"] == "test"], level, key) for level in study.levels]
-    ax.plot(study.levels, test, color=TEST, linewidth=1.5, marker="x", markersize=4)
-    for law in study.laws:
-        for engine in tables.engines(study):
-            own = [r for r in rows if (r["law"], r["engine"]) == (law.name, engine)]
-            style = _engine_style(study, engine) | {"marker": _engine_marker(study, engine), "markersize": 3}
-            values = [_level_mean(own, level, key) for level in study.levels]
-            ax.plot(study.levels, values, color=_law_colour(study, law.name), **style)
+    ax.plot(study.levels, test, color=TEST, linewidth=2.4, marker="x", markersize=4)
+    for law, engine in _drawn(study):
+        own = [r for r in rows if (r["law"], r["engine"]) == (law, engine)]
+        style = _engine_style(study, engine) | {"marker": _engine_marker(study, engine), "markersize": 3}
+        values = [_level_mean(own, level, key) for level in study.levels]
+        ax.plot(study.levels, values, color=_law_colour(study, law), **style)
 
 
 # The rig.

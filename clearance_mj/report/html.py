@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from html import escape
 from itertools import groupby
 
+from ..intervals import Interval
 from .tables import Column, Table
 
 __all__ = ["Picture", "Section", "details", "figure", "formula", "note", "page", "paragraph", "table"]
@@ -161,10 +162,21 @@ def _heading(column, index, span) -> str:
 
 
 def _cell(value, column, first) -> str:
+    if isinstance(value, Interval):
+        return _interval_cell(value, column.form)
     words = isinstance(value, str)
     text = escape(value) if words else _number(value, column.form)
     kind = "" if words else ' class="number"'
     return f'<th scope="row"{kind}>{text}</th>' if first else f"<td{kind}>{text}</td>"
+
+
+def _interval_cell(interval, form) -> str:
+    """The value, which the column sorts by, and its limits below."""
+    text = _number(interval.value, form)
+    if math.isfinite(interval.low):
+        low, high = (_number(x, form) for x in (interval.low, interval.high))
+        text += f'<span class="interval">{low} to {high}</span>'
+    return f'<td class="number" data-value="{interval.value!r}">{text}</td>'
 
 
 def _number(value, form) -> str:
@@ -226,6 +238,7 @@ table { border-collapse: collapse; font-size: .86rem; font-variant-numeric: tabu
 caption { text-align: left; padding: 0 0 .35rem; }
 th, td { padding: .18rem .55rem; text-align: left; border-bottom: 1px solid var(--line); vertical-align: bottom; }
 .number { text-align: right; }
+.interval { display: block; color: var(--soft); font-size: .85em; line-height: 1.1; white-space: nowrap; }
 thead th { border-bottom: 1.5px solid var(--soft); }
 thead th[scope=colgroup] { text-align: center; border-left: 1px solid var(--line); }
 tbody th { font-weight: normal; white-space: nowrap; }
@@ -252,7 +265,8 @@ _SCRIPT = """
 for (const heading of document.querySelectorAll("th[data-column]")) heading.addEventListener("click", () => {
   const table = heading.closest("table"), body = table.tBodies[0], column = heading.dataset.column;
   const up = heading.getAttribute("aria-sort") !== "ascending", sign = up ? 1 : -1;
-  const key = row => { const text = row.cells[column].textContent, number = Number(text);
+  const key = row => {
+    const cell = row.cells[column], text = cell.dataset.value ?? cell.textContent, number = Number(text);
     return text.trim() !== "" && !isNaN(number) ? number : text; };
   const order = (a, b) => typeof a === "number" && typeof b === "number" ? sign * (a - b)
     : typeof a === typeof b ? sign * a.localeCompare(b) : typeof a === "number" ? -1 : 1;

@@ -10,9 +10,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from .. import seeds
 from ..engines import get_engine
+from ..intervals import Interval, ratio
 from ..io.files import replacing
-from .article import ARTICLE_MODELS, Article
+from .article import ARTICLE_MODELS, PRINTED, Article
 
 if TYPE_CHECKING:
     from ..io.dataset import Dataset
@@ -20,15 +22,19 @@ if TYPE_CHECKING:
 
 __all__ = [
     "MEASURES",
+    "OVERALL",
     "Column",
     "Measure",
     "Table",
+    "best_law",
     "contact_rows",
     "contact_table",
     "engine_rows",
     "engine_table",
     "engines",
     "excitation_unit",
+    "improvement_rows",
+    "improvement_table",
     "is_synthetic",
     "main_engine",
     "mode_rows",
@@ -37,6 +43,8 @@ __all__ = [
     "parameter_table",
     "record_rows",
     "record_table",
+    "seed_rows",
+    "sensor_mean_rows",
     "sensor_rows",
     "sensor_tables",
     "verdict",
@@ -44,6 +52,8 @@ __all__ = [
     "write_csv",
 ]
 
+N_MODES = 4
+"""Modes of the article's Table 1"""
 FLOOR = {"law": "repeat", "engine": "rig"}
 """How `Study.rows` names the second record of a level compared with the first"""
 
@@ -63,11 +73,18 @@ class Measure:
 
 MEASURES = (
     Measure("rmse_db", "RMSE", "dB", ".2f", 0.0, "rmse"),
-    Measure("frac", "FRAC", "", ".3f", 1.0, "frac"),
-    Measure("csac", "CSAC", "", ".3f", 1.0, "csac"),
-    Measure("csf", "CSF", "", ".3f", 1.0, "csf"),
+    Measure("frac", "FRAC", "", ".4f", 1.0, "frac"),
+    Measure("csac", "CSAC", "", ".4f", 1.0, "csac"),
+    Measure("csf", "CSF", "", ".4f", 1.0, "csf"),
     Measure("mre", "MRE", "", ".3f", 0.0, "mre"),
 )
+"""Of a sensor"""
+OVERALL = (
+    *MEASURES,
+    Measure("relative_error", "frequency error", "", ".2%", 0.0, ""),
+    Measure("mac", "MAC", "", ".5f", 1.0, ""),
+)
+"""Of all sensors, and of the modes"""
 
 
 @dataclass(frozen=True)
@@ -84,7 +101,10 @@ class Column:
 
 @dataclass(frozen=True)
 class Table:
-    """A table to read: nan where a value could not be had, None where there is nothing to have."""
+    """A table to read: nan where a value could not be had, None where there is nothing to have.
+
+    Cells are words, numbers, or numbers with an `Interval`.
+    """
 
     name: str
     caption: str
@@ -112,6 +132,18 @@ def main_engine(study: Study) -> str:
         The study.
     """
     return "links" if "links" in engines(study) else engines(study)[0]
+
+
+def best_law(study: Study) -> str:
+    """The law with the least RMSE at the main level on the main engine; the last law if none has one.
+
+    Parameters
+    ----------
+    study : Study
+        The study.
+    """
+    found = _finite_rmse(study.rows(), study.main_level, main_engine(study))
+    return min(found, key=found.get) if found else study.laws[-1].name
 
 
 def excitation_unit(study: Study) -> str:
@@ -232,29 +264,36 @@ def _engine_spread(study, rows) -> list[str]:
     return [f"The RMSE of a law differs between engines by at most {spread:.2f} dB ({where})."]
 
 
-def verdict_table(study: Study) -> Table:
-    """Every law on every engine at every level, beside the repeat floor.
+def verdict_table(study: Study, engine: str) -> Table:
+    """Every law on one engine at every level, beside the repeat floor.
 
     Parameters
     ----------
     study : Study
         The study.
+    engine : str
+        Which engine.
     """
-    rows = study.rows()
+    rows = [r for r in study.rows() if r["engine"] in (engine, FLOOR["engine"])]
     columns = (
         Column("Level", excitation_unit(study), "g"),
         Column("Law"),
-        Column("Engine"),
-        *(Column(m.label, m.unit, m.form) for m in MEASURES),
+        *(Column(m.label, m.unit, m.form) for m in OVERALL),
         Column("RMSE / floor", "", ".2f"),
     )
     floor = {level: _floor_rmse(rows, level) for level in study.levels}
     body = tuple(
-        (r["level"], r["law"], r["engine"], *(r[m.key] for m in MEASURES), _ratio(r["rmse_db"], floor[r["level"]]))
+        (
+            *(r["level"], r["law"], *(seeds.interval_of(r, m.key) for m in OVERALL)),
+            _ratio(r["rmse_db"], floor[r["level"]]),
+        )
         for r in rows
     )
-    caption = "Agreement with the validation records: means over all sensors and over the records of a level."
-    return Table("verdict", caption, columns, body)
+    caption = (
+        f"Agreement with the validation records, engine {engine}: means over all sensors (modes) and over the records "
+        "of a level; below each, its 95 % interval over seeds."
+    )
+    return Table(f"verdict_{engine}", caption, columns, body)
 
 
 def _ratio(value, floor) -> float:
@@ -315,6 +354,43 @@ def sensor_rows(study: Study, article: Article | None = None) -> list[dict]:
     return rows
 
 
+def sensor_mean_rows(study: Study) -> list[dict]:
+    """Means over the seeds of every sensor's measures, with intervals: a row per level, law, engine and sensor.
+
+    Parameters
+    ----------
+    study : Study
+        The study; the repeat floor's rows have law "repeat".
+    """
+    rows = []
+    for i, sensor in enumerate(study.dataset.rig.sensors):
+        floor = {level: _of_sensor(comparison, i) for level, comparison in study.floor.items()}
+        found = {tuple(FLOOR.values()): seeds.floor_rows(floor)}
+        for law, engine in study.combinations:
+            by_level = study.of(law, engine)
+            of_sensor = {level: [_of_sensor(c, i) for c in comparisons] for level, comparisons in by_level.items()}
+            found[law, engine] = seeds.mean_rows(of_sensor)
+        for (law, engine), means in found.items():
+            head = {"law": law, "engine": engine, "sensor": str(sensor.node)}
+            rows += [{"level": level} | head | row for level, row in means.items()]
+    return rows
+
+
+def _of_sensor(comparison, i) -> dict[str, float]:
+    return {m.key: float(comparison.per_sensor[m.key][i]) for m in MEASURES}
+
+
+def seed_rows(study: Study) -> list[dict]:
+    """What the means are of: measures over all sensors, a row per record, law and engine.
+
+    Parameters
+    ----------
+    study : Study
+        The study; the repeat floor's rows have law "repeat".
+    """
+    return [head | comparison.summary() for head, comparison in _comparisons(study)]
+
+
 def _comparisons(study):
     """Every comparison with what it compares."""
     for level, comparison in study.floor.items():
@@ -335,27 +411,27 @@ def mode_table(study: Study, level: float, article: Article | None = None) -> Ta
     article : Article, optional
         Its numbers go in front.
     """
-    rows = [r for r in mode_rows(study) if r["level"] == level]
-    modes = sorted({r["mode"] for r in rows} | set(article.modes if article else ()))
+    rows = {(r["law"], r["engine"]): r for r in study.rows() if r["level"] == level}
+    shown = _shown(study, level)
+    modes = [mode for mode in range(1, N_MODES + 1) if f"mode_{mode}_mac" in rows[shown[0]]]
     columns = [Column("Rig"), Column("Model")]
     for mode in modes:
         group = f"Mode {mode}"
-        columns += [Column("f", "Hz", ".2f", group), Column("RE", "%", ".2f", group), Column("MAC", "", ".3f", group)]
+        columns += [Column("f", "Hz", ".2f", group), Column("RE", "%", ".2f", group), Column("MAC", "", ".4f", group)]
     body = _article_modes(article, modes) if article else []
-    shown, keys = _shown(study, level), ("model_hz", "relative_error_pct", "mac")
-    # Every comparison holds the test's modes; those of one law on one engine hold them once for each record.
-    first = [r for r in rows if (r["law"], r["engine"]) == shown[0]]
-    test = [(_mean(r["test_hz"] for r in first if r["mode"] == mode), None, None) for mode in modes]
-    body.append(("this rig", "test", *sum(test, ())))
-    for law, engine in shown:
+    # Every row holds the test's modes.
+    body.append(("this rig", "test", *sum(((rows[shown[0]][f"mode_{m}_test_hz"], None, None) for m in modes), ())))
+    for key in shown:
         cells = []
-        for mode in modes:
-            found = [r for r in rows if (r["law"], r["engine"], r["mode"]) == (law, engine, mode)]
-            cells += [_mean(r[key] for r in found) for key in keys]
-        body.append(("this rig", law, *cells))
+        for mode in (f"mode_{m}" for m in modes):
+            error, mac = (seeds.interval_of(rows[key], f"{mode}_{name}") for name in ("relative_error", "mac"))
+            percent = Interval(*(100 * x for x in (error.value, error.low, error.high)))
+            cells += [rows[key][f"{mode}_model_hz"], percent, mac]
+        body.append(("this rig", key[0], *cells))
     caption = (
         f"Natural frequencies, relative errors and MAC at {level:g} {excitation_unit(study)} RMS, "
-        f"engine {main_engine(study)}; the other engines are in tables/natural_frequencies.csv."
+        f"engine {main_engine(study)}, with 95 % intervals over seeds; the other engines are in "
+        "tables/natural_frequencies.csv."
     )
     return Table(f"natural_frequencies_level_{level:g}", caption, tuple(columns), tuple(body))
 
@@ -382,9 +458,16 @@ def sensor_tables(study: Study, level: float, article: Article | None = None) ->
     article : Article, optional
         Its numbers go in front, for sensors with the same numbers.
     """
-    rows = [r for r in sensor_rows(study) if r["level"] == level]
+    rows = {(r["law"], r["engine"], r["sensor"]): r for r in sensor_mean_rows(study) if r["level"] == level}
+    means = {(r["law"], r["engine"], "mean"): _as_sensor(r) for r in study.rows() if r["level"] == level}
     in_articles_order = (MEASURES[-1], *MEASURES[:-1])
-    return [_sensor_table(study, level, measure, rows, article) for measure in in_articles_order]
+    return [_sensor_table(study, level, measure, rows | means, article) for measure in in_articles_order]
+
+
+def _as_sensor(row) -> dict:
+    """A row of the study with the means of the sensors' own CSAC and CSF in the place of those over all sensors."""
+    swapped = {f"{m}{end}": row[f"{m}_per_sensor{end}"] for m in ("csac", "csf") for end in ("", "_low", "_high")}
+    return row | swapped
 
 
 def _sensor_table(study, level, measure, rows, article) -> Table:
@@ -392,19 +475,11 @@ def _sensor_table(study, level, measure, rows, article) -> Table:
     columns = [Column("Sensor")]
     columns += [Column(model, "", measure.form, "article’s rig") for model in models]
     columns += [Column(law, "", measure.form, "this rig") for law, _ in shown]
-    nodes = [str(s.node) for s in study.dataset.rig.sensors]
-    own = [
-        [
-            _mean(r[measure.key] for r in rows if (r["law"], r["engine"], r["sensor"]) == (law, engine, node))
-            for law, engine in shown
-        ]
-        for node in nodes
-    ]
-    own.append([_mean(column) for column in zip(*own)])
     body = []
-    for node, cells in zip((*nodes, "mean"), own):
+    for node in (*(str(s.node) for s in study.dataset.rig.sensors), "mean"):
         published = article.sensors.get(node, {}) if article else {}
-        body.append((node, *(published.get(f"{m}_{measure.article_key}", np.nan) for m in models), *cells))
+        own = (seeds.interval_of(rows[law, engine, node], measure.key) for law, engine in shown)
+        body.append((node, *(published.get(f"{m}_{measure.article_key}", np.nan) for m in models), *own))
     unit = f" ({measure.unit}{'; the article’s without a unit' if article else ''})" if measure.unit else ""
     return Table(f"{measure.key}_level_{level:g}", measure.label + unit, tuple(columns), tuple(body))
 
@@ -419,6 +494,85 @@ def _mean(values) -> float:
     """Mean of the finite values; nan if there is none."""
     finite = [v for v in values if np.isfinite(v)]
     return float(np.mean(finite)) if finite else np.nan
+
+
+# What a better model gains: the article's claims.
+
+
+def improvement_rows(study: Study, article: Article | None = None) -> list[dict]:
+    """Change from a model to a better one in percent of the former: a row per level, law over another, and quantity.
+
+    Parameters
+    ----------
+    study : Study
+        The study; every law beside the base is compared with it, on the main engine.
+    article : Article, optional
+        Its updated over its initial model goes in front, as printed and as its own tables give it.
+    """
+    rows, base, engine = [], _base_law(study), main_engine(study)
+    for basis, changes in (("printed", PRINTED), ("recomputed", article.improvements())) if article else ():
+        head = {"level": "", "law": f"article updated, {basis}", "over": "article initial"}
+        rows += [head | {"quantity": quantity, "change_pct": change} for quantity, change in changes.items()]
+    found = {(r["level"], r["law"]): r for r in study.rows() if r["engine"] == engine}
+    for (level, law), row in found.items():
+        if law == base:
+            continue
+        for quantity, key in _IMPROVED.items():
+            change = ratio(*(seeds.interval_of(r, key) for r in (row, found[level, base])))
+            low, value, high = (100 * (x - 1) for x in (change.low, change.value, change.high))
+            row_of = {"level": level, "law": law, "over": base, "quantity": quantity, "change_pct": value}
+            rows.append(row_of | {"change_pct_low": low, "change_pct_high": high})
+    return rows
+
+
+_IMPROVED = {
+    **{f"MAC, mode {mode}": f"mode_{mode}_mac" for mode in range(1, N_MODES + 1)},
+    "frequency error": "relative_error",
+    "MRE": "mre",
+    "RMSE": "rmse_db",
+    "FRAC": "frac",
+    "CSAC": "csac_per_sensor",
+    "CSF": "csf_per_sensor",
+}
+"""Quantities of which the article claims improvements, in its order, and where a study has them"""
+
+
+def _base_law(study) -> str:
+    """What stands for the article's initial model: the best constants, else the first law."""
+    names = [k.name for k in study.laws]
+    return "constant" if "constant" in names else names[0]
+
+
+def improvement_table(study: Study, level: float, article: Article | None = None) -> Table:
+    """Improvement of the better models over constant parameters, the article's beside ours.
+
+    Parameters
+    ----------
+    study : Study
+        The study.
+    level : float
+        Which level.
+    article : Article, optional
+        Its numbers go in front.
+    """
+    rows, base = improvement_rows(study, article), _base_law(study)
+    laws = list(dict.fromkeys(r["law"] for r in rows if r["level"] in (level, "")))
+    columns = [Column("Quantity")]
+    for law in laws:
+        group = "article" if law.startswith("article") else f"this rig, over {base}"
+        columns.append(Column(law.removeprefix("article updated, "), "%", "+.2f", group))
+    cells = {(r["law"], r["quantity"]): _change(r) for r in rows if r["level"] in (level, "")}
+    body = tuple((quantity, *(cells.get((law, quantity)) for law in laws)) for quantity in _IMPROVED)
+    caption = (
+        f"Change from the initial to the updated model, in percent of the initial model’s value, at {level:g} "
+        f"{excitation_unit(study)} RMS, engine {main_engine(study)}. Less is better for errors, more for MAC, FRAC, "
+        "CSAC and CSF. Other levels: tables/improvements.csv."
+    )
+    return Table(f"improvements_level_{level:g}", caption, tuple(columns), body)
+
+
+def _change(row) -> Interval:
+    return Interval(row["change_pct"], row.get("change_pct_low", np.nan), row.get("change_pct_high", np.nan))
 
 
 # Bushings.

@@ -2,6 +2,7 @@
 
 import math
 
+from clearance_mj.intervals import Interval
 from clearance_mj.report import html
 from clearance_mj.report.tables import Column, Table
 
@@ -25,6 +26,15 @@ def test_a_cell_is_a_number_a_dash_for_nan_and_empty_for_none():
         in text
     )
     assert '<td class="number"></td><td class="number">1.000</td>' in text
+
+
+def test_an_interval_stands_below_its_value_which_sorts_the_column():
+    shown = Table("t", "c", (Column("Law"), Column("FRAC", "", ".2f")), (("a", Interval(0.5, 0.4, 0.75)),))
+    assert '<td class="number" data-value="0.5">0.50<span class="interval">0.40 to 0.75</span></td>' in html.table(
+        shown
+    )
+    without = Table("t", "c", shown.columns, (("a", Interval(0.5)), ("b", Interval(math.nan))))
+    assert html.table(without).count("interval") == 0 and ">–</td>" in html.table(without)
 
 
 def test_words_are_escaped():

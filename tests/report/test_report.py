@@ -61,7 +61,8 @@ def test_every_figure_is_there_and_not_blank(folder):
 
 def test_every_table_is_there(folder, study):
     names = {path.stem for path in (folder / "tables").glob("*.csv")}
-    assert names == {"verdict", "natural_frequencies", "sensors", "contact", "parameters", "engines", "records"}
+    known = {"verdict", "natural_frequencies", "sensors", "contact", "parameters", "engines", "records"}
+    assert names == known | {"sensor_means", "seeds", "seed_scatter", "improvements"}
     with (folder / "tables" / "verdict.csv").open(newline="", encoding="utf-8") as file:
         rows = list(csv.DictReader(file))
     assert [float(row["rmse_db"]) for row in rows] == [row["rmse_db"] for row in study.rows()]
@@ -92,6 +93,7 @@ def test_the_main_level_is_open_and_the_others_are_folded(page, study):
     folded = [a["id"] for a in page.all("details") if "level" in a["id"]]
     assert study.main_level == 4
     assert folded == ["frf-level-1", "correlation-level-1"]
+    assert "verdict-modal" in [a["id"] for a in page.all("details")]
 
 
 def test_figures_are_numbered_in_the_order_of_the_page(folder):
@@ -114,6 +116,7 @@ def test_measured_records_are_not_called_synthetic(build):
     assert "synthetic" not in text.lower()
     assert "Source of the records: bench 3." in text
     assert '<td class="number">–</td>' in text, "no repeat floor, so RMSE over floor has no value"
+    assert "there are no intervals" in text and 'class="interval"' not in text
 
 
 def test_without_the_articles_tables_the_report_says_so(study, monkeypatch):
