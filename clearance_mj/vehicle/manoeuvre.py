@@ -1,0 +1,203 @@
+"""One drive of a plant along a path under a controller, and what is measured of it."""
+
+from __future__ import annotations
+
+import time as clock
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ..errors import SimulationError
+from .controller import Controller, Observation, Task, nominal_vehicle
+from .path import Path
+from .plant import Plant, Vehicle
+from .steering import Steering
+
+__all__ = ["Drive", "Sensors", "drive", "nominal_task"]
+
+
+LOST = 5.0
+"""m from the path at which a drive is given up"""
+
+
+@dataclass(frozen=True)
+class Sensors:
+    """Standard deviations of the white noise on what controllers see."""
+
+    position: float = 0.0
+    """m, lateral"""
+    heading: float = 0.0
+    """rad"""
+    lateral_speed: float = 0.0
+    """m/s"""
+    yaw_rate: float = 0.0
+    """rad/s"""
+
+    @classmethod
+    def inertial(cls) -> Sensors:
+        """Inertial navigation with corrected satellite positions: 10 mm, 0.05°, 0.02 m/s, 0.1 °/s."""
+        return cls(0.01, np.radians(0.05), 0.02, np.radians(0.1))
+
+
+@dataclass(frozen=True, eq=False)
+class Drive:
+    """Histories of a drive, one sample for each command."""
+
+    time: np.ndarray
+    """(n,) s"""
+    position: np.ndarray
+    """(n, 2) of the centre of gravity, m"""
+    s: np.ndarray
+    """(n,) m, arc length of the foot point"""
+    e_y: np.ndarray
+    """(n,) m, lateral position error"""
+    e_psi: np.ndarray
+    """(n,) rad, heading error"""
+    yaw_rate: np.ndarray
+    """(n,) rad/s"""
+    lateral_acceleration: np.ndarray
+    """(n,) m/s²"""
+    sideslip: np.ndarray
+    """(n,) rad"""
+    command: np.ndarray
+    """(n,) rad, road-wheel angle that the controller asks for"""
+    wheel_angle: np.ndarray
+    """(n,) rad, at the end of each period"""
+    contact: np.ndarray
+    """(n,) -1, 0, 1: the side of the clearance in contact at the end of each period"""
+    controller_time: np.ndarray = field(repr=False)
+    """(n,) s of computing for each command; the only field that differs when a drive is repeated"""
+
+    def metrics(self) -> dict[str, float]:
+        """Return the numbers that controllers are compared by.
+
+        Returns
+        -------
+        dict
+            Peak, RMS and 95th percentile of |e_y| (m) and |e_ψ| (rad); peak yaw rate (rad/s), acceleration
+            (m/s²) and sideslip (rad); peak rate (rad/s) and total variation (rad) of the wheel angle; number of times
+            the contact changed sides.
+        """
+        rate = np.diff(self.wheel_angle) / np.diff(self.time)
+        sides = self.contact[self.contact != 0]
+        return (
+            _size("e_y", self.e_y)
+            | _size("e_psi", self.e_psi)
+            | {
+                "peak_yaw_rate": float(np.abs(self.yaw_rate).max()),
+                "peak_lateral_acceleration": float(np.abs(self.lateral_acceleration).max()),
+                "peak_sideslip": float(np.abs(self.sideslip).max()),
+                "peak_steer_rate": float(np.abs(rate).max()),
+                "steer_variation": float(np.abs(np.diff(self.wheel_angle)).sum()),
+                "contact_reversals": float(np.count_nonzero(np.diff(sides))),
+            }
+        )
+
+    def timing(self) -> dict[str, float]:
+        """Return median and worst computing time of a command, s; the first ones, which compile, are left out."""
+        settled = self.controller_time[5:]
+        return {"median": float(np.median(settled)), "worst": float(settled.max())}
+
+
+def _size(name, values) -> dict[str, float]:
+    values = np.abs(values)
+    return {
+        f"peak_{name}": float(values.max()),
+        f"rms_{name}": float(np.sqrt(np.mean(values**2))),
+        f"p95_{name}": float(np.percentile(values, 95)),
+    }
+
+
+def nominal_task(path: Path, speed: float, **settings) -> Task:
+    """Return what controllers are told unless said otherwise: BMW 320i, the steering's datasheet without clearance.
+
+    Parameters
+    ----------
+    path : Path
+        The path.
+    speed : float
+        m/s.
+    **settings
+        Other fields of `Task`.
+    """
+    steering = Steering().lost_motion
+    vehicle = nominal_vehicle(Vehicle.bmw320i(), steering.stiffness + steering.shaft_stiffness)
+    return Task(vehicle, path, speed, **settings)
+
+
+def drive(
+    plant: Plant, steering: Steering, controller: Controller, task: Task, sensors: Sensors = Sensors(), seed: int = 0
+) -> Drive:
+    """Drive along the task's path, from its start to its end.
+
+    Parameters
+    ----------
+    plant : Plant
+        The vehicle.
+    steering : Steering
+        From the command to the road wheel, with the clearance.
+    controller : Controller
+        The control law.
+    task : Task
+        What the controller is told: nominal vehicle, path, speed, preview, limits.
+    sensors : Sensors
+        Noise on what the controller sees.
+    seed : int
+        Of the noise of sensors and road.
+
+    Returns
+    -------
+    Drive
+
+    Raises
+    ------
+    SimulationError
+        If the vehicle leaves the path.
+    """
+    path, period = task.path, task.period
+    noise = np.random.default_rng([seed, 1])
+    state = plant.start(task.speed, (*np.ravel(path.position(0.0)), float(path.heading(0.0))))
+    wheel, run = steering.start(seed), controller.start(task)
+    s, rows, seconds = 0.0, [], []
+    for k in range(int(1.5 * path.length / task.speed / period)):
+        seen = plant.measure(state)
+        s, e_y, heading, _ = path.locate(seen.x, seen.y, s)
+        e_psi = (seen.heading - heading + np.pi) % (2 * np.pi) - np.pi
+        if s >= path.length - task.speed * period:
+            break
+        if abs(e_y) > LOST:
+            raise SimulationError(
+                f"the vehicle left the path at s = {s:.1f} m, t = {k * period:.2f} s: it is {e_y:+.1f} m off"
+            )
+        errors = noise.standard_normal(4)
+        observed = Observation(
+            s,
+            e_y + sensors.position * errors[0],
+            e_psi + sensors.heading * errors[1],
+            seen.lateral_speed + sensors.lateral_speed * errors[2],
+            seen.yaw_rate + sensors.yaw_rate * errors[3],
+            seen.speed,
+        )
+        began = clock.perf_counter()
+        command = run.command(observed)
+        seconds.append(clock.perf_counter() - began)
+        angles = wheel.advance(command, seen.aligning_moment, period)
+        state = plant.advance(state, angles)
+        rows.append(
+            (
+                k * period,
+                seen.x,
+                seen.y,
+                s,
+                e_y,
+                e_psi,
+                seen.yaw_rate,
+                seen.lateral_acceleration,
+                seen.sideslip,
+                command,
+                angles[-1],
+                wheel.contact[-1],
+            )
+        )
+    columns = np.array(rows).T
+    return Drive(columns[0], columns[1:3].T, *columns[3:], np.array(seconds))

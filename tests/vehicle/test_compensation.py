@@ -1,0 +1,82 @@
+"""Compensation of the lost motion against the wheel's statics."""
+
+import numpy as np
+import pytest
+
+from clearance_mj.errors import ManoeuvreError
+from clearance_mj.vehicle.compensation import BacklashInverse, ClearanceModel, Compensated, Direction
+from clearance_mj.vehicle.controller import Observation, Task
+from clearance_mj.vehicle.mpc import ModelPredictive
+from clearance_mj.vehicle.path import clothoid_arc, straight
+from clearance_mj.vehicle.plant import Vehicle
+from clearance_mj.vehicle.smc import SlidingMode
+
+VEHICLE = Vehicle.bmw320i()
+TASK = Task(VEHICLE, straight(200.0), 30.0)
+H = np.radians(0.2)
+
+
+def at(lateral_speed=0.0, yaw_rate=0.0):
+    return np.array([0.0, 0.0, lateral_speed, yaw_rate, 0.0, 0.0])
+
+
+def test_side_follows_the_aligning_moment():
+    """T = t C_f (δ - (v_y + l_f r)/v): the wheel is h + T c behind on the side of T."""
+    estimate = ClearanceModel(H, compliance=1e-5).start(TASK)
+    for angle, lateral_speed, yaw_rate in ((0.01, 0.0, 0.0), (0.01, 0.5, 0.2), (-0.004, 0.1, 0.0)):
+        slip = angle - (lateral_speed + VEHICLE.lf * yaw_rate) / 30.0
+        moment = VEHICLE.trail * VEHICLE.cornering_front * slip
+        lost = estimate.advance(angle, at(lateral_speed, yaw_rate))
+        assert lost == pytest.approx(-H * np.sign(moment) - 1e-5 * moment)
+
+
+def test_frozen_while_the_side_is_not_known():
+    estimate = ClearanceModel(H, threshold=20.0).start(TASK)
+    assert estimate.advance(1e-4, at()) == 0.0  # 0.6 N m: not known yet
+    assert estimate.advance(0.01, at()) == -H
+    assert estimate.advance(-1e-4, at()) == -H
+    assert estimate.advance(-0.01, at()) == H
+
+
+def test_side_follows_the_motion_where_friction_prevails():
+    estimate = ClearanceModel(H, friction=1e3, slack=1e-6).start(TASK)
+    angles = 0.01 * np.sin(np.linspace(0, 4 * np.pi, 400))
+    lost = np.array([estimate.advance(angle, at()) for angle in angles])
+    falling = np.diff(angles, prepend=0.0) < 0
+    np.testing.assert_array_equal(lost[1:], np.where(falling, H, -H)[1:])
+
+
+def test_moment_is_limited_by_friction_of_the_road():
+    """A slip far beyond the tyre's: the force is at most μ times the front axle's load."""
+    largest = VEHICLE.friction * VEHICLE.mass * 9.81 * VEHICLE.lr / VEHICLE.wheelbase
+    lost = ClearanceModel(0.0, compliance=1e-5).start(TASK).advance(0.5, at())
+    assert lost == pytest.approx(-1e-5 * VEHICLE.trail * largest)
+
+
+@pytest.mark.parametrize("law", [SlidingMode(), ModelPredictive()], ids=repr)
+@pytest.mark.parametrize(
+    "lost_motion", [ClearanceModel(0.0), ClearanceModel(0.0, friction=100.0), BacklashInverse(0.0)]
+)
+def test_without_a_gap_nothing_is_compensated(law, lost_motion):
+    task = Task(VEHICLE, clothoid_arc(), 30.0)
+    plain, compensated = law.start(task), Compensated(law, lost_motion).start(task)
+    rng = np.random.default_rng(0)
+    for k in range(100):
+        seen = Observation(0.3 * k, *rng.normal(scale=0.02, size=4), 30.0)
+        assert compensated.command(seen) == plain.command(seen)
+
+
+def test_direction_is_deaf_to_noise():
+    """A ramp with noise of half the slack turns once."""
+    rng = np.random.default_rng(3)
+    ramp = np.concatenate((np.linspace(0, 1, 200), np.linspace(1, -1, 400)))
+    direction = Direction(0.1)
+    signs = np.array([direction.advance(value) for value in ramp + rng.uniform(-0.04, 0.04, ramp.size)])
+    assert np.count_nonzero(np.diff(signs[signs != 0])) == 1
+    assert signs[-1] == -1
+
+
+@pytest.mark.parametrize("settings", [{"half_gap": -0.1}, {"half_gap": 0.1, "friction": -1.0}])
+def test_impossible_settings(settings):
+    with pytest.raises(ManoeuvreError, match=r"ClearanceModel\.\w+ must be"):
+        ClearanceModel(**settings)

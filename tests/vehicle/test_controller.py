@@ -1,0 +1,111 @@
+"""The design model against the equations of motion, and what every controller holds to."""
+
+import numpy as np
+import pytest
+import scipy.integrate
+
+from clearance_mj.vehicle.compensation import BacklashInverse, ClearanceModel, Compensated
+from clearance_mj.vehicle.controller import DesignModel, Observation, Servo, Task, nominal_vehicle
+from clearance_mj.vehicle.mpc import ModelPredictive
+from clearance_mj.vehicle.path import clothoid_arc, double_lane_change, straight
+from clearance_mj.vehicle.plant import Vehicle
+from clearance_mj.vehicle.smc import SlidingMode, SuperTwisting
+
+SPEED = 30.0
+VEHICLE = Vehicle.bmw320i()
+MODEL = DesignModel(VEHICLE, Servo(), SPEED, 0.01)
+CONTROLLERS = (
+    SlidingMode(),
+    SuperTwisting(),
+    ModelPredictive(),
+    Compensated(SlidingMode(), ClearanceModel(np.radians(0.4))),
+    Compensated(ModelPredictive(), BacklashInverse(np.radians(0.4))),
+)
+
+
+def right_hand_side(x, command, curvature):
+    """Single track in path coordinates with a servo, written from the forces (Rajamani, 2012, sections 2.3 and 2.5)."""
+    _, e_psi, lateral_speed, yaw_rate, angle, turning = x
+    p, natural = VEHICLE, 2 * np.pi * 6.0
+    front = p.cornering_front * (angle - (lateral_speed + p.lf * yaw_rate) / SPEED)
+    rear = -p.cornering_rear * (lateral_speed - p.lr * yaw_rate) / SPEED
+    return [
+        SPEED * e_psi + lateral_speed,
+        yaw_rate - SPEED * curvature,
+        (front + rear) / p.mass - SPEED * yaw_rate,
+        (p.lf * front - p.lr * rear) / p.yaw_inertia,
+        turning,
+        natural**2 * (command - angle) - 2 * 0.7 * natural * turning,
+    ]
+
+
+def solved(x, command, curvature, duration):
+    found = scipy.integrate.solve_ivp(
+        lambda t, y: right_hand_side(y, command, curvature), (0, duration), x, rtol=1e-10, atol=1e-12
+    )
+    return found.y[:, -1]
+
+
+def test_design_model_is_the_single_track():
+    x = np.array([0.1, 0.02, -0.3, 0.1, 0.01, -0.2])
+    A, B, E = MODEL.discrete
+    np.testing.assert_allclose(A @ x + 0.03 * B + 0.004 * E, solved(x, 0.03, 0.004, 0.01), atol=1e-9)
+
+
+def test_prediction_is_the_model_stepped():
+    """Over 40 ms with one command and a curvature that steps every 10 ms."""
+    x = np.array([0.1, 0.02, -0.3, 0.1, 0.01, -0.2])
+    curvature = np.array([0.004, 0.003, 0.001, -0.002])
+    expected = x
+    for value in curvature:
+        expected = solved(expected, 0.03, value, 0.01)
+    P, Q, R = MODEL.prediction(4)
+    np.testing.assert_allclose(P @ x + 0.03 * Q + R @ curvature, expected, atol=1e-9)
+
+
+def test_steady_sideslip():
+    """Against the steady state of the equations of motion on an arc of 200 m."""
+    A, B, E = MODEL.continuous
+    steady = np.linalg.solve(np.column_stack((A[:, 1:], B)), -E / 200)
+    assert -steady[0] == pytest.approx(MODEL.steady_sideslip / 200, rel=1e-9)
+    assert steady[1] / SPEED == pytest.approx(MODEL.steady_sideslip / 200, rel=1e-9)
+
+
+def test_nominal_vehicle_holds_the_compliance():
+    """Force of an axle whose wheels the aligning moment turns back: F = C (α - F t/k), solved for F."""
+    soft = nominal_vehicle(VEHICLE, 4e4)
+    force = VEHICLE.cornering_front * 0.02 / (1 + VEHICLE.cornering_front * VEHICLE.trail / 4e4)
+    assert soft.cornering_front * 0.02 == pytest.approx(force)
+    assert nominal_vehicle(VEHICLE, np.inf) == VEHICLE
+
+
+def test_preview_ends():
+    """Beyond the preview the curvature stays as it was last seen."""
+    path = double_lane_change(2.5)
+    task = Task(VEHICLE, path, SPEED, preview=0.1)
+    seen = Observation(80.0, 0.0, 0.0, 0.0, 0.0, SPEED)
+    far = task.curvature(seen, np.array([0.0, 0.05, 0.1, 0.3]))
+    np.testing.assert_array_equal(far, path.curvature(80.0 + SPEED * np.array([0.0, 0.05, 0.1, 0.1])))
+
+
+@pytest.mark.parametrize("controller", CONTROLLERS, ids=repr)
+def test_limits_are_never_exceeded(controller):
+    """Wild observations for 3 s: every command within 3°, every change within 0.2 rad/s."""
+    task = Task(VEHICLE, clothoid_arc(), SPEED, largest_angle=np.radians(3.0), largest_rate=0.2)
+    run, rng, last = controller.start(task), np.random.default_rng(1), 0.0
+    changes, angles = [], []
+    for k in range(300):
+        noise = rng.normal(scale=(2.0, 0.2, 1.0, 0.3))
+        command = run.command(Observation(SPEED * k * task.period, *noise, SPEED))
+        changes.append(abs(command - last))
+        angles.append(abs(command))
+        last = command
+    assert max(angles) <= np.radians(3.0)
+    assert max(changes) <= 0.2 * task.period + 1e-12
+    assert max(changes) > 0.19 * task.period  # the limit was met
+
+
+@pytest.mark.parametrize("controller", CONTROLLERS, ids=repr)
+def test_nothing_moves_on_a_straight(controller):
+    run = controller.start(Task(VEHICLE, straight(200.0), SPEED))
+    assert all(run.command(Observation(0.3 * k, 0.0, 0.0, 0.0, 0.0, SPEED)) == 0.0 for k in range(200))

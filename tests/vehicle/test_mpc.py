@@ -1,0 +1,103 @@
+"""The quadratic program against methods that share nothing with OSQP."""
+
+import numpy as np
+import pytest
+import scipy.linalg
+import scipy.optimize
+
+from clearance_mj.vehicle.controller import DesignModel, Observation, Servo, Task
+from clearance_mj.vehicle.mpc import N_STATES, ModelPredictive, program
+from clearance_mj.vehicle.path import clothoid_arc, straight
+from clearance_mj.vehicle.plant import Vehicle
+
+SPEED = 30.0
+VEHICLE = Vehicle.bmw320i()
+MODEL = DesignModel(VEHICLE, Servo(), SPEED, 0.01)
+LAW = ModelPredictive(horizon=20)
+SEEN = Observation(40.0, 0.4, 0.03, -0.2, 0.1, SPEED)
+
+
+def dense(law, seen, curvature, task):
+    """First command by condensing the states out of the program and a bounded active-set-free dense solver (SLSQP).
+
+    The model, the cost and the terminal cost (SciPy's Riccati equation) are written anew here.
+    """
+    A6, B6, E6 = MODEL.discrete
+    A = np.block([[A6, B6[:, None]], [np.zeros((1, 6)), np.eye(1)]])
+    B, E = np.append(B6, 1.0), np.append(E6, 0.0)
+    C = np.array([[1, 0, 0, 0, 0, 0, 0], [0, SPEED, 1, 0, 0, 0, 0], [0, 0, 0, 1, 0, 0, 0.0]])
+    W = np.diag((1.0, law.course, law.yaw))
+    V = scipy.linalg.solve_discrete_are(A, B[:, None], C.T @ W @ C, np.array([[law.effort]]))
+    Ac, Bc, Ec = MODEL.continuous
+    turn = np.append(0.0, np.linalg.solve(np.column_stack((Ac[:, 1:], Bc)), -Ec)) * curvature[-1]
+    x0 = np.array([seen.e_y, seen.e_psi, seen.lateral_speed, seen.yaw_rate, 0, 0, 0])
+
+    def total(changes):
+        x, J = x0, 0.0
+        for k, change in enumerate(changes):
+            y = C @ x - np.array([0, 0, SPEED * curvature[k]])
+            J += y @ W @ y + law.effort * change**2
+            x = A @ x + B * change + E * curvature[k]
+        return J + (x - turn) @ V @ (x - turn)
+
+    step = task.largest_rate * task.period
+    sums = {"type": "ineq", "fun": lambda z: task.largest_angle - np.abs(np.cumsum(z)).max()}
+    found = scipy.optimize.minimize(
+        total,
+        np.zeros(law.horizon),
+        method="SLSQP",
+        bounds=[(-step, step)] * law.horizon,
+        constraints=[sums] if task.largest_angle < step * law.horizon else [],
+        options={"maxiter": 1000, "ftol": 1e-14},
+    )
+    return found.x[0]
+
+
+@pytest.mark.parametrize("rate", [10.0, 0.2], ids=["free", "rate-limited"])
+def test_first_command_is_that_of_a_dense_solver(rate):
+    path = clothoid_arc()
+    task = Task(VEHICLE, path, SPEED, largest_rate=rate, largest_angle=10.0)
+    curvature = task.curvature(SEEN, np.arange(LAW.horizon + 1) * task.period)
+    command = LAW.start(task).command(SEEN)
+    expected = dense(LAW, SEEN, curvature, task)
+    assert command == pytest.approx(expected, abs=2e-5)
+    assert (abs(expected) == pytest.approx(rate * task.period)) == (rate == 0.2)
+
+
+def test_without_limits_it_is_the_linear_quadratic_regulator():
+    """On a straight the terminal cost makes any horizon infinite: Δu = -K x (discrete-time Riccati equation)."""
+    A6, B6, _ = MODEL.discrete
+    A = np.block([[A6, B6[:, None]], [np.zeros((1, 6)), np.eye(1)]])
+    B = np.append(B6, 1.0)[:, None]
+    C = np.array([[1, 0, 0, 0, 0, 0, 0], [0, SPEED, 1, 0, 0, 0, 0], [0, 0, 0, 1, 0, 0, 0.0]])
+    Q, R = C.T @ np.diag((1.0, LAW.course, LAW.yaw)) @ C, np.array([[LAW.effort]])
+    V = scipy.linalg.solve_discrete_are(A, B, Q, R)
+    K = np.linalg.solve(R + B.T @ V @ B, B.T @ V @ A)[0]
+    seen = Observation(10.0, 0.05, -0.003, 0.02, 0.01, SPEED)
+    expected = -K @ np.array([*seen[1:5], 0, 0, 0])
+    run = LAW.start(Task(VEHICLE, straight(200.0), SPEED, largest_rate=10.0))
+    assert run.command(seen) == pytest.approx(expected, abs=1e-6)
+
+
+def test_pattern_does_not_depend_on_speed():
+    at = [program(LAW, DesignModel(VEHICLE, Servo(), speed, 0.01)) for speed in (10.0, 40.0)]
+    for name in ("P", "A"):
+        one, other = (getattr(p, name) for p in at)
+        np.testing.assert_array_equal(one.indices, other.indices)
+        np.testing.assert_array_equal(one.indptr, other.indptr)
+        assert not np.allclose(one.data, other.data)
+
+
+def test_linearised_anew_when_the_speed_changes():
+    """After a change of speed the commands are those of a program made at that speed."""
+    slow = SEEN._replace(speed=20.0)
+    changed = LAW.start(Task(VEHICLE, straight(300.0), SPEED))
+    made = LAW.start(Task(VEHICLE, straight(300.0), 20.0))
+    assert changed.command(slow) == pytest.approx(made.command(slow), abs=1e-6)
+
+
+def test_size_of_the_program():
+    """20 periods: 21 states and 20 inputs; model, commands and their changes as rows."""
+    P, A, *_ = program(LAW, MODEL)
+    assert P.shape == (21 * N_STATES + 20,) * 2
+    assert A.shape == (21 * N_STATES + 2 * 20, 21 * N_STATES + 20)
