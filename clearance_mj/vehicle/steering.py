@@ -2,9 +2,9 @@
 
 The servo turns the shaft's bushings; what the shaft moves in them, over the lever arm r, is the wheel's error
 δ_err = x(l_j)/r at the bushing l_j where the lever's force acts. The shaft is a rig of this project, loaded there by
-the aligning moment, the road's and the friction, each over r. Two models of it: "play", reduced to one quasi-static
-degree of freedom (`lost_motion`), and "modal", the compiled modal engine. All angles and moments are those at the road
-wheel.
+the aligning moment, the road's and the friction, each over r. It is reduced to one quasi-static degree of freedom
+(`lost_motion`) or simulated, step by step beside the vehicle, by one of this project's engines. All angles and moments
+are those at the road wheel.
 """
 
 from __future__ import annotations
@@ -22,9 +22,9 @@ import numpy as np
 
 from ..beam import static_deflection
 from ..clearance.law import ConstantLaw, Law
-from ..engines import Modal
+from ..engines import Engine, get_engine
 from ..engines.base import step_factor, stiffest_contact
-from ..errors import ManoeuvreError
+from ..errors import ClearanceError, ManoeuvreError
 from ..excitation import random
 from ..rig import Beam, Bushing, Contact, Grease, PointMass, Rig, Sensor, Shaker
 from .lost_motion import LostMotion, lost_motion_step
@@ -108,8 +108,9 @@ class Steering:
     ----------
     half_gap : float
         At the road wheel, rad; the bushings' radial clearance over the lever arm. It replaces the shaft's own.
-    fidelity : {"play", "modal"}
-        How the shaft is modelled.
+    fidelity : str or Engine
+        How the shaft is modelled: "play" is the quasi-static lost motion; "modal", "links" or another engine, with
+        settings of its own if wanted, simulates it.
     friction : float
         Coulomb friction of the road wheel against the ground, N m. Where it is less than the aligning moment the
         clearance is torque-driven, else friction-driven.
@@ -135,7 +136,7 @@ class Steering:
     """
 
     half_gap: float = 0.0
-    fidelity: str = "play"
+    fidelity: str | Engine = "play"
     friction: float = 0.0
     road_moment: float = 0.0
     road_band: tuple[float, float] = (0.5, 30.0)
@@ -147,8 +148,7 @@ class Steering:
     law: Law | None = None
 
     def __post_init__(self):
-        if self.fidelity not in _RUNS:
-            raise ManoeuvreError(f'steering fidelity "{self.fidelity}" is unknown; known: {", ".join(_RUNS)}')
+        self._engine()
         for name, low, high in _RANGES:
             if not low <= getattr(self, name) <= high:
                 raise ManoeuvreError(f"steering.{name} must be in {low:g}..{high:g}, got {getattr(self, name):g}")
@@ -193,7 +193,15 @@ class Steering:
         seed : int
             Of the road's noise.
         """
-        return _RUNS[self.fidelity](self, seed)
+        engine = self._engine()
+        return _EngineRun(self, seed, engine) if engine else _PlayRun(self, seed)
+
+    def _engine(self) -> Engine | None:
+        """The engine that simulates the shaft, if one does."""
+        try:
+            return None if self.fidelity == "play" else get_engine(self.fidelity)
+        except ClearanceError as error:
+            raise ManoeuvreError(f'steering.fidelity is "play" or an engine: {error}') from None
 
 
 _RANGES = (
@@ -271,12 +279,12 @@ class _PlayRun(SteeringRun):
         return _play(self._lost, turn, moment, STEP, self.steering.lost_motion)
 
 
-class _ModalRun(SteeringRun):
-    """The compiled modal engine, loaded at the lever; in the frame of the bushings, which the servo turns."""
+class _EngineRun(SteeringRun):
+    """An engine's shaft, loaded at the lever; in the frame of the bushings, which the servo turns."""
 
-    def __init__(self, steering, seed):
+    def __init__(self, steering, seed, engine):
         super().__init__(steering, seed)
-        rig, law, engine = steering.rig, steering.contact_law, Modal(modes=4)
+        rig, law = steering.rig, steering.contact_law
         self._factor = step_factor(1 / STEP, engine.largest_step(rig, law))
         self._run = engine.start(rig, law, "force", STEP / self._factor)
         lever = rig.shaker.position
@@ -300,9 +308,6 @@ class _ModalRun(SteeringRun):
             self._speed = (displacement[i] - previous) / STEP
         gap = self.steering.rig.bushings[self.steering.lever].gap
         return displacement / arm, -np.sign(displacement * (np.abs(displacement) > gap)).astype(np.int8)
-
-
-_RUNS = {"play": _PlayRun, "modal": _ModalRun}
 
 
 @numba.njit(cache=True, nogil=True)

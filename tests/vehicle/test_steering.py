@@ -1,4 +1,4 @@
-"""Steering: servo against its transfer function, lost motion against backlash in closed form, shaft against its beam."""
+"""Steering: servo against its transfer function, lost motion against backlash in closed form, shaft against beam."""
 
 import dataclasses
 
@@ -156,6 +156,14 @@ def test_modal_tends_to_play(friction, moment):
     assert np.ptp(lost["play"]) > 2 * HALF_GAP
 
 
+def test_links_beside_modal():
+    """The MuJoCo chain in co-simulation, through contact, play and contact again: within 0.02 mrad of the modes."""
+    moment = 60 * np.cos(2 * np.pi * 2 * 0.01 * np.arange(40))
+    modal, links = (steer(Steering(HALF_GAP, engine), np.full(40, 0.01), moment) for engine in ("modal", "links"))
+    assert np.ptp(modal[0] - modal[1]) > 2 * HALF_GAP
+    np.testing.assert_allclose(links[0], modal[0], atol=2e-5)
+
+
 def test_rattle_at_the_beams_frequencies():
     """A bare shaft that a small step of the moment sets ringing within a wide play: lines at its beam's frequencies."""
     bare = shaft(grease=Grease(0.0), masses=())
@@ -215,7 +223,7 @@ def test_any_period(fidelity):
     [
         ({"half_gap": -0.1}, r"steering\.half_gap must be in 0\.\."),
         ({"half_gap": float("nan")}, r"steering\.half_gap must be in 0\.\."),
-        ({"fidelity": "exact"}, 'fidelity "exact" is unknown; known: play, modal'),
+        ({"fidelity": "exact"}, '"play" or an engine: engine "exact" is unknown; known: links, modal'),
         ({"frequency": 0.0}, r"steering\.frequency must be"),
         ({"shaft": STEERING_SHAFT.replace(bushings=STEERING_SHAFT.bushings[:1])}, "must be at one of its bushings"),
     ],
