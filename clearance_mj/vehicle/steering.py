@@ -174,13 +174,13 @@ class Steering:
 
     @functools.cached_property
     def lost_motion(self) -> LostMotion:
-        """The shaft reduced to the static deflection under the lever's force, at the road wheel."""
+        """The shaft reduced to its deflection under the lever's force; a Hertz contact at its datasheet's gap."""
         rig, arm2 = self.rig, self.lever_arm**2
         deflection = static_deflection(rig.beam, [b.position for b in rig.bushings], [rig.shaker.position])[:, 0]
         share2 = (deflection / deflection[self.lever]) ** 2
         greases = self.contact_law.grease or [b.grease for b in rig.bushings]
         stiffness = 1 / deflection[self.lever] + sum(share2 * [g.stiffness for g in greases])
-        contact = stiffest_contact(rig, self.contact_law.table(len(rig.bushings)))[self.lever]
+        contact = stiffest_contact(self.shaft, self.contact_law.table(len(rig.bushings)))[self.lever]
         damping = sum(share2 * [g.damping for g in greases])
         values = (self.half_gap, contact * arm2, stiffness * arm2, damping * arm2, self.friction)
         return LostMotion(*map(float, values))
@@ -255,8 +255,15 @@ class SteeringRun(ABC):
         -------
         ndarray, shape (n,)
             Road-wheel angle after each millisecond, rad.
+
+        Raises
+        ------
+        ManoeuvreError
+            If the duration is not a whole number of milliseconds.
         """
         n = round(duration / STEP)
+        if n < 1 or abs(n * STEP - duration) > 1e-9:
+            raise ManoeuvreError(f"steering advances by whole milliseconds, got {duration:g} s")
         steps = np.arange(self._steps, self._steps + n)
         moment = aligning_moment + self._noise.take(steps, mode="wrap")
         before = self._state[0]
@@ -285,7 +292,8 @@ class _EngineRun(SteeringRun):
     def __init__(self, steering, seed, engine):
         super().__init__(steering, seed)
         rig, law = steering.rig, steering.contact_law
-        self._factor = step_factor(1 / STEP, engine.largest_step(rig, law))
+        largest = min(engine.largest_step(shaft, law) for shaft in (rig, steering.shaft))  # of Hertz contacts
+        self._factor = step_factor(1 / STEP, largest)
         self._run = engine.start(rig, law, "force", STEP / self._factor)
         lever = rig.shaker.position
         self._mass = sum(m.mass for m in rig.point_masses if m.position == lever)

@@ -231,3 +231,9 @@ def test_any_period(fidelity):
 def test_impossible_steering(change, says):
     with pytest.raises(ManoeuvreError, match=says):
         Steering(**change)
+
+
+@pytest.mark.parametrize("duration", [0.0, 0.0015, -0.01])
+def test_impossible_duration(duration):
+    with pytest.raises(ManoeuvreError, match="whole milliseconds"):
+        Steering().start().advance(0.0, 0.0, duration)
