@@ -1,0 +1,695 @@
+"""Calibration: the rig's dimensions, stiffnesses and masses from measured frequencies, shapes or FRFs.
+
+The rig is taken in its linear state within the gap. Free parameters vary by their logarithms within bounds; the
+residuals, in standard deviations of the data, go to `scipy.optimize.least_squares` from several starts. The singular
+values of the Jacobian say what the data do not tell: 1/s is the standard deviation of a combination of logarithms,
+v its exponents. Several rigs may fit equally well; every start's solution is kept.
+
+Friswell and Mottershead, Finite Element Model Updating in Structural Dynamics, 1995, chapters 5 and 8.
+"""
+
+from __future__ import annotations
+
+import csv
+import dataclasses
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import scipy.optimize
+import scipy.stats
+from tqdm import tqdm
+
+from .beam import linear_frf, ritz_model
+from .correlation import relative_error
+from .errors import RecordError, RigError
+from .frf import FRF
+from .io.uff import read_uff
+from .modes import extract_modes
+from .rig import Rig
+
+__all__ = [
+    "Calibration",
+    "Combination",
+    "FRFTarget",
+    "ModalTarget",
+    "Solution",
+    "calibrate",
+    "modal_target",
+    "profile",
+    "read_frequencies",
+    "read_frf",
+    "value_of",
+]
+
+SHAFT = ("length", "young_modulus", "density", "diameter", "width", "height")
+POINTS = ("position", "mass", "stiffness", "damping")
+"""What the linear rig depends on: of its shaft, and of masses, sensors and bushings with their grease"""
+NEAR = 1.2
+FAR = 10.0
+"""default bounds are start / factor to start × factor: NEAR for the shaft, FAR for the rest but positions"""
+NEAREST = 0.02
+"""lowest default bound of a position, as a share of the shaft's length"""
+STEP = 1e-4
+"""difference of a logarithm for the Jacobian"""
+HARDLY = 0.5
+"""standard deviation of a combination of logarithms above which the data do not tell it"""
+SHARE = 0.1
+"""exponent below which a parameter does not count to a combination"""
+ROUNDING = 1e-9
+SAME = 1e-3
+"""difference of logarithms below which two starts found the same rig"""
+AS_GOOD = 1.0
+"""Δχ² below which two rigs fit equally well"""
+FREQUENCY_STD = 1e-3
+"""of a measured natural frequency, relative, where the file does not say"""
+SHAPE_STD = 0.03
+"""of a component of a shape of unit length"""
+FRF_STD = 1.0
+"""of a line of an FRF, dB"""
+
+
+@dataclass(frozen=True, eq=False)
+class ModalTarget:
+    """Measured natural frequencies, and shapes where known.
+
+    Raises
+    ------
+    RecordError
+        If frequencies or mode numbers do not rise, or a value is not positive.
+    """
+
+    frequency: np.ndarray
+    """(n,) Hz, rising"""
+    mode: np.ndarray
+    """(n,) number of each mode, from 1"""
+    std: np.ndarray
+    """(n,) standard deviation, Hz"""
+    shape: np.ndarray | None = None
+    """(n_sensors, n) real, any scale"""
+    nodes: tuple[int, ...] = ()
+    """nodes of the sensors that the shape's rows belong to"""
+    shape_std: float = SHAPE_STD
+    """of a component of a shape of unit length"""
+
+    def __post_init__(self):
+        rising = {"natural frequencies": self.frequency, "mode numbers": self.mode}
+        for what, values in rising.items():
+            if not np.size(values) or not np.all(np.diff(values, prepend=0) > 0) or not np.isfinite(values).all():
+                raise RecordError(f"{what} must be positive and rise, got {_listed(values)}")
+        if np.any(np.mod(self.mode, 1)):
+            raise RecordError(f"mode numbers must be whole, got {_listed(self.mode)}")
+        if not (np.isfinite(self.std).all() and np.all(np.asarray(self.std) > 0)):
+            raise RecordError(f"standard deviations must be > 0 Hz, got {_listed(self.std)}")
+        if self.shape is not None and not (np.isfinite(self.shape).all() and np.any(self.shape, axis=0).all()):
+            raise RecordError("a shape is not finite or zero at every sensor")
+
+    @property
+    def size(self) -> int:
+        """Number of data; the scale of a shape is none."""
+        return self.frequency.size + (0 if self.shape is None else (self.shape.shape[0] - 1) * self.shape.shape[1])
+
+    def residual(self, rig: Rig) -> np.ndarray:
+        """Return what separates a rig from the target, in standard deviations.
+
+        Parameters
+        ----------
+        rig : Rig
+            The rig.
+
+        Returns
+        -------
+        ndarray
+            (n,) logarithms of the frequency ratios, then (n_sensors n,) differences of the shapes, whose squares sum
+            to 1 - MAC for each mode before they are divided by the variance.
+        """
+        frequency, shape = self.model(rig)
+        errors = np.log(frequency / self.frequency) * self.frequency / self.std
+        if self.shape is None:
+            return errors
+        test = self.shape / np.linalg.norm(self.shape, axis=0)
+        fitted = shape * (np.sum(shape * test, axis=0) / np.sum(shape**2, axis=0))
+        return np.concatenate((errors, (fitted - test).ravel() / self.shape_std))
+
+    def model(self, rig: Rig) -> tuple[np.ndarray, np.ndarray]:
+        """Return a rig's natural frequencies (n,), Hz, and shapes (n_sensors, n), 1/sqrt(kg), of the target's modes.
+
+        Parameters
+        ----------
+        rig : Rig
+            The rig.
+        """
+        modes = np.asarray(self.mode, dtype=int) - 1
+        model = ritz_model(rig, int(modes.max()) + 9, grease=True)
+        place = {s.node: s.position for s in rig.sensors}
+        return model.omega[modes] / (2 * np.pi), model.shapes([place[node] for node in self.nodes])[:, modes]
+
+
+def _listed(values) -> str:
+    return ", ".join(f"{v:g}" for v in values) or "none"
+
+
+@dataclass(frozen=True, eq=False)
+class FRFTarget:
+    """Measured FRFs, whose magnitudes are compared in dB."""
+
+    frf: FRF
+    std: float = FRF_STD
+    """standard deviation of a line, dB"""
+
+    @property
+    def nodes(self) -> tuple[int, ...]:
+        """Nodes of the responses."""
+        return tuple(int(label.split(":")[0]) for label in self.frf.responses)
+
+    @property
+    def size(self) -> int:
+        """Number of data."""
+        return self.frf.value.size
+
+    def residual(self, rig: Rig) -> np.ndarray:
+        """Return what separates a rig from the target, in standard deviations.
+
+        Parameters
+        ----------
+        rig : Rig
+            The rig.
+
+        Returns
+        -------
+        ndarray, shape (n_sensors n_f,)
+        """
+        return 20 * np.log10(np.abs(self.model(rig) / self.frf.value)).ravel() / self.std
+
+    def model(self, rig: Rig) -> np.ndarray:
+        """Return a rig's FRFs (n_sensors, n_f).
+
+        Parameters
+        ----------
+        rig : Rig
+            The rig.
+        """
+        rows = [[s.node for s in rig.sensors].index(node) for node in self.nodes]
+        return linear_frf(rig, self.frf.frequency)[rows]
+
+
+@dataclass(frozen=True, eq=False)
+class Combination:
+    """A product of powers of parameters that the data do not tell."""
+
+    exponent: dict[str, float]
+    """of each parameter that counts"""
+    std: float
+    """standard deviation of its logarithm"""
+
+    def __str__(self):
+        powers = " × ".join(f"{path}^{power:+.2f}" for path, power in self.exponent.items())
+        return powers if len(self.exponent) > 1 else next(iter(self.exponent))
+
+
+@dataclass(frozen=True, eq=False)
+class Solution:
+    """What one start ended with."""
+
+    value: np.ndarray
+    """(n_free,) SI units"""
+    chi2: float
+    """sum of the squared residuals"""
+
+
+@dataclass(frozen=True, eq=False)
+class Calibration:
+    """A rig calibrated to targets, and how well they tell its parameters."""
+
+    rig: Rig
+    start: Rig
+    targets: tuple[ModalTarget | FRFTarget, ...]
+    paths: tuple[str, ...]
+    """the free parameters"""
+    value: np.ndarray
+    """(n_free,) SI units"""
+    covariance: np.ndarray
+    """(n_free, n_free) of the logarithms; grows with χ² where that exceeds the degrees of freedom"""
+    residual: np.ndarray
+    """in standard deviations of the data"""
+    untold: tuple[Combination, ...]
+    """what the data do not tell, least told first"""
+    at_bound: tuple[str, ...]
+    """parameters that ended at a bound"""
+    solutions: tuple[Solution, ...]
+    """of every start, best first"""
+
+    @property
+    def std(self) -> np.ndarray:
+        """(n_free,) standard deviations to first order, SI units."""
+        return self.value * np.sqrt(np.diag(self.covariance))
+
+    @property
+    def correlation(self) -> np.ndarray:
+        """(n_free, n_free) correlation coefficients of the logarithms."""
+        sigma = np.sqrt(np.diag(self.covariance))
+        return self.covariance / np.outer(sigma, sigma)
+
+    @property
+    def chi2(self) -> float:
+        """Sum of the squared residuals."""
+        return float(np.sum(self.residual**2))
+
+    @property
+    def distinct(self) -> tuple[Solution, ...]:
+        """Rigs that differ and fit equally well, the best first."""
+        found: list[Solution] = []
+        for solution in self.solutions:
+            good = solution.chi2 <= self.solutions[0].chi2 + AS_GOOD
+            if good and all(np.max(np.abs(np.log(solution.value / s.value))) > SAME for s in found):
+                found.append(solution)
+        return tuple(found)
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """Plain words on what not to rely on."""
+        words = [f"the data do not tell {c} (standard deviation of its logarithm {c.std:.2g})" for c in self.untold]
+        words += [f"{path} ended at a bound" for path in self.at_bound]
+        if len(self.distinct) > 1:
+            words.append(f"{len(self.distinct)} different rigs fit equally well; the one written is the first of them")
+        return tuple(words)
+
+    def to_dict(self) -> dict:
+        """Return values, standard deviations, correlations, residuals and every start's solution as plain data."""
+        return {
+            "free": {
+                path: {"value": float(v), "std": float(s), "start": float(value_of(self.start, path))}
+                for path, v, s in zip(self.paths, self.value, self.std)
+            },
+            "correlation": self.correlation.tolist(),
+            "chi2": self.chi2,
+            "data": sum(t.size for t in self.targets),
+            "residual_std": self.residual.tolist(),
+            "modes": [row for t in self.targets if isinstance(t, ModalTarget) for row in _mode_rows(self, t)],
+            "untold": [{"exponent": c.exponent, "std": c.std} for c in self.untold],
+            "at_bound": list(self.at_bound),
+            "solutions": [{"value": s.value.tolist(), "chi2": s.chi2} for s in self.solutions],
+            "equally_good": len(self.distinct),
+            "warnings": list(self.warnings),
+        }
+
+
+def _mode_rows(calibration, target) -> Iterator[dict]:
+    start, fitted = (target.model(rig)[0] for rig in (calibration.start, calibration.rig))
+    columns = (target.mode, target.frequency, start, fitted, relative_error(target.frequency, fitted))
+    names = ("mode", "test_hz", "start_hz", "calibrated_hz", "relative_error")
+    for row in zip(*columns):
+        yield dict(zip(names, map(float, row)))
+
+
+def calibrate(
+    rig: Rig,
+    targets: Sequence[ModalTarget | FRFTarget],
+    free: Mapping[str, tuple[float, float] | None],
+    starts: int = 8,
+    seed: int = 0,
+    progress: str | None = None,
+) -> Calibration:
+    """Find the parameters of a rig that bring it closest to measured data.
+
+    Parameters
+    ----------
+    rig : Rig
+        Where to start, and every value that is not free.
+    targets : sequence of ModalTarget or FRFTarget
+        The data.
+    free : mapping of str to (float, float) or None
+        Paths of the free parameters as in the rig's file, such as "beam.diameter" or "masses[0].mass", with their
+        bounds in SI units. Without a number, as in "bushings.grease.stiffness", all entries share one value. None:
+        ×/÷ 1.2 for dimensions and material of the shaft, the whole shaft for a position, ×/÷ 10 for the rest.
+    starts : int
+        The rig itself and starts - 1 points of a Latin hypercube between the bounds' logarithms.
+    seed : int
+        Of the hypercube.
+    progress : str, optional
+        Show a progress bar with this name.
+
+    Returns
+    -------
+    Calibration
+        Bushings keep their order along the shaft.
+
+    Raises
+    ------
+    RigError
+        If a path is unknown, a bound is impossible or does not hold the start.
+    RecordError
+        If there are fewer data than free parameters, or data of a sensor that the rig lacks.
+    """
+    problem = _Problem(rig, tuple(targets), free)
+    points = problem.starts(starts, seed)
+    solved = [problem.solve(x) for x in tqdm(points, desc=progress, unit="start", disable=progress is None)]
+    solved.sort(key=lambda s: s.cost)
+    best = solved[0]
+    covariance, untold = problem.told(best)
+    return Calibration(
+        rig=problem.rig(best.x),
+        start=rig,
+        targets=problem.targets,
+        paths=problem.paths,
+        value=np.exp(best.x),
+        covariance=covariance,
+        residual=best.fun,
+        untold=untold,
+        at_bound=tuple(path for path, at in zip(problem.paths, best.active_mask) if at),
+        solutions=tuple(Solution(np.exp(s.x), 2 * float(s.cost)) for s in solved),
+    )
+
+
+def profile(
+    rig: Rig,
+    targets: Sequence[ModalTarget | FRFTarget],
+    free: Mapping[str, tuple[float, float] | None],
+    path: str,
+    values: Sequence[float],
+    starts: int = 4,
+    seed: int = 0,
+    progress: str | None = None,
+) -> list[Calibration]:
+    """Calibrate with one more parameter held at each of several values: the family of rigs that fit.
+
+    Parameters
+    ----------
+    rig, targets, free, starts, seed
+        As for `calibrate`; each value starts from the rig of the one before.
+    path : str
+        The parameter that is held.
+    values : sequence of float
+        What it is held at, SI units.
+    progress : str, optional
+        Show a progress bar with this name.
+
+    Returns
+    -------
+    list of Calibration
+        One for each value.
+
+    Raises
+    ------
+    ClearanceError
+        As `calibrate`.
+
+    Notes
+    -----
+    Raue et al., Structural and practical identifiability analysis by exploiting the profile likelihood,
+    Bioinformatics 25, 2009.
+    """
+    places = _places(rig, path)
+    bounds = {name: _bounds(rig, name, given) for name, given in free.items()}
+    found: list[Calibration] = []
+    for value in tqdm(values, desc=progress, unit="rig", disable=progress is None):
+        last = found[-1].rig if found else rig
+        found.append(calibrate(_changed(last, dict.fromkeys(places, float(value))), targets, bounds, starts, seed))
+    return found
+
+
+class _Problem:
+    """Residuals as a function of the logarithms of the free parameters."""
+
+    def __init__(self, rig, targets, free):
+        self.start, self.targets, self.paths = rig, targets, tuple(free)
+        if not self.paths:
+            raise RigError("name at least one free parameter")
+        self.places = [_places(rig, path) for path in self.paths]
+        every = [place for places in self.places for place in places]
+        if len(set(every)) < len(every):
+            raise RigError(f"a free parameter is named twice: {', '.join(self.paths)}")
+        self.low, self.high = np.log([_bounds(rig, path, free[path]) for path in self.paths]).T
+        self.order = np.argsort([b.position for b in rig.bushings])
+        size, known = sum(t.size for t in targets), {s.node for s in rig.sensors}
+        if size < len(self.paths):
+            raise RecordError(f"{len(self.paths)} free parameters need as many data; the targets hold {size}")
+        if missing := sorted({node for t in targets for node in t.nodes} - known):
+            raise RecordError(f"the data's node {missing[0]} is no sensor of rig {rig.name!r}: {sorted(known)}")
+        self.impossible = np.full_like(self._compare(rig), np.inf)
+        """what `least_squares` answers with a shorter step"""
+
+    def rig(self, x) -> Rig:
+        values = np.exp(x).tolist()
+        return _changed(self.start, {place: v for places, v in zip(self.places, values) for place in places})
+
+    def residual(self, x) -> np.ndarray:
+        try:
+            rig = self.rig(x)
+        except RigError:
+            return self.impossible
+        if np.any(np.diff([rig.bushings[i].position for i in self.order]) <= 0):
+            return self.impossible
+        return self._compare(rig)
+
+    def _compare(self, rig):
+        return np.concatenate([target.residual(rig) for target in self.targets])
+
+    def jacobian(self, x) -> np.ndarray:
+        """Central differences, one-sided beside a rig that cannot be."""
+        columns = []
+        for i in range(x.size):
+            step = np.zeros(x.size)
+            step[i] = STEP
+            ahead, behind, width = self.residual(x + step), self.residual(x - step), 2 * STEP
+            if not (np.isfinite(ahead).all() and np.isfinite(behind).all()):
+                here, width = self.residual(x), STEP
+                ahead, behind = (side if np.isfinite(side).all() else here for side in (ahead, behind))
+            columns.append((ahead - behind) / width)
+        return np.stack(columns, axis=1)
+
+    def starts(self, count, seed) -> list[np.ndarray]:
+        """The rig itself, then points of a Latin hypercube that are rigs."""
+        own = np.log([value_of(self.start, path) or np.nan for path in self.paths])
+        own = np.where(np.isfinite(own), own, (self.low + self.high) / 2)
+        inner = 1e-6 * (self.high - self.low)
+        points = [np.clip(own, self.low + inner, self.high - inner)]
+        sampler = scipy.stats.qmc.LatinHypercube(len(self.paths), rng=np.random.default_rng(seed))
+        for _ in range(100):
+            if len(points) >= count:
+                break
+            drawn = self.low + (self.high - self.low) * sampler.random(max(count, 1))
+            points += [x for x in drawn if np.isfinite(self.residual(x)).all()]
+        return points[: max(count, 1)]
+
+    def solve(self, start):
+        return scipy.optimize.least_squares(
+            self.residual, start, self.jacobian, (self.low, self.high), x_scale="jac",
+            xtol=1e-12, ftol=1e-12, gtol=1e-12, max_nfev=100,
+        )  # fmt: skip
+
+    def told(self, solution):
+        """Covariance of the logarithms and the combinations that the data do not tell."""
+        _, singular, v = np.linalg.svd(solution.jac, full_matrices=True)
+        singular = np.append(singular, np.zeros(v.shape[0] - singular.size))
+        spread = 1 / np.maximum(singular, 1e-9 * max(singular[0], 1.0))
+        untold = tuple(self._combination(*pair) for pair in zip(v[::-1], spread[::-1]) if pair[1] > HARDLY)
+        freedom = sum(t.size for t in self.targets) - len(self.paths)
+        model_error = max(1.0, 2 * solution.cost / freedom) if freedom else 1.0
+        return model_error * (v.T * spread**2) @ v, untold
+
+    def _combination(self, v, std) -> Combination:
+        v = v * np.sign(v[np.argmax(np.abs(v))])
+        return Combination({path: float(e) for path, e in zip(self.paths, v) if abs(e) > SHARE}, float(std))
+
+
+# Paths into a rig.
+
+
+def _leaves(data, where=()) -> Iterator[tuple]:
+    """Places of the numbers that the linear rig depends on, in the rig's nested plain data."""
+    items = data.items() if isinstance(data, dict) else enumerate(data)
+    for key, value in items:
+        place = (*where, key)
+        if isinstance(value, dict | list):
+            yield from _leaves(value, place)
+        elif _counts(place):
+            yield place
+
+
+def _counts(place) -> bool:
+    if place[0] == "beam":
+        return place[1] in SHAFT or place[1] == "rayleigh"
+    return place[0] in ("masses", "bushings", "sensors") and place[-1] in POINTS and "contact" not in place
+
+
+def _written(place) -> str:
+    return "".join(f"[{step}]" if isinstance(step, int) else f".{step}" for step in place)[1:]
+
+
+def _shared(place) -> str | None:
+    """What stands for the same field of every entry."""
+    return _written(step for step in place if isinstance(step, str)) if isinstance(place[-1], str) else None
+
+
+def _places(rig, path) -> list[tuple]:
+    """Every place in the rig's plain data that a path stands for."""
+    known = list(_leaves(rig.to_dict()))
+    whole = [place for place in known if path in (_written(place), _shared(place))]
+    if not whole:
+        names = dict.fromkeys(re.sub(r"\[\d+\]", "[N]", _written(place)) for place in known)
+        counts = {k: len(getattr(rig, k)) for k in ("masses", "bushings", "sensors")}
+        numbers = ", ".join(f"{n} {kind}" for kind, n in counts.items())
+        raise RigError(f"{path!r} is no free parameter of rig {rig.name!r} ({numbers}); known: {', '.join(names)}")
+    return whole
+
+
+def _at(data, place):
+    for step in place:
+        data = data[step]
+    return data
+
+
+def value_of(rig: Rig, path: str) -> float:
+    """Return the value of a parameter; the mean where several places share it.
+
+    Parameters
+    ----------
+    rig : Rig
+        The rig.
+    path : str
+        Such as "bushings[0].position", or "bushings.grease.stiffness" for all bushings.
+
+    Raises
+    ------
+    RigError
+        For an unknown path; the message lists the known ones.
+    """
+    data = rig.to_dict()
+    return float(np.mean([_at(data, place) for place in _places(rig, path)]))
+
+
+def _changed(part, changes):
+    """Return a rig, or a part of one, with new values by their places; it is checked once all are in."""
+    if () in changes:
+        return changes[()]
+    inner: dict = {}
+    for (first, *rest), value in changes.items():
+        inner.setdefault(first, {})[tuple(rest)] = value
+    if isinstance(part, tuple):
+        return tuple(_changed(item, inner[i]) if i in inner else item for i, item in enumerate(part))
+    return dataclasses.replace(part, **{name: _changed(getattr(part, name), sub) for name, sub in inner.items()})
+
+
+def _bounds(rig, path, given) -> tuple[float, float]:
+    value, field = value_of(rig, path), path.rpartition(".")[2]
+    if given is None and field == "position":
+        given = NEAREST * rig.beam.length, rig.beam.length
+    elif given is None:
+        factor = NEAR if field in SHAFT else FAR
+        given = value / factor, value * factor
+        if value <= 0:
+            raise RigError(f"{path} starts at 0 and has no bounds; give them, as in {path}=1:10")
+    low, high = given
+    if not 0 < low < high < np.inf:
+        raise RigError(f"the bounds of {path} must be 0 < low < high, got {low:g} and {high:g}")
+    if value > 0 and not (1 - ROUNDING) * low <= value <= (1 + ROUNDING) * high:
+        raise RigError(f"{path} starts at {value:g}, outside its bounds {low:g} to {high:g}")
+    return low, high
+
+
+# Targets out of files.
+
+
+def read_frequencies(path, std: float = FREQUENCY_STD) -> ModalTarget:
+    """Read measured natural frequencies, and shapes where given, from a CSV file.
+
+    Parameters
+    ----------
+    path : str or Path
+        Its heading names the columns: ``frequency_hz`` (or ``test_hz``), and if known ``mode`` (else 1, 2, ...),
+        ``std_hz``, and ``shape_NODE`` for the shape at each sensor.
+    std : float
+        Relative standard deviation of a frequency where there is no ``std_hz``.
+
+    Returns
+    -------
+    ModalTarget
+
+    Raises
+    ------
+    RecordError
+        If the file cannot be read, lacks a column or holds an impossible value.
+    """
+    try:
+        with Path(path).open(newline="", encoding="utf-8-sig") as file:
+            header, *rows = [row for row in csv.reader(file) if row]
+        table = dict(zip(header, np.array(rows, dtype=float).T, strict=True))
+    except OSError as error:
+        raise RecordError(f"{path}: cannot be read ({error.strerror})") from None
+    except ValueError:
+        raise RecordError(f"{path}: must be a heading and rows of as many numbers, separated by commas") from None
+    name = next((n for n in ("frequency_hz", "test_hz") if n in table), None)
+    if name is None:
+        raise RecordError(f"{path}: lacks a column frequency_hz (or test_hz); its columns: {', '.join(header)}")
+    nodes = tuple(int(c[6:]) for c in header if c.startswith("shape_") and c[6:].isdigit())
+    frequency = table[name]
+    try:
+        return ModalTarget(
+            frequency,
+            table.get("mode", np.arange(1.0, frequency.size + 1)),
+            table.get("std_hz", std * frequency),
+            np.array([table[f"shape_{node}"] for node in nodes]) if nodes else None,
+            nodes,
+        )
+    except RecordError as error:
+        raise RecordError(f"{path}: {error}") from None
+
+
+def read_frf(path, band: tuple[float, float] | None = None) -> FRFTarget:
+    """Read measured FRFs from a universal file.
+
+    Parameters
+    ----------
+    path : str or Path
+        The file.
+    band : (float, float), optional
+        Lines to use, Hz.
+
+    Returns
+    -------
+    FRFTarget
+
+    Raises
+    ------
+    RecordError
+        If the file holds no FRFs, or one that is zero or not finite at a line.
+    """
+    frf = read_uff(path)
+    if not isinstance(frf, FRF):
+        raise RecordError(f"{path}: holds time records, calibration needs FRFs")
+    frf = frf.within(band) if band else frf
+    if not (np.isfinite(frf.value) & (frf.value != 0)).all():
+        raise RecordError(f"{path}: an FRF is zero or not finite at a line; cut it off with a band")
+    return FRFTarget(frf)
+
+
+def modal_target(target: FRFTarget, n_modes: int = 4, std: float = FREQUENCY_STD) -> ModalTarget:
+    """Extract natural frequencies and shapes from FRFs as targets; the modes count from 1 in rising order.
+
+    Parameters
+    ----------
+    target : FRFTarget
+        FRFs from below the first mode on.
+    n_modes : int
+        Number of modes.
+    std : float
+        Relative standard deviation of a frequency.
+
+    Returns
+    -------
+    ModalTarget
+
+    Raises
+    ------
+    RecordError
+        If fewer modes stand out.
+    """
+    modes = extract_modes(target.frf, n_modes)
+    if modes.frequency.size < n_modes:
+        raise RecordError(f"only {modes.frequency.size} of {n_modes} modes stand out of the FRFs")
+    real = np.exp(-0.5j * np.angle(np.sum(modes.shape**2, axis=0)))
+    numbers = np.arange(1, n_modes + 1)
+    return ModalTarget(modes.frequency, numbers, std * modes.frequency, (modes.shape * real).real, target.nodes)

@@ -1,0 +1,101 @@
+"""clearance-mj calibrate: dimensions, stiffnesses and masses of a rig from measured frequencies, shapes or FRFs."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from ..errors import RecordError
+from ..io.files import replacing, to_json
+from .command import add_command
+
+__all__ = ["add"]
+
+
+def add(commands):
+    """Add the command.
+
+    Parameters
+    ----------
+    commands : argparse subparsers
+        Where to add it.
+    """
+    parser = add_command(
+        commands, "calibrate", _run, "find a rig's parameters from measured natural frequencies, shapes or FRFs",
+        default=Path("results/calibration"),
+        help="folder for rig.toml, calibration.json and calibration.png (default: %(default)s)",
+    )  # fmt: skip
+    parser.add_argument("rig", type=Path, help="rig file (TOML): where to start, and all that is not free")
+    parser.add_argument(
+        "targets", type=Path, nargs="+",
+        help="CSV of natural frequencies (columns frequency_hz or test_hz, and mode, std_hz, shape_NODE if known), or "
+        "universal file of FRFs",
+    )  # fmt: skip
+    parser.add_argument(
+        "--free", type=_free, action="append", required=True, metavar="PATH[=LOW:HIGH]",
+        help="free parameter as in the rig file, such as bushings[0].position, with bounds in SI units; "
+        "bushings.grease.stiffness is one value for all bushings; may be repeated",
+    )  # fmt: skip
+    parser.add_argument("--starts", type=int, default=8, help="starts of the search (default: %(default)s)")
+    parser.add_argument("--seed", type=int, default=0, help="of the starts (default: %(default)s)")
+    parser.add_argument(
+        "--std", type=float, default=1e-3,
+        help="relative standard deviation of a frequency where the file does not say (default: %(default)s)",
+    )  # fmt: skip
+    parser.add_argument(
+        "--fit", choices=("modes", "frf"), default="modes",
+        help="what to fit of FRFs: natural frequencies and shapes, or the magnitude, which tells damping too",
+    )  # fmt: skip
+    parser.add_argument("--modes", type=int, default=4, help="modes to extract from FRFs (default: %(default)s)")
+    parser.add_argument("--band", type=float, nargs=2, metavar=("LOW", "HIGH"), help="lines of the FRFs to use, Hz")
+
+
+def _free(text):
+    path, given, bounds = text.partition("=")
+    if not given:
+        return path, None
+    try:
+        low, high = map(float, bounds.split(":"))
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"{text!r} is not PATH or PATH=LOW:HIGH") from None
+    return path, (low, high)
+
+
+def _run(options):
+    from ..calibrate import calibrate
+    from ..report.calibration import draw
+    from ..rig import Rig
+
+    if options.starts < 1 or options.std <= 0:
+        raise RecordError(f"--starts must be >= 1 and --std > 0, got {options.starts} and {options.std:g}")
+    rig, targets = Rig.load(options.rig), [_target(path, options) for path in options.targets]
+    progress = None if options.quiet else "calibrating"
+    found = calibrate(rig, targets, dict(options.free), options.starts, options.seed, progress)
+    result = found.to_dict()
+    found.rig.save(options.out / "rig.toml")
+    with replacing(options.out / "calibration.json") as temporary:
+        temporary.write_text(to_json(result), encoding="utf-8")
+    with replacing(options.out / "calibration.png") as temporary:
+        temporary.write_bytes(draw(found).png())
+    if not options.json:
+        _print(found, options.out)
+    return result | {"out": str(options.out)}
+
+
+def _target(path, options):
+    from ..calibrate import modal_target, read_frequencies, read_frf
+
+    if path.suffix.lower() == ".csv":
+        return read_frequencies(path, options.std)
+    target = read_frf(path, tuple(options.band) if options.band else None)
+    return target if options.fit == "frf" else modal_target(target, options.modes, options.std)
+
+
+def _print(found, out):
+    for path, value, std in zip(found.paths, found.value, found.std):
+        print(f"{path:32s} {value:.6g} ± {std:.2g}")
+    for row in found.to_dict()["modes"]:
+        print("mode {mode:.0f}  {test_hz:.3f} Hz, started {start_hz:.3f}, calibrated {calibrated_hz:.3f}".format(**row))
+    for words in found.warnings:
+        print(f"warning: {words}")
+    print(f"rig: {out / 'rig.toml'}")

@@ -1,0 +1,149 @@
+"""Figures of a calibration: measured against fitted, what every start found, what goes with what."""
+
+from __future__ import annotations
+
+import numpy as np
+from matplotlib.figure import Figure
+from matplotlib.ticker import NullFormatter
+
+from ..calibrate import Calibration, FRFTarget, ModalTarget
+from .figures import FONT, LAWS, REPEAT, TEST, WIDTH, Drawing, _tidy
+
+__all__ = ["draw", "name_of"]
+
+START, FOUND = "#e69f00", LAWS[0]
+MOST_SENSORS = 4
+"""FRFs that are drawn"""
+SYMBOLS = {"young_modulus": "E", "density": "ρ", "stiffness": "k", "damping": "c", "position": "x", "mass": "m"}
+
+
+def name_of(path: str) -> str:
+    """Return a short name of a parameter for an axis.
+
+    Parameters
+    ----------
+    path : str
+        Such as "bushings[0].grease.stiffness".
+    """
+    words = path.replace("grease.", "").replace("beam.", "").split(".")
+    words[-1] = SYMBOLS.get(words[-1], words[-1])
+    words[0] = words[0].replace("masses", "mass").replace("bushings[", "bushing[")
+    return "\n".join(words)
+
+
+def draw(found: Calibration) -> Drawing:
+    """Draw a calibration: data and fit, the solutions of all starts, correlations.
+
+    Parameters
+    ----------
+    found : Calibration
+        The calibration.
+    """
+    n = len(found.paths)
+    figure = Figure(figsize=(WIDTH, 2.6 * len(found.targets) + 3.1), layout="constrained", facecolor="white")
+    upper, lower = figure.subfigures(2, 1, height_ratios=(2.6 * len(found.targets), 3.1))
+    rows = np.atleast_1d(upper.subfigures(len(found.targets), 1))
+    for target, part in zip(found.targets, rows):
+        _frequencies(part, found, target) if isinstance(target, ModalTarget) else _frfs(part, found, target)
+    starts, correlation = lower.subplots(1, 2, width_ratios=(1.25, 1))
+    _starts(starts, found)
+    _correlation(correlation, found)
+    caption = (
+        "Calibration: measured and fitted; the values that each start ended with, over those of the best fit; "
+        "correlation of the parameters’ logarithms."
+    )
+    return Drawing("calibration", figure, caption, f"Calibration of {n} parameters of rig {found.rig.name}.")
+
+
+def _frequencies(part, found, target):
+    error, shapes = part.subplots(1, 2)
+    pairs = (("start", found.start, START, "s", -0.1), ("calibrated", found.rig, FOUND, "o", 0.1))
+    test = None if target.shape is None else target.shape / np.linalg.norm(target.shape, axis=0)
+    for name, rig, colour, marker, aside in pairs:
+        frequency, shape = target.model(rig)
+        look = {"color": colour, "marker": marker, "ls": "none", "ms": 5, "label": name}
+        error.plot(target.mode + aside, 100 * (frequency / target.frequency - 1), **look)
+        if test is not None:
+            mac = np.sum(test * shape, axis=0) ** 2 / np.sum(shape**2, axis=0)
+            shapes.semilogy(target.mode + aside, 1 - mac, **look)
+    error.errorbar(
+        target.mode, 0 * target.mode, 100 * target.std / target.frequency, fmt="none", ecolor=TEST, capsize=3
+    )
+    error.axhline(0, color=TEST, lw=0.8, label="test ± std")
+    error.set_yscale("symlog", linthresh=0.1)
+    error.yaxis.set_major_formatter("{x:g}")
+    _tidy(error, "natural frequencies", "Model over test - 1 (%)", "Mode (number)")
+    part.legend(*error.get_legend_handles_labels(), fontsize=FONT - 1, frameon=False, loc="outside upper left", ncols=3)
+    error.set_xticks(target.mode)
+    if test is None:
+        _table(shapes, found, target)
+        return
+    _tidy(shapes, "mode shapes", "1 - MAC with the test (1)", "Mode (number)")
+    shapes.set_xticks(target.mode)
+
+
+def _table(ax, found, target):
+    ax.axis("off")
+    columns = (target.frequency, target.model(found.start)[0], target.model(found.rig)[0])
+    cells = [[f"{mode:.0f}", *(f"{v:.3f}" for v in row)] for mode, *row in zip(target.mode, *columns)]
+    labels = ("mode", "test (Hz)", "start (Hz)", "calibrated (Hz)")
+    table = ax.table(cells, colLabels=labels, loc="center", cellLoc="center", edges="horizontal")
+    table.auto_set_font_size(False)
+    table.set_fontsize(FONT)
+    table.auto_set_column_width(range(4))
+
+
+def _frfs(part, found, target: FRFTarget):
+    count = min(MOST_SENSORS, len(target.nodes))
+    shown = np.unique(np.linspace(0, len(target.nodes) - 1, count).astype(int))
+    frfs = (("test", target.frf.value, TEST, 1.5), ("start", target.model(found.start), START, 0.9),
+            ("calibrated", target.model(found.rig), FOUND, 0.9))  # fmt: skip
+    axes = part.subplots(1, len(shown), sharey=True, squeeze=False)[0]
+    for ax, row in zip(axes, shown):
+        for name, value, colour, width in frfs:
+            ax.plot(target.frf.frequency, 20 * np.log10(np.abs(value[row])), color=colour, lw=width, label=name)
+        _tidy(ax, f"sensor {target.nodes[row]}", "", "Frequency (Hz)")
+    unit = "dB re 1" if target.frf.quantity == "acceleration/acceleration" else "dB re 1 m/s²/N"
+    axes[0].set_ylabel(f"|H| ({unit})", fontsize=FONT)
+    axes[0].legend(fontsize=FONT - 1, frameon=False)
+
+
+def _starts(ax, found):
+    best, places = found.solutions[0], np.arange(len(found.paths))
+    good = {id(s) for s in found.distinct}
+    for solution in reversed(found.solutions):
+        fits = solution.chi2 <= best.chi2 + 1
+        look = (
+            {"color": FOUND, "lw": 1.2, "marker": "o", "ms": 4}
+            if fits
+            else {"color": REPEAT, "lw": 0.6, "marker": "x", "ms": 3}
+        )
+        ax.plot(places, solution.value / best.value, **look)
+    fitting = sum(s.chi2 <= best.chi2 + 1 for s in found.solutions)
+    ax.plot([], [], color=FOUND, marker="o", ms=4, label=f"fits: {fitting} starts, {len(good)} different")
+    ax.plot(
+        [], [], color=REPEAT, marker="x", ms=3, lw=0.6, label=f"stopped short: {len(found.solutions) - fitting} starts"
+    )
+    ax.set_yscale("log")
+    low, high = ax.get_ylim()
+    ax.set_ylim(min(low, 0.5), max(high, 2.0))
+    ax.yaxis.set_major_formatter("{x:g}")
+    ax.yaxis.set_minor_formatter(NullFormatter())
+    _tidy(ax, "every start", "Value over best fit (1)", "")
+    ax.set_xticks(places, [name_of(path) for path in found.paths], fontsize=FONT - 1)
+    ax.legend(fontsize=FONT - 1, frameon=False)
+
+
+def _correlation(ax, found):
+    ax.imshow(found.correlation, vmin=-1, vmax=1, cmap="PuOr")
+    places = np.arange(len(found.paths))
+    for i in places:
+        for j in places:
+            value = found.correlation[i, j]
+            dark = {"color": "white" if abs(value) > 0.7 else "black"}
+            ax.text(j, i, f"{value:.2f}", ha="center", va="center", fontsize=FONT - 1, **dark)
+    _tidy(ax, "correlation of the logarithms")
+    ax.grid(False)
+    names = [name_of(path) for path in found.paths]
+    ax.set_xticks(places, names, fontsize=FONT - 1)
+    ax.set_yticks(places, names, fontsize=FONT - 1)

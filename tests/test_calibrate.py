@@ -1,0 +1,266 @@
+"""Calibration: known rigs are recovered, deviations are those of repeated tests, and what data do not tell is said."""
+
+import csv
+import json
+
+import numpy as np
+import pytest
+import scipy.linalg
+
+from clearance_mj.beam import cantilever_roots, linear_frf, mode_shapes, natural_frequencies
+from clearance_mj.calibrate import FRFTarget, ModalTarget, calibrate, modal_target, profile, read_frequencies, value_of
+from clearance_mj.cli import main
+from clearance_mj.errors import RecordError, RigError
+from clearance_mj.frf import FRF
+from clearance_mj.io.uff import write_uff
+from clearance_mj.rig import Beam, PointMass, Rig, Sensor
+from clearance_mj.testrig.fem import FiniteElements, dense
+
+from .conftest import ROOT
+
+RIG = str(ROOT / "models" / "table1_rig.toml")
+TABLE1 = ROOT / "data" / "article" / "table1_natural_frequency.csv"
+RESOLUTION_STD = 0.05 / np.sqrt(12)
+"""Hz: Table 1 is in steps of 0.05 Hz"""
+EQUAL = ("bushings[0].position", "bushings[1].position", "bushings.grease.stiffness", "masses[0].mass")
+BARE = Rig("bare", Beam(0.8, 2e11, 7800.0, diameter=0.01), (), (Sensor(1, 0.8),))
+
+
+def modes_of(frequency, std=1e-3, **shape):
+    frequency = np.asarray(frequency, dtype=float)
+    return ModalTarget(frequency, np.arange(1, frequency.size + 1), std * frequency, **shape)
+
+
+def bare_frequencies(young_modulus, n):
+    """λ²/(2π l²) √(E I / ρ A), Blevins, table 8-1."""
+    b = BARE.beam
+    return (
+        cantilever_roots(n) ** 2
+        / (2 * np.pi * b.length**2)
+        * np.sqrt(young_modulus * b.second_moment / (b.density * b.area))
+    )
+
+
+def fe_modes(rig, n):
+    """Frequencies and shapes at the sensors by Hermite elements, which share no code with the Ritz model."""
+    fe = FiniteElements.of_shaft(rig.beam, rig.point_masses, 64)
+    mass, stiffness = dense(fe.mass), dense(fe.stiffness)
+    at = fe.points([b.position for b in rig.bushings]).dense(fe.count)
+    stiffness = stiffness + (at.T * [b.grease.stiffness for b in rig.bushings]) @ at
+    value, vector = scipy.linalg.eigh(stiffness, mass, subset_by_index=(0, n - 1))
+    return np.sqrt(value) / (2 * np.pi), fe.points([s.position for s in rig.sensors]).dense(fe.count) @ vector
+
+
+def test_young_modulus_and_its_deviation_in_closed_form():
+    """ln f = ln E / 2 + ..., so n frequencies of relative deviation s tell ln E to 2 s / √n."""
+    found = calibrate(BARE, [modes_of(bare_frequencies(1.9e11, 4))], {"beam.young_modulus": None}, starts=3)
+    assert found.value[0] == pytest.approx(1.9e11, rel=1e-6)
+    assert found.std[0] / found.value[0] == pytest.approx(2 * 1e-3 / np.sqrt(4), rel=1e-4)
+    assert found.rig.beam.young_modulus == found.value[0]
+    assert found.warnings == ()
+
+
+def test_only_the_ratio_of_modulus_and_density_is_told():
+    """Frequencies go with E/ρ: the product is not told, with equal exponents; the ratio is."""
+    free = {"beam.young_modulus": None, "beam.density": None}
+    found = calibrate(BARE, [modes_of(bare_frequencies(1.9e11, 4))], free, starts=2)
+    (combination,) = found.untold
+    assert combination.exponent == pytest.approx(dict.fromkeys(free, 0.5**0.5), abs=1e-6)
+    assert "beam.young_modulus^+0.71 × beam.density^+0.71" in found.warnings[0]
+    assert np.divide(*found.value) == pytest.approx(1.9e11 / 7800, rel=1e-6)
+    assert found.correlation[0, 1] == pytest.approx(1.0, abs=1e-6)
+    assert any("2 different rigs fit equally well" in w for w in found.warnings)
+
+
+def test_damping_is_not_told_by_frequencies(rig):
+    free = {"beam.rayleigh[0]": None, "masses[0].mass": None}
+    found = calibrate(rig, [modes_of(natural_frequencies(rig, 4))], free, starts=1)
+    assert [list(c.exponent) for c in found.untold] == [["beam.rayleigh[0]"]]
+
+
+def test_deviations_are_those_of_repeated_tests():
+    """χ² of 40 noisy tests with the covariance of each: 80 degrees of freedom, 99.9 % within 44 to 125."""
+    truth = BARE.replace(masses=(PointMass(0.8, 0.2),))
+    clean, noise = natural_frequencies(truth, 4), np.random.default_rng(0)
+    free = {"beam.young_modulus": None, "masses[0].mass": None}
+    chi2 = 0.0
+    for _ in range(40):
+        target = ModalTarget(clean * (1 + 2e-3 * noise.standard_normal(4)), np.arange(1, 5), 2e-3 * clean)
+        found = calibrate(truth, [target], free, starts=1)
+        covariance = found.covariance / max(1.0, found.chi2 / 2)  # without the allowance for errors of the model
+        away = np.log(found.value / [2e11, 0.2])
+        chi2 += away @ np.linalg.solve(covariance, away)
+    assert 44 < chi2 < 125
+
+
+def test_recovers_the_rig_of_table_1():
+    """The published rig: bushings at 0.5484 and 0.7918 m, grease 4369 N/m each, tip mass 0.434 kg, d = 8.617 mm."""
+    measured = read_frequencies(TABLE1)
+    target = ModalTarget(measured.frequency, measured.mode, np.full(4, RESOLUTION_STD))
+    rig = Rig.load(RIG)
+    far = json.loads(json.dumps(rig.to_dict()).replace("4369.0", "3000.0").replace("0.434", "0.3"))
+    far["bushings"][0]["position"], far["bushings"][1]["position"] = 0.5, 0.85
+    far = Rig.from_dict(far)
+    found = calibrate(far, [target], dict.fromkeys(EQUAL), starts=4, seed=3)
+    np.testing.assert_allclose(natural_frequencies(found.rig, 4), [9.25, 39.75, 92.85, 188.85], rtol=1e-6)
+    assert np.all(np.abs(found.value - [0.5484, 0.7918, 4369.0, 0.434]) < found.std)
+    assert np.all(found.std / found.value < 0.02)
+    assert len({b.grease.stiffness for b in found.rig.bushings}) == 1
+    again = calibrate(far, [target], dict.fromkeys(EQUAL), starts=4, seed=3)
+    assert again.to_dict() == found.to_dict()
+
+
+def test_other_rigs_fit_table_1_as_well():
+    """With the diameter free too, the first bushing may stand anywhere over a span of centimetres."""
+    measured = read_frequencies(TABLE1)
+    target = ModalTarget(measured.frequency, measured.mode, np.full(4, RESOLUTION_STD))
+    free = dict.fromkeys(("beam.diameter", *EQUAL[1:]))
+    family = profile(Rig.load(RIG), [target], free, EQUAL[0], (0.56, 0.60), starts=1)
+    for member, place in zip(family, (0.56, 0.60)):
+        assert member.rig.bushings[0].position == place
+        np.testing.assert_allclose(natural_frequencies(member.rig, 4), [9.25, 39.75, 92.85, 188.85], rtol=1e-6)
+    assert value_of(family[1].rig, "masses[0].mass") > 1.3 * value_of(family[0].rig, "masses[0].mass")
+
+
+def test_shapes_tell_what_frequencies_leave_open(rig):
+    """Five free parameters against four frequencies and shapes of finite elements."""
+    frequency, shape = fe_modes(rig, 4)
+    nodes = tuple(s.node for s in rig.sensors)
+    target = modes_of(frequency, shape=-3 * shape, nodes=nodes)
+    free = dict.fromkeys(("beam.diameter", *EQUAL))
+    start = rig.replace(masses=(PointMass(1.0, 0.5),))
+    found = calibrate(start, [target], free, starts=1)
+    np.testing.assert_allclose(found.value, [0.0086166, 0.5484, 0.7918, 4369.0, 0.434], rtol=2e-3)
+    assert found.untold == ()
+    assert target.size == 4 + 7 * 4
+
+
+def test_frf_tells_damping(rig):
+    """FRF magnitudes with 2 % noise of a rig whose grease and shaft damp otherwise."""
+    lines = np.arange(5.0, 150.0, 1.0)
+    truth = Rig.from_dict(json.loads(json.dumps(rig.to_dict()).replace('"damping": 3.0', '"damping": 6.5')))
+    noise = 1 + 0.02 * np.random.default_rng(1).standard_normal((8, lines.size))
+    target = FRFTarget(FRF(lines, linear_frf(truth, lines) * noise), std=20 * np.log10(1.02))
+    free = {"bushings.grease.damping": None, "bushings.grease.stiffness": None}
+    found = calibrate(rig, [target], free, starts=1)
+    assert np.all(np.abs(found.value - [6.5, 4369.0]) < 3 * found.std)
+    assert found.std[0] < 0.05
+    assert found.chi2 == pytest.approx(target.size, rel=0.1)
+
+
+def test_modes_out_of_frfs(rig):
+    lines = np.arange(5.0, 220.0, 0.5)
+    target = modal_target(FRFTarget(FRF(lines, linear_frf(rig, lines))), 4)
+    np.testing.assert_allclose(target.frequency, natural_frequencies(rig, 4), rtol=2e-4)
+    expected = mode_shapes(rig, [s.position for s in rig.sensors], 4)
+    mac = np.sum(expected * target.shape, axis=0) ** 2
+    mac /= np.sum(expected**2, axis=0) * np.sum(target.shape**2, axis=0)
+    assert mac.min() > 0.9999
+    with pytest.raises(RecordError, match="only 4 of 9 modes"):
+        modal_target(FRFTarget(FRF(lines, linear_frf(rig, lines))), 9)
+
+
+def test_bushings_keep_their_order(rig):
+    found = calibrate(rig, [modes_of(natural_frequencies(rig, 4))], dict.fromkeys(EQUAL), starts=3, seed=2)
+    assert all(s.value[0] < s.value[1] for s in found.solutions)
+
+
+@pytest.mark.parametrize(
+    ("free", "message"),
+    [
+        ({}, "at least one free parameter"),
+        ({"bushing.position": None}, "known: beam.length, .*bushings\\[N\\].grease.stiffness"),
+        ({"bushings[2].position": None}, r"2 bushings"),
+        ({"bushings[0].gap": None}, "is no free parameter"),
+        ({"bushings[0].contact.stiffness": None}, "is no free parameter"),
+        ({"beam.rayleigh": None}, "is no free parameter"),
+        ({"masses.mass": None, "masses[0].mass": None}, "named twice"),
+        ({"masses[0].mass": (0.5, 0.2)}, "0 < low < high"),
+        ({"masses[0].mass": (1.0, 2.0)}, "starts at 0.434, outside"),
+        ({"sensors[0].mass": None}, "starts at 0 and has no bounds"),
+    ],
+)
+def test_impossible_parameters(rig, free, message):
+    with pytest.raises(RigError, match=message):
+        calibrate(rig, [modes_of([9.0, 40.0])], free)
+
+
+def test_more_parameters_than_data(rig):
+    with pytest.raises(RecordError, match="4 free parameters need as many data; the targets hold 3"):
+        calibrate(rig, [modes_of([9.0, 40.0, 90.0])], dict.fromkeys(EQUAL))
+
+
+def test_data_of_a_sensor_that_the_rig_lacks(rig):
+    target = modes_of([9.0, 40.0], shape=np.ones((2, 2)), nodes=(1, 55))
+    with pytest.raises(RecordError, match="node 55 is no sensor"):
+        calibrate(rig, [target], {"masses[0].mass": None})
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("mode,hz\n1,9\n", "lacks a column frequency_hz"),
+        ("frequency_hz\n9\n8\n", "natural frequencies must be positive and rise, got 9, 8"),
+        ("frequency_hz\n-9\n8\n", "must be positive and rise"),
+        ("frequency_hz\nnan\n", "must be positive and rise"),
+        ("mode,frequency_hz\n2,9\n1,10\n", "mode numbers must be positive and rise"),
+        ("mode,frequency_hz\n1.5,9\n", "must be whole"),
+        ("frequency_hz,std_hz\n9,0\n", "standard deviations must be > 0 Hz"),
+        ("frequency_hz\nnine\n", "must be a heading and rows"),
+        ("frequency_hz,mode\n9\n", "must be a heading and rows"),
+        ("frequency_hz\n", "must be a heading and rows"),
+        ("", "must be a heading and rows"),
+    ],
+)
+def test_bad_frequency_files(tmp_path, text, message):
+    path = tmp_path / "modes.csv"
+    path.write_text(text)
+    with pytest.raises(RecordError, match=message) as error:
+        read_frequencies(path)
+    assert str(path) in str(error.value)
+
+
+def test_frequency_file_with_shapes(tmp_path):
+    path = tmp_path / "modes.csv"
+    with path.open("w", newline="") as file:
+        csv.writer(file).writerows([["mode", "frequency_hz", "std_hz", "shape_3", "shape_8"], [2, 40, 0.1, -0.5, 1]])
+    target = read_frequencies(path)
+    assert (target.mode[0], target.std[0], target.nodes) == (2, 0.1, (3, 8))
+    np.testing.assert_array_equal(target.shape, [[-0.5], [1.0]])
+
+
+def test_command_writes_rig_numbers_and_figure(tmp_path, capsys):
+    arguments = ["calibrate", RIG, str(TABLE1), "--free", "masses[0].mass=0.1:2", "--free", "bushings.grease.stiffness"]
+    assert main([*arguments, "--starts", "2", "--out", str(tmp_path / "out"), "--json", "--quiet"]) == 0
+    result = json.loads(capsys.readouterr().out)
+    saved = json.loads((tmp_path / "out" / "calibration.json").read_text())
+    assert saved["free"] == result["free"]
+    rig = Rig.load(tmp_path / "out" / "rig.toml")
+    assert rig.masses[0].mass == result["free"]["masses[0].mass"]["value"]
+    assert (tmp_path / "out" / "calibration.png").read_bytes()[:4] == b"\x89PNG"
+
+
+@pytest.mark.parametrize("fit", ["modes", "frf"])
+def test_command_takes_frfs(tmp_path, rig, fit):
+    lines = np.arange(5.0, 220.0, 1.0)
+    write_uff(tmp_path / "test.uff", FRF(lines, linear_frf(rig, lines)))
+    arguments = ["calibrate", RIG, str(tmp_path / "test.uff"), "--free", "masses[0].mass", "--fit", fit]
+    assert main([*arguments, "--starts", "1", "--out", str(tmp_path / "out"), "--quiet"]) == 0
+    assert Rig.load(tmp_path / "out" / "rig.toml").masses[0].mass == pytest.approx(0.434, rel=2e-3)
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (["--free", "beam.colour"], "known: beam.length"),
+        (["--free", "bushings[0].position", "--free", "bushings[1].position", "--free", "beam.length", "--free",
+          "masses[0].mass", "--free", "beam.diameter"], "5 free parameters need as many data"),
+        (["--free", "masses[0].mass", "--starts", "0"], "--starts must be >= 1"),
+    ],
+)  # fmt: skip
+def test_command_refuses_bad_input(tmp_path, capsys, options, message):
+    assert main(["calibrate", RIG, str(TABLE1), *options, "--out", str(tmp_path / "out")]) == 2
+    captured = capsys.readouterr()
+    assert captured.err.count("\n") == 1
+    assert message in captured.err
+    assert not (tmp_path / "out").exists()
