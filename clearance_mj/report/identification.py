@@ -29,7 +29,7 @@ LOOP = 0.25
 """s of motion in a loop"""
 WITHIN = 0.95
 """of the gap, which the motion of a loop without contact stays below"""
-WINDOWS = "force balance, windows of 0.5 s"
+WINDOWS = "force balance, windows of 0.5 s (mean amplitude)"
 LIMIT = 1.6
 """axes end at so many times the 95th percentile of a curve: single windows scatter far"""
 
