@@ -1,0 +1,231 @@
+"""The figures of `modal_links_rig`."""
+
+from __future__ import annotations
+
+import numpy as np
+import scipy.ndimage
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from .style import BLACK, BLUE, FONT, GREEN, GREY, ORANGE, VERMILION, panel, sheet
+
+__all__ = ["draw_backbones", "draw_best_linear", "draw_harmonics", "draw_jumps", "draw_shapes"]
+
+LOOKS = {
+    "rig": {"color": BLACK, "lw": 2.2, "alpha": 0.6},
+    "links": {"color": VERMILION, "lw": 1.2},
+    "modal": {"color": BLUE, "lw": 1.2, "ls": "--"},
+    "modal-mj": {"color": GREEN, "lw": 1.2, "ls": (0, (1, 1.2))},
+    "modal, no contact": {"color": GREY, "lw": 1.2, "ls": ":"},
+}
+AROUND = 5
+"""Lines over which variances are averaged before they are drawn"""
+MARKERS = {"rig": "o", "links": "s", "modal": "^", "modal-mj": "v", "modal, no contact": "x"}
+
+
+def _legend(figure, names):
+    handles = [Line2D([], [], label=name, marker=MARKERS[name], ms=4, **LOOKS[name]) for name in names]
+    figure.legend(handles=handles, loc="outside upper center", ncols=5, fontsize=FONT - 1, frameon=False)
+
+
+def _names(rows) -> list[str]:
+    return list(dict.fromkeys(r["system"] for r in rows))
+
+
+def draw_shapes(rig, modes, macs, setup) -> Figure:
+    """Draw mode shapes and MAC matrices.
+
+    Parameters
+    ----------
+    rig : Rig
+        Gives the sensors.
+    modes : dict
+        Of each (system, level).
+    macs : list of dict
+        MAC of each system with the rig.
+    setup : Setup
+        Gives levels and engines.
+    """
+    figure = sheet(6.4)
+    upper, lower = figure.subfigures(2, 1, height_ratios=(1, 1.35))
+    low, high = setup.levels[0], setup.levels[-1]
+    place = np.array([s.position for s in rig.sensors])
+    order, count = np.argsort(place), modes["rig", low].frequency.size
+    axes = upper.subplots(1, count, sharey=True, squeeze=False)[0]
+    for i, ax in enumerate(axes):
+        for name in ("rig", *setup.engines):
+            shape = modes[name, low].shape[:, i].real
+            sign = np.sign(shape @ modes["rig", low].shape[:, i].real)
+            ax.plot(place[order], sign * shape[order], marker=MARKERS[name], ms=3, **LOOKS[name])
+        hz = modes["rig", low].frequency[i]
+        panel(ax, f"({chr(97 + i)}) mode {i + 1}, {hz:.2f} Hz", "Position (m)", "Shape (1)" if i == 0 else "")
+    _legend(figure, ("rig", *setup.engines))
+    names = [name for name in ("rig", "links", "modal") if name == "rig" or name in setup.engines]
+    grid = lower.subplots(2, len(names), squeeze=False)
+    for row, level in zip(grid, (low, high)):
+        for ax, name in zip(row, names):
+            letter = chr(97 + count + len(names) * (level == high) + names.index(name))
+            image = _matrix(ax, [r for r in macs if (r["system"], r["level_m_s2"]) == (name, level)])
+            panel(ax, f"({letter}) rig and {name}, {level:g} m/s²", f"Mode of {name} (Hz)", "Mode of rig (Hz)")
+            ax.grid(False)
+    bar = lower.colorbar(image, ax=grid, shrink=0.8)
+    bar.set_label("MAC (1)", fontsize=FONT)
+    bar.ax.tick_params(labelsize=FONT - 1)
+    return figure
+
+
+def _matrix(ax, rows):
+    hz = [sorted({(r[f"{of}_mode"], r[f"{of}_hz"]) for r in rows}) for of in ("rig", "system")]
+    matrix = np.array([r["mac"] for r in rows]).reshape(len(hz[0]), len(hz[1]))
+    image = ax.imshow(matrix, vmin=0, vmax=1, cmap="cividis", aspect="auto")
+    for (i, j), value in np.ndenumerate(matrix):
+        colour = "white" if value < 0.5 else "black"
+        ax.text(j, i, f"{value:.2f}", ha="center", va="center", fontsize=FONT - 1.5, color=colour)
+    ax.set_xticks(range(len(hz[1])), [f"{value:.1f}" for _, value in hz[1]])
+    ax.set_yticks(range(len(hz[0])), [f"{value:.1f}" for _, value in hz[0]])
+    return image
+
+
+def draw_backbones(rows) -> Figure:
+    """Draw natural frequency and damping over level.
+
+    Parameters
+    ----------
+    rows : list of dict
+        Of each system, level and mode.
+    """
+    figure, modes = sheet(4.4), sorted({r["mode"] for r in rows})
+    axes = figure.subplots(2, len(modes), sharex=True, squeeze=False)
+    for i, mode in enumerate(modes):
+        for name in _names(rows):
+            found = [r for r in rows if (r["system"], r["mode"]) == (name, mode)]
+            style = {"marker": MARKERS[name], "ms": 3.5} | LOOKS[name]
+            level = [r["level_m_s2"] for r in found]
+            axes[0, i].semilogx(level, [r["frequency_hz"] for r in found], **style)
+            axes[1, i].semilogx(level, [100 * r["damping"] for r in found], **style)
+        panel(axes[0, i], f"({chr(97 + i)}) mode {mode}", "", "Natural frequency (Hz)")
+        letter = chr(97 + i + len(modes))
+        panel(axes[1, i], f"({letter}) mode {mode}", "Level (m/s² RMS)", "Damping ratio (%)")
+        axes[1, i].set_ylim(bottom=0)
+        _level_ticks(axes[1, i], level)
+    _legend(figure, _names(rows))
+    return figure
+
+
+def _level_ticks(ax, level):
+    ax.set_xticks(level, [f"{value:g}" for value in level])
+    ax.minorticks_off()
+
+
+def draw_harmonics(rows, gap) -> Figure:
+    """Draw harmonics over amplitude.
+
+    Parameters
+    ----------
+    rows : list of dict
+        Of each system, amplitude and harmonic.
+    gap : float
+        Radial, m.
+    """
+    figure, orders = sheet(2.8), sorted({r["harmonic"] for r in rows})
+    axes = figure.subplots(1, len(orders), sharex=True, sharey=True)
+    for order, ax in zip(orders, axes):
+        for name in _names(rows):
+            found = [r for r in rows if (r["system"], r["harmonic"]) == (name, order)]
+            style = {"marker": MARKERS[name], "ms": 3} | LOOKS[name]
+            ax.loglog([r["amplitude_m_s2"] for r in found], [1e3 * r["displacement_m"] for r in found], **style)
+        ax.axhline(1e3 * gap, color=GREY, lw=0.7)
+        label = "Motion in bushing 2 (mm)" if order == 1 else ""
+        panel(ax, f"({chr(96 + order)}) harmonic {order}", "Amplitude (m/s²)", label)
+    axes[0].set_ylim(bottom=1e-6)
+    _legend(figure, _names(rows))
+    return figure
+
+
+def draw_jumps(rows) -> Figure:
+    """Draw the motion over frequency, up and down.
+
+    Parameters
+    ----------
+    rows : list of dict
+        Of each state of the grease, system, direction and frequency.
+    """
+    states, names = list(dict.fromkeys(r["grease"] for r in rows)), _names(rows)
+    figure = sheet(2.1 * len(states) + 0.5)
+    axes = figure.subplots(len(states), len(names), sharex="row", sharey="row", squeeze=False)
+    for i, state in enumerate(states):
+        for j, name in enumerate(names):
+            ax = axes[i, j]
+            for direction, colour, marker in (("up", BLUE, "o"), ("down", ORANGE, "s")):
+                key = state, name, direction
+                found = [r for r in rows if (r["grease"], r["system"], r["direction"]) == key]
+                fill = {} if direction == "up" else {"mfc": "none"}
+                hz, moves = ([r[column] for r in found] for column in ("frequency_hz", "displacement_m"))
+                ax.plot(hz, 1e3 * np.array(moves), marker=marker, ms=3.5, lw=1, color=colour, label=direction, **fill)
+            letter = chr(97 + i * len(names) + j)
+            label = "Motion in bushing 2 (mm)" if j == 0 else ""
+            panel(ax, f"({letter}) {name}, {state}", "Frequency (Hz)", label)
+            ax.set_ylim(bottom=0)
+    axes[0, 0].legend(fontsize=FONT - 1, frameon=False)
+    return figure
+
+
+def draw_best_linear(approximations, levels, row, node) -> Figure:
+    """Draw best linear approximations with bands of noise and distortion.
+
+    Parameters
+    ----------
+    approximations : dict
+        Of each (system, level).
+    levels : sequence of float
+        To draw, m/s².
+    row, node : int
+        The sensor: its row, and its number.
+    """
+    names = list(dict.fromkeys(name for name, _ in approximations))
+    figure = sheet(0.5 + 1.8 * len(names))
+    axes = figure.subplots(len(names), len(levels), sharex=True, sharey=True, squeeze=False)
+    for i, name in enumerate(names):
+        for j, level in enumerate(levels):
+            ax, found = axes[i, j], approximations[name, level]
+            _bands(ax, found, row, LOOKS[name]["color"])
+            if name != "rig":
+                rig = approximations["rig", level].frf
+                ax.plot(rig.frequency, _decibel(rig.value[row]), color=BLACK, lw=0.8, alpha=0.6)
+            left = f"Sensor {node} (dB re 1)" if j == 0 else ""
+            bottom = "Frequency (Hz)" if i == len(names) - 1 else ""
+            panel(ax, f"({chr(97 + i * len(levels) + j)}) {name}, {level:g} m/s² RMS", bottom, left)
+            ax.set_xscale("log")
+            ax.set_xticks([5, 10, 20, 50, 100, 200], ["5", "10", "20", "50", "100", "200"])
+            ax.minorticks_off()
+    handles = [
+        Line2D([], [], color=GREY, lw=6, alpha=0.9, label="± noise of the mean"),
+        Line2D([], [], color=GREY, lw=6, alpha=0.35, label="± distortion of one realisation"),
+        Line2D([], [], color=GREY, lw=1, ls="--", label="distortion"),
+        Line2D([], [], color=GREY, lw=1, ls=":", label="noise"),
+        Line2D([], [], color=BLACK, lw=0.8, alpha=0.6, label="rig"),
+    ]
+    figure.legend(handles=handles, loc="outside upper center", ncols=5, fontsize=FONT - 1, frameon=False)
+    return figure
+
+
+def _bands(ax, found, row, colour):
+    """Magnitude with its bands, and their levels by themselves."""
+    hz, size = found.frf.frequency, np.abs(found.frf.value[row])
+    noise, distortion = (np.sqrt(_smooth(v[row])) for v in (found.noise_variance, found.distortion_variance))
+    for spread, alpha in ((distortion, 0.3), (noise, 0.7)):
+        low, high = (_decibel(np.maximum(size + s * spread, 0.05 * size)) for s in (-1, 1))
+        ax.fill_between(hz, low, high, color=colour, alpha=alpha, lw=0)
+    ax.plot(hz, _decibel(size), color=colour, lw=0.9)
+    ax.plot(hz, _decibel(distortion), color=colour, lw=0.6, ls="--", alpha=0.8)
+    ax.plot(hz, _decibel(noise), color=colour, lw=0.6, ls=":", alpha=0.8)
+    ax.set_ylim(-70, 40)
+
+
+def _smooth(variance) -> np.ndarray:
+    """Mean over the lines next to each."""
+    return scipy.ndimage.uniform_filter1d(variance, AROUND, mode="nearest")
+
+
+def _decibel(value) -> np.ndarray:
+    return 20 * np.log10(np.maximum(np.abs(value), 1e-12))
