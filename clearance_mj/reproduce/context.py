@@ -11,7 +11,7 @@ from pathlib import Path
 
 from ..correlation import Comparison, compare
 from ..engines import simulate
-from ..errors import ClearanceError
+from ..errors import ClearanceError, RecordError
 from ..frf import FRF, estimate_frf
 from ..identify.laws import get_method
 from ..io.dataset import Dataset, Record
@@ -23,6 +23,7 @@ __all__ = ["DATASET", "Context"]
 DATASET = Path("data/table1_rig")
 METHODS = ("nominal", "constant", "ridge-as-printed", "ridge", "output-error")
 ENGINES = ("links", "modal")
+SENSORS = set(range(1, 9))
 QUICK_METHODS = ("nominal", "ridge-as-printed", "amplitude")
 QUICK_ENGINES = ("modal",)
 
@@ -57,8 +58,23 @@ class Context:
 
     @cached_property
     def dataset(self) -> Dataset:
-        """The test records."""
-        return Dataset.load(self.path)
+        """The test records.
+
+        Raises
+        ------
+        RecordError
+            If the folder is no dataset, or not one of a rig and records as the article has them.
+        """
+        dataset = Dataset.load(self.path)
+        nodes = {s.node for s in dataset.rig.sensors}
+        if len(dataset.rig.bushings) != 2 or nodes != SENSORS:
+            raise RecordError(f"{self.path}: the article's rig has two bushings and sensors 1 to 8; this rig has not")
+        levels = [r.level for r in dataset.validate]
+        if not levels or None in levels or min(map(levels.count, levels)) < 2:
+            raise RecordError(
+                f'{self.path}: needs two records with role "validate" at each level, the second as repeat'
+            )
+        return dataset
 
     @cached_property
     def article(self) -> Article:

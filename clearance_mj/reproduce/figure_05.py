@@ -7,6 +7,7 @@ from dataclasses import replace
 from ..report.figures import rig_drawing
 from ..report.tables import Column, Table
 from .context import Context
+from .models import clearance_of
 from .result import Result
 from .texts import texts
 
@@ -22,18 +23,14 @@ def run(context: Context) -> Result:
         Gives the rig.
     """
     rig = context.dataset.rig
-    inside = {b.position: f"clearance {i}" for i, b in enumerate(rig.bushings, 1)}
-    rows = [{"sensor": s.node, "position_m": s.position, "place": inside.get(s.position, "")} for s in rig.sensors]
-    columns = (Column("Sensor", "", "d"), Column("Distance from the clamp", "m", ".4f"), Column("Place"))
+    rows = [{"sensor": s.node, "position_m": s.position, "clearance": clearance_of(rig, s)} for s in rig.sensors]
+    columns = (Column("Sensor", "", "d"), Column("Distance from the clamp", "m", ".4f"), Column("Clearance", "", "d"))
+    within = ", ".join(str(row["sensor"]) for row in rows if row["clearance"])
     return Result(
         **texts("figure_05"),
         method="Drawn from the dataset's rig.toml: to scale along the shaft; across it, and the gaps, drawn wide.",
-        shows=f"{len(rows)} accelerometers; those at the clearances: {_at(rows)}.",
+        shows=f"{len(rows)} accelerometers; at the clearances: {within or 'none'}.",
         drawings=(replace(rig_drawing(rig), name="figure_05"),),
         data={"figure_05": rows},
         tables=(Table("sensors", "Sensors of the rig", columns, tuple(tuple(row.values()) for row in rows)),),
     )
-
-
-def _at(rows) -> str:
-    return ", ".join(str(row["sensor"]) for row in rows if row["place"]) or "none"

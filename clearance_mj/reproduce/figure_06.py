@@ -24,8 +24,8 @@ def run(context: Context) -> Result:
     rig = context.dataset.rig
     middle, near = 0.5 * rig.beam.length, rig.bushings[0].position if rig.bushings else 0.5 * rig.beam.length
     views = {
-        "(a) the whole rig": View((middle, 0.0, 0.0), 0.42 * rig.beam.length, 90.0, -12.0, (1500, 240)),
-        "(b) clearance 1": View((near, 0.0, 0.0), 0.055, 75.0, -4.0, (1500, 560)),
+        "(a) the whole rig": View((middle, 0.0, 0.0), 1.12 * rig.beam.length, 90.0, -20.0, 8.0, 0.008, (1500, 220)),
+        "(b) clearance 1": View((near, 0.0, 0.0), 0.12, 70.0, 0.0, 15.0, 0.001, (1500, 560)),
     }
     context.stage("rendering")
     images, reason = render(mjcf(rig)["links"], tuple(views.values()))
@@ -34,12 +34,10 @@ def run(context: Context) -> Result:
         | {"elevation_deg": v.elevation}
         for title, v in views.items()
     ]
-    shows = (
-        f"Not rendered: {reason}" if reason else "The chain of links, the bushings’ halves (brown), sensors and boss."
-    )
+    shows = f"Not rendered: {reason}" if reason else "The chain of links, the bushings’ halves, and in (a) the sensors."
     return Result(
         **texts("figure_06"),
-        method="The rig's MJCF, rendered off screen by MuJoCo. Without a GL backend the page says why there is no figure.",
+        method="The rig's MJCF, rendered off screen by MuJoCo. Without a GL backend there is no figure, but a reason.",
         shows=shows,
         drawings=() if reason else (_drawing(dict(zip(views, images))),),
         data={"figure_06": rows},

@@ -6,6 +6,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from ..rig import Rig, Sensor
 from ..study import Case
 from .context import Context
 from .style import BLACK, BLUE, GREEN, GREY, ORANGE, SKY, VERMILION
@@ -16,6 +17,7 @@ __all__ = [
     "REPEAT",
     "TEST",
     "Model",
+    "clearance_of",
     "knows",
     "look",
     "main_cases",
@@ -106,8 +108,22 @@ def main_cases(context: Context, level: float) -> list[Case]:
     return [case for case in context.cases(level) if case.engine == context.engines[0]]
 
 
+def clearance_of(rig: Rig, sensor: Sensor) -> int | None:
+    """Return the number, from 1, of the clearance in which a sensor sits.
+
+    Parameters
+    ----------
+    rig : Rig
+        The rig.
+    sensor : Sensor
+        One of its sensors.
+    """
+    within = (i for i, b in enumerate(rig.bushings, 1) if b.ends[0] <= sensor.position <= b.ends[1])
+    return next(within, None)
+
+
 def place(context: Context, row: int) -> str:
-    """Return a sensor in words: its number, and the bushing it sits in or its position.
+    """Return a sensor in words: its number, and the clearance it sits in or its position.
 
     Parameters
     ----------
@@ -118,10 +134,8 @@ def place(context: Context, row: int) -> str:
     """
     rig = context.dataset.rig
     sensor = rig.sensors[row]
-    for i, bushing in enumerate(rig.bushings, 1):
-        if bushing.ends[0] <= sensor.position <= bushing.ends[1]:
-            return f"sensor {sensor.node}, clearance {i}"
-    return f"sensor {sensor.node}, {sensor.position:g} m"
+    clearance = clearance_of(rig, sensor)
+    return f"sensor {sensor.node}, " + (f"clearance {clearance}" if clearance else f"{sensor.position:g} m")
 
 
 def test_words(context: Context, level: float) -> str:

@@ -69,9 +69,8 @@ def _decibel(value) -> np.ndarray:
 
 def _errors(context, level, rows) -> list[dict]:
     """RMSE in dB of every model, and of the test's repeat, at the sensors: whole band, modes 1-2, modes 3-4."""
-    test, *others = (context.tests[r.name] for r in context.records(level))
-    runs = [(case.law, case.engine, case.frf) for case in context.cases(level)]
-    runs += [("repeat", "rig", other) for other in others[:1]]
+    test, repeat = (context.tests[r.name] for r in context.records(level)[:2])
+    runs = [(case.law, case.engine, case.frf) for case in context.cases(level)] + [("repeat", "rig", repeat)]
     bands = {"": test.frequency > 0, "_below_65_hz": test.frequency < SPLIT, "_above_65_hz": test.frequency >= SPLIT}
     table = []
     for law, engine, frf in runs:
@@ -83,8 +82,7 @@ def _errors(context, level, rows) -> list[dict]:
 
 
 def _spectra(context, level, rows) -> list[dict]:
-    names = [r.name for r in context.records(level)][:2]
-    frf = dict(zip(("test_db", "repeat_db"), (context.tests[name] for name in names)))
+    frf = dict(zip(("test_db", "repeat_db"), (context.tests[r.name] for r in context.records(level)[:2])))
     frf |= {f"{case.law} {case.engine}_db": case.frf for case in context.cases(level)}
     frequency = frf["test_db"].frequency
     levels = {name: _decibel(value.value[rows]) for name, value in frf.items()}
@@ -100,11 +98,10 @@ def _draw(context, level, rows, columns) -> Figure:
     lines = -(-len(rows) // columns)
     figure = sheet(0.5 + (2.6 if columns == 1 else 1.9) * lines)
     axes = figure.subplots(lines, columns, sharex=True, squeeze=False)
-    test, *others = (context.tests[r.name] for r in context.records(level))
+    test, repeat = (context.tests[r.name] for r in context.records(level)[:2])
     for i, (ax, row) in enumerate(zip(axes.flat, rows)):
         ax.plot(test.frequency, _decibel(test.value[row]), **TEST)
-        for other in others[:1]:
-            ax.plot(other.frequency, _decibel(other.value[row]), **REPEAT)
+        ax.plot(repeat.frequency, _decibel(repeat.value[row]), **REPEAT)
         for case in main_cases(context, level):
             model = MODELS[case.law]
             ax.plot(test.frequency, _decibel(case.frf.value[row]), label=model.label, **model.line)

@@ -1,5 +1,6 @@
-"""Pictures of a model by MuJoCo, in a process of its own: the GL backend is chosen when MuJoCo is loaded, and one that is
-broken may take its process with it.
+"""Pictures of a model by MuJoCo, made in a process of its own.
+
+A GL backend is chosen when MuJoCo is loaded, and a broken one may take its process with it.
 """
 
 from __future__ import annotations
@@ -33,6 +34,10 @@ class View:
     """degrees"""
     elevation: float
     """degrees"""
+    opening: float
+    """vertical field of view, degrees"""
+    sensor: float
+    """radius of the sensors, m; less than the shaft's hides them"""
     size: tuple[int, int]
     """width and height, pixels"""
 
@@ -60,10 +65,9 @@ def render(mjcf: str, views: Sequence[View]) -> tuple[list[np.ndarray], str]:
         job, pictures = Path(folder) / "job.json", Path(folder) / "pictures.npz"
         job.write_text(json.dumps({"mjcf": mjcf, "views": [dataclasses.asdict(view) for view in views]}))
         command = [sys.executable, "-m", __name__, job, pictures]
+        options = {"env": environment, "capture_output": True, "text": True, "timeout": TIMEOUT}
         try:
-            done = subprocess.run(
-                command, env=environment, capture_output=True, text=True, timeout=TIMEOUT, check=False
-            )
+            done = subprocess.run(command, check=False, **options)
         except subprocess.TimeoutExpired:
             return [], f"MuJoCo's GL backend ({backend or 'default'}) did not answer within {TIMEOUT} s"
         if not pictures.exists():
@@ -85,6 +89,7 @@ def _main(job, pictures):
     data, images = mujoco.MjData(model), []
     mujoco.mj_forward(model, data)
     for view in work["views"]:
+        model.vis.global_.fovy, model.site_size[:, 0] = view["opening"], view["sensor"]
         camera = mujoco.MjvCamera()
         camera.lookat, camera.distance = view["look_at"], view["distance"]
         camera.azimuth, camera.elevation = view["azimuth"], view["elevation"]
@@ -95,7 +100,7 @@ def _main(job, pictures):
 
 
 def _lit(spec):
-    """A model before a white sky, in more light, with sensors that stand out of the shaft."""
+    """A model before a white sky and in more light."""
     import mujoco
 
     white = {"rgb1": [1, 1, 1], "rgb2": [1, 1, 1], "width": 8, "height": 48}
@@ -103,8 +108,6 @@ def _lit(spec):
     spec.add_texture(name="sky", type=sky, builtin=flat, **white)
     spec.visual.headlight.ambient = [0.45, 0.45, 0.45]
     spec.visual.headlight.diffuse = [0.6, 0.6, 0.6]
-    for site in spec.sites:
-        site.size = [0.007, 0, 0]
     return spec
 
 

@@ -96,7 +96,7 @@ def _compute(name, context, out, digest) -> dict:
     context.stage("drawing")
     images = _draw(result)
     files = _write(name, result, images, out)
-    hashes = {file: hashlib.sha256((out / file).read_bytes()).hexdigest() for file in files}
+    hashes = {file: _hash(out / file) for file in files}
     record = {"name": name, "title": result.title, "inputs": digest, "files": hashes}
     with replacing(out / f"{name}.json") as temporary:
         temporary.write_text(to_json(record | {"section": section(result, images)}), encoding="utf-8")
@@ -127,8 +127,12 @@ def _kept(out, name, digest) -> dict | None:
     if not path.exists():
         return None
     record = json.loads(path.read_text(encoding="utf-8"))
-    whole = all((out / file).exists() for file in record["files"])
+    whole = all((out / file).exists() and _hash(out / file) == known for file, known in record["files"].items())
     return record if whole and record["inputs"] == digest else None
+
+
+def _hash(path) -> str:
+    return hashlib.sha256(path.read_bytes()).hexdigest()
 
 
 def _write_index(out, quick, digest):
