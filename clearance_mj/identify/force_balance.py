@@ -25,6 +25,7 @@ from ..clearance.law import AmplitudeLaw, ConstantLaw, TimeLaw
 from ..errors import RecordError
 from ..io.dataset import Dataset, Record
 from ..rig import Grease, Rig
+from .channels import check_channel
 from .oscillator import CORRECTIONS, DAMPINGS
 from .wavelet import scalogram
 
@@ -54,8 +55,6 @@ NOISE = 0.01
 QUIETEST = 1e-4
 """of a channel's RMS: no channel is taken to be quieter"""
 REWEIGHTINGS = 4
-CLIPPED = 4
-"""consecutive samples at the extreme of a channel that count as clipping"""
 MODEL_ERROR = 0.03
 """share of the force's local RMS that a regression takes for error of its model, besides the noise"""
 LOCAL = 0.5
@@ -268,18 +267,8 @@ def _measured(record: Record) -> np.ndarray:
     labels += [f"probe at bushings[{j}]" for j in range(response.displacement.shape[1])] + ["excitation"]
     measured = np.column_stack((response.acceleration, response.displacement, response.excitation))
     for label, signal in zip(labels, measured.T, strict=True):
-        _check_channel(f"{where}: {label}", signal, response.fs)
+        check_channel(f"{where}: {label}", signal, response.fs)
     return measured
-
-
-def _check_channel(where, signal, fs):
-    peak = np.abs(signal).max()
-    if np.ptp(signal) <= 1e-12 * peak or peak == 0:
-        raise RecordError(f"{where} is constant ({signal[0]:g}); is the sensor connected?")
-    extreme = np.abs(signal) >= peak * (1 - 1e-9)
-    run = np.convolve(extreme, np.ones(CLIPPED), "valid") == CLIPPED
-    if run.any():
-        raise RecordError(f"{where} is clipped at {peak:g} from {np.argmax(run) / fs:g} s on; use a larger range")
 
 
 def _flanks(n, fs):

@@ -9,6 +9,7 @@ import pywt
 import scipy.signal
 
 from ..errors import RecordError
+from .channels import check_channel
 
 __all__ = ["Ridge", "Scalogram", "ridge", "ridges", "scalogram", "shortest", "skeleton"]
 
@@ -21,7 +22,6 @@ RISE = 0.5  # of ln(amplitude) across an impact; a free decay never rises
 SCATTER = 0.2  # of the instantaneous frequency, in widths of the wavelet; 0.3 to 0.5 in noise
 STIFFNESS = 0.5  # of the ridge: price of a change of frequency by one width within σ_t, in ln(power)
 GRID = 64  # points of PyWavelets' tabulated wavelet for each sample at the largest scale
-CLIPPED = 3  # equal extreme samples in a row, and as many such rows, are a clipped signal
 
 
 @dataclass(frozen=True, eq=False)
@@ -224,27 +224,14 @@ def _checked(signal, fs, band, omega0) -> np.ndarray:
         raise RecordError(f"band must be two rising frequencies above 0 and up to fs / 2 = {fs / 2:g} Hz, got {band!r}")
     if not 4 <= omega0 < np.inf:
         raise RecordError(f"omega0 must be >= 4 rad for a wavelet without a mean, got {omega0!r}")
-    finite = np.isfinite(signal)
-    if not finite.all():
-        raise RecordError(f"sample {int(np.argmin(finite))} of the signal is not finite")
-    if np.ptp(signal) <= 1e-12 * np.abs(signal).max():
-        raise RecordError(f"the signal is constant at {signal[0]:g}")
+    check_channel("the signal", signal, fs)
     needed = shortest(band[0], omega0)
     if signal.size / fs < needed:
         raise RecordError(
             f"the record lasts {signal.size / fs:g} s; the wavelet (omega0 = {omega0:g}) needs {needed:.3g} s "
             f"at {band[0]:g} Hz"
         )
-    for level in (signal.max(), signal.min()):
-        if level and _plateaus(signal == level) >= CLIPPED:
-            raise RecordError(f"the signal is clipped at {level:g}: {CLIPPED} or more equal samples at its peaks")
     return signal
-
-
-def _plateaus(extreme) -> int:
-    """Count the runs of CLIPPED or more samples."""
-    edges = np.flatnonzero(np.diff(np.concatenate(([False], extreme, [False]))))
-    return int(np.sum(edges[1::2] - edges[::2] >= CLIPPED))
 
 
 def _scales(fs, band, omega0) -> np.ndarray:

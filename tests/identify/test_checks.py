@@ -11,7 +11,8 @@ from clearance_mj.clearance import ConstantLaw
 from clearance_mj.engines import simulate
 from clearance_mj.errors import RecordError
 from clearance_mj.excitation import random
-from clearance_mj.identify.checks import IdentifiabilityWarning, check_channel, check_records, warn_of_no_ridge
+from clearance_mj.identify.channels import check_channel
+from clearance_mj.identify.checks import IdentifiabilityWarning, check_records, warn_of_no_ridge
 from clearance_mj.io.dataset import Dataset, Record
 from clearance_mj.io.uff import Channel
 

@@ -128,10 +128,10 @@ def noisy(signal, index, value):
 @pytest.mark.parametrize(
     ("signal", "message"),
     [
-        (noisy(decay(), 17, np.nan), "sample 17 of the signal is not finite"),
-        (np.full(8192, 2.5), "the signal is constant at 2.5"),
+        (noisy(decay(), 17, np.nan), "the signal is not a finite number at "),
+        (np.full(8192, 2.5), r"the signal is constant \(2\.5\)"),
         (decay()[:150], r"the record lasts 0.0732\d+ s; .* needs 0.159 s at 50 Hz"),
-        (np.clip(decay(), -0.7, 0.7), r"the signal is clipped at 0.7: 3 or more equal samples"),
+        (np.clip(decay(), -0.7, 0.7), r"the signal is clipped at 0\.7 from"),
         (np.clip(decay(), -0.7, 9), r"the signal is clipped at -0.7"),
         (np.random.default_rng(1).standard_normal(8192), "no ridge above the noise between 50 and 110 Hz"),
         (np.zeros((3, 100)), r"one row of samples, got shape \(3, 100\)"),
