@@ -138,8 +138,7 @@ def _about(study, pictures) -> str:
                 "saw a record that it is judged by."
             ),
             html.details("records", "Records in detail", html.table(tables.record_table(study))),
-            "<h3>Engines</h3>\n",
-            html.table(tables.engine_table(study)),
+            html.details("engines", "Engines and their time steps", html.table(tables.engine_table(study))),
             html.paragraph(escape(_versions())),
         )
     )

@@ -175,7 +175,7 @@ def _interval_cell(interval, form) -> str:
     text = _number(interval.value, form)
     if math.isfinite(interval.low):
         low, high = (_number(x, form) for x in (interval.low, interval.high))
-        text += f'<span class="interval">{low} to {high}</span>'
+        text += f'<span class="interval">{low}{"–" if interval.low >= 0 else " to "}{high}</span>'
     return f'<td class="number" data-value="{interval.value!r}">{text}</td>'
 
 
@@ -216,7 +216,7 @@ _CSS = """
 @media (prefers-color-scheme: dark) {
   :root { --ink: #e4e7ea; --soft: #a3acb6; --line: #3d444d; --paper: #16191d; --tint: #20252b; --link: #7db8f0; } }
 * { box-sizing: border-box; }
-body { margin: 0 auto; padding: 1.5rem 1.2rem 4rem; max-width: 62rem; background: var(--paper); color: var(--ink);
+body { margin: 0 auto; padding: 1.5rem 1.2rem 4rem; max-width: 68rem; background: var(--paper); color: var(--ink);
   font: 16px/1.55 system-ui, "Segoe UI", "Helvetica Neue", Arial, sans-serif; }
 h1 { font-size: 1.7rem; line-height: 1.2; margin: 0 0 .6rem; }
 h2 { font-size: 1.3rem; margin: 2.6rem 0 .6rem; padding-top: .6rem; border-top: 2px solid var(--line); }
@@ -241,7 +241,7 @@ th, td { padding: .18rem .55rem; text-align: left; border-bottom: 1px solid var(
 .interval { display: block; color: var(--soft); font-size: .85em; line-height: 1.1; white-space: nowrap; }
 thead th { border-bottom: 1.5px solid var(--soft); }
 thead th[scope=colgroup] { text-align: center; border-left: 1px solid var(--line); }
-tbody th { font-weight: normal; white-space: nowrap; }
+tbody th { font-weight: normal; }
 tbody tr.break > * { border-top: 2px solid var(--soft); }
 tbody tr:hover { background: var(--tint); }
 th[data-column] { cursor: pointer; }

@@ -82,7 +82,7 @@ MEASURES = (
 OVERALL = (
     *MEASURES,
     Measure("relative_error", "frequency error", "", ".2%", 0.0, ""),
-    Measure("mac", "MAC", "", ".5f", 1.0, ""),
+    Measure("mac", "MAC", "", ".4f", 1.0, ""),
 )
 """Of all sensors, and of the modes"""
 
@@ -417,7 +417,7 @@ def mode_table(study: Study, level: float, article: Article | None = None) -> Ta
     columns = [Column("Rig"), Column("Model")]
     for mode in modes:
         group = f"Mode {mode}"
-        columns += [Column("f", "Hz", ".2f", group), Column("RE", "%", ".2f", group), Column("MAC", "", ".4f", group)]
+        columns += [Column("f", "Hz", ".2f", group), Column("RE", "%", ".2f", group), Column("MAC", "", ".3f", group)]
     body = _article_modes(article, modes) if article else []
     # Every row holds the test's modes.
     body.append(("this rig", "test", *sum(((rows[shown[0]][f"mode_{m}_test_hz"], None, None) for m in modes), ())))
@@ -555,12 +555,13 @@ def improvement_table(study: Study, level: float, article: Article | None = None
     article : Article, optional
         Its numbers go in front.
     """
-    rows, base = improvement_rows(study, article), _base_law(study)
-    laws = list(dict.fromkeys(r["law"] for r in rows if r["level"] in (level, "")))
+    rows, base, names = improvement_rows(study, article), _base_law(study), [k.name for k in study.laws]
+    lesser = names[: names.index(base)]
+    laws = list(dict.fromkeys(r["law"] for r in rows if r["level"] in (level, "") and r["law"] not in lesser))
     columns = [Column("Quantity")]
     for law in laws:
         group = "article" if law.startswith("article") else f"this rig, over {base}"
-        columns.append(Column(law.removeprefix("article updated, "), "%", "+.2f", group))
+        columns.append(Column(law.removeprefix("article updated, "), "%", "+.1f", group))
     cells = {(r["law"], r["quantity"]): _change(r) for r in rows if r["level"] in (level, "")}
     body = tuple((quantity, *(cells.get((law, quantity)) for law in laws)) for quantity in _IMPROVED)
     caption = (
