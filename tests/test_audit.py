@@ -152,6 +152,8 @@ def verdict_of(claims, text, where):
         (lambda f: (f / TABLE4).unlink(), "table4_120kmh.csv: the article's table is not there"),
         (lambda f: change(f / TABLE5, "yaw_velocity_peak", "mpc", "fast"), "mpc of yaw_velocity_peak is 'fast', not"),
         (lambda f: change(f / TABLE5, "yaw_velocity_peak", "mpc", "0"), "mpc of yaw_velocity_peak is 0; changes need"),
+        (lambda f: change(f / TABLE5, "yaw_velocity_peak", "mpc", "1e30"), "is 1e30; changes need sizes from 1e-6 to"),
+        (lambda f: (f / "table2_frf_errors.csv").write_text("sensor\nmean\n"), "has no row of a sensor"),
         (lambda f: (f / TABLE5).write_text("quantity,mpc\na,1\n"), "has 1 rows, 2 are needed"),
         (lambda f: (f / TABLE4).write_bytes(b"\xff\xfe"), "table4_120kmh.csv: cannot be read as a table"),
         (lambda f: (f / "table3_72kmh.csv").write_text("quantity,smc\n"), "has no smc of lateral_position_error_peak"),
