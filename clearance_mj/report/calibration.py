@@ -72,6 +72,7 @@ def _frequencies(part, found, target):
     error.axhline(0, color=TEST, lw=0.8, label="test ± std")
     error.set_yscale("symlog", linthresh=0.1)
     error.yaxis.set_major_formatter("{x:g}")
+    error.margins(y=0.15)
     _tidy(error, "natural frequencies", "Model over test - 1 (%)", "Mode (number)")
     part.legend(*error.get_legend_handles_labels(), fontsize=FONT - 1, frameon=False, loc="outside upper left", ncols=3)
     error.set_xticks(target.mode)
@@ -80,6 +81,7 @@ def _frequencies(part, found, target):
         return
     _tidy(shapes, "mode shapes", "1 - MAC with the test (1)", "Mode (number)")
     shapes.set_xticks(target.mode)
+    shapes.yaxis.set_minor_formatter(NullFormatter())
 
 
 def _table(ax, found, target):

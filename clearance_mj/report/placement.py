@@ -1,0 +1,106 @@
+"""Figure of a sensor layout: the shaft with its mode shapes, what each sensor carries, what its loss costs."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from matplotlib.figure import Figure
+from matplotlib.patches import Rectangle
+
+from ..beam import mode_shapes
+from ..placement import Candidates, Placement
+from ..rig import Rig
+from .figures import FONT, REPEAT, TEST, WIDTH, Drawing, _tidy
+
+__all__ = ["draw"]
+
+MODES = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9")
+STYLES = ("-", "--", "-.", ":", (0, (5, 1, 1, 1, 1, 1)), (0, (1, 2.5)))
+MOST_GROWTH = 10.0
+"""of a standard deviation that is drawn"""
+
+
+def draw(rig: Rig, places: Candidates, found: Placement, modes: Sequence[int]) -> Drawing:
+    """Draw a layout.
+
+    Parameters
+    ----------
+    rig : Rig
+        The rig.
+    places : Candidates
+        Where sensors might have sat.
+    found : Placement
+        The layout.
+    modes : sequence of int
+        Numbers of the modes that are wanted.
+    """
+    figure = Figure(figsize=(WIDTH, 5.6), layout="constrained", facecolor="white")
+    grid = figure.add_gridspec(2, 2, height_ratios=(1.25, 1))
+    _shaft(figure.add_subplot(grid[0, :]), rig, places, found, modes)
+    _carried(figure.add_subplot(grid[1, 0]), found)
+    _lost(figure.add_subplot(grid[1, 1]), found, modes)
+    caption = (
+        f"{len(found.chosen)} sensors (numbered) for modes {', '.join(map(str, modes))} of rig “{rig.name}”; ticks: "
+        "candidates; grey: bushings. Below: the share of the information that goes with each sensor, and how many "
+        "times the least standard deviation of each mode grows without it."
+    )
+    return Drawing("placement", figure, caption, f"Layout of {len(found.chosen)} sensors along the shaft.")
+
+
+def _shaft(ax, rig, places, found, modes):
+    length = rig.beam.length
+    for bushing in rig.bushings:
+        ax.add_patch(Rectangle((bushing.ends[0], -1.25), bushing.length, 2.5, facecolor="#dddddd", edgecolor="none"))
+    ax.add_patch(
+        Rectangle((-0.02 * length, -1.25), 0.02 * length, 2.5, facecolor="#eeeeee", edgecolor="#444444", hatch="////")
+    )
+    ax.axhline(0, color="#444444", lw=3, alpha=0.4)
+    x = np.linspace(0, length, 401)
+    shapes = mode_shapes(rig, x, max(modes))[:, np.array(modes) - 1]
+    for i, shape in enumerate(shapes.T):
+        look = {"color": MODES[i % 6], "ls": STYLES[i % 6], "lw": 1.2, "label": f"mode {modes[i]}"}
+        ax.plot(x, shape / np.max(np.abs(shape)), **look)
+    ax.plot(places.position, np.full(places.position.size, -1.32), "|", color=REPEAT, ms=6, label="candidates")
+    box = {"boxstyle": "square,pad=0.2", "facecolor": "white", "edgecolor": TEST, "linewidth": 0.8}
+    row, previous, top = 0, -np.inf, 1.75
+    for number, position in enumerate(found.position, 1):
+        row = (row + 1) % 2 if position - previous < 0.035 * length else 0
+        previous, height = position, 1.35 + 0.3 * row
+        top = max(top, height + 0.4)
+        ax.plot([position] * 2, [0, height], color=TEST, lw=0.7, zorder=1)
+        ax.plot(position, 0, "o", color=TEST, ms=4)
+        ax.text(position, height, f"{number}", ha="center", va="bottom", fontsize=FONT - 1, bbox=box)
+    _tidy(ax, "", "Mode shape over its largest (1)", "Distance from the clamp (m)")
+    ax.set_xlim(-0.02 * length, 1.02 * length)
+    ax.set_ylim(-1.45, top)
+    ax.set_yticks([-1, 0, 1])
+    ax.legend(fontsize=FONT - 1, frameon=False, ncols=len(modes) + 1, loc="lower center", bbox_to_anchor=(0.5, 1.0))
+
+
+def _labels(found) -> list[str]:
+    return [f"{i}\n{x:.3g}" for i, x in enumerate(found.position, 1)]
+
+
+def _carried(ax, found):
+    places = np.arange(len(found.chosen))
+    ax.bar(places - 0.2, found.contribution, 0.4, color="#0072b2", label="contribution E")
+    ax.bar(places + 0.2, found.determinant_after_loss, 0.4, color="#e69f00", hatch="///", edgecolor="white",
+           label="determinant left without it")  # fmt: skip
+    _tidy(ax, "what each sensor carries", "Share (1)", "Sensor, position (m)")
+    ax.set_xticks(places, _labels(found), fontsize=FONT - 1)
+    ax.set_ylim(0, 1.32)
+    ax.legend(fontsize=FONT - 1, frameon=False, loc="upper left", ncols=2)
+
+
+def _lost(ax, found, modes):
+    growth = np.minimum(found.std_growth, MOST_GROWTH).T
+    image = ax.imshow(growth, cmap="viridis_r", aspect="auto", vmin=1, vmax=max(2.0, growth.max()))
+    for (i, j), value in np.ndenumerate(growth):
+        words = f"{value:.2f}" if value < MOST_GROWTH else f"> {MOST_GROWTH:g}"
+        dark = image.norm(value) > 0.5
+        ax.text(j, i, words, ha="center", va="center", fontsize=FONT - 1, color="white" if dark else "black")
+    _tidy(ax, "standard deviation without it, over that with it (1)", "Mode (number)", "Sensor, position (m)")
+    ax.grid(False)
+    ax.set_xticks(np.arange(len(found.chosen)), _labels(found), fontsize=FONT - 1)
+    ax.set_yticks(np.arange(len(modes)), [str(mode) for mode in modes])
