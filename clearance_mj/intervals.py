@@ -30,6 +30,8 @@ class Interval:
     value: float
     low: float = math.nan
     high: float = math.nan
+    doubtful: bool = False
+    """whether a test refuses what the interval assumes"""
 
 
 @dataclass(frozen=True)
@@ -65,7 +67,9 @@ def over_seeds(errors: Mapping[float, Sequence[float]], confidence: float = CONF
     Returns
     -------
     Pooled
-        Values are arithmetic means. Without a level that has two seeds there are no intervals.
+        Values are arithmetic means. Without a level that has two seeds there are no intervals. Where Cochran's test
+        refuses one scatter for all levels, intervals are doubtful: too narrow at the level that scatters most, too
+        wide at the others.
 
     Notes
     -----
@@ -83,6 +87,7 @@ def over_seeds(errors: Mapping[float, Sequence[float]], confidence: float = CONF
         return Pooled(means, math.nan, 0, math.nan, math.nan)
     variance = sum(np.sum((x - x.mean()) ** 2) for x in repeated) / freedom
     t = _quantile(confidence, freedom)
+    cochran, limit = _cochran(repeated)
     means = {}
     for (level, values), x in zip(found.items(), logarithms):
         if not x.size:
@@ -90,8 +95,9 @@ def over_seeds(errors: Mapping[float, Sequence[float]], confidence: float = CONF
             continue
         middle = x.mean() + variance / 2
         half = t * math.sqrt(variance / x.size + variance**2 / (2 * freedom))
-        means[level] = Interval(_mean(values), float(np.exp(middle - half)), float(np.exp(middle + half)))
-    return Pooled(means, math.sqrt(variance), freedom, *_cochran(repeated))
+        limits = (float(np.exp(middle + side)) for side in (-half, half))
+        means[level] = Interval(_mean(values), *limits, doubtful=cochran > limit)
+    return Pooled(means, math.sqrt(variance), freedom, cochran, limit)
 
 
 def _finite(values) -> np.ndarray:

@@ -48,7 +48,8 @@ def pooled(by_level: Mapping[float, Sequence[Mapping[str, float]]], key: str) ->
 
 
 def mean_rows(by_level: Mapping[float, Sequence[Mapping[str, float]]]) -> dict[float, dict[str, float]]:
-    """Means over the seeds of each level; errors and criteria with ``_low`` and ``_high``, their 95 % interval.
+    """Means over the seeds of each level; errors and criteria with ``_low`` and ``_high``, their 95 % interval,
+    and ``_doubtful`` where Cochran's test refuses what it assumes.
 
     Parameters
     ----------
@@ -99,6 +100,7 @@ def _rows(means, intervals: Callable) -> dict[float, dict[str, float]]:
                 is_error = PERFECT[_measure(key)] == 0
                 limits = (error.low, error.high) if is_error else (1 - error.high, 1 - error.low)
                 row[f"{key}_low"], row[f"{key}_high"] = limits
+                row[f"{key}_doubtful"] = error.doubtful
     return rows
 
 
@@ -121,4 +123,4 @@ def interval_of(row: Mapping[str, float], key: str) -> Interval:
     key : str
         Which measure.
     """
-    return Interval(row[key], row[f"{key}_low"], row[f"{key}_high"])
+    return Interval(row[key], *(row[f"{key}_{part}"] for part in ("low", "high", "doubtful")))

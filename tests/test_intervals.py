@@ -60,6 +60,12 @@ def test_cochran_refuses_equal_scatter_5_times_in_100_and_sees_one_level_that_sc
     assert np.mean([refused([0.1, 0.1, 0.1, 0.1, 10.0]) for _ in range(200)]) > 0.9
 
 
+def test_intervals_are_doubtful_where_one_level_scatters_far_more():
+    even = {level: [1.0, 1.1] for level in LEVELS}
+    assert not any(i.doubtful for i in over_seeds(even).means.values())
+    assert all(i.doubtful for i in over_seeds(even | {8.0: [1.0, 50.0]}).means.values())
+
+
 def test_a_lost_value_and_a_single_seed_are_borne():
     found = over_seeds({1.0: [1.0, 2.0], 2.0: [math.nan, 3.0], 4.0: [math.nan, math.nan]})
     assert found.means[2.0].value == 3 and found.means[2.0].low < 3 < found.means[2.0].high

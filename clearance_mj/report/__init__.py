@@ -183,8 +183,9 @@ def _interval_words(study) -> str:
     return (
         "Intervals (95 %) pool the scatter from seed to seed of the logarithm of an error (RMSE, MRE, frequency error, "
         f"1 − FRAC and so on) over the levels of a law on an engine: {freedom} degrees of freedom. They rest on the "
-        f"assumption that it is the same at every level, which Cochran’s test at 5 % refuses in {uneven} of "
-        f"{len(tested)} cases (<code>tables/seed_scatter.csv</code>); <code>tables/seeds.csv</code> has each record. "
+        f"assumption that it is the same at every level. Cochran’s test at 5 % refuses it in {uneven} of {len(tested)} "
+        "cases (*; <code>tables/seed_scatter.csv</code>): there, intervals are too narrow at the level that scatters "
+        "most and too wide at the others. <code>tables/seeds.csv</code> has each record. "
         "The repeat floor has one value a level: its intervals are the scatter about a power law of the level, and "
         "wide, as they take what is not a power law for scatter."
     )

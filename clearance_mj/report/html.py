@@ -175,7 +175,8 @@ def _interval_cell(interval, form) -> str:
     text = _number(interval.value, form)
     if math.isfinite(interval.low):
         low, high = (_number(x, form) for x in (interval.low, interval.high))
-        text += f'<span class="interval">{low}{"–" if interval.low >= 0 else " to "}{high}</span>'
+        between, mark = " to " if "+" in form else "–", "*" if interval.doubtful else ""
+        text += f'<span class="interval">{low}{between}{high}{mark}</span>'
     return f'<td class="number" data-value="{interval.value!r}">{text}</td>'
 
 
@@ -236,7 +237,7 @@ figcaption { margin-top: .35rem; max-width: 50rem; }
 .beside { display: flex; flex-wrap: wrap; gap: 0 2rem; align-items: flex-start; }
 table { border-collapse: collapse; font-size: .86rem; font-variant-numeric: tabular-nums; }
 caption { text-align: left; padding: 0 0 .35rem; }
-th, td { padding: .18rem .55rem; text-align: left; border-bottom: 1px solid var(--line); vertical-align: bottom; }
+th, td { padding: .18rem .4rem; text-align: left; border-bottom: 1px solid var(--line); vertical-align: bottom; }
 .number { text-align: right; }
 .interval { display: block; color: var(--soft); font-size: .85em; line-height: 1.1; white-space: nowrap; }
 thead th { border-bottom: 1.5px solid var(--soft); }

@@ -425,7 +425,7 @@ def mode_table(study: Study, level: float, article: Article | None = None) -> Ta
         cells = []
         for mode in (f"mode_{m}" for m in modes):
             error, mac = (seeds.interval_of(rows[key], f"{mode}_{name}") for name in ("relative_error", "mac"))
-            percent = Interval(*(100 * x for x in (error.value, error.low, error.high)))
+            percent = Interval(*(100 * x for x in (error.value, error.low, error.high)), error.doubtful)
             cells += [rows[key][f"{mode}_model_hz"], percent, mac]
         body.append(("this rig", key[0], *cells))
     caption = (
@@ -464,9 +464,12 @@ def sensor_tables(study: Study, level: float, article: Article | None = None) ->
     return [_sensor_table(study, level, measure, rows | means, article) for measure in in_articles_order]
 
 
+_ENDS = ("", "_low", "_high", "_doubtful")
+
+
 def _as_sensor(row) -> dict:
     """A row of the study with the means of the sensors' own CSAC and CSF in the place of those over all sensors."""
-    swapped = {f"{m}{end}": row[f"{m}_per_sensor{end}"] for m in ("csac", "csf") for end in ("", "_low", "_high")}
+    swapped = {f"{m}{end}": row[f"{m}_per_sensor{end}"] for m in ("csac", "csf") for end in _ENDS}
     return row | swapped
 
 

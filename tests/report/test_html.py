@@ -30,9 +30,9 @@ def test_a_cell_is_a_number_a_dash_for_nan_and_empty_for_none():
 
 def test_an_interval_stands_below_its_value_which_sorts_the_column():
     shown = Table("t", "c", (Column("Law"), Column("FRAC", "", ".2f")), (("a", Interval(0.5, 0.4, 0.75)),))
-    assert '<td class="number" data-value="0.5">0.50<span class="interval">0.40–0.75</span></td>' in html.table(
-        shown
-    )
+    assert '<td class="number" data-value="0.5">0.50<span class="interval">0.40–0.75</span></td>' in html.table(shown)
+    doubtful = Table("t", "c", shown.columns, (("a", Interval(0.5, 0.4, 0.75, doubtful=True)),))
+    assert "0.40–0.75*</span>" in html.table(doubtful)
     without = Table("t", "c", shown.columns, (("a", Interval(0.5)), ("b", Interval(math.nan))))
     assert html.table(without).count("interval") == 0 and ">–</td>" in html.table(without)
 
