@@ -98,7 +98,13 @@ class Study:
         return next(c for c in self.cases if (c.law, c.engine, c.record.level) == (law, engine, level))
 
     def of(self, law: str, engine: str) -> dict[float, list[Comparison]]:
-        """Comparisons of a law on an engine by level, one for each of the level's records."""
+        """Comparisons of a law on an engine by level, one for each of the level's records.
+
+        Parameters
+        ----------
+        law, engine : str
+            One of `combinations`.
+        """
         found = [c for c in self.cases if (c.law, c.engine) == (law, engine)]
         return {level: [c.comparison for c in found if c.record.level == level] for level in self.levels}
 
@@ -234,7 +240,7 @@ def _knowledge(dataset, name, cache, evidence, progress) -> Knowledge:
     with cache.write(f"{stem}.law.json") as temporary:
         found.law.save(temporary)
     with cache.write(f"{stem}.parameters.json") as temporary:
-        temporary.write_text(to_json(found.parameters))
+        temporary.write_text(json.dumps(found.parameters))
     return Knowledge(name, found.law, method.knows, found.parameters)
 
 
