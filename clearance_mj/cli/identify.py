@@ -141,7 +141,7 @@ def _draw(findings, options):
 def _print(result):
     print(f"law: {result['out']}")
     for row in result.get("parameters", []):
-        spread = f"± {row['std']:.2g}" if 0 < row["std"] < float("inf") else "not told by the records"
+        spread = f"± {row['std']:.2g}" if row["std"] < float("inf") else "not told by the records"
         print(f"  {row['name']:28s} {row['value']:12.5g} {spread:>10s} {row['unit']}")
     for path in result.get("figures", []):
         print(f"figure: {path}")

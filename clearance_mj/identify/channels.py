@@ -43,7 +43,7 @@ def check_channel(where: str, signal, fs: float):
     if not finite.all():
         raise RecordError(f"{where} is not a finite number at {np.argmin(finite) / fs:g} s")
     if np.ptp(signal) <= 1e-12 * np.abs(signal).max():
-        raise RecordError(f"{where} is constant ({signal[0]:g}); is the sensor connected?")
+        raise RecordError(f"{where} is constant ({signal[0]:g}), as when no sensor is connected")
     for side in (signal, -signal):
         runs = _runs_at_the_top(side)
         if sum(stop - start for start, stop in runs) >= CLIPPED:

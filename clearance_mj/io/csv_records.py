@@ -161,7 +161,7 @@ def _channels_like(name) -> list[str]:
 def _nearest(name, known) -> str:
     """A question after what was meant, if something like it is known."""
     found = difflib.get_close_matches(name, known, 1, 0.6)
-    return f', did you mean "{found[0]}"?' if found else ""
+    return f' (did you mean "{found[0]}"?)' if found else ""
 
 
 def _listed(names) -> str:
@@ -181,9 +181,12 @@ def _numbers(rows, cells, used) -> np.ndarray:
     if not np.isfinite(values).all():
         at, column = np.argwhere(~np.isfinite(values))[0]
         cell, index = chosen[at][column], used[column]
-        hint = "; write decimals with a point" if re.fullmatch(r"[+-]?\d+,\d+", cell) else ""
+        hint = " (decimals are written with a point)" if re.fullmatch(r"[+-]?\d+,\d+", cell) else ""
         found = f'"{cell}"' if cell else "an empty cell"
-        raise RecordError(f'line {rows[at][0]}, column {index + 1} "{cells[index]}": {found} is not a number{hint}')
+        raise RecordError(
+            f'line {rows[at][0]}, column {index + 1} "{cells[index]}": {found} is not a number{hint}; mend it, end the '
+            f'file before it, or leave the column out ("{cells[index]}={SKIP}")'
+        )
     return values
 
 

@@ -54,13 +54,19 @@ class Findings:
     def parameters(self) -> list[dict]:
         """Name, unit, value and standard deviation of every parameter with which the law was found.
 
+        The deviation is infinite where the records do not tell a parameter.
+
         Raises
         ------
         RecordError
             If the records do not tell them.
         """
         if self.found.parameters:
-            return [row | {"std": row["value"] * row["relative_std"]} for row in self.found.parameters]
+            return [
+                # A parameter that moves no residual comes with no deviation at all.
+                row | {"std": row["value"] * row["relative_std"] or np.inf}
+                for row in self.found.parameters
+            ]
         if not isinstance(self.found.law, ConstantLaw | AmplitudeLaw) or self.found.law.grease is None:
             return []
         fit, rows = self._grease, []
