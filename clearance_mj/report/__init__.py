@@ -229,8 +229,8 @@ def _article_tables(study, article: Article | None) -> str:
     parts.append(
         html.note(
             "RE: relative error of the natural frequency. Modes are numbered by frequency among those found in test or "
-            "model; – : one of the two lacks it. The natural frequencies of a rig with clearance depend on level: see "
-            '<a href="#figure-modes">the figure over level</a>.'
+            "model; – : one of the two lacks it; * : doubtful, see the verdict’s note. The natural frequencies "
+            'of a rig with clearance depend on level: see <a href="#figure-modes">the figure over level</a>.'
         )
     )
     parts.append(_sensor_tables(study, article))
@@ -257,8 +257,8 @@ def _sensor_tables(study, article) -> str:
         "where both criteria as published sum over several responses and CSAC is 1 by definition for one, and does not "
         'say how. Here MRE and RMSE are as <a href="#definitions">defined below</a>, and CSAC and CSF of a sensor are '
         "our variant over a window of nine lines, averaged over the lines. “repeat” is the repeat floor. – : the "
-        "article has no such sensor. Below a mean over seeds: its 95 % interval. Other levels and engines: "
-        "<code>tables/sensor_means.csv</code>; each record: <code>tables/sensors.csv</code>."
+        "article has no such sensor. Below a mean over seeds: its 95 % interval (* : doubtful). Other levels and "
+        "engines: <code>tables/sensor_means.csv</code>; each record: <code>tables/sensors.csv</code>."
     )
 
 
