@@ -10,12 +10,12 @@ from pathlib import Path
 
 from tqdm import tqdm
 
-from .._version import __version__
 from ..errors import ClearanceError
 from ..io.files import replacing, to_json
 from ..report.article import FOLDERS
 from ..report.html import Section
 from ..report.tables import write_csv
+from ..workshop import code
 from .context import DATASET, Context
 from .pages import index, markdown, section
 from .registry import ITEMS, get_item, select
@@ -83,11 +83,14 @@ def main(name: str, **parameters):
     parser.add_argument("--dataset", type=Path, default=DATASET, help="test records (default: %(default)s)")
     parser.add_argument("--quick", action="store_true", help="fewer noises, laws and engines")
     options = parser.parse_args()
-    try:
-        result = get_item(name)(Context(options.dataset, options.quick), **parameters)
-    except ClearanceError as error:
-        parser.error(str(error))
-    _write(name, result, _draw(result), options.out)
+    with tqdm(total=1, desc=name, unit="item") as bar:
+        try:
+            result = get_item(name)(Context(options.dataset, options.quick, bar.set_postfix_str), **parameters)
+        except ClearanceError as error:
+            bar.close()
+            parser.error(str(error))
+        _write(name, result, _draw(result), options.out)
+        bar.update()
     print(result.shows)
 
 
@@ -144,9 +147,13 @@ def _write_index(out, quick, digest):
 
 
 def _digest(dataset: Path, quick) -> str:
-    """Of all that the items are computed from: this package, the article's tables, the records."""
-    digest = hashlib.sha256(f"{__version__} {quick}".encode())
-    files = [*PACKAGE.rglob("*.py"), *(file for folder in FOLDERS for file in folder.glob("*.csv"))]
+    """Of all that the items are computed from: this package and its libraries, the article's tables, the records."""
+    digest = hashlib.sha256(f"{code()} {quick}".encode())
+    files = [
+        *PACKAGE.rglob("*.py"),
+        *PACKAGE.rglob("*.toml"),
+        *(file for folder in FOLDERS for file in folder.glob("*.csv")),
+    ]
     files += [file for file in dataset.glob("*") if file.is_file()]
     for file in sorted(files):
         digest.update(file.name.encode() + hashlib.sha256(file.read_bytes()).digest())
