@@ -38,7 +38,7 @@ PERIOD = 2.0  # s, of the multisines
 N_MODES = 4
 ORDERS = 5
 BUSHING = 1  # index of the one that closes first under mode 1
-LESS_GREASE = {"stiffness": 1300.0, "damping": 1.2}  # N/m, N s/m
+REDUCED = {"stiffness": 1300.0, "damping": 1.2}  # N/m, N s/m
 GREASE_ONLY = "modal, no contact"
 
 
@@ -59,7 +59,7 @@ class Setup:
     amplitudes: tuple[float, ...]
     """m/s², of the sine whose harmonics are looked at"""
     sweeps: Mapping[str, tuple[float, ...]]
-    """Hz, steps upwards by the grease's state: "as it is", "less grease" """
+    """Hz, steps upwards by the grease: "as it is" or "reduced" """
     dwell: float
     """s, of each step"""
 
@@ -74,7 +74,7 @@ FULL = Setup(
     amplitudes=tuple(0.05 * 2.0**i for i in range(8)),
     sweeps={
         "as it is": tuple(10.4 + 0.05 * i for i in range(13)),
-        "less grease": tuple(8.0 + 0.25 * i for i in range(13)),
+        "reduced": tuple(8.0 + 0.25 * i for i in range(13)),
     },
     dwell=3.0,
 )
@@ -86,7 +86,7 @@ QUICK = Setup(
     periods=2,
     drop=1,
     amplitudes=(0.1, 0.8),
-    sweeps={"less grease": (8.0, 9.0, 9.5, 10.0, 11.0)},
+    sweeps={"reduced": (8.0, 9.0, 9.5, 10.0, 11.0)},
     dwell=1.5,
 )
 SINE = 9.25  # Hz, mode 1 in the gap
@@ -107,25 +107,32 @@ def run(context: Context, setup: Setup | None = None) -> Result:
         How much is measured; default: `FULL`, or `QUICK` for a quick context.
     """
     setup = setup or (QUICK if context.quick else FULL)
-    knowledge = context.laws[-1]
+    knowledge, row = context.laws[-1], _row(context.dataset.rig, BUSHING)
     systems = _systems(context, knowledge.law, setup)
     approximations = _approximations(context, systems, setup)
     modes = {key: extract_modes(found.frf, N_MODES) for key, found in approximations.items()}
     backbones, macs = _backbones(approximations, setup), _macs(modes, setup)
     harmonics, jumps = _harmonics(context, systems, knowledge.law, setup), _jumps(context, systems, setup)
-    nodes = [s.node for s in context.dataset.rig.sensors]
     figures = {
         "shapes": draw_shapes(context.dataset.rig, modes, macs, setup),
         "backbones": draw_backbones(backbones),
         "harmonics": draw_harmonics(harmonics, context.dataset.rig.bushings[BUSHING].gap),
         "jumps": draw_jumps(jumps),
-        "best_linear": draw_best_linear(approximations, setup.shown, _row(context), nodes[_row(context)]),
+        "best_linear": draw_best_linear(approximations, setup.shown, row, context.dataset.rig.sensors[row].node),
     }
     return Result(
         title="Modal against links against rig",
         article=ARTICLE,
         method=_method(setup, knowledge.name),
-        shows=_shows(approximations, backbones, macs, harmonics, jumps, setup),
+        shows=" ".join(
+            (
+                _shapes_in_words(macs, setup),
+                _backbones_in_words(backbones, setup),
+                _scatter_in_words(approximations, setup, row),
+                _harmonics_in_words(harmonics, setup),
+                _jumps_in_words(jumps, setup),
+            )
+        ),
         differs=DIFFERS,
         drawings=[Drawing(f"{NAME}_{key}", figure, *CAPTIONS[key]) for key, figure in figures.items()],
         data={
@@ -133,13 +140,13 @@ def run(context: Context, setup: Setup | None = None) -> Result:
             f"{NAME}_mac": macs,
             f"{NAME}_harmonics": harmonics,
             f"{NAME}_jumps": jumps,
-            f"{NAME}_best_linear": _best_linear_rows(approximations, setup, nodes),
+            f"{NAME}_best_linear": _best_linear_rows(approximations, setup, context.dataset.rig),
         },
-        tables=(_backbone_table(backbones), _scatter_table(approximations, _row(context)), _jump_table(jumps)),
+        tables=(_backbone_table(backbones), _scatter_table(approximations, row), _jump_table(jumps)),
         knows={
             "rig": "nothing: it is the virtual test rig (synthetic), measured with 1 % noise and 24 bits",
             "engines": f"{knowledge.knows}; driven by the commanded excitation, not the measured one",
-            "engines, less grease": (
+            "engines, grease reduced": (
                 "in addition the stiffness and damping of the grease that the rig was given; sliding share, yield, "
                 "film and contact stay as identified with the other grease"
             ),
@@ -152,12 +159,12 @@ def run(context: Context, setup: Setup | None = None) -> Result:
 
 
 def _systems(context, law, setup) -> dict[tuple[str, str], System]:
-    """Rig and engines by (grease's state, name)."""
+    """Rig and engines by (grease, name)."""
     rig = context.dataset.rig
-    less = Truth(grease_stiffness=LESS_GREASE["stiffness"], film_damping=LESS_GREASE["damping"])
-    less_law = replace(law, grease=tuple(replace(g, **LESS_GREASE) for g in law.grease))
+    reduced = Truth(grease_stiffness=REDUCED["stiffness"], film_damping=REDUCED["damping"])
+    reduced_law = replace(law, grease=tuple(replace(g, **REDUCED) for g in law.grease))
     systems = {}
-    for state, truth, its_law in (("as it is", Truth(), law), ("less grease", less, less_law)):
+    for state, truth, its_law in (("as it is", Truth(), law), ("reduced", reduced, reduced_law)):
         systems[state, "rig"] = _rig(rig, truth)
         systems |= {(state, engine): _engine(rig, its_law, engine) for engine in setup.engines}
     return systems
@@ -241,10 +248,9 @@ def _jumps(context, systems, setup) -> list[dict]:
 # What the measurements tell.
 
 
-def _row(context) -> int:
-    """Row of the sensor that sits in the bushing looked at."""
-    bushing = context.dataset.rig.bushings[BUSHING]
-    return int(np.argmin([abs(s.position - bushing.position) for s in context.dataset.rig.sensors]))
+def _row(rig, bushing) -> int:
+    """Row of the sensor that sits in a bushing."""
+    return int(np.argmin([abs(s.position - rig.bushings[bushing].position) for s in rig.sensors]))
 
 
 def _backbones(approximations, setup) -> list[dict]:
@@ -272,18 +278,19 @@ def _macs(modes: Mapping[tuple[str, float], Modes], setup) -> list[dict]:
     return rows
 
 
-def _best_linear_rows(approximations, setup, nodes) -> list[dict]:
-    """Magnitude of the drawn approximations and standard deviation of its scatter, at the sensors, as text."""
+def _best_linear_rows(approximations, setup, rig) -> list[dict]:
+    """The drawn approximations and the standard deviations of their scatter at the sensors in the bushings, as text."""
     rows = []
     for (name, level), found in approximations.items():
         if level not in setup.shown:
             continue
         columns = np.abs(found.frf.value), np.sqrt(found.noise_variance), np.sqrt(found.distortion_variance)
-        for node, *curves in zip(nodes, *columns):
-            for frequency, *values in zip(found.frf.frequency, *curves):
-                row = {"system": name, "level_m_s2": level, "sensor": node, "frequency_hz": float(frequency)}
+        for i in (_row(rig, bushing) for bushing in range(len(rig.bushings))):
+            place = {"system": name, "level_m_s2": level, "sensor": rig.sensors[i].node}
+            for frequency, *values in zip(found.frf.frequency, *(column[i] for column in columns)):
                 texts = (f"{value:.6g}" for value in values)
-                rows.append(row | dict(zip(("magnitude", "noise_std_of_mean", "distortion_std_of_one"), texts)))
+                curves = zip(("magnitude", "noise_std_of_mean", "distortion_std_of_one"), texts)
+                rows.append(place | {"frequency_hz": float(frequency)} | dict(curves))
     return rows
 
 
@@ -342,7 +349,7 @@ CAPTIONS = {
     ),
     "jumps": (
         f"Motion in bushing 2 (first harmonic) under a sine of {SWEEP_AMPLITUDE:g} m/s² that steps up (filled) and "
-        "down (open) in frequency without a pause, for the rig as it is and for one with less grease.",
+        "down (open) in frequency without a pause, with the grease as it is and reduced.",
         "Amplitude over frequency, up and down.",
     ),
     "best_linear": (
@@ -365,34 +372,20 @@ def _method(setup, law) -> str:
         "RMS; the scatter over periods is noise, what the scatter over realisations exceeds it by is nonlinear "
         "distortion (Pintelon and Schoukens, robust method). Modes are extracted from them; shapes and backbones are "
         f"those. Harmonics: a sine of {SINE:g} Hz whose amplitude steps up. Jumps: a sine of {SWEEP_AMPLITUDE:g} m/s² "
-        f"that steps up and down in frequency as one record, {setup.dwell:g} s a step, rig {states}; harmonics by "
-        f"least squares over the second half of each step. Less grease: {LESS_GREASE['stiffness']:g} N/m and "
-        f"{LESS_GREASE['damping']:g} N s/m at each bushing, another rig than the shipped one."
+        f"that steps up and down in frequency as one record, {setup.dwell:g} s a step, grease {states}; harmonics by "
+        f"least squares over the second half of each step. Reduced grease: {REDUCED['stiffness']:g} N/m and "
+        f"{REDUCED['damping']:g} N s/m at each bushing, another rig than the shipped one."
     )
 
 
-def _shows(approximations, backbones, macs, harmonics, jumps, setup) -> str:
+def _shapes_in_words(macs, setup) -> str:
+    low = setup.levels[0]
+    pairs = [r["mac"] for r in macs if r["level_m_s2"] == low and r["rig_mode"] == r["system_mode"]]
+    return f"At {low:g} m/s² the shapes of rig and engines differ by 1 - MAC <= {1 - min(pairs):.1g}."
+
+
+def _backbones_in_words(backbones, setup) -> str:
     low, high = setup.levels[0], setup.levels[-1]
-    return " ".join(
-        (
-            _shapes_in_words(macs, setup, low),
-            _backbones_in_words(backbones, setup, low, high),
-            _harmonics_in_words(harmonics, setup),
-            _jumps_in_words(jumps, setup),
-        )
-    )
-
-
-def _shapes_in_words(macs, setup, level) -> str:
-    diagonal = [
-        r["mac"]
-        for r in macs
-        if r["level_m_s2"] == level and r["system"] != "rig" and r["rig_mode"] == r["system_mode"]
-    ]
-    return f"At {level:g} m/s² the shapes of rig and engines have MAC >= {min(diagonal):.4f}."
-
-
-def _backbones_in_words(backbones, setup, low, high) -> str:
     value = {(r["system"], r["level_m_s2"], r["mode"]): r for r in backbones}
     first = [value["rig", level, 1] for level in (low, high)]
     errors = {
@@ -408,6 +401,16 @@ def _backbones_in_words(backbones, setup, low, high) -> str:
         f"From {low:g} to {high:g} m/s² mode 1 of the rig goes from {first[0]['frequency_hz']:.2f} to "
         f"{first[1]['frequency_hz']:.2f} Hz and its damping from {100 * first[0]['damping']:.1f} to "
         f"{100 * first[1]['damping']:.1f} %. Largest error of a natural frequency at any level: {worst}."
+    )
+
+
+def _scatter_in_words(approximations, setup, row) -> str:
+    high = setup.levels[-1]
+    noise, distortion = _scatter(approximations["rig", high], row)
+    engines = ", ".join(f"{name} {_scatter(approximations[name, high], row)[1]:.1f} dB" for name in setup.engines)
+    return (
+        f"At {high:g} m/s² the nonlinear distortion of one realisation at the sensor in bushing 2 is {distortion:.1f} "
+        f"dB of the FRF ({engines}), the noise of the mean {noise:.0f} dB."
     )
 
 
@@ -433,7 +436,7 @@ def _jumps_in_words(jumps, setup) -> str:
             largest, low, high = _hysteresis(jumps, state, name)
             width = f" at {low:g}-{high:g} Hz" if np.isfinite(low) else ""
             parts.append(f"{name} {largest:.2f}{width}")
-        words.append(f"Largest ratio between the ways up and down, rig {state}: {', '.join(parts)}.")
+        words.append(f"Largest ratio between the ways up and down, grease {state}: {', '.join(parts)}.")
     return " ".join(words)
 
 

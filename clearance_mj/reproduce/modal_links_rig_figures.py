@@ -113,7 +113,8 @@ def draw_backbones(rows) -> Figure:
 
 
 def _level_ticks(ax, level):
-    ax.set_xticks(level, [f"{value:g}" for value in level])
+    few = level if len(level) < 4 else level[::2]
+    ax.set_xticks(few, [f"{value:g}" for value in few])
     ax.minorticks_off()
 
 
@@ -163,9 +164,8 @@ def draw_jumps(rows) -> Figure:
                 hz, moves = ([r[column] for r in found] for column in ("frequency_hz", "displacement_m"))
                 ax.plot(hz, 1e3 * np.array(moves), marker=marker, ms=3.5, lw=1, color=colour, label=direction, **fill)
             letter = chr(97 + i * len(names) + j)
-            label = "Motion in bushing 2 (mm)" if j == 0 else ""
-            panel(ax, f"({letter}) {name}, {state}", "Frequency (Hz)", label)
-            ax.set_ylim(bottom=0)
+            panel(ax, f"({letter}) {name}", "Frequency (Hz)", f"Motion, grease {state} (mm)" if j == 0 else "")
+        axes[i, 0].set_ylim(0, 1.08e3 * max(r["displacement_m"] for r in rows if r["grease"] == state))
     axes[0, 0].legend(fontsize=FONT - 1, frameon=False)
     return figure
 
@@ -217,9 +217,9 @@ def _bands(ax, found, row, colour):
         low, high = (_decibel(np.maximum(size + s * spread, 0.05 * size)) for s in (-1, 1))
         ax.fill_between(hz, low, high, color=colour, alpha=alpha, lw=0)
     ax.plot(hz, _decibel(size), color=colour, lw=0.9)
-    ax.plot(hz, _decibel(distortion), color=colour, lw=0.6, ls="--", alpha=0.8)
+    ax.plot(hz, _decibel(np.where(distortion > 0, distortion, np.nan)), color=colour, lw=0.6, ls="--", alpha=0.8)
     ax.plot(hz, _decibel(noise), color=colour, lw=0.6, ls=":", alpha=0.8)
-    ax.set_ylim(-70, 40)
+    ax.set_ylim(-80, 40)
 
 
 def _smooth(variance) -> np.ndarray:
