@@ -22,7 +22,17 @@ from ..io.files import replacing
 from ..rig import Grease, from_plain, to_plain
 from .contact import Flores, HuntCrossley, KelvinVoigt, LankaraniNikravesh
 
-__all__ = ["AmplitudeLaw", "ConstantLaw", "ContactLaw", "Law", "LawTable", "TimeLaw", "load_law", "table_values"]
+__all__ = [
+    "AmplitudeLaw",
+    "ConstantLaw",
+    "ContactLaw",
+    "Law",
+    "LawTable",
+    "TimeLaw",
+    "law_from_dict",
+    "load_law",
+    "table_values",
+]
 
 
 class LawTable(NamedTuple):
@@ -297,19 +307,40 @@ def load_law(path) -> Law:
         raise LawError(f"{path}: cannot be read ({error.strerror})") from None
     except ValueError as error:
         raise LawError(f"{path}: not a law file (JSON): {error}") from None
-    if not isinstance(data, dict) or str(data.get("kind")) not in _KINDS:
-        raise LawError(f'{path}: not a law file; needs "kind" to be one of {", ".join(_KINDS)}')
-    kind = _KINDS[data.pop("kind")]
     try:
-        if data.get("grease") is not None:
-            data["grease"] = tuple(from_plain(Grease, g, f"grease[{i}]") for i, g in enumerate(data["grease"]))
-        if "contact" in data:
-            data["contact"] = tuple(_MODELS[m.pop("model")](**m) for m in data["contact"])
-        return kind(**data)
-    except (LawError, RigError) as error:
+        return law_from_dict(data)
+    except LawError as error:
         raise LawError(f"{path}: {error}") from None
-    except (TypeError, KeyError, AttributeError) as error:
-        raise LawError(f"{path}: not a whole law file of kind {kind.kind}: {error}") from None
+
+
+def law_from_dict(data: dict) -> Law:
+    """Build a law from the plain data that `Law.to_dict` returns.
+
+    Parameters
+    ----------
+    data : dict
+        Nested plain data.
+
+    Raises
+    ------
+    LawError
+        If it is not a law, or holds impossible values.
+    """
+    if not isinstance(data, dict) or str(data.get("kind")) not in _KINDS:
+        raise LawError(f'not a law file; needs "kind" to be one of {", ".join(_KINDS)}')
+    values = {name: value for name, value in data.items() if name != "kind"}
+    kind = _KINDS[data["kind"]]
+    try:
+        if values.get("grease") is not None:
+            values["grease"] = tuple(from_plain(Grease, g, f"grease[{i}]") for i, g in enumerate(values["grease"]))
+        if "contact" in values:
+            models = [dict(model) for model in values["contact"]]
+            values["contact"] = tuple(_MODELS[model.pop("model")](**model) for model in models)
+        return kind(**values)
+    except RigError as error:
+        raise LawError(str(error)) from None
+    except (TypeError, ValueError, KeyError, AttributeError) as error:
+        raise LawError(f"not a whole law file of kind {kind.kind}: {error}") from None
 
 
 def _values(values, name):

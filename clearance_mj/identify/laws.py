@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -55,7 +56,7 @@ def fit_constant(dataset: Dataset, progress: str | None = None) -> Fit:
     ]
     k, c, grease_k, grease_c = (p.start for p in parameters)
     starts = [(k * a, c * b, grease_k * g, grease_c * b) for a in (0.5, 2.0) for b in (1.0, 3.0) for g in (0.7, 1.0)]
-    return fit_law(dataset.rig, found, parameters, _constant, starts, progress=progress)
+    return fit_law(dataset.rig, found, parameters, partial(_constant, dataset.rig), starts, progress=progress)
 
 
 def fit_output_error(dataset: Dataset, progress: str | None = None) -> Fit:
@@ -91,10 +92,7 @@ def fit_output_error(dataset: Dataset, progress: str | None = None) -> Fit:
         Parameter("contact restitution", "1", 0.6, 0.02, 0.999),
     ]
 
-    def make(*values):
-        force, exponent, restitution = values[5:]
-        return ContactLaw(HuntCrossley(force / gap**exponent, restitution, exponent), _physical_grease(*values[:5]))
-
+    make = partial(_physical, rig)
     parameters = [*grease, *contact]
     try:
         balance, _ = amplitude_law(dataset)
@@ -144,8 +142,13 @@ def _linear_grease(grease):
     ]
 
 
-def _constant(k, c, grease_k, grease_c):
+def _constant(rig, k, c, grease_k, grease_c):
     return ConstantLaw(k, c, grease=Grease(stiffness=float(grease_k), damping=float(grease_c)))
+
+
+def _physical(rig, *values):
+    gap, (force, exponent, restitution) = rig.bushings[0].gap, values[5:]
+    return ContactLaw(HuntCrossley(force / gap**exponent, restitution, exponent), _physical_grease(*values[:5]))
 
 
 def _physical_grease(stiffness, damping, ratio, yield_displacement, height):
@@ -161,7 +164,7 @@ class Identified:
 
     law: Law
     parameters: tuple[dict, ...] = ()
-    """plain data: name, unit, value, relative_std of each"""
+    """plain data: name, unit, value, bounds low and high, relative_std and correlation with each of them"""
 
     @classmethod
     def of_fit(cls, fit: Fit) -> Identified:
@@ -172,8 +175,12 @@ class Identified:
         fit : Fit
             The fit.
         """
-        values = zip(fit.parameters, fit.value, fit.relative_std)
-        rows = ({"name": p.name, "unit": p.unit, "value": float(v), "relative_std": float(s)} for p, v, s in values)
+        values = zip(fit.parameters, fit.value, fit.relative_std, fit.correlation)
+        rows = (
+            {"name": p.name, "unit": p.unit, "value": float(v), "low": p.low, "high": p.high}
+            | {"relative_std": float(s), "correlation": r.tolist()}
+            for p, v, s, r in values
+        )
         return cls(fit.law, tuple(rows))
 
 
@@ -187,6 +194,8 @@ class Method:
     """takes a dataset and the name of the progress bar, if there is to be one"""
     shortest: Callable[[Rig], float] | None = None
     """s, that one record must last; None: it opens no record"""
+    make: Callable[..., Law] | None = None
+    """makes the law from a rig and the values of its fitted parameters; None: it fits none"""
 
     def run(self, dataset: Dataset, progress: str | None = None) -> Identified:
         """Check the records to identify, then find the law.
@@ -224,6 +233,7 @@ METHODS = {
         "the rig file and the records to identify: best constants for contact and linear grease",
         lambda dataset, progress: Identified.of_fit(fit_constant(dataset, progress)),
         lambda rig: PIECE,
+        _constant,
     ),
     "ridge": Method(
         "the rig file and the longest record to identify: contact over that record's time, from its wavelet ridge",
@@ -249,6 +259,7 @@ METHODS = {
         "the rig file and the records to identify: Bouc-Wen grease, squeeze film, power-law contact",
         lambda dataset, progress: Identified.of_fit(fit_output_error(dataset, progress)),
         lambda rig: PIECE,
+        _physical,
     ),
 }
 """The ways to a law, by name."""
