@@ -73,7 +73,7 @@ FULL = Setup(
     drop=2,
     amplitudes=tuple(0.05 * 2.0**i for i in range(8)),
     sweeps={
-        "as it is": tuple(10.4 + 0.05 * i for i in range(13)),
+        "as it is": tuple(round(10.4 + 0.05 * i, 2) for i in range(13)),
         "reduced": tuple(8.0 + 0.25 * i for i in range(13)),
     },
     dwell=3.0,
@@ -327,8 +327,10 @@ ARTICLE = (
 DIFFERS = (
     "An FRF of a rig with clearance belongs to the level and kind of excitation it was measured with: frequencies and "
     "damping move with level, so one column of natural frequencies as in the article's Table 1 is that of one level. "
-    "Scatter from one realisation of the phases to the next is not noise but the clearance itself, and more averaging "
-    "of the same record does not show it. The article's own rig may have had any of this; its tables cannot tell."
+    "Scatter from one realisation of the phases to the next is not noise but grease and clearance, and averaging more "
+    "periods of one realisation does not show it. The article's bench may have had any of this; its tables cannot "
+    "tell. The virtual rig's physics are of the family that the identified law has, which those of a bench need not "
+    "be: agreement this close is of the engines with each other and with an independent solution, not a promise."
 )
 CAPTIONS = {
     "shapes": (
