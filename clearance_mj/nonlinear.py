@@ -61,7 +61,7 @@ def best_linear(responses: Sequence[Response], period: float, drop: int = 1) -> 
 
     Notes
     -----
-    Pintelon and Schoukens, System Identification: A Frequency Domain Approach, 2nd ed., 2012, section 4.3.1. With the
+    Pintelon and Schoukens, System Identification: A Frequency Domain Approach, 2nd ed., 2012, chapter 4. With the
     means over the periods Ū and Ȳ, G = Ȳ/Ū for each realisation. Its noise variance is that of Y - G U over the P
     periods, Σ|Y - G U|² / (P (P-1) |Ū|²), which counts noise on the excitation too. What G scatters over the
     realisations beyond that is stochastic nonlinear distortion. A motion that does not repeat itself from period to

@@ -466,7 +466,7 @@ def _scatter_table(approximations, row) -> Table:
         Column("Distortion of one realisation", "dB", ".1f"),
     )
     rows = tuple((*key, *_scatter(found, row)) for key, found in approximations.items())
-    return Table("scatter", "Scatter of the FRF in bushing 2 over the band, below the FRF", columns, rows)
+    return Table("scatter", "Scatter of the FRF in bushing 2 over the band, relative to the FRF", columns, rows)
 
 
 def _jump_table(jumps) -> Table:
