@@ -143,11 +143,21 @@ def test_without_probes_there_is_a_law_but_no_figure(seen, ramp, rig, tmp_path, 
     assert main(["identify", *map(str, (tmp_path / "data", *options))]) == 0
     law, stiffness, damping, *missing = capsys.readouterr().out.splitlines()
     assert law == f"law: {tmp_path / 'law.json'}"
-    assert stiffness.split() == ["contact", "stiffness", "6000", "±", "60", "N/m"]
-    assert damping.split() == ["contact", "damping", "12", *"not told by the records N s/m".split()]
+    assert stiffness.split() == ["contact", "stiffness", "6000", "N/m", "±", "60"]
+    assert damping.split() == ["contact", "damping", "12", *"N s/m not told by the records".split()]
     assert len(missing) == 4
     assert all(line.startswith("not drawn: ") and "no displacement probe at every bushing" in line for line in missing)
     assert not folder.exists()
+
+
+def test_a_record_without_probes_leaves_the_figures_of_the_others(seen, ramp, rig, tmp_path, capsys):
+    bare = [c for c in ramp.channels if c.quantity == "acceleration"]
+    records = [dataclasses.replace(ramp, name="bare", channels=bare), record_of(rig, "whole", "identify", 8.0, 1)]
+    write_dataset(tmp_path / "data", rig, records)
+    result, _ = run(capsys, tmp_path / "data", "--method", "known", "--out", tmp_path / "law.json")
+    drawn = [path.rsplit("/", 1)[1] for path in result["figures"]]
+    assert drawn == [*(f"{name}_whole.png" for name in FIGURES), f"{FIGURES_OVER_ALL}.png"]
+    assert list(result["not_drawn"]) == [f"{name}_bare" for name in FIGURES]
 
 
 def test_refused(small_dataset, ramp, csv_file, tmp_path, capsys):

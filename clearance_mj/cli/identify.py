@@ -142,7 +142,7 @@ def _print(result):
     print(f"law: {result['out']}")
     for row in result.get("parameters", []):
         spread = f"± {row['std']:.2g}" if row["std"] < float("inf") else "not told by the records"
-        print(f"  {row['name']:28s} {row['value']:12.5g} {spread:>10s} {row['unit']}")
+        print(f"  {row['name']:28s} {row['value']:12.5g} {row['unit']:5s} {spread}")
     for path in result.get("figures", []):
         print(f"figure: {path}")
     for name, reason in result.get("not_drawn", {}).items():

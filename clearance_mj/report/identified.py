@@ -85,27 +85,27 @@ class Findings:
         return todo | {"contact_over_amplitude": self._contact_over_amplitude}
 
     @cached_property
-    def _forces(self) -> dict[str, RestoringForce]:
-        return {record.name: restoring_force(record) for record in self.records}
+    def _forces(self) -> dict[str, RestoringForce | RecordError]:
+        """Of every record, or why not."""
+        return {record.name: _attempt(restoring_force, record) for record in self.records}
 
     @cached_property
     def _grease(self) -> GreaseFit:
-        return grease_parameters(list(self._forces.values()))
+        return grease_parameters(_found(self._forces))
 
     @cached_property
     def _contact(self) -> dict[str, ContactParameters | RecordError]:
         """Of every record, or why not."""
-        found = {}
-        for name, force in self._forces.items():
-            try:
-                found[name] = contact_parameters(force, self._grease.grease)
-            except RecordError as error:
-                found[name] = error
-        return found
+        return {name: _attempt(self._contact_of, force) for name, force in self._forces.items()}
+
+    def _contact_of(self, force):
+        if isinstance(force, RecordError):
+            raise force
+        return contact_parameters(force, self._grease.grease)
 
     def _contact_rows(self):
         """Standard deviations of the windows' weighted means, which the law holds; neighbouring windows overlap."""
-        windows = [c for c in self._contact.values() if isinstance(c, ContactParameters)]
+        windows = _found(self._contact)
         share, k_std, c_std = (
             np.concatenate([getattr(w, name) for w in windows]) for name in ("contact", "k_std", "c_std")
         )
@@ -127,28 +127,24 @@ class Findings:
 
     def _contact_over_time(self, record):
         found = self._contact[record.name]
-        measured, ridge = None if isinstance(found, RecordError) else found, self._ridge(record)
+        measured, ridge = None if isinstance(found, RecordError) else found, _attempt(self._ridge, record)
+        if isinstance(ridge, RecordError):
+            ridge = None
         if not measured and not ridge:
             raise found
         return draw.contact_over_time(f"{record.name}: contact over time", measured, ridge)
 
-    def _ridge(self, record) -> TimeLaw | None:
+    def _ridge(self, record) -> TimeLaw:
         if isinstance(self.found.law, TimeLaw) and record.duration == max(r.duration for r in self.records):
             return self.found.law
-        try:
-            return ridge_law(Dataset(self.rig, (record,)))
-        except RecordError:
-            return None
+        return ridge_law(Dataset(self.rig, (record,)))
 
     def _contact_over_amplitude(self):
-        windows = [c for c in self._contact.values() if isinstance(c, ContactParameters)]
-        if not windows:
-            raise next(iter(self._contact.values()))
-        return draw.contact_over_amplitude(windows, self._curves(), [b.gap for b in self.rig.bushings])
+        return draw.contact_over_amplitude(_found(self._contact), self._curves(), [b.gap for b in self.rig.bushings])
 
     def _curves(self):
         """The law's stiffness and damping over the amplitudes that each bushing reached."""
-        law, gaps, forces = self.found.law, np.array([b.gap for b in self.rig.bushings]), self._forces.values()
+        law, gaps, forces = self.found.law, np.array([b.gap for b in self.rig.bushings]), _found(self._forces)
         if isinstance(law, TimeLaw):
             return []
         largest = np.max([np.abs(f.displacement[f.valid]).max(axis=0) for f in forces], axis=0)
@@ -164,7 +160,25 @@ class Findings:
 
     def _hysteresis(self, record):
         force = self._forces[record.name]
+        if isinstance(force, RecordError):
+            raise force
         return draw.hysteresis(f"{record.name}: {self.method} law", force, law_force(force, self.found.law))
+
+
+def _attempt(find, *arguments):
+    """What is found, or the error that says why not."""
+    try:
+        return find(*arguments)
+    except RecordError as error:
+        return error
+
+
+def _found(attempts: dict) -> list:
+    """What was found, if anything; else the first error is raised."""
+    found = [result for result in attempts.values() if not isinstance(result, RecordError)]
+    if not found:
+        raise next(iter(attempts.values()))
+    return found
 
 
 def _at(amplitude, abscissa, rows):
