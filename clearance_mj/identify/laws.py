@@ -18,6 +18,13 @@ from .force_balance import SETTLE, amplitude_law, force_balance_law, ridge_law
 from .output_error import PIECE, Fit, Parameter, before_contact, evidence, fit_law
 from .wavelet import shortest as shortest_for_wavelet
 
+MODEL_ERROR = 1.0
+"""dB by which the physical law is expected to miss FRFs without noise"""
+ROUGH = 0.02
+"""tolerance of a fit from which another goes on"""
+LIKENESS = 0.5
+"""standard deviation of the logarithms of the bushings' parameters about common ones"""
+
 __all__ = ["METHODS", "Identified", "Method", "fit_constant", "fit_output_error", "get_method", "law", "nominal"]
 
 
@@ -60,11 +67,13 @@ def fit_constant(dataset: Dataset, progress: str | None = None) -> Fit:
 
 
 def fit_output_error(dataset: Dataset, progress: str | None = None) -> Fit:
-    """Fit the physical law: Bouc-Wen grease with squeeze film, and a power-law contact, the same at every bushing.
+    """Fit the physical law: Bouc-Wen grease with squeeze film, and a power-law contact.
 
-    It starts from the force balance (`force_balance.amplitude_law`). Records that do not allow one, for want of probes
-    or contact, are continued from low to high level instead: the grease is fitted first to the part in which no probe
-    has moved by its gap, then grease and contact together to everything, from several starts.
+    First with the same parameters at every bushing, from the force balance (`force_balance.amplitude_law`). Records
+    that do not allow one, for want of probes or contact, are continued from low to high level instead: the grease is
+    fitted first to the part in which no probe has moved by its gap, then grease and contact together to everything,
+    from several starts. Then every bushing has its own parameters, which stay near the common ones where the records
+    do not tell them apart.
 
     Parameters
     ----------
@@ -79,60 +88,77 @@ def fit_output_error(dataset: Dataset, progress: str | None = None) -> Fit:
         If there is no such record, or none is long enough.
     """
     rig, found = dataset.rig, evidence(dataset.to_identify())
+    parameters, make = _physical_parameters(rig), partial(_physical, rig)
+    try:
+        balance, _ = amplitude_law(dataset)
+    except RecordError:
+        common = _continued(rig, found, parameters, make, progress)
+    else:
+        starts, part = _from_balance(balance, rig.bushings[0].gap), _part(progress, "bushings alike")
+        common = fit_law(rig, found, parameters, make, starts, 1, MODEL_ERROR, ROUGH, progress=part)
+    return _each(rig, found, common, make, _part(progress, "each bushing"))
+
+
+def _physical_parameters(rig):
     first, gap = rig.bushings[0], rig.bushings[0].gap
-    grease = [
+    return [
         *_linear_grease(first.grease),
         Parameter("grease elastic ratio", "1", 0.85, 0.02, 1.0),
         Parameter("grease yield displacement", "m", gap, 0.05 * gap, 50 * gap),
         Parameter("grease film height", "m", 3 * gap, 1.02 * gap, 100 * gap),
-    ]
-    contact = [
+        Parameter("grease exponent", "1", 2.0, 1.0, 3.0),
+        Parameter("grease beta / (beta + gamma)", "1", 0.5, 0.5, 3.0),
         Parameter("contact force at one gap", "N", first.contact.stiffness * gap / 1.5, 1e-2 * gap, 1e7 * gap),
         Parameter("contact exponent", "1", 1.5, 1.0, 3.0),
         Parameter("contact restitution", "1", 0.6, 0.02, 0.999),
     ]
 
-    make = partial(_physical, rig)
-    parameters = [*grease, *contact]
-    try:
-        balance, _ = amplitude_law(dataset)
-    except RecordError:
-        return _continued(rig, found, grease, contact, make, progress)
-    start = _from_balance(balance, gap)
-    starts = [(*start[:6], n, e) for n in (1.0, 1.5) for e in (0.3, 0.6, 0.9)]
-    return fit_law(rig, found, parameters, make, starts, progress=progress)
-
 
 def _from_balance(balance, gap):
-    """Start values of grease and contact, the means of the bushings' of an amplitude law."""
+    """Start values, the means of the bushings' of an amplitude law, with several exponents and restitutions."""
     greases = balance.grease
     film = [g.film_height or 100 * gap for g in greases]
     columns = [(g.stiffness, g.damping, g.elastic_ratio, min(g.yield_displacement, 50 * gap)) for g in greases]
-    at_two_gaps = [np.interp(2 * gap, balance.amplitude, k) for k in balance.k.T]
-    return (*np.mean(columns, axis=0), np.mean(film), np.mean(at_two_gaps) * gap)
+    force = np.mean([np.interp(2 * gap, balance.amplitude, k) for k in balance.k.T]) * gap
+    grease = (*np.mean(columns, axis=0), np.mean(film))
+    shapes = ((2.0, 0.5), (1.0, 1.0))
+    return [(*grease, *s, force, n, e) for s in shapes for n in (1.0, 1.5) for e in (0.3, 0.6, 0.9)]
 
 
-def _continued(rig, found, grease, contact, make, progress):
+def _continued(rig, found, parameters, make, progress):
     """Fit from low to high level."""
-    gap, start = rig.bushings[0].gap, [p.start for p in contact]
+    gap, contact = rig.bushings[0].gap, [p.start for p in parameters[-3:]]
+    grease = parameters[:-3]
     quiet = before_contact(found, rig)
     if quiet:
         values = _yields(grease, gap)
-        low = fit_law(rig, quiet, grease, lambda *v: make(*v, *start), values, progress=_part(progress, 1))
+        part = _part(progress, "before contact")
+        low = fit_law(rig, quiet, grease, lambda *v: make(*v, *contact), values, 1, MODEL_ERROR, ROUGH, progress=part)
         grease = [replace(p, start=float(v)) for p, v in zip(grease, low.value)]
-    values = [p.start for p in grease]
-    starts = [(*values, start[0] * f, start[1], e) for f in (0.3, 1.0, 3.0) for e in (0.3, 0.6, 0.9)]
-    return fit_law(rig, found, [*grease, *contact], make, starts, tries=2, progress=_part(progress, 2))
+    values, part = [p.start for p in grease], _part(progress, "bushings alike")
+    starts = [(*values, contact[0] * f, contact[1], e) for f in (0.3, 1.0, 3.0) for e in (0.3, 0.6, 0.9)]
+    parameters = [*grease, *parameters[-3:]]
+    return fit_law(rig, found, parameters, make, starts, 2, MODEL_ERROR, ROUGH, progress=part)
+
+
+def _each(rig, found, common, make, progress):
+    """Fit every bushing's own parameters, from the common ones and held to them as far as the records do not tell."""
+    parameters = [
+        replace(p, name=f"{p.name}, bushings[{j}]", start=float(v), spread=LIKENESS)
+        for j in range(len(rig.bushings))
+        for p, v in zip(common.parameters, common.value)
+    ]
+    return fit_law(rig, found, parameters, make, model_error=MODEL_ERROR, differences=1, progress=progress)
 
 
 def _yields(grease, gap):
     """Starts with other yield displacements and elastic ratios, of which the product matters most at low level."""
-    k, c, _, _, height = (p.start for p in grease)
-    return [(k, c, ratio, y * gap, height) for ratio in (0.5, 0.75, 0.9) for y in (0.4, 0.8, 1.6)]
+    k, c, _, _, height, *shape = (p.start for p in grease)
+    return [(k, c, ratio, y * gap, height, *shape) for ratio in (0.5, 0.75, 0.9) for y in (0.4, 0.8, 1.6)]
 
 
-def _part(progress, number):
-    return progress and f"{progress} ({number}/2)"
+def _part(progress, name):
+    return progress and f"{progress} ({name})"
 
 
 def _linear_grease(grease):
@@ -147,15 +173,18 @@ def _constant(rig, k, c, grease_k, grease_c):
 
 
 def _physical(rig, *values):
-    gap, (force, exponent, restitution) = rig.bushings[0].gap, values[5:]
-    return ContactLaw(HuntCrossley(force / gap**exponent, restitution, exponent), _physical_grease(*values[:5]))
+    """The law of ten values for all bushings, or ten for each."""
+    gap, rows = rig.bushings[0].gap, np.reshape(values, (-1, 10)).tolist()
+    contacts = [HuntCrossley(force / gap**exponent, e, exponent) for *_, force, exponent, e in rows]
+    return ContactLaw(contacts, [_physical_grease(*row[:7]) for row in rows])
 
 
-def _physical_grease(stiffness, damping, ratio, yield_displacement, height):
-    """Bouc-Wen with A = 1, n = 2 and β = γ: the loop's size is told by k, λ and z_ult = (β+γ)^(-1/2)."""
-    half = 0.5 / yield_displacement**2
-    values = {"stiffness": stiffness, "damping": damping, "elastic_ratio": min(ratio, 1.0), "film_height": height}
-    return Grease(**{name: float(value) for name, value in values.items()}, beta=float(half), gamma=float(half))
+def _physical_grease(stiffness, damping, ratio, yield_displacement, height, exponent, share):
+    """Bouc-Wen with A = 1: the loop's size is told by k, λ and z_ult = (β+γ)^(-1/n), its shape by n and β/(β+γ)."""
+    total = yield_displacement**-exponent
+    beta = max(share, 0.5) * total
+    shape = {"beta": beta, "gamma": total - beta, "exponent": max(exponent, 1.0), "film_height": height}
+    return Grease(stiffness=stiffness, damping=damping, elastic_ratio=min(ratio, 1.0), **shape)
 
 
 @dataclass(frozen=True)
@@ -256,7 +285,7 @@ METHODS = {
         lambda rig: 4 * SETTLE,
     ),
     "output-error": Method(
-        "the rig file and the records to identify: Bouc-Wen grease, squeeze film, power-law contact",
+        "the rig file and the records to identify: Bouc-Wen grease, squeeze film and power-law contact of each bushing",
         lambda dataset, progress: Identified.of_fit(fit_output_error(dataset, progress)),
         lambda rig: PIECE,
         _physical,

@@ -11,9 +11,11 @@ from __future__ import annotations
 
 import dataclasses
 import itertools
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
+from typing import NamedTuple
 
 import numpy as np
 import scipy.optimize
@@ -51,6 +53,8 @@ class Parameter:
     start: float
     low: float
     high: float
+    spread: float = math.inf
+    """standard deviation of its logarithm about the start, as far as that is known before the fit"""
 
 
 @dataclass(frozen=True)
@@ -142,6 +146,9 @@ def fit_law(
     make: Callable[..., Law],
     starts: Sequence[Sequence[float]] = (),
     tries: int = 1,
+    model_error: float = math.inf,
+    tolerance: float = 1e-4,
+    differences: int = 2,
     progress: str | None = None,
 ) -> Fit:
     """Fit the parameters of a law to records by bounded nonlinear least squares.
@@ -160,6 +167,13 @@ def fit_law(
         Values to start from besides the parameters' own.
     tries : int
         From how many of the starts, the best ones, the fit is run; the best result counts.
+    model_error : float
+        dB by which the law is expected to miss FRFs that were measured without noise. Lines with a larger random error
+        count less; infinite: all lines count alike.
+    tolerance : float
+        Stop when a step lowers the cost by less than this share.
+    differences : {1, 2}
+        Simulations per parameter for the derivatives: 2 for central differences, 1 where the start is already close.
     progress : str, optional
         Show a progress bar with this name.
 
@@ -167,15 +181,16 @@ def fit_law(
     -------
     Fit
     """
-    problem = _Problem(rig, found, make, progress)
+    problem = _Problem(rig, found, make, model_error, parameters, progress)
     low, high = np.log([p.low for p in parameters]), np.log([p.high for p in parameters])
     candidates = np.clip(np.log([[p.start for p in parameters], *starts]), low, high)
     order = np.argsort([np.sum(np.minimum(np.abs(r), 10.0)) for r in problem.residuals(candidates)])
-    settings = {"bounds": (low, high), "loss": "soft_l1", "xtol": 1e-3, "ftol": 1e-4, "max_nfev": 30}
+    settings = {"bounds": (low, high), "loss": "soft_l1", "xtol": 1e-3, "ftol": tolerance, "max_nfev": 30}
 
     def solve(theta):
-        jacobian = partial(problem.jacobian, low=low, high=high)
-        return scipy.optimize.least_squares(lambda t: problem.residuals([t])[0], theta, jac=jacobian, **settings)
+        derivatives = problem.jacobian if differences == 2 else problem.forward_jacobian
+        jacobian = partial(derivatives, low=low, high=high)
+        return scipy.optimize.least_squares(problem.residual, theta, jac=jacobian, **settings)
 
     solutions = [solve(candidates[start]) for start in order[:tries]]
     problem.bar.close()
@@ -189,7 +204,7 @@ def fit_law(
         value=value,
         relative_std=std,
         correlation=covariance / np.maximum(np.outer(std, std), np.finfo(float).tiny),
-        residual_db=float(np.sqrt(np.mean(solution.fun[: problem.frf_size] ** 2))),
+        residual_db=problem.difference_db(solution.fun),
         cost=float(solution.cost),
         evaluations=problem.evaluations,
     )
@@ -198,34 +213,51 @@ def fit_law(
 class _Problem:
     """Residuals of a set of records as a function of the logarithms of the parameters."""
 
-    def __init__(self, rig, found, make, progress):
+    def __init__(self, rig, found, make, model_error, parameters, progress):
         self.rig, self.make = rig, make
         self.excitations = [item.excitation for item in found]
         self.probes = [item.response.displacement is not None for item in found]
         self.measured = [_features(item.response) for item in found]
-        self.frf_size = sum(frf.size for frf, _ in self.measured)
+        random = np.concatenate([m.frf_error for m in self.measured] + [m.rms_error for m in self.measured])
+        self.weight = 1 / np.hypot(1, random / model_error)
+        self.frf_size = sum(m.frf.size for m in self.measured)
+        self.start = np.log([p.start for p in parameters])
+        self.spread = np.array([p.spread for p in parameters])
         self.bar = tqdm(desc=progress, unit="simulation", disable=progress is None)
         self.evaluations = 0
+        self.latest = None, None
 
     def residuals(self, thetas):
-        """(n, n_residuals) for several parameter sets at once: differences in dB, FRF lines first."""
+        """(n, n_residuals) for several parameter sets at once: weighted differences in dB, FRF lines first."""
         laws = [self.make(*np.exp(theta)) for theta in thetas]
         n = len(self.excitations)
         try:
             responses = simulate_batch(self.rig, self.excitations * len(laws), np.repeat(laws, n).tolist(), "modal")
         except (SimulationError, LawError):
             # A trial set that diverges is a very bad one, not an error of the user's.
-            return np.full((len(laws), sum(f.size + p.size for f, p in self.measured)), 60.0)
+            return np.full((len(laws), self.weight.size + self.spread.size), 60.0)
         self.bar.update(len(laws))
         self.evaluations += len(laws)
-        return np.array([self._residual(responses[n * i : n * i + n]) for i in range(len(laws))])
+        differences = [self._residual(responses[n * i : n * i + n]) for i in range(len(laws))]
+        # A parameter off its start by its spread weighs as much as one line that is off by 1 dB.
+        return np.hstack((differences, (np.reshape(thetas, (len(laws), -1)) - self.start) / self.spread))
+
+    def residual(self, theta):
+        """(n_residuals,) for one parameter set."""
+        self.latest = theta.copy(), self.residuals([theta])[0]
+        return self.latest[1]
 
     def _residual(self, responses):
         seen = [r if p else dataclasses.replace(r, displacement=None) for r, p in zip(responses, self.probes)]
         pairs = [(_features(r), m) for r, m in zip(seen, self.measured)]
-        frf = [20 * np.log10(model[0] / test[0]) for model, test in pairs]
-        rms = [RMS_WEIGHT * 20 * np.log10(model[1] / test[1]) for model, test in pairs]
-        return np.concatenate((*frf, *rms))
+        frf = [20 * np.log10(model.frf / test.frf) for model, test in pairs]
+        rms = [RMS_WEIGHT * 20 * np.log10(model.rms / test.rms) for model, test in pairs]
+        return self.weight * np.concatenate((*frf, *rms))
+
+    def difference_db(self, residual) -> float:
+        """RMS difference of the FRF magnitudes, without the weights."""
+        lines = slice(0, self.frf_size)
+        return float(np.sqrt(np.mean((residual[lines] / self.weight[lines]) ** 2)))
 
     def jacobian(self, theta, low, high):
         """(n_residuals, n) by differences, central but at the bounds."""
@@ -235,20 +267,50 @@ class _Problem:
         width = np.sum(up - down, axis=1)
         return ((values[: theta.size] - values[theta.size :]) / width[:, None]).T
 
+    def forward_jacobian(self, theta, low, high):
+        """(n_residuals, n) by differences away from the nearer bound."""
+        step = np.where(theta - low > high - theta, -DIFFERENCE, DIFFERENCE)
+        at, here = self.latest
+        here = here if np.array_equal(at, theta) else self.residual(theta)
+        return ((self.residuals(theta + np.diag(step)) - here) / step[:, None]).T
 
-def _features(response: Response):
-    """FRF magnitudes (n_sensors, n_f) of the pieces one after the other, and RMS of what is compared by RMS."""
+
+class _Features(NamedTuple):
+    """What is compared of a record."""
+
+    frf: np.ndarray
+    """(n_lines,) magnitudes of all pieces and sensors"""
+    rms: np.ndarray
+    """(n_rms,) of what is compared by RMS"""
+    frf_error: np.ndarray
+    """(n_lines,) random errors, dB"""
+    rms_error: np.ndarray
+    """(n_rms,) the same"""
+
+
+def _features(response: Response) -> _Features:
     count = max(1, int(response.duration / PIECE))
     edges = np.linspace(0, response.excitation.size, count + 1).astype(int)
-    magnitudes, signals = [], []
-    for piece in (slice(*edge) for edge in itertools.pairwise(edges)):
-        excitation, acceleration = response.excitation[piece], response.acceleration[piece]
-        if np.abs(excitation).max() > CREST * excitation.std():
-            signals.append(acceleration)
-        else:
-            part = dataclasses.replace(response, excitation=excitation, acceleration=acceleration)
-            magnitudes.append(np.abs(estimate_frf(part, resolution=RESOLUTION).value))
-        if response.displacement is not None:
-            signals.append(response.displacement[piece])
-    rms = [np.sqrt(np.mean(signal**2, axis=0)) for signal in signals]
-    return np.concatenate([*magnitudes, np.empty(0)], axis=None), np.concatenate([*rms, np.empty(0)])
+    pieces = [_piece_features(response, slice(*edge)) for edge in itertools.pairwise(edges)]
+    return _Features(*(np.concatenate(values) for values in zip(*pieces)))
+
+
+def _piece_features(response, piece):
+    excitation, acceleration = response.excitation[piece], response.acceleration[piece]
+    signals = [] if response.displacement is None else [response.displacement[piece]]
+    frf = frf_error = np.empty(0)
+    if np.abs(excitation).max() > CREST * excitation.std():
+        signals.append(acceleration)
+    else:
+        part = dataclasses.replace(response, excitation=excitation, acceleration=acceleration)
+        found = estimate_frf(part, resolution=RESOLUTION)
+        frf = np.abs(found.value).ravel()
+        frf_error = _random_db(found.coherence, part.duration * RESOLUTION).ravel()
+    rms = np.concatenate([np.empty(0), *(np.sqrt(np.mean(signal**2, axis=0)) for signal in signals)])
+    # Impacts scatter the RMS of a piece as they scatter its FRFs.
+    return _Features(frf, rms, frf_error, np.full(rms.size, np.median(frf_error) if frf.size else 0.0))
+
+
+def _random_db(coherence, averages):
+    """Random error √(1-γ²) / (|γ| √(2 n)) of an FRF's magnitude (Bendat & Piersol 2010, Table 9.6), in dB."""
+    return 20 / np.log(10) * np.sqrt((1 - coherence) / (2 * averages * coherence))

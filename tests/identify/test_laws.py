@@ -2,6 +2,7 @@
 physics, which tests/verification and tests/testrig check, but of the fit)."""
 
 import dataclasses
+import math
 
 import numpy as np
 import pytest
@@ -12,7 +13,7 @@ from clearance_mj.engines import simulate
 from clearance_mj.errors import ClearanceError, RecordError
 from clearance_mj.frf import estimate_frf
 from clearance_mj.identify.laws import fit_constant, fit_output_error, nominal
-from clearance_mj.identify.output_error import _Problem, before_contact, evidence
+from clearance_mj.identify.output_error import Parameter, _Problem, _random_db, before_contact, evidence, fit_law
 from clearance_mj.io.dataset import Dataset
 from clearance_mj.testrig import Truth
 
@@ -40,7 +41,7 @@ def test_constants_are_recovered_and_validation_records_stay_closed(small_datase
 def test_start_values_are_worse_than_the_fit(small_dataset):
     """The datasheet misses the same residual by far: the fit is what brings it down."""
     dataset = Dataset.load(small_dataset)
-    problem = _Problem(dataset.rig, evidence(dataset.identify), lambda: nominal(dataset.rig), None)
+    problem = _Problem(dataset.rig, evidence(dataset.identify), lambda: nominal(dataset.rig), math.inf, (), None)
     assert np.sqrt(np.mean(problem.residuals([()])[0][: problem.frf_size] ** 2)) > 1.0
 
 
@@ -87,17 +88,43 @@ def test_physical_law_without_probes(rig):
     assert fit.law.grease[0].stiffness == pytest.approx(SMALL_LAW.grease[0].stiffness, rel=0.05)
 
 
+def test_a_parameter_that_no_record_tells_stays_where_it_is_believed(small_dataset):
+    """Without its spread, its column of the Jacobian is zero; with it, its standard deviation is large, not nought."""
+    dataset = Dataset.load(small_dataset)
+    told = Parameter("grease stiffness", "N/m", 4040.0, 1e3, 1e5)
+    untold = Parameter("colour", "1", 3.0, 1.0, 9.0, spread=0.5)
+
+    def law(stiffness, _):
+        grease = dataclasses.replace(SMALL_LAW.grease[0], stiffness=float(stiffness))
+        return dataclasses.replace(SMALL_LAW, grease=(grease,))
+
+    fit = fit_law(dataset.rig, evidence(dataset.identify), [told, untold], law)
+    assert fit.value == pytest.approx([SMALL_LAW.grease[0].stiffness, 3.0], rel=5e-3)
+    assert fit.relative_std[1] > 30 * fit.relative_std[0]
+
+
+def test_random_error_of_an_frf(rng):
+    """Scatter of |H| in dB over 400 pieces of white noise through a gain of 2, as much noise added: coherence 1/2."""
+    n, averages = 256, 40
+    x, noise = rng.standard_normal((2, 400, averages, n))
+    spectra_x, spectra_y = np.fft.rfft(x)[..., 1:-1], np.fft.rfft(2 * x + 2 * noise)[..., 1:-1]
+    gain = np.abs(np.mean(spectra_x.conj() * spectra_y, axis=1) / np.mean(np.abs(spectra_x) ** 2, axis=1))
+    assert np.std(20 * np.log10(gain)) == pytest.approx(_random_db(0.5, averages), rel=0.03)
+
+
 @pytest.mark.slow
 def test_physical_law_of_the_virtual_rig():
     """The generator's parameters, opened here and by no identification, and records that it has not seen."""
     dataset = Dataset.load(ROOT / "data" / "table1_rig")
     fit = fit_output_error(dataset)
     assert not any(record.opened for record in dataset.validate)
-    truth, found = Truth(), fit.law.grease[0]
-    assert found.stiffness == pytest.approx(truth.grease_stiffness, rel=0.02)
-    assert found.elastic_ratio == pytest.approx(truth.elastic_ratio, abs=0.03)
-    assert found.damping == pytest.approx(truth.film_damping, rel=0.05)
-    assert found.film_height == pytest.approx(truth.film_height, rel=0.05)
+    truth = Truth()
+    assert len(fit.law.grease) == 2
+    for found in fit.law.grease:
+        assert found.stiffness == pytest.approx(truth.grease_stiffness, rel=0.02)
+        assert found.elastic_ratio == pytest.approx(truth.elastic_ratio, abs=0.03)
+        assert found.damping == pytest.approx(truth.film_damping, rel=0.05)
+        assert found.film_height == pytest.approx(truth.film_height, rel=0.05)
     tests = {r.name: estimate_frf(r.response()) for r in dataset.validate}
     for record in dataset.validate:
         model = estimate_frf(simulate(dataset.rig, record.excitation(), fit.law, "modal")).value
