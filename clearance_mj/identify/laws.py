@@ -16,7 +16,7 @@ from ..rig import Grease, Rig
 from .checks import check_length, check_records, ridge_band, warn_of_no_ridge
 from .force_balance import SETTLE, amplitude_law, force_balance_law, ridge_law
 from .output_error import PIECE, Fit, Parameter, before_contact, evidence, fit_law
-from .wavelet import shortest as shortest_for_wavelet
+from .wavelet import shortest_record
 
 MODEL_ERROR = 1.0
 """dB by which the physical law is expected to miss FRFs without noise"""
@@ -267,12 +267,12 @@ METHODS = {
     "ridge": Method(
         "the rig file and the longest record to identify: contact over that record's time, from its wavelet ridge",
         lambda dataset, progress: _ridge(dataset, "adiabatic", "viscous", progress),
-        lambda rig: shortest_for_wavelet(ridge_band(rig)[0]),
+        lambda rig: shortest_record(ridge_band(rig)[0]),
     ),
     "ridge-as-printed": Method(
         "as ridge, with the article's Equations 12 and 17 as printed",
         lambda dataset, progress: _ridge(dataset, "none", "as-printed", progress),
-        lambda rig: shortest_for_wavelet(ridge_band(rig)[0]),
+        lambda rig: shortest_record(ridge_band(rig)[0]),
     ),
     "force-balance": Method(
         "the rig file and the records to identify: constant contact and Bouc-Wen grease out of the restoring forces",

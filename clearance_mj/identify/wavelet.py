@@ -11,7 +11,7 @@ import scipy.signal
 from ..errors import RecordError
 from .channels import check_channel
 
-__all__ = ["Ridge", "Scalogram", "ridge", "ridges", "scalogram", "shortest", "skeleton"]
+__all__ = ["Ridge", "Scalogram", "ridge", "ridges", "scalogram", "shortest_record", "skeleton"]
 
 BANDWIDTH = 2.0  # B of cmorB-C: ψ(t) = (πB)^-1/2 exp(-t²/B + jω0 t) is the Morlet wavelet whose σ_t is its scale
 SPACING = 0.25  # of neighbouring scales, in widths 1/σ_t of the wavelet in frequency
@@ -156,7 +156,7 @@ def skeleton(plane: Scalogram) -> Ridge:
     return _followed(plane, 1 / (plane.time[1] - plane.time[0]))[0]
 
 
-def shortest(lowest: float, omega0: float = 5.0) -> float:
+def shortest_record(lowest: float, omega0: float = 5.0) -> float:
     """Shortest record that leaves something to be seen between the ends' masks, s.
 
     Parameters
@@ -225,7 +225,7 @@ def _checked(signal, fs, band, omega0) -> np.ndarray:
     if not 4 <= omega0 < np.inf:
         raise RecordError(f"omega0 must be >= 4 rad for a wavelet without a mean, got {omega0!r}")
     check_channel("the signal", signal, fs)
-    needed = shortest(band[0], omega0)
+    needed = shortest_record(band[0], omega0)
     if signal.size / fs < needed:
         raise RecordError(
             f"the record lasts {signal.size / fs:g} s; the wavelet (omega0 = {omega0:g}) needs {needed:.3g} s "

@@ -133,8 +133,8 @@ def _columns(cells, mapped, line) -> list[_Column]:
         scale = _scale(unit if unit is not None else _CELL.fullmatch(cell)[2], quantity, where)
         node = int(channel[2] or _NODES.get(kind, 0))
         used.append(_Column(index, _name(cell), quantity, node, channel[3] or "+Z", scale))
-    if not used:
-        raise RecordError(f"line {line}: every column is left out")
+    if all(column.quantity == "time" for column in used):
+        raise RecordError(f"line {line}: has no channel beside time; its columns are {_listed(cells)}")
     return used
 
 

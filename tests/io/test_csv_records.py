@@ -124,6 +124,11 @@ def test_times_that_are_too_coarse(tmp_path, numbers):
         read_csv(write(tmp_path / "a.csv", numbers, time="%.3f"))
 
 
+def test_time_alone_is_no_record(tmp_path, numbers):
+    with pytest.raises(RecordError, match="line 1: has no channel beside time"):
+        read_csv(write(tmp_path / "a.csv", numbers), dict.fromkeys(("base", "acc:1", "disp:6"), "skip"))
+
+
 def test_files_without_records(tmp_path):
     (tmp_path / "a.csv").write_text(HEADER + "\n")
     with pytest.raises(RecordError, match="holds no records"):
