@@ -11,6 +11,7 @@ from ..io.dataset import Record, write_dataset
 from ..rig import Rig
 from .acquisition import BITS, acquire
 from .bench import simulate_rig
+from .others import RIGS
 from .plans import Plan, plans
 from .truth import Truth
 
@@ -56,19 +57,25 @@ def take(plan: Plan, rig: Rig, truth: Truth | Sequence[Truth], command: str = CO
     )
 
 
-def generate(path, rig: Rig, truth: Truth | Sequence[Truth], command: str = COMMAND):
+def generate(path, name: str = "table1"):
     """Write a virtual rig's records as a dataset.
 
     Parameters
     ----------
     path : str or Path
         The folder.
-    rig, truth, command
-        As for `take`.
+    name : str
+        Of the rig, see `others.RIGS`.
+
+    Raises
+    ------
+    RigError
+        If the rig file of "table1" is not there: it is part of the source tree, not of an installed package.
     """
-    todo = plans()
+    virtual, todo = RIGS[name](), plans()
+    command = COMMAND if name == "table1" else f"{COMMAND} --rig {name}"
     # The compiled integrator releases the interpreter's lock. Each record has its own seed, so order does not matter.
     with ThreadPoolExecutor(THREADS) as pool:
-        running = pool.map(lambda plan: take(plan, rig, truth, command), todo)
-        records = list(tqdm(running, total=len(todo), desc=f"virtual rig {rig.name}", unit="record"))
-    write_dataset(path, rig, records)
+        running = pool.map(lambda plan: take(plan, virtual.rig, virtual.truth, command), todo)
+        records = list(tqdm(running, total=len(todo), desc=f"virtual rig {name}", unit="record"))
+    write_dataset(path, virtual.rig, records)

@@ -1,0 +1,90 @@
+"""Three rigs made up after the identification was finished: what each law predicts there, against the repeat floor."""
+
+import argparse
+import csv
+from pathlib import Path
+
+from matplotlib.figure import Figure
+
+from clearance_mj.study import Study, run_study
+from clearance_mj.testrig import generate
+
+RIGS = ("iwan", "lugre", "mixed")
+LAWS = {"constant": "#d55e00", "amplitude": "#009e73", "output-error": "#0072b2"}
+ENGINES = {"modal": "-", "links": "--"}
+FIGURES = {"rmse_db": "{:.2f}", "ratio_to_floor": "{:.2f}", "frac": "{:.4f}", "csac": "{:.4f}", "csf": "{:.4f}"}
+
+
+def study_of(name: str, out: Path, engines) -> Study:
+    """Make the rig's records, if they are not there yet, and study them."""
+    dataset = out / name / "dataset"
+    if not dataset.exists():
+        generate(dataset, name)
+    return run_study(dataset, out / name / "study", engines, tuple(LAWS))
+
+
+def table(name: str, study: Study) -> list[dict]:
+    """One row per level, law and engine, and the repeat floor."""
+    found = study.rows()
+    floor = {row["level"]: row["rmse_db"] for row in found if row["law"] == "repeat"}
+    rows = []
+    for row in found:
+        row |= {"rig": name, "ratio_to_floor": row["rmse_db"] / floor[row["level"]]}
+        rows.append({key: row[key] for key in ("rig", "level", "law", "engine", *FIGURES)})
+    return rows
+
+
+def draw(rows) -> Figure:
+    """RMSE over level, one panel for each rig."""
+    names = list(dict.fromkeys(row["rig"] for row in rows))
+    levels = sorted({row["level"] for row in rows})
+    lines = {("repeat", "rig"): {"color": "black", "lw": 3, "alpha": 0.4, "label": "rig again, other seed"}}
+    for law, colour in LAWS.items():
+        for engine, dashes in ENGINES.items():
+            style = {"color": colour, "ls": dashes, "marker": "o", "ms": 3, "lw": 1.2, "label": f"{law}, {engine}"}
+            lines[law, engine] = style
+    figure = Figure(figsize=(7.5, 3.6), layout="constrained")
+    panels = figure.subplots(1, len(names), sharey=True, squeeze=False)[0]
+    for ax, name in zip(panels, names):
+        for (law, engine), style in lines.items():
+            found = [r for r in rows if (r["rig"], r["law"], r["engine"]) == (name, law, engine)]
+            if found:
+                ax.loglog([r["level"] for r in found], [r["rmse_db"] for r in found], **style)
+        ax.set_title(f'rig "{name}"', fontsize=9, loc="left")
+        ax.set_xlabel("level (m/s² RMS)")
+        ax.minorticks_off()
+        ax.set_xticks(levels, [f"{v:g}" for v in levels])
+        ax.grid(alpha=0.3)
+    ticks = (0.05, 0.1, 0.2, 0.5, 1, 2, 5)
+    panels[0].set_yticks(ticks, [f"{v:g}" for v in ticks])
+    panels[0].set_ylabel("RMSE of FRF magnitudes (dB)")
+    figure.legend(
+        *panels[0].get_legend_handles_labels(), loc="outside lower center", ncols=4, fontsize=7, frameon=False
+    )
+    return figure
+
+
+def main() -> None:
+    """Study the rigs and write other_rigs.csv, other_rigs.md and other_rigs.png."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--out", type=Path, default=Path("results/other_rigs"), help="folder; holds the datasets too")
+    parser.add_argument("--rigs", nargs="+", choices=RIGS, default=RIGS)
+    parser.add_argument("--engines", nargs="+", choices=ENGINES, default=tuple(ENGINES))
+    arguments = parser.parse_args()
+    out = arguments.out
+    rows = [row for name in arguments.rigs for row in table(name, study_of(name, out, arguments.engines))]
+    texts = [
+        [r["rig"], f"{r['level']:g}", r["law"], r["engine"], *(f.format(r[c]) for c, f in FIGURES.items())]
+        for r in rows
+    ]
+    header = ["rig", "level (m/s²)", "law", "engine", "RMSE (dB)", "RMSE / floor", "FRAC", "CSAC", "CSF"]
+    with (out / "other_rigs.csv").open("w", newline="", encoding="utf-8") as file:
+        csv.writer(file).writerows([list(rows[0]), *(list(row.values()) for row in rows)])
+    lines = [" | ".join(line) for line in (header, ["---"] * len(header), *texts)]
+    (out / "other_rigs.md").write_text("".join(f"| {line} |\n" for line in lines), encoding="utf-8")
+    draw(rows).savefig(out / "other_rigs.png", dpi=150)
+    print((out / "other_rigs.md").read_text(encoding="utf-8"))
+
+
+if __name__ == "__main__":
+    main()
