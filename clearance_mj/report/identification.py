@@ -29,7 +29,7 @@ LOOP = 0.25
 """s of motion in a loop"""
 WITHIN = 0.95
 """of the gap, which the motion of a loop without contact stays below"""
-WINDOWS = "force balance, windows of 0.5 s (mean amplitude)"
+WINDOWS = "force balance, windows of 0.5 s"
 LIMIT = 1.6
 """axes end at so many times the 95th percentile of a curve: single windows scatter far"""
 
@@ -152,7 +152,17 @@ def contact_over_amplitude(measured: Sequence[ContactParameters], curves: Sequen
                 np.concatenate([getattr(p, field)[:, j] for p in measured])
                 for field in ("amplitude", name, f"{name}_std")
             )
-            ax.errorbar(MM * x, y, std, fmt=".", color=TEST, ecolor=REPEAT, markersize=3, elinewidth=0.5, label=WINDOWS)
+            ax.errorbar(
+                MM * x,
+                y,
+                std,
+                fmt=".",
+                color=TEST,
+                ecolor=REPEAT,
+                markersize=3,
+                elinewidth=0.5,
+                label=f"{WINDOWS} (mean amplitude)",
+            )
             for curve, colour in zip(curves, LAWS):
                 ax.plot(MM * curve.amplitude, getattr(curve, name)[:, j], color=colour, linewidth=1.6, zorder=3,
                         label=curve.label)  # fmt: skip
