@@ -63,6 +63,8 @@ SAME = 1e-3
 """difference of logarithms below which two starts found the same rig"""
 AS_GOOD = 1.0
 """Δχ² below which two rigs fit equally well"""
+EQUAL = 1e-6
+"""half of Δχ² below which rigs fit equally for every purpose"""
 FREQUENCY_STD = 1e-3
 """of a measured natural frequency, relative, where the file does not say"""
 SHAPE_STD = 0.03
@@ -239,7 +241,7 @@ class Calibration:
     at_bound: tuple[str, ...]
     """parameters that ended at a bound"""
     solutions: tuple[Solution, ...]
-    """of every start, best first"""
+    """of every start, best first; of perfect fits, the nearest to the rig that was given"""
 
     @property
     def std(self) -> np.ndarray:
@@ -325,7 +327,7 @@ def calibrate(
         bounds in SI units. Without a number, as in "bushings.grease.stiffness", all entries share one value. None:
         ×/÷ 1.2 for dimensions and material of the shaft, the whole shaft for a position, ×/÷ 10 for the rest.
     starts : int
-        The rig itself and starts - 1 points of a Latin hypercube between the bounds' logarithms.
+        The rig itself and starts - 1 points of a Latin hypercube between the bounds, of positions, or their logarithms.
     seed : int
         Of the hypercube.
     progress : str, optional
@@ -346,7 +348,9 @@ def calibrate(
     problem = _Problem(rig, tuple(targets), free)
     points = problem.starts(starts, seed)
     solved = [problem.solve(x) for x in tqdm(points, desc=progress, unit="start", disable=progress is None)]
-    solved.sort(key=lambda s: s.cost)
+    least = min(s.cost for s in solved) + EQUAL
+    # What separates perfect fits is rounding: the nearest to the first start then goes first.
+    solved.sort(key=lambda s: (max(s.cost, least), np.linalg.norm(s.x - points[0])))
     best = solved[0]
     covariance, untold = problem.told(best)
     return Calibration(
@@ -470,9 +474,15 @@ class _Problem:
         for _ in range(100):
             if len(points) >= count:
                 break
-            drawn = self.low + (self.high - self.low) * sampler.random(max(count, 1))
+            drawn = self._spread(sampler.random(max(count, 1)))
             points += [x for x in drawn if np.isfinite(self.residual(x)).all()]
         return points[: max(count, 1)]
+
+    def _spread(self, share):
+        """Even between the bounds for a position, even between their logarithms for the rest."""
+        low, high = np.exp(self.low), np.exp(self.high)
+        position = [path.endswith("position") for path in self.paths]
+        return np.where(position, np.log(low + (high - low) * share), self.low + (self.high - self.low) * share)
 
     def solve(self, start):
         return scipy.optimize.least_squares(

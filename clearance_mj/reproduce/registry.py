@@ -23,6 +23,8 @@ ITEMS = {
     "figure_10": "clearance_mj.reproduce.figure_10",
     "table_1": "clearance_mj.reproduce.table_1",
     "table_2": "clearance_mj.reproduce.table_2",
+    "calibrate_table1": "clearance_mj.reproduce.calibrate_table1",
+    "sensor_placement": "clearance_mj.reproduce.sensor_placement",
 }
 """Module of each item by its name, in the order of the index page"""
 
