@@ -25,7 +25,7 @@ from tqdm import tqdm
 from .beam import linear_frf, ritz_model
 from .correlation import relative_error
 from .errors import RecordError, RigError
-from .frf import FRF
+from .frf import FRF, QUANTITY
 from .io.uff import read_uff
 from .modes import extract_modes
 from .rig import Rig
@@ -275,7 +275,7 @@ class Calibration:
         words = [f"the data do not tell {c} (standard deviation of its logarithm {c.std:.2g})" for c in self.untold]
         words += [f"{path} ended at a bound" for path in self.at_bound]
         if len(self.distinct) > 1:
-            words.append(f"{len(self.distinct)} different rigs fit equally well; the one written is the first of them")
+            words.append(f"{len(self.distinct)} different rigs fit equally well; the one written is one of them")
         return tuple(words)
 
     def to_dict(self) -> dict:
@@ -343,7 +343,7 @@ def calibrate(
     RigError
         If a path is unknown, a bound is impossible or does not hold the start.
     RecordError
-        If there are fewer data than free parameters, or data of a sensor that the rig lacks.
+        If there are fewer data than free parameters, or data of a sensor or an excitation that the rig lacks.
     """
     problem = _Problem(rig, tuple(targets), free)
     points = problem.starts(starts, seed)
@@ -432,6 +432,12 @@ class _Problem:
             raise RecordError(f"{len(self.paths)} free parameters need as many data; the targets hold {size}")
         if missing := sorted({node for t in targets for node in t.nodes} - known):
             raise RecordError(f"the data's node {missing[0]} is no sensor of rig {rig.name!r}: {sorted(known)}")
+        for target in targets:
+            if isinstance(target, FRFTarget) and target.frf.quantity != QUANTITY[rig.shaker.kind]:
+                raise RecordError(
+                    f"the FRFs are {target.frf.quantity}, but the shaker of rig {rig.name!r} is {rig.shaker.kind!r}: "
+                    f"{QUANTITY[rig.shaker.kind]}"
+                )
         self.impossible = np.full_like(self._compare(rig), np.inf)
         """what `least_squares` answers with a shorter step"""
 
@@ -470,6 +476,10 @@ class _Problem:
         own = np.where(np.isfinite(own), own, (self.low + self.high) / 2)
         inner = 1e-6 * (self.high - self.low)
         points = [np.clip(own, self.low + inner, self.high - inner)]
+        if not np.isfinite(self.residual(points[0])).all():
+            raise RigError(
+                f"no rig can start with {', '.join(self.paths)} as given: bushings overlap or leave the shaft"
+            )
         sampler = scipy.stats.qmc.LatinHypercube(len(self.paths), rng=np.random.default_rng(seed))
         for _ in range(100):
             if len(points) >= count:
@@ -673,6 +683,8 @@ def read_frf(path, band: tuple[float, float] | None = None) -> FRFTarget:
     frf = frf.within(band) if band else frf
     if not (np.isfinite(frf.value) & (frf.value != 0)).all():
         raise RecordError(f"{path}: an FRF is zero or not finite at a line; cut it off with a band")
+    if other := [label for label in frf.responses if not label.endswith(":+Z")]:
+        raise RecordError(f"{path}: response {other[0]} is not in the direction of vibration, NODE:+Z")
     return FRFTarget(frf)
 
 

@@ -180,6 +180,7 @@ def test_bushings_keep_their_order(rig):
         ({"masses[0].mass": (0.5, 0.2)}, "0 < low < high"),
         ({"masses[0].mass": (1.0, 2.0)}, "starts at 0.434, outside"),
         ({"sensors[0].mass": None}, "starts at 0 and has no bounds"),
+        ({"bushings.position": None}, "bushings overlap"),
     ],
 )
 def test_impossible_parameters(rig, free, message):
@@ -190,6 +191,12 @@ def test_impossible_parameters(rig, free, message):
 def test_more_parameters_than_data(rig):
     with pytest.raises(RecordError, match="4 free parameters need as many data; the targets hold 3"):
         calibrate(rig, [modes_of([9.0, 40.0, 90.0])], dict.fromkeys(EQUAL))
+
+
+def test_frfs_of_another_excitation(rig):
+    target = FRFTarget(FRF(np.arange(5.0, 9.0), np.ones((8, 4)), quantity="acceleration/force"))
+    with pytest.raises(RecordError, match="but the shaker of rig 'table1' is 'base'"):
+        calibrate(rig, [target], {"masses[0].mass": None})
 
 
 def test_data_of_a_sensor_that_the_rig_lacks(rig):
@@ -258,10 +265,11 @@ def test_command_takes_frfs(tmp_path, rig, fit):
         (["--free", "bushings[0].position", "--free", "bushings[1].position", "--free", "beam.length", "--free",
           "masses[0].mass", "--free", "beam.diameter"], "5 free parameters need as many data"),
         (["--free", "masses[0].mass", "--starts", "0"], "--starts must be >= 1"),
+        (["--free", "masses[0].mass", "--out", RIG], "is a file; give a folder"),
     ],
 )  # fmt: skip
 def test_command_refuses_bad_input(tmp_path, capsys, options, message):
-    assert main(["calibrate", RIG, str(TABLE1), *options, "--out", str(tmp_path / "out")]) == 2
+    assert main(["calibrate", RIG, str(TABLE1), "--out", str(tmp_path / "out"), *options]) == 2
     captured = capsys.readouterr()
     assert captured.err.count("\n") == 1
     assert message in captured.err

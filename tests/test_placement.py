@@ -245,12 +245,13 @@ def test_command_writes_table_numbers_and_figure(tmp_path, capsys):
         (["--sensors", "9", "--candidates", "8"], "9 sensors need as many candidates; there are 8"),
         (["--candidates", "0"], "at least 1 candidate"),
         (["--at", "1.5"], "lie on the shaft"),
+        (["--out", RIG], "is a file; give a folder"),
         (["--noise", "loud"], "neither a number nor a file"),
         (["--noise", RIG], "must be CSV with columns position_m and std"),
     ],
 )
 def test_command_refuses_bad_input(tmp_path, capsys, options, message):
-    assert main(["place", RIG, *options, "--out", str(tmp_path / "out")]) == 2
+    assert main(["place", RIG, "--out", str(tmp_path / "out"), *options]) == 2
     captured = capsys.readouterr()
     assert captured.err.count("\n") == 1
     assert message in captured.err

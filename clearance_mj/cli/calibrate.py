@@ -68,6 +68,8 @@ def _run(options):
 
     if options.starts < 1 or options.std <= 0:
         raise RecordError(f"--starts must be >= 1 and --std > 0, got {options.starts} and {options.std:g}")
+    if options.out.is_file():
+        raise RecordError(f"--out {options.out} is a file; give a folder")
     rig, targets = Rig.load(options.rig), [_target(path, options) for path in options.targets]
     progress = None if options.quiet else "calibrating"
     found = calibrate(rig, targets, dict(options.free), options.starts, options.seed, progress)

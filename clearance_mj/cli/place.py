@@ -73,6 +73,8 @@ def _run(options):
     from ..report.tables import write_csv
     from ..rig import Rig
 
+    if options.out.is_file():
+        raise ClearanceError(f"--out {options.out} is a file; give a folder")
     rig = Rig.load(options.rig)
     position = np.union1d(grid(rig, options.candidates), options.at)
     noise = _noise(options.noise, position)
