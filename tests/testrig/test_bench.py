@@ -11,7 +11,7 @@ import clearance_mj.testrig
 from clearance_mj import excitation
 from clearance_mj.errors import ExcitationError
 from clearance_mj.excitation import Excitation
-from clearance_mj.testrig import Truth, simulate_rig
+from clearance_mj.testrig import RIGS, Truth, simulate_rig
 from clearance_mj.testrig.fem import FiniteElements, dense
 
 FS = 2048.0
@@ -121,3 +121,23 @@ def test_same_seed_same_bits_in_any_thread(rig):
     for name in ("acceleration", "displacement", "contact_force", "grease_force"):
         assert np.array_equal(getattr(first, name), getattr(second, name))
     assert not np.array_equal(first.acceleration, other.acceleration)
+
+
+def test_each_bushing_may_be_different(rig):
+    """One truth serves all bushings; with one each, a bushing without grease and contact gives no force."""
+    shake = excitation.random(0.5, FS, (5.0, 220.0), rms=8.0, seed=3, kind="base")
+    greased, empty = Truth(), replace(Truth(), grease_stiffness=0.0, film_damping=0.0, contact_stiffness=0.0)
+    for_all, one_each = (simulate_rig(rig, truth, shake, 1) for truth in (greased, (greased, greased)))
+    assert np.array_equal(for_all.acceleration, one_each.acceleration)
+    unlike = simulate_rig(rig, (greased, empty), shake, 1)
+    assert np.abs(unlike.grease_force[:, 0]).max() > 0.1
+    assert not unlike.grease_force[:, 1].any() and not unlike.contact_force[:, 1].any()
+
+
+@pytest.mark.parametrize("name", ["iwan", "lugre", "mixed"])
+def test_other_rigs_are_free_at_the_lowest_level_and_touch_at_the_highest(name):
+    virtual = RIGS[name]()
+    for level, touching in ((0.3, False), (8.0, True)):
+        shake = excitation.random(2.0, FS, (5.0, 220.0), rms=level, seed=6, kind="base")
+        share = simulate_rig(virtual.rig, virtual.truth, shake, 1).provenance["contact_fraction"]
+        assert (min(share) > 0.02) if touching else (max(share) < 0.02)
