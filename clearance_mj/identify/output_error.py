@@ -313,4 +313,4 @@ def _piece_features(response, piece):
 
 def _random_db(coherence, averages):
     """Random error √(1-γ²) / (|γ| √(2 n)) of an FRF's magnitude (Bendat & Piersol 2010, Table 9.6), in dB."""
-    return 20 / np.log(10) * np.sqrt((1 - coherence) / (2 * averages * coherence))
+    return 20 / np.log(10) * np.sqrt(np.maximum(1 - coherence, 0) / (2 * averages * coherence))
