@@ -9,7 +9,7 @@ from matplotlib.ticker import NullFormatter
 from ..calibrate import Calibration, FRFTarget, ModalTarget
 from .figures import FONT, LAWS, REPEAT, TEST, WIDTH, Drawing, _tidy
 
-__all__ = ["draw", "name_of"]
+__all__ = ["draw"]
 
 START, FOUND = "#e69f00", LAWS[0]
 MOST_SENSORS = 4
@@ -17,14 +17,8 @@ MOST_SENSORS = 4
 SYMBOLS = {"young_modulus": "E", "density": "ρ", "stiffness": "k", "damping": "c", "position": "x", "mass": "m"}
 
 
-def name_of(path: str) -> str:
-    """Return a short name of a parameter for an axis.
-
-    Parameters
-    ----------
-    path : str
-        Such as "bushings[0].grease.stiffness".
-    """
+def _name(path) -> str:
+    """Short name of a parameter, for an axis."""
     words = path.replace("grease.", "").replace("beam.", "").split(".")
     words[-1] = SYMBOLS.get(words[-1], words[-1])
     words[0] = words[0].replace("masses", "mass").replace("bushings[", "bushing[")
@@ -132,7 +126,7 @@ def _starts(ax, found):
     ax.yaxis.set_major_formatter("{x:g}")
     ax.yaxis.set_minor_formatter(NullFormatter())
     _tidy(ax, "every start", "Value over best fit (1)", "")
-    ax.set_xticks(places, [name_of(path) for path in found.paths], fontsize=FONT - 1)
+    ax.set_xticks(places, [_name(path) for path in found.paths], fontsize=FONT - 1)
     ax.legend(fontsize=FONT - 1, frameon=False)
 
 
@@ -146,6 +140,6 @@ def _correlation(ax, found):
             ax.text(j, i, f"{value:.2f}", ha="center", va="center", fontsize=FONT - 1, **dark)
     _tidy(ax, "correlation of the logarithms")
     ax.grid(False)
-    names = [name_of(path) for path in found.paths]
+    names = [_name(path) for path in found.paths]
     ax.set_xticks(places, names, fontsize=FONT - 1)
     ax.set_yticks(places, names, fontsize=FONT - 1)
