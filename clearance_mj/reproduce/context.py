@@ -67,8 +67,8 @@ class Context:
         """
         dataset = Dataset.load(self.path)
         nodes = {s.node for s in dataset.rig.sensors}
-        if len(dataset.rig.bushings) != 2 or nodes != SENSORS:
-            raise RecordError(f"{self.path}: the article's rig has two bushings and sensors 1 to 8; this rig has not")
+        if len(dataset.rig.bushings) != 2 or nodes != SENSORS or dataset.rig.shaker.kind != "base":
+            raise RecordError(f"{self.path}: the article's rig has two bushings, sensors 1 to 8 and a shaken base")
         levels = [r.level for r in dataset.validate]
         if not levels or None in levels or min(map(levels.count, levels)) < 2:
             raise RecordError(
@@ -127,8 +127,17 @@ class Context:
         ----------
         level : float
             m/s².
+
+        Raises
+        ------
+        RecordError
+            If there is none.
         """
-        return [r for r in self.dataset.validate if r.level == level]
+        found = [r for r in self.dataset.validate if r.level == level]
+        if not found:
+            known = ", ".join(f"{known:g}" for known in self.levels)
+            raise RecordError(f"{self.path}: no validation record has level {level:g}; there are {known}")
+        return found
 
     def repeat(self, level: float) -> Comparison:
         """Return how the second record of a level compares with the first: what the rig repeats itself within.
