@@ -7,8 +7,10 @@ Plain frozen data in SI units, read from and written to TOML. Every impossible v
 from __future__ import annotations
 
 import dataclasses
+import functools
 import math
 import tomllib
+import types
 import typing
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -369,7 +371,7 @@ def from_plain(kind, data, where):
     """
     if not isinstance(data, dict):
         raise RigError(f"{where or 'rig'} must be a table of keys, got {data!r}")
-    hints = typing.get_type_hints(kind)
+    hints = _hints(kind)
     fields = {f.name: f for f in dataclasses.fields(kind)}
     prefix = f"{where}." if where else ""
     for key in data:
@@ -392,11 +394,17 @@ def from_plain(kind, data, where):
         raise RigError(message) from None
 
 
+_hints = functools.cache(typing.get_type_hints)
+
+
 def _convert(hint, value, where):
     origin, args = typing.get_origin(hint), typing.get_args(hint)
+    if origin is types.UnionType:  # an optional field
+        return _convert(args[0], value, where)
     if origin is tuple and args[-1] is Ellipsis:
         if not isinstance(value, list):
-            raise RigError(f"{where} must be a list of tables ([[{where}]])")
+            of_tables = f" of tables ([[{where}]])" if dataclasses.is_dataclass(args[0]) else ""
+            raise RigError(f"{where} must be a list{of_tables}, got {value!r}")
         return tuple(_convert(args[0], item, f"{where}[{i}]") for i, item in enumerate(value))
     if origin is tuple:
         if not isinstance(value, list) or len(value) != len(args):

@@ -36,7 +36,7 @@ from .io.files import replacing, to_json
 from .io.results import dataset_to_frf, frf_to_dataset
 from .response import Response
 
-__all__ = ["ENGINES", "METHODS", "Case", "Knowledge", "Study", "run_study"]
+__all__ = ["ENGINES", "METHODS", "Case", "Knowledge", "Study", "contact_statistics", "run_study"]
 
 ENGINES = ("links", "modal")
 METHODS = ("nominal", "constant", "ridge-as-printed", "ridge", "force-balance", "amplitude", "output-error")
@@ -280,7 +280,7 @@ def _case(knowledge, engine, record, name, tests, cache) -> Case:
         per_mode = {key: np.array(column) for key, column in kept["per_mode"].items()}
         return Case(knowledge.name, engine, record, frf, with_modes(test, frf, per_mode), kept["statistics"])
     response = simulate(record.rig, record.excitation(), knowledge.law, engine)
-    frf, statistics = estimate_frf(response, resolution=RESOLUTION), _statistics(response)
+    frf, statistics = estimate_frf(response, resolution=RESOLUTION), contact_statistics(response)
     comparison = compare(test, frf, N_MODES)
     per_mode = {key: column.tolist() for key, column in comparison.per_mode.items()}
     attributes = {"kept": json.dumps({"statistics": statistics, "per_mode": per_mode})}
@@ -290,7 +290,19 @@ def _case(knowledge, engine, record, name, tests, cache) -> Case:
     return Case(knowledge.name, engine, record, frf, comparison, statistics)
 
 
-def _statistics(response: Response) -> dict:
+def contact_statistics(response: Response) -> dict:
+    """Motion and contact at the bushings of a simulation, and its time step.
+
+    Parameters
+    ----------
+    response : Response
+        A simulation's.
+
+    Returns
+    -------
+    dict
+        As `Case.statistics`.
+    """
     contact = np.abs(response.contact_force)
     # The anti-alias filter rings a little around an impact: count what is above its ripple.
     ripple = np.maximum(0.01 * contact.max(axis=0), 1e-3)

@@ -7,6 +7,7 @@ the same folder finds them there, computes what is new, and drops what it did no
 
 from __future__ import annotations
 
+import fcntl
 import functools
 import hashlib
 import json
@@ -20,7 +21,7 @@ from ._version import __version__
 from .errors import ClearanceError
 from .io.files import replacing
 
-__all__ = ["Cache", "Workshop", "code", "digest", "open_workshop"]
+__all__ = ["Cache", "Workshop", "code", "digest", "held", "open_workshop"]
 
 CACHE = "cache"
 _PACKAGE = Path(__file__).parent
@@ -147,24 +148,36 @@ def open_workshop(out: Path):
     """
     folder = out.with_name(out.name + ".partial")
     (folder / CACHE).mkdir(parents=True, exist_ok=True)
-    lock = folder / "lock"
-    holder = int(lock.read_text() or 0) if lock.exists() else 0
-    if holder and _alive(holder):
-        raise ClearanceError(f"{folder}: another study (process {holder}) is writing there")
-    lock.write_text(str(os.getpid()))
-    try:
+    with held(folder / "lock", "study"):
         yield Workshop(folder, out)
-    except BaseException:
-        lock.unlink(missing_ok=True)
-        raise
-    shutil.rmtree(folder)
+        shutil.rmtree(folder)
 
 
-def _alive(process: int) -> bool:
-    try:
-        os.kill(process, 0)
-    except ProcessLookupError:
-        return False
-    except PermissionError:
-        return True
-    return process != os.getpid()
+@contextmanager
+def held(lock: Path, what: str):
+    """Hold a lock file; the system lets go of it when the process ends, however it ends.
+
+    Parameters
+    ----------
+    lock : Path
+        The file, in the folder that one process may write into.
+    what : str
+        What writes there, for the message.
+
+    Raises
+    ------
+    ClearanceError
+        If another process holds it.
+    """
+    with lock.open("a+") as file:
+        try:
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            file.seek(0)
+            raise ClearanceError(
+                f"{lock.parent}: another {what} (process {file.read() or 'unknown'}) is writing there"
+            ) from None
+        file.truncate(0)
+        file.write(str(os.getpid()))
+        file.flush()
+        yield

@@ -181,8 +181,8 @@ def test_a_study_replaces_an_older_one_only_when_it_is_whole(small_dataset, tmp_
 def test_two_studies_into_one_folder(small_dataset, tmp_path):
     partial = tmp_path / "out.partial"
     partial.mkdir()
-    (partial / "lock").write_text(str(os.getppid()))
-    with pytest.raises(ClearanceError, match=f"another study .process {os.getppid()}. is writing there"):
+    held, message = workshop.held(partial / "lock", "study"), f"another study .process {os.getpid()}. is writing there"
+    with held, pytest.raises(ClearanceError, match=message):
         run_study(small_dataset, tmp_path / "out", ("modal",), METHODS, progress=False)
 
 

@@ -1,0 +1,118 @@
+"""Figures of a sweep: its results over the varied parameters, and where their spread comes from."""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+from matplotlib.figure import Figure
+
+from ..sweep.design import Vary
+from ..sweep.sensitivity import Sensitivity, quantities
+from .figures import FONT, WIDTH, Drawing, _tidy
+
+__all__ = ["draw_results", "draw_sensitivity"]
+
+FIRST, TOTAL = "#0072b2", "#e69f00"
+DOT = "#0072b2"
+UNITS = {
+    **dict.fromkeys(("position", "gap", "length", "diameter", "width", "height", "film_height", "amplitude"), "m"),
+    **dict.fromkeys(("stiffness", "k"), "N/m"),
+    **dict.fromkeys(("damping", "c"), "N s/m"),
+    **dict.fromkeys(("rms", "start_rms", "end_rms", "peak"), "m/s² or N"),
+    **dict.fromkeys(("t", "release", "duration", "period"), "s"),
+    **{"mass": "kg", "young_modulus": "Pa", "density": "kg/m³", "restitution": "1", "elastic_ratio": "1", "seed": "1"},
+}
+"""of a field by its name; others are told to be in SI units"""
+MOST_ROWS = 8
+"""results that are drawn"""
+
+
+def draw_results(results: xr.Dataset, varied: tuple[Vary, ...]) -> Drawing:
+    """Draw what came out over each varied parameter.
+
+    Parameters
+    ----------
+    results : xarray.Dataset
+        As `run_sweep` returns it.
+    varied : tuple of Vary
+        The varied parameters.
+    """
+    found = _most_telling(quantities(results))
+    shape = len(found), len(varied)
+    figure = Figure(figsize=(WIDTH, 0.7 + 1.15 * shape[0]), layout="constrained", facecolor="white")
+    axes = figure.subplots(*shape, squeeze=False, sharex="col", sharey="row")
+    for row, (name, values) in zip(axes, found.items()):
+        for ax, vary, parameter in zip(row, varied, results["parameter"].values.T):
+            ax.plot(parameter, values, ".", color=DOT, ms=3, alpha=0.5, mew=0, rasterized=True)
+            ax.set_xscale(vary.scale)
+            _tidy(ax)
+        row[0].set_ylabel(_folded(name), fontsize=FONT)
+    for ax, vary in zip(axes[-1], varied):
+        ax.set_xlabel(_with_unit(vary.path), fontsize=FONT)
+    caption = f"Every case of the sweep ({results.sizes['case']}): results over the varied parameters, SI units."
+    return Drawing("sweep", figure, caption, "Scatter of results over the varied parameters.", sharp=False)
+
+
+def draw_sensitivity(found: Sensitivity) -> Drawing:
+    """Draw Sobol indices, with their 95 % intervals.
+
+    Parameters
+    ----------
+    found : Sensitivity
+        The indices.
+    """
+    n, columns = len(found.quantity), 3
+    rows = -(-n // columns)
+    height = 0.55 + rows * (0.5 + 0.22 * len(found.parameter))
+    figure = Figure(figsize=(WIDTH, height), layout="constrained", facecolor="white")
+    axes = figure.subplots(rows, columns, squeeze=False, sharex=True, sharey=True)
+    places = np.arange(len(found.parameter))
+    for ax in axes.ravel()[n:]:
+        ax.set_axis_off()
+    for i, (ax, quantity) in enumerate(zip(axes.ravel(), found.quantity)):
+        _bars(ax, places - 0.19, found.first[i], found.first_interval[:, i], FIRST, "first order")
+        _bars(ax, places + 0.19, found.total[i], found.total_interval[:, i], TOTAL, "total", hatch="////")
+        ax.set_yticks(places, [_short(path) for path in found.parameter])
+        last = i + columns >= n
+        _tidy(ax, quantity, "", "Sobol index (1)" if last else "")
+        ax.tick_params(labelbottom=last)
+    axes[0, 0].invert_yaxis()
+    axes[0, 0].set_xlim(min(-0.05, found.first_interval.min()), max(1.05, found.total_interval.max()))
+    handles, labels = axes[0, 0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside upper center", ncols=2, fontsize=FONT, frameon=False)
+    caption = (
+        "Sobol indices: the share of each result's variance that comes from a parameter alone (first order), and with "
+        "its interactions (total). Lines: 95 % intervals of a bootstrap over the samples."
+    )
+    return Drawing("sensitivity", figure, caption, "Bars of Sobol indices by result and parameter.")
+
+
+def _bars(ax, places, value, interval, colour, label, hatch=""):
+    ax.barh(places, value, 0.36, color=colour, label=label, hatch=hatch, edgecolor="white", linewidth=0.3)
+    ax.hlines(places, *interval, color="black", lw=0.9)
+
+
+def _most_telling(found) -> dict[str, np.ndarray]:
+    """Results that vary; of too many, one of each kind after the other."""
+    found = {name: values for name, values in found.items() if np.ptp(values[np.isfinite(values)]) > 0}
+    number = {name: "".join(c for c in name if c.isdigit()) for name in found}
+    kept = sorted(found, key=lambda name: number[name])[:MOST_ROWS]
+    return {name: values for name, values in found.items() if name in kept}
+
+
+def _short(path) -> str:
+    """A path without the table's name, broken where it is long."""
+    inner = path.partition(".")[2]
+    head, dot, tail = inner.rpartition(".")
+    return f"{head}\n{tail}" if dot and len(inner) > 14 else inner
+
+
+def _with_unit(path) -> str:
+    field = path.rpartition(".")[2].partition("[")[0]
+    return f"{_short(path)} ({UNITS.get(field, 'SI unit')})"
+
+
+def _folded(name) -> str:
+    words, _, unit = name.rpartition(" (")
+    head, _, tail = words.rpartition(" of ")
+    return f"{head} of\n{tail} ({unit}" if head else f"{words.replace(' ', chr(10), 1)} ({unit}"

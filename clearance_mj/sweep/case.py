@@ -1,0 +1,242 @@
+"""What a case gives: natural frequencies and, where it is simulated, FRFs, their peaks, RMS, contact and RMSE."""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..beam import natural_frequencies
+from ..clearance.law import Law
+from ..correlation import rmse_db
+from ..engines import Engine, simulate
+from ..errors import ClearanceError, RecordError
+from ..excitation import Excitation
+from ..frf import FRF, estimate_frf
+from ..response import Response
+from ..rig import BASE_NODE, SHAKER_NODE, Rig
+from ..study import contact_statistics
+
+__all__ = ["Observer", "Outputs", "linear_frequencies"]
+
+COHERENCE_BLIND = {"divide": "ignore", "invalid": "ignore"}
+"""an FRF of zero responses has no coherence"""
+
+
+@dataclass(frozen=True)
+class Outputs:
+    """What is kept of every case."""
+
+    natural_frequencies: int = 4
+    """how many, of the linear rig within the gap"""
+    resolution: float = 0.5
+    """distance of the FRF's lines, Hz"""
+    band: tuple[float, float] | None = None
+    """of the FRFs, Hz; default: that of the excitation"""
+    frf: tuple[int, ...] | None = None
+    """nodes of the sensors whose FRFs are kept; default: all. Their peaks and RMSE are kept in any case"""
+    peaks: tuple[tuple[float, float], ...] | None = None
+    """Hz, bands in each of which the highest peak is kept; default: one around each natural frequency of the plan's
+    rig, from the geometric mean with the one before to that with the next"""
+
+    def __post_init__(self):
+        if not 1 <= self.natural_frequencies <= 20:
+            raise ClearanceError(f"outputs.natural_frequencies must be in 1..20, got {self.natural_frequencies}")
+        for low, high in self.peaks or ():
+            if not 0 <= low < high:
+                raise ClearanceError(f"outputs.peaks: {low:g} to {high:g} Hz are not two rising frequencies")
+
+
+@dataclass(frozen=True, eq=False)
+class Observer:
+    """Turns a case into results; made once for a plan."""
+
+    engine: Engine
+    outputs: Outputs
+    band: tuple[float, float]
+    """Hz, of the FRFs"""
+    frequency: np.ndarray
+    """(n_f,) Hz, their lines"""
+    kept: tuple[int, ...]
+    """rows of the sensors whose FRFs are kept"""
+    peaks: tuple[tuple[float, float], ...]
+    """Hz"""
+    reference: FRF | None
+    compared: tuple[int, ...]
+    """rows of the sensors that the reference has"""
+
+    @classmethod
+    def of(
+        cls, engine: Engine, outputs: Outputs, rig: Rig, excitation: Excitation, reference: FRF | Response | None
+    ) -> Observer:
+        """Make the observer of a plan.
+
+        Parameters
+        ----------
+        engine : Engine
+            Simulates.
+        outputs : Outputs
+            What is kept.
+        rig : Rig
+            The plan's.
+        excitation : Excitation
+            Of the first case.
+        reference : FRF, Response or None
+            What the FRFs are compared with.
+
+        Raises
+        ------
+        ClearanceError
+            If a sensor, band or the reference does not fit the rig and the excitation.
+        """
+        band = outputs.band or excitation.band
+        if band is None:
+            raise ClearanceError("outputs.band is missing: this excitation does not tell its band")
+        frequency = _lines(rig, excitation, outputs.resolution, band)
+        nodes = [s.node for s in rig.sensors]
+        if missing := [node for node in outputs.frf or () if node not in nodes]:
+            raise ClearanceError(f"outputs.frf: node {missing[0]} is no sensor of the rig: {nodes}")
+        kept = range(len(nodes)) if outputs.frf is None else [nodes.index(node) for node in outputs.frf]
+        peaks = outputs.peaks or _around_modes(rig, outputs.natural_frequencies, band)
+        for low, high in peaks:
+            if not np.any((frequency >= low) & (frequency <= high)):
+                raise ClearanceError(f"outputs.peaks: no line of the FRFs lies in {low:g} to {high:g} Hz")
+        if isinstance(reference, Response):
+            reference = estimate_frf(reference, resolution=outputs.resolution, band=band)
+        compared = () if reference is None else _rows_of(reference, rig, excitation.kind)
+        if reference is not None:
+            reference = _on_lines(reference, band, frequency)
+        return cls(engine, outputs, band, frequency, tuple(kept), peaks, reference, compared)
+
+    def shapes(self, rig: Rig) -> dict[str, tuple[int, ...]]:
+        """Return the shape of each result of a simulated case.
+
+        Parameters
+        ----------
+        rig : Rig
+            The plan's.
+        """
+        n, bushings = len(rig.sensors), len(rig.bushings)
+        shapes = {"acceleration_rms": (n,), "displacement_rms": (bushings,), "contact_share": (bushings,)}
+        shapes |= {"peak_frequency": (len(self.peaks),), "peak_magnitude": (len(self.peaks),)}
+        if self.reference is not None:
+            shapes["rmse"] = (len(self.compared),)
+        if self.kept:
+            shapes["frf"] = (len(self.kept), self.frequency.size, 2)
+        return shapes
+
+    def __call__(self, rig: Rig, excitation: Excitation, law: Law) -> dict[str, np.ndarray]:
+        """Simulate a case.
+
+        Parameters
+        ----------
+        rig : Rig
+            The case's rig.
+        excitation : Excitation
+            Its excitation.
+        law : Law
+            Its law.
+
+        Returns
+        -------
+        dict of str to ndarray
+            As `shapes` says.
+
+        Raises
+        ------
+        ClearanceError
+            As `simulate` and `estimate_frf`.
+        """
+        response = simulate(rig, excitation, law, self.engine)
+        frf = estimate_frf(response, resolution=self.outputs.resolution, band=self.band)
+        statistics = contact_statistics(response)
+        results = {
+            "acceleration_rms": response.acceleration.std(axis=0),
+            "displacement_rms": statistics["displacement_rms"],
+            "contact_share": statistics["contact_share"],
+            **self._peaks(frf),
+        }
+        if self.reference is not None:
+            results["rmse"] = rmse_db(self.reference.value, frf.value[list(self.compared)])
+        if self.kept:
+            results["frf"] = frf.value[list(self.kept)].view(float).reshape(len(self.kept), -1, 2)
+        return results
+
+    def _peaks(self, frf) -> dict[str, np.ndarray]:
+        """Highest peak in each band of the root mean square over the sensors, and where it is."""
+        magnitude = np.sqrt(np.mean(np.abs(frf.value) ** 2, axis=0))
+        inside = [(self.frequency >= low) & (self.frequency <= high) for low, high in self.peaks]
+        found = [_peak(self.frequency, magnitude, int(np.argmax(np.where(lines, magnitude, -1.0)))) for lines in inside]
+        frequency, height = np.reshape(found, (-1, 2)).T
+        return {"peak_frequency": frequency, "peak_magnitude": height}
+
+
+def _peak(frequency, magnitude, i) -> tuple[float, float]:
+    """Frequency and height of a peak at line i: the vertex of a parabola through three logarithms."""
+    if not 0 < i < frequency.size - 1 or magnitude[i] <= max(magnitude[i - 1], magnitude[i + 1]):
+        return frequency[i], magnitude[i]
+    a, b, c = np.log(magnitude[i - 1 : i + 2])
+    shift = 0.5 * (a - c) / (a - 2 * b + c)
+    return frequency[i] + shift * (frequency[i + 1] - frequency[i]), np.exp(b - 0.25 * (a - c) * shift)
+
+
+def linear_frequencies(rig: Rig, law: Law, n: int) -> np.ndarray:
+    """Natural frequencies within the gap, with the law's grease if it brings its own.
+
+    Parameters
+    ----------
+    rig : Rig
+        The rig.
+    law : Law
+        The clearance's law.
+    n : int
+        How many.
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        Hz.
+    """
+    if law.grease is not None:
+        greases = law.grease * len(rig.bushings) if len(law.grease) == 1 else law.grease
+        bushings = (dataclasses.replace(b, grease=g) for b, g in zip(rig.bushings, greases))
+        rig = rig.replace(bushings=tuple(bushings))
+    return natural_frequencies(rig, n)
+
+
+def _lines(rig, excitation, resolution, band) -> np.ndarray:
+    """Lines of the FRFs, from a response of zeros; refuses what no FRF can be estimated from."""
+    still = np.zeros((excitation.value.size, len(rig.sensors)))
+    response = Response(excitation.fs, excitation.value, still, kind=excitation.kind)
+    with np.errstate(**COHERENCE_BLIND):
+        return estimate_frf(response, resolution=resolution, band=band).frequency
+
+
+def _around_modes(rig, n, band) -> tuple[tuple[float, float], ...]:
+    modes = natural_frequencies(rig, n + 1)
+    edges = np.clip([band[0], *np.sqrt(modes[1:] * modes[:-1])], *band)
+    return tuple((float(low), float(high)) for low, high in zip(edges, edges[1:]) if low < high)
+
+
+def _rows_of(reference, rig, kind) -> tuple[int, ...]:
+    """Rows of the rig's sensors that the reference has."""
+    if reference.reference.split(":")[0] != str(BASE_NODE if kind == "base" else SHAKER_NODE):
+        raise RecordError(f"its FRFs are to {reference.reference}, the plan's excitation is of kind {kind}")
+    labels = rig.sensor_labels
+    if missing := [label for label in reference.responses if label not in labels]:
+        raise RecordError(f"its response {missing[0]} is no sensor of the rig: {', '.join(labels)}")
+    return tuple(labels.index(label) for label in reference.responses)
+
+
+def _on_lines(reference, band, frequency) -> FRF:
+    """The reference on the sweep's lines, of which it must have every one."""
+    cut = reference.within(band)
+    if cut.frequency.shape != frequency.shape or not np.allclose(cut.frequency, frequency, rtol=1e-6):
+        raise RecordError(
+            f"its lines ({cut.frequency.size} from {cut.frequency[0]:g} to {cut.frequency[-1]:g} Hz) are not "
+            f"the sweep's ({frequency.size} from {frequency[0]:g} to {frequency[-1]:g} Hz)"
+        )
+    if not np.all(np.abs(cut.value) > 0):
+        raise RecordError("its FRFs are zero or not finite at a line; cut it off with outputs.band")
+    return cut

@@ -1,0 +1,145 @@
+"""Designs: which values the varied parameters take in each case."""
+
+from __future__ import annotations
+
+import itertools
+import math
+import typing
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.stats import qmc
+
+from ..errors import ClearanceError
+
+__all__ = ["Design", "Vary"]
+
+Method = typing.Literal["grid", "latin-hypercube", "sobol", "saltelli"]
+METHODS = typing.get_args(Method)
+MOST_CASES = 10_000_000
+
+
+@dataclass(frozen=True)
+class Vary:
+    """A parameter that varies: over ``values``, or between ``low`` and ``high``."""
+
+    path: str
+    """such as "rig.bushings[0].gap"; without a number, as in "rig.bushings.gap", all entries share one value"""
+    values: tuple[float, ...] | None = None
+    """a grid takes each; other designs draw them with equal chances"""
+    low: float | None = None
+    high: float | None = None
+    count: int | None = None
+    """how many values from low to high, for a grid"""
+    scale: typing.Literal["linear", "log"] = "linear"
+
+    def __post_init__(self):
+        if (self.values is None) == (self.low is None and self.high is None):
+            raise ClearanceError(f"vary {self.path}: give either values, or low and high")
+        if self.scale not in ("linear", "log"):
+            raise ClearanceError(f'vary {self.path}: scale "{self.scale}" is unknown; use linear or log')
+        if self.values is not None:
+            self._check_values()
+        elif self.low is None or self.high is None or not self.low < self.high:
+            raise ClearanceError(f"vary {self.path}: needs low < high, got {self.low!r} and {self.high!r}")
+        elif self.scale == "log" and self.low <= 0:
+            raise ClearanceError(f"vary {self.path}: a log scale needs low > 0, got {self.low:g}")
+
+    def _check_values(self):
+        if not self.values or len(set(self.values)) < len(self.values):
+            raise ClearanceError(f"vary {self.path}: values must be one or more, each once; got {list(self.values)}")
+        if self.count is not None or self.scale != "linear":
+            raise ClearanceError(f"vary {self.path}: count and scale go with low and high, not with values")
+
+    def levels(self) -> np.ndarray:
+        """Return the values (n,) that a grid takes."""
+        if self.values is not None:
+            return np.array(self.values)
+        if self.count is None or not 2 <= self.count <= MOST_CASES:
+            raise ClearanceError(f"vary {self.path}: a grid needs values, or low, high and count >= 2")
+        between = np.geomspace if self.scale == "log" else np.linspace
+        return between(self.low, self.high, self.count)
+
+    def at(self, share: np.ndarray) -> np.ndarray:
+        """Return the values at shares of the range.
+
+        Parameters
+        ----------
+        share : ndarray, shape (n,)
+            0 <= share < 1, of the range or of its logarithm.
+        """
+        if self.values is not None:
+            return np.array(self.values)[(share * len(self.values)).astype(int)]
+        if self.scale == "log":
+            return self.low * (self.high / self.low) ** share
+        return self.low + (self.high - self.low) * share
+
+
+@dataclass(frozen=True)
+class Design:
+    """How the cases cover the ranges of the varied parameters.
+
+    "grid": every combination. "latin-hypercube", "sobol": points of `scipy.stats.qmc`. "saltelli": two Sobol' samples A
+    and B, then A with one parameter after the other from B: samples × (parameters + 2) cases, from which Sobol indices
+    follow (Saltelli et al., Computer Physics Communications 181, 2010).
+    """
+
+    method: Method = "grid"
+    samples: int = 0
+    seed: int = 0
+
+    def __post_init__(self):
+        if self.method not in METHODS:
+            raise ClearanceError(f'design.method "{self.method}" is unknown; use {", ".join(METHODS)}')
+        if self.method == "grid":
+            if self.samples:
+                raise ClearanceError("design.samples is not for a grid; give each parameter values, or a count")
+        elif not 1 <= self.samples <= MOST_CASES:
+            raise ClearanceError(f"design.samples must be in 1..{MOST_CASES}, got {self.samples}")
+        elif self.method != "latin-hypercube" and self.samples & (self.samples - 1):
+            below = 2 ** math.floor(math.log2(self.samples))
+            raise ClearanceError(
+                f"design.samples = {self.samples} is no power of 2, which Sobol' points need; "
+                f"take {below} or {2 * below}"
+            )
+        if self.seed < 0:
+            raise ClearanceError(f"design.seed must be >= 0, got {self.seed}")
+
+    def points(self, varied: Sequence[Vary]) -> np.ndarray:
+        """Return the values of the varied parameters in each case.
+
+        Parameters
+        ----------
+        varied : sequence of Vary
+            The parameters.
+
+        Returns
+        -------
+        ndarray, shape (n_cases, n_varied)
+
+        Raises
+        ------
+        ClearanceError
+            If the cases are too many, or a parameter does not fit the design.
+        """
+        if self.method == "grid":
+            levels = [v.levels() for v in varied]
+            if (n := math.prod(map(len, levels))) > MOST_CASES:
+                raise ClearanceError(f"{n} cases are too many (at most {MOST_CASES})")
+            return np.array(list(itertools.product(*levels)))
+        for v in varied:
+            if v.count is not None:
+                raise ClearanceError(f"vary {v.path}: count is for a grid; {self.method} takes design.samples")
+        shares = self._shares(len(varied))
+        return np.stack([v.at(share) for v, share in zip(varied, shares.T)], axis=1)
+
+    def _shares(self, d) -> np.ndarray:
+        rng = np.random.default_rng(self.seed)
+        if self.method == "latin-hypercube":
+            return qmc.LatinHypercube(d, rng=rng).random(self.samples)
+        if self.method == "sobol":
+            return qmc.Sobol(d, rng=rng).random(self.samples)
+        a, b = np.split(qmc.Sobol(2 * d, rng=rng).random(self.samples), 2, axis=1)
+        mixed = [np.where(np.arange(d) == i, b, a) for i in range(d)]
+        return np.concatenate((a, b, *mixed))

@@ -1,0 +1,303 @@
+"""Plans: what varies in a sweep, what is simulated and what is kept; read from TOML, checked before anything runs."""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+import hashlib
+import inspect
+import tomllib
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from .. import excitation as excitations
+from .. import workshop
+from ..clearance.law import Law, law_from_dict, load_law
+from ..engines import Engine, get_engine
+from ..errors import ClearanceError, RecordError
+from ..excitation import Excitation
+from ..frf import FRF
+from ..identify.laws import nominal
+from ..io.dataset import Record
+from ..io.uff import read_uff
+from ..rig import Rig, from_plain, to_plain
+from .case import Observer, Outputs, linear_frequencies
+from .design import Design, Vary
+from .paths import changed, places, value_at
+
+__all__ = ["Plan", "load_plan"]
+
+KEYS = ("rig", "law", "engine", "reference", "excitation", "outputs", "design", "vary")
+GENERATORS = tuple(name for name in excitations.__all__ if name != "Excitation")
+AXES = ("excitation.fs", "excitation.band")
+"""what the results' axes depend on"""
+
+
+@dataclass(frozen=True, eq=False)
+class Plan:
+    """A sweep: cases that differ in the varied parameters.
+
+    Without excitation and reference nothing is simulated: a case then has natural frequencies only.
+
+    Raises
+    ------
+    ClearanceError
+        If a path is unknown, varies twice or has no effect, or if a case's rig or law is impossible.
+    """
+
+    rig: Rig
+    vary: tuple[Vary, ...]
+    design: Design = field(default_factory=Design)
+    law: Law | None = None
+    """None: each case's datasheet contact"""
+    engine: Engine = field(default_factory=lambda: get_engine("modal"))
+    excitation: dict | None = None
+    """generator and its parameters; None: that of the reference"""
+    reference: FRF | Record | None = None
+    """what each case's FRFs are compared with; a record also drives the cases unless ``excitation`` does"""
+    outputs: Outputs = field(default_factory=Outputs)
+
+    def __post_init__(self):
+        if not self.vary:
+            raise ClearanceError("the plan varies nothing; give at least one [[vary]]")
+        if self.excitation is None and isinstance(self.reference, FRF):
+            raise ClearanceError("the reference holds FRFs, so the plan needs an [excitation]")
+        if self.excitation is not None:
+            object.__setattr__(self, "excitation", _with_defaults(self.excitation, self.rig.shaker.kind))
+        every = [place for group in self._places for place in group]
+        if len(set(every)) < len(every):
+            raise ClearanceError(f"a field varies twice: {', '.join(self.paths)}")
+        for case in range(len(self.points)):
+            self._parts(case)
+
+    @property
+    def paths(self) -> list[str]:
+        """Paths of the varied parameters."""
+        return [v.path for v in self.vary]
+
+    @functools.cached_property
+    def points(self) -> np.ndarray:
+        """(n_cases, n_varied) values of the varied parameters."""
+        return self.design.points(self.vary)
+
+    @functools.cached_property
+    def observer(self) -> Observer | None:
+        """What looks at the simulations; None if nothing is simulated."""
+        reference = self.reference.response() if isinstance(self.reference, Record) else self.reference
+        _, _, excitation = self.case(0)
+        if excitation is None:
+            return None
+        try:
+            return Observer.of(self.engine, self.outputs, self.rig, excitation, reference)
+        except RecordError as error:
+            raise RecordError(f"reference: {error}" if reference is not None else str(error)) from None
+
+    @property
+    def shapes(self) -> dict[str, tuple[int, ...]]:
+        """Shape of every result of a case."""
+        simulated = self.observer.shapes(self.rig) if self.observer else {}
+        return {"natural_frequency": (self.outputs.natural_frequencies,), **simulated}
+
+    def case(self, case: int) -> tuple[Rig, Law, Excitation | None]:
+        """Return rig, law and excitation of a case.
+
+        Parameters
+        ----------
+        case : int
+            Its number.
+
+        Raises
+        ------
+        ClearanceError
+            If its excitation is impossible.
+        """
+        rig, law, parameters = self._parts(case)
+        if parameters is not None:
+            given = dict(parameters)
+            return rig, law, getattr(excitations, given.pop("generator"))(**given)
+        return rig, law, self.reference.excitation() if isinstance(self.reference, Record) else None
+
+    def evaluate(self, case: int) -> dict[str, np.ndarray] | str:
+        """Compute a case.
+
+        Parameters
+        ----------
+        case : int
+            Its number.
+
+        Returns
+        -------
+        dict of str to ndarray, or str
+            As `shapes` says; or, if it cannot be simulated, why.
+        """
+        try:
+            rig, law, excitation = self.case(case)
+            results = {"natural_frequency": linear_frequencies(rig, law, self.outputs.natural_frequencies)}
+            return results | (self.observer(rig, excitation, law) if self.observer else {})
+        except ClearanceError as error:
+            return str(error)
+
+    def to_dict(self) -> dict:
+        """Return the plan as plain data, with digests of what is too long for it."""
+        return {
+            "rig": self.rig.to_dict(),
+            "law": self.law and self.law.to_dict(),
+            "engine": {"name": self.engine.name, **dataclasses.asdict(self.engine)},
+            "excitation": self.excitation,
+            "reference": self.reference and _digest(self.reference),
+            "outputs": to_plain(self.outputs),
+            "design": to_plain(self.design),
+            "vary": [to_plain(v) for v in self.vary],
+        }
+
+    @functools.cached_property
+    def _data(self) -> dict:
+        """What can vary, as plain data."""
+        return {
+            "rig": self.rig.to_dict(),
+            "law": self.law and self.law.to_dict(),
+            "excitation": self.excitation,
+        }
+
+    @functools.cached_property
+    def _places(self) -> list[list[tuple]]:
+        return [self._places_of(v) for v in self.vary]
+
+    def _places_of(self, vary) -> list[tuple]:
+        path, (part, _, rest) = vary.path, vary.path.partition(".")
+        if part not in self._data or not rest:
+            raise ClearanceError(f"vary {path}: begin with rig., law. or excitation., as in rig.bushings[0].gap")
+        if self._data[part] is None:
+            raise ClearanceError(f"vary {path}: the plan has no {part}{_INSTEAD.get(part, '')}")
+        if path in AXES or path.startswith("excitation.band") or path.endswith(".node"):
+            raise ClearanceError(f"vary {path}: cannot vary, the results' axes depend on it")
+        found = [(part, *place) for place in places(self._data[part], rest)]
+        if self.law is not None and part == "rig" and "contact" in rest:
+            raise ClearanceError(f"vary {path}: has no effect beside a law; vary law. instead")
+        if self.law is not None and self.law.grease is not None and part == "rig" and "grease" in rest:
+            raise ClearanceError(f"vary {path}: has no effect, the law brings its own grease; vary law.grease instead")
+        if part == "excitation" and found[0][1] not in self.excitation:
+            raise ClearanceError(
+                f"vary {path}: unknown; {self.excitation['generator']} has {', '.join(self.excitation)}"
+            )
+        whole = part == "excitation" and isinstance(value_at(self._data, found[0]), int)
+        if whole and (vary.values is None or any(v != int(v) for v in vary.values)):
+            raise ClearanceError(f"vary {path}: takes whole numbers; give them as values")
+        return found
+
+    def _parts(self, case) -> tuple[Rig, Law, dict | None]:
+        """Rig, law and the excitation's parameters of a case."""
+        values = self.points[case].tolist()
+        try:
+            changes = {place: v for group, v in zip(self._places, values) for place in group}
+            data = changed(self._data, {p: int(v) if p[-1] == "seed" else v for p, v in changes.items()})
+            rig = Rig.from_dict(data["rig"])
+            law = nominal(rig) if self.law is None else law_from_dict(data["law"])
+            law.table(len(rig.bushings))
+        except ClearanceError as error:
+            named = ", ".join(f"{path} = {v:g}" for path, v in zip(self.paths, values))
+            raise ClearanceError(f"case {case} ({named}): {error}") from None
+        return rig, law, data["excitation"]
+
+
+_INSTEAD = {"law": " file; without one vary rig.bushings.contact", "excitation": " table"}
+
+
+def _with_defaults(given, kind) -> dict:
+    """An excitation's parameters, those left out included."""
+    name = given.get("generator")
+    if name not in GENERATORS:
+        raise ClearanceError(f"excitation.generator {name!r} is unknown; use {', '.join(GENERATORS)}")
+    known = inspect.signature(getattr(excitations, name)).parameters
+    if unknown := [key for key in given if key not in known and key != "generator"]:
+        raise ClearanceError(f"excitation.{unknown[0]} is unknown; {name} has {', '.join(known)}")
+    defaults = {key: p.default for key, p in known.items() if p.default is not p.empty} | {"kind": kind}
+    if missing := [key for key in known if key not in defaults and key not in given]:
+        raise ClearanceError(f"excitation.{missing[0]} is missing")
+    full = {"generator": name} | {key: given.get(key, defaults.get(key)) for key in known if key in defaults | given}
+    # TOML's 2 is as good as 2.0 but for what the generator declares whole.
+    return {key: _number(value, known[key].annotation if key in known else "str") for key, value in full.items()}
+
+
+def _number(value, annotation):
+    if isinstance(value, list | tuple):
+        return [_number(item, annotation) for item in value]
+    return float(value) if isinstance(value, int) and annotation != "int" else value
+
+
+def _digest(reference) -> str:
+    if isinstance(reference, FRF):
+        arrays, facts = (reference.frequency, reference.value), (reference.responses, reference.reference)
+    else:
+        arrays, facts = tuple(c.value for c in reference.channels), (reference.fs, reference.excitation_kind)
+    return workshop.digest(facts, *(hashlib.sha256(np.ascontiguousarray(a).tobytes()).hexdigest() for a in arrays))
+
+
+def load_plan(path) -> Plan:
+    """Read a plan from a TOML file; files that it names are taken relative to its folder.
+
+    Parameters
+    ----------
+    path : str or Path
+        The file.
+
+    Returns
+    -------
+    Plan
+
+    Raises
+    ------
+    ClearanceError
+        If the file is missing or not TOML, has unknown keys, or plans what is impossible.
+    """
+    path = Path(path)
+    try:
+        data = tomllib.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise ClearanceError(f"{path}: cannot be read ({error.strerror})") from None
+    except (ValueError, RecursionError) as error:
+        raise ClearanceError(f"{path}: not valid TOML: {error}") from None
+    try:
+        return _plan(data, path.parent)
+    except ClearanceError as error:
+        raise ClearanceError(f"{path}: {error}") from None
+
+
+def _plan(data, folder) -> Plan:
+    if unknown := [key for key in data if key not in KEYS]:
+        raise ClearanceError(f"{unknown[0]} is not a known key; known: {', '.join(KEYS)}")
+    if not isinstance(data.get("rig"), str):
+        raise ClearanceError('rig is missing: rig = "rig.toml"')
+    tables = data.get("vary", [])
+    if not isinstance(tables, list):
+        raise ClearanceError("vary must be a list of tables ([[vary]])")
+    rig = Rig.load(folder / data["rig"])
+    return Plan(
+        rig=rig,
+        vary=tuple(from_plain(Vary, table, f"vary[{i}]") for i, table in enumerate(tables)),
+        design=from_plain(Design, data.get("design", {}), "design"),
+        law=load_law(folder / data["law"]) if "law" in data else None,
+        engine=_engine(data.get("engine", "modal")),
+        excitation=data.get("excitation"),
+        reference=_reference(folder / data["reference"], rig) if "reference" in data else None,
+        outputs=from_plain(Outputs, data.get("outputs", {}), "outputs"),
+    )
+
+
+def _engine(given) -> Engine:
+    settings = {"name": given} if isinstance(given, str) else dict(given)
+    engine = get_engine(settings.pop("name", None))
+    try:
+        return dataclasses.replace(engine, **settings)
+    except TypeError:
+        known = ", ".join(f.name for f in dataclasses.fields(engine))
+        raise ClearanceError(f"engine: {engine.name} has the settings {known}, got {', '.join(settings)}") from None
+
+
+def _reference(path, rig) -> FRF | Record:
+    found = read_uff(path)
+    if isinstance(found, FRF):
+        return found
+    return Record("reference", "validate", rig, found[0].fs, found, rig.shaker.kind)

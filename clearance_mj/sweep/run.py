@@ -1,0 +1,204 @@
+"""Run a plan into a folder, or go on where a run stopped."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+from tqdm import tqdm
+
+from .. import workshop
+from .._version import __version__
+from ..errors import ClearanceError
+from ..io.files import replacing
+from .plan import Plan
+from .store import Table
+from .workers import on_cluster, on_processes
+
+__all__ = ["RESULTS", "run_sweep"]
+
+PLAN, TABLE, RESULTS, LOCK = "plan.json", "cases.npy", "results.nc", "lock"
+FILES = {PLAN, TABLE, RESULTS, LOCK, "sweep.png", "sensitivity.csv", "sensitivity.json", "sensitivity.png"}
+"""What a sweep leaves in its folder"""
+LARGEST = 2**32 - 8
+"""bytes of one variable in a netCDF-3 file with 64-bit offsets"""
+SMOOTHING = 0.1
+"""of the time left: a little more weight to the latest cases, for a machine that gets busier"""
+
+_DIMENSIONS = {
+    "natural_frequency": ("mode",),
+    "acceleration_rms": ("response",),
+    "displacement_rms": ("bushing",),
+    "contact_share": ("bushing",),
+    "peak_frequency": ("peak",),
+    "peak_magnitude": ("peak",),
+    "rmse": ("compared",),
+    "frf": ("kept", "frequency", "part"),
+}
+_ATTRIBUTES = {
+    "natural_frequency": {"units": "Hz", "long_name": "natural frequency of the linear rig within the gap"},
+    "acceleration_rms": {"units": "m s-2"},
+    "displacement_rms": {"units": "m"},
+    "contact_share": {"units": "1", "long_name": "share of time in contact"},
+    "peak_frequency": {"units": "Hz", "long_name": "frequency of the highest peak, root mean square over the sensors"},
+    "peak_magnitude": {"long_name": "highest peak in the band, root mean square over the sensors"},
+    "rmse": {"units": "dB", "long_name": "RMSE of the FRF against the reference"},
+    "frf": {"long_name": "frequency response function, real and imaginary part"},
+}
+
+
+def run_sweep(
+    plan: Plan, out, workers: int | None = None, scheduler: str | None = None, progress: bool = True
+) -> xr.Dataset:
+    """Run a sweep, or go on with one that was interrupted.
+
+    Parameters
+    ----------
+    plan : Plan
+        The plan.
+    out : str or Path
+        Folder for the results: ``results.nc`` once all cases are done.
+    workers : int, optional
+        Processes on this machine; default: one for each core.
+    scheduler : str, optional
+        Address of a Dask scheduler, whose cluster then computes the cases.
+    progress : bool
+        Show a progress bar with the time left.
+
+    Returns
+    -------
+    xarray.Dataset
+        Every result over ``case``, with ``parameter`` (case, varied) and ``error`` (case,): why a case has none.
+
+    Raises
+    ------
+    ClearanceError
+        If the folder holds another plan's sweep or something else, another sweep is writing there, or the workers are
+        lost.
+
+    Notes
+    -----
+    Cases run in a shuffled order, so that those that are done are a fair sample of those that are left, and with them
+    the time left that is shown: stiff or loud corners of a grid may cost many times what the others do. Processes start
+    by importing the calling script: start a sweep below ``if __name__ == "__main__"``.
+    """
+    if workers is not None and workers < 1:
+        raise ClearanceError(f"workers must be 1 or more, got {workers}")
+    out = Path(out)
+    _check_folder(out)
+    with workshop.held(out / LOCK, "sweep"):
+        _check_plan(plan, out / PLAN)
+        results = out / RESULTS
+        if not results.exists():
+            table = Table(out / TABLE, plan.shapes, len(plan.points))
+            _compute(plan, table, workers, scheduler, progress)
+            with replacing(results) as temporary:
+                _dataset(plan, table).to_netcdf(temporary, engine="scipy", format="NETCDF3_64BIT")
+        (out / TABLE).unlink(missing_ok=True)
+    return xr.load_dataset(results, engine="scipy")
+
+
+def _check_folder(out):
+    if out.exists() and not out.is_dir():
+        raise ClearanceError(f"--out {out} is a file; give a folder")
+    if out.is_dir() and (others := sorted(p.name for p in out.iterdir() if p.name not in FILES and p.name[0] != ".")):
+        raise ClearanceError(f"--out {out} holds {others[0]!r}, which is not of a sweep; give another folder")
+    out.mkdir(parents=True, exist_ok=True)
+
+
+def _check_plan(plan, path):
+    """Write the plan down, or refuse it if another one was begun here."""
+    data = json.loads(json.dumps({**plan.to_dict(), "code": workshop.code()}))
+    for name, shape in plan.shapes.items():
+        if (size := 8 * len(plan.points) * int(np.prod(shape))) > LARGEST:
+            raise ClearanceError(
+                f"{name} of {len(plan.points)} cases takes {size / 2**30:.1f} GiB, more than a netCDF file can hold in "
+                "one variable; keep fewer sensors in outputs.frf"
+            )
+    if not path.exists():
+        with replacing(path) as temporary:
+            temporary.write_text(json.dumps(data, indent=1) + "\n", encoding="utf-8")
+        return
+    try:
+        begun = json.loads(path.read_text(encoding="utf-8"))
+    except ValueError:
+        begun = {}
+    if difference := _difference(begun, data):
+        what = (
+            "begun with another version of clearance_mj" if difference == "code" else f"of another plan ({difference})"
+        )
+        raise ClearanceError(f"{path.parent} holds a sweep {what}; give another folder")
+
+
+def _difference(a, b, where="") -> str:
+    """Where nested plain data differ first; empty if nowhere."""
+    if type(a) is type(b) and isinstance(a, dict | list) and len(a) == len(b):
+        keys = a.keys() | b.keys() if isinstance(a, dict) else range(len(a))
+        for key in sorted(keys):
+            step = f"[{key}]" if isinstance(a, list) else f".{key}" if where else key
+            inner = (part.get(key) if isinstance(part, dict) else part[key] for part in (a, b))
+            if found := _difference(*inner, where + step):
+                return found
+        return ""
+    return "" if a == b else where or "plan"
+
+
+def _compute(plan, table, workers, scheduler, progress):
+    finished = table.finished()
+    left = np.random.default_rng(0).permutation(np.flatnonzero(~finished)).tolist()
+    bar = tqdm(
+        total=finished.size, initial=int(finished.sum()), desc="sweep", unit="case", smoothing=SMOOTHING,
+        disable=not progress,
+    )  # fmt: skip
+    if scheduler:
+        results = on_cluster(plan.evaluate, left, scheduler)
+    else:
+        results = on_processes(plan.evaluate, left, workers or os.cpu_count())
+    with bar, contextlib.closing(results):
+        for case, values in results:
+            table.write(case, values)
+            bar.update()
+
+
+def _dataset(plan, table) -> xr.Dataset:
+    """The finished table with names, units and labels."""
+    rows = table.rows()
+    variables = {name: (("case", *_DIMENSIONS[name]), rows[name], _attributes(plan, name)) for name in plan.shapes}
+    variables["parameter"] = (("case", "varied"), plan.points, {"long_name": "values of the varied parameters, SI"})
+    variables["error"] = ("case", [text.decode(errors="ignore") for text in rows["error"]])
+    coordinates = {
+        "case": np.arange(len(plan.points), dtype=np.int32),
+        "varied": plan.paths,
+        "mode": np.arange(1, plan.outputs.natural_frequencies + 1, dtype=np.int32),
+    }
+    attributes = {"clearance_mj": "sweep", "version": __version__, "plan": json.dumps(plan.to_dict())}
+    return xr.Dataset(variables, coordinates | _labels(plan), attributes)
+
+
+def _labels(plan) -> dict:
+    observer = plan.observer
+    if observer is None:
+        return {}
+    responses = plan.rig.sensor_labels
+    labels = {
+        "response": responses,
+        "bushing": np.arange(len(plan.rig.bushings), dtype=np.int32),
+        "band": ("peak", [f"{low:g}-{high:g} Hz" for low, high in observer.peaks]),
+    }
+    if observer.reference is not None:
+        labels["compared"] = [responses[row] for row in observer.compared]
+    if observer.kept:
+        labels |= {"kept": [responses[row] for row in observer.kept], "part": ["real", "imag"]}
+        labels["frequency"] = ("frequency", observer.frequency, {"units": "Hz"})
+    return labels
+
+
+def _attributes(plan, name) -> dict:
+    if name not in ("peak_magnitude", "frf"):
+        return _ATTRIBUTES[name]
+    units = "1" if plan.case(0)[2].kind == "base" else "m s-2 N-1"
+    return {"units": units, **_ATTRIBUTES[name]}

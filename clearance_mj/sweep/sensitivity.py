@@ -1,0 +1,153 @@
+"""Global sensitivities: which varied parameter the spread of a result comes from, by Sobol indices.
+
+First order: the share of the variance that fixing this parameter alone would take away on average. Total: the share
+that is left if every other one is fixed, interactions included. Both come from the cases of a "saltelli" design through
+`scipy.stats.sobol_indices` (Saltelli et al., Computer Physics Communications 181, 2010); the intervals are percentiles
+of a bootstrap over the samples.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.stats
+import xarray as xr
+
+from ..errors import ClearanceError
+
+__all__ = ["Sensitivity", "quantities", "sensitivity", "sobol_indices"]
+
+CONFIDENCE = 0.95
+RESAMPLES = 200
+
+
+@dataclass(frozen=True, eq=False)
+class Sensitivity:
+    """Sobol indices of several results to the varied parameters."""
+
+    quantity: tuple[str, ...]
+    """names of the results, with their units"""
+    parameter: tuple[str, ...]
+    first: np.ndarray
+    """(n_quantities, n_parameters) first-order indices"""
+    total: np.ndarray
+    """(n_quantities, n_parameters) total-order indices"""
+    first_interval: np.ndarray
+    """(2, n_quantities, n_parameters) limits of their 95 % intervals"""
+    total_interval: np.ndarray
+    """(2, n_quantities, n_parameters)"""
+
+    def rows(self) -> list[dict]:
+        """Return a row of plain data for each result and parameter."""
+        return [
+            {
+                "quantity": quantity,
+                "parameter": parameter,
+                "first_order": float(self.first[i, j]),
+                "first_order_low": float(self.first_interval[0, i, j]),
+                "first_order_high": float(self.first_interval[1, i, j]),
+                "total_order": float(self.total[i, j]),
+                "total_order_low": float(self.total_interval[0, i, j]),
+                "total_order_high": float(self.total_interval[1, i, j]),
+            }
+            for i, quantity in enumerate(self.quantity)
+            for j, parameter in enumerate(self.parameter)
+        ]
+
+
+def sobol_indices(values, n_parameters: int, seed: int = 0) -> tuple[np.ndarray, ...]:
+    """Sobol indices from the results of a "saltelli" design, in the order of its cases.
+
+    Parameters
+    ----------
+    values : array_like, shape (n_cases, n_quantities)
+        Results.
+    n_parameters : int
+        Number of varied parameters.
+    seed : int
+        Of the bootstrap.
+
+    Returns
+    -------
+    first, total : ndarray, shape (n_quantities, n_parameters)
+    first_interval, total_interval : ndarray, shape (2, n_quantities, n_parameters)
+        Limits of their 95 % intervals.
+    """
+    blocks = np.reshape(values, (n_parameters + 2, -1, np.shape(values)[1])).transpose(0, 2, 1)
+    n, rng = blocks.shape[-1], np.random.default_rng(seed)
+    drawn = (_indices(blocks[..., rng.integers(n, size=n)]) for _ in range(RESAMPLES))
+    tails = 50 * (1 - CONFIDENCE) * np.array([1, -1]) + [0, 100]
+    first, total = np.percentile(list(drawn), tails, axis=0).swapaxes(0, 1)
+    return *_indices(blocks), first, total
+
+
+def _indices(blocks) -> tuple[np.ndarray, np.ndarray]:
+    """First and total order (n_quantities, n_parameters) of blocks (A, B, AB...) of (n_quantities, n)."""
+    found = scipy.stats.sobol_indices(func={"f_A": blocks[0], "f_B": blocks[1], "f_AB": blocks[2:]}, n=blocks.shape[-1])
+    shape = blocks.shape[1], len(blocks) - 2
+    return found.first_order.reshape(shape), found.total_order.reshape(shape)
+
+
+def quantities(results: xr.Dataset) -> dict[str, np.ndarray]:
+    """Results of a sweep that are one number for each case.
+
+    Parameters
+    ----------
+    results : xarray.Dataset
+        As `run_sweep` returns it.
+
+    Returns
+    -------
+    dict of str to ndarray, shape (n_cases,)
+        By a name that ends with the unit: natural frequencies, frequency and height of the FRF's peaks, mean RMSE over
+        the sensors.
+    """
+    return dict(_quantities(results))
+
+
+def _quantities(results) -> Iterator[tuple[str, np.ndarray]]:
+    for i, column in enumerate(results["natural_frequency"].values.T, 1):
+        yield f"natural frequency {i} (Hz)", column
+    if "peak_frequency" in results:
+        for i, column in enumerate(results["peak_frequency"].values.T, 1):
+            yield f"frequency of peak {i} (Hz)", column
+        with np.errstate(divide="ignore"):
+            decibels = 20 * np.log10(results["peak_magnitude"].values.T)
+        for i, column in enumerate(decibels, 1):
+            yield f"height of peak {i} (dB)", column
+    if "rmse" in results:
+        yield "RMSE (dB)", results["rmse"].values.mean(axis=1)
+
+
+def sensitivity(results: xr.Dataset, samples: int) -> Sensitivity:
+    """Sobol indices of natural frequencies, FRF peaks and RMSE to the varied parameters.
+
+    Parameters
+    ----------
+    results : xarray.Dataset
+        Of a sweep with a "saltelli" design.
+    samples : int
+        The design's.
+
+    Returns
+    -------
+    Sensitivity
+        Of the results that vary.
+
+    Raises
+    ------
+    ClearanceError
+        If the cases are of another design, or some have no results.
+    """
+    n_parameters = results.sizes["varied"]
+    if results.sizes["case"] != samples * (n_parameters + 2):
+        raise ClearanceError('Sobol indices need the cases of a design with method "saltelli"')
+    if failed := [(int(case), error) for case, error in zip(results["case"], results["error"].values) if error]:
+        raise ClearanceError(
+            f"Sobol indices need all cases; {len(failed)} have no results, first case {failed[0][0]}: {failed[0][1]}"
+        )
+    found = {name: values for name, values in quantities(results).items() if np.ptp(values) > 0}
+    indices = sobol_indices(np.stack(list(found.values()), axis=1), n_parameters)
+    return Sensitivity(tuple(found), tuple(map(str, results["varied"].values)), *indices)

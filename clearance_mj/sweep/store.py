@@ -1,0 +1,100 @@
+"""Where results wait until all are there: a table on disk with one place for each case.
+
+The table is one file, ``cases.npy``: a row for each case, all of one size, made full of zeros before the first case
+runs. One process, which holds the folder's lock, writes; a case's row goes to the case's own place, with a digest over
+the case's number and the row. A row counts only if its digest is right. Hence
+
+- none is stored twice: a case has one place;
+- nothing is half-written: a row that a kill or a power cut tore, or that was never written, has a wrong digest and its
+  case is run again;
+- a killed process loses at most the cases in flight: a row is with the operating system when `write` returns;
+- finished cases are never recomputed: their rows have right digests and are not asked for again.
+
+When every row counts, the table becomes ``results.nc`` by a rename, and only then is removed.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import math
+from pathlib import Path
+
+import numpy as np
+
+from ..errors import ClearanceError
+from ..io.files import replacing
+
+__all__ = ["Table"]
+
+DIGEST = 8
+"""bytes"""
+MESSAGE = 240
+"""bytes of the line that says why a case has no results"""
+
+
+class Table:
+    """Results of cases on disk.
+
+    Parameters
+    ----------
+    path : Path
+        The file; made if it is not there.
+    shapes : dict of str to tuple of int
+        Shape of each quantity in one case.
+    n_cases : int
+        Number of cases.
+
+    Raises
+    ------
+    ClearanceError
+        If the file holds another table, or there is no room on the disk.
+    """
+
+    def __init__(self, path: Path, shapes: dict[str, tuple[int, ...]], n_cases: int):
+        numbers = [(name, "<f8", shape) for name, shape in shapes.items()]
+        self.path, self.row = path, np.dtype([("digest", f"V{DIGEST}"), ("error", f"S{MESSAGE}"), *numbers])
+        if not path.exists():
+            with replacing(path) as temporary:
+                np.lib.format.open_memmap(temporary, "w+", self.row, (n_cases,)).flush()
+        rows = self.rows()
+        if rows.dtype != self.row or rows.shape != (n_cases,):
+            raise ClearanceError(f"{path}: is not the table of this sweep; remove it to begin again")
+        self._start = rows.offset
+
+    def rows(self) -> np.memmap:
+        """Return the table (n_cases,) as it is on disk: fields "error" and those of ``shapes``."""
+        try:
+            return np.lib.format.open_memmap(self.path, "r")
+        except ValueError as error:
+            raise ClearanceError(f"{self.path}: is damaged ({error}); remove it to begin again") from None
+
+    def finished(self) -> np.ndarray:
+        """Return which cases (n_cases,) have results, or are known to have none."""
+        return np.array([row["digest"].tobytes() == _digest(i, row) for i, row in enumerate(self.rows())], dtype=bool)
+
+    def write(self, case: int, values: dict | str):
+        """Store what came of a case.
+
+        Parameters
+        ----------
+        case : int
+            Its number.
+        values : dict of str to ndarray, or str
+            Its results, or why it has none.
+        """
+        row = np.zeros((), self.row)
+        if isinstance(values, str):
+            row["error"] = values.encode()[:MESSAGE]
+        for name in self.row.names[2:]:
+            row[name] = math.nan if isinstance(values, str) else values[name]
+        row["digest"] = np.void(_digest(case, row))
+        try:
+            with self.path.open("rb+") as file:
+                file.seek(self._start + case * self.row.itemsize)
+                file.write(row.tobytes())
+        except OSError as error:
+            raise ClearanceError(f"{self.path}: cannot be written ({error.strerror})") from None
+
+
+def _digest(case, row) -> bytes:
+    return hashlib.blake2b(row.tobytes()[DIGEST:], digest_size=DIGEST, salt=case.to_bytes(16, "little")).digest()
