@@ -1,10 +1,13 @@
 """The engines against the virtual rig, which shares no code with them: small version of the experiment."""
 
+import re
 from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 
 from clearance_mj.clearance.contact import HuntCrossley
 from clearance_mj.clearance.law import ContactLaw
@@ -81,3 +84,19 @@ def test_distortion_is_no_noise(result):
         assert distortion > noise + 20
         assert distortion > scatter[system, 0.5][1] + 10
     assert scatter["modal", 4.0][1] == pytest.approx(scatter["rig", 4.0][1], abs=1)
+
+
+def test_figures_are_labelled_and_whole(result):
+    assert len(result.drawings) == 5
+    for figure in (drawing.figure for drawing in result.drawings):
+        canvas = FigureCanvasAgg(figure)
+        canvas.draw()
+        whole = figure.get_tightbbox(canvas.get_renderer())
+        assert whole.min.min() >= -0.02 and np.all(whole.max <= figure.get_size_inches() + 0.02)
+        labels = [label for ax in figure.findobj(Axes) for label in (ax.get_xlabel(), ax.get_ylabel()) if label]
+        assert labels and all(re.search(r"\S \(.+\)", label) for label in labels)
+
+
+def test_words_hold_numbers_only(result):
+    for words in (result.title, result.article, result.method, result.shows, result.differs):
+        assert words and "nan" not in words
