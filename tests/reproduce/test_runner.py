@@ -1,5 +1,7 @@
 """What is written, what is kept, what is computed again; with an item that costs nothing."""
 
+import hashlib
+import json
 import sys
 from types import ModuleType
 
@@ -32,10 +34,12 @@ def calls(monkeypatch):
     module = ModuleType("small_item")
     module.run = run
     monkeypatch.setitem(sys.modules, "small_item", module)
-    for name in list(ITEMS):
-        monkeypatch.delitem(ITEMS, name)
-    monkeypatch.setitem(ITEMS, "small", "small_item")
-    return made
+    kept = dict(ITEMS)
+    ITEMS.clear()
+    ITEMS["small"] = "small_item"
+    yield made
+    ITEMS.clear()
+    ITEMS.update(kept)  # in their order, which item by item would not keep
 
 
 @pytest.fixture
@@ -114,3 +118,11 @@ def test_bad_input_is_one_line_and_status_2(arguments, words, tmp_path, capsys):
     assert command_line(["reproduce", "--quiet", "--out", str(tmp_path / "out"), *arguments]) == 2
     error = capsys.readouterr().err
     assert words in error and error.count("\n") == 1
+
+
+def test_json_has_the_digest_of_every_file(calls, tmp_path, records, capsys):
+    out = tmp_path / "out"
+    arguments = ["reproduce", "all", "--json", "--quiet", "--out", str(out), "--dataset", str(records)]
+    assert command_line(arguments) == 0
+    (item,) = json.loads(capsys.readouterr().out)["items"]
+    assert item["files"]["small.csv"] == hashlib.sha256((out / "small.csv").read_bytes()).hexdigest()
