@@ -117,9 +117,10 @@ def _draw(clean, first) -> Figure:
     titles = ("(a) damping", "(b) stiffness", f"(c) damping, {snr:g} dB", f"(d) stiffness, {snr:g} dB")
     for i, (ax, title, quantity) in enumerate(zip(axes.flat, titles, [*QUANTITIES] * 2)):
         panel(ax, title, "Time (s)" if i > 1 else "", QUANTITIES[quantity])
-        ax.set_ylim(0, 1.05 * ax.get_ylim()[1])
         if i % 2 == 0:
             ax.legend(fontsize=FONT - 1, frameon=False)
+    for ax in axes[0]:
+        ax.set_ylim(0, 1.25 * ax.get_ylim()[1])  # room for the legend; rows share it
     return figure
 
 
