@@ -16,11 +16,14 @@ from abc import ABC, abstractmethod
 from dataclasses import dataclass
 
 import numpy as np
+import scipy.optimize
 
+from ..clearance.law import Law, table_values
 from ..errors import ManoeuvreError
+from ..rig import Rig
 from .controller import Controller, Observation, Run, Task, limited
 
-__all__ = ["BacklashInverse", "ClearanceModel", "Compensated", "Estimate", "LostMotion"]
+__all__ = ["BacklashInverse", "ClearanceModel", "Compensated", "Estimate", "LostMotion", "secant_stiffness"]
 
 GRAVITY = 9.81
 """m/s²"""
@@ -174,6 +177,39 @@ class Direction:
         if back * self._sign > 0:
             self._extreme = value
         return self._sign
+
+
+def secant_stiffness(law: Law, rig: Rig, bushing: int, force: float) -> float:
+    """Contact force over penetration of a bushing under a steady force, N/m: what a law says a clearance model's k is.
+
+    Parameters
+    ----------
+    law : Law
+        Such as an identified one; of a schedule in time the mean stiffness is taken, of one in amplitude that at gap
+        plus penetration.
+    rig : Rig
+        Gives the gap.
+    bushing : int
+        Index of the bushing.
+    force : float
+        N.
+
+    Raises
+    ------
+    ManoeuvreError
+        If the law has no contact there that could carry the force.
+    """
+    table, gap = law.table(len(rig.bushings)), rig.bushings[bushing].gap
+    mean, exponent = float(np.mean(table.k[:, bushing])), float(table.exponent[bushing])
+
+    def excess(penetration):
+        k = table_values(table, bushing, gap + penetration)[0] if table.by_amplitude else mean
+        return k * penetration**exponent - force
+
+    deepest = 1e3 * gap
+    if excess(deepest) < 0:
+        raise ManoeuvreError(f"the law's contact at bushings[{bushing}] does not carry {force:g} N")
+    return force / scipy.optimize.brentq(excess, 0.0, deepest, xtol=1e-12)
 
 
 def _check(model, name, condition, rule):

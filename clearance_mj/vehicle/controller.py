@@ -85,7 +85,7 @@ class Task:
     servo: Servo = Servo()
     period: float = 0.01
     """s, between commands"""
-    preview: float = 0.3
+    preview: float = 0.2
     """s of driving over which the road ahead is known, the same for every controller"""
     largest_angle: float = 0.5
     """rad, of the road wheel"""

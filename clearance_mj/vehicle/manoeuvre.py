@@ -38,6 +38,24 @@ class Sensors:
         """Inertial navigation with corrected satellite positions: 10 mm, 0.05°, 0.02 m/s, 0.1 °/s."""
         return cls(0.01, np.radians(0.05), 0.02, np.radians(0.1))
 
+    def observe(self, true: Observation, noise: np.random.Generator) -> Observation:
+        """Return what is seen of the true values.
+
+        Parameters
+        ----------
+        true : Observation
+            Without noise.
+        noise : numpy.random.Generator
+            Source of the noise.
+        """
+        e_y, e_psi, lateral_speed, yaw_rate = noise.standard_normal(4)
+        return true._replace(
+            e_y=true.e_y + self.position * e_y,
+            e_psi=true.e_psi + self.heading * e_psi,
+            lateral_speed=true.lateral_speed + self.lateral_speed * lateral_speed,
+            yaw_rate=true.yaw_rate + self.yaw_rate * yaw_rate,
+        )
+
 
 @dataclass(frozen=True, eq=False)
 class Drive:
@@ -55,6 +73,8 @@ class Drive:
     """(n,) rad, heading error"""
     yaw_rate: np.ndarray
     """(n,) rad/s"""
+    yaw_rate_error: np.ndarray
+    """(n,) rad/s, from v κ at the foot point"""
     lateral_acceleration: np.ndarray
     """(n,) m/s²"""
     sideslip: np.ndarray
@@ -74,9 +94,9 @@ class Drive:
         Returns
         -------
         dict
-            Peak, RMS and 95th percentile of |e_y| (m) and |e_ψ| (rad); peak yaw rate (rad/s), acceleration
-            (m/s²) and sideslip (rad); peak rate (rad/s) and total variation (rad) of the wheel angle; number of times
-            the contact changed sides.
+            Peak, RMS and 95th percentile of |e_y| (m) and |e_ψ| (rad); peak yaw rate and its error (rad/s), lateral
+            acceleration (m/s²) and sideslip (rad); peak rate (rad/s) and total variation (rad) of the wheel angle;
+            number of times the contact changed sides.
         """
         rate = np.diff(self.wheel_angle) / np.diff(self.time)
         sides = self.contact[self.contact != 0]
@@ -85,6 +105,7 @@ class Drive:
             | _size("e_psi", self.e_psi)
             | {
                 "peak_yaw_rate": float(np.abs(self.yaw_rate).max()),
+                "peak_yaw_rate_error": float(np.abs(self.yaw_rate_error).max()),
                 "peak_lateral_acceleration": float(np.abs(self.lateral_acceleration).max()),
                 "peak_sideslip": float(np.abs(self.sideslip).max()),
                 "peak_steer_rate": float(np.abs(rate).max()),
@@ -154,50 +175,27 @@ def drive(
     SimulationError
         If the vehicle leaves the path.
     """
-    path, period = task.path, task.period
-    noise = np.random.default_rng([seed, 1])
+    path, period, noise = task.path, task.period, np.random.default_rng([seed, 1])
     state = plant.start(task.speed, (*np.ravel(path.position(0.0)), float(path.heading(0.0))))
     wheel, run = steering.start(seed), controller.start(task)
-    s, rows, seconds = 0.0, [], []
+    s, rows = 0.0, []
     for k in range(int(1.5 * path.length / task.speed / period)):
-        seen = plant.measure(state)
-        s, e_y, heading, _ = path.locate(seen.x, seen.y, s)
-        e_psi = (seen.heading - heading + np.pi) % (2 * np.pi) - np.pi
+        now = plant.measure(state)
+        s, e_y, heading, curvature = path.locate(now.x, now.y, s)
         if s >= path.length - task.speed * period:
             break
         if abs(e_y) > LOST:
             raise SimulationError(
-                f"the vehicle left the path at s = {s:.1f} m, t = {k * period:.2f} s: it is {e_y:+.1f} m off"
+                f"the vehicle left the path at s = {s:.1f} m, t = {k * period:.2f} s: {e_y:+.1f} m off"
             )
-        errors = noise.standard_normal(4)
-        observed = Observation(
-            s,
-            e_y + sensors.position * errors[0],
-            e_psi + sensors.heading * errors[1],
-            seen.lateral_speed + sensors.lateral_speed * errors[2],
-            seen.yaw_rate + sensors.yaw_rate * errors[3],
-            seen.speed,
-        )
+        e_psi = (now.heading - heading + np.pi) % (2 * np.pi) - np.pi
+        seen = sensors.observe(Observation(s, e_y, e_psi, now.lateral_speed, now.yaw_rate, now.speed), noise)
         began = clock.perf_counter()
-        command = run.command(observed)
-        seconds.append(clock.perf_counter() - began)
-        angles = wheel.advance(command, seen.aligning_moment, period)
+        command = run.command(seen)
+        seconds = clock.perf_counter() - began
+        angles = wheel.advance(command, now.aligning_moment, period)
         state = plant.advance(state, angles)
-        rows.append(
-            (
-                k * period,
-                seen.x,
-                seen.y,
-                s,
-                e_y,
-                e_psi,
-                seen.yaw_rate,
-                seen.lateral_acceleration,
-                seen.sideslip,
-                command,
-                angles[-1],
-                wheel.contact[-1],
-            )
-        )
+        motion = now.yaw_rate, now.yaw_rate - now.speed * curvature, now.lateral_acceleration, now.sideslip
+        rows.append((k * period, now.x, now.y, s, e_y, e_psi, *motion, command, angles[-1], wheel.contact[-1], seconds))
     columns = np.array(rows).T
-    return Drive(columns[0], columns[1:3].T, *columns[3:], np.array(seconds))
+    return Drive(columns[0], columns[1:3].T, *columns[3:])

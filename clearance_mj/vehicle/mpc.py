@@ -58,7 +58,7 @@ class ModelPredictive(Controller):
     """q_r, m² s²/rad²: of the error of the yaw rate"""
     effort: float = 500.0
     """q_u, m²/rad²: of the change of the command in a period"""
-    horizon: int = 30
+    horizon: int = 20
     """N, periods"""
 
     def start(self, task):

@@ -73,7 +73,7 @@ def test_metrics_of_known_histories():
     e_y = np.array([0.0, 0.03, -0.04, 0.0, 0.0])
     wheel = np.array([0.0, 0.01, 0.03, 0.02, 0.02])
     contact = np.array([0, 1, 0, -1, 1])
-    metrics = Drive(t, np.zeros((5, 2)), zero, e_y, -e_y, zero, zero, zero, zero, wheel, contact, zero).metrics()
+    metrics = Drive(t, np.zeros((5, 2)), zero, e_y, -e_y, *[zero] * 5, wheel, contact, zero).metrics()
     assert metrics["peak_e_y"] == pytest.approx(0.04)
     assert metrics["rms_e_psi"] == pytest.approx(0.05 / np.sqrt(5))
     assert metrics["peak_steer_rate"] == pytest.approx(2.0)

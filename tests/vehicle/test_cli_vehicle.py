@@ -1,0 +1,52 @@
+"""clearance-mj vehicle: what it writes, and one clear line with status 2 for bad input."""
+
+import csv
+import json
+
+import pytest
+
+from clearance_mj.cli import main
+
+
+def test_report_of_drives(tmp_path, capsys):
+    out = tmp_path / "out"
+    arguments = ["vehicle", "--speed", "72", "--controller", "smc,smc-cm", "--gap", "0.2deg", "--json", "--quiet"]
+    assert main([*arguments, "--out", str(out)]) == 0
+    printed = json.loads(capsys.readouterr().out)
+    smc, model = printed["drives"]
+    assert model["peak_e_y"] < smc["peak_e_y"]
+    assert printed["timing"]["smc"]["median"] > 0
+    assert json.loads((out / "summary.json").read_text())["drives"] == printed["drives"]
+    with (out / "histories_smc-cm.csv").open(encoding="utf-8") as file:
+        errors = [abs(float(row["e_y_m"])) for row in csv.DictReader(file)]
+    assert max(errors) == pytest.approx(model["peak_e_y"], rel=1e-6)
+    page = (out / "report.html").read_text(encoding="utf-8")
+    assert "http" not in page.replace("http://www.w3.org", "").replace("http://purl.org", "").replace(
+        "http://creativecommons.org", ""
+    )
+    assert "SMC-CM" in page
+    assert all((out / "figures" / f"{name}.png").read_bytes()[:4] == b"\x89PNG" for name in ("paths", "histories"))
+
+
+BAD = {
+    "speed": (["--speed", "400"], "speed must be in 18..180 km/h, got 400"),
+    "path": (["--speed", "178"], "needs a lateral acceleration of 11.0 m/s²"),
+    "controller": (["--controller", "smc,pid"], 'controller "pid" is unknown; known: smc, smc-cm'),
+    "gap without unit": (["--gap", "0.2"], 'gap "0.2" has no unit; give an angle at the road wheel (0.2deg'),
+    "told gap": (["--told-gap", "much"], 'gap "much" is not a gap'),
+    "regime": (["--regime", "wet"], 'regime "wet" is unknown; known: torque, friction'),
+    "plant": (["--plant", "tank"], 'plant "tank" is unknown; known: multi-body, single-track'),
+    "length": (["--length-factor", "0"], "length_factor must be > 0"),
+    "seed": (["--seed", "-1"], "seed must be >= 0"),
+}
+
+
+@pytest.mark.parametrize("bad", BAD)
+def test_bad_input(bad, tmp_path, capsys):
+    arguments, words = BAD[bad]
+    assert main(["vehicle", *arguments, "--out", str(tmp_path / "out")]) == 2
+    captured = capsys.readouterr()
+    assert captured.out == ""
+    assert captured.err.count("\n") == 1
+    assert words in captured.err
+    assert not (tmp_path / "out").exists()

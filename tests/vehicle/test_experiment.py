@@ -1,0 +1,73 @@
+"""Cases of the experiments, and their statistics against known values."""
+
+import numpy as np
+import pytest
+import scipy.stats
+
+from clearance_mj.errors import ManoeuvreError
+from clearance_mj.vehicle.experiment import CONTROLLERS, GAP, Case, check, comparison, median, run, run_all
+from clearance_mj.vehicle.tune import stored
+
+
+def test_with_zero_gap_they_are_the_controllers_without_model():
+    """Exactly, in both regimes: what is told of a gap of zero changes nothing."""
+    for regime in ("torque", "friction"):
+        plain, *others = run_all(
+            Case(name, 72.0, 0.0, regime) for name in ("smc", "smc-cm", "smc-inverse", "smc-high-gain")
+        )
+        for other in others:
+            np.testing.assert_array_equal(other.drive.e_y, plain.drive.e_y)
+
+
+def test_clearance_model_is_worth_the_articles_share():
+    """At 120 km/h and 0.2°, peak e_y of SMC-CM below SMC's by the article's 14 % or more, in both regimes."""
+    for regime in ("torque", "friction"):
+        smc, model = (run(Case(name, 120.0, regime=regime)).drive.metrics()["peak_e_y"] for name in ("smc", "smc-cm"))
+        assert model < 0.857 * smc, regime
+
+
+def test_larger_gain_is_that_of_the_gap():
+    """k₂ + b h with b = C_f/m + L_s C_f l_f/I_z of the nominal vehicle."""
+    case, law = Case("smc-high-gain", 72.0), stored("smc")
+    p = case.task.vehicle
+    gain = p.cornering_front / p.mass + law.look_ahead * p.cornering_front * p.lf / p.yaw_inertia
+    assert case.law.switching == pytest.approx(law.switching + gain * GAP)
+    assert case.law.reaching == law.reaching
+
+
+def test_told_stiffness_is_the_clearance_models_compliance():
+    """Told half the datasheet's stiffness, the model's compliance is once the datasheet's 1/k too large."""
+    case = Case("smc-cm", 72.0, told_stiffness=0.5)
+    assert case.law.lost_motion.compliance == pytest.approx(1 / case.steering.lost_motion.stiffness)
+    assert Case("smc-cm", 72.0, stiffness=0.5).law.lost_motion.compliance == 0.0
+
+
+def test_comparison_has_each_once():
+    cases = comparison(speeds=(72.0,), seed=3)
+    assert {(c.controller, c.regime) for c in cases} == {(n, r) for n in CONTROLLERS for r in ("torque", "friction")}
+    assert len(cases) == 2 * len(CONTROLLERS)
+
+
+def test_median_and_interval():
+    """Of 1 … 30: order statistics 10 and 21 enclose the median with 95 % (binomial, e.g. Conover 1999, 3.2)."""
+    found = median(np.arange(1.0, 31.0))
+    assert found.value == 15.5
+    assert (found.low, found.high) == (10.0, 21.0)
+    assert scipy.stats.binom.cdf(20, 30, 0.5) - scipy.stats.binom.cdf(9, 30, 0.5) >= 0.95
+
+
+@pytest.mark.parametrize(
+    ("settings", "words"),
+    [
+        ({"controller": "pid"}, 'controller "pid" is unknown'),
+        ({"speed": 170.0, "length_factor": 2.0}, "needs a lateral acceleration of 15.7 m/s²"),
+        ({"speed": 300.0}, "speed must be in"),
+        ({"regime": "wet"}, 'regime "wet" is unknown'),
+        ({"plant": "tank"}, 'plant "tank" is unknown'),
+        ({"seed": -1}, "seed must be >= 0"),
+        ({"half_gap": -0.1}, "half_gap"),
+    ],
+)
+def test_impossible_cases(settings, words):
+    with pytest.raises(ManoeuvreError, match=words):
+        check(Case(**({"controller": "smc", "speed": 120.0} | settings)))
