@@ -51,6 +51,8 @@ class Modes:
     """(n,) ratio to critical damping"""
     shape: np.ndarray
     """(n_sensors, n) complex; the largest component of each is 1"""
+    responses: tuple[str, ...] = ()
+    """degree of freedom of each row of the shapes, such as "3:+Z" """
 
 
 def extract_modes(frf, n_modes: int = 4, band: tuple[float, float] | None = None, max_order: int = 40) -> Modes:
@@ -91,7 +93,7 @@ def extract_modes(frf, n_modes: int = 4, band: tuple[float, float] | None = None
     shape = fit.residues(poles).T
     largest = np.argmax(np.abs(shape), axis=0)
     shape = shape / np.take_along_axis(shape, largest[None], axis=0)
-    return Modes(np.abs(poles) * frf.frequency[-1], _damping(poles), shape)
+    return Modes(np.abs(poles) * frf.frequency[-1], _damping(poles), shape, frf.responses)
 
 
 def _usable_order(frf, n_modes, max_order) -> int:

@@ -98,7 +98,7 @@ def _suffix(path) -> str:
 
 def _channels(path, options):
     from ..frf import FRF
-    from ..io.csv_records import read_csv
+    from ..io.csv_tables import read_csv
     from ..io.uff import read_uff
 
     if _suffix(path) in CSV:

@@ -24,7 +24,7 @@ from ..rig import BASE_NODE, SHAKER_NODE, Rig
 from .files import replacing
 from .uff import Channel, ChannelHeader, read_uff, scan_uff, write_uff
 
-__all__ = ["BASE_NODE", "ROLES", "SHAKER_NODE", "Dataset", "Record", "write_dataset"]
+__all__ = ["BASE_NODE", "ROLES", "SHAKER_NODE", "Dataset", "Record", "bushing_nodes", "write_dataset"]
 
 ROLES = ("identify", "validate")
 
@@ -159,7 +159,7 @@ class Record:
             channel along -Z is turned round.
         """
         acceleration = [self._along_z(s.node, "acceleration") for s in self.rig.sensors]
-        probes = [self._along_z(node, "displacement") for node in self._bushing_nodes()]
+        probes = [self._along_z(node, "displacement") for node in bushing_nodes(self.rig)]
         fitted = probes and all(p is not None for p in probes)
         node, quantity = _EXCITATIONS[self.excitation_kind]
         return Response(
@@ -174,21 +174,28 @@ class Record:
             provenance={"record": self.name, "rig": self.rig.name, **self.provenance},
         )
 
-    def _bushing_nodes(self) -> list[int | None]:
-        """Node of the sensor that sits in each bushing."""
-        nodes = []
-        for bushing in self.rig.bushings:
-            nearest = min(self.rig.sensors, key=lambda s: abs(s.position - bushing.position))
-            inside = bushing.ends[0] <= nearest.position <= bushing.ends[1]
-            nodes.append(nearest.node if inside else None)
-        return nodes
-
     def _along_z(self, node, quantity) -> np.ndarray | None:
         """(n_t,) samples of a channel, positive along +Z."""
         for c in self.channels:
             if (c.node, c.quantity) == (node, quantity) and c.direction in ("+Z", "-Z"):
                 return c.value if c.direction == "+Z" else -c.value
         return None
+
+
+def bushing_nodes(rig: Rig) -> list[int | None]:
+    """Node of the sensor that sits in each bushing, None where none does.
+
+    Parameters
+    ----------
+    rig : Rig
+        The rig.
+    """
+    nodes = []
+    for bushing in rig.bushings:
+        nearest = min(rig.sensors, key=lambda s: abs(s.position - bushing.position))
+        inside = bushing.ends[0] <= nearest.position <= bushing.ends[1]
+        nodes.append(nearest.node if inside else None)
+    return nodes
 
 
 @dataclass(frozen=True, eq=False)

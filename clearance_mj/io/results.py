@@ -1,12 +1,15 @@
-"""Results as labelled arrays in NetCDF: FRFs and responses with units and where they come from.
+"""Results and records as labelled arrays in NetCDF: FRFs, responses and channels with units and where they come from.
 
-The files are netCDF-3 (64-bit offset), which every NetCDF reader opens. That format has no complex numbers, so they
-are pairs along a last dimension ``part``.
+The files are netCDF-3 (64-bit offset), which every NetCDF reader opens; those that end in .h5 or .hdf5 are netCDF-4,
+which is HDF5, and need the package h5netcdf. Complex numbers, which netCDF-3 does not know, are pairs along a last
+dimension ``part``.
 """
 
 from __future__ import annotations
 
+import importlib.util
 import json
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -16,11 +19,24 @@ from ..errors import RecordError
 from ..frf import FRF
 from ..response import Response
 from .files import replacing
+from .uff import Channel
+from .uff.channels import require_one_time
 
-__all__ = ["dataset_to_frf", "dataset_to_response", "frf_to_dataset", "load", "response_to_dataset", "save"]
+__all__ = [
+    "channels_to_dataset",
+    "dataset_to_channels",
+    "dataset_to_frf",
+    "dataset_to_response",
+    "frf_to_dataset",
+    "load",
+    "response_to_dataset",
+    "save",
+]
 
 _KIND = "clearance_mj"
 """Attribute that says what a file holds."""
+_HDF5 = (".h5", ".hdf5")
+_HDF5_MAGIC = b"\x89HDF"
 _UNITS = {"displacement": "m", "velocity": "m s-1", "acceleration": "m s-2", "force": "N"}
 """As UDUNITS writes them: attributes of netCDF-3 are ASCII."""
 _EXCITATION_UNITS = {"base": _UNITS["acceleration"], "force": _UNITS["force"]}
@@ -168,58 +184,119 @@ def dataset_to_response(ds: xr.Dataset) -> Response:
     )
 
 
-_TO_DATASET = {FRF: frf_to_dataset, Response: response_to_dataset}
-_FROM_DATASET = {"frf": dataset_to_frf, "response": dataset_to_response}
+def channels_to_dataset(channels: Sequence[Channel]) -> xr.Dataset:
+    """Return time records as a labelled dataset.
+
+    Parameters
+    ----------
+    channels : sequence of Channel
+        Of one rate, length and start.
+
+    Returns
+    -------
+    xarray.Dataset
+        ``value`` (channel, time), each channel in its own ``units``, with its ``name``, ``dof`` and ``quantity``.
+
+    Raises
+    ------
+    RecordError
+        If the channels differ in rate, length or start, or there is none.
+    """
+    require_one_time(channels)
+    first = channels[0]
+    texts = {
+        "name": [c.name for c in channels],
+        "dof": [c.label for c in channels],
+        "quantity": [c.quantity for c in channels],
+        "units": [_UNITS[c.quantity] for c in channels],
+    }
+    coordinates = {name: ("channel", text) for name, text in texts.items()}
+    time = first.start + np.arange(first.size) / first.fs
+    coordinates["time"] = ("time", time, {"units": "s"})
+    attributes = {_KIND: "channels", "fs": float(first.fs), "start": float(first.start)}
+    return xr.Dataset({"value": (("channel", "time"), [c.value for c in channels])}, coordinates, attributes)
 
 
-def save(path, obj: FRF | Response):
-    """Write an FRF or a response as NetCDF; an existing file is replaced once the new one is whole.
+def dataset_to_channels(ds: xr.Dataset) -> list[Channel]:
+    """Return the time records that `channels_to_dataset` put into a dataset.
+
+    Parameters
+    ----------
+    ds : xarray.Dataset
+        The dataset.
+
+    Raises
+    ------
+    RecordError
+        If it does not hold time records.
+    """
+    _require_kind(ds, "channels")
+    fs, start = float(_attribute(ds, "fs")), float(_attribute(ds, "start"))
+    rows = zip(_labels(ds, "name"), _labels(ds, "dof"), _labels(ds, "quantity"), _values(ds, "value", _CHANNEL_DIMS))
+    channels = []
+    for name, dof, quantity, value in rows:
+        node, _, direction = dof.partition(":")
+        channels.append(Channel(name, int(node), direction, quantity, value, fs, start))
+    return channels
+
+
+_CHANNEL_DIMS = ("channel", "time")
+_TO_DATASET = {FRF: frf_to_dataset, Response: response_to_dataset, list: channels_to_dataset}
+_FROM_DATASET = {"frf": dataset_to_frf, "response": dataset_to_response, "channels": dataset_to_channels}
+
+
+def save(path, obj: FRF | Response | list[Channel]):
+    """Write an FRF, a response or time records as NetCDF; an existing file is replaced once the new one is whole.
 
     Parameters
     ----------
     path : str or Path
-        The file, usually ".nc".
-    obj : FRF or Response
+        The file, usually ".nc"; ".h5" and ".hdf5" are HDF5.
+    obj : FRF, Response or list of Channel
         What to write.
 
     Raises
     ------
     RecordError
-        If ``obj`` is neither, or its provenance is not plain data.
+        If ``obj`` is none of these, its provenance is not plain data, or HDF5 needs a package that is not there.
     """
     convert = _TO_DATASET.get(type(obj))
     if convert is None:
-        raise RecordError(f"{path}: cannot write {type(obj).__name__}; needs an FRF or a Response")
+        raise RecordError(f"{path}: cannot write {type(obj).__name__}; needs an FRF, a Response or a list of channels")
+    hdf5 = Path(path).suffix.lower() in _HDF5
     try:
+        if hdf5:
+            _require_hdf5()
         dataset = convert(obj)
     except RecordError as error:
         raise RecordError(f"{path}: {error}") from None
+    form = {"engine": "h5netcdf"} if hdf5 else {"engine": "scipy", "format": "NETCDF3_64BIT"}
     with replacing(path) as temporary:
-        dataset.to_netcdf(temporary, engine="scipy", format="NETCDF3_64BIT")
+        dataset.to_netcdf(temporary, **form)
 
 
-def load(path) -> FRF | Response:
+def load(path) -> FRF | Response | list[Channel]:
     """Read what `save` wrote.
 
     Parameters
     ----------
     path : str or Path
-        The file.
+        The file; whether it is HDF5 is seen from its first bytes.
 
     Returns
     -------
-    FRF or Response
+    FRF, Response or list of Channel
 
     Raises
     ------
     RecordError
-        If the file is missing, damaged or holds something else.
+        If the file is missing, damaged or holds something else, or HDF5 needs a package that is not there.
     """
     path = Path(path)
     if not path.is_file():
         raise RecordError(f"{path}: cannot be read; there is no such file")
     try:
-        dataset = xr.load_dataset(path, engine="scipy", decode_times=False)
+        dataset = xr.load_dataset(path, engine=_engine(path), decode_times=False)
         kind = dataset.attrs.get(_KIND)
         if kind not in _FROM_DATASET:
             raise RecordError(
@@ -228,9 +305,22 @@ def load(path) -> FRF | Response:
         return _FROM_DATASET[kind](dataset)
     except RecordError as error:
         raise RecordError(f"{path}: {error}") from None
-    except Exception as error:  # xarray and scipy raise whatever a damaged header leads to
+    except Exception as error:  # xarray and its engines raise whatever a damaged header leads to
         reason = " ".join(str(error).split()) or type(error).__name__
         raise RecordError(f"{path}: not a whole NetCDF file of results: {reason}") from None
+
+
+def _engine(path) -> str:
+    with path.open("rb") as file:
+        if file.read(4) != _HDF5_MAGIC:
+            return "scipy"
+    _require_hdf5()
+    return "h5netcdf"
+
+
+def _require_hdf5():
+    if importlib.util.find_spec("h5netcdf") is None:
+        raise RecordError('HDF5 needs the package h5netcdf: pip install "clearance-mj[hdf5]"; .nc needs nothing more')
 
 
 def _require_kind(ds, kind):

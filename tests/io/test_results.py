@@ -159,7 +159,7 @@ def test_file_is_replaced_whole_or_not_at_all(tmp_path, monkeypatch):
 @pytest.mark.parametrize(
     ("obj", "part"),
     [
-        ({"value": 1}, "cannot write dict; needs an FRF or a Response"),
+        ({"value": 1}, "cannot write dict; needs an FRF, a Response"),
         (np.zeros(3), "cannot write ndarray"),
         (response(provenance={"law": np.zeros(3)}), "provenance is not plain data"),
         (response(kind="shock"), 'kind "shock" is unknown; use base or force'),

@@ -16,3 +16,17 @@ def unit_factors(text: bytes) -> tuple[float, float]:
     if min(length, force) <= 0:
         raise RecordError(f"factors of length and force must be > 0, got {length:g} and {force:g}")
     return length, force
+
+
+def unit_set() -> dict:
+    """SI units, as pyuff writes them."""
+    return {
+        "type": 164,
+        "units_code": 1,
+        "units_description": "SI: Meter (newton)",
+        "temp_mode": 1,
+        "length": 1.0,
+        "force": 1.0,
+        "temp": 1.0,
+        "temp_offset": 273.15,
+    }

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import itertools
-import re
 from dataclasses import dataclass
 
 import numpy as np
 
 from ...errors import RecordError
 from ._delimiters import CLOSE, closing_line
-from ._fields import DIRECTIONS, QUANTITIES, read_dof, read_integer, read_real, require_finite
+from ._fields import DIRECTIONS, read_dof, read_integer, read_real, require_finite
 
 TIME_FUNCTION, FREQUENCY_RESPONSE, COHERENCE = 1, 4, 6
 TIME, FREQUENCY, UNKNOWN = 17, 18, (0, 1)
@@ -43,6 +42,8 @@ class Header:
     denominator: int
     unit: str = "NONE"
     """label of the ordinate's unit"""
+    unit_below: str = "NONE"
+    """label of the denominator's unit"""
 
     @property
     def is_complex(self) -> bool:
@@ -72,12 +73,10 @@ class Function(Header):
     factors: tuple[float, float] = (1.0, 1.0)
     """units of length and force of the file in one SI unit"""
 
-    @property
-    def scale(self) -> float:
-        """What to divide the samples by to have them in SI units."""
+    def factor(self, quantity: str) -> float:
+        """SI units of a quantity in one unit of the file (data set 164)."""
         length, force = self.factors
-        units = dict.fromkeys(QUANTITIES.values(), length) | {QUANTITIES["force"]: force}
-        return units.get(self.numerator, 1.0) / units.get(self.denominator, 1.0)
+        return 1 / (force if quantity == "force" else length)
 
 
 def read_function(data, begin, binary, number, factors):
@@ -176,6 +175,7 @@ def _parse_header(lines: list[str]) -> Header:
         numerator=read_integer(lines[9][0:10], "ordinate type"),
         denominator=read_integer(lines[10][0:10], "denominator type"),
         unit=lines[9][46:67].strip(),
+        unit_below=lines[10][46:67].strip(),
     )
 
 
@@ -219,21 +219,10 @@ def _text_numbers(text: bytes, widths: list[int]) -> np.ndarray:
         return np.full(len(words), np.nan)
 
 
-def samples(data: bytes, function: Function) -> np.ndarray:
-    """(size,) ordinate of a function in SI units."""
-    parts = numbers(data, function)[:, not function.even :] / function.scale
+def samples(data: bytes, function: Function, scale: float = 1.0) -> np.ndarray:
+    """(size,) ordinate of a function, times a scale."""
+    parts = numbers(data, function)[:, not function.even :] * scale
     return (parts.view(complex) if function.is_complex else parts)[:, 0]
-
-
-def check_unit(function: Function, allowed: tuple[str, ...]):
-    """Refuse a unit label that is not SI, such as "g": it overrides the file's unit factors."""
-    plain = re.sub(r"[\s()\[\]^*]", "", function.unit.replace("²", "2")).lower()
-    if plain in ("", "none"):
-        return
-    if plain not in [unit.replace("^", "").lower() for unit in allowed]:
-        raise RecordError(f'unit "{function.unit}" is not SI; needs {" or ".join(allowed)}, or NONE')
-    if function.factors != (1.0, 1.0):
-        raise RecordError(f'unit "{function.unit}" contradicts the units of the file (data set 164), which are not SI')
 
 
 def function_block(header: Header, values: np.ndarray) -> bytes:
@@ -250,7 +239,7 @@ def function_block(header: Header, values: np.ndarray) -> bytes:
         f"{header.ordinate:10d}{header.size:10d}{header.even:10d}{header.first:13.5e}{header.step:>13}{0:13.5e}",
         _axis_line(header.abscissa_type, *axis),
         _axis_line(header.numerator, "NONE", header.unit),
-        _axis_line(header.denominator, "NONE", "NONE"),
+        _axis_line(header.denominator, "NONE", header.unit_below),
         _axis_line(0, "NONE", "NONE"),
     ]
     return "\n".join((*lines, "")).encode() + values.tobytes() + f"{-1:6d}\n".encode()

@@ -14,6 +14,7 @@ DIRECTIONS = {f"{s}{a}": int(f"{s}{i}") for s in "+-" for i, a in enumerate(_AXE
 QUANTITIES = {"displacement": 8, "velocity": 11, "acceleration": 12, "force": 13}
 """Specific data types of data set 58."""
 UNITS = {"displacement": "m", "velocity": "m/s", "acceleration": "m/s^2", "force": "N"}
+"""Labels of the units that are written"""
 _INTEGER = re.compile(r"[+-]?[0-9]{1,10}")
 _REAL = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)(E[+-]?[0-9]{1,3})?")
 _DOF = re.compile(r"([0-9]{1,9}):(\S+)")

@@ -15,12 +15,12 @@ from ._dataset_58 import (
     UNKNOWN,
     Function,
     Header,
-    check_unit,
     function_block,
     numbers,
     samples,
 )
 from ._fields import QUANTITIES, UNITS, check_dof, quantity_of, require_finite
+from ._units import frf_scale
 
 
 def read_frf(data: bytes, functions: list[Function]) -> FRF:
@@ -45,7 +45,7 @@ def read_frf(data: bytes, functions: list[Function]) -> FRF:
             raise RecordError(f"data set {f.number}: is {_frf_quantity(f)}, data set {first.number} is {quantity}")
         if not np.array_equal(_frequency(data, f), frequency):
             raise RecordError(f"data set {f.number}: its frequencies differ from data set {first.number}'s")
-    value = np.array([samples(data, f) for f in frfs.values()])
+    value = np.array([samples(data, f, frf_scale(f, *quantity.split("/"))) for f in frfs.values()])
     coherence = None
     if coherences:
         missing = [label for label in frfs if label not in coherences]
@@ -63,7 +63,7 @@ def _frf_quantity(function: Function) -> str:
         if function.abscissa_type not in (FREQUENCY, *UNKNOWN):
             raise RecordError(f"abscissa type {function.abscissa_type} of an FRF must be 18 (frequency)")
         above, below = quantity_of(function.numerator, "ordinate"), quantity_of(function.denominator, "denominator")
-        check_unit(function, (UNITS[above], f"{UNITS[above]}/{UNITS[below]}"))
+        frf_scale(function, above, below)
     except RecordError as error:
         raise RecordError(f"data set {function.number}: {error}") from None
     return f"{above}/{below}"

@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 from ...errors import RecordError
+from ._blocks import Block
 from ._dataset_58 import COHERENCE, FREQUENCY_RESPONSE, TIME_FUNCTION, Function, read_function
 from ._dataset_164 import unit_factors
 from ._delimiters import BLANK, KIND, OPEN, closing_line
 
+KEPT = (b"15", b"55", b"82")
+"""Nodes, modes and trace lines."""
 
-def find_functions(data: bytes) -> list[Function]:
-    """Find the functions to read: all of time, or FRFs and coherences."""
-    found = _scan(data)
+
+def measured(found: list[Function]) -> list[Function]:
+    """The functions to read: all of time, or FRFs and coherences."""
     kinds = {f.kind for f in found}
     if TIME_FUNCTION in kinds and FREQUENCY_RESPONSE in kinds:
         raise RecordError("holds both time functions and FRFs; put them into two files")
@@ -23,9 +26,9 @@ def find_functions(data: bytes) -> list[Function]:
     return [f for f in found if f.kind in wanted]
 
 
-def _scan(data: bytes) -> list[Function]:
-    """Walk over the data sets of a file, from delimiter to delimiter."""
-    found, factors, number = [], (1.0, 1.0), 0
+def scan(data: bytes) -> tuple[list[Function], list[Block]]:
+    """Walk over the data sets of a file, from delimiter to delimiter: the functions, and those of `KEPT` kinds."""
+    found, blocks, factors, number = [], [], (1.0, 1.0), 0
     position = BLANK.match(data).end()
     while position < len(data):
         number += 1
@@ -44,7 +47,10 @@ def _scan(data: bytes) -> list[Function]:
                 end, position = closing_line(data, opening.end())
             if kind[1] == b"164":
                 factors = unit_factors(data[opening.end() : end])
+            if kind[1] in KEPT:
+                lines = data[kind.end() : end].decode("utf-8", "replace").splitlines()[1:]
+                blocks.append(Block(int(kind[1]), number, tuple(lines), factors))
         except RecordError as error:
             raise RecordError(f"data set {number}: {error}") from None
         position = BLANK.match(data, position).end()
-    return found
+    return found, blocks

@@ -16,12 +16,12 @@ from ._dataset_58 import (
     UNKNOWN,
     Function,
     Header,
-    check_unit,
     function_block,
     numbers,
     samples,
 )
 from ._fields import DIRECTIONS, QUANTITIES, UNITS, quantity_of, require_finite
+from ._units import time_scale
 
 __all__ = ["Channel", "ChannelHeader"]
 
@@ -97,7 +97,7 @@ def read_channel_header(data: bytes, function: Function) -> ChannelHeader:
             raise RecordError("a time function must be real, its ordinate data type is complex")
         if function.abscissa_type not in (TIME, *UNKNOWN):
             raise RecordError(f"abscissa type {function.abscissa_type} of a time function must be 17 (time)")
-        check_unit(function, (UNITS[quantity],))
+        time_scale(function, quantity)
     except RecordError as error:
         raise RecordError(f"data set {function.number}: {error}") from None
     node, direction = function.response.split(":")
@@ -108,7 +108,7 @@ def read_channel_header(data: bytes, function: Function) -> ChannelHeader:
 
 def read_channel(data: bytes, function: Function) -> Channel:
     header = read_channel_header(data, function)
-    value = samples(data, function)
+    value = samples(data, function, time_scale(function, header.quantity))
     return Channel(header.name, header.node, header.direction, header.quantity, value, header.fs, header.start)
 
 
@@ -117,18 +117,38 @@ def _timing(data: bytes, function: Function) -> tuple[float, float]:
     if function.even:
         slack = 0.5 * 10.0 ** Decimal(function.step).as_tuple().exponent
         return simplest_rate(float(function.step), slack), function.first
-    time = numbers(data, function)[:, 0]
-    if time.size < 2:
-        raise RecordError(f"data set {function.number}: needs two samples to tell its time step")
-    step = (time[-1] - time[0]) / (time.size - 1)
     # Precision of the stored times: E13.5, single, double.
     digits = 5e-6 if not function.dtype else 6e-8 if not function.is_double else 1e-15
+    try:
+        return even_rate(numbers(data, function)[:, 0], digits)
+    except RecordError as error:
+        raise RecordError(f"data set {function.number}: {error}") from None
+
+
+def even_rate(time: np.ndarray, digits: float) -> tuple[float, float]:
+    """Sampling rate in Hz and time of the first sample in s, of instants in even steps.
+
+    Parameters
+    ----------
+    time : ndarray, shape (n_t,)
+        s.
+    digits : float
+        Relative precision of the numbers.
+
+    Raises
+    ------
+    RecordError
+        If the steps are uneven.
+    """
+    if time.size < 2:
+        raise RecordError("needs two samples to tell its time step")
+    step = (time[-1] - time[0]) / (time.size - 1)
     slack = 2 * digits * np.abs(time).max()
     off = np.abs(time - (time[0] + step * np.arange(time.size))) > 1e-3 * step + slack
     if not step > slack or off.any():
         raise RecordError(
-            f"data set {function.number}: its times are uneven at sample {int(np.argmax(off))} or have too few "
-            "digits; needs one time step throughout"
+            f"its times are uneven at sample {int(np.argmax(off))} or have too few digits; needs one time step "
+            "throughout"
         )
     return simplest_rate(float(step), slack / (time.size - 1)), float(time[0])
 
@@ -156,6 +176,30 @@ def simplest_rate(step: float, slack: float) -> float:
         if rate > 0 and abs(1 / rate - step) <= slack:
             return rate
     return 1 / step
+
+
+def require_one_time(channels):
+    """Refuse channels that do not share rate, length and start, as those of one table do.
+
+    Parameters
+    ----------
+    channels : sequence of Channel
+        The channels.
+
+    Raises
+    ------
+    RecordError
+        Naming the two that differ; also if there is none.
+    """
+    if not channels:
+        raise RecordError("there is no channel")
+    first = channels[0]
+    for c in channels:
+        if (c.size, c.fs, c.start) != (first.size, first.fs, first.start):
+            raise RecordError(
+                f'channel "{c.name}" has {c.size} samples at {c.fs:g} Hz from {c.start:g} s, "{first.name}" has '
+                f"{first.size} at {first.fs:g} Hz from {first.start:g} s; a table needs one time, .uff does not"
+            )
 
 
 def channel_blocks(obj) -> list[bytes]:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from clearance_mj.errors import RecordError
-from clearance_mj.io.csv_records import read_csv
+from clearance_mj.io.csv_tables import read_csv
 
 FS, N = 2048.0, 3000
 HEADER = "time,base,acc:1,disp:6"

@@ -1,0 +1,356 @@
+"""Names of columns, in tables of time records and of FRFs.
+
+A column of a time record is named after its channel: ``time``; ``base`` (acceleration of the base plate) or ``force``
+(of the shaker); ``acc:3``, ``vel:3``, ``disp:6`` and ``force:5`` (at a node), all along +Z, or ``acc:3:-Z`` for a
+sensor that is mounted the other way round. A column of FRFs is ``frequency`` or two channels, ``acc:3/base``, and a
+part: ``real``, ``imag``, ``magnitude``, ``phase``, ``coherence``, or none of a complex column. A unit follows in
+brackets, ``acc:3 [g]``; without one it is SI. Other headers are mapped to these names by the caller.
+"""
+
+from __future__ import annotations
+
+import difflib
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..errors import RecordError
+from ..frf import FRF
+from ..rig import BASE_NODE, SHAKER_NODE
+from .uff import Channel
+from .uff.channels import require_one_time
+from .units import UNITS, ratio_factor, unit_factor
+
+__all__ = [
+    "SKIP",
+    "Column",
+    "channel_name",
+    "frf_columns",
+    "listed",
+    "resolve",
+    "table_of_channels",
+    "table_of_frf",
+    "to_frf",
+]
+
+SKIP = "skip"
+"""What a column is mapped to that is to be left out"""
+EXAMPLES = ("time", "base", "force", "acc:1", "disp:6")
+PARTS = ("real", "imag", "magnitude", "phase", "coherence")
+ANGLES = {"deg": np.pi / 180, "°": np.pi / 180, "rad": 1.0}
+
+_PREFIX = {"acceleration": "acc", "velocity": "vel", "displacement": "disp", "force": "force"}
+_QUANTITY = {prefix: quantity for quantity, prefix in _PREFIX.items()} | {"base": "acceleration"}
+_NODES = {"base": BASE_NODE, "force": SHAKER_NODE}
+_CELL = re.compile(r"(.*?)\s*(?:\[([^\[\]]*)\]|\(([^()]*)\))?")
+_PLACE = r"(?:base|(?:acc|vel|disp|force):\d{1,9}|force)(?::(?:[+-]R?[XYZ]|S))?"
+_CHANNEL = re.compile(_PLACE)
+_FUNCTION = re.compile(rf"({_PLACE})/({_PLACE})(?:\s+({'|'.join(PARTS)}))?")
+
+
+@dataclass(frozen=True)
+class Column:
+    """What the header says of a column."""
+
+    index: int
+    name: str
+    """header without its unit"""
+    quantity: str
+    """ "time", "frequency", "acceleration" ...; of an FRF "acceleration/force" """
+    dof: str = ""
+    """ "3:+Z", of an FRF's response"""
+    reference: str = ""
+    """degree of freedom of an FRF's excitation"""
+    part: str = ""
+    """one of `PARTS`, or "" of a complex column"""
+    scale: float = 1.0
+    """SI units in one of the column's"""
+
+    def channel(self, value, fs: float, start: float) -> Channel:
+        """Return the column as a channel.
+
+        Parameters
+        ----------
+        value : ndarray, shape (n_t,)
+            Its numbers, in its own unit.
+        fs : float
+            Samples per second.
+        start : float
+            s, time of the first sample.
+        """
+        node, direction = self.dof.split(":")
+        return Channel(self.name, int(node), direction, self.quantity, value * self.scale, fs, start)
+
+
+def resolve(cells: Sequence[str], mapped: Mapping[str, str], where: str, kind: str) -> list[Column]:
+    """Say what the columns of a table are.
+
+    Parameters
+    ----------
+    cells : sequence of str
+        The headers.
+    mapped : mapping of str to str
+        Name and, if it is not SI, unit of a column, by its header: ``{"Accel 1": "acc:1 [g]", "Temp": "skip"}``.
+    where : str
+        Place of the headers, for messages.
+    kind : str
+        "column" or "variable", for messages.
+
+    Returns
+    -------
+    list of Column
+        Those to use, without the ones that are skipped.
+
+    Raises
+    ------
+    RecordError
+        If a header or a unit is unknown, if a mapped header is missing, or if time records and FRFs are mixed.
+    """
+    missing = [header for header in mapped if header not in cells and header not in map(_name, cells)]
+    if missing:
+        near = _nearest(missing[0], cells)
+        raise RecordError(f'{where}has no {kind} "{missing[0]}"{near}; its {kind}s are {listed(cells)}')
+    used = []
+    for index, cell in enumerate(cells):
+        given = mapped.get(cell, mapped.get(_name(cell), cell))
+        if given == SKIP:
+            continue
+        place = f'{where.removesuffix(": ")}, {kind} {index + 1} "{cell}"' if where else f'{kind} "{cell}"'
+        try:
+            used.append(_column(index, cell, given))
+        except RecordError as error:
+            raise RecordError(f"{place}: {error}") from None
+    _check_mixture(used, where, cells, kind)
+    return used
+
+
+def _column(index, cell, given) -> Column:
+    name, unit = _split(given)
+    unit = _split(cell)[1] if unit is None else unit
+    if name in ("time", "frequency"):
+        return Column(index, _name(cell), name, scale=_scale(unit, name))
+    if function := _FUNCTION.fullmatch(name):
+        return _frf_column(index, _name(cell), unit, *function.groups())
+    if not _CHANNEL.fullmatch(name):
+        like = _nearest(name, _channels_like(name))
+        raise RecordError(
+            f"not the name of a channel{like}; use {listed(EXAMPLES)} with the node's number, "
+            f'or map it: "{cell}=acc:1" (or "{cell}={SKIP}" to leave it out)'
+        )
+    quantity, dof = _place(name)
+    return Column(index, _name(cell), quantity, dof, scale=_scale(unit, quantity))
+
+
+def _frf_column(index, name, unit, response, reference, part) -> Column:
+    (above, dof), (below, reference) = _place(response), _place(reference)
+    part = part or ""
+    if part == "phase":
+        if unit not in ANGLES:
+            raise RecordError(f"a phase needs its unit, [deg] or [rad], got {f'[{unit}]' if unit else 'none'}")
+        scale = ANGLES[unit]
+    elif part == "coherence" or not unit:
+        scale = 1.0
+    else:
+        scale = ratio_factor(unit, above, below)
+    return Column(index, name, f"{above}/{below}", dof, reference, part, scale)
+
+
+def _place(name) -> tuple[str, str]:
+    """Quantity and degree of freedom of a channel's name."""
+    kind, *rest = name.split(":")
+    node = int(rest.pop(0)) if rest and rest[0].isdigit() else _NODES[kind]
+    return _QUANTITY[kind], f"{node}:{rest[0] if rest else '+Z'}"
+
+
+def _check_mixture(used, where, cells, kind):
+    functions = [c for c in used if c.reference or c.quantity == "frequency"]
+    if functions and len(functions) != len(used):
+        other = next(c for c in used if c not in functions)
+        raise RecordError(f'{where}"{other.name}" is of a time record, "{functions[0].name}" of FRFs; needs one kind')
+    if all(column.quantity in ("time", "frequency") for column in used):
+        raise RecordError(f"{where}has no channel beside time; its {kind}s are {listed(cells)}")
+
+
+def to_frf(columns: Sequence[Column], values: Sequence[np.ndarray]) -> FRF:
+    """Put the columns of a table of FRFs together.
+
+    Parameters
+    ----------
+    columns : sequence of Column
+        What `resolve` made of the headers.
+    values : sequence of ndarray, shape (n_f,)
+        Their numbers.
+
+    Returns
+    -------
+    FRF
+
+    Raises
+    ------
+    RecordError
+        If there is not one column of frequency, one reference, one quantity, or a part is missing or comes twice.
+    """
+    axes = [value * c.scale for c, value in zip(columns, values) if c.quantity == "frequency"]
+    if len(axes) != 1:
+        raise RecordError(f'needs one column "frequency", has {len(axes)}')
+    functions: dict[str, dict] = {}
+    first = next(c for c in columns if c.reference)
+    for column, value in zip(columns, values):
+        if column.quantity == "frequency":
+            continue
+        if (column.reference, column.quantity) != (first.reference, first.quantity):
+            raise RecordError(
+                f'"{column.name}" is {column.quantity} to {column.reference}, "{first.name}" is {first.quantity} to '
+                f"{first.reference}; needs one reference and one quantity per file"
+            )
+        parts = functions.setdefault(column.dof, {})
+        if column.part in parts:
+            raise RecordError(f'"{column.name}": {column.part or "the function"} of {column.dof} comes twice')
+        parts[column.part] = value * column.scale
+    value = np.array([_complex(dof, parts) for dof, parts in functions.items()])
+    known = ["coherence" in parts for parts in functions.values()]
+    if any(known) and not all(known):
+        lacking = [*functions][known.index(False)]
+        raise RecordError(f"has no coherence of {lacking}; needs that of all functions or none")
+    coherence = np.array([parts["coherence"] for parts in functions.values()]).real if all(known) else None
+    return FRF(axes[0].real, value, coherence, tuple(functions), first.reference, first.quantity)
+
+
+def _complex(dof, parts) -> np.ndarray:
+    match sorted(parts.keys() - {"coherence"}):
+        case [""]:
+            return parts[""]
+        case ["imag", "real"]:
+            return parts["real"] + 1j * parts["imag"]
+        case ["magnitude", "phase"]:
+            return parts["magnitude"] * np.exp(1j * parts["phase"])
+        case found:
+            raise RecordError(
+                f"response {dof} has {' and '.join(found) or 'no values'}; needs real and imag, or magnitude and phase"
+            )
+
+
+def channel_name(dof: str, quantity: str) -> str:
+    """Name of a channel's column, without a unit.
+
+    Parameters
+    ----------
+    dof : str
+        Such as "3:+Z".
+    quantity : str
+        Such as "acceleration".
+    """
+    node, direction = dof.split(":")
+    name = f"{_PREFIX[quantity]}:{node}"
+    if (node, quantity) == (str(BASE_NODE), "acceleration"):
+        name = "base"
+    if (node, quantity) == (str(SHAKER_NODE), "force"):
+        name = "force"
+    return name if direction == "+Z" else f"{name}:{direction}"
+
+
+def table_of_channels(channels: Sequence[Channel]) -> tuple[list[str], np.ndarray]:
+    """Headers and numbers (n_t, n) of time records, without time.
+
+    Parameters
+    ----------
+    channels : sequence of Channel
+        Of one rate, length and start.
+
+    Raises
+    ------
+    RecordError
+        If they differ in one of these, or two have one name.
+    """
+    require_one_time(channels)
+    headers = [f"{channel_name(c.label, c.quantity)} [{next(iter(UNITS[c.quantity]))}]" for c in channels]
+    twice = next((h for h in headers if headers.count(h) > 1), None)
+    if twice:
+        raise RecordError(f'two channels would be columns "{twice}"; give each its own node, or write .uff')
+    return headers, np.stack([c.value for c in channels], axis=1)
+
+
+def frf_columns(frf: FRF) -> list[str]:
+    """Headers of FRFs, without a part or a unit: "acc:3/base".
+
+    Parameters
+    ----------
+    frf : FRF
+        The functions.
+
+    Raises
+    ------
+    RecordError
+        If its quantity is none of the known ones.
+    """
+    above, _, below = frf.quantity.partition("/")
+    if not {above, below} <= set(_PREFIX):
+        raise RecordError(f'quantity "{frf.quantity}" is unknown; needs two of {", ".join(_PREFIX)} as a/b')
+    return [f"{channel_name(dof, above)}/{channel_name(frf.reference, below)}" for dof in frf.responses]
+
+
+def table_of_frf(frf: FRF) -> tuple[list[str], np.ndarray]:
+    """Headers and real numbers (n_f, n) of FRFs, frequency first: real and imaginary parts, then coherences.
+
+    Parameters
+    ----------
+    frf : FRF
+        The functions.
+
+    Raises
+    ------
+    RecordError
+        If its quantity is none of the known ones.
+    """
+    names = frf_columns(frf)
+    unit = "({})/({})".format(*(next(iter(UNITS[quantity])) for quantity in frf.quantity.split("/")))
+    headers, columns = ["frequency [Hz]"], [frf.frequency]
+    for name, value in zip(names, frf.value):
+        headers += [f"{name} {part} [{unit}]" for part in ("real", "imag")]
+        columns += [value.real, value.imag]
+    if frf.coherence is not None:
+        headers += [f"{name} coherence" for name in names]
+        columns += list(frf.coherence)
+    numbers = np.stack(columns, axis=1)
+    if not np.isfinite(numbers).all():
+        line = int(np.argmin(np.isfinite(numbers).all(axis=1)))
+        raise RecordError(f"the FRF is not finite at {frf.frequency[line]:g} Hz")
+    return headers, numbers
+
+
+def _split(cell) -> tuple[str, str | None]:
+    name, square, round_ = _CELL.fullmatch(cell).groups()
+    return name, square if square is not None else round_
+
+
+def _name(cell) -> str:
+    return _split(cell)[0]
+
+
+def _scale(unit, quantity) -> float:
+    return unit_factor(unit, quantity) if unit else 1.0
+
+
+def _channels_like(name) -> list[str]:
+    """Names of channels at the node that a name holds."""
+    node = re.search(r"\d*$", name)[0] or "1"
+    return ["time", "frequency", "base", "force", f"acc:{node}", f"vel:{node}", f"disp:{node}", f"acc:{node}/base"]
+
+
+def _nearest(name, known) -> str:
+    """A question after what was meant, if something like it is known."""
+    found = difflib.get_close_matches(name, known, 1, 0.6)
+    return f' (did you mean "{found[0]}"?)' if found else ""
+
+
+def listed(names) -> str:
+    """Names in quotation marks.
+
+    Parameters
+    ----------
+    names : iterable of str
+        The names.
+    """
+    return ", ".join(f'"{name}"' for name in names)

@@ -1,0 +1,181 @@
+"""Time records and FRFs in MATLAB files (.mat, version 5 to 7).
+
+Variables are the columns of `clearance_mj.io.columns`: a vector is one column, named after its channel with an
+underscore for the colon (``acc_3``) or mapped; a matrix has one column after another, ``data:1``, ``data:2``, .... A
+scalar ``fs`` is the sampling rate. A cell array ``columns`` names the columns of ``data`` or of ``frf`` and
+``coherence``: so the files are that are written here.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+import scipy.io
+
+from ..errors import RecordError
+from ..frf import FRF
+from .columns import frf_columns, listed, resolve, table_of_channels, table_of_frf, to_frf
+from .files import replacing
+from .uff import Channel
+from .uff.channels import even_rate
+from .units import UNITS
+
+__all__ = ["read_mat", "write_mat"]
+
+_CHANNEL = re.compile(r"(acc|vel|disp|force)_(\d+)")
+_NAMED = ("data", "frf", "coherence")
+"""Matrices whose columns the cell array names"""
+
+
+def read_mat(path, columns: Mapping[str, str] | None = None, fs: float | None = None) -> list[Channel] | FRF:
+    """Read the time records or the FRFs of a MATLAB file.
+
+    Parameters
+    ----------
+    path : str or Path
+        The file, saved as version 5 to 7.
+    columns : mapping of str to str, optional
+        Channel and, if it is not SI, unit of a variable: ``{"a": "acc:1 [g]", "data:3": "base", "T": "skip"}``.
+        Variables that are not in it are named after their channel. Text, structures and scalars are passed over.
+    fs : float, optional
+        Samples per second of a file without the variable ``time`` or ``fs``.
+
+    Returns
+    -------
+    list of Channel or FRF
+        An FRF of a file with frequencies.
+
+    Raises
+    ------
+    RecordError
+        Naming file and variable, if the file cannot be read (among them version 7.3), a variable or unit is unknown,
+        lengths differ, a number is not finite, or the time steps are uneven.
+    """
+    variables = _load(path)
+    try:
+        return _contents(variables, columns or {}, fs)
+    except RecordError as error:
+        raise RecordError(f"{path}: {error}") from None
+
+
+def write_mat(path, obj):
+    """Write time records or FRFs as a MATLAB file of version 5, in SI units.
+
+    Parameters
+    ----------
+    path : str or Path
+        The file; an existing one is replaced once the new one is whole.
+    obj : sequence of Channel, or FRF
+        Channels of one rate, length and start: ``data`` (n_t, n), ``time``, ``fs``. An FRF: ``frf`` (n_f, n) complex,
+        ``coherence``, ``frequency`` in Hz. ``columns`` names the columns of either.
+
+    Raises
+    ------
+    RecordError
+        If the channels do not fit into one table.
+    """
+    try:
+        variables = _frf_variables(obj) if isinstance(obj, FRF) else _record_variables(obj)
+    except RecordError as error:
+        raise RecordError(f"{path}: cannot be written: {error}") from None
+    with replacing(path) as temporary, temporary.open("wb") as file:
+        scipy.io.savemat(file, variables, do_compression=True, oned_as="column")
+
+
+def _record_variables(channels) -> dict:
+    headers, numbers = table_of_channels(channels)
+    first = channels[0]
+    time = first.start + np.arange(first.size) / first.fs
+    return {"time": time, "fs": first.fs, "data": numbers, "columns": np.array(headers, dtype=object)}
+
+
+def _frf_variables(frf) -> dict:
+    table_of_frf(frf)  # refuses what is not finite
+    unit = "({})/({})".format(*(next(iter(UNITS[quantity])) for quantity in frf.quantity.split("/")))
+    names = [f"{name} [{unit}]" for name in frf_columns(frf)]
+    variables = {"frequency": frf.frequency, "frf": frf.value.T, "columns": np.array(names, dtype=object)}
+    return variables if frf.coherence is None else variables | {"coherence": np.asarray(frf.coherence, dtype=float).T}
+
+
+def _load(path) -> dict:
+    try:
+        with Path(path).open("rb") as file:
+            return scipy.io.loadmat(file)
+    except OSError as error:
+        raise RecordError(f"{path}: {error.strerror or error}") from None
+    except NotImplementedError:
+        raise RecordError(
+            f"{path}: is a MATLAB file of version 7.3, which is not read; save it in MATLAB with "
+            "save(file, '-v7'), or write CSV"
+        ) from None
+    except Exception as error:  # scipy raises whatever a damaged file leads to
+        reason = " ".join(str(error).split()) or type(error).__name__
+        raise RecordError(f"{path}: not a whole MATLAB file: {reason}") from None
+
+
+def _contents(variables, mapped, fs) -> list[Channel] | FRF:
+    table = dict(_vectors(variables))
+    if not table:
+        raise RecordError("holds no numeric vectors or matrices (structures are passed over); save plain variables")
+    used = resolve([*table], mapped, "", "variable")
+    values = [np.asarray(list(table.values())[c.index]) for c in used]
+    for column, value in zip(used, values):
+        if value.size != values[0].size:
+            raise RecordError(
+                f'variable "{column.name}" has {value.size} numbers, "{used[0].name}" has {values[0].size}'
+            )
+        if np.iscomplexobj(value) and (not column.reference or column.part):
+            raise RecordError(f'variable "{column.name}" is complex; needs real numbers')
+        if not np.isfinite(value).all():
+            raise RecordError(f'variable "{column.name}": number {np.argmin(np.isfinite(value)) + 1} is not finite')
+    if any(c.reference for c in used):
+        return to_frf(used, values)
+    rate, start = _timing(used, values, fs, variables)
+    return [c.channel(v, rate, start) for c, v in zip(used, values) if c.quantity != "time"]
+
+
+def _vectors(variables):
+    """Name and numbers of each column."""
+    names = _names(variables.get("columns"))
+    for name, value in variables.items():
+        if name.startswith("__") or not isinstance(value, np.ndarray) or value.dtype.kind not in "biufc":
+            continue
+        if value.ndim != 2 or value.size < 2:
+            continue
+        value = value.T if value.shape[0] < value.shape[1] else value
+        if name in _NAMED and names:
+            if len(names) != value.shape[1]:
+                raise RecordError(f'"columns" names {len(names)} columns, "{name}" has {value.shape[1]}')
+            suffix = " coherence" if name == "coherence" else ""
+            headers = [n.split(" [")[0] + suffix if suffix else n for n in names]
+        elif value.shape[1] == 1:
+            headers = [_CHANNEL.sub(r"\1:\2", name)]
+        else:
+            headers = [f"{name}:{i}" for i in range(1, value.shape[1] + 1)]
+        yield from zip(headers, value.T)
+
+
+def _names(cells) -> list[str]:
+    """Strings of a cell array."""
+    if not isinstance(cells, np.ndarray) or cells.dtype != object:
+        return []
+    return [str(cell.item()) if isinstance(cell, np.ndarray) and cell.size == 1 else str(cell) for cell in cells.flat]
+
+
+def _timing(used, values, fs, variables) -> tuple[float, float]:
+    """Sampling rate in Hz and time of the first sample in s."""
+    times = [value * c.scale for c, value in zip(used, values) if c.quantity == "time"]
+    stored = variables.get("fs")
+    if not times:
+        if fs is None and stored is None:
+            raise RecordError(
+                f'has no variable "time" or "fs", only {listed(c.name for c in used)}; map one to time, or give the '
+                "sampling rate"
+            )
+        return float(fs if fs is not None else np.ravel(stored)[0]), 0.0
+    if len(times) > 1 or fs is not None:
+        raise RecordError("has a variable of time; needs just one, and then no sampling rate beside it")
+    return even_rate(times[0], 1e-15)

@@ -1,0 +1,74 @@
+"""Units that files may be in."""
+
+from __future__ import annotations
+
+import re
+
+from ..errors import RecordError
+
+__all__ = ["UNITS", "ratio_factor", "unit_factor"]
+
+UNITS = {
+    "time": {"s": 1.0, "ms": 1e-3},
+    "frequency": {"Hz": 1.0, "kHz": 1e3},
+    "acceleration": {"m/s2": 1.0, "mm/s2": 1e-3, "g": 9.80665, "m/s/s": 1.0},
+    "velocity": {"m/s": 1.0, "mm/s": 1e-3},
+    "displacement": {"m": 1.0, "mm": 1e-3, "um": 1e-6},
+    "force": {"N": 1.0, "mN": 1e-3, "kN": 1e3, "MN": 1e6},
+}
+"""Units that are known, in SI units, by quantity"""
+
+
+def unit_factor(label: str, quantity: str) -> float:
+    """SI units in one unit of a quantity.
+
+    Parameters
+    ----------
+    label : str
+        Such as "g", "mm/s²" or "(m/s^2)".
+    quantity : str
+        A key of `UNITS`.
+
+    Returns
+    -------
+    float
+
+    Raises
+    ------
+    RecordError
+        If the unit is unknown; the message lists those that are known.
+    """
+    return _look_up(label, UNITS[quantity], quantity)
+
+
+def ratio_factor(label: str, above: str, below: str) -> float:
+    """SI units in one unit of a ratio of two quantities.
+
+    Parameters
+    ----------
+    label : str
+        Such as "g/N" or "(m/s^2)/N"; "1" for the ratio of two like quantities.
+    above, below : str
+        Keys of `UNITS`.
+
+    Returns
+    -------
+    float
+
+    Raises
+    ------
+    RecordError
+        If the unit is unknown; the message shows some that are known.
+    """
+    known = {f"{a}/{b}": x / y for a, x in UNITS[above].items() for b, y in UNITS[below].items()}
+    return _look_up(label, {"1": 1.0} | known if above == below else known, f"{above}/{below}")
+
+
+def _look_up(label, known, quantity) -> float:
+    plain = re.sub(r"[\s()\[\]^*]", "", label.replace("²", "2").replace("µ", "u").replace("μ", "u"))
+    # Some writers have capitals only; "mN" and "MN" both stand in the table, so neither is taken for the other.
+    lower = {unit.lower(): factor for unit, factor in known.items()}
+    if plain not in known and plain.lower() not in lower:
+        shown = [*known][:6]
+        raise RecordError(f'unit "{label}" of {quantity} is unknown; use {", ".join(shown)}')
+    return known.get(plain, lower.get(plain.lower()))
