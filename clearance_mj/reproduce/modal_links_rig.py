@@ -358,7 +358,7 @@ CAPTIONS = {
         "Best linear approximation at the sensor in bushing 2 over levels. Dark band: ± one standard deviation of its "
         "noise; light band: ± one of the nonlinear distortion of a single realisation; below, both by themselves, "
         "variances averaged over five lines. Engines have no noise: what changes from period to period there is the "
-        "rest of the transient, or a motion that does not repeat itself.",
+        "rest of the transient, or a motion that does not repeat itself; below -80 dB it is off the scale.",
         "FRFs with bands of noise and nonlinear distortion.",
     ),
 }

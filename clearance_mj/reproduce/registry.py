@@ -25,6 +25,7 @@ ITEMS = {
     "table_2": "clearance_mj.reproduce.table_2",
     "calibrate_table1": "clearance_mj.reproduce.calibrate_table1",
     "sensor_placement": "clearance_mj.reproduce.sensor_placement",
+    "modal_links_rig": "clearance_mj.reproduce.modal_links_rig",
 }
 """Module of each item by its name, in the order of the index page"""
 
