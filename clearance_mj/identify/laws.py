@@ -36,6 +36,8 @@ def nominal(rig: Rig) -> ConstantLaw:
     rig : Rig
         The rig.
     """
+    if not rig.bushings:
+        return ConstantLaw(0.0, 0.0)
     contacts = [b.contact for b in rig.bushings]
     return ConstantLaw([c.stiffness for c in contacts], [c.damping for c in contacts])
 

@@ -53,7 +53,9 @@ class Observer:
     """Turns a case into results; made once for a plan."""
 
     engine: Engine
+    """simulates the cases"""
     outputs: Outputs
+    """what is asked for"""
     band: tuple[float, float]
     """Hz, of the FRFs"""
     frequency: np.ndarray
@@ -63,6 +65,7 @@ class Observer:
     peaks: tuple[tuple[float, float], ...]
     """Hz"""
     reference: FRF | None
+    """what FRFs are compared with"""
     compared: tuple[int, ...]
     """rows of the sensors that the reference has"""
 

@@ -29,10 +29,13 @@ class Vary:
     values: tuple[float, ...] | None = None
     """a grid takes each; other designs draw them with equal chances"""
     low: float | None = None
+    """lower end"""
     high: float | None = None
+    """upper end"""
     count: int | None = None
     """how many values from low to high, for a grid"""
     scale: typing.Literal["linear", "log"] = "linear"
+    """even steps of the value, or of its logarithm"""
 
     def __post_init__(self):
         if (self.values is None) == (self.low is None and self.high is None):
@@ -86,8 +89,11 @@ class Design:
     """
 
     method: Method = "grid"
+    """ "grid", "latin-hypercube", "sobol" or "saltelli" """
     samples: int = 0
+    """how many points; 0 for a grid"""
     seed: int = 0
+    """of the points"""
 
     def __post_init__(self):
         if self.method not in METHODS:

@@ -260,9 +260,11 @@ def load_plan(path) -> Plan:
     except (ValueError, RecursionError) as error:
         raise ClearanceError(f"{path}: not valid TOML: {error}") from None
     try:
-        return _plan(data, path.parent)
+        plan = _plan(data, path.parent)
+        plan.observer  # noqa: B018 that refuses what cannot be observed
     except ClearanceError as error:
         raise ClearanceError(f"{path}: {error}") from None
+    return plan
 
 
 def _plan(data, folder) -> Plan:

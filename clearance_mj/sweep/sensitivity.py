@@ -30,6 +30,7 @@ class Sensitivity:
     quantity: tuple[str, ...]
     """names of the results, with their units"""
     parameter: tuple[str, ...]
+    """paths of the varied parameters"""
     first: np.ndarray
     """(n_quantities, n_parameters) first-order indices"""
     total: np.ndarray

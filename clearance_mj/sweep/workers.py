@@ -140,7 +140,7 @@ def on_cluster(function: Callable[[int], Any], cases: Iterable[int], scheduler: 
     with client:
         submitted = client.map(partial(_with_same_code, workshop.code(), function), list(cases), pure=False, key="case")
         try:
-            for _, result in as_completed(submitted, with_results=True):
+            for _, result in as_completed(submitted, loop=client.loop, with_results=True):
                 yield result
         except KilledWorker as error:
             raise ClearanceError(f"--scheduler {scheduler}: a case kills its workers ({error})") from None
