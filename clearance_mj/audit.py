@@ -60,9 +60,13 @@ class Claim:
     where: str
     """place in the article"""
     text: str
+    """what it says, in words"""
     printed: str
+    """the value as printed"""
     recomputed: str
+    """the value that comes out here"""
     verdict: str
+    """such as "ok" or "wrong" """
 
     @property
     def holds(self) -> bool:

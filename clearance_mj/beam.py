@@ -141,6 +141,7 @@ class ModalModel:
     """
 
     beam: Beam
+    """the shaft"""
     omega: np.ndarray
     """(n,) natural circular frequencies, 1/s"""
     participation: np.ndarray

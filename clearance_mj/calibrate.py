@@ -158,6 +158,7 @@ class FRFTarget:
     """Measured FRFs, whose magnitudes are compared in dB."""
 
     frf: FRF
+    """of the test"""
     std: float = FRF_STD
     """standard deviation of a line, dB"""
 
@@ -226,8 +227,11 @@ class Calibration:
     """A rig calibrated to targets, and how well they tell its parameters."""
 
     rig: Rig
+    """calibrated"""
     start: Rig
+    """the rig that was given"""
     targets: tuple[ModalTarget | FRFTarget, ...]
+    """what it was calibrated to"""
     paths: tuple[str, ...]
     """the free parameters"""
     value: np.ndarray

@@ -29,6 +29,7 @@ class Excitation:
     fs: float
     """samples per second"""
     kind: str = "base"
+    """ "base" or "force" """
     band: tuple[float, float] | None = None
     """Hz"""
     description: dict = field(default_factory=dict)

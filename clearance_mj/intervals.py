@@ -28,8 +28,11 @@ class Interval:
     """A value and its confidence interval; nan where there is none."""
 
     value: float
+    """the estimate"""
     low: float = math.nan
+    """lower limit"""
     high: float = math.nan
+    """upper limit"""
     doubtful: bool = False
     """whether a test refuses what the interval assumes"""
 

@@ -104,6 +104,7 @@ class PointMass:
     mass: float
     """kg"""
     name: str = ""
+    """for people"""
 
 
 @dataclass(frozen=True)
@@ -187,7 +188,9 @@ class Bushing:
     length: float
     """m along the shaft; contact happens at both ends, each with half of k and c"""
     grease: Grease
+    """what fills the gap"""
     contact: Contact
+    """what happens beyond it"""
 
     @property
     def ends(self) -> tuple[float, float]:
@@ -200,6 +203,7 @@ class Sensor:
     """An accelerometer on the shaft, identified by its node number in files."""
 
     node: int
+    """positive, unique in the rig; 100 (base) and 200 (shaker) are taken"""
     position: float
     """m from the clamp"""
     mass: float = 0.0
@@ -211,6 +215,7 @@ class Shaker:
     """How the rig is driven: the base plate that carries clamp and bushings, or a force at one point."""
 
     kind: typing.Literal["base", "force"] = "base"
+    """ "base" or "force" """
     position: float | None = None
     """m from the clamp; for a force"""
 
@@ -226,12 +231,19 @@ class Rig:
     """
 
     name: str
+    """for people; also in messages and results"""
     beam: Beam
+    """the shaft"""
     bushings: tuple[Bushing, ...]
+    """around the shaft, without overlap; may be none"""
     sensors: tuple[Sensor, ...]
+    """at least one"""
     masses: tuple[PointMass, ...] = ()
+    """fixed to the shaft"""
     shaker: Shaker = field(default_factory=Shaker)
+    """how the rig is driven"""
     description: str = ""
+    """for people"""
 
     def __post_init__(self):
         l = self.beam.length
@@ -298,7 +310,13 @@ class Rig:
         return [f"{s.node}:+Z" for s in self.sensors]
 
     def replace(self, **changes) -> Rig:
-        """Return a copy with the given fields changed; it is checked again."""
+        """Return a copy with other values; it is checked again.
+
+        Parameters
+        ----------
+        **changes
+            Fields and their new values.
+        """
         return dataclasses.replace(self, **changes)
 
     @classmethod
@@ -329,7 +347,18 @@ class Rig:
 
     @classmethod
     def from_dict(cls, data: dict) -> Rig:
-        """Build a rig from the nested dictionary that a rig file holds."""
+        """Build a rig from the nested dictionary that a rig file holds.
+
+        Parameters
+        ----------
+        data : dict
+            Nested plain data.
+
+        Raises
+        ------
+        RigError
+            If it has unknown or missing keys or impossible values.
+        """
         return from_plain(cls, data, "")
 
     def to_dict(self) -> dict:
@@ -337,7 +366,13 @@ class Rig:
         return to_plain(self)
 
     def save(self, path):
-        """Write the rig as TOML; an existing file is replaced only once the new one is whole."""
+        """Write the rig as TOML; an existing file is replaced only once the new one is whole.
+
+        Parameters
+        ----------
+        path : str or Path
+            The file.
+        """
         with replacing(path) as temporary:
             temporary.write_text(tomli_w.dumps(self.to_dict()), encoding="utf-8")
 
@@ -432,7 +467,13 @@ def _convert(hint, value, where):
 
 
 def to_plain(value):
-    """Return a dataclass as nested dictionaries and lists, without the fields that are None."""
+    """Return a dataclass as nested dictionaries and lists, without the fields that are None.
+
+    Parameters
+    ----------
+    value : dataclass, tuple or plain value
+        What to turn into plain data.
+    """
     if dataclasses.is_dataclass(value):
         pairs = ((f.name, getattr(value, f.name)) for f in dataclasses.fields(value))
         return {name: to_plain(item) for name, item in pairs if item is not None}

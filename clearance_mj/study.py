@@ -52,8 +52,11 @@ class Knowledge:
     """A law and what it was allowed to know."""
 
     name: str
+    """the method's"""
     law: Law
+    """what was found"""
     knows: str
+    """in words"""
     parameters: tuple[dict, ...] = ()
     """fitted parameters: name, unit, value, relative_std"""
 
@@ -63,10 +66,15 @@ class Case:
     """One law on one engine against one validation record."""
 
     law: str
+    """name"""
     engine: str
+    """name"""
     record: Record
+    """validation record that drives it"""
     frf: FRF
+    """the model's"""
     comparison: Comparison
+    """of the test's FRFs with the model's"""
     statistics: dict
     """RMS and peak displacement (m), share of time in contact and peak contact force (N) of each bushing; step, s"""
 
@@ -76,10 +84,13 @@ class Study:
     """Everything a report shows."""
 
     dataset: Dataset
+    """rig and records"""
     laws: tuple[Knowledge, ...]
+    """of every method"""
     tests: dict[str, FRF]
     """measured FRFs by the record's name"""
     cases: tuple[Case, ...]
+    """every law on every engine against every validation record"""
     floor: dict[float, Comparison]
     """by level: the second seed's record against the first's"""
 
@@ -94,7 +105,15 @@ class Study:
         return self.levels[len(self.levels) // 2]
 
     def case(self, law: str, engine: str, level: float) -> Case:
-        """First case of a law, an engine and a level."""
+        """Return the first case of a law, an engine and a level.
+
+        Parameters
+        ----------
+        law, engine : str
+            Their names.
+        level : float
+            m/s².
+        """
         return next(c for c in self.cases if (c.law, c.engine, c.record.level) == (law, engine, level))
 
     def of(self, law: str, engine: str) -> dict[float, list[Comparison]]:

@@ -146,7 +146,19 @@ class Flores(_HertzDamped):
 
 @numba.njit(cache=True, nogil=True, inline="always")
 def instantaneous(stiffness, damping, exponent, kappa, penetration, impact_speed):
-    """Stiffness and damping (k, c) that hold at this moment, N/m and N s/m."""
+    """Return stiffness and damping (k, c) that hold at this moment, N/m and N s/m.
+
+    Parameters
+    ----------
+    stiffness, damping : float
+        K, N/mⁿ, and c, N s/m, of the model; c counts for n = 1 and κ = 0 only.
+    exponent, kappa : float
+        n and κ.
+    penetration : float
+        δ, m.
+    impact_speed : float
+        v_i, m/s: δ̇ when this contact began.
+    """
     if exponent == 1.0 and kappa == 0.0:
         return stiffness, damping
     if penetration <= 0.0:
@@ -157,7 +169,17 @@ def instantaneous(stiffness, damping, exponent, kappa, penetration, impact_speed
 
 @numba.njit(cache=True, nogil=True, inline="always")
 def contact_force(k, c, penetration, speed, adhesion):
-    """Force k δ + c δ̇ during contact, N; without adhesion it never pulls."""
+    """Return the force k δ + c δ̇ during contact, N; without adhesion it never pulls.
+
+    Parameters
+    ----------
+    k, c : float
+        N/m and N s/m.
+    penetration, speed : float
+        δ, m, and δ̇, m/s.
+    adhesion : bool
+        Let the damper pull at release.
+    """
     if penetration <= 0.0:
         return 0.0
     force = k * penetration + c * speed

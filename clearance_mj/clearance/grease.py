@@ -55,7 +55,15 @@ def grease_table(rig: Rig, law: Law) -> np.ndarray:
 
 @numba.njit(cache=True, nogil=True, inline="always")
 def bouc_wen_step(z, dx, a, beta, gamma, exponent):
-    """Advance the Bouc-Wen state z over the displacement dx by the midpoint rule (second order in dx)."""
+    """Advance the Bouc-Wen state z over the displacement dx by the midpoint rule (second order in dx).
+
+    Parameters
+    ----------
+    z, dx : float
+        State and displacement increment, m.
+    a, beta, gamma, exponent : float
+        A, β and γ, 1/mⁿ, and n.
+    """
     half = z + 0.5 * dx * _slope(z, dx, a, beta, gamma, exponent)
     return z + dx * _slope(half, dx, a, beta, gamma, exponent)
 
@@ -69,16 +77,40 @@ def _slope(z, dx, a, beta, gamma, exponent):
 
 @numba.njit(cache=True, nogil=True, inline="always")
 def film_damping(x, damping, inverse_film, limit):
-    """Squeeze-film damping c / max(1 - |x|/h, ε)², N s/m."""
+    """Return the squeeze-film damping c / max(1 - |x|/h, ε)², N s/m.
+
+    Parameters
+    ----------
+    x : float
+        Displacement, m.
+    damping : float
+        c of the centred shaft, N s/m.
+    inverse_film : float
+        1/h, 1/m; 0 without film.
+    limit : float
+        ε.
+    """
     thin = max(1.0 - abs(x) * inverse_film, limit)
     return damping / (thin * thin)
 
 
 @numba.njit(cache=True, nogil=True, inline="always")
 def grease_step(row, x, dx, z):
-    """State, elastic force and damping of one bushing's grease after its motion by dx to x.
+    """Return state, elastic force and damping of one bushing's grease after its motion by dx to x.
 
-    ``row`` is the bushing's row of `grease_table`. Returns z (m), λ k x + (1-λ) k z (N) and c(x) (N s/m).
+    Parameters
+    ----------
+    row : ndarray, shape (9,)
+        The bushing's row of `grease_table`.
+    x, dx : float
+        Displacement after the motion, and the motion, m.
+    z : float
+        Bouc-Wen state before it, m.
+
+    Returns
+    -------
+    tuple of float
+        z (m), λ k x + (1-λ) k z (N) and c(x) (N s/m).
     """
     z = bouc_wen_step(z, dx, row[A], row[BETA], row[GAMMA], row[EXPONENT])
     elastic = row[STIFFNESS] * (row[ELASTIC] * x + (1.0 - row[ELASTIC]) * z)

@@ -58,7 +58,17 @@ class LawTable(NamedTuple):
 
 @numba.njit(cache=True, nogil=True, inline="always")
 def table_values(law, j, at):
-    """Stiffness and damping (k, c) of bushing j where the abscissa is ``at``: linear, the ends hold beyond."""
+    """Return stiffness and damping (k, c) of a bushing: linear between the rows, the ends hold beyond.
+
+    Parameters
+    ----------
+    law : LawTable
+        The law.
+    j : int
+        The bushing.
+    at : float
+        Abscissa: s, or m of an amplitude.
+    """
     abscissa, last = law.abscissa, law.abscissa.size - 1
     if last == 0 or at <= abscissa[0]:
         return law.k[0, j], law.c[0, j]

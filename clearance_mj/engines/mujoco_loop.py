@@ -134,6 +134,7 @@ class Plant:
     """
 
     model: mujoco.MjModel
+    """compiled, not to be changed"""
     at_points: np.ndarray
     """(3 n_bushings, nv) displacement of the bushings' middles, then of their two ends each, per coordinate"""
     at_shaker: np.ndarray

@@ -106,6 +106,7 @@ class RestoringForce:
     name: str
     """the record's"""
     rig: Rig
+    """that the record was measured on"""
     fs: float
     """samples per second"""
     band: tuple[float, float]
@@ -284,6 +285,7 @@ class GreaseFit:
     """Grease of every bushing, from the forces while the shaft is inside the gap."""
 
     grease: tuple[Grease, ...]
+    """(n_bushings) fitted"""
     names: tuple[str, ...]
     """fitted parameters: k, λ, z (yield displacement), γ/β, c, d/h; without yield and film only k and c"""
     value: np.ndarray

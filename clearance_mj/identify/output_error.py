@@ -49,10 +49,15 @@ class Parameter:
     """A positive parameter to fit, varied by its logarithm."""
 
     name: str
+    """in words"""
     unit: str
+    """of its values, SI"""
     start: float
+    """where the search begins"""
     low: float
+    """lower bound"""
     high: float
+    """upper bound"""
     spread: float = math.inf
     """standard deviation of its logarithm about the start, as far as that is known before the fit"""
 
@@ -62,7 +67,9 @@ class Evidence:
     """What a fit may look at: a measured excitation and the responses measured with it."""
 
     excitation: Excitation
+    """measured, drives the simulations"""
     response: Response
+    """measured with it"""
 
     def until(self, sample: int) -> Evidence:
         """Cut to the samples before ``sample``.
@@ -124,7 +131,9 @@ class Fit:
     """A fitted law and how well the records tell its parameters."""
 
     law: Law
+    """the law of the fitted values"""
     parameters: tuple[Parameter, ...]
+    """what was fitted"""
     value: np.ndarray
     """(n,) fitted values"""
     relative_std: np.ndarray

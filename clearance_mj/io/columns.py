@@ -55,6 +55,7 @@ class Column:
     """What the header says of a column."""
 
     index: int
+    """place in the table, from 0"""
     name: str
     """header without its unit"""
     quantity: str

@@ -49,9 +49,11 @@ class Record:
     role: str
     """ "identify" or "validate" """
     rig: Rig
+    """what was measured"""
     fs: float
     """samples per second"""
     channels: Sequence[Channel]
+    """time functions of one length and rate"""
     excitation_kind: str = "base"
     """ "base": acceleration of node 100; "force": force of node 200"""
     description: str = ""
@@ -59,6 +61,7 @@ class Record:
     level: float | None = None
     """RMS of the excitation, m/s² or N"""
     seed: int | None = None
+    """of the excitation, if it was random"""
     band: tuple[float, float] | None = None
     """of the excitation, Hz"""
     provenance: dict = field(default_factory=dict)
@@ -209,7 +212,9 @@ class Dataset:
     """
 
     rig: Rig
+    """the rig of all records"""
     records: tuple[Record, ...]
+    """in the order of the list"""
     path: Path | None = None
     """the folder it was loaded from"""
 

@@ -32,6 +32,7 @@ class LvmSegment:
     value: np.ndarray
     """(n_channels, n) in the unit of each channel, as written"""
     names: tuple[str, ...]
+    """of the channels"""
     units: tuple[str, ...]
     """ "" where the file gives none"""
     header: dict[str, str]

@@ -65,8 +65,11 @@ class Drawing:
     name: str
     """also the name of its file"""
     figure: Figure
+    """what is drawn"""
     caption: str
+    """what it shows, in words"""
     alt: str
+    """text for those who cannot see it"""
     sharp: bool = True
     """to be shown as SVG: the figures of the lesser levels are many and stay PNG"""
 

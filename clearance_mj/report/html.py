@@ -24,12 +24,17 @@ class Picture:
     """A figure ready to be put into the page."""
 
     name: str
+    """anchor on the page"""
     number: int
+    """of the figure"""
     data: bytes
+    """the file"""
     kind: str
     """MIME type of the data"""
     caption: str
+    """what it shows, in words"""
     alt: str
+    """text for those who cannot see it"""
 
     @property
     def anchor(self) -> str:
@@ -42,8 +47,11 @@ class Section:
     """A part of the page with an entry in the table of contents."""
 
     anchor: str
+    """name on the page"""
     title: str
+    """heading"""
     body: str
+    """markup"""
 
 
 def paragraph(text: str, kind: str = "") -> str:

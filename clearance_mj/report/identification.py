@@ -39,6 +39,7 @@ class AmplitudeCurve:
     """Contact stiffness and damping over amplitude, out of a law."""
 
     label: str
+    """name in the legend"""
     amplitude: np.ndarray
     """(n,) m"""
     k: np.ndarray

@@ -63,12 +63,17 @@ class Measure:
     """A measure of the agreement of FRFs."""
 
     key: str
+    """name in a comparison's summary"""
     label: str
+    """name in tables"""
     unit: str
+    """of its values"""
     form: str
+    """format of its numbers"""
     perfect: float
     """its value for equal FRFs"""
     article_key: str
+    """name in the article's table"""
 
 
 MEASURES = (
@@ -92,7 +97,9 @@ class Column:
     """A column of a table to read."""
 
     label: str
+    """heading"""
     unit: str = ""
+    """of its numbers"""
     form: str = ""
     """format of its numbers, such as ".2f"; empty for words"""
     group: str = ""
@@ -107,9 +114,13 @@ class Table:
     """
 
     name: str
+    """also the name of its file"""
     caption: str
+    """what it shows, in words"""
     columns: tuple[Column, ...]
+    """headings"""
     rows: tuple[tuple, ...]
+    """one cell for each column"""
 
 
 def engines(study: Study) -> list[str]:

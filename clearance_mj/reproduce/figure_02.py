@@ -10,5 +10,15 @@ __all__ = ["run"]
 
 
 def run(context: Context, snrs=(100, 20), seeds: int = 5) -> Result:
-    """Identify working condition 1; parameters as `working_condition` takes them."""
+    """Identify working condition 1.
+
+    Parameters
+    ----------
+    context : Context
+        As `working_condition` takes it.
+    snrs : sequence of float
+        Signal-to-noise ratios, dB.
+    seeds : int
+        Noises of each.
+    """
     return working_condition(context, 1, "figure_02", snrs, seeds)

@@ -10,5 +10,15 @@ __all__ = ["run"]
 
 
 def run(context: Context, nodes=(6, 7), level: float | None = None) -> Result:
-    """Overlay FRFs; parameters as `frf_overlay` takes them."""
+    """Overlay FRFs.
+
+    Parameters
+    ----------
+    context : Context
+        Gives tests and models.
+    nodes : sequence of int
+        Sensors to draw.
+    level : float, optional
+        m/s²; default: the middle level.
+    """
     return frf_overlay(context, "figure_07", nodes, 1, level)

@@ -10,5 +10,13 @@ __all__ = ["run"]
 
 
 def run(context: Context, level: float | None = None) -> Result:
-    """Draw the criterion; parameters as `criterion_over_frequency` takes them."""
+    """Draw the criterion.
+
+    Parameters
+    ----------
+    context : Context
+        Gives tests and models.
+    level : float, optional
+        m/s²; default: the middle level.
+    """
     return criterion_over_frequency(context, "figure_10", "csf", level)

@@ -47,11 +47,13 @@ class Setup:
     """How much is measured."""
 
     engines: tuple[str, ...]
+    """names"""
     levels: tuple[float, ...]
     """m/s² RMS of the multisines, rising"""
     shown: tuple[float, ...]
     """levels whose best linear approximation is drawn"""
     realisations: int
+    """multisines of each level"""
     periods: int
     """kept of each realisation"""
     drop: int

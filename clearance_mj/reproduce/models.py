@@ -32,6 +32,7 @@ class Model:
     """A law's name in words and its looks."""
 
     label: str
+    """name in legends and tables"""
     line: dict
     """keywords of a line"""
 

@@ -16,6 +16,7 @@ class Result:
     """A figure or a table of the article, computed again."""
 
     title: str
+    """heading of its page"""
     article: str
     """what the article says"""
     method: str

@@ -28,7 +28,13 @@ class Points:
     """(n_points, 4)"""
 
     def dense(self, count: int) -> np.ndarray:
-        """Return the same as a matrix of shape (n_points, count)."""
+        """Return the same as a matrix of shape (n_points, count).
+
+        Parameters
+        ----------
+        count : int
+            Degrees of freedom of the shaft.
+        """
         matrix = np.zeros((self.start.size, count))
         for row, start, weight in zip(matrix, self.start, self.weight):
             row[start : start + 4] = weight
@@ -107,7 +113,13 @@ class FiniteElements:
 
 
 def dense(band: np.ndarray) -> np.ndarray:
-    """Return the full symmetric matrix, shape (n, n), of lower bands of shape (4, n)."""
+    """Return the full symmetric matrix, shape (n, n), of a banded one.
+
+    Parameters
+    ----------
+    band : ndarray, shape (4, n)
+        Its lower bands.
+    """
     n = band.shape[1]
     full = np.zeros((n, n))
     for k, diagonal in enumerate(band):

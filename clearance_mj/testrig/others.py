@@ -24,7 +24,9 @@ class VirtualRig:
     """What a rig's datasheet says, and what its bushings really are."""
 
     rig: Rig
+    """the datasheet"""
     truth: tuple[Truth, ...]
+    """of each bushing"""
 
 
 def _rig(name, description, length, diameter, tip_mass, bushings, sensors):

@@ -20,10 +20,15 @@ class Plan:
     """A record to take."""
 
     name: str
+    """the record's"""
     role: str
+    """ "identify" or "validate" """
     excitation: Excitation
+    """of the base"""
     description: str
+    """the excitation in words"""
     seed: int
+    """of excitation and noise"""
     level: float | None = None
     """RMS of a stationary excitation, m/s²"""
 

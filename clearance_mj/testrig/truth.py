@@ -48,6 +48,7 @@ class Iwan:
     largest_yield: float
     """m; element i of N yields at (i - 1/2)/N of it"""
     elements: int = 12
+    """N"""
 
     @property
     def parameters(self) -> np.ndarray:
@@ -106,5 +107,6 @@ class Truth:
     film_height: float = 7.5e-4
     """h, m"""
     film_limit: float = 0.2
+    """ε, smallest relative film thickness"""
     drift: float = 0.005
     """largest relative change of the grease stiffness, by temperature"""

@@ -65,7 +65,9 @@ class Compensated(Controller):
     """A controller whose commands are corrected for the lost motion; it is tuned without."""
 
     controller: Controller
+    """what asks for the angle"""
     lost_motion: LostMotion
+    """what is added to it"""
 
     def start(self, task):
         """Begin a drive."""

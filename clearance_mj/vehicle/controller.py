@@ -80,9 +80,11 @@ class Task:
     vehicle: Vehicle
     """nominal"""
     path: Path
+    """to follow"""
     speed: float
     """m/s"""
     servo: Servo = Servo()
+    """of the steering"""
     period: float = 0.01
     """s, between commands"""
     preview: float = 0.2

@@ -72,7 +72,9 @@ class Kind:
     """A controller of the experiments."""
 
     make: Callable[[Task, Told], Controller]
+    """makes the controller"""
     label: str
+    """name in legends and tables"""
     knows: str
     """of the clearance; all know the nominal vehicle, the servo and the steering's stiffness without clearance"""
 
@@ -131,11 +133,13 @@ class Case:
     """One drive."""
 
     controller: str
+    """name"""
     speed: float
     """km/h"""
     half_gap: float = GAP
     """rad, the steering's"""
     regime: str = "torque"
+    """of the steering: a name of `REGIMES`"""
     told_gap: float | None = None
     """rad, told to the controllers that take it into account; None: the steering's"""
     told_regime: str | None = None
@@ -147,9 +151,11 @@ class Case:
     length_factor: float | None = None
     """None: that of `LENGTH_FACTORS`"""
     plant: str = "multi-body"
+    """name of the vehicle model"""
     spread: bool = False
     """draw mass, cornering stiffness and friction from the seed"""
     seed: int = 0
+    """of the sensors' noise, the road and the spread"""
     preview: float = 0.2
     """s"""
 
@@ -182,7 +188,9 @@ class Outcome:
     """A case and its drive."""
 
     case: Case
+    """what was asked"""
     drive: Drive
+    """what came out"""
 
     def row(self) -> dict:
         """Return the case and its metrics as one row of a table."""

@@ -71,6 +71,7 @@ class Path:
     """A plane curve over its arc length; made by the functions of this module."""
 
     name: str
+    """for people"""
     node: np.ndarray
     """(n + 1,) m, arc length of the table's points"""
     table: np.ndarray

@@ -142,6 +142,7 @@ class Plant(ABC):
 
     name: ClassVar[str]
     spread: Spread = field(default_factory=Spread)
+    """how its parameters differ from the nominal ones"""
     trail: float = 0.045
     """m, mechanical and pneumatic"""
 

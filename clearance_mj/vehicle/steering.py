@@ -224,7 +224,15 @@ class _Servo(NamedTuple):
 
 
 class SteeringRun(ABC):
-    """A steering under way; after `advance`, `servo` and `contact` hold the servo's angle and σ over the same time."""
+    """A steering under way; after `advance`, `servo` and `contact` hold the servo's angle and σ over the same time.
+
+    Parameters
+    ----------
+    steering : Steering
+        The steering.
+    seed : int
+        Of the road's noise.
+    """
 
     def __init__(self, steering: Steering, seed: int):
         self.steering = steering
