@@ -11,7 +11,7 @@ import scipy.interpolate
 from .errors import RecordError
 from .frf import FRF
 
-__all__ = ["Match", "convert_quantity", "match"]
+__all__ = ["Match", "accelerance", "convert_quantity", "match"]
 
 ORDERS = {"displacement": 0, "velocity": 1, "acceleration": 2}
 """Times that the motion is differentiated"""
@@ -30,6 +30,16 @@ class Match:
     only_test: tuple[str, ...]
     """responses without a partner"""
     only_model: tuple[str, ...]
+
+    def within(self, band: tuple[float, float]) -> Match:
+        """Cut both to a band.
+
+        Parameters
+        ----------
+        band : (float, float)
+            lo and hi, Hz.
+        """
+        return dataclasses.replace(self, test=self.test.within(band), model=self.model.within(band))
 
 
 def convert_quantity(frf: FRF, quantity: str) -> FRF:
@@ -63,12 +73,25 @@ def convert_quantity(frf: FRF, quantity: str) -> FRF:
         raise RecordError(
             f"{frf.quantity} cannot be made {quantity}: one is over a force, the other over a motion of the base"
         )
-    if power < 0 and frf.frequency[0] == 0:
-        if frf.frequency.size == 1:
-            raise RecordError(f"{frf.quantity} at 0 Hz alone cannot be made {quantity}")
-        frf = frf.within((frf.frequency[1], frf.frequency[-1]))
+    frf = _moving(frf) if power < 0 else frf
     value = frf.value * (2j * np.pi * frf.frequency) ** power
     return dataclasses.replace(frf, value=value, quantity=quantity)
+
+
+def accelerance(frf: FRF) -> FRF:
+    """Convert FRFs to accelerations, over force or over the acceleration of the base.
+
+    Parameters
+    ----------
+    frf : FRF
+        The functions.
+
+    Raises
+    ------
+    RecordError
+        As `convert_quantity`.
+    """
+    return convert_quantity(frf, "acceleration/force" if _is_over_force(frf.quantity) else "acceleration/acceleration")
 
 
 def _is_over_force(quantity) -> bool:
@@ -144,7 +167,7 @@ def _partners(test, model, notes):
                 break
     if not rows:
         raise RecordError(
-            f"no response is common; the test's are {', '.join(test.responses)}, the model's {', '.join(model.responses)}"
+            f"no response is common; the test has {', '.join(test.responses)}, the model {', '.join(model.responses)}"
         )
     turned = [f"{model.responses[j]} to {test.responses[i]}" for i, j, sign in rows if sign < 0]
     if turned:
@@ -166,39 +189,36 @@ def _rows(frf, rows, signs, labels) -> FRF:
 
 def _on_common_lines(test, model, notes):
     """Both on the coarser one's lines in the common band."""
+    test, model = _moving(test), _moving(model)
     low = max(test.frequency[0], model.frequency[0])
     high = min(test.frequency[-1], model.frequency[-1])
-    if not low * (1 - SAME_LINE) <= high:
+    slack = SAME_LINE * high
+    if low > high + slack:
         raise RecordError(
             f"the bands do not overlap: the test has {_band(test)}, the model {_band(model)}; nothing is extrapolated"
         )
-    slack = SAME_LINE * high
-    cut = [frf.within((low - slack, high + slack)) for frf in (test, model)]
-    if any(c.frequency.size < frf.frequency.size for c, frf in zip(cut, (test, model))):
+    common = low - slack, high + slack
+    cut = test.within(common), model.within(common)
+    if cut[0].frequency.size < test.frequency.size or cut[1].frequency.size < model.frequency.size:
         notes.append(
             f"the band is the common one, {low:g} to {high:g} Hz: the test has {_band(test)}, the model {_band(model)}"
         )
-    test, model = cut
-    if test.frequency.size == model.frequency.size and np.allclose(
-        test.frequency, model.frequency, rtol=SAME_LINE, atol=0
-    ):
-        return test, dataclasses.replace(model, frequency=test.frequency)
-    finer = "model" if test.frequency.size <= model.frequency.size else "test"
-    notes.append(
-        f"the {finer}'s lines ({_spacing(model if finer == 'model' else test)}) are interpolated onto the other's "
-        f"({_spacing(test if finer == 'model' else model)})"
-    )
-    if finer == "model":
-        test = _inside(test, model)
-        return test, _interpolated(model, test.frequency)
-    model = _inside(model, test)
-    return _interpolated(test, model.frequency), model
+    lines = cut[0].frequency, cut[1].frequency
+    if lines[0].shape == lines[1].shape and np.allclose(*lines, rtol=SAME_LINE, atol=0):
+        return cut[0], dataclasses.replace(cut[1], frequency=lines[0])
+    of_test, of_model = f"the test's lines ({_spacing(cut[0])})", f"the model's lines ({_spacing(cut[1])})"
+    if lines[0].size <= lines[1].size:
+        notes.append(f"{of_model} are interpolated onto {of_test}")
+        return cut[0], _interpolated(model, lines[0])
+    notes.append(f"{of_test} are interpolated onto {of_model}")
+    return _interpolated(test, lines[1]), cut[1]
 
 
-def _inside(coarse, fine) -> FRF:
-    """The coarse lines that lie between the ends of the fine ones."""
-    slack = SAME_LINE * fine.frequency[-1]
-    return coarse.within((fine.frequency[0] - slack, fine.frequency[-1] + slack))
+def _moving(frf) -> FRF:
+    """Without the line at 0 Hz, where accelerations are zero and receptances static: no decibels are told there."""
+    if frf.frequency[0] > 0 or frf.frequency.size == 1:
+        return frf
+    return frf.within((frf.frequency[1], frf.frequency[-1]))
 
 
 def _interpolated(frf, frequency) -> FRF:
@@ -206,7 +226,7 @@ def _interpolated(frf, frequency) -> FRF:
         line = int(np.argmin(np.isfinite(frf.value).all(axis=0)))
         raise RecordError(f"an FRF that is to be interpolated is not finite at {frf.frequency[line]:g} Hz")
     if frf.frequency.size < 4:
-        raise RecordError(f"interpolation needs at least 4 lines in the common band, there are {frf.frequency.size}")
+        raise RecordError(f"interpolation needs at least 4 lines, there are {frf.frequency.size}")
     at = np.clip(frequency, *frf.frequency[[0, -1]])  # within six digits
     value = scipy.interpolate.CubicSpline(frf.frequency, frf.value, axis=1)(at)
     coherence = frf.coherence
@@ -220,6 +240,5 @@ def _band(frf) -> str:
 
 
 def _spacing(frf) -> str:
-    return (
-        f"{frf.frequency.size} lines, {np.median(np.diff(frf.frequency)) if frf.frequency.size > 1 else 0:g} Hz apart"
-    )
+    apart = f", {np.median(np.diff(frf.frequency)):g} Hz apart" if frf.frequency.size > 1 else ""
+    return f"{frf.frequency.size}{apart}"

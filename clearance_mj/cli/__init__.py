@@ -8,11 +8,11 @@ import sys
 from .._version import __version__
 from ..errors import ClearanceError
 from ..io.files import to_json
-from . import audit, calibrate, compare, identify, place, reproduce, simulate, study, sweep, vehicle
+from . import audit, calibrate, compare, convert, identify, new, place, reproduce, simulate, study, sweep, vehicle
 
 __all__ = ["COMMANDS", "main"]
 
-COMMANDS = (study, identify, simulate, compare, reproduce, audit, calibrate, place, sweep, vehicle)
+COMMANDS = (new, study, identify, simulate, compare, convert, reproduce, audit, calibrate, place, sweep, vehicle)
 """Modules with `add(commands)`, which adds the command's parser, in the order of the help"""
 
 

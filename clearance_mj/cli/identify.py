@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-import re
 import sys
 import warnings
 from pathlib import Path
 
 from ..errors import ClearanceError, RecordError
 from ..identify.laws import METHODS as LAWS
+from .columns import add_columns, parse_columns
 from .command import add_command
 
 __all__ = ["add"]
 
-CSV, UFF = (".csv", ".tsv", ".txt"), (".uff", ".unv")
 DPI = 150
 
 
@@ -29,15 +28,13 @@ def add(commands):
         commands, "identify", _run, "identify the clearance's law from records, and draw what they show of it",
         default=Path("law.json"), help="law file, which simulate takes (default: %(default)s)",
     )  # fmt: skip
-    parser.add_argument("records", type=Path, help="dataset folder, or a universal (.uff) or CSV file with one record")
+    parser.add_argument(
+        "records", type=Path, help="dataset folder, or a file with one record: .uff, .csv, .mat, .nc or .h5"
+    )
     parser.add_argument("--method", default="output-error", help=f"one of {', '.join(LAWS)} (default: %(default)s)")
     parser.add_argument("--rig", type=Path, help="rig file (TOML) of a single record; a dataset folder has its own")
-    parser.add_argument(
-        "--column", action="append", default=[], metavar="HEADER=CHANNEL",
-        help='what a CSV column is, such as "Accel 1=acc:1 [g]" or "Temp=skip"; may be repeated. Headers time, base, '
-        "force, acc:NODE and disp:NODE need none; units in brackets, SI without",
-    )  # fmt: skip
-    parser.add_argument("--fs", type=float, help="samples per second of a CSV file without a column of time")
+    add_columns(parser)
+    parser.add_argument("--fs", type=float, help="samples per second of a CSV or MATLAB file without time")
     parser.add_argument("--figures", type=Path, help="folder of the figures (default: beside the law file)")
     parser.add_argument("--no-figures", action="store_true", help="draw none")
 
@@ -69,54 +66,20 @@ def _tell(message, told):
 
 def _dataset(options):
     """The dataset, or that of a single record."""
-    from ..io.dataset import Dataset, Record
+    from ..io.dataset import Dataset
+    from ..io.formats import FORMATS, read_record
     from ..rig import Rig
 
     path = options.records
-    if not _suffix(path):
+    if path.is_dir() or not (path.is_file() or path.suffix.lower() in FORMATS):
         if options.rig or options.column or options.fs:
             raise ClearanceError(f"{path}: --rig, --column and --fs are for the file of a single record (.uff or .csv)")
         return Dataset.load(path)
     if not options.rig:
         raise ClearanceError(f"{path}: is a single record, which needs its rig too: --rig rig.toml")
-    rig, channels = Rig.load(options.rig), _channels(path, options)
-    name = re.sub(r"[^A-Za-z0-9._-]", "_", path.name.split(".")[0])[:64].lstrip("._-") or "record"
-    try:
-        record = Record(
-            name, "identify", rig, channels[0].fs, channels, rig.shaker.kind, provenance={"file": path.name}
-        )
-    except RecordError as error:
-        raise RecordError(f"{path}: {error}") from None
+    rig = Rig.load(options.rig)
+    record = read_record(path, rig, "identify", dict(parse_columns(options.column)), options.fs)
     return Dataset(rig, (record,), path)
-
-
-def _suffix(path) -> str:
-    """Suffix of a record's file, "" of a folder; .gz is passed over."""
-    suffix = Path(path.stem if path.suffix == ".gz" else path.name).suffix.lower()
-    return suffix if suffix in (*CSV, *UFF) and not path.is_dir() else ""
-
-
-def _channels(path, options):
-    from ..frf import FRF
-    from ..io.csv_tables import read_csv
-    from ..io.uff import read_uff
-
-    if _suffix(path) in CSV:
-        return read_csv(path, dict(_columns(options.column)), options.fs)
-    if options.column or options.fs:
-        raise ClearanceError(f"{path}: --column and --fs are for CSV files")
-    channels = read_uff(path)
-    if isinstance(channels, FRF):
-        raise RecordError(f"{path}: holds FRFs, identify needs time records")
-    return channels
-
-
-def _columns(pairs):
-    for pair in pairs:
-        header, equals, channel = pair.rpartition("=")
-        if not (header and equals and channel):
-            raise ClearanceError(f'--column "{pair}": needs HEADER=CHANNEL, such as "Accel 1=acc:1 [g]"')
-        yield header.strip(), channel.strip()
 
 
 def _draw(findings, options):

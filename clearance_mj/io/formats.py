@@ -5,6 +5,7 @@ A format is one entry of `FORMATS`.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,11 +19,11 @@ from ..response import Response
 from ..rig import Rig
 from . import results
 from .csv_tables import read_csv, write_csv
-from .dataset import bushing_nodes
+from .dataset import Record, bushing_nodes
 from .mat import read_mat, write_mat
 from .uff import Channel, read_uff, write_uff
 
-__all__ = ["FORMATS", "format_of", "read", "read_channels", "read_frf", "to_channels", "write"]
+__all__ = ["FORMATS", "format_of", "read", "read_channels", "read_frf", "read_record", "to_channels", "write"]
 
 
 @dataclass(frozen=True)
@@ -103,7 +104,7 @@ def read(path, columns: Mapping[str, str] | None = None, fs: float | None = None
     if kind.table:
         return kind.read(path, columns, fs)
     if columns or fs is not None:
-        raise RecordError(f"{path}: a map of columns and a sampling rate are for CSV and MATLAB files")
+        raise RecordError(f"{path}: names of columns and a sampling rate are for CSV and MATLAB files")
     return kind.read(path)
 
 
@@ -138,6 +139,50 @@ def read_channels(
     if not isinstance(obj, list):
         raise RecordError(f"{path}: holds {_WORDS[type(obj)]}, needs time records")
     return obj
+
+
+def read_record(
+    path,
+    rig: Rig,
+    role: str,
+    columns: Mapping[str, str] | None = None,
+    fs: float | None = None,
+    **described,
+) -> Record:
+    """Read a file with the time records of one test on a rig.
+
+    Parameters
+    ----------
+    path : str or Path
+        The file; the record is named after it.
+    rig : Rig
+        The rig; its shaker says what drove it.
+    role : str
+        "identify" or "validate".
+    columns : mapping of str to str, optional
+        As `read` takes it.
+    fs : float, optional
+        As `read` takes it.
+    **described
+        Further fields of `Record`: description, level, seed, band.
+
+    Returns
+    -------
+    Record
+
+    Raises
+    ------
+    RecordError
+        As `read_channels`, and if the channels do not fit the rig.
+    """
+    path = Path(path)
+    channels = read_channels(path, columns, fs, rig)
+    name = re.sub(r"[^A-Za-z0-9._-]", "_", path.name.split(".")[0])[:64].lstrip("._-") or "record"
+    origin = {"file": path.name}
+    try:
+        return Record(name, role, rig, channels[0].fs, channels, rig.shaker.kind, provenance=origin, **described)
+    except RecordError as error:
+        raise RecordError(f"{path}: {error}") from None
 
 
 def read_frf(path, columns: Mapping[str, str] | None = None) -> FRF:

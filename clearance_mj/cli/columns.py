@@ -1,0 +1,50 @@
+"""Options that say what the columns of a table are, for the commands that read files."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+from ..errors import ClearanceError
+
+__all__ = ["add_columns", "parse_columns"]
+
+
+def add_columns(parser, name: str = "--column", of: str = "a CSV or MATLAB file"):
+    """Add the option that maps columns.
+
+    Parameters
+    ----------
+    parser : argparse.ArgumentParser
+        Where to add it.
+    name : str
+        The option.
+    of : str
+        Whose columns, for the help.
+    """
+    parser.add_argument(
+        name, action="append", default=[], metavar="HEADER=CHANNEL",
+        help=f'what a column of {of} is, such as "Accel 1=acc:1 [g]" or "Temp=skip"; may be repeated. Headers time, '
+        "base, force, acc:NODE and disp:NODE need none; units in brackets, SI without",
+    )  # fmt: skip
+
+
+def parse_columns(pairs: Sequence[str], option: str = "--column") -> Iterator[tuple[str, str]]:
+    """Header and channel of each pair.
+
+    Parameters
+    ----------
+    pairs : sequence of str
+        As they were given, "HEADER=CHANNEL".
+    option : str
+        Name of the option, for the message.
+
+    Raises
+    ------
+    ClearanceError
+        If a pair is none.
+    """
+    for pair in pairs:
+        header, equals, channel = pair.rpartition("=")
+        if not (header and equals and channel):
+            raise ClearanceError(f'{option} "{pair}": needs HEADER=CHANNEL, such as "Accel 1=acc:1 [g]"')
+        yield header.strip(), channel.strip()

@@ -1,0 +1,167 @@
+"""clearance-mj convert: time records and FRFs from one file format to another, or into a dataset."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+from ..errors import ClearanceError, RecordError
+from .columns import add_columns, parse_columns
+from .command import add_command
+
+__all__ = ["add"]
+
+OF_DATASET = ("role", "level")
+
+
+def add(commands):
+    """Add the command.
+
+    Parameters
+    ----------
+    commands : argparse subparsers
+        Where to add it.
+    """
+    parser = add_command(
+        commands, "convert", _run, "convert time records and FRFs: .uff, .csv, .mat, .nc, .h5, or a dataset folder",
+        default=None, help="same as OUT, after any number of files",
+    )  # fmt: skip
+    parser.add_argument(
+        "files", nargs="+", type=Path, metavar="IN [IN ...] OUT",
+        help="the file to read and the one to write, by suffix; records, and the dataset folder (no suffix) that they "
+        "are added to",
+    )  # fmt: skip
+    add_columns(parser)
+    parser.add_argument("--fs", type=float, help="samples per second of a CSV or MATLAB file without time")
+    parser.add_argument(
+        "--rig", type=Path,
+        help="rig file (TOML): of a new dataset; where the nodes are, for .uff; at which nodes displacements are",
+    )  # fmt: skip
+    parser.add_argument(
+        "--frf", type=float, metavar="HZ", help="write a record's FRFs (H1, Hann) with lines this far apart"
+    )
+    parser.add_argument("--band", type=float, nargs=2, metavar=("LO", "HI"), help="band of the excitation, Hz")
+    parser.add_argument("--role", help="of the records of a dataset: identify or validate (default: identify)")
+    parser.add_argument(
+        "--level", type=float, help="RMS of the excitation of records that validate, m/s² or N (default: as measured)"
+    )
+
+
+def _run(options):
+    inputs, out = options.files, options.out
+    if out is None:
+        *inputs, out = inputs
+    if not inputs:
+        raise ClearanceError(f"{out}: convert needs a file to read and one to write")
+    for path in inputs:
+        if path.is_dir():
+            raise ClearanceError(f"{path}: is a folder; convert reads files")
+    columns = dict(parse_columns(options.column))
+    if out.is_dir() or not out.suffix:
+        result = _into_dataset(inputs, out, columns, options)
+    else:
+        result = _to_file(inputs, out, columns, options)
+    if not options.json:
+        print(f"{result['out']}: {result['holds']}")
+    return result
+
+
+def _to_file(inputs, out, columns, options):
+    from ..io import formats
+    from ..rig import Rig
+
+    if len(inputs) > 1:
+        raise ClearanceError(f"{out}: one file is written from one; several go into a dataset folder (no suffix)")
+    if given := [f"--{name}" for name in OF_DATASET if getattr(options, name) is not None]:
+        raise ClearanceError(f"{out}: {' and '.join(given)} are for a dataset folder (no suffix)")
+    if options.band and not options.frf:
+        raise ClearanceError(f"{out}: --band is for --frf and for a dataset folder (no suffix)")
+    formats.format_of(out)
+    (path,) = inputs
+    rig = Rig.load(options.rig) if options.rig else None
+    obj = formats.read(path, columns, options.fs)
+    if options.frf is not None:
+        obj = _frf(path, obj, rig, options)
+    formats.write(out, obj, rig)
+    return {"in": str(path), "out": str(out), "holds": _words(obj, out, rig)}
+
+
+def _frf(path, obj, rig, options):
+    from ..frf import FRF, estimate_frf
+    from ..io.dataset import Record
+    from ..response import Response
+
+    if isinstance(obj, FRF):
+        raise RecordError(f"{path}: holds FRFs already; --frf is for time records")
+    try:
+        if not isinstance(obj, Response):
+            if rig is None:
+                raise RecordError("--frf needs --rig, which says which channels are sensors and what drives them")
+            obj = Record("record", "identify", rig, obj[0].fs, obj, rig.shaker.kind).response()
+        return estimate_frf(obj, resolution=options.frf, band=tuple(options.band) if options.band else None)
+    except RecordError as error:
+        raise RecordError(f"{path}: {error}") from None
+
+
+def _words(obj, out, rig) -> str:
+    """What was written; what could not be is said on standard error."""
+    from ..frf import FRF
+    from ..io.formats import to_channels
+    from ..modes import Modes
+    from ..response import Response
+
+    if isinstance(obj, FRF):
+        return f"{len(obj.responses)} FRFs, {obj.quantity} to {obj.reference}, {obj.frequency.size} lines"
+    if isinstance(obj, Modes):
+        return f"{obj.frequency.size} modes"
+    if isinstance(obj, Response):
+        channels = to_channels(obj, rig)
+        if out.suffix.lower() not in (".nc", ".h5", ".hdf5"):
+            lost = ["contact and grease forces"] if obj.contact_force is not None else []
+            lost += ["displacements (--rig says at which nodes)"] if obj.displacement is not None and not rig else []
+            if lost:
+                print(f"clearance-mj: warning: {out}: left out: {', '.join(lost)}", file=sys.stderr)
+        obj = channels
+    first = obj[0]
+    return f"{len(obj)} channels, {first.size} samples at {first.fs:g} Hz"
+
+
+def _into_dataset(inputs, out, columns, options):
+    """Add records to a dataset, which is made if it is not there."""
+    from ..io.dataset import Dataset, write_dataset
+    from ..rig import Rig
+
+    if options.frf is not None:
+        raise ClearanceError(f"{out}: a dataset holds time records; --frf writes a file")
+    known = Dataset.load(out) if (out / "dataset.toml").exists() else None
+    if known is None and not options.rig:
+        raise ClearanceError(f"{out}: a new dataset needs its rig: --rig rig.toml")
+    rig = Rig.load(options.rig) if options.rig else known.rig
+    if known and known.rig != rig:
+        raise ClearanceError(f"{options.rig}: is another rig than that of the dataset {out}")
+    records = [_record(path, rig, columns, options) for path in inputs]
+    write_dataset(out, rig, [*(known.records if known else ()), *records])
+    names = [record.name for record in records]
+    return {
+        "in": [str(path) for path in inputs],
+        "out": str(out),
+        "records": names,
+        "levels": [record.level for record in records],
+        "holds": f"record{'s' * (len(names) > 1)} {', '.join(names)} added with role {records[0].role}",
+    }
+
+
+def _record(path, rig, columns, options):
+    import dataclasses
+
+    import numpy as np
+
+    from ..io.formats import read_record
+
+    band = tuple(options.band) if options.band else None
+    record = read_record(path, rig, options.role or "identify", columns, options.fs, level=options.level, band=band)
+    if record.role == "identify" or record.level is not None:
+        return record
+    rms = float(np.std(record.excitation().value))
+    print(f"clearance-mj: note: {path}: level {rms:.3g}, as measured; --level gives another", file=sys.stderr)
+    return dataclasses.replace(record, level=float(f"{rms:.3g}"))

@@ -1,0 +1,138 @@
+"""Figures of two FRFs: overlaid with coherence, correlation over frequency, MAC matrix, measures by sensor."""
+
+from __future__ import annotations
+
+import matplotlib
+import numpy as np
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from ..correlation import Comparison
+from ..matching import Match
+from ..modes import Modes
+from .figures import FONT, LAWS, TEST, WIDTH, Drawing, _decibel, _phase, _tidy
+
+__all__ = ["draw"]
+
+MODEL = LAWS[1]
+PER_PAGE = 6
+"""sensors on one figure"""
+UNITS = {"displacement": "m", "velocity": "m/s", "acceleration": "m/s²", "force": "N"}
+MEASURES = {"rmse_db": "RMSE (dB)", "mre": "MRE (1)", "frac": "FRAC (1)", "csac": "CSAC (1)", "csf": "CSF (1)"}
+SHARES = ("frac", "csac", "csf")
+"""measures from 0 to 1"""
+
+
+def draw(matched: Match, comparison: Comparison, test_modes: Modes, model_modes: Modes, matrix) -> list[Drawing]:
+    """Draw a comparison.
+
+    Parameters
+    ----------
+    matched : Match
+        The FRFs.
+    comparison : Comparison
+        What `compare` says of them.
+    test_modes, model_modes : Modes
+        Modes of each.
+    matrix : ndarray, shape (n_test, n_model)
+        MAC of their shapes.
+
+    Returns
+    -------
+    list of Drawing
+        "frf_1" and so on, six sensors each; "correlation"; "sensors"; "mac" if both have modes.
+    """
+    rows = np.arange(len(matched.test.responses))
+    pages = np.array_split(rows, -(-rows.size // PER_PAGE))
+    drawings = [_frfs(matched, page, number) for number, page in enumerate(pages, 1)]
+    drawings += [_correlation(comparison), _sensors(comparison)]
+    if matrix.size:
+        drawings.append(_mac(test_modes, model_modes, matrix))
+    return drawings
+
+
+def _sheet(height) -> Figure:
+    return Figure(figsize=(WIDTH, height), layout="constrained", facecolor="white")
+
+
+def _frfs(matched, rows, number) -> Drawing:
+    columns = min(2, rows.size)
+    figure = _sheet(0.35 + 2.8 * -(-rows.size // columns))
+    handles = [Line2D([], [], color=TEST, lw=2.0, label="test"), Line2D([], [], color=MODEL, lw=1.1, label="model")]
+    figure.legend(handles=handles, loc="outside upper center", ncols=2, fontsize=FONT, frameon=False)
+    cells = figure.subfigures(-(-rows.size // columns), columns, squeeze=False)
+    for cell, row in zip(cells.flat, rows):
+        _overlay(cell, matched, row)
+    labels = ", ".join(matched.test.responses[i] for i in rows)
+    caption = f"{matched.test.quantity} to {matched.test.reference} at {labels}: magnitude, phase, coherence."
+    return Drawing(f"frf_{number}", figure, caption, f"FRFs of test and model at {labels}.")
+
+
+def _overlay(cell, matched, row):
+    above, below = matched.test.quantity.split("/")
+    unit = "1" if above == below else f"1 {UNITS[above]}/{UNITS[below]}"
+    axes = cell.subplots(3, 1, sharex=True, height_ratios=(3, 1.4, 1))
+    for frf, style in ((matched.test, {"color": TEST, "lw": 2.0}), (matched.model, {"color": MODEL, "lw": 1.1})):
+        axes[0].plot(frf.frequency, _decibel(frf.value[row]), **style)
+        axes[1].plot(frf.frequency, _phase(frf.value[row]), **style)
+        if frf.coherence is not None:
+            axes[2].plot(frf.frequency, frf.coherence[row], **style | {"lw": 0.8})
+    _tidy(axes[0], matched.test.responses[row], f"Magnitude\n(dB re {unit})")
+    _tidy(axes[1], ylabel="Phase (°)")
+    axes[1].set_ylim(-190, 190)
+    axes[1].set_yticks([-180, 0, 180])
+    _tidy(axes[2], ylabel="Coh. (1)", xlabel="Frequency (Hz)")
+    axes[2].set_ylim(0, 1.1)
+    axes[2].set_yticks([0, 1])
+    if matched.test.coherence is None and matched.model.coherence is None:
+        axes[2].text(0.5, 0.5, "neither file has a coherence", transform=axes[2].transAxes, ha="center", va="center",
+                     fontsize=FONT - 1)  # fmt: skip
+    axes[2].set_xlim(*matched.test.frequency[[0, -1]])
+    cell.align_ylabels(axes)
+
+
+def _correlation(comparison) -> Drawing:
+    figure = _sheet(2.6)
+    ax = figure.subplots()
+    ax.plot(comparison.frequency, comparison.csac, color=LAWS[0], lw=1.3, label="CSAC (shape)")
+    ax.plot(comparison.frequency, comparison.csf, color=LAWS[1], lw=1.3, ls="--", label="CSF (shape and level)")
+    for i, hz in enumerate(hz for hz in comparison.per_mode["test_hz"] if np.isfinite(hz)):
+        ax.axvline(hz, color="#8c8c8c", lw=0.8, ls=":", label="mode of the test" if i == 0 else None)
+    _tidy(ax, ylabel="CSAC, CSF (1)", xlabel="Frequency (Hz)")
+    ax.set_ylim(0, 1.05)
+    ax.set_xlim(*comparison.frequency[[0, -1]])
+    figure.legend(loc="outside upper center", ncols=3, fontsize=FONT, frameon=False)
+    caption = "Agreement over the responses at each line, 1 is perfect; dotted: natural frequencies of the test."
+    return Drawing("correlation", figure, caption, "CSAC and CSF over frequency.")
+
+
+def _sensors(comparison) -> Drawing:
+    labels = comparison.per_sensor["sensor"]
+    figure = _sheet(2.9)
+    for ax, (name, title) in zip(figure.subplots(1, len(MEASURES)), MEASURES.items()):
+        ax.barh(np.arange(len(labels)), comparison.per_sensor[name], color=LAWS[0])
+        _tidy(ax, xlabel=title)
+        ax.set_yticks(np.arange(len(labels)), labels if ax.get_subplotspec().is_first_col() else [""] * len(labels))
+        ax.invert_yaxis()
+        if name in SHARES:
+            ax.set_xlim(0, 1)
+    figure.axes[0].set_ylabel("Sensor (node:direction)", fontsize=FONT)
+    caption = "Measures by sensor: RMSE and MRE are 0, FRAC, CSAC and CSF are 1 for equal FRFs."
+    return Drawing("sensors", figure, caption, "Bars of the measures by sensor.")
+
+
+def _mac(test_modes, model_modes, matrix) -> Drawing:
+    figure = Figure(figsize=(4.4, 3.4), layout="constrained", facecolor="white")
+    ax = figure.subplots()
+    image = ax.imshow(matrix, cmap=matplotlib.colormaps["cividis"], vmin=0, vmax=1)
+    for (i, j), value in np.ndenumerate(matrix):
+        ax.text(j, i, f"{value:.2f}", ha="center", va="center", fontsize=FONT, color="w" if value < 0.5 else "k")
+    _tidy(ax, ylabel="Mode of the test (Hz)", xlabel="Mode of the model (Hz)")
+    ax.grid(False)
+    ax.set_xticks(np.arange(matrix.shape[1]), [f"{f:.4g}" for f in model_modes.frequency])
+    ax.set_yticks(np.arange(matrix.shape[0]), [f"{f:.4g}" for f in test_modes.frequency])
+    bar = figure.colorbar(image, ax=ax)
+    bar.set_label("MAC (1)", fontsize=FONT)
+    bar.ax.tick_params(labelsize=FONT - 1)
+    caption = "Modal assurance criterion of each mode of the test with each of the model; 1 is one shape."
+    return Drawing("mac", figure, caption, f"MAC matrix, {matrix.shape[0]} by {matrix.shape[1]} modes.")
