@@ -24,12 +24,15 @@ class Match:
     """Two FRFs on the same responses and lines, and what was done to get there."""
 
     test: FRF
+    """of the test, on the common responses and lines"""
     model: FRF
+    """of the model, on the same"""
     notes: tuple[str, ...]
     """what was converted, turned, interpolated or left out, one sentence each"""
     only_test: tuple[str, ...]
     """responses without a partner"""
     only_model: tuple[str, ...]
+    """the model's responses without a partner"""
 
     def within(self, band: tuple[float, float]) -> Match:
         """Cut both to a band.

@@ -194,6 +194,7 @@ class Identified:
     """A law, and the parameters that were fitted for it."""
 
     law: Law
+    """the law found"""
     parameters: tuple[dict, ...] = ()
     """plain data: name, unit, value, bounds low and high, relative_std and correlation with each of them"""
 

@@ -48,16 +48,21 @@ class Plan:
     """
 
     rig: Rig
+    """the rig of the first case"""
     vary: tuple[Vary, ...]
+    """what differs"""
     design: Design = field(default_factory=Design)
+    """which cases are taken"""
     law: Law | None = None
     """None: each case's datasheet contact"""
     engine: Engine = field(default_factory=lambda: get_engine("modal"))
+    """simulates the cases"""
     excitation: dict | None = None
     """generator and its parameters; None: that of the reference"""
     reference: FRF | Record | None = None
     """what each case's FRFs are compared with; a record also drives the cases unless ``excitation`` does"""
     outputs: Outputs = field(default_factory=Outputs)
+    """what is kept of each case"""
 
     def __post_init__(self):
         if not self.vary:

@@ -1,0 +1,153 @@
+"""clearance-mj new: start a rig file."""
+
+from __future__ import annotations
+
+import dataclasses
+import os
+from pathlib import Path
+
+from ..errors import ClearanceError
+from ..io.files import replacing, to_json
+from .command import add_command
+
+__all__ = ["add"]
+
+
+def add(commands):
+    """Add the command.
+
+    Parameters
+    ----------
+    commands : argparse subparsers
+        Where to add it.
+    """
+    parser = add_command(
+        commands, "new", _run, "write a commented rig file to go on from; what is not told is an example",
+        default=None, help="rig file (default: NAME.toml)",
+    )  # fmt: skip
+    parser.add_argument("name", nargs="?", help="name of the rig")
+    parser.add_argument("--schema", type=Path, help="also write the JSON Schema of rig files here, for editors")
+    shaft = parser.add_argument_group("shaft")
+    shaft.add_argument("--length", type=float, default=1.0, help="m (default: %(default)s)")
+    section = shaft.add_mutually_exclusive_group()
+    section.add_argument("--diameter", type=float, default=0.01, help="m (default: %(default)s)")
+    section.add_argument(
+        "--section", type=float, nargs=2, metavar=("WIDTH", "HEIGHT"),
+        help="m, of a rectangular shaft, the height in the direction of vibration",
+    )  # fmt: skip
+    shaft.add_argument("--young-modulus", type=float, default=210e9, metavar="E", help="Pa (default: steel)")
+    shaft.add_argument("--density", type=float, default=7850.0, help="kg/m³ (default: steel)")
+    shaft.add_argument(
+        "--rayleigh", type=float, nargs=2, default=(0.5, 1e-5), metavar=("ETA1", "ETA2"),
+        help="damping, 1/s and s (default: 0.5 1e-5)",
+    )  # fmt: skip
+    shaft.add_argument(
+        "--mass", type=float, nargs=2, action="append", default=[], metavar=("POSITION", "MASS"),
+        help="m and kg of a mass on the shaft; may be repeated",
+    )  # fmt: skip
+    bushings = parser.add_argument_group("bushings, all alike")
+    bushings.add_argument(
+        "--bushings", type=float, nargs="+", metavar="POSITION", help="m from the clamp (default: 0.55 and 0.8 lengths)"
+    )
+    bushings.add_argument("--gap", type=float, default=3e-4, help="radial clearance, m (default: %(default)s)")
+    bushings.add_argument("--bushing-length", type=float, default=0.012, help="m (default: %(default)s)")
+    pair = {"type": float, "nargs": 2, "metavar": ("STIFFNESS", "DAMPING")}
+    bushings.add_argument("--contact", default=(1e4, 4.0), help="N/m and N s/m (default: 1e4 4)", **pair)
+    bushings.add_argument("--grease", default=(4e3, 3.0), help="N/m and N s/m (default: 4e3 3)", **pair)
+    test = parser.add_argument_group("test")
+    test.add_argument(
+        "--sensors", type=float, nargs="+", metavar="POSITION",
+        help="m from the clamp, nodes 1, 2, ... (default: a quarter of the length, every bushing, the tip)",
+    )  # fmt: skip
+    test.add_argument("--force-at", type=float, metavar="POSITION", help="m: driven by a force, not by its base")
+
+
+def _run(options):
+    files = _files(options)
+    for path in files:
+        if path.exists():
+            raise ClearanceError(f"{path} is there already and stays as it is; give another file")
+    for path, text in files.items():
+        with replacing(path) as temporary:
+            temporary.write_text(text, encoding="utf-8")
+        if not options.json:
+            print(f"written: {path}")
+    return {"files": [str(path) for path in files]}
+
+
+def _files(options) -> dict[Path, str]:
+    """Texts to write, by file."""
+    from ..rig_schema import rig_schema
+
+    files = {options.schema: to_json(rig_schema())} if options.schema else {}
+    if options.name is None:
+        if options.out or not options.schema:
+            raise ClearanceError("a rig needs a name: clearance-mj new myrig")
+        return files
+    if Path(options.name).name != options.name:
+        raise ClearanceError(f"name {options.name!r} must not hold a folder; give that to --out")
+    out = options.out or Path(f"{options.name}.toml")
+    head = ["# SI units. A line that begins with # holds a default, or a key that may be added."]
+    if options.schema:
+        head.insert(0, f"#:schema ./{Path(os.path.relpath(options.schema, out.parent)).as_posix()}")
+    return {out: "\n".join([*head, *_lines(_rig(options))]) + "\n"} | files
+
+
+def _rig(options):
+    """Rig of the options."""
+    from ..rig import Beam, Bushing, Contact, Grease, PointMass, Rig, Sensor, Shaker
+
+    length = options.length
+    section = dict(zip(("width", "height"), options.section)) if options.section else {"diameter": options.diameter}
+    positions = options.bushings or [0.55 * length, 0.8 * length]
+    sensors = options.sensors or sorted({0.25 * length, *positions, length})
+    grease, contact = Grease(*options.grease), Contact(*options.contact)
+    return Rig(
+        options.name,
+        Beam(length, options.young_modulus, options.density, rayleigh=tuple(options.rayleigh), **section),
+        tuple(Bushing(x, options.gap, options.bushing_length, grease, contact) for x in positions),
+        tuple(Sensor(node, x) for node, x in enumerate(sensors, 1)),
+        tuple(PointMass(x, mass) for x, mass in options.mass),
+        Shaker() if options.force_at is None else Shaker("force", options.force_at),
+    )
+
+
+def _lines(table, name="", plural=False):
+    """Lines of a table of the file: its own keys, then its tables; what is left at its default as a comment."""
+    from ..rig_schema import descriptions
+
+    words = descriptions(type(table))
+    if name:
+        yield from ("", f"[[{name}]]" if plural else f"[{name}]")
+    tables = []
+    for field in dataclasses.fields(table):
+        value = getattr(table, field.name)
+        items = value if isinstance(value, tuple) else (value,)
+        if all(map(dataclasses.is_dataclass, items)):
+            tables.append((field.name, value, items))
+            continue
+        line = f"{'# ' if value == field.default else ''}{field.name} = {_toml(value)}"
+        yield f"{line:32s}# {words[field.name]}"
+    for key, value, items in tables:
+        for item in items:
+            yield from _lines(item, f"{name}.{key}" if name else key, value is items)
+        if not items:
+            yield from _example(key)
+
+
+def _toml(value) -> str:
+    """Value as TOML writes it, numbers short."""
+    if isinstance(value, float):
+        return f"{value:g}" if float(f"{value:g}") == value else repr(value)
+    if isinstance(value, tuple):
+        return f"[{', '.join(map(_toml, value))}]"
+    return "" if value is None else to_json(value).strip()
+
+
+def _example(key):
+    """Lines of a list that may be added to."""
+    from ..rig_schema import rig_schema
+
+    yield from ("", f"# [[{key}]]")
+    for name, schema in rig_schema()["properties"][key]["items"]["properties"].items():
+        yield f"{f'# {name} =':32s}# {schema['description']}"
