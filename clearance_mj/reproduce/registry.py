@@ -21,11 +21,18 @@ ITEMS = {
     "figure_08": "clearance_mj.reproduce.figure_08",
     "figure_09": "clearance_mj.reproduce.figure_09",
     "figure_10": "clearance_mj.reproduce.figure_10",
+    "figure_11": "clearance_mj.reproduce.figure_11",
+    "figure_12": "clearance_mj.reproduce.figure_12",
+    "figure_13": "clearance_mj.reproduce.figure_13",
     "table_1": "clearance_mj.reproduce.table_1",
     "table_2": "clearance_mj.reproduce.table_2",
+    "table_3": "clearance_mj.reproduce.table_3",
+    "table_4": "clearance_mj.reproduce.table_4",
+    "table_5": "clearance_mj.reproduce.table_5",
     "calibrate_table1": "clearance_mj.reproduce.calibrate_table1",
     "sensor_placement": "clearance_mj.reproduce.sensor_placement",
     "modal_links_rig": "clearance_mj.reproduce.modal_links_rig",
+    "motion_control": "clearance_mj.reproduce.motion_control",
 }
 """Module of each item by its name, in the order of the index page"""
 

@@ -98,8 +98,8 @@ class ClearanceModel(LostMotion):
     """T_f, N m at the road wheel"""
     threshold: float = 10.0
     """N m below which the side is taken as not known"""
-    slack: float = np.radians(0.03)
-    """rad by which the wanted angle turns back before its direction counts as changed"""
+    slack: float = np.radians(0.1)
+    """rad by which the servo turns back before its direction counts as changed: about twice its noise"""
 
     def __post_init__(self):
         _check(self, "half_gap", 0 <= self.half_gap < math.inf, "a finite angle >= 0 rad")
@@ -122,7 +122,7 @@ class _ClearanceEstimate(Estimate):
         _, _, lateral_speed, yaw_rate, _, _ = state.tolist()
         force = self._stiffness * (angle - (lateral_speed + self._lf * yaw_rate) / self._speed)
         force = min(max(force, -self._largest), self._largest)
-        moment = self._trail * force + self._model.friction * self._direction.advance(angle)
+        moment = self._trail * force + self._model.friction * self._direction.advance(state[4])
         if abs(moment) > self._model.threshold:
             self._lost = -math.copysign(self._model.half_gap, moment) - moment * self._model.compliance
         return self._lost
@@ -134,7 +134,7 @@ class BacklashInverse(LostMotion):
 
     half_gap: float
     """rad at the road wheel"""
-    slack: float = np.radians(0.03)
+    slack: float = np.radians(0.1)
     """rad, as in `ClearanceModel`"""
 
     def __post_init__(self):
@@ -150,7 +150,7 @@ class _InverseEstimate(Estimate):
         self._half_gap, self._direction = model.half_gap, Direction(model.slack)
 
     def advance(self, angle, state):
-        return -self._half_gap * self._direction.advance(angle)
+        return -self._half_gap * self._direction.advance(state[4])
 
 
 class Direction:

@@ -36,6 +36,7 @@ __all__ = [
     "Kind",
     "Median",
     "Outcome",
+    "Regime",
     "Told",
     "check",
     "comparison",
@@ -49,11 +50,22 @@ GAP = float(np.radians(0.2))
 """Half-gap at the road wheel that is reported on, rad: within good (0.1°) and the legal limit (0.45°)"""
 LENGTH_FACTORS = {72.0: 1.75, 120.0: 2.5}
 """Of the reported double lane changes, by speed in km/h: 3.7 and 5.0 m/s² if followed exactly"""
-REGIMES = {"torque": 0.0, "friction": 150.0}
-"""Coulomb friction of the road wheel, N m: none, or more than the aligning moment of these manoeuvres"""
 ROAD_MOMENT = 5.0
 """N m RMS on the wheel"""
 PLANTS: dict[str, type[Plant]] = {"multi-body": MultiBody, "single-track": SingleTrackDrift}
+
+
+class Regime(NamedTuple):
+    """What decides on which side the clearance lies."""
+
+    friction: float
+    """N m, Coulomb friction of the road wheel"""
+    trail: float
+    """m, of the aligning moment that reaches the shaft"""
+
+
+REGIMES = {"torque": Regime(0.0, 0.045), "friction": Regime(30.0, 0.005)}
+"""The aligning moment decides; or friction does, where a servo at the rack carries most of the moment"""
 
 
 class Told(NamedTuple):
@@ -142,8 +154,6 @@ class Case:
     """of the steering: a name of `REGIMES`"""
     told_gap: float | None = None
     """rad, told to the controllers that take it into account; None: the steering's"""
-    told_regime: str | None = None
-    """None: the true one"""
     stiffness: float = 1.0
     """factor on the datasheet's stiffness of the steering's contacts"""
     told_stiffness: float = 1.0
@@ -162,16 +172,15 @@ class Case:
     @property
     def task(self) -> Task:
         """What the controller is told of vehicle and road."""
-        return _task(
-            self.speed, _length_factor(self.speed) if self.length_factor is None else self.length_factor, self.preview
-        )
+        length_factor = _length_factor(self.speed) if self.length_factor is None else self.length_factor
+        return _task(self.speed, length_factor, _regime(self.regime).trail, self.preview)
 
     @property
     def steering(self) -> Steering:
         """The steering with its clearance."""
         nominal = Steering().contact_law
         law = dataclasses.replace(nominal, k=nominal.k * self.stiffness) if self.stiffness != 1 else None
-        return Steering(self.half_gap, friction=_friction(self.regime), road_moment=ROAD_MOMENT, law=law)
+        return Steering(self.half_gap, friction=_regime(self.regime).friction, road_moment=ROAD_MOMENT, law=law)
 
     @property
     def law(self) -> Controller:
@@ -179,7 +188,7 @@ class Case:
         told_gap = self.half_gap if self.told_gap is None else self.told_gap
         contact = Steering().lost_motion.stiffness
         compliance = (1 / self.told_stiffness - 1) / contact
-        told = Told(told_gap, _friction(self.told_regime or self.regime), compliance)
+        told = Told(told_gap, _regime(self.regime).friction, compliance)
         return get_controller(self.controller).make(self.task, told)
 
 
@@ -198,8 +207,8 @@ class Outcome:
 
 
 @functools.lru_cache(maxsize=16)
-def _task(speed, length_factor, preview):
-    return nominal_task(double_lane_change(length_factor), speed / 3.6, preview=preview)
+def _task(speed, length_factor, trail, preview):
+    return nominal_task(double_lane_change(length_factor), speed / 3.6, trail, preview=preview)
 
 
 def _length_factor(speed) -> float:
@@ -207,7 +216,7 @@ def _length_factor(speed) -> float:
     return LENGTH_FACTORS[min(LENGTH_FACTORS, key=lambda known: abs(known - speed))]
 
 
-def _friction(regime) -> float:
+def _regime(regime) -> Regime:
     if regime not in REGIMES:
         raise ManoeuvreError(f'regime "{regime}" is unknown; known: {", ".join(REGIMES)}')
     return REGIMES[regime]
@@ -253,7 +262,7 @@ def run(case: Case) -> Outcome:
     """
     check(case)
     spread = Spread.random(case.seed) if case.spread else Spread()
-    plant = PLANTS[case.plant](spread)
+    plant = PLANTS[case.plant](spread, _regime(case.regime).trail)
     return Outcome(case, drive(plant, case.steering, case.law, case.task, Sensors.inertial(), case.seed))
 
 

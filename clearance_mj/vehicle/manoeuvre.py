@@ -129,7 +129,7 @@ def _size(name, values) -> dict[str, float]:
     }
 
 
-def nominal_task(path: Path, speed: float, **settings) -> Task:
+def nominal_task(path: Path, speed: float, trail: float = 0.045, **settings) -> Task:
     """Return what controllers are told unless said otherwise: BMW 320i, the steering's datasheet without clearance.
 
     Parameters
@@ -138,11 +138,13 @@ def nominal_task(path: Path, speed: float, **settings) -> Task:
         The path.
     speed : float
         m/s.
+    trail : float
+        Of the aligning moment that reaches the shaft, m.
     **settings
         Other fields of `Task`.
     """
     steering = Steering().lost_motion
-    vehicle = nominal_vehicle(Vehicle.bmw320i(), steering.stiffness + steering.shaft_stiffness)
+    vehicle = nominal_vehicle(Vehicle.bmw320i(trail), steering.stiffness + steering.shaft_stiffness)
     return Task(vehicle, path, speed, **settings)
 
 

@@ -18,8 +18,8 @@ TASK = Task(VEHICLE, straight(200.0), 30.0)
 H = np.radians(0.2)
 
 
-def at(lateral_speed=0.0, yaw_rate=0.0):
-    return np.array([0.0, 0.0, lateral_speed, yaw_rate, 0.0, 0.0])
+def at(lateral_speed=0.0, yaw_rate=0.0, servo=0.0):
+    return np.array([0.0, 0.0, lateral_speed, yaw_rate, servo, 0.0])
 
 
 def test_side_follows_the_aligning_moment():
@@ -43,7 +43,7 @@ def test_frozen_while_the_side_is_not_known():
 def test_side_follows_the_motion_where_friction_prevails():
     estimate = ClearanceModel(H, friction=1e3, slack=1e-6).start(TASK)
     angles = 0.01 * np.sin(np.linspace(0, 4 * np.pi, 400))
-    lost = np.array([estimate.advance(angle, at()) for angle in angles])
+    lost = np.array([estimate.advance(angle, at(servo=angle)) for angle in angles])
     falling = np.diff(angles, prepend=0.0) < 0
     np.testing.assert_array_equal(lost[1:], np.where(falling, H, -H)[1:])
 

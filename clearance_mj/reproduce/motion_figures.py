@@ -1,0 +1,45 @@
+"""Figures of the items on motion control."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..report.figures import Drawing
+from ..report.vehicle import COLOURS, METRICS
+from ..vehicle.experiment import CONTROLLERS, REGIMES
+from .style import FONT, panel, sheet
+
+__all__ = ["spread_figure"]
+
+
+def spread_figure(rows, item: str, metrics) -> Drawing:
+    """Every seed of every controller, with the median; one row of panels per metric, one column per regime.
+
+    Parameters
+    ----------
+    rows : sequence of dict
+        Of `Outcome.row`.
+    item : str
+        Name of the figure.
+    metrics : sequence of str
+        Of `METRICS`.
+    """
+    figure = sheet(2.3 * len(metrics) + 0.3)
+    axes = figure.subplots(len(metrics), len(REGIMES), squeeze=False, sharey="row")
+    jitter = np.random.default_rng(0)
+    for line, metric in zip(axes, metrics):
+        q = METRICS[metric]
+        for ax, regime in zip(line, REGIMES):
+            for place, controller in enumerate(CONTROLLERS):
+                values = q.scale * np.array(
+                    [r[metric] for r in rows if (r["controller"], r["regime"]) == (controller, regime)]
+                )
+                x = place + jitter.uniform(-0.25, 0.25, values.size)
+                ax.plot(x, values, "o", ms=2.2, color=COLOURS[controller], alpha=0.7, mew=0)
+                ax.plot([place - 0.35, place + 0.35], [np.median(values)] * 2, color="black", lw=1.4)
+            panel(ax, f"{regime}-driven", "", f"{q.label} ({q.unit})" if regime == "torque" else "")
+            ax.set_xticks(range(len(CONTROLLERS)), [k.label for k in CONTROLLERS.values()], rotation=35, ha="right")
+            ax.tick_params(axis="x", labelsize=FONT - 1.5)
+            ax.set_ylim(bottom=0)
+    caption = "Each mark is one vehicle and noise, the line their median."
+    return Drawing(item, figure, caption, f"Spread of {', '.join(METRICS[m].label for m in metrics)} over seeds.")
