@@ -94,7 +94,7 @@ def draw(rig: Rig, found: Mapping[str, Band], test: FRF | None = None) -> Drawin
     handles = [Patch(facecolor=colours[name], label=f"{name}: fitted and 95 % band") for name in found]
     if test is not None:
         handles.append(Line2D([], [], color=TEST, lw=0.9, label="test"))
-    figure = _sheet(2.0 + 1.3 * len(found), handles)
+    figure = _sheet(2.0 + 1.3 * len(found), handles, left=0.8)
     ratios = {"height_ratios": [2, *len(found) * [1.2]], "hspace": 0.16, "wspace": 0.16}
     axes = figure.subplots(1 + len(found), len(rows), squeeze=False, gridspec_kw=ratios)
     for letter, row, column in zip(_letters(len(rows)), rows, axes.T):
@@ -110,14 +110,23 @@ def draw(rig: Rig, found: Mapping[str, Band], test: FRF | None = None) -> Drawin
     for ax, name in zip(axes[1:, 0], found):
         ax.set_ylabel(f"from {name}\n(dB)", fontsize=FONT)
     figure.align_ylabels(axes[:, 0])
-    widths = ", ".join(f"{name} {np.mean(band.half_width_db):.2g} dB" for name, band in found.items())
+    told = "; ".join(_told(name, band, test) for name, band in found.items())
     n = len(next(iter(found.values())).drawn)
     caption = (
         f"What the records leave open about the parameters: 95 % bands of the FRFs of {n} laws drawn from the fit's "
-        f"covariance, under the test's excitation. Below: deviation from the fitted law. Mean half width: {widths}. "
-        "A test outside the band is what the law's form cannot say."
+        f"covariance, under the test's excitation; below, deviations from the fitted law. {told}. Outside the band the "
+        "test shows what the law's form cannot say, and its own noise."
     )
     return Drawing("uncertainty", figure, caption, "FRF bands from the covariance of the identified laws.")
+
+
+def _told(name, band, test) -> str:
+    words = f"{name}: mean half width {np.mean(band.half_width_db):.2g} dB"
+    if test is None:
+        return words
+    low, high = band.limits
+    inside = np.mean((low <= np.abs(test.value)) & (np.abs(test.value) <= high))
+    return f"{words}, test inside at {100 * inside:.0f} % of the lines"
 
 
 def _magnitudes(ax, found, test, row, colours):

@@ -12,10 +12,10 @@ import xarray as xr
 from tqdm import tqdm
 
 from .. import workshop
-from .._version import __version__
 from ..errors import ClearanceError
 from ..io.files import replacing
 from .plan import Plan
+from .results import labelled
 from .store import Table
 from .workers import on_cluster, on_processes
 
@@ -28,27 +28,6 @@ LARGEST = 2**32 - 8
 """bytes of one variable in a netCDF-3 file with 64-bit offsets"""
 SMOOTHING = 0.1
 """of the time left: a little more weight to the latest cases, for a machine that gets busier"""
-
-_DIMENSIONS = {
-    "natural_frequency": ("mode",),
-    "acceleration_rms": ("response",),
-    "displacement_rms": ("bushing",),
-    "contact_share": ("bushing",),
-    "peak_frequency": ("peak",),
-    "peak_magnitude": ("peak",),
-    "rmse": ("compared",),
-    "frf": ("kept", "frequency", "part"),
-}
-_ATTRIBUTES = {
-    "natural_frequency": {"units": "Hz", "long_name": "natural frequency of the linear rig within the gap"},
-    "acceleration_rms": {"units": "m s-2"},
-    "displacement_rms": {"units": "m"},
-    "contact_share": {"units": "1", "long_name": "share of time in contact"},
-    "peak_frequency": {"units": "Hz", "long_name": "frequency of the highest peak, root mean square over the sensors"},
-    "peak_magnitude": {"long_name": "highest peak in the band, root mean square over the sensors"},
-    "rmse": {"units": "dB", "long_name": "RMSE of the FRF against the reference"},
-    "frf": {"long_name": "frequency response function, real and imaginary part"},
-}
 
 
 def run_sweep(
@@ -97,7 +76,7 @@ def run_sweep(
             table = Table(out / TABLE, plan.shapes, len(plan.points))
             _compute(plan, table, workers, scheduler, progress)
             with replacing(results) as temporary:
-                _dataset(plan, table).to_netcdf(temporary, engine="scipy", format="NETCDF3_64BIT")
+                labelled(plan, table).to_netcdf(temporary, engine="scipy", format="NETCDF3_64BIT")
         (out / TABLE).unlink(missing_ok=True)
     return xr.load_dataset(results, engine="scipy")
 
@@ -162,43 +141,3 @@ def _compute(plan, table, workers, scheduler, progress):
         for case, values in results:
             table.write(case, values)
             bar.update()
-
-
-def _dataset(plan, table) -> xr.Dataset:
-    """The finished table with names, units and labels."""
-    rows = table.rows()
-    variables = {name: (("case", *_DIMENSIONS[name]), rows[name], _attributes(plan, name)) for name in plan.shapes}
-    variables["parameter"] = (("case", "varied"), plan.points, {"long_name": "values of the varied parameters, SI"})
-    variables["error"] = ("case", [text.decode(errors="ignore") for text in rows["error"]])
-    coordinates = {
-        "case": np.arange(len(plan.points), dtype=np.int32),
-        "varied": plan.paths,
-        "mode": np.arange(1, plan.outputs.natural_frequencies + 1, dtype=np.int32),
-    }
-    attributes = {"clearance_mj": "sweep", "version": __version__, "plan": json.dumps(plan.to_dict())}
-    return xr.Dataset(variables, coordinates | _labels(plan), attributes)
-
-
-def _labels(plan) -> dict:
-    observer = plan.observer
-    if observer is None:
-        return {}
-    responses = plan.rig.sensor_labels
-    labels = {
-        "response": responses,
-        "bushing": np.arange(len(plan.rig.bushings), dtype=np.int32),
-        "band": ("peak", [f"{low:g}-{high:g} Hz" for low, high in observer.peaks]),
-    }
-    if observer.reference is not None:
-        labels["compared"] = [responses[row] for row in observer.compared]
-    if observer.kept:
-        labels |= {"kept": [responses[row] for row in observer.kept], "part": ["real", "imag"]}
-        labels["frequency"] = ("frequency", observer.frequency, {"units": "Hz"})
-    return labels
-
-
-def _attributes(plan, name) -> dict:
-    if name not in ("peak_magnitude", "frf"):
-        return _ATTRIBUTES[name]
-    units = "1" if plan.case(0)[2].kind == "base" else "m s-2 N-1"
-    return {"units": units, **_ATTRIBUTES[name]}

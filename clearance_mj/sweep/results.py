@@ -1,0 +1,83 @@
+"""Results of a sweep as labelled arrays: every result over the cases, and what each case was."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import xarray as xr
+
+from .._version import __version__
+from .plan import Plan
+from .store import Table
+
+__all__ = ["labelled"]
+
+_DIMENSIONS = {
+    "natural_frequency": ("mode",),
+    "acceleration_rms": ("response",),
+    "displacement_rms": ("bushing",),
+    "contact_share": ("bushing",),
+    "peak_frequency": ("peak",),
+    "peak_magnitude": ("peak",),
+    "rmse": ("compared",),
+    "frf": ("kept", "frequency", "part"),
+}
+_ATTRIBUTES = {
+    "natural_frequency": {"units": "Hz", "long_name": "natural frequency of the linear rig within the gap"},
+    "acceleration_rms": {"units": "m s-2"},
+    "displacement_rms": {"units": "m"},
+    "contact_share": {"units": "1", "long_name": "share of time in contact"},
+    "peak_frequency": {"units": "Hz", "long_name": "frequency of the highest peak, root mean square over the sensors"},
+    "peak_magnitude": {"long_name": "highest peak in the band, root mean square over the sensors"},
+    "rmse": {"units": "dB", "long_name": "RMSE of the FRF against the reference"},
+    "frf": {"long_name": "frequency response function, real and imaginary part"},
+}
+
+
+def labelled(plan: Plan, table: Table) -> xr.Dataset:
+    """Return a finished table with names, units and labels.
+
+    Parameters
+    ----------
+    plan : Plan
+        The plan.
+    table : Table
+        Its cases, all of them finished.
+    """
+    rows = table.rows()
+    variables = {name: (("case", *_DIMENSIONS[name]), rows[name], _attributes(plan, name)) for name in plan.shapes}
+    variables["parameter"] = (("case", "varied"), plan.points, {"long_name": "values of the varied parameters, SI"})
+    variables["error"] = ("case", [text.decode(errors="ignore") for text in rows["error"]])
+    coordinates = {
+        "case": np.arange(len(plan.points), dtype=np.int32),
+        "varied": plan.paths,
+        "mode": np.arange(1, plan.outputs.natural_frequencies + 1, dtype=np.int32),
+    }
+    attributes = {"clearance_mj": "sweep", "version": __version__, "plan": json.dumps(plan.to_dict())}
+    return xr.Dataset(variables, coordinates | _labels(plan), attributes)
+
+
+def _labels(plan) -> dict:
+    observer = plan.observer
+    if observer is None:
+        return {}
+    responses = plan.rig.sensor_labels
+    labels = {
+        "response": responses,
+        "bushing": np.arange(len(plan.rig.bushings), dtype=np.int32),
+        "band": ("peak", [f"{low:g}-{high:g} Hz" for low, high in observer.peaks]),
+    }
+    if observer.reference is not None:
+        labels["compared"] = [responses[row] for row in observer.compared]
+    if observer.kept:
+        labels |= {"kept": [responses[row] for row in observer.kept], "part": ["real", "imag"]}
+        labels["frequency"] = ("frequency", observer.frequency, {"units": "Hz"})
+    return labels
+
+
+def _attributes(plan, name) -> dict:
+    if name not in ("peak_magnitude", "frf"):
+        return _ATTRIBUTES[name]
+    units = "1" if plan.case(0)[2].kind == "base" else "m s-2 N-1"
+    return {"units": units, **_ATTRIBUTES[name]}
