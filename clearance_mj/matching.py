@@ -28,10 +28,11 @@ class Match:
     model: FRF
     """of the model, on the same"""
     notes: tuple[str, ...]
-    """what was converted, turned, interpolated or left out, one sentence each"""
+    """what was converted, turned, cut or interpolated, one sentence each"""
     only_test: tuple[str, ...]
-    """responses without a partner"""
+    """the test's responses without a partner"""
     only_model: tuple[str, ...]
+    """the model's responses without a partner"""
     """the model's responses without a partner"""
 
     def within(self, band: tuple[float, float]) -> Match:
@@ -178,9 +179,6 @@ def _partners(test, model, notes):
     of_test, of_model = {i for i, _, _ in rows}, {j for _, j, _ in rows}
     only_test = tuple(label for i, label in enumerate(test.responses) if i not in of_test)
     only_model = tuple(label for j, label in enumerate(model.responses) if j not in of_model)
-    for who, left in (("test", only_test), ("model", only_model)):
-        if left:
-            notes.append(f"only the {who} has {', '.join(left)}: left out")
     return rows, only_test, only_model
 
 

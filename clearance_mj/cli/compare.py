@@ -48,8 +48,7 @@ def _run(options):
         result, drawings = _compared(matched, options)
     except ClearanceError as error:
         raise type(error)(f"{options.test}, {options.model}: {error}") from None
-    for note in matched.notes:
-        print(f"clearance-mj: note: {note}", file=sys.stderr)
+    _tell(matched)
     if options.out:
         result["figures"] = _write(options.out, drawings())
         with replacing(options.out / "comparison.json") as temporary:
@@ -57,6 +56,14 @@ def _run(options):
     if not options.json:
         _print(result)
     return result
+
+
+def _tell(matched):
+    for note in matched.notes:
+        print(f"clearance-mj: note: {note}", file=sys.stderr)
+    for who, left in (("test", matched.only_test), ("model", matched.only_model)):
+        if left:
+            print(f"clearance-mj: warning: only the {who} has {', '.join(left)}: left out", file=sys.stderr)
 
 
 def _compared(matched, options):

@@ -104,14 +104,14 @@ def _load(path) -> dict:
     try:
         with Path(path).open("rb") as file:
             return scipy.io.loadmat(file)
-    except OSError as error:
-        raise RecordError(f"{path}: {error.strerror or error}") from None
     except NotImplementedError:
         raise RecordError(
             f"{path}: is a MATLAB file of version 7.3, which is not read; save it in MATLAB with "
             "save(file, '-v7'), or write CSV"
         ) from None
     except Exception as error:  # scipy raises whatever a damaged file leads to
+        if getattr(error, "errno", None):
+            raise RecordError(f"{path}: {error.strerror}") from None
         reason = " ".join(str(error).split()) or type(error).__name__
         raise RecordError(f"{path}: not a whole MATLAB file: {reason}") from None
 

@@ -1,0 +1,176 @@
+"""Files by suffix: the same records and FRFs through every format; formats that say too little are refused."""
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from clearance_mj.errors import RecordError
+from clearance_mj.frf import FRF
+from clearance_mj.io import formats, results
+from clearance_mj.io.csv_tables import read_csv
+from clearance_mj.io.dataset import bushing_nodes
+from clearance_mj.io.uff import Channel
+from clearance_mj.modes import Modes
+from clearance_mj.response import Response
+
+FS, N = 2048.0, 64
+SUFFIXES = (".uff", ".csv", ".mat", ".nc", ".h5")
+
+
+@pytest.fixture
+def channels(rng):
+    places = [("base", 100, "+Z", "acceleration"), ("acc:3:-Z", 3, "-Z", "acceleration"), ("force", 200, "+Z", "force")]
+    places += [("disp:6", 6, "+Z", "displacement"), ("vel:4:+RX", 4, "+RX", "velocity"), ("force:9:S", 9, "S", "force")]
+    return [Channel(*place, rng.standard_normal(N).astype(np.float32), FS, 0.25) for place in places]
+
+
+@pytest.fixture
+def frf(rng):
+    value = rng.standard_normal((2, 30)) + 1j * rng.standard_normal((2, 30))
+    return FRF(np.geomspace(5, 220, 30), value, rng.random((2, 30)), ("1:+Z", "2:-X"), "100:+Z")
+
+
+@pytest.mark.parametrize("suffix", SUFFIXES)
+def test_channels_through_every_format(tmp_path, channels, suffix):
+    path = tmp_path / f"a{suffix}"
+    formats.write(path, channels)
+    got = formats.read(path)
+    assert len(got) == len(channels)
+    for one, other in zip(got, channels):
+        np.testing.assert_array_equal(one.value, other.value)
+        for name in ("name", "label", "quantity", "fs", "start"):
+            assert getattr(one, name) == getattr(other, name)
+
+
+@pytest.mark.parametrize("suffix", SUFFIXES)
+def test_frfs_through_every_format(tmp_path, frf, suffix):
+    path = tmp_path / f"a{suffix}"
+    formats.write(path, frf)
+    got = formats.read_frf(path)
+    for name in ("frequency", "value", "coherence"):
+        np.testing.assert_array_equal(getattr(got, name), getattr(frf, name))
+    assert (got.responses, got.reference, got.quantity) == (frf.responses, frf.reference, frf.quantity)
+
+
+def response(rng, rig):
+    shape = (N, len(rig.sensors))
+    motion = {name: rng.standard_normal((N, 2)) for name in ("displacement", "contact_force", "grease_force")}
+    return Response(FS, rng.standard_normal(N), rng.standard_normal(shape), **motion,
+                    responses=tuple(rig.sensor_labels))  # fmt: skip
+
+
+def test_responses_become_channels(tmp_path, rng, rig):
+    resp = response(rng, rig)
+    formats.write(tmp_path / "a.csv", resp, rig)
+    got = {(c.label, c.quantity): c.value for c in formats.read_channels(tmp_path / "a.csv")}
+    np.testing.assert_array_equal(got["100:+Z", "acceleration"], resp.excitation)
+    np.testing.assert_array_equal(got["8:+Z", "acceleration"], resp.acceleration[:, 7])
+    np.testing.assert_array_equal(got[f"{bushing_nodes(rig)[1]}:+Z", "displacement"], resp.displacement[:, 1])
+    assert len(formats.to_channels(resp)) == 1 + len(rig.sensors)
+    formats.write(tmp_path / "a.nc", resp)
+    np.testing.assert_array_equal(formats.read(tmp_path / "a.nc").contact_force, resp.contact_force)
+
+
+def test_other_tools_open_our_hdf5(tmp_path, channels):
+    h5py = pytest.importorskip("h5py")
+    formats.write(tmp_path / "a.h5", channels)
+    with h5py.File(tmp_path / "a.h5") as file:
+        np.testing.assert_array_equal(file["value"], [c.value for c in channels])
+    labelled = xr.load_dataset(tmp_path / "a.h5", engine="h5netcdf")
+    assert list(labelled["units"].values)[:3] == ["m s-2", "m s-2", "N"]
+
+
+def test_hdf5_without_the_package(tmp_path, frf, monkeypatch):
+    monkeypatch.setattr(results.importlib.util, "find_spec", lambda name: None)
+    with pytest.raises(RecordError, match=r'HDF5 needs the package h5netcdf: pip install "clearance-mj\[hdf5\]"'):
+        formats.write(tmp_path / "a.h5", frf)
+    assert not list(tmp_path.iterdir())
+    (tmp_path / "a.nc").write_bytes(b"\x89HDF\r\n\x1a\n")
+    with pytest.raises(RecordError, match="HDF5 needs"):
+        formats.read(tmp_path / "a.nc")
+
+
+@pytest.mark.parametrize("suffix", [".wav", ".WAV", ".flac", ".npy", ".raw", ".dat"])
+def test_plain_time_series_are_refused_with_a_hint(tmp_path, suffix):
+    path = tmp_path / f"a{suffix}"
+    path.write_bytes(b"RIFF")
+    with pytest.raises(RecordError, match=r'does not say what its samples are.*"time,base \[g\],acc:1 \[g\]"'):
+        formats.read(path)
+
+
+@pytest.mark.parametrize("name", ["a", "a.xlsx", "a.gz"])
+def test_unknown_suffixes(tmp_path, name, frf):
+    for call in (lambda: formats.read(tmp_path / name), lambda: formats.write(tmp_path / name, frf)):
+        with pytest.raises(RecordError, match=r"suffix .* is unknown; use \.uff"):
+            call()
+
+
+def test_tables_cannot_hold_everything(tmp_path, channels, frf):
+    other = Channel("b", 1, "+Z", "acceleration", np.ones(3), FS)
+    for suffix in (".csv", ".mat", ".nc"):
+        with pytest.raises(RecordError, match=r"3 samples at 2048 Hz.* a table needs one time, \.uff does not"):
+            formats.write(tmp_path / f"a{suffix}", [*channels, other])
+        with pytest.raises(RecordError, match="modes are written to universal files"):
+            formats.write(tmp_path / f"a{suffix}", Modes(np.ones(1), np.ones(1), np.ones((2, 1))))
+    with pytest.raises(RecordError, match='two channels would be columns "base'):
+        formats.write(tmp_path / "a.csv", [channels[0], channels[0]])
+    value = frf.value.copy()
+    value[0, 3] = np.nan
+    with pytest.raises(RecordError, match=r"not finite at 7\.39"):
+        formats.write(tmp_path / "a.csv", FRF(frf.frequency, value))
+    assert not list(tmp_path.iterdir())
+
+
+def test_wrong_kind_of_file(tmp_path, channels, frf):
+    formats.write(tmp_path / "a.nc", channels)
+    formats.write(tmp_path / "h.nc", frf)
+    with pytest.raises(RecordError, match=r"a\.nc: holds time records, needs FRFs"):
+        formats.read_frf(tmp_path / "a.nc")
+    with pytest.raises(RecordError, match=r"h\.nc: holds FRFs, needs time records"):
+        formats.read_channels(tmp_path / "h.nc")
+    with pytest.raises(RecordError, match="are for CSV and MATLAB files"):
+        formats.read(tmp_path / "h.nc", fs=10.0)
+
+
+# FRFs in CSV, as people write them
+
+
+def csv(tmp_path, header, *rows):
+    (tmp_path / "h.csv").write_text("\n".join((header, *rows)) + "\n")
+    return tmp_path / "h.csv"
+
+
+def test_magnitude_and_phase(tmp_path):
+    header = "frequency [kHz];acc:1/force magnitude [g/N];acc:1/force phase [deg];acc:1/force coherence"
+    got = read_csv(csv(tmp_path, header, "0.01;2;90;1", "0.02;3;-180;0.5"))
+    np.testing.assert_allclose(got.frequency, [10, 20])
+    np.testing.assert_allclose(got.value, [[2j * 9.80665, -3 * 9.80665]], atol=1e-14)
+    np.testing.assert_array_equal(got.coherence, [[1, 0.5]])
+
+
+def test_columns_without_a_header_are_mapped_by_number(tmp_path):
+    path = csv(tmp_path, "10,1,2", "20,3,4", "30,5,6")
+    got = read_csv(path, {"1": "frequency", "2": "disp:1/force real [mm/N]", "3": "disp:1/force imag [mm/N]"})
+    np.testing.assert_allclose(got.value, [[1e-3 + 2e-3j, 3e-3 + 4e-3j, 5e-3 + 6e-3j]])
+    with pytest.raises(RecordError, match=r'line 1: has numbers where .* names are expected; .*"1=time"'):
+        read_csv(path)
+
+
+@pytest.mark.parametrize(
+    ("header", "part"),
+    [
+        ("frequency,acc:1/force real,acc:2/force imag", r"response 1:\+Z has real; needs real and imag"),
+        ("frequency,acc:1/force real,acc:1/force real", "real of 1:.* comes twice"),
+        ("frequency,acc:1/force,acc:1/base", "needs one reference and one quantity"),
+        ("frequency,acc:1/force magnitude,acc:1/force phase", r"a phase needs its unit, \[deg\] or \[rad\]"),
+        ("frequency,acc:1/force [ft/N],acc:2/force", 'unit "ft/N" of acceleration/force is unknown'),
+        ("acc:3/force coherence,acc:1/force real,acc:1/force imag", 'needs one column "frequency", has 0'),
+        ("time,acc:1/force real,acc:1/force imag", '"time" is of a time record'),
+        ("frequency,frequency,acc:1/force", 'needs one column "frequency", has 2'),
+        ("frequency,acc:1/force,acc:2/force coherence", r"response 2:\+Z has no values"),
+    ],
+)
+def test_headers_of_frfs_that_cannot_be_used(tmp_path, header, part):
+    with pytest.raises(RecordError, match=part) as caught:
+        read_csv(csv(tmp_path, header, "1,2,3", "2,3,4"))
+    assert "\n" not in str(caught.value)
