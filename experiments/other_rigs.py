@@ -12,7 +12,7 @@ from clearance_mj.testrig import generate
 RIGS = ("iwan", "lugre", "mixed")
 LAWS = {"constant": "#d55e00", "amplitude": "#009e73", "output-error": "#0072b2"}
 ENGINES = {"modal": "-", "links": "--"}
-FIGURES = {"rmse_db": "{:.2f}", "ratio_to_floor": "{:.2f}", "frac": "{:.4f}", "csac": "{:.4f}", "csf": "{:.4f}"}
+MEASURES = ("rmse_db", "ratio_to_floor", "frac", "csac", "csf")
 
 
 def study_of(name: str, out: Path, engines) -> Study:
@@ -30,7 +30,7 @@ def table(name: str, study: Study) -> list[dict]:
     rows = []
     for row in found:
         row |= {"rig": name, "ratio_to_floor": row["rmse_db"] / floor[row["level"]]}
-        rows.append({key: row[key] for key in ("rig", "level", "law", "engine", *FIGURES)})
+        rows.append({key: row[key] for key in ("rig", "level", "law", "engine", *MEASURES)})
     return rows
 
 
@@ -64,6 +64,26 @@ def draw(rows) -> Figure:
     return figure
 
 
+def markdown(rows) -> str:
+    """A line for each rig and level; where there are two numbers, one for each engine."""
+    engines = [e for e in ENGINES if any(r["engine"] == e for r in rows)]
+
+    def cell(rig, level, law, measure, digits, among=engines):
+        found = {r["engine"]: r[measure] for r in rows if (r["rig"], r["level"], r["law"]) == (rig, level, law)}
+        return " / ".join(f"{found[e]:.{digits}f}" for e in among)
+
+    lines = ["rig | level (m/s²) | repeat (dB) | constant (dB) | amplitude (dB) | output-error (dB)"]
+    lines[0] += " | output-error / repeat | FRAC | CSAC | CSF"
+    lines.append("--- | ---: | " + " | ".join(["---:"] * 8))
+    for rig, level in dict.fromkeys((r["rig"], r["level"]) for r in rows):
+        cells = [rig, f"{level:g}", cell(rig, level, "repeat", "rmse_db", 2, ["rig"])]
+        cells += [cell(rig, level, law, "rmse_db", 2) for law in LAWS]
+        cells.append(cell(rig, level, "output-error", "ratio_to_floor", 2))
+        cells += [cell(rig, level, "output-error", measure, 4) for measure in ("frac", "csac", "csf")]
+        lines.append(" | ".join(cells))
+    return "".join(f"| {line} |\n" for line in lines)
+
+
 def main() -> None:
     """Study the rigs and write other_rigs.csv, other_rigs.md and other_rigs.png."""
     parser = argparse.ArgumentParser(description=__doc__)
@@ -73,17 +93,13 @@ def main() -> None:
     arguments = parser.parse_args()
     out = arguments.out
     rows = [row for name in arguments.rigs for row in table(name, study_of(name, out, arguments.engines))]
-    texts = [
-        [r["rig"], f"{r['level']:g}", r["law"], r["engine"], *(f.format(r[c]) for c, f in FIGURES.items())]
-        for r in rows
-    ]
-    header = ["rig", "level (m/s²)", "law", "engine", "RMSE (dB)", "RMSE / floor", "FRAC", "CSAC", "CSF"]
     with (out / "other_rigs.csv").open("w", newline="", encoding="utf-8") as file:
-        csv.writer(file).writerows([list(rows[0]), *(list(row.values()) for row in rows)])
-    lines = [" | ".join(line) for line in (header, ["---"] * len(header), *texts)]
-    (out / "other_rigs.md").write_text("".join(f"| {line} |\n" for line in lines), encoding="utf-8")
+        writer = csv.DictWriter(file, rows[0])
+        writer.writeheader()
+        writer.writerows(rows)
+    (out / "other_rigs.md").write_text(markdown(rows), encoding="utf-8")
     draw(rows).savefig(out / "other_rigs.png", dpi=150)
-    print((out / "other_rigs.md").read_text(encoding="utf-8"))
+    print(markdown(rows))
 
 
 if __name__ == "__main__":
