@@ -4,7 +4,7 @@ import argparse
 import sys
 from pathlib import Path
 
-from clearance_mj import Dataset, estimate_frf
+from clearance_mj import Dataset, estimate_frf, rmse_db
 from clearance_mj.errors import ClearanceError
 from clearance_mj.identify.laws import get_method
 from clearance_mj.io.files import replacing
@@ -26,7 +26,8 @@ def run(dataset, level, methods, draws, out):
         for i, label in enumerate(test.responses):
             outside = (abs(test.value[i]) < low[i]) | (abs(test.value[i]) > high[i])
             row = {"law": method, "response": label, "half_width_db": float(band.half_width_db[i].mean())}
-            rows.append(row | {"test_outside_share": float(outside.mean())})
+            row |= {"test_outside_share": float(outside.mean())}
+            rows.append(row | {"rmse_db": float(rmse_db(test.value, band.fitted.value)[i])})
     drawing = draw(record.rig, bands, test)
     with replacing(out / "uncertainty.png") as temporary:
         temporary.write_bytes(drawing.png())

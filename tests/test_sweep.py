@@ -26,6 +26,7 @@ from clearance_mj.sweep.paths import changed, places
 from clearance_mj.sweep.store import Table
 from clearance_mj.workshop import held
 
+from .conftest import ROOT
 from .sweep_plans import DESIGN, EXCITATION, GAP, LEVEL, OUTPUTS, loaded, small, text
 
 GRID = """
@@ -318,6 +319,8 @@ PLANS = {
     "no count": ('[design]\nmethod = "grid"', "a grid needs values, or low, high and count >= 2"),
     "generator": (EXCITATION.replace("random", "noise"), "excitation.generator 'noise' is unknown"),
     "excitation": (EXCITATION + "level = 3", "excitation.level is unknown"),
+    "negative seed": (EXCITATION + "seed = -1", "excitation: "),
+    "text": (EXCITATION.replace("= 1\n", '= "long"\n'), "excitation: "),
     "too short": (EXCITATION.replace("duration = 1", "duration = 0.1"), "the record lasts 0.0996"),
     "sensor": ("[outputs]\nresolution = 2\nfrf = [99]", "outputs.frf: node 99 is no sensor"),
     "band": ("[outputs]\npeaks = [[50, 20]]", "outputs.peaks: 50 to 20 Hz"),
@@ -335,11 +338,15 @@ def test_impossible_plan(name, tmp_path, capsys):
     assert message in refused(capsys, "sweep", plan, "--out", tmp_path / "out", "--workers", 1)
 
 
+RECORD = ROOT / "data" / "table1_rig" / "level_1_a.uff"
 HEADS = {
     'law = "gone.json"': "gone.json",
     'engine = "spectral"': 'engine "spectral" is unknown',
     'engine = { name = "modal", links = 3 }': "modal has the settings modes, resolution",
     'reference = "gone.uff"': "gone.uff",
+    "vary = 3": "vary must be a list of tables",
+    "engine = 3": "engine must be a name or a table",
+    f'reference = "{RECORD}"': "outputs.band is missing: the reference is a record",
     "rigg = 1": "rigg is not a known key",
 }
 
@@ -347,7 +354,8 @@ HEADS = {
 @pytest.mark.parametrize("head", HEADS)
 def test_impossible_head(head, tmp_path, capsys):
     plan = tmp_path / "plan.toml"
-    plan.write_text(text(EXCITATION, DESIGN.format(samples=4), GAP, head=head), encoding="utf-8")
+    vary = "" if "vary" in head else GAP
+    plan.write_text(text(EXCITATION, DESIGN.format(samples=4), vary, head=head), encoding="utf-8")
     assert HEADS[head] in refused(capsys, "sweep", plan, "--out", tmp_path / "out")
 
 

@@ -70,9 +70,7 @@ class Observer:
     """rows of the sensors that the reference has"""
 
     @classmethod
-    def of(
-        cls, engine: Engine, outputs: Outputs, rig: Rig, excitation: Excitation, reference: FRF | Response | None
-    ) -> Observer:
+    def of(cls, engine: Engine, outputs: Outputs, rig: Rig, excitation: Excitation, reference: FRF | None) -> Observer:
         """Make the observer of a plan.
 
         Parameters
@@ -85,7 +83,7 @@ class Observer:
             The plan's.
         excitation : Excitation
             Of the first case.
-        reference : FRF, Response or None
+        reference : FRF or None
             What the FRFs are compared with.
 
         Raises
@@ -105,8 +103,6 @@ class Observer:
         for low, high in peaks:
             if not np.any((frequency >= low) & (frequency <= high)):
                 raise ClearanceError(f"outputs.peaks: no line of the FRFs lies in {low:g} to {high:g} Hz")
-        if isinstance(reference, Response):
-            reference = estimate_frf(reference, resolution=outputs.resolution, band=band)
         compared = () if reference is None else _rows_of(reference, rig, excitation.kind)
         if reference is not None:
             reference = _on_lines(reference, band, frequency)

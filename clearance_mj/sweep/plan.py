@@ -18,7 +18,7 @@ from ..clearance.law import Law, law_from_dict, load_law
 from ..engines import Engine, get_engine
 from ..errors import ClearanceError, RecordError
 from ..excitation import Excitation
-from ..frf import FRF
+from ..frf import FRF, estimate_frf
 from ..identify.laws import nominal
 from ..io.dataset import Record
 from ..io.uff import read_uff
@@ -29,7 +29,24 @@ from .paths import changed, places, value_at
 
 __all__ = ["Plan", "load_plan"]
 
-KEYS = ("rig", "law", "engine", "reference", "excitation", "outputs", "design", "vary")
+KEYS = {
+    **dict.fromkeys(("rig", "law", "reference"), str),
+    **dict.fromkeys(("excitation", "outputs", "design"), dict),
+    "engine": str | dict,
+    "vary": list,
+}
+"""of a plan's file, and what they hold"""
+WORDS = {
+    str: "the name of a file",
+    dict: "a table",
+    list: "a list of tables ([[vary]])",
+    str | dict: "a name or a table",
+}
+    str: "the name of a file",
+    dict: "a table",
+    list: "a list of tables ([[vary]])",
+    str | dict: "a name or a table",
+}
 GENERATORS = tuple(name for name in excitations.__all__ if name != "Excitation")
 AXES = ("excitation.fs", "excitation.band")
 """what the results' axes depend on"""
@@ -39,7 +56,7 @@ AXES = ("excitation.fs", "excitation.band")
 class Plan:
     """A sweep: cases that differ in the varied parameters.
 
-    Without excitation and reference nothing is simulated: a case then has natural frequencies only.
+    Without excitation nothing is simulated: a case then has natural frequencies only.
 
     Raises
     ------
@@ -57,19 +74,19 @@ class Plan:
     """None: each case's datasheet contact"""
     engine: Engine = field(default_factory=lambda: get_engine("modal"))
     """simulates the cases"""
-    excitation: dict | None = None
-    """generator and its parameters; None: that of the reference"""
-    reference: FRF | Record | None = None
-    """what each case's FRFs are compared with; a record also drives the cases unless ``excitation`` does"""
+    excitation: dict | Excitation | None = None
+    """generator and its parameters, or a measured one; None: nothing is simulated"""
+    reference: FRF | None = None
+    """what each case's FRFs are compared with"""
     outputs: Outputs = field(default_factory=Outputs)
     """what is kept of each case"""
 
     def __post_init__(self):
         if not self.vary:
             raise ClearanceError("the plan varies nothing; give at least one [[vary]]")
-        if self.excitation is None and isinstance(self.reference, FRF):
+        if self.excitation is None and self.reference is not None:
             raise ClearanceError("the reference holds FRFs, so the plan needs an [excitation]")
-        if self.excitation is not None:
+        if isinstance(self.excitation, dict):
             object.__setattr__(self, "excitation", _with_defaults(self.excitation, self.rig.shaker.kind))
         every = [place for group in self._places for place in group]
         if len(set(every)) < len(every):
@@ -90,14 +107,13 @@ class Plan:
     @functools.cached_property
     def observer(self) -> Observer | None:
         """What looks at the simulations; None if nothing is simulated."""
-        reference = self.reference.response() if isinstance(self.reference, Record) else self.reference
         _, _, excitation = self.case(0)
         if excitation is None:
             return None
         try:
-            return Observer.of(self.engine, self.outputs, self.rig, excitation, reference)
+            return Observer.of(self.engine, self.outputs, self.rig, excitation, self.reference)
         except RecordError as error:
-            raise RecordError(f"reference: {error}" if reference is not None else str(error)) from None
+            raise RecordError(f"reference: {error}" if self.reference is not None else str(error)) from None
 
     @property
     def shapes(self) -> dict[str, tuple[int, ...]]:
@@ -119,10 +135,13 @@ class Plan:
             If its excitation is impossible.
         """
         rig, law, parameters = self._parts(case)
-        if parameters is not None:
-            given = dict(parameters)
+        if parameters is None:
+            return rig, law, self.excitation
+        given = dict(parameters)
+        try:
             return rig, law, getattr(excitations, given.pop("generator"))(**given)
-        return rig, law, self.reference.excitation() if isinstance(self.reference, Record) else None
+        except (TypeError, ValueError, MemoryError) as error:
+            raise ClearanceError(f"excitation: {error}") from None
 
     def evaluate(self, case: int) -> dict[str, np.ndarray] | str:
         """Compute a case.
@@ -150,12 +169,17 @@ class Plan:
             "rig": self.rig.to_dict(),
             "law": self.law and self.law.to_dict(),
             "engine": {"name": self.engine.name, **dataclasses.asdict(self.engine)},
-            "excitation": self.excitation,
-            "reference": self.reference and _digest(self.reference),
+            "excitation": self._generated or (self.excitation and _digest(self.excitation.fs, self.excitation.value)),
+            "reference": self.reference
+            and _digest(self.reference.responses, self.reference.frequency, self.reference.value),
             "outputs": to_plain(self.outputs),
             "design": to_plain(self.design),
             "vary": [to_plain(v) for v in self.vary],
         }
+
+    @property
+    def _generated(self) -> dict | None:
+        return self.excitation if isinstance(self.excitation, dict) else None
 
     @functools.cached_property
     def _data(self) -> dict:
@@ -163,7 +187,7 @@ class Plan:
         return {
             "rig": self.rig.to_dict(),
             "law": self.law and self.law.to_dict(),
-            "excitation": self.excitation,
+            "excitation": self._generated,
         }
 
     @functools.cached_property
@@ -232,11 +256,7 @@ def _number(value, annotation):
     return float(value) if isinstance(value, int) and annotation != "int" else value
 
 
-def _digest(reference) -> str:
-    if isinstance(reference, FRF):
-        arrays, facts = (reference.frequency, reference.value), (reference.responses, reference.reference)
-    else:
-        arrays, facts = tuple(c.value for c in reference.channels), (reference.fs, reference.excitation_kind)
+def _digest(facts, *arrays) -> str:
     return workshop.digest(facts, *(hashlib.sha256(np.ascontiguousarray(a).tobytes()).hexdigest() for a in arrays))
 
 
@@ -275,21 +295,23 @@ def load_plan(path) -> Plan:
 def _plan(data, folder) -> Plan:
     if unknown := [key for key in data if key not in KEYS]:
         raise ClearanceError(f"{unknown[0]} is not a known key; known: {', '.join(KEYS)}")
-    if not isinstance(data.get("rig"), str):
+    for key, value in data.items():
+        if not isinstance(value, KEYS[key]):
+            raise ClearanceError(f"{key} must be {WORDS[KEYS[key]]}, got {value!r}")
+    if "rig" not in data:
         raise ClearanceError('rig is missing: rig = "rig.toml"')
-    tables = data.get("vary", [])
-    if not isinstance(tables, list):
-        raise ClearanceError("vary must be a list of tables ([[vary]])")
     rig = Rig.load(folder / data["rig"])
+    outputs = from_plain(Outputs, data.get("outputs", {}), "outputs")
+    reference, measured = _reference(folder / data["reference"], rig, outputs) if "reference" in data else (None, None)
     return Plan(
         rig=rig,
-        vary=tuple(from_plain(Vary, table, f"vary[{i}]") for i, table in enumerate(tables)),
+        vary=tuple(from_plain(Vary, table, f"vary[{i}]") for i, table in enumerate(data.get("vary", []))),
         design=from_plain(Design, data.get("design", {}), "design"),
         law=load_law(folder / data["law"]) if "law" in data else None,
         engine=_engine(data.get("engine", "modal")),
-        excitation=data.get("excitation"),
-        reference=_reference(folder / data["reference"], rig) if "reference" in data else None,
-        outputs=from_plain(Outputs, data.get("outputs", {}), "outputs"),
+        excitation=data.get("excitation", measured),
+        reference=reference,
+        outputs=outputs,
     )
 
 
@@ -303,8 +325,13 @@ def _engine(given) -> Engine:
         raise ClearanceError(f"engine: {engine.name} has the settings {known}, got {', '.join(settings)}") from None
 
 
-def _reference(path, rig) -> FRF | Record:
+def _reference(path, rig, outputs) -> tuple[FRF, Excitation | None]:
+    """FRFs to compare with; of a record also its excitation."""
     found = read_uff(path)
     if isinstance(found, FRF):
-        return found
-    return Record("reference", "validate", rig, found[0].fs, found, rig.shaker.kind)
+        return found, None
+    if outputs.band is None:
+        raise ClearanceError("outputs.band is missing: the reference is a record, which does not tell its band")
+    record = Record("reference", "validate", rig, found[0].fs, found, rig.shaker.kind)
+    frf = estimate_frf(record.response(), resolution=outputs.resolution, band=outputs.band)
+    return frf, record.excitation()
