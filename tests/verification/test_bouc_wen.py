@@ -1,4 +1,7 @@
-"""Bouc-Wen hysteresis with known loops (verification.md) and the loops that the engines' grease runs through."""
+"""Bouc-Wen hysteresis with known loops.
+
+The compiled step is the one that the engines' grease runs through.
+"""
 
 import numba
 import numpy as np
@@ -28,31 +31,36 @@ def loop(reversal, cycles, steps, a, beta, gamma, exponent):
     ("exponent", "reversal", "z", "energy"),
     [(1, 1, 0.721535, 0.593245), (1, 3, 0.993307, 7.04011), (2, 1, 0.825659, 0.463088), (2, 3, 0.999909, 7.61416)],
 )
-def test_steady_loops(exponent, reversal, z, energy):
-    """verification.md: A = 1, β = γ = 1/2."""
+def test_steady_loops(exponent, reversal, z, energy, measured):
+    """A = 1, β = γ = 1/2: at the reversal z = 1 - e^{z-2X} for n = 1, z = tanh(2X - z) for n = 2."""
     found = loop(float(reversal), 30, 3000, 1.0, 0.5, 0.5, float(exponent))
-    assert found == pytest.approx((z, energy), rel=2e-6)
+    what, source = f"steady loop, n = {exponent}, X = {reversal}", "closed form, A = 1, β = γ = 1/2"
+    measured.equal(f"{what}: z at reversal", found[0], z, source, rel=2e-6)
+    measured.equal(f"{what}: energy per cycle", found[1], energy, source, rel=2e-6)
 
 
 @pytest.mark.parametrize(("reversal", "z", "energy"), [(5e-4, 31.836, 6.4624e-3), (1e-3, 77.757, 4.91645e-2)])
-def test_benchmark_set(reversal, z, energy):
+def test_benchmark_set(reversal, z, energy, measured):
     """Noël & Schoukens (2016): ż = αẏ - β(γ|ẏ||z|^(ν-1) z + δẏ|z|^ν), α = 5e4, β = 1e3, γ = 0.8, δ = -1.1, ν = 1."""
     found = loop(reversal, 12, 3000, 5e4, 1e3 * 0.8, 1e3 * -1.1, 1.0)
-    assert found == pytest.approx((z, energy), rel=1e-5)
+    what, source = f"benchmark, Y = {reversal * 1e3:g} mm", "parameters of Noël & Schoukens 2016"
+    measured.equal(f"{what}: z at reversal (N)", found[0], z, source, rel=1e-5)
+    measured.equal(f"{what}: energy per cycle (J)", found[1], energy, source, rel=1e-5)
 
 
 @pytest.mark.parametrize(("exponent", "curve"), [(1.0, lambda x: 1 - np.exp(-x)), (2.0, np.tanh)])
-def test_loading(exponent, curve):
+def test_loading(exponent, curve, measured):
     """z = 1 - e^{-x} for n = 1, tanh x for n = 2; the other way it is the mirror image."""
     x = np.linspace(0, 2.5, 1001)
     for sign in (1.0, -1.0):
         z = [0.0]
         for dx in np.diff(x):
             z.append(bouc_wen_step(z[-1], sign * dx, 1.0, 0.5, 0.5, exponent))
-        np.testing.assert_allclose(z, sign * curve(x), atol=2e-6)
+        what, source = f"loading {'+' if sign > 0 else '-'}, n = {exponent:g}: error", "1 - e^-x, tanh x"
+        measured.below(what, np.max(np.abs(z - sign * curve(x))), 2e-6, source)
 
 
-def test_any_path_and_exponent():
+def test_any_path_and_exponent(measured):
     """An ODE solver along a path of two tones, n = 1.7, piece by piece between the turning points."""
     a, beta, gamma, n = 0.9, 6.0, -2.0, 1.7
     t = np.linspace(0, 6, 12001)
@@ -71,4 +79,4 @@ def test_any_path_and_exponent():
     z = [0.0]
     for dx in np.diff(path(t)):
         z.append(bouc_wen_step(z[-1], dx, a, beta, gamma, n))
-    np.testing.assert_allclose(z, exact, atol=2e-6)
+    measured.below("path of two tones, n = 1.7: error", np.max(np.abs(z - exact)), 2e-6, "ODE solver at 1e-10")

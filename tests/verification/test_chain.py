@@ -1,4 +1,4 @@
-"""The hinge chain of the links engine against finite elements, and its matrices against what MuJoCo compiles."""
+"""The hinge chain of the links engine against finite elements, and its matrices against MuJoCo's."""
 
 import dataclasses
 
@@ -18,6 +18,8 @@ BARE = RIG.replace(masses=(), bushings=())
 RIGS = {**RIGS, "bare": BARE}
 ELEMENTS = 120
 """Error of the first four frequencies: below 1e-7"""
+SOURCE = f"{ELEMENTS} Hermite elements"
+NAMES = {rig: name for name, rig in RIGS.items()}
 all_rigs = pytest.mark.parametrize("rig", RIGS.values(), ids=RIGS.keys())
 
 
@@ -37,24 +39,24 @@ def error(rig, n, expected):
 
 
 @all_rigs
-def test_convergence(rig):
+def test_convergence(rig, measured):
     """f1..f4 of the whole rig: 0.05 % at 20 links, 0.006 % at 40, of order 3.5 at least.
 
     Masses between the ends sit on straight links and leave a small term of second order.
     """
     expected, _ = frequencies_and_shapes(rig, 4, ELEMENTS)
-    assert np.max(error(rig, 20, expected)) < 5e-4
-    assert np.max(error(rig, 40, expected)) < 6e-5
+    for n, limit in ((20, 5e-4), (40, 6e-5)):
+        measured.below(f"f1 to f4, {n} links, {NAMES[rig]}: error", np.max(error(rig, n, expected)), limit, SOURCE)
     if any(mass.position < rig.beam.length for mass in rig.point_masses):
         return
     sizes = np.array([20, 28, 40, 56, 80])
     errors = np.array([np.max(error(rig, n, expected)) for n in sizes])
     order = -np.polyfit(np.log(sizes), np.log(errors), 1)[0]
-    assert order > 3.5
+    measured.above(f"order of convergence, 20 to 80 links, {NAMES[rig]}", order, 3.5, SOURCE)
 
 
-def test_published_errors(monkeypatch):
-    """verification.md: the bare chain at 20 links, end-corrected by two points; ours is far better."""
+def test_published_errors(monkeypatch, measured):
+    """The bare chain at 20 links, end-corrected by two points (Euler-Maclaurin); ours is far better."""
 
     def two_point(beam, n):
         return np.concatenate(([25 / 24, 23 / 24], np.ones(n - 2))) * beam.length / n / beam.bending_stiffness
@@ -63,27 +65,37 @@ def test_published_errors(monkeypatch):
     ours = error(BARE, 20, expected)
     monkeypatch.setattr(links, "_compliance", two_point)
     theirs = error(BARE, 20, expected)
-    np.testing.assert_allclose(theirs, [4.0e-5, 4.8e-4, 1.3e-3, 2.5e-3], rtol=0.05)
-    np.testing.assert_allclose(error(BARE, 40, expected)[[0, 3]], [4.9e-6, 3.1e-4], rtol=0.05)
-    assert np.all(ours < theirs / 8)
+    source = "hinges of 25/24, 23/24 of Δ/(EI) at the clamp"
+    for i, (found, published) in enumerate(zip(theirs, (4.0e-5, 4.8e-4, 1.3e-3, 2.5e-3)), 1):
+        measured.equal(f"error of f{i}, 20 links, two-point correction", found, published, source, rel=0.05)
+    for i, found, published in zip((1, 4), error(BARE, 40, expected)[[0, 3]], (4.9e-6, 3.1e-4)):
+        measured.equal(f"error of f{i}, 40 links, two-point correction", found, published, source, rel=0.05)
+    what = "error with the engine's three-point correction over that with two, largest of f1 to f4"
+    measured.below(what, np.max(ours / theirs), 1 / 8, SOURCE)
 
 
-def test_published_errors_without_end_correction(monkeypatch):
-    """verification.md: with equal hinges of Δ/(EI) the order falls to two."""
+def test_published_errors_without_end_correction(monkeypatch, measured):
+    """With equal hinges of Δ/(EI) the order falls to two."""
     monkeypatch.setattr(links, "_compliance", lambda beam, n: np.full(n, beam.length / n / beam.bending_stiffness))
     expected, _ = frequencies_and_shapes(BARE, 4, ELEMENTS)
-    np.testing.assert_allclose(error(BARE, 20, expected), [5.7e-4, 2.0e-3, 3.3e-3, 4.5e-3], rtol=0.05)
-    assert np.all(np.abs(error(BARE, 20, expected) / error(BARE, 40, expected) - 4) < 0.6)
+    coarse, fine = error(BARE, 20, expected), error(BARE, 40, expected)
+    for i, (found, published) in enumerate(zip(coarse, (5.7e-4, 2.0e-3, 3.3e-3, 4.5e-3)), 1):
+        source = "equal hinges of Δ/(EI)"
+        measured.equal(f"error of f{i}, 20 links, no correction", found, published, source, rel=0.05)
+        measured.equal(
+            f"order of f{i}, 20 to 40 links, no correction", np.log2(found / fine[i - 1]), 2, source, abs=0.2
+        )
 
 
-def test_fastest_mode():
-    """verification.md: ω_max = 6.9 N² √(EI/ρA)/l², here with a mass on the light last link.
+def test_fastest_mode(measured):
+    """ω_max = 6.9 N² √(EI/ρA)/l², here with a mass on the light last link.
 
     It limits the step of the explicit springs to 2/ω_max.
     """
     rig, shaft = RIGS["no bushing"], RIG.beam
     expected = 6.9 * 20**2 * np.sqrt(shaft.bending_stiffness / shaft.mass_per_length) / shaft.length**2
-    assert np.sqrt(scipy.linalg.eigvalsh(*chain(rig, 20)[::-1])[-1]) == pytest.approx(expected, rel=5e-3)
+    found = np.sqrt(scipy.linalg.eigvalsh(*chain(rig, 20)[::-1])[-1])
+    measured.equal("fastest mode, 20 links (rad/s)", found, expected, "6.9 N² √(EI/ρA)/l²", rel=5e-3)
     assert Links(20, safety=0.5).largest_step(rig, ConstantLaw(0.0, 0.0)) == pytest.approx(1 / expected, rel=5e-3)
 
 
@@ -105,7 +117,7 @@ def test_mujoco_has_the_same_matrices(rig, n):
 
 
 @all_rigs
-def test_frequencies_of_the_compiled_model(rig):
+def test_frequencies_of_the_compiled_model(rig, measured):
     """The whole of it out of MuJoCo: mass by mj_fullM, bushings' lifts by the sites' Jacobians, hinges by the model."""
     n = 40
     model = build_links(rig, n).compile()
@@ -119,11 +131,12 @@ def test_frequencies_of_the_compiled_model(rig):
         stiffness += bushing.grease.stiffness * np.outer(jacobian[2], jacobian[2])
     expected, _ = frequencies_and_shapes(rig, 4, ELEMENTS)
     # The sites sit on the chain, not on the curve that it stands for: not as good as test_convergence.
-    np.testing.assert_allclose(frequencies(mass, stiffness), expected, rtol=1e-3)
+    what = f"f1 to f4 of MuJoCo's matrices, 40 links, {NAMES[rig]}"
+    measured.below(f"{what}: error", np.max(np.abs(frequencies(mass, stiffness) / expected - 1)), 1e-3, SOURCE)
 
 
 @pytest.mark.parametrize("mode", [0, 1, 2, 3])
-def test_shapes_between_the_hinges(mode):
+def test_shapes_between_the_hinges(mode, measured):
     """Anywhere along the shaft the curve that the chain stands for is of third order or better, the chain of second."""
     x = np.linspace(0.1, 0.99, 500)
     expected = hermite(x, 1.0, ELEMENTS) @ frequencies_and_shapes(RIG, 4, ELEMENTS)[1][:, mode]
@@ -139,8 +152,9 @@ def test_shapes_between_the_hinges(mode):
             shape = lever @ vector
             errors[name].append(np.max(np.abs(shape * np.sign(shape @ expected) - expected)))
     order = {name: np.mean(-np.diff(np.log2(values))) for name, values in errors.items()}
-    assert order["curved"] > 2.7
-    assert order["straight"] == pytest.approx(2, abs=0.3)
+    what = f"order of shape {mode + 1}, 20 to 80 links"
+    measured.above(f"{what}, as the engine reads it", order["curved"], 2.7, SOURCE)
+    measured.equal(f"{what}, on the straight links", order["straight"], 2, SOURCE, abs=0.3)
 
 
 def test_curved_lever_is_nothing_on_average():
@@ -181,8 +195,9 @@ def test_bushing_before_the_first_hinge():
     build_links(rig, 20)
 
 
-def test_roots_are_of_this_shaft():
+def test_roots_are_of_this_shaft(measured):
     """The reference of this file, once against λ²."""
     shaft = BARE.beam
     expected = cantilever_roots(4) ** 2 * np.sqrt(shaft.bending_stiffness / shaft.mass_per_length) / (2 * np.pi)
-    np.testing.assert_allclose(frequencies_and_shapes(BARE, 4, ELEMENTS)[0], expected, rtol=1e-7)
+    error = np.max(np.abs(frequencies_and_shapes(BARE, 4, ELEMENTS)[0] / expected - 1))
+    measured.below("the reference itself, f1 to f4 of the bare shaft: error", error, 1e-7, "λ² √(EI/ρA)/(2π l²)")

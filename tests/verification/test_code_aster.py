@@ -5,7 +5,6 @@ files of those tests (astest/sdnl104a.comm, sdnd108b.comm, sdnd101a.comm).
 """
 
 import numpy as np
-import pytest
 
 from clearance_mj.rig import Beam
 from clearance_mj.testrig import integrator
@@ -23,7 +22,7 @@ def masses(mass, stiffness, rayleigh=(0.0, 0.0)):
     return FiniteElements(*bands, np.zeros(4), rayleigh, 1.0)
 
 
-def test_sdnl104_beam_hits_an_elastic_stop():
+def test_sdnl104_beam_hits_an_elastic_stop(measured):
     """Ten elements, average acceleration at Δt = 1e-4 s: the scheme of the reference, whose figures depend on it."""
     elements = FiniteElements.of_shaft(Beam(1.0, 1e10, 1e6, diameter=0.2), elements=10)
     tip = elements.points([1.0])
@@ -35,13 +34,14 @@ def test_sdnl104_beam_hits_an_elastic_stop():
     for i in range(1, 1601):
         assert integrator.step(scheme, motion, stop, NO_GREASE, -1000.0)
         place[i], speed[i] = motion.displacement[-2], motion.velocity[-2]
-    assert place[1315] == pytest.approx(-1.85334e-6, rel=5e-6)
-    assert speed[1566] == pytest.approx(-4.63284e-3, rel=5e-6)
+    source = "code_aster V5.02.104"
+    measured.equal("SDNL104: tip at 0.1315 s (m)", place[1315], -1.85334e-6, source, rel=5e-6)
+    measured.equal("SDNL104: tip's velocity at 0.1566 s (m/s)", speed[1566], -4.63284e-3, source, rel=5e-6)
     kinetic = motion.velocity @ dense(elements.mass) @ motion.velocity / 2
-    assert kinetic == pytest.approx(0.0514081, rel=5e-6)
+    measured.equal("SDNL104: kinetic energy at 0.16 s (J)", kinetic, 0.0514081, source, rel=5e-6)
 
 
-def test_sdnd108b_mass_bounces_off_a_damped_support():
+def test_sdnd108b_mass_bounces_off_a_damped_support(measured):
     """Kelvin-Voigt support that holds on until the mass is back at its height: 1 kg, 100 N/m, 5 N s/m, 10 m/s².
 
     In contact the support is linear, C = 0.05 s K. The height is measured from the support, at z = -2 m.
@@ -60,13 +60,15 @@ def test_sdnd108b_mass_bounces_off_a_damped_support():
     (_, low, _), (_, high, _) = states[-2:]
     share = low / (low - high)
     lift_off, _, speed = (a + share * (b - a) for a, b in zip(*states[-2:]))
-    assert lift_off == pytest.approx(0.92403882542, abs=2e-9)
+    source = "code_aster V5.01.108"
+    measured.equal("SDND108b: lift-off (s)", lift_off, 0.92403882542, source, abs=2e-9)
     for end, expected in ((1.0, -1.88214079833), (1.1, -1.81496422497)):
         flight = end - lift_off
-        assert -2.0 + speed * flight - 5.0 * flight**2 == pytest.approx(expected, abs=1e-8)
+        height = -2.0 + speed * flight - 5.0 * flight**2
+        measured.equal(f"SDND108b: height at {end:g} s (m)", height, expected, source, abs=1e-8)
 
 
-def test_sdnd101_mass_and_spring_hit_a_stop():
+def test_sdnd101_mass_and_spring_hit_a_stop(measured):
     """100 kg on 1e4 N/m thrown at 1 m/s against a stop of 1e6 N/m that it touches.
 
     ω = √((k + K)/m): F_max = K v/ω, duration π/ω, impulse 2 K v/ω². Our stops stand on both sides, so the origin is
@@ -85,8 +87,10 @@ def test_sdnd101_mass_and_spring_hit_a_stop():
     # The second shock, whole within 0.5 s, as in the reference.
     edges = np.flatnonzero(np.diff(force > 0))
     second = force[edges[1] + 1 : edges[2] + 1]
-    assert second.max() == pytest.approx(9950.0, rel=1e-4)
-    assert second.size * h == pytest.approx(0.03126, abs=2e-5)
-    assert second.sum() * h == pytest.approx(198.02, rel=1e-4)
+    source = "code_aster V5.01.101"
+    measured.equal("SDND101: largest force (N)", second.max(), 9950.0, source, rel=1e-4)
+    measured.equal("SDND101: duration of a shock (s)", second.size * h, 0.03126, source, abs=2e-5)
+    measured.equal("SDND101: impulse (N s)", second.sum() * h, 198.02, source, rel=1e-4)
     # Half a contact, half a swing of √(k/m) = 10 rad/s, and half a contact again: 0.361 s.
-    assert (edges[1] + 1 + second.argmax()) * h == pytest.approx(0.361, abs=5e-4)
+    peak = (edges[1] + 1 + second.argmax()) * h
+    measured.equal("SDND101: instant of the second shock's peak (s)", peak, 0.361, source, abs=5e-4)

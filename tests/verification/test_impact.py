@@ -1,4 +1,4 @@
-"""Impacts with closed forms: of the contact models alone, and of the loops that the engines run.
+"""Impacts with closed forms: the contact models alone, and the loops that the engines run.
 
 The loops are given a free mass between two stops. The compiled engine's gets its arrays from here; MuJoCo's gets a mass
 on a slide joint whose two tendons are the ends of the bushing.
@@ -22,13 +22,15 @@ from clearance_mj.rig import Bushing, Contact, Grease, Rig
 
 MODELS = Path(__file__).parents[2] / "models"
 ADHESIVE = {0.1: 0.729248, 0.2: 0.526621, 0.3: 0.372326, 0.5: 0.163034}
+RELEASE = "closed form, release where the force is zero"
 RELEASED = {0.1: 0.744079, 0.2: 0.571740, 0.3: 0.450975, 0.5: 0.298436}
+HERTZ = "κ(1 + e) = ln[(1 + κ)/(1 - κe)]"
 HERTZ_DAMPED = [
     *((HuntCrossley, e, out) for e, out in ((0.9, 0.9090), (0.7, 0.7680), (0.5, 0.6630))),
     *((LankaraniNikravesh, e, out) for e, out in ((0.9, 0.9132), (0.7, 0.7960), (0.5, 0.7252))),
     *((Flores, e, out) for e, out in ((0.9, 0.8939), (0.7, 0.6832), (0.5, 0.4704))),
 ]
-"""verification.md: restitution, given the e of the model"""
+"""restitution, given the e of the model, from κ(1 + e) = ln[(1 + κ)/(1 - κe)]"""
 
 
 def restitution(force, mass=1.0, speed=0.3, duration=10.0):
@@ -52,19 +54,22 @@ def damping(ratio, mass=1.0, stiffness=1.0):
 
 
 @pytest.mark.parametrize(("ratio", "expected"), ADHESIVE.items())
-def test_kelvin_voigt_adhesive(ratio, expected):
+def test_kelvin_voigt_adhesive(ratio, expected, measured):
     """exp(-πζ/√(1-ζ²))."""
     assert np.exp(-np.pi * ratio / np.sqrt(1 - ratio**2)) == pytest.approx(expected, abs=1e-6)
-    assert restitution(KelvinVoigt(1.0, damping(ratio), adhesion=True).force) == pytest.approx(expected, rel=1e-5)
+    found = restitution(KelvinVoigt(1.0, damping(ratio), adhesion=True).force)
+    what = f"restitution, Kelvin-Voigt with adhesion, ζ = {ratio}"
+    measured.equal(what, found, expected, "exp(-πζ/√(1-ζ²))", rel=1e-5)
 
 
 @pytest.mark.parametrize(("ratio", "expected"), RELEASED.items())
-def test_kelvin_voigt_released(ratio, expected):
+def test_kelvin_voigt_released(ratio, expected, measured):
     """exp[-(b/w)(π - atan2(2bw, w² - b²))]: the contact ends where the force has fallen to zero."""
     w = np.sqrt(1 - ratio**2)
     closed = np.exp(-(ratio / w) * (np.pi - np.arctan2(2 * ratio * w, w**2 - ratio**2)))
     assert closed == pytest.approx(expected, abs=1e-6)
-    assert restitution(KelvinVoigt(1.0, damping(ratio)).force) == pytest.approx(expected, rel=1e-5)
+    found = restitution(KelvinVoigt(1.0, damping(ratio)).force)
+    measured.equal(f"restitution, Kelvin-Voigt, ζ = {ratio}", found, expected, RELEASE, rel=1e-5)
 
 
 def hertz_damped_restitution(kappa):
@@ -78,11 +83,12 @@ def hertz_damped_restitution(kappa):
 
 @pytest.mark.parametrize("exponent", [1.5, 1.2])
 @pytest.mark.parametrize(("model", "e", "expected"), HERTZ_DAMPED)
-def test_hertz_damped(model, e, expected, exponent):
+def test_hertz_damped(model, e, expected, exponent, measured):
     contact = model(1.0, e, exponent)
     assert hertz_damped_restitution(contact.kappa) == pytest.approx(expected, abs=5e-5)
-    found = restitution(lambda x, v: contact.force(x, v, 0.3))
-    assert found == pytest.approx(hertz_damped_restitution(contact.kappa), rel=1e-4)
+    found, exact = restitution(lambda x, v: contact.force(x, v, 0.3)), hertz_damped_restitution(contact.kappa)
+    what = f"restitution, {model.__name__}, e = {e}, n = {exponent}"
+    measured.equal(what, found, exact, HERTZ, rel=1e-4)
 
 
 class FreeMass:
@@ -131,8 +137,8 @@ class FreeMass:
 
 
 @pytest.mark.parametrize("loop", ["modal", "mujoco"])
-def test_gap_oscillator(loop):
-    """m = k = d = 1, amplitude X = 2: free period 4[π/2 + 1/(X-1)] = 10.28319 (verification.md)."""
+def test_gap_oscillator(loop, measured):
+    """m = k = d = 1, amplitude X = 2: free period 4[π/2 + 1/(X-1)] = 10.28319."""
     expected = 4 * (np.pi / 2 + 1)
     assert expected == pytest.approx(10.28319, abs=5e-6)
     step = 1e-3
@@ -140,7 +146,8 @@ def test_gap_oscillator(loop):
     up = np.flatnonzero((x[:-1] < 0) & (x[1:] >= 0))
     crossing = (up - x[up] / (x[up + 1] - x[up])) * step
     assert up.size == 4
-    np.testing.assert_allclose(np.diff(crossing), expected, rtol=2e-6)
+    for i, period in enumerate(np.diff(crossing), 1):
+        measured.equal(f"gap oscillator, {loop} loop, period {i} (s)", period, expected, "4[π/2 + 1/(X-1)]", rel=2e-6)
     assert np.max(np.abs(x)) == pytest.approx(2, rel=1e-3)
 
 
@@ -154,27 +161,33 @@ def rebound(mass):
 @pytest.mark.parametrize("direction", [1, -1])
 @pytest.mark.parametrize("loop", ["modal", "mujoco"])
 @pytest.mark.parametrize(("ratio", "expected"), RELEASED.items())
-def test_kelvin_voigt_in_the_loops(loop, ratio, expected, direction):
+def test_kelvin_voigt_in_the_loops(loop, ratio, expected, direction, measured):
     mass = FreeMass(loop, ConstantLaw(1.0, damping(ratio)), 1.0, 5e-4, 0.9 * direction, 0.5 * direction)
-    assert rebound(mass) == pytest.approx(expected, rel=5e-4)
+    what = f"restitution, Kelvin-Voigt, {loop} loop, ζ = {ratio}, {'up' if direction > 0 else 'down'}"
+    measured.equal(what, rebound(mass), expected, RELEASE, rel=5e-4)
 
 
 @pytest.mark.parametrize(("ratio", "expected"), ADHESIVE.items())
-def test_adhesion_in_the_modal_loop(ratio, expected):
+def test_adhesion_in_the_modal_loop(ratio, expected, measured):
     law = ContactLaw(KelvinVoigt(1.0, damping(ratio), adhesion=True))
-    assert rebound(FreeMass("modal", law, 1.0, 5e-4, 0.9, 0.5)) == pytest.approx(expected, rel=5e-4)
+    what, found = (
+        f"restitution, adhesion, modal loop, ζ = {ratio}",
+        rebound(FreeMass("modal", law, 1.0, 5e-4, 0.9, 0.5)),
+    )
+    measured.equal(what, found, expected, "exp(-πζ/√(1-ζ²))", rel=5e-4)
 
 
 @pytest.mark.parametrize("loop", ["modal", "mujoco"])
 @pytest.mark.parametrize(("model", "e", "expected"), HERTZ_DAMPED)
-def test_hertz_damped_in_the_loops(loop, model, e, expected):
+def test_hertz_damped_in_the_loops(loop, model, e, expected, measured):
     mass = FreeMass(loop, ContactLaw(model(2.0, e)), 1.0, 5e-4, 0.9, 0.5)
-    assert hertz_damped_restitution(model(2.0, e).kappa) == pytest.approx(expected, abs=5e-5)
-    assert rebound(mass) == pytest.approx(hertz_damped_restitution(model(2.0, e).kappa), rel=1e-6)
+    exact = hertz_damped_restitution(model(2.0, e).kappa)
+    assert exact == pytest.approx(expected, abs=5e-5)
+    measured.equal(f"restitution, {model.__name__}, {loop} loop, e = {e}", rebound(mass), exact, HERTZ, rel=1e-6)
 
 
 @pytest.mark.parametrize(("loop", "tolerance"), [("modal", 1e-6), ("mujoco", 1e-3)])
-def test_grease_in_the_loops(loop, tolerance):
+def test_grease_in_the_loops(loop, tolerance, measured):
     """A mass that rings out in Bouc-Wen grease with a squeeze film, against an ODE solver.
 
     The compiled loop is of second order; MuJoCo's takes the damping force at a velocity half a step old.
@@ -193,4 +206,5 @@ def test_grease_in_the_loops(loop, tolerance):
     assert np.max(np.abs(exact)) > 1.7  # into the yielding and the thin film
     speed = 1.9 + step / 2 * 0.1 * 1.9  # half a step before the start: where the loops' velocities are
     out = FreeMass(loop, ConstantLaw(1.0, 0.0), 10.0, step, 0.0, speed, grease).simulate(n)
-    assert np.max(np.abs(out[:, 0] - exact)) < tolerance
+    what = f"ring-down in Bouc-Wen grease with squeeze film, {loop} loop, amplitude 1.9 m: largest error"
+    measured.below(what, np.max(np.abs(out[:, 0] - exact)), tolerance, "ODE solver at 1e-10", "m")
