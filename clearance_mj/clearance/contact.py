@@ -15,12 +15,38 @@ import numba
 
 from ..errors import LawError
 
-__all__ = ["Flores", "HuntCrossley", "KelvinVoigt", "LankaraniNikravesh", "contact_force", "instantaneous"]
+__all__ = [
+    "CONTACTS",
+    "Flores",
+    "HertzDamped",
+    "HuntCrossley",
+    "KelvinVoigt",
+    "LankaraniNikravesh",
+    "contact_force",
+    "instantaneous",
+    "register",
+]
 
 SLOWEST_IMPACT = 1e-6
 """m/s; a contact that begins more slowly is damped as if it began at this speed"""
 
+CONTACTS: dict[str, type] = {}
+"""The contact models by the name that law files give them."""
 
+
+def register(model: type) -> type:
+    """Make a contact model known by its ``name``, so that laws can hold it and be saved; a class decorator.
+
+    Parameters
+    ----------
+    model : type
+        A dataclass of numbers, with attributes stiffness, damping, exponent, kappa and adhesion.
+    """
+    CONTACTS[model.name] = model
+    return model
+
+
+@register
 @dataclass(frozen=True)
 class KelvinVoigt:
     """Spring and damper in parallel (Eq. 10).
@@ -40,6 +66,7 @@ class KelvinVoigt:
         For negative values.
     """
 
+    name: ClassVar[str] = "kelvin-voigt"
     stiffness: float
     damping: float = 0.0
     adhesion: bool = False
@@ -69,7 +96,7 @@ class KelvinVoigt:
 
 
 @dataclass(frozen=True)
-class _HertzDamped:
+class HertzDamped:
     """F = K δⁿ (1 + κ δ̇/v_i); the subclasses differ in κ(e).
 
     Parameters
@@ -117,8 +144,11 @@ class _HertzDamped:
         return contact_force(k, c, penetration, speed, False)
 
 
-class HuntCrossley(_HertzDamped):
+@register
+class HuntCrossley(HertzDamped):
     """κ = 3 (1-e)/2 (Hunt & Crossley, J. Appl. Mech. 42, 1975)."""
+
+    name: ClassVar[str] = "hunt-crossley"
 
     @property
     def kappa(self) -> float:
@@ -126,8 +156,11 @@ class HuntCrossley(_HertzDamped):
         return 1.5 * (1 - self.restitution)
 
 
-class LankaraniNikravesh(_HertzDamped):
+@register
+class LankaraniNikravesh(HertzDamped):
     """κ = 3 (1-e²)/4 (Lankarani & Nikravesh, J. Mech. Des. 112, 1990)."""
+
+    name: ClassVar[str] = "lankarani-nikravesh"
 
     @property
     def kappa(self) -> float:
@@ -135,8 +168,11 @@ class LankaraniNikravesh(_HertzDamped):
         return 0.75 * (1 - self.restitution**2)
 
 
-class Flores(_HertzDamped):
+@register
+class Flores(HertzDamped):
     """κ = 8 (1-e)/(5e) (Flores et al., Multibody Syst. Dyn. 25, 2011)."""
+
+    name: ClassVar[str] = "flores"
 
     @property
     def kappa(self) -> float:

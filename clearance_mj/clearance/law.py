@@ -20,7 +20,7 @@ import numpy as np
 from ..errors import LawError, RigError
 from ..io.files import replacing
 from ..rig import Grease, from_plain, to_plain
-from .contact import Flores, HuntCrossley, KelvinVoigt, LankaraniNikravesh
+from .contact import CONTACTS
 
 __all__ = [
     "AmplitudeLaw",
@@ -108,7 +108,7 @@ class Law(ABC):
             if name == "grease":
                 data["grease"] = None if value is None else [to_plain(g) for g in value]
             elif name == "contact":
-                data["contact"] = [{"model": _MODEL_NAMES[type(m)], **to_plain(m)} for m in value]
+                data["contact"] = [{"model": m.name, **to_plain(m)} for m in value]
             else:
                 data[name] = value.tolist() if isinstance(value, np.ndarray) else value
         return data
@@ -265,7 +265,7 @@ class ContactLaw(Law):
     Parameters
     ----------
     contact : KelvinVoigt, HuntCrossley, LankaraniNikravesh or Flores, or a sequence of them
-        One for all bushings or one for each.
+        One for all bushings or one for each; or another model that `contact.register` knows.
     grease : Grease or sequence of Grease, optional
         As in `ConstantLaw`.
     """
@@ -275,7 +275,7 @@ class ContactLaw(Law):
     grease: tuple[Grease, ...] | None = None
 
     def __post_init__(self):
-        self._set(contact=_several(self.contact, tuple(_MODEL_NAMES), "contact"), grease=_greases(self.grease))
+        self._set(contact=_several(self.contact, tuple(CONTACTS.values()), "contact"), grease=_greases(self.grease))
 
     def table(self, n_bushings):
         """Return the models' parameters as a table of one row."""
@@ -288,13 +288,6 @@ class ContactLaw(Law):
 
 
 _KINDS = {law.kind: law for law in (ConstantLaw, TimeLaw, AmplitudeLaw, ContactLaw)}
-_MODELS = {
-    "kelvin-voigt": KelvinVoigt,
-    "hunt-crossley": HuntCrossley,
-    "lankarani-nikravesh": LankaraniNikravesh,
-    "flores": Flores,
-}
-_MODEL_NAMES = {model: name for name, model in _MODELS.items()}
 
 
 def load_law(path) -> Law:
@@ -345,7 +338,7 @@ def law_from_dict(data: dict) -> Law:
             values["grease"] = tuple(from_plain(Grease, g, f"grease[{i}]") for i, g in enumerate(values["grease"]))
         if "contact" in values:
             models = [dict(model) for model in values["contact"]]
-            values["contact"] = tuple(_MODELS[model.pop("model")](**model) for model in models)
+            values["contact"] = tuple(CONTACTS[model.pop("model")](**model) for model in models)
         return kind(**values)
     except RigError as error:
         raise LawError(str(error)) from None
