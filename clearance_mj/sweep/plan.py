@@ -42,11 +42,6 @@ WORDS = {
     list: "a list of tables ([[vary]])",
     str | dict: "a name or a table",
 }
-    str: "the name of a file",
-    dict: "a table",
-    list: "a list of tables ([[vary]])",
-    str | dict: "a name or a table",
-}
 GENERATORS = tuple(name for name in excitations.__all__ if name != "Excitation")
 AXES = ("excitation.fs", "excitation.band")
 """what the results' axes depend on"""
