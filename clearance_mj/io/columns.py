@@ -27,7 +27,7 @@ __all__ = [
     "SKIP",
     "Column",
     "channel_name",
-    "frf_columns",
+    "frf_names",
     "listed",
     "resolve",
     "table_of_channels",
@@ -85,8 +85,8 @@ class Column:
         return Channel(self.name, int(node), direction, self.quantity, value * self.scale, fs, start)
 
 
-def resolve(cells: Sequence[str], mapped: Mapping[str, str], where: str, kind: str) -> list[Column]:
-    """Say what the columns of a table are.
+def resolve(cells: Sequence[str], mapped: Mapping[str, str], line: int | None = None) -> list[Column]:
+    """Say what the columns of a table, or the variables of a file, are.
 
     Parameters
     ----------
@@ -94,10 +94,8 @@ def resolve(cells: Sequence[str], mapped: Mapping[str, str], where: str, kind: s
         The headers.
     mapped : mapping of str to str
         Name and, if it is not SI, unit of a column, by its header: ``{"Accel 1": "acc:1 [g]", "Temp": "skip"}``.
-    where : str
-        Place of the headers, for messages.
-    kind : str
-        "column" or "variable", for messages.
+    line : int, optional
+        Line of the headers in a text file, for messages; None: they are variables.
 
     Returns
     -------
@@ -109,6 +107,7 @@ def resolve(cells: Sequence[str], mapped: Mapping[str, str], where: str, kind: s
     RecordError
         If a header or a unit is unknown, if a mapped header is missing, or if time records and FRFs are mixed.
     """
+    kind, where = ("column", f"line {line}: ") if line else ("variable", "")
     missing = [header for header in mapped if header not in cells and header not in map(_name, cells)]
     if missing:
         near = _nearest(missing[0], cells)
@@ -118,12 +117,17 @@ def resolve(cells: Sequence[str], mapped: Mapping[str, str], where: str, kind: s
         given = mapped.get(cell, mapped.get(_name(cell), cell))
         if given == SKIP:
             continue
-        place = f'{where.removesuffix(": ")}, {kind} {index + 1} "{cell}"' if where else f'{kind} "{cell}"'
         try:
             used.append(_column(index, cell, given))
         except RecordError as error:
-            raise RecordError(f"{place}: {error}") from None
-    _check_mixture(used, where, cells, kind)
+            place = f"line {line}, column {index + 1}" if line else kind
+            raise RecordError(f'{place} "{cell}": {error}') from None
+    functions = [c for c in used if c.reference or c.quantity == "frequency"]
+    if functions and len(functions) != len(used):
+        other = next(c for c in used if c not in functions)
+        raise RecordError(f'{where}"{other.name}" is of a time record, "{functions[0].name}" of FRFs; needs one kind')
+    if all(column.quantity in ("time", "frequency") for column in used):
+        raise RecordError(f"{where}has no channel beside time; its {kind}s are {listed(cells)}")
     return used
 
 
@@ -163,15 +167,6 @@ def _place(name) -> tuple[str, str]:
     kind, *rest = name.split(":")
     node = int(rest.pop(0)) if rest and rest[0].isdigit() else _NODES[kind]
     return _QUANTITY[kind], f"{node}:{rest[0] if rest else '+Z'}"
-
-
-def _check_mixture(used, where, cells, kind):
-    functions = [c for c in used if c.reference or c.quantity == "frequency"]
-    if functions and len(functions) != len(used):
-        other = next(c for c in used if c not in functions)
-        raise RecordError(f'{where}"{other.name}" is of a time record, "{functions[0].name}" of FRFs; needs one kind')
-    if all(column.quantity in ("time", "frequency") for column in used):
-        raise RecordError(f"{where}has no channel beside time; its {kind}s are {listed(cells)}")
 
 
 def to_frf(columns: Sequence[Column], values: Sequence[np.ndarray]) -> FRF:
@@ -273,8 +268,8 @@ def table_of_channels(channels: Sequence[Channel]) -> tuple[list[str], np.ndarra
     return headers, np.stack([c.value for c in channels], axis=1)
 
 
-def frf_columns(frf: FRF) -> list[str]:
-    """Headers of FRFs, without a part or a unit: "acc:3/base".
+def frf_names(frf: FRF) -> tuple[list[str], str]:
+    """Headers of FRFs without a part, such as "acc:3/base", and their unit.
 
     Parameters
     ----------
@@ -284,12 +279,17 @@ def frf_columns(frf: FRF) -> list[str]:
     Raises
     ------
     RecordError
-        If its quantity is none of the known ones.
+        If its quantity is none of the known ones, or a number is not finite.
     """
     above, _, below = frf.quantity.partition("/")
     if not {above, below} <= set(_PREFIX):
         raise RecordError(f'quantity "{frf.quantity}" is unknown; needs two of {", ".join(_PREFIX)} as a/b')
-    return [f"{channel_name(dof, above)}/{channel_name(frf.reference, below)}" for dof in frf.responses]
+    finite = np.isfinite(frf.value) & (True if frf.coherence is None else np.isfinite(frf.coherence))
+    if not finite.all():
+        line = int(np.argmin(finite.all(axis=0)))
+        raise RecordError(f"the FRF is not finite at {frf.frequency[line]:g} Hz")
+    names = [f"{channel_name(dof, above)}/{channel_name(frf.reference, below)}" for dof in frf.responses]
+    return names, "({})/({})".format(*(next(iter(UNITS[quantity])) for quantity in (above, below)))
 
 
 def table_of_frf(frf: FRF) -> tuple[list[str], np.ndarray]:
@@ -303,10 +303,9 @@ def table_of_frf(frf: FRF) -> tuple[list[str], np.ndarray]:
     Raises
     ------
     RecordError
-        If its quantity is none of the known ones.
+        As `frf_names`.
     """
-    names = frf_columns(frf)
-    unit = "({})/({})".format(*(next(iter(UNITS[quantity])) for quantity in frf.quantity.split("/")))
+    names, unit = frf_names(frf)
     headers, columns = ["frequency [Hz]"], [frf.frequency]
     for name, value in zip(names, frf.value):
         headers += [f"{name} {part} [{unit}]" for part in ("real", "imag")]
@@ -314,11 +313,7 @@ def table_of_frf(frf: FRF) -> tuple[list[str], np.ndarray]:
     if frf.coherence is not None:
         headers += [f"{name} coherence" for name in names]
         columns += list(frf.coherence)
-    numbers = np.stack(columns, axis=1)
-    if not np.isfinite(numbers).all():
-        line = int(np.argmin(np.isfinite(numbers).all(axis=1)))
-        raise RecordError(f"the FRF is not finite at {frf.frequency[line]:g} Hz")
-    return headers, numbers
+    return headers, np.stack(columns, axis=1)
 
 
 def _split(cell) -> tuple[str, str | None]:

@@ -103,7 +103,7 @@ def _contents(lines, mapped, fs) -> list[Channel] | FRF:
                 f"line {at}: has numbers where the columns' names are expected; map the columns by their numbers: "
                 f'"1=time", "2=acc:1 [g]"'
             )
-    used = resolve(cells, mapped, f"line {at}: ", "column")
+    used = resolve(cells, mapped, at)
     body = filled if headless else filled[1:]
     rows = [(line, [cell.strip(' "') for cell in text.split(separator)]) for line, text in body]
     values = _numbers(rows, cells, [c.index for c in used])

@@ -206,7 +206,8 @@ def read_frf(path, columns: Mapping[str, str] | None = None) -> FRF:
     """
     obj = read(path, columns)
     if not isinstance(obj, FRF):
-        raise RecordError(f"{path}: holds {_WORDS[type(obj)]}, needs FRFs")
+        hint = "" if isinstance(obj, Modes) else "; clearance-mj convert --frf makes them of records"
+        raise RecordError(f"{path}: holds {_WORDS[type(obj)]}, needs FRFs{hint}")
     return obj
 
 
@@ -231,6 +232,8 @@ def write(path, obj, rig: Rig | None = None):
         If the suffix is unknown or the format cannot hold the object.
     """
     kind = format_of(path)
+    if Path(path).suffix.lower() == ".gz":
+        raise RecordError(f"{path}: compressed files are read, not written")
     if isinstance(obj, Modes) and kind is not _UFF:
         raise RecordError(f"{path}: modes are written to universal files (.uff) only")
     if isinstance(obj, Response) and kind is not _NETCDF:

@@ -17,11 +17,10 @@ import scipy.io
 
 from ..errors import RecordError
 from ..frf import FRF
-from .columns import frf_columns, listed, resolve, table_of_channels, table_of_frf, to_frf
+from .columns import frf_names, listed, resolve, table_of_channels, to_frf
 from .files import replacing
 from .uff import Channel
 from .uff.channels import even_rate
-from .units import UNITS
 
 __all__ = ["read_mat", "write_mat"]
 
@@ -93,9 +92,8 @@ def _record_variables(channels) -> dict:
 
 
 def _frf_variables(frf) -> dict:
-    table_of_frf(frf)  # refuses what is not finite
-    unit = "({})/({})".format(*(next(iter(UNITS[quantity])) for quantity in frf.quantity.split("/")))
-    names = [f"{name} [{unit}]" for name in frf_columns(frf)]
+    names, unit = frf_names(frf)
+    names = [f"{name} [{unit}]" for name in names]
     variables = {"frequency": frf.frequency, "frf": frf.value.T, "columns": np.array(names, dtype=object)}
     return variables if frf.coherence is None else variables | {"coherence": np.asarray(frf.coherence, dtype=float).T}
 
@@ -120,7 +118,7 @@ def _contents(variables, mapped, fs) -> list[Channel] | FRF:
     table = dict(_vectors(variables))
     if not table:
         raise RecordError("holds no numeric vectors or matrices (structures are passed over); save plain variables")
-    used = resolve([*table], mapped, "", "variable")
+    used = resolve([*table], mapped)
     values = [np.asarray(list(table.values())[c.index]) for c in used]
     for column, value in zip(used, values):
         if value.size != values[0].size:

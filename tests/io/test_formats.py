@@ -112,6 +112,8 @@ def test_tables_cannot_hold_everything(tmp_path, channels, frf):
             formats.write(tmp_path / f"a{suffix}", [*channels, other])
         with pytest.raises(RecordError, match="modes are written to universal files"):
             formats.write(tmp_path / f"a{suffix}", Modes(np.ones(1), np.ones(1), np.ones((2, 1))))
+    with pytest.raises(RecordError, match="compressed files are read, not written"):
+        formats.write(tmp_path / "a.csv.gz", channels)
     with pytest.raises(RecordError, match='two channels would be columns "base'):
         formats.write(tmp_path / "a.csv", [channels[0], channels[0]])
     value = frf.value.copy()

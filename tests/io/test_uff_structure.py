@@ -201,11 +201,17 @@ def test_modes_that_the_format_cannot_hold(tmp_path):
     assert not list(tmp_path.iterdir())
 
 
+@pytest.fixture(scope="module")
+def structure(tmp_path_factory, rig):
+    path = tmp_path_factory.mktemp("structure") / "m.uff"
+    write_uff(path, modes(), rig)
+    return path.read_bytes()
+
+
 @settings(max_examples=200, deadline=1000, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(st.data())
-def test_changed_bytes_of_structure(tmp_path, rig, data):
-    write_uff(tmp_path / "m.uff", modes(), rig)
-    content = bytearray((tmp_path / "m.uff").read_bytes())
+def test_changed_bytes_of_structure(tmp_path, structure, data):
+    content = bytearray(structure)
     byte = st.one_of(st.integers(0, 255), st.sampled_from(b" -+.0123456789ED\n"))
     for place, value in data.draw(st.lists(st.tuples(st.integers(0, len(content) - 1), byte), min_size=1, max_size=8)):
         content[place] = value
