@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from matplotlib.ticker import NullFormatter
 
 from ..report.figures import Drawing
 from ..report.vehicle import COLOURS, METRICS
@@ -40,6 +41,8 @@ def spread_figure(rows, item: str, metrics) -> Drawing:
             panel(ax, f"{regime}-driven", "", f"{q.label} ({q.unit})" if regime == "torque" else "")
             ax.set_xticks(range(len(CONTROLLERS)), [k.label for k in CONTROLLERS.values()], rotation=35, ha="right")
             ax.tick_params(axis="x", labelsize=FONT - 1.5)
-            ax.set_ylim(bottom=0)
+            ax.set_yscale("log")
+            ax.yaxis.set_major_formatter("{x:g}")
+            ax.yaxis.set_minor_formatter(NullFormatter())
     caption = "Each mark is one vehicle and noise, the line their median."
     return Drawing(item, figure, caption, f"Spread of {', '.join(METRICS[m].label for m in metrics)} over seeds.")
