@@ -24,12 +24,12 @@ def add(commands):
     """
     parser = add_command(
         commands, "convert", _run, "convert time records and FRFs: .uff, .csv, .mat, .nc, .h5, or a dataset folder",
-        default=None, help="same as OUT, after any number of files",
+        default=None, help="OUT, if it is not the last FILE",
     )  # fmt: skip
     parser.add_argument(
-        "files", nargs="+", type=Path, metavar="IN [IN ...] OUT",
-        help="the file to read and the one to write, by suffix; records, and the dataset folder (no suffix) that they "
-        "are added to",
+        "files", nargs="+", type=Path, metavar="FILE",
+        help="IN OUT: the file to read and the one to write, by suffix; IN ... OUT: records, and the dataset folder "
+        "(no suffix) that they are added to",
     )  # fmt: skip
     add_columns(parser)
     parser.add_argument("--fs", type=float, help="samples per second of a CSV or MATLAB file without time")
