@@ -377,6 +377,14 @@ def test_fields_that_a_law_replaces(field, instead, tmp_path):
         loaded(tmp_path, text(EXCITATION, DESIGN.format(samples=4), vary, head='law = "law.json"'))
 
 
+def test_one_case_has_no_figure(tmp_path, capsys, in_this_process):
+    plan, out = tmp_path / "plan.toml", tmp_path / "out"
+    plan.write_text(text('[[vary]]\npath = "rig.beam.length"\nvalues = [1.1]'), encoding="utf-8")
+    assert main(["sweep", str(plan), "--out", str(out), "--quiet"]) == 0
+    assert "(1 cases)" in capsys.readouterr().out
+    assert not (out / "sweep.png").exists()
+
+
 def test_command(tmp_path, capsys, in_this_process):
     plan, out = tmp_path / "plan.toml", tmp_path / "out"
     plan.write_text(small(6), encoding="utf-8")

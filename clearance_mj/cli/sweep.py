@@ -37,8 +37,8 @@ def _run(options):
     results = run_sweep(plan, options.out, options.workers, options.scheduler, not options.quiet)
     errors = {int(case): str(error) for case, error in zip(results["case"], results["error"].values) if error}
     summary = {"out": str(options.out), "cases": results.sizes["case"], "without_results": errors}
-    if len(errors) < results.sizes["case"]:
-        _write(options.out, draw_results(results, plan.vary))
+    if drawing := draw_results(results, plan.vary):
+        _write(options.out, drawing)
     if not options.json:
         print(f"results: {options.out / 'results.nc'} ({results.sizes['case']} cases)")
         for case, error in list(errors.items())[:1]:

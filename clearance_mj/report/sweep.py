@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
+from matplotlib.ticker import NullLocator
 
 from ..sweep.design import Vary
 from ..sweep.sensitivity import Sensitivity, quantities
@@ -27,8 +28,8 @@ MOST_ROWS = 8
 """results that are drawn"""
 
 
-def draw_results(results: xr.Dataset, varied: tuple[Vary, ...]) -> Drawing:
-    """Draw what came out over each varied parameter.
+def draw_results(results: xr.Dataset, varied: tuple[Vary, ...]) -> Drawing | None:
+    """Draw what came out over each varied parameter; None if all cases gave the same, or nothing.
 
     Parameters
     ----------
@@ -38,6 +39,8 @@ def draw_results(results: xr.Dataset, varied: tuple[Vary, ...]) -> Drawing:
         The varied parameters.
     """
     found = _most_telling(quantities(results))
+    if not found:
+        return None
     shape = len(found), len(varied)
     figure = Figure(figsize=(WIDTH, 0.7 + 1.15 * shape[0]), layout="constrained", facecolor="white")
     axes = figure.subplots(*shape, squeeze=False, sharex="col", sharey="row")
@@ -49,8 +52,19 @@ def draw_results(results: xr.Dataset, varied: tuple[Vary, ...]) -> Drawing:
         row[0].set_ylabel(_folded(name), fontsize=FONT)
     for ax, vary in zip(axes[-1], varied):
         ax.set_xlabel(_with_unit(vary.path), fontsize=FONT)
+        _mark_ends(ax, vary.values or (vary.low, vary.high))
     caption = f"Every case of the sweep ({results.sizes['case']}): results over the varied parameters, SI units."
     return Drawing("sweep", figure, caption, "Scatter of results over the varied parameters.", sharp=False)
+
+
+def _mark_ends(ax, values):
+    """Ticks at the ends of a narrow axis, linear or log, whose labels stay within it."""
+    ends = min(values), max(values)
+    words = [np.format_float_positional(value, precision=3, fractional=False, trim="-") for value in ends]
+    ax.xaxis.set_minor_locator(NullLocator())
+    ax.set_xticks(ends, words, fontsize=FONT - 1.5)
+    for label, side in zip(ax.get_xticklabels(), ("left", "right")):
+        label.set_horizontalalignment(side)
 
 
 def draw_sensitivity(found: Sensitivity) -> Drawing:
@@ -61,7 +75,7 @@ def draw_sensitivity(found: Sensitivity) -> Drawing:
     found : Sensitivity
         The indices.
     """
-    n, columns = len(found.quantity), 3
+    n, columns = len(found.quantity), 4
     rows = -(-n // columns)
     height = 0.55 + rows * (0.5 + 0.22 * len(found.parameter))
     figure = Figure(figsize=(WIDTH, height), layout="constrained", facecolor="white")
@@ -77,12 +91,12 @@ def draw_sensitivity(found: Sensitivity) -> Drawing:
         _tidy(ax, quantity, "", "Sobol index (1)" if last else "")
         ax.tick_params(labelbottom=last)
     axes[0, 0].invert_yaxis()
-    axes[0, 0].set_xlim(min(-0.05, found.first_interval.min()), max(1.05, found.total_interval.max()))
+    axes[0, 0].set_xlim(-0.15, 1.15)
     handles, labels = axes[0, 0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside upper center", ncols=2, fontsize=FONT, frameon=False)
     caption = (
         "Sobol indices: the share of each result's variance that comes from a parameter alone (first order), and with "
-        "its interactions (total). Lines: 95 % intervals of a bootstrap over the samples."
+        "its interactions (total). Lines: 95 % intervals of a bootstrap over the samples, cut at -0.15 and 1.15."
     )
     return Drawing("sensitivity", figure, caption, "Bars of Sobol indices by result and parameter.")
 
@@ -94,22 +108,21 @@ def _bars(ax, places, value, interval, colour, label, hatch=""):
 
 def _most_telling(found) -> dict[str, np.ndarray]:
     """Results that vary; of too many, one of each kind after the other."""
-    found = {name: values for name, values in found.items() if np.ptp(values[np.isfinite(values)]) > 0}
+    found = {name: values for name, values in found.items() if np.unique(values[np.isfinite(values)]).size > 1}
     number = {name: "".join(c for c in name if c.isdigit()) for name in found}
     kept = sorted(found, key=lambda name: number[name])[:MOST_ROWS]
     return {name: values for name, values in found.items() if name in kept}
 
 
 def _short(path) -> str:
-    """A path without the table's name, broken where it is long."""
-    inner = path.partition(".")[2]
-    head, dot, tail = inner.rpartition(".")
-    return f"{head}\n{tail}" if dot and len(inner) > 14 else inner
+    """A path without the table's name, its last name on a line of its own where it is long."""
+    head, dot, tail = path.partition(".")[2].rpartition(".")
+    return f"{head}\n{tail}" if dot and len(head + tail) > 14 else head + dot + tail
 
 
 def _with_unit(path) -> str:
-    field = path.rpartition(".")[2].partition("[")[0]
-    return f"{_short(path)} ({UNITS.get(field, 'SI unit')})"
+    inner, field = path.partition(".")[2], path.rpartition(".")[2].partition("[")[0]
+    return f"{inner.replace('.', chr(10))} ({UNITS.get(field, 'SI unit')})"
 
 
 def _folded(name) -> str:
