@@ -80,7 +80,7 @@ def draw_laws(rig: Rig, method: str, parameters: Sequence[dict], n: int, seed: i
         If the method fits no parameters, or the records do not tell one of them.
     """
     make = get_method(method).make
-    if make is None or not parameters:
+    if make is None or not parameters or any("correlation" not in p for p in parameters):
         raise LawError(f'method "{method}" gives no covariance of its parameters; use one that fits them')
     std = np.array([p["relative_std"] for p in parameters])
     for parameter, s in zip(parameters, std):

@@ -9,10 +9,13 @@ from clearance_mj.beam import linear_frf
 from clearance_mj.clearance import ConstantLaw, ContactLaw, HuntCrossley
 from clearance_mj.errors import LawError
 from clearance_mj.excitation import multisine
-from clearance_mj.identify.laws import METHODS, Identified
+from clearance_mj.frf import estimate_frf
+from clearance_mj.identify.laws import METHODS, Identified, nominal
 from clearance_mj.identify.output_error import Fit, Parameter
-from clearance_mj.report.uncertainty import draw
+from clearance_mj.io.dataset import Dataset
+from clearance_mj.report.uncertainty import draw, drawings
 from clearance_mj.rig import Grease
+from clearance_mj.study import Knowledge, Study
 from clearance_mj.uncertainty import Band, draw_laws, frf_band
 
 NAMES = ("contact stiffness", "contact damping", "grease stiffness", "grease damping")
@@ -102,6 +105,19 @@ def test_figure_holds_band_and_test(rig):
     assert all(len(ax.collections) == 1 for ax in axes)
     assert np.ptp(axes[2].lines[0].get_ydata()) == 0  # the test is the fitted law itself
     assert f"{np.mean(band.half_width_db):.2g} dB" in drawing.caption
+
+
+def test_figure_of_a_study(small_dataset):
+    """Of the laws that have a covariance, at the middle level."""
+    dataset = Dataset.load(small_dataset)
+    found = fitted((7e3, 4.0, 4e3, 3.0), (0.1, 0.1, 0.02, 0.1))
+    laws = [Knowledge("constant", found.law, "", found.parameters), Knowledge("nominal", nominal(dataset.rig), "")]
+    tests = {r.name: estimate_frf(r.response(), resolution=0.5) for r in dataset.validate}
+    (drawing,) = drawings(Study(dataset, tuple(laws), tests, (), {}))
+    assert drawing.name == "uncertainty"
+    assert "constant: mean half width" in drawing.caption
+    assert "nominal" not in drawing.caption
+    assert drawings(Study(dataset, (laws[1],), tests, (), {})) == []
 
 
 def test_limits_are_percentiles():
