@@ -60,7 +60,7 @@ class Plan:
     """
 
     rig: Rig
-    """the rig of the first case"""
+    """whose fields vary"""
     vary: tuple[Vary, ...]
     """what differs"""
     design: Design = field(default_factory=Design)
@@ -160,13 +160,13 @@ class Plan:
 
     def to_dict(self) -> dict:
         """Return the plan as plain data, with digests of what is too long for it."""
+        reference, measured = self.reference, None if self._generated else self.excitation
         return {
             "rig": self.rig.to_dict(),
             "law": self.law and self.law.to_dict(),
             "engine": {"name": self.engine.name, **dataclasses.asdict(self.engine)},
-            "excitation": self._generated or (self.excitation and _digest(self.excitation.fs, self.excitation.value)),
-            "reference": self.reference
-            and _digest(self.reference.responses, self.reference.frequency, self.reference.value),
+            "excitation": self._generated or (measured and _digest(measured.fs, measured.value)),
+            "reference": reference and _digest(reference.responses, reference.frequency, reference.value),
             "outputs": to_plain(self.outputs),
             "design": to_plain(self.design),
             "vary": [to_plain(v) for v in self.vary],
@@ -195,7 +195,7 @@ class Plan:
             raise ClearanceError(f"vary {path}: begin with rig., law. or excitation., as in rig.bushings[0].gap")
         if self._data[part] is None:
             raise ClearanceError(f"vary {path}: the plan has no {part}{_INSTEAD.get(part, '')}")
-        if path in AXES or path.startswith("excitation.band") or path.endswith(".node"):
+        if path.startswith(AXES) or path.endswith(".node"):
             raise ClearanceError(f"vary {path}: cannot vary, the results' axes depend on it")
         found = [(part, *place) for place in places(self._data[part], rest)]
         if self.law is not None and part == "rig" and "contact" in rest:
@@ -240,12 +240,12 @@ def _with_defaults(given, kind) -> dict:
     defaults = {key: p.default for key, p in known.items() if p.default is not p.empty} | {"kind": kind}
     if missing := [key for key in known if key not in defaults and key not in given]:
         raise ClearanceError(f"excitation.{missing[0]} is missing")
-    full = {"generator": name} | {key: given.get(key, defaults.get(key)) for key in known if key in defaults | given}
-    # TOML's 2 is as good as 2.0 but for what the generator declares whole.
-    return {key: _number(value, known[key].annotation if key in known else "str") for key, value in full.items()}
+    values = defaults | given
+    return {"generator": name} | {key: _number(values[key], p.annotation) for key, p in known.items()}
 
 
 def _number(value, annotation):
+    """TOML's 2 as 2.0, but for what the generator declares whole."""
     if isinstance(value, list | tuple):
         return [_number(item, annotation) for item in value]
     return float(value) if isinstance(value, int) and annotation != "int" else value
