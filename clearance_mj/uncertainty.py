@@ -38,9 +38,11 @@ class Band:
     """FRFs of a fitted law and of laws drawn from its covariance."""
 
     fitted: FRF
+    """of the fitted law itself"""
     drawn: np.ndarray
     """(n_laws, n_sensors, n_f) magnitudes"""
     confidence: float = CONFIDENCE
+    """share of the drawn laws between the limits"""
 
     @cached_property
     def limits(self) -> np.ndarray:
