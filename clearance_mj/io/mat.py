@@ -8,6 +8,7 @@ scalar ``fs`` is the sampling rate. A cell array ``columns`` names the columns o
 
 from __future__ import annotations
 
+import io
 import re
 from collections.abc import Mapping
 from pathlib import Path
@@ -19,6 +20,7 @@ from ..errors import RecordError
 from ..frf import FRF
 from .columns import frf_names, listed, resolve, table_of_channels, to_frf
 from .files import replacing
+from .mat_elements import plain_arrays
 from .uff import Channel
 from .uff.channels import even_rate
 
@@ -100,16 +102,17 @@ def _frf_variables(frf) -> dict:
 
 def _load(path) -> dict:
     try:
-        with Path(path).open("rb") as file:
-            return scipy.io.loadmat(file)
-    except NotImplementedError:
+        data = Path(path).read_bytes()
+    except OSError as error:
+        raise RecordError(f"{path}: {error.strerror or error}") from None
+    if data[124:128] in (b"\x00\x02IM", b"\x02\x00MI"):
         raise RecordError(
             f"{path}: is a MATLAB file of version 7.3, which is not read; save it in MATLAB with "
             "save(file, '-v7'), or write CSV"
-        ) from None
+        )
+    try:
+        return scipy.io.loadmat(io.BytesIO(plain_arrays(data)))
     except Exception as error:  # scipy raises whatever a damaged file leads to
-        if getattr(error, "errno", None):
-            raise RecordError(f"{path}: {error.strerror}") from None
         reason = " ".join(str(error).split()) or type(error).__name__
         raise RecordError(f"{path}: not a whole MATLAB file: {reason}") from None
 
@@ -141,6 +144,8 @@ def _vectors(variables):
     for name, value in variables.items():
         if name.startswith("__") or not isinstance(value, np.ndarray) or value.dtype.kind not in "biufc":
             continue
+        if not name.isidentifier():
+            raise RecordError(f"holds a variable with the impossible name {name!r}")
         if value.ndim != 2 or value.size < 2:
             continue
         value = value.T if value.shape[0] < value.shape[1] else value
@@ -160,7 +165,8 @@ def _names(cells) -> list[str]:
     """Strings of a cell array."""
     if not isinstance(cells, np.ndarray) or cells.dtype != object:
         return []
-    return [str(cell.item()) if isinstance(cell, np.ndarray) and cell.size == 1 else str(cell) for cell in cells.flat]
+    names = [str(c.item()) if isinstance(c, np.ndarray) and c.size == 1 else str(c) for c in cells.flat]
+    return ["".join(c if c.isprintable() else " " for c in name) for name in names]
 
 
 def _timing(used, values, fs, variables) -> tuple[float, float]:
