@@ -15,9 +15,9 @@ FOUND = tomllib.loads(STORED.read_text(encoding="utf-8"))
 
 def test_repeated_on_any_number_of_processes(monkeypatch):
     monkeypatch.setattr(module, "MANOEUVRES", ((20.0, 1.2),))
-    one, two = (tune("smc", generations=1, population=4, workers=n) for n in (1, 2))
+    one, two = (tune("smc", generations=1, population=5, workers=n) for n in (1, 2))
     assert one == two
-    assert one["evaluations"] == 8
+    assert one["evaluations"] == 10
     assert cost(SlidingMode(**one["settings"])) == pytest.approx(one["cost"], abs=1e-6)
     assert one["cost"] < cost(SlidingMode(look_ahead=1.0, convergence=1.0, reaching=0.5, switching=0.05, layer=2.0))
 
