@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-from matplotlib.ticker import NullFormatter
 
 from ..report.figures import Drawing
 from ..report.vehicle import COLOURS, METRICS
@@ -11,6 +10,9 @@ from ..vehicle.experiment import CONTROLLERS, REGIMES
 from .style import FONT, panel, sheet
 
 __all__ = ["spread_figure"]
+
+WIDE = 20
+"""Ratio of the largest to the smallest value from which an axis is logarithmic"""
 
 
 def spread_figure(rows, item: str, metrics) -> Drawing:
@@ -30,6 +32,8 @@ def spread_figure(rows, item: str, metrics) -> Drawing:
     jitter = np.random.default_rng(0)
     for line, metric in zip(axes, metrics):
         q = METRICS[metric]
+        everything = [r[metric] for r in rows]
+        scale = "log" if max(everything) > WIDE * min(everything) else "linear"
         for ax, regime in zip(line, REGIMES):
             for place, controller in enumerate(CONTROLLERS):
                 values = q.scale * np.array(
@@ -41,8 +45,7 @@ def spread_figure(rows, item: str, metrics) -> Drawing:
             panel(ax, f"{regime}-driven", "", f"{q.label} ({q.unit})" if regime == "torque" else "")
             ax.set_xticks(range(len(CONTROLLERS)), [k.label for k in CONTROLLERS.values()], rotation=35, ha="right")
             ax.tick_params(axis="x", labelsize=FONT - 1.5)
-            ax.set_yscale("log")
+            ax.set_yscale(scale)
             ax.yaxis.set_major_formatter("{x:g}")
-            ax.yaxis.set_minor_formatter(NullFormatter())
     caption = "Each mark is one vehicle and noise, the line their median."
     return Drawing(item, figure, caption, f"Spread of {', '.join(METRICS[m].label for m in metrics)} over seeds.")
