@@ -1,4 +1,4 @@
-# make study | test | test-slow | bench | lint | data | models | readme     PYTHON=python3.13 picks the interpreter
+# make study | test | test-slow | bench | lint | data | models | readme | docs | verification     PYTHON=python3.13 picks the interpreter
 PYTHON ?= python3
 VENV   ?= .venv-$(notdir $(PYTHON))
 BIN    := $(VENV)/bin
@@ -6,7 +6,7 @@ export MPLBACKEND = Agg
 # Small matrices: threads inside BLAS only get into the way of those over simulations.
 export OPENBLAS_NUM_THREADS = 1
 
-.PHONY: setup study test test-slow bench lint data models readme clean
+.PHONY: setup study test test-slow bench lint data models readme docs verification clean
 
 setup: $(VENV)/.ready
 
@@ -40,5 +40,15 @@ models: setup
 readme: setup
 	$(BIN)/python -m benchmarks.readme
 
+$(VENV)/.docs: $(VENV)/.ready
+	$(BIN)/pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[docs]'
+	touch $@
+
+docs: $(VENV)/.docs
+	$(BIN)/python -m sphinx -q -W --keep-going -d docs/_build/doctrees docs docs/_build/html
+
+verification: setup
+	$(BIN)/python -m pytest tests/verification --verification docs/verification.md
+
 clean:
-	rm -rf $(VENV) results
+	rm -rf $(VENV) results docs/_build docs/api/generated

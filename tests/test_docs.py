@@ -1,0 +1,85 @@
+"""The documentation's code runs as it stands, page by page from top to bottom, in a folder like a clone's."""
+
+import re
+import shlex
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from clearance_mj.io.dataset import Dataset
+
+from .conftest import ROOT
+
+DOCS = ROOT / "docs"
+
+
+def blocks(page):
+    """Language and text of every code block of a page."""
+    return re.findall(r"^```(\w+)\n(.*?)^```$", (DOCS / page).read_text(encoding="utf-8"), re.DOTALL | re.MULTILINE)
+
+
+def run(folder, *command):
+    done = subprocess.run([sys.executable, *command], cwd=folder, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    return done.stdout
+
+
+@pytest.fixture
+def clone(tmp_path) -> Path:
+    for name in ("data", "models"):
+        (tmp_path / name).symlink_to(ROOT / name)
+    return tmp_path
+
+
+def run_python(page, folder):
+    """Run the blocks of a page as one script; a block that names its file in the first line is saved there."""
+    script = []
+    for _, text in (block for block in blocks(page) if block[0] == "python"):
+        named = re.match(r"# (\w+\.py)\n", text)
+        if named:
+            (folder / named[1]).write_text(text, encoding="utf-8")
+        else:
+            script.append(text)
+    (folder / "page.py").write_text("\n".join(script), encoding="utf-8")
+    return run(folder, "page.py")
+
+
+def test_get_started(clone):
+    out = run_python("get_started.md", clone)
+    assert out.startswith("[  9.25  39.75  92.85 188.85]\n")
+    assert float(re.search(r"RMSE ([\d.]+) dB", out)[1]) < 0.5
+
+
+def test_extending(clone):
+    run_python("extending.md", clone)
+    assert (clone / "gap" / "gap_frequencies.csv").read_text().splitlines()[1].startswith("1,9.25")
+    assert '"model": "hu-guo"' in (clone / "hu_guo.json").read_text()
+
+
+@pytest.mark.slow
+def test_tutorial(clone):
+    """Commands and Python in the order of the page, and the figures that the page names."""
+    script = []
+    for language, text in blocks("tutorial.md"):
+        if language == "python":
+            script.append(text)
+            continue
+        for line in text.splitlines():
+            program, *arguments = shlex.split(line)
+            if program == "cp":
+                shutil.copy(*(clone / path for path in arguments))
+            else:
+                assert program == "clearance-mj"
+                run(clone, "-m", "clearance_mj", *arguments)
+    (clone / "page.py").write_text("\n".join(script), encoding="utf-8")
+    out = run(clone, "page.py")
+    figures = re.findall(r"RMSE ([\d.]+) dB, FRAC ([\d.]+)", out)
+    page = (DOCS / "tutorial.md").read_text(encoding="utf-8")
+    assert re.search(r"records: ([\d.]+) dB and ([\d.]+) with", page).groups() == figures[0]
+    assert re.search(r"contact, ([\d.]+) dB and ([\d.]+) with", page).groups() == figures[1]
+    for path in ("law_figures/contact_over_amplitude.png", "law_figures/hysteresis_ramp.png", "comparison", "mydata"):
+        assert (clone / path).exists()
+    assert [r.role for r in Dataset.load(clone / "mydata").records] == ["identify", "validate"]
