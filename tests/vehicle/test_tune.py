@@ -13,6 +13,7 @@ from clearance_mj.vehicle.tune import BOUNDS, KINDS, MANOEUVRES, STORED, cost, s
 FOUND = tomllib.loads(STORED.read_text(encoding="utf-8"))
 
 
+@pytest.mark.filterwarnings("ignore:The balance properties of Sobol")
 def test_repeated_on_any_number_of_processes(monkeypatch):
     monkeypatch.setattr(module, "MANOEUVRES", ((20.0, 1.2),))
     one, two = (tune("smc", generations=1, population=5, workers=n) for n in (1, 2))
