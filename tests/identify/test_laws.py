@@ -80,6 +80,7 @@ def test_nothing_is_quiet_without_probes(small_dataset):
     assert before_contact([blind], dataset.rig) == []
 
 
+@pytest.mark.slow
 def test_physical_law_without_probes(rig):
     """No force balance then: continued from several starts. The truth's grease is linear, 4000 N/m."""
     record = record_of(rig, "ramp", "identify", 6.0, 1, 10.0, start=0.3)
