@@ -67,7 +67,7 @@ def test_tutorial(clone):
         if language == "python":
             script.append(text)
             continue
-        for line in text.splitlines():
+        for line in text.replace("\\\n", "").splitlines():
             program, *arguments = shlex.split(line)
             if program == "cp":
                 shutil.copy(*(clone / path for path in arguments))
