@@ -39,6 +39,7 @@ __all__ = [
     "force_balance_law",
     "grease_parameters",
     "restoring_force",
+    "restoring_forces",
     "ridge_law",
 ]
 
@@ -739,7 +740,7 @@ def amplitude_law(dataset: Dataset, progress: str | None = None) -> tuple[Amplit
     RecordError
         If nothing is to identify from, a record cannot be used, or there is no contact, or hardly anything else.
     """
-    forces = _forces(dataset, progress)
+    forces = restoring_forces(dataset, progress)
     _require_contact(forces)
     grease = grease_parameters(forces)
     nodes = _nodes(forces)
@@ -769,7 +770,7 @@ def force_balance_law(dataset: Dataset, progress: str | None = None) -> Constant
     RecordError
         As `amplitude_law`.
     """
-    forces = _forces(dataset, progress)
+    forces = restoring_forces(dataset, progress)
     _require_contact(forces)
     grease = grease_parameters(forces).grease
     found = [contact_parameters(f, grease) for f in forces if _touched(f).any()]
@@ -782,7 +783,21 @@ def force_balance_law(dataset: Dataset, progress: str | None = None) -> Constant
     return ConstantLaw(_filled(k, seen), _filled(c, seen), grease=grease)
 
 
-def _forces(dataset, progress):
+def restoring_forces(dataset: Dataset, progress: str | None = None) -> list[RestoringForce]:
+    """Restoring forces in every record to identify.
+
+    Parameters
+    ----------
+    dataset : Dataset
+        Only its rig and its records with role "identify" are used.
+    progress : str, optional
+        Show a progress bar with this name.
+
+    Raises
+    ------
+    RecordError
+        If nothing is to identify from, or a record cannot be used.
+    """
     records = tqdm(dataset.to_identify(), desc=progress, unit="record", disable=progress is None)
     return [restoring_force(record) for record in records]
 

@@ -14,7 +14,14 @@ from ..errors import ClearanceError, RecordError
 from ..io.dataset import Dataset
 from ..rig import Grease, Rig
 from .checks import check_length, check_records, ridge_band, warn_of_no_ridge
-from .force_balance import SETTLE, amplitude_law, force_balance_law, ridge_law
+from .force_balance import (
+    SETTLE,
+    amplitude_law,
+    force_balance_law,
+    grease_parameters,
+    restoring_forces,
+    ridge_law,
+)
 from .output_error import PIECE, Fit, Parameter, before_contact, evidence, fit_law
 from .wavelet import shortest_record
 
@@ -73,9 +80,9 @@ def fit_output_error(dataset: Dataset, progress: str | None = None) -> Fit:
 
     First with the same parameters at every bushing, from the force balance (`force_balance.amplitude_law`). Records
     that do not allow one, for want of probes or contact, are continued from low to high level instead: the grease is
-    fitted first to the part in which no probe has moved by its gap, then grease and contact together to everything,
-    from several starts. Then every bushing has its own parameters, which stay near the common ones where the records
-    do not tell them apart.
+    fitted first to the part in which no probe has moved by its gap, from the restoring forces where there are probes,
+    then grease and contact together to everything, from several starts. Then every bushing has its own parameters,
+    which stay near the common ones where the records do not tell them apart.
 
     Parameters
     ----------
@@ -94,7 +101,7 @@ def fit_output_error(dataset: Dataset, progress: str | None = None) -> Fit:
     try:
         balance, _ = amplitude_law(dataset)
     except RecordError:
-        common = _continued(rig, found, parameters, make, progress)
+        common = _continued(dataset, found, parameters, make, progress)
     else:
         starts, part = _from_balance(balance, rig.bushings[0].gap), _part(progress, "bushings alike")
         common = fit_law(rig, found, parameters, make, starts, 1, MODEL_ERROR, ROUGH, progress=part)
@@ -118,22 +125,34 @@ def _physical_parameters(rig):
 
 def _from_balance(balance, gap):
     """Start values, the means of the bushings' of an amplitude law, with several exponents and restitutions."""
-    greases = balance.grease
+    force = np.mean([np.interp(2 * gap, balance.amplitude, k) for k in balance.k.T]) * gap
+    greases = _grease_starts(balance.grease, gap)
+    return [(*grease, force, n, e) for grease in greases for n in (1.0, 1.5) for e in (0.3, 0.6, 0.9)]
+
+
+def _grease_starts(greases, gap):
+    """Start values of a grease, the means of the bushings', with two shapes of the loop."""
     film = [g.film_height or 100 * gap for g in greases]
     columns = [(g.stiffness, g.damping, g.elastic_ratio, min(g.yield_displacement, 50 * gap)) for g in greases]
-    force = np.mean([np.interp(2 * gap, balance.amplitude, k) for k in balance.k.T]) * gap
-    grease = (*np.mean(columns, axis=0), np.mean(film))
-    shapes = ((2.0, 0.5), (1.0, 1.0))
-    return [(*grease, *s, force, n, e) for s in shapes for n in (1.0, 1.5) for e in (0.3, 0.6, 0.9)]
+    return [(*np.mean(columns, axis=0), np.mean(film), *shape) for shape in ((2.0, 0.5), (1.0, 1.0))]
 
 
-def _continued(rig, found, parameters, make, progress):
+def _in_balance(dataset, gap):
+    """Start values of the grease from the restoring forces, if every record has the probes for it."""
+    try:
+        return _grease_starts(grease_parameters(restoring_forces(dataset)).grease, gap)
+    except RecordError:
+        return []
+
+
+def _continued(dataset, found, parameters, make, progress):
     """Fit from low to high level."""
+    rig = dataset.rig
     gap, contact = rig.bushings[0].gap, [p.start for p in parameters[-3:]]
     grease = parameters[:-3]
     quiet = before_contact(found, rig)
     if quiet:
-        values = _yields(grease, gap)
+        values = [*_yields(grease, gap), *_in_balance(dataset, gap)]
         part = _part(progress, "before contact")
         low = fit_law(rig, quiet, grease, lambda *v: make(*v, *contact), values, 1, MODEL_ERROR, ROUGH, progress=part)
         grease = [replace(p, start=float(v)) for p, v in zip(grease, low.value)]

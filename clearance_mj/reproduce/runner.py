@@ -46,7 +46,7 @@ def reproduce(
     Returns
     -------
     list of dict
-        Of each item: name, title, computed (false if it was there already), files with their SHA-256.
+        Of each item: name, title, files with their SHA-256.
 
     Raises
     ------

@@ -153,6 +153,11 @@ def test_no_contact_is_a_warning_and_the_grease_still_is_identified(rig):
     (grease,), (known,) = found.grease, SMALL_LAW.grease
     assert grease.stiffness == pytest.approx(known.stiffness, rel=0.005)
     assert grease.damping == pytest.approx(known.damping, rel=0.02)
+    with pytest.warns(IdentifiabilityWarning, match="no contact"):
+        physical = identify.law(dataset, "output-error")
+    for grease in physical.grease:
+        assert grease.stiffness == pytest.approx(known.stiffness, rel=0.005)
+        assert grease.damping == pytest.approx(known.damping, rel=0.02)
     with (
         pytest.warns(IdentifiabilityWarning, match="no contact"),
         pytest.raises(RecordError, match=r"only the grease: bushings\[0\].*4000 N/m"),
