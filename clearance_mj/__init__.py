@@ -9,7 +9,7 @@ from ._version import __version__
 from .beam import ModalModel
 from .clearance import AmplitudeLaw, ConstantLaw, ContactLaw, Law, TimeLaw, load_law
 from .correlation import Comparison, compare, csac, csf, frac, mac, mre, relative_error, rmse_db
-from .engines import Links, Modal, ModalMujoco, simulate, simulate_batch, solref_solimp
+from .engines import Links, Modal, ModalMujoco, simulate, simulate_batch, simulate_each, solref_solimp
 from .errors import ClearanceError, ExcitationError, LawError, RecordError, RigError, SimulationError
 from .excitation import Excitation
 from .frf import FRF, estimate_frf
@@ -67,6 +67,7 @@ __all__ = [
     "rmse_db",
     "simulate",
     "simulate_batch",
+    "simulate_each",
     "solref_solimp",
     "write_dataset",
     "write_uff",

@@ -14,10 +14,9 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from tqdm import tqdm
 
 from .clearance.law import Law
-from .engines import simulate_batch
+from .engines import simulate_each
 from .errors import LawError
 from .excitation import Excitation
 from .frf import FRF, estimate_frf
@@ -27,8 +26,6 @@ from .rig import Rig
 __all__ = ["CONFIDENCE", "Band", "draw_laws", "frf_band"]
 
 CONFIDENCE = 0.95
-CHUNK = 8
-"""simulations whose time histories are in memory at once"""
 WIDEST = 5.0
 """standard deviation of a logarithm from which on a parameter counts as not told at all"""
 
@@ -128,9 +125,6 @@ def frf_band(
         As `simulate`.
     """
     every, frfs = [law, *laws], []
-    with tqdm(total=len(every), desc=progress, unit="run", disable=progress is None) as bar:
-        for start in range(0, len(every), CHUNK):
-            for response in simulate_batch(rig, excitation, every[start : start + CHUNK], engine):
-                frfs.append(estimate_frf(response, resolution=resolution))
-                bar.update()
+    for response in simulate_each(rig, excitation, every, engine, progress=progress):
+        frfs.append(estimate_frf(response, resolution=resolution))
     return Band(frfs[0], np.abs([frf.value for frf in frfs[1:]]))

@@ -7,10 +7,13 @@ excitation, anti-alias decimation of the outputs, and the response with its prov
 
 from __future__ import annotations
 
+import collections
 import dataclasses
+import itertools
 import math
 import os
 from abc import ABC, abstractmethod
+from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from typing import ClassVar
 
@@ -25,10 +28,12 @@ from ..response import Response
 from ..rig import BASE_NODE, SHAKER_NODE, Grease, Rig
 from ..sampling import Decimator, interpolate
 
-__all__ = ["Engine", "Run", "get_engine", "register", "simulate", "simulate_batch", "step_factor"]
+__all__ = ["Engine", "Run", "get_engine", "register", "simulate", "simulate_batch", "simulate_each", "step_factor"]
 
 BLOCK = 512
 """Samples at the record's rate that are simulated between two looks from Python"""
+AHEAD = 4
+"""Cases for each thread of a batch that run, or wait to be taken, at once"""
 MOST_STEPS = 1000
 """Steps per sample beyond which a law is taken for a mistake"""
 
@@ -201,7 +206,30 @@ def simulate(rig: Rig, excitation: Excitation, law: Law, engine="links") -> Resp
 
 
 def simulate_batch(rig, excitations, laws, engine="links", workers=None, progress=None) -> list[Response]:
-    """Simulate many cases at once; the results do not depend on the number of threads.
+    """Simulate many cases at once and keep every response; otherwise `simulate_each`.
+
+    Parameters
+    ----------
+    rig, excitations, laws, engine, workers, progress
+        As in `simulate_each`.
+
+    Returns
+    -------
+    list of Response
+        In the order of the cases.
+
+    Raises
+    ------
+    ClearanceError
+        As in `simulate_each`.
+    """
+    return list(simulate_each(rig, excitations, laws, engine, workers, progress))
+
+
+def simulate_each(rig, excitations, laws, engine="links", workers=None, progress=None) -> Iterator[Response]:
+    """Simulate many cases at once and hand over one response after the other; results do not depend on the threads.
+
+    Only a few cases run ahead of the one that is taken, so memory does not grow with their number.
 
     Parameters
     ----------
@@ -218,9 +246,9 @@ def simulate_batch(rig, excitations, laws, engine="links", workers=None, progres
     progress : str, optional
         Show a progress bar with this name.
 
-    Returns
-    -------
-    list of Response
+    Yields
+    ------
+    Response
         In the order of the cases.
 
     Raises
@@ -228,14 +256,17 @@ def simulate_batch(rig, excitations, laws, engine="links", workers=None, progres
     ClearanceError
         If the sequences differ in length, and whatever `simulate` raises.
     """
-    engine = get_engine(engine)
+    engine, workers = get_engine(engine), workers or os.cpu_count()
     cases = _cases(rig, excitations, laws)
-    with ThreadPoolExecutor(workers or os.cpu_count()) as pool:
-        jobs = [pool.submit(simulate, *case, engine) for case in cases]
+    waiting, ahead = iter(cases), collections.deque()
+    with ThreadPoolExecutor(workers) as pool:
         try:
-            return [job.result() for job in tqdm(jobs, desc=progress, unit="run", disable=progress is None)]
+            for _ in tqdm(cases, desc=progress, unit="run", disable=progress is None):
+                room = AHEAD * workers - len(ahead)
+                ahead.extend(pool.submit(simulate, *case, engine) for case in itertools.islice(waiting, room))
+                yield ahead.popleft().result()
         finally:
-            for job in jobs:  # after an error or an interrupt, do not begin what is still queued
+            for job in ahead:  # after an error or an interrupt, do not begin what is still queued
                 job.cancel()
 
 

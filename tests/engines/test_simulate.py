@@ -1,13 +1,14 @@
 """The one way in to all engines: what a response holds, batches, refusals, divergence."""
 
 import dataclasses
+import time
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from clearance_mj.clearance import AmplitudeLaw, ConstantLaw, ContactLaw, HuntCrossley, TimeLaw
-from clearance_mj.engines import Links, Modal, ModalMujoco, get_engine, simulate, simulate_batch
+from clearance_mj.engines import Links, Modal, ModalMujoco, base, get_engine, simulate, simulate_batch, simulate_each
 from clearance_mj.engines.base import step_factor
 from clearance_mj.errors import ClearanceError, ExcitationError, LawError, SimulationError
 from clearance_mj.excitation import Excitation
@@ -90,13 +91,14 @@ def test_batch(engine):
     laws, excitations = [law for law, _ in cases], [noise(0.1, 20.0, seed) for _, seed in cases]
     one = simulate_batch(RIG, excitations, laws, engine, workers=1)
     two = simulate_batch(RIG, excitations, laws, engine, workers=2)
+    each = simulate_each(RIG, excitations, laws, engine, workers=3)
     alone = [simulate(RIG, excitation, law, engine) for excitation, law in zip(excitations, laws)]
-    for a, b, c, excitation in zip(one, two, alone, excitations, strict=True):
+    for a, b, c, d, excitation in zip(one, two, each, alone, excitations, strict=True):
         assert np.any(a.contact_force)
         np.testing.assert_array_equal(a.excitation, excitation.value)
-        for x, y, z in zip(*map(outputs, (a, b, c))):
-            np.testing.assert_array_equal(x, y)
-            np.testing.assert_array_equal(x, z)
+        for w, *others in zip(*map(outputs, (a, b, c, d))):
+            for x in others:
+                np.testing.assert_array_equal(x, w)
 
 
 def test_batch_spreads_single_values():
@@ -106,6 +108,21 @@ def test_batch_spreads_single_values():
     found = simulate_batch([RIG, BARE], noise(0.05), LAW, "modal")
     assert [r.provenance["rig"]["name"] for r in found] == ["table1", "bare"]
     assert len(simulate_batch(RIG, noise(0.05), LAW, Modal(4))) == 1
+
+
+def test_each_runs_only_a_few_cases_ahead(monkeypatch):
+    """However slowly responses are taken and however many cases there are; what was begun is all that is run."""
+    begun = []
+    monkeypatch.setattr(base, "simulate", lambda rig, excitation, law, engine: begun.append(law) or law)
+    laws = [ConstantLaw(1e4 + i, 0.0) for i in range(100)]
+    responses = simulate_each(RIG, noise(0.05), laws, workers=2)
+    for i, law in enumerate(laws[:20]):
+        assert next(responses) is law
+        time.sleep(0.005)
+        assert len(begun) <= i + 2 * base.AHEAD
+    responses.close()
+    assert begun == laws[: len(begun)]
+    assert len(begun) < 30
 
 
 def test_batch_of_unequal_lengths():
