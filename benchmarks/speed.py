@@ -28,7 +28,7 @@ def BENCHMARKS():
             run = _simulate(excitation, engine)
             target = "<= 1.25" if engine == "links" else ""
             yield f"{engine} single / raw mj_step(nstep), {state}", run, raw, _ratio, "x", target
-            bare = _driven_loop(engine, excitation)
+            bare = driven_loop(RIG, LAW, get_engine(engine), excitation)
             yield f"{engine} single / mj_step driven alike, {state}", run, bare, _ratio, "x", target
             batch = _batch(excitation, engine)
             target = "<= 1.10" if engine == "links" else ""
@@ -70,27 +70,28 @@ def _batch(excitation, engine, workers=None):
     return lambda: cm.simulate_batch(RIG, [excitation] * CASES, LAW, engine=engine, workers=workers)
 
 
-def _plant(engine):
-    plant = links._plant(RIG, 20) if engine == "links" else modal_mj._plant(RIG, 8)
-    factor = step_factor(2048.0, get_engine(engine).largest_step(RIG, LAW))
+def _model(rig, law, engine):
+    """A model of an engine's with its step and constant softness, and its steps per sample."""
+    plant = links._plant(rig, engine.links) if engine.name == "links" else modal_mj._plant(rig, engine.modes)
+    factor = step_factor(2048.0, engine.largest_step(rig, law))
     model = copy.copy(plant.model)
     model.opt.timestep = 1 / (2048.0 * factor)
     field = getattr(model, plant.softness)
-    field[:] = cm.solref_solimp(LAW.k[0] / 2, LAW.c[0] / 2, cm.engines.softness.INVERSE_INERTIA)[0]
+    field[:] = cm.solref_solimp(law.k[0] / 2, law.c[0] / 2, cm.engines.softness.INVERSE_INERTIA)[0]
     return model, factor
 
 
 def _raw_loop(engine, acceleration):
     """The engine's model stepped by mj_step(nstep) alone, nothing updated, under a constant acceleration."""
-    model, factor = _plant(engine)
+    model, factor = _model(RIG, LAW, get_engine(engine))
     model.opt.gravity[2] = -acceleration
     steps = round(SECONDS * 2048 * factor)
     return lambda: mujoco.mj_step(model, mujoco.MjData(model), nstep=steps)
 
 
-def _driven_loop(engine, excitation):
+def driven_loop(rig, law, engine, excitation):
     """A compiled loop of mj_step that writes only the base acceleration: the same motion, nothing else updated."""
-    model, factor = _plant(engine)
+    model, factor = _model(rig, law, engine)
     drive = interpolate(excitation.value, factor)
 
     def run():
