@@ -246,6 +246,7 @@ def _stiffness(rig, links):
 @functools.lru_cache(maxsize=32)
 def _plant(rig, links):
     spec = build_links(rig, links)
+    spec.compiler.discardvisual = True  # the links' shapes only take time
     model = spec.compile()
     n_bushings, n_sensors = len(rig.bushings), len(rig.sensors)
     model.body_invweight0[1:] = INVERSE_INERTIA  # Â of every contact is then known; see softness.py

@@ -111,7 +111,10 @@ def _set_softness(spec, rig):
 
 @functools.lru_cache(maxsize=32)
 def _plant(rig, modes):
-    model = build_modes(rig, modes).compile()
+    spec = build_modes(rig, modes)
+    spec.compiler.discardvisual = True  # the modes' shapes only take time, and so does looking for their contacts
+    spec.option.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_CONTACT)
+    model = spec.compile()
     ritz, root = ritz_model(rig, modes), np.sqrt(rig.total_mass)
     model.tendon_invweight0[:] = INVERSE_INERTIA  # Â of every limit is then known; see softness.py
     points = [b.position for b in rig.bushings] + [end for b in rig.bushings for end in b.ends]
