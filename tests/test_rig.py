@@ -44,7 +44,7 @@ def case(*arguments):
 
 
 def test_file_of_the_article_rig():
-    """Values of shared/physics.md §7."""
+    """The rig fitted to the test column of the article's Table 1."""
     rig = Rig.load(FILE)
     assert rig.beam == Beam(1.0, 210e9, 7850.0, diameter=0.0086166, rayleigh=(0.5, 1e-5))
     assert [b.position for b in rig.bushings] == [0.5484, 0.7918]
@@ -137,7 +137,7 @@ def test_ends_of_a_bushing():
 
 
 def test_yield_displacement():
-    """z_ult = (A/(β+γ))^(1/n), shared/physics.md §3."""
+    """z_ult = (A/(β+γ))^(1/n), the steady state of Eq. 9."""
     assert Grease(1.0, beta=3.0, gamma=1.0, amplitude=2.0).yield_displacement == pytest.approx(math.sqrt(0.5))
     assert Grease(1.0).yield_displacement == math.inf
 

@@ -260,7 +260,7 @@ def first(path):
     ids=["truncated", "garbage", "notoml", "unknown", "missing", "empty"],
 )
 def test_cases_of_the_acceptance_check(folder, mutate, error, parts):
-    """The six mutations of shared/checks/badinput.py."""
+    """Six ways in which a dataset may be broken."""
     mutate(folder)
     refused(folder, *parts, error=error)
 

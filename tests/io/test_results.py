@@ -87,7 +87,7 @@ def test_datasets_come_back_without_a_file():
 
 
 def test_frf_is_labelled():
-    """Dimensions, labels and the real/imag pair as shared/ecosystem.md has them; units as UDUNITS writes them."""
+    """Dimensions, labels and the real/imag pair of a stored FRF; units as UDUNITS writes them."""
     sent = frf(quantity="acceleration/force")
     ds = frf_to_dataset(sent)
     assert ds["value"].dims == ("response", "reference", "frequency", "part")
