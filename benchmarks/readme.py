@@ -1,4 +1,4 @@
-"""Put the figures of the last study and benchmark into README.md: ``python -m benchmarks.readme``."""
+"""Put the last study and benchmark into README.md and docs/benchmarks.md: ``python -m benchmarks.readme``."""
 
 import json
 import re
@@ -7,46 +7,47 @@ from pathlib import Path
 
 from clearance_mj.io.files import replacing
 
-README = Path("README.md")
+from . import figures, tables
+
+README, PAGE = Path("README.md"), Path("docs/benchmarks.md")
 STUDY, BENCH = Path("results/study"), Path("results/bench.json")
 
 
 def main():
-    text = README.read_text(encoding="utf-8")
+    bench = json.loads(BENCH.read_text()) if BENCH.exists() else {}
+    found = tables.speed(bench["speed"]) if "speed" in bench else None
+    blocks = {"bench": found}
     if (STUDY / "summary.json").exists():
-        text = put(text, "study", study_table(json.loads((STUDY / "summary.json").read_text())))
+        blocks["study"] = tables.study(json.loads((STUDY / "summary.json").read_text()))
         shutil.copyfile(STUDY / "figures" / "frf_bushings_level_2.png", "docs/frf_bushings.png")
-    if BENCH.exists():
-        text = put(text, "bench", bench_table(json.loads(BENCH.read_text())))
-    with replacing(README) as temporary:
+    _put(README, blocks)
+    blocks = {}
+    for part in ("alternatives", "scaling", "options", "memory"):
+        if part in bench:
+            blocks |= getattr(tables, part)(bench[part])
+    _put(PAGE, blocks)
+    if "alternatives" in bench:
+        _save(figures.alternatives(bench["alternatives"]), "alternatives")
+    if "scaling" in bench:
+        _save(figures.scaling(bench["scaling"]), "scaling")
+    if {"alternatives", "scaling"} <= set(bench):
+        _save(figures.steps(bench["scaling"], bench["alternatives"]), "steps")
+
+
+def _put(path, blocks):
+    """Replace what stands between the two comments of each name."""
+    text = path.read_text(encoding="utf-8")
+    for name, block in blocks.items():
+        if block:
+            pattern = re.compile(f"(<!-- {name} -->\n).*?(<!-- /{name} -->)", re.DOTALL)
+            text = pattern.sub(lambda found, block=block: f"{found[1]}\n{block}\n{found[2]}", text)
+    with replacing(path) as temporary:
         temporary.write_text(text, encoding="utf-8")
 
 
-def put(text, name, table):
-    """Replace what stands between the two comments of a name."""
-    pattern = re.compile(f"(<!-- {name} -->\n).*?(<!-- /{name} -->)", re.DOTALL)
-    return pattern.sub(lambda found: f"{found[1]}\n{table}\n{found[2]}", text)
-
-
-def study_table(summary):
-    """One row a level: RMSE (dB) / FRAC of every law on the links engine, and of the rig's own repeat."""
-    rows = {(r["level"], r["law"], r["engine"]): r for r in summary["results"]}
-    laws = [law["name"] for law in summary["laws"]]
-    columns = [(law, "links") for law in laws] + [("repeat", "rig")]
-    heads = [*laws, "repeat of the rig"]
-    lines = ["| level (m/s² RMS) | " + " | ".join(heads) + " |", "|---" * (len(heads) + 1) + "|"]
-    for level in sorted({key[0] for key in rows}):
-        cells = [rows[level, law, engine] for law, engine in columns]
-        values = [f"{cell['rmse_db']:.2f} / {cell['frac']:.3f}" for cell in cells]
-        lines.append(f"| {level:g} | " + " | ".join(values) + " |")
-    return "\n".join(lines)
-
-
-def bench_table(bench):
-    lines = ["| what | median | range |", "|---|---|---|"]
-    for row in bench["benchmarks"]:
-        lines.append(f"| {row['name']} | {row['median']:.2f} x | {row['low']:.2f} to {row['high']:.2f} |")
-    return "\n".join(lines)
+def _save(figure, name):
+    with replacing(Path(f"docs/benchmark_{name}.png")) as temporary:
+        figure.savefig(temporary, format="png", dpi=150)
 
 
 if __name__ == "__main__":

@@ -2,15 +2,19 @@
 
 import copy
 import os
+import statistics
 from concurrent.futures import ThreadPoolExecutor
 
 import mujoco
 import numba
+from tqdm import tqdm
 
 import clearance_mj as cm
 from clearance_mj.engines import links, modal_mj, mujoco_loop
 from clearance_mj.engines.base import get_engine, step_factor
 from clearance_mj.sampling import interpolate
+
+from .case import timed
 
 RIG = cm.Rig.load("models/table1_rig.toml")
 LAW = cm.ConstantLaw([2e4, 2e4], [3.0, 3.0])
@@ -19,7 +23,22 @@ STEADY = {0.1: 0.003, 4.0: 0.12}
 """Constant base acceleration, m/s², that keeps the shaft moving without contact, or in contact"""
 
 
-def BENCHMARKS():
+REPEATS = 5
+
+
+def measure():
+    """Return the rows, each the median of pairs of runs."""
+    rows = []
+    for name, a, b, combine, unit, target in tqdm(list(_benchmarks()), desc="speed", unit="pair"):
+        pairs = [(timed(a, 1)[0], timed(b, 1)[0]) for _ in range(REPEATS + 1)][1:]  # the first compiles and warms up
+        values = [combine(*pair) for pair in pairs]
+        middle = [statistics.median(t) for t in zip(*pairs)]
+        row = {"name": name, "a_seconds": middle[0], "b_seconds": middle[1], "unit": unit, "target": target}
+        rows.append(row | {"median": statistics.median(values), "low": min(values), "high": max(values)})
+    return rows
+
+
+def _benchmarks():
     """Rows of (name, run A, run B, figure from their times, unit, target)."""
     for level, state in ((0.1, "no contact"), (4.0, "in contact")):
         excitation = _excitation(level)

@@ -1,0 +1,177 @@
+"""What a step of the MuJoCo engines spends its time on, and what other settings of MuJoCo would give."""
+
+import copy
+import ctypes
+import dataclasses
+import math
+from dataclasses import dataclass
+from functools import partial
+
+import llvmlite.binding
+import mujoco
+import numba
+import numpy as np
+from mujoco import mjtDisableBit, mjtIntegrator, mjtJacobian, mjtSolver
+from tqdm import tqdm
+
+import clearance_mj as cm
+from clearance_mj.engines import links, modal_mj, mujoco_loop
+from clearance_mj.engines.base import step_factor
+from clearance_mj.errors import ClearanceError
+from clearance_mj.sampling import interpolate
+
+from .case import FS, LAW, RIG, SECONDS, error, excitation, timed
+
+STAGES = {
+    "mj_kinematics": "where every link is",
+    "mj_comPos": "centres of mass, motion axes",
+    "mj_tendon": "tendon lengths",
+    "mj_makeM": "mass matrix",
+    "mj_factorM": "its factorisation",
+    "mj_collision": "contact detection",
+    "mj_makeConstraint": "constraint rows",
+    "mj_projectConstraint": "their inverse inertia",
+    "mj_fwdVelocity": "velocities, springs, dampers, bias forces",
+    "mj_fwdAcceleration": "acceleration without constraints",
+    "mj_fwdConstraint": "constraint solver",
+    "mj_sensorPos": "sensors of position",
+    "mj_sensorAcc": "sensors of acceleration",
+    "mj_Euler": "integrator",
+}
+STATES, CALLS = 200, 50
+
+
+def measure():
+    """Return µs of each stage of a step, and time and error of every option, for both engines."""
+    return {
+        "profile": {e.name: _profile(e) for e in (cm.Links(), cm.ModalMujoco())},
+        "options": [_try(*option) for option in tqdm(_options(), desc="options", unit="option")],
+        "mass_scaling": [_try(*option) for option in tqdm(_caps(), desc="mass scaling", unit="option")],
+    }
+
+
+def _options():
+    rows = []
+    for engine in (Changed("links", 20), Changed("modal-mj", 8)):
+        flags = int(engine._plant(RIG).model.opt.disableflags)
+        for name, fields in {
+            "as it is: Euler, PGS, 3 iterations": {},
+            "PGS, 1 iteration": {"iterations": 1},
+            "PGS, 50 iterations": {"iterations": 50},
+            "solver Newton": {"solver": mjtSolver.mjSOL_NEWTON, "iterations": 20},
+            "solver CG": {"solver": mjtSolver.mjSOL_CG, "iterations": 20},
+            "Jacobian dense": {"jacobian": mjtJacobian.mjJAC_DENSE},
+            "Jacobian sparse": {"jacobian": mjtJacobian.mjJAC_SPARSE},
+            "integrator implicitfast": {"integrator": mjtIntegrator.mjINT_IMPLICITFAST},
+            "integrator implicit": {"integrator": mjtIntegrator.mjINT_IMPLICIT},
+            "integrator RK4": {"integrator": mjtIntegrator.mjINT_RK4},
+            "islands looked for": {"disableflags": flags & ~int(mjtDisableBit.mjDSBL_ISLAND)},
+            "no warm start": {"disableflags": flags | mjtDisableBit.mjDSBL_WARMSTART},
+            "joint dampers explicit": {"disableflags": flags | mjtDisableBit.mjDSBL_EULERDAMP},
+        }.items():
+            rows.append((engine, name, fields))
+        rows.append((dataclasses.replace(engine, shapes=True), "with shapes that touch nothing", {}))
+    return rows
+
+
+def _caps():
+    sizes = [(n, cap) for n in (20, 30, 40) for cap in (math.inf, 8e3, 4e3, 2e3)]
+    return [(Changed("links", n, cap=cap), f"{n} links, cap {cap:g} Hz", {}) for n, cap in sizes]
+
+
+@dataclass(frozen=True)
+class Changed(cm.engines.Engine):
+    """An engine of the project's with options of its MuJoCo model overwritten."""
+
+    base: str
+    size: int
+    fields: tuple = ()
+    cap: float = math.inf
+    """Hz; hinges with an armature of k/(2π cap)² slow a mode of frequency f to f/√(1 + (f/cap)²)"""
+
+    shapes: bool = False
+    """keep the shapes that touch nothing, and look for contacts of modes"""
+
+    name = "changed"
+
+    def largest_step(self, rig, law):
+        if self.cap == math.inf:
+            return self._engine().largest_step(rig, law)
+        stiffness = links._stiffness(rig, self.size)
+        mass = links._mass_matrix(rig, self.size) + stiffness / (2 * np.pi * self.cap) ** 2
+        return 0.8 * mujoco_loop.stable_step(mass, stiffness, self._plant(rig).at_points, rig, law)
+
+    def start(self, rig, law, kind, step):
+        plant = self._plant(rig)
+        model = copy.copy(plant.model)
+        for name, value in self.fields:
+            setattr(model.opt, name, value)
+        if self.cap < math.inf:
+            model.dof_armature[:] = np.diag(links._stiffness(rig, self.size)) / (2 * np.pi * self.cap) ** 2
+        return mujoco_loop.MujocoRun(self, rig, law, kind, step, dataclasses.replace(plant, model=model))
+
+    def _engine(self):
+        return cm.Links(self.size) if self.base == "links" else cm.ModalMujoco(self.size)
+
+    def _plant(self, rig):
+        plant = links._plant(rig, self.size) if self.base == "links" else modal_mj._plant(rig, self.size)
+        if not self.shapes:
+            return plant
+        build = cm.engines.build_links if self.base == "links" else cm.engines.build_modes
+        model = build(rig, self.size).compile()
+        for field in ("body_invweight0", "tendon_invweight0"):
+            getattr(model, field)[:] = getattr(plant.model, field)
+        return dataclasses.replace(plant, model=model)
+
+
+def _try(engine, name, fields):
+    engine = dataclasses.replace(engine, fields=tuple((k, int(v)) for k, v in fields.items()))
+    row = {"engine": engine.base, "option": name}
+    drive = excitation()
+    try:
+        seconds, response = timed(lambda: cm.simulate(RIG, drive, LAW, engine))
+    except ClearanceError as problem:
+        return row | {"failed": str(problem)}
+    factor = step_factor(FS, engine.largest_step(RIG, LAW))
+    per_step = seconds / (drive.value.size * factor)
+    return row | {"per_step": per_step, "cost": seconds / SECONDS, "error": error(response)}
+
+
+def _profile(engine):
+    """µs of each stage, mean over states of a run in contact; and of a whole step, and of a step of the engine."""
+    factor = step_factor(FS, engine.largest_step(RIG, LAW))
+    drive = excitation()
+    run = engine.start(RIG, LAW, "base", 1 / (FS * factor))
+    model, data = run.model, run.data
+    found = dict.fromkeys(STAGES, 0.0) | {"mj_step": 0.0}
+    blocks = np.array_split(interpolate(drive.value, factor)[: round(0.5 * FS * factor)], STATES)
+    for block in blocks:
+        run.advance(block)
+        state = data.qpos.copy(), data.qvel.copy(), data.time
+        for stage in found:
+            mujoco.mj_forward(model, data)
+            seconds, _ = timed(partial(_calls(stage), model._address, data._address, CALLS))
+            found[stage] += seconds / CALLS / STATES * 1e6
+            data.qpos[:], data.qvel[:], data.time = state
+            data.qacc_warmstart[:] = 0
+    seconds, _ = timed(lambda: cm.simulate(RIG, drive, LAW, engine))
+    return found | {"engine": seconds / SECONDS / FS / factor * 1e6}
+
+
+_COMPILED = {}
+
+
+def _calls(name):
+    """A compiled loop over a function of the MuJoCo library that takes model and data."""
+    if name not in _COMPILED:
+        address = ctypes.cast(getattr(mujoco_loop._LIBRARY, name), ctypes.c_void_p).value
+        llvmlite.binding.add_symbol(name, address)
+        function = numba.types.ExternalFunction(name, numba.types.void(numba.types.intp, numba.types.intp))
+
+        @numba.njit
+        def loop(model, data, n):
+            for _ in range(n):
+                function(model, data)
+
+        _COMPILED[name] = loop
+    return _COMPILED[name]
