@@ -1,0 +1,63 @@
+"""Audit of the article: every derived number recomputed from its published tables, and its equations checked.
+
+The claims are the article's words; the numbers they are held against come from the tables and from calculation, and
+the verdicts from comparing the two by the rules of `VERDICTS`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+from . import beam, control_tables, identification, model_tables
+from .claim import Claim
+from .judge import VERDICTS
+from .pages import to_html, to_markdown
+from .printed import load_tables
+
+__all__ = ["VERDICTS", "Claim", "audit", "to_html", "to_markdown"]
+
+
+def audit(folder=None) -> tuple[Claim, ...]:
+    """Recompute the article's derived numbers and check its equations.
+
+    Parameters
+    ----------
+    folder : str or Path, optional
+        Where its tables are, as CSV files; default: the published ones.
+
+    Returns
+    -------
+    tuple of Claim
+        In the order of the article's tables, then of its equations.
+
+    Raises
+    ------
+    RecordError
+        If a table is missing, or lacks a number that is needed; the message names the file and the place.
+    """
+    tables = load_tables(folder)
+    claims = [
+        *model_tables.table1(tables[1]),
+        *model_tables.table2(tables[2]),
+        *control_tables.table3(tables[3]),
+        *control_tables.table4(tables[4]),
+        *control_tables.table5(tables[5]),
+        *beam.claims(),
+        *identification.claims(),
+    ]
+    return tuple(_with_contradictions(claims))
+
+
+def _with_contradictions(claims) -> Iterator[Claim]:
+    """Claims of one text that are printed with other digits in another place say so."""
+    for claim in claims:
+        same = [other.printed for other in claims if (other.part, other.text) == (claim.part, claim.text)]
+        others = sorted({printed for printed in same if not _agree(printed, claim.printed)})
+        yield replace(claim, verdict="; ".join([claim.verdict, *(f"elsewhere {printed}" for printed in others)]))
+
+
+def _agree(a, b) -> bool:
+    """Whether two printed numbers are one to the digits that both have."""
+    a, b = a.removesuffix(" %"), b.removesuffix(" %")
+    return a.startswith(b) or b.startswith(a)
