@@ -1,48 +1,24 @@
-"""Calibration: the rig's dimensions, stiffnesses and masses from measured frequencies, shapes or FRFs.
-
-The rig is taken in its linear state within the gap. Free parameters vary by their logarithms within bounds; the
-residuals, in standard deviations of the data, go to `scipy.optimize.least_squares` from several starts. The singular
-values of the Jacobian say what the data do not tell: 1/s is the standard deviation of a combination of logarithms,
-v its exponents. Several rigs may fit equally well; every start's solution is kept.
-
-Friswell and Mottershead, Finite Element Model Updating in Structural Dynamics, 1995, chapters 5 and 8.
-"""
+"""The fit: bounded least squares in the logarithms of the free parameters, and what it leaves open."""
 
 from __future__ import annotations
 
-import csv
 import dataclasses
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 import scipy.optimize
 import scipy.stats
 from tqdm import tqdm
 
-from .beam import linear_frf, ritz_model
-from .correlation import relative_error
-from .errors import RecordError, RigError
-from .frf import FRF, QUANTITY
-from .io.uff import read_uff
-from .modes import extract_modes
-from .rig import Rig
+from ..correlation import relative_error
+from ..errors import RecordError, RigError
+from ..frf import QUANTITY
+from ..rig import Rig
+from .targets import FRFTarget, ModalTarget
 
-__all__ = [
-    "Calibration",
-    "Combination",
-    "FRFTarget",
-    "ModalTarget",
-    "Solution",
-    "calibrate",
-    "modal_target",
-    "profile",
-    "read_frequencies",
-    "read_frf",
-    "value_of",
-]
+__all__ = ["Calibration", "Combination", "Solution", "calibrate", "profile", "value_of"]
 
 SHAFT = ("length", "young_modulus", "density", "diameter", "width", "height")
 POINTS = ("position", "mass", "stiffness", "damping")
@@ -65,137 +41,6 @@ AS_GOOD = 1.0
 """Δχ² below which two rigs fit equally well"""
 EQUAL = 1e-6
 """half of Δχ² below which rigs fit equally for every purpose"""
-FREQUENCY_STD = 1e-3
-"""of a measured natural frequency, relative, where the file does not say"""
-SHAPE_STD = 0.03
-"""of a component of a shape of unit length"""
-FRF_STD = 1.0
-"""of a line of an FRF, dB"""
-
-
-@dataclass(frozen=True, eq=False)
-class ModalTarget:
-    """Measured natural frequencies, and shapes where known.
-
-    Raises
-    ------
-    RecordError
-        If frequencies or mode numbers do not rise, or a value is not positive.
-    """
-
-    frequency: np.ndarray
-    """(n,) Hz, rising"""
-    mode: np.ndarray
-    """(n,) number of each mode, from 1"""
-    std: np.ndarray
-    """(n,) standard deviation, Hz"""
-    shape: np.ndarray | None = None
-    """(n_sensors, n) real, any scale"""
-    nodes: tuple[int, ...] = ()
-    """nodes of the sensors that the shape's rows belong to"""
-    shape_std: float = SHAPE_STD
-    """of a component of a shape of unit length"""
-
-    def __post_init__(self):
-        rising = {"natural frequencies": self.frequency, "mode numbers": self.mode}
-        for what, values in rising.items():
-            if not np.size(values) or not np.all(np.diff(values, prepend=0) > 0) or not np.isfinite(values).all():
-                raise RecordError(f"{what} must be positive and rise, got {_listed(values)}")
-        if np.any(np.mod(self.mode, 1)):
-            raise RecordError(f"mode numbers must be whole, got {_listed(self.mode)}")
-        if not (np.isfinite(self.std).all() and np.all(np.asarray(self.std) > 0)):
-            raise RecordError(f"standard deviations must be > 0 Hz, got {_listed(self.std)}")
-        if self.shape is not None and not (np.isfinite(self.shape).all() and np.any(self.shape, axis=0).all()):
-            raise RecordError("a shape is not finite or zero at every sensor")
-
-    @property
-    def size(self) -> int:
-        """Number of data; the scale of a shape is none."""
-        return self.frequency.size + (0 if self.shape is None else (self.shape.shape[0] - 1) * self.shape.shape[1])
-
-    def residual(self, rig: Rig) -> np.ndarray:
-        """Return what separates a rig from the target, in standard deviations.
-
-        Parameters
-        ----------
-        rig : Rig
-            The rig.
-
-        Returns
-        -------
-        ndarray
-            (n,) logarithms of the frequency ratios, then (n_sensors n,) differences of the shapes, whose squares sum
-            to 1 - MAC for each mode before they are divided by the variance.
-        """
-        frequency, shape = self.model(rig)
-        errors = np.log(frequency / self.frequency) * self.frequency / self.std
-        if self.shape is None:
-            return errors
-        test = self.shape / np.linalg.norm(self.shape, axis=0)
-        fitted = shape * (np.sum(shape * test, axis=0) / np.sum(shape**2, axis=0))
-        return np.concatenate((errors, (fitted - test).ravel() / self.shape_std))
-
-    def model(self, rig: Rig) -> tuple[np.ndarray, np.ndarray]:
-        """Return a rig's natural frequencies (n,), Hz, and shapes (n_sensors, n), 1/sqrt(kg), of the target's modes.
-
-        Parameters
-        ----------
-        rig : Rig
-            The rig.
-        """
-        modes = np.asarray(self.mode, dtype=int) - 1
-        model = ritz_model(rig, int(modes.max()) + 9, grease=True)
-        place = {s.node: s.position for s in rig.sensors}
-        return model.omega[modes] / (2 * np.pi), model.shapes([place[node] for node in self.nodes])[:, modes]
-
-
-def _listed(values) -> str:
-    return ", ".join(f"{v:g}" for v in values) or "none"
-
-
-@dataclass(frozen=True, eq=False)
-class FRFTarget:
-    """Measured FRFs, whose magnitudes are compared in dB."""
-
-    frf: FRF
-    """of the test"""
-    std: float = FRF_STD
-    """standard deviation of a line, dB"""
-
-    @property
-    def nodes(self) -> tuple[int, ...]:
-        """Nodes of the responses."""
-        return tuple(int(label.split(":")[0]) for label in self.frf.responses)
-
-    @property
-    def size(self) -> int:
-        """Number of data."""
-        return self.frf.value.size
-
-    def residual(self, rig: Rig) -> np.ndarray:
-        """Return what separates a rig from the target, in standard deviations.
-
-        Parameters
-        ----------
-        rig : Rig
-            The rig.
-
-        Returns
-        -------
-        ndarray, shape (n_sensors n_f,)
-        """
-        return 20 * np.log10(np.abs(self.model(rig) / self.frf.value)).ravel() / self.std
-
-    def model(self, rig: Rig) -> np.ndarray:
-        """Return a rig's FRFs (n_sensors, n_f).
-
-        Parameters
-        ----------
-        rig : Rig
-            The rig.
-        """
-        rows = [[s.node for s in rig.sensors].index(node) for node in self.nodes]
-        return linear_frf(rig, self.frf.frequency)[rows]
 
 
 @dataclass(frozen=True, eq=False)
@@ -612,110 +457,3 @@ def _bounds(rig, path, given) -> tuple[float, float]:
     if value > 0 and not (1 - ROUNDING) * low <= value <= (1 + ROUNDING) * high:
         raise RigError(f"{path} starts at {value:g}, outside its bounds {low:g} to {high:g}")
     return low, high
-
-
-# Targets out of files.
-
-
-def read_frequencies(path, std: float = FREQUENCY_STD) -> ModalTarget:
-    """Read measured natural frequencies, and shapes where given, from a CSV file.
-
-    Parameters
-    ----------
-    path : str or Path
-        Its heading names the columns: ``frequency_hz`` (or ``test_hz``), and if known ``mode`` (else 1, 2, ...),
-        ``std_hz``, and ``shape_NODE`` for the shape at each sensor.
-    std : float
-        Relative standard deviation of a frequency where there is no ``std_hz``.
-
-    Returns
-    -------
-    ModalTarget
-
-    Raises
-    ------
-    RecordError
-        If the file cannot be read, lacks a column or holds an impossible value.
-    """
-    try:
-        with Path(path).open(newline="", encoding="utf-8-sig") as file:
-            header, *rows = [row for row in csv.reader(file) if row]
-        table = dict(zip(header, np.array(rows, dtype=float).T, strict=True))
-    except OSError as error:
-        raise RecordError(f"{path}: cannot be read ({error.strerror})") from None
-    except ValueError:
-        raise RecordError(f"{path}: must be a heading and rows of as many numbers, separated by commas") from None
-    name = next((n for n in ("frequency_hz", "test_hz") if n in table), None)
-    if name is None:
-        raise RecordError(f"{path}: lacks a column frequency_hz (or test_hz); its columns: {', '.join(header)}")
-    nodes = tuple(int(c[6:]) for c in header if c.startswith("shape_") and c[6:].isdigit())
-    frequency = table[name]
-    try:
-        return ModalTarget(
-            frequency,
-            table.get("mode", np.arange(1.0, frequency.size + 1)),
-            table.get("std_hz", std * frequency),
-            np.array([table[f"shape_{node}"] for node in nodes]) if nodes else None,
-            nodes,
-        )
-    except RecordError as error:
-        raise RecordError(f"{path}: {error}") from None
-
-
-def read_frf(path, band: tuple[float, float] | None = None) -> FRFTarget:
-    """Read measured FRFs from a universal file.
-
-    Parameters
-    ----------
-    path : str or Path
-        The file.
-    band : (float, float), optional
-        Lines to use, Hz.
-
-    Returns
-    -------
-    FRFTarget
-
-    Raises
-    ------
-    RecordError
-        If the file holds no FRFs, or one that is zero or not finite at a line.
-    """
-    frf = read_uff(path)
-    if not isinstance(frf, FRF):
-        raise RecordError(f"{path}: holds time records, calibration needs FRFs")
-    frf = frf.within(band) if band else frf
-    if not (np.isfinite(frf.value) & (frf.value != 0)).all():
-        raise RecordError(f"{path}: an FRF is zero or not finite at a line; cut it off with a band")
-    if other := [label for label in frf.responses if not label.endswith(":+Z")]:
-        raise RecordError(f"{path}: response {other[0]} is not in the direction of vibration, NODE:+Z")
-    return FRFTarget(frf)
-
-
-def modal_target(target: FRFTarget, n_modes: int = 4, std: float = FREQUENCY_STD) -> ModalTarget:
-    """Extract natural frequencies and shapes from FRFs as targets; the modes count from 1 in rising order.
-
-    Parameters
-    ----------
-    target : FRFTarget
-        FRFs from below the first mode on.
-    n_modes : int
-        Number of modes.
-    std : float
-        Relative standard deviation of a frequency.
-
-    Returns
-    -------
-    ModalTarget
-
-    Raises
-    ------
-    RecordError
-        If fewer modes stand out.
-    """
-    modes = extract_modes(target.frf, n_modes)
-    if modes.frequency.size < n_modes:
-        raise RecordError(f"only {modes.frequency.size} of {n_modes} modes stand out of the FRFs")
-    real = np.exp(-0.5j * np.angle(np.sum(modes.shape**2, axis=0)))
-    numbers = np.arange(1, n_modes + 1)
-    return ModalTarget(modes.frequency, numbers, std * modes.frequency, (modes.shape * real).real, target.nodes)

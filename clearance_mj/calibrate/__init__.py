@@ -1,0 +1,27 @@
+"""Calibration: the rig's dimensions, stiffnesses and masses from measured frequencies, shapes or FRFs.
+
+The rig is taken in its linear state within the gap. Free parameters vary by their logarithms within bounds; the
+residuals, in standard deviations of the data, go to `scipy.optimize.least_squares` from several starts. The singular
+values of the Jacobian say what the data do not tell: 1/s is the standard deviation of a combination of logarithms,
+v its exponents. Several rigs may fit equally well; every start's solution is kept.
+
+Friswell and Mottershead, Finite Element Model Updating in Structural Dynamics, 1995, chapters 5 and 8.
+"""
+
+from .files import read_frequencies, read_frf
+from .fit import Calibration, Combination, Solution, calibrate, profile, value_of
+from .targets import FRFTarget, ModalTarget, modal_target
+
+__all__ = [
+    "Calibration",
+    "Combination",
+    "FRFTarget",
+    "ModalTarget",
+    "Solution",
+    "calibrate",
+    "modal_target",
+    "profile",
+    "read_frequencies",
+    "read_frf",
+    "value_of",
+]

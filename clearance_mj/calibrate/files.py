@@ -1,0 +1,90 @@
+"""Targets out of files."""
+
+from __future__ import annotations
+
+import csv
+from pathlib import Path
+
+import numpy as np
+
+from ..errors import RecordError
+from ..frf import FRF
+from ..io.uff import read_uff
+from .targets import FREQUENCY_STD, FRFTarget, ModalTarget
+
+__all__ = ["read_frequencies", "read_frf"]
+
+
+def read_frequencies(path, std: float = FREQUENCY_STD) -> ModalTarget:
+    """Read measured natural frequencies, and shapes where given, from a CSV file.
+
+    Parameters
+    ----------
+    path : str or Path
+        Its heading names the columns: ``frequency_hz`` (or ``test_hz``), and if known ``mode`` (else 1, 2, ...),
+        ``std_hz``, and ``shape_NODE`` for the shape at each sensor.
+    std : float
+        Relative standard deviation of a frequency where there is no ``std_hz``.
+
+    Returns
+    -------
+    ModalTarget
+
+    Raises
+    ------
+    RecordError
+        If the file cannot be read, lacks a column or holds an impossible value.
+    """
+    try:
+        with Path(path).open(newline="", encoding="utf-8-sig") as file:
+            header, *rows = [row for row in csv.reader(file) if row]
+        table = dict(zip(header, np.array(rows, dtype=float).T, strict=True))
+    except OSError as error:
+        raise RecordError(f"{path}: cannot be read ({error.strerror})") from None
+    except ValueError:
+        raise RecordError(f"{path}: must be a heading and rows of as many numbers, separated by commas") from None
+    name = next((n for n in ("frequency_hz", "test_hz") if n in table), None)
+    if name is None:
+        raise RecordError(f"{path}: lacks a column frequency_hz (or test_hz); its columns: {', '.join(header)}")
+    nodes = tuple(int(c[6:]) for c in header if c.startswith("shape_") and c[6:].isdigit())
+    frequency = table[name]
+    try:
+        return ModalTarget(
+            frequency,
+            table.get("mode", np.arange(1.0, frequency.size + 1)),
+            table.get("std_hz", std * frequency),
+            np.array([table[f"shape_{node}"] for node in nodes]) if nodes else None,
+            nodes,
+        )
+    except RecordError as error:
+        raise RecordError(f"{path}: {error}") from None
+
+
+def read_frf(path, band: tuple[float, float] | None = None) -> FRFTarget:
+    """Read measured FRFs from a universal file.
+
+    Parameters
+    ----------
+    path : str or Path
+        The file.
+    band : (float, float), optional
+        Lines to use, Hz.
+
+    Returns
+    -------
+    FRFTarget
+
+    Raises
+    ------
+    RecordError
+        If the file holds no FRFs, or one that is zero or not finite at a line.
+    """
+    frf = read_uff(path)
+    if not isinstance(frf, FRF):
+        raise RecordError(f"{path}: holds time records, calibration needs FRFs")
+    frf = frf.within(band) if band else frf
+    if not (np.isfinite(frf.value) & (frf.value != 0)).all():
+        raise RecordError(f"{path}: an FRF is zero or not finite at a line; cut it off with a band")
+    if other := [label for label in frf.responses if not label.endswith(":+Z")]:
+        raise RecordError(f"{path}: response {other[0]} is not in the direction of vibration, NODE:+Z")
+    return FRFTarget(frf)

@@ -1,0 +1,176 @@
+"""What a rig is calibrated to: measured natural frequencies and shapes, or FRFs."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..beam import linear_frf, ritz_model
+from ..errors import RecordError
+from ..frf import FRF
+from ..modes import extract_modes
+from ..rig import Rig
+
+__all__ = ["FRFTarget", "ModalTarget", "modal_target"]
+
+FREQUENCY_STD = 1e-3
+"""of a measured natural frequency, relative, where the file does not say"""
+SHAPE_STD = 0.03
+"""of a component of a shape of unit length"""
+FRF_STD = 1.0
+"""of a line of an FRF, dB"""
+
+
+@dataclass(frozen=True, eq=False)
+class ModalTarget:
+    """Measured natural frequencies, and shapes where known.
+
+    Raises
+    ------
+    RecordError
+        If frequencies or mode numbers do not rise, or a value is not positive.
+    """
+
+    frequency: np.ndarray
+    """(n,) Hz, rising"""
+    mode: np.ndarray
+    """(n,) number of each mode, from 1"""
+    std: np.ndarray
+    """(n,) standard deviation, Hz"""
+    shape: np.ndarray | None = None
+    """(n_sensors, n) real, any scale"""
+    nodes: tuple[int, ...] = ()
+    """nodes of the sensors that the shape's rows belong to"""
+    shape_std: float = SHAPE_STD
+    """of a component of a shape of unit length"""
+
+    def __post_init__(self):
+        rising = {"natural frequencies": self.frequency, "mode numbers": self.mode}
+        for what, values in rising.items():
+            if not np.size(values) or not np.all(np.diff(values, prepend=0) > 0) or not np.isfinite(values).all():
+                raise RecordError(f"{what} must be positive and rise, got {_listed(values)}")
+        if np.any(np.mod(self.mode, 1)):
+            raise RecordError(f"mode numbers must be whole, got {_listed(self.mode)}")
+        if not (np.isfinite(self.std).all() and np.all(np.asarray(self.std) > 0)):
+            raise RecordError(f"standard deviations must be > 0 Hz, got {_listed(self.std)}")
+        if self.shape is not None and not (np.isfinite(self.shape).all() and np.any(self.shape, axis=0).all()):
+            raise RecordError("a shape is not finite or zero at every sensor")
+
+    @property
+    def size(self) -> int:
+        """Number of data; the scale of a shape is none."""
+        return self.frequency.size + (0 if self.shape is None else (self.shape.shape[0] - 1) * self.shape.shape[1])
+
+    def residual(self, rig: Rig) -> np.ndarray:
+        """Return what separates a rig from the target, in standard deviations.
+
+        Parameters
+        ----------
+        rig : Rig
+            The rig.
+
+        Returns
+        -------
+        ndarray
+            (n,) logarithms of the frequency ratios, then (n_sensors n,) differences of the shapes, whose squares sum
+            to 1 - MAC for each mode before they are divided by the variance.
+        """
+        frequency, shape = self.model(rig)
+        errors = np.log(frequency / self.frequency) * self.frequency / self.std
+        if self.shape is None:
+            return errors
+        test = self.shape / np.linalg.norm(self.shape, axis=0)
+        fitted = shape * (np.sum(shape * test, axis=0) / np.sum(shape**2, axis=0))
+        return np.concatenate((errors, (fitted - test).ravel() / self.shape_std))
+
+    def model(self, rig: Rig) -> tuple[np.ndarray, np.ndarray]:
+        """Return a rig's natural frequencies (n,), Hz, and shapes (n_sensors, n), 1/sqrt(kg), of the target's modes.
+
+        Parameters
+        ----------
+        rig : Rig
+            The rig.
+        """
+        modes = np.asarray(self.mode, dtype=int) - 1
+        model = ritz_model(rig, int(modes.max()) + 9, grease=True)
+        place = {s.node: s.position for s in rig.sensors}
+        return model.omega[modes] / (2 * np.pi), model.shapes([place[node] for node in self.nodes])[:, modes]
+
+
+def _listed(values) -> str:
+    return ", ".join(f"{v:g}" for v in values) or "none"
+
+
+@dataclass(frozen=True, eq=False)
+class FRFTarget:
+    """Measured FRFs, whose magnitudes are compared in dB."""
+
+    frf: FRF
+    """of the test"""
+    std: float = FRF_STD
+    """standard deviation of a line, dB"""
+
+    @property
+    def nodes(self) -> tuple[int, ...]:
+        """Nodes of the responses."""
+        return tuple(int(label.split(":")[0]) for label in self.frf.responses)
+
+    @property
+    def size(self) -> int:
+        """Number of data."""
+        return self.frf.value.size
+
+    def residual(self, rig: Rig) -> np.ndarray:
+        """Return what separates a rig from the target, in standard deviations.
+
+        Parameters
+        ----------
+        rig : Rig
+            The rig.
+
+        Returns
+        -------
+        ndarray, shape (n_sensors n_f,)
+        """
+        return 20 * np.log10(np.abs(self.model(rig) / self.frf.value)).ravel() / self.std
+
+    def model(self, rig: Rig) -> np.ndarray:
+        """Return a rig's FRFs (n_sensors, n_f).
+
+        Parameters
+        ----------
+        rig : Rig
+            The rig.
+        """
+        rows = [[s.node for s in rig.sensors].index(node) for node in self.nodes]
+        return linear_frf(rig, self.frf.frequency)[rows]
+
+
+def modal_target(target: FRFTarget, n_modes: int = 4, std: float = FREQUENCY_STD) -> ModalTarget:
+    """Extract natural frequencies and shapes from FRFs as targets; the modes count from 1 in rising order.
+
+    Parameters
+    ----------
+    target : FRFTarget
+        FRFs from below the first mode on.
+    n_modes : int
+        Number of modes.
+    std : float
+        Relative standard deviation of a frequency.
+
+    Returns
+    -------
+    ModalTarget
+
+    Raises
+    ------
+    RecordError
+        If fewer modes stand out.
+    """
+    modes = extract_modes(target.frf, n_modes)
+    if modes.frequency.size < n_modes:
+        raise RecordError(f"only {modes.frequency.size} of {n_modes} modes stand out of the FRFs")
+    real = np.exp(-0.5j * np.angle(np.sum(modes.shape**2, axis=0)))
+    numbers = np.arange(1, n_modes + 1)
+    return ModalTarget(modes.frequency, numbers, std * modes.frequency, (modes.shape * real).real, target.nodes)
