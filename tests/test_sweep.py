@@ -19,10 +19,10 @@ from clearance_mj.frf import estimate_frf
 from clearance_mj.identify.laws import nominal
 from clearance_mj.io.dataset import Dataset
 from clearance_mj.io.uff import write_uff
+from clearance_mj.paths import changed, places
 from clearance_mj.rig import Grease
 from clearance_mj.sweep import Design, Vary, run_sweep
 from clearance_mj.sweep import run as run_module
-from clearance_mj.sweep.paths import changed, places
 from clearance_mj.sweep.store import Table
 from clearance_mj.workshop import held
 

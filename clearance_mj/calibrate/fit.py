@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
 import re
 from collections.abc import Iterator, Mapping, Sequence
@@ -13,8 +14,9 @@ import scipy.stats
 from tqdm import tqdm
 
 from ..correlation import relative_error
-from ..errors import RecordError, RigError
+from ..errors import ClearanceError, RecordError, RigError
 from ..frf import QUANTITY
+from ..paths import Place, numbers, places, value_at, written
 from ..rig import Rig
 from .targets import FRFTarget, ModalTarget
 
@@ -254,12 +256,12 @@ def profile(
     Raue et al., Structural and practical identifiability analysis by exploiting the profile likelihood,
     Bioinformatics 25, 2009.
     """
-    places = _places(rig, path)
+    held = _places(rig, path)
     bounds = {name: _bounds(rig, name, given) for name, given in free.items()}
     found: list[Calibration] = []
     for value in tqdm(values, desc=progress, unit="rig", disable=progress is None):
         last = found[-1].rig if found else rig
-        found.append(calibrate(_changed(last, dict.fromkeys(places, float(value))), targets, bounds, starts, seed))
+        found.append(calibrate(_changed(last, dict.fromkeys(held, float(value))), targets, bounds, starts, seed))
     return found
 
 
@@ -271,7 +273,7 @@ class _Problem:
         if not self.paths:
             raise RigError("name at least one free parameter")
         self.places = [_places(rig, path) for path in self.paths]
-        every = [place for places in self.places for place in places]
+        every = [place for group in self.places for place in group]
         if len(set(every)) < len(every):
             raise RigError(f"a free parameter is named twice: {', '.join(self.paths)}")
         self.low, self.high = np.log([_bounds(rig, path, free[path]) for path in self.paths]).T
@@ -292,7 +294,7 @@ class _Problem:
 
     def rig(self, x) -> Rig:
         values = np.exp(x).tolist()
-        return _changed(self.start, {place: v for places, v in zip(self.places, values) for place in places})
+        return _changed(self.start, {place: v for group, v in zip(self.places, values) for place in group})
 
     def residual(self, x) -> np.ndarray:
         try:
@@ -364,51 +366,30 @@ class _Problem:
         return Combination({path: float(e) for path, e in zip(self.paths, v) if abs(e) > SHARE}, float(std))
 
 
-# Paths into a rig.
-
-
-def _leaves(data, where=()) -> Iterator[tuple]:
-    """Places of the numbers that the linear rig depends on, in the rig's nested plain data."""
-    items = data.items() if isinstance(data, dict) else enumerate(data)
-    for key, value in items:
-        place = (*where, key)
-        if isinstance(value, dict | list):
-            yield from _leaves(value, place)
-        elif _counts(place):
-            yield place
-
-
 def _counts(place) -> bool:
+    """Whether the linear rig depends on a number."""
     if place[0] == "beam":
         return place[1] in SHAFT or place[1] == "rayleigh"
     return place[0] in ("masses", "bushings", "sensors") and place[-1] in POINTS and "contact" not in place
 
 
-def _written(place) -> str:
-    return "".join(f"[{step}]" if isinstance(step, int) else f".{step}" for step in place)[1:]
+def _shared(place) -> str:
+    """Path of a field of all entries of a list; the numbers of beam.rayleigh share no value, their units differ."""
+    return written((*(step for step in place[:-1] if isinstance(step, str)), place[-1]))
 
 
-def _shared(place) -> str | None:
-    """What stands for the same field of every entry."""
-    return _written(step for step in place if isinstance(step, str)) if isinstance(place[-1], str) else None
-
-
-def _places(rig, path) -> list[tuple]:
+def _places(rig, path) -> list[Place]:
     """Every place in the rig's plain data that a path stands for."""
-    known = list(_leaves(rig.to_dict()))
-    whole = [place for place in known if path in (_written(place), _shared(place))]
-    if not whole:
-        names = dict.fromkeys(re.sub(r"\[\d+\]", "[N]", _written(place)) for place in known)
-        counts = {k: len(getattr(rig, k)) for k in ("masses", "bushings", "sensors")}
-        numbers = ", ".join(f"{n} {kind}" for kind, n in counts.items())
-        raise RigError(f"{path!r} is no free parameter of rig {rig.name!r} ({numbers}); known: {', '.join(names)}")
-    return whole
-
-
-def _at(data, place):
-    for step in place:
-        data = data[step]
-    return data
+    data = rig.to_dict()
+    known = [place for place in numbers(data) if _counts(place)]
+    with contextlib.suppress(ClearanceError):
+        found = places(data, path)
+        if found and found[0] in known and path in (written(found[0]), _shared(found[0])):
+            return found
+    names = dict.fromkeys(re.sub(r"\[\d+\]", "[N]", written(place)) for place in known)
+    counts = {k: len(getattr(rig, k)) for k in ("masses", "bushings", "sensors")}
+    having = ", ".join(f"{n} {kind}" for kind, n in counts.items())
+    raise RigError(f"{path!r} is no free parameter of rig {rig.name!r} ({having}); known: {', '.join(names)}")
 
 
 def value_of(rig: Rig, path: str) -> float:
@@ -427,7 +408,7 @@ def value_of(rig: Rig, path: str) -> float:
         For an unknown path; the message lists the known ones.
     """
     data = rig.to_dict()
-    return float(np.mean([_at(data, place) for place in _places(rig, path)]))
+    return float(np.mean([value_at(data, place) for place in _places(rig, path)]))
 
 
 def _changed(part, changes):

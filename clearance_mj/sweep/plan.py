@@ -22,10 +22,10 @@ from ..frf import FRF, estimate_frf
 from ..identify.laws import nominal
 from ..io.dataset import Record
 from ..io.uff import read_uff
+from ..paths import changed, places, value_at
 from ..rig import Rig, from_plain, to_plain
 from .case import Observer, Outputs, linear_frequencies
 from .design import Design, Vary
-from .paths import changed, places, value_at
 
 __all__ = ["Plan", "load_plan"]
 

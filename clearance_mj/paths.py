@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import copy
 import re
+from collections.abc import Iterator
 
-from ..errors import ClearanceError
+from .errors import ClearanceError
 
-__all__ = ["changed", "places", "value_at"]
+__all__ = ["changed", "numbers", "places", "value_at", "written"]
 
 Place = tuple[str | int, ...]
-_STEP = re.compile(r"(?:^|\.)([A-Za-z_]\w*)|\[(\d+)\]")
+_STEP = re.compile(r"(?:^|\.)([A-Za-z_]\w*)|\[(\d{1,9})\]")
 
 
 def places(data: dict, path: str) -> list[Place]:
@@ -54,10 +55,36 @@ def _found(data, steps, before, path):
 
 
 def _known(data, before) -> str:
-    where = "".join(f"[{step}]" if isinstance(step, int) else f".{step}" for step in before)[1:] or "it"
+    where = written(before) or "it"
     if isinstance(data, dict):
         return f"{where} has {', '.join(data)}"
     return f"{where} has {len(data)} entries" if isinstance(data, list) else f"{where} is {data!r}"
+
+
+def written(place: Place) -> str:
+    """Return the path that stands for one place.
+
+    Parameters
+    ----------
+    place : tuple
+        As `places` returns it.
+    """
+    return "".join(f"[{step}]" if isinstance(step, int) else f".{step}" for step in place)[1:]
+
+
+def numbers(data: dict | list) -> Iterator[Place]:
+    """Yield the place of every number.
+
+    Parameters
+    ----------
+    data : dict or list
+        Nested plain data.
+    """
+    for step, item in data.items() if isinstance(data, dict) else enumerate(data):
+        if isinstance(item, dict | list):
+            yield from ((step, *place) for place in numbers(item))
+        elif isinstance(item, int | float) and not isinstance(item, bool):
+            yield (step,)
 
 
 def value_at(data: dict, place: Place) -> float | None:
