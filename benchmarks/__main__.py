@@ -9,9 +9,9 @@ from pathlib import Path
 from clearance_mj import __version__
 from clearance_mj.io.files import replacing
 
-from . import alternatives, memory, options, scaling, speed
+from . import alternatives, memory, options, ridge, scaling, speed
 
-PARTS = {part.__name__.rpartition(".")[2]: part for part in (speed, alternatives, scaling, options, memory)}
+PARTS = {part.__name__.rpartition(".")[2]: part for part in (speed, alternatives, scaling, options, memory, ridge)}
 
 
 def main():

@@ -1,13 +1,9 @@
 """Ridges of signals whose frequency and amplitude are known formulas."""
 
-import resource
-import time as clock
-
 import numpy as np
 import pytest
 
 from clearance_mj import RecordError, identify
-from clearance_mj.excitation import random
 from clearance_mj.identify.wavelet import scalogram
 
 FS = 2048.0
@@ -108,15 +104,6 @@ def test_noise_after_the_decay_is_not_valid(rng):
     ridge = identify.ridge(decay(6.0) + 1e-3 * rng.standard_normal(TIME.size), FS, (50, 110))
     assert ridge.valid[(TIME > 0.1) & (TIME < 1.0)].all()
     assert ridge.valid[TIME > 2.0].mean() < 0.1
-
-
-def test_eight_channels_of_48_seconds_in_ten_seconds_and_a_gigabyte():
-    channels = [random(48.0, FS, band=(60, 66), seed=seed).value for seed in range(2)]
-    start = clock.perf_counter()
-    for channel in channels:
-        identify.ridge(channel, FS, (20, 200))
-    assert 8 / len(channels) * (clock.perf_counter() - start) < 10
-    assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss < 2**20  # KiB: the whole process
 
 
 def noisy(signal, index, value):
