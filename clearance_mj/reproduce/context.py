@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from functools import cached_property
 from pathlib import Path
@@ -17,6 +17,7 @@ from ..identify.laws import get_method
 from ..io.dataset import Dataset, Record
 from ..report.article import Article, load_article
 from ..study import N_MODES, RESOLUTION, Case, Knowledge
+from ..vehicle import experiment as vehicle
 
 __all__ = ["DATASET", "Context"]
 
@@ -45,6 +46,7 @@ class Context:
         self.path, self.quick, self.stage = Path(dataset), quick, stage
         self.warnings: dict[str, tuple[str, ...]] = {}
         self._cases: dict[float, list[Case]] = {}
+        self._drives: dict[vehicle.Case, vehicle.Outcome] = {}
 
     @property
     def methods(self) -> tuple[str, ...]:
@@ -169,3 +171,16 @@ class Context:
         response = simulate(record.rig, record.excitation(), knowledge.law, engine)
         frf = estimate_frf(response, resolution=RESOLUTION)
         return Case(knowledge.name, engine, record, frf, compare(self.tests[record.name], frf, N_MODES), {})
+
+    def drives(self, cases: Sequence[vehicle.Case]) -> list[vehicle.Outcome]:
+        """Return what comes out of cases of motion control.
+
+        Parameters
+        ----------
+        cases : sequence of Case
+            Those that another item has driven are not driven again.
+        """
+        self.stage("driving")
+        new = [case for case in dict.fromkeys(cases) if case not in self._drives]
+        self._drives.update(zip(new, vehicle.run_all(new)))
+        return [self._drives[case] for case in cases]

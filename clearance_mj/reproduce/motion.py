@@ -1,9 +1,8 @@
-"""What the items on motion control (Section 4.3) share: drives, each made once, and words about them."""
+"""What the items on motion control (Section 4.3) share: tables and words about drives."""
 
 from __future__ import annotations
 
 import csv
-import functools
 from collections.abc import Sequence
 
 import numpy as np
@@ -12,15 +11,17 @@ from ..errors import ClearanceError
 from ..report.article import FOLDERS
 from ..report.tables import Column, Table
 from ..report.vehicle import METRICS, histories
-from ..vehicle.experiment import CONTROLLERS, GAP, REGIMES, Case, Outcome, comparison, median, run_all
+from ..vehicle.experiment import CONTROLLERS, GAP, REGIMES, Case, comparison, median
 from .context import Context
 from .motion_figures import spread_figure
 from .result import Result
 from .texts import texts
 
-__all__ = ["drawn", "knows", "over_seeds", "published", "reduction", "seeds_table", "setting", "spread", "tabulated"]
+__all__ = ["drawn", "knows", "over_seeds", "published", "reduction", "seeds_table", "setting", "tabulated"]
 
 SEEDS, QUICK_SEEDS = 30, 6
+QUICK_CONTROLLERS = ("smc", "smc-cm", "mpc")
+"""Those of the article"""
 SHOWN = ("peak_e_y", "rms_e_y", "peak_e_psi", "peak_yaw_rate_error", "peak_yaw_rate", "peak_lateral_acceleration")
 
 
@@ -57,26 +58,12 @@ def knows(names: Sequence[str] = tuple(CONTROLLERS)) -> dict[str, str]:
     return {CONTROLLERS[n].label: f"{nominal}; of the clearance: {CONTROLLERS[n].knows}" for n in names}
 
 
-@functools.cache
-def _nominal(speed) -> list[Outcome]:
-    """Every controller on the nominal vehicle, both regimes, seed 0."""
-    return run_all(comparison(speeds=(speed,)))
-
-
-@functools.cache
-def spread(speed: float, quick: bool) -> list[dict]:
-    """Rows of every controller in both regimes over vehicles and noises; the same for each controller.
-
-    Parameters
-    ----------
-    speed : float
-        km/h.
-    quick : bool
-        Fewer seeds.
-    """
-    seeds = range(1, 1 + (QUICK_SEEDS if quick else SEEDS))
-    cases = [case for seed in seeds for case in comparison(speeds=(speed,), spread=True, seed=seed)]
-    return [outcome.row() for outcome in run_all(cases)]
+def _spread(context, speed) -> list[dict]:
+    """Rows of the controllers in both regimes over vehicles and noises; the same for each controller."""
+    seeds = range(1, 1 + (QUICK_SEEDS if context.quick else SEEDS))
+    names = QUICK_CONTROLLERS if context.quick else tuple(CONTROLLERS)
+    cases = [case for seed in seeds for case in comparison(names, (speed,), spread=True, seed=seed)]
+    return [outcome.row() for outcome in context.drives(cases)]
 
 
 def over_seeds(rows, controller: str, regime: str, metric: str) -> np.ndarray:
@@ -85,7 +72,7 @@ def over_seeds(rows, controller: str, regime: str, metric: str) -> np.ndarray:
     Parameters
     ----------
     rows : sequence of dict
-        From `spread`.
+        Of `Outcome.row`.
     controller, regime, metric : str
         Which.
     """
@@ -98,7 +85,7 @@ def reduction(rows, new: str, old: str, regime: str, metric: str) -> np.ndarray:
     Parameters
     ----------
     rows : sequence of dict
-        From `spread`.
+        Of `Outcome.row`.
     new, old, regime, metric : str
         Which.
     """
@@ -111,7 +98,7 @@ def seeds_table(rows, name: str) -> Table:
     Parameters
     ----------
     rows : sequence of dict
-        From `spread`.
+        Of `Outcome.row`.
     name : str
         Of the table.
     """
@@ -121,8 +108,8 @@ def seeds_table(rows, name: str) -> Table:
         columns += [Column("median", q.unit, q.form, q.label), Column("95 % interval", "", "", q.label)]
     body = []
     for regime in REGIMES:
-        for controller, kind in CONTROLLERS.items():
-            cells = [regime, kind.label]
+        for controller in dict.fromkeys(r["controller"] for r in rows):
+            cells = [regime, CONTROLLERS[controller].label]
             for metric in SHOWN:
                 q = METRICS[metric]
                 found = median(q.scale * over_seeds(rows, controller, regime, metric))
@@ -146,8 +133,7 @@ def drawn(context: Context, item: str, speed: float, controllers: Sequence[str],
     controllers, quantities : sequence of str
         What is drawn.
     """
-    context.stage("driving")
-    found = {(o.case.controller, o.case.regime): o for o in _nominal(speed)}
+    found = {(o.case.controller, o.case.regime): o for o in context.drives(comparison(speeds=(speed,)))}
     drawings, data = [], {}
     for regime in REGIMES:
         outcomes = [found[name, regime] for name in controllers]
@@ -218,8 +204,7 @@ def tabulated(context: Context, item: str, source: str, speed: float, metrics: d
     metrics : dict of str to str
         Our metric for each of the article's quantities.
     """
-    context.stage("driving")
-    rows, printed = spread(speed, context.quick), published(source)
+    rows, printed = _spread(context, speed), published(source)
     others = [name for name in ("smc", "mpc") if name in next(iter(printed.values()))]
     return Result(
         **texts(item),
@@ -230,7 +215,7 @@ def tabulated(context: Context, item: str, source: str, speed: float, metrics: d
         drawings=(spread_figure(rows, item, list(metrics.values())),),
         data={item: rows},
         tables=(_beside(rows, printed, metrics, others), seeds_table(rows, f"{item}_seeds")),
-        knows=knows(),
+        knows=knows(tuple(dict.fromkeys(r["controller"] for r in rows))),
     )
 
 

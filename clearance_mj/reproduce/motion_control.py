@@ -9,7 +9,7 @@ import numpy as np
 from ..report.tables import Column, Table
 from ..report.vehicle import METRICS, curves
 from ..vehicle.compensation import secant_stiffness
-from ..vehicle.experiment import CONTROLLERS, GAP, LENGTH_FACTORS, REGIMES, Case, comparison, run_all
+from ..vehicle.experiment import CONTROLLERS, GAP, LENGTH_FACTORS, REGIMES, Case, comparison
 from ..vehicle.steering import Steering
 from .context import Context
 from .models import name_of
@@ -38,11 +38,9 @@ def run(context: Context) -> Result:
     context : Context
         Gives the identified laws and says how much to do.
     """
-    laws = _laws(context)
-    context.stage("driving")
-    step = 2 if context.quick else 1
-    gap, told, preview = _gap(GAPS[::-step]), _told(TOLD[::step]), _preview(PREVIEWS[::step])
-    plants, identified = _plants(), _identified(laws)
+    step = 4 if context.quick else 1
+    gap, told, preview = _gap(context, GAPS[::-step]), _told(context, TOLD[::step]), _preview(context, PREVIEWS[::step])
+    plants, identified = _plants(context), _identified(context)
     shown = "Peak lateral error over"
     return Result(
         **texts("motion_control"),
@@ -82,27 +80,29 @@ _METHOD = (
 )
 
 
-def _rows(cases: Sequence[Case], **columns) -> list[dict]:
+def _rows(context, cases: Sequence[Case], **columns) -> list[dict]:
     """Rows of the cases' outcomes, with more columns, one value for each case."""
-    outcomes = run_all(cases)
+    outcomes = context.drives(cases)
     return [o.row() | {key: values[i] for key, values in columns.items()} for i, o in enumerate(outcomes)]
 
 
-def _gap(gaps):
-    return _rows([c for g in gaps for c in comparison(CONTROLLERS_SWEPT, half_gap=float(np.radians(g)))])
+def _gap(context, gaps):
+    cases = [c for g in gaps for c in comparison(CONTROLLERS_SWEPT, half_gap=float(np.radians(g)))]
+    return _rows(context, cases)
 
 
-def _told(shares):
+def _told(context, shares):
     cases = [c for share in shares for c in comparison(("smc", "smc-cm", "mpc-cm"), told_gap=share * GAP)]
-    return _rows(cases, told=[c.told_gap / GAP for c in cases])
+    return _rows(context, cases, told=[c.told_gap / GAP for c in cases])
 
 
-def _preview(previews):
-    return _rows([c for p in previews for c in comparison(("smc", "smc-cm", "mpc", "mpc-cm"), preview=p)])
+def _preview(context, previews):
+    return _rows(context, [c for p in previews for c in comparison(CONTROLLERS_SWEPT, preview=p)])
 
 
-def _plants():
-    return _rows([c for plant in ("multi-body", "single-track") for c in comparison(CONTROLLERS_SWEPT, plant=plant)])
+def _plants(context):
+    cases = [c for plant in ("multi-body", "single-track") for c in comparison(CONTROLLERS_SWEPT, plant=plant)]
+    return _rows(context, cases)
 
 
 def _laws(context) -> dict[str, float]:
@@ -113,14 +113,15 @@ def _laws(context) -> dict[str, float]:
     return {k.name: secant_stiffness(k.law, rig, last, force) / bushing.contact.stiffness for k in context.laws}
 
 
-def _identified(laws):
+def _identified(context):
+    laws = _laws(context)
     *_, true = laws.values()
     told = {"": ("smc", 1.0)} | {name: ("smc-cm", share) for name, share in laws.items()}
     cases, names = [], []
     for name, (controller, share) in told.items():
         cases += comparison((controller,), stiffness=true, told_stiffness=share)
         names += [name] * len(LENGTH_FACTORS) * len(REGIMES)
-    return _rows(cases, law=names)
+    return _rows(context, cases, law=names)
 
 
 def _pick(rows, **values) -> dict:

@@ -29,13 +29,13 @@ def spread_figure(rows, item: str, metrics) -> Drawing:
     """
     figure = sheet(2.3 * len(metrics) + 0.3)
     axes = figure.subplots(len(metrics), len(REGIMES), squeeze=False, sharey="row")
-    jitter = np.random.default_rng(0)
+    jitter, names = np.random.default_rng(0), list(dict.fromkeys(r["controller"] for r in rows))
     for line, metric in zip(axes, metrics):
         q = METRICS[metric]
         everything = [r[metric] for r in rows]
         scale = "log" if max(everything) > WIDE * min(everything) else "linear"
         for ax, regime in zip(line, REGIMES):
-            for place, controller in enumerate(CONTROLLERS):
+            for place, controller in enumerate(names):
                 values = q.scale * np.array(
                     [r[metric] for r in rows if (r["controller"], r["regime"]) == (controller, regime)]
                 )
@@ -43,7 +43,7 @@ def spread_figure(rows, item: str, metrics) -> Drawing:
                 ax.plot(x, values, "o", ms=2.2, color=COLOURS[controller], alpha=0.7, mew=0)
                 ax.plot([place - 0.35, place + 0.35], [np.median(values)] * 2, color="black", lw=1.4)
             panel(ax, f"{regime}-driven", "", f"{q.label} ({q.unit})" if regime == "torque" else "")
-            ax.set_xticks(range(len(CONTROLLERS)), [k.label for k in CONTROLLERS.values()], rotation=35, ha="right")
+            ax.set_xticks(range(len(names)), [CONTROLLERS[n].label for n in names], rotation=35, ha="right")
             ax.tick_params(axis="x", labelsize=FONT - 1.5)
             ax.set_yscale(scale)
             ax.yaxis.set_major_formatter("{x:g}")
