@@ -132,7 +132,8 @@ def _about(study, pictures) -> str:
                 "excitation of every record that was kept back, and its FRFs compared with that record’s."
             ),
             html.figure(pictures["rig"]),
-            f"<h3>What each law was allowed to know</h3>\n<dl>{laws}</dl>\n",
+            html.subsection("knowledge", "What each law was allowed to know"),
+            f"<dl>{laws}</dl>\n",
             html.paragraph(
                 f"Used to identify: {escape(identify or 'none')}. Kept back to validate: {escape(validate)}. No law "
                 "saw a record that it is judged by."
@@ -198,7 +199,8 @@ def _by_level(study, pictures, kind, names) -> str:
         shown = [pictures[key] for name in names if (key := f"{name}_level_{level:g}") in pictures]
         body, words = "".join(map(html.figure, shown)), f"Level {level:g} {tables.excitation_unit(study)} RMS"
         is_main = level == study.main_level
-        parts.append(f"<h3>{words}</h3>\n{body}" if is_main else html.details(f"{kind}-level-{level:g}", words, body))
+        anchor = f"{kind}-level-{level:g}"
+        parts.append(html.subsection(anchor, words) + body if is_main else html.details(anchor, words, body))
     return "".join(parts)
 
 
@@ -220,10 +222,10 @@ def _article_tables(study, article: Article | None) -> str:
         ]
     else:
         parts = [html.paragraph("The article’s published tables are not installed, so their columns are left out.")]
-    parts.append("<h3>Improvement of the updated over the initial model</h3>\n")
+    parts.append(html.subsection("improvement", "Improvement of the updated over the initial model"))
     parts.append(html.table(tables.improvement_table(study, study.main_level, article)))
     parts.append(html.note(_IMPROVEMENT_WORDS))
-    parts.append("<h3>Table 1: natural frequencies</h3>\n")
+    parts.append(html.subsection("table-1", "Table 1: natural frequencies"))
     for label, level in zip(("Table 1a.", "Table 1b."), dict.fromkeys((study.main_level, study.levels[0]))):
         parts.append(html.table(tables.mode_table(study, level, article), label, breaks=True))
     parts.append(
@@ -249,21 +251,24 @@ def _sensor_tables(study, article) -> str:
     level = f"{study.main_level:g} {tables.excitation_unit(study)} RMS"
     shown = tables.sensor_tables(study, study.main_level, article)
     cells = "".join(html.table(t, f"Table 2{letter}.") for letter, t in zip("abcde", shown))
-    return (
-        f"<h3>Table 2: FRF errors at each sensor, {level}, engine {escape(tables.main_engine(study))}</h3>\n"
-        f'<div class="beside">\n{cells}</div>\n'
-    ) + html.note(
-        "The article defines neither MRE nor RMSE, nor the unit of its RMSE. It gives CSAC and CSF for each sensor, "
-        "where both criteria as published sum over several responses and CSAC is 1 by definition for one, and does not "
-        'say how. Here MRE and RMSE are as <a href="#definitions">defined below</a>, and CSAC and CSF of a sensor are '
-        "our variant over a window of nine lines, averaged over the lines. “repeat” is the repeat floor. – : the "
-        "article has no such sensor. Below a mean over seeds: its 95 % interval (* : doubtful). Other levels and "
-        "engines: <code>tables/sensor_means.csv</code>; each record: <code>tables/sensors.csv</code>."
+    heading = html.subsection(
+        "table-2", f"Table 2: FRF errors at each sensor, {level}, engine {tables.main_engine(study)}"
     )
+    return heading + f'<div class="beside">\n{cells}</div>\n' + html.note(_SENSOR_WORDS)
+
+
+_SENSOR_WORDS = (
+    "The article defines neither MRE nor RMSE, nor the unit of its RMSE. It gives CSAC and CSF for each sensor, "
+    "where both criteria as published sum over several responses and CSAC is 1 by definition for one, and does not "
+    'say how. Here MRE and RMSE are as <a href="#definitions">defined below</a>, and CSAC and CSF of a sensor are '
+    "our variant over a window of nine lines, averaged over the lines. “repeat” is the repeat floor. – : the "
+    "article has no such sensor. Below a mean over seeds: its 95 % interval (* : doubtful). Other levels and "
+    "engines: <code>tables/sensor_means.csv</code>; each record: <code>tables/sensors.csv</code>."
+)
 
 
 def _bushings(study, pictures) -> str:
-    parts = ["<h3>Fitted parameters</h3>\n"]
+    parts = [html.subsection("parameters", "Fitted parameters")]
     if tables.parameter_rows(study):
         parts.append(html.table(tables.parameter_table(study)))
         parts.append(
@@ -274,9 +279,9 @@ def _bushings(study, pictures) -> str:
         )
     else:
         parts.append(html.paragraph("No law has fitted parameters."))
-    parts += ["<h3>Motion and contact</h3>\n", html.figure(pictures["contact"])]
+    parts += [html.subsection("contact", "Motion and contact"), html.figure(pictures["contact"])]
     parts += [html.table(tables.contact_table(study), breaks=True)]
-    parts += ["<h3>Natural frequencies and damping over level</h3>\n", html.figure(pictures["modes"])]
+    parts += [html.subsection("modes", "Natural frequencies and damping over level"), html.figure(pictures["modes"])]
     return "".join(parts)
 
 

@@ -1,4 +1,7 @@
-"""How the report is written as one HTML file that needs nothing else: no network, no script to read it."""
+"""How the report is written as one HTML file that needs nothing else: no network, no script to read it.
+
+A script of its own sorts tables and opens what a link leads to.
+"""
 
 from __future__ import annotations
 
@@ -13,7 +16,7 @@ from itertools import groupby
 from ..intervals import Interval
 from .tables import Column, Table
 
-__all__ = ["Picture", "Section", "details", "figure", "formula", "note", "page", "paragraph", "table"]
+__all__ = ["Picture", "Section", "details", "figure", "formula", "note", "page", "paragraph", "subsection", "table"]
 
 MISSING = "–"
 """Shown for nan"""
@@ -96,6 +99,19 @@ def note(text: str) -> str:
     return paragraph(text, "note")
 
 
+def subsection(anchor: str, title: str) -> str:
+    """Return the heading of a part of a section, which the table of contents lists.
+
+    Parameters
+    ----------
+    anchor : str
+        Name on the page.
+    title : str
+        Heading.
+    """
+    return f'<h3 id="{anchor}">{_link(anchor, escape(title))}</h3>\n'
+
+
 def details(anchor: str, summary: str, body: str) -> str:
     """Return a part that is folded away until the reader opens it.
 
@@ -127,7 +143,7 @@ def figure(picture: Picture) -> str:
 
 
 def table(shown: Table, label: str = "", breaks: bool = False) -> str:
-    """Return a table whose columns sort when their heading is pressed.
+    """Return a table whose columns sort when the button in their heading is pressed: once upwards, again downwards.
 
     Parameters
     ----------
@@ -166,7 +182,8 @@ def _headings(columns: Sequence[Column]) -> str:
 def _heading(column, index, span) -> str:
     unit = f' <span class="unit">{escape(column.unit)}</span>' if column.unit else ""
     kind = ' class="number"' if column.form else ""
-    return f'<th scope="col" data-column="{index}"{kind}{span}>{escape(column.label)}{unit}</th>'
+    button = f'<button type="button">{escape(column.label)}{unit}</button>'
+    return f'<th scope="col" data-column="{index}"{kind}{span}>{button}</th>'
 
 
 def _cell(value, column, first) -> str:
@@ -206,9 +223,9 @@ def page(title: str, sections: Sequence[Section], top: str = "") -> str:
     top : str
         Markup between the heading and the table of contents.
     """
-    entries = "".join(f'<li><a href="#{s.anchor}">{escape(s.title)}</a></li>\n' for s in sections)
+    entries = "".join(f"<li>{_link(s.anchor, escape(s.title))}{_subentries(s)}</li>\n" for s in sections)
     body = "".join(
-        f'<section id="{s.anchor}">\n<h2>{i}. {escape(s.title)}</h2>\n{s.body}</section>\n'
+        f'<section id="{s.anchor}">\n<h2>{_link(s.anchor, f"{i}. {escape(s.title)}")}</h2>\n{s.body}</section>\n'
         for i, s in enumerate(sections, 1)
     )
     return (
@@ -218,6 +235,15 @@ def page(title: str, sections: Sequence[Section], top: str = "") -> str:
         f'<nav aria-label="Contents">\n<ol>\n{entries}</ol>\n</nav>\n'
         f"<main>\n{body}</main>\n<script>{_SCRIPT}</script>\n</body>\n</html>\n"
     )
+
+
+def _link(anchor, markup) -> str:
+    return f'<a href="#{anchor}">{markup}</a>'
+
+
+def _subentries(section) -> str:
+    found = re.findall(r'<h3 id="[^"]*">(.*?)</h3>', section.body)
+    return f"\n<ul>{''.join(f'<li>{link}</li>' for link in found)}</ul>" if found else ""
 
 
 _CSS = """
@@ -231,8 +257,10 @@ h1 { font-size: 1.7rem; line-height: 1.2; margin: 0 0 .6rem; }
 h2 { font-size: 1.3rem; margin: 2.6rem 0 .6rem; padding-top: .6rem; border-top: 2px solid var(--line); }
 h3 { font-size: 1.05rem; margin: 1.8rem 0 .4rem; }
 a { color: var(--link); }
+h2 a, h3 a { color: inherit; text-decoration: none; } :is(h2, h3) a:hover { text-decoration: underline; }
 p, li, dd { max-width: 50rem; }
 nav ol { margin: 1rem 0; padding: .7rem 1rem .7rem 2.4rem; background: var(--tint); border-radius: 4px; columns: 2; }
+nav ul { margin: 0; padding-left: 1.1rem; list-style: none; font-size: .88rem; } nav ol > li { break-inside: avoid; }
 .banner { border-left: 6px solid #d55e00; background: #fdeee3; color: #1a1d21; padding: .6rem .9rem; max-width: none; }
 .verdict { font-size: 1.15rem; border-left: 6px solid #0072b2; background: var(--tint); padding: .6rem .9rem; }
 .note, figcaption, caption, .unit { color: var(--soft); }
@@ -253,8 +281,9 @@ thead th[scope=colgroup] { text-align: center; border-left: 1px solid var(--line
 tbody th { font-weight: normal; }
 tbody tr.break > * { border-top: 2px solid var(--soft); }
 tbody tr:hover { background: var(--tint); }
-th[data-column] { cursor: pointer; }
-th[aria-sort=ascending]::after { content: " ▲"; } th[aria-sort=descending]::after { content: " ▼"; }
+th button { all: unset; cursor: pointer; } th button:hover { text-decoration: underline; }
+th button:focus-visible { outline: 2px solid var(--link); outline-offset: 2px; }
+th[aria-sort=ascending] button::after { content: " ▲"; } th[aria-sort=descending] button::after { content: " ▼"; }
 details { margin: .8rem 0; border: 1px solid var(--line); border-radius: 4px; padding: 0 .9rem; }
 summary { cursor: pointer; padding: .5rem 0; font-weight: 600; }
 code, pre { font: .88em/1.5 ui-monospace, Consolas, monospace; background: var(--tint); }
@@ -271,18 +300,26 @@ sub, sup { font-size: .72em; line-height: 0; }
 """
 
 _SCRIPT = """
-for (const heading of document.querySelectorAll("th[data-column]")) heading.addEventListener("click", () => {
-  const table = heading.closest("table"), body = table.tBodies[0], column = heading.dataset.column;
+const words = new Intl.Collator("en", {numeric: true});
+for (const button of document.querySelectorAll("th[data-column] button")) button.addEventListener("click", () => {
+  const heading = button.parentElement, table = heading.closest("table"), body = table.tBodies[0];
   const up = heading.getAttribute("aria-sort") !== "ascending", sign = up ? 1 : -1;
   const key = row => {
-    const cell = row.cells[column], text = cell.dataset.value ?? cell.textContent, number = Number(text);
-    return text.trim() !== "" && !isNaN(number) ? number : text; };
-  const order = (a, b) => typeof a === "number" && typeof b === "number" ? sign * (a - b)
-    : typeof a === typeof b ? sign * a.localeCompare(b) : typeof a === "number" ? -1 : 1;
+    const cell = row.cells[heading.dataset.column], text = cell.dataset.value ?? cell.textContent;
+    return cell.classList.contains("number") ? parseFloat(text) : text; };
+  const missing = value => value === "" || Number.isNaN(value);  // last, whichever way
+  const order = (a, b) => missing(a) || missing(b) ? missing(a) - missing(b)
+    : typeof a === typeof b ? sign * (typeof a === "number" ? a - b : words.compare(a, b))
+    : typeof a === "number" ? -1 : 1;
   for (const other of table.querySelectorAll("[aria-sort]")) other.removeAttribute("aria-sort");
   for (const row of table.querySelectorAll(".break")) row.classList.remove("break");
   heading.setAttribute("aria-sort", up ? "ascending" : "descending");
   body.append(...[...body.rows].sort((a, b) => order(key(a), key(b))));
 });
+const reveal = () => {
+  for (let part = document.getElementById(location.hash.slice(1)); part; part = part.parentElement)
+    if (part.tagName === "DETAILS") part.open = true; };
+reveal();
+addEventListener("hashchange", reveal);
 addEventListener("beforeprint", () => document.querySelectorAll("details").forEach(part => part.open = true));
 """

@@ -8,6 +8,7 @@ from clearance_mj.correlation import Comparison, csac, csac_per_sensor, csf, csf
 from clearance_mj.frf import FRF
 from clearance_mj.io.dataset import Dataset, Record
 from clearance_mj.io.uff import Channel
+from clearance_mj.report import write_report
 from clearance_mj.rig import Beam, Bushing, Contact, Grease, PointMass, Rig, Sensor
 from clearance_mj.study import Case, Knowledge, Study
 
@@ -109,3 +110,11 @@ def study() -> Study:
 def build():
     """Make studies that differ from `study`."""
     return make_study
+
+
+@pytest.fixture(scope="session")
+def folder(study, tmp_path_factory):
+    """The report of `study`."""
+    folder = tmp_path_factory.mktemp("report")
+    write_report(study, folder, progress=False)
+    return folder

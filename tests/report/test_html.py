@@ -1,6 +1,12 @@
-"""What the page's elements look like."""
+"""What the page's elements look like, and what a browser makes of them."""
 
+import html as markup
 import math
+import re
+import shutil
+import subprocess
+
+import pytest
 
 from clearance_mj.intervals import Interval
 from clearance_mj.report import html
@@ -64,3 +70,97 @@ def test_a_figure_holds_its_image_and_its_words():
     text = html.figure(picture)
     assert 'src="data:image/svg+xml;base64,PHN2Zy8+"' in text and 'id="figure-p"' in text
     assert "<b>Figure 3.</b> big &amp; bold" in text and 'alt="a &quot;b&quot;"' in text
+
+
+def test_the_contents_list_sections_and_their_parts():
+    sections = [html.Section("a", "First & last", html.subsection("a-1", "Part <1>")), html.Section("b", "Second", "")]
+    text = html.page("t", sections)
+    contents = text[text.index("<nav") : text.index("</nav>")]
+    assert re.findall(r'<a href="#(.*?)">(.*?)</a>', contents) == [
+        ("a", "First &amp; last"), ("a-1", "Part &lt;1&gt;"), ("b", "Second")
+    ]  # fmt: skip
+    assert all(text.count(f'id="{anchor}"') == 1 for anchor in ("a", "a-1", "b"))
+
+
+# In a browser.
+
+CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
+QUIET = ("--no-first-run", "--disable-background-networking", "--disable-component-update", "--disable-sync")
+browser = pytest.mark.skipif(CHROMIUM is None, reason="neither chromium nor google-chrome is installed")
+
+NUMBERS = (3.0, -20.0, math.nan, 1e-5, 10.0)
+MIXED = Table(
+    "t", "c", (Column("Name"), Column("x", "m", "g"), Column("share", "", ".1%"), Column("error", "dB", ".2f")),
+    tuple(
+        (name, x, x / 7, Interval(x, x - 1, x + 1))
+        for name, x in zip(("sensor 10", "sensor 9", "Sensor 1", "ä", "a"), NUMBERS)
+    ),
+)  # fmt: skip
+
+
+def shown(tmp_path, text) -> str:
+    """Open a page in Chromium; return its elements once its scripts have run, refusing anything on the console."""
+    path = tmp_path / "page.html"
+    path.write_text(text, encoding="utf-8")
+    command = [CHROMIUM, "--headless", "--no-sandbox", "--disable-gpu", *QUIET, f"--user-data-dir={tmp_path / 'user'}"]
+    command += ["--enable-logging=stderr", "--virtual-time-budget=5000", "--dump-dom", path.as_uri()]
+    done = subprocess.run(command, capture_output=True, text=True, encoding="utf-8", timeout=60, check=True)
+    assert not [line for line in done.stderr.splitlines() if "CONSOLE" in line]
+    return done.stdout
+
+
+def with_script(text, script) -> str:
+    return text.replace("</body>", f"<script>{script}</script>\n</body>")
+
+
+def first_cells(text) -> list[str]:
+    return re.findall(r'<tr(?: class="break")?><th scope="row".*?>(.*?)</th>', text)
+
+
+@browser
+def test_a_complaint_on_the_console_is_noticed(tmp_path):
+    with pytest.raises(AssertionError, match="not defined"):
+        shown(tmp_path, with_script(html.page("t", []), "undefined_function()"))
+
+
+@browser
+@pytest.mark.parametrize("presses, sign", [(1, 1), (2, -1), (3, 1)])
+def test_numbers_sort_as_numbers_and_what_is_missing_comes_last(tmp_path, presses, sign):
+    """Column by column: plain numbers, percentages, intervals."""
+    expected = [n for _, n in sorted((sign * x, n) for n, x in zip(first_cells(html.table(MIXED)), NUMBERS) if x == x)]
+    page = html.page("t", [html.Section("a", "A", html.table(MIXED) * 3)])
+    press = f"""document.querySelectorAll("table").forEach((table, i) => {{
+      for (let n = 0; n < {presses}; n++) table.querySelector(`[data-column="${{i + 1}}"] button`).click(); }})"""
+    text = shown(tmp_path, with_script(page, press))
+    cells = first_cells(text)
+    assert [cells[i : i + 5] for i in (0, 5, 10)] == [[*expected, "Sensor 1"]] * 3
+    assert text.count(f'aria-sort="{"ascending" if sign > 0 else "descending"}"') == 3
+
+
+@browser
+def test_words_sort_as_people_sort_them(tmp_path):
+    page = html.page("t", [html.Section("a", "A", html.table(MIXED))])
+    text = shown(tmp_path, with_script(page, "document.querySelector('[data-column=\"0\"] button').click()"))
+    assert first_cells(text) == ["a", "ä", "Sensor 1", "sensor 9", "sensor 10"]
+
+
+@browser
+def test_a_link_into_a_folded_part_opens_it(tmp_path):
+    page = html.page("t", [html.Section("a", "A", html.details("far", "Far", html.details("near", "Near", "x")))])
+    text = shown(tmp_path, with_script(page, "location.hash = '#near'"))
+    assert text.count('open=""') == 2
+
+
+@browser
+@pytest.mark.parametrize("width", [390, 1280])
+def test_the_report_fits_a_phone_and_a_desk(folder, tmp_path, width):
+    """In a frame of that width, as Chromium's window is never narrower than 500 px; every part is opened first."""
+    page = markup.escape((folder / "report.html").read_text(encoding="utf-8"))
+    script = """addEventListener("load", () => {
+      const page = document.querySelector("iframe").contentDocument;
+      page.querySelectorAll("details").forEach(part => part.open = true);
+      document.title = [page.documentElement.clientWidth, page.documentElement.scrollWidth]; })"""
+    frame = f'<iframe srcdoc="{page}" style="width: {width}px; height: 800px; border: 0"></iframe>'
+    text = shown(tmp_path, f"<!DOCTYPE html><title></title><script>{script}</script>{frame}")
+    inner, content = map(int, re.search("<title>(.*?),(.*?)</title>", text).groups())
+    assert width - 20 <= inner == content

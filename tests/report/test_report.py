@@ -8,7 +8,7 @@ import matplotlib.image
 import pytest
 
 from clearance_mj import report
-from clearance_mj.report import html, write_report
+from clearance_mj.report import html
 
 VOID = {"img", "meta", "br", "hr", "link"}
 
@@ -36,13 +36,6 @@ class Page(HTMLParser):
 
     def all(self, tag):
         return [attributes for name, attributes in self.tags if name == tag]
-
-
-@pytest.fixture(scope="module")
-def folder(study, tmp_path_factory):
-    folder = tmp_path_factory.mktemp("report")
-    write_report(study, folder, progress=False)
-    return folder
 
 
 @pytest.fixture(scope="module")
