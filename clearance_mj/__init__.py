@@ -4,12 +4,12 @@ One way through: a `Rig` and a `Dataset` of records, `identify.law` for the clea
 engine, `estimate_frf`, and `compare` with the test.
 """
 
-from . import beam, excitation, identify
+from . import beam, excitation, identify, streaming
 from ._version import __version__
 from .beam import ModalModel
 from .clearance import AmplitudeLaw, ConstantLaw, ContactLaw, Law, TimeLaw, load_law
 from .correlation import Comparison, compare, csac, csf, frac, mac, mre, relative_error, rmse_db
-from .engines import Links, Modal, ModalMujoco, simulate, simulate_batch, simulate_each, solref_solimp
+from .engines import Links, Modal, ModalMujoco, simulate, simulate_batch, simulate_blocks, simulate_each, solref_solimp
 from .errors import ClearanceError, ExcitationError, LawError, RecordError, RigError, SimulationError
 from .excitation import Excitation
 from .frf import FRF, estimate_frf
@@ -67,8 +67,10 @@ __all__ = [
     "rmse_db",
     "simulate",
     "simulate_batch",
+    "simulate_blocks",
     "simulate_each",
     "solref_solimp",
+    "streaming",
     "write_dataset",
     "write_uff",
 ]

@@ -14,7 +14,7 @@ import numba
 import numpy as np
 import scipy.signal
 
-__all__ = ["Decimator", "decimate", "interpolate", "lowpass"]
+__all__ = ["Decimator", "Interpolator", "decimate", "interpolate", "lowpass"]
 
 PASS, STOP, ATTENUATION = 0.4, 0.6, 80.0
 
@@ -55,10 +55,49 @@ def interpolate(value, factor: int) -> np.ndarray:
     -------
     ndarray, shape (n * factor,)
     """
-    value = np.asarray(value, dtype=float)
-    taps = lowpass(factor)
-    half = taps.size // 2
-    return scipy.signal.upfirdn(factor * taps, value, up=factor)[half : half + value.size * factor]
+    interpolator = Interpolator(factor)
+    return np.concatenate((interpolator.push(np.asarray(value, dtype=float)), interpolator.flush()))
+
+
+class Interpolator:
+    """Interpolate a stream of blocks, so that memory does not grow with the record; sums do not depend on the blocks.
+
+    Parameters
+    ----------
+    factor : int
+        Ratio of the rates. Input sample i is output sample i * factor.
+    """
+
+    def __init__(self, factor: int):
+        self.factor = factor
+        self.taps = factor * lowpass(factor)
+        self.ahead = self.taps.size // 2 // factor
+        """input samples that an output waits for"""
+        self._held = np.zeros(self.ahead)  # what the next outputs' filter reaches back to
+
+    def push(self, block) -> np.ndarray:
+        """Take the next samples and return the fast ones that are complete.
+
+        Parameters
+        ----------
+        block : ndarray, shape (n,)
+            Any number of samples.
+
+        Returns
+        -------
+        ndarray, shape (m * factor,)
+        """
+        held = np.concatenate((self._held, block))
+        count = max(0, held.size - 2 * self.ahead)
+        self._held = held[count:]
+        if not count:
+            return np.empty(0)
+        first = 2 * self.ahead * self.factor
+        return scipy.signal.upfirdn(self.taps, held, up=self.factor)[first : first + count * self.factor]
+
+    def flush(self) -> np.ndarray:
+        """Return the samples that still wait for input, as if zeros followed."""
+        return self.push(np.zeros(self.ahead))
 
 
 class Decimator:

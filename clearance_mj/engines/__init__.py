@@ -1,6 +1,6 @@
 """Engines: MuJoCo flexible links, compiled modes, MuJoCo modes."""
 
-from .base import Engine, get_engine, register, simulate, simulate_batch, simulate_each
+from .base import Engine, get_engine, register, simulate, simulate_batch, simulate_blocks, simulate_each
 from .links import Links, build_links
 from .modal import Modal
 from .modal_mj import ModalMujoco, build_modes
@@ -16,6 +16,7 @@ __all__ = [
     "register",
     "simulate",
     "simulate_batch",
+    "simulate_blocks",
     "simulate_each",
     "solref_solimp",
 ]

@@ -26,9 +26,19 @@ from ..errors import ClearanceError, ExcitationError, LawError, SimulationError
 from ..excitation import Excitation
 from ..response import Response
 from ..rig import BASE_NODE, SHAKER_NODE, Grease, Rig
-from ..sampling import Decimator, interpolate
+from ..sampling import Decimator, Interpolator
 
-__all__ = ["Engine", "Run", "get_engine", "register", "simulate", "simulate_batch", "simulate_each", "step_factor"]
+__all__ = [
+    "Engine",
+    "Run",
+    "get_engine",
+    "register",
+    "simulate",
+    "simulate_batch",
+    "simulate_blocks",
+    "simulate_each",
+    "step_factor",
+]
 
 BLOCK = 512
 """Samples at the record's rate that are simulated between two looks from Python"""
@@ -172,37 +182,103 @@ def simulate(rig: Rig, excitation: Excitation, law: Law, engine="links") -> Resp
     ExcitationError
         If the rig has no place for a force.
     """
-    engine = get_engine(engine)
-    if excitation.kind == "force" and rig.shaker.position is None:
-        raise ExcitationError(f"rig {rig.name!r} has no shaker.position, so a force cannot be applied")
-    factor = _affordable(rig, law, engine, excitation.fs)
-    step = 1 / (excitation.fs * factor)
-    run = engine.start(rig, law, excitation.kind, step)
-    n_sensors, n_bushings, n = len(rig.sensors), len(rig.bushings), excitation.value.size
-    decimator = Decimator(n_sensors + 3 * n_bushings, factor)
-    # The filter of the last samples looks ahead: go on until it has seen enough.
-    drive = interpolate(np.pad(excitation.value, (0, -(-decimator.half // factor))), factor)
-    blocks = []
-    for start in range(0, drive.size, BLOCK * factor):
-        fast = run.advance(drive[start : start + BLOCK * factor])
-        if not np.isfinite(fast).all():
-            raise diverged(rig, engine, (start + np.argmin(np.isfinite(fast).all(axis=1))) * step, 0)
-        blocks.append(decimator.push(fast))
-    output = np.concatenate((*blocks, decimator.flush()))[:n]
-    acceleration, *rest = np.split(output, n_sensors + n_bushings * np.arange(3), axis=1)
-    provenance = {
-        "engine": engine.name,
-        "settings": dataclasses.asdict(engine),
-        "step": step,
-        "rig": rig.to_dict(),
-        "law": law.to_dict(),
-        "excitation": dict(excitation.description),
-        "version": __version__,
-    }
-    labels = tuple(rig.sensor_labels)
-    reference = f"{BASE_NODE if excitation.kind == 'base' else SHAKER_NODE}:+Z"
-    sampled = (excitation.fs, excitation.value, acceleration, *rest)
-    return Response(*sampled, excitation.kind, excitation.band, labels, reference, provenance)
+    simulation = _Simulation(rig, excitation, law, get_engine(engine))
+    output, done = np.empty((excitation.value.size, simulation.columns)), 0
+    for _, block in simulation.outputs([excitation]):
+        output[done : done + len(block)] = block
+        done += len(block)
+    return simulation.response(excitation.value, output)
+
+
+def simulate_blocks(rig: Rig, excitation, law: Law, engine="links") -> Iterator[Response]:
+    """Simulate a rig and hand over its response block by block: memory does not grow with the duration.
+
+    Parameters
+    ----------
+    rig : Rig
+        The rig.
+    excitation : Excitation or iterable of Excitation
+        One, or pieces of one that follow each other without a break, such as `excitation.random_blocks` makes.
+    law : Law
+        Contact stiffness and damping (and grease) at each moment.
+    engine : str or Engine
+        As in `simulate`.
+
+    Yields
+    ------
+    Response
+        Consecutive samples, to the last bit those of `simulate` under the whole excitation.
+
+    Raises
+    ------
+    ClearanceError
+        As `simulate`, and if the pieces differ in rate or kind, or there is none.
+    """
+    pieces = iter([excitation] if isinstance(excitation, Excitation) else excitation)
+    first = next(pieces, None)
+    if first is None:
+        raise ExcitationError("there is no piece of an excitation")
+    simulation = _Simulation(rig, first, law, get_engine(engine))
+    for drive, block in simulation.outputs(itertools.chain([first], pieces)):
+        yield simulation.response(drive, block)
+
+
+class _Simulation:
+    """A run between interpolation and decimation, and what its response says of it."""
+
+    def __init__(self, rig, excitation, law, engine):
+        if excitation.kind == "force" and rig.shaker.position is None:
+            raise ExcitationError(f"rig {rig.name!r} has no shaker.position, so a force cannot be applied")
+        self.rig, self.excitation, self.engine = rig, excitation, engine
+        self.columns = len(rig.sensors) + 3 * len(rig.bushings)
+        factor = _affordable(rig, law, engine, excitation.fs)
+        self.step = 1 / (excitation.fs * factor)
+        self.run = engine.start(rig, law, excitation.kind, self.step)
+        self.interpolator, self.decimator = Interpolator(factor), Decimator(self.columns, factor)
+        self.provenance = {
+            "engine": engine.name,
+            "settings": dataclasses.asdict(engine),
+            "step": self.step,
+            "rig": rig.to_dict(),
+            "law": law.to_dict(),
+            "excitation": dict(excitation.description),
+            "version": __version__,
+        }
+
+    def outputs(self, excitations):
+        """Yield excitation and outputs, (n,) and (n, columns), of consecutive samples at the record's rate."""
+        waiting, steps = np.empty(0), 0
+        for drive in self._drives(excitations):
+            fast = self.run.advance(self.interpolator.push(drive))
+            if not np.isfinite(fast).all():
+                failed = steps + np.argmin(np.isfinite(fast).all(axis=1))
+                raise diverged(self.rig, self.engine, failed * self.step, 0)
+            steps += len(fast)
+            block, waiting = self.decimator.push(fast), np.append(waiting, drive)
+            yield waiting[: len(block)], block
+            waiting = waiting[len(block) :]
+
+    def _drives(self, excitations):
+        """Yield blocks of the excitation, then zeros: the filters of the last samples look ahead."""
+        for piece in excitations:
+            if (piece.fs, piece.kind) != (self.excitation.fs, self.excitation.kind):
+                raise ExcitationError(
+                    f"a piece of the excitation is {piece.kind} at {piece.fs:g} Hz, the first one "
+                    f"{self.excitation.kind} at {self.excitation.fs:g} Hz"
+                )
+            for start in range(0, piece.value.size, BLOCK):
+                yield piece.value[start : start + BLOCK]
+        yield np.zeros(2 * self.interpolator.ahead)
+
+    def response(self, excitation, output) -> Response:
+        """Return the response that so many samples of excitation and outputs make."""
+        n_sensors, n_bushings = len(self.rig.sensors), len(self.rig.bushings)
+        acceleration, *rest = np.split(output, n_sensors + n_bushings * np.arange(3), axis=1)
+        kind, band = self.excitation.kind, self.excitation.band
+        labels = tuple(self.rig.sensor_labels)
+        reference = f"{BASE_NODE if kind == 'base' else SHAKER_NODE}:+Z"
+        sampled = (self.excitation.fs, excitation, acceleration, *rest)
+        return Response(*sampled, kind, band, labels, reference, self.provenance)
 
 
 def simulate_batch(rig, excitations, laws, engine="links", workers=None, progress=None) -> list[Response]:
