@@ -15,7 +15,7 @@ import os
 from abc import ABC, abstractmethod
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
-from typing import ClassVar
+from typing import ClassVar, NamedTuple
 
 import numpy as np
 from tqdm import tqdm
@@ -30,6 +30,7 @@ from ..sampling import Decimator, Interpolator
 
 __all__ = [
     "Engine",
+    "Equations",
     "Run",
     "get_engine",
     "register",
@@ -70,6 +71,54 @@ class Run(ABC):
         SimulationError
             If the simulation diverges or its solver warns.
         """
+
+    def equations(self) -> Equations:
+        """Return the equations that the coordinates of consecutive steps satisfy, for whoever balances energies.
+
+        Raises
+        ------
+        ClearanceError
+            If the engine does not tell.
+        """
+        raise ClearanceError("the engine does not tell the equations of its steps, so no ledger can be kept of it")
+
+    def snapshot(self) -> tuple[np.ndarray, ...]:
+        """Return what is between two steps, to be copied before the next one.
+
+        Returns
+        -------
+        tuple of ndarray
+            Coordinates; then what the last step used: Bouc-Wen states and envelopes of the motion of every bushing, m,
+            and speeds at which the contact of every bushing end began, m/s.
+
+        Raises
+        ------
+        ClearanceError
+            If the engine does not tell.
+        """
+        raise ClearanceError("the engine does not tell its state, so no ledger can be kept of it")
+
+
+class Equations(NamedTuple):
+    """What an engine's scheme makes of M q̈ + C q̇ + K q = b a - Pᵀ f, from step to step and exactly.
+
+    M (q₊ - 2q + q₋)/h² + C (q₊ - q₋)/(2h) + K q = b a - Pᵀ f, with q₋, q, q₊ the coordinates before the last step,
+    before this one and after it, a the drive and f the forces of the bushings at q. The scheme's own M, C and K, for
+    which this holds, differ from the shaft's by terms that vanish with the step.
+    """
+
+    mass: np.ndarray
+    """(n, n) M"""
+    damping: np.ndarray
+    """(n, n) C"""
+    stiffness: np.ndarray
+    """(n, n) K"""
+    drive: np.ndarray
+    """(n,) b"""
+    points: np.ndarray
+    """(3 n_bushings, n) P: displacement of the bushings' middles, then of their two ends each, per coordinate"""
+    speed: np.ndarray
+    """(3, n) the bushings' dampers see the velocity speed[0] q₋ + speed[1] q + speed[2] q₊"""
 
 
 class Engine(ABC):

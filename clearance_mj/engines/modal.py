@@ -22,7 +22,7 @@ from ..clearance.contact import instantaneous
 from ..clearance.gap import gap
 from ..clearance.grease import grease_step, grease_table
 from ..clearance.law import table_values
-from .base import Engine, Run, check_setting, diverged, register, stiffest_contact
+from .base import Engine, Equations, Run, check_setting, diverged, register, stiffest_contact
 
 __all__ = ["Modal"]
 
@@ -109,6 +109,25 @@ class _ModalRun(Run):
             raise diverged(self.rig, self.engine, (self.steps + failed) * self.step, bushing)
         self.steps += drive.size
         return out
+
+    def equations(self):
+        """Return the equations of the steps; see `Run.equations`.
+
+        A mode moves from kick to kick by the flow F: q₊ - (F₀₀ + F₁₁) q + det F q₋ = F₀₁ h f/m.
+        """
+        inverse_mass, (qq, vq, qv, vv) = self.linear
+        at_points, _, drive, *_ = self.system
+        det = qq * vv - vq * qv
+        kick = vq * self.step * inverse_mass
+        mass = self.step**2 * (1 + det) / (2 * kick)
+        damping, stiffness = self.step * (1 - det) / kick, (1 + det - qq - vv) / kick
+        speed = np.array([-det, vv - qq, np.ones(det.size)]) / (2 * vq)  # the mean of before and after the kick
+        return Equations(np.diag(mass), np.diag(damping), np.diag(stiffness), drive, at_points, speed)
+
+    def snapshot(self):
+        """Return coordinates, Bouc-Wen states, envelopes and impact speeds; see `Run.snapshot`."""
+        q, _, _, z, envelope, _, impact = self.state
+        return q, z, envelope, impact
 
 
 @numba.njit(cache=True, nogil=True, fastmath={"contract", "reassoc", "nsz"})

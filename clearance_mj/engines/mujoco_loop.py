@@ -25,7 +25,7 @@ from ..clearance.gap import gap
 from ..clearance.grease import DAMPING, FILM_LIMIT, INVERSE_FILM, STIFFNESS, grease_step, grease_table
 from ..clearance.law import table_values
 from ..errors import SimulationError
-from .base import Run, diverged, needs_no_adhesion, place, stiffest_contact
+from .base import Equations, Run, diverged, needs_no_adhesion, place, stiffest_contact
 from .softness import IMPEDANCE, INVERSE_INERTIA
 
 __all__ = ["MujocoRun", "Plant", "set_solver", "stable_step"]
@@ -200,6 +200,31 @@ class MujocoRun(Run):
         self._check_warnings()
         self.steps += drive.size
         return out
+
+    def equations(self):
+        """Return the equations of the steps; see `Run.equations`.
+
+        v₊ = v + h M⁻¹ (b a - Pᵀ f - K q - D v₊ - E v), q₊ = q + h v₊, with the joints' D and the plant's viscous E.
+        """
+        model, nv = copy.copy(self.model), self.model.nv
+        model.opt.gravity[:] = 0, 0, -1
+        data = mujoco.MjData(model)
+        mujoco.mj_forward(model, data)
+        mass = np.zeros((nv, nv))
+        mujoco.mj_fullM(model, data, mass)
+        implicit, explicit = np.diag(model.dof_damping), np.zeros((nv, nv))
+        if self.plant.viscous.size:
+            explicit = self.plant.viscous
+        mass += self.step / 2 * (implicit - explicit)
+        drive = -data.qfrc_bias if self.base else self.plant.at_shaker
+        speed = np.outer((-1, 1, 0), np.ones(nv)) / self.step
+        stiffness = np.diag(model.jnt_stiffness)
+        return Equations(mass, implicit + explicit, stiffness, drive, self.plant.at_points, speed)
+
+    def snapshot(self):
+        """Return coordinates, Bouc-Wen states, envelopes and impact speeds; see `Run.snapshot`."""
+        z, envelope, _, impact = self.state
+        return self.data.qpos, z, envelope, impact
 
     def _check_warnings(self):
         for index in np.flatnonzero(self.data.warning.number):
