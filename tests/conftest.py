@@ -13,7 +13,7 @@ from clearance_mj.io.dataset import BASE_NODE, Record, write_dataset
 from clearance_mj.io.uff import Channel
 from clearance_mj.rig import Grease, Rig
 
-from .verification.page import Row, page
+from .verification.page import Measured, Row, page
 
 ROOT = Path(__file__).parent.parent
 SMALL_LAW = ConstantLaw(6e3, 12.0, grease=Grease(stiffness=4000.0, damping=5.0))
@@ -57,48 +57,38 @@ def rng():
     return np.random.default_rng(20261120)
 
 
-RELATIVE = {"rel": " relative", "abs": ""}
 ROWS = pytest.StashKey[dict[str, list[Row]]]()
 
 
 def pytest_addoption(parser):
-    parser.addoption("--verification", metavar="FILE", help="write what the tests measured as a page in Markdown")
+    parser.addoption("--verification", metavar="FILE", help="run the tests that measure; write a page of their figures")
 
 
 def pytest_configure(config):
     config.stash[ROWS] = {}
 
 
+def pytest_collection_modifyitems(config, items):
+    if not config.getoption("verification"):
+        return
+    items[:] = [item for item in items if "measured" in item.fixturenames]
+    for item in items:
+        config.stash[ROWS].setdefault(subject(item.module), [])
+
+
 def pytest_sessionfinish(session, exitstatus):
     path = session.config.getoption("verification")
     if path and exitstatus == pytest.ExitCode.OK:
-        Path(path).write_text(page(session.config.stash[ROWS]), encoding="utf-8")
+        path = Path(path)
+        before = path.read_text(encoding="utf-8") if path.is_file() else ""
+        path.write_text(page(session.config.stash[ROWS], before), encoding="utf-8")
 
 
-class Measured:
-    """Asserts that a figure is what it should be, and keeps it for the verification page."""
-
-    def __init__(self, rows: list[Row]):
-        self.rows = rows
-
-    def equal(self, what, value, target, source, **tolerance):
-        """Assert that a value is the target within ``rel`` or ``abs``."""
-        ((kind, limit),) = tolerance.items()
-        self.rows.append(Row(what, f"{target:.10g}", f"{value:.10g}", f"± {limit:g}{RELATIVE[kind]}", source))
-        assert value == pytest.approx(target, **tolerance)
-
-    def below(self, what, value, limit, source, unit=""):
-        """Assert that an error, which should be zero, is below a limit."""
-        self.rows.append(Row(what, "0", f"{value:.3g} {unit}", f"< {limit:.3g} {unit}", source))
-        assert value < limit
-
-    def above(self, what, value, limit, source):
-        """Assert that a value, such as an order of convergence, is above a limit."""
-        self.rows.append(Row(what, "", f"{value:.3g}", f"> {limit:g}", source))
-        assert value > limit
+def subject(module) -> str:
+    """Heading of a module's table: the first sentence of its docstring."""
+    return inspect.getdoc(module).partition("\n\n")[0].partition(". ")[0].rstrip(".").replace("\n", " ")
 
 
 @pytest.fixture
 def measured(request) -> Measured:
-    heading = inspect.getdoc(request.module).partition("\n\n")[0].rstrip(".")
-    return Measured(request.config.stash[ROWS].setdefault(heading, []))
+    return Measured(request.config.stash[ROWS].setdefault(subject(request.module), []))
