@@ -1,4 +1,4 @@
-# make study | test | test-slow | bench | lint | data | models | readme | docs | verification     PYTHON=python3.13 picks the interpreter
+# make study | test | test-slow | fuzz | bench | lint | data | models | readme | docs | verification     PYTHON=python3.13 picks the interpreter
 PYTHON ?= python3
 VENV   ?= .venv-$(notdir $(PYTHON))
 BIN    := $(VENV)/bin
@@ -6,7 +6,7 @@ export MPLBACKEND = Agg
 # Small matrices: threads inside BLAS only get into the way of those over simulations.
 export OPENBLAS_NUM_THREADS = 1
 
-.PHONY: setup study test test-slow bench lint data models readme docs verification clean
+.PHONY: setup study test test-slow fuzz bench lint data models readme docs verification clean
 
 setup: $(VENV)/.ready
 
@@ -24,6 +24,9 @@ test: setup
 
 test-slow: setup
 	$(BIN)/python -m pytest -m slow
+
+fuzz: setup
+	$(BIN)/python -m tests.fuzz --out results/fuzz
 
 bench: setup
 	$(BIN)/python -m benchmarks --out results/bench.json

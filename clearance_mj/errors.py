@@ -1,8 +1,21 @@
 """The errors that users meet; each message says what is wrong, where, and what would be right."""
 
+LONGEST = 600
+"""Characters of a message; what is quoted out of a damaged file can be as long as the file"""
+
 
 class ClearanceError(Exception):
-    """Base of every error that bad input causes; the command line ends with its message and status 2."""
+    """Base of every error that bad input causes; the command line ends with its message and status 2.
+
+    Parameters
+    ----------
+    message : str
+        Is made one printable line, whatever it quotes.
+    """
+
+    def __init__(self, message: str = ""):
+        text = "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in str(message))
+        super().__init__(text if len(text) <= LONGEST else f"{text[:400]} ... {text[-150:]}")
 
 
 class RigError(ClearanceError):

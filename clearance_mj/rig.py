@@ -451,6 +451,10 @@ def _convert(hint, value, where):
         if not isinstance(value, str):
             raise RigError(f"{where} must be a string, got {value!r}")
         return value
+    if hint is bool:
+        if not isinstance(value, bool):
+            raise RigError(f"{where} must be true or false, got {value!r}")
+        return value
     if hint is int:
         if isinstance(value, bool) or not isinstance(value, int):
             raise RigError(f"{where} must be a whole number, got {value!r}")

@@ -11,7 +11,7 @@ import tomli_w
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from clearance_mj.errors import RigError
+from clearance_mj.errors import ClearanceError, RigError
 from clearance_mj.rig import Beam, Bushing, Contact, Grease, PointMass, Rig, Sensor, Shaker
 
 FILE = Path(__file__).parents[1] / "models" / "table1_rig.toml"
@@ -103,7 +103,7 @@ def test_failed_save_leaves_the_old_file(tmp_path, monkeypatch):
         raise OSError("disk full")
 
     monkeypatch.setattr(tomli_w, "dumps", fail)
-    with pytest.raises(OSError, match="disk full"):
+    with pytest.raises(ClearanceError, match=r"rig\.toml: cannot be written \(disk full\)"):
         Rig.load(FILE).save(path)
     assert path.read_bytes() == before
     assert [p.name for p in tmp_path.iterdir()] == ["rig.toml"]

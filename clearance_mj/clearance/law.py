@@ -308,7 +308,7 @@ def load_law(path) -> Law:
         data = json.loads(path.read_text(encoding="utf-8"))
     except OSError as error:
         raise LawError(f"{path}: cannot be read ({error.strerror})") from None
-    except ValueError as error:
+    except (ValueError, RecursionError) as error:
         raise LawError(f"{path}: not a law file (JSON): {error}") from None
     try:
         return law_from_dict(data)
@@ -337,8 +337,7 @@ def law_from_dict(data: dict) -> Law:
         if values.get("grease") is not None:
             values["grease"] = tuple(from_plain(Grease, g, f"grease[{i}]") for i, g in enumerate(values["grease"]))
         if "contact" in values:
-            models = [dict(model) for model in values["contact"]]
-            values["contact"] = tuple(CONTACTS[model.pop("model")](**model) for model in models)
+            values["contact"] = tuple(_contact(model, f"contact[{i}]") for i, model in enumerate(values["contact"]))
         return kind(**values)
     except RigError as error:
         raise LawError(str(error)) from None
@@ -346,10 +345,19 @@ def law_from_dict(data: dict) -> Law:
         raise LawError(f"not a whole law file of kind {kind.kind}: {error}") from None
 
 
+def _contact(data, where):
+    """A contact model out of plain data."""
+    model = dict(data)
+    name = model.pop("model", None)
+    if not isinstance(name, str) or name not in CONTACTS:
+        raise LawError(f"{where}.model {name!r} is unknown; use {', '.join(CONTACTS)}")
+    return from_plain(CONTACTS[name], model, where)
+
+
 def _values(values, name):
     try:
         array = np.atleast_1d(np.array(values, dtype=float))
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         raise LawError(f"{name} must be numbers, got {values!r}") from None
     if not array.size:
         raise LawError(f"{name} must hold one or more values")

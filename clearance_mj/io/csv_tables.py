@@ -95,7 +95,10 @@ def _contents(lines, mapped, fs) -> list[Channel] | FRF:
         raise RecordError("holds no records; needs a line with the names of the columns, then two or more of numbers")
     at, header = filled[0]
     separator = max(SEPARATORS, key=header.count)
-    cells = [cell.strip() for cell in next(csv.reader([header], delimiter=separator))]
+    try:
+        cells = [cell.strip() for cell in next(csv.reader([header], delimiter=separator))]
+    except csv.Error as error:
+        raise RecordError(f"line {at}: is no line of columns' names ({error})") from None
     if headless := all(np.isfinite(_number(cell)) for cell in cells):
         cells = [str(i) for i in range(1, len(cells) + 1)]
         if not mapped:
@@ -156,7 +159,7 @@ def _timing(rows, cells, times, fs) -> tuple[float, float]:
     index, scale = times[0].index, times[0].scale
     time = scale * np.array([float(row[index]) for _, row in rows])
     # The last digit where the times are largest: twice what rounding may have changed.
-    digit = scale * 10.0 ** min(Decimal(row[index]).as_tuple().exponent for _, row in rows[-5:])
+    digit = scale * 10.0 ** min(300, *(Decimal(row[index]).as_tuple().exponent for _, row in rows[-5:]))
     step = (time[-1] - time[0]) / (time.size - 1)
     off = np.abs(time - (time[0] + step * np.arange(time.size))) > 1e-3 * abs(step) + digit
     if not step > digit or off.any():

@@ -7,7 +7,24 @@ import tempfile
 from contextlib import contextmanager
 from pathlib import Path
 
-__all__ = ["replacing", "to_json"]
+from ..errors import ClearanceError
+
+__all__ = ["TOO_DENSE", "most_unpacked", "replacing", "to_json"]
+
+DENSEST = 50
+"""Times its size that a compressed file may unpack to: measured numbers reach 2 to 10"""
+TOO_DENSE = f"unpacks to more than {DENSEST} times its size, which no record does; unpack it and look what it holds"
+
+
+def most_unpacked(size: int) -> int:
+    """Bytes that a compressed file of ``size`` bytes may unpack to; beyond that it is damaged or made to harm.
+
+    Parameters
+    ----------
+    size : int
+        Bytes of the file.
+    """
+    return max(2**20, DENSEST * size)
 
 
 @contextmanager
@@ -18,18 +35,26 @@ def replacing(path):
     ----------
     path : str or Path
         The file to write. Its folder is made if needed. If the block fails, the old file stays as it was.
+
+    Raises
+    ------
+    ClearanceError
+        If it cannot be written, such as on a full disk.
     """
-    path = Path(path)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    handle, name = tempfile.mkstemp(prefix=f".{path.name}.", suffix=path.suffix, dir=path.parent)
-    os.close(handle)
-    temporary = Path(name)
+    path, temporary = Path(path), None
     try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        handle, name = tempfile.mkstemp(prefix=f".{path.name}.", suffix=path.suffix, dir=path.parent)
+        temporary = Path(name)
+        os.close(handle)
         yield temporary
         temporary.chmod(0o644)
         temporary.replace(path)
+    except OSError as error:
+        raise ClearanceError(f"{path}: cannot be written ({error.strerror or error})") from error
     finally:
-        temporary.unlink(missing_ok=True)
+        if temporary:
+            temporary.unlink(missing_ok=True)
 
 
 def to_json(data) -> str:

@@ -15,6 +15,7 @@ from pathlib import Path
 import numpy as np
 
 from ..errors import RecordError
+from .files import TOO_DENSE, most_unpacked
 
 __all__ = ["LvmSegment", "read_lvm", "read_text"]
 
@@ -61,7 +62,10 @@ def read_text(path) -> list[str]:
     try:
         data = path.read_bytes()
         if data[:2] == b"\x1f\x8b":
-            data = gzip.decompress(data)
+            with gzip.open(path) as file:
+                size, data = len(data), file.read(most_unpacked(len(data)) + 1)
+            if len(data) > most_unpacked(size):
+                raise RecordError(f"{path}: {TOO_DENSE}")
     except (EOFError, zlib.error, gzip.BadGzipFile) as error:
         raise RecordError(f"{path}: damaged gzip file ({error})") from None
     except OSError as error:
@@ -144,8 +148,7 @@ def _segment(path, lines, at, header, separator, point):
     is_value = np.arange(columns) % 2 == 1 if layout == "Multi" else np.arange(columns) > 0
     x = rows[:, 0]
     if layout == "No":
-        start, step = (float(header.get(name, ["nan"])[0]) for name in ("X0", "Delta_X"))
-        x = start + step * np.arange(len(rows))
+        x = _real(path, header, "X0", at) + _real(path, header, "Delta_X", at) * np.arange(len(rows))
     names = tuple(titles[i] if i < len(titles) else "" for i in np.flatnonzero(is_value))
     units = (header.get("Y_Unit_Label", []) + [""] * channels)[:channels]
     flat = {name: values[0] for name, values in header.items()}
@@ -161,6 +164,13 @@ def _row(path, line, number, columns, separator, point):
         return [float(f.replace(point, ".")) if f.strip() else np.nan for f in fields]
     except ValueError:
         raise RecordError(f"{path}, line {number + 1}: not numbers: {line.strip()[:60]!r}") from None
+
+
+def _real(path, header, name, at) -> float:
+    try:
+        return float(header[name][0])
+    except (KeyError, ValueError):
+        raise RecordError(f"{path}, line {at}: without a column of X the segment header needs {name}, a number") from None
 
 
 def _whole(path, header, name, at):

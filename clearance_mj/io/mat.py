@@ -179,7 +179,9 @@ def _timing(used, values, fs, variables) -> tuple[float, float]:
                 f'has no variable "time" or "fs", only {listed(c.name for c in used)}; map one to time, or give the '
                 "sampling rate"
             )
-        return float(fs if fs is not None else np.ravel(stored)[0]), 0.0
+        if fs is None and (stored.size != 1 or stored.dtype.kind not in "iuf"):
+            raise RecordError('variable "fs" must be one number, the samples per second')
+        return float(stored.item() if fs is None else fs), 0.0
     if len(times) > 1 or fs is not None:
         raise RecordError("has a variable of time; needs just one, and then no sampling rate beside it")
     return even_rate(times[0], 1e-15)

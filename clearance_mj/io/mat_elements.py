@@ -11,6 +11,7 @@ import struct
 import zlib
 
 from ..errors import RecordError
+from .files import TOO_DENSE, most_unpacked
 
 __all__ = ["plain_arrays"]
 
@@ -39,11 +40,12 @@ def plain_arrays(data: bytes) -> bytes:
     order = {b"IM": "<", b"MI": ">"}.get(data[126:HEADER])
     if order is None or data[124:126] not in (b"\x00\x01", b"\x01\x00"):
         raise RecordError("has no header of version 5 to 7")
-    kept, position = [data[:HEADER]], HEADER
+    kept, position, room = [data[:HEADER]], HEADER, most_unpacked(len(data))
     while position < len(data):
         kind, begin, end = _element(data, position, len(data), order)
         if kind == COMPRESSED:
-            array = _unpacked(data[begin:end])
+            array = _unpacked(data[begin:end], room)
+            room -= len(array)
             inner, begin_inner, end_inner = _element(array, 0, len(array), order)
             array, kind = array[:end_inner], inner
         else:
@@ -72,11 +74,17 @@ def _element(data, position, limit, order):
     return kind, begin, begin + size
 
 
-def _unpacked(data) -> bytes:
+def _unpacked(data, room) -> bytes:
+    stream = zlib.decompressobj()
     try:
-        return zlib.decompress(data)
+        array = stream.decompress(data, room + 1)
     except zlib.error as error:
         raise RecordError(f"a compressed element is damaged ({error})") from None
+    if len(array) > room:
+        raise RecordError(TOO_DENSE)
+    if not stream.eof:
+        raise RecordError("a compressed element is cut short")
+    return array
 
 
 def _is_plain(data, begin, end, order, depth) -> bool:

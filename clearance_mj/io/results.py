@@ -8,6 +8,7 @@ dimension ``part``.
 from __future__ import annotations
 
 import importlib.util
+import io
 import json
 from collections.abc import Sequence
 from pathlib import Path
@@ -18,7 +19,7 @@ import xarray as xr
 from ..errors import RecordError
 from ..frf import FRF
 from ..response import Response
-from .files import replacing
+from .files import TOO_DENSE, most_unpacked, replacing
 from .uff import Channel
 from .uff.channels import require_one_time
 
@@ -296,7 +297,7 @@ def load(path) -> FRF | Response | list[Channel]:
     if not path.is_file():
         raise RecordError(f"{path}: cannot be read; there is no such file")
     try:
-        dataset = xr.load_dataset(path, engine=_engine(path), decode_times=False)
+        dataset = _dataset(path)
         kind = dataset.attrs.get(_KIND)
         if kind not in _FROM_DATASET:
             raise RecordError(
@@ -310,12 +311,25 @@ def load(path) -> FRF | Response | list[Channel]:
         raise RecordError(f"{path}: not a whole NetCDF file of results: {reason}") from None
 
 
-def _engine(path) -> str:
-    with path.open("rb") as file:
-        if file.read(4) != _HDF5_MAGIC:
-            return "scipy"
+def _dataset(path) -> xr.Dataset:
+    data = path.read_bytes()
+    if not data.startswith(_HDF5_MAGIC):
+        # In memory, where as much can be read as there is: a damaged header may declare any size.
+        return xr.load_dataset(io.BytesIO(data), engine="scipy", decode_times=False)
     _require_hdf5()
-    return "h5netcdf"
+    _require_stored(path, most_unpacked(len(data)))
+    return xr.load_dataset(path, engine="h5netcdf", decode_times=False)
+
+
+def _require_stored(path, most):
+    """Refuse numbers that are declared but not there; HDF5 would fill them up when it reads them."""
+    import h5py
+
+    sizes = []
+    with h5py.File(path) as file:
+        file.visititems(lambda _, item: sizes.append(item.nbytes) if isinstance(item, h5py.Dataset) else None)
+    if sum(sizes) > most:
+        raise RecordError(TOO_DENSE)
 
 
 def _require_hdf5():

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import math
 import typing
 from collections.abc import Sequence
@@ -17,7 +16,8 @@ __all__ = ["Design", "Vary"]
 
 Method = typing.Literal["grid", "latin-hypercube", "sobol", "saltelli"]
 METHODS = typing.get_args(Method)
-MOST_CASES = 10_000_000
+MOST_NUMBERS = 10_000_000
+"""cases times varied parameters: 80 MB, some of it several times while the points are drawn"""
 
 
 @dataclass(frozen=True)
@@ -59,7 +59,7 @@ class Vary:
         """Return the values (n,) that a grid takes."""
         if self.values is not None:
             return np.array(self.values)
-        if self.count is None or not 2 <= self.count <= MOST_CASES:
+        if self.count is None or not 2 <= self.count <= MOST_NUMBERS:
             raise ClearanceError(f"vary {self.path}: a grid needs values, or low, high and count >= 2")
         between = np.geomspace if self.scale == "log" else np.linspace
         return between(self.low, self.high, self.count)
@@ -101,8 +101,8 @@ class Design:
         if self.method == "grid":
             if self.samples:
                 raise ClearanceError("design.samples is not for a grid; give each parameter values, or a count")
-        elif not 1 <= self.samples <= MOST_CASES:
-            raise ClearanceError(f"design.samples must be in 1..{MOST_CASES}, got {self.samples}")
+        elif not 1 <= self.samples <= MOST_NUMBERS:
+            raise ClearanceError(f"design.samples must be in 1..{MOST_NUMBERS}, got {self.samples}")
         elif self.method != "latin-hypercube" and self.samples & (self.samples - 1):
             below = 2 ** math.floor(math.log2(self.samples))
             raise ClearanceError(
@@ -131,12 +131,12 @@ class Design:
         """
         if self.method == "grid":
             levels = [v.levels() for v in varied]
-            if (n := math.prod(map(len, levels))) > MOST_CASES:
-                raise ClearanceError(f"{n} cases are too many (at most {MOST_CASES})")
-            return np.array(list(itertools.product(*levels)))
+            _require_few(math.prod(map(len, levels)), len(varied))
+            return np.stack(np.meshgrid(*levels, indexing="ij"), axis=-1).reshape(-1, len(varied))
         for v in varied:
             if v.count is not None:
                 raise ClearanceError(f"vary {v.path}: count is for a grid; {self.method} takes design.samples")
+        _require_few(self.samples * (len(varied) + 2 if self.method == "saltelli" else 1), len(varied))
         shares = self._shares(len(varied))
         return np.stack([v.at(share) for v, share in zip(varied, shares.T)], axis=1)
 
@@ -149,3 +149,8 @@ class Design:
         a, b = np.split(qmc.Sobol(2 * d, rng=rng).random(self.samples), 2, axis=1)
         mixed = [np.where(np.arange(d) == i, b, a) for i in range(d)]
         return np.concatenate((a, b, *mixed))
+
+
+def _require_few(n_cases, n_varied):
+    if n_cases * n_varied > MOST_NUMBERS:
+        raise ClearanceError(f"{n_cases} cases of {n_varied} parameters are too many (at most {MOST_NUMBERS} numbers)")

@@ -65,7 +65,7 @@ class Table:
         """Return the table (n_cases,) as it is on disk: fields "error" and those of ``shapes``."""
         try:
             return np.lib.format.open_memmap(self.path, "r")
-        except ValueError as error:
+        except Exception as error:  # numpy raises whatever parsing a damaged header as Python leads to
             raise ClearanceError(f"{self.path}: is damaged ({error}); remove it to begin again") from None
 
     def finished(self) -> np.ndarray:

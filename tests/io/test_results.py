@@ -9,7 +9,7 @@ import xarray as xr
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from clearance_mj.errors import RecordError
+from clearance_mj.errors import ClearanceError, RecordError
 from clearance_mj.frf import FRF
 from clearance_mj.io.results import (
     dataset_to_frf,
@@ -150,7 +150,7 @@ def test_file_is_replaced_whole_or_not_at_all(tmp_path, monkeypatch):
         raise OSError("disk full")
 
     monkeypatch.setattr(xr.Dataset, "to_netcdf", fail)
-    with pytest.raises(OSError, match="disk full"):
+    with pytest.raises(ClearanceError, match=r"cannot be written \(disk full\)"):
         save(tmp_path / "a.nc", frf())
     assert_same(load(tmp_path / "a.nc"), sent)
     assert [p.name for p in tmp_path.iterdir()] == ["a.nc"]

@@ -1,0 +1,237 @@
+"""Whole files of every kind, small so that one change is a large one."""
+
+import json
+import math
+import tempfile
+import tomllib
+from pathlib import Path
+
+import numpy as np
+import scipy.io
+
+from clearance_mj.clearance import AmplitudeLaw, ConstantLaw, ContactLaw, HuntCrossley, KelvinVoigt, TimeLaw
+from clearance_mj.frf import FRF
+from clearance_mj.io import results
+from clearance_mj.io.csv_tables import write_csv
+from clearance_mj.io.dataset import Record, write_dataset
+from clearance_mj.io.mat import write_mat
+from clearance_mj.io.uff import Channel, write_uff
+from clearance_mj.modes import Modes
+from clearance_mj.response import Response
+from clearance_mj.rig import Beam, Bushing, Contact, Grease, PointMass, Rig, Sensor, Shaker
+from clearance_mj.sweep.store import Table
+
+N = 6
+T = np.arange(N) / 64
+GREASE = Grease(4e3, 2.0, 0.5, 1.0, 3.0, 1.0, 2.0, 5e-4, 0.3)
+RIG = Rig(
+    name="small",
+    beam=Beam(1.0, 7e10, 2700.0, 0.02, rayleigh=(0.5, 1e-5)),
+    bushings=(Bushing(0.55, 3e-4, 0.01, GREASE, Contact(8e3, 3.0)), Bushing(0.8, 3e-4, 0.01, GREASE, Contact(8e3))),
+    sensors=(Sensor(6, 0.55), Sensor(7, 0.8, 0.01)),
+    masses=(PointMass(0.3, 0.1, "collar"),),
+    shaker=Shaker("base", 0.2),
+    description="a rig",
+)
+LAWS = (
+    ConstantLaw(1e4, [1.0, 2.0], grease=GREASE),
+    TimeLaw([0.0, 1.0], [[1e4, 2e4], [2e4, 3e4]], [1.0, 2.0]),
+    AmplitudeLaw([0.0, 1e-3, 2e-3], [1e4, 2e4, 2e4], [0.0, 1.0, 2.0], grease=[GREASE, GREASE]),
+    ContactLaw([HuntCrossley(1e6, 0.7), KelvinVoigt(1e4, 3.0, adhesion=True)]),
+)
+
+
+def channels(n=N):
+    wave = np.sin(np.arange(n))
+    places = [("base", 100, "acceleration"), ("acc 6", 6, "acceleration"), ("acc 7", 7, "acceleration")]
+    places += [("probe 6", 6, "displacement")]
+    return [
+        Channel(name, node, "+Z", quantity, (i + 1) * wave, 64.0) for i, (name, node, quantity) in enumerate(places)
+    ]
+
+
+def frf(even=True, coherence=True):
+    frequency = 1.0 + np.arange(4) if even else np.array([1.0, 2.0, 4.0, 5.0])
+    value = np.exp(1j * np.arange(8)).reshape(2, 4)
+    return FRF(frequency, value, np.full((2, 4), 0.5) if coherence else None, ("6:+Z", "7:+Z"), "100:+Z")
+
+
+def response():
+    wave = np.sin(np.arange(N))
+    two = np.stack((wave, 2 * wave), axis=1)
+    return Response(
+        64.0, wave, two, two, two, two, "base", (1.0, 20.0), ("6:+Z", "7:+Z"), "100:+Z", {"engine": "modal"}
+    )
+
+
+def modes():
+    shape = np.array([[1.0, 1.0], [0.5 + 0.1j, -1.0]])
+    return Modes(np.array([9.25, 39.75]), np.array([0.01, 0.02]), shape, ("6:+Z", "7:+Z"))
+
+
+def _written(suffix, write, *objects) -> list[bytes]:
+    with tempfile.TemporaryDirectory() as folder:
+        path, found = Path(folder) / f"a{suffix}", []
+        for obj in objects:
+            write(path, obj)
+            found.append(path.read_bytes())
+        return found
+
+
+def _set_58(binary, kind, ordinate, spacing, rows, reference="100   3", denominator=0) -> str:
+    """A data set 58 of text, written by hand."""
+    size = N if kind == 1 else 3
+    lines = ["    -1", "    58" + "b     1     2" * binary, "acc 6", *["NONE"] * 4]
+    lines.append(f"{kind:5d}{0:10d}{0:5d}{0:10d} NONE      {6:10d}{3:4d} NONE      {reference:>14}")
+    lines.append(f"{ordinate:10d}{size:10d}{spacing:10d}{0:13.5e}{1 / 64:13.5e}{0:13.5e}")
+    lines += [f"{code:10d}    0    0    0 NONE                 {unit:<20}" for code, unit in (
+        (17 if kind == 1 else 18, "s"), (12, "g" if kind == 1 else "NONE"), (denominator, "NONE"), (0, "NONE"),
+    )]  # fmt: skip
+    return "\n".join([*lines, *rows, "    -1", ""])
+
+
+def uff() -> list[bytes]:
+    found = _written(".uff", write_uff, channels(), frf(), frf(even=False), frf(coherence=False), modes())
+    found += _written(".uff", lambda path, obj: write_uff(path, obj, RIG), channels(2))
+    row = "".join(f"{math.sin(i):13.5e}" for i in range(N))
+    even, uneven = ([row], ["".join(f"{i / 64:13.5e}{i:13.5e}" for i in range(a, a + 3)) for a in (0, 3)])
+    texts = [_set_58(False, 1, 2, 1, even), _set_58(False, 1, 2, 0, uneven)]
+    texts.append(_set_58(False, 4, 5, 1, [row], denominator=12))
+    doubles = ["".join(f"{math.sin(i):20.11e}" for i in range(a, min(a + 4, N))) for a in (0, 4)]
+    texts.append(_set_58(False, 1, 4, 1, doubles))
+    return [*found, *(text.encode() for text in texts)]
+
+
+def csv() -> list[bytes]:
+    found = _written(".csv", write_csv, channels(), frf(), frf(even=False, coherence=False))
+    by_hand = ["time [ms];base [g];acc:6:-Z [mm/s2]", "0;1;2", "1;2;3", "2;3;4"]
+    headless = [f"{t:.6f}\t{math.sin(i):.9g}\t{i}" for i, t in enumerate(T)]
+    functions = ["frequency,acc:6/base magnitude [g/g],acc:6/base phase [deg]", "1,2,3", "2,3,4", "3,4,5"]
+    comments = ["# of a logger", '"time","base [g]","Temp"', *(f"{t},{i},20" for i, t in enumerate(T))]
+    return [*found, *("\n".join(lines).encode() for lines in (by_hand, headless, functions, comments))]
+
+
+def lvm() -> list[bytes]:
+    end = "***End_of_Header***\t\n"
+    head = "LabVIEW Measurement\t\nSeparator\tTab\nDecimal_Separator\t{}\nX_Columns\t{}\n" + end + "\t\n"
+    segment = "Channels\t2\t\t\nSamples\t3\t3\t\nY_Unit_Label\tlb\tg\t\nX0\t0.5\t0.5\t\nDelta_X\t0.25\t0.25\t\n" + end
+    bodies = {
+        "One": "X_Value\tForce\tAcc\tComment\n0.5\t1\t-4\n0.75\t2\t-5\tknocked\n1.0\t3\t-6e-1\n",
+        "Multi": "X_Value\tForce\tX_Value\tAcc\tComment\n0.5\t1\t0.5\t-4\n0.75\t2\t0.75\t-5\n1.0\t3\t1.0\t-6e-1\n",
+        "No": "X_Value\tForce\tAcc\tComment\n\t1\t-4\n\t2\t-5\n\t3\t-6e-1\n",
+    }
+    texts = [head.format(".", layout) + segment + body for layout, body in bodies.items()]
+    texts.append(texts[0] + "\n" + segment + bodies["One"])
+    texts.append(texts[0].replace(".", ","))
+    return [text.encode() for text in texts]
+
+
+def mat() -> list[bytes]:
+    found = _written(".mat", write_mat, channels(), frf())
+    variables = {"fs": 64.0, "base": np.arange(4.0), "acc_6": np.ones(4, "f4"), "s": {"x": 1}, "note": "text"}
+    matrix = {"time": T, "data": np.ones((N, 2)), "columns": np.array(["base", "acc:6"], dtype=object)}
+    for held in (variables, matrix):
+        found += _written(".mat", lambda path, obj: scipy.io.savemat(path, obj), held)
+        found += _written(".mat", lambda path, obj: scipy.io.savemat(path, obj, do_compression=True), held)
+    return found
+
+
+def netcdf(suffix) -> list[bytes]:
+    return _written(suffix, results.save, channels(2), frf(), response())
+
+
+def table() -> list[bytes]:
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "cases.npy"
+        held = Table(path, TABLE, 3)
+        held.write(0, {"natural_frequency": [1.0, 2.0], "rms": np.zeros(())})
+        held.write(2, "why")
+        return [path.read_bytes()]
+
+
+TABLE = {"natural_frequency": (2,), "rms": ()}
+
+PLAN = tomllib.loads("""
+rig = "rig.toml"
+engine = { name = "modal", modes = 4 }
+[excitation]
+generator = "random"
+duration = 1
+fs = 256
+band = [5, 100]
+rms = 2
+seed = 1
+[outputs]
+resolution = 4
+frf = [7]
+natural_frequencies = 2
+[design]
+method = "latin-hypercube"
+samples = 4
+seed = 1
+[[vary]]
+path = "rig.bushings.gap"
+low = 2e-4
+high = 5e-4
+[[vary]]
+path = "excitation.rms"
+low = 0.5
+high = 5
+scale = "log"
+""")
+GRID = {
+    "rig": "rig.toml",
+    "law": "law.json",
+    "vary": [
+        {"path": "law.k[0]", "values": [1e4, 2e4]},
+        {"path": "rig.beam.length", "low": 1.0, "high": 1.1, "count": 2},
+    ],
+}
+REFERENCE = {
+    "rig": "rig.toml",
+    "reference": "record.uff",
+    "outputs": {"band": [4.0, 24.0], "resolution": 4.0, "peaks": [[4.0, 24.0]]},
+    "vary": [{"path": "rig.bushings[0].grease.stiffness", "low": 1e3, "high": 1e4}],
+    "design": {"method": "saltelli", "samples": 2},
+}
+PLANS = (PLAN, GRID, REFERENCE)
+
+
+def dataset() -> tuple[dict, dict[str, bytes]]:
+    """The list of a dataset's records, and the files beside it."""
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name) / "data"
+        records = [
+            Record(f"r{i}", role, RIG, 64.0, channels(), "base", "random", 2.0, i, (5.0, 20.0), {"a": 1})
+            for i, role in enumerate(("identify", "validate"))
+        ]
+        write_dataset(folder, RIG, records)
+        files = {path.name: path.read_bytes() for path in folder.iterdir()}
+    return tomllib.loads(files.pop("dataset.toml").decode()), files
+
+
+def beside_plan() -> dict[str, bytes]:
+    """Files that plans name."""
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        RIG.save(folder / "rig.toml")
+        LAWS[0].save(folder / "law.json")
+        write_uff(folder / "record.uff", channels(64))
+        return {path.name: path.read_bytes() for path in folder.iterdir()}
+
+
+def frequencies() -> list[bytes]:
+    return [
+        b"mode,frequency_hz,std_hz,shape_6,shape_7\n1,9.25,0.1,0.5,1\n2,39.75,0.1,1,-1\n",
+        b"test_hz\n9.25\n39.75\n92.85\n",
+    ]
+
+
+def dropbear() -> list[bytes]:
+    head = ["header"] * 5 + ["Low G Accel\tPinLoc\tTime", *["header"] * 3]
+    return ["\n".join([*head, *(f"{math.sin(i):.4f}\t{0.1 * i:.2f}\t{t:.6f}" for i, t in enumerate(T))]).encode()]
+
+
+def damper() -> list[bytes]:
+    rows = [[float(t), math.sin(i), math.cos(i), 0.0, 1.0, 1.0] for i, t in enumerate(T)]
+    return [json.dumps({"data": rows}).encode()]

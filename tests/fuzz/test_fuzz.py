@@ -1,0 +1,194 @@
+"""A small share of the fuzzing, the same in every run; the tool itself, on readers that misbehave; what was found."""
+
+import faulthandler
+import gzip
+import json
+import os
+import signal
+import time
+
+import h5py
+import numpy as np
+import pytest
+import scipy.io
+
+from clearance_mj.clearance import load_law
+from clearance_mj.errors import ClearanceError, RecordError
+from clearance_mj.io.csv_tables import read_csv
+from clearance_mj.io.files import most_unpacked
+from clearance_mj.io.lvm import read_lvm
+from clearance_mj.io.mat import read_mat
+from clearance_mj.sweep import load_plan
+from clearance_mj.sweep.design import Design, Vary
+from clearance_mj.sweep.store import Table
+
+from . import run, samples
+from .page import table
+from .readers import Reader, generator, readers
+from .run import fuzz
+
+SLOW = ("NetCDF", "HDF5")
+
+
+@pytest.mark.parametrize("name", [*readers()])
+def test_a_share_of_the_inputs(name, tmp_path):
+    outcome = fuzz([readers()[name]], 2, tmp_path, count=25 if name in SLOW else 80, progress=False)[name]
+    assert outcome.findings == []
+    assert outcome.inputs == outcome.read + outcome.refused
+    # Damage that stops every file at the door would find nothing.
+    assert 0 < outcome.read < outcome.inputs
+    assert len(outcome.messages) >= 3
+
+
+@pytest.mark.parametrize("name", [*readers()])
+def test_an_input_is_made_again_by_its_index(name):
+    reader = readers()[name]
+    for index in (0, 7):
+        one, other = (reader.make(generator(reader, 1, index)) for _ in range(2))
+        assert one == other or name == "HDF5"  # it stores the time of a change
+
+
+# The tool.
+
+
+def misbehaving(path, rng):
+    match int(path.read_text()):
+        case 3:
+            raise KeyError("escaped")
+        case 5:
+            faulthandler.disable()  # pytest's
+            os.kill(os.getpid(), signal.SIGSEGV)
+        case 7:
+            time.sleep(60)
+        case 9:
+            np.ones(run.MEMORY // 4)
+        case 11:
+            raise RecordError("it is wrong")
+        case 13:
+            raise RecordError(f"{path}: Unable to allocate 9 GiB")
+        case i if i % 2:
+            raise RecordError(f"{path}: {i} is odd")
+
+
+def test_what_no_reader_may_do_is_found_and_kept(tmp_path, monkeypatch):
+    """Every other input is read all the same, also those after a crash or a hang in the same batch."""
+    monkeypatch.setattr(run, "PATIENCE", 2.0)
+    monkeypatch.setattr(run, "generator", lambda reader, seed, index: index)  # in place of random numbers
+    reader = Reader("odd ones", "a.txt", lambda index: b"%d" % index, misbehaving, 20)
+    outcome = fuzz([reader], 1, tmp_path, workers=1, progress=False)["odd ones"]
+    assert {index: what for index, what, *_ in outcome.findings} == {
+        3: "escaped", 5: "crashed", 7: "hung", 9: "memory", 11: "unclear", 13: "memory",
+    }  # fmt: skip
+    assert (outcome.inputs, outcome.read) == (20, 10)
+    assert "KeyError: 'escaped'" in next(detail for index, _, detail, _ in outcome.findings if index == 3)
+    assert "by SIGSEGV" in next(detail for index, _, detail, _ in outcome.findings if index == 5)
+    assert {p.name: p.read_text() for p in tmp_path.iterdir()} == {
+        f"odd_ones-1-{i}.txt": str(i) for i in (3, 5, 7, 9, 11, 13)
+    }
+    json.dumps(outcome.summary())
+
+
+def test_table_of_the_page():
+    found = {"read": 1, "refused": 2000, "memory_growth_mb": 4}
+    summary = {name: run.Outcome(inputs=n).summary() | found for name, n in (("A", 2001), ("B", 1))}
+    *_, last = table({"readers": summary}).strip().splitlines()
+    assert last == "| sum | 2,002 | 0 | 2 | 4,000 | 0 | 0 | 0 | 0 | 0 | 0 | 4 |"
+
+
+# What it has found.
+
+
+def packed_csv(path):
+    path.write_bytes(gzip.compress(b"time,base\n" + b"1,1\n" * 2**24))
+
+
+def packed_mat(path):
+    scipy.io.savemat(path, {"fs": 64.0, "base": np.zeros(2**23)}, do_compression=True)
+
+
+def declared_hdf5(path):
+    with h5py.File(path, "w") as file:
+        file.attrs["clearance_mj"] = "channels"
+        file.create_dataset("value", (4, 10**11), "f8")
+
+
+@pytest.mark.parametrize(
+    ("name", "make"),
+    [("CSV", packed_csv), ("LVM", packed_csv), ("MATLAB", packed_mat), ("HDF5", declared_hdf5)],
+    ids=["csv.gz", "lvm.gz", "mat", "h5"],
+)
+def test_a_small_file_that_unpacks_to_a_large_one(tmp_path, name, make):
+    """64 MB and more out of 1 to 130 kB: refused in less than the 500 MB that the process may take."""
+    make(tmp_path / "whole")
+    data = (tmp_path / "whole").read_bytes()
+    reader = Reader(name, readers()[name].file, lambda rng: data, readers()[name].read, 1)
+    outcome = fuzz([reader], 1, tmp_path / "found", progress=False)[name]
+    assert outcome.findings == []
+    assert any("times its size, which no record does" in message for message in outcome.messages)
+
+
+def test_numbers_that_were_measured_unpack(tmp_path):
+    """White noise with six digits, compressed as well as gzip can."""
+    noise = np.random.default_rng(0).standard_normal((50_000, 2))
+    text = "time,base,acc:1\n" + "".join(f"{i / 64},{a:.6g},{b:.6g}\n" for i, (a, b) in enumerate(noise))
+    (tmp_path / "a.csv.gz").write_bytes(gzip.compress(text.encode(), 9))
+    assert len(text) < most_unpacked((tmp_path / "a.csv.gz").stat().st_size) / 10
+    assert len(read_csv(tmp_path / "a.csv.gz")) == 2
+
+
+@pytest.mark.parametrize(
+    ("read", "content", "part"),
+    [
+        (read_csv, b"time,base\n0e400,1\n0e400,2\n0e999,3\n", 'column 1 "time": goes from 0 s to 0 s'),
+        (read_csv, b"time," + b"x" * 200_000 + b"\n0,1\n1,2\n2,3\n", "is no line of columns' names"),
+        (read_lvm, samples.lvm()[2].replace(b"X0\t0.5", b"X0\t0.5-1"), "the segment header needs X0, a number"),
+        (load_law, b"[" * 100_000, "not a law file"),
+        (load_law, b'{"kind": "constant", "k": 1' + b"0" * 400 + b', "c": 0}', "k must be numbers"),
+        (load_law, b'{"kind": "contact", "contact": [{"model": ["a"]}]}', r"contact[0].model ['a'] is unknown"),
+        (
+            load_law,
+            b'{"kind": "contact", "contact": [{"model": "kelvin-voigt", "stiffness": 1, "adhesion": [1]}]}',
+            "contact[0].adhesion must be true or false, got [1]",
+        ),
+        (
+            load_law,
+            b'{"kind": "contact", "contact": [{"model": "hunt-crossley", "stiffness": [1], "restitution": 0.5}]}',
+            "contact[0].stiffness must be a plain number in SI units, got [1]",
+        ),
+        (load_plan, b'rig = "rig.toml"\nengine = { name = { a = 1 } }\n', "engine \"{'a': 1}\" is unknown"),
+        (lambda path: Table(path, samples.TABLE, 3), samples.table()[0].replace(b"(3,)", b"(3, "), "is damaged"),
+    ],
+)  # fmt: skip
+def test_refused_in_one_line(tmp_path, read, content, part):
+    path = tmp_path / "file"
+    path.write_bytes(content)
+    samples.RIG.save(tmp_path / "rig.toml")
+    with pytest.raises(ClearanceError) as caught:
+        read(path)
+    assert part in str(caught.value)
+    assert str(path) in str(caught.value)
+    assert str(caught.value).isprintable()
+
+
+@pytest.mark.parametrize("stored", ["fast", 1j, []])
+def test_mat_whose_rate_is_no_number(tmp_path, stored):
+    scipy.io.savemat(tmp_path / "a.mat", {"fs": stored, "base": np.arange(4.0)})
+    with pytest.raises(RecordError, match='variable "fs" must be one number'):
+        read_mat(tmp_path / "a.mat")
+
+
+def test_messages_are_one_printable_line():
+    assert str(RecordError("a\nb\tc\x85ä")) == r"a\nb\tc\x85ä"
+    assert len(str(RecordError("x" * 10**6))) < 600
+
+
+def test_a_plan_of_millions_of_cases_is_looked_at_in_time(tmp_path):
+    """Only a part of the cases is tried beforehand; points that would not fit into memory are refused."""
+    samples.RIG.save(tmp_path / "rig.toml")
+    vary = '[[vary]]\npath = "rig.bushings.gap"\nlow = 1e-4\nhigh = 2e-4\ncount = {}\n'
+    (tmp_path / "plan.toml").write_text('rig = "rig.toml"\n' + vary.format(10**6))
+    assert load_plan(tmp_path / "plan.toml").points.shape == (10**6, 1)
+    many = [Vary(f"a{i}", low=0.0, high=1.0) for i in range(100)]
+    for method in ("latin-hypercube", "sobol", "saltelli"):
+        with pytest.raises(ClearanceError, match="cases of 100 parameters are too many"):
+            Design(method, 2**20).points(many)
