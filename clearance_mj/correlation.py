@@ -14,7 +14,7 @@ import scipy.optimize
 
 from .errors import RecordError
 from .frf import FRF
-from .modes import extract_modes
+from .modes import NO_MODES, Modes, extract_modes
 
 __all__ = [
     "Comparison",
@@ -25,6 +25,7 @@ __all__ = [
     "csf_per_sensor",
     "frac",
     "mac",
+    "mac_of_modes",
     "mre",
     "relative_error",
     "rmse_db",
@@ -88,6 +89,24 @@ def mac(a, b) -> np.ndarray:
     return np.abs(a.conj().T @ b) ** 2 / np.outer(_energy(a, axis=0), _energy(b, axis=0))
 
 
+def mac_of_modes(a: Modes, b: Modes) -> np.ndarray:
+    """MAC of each mode of one set with each of another.
+
+    Parameters
+    ----------
+    a, b : Modes
+        Of the same responses.
+
+    Returns
+    -------
+    ndarray, shape (n_a, n_b)
+        nan if there is one response, whose MAC is 1 by definition.
+    """
+    if a.shape.shape[0] < 2:
+        return np.full((a.frequency.size, b.frequency.size), np.nan)
+    return mac(a.shape, b.shape)
+
+
 def frac(test, model) -> np.ndarray:
     """Frequency response assurance criterion of each response.
 
@@ -142,18 +161,23 @@ def csac(test, model) -> np.ndarray:
     Zang, Grafe and Imregun, Frequency-domain criteria for correlating and updating dynamic finite element
     models, Mechanical Systems and Signal Processing 15, 2001.
     """
-    return _csac(*_products(*_several("CSAC", test, model)))
+    test, model = _pair(test, model)
+    if test.shape[0] < 2:
+        raise RecordError(
+            f"CSAC compares shapes along the responses and needs at least 2, got {test.shape[0]}; use csac_per_sensor"
+        )
+    return _csac(*_products(test, model))
 
 
 def csf(test, model) -> np.ndarray:
     """Cross signature scale factor of each line, 2|H_tᴴH_m| / (H_tᴴH_t + H_mᴴH_m) over the responses.
 
-    It is 1 only where the FRFs agree in shape and in level.
+    It is 1 only where the FRFs agree in shape and in level; of one response it compares the level alone.
 
     Parameters
     ----------
     test, model : array_like, shape (n_resp, n_f)
-        FRFs, complex; at least two responses.
+        FRFs, complex.
 
     Returns
     -------
@@ -163,14 +187,14 @@ def csf(test, model) -> np.ndarray:
     Raises
     ------
     RecordError
-        If the shapes differ, are not (n_resp, n_f) or hold one response.
+        If the shapes differ or are not (n_resp, n_f).
 
     Notes
     -----
     Grafe, Model updating of large structural dynamics models using measured response functions, Ph.D. thesis,
     Imperial College London, 1998; Zang, Grafe and Imregun 2001, as for `csac`.
     """
-    return _csf(*_products(*_several("CSF", test, model)))
+    return _csf(*_products(*_pair(test, model)))
 
 
 def csac_per_sensor(test, model, window: int = 9) -> np.ndarray:
@@ -288,16 +312,6 @@ def _pair(test, model):
     return test, model
 
 
-def _several(name, test, model):
-    test, model = _pair(test, model)
-    if test.shape[0] < 2:
-        raise RecordError(
-            f"{name} compares shapes along the responses and needs at least 2, got {test.shape[0]}; "
-            f"use {name.lower()}_per_sensor"
-        )
-    return test, model
-
-
 def _windows(test, model, window):
     """Both as (n_resp, n_f, window), with zeros beyond the ends: they add nothing to the sums."""
     if window < 3 or window % 2 != 1:
@@ -315,7 +329,7 @@ class Comparison:
     frequency: np.ndarray
     """(n_f,) Hz"""
     csac: np.ndarray
-    """(n_f,)"""
+    """(n_f,), nan of one response"""
     csf: np.ndarray
     """(n_f,)"""
     csac_per_sensor: np.ndarray
@@ -323,10 +337,12 @@ class Comparison:
     csf_per_sensor: np.ndarray
     """(n_resp, n_f) windowed variant"""
     per_sensor: dict
-    """columns of n_resp: sensor (its label), mre, rmse_db, frac; csac and csf: means over the lines of the variant"""
+    """columns of n_resp: sensor (its label), mre, rmse_db, frac; csac and csf: means over the lines of the variant;
+    nan for frac and csac where there is one line"""
     per_mode: dict
     """columns of n_modes: mode (from 1), test_hz, model_hz, relative_error, mac, test_damping, model_damping; a mode
-    without a partner has nan in place of what is not there, and so have rows for which no mode was found"""
+    without a partner has nan in place of what is not there, and so have rows for which no mode was found; the MAC of
+    one response is nan"""
 
     def summary(self) -> dict[str, float]:
         """Means and modes in one flat dict.
@@ -339,7 +355,7 @@ class Comparison:
         """
         means = {name: np.mean(self.per_sensor[name]) for name in ("mre", "rmse_db", "frac")}
         means |= {name: np.mean(getattr(self, name)) for name in ("csac", "csf", "csac_per_sensor", "csf_per_sensor")}
-        paired = np.isfinite(self.per_mode["mac"])
+        paired = np.isfinite(self.per_mode["relative_error"])
         for name in ("relative_error", "mac"):
             means[name] = np.mean(self.per_mode[name][paired]) if paired.any() else np.nan
         modes = {
@@ -361,20 +377,23 @@ def compare(test_frf: FRF, model_frf: FRF, n_modes: int = 4) -> Comparison:
     model_frf : FRF
         The model, estimated in the same way; nothing is interpolated.
     n_modes : int
-        How many modes to compare. They come out of the FRFs and are paired one to one by MAC and frequency.
+        How many modes to compare. They come out of the FRFs and are paired one to one by MAC and frequency. 0: none
+        are looked for.
 
     Returns
     -------
     Comparison
+        With nan for measures that are 1 by definition: CSAC and MAC of one response, FRAC of one line.
 
     Raises
     ------
     RecordError
-        If the lines, the responses or the quantities differ, if there is one response only, or if no modes can be
-        looked for (a line is not finite, too few lines).
+        If the lines, the responses or the quantities differ, or if modes cannot be looked for (a line is not finite,
+        too few lines).
     """
     _require_same(test_frf, model_frf)
-    return with_modes(test_frf, model_frf, _mode_table(*_paired_modes(test_frf, model_frf, n_modes), n_modes))
+    modes = _paired_modes(test_frf, model_frf, n_modes) if n_modes else (NO_MODES, NO_MODES, [])
+    return with_modes(test_frf, model_frf, _mode_table(*modes, n_modes))
 
 
 def with_modes(test_frf: FRF, model_frf: FRF, per_mode: dict) -> Comparison:
@@ -392,18 +411,20 @@ def with_modes(test_frf: FRF, model_frf: FRF, per_mode: dict) -> Comparison:
     Comparison
     """
     test, model = test_frf.value, model_frf.value
-    variant_csac, variant_csf = csac_per_sensor(test, model), csf_per_sensor(test, model)
+    n_resp, n_f = test.shape
+    # What is 1 by definition says nothing.
+    by_line = csac(test, model) if n_resp > 1 else np.full(n_f, np.nan)
+    variant_csac = csac_per_sensor(test, model) if n_f > 1 else np.full((n_resp, 1), np.nan)
+    variant_csf = csf_per_sensor(test, model)
     per_sensor = {
         "sensor": test_frf.responses,
         "mre": mre(test, model),
         "rmse_db": rmse_db(test, model),
-        "frac": frac(test, model),
+        "frac": frac(test, model) if n_f > 1 else np.full(n_resp, np.nan),
         "csac": variant_csac.mean(axis=1),
         "csf": variant_csf.mean(axis=1),
     }
-    return Comparison(
-        test_frf.frequency, csac(test, model), csf(test, model), variant_csac, variant_csf, per_sensor, per_mode
-    )
+    return Comparison(test_frf.frequency, by_line, csf(test, model), variant_csac, variant_csf, per_sensor, per_mode)
 
 
 def _require_same(test_frf, model_frf):
@@ -459,7 +480,7 @@ def _mode_table(test, model, pairs, n_modes) -> dict:
     rows = [(i, partner.get(i, -1)) for i in range(test.frequency.size)]
     rows += [(-1, j) for j in range(model.frequency.size) if j not in partner.values()]
     rows += [(-1, -1)] * n_modes
-    of_test, of_model = np.array(rows[:n_modes]).T
+    of_test, of_model = np.array(rows[:n_modes], dtype=int).reshape(-1, 2).T
 
     def column(values, places):
         return np.append(values, np.nan)[places]
@@ -470,7 +491,7 @@ def _mode_table(test, model, pairs, n_modes) -> dict:
         "test_hz": test_hz,
         "model_hz": model_hz,
         "relative_error": relative_error(test_hz, model_hz),
-        "mac": np.pad(mac(test.shape, model.shape), (0, 1), constant_values=np.nan)[of_test, of_model],
+        "mac": np.pad(mac_of_modes(test, model), (0, 1), constant_values=np.nan)[of_test, of_model],
         "test_damping": column(test.damping, of_test),
         "model_damping": column(model.damping, of_model),
     }

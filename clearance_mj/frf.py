@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -10,7 +11,7 @@ import scipy.signal
 
 from .errors import RecordError
 
-__all__ = ["ESTIMATORS", "FRF", "WINDOWS", "estimate_frf"]
+__all__ = ["ESTIMATORS", "FRF", "WINDOWS", "by_reference", "estimate_frf", "one_or_several"]
 
 WINDOWS = ("hann", "boxcar")
 QUANTITY = {"base": "acceleration/acceleration", "force": "acceleration/force"}
@@ -74,6 +75,44 @@ class FRF:
         lines = _lines(self.frequency, band)
         coherence = None if self.coherence is None else self.coherence[:, lines]
         return replace(self, frequency=self.frequency[lines], value=self.value[:, lines], coherence=coherence)
+
+
+def by_reference(frfs: FRF | Mapping[str, FRF]) -> dict[str, FRF]:
+    """FRFs by their reference, be they to one or to several.
+
+    Parameters
+    ----------
+    frfs : FRF or mapping of str to FRF
+        An FRF, or FRFs under their own references.
+
+    Returns
+    -------
+    dict of str to FRF
+
+    Raises
+    ------
+    RecordError
+        If the mapping is empty, or holds something else or under another name.
+    """
+    found = {frfs.reference: frfs} if isinstance(frfs, FRF) else dict(frfs)
+    if not found:
+        raise RecordError("there is no FRF")
+    for reference, frf in found.items():
+        if not isinstance(frf, FRF) or frf.reference != reference:
+            what = f"an FRF to {frf.reference}" if isinstance(frf, FRF) else type(frf).__name__
+            raise RecordError(f'under "{reference}" there is {what}; needs the FRF to this reference')
+    return found
+
+
+def one_or_several(frfs: Sequence[FRF]) -> FRF | dict[str, FRF]:
+    """Return one FRF as it is, several as a mapping from their references: what readers of files return.
+
+    Parameters
+    ----------
+    frfs : sequence of FRF
+        To different references.
+    """
+    return frfs[0] if len(frfs) == 1 else {frf.reference: frf for frf in frfs}
 
 
 def estimate_frf(

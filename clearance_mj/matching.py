@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import dataclasses
+import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,10 +13,12 @@ import scipy.interpolate
 from .errors import RecordError
 from .frf import FRF
 
-__all__ = ["Match", "accelerance", "convert_quantity", "match"]
+__all__ = ["Match", "accelerance", "convert_quantity", "match", "match_references"]
 
 ORDERS = {"displacement": 0, "velocity": 1, "acceleration": 2}
 """Times that the motion is differentiated"""
+EACH = "each reference"
+"""stands for the reference of FRFs whose rows are labelled "3:+Z/5:+Z", response and reference"""
 SAME_LINE = 1e-6
 """relative difference of frequencies that are one line: files hold six digits"""
 
@@ -32,7 +36,6 @@ class Match:
     only_test: tuple[str, ...]
     """the test's responses without a partner"""
     only_model: tuple[str, ...]
-    """the model's responses without a partner"""
     """the model's responses without a partner"""
 
     def within(self, band: tuple[float, float]) -> Match:
@@ -143,8 +146,54 @@ def match(test: FRF, model: FRF) -> Match:
     return Match(test, model, tuple(notes), only_test, only_model)
 
 
+def match_references(test: Mapping[str, FRF], model: Mapping[str, FRF]) -> Match:
+    """Bring FRFs to several references from two places to one quantity, the same pairs and the same lines.
+
+    A pair is a response and a reference, both matched by node and axis as in `match`; every pair is one row, labelled
+    "3:+Z/5:+Z". Where both have one reference this is `match`.
+
+    Parameters
+    ----------
+    test, model : mapping of str to FRF
+        The functions by reference.
+
+    Returns
+    -------
+    Match
+
+    Raises
+    ------
+    RecordError
+        As `match`, and if the references of one side differ in quantity or lines.
+    """
+    if len(test) == len(model) == 1:
+        return match(*test.values(), *model.values())
+    return match(_pairs_as_rows("test", test), _pairs_as_rows("model", model))
+
+
+def _pairs_as_rows(who, frfs) -> FRF:
+    first, *others = frfs.values()
+    for frf in others:
+        pair = f"the {who}'s FRFs to {first.reference} and to {frf.reference}"
+        if frf.quantity != first.quantity:
+            raise RecordError(f"{pair} are {first.quantity} and {frf.quantity}; needs one quantity")
+        if not np.array_equal(frf.frequency, first.frequency):
+            raise RecordError(f"{pair} are not on the same lines")
+    coherences = [np.full(f.value.shape, np.nan) if f.coherence is None else f.coherence for f in frfs.values()]
+    return FRF(
+        first.frequency,
+        np.concatenate([frf.value for frf in frfs.values()]),
+        np.concatenate(coherences) if any(f.coherence is not None for f in frfs.values()) else None,
+        tuple(f"{response}/{frf.reference}" for frf in frfs.values() for response in frf.responses),
+        EACH,
+        first.quantity,
+    )
+
+
 def _along(reference, model, notes) -> FRF:
     """The model's FRFs to the test's reference."""
+    if reference == model.reference:
+        return model
     sign = _same_axis(reference, model.reference)
     if not sign:
         raise RecordError(f"the test's reference is {reference}, the model's {model.reference}; needs one reference")
@@ -154,7 +203,11 @@ def _along(reference, model, notes) -> FRF:
 
 
 def _same_axis(a, b) -> int:
-    """1 for one degree of freedom, -1 if the signs of the direction differ, 0 for different ones."""
+    """1 for one degree of freedom, or pair of them, -1 if the signs of the direction differ, 0 for different ones."""
+    return math.prod(map(_same_axis_of_one, a.split("/"), b.split("/")))
+
+
+def _same_axis_of_one(a, b) -> int:
     (node, direction), (other_node, other) = a.split(":"), b.split(":")
     if int(node) != int(other_node) or direction.lstrip("+-") != other.lstrip("+-"):
         return 0

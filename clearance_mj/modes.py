@@ -24,6 +24,7 @@ __all__ = ["Modes", "extract_modes"]
 
 MIN_ORDER = 5
 LINES_PER_ORDER = 3
+LEAST_LINES = LINES_PER_ORDER * (MIN_ORDER + 1)
 CIRCLE = 0.9  # share of the unit circle that the band covers; the rest takes up the jump from its end to its start
 RIDGE = 1e-12
 QUIETEST = 1e-3  # level over the largest, below which lines get no more weight
@@ -53,6 +54,9 @@ class Modes:
     """(n_sensors, n) complex; the largest component of each is 1"""
     responses: tuple[str, ...] = ()
     """degree of freedom of each row of the shapes, such as "3:+Z" """
+
+
+NO_MODES = Modes(np.empty(0), np.empty(0), np.empty((0, 0)))
 
 
 def extract_modes(frf, n_modes: int = 4, band: tuple[float, float] | None = None, max_order: int = 40) -> Modes:
@@ -107,8 +111,7 @@ def _usable_order(frf, n_modes, max_order) -> int:
         raise RecordError("the FRF is zero at every line")
     order = min(max_order, frf.frequency.size // LINES_PER_ORDER)
     if order <= MIN_ORDER:
-        least = LINES_PER_ORDER * (MIN_ORDER + 1)
-        raise RecordError(f"modes need at least {least} lines, the band holds {frf.frequency.size}")
+        raise RecordError(f"modes need at least {LEAST_LINES} lines, the band holds {frf.frequency.size}")
     return order
 
 

@@ -118,7 +118,6 @@ def test_bad_input(capsys, tmp_path, measured, small_dataset, monkeypatch):
         "far.uff": {"frequency": frf.frequency + 500},
         "base.uff": {"quantity": "acceleration/acceleration"},
         "dofs.uff": {"responses": ("1:+X", "2:+X", "3:+X")},
-        "one.uff": {"responses": ("1:+Z", "2:+X", "3:+X")},
     }
     for name, fields in changed.items():
         formats.write(tmp_path / name, dataclasses.replace(frf, **fields))
@@ -128,16 +127,106 @@ def test_bad_input(capsys, tmp_path, measured, small_dataset, monkeypatch):
         ("far.uff",): "bands do not overlap",
         ("base.uff",): "over a force",
         ("dofs.uff",): "no response is common",
-        ("one.uff",): "needs at least 2",
         ("absent.uff",): "absent.uff: cannot be read",
         ("absent.csv",): "absent.csv: No such file",
         ("a.wav",): "does not say what its samples are",
         (sorted(small_dataset.glob("*.uff"))[0],): "holds time records, needs FRFs",
         (measured, "--band", "500", "600"): "no line between 500 and 600 Hz",
-        (measured, "--modes", "0"): "n_modes must be >= 1",
+        (measured, "--modes", "-1"): "n_modes must be >= 1",
         (measured, "--out", "file"): "is a file; give a folder",
         (measured, "--model-column", "a=b"): "are for CSV and MATLAB files",
         (measured, "--test-column", "a"): '--test-column "a": needs HEADER=CHANNEL',
     }
     for (model, *options), part in cases.items():
         assert part in refused(capsys, measured, model, *options), model
+
+
+# One response, one line, several references
+
+
+def test_one_common_response(capsys, tmp_path, measured):
+    """Twice the level at one sensor: 20 lg 2 dB, MRE 1, FRAC 1, CSF 4/5; CSAC and MAC would be 1 of anything."""
+    frf = structure(np.arange(5.0, 120.0, 0.5), scale=2.0)
+    formats.write(tmp_path / "one.uff", dataclasses.replace(frf, responses=("1:+Z", "2:+X", "3:+X")))
+    got = run(capsys, measured, tmp_path / "one.uff")
+    assert (got["rmse_db"], got["mre"], got["frac"], got["csf"]) == pytest.approx((20 * np.log10(2), 1, 1, 0.8))
+    assert got["csac"] is got["mac"] is None
+    assert got["per_mode"]["mac"] == [None] * 3 and np.isnan(np.array(got["mac_matrix"]["mac"], dtype=float)).all()
+    np.testing.assert_allclose(got["per_mode"]["relative_error"], 0, atol=1e-6)
+    assert "CSAC and MAC of one response are 1 by definition: undefined" in got["notes"]
+    out = tmp_path / "out"
+    assert main(["compare", str(measured), str(tmp_path / "one.uff"), "--modes", "3", "--out", str(out)]) == 0
+    said = capsys.readouterr().out
+    assert "CSAC undefined, CSF 0.8" in said and "MAC undefined" in said
+    assert {p.name for p in out.iterdir()} == {"frf_1.png", "correlation.png", "sensors.png", "comparison.json"}
+
+
+def test_one_common_line(capsys, tmp_path, measured):
+    formats.write(tmp_path / "model.csv", structure(np.arange(5.0, 120.0, 0.5), scale=2.0))
+    got = run(capsys, measured, tmp_path / "model.csv", "--band", "20", "20")
+    assert (got["lines"], got["rmse_db"], got["csf"]) == (1, pytest.approx(20 * np.log10(2)), pytest.approx(0.8))
+    assert got["csac"] == pytest.approx(1)  # shapes over three responses can differ
+    assert got["frac"] is None and got["per_mode"]["mode"] == []
+    assert any("they need 18 common lines, there are 1" in note for note in got["notes"])
+    arguments = ["compare", str(measured), str(tmp_path / "model.csv"), "--band", "20", "20"]
+    assert main([*arguments, "--out", str(tmp_path / "out")]) == 0
+    assert "FRAC of one line is 1 by definition" in capsys.readouterr().err
+
+
+NODES = (1, 2, 3)
+LINES = np.arange(5.0, 120.0, 0.5)
+
+
+def matrix(references, responses, shapes):
+    """Accelerance of the three modes between any of three nodes; ``shapes`` has a row for each mode."""
+    omega, omega_r = 2 * np.pi * LINES, 2 * np.pi * POLES_HZ[:, None]
+    modal = -(omega**2) / (omega_r**2 - omega**2 + 2j * DAMPING * omega_r * omega)
+    found = {}
+    for j in references:
+        value = (shapes[:, [i - 1 for i in responses]].T * shapes[:, j - 1]) @ modal
+        labels = tuple(f"{i}:+Z" for i in responses)
+        found[f"{j}:+Z"] = FRF(LINES, value, None, labels, f"{j}:+Z", "acceleration/force")
+    return found
+
+
+MODES = SHAPE.T.copy()
+"""a row for each mode"""
+
+
+@pytest.mark.parametrize("suffix", [".uff", ".csv", ".mat", ".nc", ".h5"])
+def test_several_references(capsys, tmp_path, suffix):
+    """Two shakers here; a hammer at all nodes, in another order, in a file of another kind there."""
+    formats.write(tmp_path / "test.uff", matrix((3, 1), NODES, MODES))
+    formats.write(tmp_path / f"model{suffix}", matrix((1, 2, 3), (2, 3, 1), MODES))
+    got = run(capsys, tmp_path / "test.uff", tmp_path / f"model{suffix}")
+    assert got["per_sensor"]["sensor"] == [f"{i}:+Z/{j}:+Z" for j in (3, 1) for i in NODES]
+    assert got["rmse_db"] == pytest.approx(0, abs=1e-8)
+    assert (got["frac"], got["csac"], got["csf"], got["mac"]) == pytest.approx((1, 1, 1, 1))
+    assert got["only_model"] == [f"{i}:+Z/2:+Z" for i in (2, 3, 1)]
+    np.testing.assert_allclose(got["per_mode"]["test_hz"], POLES_HZ, rtol=1e-3)
+
+
+def test_a_hammer_that_roves_has_shapes_along_its_references(capsys, tmp_path):
+    """One accelerometer: the MAC over the pairs is that of the shapes, |φᵀψ|² / (φᵀφ ψᵀψ)."""
+    other = MODES + np.array([[0.0, 0.3, 0.0], [0.0, 0.0, 0.4], [0.2, 0.0, 0.0]])
+    formats.write(tmp_path / "test.uff", matrix(NODES, (3,), MODES))
+    formats.write(tmp_path / "model.uff", matrix(NODES, (3,), other))
+    got = run(capsys, tmp_path / "test.uff", tmp_path / "model.uff")
+    wanted = [(a @ b) ** 2 / (a @ a * (b @ b)) for a, b in zip(MODES, other)]
+    np.testing.assert_allclose(got["per_mode"]["mac"], wanted, rtol=1e-3)
+
+
+def test_mac_of_several_responses_and_references_is_a_product(capsys, tmp_path):
+    """Residues φ_i φ_j over all pairs: the MAC is the square of that of the shapes."""
+    other = MODES + np.array([[0.0, 0.3, 0.0], [0.0, 0.0, 0.4], [0.2, 0.0, 0.0]])
+    formats.write(tmp_path / "test.uff", matrix(NODES, NODES, MODES))
+    formats.write(tmp_path / "model.uff", matrix(NODES, NODES, other))
+    got = run(capsys, tmp_path / "test.uff", tmp_path / "model.uff")
+    wanted = [(a @ b) ** 4 / (a @ a * (b @ b)) ** 2 for a, b in zip(MODES, other)]
+    np.testing.assert_allclose(got["per_mode"]["mac"], wanted, rtol=2e-3)
+
+
+def test_references_that_differ(capsys, tmp_path):
+    formats.write(tmp_path / "test.uff", matrix((1, 2), NODES, MODES))
+    formats.write(tmp_path / "model.uff", matrix((3,), NODES, MODES))
+    assert "no response is common" in refused(capsys, tmp_path / "test.uff", tmp_path / "model.uff")

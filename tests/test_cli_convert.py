@@ -7,7 +7,7 @@ import pytest
 import scipy.io
 
 from clearance_mj.cli import main
-from clearance_mj.frf import estimate_frf
+from clearance_mj.frf import FRF, estimate_frf
 from clearance_mj.io import formats
 from clearance_mj.io.dataset import Dataset
 from clearance_mj.io.uff import read_geometry
@@ -92,6 +92,24 @@ def test_a_simulated_response(capsys, tmp_path, record, rig):
     assert run(capsys, tmp_path / "r.nc", tmp_path / "b.uff", "--rig", RIG)["holds"].startswith("11 channels")
     run(capsys, tmp_path / "r.nc", tmp_path / "h.csv", "--frf", 1)
     assert formats.read_frf(tmp_path / "h.csv").responses == tuple(rig.sensor_labels)
+
+
+def test_one_reference_out_of_several(capsys, tmp_path, rng):
+    value = rng.standard_normal((2, 30)) + 1j
+    frfs = {r: FRF(np.arange(5.0, 35.0), value, None, (), r, "acceleration/force") for r in ("5:+Z", "7:-Y")}
+    formats.write(tmp_path / "two.uff", frfs)
+    said = run(capsys, tmp_path / "two.uff", tmp_path / "two.csv")
+    assert said["holds"] == (
+        "2 FRFs, acceleration/force to 5:+Z, 30 lines; 2 FRFs, acceleration/force to 7:-Y, 30 lines"
+    )
+    said = run(capsys, tmp_path / "two.csv", tmp_path / "one.uff", "--reference", "7:-Y")
+    assert said["holds"] == "2 FRFs, acceleration/force to 7:-Y, 30 lines"
+    np.testing.assert_array_equal(formats.read_frf(tmp_path / "one.uff").value, value)
+    said = refused(capsys, tmp_path / "two.uff", tmp_path / "x.csv", "--reference", "6:+Z")
+    assert "holds FRFs to 5:+Z, 7:-Y; not 6:+Z" in said
+    assert "--frf is for time records" in refused(capsys, tmp_path / "two.uff", tmp_path / "x.csv", "--frf", 1)
+    said = refused(capsys, tmp_path / "two.uff", tmp_path / "x", "--rig", RIG, "--reference", "5:+Z")
+    assert "a dataset holds time records; --reference" in said
 
 
 def test_a_dataset_out_of_single_files(capsys, tmp_path, bench, columns, record):

@@ -1,6 +1,7 @@
 """Correlation measures against their formulas in plain loops, and against what they must not see."""
 
 import cmath
+import dataclasses
 import json
 import math
 
@@ -125,12 +126,17 @@ def test_bounds(seed, n_resp, n_f):
     assert np.all(csf(test, model) <= np.sqrt(csac(test, model)) * (1 + 1e-12))
 
 
-@pytest.mark.parametrize("criterion", [csac, csf])
-def test_one_response_is_refused(criterion):
-    """CSAC of one response is 1 whatever the FRFs are."""
+def test_csac_of_one_response_is_refused():
+    """It is 1 whatever the FRFs are."""
+    with pytest.raises(RecordError, match=r"CSAC .* at least 2, got 1; use csac_per_sensor"):
+        csac(*frfs(n_resp=1))
+
+
+def test_csf_of_one_response_compares_levels():
+    """2ab / (a² + b²) of the magnitudes a, b."""
     test, model = frfs(n_resp=1)
-    with pytest.raises(RecordError, match=rf"at least 2, got 1; use {criterion.__name__}_per_sensor"):
-        criterion(test, model)
+    a, b = np.abs(test[0]), np.abs(model[0])
+    np.testing.assert_allclose(csf(test, model), 2 * a * b / (a**2 + b**2), rtol=1e-12)
 
 
 @pytest.mark.parametrize("criterion", [frac, csac, csf, mre, rmse_db, csac_per_sensor, csf_per_sensor])
@@ -274,6 +280,24 @@ def test_frfs_that_cannot_be_compared_are_refused(model, message):
         compare(modal_frf(), model)
 
 
-def test_one_response_cannot_be_compared():
-    with pytest.raises(RecordError, match="CSAC compares shapes along the responses and needs at least 2, got 1"):
-        compare(modal_frf(shapes=SHAPES[:1]), modal_frf(shapes=SHAPES[:1]))
+def test_one_response_has_no_csac_and_no_mac():
+    """Both are 1 by definition; all else is told, of twice the level: 20 lg 2 dB, MRE 1, CSF 4/5."""
+    test = modal_frf(shapes=SHAPES[:1])
+    model = dataclasses.replace(test, value=2 * test.value)
+    found = compare(test, model, 3)
+    assert np.isnan(found.csac).all() and np.isnan(found.per_mode["mac"]).all()
+    np.testing.assert_allclose(found.csf, 0.8, rtol=1e-12)
+    summary = found.summary()
+    assert (summary["rmse_db"], summary["mre"], summary["frac"]) == pytest.approx((20 * np.log10(2), 1, 1))
+    assert summary["relative_error"] == pytest.approx(0, abs=1e-6)
+    assert np.isnan(summary["mac"]) and np.isnan(summary["csac"])
+
+
+def test_one_line_has_no_frac():
+    test = modal_frf().within((20, 20))
+    found = compare(test, dataclasses.replace(test, value=2 * test.value), 0)
+    assert test.frequency.size == 1
+    assert np.isnan(found.per_sensor["frac"]).all() and np.isnan(found.csac_per_sensor).all()
+    assert found.csac == pytest.approx([1])
+    np.testing.assert_allclose(found.csf_per_sensor, 0.8, rtol=1e-12)
+    assert found.per_mode["mode"].size == 0 and np.isnan(found.summary()["mac"])

@@ -7,7 +7,7 @@ import pytest
 
 from clearance_mj.errors import RecordError
 from clearance_mj.frf import FRF
-from clearance_mj.matching import accelerance, convert_quantity, match
+from clearance_mj.matching import accelerance, convert_quantity, match, match_references
 
 LINES = np.arange(5.0, 100.0, 0.5)
 DOFS = ("1:+Z", "2:+Z", "3:+Z")
@@ -128,3 +128,68 @@ def test_a_hole_is_not_interpolated_over():
     value[1, 40] = np.nan
     with pytest.raises(RecordError, match="not finite at 15 Hz"):
         match(oscillator(), dataclasses.replace(model, value=value))
+
+
+# Several references
+
+
+def driven(factors, responses=DOFS, **fields):
+    """Oscillators to several references, each a multiple of the first."""
+    found = {}
+    for reference, factor in factors.items():
+        frf = oscillator("acceleration/force", responses=responses)
+        found[reference] = dataclasses.replace(frf, value=factor * frf.value, reference=reference, **fields)
+    return found
+
+
+def test_one_reference_on_both_sides_is_match():
+    one = driven({"200:+Z": 1.0})
+    got, wanted = match_references(one, one), match(one["200:+Z"], one["200:+Z"])
+    assert got.test.responses == wanted.test.responses and got.test.reference == "200:+Z"
+
+
+def test_pairs_are_matched_by_response_and_reference():
+    """Order, the direction of one hammer and of one sensor differ; each side has a reference of its own."""
+    test = driven({"1:+Z": 1.0, "5:+Z": 2.0, "9:+X": 4.0})
+    model = driven({"5:-Z": -2.0, "8:+Z": 5.0, "1:+Z": 1.0}, ("3:+Z", "1:-Z"))
+    for reference, frf in model.items():
+        model[reference] = dataclasses.replace(frf, value=frf.value * [[3.0], [-0.5]])
+    got = match_references(test, model)
+    assert got.model.responses == got.test.responses == ("1:+Z/1:+Z", "3:+Z/1:+Z", "1:+Z/5:+Z", "3:+Z/5:+Z")
+    np.testing.assert_allclose(got.model.value, got.test.value, rtol=1e-14)
+    assert got.only_test == ("2:+Z/1:+Z", "2:+Z/5:+Z", "1:+Z/9:+X", "2:+Z/9:+X", "3:+Z/9:+X")
+    assert got.only_model == ("3:+Z/8:+Z", "1:-Z/8:+Z")
+    assert got.notes == ("the model's responses are turned: 1:-Z/1:+Z to 1:+Z/1:+Z, 3:+Z/5:-Z to 3:+Z/5:+Z",)
+
+
+def test_one_reference_of_several():
+    got = match_references(driven({"5:+Z": 2.0}), driven({"1:+Z": 1.0, "5:+Z": 2.0}))
+    assert got.test.responses == ("1:+Z/5:+Z", "2:+Z/5:+Z", "3:+Z/5:+Z")
+    np.testing.assert_array_equal(got.test.value, got.model.value)
+
+
+def test_coherence_of_one_reference_only():
+    test = driven({"1:+Z": 1.0, "5:+Z": 2.0})
+    test["5:+Z"] = dataclasses.replace(test["5:+Z"], coherence=np.full(test["5:+Z"].value.shape, 0.9))
+    got = match_references(test, test).test.coherence
+    assert np.isnan(got[:3]).all() and (got[3:] == 0.9).all()
+
+
+@pytest.mark.parametrize(
+    ("changes", "part"),
+    [
+        ({"quantity": "displacement/force"}, r"the test's FRFs to 1:\+Z and to 5:\+Z are acceleration/force and disp"),
+        ({"frequency": LINES + 1}, r"the test's FRFs to 1:\+Z and to 5:\+Z are not on the same lines"),
+    ],
+)
+def test_references_that_do_not_fit_each_other(changes, part):
+    test = driven({"1:+Z": 1.0, "5:+Z": 2.0})
+    model = dict(test)
+    test["5:+Z"] = dataclasses.replace(test["5:+Z"], **changes)
+    with pytest.raises(RecordError, match=part):
+        match_references(test, model)
+
+
+def test_no_common_pair():
+    with pytest.raises(RecordError, match=r"no response is common; the test has 1:\+Z/1:\+Z, .* the model 1:\+Z/2:\+Z"):
+        match_references(driven({"1:+Z": 1.0, "5:+Z": 2.0}), driven({"2:+Z": 1.0}))

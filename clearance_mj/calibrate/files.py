@@ -81,7 +81,8 @@ def read_frf(path, band: tuple[float, float] | None = None) -> FRFTarget:
     """
     frf = read_uff(path)
     if not isinstance(frf, FRF):
-        raise RecordError(f"{path}: holds time records, calibration needs FRFs")
+        found = f"FRFs to {', '.join(frf)}" if isinstance(frf, dict) else "time records or modes"
+        raise RecordError(f"{path}: holds {found}, calibration needs FRFs to one reference")
     frf = frf.within(band) if band else frf
     if not (np.isfinite(frf.value) & (frf.value != 0)).all():
         raise RecordError(f"{path}: an FRF is zero or not finite at a line; cut it off with a band")

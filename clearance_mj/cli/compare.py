@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import sys
 from pathlib import Path
 
@@ -11,6 +12,9 @@ from .columns import add_columns, parse_columns
 from .command import add_command
 
 __all__ = ["add"]
+
+NAMED = 8
+"""responses that a warning lists"""
 
 
 def add(commands):
@@ -28,27 +32,29 @@ def add(commands):
     parser.add_argument("test", type=Path, help="file with the test's FRFs: .uff, .csv, .mat, .nc or .h5")
     parser.add_argument("model", type=Path, help="file with the model's FRFs")
     parser.add_argument("--band", type=float, nargs=2, metavar=("LO", "HI"), help="band to compare, Hz (default: all)")
-    parser.add_argument("--modes", type=int, default=4, help="how many modes to compare (default: %(default)s)")
+    parser.add_argument(
+        "--modes", type=int, default=4, help="how many modes to compare, 0 for none (default: %(default)s)"
+    )
     add_columns(parser, "--test-column", "the test's CSV or MATLAB file")
     add_columns(parser, "--model-column", "the model's CSV or MATLAB file")
 
 
 def _run(options):
-    from ..io.formats import read_frf
-    from ..matching import match
+    from ..io.formats import read_frfs
+    from ..matching import match_references
 
     if options.out and options.out.is_file():
         raise ClearanceError(f"--out {options.out} is a file; give a folder")
-    test = read_frf(options.test, dict(parse_columns(options.test_column, "--test-column")))
-    model = read_frf(options.model, dict(parse_columns(options.model_column, "--model-column")))
+    test = read_frfs(options.test, dict(parse_columns(options.test_column, "--test-column")))
+    model = read_frfs(options.model, dict(parse_columns(options.model_column, "--model-column")))
     try:
-        matched = match(test, model)
+        matched = match_references(test, model)
         if options.band:
             matched = matched.within(options.band)
         result, drawings = _compared(matched, options)
     except ClearanceError as error:
         raise type(error)(f"{options.test}, {options.model}: {error}") from None
-    _tell(matched)
+    _tell(result)
     if options.out:
         result["figures"] = _write(options.out, drawings())
         with replacing(options.out / "comparison.json") as temporary:
@@ -58,28 +64,41 @@ def _run(options):
     return result
 
 
-def _tell(matched):
-    for note in matched.notes:
+def _tell(result):
+    for note in result["notes"]:
         print(f"clearance-mj: note: {note}", file=sys.stderr)
-    for who, left in (("test", matched.only_test), ("model", matched.only_model)):
-        if left:
-            print(f"clearance-mj: warning: only the {who} has {', '.join(left)}: left out", file=sys.stderr)
+    for who in ("test", "model"):
+        if left := result[f"only_{who}"]:
+            more = f" and {len(left) - NAMED} more" if len(left) > NAMED else ""
+            print(
+                f"clearance-mj: warning: only the {who} has {', '.join(left[:NAMED])}{more}: left out", file=sys.stderr
+            )
 
 
 def _compared(matched, options):
     """The comparison as plain data, and how to draw it."""
-    from ..correlation import compare, mac, with_modes
-    from ..matching import accelerance
-    from ..modes import extract_modes
+    from ..correlation import compare, mac_of_modes, with_modes
+    from ..matching import EACH, accelerance
+    from ..modes import LEAST_LINES, NO_MODES, extract_modes
     from ..report.comparison import draw
 
+    frequency, rows = matched.test.frequency, len(matched.test.responses)
+    n_modes = options.modes if frequency.size >= LEAST_LINES else 0
+    notes = list(matched.notes)
+    if n_modes < options.modes:
+        notes.append(f"modes are not looked for: they need {LEAST_LINES} common lines, there are {frequency.size}")
+    if rows == 1:
+        notes.append("CSAC and MAC of one response are 1 by definition: undefined")
+    elif matched.test.reference == EACH:
+        notes.append("CSAC, CSF and MAC are over all pairs of response and reference")
+    if frequency.size == 1:
+        notes.append("FRAC of one line is 1 by definition: undefined")
     # Modes are looked for in accelerations, whatever the test measured; all else is told in the test's quantity.
     of_modes = [accelerance(frf) for frf in (matched.test, matched.model)]
-    per_mode = compare(*of_modes, options.modes).per_mode
+    per_mode = compare(*of_modes, n_modes).per_mode
     comparison = with_modes(matched.test, matched.model, per_mode)
-    modes = [extract_modes(frf, options.modes) for frf in of_modes]
-    matrix = mac(modes[0].shape, modes[1].shape)
-    frequency = matched.test.frequency
+    modes = [extract_modes(frf, n_modes) if n_modes else NO_MODES for frf in of_modes]
+    matrix = mac_of_modes(*modes)
     result = comparison.summary() | {
         "test": str(options.test),
         "model": str(options.model),
@@ -87,7 +106,7 @@ def _compared(matched, options):
         "reference": matched.test.reference,
         "band": [float(frequency[0]), float(frequency[-1])],
         "lines": int(frequency.size),
-        "notes": list(matched.notes),
+        "notes": notes,
         "only_test": list(matched.only_test),
         "only_model": list(matched.only_model),
         "per_sensor": _plain(comparison.per_sensor),
@@ -118,19 +137,25 @@ MEASURES = ("rmse_db", "mre", "frac", "csac", "csf")
 def _print(result):
     low, high = result["band"]
     print(f"{result['quantity']} to {result['reference']}, {result['lines']} lines from {low:g} to {high:g} Hz")
-    print(f"{'sensor':10s}" + "".join(f"{name:>10s}" for name in MEASURES))
     sensors = result["per_sensor"]
-    for i, label in enumerate(sensors["sensor"]):
-        print(f"{label:10s}" + "".join(f"{sensors[name][i]:10.4g}" for name in MEASURES))
-    print(f"{'mean':10s}" + "".join(f"{result[name]:10.4g}" for name in ("rmse_db", "mre", "frac")), end="")
-    print("".join(f"{result[f'{name}_per_sensor']:10.4g}" for name in ("csac", "csf")))
-    print(f"CSAC {result['csac']:.4g}, CSF {result['csf']:.4g} over the responses, mean of the lines")
+    means = [result[name] for name in ("rmse_db", "mre", "frac", "csac_per_sensor", "csf_per_sensor")]
+    width = max(map(len, (*sensors["sensor"], "sensor"))) + 2
+    print(f"{'sensor':{width}s}" + "".join(f"{name:>10s}" for name in MEASURES))
+    for label, *values in zip(sensors["sensor"], *(sensors[name] for name in MEASURES)):
+        print(f"{label:{width}s}" + "".join(f"{_number(value):>10s}" for value in values))
+    print(f"{'mean':{width}s}" + "".join(f"{_number(value):>10s}" for value in means))
+    print(f"CSAC {_number(result['csac'])}, CSF {_number(result['csf'])} over the responses, mean of the lines")
     modes = result["per_mode"]
     for i, number in enumerate(modes["mode"]):
         test, model = modes["test_hz"][i], modes["model_hz"][i]
         print(
             f"mode {number}: {test:.5g} Hz, model {model:.5g} Hz ({100 * (model / test - 1):+.3g} %), "
-            f"MAC {modes['mac'][i]:.4g}, damping {modes['test_damping'][i]:.3g}, model {modes['model_damping'][i]:.3g}"
+            f"MAC {_number(modes['mac'][i])}, damping {modes['test_damping'][i]:.3g}, "
+            f"model {modes['model_damping'][i]:.3g}"
         )
     for path in result.get("figures", []):
         print(f"figure: {path}")
+
+
+def _number(value) -> str:
+    return f"{value:.4g}" if math.isfinite(value) else "undefined"

@@ -40,6 +40,9 @@ def add(commands):
     parser.add_argument(
         "--frf", type=float, metavar="HZ", help="write a record's FRFs (H1, Hann) with lines this far apart"
     )
+    parser.add_argument(
+        "--reference", metavar="DOF", help="of FRFs to several references write those to one, such as 5:+Z"
+    )
     parser.add_argument("--band", type=float, nargs=2, metavar=("LO", "HI"), help="band of the excitation, Hz")
     parser.add_argument("--role", help="of the records of a dataset: identify or validate (default: identify)")
     parser.add_argument(
@@ -79,7 +82,10 @@ def _to_file(inputs, out, columns, options):
     formats.format_of(out)
     (path,) = inputs
     rig = Rig.load(options.rig) if options.rig else None
-    obj = formats.read(path, columns, options.fs)
+    if options.reference:
+        obj = formats.read_frf(path, columns, options.reference)
+    else:
+        obj = formats.read(path, columns, options.fs)
     if options.frf is not None:
         obj = _frf(path, obj, rig, options)
     formats.write(out, obj, rig)
@@ -91,7 +97,7 @@ def _frf(path, obj, rig, options):
     from ..io.dataset import Record
     from ..response import Response
 
-    if isinstance(obj, FRF):
+    if isinstance(obj, FRF | dict):
         raise RecordError(f"{path}: holds FRFs already; --frf is for time records")
     try:
         if not isinstance(obj, Response):
@@ -105,13 +111,16 @@ def _frf(path, obj, rig, options):
 
 def _words(obj, out, rig) -> str:
     """What was written; what could not be is said on standard error."""
-    from ..frf import FRF
+    from ..frf import FRF, by_reference
     from ..io.formats import to_channels
     from ..modes import Modes
     from ..response import Response
 
-    if isinstance(obj, FRF):
-        return f"{len(obj.responses)} FRFs, {obj.quantity} to {obj.reference}, {obj.frequency.size} lines"
+    if isinstance(obj, FRF | dict):
+        return "; ".join(
+            f"{len(frf.responses)} FRFs, {frf.quantity} to {frf.reference}, {frf.frequency.size} lines"
+            for frf in by_reference(obj).values()
+        )
     if isinstance(obj, Modes):
         return f"{obj.frequency.size} modes"
     if isinstance(obj, Response):
@@ -133,6 +142,8 @@ def _into_dataset(inputs, out, columns, options):
 
     if options.frf is not None:
         raise ClearanceError(f"{out}: a dataset holds time records; --frf writes a file")
+    if options.reference:
+        raise ClearanceError(f"{out}: a dataset holds time records; --reference is for files of FRFs")
     known = Dataset.load(out) if (out / "dataset.toml").exists() else None
     if known is None and not options.rig:
         raise ClearanceError(f"{out}: a new dataset needs its rig: --rig rig.toml")

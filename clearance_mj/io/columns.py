@@ -17,7 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..errors import RecordError
-from ..frf import FRF
+from ..frf import FRF, by_reference, one_or_several
 from ..rig import BASE_NODE, SHAKER_NODE
 from .uff import Channel
 from .uff.channels import require_one_time
@@ -26,9 +26,11 @@ from .units import UNITS, ratio_factor, unit_factor
 __all__ = [
     "SKIP",
     "Column",
+    "Contents",
     "channel_name",
     "frf_names",
     "listed",
+    "require_one_table",
     "resolve",
     "table_of_channels",
     "table_of_frf",
@@ -38,6 +40,8 @@ __all__ = [
 SKIP = "skip"
 """What a column is mapped to that is to be left out"""
 EXAMPLES = ("time", "base", "force", "acc:1", "disp:6")
+Contents = list[Channel] | FRF | dict[str, FRF]
+"""What a table holds: time records, or FRFs to one or, by reference, to several"""
 PARTS = ("real", "imag", "magnitude", "phase", "coherence")
 ANGLES = {"deg": np.pi / 180, "°": np.pi / 180, "rad": 1.0}
 
@@ -169,7 +173,7 @@ def _place(name) -> tuple[str, str]:
     return _QUANTITY[kind], f"{node}:{rest[0] if rest else '+Z'}"
 
 
-def to_frf(columns: Sequence[Column], values: Sequence[np.ndarray]) -> FRF:
+def to_frf(columns: Sequence[Column], values: Sequence[np.ndarray]) -> FRF | dict[str, FRF]:
     """Put the columns of a table of FRFs together.
 
     Parameters
@@ -181,37 +185,45 @@ def to_frf(columns: Sequence[Column], values: Sequence[np.ndarray]) -> FRF:
 
     Returns
     -------
-    FRF
+    FRF or dict of FRF
+        A mapping from references if there are several.
 
     Raises
     ------
     RecordError
-        If there is not one column of frequency, one reference, one quantity, or a part is missing or comes twice.
+        If there is not one column of frequency, one quantity to each reference, or a part is missing or comes twice.
     """
     axes = [value * c.scale for c, value in zip(columns, values) if c.quantity == "frequency"]
     if len(axes) != 1:
         raise RecordError(f'needs one column "frequency", has {len(axes)}')
-    functions: dict[str, dict] = {}
-    first = next(c for c in columns if c.reference)
+    groups: dict[str, list] = {}
     for column, value in zip(columns, values):
-        if column.quantity == "frequency":
-            continue
-        if (column.reference, column.quantity) != (first.reference, first.quantity):
+        if column.reference:
+            groups.setdefault(column.reference, []).append((column, value * column.scale))
+    return one_or_several([_to_one_frf(axes[0].real, group) for group in groups.values()])
+
+
+def _to_one_frf(frequency, group) -> FRF:
+    """FRFs to one reference."""
+    functions: dict[str, dict] = {}
+    first = group[0][0]
+    for column, value in group:
+        if column.quantity != first.quantity:
             raise RecordError(
-                f'"{column.name}" is {column.quantity} to {column.reference}, "{first.name}" is {first.quantity} to '
-                f"{first.reference}; needs one reference and one quantity per file"
+                f'"{column.name}" is {column.quantity}, "{first.name}" is {first.quantity}; needs one quantity to each '
+                "reference"
             )
         parts = functions.setdefault(column.dof, {})
         if column.part in parts:
             raise RecordError(f'"{column.name}": {column.part or "the function"} of {column.dof} comes twice')
-        parts[column.part] = value * column.scale
+        parts[column.part] = value
     value = np.array([_complex(dof, parts) for dof, parts in functions.items()])
     known = ["coherence" in parts for parts in functions.values()]
     if any(known) and not all(known):
         lacking = [*functions][known.index(False)]
         raise RecordError(f"has no coherence of {lacking}; needs that of all functions or none")
     coherence = np.array([parts["coherence"] for parts in functions.values()]).real if all(known) else None
-    return FRF(axes[0].real, value, coherence, tuple(functions), first.reference, first.quantity)
+    return FRF(frequency, value, coherence, tuple(functions), first.reference, first.quantity)
 
 
 def _complex(dof, parts) -> np.ndarray:
@@ -292,27 +304,51 @@ def frf_names(frf: FRF) -> tuple[list[str], str]:
     return names, "({})/({})".format(*(next(iter(UNITS[quantity])) for quantity in (above, below)))
 
 
-def table_of_frf(frf: FRF) -> tuple[list[str], np.ndarray]:
-    """Headers and real numbers (n_f, n) of FRFs, frequency first: real and imaginary parts, then coherences.
+def require_one_table(frfs: FRF | Mapping[str, FRF]) -> list[FRF]:
+    """FRFs to one or several references that fit into one table.
 
     Parameters
     ----------
-    frf : FRF
+    frfs : FRF or mapping of str to FRF
         The functions.
 
     Raises
     ------
     RecordError
-        As `frf_names`.
+        If they are not on the same lines, or some have a coherence and others none.
     """
-    names, unit = frf_names(frf)
-    headers, columns = ["frequency [Hz]"], [frf.frequency]
-    for name, value in zip(names, frf.value):
-        headers += [f"{name} {part} [{unit}]" for part in ("real", "imag")]
-        columns += [value.real, value.imag]
-    if frf.coherence is not None:
-        headers += [f"{name} coherence" for name in names]
-        columns += list(frf.coherence)
+    first, *others = found = list(by_reference(frfs).values())
+    for frf in others:
+        pair = f"the FRFs to {first.reference} and to {frf.reference}"
+        if not np.array_equal(frf.frequency, first.frequency):
+            raise RecordError(f"{pair} are not on the same lines; a table needs one frequency axis, .uff does not")
+        if (frf.coherence is None) != (first.coherence is None):
+            raise RecordError(f"of {pair} only one has a coherence; a table needs both or none, .uff does not")
+    return found
+
+
+def table_of_frf(frfs: FRF | Mapping[str, FRF]) -> tuple[list[str], np.ndarray]:
+    """Headers and real numbers (n_f, n) of FRFs, frequency first: real and imaginary parts, then coherences.
+
+    Parameters
+    ----------
+    frfs : FRF or mapping of str to FRF
+        The functions, to one or several references.
+
+    Raises
+    ------
+    RecordError
+        As `frf_names` and `require_one_table`.
+    """
+    found = require_one_table(frfs)
+    headers, columns = ["frequency [Hz]"], [found[0].frequency]
+    for frf in found:
+        names, unit = frf_names(frf)
+        headers += [f"{name} {part} [{unit}]" for name in names for part in ("real", "imag")]
+        columns += [part for value in frf.value for part in (value.real, value.imag)]
+        if frf.coherence is not None:
+            headers += [f"{name} coherence" for name in names]
+            columns += list(frf.coherence)
     return headers, np.stack(columns, axis=1)
 
 

@@ -15,10 +15,9 @@ import numpy as np
 
 from ..errors import RecordError
 from ..frf import FRF
-from .columns import SKIP, listed, resolve, table_of_channels, table_of_frf, to_frf
+from .columns import SKIP, Contents, listed, resolve, table_of_channels, table_of_frf, to_frf
 from .files import replacing
 from .lvm import read_text
-from .uff import Channel
 from .uff.channels import simplest_rate
 
 __all__ = ["read_csv", "write_csv"]
@@ -26,7 +25,7 @@ __all__ = ["read_csv", "write_csv"]
 SEPARATORS = (",", ";", "\t")
 
 
-def read_csv(path, columns: Mapping[str, str] | None = None, fs: float | None = None) -> list[Channel] | FRF:
+def read_csv(path, columns: Mapping[str, str] | None = None, fs: float | None = None) -> Contents:
     """Read the time records or the FRFs of a CSV file.
 
     Separated by commas, semicolons or tabs, with decimal points; lines before the header that begin with "#" are
@@ -44,8 +43,8 @@ def read_csv(path, columns: Mapping[str, str] | None = None, fs: float | None = 
 
     Returns
     -------
-    list of Channel or FRF
-        An FRF of a file with a column of frequency.
+    list of Channel, FRF or dict of FRF
+        An FRF of a file with a column of frequency; a mapping from references if there are several.
 
     Raises
     ------
@@ -67,16 +66,16 @@ def write_csv(path, obj):
     ----------
     path : str or Path
         The file; an existing one is replaced once the new one is whole.
-    obj : sequence of Channel, or FRF
-        Channels of one rate, length and start.
+    obj : sequence of Channel, FRF or dict of FRF
+        Channels of one rate, length and start; FRFs on the same lines.
 
     Raises
     ------
     RecordError
-        If the channels do not fit into one table.
+        If the channels or the FRFs do not fit into one table.
     """
     try:
-        headers, numbers = table_of_frf(obj) if isinstance(obj, FRF) else _with_time(obj)
+        headers, numbers = table_of_frf(obj) if isinstance(obj, FRF | dict) else _with_time(obj)
     except RecordError as error:
         raise RecordError(f"{path}: cannot be written: {error}") from None
     with replacing(path) as temporary, temporary.open("w", encoding="utf-8") as file:
@@ -89,7 +88,7 @@ def _with_time(channels):
     return ["time [s]", *headers], np.column_stack((time, numbers))
 
 
-def _contents(lines, mapped, fs) -> list[Channel] | FRF:
+def _contents(lines, mapped, fs) -> Contents:
     filled = [(i, line) for i, line in enumerate(lines, 1) if line.strip() and not line.startswith("#")]
     if len(filled) < 3:
         raise RecordError("holds no records; needs a line with the names of the columns, then two or more of numbers")

@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from ..errors import RecordError
-from ..frf import FRF
+from ..frf import FRF, by_reference
 from ..modes import Modes
 from ..response import Response
 from ..rig import Rig
@@ -23,7 +23,17 @@ from .dataset import Record, bushing_nodes
 from .mat import read_mat, write_mat
 from .uff import Channel, read_uff, write_uff
 
-__all__ = ["FORMATS", "format_of", "read", "read_channels", "read_frf", "read_record", "to_channels", "write"]
+__all__ = [
+    "FORMATS",
+    "format_of",
+    "read",
+    "read_channels",
+    "read_frf",
+    "read_frfs",
+    "read_record",
+    "to_channels",
+    "write",
+]
 
 
 @dataclass(frozen=True)
@@ -32,7 +42,7 @@ class Format:
 
     name: str
     read: Callable
-    """path [, columns, fs] -> list of Channel, FRF, Response or Modes"""
+    """path [, columns, fs] -> list of Channel, FRF, dict of FRF by reference, Response or Modes"""
     write: Callable
     """path, object [, rig]"""
     table: bool = False
@@ -93,7 +103,8 @@ def read(path, columns: Mapping[str, str] | None = None, fs: float | None = None
 
     Returns
     -------
-    list of Channel, FRF, Response or Modes
+    list of Channel, FRF, dict of FRF, Response or Modes
+        FRFs to several references are a mapping from them.
 
     Raises
     ------
@@ -185,8 +196,8 @@ def read_record(
         raise RecordError(f"{path}: {error}") from None
 
 
-def read_frf(path, columns: Mapping[str, str] | None = None) -> FRF:
-    """Read a file of FRFs.
+def read_frfs(path, columns: Mapping[str, str] | None = None) -> dict[str, FRF]:
+    """Read a file of FRFs to one or several references.
 
     Parameters
     ----------
@@ -197,7 +208,8 @@ def read_frf(path, columns: Mapping[str, str] | None = None) -> FRF:
 
     Returns
     -------
-    FRF
+    dict of FRF
+        By reference, such as "5:+Z".
 
     Raises
     ------
@@ -205,13 +217,43 @@ def read_frf(path, columns: Mapping[str, str] | None = None) -> FRF:
         As `read`, and if the file holds something else.
     """
     obj = read(path, columns)
-    if not isinstance(obj, FRF):
+    if not isinstance(obj, FRF | dict):
         hint = "" if isinstance(obj, Modes) else "; clearance-mj convert --frf makes them of records"
         raise RecordError(f"{path}: holds {_WORDS[type(obj)]}, needs FRFs{hint}")
-    return obj
+    return by_reference(obj)
 
 
-_WORDS = {list: "time records", Response: "time records", FRF: "FRFs", Modes: "modes"}
+def read_frf(path, columns: Mapping[str, str] | None = None, reference: str | None = None) -> FRF:
+    """Read the FRFs to one reference.
+
+    Parameters
+    ----------
+    path : str or Path
+        The file.
+    columns : mapping of str to str, optional
+        As `read` takes it.
+    reference : str, optional
+        Which, such as "5:+Z"; needed if the file holds several.
+
+    Returns
+    -------
+    FRF
+
+    Raises
+    ------
+    RecordError
+        As `read_frfs`, and if the file holds several references and none is named, or not the one that is.
+    """
+    frfs = read_frfs(path, columns)
+    if reference is None and len(frfs) == 1:
+        (reference,) = frfs
+    if reference not in frfs:
+        wanted = f"not {reference}" if reference else "name one, or clearance-mj convert --reference takes one out"
+        raise RecordError(f"{path}: holds FRFs to {', '.join(frfs)}; {wanted}")
+    return frfs[reference]
+
+
+_WORDS = {list: "time records", Response: "time records", FRF: "FRFs", dict: "FRFs", Modes: "modes"}
 
 
 def write(path, obj, rig: Rig | None = None):
@@ -221,8 +263,9 @@ def write(path, obj, rig: Rig | None = None):
     ----------
     path : str or Path
         The file; an existing one is replaced once the new one is whole.
-    obj : list of Channel, FRF, Response or Modes
-        A response is written to NetCDF as it is, to other formats as the channels that it amounts to; modes to UFF.
+    obj : list of Channel, FRF, dict of FRF, Response or Modes
+        FRFs to several references are a mapping from them. A response is written to NetCDF as it is, to other formats
+        as the channels that it amounts to; modes to UFF.
     rig : Rig, optional
         Its nodes are written too where the format has a place for them, see `write_uff`.
 

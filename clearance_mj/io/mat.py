@@ -18,10 +18,9 @@ import scipy.io
 
 from ..errors import RecordError
 from ..frf import FRF
-from .columns import frf_names, listed, resolve, table_of_channels, to_frf
+from .columns import Contents, frf_names, listed, require_one_table, resolve, table_of_channels, to_frf
 from .files import replacing
 from .mat_elements import plain_arrays
-from .uff import Channel
 from .uff.channels import even_rate
 
 __all__ = ["read_mat", "write_mat"]
@@ -31,7 +30,7 @@ _NAMED = ("data", "frf", "coherence")
 """Matrices whose columns the cell array names"""
 
 
-def read_mat(path, columns: Mapping[str, str] | None = None, fs: float | None = None) -> list[Channel] | FRF:
+def read_mat(path, columns: Mapping[str, str] | None = None, fs: float | None = None) -> Contents:
     """Read the time records or the FRFs of a MATLAB file.
 
     Parameters
@@ -46,8 +45,8 @@ def read_mat(path, columns: Mapping[str, str] | None = None, fs: float | None = 
 
     Returns
     -------
-    list of Channel or FRF
-        An FRF of a file with frequencies.
+    list of Channel, FRF or dict of FRF
+        An FRF of a file with frequencies; a mapping from references if there are several.
 
     Raises
     ------
@@ -69,17 +68,17 @@ def write_mat(path, obj):
     ----------
     path : str or Path
         The file; an existing one is replaced once the new one is whole.
-    obj : sequence of Channel, or FRF
-        Channels of one rate, length and start: ``data`` (n_t, n), ``time``, ``fs``. An FRF: ``frf`` (n_f, n) complex,
-        ``coherence``, ``frequency`` in Hz. ``columns`` names the columns of either.
+    obj : sequence of Channel, FRF or dict of FRF
+        Channels of one rate, length and start: ``data`` (n_t, n), ``time``, ``fs``. FRFs on the same lines: ``frf``
+        (n_f, n) complex, ``coherence``, ``frequency`` in Hz. ``columns`` names the columns of either.
 
     Raises
     ------
     RecordError
-        If the channels do not fit into one table.
+        If the channels or the FRFs do not fit into one table.
     """
     try:
-        variables = _frf_variables(obj) if isinstance(obj, FRF) else _record_variables(obj)
+        variables = _frf_variables(obj) if isinstance(obj, FRF | dict) else _record_variables(obj)
     except RecordError as error:
         raise RecordError(f"{path}: cannot be written: {error}") from None
     with replacing(path) as temporary, temporary.open("wb") as file:
@@ -93,11 +92,17 @@ def _record_variables(channels) -> dict:
     return {"time": time, "fs": first.fs, "data": numbers, "columns": np.array(headers, dtype=object)}
 
 
-def _frf_variables(frf) -> dict:
-    names, unit = frf_names(frf)
-    names = [f"{name} [{unit}]" for name in names]
-    variables = {"frequency": frf.frequency, "frf": frf.value.T, "columns": np.array(names, dtype=object)}
-    return variables if frf.coherence is None else variables | {"coherence": np.asarray(frf.coherence, dtype=float).T}
+def _frf_variables(frfs) -> dict:
+    found = require_one_table(frfs)
+    names = [f"{name} [{unit}]" for names, unit in map(frf_names, found) for name in names]
+    variables = {
+        "frequency": found[0].frequency,
+        "frf": np.concatenate([frf.value for frf in found]).T,
+        "columns": np.array(names, dtype=object),
+    }
+    if found[0].coherence is not None:
+        variables["coherence"] = np.concatenate([frf.coherence for frf in found]).T.astype(float)
+    return variables
 
 
 def _load(path) -> dict:
@@ -117,7 +122,7 @@ def _load(path) -> dict:
         raise RecordError(f"{path}: not a whole MATLAB file: {reason}") from None
 
 
-def _contents(variables, mapped, fs) -> list[Channel] | FRF:
+def _contents(variables, mapped, fs) -> Contents:
     table = dict(_vectors(variables))
     if not table:
         raise RecordError("holds no numeric vectors or matrices (structures are passed over); save plain variables")

@@ -10,15 +10,16 @@ from __future__ import annotations
 import importlib.util
 import io
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
 import xarray as xr
 
 from ..errors import RecordError
-from ..frf import FRF
+from ..frf import FRF, one_or_several
 from ..response import Response
+from .columns import listed, require_one_table
 from .files import TOO_DENSE, most_unpacked, replacing
 from .uff import Channel
 from .uff.channels import require_one_time
@@ -49,20 +50,37 @@ _HISTORIES = {
 }
 
 
-def frf_to_dataset(frf: FRF) -> xr.Dataset:
+def frf_to_dataset(frfs: FRF | Mapping[str, FRF]) -> xr.Dataset:
     """Return FRFs as a labelled dataset.
 
     Parameters
     ----------
-    frf : FRF
-        The functions.
+    frfs : FRF or mapping of str to FRF
+        The functions, to one or several references.
 
     Returns
     -------
     xarray.Dataset
         ``value`` (response, reference, frequency, part) with part "real", "imag"; ``coherence`` (response, reference,
-        frequency) if there is one. Responses and references are labelled "3:+Z".
+        frequency) if there is one. Responses and references are labelled "3:+Z"; nan stands for pairs of them that
+        were not measured.
+
+    Raises
+    ------
+    RecordError
+        If FRFs to several references differ in quantity or lines, or only some have a coherence.
     """
+    found = require_one_table(frfs)
+    if len(found) == 1:
+        return _one_reference(found[0])
+    if len({frf.quantity for frf in found}) > 1:
+        quantities = ", ".join(f"{frf.quantity} to {frf.reference}" for frf in found)
+        raise RecordError(f"holds {quantities}; needs one quantity, .uff does not")
+    responses = list(dict.fromkeys(label for frf in found for label in frf.responses))
+    return xr.concat([_one_reference(frf).reindex(response=responses) for frf in found], "reference", join="exact")
+
+
+def _one_reference(frf) -> xr.Dataset:
     dims = ("response", "reference", "frequency")
     above, _, below = frf.quantity.partition("/")
     parts = np.stack((frf.value.real, frf.value.imag), axis=-1)[:, None]
@@ -79,7 +97,7 @@ def frf_to_dataset(frf: FRF) -> xr.Dataset:
     return xr.Dataset(variables, coordinates, {_KIND: "frf", "quantity": frf.quantity})
 
 
-def dataset_to_frf(ds: xr.Dataset) -> FRF:
+def dataset_to_frf(ds: xr.Dataset) -> FRF | dict[str, FRF]:
     """Return the FRFs that `frf_to_dataset` put into a dataset.
 
     Parameters
@@ -87,25 +105,31 @@ def dataset_to_frf(ds: xr.Dataset) -> FRF:
     ds : xarray.Dataset
         The dataset.
 
+    Returns
+    -------
+    FRF or dict of FRF
+        A mapping from references if there are several.
+
     Raises
     ------
     RecordError
-        If it does not hold FRFs of one reference.
+        If it does not hold FRFs.
     """
     _require_kind(ds, "frf")
     dims = ("response", "reference", "frequency")
     value = _values(ds, "value", (*dims, "part"))
-    if value.shape[1] != 1 or value.shape[3] != 2:
-        raise RecordError(f"needs one reference and two parts, got {value.shape[1]} and {value.shape[3]}")
-    coherence = _values(ds, "coherence", dims)[:, 0] if "coherence" in ds else None
-    return FRF(
-        frequency=_values(ds, "frequency", ("frequency",)),
-        value=value.view(complex)[:, 0, :, 0],
-        coherence=coherence,
-        responses=_labels(ds, "response"),
-        reference=_labels(ds, "reference")[0],
-        quantity=str(_attribute(ds, "quantity")),
-    )
+    references, responses = _labels(ds, "reference"), _labels(ds, "response")
+    if value.shape[3] != 2 or not references or len(set(references)) < len(references):
+        raise RecordError(f"needs different references and two parts, got {listed(references)} and {value.shape[3]}")
+    value = value.view(complex)[..., 0]
+    coherence = _values(ds, "coherence", dims) if "coherence" in ds else None
+    frequency, quantity = _values(ds, "frequency", ("frequency",)), str(_attribute(ds, "quantity"))
+    frfs = []
+    for i, reference in enumerate(references):
+        rows = [r for r, row in enumerate(value[:, i]) if len(references) == 1 or not np.isnan(row).all()]
+        of_these = None if coherence is None else coherence[rows, i]
+        frfs.append(FRF(frequency, value[rows, i], of_these, tuple(responses[r] for r in rows), reference, quantity))
+    return one_or_several(frfs)
 
 
 def response_to_dataset(resp: Response) -> xr.Dataset:
@@ -242,19 +266,19 @@ def dataset_to_channels(ds: xr.Dataset) -> list[Channel]:
 
 
 _CHANNEL_DIMS = ("channel", "time")
-_TO_DATASET = {FRF: frf_to_dataset, Response: response_to_dataset, list: channels_to_dataset}
+_TO_DATASET = {FRF: frf_to_dataset, dict: frf_to_dataset, Response: response_to_dataset, list: channels_to_dataset}
 _FROM_DATASET = {"frf": dataset_to_frf, "response": dataset_to_response, "channels": dataset_to_channels}
 
 
-def save(path, obj: FRF | Response | list[Channel]):
-    """Write an FRF, a response or time records as NetCDF; an existing file is replaced once the new one is whole.
+def save(path, obj: FRF | dict[str, FRF] | Response | list[Channel]):
+    """Write FRFs, a response or time records as NetCDF; an existing file is replaced once the new one is whole.
 
     Parameters
     ----------
     path : str or Path
         The file, usually ".nc"; ".h5" and ".hdf5" are HDF5.
-    obj : FRF, Response or list of Channel
-        What to write.
+    obj : FRF, dict of FRF, Response or list of Channel
+        What to write; FRFs to several references are a mapping from them.
 
     Raises
     ------
@@ -276,7 +300,7 @@ def save(path, obj: FRF | Response | list[Channel]):
         dataset.to_netcdf(temporary, **form)
 
 
-def load(path) -> FRF | Response | list[Channel]:
+def load(path) -> FRF | dict[str, FRF] | Response | list[Channel]:
     """Read what `save` wrote.
 
     Parameters
@@ -286,7 +310,7 @@ def load(path) -> FRF | Response | list[Channel]:
 
     Returns
     -------
-    FRF, Response or list of Channel
+    FRF, dict of FRF, Response or list of Channel
 
     Raises
     ------

@@ -40,13 +40,13 @@ def draw(matched: Match, comparison: Comparison, test_modes: Modes, model_modes:
     Returns
     -------
     list of Drawing
-        "frf_1" and so on, six sensors each; "correlation"; "sensors"; "mac" if both have modes.
+        "frf_1" and so on, six sensors each; "correlation"; "sensors"; "mac" if both have modes and it is defined.
     """
     rows = np.arange(len(matched.test.responses))
     pages = np.array_split(rows, -(-rows.size // PER_PAGE))
     drawings = [_frfs(matched, page, number) for number, page in enumerate(pages, 1)]
     drawings += [_correlation(comparison), _sensors(comparison)]
-    if matrix.size:
+    if np.isfinite(matrix).any():
         drawings.append(_mac(test_modes, model_modes, matrix))
     return drawings
 
@@ -73,6 +73,7 @@ def _overlay(cell, matched, row):
     unit = "1" if above == below else f"1 {UNITS[above]}/{UNITS[below]}"
     axes = cell.subplots(3, 1, sharex=True, height_ratios=(3, 1.4, 1))
     for frf, style in ((matched.test, {"color": TEST, "lw": 2.0}), (matched.model, {"color": MODEL, "lw": 1.1})):
+        style |= _dots(frf.frequency)
         axes[0].plot(frf.frequency, _decibel(frf.value[row]), **style)
         axes[1].plot(frf.frequency, _phase(frf.value[row]), **style)
         if frf.coherence is not None:
@@ -87,20 +88,34 @@ def _overlay(cell, matched, row):
     if matched.test.coherence is None and matched.model.coherence is None:
         axes[2].text(0.5, 0.5, "neither file has a coherence", transform=axes[2].transAxes, ha="center", va="center",
                      fontsize=FONT - 1)  # fmt: skip
-    axes[2].set_xlim(*matched.test.frequency[[0, -1]])
+    _from_first_to_last(axes[2], matched.test.frequency)
     cell.align_ylabels(axes)
+
+
+def _dots(frequency) -> dict:
+    """Style of a curve: one line alone would not show."""
+    return {"marker": "o"} if frequency.size == 1 else {}
+
+
+def _from_first_to_last(ax, frequency):
+    if frequency.size > 1:
+        ax.set_xlim(*frequency[[0, -1]])
 
 
 def _correlation(comparison) -> Drawing:
     figure = _sheet(2.6)
     ax = figure.subplots()
-    ax.plot(comparison.frequency, comparison.csac, color=LAWS[0], lw=1.3, label="CSAC (shape)")
-    ax.plot(comparison.frequency, comparison.csf, color=LAWS[1], lw=1.3, ls="--", label="CSF (shape and level)")
+    for values, label, style in (
+        (comparison.csac, "CSAC (shape)", {"color": LAWS[0], "ls": "-"}),
+        (comparison.csf, "CSF (shape and level)", {"color": LAWS[1], "ls": "--"}),
+    ):
+        if np.isfinite(values).any():
+            ax.plot(comparison.frequency, values, lw=1.3, label=label, **style, **_dots(comparison.frequency))
     for i, hz in enumerate(hz for hz in comparison.per_mode["test_hz"] if np.isfinite(hz)):
         ax.axvline(hz, color="#8c8c8c", lw=0.8, ls=":", label="mode of the test" if i == 0 else None)
     _tidy(ax, ylabel="CSAC, CSF (1)", xlabel="Frequency (Hz)")
     ax.set_ylim(0, 1.05)
-    ax.set_xlim(*comparison.frequency[[0, -1]])
+    _from_first_to_last(ax, comparison.frequency)
     figure.legend(loc="outside upper center", ncols=3, fontsize=FONT, frameon=False)
     caption = "Agreement over the responses at each line, 1 is perfect; dotted: natural frequencies of the test."
     return Drawing("correlation", figure, caption, "CSAC and CSF over frequency.")
@@ -108,7 +123,7 @@ def _correlation(comparison) -> Drawing:
 
 def _sensors(comparison) -> Drawing:
     labels = comparison.per_sensor["sensor"]
-    figure = _sheet(2.9)
+    figure = _sheet(max(2.9, 0.8 + 0.15 * len(labels)))
     for ax, (name, title) in zip(figure.subplots(1, len(MEASURES)), MEASURES.items()):
         ax.barh(np.arange(len(labels)), comparison.per_sensor[name], color=LAWS[0])
         _tidy(ax, xlabel=title)
@@ -116,7 +131,10 @@ def _sensors(comparison) -> Drawing:
         ax.invert_yaxis()
         if name in SHARES:
             ax.set_xlim(0, 1)
-    figure.axes[0].set_ylabel("Sensor (node:direction)", fontsize=FONT)
+        if not np.isfinite(comparison.per_sensor[name]).any():
+            ax.text(0.5, 0.5, "undefined", transform=ax.transAxes, ha="center", va="center", fontsize=FONT - 1)
+    of_pairs = any("/" in label for label in labels)
+    figure.axes[0].set_ylabel(f"Sensor{'/reference' if of_pairs else ''} (node:direction)", fontsize=FONT)
     caption = "Measures by sensor: RMSE and MRE are 0, FRAC, CSAC and CSF are 1 for equal FRFs."
     return Drawing("sensors", figure, caption, "Bars of the measures by sensor.")
 

@@ -328,6 +328,8 @@ def _reference(path, rig, outputs) -> tuple[FRF, Excitation | None]:
     found = read_uff(path)
     if isinstance(found, FRF):
         return found, None
+    if isinstance(found, dict):
+        raise RecordError(f"{path}: holds FRFs to {', '.join(found)}; a sweep needs them to one reference")
     if outputs.band is None:
         raise ClearanceError("outputs.band is missing: the reference is a record, which does not tell its band")
     record = Record("reference", "validate", rig, found[0].fs, found, rig.shaker.kind)

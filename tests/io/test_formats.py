@@ -1,5 +1,7 @@
 """Files by suffix: the same records and FRFs through every format; formats that say too little are refused."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 import xarray as xr
@@ -50,6 +52,98 @@ def test_frfs_through_every_format(tmp_path, frf, suffix):
     for name in ("frequency", "value", "coherence"):
         np.testing.assert_array_equal(getattr(got, name), getattr(frf, name))
     assert (got.responses, got.reference, got.quantity) == (frf.responses, frf.reference, frf.quantity)
+
+
+def matrix(rng, coherence=True):
+    """FRFs of a test with two shakers and a hammer: other responses and another order to each reference."""
+    responses = {"5:+Z": ("1:+Z", "2:-X", "5:+Z"), "7:-Z": ("5:+Z", "2:-X"), "200:+Z": ("9:+Z",)}
+    found = {}
+    for reference, labels in responses.items():
+        value = rng.standard_normal((len(labels), 30)) + 1j * rng.standard_normal((len(labels), 30))
+        known = rng.random(value.shape) if coherence else None
+        found[reference] = FRF(np.geomspace(5, 220, 30), value, known, labels, reference, "acceleration/force")
+    return found
+
+
+@pytest.mark.parametrize("coherence", [True, False])
+@pytest.mark.parametrize("suffix", SUFFIXES)
+def test_frfs_to_several_references_through_every_format(tmp_path, rng, suffix, coherence):
+    sent, path = matrix(rng, coherence), tmp_path / f"a{suffix}"
+    formats.write(path, sent)
+    got = formats.read_frfs(path)
+    assert list(got) == list(sent)
+    for reference, frf in got.items():
+        other = sent[reference]
+        assert (frf.reference, frf.quantity) == (reference, other.quantity)
+        assert set(frf.responses) == set(other.responses)
+        np.testing.assert_array_equal(frf.frequency, other.frequency)
+        order = [other.responses.index(label) for label in frf.responses]  # labelled arrays have one order for all
+        np.testing.assert_array_equal(frf.value, other.value[order])
+        assert (frf.coherence is None) == (not coherence)
+        if coherence:
+            np.testing.assert_array_equal(frf.coherence, other.coherence[order])
+    one = formats.read_frf(path, reference="7:-Z")
+    np.testing.assert_array_equal(one.value, got["7:-Z"].value)
+    with pytest.raises(RecordError, match=r"holds FRFs to 5:\+Z, 7:-Z, 200:\+Z; name one"):
+        formats.read_frf(path)
+    with pytest.raises(RecordError, match=r"holds FRFs to .*; not 1:\+Z"):
+        formats.read_frf(path, reference="1:+Z")
+
+
+def test_columns_name_response_and_reference(tmp_path, rng):
+    formats.write(tmp_path / "a.csv", matrix(rng, coherence=False))
+    header = (tmp_path / "a.csv").read_text().split("\n")[0]
+    names = [cell.split(" ")[0] for cell in header.split(",")[1::2]]
+    assert names == ["acc:1/force:5", "acc:2:-X/force:5", "acc:5/force:5", "acc:5/force:7:-Z", "acc:2:-X/force:7:-Z",
+                     "acc:9/force"]  # fmt: skip
+
+
+def test_labelled_array_of_several_references(rng):
+    """The dimensions that neighbouring tools use; nan where a pair was not measured."""
+    sent = matrix(rng)
+    ds = results.frf_to_dataset(sent)
+    assert ds["value"].dims == ("response", "reference", "frequency", "part")
+    assert dict(ds.sizes) == {"response": 4, "reference": 3, "frequency": 30, "part": 2}
+    picked = ds["value"].sel(response="2:-X", reference="7:-Z").values
+    np.testing.assert_array_equal(picked[:, 0] + 1j * picked[:, 1], sent["7:-Z"].value[1])
+    assert np.isnan(ds["value"].sel(response="9:+Z", reference="5:+Z")).all()
+
+
+def test_several_references_that_do_not_fit_into_a_table(tmp_path, rng):
+    """A table has one frequency axis; a universal file has one for every function."""
+    whole = matrix(rng)
+    cut = whole | {"7:-Z": whole["7:-Z"].within((10, 100))}
+    bare = whole | {"7:-Z": dataclasses.replace(whole["7:-Z"], coherence=None)}
+    moved = whole | {"200:+Z": dataclasses.replace(whole["200:+Z"], quantity="displacement/force")}
+    for suffix in (".csv", ".mat", ".nc", ".h5"):
+        with pytest.raises(RecordError, match=r"the FRFs to 5:\+Z and to 7:-Z are not on the same lines"):
+            formats.write(tmp_path / f"a{suffix}", cut)
+        with pytest.raises(RecordError, match="only one has a coherence; a table needs both or none"):
+            formats.write(tmp_path / f"a{suffix}", bare)
+    with pytest.raises(RecordError, match=r"displacement/force to 200:\+Z; needs one quantity"):
+        formats.write(tmp_path / "a.nc", moved)
+    assert not list(tmp_path.iterdir())
+    for sent in (cut, bare, moved):
+        formats.write(tmp_path / "a.uff", sent)
+        got = formats.read_frfs(tmp_path / "a.uff")
+        assert [(f.value.shape, f.quantity, f.coherence is None) for f in got.values()] == [
+            (f.value.shape, f.quantity, f.coherence is None) for f in sent.values()
+        ]
+
+
+@pytest.mark.parametrize("suffix", SUFFIXES)
+@pytest.mark.parametrize(
+    ("frfs", "part"),
+    [
+        ({}, "there is no FRF"),
+        ({"1:+Z": FRF([1.0], [[1.0]])}, r'under "1:\+Z" there is an FRF to 100:\+Z'),
+        ({"1:+Z": np.ones(3)}, r'under "1:\+Z" there is ndarray; needs the FRF to this reference'),
+    ],
+)
+def test_mappings_that_are_no_frfs(tmp_path, suffix, frfs, part):
+    with pytest.raises(RecordError, match=part):
+        formats.write(tmp_path / f"a{suffix}", frfs)
+    assert not list(tmp_path.iterdir())
 
 
 def response(rng, rig):
@@ -163,7 +257,10 @@ def test_columns_without_a_header_are_mapped_by_number(tmp_path):
     [
         ("frequency,acc:1/force real,acc:2/force imag", r"response 1:\+Z has real; needs real and imag"),
         ("frequency,acc:1/force real,acc:1/force real", "real of 1:.* comes twice"),
-        ("frequency,acc:1/force,acc:1/base", "needs one reference and one quantity"),
+        (
+            "frequency,acc:1/force,disp:2/force",
+            '"disp:2/force" is displacement/force, .* one quantity to each reference',
+        ),
         ("frequency,acc:1/force magnitude,acc:1/force phase", r"a phase needs its unit, \[deg\] or \[rad\]"),
         ("frequency,acc:1/force [ft/N],acc:2/force", 'unit "ft/N" of acceleration/force is unknown'),
         ("acc:3/force coherence,acc:1/force real,acc:1/force imag", 'needs one column "frequency", has 0'),

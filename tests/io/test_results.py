@@ -159,8 +159,8 @@ def test_file_is_replaced_whole_or_not_at_all(tmp_path, monkeypatch):
 @pytest.mark.parametrize(
     ("obj", "part"),
     [
-        ({"value": 1}, "cannot write dict; needs an FRF, a Response"),
-        (np.zeros(3), "cannot write ndarray"),
+        ({"value": 1}, 'under "value" there is int; needs the FRF to this reference'),
+        (np.zeros(3), "cannot write ndarray; needs an FRF, a Response"),
         (response(provenance={"law": np.zeros(3)}), "provenance is not plain data"),
         (response(kind="shock"), 'kind "shock" is unknown; use base or force'),
     ],
@@ -195,8 +195,12 @@ def test_files_that_are_no_results(tmp_path):
     [
         (frf(), lambda ds: ds.drop_vars("value"), 'needs "value" over (response, reference, frequency, part)'),
         (frf(), lambda ds: ds.drop_vars("response"), 'needs labels along "response"'),
-        (frf(), lambda ds: ds.isel(part=[0]), "needs one reference and two parts, got 1 and 1"),
-        (frf(), lambda ds: ds.isel(reference=[0, 0]), "needs one reference and two parts, got 2 and 2"),
+        (frf(), lambda ds: ds.isel(part=[0]), 'needs different references and two parts, got "100:+Z" and 1'),
+        (
+            frf(),
+            lambda ds: ds.isel(reference=[0, 0]),
+            'different references and two parts, got "100:+Z", "100:+Z" and 2',
+        ),
         (frf(), lambda ds: ds.isel(frequency=[1, 0]), "frequencies of an FRF must rise"),
         (frf(), lambda ds: ds.assign_attrs(clearance_mj="response"), 'holds no "acceleration"'),
         (response(), lambda ds: ds.drop_vars("acceleration"), 'holds no "acceleration"'),

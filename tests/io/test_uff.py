@@ -310,6 +310,16 @@ def test_pyuff_reads_our_frf(tmp_path, frequency):
     assert {(f["ordinate_spec_data_type"], f["orddenom_spec_data_type"]) for f in functions[:3]} == {(12, 12)}
 
 
+def test_pyuff_reads_our_frfs_to_several_references(tmp_path):
+    sent = {f"{node}:+Z": dataclasses.replace(frf(), reference=f"{node}:+Z") for node in (100, 5)}
+    write_uff(tmp_path / "h.uff", sent)
+    functions = [f for f in pyuff.UFF(str(tmp_path / "h.uff")).read_sets()[2:] if f["func_type"] == 4]
+    assert [(f["rsp_node"], f["ref_node"], f["ref_dir"]) for f in functions] == [
+        (response, reference, 3) for reference in (100, 5) for response in (1, 2, 8)
+    ]
+    np.testing.assert_array_equal([f["data"] for f in functions], np.vstack([f.value for f in sent.values()]))
+
+
 def by_pyuff(path, **changes):
     x = np.arange(64) / 2048
     dset = {
@@ -344,6 +354,22 @@ def test_we_read_pyuffs_frfs(tmp_path, binary, spacing):
     np.testing.assert_allclose(got.value, [value], rtol=0 if binary else 1e-10)
     np.testing.assert_array_equal(got.frequency, f)
     assert (got.reference, got.quantity) == ("1:+Z", "acceleration/force")
+
+
+def test_we_read_pyuffs_frfs_to_several_references(tmp_path):
+    """A hammer that roves over four points, two accelerometers: written point by point."""
+    f, sent = 5 + 0.5 * np.arange(64), {}
+    for reference in (4, 3, 9, 1):
+        for response in (2, 7):
+            value = RNG.standard_normal(64) + 1j * RNG.standard_normal(64)
+            by_pyuff(tmp_path / "a.uff", binary=1, func_type=4, x=f, data=value, rsp_node=response, ref_node=reference,
+                     ref_dir=-2, abscissa_spec_data_type=18, orddenom_spec_data_type=13)  # fmt: skip
+            sent[f"{response}:+Z", f"{reference}:-Y"] = value
+    got = read_uff(tmp_path / "a.uff")
+    assert list(got) == ["4:-Y", "3:-Y", "9:-Y", "1:-Y"]
+    for (response, reference), value in sent.items():
+        row = got[reference].responses.index(response)
+        np.testing.assert_array_equal(got[reference].value[row], value)
 
 
 # Refusals
@@ -478,7 +504,6 @@ def frf_by_hand(**changes):
     ("other", "part"),
     [
         ({}, "response 8:+Z comes twice"),
-        ({"dof": (7, 3, 6, 3)}, "data set 2: reference 6:+Z, data set 1 has 5:+Z; needs one reference"),
         ({"dof": (7, 3, 5, 3), "step": "2.00000E-02"}, "data set 2: its frequencies differ"),
         ({"dof": (7, 3, 5, 3), "numerator": 8}, "is displacement/force, data set 1 is acceleration/force"),
         ({"dof": (7, 3, 5, 3), "denominator": 0}, "data set 2: denominator type 0 cannot be used"),
@@ -492,6 +517,31 @@ def test_frfs_that_do_not_fit_each_other(write, other, part):
     path = write(frf_by_hand() + frf_by_hand(**other))
     with pytest.raises(RecordError, match=re.escape(part)):
         read_uff(path)
+
+
+def coherence_by_hand(response, reference):
+    rows = [f"{0.5:20.12E}{1:20.12E}"]
+    return by_hand(rows, kind=6, ordinate=4, count=2, axis=18, dof=(response, 3, reference, 3))
+
+
+def test_several_references_by_hand(write):
+    """Every function has its place, in whatever order they stand."""
+    data = frf_by_hand() + frf_by_hand(dof=(8, 3, 6, -1), numerator=8) + coherence_by_hand(7, 5)
+    got = read_uff(write(data + frf_by_hand(dof=(7, 3, 5, 3)) + coherence_by_hand(8, 5)))
+    assert {r: (f.reference, f.responses, f.quantity) for r, f in got.items()} == {
+        "5:+Z": ("5:+Z", ("8:+Z", "7:+Z"), "acceleration/force"),
+        "6:-X": ("6:-X", ("8:+Z",), "displacement/force"),
+    }
+    np.testing.assert_array_equal(got["5:+Z"].coherence, [[0.5, 1.0], [0.5, 1.0]])
+    assert got["6:-X"].coherence is None
+
+
+def test_reference_of_a_coherence(write):
+    """Beside FRFs to one reference it need not be told; beside several it must be one of theirs."""
+    one = frf_by_hand() + coherence_by_hand(8, 0)
+    assert read_uff(write(one)).coherence.shape == (1, 2)
+    with pytest.raises(RecordError, match=r"data set 2: coherence to 0:\+Z, the FRFs are to 5:\+Z, 6:\+Z"):
+        read_uff(write(one + frf_by_hand(dof=(8, 3, 6, 3))))
 
 
 def test_coherence_of_some_responses_only(write):
@@ -582,7 +632,8 @@ def small_files():
         path = Path(folder) / "a.uff"
         write_uff(path, [dataclasses.replace(c, value=c.value[:4]) for c in channels()[:2]])
         binary = path.read_bytes()
-        write_uff(path, frf(np.array([1.0, 2.0]), n=1))
+        one = frf(np.array([1.0, 2.0]), n=1)
+        write_uff(path, {label: dataclasses.replace(one, reference=label) for label in ("100:+Z", "5:-X")})
         return [binary, units_by_hand(1, 1) + by_hand(ROWS), path.read_bytes()]
 
 

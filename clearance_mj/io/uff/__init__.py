@@ -23,7 +23,7 @@ from ._dataset_58 import TIME_FUNCTION
 from ._dataset_151 import header_set
 from ._dataset_164 import unit_set
 from ._fields import DIRECTIONS, QUANTITIES
-from ._frfs import frf_blocks, read_frf
+from ._frfs import frf_blocks, read_frfs
 from ._modes import mode_sets, read_modes
 from ._scan import measured, scan
 from .channels import Channel, ChannelHeader, channel_blocks, read_channel, read_channel_header
@@ -42,7 +42,7 @@ __all__ = [
 ]
 
 
-def read_uff(path) -> list[Channel] | FRF | Modes:
+def read_uff(path) -> list[Channel] | FRF | dict[str, FRF] | Modes:
     """Read the time functions or the FRFs of a universal file, or the modes of a file without functions.
 
     Parameters
@@ -53,14 +53,15 @@ def read_uff(path) -> list[Channel] | FRF | Modes:
 
     Returns
     -------
-    list of Channel, FRF or Modes
-        Channels of a file with time functions; an FRF of a file with frequency response functions; else modes.
+    list of Channel, FRF, dict of FRF or Modes
+        Channels of a file with time functions; an FRF of a file with frequency response functions to one reference, a
+        mapping from references such as "5:+Z" to FRFs if there are several; else modes.
 
     Raises
     ------
     RecordError
         If the file is missing, damaged, holds neither or both, or holds what this package cannot use (uneven time
-        steps, unknown units, several references); the message names the file and the data set.
+        steps, unknown units); the message names the file and the data set.
     """
     data = _contents(path)
     try:
@@ -71,7 +72,7 @@ def read_uff(path) -> list[Channel] | FRF | Modes:
         functions = measured(functions)
         if functions[0].kind == TIME_FUNCTION:
             return [read_channel(data, f) for f in functions]
-        return read_frf(data, functions)
+        return read_frfs(data, functions)
     except RecordError as error:
         raise RecordError(f"{path}: {error}") from None
 
@@ -138,8 +139,8 @@ def write_uff(path, obj, rig: Rig | None = None):
     ----------
     path : str or Path
         The file; an existing one is replaced once the new one is whole.
-    obj : sequence of Channel, Record, FRF or Modes
-        What to write.
+    obj : sequence of Channel, Record, FRF, dict of FRF or Modes
+        What to write; FRFs to several references are a mapping from them, as `read_uff` returns it.
     rig : Rig, optional
         Where the nodes are: written as nodes (15) and a trace line along the shaft (82).
 
@@ -154,7 +155,7 @@ def write_uff(path, obj, rig: Rig | None = None):
         if isinstance(obj, Modes):
             described, blocks = described + mode_sets(obj), []
         else:
-            blocks = frf_blocks(obj) if isinstance(obj, FRF) else channel_blocks(obj)
+            blocks = frf_blocks(obj) if isinstance(obj, FRF | dict) else channel_blocks(obj)
     except RecordError as error:
         raise RecordError(f"{path}: cannot be written: {error}") from None
     with replacing(path) as temporary:

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 
 from ...errors import RecordError
-from ...frf import FRF
+from ...frf import FRF, by_reference, one_or_several
 from ._dataset_58 import (
     COHERENCE,
     COMPLEX64,
@@ -23,8 +25,24 @@ from ._fields import QUANTITIES, UNITS, check_dof, quantity_of, require_finite
 from ._units import frf_scale
 
 
-def read_frf(data: bytes, functions: list[Function]) -> FRF:
-    """Put the FRFs of a file, and their coherences, into one object."""
+def read_frfs(data: bytes, functions: list[Function]) -> FRF | dict[str, FRF]:
+    """Put the FRFs of a file, and their coherences, into one object for each reference."""
+    groups: dict[str, list[Function]] = {}
+    for f in functions:
+        if f.kind == FREQUENCY_RESPONSE:
+            groups.setdefault(f.reference, []).append(f)
+    for f in functions:
+        if f.kind == COHERENCE:
+            # Beside FRFs of one reference coherences need not tell theirs.
+            reference = f.reference if len(groups) > 1 else next(iter(groups))
+            if reference not in groups:
+                raise RecordError(f"data set {f.number}: coherence to {reference}, the FRFs are to {', '.join(groups)}")
+            groups[reference].append(f)
+    return one_or_several([_read_frf(data, group) for group in groups.values()])
+
+
+def _read_frf(data, functions) -> FRF:
+    """FRFs to one reference."""
     parts = {}
     for f in functions:
         part = parts.setdefault(f.kind, {})
@@ -36,11 +54,6 @@ def read_frf(data: bytes, functions: list[Function]) -> FRF:
     quantity = _frf_quantity(first)
     frequency = _frequency(data, first)
     for f in functions:
-        if f.kind == FREQUENCY_RESPONSE and f.reference != first.reference:
-            raise RecordError(
-                f"data set {f.number}: reference {f.reference}, data set {first.number} has {first.reference}; "
-                "needs one reference per file"
-            )
         if f.kind == FREQUENCY_RESPONSE and _frf_quantity(f) != quantity:
             raise RecordError(f"data set {f.number}: is {_frf_quantity(f)}, data set {first.number} is {quantity}")
         if not np.array_equal(_frequency(data, f), frequency):
@@ -75,7 +88,11 @@ def _frequency(data: bytes, function: Function) -> np.ndarray:
     return numbers(data, function)[:, 0]
 
 
-def frf_blocks(frf: FRF) -> list[bytes]:
+def frf_blocks(frfs: FRF | Mapping[str, FRF]) -> list[bytes]:
+    return [block for frf in by_reference(frfs).values() for block in _frf_blocks(frf)]
+
+
+def _frf_blocks(frf) -> list[bytes]:
     names = frf.quantity.split("/")
     if len(names) != 2 or not set(names) <= set(QUANTITIES):
         raise RecordError(f'quantity "{frf.quantity}" is unknown; needs two of {", ".join(QUANTITIES)} as a/b')
