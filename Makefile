@@ -51,7 +51,7 @@ docs: $(VENV)/.docs
 	$(BIN)/python -m sphinx -q -W --keep-going -d docs/_build/doctrees docs docs/_build/html
 
 verification: setup
-	$(BIN)/python -m pytest tests/verification --verification docs/verification.md
+	$(BIN)/python -m pytest tests/verification tests/testrig tests/identify tests/real --verification docs/verification.md
 
 clean:
 	rm -rf $(VENV) results docs/_build docs/api/generated

@@ -1,4 +1,4 @@
-"""Bouc-Wen with a gap: known loops are recovered, and what a record does not tell is said."""
+"""Identification of Bouc-Wen with a gap. Known loops are recovered, and what a record does not tell is said."""
 
 import numpy as np
 import pytest
@@ -22,23 +22,27 @@ def noisy(force, share, seed):
 
 @pytest.mark.parametrize("gap", [0.0, 2e-4, None])
 @pytest.mark.parametrize("dead_travel", ["fixed", "reopening"])
-def test_recovered_without_noise(gap, dead_travel):
+def test_recovered_without_noise(gap, dead_travel, measured):
     truth = element(gap=2e-4 if gap is None else gap, dead_travel=dead_travel)
     fit = bouc_wen(TIME, MOTION, truth.force(TIME, MOTION), gap=gap, dead_travel=dead_travel)
     np.testing.assert_allclose(fit.value, truth.value, rtol=1e-3)
+    found, known = (value[truth.value != 0] for value in (fit.value, truth.value))
+    what = f"no noise, {dead_travel} gap, {'unknown' if gap is None else f'{gap * 1e3:g} mm'}: largest error"
+    measured.below(what, np.max(np.abs(found / known - 1)), 1e-3, "the element's own parameters")
     assert fit.unidentified == ()
     np.testing.assert_allclose(fit.force(TIME, MOTION), truth.force(TIME, MOTION), atol=1e-6)
 
 
 @pytest.mark.parametrize("dead_travel", ["fixed", "reopening"])
-def test_recovered_from_noise(dead_travel):
+def test_recovered_from_noise(dead_travel, measured):
     """1 % noise, 8 seeds: within two standard deviations in 95 % of the 56 cases (3 expected outside), all within 4."""
     truth = element(dead_travel=dead_travel)
     clean = truth.force(TIME, MOTION)
     fits = [bouc_wen(TIME, MOTION, noisy(clean, 0.01, seed), dead_travel=dead_travel) for seed in range(8)]
     deviation = np.abs([(fit.value - truth.value) / list(fit.std.values()) for fit in fits])
     assert np.sum(deviation > 2) <= 7  # binomial(56, 0.05): more than 7 has a chance of 0.5 %
-    assert deviation.max() < 4
+    what = f"1 % noise, {dead_travel} gap: largest error over its standard deviation, 8 noises"
+    measured.below(what, deviation.max(), 4, "the element's own parameters")
     assert all(fit.unidentified == () for fit in fits)
     assert fits[0].nrmse == pytest.approx(0.01, rel=0.1)
 
@@ -47,16 +51,17 @@ def test_recovered_from_noise(dead_travel):
     ("exponent", "reversal", "z", "energy"),
     [(1, 1, 0.721535, 0.593245), (1, 3, 0.993307, 7.04011), (2, 1, 0.825659, 0.463088), (2, 3, 0.999909, 7.61416)],
 )
-def test_steady_loops(exponent, reversal, z, energy):
-    """verification.md: A = 1, β = γ = 1/2; found again from the loop, whose energy and reversal the fit has."""
+def test_steady_loops(exponent, reversal, z, energy, measured):
+    """Closed forms for A = 1, β = γ = 1/2; found again from the loop, whose energy and reversal the fit has."""
     t = np.arange(8001) / 1000
     motion = reversal * np.sin(2 * np.pi * t)
     truth = element(1.0, 0.0, 1.0, 1.0, exponent, 0.0, 0.0)
     fit = bouc_wen(t, motion, truth.force(t, motion), gap=0)
     loop = fit.force(t, motion)
     last = slice(-1001, None)
-    assert loop[last].max() == pytest.approx(z, rel=2e-4)
-    assert np.trapezoid(loop[last], motion[last]) == pytest.approx(energy, rel=2e-4)
+    what, source = f"fitted steady loop, n = {exponent}, X = {reversal}", "closed form, A = 1, β = γ = 1/2"
+    measured.equal(f"{what}: z at reversal", loop[last].max(), z, source, rel=2e-4)
+    measured.equal(f"{what}: energy per cycle", np.trapezoid(loop[last], motion[last]), energy, source, rel=2e-4)
 
 
 def test_several_records():

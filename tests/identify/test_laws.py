@@ -1,4 +1,4 @@
-"""Identification of constants. Truth: laws that the records were simulated with (the same engine, so not a test of the
+"""Identification by output error. Truth: laws that the records were simulated with (the same engine, so not a test of the
 physics, which tests/verification and tests/testrig check, but of the fit)."""
 
 import dataclasses
@@ -27,12 +27,14 @@ def test_nominal_law_is_the_datasheet(rig):
     assert law.grease is None
 
 
-def test_constants_are_recovered_and_validation_records_stay_closed(small_dataset):
+def test_constants_are_recovered_and_validation_records_stay_closed(small_dataset, measured):
     dataset = Dataset.load(small_dataset)
     fit = fit_constant(dataset)
     truth = [SMALL_LAW.k[0], SMALL_LAW.c[0], SMALL_LAW.grease[0].stiffness, SMALL_LAW.grease[0].damping]
     # Single impacts are chaotic: below about 2 % of a contact parameter the residuals are rough.
-    np.testing.assert_array_less(np.abs(fit.value / truth - 1), [0.02, 0.1, 0.01, 0.05])
+    names = ("contact k (N/m)", "contact c (N s/m)", "grease k (N/m)", "grease c (N s/m)")
+    for name, found, known, limit in zip(names, fit.value, truth, (0.02, 0.1, 0.01, 0.05)):
+        measured.equal(f"constants by output error: {name}", found, known, "the law of the simulation", rel=limit)
     assert fit.residual_db < 0.3
     assert [r.opened for r in dataset.validate] == [False] * 4
     assert all(r.opened for r in dataset.identify)
@@ -104,31 +106,40 @@ def test_a_parameter_that_no_record_tells_stays_where_it_is_believed(small_datas
     assert fit.relative_std[1] > 30 * fit.relative_std[0]
 
 
-def test_random_error_of_an_frf(rng):
+def test_random_error_of_an_frf(rng, measured):
     """Scatter of |H| in dB over 400 pieces of white noise through a gain of 2, as much noise added: coherence 1/2."""
     n, averages = 256, 40
     x, noise = rng.standard_normal((2, 400, averages, n))
     spectra_x, spectra_y = np.fft.rfft(x)[..., 1:-1], np.fft.rfft(2 * x + 2 * noise)[..., 1:-1]
     gain = np.abs(np.mean(spectra_x.conj() * spectra_y, axis=1) / np.mean(np.abs(spectra_x) ** 2, axis=1))
-    assert np.std(20 * np.log10(gain)) == pytest.approx(_random_db(0.5, averages), rel=0.03)
+    found, expected = np.std(20 * np.log10(gain)), _random_db(0.5, averages)
+    what, source = "random error of an FRF, coherence 1/2, 40 averages (dB)", "Bendat & Piersol"
+    measured.equal(what, found, expected, source, rel=0.03)
 
 
 @pytest.mark.slow
-def test_physical_law_of_the_virtual_rig():
+def test_physical_law_of_the_virtual_rig(measured):
     """The generator's parameters, opened here and by no identification, and records that it has not seen."""
     dataset = Dataset.load(ROOT / "data" / "table1_rig")
     fit = fit_output_error(dataset)
     assert not any(record.opened for record in dataset.validate)
     truth = Truth()
     assert len(fit.law.grease) == 2
-    for found in fit.law.grease:
-        assert found.stiffness == pytest.approx(truth.grease_stiffness, rel=0.02)
-        assert found.elastic_ratio == pytest.approx(truth.elastic_ratio, abs=0.03)
-        assert found.damping == pytest.approx(truth.film_damping, rel=0.05)
-        assert found.film_height == pytest.approx(truth.film_height, rel=0.05)
+    source = "the virtual rig's own parameters"
+    for j, found in enumerate(fit.law.grease):
+        what = f"output error, bushings[{j}]"
+        measured.equal(f"{what}: k (N/m)", found.stiffness, truth.grease_stiffness, source, rel=0.02)
+        measured.equal(f"{what}: λ", found.elastic_ratio, truth.elastic_ratio, source, abs=0.03)
+        measured.equal(f"{what}: film c (N s/m)", found.damping, truth.film_damping, source, rel=0.05)
+        measured.equal(f"{what}: film h (m)", found.film_height, truth.film_height, source, rel=0.05)
     tests = {r.name: estimate_frf(r.response()) for r in dataset.validate}
     for record in dataset.validate:
         model = estimate_frf(simulate(dataset.rig, record.excitation(), fit.law, "modal")).value
         test, repeat = tests[record.name].value, tests[record.name[:-1] + {"a": "b", "b": "a"}[record.name[-1]]].value
-        assert np.mean(rmse_db(test, model)) < np.mean(rmse_db(test, repeat))
-        assert min(frac(test, model).mean(), csac(test, model).mean(), csf(test, model).mean()) > 0.99
+        what, source = (
+            f"output error, record {record.name}: RMSE of the FRFs",
+            "repeat of the virtual rig, another seed",
+        )
+        measured.below(what, np.mean(rmse_db(test, model)), np.mean(rmse_db(test, repeat)), source, "dB")
+        agreement = min(measure(test, model).mean() for measure in (frac, csac, csf))
+        measured.above(f"output error, record {record.name}: least of FRAC, CSAC, CSF", agreement, 0.99, "target")

@@ -22,7 +22,8 @@ def real_data() -> Path:
 
 @pytest.fixture(scope="session")
 def experiment():
-    """Load an experiment by its name."""
+    """Load an experiment by its name, with its folder in the path as where it runs alone."""
+    sys.path.insert(0, str(EXPERIMENTS))
 
     def load(name):
         path = EXPERIMENTS / f"{name}.py"
@@ -34,4 +35,5 @@ def experiment():
         spec.loader.exec_module(module)
         return module
 
-    return load
+    yield load
+    sys.path.remove(str(EXPERIMENTS))

@@ -1,4 +1,4 @@
-"""Shaker cantilever: the impact spectrum's frequencies and those of a cantilever of the stated size."""
+"""Measured record: shaker cantilever. The impact spectrum's frequencies and those of a cantilever of the stated size."""
 
 import numpy as np
 import pytest
@@ -11,13 +11,16 @@ def cantilever(experiment):
     return experiment("real_cantilever")
 
 
-def test_impact_spectrum(cantilever, real_data):
+def test_impact_spectrum(cantilever, real_data, measured):
     """Authors: 6.62, 41.4, 117.5 Hz; a line is 0.085 Hz wide."""
     result = cantilever.analyse(real_data)
-    np.testing.assert_allclose(result["read"], cantilever.READ_BY_AUTHORS, rtol=0.005)
+    for i, (found, known) in enumerate(zip(result["read"], cantilever.READ_BY_AUTHORS), 1):
+        measured.equal(f"f{i} in the impact spectrum (Hz)", found, known, "README of the records", rel=0.005)
     mass, model = result["models"][cantilever.YOUNG]
     assert 0.05 < mass < 0.15
-    np.testing.assert_allclose(model, result["read"], rtol=0.02)
+    for i, (found, known) in enumerate(zip(model, result["read"]), 1):
+        what, source = f"f{i} of the cantilever with a mass at its end (Hz)", "impact spectrum; mass fitted to f1"
+        measured.equal(what, found, known, source, rel=0.02)
     assert np.all(np.abs(result["bare"] / result["read"] - 1) > 0.09)  # without the mass
 
 

@@ -1,4 +1,4 @@
-"""DROPBEAR: frequencies under a moving support, fitted on one record and predicted on two others."""
+"""Measured records: DROPBEAR. Frequencies under a moving support, fitted on one record and predicted on two others."""
 
 import numpy as np
 import pytest
@@ -16,33 +16,41 @@ def found(dropbear, real_data):
     return dropbear.analyse(real_data)
 
 
-def test_seen_frequencies(found):
+def test_seen_frequencies(found, measured):
     """README of the records: first 26.4, 33.9, 42.0 Hz at 1.227, 2.50, 3.37 V; second 160.5, 214, 269 Hz."""
     rows = [r for r in found["rows"] if r["record"] == "steps10_test0"]
     for position, known in ((1.227, (26.4, 160.5)), (2.50, (33.9, 214.0)), (3.37, (42.0, 269.0))):
         for mode in (1, 2):
             at = [r["spectrum_Hz"] for r in rows if r["mode"] == mode and abs(r["position_V"] - position) < 0.02]
-            assert np.mean(at) == pytest.approx(known[mode - 1], rel=0.01)
+            what = f"steps10_test0, roller at {position} V: f{mode} in the spectrum (Hz)"
+            measured.equal(what, np.mean(at), known[mode - 1], "README of the records", rel=0.01)
 
 
 @pytest.mark.parametrize(("record", "count"), [("steps10_test1", 10), ("random_dwell_set0_test0", 7)])
-def test_predicted_from_the_position_alone(dropbear, found, record, count):
+def test_predicted_from_the_position_alone(dropbear, found, record, count, measured):
     assert sum(r["record"] == record and r["mode"] == 1 for r in found["rows"]) >= count
     for mode in (1, 2):
-        assert dropbear.median_error(found["rows"], record, mode, "predicted_Hz") <= 0.007
+        error = dropbear.median_error(found["rows"], record, mode, "predicted_Hz")
+        what, source = (
+            f"{record}: f{mode} from the roller's position, median error",
+            "spectrum; fitted on steps10_test0",
+        )
+        measured.below(what, error, 0.007, source)
 
 
 @pytest.mark.parametrize("record", ["steps10_test0", "steps10_test1", "random_dwell_set0_test0"])
-def test_ridge_against_plateau_spectrum(dropbear, found, record):
+def test_ridge_against_plateau_spectrum(dropbear, found, record, measured):
     for mode in (1, 2):
-        assert dropbear.median_error(found["rows"], record, mode, "ridge_Hz") <= 0.005
+        error = dropbear.median_error(found["rows"], record, mode, "ridge_Hz")
+        measured.below(f"{record}: f{mode} by the ridge, median error", error, 0.005, "spectrum of the plateaus")
 
 
 @pytest.mark.parametrize("mode", [0, 1])
-def test_tracked_while_the_roller_moves(dropbear, found, mode):
+def test_tracked_while_the_roller_moves(dropbear, found, mode, measured):
     moving = dropbear.moving(found, "random_dwell_set0_test0", mode)
-    assert moving["error"] < 0.05
-    assert moving["valid_error"] < 0.02
+    what, source = f"random_dwell, roller moving: f{mode} by the ridge", "model at the roller's position"
+    measured.below(f"{what}, error", moving["error"], 0.05, source)
+    measured.below(f"{what}, error where valid", moving["valid_error"], 0.02, source)
 
 
 @pytest.mark.parametrize(("omega0", "centre"), [(5.0, 30.0), (12.0, 200.0)])

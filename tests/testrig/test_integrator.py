@@ -1,3 +1,5 @@
+"""The virtual rig's integrator. Its steps, impacts, energy and grease against closed forms and Runge-Kutta."""
+
 import numpy as np
 import pytest
 import scipy.integrate
@@ -49,7 +51,7 @@ def test_starts_with_the_acceleration_of_its_load(no_grease):
     np.testing.assert_allclose(motion.acceleration, expected, rtol=1e-8, atol=1e-6)
 
 
-def test_second_order(no_grease):
+def test_second_order(no_grease, measured):
     """Free decay of the first mode against its closed form: a quarter of the error at half the step."""
     elements = FiniteElements.of_shaft(BEAM, elements=8)
     values, shapes = scipy.linalg.eigh(dense(elements.stiffness), dense(elements.mass))
@@ -68,6 +70,8 @@ def test_second_order(no_grease):
             integrator.step(scheme, motion, no_contact(), no_grease, 0.0)
         errors.append(abs(motion.displacement[-2] / shapes[-2, 0] - exact))
     assert errors[0] / errors[1] == pytest.approx(4, rel=0.02)
+    order = np.log2(errors[0] / errors[1])
+    measured.equal("virtual rig, free decay of the first mode: order", order, 2, "e^{-δt} cos ω_d t", abs=0.03)
 
 
 def impact(elements, no_grease, speed, stiffness, dissipation, step):
@@ -86,8 +90,8 @@ def impact(elements, no_grease, speed, stiffness, dissipation, step):
 
 @pytest.mark.parametrize("speed", [0.05, 0.4])
 @pytest.mark.parametrize("dissipation", [0.0, 0.5, 2.0])
-def test_restitution(free_masses, no_grease, speed, dissipation):
-    """κ (1 + e) = ln[(1 + κ) / (1 - κ e)] with κ = 1.5 α v (verification.md, Hertz-damped, κ δ̇/v_i = 1.5 α δ̇)."""
+def test_restitution(free_masses, no_grease, speed, dissipation, measured):
+    """κ (1 + e) = ln[(1 + κ) / (1 - κ e)] with κ = 1.5 α v (Hertz-damped, κ δ̇/v_i = 1.5 α δ̇)."""
     after, _ = impact(free_masses, no_grease, speed, 3e5, dissipation, 2e-6)
     kappa = 1.5 * dissipation * speed
     if not kappa:
@@ -96,19 +100,21 @@ def test_restitution(free_masses, no_grease, speed, dissipation):
     expected = scipy.optimize.brentq(
         lambda e: kappa * (1 + e) - np.log((1 + kappa) / (1 - kappa * e)), 1e-6, min(1, 1 / kappa) - 1e-9
     )
-    assert after / speed == pytest.approx(expected, abs=1e-5)
+    what = f"virtual rig, restitution at {speed} m/s, α = {dissipation} s/m"
+    measured.equal(what, after / speed, expected, "κ(1 + e) = ln[(1 + κ)/(1 - κe)]", abs=1e-5)
 
 
-def test_hertz_impact_duration(free_masses, no_grease):
+def test_hertz_impact_duration(free_masses, no_grease, measured):
     """2.943275 δ_max / v with δ_max = (5 m v² / 4 K)^(2/5) (Goldsmith, Impact, 1960, eq. 4.32)."""
     mass, speed, stiffness = 0.7, 0.2, 3e5
     _, duration = impact(free_masses, no_grease, speed, stiffness, 0.0, 2e-6)
     depth = (5 * mass * speed**2 / (4 * stiffness)) ** 0.4
-    assert duration == pytest.approx(2.943275 * depth / speed, rel=1e-3)
+    expected, source = 2.943275 * depth / speed, "Goldsmith 1960, eq. 4.32"
+    measured.equal("virtual rig, duration of a Hertz impact (s)", duration, expected, source, rel=1e-3)
 
 
 @pytest.mark.parametrize("hysteresis", HYSTERESES)
-def test_energy_balance(rig, hysteresis):
+def test_energy_balance(rig, hysteresis, measured):
     """What the base gives is stored, or spent in damping and bushings, to the last digit (average acceleration).
 
     Exact for the discrete motion: ΔE = Δu·(f₀ + f₁)/2 - h v̄·C v̄ with v̄ = Δu/h.
@@ -134,7 +140,8 @@ def test_energy_balance(rig, hysteresis):
         touching += np.any(motion.force[:4] != 0)
     stored = (motion.velocity @ m @ motion.velocity + motion.displacement @ k @ motion.displacement) / 2
     assert touching > 500
-    assert stored + spent == pytest.approx(given, rel=1e-9)
+    what = f"virtual rig with {type(hysteresis).__name__}: energy stored and spent over given"
+    measured.equal(what, (stored + spent) / given, 1, "balance of the discrete motion", rel=1e-9)
     assert 0 < stored < given
 
 
@@ -155,7 +162,7 @@ def lugre_rate(model, z, v):
 
 
 @pytest.mark.parametrize(("hysteresis", "rate"), list(zip(HYSTERESES, (bouc_wen_rate, iwan_rate, lugre_rate))))
-def test_mass_on_grease(free_masses, hysteresis, rate):
+def test_mass_on_grease(free_masses, hysteresis, rate, measured):
     """A mass held by the grease alone and pushed up and down, against Runge-Kutta on the equations as published."""
     truth = Truth(hysteresis=hysteresis, elastic_ratio=0.3)
     grease, mass, push = greases([truth]), 0.7, 0.8
@@ -180,4 +187,6 @@ def test_mass_on_grease(free_masses, hysteresis, rate):
     options = {"rtol": 1e-8, "atol": 1e-12, "max_step": 1e-4, "t_eval": time[99::100]}
     expected = scipy.integrate.solve_ivp(equations, (0, end), start, **options).y[0]
     assert np.abs(expected).max() > 2e-4  # well beyond the yield
-    assert np.abs(found[99::100] - expected).max() < 2e-4 * np.abs(expected).max()
+    error = np.abs(found[99::100] - expected).max() / np.abs(expected).max()
+    what = f"virtual rig, mass on {type(hysteresis).__name__} grease: largest error over amplitude"
+    measured.below(what, error, 2e-4, "Runge-Kutta on the published equations")

@@ -1,4 +1,4 @@
-"""Published cases of code_aster against the test rig's integrator.
+"""Published cases of code_aster. They are run by the virtual rig's integrator.
 
 Data: code_aster validation manual V5.02.104 (SDNL104), V5.01.108 (SDND108), V5.01.101 (SDND101) and the command
 files of those tests (astest/sdnl104a.comm, sdnd108b.comm, sdnd101a.comm).

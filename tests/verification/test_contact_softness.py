@@ -1,4 +1,4 @@
-"""MuJoCo's contacts and tendon limits with `solref_solimp`: the spring and damper that they should be.
+"""Contact softness in MuJoCo. Contacts and tendon limits with `solref_solimp`: the spring and damper that they should be.
 
 Small MJCF models; nothing of the engines but the mapping.
 """
@@ -68,6 +68,10 @@ def damping(ratio):
     return 2 * ratio * np.sqrt(STIFFNESS * MASS)
 
 
+def damping_ratio(c):
+    return c / (2 * np.sqrt(STIFFNESS * MASS))
+
+
 def run(model, height, speed, steps):
     """Height over the floor or limit, and velocity. Both models have one way to move: all joints alike."""
     data = mujoco.MjData(model)
@@ -110,20 +114,36 @@ def test_restitution(make, ratio, expected, measured):
     measured.equal(what, restitution(make, ratio), expected, source, rel=2e-3)
 
 
-@all_models
-def test_ring_down(make, measured):
-    """A mass that stays in contact rings with √(k/m) √(1-ζ²), within 2e-4; k = 2e4, c = 6."""
-    timestep, c = 1e-4, 6.0
+def ring_down_periods(make, c, **impedance):
+    """Three periods of a mass that stays in contact, dt = 1e-4 s."""
+    timestep = 1e-4
     model, *contact = make(9.81, timestep, 0.0)
-    soften(*contact, STIFFNESS, c)
-    height, _ = run(model, 0.0, 0.0, 2000)
+    soften(*contact, STIFFNESS, c, **impedance)
+    height, _ = run(model, 0.0, 0.0, 5000)
     rest = -MASS * 9.81 / STIFFNESS
     up = np.flatnonzero((height[:-1] < rest) & (height[1:] >= rest))[:4]
-    crossing = (up + (rest - height[up]) / (height[up + 1] - height[up])) * timestep
-    ratio = c / (2 * np.sqrt(STIFFNESS * MASS))
+    return np.diff(up + (rest - height[up]) / (height[up + 1] - height[up])) * timestep
+
+
+@all_models
+def test_ring_down(make, measured):
+    """√(k/m) √(1-ζ²), within 2e-4; k = 2e4, c = 6."""
+    ratio = damping_ratio(6.0)
     expected = 2 * np.pi / (OMEGA * np.sqrt(1 - ratio**2))
     what, source = f"period of ringing in contact, {name_of(make)}: error of three", "2π/(√(k/m) √(1-ζ²))"
-    measured.below(what, np.max(np.abs(np.diff(crossing) / expected - 1)), 2e-4, source)
+    measured.below(what, np.max(np.abs(ring_down_periods(make, 6.0) / expected - 1)), 2e-4, source)
+
+
+@all_models
+def test_ring_down_at_the_default_impedance(make, measured):
+    """d = 0.9 adds μ = 9 m to the mass: the frequency is √(1-d) of what it should be, 68 % too low."""
+    measured.equal(
+        f"frequency of ringing in contact, {name_of(make)}, d = 0.9, over √(k/m)",
+        2 * np.pi / np.mean(ring_down_periods(make, 6.0, impedance=0.9)) / OMEGA,
+        np.sqrt(0.1),
+        "√(1-d): 68 % low",
+        rel=2e-3,
+    )
 
 
 @all_models

@@ -1,4 +1,4 @@
-"""FRFs of the engines: against the linear model in the gap, against each other in contact.
+"""FRFs of the engines. Against the linear model in the gap, against each other in contact.
 
 In the gap a periodic random signal is used, and one period after 8 s: no leakage, no start transient, so that what is
 left is the engine's own error. `beam.linear_frf` itself is checked against finite elements in test_beam_fe.py.

@@ -1,4 +1,4 @@
-"""Impacts with closed forms: the contact models alone, and the loops that the engines run.
+"""Impacts with closed forms. The contact models alone, and the loops that the engines run.
 
 The loops are given a free mass between two stops. The compiled engine's gets its arrays from here; MuJoCo's gets a mass
 on a slide joint whose two tendons are the ends of the bushing.

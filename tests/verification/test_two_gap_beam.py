@@ -1,4 +1,4 @@
-"""The shaft in two bushings with clearance: every engine against an ODE solver.
+"""The shaft in two bushings with clearance. Every engine against an ODE solver.
 
 The reference, written here, has 24 cantilever modes, its matrices by quadrature, Kelvin-Voigt contacts at both ends of
 both bushings that never pull, and linear grease. Impacting systems are chaotic: trajectories are compared over 30 ms of
