@@ -1,5 +1,5 @@
-"""Identification by force balance. Truth: forces and laws of simulated records with 1 % noise; for data/table1_rig, its records to
-validate."""
+"""Identification by force balance. Truth: forces and laws of simulated records with 1 % noise; for data/table1_rig,
+its records to validate."""
 
 import dataclasses
 

@@ -1,5 +1,5 @@
-"""Identification by output error. Truth: laws that the records were simulated with (the same engine, so not a test of the
-physics, which tests/verification and tests/testrig check, but of the fit)."""
+"""Identification by output error. Truth: laws that the records were simulated with (the same engine, so not a test of
+the physics, which tests/verification and tests/testrig check, but of the fit)."""
 
 import dataclasses
 import math

@@ -1,4 +1,4 @@
-"""Measured record: shaker cantilever. The impact spectrum's frequencies and those of a cantilever of the stated size."""
+"""Measured record: shaker cantilever. Frequencies of an impact and of a cantilever of the stated size."""
 
 import numpy as np
 import pytest

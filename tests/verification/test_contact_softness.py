@@ -1,4 +1,4 @@
-"""Contact softness in MuJoCo. Contacts and tendon limits with `solref_solimp`: the spring and damper that they should be.
+"""Contact softness in MuJoCo. Contacts and tendon limits with `solref_solimp`: springs and dampers.
 
 Small MJCF models; nothing of the engines but the mapping.
 """
