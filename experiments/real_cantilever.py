@@ -9,7 +9,6 @@ more than an accelerometer: what the clamp gives way is in it too.
 
 from __future__ import annotations
 
-import argparse
 import csv
 from pathlib import Path
 
@@ -17,11 +16,10 @@ import numpy as np
 import scipy.optimize
 import scipy.signal
 from matplotlib.figure import Figure
+from real_script import run
 
 from clearance_mj.beam import cantilever_mode, cantilever_roots
-from clearance_mj.errors import RecordError
 from clearance_mj.io.lvm import read_lvm
-from clearance_mj.io.real import real_folder
 
 LENGTH, WIDTH, HEIGHT = 0.759, 0.05066, 0.00514
 """m"""
@@ -120,18 +118,7 @@ def write(result: dict, out: Path) -> None:
 
 
 def main(arguments=None) -> int:
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--out", type=Path, required=True, help="folder for the table and the figure")
-    out = parser.parse_args(arguments).out
-    folder = real_folder()
-    if folder is None:
-        parser.exit(2, "the impact spectrum is not part of the project: name its folder in CLEARANCE_REAL_DATA\n")
-    try:
-        result = analyse(folder)
-    except RecordError as error:
-        parser.exit(2, f"{error}\n")
-    write(result, out)
-    return 0
+    return run(analyse, write, __doc__, "the impact spectrum", arguments)
 
 
 if __name__ == "__main__":

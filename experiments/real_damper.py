@@ -8,7 +8,6 @@ gap, Bouc-Wen with a gap that stays where it is, and Bouc-Wen with dead travel t
 
 from __future__ import annotations
 
-import argparse
 import csv
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,11 +15,11 @@ from pathlib import Path
 import numpy as np
 import scipy.optimize
 from matplotlib.figure import Figure
+from real_script import run
 
 from clearance_mj.clearance import gap as penetration
-from clearance_mj.errors import RecordError
 from clearance_mj.identify import bouc_wen
-from clearance_mj.io.real import DamperRecord, read_damper, real_folder
+from clearance_mj.io.real import DamperRecord, read_damper
 
 CHARACTERISATION = (
     "0.5Hz30lbtension1amplitude", "1Hz30lbtension0.5amplitude", "1Hz30lbtension1amplitude",
@@ -184,18 +183,7 @@ def write(result: dict, out: Path) -> None:
 
 
 def main(arguments=None) -> int:
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--out", type=Path, required=True, help="folder for the table and the figure")
-    out = parser.parse_args(arguments).out
-    folder = real_folder()
-    if folder is None:
-        parser.exit(2, "the damper's records are not part of the project: name their folder in CLEARANCE_REAL_DATA\n")
-    try:
-        result = analyse(folder)
-    except RecordError as error:
-        parser.exit(2, f"{error}\n")
-    write(result, out)
-    return 0
+    return run(analyse, write, __doc__, "the damper's data set", arguments)
 
 
 if __name__ == "__main__":

@@ -10,7 +10,6 @@ ridges while the roller moves.
 
 from __future__ import annotations
 
-import argparse
 import csv
 from dataclasses import dataclass
 from pathlib import Path
@@ -19,11 +18,11 @@ import numpy as np
 import scipy.optimize
 import scipy.signal
 from matplotlib.figure import Figure
+from real_script import run
 
 from clearance_mj.beam import cantilever_mode, cantilever_roots
-from clearance_mj.errors import RecordError
 from clearance_mj.identify.wavelet import Ridge, ridge
-from clearance_mj.io.real import DropbearRecord, read_dropbear, real_folder
+from clearance_mj.io.real import DropbearRecord, read_dropbear
 
 FIT, PREDICT = "steps10_test0", ("steps10_test1", "random_dwell_set0_test0")
 BANDS = ((20.0, 60.0), (120.0, 320.0))
@@ -256,18 +255,7 @@ def write(found: dict, out: Path) -> None:
 
 
 def main(arguments=None) -> int:
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--out", type=Path, required=True, help="folder for the table and the figure")
-    out = parser.parse_args(arguments).out
-    folder = real_folder()
-    if folder is None:
-        parser.exit(2, "DROPBEAR records are not part of the project: name their folder in CLEARANCE_REAL_DATA\n")
-    try:
-        found = analyse(folder)
-    except RecordError as error:
-        parser.exit(2, f"{error}\n")
-    write(found, out)
-    return 0
+    return run(analyse, write, __doc__, "the DROPBEAR data set", arguments)
 
 
 if __name__ == "__main__":
