@@ -28,6 +28,17 @@ test-slow: setup
 fuzz: setup
 	$(BIN)/python -m tests.fuzz --out results/fuzz
 
+# Compiled functions do not show: tests of small ones run a second time, interpreted.
+INTERPRETED = tests/clearance tests/testrig/test_physics.py tests/vehicle/test_path.py tests/verification/test_bouc_wen.py
+
+coverage: setup
+	mkdir -p results/coverage
+	$(BIN)/coverage erase
+	$(BIN)/coverage run -m pytest -m 'not slow'
+	NUMBA_DISABLE_JIT=1 $(BIN)/coverage run -m pytest $(INTERPRETED)
+	$(BIN)/coverage combine -q
+	$(BIN)/coverage report --skip-covered --sort=miss
+
 bench: setup
 	$(BIN)/python -m benchmarks --out results/bench.json
 
