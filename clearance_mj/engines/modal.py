@@ -180,7 +180,7 @@ def _advance(
                     continue
                 own = half * compliance[p, p]
                 new = (elastic[p] + viscous[p] * (w[p] + own * force[p])) / (1.0 + viscous[p] * own)
-                if p >= n_bushings and new * elastic[p] < 0.0 and not law.adhesion[(p - n_bushings) // 2]:
+                if p >= n_bushings and new * x[p] < 0.0 and not law.adhesion[(p - n_bushings) // 2]:
                     new = 0.0
                 change = new - force[p]
                 for r in range(n_points):
@@ -204,6 +204,8 @@ def _advance(
             for m in range(n):
                 value += at_sensors[s, m] * acceleration[m]
             out[i, s] = value
+        if not abs(out[i, 0]) < np.inf:  # whatever mode it comes from; without bushings nothing else would stop it
+            return i, 0
         for j in range(n_bushings):
             out[i, n_sensors + j] = x[j]
             out[i, n_sensors + n_bushings + j] = force[n_bushings + 2 * j] + force[n_bushings + 2 * j + 1]

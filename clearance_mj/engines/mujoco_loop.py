@@ -274,7 +274,7 @@ def _advance(
             k, c = table_values(law, j, envelope[j] if law.by_amplitude else (steps + i) * h)
             for end in range(2 * j, 2 * j + 2):
                 k_end, c_end = k, c
-                if law.exponent[j] != 1.0:
+                if law.exponent[j] != 1.0 or law.kappa[j] != 0.0:
                     x, speed = _point(at_points, n_bushings + end, qpos, qvel)
                     g = gap(x, gaps[j])
                     if g == 0.0:
@@ -293,6 +293,8 @@ def _advance(
             for m in range(columns.size):
                 value += readout[s, m] * source[columns[m]]
             out[i, s] = value
+        if not abs(out[i, 0]) < np.inf:  # without bushings nothing else would stop it
+            return i, 0
         for j in range(n_bushings):
             contact = 0.0
             for m in range(nv):
