@@ -4,9 +4,12 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from ..errors import ClearanceError
 from .command import add_command
 
 __all__ = ["add"]
+
+GOOD_BALANCE = 0.01
 
 
 def add(commands):
@@ -29,6 +32,10 @@ def add(commands):
     parser.add_argument("--band", type=float, nargs=2, default=(5.0, 220.0), metavar=("LOW", "HIGH"), help="Hz")
     parser.add_argument("--rms", type=float, default=1.0, help="m/s², or N for a force shaker (default: %(default)s)")
     parser.add_argument("--seed", type=int, default=0, help="of the excitation (default: %(default)s)")
+    parser.add_argument(
+        "--ledger", type=Path, metavar="FOLDER",
+        help="keep account of energy and impacts: energy.csv, impacts.csv and ledger.png in this folder",
+    )  # fmt: skip
 
 
 def _run(options):
@@ -42,9 +49,34 @@ def _run(options):
     rig = Rig.load(options.rig)
     law = load_law(options.law) if options.law else nominal(rig)
     noise = {"band": tuple(options.band), "rms": options.rms, "seed": options.seed, "kind": rig.shaker.kind}
-    response = simulate(rig, random(options.duration, options.fs, **noise), law, options.engine)
+    if options.ledger and options.ledger.is_file():
+        raise ClearanceError(f"--ledger {options.ledger} is a file; give a folder")
+    case = rig, random(options.duration, options.fs, **noise), law, options.engine
+    response, kept = _with_ledger(options, case) if options.ledger else (simulate(*case), {})
     save(options.out, response)
     if not options.json:
         print(f"response: {options.out}")
     rms = dict(zip(response.responses, response.acceleration.std(axis=0).tolist()))
-    return {"out": str(options.out), "acceleration_rms": rms}
+    return {"out": str(options.out), "acceleration_rms": rms} | kept
+
+
+def _with_ledger(options, case):
+    from ..ledger import keep_ledger
+    from ..report.ledger import write
+
+    response, ledger = keep_ledger(*case, progress=None if options.quiet else "ledger")
+    write(options.ledger, ledger)
+    if not options.json:
+        _print(ledger)
+        print(f"ledger: {options.ledger}")
+    return response, {"ledger": ledger.summary() | {"out": str(options.ledger)}}
+
+
+def _print(ledger):
+    found = ledger.summary()
+    for name, value in found["energy"].items():
+        print(f"{name:16s}{value: .4e} J")
+    print(f"impacts at each bushing: {', '.join(map(str, found['impacts']))}; up to {found['peak_force']:.3g} N")
+    print(f"the energies balance within {100 * ledger.imbalance:.2g} % of what was put in")
+    if ledger.imbalance > GOOD_BALANCE:
+        print("that is more than 1 %: the engine's step is too long for contacts this stiff")
