@@ -205,9 +205,9 @@ class _Books(Run):
 
     def __init__(self, run, rig, law, step, factor, bar):
         self.run, self.step, self.factor, self.bar, self.steps = run, step, factor, bar, 0
-        self.equations_, n = run.equations(), len(rig.bushings)
+        self.scheme, n = run.equations(), len(rig.bushings)
         self.rules = np.array([b.gap for b in rig.bushings]), grease_table(rig, law), law.table(n)
-        self.n_bushings, size = n, self.equations_.drive.size
+        self.n_bushings, size = n, self.scheme.drive.size
         self.q, self.z, self.stiffness = np.zeros((2, size)), np.zeros((1, n)), np.zeros(n)
         self.under_way, self.total = np.zeros((2 * n, 6)), np.zeros(2 + 4 * n)
         self.rows, self.impacts = [], []
@@ -228,7 +228,7 @@ class _Books(Run):
 
     def _book(self, drive, q, z, envelope, impact):
         """Book steps with coordinates q, of two steps before the first one on, and what the bushings remember."""
-        mass, damping, stiffness, shape, points, seen = self.equations_
+        mass, damping, stiffness, shape, points, seen = self.scheme
         h, m, n = self.step, drive.size, self.n_bushings
         before, now, after = q[:-2], q[1:-1], q[2:]
         travel, velocity = (after - before) / 2, np.diff(q, axis=0) / h
@@ -242,7 +242,7 @@ class _Books(Run):
         work = np.sum(travel @ damping * travel, axis=1) / h
         flow = np.column_stack((drive * (travel @ shape), work, *flow))
         booked = self.total + np.cumsum(flow, axis=0)
-        self.total = booked[-1].copy() if m else self.total
+        self.total = self.total + flow.sum(axis=0)
         # A step's forces work from half a step before its time to half a step after; half of that is still to come.
         booked[:, : 2 + 2 * n] -= flow[:, : 2 + 2 * n] / 2
         at_time = np.column_stack((booked, (kinetic[1:] + kinetic[:-1]) / 2, strain, *stored))
