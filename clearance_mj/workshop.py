@@ -115,21 +115,28 @@ class Workshop:
     """
 
     def __init__(self, folder: Path, out: Path):
-        self.out, self.finished = out, folder / "finished"
+        self.out, self.finished, self._old = out, folder / "finished", out.with_name(out.name + ".old")
         self.cache = Cache(folder / CACHE, out / CACHE)
+        self._undo_publishing()
         shutil.rmtree(self.finished, ignore_errors=True)
         self.finished.mkdir()
+
+    def _undo_publishing(self):
+        """Put the cache and the old study back where they were, if the process was killed while it published."""
+        if (self.finished / CACHE).is_dir():
+            (self.finished / CACHE).rename(self.cache.folder)
+        if self._old.is_dir() and not self.out.exists():
+            self._old.rename(self.out)
 
     def publish(self):
         """Put the finished folder, the cache inside, in the place of ``out``; an old study stays whole until then."""
         self.cache.drop_unused()
         self.cache.folder.rename(self.finished / CACHE)
-        old = self.out.with_name(self.out.name + ".old")
-        shutil.rmtree(old, ignore_errors=True)
+        shutil.rmtree(self._old, ignore_errors=True)
         if self.out.exists():
-            self.out.rename(old)
+            self.out.rename(self._old)
         self.finished.rename(self.out)
-        shutil.rmtree(old, ignore_errors=True)
+        shutil.rmtree(self._old, ignore_errors=True)
 
 
 @contextmanager
@@ -144,13 +151,16 @@ def open_workshop(out: Path):
     Raises
     ------
     ClearanceError
-        If another process holds it.
+        If another process holds it, or it cannot be written, such as on a full disk.
     """
     folder = out.with_name(out.name + ".partial")
-    (folder / CACHE).mkdir(parents=True, exist_ok=True)
-    with held(folder / "lock", "study"):
-        yield Workshop(folder, out)
-        shutil.rmtree(folder)
+    try:
+        (folder / CACHE).mkdir(parents=True, exist_ok=True)
+        with held(folder / "lock", "study"):
+            yield Workshop(folder, out)
+            shutil.rmtree(folder)
+    except OSError as error:
+        raise ClearanceError(f"{folder}: cannot be written ({error.strerror or error})") from error
 
 
 @contextmanager

@@ -40,6 +40,9 @@ def main(arguments=None) -> int:
         return 1
     except BrokenPipeError:
         return 1
+    except OSError as error:  # a full disk, a folder that may not be written
+        print(f"clearance-mj: {error}", file=sys.stderr)
+        return 1
     if options.json:
         print(to_json(result), end="")
     return 0

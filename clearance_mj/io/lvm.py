@@ -170,7 +170,9 @@ def _real(path, header, name, at) -> float:
     try:
         return float(header[name][0])
     except (KeyError, ValueError):
-        raise RecordError(f"{path}, line {at}: without a column of X the segment header needs {name}, a number") from None
+        raise RecordError(
+            f"{path}, line {at}: without a column of X the segment header needs {name}, a number"
+        ) from None
 
 
 def _whole(path, header, name, at):

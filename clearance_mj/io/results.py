@@ -297,7 +297,8 @@ def save(path, obj: FRF | dict[str, FRF] | Response | list[Channel]):
         raise RecordError(f"{path}: {error}") from None
     form = {"engine": "h5netcdf"} if hdf5 else {"engine": "scipy", "format": "NETCDF3_64BIT"}
     with replacing(path) as temporary:
-        dataset.to_netcdf(temporary, **form)
+        # By way of memory: the HDF5 library ends the process where the disk is full.
+        temporary.write_bytes(dataset.to_netcdf(**form))
 
 
 def load(path) -> FRF | dict[str, FRF] | Response | list[Channel]:
@@ -342,7 +343,7 @@ def _dataset(path) -> xr.Dataset:
         return xr.load_dataset(io.BytesIO(data), engine="scipy", decode_times=False)
     _require_hdf5()
     _require_stored(path, most_unpacked(len(data)))
-    return xr.load_dataset(path, engine="h5netcdf", decode_times=False)
+    return xr.load_dataset(path, engine="h5netcdf", decode_times=False, phony_dims="sort")
 
 
 def _require_stored(path, most):

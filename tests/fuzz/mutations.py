@@ -131,7 +131,7 @@ def replanted(rng, data):
             del inside[key]
         elif change < 0.35 and isinstance(inside, list):
             inside.append(copy.deepcopy(inside[key]))
-        elif change < 0.55 and isinstance(inside[key], int | float):
+        elif change < 0.55 and isinstance(inside[key], int | float) and abs(inside[key]) < 1e99:
             inside[key] = inside[key] * rng.choice((-1, 0, 2, 10, 1e-6, 1e3, 1e6))
         else:
             inside[key] = copy.deepcopy(rng.choice(PLAIN))
