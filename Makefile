@@ -6,7 +6,7 @@ export MPLBACKEND = Agg
 # Small matrices: threads inside BLAS only get into the way of those over simulations.
 export OPENBLAS_NUM_THREADS = 1
 
-.PHONY: setup study test test-slow fuzz bench lint data models readme docs verification clean
+.PHONY: setup study test test-slow fuzz coverage bench lint data models readme docs verification clean
 
 setup: $(VENV)/.ready
 
@@ -54,12 +54,8 @@ models: setup
 readme: setup
 	$(BIN)/python -m benchmarks.readme
 
-$(VENV)/.docs: $(VENV)/.ready
-	$(BIN)/pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[docs]'
-	touch $@
-
-docs: $(VENV)/.docs
-	$(BIN)/python -m sphinx -q -W --keep-going -d docs/_build/doctrees docs docs/_build/html
+docs: setup
+	$(BIN)/python -m sphinx -q -W --keep-going -j auto -d docs/_build/doctrees docs docs/_build/html
 
 verification: setup
 	$(BIN)/python -m pytest tests/verification tests/testrig tests/identify tests/real --verification docs/verification.md

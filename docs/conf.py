@@ -4,6 +4,7 @@ Nothing is fetched: the site builds without a network.
 """
 
 import os
+import pkgutil
 import re
 from pathlib import Path
 
@@ -14,6 +15,7 @@ from docutils.parsers.rst import Directive
 os.environ["NUMBA_DISABLE_JIT"] = "1"
 
 import clearance_mj
+from clearance_mj import cli, reproduce
 
 HERE = Path(__file__).parent
 
@@ -28,6 +30,11 @@ default_role = "py:obj"
 myst_heading_anchors = 3
 
 autosummary_generate = True
+USED = ("context", "registry", "result", "runner")
+"""What a new experiment needs of `clearance_mj.reproduce`"""
+INNER = [f"clearance_mj.cli.{module.name}" for module in pkgutil.iter_modules(cli.__path__)]
+INNER += [f"clearance_mj.reproduce.{m.name}" for m in pkgutil.iter_modules(reproduce.__path__) if m.name not in USED]
+autosummary_context = {"inner": INNER}
 autodoc_member_order = "bysource"
 autodoc_typehints = "none"  # the docstrings say types, shapes and units
 numpydoc_show_class_members = False
