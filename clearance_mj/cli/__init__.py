@@ -8,11 +8,41 @@ import sys
 from .._version import __version__
 from ..errors import ClearanceError
 from ..io.files import to_json
-from . import audit, calibrate, compare, convert, identify, new, place, reproduce, simulate, study, sweep, vehicle
+from . import (
+    animate,
+    audit,
+    calibrate,
+    compare,
+    convert,
+    identify,
+    motion,
+    new,
+    place,
+    reproduce,
+    simulate,
+    study,
+    sweep,
+    vehicle,
+)
 
 __all__ = ["COMMANDS", "main"]
 
-COMMANDS = (new, study, identify, simulate, compare, convert, reproduce, audit, calibrate, place, sweep, vehicle)
+COMMANDS = (
+    new,
+    study,
+    identify,
+    simulate,
+    animate,
+    motion,
+    compare,
+    convert,
+    reproduce,
+    audit,
+    calibrate,
+    place,
+    sweep,
+    vehicle,
+)
 """Modules with `add(commands)`, which adds the command's parser, in the order of the help"""
 
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from ..engines import mjcf
 from ..report.figures import Drawing
+from ..report.rendering import View, render
 from .context import Context
-from .rendering import View, render
 from .result import Result
 from .style import FONT, sheet
 from .texts import texts

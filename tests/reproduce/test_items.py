@@ -11,10 +11,10 @@ import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 
 from clearance_mj.errors import RecordError
+from clearance_mj.report.rendering import View, render
 from clearance_mj.reproduce import Context
 from clearance_mj.reproduce.pages import markdown
 from clearance_mj.reproduce.registry import get_item
-from clearance_mj.reproduce.rendering import View, render
 
 ROOT = Path(__file__).parents[2]
 NAMES = [*(f"figure_{number:02d}" for number in range(1, 11)), "table_1", "table_2"]

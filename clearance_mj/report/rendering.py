@@ -6,6 +6,7 @@ A GL backend is chosen when MuJoCo is loaded, and a broken one may take its proc
 from __future__ import annotations
 
 import dataclasses
+import itertools
 import json
 import os
 import subprocess
@@ -17,7 +18,7 @@ from pathlib import Path
 
 import numpy as np
 
-__all__ = ["View", "render"]
+__all__ = ["Stroke", "View", "render"]
 
 TIMEOUT = 120  # s
 
@@ -42,7 +43,21 @@ class View:
     """width and height, pixels"""
 
 
-def render(mjcf: str, views: Sequence[View]) -> tuple[list[np.ndarray], str]:
+@dataclass(frozen=True, eq=False)
+class Stroke:
+    """Solids that are drawn beside the model and differ from picture to picture."""
+
+    shape: str
+    """"capsule", "arrow" or "box" """
+    radius: float
+    """m; of no meaning for a box"""
+    colour: tuple[float, float, float]
+    """red, green, blue, 0 to 1"""
+    ends: np.ndarray
+    """(n_views, n, 2, 3) where each begins and ends, m; one without length is left out; two corners of a box"""
+
+
+def render(mjcf: str, views: Sequence[View], strokes: Sequence[Stroke] = ()) -> tuple[list[np.ndarray], str]:
     """Render a model at rest.
 
     Parameters
@@ -51,6 +66,8 @@ def render(mjcf: str, views: Sequence[View]) -> tuple[list[np.ndarray], str]:
         The model.
     views : sequence of View
         One picture each.
+    strokes : sequence of Stroke
+        What is drawn beside the model.
 
     Returns
     -------
@@ -63,8 +80,9 @@ def render(mjcf: str, views: Sequence[View]) -> tuple[list[np.ndarray], str]:
     environment = os.environ | ({"MUJOCO_GL": backend} if backend else {})
     with tempfile.TemporaryDirectory() as folder:
         job, pictures = Path(folder) / "job.json", Path(folder) / "pictures.npz"
-        job.write_text(json.dumps({"mjcf": mjcf, "views": [dataclasses.asdict(view) for view in views]}))
-        command = [sys.executable, "-m", __name__, job, pictures]
+        plain = {"views": [dataclasses.asdict(view) for view in views], "strokes": [_plain(s) for s in strokes]}
+        job.write_text(json.dumps({"mjcf": mjcf} | plain))
+        command = [sys.executable, "-P", __file__, job, pictures]  # this file alone: the package takes a second
         options = {"env": environment, "capture_output": True, "text": True, "timeout": TIMEOUT}
         try:
             done = subprocess.run(command, check=False, **options)
@@ -75,6 +93,10 @@ def render(mjcf: str, views: Sequence[View]) -> tuple[list[np.ndarray], str]:
             return [], f"MuJoCo has no GL backend here ({backend or 'default'}): {last}"
         with np.load(pictures) as stored:
             return [stored[name] for name in stored.files], ""
+
+
+def _plain(stroke) -> dict:
+    return dataclasses.asdict(stroke) | {"ends": np.asarray(stroke.ends).tolist()}
 
 
 def _main(job, pictures):
@@ -88,15 +110,42 @@ def _main(job, pictures):
     model.vis.map.znear = 1e-3
     data, images = mujoco.MjData(model), []
     mujoco.mj_forward(model, data)
-    for view in work["views"]:
-        model.vis.global_.fovy, model.site_size[:, 0] = view["opening"], view["sensor"]
-        camera = mujoco.MjvCamera()
-        camera.lookat, camera.distance = view["look_at"], view["distance"]
-        camera.azimuth, camera.elevation = view["azimuth"], view["elevation"]
-        with Renderer(model, height=view["size"][1], width=view["size"][0]) as renderer:
-            renderer.update_scene(data, camera)
-            images.append(renderer.render())
+    for (width, height), views in itertools.groupby(enumerate(work["views"]), key=lambda item: item[1]["size"]):
+        with Renderer(model, height=height, width=width) as renderer:
+            for i, view in views:
+                model.vis.global_.fovy, model.site_size[:, 0] = view["opening"], view["sensor"]
+                renderer.update_scene(data, _camera(view))
+                for stroke in work["strokes"]:
+                    _draw(renderer.scene, stroke, stroke["ends"][i])
+                images.append(renderer.render())
     np.savez(pictures, *images)
+
+
+def _camera(view):
+    import mujoco
+
+    camera = mujoco.MjvCamera()
+    camera.lookat, camera.distance = view["look_at"], view["distance"]
+    camera.azimuth, camera.elevation = view["azimuth"], view["elevation"]
+    return camera
+
+
+def _draw(scene, stroke, ends):
+    """Add one picture's solids of a stroke to the scene."""
+    import mujoco
+
+    shape = getattr(mujoco.mjtGeom, f"mjGEOM_{stroke['shape'].upper()}")
+    colour, upright = np.array([*stroke["colour"], 1], dtype=np.float32), np.eye(3).ravel()
+    for start, end in np.array(ends):
+        if np.array_equal(start, end):
+            continue
+        geom = scene.geoms[scene.ngeom]
+        mujoco.mjv_initGeom(geom, shape, np.abs(end - start) / 2, (start + end) / 2, upright, colour)
+        if stroke["shape"] != "box":
+            mujoco.mjv_connector(geom, shape, stroke["radius"], start, end)
+        if stroke["shape"] == "arrow":
+            geom.size[2] *= 2  # an arrow is drawn half as long as it is said to be
+        scene.ngeom += 1
 
 
 def _lit(spec):

@@ -1,0 +1,60 @@
+"""clearance-mj animate: the shaft rattling in its bushings, in slow motion."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+from .command import add_command
+from .drive import add_drive, excitation, load
+
+__all__ = ["add"]
+
+
+def add(commands):
+    """Add the command.
+
+    Parameters
+    ----------
+    commands : argparse subparsers
+        Where to add it.
+    """
+    parser = add_command(
+        commands, "animate", _run, "show the shaft rattling in its bushings, in slow motion and exaggerated",
+        default=Path("rattle.gif"), help="file, .gif or (with ffmpeg) .mp4 (default: %(default)s)",
+    )  # fmt: skip
+    add_drive(parser, duration=6.0)
+    parser.add_argument("--rms", type=float, default=5.0, help="m/s², or N for a force shaker (default: %(default)s)")
+    parser.add_argument("--start", type=float, help="s (default: the strongest contact is in the middle)")
+    parser.add_argument("--seconds", type=float, default=0.15, help="of motion that are shown (default: %(default)s)")
+    parser.add_argument("--slow", type=float, default=60.0, help="how many times slower (default: %(default)s)")
+    parser.add_argument("--exaggeration", type=float, help="of lifts and gaps (default: what fills the picture)")
+    parser.add_argument("--rate", type=float, default=20.0, help="pictures per second (default: %(default)s)")
+    parser.add_argument(
+        "--renderer", default="auto", help="mujoco, matplotlib, or auto: MuJoCo where it can draw (default)"
+    )
+
+
+def _run(options):
+    from ..engines import simulate
+    from ..report.animation import check, clip, write
+
+    check(options.out, options.renderer)
+    rig, law = load(options)
+    response = simulate(rig, excitation(options, rig.shaker.kind, options.rms), law, options.engine)
+    cut = {"seconds": options.seconds, "slow": options.slow, "rate": options.rate}
+    shown = clip(rig, response, options.start, exaggeration=options.exaggeration, **cut)
+    reason = write(shown, options.out, options.renderer, not options.quiet)
+    if reason:
+        print(f"clearance-mj: note: drawn by matplotlib: {reason}", file=sys.stderr)
+    if not options.json:
+        print(f"animation: {options.out}")
+    return {
+        "out": str(options.out),
+        "renderer": "matplotlib" if reason or options.renderer == "matplotlib" else "mujoco",
+        "start": float(shown.time[0]),
+        "end": float(shown.time[-1]),
+        "pictures": int(shown.time.size),
+        "exaggeration": shown.exaggeration,
+        "peak_contact_force": abs(shown.trace).max(axis=0).tolist(),
+    }

@@ -1,0 +1,65 @@
+"""What commands that simulate a rig to show its motion have in common: the law, the engine, the excitation."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+__all__ = ["add_drive", "excitation", "load"]
+
+
+def add_drive(parser, duration: float):
+    """Add the options.
+
+    Parameters
+    ----------
+    parser : ArgumentParser
+        Of the command.
+    duration : float
+        Default of ``--duration``, s.
+    """
+    parser.add_argument("rig", type=Path, help="rig file (TOML)")
+    parser.add_argument("--law", type=Path, help="law file (default: the rig's datasheet contact)")
+    parser.add_argument("--engine", default="links", help="links, modal or modal-mj (default: %(default)s)")
+    parser.add_argument("--sine", type=float, metavar="HZ", help="drive with a sine (default: with noise)")
+    parser.add_argument(
+        "--band", type=float, nargs=2, default=(5.0, 220.0), metavar=("LOW", "HIGH"), help="of noise, Hz (5 220)"
+    )
+    parser.add_argument("--seed", type=int, default=0, help="of noise (default: %(default)s)")
+    parser.add_argument("--duration", type=float, default=duration, help="s that are simulated (default: %(default)s)")
+    parser.add_argument("--fs", type=float, default=8192.0, help="samples per second (default: %(default)s)")
+
+
+def load(options):
+    """Return the rig and the law that the options name.
+
+    Parameters
+    ----------
+    options : Namespace
+        Parsed options.
+    """
+    from ..clearance import load_law
+    from ..identify.laws import nominal
+    from ..rig import Rig
+
+    rig = Rig.load(options.rig)
+    return rig, load_law(options.law) if options.law else nominal(rig)
+
+
+def excitation(options, kind: str, rms: float):
+    """Return the excitation of one level.
+
+    Parameters
+    ----------
+    options : Namespace
+        Parsed options.
+    kind : str
+        "base" or "force".
+    rms : float
+        Root mean square, m/s² or N.
+    """
+    from ..excitation import random, stepped_sine
+
+    if options.sine is not None:
+        return stepped_sine(options.duration, options.fs, options.sine, math.sqrt(2) * rms, kind)
+    return random(options.duration, options.fs, tuple(options.band), rms, options.seed, kind)
