@@ -1,4 +1,7 @@
-"""Peak memory of a large batch whose responses are taken one after the other: each case in a process of its own."""
+"""Peak memory of a large batch whose responses are taken one after the other, and of one long run whole and in blocks.
+
+Each case is measured in a process of its own.
+"""
 
 import resource
 import subprocess
@@ -6,32 +9,51 @@ import sys
 
 import clearance_mj as cm
 
-from .case import LAW, RIG, excitation
+from .case import BAND, FS, LAW, RIG, RMS, excitation
 
 LIMIT = 2e9
 """bytes for a thousand simulations"""
 CASES = ((0, 10.0), (10, 10.0), (100, 10.0), (1000, 10.0), (100, 20.0), (100, 40.0))
+RUNS = {"whole": (10, 40, 160, 600), "blocks": (10, 40, 160, 600, 3600)}
+"""s"""
 
 
 def measure():
     """Return peak bytes against number and duration of the simulations; without any, of the program itself."""
-    rows = []
-    for simulations, seconds in CASES:
-        command = [sys.executable, "-m", "benchmarks.memory", str(simulations), str(seconds)]
-        peak = int(subprocess.run(command, capture_output=True, text=True, check=True).stdout)
-        rows.append({"simulations": simulations, "seconds": seconds, "peak": peak})
-    return {"rows": rows, "limit": LIMIT, "sensors": len(RIG.sensors), "engine": "modal"}
+    rows = [{"simulations": n, "seconds": s, "peak": _measured("batch", n, s)} for n, s in CASES]
+    runs = [{"seconds": s, "way": way, "peak": _measured(way, 1, s)} for way, seconds in RUNS.items() for s in seconds]
+    return {"rows": rows, "runs": runs, "limit": LIMIT, "sensors": len(RIG.sensors), "engine": "modal"}
 
 
-def _peak(simulations, seconds) -> int:
-    """Simulate as many records and keep one number of each; bytes (Linux counts in KiB, macOS in bytes)."""
+def _measured(way, simulations, seconds) -> int:
+    command = [sys.executable, "-m", "benchmarks.memory", way, str(simulations), str(seconds)]
+    return int(subprocess.run(command, capture_output=True, text=True, check=True).stdout)
+
+
+def _batch(simulations, seconds):
+    """Simulate as many records and keep one number of each."""
     drive = excitation(seconds)
     laws = [cm.ConstantLaw(LAW.k * (1 + 1e-6 * i), LAW.c) for i in range(simulations)] or [LAW]
     drives = drive if simulations else excitation(0.1)
     for response in cm.simulate_each(RIG, drives, laws, "modal"):
         response.acceleration.max()
-    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * (1 if sys.platform == "darwin" else 1024)
+
+
+def _whole(_, seconds):
+    """FRFs of one record that is in memory as a whole."""
+    cm.estimate_frf(cm.simulate(RIG, excitation(seconds), LAW, "modal"))
+
+
+def _blocks(_, seconds):
+    """FRFs of one record of which only blocks are ever in memory."""
+    drive = cm.streaming.random_blocks(seconds, FS, band=BAND, rms=RMS, seed=1)
+    cm.streaming.estimate_frf_blocks(cm.simulate_blocks(RIG, drive, LAW, "modal"))
+
+
+WAYS = {"batch": _batch, "whole": _whole, "blocks": _blocks}
 
 
 if __name__ == "__main__":
-    print(_peak(int(sys.argv[1]), float(sys.argv[2])))
+    WAYS[sys.argv[1]](int(sys.argv[2]), float(sys.argv[3]))
+    # Linux counts in KiB, macOS in bytes.
+    print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * (1 if sys.platform == "darwin" else 1024))

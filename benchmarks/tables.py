@@ -49,7 +49,12 @@ def scaling(found):
 
 def memory(found):
     rows = [(r["simulations"], f"{r['seconds']:g}", f"{r['peak'] / 1e6:.0f}") for r in found["rows"]]
-    return {"memory": _table(("simulations", "seconds each", "peak (MB)"), rows)}
+    peaks = {(r["way"], r["seconds"]): f"{r['peak'] / 1e6:.0f}" for r in found["runs"]}
+    runs = [(f"{s}", *(peaks.get((way, s), "") for way in ("whole", "blocks"))) for s in sorted({k[1] for k in peaks})]
+    return {
+        "memory": _table(("simulations", "seconds each", "peak (MB)"), rows),
+        "long run": _table(("seconds", "whole, peak (MB)", "in blocks, peak (MB)"), runs),
+    }
 
 
 def options(found):

@@ -16,6 +16,8 @@ from clearance_mj.engines import simulate, simulate_blocks
 from clearance_mj.errors import ExcitationError, RecordError
 from clearance_mj.excitation import random
 from clearance_mj.frf import estimate_frf
+from clearance_mj.io.blocks import saving
+from clearance_mj.io.results import load
 from clearance_mj.response import Response
 from clearance_mj.sampling import Interpolator, lowpass
 from clearance_mj.streaming import estimate_frf_blocks, random_blocks
@@ -158,3 +160,22 @@ def test_memory_is_flat_in_duration(rig):
     stream(1.0)  # compiled code and cached filters stay
     assert peak(stream, 80.0) - peak(stream, 20.0) < 60 * FS * 8 / 2  # half of what the excitation alone would take
     assert peak(whole, 40.0) - peak(whole, 20.0) > 5e6  # the measure sees what grows
+
+
+def test_blocks_are_written_as_they_pass(rig, tmp_path):
+    """The file holds what `simulate` returns; without its last block there is none."""
+    pytest.importorskip("h5netcdf")
+    drive, path = random(2.0, FS, rms=2.0), tmp_path / "run.h5"
+    whole = simulate(rig, drive, LAW, "modal")
+    blocks = saving(path, simulate_blocks(rig, drive, LAW, "modal"))
+    next(blocks)
+    assert not path.exists()
+    assert 0 < sum(1 for _ in blocks) < 20
+    found = load(path)
+    for name in (*HISTORIES, "time"):
+        np.testing.assert_array_equal(getattr(found, name), getattr(whole, name))
+    assert found.provenance == whole.provenance
+    with pytest.raises(RecordError, match="blocks are appended to HDF5 only"):
+        next(saving(tmp_path / "run.nc", []))
+    with pytest.raises(RecordError, match="no block to write"):
+        next(saving(path, []))

@@ -1,0 +1,59 @@
+"""Write a response that comes block by block into one file, so that none of it needs to be in memory as a whole."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+
+import numpy as np
+
+from ..errors import RecordError
+from ..response import Response
+from .files import replacing
+from .results import _HDF5, _require_hdf5, response_to_dataset
+
+__all__ = ["saving"]
+
+
+def saving(path, blocks: Iterable[Response]) -> Iterator[Response]:
+    """Write blocks to a file as they pass: ``estimate_frf_blocks(saving("run.h5", simulate_blocks(...)))``.
+
+    Parameters
+    ----------
+    path : str or Path
+        An HDF5 file, ".h5" or ".hdf5", which `io.results.load` reads. It is there once the last block was taken.
+    blocks : iterable of Response
+        Consecutive blocks of one response.
+
+    Yields
+    ------
+    Response
+        Each block, once it is written.
+
+    Raises
+    ------
+    RecordError
+        If the path does not end in ".h5" or ".hdf5", the package h5netcdf is not there, or there is no block.
+    """
+    if Path(path).suffix.lower() not in _HDF5:
+        raise RecordError(f"{path}: blocks are appended to HDF5 only; give a name that ends in {' or '.join(_HDF5)}")
+    _require_hdf5()
+    import h5py
+
+    blocks = iter(blocks)
+    first = next(blocks, None)
+    if first is None:
+        raise RecordError(f"{path}: there is no block to write")
+    with replacing(path) as temporary:
+        written, done = response_to_dataset(first), first.excitation.size
+        written.to_netcdf(temporary, engine="h5netcdf", unlimited_dims=["time"])
+        yield first
+        with h5py.File(temporary, "a") as file:
+            histories = {name: file[name] for name, variable in written.variables.items() if "time" in variable.dims}
+            for block in blocks:
+                size = block.excitation.size
+                for name, history in histories.items():
+                    history.resize(done + size, axis=0)
+                    history[done:] = (done + np.arange(size)) / block.fs if name == "time" else getattr(block, name)
+                done += size
+                yield block
