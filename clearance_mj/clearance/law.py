@@ -247,8 +247,6 @@ class AmplitudeLaw(Law):
 
     def __post_init__(self):
         amplitude, k, c = _schedule(self.amplitude, self.k, self.c, "amplitude")
-        if amplitude[0] < 0:
-            raise LawError(f"amplitude must be >= 0 m, got {amplitude[0]:g}")
         if not isinstance(self.release, int | float) or not 0 < self.release < np.inf:
             raise LawError(f"release must be a time > 0 s, got {self.release!r}")
         self._set(amplitude=amplitude, k=k, c=c, release=float(self.release), grease=_greases(self.grease))

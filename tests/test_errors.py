@@ -1,0 +1,386 @@
+"""Errors of users that no other test makes: each tried on purpose, each answered in one line."""
+
+import dataclasses
+import inspect
+import struct
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+import scipy.io
+
+from clearance_mj import calibrate, errors, study
+from clearance_mj.clearance import AmplitudeLaw
+from clearance_mj.cli import main
+from clearance_mj.correlation import csac
+from clearance_mj.errors import ClearanceError, RecordError, SimulationError
+from clearance_mj.excitation import random
+from clearance_mj.frf import FRF, estimate_frf
+from clearance_mj.identify import force_balance, output_error
+from clearance_mj.io import formats
+from clearance_mj.io.columns import frf_names
+from clearance_mj.io.dataset import Dataset, write_dataset
+from clearance_mj.io.real import read_dropbear
+from clearance_mj.io.uff import read_uff, write_uff
+from clearance_mj.io.uff.channels import even_rate, require_one_time
+from clearance_mj.matching import match
+from clearance_mj.placement import Candidates
+from clearance_mj.reproduce import context, motion
+from clearance_mj.response import Response
+from clearance_mj.sweep import Design, Vary, run, workers
+from clearance_mj.sweep.case import Outputs
+from clearance_mj.sweep.store import Table
+from clearance_mj.testrig import Truth, integrator, simulate_rig
+
+from .conftest import ROOT, record_of
+from .io.test_uff import by_hand
+from .sweep_plans import DESIGN, EXCITATION, GAP, OUTPUTS, loaded, small, text
+
+RIG = str(ROOT / "models" / "table1_rig.toml")
+FIVE = np.arange(5.0, 10.0)
+
+
+def refused(capsys, *arguments):
+    """What the command says on one line, with status 2."""
+    assert main([str(a) for a in arguments]) == 2
+    captured = capsys.readouterr()
+    assert captured.out == "" and captured.err.count("\n") == 1
+    return captured.err
+
+
+def frf(frequency=FIVE, value=1.0, **fields):
+    return FRF(frequency, np.full((2, len(frequency)), value, dtype=complex), **fields)
+
+
+def test_every_error_is_of_one_family():
+    """One except clause catches what bad input causes."""
+    found = [c for _, c in inspect.getmembers(errors, inspect.isclass)]
+    assert len(found) > 5 and all(issubclass(c, ClearanceError) for c in found)
+
+
+# Values that are impossible
+
+
+IMPOSSIBLE = {
+    "negative amplitude": (lambda: AmplitudeLaw([-1e-4, 1e-4], [[1e4], [1e4]], [[1], [1]]), "amplitude must be .*>= 0"),
+    "no shape": (
+        lambda: calibrate.ModalTarget(np.ones(1), np.ones(1), np.ones(1), np.zeros((2, 1)), (1, 2)),
+        "a shape is not finite or zero at every sensor",
+    ),
+    "candidates of several sizes": (lambda: Candidates(FIVE, np.ones((5, 2)), np.eye(4)), r"covariance \(5, 5\), got"),
+    "candidates that are nan": (lambda: Candidates(FIVE, np.full((5, 2), np.nan), np.eye(5)), "must be finite"),
+    "unknown drive": (
+        lambda: estimate_frf(Response(64.0, FIVE, np.ones((5, 1)), kind="wind"), resolution=16.0),
+        'kind "wind" of the excitation is unknown; use base, force',
+    ),
+    "few lines to interpolate": (
+        lambda: match(frf(np.array([5.0, 6.0])), frf(np.array([5.0, 5.5, 6.0]))),
+        "interpolation needs at least 4 lines, there are 3",
+    ),
+    "quantity of no column": (lambda: frf_names(frf(quantity="strain/force")), 'quantity "strain/force" is unknown'),
+    "no channels": (lambda: require_one_time([]), "there is no channel"),
+    "one instant": (lambda: even_rate(np.zeros(1), 1e-15), "needs two samples to tell its time step"),
+    "csac of one": (lambda: csac(np.ones((1, 3)), np.ones((1, 3))), "needs at least 2, got 1"),
+    "scale": (lambda: Vary("rig.a", low=1, high=2, scale="cubic"), 'vary rig.a: scale "cubic" is unknown'),
+    "values twice": (lambda: Vary("rig.a", values=(1.0, 1.0)), r"each once; got \[1.0, 1.0\]"),
+    "values and count": (lambda: Vary("rig.a", values=(1.0, 2.0), count=3), "count and scale go with low and high"),
+    "samples of a grid": (lambda: Design("grid", samples=4), "design.samples is not for a grid"),
+    "no samples": (lambda: Design("latin-hypercube", samples=0), r"design.samples must be in 1\.\."),
+    "negative seed": (lambda: Design("sobol", samples=4, seed=-1), "design.seed must be >= 0, got -1"),
+    "count of a sample": (
+        lambda: Design("sobol", samples=4).points([Vary("rig.a", low=1, high=2, count=3)]),
+        "vary rig.a: count is for a grid; sobol takes design.samples",
+    ),
+    "too many cases": (
+        lambda: Design("grid").points([Vary(f"rig.{i}", low=0, high=1, count=10**4) for i in range(4)]),
+        "too many",
+    ),
+    "natural frequencies": (lambda: Outputs(natural_frequencies=21), r"must be in 1\.\.20, got 21"),
+    "worker with other code": (
+        lambda: workers._with_same_code("other", abs, -1),
+        "a worker of the cluster runs another version of clearance_mj",
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", IMPOSSIBLE)
+def test_impossible_values(name):
+    make, part = IMPOSSIBLE[name]
+    with pytest.raises(ClearanceError, match=part) as caught:
+        make()
+    assert "\n" not in str(caught.value)
+
+
+# Files
+
+
+def test_one_sample_of_dropbear(tmp_path):
+    header = ["", "", "", "", "", "Time\tLow G Accel\tPinLoc", "", "", ""]
+    (tmp_path / "a.txt").write_text("\n".join([*header, "0\t1\t2"]))
+    with pytest.raises(RecordError, match=r"a\.txt: one sample is no record"):
+        read_dropbear(tmp_path / "a.txt")
+
+
+def test_coherence_of_some_columns(tmp_path):
+    (tmp_path / "a.csv").write_text("frequency,acc:1/force,acc:1/force coherence,acc:2/force\n1,2,3,4\n2,3,4,5\n")
+    with pytest.raises(RecordError, match=r"has no coherence of 2:\+Z; needs that of all functions or none"):
+        formats.read(tmp_path / "a.csv")
+
+
+def test_sampling_rate_of_frfs(tmp_path):
+    formats.write(tmp_path / "h.csv", frf())
+    with pytest.raises(RecordError, match="holds FRFs, which have no sampling rate"):
+        formats.read(tmp_path / "h.csv", fs=100.0)
+
+
+def test_two_times_in_a_matlab_file(tmp_path):
+    scipy.io.savemat(tmp_path / "a.mat", {"time": FIVE, "acc_1": FIVE})
+    with pytest.raises(RecordError, match="has a variable of time; needs just one"):
+        formats.read(tmp_path / "a.mat", fs=10.0)
+
+
+def test_text_with_a_number_too_few(tmp_path):
+    rows = ["".join(f"{v:13.5E}" for v in range(n)) for n in (6, 5)]
+    (tmp_path / "a.uff").write_bytes(by_hand(rows))
+    with pytest.raises(RecordError, match="data set 1: holds 11 numbers, 12 samples need 12"):
+        read_uff(tmp_path / "a.uff")
+
+
+def mode_set(definition=(1, 3, 3, 8, 5, 3), values=(-1.0, 99.0), body=None):
+    """One data set 55: eight header records, then node and its complex components."""
+    line6 = "".join(f"{number:10d}" for number in definition)
+    numbers = "".join(f"{v:13.5E}" for v in (*values, 0, 0, 0, 0))
+    header = ["NONE"] * 5 + [line6, f"{2:10d}{6:10d}{0:10d}{1:10d}", numbers]
+    body = [f"{1:10d}", "".join(f"{v:13.5E}" for v in range(6))] if body is None else body
+    return "\n".join(["    -1", "    55", *header, *body, "    -1", ""])
+
+
+@pytest.mark.parametrize(
+    ("sets", "part"),
+    [
+        ([mode_set((1, 3, 3, 8, 4, 3))], "mode shape of data type 4 with 3"),
+        ([mode_set(values=(0.0, 0.0))], "natural frequency 0 Hz must be > 0 and finite"),
+        ([mode_set(body=[f"{1:10d}"])], "mode shape needs 2 records per node, has 1"),
+        ([mode_set((1, 1, 3, 8, 5, 3))], "holds no modes"),
+        ([mode_set(), mode_set(body=[f"{2:10d}", 6 * f"{1:13.5E}"])], "its modes are not of the same nodes"),
+    ],
+)  # fmt: skip
+def test_modes_of_a_universal_file(tmp_path, sets, part):
+    (tmp_path / "m.uff").write_text(mode_set())
+    assert read_uff(tmp_path / "m.uff").frequency == pytest.approx([np.hypot(1, 99) / (2 * np.pi)])
+    (tmp_path / "m.uff").write_text("".join(sets))
+    with pytest.raises(RecordError, match=part):
+        read_uff(tmp_path / "m.uff")
+
+
+def test_cells_within_cells(tmp_path):
+    """A MATLAB file may hold cells of cells; at some depth it is made to exhaust the stack."""
+    cell = np.ones(3)
+    for _ in range(60):
+        outer = np.empty(1, dtype=object)
+        outer[0] = cell
+        cell = outer
+    scipy.io.savemat(tmp_path / "a.mat", {"x": cell})
+    with pytest.raises(RecordError, match=r"holds cells more than \d+ deep"):
+        formats.read(tmp_path / "a.mat")
+
+
+def test_file_of_a_dataset_that_cannot_be_read(tmp_path):
+    (tmp_path / "dataset.toml").mkdir()
+    with pytest.raises(RecordError, match=r"dataset\.toml: cannot be read \(Is a directory\)"):
+        Dataset.load(tmp_path)
+
+
+def test_targets_of_a_calibration(tmp_path):
+    with pytest.raises(RecordError, match=r"absent\.csv: cannot be read \(No such file"):
+        calibrate.read_frequencies(tmp_path / "absent.csv")
+    write_uff(tmp_path / "zero.uff", frf(value=0.0))
+    with pytest.raises(RecordError, match="an FRF is zero or not finite at a line; cut it off with a band"):
+        calibrate.read_frf(tmp_path / "zero.uff")
+    write_uff(tmp_path / "x.uff", frf(responses=("1:+Z", "2:+X")))
+    with pytest.raises(RecordError, match=r"response 2:\+X is not in the direction of vibration"):
+        calibrate.read_frf(tmp_path / "x.uff")
+    write_uff(tmp_path / "two.uff", {r: frf(reference=r) for r in ("1:+Z", "2:+Z")})
+    with pytest.raises(RecordError, match=r"holds FRFs to 1:\+Z, 2:\+Z, calibration needs FRFs to one reference"):
+        calibrate.read_frf(tmp_path / "two.uff")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "part"),
+    [
+        (("calibrate", RIG, "modes.csv", "--free", "beam.length=a:b"), "is not PATH or PATH=LOW:HIGH"),
+        (("place", RIG, "--modes", "1,x"), "is not a list such as 1,2,3"),
+    ],
+)
+def test_options_that_do_not_parse(capsys, arguments, part):
+    with pytest.raises(SystemExit) as stopped:
+        main(list(arguments))
+    assert stopped.value.code == 2
+    assert part in capsys.readouterr().err
+
+
+def test_convert(capsys, tmp_path, small_dataset):
+    formats.write(tmp_path / "h.uff", frf())
+    said = refused(capsys, "convert", tmp_path / "h.uff", tmp_path / "g.csv", "--frf", 1)
+    assert "holds FRFs already; --frf is for time records" in said
+    (tmp_path / "other.toml").write_text((ROOT / "models" / "table1_rig.toml").read_text().replace("table1", "other"))
+    record = next(small_dataset.glob("*.uff"))
+    said = refused(capsys, "convert", record, small_dataset, "--rig", tmp_path / "other.toml")
+    assert f"is another rig than that of the dataset {small_dataset}" in said
+
+
+# Records from which nothing can be told
+
+
+def test_contact_too_short_to_tell_its_stiffness(small_dataset, monkeypatch):
+    parameters = force_balance.contact_parameters
+
+    def short(*arguments):
+        found = parameters(*arguments)
+        return dataclasses.replace(found, k=np.full_like(found.k, np.nan))
+
+    monkeypatch.setattr(force_balance, "contact_parameters", short)
+    with pytest.raises(RecordError, match="contact is too short in every record"):
+        force_balance.force_balance_law(Dataset.load(small_dataset))
+
+
+def test_records_too_short_to_fit(rig):
+    with pytest.raises(RecordError, match=r"must last \d+ s or more, the longest lasts 2 s"):
+        output_error.evidence([record_of(rig, "short", "identify", 1.0, 1, 2.0)])
+
+
+def test_test_rig_that_diverges(rig, monkeypatch):
+    monkeypatch.setattr(integrator, "march", lambda *arguments: 100)
+    with pytest.raises(SimulationError, match=r"the bushings' forces did not converge at 0\.\d+ s"):
+        simulate_rig(rig, Truth(), random(1.0, 2048.0, band=(5, 220), rms=1.0, seed=0), 0)
+
+
+# Studies and the article's items
+
+
+def study_of(tmp_path, simulated, **changes):
+    """A dataset of one record of two seconds."""
+    record = dataclasses.replace(record_of(simulated, "level", "validate", 1.0, 1, 2.0), **changes)
+    write_dataset(tmp_path / "data", record.rig, [record])
+    return tmp_path / "data"
+
+
+def test_rig_without_bushings(tmp_path, rig):
+    data = study_of(tmp_path, rig, rig=dataclasses.replace(rig, bushings=()))
+    with pytest.raises(RecordError, match="the rig has no bushings, so there is no clearance to study"):
+        study.run_study(data, tmp_path / "out")
+    with pytest.raises(RecordError, match="the article's rig has two bushings, sensors 1 to 8 and a shaken base"):
+        context.Context(data).dataset  # noqa: B018
+
+
+def test_study_of_a_record_without_level(tmp_path, rig):
+    with pytest.raises(RecordError, match='record "level" has no level; validation records need one'):
+        study.run_study(study_of(tmp_path, rig, level=None), tmp_path / "out")
+
+
+def test_study_into_a_file(tmp_path, rig):
+    (tmp_path / "file").write_text("")
+    with pytest.raises(ClearanceError, match=r"--out .*file is a file; give a folder"):
+        study.run_study(study_of(tmp_path, rig), tmp_path / "file")
+
+
+def test_articles_tables_that_are_not_installed(monkeypatch, tmp_path):
+    monkeypatch.setattr(context, "load_article", lambda: None)
+    with pytest.raises(ClearanceError, match="published tables are not installed: data/article is missing"):
+        context.Context(tmp_path).article  # noqa: B018
+    monkeypatch.setattr(motion, "FOLDERS", (tmp_path,))
+    with pytest.raises(ClearanceError, match=r"data/article/table_3\.csv is missing"):
+        motion.published("table_3")
+
+
+# Sweeps
+
+
+PLANS = {
+    "no rig": (GAP, 'rig is missing: rig = "rig.toml"'),
+    "no TOML": ("rig = ", "not valid TOML"),
+    "no duration": (text(EXCITATION.replace("duration = 1", ""), DESIGN.format(samples=4), GAP), "duration is missing"),
+}
+
+
+@pytest.mark.parametrize("name", PLANS)
+def test_impossible_plans(tmp_path, name):
+    content, part = PLANS[name]
+    with pytest.raises(ClearanceError, match=part):
+        loaded(tmp_path, content)
+
+
+LINES = np.arange(6.0, 220.5, 2.0)
+REFERENCES = {
+    "other excitation": ({"reference": "200:+Z"}, r"its FRFs are to 200:\+Z, the plan's excitation is of kind base"),
+    "no sensor": ({"responses": ("1:+Z", "99:+Z")}, r"its response 99:\+Z is no sensor of the rig"),
+    "other lines": ({"frequency": LINES + 0.5}, r"its lines .* are not the sweep's"),
+    "zero": ({"value": 0.0}, "its FRFs are zero or not finite at a line; cut it off with outputs.band"),
+}
+
+
+@pytest.mark.parametrize("name", REFERENCES)
+def test_references_of_a_sweep(tmp_path, name):
+    changes, part = REFERENCES[name]
+    write_uff(tmp_path / "test.uff", frf(**{"frequency": LINES} | changes))
+    with pytest.raises(ClearanceError, match=f"reference: {part}"):
+        loaded(tmp_path, text(EXCITATION, DESIGN.format(samples=4), OUTPUTS, GAP, head='reference = "test.uff"'))
+
+
+def test_reference_that_does_not_fit_the_plan(tmp_path):
+    write_uff(tmp_path / "test.uff", frf(LINES))
+    with pytest.raises(ClearanceError, match=r"the reference holds FRFs, so the plan needs an \[excitation\]"):
+        loaded(tmp_path, text(DESIGN.format(samples=4), OUTPUTS, GAP, head='reference = "test.uff"'))
+    write_uff(tmp_path / "test.uff", {r: frf(LINES, reference=r) for r in ("100:+Z", "200:+Z")})
+    with pytest.raises(ClearanceError, match=r"holds FRFs to 100:\+Z, 200:\+Z; a sweep needs them to one reference"):
+        loaded(tmp_path, text(EXCITATION, DESIGN.format(samples=4), OUTPUTS, GAP, head='reference = "test.uff"'))
+
+
+def test_excitation_that_does_not_tell_its_band(tmp_path):
+    hammer = '[excitation]\ngenerator = "hammer"\nduration = 1\nfs = 1024\n'
+    with pytest.raises(ClearanceError, match=r"outputs\.band is missing|excitation\.\w+ is missing"):
+        loaded(tmp_path, text(hammer, DESIGN.format(samples=4), OUTPUTS, GAP))
+
+
+def test_sweep_larger_than_a_file_holds(tmp_path, monkeypatch):
+    monkeypatch.setattr(run, "LARGEST", 1000)
+    with pytest.raises(ClearanceError, match=r"of 4 cases takes .* more than a netCDF file can hold"):
+        run.run_sweep(loaded(tmp_path, small(4)), tmp_path / "out", workers=1)
+
+
+def test_table_of_a_sweep(tmp_path, monkeypatch):
+    (tmp_path / "table").write_bytes(b"\x93NUMPY\x01\x00" + struct.pack("<H", 20) + b"{nonsense" + b" " * 11)
+    with pytest.raises(ClearanceError, match=r"table: is damaged .*; remove it to begin again"):
+        Table(tmp_path / "table", {"x": ()}, 3)
+    table = Table(tmp_path / "good", {"x": ()}, 3)
+    (tmp_path / "good").unlink()
+    with pytest.raises(ClearanceError, match=r"good: cannot be written \(No such file"):
+        table.write(0, {"x": 1.0})
+
+
+@pytest.mark.parametrize(
+    ("lost", "part"),
+    [("killed", "a case kills its workers"), ("closed", "lost .*; run the same command again to go on")],
+)
+def test_cluster_that_is_lost(monkeypatch, lost, part):
+    distributed = pytest.importorskip("distributed")
+    error = distributed.KilledWorker("case", SimpleNamespace(address="w"), 3) if lost == "killed" else OSError("closed")
+
+    class Client:
+        loop = None
+
+        def __init__(self, *_, **__): ...
+        def __enter__(self):
+            return self
+
+        def __exit__(self, *_): ...
+        def map(self, *_, **__):
+            return []
+
+    def fails(*_, **__):
+        raise error
+
+    monkeypatch.setattr(distributed, "Client", Client)
+    monkeypatch.setattr(distributed, "as_completed", fails)
+    with pytest.raises(ClearanceError, match=f"--scheduler tcp://x: {part}"):
+        list(workers.on_cluster(abs, [1], "tcp://x"))
