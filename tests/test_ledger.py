@@ -5,6 +5,7 @@ That its energies and impacts are right is tested in verification/test_ledger.py
 
 import csv
 import json
+import re
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -22,6 +23,7 @@ from clearance_mj.report.ledger import draw
 from clearance_mj.rig import Shaker
 
 from .conftest import ROOT
+from .test_docs import run_python
 
 LAW = ConstantLaw([2e4, 1e4], [3.0, 5.0])
 all_engines = pytest.mark.parametrize("engine", ["links", "modal", "modal-mj"])
@@ -170,3 +172,11 @@ def test_command_in_words(tmp_path, capsys):
     (tmp_path / "file").write_text("")
     assert command(tmp_path, "--ledger", str(tmp_path / "file")) == 2
     assert "is a file; give a folder" in capsys.readouterr().err
+
+
+def test_page(tmp_path):
+    """The code of docs/ledger.md runs as it stands, and finds what the page says."""
+    (tmp_path / "models").symlink_to(ROOT / "models")
+    out = run_python("ledger.md", tmp_path)
+    assert 0 < float(re.search(r"imbalance ([\d.e-]+),", out)[1]) < 1e-3
+    assert (tmp_path / "ledger" / "ledger.png").exists()

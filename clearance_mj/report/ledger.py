@@ -108,7 +108,8 @@ def _restitution(ax, ledger):
     ax.set_ylim(0, 1.02 * MOST_RESTITUTION)
     if ledger.impacts:
         ax.set_xscale("log")
-    _of_impacts(ax, ledger, "(c) restitution", "Speed off over speed into the wall (1)", "Speed into the wall (mm/s)")
+    _tidy(ax, "(c) restitution", "Speed off over speed into the wall (1)", "Speed into the wall (mm/s)")
+    _legend(ax, "lower left")
 
 
 def _impulse(ax, ledger):
@@ -121,12 +122,12 @@ def _impulse(ax, ledger):
             ax.hist(1e3 * values, edges, **look, label=f"bushing {j + 1}")
         ax.set_xscale("log")
     ax.yaxis.set_major_locator(MaxNLocator(integer=True))
-    _of_impacts(ax, ledger, "(d) impulses", "Impacts in a class (number)", "Impulse of an impact (mN s)")
+    _tidy(ax, "(d) impulses", "Impacts in a class (number)", "Impulse of an impact (mN s)")
+    _legend(ax, "upper left")
 
 
-def _of_impacts(ax, ledger, title, ylabel, xlabel):
-    _tidy(ax, title, ylabel, xlabel)
-    if ledger.impacts:
-        ax.legend(fontsize=FONT - 1, frameon=False)
+def _legend(ax, corner):
+    if ax.get_legend_handles_labels()[0]:
+        ax.legend(fontsize=FONT - 1, frameon=False, loc=corner)
     else:
         ax.text(0.5, 0.5, "no impacts", transform=ax.transAxes, ha="center", fontsize=FONT)
