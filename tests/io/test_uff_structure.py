@@ -11,6 +11,7 @@ import pyuff
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from clearance_mj.beam import linear_frf
 from clearance_mj.errors import RecordError
 from clearance_mj.frf import FRF
 from clearance_mj.io.uff import Geometry, read_geometry, read_uff, write_uff
@@ -241,6 +242,23 @@ def test_sdypy_ema_finds_our_modes_in_our_file(tmp_path, quantity):
     np.testing.assert_allclose(model.nat_freq, POLES_HZ, rtol=1e-3)
     np.testing.assert_allclose(model.nat_freq, ours.frequency, rtol=1e-3)
     np.testing.assert_allclose(model.nat_xi, DAMPING, rtol=0.02)
+
+
+def test_sdypy_ema_finds_a_cantilever_in_our_file(tmp_path, rig):
+    """The linear model of a bare cantilever through a universal file: λ² √(EI/ρA) / (2π l²), undamped frequencies."""
+    ema = pytest.importorskip("sdypy.EMA")
+    frequency = np.arange(2.0, 240.0, 0.25)
+    bare = dataclasses.replace(rig, bushings=(), masses=(), shaker=Shaker("force", 0.3))
+    value = linear_frf(bare, frequency)
+    write_uff(tmp_path / "h.uff", FRF(frequency, value, None, bare.sensor_labels, "200:+Z", "acceleration/force"), bare)
+    model = ema.Model(lower=2, upper=239, pol_order_high=40)
+    model.read_uff(str(tmp_path / "h.uff"))
+    model.get_poles(show_progress=False)
+    beam = bare.beam
+    scale = np.sqrt(beam.young_modulus * (beam.diameter / 4) ** 2 / beam.density) / (2 * np.pi * beam.length**2)
+    closed = np.array([1.8751041, 4.6940911, 7.8547574, 10.9955407]) ** 2 * scale
+    model.select_closest_poles(list(closed.round()), f_window=5, fn_temp=0.01, xi_temp=0.1)
+    np.testing.assert_allclose(model.nat_freq, closed, rtol=1e-3)
 
 
 def test_pyfrf_makes_our_frf_of_our_record(tmp_path, rig):
