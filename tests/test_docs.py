@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 
+from clearance_mj.clearance import load_law
 from clearance_mj.io.dataset import Dataset
 
 from .conftest import ROOT
@@ -54,9 +55,25 @@ def test_get_started(clone):
 
 
 def test_extending(clone):
+    """Files beside the package; then in a copy of it, with one line each as the page's table says."""
     run_python("extending.md", clone)
     assert (clone / "gap" / "gap_frequencies.csv").read_text().splitlines()[1].startswith("1,9.25")
     assert '"model": "hu-guo"' in (clone / "hu_guo.json").read_text()
+
+    shutil.copytree(ROOT / "clearance_mj", clone / "clearance_mj")
+    table = re.findall(
+        r"^\| [\w ]+ (?:\| `.+` ){4}\|$", (DOCS / "extending.md").read_text(encoding="utf-8"), re.MULTILINE
+    )
+    rows = [re.findall(r"`([^`]+)`", row) for row in table]
+    for file, line, place, _ in rows:
+        (clone / Path(file).name).rename(clone / file)
+        with (clone / place).open("a", encoding="utf-8") as module:
+            module.write(f"{line}\n")
+    programs, commands = zip(*(command.split(" ", 1) for *_, command in rows))
+    assert programs == ("clearance-mj",) * 4
+    for command in commands:
+        run(clone, "-m", "clearance_mj", *command.split())
+    assert load_law(clone / "law.json").grease[0].stiffness == pytest.approx(4369, rel=0.2)
 
 
 @pytest.mark.slow
