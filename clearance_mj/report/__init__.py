@@ -14,7 +14,7 @@ from tqdm import tqdm
 
 from .._version import __version__
 from ..io.files import replacing
-from . import figures, html, tables
+from . import figures, html, motion, tables, uncertainty
 from .article import Article, load_article
 
 if TYPE_CHECKING:
@@ -73,9 +73,10 @@ def _write_figures(study, folder, progress) -> dict[str, html.Picture]:
     """Draw every figure, write it as PNG and keep it for the page, by its name; numbered in the page's order."""
     folder.mkdir(exist_ok=True)
     jobs = [lambda: [figures.rig_drawing(study.dataset.rig)], lambda: [figures.verdict(study)]]
+    jobs.append(lambda: [motion.study_waterfall(study)])
     jobs += [lambda level=level: figures.frf_figures(study, level) for level in _levels(study)]
     jobs += [lambda level=level: figures.correlation_figures(study, level) for level in _levels(study)]
-    jobs += [lambda: [figures.contact(study)], lambda: [figures.modes(study)]]
+    jobs += [lambda: uncertainty.drawings(study), lambda: [figures.contact(study)], lambda: [figures.modes(study)]]
     pictures = {}
     for job in tqdm(jobs, desc="drawing", unit="sheet", disable=not progress):
         for drawing in job():
@@ -205,7 +206,8 @@ def _by_level(study, pictures, kind, names) -> str:
 
 
 def _frf(study, pictures) -> str:
-    return _by_level(study, pictures, "frf", ("frf_bushings", "frf_others"))
+    over_level = html.subsection("waterfall", "Over level") + html.figure(pictures["waterfall"])
+    return over_level + _by_level(study, pictures, "frf", ("frf_bushings", "frf_others"))
 
 
 def _correlation(study, pictures) -> str:
@@ -273,12 +275,15 @@ def _bushings(study, pictures) -> str:
         parts.append(html.table(tables.parameter_table(study)))
         parts.append(
             html.note(
-                "Standard deviations are those of the fit’s linearisation: they tell how well the records fix a "
-                "parameter within the law, not whether the law is right. Rig file: the value at the first bushing."
+                "Standard deviations are a jackknife’s over bands of lines, about the linearised fit: they tell how "
+                "well the records fix a parameter within the law, not whether the law is right. Rig file: the value at "
+                "the first bushing."
             )
         )
     else:
         parts.append(html.paragraph("No law has fitted parameters."))
+    if "uncertainty" in pictures:
+        parts += [html.subsection("uncertainty", "What their uncertainty does"), html.figure(pictures["uncertainty"])]
     parts += [html.subsection("contact", "Motion and contact"), html.figure(pictures["contact"])]
     parts += [html.table(tables.contact_table(study), breaks=True)]
     parts += [html.subsection("modes", "Natural frequencies and damping over level"), html.figure(pictures["modes"])]

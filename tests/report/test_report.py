@@ -46,7 +46,9 @@ def page(folder):
 def test_every_figure_is_there_and_not_blank(folder):
     names = {path.stem for path in (folder / "figures").glob("*.png")}
     kinds = ("frf_bushings", "frf_others", "correlation", "csac_sensors", "csf_sensors")
-    assert names == {"rig", "verdict", "contact", "modes"} | {f"{k}_level_{v}" for k in kinds for v in (1, 4)}
+    assert names == {"rig", "verdict", "waterfall", "contact", "modes"} | {
+        f"{k}_level_{v}" for k in kinds for v in (1, 4)
+    }
     for path in (folder / "figures").glob("*.png"):
         image = matplotlib.image.imread(path)
         assert image.shape[1] == 1125 and image[..., :3].std() > 0.02
@@ -63,7 +65,7 @@ def test_every_table_is_there(folder, study):
 
 def test_every_image_is_inside_the_page_and_has_words(page):
     images = page.all("img")
-    assert len(images) == 14
+    assert len(images) == 15
     assert all(image["src"].startswith("data:image/") and len(image["alt"]) > 20 for image in images)
     assert {i["src"][:18] for i in images} == {"data:image/svg+xml", "data:image/png;bas"}
 
@@ -91,7 +93,7 @@ def test_the_main_level_is_open_and_the_others_are_folded(page, study):
 
 def test_figures_are_numbered_in_the_order_of_the_page(folder):
     text = (folder / "report.html").read_text(encoding="utf-8")
-    assert [int(n) for n in re.findall(r"<b>Figure (\d+)\.</b>", text)] == list(range(1, 15))
+    assert [int(n) for n in re.findall(r"<b>Figure (\d+)\.</b>", text)] == list(range(1, 16))
 
 
 def test_the_page_says_what_it_is(page):
@@ -103,7 +105,7 @@ def test_the_page_says_what_it_is(page):
 
 
 def test_measured_records_are_not_called_synthetic(build):
-    names = ("rig", "verdict", "contact", "modes")
+    names = ("rig", "verdict", "waterfall", "contact", "modes")
     pictures = {name: html.Picture(name, 1, b"", "image/png", "a caption", "some words") for name in names}
     text = report._page(build(floors=(), source="bench 3"), None, pictures)
     assert "synthetic" not in text.lower()

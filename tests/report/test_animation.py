@@ -1,0 +1,206 @@
+"""Animations: the shaft's shape against the engine's own records, the pictures against what they show."""
+
+import shutil
+import stat
+
+import numpy as np
+import pytest
+from PIL import Image
+
+import clearance_mj as cm
+from clearance_mj.errors import ClearanceError, RecordError
+from clearance_mj.report import animation
+from clearance_mj.report.rendering import Stroke, View, render
+
+from ..conftest import ROOT
+
+RIG = cm.Rig.load(ROOT / "models" / "table1_rig.toml")
+LAW = cm.ConstantLaw(2e4, 5.0)
+FS = 8192.0
+
+
+def simulated(engine="modal", law=LAW):
+    return cm.simulate(RIG, cm.excitation.random(1.0, FS, rms=8.0, seed=3), law, engine)
+
+
+@pytest.fixture(scope="module")
+def response():
+    return simulated()
+
+
+@pytest.fixture(scope="module")
+def shown(response):
+    return animation.clip(RIG, response, seconds=0.02, slow=20.0)
+
+
+@pytest.mark.parametrize("engine", ["modal", "links"])
+def test_the_shape_passes_where_the_engine_recorded_the_bushings_displacements(engine):
+    """The engine's own coordinates are not used, its forces are; 20 links are 0.2 % off the beam's static shape."""
+    response = simulated(engine)
+    found = animation.deflection(RIG, response, [b.position for b in RIG.bushings])
+    assert np.abs(response.displacement).max() > 2 * RIG.bushings[0].gap
+    error = (found - response.displacement).std(axis=0) / response.displacement.std(axis=0)
+    assert np.all(error < 0.03)
+
+
+def test_the_shape_moves_as_the_accelerometers_say(response):
+    """Below 220 Hz, where what the anti-alias filter took from the contact forces does not matter."""
+    shape = animation.deflection(RIG, response, [s.position for s in RIG.sensors])
+    accelerations = np.gradient(np.gradient(shape, 1 / FS, axis=0), 1 / FS, axis=0) + response.excitation[:, None]
+    frequency = np.fft.rfftfreq(len(shape), 1 / FS)
+    found, recorded = (np.fft.rfft(a, axis=0)[frequency < 220] for a in (accelerations, response.acceleration))
+    assert np.linalg.norm(found - recorded) < 0.03 * np.linalg.norm(recorded)
+
+
+def test_a_shaft_without_clearance_forces_hangs_as_a_cantilever_in_steady_acceleration():
+    """Statics: w(l) = ρA a l⁴/(8EI) + m a l³/(3EI) downwards (Roark, table 8.1), reached after a slow start."""
+    time = np.arange(round(30 * 512.0)) / 512.0
+    zero = np.zeros((time.size, 2))
+    base = np.minimum(time / 20, 1.0)
+    response = cm.Response(512.0, base, np.zeros((time.size, 8)), zero, zero, zero)
+    tip = animation.deflection(RIG, response, [RIG.beam.length])[-1, 0]
+    length, stiffness = RIG.beam.length, RIG.beam.bending_stiffness
+    mass = RIG.point_masses[0].mass
+    expected = -(RIG.beam.mass_per_length * length**4 / 8 + mass * length**3 / 3) / stiffness
+    assert tip == pytest.approx(expected, rel=2e-3)
+
+
+def test_a_test_record_is_refused():
+    record = cm.Response(FS, np.zeros(8), np.zeros((8, 8)), np.zeros((8, 2)))
+    with pytest.raises(RecordError, match="no contact and grease forces"):
+        animation.deflection(RIG, record, [0.5])
+
+
+def test_the_strongest_contact_is_in_the_middle(response):
+    peak = np.unravel_index(np.argmax(np.abs(response.contact_force)), response.contact_force.shape)[0] / FS
+    clip = animation.clip(RIG, response, seconds=0.02, slow=20.0)
+    assert clip.time[[0, -1]].mean() == pytest.approx(peak, abs=2 / FS)
+    assert np.abs(clip.trace).max() == np.abs(response.contact_force).max()
+    assert clip.time.size == 8 and clip.time[-1] - clip.time[0] == pytest.approx(0.02, abs=1 / FS)
+
+
+@pytest.mark.parametrize(
+    "change, words",
+    [
+        ({"seconds": 1.2}, "cannot be shown of a response of 1 s"),
+        ({"start": 0.99}, "it must be in 0 to 0.98 s"),
+        ({"slow": 1e4}, "4000 pictures"),
+        ({"slow": 0.0}, "slow 0: must be above 0"),
+        ({"exaggeration": 1e5}, "must be > 0 and at most"),
+        ({"exaggeration": -1.0}, "must be > 0 and at most"),
+    ],
+)
+def test_what_cannot_be_shown_is_refused(response, change, words):
+    with pytest.raises(ClearanceError, match=words):
+        animation.clip(RIG, response, **{"seconds": 0.02, "slow": 20.0} | change)
+
+
+def test_a_gif_holds_every_picture_and_says_its_time(shown, tmp_path):
+    assert animation.write(shown, tmp_path / "a.gif", "matplotlib", progress=False) == ""
+    with Image.open(tmp_path / "a.gif") as gif:
+        assert gif.n_frames == 8 and gif.info["duration"] == 50 and gif.info["loop"] == 0
+        pictures = [np.asarray(gif.convert("RGB")) for i in range(8) if gif.seek(i) is None]
+    changes = [np.any(a != b, axis=2).mean() for a, b in zip(pictures, pictures[1:])]
+    assert all(0.001 < change < 0.2 for change in changes), "some of each picture moves, most stands still"
+    border = np.concatenate([pictures[0][[0, -1]].reshape(-1, 3), pictures[0][:, [0, -1]].reshape(-1, 3)])
+    assert border.min() > 245, "something reaches the edge"
+
+
+def test_the_drawn_shaft_lies_where_it_is(shown):
+    stage = animation._Stage(shown)
+    stage.show_lines()
+    steel = np.array([int(animation.STEEL[i : i + 2], 16) for i in (1, 3, 5)])
+    for i in (0, 4):
+        rows, columns = np.nonzero(np.abs(stage.picture(i).astype(int) - steel).max(axis=2) < 3)
+        pixels = np.column_stack((columns, stage.picture(i).shape[0] - 1 - rows))
+        x, millimetres = stage.above.transData.inverted().transform(pixels).T
+        inside = (x > 0.05) & (x < 0.45)
+        expected = 1e3 * np.interp(x[inside], shown.position, shown.lift[i])
+        one_pixel = 2 * stage.millimetres(stage.half_height) / (stage.size[1] * animation.DPI)
+        thickness = stage.millimetres(stage.radius)
+        assert inside.sum() > 200
+        assert np.abs(millimetres[inside] - expected).max() < thickness + 1.5 * one_pixel
+
+
+def test_arrows_are_as_long_as_the_force_and_point_at_the_shaft(shown):
+    stage = animation._Stage(shown)
+    tail, tip = np.moveaxis(stage.arrows()[..., 1], -1, 0)
+    np.testing.assert_allclose(tail - tip, stage.per_newton * shown.force, atol=1e-15)
+    strongest = np.unravel_index(np.argmax(np.abs(shown.force)), shown.force.shape)
+    at = RIG.bushings[strongest[1]].position
+    drawn = shown.exaggeration * np.interp(at, shown.position, shown.lift[strongest[0]])
+    assert abs(tail[strongest]) > abs(tip[strongest]) > abs(drawn)
+
+
+RENDERS = not render("<mujoco/>", [View((0, 0, 0), 1.0, 90.0, 0.0, 45.0, 0.01, (32, 32))])[1]
+gl = pytest.mark.skipif(not RENDERS, reason="MuJoCo has no GL library here")
+
+
+@gl
+def test_strokes_are_drawn_to_scale():
+    """Ends of a vertical arrow, capsule and box, seen from far away: 100 pixels are 1 m."""
+    view = View((0.0, 0.0, 0.0), 1000.0, 90.0, 0.0, np.degrees(2 * np.arctan(0.5e-3)), 0.0, (300, 100))
+    red = (1.0, 0.0, 0.0)
+    ends = np.zeros((3, 1, 1, 2, 3))
+    ends[..., 0, 2], ends[..., 1, 2], ends[..., 0] = -0.3, 0.4, np.array([-1.0, 0.0, 1.0])[:, None, None, None]
+    ends[2, ..., 0, 0], ends[2, ..., 1, 0] = 0.9, 1.1
+    strokes = [Stroke(shape, 0.02, red, at) for shape, at in zip(("arrow", "capsule", "box"), ends)]
+    model = '<mujoco><statistic extent="1000"/></mujoco>'
+    (image,), reason = render(model, [view], strokes)
+    assert reason == ""
+    for column, slack in ((50, 2), (150, 4), (250, 2)):
+        found = image[:, column - 5 : column + 5].astype(int)
+        rows = np.nonzero((found[..., 0] > found[..., 1] + 40).any(axis=1))[0]
+        assert rows[0] == pytest.approx(10, abs=slack) and rows[-1] == pytest.approx(80, abs=slack)
+
+
+@gl
+def test_mujoco_draws_the_shaft_where_matplotlib_does(shown):
+    """Both to one scale: dark steel along the shaft's line, in the same pixels of the panel."""
+    stage = animation._Stage(shown)
+    images, reason = animation._rendered(shown, stage, progress=False)
+    assert reason == "" and len(images) == 8
+    height, width, _ = images[4].shape
+    x = np.linspace(0.1, 0.45, 30)
+    lift = shown.exaggeration * np.interp(x, shown.position, shown.lift[4])
+    columns = ((x - stage.left) / (stage.right - stage.left) * width).astype(int)
+    rows = ((1 - lift / stage.half_height) / 2 * height).astype(int)
+    for row, column in zip(rows, columns):
+        assert np.any(images[4][row - 2 : row + 3, column] < 200)
+        assert np.all(images[4][[row - 15, row + 15], column] > 230)
+
+
+def test_without_gl_matplotlib_draws_and_says_so(shown, tmp_path, monkeypatch):
+    monkeypatch.setenv("MUJOCO_GL", "nonsense")
+    assert "nonsense" in animation.write(shown, tmp_path / "a.gif", "auto", progress=False)
+    assert (tmp_path / "a.gif").read_bytes()[:6] == b"GIF89a"
+    with pytest.raises(ClearanceError, match=r"nonsense.*renderer matplotlib needs none"):
+        animation.write(shown, tmp_path / "b.gif", "mujoco", progress=False)
+    assert not (tmp_path / "b.gif").exists()
+
+
+def test_mp4_needs_ffmpeg_and_other_files_are_refused(shown, tmp_path, monkeypatch):
+    monkeypatch.setenv("PATH", str(tmp_path))
+    with pytest.raises(ClearanceError, match="needs the program ffmpeg"):
+        animation.write(shown, tmp_path / "a.mp4", "matplotlib", progress=False)
+    with pytest.raises(ClearanceError, match=r"\.gif or \.mp4"):
+        animation.write(shown, tmp_path / "a.avi", "matplotlib", progress=False)
+    with pytest.raises(ClearanceError, match="renderer"):
+        animation.write(shown, tmp_path / "a.gif", "crayon", progress=False)
+
+
+def test_ffmpeg_that_fails_leaves_the_old_file_and_its_complaint(shown, tmp_path, monkeypatch):
+    program = tmp_path / "ffmpeg"
+    program.write_text("#!/bin/sh\necho no codec >&2\nexit 1\n")
+    program.chmod(program.stat().st_mode | stat.S_IEXEC)
+    monkeypatch.setenv("PATH", str(tmp_path), prepend=":")
+    (tmp_path / "a.mp4").write_bytes(b"old")
+    with pytest.raises(ClearanceError, match="no codec"):
+        animation.write(shown, tmp_path / "a.mp4", "matplotlib", progress=False)
+    assert (tmp_path / "a.mp4").read_bytes() == b"old"
+
+
+@pytest.mark.skipif(not shutil.which("ffmpeg"), reason="ffmpeg is not installed")
+def test_an_mp4_is_written(shown, tmp_path):
+    animation.write(shown, tmp_path / "a.mp4", "matplotlib", progress=False)
+    assert (tmp_path / "a.mp4").read_bytes()[4:8] == b"ftyp"
