@@ -7,7 +7,7 @@ the work of drive, damping and bushings. What the ledger adds is what the bushin
 the law at the coordinates, as the engine should have: stored is what the springs hold, lost what dampers and
 hysteresis take, each by its own formula and none as the remainder. So the residual shows what the engine's forces and
 the finite step have made of the law. This is the energy check of explicit dynamics (Belytschko, Liu & Moran, Nonlinear
-Finite Elements for Continua and Structures, 2000, section 6.2.3, which asks for 1 %).
+Finite Elements for Continua and Structures, 2000, section 6.2, with a tolerance of the order of 1 %).
 
 All energies are those of the motion relative to the base plate (Uang & Bertero, Earthq. Eng. Struct. Dyn. 19, 1990):
 a shaken base puts in the work of the inertia forces -Γ a on that motion.
@@ -49,6 +49,8 @@ from .response import Response
 from .rig import Rig
 
 __all__ = ["Impact", "Ledger", "keep_ledger"]
+
+SIDE, BEGIN, V_IN, PEAK, IMPULSE, LOST = range(6)
 
 
 @dataclass(frozen=True)
@@ -311,27 +313,26 @@ def _bushings(steps, h, x, speed, z, envelope, impact, gaps, grease, law, stiffn
 def _impacts(steps, h, x, force, gaps, under_way, rows):
     """Follow every bushing end through consecutive steps, of which x begins one early; return the number of ``rows``.
 
-    ``under_way``: side (0 in the gap), begin, speed in, peak, impulse, loss of each end's visit to a wall.
+    ``under_way``: each end's visit to a wall so far, with side 0 in the gap.
     """
     count = 0
     for i in range(force.shape[1]):
         for end in range(x.shape[1]):
             visit, d, was, now = under_way[end], gaps[end // 2], x[i, end], x[i + 1, end]
-            side = visit[0] if visit[0] else np.sign(now)
+            side = visit[SIDE] if visit[SIDE] else np.sign(now)
             # Signed depths; time and speed of the passage from one to the other are those of a straight line.
             was, now = side * was - d, side * now - d
-            if now > 0.0 and visit[0] == 0.0:
-                visit[0], visit[1], visit[2] = side, (steps + i - now / (now - was)) * h, (now - was) / h
-            elif now <= 0.0 and visit[0]:
-                if visit[4] > 0.0:
-                    duration, v_out = (steps + i - now / (now - was)) * h - visit[1], (was - now) / h
-                    rows[count] = np.array(
-                        [end, side, visit[1], visit[2], v_out, visit[3], visit[4], duration, visit[5]]
-                    )
+            if now > 0.0 and visit[SIDE] == 0.0:
+                visit[SIDE], visit[BEGIN], visit[V_IN] = side, (steps + i - now / (now - was)) * h, (now - was) / h
+            elif now <= 0.0 and visit[SIDE]:
+                if visit[IMPULSE] > 0.0:
+                    duration = (steps + i - now / (now - was)) * h - visit[BEGIN]
+                    begun, pushed = (end, side, visit[BEGIN], visit[V_IN]), (visit[PEAK], visit[IMPULSE])
+                    rows[count] = np.array((*begun, (was - now) / h, *pushed, duration, visit[LOST]))
                     count += 1
                 visit[:] = 0.0
-            if visit[0]:
-                visit[3] = max(visit[3], force[0, i, end])
-                visit[4] += force[0, i, end] * h
-                visit[5] += force[1, i, end]
+            if visit[SIDE]:
+                visit[PEAK] = max(visit[PEAK], force[0, i, end])
+                visit[IMPULSE] += force[0, i, end] * h
+                visit[LOST] += force[1, i, end]
     return count

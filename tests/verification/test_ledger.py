@@ -130,7 +130,7 @@ def test_work_of_a_law_that_stiffens_a_compressed_contact(engine, measured):
 
 
 @all_engines
-@pytest.mark.parametrize(("exponent", "reversal", "energy"), [(1, 1, 0.593245), (1, 3, 7.04011), (2, 1, 0.463088)])
+@pytest.mark.parametrize(("exponent", "reversal", "energy"), [(1, 3, 7.04011), (2, 1, 0.463088)])
 def test_bouc_wen_loops(engine, exponent, reversal, energy, measured):
     """verification.md's steady loops, in mm: the ball in grease that it hardly feels, pushed to and fro at 5 Hz."""
     scale, stiffness, frequency, fs = 1e-3, 0.01, 5.0, 1024.0
