@@ -7,6 +7,7 @@ data; an array (type 14) is made of elements itself.
 
 from __future__ import annotations
 
+import math
 import struct
 import zlib
 
@@ -104,9 +105,19 @@ def _is_plain(data, begin, end, order, depth) -> bool:
     flags = struct.unpack_from(f"{order}I", data, parts[0][1])[0]
     kind = flags & 0xFF
     if kind == CELL and len(parts) >= 3:
+        _require_room(data, parts[1], len(parts) - 3, order)
         return all(k == ARRAY and _is_plain(data, a, b, order, depth - 1) for k, a, b in parts[3:])
     if kind != CHARACTERS and kind not in NUMERIC:
         return False
     if len(parts) != 4 + bool(flags & 0x800) or any(k not in LEAVES for k, _, _ in parts):
         raise RecordError("an array does not hold its flags, size, name and numbers")
+    _require_room(data, parts[1], end - begin, order)
     return True
+
+
+def _require_room(data, size, most, order):
+    """Refuse an array whose size says more than ``most`` elements; scipy would make room for them."""
+    _, begin, end = size
+    n = math.prod(struct.unpack(f"{order}{(end - begin) // 4}I", data[begin : end - (end - begin) % 4]))
+    if n > most:
+        raise RecordError(f"an array declares {n} elements, which do not follow")

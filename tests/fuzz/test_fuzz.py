@@ -177,6 +177,17 @@ def test_mat_whose_rate_is_no_number(tmp_path, stored):
         read_mat(tmp_path / "a.mat")
 
 
+def test_mat_that_declares_more_cells_than_it_holds(tmp_path):
+    """scipy would make room for 2 GB of them."""
+    held = {"fs": 64.0, "base": np.arange(4.0), "x": np.array(["a", "b"], dtype=object)}
+    scipy.io.savemat(tmp_path / "a.mat", held)
+    data, size = (tmp_path / "a.mat").read_bytes(), np.array([1, 2], dtype="<i4").tobytes()
+    assert data.count(size) == 1
+    (tmp_path / "a.mat").write_bytes(data.replace(size, np.array([1, 2**28], dtype="<i4").tobytes()))
+    with pytest.raises(RecordError, match="an array declares 268435456 elements, which do not follow"):
+        read_mat(tmp_path / "a.mat")
+
+
 def test_messages_are_one_printable_line():
     assert str(RecordError("a\nb\tc\x85ä")) == r"a\nb\tc\x85ä"
     assert len(str(RecordError("x" * 10**6))) < 600

@@ -1,0 +1,328 @@
+"""Identities and promises that hold for all rigs, laws, FRFs and records, tried on examples that hypothesis invents.
+
+Those of the random excitation, of ragged blocks, of H1 <= Hv <= H2, of complex scale factors and the bounds of the
+criteria are beside the tests of their modules, as are files with changed bytes; `tests/fuzz` has many more of these.
+"""
+
+import math
+import tempfile
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+
+from clearance_mj import beam, excitation
+from clearance_mj.clearance import AmplitudeLaw, ConstantLaw, ContactLaw, TimeLaw, load_law
+from clearance_mj.clearance.contact import CONTACTS
+from clearance_mj.clearance.law import table_values
+from clearance_mj.correlation import frac, mac, mre, rmse_db
+from clearance_mj.engines import simulate
+from clearance_mj.errors import RigError
+from clearance_mj.excitation import Excitation
+from clearance_mj.frf import FRF, estimate_frf
+from clearance_mj.matching import convert_quantity
+from clearance_mj.response import Response
+from clearance_mj.rig import Beam, Bushing, Contact, Grease, PointMass, Rig, Sensor, Shaker
+
+FS = 512.0
+positive = st.floats(1e-6, 1e6)
+share = st.floats(0.01, 0.99)
+text = st.text(max_size=20)
+
+
+# Rigs.
+
+
+@st.composite
+def greases(draw):
+    beta = draw(st.just(0.0) | st.floats(1e-3, 1e8))
+    return Grease(
+        stiffness=draw(st.floats(0, 1e6)),
+        damping=draw(st.floats(0, 1e3)),
+        elastic_ratio=draw(st.floats(0, 1)) if beta > 0 else 1.0,
+        amplitude=draw(positive),
+        beta=beta,
+        gamma=beta * draw(st.floats(-0.9, 1)),
+        exponent=draw(st.floats(1, 4)),
+        film_height=draw(st.none() | positive),
+        film_limit=draw(st.floats(1e-3, 1)),
+    )
+
+
+@st.composite
+def rigs(draw):
+    """Any rig: round or rectangular, with 0 to 3 bushings side by side, sensors, masses, and any shaker."""
+    length = draw(st.floats(0.1, 10))
+    round_ = draw(st.booleans())
+    section = {"diameter": draw(positive)} if round_ else {"width": draw(positive), "height": draw(positive)}
+    bushings = []
+    n = draw(st.integers(0, 3))
+    for i in range(n):
+        room = length / n  # each bushing has its own part of the shaft
+        wide = draw(st.floats(0.01, 0.9)) * room
+        middle = i * room + wide / 2 + draw(st.floats(0.01, 0.09)) * room
+        contact = Contact(draw(positive), draw(st.floats(0, 1e3)))
+        bushings.append(Bushing(middle, draw(positive), wide, draw(greases()), contact))
+    nodes = draw(st.lists(st.integers(1, 99) | st.integers(201, 10**9 - 1), min_size=1, max_size=4, unique=True))
+    kind = draw(st.sampled_from(["base", "force"]))
+    optional = st.none() if kind == "base" else st.nothing()
+    return Rig(
+        name=draw(st.text(min_size=1, max_size=20)),
+        beam=Beam(length, draw(positive), draw(positive), **section, rayleigh=draw(st.tuples(positive, positive))),
+        bushings=tuple(bushings),
+        sensors=tuple(Sensor(node, draw(share) * length, draw(st.floats(0, 10))) for node in nodes),
+        masses=tuple(
+            PointMass(draw(share) * length, draw(positive), draw(text)) for _ in range(draw(st.integers(0, 2)))
+        ),
+        shaker=Shaker(kind, draw(optional | share.map(lambda part: part * length))),
+        description=draw(text),
+    )
+
+
+def through_a_file(thing, load):
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "file"
+        thing.save(path)
+        return load(path)
+
+
+@settings(max_examples=60, deadline=None)
+@given(rigs())
+def test_any_rig_comes_back_from_its_file(rig):
+    assert through_a_file(rig, Rig.load) == rig
+
+
+WRONG = {
+    float: [math.nan, math.inf, -math.inf, -1.0, "1 m", None, [1.0], True],
+    int: [0, -1, 100, 200, 10**9, 1.5, "1", True],
+    str: [1, None, ["a"]],
+}
+MAY_BE_NEGATIVE = ("beta", "gamma")
+"""γ may be; β may not, and the error is about γ, which it bounds"""
+
+
+def leaves(data, path=()):
+    for key, value in data.items() if isinstance(data, dict) else enumerate(data):
+        if isinstance(value, dict | list):
+            yield from leaves(value, (*path, key))
+        else:
+            yield (*path, key), value
+
+
+@settings(max_examples=100, deadline=None)
+@given(st.data())
+def test_any_single_broken_field_is_named(data):
+    """One field of a rig gets a value that it cannot have, or is taken away, or is misspelt: the error names it."""
+    rig = data.draw(rigs())
+    tables = rig.to_dict()
+    path, value = data.draw(st.sampled_from([*leaves(tables)]))
+    *before, key = path
+    inside = tables
+    for step in before:
+        inside = inside[step]
+    name = "".join(f"[{step}]" if isinstance(step, int) else f".{step}" for step in path)[1:]
+    change = data.draw(st.sampled_from(["wrong", "misspelt"]))
+    if change == "misspelt" and isinstance(inside, dict):
+        inside[f"{key}_"] = inside.pop(key)
+        named = [f"{name}_ is not a known key"]
+    else:
+        wrong = [w for w in WRONG[type(value)] if not (w == -1.0 and key in MAY_BE_NEGATIVE)]
+        inside[key] = data.draw(st.sampled_from(wrong))
+        assume(not (key == "kind" and isinstance(inside[key], str)))
+        named = [name, name.rpartition("[")[0] if isinstance(key, int) else name]
+    with pytest.raises(RigError) as caught:
+        Rig.from_dict(tables)
+    assert any(str(caught.value).startswith(n) for n in named), (name, str(caught.value))
+
+
+# Laws.
+
+
+@st.composite
+def laws(draw, bushings=2):
+    """Any law for a number of bushings."""
+    rows = draw(st.integers(1, 5))
+    abscissa = np.cumsum(draw(st.lists(st.floats(1e-3, 1e3), min_size=rows, max_size=rows)))
+    value = st.floats(0, 1e9)
+    table = st.lists(st.lists(value, min_size=bushings, max_size=bushings), min_size=rows, max_size=rows)
+    grease = draw(st.none() | greases() | st.lists(greases(), min_size=bushings, max_size=bushings))
+    match draw(st.sampled_from(["constant", "time", "amplitude", "contact"])):
+        case "constant":
+            return ConstantLaw(draw(table)[0], draw(value), grease)
+        case "time":
+            return TimeLaw(abscissa, draw(table), draw(table), grease)
+        case "amplitude":
+            return AmplitudeLaw(abscissa, draw(table), draw(table), draw(positive), grease)
+    names = draw(st.lists(st.sampled_from(sorted(CONTACTS)), min_size=bushings, max_size=bushings))
+    return ContactLaw([CONTACTS[name](draw(positive), draw(st.floats(0.05, 1))) for name in names], grease)
+
+
+@settings(max_examples=80, deadline=None)
+@given(laws())
+def test_any_law_comes_back_from_its_file(law):
+    again = through_a_file(law, load_law)
+    assert type(again) is type(law)
+    assert again.to_dict() == law.to_dict()
+    for one, other in zip(law.table(2), again.table(2)):
+        np.testing.assert_array_equal(one, other)
+
+
+@settings(max_examples=80, deadline=None)
+@given(laws(), st.lists(st.floats(-1e4, 1e4), min_size=1, max_size=20))
+def test_a_law_stays_between_its_rows_and_is_never_negative(law, points):
+    table = law.table(2)
+    for j in range(2):
+        found = np.array([table_values(table, j, at) for at in [*points, *table.abscissa]])
+        for values, rows in zip(found.T, (table.k[:, j], table.c[:, j])):
+            assert np.all(values >= 0)
+            assert np.all((values >= rows.min() * (1 - 1e-12)) & (values <= rows.max() * (1 + 1e-12)))
+            np.testing.assert_array_equal(values[-rows.size :], rows)  # at a row, the row
+
+
+# Criteria.
+
+
+def complex_normal(seed, *shape):
+    rng = np.random.default_rng(seed)
+    return rng.standard_normal(shape) + 1j * rng.standard_normal(shape)
+
+
+@settings(max_examples=30, deadline=None)
+@given(st.integers(0, 10_000), st.integers(2, 8), st.integers(1, 4), st.integers(0, 10_000))
+def test_mac_does_not_see_how_shapes_are_scaled(seed, n, modes, of_scales):
+    """Each shape times a complex number of its own (Allemang, 2003): all of MAC stays, its diagonal is 1."""
+    a, b = complex_normal(seed, n, modes), complex_normal(seed + 1, n, modes)
+    scale = 10 ** np.random.default_rng(of_scales).uniform(-6, 6, modes) * np.exp(1j * np.arange(modes))
+    np.testing.assert_allclose(np.diag(mac(a, a * scale)), 1, rtol=1e-12)
+    np.testing.assert_allclose(mac(a * scale, b), mac(a, b), rtol=1e-9, atol=1e-15)
+    np.testing.assert_allclose(mac(a, b), mac(b, a).T, rtol=1e-12)
+    assert np.all((mac(a, b) >= 0) & (mac(a, b) <= 1 + 1e-12))
+    # Unitary rotation of the sensors' space changes no angle.
+    rotation = np.linalg.qr(complex_normal(seed + 2, n, n))[0]
+    np.testing.assert_allclose(mac(rotation @ a, rotation @ b), mac(a, b), rtol=1e-9, atol=1e-12)
+
+
+@settings(max_examples=30, deadline=None)
+@given(st.integers(0, 10_000), st.integers(1, 5), st.integers(2, 30))
+def test_criteria_of_lines_in_another_order(seed, n, lines):
+    """FRAC, MRE and RMSE are sums over the lines: their order does not matter; nor does that of the sensors, in its."""
+    test, model = complex_normal(seed, n, lines), complex_normal(seed + 1, n, lines)
+    rng = np.random.default_rng(seed)
+    order, sensors = rng.permutation(lines), rng.permutation(n)
+    for criterion in (frac, mre, rmse_db):
+        value = criterion(test, model)
+        np.testing.assert_allclose(criterion(test[:, order], model[:, order]), value, rtol=1e-9)
+        np.testing.assert_allclose(criterion(test[sensors], model[sensors]), value[sensors], rtol=1e-9)
+
+
+@settings(max_examples=30, deadline=None)
+@given(st.integers(0, 10_000), st.floats(-40, 40))
+def test_rmse_of_a_gain_is_the_gain_in_db(seed, db):
+    test = complex_normal(seed, 3, 12)
+    np.testing.assert_allclose(rmse_db(test, 10 ** (db / 20) * test), abs(db), rtol=1e-9, atol=1e-9)
+
+
+@settings(max_examples=30, deadline=None)
+@given(st.integers(0, 10_000), st.permutations(["displacement", "velocity", "acceleration"]))
+def test_receptance_mobility_accelerance_and_back(seed, names):
+    """One differentiation after another is both at once, and undone by integrating."""
+    first, second, third = (f"{name}/force" for name in names)
+    frf = FRF(np.arange(1.0, 9.0), complex_normal(seed, 2, 8), quantity=first)
+    there = convert_quantity(convert_quantity(frf, second), third)
+    np.testing.assert_allclose(there.value, convert_quantity(frf, third).value, rtol=1e-12)
+    np.testing.assert_allclose(convert_quantity(there, first).value, frf.value, rtol=1e-12)
+
+
+# Spectra.
+
+
+def response_of(drive, taps):
+    """Circular filters of a drive of one period: their FRF at its lines is that of the taps."""
+    spectrum = np.fft.rfft(drive)
+    output = [np.fft.irfft(spectrum * np.fft.rfft(row, drive.size), drive.size) for row in taps]
+    return np.stack(output, axis=1)
+
+
+@settings(max_examples=20, deadline=None)
+@given(st.integers(0, 10_000), st.integers(2, 6))
+def test_frfs_are_linear_in_the_response(seed, n):
+    """H1 of the sum of two responses is the sum of their H1s, whatever the noise; H1 of the excitation itself is 1."""
+    rng = np.random.default_rng(seed)
+    drive, a, b = rng.standard_normal(512 * n), rng.standard_normal((512 * n, 2)), rng.standard_normal((512 * n, 2))
+    columns = np.concatenate((a, b, a + 3 * b, drive[:, None]), axis=1)
+    h = estimate_frf(Response(FS, drive, columns), "H1", resolution=4.0, band=(8, 200)).value
+    np.testing.assert_allclose(h[4:6], h[:2] + 3 * h[2:4], rtol=1e-9, atol=1e-12)
+    np.testing.assert_allclose(h[6], 1, rtol=1e-12)
+
+
+@settings(max_examples=20, deadline=None)
+@given(st.integers(0, 10_000))
+def test_all_estimators_find_a_filter_without_noise(seed):
+    """A periodic multisine through circular filters: no leakage with segments of its period and no window."""
+    period = 128
+    shake = excitation.multisine(4 * period / FS, FS, (8, 200), 1.0, seed, period=period / FS)
+    taps = np.random.default_rng(seed).standard_normal((2, 5))
+    output = response_of(shake.value, taps)
+    expected = np.fft.rfft(taps, period)
+    for estimator in ("H1", "H2", "Hv"):
+        frf = estimate_frf(Response(FS, shake.value, output), estimator, FS / period, band=(12, 196), window="boxcar")
+        lines = np.rint(frf.frequency * period / FS).astype(int)
+        np.testing.assert_allclose(frf.value, expected[:, lines], rtol=1e-6, atol=1e-9)
+        np.testing.assert_allclose(frf.coherence, 1, rtol=1e-9)
+
+
+@settings(max_examples=30, deadline=None)
+@given(st.integers(0, 10_000), st.integers(16, 300))
+def test_parseval_of_a_single_segment(seed, n):
+    """Without window or average H is Y/X at every line, so that |H X|² over all lines is the power over time."""
+    rng = np.random.default_rng(seed)
+    drive, output = rng.standard_normal(n), rng.standard_normal((n, 2))
+    frf = estimate_frf(Response(FS, drive, output), resolution=FS / n, overlap=0.0, window="boxcar")
+    power = np.abs(frf.value * np.fft.rfft(drive)) ** 2 / n**2
+    power[:, 1 : None if n % 2 else -1] *= 2  # lines above fs / 2 mirror those below
+    np.testing.assert_allclose(power.sum(axis=1), np.mean(output**2, axis=0), rtol=1e-9)
+
+
+@settings(max_examples=30, deadline=None)
+@given(st.integers(0, 10_000), st.floats(0.1, 10))
+def test_parseval_of_a_multisine(seed, rms):
+    """Its lines share the power: m of them have the amplitude rms √(2/m) each."""
+    shake = excitation.multisine(1.0, FS, (8, 200), rms, seed, period=0.5)
+    amplitude = 2 * np.abs(np.fft.rfft(shake.value)) / shake.value.size
+    lines = amplitude[amplitude > 1e-9 * rms]
+    np.testing.assert_allclose(lines, rms * np.sqrt(2 / lines.size), rtol=1e-9)
+    assert np.sum(lines**2) / 2 == pytest.approx(np.mean(shake.value**2), rel=1e-12)
+
+
+# The linear model.
+
+
+@settings(max_examples=8, deadline=None)
+@given(st.integers(0, 10_000))
+def test_the_linear_model_is_reciprocal_and_its_response_is_linear(seed):
+    """Maxwell-Betti between two points with a static shape each, on rigs of any size; and the engine, without contact.
+
+    A drive twice as large, and of the other sign, moves a shaft that stays in its gap twice as far, the other way.
+    """
+    rng = np.random.default_rng(seed)
+    at = np.sort(rng.uniform(0.2, 1.0, 2))
+    grease = Grease(rng.uniform(1e2, 1e4), rng.uniform(0, 5))
+    places = [Bushing(x * 0.95, 1e-1, 1e-3, grease, Contact(1e4)) for x in at if at[1] - at[0] > 0.01]
+    assume(len(places) == 2)
+    shaft = Beam(1.0, 7e10, 2700.0, rng.uniform(0.01, 0.03), rayleigh=(1.0, 1e-6))
+
+    def rig(push, measure):
+        return Rig("any", shaft, tuple(places), (Sensor(1, measure),), shaker=Shaker("force", push))
+
+    a, b = (place.position for place in places)
+    frequency = np.linspace(5, 220, 100)
+    there, back = (beam.linear_frf(rig(*pair), frequency, modes=16)[0] for pair in ((a, b), (b, a)))
+    np.testing.assert_allclose(there, back, rtol=0, atol=1e-6 * np.abs(there).max())
+    push = rng.standard_normal(200)
+    once, twice = (
+        simulate(rig(a, b), Excitation(factor * push, 1024.0, "force"), ConstantLaw(1e4, 1.0), "modal").acceleration
+        for factor in (1.0, -2.0)
+    )
+    np.testing.assert_allclose(twice, -2 * once, rtol=1e-9, atol=1e-9 * np.abs(once).max())
