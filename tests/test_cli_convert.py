@@ -1,5 +1,6 @@
 """clearance-mj convert: the same numbers in another format, datasets out of single files, one line for bad input."""
 
+import dataclasses
 import json
 
 import numpy as np
@@ -92,6 +93,16 @@ def test_a_simulated_response(capsys, tmp_path, record, rig):
     assert run(capsys, tmp_path / "r.nc", tmp_path / "b.uff", "--rig", RIG)["holds"].startswith("11 channels")
     run(capsys, tmp_path / "r.nc", tmp_path / "h.csv", "--frf", 1)
     assert formats.read_frf(tmp_path / "h.csv").responses == tuple(rig.sensor_labels)
+
+
+def test_a_base_plate_of_another_number(capsys, tmp_path, record):
+    """The tutorial's way: a universal file as CSV, whose columns can be mapped, and back."""
+    channels = [dataclasses.replace(c, node=12) if c.node == 100 else c for c in record.channels]
+    formats.write(tmp_path / "mine.uff", channels)
+    run(capsys, tmp_path / "mine.uff", tmp_path / "mine.csv")
+    run(capsys, tmp_path / "mine.csv", tmp_path / "ramp.uff", "--column", "acc:12=base")
+    got = formats.read_record(tmp_path / "ramp.uff", record.rig, "identify")
+    np.testing.assert_array_equal(got.excitation().value, np.float32(record.excitation().value))
 
 
 def test_one_reference_out_of_several(capsys, tmp_path, rng):
