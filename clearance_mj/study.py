@@ -27,7 +27,7 @@ from ._version import __version__
 from .clearance.law import Law, load_law
 from .correlation import Comparison, compare, with_modes
 from .engines import get_engine, simulate
-from .errors import ClearanceError, RecordError
+from .errors import ClearanceError, LawError, RecordError
 from .frf import FRF, estimate_frf
 from .identify.laws import get_method
 from .intervals import CONFIDENCE
@@ -35,6 +35,7 @@ from .io.dataset import Dataset, Record
 from .io.files import replacing, to_json
 from .io.results import dataset_to_frf, frf_to_dataset
 from .response import Response
+from .uncertainty import Band, draw_laws, frf_band, paired_error
 
 __all__ = ["ENGINES", "METHODS", "Case", "Knowledge", "Study", "contact_statistics", "run_study"]
 
@@ -43,6 +44,8 @@ METHODS = ("nominal", "constant", "ridge-as-printed", "ridge", "force-balance", 
 RESOLUTION = 0.5
 """Hz, of the FRFs that are compared"""
 N_MODES = 4
+BAND_ENGINE, DRAWN = "modal", 12
+"""of FRF bands: the cheapest engine; a width out of so many laws has a standard deviation of a fifth"""
 FILES = {workshop.CACHE, "figures", "laws", "report.html", "results.nc", "summary.json", "tables"}
 """What a study leaves in its folder"""
 
@@ -93,6 +96,8 @@ class Study:
     """every law on every engine against every validation record"""
     floor: dict[float, Comparison]
     """by level: the second seed's record against the first's"""
+    bands: dict[str, tuple[Band, np.ndarray]] = dataclasses.field(default_factory=dict)
+    """by law with a covariance, at `main_record`: FRF band, and the record's random error about the fitted law"""
 
     @property
     def levels(self) -> list[float]:
@@ -103,6 +108,11 @@ class Study:
     def main_level(self) -> float:
         """The middle level, which figures show first."""
         return self.levels[len(self.levels) // 2]
+
+    @property
+    def main_record(self) -> Record:
+        """The first record of the main level."""
+        return next(r for r in self.dataset.validate if r.level == self.main_level)
 
     def case(self, law: str, engine: str, level: float) -> Case:
         """Return the first case of a law, an engine and a level.
@@ -220,6 +230,7 @@ def run_study(
         laws = _laws(dataset, methods, shop.cache, progress)
         cases = _simulate_all(dataset, laws, engines, tests, shop.cache, workers, progress)
         study = Study(dataset, laws, tests, cases, _floor(dataset, tests))
+        study = dataclasses.replace(study, bands=_bands(study, shop.cache, progress))
         _write_results(study, shop.finished)
         write_report(study, shop.finished, progress)
         shop.publish()
@@ -307,6 +318,35 @@ def _case(knowledge, engine, record, name, tests, cache) -> Case:
     with cache.write(name) as temporary:
         frf_to_dataset(frf).assign_attrs(attributes).to_netcdf(temporary, engine="scipy", format="NETCDF3_64BIT")
     return Case(knowledge.name, engine, record, frf, comparison, statistics)
+
+
+def _bands(study, cache, progress) -> dict[str, tuple[Band, np.ndarray]]:
+    found = {}
+    for knowledge in study.laws:
+        try:
+            laws = draw_laws(study.dataset.rig, knowledge.name, knowledge.parameters, DRAWN)
+        except LawError:  # it has no covariance, or the records do not tell one of its parameters
+            continue
+        words = f"band: {knowledge.name}" if progress else None
+        found[knowledge.name] = _band(study.main_record, knowledge, laws, cache, words)
+    return found
+
+
+def _band(record, knowledge, laws, cache, words) -> tuple[Band, np.ndarray]:
+    inputs = [law.to_dict() for law in (knowledge.law, *laws)]
+    digest = workshop.digest(workshop.code(), inputs, BAND_ENGINE, RESOLUTION, _record_digest(record))
+    name = f"band_{knowledge.name}_{digest[:16]}.nc"
+    if path := cache.find(name):
+        with xr.open_dataset(path, engine="scipy") as data:
+            return Band(dataset_to_frf(data.load()), data["drawn"].values), data["error"].values
+    under = record.rig, record.excitation(), knowledge.law
+    band = frf_band(*under, laws, BAND_ENGINE, RESOLUTION, words)
+    error = paired_error(record.response(), simulate(*under, BAND_ENGINE), RESOLUTION)
+    lines = ("response", "frequency")
+    kept = frf_to_dataset(band.fitted).assign(drawn=(("draw", *lines), band.drawn), error=(lines, error))
+    with cache.write(name) as temporary:
+        kept.to_netcdf(temporary, engine="scipy", format="NETCDF3_64BIT")
+    return band, error
 
 
 def contact_statistics(response: Response) -> dict:

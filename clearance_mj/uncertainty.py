@@ -1,31 +1,37 @@
 """What a law's uncertainty makes of a prediction: bands of FRFs by Monte Carlo over the fitted parameters.
 
 The logarithms of the parameters are drawn from a normal distribution with the fit's covariance (`output_error.Fit`),
-cut to the fit's bounds, and every drawn law is simulated under the same excitation. The bands hold what the records
-leave open about the parameters; they do not hold what the law's form cannot say, nor another excitation's scatter.
+cut to the fit's bounds, and every drawn law is simulated under the same excitation. The band of the drawn FRFs holds
+what the records leave open about the parameters. A measured FRF has a random error besides, which `Band.prediction`
+adds: `random_error` between two excitations, `paired_error` where the rig and its model see the same one. No band
+holds what the law's form cannot say.
 
 JCGM 101:2008, Propagation of distributions using a Monte Carlo method.
 """
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+import scipy.stats
 
 from .clearance.law import Law
 from .engines import simulate_each
-from .errors import LawError
+from .errors import LawError, RecordError
 from .excitation import Excitation
 from .frf import FRF, estimate_frf
 from .identify.laws import get_method
+from .response import Response
 from .rig import Rig
 
-__all__ = ["CONFIDENCE", "Band", "draw_laws", "frf_band"]
+__all__ = ["CONFIDENCE", "Band", "draw_laws", "frf_band", "inside", "paired_error", "random_error"]
 
 CONFIDENCE = 0.95
+DB = 20 / np.log(10)
 WIDEST = 5.0
 """standard deviation of a logarithm from which on a parameter counts as not told at all"""
 
@@ -39,18 +45,120 @@ class Band:
     drawn: np.ndarray
     """(n_laws, n_sensors, n_f) magnitudes"""
     confidence: float = CONFIDENCE
-    """share of the drawn laws between the limits"""
+    """probability that an FRF lies between the limits, line by line"""
 
     @cached_property
     def limits(self) -> np.ndarray:
-        """(2, n_sensors, n_f) lower and upper limit of the magnitude at each line."""
-        tail = 50 * (1 - self.confidence)
-        return np.percentile(self.drawn, (tail, 100 - tail), axis=0)
+        """(2, n_sensors, n_f) lower and upper limit of the magnitude of another drawn law.
 
-    @property
+        The prediction interval of a lognormal variable, of which there are as many samples as laws: exp(m ± t s
+        √(1 + 1/n)), t of Student's distribution with n - 1 degrees of freedom.
+        """
+        return self._about(self._half_width)
+
+    @cached_property
     def half_width_db(self) -> np.ndarray:
-        """(n_sensors, n_f) half the band's width."""
-        return 10 * np.log10(self.limits[1] / self.limits[0])
+        """(n_sensors, n_f) half the width between the limits."""
+        return DB * self._half_width
+
+    def prediction(self, error) -> np.ndarray:
+        """Return the limits of the magnitude that a test is to show.
+
+        Parameters
+        ----------
+        error : ndarray, shape (n_sensors, n_f)
+            Standard deviation of the tested over the fitted magnitude, relative, beside that of the law: of
+            `paired_error`, or of the `random_error` of both.
+
+        Returns
+        -------
+        ndarray, shape (2, n_sensors, n_f)
+        """
+        quantile = scipy.stats.norm.ppf(0.5 + self.confidence / 2)
+        return self._about(np.hypot(self._half_width, quantile * error))
+
+    @cached_property
+    def _half_width(self):
+        n = len(self.drawn)
+        quantile = scipy.stats.t.ppf(0.5 + self.confidence / 2, n - 1)
+        return quantile * np.sqrt(1 + 1 / n) * np.log(self.drawn).std(axis=0, ddof=1)
+
+    def _about(self, half_width):
+        middle = np.log(self.drawn).mean(axis=0)
+        return np.exp((middle - half_width, middle + half_width))
+
+
+def inside(limits, frf: FRF) -> float:
+    """Share of an FRF's lines, of all sensors, whose magnitude lies between limits.
+
+    Parameters
+    ----------
+    limits : ndarray, shape (2, n_sensors, n_f)
+        Of `Band`.
+    frf : FRF
+        On the same lines.
+    """
+    magnitude = np.abs(frf.value)
+    return float(np.mean((limits[0] <= magnitude) & (magnitude <= limits[1])))
+
+
+def random_error(frf: FRF, duration: float) -> np.ndarray:
+    """Relative standard deviation of an estimated FRF's magnitude, from its coherence.
+
+    √(1-γ²) / (|γ| √(2 n)) (Bendat and Piersol, Random Data, 4th ed., 2010, Table 9.6), with as many averages n as
+    half-overlapping Hann segments are worth (Welch 1967: neighbours are correlated by 1/6). In a nonlinear rig most of
+    it is no noise: another excitation shows another scatter, the same one the same.
+
+    Parameters
+    ----------
+    frf : FRF
+        As `estimate_frf` gives it by default, with coherence.
+    duration : float
+        s, of the record.
+
+    Returns
+    -------
+    ndarray, shape (n_sensors, n_f)
+
+    Raises
+    ------
+    RecordError
+        If the FRF has no coherence.
+    """
+    if frf.coherence is None:
+        raise RecordError("the FRF has no coherence, so its random error is not known")
+    segments = int(2 * duration * (frf.frequency[1] - frf.frequency[0])) - 1
+    averages = segments / (1 + 2 * (segments - 1) / segments / 36)
+    return np.sqrt((1 - frf.coherence) / (2 * averages * frf.coherence))
+
+
+def paired_error(test: Response, model: Response, resolution: float = 0.5) -> np.ndarray:
+    """Relative standard deviation of a test's FRF magnitude about that of a model under the same excitation.
+
+    The FRF of the difference of the responses is the difference of their FRFs; its random error comes from its own
+    coherence. Scatter that both share, such as most of a nonlinear rig's, drops out; noise and impacts that the model
+    does not repeat stay.
+
+    Parameters
+    ----------
+    test, model : Response
+        Under one excitation, of the same sensors.
+    resolution : float
+        Of the FRFs, Hz.
+
+    Returns
+    -------
+    ndarray, shape (n_sensors, n_f)
+
+    Raises
+    ------
+    RecordError
+        As `estimate_frf`.
+    """
+    frf = estimate_frf(test, resolution=resolution)
+    difference = dataclasses.replace(test, acceleration=test.acceleration - model.acceleration)
+    rest = estimate_frf(difference, resolution=resolution)
+    return random_error(rest, test.duration) * np.abs(rest.value) / np.abs(frf.value)
 
 
 def draw_laws(rig: Rig, method: str, parameters: Sequence[dict], n: int, seed: int = 0) -> list[Law]:

@@ -1,46 +1,74 @@
-"""Uncertainty: FRF bands from the covariance of identified laws, beside a record that no identification has seen."""
+"""Uncertainty: FRF bands from the covariance of identified laws, beside records that no identification has seen.
+
+Every validation record is predicted twice: under its own excitation, and under that of the level's other record.
+"""
 
 import argparse
 import sys
 from pathlib import Path
 
-from clearance_mj import Dataset, estimate_frf, rmse_db
+import numpy as np
+
+from clearance_mj import Dataset, estimate_frf, rmse_db, simulate
 from clearance_mj.errors import ClearanceError
 from clearance_mj.identify.laws import get_method
 from clearance_mj.io.files import replacing
 from clearance_mj.report.tables import write_csv
 from clearance_mj.report.uncertainty import draw
-from clearance_mj.uncertainty import draw_laws, frf_band
+from clearance_mj.uncertainty import draw_laws, frf_band, inside, paired_error, random_error
+
+ENGINE = "modal"
 
 
 def run(dataset, level, methods, draws, out):
-    record = next((r for r in dataset.validate if r.level == level), None)
-    if record is None:
+    if level not in {record.level for record in dataset.validate}:
         raise ClearanceError(f"no validation record has level {level:g}")
-    test, bands, rows = estimate_frf(record.response()), {}, []
+    tests = {record.name: estimate_frf(record.response()) for record in dataset.validate}
+    shown, rows = {}, []
     for method in methods:
         found = get_method(method).run(dataset, f"identifying: {method}")
-        laws = draw_laws(record.rig, method, found.parameters, draws)
-        bands[method] = band = frf_band(record.rig, record.excitation(), found.law, laws, progress=f"band: {method}")
-        low, high = band.limits
-        for i, label in enumerate(test.responses):
-            outside = (abs(test.value[i]) < low[i]) | (abs(test.value[i]) > high[i])
-            row = {"law": method, "response": label, "half_width_db": float(band.half_width_db[i].mean())}
-            row |= {"test_outside_share": float(outside.mean())}
-            rows.append(row | {"rmse_db": float(rmse_db(test.value, band.fitted.value)[i])})
-    drawing = draw(record.rig, bands, test)
+        laws = draw_laws(dataset.rig, method, found.parameters, draws)
+        bands, errors = {}, {}
+        for record in dataset.validate:
+            under = record.rig, record.excitation(), found.law
+            bands[record.name] = frf_band(*under, laws, ENGINE, progress=f"band: {method}, {record.name}")
+            errors[record.name] = paired_error(record.response(), simulate(*under, ENGINE))
+        rows += [_row(method, record, dataset.validate, tests, bands, errors) for record in dataset.validate]
+        shown[method] = bands, errors
+    record = next(record for record in dataset.validate if record.level == level)
+    bands, errors = ({method: pair[i][record.name] for method, pair in shown.items()} for i in (0, 1))
+    drawing = draw(record.rig, bands, errors, tests[record.name])
     with replacing(out / "uncertainty.png") as temporary:
         temporary.write_bytes(drawing.png())
     write_csv(out / "uncertainty.csv", rows)
     print(drawing.caption)
+    for row in rows:
+        print(", ".join(f"{key} {value:.3g}" if isinstance(value, float) else value for key, value in row.items()))
+
+
+def _row(method, record, records, tests, bands, errors) -> dict:
+    """Mean half width in dB and share of the record's lines inside: parameters alone, and two predictions."""
+    test, band = tests[record.name], bands[record.name]
+    limits = {"parameters": band.limits, "same_excitation": band.prediction(errors[record.name])}
+    for other in records:
+        if other.level == record.level and other is not record:
+            fitted = bands[other.name].fitted
+            chance = np.hypot(random_error(test, record.duration), random_error(fitted, other.duration))
+            limits["other_excitation"] = bands[other.name].prediction(chance)
+    row = {"law": method, "record": record.name, "level": record.level}
+    row["rmse_db"] = float(rmse_db(test.value, band.fitted.value).mean())
+    for name, (low, high) in limits.items():
+        row |= {f"{name}_half_width_db": float(np.mean(10 * np.log10(high / low)))}
+        row |= {f"{name}_inside": inside((low, high), test)}
+    return row
 
 
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--data", type=Path, default=Path(__file__).parent.parent / "data" / "table1_rig")
-    parser.add_argument("--level", type=float, default=2.0, help="m/s² or N")
+    parser.add_argument("--level", type=float, default=2.0, help="of the figure, m/s² or N")
     parser.add_argument("--methods", nargs="+", default=["constant", "output-error"])
-    parser.add_argument("--draws", type=int, default=100)
+    parser.add_argument("--draws", type=int, default=40)
     parser.add_argument("--out", type=Path, default=Path("results/uncertainty"))
     options = parser.parse_args()
     try:
