@@ -295,8 +295,6 @@ def _advance(
             out[i, s] = value
         if not abs(out[i, 0]) < np.inf:  # without bushings nothing else would stop it
             return i, 0
-        if not abs(out[i, 0]) < np.inf:  # without bushings nothing else would stop it
-            return i, 0
         for j in range(n_bushings):
             contact = 0.0
             for m in range(nv):
