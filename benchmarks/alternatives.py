@@ -45,7 +45,7 @@ def _has_exudyn():
 
 def _methods():
     methods = {
-        "links": [(f"{n} links", _engine(cm.Links(n))) for n in (10, 14, 16, 20, 30, 40)],
+        "links": [(f"{n} links", _engine(cm.Links(n))) for n in (9, 10, 12, 14, 16, 20, 30)],
         "modal-mj": [(f"{n} modes", _engine(cm.ModalMujoco(n))) for n in (3, 4, 5, 6, 8)],
         "modal": [(f"{n} modes", _engine(cm.Modal(n))) for n in (3, 4, 6, 8, 12)],
         "numpy": [(f"{n} modes", partial(semi_implicit_euler, n)) for n in (3, 4, 5, 6)],

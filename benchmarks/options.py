@@ -3,7 +3,6 @@
 import copy
 import ctypes
 import dataclasses
-import math
 from dataclasses import dataclass
 from functools import partial
 
@@ -17,6 +16,7 @@ from tqdm import tqdm
 import clearance_mj as cm
 from clearance_mj.engines import links, modal_mj, mujoco_loop
 from clearance_mj.engines.base import step_factor
+from clearance_mj.engines.chain import chain
 from clearance_mj.errors import ClearanceError
 from clearance_mj.sampling import interpolate
 
@@ -46,13 +46,13 @@ def measure():
     return {
         "profile": {e.name: _profile(e) for e in (cm.Links(), cm.ModalMujoco())},
         "options": [_try(*option) for option in tqdm(_options(), desc="options", unit="option")],
-        "mass_scaling": [_try(*option) for option in tqdm(_caps(), desc="mass scaling", unit="option")],
+        "armature": [_try(*option) for option in tqdm(_armatures(), desc="armature", unit="option")],
     }
 
 
 def _options():
     rows = []
-    for engine in (Changed("links", 20), Changed("modal-mj", 8)):
+    for engine in (Changed("links", 16), Changed("modal-mj", 8)):
         flags = int(engine._plant(RIG).model.opt.disableflags)
         for name, fields in {
             "as it is: Euler, PGS, 3 iterations": {},
@@ -74,9 +74,10 @@ def _options():
     return rows
 
 
-def _caps():
-    sizes = [(n, cap) for n in (20, 30, 40) for cap in (math.inf, 8e3, 4e3, 2e3)]
-    return [(Changed("links", n, cap=cap), f"{n} links, cap {cap:g} Hz", {}) for n, cap in sizes]
+def _armatures():
+    shares = {"none": 0.0, "1/12": 1 / 12, "1/7": 1 / 7, "1/6": 1 / 6, "1/5": 1 / 5}
+    cases = [(n, name) for n in (12, 16, 20) for name in shares]
+    return [(Changed("links", n, armature=shares[name]), f"{n} links, armature {name}", {}) for n, name in cases]
 
 
 @dataclass(frozen=True)
@@ -86,29 +87,27 @@ class Changed(cm.engines.Engine):
     base: str
     size: int
     fields: tuple = ()
-    cap: float = math.inf
-    """Hz; hinges with an armature of k/(2π cap)² slow a mode of frequency f to f/√(1 + (f/cap)²)"""
-
+    armature: float = mujoco_loop.ARMATURE
+    """as in `Plant`"""
     shapes: bool = False
     """keep the shapes that touch nothing, and look for contacts of modes"""
 
     name = "changed"
 
     def largest_step(self, rig, law):
-        if self.cap == math.inf:
+        if self.base != "links":
             return self._engine().largest_step(rig, law)
-        stiffness = links._stiffness(rig, self.size)
-        mass = links._mass_matrix(rig, self.size) + stiffness / (2 * np.pi * self.cap) ** 2
-        return 0.8 * mujoco_loop.stable_step(mass, stiffness, self._plant(rig).at_points, rig, law)
+        shaft, points = chain(rig, self.size), self._plant(rig).at_points
+        limit = mujoco_loop.stable_step(shaft.mass, shaft.stiffness, points, rig, law, self.armature)
+        return self._engine().safety * limit
 
     def start(self, rig, law, kind, step):
         plant = self._plant(rig)
         model = copy.copy(plant.model)
         for name, value in self.fields:
             setattr(model.opt, name, value)
-        if self.cap < math.inf:
-            model.dof_armature[:] = np.diag(links._stiffness(rig, self.size)) / (2 * np.pi * self.cap) ** 2
-        return mujoco_loop.MujocoRun(self, rig, law, kind, step, dataclasses.replace(plant, model=model))
+        plant = dataclasses.replace(plant, model=model, armature=self.armature)
+        return mujoco_loop.MujocoRun(self, rig, law, kind, step, plant)
 
     def _engine(self):
         return cm.Links(self.size) if self.base == "links" else cm.ModalMujoco(self.size)

@@ -70,7 +70,7 @@ def _threads():
 def _steps():
     """Error and cost against the time step, for engines whose step can be chosen."""
     settings = {
-        "links, 20": [cm.Links(20, safety=s) for s in (0.95, 0.8, 0.4, 0.2, 0.1)],
+        "links, 16": [cm.Links(16, safety=s) for s in (0.95, 0.8, 0.4, 0.2, 0.1)],
         "modal-mj, 8 modes": [cm.ModalMujoco(8, safety=s) for s in (0.95, 0.8, 0.4, 0.2, 0.1)],
         "modal, 8 modes": [cm.Modal(8, resolution=r) for r in (2.5, 1.0, 0.5, 0.25, 0.1)],
     }

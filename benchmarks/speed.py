@@ -94,7 +94,8 @@ def _model(rig, law, engine):
     plant = links._plant(rig, engine.links) if engine.name == "links" else modal_mj._plant(rig, engine.modes)
     factor = step_factor(2048.0, engine.largest_step(rig, law))
     model = copy.copy(plant.model)
-    model.opt.timestep = 1 / (2048.0 * factor)
+    model.opt.timestep = step = 1 / (2048.0 * factor)
+    model.dof_armature[:] = plant.armature * step**2 * model.jnt_stiffness
     field = getattr(model, plant.softness)
     field[:] = cm.solref_solimp(law.k[0] / 2, law.c[0] / 2, cm.engines.softness.INVERSE_INERTIA)[0]
     return model, factor

@@ -62,12 +62,12 @@ def options(found):
     engines = list(found["profile"])
     profile = [(f"`{s}`", text, *(f"{found['profile'][e][s]:.2f}" for e in engines)) for s, text in stages.items()]
     rows = [(r["engine"], r["option"], *_outcome(r)) for r in found["options"]]
-    scaled = [(r["option"], *_outcome(r)) for r in found["mass_scaling"]]
+    scaled = [(r["option"], *_outcome(r)) for r in found["armature"]]
     heads = ("µs per step", "ms per simulated s", "error (dB)")
     return {
         "profile": _table(("function", "what it does", *(f"{e} (µs)" for e in engines)), profile),
         "options": _table(("engine", "option", *heads), rows),
-        "mass scaling": _table(("chain", *heads), scaled),
+        "armature": _table(("chain", *heads), scaled),
     }
 
 

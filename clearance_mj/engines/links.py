@@ -1,15 +1,4 @@
-"""The links engine: the shaft as a chain of rigid links in MuJoCo, its bushings as geoms with a gap.
-
-The shaft is cut into cells of length Δ = l/N with a hinge in the middle of each: the first half cell is clamped, the
-last is free. A hinge bends like its cell, Δ/(EI). The midpoint rule that this is misses, by the Euler-Maclaurin
-formula, Δ²/24 times the slope of the integrand at the clamp. Compliances of 26/24, 21/24 and 25/24 of Δ/(EI) at the
-first three hinges restore it, the slope taken by the three-point formula: frequencies then converge with fourth
-order. (25/24 and 23/24, the two-point formula, leave third order and at twenty links ten times the error.)
-
-A chain deflects in straight pieces. With these hinges the smooth shaft lies κ (s²/2 - Δ²/24) above the chain, s from
-the nearest cell boundary, κ the curvature: nothing on average over a cell, as inertia needs it, but not nothing at a
-point. The grease forces and displacements at the bushings' middles include this term.
-"""
+"""The links engine: the shaft as a chain of rigid links in MuJoCo (see chain.py), its bushings as geoms with a gap."""
 
 from __future__ import annotations
 
@@ -23,6 +12,7 @@ import numpy as np
 import scipy.linalg
 
 from .base import Engine, check_setting, register
+from .chain import chain
 from .mujoco_loop import MujocoRun, Plant, set_solver, stable_step
 from .softness import INVERSE_INERTIA, solref_solimp
 
@@ -39,11 +29,11 @@ class Links(Engine):
     links : int
         Number of links.
     safety : float
-        Time step as a share of the stability limit 2/ω of the chain's fastest mode.
+        Time step as a share of its stability limit, contacts at their hardest.
     """
 
     name: ClassVar[str] = "links"
-    links: int = 20
+    links: int = 16
     safety: float = 0.8
 
     def __post_init__(self):
@@ -52,15 +42,15 @@ class Links(Engine):
 
     def largest_step(self, rig, law):
         """``safety`` times the stability limit of the chain with every contact and film at its hardest."""
-        points = _plant(rig, self.links).at_points
-        return self.safety * stable_step(_mass_matrix(rig, self.links), _stiffness(rig, self.links), points, rig, law)
+        shaft, points = chain(rig, self.links), _plant(rig, self.links).at_points
+        return self.safety * stable_step(shaft.mass, shaft.stiffness, points, rig, law)
 
     def start(self, rig, law, kind, step):
         """Begin a simulation at rest; see `Engine.start`."""
         return MujocoRun(self, rig, law, kind, step, _plant(rig, self.links))
 
 
-def build_links(rig, links: int = 20) -> mujoco.MjSpec:
+def build_links(rig, links: int = 16) -> mujoco.MjSpec:
     """Describe the rig as a MuJoCo model of rigid links.
 
     Parameters
@@ -77,28 +67,25 @@ def build_links(rig, links: int = 20) -> mujoco.MjSpec:
         collar (a sphere of the shaft's half depth, one at each bushing end) and one of the bushing's two plates.
         Contact softness is the rig's datasheet value.
     """
-    beam, cell = rig.beam, rig.beam.length / links
+    beam, shaft = rig.beam, chain(rig, links)
     depth = (beam.diameter or beam.height) / 2
     spec = mujoco.MjSpec()
     spec.modelname = rig.name
-    fastest = scipy.linalg.eigvalsh(_stiffness(rig, links), _mass_matrix(rig, links))[-1]
+    fastest = scipy.linalg.eigvalsh(np.diag(shaft.stiffness), shaft.mass)[-1]
     spec.option.timestep = 0.5 * 2 / np.sqrt(fastest)  # leaves room for contacts; engines set their own
     set_solver(spec)
     spec.compiler.degree = False
-    _visual(spec, spec.worldbody, "clamped", cell / 2, depth)
-    starts, ends = _link_spans(beam, links)
-    body = spec.worldbody
-    for i, (start, end) in enumerate(zip(starts, ends)):
-        body = body.add_body(name=f"link{i}", pos=[cell / 2 if i == 0 else cell, 0, 0])
+    _visual(spec, spec.worldbody, "clamped", shaft.hinges[0], depth)
+    body, origin = spec.worldbody, 0.0
+    for i, (start, end, stiffness) in enumerate(zip(shaft.hinges, shaft.ends, shaft.stiffness)):
+        body, origin = body.add_body(name=f"link{i}", pos=[start - origin, 0, 0]), start
         _set_inertia(body, rig, start, end, last=i == links - 1)
-        stiffness = 1 / _compliance(beam, links)[i]
-        damping = beam.rayleigh[1] * stiffness
         hinge = {"type": mujoco.mjtJoint.mjJNT_HINGE, "axis": [0, -1, 0], "name": f"hinge{i}"}
-        body.add_joint(**hinge, stiffness=[stiffness, 0, 0], damping=[damping, 0, 0])
+        body.add_joint(**hinge, stiffness=[stiffness, 0, 0], damping=[beam.rayleigh[1] * stiffness, 0, 0])
         _visual(spec, body, f"link{i}", end - start, depth)
         _add_sensors(spec, rig, body, start, end, last=i == links - 1)
-    _add_sensors(spec, rig, spec.worldbody, 0.0, cell / 2, last=False)
-    _add_bushings(spec, rig, links, depth)
+    _add_sensors(spec, rig, spec.worldbody, 0.0, shaft.hinges[0], last=False)
+    _add_bushings(spec, rig, shaft.hinges, depth)
     _set_softness(spec, rig)
     return spec
 
@@ -111,23 +98,6 @@ def _set_softness(spec, rig):
         inverse_inertia = model.body_invweight0[model.geom(pair.geomname2).bodyid[0], 0]
         k, c = bushing.contact.stiffness / 2, bushing.contact.damping / 2  # two ends share them
         pair.solref, pair.solimp = solref_solimp(k, c, inverse_inertia)
-
-
-def _link_spans(beam, links):
-    """Start and end of every link; the last one is half as long."""
-    hinges = _hinges(beam, links)
-    return hinges, np.append(hinges[1:], beam.length)
-
-
-def _hinges(beam, links):
-    return (np.arange(links) + 0.5) * beam.length / links
-
-
-def _compliance(beam, links):
-    """Hinge compliances in rad/(N m), end-corrected."""
-    compliance = np.full(links, beam.length / links / beam.bending_stiffness)
-    compliance[:3] *= (26 / 24, 21 / 24, 25 / 24)
-    return compliance
 
 
 def _visual(spec, body, name, length, depth):
@@ -165,8 +135,7 @@ def _add_sensors(spec, rig, body, start, end, last):
         spec.add_sensor(name=name, type=mujoco.mjtSensor.mjSENS_ACCELEROMETER, **site)
 
 
-def _add_bushings(spec, rig, links, depth):
-    starts, _ = _link_spans(rig.beam, links)
+def _add_bushings(spec, rig, starts, depth):
     for j, bushing in enumerate(rig.bushings):
         _add_plates(spec, j, bushing, depth)
         _add_site(spec, starts, f"bushing{j}", bushing.position)
@@ -211,60 +180,39 @@ def _add_site(spec, starts, name, x):
     (body or spec.worldbody).add_site(name=name, pos=[at, 0, 0], size=[0.003, 0, 0])
 
 
-def _mass_matrix(rig, links):
-    """Mass matrix of the straight chain in its hinge angles, from the rods' and point masses' motion."""
-    starts, ends = _link_spans(rig.beam, links)
-    length = ends - starts
-    mass = rig.beam.mass_per_length * length
-    middle = _lever((starts + ends) / 2, starts)
-    turn = np.tril(np.ones((links, links)))
-    matrix = (middle.T * mass) @ middle + (turn.T * (mass * length**2 / 12)) @ turn
-    at = _lever(np.array([p.position for p in rig.point_masses]), starts)
-    return matrix + (at.T * np.array([p.mass for p in rig.point_masses])) @ at
-
-
-def _lever(x, hinges):
-    """(n_x, links) lift of the chain at x per hinge angle."""
-    return np.maximum(np.asarray(x, dtype=float).reshape(-1, 1) - hinges, 0.0)
-
-
-def _curved_lever(x, beam, links):
-    """Lift of the shaft that the chain stands for: the chain's, and κ (s²/2 - Δ²/24) of the cell around x."""
-    x, cell = np.asarray(x, dtype=float).reshape(-1, 1), beam.length / links
-    lever = _lever(x, _hinges(beam, links))
-    within = np.minimum((x // cell).astype(int), links - 1)
-    offset = x - np.round(x / cell) * cell
-    curvature = (np.arange(links) == within) / (_compliance(beam, links) * beam.bending_stiffness)
-    return lever + (offset**2 / 2 - cell**2 / 24) * curvature
-
-
-def _stiffness(rig, links):
-    """Stiffness matrix of the chain in its hinge angles."""
-    return np.diag(1 / _compliance(rig.beam, links))
+def _reduce_to_face(plate):
+    """Make a plate a plane that looks towards the shaft."""
+    side = np.sign(plate.pos[2])
+    plate.type = mujoco.mjtGeom.mjGEOM_PLANE
+    plate.pos[2] -= side * plate.size[2]
+    plate.quat = [0, 1, 0, 0] if side > 0 else [1, 0, 0, 0]
 
 
 @functools.lru_cache(maxsize=32)
 def _plant(rig, links):
-    spec = build_links(rig, links)
-    spec.compiler.discardvisual = True  # the links' shapes only take time
+    shaft, spec = chain(rig, links), build_links(rig, links)
+    # What only takes time: the links' shapes, all of a plate but its face, and sensors, which sit on straight links.
+    spec.compiler.discardvisual = True
+    spec.option.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_SENSOR)
+    for plate in (geom for geom in spec.geoms if geom.type == mujoco.mjtGeom.mjGEOM_BOX):
+        _reduce_to_face(plate)
     model = spec.compile()
-    n_bushings, n_sensors = len(rig.bushings), len(rig.sensors)
+    n_bushings = len(rig.bushings)
     model.body_invweight0[1:] = INVERSE_INERTIA  # Â of every contact is then known; see softness.py
     pairs = {model.pair(i).name: i for i in range(model.npair)}  # MuJoCo sorts them
-    ends = [end for b in rig.bushings for end in b.ends]
-    middles = _curved_lever([b.position for b in rig.bushings], rig.beam, links)
-    at_points = np.vstack((middles, _lever(ends, _hinges(rig.beam, links))))
+    middles = shaft.lift([b.position for b in rig.bushings])
+    at_points = np.vstack((middles, shaft.lever([end for b in rig.bushings for end in b.ends])))
     at_shaker = np.zeros(links)
     if rig.shaker.position is not None:
-        at_shaker = _lever([rig.shaker.position], _hinges(rig.beam, links))[0]
+        at_shaker = shaft.lift([rig.shaker.position])[0]
     eta1 = rig.beam.rayleigh[0]
-    viscous = eta1 * _mass_matrix(rig, links) if eta1 else np.zeros((0, 0))
+    viscous = eta1 * shaft.mass if eta1 else np.zeros((0, 0))
     rows = [
         [pairs.get(f"collar{j}{end}_{side}", -1) for side in ("lower", "upper")]
         for j in range(n_bushings)
         for end in "ab"
     ]
     rows = np.array(rows, dtype=int).reshape(2 * n_bushings, 2)
-    vertical = np.array([model.sensor(f"sensor{s.node}").adr[0] + 2 for s in rig.sensors])
+    readout = np.ascontiguousarray(shaft.lift([s.position for s in rig.sensors]))
     points = np.ascontiguousarray(at_points.reshape(3 * n_bushings, links))
-    return Plant(model, points, at_shaker, viscous, np.eye(n_sensors), "sensordata", vertical, 0.0, "pair_solref", rows)
+    return Plant(model, points, at_shaker, viscous, readout, "pair_solref", rows)
