@@ -189,7 +189,7 @@ def matrix(references, responses, shapes):
     return found
 
 
-MODES = SHAPE.T.copy()
+MODES = SHAPE.T
 """a row for each mode"""
 
 

@@ -13,6 +13,7 @@ from clearance_mj import calibrate, errors, study
 from clearance_mj.clearance import AmplitudeLaw
 from clearance_mj.cli import main
 from clearance_mj.correlation import csac
+from clearance_mj.engines import simulate_blocks
 from clearance_mj.errors import ClearanceError, RecordError, SimulationError
 from clearance_mj.excitation import random
 from clearance_mj.frf import FRF, estimate_frf
@@ -20,6 +21,7 @@ from clearance_mj.identify import force_balance, output_error
 from clearance_mj.io import formats
 from clearance_mj.io.columns import frf_names
 from clearance_mj.io.dataset import Dataset, write_dataset
+from clearance_mj.io.lvm import read_lvm
 from clearance_mj.io.real import read_dropbear
 from clearance_mj.io.uff import read_uff, write_uff
 from clearance_mj.io.uff.channels import even_rate, require_one_time
@@ -96,6 +98,7 @@ IMPOSSIBLE = {
         "too many",
     ),
     "natural frequencies": (lambda: Outputs(natural_frequencies=21), r"must be in 1\.\.20, got 21"),
+    "no excitation": (lambda: next(simulate_blocks(None, [], None)), "there is no piece of an excitation"),
     "worker with other code": (
         lambda: workers._with_same_code("other", abs, -1),
         "a worker of the cluster runs another version of clearance_mj",
@@ -131,6 +134,21 @@ def test_sampling_rate_of_frfs(tmp_path):
     formats.write(tmp_path / "h.csv", frf())
     with pytest.raises(RecordError, match="holds FRFs, which have no sampling rate"):
         formats.read(tmp_path / "h.csv", fs=100.0)
+
+
+@pytest.mark.parametrize("fs", [2j, "fast"])
+def test_sampling_rate_in_a_matlab_file(tmp_path, fs):
+    scipy.io.savemat(tmp_path / "a.mat", {"fs": fs, "acc_1": FIVE})
+    with pytest.raises(RecordError, match='variable "fs" must be one number, the samples per second'):
+        formats.read(tmp_path / "a.mat")
+
+
+def test_labview_file_without_x(tmp_path):
+    end = "***End_of_Header***\t\n"
+    lines = ["LabVIEW Measurement\t\n", "Separator\tTab\n", "X_Columns\tNo\n", end, "Channels\t1\n", "X0\t0\n", end]
+    (tmp_path / "a.lvm").write_text("".join([*lines, "X_Value\tUntitled\tComment\n", "\t1.0\n", "\t2.0\n"]))
+    with pytest.raises(RecordError, match=r"without a column of X the segment header needs Delta_X, a number"):
+        read_lvm(tmp_path / "a.lvm")
 
 
 def test_two_times_in_a_matlab_file(tmp_path):
@@ -337,9 +355,9 @@ def test_reference_that_does_not_fit_the_plan(tmp_path):
 
 
 def test_excitation_that_does_not_tell_its_band(tmp_path):
-    hammer = '[excitation]\ngenerator = "hammer"\nduration = 1\nfs = 1024\n'
-    with pytest.raises(ClearanceError, match=r"outputs\.band is missing|excitation\.\w+ is missing"):
-        loaded(tmp_path, text(hammer, DESIGN.format(samples=4), OUTPUTS, GAP))
+    hits = "duration = 1\nfs = 1024\npeak = 10\nwidth = 0.004\ntimes = [0.1]\n"
+    with pytest.raises(ClearanceError, match=r"outputs\.band is missing: this excitation does not tell its band"):
+        loaded(tmp_path, text(f'[excitation]\ngenerator = "hammer"\n{hits}', DESIGN.format(samples=4), OUTPUTS, GAP))
 
 
 def test_sweep_larger_than_a_file_holds(tmp_path, monkeypatch):
