@@ -240,7 +240,7 @@ def _segment_length(resp, resolution, band) -> int:
         raise RecordError(f"resolution must be > 0 Hz and at most fs / 2 = {resp.fs / 2:g} Hz, got {resolution!r}")
     if band and resp.fs < 2 * band[1]:
         raise RecordError(f"fs {resp.fs:g} Hz is below twice the band's upper end {band[1]:g} Hz")
-    length, n_t = round(resp.fs / resolution), len(resp.excitation)
+    length, n_t = round(min(resp.fs / resolution, 1e18)), len(resp.excitation)
     if n_t < length:
         raise RecordError(
             f"the record lasts {n_t / resp.fs:g} s, shorter than one segment of {length / resp.fs:g} s "

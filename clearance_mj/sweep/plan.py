@@ -45,6 +45,8 @@ WORDS = {
 GENERATORS = tuple(name for name in excitations.__all__ if name != "Excitation")
 CHECKED = 1000
 """cases whose rig and law are tried before anything runs, at about a millisecond each"""
+MOST_SAMPLES = 10_000_000
+"""of a case's excitation: 80 MB, and a few times as much while it is made"""
 AXES = ("excitation.fs", "excitation.band")
 """what the results' axes depend on"""
 
@@ -137,6 +139,8 @@ class Plan:
             return rig, law, self.excitation
         given = dict(parameters)
         try:
+            if given.get("duration", 0) * given.get("fs", 0) > MOST_SAMPLES:
+                raise ClearanceError(f"excitation: duration times fs is more than {MOST_SAMPLES} samples")
             return rig, law, getattr(excitations, given.pop("generator"))(**given)
         except (TypeError, ValueError, MemoryError) as error:
             raise ClearanceError(f"excitation: {error}") from None
@@ -251,7 +255,12 @@ def _number(value, annotation):
     """TOML's 2 as 2.0, but for what the generator declares whole."""
     if isinstance(value, list | tuple):
         return [_number(item, annotation) for item in value]
-    return float(value) if isinstance(value, int) and annotation != "int" else value
+    if not isinstance(value, int) or annotation == "int":
+        return value
+    try:
+        return float(value)
+    except OverflowError:
+        raise ClearanceError("excitation: a whole number is too large to use") from None
 
 
 def _digest(facts, *arrays) -> str:

@@ -32,13 +32,9 @@ def main() -> int:
     outcomes = fuzz(
         chosen, options.seed, options.out / "found", options.share, options.workers, options.first, options.count
     )
-    summary = {
-        "seed": options.seed,
-        "inputs": sum(outcome.inputs for outcome in outcomes.values()),
-        "findings": sum(len(outcome.findings) for outcome in outcomes.values()),
-        "seconds": round(time.monotonic() - began, 1),
-        "readers": {name: outcome.summary() for name, outcome in outcomes.items()},
-    }
+    found = {name: outcome.summary() for name, outcome in outcomes.items()}
+    summary = _with_other_readers(options.out / "fuzz.json", options.seed, found)
+    summary["seconds"] = round(time.monotonic() - began, 1)
     with replacing(options.out / "fuzz.json") as temporary:
         temporary.write_text(json.dumps(summary, indent=1) + "\n", encoding="utf-8")
     if options.page:
@@ -46,8 +42,18 @@ def main() -> int:
     for name, outcome in outcomes.items():
         for index, what, detail, file in outcome.findings:
             print(f"{name} {index}: {what}: {detail} [{file}]")
-    print(f"{summary['inputs']} inputs, {summary['findings']} findings: {options.out / 'fuzz.json'}")
-    return int(summary["findings"] > 0)
+    findings = sum(len(outcome.findings) for outcome in outcomes.values())
+    print(f"{sum(o.inputs for o in outcomes.values())} inputs, {findings} findings: {options.out / 'fuzz.json'}")
+    return int(findings > 0)
+
+
+def _with_other_readers(path, seed, found) -> dict:
+    """What was found, beside what earlier runs of the same seed found with other readers."""
+    before = json.loads(path.read_text(encoding="utf-8")) if path.exists() else {}
+    kept = before["readers"] if before.get("seed") == seed else {}
+    rows = kept | found
+    counts = {key: sum(row[key] for row in rows.values()) for key in ("inputs", "distinct")}
+    return {"seed": seed, **counts, "findings": sum(len(row["findings"]) for row in rows.values()), "readers": rows}
 
 
 if __name__ == "__main__":

@@ -23,6 +23,7 @@ from clearance_mj.sweep.design import Design, Vary
 from clearance_mj.sweep.store import Table
 
 from . import run, samples
+from .mutations import toml
 from .page import table
 from .readers import Reader, generator, readers
 from .run import fuzz
@@ -168,6 +169,23 @@ def test_refused_in_one_line(tmp_path, read, content, part):
     assert part in str(caught.value)
     assert str(path) in str(caught.value)
     assert str(caught.value).isprintable()
+
+
+@pytest.mark.parametrize(
+    ("table", "key", "value", "part"),
+    [
+        ("excitation", "duration", 10**400, "excitation: a whole number is too large to use"),
+        ("excitation", "band", [5, 10**400], "excitation: a whole number is too large to use"),
+        ("excitation", "duration", 1e9, "excitation: duration times fs is more than 10000000 samples"),
+        ("outputs", "resolution", 1e-320, "shorter than one segment of"),
+    ],
+)
+def test_plans_beyond_all_numbers(tmp_path, table, key, value, part):
+    samples.RIG.save(tmp_path / "rig.toml")
+    (tmp_path / "plan.toml").write_bytes(toml(samples.PLAN | {table: samples.PLAN[table] | {key: value}}))
+    with pytest.raises(ClearanceError) as caught:
+        load_plan(tmp_path / "plan.toml")
+    assert str(caught.value).startswith(f"{tmp_path / 'plan.toml'}: ") and part in str(caught.value)
 
 
 @pytest.mark.parametrize("stored", ["fast", 1j, []])
