@@ -43,6 +43,8 @@ __all__ = [
 
 BLOCK = 512
 """Samples at the record's rate that are simulated between two looks from Python"""
+READ = 8 * BLOCK
+"""Samples of the excitation that are interpolated at once"""
 AHEAD = 4
 """Cases for each thread of a batch that run, or wait to be taken, at once"""
 MOST_STEPS = 1000
@@ -247,7 +249,7 @@ def simulate_blocks(rig: Rig, excitation, law: Law, engine="links") -> Iterator[
     rig : Rig
         The rig.
     excitation : Excitation or iterable of Excitation
-        One, or pieces of one that follow each other without a break, such as `excitation.random_blocks` makes.
+        One, or pieces of one that follow each other without a break, such as `streaming.random_blocks` makes.
     law : Law
         Contact stiffness and damping (and grease) at each moment.
     engine : str or Engine
@@ -296,16 +298,19 @@ class _Simulation:
 
     def outputs(self, excitations):
         """Yield excitation and outputs, (n,) and (n, columns), of consecutive samples at the record's rate."""
-        waiting, steps = np.empty(0), 0
+        waiting, steps, count = np.empty(0), 0, BLOCK * self.interpolator.factor
         for drive in self._drives(excitations):
-            fast = self.run.advance(self.interpolator.push(drive))
-            if not np.isfinite(fast).all():
-                failed = steps + np.argmin(np.isfinite(fast).all(axis=1))
-                raise diverged(self.rig, self.engine, failed * self.step, 0)
-            steps += len(fast)
-            block, waiting = self.decimator.push(fast), np.append(waiting, drive)
-            yield waiting[: len(block)], block
-            waiting = waiting[len(block) :]
+            waiting, fast = np.append(waiting, drive), self.interpolator.push(drive)
+            for start in range(0, fast.size, count):
+                outputs = self.run.advance(fast[start : start + count])
+                if not np.isfinite(outputs).all():
+                    failed = steps + np.argmin(np.isfinite(outputs).all(axis=1))
+                    raise diverged(self.rig, self.engine, failed * self.step, 0)
+                steps += len(outputs)
+                block = self.decimator.push(outputs)
+                if len(block):
+                    yield waiting[: len(block)], block
+                    waiting = waiting[len(block) :]
 
     def _drives(self, excitations):
         """Yield blocks of the excitation, then zeros: the filters of the last samples look ahead."""
@@ -315,8 +320,8 @@ class _Simulation:
                     f"a piece of the excitation is {piece.kind} at {piece.fs:g} Hz, the first one "
                     f"{self.excitation.kind} at {self.excitation.fs:g} Hz"
                 )
-            for start in range(0, piece.value.size, BLOCK):
-                yield piece.value[start : start + BLOCK]
+            for start in range(0, piece.value.size, READ):
+                yield piece.value[start : start + READ]
         yield np.zeros(2 * self.interpolator.ahead)
 
     def response(self, excitation, output) -> Response:
