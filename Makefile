@@ -39,7 +39,11 @@ coverage: setup
 	$(BIN)/coverage combine -q
 	$(BIN)/coverage report --skip-covered --sort=miss
 
-bench: setup
+$(VENV)/.bench: $(VENV)/.ready
+	$(BIN)/pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[exudyn]'
+	touch $@
+
+bench: $(VENV)/.bench
 	$(BIN)/python -m benchmarks --out results/bench.json
 
 lint: setup
