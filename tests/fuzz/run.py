@@ -9,6 +9,7 @@ import multiprocessing
 import re
 import resource
 import signal
+import sys
 import tempfile
 import time
 import traceback
@@ -89,6 +90,8 @@ class _Batch:
     since: object
     """shared: when it was begun, by the monotonic clock"""
     started: float
+    folder: tempfile.TemporaryDirectory
+    """where it writes its inputs"""
 
 
 def fuzz(readers, seed, folder, share=1.0, workers=2, first=0, count=None, progress=True) -> dict[str, Outcome]:
@@ -116,6 +119,7 @@ def fuzz(readers, seed, folder, share=1.0, workers=2, first=0, count=None, progr
                         ended = True
                     if ended:
                         batch.process.join()
+                        batch.folder.cleanup()
                         outcome.seconds = time.monotonic() - batch.started
                         running.remove(batch)
                     outcomes[batch.reader.name].merge(outcome)
@@ -124,16 +128,20 @@ def fuzz(readers, seed, folder, share=1.0, workers=2, first=0, count=None, progr
         finally:
             for batch in running:
                 batch.process.kill()
+                batch.process.join()
+                batch.folder.cleanup()
     return outcomes
 
 
-def _start(reader, first, last, seed, folder) -> _Batch:
+def _start(reader, first, last, seed, found) -> _Batch:
     receive, send = FORK.Pipe(duplex=False)
     index, since = FORK.Value(ctypes.c_longlong, first), FORK.Value(ctypes.c_double, time.monotonic())
-    process = FORK.Process(target=_work, args=(reader, first, last, seed, folder, send, index, since), daemon=True)
+    folder = tempfile.TemporaryDirectory(prefix="fuzz_")
+    arguments = (reader, first, last, seed, Path(folder.name), found, send, index, since)
+    process = FORK.Process(target=_work, args=arguments, daemon=True)
     process.start()
     send.close()
-    return _Batch(reader, last, process, receive, index, since, time.monotonic())
+    return _Batch(reader, last, process, receive, index, since, time.monotonic(), folder)
 
 
 def _hangs(batch) -> bool:
@@ -155,16 +163,18 @@ def _received(batch) -> tuple[Outcome, bool]:
 
 
 def _lost(batch, hangs, seed, folder) -> tuple[Outcome, list]:
-    """The input that hangs or ended the process, and a batch of those that are left."""
+    """What else was done, the input that hangs or ended the process, and a batch of those that are left."""
     batch.process.kill()
     batch.process.join()
-    rest, _ = _received(batch)
+    rest, ended = _received(batch)
+    if ended:  # just after the last look
+        return rest, []
     at, code = batch.index.value, batch.process.exitcode
     if hangs:
         what, how = "hung", f"over {PATIENCE:g} s"
     else:
         what, how = "crashed", f"by {signal.Signals(-code).name}" if code < 0 else f"with exit status {code}"
-    data = batch.reader.make(generator(batch.reader, seed, at))
+    data = (Path(batch.folder.name) / batch.reader.file).read_bytes()
     rest.merge(Outcome(inputs=1, findings=[_kept(batch.reader, seed, at, data, what, how, folder)]))
     return rest, [(batch.reader, at + 1, batch.last)] if at + 1 < batch.last else []
 
@@ -176,21 +186,19 @@ def _kept(reader, seed, index, data, what, detail, folder):
     return index, what, detail, path.name
 
 
-def _work(reader, first, last, seed, folder, send, index, since):
+def _work(reader, first, last, seed, folder, found, send, index, since):
     """The process of a batch."""
     warnings.simplefilter("ignore")
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
     resource.setrlimit(resource.RLIMIT_AS, (_address_space() + MEMORY,) * 2)
     before = _peak()
-    with tempfile.TemporaryDirectory() as name:
-        for file, content in reader.beside().items():
-            (Path(name) / file).write_bytes(content)
-        path = Path(name) / reader.file
-        for i in range(first, last):
-            index.value, since.value = i, time.monotonic()
-            outcome = _one(reader, seed, i, path, folder)
-            outcome.growth = max(0, _peak() - before)
-            send.send(outcome)
+    for file, content in reader.beside().items():
+        (folder / file).write_bytes(content)
+    for i in range(first, last):
+        index.value, since.value = i, time.monotonic()
+        outcome = _one(reader, seed, i, folder / reader.file, found)
+        outcome.growth = max(0, _peak() - before)
+        send.send(outcome)
     send.send(None)
 
 
@@ -230,11 +238,9 @@ def _unclear(message, path):
 
 
 def _place() -> str:
-    import sys
-
-    *_, last = traceback.extract_tb(sys.exc_info()[2])
-    own = [f for f in traceback.extract_tb(sys.exc_info()[2]) if "clearance_mj/" in f.filename]
-    frame = own[-1] if own else last
+    """Where the exception at hand left the package, or where it was raised."""
+    frames = traceback.extract_tb(sys.exc_info()[2])
+    frame = next((f for f in reversed(frames) if "clearance_mj/" in f.filename), frames[-1])
     return f"({Path(frame.filename).name}:{frame.lineno})"
 
 
