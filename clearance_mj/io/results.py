@@ -22,6 +22,7 @@ from ..response import Response
 from .columns import listed, require_one_table
 from .files import TOO_DENSE, most_unpacked, replacing
 from .uff import Channel
+from .uff._fields import check_dof
 from .uff.channels import require_one_time
 
 __all__ = [
@@ -121,6 +122,8 @@ def dataset_to_frf(ds: xr.Dataset) -> FRF | dict[str, FRF]:
     references, responses = _labels(ds, "reference"), _labels(ds, "response")
     if value.shape[3] != 2 or not references or len(set(references)) < len(references):
         raise RecordError(f"needs different references and two parts, got {listed(references)} and {value.shape[3]}")
+    for label in (*references, *responses):
+        check_dof(label)
     value = value.view(complex)[..., 0]
     coherence = _values(ds, "coherence", dims) if "coherence" in ds else None
     frequency, quantity = _values(ds, "frequency", ("frequency",)), str(_attribute(ds, "quantity"))

@@ -201,6 +201,11 @@ def test_files_that_are_no_results(tmp_path):
             lambda ds: ds.isel(reference=[0, 0]),
             'different references and two parts, got "100:+Z", "100:+Z" and 2',
         ),
+        (
+            frf(),
+            lambda ds: ds.assign_coords(response=["3:+Z", "tip", "7:+Z"]),
+            'degree of freedom "tip" must be a node',
+        ),
         (frf(), lambda ds: ds.isel(frequency=[1, 0]), "frequencies of an FRF must rise"),
         (frf(), lambda ds: ds.assign_attrs(clearance_mj="response"), 'holds no "acceleration"'),
         (response(), lambda ds: ds.drop_vars("acceleration"), 'holds no "acceleration"'),
