@@ -29,7 +29,12 @@ def add(commands):
     parser.add_argument("--seconds", type=float, default=0.15, help="of motion that are shown (default: %(default)s)")
     parser.add_argument("--slow", type=float, default=60.0, help="how many times slower (default: %(default)s)")
     parser.add_argument("--exaggeration", type=float, help="of lifts and gaps (default: what fills the picture)")
-    parser.add_argument("--rate", type=float, default=20.0, help="pictures per second (default: %(default)s)")
+    parser.add_argument(
+        "--rate",
+        type=float,
+        default=20.0,
+        help="pictures per second; of a .gif, 100 over a whole number (default: %(default)s)",
+    )
     parser.add_argument(
         "--renderer", default="auto", help="mujoco, matplotlib, or auto: MuJoCo where it can draw (default)"
     )

@@ -267,10 +267,9 @@ def write(shown: Clip, path, renderer: str = "auto", progress: bool = True) -> s
         stage.show_images(images)
     if not stage.images:
         stage.show_lines()
+    numbers = tqdm(range(shown.time.size), desc="drawing", unit="picture", disable=not progress)
     with replacing(path) as temporary:
-        _WRITERS[path.suffix](
-            stage, tqdm(range(shown.time.size), desc="drawing", unit="picture", disable=not progress), temporary
-        )
+        _WRITERS[path.suffix](stage, numbers, temporary)
     return reason
 
 
@@ -285,21 +284,10 @@ def _write_gif(stage, numbers, path):
 
 def _write_mp4(stage, numbers, path):
     height, width, _ = stage.picture(0).shape
-    source = [
-        "-f",
-        "rawvideo",
-        "-pix_fmt",
-        "rgb24",
-        "-s",
-        f"{width}x{height}",
-        "-r",
-        f"{stage.shown.rate:g}",
-        "-i",
-        "-",
-    ]
+    source = f"-f rawvideo -pix_fmt rgb24 -s {width}x{height} -r {stage.shown.rate:g} -i -".split()
     # Players want half as many colours as pixels, and so an even number of these.
-    target = ["-vf", "pad=ceil(iw/2)*2:ceil(ih/2)*2:color=white", "-pix_fmt", "yuv420p", str(path)]
-    command = ["ffmpeg", "-loglevel", "error", "-y", *source, *target]
+    target = "-vf pad=ceil(iw/2)*2:ceil(ih/2)*2:color=white -pix_fmt yuv420p".split()
+    command = ["ffmpeg", "-loglevel", "error", "-y", *source, *target, str(path)]
     with subprocess.Popen(command, stdin=subprocess.PIPE, stderr=subprocess.PIPE) as process:
         with contextlib.suppress(BrokenPipeError):  # ffmpeg says below what it did not like
             for i in numbers:
@@ -324,9 +312,9 @@ class _Stage:
         rig, length = shown.rig, shown.rig.beam.length
         self.radius = (rig.beam.diameter or rig.beam.height) / 2
         highest = shown.exaggeration * max(np.abs(shown.lift).max(), *(b.gap for b in rig.bushings))
-        self.half_height = max(LEAST_HEIGHT * length, highest + ARROW * length / 2)
-        self.left, self.right = -0.04 * length, 1.03 * length
         self.per_newton = ARROW * length / max(np.abs(shown.trace).max(), 1e-12)
+        self.half_height = max(LEAST_HEIGHT * length, 1.1 * highest, 1.05 * np.abs(self.arrows()[..., 1]).max())
+        self.left, self.right = -0.04 * length, 1.03 * length
         across = WIDTH - LEFT - RIGHT
         self.size = across, across * 2 * self.half_height / (self.right - self.left)
         self.figure = Figure(facecolor="white", dpi=DPI)

@@ -209,7 +209,7 @@ def _unit(response) -> str:
 
 
 def frf_waterfall(rig: Rig, frfs: Mapping[float, FRF]) -> Drawing:
-    """Draw FRFs at the bushings' sensors (or at all, if none sits there) over level, each level 20 dB above the last.
+    """Draw FRFs at the bushings' sensors (or the last, if none sits there) over level, each level 20 dB above the last.
 
     Parameters
     ----------
@@ -289,7 +289,7 @@ _PAIR = ({"color": TEST, "lw": 2.0}, {"color": LAWS[1], "lw": 0.9})
 
 def _waterfall(rig, curves, quantity, reference, unit, step=STEP, dynamic=np.inf, looks=None) -> Figure:
     """Curves of every level, the lowest level below; a colour for each level unless looks for each curve are given."""
-    rows = figures._at_bushings(rig) or list(range(len(rig.sensors)))
+    rows = figures._at_bushings(rig) or [len(rig.sensors) - 1]
     figure = Figure(figsize=(WIDTH, 1.4 + 0.62 * len(curves)), layout="constrained", facecolor="white")
     colours = matplotlib.colormaps["cividis"](np.linspace(0, 0.9, len(curves)))
     axes = figure.subplots(1, len(rows), squeeze=False, sharey=True)[0]
