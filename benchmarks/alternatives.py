@@ -27,8 +27,8 @@ def measure():
             off = error(response, PULLING if method.startswith("Exudyn") else LAW)
             rows.append({"method": method, "setting": name, "cost": seconds / SECONDS, "error": off})
     best = _best(rows)
-    links = int(best["links"]["setting"].split()[0])
-    loop, _ = timed(driven_loop(RIG, LAW, cm.Links(links), drive))
+    links, _, safety, *_ = best["links"]["setting"].split()
+    loop, _ = timed(driven_loop(RIG, LAW, cm.Links(int(links), safety=float(safety)), drive))
     return {
         "rows": rows,
         "best": best,
@@ -45,7 +45,10 @@ def _has_exudyn():
 
 def _methods():
     methods = {
-        "links": [(f"{n} links", _engine(cm.Links(n))) for n in (9, 10, 12, 14, 16, 20, 30)],
+        "links": [
+            (f"{n} links, {s} of the stable step", _engine(cm.Links(n, safety=s)))
+            for n, s in ((9, 0.8), (10, 0.8), (10, 0.6), (12, 0.6), (14, 0.6), (16, 0.6), (20, 0.6), (30, 0.6))
+        ],
         "modal-mj": [(f"{n} modes", _engine(cm.ModalMujoco(n))) for n in (3, 4, 5, 6, 8)],
         "modal": [(f"{n} modes", _engine(cm.Modal(n))) for n in (3, 4, 6, 8, 12)],
         "numpy": [(f"{n} modes", partial(semi_implicit_euler, n)) for n in (3, 4, 5, 6)],

@@ -34,7 +34,7 @@ class Links(Engine):
 
     name: ClassVar[str] = "links"
     links: int = 16
-    safety: float = 0.8
+    safety: float = 0.6
 
     def __post_init__(self):
         check_setting(self, "links", isinstance(self.links, int) and self.links >= 3, "must be a whole number >= 3")
