@@ -15,6 +15,7 @@ from .excitation import Excitation
 from .frf import FRF, estimate_frf
 from .io.dataset import Dataset, Record, write_dataset
 from .io.uff import read_uff, write_uff
+from .ledger import keep_ledger
 from .modes import extract_modes
 from .response import Response
 from .rig import Beam, Bushing, Contact, Grease, PointMass, Rig, Sensor, Shaker
@@ -59,6 +60,7 @@ __all__ = [
     "extract_modes",
     "frac",
     "identify",
+    "keep_ledger",
     "load_law",
     "mac",
     "mre",
