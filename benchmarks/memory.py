@@ -46,8 +46,8 @@ def _whole(_, seconds):
 
 def _blocks(_, seconds):
     """FRFs of one record of which only blocks are ever in memory."""
-    drive = cm.streaming.random_blocks(seconds, FS, band=BAND, rms=RMS, seed=1)
-    cm.streaming.estimate_frf_blocks(cm.simulate_blocks(RIG, drive, LAW, "modal"))
+    drive = cm.excitation.random_blocks(seconds, FS, band=BAND, rms=RMS, seed=1)
+    cm.estimate_frf_blocks(cm.simulate_blocks(RIG, drive, LAW, "modal"))
 
 
 WAYS = {"batch": _batch, "whole": _whole, "blocks": _blocks}

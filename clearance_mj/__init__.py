@@ -4,7 +4,7 @@ One way through: a `Rig` and a `Dataset` of records, `identify.law` for the clea
 engine, `estimate_frf`, and `compare` with the test.
 """
 
-from . import beam, excitation, identify, streaming
+from . import beam, excitation, identify
 from ._version import __version__
 from .beam import ModalModel
 from .clearance import AmplitudeLaw, ConstantLaw, ContactLaw, Law, TimeLaw, load_law
@@ -12,7 +12,7 @@ from .correlation import Comparison, compare, csac, csf, frac, mac, mre, relativ
 from .engines import Links, Modal, ModalMujoco, simulate, simulate_batch, simulate_blocks, simulate_each, solref_solimp
 from .errors import ClearanceError, ExcitationError, LawError, RecordError, RigError, SimulationError
 from .excitation import Excitation
-from .frf import FRF, estimate_frf
+from .frf import FRF, estimate_frf, estimate_frf_blocks
 from .io.dataset import Dataset, Record, write_dataset
 from .io.uff import read_uff, write_uff
 from .ledger import keep_ledger
@@ -56,6 +56,7 @@ __all__ = [
     "csac",
     "csf",
     "estimate_frf",
+    "estimate_frf_blocks",
     "excitation",
     "extract_modes",
     "frac",
@@ -72,7 +73,6 @@ __all__ = [
     "simulate_blocks",
     "simulate_each",
     "solref_solimp",
-    "streaming",
     "write_dataset",
     "write_uff",
 ]

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 import scipy.fft
@@ -11,7 +12,10 @@ import scipy.signal
 
 from .errors import RecordError
 
-__all__ = ["ESTIMATORS", "FRF", "WINDOWS", "by_reference", "estimate_frf", "one_or_several"]
+if TYPE_CHECKING:
+    from .response import Response
+
+__all__ = ["ESTIMATORS", "FRF", "WINDOWS", "by_reference", "estimate_frf", "estimate_frf_blocks", "one_or_several"]
 
 WINDOWS = ("hann", "boxcar")
 QUANTITY = {"base": "acceleration/acceleration", "force": "acceleration/force"}
@@ -161,26 +165,53 @@ def estimate_frf(
     Bendat and Piersol, Random Data, 4th ed., 2010, chapters 6, 9 and 11; Hv: Rocklin, Crowley and Vold,
     A comparison of H1, H2, and Hv frequency response functions, IMAC 3, 1985.
     """
-    if estimator not in ESTIMATORS:
-        raise RecordError(f'estimator "{estimator}" is unknown; use {", ".join(ESTIMATORS)}')
-    if window not in WINDOWS:
-        raise RecordError(f'window "{window}" is unknown; use {", ".join(WINDOWS)}')
-    band = band or resp.band
-    length = _segment_length(resp, resolution, band)
+    return estimate_frf_blocks([resp], estimator, resolution, overlap, band, window)
+
+
+def estimate_frf_blocks(
+    blocks: Iterable[Response],
+    estimator: str = "H1",
+    resolution: float = 0.5,
+    overlap: float = 0.5,
+    band: tuple[float, float] | None = None,
+    window: str = "hann",
+) -> FRF:
+    """Estimate the FRFs of a record that comes block by block, as `estimate_frf` does of a whole one.
+
+    Parameters
+    ----------
+    blocks : iterable of Response
+        Consecutive blocks of any lengths, such as `simulate_blocks` yields.
+    estimator, resolution, overlap, band, window
+        As in `estimate_frf`.
+
+    Returns
+    -------
+    FRF
+        That of the whole record, to rounding.
+
+    Raises
+    ------
+    RecordError
+        As `estimate_frf`.
+    """
+    for name, value, known in (("estimator", estimator, ESTIMATORS), ("window", window, WINDOWS)):
+        if value not in known:
+            raise RecordError(f'{name} "{value}" is unknown; use {", ".join(known)}')
     if not 0 <= overlap < 1:
         raise RecordError(f"overlap must be in 0 <= overlap < 1, got {overlap!r}")
-    signals = _signals(resp)
-
-    frequency = np.arange(length // 2 + 1) * (resp.fs / length)
-    lines = _lines(frequency, band) if band else slice(None)
-    hop = max(1, length - round(overlap * length))
-    segments = np.lib.stride_tricks.sliding_window_view(signals, length, axis=1)[:, ::hop]
-    spectra = scipy.fft.rfft(segments * scipy.signal.get_window(window, length), overwrite_x=True)[..., lines]
-    sxx, syy, syx = _cross_spectra(spectra[0], spectra[1:])
-    with np.errstate(divide="ignore", invalid="ignore"):
-        value = ESTIMATORS[estimator](sxx, syy, syx)
-        coherence = np.abs(syx) ** 2 / (sxx * syy) if segments.shape[1] > 1 else None
-    return FRF(frequency[lines], value, coherence, resp.responses, resp.reference, QUANTITY[resp.kind])
+    blocks = iter(blocks)
+    first = next(blocks, None)
+    if first is None:
+        raise RecordError("there is no block of a record")
+    if first.kind not in QUANTITY:
+        raise RecordError(f'kind "{first.kind}" of the excitation is unknown; use {", ".join(QUANTITY)}')
+    spectra = _Welch(first.fs, resolution, overlap, band or first.band, window)
+    spectra.push(first)
+    for block in blocks:
+        spectra.push(block)
+    value, coherence = spectra.estimate(ESTIMATORS[estimator])
+    return FRF(spectra.frequency, value, coherence, first.responses, first.reference, QUANTITY[first.kind])
 
 
 def _h1(sxx, syy, syx):
@@ -204,49 +235,68 @@ def _hv(sxx, syy, syx):
 ESTIMATORS = {"H1": _h1, "H2": _h2, "Hv": _hv}
 
 
-def _cross_spectra(x, y):
-    """S_xx (n_f,), S_yy and S_yx (n, n_f), not normalised, of x (segments, n_f) and y (n, segments, n_f)."""
-    sxx = np.sum(x.real**2 + x.imag**2, axis=0)
-    syy = np.sum(y.real**2 + y.imag**2, axis=1)
-    return sxx, syy, np.sum(y * x.conj(), axis=1)
+class _Welch:
+    """Sums of the segments' spectra, and the samples of which further segments will be made."""
 
+    def __init__(self, fs, resolution, overlap, band, window):
+        if not 0 < resolution <= fs / 2:
+            raise RecordError(f"resolution must be > 0 Hz and at most fs / 2 = {fs / 2:g} Hz, got {resolution!r}")
+        if band and fs < 2 * band[1]:
+            raise RecordError(f"fs {fs:g} Hz is below twice the band's upper end {band[1]:g} Hz")
+        self.fs, self.length, self.averages = fs, round(min(fs / resolution, 1e18)), 0
+        self.hop = max(1, self.length - round(overlap * self.length))
+        self.band, self.shape = band, window
+        self.sums = self.held = None
+        self.limits = np.inf, -np.inf
 
-def _signals(resp) -> np.ndarray:
-    """Excitation and responses as the rows of one array."""
-    excitation, response = (
-        np.asarray(resp.excitation, dtype=float),
-        np.asarray(resp.acceleration, dtype=float),
-    )
-    if response.ndim != 2 or excitation.shape != response.shape[:1]:
-        raise RecordError(
-            f"acceleration must be (n_t, n_sensors) with n_t samples of excitation, got {response.shape} "
-            f"and {excitation.shape}"
-        )
-    if resp.kind not in QUANTITY:
-        raise RecordError(f'kind "{resp.kind}" of the excitation is unknown; use {", ".join(QUANTITY)}')
-    signals = np.vstack((excitation, response.T))
-    finite = np.isfinite(signals).all(axis=1)
-    if not finite.all():
-        bad = int(np.argmin(finite))
-        raise RecordError(f"{f'acceleration column {bad - 1}' if bad else 'the excitation'} is not finite")
-    if np.ptp(excitation) == 0:
-        raise RecordError(f"the excitation is constant at {excitation[0]:g}: no FRF can be estimated")
-    return signals
+    def _prepare(self):
+        """Make what is as long as a segment, once there is one."""
+        self.window = scipy.signal.get_window(self.shape, self.length)
+        frequency = np.arange(self.length // 2 + 1) * (self.fs / self.length)
+        self.lines = _lines(frequency, self.band) if self.band else slice(None)
+        self.frequency = frequency[self.lines]
 
+    def push(self, block):
+        """Add every segment that a block completes."""
+        excitation, response = np.asarray(block.excitation, dtype=float), np.asarray(block.acceleration, dtype=float)
+        if response.ndim != 2 or excitation.shape != response.shape[:1]:
+            raise RecordError(
+                f"acceleration must be (n_t, n_sensors) with n_t samples of excitation, got {response.shape} "
+                f"and {excitation.shape}"
+            )
+        signals = np.vstack((excitation, response.T))
+        finite = np.isfinite(signals).all(axis=1)
+        if not finite.all():
+            bad = int(np.argmin(finite))
+            raise RecordError(f"{f'acceleration column {bad - 1}' if bad else 'the excitation'} is not finite")
+        low, high = self.limits
+        self.limits = min(low, excitation.min(initial=np.inf)), max(high, excitation.max(initial=-np.inf))
+        held = signals if self.held is None else np.hstack((self.held, signals))
+        if self.sums is None and held.shape[1] >= self.length:
+            self._prepare()
+        while held.shape[1] >= self.length:
+            x, *y = scipy.fft.rfft(held[:, : self.length] * self.window)[:, self.lines]
+            y = np.reshape(y, (-1, x.size))
+            found = x.real**2 + x.imag**2, y.real**2 + y.imag**2, y * x.conj()
+            self.sums = found if self.sums is None else tuple(map(np.add, self.sums, found))
+            self.averages += 1
+            held = held[:, self.hop :]
+        self.held = held
 
-def _segment_length(resp, resolution, band) -> int:
-    """Return the samples of a segment, or refuse a record that cannot give the resolution or the band."""
-    if not 0 < resolution <= resp.fs / 2:
-        raise RecordError(f"resolution must be > 0 Hz and at most fs / 2 = {resp.fs / 2:g} Hz, got {resolution!r}")
-    if band and resp.fs < 2 * band[1]:
-        raise RecordError(f"fs {resp.fs:g} Hz is below twice the band's upper end {band[1]:g} Hz")
-    length, n_t = round(min(resp.fs / resolution, 1e18)), len(resp.excitation)
-    if n_t < length:
-        raise RecordError(
-            f"the record lasts {n_t / resp.fs:g} s, shorter than one segment of {length / resp.fs:g} s "
-            f"(resolution {resolution:g} Hz)"
-        )
-    return length
+    def estimate(self, estimator):
+        """Return FRFs and coherence, which one segment alone does not have."""
+        if not self.averages:
+            raise RecordError(
+                f"the record lasts {self.held.shape[1] / self.fs:g} s, shorter than one segment of "
+                f"{self.length / self.fs:g} s (resolution {self.fs / self.length:g} Hz)"
+            )
+        low, high = self.limits
+        if low == high:
+            raise RecordError(f"the excitation is constant at {low:g}: no FRF can be estimated")
+        sxx, syy, syx = self.sums
+        with np.errstate(divide="ignore", invalid="ignore"):
+            coherence = np.abs(syx) ** 2 / (sxx * syy) if self.averages > 1 else None
+            return estimator(sxx, syy, syx), coherence
 
 
 def _lines(frequency, band) -> slice:

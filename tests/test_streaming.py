@@ -14,13 +14,12 @@ from hypothesis import strategies as st
 from clearance_mj.clearance import AmplitudeLaw, ConstantLaw
 from clearance_mj.engines import simulate, simulate_blocks
 from clearance_mj.errors import ExcitationError, RecordError
-from clearance_mj.excitation import random
-from clearance_mj.frf import estimate_frf
+from clearance_mj.excitation import random, random_blocks
+from clearance_mj.frf import estimate_frf, estimate_frf_blocks
 from clearance_mj.io.blocks import saving
 from clearance_mj.io.results import load
 from clearance_mj.response import Response
 from clearance_mj.sampling import Interpolator, lowpass
-from clearance_mj.streaming import estimate_frf_blocks, random_blocks
 
 FS = 2048.0
 LAW = ConstantLaw(7e3, 4.0)

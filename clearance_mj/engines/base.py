@@ -249,7 +249,7 @@ def simulate_blocks(rig: Rig, excitation, law: Law, engine="links") -> Iterator[
     rig : Rig
         The rig.
     excitation : Excitation or iterable of Excitation
-        One, or pieces of one that follow each other without a break, such as `streaming.random_blocks` makes.
+        One, or pieces of one that follow each other without a break, such as `excitation.random_blocks` makes.
     law : Law
         Contact stiffness and damping (and grease) at each moment.
     engine : str or Engine
