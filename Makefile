@@ -19,8 +19,9 @@ $(VENV)/.ready: pyproject.toml constraints.txt
 study: setup
 	$(BIN)/clearance-mj study data/table1_rig --out results/study
 
+# On every core; a file's tests stay together, since they share what they simulate.
 test: setup
-	$(BIN)/python -m pytest -m 'not slow'
+	$(BIN)/python -m pytest -n auto --dist loadfile -m 'not slow'
 
 test-slow: setup
 	$(BIN)/python -m pytest -m slow
