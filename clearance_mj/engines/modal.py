@@ -203,9 +203,9 @@ def _advance(
             value = base * a
             for m in range(n):
                 value += at_sensors[s, m] * acceleration[m]
+            if not abs(value) < np.inf:  # whatever mode it comes from; without bushings nothing else would stop it
+                return i, 0
             out[i, s] = value
-        if not abs(out[i, 0]) < np.inf:  # whatever mode it comes from; without bushings nothing else would stop it
-            return i, 0
         for j in range(n_bushings):
             out[i, n_sensors + j] = x[j]
             out[i, n_sensors + n_bushings + j] = force[n_bushings + 2 * j] + force[n_bushings + 2 * j + 1]

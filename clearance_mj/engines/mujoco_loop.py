@@ -312,9 +312,9 @@ def _advance(
             value = a if base else 0.0
             for m in range(nv):
                 value += readout[s, m] * acceleration[m]
+            if not abs(value) < np.inf:  # without bushings nothing else would stop it
+                return i, 0
             out[i, s] = value
-        if not abs(out[i, 0]) < np.inf:  # without bushings nothing else would stop it
-            return i, 0
         for j in range(n_bushings):
             contact = 0.0
             for m in range(nv):

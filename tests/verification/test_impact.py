@@ -110,7 +110,7 @@ class FreeMass:
         names = inspect.signature(modal._advance.py_func).parameters
 
         def simulate(n):
-            given = state | free | rules | {"drive": np.zeros(n), "out": np.zeros((n, 3))}
+            given = state | free | rules | {"drive": np.zeros(n), "out": np.full((n, 3), np.nan)}
             assert modal._advance(*(given[name] for name in names)) == (-1, -1)
             return given["out"]
 
