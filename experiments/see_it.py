@@ -29,12 +29,7 @@ def motions(rig, law, engine, frequency, out, name):
     else:
         excitations = [cm.excitation.random(24.0, FS, rms=level) for level in LEVELS]
     found = dict(zip(LEVELS, cm.simulate_batch(rig, excitations, law, engine, progress=name)))
-    drawings = [draw(rig, found, frequency, 6.0) for draw in (motion.phase_portraits, motion.poincare_sections)]
-    if frequency:
-        drawings.append(motion.spectrum_waterfall(rig, found, 6.0))
-    else:
-        drawings.append(motion.frf_waterfall(rig, {level: cm.estimate_frf(r) for level, r in found.items()}))
-    for drawing in drawings:
+    for drawing in motion.drawings(rig, found, frequency, 6.0):
         with replacing(out / f"see_it_{name}_{drawing.name}.png") as temporary:
             temporary.write_bytes(drawing.png())
 

@@ -1,4 +1,4 @@
-"""What commands that simulate a rig to show its motion have in common: the law, the engine, the excitation."""
+"""What commands that simulate one rig have in common: the law, the engine, the excitation."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from pathlib import Path
 __all__ = ["add_drive", "excitation", "load"]
 
 
-def add_drive(parser, duration: float):
+def add_drive(parser, duration: float, fs: float = 8192.0):
     """Add the options.
 
     Parameters
@@ -17,6 +17,8 @@ def add_drive(parser, duration: float):
         Of the command.
     duration : float
         Default of ``--duration``, s.
+    fs : float
+        Default of ``--fs``, samples per second.
     """
     parser.add_argument("rig", type=Path, help="rig file (TOML)")
     parser.add_argument("--law", type=Path, help="law file (default: the rig's datasheet contact)")
@@ -27,7 +29,7 @@ def add_drive(parser, duration: float):
     )
     parser.add_argument("--seed", type=int, default=0, help="of noise (default: %(default)s)")
     parser.add_argument("--duration", type=float, default=duration, help="s that are simulated (default: %(default)s)")
-    parser.add_argument("--fs", type=float, default=8192.0, help="samples per second (default: %(default)s)")
+    parser.add_argument("--fs", type=float, default=fs, help="samples per second (default: %(default)s)")
 
 
 def load(options):

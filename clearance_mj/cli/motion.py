@@ -46,8 +46,7 @@ def _levels(text):
 
 def _run(options):
     from ..engines import simulate_batch
-    from ..frf import estimate_frf
-    from ..report import motion
+    from ..report.motion import drawings
 
     drop = options.duration / 4 if options.drop is None else options.drop
     if not 0 <= drop < options.duration:
@@ -61,15 +60,9 @@ def _run(options):
     progress = None if options.quiet else "levels"
     found = simulate_batch(rig, excitations, law, options.engine, options.workers, progress)
     responses = dict(zip(options.levels, found))
-    drawings = [
-        motion.phase_portraits(rig, responses, options.sine, drop),
-        motion.poincare_sections(rig, responses, options.sine, drop),
-        motion.spectrum_waterfall(rig, responses, drop)
-        if options.sine
-        else motion.frf_waterfall(rig, {level: estimate_frf(response) for level, response in responses.items()}),
-    ]
-    paths = [options.out / f"{drawing.name}.png" for drawing in drawings]
-    for path, drawing in zip(paths, drawings):
+    drawn = drawings(rig, responses, options.sine, drop)
+    paths = [options.out / f"{drawing.name}.png" for drawing in drawn]
+    for path, drawing in zip(paths, drawn):
         with replacing(path) as temporary:
             temporary.write_bytes(drawing.png())
         if not options.json:

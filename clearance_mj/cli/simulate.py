@@ -6,6 +6,7 @@ from pathlib import Path
 
 from ..errors import ClearanceError
 from .command import add_command
+from .drive import add_drive, excitation, load
 
 __all__ = ["add"]
 
@@ -21,17 +22,11 @@ def add(commands):
         Where to add it.
     """
     parser = add_command(
-        commands, "simulate", _run, "simulate a rig under random base or shaker excitation",
+        commands, "simulate", _run, "simulate a rig under random or sinusoidal base or shaker excitation",
         default=Path("response.nc"), help="response file, NetCDF (default: %(default)s)",
     )  # fmt: skip
-    parser.add_argument("rig", type=Path, help="rig file (TOML)")
-    parser.add_argument("--law", type=Path, help="law file (default: the rig's datasheet contact)")
-    parser.add_argument("--engine", default="links", help="links, modal or modal-mj (default: %(default)s)")
-    parser.add_argument("--duration", type=float, default=24.0, help="s (default: %(default)s)")
-    parser.add_argument("--fs", type=float, default=2048.0, help="samples per second (default: %(default)s)")
-    parser.add_argument("--band", type=float, nargs=2, default=(5.0, 220.0), metavar=("LOW", "HIGH"), help="Hz")
+    add_drive(parser, duration=24.0, fs=2048.0)
     parser.add_argument("--rms", type=float, default=1.0, help="m/s², or N for a force shaker (default: %(default)s)")
-    parser.add_argument("--seed", type=int, default=0, help="of the excitation (default: %(default)s)")
     parser.add_argument(
         "--ledger", type=Path, metavar="FOLDER",
         help="keep account of energy and impacts: energy.csv, impacts.csv and ledger.png in this folder",
@@ -39,19 +34,13 @@ def add(commands):
 
 
 def _run(options):
-    from ..clearance import load_law
     from ..engines import simulate
-    from ..excitation import random
-    from ..identify.laws import nominal
     from ..io.results import save
-    from ..rig import Rig
 
-    rig = Rig.load(options.rig)
-    law = load_law(options.law) if options.law else nominal(rig)
-    noise = {"band": tuple(options.band), "rms": options.rms, "seed": options.seed, "kind": rig.shaker.kind}
+    rig, law = load(options)
     if options.ledger and options.ledger.is_file():
         raise ClearanceError(f"--ledger {options.ledger} is a file; give a folder")
-    case = rig, random(options.duration, options.fs, **noise), law, options.engine
+    case = rig, excitation(options, rig.shaker.kind, options.rms), law, options.engine
     response, kept = _with_ledger(options, case) if options.ledger else (simulate(*case), {})
     save(options.out, response)
     if not options.json:

@@ -18,7 +18,7 @@ from matplotlib.lines import Line2D
 from scipy.interpolate import CubicSpline
 
 from ..errors import RecordError
-from ..frf import FRF
+from ..frf import FRF, estimate_frf
 from ..response import Response
 from ..rig import Rig
 from . import figures, tables
@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from ..study import Study
 
 __all__ = [
+    "drawings",
     "frf_waterfall",
     "phase_portraits",
     "poincare_sections",
@@ -115,6 +116,28 @@ def _path(response, bushing, drop):
     spline = _spline(response, bushing)
     time = response.time[response.time >= drop]
     return 1e3 * spline(time), 1e3 * spline(time, 1)
+
+
+def drawings(
+    rig: Rig, responses: Mapping[float, Response], frequency: float | None = None, drop: float = 0.0
+) -> list[Drawing]:
+    """Draw phase portraits, Poincaré sections, and the waterfall that the excitation allows: spectra, or FRFs of noise.
+
+    Parameters
+    ----------
+    rig, responses, frequency, drop
+        As in `phase_portraits`.
+
+    Returns
+    -------
+    list of Drawing
+    """
+    if frequency:
+        waterfall = spectrum_waterfall(rig, responses, drop)
+    else:
+        waterfall = frf_waterfall(rig, {level: estimate_frf(response) for level, response in responses.items()})
+    sections = (draw(rig, responses, frequency, drop) for draw in (phase_portraits, poincare_sections))
+    return [*sections, waterfall]
 
 
 def phase_portraits(
