@@ -15,7 +15,16 @@ from .errors import RecordError
 if TYPE_CHECKING:
     from .response import Response
 
-__all__ = ["ESTIMATORS", "FRF", "WINDOWS", "by_reference", "estimate_frf", "estimate_frf_blocks", "one_or_several"]
+__all__ = [
+    "ESTIMATORS",
+    "FRF",
+    "WINDOWS",
+    "by_reference",
+    "estimate_frf",
+    "estimate_frf_blocks",
+    "one_or_several",
+    "random_error",
+]
 
 WINDOWS = ("hann", "boxcar")
 QUANTITY = {"base": "acceleration/acceleration", "force": "acceleration/force"}
@@ -233,6 +242,37 @@ def _hv(sxx, syy, syx):
 
 
 ESTIMATORS = {"H1": _h1, "H2": _h2, "Hv": _hv}
+
+
+def random_error(frf: FRF, duration: float) -> np.ndarray:
+    """Relative standard deviation of an estimated FRF's magnitude, from its coherence.
+
+    √(1-γ²) / (|γ| √(2 n)) (Bendat and Piersol, Random Data, 4th ed., 2010, Table 9.6), with as many averages n as
+    half-overlapping Hann segments are worth (Welch 1967: neighbours are correlated by 1/6). In a nonlinear rig most of
+    it is no noise: another excitation shows another scatter, the same one the same.
+
+    Parameters
+    ----------
+    frf : FRF
+        As `estimate_frf` gives it by default, with coherence.
+    duration : float
+        s, of the record.
+
+    Returns
+    -------
+    ndarray, shape (n_sensors, n_f)
+
+    Raises
+    ------
+    RecordError
+        If the FRF has no coherence.
+    """
+    if frf.coherence is None:
+        raise RecordError("the FRF has no coherence, so its random error is not known")
+    segments = int(2 * duration * (frf.frequency[1] - frf.frequency[0]) + 1e-9) - 1
+    averages = segments / (1 + 2 * (segments - 1) / segments / 36)
+    # Coherences of 1 may be rounded above it.
+    return np.sqrt(np.maximum(1 - frf.coherence, 0) / (2 * averages * frf.coherence))
 
 
 class _Welch:

@@ -3,7 +3,7 @@
 The logarithms of the parameters are drawn from a normal distribution with the fit's covariance (`output_error.Fit`),
 cut to the fit's bounds, and every drawn law is simulated under the same excitation. The band of the drawn FRFs holds
 what the records leave open about the parameters. A measured FRF has a random error besides, which `Band.prediction`
-adds: `random_error` between two excitations, `paired_error` where the rig and its model see the same one. No band
+adds: `frf.random_error` between two excitations, `paired_error` where the rig and its model see the same one. No band
 holds what the law's form cannot say.
 
 JCGM 101:2008, Propagation of distributions using a Monte Carlo method.
@@ -21,14 +21,14 @@ import scipy.stats
 
 from .clearance.law import Law
 from .engines import simulate_each
-from .errors import LawError, RecordError
+from .errors import LawError
 from .excitation import Excitation
-from .frf import FRF, estimate_frf
+from .frf import FRF, estimate_frf, random_error
 from .identify.laws import get_method
 from .response import Response
 from .rig import Rig
 
-__all__ = ["CONFIDENCE", "Band", "draw_laws", "frf_band", "inside", "paired_error", "random_error"]
+__all__ = ["CONFIDENCE", "Band", "draw_laws", "frf_band", "inside", "paired_error"]
 
 CONFIDENCE = 0.95
 DB = 20 / np.log(10)
@@ -68,7 +68,7 @@ class Band:
         ----------
         error : ndarray, shape (n_sensors, n_f)
             Standard deviation of the tested over the fitted magnitude, relative, beside that of the law: of
-            `paired_error`, or of the `random_error` of both.
+            `paired_error`, or of the `frf.random_error` of both.
 
         Returns
         -------
@@ -100,36 +100,6 @@ def inside(limits, frf: FRF) -> float:
     """
     magnitude = np.abs(frf.value)
     return float(np.mean((limits[0] <= magnitude) & (magnitude <= limits[1])))
-
-
-def random_error(frf: FRF, duration: float) -> np.ndarray:
-    """Relative standard deviation of an estimated FRF's magnitude, from its coherence.
-
-    √(1-γ²) / (|γ| √(2 n)) (Bendat and Piersol, Random Data, 4th ed., 2010, Table 9.6), with as many averages n as
-    half-overlapping Hann segments are worth (Welch 1967: neighbours are correlated by 1/6). In a nonlinear rig most of
-    it is no noise: another excitation shows another scatter, the same one the same.
-
-    Parameters
-    ----------
-    frf : FRF
-        As `estimate_frf` gives it by default, with coherence.
-    duration : float
-        s, of the record.
-
-    Returns
-    -------
-    ndarray, shape (n_sensors, n_f)
-
-    Raises
-    ------
-    RecordError
-        If the FRF has no coherence.
-    """
-    if frf.coherence is None:
-        raise RecordError("the FRF has no coherence, so its random error is not known")
-    segments = int(2 * duration * (frf.frequency[1] - frf.frequency[0])) - 1
-    averages = segments / (1 + 2 * (segments - 1) / segments / 36)
-    return np.sqrt((1 - frf.coherence) / (2 * averages * frf.coherence))
 
 
 def paired_error(test: Response, model: Response, resolution: float = 0.5) -> np.ndarray:

@@ -12,7 +12,7 @@ from clearance_mj.beam import linear_frf
 from clearance_mj.clearance import ConstantLaw, ContactLaw, HuntCrossley
 from clearance_mj.errors import LawError, RecordError
 from clearance_mj.excitation import multisine
-from clearance_mj.frf import FRF, estimate_frf
+from clearance_mj.frf import FRF, estimate_frf, random_error
 from clearance_mj.identify.laws import METHODS, Identified, nominal
 from clearance_mj.identify.output_error import Fit, Parameter, _covariance
 from clearance_mj.io.dataset import Dataset
@@ -20,7 +20,7 @@ from clearance_mj.report.uncertainty import draw, drawings
 from clearance_mj.response import Response
 from clearance_mj.rig import Grease
 from clearance_mj.study import Knowledge, Study, _bands
-from clearance_mj.uncertainty import Band, draw_laws, frf_band, inside, paired_error, random_error
+from clearance_mj.uncertainty import Band, draw_laws, frf_band, inside, paired_error
 from clearance_mj.workshop import Cache
 
 NAMES = ("contact stiffness", "contact damping", "grease stiffness", "grease damping")

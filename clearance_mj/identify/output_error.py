@@ -25,7 +25,7 @@ from ..clearance.law import Law
 from ..engines import simulate_batch
 from ..errors import LawError, RecordError, SimulationError
 from ..excitation import Excitation
-from ..frf import estimate_frf
+from ..frf import estimate_frf, random_error
 from ..io.dataset import Record
 from ..response import Response
 from ..rig import Rig
@@ -42,6 +42,7 @@ BAND = 5.0
 """Hz; lines further apart count as independent in the covariance: a Hann window joins lines up to 2 Hz apart"""
 CREST = 10.0
 """peak over RMS above which the excitation of a piece counts as hits"""
+DB = 20 / np.log(10)
 DIFFERENCE = 0.02
 """step of the finite differences in the logarithm of a parameter: above the chaos of single impacts"""
 
@@ -365,13 +366,8 @@ def _piece_features(response, piece):
         part = dataclasses.replace(response, excitation=excitation, acceleration=acceleration)
         found = estimate_frf(part, resolution=RESOLUTION)
         frf = np.abs(found.value).ravel()
-        frf_error = _random_db(found.coherence, part.duration * RESOLUTION).ravel()
+        frf_error = DB * random_error(found, part.duration).ravel()
         band = np.tile((found.frequency // BAND).astype(int), len(found.value))
     rms = np.concatenate([np.empty(0), *(np.sqrt(np.mean(signal**2, axis=0)) for signal in signals)])
     # Impacts scatter the RMS of a piece as they scatter its FRFs.
     return frf, rms, frf_error, np.full(rms.size, np.median(frf_error) if frf.size else 0.0), band
-
-
-def _random_db(coherence, averages):
-    """Random error √(1-γ²) / (|γ| √(2 n)) of an FRF's magnitude (Bendat & Piersol 2010, Table 9.6), in dB."""
-    return 20 / np.log(10) * np.sqrt(np.maximum(1 - coherence, 0) / (2 * averages * coherence))
