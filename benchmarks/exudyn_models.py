@@ -11,7 +11,7 @@ import numpy as np
 from exudyn import itemInterface as items
 
 import clearance_mj as cm
-from clearance_mj.sampling import decimate, interpolate
+from clearance_mj.signals.sampling import decimate, interpolate
 
 from .case import BAND, FS, LAW, RIG
 

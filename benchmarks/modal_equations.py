@@ -5,7 +5,7 @@ import scipy.integrate
 
 import clearance_mj as cm
 from clearance_mj.beam import ritz_model
-from clearance_mj.sampling import decimate, interpolate
+from clearance_mj.signals.sampling import decimate, interpolate
 
 from .case import BAND, FS, LAW, RIG
 

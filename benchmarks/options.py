@@ -18,7 +18,7 @@ from clearance_mj.engines import links, modal_mj, mujoco_loop
 from clearance_mj.engines.base import step_factor
 from clearance_mj.engines.chain import chain
 from clearance_mj.errors import ClearanceError
-from clearance_mj.sampling import interpolate
+from clearance_mj.signals.sampling import interpolate
 
 from .case import FS, LAW, RIG, SECONDS, error, excitation, timed
 

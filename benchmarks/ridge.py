@@ -6,8 +6,8 @@ import subprocess
 import sys
 import time
 
-from clearance_mj.excitation import random
 from clearance_mj.identify import ridge
+from clearance_mj.signals.excitation import random
 
 CHANNELS, DURATION, FS = 8, 48.0, 2048.0
 LIMITS = {"seconds": 10.0, "peak": 1e9}

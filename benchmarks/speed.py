@@ -12,7 +12,7 @@ from tqdm import tqdm
 import clearance_mj as cm
 from clearance_mj.engines import links, modal_mj, mujoco_loop
 from clearance_mj.engines.base import get_engine, step_factor
-from clearance_mj.sampling import interpolate
+from clearance_mj.signals.sampling import interpolate
 
 from .case import timed
 

@@ -4,21 +4,22 @@ One way through: a `Rig` and a `Dataset` of records, `identify.law` for the clea
 engine, `estimate_frf`, and `compare` with the test.
 """
 
-from . import beam, excitation, identify
+from . import beam, identify
 from ._version import __version__
 from .beam import ModalModel
 from .clearance import AmplitudeLaw, ConstantLaw, ContactLaw, Law, TimeLaw, load_law
-from .correlation import Comparison, compare, csac, csf, frac, mac, mre, relative_error, rmse_db
 from .engines import Links, Modal, ModalMujoco, simulate, simulate_batch, simulate_blocks, simulate_each, solref_solimp
+from .engines.energy import keep_ledger
 from .errors import ClearanceError, ExcitationError, LawError, RecordError, RigError, SimulationError
-from .excitation import Excitation
-from .frf import FRF, estimate_frf, estimate_frf_blocks
 from .io.dataset import Dataset, Record, write_dataset
 from .io.uff import read_uff, write_uff
-from .ledger import keep_ledger
-from .modes import extract_modes
-from .response import Response
 from .rig import Beam, Bushing, Contact, Grease, PointMass, Rig, Sensor, Shaker
+from .signals import excitation
+from .signals.correlation import Comparison, compare, csac, csf, frac, mac, mre, relative_error, rmse_db
+from .signals.ema import extract_modes
+from .signals.excitation import Excitation
+from .signals.frf import FRF, estimate_frf, estimate_frf_blocks
+from .signals.response import Response
 
 __all__ = [
     "FRF",

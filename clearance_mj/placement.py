@@ -26,9 +26,9 @@ from itertools import combinations, islice
 import numpy as np
 
 from .beam import ritz_model
-from .correlation import mac
 from .errors import ClearanceError
 from .rig import Rig
+from .signals.correlation import mac
 
 __all__ = ["CRITERIA", "METHODS", "Candidates", "Placement", "candidates", "evaluate", "grid", "place_sensors"]
 

@@ -22,20 +22,21 @@ import numpy as np
 import xarray as xr
 from tqdm import tqdm
 
-from . import seeds, workshop
+from . import workshop
 from ._version import __version__
 from .clearance.law import Law, load_law
-from .correlation import Comparison, compare, with_modes
 from .engines import get_engine, simulate
 from .errors import ClearanceError, LawError, RecordError
-from .frf import FRF, estimate_frf
 from .identify.laws import get_method
-from .intervals import CONFIDENCE
 from .io.dataset import Dataset, Record
 from .io.files import replacing, to_json
 from .io.results import dataset_to_frf, frf_to_dataset
-from .response import Response
-from .uncertainty import Band, draw_laws, frf_band, paired_error
+from .signals.correlation import Comparison, compare, with_modes
+from .signals.frf import FRF, estimate_frf
+from .signals.response import Response
+from .statistics import repeatability
+from .statistics.frf_bands import Band, draw_laws, frf_band, paired_error
+from .statistics.intervals import CONFIDENCE
 
 __all__ = ["ENGINES", "METHODS", "Case", "Knowledge", "Study", "contact_statistics", "run_study"]
 
@@ -152,9 +153,9 @@ class Study:
 
     @functools.cached_property
     def _rows(self) -> list[dict]:
-        tables = {("repeat", "rig"): seeds.floor_rows({level: c.summary() for level, c in self.floor.items()})}
+        tables = {("repeat", "rig"): repeatability.floor_rows({level: c.summary() for level, c in self.floor.items()})}
         for law, engine in self.combinations:
-            tables[law, engine] = seeds.mean_rows(self._summaries(law, engine))
+            tables[law, engine] = repeatability.mean_rows(self._summaries(law, engine))
         return [
             {"level": level, "law": law, "engine": engine} | table[level]
             for level in self.levels
@@ -167,8 +168,8 @@ class Study:
         rows = []
         for law, engine in self.combinations:
             by_level = self._summaries(law, engine)
-            for key in filter(seeds.has_interval, by_level[self.levels[0]][0]):
-                found = seeds.pooled(by_level, key)
+            for key in filter(repeatability.has_interval, by_level[self.levels[0]][0]):
+                found = repeatability.pooled(by_level, key)
                 row = {"law": law, "engine": engine, "measure": key, "scatter_of_logarithm": found.scatter}
                 row |= {"degrees_of_freedom": found.freedom, "cochran": found.cochran}
                 rows.append(row | {"cochran_limit": found.cochran_limit})

@@ -8,10 +8,10 @@ import pytest
 
 from clearance_mj.clearance import ConstantLaw
 from clearance_mj.engines import simulate
-from clearance_mj.excitation import level_ramp, random
 from clearance_mj.io.dataset import BASE_NODE, Record, write_dataset
 from clearance_mj.io.uff import Channel
 from clearance_mj.rig import Grease, Rig
+from clearance_mj.signals.excitation import level_ramp, random
 
 from .verification.page import Measured, Row, page
 

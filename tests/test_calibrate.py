@@ -11,12 +11,12 @@ from clearance_mj.beam import cantilever_roots, linear_frf, mode_shapes, natural
 from clearance_mj.calibrate import FRFTarget, ModalTarget, calibrate, modal_target, profile, read_frequencies, value_of
 from clearance_mj.cli import main
 from clearance_mj.errors import RecordError, RigError
-from clearance_mj.frf import FRF
 from clearance_mj.io.uff import write_uff
-from clearance_mj.reproduce import Context
-from clearance_mj.reproduce.registry import get_item
 from clearance_mj.rig import Beam, PointMass, Rig, Sensor
+from clearance_mj.signals.frf import FRF
 from clearance_mj.testrig.fem import FiniteElements, dense
+from experiments.article import Context
+from experiments.article.registry import get_item
 
 from .conftest import ROOT
 

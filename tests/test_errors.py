@@ -12,31 +12,31 @@ import scipy.io
 from clearance_mj import calibrate, errors, study
 from clearance_mj.clearance import AmplitudeLaw
 from clearance_mj.cli import main
-from clearance_mj.correlation import csac
 from clearance_mj.engines import simulate_blocks
 from clearance_mj.errors import ClearanceError, RecordError, SimulationError
-from clearance_mj.excitation import random
-from clearance_mj.frf import FRF, estimate_frf
 from clearance_mj.identify import force_balance, output_error
 from clearance_mj.io import formats
 from clearance_mj.io.columns import frf_names
 from clearance_mj.io.dataset import Dataset, write_dataset
 from clearance_mj.io.lvm import read_lvm
-from clearance_mj.io.real import read_dropbear
 from clearance_mj.io.uff import read_uff, write_uff
 from clearance_mj.io.uff.channels import even_rate, require_one_time
-from clearance_mj.matching import match
 from clearance_mj.placement import Candidates
-from clearance_mj.reproduce import context, motion
-from clearance_mj.response import Response
+from clearance_mj.signals.alignment import match
+from clearance_mj.signals.correlation import csac
+from clearance_mj.signals.excitation import random
+from clearance_mj.signals.frf import FRF, estimate_frf
+from clearance_mj.signals.response import Response
 from clearance_mj.sweep import Design, Vary, run, workers
 from clearance_mj.sweep.case import Outputs
 from clearance_mj.sweep.store import Table
 from clearance_mj.testrig import Truth, integrator, simulate_rig
+from experiments.article import context, motion
+from experiments.real.records import read_dropbear
 
 from .conftest import ROOT, record_of
 from .io.test_uff import by_hand
-from .sweep_plans import DESIGN, EXCITATION, GAP, OUTPUTS, loaded, small, text
+from .sweep.plans import DESIGN, EXCITATION, GAP, OUTPUTS, loaded, small, text
 
 RIG = str(ROOT / "models" / "table1_rig.toml")
 FIVE = np.arange(5.0, 10.0)

@@ -30,16 +30,16 @@ from clearance_mj.clearance import ConstantLaw, load_law
 from clearance_mj.cli import main
 from clearance_mj.engines import get_engine
 from clearance_mj.errors import ClearanceError, RecordError, SimulationError
-from clearance_mj.frf import FRF
 from clearance_mj.identify.laws import nominal
 from clearance_mj.io import formats, results
 from clearance_mj.rig import Rig
+from clearance_mj.signals.frf import FRF
 from clearance_mj.study import run_study
 from clearance_mj.sweep import run_sweep
 from clearance_mj.sweep.store import Table
 
 from .conftest import ROOT
-from .sweep_plans import loaded, small
+from .sweep.plans import loaded, small
 
 FORK = multiprocessing.get_context("fork")
 PATIENCE = 120

@@ -11,9 +11,9 @@ from clearance_mj.beam import mode_shapes
 from clearance_mj.cli import main
 from clearance_mj.errors import ClearanceError
 from clearance_mj.placement import Candidates, candidates, evaluate, grid, place_sensors
-from clearance_mj.reproduce import Context
-from clearance_mj.reproduce.pages import markdown
-from clearance_mj.reproduce.registry import get_item
+from experiments.article import Context
+from experiments.article.pages import markdown
+from experiments.article.registry import get_item
 
 from .conftest import ROOT
 

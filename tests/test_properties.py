@@ -13,18 +13,19 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from clearance_mj import beam, excitation
+from clearance_mj import beam
 from clearance_mj.clearance import AmplitudeLaw, ConstantLaw, ContactLaw, TimeLaw, load_law
 from clearance_mj.clearance.contact import CONTACTS
 from clearance_mj.clearance.law import table_values
-from clearance_mj.correlation import frac, mac, mre, rmse_db
 from clearance_mj.engines import simulate
 from clearance_mj.errors import RigError
-from clearance_mj.excitation import Excitation
-from clearance_mj.frf import FRF, estimate_frf
-from clearance_mj.matching import convert_quantity
-from clearance_mj.response import Response
 from clearance_mj.rig import Beam, Bushing, Contact, Grease, PointMass, Rig, Sensor, Shaker
+from clearance_mj.signals import excitation
+from clearance_mj.signals.alignment import convert_quantity
+from clearance_mj.signals.correlation import frac, mac, mre, rmse_db
+from clearance_mj.signals.excitation import Excitation
+from clearance_mj.signals.frf import FRF, estimate_frf
+from clearance_mj.signals.response import Response
 
 FS = 512.0
 positive = st.floats(1e-6, 1e6)

@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 
 from ..errors import RecordError
-from ..frf import FRF
 from ..io.uff import read_uff
+from ..signals.frf import FRF
 from .targets import FREQUENCY_STD, FRFTarget, ModalTarget
 
 __all__ = ["read_frequencies", "read_frf"]

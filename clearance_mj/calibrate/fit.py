@@ -13,11 +13,11 @@ import scipy.optimize
 import scipy.stats
 from tqdm import tqdm
 
-from ..correlation import relative_error
 from ..errors import ClearanceError, RecordError, RigError
-from ..frf import QUANTITY
 from ..paths import Place, numbers, places, value_at, written
 from ..rig import Rig
+from ..signals.correlation import relative_error
+from ..signals.frf import QUANTITY
 from .targets import FRFTarget, ModalTarget
 
 __all__ = ["Calibration", "Combination", "Solution", "calibrate", "profile", "value_of"]

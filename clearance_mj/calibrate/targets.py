@@ -8,9 +8,9 @@ import numpy as np
 
 from ..beam import linear_frf, ritz_model
 from ..errors import RecordError
-from ..frf import FRF
-from ..modes import extract_modes
 from ..rig import Rig
+from ..signals.ema import extract_modes
+from ..signals.frf import FRF
 
 __all__ = ["FRFTarget", "ModalTarget", "modal_target"]
 

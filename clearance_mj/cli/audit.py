@@ -30,7 +30,7 @@ def add(commands):
 
 
 def _run(options):
-    from ..audit import audit
+    from experiments.article.audit import audit
 
     if options.out and options.out.suffix not in FORMATS:
         raise RecordError(f"{options.out}: an audit is written as {', '.join(FORMATS)}")
@@ -43,7 +43,8 @@ def _run(options):
 
 
 def _write(path, claims):
-    from ..audit import to_html, to_markdown
+    from experiments.article.audit import to_html, to_markdown
+
     from ..report.tables import write_csv
 
     if path.suffix == ".csv":

@@ -41,7 +41,7 @@ def add(commands):
 
 def _run(options):
     from ..io.formats import read_frfs
-    from ..matching import match_references
+    from ..signals.alignment import match_references
 
     if options.out and options.out.is_file():
         raise ClearanceError(f"--out {options.out} is a file; give a folder")
@@ -77,10 +77,10 @@ def _tell(result):
 
 def _compared(matched, options):
     """The comparison as plain data, and how to draw it."""
-    from ..correlation import compare, mac_of_modes, with_modes
-    from ..matching import EACH, accelerance
-    from ..modes import LEAST_LINES, NO_MODES, extract_modes
     from ..report.comparison import draw
+    from ..signals.alignment import EACH, accelerance
+    from ..signals.correlation import compare, mac_of_modes, with_modes
+    from ..signals.ema import LEAST_LINES, NO_MODES, extract_modes
 
     frequency, rows = matched.test.frequency, len(matched.test.responses)
     n_modes = options.modes if frequency.size >= LEAST_LINES else 0

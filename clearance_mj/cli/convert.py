@@ -93,9 +93,9 @@ def _to_file(inputs, out, columns, options):
 
 
 def _frf(path, obj, rig, options):
-    from ..frf import FRF, estimate_frf
     from ..io.dataset import Record
-    from ..response import Response
+    from ..signals.frf import FRF, estimate_frf
+    from ..signals.response import Response
 
     if isinstance(obj, FRF | dict):
         raise RecordError(f"{path}: holds FRFs already; --frf is for time records")
@@ -111,10 +111,10 @@ def _frf(path, obj, rig, options):
 
 def _words(obj, out, rig) -> str:
     """What was written; what could not be is said on standard error."""
-    from ..frf import FRF, by_reference
     from ..io.formats import to_channels
-    from ..modes import Modes
-    from ..response import Response
+    from ..signals.ema import Modes
+    from ..signals.frf import FRF, by_reference
+    from ..signals.response import Response
 
     if isinstance(obj, FRF | dict):
         return "; ".join(

@@ -60,7 +60,7 @@ def excitation(options, kind: str, rms: float):
     rms : float
         Root mean square, m/s² or N.
     """
-    from ..excitation import random, stepped_sine
+    from ..signals.excitation import random, stepped_sine
 
     if options.sine is not None:
         return stepped_sine(options.duration, options.fs, options.sine, math.sqrt(2) * rms, kind)

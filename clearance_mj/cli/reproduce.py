@@ -28,7 +28,7 @@ def add(commands):
 
 
 def _run(options):
-    from ..reproduce import reproduce
+    from experiments.article import reproduce
 
     items = reproduce(options.names, options.out, options.dataset, options.quick, not options.quiet)
     if not options.json:

@@ -50,7 +50,7 @@ def _run(options):
 
 
 def _with_ledger(options, case):
-    from ..ledger import keep_ledger
+    from ..engines.energy import keep_ledger
     from ..report.ledger import write
 
     response, ledger = keep_ledger(*case, progress=None if options.quiet else "ledger")

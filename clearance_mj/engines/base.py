@@ -23,10 +23,10 @@ from tqdm import tqdm
 from .._version import __version__
 from ..clearance.law import ConstantLaw, Law, LawTable
 from ..errors import ClearanceError, ExcitationError, LawError, SimulationError
-from ..excitation import Excitation
-from ..response import Response
 from ..rig import BASE_NODE, SHAKER_NODE, Grease, Rig
-from ..sampling import Decimator, Interpolator
+from ..signals.excitation import Excitation
+from ..signals.response import Response
+from ..signals.sampling import Decimator, Interpolator
 
 __all__ = [
     "Engine",

@@ -24,11 +24,11 @@ from tqdm import tqdm
 from ..clearance.law import Law
 from ..engines import simulate_batch
 from ..errors import LawError, RecordError, SimulationError
-from ..excitation import Excitation
-from ..frf import estimate_frf, random_error
 from ..io.dataset import Record
-from ..response import Response
 from ..rig import Rig
+from ..signals.excitation import Excitation
+from ..signals.frf import estimate_frf, random_error
+from ..signals.response import Response
 
 __all__ = ["Evidence", "Fit", "Parameter", "before_contact", "evidence", "fit_law"]
 

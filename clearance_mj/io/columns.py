@@ -17,8 +17,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..errors import RecordError
-from ..frf import FRF, by_reference, one_or_several
 from ..rig import BASE_NODE, SHAKER_NODE
+from ..signals.frf import FRF, by_reference, one_or_several
 from .uff import Channel
 from .uff.channels import require_one_time
 from .units import UNITS, ratio_factor, unit_factor

@@ -14,7 +14,7 @@ from decimal import Decimal
 import numpy as np
 
 from ..errors import RecordError
-from ..frf import FRF
+from ..signals.frf import FRF
 from .columns import SKIP, Contents, listed, resolve, table_of_channels, table_of_frf, to_frf
 from .files import replacing
 from .lvm import read_text

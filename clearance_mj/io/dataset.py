@@ -18,9 +18,9 @@ import numpy as np
 import tomli_w
 
 from ..errors import RecordError
-from ..excitation import Excitation
-from ..response import Response
 from ..rig import BASE_NODE, SHAKER_NODE, Rig
+from ..signals.excitation import Excitation
+from ..signals.response import Response
 from .files import replacing
 from .uff import Channel, ChannelHeader, read_uff, scan_uff, write_uff
 

@@ -13,10 +13,10 @@ from pathlib import Path
 import numpy as np
 
 from ..errors import RecordError
-from ..frf import FRF, by_reference
-from ..modes import Modes
-from ..response import Response
 from ..rig import Rig
+from ..signals.ema import Modes
+from ..signals.frf import FRF, by_reference
+from ..signals.response import Response
 from . import results
 from .csv_tables import read_csv, write_csv
 from .dataset import Record, bushing_nodes

@@ -17,8 +17,8 @@ import numpy as np
 import xarray as xr
 
 from ..errors import RecordError
-from ..frf import FRF, one_or_several
-from ..response import Response
+from ..signals.frf import FRF, one_or_several
+from ..signals.response import Response
 from .columns import listed, require_one_table
 from .files import TOO_DENSE, most_unpacked, replacing
 from .uff import Channel

@@ -35,8 +35,8 @@ from tqdm import tqdm
 from ..beam import ritz_model, static_deflection
 from ..errors import ClearanceError, RecordError
 from ..io.files import replacing
-from ..response import Response
 from ..rig import Rig
+from ..signals.response import Response
 from .figures import FONT, LAWS, _tidy
 from .rendering import Stroke, View, render
 

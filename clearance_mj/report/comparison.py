@@ -7,9 +7,9 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from ..correlation import Comparison
-from ..matching import Match
-from ..modes import Modes
+from ..signals.alignment import Match
+from ..signals.correlation import Comparison
+from ..signals.ema import Modes
 from .figures import FONT, LAWS, TEST, WIDTH, Drawing, _decibel, _phase, _tidy
 
 __all__ = ["draw"]

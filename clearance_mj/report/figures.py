@@ -22,7 +22,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Rectangle
 from matplotlib.ticker import NullLocator, ScalarFormatter
 
-from .. import seeds
+from ..statistics import repeatability
 from . import tables
 
 if TYPE_CHECKING:
@@ -540,7 +540,7 @@ def _verdict_lines(ax, study, rows, measure):
 
 def _errors(rows, measure):
     """Distance from perfect agreement: value, low, high."""
-    found = [seeds.interval_of(r, measure.key) for r in rows]
+    found = [repeatability.interval_of(r, measure.key) for r in rows]
     value, *limits = np.abs(measure.perfect - np.array([(i.value, i.low, i.high) for i in found])).T
     return value, np.min(limits, axis=0), np.max(limits, axis=0)
 

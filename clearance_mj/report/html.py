@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from html import escape
 from itertools import groupby
 
-from ..intervals import Interval
+from ..statistics.intervals import Interval
 from .tables import Column, Table
 
 __all__ = ["Picture", "Section", "details", "figure", "formula", "note", "page", "paragraph", "subsection", "table"]

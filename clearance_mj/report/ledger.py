@@ -9,8 +9,8 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
+from ..engines.energy import Ledger
 from ..io.files import replacing
-from ..ledger import Ledger
 from .figures import FONT, LAWS, TEST, WIDTH, Drawing, _tidy
 from .tables import write_csv
 

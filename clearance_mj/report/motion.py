@@ -18,9 +18,9 @@ from matplotlib.lines import Line2D
 from scipy.interpolate import CubicSpline
 
 from ..errors import RecordError
-from ..frf import FRF, estimate_frf
-from ..response import Response
 from ..rig import Rig
+from ..signals.frf import FRF, estimate_frf
+from ..signals.response import Response
 from . import figures, tables
 from .figures import FAINT, FONT, LAWS, REPEAT, TEST, WIDTH, Drawing, _tidy
 

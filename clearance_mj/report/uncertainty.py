@@ -9,9 +9,9 @@ import numpy as np
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from ..frf import FRF
 from ..rig import Rig
-from ..uncertainty import Band, inside
+from ..signals.frf import FRF
+from ..statistics.frf_bands import Band, inside
 from .figures import (
     FONT,
     LAWS,

@@ -9,13 +9,13 @@ import numpy as np
 
 from ..beam import natural_frequencies
 from ..clearance.law import Law
-from ..correlation import rmse_db
 from ..engines import Engine, simulate
 from ..errors import ClearanceError, RecordError
-from ..excitation import Excitation
-from ..frf import FRF, estimate_frf
-from ..response import Response
 from ..rig import BASE_NODE, SHAKER_NODE, Rig
+from ..signals.correlation import rmse_db
+from ..signals.excitation import Excitation
+from ..signals.frf import FRF, estimate_frf
+from ..signals.response import Response
 from ..study import contact_statistics
 
 __all__ = ["Observer", "Outputs", "linear_frequencies"]

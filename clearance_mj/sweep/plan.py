@@ -12,18 +12,18 @@ from pathlib import Path
 
 import numpy as np
 
-from .. import excitation as excitations
 from .. import workshop
 from ..clearance.law import Law, law_from_dict, load_law
 from ..engines import Engine, get_engine
 from ..errors import ClearanceError, RecordError
-from ..excitation import Excitation
-from ..frf import FRF, estimate_frf
 from ..identify.laws import nominal
 from ..io.dataset import Record
 from ..io.uff import read_uff
 from ..paths import changed, places, value_at
 from ..rig import Rig, from_plain, to_plain
+from ..signals import excitation as excitations
+from ..signals.excitation import Excitation
+from ..signals.frf import FRF, estimate_frf
 from .case import Observer, Outputs, linear_frequencies
 from .design import Design, Vary
 

@@ -6,10 +6,10 @@ import dataclasses
 
 import numpy as np
 
-from .. import sampling
 from .._version import __version__
 from ..errors import ExcitationError, SimulationError
-from ..response import Response
+from ..signals import sampling
+from ..signals.response import Response
 from . import integrator
 from .fem import FiniteElements
 from .truth import Truth

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from .. import excitation
-from ..excitation import Excitation
+from ..signals import excitation
+from ..signals.excitation import Excitation
 
 __all__ = ["Plan", "plans"]
 

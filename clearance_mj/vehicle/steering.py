@@ -25,8 +25,8 @@ from ..clearance.law import ConstantLaw, Law
 from ..engines import Engine, get_engine
 from ..engines.base import step_factor, stiffest_contact
 from ..errors import ClearanceError, ManoeuvreError
-from ..excitation import random
 from ..rig import Beam, Bushing, Contact, Grease, PointMass, Rig, Sensor, Shaker
+from ..signals.excitation import random
 from .lost_motion import LostMotion, lost_motion_step
 from .plant import STEP
 

@@ -14,8 +14,8 @@ import scipy.signal
 from clearance_mj.beam import state_space
 from clearance_mj.clearance import ConstantLaw
 from clearance_mj.engines import Links, Modal, ModalMujoco, get_engine, simulate
-from clearance_mj.excitation import Excitation
 from clearance_mj.rig import Beam, Bushing, Contact, Grease, PointMass, Rig, Sensor, Shaker
+from clearance_mj.signals.excitation import Excitation
 
 TABLE1 = Rig.load(Path(__file__).parents[2] / "models" / "table1_rig.toml")
 LAW = ConstantLaw(2e4, 3.0)

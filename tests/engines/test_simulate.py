@@ -11,8 +11,8 @@ from clearance_mj.clearance import AmplitudeLaw, ConstantLaw, ContactLaw, HuntCr
 from clearance_mj.engines import Links, Modal, ModalMujoco, base, get_engine, simulate, simulate_batch, simulate_each
 from clearance_mj.engines.base import step_factor
 from clearance_mj.errors import ClearanceError, ExcitationError, LawError, SimulationError
-from clearance_mj.excitation import Excitation
 from clearance_mj.rig import Rig, Shaker
+from clearance_mj.signals.excitation import Excitation
 
 RIG = Rig.load(Path(__file__).parents[2] / "models" / "table1_rig.toml")
 BARE = RIG.replace(name="bare", bushings=())

@@ -16,13 +16,14 @@ import scipy.io
 from clearance_mj.calibrate.files import read_frequencies
 from clearance_mj.clearance.law import law_from_dict, load_law
 from clearance_mj.errors import ClearanceError, LawError
-from clearance_mj.io import formats, lvm, real, results
+from clearance_mj.io import formats, lvm, results
 from clearance_mj.io.dataset import Dataset
 from clearance_mj.io.uff import Geometry, read_geometry, read_uff, scan_uff
 from clearance_mj.io.uff._dataset_58 import Header, function_block
 from clearance_mj.rig import Rig
 from clearance_mj.sweep import load_plan
 from clearance_mj.sweep.store import Table
+from experiments.real import records as real
 
 from . import samples
 from .mutations import NUMBERS, as_json, damaged, packed, replanted, toml

@@ -10,15 +10,15 @@ import numpy as np
 import scipy.io
 
 from clearance_mj.clearance import AmplitudeLaw, ConstantLaw, ContactLaw, HuntCrossley, KelvinVoigt, TimeLaw
-from clearance_mj.frf import FRF
 from clearance_mj.io import results
 from clearance_mj.io.csv_tables import write_csv
 from clearance_mj.io.dataset import Record, write_dataset
 from clearance_mj.io.mat import write_mat
 from clearance_mj.io.uff import Channel, write_uff
-from clearance_mj.modes import Modes
-from clearance_mj.response import Response
 from clearance_mj.rig import Beam, Bushing, Contact, Grease, PointMass, Rig, Sensor, Shaker
+from clearance_mj.signals.ema import Modes
+from clearance_mj.signals.frf import FRF
+from clearance_mj.signals.response import Response
 from clearance_mj.sweep.store import Table
 
 N = 6

@@ -7,11 +7,8 @@ import numpy as np
 import pytest
 
 from clearance_mj.clearance import AmplitudeLaw, ConstantLaw, TimeLaw
-from clearance_mj.correlation import compare
 from clearance_mj.engines import Links, simulate
 from clearance_mj.errors import RecordError
-from clearance_mj.excitation import hammer, level_ramp, random
-from clearance_mj.frf import estimate_frf
 from clearance_mj.identify.force_balance import (
     amplitude_law,
     contact_parameters,
@@ -24,6 +21,9 @@ from clearance_mj.identify.force_balance import (
 from clearance_mj.io.dataset import BASE_NODE, Dataset, Record
 from clearance_mj.io.uff import Channel
 from clearance_mj.rig import Grease
+from clearance_mj.signals.correlation import compare
+from clearance_mj.signals.excitation import hammer, level_ramp, random
+from clearance_mj.signals.frf import estimate_frf
 
 from ..conftest import ROOT
 

@@ -8,14 +8,14 @@ import numpy as np
 import pytest
 
 from clearance_mj import identify
-from clearance_mj.correlation import csac, csf, frac, rmse_db
 from clearance_mj.engines import simulate
 from clearance_mj.errors import ClearanceError, RecordError
-from clearance_mj.frf import estimate_frf
 from clearance_mj.identify.laws import fit_constant, fit_output_error, nominal
 from clearance_mj.identify.output_error import Parameter, _piece_features, _Problem, before_contact, evidence, fit_law
 from clearance_mj.io.dataset import Dataset
-from clearance_mj.response import Response
+from clearance_mj.signals.correlation import csac, csf, frac, rmse_db
+from clearance_mj.signals.frf import estimate_frf
+from clearance_mj.signals.response import Response
 from clearance_mj.testrig import Truth
 
 from ..conftest import ROOT, SMALL_LAW, record_of

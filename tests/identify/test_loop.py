@@ -7,12 +7,12 @@ import scipy.integrate
 from clearance_mj.clearance import AmplitudeLaw, ConstantLaw, ContactLaw, TimeLaw
 from clearance_mj.clearance.contact import HuntCrossley, KelvinVoigt
 from clearance_mj.engines import simulate
-from clearance_mj.excitation import random
 from clearance_mj.identify.force_balance import restoring_force
 from clearance_mj.identify.loop import equivalent_contact, law_force
 from clearance_mj.io.dataset import Record
 from clearance_mj.io.uff import Channel
 from clearance_mj.rig import Grease
+from clearance_mj.signals.excitation import random
 
 FS, GAP = 2048.0, 3e-4
 BOUC_WEN = Grease(4300.0, 4.0, elastic_ratio=0.75, beta=1.5e7, gamma=5e6, film_height=8e-4)

@@ -12,11 +12,11 @@ import pytest
 import tomli_w
 
 from clearance_mj.errors import RecordError, RigError
-from clearance_mj.frf import FRF
 from clearance_mj.io import dataset as dataset_module
 from clearance_mj.io.dataset import Dataset, Record, write_dataset
 from clearance_mj.io.uff import Channel, read_uff, write_uff
 from clearance_mj.rig import Rig
+from clearance_mj.signals.frf import FRF
 
 RIG = Rig.load(Path(__file__).parents[2] / "models" / "table1_rig.toml")
 RNG = np.random.default_rng(3)

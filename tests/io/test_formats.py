@@ -7,13 +7,13 @@ import pytest
 import xarray as xr
 
 from clearance_mj.errors import RecordError
-from clearance_mj.frf import FRF
 from clearance_mj.io import formats, results
 from clearance_mj.io.csv_tables import read_csv
 from clearance_mj.io.dataset import bushing_nodes
 from clearance_mj.io.uff import Channel
-from clearance_mj.modes import Modes
-from clearance_mj.response import Response
+from clearance_mj.signals.ema import Modes
+from clearance_mj.signals.frf import FRF
+from clearance_mj.signals.response import Response
 
 FS, N = 2048.0, 64
 SUFFIXES = (".uff", ".csv", ".mat", ".nc", ".h5")

@@ -8,9 +8,9 @@ import pytest
 import scipy.io
 
 from clearance_mj.errors import RecordError
-from clearance_mj.frf import FRF
 from clearance_mj.io.mat import read_mat, write_mat
 from clearance_mj.io.uff import Channel
+from clearance_mj.signals.frf import FRF
 
 FS, N = 2048.0, 300
 TIME = 1.5 + np.arange(N) / FS

@@ -10,7 +10,6 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from clearance_mj.errors import ClearanceError, RecordError
-from clearance_mj.frf import FRF
 from clearance_mj.io.results import (
     dataset_to_frf,
     dataset_to_response,
@@ -19,7 +18,8 @@ from clearance_mj.io.results import (
     response_to_dataset,
     save,
 )
-from clearance_mj.response import Response
+from clearance_mj.signals.frf import FRF
+from clearance_mj.signals.response import Response
 
 RNG = np.random.default_rng(5)
 

@@ -19,8 +19,8 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from clearance_mj.errors import RecordError
-from clearance_mj.frf import FRF
 from clearance_mj.io.uff import DIRECTIONS, Channel, read_uff, scan_uff, write_uff
+from clearance_mj.signals.frf import FRF
 
 RNG = np.random.default_rng(20261120)
 

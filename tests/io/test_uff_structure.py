@@ -13,10 +13,10 @@ from hypothesis import strategies as st
 
 from clearance_mj.beam import linear_frf
 from clearance_mj.errors import RecordError
-from clearance_mj.frf import FRF
 from clearance_mj.io.uff import Geometry, read_geometry, read_uff, write_uff
-from clearance_mj.modes import Modes, extract_modes
 from clearance_mj.rig import BASE_NODE, SHAKER_NODE, Shaker
+from clearance_mj.signals.ema import Modes, extract_modes
+from clearance_mj.signals.frf import FRF
 
 from .test_uff import ROWS, by_hand, frf_by_hand, units_by_hand
 
@@ -264,9 +264,9 @@ def test_sdypy_ema_finds_a_cantilever_in_our_file(tmp_path, rig):
 def test_pyfrf_makes_our_frf_of_our_record(tmp_path, rig):
     """The record through a universal file and pyuff into pyFRF, against our FRF through a file; no window in either."""
     pyfrf = pytest.importorskip("pyFRF")
-    from clearance_mj.frf import estimate_frf
     from clearance_mj.io.formats import to_channels
-    from clearance_mj.response import Response
+    from clearance_mj.signals.frf import estimate_frf
+    from clearance_mj.signals.response import Response
 
     rng = np.random.default_rng(4)
     x = rng.standard_normal(4096)

@@ -4,14 +4,10 @@ import numpy as np
 import pytest
 
 from clearance_mj.io.lvm import read_lvm
+from experiments.real import cantilever
 
 
-@pytest.fixture(scope="module")
-def cantilever(experiment):
-    return experiment("real_cantilever")
-
-
-def test_impact_spectrum(cantilever, real_data, measured):
+def test_impact_spectrum(real_data, measured):
     """Authors: 6.62, 41.4, 117.5 Hz; a line is 0.085 Hz wide."""
     result = cantilever.analyse(real_data)
     for i, (found, known) in enumerate(zip(result["read"], cantilever.READ_BY_AUTHORS), 1):
@@ -33,7 +29,7 @@ def test_downsampled_record(real_data):
     assert float(segment.header["Delta_X"]) == pytest.approx(1 / 51200)
 
 
-def test_mass_at_the_end(cantilever):
+def test_mass_at_the_end():
     """No mass: λ = 1.8751, 4.6941, 7.8548. A beam without mass of its own: ω² = 3EI/(m l³)."""
     scale = np.sqrt(cantilever.YOUNG * cantilever.HEIGHT**2 / 12 / cantilever.DENSITY) / cantilever.LENGTH**2
     free = np.array([1.8751041, 4.6940911, 7.8547574]) ** 2 * scale / (2 * np.pi)
@@ -44,6 +40,6 @@ def test_mass_at_the_end(cantilever):
     assert cantilever.mass_of_first(cantilever.cantilever_frequencies(0.2)[0]) == pytest.approx(0.2)
 
 
-def test_peak_between_lines(cantilever):
+def test_peak_between_lines():
     frequency = np.arange(0, 20, 0.1)
     assert cantilever.peak(frequency, -((frequency - 7.03) ** 2), (4, 12)) == pytest.approx(7.03)

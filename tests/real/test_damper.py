@@ -3,22 +3,18 @@
 import numpy as np
 import pytest
 
-from clearance_mj.io.real import DamperRecord
+from experiments.real import damper
+from experiments.real.records import DamperRecord
 
 REOPENING = "Bouc-Wen, re-opening gap"
 
 
 @pytest.fixture(scope="module")
-def damper(experiment):
-    return experiment("real_damper")
-
-
-@pytest.fixture(scope="module")
-def result(damper, real_data):
+def result(real_data):
     return damper.analyse(real_data)
 
 
-def test_only_characterisation_records_are_fitted(damper, result):
+def test_only_characterisation_records_are_fitted(result):
     assert damper.PREDICT not in damper.CHARACTERISATION
     assert len(result["records"]) == 5
 
@@ -53,7 +49,7 @@ def test_what_is_left(result, measured):
     assert all(np.median(f[f > 0]) > -np.median(f[f < 0]) for f in slide)
 
 
-def test_kelvin_voigt_is_recovered(damper):
+def test_kelvin_voigt_is_recovered():
     t = np.linspace(0, 3, 3001)
     x = 1e-3 * np.sin(2 * np.pi * t) * t
     truth = damper.KelvinVoigtGap(4e5, 900.0, 6e-4, 1e-4)
@@ -63,7 +59,7 @@ def test_kelvin_voigt_is_recovered(damper):
     np.testing.assert_allclose([found.k, found.c, found.gap, found.offset], [4e5, 900, 6e-4, 1e-4], rtol=0.02)
 
 
-def test_bootstrap_is_around_the_value(damper):
+def test_bootstrap_is_around_the_value():
     rng = np.random.default_rng(4)
     force = rng.standard_normal(20_000)
     record = DamperRecord(np.arange(20_000) / 1000, force, force, 1000.0)
@@ -73,7 +69,7 @@ def test_bootstrap_is_around_the_value(damper):
     assert np.std(draws) == pytest.approx(0.3 / np.sqrt(20_000), rel=0.3)
 
 
-def test_table_and_figure(damper, result, tmp_path, capsys):
+def test_table_and_figure(result, tmp_path, capsys):
     damper.write(result, tmp_path)
     assert (tmp_path / "damper.png").read_bytes()[:4] == b"\x89PNG"
     assert len((tmp_path / "damper.csv").read_text().splitlines()) == 5

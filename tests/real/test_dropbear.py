@@ -4,15 +4,11 @@ import numpy as np
 import pytest
 
 from clearance_mj.identify.wavelet import ridge
+from experiments.real import dropbear
 
 
 @pytest.fixture(scope="module")
-def dropbear(experiment):
-    return experiment("real_dropbear")
-
-
-@pytest.fixture(scope="module")
-def found(dropbear, real_data):
+def found(real_data):
     return dropbear.analyse(real_data)
 
 
@@ -27,7 +23,7 @@ def test_seen_frequencies(found, measured):
 
 
 @pytest.mark.parametrize(("record", "count"), [("steps10_test1", 10), ("random_dwell_set0_test0", 7)])
-def test_predicted_from_the_position_alone(dropbear, found, record, count, measured):
+def test_predicted_from_the_position_alone(found, record, count, measured):
     assert sum(r["record"] == record and r["mode"] == 1 for r in found["rows"]) >= count
     for mode in (1, 2):
         error = dropbear.median_error(found["rows"], record, mode, "predicted_Hz")
@@ -39,14 +35,14 @@ def test_predicted_from_the_position_alone(dropbear, found, record, count, measu
 
 
 @pytest.mark.parametrize("record", ["steps10_test0", "steps10_test1", "random_dwell_set0_test0"])
-def test_ridge_against_plateau_spectrum(dropbear, found, record, measured):
+def test_ridge_against_plateau_spectrum(found, record, measured):
     for mode in (1, 2):
         error = dropbear.median_error(found["rows"], record, mode, "ridge_Hz")
         measured.below(f"{record}: f{mode} by the ridge, median error", error, 0.005, "spectrum of the plateaus")
 
 
 @pytest.mark.parametrize("mode", [0, 1])
-def test_tracked_while_the_roller_moves(dropbear, found, mode, measured):
+def test_tracked_while_the_roller_moves(found, mode, measured):
     moving = dropbear.moving(found, "random_dwell_set0_test0", mode)
     what, source = f"random_dwell, roller moving: f{mode} by the ridge", "model at the roller's position"
     measured.below(f"{what}, error", moving["error"], 0.05, source)
@@ -54,7 +50,7 @@ def test_tracked_while_the_roller_moves(dropbear, found, mode, measured):
 
 
 @pytest.mark.parametrize(("omega0", "centre"), [(5.0, 30.0), (12.0, 200.0)])
-def test_delay_and_bandwidth_of_the_tracking(dropbear, omega0, centre):
+def test_delay_and_bandwidth_of_the_tracking(omega0, centre):
     """A tone modulated at the stated bandwidth keeps 71 % of its modulation, without delay."""
     fs, modulation, depth = 5000.0, dropbear.bandwidth(omega0, centre), 0.01 * centre
     t = np.arange(round(4 * fs)) / fs
@@ -68,7 +64,7 @@ def test_delay_and_bandwidth_of_the_tracking(dropbear, omega0, centre):
     assert abs(np.angle(gain)) / (2 * np.pi * modulation) < 1e-3
 
 
-def test_cantilever_limits(dropbear):
+def test_cantilever_limits():
     """No support: λ² of the bare cantilever. A rigid prop at the tip: 3.9266², 7.0686² (Blevins 1979, table 8-1)."""
     free = dropbear.Cantilever(1.0, 0.0, 0.5, 0.0).frequencies([1.0])[0]
     np.testing.assert_allclose(free, [1.8751041**2, 4.6940911**2], rtol=1e-6)
@@ -76,7 +72,7 @@ def test_cantilever_limits(dropbear):
     np.testing.assert_allclose(propped, [3.926602**2, 7.068583**2], rtol=2e-3)
 
 
-def test_table_and_figure(dropbear, found, tmp_path, capsys):
+def test_table_and_figure(found, tmp_path, capsys):
     dropbear.write(found, tmp_path)
     assert (tmp_path / "dropbear.png").read_bytes()[:4] == b"\x89PNG"
     assert len((tmp_path / "dropbear.csv").read_text().splitlines()) == len(found["rows"]) + 1

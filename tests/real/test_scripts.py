@@ -7,34 +7,34 @@ from pathlib import Path
 
 import pytest
 
-SCRIPT = Path(__file__).parents[2] / "experiments" / "real_cantilever.py"
+from experiments.real import cantilever, damper, dropbear
+
+ROOT = Path(__file__).parents[2]
 
 
-@pytest.mark.parametrize("name", ["real_dropbear", "real_damper", "real_cantilever"])
-def test_without_the_data(name, experiment, tmp_path, monkeypatch, capsys):
+@pytest.mark.parametrize("script", [dropbear, damper, cantilever])
+def test_without_the_data(script, tmp_path, monkeypatch, capsys):
     monkeypatch.setenv("CLEARANCE_REAL_DATA", str(tmp_path / "nowhere"))
     with pytest.raises(SystemExit) as stopped:
-        experiment(name).main(["--out", str(tmp_path / "out")])
+        script.main(["--out", str(tmp_path / "out")])
     assert stopped.value.code == 2
     assert "CLEARANCE_REAL_DATA" in capsys.readouterr().err
     assert not (tmp_path / "out").exists()
 
 
-@pytest.mark.parametrize("name", ["real_dropbear", "real_damper", "real_cantilever"])
-def test_folder_without_the_files(name, experiment, tmp_path, monkeypatch, capsys):
+@pytest.mark.parametrize("script", [dropbear, damper, cantilever])
+def test_folder_without_the_files(script, tmp_path, monkeypatch, capsys):
     monkeypatch.setenv("CLEARANCE_REAL_DATA", str(tmp_path))
     with pytest.raises(SystemExit) as stopped:
-        experiment(name).main(["--out", str(tmp_path / "out")])
+        script.main(["--out", str(tmp_path / "out")])
     assert stopped.value.code == 2
     assert ".gz: No such file" in capsys.readouterr().err
 
 
 def test_runs_alone(tmp_path, real_data):
-    if not SCRIPT.is_file():
-        pytest.skip(f"{SCRIPT} is missing")
-    command = [sys.executable, str(SCRIPT), "--out", str(tmp_path)]
+    command = [sys.executable, "-m", "experiments.real.cantilever", "--out", str(tmp_path)]
     environment = os.environ | {"CLEARANCE_REAL_DATA": str(real_data)}
-    done = subprocess.run(command, capture_output=True, text=True, env=environment, check=False)
+    done = subprocess.run(command, capture_output=True, text=True, env=environment, cwd=ROOT, check=False)
     assert done.returncode == 0, done.stderr
     assert (tmp_path / "cantilever.png").read_bytes()[:4] == b"\x89PNG"
     assert len((tmp_path / "cantilever.csv").read_text().splitlines()) == 4

@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 
 from clearance_mj.clearance.law import ConstantLaw
-from clearance_mj.correlation import Comparison, csac, csac_per_sensor, csf, csf_per_sensor, frac, mre, rmse_db
-from clearance_mj.frf import FRF
 from clearance_mj.io.dataset import Dataset, Record
 from clearance_mj.io.uff import Channel
 from clearance_mj.report import write_report
 from clearance_mj.rig import Beam, Bushing, Contact, Grease, PointMass, Rig, Sensor
+from clearance_mj.signals.correlation import Comparison, csac, csac_per_sensor, csf, csf_per_sensor, frac, mre, rmse_db
+from clearance_mj.signals.frf import FRF
 from clearance_mj.study import Case, Knowledge, Study
 
 FREQUENCY = np.arange(5.0, 220.5, 0.5)

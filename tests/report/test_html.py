@@ -8,9 +8,9 @@ import subprocess
 
 import pytest
 
-from clearance_mj.intervals import Interval
 from clearance_mj.report import html
 from clearance_mj.report.tables import Column, Table
+from clearance_mj.statistics.intervals import Interval
 
 TABLE = Table(
     "t",

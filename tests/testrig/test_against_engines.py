@@ -10,9 +10,9 @@ import pytest
 
 from clearance_mj.clearance import ContactLaw, HuntCrossley
 from clearance_mj.engines import Links, Modal, simulate
-from clearance_mj.excitation import random
-from clearance_mj.frf import estimate_frf
 from clearance_mj.rig import Grease
+from clearance_mj.signals.excitation import random
+from clearance_mj.signals.frf import estimate_frf
 from clearance_mj.testrig import Truth, simulate_rig
 
 TRUTH = Truth(drift=0.0)

@@ -8,9 +8,9 @@ import pytest
 import scipy.signal
 
 import clearance_mj.testrig
-from clearance_mj import excitation
 from clearance_mj.errors import ExcitationError
-from clearance_mj.excitation import Excitation
+from clearance_mj.signals import excitation
+from clearance_mj.signals.excitation import Excitation
 from clearance_mj.testrig import RIGS, Truth, simulate_rig
 from clearance_mj.testrig.fem import FiniteElements, dense
 

@@ -3,8 +3,8 @@ from pathlib import Path
 
 import numpy as np
 
-from clearance_mj import excitation
 from clearance_mj.io.dataset import Dataset, write_dataset
+from clearance_mj.signals import excitation
 from clearance_mj.testrig import Truth
 from clearance_mj.testrig.plans import plans
 from clearance_mj.testrig.records import take

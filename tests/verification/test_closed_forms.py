@@ -10,8 +10,8 @@ import scipy.linalg
 from clearance_mj import beam
 from clearance_mj.clearance import ConstantLaw
 from clearance_mj.engines import Links, Modal, ModalMujoco, build_links, simulate
-from clearance_mj.excitation import Excitation
 from clearance_mj.rig import Sensor, Shaker
+from clearance_mj.signals.excitation import Excitation
 from clearance_mj.testrig.fem import FiniteElements, dense
 
 from .test_beam_fe import RIG

@@ -14,9 +14,9 @@ import pytest
 from clearance_mj.beam import linear_frf
 from clearance_mj.clearance import ConstantLaw
 from clearance_mj.engines import simulate
-from clearance_mj.excitation import Excitation
-from clearance_mj.frf import estimate_frf
 from clearance_mj.rig import Rig, Shaker
+from clearance_mj.signals.excitation import Excitation
+from clearance_mj.signals.frf import estimate_frf
 
 RIG = Rig.load(Path(__file__).parents[2] / "models" / "table1_rig.toml")
 PUSHED = RIG.replace(shaker=Shaker("force", 0.3))

@@ -15,9 +15,9 @@ from scipy.special import gamma
 from clearance_mj.beam import ritz_model
 from clearance_mj.clearance import AmplitudeLaw, ConstantLaw, ContactLaw, Flores, HuntCrossley, KelvinVoigt, TimeLaw
 from clearance_mj.engines import Links, Modal, ModalMujoco
-from clearance_mj.excitation import Excitation, hammer, random
-from clearance_mj.ledger import keep_ledger
+from clearance_mj.engines.energy import keep_ledger
 from clearance_mj.rig import Beam, Bushing, Contact, Grease, PointMass, Rig, Sensor, Shaker
+from clearance_mj.signals.excitation import Excitation, hammer, random
 
 RIG = Rig.load(Path(__file__).parents[2] / "models" / "table1_rig.toml").replace(shaker=Shaker("base", 0.9))
 NO_CONTACT = ConstantLaw(0.0, 0.0)

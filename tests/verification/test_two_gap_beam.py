@@ -14,8 +14,8 @@ import scipy.integrate
 
 from clearance_mj.clearance import ConstantLaw, ContactLaw, HuntCrossley
 from clearance_mj.engines import Links, Modal, ModalMujoco, simulate
-from clearance_mj.excitation import Excitation
 from clearance_mj.rig import Rig
+from clearance_mj.signals.excitation import Excitation
 
 RIG = Rig.load(Path(__file__).parents[2] / "models" / "table1_rig.toml")
 STIFFNESS, DAMPING = 2e4, 3.0

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from ...errors import RecordError
-from ...frf import FRF, by_reference, one_or_several
+from ...signals.frf import FRF, by_reference, one_or_several
 from ._dataset_58 import (
     COHERENCE,
     COMPLEX64,

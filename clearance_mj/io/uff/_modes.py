@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ...errors import RecordError
-from ...modes import Modes
+from ...signals.ema import Modes
 from ._blocks import Block
 from ._dataset_55 import AXES, Mode, is_mode, mode_set, read_mode
 

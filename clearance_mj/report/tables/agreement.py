@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ... import seeds
+from ...statistics import repeatability
 from .study import FLOOR, OVERALL, engines, excitation_unit, main_engine
 from .table import Column, Table
 
@@ -66,7 +66,7 @@ def verdict_table(study: Study, engine: str) -> Table:
     floor = {level: _floor_rmse(rows, level) for level in study.levels}
     body = tuple(
         (
-            *(r["level"], r["law"], *(seeds.interval_of(r, m.key) for m in OVERALL)),
+            *(r["level"], r["law"], *(repeatability.interval_of(r, m.key) for m in OVERALL)),
             _ratio(r["rmse_db"], floor[r["level"]]),
         )
         for r in rows

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ... import seeds
-from ...intervals import Interval, ratio
+from ...statistics import repeatability
+from ...statistics.intervals import Interval, ratio
 from ..article import PRINTED, Article
 from .study import N_MODES, excitation_unit, main_engine
 from .table import Column, Table
@@ -48,7 +48,7 @@ def improvement_rows(study: Study, article: Article | None = None) -> list[dict]
         if law == base:
             continue
         for quantity, key in _IMPROVED.items():
-            change = ratio(*(seeds.interval_of(r, key) for r in (row, found[level, base])))
+            change = ratio(*(repeatability.interval_of(r, key) for r in (row, found[level, base])))
             low, value, high = (100 * (x - 1) for x in (change.low, change.value, change.high))
             row_of = {"level": level, "law": law, "over": base, "quantity": quantity, "change_pct": value}
             rows.append(row_of | {"change_pct_low": low, "change_pct_high": high})

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ... import seeds
-from ...intervals import Interval
+from ...statistics import repeatability
+from ...statistics.intervals import Interval
 from ..article import ARTICLE_MODELS, Article
 from .study import FLOOR, MEASURES, N_MODES, excitation_unit, main_engine
 from .table import Column, Table
@@ -75,11 +75,11 @@ def sensor_mean_rows(study: Study) -> list[dict]:
     rows = []
     for i, sensor in enumerate(study.dataset.rig.sensors):
         floor = {level: _of_sensor(comparison, i) for level, comparison in study.floor.items()}
-        found = {tuple(FLOOR.values()): seeds.floor_rows(floor)}
+        found = {tuple(FLOOR.values()): repeatability.floor_rows(floor)}
         for law, engine in study.combinations:
             by_level = study.of(law, engine)
             of_sensor = {level: [_of_sensor(c, i) for c in comparisons] for level, comparisons in by_level.items()}
-            found[law, engine] = seeds.mean_rows(of_sensor)
+            found[law, engine] = repeatability.mean_rows(of_sensor)
         for (law, engine), means in found.items():
             head = {"law": law, "engine": engine, "sensor": str(sensor.node)}
             rows += [{"level": level} | head | row for level, row in means.items()]
@@ -122,7 +122,7 @@ def mode_table(study: Study, level: float, article: Article | None = None) -> Ta
     for key in shown:
         cells = []
         for mode in (f"mode_{m}" for m in modes):
-            error, mac = (seeds.interval_of(rows[key], f"{mode}_{name}") for name in ("relative_error", "mac"))
+            error, mac = (repeatability.interval_of(rows[key], f"{mode}_{name}") for name in ("relative_error", "mac"))
             percent = Interval(*(100 * x for x in (error.value, error.low, error.high)), error.doubtful)
             cells += [rows[key][f"{mode}_model_hz"], percent, mac]
         body.append(("this rig", key[0], *cells))
@@ -195,7 +195,7 @@ def _sensor_table(study, level, measure, rows, article) -> Table:
     body = []
     for node in (*(str(s.node) for s in study.dataset.rig.sensors), "mean"):
         published = article.sensors.get(node, {}) if article else {}
-        own = (seeds.interval_of(rows[law, engine, node], measure.key) for law, engine in shown)
+        own = (repeatability.interval_of(rows[law, engine, node], measure.key) for law, engine in shown)
         body.append((node, *(published.get(f"{m}_{measure.article_key}", np.nan) for m in models), *own))
     unit = f" ({measure.unit}{'; the article’s without a unit' if article else ''})" if measure.unit else ""
     return Table(f"{measure.key}_level_{level:g}", measure.label + unit, tuple(columns), tuple(body))

@@ -1,0 +1,482 @@
+"""Excitations of the rig: what the shaker does, and generators of the usual test signals."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ..errors import ExcitationError
+
+__all__ = [
+    "Excitation",
+    "burst_random",
+    "hammer",
+    "level_ramp",
+    "multisine",
+    "random",
+    "random_blocks",
+    "stepped_sine",
+    "sweep",
+]
+
+BAND = (5.0, 220.0)
+TAPER = 0.1  # share of a burst in its two cosine flanks
+HALF = 8.0  # s of the noise of random_blocks that are made at once
+
+
+@dataclass(frozen=True)
+class Excitation:
+    """A sampled excitation.
+
+    Raises
+    ------
+    ExcitationError
+        If it is not one finite row of samples, or is sampled below twice its band.
+    """
+
+    value: np.ndarray
+    """(n_t,) base acceleration in m/s² (kind "base") or force at the shaker in N (kind "force")"""
+    fs: float
+    """samples per second"""
+    kind: str = "base"
+    """ "base" or "force" """
+    band: tuple[float, float] | None = None
+    """Hz"""
+    description: dict = field(default_factory=dict)
+    """generator, its parameters and seed; plain data"""
+
+    def __post_init__(self):
+        value = np.ascontiguousarray(self.value, dtype=float)
+        if value.ndim != 1 or not value.size:
+            raise ExcitationError(f"an excitation is one row of samples, got shape {value.shape}")
+        if not np.all(np.isfinite(value)):
+            raise ExcitationError(f"sample {int(np.argmin(np.isfinite(value)))} of the excitation is not finite")
+        if not 0 < self.fs < np.inf:
+            raise ExcitationError(f"fs must be > 0 Hz, got {self.fs!r}")
+        if self.kind not in ("base", "force"):
+            raise ExcitationError(f'kind "{self.kind}" is unknown; use "base" (m/s²) or "force" (N)')
+        if self.band is not None and not 0 <= self.band[0] < self.band[1]:
+            raise ExcitationError(f"band {self.band} must be two increasing frequencies in Hz")
+        if self.band is not None and self.fs < 2 * self.band[1]:
+            raise ExcitationError(f"fs {self.fs:g} Hz is below twice the band's upper end {self.band[1]:g} Hz")
+        object.__setattr__(self, "value", value)
+
+    @property
+    def time(self) -> np.ndarray:
+        """(n_t,) s"""
+        return np.arange(self.value.size) / self.fs
+
+
+def random(duration: float, fs: float, band=BAND, rms: float = 1.0, seed: int = 0, kind: str = "base") -> Excitation:
+    """Band-limited Gaussian noise whose spectrum is exactly zero outside the band.
+
+    Parameters
+    ----------
+    duration : float
+        s.
+    fs : float
+        Samples per second.
+    band : (float, float)
+        Hz; the upper end at most fs / 2.
+    rms : float
+        Exact root mean square, m/s² or N.
+    seed : int
+        Seed of the random numbers.
+    kind : {"base", "force"}
+        Base acceleration, or force at the shaker.
+
+    Returns
+    -------
+    Excitation
+
+    Raises
+    ------
+    ExcitationError
+        If a parameter is impossible; the message names it.
+    """
+    _require(0 <= rms < np.inf, "rms", rms, "must be >= 0")
+    value = rms * _noise(duration, fs, band, seed)
+    return _described("random", value, fs, kind, band, duration=duration, rms=rms, seed=seed)
+
+
+def random_blocks(
+    duration: float, fs: float, band=BAND, rms: float = 1.0, seed: int = 0, kind: str = "base"
+) -> Iterator[Excitation]:
+    """Band-limited Gaussian noise of any duration, in pieces of some seconds.
+
+    Segments of `random` overlap by half under a power-complementary window (Vorbis I specification, 1.3.2),
+    so that the noise is stationary and has no seams. It is 60 dB down 1 Hz outside the band.
+
+    Parameters
+    ----------
+    duration : float
+        s.
+    fs : float
+        Samples per second.
+    band : (float, float)
+        Hz; the upper end at most fs / 2.
+    rms : float
+        Expected root mean square, m/s² or N.
+    seed : int
+        Seed of the random numbers.
+    kind : {"base", "force"}
+        Base acceleration, or force at the shaker.
+
+    Yields
+    ------
+    Excitation
+        Pieces that follow each other without a break.
+
+    Raises
+    ------
+    ExcitationError
+        If a parameter is impossible; the message names it.
+    """
+    _require(0 <= rms < np.inf, "rms", rms, "must be >= 0")
+    size, half = _size(duration, fs), _size(HALF, fs)
+    window = np.sin(np.pi / 2 * np.sin(np.pi / 2 * (np.arange(half) + 0.5) / half) ** 2)
+
+    def segment(number):
+        return _noise(2 * half / fs, fs, band, [seed, number]).reshape(2, half)
+
+    _, falling = segment(0)
+    for number, start in enumerate(range(0, size, half), 1):
+        rising, after = segment(number)
+        value = rms * (window[::-1] * falling + window * rising)[: size - start]
+        falling = after
+        yield _described("random_blocks", value, fs, kind, band, duration=duration, rms=rms, seed=seed)
+
+
+def burst_random(
+    duration: float,
+    fs: float,
+    band=BAND,
+    rms: float = 1.0,
+    seed: int = 0,
+    kind: str = "base",
+    burst: float = 0.6,
+    period: float = 2.0,
+) -> Excitation:
+    """Noise that is on at the start of each period and leaves the rest of it for the decay.
+
+    With a boxcar of one period, estimated FRFs have no leakage if the decay ends within it. The flanks of a burst are
+    half cosines, so little leaves the band.
+
+    Parameters
+    ----------
+    duration : float
+        s.
+    fs : float
+        Samples per second.
+    band : (float, float)
+        Hz; the upper end at most fs / 2.
+    rms : float
+        Root mean square of all that is within bursts, m/s² or N.
+    seed : int
+        Seed of the random numbers; each burst is another noise.
+    kind : {"base", "force"}
+        Base acceleration, or force at the shaker.
+    burst : float
+        Share of the period in which the noise is on, 0 < burst <= 1.
+    period : float
+        s from burst to burst; at most the duration.
+
+    Returns
+    -------
+    Excitation
+
+    Raises
+    ------
+    ExcitationError
+        If a parameter is impossible; the message names it.
+    """
+    _require(0 <= rms < np.inf, "rms", rms, "must be >= 0")
+    _require(0 < burst <= 1, "burst", burst, "must be > 0 and <= 1")
+    value = _noise(duration, fs, band, seed)
+    _require(1 / fs < period <= duration, "period", period, "must be more than a sample and at most the duration")
+    place = np.arange(value.size) / fs % period / (burst * period)
+    on = place < 1
+    flank = np.minimum(place[on], 1 - place[on]) / (TAPER / 2)
+    value[~on] = 0
+    value[on] *= 0.5 - 0.5 * np.cos(np.pi * np.minimum(flank, 1))
+    value *= rms / np.sqrt(np.mean(value[on] ** 2))
+    parameters = {"duration": duration, "rms": rms, "seed": seed, "burst": burst, "period": period}
+    return _described("burst_random", value, fs, kind, band, **parameters)
+
+
+def level_ramp(
+    duration: float,
+    fs: float,
+    band=BAND,
+    start_rms: float = 0.5,
+    end_rms: float = 8.0,
+    seed: int = 0,
+    kind: str = "base",
+) -> Excitation:
+    """Noise whose level changes geometrically, by as many dB in every second.
+
+    Parameters
+    ----------
+    duration : float
+        s.
+    fs : float
+        Samples per second.
+    band : (float, float)
+        Hz; the upper end at most fs / 2.
+    start_rms, end_rms : float
+        Root mean square at the start and at the end, m/s² or N.
+    seed : int
+        Seed of the random numbers.
+    kind : {"base", "force"}
+        Base acceleration, or force at the shaker.
+
+    Returns
+    -------
+    Excitation
+
+    Raises
+    ------
+    ExcitationError
+        If a parameter is impossible; the message names it.
+    """
+    _require(0 < start_rms < np.inf, "start_rms", start_rms, "must be > 0")
+    _require(0 < end_rms < np.inf, "end_rms", end_rms, "must be > 0")
+    noise = _noise(duration, fs, band, seed)
+    value = noise * np.geomspace(start_rms, end_rms, noise.size)
+    parameters = {"duration": duration, "start_rms": start_rms, "end_rms": end_rms, "seed": seed}
+    return _described("level_ramp", value, fs, kind, band, **parameters)
+
+
+def multisine(
+    duration: float,
+    fs: float,
+    band=BAND,
+    rms: float = 1.0,
+    seed: int = 0,
+    kind: str = "base",
+    period: float = 2.0,
+) -> Excitation:
+    """Sines of equal amplitude and random phase at every multiple of 1 / period within the band.
+
+    Parameters
+    ----------
+    duration : float
+        s.
+    fs : float
+        Samples per second.
+    band : (float, float)
+        Hz; the upper end at most fs / 2, where no sine is.
+    rms : float
+        Exact root mean square of a period, m/s² or N.
+    seed : int
+        Seed of the phases.
+    kind : {"base", "force"}
+        Base acceleration, or force at the shaker.
+    period : float
+        s; a whole number of samples, at most the duration.
+
+    Returns
+    -------
+    Excitation
+
+    Raises
+    ------
+    ExcitationError
+        If a parameter is impossible; the message names it.
+    """
+    size = _size(duration, fs)
+    _require(0 <= rms < np.inf, "rms", rms, "must be >= 0")
+    _require(1 / fs < period <= duration, "period", period, "must be more than a sample and at most the duration")
+    samples = round(period * fs)
+    _require(abs(period * fs - samples) < 1e-6, "period", period, f"must be a whole number of samples of {1 / fs:g} s")
+    lines = _lines(samples, fs, band)
+    lines = lines[2 * lines < samples]
+    _require(lines.size > 0, "period", period, f"puts no line of {1 / period:g} Hz into the band {tuple(band)}")
+    phase = np.random.default_rng(seed).uniform(0, 2 * np.pi, lines.size)
+    spectrum = np.zeros(samples // 2 + 1, dtype=complex)
+    spectrum[lines] = samples / np.sqrt(2 * lines.size) * np.exp(1j * phase)
+    value = rms * np.resize(np.fft.irfft(spectrum, samples), size)
+    return _described("multisine", value, fs, kind, band, duration=duration, rms=rms, seed=seed, period=period)
+
+
+def sweep(
+    duration: float,
+    fs: float,
+    band=BAND,
+    amplitude: float = 1.0,
+    kind: str = "base",
+    method: str = "logarithmic",
+) -> Excitation:
+    """A sine that runs once through the band, upwards.
+
+    Parameters
+    ----------
+    duration : float
+        s.
+    fs : float
+        Samples per second.
+    band : (float, float)
+        First and last frequency, Hz; the upper end at most fs / 2, the lower > 0 for a logarithmic sweep.
+    amplitude : float
+        m/s² or N.
+    kind : {"base", "force"}
+        Base acceleration, or force at the shaker.
+    method : {"logarithmic", "linear"}
+        As many octaves, or as many Hz, in every second.
+
+    Returns
+    -------
+    Excitation
+
+    Raises
+    ------
+    ExcitationError
+        If a parameter is impossible; the message names it.
+    """
+    time = np.arange(_size(duration, fs)) / fs
+    low, high = _require_band(band, fs)
+    _require(0 <= amplitude < np.inf, "amplitude", amplitude, "must be >= 0")
+    _require(method in ("logarithmic", "linear"), "method", method, 'must be "logarithmic" or "linear"')
+    if method == "linear":
+        turns = (low + (high - low) * time / (2 * duration)) * time
+    else:
+        _require(low > 0, "band", band, "must start above 0 Hz for a logarithmic sweep")
+        rate = np.log(high / low) / duration
+        turns = low * np.expm1(rate * time) / rate
+    value = amplitude * np.sin(2 * np.pi * turns)
+    return _described("sweep", value, fs, kind, band, duration=duration, amplitude=amplitude, method=method)
+
+
+def stepped_sine(duration: float, fs: float, frequency, amplitude, kind: str = "base") -> Excitation:
+    """A sine whose frequency or amplitude steps, all steps of one length, without a jump in phase.
+
+    The rig goes on from the motion of the step before: up and down through a resonance shows jumps and hysteresis.
+
+    Parameters
+    ----------
+    duration : float
+        s, of all steps.
+    fs : float
+        Samples per second.
+    frequency : float or sequence of float
+        Of every step or of each, Hz, above 0 and below fs / 2.
+    amplitude : float or sequence of float
+        Of every step or of each, m/s² or N.
+    kind : {"base", "force"}
+        Base acceleration, or force at the shaker.
+
+    Returns
+    -------
+    Excitation
+        Its band is left open.
+
+    Raises
+    ------
+    ExcitationError
+        If a parameter is impossible; the message names it.
+    """
+    size = _size(duration, fs)
+    steps = [np.atleast_1d(np.asarray(values, dtype=float)) for values in (frequency, amplitude)]
+    count = max(values.size for values in steps)
+    _require(steps[0].size in (1, count), "frequency", frequency, f"must be one, or one for each of {count} steps")
+    _require(steps[1].size in (1, count), "amplitude", amplitude, f"must be one, or one for each of {count} steps")
+    _require(np.all((steps[0] > 0) & (steps[0] < fs / 2)), "frequency", frequency, f"must be in 0 to {fs / 2:g} Hz")
+    _require(np.all(steps[1] >= 0) and np.isfinite(steps[1]).all(), "amplitude", amplitude, "must be >= 0")
+    _require(size % count == 0, "duration", duration, f"must give each of {count} steps a whole number of samples")
+    each = [np.repeat(np.broadcast_to(values, count), size // count) for values in steps]
+    turns = np.concatenate(([0.0], np.cumsum(each[0])[:-1])) / fs
+    parameters = {"duration": duration, "frequency": steps[0].tolist(), "amplitude": steps[1].tolist()}
+    return _described("stepped_sine", each[1] * np.sin(2 * np.pi * turns), fs, kind, None, **parameters)
+
+
+def hammer(duration: float, fs: float, peak, width: float, times, kind: str = "base") -> Excitation:
+    """Half-sine pulses, one for each time.
+
+    Parameters
+    ----------
+    duration : float
+        s.
+    fs : float
+        Samples per second.
+    peak : float or sequence of float
+        Height of all pulses or of each, m/s² or N; negative pulses are allowed.
+    width : float
+        s from the start to the end of a pulse, at least two samples.
+    times : sequence of float
+        Starts of the pulses, s, rising; no pulse may reach the next one or the end.
+    kind : {"base", "force"}
+        Base acceleration, or force at the shaker.
+
+    Returns
+    -------
+    Excitation
+        Its band is left open.
+
+    Raises
+    ------
+    ExcitationError
+        If a parameter is impossible; the message names it.
+    """
+    time = np.arange(_size(duration, fs)) / fs
+    _require(2 / fs <= width < np.inf, "width", width, f"must be at least two samples, {2 / fs:g} s")
+    times, peaks = np.atleast_1d(np.asarray(times, dtype=float)), np.asarray(peak, dtype=float)
+    apart = times.ndim == 1 and times.size and times[0] >= 0
+    apart = apart and np.all(np.diff(np.append(times, duration)) >= width * (1 - 1e-9))
+    _require(apart, "times", times.tolist(), f"must rise within 0 to {duration:g} s, a width {width:g} s apart")
+    fits = peaks.shape in ((), times.shape) and np.all(np.isfinite(peaks))
+    _require(fits, "peak", peaks.tolist(), f"must be one finite number, or one for each of {times.size} times")
+    last = np.searchsorted(times, time, side="right") - 1  # pulse that started last; -1 before the first
+    phase = (time - times[last]) / width
+    height = np.where((last >= 0) & (phase < 1), np.broadcast_to(peaks, times.shape)[last], 0.0)
+    value = height * np.sin(np.pi * phase)
+    parameters = {"duration": duration, "peak": peaks.tolist(), "width": width, "times": times.tolist()}
+    return _described("hammer", value, fs, kind, None, **parameters)
+
+
+def _noise(duration, fs, band, seed) -> np.ndarray:
+    """Gaussian noise of root mean square 1 that has lines within the band only."""
+    size = _size(duration, fs)
+    lines = _lines(size, fs, band)
+    _require(lines.size > 0, "duration", duration, f"puts no line of {fs / size:g} Hz into the band {tuple(band)}")
+    spectrum = np.zeros(size // 2 + 1, dtype=complex)
+    spectrum[lines] = np.random.default_rng(seed).standard_normal((2, lines.size)).T @ (1, 1j)
+    value = np.fft.irfft(spectrum, size)
+    return value / np.sqrt(np.mean(value**2))
+
+
+def _lines(samples, fs, band) -> np.ndarray:
+    """Whole numbers of cycles in so many samples that lie within the band; never 0."""
+    low, high = _require_band(band, fs)
+    slack = 1e-9 * samples
+    first, last = np.ceil(low * samples / fs - slack), np.floor(high * samples / fs + slack)
+    return np.arange(max(1, int(first)), int(last) + 1)
+
+
+def _size(duration, fs) -> int:
+    """Return the number of samples, or refuse the duration or the rate."""
+    _require(0 < fs < np.inf, "fs", fs, "must be > 0 Hz")
+    _require(0 < duration < np.inf and round(duration * fs) >= 2, "duration", duration, "must be two samples or more")
+    return round(duration * fs)
+
+
+def _require_band(band, fs):
+    low, high = band
+    _require(0 <= low < high, "band", band, "must be two rising frequencies in Hz")
+    _require(high <= fs / 2, "band", band, f"must end at or below fs / 2 = {fs / 2:g} Hz")
+    return low, high
+
+
+def _require(condition, name, value, rule):
+    if not condition:
+        raise ExcitationError(f"{name} {value!r}: {rule}")
+
+
+def _described(generator, value, fs, kind, band, **parameters) -> Excitation:
+    """Excitation that says how it was made."""
+    if band is not None:
+        band = float(band[0]), float(band[1])
+        parameters["band"] = list(band)
+    parameters = {key: item.item() if isinstance(item, np.generic) else item for key, item in parameters.items()}
+    return Excitation(value, fs, kind, band, {"generator": generator, "fs": float(fs), "kind": kind, **parameters})

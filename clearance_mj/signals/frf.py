@@ -1,0 +1,351 @@
+"""Frequency response functions out of records: H = Y/X for signals that go as e^{+jωt}."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+import scipy.fft
+import scipy.signal
+
+from ..errors import RecordError
+
+if TYPE_CHECKING:
+    from .response import Response
+
+__all__ = [
+    "ESTIMATORS",
+    "FRF",
+    "WINDOWS",
+    "by_reference",
+    "estimate_frf",
+    "estimate_frf_blocks",
+    "one_or_several",
+    "random_error",
+]
+
+WINDOWS = ("hann", "boxcar")
+QUANTITY = {"base": "acceleration/acceleration", "force": "acceleration/force"}
+
+
+@dataclass(frozen=True, eq=False)
+class FRF:
+    """Frequency response functions of several responses to one reference.
+
+    Raises
+    ------
+    RecordError
+        If the shapes do not fit each other or the frequencies do not rise.
+    """
+
+    frequency: np.ndarray
+    """(n_f,) Hz, rising"""
+    value: np.ndarray
+    """(n_sensors, n_f) complex, H = Y/X for signals that go as e^{+jωt}; unit by ``quantity``, SI"""
+    coherence: np.ndarray | None = None
+    """(n_sensors, n_f) ordinary coherence, 0 to 1; None if unknown, or if only one segment was averaged"""
+    responses: tuple[str, ...] = ()
+    """degree of freedom of each row, such as "3:+Z"; numbered from 1 if left out"""
+    reference: str = "100:+Z"
+    """degree of freedom of the excitation"""
+    quantity: str = "acceleration/acceleration"
+    """"acceleration/acceleration" (base excitation) or "acceleration/force" """
+
+    def __post_init__(self):
+        frequency, value = np.asarray(self.frequency, dtype=float), np.asarray(self.value, dtype=complex)
+        if frequency.ndim != 1 or value.ndim != 2 or value.shape[1] != frequency.size or not value.size:
+            raise RecordError(f"an FRF is (n_sensors, n_f) over (n_f,) lines, got {value.shape} over {frequency.shape}")
+        if not np.all(np.diff(frequency) > 0):
+            raise RecordError("the frequencies of an FRF must rise from line to line")
+        if self.coherence is not None and np.shape(self.coherence) != value.shape:
+            raise RecordError(f"coherence has shape {np.shape(self.coherence)}, the FRF {value.shape}")
+        responses = tuple(self.responses) or tuple(f"{i + 1}:+Z" for i in range(value.shape[0]))
+        if len(responses) != value.shape[0]:
+            raise RecordError(f"{len(responses)} response labels for {value.shape[0]} rows: {', '.join(responses)}")
+        object.__setattr__(self, "frequency", frequency)
+        object.__setattr__(self, "value", value)
+        object.__setattr__(self, "responses", responses)
+
+    def within(self, band: tuple[float, float]) -> FRF:
+        """Cut to the lines with lo <= f <= hi.
+
+        Parameters
+        ----------
+        band : (float, float)
+            lo and hi, Hz.
+
+        Returns
+        -------
+        FRF
+
+        Raises
+        ------
+        RecordError
+            If no line lies in the band.
+        """
+        lines = _lines(self.frequency, band)
+        coherence = None if self.coherence is None else self.coherence[:, lines]
+        return replace(self, frequency=self.frequency[lines], value=self.value[:, lines], coherence=coherence)
+
+
+def by_reference(frfs: FRF | Mapping[str, FRF]) -> dict[str, FRF]:
+    """FRFs by their reference, be they to one or to several.
+
+    Parameters
+    ----------
+    frfs : FRF or mapping of str to FRF
+        An FRF, or FRFs under their own references.
+
+    Returns
+    -------
+    dict of str to FRF
+
+    Raises
+    ------
+    RecordError
+        If the mapping is empty, or holds something else or under another name.
+    """
+    found = {frfs.reference: frfs} if isinstance(frfs, FRF) else dict(frfs)
+    if not found:
+        raise RecordError("there is no FRF")
+    for reference, frf in found.items():
+        if not isinstance(frf, FRF) or frf.reference != reference:
+            what = f"an FRF to {frf.reference}" if isinstance(frf, FRF) else type(frf).__name__
+            raise RecordError(f'under "{reference}" there is {what}; needs the FRF to this reference')
+    return found
+
+
+def one_or_several(frfs: Sequence[FRF]) -> FRF | dict[str, FRF]:
+    """Return one FRF as it is, several as a mapping from their references: what readers of files return.
+
+    Parameters
+    ----------
+    frfs : sequence of FRF
+        To different references.
+    """
+    return frfs[0] if len(frfs) == 1 else {frf.reference: frf for frf in frfs}
+
+
+def estimate_frf(
+    resp,
+    estimator: str = "H1",
+    resolution: float = 0.5,
+    overlap: float = 0.5,
+    band: tuple[float, float] | None = None,
+    window: str = "hann",
+) -> FRF:
+    """Estimate the FRFs of a record by averaging over windowed segments (Welch).
+
+    A constant offset of a channel reaches only the lines 0 and 1, so none is removed. For hammer hits and
+    burst random take ``window="boxcar"``, ``overlap=0`` and 1 / (time from hit to hit) as the resolution:
+    every segment then holds one hit and its whole decay.
+
+    Parameters
+    ----------
+    resp : Response
+        The record; its excitation is the reference, its accelerations are the responses.
+    estimator : {"H1", "H2", "Hv"}
+        H1 = S_yx/S_xx (noise on the response), H2 = S_yy/S_xy (noise on the excitation), Hv: total least
+        squares for each response alone (as much noise on both, in the units of the record).
+    resolution : float
+        Distance of the lines, Hz; a segment has round(fs / resolution) samples.
+    overlap : float
+        Share of a segment that the next one repeats, 0 <= overlap < 1.
+    band : (float, float), optional
+        Lines to return, Hz; else the band of the record's excitation, or every line if that is not known.
+    window : {"hann", "boxcar"}
+        Periodic Hann, or none.
+
+    Returns
+    -------
+    FRF
+        nan at a line where the excitation is exactly zero.
+
+    Raises
+    ------
+    RecordError
+        If the record is shorter than one segment, sampled below twice the band, constant or not finite in its
+        excitation or not finite in a response, or if an argument is unknown or impossible.
+
+    Notes
+    -----
+    Bendat and Piersol, Random Data, 4th ed., 2010, chapters 6, 9 and 11; Hv: Rocklin, Crowley and Vold,
+    A comparison of H1, H2, and Hv frequency response functions, IMAC 3, 1985.
+    """
+    return estimate_frf_blocks([resp], estimator, resolution, overlap, band, window)
+
+
+def estimate_frf_blocks(
+    blocks: Iterable[Response],
+    estimator: str = "H1",
+    resolution: float = 0.5,
+    overlap: float = 0.5,
+    band: tuple[float, float] | None = None,
+    window: str = "hann",
+) -> FRF:
+    """Estimate the FRFs of a record that comes block by block, as `estimate_frf` does of a whole one.
+
+    Parameters
+    ----------
+    blocks : iterable of Response
+        Consecutive blocks of any lengths, such as `simulate_blocks` yields.
+    estimator, resolution, overlap, band, window
+        As in `estimate_frf`.
+
+    Returns
+    -------
+    FRF
+        That of the whole record, to rounding.
+
+    Raises
+    ------
+    RecordError
+        As `estimate_frf`.
+    """
+    for name, value, known in (("estimator", estimator, ESTIMATORS), ("window", window, WINDOWS)):
+        if value not in known:
+            raise RecordError(f'{name} "{value}" is unknown; use {", ".join(known)}')
+    if not 0 <= overlap < 1:
+        raise RecordError(f"overlap must be in 0 <= overlap < 1, got {overlap!r}")
+    blocks = iter(blocks)
+    first = next(blocks, None)
+    if first is None:
+        raise RecordError("there is no block of a record")
+    if first.kind not in QUANTITY:
+        raise RecordError(f'kind "{first.kind}" of the excitation is unknown; use {", ".join(QUANTITY)}')
+    spectra = _Welch(first.fs, resolution, overlap, band or first.band, window)
+    spectra.push(first)
+    for block in blocks:
+        spectra.push(block)
+    value, coherence = spectra.estimate(ESTIMATORS[estimator])
+    return FRF(spectra.frequency, value, coherence, first.responses, first.reference, QUANTITY[first.kind])
+
+
+def _h1(sxx, syy, syx):
+    return syx / sxx
+
+
+def _h2(sxx, syy, syx):
+    return syy / syx.conj()
+
+
+def _hv(sxx, syy, syx):
+    """Minus the ratio of the parts of the eigenvector to the smaller eigenvalue of [[sxx, sxy], [syx, syy]].
+
+    Of its two equal forms the one without cancellation is taken at each line.
+    """
+    difference = syy - sxx
+    root = np.hypot(difference, 2 * np.abs(syx))
+    return np.where(difference > 0, (root + difference) / (2 * syx.conj()), 2 * syx / (root - difference))
+
+
+ESTIMATORS = {"H1": _h1, "H2": _h2, "Hv": _hv}
+
+
+def random_error(frf: FRF, duration: float) -> np.ndarray:
+    """Relative standard deviation of an estimated FRF's magnitude, from its coherence.
+
+    √(1-γ²) / (|γ| √(2 n)) (Bendat and Piersol, Random Data, 4th ed., 2010, Table 9.6), with as many averages n as
+    half-overlapping Hann segments are worth (Welch 1967: neighbours are correlated by 1/6). In a nonlinear rig most of
+    it is no noise: another excitation shows another scatter, the same one the same.
+
+    Parameters
+    ----------
+    frf : FRF
+        As `estimate_frf` gives it by default, with coherence.
+    duration : float
+        s, of the record.
+
+    Returns
+    -------
+    ndarray, shape (n_sensors, n_f)
+
+    Raises
+    ------
+    RecordError
+        If the FRF has no coherence.
+    """
+    if frf.coherence is None:
+        raise RecordError("the FRF has no coherence, so its random error is not known")
+    segments = int(2 * duration * (frf.frequency[1] - frf.frequency[0]) + 1e-9) - 1
+    averages = segments / (1 + 2 * (segments - 1) / segments / 36)
+    # Coherences of 1 may be rounded above it.
+    return np.sqrt(np.maximum(1 - frf.coherence, 0) / (2 * averages * frf.coherence))
+
+
+class _Welch:
+    """Sums of the segments' spectra, and the samples of which further segments will be made."""
+
+    def __init__(self, fs, resolution, overlap, band, window):
+        if not 0 < resolution <= fs / 2:
+            raise RecordError(f"resolution must be > 0 Hz and at most fs / 2 = {fs / 2:g} Hz, got {resolution!r}")
+        if band and fs < 2 * band[1]:
+            raise RecordError(f"fs {fs:g} Hz is below twice the band's upper end {band[1]:g} Hz")
+        self.fs, self.length, self.averages = fs, round(min(fs / resolution, 1e18)), 0
+        self.hop = max(1, self.length - round(overlap * self.length))
+        self.band, self.shape = band, window
+        self.sums = self.held = None
+        self.limits = np.inf, -np.inf
+
+    def _prepare(self):
+        """Make what is as long as a segment, once there is one."""
+        self.window = scipy.signal.get_window(self.shape, self.length)
+        frequency = np.arange(self.length // 2 + 1) * (self.fs / self.length)
+        self.lines = _lines(frequency, self.band) if self.band else slice(None)
+        self.frequency = frequency[self.lines]
+
+    def push(self, block):
+        """Add every segment that a block completes."""
+        excitation, response = np.asarray(block.excitation, dtype=float), np.asarray(block.acceleration, dtype=float)
+        if response.ndim != 2 or excitation.shape != response.shape[:1]:
+            raise RecordError(
+                f"acceleration must be (n_t, n_sensors) with n_t samples of excitation, got {response.shape} "
+                f"and {excitation.shape}"
+            )
+        signals = np.vstack((excitation, response.T))
+        finite = np.isfinite(signals).all(axis=1)
+        if not finite.all():
+            bad = int(np.argmin(finite))
+            raise RecordError(f"{f'acceleration column {bad - 1}' if bad else 'the excitation'} is not finite")
+        low, high = self.limits
+        self.limits = min(low, excitation.min(initial=np.inf)), max(high, excitation.max(initial=-np.inf))
+        held = signals if self.held is None else np.hstack((self.held, signals))
+        if self.sums is None and held.shape[1] >= self.length:
+            self._prepare()
+        while held.shape[1] >= self.length:
+            x, *y = scipy.fft.rfft(held[:, : self.length] * self.window)[:, self.lines]
+            y = np.reshape(y, (-1, x.size))
+            found = x.real**2 + x.imag**2, y.real**2 + y.imag**2, y * x.conj()
+            self.sums = found if self.sums is None else tuple(map(np.add, self.sums, found))
+            self.averages += 1
+            held = held[:, self.hop :]
+        self.held = held
+
+    def estimate(self, estimator):
+        """Return FRFs and coherence, which one segment alone does not have."""
+        if not self.averages:
+            raise RecordError(
+                f"the record lasts {self.held.shape[1] / self.fs:g} s, shorter than one segment of "
+                f"{self.length / self.fs:g} s (resolution {self.fs / self.length:g} Hz)"
+            )
+        low, high = self.limits
+        if low == high:
+            raise RecordError(f"the excitation is constant at {low:g}: no FRF can be estimated")
+        sxx, syy, syx = self.sums
+        with np.errstate(divide="ignore", invalid="ignore"):
+            coherence = np.abs(syx) ** 2 / (sxx * syy) if self.averages > 1 else None
+            return estimator(sxx, syy, syx), coherence
+
+
+def _lines(frequency, band) -> slice:
+    """Lines with lo <= f <= hi, to rounding."""
+    low, high = band
+    slack = 1e-9 * abs(high)
+    lines = slice(*np.searchsorted(frequency, (low - slack, high + slack)))
+    if not low <= high or lines.start >= lines.stop:
+        raise RecordError(
+            f"no line between {low:g} and {high:g} Hz; there are lines from {frequency[0]:g} to {frequency[-1]:g} Hz"
+        )
+    return lines

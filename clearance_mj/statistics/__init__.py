@@ -1,0 +1,1 @@
+"""How sure a number is: intervals over seeds, repeatability, bands of predicted FRFs."""

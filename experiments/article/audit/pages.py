@@ -1,0 +1,72 @@
+"""The audit as Markdown and as HTML."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterator, Sequence
+
+from clearance_mj.report import html
+from clearance_mj.report.tables import Column, Table
+
+from .claim import Claim
+from .judge import VERDICTS
+
+__all__ = ["to_html", "to_markdown"]
+
+_INTRODUCTION = (
+    "Every derived number of the article is recomputed from its published tables, and its equations are checked by "
+    "calculation. The article is *Prediction of Clearance Vibration for Intelligent Vehicles Motion Control* "
+    "(Sustainability 14, 6698)."
+)
+_COLUMNS = ("where", "text", "printed", "recomputed", "verdict")
+_HEADINGS = ("Where", "Claim", "Printed", "Recomputed", "Verdict")
+
+
+def to_markdown(claims: Sequence[Claim]) -> str:
+    """Return the audit as a page of Markdown.
+
+    Parameters
+    ----------
+    claims : sequence of Claim
+        Of `audit`.
+    """
+    lines = ["# Audit of the article", "", _INTRODUCTION, "", _summary(claims), ""]
+    for part, members in _parts(claims):
+        lines += [f"## {part}", "", _row(_HEADINGS), _row(["---"] * len(_HEADINGS))]
+        lines += [_row(getattr(claim, name) for name in _COLUMNS) for claim in members] + [""]
+    lines += ["## How numbers are judged", "", "The first that applies:", ""]
+    lines += [f"- {verdict}: {meaning}." for verdict, meaning in VERDICTS.items()]
+    return "\n".join([*lines, "", "Made by `clearance-mj audit`."]) + "\n"
+
+
+def to_html(claims: Sequence[Claim]) -> str:
+    """Return the audit as one HTML file that needs nothing else.
+
+    Parameters
+    ----------
+    claims : sequence of Claim
+        Of `audit`.
+    """
+    columns = tuple(Column(heading) for heading in _HEADINGS)
+    sections = [
+        html.Section(f"part-{i}", part, html.table(
+            Table(f"part-{i}", "", columns, tuple(tuple(getattr(c, n) for n in _COLUMNS) for c in members))))
+        for i, (part, members) in enumerate(_parts(claims), 1)
+    ]  # fmt: skip
+    rules = "".join(f"<li>{html.formula(f'{verdict}: {meaning}')}</li>\n" for verdict, meaning in VERDICTS.items())
+    sections.append(html.Section("rules", "How numbers are judged", f"<ul>\n{rules}</ul>\n"))
+    introduction = html.paragraph(_INTRODUCTION.replace("*", "")) + html.paragraph(_summary(claims), "verdict")
+    return html.page("Audit of the article", sections, introduction)
+
+
+def _parts(claims) -> Iterator[tuple[str, list[Claim]]]:
+    for part, members in itertools.groupby(claims, key=lambda claim: claim.part):
+        yield part, list(members)
+
+
+def _summary(claims) -> str:
+    return f"{sum(claim.holds for claim in claims)} of {len(claims)} claims hold."
+
+
+def _row(cells) -> str:
+    return "| " + " | ".join(cell.replace("|", r"\|") for cell in cells) + " |"

@@ -1,0 +1,259 @@
+"""The rig out of the article's four test frequencies: found from several starts, and the family that fits as well."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+
+from clearance_mj.beam import mode_shapes, natural_frequencies
+from clearance_mj.calibrate import Calibration, ModalTarget, calibrate, profile, value_of
+from clearance_mj.report.calibration import draw
+from clearance_mj.report.figures import Drawing
+from clearance_mj.report.tables import Column, Table
+from clearance_mj.rig import Rig
+from clearance_mj.signals.correlation import mac
+
+from .context import Context
+from .result import Result
+from .style import BLACK, BLUE, VERMILION, panel, sheet
+
+__all__ = ["run"]
+
+HELD = "bushings[0].position"
+EQUAL = {
+    HELD: None,
+    "bushings[1].position": None,
+    "bushings.grease.stiffness": (3e2, 3e4),
+    "masses[0].mass": (0.02, 4.0),
+}
+DIAMETER = {"beam.diameter": (0.006, 0.012)}
+MATERIAL = {"beam.young_modulus": None, "beam.density": None, "bushings.grease.stiffness": None, "masses[0].mass": None}
+START = {HELD: 0.45, "bushings[1].position": 0.85, "bushings.grease.stiffness": 2000.0, "masses[0].mass": 0.2}
+"""far from any of what is found"""
+STEP = 0.05
+"""Hz, of the printed frequencies"""
+SHAPE_STD = 0.03
+"""of a component of a shape of unit length, if shapes were measured"""
+SEARCHED = 0.42, 0.70
+"""positions of the first bushing between which the family is looked for, m"""
+WORDS = {
+    "beam.diameter": "Diameter",
+    "bushings[1].position": "Second bushing",
+    "bushings.grease.stiffness": "Grease stiffness",
+    "masses[0].mass": "Tip mass",
+    "fifth_hz": "Fifth frequency",
+    "least_mac": "Least MAC of four modes",
+}
+FITS = 1.0
+"""largest χ² of a rig that fits"""
+
+
+def run(context: Context, starts: int = 32, step: float = 0.01, seed: int = 1) -> Result:
+    """Calibrate the rig to Table 1.
+
+    Parameters
+    ----------
+    context : Context
+        Gives the article's table and the rig.
+    starts : int
+        Of the search; a quarter of them in the quick way.
+    step : float
+        Between the rigs of the family, m; three times as much in the quick way.
+    seed : int
+        Of the starts.
+    """
+    starts, step = (starts // 4, 3 * step) if context.quick else (starts, step)
+    rig, target = context.dataset.rig, _target(context)
+    context.stage("starts")
+    found = calibrate(_started(rig), [target], EQUAL, starts, seed)
+    context.stage("family")
+    family = _family(found, target, step)
+    context.stage("what would tell")
+    material = calibrate(found.rig, [target], MATERIAL, 1)
+    told = calibrate(found.rig, [_with_shapes(found.rig, target)], DIAMETER | EQUAL, 1)
+    first = dataclasses.replace(draw(found), name="calibrate_table1")
+    return Result(
+        title="Calibration: a rig out of Table 1",
+        article=(
+            "Four natural frequencies of the test, 9.25, 39.75, 92.85 and 188.85 Hz (Table 1). No dimension, no "
+            "material and no mass is given, and nothing is said of how the model's were found."
+        ),
+        method=(
+            "Free: the positions of the two bushings, their grease stiffness (the same in both) and the mass at the "
+            "tip; given: a steel shaft of 1 m and 8.617 mm diameter. Bounded least squares on the logarithms, "
+            f"{starts} starts (Latin hypercube, seed {seed}), the first of them at {_listed(START)}. The standard "
+            f"deviation of a frequency is that of rounding to {STEP:g} Hz, {STEP / 12**0.5:.4f} Hz. For the family the "
+            "diameter is free too, and the first bushing is held at one position after the other."
+        ),
+        shows=_shows(rig, found, family, material, told),
+        differs=(
+            "The article cannot be checked on this: it gives no parameter. Four frequencies tell four numbers, and the "
+            "rig has more: equal bushings, the material and the length are assumptions, and with the diameter free a "
+            "family of rigs has these four frequencies exactly. The shipped rig is one of them. Mode shapes at the "
+            "eight sensors would decide; the article measures them (its MAC) and does not print them. Standard "
+            "deviations are of rounding alone and to first order."
+        ),
+        drawings=(first, _draw_family(rig, found, family)),
+        data={
+            "calibrate_table1": _rows(rig, found),
+            "calibrate_table1_starts": _start_rows(found),
+            "calibrate_table1_family": [_member(found, member) for member in family],
+        },
+        tables=(_table(rig, found, told), _family_table(found, family)),
+    )
+
+
+def _target(context) -> ModalTarget:
+    modes = context.article.modes
+    frequency = np.array([row["test_hz"] for row in modes.values()])
+    return ModalTarget(frequency, np.array(list(modes)), np.full(frequency.size, STEP / np.sqrt(12)))
+
+
+def _started(rig) -> Rig:
+    bushings = tuple(
+        dataclasses.replace(b, position=START[f"bushings[{i}].position"],
+                            grease=dataclasses.replace(b.grease, stiffness=START["bushings.grease.stiffness"]))
+        for i, b in enumerate(rig.bushings)
+    )  # fmt: skip
+    return rig.replace(bushings=bushings, masses=(dataclasses.replace(rig.masses[0], mass=START["masses[0].mass"]),))
+
+
+def _listed(values) -> str:
+    return ", ".join(f"{path} = {value:g}" for path, value in values.items())
+
+
+def _family(found, target, step) -> list[Calibration]:
+    """Rigs that fit, by the position of the first bushing, outwards from the one that was found."""
+    free = DIAMETER | {path: bounds for path, bounds in EQUAL.items() if path != HELD}
+    middle = round(found.value[0], 2)
+    ways = np.arange(middle + step, SEARCHED[1], step), np.arange(middle, SEARCHED[0], -step)
+    members = [m for way in ways for m in _while_fitting(profile(found.rig, [target], free, HELD, way, 1))]
+    return sorted(members, key=lambda m: value_of(m.rig, HELD))
+
+
+def _while_fitting(members) -> list[Calibration]:
+    end = next((i for i, m in enumerate(members) if m.chi2 > FITS), len(members))
+    return members[:end]
+
+
+def _with_shapes(rig, target) -> ModalTarget:
+    positions, nodes = zip(*((s.position, s.node) for s in rig.sensors))
+    shape = mode_shapes(rig, positions, len(target.mode))
+    return dataclasses.replace(target, shape=shape, nodes=nodes, shape_std=SHAPE_STD)
+
+
+def _rows(rig, found) -> list[dict]:
+    return [
+        {"parameter": path, "start": value_of(found.start, path), "calibrated": float(value), "std": float(std),
+         "shipped_rig": value_of(rig, path)}
+        for path, value, std in zip(found.paths, found.value, found.std)
+    ]  # fmt: skip
+
+
+def _start_rows(found) -> list[dict]:
+    return [
+        dict(zip(found.paths, solution.value.tolist())) | {"chi2": solution.chi2, "fits": solution.chi2 <= FITS}
+        for solution in found.solutions
+    ]
+
+
+def _member(found, member) -> dict:
+    x = [s.position for s in found.rig.sensors]
+    alike = mac(mode_shapes(found.rig, x, 4), mode_shapes(member.rig, x, 4)).diagonal()
+    paths = (HELD, *member.paths)
+    values = {path: value_of(member.rig, path) for path in paths}
+    fifth = natural_frequencies(member.rig, 5)[4]
+    return values | {"chi2": member.chi2, "fifth_hz": float(fifth), "least_mac": float(alike.min())}
+
+
+def _span(rows, name, scale=1.0) -> str:
+    values = [scale * row[name] for row in rows]
+    return f"{min(values):.4g} to {max(values):.4g}"
+
+
+def _shows(rig, found, family, material, told) -> str:
+    rows = [_member(found, member) for member in family]
+    fitting = sum(s.chi2 <= FITS for s in found.solutions)
+    worst = max(abs(row["relative_error"]) for row in found.to_dict()["modes"])
+    places = "; ".join(f"bushings at {s.value[0]:.4f} and {s.value[1]:.4f} m" for s in found.distinct)
+    away = max(abs(row["calibrated"] - row["shipped_rig"]) / row["std"] for row in _rows(rig, found))
+    return (
+        f"{fitting} of {len(found.solutions)} starts end in {len(found.distinct)} different rigs that have the four "
+        f"frequencies exactly, to {worst:.0e} ({places}); the others stop in local minima. The table has the one "
+        f"nearest to the start; it is at most {away:.2f} standard deviations away from the shipped rig. With the "
+        f"diameter free too, rigs whose first bushing stands anywhere from {_span(rows, HELD)} m have the same four "
+        f"frequencies, with diameters of {_span(rows, 'beam.diameter', 1e3)} mm, the second bushing at "
+        f"{_span(rows, 'bushings[1].position')} m, grease of {_span(rows, 'bushings.grease.stiffness')} N/m and tip "
+        f"masses of {_span(rows, 'masses[0].mass')} kg. Their fifth frequencies differ by up to "
+        f"{_spread(rows, 'fifth_hz'):.1f} %, their shapes at the eight sensors have a MAC down to "
+        f"{min(row['least_mac'] for row in rows):.3f} with those of the rig that was found. With E, ρ, stiffness and "
+        f"mass free instead, {material.warnings[0].partition(' (')[0]}: all may grow by the same factor. Were the "
+        f"shapes measured to {100 * SHAPE_STD:g} % of their length, {len(told.paths) - len(told.untold)} of "
+        f"{len(told.paths)} parameters would be told, the mass to {100 * told.std[-1] / told.value[-1]:.1f} %."
+    )
+
+
+def _spread(rows, name) -> float:
+    values = [row[name] for row in rows]
+    return 100 * (max(values) / min(values) - 1)
+
+
+def _table(rig, found, told) -> Table:
+    columns = (
+        Column("Parameter"),
+        Column("Start", "", ".4g"),
+        Column("Calibrated", "", ".5g"),
+        Column("Std", "", ".2g"),
+        Column("Shipped rig", "", ".5g"),
+        Column("Std, diameter free, with shapes", "", ".2g"),
+    )
+    with_shapes = dict(zip(told.paths, told.std))
+    body = tuple((*row.values(), float(with_shapes[row["parameter"]])) for row in _rows(rig, found))
+    return Table("parameters", "Parameters in SI units; standard deviations to first order", columns, body)
+
+
+def _family_table(found, family) -> Table:
+    columns = (
+        Column("First bushing", "m", ".3f"),
+        Column("Diameter", "mm", ".4f"),
+        Column("Second bushing", "m", ".4f"),
+        Column("Grease stiffness", "N/m", ".0f"),
+        Column("Tip mass", "kg", ".4f"),
+        Column("Fifth frequency", "Hz", ".2f"),
+        Column("Least MAC", "", ".4f"),
+    )
+    rows = [list(_member(found, member).values()) for member in family]
+    body = tuple((x, 1e3 * d, second, k, m, fifth, alike) for x, d, second, k, m, _, fifth, alike in rows)
+    return Table("family", "Rigs with the same four natural frequencies", columns, body)
+
+
+def _draw_family(rig, found, family) -> Drawing:
+    rows = [_member(found, member) for member in family]
+    figure = sheet(4.2)
+    units = {
+        "beam.diameter": ("mm", 1e3),
+        "bushings[1].position": ("m", 1),
+        "bushings.grease.stiffness": ("kN/m", 1e-3),
+    }
+    units |= {"masses[0].mass": ("kg", 1), "fifth_hz": ("Hz", 1), "least_mac": ("1", 1)}
+    for ax, (name, (unit, scale)) in zip(figure.subplots(2, 3, sharex=True).flat, units.items()):
+        ax.plot([row[HELD] for row in rows], [scale * row[name] for row in rows], color=BLUE, marker="o", ms=3, lw=1)
+        if name in found.paths or name in DIAMETER:
+            i = found.paths.index(name) if name in found.paths else None
+            for s in found.distinct:
+                y = value_of(rig, name) if i is None else s.value[i]
+                ax.plot(s.value[0], scale * y, "D", color=VERMILION, ms=6, label="found with the diameter given")
+            ax.plot(value_of(rig, HELD), scale * value_of(rig, name), "x", color=BLACK, ms=6, label="shipped rig")
+        panel(ax, "", "First bushing (m)", f"{WORDS[name]} ({unit})")
+    for ax in figure.axes[:3]:
+        ax.set_xlabel("")
+    handles, labels = figure.axes[0].get_legend_handles_labels()
+    named = dict(zip(labels, handles))
+    figure.legend(named.values(), named.keys(), loc="outside upper center", ncols=2, fontsize=8, frameon=False)
+    caption = (
+        "Rigs that have the four test frequencies of Table 1 to the last digit, over the position of their first "
+        "bushing. Lower right panels: what would tell them apart, the fifth frequency and the shapes at the eight "
+        "sensors (MAC with the rig that was found)."
+    )
+    return Drawing("calibrate_table1_family", figure, caption, "Parameters of the family of rigs that fit Table 1.")

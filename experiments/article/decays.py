@@ -1,0 +1,141 @@
+"""Stiffness and damping identified from free decays whose parameters are known: Figures 2 and 3."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from clearance_mj.identify.oscillator import CONDITIONS, Decay, free_decay, rms_error, sdof
+from clearance_mj.report.figures import Drawing
+from clearance_mj.report.tables import Column, Table
+
+from .context import Context
+from .result import Result
+from .style import BLACK, BLUE, FONT, ORANGE, VERMILION, panel, sheet
+from .texts import texts
+
+__all__ = ["working_condition"]
+
+BAND = (50.0, 110.0)  # Hz
+FORMS = {
+    "corrected": {},
+    "Eq. 12 as printed": {"correction": "none"},
+    "Eq. 17 as printed": {"damping": "as-printed"},
+}
+QUANTITIES = {"c": "Damping c (N s/m)", "k": "Stiffness k (N/m)"}
+THIN = 8
+"""Of so many samples the CSV holds one"""
+KNOWS = {
+    "corrected": "the displacement, the mass and a band for the frequency; c = 2m(-A'/A - ω'/(2ω))",
+    "Eq. 12 as printed": "the same; c = -2m A'/A, which holds for a constant frequency",
+    "Eq. 17 as printed": "the same; the real part 4mωζ, which is twice the damping",
+}
+
+
+def working_condition(context: Context, number: int, name: str, snrs: Sequence[float], seeds: int):
+    """Identify one of the article's working conditions.
+
+    Parameters
+    ----------
+    context : Context
+        If quick, one noise is enough.
+    number : int
+        1 or 2.
+    name : str
+        The item.
+    snrs : sequence of float
+        Signal-to-noise ratios, dB; the first is shown with every form.
+    seeds : int
+        How many noises the errors are taken over.
+
+    Returns
+    -------
+    Result
+    """
+    context.stage("identifying")
+    words = texts(name)
+    clean = free_decay(CONDITIONS[number])
+    noises = range(1 if context.quick else seeds)
+    found = {snr: [_identify(clean.with_noise(snr, seed)) for seed in noises] for snr in snrs}
+    errors = [row for snr in snrs for row in _errors(clean, found[snr], snr)]
+    first = {snr: found[snr][0] for snr in snrs}
+    caption = (
+        f"{words['title']}. (a), (b): corrected form at {' and '.join(f'{snr:g}' for snr in snrs)} dB; (c), (d): every "
+        f"form at {snrs[0]:g} dB. Curves of one noise."
+    )
+    alt = "Damping and stiffness over time, known and identified."
+    return Result(
+        **words,
+        method=(
+            "A free decay of 0.025 kg is integrated with the known k(t) and c(t), white noise is added, and both are "
+            f"identified from the Morlet ridge between {BAND[0]:g} and {BAND[1]:g} Hz. Errors are relative RMS over "
+            f"the valid samples; the largest over the noises counts (noises: {len(noises)})."
+        ),
+        shows=_shows(errors, snrs),
+        drawings=(Drawing(name, _draw(clean, first), caption, alt),),
+        data={name: _curves(clean, first), f"{name}_errors": errors},
+        tables=(_table(errors),),
+        knows=KNOWS,
+    )
+
+
+def _identify(decay: Decay) -> dict:
+    return {form: sdof(decay.signal, decay.fs, decay.mass, BAND, **options) for form, options in FORMS.items()}
+
+
+def _errors(clean, found, snr) -> list[dict]:
+    def worst(quantity, form):
+        results = (run[form] for run in found)
+        return 100 * max(rms_error(getattr(r, quantity), getattr(clean, quantity), r.valid) for r in results)
+
+    return [
+        {"snr_db": snr, "quantity": quantity, "form": form, "largest_rms_error_percent": worst(quantity, form)}
+        for quantity in QUANTITIES
+        for form in FORMS
+    ]
+
+
+def _curves(clean, first) -> list[dict]:
+    columns = {"time_s": clean.time, "c_known": clean.c, "k_known": clean.k}
+    for snr, results in first.items():
+        columns |= {f"{q} {form}, {snr:g} dB": getattr(r, q) for form, r in results.items() for q in QUANTITIES}
+    rows = np.transpose(list(columns.values()))[::THIN]
+    return [dict(zip(columns, (f"{value:.7g}" for value in row))) for row in rows]
+
+
+def _draw(clean, first) -> Figure:
+    figure = sheet(4.6)
+    axes, snr = figure.subplots(2, 2, sharex=True, sharey="col"), next(iter(first))
+    upper = {f"SNR {level:g} dB": results["corrected"] for level, results in first.items()}
+    for row, curves, colours in zip(axes, (upper, first[snr]), ((BLUE, ORANGE), (BLUE, ORANGE, VERMILION))):
+        for ax, quantity in zip(row, QUANTITIES):
+            ax.plot(clean.time, getattr(clean, quantity), color=BLACK, lw=2.2, alpha=0.35, label="known")
+            for (label, result), colour in zip(reversed(curves.items()), colours[len(curves) - 1 :: -1]):
+                style = "--" if label == "Eq. 12 as printed" else "-"
+                ax.plot(clean.time, getattr(result, quantity), color=colour, lw=1.1, ls=style, label=label)
+    titles = ("(a) damping", "(b) stiffness", f"(c) damping, {snr:g} dB", f"(d) stiffness, {snr:g} dB")
+    for i, (ax, title, quantity) in enumerate(zip(axes.flat, titles, [*QUANTITIES] * 2)):
+        panel(ax, title, "Time (s)" if i > 1 else "", QUANTITIES[quantity])
+        if i % 2 == 0:
+            ax.legend(fontsize=FONT - 1, frameon=False)
+    for ax in axes[0]:
+        ax.set_ylim(0, 1.25 * ax.get_ylim()[1])  # room for the legend; rows share it
+    return figure
+
+
+def _shows(errors, snrs) -> str:
+    value = {(row["snr_db"], row["quantity"], row["form"]): row["largest_rms_error_percent"] for row in errors}
+    corrected = "; ".join(
+        f"at {snr:g} dB c {value[snr, 'c', 'corrected']:.2g} %, k {value[snr, 'k', 'corrected']:.2g} %" for snr in snrs
+    )
+    printed = " and ".join(f"{value[snrs[0], 'c', form]:.3g} % with {form}" for form in [*FORMS][1:])
+    return f"RMS errors of the corrected form: {corrected}. At {snrs[0]:g} dB c is off by {printed}."
+
+
+def _table(errors) -> Table:
+    columns = (Column("SNR", "dB", "g"), Column("Quantity"), Column("Form"), Column("RMS error", "%", ".3g"))
+    return Table(
+        "errors", "Largest relative RMS error over the noises", columns, tuple(tuple(r.values()) for r in errors)
+    )

@@ -1,0 +1,135 @@
+"""Figure 4: damping identified at single scales, in three sequences, and what each scale costs."""
+
+from __future__ import annotations
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from clearance_mj.identify.oscillator import MASS, SCALE_CONDITION, SCALE_SEQUENCES, free_decay, scale_study
+from clearance_mj.report.figures import Drawing
+from clearance_mj.report.tables import Column, Table
+
+from .context import Context
+from .result import Result
+from .style import BLACK, BLUE, FONT, GREEN, ORANGE, PURPLE, SKY, VERMILION, panel, sheet
+from .texts import texts
+
+__all__ = ["run"]
+
+FS = 1024.0  # Hz
+DURATION = 4.55  # s: the widest wavelet lies within it at the first and at the last of the article's 4 s
+PRINTED = {-6.0: 3200, -6.25: 3800, -6.5: 4400, -6.75: 5200, -7.0: 6400}
+"""Translations as the article prints them, by the exponent of the scale"""
+COLOURS = (SKY, ORANGE, GREEN, VERMILION, BLUE, PURPLE)
+SHOWN = 40
+"""dB, of the curves"""
+
+
+def run(context: Context, snrs=(100, SHOWN, 20), seeds: int = 20) -> Result:
+    """Identify the decay of Figure 4 at single scales.
+
+    Parameters
+    ----------
+    context : Context
+        If quick, one noise of the SNR that is drawn is enough.
+    snrs : sequence of float
+        Signal-to-noise ratios, dB; 40 dB, whose curves are drawn, is one of them.
+    seeds : int
+        How many noises the median errors are taken over.
+    """
+    if context.quick:
+        snrs, seeds = (SHOWN,), 1
+    known = free_decay(SCALE_CONDITION, DURATION, FS)
+    scales = sorted({scale for sequence in SCALE_SEQUENCES for scale in sequence})
+    noises, runs = range(seeds), {}
+    for snr in snrs:
+        context.stage(f"{len(scales)} scales at {snr:g} dB")
+        runs[snr] = [scale_study(known.with_noise(snr, seed), scales) for seed in noises]
+    study = dict(zip(scales, runs[SHOWN][0]))
+    error = {
+        (snr, scale): 100 * float(np.median([run[i].c_error for run in runs[snr]]))
+        for snr in snrs
+        for i, scale in enumerate(scales)
+    }
+    caption = (
+        f"Sequences 1 to 3 of scales a. (a)-(c): damping at each scale, SNR {SHOWN} dB; (d)-(f): its RMS error, median "
+        f"of {len(noises)} noises. Dotted: a = ω0/ω, where the ridge is."
+    )
+    alt = "Damping over time at single scales in three sequences, and its error over the scale."
+    return Result(
+        **texts("figure_04"),
+        method=(
+            "Translations b = a(16κ + 8), κ = 0 : 0.005 : T/(4a), on 4 s of the decay of 0.025 kg and 8000 N/m; Morlet "
+            "wavelet with ω0 = 5; c = -2m A'/A from a local slope of ln A, the same at every scale."
+        ),
+        shows=_shows(error, scales, snrs),
+        drawings=(Drawing("figure_04", _draw(study, error, known, snrs), caption, alt),),
+        data={"figure_04": _rows(study, error, snrs)},
+        tables=(_table(study, error, snrs),),
+        knows={"each scale": "the displacement, the mass and the scale; nothing of the frequency"},
+    )
+
+
+def _exponent(scale) -> float:
+    return float(np.round(np.log2(scale), 3))
+
+
+def _ridge_exponent() -> float:
+    """Of the scale whose centre frequency is the decay's, at 8000 N/m and ω0 = 5."""
+    return float(np.log2(5.0 / np.sqrt(8000.0 / MASS)))
+
+
+def _rows(study, error, snrs) -> list[dict]:
+    return [
+        {"sequence": number, "log2_scale": _exponent(scale), "points": study[scale].points}
+        | {"points_printed": PRINTED.get(_exponent(scale), ""), "products": study[scale].products}
+        | {"k_error_percent": 100 * study[scale].k_error}
+        | {f"c_error_percent_{snr:g}dB_median": error[snr, scale] for snr in snrs}
+        for number, sequence in enumerate(SCALE_SEQUENCES, 1)
+        for scale in sequence
+    ]
+
+
+def _table(study, error, snrs) -> Table:
+    columns = (
+        Column("Scale", "log2 s", "g"),
+        Column("Translations", "", "d"),
+        Column("as printed", "", "d"),
+        Column("Products", "1e6", ".3g"),
+        Column("Time", "s", ".2f"),
+        *(Column(f"Error of c, {snr:g} dB", "%", ".3g") for snr in snrs),
+    )
+    rows = tuple(
+        (exponent, s.points, PRINTED.get(exponent), s.products / 1e6, s.seconds, *(error[snr, scale] for snr in snrs))
+        for scale, s in study.items()
+        for exponent in (_exponent(scale),)
+    )
+    return Table("scales", "Cost and error of each scale; errors are medians over the noises", columns, rows)
+
+
+def _shows(error, scales, snrs) -> str:
+    best = {snr: min(scales, key=lambda scale: error[snr, scale]) for snr in snrs}
+    words = (f"at {snr:g} dB 2^{_exponent(scale):g} ({error[snr, scale]:.2g} %)" for snr, scale in best.items())
+    return f"Least error of c: {', '.join(words)}. The ridge's scale ω0/ω is 2^{_ridge_exponent():.2f}."
+
+
+def _draw(study, error, known, snrs) -> Figure:
+    figure = sheet(5.0)
+    axes = figure.subplots(2, 3, sharey="row")
+    for i, (column, sequence) in enumerate(zip(axes.T, SCALE_SEQUENCES)):
+        exponents = [_exponent(scale) for scale in sequence]
+        column[0].plot(known.time, known.c, color=BLACK, lw=1, label="known")
+        for scale, exponent, colour in zip(sequence, exponents, COLOURS):
+            column[0].plot(
+                study[scale].time, study[scale].c, color=colour, lw=1, ls="--", label=f"2$^{{{exponent:g}}}$"
+            )
+        for snr, marker, colour in zip(snrs, "os^", (BLUE, ORANGE, VERMILION)):
+            values = [error[snr, scale] for scale in sequence]
+            column[1].semilogy(exponents, values, marker, ls="-", lw=1, ms=4, color=colour, label=f"{snr:g} dB")
+        column[1].axvline(_ridge_exponent(), color=BLACK, ls=":", lw=1)
+        panel(column[0], f"({'abc'[i]}) sequence {i + 1}", "Time (s)", "" if i else "Damping c (N s/m)")
+        panel(column[1], f"({'def'[i]})", "log$_2$ of scale a over 1 s", "" if i else "RMS error of c (%)")
+        column[0].set_ylim(0, 0.12)
+        column[0].legend(fontsize=FONT - 1.5, ncols=2, loc="upper left", edgecolor="none", framealpha=0.9)
+    axes[1, 0].legend(fontsize=FONT - 1, frameon=False, title="SNR", title_fontsize=FONT - 1)
+    return figure

@@ -1,0 +1,109 @@
+"""An item in words, figures and tables: as a section of the index page, and as a page of the documentation."""
+
+from __future__ import annotations
+
+import base64
+import math
+from collections.abc import Mapping, Sequence
+from html import escape
+
+from clearance_mj.report import html
+from clearance_mj.report.tables import Table
+
+from .result import Result
+
+__all__ = ["index", "markdown", "section"]
+
+SVG_LIMIT = 600_000
+"""bytes, above which the index page shows the PNG"""
+
+
+def _words(result: Result) -> list[tuple[str, str]]:
+    """Headings and texts, in the order of reading."""
+    parts = [
+        ("What the article says", result.article),
+        ("What was done here", result.method),
+        ("What it shows", result.shows),
+        ("What differs, and why", result.differs),
+    ]
+    return [(heading, text) for heading, text in parts if text]
+
+
+def section(result: Result, images: Mapping[str, bytes]) -> str:
+    """Return an item as a section's markup, which needs no other file.
+
+    Parameters
+    ----------
+    result : Result
+        What it gave.
+    images : mapping
+        Its figures as PNG and SVG, by the file's name.
+    """
+    parts = [_figure(drawing, images) for drawing in result.drawings]
+    parts += [f"<h3>{heading}</h3>\n{html.paragraph(escape(text))}" for heading, text in _words(result)]
+    if result.knows:
+        items = "".join(f"<dt>{escape(model)}</dt><dd>{escape(words)}</dd>\n" for model, words in result.knows.items())
+        parts.append(f"<h3>What each model was allowed to know</h3>\n<dl>{items}</dl>\n")
+    parts += [html.table(table) for table in result.tables]
+    files = ", ".join(f'<a href="{file}.csv">{file}.csv</a>' for file in result.data)
+    return "".join(parts) + (html.note(f"Numbers: {files}.") if files else "")
+
+
+def _figure(drawing, images) -> str:
+    png, svg = (images[f"{drawing.name}.{suffix}"] for suffix in ("png", "svg"))
+    data, kind = (svg, "svg+xml") if len(svg) <= SVG_LIMIT else (png, "png")
+    source = f"data:image/{kind};base64,{base64.b64encode(data).decode('ascii')}"
+    caption = html.note(escape(drawing.caption))
+    return f'<figure><img src="{source}" alt="{escape(drawing.alt)}">\n<figcaption>{caption}</figcaption></figure>\n'
+
+
+def index(sections: Sequence[html.Section], quick: bool) -> str:
+    """Return the index page.
+
+    Parameters
+    ----------
+    sections : sequence of Section
+        Of the items.
+    quick : bool
+        Whether the items were computed in the quick way, which the page then says.
+    """
+    text = "The test here is a virtual rig: its records are <strong>synthetic</strong>, not measured."
+    if quick:
+        text += " Computed with --quick: fewer noises, laws and engines."
+    return html.page("The article’s figures and tables, computed again", sections, html.paragraph(text, "banner"))
+
+
+def markdown(name: str, result: Result) -> str:
+    """Return an item as a page in Markdown, with its figures beside it as PNG.
+
+    Parameters
+    ----------
+    name : str
+        The item.
+    result : Result
+        What it gave.
+    """
+    parts = [f"# {result.title}"]
+    parts += [f"![{d.alt}]({d.name}.png)\n\n{d.caption}" for d in result.drawings]
+    parts += [f"## {heading}\n\n{text}" for heading, text in _words(result)]
+    if result.knows:
+        items = "\n".join(f"- **{model}**: {words}" for model, words in result.knows.items())
+        parts.append(f"## What each model was allowed to know\n\n{items}")
+    parts += [_table(table) for table in result.tables]
+    parts.append(f"Made by `clearance-mj reproduce {name}`.")
+    return "\n\n".join(parts) + "\n"
+
+
+def _table(table: Table) -> str:
+    heads = [" ".join(filter(None, (c.group, c.label, f"({c.unit})" if c.unit else ""))) for c in table.columns]
+    rows = [[_cell(value, c.form) for value, c in zip(row, table.columns)] for row in table.rows]
+    rule = ["---:" if c.form else "---" for c in table.columns]
+    return f"{table.caption}\n\n" + "\n".join(f"| {' | '.join(row)} |" for row in (heads, rule, *rows))
+
+
+def _cell(value, form) -> str:
+    if value is None:
+        return ""
+    if isinstance(value, str):
+        return value
+    return html.MISSING if math.isnan(value) else format(value, form)

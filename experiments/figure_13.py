@@ -1,6 +1,0 @@
-"""Figure 13: lateral acceleration and yaw rate at 120 km/h."""
-
-from clearance_mj.reproduce import main
-
-if __name__ == "__main__":
-    main("figure_13")

@@ -1,0 +1,159 @@
+"""Readers for published records of real devices whose stiffness or clearance changes.
+
+- DROPBEAR: High-Rate-SHM-Working-Group, Dataset-8 DROPBEAR Acceleration vs Roller Displacement (2023), text.
+- Friction damper with backlash: ARTS-Laboratory, Dataset-Friction-Damper-with-Backlash (2022), JSON.
+
+Both are on GitHub under those names (CC BY-SA 4.0) and no part of this project. Files may be compressed by gzip.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from clearance_mj.errors import RecordError
+from clearance_mj.io.lvm import read_text
+
+__all__ = ["DamperRecord", "DropbearRecord", "read_damper", "read_dropbear", "real_folder"]
+
+INCH = 0.0254
+"""m"""
+POUND = 4.4482216152605
+"""N"""
+HEADER_LINES = 9
+"""of a DROPBEAR file; the sixth names the columns"""
+ACCELERATION, POSITION, TIME = "Low G Accel", "PinLoc", "Time"
+
+
+@dataclass(frozen=True, eq=False)
+class DropbearRecord:
+    """Cantilever with a roller support that moves along it."""
+
+    time: np.ndarray
+    """(n,) s"""
+    acceleration: np.ndarray
+    """(n,) low-g accelerometer, V (not scaled)"""
+    position: np.ndarray
+    """(n,) roller position sensor, V (not scaled)"""
+    fs: float
+    """samples per second"""
+
+
+@dataclass(frozen=True, eq=False)
+class DamperRecord:
+    """Friction damper with backlash under a prescribed displacement."""
+
+    time: np.ndarray
+    """(n,) s"""
+    displacement: np.ndarray
+    """(n,) m"""
+    force: np.ndarray
+    """(n,) N"""
+    fs: float
+    """samples per second"""
+
+
+def real_folder() -> Path | None:
+    """Find the folder with the published records.
+
+    Returns
+    -------
+    Path or None
+        The folder named by the environment variable CLEARANCE_REAL_DATA; None if it is not set or missing.
+    """
+    folder = Path(os.environ.get("CLEARANCE_REAL_DATA", ""))
+    return folder if folder.parts and folder.is_dir() else None
+
+
+def read_dropbear(path) -> DropbearRecord:
+    """Read a DROPBEAR text file.
+
+    Parameters
+    ----------
+    path : str or Path
+        The file: 9 header lines, then columns separated by tabs.
+
+    Returns
+    -------
+    DropbearRecord
+
+    Raises
+    ------
+    RecordError
+        Naming file and line, if a column is missing, a line is not numbers or the time does not rise.
+    """
+    lines = read_text(path)
+    if len(lines) <= HEADER_LINES:
+        raise RecordError(f"{path}: {len(lines)} lines, a DROPBEAR file has {HEADER_LINES} header lines and then data")
+    names = [name.strip() for name in lines[5].split("\t")]
+    missing = [name for name in (ACCELERATION, POSITION, TIME) if name not in names]
+    if missing:
+        raise RecordError(f"{path}, line 6: no column {', '.join(missing)} among {', '.join(names)}")
+    rows = np.empty((len(lines) - HEADER_LINES, len(names)))
+    for i, line in enumerate(lines[HEADER_LINES:]):
+        try:
+            rows[i] = [float(field) for field in line.split("\t")]
+        except ValueError:
+            raise RecordError(
+                f"{path}, line {i + HEADER_LINES + 1}: {len(names)} numbers expected, got {line[:60]!r}"
+            ) from None
+    time, acceleration, position = (rows[:, names.index(name)] for name in (TIME, ACCELERATION, POSITION))
+    fs = _rate(path, time, first=HEADER_LINES + 1)
+    _finite(path, HEADER_LINES + 1, acceleration=acceleration, position=position)
+    return DropbearRecord(time, acceleration, position, fs)
+
+
+def read_damper(path) -> DamperRecord:
+    """Read a JSON file of the friction damper with backlash.
+
+    Parameters
+    ----------
+    path : str or Path
+        The file: {"data": rows of [time s, displacement in, friction force kip, velocity in/s, actuator force 1 lb,
+        actuator force 2 lb]}.
+
+    Returns
+    -------
+    DamperRecord
+        In SI units; its force is the friction force.
+
+    Raises
+    ------
+    RecordError
+        Naming file and line (of a JSON error) or row.
+    """
+    try:
+        content = json.loads("\n".join(read_text(path)))
+    except json.JSONDecodeError as error:
+        raise RecordError(f"{path}, line {error.lineno}: not JSON ({error.msg})") from None
+    rows = content.get("data") if isinstance(content, dict) else None
+    if not isinstance(rows, list) or len(rows) < 2:
+        raise RecordError(f'{path}: needs {{"data": [rows]}} with two rows or more')
+    for i, row in enumerate(rows):
+        if not isinstance(row, list) or len(row) < 3 or not all(type(v) in (int, float) for v in row[:3]):
+            raise RecordError(f"{path}, row {i + 1}: needs numbers for time, displacement and force")
+    time, displacement, force = np.array([row[:3] for row in rows], dtype=float).T
+    fs = _rate(path, time, first=1, unit="row")
+    _finite(path, 1, "row", displacement=displacement, force=force)
+    return DamperRecord(time, displacement * INCH, force * 1000 * POUND, fs)
+
+
+def _rate(path, time, first, unit="line"):
+    """Samples per second, or an error where the time does not rise."""
+    rising = np.diff(time) > 0
+    if not rising.all():
+        raise RecordError(f"{path}, {unit} {int(np.argmin(rising)) + 1 + first}: the time does not rise")
+    if time.size < 2:
+        raise RecordError(f"{path}: one sample is no record")
+    return float((time.size - 1) / (time[-1] - time[0]))
+
+
+def _finite(path, first, unit="line", **channels):
+    for name, value in channels.items():
+        good = np.isfinite(value)
+        if not good.all():
+            raise RecordError(f"{path}, {unit} {int(np.argmin(good)) + first}: {name} is not finite")

@@ -1,0 +1,125 @@
+"""The command line: exit statuses, one clear line for bad input, nothing left behind."""
+
+import json
+import shutil
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+from clearance_mj import load_law
+from clearance_mj.cli import main
+from clearance_mj.io.results import load
+from clearance_mj.io.uff import write_uff
+from clearance_mj.signals.frf import FRF
+
+from ..conftest import ROOT
+
+RIG = str(ROOT / "models" / "table1_rig.toml")
+
+
+def refused(capsys, *arguments):
+    """Run, expect status 2 and one line on standard error, and return it."""
+    assert main([str(a) for a in arguments]) == 2
+    captured = capsys.readouterr()
+    assert captured.out == ""
+    assert captured.err.count("\n") == 1
+    return captured.err
+
+
+def first_record(folder):
+    return sorted(folder.glob("*.uff"))[0]
+
+
+DAMAGE = {
+    "truncated": lambda d: first_record(d).write_bytes(first_record(d).read_bytes()[:5000]),
+    "garbage": lambda d: first_record(d).write_bytes(b"\x00\xff" * 4000),
+    "not TOML": lambda d: (d / "rig.toml").write_text("beam = {"),
+    "unknown table": lambda d: (d / "rig.toml").write_text((d / "rig.toml").read_text() + "\n[nonsense]\nx = 1\n"),
+    "unit": lambda d: (d / "rig.toml").write_text((d / "rig.toml").read_text().replace("0.0003", '"0.3 mm"', 1)),
+    "negative gap": lambda d: (d / "rig.toml").write_text((d / "rig.toml").read_text().replace("0.0003", "-0.0003")),
+    "missing record": lambda d: first_record(d).unlink(),
+    "empty": lambda d: [p.unlink() for p in d.iterdir()],
+    "gone": shutil.rmtree,
+}
+NAMED = {
+    "unknown table": "nonsense",
+    "unit": "bushings[0].gap must be a plain number",
+    "negative gap": "bushings[0].gap",
+}
+
+
+@pytest.mark.parametrize("damage", DAMAGE)
+def test_damaged_dataset(small_dataset, tmp_path, capsys, damage):
+    data, out = tmp_path / "data", tmp_path / "out"
+    shutil.copytree(small_dataset, data)
+    DAMAGE[damage](data)
+    message = refused(capsys, "study", data, "--out", out)
+    assert str(data) in message
+    assert NAMED.get(damage, "") in message
+    assert not out.exists()
+    assert not (tmp_path / "out.partial").exists()
+
+
+def test_record_shorter_than_one_segment(rig, tmp_path, capsys):
+    from clearance_mj.io.dataset import write_dataset
+
+    from ..conftest import record_of
+
+    write_dataset(tmp_path / "data", rig, [record_of(rig, "short", "validate", 1.0, 3, duration=1.0)])
+    assert "shorter" in refused(capsys, "study", tmp_path / "data", "--out", tmp_path / "out")
+    assert not (tmp_path / "out.partial").exists()
+
+
+def test_simulate_writes_a_response(tmp_path, capsys):
+    out = tmp_path / "response.nc"
+    arguments = ["simulate", RIG, "--engine", "modal", "--duration", "2", "--rms", "0.5", "--out", str(out), "--json"]
+    assert main(arguments) == 0
+    rms = json.loads(capsys.readouterr().out)["acceleration_rms"]
+    response = load(out)
+    assert list(rms) == [f"{n}:+Z" for n in range(1, 9)]
+    assert rms["8:+Z"] == pytest.approx(response.acceleration[:, 7].std())
+
+
+def test_simulate_refuses(tmp_path, capsys):
+    assert "rms" in refused(capsys, "simulate", RIG, "--rms", "-1", "--out", tmp_path / "x.nc")
+    assert "warp" in refused(capsys, "simulate", RIG, "--engine", "warp", "--duration", "1", "--out", tmp_path / "x.nc")
+    assert "no.toml" in refused(capsys, "simulate", "no.toml", "--out", tmp_path / "x.nc")
+    law = tmp_path / "law.json"
+    law.write_text('{"kind": "constant", "k": [1, 2, 3], "c": [0]}')
+    short = ("--duration", "1", "--out", tmp_path / "x.nc")
+    assert "3 bushings, the rig has 2" in refused(capsys, "simulate", RIG, "--law", law, *short)
+    assert not (tmp_path / "x.nc").exists()
+
+
+def test_identified_law_drives_a_simulation(small_dataset, tmp_path, capsys):
+    law = tmp_path / "law.json"
+    assert main(["identify", str(small_dataset), "--method", "nominal", "--out", str(law), "--quiet"]) == 0
+    assert load_law(law).k.shape == (2,)
+    out = ["--duration", "1", "--engine", "modal", "--out", str(tmp_path / "r.nc")]
+    assert main(["simulate", RIG, "--law", str(law), *out]) == 0
+    assert json.loads(law.read_text()) == load(tmp_path / "r.nc").provenance["law"]
+
+
+def test_compare_of_an_frf_with_itself(tmp_path, capsys, rng):
+    frf = FRF(5 + 0.5 * (1 + np.arange(300)), rng.standard_normal((3, 300)) + 1j)
+    write_uff(tmp_path / "a.uff", frf)
+    assert main(["compare", str(tmp_path / "a.uff"), str(tmp_path / "a.uff"), "--json"]) == 0
+    summary = json.loads(capsys.readouterr().out)
+    assert (summary["rmse_db"], summary["mre"]) == (0, 0)
+    assert summary["frac"] == pytest.approx(1, abs=1e-12)
+
+
+def test_compare_refuses_time_records(small_dataset, capsys):
+    record = first_record(small_dataset)
+    assert "holds time records" in refused(capsys, "compare", record, record)
+
+
+def test_wrong_usage_and_help():
+    command = [sys.executable, "-m", "clearance_mj"]
+    assert subprocess.run([*command, "studdy"], capture_output=True, check=False).returncode == 2
+    for name in ("study", "identify", "simulate", "compare"):
+        done = subprocess.run([*command, name, "--help"], capture_output=True, text=True, check=True)
+        assert "--json" in done.stdout
+        assert "--out" in done.stdout

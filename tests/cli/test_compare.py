@@ -1,0 +1,232 @@
+"""clearance-mj compare: FRFs from two places, however they were written, are compared as what they are."""
+
+import dataclasses
+import json
+
+import numpy as np
+import pytest
+
+from clearance_mj.cli import main
+from clearance_mj.io import formats
+from clearance_mj.signals.alignment import convert_quantity
+from clearance_mj.signals.frf import FRF
+
+POLES_HZ, DAMPING = np.array([12.5, 40.0, 90.0]), 0.02
+SHAPE = np.array([[1.0, 0.8, 1.0], [0.7, -0.4, -1.2], [0.3, -1.1, 0.8]])
+
+
+def structure(frequency, shift=1.0, scale=1.0):
+    """Accelerance Σ -ω² φφ_1 / (ω_r² - ω² + 2jζω_rω) of three modes at 200:+Z."""
+    omega, omega_r = 2 * np.pi * frequency, 2 * np.pi * shift * POLES_HZ[:, None]
+    value = -scale * (SHAPE * SHAPE[0] @ (omega**2 / (omega_r**2 - omega**2 + 2j * DAMPING * omega_r * omega)))
+    return FRF(frequency, value, None, ("1:+Z", "2:+Z", "3:+Z"), "200:+Z", "acceleration/force")
+
+
+@pytest.fixture
+def measured(tmp_path):
+    formats.write(tmp_path / "test.uff", structure(np.arange(5.0, 120.0, 0.5)))
+    return tmp_path / "test.uff"
+
+
+def run(capsys, *arguments):
+    assert main(["compare", *(str(a) for a in arguments), "--json", "--modes", "3"]) == 0
+    return json.loads(capsys.readouterr().out)
+
+
+def refused(capsys, *arguments):
+    assert main(["compare", *(str(a) for a in arguments)]) == 2
+    captured = capsys.readouterr()
+    assert captured.out == "" and captured.err.count("\n") == 1
+    return captured.err
+
+
+def disguised(frf):
+    """Receptances, a sensor the other way round, one more sensor, in another order."""
+    frf = convert_quantity(frf, "displacement/force")
+    value = np.concatenate(([frf.value[2], -frf.value[0], frf.value[1]], frf.value[:1]))
+    return dataclasses.replace(frf, value=value, responses=("3:+Z", "1:-Z", "2:+Z", "9:+X"))
+
+
+@pytest.mark.parametrize("suffix", [".uff", ".csv", ".mat", ".nc", ".h5"])
+def test_the_same_structure_from_another_place(capsys, tmp_path, measured, suffix):
+    formats.write(tmp_path / f"model{suffix}", disguised(structure(np.arange(2.0, 150.0, 0.25))))
+    got = run(capsys, measured, tmp_path / f"model{suffix}")
+    assert got["rmse_db"] == pytest.approx(0, abs=1e-8)
+    assert got["frac"] == pytest.approx(1, abs=1e-9)
+    assert (got["csac"], got["csf"], got["mac"]) == pytest.approx((1, 1, 1), abs=1e-9)
+    assert (got["quantity"], got["lines"], got["band"]) == ("acceleration/force", 230, [5, 119.5])
+    assert (got["only_test"], got["only_model"]) == ([], ["9:+X"])
+    np.testing.assert_allclose(got["per_mode"]["model_hz"], POLES_HZ, rtol=1e-3)
+
+
+def test_measures_and_modes_of_a_known_difference(capsys, tmp_path, measured):
+    """Twice the level: 20 lg 2 = 6.02 dB, MRE 1, CSF = 2·2/(1 + 4) = 0.8, and all shapes are the same."""
+    formats.write(tmp_path / "model.csv", structure(np.arange(5.0, 120.0, 0.5), scale=2.0))
+    got = run(capsys, measured, tmp_path / "model.csv")
+    assert got["rmse_db"] == pytest.approx(20 * np.log10(2))
+    assert (got["mre"], got["csf"], got["frac"], got["csac"]) == pytest.approx((1, 0.8, 1, 1))
+    formats.write(tmp_path / "model.csv", structure(np.arange(5.0, 120.0, 0.5), shift=1.03))
+    got = run(capsys, measured, tmp_path / "model.csv")
+    np.testing.assert_allclose(got["per_mode"]["relative_error"], 0.03, rtol=0.02)
+    assert np.diag(got["mac_matrix"]["mac"]) == pytest.approx(1, abs=1e-3)
+
+
+def test_modes_are_looked_for_in_accelerations(capsys, tmp_path):
+    """A test that measured receptances is compared in receptances, but has the same modes."""
+    frf = convert_quantity(structure(np.arange(5.0, 120.0, 0.5)), "displacement/force")
+    formats.write(tmp_path / "test.uff", frf)
+    got = run(capsys, tmp_path / "test.uff", tmp_path / "test.uff")
+    assert got["quantity"] == "displacement/force"
+    np.testing.assert_allclose(got["per_mode"]["test_hz"], POLES_HZ, rtol=1e-3)
+
+
+def test_columns_and_units_by_a_map(capsys, tmp_path, measured):
+    """The bench's table in g per kN."""
+    frf = structure(np.arange(5.0, 120.0, 0.5))
+    parts = [frf.frequency, *(p / 9.80665 * 1e3 for v in frf.value for p in (np.abs(v),))]
+    phases = [np.degrees(np.angle(v)) for v in frf.value]
+    table = np.stack([*parts, *phases], axis=1)
+    np.savetxt(tmp_path / "m.csv", table, "%.17g", ",", header="f,m1,m2,m3,p1,p2,p3", comments="")
+    columns = ["f=frequency"]
+    for i in (1, 2, 3):
+        columns += [f"m{i}=acc:{i}/force magnitude [g/kN]", f"p{i}=acc:{i}/force phase [deg]"]
+    options = [part for column in columns for part in ("--model-column", column)]
+    assert run(capsys, measured, tmp_path / "m.csv", *options)["rmse_db"] == pytest.approx(0, abs=1e-8)
+
+
+def test_folder_of_figures_and_numbers(capsys, tmp_path, measured):
+    formats.write(tmp_path / "model.csv", disguised(structure(np.arange(2.0, 150.0, 0.25), shift=1.02)))
+    out = tmp_path / "out"
+    assert main(["compare", str(measured), str(tmp_path / "model.csv"), "--out", str(out), "--band", "10", "100"]) == 0
+    captured = capsys.readouterr()
+    assert "warning: only the model has 9:+X: left out" in captured.err
+    assert "interpolated onto" in captured.err
+    assert "mode 1: 12.5 Hz, model 12.75 Hz (+2 %)" in captured.out
+    names = {"frf_1.png", "correlation.png", "sensors.png", "mac.png", "comparison.json"}
+    assert {p.name for p in out.iterdir()} == names
+    assert all(p.stat().st_size > 5000 for p in out.glob("*.png"))
+    written = json.loads((out / "comparison.json").read_text())
+    assert written["band"] == [10, 100]
+    assert len(written["notes"]) == 4
+
+
+def test_bad_input(capsys, tmp_path, measured, small_dataset, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    frf = structure(np.arange(5.0, 120.0, 0.5))
+    changed = {
+        "reference.uff": {"reference": "5:+Z"},
+        "far.uff": {"frequency": frf.frequency + 500},
+        "base.uff": {"quantity": "acceleration/acceleration"},
+        "dofs.uff": {"responses": ("1:+X", "2:+X", "3:+X")},
+    }
+    for name, fields in changed.items():
+        formats.write(tmp_path / name, dataclasses.replace(frf, **fields))
+    (tmp_path / "file").write_text("")
+    cases = {
+        ("reference.uff",): "the test's reference is 200:+Z, the model's 5:+Z",
+        ("far.uff",): "bands do not overlap",
+        ("base.uff",): "over a force",
+        ("dofs.uff",): "no response is common",
+        ("absent.uff",): "absent.uff: cannot be read",
+        ("absent.csv",): "absent.csv: No such file",
+        ("a.wav",): "does not say what its samples are",
+        (sorted(small_dataset.glob("*.uff"))[0],): "holds time records, needs FRFs",
+        (measured, "--band", "500", "600"): "no line between 500 and 600 Hz",
+        (measured, "--modes", "-1"): "n_modes must be >= 1",
+        (measured, "--out", "file"): "is a file; give a folder",
+        (measured, "--model-column", "a=b"): "are for CSV and MATLAB files",
+        (measured, "--test-column", "a"): '--test-column "a": needs HEADER=CHANNEL',
+    }
+    for (model, *options), part in cases.items():
+        assert part in refused(capsys, measured, model, *options), model
+
+
+# One response, one line, several references
+
+
+def test_one_common_response(capsys, tmp_path, measured):
+    """Twice the level at one sensor: 20 lg 2 dB, MRE 1, FRAC 1, CSF 4/5; CSAC and MAC would be 1 of anything."""
+    frf = structure(np.arange(5.0, 120.0, 0.5), scale=2.0)
+    formats.write(tmp_path / "one.uff", dataclasses.replace(frf, responses=("1:+Z", "2:+X", "3:+X")))
+    got = run(capsys, measured, tmp_path / "one.uff")
+    assert (got["rmse_db"], got["mre"], got["frac"], got["csf"]) == pytest.approx((20 * np.log10(2), 1, 1, 0.8))
+    assert got["csac"] is got["mac"] is None
+    assert got["per_mode"]["mac"] == [None] * 3 and np.isnan(np.array(got["mac_matrix"]["mac"], dtype=float)).all()
+    np.testing.assert_allclose(got["per_mode"]["relative_error"], 0, atol=1e-6)
+    assert "CSAC and MAC of one response are 1 by definition: undefined" in got["notes"]
+    out = tmp_path / "out"
+    assert main(["compare", str(measured), str(tmp_path / "one.uff"), "--modes", "3", "--out", str(out)]) == 0
+    said = capsys.readouterr().out
+    assert "CSAC undefined, CSF 0.8" in said and "MAC undefined" in said
+    assert {p.name for p in out.iterdir()} == {"frf_1.png", "correlation.png", "sensors.png", "comparison.json"}
+
+
+def test_one_common_line(capsys, tmp_path, measured):
+    formats.write(tmp_path / "model.csv", structure(np.arange(5.0, 120.0, 0.5), scale=2.0))
+    got = run(capsys, measured, tmp_path / "model.csv", "--band", "20", "20")
+    assert (got["lines"], got["rmse_db"], got["csf"]) == (1, pytest.approx(20 * np.log10(2)), pytest.approx(0.8))
+    assert got["csac"] == pytest.approx(1)  # shapes over three responses can differ
+    assert got["frac"] is None and got["per_mode"]["mode"] == []
+    assert any("they need 18 common lines, there are 1" in note for note in got["notes"])
+    arguments = ["compare", str(measured), str(tmp_path / "model.csv"), "--band", "20", "20"]
+    assert main([*arguments, "--out", str(tmp_path / "out")]) == 0
+    assert "FRAC of one line is 1 by definition" in capsys.readouterr().err
+
+
+NODES = (1, 2, 3)
+LINES = np.arange(5.0, 120.0, 0.5)
+
+
+def matrix(references, responses, shapes):
+    """Accelerance of the three modes between any of three nodes; ``shapes`` has a row for each mode."""
+    omega, omega_r = 2 * np.pi * LINES, 2 * np.pi * POLES_HZ[:, None]
+    modal = -(omega**2) / (omega_r**2 - omega**2 + 2j * DAMPING * omega_r * omega)
+    found = {}
+    for j in references:
+        value = (shapes[:, [i - 1 for i in responses]].T * shapes[:, j - 1]) @ modal
+        labels = tuple(f"{i}:+Z" for i in responses)
+        found[f"{j}:+Z"] = FRF(LINES, value, None, labels, f"{j}:+Z", "acceleration/force")
+    return found
+
+
+MODES = SHAPE.T
+"""a row for each mode"""
+
+
+@pytest.mark.parametrize("suffix", [".uff", ".csv", ".mat", ".nc", ".h5"])
+def test_several_references(capsys, tmp_path, suffix):
+    """Two shakers here; a hammer at all nodes, in another order, in a file of another kind there."""
+    formats.write(tmp_path / "test.uff", matrix((3, 1), NODES, MODES))
+    formats.write(tmp_path / f"model{suffix}", matrix((1, 2, 3), (2, 3, 1), MODES))
+    got = run(capsys, tmp_path / "test.uff", tmp_path / f"model{suffix}")
+    assert got["per_sensor"]["sensor"] == [f"{i}:+Z/{j}:+Z" for j in (3, 1) for i in NODES]
+    assert got["rmse_db"] == pytest.approx(0, abs=1e-8)
+    assert (got["frac"], got["csac"], got["csf"], got["mac"]) == pytest.approx((1, 1, 1, 1))
+    assert got["only_model"] == [f"{i}:+Z/2:+Z" for i in (2, 3, 1)]
+    np.testing.assert_allclose(got["per_mode"]["test_hz"], POLES_HZ, rtol=1e-3)
+
+
+def test_a_hammer_that_roves_has_shapes_along_its_references(capsys, tmp_path):
+    """One accelerometer: the MAC over the pairs is that of the shapes, |φᵀψ|² / (φᵀφ ψᵀψ)."""
+    other = MODES + np.array([[0.0, 0.3, 0.0], [0.0, 0.0, 0.4], [0.2, 0.0, 0.0]])
+    formats.write(tmp_path / "test.uff", matrix(NODES, (3,), MODES))
+    formats.write(tmp_path / "model.uff", matrix(NODES, (3,), other))
+    got = run(capsys, tmp_path / "test.uff", tmp_path / "model.uff")
+    wanted = [(a @ b) ** 2 / (a @ a * (b @ b)) for a, b in zip(MODES, other)]
+    np.testing.assert_allclose(got["per_mode"]["mac"], wanted, rtol=1e-3)
+
+
+def test_mac_of_several_responses_and_references_is_a_product(capsys, tmp_path):
+    """Residues φ_i φ_j over all pairs: the MAC is the square of that of the shapes."""
+    other = MODES + np.array([[0.0, 0.3, 0.0], [0.0, 0.0, 0.4], [0.2, 0.0, 0.0]])
+    formats.write(tmp_path / "test.uff", matrix(NODES, NODES, MODES))
+    formats.write(tmp_path / "model.uff", matrix(NODES, NODES, other))
+    got = run(capsys, tmp_path / "test.uff", tmp_path / "model.uff")
+    wanted = [(a @ b) ** 4 / (a @ a * (b @ b)) ** 2 for a, b in zip(MODES, other)]
+    np.testing.assert_allclose(got["per_mode"]["mac"], wanted, rtol=2e-3)
+
+
+def test_references_that_differ(capsys, tmp_path):
+    formats.write(tmp_path / "test.uff", matrix((1, 2), NODES, MODES))
+    formats.write(tmp_path / "model.uff", matrix((3,), NODES, MODES))
+    assert "no response is common" in refused(capsys, tmp_path / "test.uff", tmp_path / "model.uff")

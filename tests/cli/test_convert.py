@@ -1,0 +1,175 @@
+"""clearance-mj convert: the same numbers in another format, datasets out of single files, one line for bad input."""
+
+import dataclasses
+import json
+
+import numpy as np
+import pytest
+import scipy.io
+
+from clearance_mj.cli import main
+from clearance_mj.io import formats
+from clearance_mj.io.dataset import Dataset
+from clearance_mj.io.uff import read_geometry
+from clearance_mj.signals.frf import FRF, estimate_frf
+
+from ..conftest import ROOT, record_of
+
+RIG = str(ROOT / "models" / "table1_rig.toml")
+
+
+@pytest.fixture(scope="module")
+def record(rig):
+    return record_of(rig, "ramp", "identify", 2.0, 3, duration=4.0)
+
+
+@pytest.fixture
+def bench(tmp_path, record):
+    """The record as a bench's CSV file: columns of its own names, in g and mm."""
+    units = {"acceleration": 9.80665, "displacement": 1e-3}
+    columns = [np.arange(record.size) / record.fs, *(c.value / units[c.quantity] for c in record.channels)]
+    header = ",".join(("t", "Temp", *(f"ch{i}" for i in range(len(record.channels)))))
+    columns.insert(1, np.full(record.size, 21.5))
+    np.savetxt(tmp_path / "bench.csv", np.stack(columns, 1), "%.17g", ",", header=header, comments="")
+    return tmp_path / "bench.csv"
+
+
+@pytest.fixture
+def columns(record):
+    names = [f"{'acc' if c.quantity == 'acceleration' else 'disp'}:{c.node}" for c in record.channels]
+    units = [{"acceleration": "g", "displacement": "mm"}[c.quantity] for c in record.channels]
+    pairs = ["t=time", "Temp=skip", *(f"ch{i}={n} [{u}]" for i, (n, u) in enumerate(zip(names, units)))]
+    return [part for pair in pairs for part in ("--column", pair)]
+
+
+def run(capsys, *arguments):
+    assert main(["convert", *(str(a) for a in arguments), "--json"]) == 0
+    return json.loads(capsys.readouterr().out)
+
+
+def refused(capsys, *arguments):
+    assert main(["convert", *(str(a) for a in arguments)]) == 2
+    captured = capsys.readouterr()
+    assert captured.out == "" and captured.err.count("\n") == 1
+    return captured.err
+
+
+@pytest.mark.parametrize("suffix", [".uff", ".csv", ".mat", ".nc", ".h5"])
+def test_a_bench_file_in_every_format(capsys, tmp_path, bench, columns, record, suffix):
+    out = tmp_path / f"out{suffix}"
+    said = run(capsys, bench, out, *columns)
+    assert said["holds"] == f"11 channels, {record.size} samples at 2048 Hz"
+    for got, sent in zip(formats.read_channels(out), record.channels, strict=True):
+        assert (got.label, got.quantity, got.fs) == (sent.label, sent.quantity, sent.fs)
+        scale = np.abs(sent.value).max()
+        np.testing.assert_allclose(got.value, sent.value, atol=1e-7 * scale)  # .uff: single precision
+
+
+def test_matlab_variables(capsys, tmp_path, rng):
+    x = rng.standard_normal((100, 2))
+    scipy.io.savemat(tmp_path / "a.mat", {"Data": x, "Fs": 512.0})
+    run(capsys, tmp_path / "a.mat", tmp_path / "a.csv", "--fs", 512, "--column", "Data:1=base", "--column",
+        "Data:2=acc:1:-Z [g]")  # fmt: skip
+    base, tip = formats.read_channels(tmp_path / "a.csv")
+    assert (base.label, tip.label, base.fs) == ("100:+Z", "1:-Z", 512.0)
+    np.testing.assert_allclose(tip.value, 9.80665 * x[:, 1], rtol=1e-15)
+
+
+def test_frfs_of_a_record_with_the_rigs_geometry(capsys, tmp_path, record, rig):
+    formats.write(tmp_path / "r.uff", list(record.channels))
+    said = run(capsys, tmp_path / "r.uff", tmp_path / "h.uff", "--rig", RIG, "--frf", 1, "--band", 5, 220)
+    assert said["holds"] == "8 FRFs, acceleration/acceleration to 100:+Z, 216 lines"
+    wanted = estimate_frf(record.response(), resolution=1.0, band=(5, 220))
+    np.testing.assert_allclose(formats.read_frf(tmp_path / "h.uff").value, wanted.value, rtol=1e-3)
+    assert len(read_geometry(tmp_path / "h.uff").nodes) == 1 + len(rig.sensors)
+
+
+def test_a_simulated_response(capsys, tmp_path, record, rig):
+    formats.write(tmp_path / "r.nc", record.response())
+    assert main(["convert", str(tmp_path / "r.nc"), str(tmp_path / "a.uff"), "--json"]) == 0
+    captured = capsys.readouterr()
+    assert "left out: displacements (--rig says at which nodes)" in captured.err
+    assert json.loads(captured.out)["holds"].startswith("9 channels")
+    assert run(capsys, tmp_path / "r.nc", tmp_path / "b.uff", "--rig", RIG)["holds"].startswith("11 channels")
+    run(capsys, tmp_path / "r.nc", tmp_path / "h.csv", "--frf", 1)
+    assert formats.read_frf(tmp_path / "h.csv").responses == tuple(rig.sensor_labels)
+
+
+def test_a_base_plate_of_another_number(capsys, tmp_path, record):
+    """The tutorial's way: a universal file as CSV, whose columns can be mapped, and back."""
+    channels = [dataclasses.replace(c, node=12) if c.node == 100 else c for c in record.channels]
+    formats.write(tmp_path / "mine.uff", channels)
+    run(capsys, tmp_path / "mine.uff", tmp_path / "mine.csv")
+    run(capsys, tmp_path / "mine.csv", tmp_path / "ramp.uff", "--column", "acc:12=base")
+    got = formats.read_record(tmp_path / "ramp.uff", record.rig, "identify")
+    np.testing.assert_array_equal(got.excitation().value, np.float32(record.excitation().value))
+
+
+def test_one_reference_out_of_several(capsys, tmp_path, rng):
+    value = rng.standard_normal((2, 30)) + 1j
+    frfs = {r: FRF(np.arange(5.0, 35.0), value, None, (), r, "acceleration/force") for r in ("5:+Z", "7:-Y")}
+    formats.write(tmp_path / "two.uff", frfs)
+    said = run(capsys, tmp_path / "two.uff", tmp_path / "two.csv")
+    assert said["holds"] == (
+        "2 FRFs, acceleration/force to 5:+Z, 30 lines; 2 FRFs, acceleration/force to 7:-Y, 30 lines"
+    )
+    said = run(capsys, tmp_path / "two.csv", tmp_path / "one.uff", "--reference", "7:-Y")
+    assert said["holds"] == "2 FRFs, acceleration/force to 7:-Y, 30 lines"
+    np.testing.assert_array_equal(formats.read_frf(tmp_path / "one.uff").value, value)
+    said = refused(capsys, tmp_path / "two.uff", tmp_path / "x.csv", "--reference", "6:+Z")
+    assert "holds FRFs to 5:+Z, 7:-Y; not 6:+Z" in said
+    assert "--frf is for time records" in refused(capsys, tmp_path / "two.uff", tmp_path / "x.csv", "--frf", 1)
+    said = refused(capsys, tmp_path / "two.uff", tmp_path / "x", "--rig", RIG, "--reference", "5:+Z")
+    assert "a dataset holds time records; --reference" in said
+
+
+def test_a_dataset_out_of_single_files(capsys, tmp_path, bench, columns, record):
+    folder, uff = tmp_path / "data", tmp_path / "level 2.uff"
+    formats.write(uff, list(record.channels))
+    said = run(capsys, bench, folder, "--rig", RIG, *columns)
+    assert said["records"] == ["bench"]
+    said = run(capsys, uff, "--out", folder, "--role", "validate", "--band", 5, 220)
+    dataset = Dataset.load(folder)
+    assert [(r.name, r.role, r.band) for r in dataset.records] == [
+        ("bench", "identify", None),
+        ("level_2", "validate", (5.0, 220.0)),
+    ]
+    assert said["levels"] == [dataset.records[1].level]
+    assert dataset.records[1].level == pytest.approx(np.std(record.excitation().value), rel=5e-3)
+    first = dataset.records[0].response()
+    np.testing.assert_allclose(first.acceleration, record.response().acceleration, atol=1e-5)
+    before = (folder / "dataset.toml").read_text()
+    assert 'record name "level_2" is used twice' in refused(capsys, uff, folder)
+    assert (folder / "dataset.toml").read_text() == before
+
+
+def test_bad_input(capsys, tmp_path, bench, record, monkeypatch):
+    uff, out = tmp_path / "r.uff", tmp_path / "out"
+    formats.write(uff, list(record.channels))
+    monkeypatch.chdir(tmp_path)
+    cases = {
+        ("absent.csv", "b.uff"): "absent.csv: No such file",
+        ("absent.uff", "b.csv"): "absent.uff: cannot be read",
+        (bench, "b.uff"): '"t": not the name of a channel',
+        (bench, "b.uff", "--column", "t"): "needs HEADER=CHANNEL",
+        (bench, "b.uff", "--column", "Time=time"): 'has no column "Time"',
+        (uff, "b.wav"): "does not say what its samples are",
+        (uff, "b.xls"): 'suffix ".xls" is unknown',
+        ("a.wav", "b.uff"): "does not say what its samples are",
+        (uff, "b.csv", "--fs", 100): "are for CSV and MATLAB files",
+        (uff, "b.csv", "--role", "identify"): "--role are for a dataset folder",
+        (uff, "b.csv", "--band", 5, 220): "--band is for --frf",
+        (uff, "b.csv", "--frf", 1): "--frf needs --rig",
+        (uff, "b.csv", "--frf", 0.001, "--rig", RIG): "shorter than one segment",
+        (uff, uff, "b.csv"): "one file is written from one",
+        (uff,): "needs a file to read and one to write",
+        (tmp_path, "b.csv"): "is a folder",
+        (uff, "b.csv", "--rig", "no.toml"): "no.toml",
+        (uff, out): "a new dataset needs its rig",
+        (uff, out, "--rig", RIG, "--role", "train"): 'role "train" is unknown',
+        (uff, out, "--rig", RIG, "--band", 5, 2000): "below twice the band",
+        (uff, out, "--rig", RIG, "--frf", 1): "a dataset holds time records",
+    }
+    for arguments, part in cases.items():
+        assert part in refused(capsys, *arguments), arguments
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["bench.csv", "r.uff"]

@@ -1,0 +1,189 @@
+"""clearance-mj identify: a dataset, a universal file and a CSV of one record; figures, parameters, what is refused."""
+
+import dataclasses
+import json
+
+import numpy as np
+import pytest
+
+from clearance_mj import load_law
+from clearance_mj.cli import main
+from clearance_mj.identify.laws import METHODS, Identified, Method
+from clearance_mj.io.dataset import Dataset, write_dataset
+from clearance_mj.io.results import load
+from clearance_mj.io.uff import write_uff
+
+from ..conftest import ROOT, SMALL_LAW, record_of
+
+RIG = str(ROOT / "models" / "table1_rig.toml")
+QUANTITIES = {"acceleration": "acc", "displacement": "disp"}
+FIGURES = ("scalogram", "contact_over_time", "hysteresis")
+FIGURES_OVER_ALL = "contact_over_amplitude"
+
+
+def write_csv(path, record, digits="%.9g"):
+    names = ["base" if c.node == 100 else f"{QUANTITIES[c.quantity]}:{c.node}" for c in record.channels]
+    columns = np.column_stack([np.arange(record.size) / record.fs, *(c.value for c in record.channels)])
+    formats = ["%.7f", *[digits] * len(names)]
+    np.savetxt(path, columns, formats, ",", header=",".join(["time", *names]), comments="")
+    return path
+
+
+def run(capsys, *arguments):
+    """Run, expect success, and return the result and what was said on standard error."""
+    assert main(["identify", *map(str, arguments), "--json", "--quiet"]) == 0
+    captured = capsys.readouterr()
+    return json.loads(captured.out), captured.err
+
+
+def refused(capsys, *arguments):
+    """Run, expect status 2, and return the last line on standard error."""
+    assert main(["identify", *map(str, arguments), "--quiet"]) == 2
+    captured = capsys.readouterr()
+    assert captured.out == ""
+    return captured.err.splitlines()[-1]
+
+
+@pytest.fixture(scope="module")
+def ramp(small_dataset):
+    return Dataset.load(small_dataset).identify[0]
+
+
+@pytest.fixture(scope="module")
+def csv_file(ramp, tmp_path_factory):
+    return write_csv(tmp_path_factory.mktemp("csv") / "ramp.csv", ramp)
+
+
+def test_dataset_to_law_to_simulation(small_dataset, tmp_path, capsys):
+    law = tmp_path / "found.json"
+    result, told = run(capsys, small_dataset, "--method", "force-balance", "--out", law)
+    assert told == ""
+    assert result["warnings"] == []
+    assert result["law"] == json.loads(law.read_text()) == load_law(law).to_dict()
+
+    rows = {row["name"]: row for row in result["parameters"]}
+    known = {"grease k": 4000.0, "grease c": 5.0, "contact k": SMALL_LAW.k[0], "contact c": SMALL_LAW.c[0]}
+    for name, value in known.items():
+        for bushing in (1, 2):
+            row = rows[f"bushing {bushing}: {name}"]
+            assert row["value"] == pytest.approx(value, rel=0.15 if name == "contact c" else 0.05)
+            assert 0 < row["std"] < 0.3 * value
+
+    folder = tmp_path / "found_figures"
+    assert result["figures"] == [str(folder / f"{n}.png") for n in (*(f"{f}_ramp" for f in FIGURES), FIGURES_OVER_ALL)]
+    assert all((folder / name).read_bytes()[:4] == b"\x89PNG" for name in map(str, result["figures"]))
+    assert result["not_drawn"] == {}
+
+    response = tmp_path / "response.nc"
+    options = ["--law", str(law), "--duration", "1", "--engine", "modal", "--out", str(response)]
+    assert main(["simulate", RIG, *options]) == 0
+    assert load(response).provenance["law"] == result["law"]
+
+
+@pytest.fixture
+def seen(monkeypatch):
+    """Datasets that the method "known" is given, which returns the law of the simulation."""
+    datasets, rows = [], [("contact stiffness", "N/m", 6e3, 0.01), ("contact damping", "N s/m", 12.0, np.inf)]
+    parameters = tuple(dict(zip(("name", "unit", "value", "relative_std"), row)) for row in rows)
+
+    def find(dataset, progress):
+        datasets.append(dataset)
+        return Identified(SMALL_LAW, parameters)
+
+    monkeypatch.setitem(METHODS, "known", Method("all", find, lambda rig: 1.0))
+    return datasets
+
+
+def same_channels(dataset, record):
+    (found,) = dataset.identify
+    assert found.fs == record.fs
+    assert [(c.node, c.direction, c.quantity) for c in found.channels] == [
+        (c.node, c.direction, c.quantity) for c in record.channels
+    ]
+    for a, b in zip(found.channels, record.channels):
+        np.testing.assert_allclose(a.value, b.value, rtol=1e-8)
+    return found
+
+
+def test_universal_file_and_csv_are_the_record(seen, ramp, csv_file, tmp_path, capsys):
+    write_uff(tmp_path / "ramp.uff", ramp)
+    for path in (tmp_path / "ramp.uff", csv_file):
+        run(capsys, path, "--rig", RIG, "--method", "known", "--no-figures", "--out", tmp_path / "law.json")
+        found = same_channels(seen.pop(), ramp)
+        assert (found.name, found.provenance) == ("ramp", {"file": path.name})
+    assert not (tmp_path / "law_figures").exists()
+
+
+def test_mapped_columns(seen, ramp, csv_file, tmp_path, capsys):
+    header, _, body = csv_file.read_text().partition("\n")
+    renamed = header.replace("base", "Input").replace("acc:3", "Accel 3 (m/s²)")
+    (tmp_path / "a.csv").write_text(f"{renamed}\n{body}")
+    columns = ["--column", "Input=base", "--column", "Accel 3=acc:3"]
+    options = ["--rig", RIG, "--method", "known", "--no-figures", "--out", tmp_path / "law.json"]
+    run(capsys, tmp_path / "a.csv", *columns, *options)
+    same_channels(seen.pop(), ramp)
+
+
+def test_what_the_records_do_not_allow_is_said(seen, rig, tmp_path, capsys):
+    write_dataset(tmp_path / "data", rig, [record_of(rig, "quiet", "identify", 0.3, 1)])
+    result, told = run(capsys, tmp_path / "data", "--method", "known", "--out", tmp_path / "law.json")
+    assert told.startswith("clearance-mj: warning: no contact: bushings[0] moves up to 0.0")
+    assert told == f"clearance-mj: warning: {result['warnings'][0]}\n"
+    drawn = [p.rsplit("/", 1)[1] for p in result["figures"]]
+    assert drawn == ["scalogram_quiet.png", "hysteresis_quiet.png"]
+    assert set(result["not_drawn"]) == {"contact_over_time_quiet", "contact_over_amplitude"}
+    assert "no contact" in result["not_drawn"]["contact_over_amplitude"]
+
+
+def test_without_probes_there_is_a_law_but_no_figure(seen, ramp, rig, tmp_path, capsys):
+    channels = [c for c in ramp.channels if c.quantity == "acceleration"]
+    write_dataset(tmp_path / "data", rig, [dataclasses.replace(ramp, channels=channels)])
+    folder = tmp_path / "drawn"
+    options = ["--method", "known", "--out", tmp_path / "law.json", "--figures", folder, "--quiet"]
+    assert main(["identify", *map(str, (tmp_path / "data", *options))]) == 0
+    law, stiffness, damping, *missing = capsys.readouterr().out.splitlines()
+    assert law == f"law: {tmp_path / 'law.json'}"
+    assert stiffness.split() == ["contact", "stiffness", "6000", "N/m", "±", "60"]
+    assert damping.split() == ["contact", "damping", "12", *"N s/m not told by the records".split()]
+    assert len(missing) == 4
+    assert all(line.startswith("not drawn: ") and "no displacement probe at every bushing" in line for line in missing)
+    assert not folder.exists()
+
+
+def test_a_record_without_probes_leaves_the_figures_of_the_others(seen, ramp, rig, tmp_path, capsys):
+    bare = [c for c in ramp.channels if c.quantity == "acceleration"]
+    records = [dataclasses.replace(ramp, name="bare", channels=bare), record_of(rig, "whole", "identify", 8.0, 1)]
+    write_dataset(tmp_path / "data", rig, records)
+    result, _ = run(capsys, tmp_path / "data", "--method", "known", "--out", tmp_path / "law.json")
+    drawn = [path.rsplit("/", 1)[1] for path in result["figures"]]
+    assert drawn == [*(f"{name}_whole.png" for name in FIGURES), f"{FIGURES_OVER_ALL}.png"]
+    assert list(result["not_drawn"]) == [f"{name}_bare" for name in FIGURES]
+
+
+def test_refused(small_dataset, ramp, csv_file, tmp_path, capsys):
+    out = ["--out", tmp_path / "law.json"]
+    assert "which needs its rig too: --rig rig.toml" in refused(capsys, csv_file, *out)
+    assert "--rig, --column and --fs are for the file of" in refused(capsys, small_dataset, "--rig", RIG, *out)
+    assert 'no column "Acel"' in refused(capsys, csv_file, "--rig", RIG, "--column", "Acel=acc:1", *out)
+    assert "needs HEADER=CHANNEL" in refused(capsys, csv_file, "--rig", RIG, "--column", "acc:1", *out)
+    assert "does not exist; a dataset is" in refused(capsys, tmp_path / "no.csv.zip", *out)
+    assert "no.csv" in refused(capsys, tmp_path / "no.csv", "--rig", RIG, *out)
+    write_uff(tmp_path / "a.uff", ramp)
+    assert "are for CSV and MATLAB files" in refused(capsys, tmp_path / "a.uff", "--rig", RIG, "--fs", "2048", *out)
+    assert 'method "guess" is unknown' in refused(capsys, small_dataset, "--method", "guess", *out)
+    assert not (tmp_path / "law.json").exists()
+
+
+def test_typo_in_a_header(csv_file, tmp_path, capsys):
+    bad = tmp_path / "typo.csv"
+    bad.write_text(csv_file.read_text().replace("disp:6", "dips:6", 1))
+    message = refused(capsys, bad, "--rig", RIG, "--out", tmp_path / "law.json")
+    assert message.startswith(f'clearance-mj: {bad}: line 1, column 11 "dips:6"')
+    assert 'did you mean "disp:6"?' in message
+
+
+def test_missing_sensor(csv_file, tmp_path, capsys):
+    lines = csv_file.read_text().splitlines()
+    (tmp_path / "a.csv").write_text("\n".join(line.rsplit(",", 3)[0] for line in lines))
+    message = refused(capsys, tmp_path / "a.csv", "--rig", RIG, "--out", tmp_path / "law.json")
+    assert "has no acceleration at node 8 along Z, a sensor of the rig" in message

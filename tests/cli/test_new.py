@@ -1,0 +1,168 @@
+"""clearance-mj new: rig files to go on from, and the JSON Schema that editors check them with."""
+
+import copy
+import json
+import re
+import tomllib
+
+import jsonschema
+import pytest
+
+from clearance_mj.cli import main
+from clearance_mj.errors import RigError
+from clearance_mj.rig import Beam, Bushing, Contact, Grease, PointMass, Rig, Sensor, Shaker
+from clearance_mj.rig_schema import rig_schema
+
+from ..conftest import ROOT
+from .test_cli import refused
+
+VALIDATOR = jsonschema.Draft202012Validator(rig_schema())
+MISSING = object()
+
+FULL = Rig(
+    "full",
+    Beam(0.8, 70e9, 2700.0, width=0.02, height=0.01, rayleigh=(0.1, 1e-6)),
+    (Bushing(0.3, 1e-4, 0.02, Grease(4369.0, 3.0, 1.0, 1.5, 2e7, 0.0, 1.5, 7.5e-4, 0.1), Contact(1e4, 1.0)),),
+    (Sensor(11, 0.3, 0.005),),
+    (PointMass(0.7, 0.1, "boss"),),
+    Shaker("force", 0.4),
+    "every key given",
+).to_dict()
+
+
+def new(folder, *arguments):
+    assert main(["new", *map(str, arguments), "--out", str(folder / "rig.toml"), "--json"]) == 0
+    return Rig.load(folder / "rig.toml")
+
+
+def test_what_is_told_is_in_the_file(tmp_path):
+    told = ["--length", 0.8, "--section", 0.02, 0.01, "--young-modulus", 70e9, "--density", 2700, "--rayleigh", 0.1, 0]
+    told += ["--bushings", 0.3, 0.6, "--gap", 1.25e-4, "--bushing-length", 0.02, "--contact", 2e4, 1.5]
+    told += ["--grease", 4369, 2, "--mass", 0.8, 0.4, "--mass", 0.5, 0.1, "--sensors", 0.3, 0.6, 0.8, "--force-at", 0.1]
+    rig = new(tmp_path, "mine", *told)
+    bushings = tuple(Bushing(x, 1.25e-4, 0.02, Grease(4369.0, 2.0), Contact(2e4, 1.5)) for x in (0.3, 0.6))
+    beam = Beam(0.8, 70e9, 2700.0, width=0.02, height=0.01, rayleigh=(0.1, 0.0))
+    sensors = (Sensor(1, 0.3), Sensor(2, 0.6), Sensor(3, 0.8))
+    masses = (PointMass(0.8, 0.4), PointMass(0.5, 0.1))
+    assert rig == Rig("mine", beam, bushings, sensors, masses, Shaker("force", 0.1))
+
+
+def test_an_example_follows_the_length(tmp_path):
+    rig = new(tmp_path, "mine", "--length", 0.5)
+    assert [b.position for b in rig.bushings] == [0.55 * 0.5, 0.8 * 0.5]
+    assert [s.position for s in rig.sensors] == [0.125, 0.55 * 0.5, 0.8 * 0.5, 0.5]
+
+
+def test_comments_hold_the_defaults(tmp_path):
+    """Every key that has a default is in the file; without the # before it the rig stays the same."""
+    rig = new(tmp_path, "mine", "--mass", 1, 0.4)
+    text = (tmp_path / "rig.toml").read_text(encoding="utf-8")
+    found = tomllib.loads(re.sub(r"(?m)^# (\w+ = [^ ])", r"\1", text))
+    assert Rig.from_dict(found) == rig
+    unset = re.findall(r"(?m)^# (\w+) = +#", text)
+    given = {*found, *found["beam"], *found["bushings"][0], *found["bushings"][0]["grease"], *found["shaker"]}
+    assert set(unset) == {"width", "height", "film_height", "position"}
+    assert {"description", "elastic_ratio", "film_limit", "kind"} <= given
+    assert all(line.split("# ")[-1].strip() for line in text.splitlines() if "=" in line)
+
+
+def test_schema_is_named_in_the_file(tmp_path):
+    schema = tmp_path / "editor" / "rig.schema.json"
+    new(tmp_path, "mine", "--schema", schema)
+    assert (tmp_path / "rig.toml").read_text().startswith("#:schema ./editor/rig.schema.json\n")
+    assert json.loads(schema.read_text()) == rig_schema()
+
+
+def test_schema_alone(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    assert main(["new", "--schema", "rig.schema.json"]) == 0
+    assert [p.name for p in tmp_path.iterdir()] == ["rig.schema.json"]
+    assert capsys.readouterr().out == "written: rig.schema.json\n"
+
+
+def test_refusals(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    assert "needs a name" in refused(capsys, "new")
+    assert "needs a name" in refused(capsys, "new", "--schema", "s.json", "--out", "rig.toml")
+    assert "must not hold a folder" in refused(capsys, "new", "some/where")
+    assert "beam.length must be > 0" in refused(capsys, "new", "mine", "--length", -1)
+    assert "bushings[1] overlaps" in refused(capsys, "new", "mine", "--bushings", 0.5, 0.505)
+    assert not list(tmp_path.iterdir())
+
+
+def test_nothing_is_overwritten(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "mine.toml").write_text("my work")
+    assert "mine.toml is there already" in refused(capsys, "new", "mine", "--schema", "s.json")
+    assert [(p.name, p.read_text()) for p in tmp_path.iterdir()] == [("mine.toml", "my work")]
+
+
+def test_schema_is_one():
+    jsonschema.Draft202012Validator.check_schema(rig_schema())
+
+
+@pytest.mark.parametrize("path", sorted((ROOT / "models").glob("*.toml")), ids=lambda path: path.name)
+def test_schema_takes_the_shipped_rigs(path):
+    VALIDATOR.validate(tomllib.loads(path.read_text(encoding="utf-8")))
+
+
+def leaves(data, path=()):
+    """Path of every value in nested plain data."""
+    if not isinstance(data, dict | list):
+        yield path
+        return
+    for key, value in data.items() if isinstance(data, dict) else enumerate(data):
+        yield from leaves(value, (*path, key))
+
+
+def changed(path, value):
+    data = copy.deepcopy(FULL)
+    place = data
+    for key in path[:-1]:
+        place = place[key]
+    if value is MISSING:
+        del place[path[-1]]
+    else:
+        place[path[-1]] = value
+    return data
+
+
+def possible(data):
+    try:
+        Rig.from_dict(data)
+    except RigError:
+        return False
+    return True
+
+
+@pytest.mark.parametrize("path", list(leaves(FULL)), ids=lambda path: ".".join(map(str, path)))
+def test_schema_agrees_with_the_rig(path):
+    """One value changed: the schema takes it if and only if a rig can be made of it."""
+    assert possible(FULL)
+    for value in (-1, 0, "text", "", True, [], MISSING):
+        data = changed(path, value)
+        assert VALIDATOR.is_valid(data) == possible(data), value
+
+
+@pytest.mark.parametrize(
+    ("path", "value"),
+    [
+        (("bushings", 0, "grease", "elastic_ratio"), 1.1),
+        (("bushings", 0, "grease", "film_limit"), 1.1),
+        (("bushings", 0, "grease", "exponent"), 0.9),
+        (("sensors", 0, "node"), 100),
+        (("sensors", 0, "node"), 200),
+        (("sensors", 0, "node"), 10**9),
+        (("sensors",), []),
+        (("beam", "diameter"), 0.01),
+        (("beam", "rayleigh"), [0.1]),
+        (("beam", "rayleigh"), [0.1, 1e-6, 0.0]),
+        (("nonsense",), 1),
+        (("bushings", 0, "grease", "nonsense"), 1),
+    ],
+    ids=str,
+)
+def test_schema_refuses(path, value):
+    data = changed(path, value)
+    assert not VALIDATOR.is_valid(data)
+    assert not possible(data)

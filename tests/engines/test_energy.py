@@ -1,0 +1,182 @@
+"""The ledger looks at the very simulation that `simulate` runs, and what it finds can be written and drawn.
+
+That its energies and impacts are right is tested in verification/test_ledger.py.
+"""
+
+import csv
+import json
+import re
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+import pytest
+
+from clearance_mj.clearance import ConstantLaw
+from clearance_mj.cli import main
+from clearance_mj.engines import Engine, get_engine, simulate
+from clearance_mj.engines.base import Run
+from clearance_mj.engines.energy import keep_ledger
+from clearance_mj.errors import ClearanceError
+from clearance_mj.report.ledger import draw
+from clearance_mj.rig import Shaker
+from clearance_mj.signals.excitation import random
+
+from ..conftest import ROOT
+from ..test_docs import run_python
+
+LAW = ConstantLaw([2e4, 1e4], [3.0, 5.0])
+all_engines = pytest.mark.parametrize("engine", ["links", "modal", "modal-mj"])
+HISTORIES = ("acceleration", "displacement", "contact_force", "grease_force")
+
+
+@pytest.fixture(scope="module")
+def kept(rig):
+    return keep_ledger(rig, random(0.6, 2048, rms=8.0, seed=2), LAW, "modal")
+
+
+@all_engines
+@pytest.mark.parametrize("kind", ["base", "force"])
+def test_coordinates_satisfy_the_equations_of_the_steps(rig, engine, kind):
+    """M (q₊ - 2q + q₋)/h² + C (q₊ - q₋)/2h + K q = b a - Pᵀ f to rounding; f = k x + c ẋ is the grease's."""
+    rig, engine = rig.replace(shaker=Shaker(kind, 0.9)), get_engine(engine)
+    h = engine.largest_step(rig, LAW)
+    run, drive = engine.start(rig, LAW, kind, h), 0.3 * np.random.default_rng(0).standard_normal(500)
+    q, forces = [run.snapshot()[0].copy()] * 2, []
+    for a in drive:
+        forces.append(run.advance(np.array([a]))[0, -4:])
+        q.append(run.snapshot()[0].copy())
+    contact, grease = np.split(np.array(forces), 2, axis=1)
+    assert np.max(np.abs(contact)) < 1e-6  # N; the shaft has stayed within its gaps
+    mass, damping, stiffness, shape, points, seen = run.equations()
+    before, now, after = np.array(q[:-2]), np.array(q[1:-1]), np.array(q[2:])
+    terms = [(after - 2 * now + before) @ mass / h**2, (after - before) @ damping / (2 * h), now @ stiffness]
+    terms += [-drive[:, None] * shape, grease @ points[:2]]
+    assert np.max(np.abs(sum(terms))) < 1e-6 * max(np.max(np.abs(term)) for term in terms)
+    speed = (before * seen[0] + now * seen[1] + after * seen[2]) @ points[:2].T
+    np.testing.assert_allclose(grease, 4369.0 * now @ points[:2].T + 3.0 * speed, atol=1e-9)
+
+
+@all_engines
+def test_response_is_that_of_simulate(rig, engine):
+    noise = random(0.3, 2048, rms=8.0, seed=3)
+    response, ledger = keep_ledger(rig, noise, LAW, engine)
+    expected = simulate(rig, noise, LAW, engine)
+    assert response.contact_force.any() and ledger.impacts
+    for name in HISTORIES:
+        np.testing.assert_array_equal(getattr(response, name), getattr(expected, name))
+    assert response.provenance == expected.provenance
+
+
+def test_impacts_account_for_the_energy_lost_in_contacts(kept):
+    """All of it but what a visit that has not ended has lost."""
+    _, ledger = kept
+    for j in range(2):
+        lost = sum(i.loss for i in ledger.impacts if i.bushing == j)
+        ends = [i.time + i.duration for i in ledger.impacts if i.bushing == j]
+        assert 0 < lost <= ledger.contact_loss[-1, j] * (1 + 1e-9)
+        after = round(max(ends) * ledger.fs) + 1
+        assert lost == pytest.approx(ledger.contact_loss[min(after, ledger.time.size - 1), j], rel=0.05)
+
+
+def test_impacts_are_visits_beyond_the_gap(rig, kept):
+    """The bushing's middle, which the response knows, is beyond the gap for as long as its ends are, nearly."""
+    response, ledger = kept
+    for j, bushing in enumerate(rig.bushings):
+        impacts = [i for i in ledger.impacts if i.bushing == j]
+        for side, sign in (("upper", 1), ("lower", -1)):
+            beyond = np.sum(sign * response.displacement[:, j] > bushing.gap) / response.fs
+            logged = sum(i.duration for i in impacts if i.side == side) / 2  # two ends
+            assert logged == pytest.approx(beyond, rel=0.1, abs=2e-3)
+
+
+def test_columns_and_summary(kept):
+    _, ledger = kept
+    columns = ledger.columns()
+    assert list(columns)[:3] == ["time", "input", "law_work[0]"]
+    assert all(value.shape == ledger.time.shape for value in columns.values())
+    left = columns["input"] - sum(v for k, v in columns.items() if k not in ("time", "input", "residual"))
+    np.testing.assert_allclose(left, columns["residual"], atol=1e-12)
+    found = ledger.summary()
+    assert found["energy"]["input"] == ledger.input[-1]
+    assert sum(found["impacts"]) == len(ledger.impacts)
+    assert json.loads(json.dumps(found)) == found
+
+
+@all_engines
+def test_a_rig_without_bushings(rig, engine):
+    _, ledger = keep_ledger(rig.replace(bushings=()), random(0.2, 2048, rms=2.0), ConstantLaw(0.0, 0.0), engine)
+    assert ledger.impacts == () and ledger.summary()["median_restitution"] is None
+    assert ledger.damping[-1] > 0
+    assert ledger.imbalance < 1e-4  # links turn in space
+    assert draw(ledger).png()[:4] == b"\x89PNG"
+
+
+def test_nothing_put_in(rig):
+    _, ledger = keep_ledger(rig, random(0.1, 2048, rms=0.0), LAW, "modal")
+    assert ledger.imbalance == 0
+    assert draw(ledger).png()[:4] == b"\x89PNG"
+
+
+def test_an_engine_that_does_not_tell(rig):
+    class Deaf(Run):
+        def advance(self, drive):
+            return np.zeros((drive.size, 14))
+
+    @dataclass(frozen=True)
+    class Silent(Engine):
+        name: ClassVar[str] = "silent"
+
+        def largest_step(self, rig, law):
+            return 1e-3
+
+        def start(self, rig, law, kind, step):
+            return Deaf()
+
+    with pytest.raises(ClearanceError, match="does not tell the equations of its steps"):
+        keep_ledger(rig, random(0.1, 2048), LAW, Silent())
+    with pytest.raises(ClearanceError, match="no ledger can be kept"):
+        Deaf().snapshot()
+
+
+def test_figure(kept):
+    drawing = draw(kept[1])
+    assert len(drawing.figure.axes) == 4
+    assert f"{len(kept[1].impacts)} impacts" in drawing.caption
+
+
+def command(tmp_path, *more):
+    rig = str(ROOT / "models" / "table1_rig.toml")
+    short = ("--engine", "modal", "--duration", "0.5", "--rms", "8", "--quiet", "--out", str(tmp_path / "r.nc"))
+    return main(["simulate", rig, *short, *more])
+
+
+def test_command(tmp_path, capsys):
+    folder = tmp_path / "books"
+    assert command(tmp_path, "--ledger", str(folder), "--json") == 0
+    found = json.loads(capsys.readouterr().out)["ledger"]
+    assert sorted(p.name for p in folder.iterdir()) == ["energy.csv", "impacts.csv", "ledger.png"]
+    energy = np.genfromtxt(folder / "energy.csv", delimiter=",", names=True)
+    assert energy.size == 1024
+    assert energy["input"][-1] == pytest.approx(found["energy"]["input"], rel=1e-8)
+    with (folder / "impacts.csv").open(encoding="utf-8") as file:
+        rows = list(csv.DictReader(file))
+    assert [sum(int(row["bushing"]) == j for row in rows) for j in range(2)] == found["impacts"]
+    assert float(rows[0]["restitution"]) == pytest.approx(float(rows[0]["v_out"]) / float(rows[0]["v_in"]))
+
+
+def test_command_in_words(tmp_path, capsys):
+    assert command(tmp_path, "--ledger", str(tmp_path / "books")) == 0
+    words = capsys.readouterr().out
+    assert "the energies balance within 0.0" in words and "more than 1 %" not in words
+    (tmp_path / "file").write_text("")
+    assert command(tmp_path, "--ledger", str(tmp_path / "file")) == 2
+    assert "is a file; give a folder" in capsys.readouterr().err
+
+
+def test_page(tmp_path):
+    """The code of docs/ledger.md runs as it stands, and finds what the page says."""
+    (tmp_path / "models").symlink_to(ROOT / "models")
+    out = run_python("ledger.md", tmp_path)
+    assert 0 < float(re.search(r"imbalance ([\d.e-]+),", out)[1]) < 1e-3
+    assert (tmp_path / "ledger" / "ledger.png").exists()

@@ -1,0 +1,40 @@
+"""Statistics of the items on motion control, on rows with known answers."""
+
+import numpy as np
+import pytest
+
+from clearance_mj.vehicle.experiment import CONTROLLERS, REGIMES
+from experiments.article.motion import over_seeds, published, reduction, seeds_table
+
+
+def rows(value):
+    return [
+        {"controller": c, "regime": r, "seed": s}
+        | dict.fromkeys(
+            ("peak_e_y", "rms_e_y", "peak_e_psi", "peak_yaw_rate_error", "peak_yaw_rate", "peak_lateral_acceleration"),
+            value(c, s),
+        )
+        for s in range(30)
+        for r in REGIMES
+        for c in CONTROLLERS
+    ]
+
+
+def test_reduction_is_of_the_same_seed():
+    """SMC scatters from seed to seed, SMC-CM is 20 % below it under each."""
+    found = rows(lambda c, s: (0.8 if c == "smc-cm" else 1.0) * (1 + s))
+    np.testing.assert_allclose(over_seeds(found, "smc", "torque", "peak_e_y"), 1 + np.arange(30))
+    np.testing.assert_allclose(reduction(found, "smc-cm", "smc", "friction", "peak_e_y"), 20.0)
+
+
+def test_table_of_medians():
+    """Median of 1 … 30 mm, between the 10th and the 21st."""
+    table = seeds_table(rows(lambda c, s: 1e-3 * (1 + s)), "medians")
+    assert len(table.rows) == len(REGIMES) * len(CONTROLLERS)
+    assert table.rows[0][2:4] == (pytest.approx(15.5), "10.0 to 21.0")
+
+
+def test_published_tables():
+    """The article's Tables 3 and 4 as printed."""
+    assert float(published("table3_72kmh")["lateral_position_error_peak"]["smc_cm"]) == 0.025
+    assert float(published("table4_120kmh")["lateral_position_error_peak"]["mpc"]) == 0.12

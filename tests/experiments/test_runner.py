@@ -1,0 +1,128 @@
+"""What is written, what is kept, what is computed again; with an item that costs nothing."""
+
+import hashlib
+import json
+import sys
+from types import ModuleType
+
+import pytest
+from matplotlib.figure import Figure
+
+from clearance_mj.cli import main as command_line
+from clearance_mj.errors import ClearanceError
+from clearance_mj.report.figures import Drawing
+from clearance_mj.report.tables import Column, Table
+from experiments.article import ITEMS, Result, reproduce
+
+
+@pytest.fixture
+def calls(monkeypatch):
+    """How often the item "small", the only one, was computed, by quick or not."""
+    made = []
+
+    def run(context):
+        made.append(context.quick)
+        figure = Figure((2, 2))
+        figure.subplots().plot([0, 1])
+        return Result(
+            "Small & simple", "a < b", "done", "x = 0.5", "nothing", (Drawing("small", figure, "A line", "line"),),
+            {"small": [{"x": 0.5}], "small_errors": [{"e": 1 / 3}]},
+            (Table("t", "Both", (Column("who"), Column("x", "m", ".2f")), (("ours", 0.5), ("theirs", float("nan")))),),
+            {"ours": "everything"},
+        )  # fmt: skip
+
+    module = ModuleType("small_item")
+    module.run = run
+    monkeypatch.setitem(sys.modules, "small_item", module)
+    kept = dict(ITEMS)
+    ITEMS.clear()
+    ITEMS["small"] = "small_item"
+    yield made
+    ITEMS.clear()
+    ITEMS.update(kept)  # in their order, which item by item would not keep
+
+
+@pytest.fixture
+def records(tmp_path):
+    folder = tmp_path / "records"
+    folder.mkdir()
+    (folder / "dataset.toml").write_text("one")
+    return folder
+
+
+def run(tmp_path, records, **options):
+    return reproduce(["small"], tmp_path / "out", records, progress=False, **options)
+
+
+def test_files_and_pages(calls, tmp_path, records):
+    (item,) = run(tmp_path, records)
+    out = tmp_path / "out"
+    assert set(item["files"]) == {"small.png", "small.svg", "small.csv", "small_errors.csv", "small.md"}
+    assert {path.name for path in out.iterdir()} == {*item["files"], "small.json", "index.html"}
+    assert (out / "small_errors.csv").read_text() == "e\n0.3333333333333333\n"
+    page = (out / "index.html").read_text()
+    assert "Small &amp; simple" in page and "a &lt; b" in page and "synthetic" in page
+    assert "data:image/svg+xml;base64," in page and 'src="http' not in page
+    markdown = (out / "small.md").read_text()
+    assert markdown.startswith("# Small & simple\n")
+    assert "| who | x (m) |\n| --- | ---: |\n| ours | 0.50 |\n| theirs | – |" in markdown
+
+
+def test_what_is_there_is_kept(calls, tmp_path, records):
+    first = run(tmp_path, records)
+    assert run(tmp_path, records) == first
+    assert calls == [False]
+
+
+@pytest.mark.parametrize("change", ["records", "quick", "missing file", "damaged file"])
+def test_what_changed_is_computed_again(calls, tmp_path, records, change):
+    run(tmp_path, records)
+    if change == "records":
+        (records / "dataset.toml").write_text("two")
+    if change == "missing file":
+        (tmp_path / "out" / "small.svg").unlink()
+    if change == "damaged file":
+        (tmp_path / "out" / "small.csv").write_text("x\n0.6\n")
+    run(tmp_path, records, quick=change == "quick")
+    assert calls == [False, change == "quick"]
+    assert (tmp_path / "out" / "small.csv").read_text() == "x\n0.5\n"
+    assert "--quick" in (tmp_path / "out" / "index.html").read_text() or change != "quick"
+
+
+def test_an_interrupted_item_is_not_taken_for_finished(calls, tmp_path, records, monkeypatch):
+    run(tmp_path, records)
+    (records / "dataset.toml").write_text("two")
+
+    def interrupted(context):
+        raise KeyboardInterrupt
+
+    with monkeypatch.context() as patch:
+        patch.setattr(sys.modules["small_item"], "run", interrupted)
+        with pytest.raises(KeyboardInterrupt):
+            run(tmp_path, records)
+    run(tmp_path, records)
+    assert len(calls) == 2
+
+
+def test_out_is_a_file(calls, tmp_path, records):
+    (tmp_path / "out").write_text("")
+    with pytest.raises(ClearanceError, match="is a file; give a folder"):
+        run(tmp_path, records)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [(["figure_99"], 'item "figure_99" is unknown'), (["--dataset", "nowhere", "table_1"], "nowhere: does not exist")],
+)
+def test_bad_input_is_one_line_and_status_2(arguments, words, tmp_path, capsys):
+    assert command_line(["reproduce", "--quiet", "--out", str(tmp_path / "out"), *arguments]) == 2
+    error = capsys.readouterr().err
+    assert words in error and error.count("\n") == 1
+
+
+def test_json_has_the_digest_of_every_file(calls, tmp_path, records, capsys):
+    out = tmp_path / "out"
+    arguments = ["reproduce", "all", "--json", "--quiet", "--out", str(out), "--dataset", str(records)]
+    assert command_line(arguments) == 0
+    (item,) = json.loads(capsys.readouterr().out)["items"]
+    assert item["files"]["small.csv"] == hashlib.sha256((out / "small.csv").read_bytes()).hexdigest()

@@ -1,0 +1,77 @@
+"""Readers of the published records, on small files of the same form."""
+
+import gzip
+import json
+
+import numpy as np
+import pytest
+
+from clearance_mj.errors import RecordError
+from experiments.real.records import read_damper, read_dropbear, real_folder
+
+NAMES = "Low G Accel\tSG_300_a\tAccel\tPinLoc\tTime"
+DROPBEAR = (
+    f"C:\\test0.txt\nProgrammer - None\nStriker Velocity - 0\nSampling Frequency - 5000\nMon\n{NAMES}\nVoltage\n0.0\n\n"
+    "1.5E+0\t0\t9\t1.25\t0.0\n-2.5\t0\t9\t1.50\t2.0E-4\n3.5\t0\t9\t1.75\t4.0E-4\n"
+)
+ROWS = [[0.0, 1.0, 2.0, 0, 0, 0], [0.5, -1.0, -2.0, 0, 0, 0], [1.0, 0.0, 1.0, 0, 0, 0]]
+
+
+def write(path, content):
+    path.write_bytes(content if isinstance(content, bytes) else content.encode())
+    return path
+
+
+@pytest.mark.parametrize("pack", [str.encode, lambda text: gzip.compress(text.encode(), mtime=0)])
+def test_dropbear(tmp_path, pack):
+    record = read_dropbear(write(tmp_path / "a.txt", pack(DROPBEAR)))
+    np.testing.assert_array_equal(record.acceleration, [1.5, -2.5, 3.5])
+    np.testing.assert_array_equal(record.position, [1.25, 1.5, 1.75])
+    np.testing.assert_array_equal(record.time, [0, 2e-4, 4e-4])
+    assert record.fs == pytest.approx(5000)
+
+
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [
+        (DROPBEAR.replace("PinLoc", "Roller"), "line 6: no column PinLoc"),
+        (DROPBEAR.replace("-2.5\t", "-2.5V\t"), "line 11: 5 numbers expected"),
+        (DROPBEAR.replace("-2.5\t0\t", "-2.5\t"), "line 11: 5 numbers expected"),
+        (DROPBEAR.replace("-2.5\t", "nan\t"), "line 11: acceleration is not finite"),
+        (DROPBEAR.replace("4.0E-4", "2.0E-4"), "line 12: the time does not rise"),
+        (DROPBEAR[:60], "9 header lines"),
+    ],
+)
+def test_damaged_dropbear(tmp_path, content, message):
+    with pytest.raises(RecordError, match=f"bad.txt.*{message}"):
+        read_dropbear(write(tmp_path / "bad.txt", content))
+
+
+def test_damper(tmp_path):
+    record = read_damper(write(tmp_path / "a.json.gz", gzip.compress(json.dumps({"data": ROWS}).encode())))
+    np.testing.assert_allclose(record.displacement, [0.0254, -0.0254, 0.0])
+    np.testing.assert_allclose(record.force, [8896.443, -8896.443, 4448.222], rtol=1e-6)
+    assert record.fs == 2.0
+
+
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [
+        ('{"data":\n[[0, 1,', "line 2: not JSON"),
+        ("[1, 2]", "needs"),
+        ('{"data": [[0, 1, 2]]}', "two rows"),
+        (json.dumps({"data": [*ROWS, [2.0, "x", 1.0]]}), "row 4: needs numbers"),
+        (json.dumps({"data": [*ROWS, [0.5, 1.0, 1.0]]}), "row 4: the time does not rise"),
+        (json.dumps({"data": [*ROWS, [2.0, 1.0, float("nan")]]}), "row 4: force is not finite"),
+    ],
+)
+def test_damaged_damper(tmp_path, content, message):
+    with pytest.raises(RecordError, match=f"bad.json.*{message}"):
+        read_damper(write(tmp_path / "bad.json", content))
+
+
+def test_folder(tmp_path, monkeypatch):
+    monkeypatch.setenv("CLEARANCE_REAL_DATA", str(tmp_path))
+    assert real_folder() == tmp_path
+    monkeypatch.setenv("CLEARANCE_REAL_DATA", str(tmp_path / "none"))
+    assert real_folder() is None

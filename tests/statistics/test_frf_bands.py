@@ -1,0 +1,217 @@
+"""FRF bands against closed forms; covariance and random errors against the scatter of repeated fits and records."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+import scipy.optimize
+import scipy.signal
+import scipy.stats
+
+from clearance_mj.beam import linear_frf
+from clearance_mj.clearance import ConstantLaw, ContactLaw, HuntCrossley
+from clearance_mj.errors import LawError, RecordError
+from clearance_mj.identify.laws import METHODS, Identified, nominal
+from clearance_mj.identify.output_error import Fit, Parameter, _covariance
+from clearance_mj.io.dataset import Dataset
+from clearance_mj.report.uncertainty import draw, drawings
+from clearance_mj.rig import Grease
+from clearance_mj.signals.excitation import multisine
+from clearance_mj.signals.frf import FRF, estimate_frf, random_error
+from clearance_mj.signals.response import Response
+from clearance_mj.statistics.frf_bands import Band, draw_laws, frf_band, inside, paired_error
+from clearance_mj.study import Knowledge, Study, _bands
+from clearance_mj.workshop import Cache
+
+NAMES = ("contact stiffness", "contact damping", "grease stiffness", "grease damping")
+
+
+def fitted(value, std, correlation=None, low=1e-6, high=1e9):
+    """Parameters as a fit of the method "constant" leaves them."""
+    correlation = np.eye(4) if correlation is None else np.asarray(correlation)
+    parameters = tuple(Parameter(name, "SI", v, low, high) for name, v in zip(NAMES, value))
+    law = ConstantLaw(value[0], value[1], grease=Grease(value[2], value[3]))
+    return Identified.of_fit(Fit(law, parameters, np.array(value), np.array(std), correlation, 0.1, 1.0, 1))
+
+
+def logarithms(laws):
+    return np.log([(law.k[0], law.c[0], law.grease[0].stiffness, law.grease[0].damping) for law in laws])
+
+
+def test_drawn_laws_have_the_covariance(rig):
+    correlation = np.eye(4)
+    correlation[0, 1] = correlation[1, 0] = -0.9
+    std = np.array((0.2, 0.1, 0.05, 0.3))
+    found = fitted((7e3, 4.0, 4e3, 3.0), std, correlation)
+    drawn = logarithms(draw_laws(rig, "constant", found.parameters, 4000, seed=2))
+    # Standard errors of 4000 draws: σ/√4000 of a mean, about 2 % of a covariance's scale.
+    np.testing.assert_allclose(drawn.mean(axis=0), np.log((7e3, 4.0, 4e3, 3.0)), atol=4 * 0.3 / np.sqrt(4000))
+    np.testing.assert_allclose(np.cov(drawn.T) / np.outer(std, std), correlation, atol=0.08)
+
+
+def test_same_seed_same_laws_within_the_bounds(rig):
+    found = fitted((7e3, 4.0, 4e3, 3.0), (0.5, 0.5, 0.5, 0.5), low=2.9, high=7.1e3)
+    laws, again = (logarithms(draw_laws(rig, "constant", found.parameters, 50, seed=4)) for _ in range(2))
+    np.testing.assert_array_equal(laws, again)
+    assert laws.min() == pytest.approx(np.log(2.9))
+    assert laws.max() == pytest.approx(np.log(7.1e3))
+
+
+def test_band_of_a_linear_rig(rig):
+    """Below contact only the grease stiffness matters: the magnitudes that go into the band are in closed form."""
+    found = fitted((7e3, 4.0, 4369.0, 3.0), (1e-9, 1e-9, 0.04, 1e-9))
+    laws = draw_laws(rig, "constant", found.parameters, 30, seed=1)
+    drive = multisine(8.0, 1024.0, band=(5, 220), rms=0.02, period=2.0)
+    band = frf_band(rig, drive, found.law, laws)
+
+    def exact(k):
+        grease = Grease(k, damping=3.0)
+        bushings = tuple(dataclasses.replace(b, grease=grease) for b in rig.bushings)
+        return np.log(np.abs(linear_frf(rig.replace(bushings=bushings), band.fitted.frequency)))
+
+    every = np.array([exact(k) for k in np.exp(logarithms(laws)[:, 2])])
+    spread = np.ptp(every, axis=0) * 8.686
+    clear = (spread > 0.2) & (spread < 2)  # not at resonances and zeros, which a record of 8 s smears
+    assert clear.sum() > 200
+    half = scipy.stats.t.ppf(0.975, 29) * np.sqrt(1 + 1 / 30) * every.std(axis=0, ddof=1)
+    expected = np.array((every.mean(axis=0) - half, every.mean(axis=0) + half)) - exact(4369.0)
+    error = 8.686 * (np.log(band.limits / np.abs(band.fitted.value)) - expected)[:, clear]
+    assert np.sqrt(np.mean(error**2)) < 0.05
+    assert np.median(band.half_width_db[clear]) > 0.15
+
+
+def test_physical_law_is_made_again(rig):
+    """Force at one gap F, exponent n, restitution e: a Hunt-Crossley contact with K = F / dⁿ."""
+    values = (4e3, 4.0, 0.8, 3e-4, 8e-4, 2.0, 0.5, 2.0, 1.5, 0.6)
+    law = METHODS["output-error"].make(rig, *values)
+    assert law.contact[0] == HuntCrossley(2.0 / 3e-4**1.5, 0.6, 1.5)
+    assert law.grease[0].yield_displacement == pytest.approx(3e-4)
+    assert isinstance(law, ContactLaw)
+
+
+def test_methods_without_covariance_and_parameters_that_are_not_told(rig):
+    with pytest.raises(LawError, match='method "nominal" gives no covariance'):
+        draw_laws(rig, "nominal", (), 10)
+    found = fitted((7e3, 4.0, 4e3, 3.0), (0.1, np.inf, 0.1, 0.1))
+    with pytest.raises(LawError, match="do not tell the contact damping"):
+        draw_laws(rig, "constant", found.parameters, 10)
+
+
+def test_figure_holds_bands_and_test(rig):
+    drive = multisine(4.0, 1024.0, band=(5, 220), rms=2.0)
+    laws = [ConstantLaw(k, 4.0) for k in (6e3, 8e3, 1e4)]
+    band = frf_band(rig, drive, laws[1], laws)
+    drawing = draw(rig, {"constant": band}, {"constant": np.full(band.half_width_db.shape, 0.01)}, band.fitted)
+    axes = drawing.figure.axes
+    assert len(axes) == 4  # two bushings, magnitude and deviation
+    assert [len(ax.collections) for ax in axes] == [0, 0, 2, 2]
+    assert np.ptp(axes[2].lines[0].get_ydata()) == 0  # the test is the fitted law itself
+    assert f"±{np.mean(band.half_width_db):.2g} dB" in drawing.caption
+
+
+def test_bands_of_a_study(small_dataset, tmp_path):
+    """Of the laws that have a covariance, at the middle level's first record; the second time out of the cache."""
+    dataset = Dataset.load(small_dataset)
+    found = fitted((7e3, 4.0, 4e3, 3.0), (0.1, 0.1, 0.02, 0.1))
+    laws = (Knowledge("constant", found.law, "", found.parameters), Knowledge("nominal", nominal(dataset.rig), ""))
+    tests = {r.name: estimate_frf(r.response(), resolution=0.5) for r in dataset.validate}
+    study = Study(dataset, laws, tests, (), {})
+    assert drawings(study) == []
+    (tmp_path / "cache").mkdir()
+    cache = Cache(tmp_path / "cache", tmp_path / "older")
+    bands = _bands(study, cache, False)
+    assert list(bands) == ["constant"]
+    (path,) = cache.folder.iterdir()
+    written = path.stat().st_mtime_ns
+    again = _bands(study, cache, False)
+    assert path.stat().st_mtime_ns == written
+    np.testing.assert_array_equal(again["constant"][0].limits, bands["constant"][0].limits)
+    np.testing.assert_array_equal(again["constant"][0].fitted.value, bands["constant"][0].fitted.value)
+    np.testing.assert_array_equal(again["constant"][1], bands["constant"][1])
+    (drawing,) = drawings(dataclasses.replace(study, bands=again))
+    share = 100 * inside(bands["constant"][0].limits, tests["level_4_1"])
+    assert f"constant: parameters alone ±{np.mean(bands['constant'][0].half_width_db):.2g} dB" in drawing.caption
+    assert f"inside at {share:.0f} %" in drawing.caption
+
+
+def test_limits_hold_another_draw_as_often_as_they_say(rng):
+    """4000 lines, 6 laws: binomial scatter of a share of 0.9 is 0.005. So do those of a test with a random error."""
+    draws, error = rng.normal(1.0, 0.3, (7, 1, 4000)), 0.6
+    band = Band(None, np.exp(draws[:6]), confidence=0.9)
+    assert share(band.limits, draws[6]) == pytest.approx(0.9, abs=0.02)
+    test = draws[6] + rng.normal(0, error, 4000)
+    assert share(band.limits, test) < 0.75
+    # Two variances, one of them known, in quadrature: nearly so.
+    assert share(band.prediction(error), test) == pytest.approx(0.9, abs=0.03)
+    np.testing.assert_allclose(band.half_width_db, 10 * np.log10(band.limits[1] / band.limits[0]))
+
+
+def share(limits, logarithm) -> float:
+    return inside(limits, FRF(np.arange(4000.0), np.exp(logarithm)))
+
+
+def records(rng, n, shared, noise, size=8192):
+    """A filter with noise and a square that no FRF can say, and a model that lacks the noise."""
+    for _ in range(n):
+        x = rng.standard_normal(size)
+        y = scipy.signal.lfilter([1.0], [1, -0.5], x) + shared * (x**2 - 1)
+        test = (y + noise * rng.standard_normal(size))[:, None]
+        yield Response(1024.0, x, test, band=(20, 500)), Response(1024.0, x, y[:, None], band=(20, 500))
+
+
+def test_random_error_is_the_scatter_from_record_to_record(rng):
+    """Of 150 records of 8 s, 15 half-overlapping segments, coherence 1/2 or so: σ of log |H|."""
+    frfs = [estimate_frf(test, resolution=1.0) for test, _ in records(rng, 150, 0.0, 1.0)]
+    scatter = np.std([np.log(np.abs(frf.value[0])) for frf in frfs], axis=0)
+    told = np.sqrt(np.mean([random_error(frf, 8.0)[0] ** 2 for frf in frfs], axis=0))
+    assert np.median(scatter / told) == pytest.approx(1.0, abs=0.05)
+
+
+def test_paired_error_leaves_out_what_model_and_test_share(rng):
+    """The scatter of log |H_t / H_m|; that of log |H_t| alone is four times as large."""
+    ratios, paired, alone = [], [], []
+    for test, model in records(rng, 150, 0.6, 0.2):
+        frfs = [estimate_frf(each, resolution=1.0) for each in (test, model)]
+        ratios.append(np.log(np.abs(frfs[0].value / frfs[1].value))[0])
+        paired.append(paired_error(test, model, 1.0)[0] ** 2)
+        alone.append(random_error(frfs[0], 8.0)[0] ** 2)
+    told = np.sqrt(np.mean(paired, axis=0))
+    assert np.median(np.std(ratios, axis=0) / told) == pytest.approx(1.0, abs=0.05)
+    assert np.median(np.sqrt(np.mean(alone, axis=0)) / told) > 3
+
+
+def test_one_segment_has_no_random_error():
+    with pytest.raises(RecordError, match="no coherence"):
+        random_error(FRF(np.arange(3.0), np.ones((1, 3))), 1.0)
+
+
+def test_covariance_of_blocks_that_share_their_errors(rng):
+    """Scatter of 250 fits of a line whose residuals have half of their variance in common within a block."""
+    block = np.repeat(np.arange(40), 25)
+    design = np.stack((np.ones(1000), np.repeat(rng.uniform(-1, 1, 40), 25)), axis=1)
+    found, told, wrong = [], [], []
+    for _ in range(250):
+        noise = 0.5 * (rng.standard_normal(40)[block] + rng.standard_normal(1000))
+
+        def residual(theta, noise=noise):
+            return np.append(design @ theta - noise, (0.0, 0.0))  # nothing is known before
+
+        jacobian = np.vstack((design, np.zeros((2, 2))))
+        fit = scipy.optimize.least_squares(residual, (0, 0), lambda _, j=jacobian: j.copy(), loss="soft_l1")
+        found.append(fit.x)
+        told.append(_covariance(fit.jac, fit.fun, block))
+        wrong.append(np.linalg.inv(fit.jac.T @ fit.jac) * 2 * fit.cost / 998)
+    scatter = np.cov(np.transpose(found))
+    # σ of a variance out of 250 fits: 9 %; the jackknife is on the safe side by some per cent.
+    np.testing.assert_allclose(np.diag(np.mean(told, axis=0)) / np.diag(scatter), 1.08, atol=0.2)
+    assert np.all(np.diag(np.mean(wrong, axis=0)) < np.diag(scatter) / 5)
+
+
+def test_covariance_holds_what_was_known_before():
+    """A parameter that no residual sees keeps its spread, here 0.5; with one block nothing is known."""
+    jacobian = np.array([[1.0, 0.0], [1.0, 0.0], [0.0, 0.0], [0.0, 2.0]])
+    covariance = _covariance(jacobian, np.array([0.1, -0.1, 0.0, 0.0]), np.array([0, 1]))
+    assert covariance[1, 1] == pytest.approx(0.25)
+    # Left out one by one the other residual is fitted: ± 0.1, jackknife variance (2-1)/2 · 2 · 0.1², linearised.
+    assert covariance[0, 0] == pytest.approx(0.01, rel=0.01)
+    assert np.isinf(_covariance(jacobian, np.zeros(4), np.array([0, 0]))).all()

@@ -1,0 +1,205 @@
+"""The study on a small dataset: what it leaves, what it keeps after an interrupt, what it refuses."""
+
+import dataclasses
+import json
+import os
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from clearance_mj import report, workshop
+from clearance_mj import study as study_module
+from clearance_mj.engines import simulate
+from clearance_mj.errors import ClearanceError, RecordError
+from clearance_mj.identify.laws import METHODS as METHODS_BY_NAME
+from clearance_mj.identify.laws import Identified, Method, nominal
+from clearance_mj.io.dataset import Dataset, write_dataset
+from clearance_mj.signals.frf import estimate_frf
+from clearance_mj.study import run_study
+
+from ..conftest import SMALL_LAW
+
+ENGINES = ("modal", "modal-mj")
+METHODS = ("nominal", "constant")
+
+
+@pytest.fixture(scope="module")
+def finished(small_dataset, tmp_path_factory):
+    out = tmp_path_factory.mktemp("out") / "study"
+    return run_study(small_dataset, out, ENGINES, METHODS, progress=False), out
+
+
+def test_files_of_a_finished_study(finished):
+    _, out = finished
+    names = {p.name for p in out.iterdir()}
+    assert {"report.html", "summary.json", "results.nc", "laws", "figures", "tables"} <= names
+    assert not out.with_name("study.partial").exists()
+
+
+def test_rows_against_a_simulation_made_here(finished, small_dataset):
+    """RMSE of the nominal law at one level: simulated, estimated and averaged by hand."""
+    study, _ = finished
+    errors = []
+    dataset = Dataset.load(small_dataset)
+    for record in dataset.validate:
+        if record.level != 4:
+            continue
+        test = estimate_frf(record.response(), resolution=0.5)
+        model = estimate_frf(simulate(dataset.rig, record.excitation(), nominal(dataset.rig), "modal"), resolution=0.5)
+        db = 20 * np.log10(np.abs(model.value) / np.abs(test.value))
+        errors.append(np.mean(np.sqrt(np.mean(db**2, axis=1))))
+    row = next(r for r in study.rows() if (r["level"], r["law"], r["engine"]) == (4, "nominal", "modal"))
+    assert row["rmse_db"] == pytest.approx(np.mean(errors), rel=1e-9)
+
+
+def test_fitted_constants_predict_better_than_the_datasheet(finished):
+    """The records were simulated with constants, which the fit can find and the datasheet does not hold."""
+    study, _ = finished
+    rows = {(r["level"], r["law"], r["engine"]): r for r in study.rows()}
+    for level in (1, 4):
+        for engine in ENGINES:
+            assert rows[level, "constant", engine]["rmse_db"] < 0.5 * rows[level, "nominal", engine]["rmse_db"]
+
+
+def test_summary_and_netcdf_hold_the_same_frfs(finished):
+    study, out = finished
+    summary = json.loads((out / "summary.json").read_text())
+    assert summary["identified_from"] == ["ramp"]
+    assert summary["synthetic"] is True
+    assert len(summary["results"]) == 2 * (2 * len(ENGINES) + 1)
+    case = study.cases[-1]
+    with xr.open_dataset(out / "results.nc", engine="scipy") as data:
+        kept = (
+            data.model.sel(law=case.law, engine=case.engine, record=case.record.name)
+            .squeeze()
+            .transpose("response", "frequency", "part")
+        )
+        np.testing.assert_array_equal(kept.values[..., 0] + 1j * kept.values[..., 1], case.frf.value)
+        assert json.loads(data.attrs["rig"])["name"] == "table1"
+
+
+@pytest.fixture
+def quick(monkeypatch):
+    """A study whose fit and report cost nothing: for tests of what surrounds them."""
+    monkeypatch.setitem(METHODS_BY_NAME, "constant", Method("all", lambda *_: Identified(SMALL_LAW)))
+    monkeypatch.setattr(
+        report, "write_report", lambda study, folder, progress: (folder / "report.html").write_text("-")
+    )
+
+
+def test_interrupted_study_goes_on_where_it_stopped(small_dataset, tmp_path, monkeypatch, quick):
+    done = []
+
+    def interrupted(rig, excitation, law, engine):
+        if len(done) == 3:
+            raise KeyboardInterrupt
+        done.append(engine)
+        return simulate(rig, excitation, law, engine)
+
+    monkeypatch.setattr(study_module, "simulate", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        run_study(small_dataset, tmp_path / "out", ("modal",), METHODS, workers=1, progress=False)
+    assert not (tmp_path / "out").exists()
+    assert len(list((tmp_path / "out.partial" / "cache").glob("*.nc"))) == 3
+
+    monkeypatch.setattr(study_module, "simulate", lambda *a: done.append(a) or simulate(*a))
+    monkeypatch.setitem(METHODS_BY_NAME, "constant", Method("all", None))  # identifying again would fail
+    done.clear()
+    run_study(small_dataset, tmp_path / "out", ("modal",), METHODS, progress=False)
+    assert len(done) == 2 * 4 - 3
+    assert (tmp_path / "out" / "report.html").exists()
+    assert not (tmp_path / "out.partial").exists()
+
+
+def counted(monkeypatch):
+    """Simulations from here on, as (rig, excitation, law, engine)."""
+    done = []
+    monkeypatch.setattr(study_module, "simulate", lambda *a: done.append(a) or simulate(*a))
+    return done
+
+
+def test_a_second_study_computes_only_what_is_new(small_dataset, tmp_path, monkeypatch, quick):
+    done = counted(monkeypatch)
+    first = run_study(small_dataset, tmp_path / "out", ("modal",), METHODS, progress=False)
+    assert len(done) == 2 * 4
+
+    done.clear()
+    monkeypatch.setitem(METHODS_BY_NAME, "constant", Method("all", None))  # identifying again would fail
+    again = run_study(small_dataset, tmp_path / "out", ("modal",), METHODS, progress=False)
+    assert not done
+    assert json.dumps(again.rows()) == json.dumps(first.rows())
+    for one, other in zip(first.cases, again.cases):
+        np.testing.assert_array_equal(one.frf.value, other.frf.value)
+        assert one.statistics == other.statistics
+
+    run_study(small_dataset, tmp_path / "out", ("modal", "modal-mj"), METHODS, progress=False)
+    assert [engine for *_, engine in done] == ["modal-mj"] * 8
+
+
+def test_a_changed_record_is_simulated_again_and_identified_from_only_if_it_was_before(
+    small_dataset, tmp_path, monkeypatch, quick
+):
+    done = counted(monkeypatch)
+    dataset = Dataset.load(small_dataset)
+    run_study(small_dataset, tmp_path / "out", ("modal",), METHODS, progress=False)
+    records = list(dataset.records)
+    i = next(i for i, r in enumerate(records) if r.name == "level_4_2")
+    louder = [dataclasses.replace(c, value=1.01 * c.value) for c in records[i].channels]
+    records[i] = dataclasses.replace(records[i], channels=louder)
+    write_dataset(tmp_path / "changed", dataset.rig, records)
+
+    done.clear()
+    monkeypatch.setitem(METHODS_BY_NAME, "constant", Method("all", None))
+    run_study(tmp_path / "changed", tmp_path / "out", ("modal",), METHODS, progress=False)
+    assert {excitation.description["record"] for _, excitation, *_ in done} == {"level_4_2"} and len(done) == 2
+    assert len(list((tmp_path / "out" / "cache").glob("*.nc"))) == 2 * 4, "what is out of date is dropped"
+
+
+def test_changed_code_keeps_nothing(small_dataset, tmp_path, monkeypatch, quick):
+    done = counted(monkeypatch)
+    run_study(small_dataset, tmp_path / "out", ("modal",), ("nominal",), progress=False)
+    monkeypatch.setattr(workshop, "code", lambda: "another version")
+    run_study(small_dataset, tmp_path / "out", ("modal",), ("nominal",), progress=False)
+    assert len(done) == 2 * 4
+
+
+def test_a_study_replaces_an_older_one_only_when_it_is_whole(small_dataset, tmp_path, monkeypatch, quick):
+    out = tmp_path / "out"
+    out.mkdir()
+    (out / "summary.json").write_text("old")
+
+    def failing(*_):
+        raise MemoryError
+
+    monkeypatch.setattr(study_module, "simulate", failing)
+    with pytest.raises(MemoryError):
+        run_study(small_dataset, out, ("modal",), METHODS, progress=False)
+    assert (out / "summary.json").read_text() == "old"
+
+
+def test_two_studies_into_one_folder(small_dataset, tmp_path):
+    partial = tmp_path / "out.partial"
+    partial.mkdir()
+    held, message = workshop.held(partial / "lock", "study"), f"another study .process {os.getpid()}. is writing there"
+    with held, pytest.raises(ClearanceError, match=message):
+        run_study(small_dataset, tmp_path / "out", ("modal",), METHODS, progress=False)
+
+
+def test_folder_with_something_else_is_not_overwritten(small_dataset, tmp_path):
+    (tmp_path / "thesis.tex").write_text("precious")
+    with pytest.raises(ClearanceError, match=r"holds 'thesis\.tex', which is not of a study"):
+        run_study(small_dataset, tmp_path, ("modal",), METHODS, progress=False)
+
+
+def test_dataset_without_validation_records(small_dataset, tmp_path):
+    dataset = Dataset.load(small_dataset)
+    write_dataset(tmp_path / "data", dataset.rig, dataset.identify)
+    with pytest.raises(RecordError, match='no record has role "validate"'):
+        run_study(tmp_path / "data", tmp_path / "out", ("modal",), METHODS, progress=False)
+    assert not (tmp_path / "out.partial").exists()
+
+
+def test_unknown_engine_is_refused_before_any_work(small_dataset, tmp_path):
+    with pytest.raises(ClearanceError, match='engine "warp" is unknown; known: links, modal, modal-mj'):
+        run_study(small_dataset, tmp_path / "out", ("warp",), progress=False)

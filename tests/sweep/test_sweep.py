@@ -1,0 +1,396 @@
+"""Sweeps: plans and designs, results against simulations made here, what is refused."""
+
+import dataclasses
+import itertools
+import json
+
+import numpy as np
+import pytest
+import scipy.stats
+import xarray as xr
+
+from clearance_mj import beam
+from clearance_mj.clearance import ConstantLaw
+from clearance_mj.cli import main
+from clearance_mj.engines import Modal, simulate
+from clearance_mj.errors import ClearanceError
+from clearance_mj.identify.laws import nominal
+from clearance_mj.io.dataset import Dataset
+from clearance_mj.io.uff import write_uff
+from clearance_mj.paths import changed, places
+from clearance_mj.rig import Grease
+from clearance_mj.signals import excitation
+from clearance_mj.signals.correlation import rmse_db
+from clearance_mj.signals.frf import estimate_frf
+from clearance_mj.sweep import Design, Vary, run_sweep
+from clearance_mj.sweep import run as run_module
+from clearance_mj.sweep.store import Table
+from clearance_mj.workshop import held
+
+from ..conftest import ROOT
+from .plans import DESIGN, EXCITATION, GAP, LEVEL, OUTPUTS, loaded, small, text
+
+GRID = """
+[[vary]]
+path = "rig.bushings[1].gap"
+values = [2e-4, 4e-4]
+[[vary]]
+path = "rig.bushings.grease.stiffness"
+low = 2000
+high = 8000
+count = 3
+scale = "log"
+"""
+
+
+def here(function, cases, workers):
+    """Stands for the processes: the cases one after the other in this one."""
+    for case in cases:
+        yield case, function(case)
+
+
+@pytest.fixture
+def in_this_process(monkeypatch):
+    monkeypatch.setattr(run_module, "on_processes", here)
+
+
+# Paths and designs.
+
+
+def test_paths():
+    data = {"a": [{"b": 1.0, "c": {}}, {"b": 2.0}], "k": [[1.0, 2.0], [3.0, 4.0]]}
+    assert places(data, "a[1].b") == [("a", 1, "b")]
+    assert places(data, "a.b") == [("a", 0, "b"), ("a", 1, "b")]
+    assert places(data, "k[1]") == [("k", 1, 0), ("k", 1, 1)]
+    assert changed(data, {("k", 1, 0): 9.0})["k"] == [[1.0, 2.0], [9.0, 4.0]]
+    assert data["k"][1][0] == 3.0
+
+
+def test_grid_is_every_combination():
+    varied = [Vary("rig.a", values=(1.0, 2.0)), Vary("rig.b", low=1, high=100, count=3, scale="log")]
+    expected = list(itertools.product((1, 2), (1, 10, 100)))
+    np.testing.assert_allclose(Design("grid").points(varied), expected)
+
+
+def test_latin_hypercube_has_one_case_in_each_slice():
+    varied = [Vary("rig.a", low=-1, high=3), Vary("rig.b", low=1, high=16, scale="log")]
+    a, b = Design("latin-hypercube", 8, seed=3).points(varied).T
+    assert sorted(np.floor((a + 1) * 2).astype(int)) == list(range(8))
+    assert sorted(np.floor(np.log2(b) * 2).astype(int)) == list(range(8))
+
+
+def test_sobol_points_are_scipys():
+    varied = [Vary("rig.a", low=0, high=1), Vary("rig.b", low=0, high=1)]
+    expected = scipy.stats.qmc.Sobol(2, rng=np.random.default_rng(5)).random(16)
+    np.testing.assert_array_equal(Design("sobol", 16, seed=5).points(varied), expected)
+
+
+def test_saltelli_design_exchanges_one_column_at_a_time():
+    varied = [Vary(f"rig.{name}", low=0, high=1) for name in "abc"]
+    a, b, *mixed = np.split(Design("saltelli", 4).points(varied), 5)
+    for i, block in enumerate(mixed):
+        np.testing.assert_array_equal(block[:, i], b[:, i])
+        np.testing.assert_array_equal(np.delete(block, i, axis=1), np.delete(a, i, axis=1))
+
+
+def test_values_are_drawn_evenly():
+    column = Design("latin-hypercube", 30).points([Vary("excitation.seed", values=(4, 7, 9))])
+    assert np.unique(column, return_counts=True)[1].tolist() == [10, 10, 10]
+
+
+# Results.
+
+
+def test_grid_against_simulations_made_here(rig, tmp_path, in_this_process):
+    plan = loaded(tmp_path, text(EXCITATION, OUTPUTS, GRID))
+    results = run_sweep(plan, tmp_path / "out", progress=False)
+    assert list(results["varied"].values) == ["rig.bushings[1].gap", "rig.bushings.grease.stiffness"]
+    combinations = list(itertools.product((2e-4, 4e-4), (2000, 4000, 8000)))
+    np.testing.assert_allclose(results["parameter"], combinations)
+    base = excitation.random(1.0, 1024.0, rms=2.0)
+    for case, (gap, stiffness) in enumerate(results["parameter"].values.tolist()):
+        grease = Grease(stiffness, damping=3.0)
+        data = rig.to_dict()
+        for bushing in data["bushings"]:
+            bushing["grease"]["stiffness"] = stiffness
+        data["bushings"][1]["gap"] = gap
+        own = rig.from_dict(data)
+        response = simulate(own, base, ConstantLaw(7.8e3, 4.0, grease=grease), "modal")
+        frf = estimate_frf(response, resolution=2.0)
+        row = results.isel(case=case)
+        np.testing.assert_array_equal(row["frf"].values[0] @ (1, 1j), frf.value[6])
+        np.testing.assert_array_equal(row["acceleration_rms"], response.acceleration.std(axis=0))
+        np.testing.assert_allclose(row["natural_frequency"], beam.natural_frequencies(own, 4), rtol=1e-9)
+        touching = np.abs(response.contact_force) > 0.01 * np.abs(response.contact_force).max(axis=0)
+        np.testing.assert_allclose(row["contact_share"], touching.mean(axis=0), atol=0.01)
+
+
+def test_store_is_self_describing(tmp_path, in_this_process):
+    run_sweep(loaded(tmp_path, text(EXCITATION, OUTPUTS, GRID)), tmp_path / "out", progress=False)
+    assert {p.name for p in (tmp_path / "out").iterdir()} == {"lock", "plan.json", "results.nc"}
+    stored = xr.open_dataset(tmp_path / "out" / "results.nc", engine="scipy")
+    assert stored["frf"].dims == ("case", "kept", "frequency", "part")
+    assert (stored["frf"].attrs["units"], stored["natural_frequency"].attrs["units"]) == ("1", "Hz")
+    assert (list(stored["kept"].values), list(stored["part"].values)) == (["7:+Z"], ["real", "imag"])
+    assert json.loads(stored.attrs["plan"])["engine"] == {"name": "modal", "modes": 8, "resolution": 1.0}
+
+
+def test_peaks(tmp_path, in_this_process):
+    """The height between two lines of a resonance is at least that of the lines; its place within half a line."""
+    plan = loaded(tmp_path, text(EXCITATION, "[outputs]\nresolution = 2\npeaks = [[20, 70]]", GRID))
+    results = run_sweep(plan, tmp_path / "out", progress=False)
+    assert list(results["band"].values) == ["20-70 Hz"]
+    magnitude = np.sqrt((results["frf"] ** 2).sum("part").mean("kept")).sel(frequency=slice(20, 70))
+    lines = magnitude["frequency"].values[magnitude.argmax("frequency")]
+    assert np.all(np.abs(results["peak_frequency"].values[:, 0] - lines) <= 1.0)
+    share = results["peak_magnitude"].values[:, 0] / magnitude.max("frequency").values
+    assert np.all((share >= 1) & (share < 1.5))
+
+
+@pytest.mark.parametrize("kind", ["record", "FRF"])
+def test_rmse_against_a_reference(small_dataset, tmp_path, in_this_process, kind):
+    """A record drives the cases itself, and its own FRF is what they are compared with."""
+    record = Dataset.load(small_dataset).validate[0]
+    test = estimate_frf(record.response(), resolution=2.0, band=(10, 200))
+    if kind == "record":
+        path, tables = small_dataset / f"{record.name}.uff", ()
+    else:
+        path, tables = tmp_path / "test.uff", (EXCITATION.replace("1024", "2048"),)
+        write_uff(path, test)
+    outputs = "[outputs]\nresolution = 2\nband = [10, 200]"
+    plan = loaded(tmp_path, text(*tables, outputs, GRID, head=f'reference = "{path}"'))
+    results = run_sweep(plan, tmp_path / "out", progress=False)
+    rig, law, drive = plan.case(3)
+    model = estimate_frf(simulate(rig, drive, law, "modal"), resolution=2.0, band=(10, 200))
+    np.testing.assert_allclose(results["rmse"].values[3], rmse_db(test.value, model.value), rtol=1e-6)
+    if kind == "record":
+        np.testing.assert_array_equal(drive.value, record.excitation().value)
+
+
+def test_law_and_its_grease_vary(rig, tmp_path, in_this_process):
+    ConstantLaw([5e3, 6e3], [3.0, 4.0], grease=Grease(2000.0, 2.0)).save(tmp_path / "law.json")
+    vary = '[[vary]]\npath = "law.k[1]"\nvalues = [1e4]\n[[vary]]\npath = "law.grease.stiffness"\nvalues = [5000]'
+    plan = loaded(tmp_path, text(EXCITATION, OUTPUTS, vary, head='law = "law.json"'))
+    _, law, _ = plan.case(0)
+    assert (law.k.tolist(), law.c.tolist(), law.grease[0].stiffness) == ([5e3, 1e4], [3.0, 4.0], 5000.0)
+    greased = rig.replace(bushings=tuple(dataclasses.replace(b, grease=law.grease[0]) for b in rig.bushings))
+    expected = beam.natural_frequencies(greased, 4)
+    np.testing.assert_allclose(plan.evaluate(0)["natural_frequency"], expected)
+
+
+def test_left_out_field_and_whole_numbers_vary(tmp_path):
+    vary = '[[vary]]\npath = "rig.bushings.grease.film_height"\nlow = 1e-3\nhigh = 2e-3\ncount = 2\n'
+    vary += '[[vary]]\npath = "excitation.seed"\nvalues = [0, 5]'
+    plan = loaded(tmp_path, text(EXCITATION, OUTPUTS, vary))
+    rig, law, drive = plan.case(3)
+    assert [b.grease.film_height for b in rig.bushings] == [2e-3, 2e-3]
+    assert law.k.tolist() == nominal(rig).k.tolist()
+    np.testing.assert_array_equal(drive.value, excitation.random(1.0, 1024.0, rms=2.0, seed=5).value)
+
+
+def test_case_without_results_says_why(tmp_path, in_this_process):
+    """A contact of 1e13 N/m needs too many steps: that case alone has no results."""
+    vary = '[[vary]]\npath = "rig.bushings.contact.stiffness"\nvalues = [8e3, 1e13]'
+    results = run_sweep(loaded(tmp_path, text(EXCITATION, OUTPUTS, vary)), tmp_path / "out", progress=False)
+    assert results["error"].values[0] == ""
+    assert "steps per sample" in results["error"].values[1]
+    assert np.isnan(results["acceleration_rms"].values[1]).all()
+    assert np.isfinite(results["acceleration_rms"].values[0]).all()
+
+
+# The table on disk, and going on.
+
+
+def test_torn_and_misplaced_rows_do_not_count(tmp_path):
+    table = Table(tmp_path / "cases.npy", {"x": (3,)}, 5)
+    for case in (0, 2, 4):
+        table.write(case, {"x": np.arange(3) + case})
+    assert table.finished().tolist() == [True, False, True, False, True]
+    data, size = bytearray(table.path.read_bytes()), table.row.itemsize
+    start = len(data) - 5 * size
+    data[start + 3 * size - 8 : start + 3 * size] = bytes(8)  # the end of row 2 was not written
+    data[start + size : start + 2 * size] = data[start : start + size]  # row 0 in the place of row 1
+    table.path.write_bytes(data)
+    assert Table(table.path, {"x": (3,)}, 5).finished().tolist() == [True, False, False, False, True]
+    with pytest.raises(ClearanceError, match="is not the table of this sweep"):
+        Table(table.path, {"x": (4,)}, 5)
+
+
+def test_finished_cases_are_not_computed_again(tmp_path, monkeypatch):
+    """What is stored is taken as it is, even if it is a mark that no case gives; only the others run."""
+    plan = loaded(tmp_path, small(12))
+
+    def interrupted(function, cases, workers):
+        yield from itertools.islice(here(function, cases, workers), 5)
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(run_module, "on_processes", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        run_sweep(plan, tmp_path / "out", progress=False)
+    table = Table(tmp_path / "out" / "cases.npy", plan.shapes, 12)
+    finished = np.flatnonzero(table.finished()).tolist()
+    assert len(finished) == 5
+    mark = {name: np.full(shape, 7.0) for name, shape in plan.shapes.items()}
+    table.write(finished[0], mark)
+    asked = []
+
+    def watched(function, cases, workers):
+        asked.extend(cases)
+        return here(function, cases, workers)
+
+    monkeypatch.setattr(run_module, "on_processes", watched)
+    results = run_sweep(plan, tmp_path / "out", progress=False)
+    assert sorted([*asked, *finished]) == list(range(12))
+    assert np.all(results["acceleration_rms"].values[finished[0]] == 7.0)
+    asked.clear()
+    assert run_sweep(plan, tmp_path / "out", progress=False).identical(results)
+    assert asked == []
+
+
+def test_killed_between_results_and_the_table(tmp_path, in_this_process):
+    plan, out = loaded(tmp_path, small(4)), tmp_path / "out"
+    results = run_sweep(plan, out, progress=False)
+    (out / "cases.npy").write_bytes(b"left over")
+    assert run_sweep(plan, out, progress=False).identical(results)
+    assert not (out / "cases.npy").exists()
+
+
+def test_another_plan_in_the_same_folder(tmp_path, in_this_process):
+    run_sweep(loaded(tmp_path, small(4)), tmp_path / "out", progress=False)
+    other = loaded(tmp_path, small(4).replace("high = 5e-4", "high = 6e-4"))
+    with pytest.raises(ClearanceError, match=r"holds a sweep of another plan \(vary\[0\]\.high\); give another folder"):
+        run_sweep(other, tmp_path / "out", progress=False)
+
+
+def test_two_sweeps_into_one_folder(tmp_path):
+    out = tmp_path / "out"
+    out.mkdir()
+    with (
+        held(out / "lock", "sweep"),
+        pytest.raises(ClearanceError, match=r"another sweep .process .* is writing there"),
+    ):
+        run_sweep(loaded(tmp_path, small(4)), out, progress=False)
+
+
+# What is refused.
+
+REFUSED = {
+    "unknown part": (GAP.replace("rig.", "rog."), "vary rog.bushings.gap: begin with rig., law. or excitation."),
+    "unknown field": (GAP.replace(".gap", ".gab"), "bushings[0].gab is not a known key"),
+    "no such entry": (GAP.replace("bushings", "bushings[5]"), "bushings[5].gap leads nowhere"),
+    "not a path": (GAP.replace("rig.bushings", "rig.bushings[x]"), "is not a path such as"),
+    "text": (GAP.replace("bushings.gap", "name"), "only numbers can vary"),
+    "excitation's field": (LEVEL.replace("rms", "peak"), "vary excitation.peak: unknown; random has"),
+    "no law": (GAP.replace("rig.bushings.gap", "law.k"), "the plan has no law file"),
+    "axis": (LEVEL.replace("rms", "fs"), "cannot vary, the results' axes depend on it"),
+    "low above high": (GAP.replace("5e-4", "1e-4"), "needs low < high, got 0.0002 and 0.0001"),
+    "log of zero": (LEVEL.replace("low = 0.5", "low = 0"), "a log scale needs low > 0, got 0"),
+    "values and range": (GAP + "values = [1e-4]", "give either values, or low and high"),
+    "seed between": (LEVEL.replace("rms", "seed"), "takes whole numbers; give them as values"),
+    "twice": (GAP + GAP.replace("bushings", "bushings[0]"), "a field varies twice"),
+    "impossible rig": (GAP.replace("gap", "position").replace("2e-4", "0.1").replace("5e-4", "0.9"), "overlaps"),
+    "unknown key": (GAP + "step = 1", "vary[0].step is not a known key"),
+    "nothing": ("", "the plan varies nothing"),
+}
+
+
+def refused(capsys, *arguments):
+    """Run, expect status 2 and one line on standard error, and return it."""
+    assert main([str(a) for a in arguments]) == 2
+    captured = capsys.readouterr()
+    assert captured.out == ""
+    assert captured.err.count("\n") == 1
+    return captured.err
+
+
+@pytest.mark.parametrize("name", REFUSED)
+def test_impossible_variation(name, tmp_path, capsys):
+    vary, message = REFUSED[name]
+    plan = tmp_path / "plan.toml"
+    plan.write_text(text(EXCITATION, DESIGN.format(samples=4), OUTPUTS, vary), encoding="utf-8")
+    error = refused(capsys, "sweep", plan, "--out", tmp_path / "out")
+    assert message in error
+    assert str(plan) in error
+    assert not (tmp_path / "out").exists()
+
+
+PLANS = {
+    "power of two": (DESIGN.format(samples=1000).replace("latin-hypercube", "sobol"), "take 512 or 1024"),
+    "design": ('[design]\nmethod = "halton"', 'design.method "halton" is unknown'),
+    "no count": ('[design]\nmethod = "grid"', "a grid needs values, or low, high and count >= 2"),
+    "generator": (EXCITATION.replace("random", "noise"), "excitation.generator 'noise' is unknown"),
+    "excitation": (EXCITATION + "level = 3", "excitation.level is unknown"),
+    "negative seed": (EXCITATION + "seed = -1", "excitation: "),
+    "text": (EXCITATION.replace("= 1\n", '= "long"\n'), "excitation: "),
+    "too short": (EXCITATION.replace("duration = 1", "duration = 0.1"), "the record lasts 0.0996"),
+    "sensor": ("[outputs]\nresolution = 2\nfrf = [99]", "outputs.frf: node 99 is no sensor"),
+    "band": ("[outputs]\npeaks = [[50, 20]]", "outputs.peaks: 50 to 20 Hz"),
+    "no lines": ("[outputs]\nresolution = 2\npeaks = [[300, 400]]", "no line of the FRFs lies in 300 to 400 Hz"),
+}
+
+
+@pytest.mark.parametrize("name", PLANS)
+def test_impossible_plan(name, tmp_path, capsys):
+    table, message = PLANS[name]
+    given = [EXCITATION, DESIGN.format(samples=4), OUTPUTS]
+    tables = [t for t in given if t.split()[0] != table.split()[0]]
+    plan = tmp_path / "plan.toml"
+    plan.write_text(text(table, *tables, GAP), encoding="utf-8")
+    assert message in refused(capsys, "sweep", plan, "--out", tmp_path / "out", "--workers", 1)
+
+
+RECORD = ROOT / "data" / "table1_rig" / "level_1_a.uff"
+HEADS = {
+    'law = "gone.json"': "gone.json",
+    'engine = "spectral"': 'engine "spectral" is unknown',
+    'engine = { name = "modal", links = 3 }': "modal has the settings modes, resolution",
+    'reference = "gone.uff"': "gone.uff",
+    "vary = 3": "vary must be a list of tables",
+    "engine = 3": "engine must be a name or a table",
+    f'reference = "{RECORD}"': "outputs.band is missing: the reference is a record",
+    "rigg = 1": "rigg is not a known key",
+}
+
+
+@pytest.mark.parametrize("head", HEADS)
+def test_impossible_head(head, tmp_path, capsys):
+    plan = tmp_path / "plan.toml"
+    vary = "" if "vary" in head else GAP
+    plan.write_text(text(EXCITATION, DESIGN.format(samples=4), vary, head=head), encoding="utf-8")
+    assert HEADS[head] in refused(capsys, "sweep", plan, "--out", tmp_path / "out")
+
+
+def test_other_refusals(tmp_path, capsys):
+    plan = tmp_path / "plan.toml"
+    assert "cannot be read" in refused(capsys, "sweep", plan)
+    plan.write_text(small(4), encoding="utf-8")
+    assert "workers must be 1 or more" in refused(capsys, "sweep", plan, "--out", tmp_path / "o", "--workers", 0)
+    (tmp_path / "thesis.tex").write_text("precious")
+    assert "which is not of a sweep" in refused(capsys, "sweep", plan, "--out", tmp_path)
+    assert "is a file" in refused(capsys, "sweep", plan, "--out", plan)
+
+
+@pytest.mark.parametrize(("field", "instead"), [("contact.stiffness", "vary law."), ("grease.damping", "law.grease")])
+def test_fields_that_a_law_replaces(field, instead, tmp_path):
+    ConstantLaw(5e3, 3.0, grease=Grease(2000.0, 2.0)).save(tmp_path / "law.json")
+    vary = GAP.replace("gap", field)
+    with pytest.raises(ClearanceError, match=f"has no effect.*{instead}"):
+        loaded(tmp_path, text(EXCITATION, DESIGN.format(samples=4), vary, head='law = "law.json"'))
+
+
+def test_one_case_has_no_figure(tmp_path, capsys, in_this_process):
+    plan, out = tmp_path / "plan.toml", tmp_path / "out"
+    plan.write_text(text('[[vary]]\npath = "rig.beam.length"\nvalues = [1.1]'), encoding="utf-8")
+    assert main(["sweep", str(plan), "--out", str(out), "--quiet"]) == 0
+    assert "(1 cases)" in capsys.readouterr().out
+    assert not (out / "sweep.png").exists()
+
+
+def test_command(tmp_path, capsys, in_this_process):
+    plan, out = tmp_path / "plan.toml", tmp_path / "out"
+    plan.write_text(small(6), encoding="utf-8")
+    assert main(["sweep", str(plan), "--out", str(out), "--quiet", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["cases"] == 6
+    assert (out / "sweep.png").read_bytes()[:4] == b"\x89PNG"
+    assert xr.open_dataset(out / "results.nc", engine="scipy").sizes["case"] == 6
+    assert Modal(modes=4) == loaded(tmp_path, small(6)).engine
