@@ -48,7 +48,7 @@ bench: $(VENV)/.bench
 	$(BIN)/python -m benchmarks --out results/bench.json
 
 lint: setup
-	$(BIN)/ruff check . && $(BIN)/ruff format --check .
+	$(BIN)/ruff check . && $(BIN)/ruff format --check . && $(BIN)/mypy
 
 data: setup
 	$(BIN)/python -m clearance_mj.testrig data/table1_rig
