@@ -18,7 +18,7 @@ from pathlib import Path
 import tomli_w
 
 from .errors import RigError
-from .io.files import replacing
+from .files import replacing
 
 __all__ = [
     "Beam",

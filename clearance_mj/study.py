@@ -27,9 +27,9 @@ from ._version import __version__
 from .clearance.law import Law, load_law
 from .engines import get_engine, simulate
 from .errors import ClearanceError, LawError, RecordError
+from .files import replacing, to_json
 from .identify.laws import get_method
 from .io.dataset import Dataset, Record
-from .io.files import replacing, to_json
 from .io.results import dataset_to_frf, frf_to_dataset
 from .signals.correlation import Comparison, compare, with_modes
 from .signals.frf import FRF, estimate_frf

@@ -19,7 +19,7 @@ from pathlib import Path
 
 from ._version import __version__
 from .errors import ClearanceError
-from .io.files import replacing
+from .files import replacing
 
 __all__ = ["Cache", "Workshop", "code", "digest", "held", "open_workshop"]
 

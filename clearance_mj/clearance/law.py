@@ -18,7 +18,7 @@ import numba
 import numpy as np
 
 from ..errors import LawError, RigError
-from ..io.files import replacing
+from ..files import replacing
 from ..rig import Grease, from_plain, to_plain
 from .contact import CONTACTS
 

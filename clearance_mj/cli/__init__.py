@@ -7,7 +7,7 @@ import sys
 
 from .._version import __version__
 from ..errors import ClearanceError
-from ..io.files import to_json
+from ..files import to_json
 from . import (
     animate,
     audit,

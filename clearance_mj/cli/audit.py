@@ -6,7 +6,7 @@ import dataclasses
 from pathlib import Path
 
 from ..errors import RecordError
-from ..io.files import replacing
+from ..files import replacing
 from .command import add_command
 
 __all__ = ["add"]

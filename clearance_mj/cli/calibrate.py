@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 
 from ..errors import RecordError
-from ..io.files import replacing, to_json
+from ..files import replacing, to_json
 from .command import add_command
 
 __all__ = ["add"]

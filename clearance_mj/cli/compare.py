@@ -7,7 +7,7 @@ import sys
 from pathlib import Path
 
 from ..errors import ClearanceError
-from ..io.files import replacing, to_json
+from ..files import replacing, to_json
 from .columns import add_columns, parse_columns
 from .command import add_command
 

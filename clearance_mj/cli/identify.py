@@ -86,7 +86,7 @@ def _draw(findings, options):
     """Write the figures; say which the records do not allow."""
     from tqdm import tqdm
 
-    from ..io.files import replacing
+    from ..files import replacing
 
     folder, drawn, missing = options.figures or options.out.with_name(f"{options.out.stem}_figures"), [], {}
     for name, draw in tqdm(findings.figures().items(), desc="figures", disable=options.quiet):

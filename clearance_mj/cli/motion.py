@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 
 from ..errors import ClearanceError
-from ..io.files import replacing
+from ..files import replacing
 from .command import add_command
 from .drive import add_drive, excitation, load
 

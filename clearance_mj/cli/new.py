@@ -7,7 +7,7 @@ import os
 from pathlib import Path
 
 from ..errors import ClearanceError
-from ..io.files import replacing, to_json
+from ..files import replacing, to_json
 from .command import add_command
 
 __all__ = ["add"]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from ..io.files import replacing, to_json
+from ..files import replacing, to_json
 from .command import add_command
 
 __all__ = ["add"]

@@ -3,7 +3,7 @@
 import argparse
 from pathlib import Path
 
-from ..io.files import replacing
+from ..files import replacing
 from ..rig import Rig
 from . import mjcf
 

@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 
 from ..errors import RecordError
+from ..files import replacing
 from ..signals.response import Response
-from .files import replacing
 from .results import _HDF5, _require_hdf5, response_to_dataset
 
 __all__ = ["saving"]

@@ -14,9 +14,9 @@ from decimal import Decimal
 import numpy as np
 
 from ..errors import RecordError
+from ..files import replacing
 from ..signals.frf import FRF
 from .columns import SKIP, Contents, listed, resolve, table_of_channels, table_of_frf, to_frf
-from .files import replacing
 from .lvm import read_text
 from .uff.channels import simplest_rate
 

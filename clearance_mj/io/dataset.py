@@ -18,10 +18,10 @@ import numpy as np
 import tomli_w
 
 from ..errors import RecordError
+from ..files import replacing
 from ..rig import BASE_NODE, SHAKER_NODE, Rig
 from ..signals.excitation import Excitation
 from ..signals.response import Response
-from .files import replacing
 from .uff import Channel, ChannelHeader, read_uff, scan_uff, write_uff
 
 __all__ = ["BASE_NODE", "ROLES", "SHAKER_NODE", "Dataset", "Record", "bushing_nodes", "write_dataset"]

@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 
 from ..errors import RecordError
-from .files import TOO_DENSE, most_unpacked
+from ..files import TOO_DENSE, most_unpacked
 
 __all__ = ["LvmSegment", "read_lvm", "read_text"]
 

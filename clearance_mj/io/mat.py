@@ -17,9 +17,9 @@ import numpy as np
 import scipy.io
 
 from ..errors import RecordError
+from ..files import replacing
 from ..signals.frf import FRF
 from .columns import Contents, frf_names, listed, require_one_table, resolve, table_of_channels, to_frf
-from .files import replacing
 from .mat_elements import plain_arrays
 from .uff.channels import even_rate
 

@@ -12,7 +12,7 @@ import struct
 import zlib
 
 from ..errors import RecordError
-from .files import TOO_DENSE, most_unpacked
+from ..files import TOO_DENSE, most_unpacked
 
 __all__ = ["plain_arrays"]
 

@@ -17,10 +17,10 @@ import numpy as np
 import xarray as xr
 
 from ..errors import RecordError
+from ..files import TOO_DENSE, most_unpacked, replacing
 from ..signals.frf import FRF, one_or_several
 from ..signals.response import Response
 from .columns import listed, require_one_table
-from .files import TOO_DENSE, most_unpacked, replacing
 from .uff import Channel
 from .uff._fields import check_dof
 from .uff.channels import require_one_time

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 from tqdm import tqdm
 
 from .._version import __version__
-from ..io.files import replacing
+from ..files import replacing
 from . import figures, html, motion, tables, uncertainty
 from .article import Article, load_article
 

@@ -34,7 +34,7 @@ from tqdm import tqdm
 
 from ..beam import ritz_model, static_deflection
 from ..errors import ClearanceError, RecordError
-from ..io.files import replacing
+from ..files import replacing
 from ..rig import Rig
 from ..signals.response import Response
 from .figures import FONT, LAWS, _tidy

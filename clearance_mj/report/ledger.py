@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from ..engines.energy import Ledger
-from ..io.files import replacing
+from ..files import replacing
 from .figures import FONT, LAWS, TEST, WIDTH, Drawing, _tidy
 from .tables import write_csv
 

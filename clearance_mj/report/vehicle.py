@@ -13,7 +13,7 @@ from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
-from ..io.files import replacing, to_json
+from ..files import replacing, to_json
 from ..vehicle.experiment import CONTROLLERS
 from . import html
 from .figures import FONT, WIDTH, Drawing, _tidy

@@ -13,7 +13,7 @@ from tqdm import tqdm
 
 from .. import workshop
 from ..errors import ClearanceError
-from ..io.files import replacing
+from ..files import replacing
 from .plan import Plan
 from .results import labelled
 from .store import Table

@@ -22,7 +22,7 @@ from pathlib import Path
 import numpy as np
 
 from ..errors import ClearanceError
-from ..io.files import replacing
+from ..files import replacing
 
 __all__ = ["Table"]
 

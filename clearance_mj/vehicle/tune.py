@@ -22,7 +22,7 @@ import scipy.stats
 import tomli_w
 
 from ..errors import ClearanceError, ManoeuvreError
-from ..io.files import replacing
+from ..files import replacing
 from .controller import Controller
 from .manoeuvre import Sensors, drive, nominal_task
 from .mpc import ModelPredictive

@@ -11,7 +11,7 @@ from pathlib import Path
 from tqdm import tqdm
 
 from clearance_mj.errors import ClearanceError
-from clearance_mj.io.files import replacing, to_json
+from clearance_mj.files import replacing, to_json
 from clearance_mj.report.article import FOLDERS
 from clearance_mj.report.html import Section
 from clearance_mj.report.tables import write_csv

@@ -6,7 +6,7 @@ import sys
 import time
 from pathlib import Path
 
-from clearance_mj.io.files import replacing
+from clearance_mj.files import replacing
 
 from .page import fill
 from .readers import readers

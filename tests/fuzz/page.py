@@ -3,7 +3,7 @@
 import re
 from pathlib import Path
 
-from clearance_mj.io.files import replacing
+from clearance_mj.files import replacing
 
 COLUMNS = {
     "inputs": "inputs",

@@ -14,8 +14,8 @@ import scipy.io
 
 from clearance_mj.clearance import load_law
 from clearance_mj.errors import ClearanceError, RecordError
+from clearance_mj.files import most_unpacked
 from clearance_mj.io.csv_tables import read_csv
-from clearance_mj.io.files import most_unpacked
 from clearance_mj.io.lvm import read_lvm
 from clearance_mj.io.mat import read_mat
 from clearance_mj.sweep import load_plan

@@ -15,10 +15,10 @@ from pathlib import Path
 import pyuff
 
 from ...errors import RecordError
+from ...files import replacing
 from ...rig import Rig
 from ...signals.ema import Modes
 from ...signals.frf import FRF
-from ..files import replacing
 from ._dataset_58 import TIME_FUNCTION
 from ._dataset_151 import header_set
 from ._dataset_164 import unit_set

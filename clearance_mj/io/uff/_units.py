@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from ...errors import RecordError
-from ..units import ratio_factor, unit_factor
+from ...units import ratio_factor, unit_factor
 from ._dataset_58 import Function
 
 _NO_LABEL = ("", "NONE", "UNKNOWN", "-")

@@ -6,7 +6,7 @@ import csv
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from ...io.files import replacing
+from ...files import replacing
 
 __all__ = ["Column", "Table", "write_csv"]
 

@@ -4,10 +4,13 @@ import json
 import math
 import os
 import tempfile
+from collections.abc import Iterator
 from contextlib import contextmanager
+from os import PathLike
 from pathlib import Path
+from typing import Any
 
-from ..errors import ClearanceError
+from .errors import ClearanceError
 
 __all__ = ["TOO_DENSE", "most_unpacked", "replacing", "to_json"]
 
@@ -28,7 +31,7 @@ def most_unpacked(size: int) -> int:
 
 
 @contextmanager
-def replacing(path):
+def replacing(path: str | PathLike[str]) -> Iterator[Path]:
     """Yield a temporary path beside ``path``; on success it takes the place of ``path``.
 
     Parameters
@@ -41,7 +44,8 @@ def replacing(path):
     ClearanceError
         If it cannot be written, such as on a full disk.
     """
-    path, temporary = Path(path), None
+    path = Path(path)
+    temporary: Path | None = None
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         handle, name = tempfile.mkstemp(prefix=f".{path.name}.", suffix=path.suffix, dir=path.parent)
@@ -57,7 +61,7 @@ def replacing(path):
             temporary.unlink(missing_ok=True)
 
 
-def to_json(data) -> str:
+def to_json(data: Any) -> str:
     """Return plain data as JSON text, numbers that are not finite as null.
 
     Parameters
@@ -68,7 +72,7 @@ def to_json(data) -> str:
     return json.dumps(_finite(data), indent=1, allow_nan=False) + "\n"
 
 
-def _finite(data):
+def _finite(data: Any) -> Any:
     if isinstance(data, dict):
         return {key: _finite(value) for key, value in data.items()}
     if isinstance(data, list | tuple):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 
-from ..errors import RecordError
+from .errors import RecordError
 
 __all__ = ["UNITS", "ratio_factor", "unit_factor"]
 
@@ -64,11 +64,11 @@ def ratio_factor(label: str, above: str, below: str) -> float:
     return _look_up(label, {"1": 1.0} | known if above == below else known, f"{above}/{below}")
 
 
-def _look_up(label, known, quantity) -> float:
+def _look_up(label: str, known: dict[str, float], quantity: str) -> float:
     plain = re.sub(r"[\s()\[\]^*]", "", label.replace("²", "2").replace("µ", "u").replace("μ", "u"))
     # Some writers have capitals only; "mN" and "MN" both stand in the table, so neither is taken for the other.
     lower = {unit.lower(): factor for unit, factor in known.items()}
     if plain not in known and plain.lower() not in lower:
         shown = [*known][:6]
         raise RecordError(f'unit "{label}" of {quantity} is unknown; use {", ".join(shown)}')
-    return known.get(plain, lower.get(plain.lower()))
+    return known[plain] if plain in known else lower[plain.lower()]
