@@ -1,4 +1,4 @@
-"""Calibration: known rigs are recovered, deviations are those of repeated tests, and what data do not tell is said."""
+"""Calibration: known rigs are recovered, deviations are those of repeated tests, and what data do not identify is said."""
 
 import csv
 import json
@@ -56,28 +56,28 @@ def fe_modes(rig, n):
 def test_young_modulus_and_its_deviation_in_closed_form():
     """ln f = ln E / 2 + ..., so n frequencies of relative deviation s tell ln E to 2 s / √n."""
     found = calibrate(BARE, [modes_of(bare_frequencies(1.9e11, 4))], {"beam.young_modulus": None}, starts=3)
-    assert found.value[0] == pytest.approx(1.9e11, rel=1e-6)
-    assert found.std[0] / found.value[0] == pytest.approx(2 * 1e-3 / np.sqrt(4), rel=1e-4)
-    assert found.rig.beam.young_modulus == found.value[0]
+    assert found.estimates.value[0] == pytest.approx(1.9e11, rel=1e-6)
+    assert found.estimates.varied_std[0] == pytest.approx(2 * 1e-3 / np.sqrt(4), rel=1e-4)
+    assert found.rig.beam.young_modulus == found.estimates.value[0]
     assert found.warnings == ()
 
 
-def test_only_the_ratio_of_modulus_and_density_is_told():
-    """Frequencies go with E/ρ: the product is not told, with equal exponents; the ratio is."""
+def test_only_the_ratio_of_modulus_and_density_is_identified():
+    """Frequencies go with E/ρ: the product is not identifiable, with equal exponents; the ratio is."""
     free = {"beam.young_modulus": None, "beam.density": None}
     found = calibrate(BARE, [modes_of(bare_frequencies(1.9e11, 4))], free, starts=2)
-    (combination,) = found.untold
+    (combination,) = found.unidentified
     assert combination.exponent == pytest.approx(dict.fromkeys(free, 0.5**0.5), abs=1e-6)
     assert "beam.young_modulus^+0.71 × beam.density^+0.71" in found.warnings[0]
-    assert np.divide(*found.value) == pytest.approx(1.9e11 / 7800, rel=1e-6)
-    assert found.correlation[0, 1] == pytest.approx(1.0, abs=1e-6)
+    assert np.divide(*found.estimates.value) == pytest.approx(1.9e11 / 7800, rel=1e-6)
+    assert found.estimates.correlation[0, 1] == pytest.approx(1.0, abs=1e-6)
     assert any("2 different rigs fit equally well" in w for w in found.warnings)
 
 
-def test_damping_is_not_told_by_frequencies(rig):
+def test_damping_is_not_identified_by_frequencies(rig):
     free = {"beam.rayleigh[0]": None, "masses[0].mass": None}
     found = calibrate(rig, [modes_of(natural_frequencies(rig, 4))], free, starts=1)
-    assert [list(c.exponent) for c in found.untold] == [["beam.rayleigh[0]"]]
+    assert [list(c.exponent) for c in found.unidentified] == [["beam.rayleigh[0]"]]
 
 
 def test_deviations_are_those_of_repeated_tests():
@@ -89,8 +89,9 @@ def test_deviations_are_those_of_repeated_tests():
     for _ in range(40):
         target = ModalTarget(clean * (1 + 2e-3 * noise.standard_normal(4)), np.arange(1, 5), 2e-3 * clean)
         found = calibrate(truth, [target], free, starts=1)
-        covariance = found.covariance / max(1.0, found.chi2 / 2)  # without the allowance for errors of the model
-        away = np.log(found.value / [2e11, 0.2])
+        # without the allowance for errors of the model
+        covariance = found.estimates.covariance / max(1.0, found.chi2 / 2)
+        away = np.log(found.estimates.value / [2e11, 0.2])
         chi2 += away @ np.linalg.solve(covariance, away)
     assert 44 < chi2 < 125
 
@@ -105,8 +106,8 @@ def test_recovers_the_rig_of_table_1():
     far = Rig.from_dict(far)
     found = calibrate(far, [target], dict.fromkeys(EQUAL), starts=2, seed=3)
     np.testing.assert_allclose(natural_frequencies(found.rig, 4), [9.25, 39.75, 92.85, 188.85], rtol=1e-6)
-    assert np.all(np.abs(found.value - [0.5484, 0.7918, 4369.0, 0.434]) < found.std)
-    assert np.all(found.std / found.value < 0.02)
+    assert np.all(np.abs(found.estimates.value - [0.5484, 0.7918, 4369.0, 0.434]) < found.estimates.std)
+    assert np.all(found.estimates.varied_std < 0.02)
     assert len({b.grease.stiffness for b in found.rig.bushings}) == 1
     again = calibrate(far, [target], dict.fromkeys(EQUAL), starts=2, seed=3)
     assert again.to_dict() == found.to_dict()
@@ -132,8 +133,8 @@ def test_shapes_tell_what_frequencies_leave_open(rig):
     free = dict.fromkeys(("beam.diameter", *EQUAL))
     start = rig.replace(masses=(PointMass(1.0, 0.5),))
     found = calibrate(start, [target], free, starts=1)
-    np.testing.assert_allclose(found.value, [0.0086166, 0.5484, 0.7918, 4369.0, 0.434], rtol=2e-3)
-    assert found.untold == ()
+    np.testing.assert_allclose(found.estimates.value, [0.0086166, 0.5484, 0.7918, 4369.0, 0.434], rtol=2e-3)
+    assert found.unidentified == ()
     assert target.size == 4 + 7 * 4
 
 
@@ -145,8 +146,8 @@ def test_frf_tells_damping(rig):
     target = FRFTarget(FRF(lines, linear_frf(truth, lines) * noise), std=20 * np.log10(1.02))
     free = {"bushings.grease.damping": None, "bushings.grease.stiffness": None}
     found = calibrate(rig, [target], free, starts=1)
-    assert np.all(np.abs(found.value - [6.5, 4369.0]) < 3 * found.std)
-    assert found.std[0] < 0.05
+    assert np.all(np.abs(found.estimates.value - [6.5, 4369.0]) < 3 * found.estimates.std)
+    assert found.estimates.std[0] < 0.05
     assert found.chi2 == pytest.approx(target.size, rel=0.1)
 
 

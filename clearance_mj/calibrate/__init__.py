@@ -2,19 +2,19 @@
 
 The rig is taken in its linear state within the gap. Free parameters vary by their logarithms within bounds; the
 residuals, in standard deviations of the data, go to `scipy.optimize.least_squares` from several starts. The singular
-values of the Jacobian say what the data do not tell: 1/s is the standard deviation of a combination of logarithms,
+values of the Jacobian say what the data do not identify: 1/s is the standard deviation of a combination of logarithms,
 v its exponents. Several rigs may fit equally well; every start's solution is kept.
 
 Friswell and Mottershead, Finite Element Model Updating in Structural Dynamics, 1995, chapters 5 and 8.
 """
 
 from .files import read_frequencies, read_frf
-from .fit import Calibration, Combination, Solution, calibrate, profile, value_of
+from .fit import Calibration, Solution, calibrate, profile
+from .free import value_of
 from .targets import FRFTarget, ModalTarget, modal_target
 
 __all__ = [
     "Calibration",
-    "Combination",
     "FRFTarget",
     "ModalTarget",
     "Solution",

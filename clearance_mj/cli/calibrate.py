@@ -94,7 +94,7 @@ def _target(path, options):
 
 
 def _print(found, out):
-    for path, value, std in zip(found.paths, found.value, found.std):
+    for path, value, std in zip(found.estimates.names, found.estimates.value, found.estimates.std):
         print(f"{path:32s} {value:.6g} ± {std:.2g}")
     for row in found.to_dict()["modes"]:
         print("mode {mode:.0f}  {test_hz:.3f} Hz, started {start_hz:.3f}, calibrated {calibrated_hz:.3f}".format(**row))

@@ -33,7 +33,7 @@ def draw(found: Calibration) -> Drawing:
     found : Calibration
         The calibration.
     """
-    n = len(found.paths)
+    n = len(found.estimates.names)
     figure = Figure(figsize=(WIDTH, 2.6 * len(found.targets) + 3.1), layout="constrained", facecolor="white")
     upper, lower = figure.subfigures(2, 1, height_ratios=(2.6 * len(found.targets), 3.1))
     rows = np.atleast_1d(upper.subfigures(len(found.targets), 1))
@@ -105,7 +105,7 @@ def _frfs(part, found, target: FRFTarget):
 
 
 def _starts(ax, found):
-    best, places = found.solutions[0], np.arange(len(found.paths))
+    best, places = found.solutions[0], np.arange(len(found.estimates.names))
     good = {id(s) for s in found.distinct}
     for solution in reversed(found.solutions):
         fits = solution.chi2 <= best.chi2 + 1
@@ -126,20 +126,20 @@ def _starts(ax, found):
     ax.yaxis.set_major_formatter("{x:g}")
     ax.yaxis.set_minor_formatter(NullFormatter())
     _tidy(ax, "every start", "Value over best fit (1)", "")
-    ax.set_xticks(places, [_name(path) for path in found.paths], fontsize=FONT - 1)
+    ax.set_xticks(places, [_name(path) for path in found.estimates.names], fontsize=FONT - 1)
     ax.legend(fontsize=FONT - 1, frameon=False)
 
 
 def _correlation(ax, found):
-    ax.imshow(found.correlation, vmin=-1, vmax=1, cmap="PuOr")
-    places = np.arange(len(found.paths))
+    ax.imshow(found.estimates.correlation, vmin=-1, vmax=1, cmap="PuOr")
+    places = np.arange(len(found.estimates.names))
     for i in places:
         for j in places:
-            value = found.correlation[i, j]
+            value = found.estimates.correlation[i, j]
             dark = {"color": "white" if abs(value) > 0.7 else "black"}
             ax.text(j, i, f"{value:.2f}", ha="center", va="center", fontsize=FONT - 1, **dark)
     _tidy(ax, "correlation of the logarithms")
     ax.grid(False)
-    names = [_name(path) for path in found.paths]
+    names = [_name(path) for path in found.estimates.names]
     ax.set_xticks(places, names, fontsize=FONT - 1)
     ax.set_yticks(places, names, fontsize=FONT - 1)

@@ -19,7 +19,7 @@ from ..errors import ClearanceError, RecordError
 from ..identify.laws import nominal
 from ..io.dataset import Record
 from ..io.uff import read_uff
-from ..paths import changed, places, value_at
+from ..parameters import find_numbers, get_number, with_numbers
 from ..rig import Rig, from_plain, to_plain
 from ..signals import excitation as excitations
 from ..signals.excitation import Excitation
@@ -204,7 +204,7 @@ class Plan:
             raise ClearanceError(f"vary {path}: the plan has no {part}{_INSTEAD.get(part, '')}")
         if path.startswith(AXES) or path.endswith(".node"):
             raise ClearanceError(f"vary {path}: cannot vary, the results' axes depend on it")
-        found = [(part, *place) for place in places(self._data[part], rest)]
+        found = [(part, *place) for place in find_numbers(self._data[part], rest)]
         if self.law is not None and part == "rig" and "contact" in rest:
             raise ClearanceError(f"vary {path}: has no effect beside a law; vary law. instead")
         if self.law is not None and self.law.grease is not None and part == "rig" and "grease" in rest:
@@ -213,7 +213,7 @@ class Plan:
             raise ClearanceError(
                 f"vary {path}: unknown; {self.excitation['generator']} has {', '.join(self.excitation)}"
             )
-        whole = part == "excitation" and isinstance(value_at(self._data, found[0]), int)
+        whole = part == "excitation" and isinstance(get_number(self._data, found[0]), int)
         if whole and (vary.values is None or any(v != int(v) for v in vary.values)):
             raise ClearanceError(f"vary {path}: takes whole numbers; give them as values")
         return found
@@ -223,7 +223,7 @@ class Plan:
         values = self.points[case].tolist()
         try:
             changes = {place: v for group, v in zip(self._places, values) for place in group}
-            data = changed(self._data, {p: int(v) if p[-1] == "seed" else v for p, v in changes.items()})
+            data = with_numbers(self._data, {p: int(v) if p[-1] == "seed" else v for p, v in changes.items()})
             rig = Rig.from_dict(data["rig"])
             law = nominal(rig) if self.law is None else law_from_dict(data["law"])
             law.table(len(rig.bushings))

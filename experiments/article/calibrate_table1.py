@@ -69,9 +69,9 @@ def run(context: Context, starts: int = 32, step: float = 0.01, seed: int = 1) -
     found = calibrate(_started(rig), [target], EQUAL, starts, seed)
     context.stage("family")
     family = _family(found, target, step)
-    context.stage("what would tell")
+    context.stage("shapes")
     material = calibrate(found.rig, [target], MATERIAL, 1)
-    told = calibrate(found.rig, [_with_shapes(found.rig, target)], DIAMETER | EQUAL, 1)
+    with_shapes = calibrate(found.rig, [_with_shapes(found.rig, target)], DIAMETER | EQUAL, 1)
     first = dataclasses.replace(draw(found), name="calibrate_table1")
     return Result(
         title="Calibration: a rig out of Table 1",
@@ -86,9 +86,9 @@ def run(context: Context, starts: int = 32, step: float = 0.01, seed: int = 1) -
             f"deviation of a frequency is that of rounding to {STEP:g} Hz, {STEP / 12**0.5:.4f} Hz. For the family the "
             "diameter is free too, and the first bushing is held at one position after the other."
         ),
-        shows=_shows(rig, found, family, material, told),
+        shows=_shows(rig, found, family, material, with_shapes),
         differs=(
-            "The article cannot be checked on this: it gives no parameter. Four frequencies tell four numbers, and the "
+            "The article cannot be checked on this: it gives no parameter. Four frequencies identify four numbers, and the "
             "rig has more: equal bushings, the material and the length are assumptions, and with the diameter free a "
             "family of rigs has these four frequencies exactly. The shipped rig is one of them. Mode shapes at the "
             "eight sensors would decide; the article measures them (its MAC) and does not print them. Standard "
@@ -100,7 +100,7 @@ def run(context: Context, starts: int = 32, step: float = 0.01, seed: int = 1) -
             "calibrate_table1_starts": _start_rows(found),
             "calibrate_table1_family": [_member(found, member) for member in family],
         },
-        tables=(_table(rig, found, told), _family_table(found, family)),
+        tables=(_table(rig, found, with_shapes), _family_table(found, family)),
     )
 
 
@@ -126,7 +126,7 @@ def _listed(values) -> str:
 def _family(found, target, step) -> list[Calibration]:
     """Rigs that fit, by the position of the first bushing, outwards from the one that was found."""
     free = DIAMETER | {path: bounds for path, bounds in EQUAL.items() if path != HELD}
-    middle = round(found.value[0], 2)
+    middle = round(found.estimates.value[0], 2)
     ways = np.arange(middle + step, SEARCHED[1], step), np.arange(middle, SEARCHED[0], -step)
     members = [m for way in ways for m in _while_fitting(profile(found.rig, [target], free, HELD, way, 1))]
     return sorted(members, key=lambda m: value_of(m.rig, HELD))
@@ -144,24 +144,25 @@ def _with_shapes(rig, target) -> ModalTarget:
 
 
 def _rows(rig, found) -> list[dict]:
+    fit = found.estimates
     return [
         {"parameter": path, "start": value_of(found.start, path), "calibrated": float(value), "std": float(std),
          "shipped_rig": value_of(rig, path)}
-        for path, value, std in zip(found.paths, found.value, found.std)
+        for path, value, std in zip(fit.names, fit.value, fit.std)
     ]  # fmt: skip
 
 
 def _start_rows(found) -> list[dict]:
     return [
-        dict(zip(found.paths, solution.value.tolist())) | {"chi2": solution.chi2, "fits": solution.chi2 <= FITS}
-        for solution in found.solutions
+        dict(zip(found.estimates.names, s.value.tolist())) | {"chi2": s.chi2, "fits": s.chi2 <= FITS}
+        for s in found.solutions
     ]
 
 
 def _member(found, member) -> dict:
     x = [s.position for s in found.rig.sensors]
     alike = mac(mode_shapes(found.rig, x, 4), mode_shapes(member.rig, x, 4)).diagonal()
-    paths = (HELD, *member.paths)
+    paths = (HELD, *member.estimates.names)
     values = {path: value_of(member.rig, path) for path in paths}
     fifth = natural_frequencies(member.rig, 5)[4]
     return values | {"chi2": member.chi2, "fifth_hz": float(fifth), "least_mac": float(alike.min())}
@@ -172,11 +173,12 @@ def _span(rows, name, scale=1.0) -> str:
     return f"{min(values):.4g} to {max(values):.4g}"
 
 
-def _shows(rig, found, family, material, told) -> str:
+def _shows(rig, found, family, material, with_shapes) -> str:
     rows = [_member(found, member) for member in family]
     fitting = sum(s.chi2 <= FITS for s in found.solutions)
     worst = max(abs(row["relative_error"]) for row in found.to_dict()["modes"])
     places = "; ".join(f"bushings at {s.value[0]:.4f} and {s.value[1]:.4f} m" for s in found.distinct)
+    count = len(with_shapes.estimates.names)
     away = max(abs(row["calibrated"] - row["shipped_rig"]) / row["std"] for row in _rows(rig, found))
     return (
         f"{fitting} of {len(found.solutions)} starts end in {len(found.distinct)} different rigs that have the four "
@@ -189,8 +191,8 @@ def _shows(rig, found, family, material, told) -> str:
         f"{_spread(rows, 'fifth_hz'):.1f} %, their shapes at the eight sensors have a MAC down to "
         f"{min(row['least_mac'] for row in rows):.3f} with those of the rig that was found. With E, ρ, stiffness and "
         f"mass free instead, {material.warnings[0].partition(' (')[0]}: all may grow by the same factor. Were the "
-        f"shapes measured to {100 * SHAPE_STD:g} % of their length, {len(told.paths) - len(told.untold)} of "
-        f"{len(told.paths)} parameters would be told, the mass to {100 * told.std[-1] / told.value[-1]:.1f} %."
+        f"shapes measured to {100 * SHAPE_STD:g} % of their length, {count - len(with_shapes.unidentified)} of "
+        f"{count} parameters would be identified, the mass to {100 * with_shapes.estimates.varied_std[-1]:.1f} %."
     )
 
 
@@ -199,7 +201,7 @@ def _spread(rows, name) -> float:
     return 100 * (max(values) / min(values) - 1)
 
 
-def _table(rig, found, told) -> Table:
+def _table(rig, found, with_shapes) -> Table:
     columns = (
         Column("Parameter"),
         Column("Start", "", ".4g"),
@@ -208,8 +210,8 @@ def _table(rig, found, told) -> Table:
         Column("Shipped rig", "", ".5g"),
         Column("Std, diameter free, with shapes", "", ".2g"),
     )
-    with_shapes = dict(zip(told.paths, told.std))
-    body = tuple((*row.values(), float(with_shapes[row["parameter"]])) for row in _rows(rig, found))
+    std = dict(zip(with_shapes.estimates.names, with_shapes.estimates.std))
+    body = tuple((*row.values(), float(std[row["parameter"]])) for row in _rows(rig, found))
     return Table("parameters", "Parameters in SI units; standard deviations to first order", columns, body)
 
 
@@ -239,8 +241,9 @@ def _draw_family(rig, found, family) -> Drawing:
     units |= {"masses[0].mass": ("kg", 1), "fifth_hz": ("Hz", 1), "least_mac": ("1", 1)}
     for ax, (name, (unit, scale)) in zip(figure.subplots(2, 3, sharex=True).flat, units.items()):
         ax.plot([row[HELD] for row in rows], [scale * row[name] for row in rows], color=BLUE, marker="o", ms=3, lw=1)
-        if name in found.paths or name in DIAMETER:
-            i = found.paths.index(name) if name in found.paths else None
+        names = found.estimates.names
+        if name in names or name in DIAMETER:
+            i = names.index(name) if name in names else None
             for s in found.distinct:
                 y = value_of(rig, name) if i is None else s.value[i]
                 ax.plot(s.value[0], scale * y, "D", color=VERMILION, ms=6, label="found with the diameter given")

@@ -17,7 +17,7 @@ from clearance_mj.errors import ClearanceError
 from clearance_mj.identify.laws import nominal
 from clearance_mj.io.dataset import Dataset
 from clearance_mj.io.uff import write_uff
-from clearance_mj.paths import changed, places
+from clearance_mj.parameters import find_numbers, with_numbers
 from clearance_mj.rig import Grease
 from clearance_mj.signals import excitation
 from clearance_mj.signals.correlation import rmse_db
@@ -59,10 +59,10 @@ def in_this_process(monkeypatch):
 
 def test_paths():
     data = {"a": [{"b": 1.0, "c": {}}, {"b": 2.0}], "k": [[1.0, 2.0], [3.0, 4.0]]}
-    assert places(data, "a[1].b") == [("a", 1, "b")]
-    assert places(data, "a.b") == [("a", 0, "b"), ("a", 1, "b")]
-    assert places(data, "k[1]") == [("k", 1, 0), ("k", 1, 1)]
-    assert changed(data, {("k", 1, 0): 9.0})["k"] == [[1.0, 2.0], [9.0, 4.0]]
+    assert find_numbers(data, "a[1].b") == [("a", 1, "b")]
+    assert find_numbers(data, "a.b") == [("a", 0, "b"), ("a", 1, "b")]
+    assert find_numbers(data, "k[1]") == [("k", 1, 0), ("k", 1, 1)]
+    assert with_numbers(data, {("k", 1, 0): 9.0})["k"] == [[1.0, 2.0], [9.0, 4.0]]
     assert data["k"][1][0] == 3.0
 
 

@@ -1,0 +1,151 @@
+"""Free parameters of a rig: what its linear state depends on, bounds, and a rig with other values."""
+
+from __future__ import annotations
+
+import contextlib
+import dataclasses
+import re
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from ..errors import ClearanceError, RigError
+from ..parameters import Key, Parameter, find_numbers, get_number, numbers, path_of
+from ..rig import Rig
+
+__all__ = ["Free", "free_parameter", "keys_of", "value_of", "with_values"]
+
+SHAFT = {"length": "m", "young_modulus": "Pa", "density": "kg/m³", "diameter": "m", "width": "m", "height": "m"}
+POINTS = {"position": "m", "mass": "kg", "stiffness": "N/m", "damping": "N s/m"}
+"""units of what the linear rig depends on: of its shaft, and of masses, sensors and bushings with their grease"""
+NEAR, FAR = 1.2, 10.0
+"""default bounds are start / factor to start × factor: NEAR for the shaft, FAR for the rest but positions"""
+NEAREST = 0.02
+"""lowest default bound of a position, as a share of the shaft's length"""
+ROUNDING = 1e-9
+
+Free = Mapping[str, tuple[float, float] | None]
+"""paths of the free parameters with their bounds, SI units; None: default bounds"""
+
+
+def keys_of(rig: Rig, path: str) -> list[Key]:
+    """Return the keys, in the rig's plain data, of every number that a path stands for.
+
+    Parameters
+    ----------
+    rig : Rig
+        The rig.
+    path : str
+        Such as "bushings[0].position", or "bushings.grease.stiffness" for all bushings.
+
+    Raises
+    ------
+    RigError
+        For an unknown path; the message lists the known ones.
+    """
+    data = rig.to_dict()
+    known = [key for key in numbers(data) if _counts(key)]
+    with contextlib.suppress(ClearanceError):
+        found = find_numbers(data, path)
+        if found and found[0] in known and path in (path_of(found[0]), _shared(found[0])):
+            return found
+    names = dict.fromkeys(re.sub(r"\[\d+\]", "[N]", path_of(key)) for key in known)
+    counts = {k: len(getattr(rig, k)) for k in ("masses", "bushings", "sensors")}
+    having = ", ".join(f"{n} {kind}" for kind, n in counts.items())
+    raise RigError(f"{path!r} is no free parameter of rig {rig.name!r} ({having}); known: {', '.join(names)}")
+
+
+def _counts(key: Key) -> bool:
+    """Whether the linear rig depends on a number."""
+    if key[0] == "beam":
+        return key[1] in SHAFT or key[1] == "rayleigh"
+    return key[0] in ("masses", "bushings", "sensors") and key[-1] in POINTS and "contact" not in key
+
+
+def _shared(key: Key) -> str:
+    """Path of a field of all entries of a list; the numbers of beam.rayleigh share no value, their units differ."""
+    return path_of((*(step for step in key[:-1] if isinstance(step, str)), key[-1]))
+
+
+def value_of(rig: Rig, path: str) -> float:
+    """Return the value of a parameter; the mean where several numbers share it.
+
+    Parameters
+    ----------
+    rig : Rig
+        The rig.
+    path : str
+        As for `keys_of`.
+
+    Raises
+    ------
+    RigError
+        For an unknown path; the message lists the known ones.
+    """
+    data = rig.to_dict()
+    return float(np.mean([get_number(data, key) for key in keys_of(rig, path)]))
+
+
+def free_parameter(rig: Rig, path: str, bounds: tuple[float, float] | None) -> Parameter:
+    """Return the parameter of a path, which starts at the rig's value.
+
+    Parameters
+    ----------
+    rig : Rig
+        The rig.
+    path : str
+        As for `keys_of`.
+    bounds : (float, float) or None
+        SI units. None: ×/÷ 1.2 for dimensions and material of the shaft, the whole shaft for a position, ×/÷ 10 for the
+        rest.
+
+    Raises
+    ------
+    RigError
+        If the path is unknown, or the bounds are impossible or do not hold the start.
+    """
+    value, field = value_of(rig, path), path.rpartition(".")[2]
+    if bounds is None and field == "position":
+        bounds = NEAREST * rig.beam.length, rig.beam.length
+    elif bounds is None:
+        factor = NEAR if field in SHAFT else FAR
+        bounds = value / factor, value * factor
+        if value <= 0:
+            raise RigError(f"{path} starts at 0 and has no bounds; give them, as in {path}=1:10")
+    low, high = bounds
+    if not 0 < low < high < np.inf:
+        raise RigError(f"the bounds of {path} must be 0 < low < high, got {low:g} and {high:g}")
+    if value > 0 and not (1 - ROUNDING) * low <= value <= (1 + ROUNDING) * high:
+        raise RigError(f"{path} starts at {value:g}, outside its bounds {low:g} to {high:g}")
+    unit = (SHAFT | POINTS | {"rayleigh[0]": "1/s", "rayleigh[1]": "s"})[field]
+    return Parameter(path, unit, value, low, high)
+
+
+def with_values(rig: Rig, values: Mapping[Key, float]) -> Rig:
+    """Return a rig with other numbers; it is checked once all are in.
+
+    Parameters
+    ----------
+    rig : Rig
+        The rig.
+    values : mapping
+        New numbers by their keys, SI units.
+
+    Raises
+    ------
+    RigError
+        If there can be no such rig.
+    """
+    return _replaced(rig, values)
+
+
+def _replaced(part: Any, values: Mapping[Key, float]) -> Any:
+    if () in values:
+        return values[()]
+    inner: dict[Any, dict[Key, float]] = {}
+    for (first, *rest), value in values.items():
+        inner.setdefault(first, {})[tuple(rest)] = value
+    if isinstance(part, tuple):
+        return tuple(_replaced(item, inner[i]) if i in inner else item for i, item in enumerate(part))
+    return dataclasses.replace(part, **{name: _replaced(getattr(part, name), sub) for name, sub in inner.items()})

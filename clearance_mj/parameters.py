@@ -1,0 +1,372 @@
+"""Parameters: what a fit, a calibration or a sweep varies, where it stands in a rig or law, and how well it is known.
+
+A parameter is named in words or by a path into nested plain data, as TOML and JSON hold it: `bushings[0].gap`, or
+`bushings.gap` for one value in all entries. `Estimates` are the values and the covariance that every fit returns.
+"""
+
+from __future__ import annotations
+
+import copy
+import math
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+import scipy.stats
+
+from .errors import ClearanceError
+
+__all__ = [
+    "UNIDENTIFIED",
+    "Combination",
+    "Estimates",
+    "Key",
+    "Parameter",
+    "find_numbers",
+    "get_number",
+    "numbers",
+    "path_of",
+    "principal_deviations",
+    "unidentified_combinations",
+    "with_numbers",
+]
+
+Key = tuple[str | int, ...]
+"""names and indices that lead to one number in nested plain data"""
+UNIDENTIFIED = 0.5
+"""standard deviation of a logarithm, or a share, from which on the data do not identify it"""
+REDUCED = 0.5
+"""share of the prior standard deviation below which the data identify a parameter"""
+COUNTS = 0.1
+"""exponent from which on a parameter counts to a combination"""
+_STEP = re.compile(r"(?:^|\.)([A-Za-z_]\w*)|\[(\d{1,9})\]")
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """A number to find: where the search begins, what is possible, and what is known before."""
+
+    name: str
+    """in words, or a path into a rig or law"""
+    unit: str
+    """of its values, SI"""
+    start: float
+    """where the search begins, and the mean of the prior"""
+    low: float
+    """lower bound"""
+    high: float
+    """upper bound"""
+    prior_std: float = math.inf
+    """standard deviation before the fit, of the logarithm where that is what varies; infinite: the bounds only"""
+    transform: Literal["log", "linear"] = "log"
+    """what varies in a fit: the logarithm of a positive number, or the number"""
+
+    def forward(self, value: float) -> float:
+        """Return what varies in a fit for a value.
+
+        Parameters
+        ----------
+        value : float
+            SI units.
+        """
+        return float(np.log(value)) if self.transform == "log" else float(value)
+
+    def inverse(self, varied: np.ndarray) -> np.ndarray:
+        """Return values of what varies in a fit.
+
+        Parameters
+        ----------
+        varied : ndarray
+            Any shape.
+        """
+        return np.exp(varied) if self.transform == "log" else np.asarray(varied)
+
+    @property
+    def known_std(self) -> float:
+        """Standard deviation before the fit: the prior's, or that of the uniform distribution between the bounds."""
+        if math.isfinite(self.prior_std):
+            return self.prior_std
+        return (self.forward(self.high) - self.forward(self.low)) / math.sqrt(12)
+
+
+@dataclass(frozen=True)
+class Combination:
+    """A product of powers of parameters that the data do not identify."""
+
+    exponent: dict[str, float]
+    """of each parameter that counts"""
+    std: float
+    """standard deviation of its logarithm"""
+
+    def __str__(self) -> str:
+        powers = " × ".join(f"{path}^{power:+.2f}" for path, power in self.exponent.items())
+        return powers if len(self.exponent) > 1 else next(iter(self.exponent))
+
+
+@dataclass(frozen=True, eq=False)
+class Estimates:
+    """Fitted values of parameters and their covariance."""
+
+    parameters: tuple[Parameter, ...]
+    """what was fitted"""
+    value: np.ndarray
+    """(n,) SI units"""
+    varied_std: np.ndarray
+    """(n,) standard deviation of what varies: of a logarithm, that of the value as a share of it; 0 where the data do
+    not depend on the parameter"""
+    correlation: np.ndarray
+    """(n, n) of what varies; near ±1: the data identify only a combination of the two"""
+
+    @classmethod
+    def of(cls, parameters: Sequence[Parameter], value: np.ndarray, covariance: np.ndarray) -> Estimates:
+        """Take values and the covariance of what varies.
+
+        Parameters
+        ----------
+        parameters : sequence of Parameter
+            What was fitted.
+        value : ndarray, shape (n,)
+            SI units.
+        covariance : ndarray, shape (n, n)
+            Of the logarithms of parameters whose transform is "log".
+        """
+        std = np.sqrt(np.diag(covariance))
+        with np.errstate(invalid="ignore"):  # of what is not known at all
+            correlation = covariance / np.maximum(np.outer(std, std), np.finfo(float).tiny)
+        return cls(tuple(parameters), value, std, correlation)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """(n,) names of the parameters."""
+        return tuple(p.name for p in self.parameters)
+
+    @property
+    def covariance(self) -> np.ndarray:
+        """(n, n) of what varies."""
+        return np.outer(self.varied_std, self.varied_std) * self.correlation
+
+    @property
+    def std(self) -> np.ndarray:
+        """(n,) standard deviations to first order, SI units; infinite where the data do not depend on a parameter."""
+        slope = [v if p.transform == "log" else 1.0 for p, v in zip(self.parameters, self.value)]
+        return np.where(self.varied_std > 0, slope * self.varied_std, np.inf)
+
+    @property
+    def identifiable(self) -> np.ndarray:
+        """(n,) bool: the data at least halve the standard deviation that was known before."""
+        known = [REDUCED * p.known_std for p in self.parameters]
+        return (self.varied_std > 0) & (self.varied_std < known)
+
+    def interval(self, confidence: float = 0.95) -> np.ndarray:
+        """Return limits within which the values lie, cut to the bounds.
+
+        Parameters
+        ----------
+        confidence : float
+            Probability of each.
+
+        Returns
+        -------
+        ndarray, shape (2, n)
+        """
+        half = scipy.stats.norm.ppf(0.5 + confidence / 2) * np.where(self.varied_std > 0, self.varied_std, np.inf)
+        varied = self._forward(self.value)
+        return self._inverse(np.array([varied - half, varied + half]))
+
+    def draw(self, n: int, seed: int = 0) -> np.ndarray:
+        """Draw values from the normal distribution of what varies, cut to the bounds.
+
+        Parameters
+        ----------
+        n : int
+            How many.
+        seed : int
+            Of the random numbers.
+
+        Returns
+        -------
+        ndarray, shape (n, n_parameters)
+        """
+        rng = np.random.default_rng(seed)
+        return self._inverse(rng.multivariate_normal(self._forward(self.value), self.covariance, size=n, method="eigh"))
+
+    def rows(self) -> tuple[dict[str, Any], ...]:
+        """Return one row of plain data for each parameter, which `from_rows` takes."""
+        return tuple(
+            {"name": p.name, "unit": p.unit, "value": float(v), "low": p.low, "high": p.high}
+            | {"relative_std": float(s), "correlation": r.tolist()}
+            | ({"prior_std": p.prior_std} if math.isfinite(p.prior_std) else {})
+            for p, v, s, r in zip(self.parameters, self.value, self.varied_std, self.correlation)
+        )
+
+    @classmethod
+    def from_rows(cls, rows: Sequence[Mapping[str, Any]]) -> Estimates:
+        """Take the plain data of parameters that varied by their logarithms.
+
+        Parameters
+        ----------
+        rows : sequence of dict
+            As `rows` returns them.
+        """
+        parameters = tuple(
+            Parameter(r["name"], r["unit"], r["value"], r["low"], r["high"], r.get("prior_std", math.inf)) for r in rows
+        )
+        value, std, correlation = (np.array([r[k] for r in rows]) for k in ("value", "relative_std", "correlation"))
+        return cls(parameters, value, std, correlation)
+
+    def _forward(self, values: Sequence[float] | np.ndarray) -> np.ndarray:
+        return np.array([p.forward(v) for p, v in zip(self.parameters, values)])
+
+    def _inverse(self, varied: np.ndarray) -> np.ndarray:
+        """Values (..., n) within the bounds."""
+        inside = np.clip(
+            varied, *(self._forward([getattr(p, end) for p in self.parameters]) for end in ("low", "high"))
+        )
+        return np.stack([p.inverse(column) for p, column in zip(self.parameters, np.moveaxis(inside, -1, 0))], axis=-1)
+
+
+def principal_deviations(jacobian: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Directions in which a linearised fit leaves its parameters open, and how far.
+
+    Parameters
+    ----------
+    jacobian : ndarray, shape (n_residuals, n)
+        Of residuals in standard deviations of the data.
+
+    Returns
+    -------
+    direction : ndarray, shape (n, n)
+        Unit vectors in the rows, the best known first.
+    std : ndarray, shape (n,)
+        Standard deviation along each; their covariance is ``(direction.T * std**2) @ direction``.
+    """
+    _, singular, direction = np.linalg.svd(jacobian, full_matrices=jacobian.shape[0] < jacobian.shape[1])
+    singular = np.append(singular, np.zeros(direction.shape[0] - singular.size))
+    return direction, 1 / np.maximum(singular, 1e-9 * max(singular[0], 1.0))
+
+
+def unidentified_combinations(names: Sequence[str], direction: np.ndarray, std: np.ndarray) -> tuple[Combination, ...]:
+    """Combinations of logarithms that the data do not identify, the least known first.
+
+    Parameters
+    ----------
+    names : sequence of str
+        Of the parameters.
+    direction, std : ndarray, shape (n, n) and (n,)
+        As `principal_deviations` returns them.
+    """
+    found = []
+    for v, s in zip(direction[::-1], std[::-1]):
+        if s > UNIDENTIFIED:
+            v = v * np.sign(v[np.argmax(np.abs(v))])
+            found.append(Combination({name: float(e) for name, e in zip(names, v) if abs(e) > COUNTS}, float(s)))
+    return tuple(found)
+
+
+def find_numbers(data: dict, path: str) -> list[Key]:
+    """Return the keys of every number that a path stands for.
+
+    Parameters
+    ----------
+    data : dict
+        Nested plain data.
+    path : str
+        Names joined by dots, with [i] for one entry of a list; a list without it stands for all its entries. The last
+        name may be missing in the data: an optional field that is left out.
+
+    Raises
+    ------
+    ClearanceError
+        If the path is not written so, leads nowhere or to something else than numbers.
+    """
+    steps = [int(number) if number else name for name, number in _STEP.findall(path)]
+    if not path or _STEP.sub("", path):
+        raise ClearanceError(f"{path!r} is not a path such as bushings[0].gap")
+    return list(_found(data, steps, (), path))
+
+
+def _found(data: Any, steps: list[str | int], before: Key, path: str) -> Iterator[Key]:
+    if isinstance(data, list) and not (steps and isinstance(steps[0], int)):
+        for i, item in enumerate(data):
+            yield from _found(item, steps, (*before, i), path)
+    elif not steps:
+        if isinstance(data, bool) or not isinstance(data, int | float):
+            raise ClearanceError(f"{path} holds {data!r}; only numbers can vary")
+        yield before
+    elif isinstance(data, dict) and steps[0] not in data and len(steps) == 1 and isinstance(steps[0], str):
+        yield (*before, steps[0])
+    else:
+        try:
+            inner = data[steps[0]]
+        except (KeyError, IndexError, TypeError):
+            raise ClearanceError(f"{path} leads nowhere: {_holds(data, before)}") from None
+        yield from _found(inner, steps[1:], (*before, steps[0]), path)
+
+
+def _holds(data: Any, before: Key) -> str:
+    where = path_of(before) or "it"
+    if isinstance(data, dict):
+        return f"{where} has {', '.join(data)}"
+    return f"{where} has {len(data)} entries" if isinstance(data, list) else f"{where} is {data!r}"
+
+
+def path_of(key: Key) -> str:
+    """Return the path that stands for one number.
+
+    Parameters
+    ----------
+    key : tuple
+        As `find_numbers` returns it.
+    """
+    return "".join(f"[{step}]" if isinstance(step, int) else f".{step}" for step in key)[1:]
+
+
+def numbers(data: dict | list) -> Iterator[Key]:
+    """Yield the key of every number.
+
+    Parameters
+    ----------
+    data : dict or list
+        Nested plain data.
+    """
+    for step, item in data.items() if isinstance(data, dict) else enumerate(data):
+        if isinstance(item, dict | list):
+            yield from ((step, *key) for key in numbers(item))
+        elif isinstance(item, int | float) and not isinstance(item, bool):
+            yield (step,)
+
+
+def get_number(data: Any, key: Key) -> float | None:
+    """Return the number at a key, None where an optional field is left out.
+
+    Parameters
+    ----------
+    data : dict
+        Nested plain data.
+    key : tuple
+        As `find_numbers` returns it.
+    """
+    for step in key[:-1]:
+        data = data[step]
+    return data.get(key[-1]) if isinstance(data, dict) else data[key[-1]]
+
+
+def with_numbers(data: dict, changes: Mapping[Key, float]) -> dict:
+    """Return a copy of nested plain data with other numbers.
+
+    Parameters
+    ----------
+    data : dict
+        Nested plain data.
+    changes : mapping
+        New numbers by their keys.
+    """
+    data = copy.deepcopy(data)
+    for key, value in changes.items():
+        part: Any = data
+        for step in key[:-1]:
+            part = part[step]
+        part[key[-1]] = value
+    return data
