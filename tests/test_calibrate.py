@@ -1,4 +1,4 @@
-"""Calibration: known rigs are recovered, deviations are those of repeated tests, and what data do not identify is said."""
+"""Calibration: known rigs are recovered, deviations are those of repeated tests, and what data leave open is said."""
 
 import csv
 import json

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+from os import PathLike
 from pathlib import Path
 
 import numpy as np
@@ -15,7 +16,7 @@ from .targets import FREQUENCY_STD, FRFTarget, ModalTarget
 __all__ = ["read_frequencies", "read_frf"]
 
 
-def read_frequencies(path, std: float = FREQUENCY_STD) -> ModalTarget:
+def read_frequencies(path: str | PathLike[str], std: float = FREQUENCY_STD) -> ModalTarget:
     """Read measured natural frequencies, and shapes where given, from a CSV file.
 
     Parameters
@@ -60,7 +61,7 @@ def read_frequencies(path, std: float = FREQUENCY_STD) -> ModalTarget:
         raise RecordError(f"{path}: {error}") from None
 
 
-def read_frf(path, band: tuple[float, float] | None = None) -> FRFTarget:
+def read_frf(path: str | PathLike[str], band: tuple[float, float] | None = None) -> FRFTarget:
     """Read measured FRFs from a universal file.
 
     Parameters

@@ -45,7 +45,7 @@ class ModalTarget:
     shape_std: float = SHAPE_STD
     """of a component of a shape of unit length"""
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         rising = {"natural frequencies": self.frequency, "mode numbers": self.mode}
         for what, values in rising.items():
             if not np.size(values) or not np.all(np.diff(values, prepend=0) > 0) or not np.isfinite(values).all():
@@ -63,7 +63,7 @@ class ModalTarget:
         return self.frequency.size + (0 if self.shape is None else (self.shape.shape[0] - 1) * self.shape.shape[1])
 
     def residual(self, rig: Rig) -> np.ndarray:
-        """Return what separates a rig from the target, in standard deviations.
+        """Return the differences of a rig from the target, in standard deviations.
 
         Parameters
         ----------
@@ -94,11 +94,11 @@ class ModalTarget:
         """
         modes = np.asarray(self.mode, dtype=int) - 1
         model = ritz_model(rig, int(modes.max()) + 9, grease=True)
-        place = {s.node: s.position for s in rig.sensors}
-        return model.omega[modes] / (2 * np.pi), model.shapes([place[node] for node in self.nodes])[:, modes]
+        position = {s.node: s.position for s in rig.sensors}
+        return model.omega[modes] / (2 * np.pi), model.shapes([position[node] for node in self.nodes])[:, modes]
 
 
-def _listed(values) -> str:
+def _listed(values: np.ndarray) -> str:
     return ", ".join(f"{v:g}" for v in values) or "none"
 
 
@@ -122,7 +122,7 @@ class FRFTarget:
         return self.frf.value.size
 
     def residual(self, rig: Rig) -> np.ndarray:
-        """Return what separates a rig from the target, in standard deviations.
+        """Return the differences of a rig from the target, in standard deviations.
 
         Parameters
         ----------

@@ -4,15 +4,19 @@ from __future__ import annotations
 
 import argparse
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from ..errors import RecordError
 from ..files import replacing, to_json
 from .command import add_command
 
+if TYPE_CHECKING:
+    from ..calibrate import Calibration, FRFTarget, ModalTarget
+
 __all__ = ["add"]
 
 
-def add(commands):
+def add(commands: Any) -> None:
     """Add the command.
 
     Parameters
@@ -44,13 +48,13 @@ def add(commands):
     )  # fmt: skip
     parser.add_argument(
         "--fit", choices=("modes", "frf"), default="modes",
-        help="what to fit of FRFs: natural frequencies and shapes, or the magnitude, which tells damping too",
+        help="what to fit of FRFs: natural frequencies and shapes, or the magnitude, which depends on damping too",
     )  # fmt: skip
     parser.add_argument("--modes", type=int, default=4, help="modes to extract from FRFs (default: %(default)s)")
     parser.add_argument("--band", type=float, nargs=2, metavar=("LOW", "HIGH"), help="lines of the FRFs to use, Hz")
 
 
-def _free(text):
+def _free(text: str) -> tuple[str, tuple[float, float] | None]:
     path, given, bounds = text.partition("=")
     if not given:
         return path, None
@@ -61,7 +65,7 @@ def _free(text):
     return path, (low, high)
 
 
-def _run(options):
+def _run(options: argparse.Namespace) -> dict[str, Any]:
     from ..calibrate import calibrate
     from ..report.calibration import draw
     from ..rig import Rig
@@ -84,7 +88,7 @@ def _run(options):
     return result | {"out": str(options.out)}
 
 
-def _target(path, options):
+def _target(path: Path, options: argparse.Namespace) -> ModalTarget | FRFTarget:
     from ..calibrate import modal_target, read_frequencies, read_frf
 
     if path.suffix.lower() == ".csv":
@@ -93,8 +97,9 @@ def _target(path, options):
     return target if options.fit == "frf" else modal_target(target, options.modes, options.std)
 
 
-def _print(found, out):
-    for path, value, std in zip(found.estimates.names, found.estimates.value, found.estimates.std):
+def _print(found: Calibration, out: Path) -> None:
+    fit = found.estimates
+    for path, value, std in zip(fit.names, fit.value, fit.std):
         print(f"{path:32s} {value:.6g} ± {std:.2g}")
     for row in found.to_dict()["modes"]:
         print("mode {mode:.0f}  {test_hz:.3f} Hz, started {start_hz:.3f}, calibrated {calibrated_hz:.3f}".format(**row))

@@ -88,9 +88,9 @@ def run(context: Context, starts: int = 32, step: float = 0.01, seed: int = 1) -
         ),
         shows=_shows(rig, found, family, material, with_shapes),
         differs=(
-            "The article cannot be checked on this: it gives no parameter. Four frequencies identify four numbers, and the "
-            "rig has more: equal bushings, the material and the length are assumptions, and with the diameter free a "
-            "family of rigs has these four frequencies exactly. The shipped rig is one of them. Mode shapes at the "
+            "The article cannot be checked on this: it gives no parameter. Four frequencies identify four numbers, and "
+            "the rig has more: equal bushings, the material and the length are assumptions, and with the diameter free "
+            "a family of rigs has these four frequencies exactly. The shipped rig is one of them. Mode shapes at the "
             "eight sensors would decide; the article measures them (its MAC) and does not print them. Standard "
             "deviations are of rounding alone and to first order."
         ),
