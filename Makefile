@@ -1,4 +1,4 @@
-# make study | test | test-slow | fuzz | bench | lint | data | models | readme | docs | verification     PYTHON=python3.13 picks the interpreter
+# make study | reproduce | audit | test | test-slow | fuzz | bench | lint | data | models | readme | docs | verification     PYTHON=python3.13 picks the interpreter
 PYTHON ?= python3
 VENV   ?= .venv-$(notdir $(PYTHON))
 BIN    := $(VENV)/bin
@@ -6,7 +6,7 @@ export MPLBACKEND = Agg
 # Small matrices: threads inside BLAS only get into the way of those over simulations.
 export OPENBLAS_NUM_THREADS = 1
 
-.PHONY: setup study test test-slow fuzz coverage bench lint data models readme docs verification clean
+.PHONY: setup study reproduce audit test test-slow fuzz coverage bench lint data models readme docs verification clean
 
 setup: $(VENV)/.ready
 
@@ -18,6 +18,13 @@ $(VENV)/.ready: pyproject.toml constraints.txt
 
 study: setup
 	$(BIN)/clearance-mj study data/table1_rig --out results/study
+
+# The article's figures and tables beside ours, all of them or ITEMS="table_1 figure_02".
+reproduce: setup
+	$(BIN)/python -m experiments.article $(ITEMS) --out results/reproduce
+
+audit: setup
+	$(BIN)/python -m experiments.article.audit
 
 # On every core; a file's tests stay together, since they share what they simulate.
 test: setup

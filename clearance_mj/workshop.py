@@ -25,7 +25,7 @@ __all__ = ["Cache", "Workshop", "code", "digest", "held", "open_workshop"]
 
 CACHE = "cache"
 _PACKAGE = Path(__file__).parent
-_NO_NUMBERS = ("cli", "report", "reproduce", "testrig", "vehicle")
+_NO_NUMBERS = ("cli", "report", "testrig", "vehicle")
 """Parts of the package whose sources do not touch what is kept"""
 _LIBRARIES = ("mujoco-core", "numba", "numpy", "pywavelets", "scipy")
 

@@ -60,7 +60,8 @@ def test_extending(clone):
     assert (clone / "gap" / "gap_frequencies.csv").read_text().splitlines()[1].startswith("1,9.25")
     assert '"model": "hu-guo"' in (clone / "hu_guo.json").read_text()
 
-    shutil.copytree(ROOT / "clearance_mj", clone / "clearance_mj")
+    for package in ("clearance_mj", "experiments"):
+        shutil.copytree(ROOT / package, clone / package)
     table = re.findall(
         r"^\| [\w ]+ (?:\| `.+` ){4}\|$", (DOCS / "extending.md").read_text(encoding="utf-8"), re.MULTILINE
     )
@@ -69,10 +70,10 @@ def test_extending(clone):
         (clone / Path(file).name).rename(clone / file)
         with (clone / place).open("a", encoding="utf-8") as module:
             module.write(f"{line}\n")
-    programs, commands = zip(*(command.split(" ", 1) for *_, command in rows))
-    assert programs == ("clearance-mj",) * 4
-    for command in commands:
-        run(clone, "-m", "clearance_mj", *command.split())
+    for *_, command in rows:
+        program, *arguments = command.split()
+        assert program in ("clearance-mj", "python")
+        run(clone, *(("-m", "clearance_mj") if program == "clearance-mj" else ()), *arguments)
     assert load_law(clone / "law.json").grease[0].stiffness == pytest.approx(4369, rel=0.2)
 
 

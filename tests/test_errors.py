@@ -31,7 +31,7 @@ from clearance_mj.sweep import Design, Vary, run, workers
 from clearance_mj.sweep.case import Outputs
 from clearance_mj.sweep.store import Table
 from clearance_mj.testrig import Truth, integrator, simulate_rig
-from experiments.article import context, motion
+from experiments.article import context
 from experiments.real.records import read_dropbear
 
 from .conftest import ROOT, record_of
@@ -300,15 +300,6 @@ def test_study_into_a_file(tmp_path, rig):
     (tmp_path / "file").write_text("")
     with pytest.raises(ClearanceError, match=r"--out .*file is a file; give a folder"):
         study.run_study(study_of(tmp_path, rig), tmp_path / "file")
-
-
-def test_articles_tables_that_are_not_installed(monkeypatch, tmp_path):
-    monkeypatch.setattr(context, "load_article", lambda: None)
-    with pytest.raises(ClearanceError, match="published tables are not installed: data/article is missing"):
-        context.Context(tmp_path).article  # noqa: B018
-    monkeypatch.setattr(motion, "FOLDERS", (tmp_path,))
-    with pytest.raises(ClearanceError, match=r"data/article/table_3\.csv is missing"):
-        motion.published("table_3")
 
 
 # Sweeps

@@ -15,7 +15,6 @@ from tqdm import tqdm
 from .._version import __version__
 from ..files import replacing
 from . import figures, html, motion, tables, uncertainty
-from .article import Article, load_article
 
 if TYPE_CHECKING:
     from ..study import Study
@@ -38,23 +37,23 @@ def write_report(study: Study, folder, progress: bool = True):
     progress : bool
         Show a progress bar.
     """
-    folder, article = Path(folder), load_article()
-    _write_tables(study, article, folder / "tables")
+    folder = Path(folder)
+    _write_tables(study, folder / "tables")
     pictures = _write_figures(study, folder / "figures", progress)
     with replacing(folder / "report.html") as temporary:
-        temporary.write_text(_page(study, article, pictures), encoding="utf-8")
+        temporary.write_text(_page(study, pictures), encoding="utf-8")
 
 
-def _write_tables(study, article, folder):
+def _write_tables(study, folder):
     folder.mkdir(exist_ok=True)
     rows = {
         "verdict": study.rows(),
-        "natural_frequencies": tables.mode_rows(study, article),
-        "sensors": tables.sensor_rows(study, article),
+        "natural_frequencies": tables.mode_rows(study),
+        "sensors": tables.sensor_rows(study),
         "sensor_means": tables.sensor_mean_rows(study),
         "seeds": tables.seed_rows(study),
         "seed_scatter": study.scatter_rows(),
-        "improvements": tables.improvement_rows(study, article),
+        "improvements": tables.improvement_rows(study),
         "contact": tables.contact_rows(study),
         "parameters": tables.parameter_rows(study),
         "engines": tables.engine_rows(study),
@@ -96,13 +95,13 @@ def _picture(drawing, png, number) -> html.Picture:
 # What the page says.
 
 
-def _page(study, article, pictures) -> str:
+def _page(study, pictures) -> str:
     sections = (
         html.Section("about", "What this is", _about(study, pictures)),
         html.Section("verdict", "Verdict", _verdict(study, pictures)),
         html.Section("frf", "Frequency response functions", _frf(study, pictures)),
         html.Section("correlation", "Agreement over frequency", _correlation(study, pictures)),
-        html.Section("tables", "Beside the article’s tables", _article_tables(study, article)),
+        html.Section("tables", "Modes and sensors", _modes_and_sensors(study)),
         html.Section("bushings", "Parameters, contact and modes", _bushings(study, pictures)),
         html.Section("definitions", "Definitions", _definitions(study)),
         html.Section("reproduce", "How to reproduce", _reproduce(study)),
@@ -214,22 +213,15 @@ def _correlation(study, pictures) -> str:
     return _by_level(study, pictures, "correlation", ("correlation", "csac_sensors", "csf_sensors"))
 
 
-def _article_tables(study, article: Article | None) -> str:
-    if article:
-        parts = [
-            html.paragraph(
-                "The article’s bench records cannot be had, and its rig’s dimensions are not given: its numbers are of "
-                "another rig. Compare what a better law gains, not the digits."
-            )
-        ]
-    else:
-        parts = [html.paragraph("The article’s published tables are not installed, so their columns are left out.")]
-    parts.append(html.subsection("improvement", "Improvement of the updated over the initial model"))
-    parts.append(html.table(tables.improvement_table(study, study.main_level, article)))
-    parts.append(html.note(_IMPROVEMENT_WORDS))
+def _modes_and_sensors(study) -> str:
+    parts = []
+    if tables.base_law(study) != study.laws[-1].name:
+        parts.append(html.subsection("improvement", "What the better laws gain"))
+        parts.append(html.table(tables.improvement_table(study, study.main_level)))
+        parts.append(html.note(_IMPROVEMENT_WORDS))
     parts.append(html.subsection("table-1", "Table 1: natural frequencies"))
     for label, level in zip(("Table 1a.", "Table 1b."), dict.fromkeys((study.main_level, study.levels[0]))):
-        parts.append(html.table(tables.mode_table(study, level, article), label, breaks=True))
+        parts.append(html.table(tables.mode_table(study, level), label, breaks=True))
     parts.append(
         html.note(
             "RE: relative error of the natural frequency. Modes are numbered by frequency among those found in test or "
@@ -237,21 +229,20 @@ def _article_tables(study, article: Article | None) -> str:
             'of a rig with clearance depend on level: see <a href="#figure-modes">the figure over level</a>.'
         )
     )
-    parts.append(_sensor_tables(study, article))
+    parts.append(_sensor_tables(study))
     return "".join(parts)
 
 
 _IMPROVEMENT_WORDS = (
-    "The article prints improvements of MAC, FRAC, CSAC and CSF over the <em>new</em> value; recomputed from its "
-    "Tables 1 and 2 they are over the old one. Intervals: of the ratio of two means as if they were independent (Zou "
-    "and Donner 2008); both share their seeds, so these are wide rather than narrow. A criterion that is 0.99 "
-    "cannot rise by more than 1 %: compare the errors. CSAC and CSF are means of the sensors’ own, as in Table 2."
+    "Intervals: of the ratio of two means as if they were independent (Zou and Donner 2008); both share their seeds, "
+    "so these are wide rather than narrow. A criterion that is 0.99 cannot rise by more than 1 %: compare the errors. "
+    "CSAC and CSF are means of the sensors’ own, as in Table 2."
 )
 
 
-def _sensor_tables(study, article) -> str:
+def _sensor_tables(study) -> str:
     level = f"{study.main_level:g} {tables.excitation_unit(study)} RMS"
-    shown = tables.sensor_tables(study, study.main_level, article)
+    shown = tables.sensor_tables(study, study.main_level)
     cells = "".join(html.table(t, f"Table 2{letter}.") for letter, t in zip("abcde", shown))
     heading = html.subsection(
         "table-2", f"Table 2: FRF errors at each sensor, {level}, engine {tables.main_engine(study)}"
@@ -260,11 +251,9 @@ def _sensor_tables(study, article) -> str:
 
 
 _SENSOR_WORDS = (
-    "The article defines neither MRE nor RMSE, nor the unit of its RMSE. It gives CSAC and CSF for each sensor, "
-    "where both criteria as published sum over several responses and CSAC is 1 by definition for one, and does not "
-    'say how. Here MRE and RMSE are as <a href="#definitions">defined below</a>, and CSAC and CSF of a sensor are '
-    "our variant over a window of nine lines, averaged over the lines. “repeat” is the repeat floor. – : the "
-    "article has no such sensor. Below a mean over seeds: its 95 % interval (* : doubtful). Other levels and "
+    "CSAC and CSF as published sum over several responses, and CSAC is 1 by definition for one: those of a sensor are "
+    'our variant over a window of nine lines, averaged over the lines (<a href="#definitions">definitions</a>). '
+    "“repeat” is the repeat floor. Below a mean over seeds: its 95 % interval (* : doubtful). Other levels and "
     "engines: <code>tables/sensor_means.csv</code>; each record: <code>tables/sensors.csv</code>."
 )
 

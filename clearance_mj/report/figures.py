@@ -302,7 +302,7 @@ def _floor_key(study, level, engines=True):
 
 
 def frf_bushings(study: Study, level: float) -> Drawing | None:
-    """Magnitude, phase and coherence of the sensors at the bushings, like the article's Figure 7.
+    """Magnitude, phase and coherence of the sensors at the bushings.
 
     Parameters
     ----------
@@ -332,7 +332,7 @@ def frf_bushings(study: Study, level: float) -> Drawing | None:
         ax.set_ylabel(label, fontsize=FONT)
     figure.align_ylabels(axes[:, 0])
     caption = (
-        "FRFs at the bushings (the article’s Figure 7): magnitude, phase, and the coherence γ² of the test. Dips of a "
+        "FRFs at the bushings: magnitude, phase, and the coherence γ² of the test. Dips of a "
         "model far below the test are cut. "
         f"{_words(study, level)}"
     )
@@ -341,7 +341,7 @@ def frf_bushings(study: Study, level: float) -> Drawing | None:
 
 
 def frf_others(study: Study, level: float) -> Drawing | None:
-    """Magnitude and coherence of the other sensors, like the article's Figure 8.
+    """Magnitude and coherence of the other sensors.
 
     Parameters
     ----------
@@ -367,7 +367,7 @@ def frf_others(study: Study, level: float) -> Drawing | None:
         _frequency_axis(coherence, _band(study, level), i >= len(rows) - 2)
         figure.align_ylabels((magnitude, coherence))
     caption = (
-        "FRFs at the other sensors (the article’s Figure 8): magnitude; strips: the coherence γ² of the test. Dips of "
+        "FRFs at the other sensors: magnitude; strips: the coherence γ² of the test. Dips of "
         "a model far below the test are cut. "
         f"{_words(study, level)}"
     )
@@ -376,7 +376,7 @@ def frf_others(study: Study, level: float) -> Drawing | None:
 
 
 def csac_sensors(study: Study, level: float) -> Drawing:
-    """Windowed CSAC of every sensor, like the article's Figure 9.
+    """Windowed CSAC of every sensor.
 
     Parameters
     ----------
@@ -385,11 +385,11 @@ def csac_sensors(study: Study, level: float) -> Drawing:
     level : float
         Which level.
     """
-    return _per_sensor(study, level, "CSAC", "csac_per_sensor", 9)
+    return _per_sensor(study, level, "CSAC", "csac_per_sensor")
 
 
 def csf_sensors(study: Study, level: float) -> Drawing:
-    """Windowed CSF of every sensor, like the article's Figure 10.
+    """Windowed CSF of every sensor.
 
     Parameters
     ----------
@@ -398,10 +398,10 @@ def csf_sensors(study: Study, level: float) -> Drawing:
     level : float
         Which level.
     """
-    return _per_sensor(study, level, "CSF", "csf_per_sensor", 10)
+    return _per_sensor(study, level, "CSF", "csf_per_sensor")
 
 
-def _per_sensor(study, level, label, field, number) -> Drawing:
+def _per_sensor(study, level, label, field) -> Drawing:
     rig = study.dataset.rig
     n = len(rig.sensors)
     n_lines = -(-n // 2)
@@ -418,7 +418,7 @@ def _per_sensor(study, level, label, field, number) -> Drawing:
         ax.set_ylim(0, 1.04)
         _frequency_axis(ax, _band(study, level), row >= n - 2)
     caption = (
-        f"{label} of every sensor over frequency (the article’s Figure {number}), by our variant that takes a window "
+        f"{label} of every sensor over frequency by our variant that takes a window "
         f"of nine lines in place of the responses; engine {tables.main_engine(study)}. "
         f"Level {_level_words(study, level)} record {_test_names(study, level)[0]}."
     )

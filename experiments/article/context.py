@@ -8,16 +8,18 @@ from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from functools import cached_property
 from pathlib import Path
+from types import SimpleNamespace
 
 from clearance_mj.engines import simulate
-from clearance_mj.errors import ClearanceError, RecordError
+from clearance_mj.errors import RecordError
 from clearance_mj.identify.laws import get_method
 from clearance_mj.io.dataset import Dataset, Record
-from clearance_mj.report.article import Article, load_article
 from clearance_mj.signals.correlation import Comparison, compare
 from clearance_mj.signals.frf import FRF, estimate_frf
 from clearance_mj.study import N_MODES, RESOLUTION, Case, Knowledge
 from clearance_mj.vehicle import experiment as vehicle
+
+from .published import Printed
 
 __all__ = ["DATASET", "Context"]
 
@@ -79,18 +81,11 @@ class Context:
         return dataset
 
     @cached_property
-    def article(self) -> Article:
-        """The article's Tables 1 and 2.
-
-        Raises
-        ------
-        ClearanceError
-            If they are not installed.
-        """
-        article = load_article()
-        if article is None:
-            raise ClearanceError("the article's published tables are not installed: data/article is missing")
-        return article
+    def article(self):
+        """The article's Tables 1 and 2."""
+        modes, sensors = (Printed.load(number).numbers for number in (1, 2))
+        modes.index = modes.index.astype(int)
+        return SimpleNamespace(modes=modes.to_dict("index"), sensors=sensors.to_dict("index"))
 
     @cached_property
     def laws(self) -> tuple[Knowledge, ...]:

@@ -2,23 +2,21 @@
 
 from __future__ import annotations
 
-import csv
 from collections.abc import Sequence
 
 import numpy as np
 
-from clearance_mj.errors import ClearanceError
-from clearance_mj.report.article import FOLDERS
 from clearance_mj.report.tables import Column, Table
 from clearance_mj.report.vehicle import METRICS, histories
 from clearance_mj.vehicle.experiment import CONTROLLERS, GAP, REGIMES, Case, comparison, median
 
 from .context import Context
 from .motion_figures import spread_figure
+from .published import Printed
 from .result import Result
 from .texts import texts
 
-__all__ = ["drawn", "knows", "over_seeds", "published", "reduction", "seeds_table", "setting", "tabulated"]
+__all__ = ["drawn", "knows", "over_seeds", "reduction", "seeds_table", "setting", "tabulated"]
 
 SEEDS, QUICK_SEEDS = 30, 6
 QUICK_CONTROLLERS = ("smc", "smc-cm", "mpc")
@@ -171,41 +169,23 @@ def _shows(found, controllers, quantities):
     return " ".join(words)
 
 
-def published(name: str) -> dict[str, dict[str, float | str]]:
-    """Read a table of the article, by quantity.
-
-    Parameters
-    ----------
-    name : str
-        Such as "table3_72kmh".
-
-    Raises
-    ------
-    ClearanceError
-        If it is not installed.
-    """
-    for folder in FOLDERS:
-        if (folder / f"{name}.csv").is_file():
-            with (folder / f"{name}.csv").open(newline="", encoding="utf-8") as file:
-                return {row.pop("quantity"): row for row in csv.DictReader(file)}
-    raise ClearanceError(f"the article's published tables are not installed: data/article/{name}.csv is missing")
-
-
-def tabulated(context: Context, item: str, source: str, speed: float, metrics: dict[str, str]) -> Result:
+def tabulated(context: Context, item: str, source: int, speed: float, metrics: dict[str, str]) -> Result:
     """An item that is a table: the article's numbers beside medians over vehicles and noises.
 
     Parameters
     ----------
     context : Context
         Says how much to do.
-    item, source : str
-        Its name, and that of the article's table.
+    item : str
+        Its name.
+    source : int
+        Number of the article's table.
     speed : float
         km/h.
     metrics : dict of str to str
         Our metric for each of the article's quantities.
     """
-    rows, printed = _spread(context, speed), published(source)
+    rows, printed = _spread(context, speed), Printed.load(source).cells.to_dict("index")
     others = [name for name in ("smc", "mpc") if name in next(iter(printed.values()))]
     return Result(
         **texts(item),

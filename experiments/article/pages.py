@@ -90,7 +90,7 @@ def markdown(name: str, result: Result) -> str:
         items = "\n".join(f"- **{model}**: {words}" for model, words in result.knows.items())
         parts.append(f"## What each model was allowed to know\n\n{items}")
     parts += [_table(table) for table in result.tables]
-    parts.append(f"Made by `clearance-mj reproduce {name}`.")
+    parts.append(f"Made by `python -m experiments.article {name}`.")
     return "\n\n".join(parts) + "\n"
 
 

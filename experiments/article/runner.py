@@ -12,13 +12,13 @@ from tqdm import tqdm
 
 from clearance_mj.errors import ClearanceError
 from clearance_mj.files import replacing, to_json
-from clearance_mj.report.article import FOLDERS
 from clearance_mj.report.html import Section
 from clearance_mj.report.tables import write_csv
 from clearance_mj.workshop import code
 
 from .context import DATASET, Context
 from .pages import index, markdown, section
+from .published import FOLDER
 from .registry import ITEMS, get_item, select
 
 __all__ = ["main", "reproduce"]
@@ -153,7 +153,7 @@ def _digest(dataset: Path, quick) -> str:
     files = [
         *PACKAGE.rglob("*.py"),
         *PACKAGE.rglob("*.toml"),
-        *(file for folder in FOLDERS for file in folder.glob("*.csv")),
+        *FOLDER.glob("*.csv"),
     ]
     files += [file for file in dataset.glob("*") if file.is_file()]
     for file in sorted(files):

@@ -56,7 +56,7 @@ def run(context: Context, levels=None) -> Result:
 def _published(context) -> list[dict]:
     return [
         {"level": "", "law": f"article {kind}", "engine": "", "sensor": sensor}
-        | {m.key: row[f"{kind}_{m.article_key}"] for m in MEASURES}
+        | {m.key: row[f"{kind}_{m.key.removesuffix('_db')}"] for m in MEASURES}
         for kind in ("initial", "updated")
         for sensor, row in context.article.sensors.items()
     ]

@@ -116,6 +116,17 @@ def test_compare_refuses_time_records(small_dataset, capsys):
     assert "holds time records" in refused(capsys, "compare", record, record)
 
 
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["reproduce", "--quick", "figure_02", "--out", "F"], "python -m experiments.article NAMES"),
+        (["audit", "--tables", "T", "--json"], "python -m experiments.article.audit"),
+    ],
+)
+def test_moved_commands_say_where_to(capsys, arguments, words):
+    assert words in refused(capsys, *arguments)
+
+
 def test_wrong_usage_and_help():
     command = [sys.executable, "-m", "clearance_mj"]
     assert subprocess.run([*command, "studdy"], capture_output=True, check=False).returncode == 2

@@ -6,9 +6,9 @@ import shutil
 
 import pytest
 
-from clearance_mj.cli import main
 from clearance_mj.errors import RecordError
 from experiments.article.audit import audit, to_html, to_markdown
+from experiments.article.audit.__main__ import main
 
 from ..conftest import ROOT
 
@@ -138,7 +138,7 @@ def change(path, row, column, value):
 
 
 def audit_of(folder, capsys):
-    assert main(["audit", "--tables", str(folder), "--json"]) == 0
+    assert main(["--tables", str(folder), "--json"]) == 0
     return json.loads(capsys.readouterr().out)["claims"]
 
 
@@ -178,10 +178,10 @@ def test_html_shows_every_claim(claims):
 
 def test_files_by_their_suffix(claims, tmp_path, capsys):
     for suffix in ("md", "html", "csv"):
-        assert main(["audit", "--out", str(tmp_path / f"audit.{suffix}"), "--json"]) == 0
+        assert main(["--out", str(tmp_path / f"audit.{suffix}"), "--json"]) == 0
     assert (tmp_path / "audit.md").read_text(encoding="utf-8") == to_markdown(claims)
     with (tmp_path / "audit.csv").open(newline="", encoding="utf-8") as file:
         assert [row["verdict"] for row in csv.DictReader(file)] == [c.verdict for c in claims]
     capsys.readouterr()
-    assert main(["audit", "--out", str(tmp_path / "audit.pdf")]) == 2
+    assert main(["--out", str(tmp_path / "audit.pdf")]) == 2
     assert "an audit is written as .md, .html, .csv" in capsys.readouterr().err

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from clearance_mj.vehicle.experiment import CONTROLLERS, REGIMES
-from experiments.article.motion import over_seeds, published, reduction, seeds_table
+from experiments.article.motion import over_seeds, reduction, seeds_table
 
 
 def rows(value):
@@ -32,9 +32,3 @@ def test_table_of_medians():
     table = seeds_table(rows(lambda c, s: 1e-3 * (1 + s)), "medians")
     assert len(table.rows) == len(REGIMES) * len(CONTROLLERS)
     assert table.rows[0][2:4] == (pytest.approx(15.5), "10.0 to 21.0")
-
-
-def test_published_tables():
-    """The article's Tables 3 and 4 as printed."""
-    assert float(published("table3_72kmh")["lateral_position_error_peak"]["smc_cm"]) == 0.025
-    assert float(published("table4_120kmh")["lateral_position_error_peak"]["mpc"]) == 0.12

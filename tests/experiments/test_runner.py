@@ -8,11 +8,11 @@ from types import ModuleType
 import pytest
 from matplotlib.figure import Figure
 
-from clearance_mj.cli import main as command_line
 from clearance_mj.errors import ClearanceError
 from clearance_mj.report.figures import Drawing
 from clearance_mj.report.tables import Column, Table
 from experiments.article import ITEMS, Result, reproduce
+from experiments.article.__main__ import main
 
 
 @pytest.fixture
@@ -115,14 +115,14 @@ def test_out_is_a_file(calls, tmp_path, records):
     [(["figure_99"], 'item "figure_99" is unknown'), (["--dataset", "nowhere", "table_1"], "nowhere: does not exist")],
 )
 def test_bad_input_is_one_line_and_status_2(arguments, words, tmp_path, capsys):
-    assert command_line(["reproduce", "--quiet", "--out", str(tmp_path / "out"), *arguments]) == 2
+    assert main(["--quiet", "--out", str(tmp_path / "out"), *arguments]) == 2
     error = capsys.readouterr().err
     assert words in error and error.count("\n") == 1
 
 
 def test_json_has_the_digest_of_every_file(calls, tmp_path, records, capsys):
     out = tmp_path / "out"
-    arguments = ["reproduce", "all", "--json", "--quiet", "--out", str(out), "--dataset", str(records)]
-    assert command_line(arguments) == 0
+    arguments = ["all", "--json", "--quiet", "--out", str(out), "--dataset", str(records)]
+    assert main(arguments) == 0
     (item,) = json.loads(capsys.readouterr().out)["items"]
     assert item["files"]["small.csv"] == hashlib.sha256((out / "small.csv").read_bytes()).hexdigest()

@@ -1,6 +1,7 @@
 """The report as a whole: files, and a page that stands alone."""
 
 import csv
+import dataclasses
 import re
 from html.parser import HTMLParser
 
@@ -107,17 +108,17 @@ def test_the_page_says_what_it_is(page):
 def test_measured_records_are_not_called_synthetic(build):
     names = ("rig", "verdict", "waterfall", "contact", "modes")
     pictures = {name: html.Picture(name, 1, b"", "image/png", "a caption", "some words") for name in names}
-    text = report._page(build(floors=(), source="bench 3"), None, pictures)
+    text = report._page(build(floors=(), source="bench 3"), pictures)
     assert "synthetic" not in text.lower()
     assert "Source of the records: bench 3." in text
     assert '<td class="number">–</td>' in text, "no repeat floor, so RMSE over floor has no value"
     assert "there are no intervals" in text and 'class="interval"' not in text
 
 
-def test_without_the_articles_tables_the_report_says_so(study, monkeypatch):
-    assert "are not installed" not in report._article_tables(study, report.load_article())
-    text = report._article_tables(study, None)
-    assert "are not installed, so their columns are left out" in text and "article’s rig" not in text
+def test_a_study_that_ends_with_its_base_law_shows_no_improvements(study):
+    turned = dataclasses.replace(study, laws=study.laws[::-1])
+    assert "What the better laws gain" not in report._modes_and_sensors(study)
+    assert "What the better laws gain" in report._modes_and_sensors(turned)
 
 
 def test_a_large_svg_gives_way_to_the_png():

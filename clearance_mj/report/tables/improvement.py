@@ -1,23 +1,20 @@
-"""What a better model gains: the article's claims beside ours."""
+"""What a better law gains over another."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from ...statistics import repeatability
 from ...statistics.intervals import Interval, ratio
-from ..article import PRINTED, Article
 from .study import N_MODES, excitation_unit, main_engine
 from .table import Column, Table
 
 if TYPE_CHECKING:
     from ...study import Study
 
-__all__ = ["improvement_rows", "improvement_table"]
+__all__ = ["IMPROVED", "base_law", "improvement_rows", "improvement_table"]
 
-_IMPROVED = {
+IMPROVED = {
     **{f"MAC, mode {mode}": f"mode_{mode}_mac" for mode in range(1, N_MODES + 1)},
     "frequency error": "relative_error",
     "MRE": "mre",
@@ -26,28 +23,23 @@ _IMPROVED = {
     "CSAC": "csac_per_sensor",
     "CSF": "csf_per_sensor",
 }
-"""Quantities of which the article claims improvements, in its order, and where a study has them"""
+"""Quantities that a better law improves, and their names in `Study.rows`"""
 
 
-def improvement_rows(study: Study, article: Article | None = None) -> list[dict]:
-    """Change from a model to a better one in percent of the former: a row per level, law over another, and quantity.
+def improvement_rows(study: Study) -> list[dict]:
+    """Change from the base law to another in percent of the former: a row per level, law and quantity.
 
     Parameters
     ----------
     study : Study
         The study; every law beside the base is compared with it, on the main engine.
-    article : Article, optional
-        Its updated over its initial model goes in front, as printed and as its own tables give it.
     """
-    rows, base, engine = [], _base_law(study), main_engine(study)
-    for basis, changes in (("printed", PRINTED), ("recomputed", article.improvements())) if article else ():
-        head = {"level": "", "law": f"article updated, {basis}", "over": "article initial"}
-        rows += [head | {"quantity": quantity, "change_pct": change} for quantity, change in changes.items()]
+    rows, base, engine = [], base_law(study), main_engine(study)
     found = {(r["level"], r["law"]): r for r in study.rows() if r["engine"] == engine}
     for (level, law), row in found.items():
         if law == base:
             continue
-        for quantity, key in _IMPROVED.items():
+        for quantity, key in IMPROVED.items():
             change = ratio(*(repeatability.interval_of(r, key) for r in (row, found[level, base])))
             low, value, high = (100 * (x - 1) for x in (change.low, change.value, change.high))
             row_of = {"level": level, "law": law, "over": base, "quantity": quantity, "change_pct": value}
@@ -55,8 +47,8 @@ def improvement_rows(study: Study, article: Article | None = None) -> list[dict]
     return rows
 
 
-def improvement_table(study: Study, level: float, article: Article | None = None) -> Table:
-    """Improvement of the better models over constant parameters, the article's beside ours.
+def improvement_table(study: Study, level: float) -> Table:
+    """Improvement of the laws that follow the base law over it.
 
     Parameters
     ----------
@@ -64,31 +56,31 @@ def improvement_table(study: Study, level: float, article: Article | None = None
         The study.
     level : float
         Which level.
-    article : Article, optional
-        Its numbers go in front.
     """
-    rows, base, names = improvement_rows(study, article), _base_law(study), [k.name for k in study.laws]
-    lesser = names[: names.index(base)]
-    laws = list(dict.fromkeys(r["law"] for r in rows if r["level"] in (level, "") and r["law"] not in lesser))
-    columns = [Column("Quantity")]
-    for law in laws:
-        group = "article" if law.startswith("article") else f"this rig, over {base}"
-        columns.append(Column(law.removeprefix("article updated, "), "%", "+.1f", group))
-    cells = {(r["law"], r["quantity"]): _change(r) for r in rows if r["level"] in (level, "")}
-    body = tuple((quantity, *(cells.get((law, quantity)) for law in laws)) for quantity in _IMPROVED)
+    base, names = base_law(study), [k.name for k in study.laws]
+    laws = names[names.index(base) + 1 :]
+    columns = (Column("Quantity"), *(Column(law, "%", "+.1f", f"over {base}") for law in laws))
+    cells = {
+        (r["law"], r["quantity"]): Interval(r["change_pct"], r["change_pct_low"], r["change_pct_high"])
+        for r in improvement_rows(study)
+        if r["level"] == level
+    }
+    body = tuple((quantity, *(cells.get((law, quantity)) for law in laws)) for quantity in IMPROVED)
     caption = (
-        f"Change from the initial to the updated model, in percent of the initial model’s value, at {level:g} "
+        f"Change from law “{base}” to those that follow it, in percent of its value, at {level:g} "
         f"{excitation_unit(study)} RMS, engine {main_engine(study)}. Less is better for errors, more for MAC, FRAC, "
         "CSAC and CSF. Other levels: tables/improvements.csv."
     )
-    return Table(f"improvements_level_{level:g}", caption, tuple(columns), body)
+    return Table(f"improvements_level_{level:g}", caption, columns, body)
 
 
-def _base_law(study) -> str:
-    """What stands for the article's initial model: the best constants, else the first law."""
+def base_law(study: Study) -> str:
+    """What the other laws are compared with: the best constants, else the first law.
+
+    Parameters
+    ----------
+    study : Study
+        The study.
+    """
     names = [k.name for k in study.laws]
     return "constant" if "constant" in names else names[0]
-
-
-def _change(row) -> Interval:
-    return Interval(row["change_pct"], row.get("change_pct_low", np.nan), row.get("change_pct_high", np.nan))

@@ -1,14 +1,11 @@
-"""Per mode and per sensor: like Tables 1 and 2 of the article."""
+"""Agreement mode by mode and sensor by sensor."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from ...statistics import repeatability
 from ...statistics.intervals import Interval
-from ..article import ARTICLE_MODELS, Article
 from .study import FLOOR, MEASURES, N_MODES, excitation_unit, main_engine
 from .table import Column, Table
 
@@ -20,42 +17,26 @@ __all__ = ["mode_rows", "mode_table", "seed_rows", "sensor_mean_rows", "sensor_r
 _ENDS = ("", "_low", "_high", "_doubtful")
 
 
-def mode_rows(study: Study, article: Article | None = None) -> list[dict]:
+def mode_rows(study: Study) -> list[dict]:
     """Natural frequencies of test and model: a row per record, law, engine and mode.
 
     Parameters
     ----------
     study : Study
         The study; the repeat floor's rows have law "repeat".
-    article : Article, optional
-        Its Table 1 is put in front, with laws "article initial" and "article updated".
     """
-    rows = []
-    for model in ARTICLE_MODELS if article else ():
-        for mode, row in article.modes.items():
-            rows.append(
-                {"level": "", "record": "article", "law": f"article {model}", "engine": "", "mode": mode}
-                | {"test_hz": row["test_hz"], "model_hz": row[f"{model}_hz"]}
-                | {"relative_error_pct": row[f"{model}_re_pct"], "mac": row[f"{model}_mac"]}
-            )
-    return rows + [head | row for head, comparison in _comparisons(study) for row in _modes(comparison)]
+    return [head | row for head, comparison in _comparisons(study) for row in _modes(comparison)]
 
 
-def sensor_rows(study: Study, article: Article | None = None) -> list[dict]:
+def sensor_rows(study: Study) -> list[dict]:
     """Measures of every sensor: a row per record, law, engine and sensor.
 
     Parameters
     ----------
     study : Study
         The study; the repeat floor's rows have law "repeat".
-    article : Article, optional
-        Its Table 2 is put in front, with laws "article initial" and "article updated".
     """
     rows = []
-    for model in ARTICLE_MODELS if article else ():
-        for sensor, row in article.sensors.items():
-            head = {"level": "", "record": "article", "law": f"article {model}", "engine": "", "sensor": sensor}
-            rows.append(head | {m.key: row[f"{model}_{m.article_key}"] for m in MEASURES})
     nodes = [str(s.node) for s in study.dataset.rig.sensors]
     for head, comparison in _comparisons(study):
         columns = comparison.per_sensor
@@ -97,8 +78,8 @@ def seed_rows(study: Study) -> list[dict]:
     return [head | comparison.summary() for head, comparison in _comparisons(study)]
 
 
-def mode_table(study: Study, level: float, article: Article | None = None) -> Table:
-    """Like the article's Table 1, with a row per model: natural frequency, relative error and MAC of each mode.
+def mode_table(study: Study, level: float) -> Table:
+    """Natural frequency, relative error and MAC of each mode, with a row per model.
 
     Parameters
     ----------
@@ -106,26 +87,23 @@ def mode_table(study: Study, level: float, article: Article | None = None) -> Ta
         The study; the laws are shown on its main engine.
     level : float
         Which level.
-    article : Article, optional
-        Its numbers go in front.
     """
     rows = {(r["law"], r["engine"]): r for r in study.rows() if r["level"] == level}
     shown = _shown(study, level)
     modes = [mode for mode in range(1, N_MODES + 1) if f"mode_{mode}_mac" in rows[shown[0]]]
-    columns = [Column("Rig"), Column("Model")]
+    columns = [Column("Model")]
     for mode in modes:
         group = f"Mode {mode}"
         columns += [Column("f", "Hz", ".2f", group), Column("RE", "%", ".2f", group), Column("MAC", "", ".3f", group)]
-    body = _article_modes(article, modes) if article else []
     # Every row holds the test's modes.
-    body.append(("this rig", "test", *sum(((rows[shown[0]][f"mode_{m}_test_hz"], None, None) for m in modes), ())))
+    body = [("test", *sum(((rows[shown[0]][f"mode_{m}_test_hz"], None, None) for m in modes), ()))]
     for key in shown:
         cells = []
         for mode in (f"mode_{m}" for m in modes):
             error, mac = (repeatability.interval_of(rows[key], f"{mode}_{name}") for name in ("relative_error", "mac"))
             percent = Interval(*(100 * x for x in (error.value, error.low, error.high)), error.doubtful)
             cells += [rows[key][f"{mode}_model_hz"], percent, mac]
-        body.append(("this rig", key[0], *cells))
+        body.append((key[0], *cells))
     caption = (
         f"Natural frequencies, relative errors and MAC at {level:g} {excitation_unit(study)} RMS, "
         f"engine {main_engine(study)}, with 95 % intervals over seeds; the other engines are in "
@@ -134,8 +112,8 @@ def mode_table(study: Study, level: float, article: Article | None = None) -> Ta
     return Table(f"natural_frequencies_level_{level:g}", caption, tuple(columns), tuple(body))
 
 
-def sensor_tables(study: Study, level: float, article: Article | None = None) -> list[Table]:
-    """Like the article's Table 2, one table per measure: a row per sensor, a column per model.
+def sensor_tables(study: Study, level: float) -> list[Table]:
+    """One table per measure: a row per sensor, a column per model.
 
     Parameters
     ----------
@@ -143,13 +121,10 @@ def sensor_tables(study: Study, level: float, article: Article | None = None) ->
         The study; the laws are shown on its main engine.
     level : float
         Which level.
-    article : Article, optional
-        Its numbers go in front, for sensors with the same numbers.
     """
     rows = {(r["law"], r["engine"], r["sensor"]): r for r in sensor_mean_rows(study) if r["level"] == level}
     means = {(r["law"], r["engine"], "mean"): _as_sensor(r) for r in study.rows() if r["level"] == level}
-    in_articles_order = (MEASURES[-1], *MEASURES[:-1])
-    return [_sensor_table(study, level, measure, rows | means, article) for measure in in_articles_order]
+    return [_sensor_table(study, level, measure, rows | means) for measure in (MEASURES[-1], *MEASURES[:-1])]
 
 
 def _comparisons(study):
@@ -171,34 +146,22 @@ def _of_sensor(comparison, i) -> dict[str, float]:
     return {m.key: float(comparison.per_sensor[m.key][i]) for m in MEASURES}
 
 
-def _article_modes(article, modes) -> list[tuple]:
-    empty = dict.fromkeys(next(iter(article.modes.values())), np.nan)
-    rows = [article.modes.get(mode, empty) for mode in modes]
-    body = [("article’s rig", "test", *sum(((row["test_hz"], None, None) for row in rows), ()))]
-    for model in ARTICLE_MODELS:
-        cells = ((row[f"{model}_hz"], row[f"{model}_re_pct"], row[f"{model}_mac"]) for row in rows)
-        body.append(("article’s rig", model, *sum(cells, ())))
-    return body
-
-
 def _as_sensor(row) -> dict:
     """A row of the study with the means of the sensors' own CSAC and CSF in the place of those over all sensors."""
     swapped = {f"{m}{end}": row[f"{m}_per_sensor{end}"] for m in ("csac", "csf") for end in _ENDS}
     return row | swapped
 
 
-def _sensor_table(study, level, measure, rows, article) -> Table:
-    models, shown = ARTICLE_MODELS if article else (), _shown(study, level)
-    columns = [Column("Sensor")]
-    columns += [Column(model, "", measure.form, "article’s rig") for model in models]
-    columns += [Column(law, "", measure.form, "this rig") for law, _ in shown]
-    body = []
-    for node in (*(str(s.node) for s in study.dataset.rig.sensors), "mean"):
-        published = article.sensors.get(node, {}) if article else {}
-        own = (repeatability.interval_of(rows[law, engine, node], measure.key) for law, engine in shown)
-        body.append((node, *(published.get(f"{m}_{measure.article_key}", np.nan) for m in models), *own))
-    unit = f" ({measure.unit}{'; the article’s without a unit' if article else ''})" if measure.unit else ""
-    return Table(f"{measure.key}_level_{level:g}", measure.label + unit, tuple(columns), tuple(body))
+def _sensor_table(study, level, measure, rows) -> Table:
+    shown = _shown(study, level)
+    columns = (Column("Sensor"), *(Column(law, "", measure.form) for law, _ in shown))
+    nodes = (*(str(s.node) for s in study.dataset.rig.sensors), "mean")
+    body = tuple(
+        (node, *(repeatability.interval_of(rows[*shown_law, node], measure.key) for shown_law in shown))
+        for node in nodes
+    )
+    unit = f" ({measure.unit})" if measure.unit else ""
+    return Table(f"{measure.key}_level_{level:g}", measure.label + unit, columns, body)
 
 
 def _shown(study, level) -> list[tuple[str, str]]:

@@ -22,7 +22,7 @@ __all__ = [
 ]
 
 N_MODES = 4
-"""Modes of the article's Table 1"""
+"""Modes that are compared"""
 FLOOR = {"law": "repeat", "engine": "rig"}
 """How `Study.rows` names the second record of a level compared with the first"""
 
@@ -41,22 +41,20 @@ class Measure:
     """format of its numbers"""
     perfect: float
     """its value for equal FRFs"""
-    article_key: str
-    """name in the article's table"""
 
 
 MEASURES = (
-    Measure("rmse_db", "RMSE", "dB", ".2f", 0.0, "rmse"),
-    Measure("frac", "FRAC", "", ".4f", 1.0, "frac"),
-    Measure("csac", "CSAC", "", ".4f", 1.0, "csac"),
-    Measure("csf", "CSF", "", ".4f", 1.0, "csf"),
-    Measure("mre", "MRE", "", ".3f", 0.0, "mre"),
+    Measure("rmse_db", "RMSE", "dB", ".2f", 0.0),
+    Measure("frac", "FRAC", "", ".4f", 1.0),
+    Measure("csac", "CSAC", "", ".4f", 1.0),
+    Measure("csf", "CSF", "", ".4f", 1.0),
+    Measure("mre", "MRE", "", ".3f", 0.0),
 )
 """Of a sensor"""
 OVERALL = (
     *MEASURES,
-    Measure("relative_error", "frequency error", "", ".2%", 0.0, ""),
-    Measure("mac", "MAC", "", ".4f", 1.0, ""),
+    Measure("relative_error", "frequency error", "", ".2%", 0.0),
+    Measure("mac", "MAC", "", ".4f", 1.0),
 )
 """Of all sensors, and of the modes"""
 

@@ -9,11 +9,11 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import replace
 
+from ..published import FILES, Printed
 from . import beam, control_tables, identification, model_tables
 from .claim import Claim
 from .judge import VERDICTS
 from .pages import to_html, to_markdown
-from .printed import load_tables
 
 __all__ = ["VERDICTS", "Claim", "audit", "to_html", "to_markdown"]
 
@@ -36,7 +36,7 @@ def audit(folder=None) -> tuple[Claim, ...]:
     RecordError
         If a table is missing, or lacks a number that is needed; the message names the file and the place.
     """
-    tables = load_tables(folder)
+    tables = {number: Printed.load(number, folder) for number in FILES}
     claims = [
         *model_tables.table1(tables[1]),
         *model_tables.table2(tables[2]),

@@ -6,9 +6,9 @@ import math
 from collections.abc import Iterator
 from dataclasses import replace
 
+from ..published import Printed
 from . import judge
 from .claim import Claim
-from .printed import Printed
 
 __all__ = ["table3", "table4", "table5"]
 

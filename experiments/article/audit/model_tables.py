@@ -9,9 +9,9 @@ from collections.abc import Iterator
 
 from clearance_mj.errors import RecordError
 
+from ..published import Printed
 from . import judge
 from .claim import Claim
-from .printed import Printed
 
 __all__ = ["table1", "table2"]
 
@@ -60,7 +60,7 @@ def table2(table: Printed) -> Iterator[Claim]:
     table : Printed
         The table.
     """
-    part, sensors = "Table 2", [row for row in table.rows if row != "mean"]
+    part, sensors = "Table 2", [row for row in table.cells.index if row != "mean"]
     if not sensors:
         raise RecordError(f"{table.path}: has no row of a sensor")
     for model, measure in itertools.product(("initial", "updated"), _MEASURES):

@@ -36,7 +36,7 @@ def to_markdown(claims: Sequence[Claim]) -> str:
         lines += [_row(getattr(claim, name) for name in _COLUMNS) for claim in members] + [""]
     lines += ["## How numbers are judged", "", "The first that applies:", ""]
     lines += [f"- {verdict}: {meaning}." for verdict, meaning in VERDICTS.items()]
-    return "\n".join([*lines, "", "Made by `clearance-mj audit`."]) + "\n"
+    return "\n".join([*lines, "", "Made by `python -m experiments.article.audit`."]) + "\n"
 
 
 def to_html(claims: Sequence[Claim]) -> str:
