@@ -63,7 +63,7 @@ class Printed:
             raise RecordError(f"{self.path}: has no {column} of {row}") from None
 
     def number(self, row: str, column: str) -> Decimal:
-        """Return a number with the digits it is printed with; RecordError if it is none that changes can be taken of."""
+        """Return a number with the digits it is printed with; RecordError if no change of it can be taken."""
         text = self.text(row, column)
         try:
             value = Decimal(text)

@@ -11,7 +11,7 @@ from pathlib import Path
 import pandas as pd
 
 from clearance_mj.errors import RecordError
-from clearance_mj.io.files import replacing
+from clearance_mj.files import replacing
 
 from .. import command
 from . import audit, to_html, to_markdown
