@@ -6,7 +6,8 @@ from pathlib import Path
 
 from matplotlib.figure import Figure
 
-from clearance_mj.study import Study, run_study
+from clearance_mj.report import report_study
+from clearance_mj.study import Study
 from clearance_mj.testrig import generate
 
 RIGS = ("iwan", "lugre", "mixed")
@@ -20,7 +21,7 @@ def study_of(name: str, out: Path, engines) -> Study:
     dataset = out / name / "dataset"
     if not dataset.exists():
         generate(dataset, name)
-    return run_study(dataset, out / name / "study", engines, tuple(LAWS))
+    return report_study(dataset, out / name / "study", engines, tuple(LAWS))
 
 
 def table(name: str, study: Study) -> list[dict]:

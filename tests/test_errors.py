@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import scipy.io
 
-from clearance_mj import calibrate, errors, study
+from clearance_mj import calibrate, errors, report, tasks
 from clearance_mj.clearance import AmplitudeLaw
 from clearance_mj.cli import main
 from clearance_mj.engines import simulate_blocks
@@ -27,7 +27,7 @@ from clearance_mj.signals.correlation import csac
 from clearance_mj.signals.excitation import random
 from clearance_mj.signals.frf import FRF, estimate_frf
 from clearance_mj.signals.response import Response
-from clearance_mj.sweep import Design, Vary, run, workers
+from clearance_mj.sweep import Design, Vary, run
 from clearance_mj.sweep.case import Outputs
 from clearance_mj.sweep.store import Table
 from clearance_mj.testrig import Truth, integrator, simulate_rig
@@ -100,7 +100,7 @@ IMPOSSIBLE = {
     "natural frequencies": (lambda: Outputs(natural_frequencies=21), r"must be in 1\.\.20, got 21"),
     "no excitation": (lambda: next(simulate_blocks(None, [], None)), "there is no piece of an excitation"),
     "worker with other code": (
-        lambda: workers._with_same_code("other", abs, -1),
+        lambda: tasks._with_same_code("other", abs, -1),
         "a worker of the cluster runs another version of clearance_mj",
     ),
 }  # fmt: skip
@@ -286,20 +286,20 @@ def study_of(tmp_path, simulated, **changes):
 def test_rig_without_bushings(tmp_path, rig):
     data = study_of(tmp_path, rig, rig=dataclasses.replace(rig, bushings=()))
     with pytest.raises(RecordError, match="the rig has no bushings, so there is no clearance to study"):
-        study.run_study(data, tmp_path / "out")
+        report.report_study(data, tmp_path / "out")
     with pytest.raises(RecordError, match="the article's rig has two bushings, sensors 1 to 8 and a shaken base"):
         context.Context(data).dataset  # noqa: B018
 
 
 def test_study_of_a_record_without_level(tmp_path, rig):
     with pytest.raises(RecordError, match='record "level" has no level; validation records need one'):
-        study.run_study(study_of(tmp_path, rig, level=None), tmp_path / "out")
+        report.report_study(study_of(tmp_path, rig, level=None), tmp_path / "out")
 
 
 def test_study_into_a_file(tmp_path, rig):
     (tmp_path / "file").write_text("")
     with pytest.raises(ClearanceError, match=r"--out .*file is a file; give a folder"):
-        study.run_study(study_of(tmp_path, rig), tmp_path / "file")
+        report.report_study(study_of(tmp_path, rig), tmp_path / "file")
 
 
 # Sweeps
@@ -392,4 +392,4 @@ def test_cluster_that_is_lost(monkeypatch, lost, part):
     monkeypatch.setattr(distributed, "Client", Client)
     monkeypatch.setattr(distributed, "as_completed", fails)
     with pytest.raises(ClearanceError, match=f"--scheduler tcp://x: {part}"):
-        list(workers.on_cluster(abs, [1], "tcp://x"))
+        list(tasks.run_tasks(abs, [1], scheduler="tcp://x"))

@@ -6,15 +6,11 @@ are forked, so that nothing has to be imported or compiled again; what they patc
 
 import ast
 import json
-import multiprocessing
-import os
 import pickle
 import resource
 import shutil
 import signal
-import sys
 import time
-import traceback
 from pathlib import Path
 
 import h5py
@@ -23,8 +19,7 @@ import pytest
 import scipy.io
 
 import clearance_mj
-from clearance_mj import report, workshop
-from clearance_mj import study as study_module
+from clearance_mj import report
 from clearance_mj.beam import natural_frequencies
 from clearance_mj.clearance import ConstantLaw, load_law
 from clearance_mj.cli import main
@@ -32,83 +27,24 @@ from clearance_mj.engines import get_engine
 from clearance_mj.errors import ClearanceError, RecordError, SimulationError
 from clearance_mj.identify.laws import nominal
 from clearance_mj.io import formats, results
+from clearance_mj.output_folder import WORK
+from clearance_mj.report import report_study
 from clearance_mj.rig import Rig
 from clearance_mj.signals.frf import FRF
-from clearance_mj.study import run_study
+from clearance_mj.study import study as study_module
 from clearance_mj.sweep import run_sweep
 from clearance_mj.sweep.store import Table
 
 from .conftest import ROOT
+from .processes import FORK, PATIENCE, Apart, calls, content, interrupt, kill, limit_files
 from .sweep.plans import loaded, small
 
-FORK = multiprocessing.get_context("fork")
-PATIENCE = 120
-"""s, for what takes one on a quiet machine"""
-
-
-class Apart:
-    """``clearance-mj ARGUMENTS`` in a process of its own, once ``prepare`` has been called there."""
-
-    def __init__(self, folder, *arguments, prepare=lambda: None):
-        self.errors = Path(folder) / "stderr.txt"
-        self.process = FORK.Process(target=self._run, args=([*map(str, arguments)], prepare))
-        self.process.start()
-
-    def _run(self, arguments, prepare):
-        with self.errors.open("w", buffering=1) as file, open(os.devnull, "w") as sys.stdout:
-            os.dup2(file.fileno(), 2)
-            sys.stderr = file
-            try:
-                prepare()
-                status = main(arguments)
-            except BaseException:
-                traceback.print_exc()
-                status = 70
-        os._exit(status)
-
-    def ends(self, status) -> list[str]:
-        """Wait; the lines of its errors."""
-        self.process.join(PATIENCE)
-        lines = self.errors.read_text().splitlines()
-        assert self.process.exitcode == status, lines
-        return lines
-
-
-def limit_files(size):
-    """No file may grow over a size, as on a disk that is full then."""
-    return lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (size, size))
-
-
-def calls(module, name, number, fault):
-    """Patch a function so that a fault happens in its n-th call, before it does anything."""
-
-    def prepare():
-        function, count = getattr(module, name), iter(range(1, 10**6))
-
-        def patched(*args, **kwargs):
-            if next(count) == number:
-                fault()
-            return function(*args, **kwargs)
-
-        setattr(module, name, patched)
-
-    return prepare
-
-
-def kill():
-    os.kill(os.getpid(), signal.SIGKILL)
-
-
-def interrupt():
-    os.kill(os.getpid(), signal.SIGINT)
-    time.sleep(1.0)  # the main thread hears of it meanwhile
-
-
-def content(folder) -> dict[str, bytes]:
-    return {str(p.relative_to(folder)): p.read_bytes() for p in sorted(Path(folder).rglob("*")) if p.is_file()}
-
-
 # Studies.
+
+
+def no_report(study, folder, progress):
+    """One that costs nothing."""
+    (folder / "report.html").write_text("-" * 100)
 
 
 @pytest.fixture(scope="module")
@@ -116,11 +52,9 @@ def studies(small_dataset, tmp_path_factory):
     """Folder with a study of one engine, "out", and one of two, "undisturbed"; reports that cost nothing."""
     folder = tmp_path_factory.mktemp("studies")
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(
-            report, "write_report", lambda study, folder, progress: (folder / "report.html").write_text("-" * 100)
-        )
+        patch.setattr(report, "write_report", no_report)
         for name, engines in (("out", ["modal"]), ("undisturbed", ["modal", "modal-mj"])):
-            run_study(small_dataset, folder / name, engines, ["nominal"], progress=False)
+            report_study(small_dataset, folder / name, engines, ["nominal"], progress=False)
         yield folder
 
 
@@ -129,10 +63,17 @@ def old(studies, small_dataset, tmp_path):
     """A finished study, and the command of another one into its folder, which has four cases more to simulate."""
     out = tmp_path / "out"
     shutil.copytree(studies / "out", out)
-    return out, content(out), (
+    (out / "figures").mkdir()
+    (out / "figures" / "photo.png").write_text("not of a study")
+    return out, shown(out), (
         "study", small_dataset, "--out", out, "--quiet", "--engines", "modal,modal-mj", "--methods", "nominal",
         "--workers", "1",
     )  # fmt: skip
+
+
+def shown(out):
+    """What is not in the hidden folder."""
+    return {name: data for name, data in content(out).items() if not name.startswith(WORK)}
 
 
 def goes_on(tmp_path, old, studies, left):
@@ -148,6 +89,7 @@ def goes_on(tmp_path, old, studies, left):
     assert (counted.stat().st_size if counted.exists() else 0) == left
     for name in ("summary.json", "results.nc"):
         assert (out / name).read_bytes() == (studies / "undisturbed" / name).read_bytes()
+    assert (out / "figures" / "photo.png").read_text() == "not of a study"
     assert {p.name for p in tmp_path.iterdir()} - {"counted", "stderr.txt"} == {"out"}
     assert not [name for name in content(out) if Path(name).name.startswith(".")]
 
@@ -157,9 +99,9 @@ def test_full_disk_during_a_study(tmp_path, old, studies, size, left):
     """A case takes 62 kB, the results of eight about 700 kB."""
     out, before, command = old
     [line] = Apart(tmp_path, *command, prepare=limit_files(size)).ends(2)
-    assert line.startswith(f"clearance-mj: {out}.partial") and "cannot be written (File too large)" in line
-    assert content(out) == before
-    names = content(f"{out}.partial")
+    assert line.startswith(f"clearance-mj: {out}/.clearance-mj/") and "cannot be written (File too large)" in line
+    assert shown(out) == before
+    names = content(out / WORK)
     assert not [name for name in names if Path(name).name.startswith(".")], "nothing half-written"
     assert len([name for name in names if name.endswith(".nc")]) >= 4 * (left == 0)
     goes_on(tmp_path, old, studies, left)
@@ -169,31 +111,10 @@ def test_killed_study(tmp_path, old, studies):
     """Before its third case; then, in the next try, while it writes the file of a case."""
     out, before, command = old
     Apart(tmp_path, *command, prepare=calls(study_module, "simulate", 3, kill)).ends(-signal.SIGKILL)
-    assert content(out) == before
+    assert shown(out) == before
     Apart(tmp_path, *command, prepare=calls(Path, "chmod", 1, kill)).ends(-signal.SIGKILL)
-    assert content(out) == before
+    assert shown(out) == before
     goes_on(tmp_path, old, studies, 2)
-
-
-@pytest.mark.parametrize(
-    "rename", [pytest.param(1, marks=pytest.mark.slow), 2, pytest.param(3, marks=pytest.mark.slow)]
-)
-def test_killed_while_it_publishes(tmp_path, old, studies, rename):
-    """Before each of the renames that put the new study in the place of the old one: one of the two is there, whole."""
-    out, before, command = old
-
-    def prepare():
-        publish = workshop.Workshop.publish
-
-        def patched(shop):
-            calls(Path, "rename", rename, kill)()
-            publish(shop)
-
-        workshop.Workshop.publish = patched
-
-    Apart(tmp_path, *command, prepare=prepare).ends(-signal.SIGKILL)
-    assert content(out if out.exists() else f"{out}.old") == before
-    goes_on(tmp_path, old, studies, 0)
 
 
 def test_interrupted_study(tmp_path, old, studies):
@@ -201,7 +122,7 @@ def test_interrupted_study(tmp_path, old, studies):
     out, before, command = old
     lines = Apart(tmp_path, *command, prepare=calls(study_module, "simulate", 3, interrupt)).ends(1)
     assert lines == ["clearance-mj: interrupted; run the same command again to go on"]
-    assert content(out) == before
+    assert shown(out) == before
     goes_on(tmp_path, old, studies, 1)
 
 
@@ -218,12 +139,12 @@ def test_two_studies_at_once(tmp_path, old, studies):
     assert begun.wait(PATIENCE)
     (tmp_path / "second").mkdir()
     [line] = Apart(tmp_path / "second", *command).ends(2)
-    assert line == f"clearance-mj: {out}.partial: another study (process {first.process.pid}) is writing there"
+    assert line == f"clearance-mj: {out}: another study (process {first.process.pid}) is writing there"
     first.process.kill()
     first.ends(-signal.SIGKILL)
     (tmp_path / "second" / "stderr.txt").unlink()
     (tmp_path / "second").rmdir()
-    assert content(out) == before
+    assert shown(out) == before
     goes_on(tmp_path, old, studies, 4)
 
 
@@ -402,7 +323,8 @@ def test_the_package_imports_nothing_that_unpickles():
 
 def test_a_study_leaves_data_only(old):
     out, *_ = old
-    assert {p.suffix for p in out.rglob("*") if p.is_file()} <= {".html", ".json", ".nc", ".png", ".csv"}
+    assert {p.suffix for p in out.rglob("*") if p.is_file()} <= {".html", ".json", ".nc", ".png", ".csv", ""}
+    assert {p.name for p in out.rglob("*") if p.is_file() and not p.suffix} == {"README", "lock"}
     json.loads((out / "summary.json").read_text())
 
 

@@ -29,10 +29,11 @@ def add(commands):
 
 
 def _run(options):
-    from ..study import METHODS, run_study
+    from ..report import report_study
+    from ..study import METHODS
 
     engines, methods = options.engines.split(","), options.methods.split(",") if options.methods else METHODS
-    study = run_study(options.dataset, options.out, engines, methods, options.workers, not options.quiet)
+    study = report_study(options.dataset, options.out, engines, methods, options.workers, not options.quiet)
     if not options.json:
         print(f"report: {options.out / 'report.html'}")
     return {"out": str(options.out), "results": study.rows()}

@@ -5,24 +5,65 @@ from __future__ import annotations
 import math
 import platform
 import shlex
+from collections.abc import Sequence
 from html import escape
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from tqdm import tqdm
 
 from .._version import __version__
 from ..files import replacing
+from ..io.dataset import Dataset
+from ..output_folder import output_folder
+from ..study import ENGINES, METHODS, Study, write_results
 from . import figures, html, motion, tables, uncertainty
 
-if TYPE_CHECKING:
-    from ..study import Study
-
-__all__ = ["write_report"]
+__all__ = ["report_study", "write_report"]
 
 SVG_LIMIT = 600_000
 """bytes; the whole page is to stay below 8 MB"""
+
+
+def report_study(
+    path: str | Path,
+    out: str | Path,
+    engines: Sequence[str] = ENGINES,
+    methods: Sequence[str] = METHODS,
+    workers: int | None = None,
+    progress: bool = True,
+) -> Study:
+    """Run the study of a dataset, and write its results and report into a folder.
+
+    Parameters
+    ----------
+    path : str or Path
+        Dataset folder.
+    out : str or Path
+        Folder for the results, see `output_folder`: an earlier study there is replaced once the new one is whole, other
+        files stay. Laws and cases are kept for the next study, also of one that was interrupted.
+    engines, methods : sequence of str
+        As for `Study`.
+    workers : int, optional
+        Threads; default: one for each core.
+    progress : bool
+        Show progress bars.
+
+    Raises
+    ------
+    RecordError, RigError
+        If the dataset is not whole; nothing is written then.
+    ClearanceError
+        If a file in ``out`` is in the way, or another process is writing there.
+    """
+    study = Study(Dataset.load(path), methods, engines, workers=workers, progress=progress)
+    with output_folder(out, "study") as folder:
+        folder.refuse_others("report.html", "summary.json", "results.nc")
+        study.cache = folder.cache
+        write_results(study, folder.new)
+        write_report(study, folder.new, progress)
+        folder.cache.drop_unused()
+    return study
 
 
 def write_report(study: Study, folder, progress: bool = True):
@@ -45,7 +86,7 @@ def write_report(study: Study, folder, progress: bool = True):
 
 
 def _write_tables(study, folder):
-    folder.mkdir(exist_ok=True)
+    folder.mkdir(parents=True, exist_ok=True)
     rows = {
         "verdict": study.rows(),
         "natural_frequencies": tables.mode_rows(study),
@@ -122,7 +163,7 @@ def _source(dataset) -> str:
 def _about(study, pictures) -> str:
     rig, dataset = study.dataset.rig, study.dataset
     identify, validate = (", ".join(r.name for r in records) for records in (dataset.identify, dataset.validate))
-    laws = "".join(f"<dt>{escape(k.name)}</dt><dd>{escape(k.knows)}</dd>\n" for k in study.laws)
+    laws = "".join(f"<dt>{escape(k.name)}</dt><dd>{escape(k.prior_information)}</dd>\n" for k in study.laws)
     where = f" (<code>{escape(str(dataset.path))}</code>)" if dataset.path else ""
     return "".join(
         (

@@ -298,7 +298,7 @@ def _overlay_key(study, level):
 
 
 def _floor_key(study, level, engines=True):
-    return _key(study, repeat="repeat floor" if level in study.floor else "", engines=engines)
+    return _key(study, repeat="repeat floor" if level in study.repeatability else "", engines=engines)
 
 
 def frf_bushings(study: Study, level: float) -> Drawing | None:
@@ -408,8 +408,8 @@ def _per_sensor(study, level, label, field) -> Drawing:
     figure = _sheet(1.45 * n_lines, _floor_key(study, level, engines=False))
     grid = figure.add_gridspec(n_lines, 2, hspace=0.28, wspace=0.14)
     comparisons = [(_law_colour(study, c.law), c.comparison) for c in _main_cases(study, level)]
-    if level in study.floor:
-        comparisons.insert(0, (REPEAT, study.floor[level]))
+    if level in study.repeatability:
+        comparisons.insert(0, (REPEAT, study.repeatability[level]))
     for row, letter in enumerate(_letters(n)):
         ax = figure.add_subplot(grid[row // 2, row % 2])
         for colour, comparison in comparisons:
@@ -439,8 +439,8 @@ def correlation(study: Study, level: float) -> Drawing:
     figure = _sheet(3.4, _floor_key(study, level), titled=0.08)
     axes = figure.subplots(2, 1, gridspec_kw={"hspace": 0.1})
     for ax, label, field in zip(axes, ("CSAC", "CSF"), ("csac", "csf")):
-        if level in study.floor:
-            floor = study.floor[level]
+        if level in study.repeatability:
+            floor = study.repeatability[level]
             ax.plot(floor.frequency, getattr(floor, field), color=REPEAT, linewidth=1.5)
         for case in _cases(study, level):
             style = _engine_style(study, case.engine) | {"color": _law_colour(study, case.law)}
@@ -506,7 +506,7 @@ def verdict(study: Study) -> Drawing:
         _level_axis(ax, study)
     for ax in axes[len(tables.OVERALL) :]:
         ax.axis("off")
-    handles = _key(study, repeat="repeat floor" if study.floor else "", markers=True)
+    handles = _key(study, repeat="repeat floor" if study.repeatability else "", markers=True)
     axes[-2].legend(handles=handles, loc="center left", fontsize=FONT, frameon=False, handlelength=3, ncols=2)
     of = "the synthetic validation records" if tables.is_synthetic(study.dataset) else "the validation records"
     caption = (
@@ -533,7 +533,7 @@ def _verdict_lines(ax, study, rows, measure):
         style = _engine_style(study, engine) | {"marker": _engine_marker(study, engine), "markersize": 3}
         ax.plot(levels, value, color=colour, **style)
         ax.vlines(levels, low, high, color=colour, linewidth=0.8)
-        for level, comparisons in study.of(law, engine).items():
+        for level, comparisons in study.of_law(law, engine).items():
             seeds_of = [abs(measure.perfect - c.summary()[measure.key]) for c in comparisons]
             ax.plot([aside * level] * len(seeds_of), seeds_of, "_", color=colour, markersize=3, markeredgewidth=0.7)
 

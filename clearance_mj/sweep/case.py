@@ -16,7 +16,7 @@ from ..signals.correlation import rmse_db
 from ..signals.excitation import Excitation
 from ..signals.frf import FRF, estimate_frf
 from ..signals.response import Response
-from ..study import contact_statistics
+from ..statistics.contact import contact_statistics
 
 __all__ = ["Observer", "Outputs", "linear_frequencies"]
 

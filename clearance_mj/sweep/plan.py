@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from .. import workshop
+from ..cache import digest
 from ..clearance.law import Law, law_from_dict, load_law
 from ..engines import Engine, get_engine
 from ..errors import ClearanceError, RecordError
@@ -264,7 +264,7 @@ def _number(value, annotation):
 
 
 def _digest(facts, *arrays) -> str:
-    return workshop.digest(facts, *(hashlib.sha256(np.ascontiguousarray(a).tobytes()).hexdigest() for a in arrays))
+    return digest(facts, *(hashlib.sha256(np.ascontiguousarray(a).tobytes()).hexdigest() for a in arrays))
 
 
 def load_plan(path) -> Plan:

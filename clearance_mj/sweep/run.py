@@ -2,22 +2,19 @@
 
 from __future__ import annotations
 
-import contextlib
 import json
-import os
 from pathlib import Path
 
 import numpy as np
 import xarray as xr
-from tqdm import tqdm
 
-from .. import workshop
+from ..cache import code, file_lock
 from ..errors import ClearanceError
 from ..files import replacing
+from ..tasks import run_tasks
 from .plan import Plan
 from .results import labelled
 from .store import Table
-from .workers import on_cluster, on_processes
 
 __all__ = ["RESULTS", "run_sweep"]
 
@@ -26,8 +23,6 @@ FILES = {PLAN, TABLE, RESULTS, LOCK, "sweep.png", "sensitivity.csv", "sensitivit
 """What a sweep leaves in its folder"""
 LARGEST = 2**32 - 8
 """bytes of one variable in a netCDF-3 file with 64-bit offsets"""
-SMOOTHING = 0.1
-"""of the time left: a little more weight to the latest cases, for a machine that gets busier"""
 
 
 def run_sweep(
@@ -69,7 +64,7 @@ def run_sweep(
         raise ClearanceError(f"workers must be 1 or more, got {workers}")
     out = Path(out)
     _check_folder(out)
-    with workshop.held(out / LOCK, "sweep"):
+    with file_lock(out / LOCK, "sweep"):
         _check_plan(plan, out / PLAN)
         results = out / RESULTS
         if not results.exists():
@@ -91,7 +86,7 @@ def _check_folder(out):
 
 def _check_plan(plan, path):
     """Write the plan down, or refuse it if another one was begun here."""
-    data = json.loads(json.dumps({**plan.to_dict(), "code": workshop.code()}))
+    data = json.loads(json.dumps({**plan.to_dict(), "code": code()}))
     for name, shape in plan.shapes.items():
         if (size := 8 * len(plan.points) * int(np.prod(shape))) > LARGEST:
             raise ClearanceError(
@@ -129,15 +124,7 @@ def _difference(a, b, where="") -> str:
 def _compute(plan, table, workers, scheduler, progress):
     finished = table.finished()
     left = np.random.default_rng(0).permutation(np.flatnonzero(~finished)).tolist()
-    bar = tqdm(
-        total=finished.size, initial=int(finished.sum()), desc="sweep", unit="case", smoothing=SMOOTHING,
-        disable=not progress,
-    )  # fmt: skip
-    if scheduler:
-        results = on_cluster(plan.evaluate, left, scheduler)
-    else:
-        results = on_processes(plan.evaluate, left, workers or os.cpu_count())
-    with bar, contextlib.closing(results):
-        for case, values in results:
-            table.write(case, values)
-            bar.update()
+    words = "sweep" if progress else ""
+    options = {"processes": True, "scheduler": scheduler, "progress": words, "done": int(finished.sum())}
+    for case, values in run_tasks(plan.evaluate, left, workers, **options):
+        table.write(case, values)

@@ -16,7 +16,7 @@ from clearance_mj.identify.laws import get_method
 from clearance_mj.io.dataset import Dataset, Record
 from clearance_mj.signals.correlation import Comparison, compare
 from clearance_mj.signals.frf import FRF, estimate_frf
-from clearance_mj.study import N_MODES, RESOLUTION, Case, Knowledge
+from clearance_mj.study import N_MODES, RESOLUTION, Case, IdentifiedLaw
 from clearance_mj.vehicle import experiment as vehicle
 
 from .published import Printed
@@ -88,11 +88,11 @@ class Context:
         return SimpleNamespace(modes=modes.to_dict("index"), sensors=sensors.to_dict("index"))
 
     @cached_property
-    def laws(self) -> tuple[Knowledge, ...]:
+    def laws(self) -> tuple[IdentifiedLaw, ...]:
         """The clearance's laws, identified from the records with role "identify"."""
         return tuple(self._law(name) for name in self.methods)
 
-    def _law(self, name) -> Knowledge:
+    def _law(self, name) -> IdentifiedLaw:
         self.stage(f"identifying: {name}")
         method = get_method(name)
         with warnings.catch_warnings(record=True) as caught:
@@ -100,7 +100,7 @@ class Context:
             found = method.run(self.dataset, None)
         if caught:
             self.warnings[name] = tuple(dict.fromkeys(str(w.message) for w in caught))
-        return Knowledge(name, found.law, method.knows, found.parameters)
+        return IdentifiedLaw(name, found.law, method.knows, found.parameters)
 
     @cached_property
     def tests(self) -> dict[str, FRF]:

@@ -148,7 +148,7 @@ def run(context: Context, setup: Setup | None = None) -> Result:
         tables=(_backbone_table(backbones), _scatter_table(approximations, row), _jump_table(jumps)),
         knows={
             "rig": "nothing: it is the virtual test rig (synthetic), measured with 1 % noise and 24 bits",
-            "engines": f"{knowledge.knows}; driven by the commanded excitation, not the measured one",
+            "engines": f"{knowledge.prior_information}; driven by the commanded excitation, not the measured one",
             "engines, grease reduced": (
                 "in addition the stiffness and damping of the grease that the rig was given; sliding share, yield, "
                 "film and contact stay as identified with the other grease"

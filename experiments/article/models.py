@@ -65,7 +65,7 @@ def knows(context: Context) -> dict[str, str]:
     context : Context
         Gives the laws.
     """
-    ours = {MODELS[k.name].label: k.knows for k in context.laws}
+    ours = {MODELS[k.name].label: k.prior_information for k in context.laws}
     for name, warnings in context.warnings.items():
         ours[MODELS[name].label] += "".join(f". Warning: {warning}" for warning in warnings)
     return ours | ARTICLE_KNOWS

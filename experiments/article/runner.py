@@ -10,11 +10,11 @@ from pathlib import Path
 
 from tqdm import tqdm
 
+from clearance_mj.cache import code
 from clearance_mj.errors import ClearanceError
 from clearance_mj.files import replacing, to_json
 from clearance_mj.report.html import Section
 from clearance_mj.report.tables import write_csv
-from clearance_mj.workshop import code
 
 from .context import DATASET, Context
 from .pages import index, markdown, section

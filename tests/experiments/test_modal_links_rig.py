@@ -12,7 +12,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from clearance_mj.clearance.contact import HuntCrossley
 from clearance_mj.clearance.law import ContactLaw
 from clearance_mj.rig import Grease
-from clearance_mj.study import Knowledge
+from clearance_mj.study import IdentifiedLaw
 from experiments.article.modal_links_rig import GREASE_ONLY, NAME, QUICK, run
 
 GREASE = Grease(4352.0, 4.02, elastic_ratio=0.8, beta=9.8e6, gamma=9.8e6, film_height=7.5e-4)
@@ -23,7 +23,7 @@ SETUP = replace(QUICK, sweeps={"as it is": (9.0, 12.0), "reduced": (9.0, 9.75, 1
 
 @pytest.fixture(scope="module")
 def result(rig):
-    laws = (Knowledge("output-error", LAW, "what its test says"),)
+    laws = (IdentifiedLaw("output-error", LAW, "what its test says"),)
     context = SimpleNamespace(dataset=SimpleNamespace(rig=rig), laws=laws, stage=lambda words: None, quick=True)
     return run(context, SETUP)
 

@@ -10,7 +10,7 @@ from clearance_mj.report import write_report
 from clearance_mj.rig import Beam, Bushing, Contact, Grease, PointMass, Rig, Sensor
 from clearance_mj.signals.correlation import Comparison, csac, csac_per_sensor, csf, csf_per_sensor, frac, mre, rmse_db
 from clearance_mj.signals.frf import FRF
-from clearance_mj.study import Case, Knowledge, Study
+from clearance_mj.study import Case, IdentifiedLaw, Study
 
 FREQUENCY = np.arange(5.0, 220.5, 0.5)
 BUSHING = {"gap": 3e-4, "length": 0.012, "grease": Grease(4000.0, 3.0), "contact": Contact(7.8e3, 4.0)}
@@ -88,8 +88,8 @@ def make_study(offset=0.0, floors=(1.0, 4.0), source="synthetic: virtual test ri
         {"name": "grease damping", "unit": "N s/m", "value": 2.5, "relative_std": 0.2},
     )
     laws = (
-        Knowledge("nominal", ConstantLaw(7.8e3, 4.0), "rig file only"),
-        Knowledge("constant", ConstantLaw(8.1e3, 4.0), "rig file and the records to identify", parameters),
+        IdentifiedLaw("nominal", ConstantLaw(7.8e3, 4.0), "rig file only"),
+        IdentifiedLaw("constant", ConstantLaw(8.1e3, 4.0), "rig file and the records to identify", parameters),
     )
     cases = []
     for law, shift in (("nominal", 1.0), ("constant", 0.955 + offset)):
@@ -98,7 +98,13 @@ def make_study(offset=0.0, floors=(1.0, 4.0), source="synthetic: virtual test ri
             for r in dataset.validate:
                 comparison = compared(tests[r.name], model, shifts[r.name], shift * small)
                 cases.append(Case(law, engine, r, model, comparison, statistics(r.level, step)))
-    return Study(dataset, laws, tests, tuple(cases), floor)
+    return Study.from_results(dataset, laws, cases, tests, repeatability=floor, bands={})
+
+
+def changed(study, **changes) -> Study:
+    """A study with other laws, cases or tests."""
+    names = ("laws", "cases", "tests", "engines", "repeatability", "bands")
+    return Study.from_results(study.dataset, **({name: getattr(study, name) for name in names} | changes))
 
 
 @pytest.fixture(scope="session")

@@ -1,7 +1,6 @@
 """The report as a whole: files, and a page that stands alone."""
 
 import csv
-import dataclasses
 import re
 from html.parser import HTMLParser
 
@@ -10,6 +9,8 @@ import pytest
 
 from clearance_mj import report
 from clearance_mj.report import html
+
+from .conftest import changed
 
 VOID = {"img", "meta", "br", "hr", "link"}
 
@@ -116,7 +117,7 @@ def test_measured_records_are_not_called_synthetic(build):
 
 
 def test_a_study_that_ends_with_its_base_law_shows_no_improvements(study):
-    turned = dataclasses.replace(study, laws=study.laws[::-1])
+    turned = changed(study, laws=study.laws[::-1])
     assert "What the better laws gain" not in report._modes_and_sensors(study)
     assert "What the better laws gain" in report._modes_and_sensors(turned)
 

@@ -9,6 +9,8 @@ import pytest
 
 from clearance_mj.report import tables
 
+from .conftest import changed
+
 LEVEL = 4.0
 
 
@@ -59,7 +61,7 @@ def test_improvements_are_changes_of_the_means(study):
 
 
 def test_improvements_are_shown_of_the_laws_that_follow_the_base(study):
-    turned = dataclasses.replace(study, laws=study.laws[::-1])
+    turned = changed(study, laws=study.laws[::-1])
     shown = tables.improvement_table(turned, LEVEL)
     assert [(c.label, c.group) for c in shown.columns] == [("Quantity", ""), ("nominal", "over constant")]
     found = {r["quantity"]: r["change_pct"] for r in tables.improvement_rows(turned) if r["level"] == LEVEL}
@@ -87,7 +89,7 @@ def test_sensor_tables_are_means_over_the_records_of_the_level(study):
         shown = shown_tables[f"{measure.key}_level_4"]
         expected = np.mean([c.comparison.per_sensor[measure.key] for c in found], axis=0)
         assert values(column(shown, "nominal")) == pytest.approx([*expected, expected.mean()])
-        floor = study.floor[LEVEL].per_sensor[measure.key]
+        floor = study.repeatability[LEVEL].per_sensor[measure.key]
         assert values(column(shown, "repeat")[:-1]) == pytest.approx(list(floor))
 
 
@@ -160,13 +162,13 @@ def lost(study, **columns):
     def change(case):
         if case.law != "constant":
             return case
-        changed = {
+        columns_lost = {
             field: getattr(case.comparison, field) | {key: np.full_like(getattr(case.comparison, field)[key], np.nan)}
             for field, key in columns.items()
         }
-        return dataclasses.replace(case, comparison=dataclasses.replace(case.comparison, **changed))
+        return dataclasses.replace(case, comparison=dataclasses.replace(case.comparison, **columns_lost))
 
-    return dataclasses.replace(study, cases=tuple(change(c) for c in study.cases))
+    return changed(study, [change(c) for c in study.cases])
 
 
 def test_a_mode_that_was_not_found_is_nan_in_the_table(study):
@@ -180,7 +182,7 @@ def test_csv_holds_every_digit_of_every_row(study, tmp_path):
     tables.write_csv(tmp_path / "sensors.csv", rows)
     with (tmp_path / "sensors.csv").open(newline="", encoding="utf-8") as file:
         read = list(csv.DictReader(file))
-    assert len(read) == len(rows) == 3 * (len(study.cases) + len(study.floor))
+    assert len(read) == len(rows) == 3 * (len(study.cases) + len(study.repeatability))
     for row, back in zip(rows, read):
         assert [float(back[m.key]) for m in tables.MEASURES] == [row[m.key] for m in tables.MEASURES]
         assert (back["law"], back["engine"], back["sensor"]) == (row["law"], row["engine"], row["sensor"])

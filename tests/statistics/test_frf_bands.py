@@ -9,6 +9,7 @@ import scipy.signal
 import scipy.stats
 
 from clearance_mj.beam import linear_frf
+from clearance_mj.cache import ResultCache
 from clearance_mj.clearance import ConstantLaw, ContactLaw, HuntCrossley
 from clearance_mj.errors import LawError, RecordError
 from clearance_mj.identify.laws import METHODS, Identified, nominal
@@ -20,8 +21,7 @@ from clearance_mj.signals.excitation import multisine
 from clearance_mj.signals.frf import FRF, estimate_frf, random_error
 from clearance_mj.signals.response import Response
 from clearance_mj.statistics.frf_bands import Band, draw_laws, frf_band, inside, paired_error
-from clearance_mj.study import Knowledge, Study, _bands
-from clearance_mj.workshop import Cache
+from clearance_mj.study import IdentifiedLaw, Study
 
 NAMES = ("contact stiffness", "contact damping", "grease stiffness", "grease damping")
 
@@ -113,22 +113,24 @@ def test_bands_of_a_study(small_dataset, tmp_path):
     """Of the laws that have a covariance, at the middle level's first record; the second time out of the cache."""
     dataset = Dataset.load(small_dataset)
     found = fitted((7e3, 4.0, 4e3, 3.0), (0.1, 0.1, 0.02, 0.1))
-    laws = (Knowledge("constant", found.law, "", found.parameters), Knowledge("nominal", nominal(dataset.rig), ""))
+    laws = (
+        IdentifiedLaw("constant", found.law, "", found.parameters),
+        IdentifiedLaw("nominal", nominal(dataset.rig), ""),
+    )
     tests = {r.name: estimate_frf(r.response(), resolution=0.5) for r in dataset.validate}
-    study = Study(dataset, laws, tests, (), {})
-    assert drawings(study) == []
-    (tmp_path / "cache").mkdir()
-    cache = Cache(tmp_path / "cache", tmp_path / "older")
-    bands = _bands(study, cache, False)
+    assert drawings(Study.from_results(dataset, laws[1:])) == []
+    cache = ResultCache(tmp_path / "cache")
+    bands = Study.from_results(dataset, laws, cache=cache).bands
     assert list(bands) == ["constant"]
     (path,) = cache.folder.iterdir()
     written = path.stat().st_mtime_ns
-    again = _bands(study, cache, False)
+    study = Study.from_results(dataset, laws, cache=cache)
+    again = study.bands
     assert path.stat().st_mtime_ns == written
     np.testing.assert_array_equal(again["constant"][0].limits, bands["constant"][0].limits)
     np.testing.assert_array_equal(again["constant"][0].fitted.value, bands["constant"][0].fitted.value)
     np.testing.assert_array_equal(again["constant"][1], bands["constant"][1])
-    (drawing,) = drawings(dataclasses.replace(study, bands=again))
+    (drawing,) = drawings(study)
     share = 100 * inside(bands["constant"][0].limits, tests["level_4_1"])
     assert f"constant: parameters alone ±{np.mean(bands['constant'][0].half_width_db):.2g} dB" in drawing.caption
     assert f"inside at {share:.0f} %" in drawing.caption

@@ -2,21 +2,21 @@
 
 import dataclasses
 import json
-import os
 
 import numpy as np
 import pytest
 import xarray as xr
 
-from clearance_mj import report, workshop
-from clearance_mj import study as study_module
+from clearance_mj import cache, report
 from clearance_mj.engines import simulate
 from clearance_mj.errors import ClearanceError, RecordError
 from clearance_mj.identify.laws import METHODS as METHODS_BY_NAME
 from clearance_mj.identify.laws import Identified, Method, nominal
 from clearance_mj.io.dataset import Dataset, write_dataset
+from clearance_mj.output_folder import WORK
+from clearance_mj.report import report_study
 from clearance_mj.signals.frf import estimate_frf
-from clearance_mj.study import run_study
+from clearance_mj.study import study as study_module
 
 from ..conftest import SMALL_LAW
 
@@ -27,14 +27,14 @@ METHODS = ("nominal", "constant")
 @pytest.fixture(scope="module")
 def finished(small_dataset, tmp_path_factory):
     out = tmp_path_factory.mktemp("out") / "study"
-    return run_study(small_dataset, out, ENGINES, METHODS, progress=False), out
+    return report_study(small_dataset, out, ENGINES, METHODS, progress=False), out
 
 
 def test_files_of_a_finished_study(finished):
     _, out = finished
     names = {p.name for p in out.iterdir()}
     assert {"report.html", "summary.json", "results.nc", "laws", "figures", "tables"} <= names
-    assert not out.with_name("study.partial").exists()
+    assert not [p for p in out.parent.iterdir() if p != out]
 
 
 def test_rows_against_a_simulation_made_here(finished, small_dataset):
@@ -99,17 +99,16 @@ def test_interrupted_study_goes_on_where_it_stopped(small_dataset, tmp_path, mon
 
     monkeypatch.setattr(study_module, "simulate", interrupted)
     with pytest.raises(KeyboardInterrupt):
-        run_study(small_dataset, tmp_path / "out", ("modal",), METHODS, workers=1, progress=False)
-    assert not (tmp_path / "out").exists()
-    assert len(list((tmp_path / "out.partial" / "cache").glob("*.nc"))) == 3
+        report_study(small_dataset, tmp_path / "out", ("modal",), METHODS, workers=1, progress=False)
+    assert [p.name for p in (tmp_path / "out").iterdir()] == [WORK]
+    assert len(list((tmp_path / "out" / WORK / "cache").glob("*.nc"))) == 3
 
     monkeypatch.setattr(study_module, "simulate", lambda *a: done.append(a) or simulate(*a))
     monkeypatch.setitem(METHODS_BY_NAME, "constant", Method("all", None))  # identifying again would fail
     done.clear()
-    run_study(small_dataset, tmp_path / "out", ("modal",), METHODS, progress=False)
+    report_study(small_dataset, tmp_path / "out", ("modal",), METHODS, progress=False)
     assert len(done) == 2 * 4 - 3
     assert (tmp_path / "out" / "report.html").exists()
-    assert not (tmp_path / "out.partial").exists()
 
 
 def counted(monkeypatch):
@@ -121,19 +120,19 @@ def counted(monkeypatch):
 
 def test_a_second_study_computes_only_what_is_new(small_dataset, tmp_path, monkeypatch, quick):
     done = counted(monkeypatch)
-    first = run_study(small_dataset, tmp_path / "out", ("modal",), METHODS, progress=False)
+    first = report_study(small_dataset, tmp_path / "out", ("modal",), METHODS, progress=False)
     assert len(done) == 2 * 4
 
     done.clear()
     monkeypatch.setitem(METHODS_BY_NAME, "constant", Method("all", None))  # identifying again would fail
-    again = run_study(small_dataset, tmp_path / "out", ("modal",), METHODS, progress=False)
+    again = report_study(small_dataset, tmp_path / "out", ("modal",), METHODS, progress=False)
     assert not done
     assert json.dumps(again.rows()) == json.dumps(first.rows())
     for one, other in zip(first.cases, again.cases):
         np.testing.assert_array_equal(one.frf.value, other.frf.value)
         assert one.statistics == other.statistics
 
-    run_study(small_dataset, tmp_path / "out", ("modal", "modal-mj"), METHODS, progress=False)
+    report_study(small_dataset, tmp_path / "out", ("modal", "modal-mj"), METHODS, progress=False)
     assert [engine for *_, engine in done] == ["modal-mj"] * 8
 
 
@@ -142,7 +141,7 @@ def test_a_changed_record_is_simulated_again_and_identified_from_only_if_it_was_
 ):
     done = counted(monkeypatch)
     dataset = Dataset.load(small_dataset)
-    run_study(small_dataset, tmp_path / "out", ("modal",), METHODS, progress=False)
+    report_study(small_dataset, tmp_path / "out", ("modal",), METHODS, progress=False)
     records = list(dataset.records)
     i = next(i for i, r in enumerate(records) if r.name == "level_4_2")
     louder = [dataclasses.replace(c, value=1.01 * c.value) for c in records[i].channels]
@@ -151,55 +150,60 @@ def test_a_changed_record_is_simulated_again_and_identified_from_only_if_it_was_
 
     done.clear()
     monkeypatch.setitem(METHODS_BY_NAME, "constant", Method("all", None))
-    run_study(tmp_path / "changed", tmp_path / "out", ("modal",), METHODS, progress=False)
+    report_study(tmp_path / "changed", tmp_path / "out", ("modal",), METHODS, progress=False)
     assert {excitation.description["record"] for _, excitation, *_ in done} == {"level_4_2"} and len(done) == 2
-    assert len(list((tmp_path / "out" / "cache").glob("*.nc"))) == 2 * 4, "what is out of date is dropped"
+    assert len(list((tmp_path / "out" / WORK / "cache").glob("*.nc"))) == 2 * 4, "what is out of date is dropped"
 
 
 def test_changed_code_keeps_nothing(small_dataset, tmp_path, monkeypatch, quick):
     done = counted(monkeypatch)
-    run_study(small_dataset, tmp_path / "out", ("modal",), ("nominal",), progress=False)
-    monkeypatch.setattr(workshop, "code", lambda: "another version")
-    run_study(small_dataset, tmp_path / "out", ("modal",), ("nominal",), progress=False)
+    report_study(small_dataset, tmp_path / "out", ("modal",), ("nominal",), progress=False)
+    monkeypatch.setattr(cache, "code", lambda: "another version")
+    report_study(small_dataset, tmp_path / "out", ("modal",), ("nominal",), progress=False)
     assert len(done) == 2 * 4
 
 
 def test_a_study_replaces_an_older_one_only_when_it_is_whole(small_dataset, tmp_path, monkeypatch, quick):
+    """And it leaves alone what somebody else put into its folder or beside it."""
     out = tmp_path / "out"
-    out.mkdir()
-    (out / "summary.json").write_text("old")
+    foreign = ("figures/photo.png", "tables/raw.csv", "thesis.tex", "../out.old/report.html", "../out.partial/lock")
+    for name in foreign:
+        (out / name).parent.mkdir(parents=True, exist_ok=True)
+        (out / name).write_text(name)
+    report_study(small_dataset, out, ("modal",), ("nominal",), progress=False)
+    (out / "figures" / "annotated.png").write_text("annotated")
+    before = (out / "summary.json").read_bytes()
 
     def failing(*_):
         raise MemoryError
 
-    monkeypatch.setattr(study_module, "simulate", failing)
-    with pytest.raises(MemoryError):
-        run_study(small_dataset, out, ("modal",), METHODS, progress=False)
-    assert (out / "summary.json").read_text() == "old"
+    with monkeypatch.context() as patch:
+        patch.setattr(study_module, "simulate", failing)
+        with pytest.raises(MemoryError):
+            report_study(small_dataset, out, ("modal",), METHODS, progress=False)
+    assert (out / "summary.json").read_bytes() == before
+    report_study(small_dataset, out, ("modal",), METHODS, progress=False)
+    assert (out / "laws" / "constant.json").exists()
+    assert [(out / name).read_text() for name in foreign] == list(foreign)
+    assert (out / "figures" / "annotated.png").read_text() == "annotated"
 
 
-def test_two_studies_into_one_folder(small_dataset, tmp_path):
-    partial = tmp_path / "out.partial"
-    partial.mkdir()
-    held, message = workshop.held(partial / "lock", "study"), f"another study .process {os.getpid()}. is writing there"
-    with held, pytest.raises(ClearanceError, match=message):
-        run_study(small_dataset, tmp_path / "out", ("modal",), METHODS, progress=False)
-
-
-def test_folder_with_something_else_is_not_overwritten(small_dataset, tmp_path):
-    (tmp_path / "thesis.tex").write_text("precious")
-    with pytest.raises(ClearanceError, match=r"holds 'thesis\.tex', which is not of a study"):
-        run_study(small_dataset, tmp_path, ("modal",), METHODS, progress=False)
+def test_a_report_of_an_earlier_version_is_not_replaced(small_dataset, tmp_path):
+    """It has no manifest: nothing says whether somebody changed it. Nothing is simulated before that is said."""
+    (tmp_path / "report.html").write_text("old")
+    with pytest.raises(ClearanceError, match=r"report\.html is there and not listed as written by this version"):
+        report_study(small_dataset, tmp_path, ("modal",), METHODS, progress=False)
+    assert [p.name for p in tmp_path.iterdir()] == ["report.html"]
 
 
 def test_dataset_without_validation_records(small_dataset, tmp_path):
     dataset = Dataset.load(small_dataset)
     write_dataset(tmp_path / "data", dataset.rig, dataset.identify)
     with pytest.raises(RecordError, match='no record has role "validate"'):
-        run_study(tmp_path / "data", tmp_path / "out", ("modal",), METHODS, progress=False)
-    assert not (tmp_path / "out.partial").exists()
+        report_study(tmp_path / "data", tmp_path / "out", ("modal",), METHODS, progress=False)
+    assert not (tmp_path / "out").exists()
 
 
 def test_unknown_engine_is_refused_before_any_work(small_dataset, tmp_path):
     with pytest.raises(ClearanceError, match='engine "warp" is unknown; known: links, modal, modal-mj'):
-        run_study(small_dataset, tmp_path / "out", ("warp",), progress=False)
+        report_study(small_dataset, tmp_path / "out", ("warp",), progress=False)

@@ -16,7 +16,7 @@ from clearance_mj.cli import main
 from clearance_mj.errors import ClearanceError
 from clearance_mj.sweep import run_sweep
 from clearance_mj.sweep.store import Table
-from clearance_mj.sweep.workers import on_processes
+from clearance_mj.tasks import run_tasks
 
 from .plans import loaded, small
 
@@ -125,7 +125,7 @@ def kill_own_worker(case):
 def test_case_that_kills_its_worker_is_named():
     done = []
     with pytest.raises(ClearanceError, match="case 3 lost its worker 3 times"):
-        done.extend(on_processes(kill_own_worker, range(4), 1))
+        done.extend(run_tasks(kill_own_worker, range(4), 1, processes=True))
 
 
 # Clusters.
@@ -185,7 +185,7 @@ def run_sweep_and(do, plan, out, scheduler):
 
 def test_scheduler_that_does_not_answer(small_plan, tmp_path, capsys, monkeypatch):
     pytest.importorskip("distributed")
-    monkeypatch.setattr("clearance_mj.sweep.workers.PATIENCE", 0.5)
+    monkeypatch.setattr("clearance_mj.tasks.PATIENCE", 0.5)
     command = ["sweep", str(tmp_path / "plan.toml"), "--out", str(tmp_path / "out"), "--quiet", "--scheduler"]
     for address in ("tcp://127.0.0.1:9", "nonsense://x"):
         assert main([*command, address]) == 2

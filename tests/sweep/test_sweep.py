@@ -9,7 +9,8 @@ import pytest
 import scipy.stats
 import xarray as xr
 
-from clearance_mj import beam
+from clearance_mj import beam, tasks
+from clearance_mj.cache import file_lock
 from clearance_mj.clearance import ConstantLaw
 from clearance_mj.cli import main
 from clearance_mj.engines import Modal, simulate
@@ -23,9 +24,7 @@ from clearance_mj.signals import excitation
 from clearance_mj.signals.correlation import rmse_db
 from clearance_mj.signals.frf import estimate_frf
 from clearance_mj.sweep import Design, Vary, run_sweep
-from clearance_mj.sweep import run as run_module
 from clearance_mj.sweep.store import Table
-from clearance_mj.workshop import held
 
 from ..conftest import ROOT
 from .plans import DESIGN, EXCITATION, GAP, LEVEL, OUTPUTS, loaded, small, text
@@ -51,7 +50,7 @@ def here(function, cases, workers):
 
 @pytest.fixture
 def in_this_process(monkeypatch):
-    monkeypatch.setattr(run_module, "on_processes", here)
+    monkeypatch.setattr(tasks, "_on_processes", here)
 
 
 # Paths and designs.
@@ -224,7 +223,7 @@ def test_finished_cases_are_not_computed_again(tmp_path, monkeypatch):
         yield from itertools.islice(here(function, cases, workers), 5)
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(run_module, "on_processes", interrupted)
+    monkeypatch.setattr(tasks, "_on_processes", interrupted)
     with pytest.raises(KeyboardInterrupt):
         run_sweep(plan, tmp_path / "out", progress=False)
     table = Table(tmp_path / "out" / "cases.npy", plan.shapes, 12)
@@ -238,7 +237,7 @@ def test_finished_cases_are_not_computed_again(tmp_path, monkeypatch):
         asked.extend(cases)
         return here(function, cases, workers)
 
-    monkeypatch.setattr(run_module, "on_processes", watched)
+    monkeypatch.setattr(tasks, "_on_processes", watched)
     results = run_sweep(plan, tmp_path / "out", progress=False)
     assert sorted([*asked, *finished]) == list(range(12))
     assert np.all(results["acceleration_rms"].values[finished[0]] == 7.0)
@@ -266,7 +265,7 @@ def test_two_sweeps_into_one_folder(tmp_path):
     out = tmp_path / "out"
     out.mkdir()
     with (
-        held(out / "lock", "sweep"),
+        file_lock(out / "lock", "sweep"),
         pytest.raises(ClearanceError, match=r"another sweep .process .* is writing there"),
     ):
         run_sweep(loaded(tmp_path, small(4)), out, progress=False)

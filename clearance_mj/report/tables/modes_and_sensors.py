@@ -55,10 +55,10 @@ def sensor_mean_rows(study: Study) -> list[dict]:
     """
     rows = []
     for i, sensor in enumerate(study.dataset.rig.sensors):
-        floor = {level: _of_sensor(comparison, i) for level, comparison in study.floor.items()}
+        floor = {level: _of_sensor(comparison, i) for level, comparison in study.repeatability.items()}
         found = {tuple(FLOOR.values()): repeatability.floor_rows(floor)}
         for law, engine in study.combinations:
-            by_level = study.of(law, engine)
+            by_level = study.of_law(law, engine)
             of_sensor = {level: [_of_sensor(c, i) for c in comparisons] for level, comparisons in by_level.items()}
             found[law, engine] = repeatability.mean_rows(of_sensor)
         for (law, engine), means in found.items():
@@ -129,7 +129,7 @@ def sensor_tables(study: Study, level: float) -> list[Table]:
 
 def _comparisons(study):
     """Every comparison with what it compares."""
-    for level, comparison in study.floor.items():
+    for level, comparison in study.repeatability.items():
         yield {"level": level, "record": "", **FLOOR}, comparison
     for c in study.cases:
         yield {"level": c.record.level, "record": c.record.name, "law": c.law, "engine": c.engine}, c.comparison
@@ -167,4 +167,4 @@ def _sensor_table(study, level, measure, rows) -> Table:
 def _shown(study, level) -> list[tuple[str, str]]:
     """Laws on the main engine, and the repeat floor if there is one."""
     laws = [(k.name, main_engine(study)) for k in study.laws]
-    return [*laws, tuple(FLOOR.values())] if level in study.floor else laws
+    return [*laws, tuple(FLOOR.values())] if level in study.repeatability else laws

@@ -1,0 +1,144 @@
+"""Results kept between runs, in files named by the digest of everything they were computed from, and a file lock.
+
+A file that is there is the right one: other inputs, another version or changed sources have another name.
+"""
+
+from __future__ import annotations
+
+import fcntl
+import functools
+import hashlib
+import json
+import os
+import re
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import TypeVar
+
+from ._version import __version__
+from .errors import ClearanceError
+from .files import replacing
+
+__all__ = ["ResultCache", "code", "digest", "file_lock"]
+
+NOT_IN_RESULTS = ("cli", "report", "testrig", "vehicle")
+"""Parts of the package whose sources do not touch simulations, laws and FRFs"""
+_PACKAGE = Path(__file__).parent
+_LIBRARIES = ("mujoco-core", "numba", "numpy", "pywavelets", "scipy")
+_OURS = re.compile(r".+_[0-9a-f]{16}\.[a-z.]+")
+T = TypeVar("T")
+
+
+def digest(*parts: object) -> str:
+    """Return the digest of plain data.
+
+    Parameters
+    ----------
+    *parts
+        Anything that JSON can hold.
+    """
+    return hashlib.sha256(json.dumps(parts, sort_keys=True, default=str).encode()).hexdigest()
+
+
+@functools.cache
+def code(without: tuple[str, ...] = NOT_IN_RESULTS) -> str:
+    """Return the digest of the code that results come from: the package's sources and its libraries' versions.
+
+    Parameters
+    ----------
+    without : tuple of str
+        Folders and modules of the package that do not matter to the results.
+    """
+    files = [p for p in sorted(_PACKAGE.rglob("*.py")) if p.relative_to(_PACKAGE).parts[0] not in without]
+    sources = [(str(p.relative_to(_PACKAGE)), hashlib.sha256(p.read_bytes()).hexdigest()) for p in files]
+    return digest(__version__, sources, [(name, _version(name)) for name in _LIBRARIES])
+
+
+def _version(name: str) -> str:
+    try:
+        return version(name)
+    except PackageNotFoundError:
+        return ""
+
+
+class ResultCache:
+    """Files of results, by name and the digest of their inputs.
+
+    Parameters
+    ----------
+    folder : Path
+        Where they are; made when the first is written.
+    """
+
+    def __init__(self, folder: Path):
+        self.folder = folder
+        self._used: set[str] = set()
+
+    def get(
+        self, name: str, inputs: object, compute: Callable[[], T], save: Callable[[T, Path], object],
+        load: Callable[[Path], T], suffix: str = ".nc",
+    ) -> T:  # fmt: skip
+        """Return a result from its file, or compute it and write the file.
+
+        Parameters
+        ----------
+        name : str
+            Begins the file's name.
+        inputs : object
+            Everything that the result depends on beside the package's code, as plain data.
+        compute : callable
+            Returns the result.
+        save, load : callable
+            Write a result to a path; read it from there.
+        suffix : str
+            Ends the file's name.
+        """
+        file = f"{name}_{digest(code(), inputs)[:16]}{suffix}"
+        self._used.add(file)
+        path = self.folder / file
+        if path.exists():
+            return load(path)
+        result = compute()
+        with replacing(path) as temporary:
+            save(result, temporary)
+        return result
+
+    def drop_unused(self) -> None:
+        """Remove results that were neither read nor written, such as an earlier run's with other inputs."""
+        for path in self.folder.glob("*"):
+            if path.name not in self._used and _OURS.fullmatch(path.name):
+                path.unlink()
+
+
+@contextmanager
+def file_lock(path: Path, what: str, where: Path | None = None) -> Iterator[None]:
+    """Lock a file; the system lets go of it when the process ends, however it ends.
+
+    Parameters
+    ----------
+    path : Path
+        The file, in the folder that one process may write into.
+    what : str
+        What writes there, for the message.
+    where : Path, optional
+        What the message names; default: the file's folder.
+
+    Raises
+    ------
+    ClearanceError
+        If another process has locked it.
+    """
+    with path.open("a+") as file:
+        try:
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            file.seek(0)
+            raise ClearanceError(
+                f"{where or path.parent}: another {what} (process {file.read() or 'unknown'}) is writing there"
+            ) from None
+        file.truncate(0)
+        file.write(str(os.getpid()))
+        file.flush()
+        yield

@@ -1,0 +1,208 @@
+"""The folder that a command writes into: it may hold other files, and only those of this program are ever replaced.
+
+Everything is first written into the hidden folder ``.clearance-mj`` inside, which also has the lock, the result cache
+and the manifest: path and SHA-256 of every file that was written. Once all files are whole they are moved to their
+places. A file counts as this program's if the manifest lists it and its digest is still the one written there; any
+other file is the user's. Publishing is refused if it would replace such a file.
+
+The list of moves is written down before the first one: a process that is killed in between leaves no
+``report.html`` or ``summary.json`` (they go first and come last), and the next command finishes the moves.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import shutil
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path, PurePosixPath
+
+from .cache import ResultCache, file_lock
+from .errors import ClearanceError
+from .files import replacing
+
+__all__ = ["OutputFolder", "output_folder"]
+
+WORK = ".clearance-mj"
+"""Name of the hidden folder"""
+MARK, MARK_TEXT = "README", "Working folder of clearance-mj: result cache, lock and manifest of what it wrote beside.\n"
+LAST = ("summary.json", "report.html")
+"""Files that a reader starts from: while they are there, the others belong to them"""
+
+
+class OutputFolder:
+    """A folder to publish files into; made by `output_folder`.
+
+    Parameters
+    ----------
+    path : Path
+        The folder.
+    what : str
+        The command that writes: files of others are left alone.
+    """
+
+    def __init__(self, path: Path, what: str):
+        self.path, self.what, self._work = path, what, path / WORK
+        self.new = self._work / "new"
+        """Where to write; `publish` moves what is here to its place."""
+        self.cache = ResultCache(self._work / "cache")
+        self._manifest, self._moves = self._work / "manifest.json", self._work / "moves.json"
+        self._finish_moves()
+        shutil.rmtree(self.new, ignore_errors=True)
+        self.new.mkdir()
+        for name, entry in self._listed().items():
+            if entry["by"] == what and os.path.lexists(path / name) and not self._is_ours(name):
+                raise ClearanceError(
+                    f"{path / name} was changed after clearance-mj wrote it; move it away, or give another --out"
+                )
+
+    def refuse_others(self, *names: str) -> None:
+        """Refuse to go on if a file that will be written is there and not this program's.
+
+        Parameters
+        ----------
+        *names : str
+            Paths relative to the folder.
+
+        Raises
+        ------
+        ClearanceError
+            If a file or a folder is in the way.
+        """
+        for name in names:
+            if os.path.lexists(self.path / name) and not self._is_ours(name):
+                raise ClearanceError(
+                    f"{self.path / name} is there and not listed as written by this version of clearance-mj; "
+                    "move it away, or give another --out"
+                )
+            for parent in (self.path / name).parents:
+                if parent == self.path:
+                    break
+                if os.path.lexists(parent) and not parent.is_dir():
+                    raise ClearanceError(f"{parent} is a file where a folder is needed; give another --out")
+
+    def publish(self) -> None:
+        """Move all files in `new` to their places, and remove those of the last run that there are no more.
+
+        Raises
+        ------
+        ClearanceError
+            If a file is in the way that is not this program's; then nothing is moved.
+        """
+        written = {str(p.relative_to(self.new).as_posix()): p for p in sorted(self.new.rglob("*")) if p.is_file()}
+        self.refuse_others(*written)
+        stale = [n for n, by in self._listed().items() if by["by"] == self.what and n not in written]
+        files = {name: {"sha256": _sha256(path), "by": self.what} for name, path in written.items()}
+        kept = {n: entry for n, entry in self._listed().items() if n not in written and n not in stale}
+        _write_json(self._moves, {"new": files, "stale": dict.fromkeys(stale), "files": kept | files})
+        self._finish_moves()
+
+    def _finish_moves(self) -> None:
+        """Make the moves that were written down, those of a killed process too; each can be made twice."""
+        if not self._moves.exists():
+            return
+        moves = _read_json(self._moves, "new", "stale", "files")
+        new, stale = moves["new"], moves["stale"]
+        waiting = [name for name in new if (self.new / name).exists()]
+        self.refuse_others(*waiting)
+        for name in [*reversed(LAST), *stale]:
+            if (name in waiting or name in stale) and self._is_ours(name):
+                (self.path / name).unlink()
+                _remove_empty((self.path / name).parent, self.path)
+        for name in sorted(waiting, key=lambda name: LAST.index(name) if name in LAST else -1):
+            (self.path / name).parent.mkdir(parents=True, exist_ok=True)
+            (self.new / name).replace(self.path / name)
+        _write_json(self._manifest, {"files": moves["files"]})
+        self._moves.unlink()
+        shutil.rmtree(self.new, ignore_errors=True)
+
+    def _listed(self) -> dict[str, dict[str, str]]:
+        """The manifest: SHA-256 and command by path."""
+        return _read_json(self._manifest, "files")["files"] if self._manifest.exists() else {}
+
+    def _is_ours(self, name: str) -> bool:
+        """Whether the manifest lists a file and it is still as it was written."""
+        path, entry = self.path / name, self._listed().get(name)
+        return entry is not None and path.is_file() and not path.is_symlink() and _sha256(path) == entry["sha256"]
+
+
+@contextmanager
+def output_folder(path: str | Path, what: str) -> Iterator[OutputFolder]:
+    """Yield a folder for one process to write into; what it has written is published if the block ends well.
+
+    Parameters
+    ----------
+    path : str or Path
+        The folder, or a link to one; made if it is not there.
+    what : str
+        The command that writes, such as "study".
+
+    Yields
+    ------
+    OutputFolder
+        Write below its ``new``; results in its ``cache`` stay for the next run, also if the block fails.
+
+    Raises
+    ------
+    ClearanceError
+        If the path is a file, another process writes there, a file of this program was changed, a file that is not
+        this program's is in the way, or the folder cannot be written.
+    """
+    path = Path(path)
+    if path.exists() and not path.is_dir():
+        raise ClearanceError(f"--out {path} is a file; give a folder")
+    work = Path(os.path.realpath(path)) / WORK
+    is_new, is_first = not path.exists(), not os.path.lexists(work)
+    try:
+        if os.path.lexists(work) and (work.is_symlink() or not work.is_dir() or _is_others(work)):
+            raise ClearanceError(f"{path / WORK} is not a working folder of clearance-mj; give another --out")
+        work.mkdir(parents=True, exist_ok=True)
+        (work / MARK).write_text(MARK_TEXT)
+        with file_lock(work / "lock", what, path):
+            folder = OutputFolder(path, what)
+            yield folder
+            folder.publish()
+    except OSError as error:
+        raise ClearanceError(f"{path}: cannot be written ({error.strerror or error})") from error
+    finally:
+        if is_first and not (work / "cache").exists() and not (work / "manifest.json").exists():
+            shutil.rmtree(work, ignore_errors=True)  # nothing was done
+            if is_new and path.is_dir() and not any(path.iterdir()):
+                path.rmdir()
+
+
+def _is_others(work: Path) -> bool:
+    return any(work.iterdir()) and not (work / MARK).is_file()
+
+
+def _sha256(path: Path) -> str:
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
+
+
+def _write_json(path: Path, data: object) -> None:
+    with replacing(path) as temporary:
+        temporary.write_text(json.dumps(data, indent=1) + "\n", encoding="utf-8")
+
+
+def _read_json(path: Path, *keys: str) -> dict[str, dict]:
+    """A manifest or a list of moves, which may not lead out of the folder."""
+    try:
+        data = json.loads(path.read_text(encoding="utf-8"))
+        for name, entry in ((name, entry) for key in keys for name, entry in data[key].items()):
+            if PurePosixPath(name).is_absolute() or ".." in PurePosixPath(name).parts:
+                raise ValueError("a path leads out of the folder")
+            if entry is not None and not entry.keys() >= {"sha256", "by"}:
+                raise ValueError(f"{name} has no digest")
+    except (ValueError, AttributeError, TypeError, KeyError) as error:
+        raise ClearanceError(f"{path}: is damaged ({error}); give another --out") from None
+    return data
+
+
+def _remove_empty(folder: Path, top: Path) -> None:
+    """Remove a folder that became empty, and those around it, up to the top."""
+    while folder != top and not any(folder.iterdir()):
+        folder.rmdir()
+        folder = folder.parent

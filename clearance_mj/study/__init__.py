@@ -1,0 +1,21 @@
+"""What each kind of prior information about the clearance is worth in predicting the FRFs of a rig.
+
+Every law is simulated on every engine under the measured excitation of every validation record, and its FRFs are
+compared with the record's. The same record level with another seed gives the repeatability: how closely the rig
+repeats itself.
+"""
+
+from .files import study_summary, write_results
+from .study import ENGINES, METHODS, N_MODES, RESOLUTION, Case, IdentifiedLaw, Study
+
+__all__ = [
+    "ENGINES",
+    "METHODS",
+    "N_MODES",
+    "RESOLUTION",
+    "Case",
+    "IdentifiedLaw",
+    "Study",
+    "study_summary",
+    "write_results",
+]

@@ -1,0 +1,71 @@
+"""The numbers of a study as files: laws, every FRF, summary."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import xarray as xr
+
+from .._version import __version__
+from ..files import replacing, to_json
+from ..io.results import frf_to_dataset
+from ..statistics.intervals import CONFIDENCE
+from .study import Study
+
+__all__ = ["study_summary", "write_results"]
+
+
+def write_results(study: Study, folder: Path) -> None:
+    """Write ``laws/``, ``results.nc`` (FRFs of test and models) and ``summary.json``.
+
+    Parameters
+    ----------
+    study : Study
+        The study.
+    folder : Path
+        Where to.
+    """
+    for law in study.laws:
+        law.law.save(folder / "laws" / f"{law.name}.json")
+    models = [
+        frf_to_dataset(c.frf).expand_dims(law=[c.law], engine=[c.engine], record=[c.record.name]) for c in study.cases
+    ]
+    tests = [frf_to_dataset(frf).expand_dims(record=[name]) for name, frf in study.tests.items()]
+    combined = xr.combine_by_coords(models, combine_attrs="override").rename(value="model", coherence="model_coherence")
+    measured = xr.concat(tests, "record", combine_attrs="override").rename(value="test", coherence="test_coherence")
+    rig = json.dumps(study.dataset.rig.to_dict())
+    combined = xr.merge((combined, measured), combine_attrs="override").assign_attrs(rig=rig, version=__version__)
+    with replacing(folder / "results.nc") as temporary:
+        combined.to_netcdf(temporary, engine="scipy", format="NETCDF3_64BIT")
+    with replacing(folder / "summary.json") as temporary:
+        temporary.write_text(to_json(study_summary(study)))
+
+
+def study_summary(study: Study) -> dict:
+    """Return laws, rows and statistics of a study as plain data.
+
+    Parameters
+    ----------
+    study : Study
+        The study.
+    """
+    return {
+        "version": __version__,
+        "dataset": str(study.dataset.path),
+        "rig": study.dataset.rig.name,
+        "synthetic": any("synthetic" in str(r.provenance).lower() for r in study.dataset.records),
+        "laws": [
+            {"name": k.name, "knows": k.prior_information, "law": k.law.to_dict(), "parameters": list(k.parameters)}
+            for k in study.laws
+        ],
+        "identified_from": [r.name for r in study.dataset.identify],
+        "validated_on": [r.name for r in study.dataset.validate],
+        "results": study.rows(),
+        "confidence": CONFIDENCE,
+        "seed_scatter": study.scatter_rows(),
+        "statistics": [
+            {"law": c.law, "engine": c.engine, "record": c.record.name, "level": c.record.level, **c.statistics}
+            for c in study.cases
+        ],
+    }

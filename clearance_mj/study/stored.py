@@ -1,0 +1,133 @@
+"""What a study keeps in the result cache: laws, cases and FRF bands, as files."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+
+from ..cache import ResultCache, digest
+from ..clearance.law import law_from_dict
+from ..identify.laws import Identified
+from ..io.dataset import Record
+from ..io.results import dataset_to_frf, frf_to_dataset
+from ..signals.correlation import Comparison, with_modes
+from ..signals.frf import FRF
+from ..statistics.frf_bands import Band
+
+__all__ = ["CaseResult", "band", "case", "law", "record_digest"]
+
+
+@dataclass(frozen=True, eq=False)
+class CaseResult:
+    """What is computed for a case."""
+
+    frf: FRF
+    """the model's"""
+    comparison: Comparison
+    """of the test's FRFs with the model's"""
+    statistics: dict
+    """as `contact_statistics`"""
+    provenance: dict
+    """of the simulation"""
+
+
+def record_digest(record: Record) -> str:
+    """Return the digest of everything that a law or a case takes from a record.
+
+    Parameters
+    ----------
+    record : Record
+        The record.
+    """
+    response = record.response()
+    arrays = [a for a in (response.excitation, response.acceleration, response.displacement) if a is not None]
+    samples = [hashlib.sha256(np.ascontiguousarray(a).tobytes()).hexdigest() for a in arrays]
+    facts = (record.name, record.fs, record.excitation_kind, record.band, record.level, record.rig.to_dict())
+    return digest(*facts, *samples)
+
+
+def law(cache: ResultCache | None, name: str, inputs: object, compute: Callable[[], Identified]) -> Identified:
+    """Return an identified law from the cache, or compute it.
+
+    Parameters
+    ----------
+    cache : ResultCache or None
+        Where it is kept.
+    name : str
+        Of its file.
+    inputs : object
+        What it depends on.
+    compute : callable
+        Identifies it.
+    """
+
+    def save(found: Identified, path: Path) -> None:
+        path.write_text(json.dumps({"law": found.law.to_dict(), "parameters": found.parameters}))
+
+    def load(path: Path) -> Identified:
+        data = json.loads(path.read_text())
+        return Identified(law_from_dict(data["law"]), tuple(data["parameters"]))
+
+    return compute() if cache is None else cache.get(name, inputs, compute, save, load, ".json")
+
+
+def case(
+    cache: ResultCache | None, name: str, inputs: object, test: FRF, compute: Callable[[], CaseResult]
+) -> CaseResult:
+    """Return the results of a case from the cache, or compute them.
+
+    Parameters
+    ----------
+    cache, name, inputs, compute
+        As for `law`.
+    test : FRF
+        The measured FRFs.
+    """
+
+    def save(found: CaseResult, path: Path) -> None:
+        per_mode = {key: column.tolist() for key, column in found.comparison.per_mode.items()}
+        attributes = {"kept": json.dumps({"statistics": found.statistics, "per_mode": per_mode})}
+        attributes["provenance"] = json.dumps(found.provenance)
+        _to_netcdf(frf_to_dataset(found.frf).assign_attrs(attributes), path)
+
+    def load(path: Path) -> CaseResult:
+        with xr.open_dataset(path, engine="scipy") as data:
+            frf, kept = dataset_to_frf(data.load()), json.loads(data.attrs["kept"])
+            provenance = json.loads(data.attrs["provenance"])
+        per_mode = {key: np.array(column) for key, column in kept["per_mode"].items()}
+        return CaseResult(frf, with_modes(test, frf, per_mode), kept["statistics"], provenance)
+
+    return compute() if cache is None else cache.get(name, inputs, compute, save, load)
+
+
+def band(
+    cache: ResultCache | None, name: str, inputs: object, compute: Callable[[], tuple[Band, np.ndarray]]
+) -> tuple[Band, np.ndarray]:
+    """Return an FRF band and a random error from the cache, or compute them.
+
+    Parameters
+    ----------
+    cache, name, inputs, compute
+        As for `law`.
+    """
+    lines = ("response", "frequency")
+
+    def save(found: tuple[Band, np.ndarray], path: Path) -> None:
+        drawn = ("draw", *lines), found[0].drawn
+        _to_netcdf(frf_to_dataset(found[0].fitted).assign(drawn=drawn, error=(lines, found[1])), path)
+
+    def load(path: Path) -> tuple[Band, np.ndarray]:
+        with xr.open_dataset(path, engine="scipy") as data:
+            return Band(dataset_to_frf(data.load()), data["drawn"].values), data["error"].values
+
+    return compute() if cache is None else cache.get(name, inputs, compute, save, load)
+
+
+def _to_netcdf(data: xr.Dataset, path: Path) -> None:
+    data.to_netcdf(path, engine="scipy", format="NETCDF3_64BIT")

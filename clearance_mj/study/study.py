@@ -1,0 +1,371 @@
+"""A study: laws, cases, repeatability and FRF bands of a dataset, each computed when it is first asked for."""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+import itertools
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Self
+
+import numpy as np
+
+from ..cache import ResultCache
+from ..clearance.law import Law
+from ..engines import get_engine, simulate
+from ..errors import LawError, RecordError
+from ..identify.laws import get_method
+from ..io.dataset import Dataset, Record
+from ..signals.correlation import Comparison, compare
+from ..signals.frf import FRF, estimate_frf
+from ..statistics import repeatability
+from ..statistics.contact import contact_statistics
+from ..statistics.frf_bands import Band, draw_laws, frf_band, paired_error
+from ..tasks import run_tasks
+from . import stored
+
+__all__ = ["ENGINES", "METHODS", "N_MODES", "RESOLUTION", "Case", "IdentifiedLaw", "Study"]
+
+ENGINES = ("links", "modal")
+METHODS = ("nominal", "constant", "ridge-as-printed", "ridge", "force-balance", "amplitude", "output-error")
+RESOLUTION = 0.5
+"""Hz, of the FRFs that are compared"""
+N_MODES = 4
+BAND_ENGINE, DRAWN = "modal", 12
+"""of FRF bands: the cheapest engine; a width out of so many laws has a standard deviation of a fifth"""
+
+
+@dataclass(frozen=True, eq=False)
+class IdentifiedLaw:
+    """A law and the prior information that it was identified with."""
+
+    name: str
+    """the method's"""
+    law: Law
+    """what was found"""
+    prior_information: str
+    """in words"""
+    parameters: tuple[dict, ...] = ()
+    """fitted parameters: name, unit, value, relative_std"""
+
+
+@dataclass(frozen=True, eq=False)
+class Case:
+    """One law on one engine against one validation record."""
+
+    law: str
+    """name"""
+    engine: str
+    """name"""
+    record: Record
+    """validation record whose excitation is simulated"""
+    frf: FRF
+    """the model's"""
+    comparison: Comparison
+    """of the test's FRFs with the model's"""
+    statistics: dict
+    """as `contact_statistics`"""
+
+
+class Study:
+    """Laws on engines, compared with the validation records of a dataset.
+
+    What is costly is computed when it is first asked for and kept in the cache.
+
+    Parameters
+    ----------
+    dataset : Dataset
+        Rig and records.
+    methods : sequence of str
+        Ways to a law, see `identify.law`.
+    engines : sequence of str
+        Engines to run.
+    cache : ResultCache, optional
+        Where results are kept for the next study; default: nowhere.
+    workers : int, optional
+        Threads; default: one for each core.
+    progress : bool
+        Show progress bars.
+
+    Raises
+    ------
+    RecordError
+        If the dataset has nothing to compare with, no bushings, or a validation record without level.
+    ClearanceError
+        For an unknown engine or method.
+    """
+
+    def __init__(
+        self, dataset: Dataset, methods: Sequence[str] = METHODS, engines: Sequence[str] = ENGINES,
+        cache: ResultCache | None = None, workers: int | None = None, progress: bool = False,
+    ):  # fmt: skip
+        for engine in engines:
+            get_engine(engine)
+        for method in methods:
+            get_method(method)
+        _check(dataset)
+        self.dataset, self.methods, self.engines = dataset, tuple(methods), tuple(engines)
+        self.cache, self._workers, self._progress = cache, workers, progress
+        self._laws: dict[str, IdentifiedLaw] = {}
+        self._tests: dict[str, FRF] = {}
+        self._cases: dict[tuple[str, str, str], Case] = {}
+
+    @classmethod
+    def from_results(
+        cls, dataset: Dataset, laws: Sequence[IdentifiedLaw], cases: Sequence[Case] = (),
+        tests: dict[str, FRF] | None = None, engines: Sequence[str] = (),
+        repeatability: dict[float, Comparison] | None = None,
+        bands: dict[str, tuple[Band, np.ndarray]] | None = None, cache: ResultCache | None = None,
+    ) -> Self:  # fmt: skip
+        """Return a study of given laws; what is given is not computed.
+
+        Parameters
+        ----------
+        dataset : Dataset
+            Rig and records.
+        laws : sequence of IdentifiedLaw
+            Its laws.
+        cases : sequence of Case
+            Cases that are known.
+        tests : dict, optional
+            FRFs of the validation records by their names.
+        engines : sequence of str
+            Default: those of the cases.
+        repeatability, bands : dict, optional
+            As the properties.
+        cache : ResultCache, optional
+            For what has to be computed.
+        """
+        study = cls(dataset, (), engines or tuple(dict.fromkeys(c.engine for c in cases)), cache)
+        study.methods = tuple(law.name for law in laws)
+        study._laws = {law.name: law for law in laws}
+        study._tests = dict(tests or {})
+        study._cases = {(c.law, c.engine, c.record.name): c for c in cases}
+        if repeatability is not None:
+            study.repeatability = repeatability
+        if bands is not None:
+            study.bands = bands
+        return study
+
+    # What is computed.
+
+    def law(self, name: str) -> IdentifiedLaw:
+        """Return a law by the name of its method, identified if it was not yet.
+
+        Parameters
+        ----------
+        name : str
+            The method.
+        """
+        if name not in self._laws:
+            method = get_method(name)
+            words = f"identifying: {name}" if self._progress else None
+            inputs = [name, self.dataset.rig.to_dict(), *map(stored.record_digest, self.dataset.identify)]
+            found = stored.law(self.cache, name, inputs, lambda: method.run(self.dataset, words))
+            self._laws[name] = IdentifiedLaw(name, found.law, method.knows, tuple(found.parameters))
+        return self._laws[name]
+
+    @property
+    def laws(self) -> tuple[IdentifiedLaw, ...]:
+        """The laws of all methods."""
+        return tuple(self.law(name) for name in self.methods)
+
+    def test(self, record: Record) -> FRF:
+        """Return the measured FRFs of a record.
+
+        Parameters
+        ----------
+        record : Record
+            A validation record.
+        """
+        if record.name not in self._tests:
+            self._tests[record.name] = estimate_frf(record.response(), resolution=RESOLUTION)
+        return self._tests[record.name]
+
+    @property
+    def tests(self) -> dict[str, FRF]:
+        """Measured FRFs by the record's name."""
+        return {record.name: self.test(record) for record in self.dataset.validate}
+
+    def simulated(
+        self, laws: Sequence[str] | None = None, engines: Sequence[str] | None = None,
+        records: Sequence[Record] | None = None,
+    ) -> tuple[Case, ...]:  # fmt: skip
+        """Return the cases of laws on engines under records, simulated if they were not yet.
+
+        Parameters
+        ----------
+        laws, engines : sequence of str, optional
+            Their names; default: all of the study.
+        records : sequence of Record, optional
+            Default: all validation records.
+        """
+        wanted = list(itertools.product(
+            self.methods if laws is None else laws, self.engines if engines is None else engines,
+            self.dataset.validate if records is None else records,
+        ))  # fmt: skip
+        keys = [(law, engine, record.name) for law, engine, record in wanted]
+        missing = [i for i, key in enumerate(keys) if key not in self._cases]
+        for law, _, record in (wanted[i] for i in missing):
+            self.law(law), self.test(record)
+        words = "simulating" if self._progress else ""
+        for i, case in run_tasks(lambda i: self._case(*wanted[i]), missing, self._workers, progress=words):
+            self._cases[keys[i]] = case
+        return tuple(self._cases[key] for key in keys)
+
+    @property
+    def cases(self) -> tuple[Case, ...]:
+        """Every law on every engine against every validation record."""
+        return self.simulated()
+
+    def _case(self, name: str, engine: str, record: Record) -> Case:
+        law, test = self._laws[name].law, self._tests[record.name]
+
+        def compute() -> stored.CaseResult:
+            response = simulate(record.rig, record.excitation(), law, engine)
+            frf = estimate_frf(response, resolution=RESOLUTION)
+            return stored.CaseResult(
+                frf, compare(test, frf, N_MODES), contact_statistics(response), response.provenance
+            )
+
+        settings = dataclasses.asdict(get_engine(engine))
+        inputs = [law.to_dict(), engine, settings, RESOLUTION, N_MODES, stored.record_digest(record)]
+        found = stored.case(self.cache, f"{name}_{engine}_{record.name}", inputs, test, compute)
+        return Case(name, engine, record, found.frf, found.comparison, found.statistics)
+
+    @functools.cached_property
+    def repeatability(self) -> dict[float, Comparison]:
+        """By level: the second seed's record compared with the first's."""
+        pairs = {level: self.records(level)[:2] for level in self.levels}
+        return {
+            level: compare(self.test(pair[0]), self.test(pair[1]), N_MODES)
+            for level, pair in pairs.items()
+            if len(pair) == 2
+        }
+
+    @functools.cached_property
+    def bands(self) -> dict[str, tuple[Band, np.ndarray]]:
+        """By law with a covariance, at `main_record`: FRF band, and the record's random error about the fitted law."""
+        found = {}
+        for law in self.laws:
+            try:
+                drawn = draw_laws(self.dataset.rig, law.name, law.parameters, DRAWN)
+            except LawError:  # it has no covariance, or the records do not tell one of its parameters
+                continue
+            found[law.name] = self._band(law, drawn)
+        return found
+
+    def _band(self, law: IdentifiedLaw, drawn: Sequence[Law]) -> tuple[Band, np.ndarray]:
+        record = self.main_record
+        under = record.rig, record.excitation(), law.law
+
+        def compute() -> tuple[Band, np.ndarray]:
+            words = f"band: {law.name}" if self._progress else None
+            band = frf_band(*under, drawn, BAND_ENGINE, RESOLUTION, words)
+            return band, paired_error(record.response(), simulate(*under, BAND_ENGINE), RESOLUTION)
+
+        inputs = [[x.to_dict() for x in (law.law, *drawn)], BAND_ENGINE, RESOLUTION, stored.record_digest(record)]
+        return stored.band(self.cache, f"band_{law.name}", inputs, compute)
+
+    # What it says.
+
+    @property
+    def levels(self) -> list[float]:
+        """Levels of the validation records, rising."""
+        return sorted({r.level for r in self.dataset.validate})
+
+    @property
+    def main_level(self) -> float:
+        """The middle level, which figures show first."""
+        return self.levels[len(self.levels) // 2]
+
+    @property
+    def main_record(self) -> Record:
+        """The first record of the main level."""
+        return self.records(self.main_level)[0]
+
+    def records(self, level: float) -> list[Record]:
+        """Return the validation records of a level.
+
+        Parameters
+        ----------
+        level : float
+            m/s², or N.
+        """
+        return [r for r in self.dataset.validate if r.level == level]
+
+    def case(self, law: str, engine: str, level: float) -> Case:
+        """Return the first case of a law, an engine and a level.
+
+        Parameters
+        ----------
+        law, engine : str
+            Their names.
+        level : float
+            m/s², or N.
+        """
+        return self.simulated([law], [engine], self.records(level)[:1])[0]
+
+    def of_law(self, law: str, engine: str) -> dict[float, list[Comparison]]:
+        """Return comparisons of a law on an engine by level, one for each of the level's records.
+
+        Parameters
+        ----------
+        law, engine : str
+            One of `combinations`.
+        """
+        return {
+            level: [c.comparison for c in self.simulated([law], [engine], self.records(level))] for level in self.levels
+        }
+
+    @property
+    def combinations(self) -> list[tuple[str, str]]:
+        """Laws and engines, in the order in which they were asked for."""
+        return list(itertools.product(self.methods, self.engines))
+
+    def rows(self) -> list[dict]:
+        """Return one row per level, law and engine: means over the level's records, and the repeatability.
+
+        Errors and criteria have the limits of their 95 % interval beside them (``rmse_db_low``, ``rmse_db_high``),
+        see `intervals.over_seeds` and, for the repeatability, `intervals.on_power_law`.
+        """
+        return self._rows
+
+    @functools.cached_property
+    def _rows(self) -> list[dict]:
+        repeats = {level: c.summary() for level, c in self.repeatability.items()}
+        tables = {("repeat", "rig"): repeatability.floor_rows(repeats)}
+        for law, engine in self.combinations:
+            tables[law, engine] = repeatability.mean_rows(self._summaries(law, engine))
+        return [
+            {"level": level, "law": law, "engine": engine} | table[level]
+            for level in self.levels
+            for (law, engine), table in tables.items()
+            if level in table
+        ]
+
+    def scatter_rows(self) -> list[dict]:
+        """What the intervals rest on: a row per law, engine and measure, with Cochran's test of equal scatter."""
+        rows = []
+        for law, engine in self.combinations:
+            by_level = self._summaries(law, engine)
+            for key in filter(repeatability.has_interval, by_level[self.levels[0]][0]):
+                found = repeatability.pooled(by_level, key)
+                row = {"law": law, "engine": engine, "measure": key, "scatter_of_logarithm": found.scatter}
+                row |= {"degrees_of_freedom": found.freedom, "cochran": found.cochran}
+                rows.append(row | {"cochran_limit": found.cochran_limit})
+        return rows
+
+    def _summaries(self, law: str, engine: str) -> dict[float, list[dict]]:
+        return {level: [c.summary() for c in found] for level, found in self.of_law(law, engine).items()}
+
+
+def _check(dataset: Dataset) -> None:
+    if not dataset.validate:
+        raise RecordError(f'{dataset.path}: no record has role "validate", so there is nothing to compare with')
+    if not dataset.rig.bushings:
+        raise RecordError(f"{dataset.path}: the rig has no bushings, so there is no clearance to study")
+    for record in dataset.validate:
+        if record.level is None:
+            raise RecordError(f'{dataset.path}: record "{record.name}" has no level; validation records need one')

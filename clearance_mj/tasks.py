@@ -1,0 +1,187 @@
+"""Run many tasks of one function: on threads, on processes of this machine, or on a Dask cluster."""
+
+from __future__ import annotations
+
+import contextlib
+import multiprocessing
+import os
+import signal
+import threading
+from collections import Counter, deque
+from collections.abc import Callable, Generator, Iterator, Sequence
+from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, ThreadPoolExecutor, as_completed, wait
+from concurrent.futures.process import BrokenProcessPool
+from functools import partial
+from multiprocessing.process import BaseProcess
+from typing import TypeVar
+
+from tqdm import tqdm
+
+from .cache import code
+from .errors import ClearanceError
+
+__all__ = ["run_tasks"]
+
+Task = TypeVar("Task")
+Result = TypeVar("Result")
+Results = Generator[tuple[Task, Result], None, None]
+AHEAD = 2
+"""tasks that wait at each worker, so that none idles"""
+MOST_LOSSES = 3
+"""times that a task may lose its worker"""
+PATIENCE = 10.0
+"""s to wait for a scheduler's answer"""
+SMOOTHING = 0.1
+"""of the time left: a little more weight to the latest tasks, for a machine that gets busier"""
+
+
+def run_tasks(
+    function: Callable[[Task], Result], tasks: Sequence[Task], workers: int | None = None, *, processes: bool = False,
+    scheduler: str | None = None, progress: str = "", done: int = 0,
+) -> Iterator[tuple[Task, Result]]:  # fmt: skip
+    """Run tasks and yield each with its result, in the order in which they end.
+
+    Parameters
+    ----------
+    function : callable
+        Takes a task. For processes and a cluster, it and the tasks can be pickled.
+    tasks : sequence
+        The tasks.
+    workers : int, optional
+        Threads or processes; default: one for each core.
+    processes : bool
+        Use processes instead of threads; dead ones are replaced.
+    scheduler : str, optional
+        Address of the scheduler of a Dask cluster, such as "tcp://10.0.0.1:8786", that runs them instead.
+    progress : str
+        Description of a progress bar; empty: none.
+    done : int
+        Tasks that are done already, for the bar.
+
+    Yields
+    ------
+    tuple
+        A task and what the function returned.
+
+    Raises
+    ------
+    ClearanceError
+        If a task loses its worker again and again; if Dask is not installed, no scheduler answers or it is lost, or a
+        worker runs other code.
+    """
+    workers = workers or os.cpu_count() or 1
+    if scheduler:
+        results = _on_cluster(function, tasks, scheduler)
+    elif processes:
+        results = _on_processes(function, tasks, workers)
+    else:
+        results = _on_threads(function, tasks, workers)
+    bar = tqdm(
+        total=len(tasks) + done, initial=done, desc=progress, unit="run", smoothing=SMOOTHING, disable=not progress
+    )
+    with bar, contextlib.closing(results):
+        for task, result in results:
+            yield task, result
+            bar.update()
+
+
+def _on_threads(function: Callable[[Task], Result], tasks: Sequence[Task], workers: int) -> Results[Task, Result]:
+    with ThreadPoolExecutor(workers) as pool:
+        futures = {pool.submit(function, task): task for task in tasks}
+        try:
+            for future in as_completed(futures):
+                yield futures[future], future.result()
+        finally:
+            for future in futures:
+                future.cancel()
+
+
+def _on_processes(function: Callable[[Task], Result], tasks: Sequence[Task], workers: int) -> Results[Task, Result]:
+    left, losses = deque(tasks), Counter[Task]()
+    while left:
+        lost: list[Task] = []
+        with _pool(workers) as pool:
+            flying = _send(pool, function, left, {}, AHEAD * workers)
+            while flying:
+                for future in wait(flying, return_when=FIRST_COMPLETED).done:
+                    task = flying.pop(future)
+                    if isinstance(future.exception(), BrokenProcessPool):
+                        lost.append(task)
+                    else:
+                        yield task, future.result()
+                if not lost:
+                    _send(pool, function, left, flying, AHEAD * workers)
+        left.extendleft(lost)
+        losses.update(lost)
+        if fatal := [task for task, n in losses.items() if n == MOST_LOSSES]:
+            raise ClearanceError(
+                f"case {fatal[0]} lost its worker {MOST_LOSSES} times (out of memory?); try fewer workers"
+            )
+
+
+@contextlib.contextmanager
+def _pool(workers: int) -> Iterator[ProcessPoolExecutor]:
+    """A pool whose processes start afresh, not as copies of this one, its threads and locks."""
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # of the processes: there is one for each core
+    pool = ProcessPoolExecutor(workers, multiprocessing.get_context("spawn"), _begin)
+    try:
+        yield pool
+    finally:
+        pool.shutdown(wait=False, cancel_futures=True)
+
+
+def _send(
+    pool: ProcessPoolExecutor, function: Callable[[Task], Result], left: deque[Task],
+    flying: dict[Future[Result], Task], most: int,
+) -> dict[Future[Result], Task]:  # fmt: skip
+    """Keep as many tasks under way as are wanted."""
+    while left and len(flying) < most:
+        try:
+            future = pool.submit(function, left[0])
+        except BrokenProcessPool as error:
+            future = Future()
+            future.set_exception(error)
+            most = 0
+        flying[future] = left.popleft()
+    return flying
+
+
+def _begin() -> None:
+    """In a worker: die of Ctrl-C without a word, and with the process that started it, however that ended."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+    threading.Thread(target=_die_with, args=(multiprocessing.parent_process(),), daemon=True).start()
+
+
+def _die_with(parent: BaseProcess) -> None:
+    parent.join()
+    os._exit(1)
+
+
+def _on_cluster(function: Callable[[Task], Result], tasks: Sequence[Task], scheduler: str) -> Results[Task, Result]:
+    """The scheduler gives the tasks of dead workers to others."""
+    try:
+        from distributed import Client, KilledWorker, as_completed
+        from distributed.client import FutureCancelledError
+    except ImportError:
+        raise ClearanceError('--scheduler needs Dask: pip install "clearance-mj[cluster]"') from None
+    try:
+        client = Client(scheduler, timeout=PATIENCE, set_as_default=False)
+    except (OSError, ValueError, TypeError) as error:
+        raise ClearanceError(f"--scheduler {scheduler}: no scheduler answers there ({error})") from None
+    with client:
+        submitted = client.map(partial(_with_same_code, code(), function), list(tasks), pure=False, key="case")
+        try:
+            for _, result in as_completed(submitted, loop=client.loop, with_results=True):
+                yield result
+        except KilledWorker as error:
+            raise ClearanceError(f"--scheduler {scheduler}: a case kills its workers ({error})") from None
+        except (OSError, FutureCancelledError) as error:
+            raise ClearanceError(
+                f"--scheduler {scheduler}: lost ({error}); run the same command again to go on"
+            ) from None
+
+
+def _with_same_code(known: str, function: Callable[[Task], Result], task: Task) -> tuple[Task, Result]:
+    if code() != known:
+        raise ClearanceError("a worker of the cluster runs another version of clearance_mj, or of its libraries")
+    return task, function(task)
