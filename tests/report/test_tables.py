@@ -168,7 +168,7 @@ def lost(study, **columns):
         }
         return dataclasses.replace(case, comparison=dataclasses.replace(case.comparison, **columns_lost))
 
-    return changed(study, [change(c) for c in study.cases])
+    return changed(study, cases=[change(c) for c in study.cases])
 
 
 def test_a_mode_that_was_not_found_is_nan_in_the_table(study):
