@@ -16,11 +16,12 @@ from clearance_mj.engines import simulate_blocks
 from clearance_mj.errors import ClearanceError, RecordError, SimulationError
 from clearance_mj.identify import force_balance, output_error
 from clearance_mj.io import formats
+from clearance_mj.io._checks import even_rate
+from clearance_mj.io.channels import require_one_time
 from clearance_mj.io.columns import frf_names
 from clearance_mj.io.dataset import Dataset, write_dataset
 from clearance_mj.io.lvm import read_lvm
 from clearance_mj.io.uff import read_uff, write_uff
-from clearance_mj.io.uff.channels import even_rate, require_one_time
 from clearance_mj.placement import Candidates
 from clearance_mj.signals.alignment import match
 from clearance_mj.signals.correlation import csac

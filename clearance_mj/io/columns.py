@@ -20,8 +20,7 @@ from ..errors import RecordError
 from ..rig import BASE_NODE, SHAKER_NODE
 from ..signals.frf import FRF, by_reference, one_or_several
 from ..units import UNITS, ratio_factor, unit_factor
-from .uff import Channel
-from .uff.channels import require_one_time
+from .channels import Channel, require_one_time
 
 __all__ = [
     "SKIP",

@@ -16,9 +16,9 @@ import numpy as np
 from ..errors import RecordError
 from ..files import replacing
 from ..signals.frf import FRF
+from ._checks import simplest_rate
 from .columns import SKIP, Contents, listed, resolve, table_of_channels, table_of_frf, to_frf
 from .lvm import read_text
-from .uff.channels import simplest_rate
 
 __all__ = ["read_csv", "write_csv"]
 

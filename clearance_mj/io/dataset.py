@@ -22,7 +22,8 @@ from ..files import replacing
 from ..rig import BASE_NODE, SHAKER_NODE, Rig
 from ..signals.excitation import Excitation
 from ..signals.response import Response
-from .uff import Channel, ChannelHeader, read_uff, scan_uff, write_uff
+from .channels import Channel, ChannelHeader
+from .uff import read_uff, scan_uff, write_uff
 
 __all__ = ["BASE_NODE", "ROLES", "SHAKER_NODE", "Dataset", "Record", "bushing_nodes", "write_dataset"]
 

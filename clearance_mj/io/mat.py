@@ -19,9 +19,9 @@ import scipy.io
 from ..errors import RecordError
 from ..files import replacing
 from ..signals.frf import FRF
+from ._checks import even_rate
 from .columns import Contents, frf_names, listed, require_one_table, resolve, table_of_channels, to_frf
 from .mat_elements import plain_arrays
-from .uff.channels import even_rate
 
 __all__ = ["read_mat", "write_mat"]
 

@@ -20,10 +20,9 @@ from ..errors import RecordError
 from ..files import TOO_DENSE, most_unpacked, replacing
 from ..signals.frf import FRF, one_or_several
 from ..signals.response import Response
+from ._checks import check_dof
+from .channels import Channel, require_one_time
 from .columns import listed, require_one_table
-from .uff import Channel
-from .uff._fields import check_dof
-from .uff.channels import require_one_time
 
 __all__ = [
     "channels_to_dataset",

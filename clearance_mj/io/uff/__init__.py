@@ -1,33 +1,32 @@
 """Universal files: time functions and FRFs (data sets 58, text or binary), modes (55), geometry (15, 82).
 
-Every size that a file declares is compared with the bytes that it holds before anything is allocated. Data sets 58 are
-read and written here rather than by pyuff, whose version 2.5.8 drops the sets that a truncated file cuts off, takes
-garbage for an empty file, writes double precision under a single-precision header, half the byte count for complex
-values, today's date, and zero for nan. pyuff writes the data sets of text (15, 55, 82, 151, 164) and checks our files
-in the tests. Those are read here too: pyuff reads files only, not parts of one, cuts at blanks where the format has
-columns, and says "Error reading data-set" of whatever is wrong.
+Every size that a file declares is compared with the bytes that it holds before anything is allocated. pyuff 2.5.8,
+which checks our files in the tests, returns the sets before the cut of a truncated file, ends binary samples at bytes
+that look like a delimiter, cuts at blanks where the format has columns and says "Error when reading data-set(s)." of
+whatever is wrong; it writes half the byte count of complex values, today's date, and zero for nan.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+from os import PathLike
 from pathlib import Path
-
-import pyuff
 
 from ...errors import RecordError
 from ...files import replacing
 from ...rig import Rig
 from ...signals.ema import Modes
 from ...signals.frf import FRF
+from .._checks import DIRECTIONS, QUANTITIES
+from ..channels import Channel, ChannelHeader
+from ._dataset_55 import mode_sets, read_modes
 from ._dataset_58 import TIME_FUNCTION
-from ._dataset_151 import header_set
-from ._dataset_164 import unit_set
-from ._fields import DIRECTIONS, QUANTITIES
+from ._dataset_164 import UNIT_SET
+from ._fields import text_set
 from ._frfs import frf_blocks, read_frfs
-from ._modes import mode_sets, read_modes
+from ._geometry import Geometry, geometry_sets, read_geometry_blocks, rig_geometry
 from ._scan import measured, scan
-from .channels import Channel, ChannelHeader, channel_blocks, read_channel, read_channel_header
-from .geometry import Geometry, geometry_sets, read_geometry_blocks, rig_geometry
+from ._time_functions import channel_block, read_channel, read_channel_header
 
 __all__ = [
     "DIRECTIONS",
@@ -42,7 +41,7 @@ __all__ = [
 ]
 
 
-def read_uff(path) -> list[Channel] | FRF | dict[str, FRF] | Modes:
+def read_uff(path: str | PathLike[str]) -> list[Channel] | FRF | dict[str, FRF] | Modes:
     """Read the time functions or the FRFs of a universal file, or the modes of a file without functions.
 
     Parameters
@@ -77,7 +76,7 @@ def read_uff(path) -> list[Channel] | FRF | dict[str, FRF] | Modes:
         raise RecordError(f"{path}: {error}") from None
 
 
-def read_geometry(path) -> Geometry:
+def read_geometry(path: str | PathLike[str]) -> Geometry:
     """Read the nodes and trace lines of a universal file (data sets 15 and 82).
 
     Parameters
@@ -101,7 +100,7 @@ def read_geometry(path) -> Geometry:
         raise RecordError(f"{path}: {error}") from None
 
 
-def scan_uff(path) -> list[ChannelHeader]:
+def scan_uff(path: str | PathLike[str]) -> list[ChannelHeader]:
     """Check the structure of a universal file of time functions and return their headers; samples stay unread.
 
     Parameters
@@ -128,7 +127,7 @@ def scan_uff(path) -> list[ChannelHeader]:
         raise RecordError(f"{path}: {error}") from None
 
 
-def write_uff(path, obj, rig: Rig | None = None):
+def write_uff(path: str | PathLike[str], obj: object, rig: Rig | None = None) -> None:
     """Write a universal file: header (151), SI units (164) and one data set 58b per function, or 55 per mode.
 
     The same object gives the same bytes: dates are fixed. Time functions are stored in single precision, FRFs (and
@@ -149,22 +148,39 @@ def write_uff(path, obj, rig: Rig | None = None):
     RecordError
         If ``obj`` is none of these, is empty, or holds values that the format cannot.
     """
-    described = [header_set(getattr(obj, "name", "NONE")), unit_set()]
-    described += geometry_sets(rig_geometry(rig)) if rig else []
     try:
         if isinstance(obj, Modes):
-            described, blocks = described + mode_sets(obj), []
+            blocks = [text.encode() for text in mode_sets(obj)]
+        elif isinstance(obj, FRF | dict):
+            blocks = frf_blocks(obj)
         else:
-            blocks = frf_blocks(obj) if isinstance(obj, FRF | dict) else channel_blocks(obj)
+            blocks = [channel_block(c) for c in _channels(obj)]
     except RecordError as error:
         raise RecordError(f"{path}: cannot be written: {error}") from None
+    described = [_header(getattr(obj, "name", "NONE")), UNIT_SET, *(geometry_sets(rig_geometry(rig)) if rig else ())]
     with replacing(path) as temporary:
-        pyuff.UFF(str(temporary)).write_sets(described, mode="overwrite")
-        with temporary.open("ab") as file:
-            file.writelines(blocks)
+        temporary.write_bytes("".join(described).encode() + b"".join(blocks))
 
 
-def _contents(path) -> bytes:
+def _header(title: str) -> str:
+    """Data set 151, what the file is about, with fixed dates: the same object gives the same bytes."""
+    moment, program = f"{'01-Jan-00':<10}{'00:00:00':<10}", f"{'clearance_mj':<80}"
+    return text_set(151, (program, f"{title:<80}", program, moment + f"{0:10d}" * 3, moment, program, moment))
+
+
+def _channels(obj: object) -> list[Channel]:
+    found = getattr(obj, "channels", obj)
+    channels: list[Channel] = []
+    for item in found if isinstance(found, Iterable) else [found]:
+        if not isinstance(item, Channel):
+            raise RecordError(f"needs a sequence of Channel, a Record or an FRF, got {type(item).__name__}")
+        channels.append(item)
+    if not channels:
+        raise RecordError("there is no channel")
+    return channels
+
+
+def _contents(path: str | PathLike[str]) -> bytes:
     try:
         return Path(path).read_bytes()
     except OSError as error:

@@ -4,18 +4,31 @@ from __future__ import annotations
 
 import itertools
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from ...errors import RecordError
-from ._delimiters import CLOSE, closing_line
-from ._fields import DIRECTIONS, read_dof, read_integer, read_real, require_finite
+from .._checks import DIRECTIONS, require_finite
+from ..channels import NAME_LIMIT
+from ._fields import CLOSE, DELIMITER, SI, Units, closing_line, read_dof, read_integer, read_real
 
 TIME_FUNCTION, FREQUENCY_RESPONSE, COHERENCE = 1, 4, 6
 TIME, FREQUENCY, UNKNOWN = 17, 18, (0, 1)
 REAL32, REAL64, COMPLEX32, COMPLEX64 = 2, 4, 5, 6
-NAME_LIMIT = 72
-"""Characters. A longer name could end its 80-character line in "    -1", where readers see a delimiter."""
+UNIT_LABELS = {"displacement": "m", "velocity": "m/s", "acceleration": "m/s^2", "force": "N"}
+"""Labels of the units that are written"""
+FIELDS = {
+    "kind": (6, 0, 5, "function type"),
+    "ordinate": (7, 0, 10, "ordinate data type"),
+    "size": (7, 10, 20, "number of samples"),
+    "even": (7, 20, 30, "abscissa spacing"),
+    "abscissa_type": (8, 0, 10, "abscissa type"),
+    "numerator": (9, 0, 10, "ordinate type"),
+    "denominator": (10, 0, 10, "denominator type"),
+}
+"""Whole numbers of the header: record, columns and name of each"""
+CHOICES = {"ordinate": ((2, 4, 5, 6), "2, 4, 5 or 6"), "even": ((0, 1), "0 (uneven) or 1 (even)")}
 
 
 @dataclass(frozen=True)
@@ -70,25 +83,19 @@ class Function(Header):
     """bytes begin:end of the file are the samples"""
     dtype: str | None = None
     """of a binary body; None: text"""
-    factors: tuple[float, float] = (1.0, 1.0)
-    """units of length and force of the file in one SI unit"""
-
-    def factor(self, quantity: str) -> float:
-        """SI units of a quantity in one unit of the file (data set 164)."""
-        length, force = self.factors
-        return 1 / (force if quantity == "force" else length)
+    units: Units = SI
 
 
-def read_function(data, begin, binary, number, factors):
+def read_function(data: bytes, begin: int, binary: bool, number: int, units: Units) -> tuple[Function, int]:
     """Return one data set 58, whose header begins at byte ``begin``, and where the next data set begins."""
     lines, body = _header_lines(data, begin)
     header = _parse_header(lines)
     total = header.size * header.per_sample
+    dtype = None
     if binary:
         dtype = _byte_order(lines[0]) + ("f8" if header.is_double else "f4")
         end, position = _binary_end(data, body, header, np.dtype(dtype).itemsize * total)
     else:
-        dtype = None
         end, position = closing_line(data, body)
         rows = sum(1 for line in data[body:end].splitlines() if line.strip())
         needed = -(-total // len(_columns(header)))
@@ -96,7 +103,7 @@ def read_function(data, begin, binary, number, factors):
             raise RecordError(
                 f"header declares {header.size} samples, which is {needed} lines, but {rows} lines follow"
             )
-    return Function(**vars(header), number=number, begin=body, end=end, dtype=dtype, factors=factors), position
+    return Function(**vars(header), number=number, begin=body, end=end, dtype=dtype, units=units), position
 
 
 def _header_lines(data: bytes, begin: int) -> tuple[list[str], int]:
@@ -123,7 +130,7 @@ def _byte_order(line: str) -> str:
     return "<" if order == 1 else ">"
 
 
-def _binary_end(data, begin, header, size) -> tuple[int, int]:
+def _binary_end(data: bytes, begin: int, header: Header, size: int) -> tuple[int, int]:
     """Return where a binary body of ``size`` bytes ends and where the next data set begins, if that fits the file."""
     # The closing "    -1" must come just there: the byte count in the header is wrong in files by pyuff and others,
     # and a search could stop inside the samples.
@@ -142,38 +149,27 @@ def _binary_end(data, begin, header, size) -> tuple[int, int]:
 
 def _parse_header(lines: list[str]) -> Header:
     """Read records 1 to 11 of data set 58; ``lines[i]`` is record i."""
-    kind = read_integer(lines[6][0:5], "function type")
-    ordinate, size = (
-        read_integer(lines[7][0:10], "ordinate data type"),
-        read_integer(lines[7][10:20], "number of samples"),
-    )
-    spacing = read_integer(lines[7][20:30], "abscissa spacing")
-    if ordinate not in (REAL32, REAL64, COMPLEX32, COMPLEX64):
-        raise RecordError(f"ordinate data type {ordinate} is unknown; needs 2, 4, 5 or 6")
-    if size < 1:
-        raise RecordError(f"header declares {size} samples; needs at least 1")
-    if spacing not in (0, 1):
-        raise RecordError(f"abscissa spacing {spacing} is unknown; needs 0 (uneven) or 1 (even)")
-    first, step = read_real(lines[7][30:43], "abscissa minimum"), lines[7][43:56].strip().upper().replace("D", "E")
+    found: dict[str, Any] = {
+        name: read_integer(lines[record][begin:end], what) for name, (record, begin, end, what) in FIELDS.items()
+    }
+    for name, (known, words) in CHOICES.items():
+        if found[name] not in known:
+            raise RecordError(f"{FIELDS[name][3]} {found[name]} is unknown; needs {words}")
+    if found["size"] < 1:
+        raise RecordError(f"header declares {found['size']} samples; needs at least 1")
+    step = lines[7][43:56].strip().upper().replace("D", "E")
     increment = read_real(step, "abscissa increment")
-    if spacing == 1 and not increment > 0 and kind in (TIME_FUNCTION, FREQUENCY_RESPONSE, COHERENCE):
+    if found["even"] and not increment > 0 and found["kind"] in (TIME_FUNCTION, FREQUENCY_RESPONSE, COHERENCE):
         raise RecordError(f"abscissa increment {increment:g} must be > 0 for even spacing")
     if 0 < increment < 1e-300:
         raise RecordError(f"abscissa increment {increment:g} is too small")
-    name = "".join(c if c.isprintable() else " " for c in lines[1][:80]).strip()[:NAME_LIMIT].strip()
     return Header(
-        name=name,
-        kind=kind,
+        **found | {"even": found["even"] == 1},
+        name="".join(c if c.isprintable() else " " for c in lines[1][:80]).strip()[:NAME_LIMIT].strip(),
         response=read_dof(lines[6][41:51], lines[6][51:55], "response"),
         reference=read_dof(lines[6][66:76], lines[6][76:80], "reference"),
-        ordinate=ordinate,
-        size=size,
-        even=spacing == 1,
-        first=first,
+        first=read_real(lines[7][30:43], "abscissa minimum"),
         step=step,
-        abscissa_type=read_integer(lines[8][0:10], "abscissa type"),
-        numerator=read_integer(lines[9][0:10], "ordinate type"),
-        denominator=read_integer(lines[10][0:10], "denominator type"),
         unit=lines[9][46:67].strip(),
         unit_below=lines[10][46:67].strip(),
     )
@@ -231,7 +227,6 @@ def function_block(header: Header, values: np.ndarray) -> bytes:
     reference_node, reference_direction = header.reference.split(":")
     axis = ("Time", "s") if header.abscissa_type == TIME else ("Frequency", "Hz")
     lines = [
-        f"{-1:6d}",
         f"{58:6d}b{1:6d}{2:6d}{11:12d}{values.nbytes:12d}{0:6d}{0:6d}{0:12d}{0:12d}",
         *(f"{text:<80}" for text in (header.name, "NONE", "NONE", "NONE", "NONE")),
         f"{header.kind:5d}{0:10d}{0:5d}{0:10d} {'NONE':<10}{int(node):10d}{DIRECTIONS[direction]:4d} "
@@ -242,7 +237,7 @@ def function_block(header: Header, values: np.ndarray) -> bytes:
         _axis_line(header.denominator, "NONE", header.unit_below),
         _axis_line(0, "NONE", "NONE"),
     ]
-    return "\n".join((*lines, "")).encode() + values.tobytes() + f"{-1:6d}\n".encode()
+    return (DELIMITER + "\n".join((*lines, ""))).encode() + values.tobytes() + DELIMITER.encode()
 
 
 def _axis_line(kind: int, label: str, unit: str) -> str:

@@ -1,48 +1,73 @@
-"""What the fields of data sets 58 may hold: degrees of freedom, quantities, units, numbers."""
+"""Data sets of text: the lines between which they stand, and what their fields may hold."""
 
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
 
 import numpy as np
 
 from ...errors import RecordError
+from .._checks import DIRECTIONS, QUANTITIES
 
-_AXES = ("X", "Y", "Z", "RX", "RY", "RZ")
-DIRECTIONS = {f"{s}{a}": int(f"{s}{i}") for s in "+-" for i, a in enumerate(_AXES, 1)} | {"S": 0}
-"""Direction codes of data set 58; R for rotations, S for a scalar."""
-QUANTITIES = {"displacement": 8, "velocity": 11, "acceleration": 12, "force": 13}
-"""Specific data types of data set 58."""
-UNITS = {"displacement": "m", "velocity": "m/s", "acceleration": "m/s^2", "force": "N"}
-"""Labels of the units that are written"""
+DELIMITER = f"{-1:6d}\n"
+CLOSE = re.compile(rb"(?:\r?\n)? {4}-1[ \t]*(?:\r?\n|\Z)")
+_CLOSING_LINE = re.compile(rb"^ {4}-1[ \t]*(?:\r?\n|\Z)", re.MULTILINE)
 _INTEGER = re.compile(r"[+-]?[0-9]{1,10}")
 _REAL = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)(E[+-]?[0-9]{1,3})?")
-_DOF = re.compile(r"([0-9]{1,9}):(\S+)")
 
 
-def read_dof(node: str, direction: str, what: str) -> str:
-    code = read_integer(direction, f"{what} direction")
-    names = [name for name, value in DIRECTIONS.items() if value == code]
-    if not names:
-        raise RecordError(f"{what} direction {code} is unknown; needs -6 to 6")
-    number = read_integer(node, f"{what} node")
-    if not 0 <= number < 10**9:
-        raise RecordError(f"{what} node {number} must be a whole number of at most 9 digits")
-    return f"{number}:{names[0]}"
+@dataclass(frozen=True)
+class Units:
+    """Units of a file (data set 164): those of length and of force in one SI unit."""
+
+    length: float = 1.0
+    force: float = 1.0
+
+    def factor(self, quantity: str) -> float:
+        """SI units of a quantity in one unit of the file."""
+        return 1 / (self.force if quantity == "force" else self.length)
 
 
-def check_dof(label: str):
-    match = _DOF.fullmatch(label)
-    if not match or match[2] not in DIRECTIONS:
-        raise RecordError(f'degree of freedom "{label}" must be a node and a direction, such as "3:+Z"')
+SI = Units()
 
 
-def quantity_of(code: int, what: str) -> str:
-    for quantity, known in QUANTITIES.items():
-        if code == known:
-            return quantity
-    known = ", ".join(f"{code} ({quantity})" for quantity, code in QUANTITIES.items())
-    raise RecordError(f"{what} type {code} cannot be used; needs {known}")
+@dataclass(frozen=True)
+class Block:
+    """A data set that is not 58: its records."""
+
+    kind: int
+    number: int
+    """of the data set in the file, from 1"""
+    lines: tuple[str, ...]
+    """the records after the data set's type"""
+    units: Units
+
+    def record(self, index: int) -> str:
+        if index >= len(self.lines):
+            raise RecordError(f"is cut short; needs {index + 1} records, has {len(self.lines)}")
+        return self.lines[index]
+
+
+def closing_line(data: bytes, begin: int) -> tuple[int, int]:
+    """Return where the text of a data set ends and where the next data set begins."""
+    closing = _CLOSING_LINE.search(data, begin)
+    if not closing:
+        raise RecordError("has no closing line '    -1'; the file is cut short")
+    return closing.start(), closing.end()
+
+
+def text_set(kind: int, lines: Iterable[str]) -> str:
+    """A data set of text, with its delimiters."""
+    return DELIMITER + f"{kind:6d}{'':74}\n" + "".join(f"{line}\n" for line in lines) + DELIMITER
+
+
+def fields(line: str, width: int, count: int | None = None) -> list[str]:
+    """Cut a record into fields of one width; without a count, as many as it fills."""
+    line = line.rstrip()
+    count = -(-len(line) // width) if count is None else count
+    return [line[i * width : (i + 1) * width] for i in range(count)]
 
 
 def read_integer(text: str, what: str) -> int:
@@ -62,7 +87,21 @@ def read_real(text: str, what: str) -> float:
     return value
 
 
-def require_finite(values: np.ndarray, what: str):
-    finite = np.isfinite(values).reshape(len(values), -1).all(axis=1)
-    if not finite.all():
-        raise RecordError(f"{what}: sample {int(np.argmin(finite))} is not a finite number")
+def read_dof(node: str, direction: str, what: str) -> str:
+    number = read_integer(node, f"{what} node")
+    if not 0 <= number < 10**9:
+        raise RecordError(f"{what} node {number} must be a whole number of at most 9 digits")
+    code = read_integer(direction, f"{what} direction")
+    return f"{number}:{_name_of(code, DIRECTIONS, f'{what} direction {code} is unknown; needs -6 to 6')}"
+
+
+def quantity_of(code: int, what: str) -> str:
+    known = ", ".join(f"{code} ({quantity})" for quantity, code in QUANTITIES.items())
+    return _name_of(code, QUANTITIES, f"{what} type {code} cannot be used; needs {known}")
+
+
+def _name_of(code: int, codes: Mapping[str, int], otherwise: str) -> str:
+    for name, known in codes.items():
+        if code == known:
+            return name
+    raise RecordError(otherwise)

@@ -8,12 +8,14 @@ import numpy as np
 
 from ...errors import RecordError
 from ...signals.frf import FRF, by_reference, one_or_several
+from .._checks import QUANTITIES, check_dof, require_finite
 from ._dataset_58 import (
     COHERENCE,
     COMPLEX64,
     FREQUENCY,
     FREQUENCY_RESPONSE,
     REAL64,
+    UNIT_LABELS,
     UNKNOWN,
     Function,
     Header,
@@ -21,8 +23,8 @@ from ._dataset_58 import (
     numbers,
     samples,
 )
-from ._fields import QUANTITIES, UNITS, check_dof, quantity_of, require_finite
-from ._units import frf_scale
+from ._dataset_164 import frf_scale
+from ._fields import quantity_of
 
 
 def read_frfs(data: bytes, functions: list[Function]) -> FRF | dict[str, FRF]:
@@ -110,7 +112,7 @@ def _frf_blocks(frf) -> list[bytes]:
         "abscissa_type": FREQUENCY,
     }
     numerator, denominator = (QUANTITIES[name] for name in names)
-    unit = "{}/{}".format(*(f"({UNITS[n]})" if "/" in UNITS[n] else UNITS[n] for n in names))
+    unit = "{}/{}".format(*(f"({UNIT_LABELS[n]})" if "/" in UNIT_LABELS[n] else UNIT_LABELS[n] for n in names))
     blocks = []
     for label, value in zip(frf.responses, frf.value):
         check_dof(label)

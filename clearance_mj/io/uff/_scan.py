@@ -1,15 +1,16 @@
-"""The data sets of a file that hold functions."""
+"""The data sets of a file, from delimiter to delimiter."""
 
 from __future__ import annotations
 
-from ...errors import RecordError
-from ._blocks import Block
-from ._dataset_58 import COHERENCE, FREQUENCY_RESPONSE, TIME_FUNCTION, Function, read_function
-from ._dataset_164 import unit_factors
-from ._delimiters import BLANK, KIND, OPEN, closing_line
+import re
 
-KEPT = (b"15", b"55", b"82")
-"""Nodes, modes and trace lines."""
+from ...errors import RecordError
+from ._dataset_58 import COHERENCE, FREQUENCY_RESPONSE, TIME_FUNCTION, Function, read_function
+from ._dataset_164 import read_units
+from ._fields import SI, Block, closing_line
+
+_OPEN = re.compile(rb"-1[ \t]*\r?\n")
+_KIND = re.compile(rb" *(\d{1,6})([bB]?)")
 
 
 def measured(found: list[Function]) -> list[Function]:
@@ -27,30 +28,35 @@ def measured(found: list[Function]) -> list[Function]:
 
 
 def scan(data: bytes) -> tuple[list[Function], list[Block]]:
-    """Walk over the data sets of a file, from delimiter to delimiter: the functions, and those of `KEPT` kinds."""
-    found, blocks, factors, number = [], [], (1.0, 1.0), 0
-    position = BLANK.match(data).end()
-    while position < len(data):
+    """Walk over the data sets of a file: the functions, and the others."""
+    functions: list[Function] = []
+    blocks: list[Block] = []
+    units, number, position = SI, 0, 0
+    while (begin := _after_blanks(data, position)) < len(data):
         number += 1
-        opening = OPEN.match(data, position)
+        opening = _OPEN.match(data, begin)
         if not opening:
             what = "not a universal file" if number == 1 else f"stray bytes before data set {number}"
-            raise RecordError(f"{what}: needs a line '    -1' at byte {position}")
-        kind = KIND.match(data, opening.end())
+            raise RecordError(f"{what}: needs a line '    -1' at byte {begin}")
+        kind = _KIND.match(data, opening.end())
         if not kind:
             raise RecordError(f"data set {number}: has no type, needs a number such as 58 after its '    -1'")
         try:
             if kind[1] == b"58":
-                function, position = read_function(data, opening.end(), bool(kind[2]), number, factors)
-                found.append(function)
-            else:
-                end, position = closing_line(data, opening.end())
+                function, position = read_function(data, opening.end(), bool(kind[2]), number, units)
+                functions.append(function)
+                continue
+            end, position = closing_line(data, opening.end())
+            lines = data[kind.end() : end].decode("utf-8", "replace").splitlines()[1:]
+            blocks.append(Block(int(kind[1]), number, tuple(lines), units))
             if kind[1] == b"164":
-                factors = unit_factors(data[opening.end() : end])
-            if kind[1] in KEPT:
-                lines = data[kind.end() : end].decode("utf-8", "replace").splitlines()[1:]
-                blocks.append(Block(int(kind[1]), number, tuple(lines), factors))
+                units = read_units(blocks[-1])
         except RecordError as error:
             raise RecordError(f"data set {number}: {error}") from None
-        position = BLANK.match(data, position).end()
-    return found, blocks
+    return functions, blocks
+
+
+def _after_blanks(data: bytes, position: int) -> int:
+    while data[position : position + 1].isspace():
+        position += 1
+    return position

@@ -1,0 +1,119 @@
+"""Measured time functions: what every format of records reads and writes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..errors import RecordError
+from ._checks import DIRECTIONS, QUANTITIES, require_finite
+
+__all__ = ["DIRECTIONS", "QUANTITIES", "Channel", "ChannelHeader", "require_one_time"]
+
+NAME_LIMIT = 72
+"""Characters. A longer name could end the 80-character line of a universal file in "    -1", its delimiter."""
+
+
+@dataclass(frozen=True)
+class ChannelHeader:
+    """What a file says of a time function, without its samples; the fields are those of `Channel`."""
+
+    name: str
+    """label in the file"""
+    node: int
+    """number of the node"""
+    direction: str
+    """ "+X" to "-RZ", or "S" for a scalar"""
+    quantity: str
+    """as in `Channel`"""
+    size: int
+    """number of samples"""
+    fs: float
+    """samples per second"""
+    start: float
+    """s, time of the first sample"""
+
+
+@dataclass(frozen=True, eq=False)
+class Channel:
+    """One measured time function in SI units.
+
+    Raises
+    ------
+    RecordError
+        For a value that no channel can have; the message names the channel.
+    """
+
+    name: str
+    """label in the file"""
+    node: int
+    """number of the node"""
+    direction: str
+    """ "+X" to "-RZ", or "S" for a scalar"""
+    quantity: str
+    """ "acceleration" (m/s²), "velocity" (m/s), "displacement" (m) or "force" (N)"""
+    value: np.ndarray
+    """(n_t,), read-only"""
+    fs: float
+    """samples per second"""
+    start: float = 0.0
+    """s, time of the first sample"""
+
+    def __post_init__(self) -> None:
+        name, value = self.name, np.ascontiguousarray(self.value, dtype=float).view()
+        if not name or len(name) > NAME_LIMIT or not name.isprintable() or name != name.strip():
+            raise RecordError(f"channel name {name!r} must be 1 to {NAME_LIMIT} printable characters")
+        if not 0 <= self.node < 10**9:
+            raise RecordError(f'channel "{name}": node {self.node} must be a whole number of at most 9 digits')
+        if self.direction not in DIRECTIONS:
+            raise RecordError(f'channel "{name}": direction "{self.direction}" is unknown; use {", ".join(DIRECTIONS)}')
+        if self.quantity not in QUANTITIES:
+            raise RecordError(f'channel "{name}": quantity "{self.quantity}" is unknown; use {", ".join(QUANTITIES)}')
+        if value.ndim != 1 or not value.size:
+            raise RecordError(f'channel "{name}" must be one row of samples, got shape {value.shape}')
+        require_finite(value, f'channel "{name}"')
+        if not 0 < self.fs < np.inf or not np.isfinite(self.start):
+            raise RecordError(f'channel "{name}": fs must be > 0 Hz and start finite, got {self.fs}, {self.start}')
+        value.flags.writeable = False
+        object.__setattr__(self, "value", value)
+
+    @property
+    def label(self) -> str:
+        """Degree of freedom, such as "3:+Z"."""
+        return f"{self.node}:{self.direction}"
+
+    @property
+    def size(self) -> int:
+        """Number of samples."""
+        return self.value.size
+
+    @property
+    def time(self) -> np.ndarray:
+        """(n_t,) s"""
+        return self.start + np.arange(self.size) / self.fs
+
+
+def require_one_time(channels: Sequence[Channel]) -> None:
+    """Refuse channels that do not share rate, length and start, as those of one table do.
+
+    Parameters
+    ----------
+    channels : sequence of Channel
+        The channels.
+
+    Raises
+    ------
+    RecordError
+        Naming the two that differ; also if there is none.
+    """
+    if not channels:
+        raise RecordError("there is no channel")
+    first = channels[0]
+    for c in channels:
+        if (c.size, c.fs, c.start) != (first.size, first.fs, first.start):
+            raise RecordError(
+                f'channel "{c.name}" has {c.size} samples at {c.fs:g} Hz from {c.start:g} s, "{first.name}" has '
+                f"{first.size} at {first.fs:g} Hz from {first.start:g} s; a table needs one time, .uff does not"
+            )
