@@ -7,39 +7,46 @@ Plain frozen data in SI units, read from and written to TOML. Every impossible v
 from __future__ import annotations
 
 import dataclasses
-import functools
 import math
-import tomllib
-import types
-import typing
-from dataclasses import dataclass, field
+from itertools import pairwise
 from pathlib import Path
+from typing import Annotated, Any, Literal
 
 import tomli_w
+from pydantic import AfterValidator, Field
 
 from .errors import RigError
 from .files import replacing
+from .validation import (
+    NotNegative,
+    Number,
+    Positive,
+    Share,
+    Text,
+    Whole,
+    checked,
+    from_plain,
+    json_schema,
+    read_plain,
+    to_plain,
+)
 
-__all__ = [
-    "Beam",
-    "Bushing",
-    "Contact",
-    "Grease",
-    "PointMass",
-    "Rig",
-    "Sensor",
-    "Shaker",
-    "from_plain",
-    "to_plain",
-]
+__all__ = ["Beam", "Bushing", "Contact", "Grease", "PointMass", "Rig", "Sensor", "Shaker", "rig_schema"]
 
 BASE_NODE = 100
 """Node of the base acceleration in records."""
 SHAKER_NODE = 200
 """Node of the shaker's (or hammer's) force in records."""
 
+_EITHER_SECTION = {
+    "oneOf": [
+        {"required": ["diameter"], "properties": {"width": False, "height": False}},
+        {"required": ["width", "height"], "properties": {"diameter": False}},
+    ]
+}
 
-@dataclass(frozen=True)
+
+@checked(RigError, schema=_EITHER_SECTION)
 class Beam:
     """A uniform Euler-Bernoulli shaft, clamped at x = 0 and free at x = length.
 
@@ -47,42 +54,41 @@ class Beam:
     rectangular one.
     """
 
-    length: float
+    length: Positive
     """m"""
-    young_modulus: float
+    young_modulus: Positive
     """Pa"""
-    density: float
+    density: Positive
     """kg/m³"""
-    diameter: float | None = None
+    diameter: Positive | None = None
     """m"""
-    width: float | None = None
+    width: Positive | None = None
     """m"""
-    height: float | None = None
+    height: Positive | None = None
     """m, in the direction of vibration"""
-    rayleigh: tuple[float, float] = (0.0, 0.0)
+    rayleigh: tuple[NotNegative, NotNegative] = (0.0, 0.0)
     """(η1 in 1/s, η2 in s): damping η1 M + η2 K, Eq. 6"""
 
-    def __post_init__(self):
-        for name in ("length", "young_modulus", "density"):
-            _require(getattr(self, name) > 0, f"beam.{name}", getattr(self, name), "must be > 0")
-        round_, rectangular = self.diameter is not None, (self.width is not None or self.height is not None)
-        if round_ == rectangular or (self.width is None) != (self.height is None):
-            raise RigError("beam: give either diameter, or width and height")
-        for name in ("diameter", "width", "height"):
-            value = getattr(self, name)
-            _require(value is None or value > 0, f"beam.{name}", value, "must be > 0 m")
-        if len(self.rayleigh) != 2 or not all(0 <= eta < math.inf for eta in self.rayleigh):
-            raise RigError(f"beam.rayleigh must be two numbers >= 0 (1/s, s), got {list(self.rayleigh)}")
+    def __post_init__(self) -> None:
+        rectangle = (self.width is not None, self.height is not None)
+        if any(rectangle) != all(rectangle) or any(rectangle) == (self.diameter is not None):
+            raise ValueError("give either diameter, or width and height")
 
     @property
     def area(self) -> float:
         """Cross-section in m²."""
-        return math.pi * self.diameter**2 / 4 if self.diameter else self.width * self.height
+        width, height = self._rectangle
+        return math.pi * self.diameter**2 / 4 if self.diameter else width * height
 
     @property
     def second_moment(self) -> float:
         """Second moment of area in m⁴."""
-        return math.pi * self.diameter**4 / 64 if self.diameter else self.width * self.height**3 / 12
+        width, height = self._rectangle
+        return math.pi * self.diameter**4 / 64 if self.diameter else width * height**3 / 12
+
+    @property
+    def _rectangle(self) -> tuple[float, float]:
+        return self.width or 0.0, self.height or 0.0
 
     @property
     def bending_stiffness(self) -> float:
@@ -95,19 +101,19 @@ class Beam:
         return self.density * self.area
 
 
-@dataclass(frozen=True)
+@checked(RigError)
 class PointMass:
     """A mass fixed to the shaft at one position."""
 
-    position: float
+    position: Positive
     """m from the clamp"""
-    mass: float
+    mass: Positive
     """kg"""
-    name: str = ""
+    name: Text = ""
     """for people"""
 
 
-@dataclass(frozen=True)
+@checked(RigError)
 class Grease:
     """Grease in a bushing: Bouc-Wen hysteresis (Eq. 9) and a squeeze film (physics of the thinning film).
 
@@ -115,46 +121,33 @@ class Grease:
     ż = A ẋ - β|ẋ||z|ⁿ⁻¹z - γ ẋ|z|ⁿ. The default λ = 1 without film height is a linear spring and damper.
     """
 
-    stiffness: float
+    stiffness: NotNegative
     """k, N/m"""
-    damping: float = 0.0
+    damping: NotNegative = 0.0
     """c, N s/m, of the centred shaft"""
-    elastic_ratio: float = 1.0
+    elastic_ratio: Share = 1.0
     """λ, share of the stiffness that does not slide"""
-    amplitude: float = 1.0
+    amplitude: Positive = 1.0
     """A"""
-    beta: float = 0.0
+    beta: NotNegative = 0.0
     """β, 1/mⁿ (the article's ζ)"""
-    gamma: float = 0.0
+    gamma: Number = 0.0
     """γ, 1/mⁿ"""
-    exponent: float = 2.0
+    exponent: Annotated[Number, Field(ge=1)] = 2.0
     """n"""
-    film_height: float | None = None
+    film_height: Positive | None = None
     """h, m: film thickness at which the squeeze film would close; None: damping does not grow"""
-    film_limit: float = 0.2
+    film_limit: Annotated[Positive, Field(le=1)] = 0.2
     """ε, smallest relative film thickness (the asperities' share of h)"""
 
-    def __post_init__(self):
-        where = "grease"
-        _require(self.stiffness >= 0, f"{where}.stiffness", self.stiffness, "must be >= 0 N/m")
-        _require(self.damping >= 0, f"{where}.damping", self.damping, "must be >= 0 N s/m")
-        _require(0 <= self.elastic_ratio <= 1, f"{where}.elastic_ratio", self.elastic_ratio, "must be in 0..1")
-        _require(self.amplitude > 0, f"{where}.amplitude", self.amplitude, "must be > 0")
-        _require(self.exponent >= 1, f"{where}.exponent", self.exponent, "must be >= 1")
-        if not -self.beta <= self.gamma <= self.beta:
-            raise RigError(
-                f"{where}.gamma {self.gamma:g} makes the Bouc-Wen element create energy "
+    def __post_init__(self) -> None:
+        if abs(self.gamma) > self.beta:
+            raise ValueError(
+                f"gamma {self.gamma:g} makes the Bouc-Wen element create energy "
                 f"(needs -beta <= gamma <= beta, beta = {self.beta:g})"
             )
         if self.elastic_ratio < 1 and self.beta + self.gamma <= 0:
-            raise RigError(f"{where}.beta + gamma must be > 0 when elastic_ratio < 1, or the loop never yields")
-        _require(
-            self.film_height is None or self.film_height > 0,
-            f"{where}.film_height",
-            self.film_height,
-            "must be > 0 m",
-        )
-        _require(0 < self.film_limit <= 1, f"{where}.film_limit", self.film_limit, "must be in 0..1, above 0")
+            raise ValueError("beta + gamma must be > 0 when elastic_ratio < 1, or the loop never yields")
 
     @property
     def yield_displacement(self) -> float:
@@ -163,29 +156,25 @@ class Grease:
         return (self.amplitude / total) ** (1 / self.exponent) if total > 0 else math.inf
 
 
-@dataclass(frozen=True)
+@checked(RigError)
 class Contact:
     """Datasheet contact of shaft and bushing, linearised at one gap of penetration."""
 
-    stiffness: float
+    stiffness: Positive
     """k, N/m"""
-    damping: float = 0.0
+    damping: NotNegative = 0.0
     """c, N s/m"""
 
-    def __post_init__(self):
-        _require(self.stiffness > 0, "contact.stiffness", self.stiffness, "must be > 0 N/m")
-        _require(self.damping >= 0, "contact.damping", self.damping, "must be >= 0 N s/m")
 
-
-@dataclass(frozen=True)
+@checked(RigError)
 class Bushing:
     """A bushing around the shaft: it touches at its two ends once the shaft has moved by the radial gap."""
 
-    position: float
+    position: Positive
     """m from the clamp to the bushing's middle"""
-    gap: float
+    gap: Positive
     """radial clearance d, m"""
-    length: float
+    length: Positive
     """m along the shaft; contact happens at both ends, each with half of k and c"""
     grease: Grease
     """what fills the gap"""
@@ -198,29 +187,48 @@ class Bushing:
         return self.position - self.length / 2, self.position + self.length / 2
 
 
-@dataclass(frozen=True)
+def _free_node(node: int) -> int:
+    if node in (BASE_NODE, SHAKER_NODE):
+        raise ValueError(f"must not be {BASE_NODE} (base) or {SHAKER_NODE} (shaker)")
+    return node
+
+
+_NOT_TAKEN: dict[str, Any] = {"not": {"enum": [BASE_NODE, SHAKER_NODE]}}
+
+
+@checked(RigError)
 class Sensor:
     """An accelerometer on the shaft, identified by its node number in files."""
 
-    node: int
+    node: Annotated[Whole, Field(ge=1, le=999_999_999, json_schema_extra=_NOT_TAKEN), AfterValidator(_free_node)]
     """positive, unique in the rig; 100 (base) and 200 (shaker) are taken"""
-    position: float
+    position: Positive
     """m from the clamp"""
-    mass: float = 0.0
+    mass: NotNegative = 0.0
     """kg, loads the shaft like a point mass"""
 
 
-@dataclass(frozen=True)
-class Shaker:
-    """How the rig is driven: the base plate that carries clamp and bushings, or a force at one point."""
+_FORCE_NEEDS_POSITION = {
+    "if": {"properties": {"kind": {"const": "force"}}, "required": ["kind"]},
+    "then": {"required": ["position"]},
+}
 
-    kind: typing.Literal["base", "force"] = "base"
+
+@checked(RigError, schema=_FORCE_NEEDS_POSITION)
+class Shaker:
+    """How the rig is excited: at the base plate that carries clamp and bushings, or by a force at one point."""
+
+    kind: Literal["base", "force"] = "base"
     """ "base" or "force" """
-    position: float | None = None
+    position: Positive | None = None
     """m from the clamp; for a force"""
 
+    def __post_init__(self) -> None:
+        if self.kind == "force" and self.position is None:
+            raise ValueError('position is missing; a shaker of kind "force" pushes at one point')
 
-@dataclass(frozen=True)
+
+@checked(RigError, name="")
 class Rig:
     """A complete rig.
 
@@ -230,67 +238,51 @@ class Rig:
         For any value that no rig can have; the message names the field and the allowed range.
     """
 
-    name: str
+    name: Annotated[Text, Field(min_length=1)]
     """for people; also in messages and results"""
     beam: Beam
     """the shaft"""
     bushings: tuple[Bushing, ...]
     """around the shaft, without overlap; may be none"""
-    sensors: tuple[Sensor, ...]
+    sensors: Annotated[tuple[Sensor, ...], Field(min_length=1)]
     """at least one"""
     masses: tuple[PointMass, ...] = ()
     """fixed to the shaft"""
-    shaker: Shaker = field(default_factory=Shaker)
-    """how the rig is driven"""
-    description: str = ""
+    shaker: Shaker = Shaker()
+    """how the rig is excited"""
+    description: Text = ""
     """for people"""
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         l = self.beam.length
-        if not self.name:
-            raise RigError("name must not be empty")
-        for kind in ("masses", "bushings", "sensors"):
-            for i, item in enumerate(getattr(self, kind)):
-                _require_on_beam(item.position, f"{kind}[{i}].position", l)
-        for i, mass in enumerate(self.masses):
-            _require(mass.mass > 0, f"masses[{i}].mass", mass.mass, "must be > 0 kg")
+        positions = {
+            f"{kind}[{i}].position": item.position
+            for kind in ("masses", "bushings", "sensors")
+            for i, item in enumerate(getattr(self, kind))
+        }
+        for name, position in (positions | {"shaker.position": self.shaker.position or l}).items():
+            if position > l:
+                raise ValueError(f"{name} {position:g} m lies outside the beam (0 < x <= {l:g} m)")
+        nodes: set[int] = set()
         for i, sensor in enumerate(self.sensors):
-            _require(sensor.mass >= 0, f"sensors[{i}].mass", sensor.mass, "must be >= 0 kg")
-            if not 0 < sensor.node < 1e9 or sensor.node in (BASE_NODE, SHAKER_NODE):
-                raise RigError(
-                    f"sensors[{i}].node {sensor.node} must be a positive whole number of at most 9 digits, and not "
-                    f"{BASE_NODE} (base) or {SHAKER_NODE} (shaker)"
-                )
-        nodes = [s.node for s in self.sensors]
-        for i, node in enumerate(nodes):
-            if node in nodes[:i]:
-                raise RigError(f"sensors[{i}].node {node} is used twice; each sensor needs its own node")
-        if not self.sensors:
-            raise RigError("sensors: a rig needs at least one")
+            if sensor.node in nodes:
+                raise ValueError(f"sensors[{i}].node {sensor.node} is used twice; each sensor needs its own node")
+            nodes.add(sensor.node)
         self._check_bushings()
-        if self.shaker.kind not in ("base", "force"):
-            raise RigError(f'shaker.kind "{self.shaker.kind}" is unknown; use "base" or "force"')
-        if self.shaker.kind == "force" and self.shaker.position is None:
-            raise RigError('shaker.position is missing; a shaker of kind "force" pushes at one point')
-        if self.shaker.position is not None:
-            _require_on_beam(self.shaker.position, "shaker.position", l)
 
-    def _check_bushings(self):
+    def _check_bushings(self) -> None:
         l = self.beam.length
         for i, b in enumerate(self.bushings):
-            _require(b.gap > 0, f"bushings[{i}].gap", b.gap, "must be > 0 m (radial clearance)")
-            _require(b.length > 0, f"bushings[{i}].length", b.length, "must be > 0 m")
             if b.ends[0] <= 0 or b.ends[1] > l:
-                raise RigError(
+                raise ValueError(
                     f"bushings[{i}].length {b.length:g} m makes it reach from {b.ends[0]:g} to {b.ends[1]:g} m, "
                     f"past the beam (0 < x <= {l:g} m)"
                 )
-        order = sorted(range(len(self.bushings)), key=lambda i: self.bushings[i].position)
-        for i, j in zip(order, order[1:]):
-            if self.bushings[i].ends[1] >= self.bushings[j].ends[0]:
-                raise RigError(
-                    f"bushings[{j}] overlaps bushings[{i}]: it starts at {self.bushings[j].ends[0]:g} m, "
-                    f"the other ends at {self.bushings[i].ends[1]:g} m"
+        for (i, first), (j, second) in pairwise(sorted(enumerate(self.bushings), key=lambda item: item[1].position)):
+            if first.ends[1] >= second.ends[0]:
+                raise ValueError(
+                    f"bushings[{j}] overlaps bushings[{i}]: it starts at {second.ends[0]:g} m, "
+                    f"the other ends at {first.ends[1]:g} m"
                 )
 
     @property
@@ -309,7 +301,7 @@ class Rig:
         """Degree of freedom of each sensor as "node:+Z"."""
         return [f"{s.node}:+Z" for s in self.sensors]
 
-    def replace(self, **changes) -> Rig:
+    def replace(self, **changes: Any) -> Rig:
         """Return a copy with other values; it is checked again.
 
         Parameters
@@ -320,7 +312,7 @@ class Rig:
         return dataclasses.replace(self, **changes)
 
     @classmethod
-    def load(cls, path) -> Rig:
+    def load(cls, path: str | Path) -> Rig:
         """Read a rig from a TOML file.
 
         Parameters
@@ -333,20 +325,14 @@ class Rig:
         RigError
             If the file is missing, is not TOML, has unknown or missing keys or impossible values.
         """
-        path = Path(path)
-        try:
-            data = tomllib.loads(path.read_text(encoding="utf-8"))
-        except OSError as error:
-            raise RigError(f"{path}: cannot be read ({error.strerror})") from None
-        except (ValueError, RecursionError) as error:
-            raise RigError(f"{path}: not valid TOML: {error}") from None
+        data = read_plain(path, RigError)
         try:
             return cls.from_dict(data)
         except RigError as error:
             raise RigError(f"{path}: {error}") from None
 
     @classmethod
-    def from_dict(cls, data: dict) -> Rig:
+    def from_dict(cls, data: dict[str, Any]) -> Rig:
         """Build a rig from the nested dictionary that a rig file holds.
 
         Parameters
@@ -359,13 +345,13 @@ class Rig:
         RigError
             If it has unknown or missing keys or impossible values.
         """
-        return from_plain(cls, data, "")
+        return from_plain(cls, data, "", RigError)
 
-    def to_dict(self) -> dict:
+    def to_dict(self) -> dict[str, Any]:
         """Return the rig as nested plain data."""
         return to_plain(self)
 
-    def save(self, path):
+    def save(self, path: str | Path) -> None:
         """Write the rig as TOML; an existing file is replaced only once the new one is whole.
 
         Parameters
@@ -377,110 +363,6 @@ class Rig:
             temporary.write_text(tomli_w.dumps(self.to_dict()), encoding="utf-8")
 
 
-def _require(condition, name, value, rule):
-    if not condition or (value is not None and not math.isfinite(value)):
-        raise RigError(f"{name} {rule}, got {value:g}")
-
-
-def _require_on_beam(position, name, length):
-    if not 0 < position <= length:
-        raise RigError(f"{name} {position:g} m lies outside the beam (0 < x <= {length:g} m)")
-
-
-def from_plain(kind, data, where):
-    """Make the dataclass ``kind`` from a dictionary, refusing unknown, missing and mistyped keys.
-
-    Parameters
-    ----------
-    kind : type
-        A dataclass of this module.
-    data : dict
-        Nested plain data, as TOML or JSON hold it.
-    where : str
-        Path of the field in the file, for messages.
-
-    Raises
-    ------
-    RigError
-        Naming the key.
-    """
-    if not isinstance(data, dict):
-        raise RigError(f"{where or 'rig'} must be a table of keys, got {data!r}")
-    hints = _hints(kind)
-    fields = {f.name: f for f in dataclasses.fields(kind)}
-    prefix = f"{where}." if where else ""
-    for key in data:
-        if key not in fields:
-            raise RigError(f"{prefix}{key} is not a known key; known: {', '.join(fields)}")
-    required = (
-        n for n, f in fields.items() if f.default is dataclasses.MISSING and f.default_factory is dataclasses.MISSING
-    )
-    for name in required:
-        if name not in data:
-            raise RigError(f"{prefix}{name} is missing")
-    values = {key: _convert(hints[key], value, f"{prefix}{key}") for key, value in data.items()}
-    try:
-        return kind(**values)
-    except RigError as error:
-        # An element checks itself under its own name; put the place in the file before it.
-        message, own = str(error), kind.__name__.lower()
-        if where and message.startswith(own):
-            message = where + message[len(own) :]
-        raise RigError(message) from None
-
-
-_hints = functools.cache(typing.get_type_hints)
-
-
-def _convert(hint, value, where):
-    origin, args = typing.get_origin(hint), typing.get_args(hint)
-    if origin is types.UnionType:  # an optional field
-        return _convert(args[0], value, where)
-    if origin is tuple and args[-1] is Ellipsis:
-        if not isinstance(value, list):
-            of_tables = f" of tables ([[{where}]])" if dataclasses.is_dataclass(args[0]) else ""
-            raise RigError(f"{where} must be a list{of_tables}, got {value!r}")
-        return tuple(_convert(args[0], item, f"{where}[{i}]") for i, item in enumerate(value))
-    if origin is tuple:
-        if not isinstance(value, list) or len(value) != len(args):
-            raise RigError(f"{where} must be a list of {len(args)} numbers, got {value!r}")
-        return tuple(_convert(a, item, f"{where}[{i}]") for i, (a, item) in enumerate(zip(args, value)))
-    if dataclasses.is_dataclass(hint):
-        return from_plain(hint, value, where)
-    if origin is typing.Literal or hint is str:
-        if not isinstance(value, str):
-            raise RigError(f"{where} must be a string, got {value!r}")
-        return value
-    if hint is bool:
-        if not isinstance(value, bool):
-            raise RigError(f"{where} must be true or false, got {value!r}")
-        return value
-    if hint is int:
-        if isinstance(value, bool) or not isinstance(value, int):
-            raise RigError(f"{where} must be a whole number, got {value!r}")
-        return value
-    if isinstance(value, bool) or not isinstance(value, int | float):
-        raise RigError(f"{where} must be a plain number in SI units, got {value!r}")
-    try:
-        number = float(value)
-    except OverflowError:
-        number = math.inf
-    if not math.isfinite(number):
-        raise RigError(f"{where} must be finite, got {number!r}")
-    return number
-
-
-def to_plain(value):
-    """Return a dataclass as nested dictionaries and lists, without the fields that are None.
-
-    Parameters
-    ----------
-    value : dataclass, tuple or plain value
-        What to turn into plain data.
-    """
-    if dataclasses.is_dataclass(value):
-        pairs = ((f.name, getattr(value, f.name)) for f in dataclasses.fields(value))
-        return {name: to_plain(item) for name, item in pairs if item is not None}
-    if isinstance(value, tuple):
-        return [to_plain(item) for item in value]
-    return value
+def rig_schema() -> dict[str, Any]:
+    """Return the JSON Schema (draft 2020-12) of a rig file; rules between values are checked by `Rig` alone."""
+    return json_schema(Rig, "clearance_mj rig")

@@ -84,7 +84,7 @@ IMPOSSIBLE = {
     "no channels": (lambda: require_one_time([]), "there is no channel"),
     "one instant": (lambda: even_rate(np.zeros(1), 1e-15), "needs two samples to tell its time step"),
     "csac of one": (lambda: csac(np.ones((1, 3)), np.ones((1, 3))), "needs at least 2, got 1"),
-    "scale": (lambda: Vary("rig.a", low=1, high=2, scale="cubic"), 'vary rig.a: scale "cubic" is unknown'),
+    "scale": (lambda: Vary("rig.a", low=1, high=2, scale="cubic"), 'vary.scale "cubic" is unknown; use linear or log'),
     "values twice": (lambda: Vary("rig.a", values=(1.0, 1.0)), r"each once; got \[1.0, 1.0\]"),
     "values and count": (lambda: Vary("rig.a", values=(1.0, 2.0), count=3), "count and scale go with low and high"),
     "samples of a grid": (lambda: Design("grid", samples=4), "design.samples is not for a grid"),
@@ -98,7 +98,7 @@ IMPOSSIBLE = {
         lambda: Design("grid").points([Vary(f"rig.{i}", low=0, high=1, count=10**4) for i in range(4)]),
         "too many",
     ),
-    "natural frequencies": (lambda: Outputs(natural_frequencies=21), r"must be in 1\.\.20, got 21"),
+    "natural frequencies": (lambda: Outputs(natural_frequencies=21), "natural_frequencies must be <= 20, got 21"),
     "no excitation": (lambda: next(simulate_blocks(None, [], None)), "there is no piece of an excitation"),
     "worker with other code": (
         lambda: tasks._with_same_code("other", abs, -1),

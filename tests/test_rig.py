@@ -3,6 +3,8 @@
 import copy
 import dataclasses
 import math
+import pickle
+import re
 import tomllib
 from pathlib import Path
 
@@ -20,24 +22,26 @@ GREASE, CONTACT = Grease(4369.0, 3.0), Contact(7.8e3, 4.0)
 MISSING = object()
 
 
-def changed(*path, value):
-    """Return the tables of the rig file with one value changed, or taken out if it is MISSING."""
+def changed(path, value):
+    """Return the tables of the rig file with the value at a path such as bushings[0].gap changed, or taken out."""
     tables = copy.deepcopy(TABLES)
+    *above, last = (int(step) if step.isdigit() else step for step in re.findall(r"\w+", path))
     place = tables
-    for key in path[:-1]:
-        place = place[key]
+    for step in above:
+        place = place[step]
     if value is MISSING:
-        del place[path[-1]]
+        del place[last]
     else:
-        place[path[-1]] = value
+        place[last] = value
     return tables
 
 
-def case(*arguments):
-    """Split (*path, value, message) and name the case by its field."""
-    *path, value, message = arguments
-    shown = "missing" if value is MISSING else str(value)[:24]
-    return pytest.param(path, value, message, id=f"{'.'.join(map(str, path))}={shown}")
+def refused(path, value):
+    """Return the message, one line, of a rig with another value at a path."""
+    with pytest.raises(RigError) as caught:
+        Rig.from_dict(changed(path, value))
+    assert "\n" not in str(caught.value)
+    return str(caught.value)
 
 
 # What comes back
@@ -110,7 +114,16 @@ def test_failed_save_leaves_the_old_file(tmp_path, monkeypatch):
 
 
 def test_whole_numbers_are_numbers():
-    assert Rig.from_dict(changed("beam", "length", value=1)).beam.length == 1.0
+    assert Rig.from_dict(changed("beam.length", 1)).beam.length == 1.0
+
+
+def test_a_rig_is_a_value():
+    """Rigs are keys of caches, and go to other processes."""
+    rig = full_rig()
+    assert rig == full_rig() != Rig.load(FILE)
+    assert hash(rig) == hash(full_rig()) and pickle.loads(pickle.dumps(rig)) == rig
+    with pytest.raises(dataclasses.FrozenInstanceError):
+        rig.name = "other"
 
 
 # Derived values
@@ -145,7 +158,7 @@ def test_yield_displacement():
 def test_replace_checks_again():
     rig = Rig.load(FILE)
     assert rig.replace(name="b").name == "b"
-    with pytest.raises(RigError, match="sensors: a rig needs at least one"):
+    with pytest.raises(RigError, match="sensors must hold 1 or more, got none"):
         rig.replace(sensors=())
 
 
@@ -155,27 +168,27 @@ def test_replace_checks_again():
 @pytest.mark.parametrize(
     ("path", "value"),
     [
-        (("bushings", 0, "grease", "stiffness"), 0.0),
-        (("bushings", 0, "grease", "elastic_ratio"), 1.0),
-        (("bushings", 0, "grease"), {"stiffness": 1.0, "beta": 2.0, "gamma": -2.0}),
-        (("bushings", 0, "grease"), {"stiffness": 1.0, "beta": 2.0, "gamma": 2.0, "elastic_ratio": 0.0}),
-        (("bushings", 0, "grease", "exponent"), 1.0),
-        (("bushings", 0, "grease", "film_limit"), 1.0),
-        (("bushings", 0, "contact", "damping"), 0.0),
-        (("bushings",), []),
-        (("beam", "rayleigh"), [0, 0]),
-        (("sensors", 0, "position"), 1.0),
-        (("masses",), []),
-        (("shaker",), {"kind": "force", "position": 1.0}),
-        (("description",), ""),
+        ("bushings[0].grease.stiffness", 0.0),
+        ("bushings[0].grease.elastic_ratio", 1.0),
+        ("bushings[0].grease", {"stiffness": 1.0, "beta": 2.0, "gamma": -2.0}),
+        ("bushings[0].grease", {"stiffness": 1.0, "beta": 2.0, "gamma": 2.0, "elastic_ratio": 0.0}),
+        ("bushings[0].grease.exponent", 1.0),
+        ("bushings[0].grease.film_limit", 1.0),
+        ("bushings[0].contact.damping", 0.0),
+        ("bushings", []),
+        ("beam.rayleigh", [0, 0]),
+        ("sensors[0].position", 1.0),
+        ("masses", []),
+        ("shaker", {"kind": "force", "position": 1.0}),
+        ("description", ""),
     ],
 )
 def test_limits_are_allowed(path, value):
-    Rig.from_dict(changed(*path, value=value))
+    Rig.from_dict(changed(path, value))
 
 
 def test_bushing_may_end_at_the_tip():
-    tables = changed("bushings", 1, "position", value=0.75)
+    tables = changed("bushings[1].position", 0.75)
     tables["bushings"][1]["length"] = 0.375  # 0.5625 to 0.9375, exact in binary
     Rig.from_dict(tables)
     tables["bushings"][1] |= {"position": 0.875, "length": 0.25}
@@ -185,167 +198,151 @@ def test_bushing_may_end_at_the_tip():
 # Refusals, each with the field
 
 
-G, C = ("bushings", 0, "grease"), ("bushings", 0, "contact")
+LINE = {"length": 1.0, "young_modulus": 1.0, "density": 1.0}
 NUMBER = "must be a plain number in SI units, got"
 REFUSED = [
     # Beam
-    case("beam", "length", 0.0, "beam.length must be > 0, got 0"),
-    case("beam", "length", -1.0, "beam.length must be > 0, got -1"),
-    case("beam", "young_modulus", 0.0, "beam.young_modulus must be > 0"),
-    case("beam", "density", -7850.0, "beam.density must be > 0"),
-    case("beam", "diameter", 0.0, "beam.diameter must be > 0 m, got 0"),
-    case("beam", "diameter", MISSING, "beam: give either diameter, or width and height"),
-    case("beam", "width", 0.01, "beam: give either diameter, or width and height"),
-    case("beam", {"length": 1.0, "young_modulus": 1.0, "density": 1.0, "width": 0.1}, "beam: give either diameter"),
-    case("beam", {"length": 1.0, "young_modulus": 1.0, "density": 1.0, "width": 0.1, "height": -0.1}, "beam.height"),
-    case("beam", "rayleigh", [0.5, -1e-5], "beam.rayleigh must be two numbers >= 0 (1/s, s)"),
-    case("beam", "rayleigh", [0.5], "beam.rayleigh must be a list of 2 numbers, got [0.5]"),
-    case("beam", "rayleigh", 0.5, "beam.rayleigh must be a list of 2 numbers, got 0.5"),
-    case("beam", "rayleigh", [0.5, "1e-5 s"], f"beam.rayleigh[1] {NUMBER} '1e-5 s'"),
-    case("beam", "rayleigh", [0.5, math.nan], "beam.rayleigh[1] must be finite"),
+    ("beam.length", 0.0, "must be > 0, got 0 (m)"),
+    ("beam.length", -1.0, "must be > 0, got -1 (m)"),
+    ("beam.young_modulus", 0.0, "must be > 0, got 0 (Pa)"),
+    ("beam.density", -7850.0, "must be > 0, got -7850 (kg/m³)"),
+    ("beam.diameter", 0.0, "must be > 0, got 0 (m)"),
+    ("beam.rayleigh", [0.5], "must be a list of 2 numbers, got [0.5]"),
+    ("beam.rayleigh", [0.5, 0.0, 1.0], "must be a list of 2 numbers, got [0.5, 0.0, 1.0]"),
+    ("beam.rayleigh", 0.5, "must be a list of 2 numbers, got 0.5"),
     # Bushings
-    case("bushings", 0, "gap", -3e-4, "bushings[0].gap must be > 0 m (radial clearance), got -0.0003"),
-    case("bushings", 1, "gap", 0.0, "bushings[1].gap must be > 0 m"),
-    case("bushings", 0, "length", 0.0, "bushings[0].length must be > 0 m"),
-    case("bushings", 0, "length", 2.0, "bushings[0].length 2 m makes it reach from -0.4516 to 1.5484 m, past the beam"),
-    case("bushings", 0, "position", 0.005, "bushings[0].length 0.012 m makes it reach from -0.001"),
-    case("bushings", 1, "position", 0.999, "bushings[1].length 0.012 m makes it reach"),
-    case("bushings", 1, "position", 1.2, "bushings[1].position 1.2 m lies outside the beam (0 < x <= 1 m)"),
-    case("bushings", 0, "position", 0.0, "bushings[0].position 0 m lies outside the beam"),
-    case("bushings", 1, "position", 0.55, "bushings[1] overlaps bushings[0]: it starts at 0.544 m, the other ends at"),
-    case("bushings", 0, "position", 0.79, "bushings[1] overlaps bushings[0]"),
-    case("bushings", 0, "position", 0.80, "bushings[0] overlaps bushings[1]"),
+    ("bushings[0].gap", -3e-4, "must be > 0, got -0.0003 (radial clearance d, m)"),
+    ("bushings[1].gap", 0.0, "must be > 0, got 0 (radial clearance d, m)"),
+    ("bushings[0].length", 0.0, "must be > 0, got 0 (m along the shaft)"),
+    ("bushings[0].length", 2.0, "2 m makes it reach from -0.4516 to 1.5484 m, past the beam (0 < x <= 1 m)"),
+    ("bushings[1].position", 1.2, "1.2 m lies outside the beam (0 < x <= 1 m)"),
+    ("bushings[0].position", 0.0, "must be > 0, got 0 (m from the clamp to the bushing's middle)"),
     # Grease and contact
-    case(*G, "stiffness", -1.0, "bushings[0].grease.stiffness must be >= 0 N/m, got -1"),
-    case(*G, "damping", -1.0, "bushings[0].grease.damping must be >= 0 N s/m"),
-    case(*G, "elastic_ratio", 1.1, "bushings[0].grease.elastic_ratio must be in 0..1, got 1.1"),
-    case(*G, "elastic_ratio", -0.1, "bushings[0].grease.elastic_ratio must be in 0..1"),
-    case(*G, "amplitude", 0.0, "bushings[0].grease.amplitude must be > 0"),
-    case(*G, "exponent", 0.5, "bushings[0].grease.exponent must be >= 1"),
-    case(*G, {"stiffness": 1.0, "beta": 1.0, "gamma": 1.1}, "bushings[0].grease.gamma 1.1 makes the Bouc-Wen element"),
-    case(*G, {"stiffness": 1.0, "beta": 1.0, "gamma": -1.1}, "needs -beta <= gamma <= beta, beta = 1"),
-    case(*G, {"stiffness": 1.0, "beta": -1.0}, "bushings[0].grease.gamma 0 makes the Bouc-Wen element create energy"),
-    case(
-        *G, {"stiffness": 1.0, "elastic_ratio": 0.5}, "bushings[0].grease.beta + gamma must be > 0 when elastic_ratio"
-    ),
-    case(*G, "film_height", 0.0, "bushings[0].grease.film_height must be > 0 m"),
-    case(*G, "film_limit", 0.0, "bushings[0].grease.film_limit must be in 0..1, above 0"),
-    case(*G, "film_limit", 1.5, "bushings[0].grease.film_limit must be in 0..1"),
-    case(*C, "stiffness", 0.0, "bushings[0].contact.stiffness must be > 0 N/m"),
-    case(*C, "damping", -1.0, "bushings[0].contact.damping must be >= 0 N s/m"),
+    ("bushings[0].grease.stiffness", -1.0, "must be >= 0, got -1 (k, N/m)"),
+    ("bushings[0].grease.damping", -1.0, "must be >= 0, got -1 (c, N s/m, of the centred shaft)"),
+    ("bushings[0].grease.elastic_ratio", 1.1, "must be <= 1, got 1.1 (λ, share of the stiffness that does not slide)"),
+    ("bushings[0].grease.elastic_ratio", -0.1, "must be >= 0, got -0.1 (λ, share"),
+    ("bushings[0].grease.amplitude", 0.0, "must be > 0, got 0 (A)"),
+    ("bushings[0].grease.beta", -1.0, "must be >= 0, got -1 (β, 1/mⁿ"),
+    ("bushings[0].grease.exponent", 0.5, "must be >= 1, got 0.5 (n)"),
+    ("bushings[0].grease.film_height", 0.0, "must be > 0, got 0 (h, m"),
+    ("bushings[0].grease.film_limit", 0.0, "must be > 0, got 0 (ε, smallest relative film thickness"),
+    ("bushings[0].grease.film_limit", 1.5, "must be <= 1, got 1.5 (ε, smallest relative film thickness"),
+    ("bushings[0].contact.stiffness", 0.0, "must be > 0, got 0 (k, N/m)"),
+    ("bushings[0].contact.damping", -1.0, "must be >= 0, got -1 (c, N s/m)"),
     # Masses, sensors, shaker, names
-    case("masses", 0, "mass", 0.0, "masses[0].mass must be > 0 kg"),
-    case("masses", 0, "position", 1.01, "masses[0].position 1.01 m lies outside the beam (0 < x <= 1 m)"),
-    case("sensors", 2, "position", -0.1, "sensors[2].position -0.1 m lies outside the beam"),
-    case("sensors", 2, "position", 1.5, "sensors[2].position 1.5 m lies outside the beam"),
-    case("sensors", 2, "mass", -0.01, "sensors[2].mass must be >= 0 kg"),
-    case("sensors", 2, "node", 1, "sensors[2].node 1 is used twice; each sensor needs its own node"),
-    case("sensors", 2, "node", 0, "sensors[2].node 0 must be a positive whole number of at most 9 digits"),
-    case("sensors", 2, "node", -4, "sensors[2].node -4 must be a positive whole number of at most 9 digits"),
-    case(
-        "sensors",
-        2,
-        "node",
-        100,
-        "sensors[2].node 100 must be a positive whole number of at most 9 digits, and not 100",
-    ),
-    case("sensors", [], "sensors: a rig needs at least one"),
-    case("shaker", "kind", "kick", 'shaker.kind "kick" is unknown; use "base" or "force"'),
-    case("shaker", "kind", "force", 'shaker.position is missing; a shaker of kind "force" pushes at one point'),
-    case("shaker", {"kind": "force", "position": 2.0}, "shaker.position 2 m lies outside the beam"),
-    case("name", "", "name must not be empty"),
+    ("masses[0].mass", 0.0, "must be > 0, got 0 (kg)"),
+    ("masses[0].position", 1.01, "1.01 m lies outside the beam (0 < x <= 1 m)"),
+    ("sensors[2].position", -0.1, "must be > 0, got -0.1 (m from the clamp)"),
+    ("sensors[2].position", 1.5, "1.5 m lies outside the beam (0 < x <= 1 m)"),
+    ("sensors[2].mass", -0.01, "must be >= 0, got -0.01 (kg, loads the shaft like a point mass)"),
+    ("sensors[2].node", 1, "1 is used twice; each sensor needs its own node"),
+    ("sensors[2].node", 0, "must be >= 1, got 0 (positive, unique in the rig)"),
+    ("sensors[2].node", -4, "must be >= 1, got -4 (positive, unique in the rig)"),
+    ("sensors[2].node", 10**9, "must be <= 999999999, got 1000000000 (positive, unique in the rig)"),
+    ("sensors[2].node", 100, "must not be 100 (base) or 200 (shaker)"),
+    ("sensors", [], "must hold 1 or more, got none"),
+    ("shaker.kind", "kick", '"kick" is unknown; use base or force'),
+    ("name", "", "must not be empty"),
     # Types
-    case("bushings", 0, "gap", "0.3 mm", f"bushings[0].gap {NUMBER} '0.3 mm'"),
-    case("bushings", 0, "gap", True, f"bushings[0].gap {NUMBER} True"),
-    case("bushings", 0, "gap", [3e-4], f"bushings[0].gap {NUMBER} [0.0003]"),
-    case("beam", "length", "1 m", f"beam.length {NUMBER} '1 m'"),
-    case("beam", "diameter", False, f"beam.diameter {NUMBER} False"),
-    case(*G, "stiffness", "4369", f"bushings[0].grease.stiffness {NUMBER} '4369'"),
-    case(*G, "film_height", "none", f"bushings[0].grease.film_height {NUMBER} 'none'"),
-    case("sensors", 0, "node", 1.0, "sensors[0].node must be a whole number, got 1.0"),
-    case("sensors", 0, "node", "1", "sensors[0].node must be a whole number, got '1'"),
-    case("sensors", 0, "node", True, "sensors[0].node must be a whole number, got True"),
-    case("name", 3, "name must be a string, got 3"),
-    case("shaker", "kind", 1, "shaker.kind must be a string, got 1"),
-    case("beam", 3, "beam must be a table of keys, got 3"),
-    case(*C, 7800.0, "bushings[0].contact must be a table of keys, got 7800.0"),
-    case("bushings", {"position": 0.5}, "bushings must be a list of tables ([[bushings]])"),
-    case("sensors", [1], "sensors[0] must be a table of keys, got 1"),
-    case("masses", "none", "masses must be a list of tables ([[masses]])"),
+    ("sensors[0].node", 1.0, "must be a whole number, got 1.0"),
+    ("sensors[0].node", "1", "must be a whole number, got '1'"),
+    ("sensors[0].node", True, "must be a whole number, got True"),
+    ("name", 3, "must be a string, got 3"),
+    ("shaker.kind", 1, "must be a string, got 1"),
+    ("beam", 3, "must be a table of keys, got 3"),
+    ("bushings[0].contact", 7800.0, "must be a table of keys, got 7800.0"),
+    ("bushings", {"position": 0.5}, "must be a list of tables ([[bushings]]), got"),
+    ("sensors", [1], "[0] must be a table of keys, got 1"),
+    ("masses", "none", "must be a list of tables ([[masses]]), got 'none'"),
     # Unknown keys
-    case("nonsense", {"x": 1}, "nonsense is not a known key; known: name, beam, bushings, sensors, masses, shaker"),
-    case("beam", "lenght", 1.0, "beam.lenght is not a known key; known: length"),
-    case("bushings", 1, "clearance", 1e-4, "bushings[1].clearance is not a known key; known: position, gap"),
-    case(*G, "k", 1.0, "bushings[0].grease.k is not a known key; known: stiffness"),
-    case("shaker", "force", 1.0, "shaker.force is not a known key; known: kind, position"),
-    # Missing keys
-    *(case(key, MISSING, f"{key} is missing") for key in ("name", "beam", "bushings", "sensors")),
-    *(case("beam", key, MISSING, f"beam.{key} is missing") for key in ("length", "young_modulus", "density")),
-    *(
-        case("bushings", 1, key, MISSING, f"bushings[1].{key} is missing")
-        for key in ("position", "gap", "length", "grease", "contact")
+    ("nonsense", {"x": 1}, "is not a known key; known: name, beam, bushings, sensors, masses, shaker, description"),
+    (
+        "beam.lenght",
+        1.0,
+        "is not a known key; known: length, young_modulus, density, diameter, width, height",
     ),
-    case(*G, "stiffness", MISSING, "bushings[0].grease.stiffness is missing"),
-    case(*C, "stiffness", MISSING, "bushings[0].contact.stiffness is missing"),
-    case("sensors", 3, "node", MISSING, "sensors[3].node is missing"),
-    case("sensors", 3, "position", MISSING, "sensors[3].position is missing"),
-    case("masses", 0, "mass", MISSING, "masses[0].mass is missing"),
+    ("beam.lenght", 1.0, "is not a known key; known:", "; did you mean length?"),
+    ("bushings[1].clearance", 1e-4, "is not a known key; known: position, gap, length, grease, contact"),
+    ("bushings[0].grease.k", 1.0, "is not a known key; known: stiffness"),
+    ("shaker.force", 1.0, "is not a known key; known: kind, position"),
+    # Missing keys
+    *((key, MISSING, "is missing") for key in ("name", "beam", "bushings", "sensors", "masses[0].mass")),
+    *((f"beam.{key}", MISSING, "is missing") for key in LINE),
+    *((f"bushings[1].{key}", MISSING, "is missing") for key in ("position", "gap", "length", "grease", "contact")),
+    *((f"bushings[0].{key}.stiffness", MISSING, "is missing") for key in ("grease", "contact")),
+    *((f"sensors[3].{key}", MISSING, "is missing") for key in ("node", "position")),
+]
+REFUSED_OF_ANOTHER_FIELD = [
+    ("beam.diameter", MISSING, "beam: give either diameter, or width and height"),
+    ("beam.width", 0.01, "beam: give either diameter, or width and height"),
+    ("beam", LINE | {"width": 0.1}, "beam: give either diameter, or width and height"),
+    ("beam", LINE | {"width": 0.1, "height": -0.1}, "beam.height must be > 0, got -0.1 (m, in the direction of"),
+    ("beam.rayleigh", [0.5, -1e-5], "beam.rayleigh[1] must be >= 0, got -1e-05"),
+    ("beam.rayleigh", [0.5, "1e-5 s"], f"beam.rayleigh[1] {NUMBER} '1e-5 s'"),
+    ("beam.rayleigh", [0.5, math.nan], "beam.rayleigh[1] must be finite, got nan"),
+    ("bushings[0].position", 0.005, "bushings[0].length 0.012 m makes it reach from -0.001 to 0.011 m, past the beam"),
+    ("bushings[1].position", 0.999, "bushings[1].length 0.012 m makes it reach from 0.993 to 1.005 m, past the beam"),
+    ("bushings[1].position", 0.55, "bushings[1] overlaps bushings[0]: it starts at 0.544 m, the other ends at"),
+    ("bushings[0].position", 0.79, "bushings[1] overlaps bushings[0]"),
+    ("bushings[0].position", 0.80, "bushings[0] overlaps bushings[1]"),
+    (
+        "bushings[0].grease",
+        {"stiffness": 1.0, "beta": 1.0, "gamma": 1.1},
+        "bushings[0].grease.gamma 1.1 makes the Bouc-Wen element create energy (needs -beta <= gamma <= beta, beta = 1",
+    ),
+    ("bushings[0].grease.gamma", -1.1, "bushings[0].grease.gamma -1.1 makes the Bouc-Wen element create energy"),
+    ("bushings[0].grease.elastic_ratio", 0.5, "bushings[0].grease.beta + gamma must be > 0 when elastic_ratio < 1"),
+    ("shaker.kind", "force", 'shaker.position is missing; a shaker of kind "force" pushes at one point'),
+    ("shaker", {"kind": "force", "position": 2.0}, "shaker.position 2 m lies outside the beam"),
 ]
 NUMBERS = [
-    *(("beam", key) for key in ("length", "young_modulus", "density", "diameter")),
-    *(("bushings", 0, key) for key in ("position", "gap", "length")),
-    *((*G, f.name) for f in dataclasses.fields(Grease)),
-    *((*C, f.name) for f in dataclasses.fields(Contact)),
-    ("masses", 0, "position"),
-    ("masses", 0, "mass"),
-    ("sensors", 0, "position"),
-    ("sensors", 0, "mass"),
-    ("shaker", "position"),
+    *(f"beam.{key}" for key in ("length", "young_modulus", "density", "diameter")),
+    *(f"bushings[0].{key}" for key in ("position", "gap", "length")),
+    *(f"bushings[0].grease.{f.name}" for f in dataclasses.fields(Grease)),
+    *(f"bushings[0].contact.{f.name}" for f in dataclasses.fields(Contact)),
+    *("masses[0].position", "masses[0].mass", "sensors[0].position", "sensors[0].mass", "shaker.position"),
 ]
 
 
-def field(path):
-    """Name a field as messages do: bushings[0].grease.stiffness."""
-    text = "".join(f"[{key}]" if isinstance(key, int) else f".{key}" for key in path)
-    return text.lstrip(".")
+@pytest.mark.parametrize(("path", "value", "parts"), [(path, value, parts) for path, value, *parts in REFUSED])
+def test_refused_by_name(path, value, parts):
+    message = refused(path, value)
+    assert message.startswith((f"{path} {parts[0]}", f"{path}{parts[0]}")) and all(p in message for p in parts)
 
 
-@pytest.mark.parametrize(("path", "value", "message"), REFUSED)
-def test_refused_by_name(path, value, message):
-    with pytest.raises(RigError) as caught:
-        Rig.from_dict(changed(*path, value=value))
-    assert message in str(caught.value)
-    assert "\n" not in str(caught.value)
+@pytest.mark.parametrize(("path", "value", "start"), REFUSED_OF_ANOTHER_FIELD)
+def test_refused_by_name_of_what_it_contradicts(path, value, start):
+    assert refused(path, value).startswith(start)
 
 
-@pytest.mark.parametrize("path", NUMBERS, ids=field)
-@pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf])
-def test_every_number_must_be_finite(path, value):
-    with pytest.raises(RigError) as caught:
-        Rig.from_dict(changed(*path, value=value))
-    assert str(caught.value).startswith(f"{field(path)} must be finite, got ")
-
-
-@pytest.mark.parametrize("path", NUMBERS, ids=field)
-@pytest.mark.parametrize("value", [True, "1.0", "0.3 mm", [], {}])
-def test_every_number_must_be_a_number(path, value):
-    with pytest.raises(RigError) as caught:
-        Rig.from_dict(changed(*path, value=value))
-    assert str(caught.value) == f"{field(path)} {NUMBER} {value!r}"
+@pytest.mark.parametrize("path", NUMBERS)
+def test_every_number_must_be_a_finite_number(path):
+    for value in (math.nan, math.inf, -math.inf):
+        assert refused(path, value).startswith(f"{path} must be finite, got {value}")
+    for value in (True, "1.0", "0.3 mm", [], [3e-4], {}):
+        assert refused(path, value) == f"{path} {NUMBER} {value!r}"
 
 
 @pytest.mark.parametrize(
     ("make", "message"),
     [
-        (lambda: Beam(0.0, 1.0, 1.0, 1.0), "beam.length must be > 0"),
-        (lambda: Beam(math.nan, 1.0, 1.0, 1.0), "beam.length must be > 0, got nan"),
-        (lambda: Grease(-1.0), "grease.stiffness must be >= 0"),
-        (lambda: Grease(1.0, beta=1.0, gamma=math.nan), "grease.gamma nan makes the Bouc-Wen element create energy"),
-        (lambda: Contact(0.0), "contact.stiffness must be > 0"),
+        (lambda: Beam(0.0, 1.0, 1.0, 1.0), "beam.length must be > 0, got 0 (m)"),
+        (lambda: Beam(math.nan, 1.0, 1.0, 1.0), "beam.length must be finite, got nan (m)"),
+        (lambda: Grease(-1.0), "grease.stiffness must be >= 0, got -1 (k, N/m)"),
+        (lambda: Grease(1.0, beta=1.0, gamma=2.0), "grease.gamma 2 makes the Bouc-Wen element create energy"),
+        (lambda: Contact(0.0), "contact.stiffness must be > 0, got 0 (k, N/m)"),
+        (lambda: Beam(1.0), "beam.young_modulus is missing"),
+        (lambda: Contact(1.0, 2.0, 3.0), "contact takes each of stiffness, damping once"),
+        (lambda: Contact(1.0, stiffness=3.0), "contact takes each of stiffness, damping once"),
+        (
+            lambda: Contact(1.0, dampng=3.0),
+            "contact.dampng is not a known key; known: stiffness, damping; did",
+        ),
     ],
 )
 def test_elements_check_themselves(make, message):
-    with pytest.raises(RigError, match=message):
+    with pytest.raises(RigError, match=f"^{re.escape(message)}"):
         make()
 
 
@@ -391,31 +388,21 @@ def test_toml_that_the_parser_gives_up_on(tmp_path, content):
     refused_file(path, "not valid TOML")
 
 
-@pytest.mark.parametrize("path", [("beam", "length"), ("bushings", 0, "gap")], ids=field)
+@pytest.mark.parametrize("path", ["beam.length", "bushings[0].gap"])
 def test_whole_number_beyond_floating_point(path):
-    with pytest.raises(RigError, match="must be"):
-        Rig.from_dict(changed(*path, value=10**400))
+    assert refused(path, 10**400).startswith(f"{path} must be")
 
 
 @settings(max_examples=100, deadline=1000)
 @given(st.data())
 def test_any_value_in_any_place_is_taken_or_refused(data):
     """Nothing but RigError leaves, whatever plain data stands in a field."""
-    paths = [
-        ("name",),
-        ("beam",),
-        ("bushings",),
-        ("sensors",),
-        ("masses",),
-        ("shaker",),
-        ("sensors", 0, "node"),
-        *NUMBERS,
-    ]
+    paths = ["name", "beam", "bushings", "sensors", "masses", "shaker", "sensors[0].node", *NUMBERS]
     simple = st.one_of(st.floats(), st.integers(-(10**6), 10**6), st.booleans(), st.text(max_size=5))
     anything = st.recursive(
         simple, lambda s: st.lists(s, max_size=3) | st.dictionaries(st.text(max_size=8), s, max_size=3)
     )
-    tables = changed(*data.draw(st.sampled_from(paths)), value=data.draw(anything))
+    tables = changed(data.draw(st.sampled_from(paths)), data.draw(anything))
     try:
         rig = Rig.from_dict(tables)
     except RigError as error:

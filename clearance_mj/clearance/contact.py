@@ -7,13 +7,13 @@ F = K δⁿ (1 + κ δ̇/v_i) becomes k = K δⁿ⁻¹, c = κ K δⁿ / v_i, wi
 
 from __future__ import annotations
 
-import math
-from dataclasses import dataclass
-from typing import ClassVar
+from typing import Annotated, ClassVar
 
 import numba
+from pydantic import Field
 
 from ..errors import LawError
+from ..validation import Flag, NotNegative, Number, Positive, checked
 
 __all__ = [
     "CONTACTS",
@@ -47,7 +47,7 @@ def register(model: type) -> type:
 
 
 @register
-@dataclass(frozen=True)
+@checked(LawError, name="contact")
 class KelvinVoigt:
     """Spring and damper in parallel (Eq. 10).
 
@@ -67,15 +67,11 @@ class KelvinVoigt:
     """
 
     name: ClassVar[str] = "kelvin-voigt"
-    stiffness: float
-    damping: float = 0.0
-    adhesion: bool = False
+    stiffness: Positive
+    damping: NotNegative = 0.0
+    adhesion: Flag = False
     exponent: ClassVar[float] = 1.0
     kappa: ClassVar[float] = 0.0
-
-    def __post_init__(self):
-        _check(self.stiffness > 0, "stiffness", self.stiffness, "> 0")
-        _check(self.damping >= 0, "damping", self.damping, ">= 0")
 
     def force(self, penetration, speed, impact_speed=0.0):
         """Force against the penetration.
@@ -95,7 +91,7 @@ class KelvinVoigt:
         return contact_force(self.stiffness, self.damping, penetration, speed, self.adhesion)
 
 
-@dataclass(frozen=True)
+@checked(LawError, name="contact")
 class HertzDamped:
     """F = K δⁿ (1 + κ δ̇/v_i); the subclasses differ in κ(e).
 
@@ -114,16 +110,11 @@ class HertzDamped:
         For values outside these ranges.
     """
 
-    stiffness: float
-    restitution: float
-    exponent: float = 1.5
+    stiffness: Positive
+    restitution: Annotated[Positive, Field(le=1)]
+    exponent: Annotated[Number, Field(ge=1)] = 1.5
     damping: ClassVar[float] = 0.0
     adhesion: ClassVar[bool] = False
-
-    def __post_init__(self):
-        _check(self.stiffness > 0, "stiffness", self.stiffness, "> 0")
-        _check(0 < self.restitution <= 1, "restitution", self.restitution, "in 0..1, above 0")
-        _check(self.exponent >= 1, "exponent", self.exponent, ">= 1")
 
     def force(self, penetration, speed, impact_speed):
         """Force against the penetration.
@@ -145,6 +136,7 @@ class HertzDamped:
 
 
 @register
+@checked(LawError, name="contact")
 class HuntCrossley(HertzDamped):
     """κ = 3 (1-e)/2 (Hunt & Crossley, J. Appl. Mech. 42, 1975)."""
 
@@ -157,6 +149,7 @@ class HuntCrossley(HertzDamped):
 
 
 @register
+@checked(LawError, name="contact")
 class LankaraniNikravesh(HertzDamped):
     """κ = 3 (1-e²)/4 (Lankarani & Nikravesh, J. Mech. Des. 112, 1990)."""
 
@@ -169,6 +162,7 @@ class LankaraniNikravesh(HertzDamped):
 
 
 @register
+@checked(LawError, name="contact")
 class Flores(HertzDamped):
     """κ = 8 (1-e)/(5e) (Flores et al., Multibody Syst. Dyn. 25, 2011)."""
 
@@ -220,8 +214,3 @@ def contact_force(k, c, penetration, speed, adhesion):
         return 0.0
     force = k * penetration + c * speed
     return force if adhesion else max(force, 0.0)
-
-
-def _check(condition, name, value, rule):
-    if not (condition and math.isfinite(value)):
-        raise LawError(f"contact {name} must be {rule}, got {value:g}")

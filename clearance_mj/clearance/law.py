@@ -17,9 +17,10 @@ from typing import ClassVar, NamedTuple
 import numba
 import numpy as np
 
-from ..errors import LawError, RigError
+from ..errors import LawError
 from ..files import replacing
-from ..rig import Grease, from_plain, to_plain
+from ..rig import Grease
+from ..validation import from_plain, to_plain
 from .contact import CONTACTS
 
 __all__ = [
@@ -333,12 +334,12 @@ def law_from_dict(data: dict) -> Law:
     kind = _KINDS[data["kind"]]
     try:
         if values.get("grease") is not None:
-            values["grease"] = tuple(from_plain(Grease, g, f"grease[{i}]") for i, g in enumerate(values["grease"]))
+            values["grease"] = tuple(
+                from_plain(Grease, g, f"grease[{i}]", LawError) for i, g in enumerate(values["grease"])
+            )
         if "contact" in values:
             values["contact"] = tuple(_contact(model, f"contact[{i}]") for i, model in enumerate(values["contact"]))
         return kind(**values)
-    except RigError as error:
-        raise LawError(str(error)) from None
     except (TypeError, ValueError, KeyError, AttributeError) as error:
         raise LawError(f"not a whole law file of kind {kind.kind}: {error}") from None
 
@@ -349,7 +350,7 @@ def _contact(data, where):
     name = model.pop("model", None)
     if not isinstance(name, str) or name not in CONTACTS:
         raise LawError(f"{where}.model {name!r} is unknown; use {', '.join(CONTACTS)}")
-    return from_plain(CONTACTS[name], model, where)
+    return from_plain(CONTACTS[name], model, where, LawError)
 
 
 def _values(values, name):

@@ -77,7 +77,7 @@ def _run(options):
 
 def _files(options) -> dict[Path, str]:
     """Texts to write, by file."""
-    from ..rig_schema import rig_schema
+    from ..rig import rig_schema
 
     files = {options.schema: to_json(rig_schema())} if options.schema else {}
     if options.name is None:
@@ -114,7 +114,7 @@ def _rig(options):
 
 def _lines(table, name="", plural=False):
     """Lines of a table of the file: its own keys, then its tables; what is left at its default as a comment."""
-    from ..rig_schema import descriptions
+    from ..validation import descriptions
 
     words = descriptions(type(table))
     if name:
@@ -146,8 +146,10 @@ def _toml(value) -> str:
 
 def _example(key):
     """Lines of a list that may be added to."""
-    from ..rig_schema import rig_schema
+    from ..rig import Bushing, PointMass
+    from ..validation import descriptions
 
+    kind = {"bushings": Bushing, "masses": PointMass}[key]
     yield from ("", f"# [[{key}]]")
-    for name, schema in rig_schema()["properties"][key]["items"]["properties"].items():
-        yield f"{f'# {name} =':32s}# {schema['description']}"
+    for name, words in descriptions(kind).items():
+        yield f"{f'# {name} =':32s}# {words}"

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import dataclasses
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
+from pydantic import Field
 
 from ..beam import natural_frequencies
 from ..clearance.law import Law
@@ -17,6 +19,7 @@ from ..signals.excitation import Excitation
 from ..signals.frf import FRF, estimate_frf
 from ..signals.response import Response
 from ..statistics.contact import contact_statistics
+from ..validation import Number, Whole, checked
 
 __all__ = ["Observer", "Outputs", "linear_frequencies"]
 
@@ -24,28 +27,26 @@ COHERENCE_BLIND = {"divide": "ignore", "invalid": "ignore"}
 """an FRF of zero responses has no coherence"""
 
 
-@dataclass(frozen=True)
+@checked(ClearanceError)
 class Outputs:
     """What is kept of every case."""
 
-    natural_frequencies: int = 4
+    natural_frequencies: Annotated[Whole, Field(ge=1, le=20)] = 4
     """how many, of the linear rig within the gap"""
-    resolution: float = 0.5
+    resolution: Number = 0.5
     """distance of the FRF's lines, Hz"""
-    band: tuple[float, float] | None = None
+    band: tuple[Number, Number] | None = None
     """of the FRFs, Hz; default: that of the excitation"""
-    frf: tuple[int, ...] | None = None
+    frf: tuple[Whole, ...] | None = None
     """nodes of the sensors whose FRFs are kept; default: all. Their peaks and RMSE are kept in any case"""
-    peaks: tuple[tuple[float, float], ...] | None = None
+    peaks: tuple[tuple[Number, Number], ...] | None = None
     """Hz, bands in each of which the highest peak is kept; default: one around each natural frequency of the plan's
     rig, from the geometric mean with the one before to that with the next"""
 
-    def __post_init__(self):
-        if not 1 <= self.natural_frequencies <= 20:
-            raise ClearanceError(f"outputs.natural_frequencies must be in 1..20, got {self.natural_frequencies}")
+    def __post_init__(self) -> None:
         for low, high in self.peaks or ():
             if not 0 <= low < high:
-                raise ClearanceError(f"outputs.peaks: {low:g} to {high:g} Hz are not two rising frequencies")
+                raise ValueError(f"peaks: {low:g} to {high:g} Hz are not two rising frequencies")
 
 
 @dataclass(frozen=True, eq=False)

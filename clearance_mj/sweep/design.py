@@ -5,12 +5,14 @@ from __future__ import annotations
 import math
 import typing
 from collections.abc import Sequence
-from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
+from pydantic import Field
 from scipy.stats import qmc
 
 from ..errors import ClearanceError
+from ..validation import Number, Text, Whole, checked
 
 __all__ = ["Design", "Vary"]
 
@@ -20,19 +22,19 @@ MOST_NUMBERS = 10_000_000
 """cases times varied parameters: 80 MB, some of it several times while the points are drawn"""
 
 
-@dataclass(frozen=True)
+@checked(ClearanceError)
 class Vary:
     """A parameter that varies: over ``values``, or between ``low`` and ``high``."""
 
-    path: str
+    path: Text
     """such as "rig.bushings[0].gap"; without a number, as in "rig.bushings.gap", all entries share one value"""
-    values: tuple[float, ...] | None = None
+    values: tuple[Number, ...] | None = None
     """a grid takes each; other designs draw them with equal chances"""
-    low: float | None = None
+    low: Number | None = None
     """lower end"""
-    high: float | None = None
+    high: Number | None = None
     """upper end"""
-    count: int | None = None
+    count: Whole | None = None
     """how many values from low to high, for a grid"""
     scale: typing.Literal["linear", "log"] = "linear"
     """even steps of the value, or of its logarithm"""
@@ -40,8 +42,6 @@ class Vary:
     def __post_init__(self):
         if (self.values is None) == (self.low is None and self.high is None):
             raise ClearanceError(f"vary {self.path}: give either values, or low and high")
-        if self.scale not in ("linear", "log"):
-            raise ClearanceError(f'vary {self.path}: scale "{self.scale}" is unknown; use linear or log')
         if self.values is not None:
             self._check_values()
         elif self.low is None or self.high is None or not self.low < self.high:
@@ -79,7 +79,7 @@ class Vary:
         return self.low + (self.high - self.low) * share
 
 
-@dataclass(frozen=True)
+@checked(ClearanceError)
 class Design:
     """How the cases cover the ranges of the varied parameters.
 
@@ -90,14 +90,12 @@ class Design:
 
     method: Method = "grid"
     """ "grid", "latin-hypercube", "sobol" or "saltelli" """
-    samples: int = 0
+    samples: Whole = 0
     """how many points; 0 for a grid"""
-    seed: int = 0
+    seed: Annotated[Whole, Field(ge=0)] = 0
     """of the points"""
 
     def __post_init__(self):
-        if self.method not in METHODS:
-            raise ClearanceError(f'design.method "{self.method}" is unknown; use {", ".join(METHODS)}')
         if self.method == "grid":
             if self.samples:
                 raise ClearanceError("design.samples is not for a grid; give each parameter values, or a count")
@@ -109,8 +107,6 @@ class Design:
                 f"design.samples = {self.samples} is no power of 2, which Sobol' points need; "
                 f"take {below} or {2 * below}"
             )
-        if self.seed < 0:
-            raise ClearanceError(f"design.seed must be >= 0, got {self.seed}")
 
     def points(self, varied: Sequence[Vary]) -> np.ndarray:
         """Return the values of the varied parameters in each case.

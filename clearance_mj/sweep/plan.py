@@ -6,7 +6,6 @@ import dataclasses
 import functools
 import hashlib
 import inspect
-import tomllib
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -20,10 +19,11 @@ from ..identify.laws import nominal
 from ..io.dataset import Record
 from ..io.uff import read_uff
 from ..parameters import find_numbers, get_number, with_numbers
-from ..rig import Rig, from_plain, to_plain
+from ..rig import Rig
 from ..signals import excitation as excitations
 from ..signals.excitation import Excitation
 from ..signals.frf import FRF, estimate_frf
+from ..validation import from_plain, read_plain, to_plain
 from .case import Observer, Outputs, linear_frequencies
 from .design import Design, Vary
 
@@ -285,12 +285,7 @@ def load_plan(path) -> Plan:
         If the file is missing or not TOML, has unknown keys, or plans what is impossible.
     """
     path = Path(path)
-    try:
-        data = tomllib.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise ClearanceError(f"{path}: cannot be read ({error.strerror})") from None
-    except (ValueError, RecursionError) as error:
-        raise ClearanceError(f"{path}: not valid TOML: {error}") from None
+    data = read_plain(path, ClearanceError)
     try:
         plan = _plan(data, path.parent)
         plan.observer  # noqa: B018 that refuses what cannot be observed
@@ -308,12 +303,14 @@ def _plan(data, folder) -> Plan:
     if "rig" not in data:
         raise ClearanceError('rig is missing: rig = "rig.toml"')
     rig = Rig.load(folder / data["rig"])
-    outputs = from_plain(Outputs, data.get("outputs", {}), "outputs")
+    outputs = from_plain(Outputs, data.get("outputs", {}), "outputs", ClearanceError)
     reference, measured = _reference(folder / data["reference"], rig, outputs) if "reference" in data else (None, None)
     return Plan(
         rig=rig,
-        vary=tuple(from_plain(Vary, table, f"vary[{i}]") for i, table in enumerate(data.get("vary", []))),
-        design=from_plain(Design, data.get("design", {}), "design"),
+        vary=tuple(
+            from_plain(Vary, table, f"vary[{i}]", ClearanceError) for i, table in enumerate(data.get("vary", []))
+        ),
+        design=from_plain(Design, data.get("design", {}), "design", ClearanceError),
         law=load_law(folder / data["law"]) if "law" in data else None,
         engine=_engine(data.get("engine", "modal")),
         excitation=data.get("excitation", measured),

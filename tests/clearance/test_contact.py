@@ -45,15 +45,15 @@ def test_a_contact_without_impact_speed_stays_finite():
     ("make", "message"),
     [
         (lambda: KelvinVoigt(0.0, 1.0), "stiffness must be > 0, got 0"),
-        (lambda: KelvinVoigt(float("nan")), "stiffness must be > 0, got nan"),
+        (lambda: KelvinVoigt(float("nan")), "stiffness must be finite, got nan"),
         (lambda: KelvinVoigt(1e4, -1.0), "damping must be >= 0, got -1"),
         (lambda: HuntCrossley(-1.0, 0.5), "stiffness must be > 0, got -1"),
-        (lambda: LankaraniNikravesh(1e4, 0.0), "restitution must be in 0..1, above 0, got 0"),
-        (lambda: Flores(1e4, 1.2), "restitution must be in 0..1, above 0, got 1.2"),
+        (lambda: LankaraniNikravesh(1e4, 0.0), "restitution must be > 0, got 0"),
+        (lambda: Flores(1e4, 1.2), "restitution must be <= 1, got 1.2"),
         (lambda: HuntCrossley(1e4, 0.5, 0.9), "exponent must be >= 1, got 0.9"),
-        (lambda: KelvinVoigt(float("inf")), "stiffness must be > 0, got inf"),
+        (lambda: KelvinVoigt(float("inf")), "stiffness must be finite, got inf"),
     ],
 )
 def test_refusals(make, message):
-    with pytest.raises(LawError, match=f"contact {message}"):
+    with pytest.raises(LawError, match=rf"contact\.{message}"):
         make()

@@ -50,7 +50,7 @@ def test_step_is_of_second_order():
     [
         (0.5, 0.6, "gamma 0.6 makes the Bouc-Wen element create energy"),
         (0.5, -0.6, "gamma -0.6 makes"),
-        (-0.5, 0.0, "gamma 0 makes"),
+        (-0.5, 0.0, "beta must be >= 0"),
         (800.0, -1100.0, "gamma -1100 makes"),  # Noël & Schoukens' set: a softening loop beyond this range
         (0.5, -0.5, "must be > 0 when elastic_ratio < 1"),
     ],

@@ -10,8 +10,7 @@ import pytest
 
 from clearance_mj.cli import main
 from clearance_mj.errors import RigError
-from clearance_mj.rig import Beam, Bushing, Contact, Grease, PointMass, Rig, Sensor, Shaker
-from clearance_mj.rig_schema import rig_schema
+from clearance_mj.rig import Beam, Bushing, Contact, Grease, PointMass, Rig, Sensor, Shaker, rig_schema
 
 from ..conftest import ROOT
 from .test_cli import refused

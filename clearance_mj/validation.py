@@ -1,0 +1,309 @@
+"""Frozen data types whose values pydantic checks; errors in one line: where, which value, which rule.
+
+A type is a class with annotated fields under `checked`. `Positive` and its kin are the fields' types; the strings that
+follow the fields are their descriptions in JSON Schemas. Rules between fields are validators
+(``@pydantic.model_validator(mode="after")``) that raise ValueError with a text that begins with the field's path.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import difflib
+import functools
+import inspect
+import json
+import tomllib
+import types
+import typing
+from collections.abc import Callable
+from pathlib import Path
+from typing import Annotated, Any, TypeVar
+
+import pydantic
+from pydantic import ConfigDict, Field, ValidationError
+
+from .errors import ClearanceError
+
+__all__ = [
+    "Flag", "NotNegative", "Number", "Positive", "Share", "Text", "Whole", "checked", "descriptions", "from_plain",
+    "json_schema", "read_plain", "to_plain",
+]  # fmt: skip
+
+Number = Annotated[float, Field(strict=True)]
+"""Any finite number; a whole one counts, text and booleans do not."""
+Positive = Annotated[float, Field(strict=True, gt=0)]
+NotNegative = Annotated[float, Field(strict=True, ge=0)]
+Share = Annotated[float, Field(strict=True, ge=0, le=1)]
+Whole = Annotated[int, Field(strict=True)]
+Text = Annotated[str, Field(strict=True)]
+Flag = Annotated[bool, Field(strict=True)]
+
+T = TypeVar("T")
+
+
+@typing.dataclass_transform(frozen_default=True, field_specifiers=(dataclasses.field, Field))
+def checked(
+    error: type[ClearanceError], name: str | None = None, eq: bool = True, schema: dict[str, Any] | None = None
+) -> Callable[[type[T]], type[T]]:
+    """Make a class a frozen dataclass that checks its fields; a decorator.
+
+    Parameters
+    ----------
+    error : type of ClearanceError
+        Raised for values that no object can have.
+    name : str, optional
+        What messages call an object that is made by itself; default: the class's name in lower case.
+    eq : bool
+        Whether objects are compared and hashed by their values.
+    schema : dict, optional
+        More for its JSON Schema: rules between fields.
+    """
+    config = ConfigDict(
+        extra="forbid",
+        allow_inf_nan=False,
+        use_attribute_docstrings=True,
+        arbitrary_types_allowed=True,
+        json_schema_extra=schema,
+    )
+
+    def decorate(cls: type[T]) -> type[T]:
+        made = pydantic.dataclasses.dataclass(frozen=True, eq=eq, config=config)(cls)
+        where, names = cls.__name__.lower() if name is None else name, tuple(_names(made))
+
+        def init(self: T, *args: Any, **kwargs: Any) -> None:
+            # Values by name: pydantic takes them three times as fast as arguments by position.
+            values = dict(zip(names, args)) | kwargs if args else kwargs
+            if len(values) < len(args) + len(kwargs):
+                raise error(f"{where or cls.__name__} takes each of {', '.join(names)} once")
+            try:
+                made.__pydantic_validator__.validate_python(values, self_instance=self)
+            except ValidationError as found:
+                raise error(_message(found, made, where)) from None
+
+        made.__init__ = init  # type: ignore[method-assign, assignment]
+        return made  # type: ignore[return-value]
+
+    return decorate
+
+
+def from_plain(kind: type[T], data: object, where: str, error: type[ClearanceError]) -> T:
+    """Make an object from nested plain data, as TOML and JSON hold it.
+
+    Parameters
+    ----------
+    kind : type
+        A `checked` class, or another type that pydantic knows.
+    data : object
+        Nested plain data.
+    where : str
+        Its path in the file, for messages; "" for the whole file.
+    error : type of ClearanceError
+        What to raise.
+
+    Raises
+    ------
+    ClearanceError
+        Naming the key that is unknown, missing or of a value that it cannot have.
+    """
+    adapter: pydantic.TypeAdapter[T] = _adapter(kind)
+    try:
+        return adapter.validate_python(data)
+    except ValidationError as found:
+        raise error(_message(found, kind, where)) from None
+
+
+def to_plain(value: Any) -> Any:
+    """Return a dataclass as nested dictionaries and lists, without the fields that are None.
+
+    Parameters
+    ----------
+    value : dataclass, tuple or plain value
+        What to turn into plain data.
+    """
+    if dataclasses.is_dataclass(value):
+        pairs = ((f.name, getattr(value, f.name)) for f in dataclasses.fields(value))
+        return {name: to_plain(item) for name, item in pairs if item is not None}
+    if isinstance(value, tuple):
+        return [to_plain(item) for item in value]
+    return value
+
+
+def read_plain(path: str | Path, error: type[ClearanceError]) -> dict[str, Any]:
+    """Read a TOML or, by its suffix .json, a JSON file as plain data.
+
+    Parameters
+    ----------
+    path : str or Path
+        The file.
+    error : type of ClearanceError
+        What to raise.
+
+    Raises
+    ------
+    ClearanceError
+        Naming the file, if it cannot be read or is neither.
+    """
+    path = Path(path)
+    form, parse = ("JSON", json.loads) if path.suffix == ".json" else ("TOML", tomllib.loads)
+    try:
+        return parse(path.read_text(encoding="utf-8"))
+    except OSError as found:
+        raise error(f"{path}: cannot be read ({found.strerror})") from None
+    except (ValueError, RecursionError) as found:
+        raise error(f"{path}: not valid {form}: {found}") from None
+
+
+def json_schema(kind: type, title: str) -> dict[str, Any]:
+    """Return the JSON Schema (draft 2020-12) of a file that holds an object, for editors.
+
+    Parameters
+    ----------
+    kind : type
+        As in `from_plain`.
+    title : str
+        What the file is.
+    """
+    schema = _adapter(kind).json_schema()
+    return {"$schema": "https://json-schema.org/draft/2020-12/schema", **schema, "title": title}
+
+
+_adapter: Callable[[Any], pydantic.TypeAdapter[Any]] = functools.cache(pydantic.TypeAdapter)
+
+
+# Messages.
+
+
+def _message(found: ValidationError, kind: Any, where: str) -> str:
+    """One line on what is wrong first: of unknown keys, or else of the fields in their order."""
+    errors = found.errors(include_url=False)
+    first = next((e for e in errors if e["type"] in _UNKNOWN), errors[0])
+    *above, last = first["loc"] or (None,)
+    path = _path(where, first["loc"])
+    holder, field = _field(kind, above), _field(kind, first["loc"])
+    rule, context, value = first["type"], first.get("ctx", {}), first["input"]
+    if rule in _UNKNOWN:
+        return f"{path} is not a known key; known: {', '.join(_names(holder))}{_meant(last, _names(holder))}"
+    if rule == "value_error":
+        text = str(context["error"])
+        names = _names(field)
+        return f"{path}{_joint(path, text, names)}{text}"
+    if typing.get_origin(holder) is tuple and rule == "missing":  # a list that is too short
+        return _wrong_type(_path(where, above), holder, value)
+    if rule == "missing":
+        return f"{path} is missing"
+    if rule == "string_too_short":
+        return f"{path} must not be empty"
+    if rule == "too_short":
+        return f"{path} must hold {context['min_length']} or more, got {context['actual_length'] or 'none'}"
+    if rule == "literal_error":
+        *others, other = map(str, typing.get_args(field))
+        use = f"{', '.join(others)} or {other}" if others else other
+        return f'{path} "{value}" is unknown; use {use}' if isinstance(value, str) else _wrong_type(path, str, value)
+    if rule in _RULES:
+        return f"{path} must be {_RULES[rule].format(**context)}, got {value:.10g}{_about(holder, last)}"
+    return _wrong_type(path, field, value) or f"{path}: {first['msg']}, got {_shown(value)}"
+
+
+_UNKNOWN = ("extra_forbidden", "unexpected_keyword_argument")
+_RULES = {
+    "greater_than": "> {gt:.10g}",
+    "greater_than_equal": ">= {ge:.10g}",
+    "less_than": "< {lt:.10g}",
+    "less_than_equal": "<= {le:.10g}",
+    "finite_number": "finite",
+}
+_WORDS = {
+    float: "a plain number in SI units",
+    int: "a whole number",
+    str: "a string",
+    bool: "true or false",
+    dict: "a table of keys",
+}
+
+
+def _shown(value: object) -> str:
+    text = repr(value)
+    return text if len(text) < 200 else f"{text[:150]} ..."
+
+
+def _path(where: str, steps: typing.Iterable[int | str | None]) -> str:
+    """Write a place as bushings[0].gap."""
+    text = "".join(f"[{step}]" if isinstance(step, int) else f".{step}" for step in steps if step is not None)
+    return f"{where}{text}" if where else text.lstrip(".")
+
+
+def _joint(path: str, text: str, names: list[str]) -> str:
+    """What stands between a path and a text that may begin with the name of a field of it."""
+    if not path:
+        return ""
+    name = next((n for n in names if text.startswith(n) and not text[len(n) : len(n) + 1].isidentifier()), None)
+    return "." if name else ": " if names else " "
+
+
+def _bare(kind: Any) -> Any:
+    """A type without its rules and without None."""
+    if typing.get_origin(kind) is Annotated:
+        return _bare(typing.get_args(kind)[0])
+    if typing.get_origin(kind) in (types.UnionType, typing.Union):
+        parts = [part for part in typing.get_args(kind) if part is not types.NoneType]
+        return _bare(parts[0]) if len(parts) == 1 else kind
+    return kind
+
+
+def _field(kind: Any, steps: typing.Iterable[int | str]) -> Any:
+    """Type of a part of a type; None if there is none."""
+    kind = _bare(kind)
+    for step in steps:
+        arguments = typing.get_args(kind)
+        if dataclasses.is_dataclass(kind):
+            kind = _hints(kind).get(step)
+        elif typing.get_origin(kind) is tuple and arguments and isinstance(step, int):
+            kind = arguments[0] if arguments[-1] is Ellipsis else arguments[min(step, len(arguments) - 1)]
+        else:
+            return None
+        kind = _bare(kind)
+    return kind
+
+
+_hints: Callable[[Any], dict[Any, Any]] = functools.cache(functools.partial(typing.get_type_hints, include_extras=True))
+
+
+def _names(kind: Any) -> list[str]:
+    return [f.name for f in dataclasses.fields(kind) if f.init] if dataclasses.is_dataclass(kind) else []
+
+
+def _meant(key: object, names: list[str]) -> str:
+    close = difflib.get_close_matches(str(key), names, 1)
+    return f"; did you mean {close[0]}?" if close else ""
+
+
+def _wrong_type(path: str, kind: Any, value: object) -> str:
+    """What a value of a type must be; nothing if it has no name."""
+    arguments = typing.get_args(kind)
+    if dataclasses.is_dataclass(kind):
+        words = _WORDS[dict]
+    elif typing.get_origin(kind) is not tuple:
+        words = _WORDS.get(typing.get_origin(kind) or kind, "")
+    elif arguments[-1] is not Ellipsis:
+        words = f"a list of {len(arguments)} numbers"
+    else:
+        words = f"a list of tables ([[{path}]])" if dataclasses.is_dataclass(_bare(arguments[0])) else "a list"
+    return words and f"{path} must be {words}, got {_shown(value)}"
+
+
+def _about(kind: Any, name: object) -> str:
+    """What a field is, in brackets."""
+    words = descriptions(kind).get(str(name)) if dataclasses.is_dataclass(kind) else None
+    return f" ({words.partition(';')[0]})" if words else ""
+
+
+def descriptions(kind: Any) -> dict[str, str]:
+    """Return what a `checked` class says of its fields: the strings that follow them.
+
+    Parameters
+    ----------
+    kind : type
+        The class.
+    """
+    fields = getattr(kind, "__pydantic_fields__", {})
+    return {name: inspect.cleandoc(info.description) for name, info in fields.items() if info.description}
