@@ -12,7 +12,7 @@ import numpy as np
 from clearance_mj import Dataset, estimate_frf, rmse_db, simulate
 from clearance_mj.errors import ClearanceError
 from clearance_mj.files import replacing
-from clearance_mj.identify.laws import get_method
+from clearance_mj.identify import get_method
 from clearance_mj.report.tables import write_csv
 from clearance_mj.report.uncertainty import draw
 from clearance_mj.signals.frf import random_error

@@ -14,7 +14,8 @@ from clearance_mj.clearance import AmplitudeLaw
 from clearance_mj.cli import main
 from clearance_mj.engines import simulate_blocks
 from clearance_mj.errors import ClearanceError, RecordError, SimulationError
-from clearance_mj.identify import force_balance, output_error
+from clearance_mj.identify import output_error
+from clearance_mj.identify.methods import force_balance
 from clearance_mj.io import formats
 from clearance_mj.io._checks import even_rate
 from clearance_mj.io.channels import require_one_time
@@ -248,10 +249,10 @@ def test_convert(capsys, tmp_path, small_dataset):
     assert f"is another rig than that of the dataset {small_dataset}" in said
 
 
-# Records from which nothing can be told
+# Records from which nothing can be identified
 
 
-def test_contact_too_short_to_tell_its_stiffness(small_dataset, monkeypatch):
+def test_contact_too_short_to_identify_its_stiffness(small_dataset, monkeypatch):
     parameters = force_balance.contact_parameters
 
     def short(*arguments):

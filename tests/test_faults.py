@@ -25,7 +25,7 @@ from clearance_mj.clearance import ConstantLaw, load_law
 from clearance_mj.cli import main
 from clearance_mj.engines import get_engine
 from clearance_mj.errors import ClearanceError, RecordError, SimulationError
-from clearance_mj.identify.laws import nominal
+from clearance_mj.identify import nominal
 from clearance_mj.io import formats, results
 from clearance_mj.output_folder import WORK
 from clearance_mj.report import report_study

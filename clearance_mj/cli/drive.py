@@ -41,7 +41,7 @@ def load(options):
         Parsed options.
     """
     from ..clearance import load_law
-    from ..identify.laws import nominal
+    from ..identify import nominal
     from ..rig import Rig
 
     rig = Rig.load(options.rig)

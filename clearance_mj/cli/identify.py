@@ -7,7 +7,7 @@ import warnings
 from pathlib import Path
 
 from ..errors import ClearanceError, RecordError
-from ..identify.laws import METHODS as LAWS
+from ..identify import METHODS as LAWS
 from .columns import add_columns, parse_columns
 from .command import add_command
 
@@ -40,7 +40,7 @@ def add(commands):
 
 
 def _run(options):
-    from ..identify.laws import get_method
+    from ..identify import get_method
     from ..report.identified import Findings
 
     method, dataset, told = get_method(options.method), _dataset(options), []
@@ -104,7 +104,7 @@ def _draw(findings, options):
 def _print(result):
     print(f"law: {result['out']}")
     for row in result.get("parameters", []):
-        spread = f"± {row['std']:.2g}" if row["std"] < float("inf") else "not told by the records"
+        spread = f"± {row['std']:.2g}" if row["std"] < float("inf") else "not identifiable from the records"
         print(f"  {row['name']:28s} {row['value']:12.5g} {row['unit']:5s} {spread}")
     for path in result.get("figures", []):
         print(f"figure: {path}")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from ..identify.laws import METHODS as LAWS
+from ..identify import METHODS as LAWS
 from .command import add_command
 
 __all__ = ["add"]

@@ -10,7 +10,7 @@ from ..clearance.contact import contact_force, instantaneous
 from ..clearance.gap import gap
 from ..clearance.grease import grease_step, grease_table
 from ..clearance.law import ContactLaw, Law, table_values
-from .force_balance import RestoringForce
+from .forces import RestoringForce
 
 __all__ = ["equivalent_contact", "law_force"]
 
@@ -32,7 +32,7 @@ def law_force(measured: RestoringForce, law: Law) -> np.ndarray:
 
     Returns
     -------
-    ndarray, shape (n_t, n_bushings)
+    ndarray, shape (n_bushings, n_t)
         N, positive against positive displacement, as `RestoringForce.force`.
 
     Raises
@@ -42,15 +42,15 @@ def law_force(measured: RestoringForce, law: Law) -> np.ndarray:
     """
     rig, n = measured.rig, measured.time.size
     grease, table = grease_table(rig, law), law.table(len(rig.bushings))
-    points = np.concatenate((measured.displacement[:, :, None], measured.ends), axis=2)
-    x = scipy.signal.resample(points, n * FINER, axis=0)
-    v = np.gradient(x, axis=0) * (measured.fs * FINER)
+    points = np.concatenate((measured.displacement[:, None], measured.ends), axis=1)
+    x = np.moveaxis(scipy.signal.resample(points, n * FINER, axis=2), 2, 1)
+    v = np.gradient(x, axis=1) * (measured.fs * FINER)
     step = 1 / (measured.fs * FINER)
     fine = [
-        _along(x[:, j].copy(), v[:, j].copy(), step, j, bushing.gap, grease[j], table)
+        _along(x[j].copy(), v[j].copy(), step, j, bushing.gap, grease[j], table)
         for j, bushing in enumerate(rig.bushings)
     ]
-    return scipy.signal.resample(np.column_stack(fine), n, axis=0)
+    return scipy.signal.resample(fine, n, axis=1)
 
 
 @numba.njit(cache=True, nogil=True)
@@ -79,7 +79,7 @@ def _along(x, v, step, j, size, grease, law):
 def equivalent_contact(law: ContactLaw, gaps, amplitude, omega) -> tuple[np.ndarray, np.ndarray]:
     """Stiffness and damping with which a spring and damper beyond the gap come closest to a contact model.
 
-    Least squares over a cycle x = A cos ωt, as `force_balance.contact_parameters` finds them from records.
+    Least squares over a cycle x = A cos ωt, as `contact.contact_parameters` finds them from records.
 
     Parameters
     ----------

@@ -23,6 +23,7 @@ __all__ = [
     "Decay",
     "ScaleResult",
     "SdofResult",
+    "check_options",
     "free_decay",
     "rms_error",
     "scale_study",
@@ -188,10 +189,7 @@ def sdof(
     x = A cos φ with ω = φ' has (ω A²)' = -(c/m) ω A² if ω changes little in a period (adiabatic invariance). Phase and
     ln A are smoothed by local polynomials, over a bandwidth that cross-validation takes from the data.
     """
-    if correction not in CORRECTIONS:
-        raise RecordError(f'correction "{correction}" is unknown; use {", ".join(CORRECTIONS)}')
-    if damping not in DAMPINGS:
-        raise RecordError(f'damping "{damping}" is unknown; use {", ".join(DAMPINGS)}')
+    check_options(correction, damping)
     if not 0 < mass < np.inf:
         raise RecordError(f"mass must be > 0 kg, got {mass!r}")
     track = ridge(signal, fs, band, omega0)
@@ -204,6 +202,25 @@ def sdof(
         raise RecordError(f"no stretch of the ridge between {band[0]:g} and {band[1]:g} Hz is long enough to smooth")
     factor = 2 if damping == "as-printed" else 1
     return SdofResult(track.time, k, factor * c, valid, k_error, factor * c_error)
+
+
+def check_options(correction: str, damping: str) -> None:
+    """Refuse readings of Eqs 12 and 17 that are not known.
+
+    Parameters
+    ----------
+    correction, damping : str
+        As for `sdof`.
+
+    Raises
+    ------
+    RecordError
+        The message lists the known ones.
+    """
+    if correction not in CORRECTIONS:
+        raise RecordError(f'correction "{correction}" is unknown; use {", ".join(CORRECTIONS)}')
+    if damping not in DAMPINGS:
+        raise RecordError(f'damping "{damping}" is unknown; use {", ".join(DAMPINGS)}')
 
 
 def _stretches(track) -> list[slice]:

@@ -25,12 +25,14 @@ from ..clearance.law import Law
 from ..engines import simulate_batch
 from ..errors import LawError, RecordError, SimulationError
 from ..io.dataset import Record
+from ..parameters import Estimates, Parameter
 from ..rig import Rig
 from ..signals.excitation import Excitation
 from ..signals.frf import estimate_frf, random_error
 from ..signals.response import Response
+from .registry import Identified
 
-__all__ = ["Evidence", "Fit", "Parameter", "before_contact", "evidence", "fit_law"]
+__all__ = ["Evidence", "Fit", "before_contact", "evidence", "fit_law"]
 
 PIECE = 5.0
 """s, shortest piece over which an FRF is taken"""
@@ -45,24 +47,6 @@ CREST = 10.0
 DB = 20 / np.log(10)
 DIFFERENCE = 0.02
 """step of the finite differences in the logarithm of a parameter: above the chaos of single impacts"""
-
-
-@dataclass(frozen=True)
-class Parameter:
-    """A positive parameter to fit, varied by its logarithm."""
-
-    name: str
-    """in words"""
-    unit: str
-    """of its values, SI"""
-    start: float
-    """where the search begins"""
-    low: float
-    """lower bound"""
-    high: float
-    """upper bound"""
-    spread: float = math.inf
-    """standard deviation of its logarithm about the start, as far as that is known before the fit"""
 
 
 @dataclass(frozen=True)
@@ -129,20 +113,12 @@ def before_contact(found: Sequence[Evidence], rig: Rig) -> list[Evidence]:
     return quiet
 
 
-@dataclass(frozen=True)
-class Fit:
-    """A fitted law and how well the records tell its parameters."""
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Fit(Identified):
+    """A fitted law with its estimates, and how well it meets the records."""
 
-    law: Law
-    """the law of the fitted values"""
-    parameters: tuple[Parameter, ...]
-    """what was fitted"""
-    value: np.ndarray
-    """(n,) fitted values"""
-    relative_std: np.ndarray
-    """(n,) standard deviation of each, as a share of its value; see `_covariance`"""
-    correlation: np.ndarray
-    """(n, n) of the parameters' logarithms; near ±1: the records tell only a combination of the two"""
+    estimates: Estimates
+    """of the fitted parameters, which varied by their logarithms; covariance: see `_covariance`"""
     residual_db: float
     """RMS difference of the FRF magnitudes over the records' pieces, dB"""
     cost: float
@@ -199,7 +175,7 @@ def fit_law(
     order = np.argsort([np.sum(np.minimum(np.abs(r), 10.0)) for r in problem.residuals(candidates)])
     settings = {"bounds": (low, high), "loss": "soft_l1", "xtol": 1e-3, "ftol": tolerance, "max_nfev": 30}
 
-    def solve(theta):
+    def solve(theta: np.ndarray) -> scipy.optimize.OptimizeResult:
         derivatives = problem.jacobian if differences == 2 else problem.forward_jacobian
         jacobian = partial(derivatives, low=low, high=high)
         return scipy.optimize.least_squares(problem.residual, theta, jac=jacobian, **settings)
@@ -207,23 +183,17 @@ def fit_law(
     solutions = [solve(candidates[start]) for start in order[:tries]]
     problem.bar.close()
     solution = min(solutions, key=lambda s: s.cost)
-    covariance = _covariance(solution.jac, solution.fun, problem.block)
-    std, value = np.sqrt(np.diag(covariance)), np.exp(solution.x)
-    with np.errstate(invalid="ignore"):  # of what is not known at all
-        correlation = covariance / np.maximum(np.outer(std, std), np.finfo(float).tiny)
+    value = np.exp(solution.x)
     return Fit(
         law=make(*value),
-        parameters=tuple(parameters),
-        value=value,
-        relative_std=std,
-        correlation=correlation,
+        estimates=Estimates.of(parameters, value, _covariance(solution.jac, solution.fun, problem.block)),
         residual_db=problem.difference_db(solution.fun),
         cost=float(solution.cost),
         evaluations=problem.evaluations,
     )
 
 
-def _covariance(jacobian, residual, block) -> np.ndarray:
+def _covariance(jacobian: np.ndarray, residual: np.ndarray, block: np.ndarray) -> np.ndarray:
     """Covariance of the parameters' logarithms by a delete-a-block jackknife about the linearised fit.
 
     Residuals of one block may depend on each other as they like: neighbouring lines share their noise, sensors the
@@ -260,7 +230,10 @@ def _covariance(jacobian, residual, block) -> np.ndarray:
 class _Problem:
     """Residuals of a set of records as a function of the logarithms of the parameters."""
 
-    def __init__(self, rig, found, make, model_error, parameters, progress):
+    def __init__(
+        self, rig: Rig, found: Sequence[Evidence], make: Callable[..., Law], model_error: float,
+        parameters: Sequence[Parameter], progress: str | None,
+    ):  # fmt: skip
         self.rig, self.make = rig, make
         self.excitations = [item.excitation for item in found]
         self.probes = [item.response.displacement is not None for item in found]
@@ -270,12 +243,12 @@ class _Problem:
         self.frf_size = sum(m.frf.size for m in self.measured)
         self.block = self._blocks()
         self.start = np.log([p.start for p in parameters])
-        self.spread = np.array([p.spread for p in parameters])
+        self.prior_std = np.array([p.prior_std for p in parameters])
         self.bar = tqdm(desc=progress, unit="simulation", disable=progress is None)
         self.evaluations = 0
-        self.latest = None, None
+        self.latest: tuple[np.ndarray, np.ndarray] | None = None
 
-    def _blocks(self):
+    def _blocks(self) -> np.ndarray:
         """(n_residuals,) a number for the FRF lines of each band, in all pieces, and one for the RMS of each piece."""
         bands, pieces, first = [m.frf_band for m in self.measured], [], 1
         for m in self.measured:
@@ -283,7 +256,7 @@ class _Problem:
             first += m.rms_piece.max(initial=-1) + 1
         return np.concatenate((*bands, *pieces))
 
-    def residuals(self, thetas):
+    def residuals(self, thetas: Sequence[np.ndarray] | np.ndarray) -> np.ndarray:
         """(n, n_residuals) for several parameter sets at once: weighted differences in dB, FRF lines first."""
         laws = [self.make(*np.exp(theta)) for theta in thetas]
         n = len(self.excitations)
@@ -291,31 +264,32 @@ class _Problem:
             responses = simulate_batch(self.rig, self.excitations * len(laws), np.repeat(laws, n).tolist(), "modal")
         except (SimulationError, LawError):
             # A trial set that diverges is a very bad one, not an error of the user's.
-            return np.full((len(laws), self.weight.size + self.spread.size), 60.0)
+            return np.full((len(laws), self.weight.size + self.prior_std.size), 60.0)
         self.bar.update(len(laws))
         self.evaluations += len(laws)
         differences = [self._residual(responses[n * i : n * i + n]) for i in range(len(laws))]
-        # A parameter off its start by its spread weighs as much as one line that is off by 1 dB.
-        return np.hstack((differences, (np.reshape(thetas, (len(laws), -1)) - self.start) / self.spread))
+        # A parameter off its start by its prior standard deviation weighs as much as one line that is off by 1 dB.
+        return np.hstack((differences, (np.reshape(thetas, (len(laws), -1)) - self.start) / self.prior_std))
 
-    def residual(self, theta):
+    def residual(self, theta: np.ndarray) -> np.ndarray:
         """(n_residuals,) for one parameter set."""
-        self.latest = theta.copy(), self.residuals([theta])[0]
-        return self.latest[1]
+        found = self.residuals([theta])[0]
+        self.latest = theta.copy(), found
+        return found
 
-    def _residual(self, responses):
+    def _residual(self, responses: Sequence[Response]) -> np.ndarray:
         seen = [r if p else dataclasses.replace(r, displacement=None) for r, p in zip(responses, self.probes)]
         pairs = [(_features(r), m) for r, m in zip(seen, self.measured)]
         frf = [20 * np.log10(model.frf / test.frf) for model, test in pairs]
         rms = [RMS_WEIGHT * 20 * np.log10(model.rms / test.rms) for model, test in pairs]
         return self.weight * np.concatenate((*frf, *rms))
 
-    def difference_db(self, residual) -> float:
+    def difference_db(self, residual: np.ndarray) -> float:
         """RMS difference of the FRF magnitudes, without the weights."""
         lines = slice(0, self.frf_size)
         return float(np.sqrt(np.mean((residual[lines] / self.weight[lines]) ** 2)))
 
-    def jacobian(self, theta, low, high):
+    def jacobian(self, theta: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
         """(n_residuals, n) by differences, central but at the bounds."""
         step = DIFFERENCE * np.eye(theta.size)
         up, down = np.minimum(theta + step, high), np.maximum(theta - step, low)
@@ -323,11 +297,11 @@ class _Problem:
         width = np.sum(up - down, axis=1)
         return ((values[: theta.size] - values[theta.size :]) / width[:, None]).T
 
-    def forward_jacobian(self, theta, low, high):
+    def forward_jacobian(self, theta: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
         """(n_residuals, n) by differences away from the nearer bound."""
         step = np.where(theta - low > high - theta, -DIFFERENCE, DIFFERENCE)
-        at, here = self.latest
-        here = here if np.array_equal(at, theta) else self.residual(theta)
+        known = self.latest is not None and np.array_equal(self.latest[0], theta)
+        here = self.latest[1] if self.latest is not None and known else self.residual(theta)
         return ((self.residuals(theta + np.diag(step)) - here) / step[:, None]).T
 
 
@@ -356,7 +330,7 @@ def _features(response: Response) -> _Features:
     return _Features(*joined, np.repeat(np.arange(count), [len(piece[1]) for piece in pieces]))
 
 
-def _piece_features(response, piece):
+def _piece_features(response: Response, piece: slice) -> tuple[np.ndarray, ...]:
     excitation, acceleration = response.excitation[piece], response.acceleration[piece]
     signals = [] if response.displacement is None else [response.displacement[piece]]
     frf, frf_error, band = np.empty(0), np.empty(0), np.empty(0, dtype=int)

@@ -13,7 +13,8 @@ from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
 
 from ..clearance.law import TimeLaw
-from ..identify.force_balance import ContactParameters, RestoringForce
+from ..identify.contact import ContactParameters
+from ..identify.forces import RestoringForce
 from ..identify.wavelet import Ridge, Scalogram
 from .figures import FONT, LAWS, REPEAT, TEST, WIDTH, _tidy
 
@@ -186,19 +187,19 @@ def hysteresis(title: str, measured: RestoringForce, fitted: np.ndarray) -> Figu
         Names the record.
     measured : RestoringForce
         From the record.
-    fitted : ndarray, shape (n_t, n_bushings)
+    fitted : ndarray, shape (n_bushings, n_t)
         N, of the law.
     """
     gaps = [b.gap for b in measured.rig.bushings]
     figure = _sheet(title, 2.6 * len(gaps))
     axes = figure.subplots(len(gaps), 2, squeeze=False)
     for j, (line, gap) in enumerate(zip(axes, gaps)):
-        x, force = measured.displacement[:, j], measured.force[:, j]
-        left = fitted[:, j] - force
+        x, force = measured.displacement[j], measured.force[j]
+        left = fitted[j] - force
         for ax, (name, part) in zip(line, _stretches(measured, x, gap).items()):
             error = 100 * np.sqrt(np.mean(left[part] ** 2) / np.mean(force[part] ** 2))
             ax.plot(MM * x[part], force[part], color=TEST, linewidth=1.3, label="measured")
-            ax.plot(MM * x[part], fitted[part, j], color=LAW, linewidth=0.9, linestyle=(0, (3, 1)), label="law")
+            ax.plot(MM * x[part], fitted[j, part], color=LAW, linewidth=0.9, linestyle=(0, (3, 1)), label="law")
             if np.abs(x[part]).max() > 0.8 * gap:
                 for side in (-gap, gap):
                     ax.axvline(MM * side, color=REPEAT, linewidth=0.9, linestyle=":", label="gap")

@@ -11,18 +11,12 @@ from matplotlib.figure import Figure
 from ..clearance.law import AmplitudeLaw, ConstantLaw, ContactLaw, TimeLaw
 from ..errors import RecordError
 from ..identify.checks import ridge_band
-from ..identify.force_balance import (
-    OVERLAP,
-    ContactParameters,
-    GreaseFit,
-    RestoringForce,
-    contact_parameters,
-    grease_parameters,
-    restoring_force,
-    ridge_law,
-)
-from ..identify.laws import Identified
+from ..identify.contact import OVERLAP, ContactParameters, contact_parameters
+from ..identify.forces import RestoringForce, restoring_force
+from ..identify.grease import GreaseFit, grease_parameters
 from ..identify.loop import equivalent_contact, law_force
+from ..identify.methods.ridge import ridge_law
+from ..identify.registry import Identified
 from ..identify.wavelet import scalogram, skeleton
 from ..io.dataset import Dataset
 from . import identification as draw
@@ -31,7 +25,6 @@ __all__ = ["Findings"]
 
 CURVE = 200
 """amplitudes of a law's curve"""
-GREASE_UNITS = {"k": "N/m", "λ": "1", "z": "m", "γ/β": "1", "c": "N s/m", "d/h": "1"}
 
 
 class Findings:
@@ -61,18 +54,15 @@ class Findings:
         RecordError
             If the records do not tell them.
         """
-        if self.found.parameters:
-            return [
-                # A parameter that moves no residual comes with no deviation at all.
-                row | {"std": row["value"] * row["relative_std"] or np.inf}
-                for row in self.found.parameters
-            ]
+        if fit := self.found.estimates:
+            return [row | {"std": float(s)} for row, s in zip(fit.rows(), fit.std)]
         if not isinstance(self.found.law, ConstantLaw | AmplitudeLaw) or self.found.law.grease is None:
             return []
-        fit, rows = self._grease, []
-        for j, (values, stds) in enumerate(zip(fit.value, fit.std)):
-            for name, value, std in zip(fit.names, values, stds):
-                rows.append(_row(f"bushing {j + 1}: grease {name}", GREASE_UNITS[name], value, std))
+        rows = [
+            _row(f"bushing {j + 1}: grease {p.name}", p.unit, value, std)
+            for j, fit in enumerate(self._grease.estimates)
+            for p, value, std in zip(fit.parameters, fit.value, fit.std)
+        ]
         return rows + self._contact_rows() if isinstance(self.found.law, ConstantLaw) else rows
 
     def figures(self) -> dict[str, Callable[[], Figure]]:
@@ -147,10 +137,10 @@ class Findings:
         law, gaps, forces = self.found.law, np.array([b.gap for b in self.rig.bushings]), _found(self._forces)
         if isinstance(law, TimeLaw):
             return []
-        largest = np.max([np.abs(f.displacement[f.valid]).max(axis=0) for f in forces], axis=0)
+        largest = np.max([np.abs(f.displacement[:, f.valid]).max(axis=1) for f in forces], axis=0)
         amplitude = np.linspace(gaps.min(), largest.max(), CURVE + 1)[1:]
         if isinstance(law, ContactLaw):
-            omega = np.mean([np.std(f.velocity, axis=0) / np.std(f.displacement, axis=0) for f in forces], axis=0)
+            omega = np.mean([np.std(f.velocity, axis=1) / np.std(f.displacement, axis=1) for f in forces], axis=0)
             label, values = f"{self.method} law, equivalent in a cycle", equivalent_contact(law, gaps, amplitude, omega)
         else:
             table = law.table(gaps.size)

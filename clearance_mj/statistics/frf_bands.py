@@ -1,6 +1,6 @@
 """What a law's uncertainty makes of a prediction: bands of FRFs by Monte Carlo over the fitted parameters.
 
-The logarithms of the parameters are drawn from a normal distribution with the fit's covariance (`output_error.Fit`),
+The logarithms of the parameters are drawn from a normal distribution with the fit's covariance (`Estimates.draw`),
 cut to the fit's bounds, and every drawn law is simulated under the same excitation. The band of the drawn FRFs holds
 what the records leave open about the parameters. A measured FRF has a random error besides, which `Band.prediction`
 adds: `frf.random_error` between two excitations, `paired_error` where the rig and its model see the same one. No band
@@ -22,7 +22,8 @@ import scipy.stats
 from ..clearance.law import Law
 from ..engines import simulate_each
 from ..errors import LawError
-from ..identify.laws import get_method
+from ..identify.registry import get_method
+from ..parameters import Estimates
 from ..rig import Rig
 from ..signals.excitation import Excitation
 from ..signals.frf import FRF, estimate_frf, random_error
@@ -33,7 +34,7 @@ __all__ = ["CONFIDENCE", "Band", "draw_laws", "frf_band", "inside", "paired_erro
 CONFIDENCE = 0.95
 DB = 20 / np.log(10)
 WIDEST = 5.0
-"""standard deviation of a logarithm from which on a parameter counts as not told at all"""
+"""standard deviation of a logarithm from which on a parameter counts as not identified at all"""
 
 
 @dataclass(frozen=True, eq=False)
@@ -141,7 +142,7 @@ def draw_laws(rig: Rig, method: str, parameters: Sequence[dict], n: int, seed: i
     method : str
         How the law was identified, see `identify.law`.
     parameters : sequence of dict
-        Its fitted parameters, as `identify.laws.Identified` has them.
+        Its fitted parameters, as `identify.Identified` has them.
     n : int
         How many.
     seed : int
@@ -159,15 +160,11 @@ def draw_laws(rig: Rig, method: str, parameters: Sequence[dict], n: int, seed: i
     make = get_method(method).make
     if make is None or not parameters or any("correlation" not in p for p in parameters):
         raise LawError(f'method "{method}" gives no covariance of its parameters; use one that fits them')
-    std = np.array([p["relative_std"] for p in parameters])
-    for parameter, s in zip(parameters, std):
-        if not s < WIDEST:
-            raise LawError(f"the records do not tell the {parameter['name']}, so there is no band")
-    covariance = np.outer(std, std) * [p["correlation"] for p in parameters]
-    value, low, high = (np.log([p[key] for p in parameters]) for key in ("value", "low", "high"))
-    rng = np.random.default_rng(seed)
-    drawn = rng.multivariate_normal(value, covariance, size=n, method="eigh")
-    return [make(rig, *np.exp(row).tolist()) for row in np.clip(drawn, low, high)]
+    estimates = Estimates.from_rows(parameters)
+    for name, std in zip(estimates.names, estimates.varied_std):
+        if not std < WIDEST:
+            raise LawError(f"the records do not identify the {name}, so there is no band")
+    return [make(rig, *row) for row in estimates.draw(n, seed).tolist()]
 
 
 def frf_band(

@@ -13,9 +13,10 @@ import xarray as xr
 
 from ..cache import ResultCache, digest
 from ..clearance.law import law_from_dict
-from ..identify.laws import Identified
+from ..identify import Identified
 from ..io.dataset import Record
 from ..io.results import dataset_to_frf, frf_to_dataset
+from ..parameters import Estimates
 from ..signals.correlation import Comparison, with_modes
 from ..signals.frf import FRF
 from ..statistics.frf_bands import Band
@@ -72,7 +73,8 @@ def law(cache: ResultCache | None, name: str, inputs: object, compute: Callable[
 
     def load(path: Path) -> Identified:
         data = json.loads(path.read_text())
-        return Identified(law_from_dict(data["law"]), tuple(data["parameters"]))
+        rows = data["parameters"]
+        return Identified(law_from_dict(data["law"]), Estimates.from_rows(rows) if rows else None)
 
     return compute() if cache is None else cache.get(name, inputs, compute, save, load, ".json")
 

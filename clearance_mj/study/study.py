@@ -15,7 +15,7 @@ from ..cache import ResultCache
 from ..clearance.law import Law
 from ..engines import get_engine, simulate
 from ..errors import LawError, RecordError
-from ..identify.laws import get_method
+from ..identify import get_method
 from ..io.dataset import Dataset, Record
 from ..signals.correlation import Comparison, compare
 from ..signals.frf import FRF, estimate_frf
@@ -163,7 +163,7 @@ class Study:
             words = f"identifying: {name}" if self._progress else None
             inputs = [name, self.dataset.rig.to_dict(), *map(stored.record_digest, self.dataset.identify)]
             found = stored.law(self.cache, name, inputs, lambda: method.run(self.dataset, words))
-            self._laws[name] = IdentifiedLaw(name, found.law, method.knows, tuple(found.parameters))
+            self._laws[name] = IdentifiedLaw(name, found.law, method.prior_information, found.parameters)
         return self._laws[name]
 
     @property

@@ -15,7 +15,7 @@ from ..cache import digest
 from ..clearance.law import Law, law_from_dict, load_law
 from ..engines import Engine, get_engine
 from ..errors import ClearanceError, RecordError
-from ..identify.laws import nominal
+from ..identify import nominal
 from ..io.dataset import Record
 from ..io.uff import read_uff
 from ..parameters import find_numbers, get_number, with_numbers

@@ -12,7 +12,7 @@ from types import SimpleNamespace
 
 from clearance_mj.engines import simulate
 from clearance_mj.errors import RecordError
-from clearance_mj.identify.laws import get_method
+from clearance_mj.identify import get_method
 from clearance_mj.io.dataset import Dataset, Record
 from clearance_mj.signals.correlation import Comparison, compare
 from clearance_mj.signals.frf import FRF, estimate_frf
@@ -100,7 +100,7 @@ class Context:
             found = method.run(self.dataset, None)
         if caught:
             self.warnings[name] = tuple(dict.fromkeys(str(w.message) for w in caught))
-        return IdentifiedLaw(name, found.law, method.knows, found.parameters)
+        return IdentifiedLaw(name, found.law, method.prior_information, found.parameters)
 
     @cached_property
     def tests(self) -> dict[str, FRF]:

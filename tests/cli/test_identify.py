@@ -8,10 +8,12 @@ import pytest
 
 from clearance_mj import load_law
 from clearance_mj.cli import main
-from clearance_mj.identify.laws import METHODS, Identified, Method
+from clearance_mj.identify import METHODS, Identified
+from clearance_mj.identify.registry import Method
 from clearance_mj.io.dataset import Dataset, write_dataset
 from clearance_mj.io.results import load
 from clearance_mj.io.uff import write_uff
+from clearance_mj.parameters import Estimates, Parameter
 
 from ..conftest import ROOT, SMALL_LAW, record_of
 
@@ -83,12 +85,15 @@ def test_dataset_to_law_to_simulation(small_dataset, tmp_path, capsys):
 @pytest.fixture
 def seen(monkeypatch):
     """Datasets that the method "known" is given, which returns the law of the simulation."""
-    datasets, rows = [], [("contact stiffness", "N/m", 6e3, 0.01), ("contact damping", "N s/m", 12.0, np.inf)]
-    parameters = tuple(dict(zip(("name", "unit", "value", "relative_std"), row)) for row in rows)
+    parameters = (
+        Parameter("contact stiffness", "N/m", 6e3, 1.0, 1e6),
+        Parameter("contact damping", "N s/m", 12.0, 0.1, 100.0),
+    )
+    estimates, datasets = Estimates(parameters, np.array([6e3, 12.0]), np.array([0.01, np.inf]), np.eye(2)), []
 
     def find(dataset, progress):
         datasets.append(dataset)
-        return Identified(SMALL_LAW, parameters)
+        return Identified(SMALL_LAW, estimates)
 
     monkeypatch.setitem(METHODS, "known", Method("all", find, lambda rig: 1.0))
     return datasets
@@ -144,7 +149,7 @@ def test_without_probes_there_is_a_law_but_no_figure(seen, ramp, rig, tmp_path, 
     law, stiffness, damping, *missing = capsys.readouterr().out.splitlines()
     assert law == f"law: {tmp_path / 'law.json'}"
     assert stiffness.split() == ["contact", "stiffness", "6000", "N/m", "±", "60"]
-    assert damping.split() == ["contact", "damping", "12", *"N s/m not told by the records".split()]
+    assert damping.split() == ["contact", "damping", "12", *"N s/m not identifiable from the records".split()]
     assert len(missing) == 4
     assert all(line.startswith("not drawn: ") and "no displacement probe at every bushing" in line for line in missing)
     assert not folder.exists()

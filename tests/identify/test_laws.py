@@ -10,9 +10,12 @@ import pytest
 from clearance_mj import identify
 from clearance_mj.engines import simulate
 from clearance_mj.errors import ClearanceError, RecordError
-from clearance_mj.identify.laws import fit_constant, fit_output_error, nominal
-from clearance_mj.identify.output_error import Parameter, _piece_features, _Problem, before_contact, evidence, fit_law
+from clearance_mj.identify.methods.constant import fit_constant
+from clearance_mj.identify.methods.nominal import nominal
+from clearance_mj.identify.methods.physical import fit_output_error
+from clearance_mj.identify.output_error import _piece_features, _Problem, before_contact, evidence, fit_law
 from clearance_mj.io.dataset import Dataset
+from clearance_mj.parameters import Parameter
 from clearance_mj.signals.correlation import csac, csf, frac, rmse_db
 from clearance_mj.signals.frf import estimate_frf
 from clearance_mj.signals.response import Response
@@ -34,7 +37,7 @@ def test_constants_are_recovered_and_validation_records_stay_closed(small_datase
     truth = [SMALL_LAW.k[0], SMALL_LAW.c[0], SMALL_LAW.grease[0].stiffness, SMALL_LAW.grease[0].damping]
     # Single impacts are chaotic: below about 2 % of a contact parameter the residuals are rough.
     names = ("contact k (N/m)", "contact c (N s/m)", "grease k (N/m)", "grease c (N s/m)")
-    for name, found, known, limit in zip(names, fit.value, truth, (0.02, 0.1, 0.01, 0.05)):
+    for name, found, known, limit in zip(names, fit.estimates.value, truth, (0.02, 0.1, 0.01, 0.05)):
         measured.equal(f"constants by output error: {name}", found, known, "the law of the simulation", rel=limit)
     assert fit.residual_db < 0.3
     assert [r.opened for r in dataset.validate] == [False] * 4
@@ -96,15 +99,17 @@ def test_a_parameter_that_no_record_tells_stays_where_it_is_believed(small_datas
     """Without its spread, its column of the Jacobian is zero; with it, its standard deviation is large, not nought."""
     dataset = Dataset.load(small_dataset)
     told = Parameter("grease stiffness", "N/m", 4040.0, 1e3, 1e5)
-    untold = Parameter("colour", "1", 3.0, 1.0, 9.0, spread=0.5)
+    untold = Parameter("colour", "1", 3.0, 1.0, 9.0, prior_std=0.5)
 
     def law(stiffness, _):
         grease = dataclasses.replace(SMALL_LAW.grease[0], stiffness=float(stiffness))
         return dataclasses.replace(SMALL_LAW, grease=(grease,))
 
     fit = fit_law(dataset.rig, evidence(dataset.identify), [told, untold], law)
-    assert fit.value == pytest.approx([SMALL_LAW.grease[0].stiffness, 3.0], rel=5e-3)
-    assert fit.relative_std[1] > 30 * fit.relative_std[0]
+    assert fit.estimates.value == pytest.approx([SMALL_LAW.grease[0].stiffness, 3.0], rel=5e-3)
+    std = fit.estimates.varied_std
+    assert std[1] > 30 * std[0]
+    assert fit.estimates.identifiable.tolist() == [True, False]
 
 
 def test_random_error_of_a_piece_is_its_scatter(rng, measured):

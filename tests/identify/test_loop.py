@@ -7,7 +7,7 @@ import scipy.integrate
 from clearance_mj.clearance import AmplitudeLaw, ConstantLaw, ContactLaw, TimeLaw
 from clearance_mj.clearance.contact import HuntCrossley, KelvinVoigt
 from clearance_mj.engines import simulate
-from clearance_mj.identify.force_balance import restoring_force
+from clearance_mj.identify.forces import restoring_force
 from clearance_mj.identify.loop import equivalent_contact, law_force
 from clearance_mj.io.dataset import Record
 from clearance_mj.io.uff import Channel
@@ -32,7 +32,7 @@ def test_force_along_a_simulated_motion_is_the_engine_s(rig, name):
     columns += [(n, "displacement", x) for n, x in zip((6, 7), response.displacement.T)]
     channels = [Channel(f"{q} {n}", n, "+Z", q, v, FS) for n, q, v in columns]
     measured = restoring_force(Record("simulated", "identify", rig, FS, channels))
-    left = (law_force(measured, LAWS[name]) - response.contact_force - response.grease_force)[measured.valid]
+    left = (law_force(measured, LAWS[name]).T - response.contact_force - response.grease_force)[measured.valid]
     assert np.all(response.contact_force.max(axis=0) > 0.5)  # N: both bushings are reached
     # The motion is known up to 0.4 fs only, which rounds off the beginnings of contact.
     assert np.all(left.std(axis=0) < 0.01 * (response.contact_force + response.grease_force).std(axis=0))

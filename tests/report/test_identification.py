@@ -7,7 +7,8 @@ import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 
 from clearance_mj.clearance import TimeLaw
-from clearance_mj.identify.force_balance import ContactParameters, RestoringForce
+from clearance_mj.identify.contact import ContactParameters
+from clearance_mj.identify.forces import RestoringForce
 from clearance_mj.identify.wavelet import ridge, scalogram
 from clearance_mj.report import identification as draw
 
@@ -18,11 +19,11 @@ BAND = (4.0, 24.0)
 
 @pytest.fixture(scope="module")
 def force(rig):
-    x = np.outer(1e-4 * TIME, (1.0, 0.3)) * np.cos(2 * np.pi * 9 * TIME)[:, None]
+    x = np.outer((1.0, 0.3), 1e-4 * TIME) * np.cos(2 * np.pi * 9 * TIME)
     n, zero = TIME.size, np.zeros(2)
     return RestoringForce(
-        "swell", rig, FS, (0.0, 200.0), TIME, x, np.gradient(x, axis=0) * FS, 4000 * x, zero, zero,
-        np.repeat(x[:, :, None], 2, axis=2), np.ones(n, dtype=bool), np.arange(3.0), np.zeros((3, 2)), np.zeros(11),
+        "swell", rig, FS, (0.0, 200.0), TIME, x, np.gradient(x, axis=1) * FS, 4000 * x, zero, zero,
+        np.repeat(x[:, None], 2, axis=1), np.ones(n, dtype=bool), np.arange(3.0), np.zeros((2, 3)), np.zeros(11),
     )  # fmt: skip
 
 
@@ -102,7 +103,7 @@ def test_loops_within_the_gap_and_beyond(figures, force):
     reached = [np.abs(lines(ax)["measured"].get_xdata()).max() for ax in (inside, beyond, small)]
     gap = 1e3 * force.rig.bushings[0].gap
     assert 0.8 * gap < reached[0] < gap
-    assert reached[1] > 0.9 * 1e3 * np.abs(force.displacement[:, 0]).max()
+    assert reached[1] > 0.9 * 1e3 * np.abs(force.displacement[0]).max()
     assert "10 % off" in inside.get_title(loc="left")
     assert small.axison
     assert not nothing.axison

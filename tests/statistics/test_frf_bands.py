@@ -12,9 +12,10 @@ from clearance_mj.beam import linear_frf
 from clearance_mj.cache import ResultCache
 from clearance_mj.clearance import ConstantLaw, ContactLaw, HuntCrossley
 from clearance_mj.errors import LawError, RecordError
-from clearance_mj.identify.laws import METHODS, Identified, nominal
-from clearance_mj.identify.output_error import Fit, Parameter, _covariance
+from clearance_mj.identify import METHODS, Identified, nominal
+from clearance_mj.identify.output_error import _covariance
 from clearance_mj.io.dataset import Dataset
+from clearance_mj.parameters import Estimates, Parameter
 from clearance_mj.report.uncertainty import draw, drawings
 from clearance_mj.rig import Grease
 from clearance_mj.signals.excitation import multisine
@@ -31,7 +32,7 @@ def fitted(value, std, correlation=None, low=1e-6, high=1e9):
     correlation = np.eye(4) if correlation is None else np.asarray(correlation)
     parameters = tuple(Parameter(name, "SI", v, low, high) for name, v in zip(NAMES, value))
     law = ConstantLaw(value[0], value[1], grease=Grease(value[2], value[3]))
-    return Identified.of_fit(Fit(law, parameters, np.array(value), np.array(std), correlation, 0.1, 1.0, 1))
+    return Identified(law, Estimates(parameters, np.array(value), np.array(std), correlation))
 
 
 def logarithms(laws):
@@ -89,11 +90,11 @@ def test_physical_law_is_made_again(rig):
     assert isinstance(law, ContactLaw)
 
 
-def test_methods_without_covariance_and_parameters_that_are_not_told(rig):
+def test_methods_without_covariance_and_parameters_that_are_not_identifiable(rig):
     with pytest.raises(LawError, match='method "nominal" gives no covariance'):
         draw_laws(rig, "nominal", (), 10)
     found = fitted((7e3, 4.0, 4e3, 3.0), (0.1, np.inf, 0.1, 0.1))
-    with pytest.raises(LawError, match="do not tell the contact damping"):
+    with pytest.raises(LawError, match="do not identify the contact damping"):
         draw_laws(rig, "constant", found.parameters, 10)
 
 

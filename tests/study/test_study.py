@@ -10,8 +10,9 @@ import xarray as xr
 from clearance_mj import cache, report
 from clearance_mj.engines import simulate
 from clearance_mj.errors import ClearanceError, RecordError
-from clearance_mj.identify.laws import METHODS as METHODS_BY_NAME
-from clearance_mj.identify.laws import Identified, Method, nominal
+from clearance_mj.identify import METHODS as METHODS_BY_NAME
+from clearance_mj.identify import Identified, nominal
+from clearance_mj.identify.registry import Method
 from clearance_mj.io.dataset import Dataset, write_dataset
 from clearance_mj.output_folder import WORK
 from clearance_mj.report import report_study

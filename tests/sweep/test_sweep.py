@@ -15,7 +15,7 @@ from clearance_mj.clearance import ConstantLaw
 from clearance_mj.cli import main
 from clearance_mj.engines import Modal, simulate
 from clearance_mj.errors import ClearanceError
-from clearance_mj.identify.laws import nominal
+from clearance_mj.identify import nominal
 from clearance_mj.io.dataset import Dataset
 from clearance_mj.io.uff import write_uff
 from clearance_mj.parameters import find_numbers, with_numbers

@@ -1,0 +1,64 @@
+"""Method "constant": the best constants for contact and linear grease, by output error."""
+
+from __future__ import annotations
+
+from functools import partial
+
+from ...clearance.law import ConstantLaw
+from ...io.dataset import Dataset
+from ...parameters import Parameter
+from ...rig import Grease, Rig
+from ..output_error import PIECE, Fit, evidence, fit_law
+from ..registry import register
+
+__all__ = ["fit_constant", "linear_grease"]
+
+
+def linear_grease(grease: Grease) -> list[Parameter]:
+    """Return the parameters of a linear grease, which start at the rig file's.
+
+    Parameters
+    ----------
+    grease : Grease
+        Of the rig file.
+    """
+    return [
+        Parameter("grease stiffness", "N/m", max(grease.stiffness, 1.0), 1.0, 1e6),
+        Parameter("grease damping", "N s/m", max(grease.damping, 0.1), 1e-3, 1e3),
+    ]
+
+
+def _law(rig: Rig, k: float, c: float, grease_k: float, grease_c: float) -> ConstantLaw:
+    return ConstantLaw(k, c, grease=Grease(stiffness=float(grease_k), damping=float(grease_c)))
+
+
+@register(
+    "constant",
+    "the rig file and the records to identify: best constants for contact and linear grease",
+    shortest=lambda rig: PIECE,
+    make=_law,
+)
+def fit_constant(dataset: Dataset, progress: str | None = None) -> Fit:
+    """Fit the best constants: contact stiffness and damping and a linear grease, the same at every bushing.
+
+    Parameters
+    ----------
+    dataset : Dataset
+        Only its rig and its records with role "identify" are used.
+    progress : str, optional
+        Show a progress bar with this name.
+
+    Raises
+    ------
+    RecordError
+        If there is no such record, or none is long enough.
+    """
+    found, first = evidence(dataset.to_identify()), dataset.rig.bushings[0]
+    parameters = [
+        Parameter("contact stiffness", "N/m", first.contact.stiffness, 1e2, 1e7),
+        Parameter("contact damping", "N s/m", max(first.contact.damping, 0.1), 1e-3, 1e3),
+        *linear_grease(first.grease),
+    ]
+    k, c, grease_k, grease_c = (p.start for p in parameters)
+    starts = [(k * a, c * b, grease_k * g, grease_c * b) for a in (0.5, 2.0) for b in (1.0, 3.0) for g in (0.7, 1.0)]
+    return fit_law(dataset.rig, found, parameters, partial(_law, dataset.rig), starts, progress=progress)

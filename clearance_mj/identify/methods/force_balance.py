@@ -1,0 +1,57 @@
+"""Method "force-balance": constant contact and Bouc-Wen grease out of the restoring forces."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ...clearance.law import ConstantLaw
+from ...errors import RecordError
+from ...io.dataset import Dataset
+from ..contact import contact_parameters, fill_untouched, require_contact
+from ..forces import SETTLE, restoring_forces
+from ..grease import grease_parameters
+from ..registry import Identified, register
+
+__all__ = ["force_balance_law"]
+
+
+def force_balance_law(dataset: Dataset, progress: str | None = None) -> ConstantLaw:
+    """Constant contact stiffness and damping: the weighted means of `contact_parameters` over the records.
+
+    Parameters
+    ----------
+    dataset : Dataset
+        Only its rig and its records with role "identify" are used.
+    progress : str, optional
+        Show a progress bar with this name.
+
+    Returns
+    -------
+    ConstantLaw
+        With the grease. A bushing that is never touched takes the others' mean.
+
+    Raises
+    ------
+    RecordError
+        As `amplitude_law`.
+    """
+    forces = restoring_forces(dataset, progress)
+    require_contact(forces)
+    grease = grease_parameters(forces).grease
+    found = [contact_parameters(f, grease) for f in forces if f.touched.any()]
+    k, c = (np.concatenate([getattr(p, name) for p in found]) for name in ("k", "c"))
+    share = np.concatenate([p.contact for p in found]) * np.isfinite(k)
+    k, c = (np.nansum(share * v, axis=0) / np.maximum(share.sum(axis=0), 1e-30) for v in (k, c))
+    seen = share.sum(axis=0) > 0
+    if not seen.any():
+        raise RecordError("contact is too short in every record to identify its stiffness")
+    return ConstantLaw(fill_untouched(k, seen), fill_untouched(c, seen), grease=grease)
+
+
+@register(
+    "force-balance",
+    "the rig file and the records to identify: constant contact and Bouc-Wen grease out of the restoring forces",
+    shortest=lambda rig: 4 * SETTLE,
+)
+def _find(dataset: Dataset, progress: str | None = None) -> Identified:
+    return Identified(force_balance_law(dataset, progress))

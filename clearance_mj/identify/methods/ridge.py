@@ -1,0 +1,148 @@
+"""Methods "ridge" and "ridge-as-printed": the article's updated model, contact over time from the wavelet ridge."""
+
+from __future__ import annotations
+
+import numpy as np
+from tqdm import tqdm
+
+from ...beam import ModalModel, ritz_model
+from ...clearance.gap import describing_function
+from ...clearance.law import TimeLaw
+from ...errors import RecordError
+from ...io.dataset import Dataset
+from ...rig import Rig
+from ..checks import ridge_band, warn_of_no_ridge
+from ..forces import MODES, measured_channels
+from ..oscillator import check_options
+from ..registry import Identified, register
+from ..wavelet import scalogram, shortest_record
+
+__all__ = ["ridge_law"]
+
+STEP = 0.05
+"""s between the rows of the law"""
+WINDOW = 0.3
+"""s over which a ridge under random excitation is smoothed"""
+LEAST_SHARE = 0.1
+"""describing function of the gap below which a ridge does not identify the contact"""
+
+
+def ridge_law(
+    dataset: Dataset, correction: str = "adiabatic", damping: str = "viscous", progress: str | None = None
+) -> TimeLaw:
+    """The article's updated model: contact stiffness and damping over time from the wavelet ridge at each bushing.
+
+    The ridge of the lowest mode in a probe's signal gives ω(t) and A(t), and Eqs 12-17 the decay, as if the record were
+    a free decay, which it is not under random excitation: there `clearance_mj.identify.ridge` finds no ridge that it
+    would vouch for, so the largest component is taken as it is. The contact stiffness follows from the frequency
+    equation of the shaft on its grease (as the rig file has it) and on springs k N_j, N_j the gap's describing function
+    at A: det(I + k √N R(ω) √N) = 0, R the receptance between the bushings. The damping is what the decay leaves after
+    the shaft's and the grease's, shared out by N_j and the mode's shape.
+
+    The law is a schedule over the time of the longest record to identify. It cannot predict another record, whose
+    motion is another one at the same time; beyond the record its last values hold.
+
+    Parameters
+    ----------
+    dataset : Dataset
+        Only its rig and its longest record with role "identify" are used.
+    correction : {"adiabatic", "none"}
+        Decay 2ζω = -2A'/A - ω'/ω, for a frequency that varies, or -2A'/A (Eq. 12).
+    damping : {"viscous", "as-printed"}
+        c = 2mωζ, or the real part of Eq. 17 as printed, twice of it.
+    progress : str, optional
+        Show a progress bar with this name.
+
+    Returns
+    -------
+    TimeLaw
+        With the rig's own grease. Where the ridge shows no contact, values are interpolated; negative ones are zero.
+
+    Raises
+    ------
+    RecordError
+        If nothing is to identify from, a channel cannot be used, an option is unknown, or a ridge nowhere reaches past
+        the gap.
+    """
+    check_options(correction, damping)
+    record = max(dataset.to_identify(), key=lambda r: r.duration)
+    rig, probes = record.rig, measured_channels(record)[:, len(record.rig.sensors) : -1]
+    model = ritz_model(rig, MODES, grease=True)
+    band = model.omega[0] / (4 * np.pi), (model.omega[0] + model.omega[1]) / (4 * np.pi)
+    columns = tqdm(probes.T, desc=progress, unit="bushing", disable=progress is None)
+    tracks = [_forced_ridge(signal, record.fs, band, correction, damping) for signal in columns]
+    rows = np.arange(0, probes.shape[0], max(1, round(STEP * record.fs)))
+    omega, amplitude, decay = (np.column_stack(column)[rows] for column in zip(*tracks))
+    share = describing_function(amplitude, np.array([b.gap for b in rig.bushings]))
+    time, at = rows / record.fs, share.max(axis=1) > LEAST_SHARE
+    if not at.any():
+        raise RecordError(
+            f'record "{record.name}": the ridges between {band[0]:.3g} and {band[1]:.3g} Hz, up to '
+            f"{1e3 * amplitude.max():.3g} mm, nowhere reach past a gap; they identify only the grease, not the contact"
+        )
+    k, c = np.empty(share.shape), np.empty(share.shape)
+    for j in range(share.shape[1]):
+        k[:, j] = np.interp(time, time[at], _contact_stiffness(model, rig, omega[at, j], share[at]))
+        c[:, j] = np.interp(time, time[at], _contact_damping(model, rig, decay[at, j], share[at]))
+    return TimeLaw(time, k, c)
+
+
+def _forced_ridge(
+    signal: np.ndarray, fs: float, band: tuple[float, float], correction: str, damping: str
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Circular frequency, amplitude and decay 2ζω, each (n_t,), of the largest component, smoothed."""
+    plane = scalogram(signal, fs, band)
+    rows, columns = np.argmax(np.abs(plane.value), axis=0), np.arange(signal.size)
+    before, after = np.maximum(columns - 1, 0), np.minimum(columns + 1, signal.size - 1)
+    turn = np.angle(plane.value[rows, after] * plane.value[rows, before].conj())
+    amplitude = np.abs(plane.value[rows, columns])
+    window = np.hanning(round(WINDOW * fs))
+
+    def smooth(value: np.ndarray) -> np.ndarray:
+        return np.convolve(amplitude**2 * value, window, "same") / np.convolve(amplitude**2, window, "same")
+
+    omega = smooth(turn * fs / (after - before))
+    level = smooth(np.log(amplitude))
+    if correction == "adiabatic":
+        level = level + np.log(omega) / 2
+    decay = -2 * np.gradient(level) * fs
+    return omega, np.exp(smooth(np.log(amplitude))), 2 * decay if damping == "as-printed" else decay
+
+
+def _contact_stiffness(model: ModalModel, rig: Rig, omega: np.ndarray, share: np.ndarray) -> np.ndarray:
+    """K (n,) >= 0 with which the shaft on springs k N_j has the circular frequencies ω (n,)."""
+    at = model.shapes([b.position for b in rig.bushings])
+    receptance = np.einsum("jm,im,tm->tji", at, at, 1 / (model.omega**2 - omega[:, None] ** 2))
+    root = np.sqrt(share)
+    softest = np.linalg.eigvalsh(root[:, :, None] * receptance * root[:, None, :])[:, 0]
+    return np.where(softest < 0, -1 / np.minimum(softest, -1e-12), 0.0)
+
+
+def _contact_damping(model: ModalModel, rig: Rig, modal: np.ndarray, share: np.ndarray) -> np.ndarray:
+    """C (n,) >= 0 from the modal damping 2ζω (n,) of the lowest mode, the rig's own subtracted."""
+    at = model.shapes([b.position for b in rig.bushings])[:, 0] ** 2
+    own = model.damping[0] + at @ [b.grease.damping for b in rig.bushings]
+    return np.maximum((modal - own) / (share @ at), 0.0)
+
+
+def _shortest(rig: Rig) -> float:
+    return shortest_record(ridge_band(rig)[0])
+
+
+def _find(dataset: Dataset, progress: str | None, correction: str, damping: str) -> Identified:
+    warn_of_no_ridge(max(dataset.to_identify(), key=lambda r: r.duration))
+    return Identified(ridge_law(dataset, correction, damping, progress))
+
+
+@register(
+    "ridge",
+    "the rig file and the longest record to identify: contact over that record's time, from its wavelet ridge",
+    _shortest,
+)
+def _corrected(dataset: Dataset, progress: str | None = None) -> Identified:
+    return _find(dataset, progress, "adiabatic", "viscous")
+
+
+@register("ridge-as-printed", "as ridge, with the article's Equations 12 and 17 as printed", _shortest)
+def _as_printed(dataset: Dataset, progress: str | None = None) -> Identified:
+    return _find(dataset, progress, "none", "as-printed")
