@@ -1,43 +1,39 @@
-"""Figures, tables and page of drives with steering clearance."""
+"""Figures, tables and page of runs with steering clearance."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from html import escape
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import Any, NamedTuple
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
 from ..files import replacing, to_json
-from ..vehicle.experiment import CONTROLLERS
+from ..vehicle.controllers import CONTROLLERS, get_controller
+from ..vehicle.experiment import Outcome
+from ..vehicle.run import Run
 from . import html
 from .figures import FONT, WIDTH, Drawing, _tidy
 from .tables import Column, Table, write_csv
 
-if TYPE_CHECKING:
-    from ..vehicle.experiment import Outcome
+__all__ = ["HISTORIES", "METRICS", "curves", "histories", "look", "write_report"]
 
-__all__ = ["COLOURS", "HISTORIES", "METRICS", "curves", "histories", "metrics_table", "paths", "write_report"]
-
-COLOURS = dict(zip(CONTROLLERS, ("#d55e00", "#0072b2", "#e69f00", "#009e73", "#cc79a7", "#56b4e9", "#8c8c8c")))
-STYLES = dict(zip(CONTROLLERS, ("-", "-", (0, (4, 1.5)), (0, (4, 1.5)), (0, (1, 1.2)), (0, (1, 1.2)), "-.")))
-SIDES = ("#9e9e9e", "#f2f2f2", "#2b2b2b")
-"""Contact on the right, none, on the left"""
+CYCLE = ("#1b9e77", "#e7298a", "#7570b3", "#66a61e", "#a6761d", "#e6ab02")
+"""Colours of controllers that are registered without one"""
+SIDES = {"contact right": "#9e9e9e", "in the gap": "#f2f2f2", "contact left": "#2b2b2b"}
 
 
-@dataclass(frozen=True)
-class Quantity:
+class Quantity(NamedTuple):
     """How a number is shown."""
 
     label: str
     unit: str
-    scale: float
-    """shown value over the stored one"""
+    scale: float  # shown value over the stored one
     form: str = ".3g"
 
 
@@ -51,7 +47,7 @@ HISTORIES = {
     "wheel_angle": Quantity("Wheel angle", "°", DEGREE),
 }
 SHOWN = ("e_y", "e_psi", "yaw_rate", "lateral_acceleration", "wheel_angle")
-"""What the report of drives shows over time"""
+"""What the report of runs shows over time"""
 METRICS = {
     "peak_e_y": Quantity("Peak e_y", "mm", 1e3, ".1f"),
     "rms_e_y": Quantity("RMS e_y", "mm", 1e3, ".1f"),
@@ -67,17 +63,27 @@ METRICS = {
     "steer_variation": Quantity("Steer variation", "°", DEGREE, ".1f"),
     "contact_reversals": Quantity("Contact reversals", "", 1.0, ".0f"),
 }
+UNITS = {
+    "time": "s", "position": "m", "s": "m", "e_y": "m", "e_psi": "rad", "yaw_rate": "rad/s",
+    "yaw_rate_error": "rad/s", "lateral_acceleration": "m/s2", "sideslip": "rad", "command": "rad", "wheel_angle": "rad",
+}  # fmt: skip
 
 
-def _label(name) -> str:
-    return CONTROLLERS[name].label
+def look(controller: str) -> dict[str, Any]:
+    """Colour, line style, width and label of a controller's lines, as its registration says.
+
+    Parameters
+    ----------
+    controller : str
+        Name.
+    """
+    known = get_controller(controller)
+    without = [name for name, one in CONTROLLERS.items() if one.colour is None]
+    colour = known.colour or CYCLE[without.index(controller) % len(CYCLE)]
+    return {"color": colour, "ls": known.line, "lw": 1.1, "label": known.label}
 
 
-def _look(name) -> dict:
-    return {"color": COLOURS[name], "ls": STYLES[name], "lw": 1.1, "label": _label(name)}
-
-
-def _words(outcome) -> str:
+def _words(outcome: Outcome) -> str:
     case = outcome.case
     return (
         f"{case.speed:g} km/h, half-gap {np.degrees(case.half_gap):.3g}° at the road wheel, {case.regime}-driven, "
@@ -85,8 +91,12 @@ def _words(outcome) -> str:
     )
 
 
+def _legend(figure: Figure, handles: Sequence[Any], columns: int) -> None:
+    figure.legend(handles=handles, loc="outside upper center", ncols=columns, fontsize=FONT - 0.5, frameon=False)
+
+
 def histories(outcomes: Sequence[Outcome], name: str, quantities: Sequence[str] = SHOWN) -> Drawing:
-    """Quantities over time, methods overlaid, and below them the contact state of each.
+    """Quantities over time, controllers overlaid, and below them the contact state of each.
 
     Parameters
     ----------
@@ -103,78 +113,59 @@ def histories(outcomes: Sequence[Outcome], name: str, quantities: Sequence[str] 
     for ax, letter, quantity in zip(axes, "abcdefgh", quantities):
         shown = HISTORIES[quantity]
         for outcome in outcomes:
-            ax.plot(
-                outcome.drive.time, shown.scale * getattr(outcome.drive, quantity), **_look(outcome.case.controller)
-            )
+            values = shown.scale * getattr(outcome.run, quantity)
+            ax.plot(outcome.run.time, values, **look(outcome.case.controller))
         _tidy(ax, f"({letter})", f"{shown.label} ({shown.unit})")
     _contact_strip(axes[-1], outcomes)
     figure.align_ylabels(axes[:-1])
-    handles, _ = axes[0].get_legend_handles_labels()
-    sides = [Patch(color=c, label=text) for c, text in zip(SIDES, ("contact right", "in the gap", "contact left"))]
-    figure.legend(handles=[*handles, *sides], loc="outside upper center", ncols=5, fontsize=FONT - 0.5, frameon=False)
-    shown = ", ".join(HISTORIES[q].label.lower() for q in quantities)
-    caption = f"Over time: {shown}; at the bottom the side of the clearance in contact. {_words(outcomes[0])}."
-    return Drawing(name, figure, caption, f"Histories of {len(outcomes)} controllers: {shown}.")
+    sides = [Patch(color=colour, label=label) for label, colour in SIDES.items()]
+    _legend(figure, [*axes[0].get_legend_handles_labels()[0], *sides], 5)
+    words = ", ".join(HISTORIES[q].label.lower() for q in quantities)
+    caption = f"Over time: {words}; at the bottom the side of the clearance in contact. {_words(outcomes[0])}."
+    return Drawing(name, figure, caption, f"Histories of {len(outcomes)} controllers: {words}.")
 
 
-def _contact_strip(ax, outcomes):
-    colours = ListedColormap(SIDES)
+def _contact_strip(ax: Axes, outcomes: Sequence[Outcome]) -> None:
+    look_of_sides: dict[str, Any] = {"cmap": ListedColormap(list(SIDES.values())), "vmin": -1, "vmax": 1}
     for row, outcome in enumerate(outcomes):
-        time = outcome.drive.time
+        time = outcome.run.time
         extent = (time[0], time[-1], row + 0.42, row - 0.42)
-        ax.imshow(
-            outcome.drive.contact[None],
-            aspect="auto",
-            cmap=colours,
-            vmin=-1,
-            vmax=1,
-            extent=extent,
-            interpolation="none",
-        )
+        ax.imshow(outcome.run.contact[None], aspect="auto", extent=extent, interpolation="none", **look_of_sides)
     _tidy(ax, "", "", "Time (s)")
-    ax.set_yticks(range(len(outcomes)), [_label(o.case.controller) for o in outcomes])
+    ax.set_yticks(range(len(outcomes)), [get_controller(o.case.controller).label for o in outcomes])
     ax.set_ylim(len(outcomes) - 0.5, -0.5)
-    ax.set_xlim(outcomes[0].drive.time[0], max(o.drive.time[-1] for o in outcomes))
+    ax.set_xlim(outcomes[0].run.time[0], max(o.run.time[-1] for o in outcomes))
     ax.grid(False)
 
 
-def paths(outcomes: Sequence[Outcome], name: str) -> Drawing:
-    """Paths driven, and the path to follow.
-
-    Parameters
-    ----------
-    outcomes : sequence of Outcome
-        Of different controllers on one manoeuvre.
-    name : str
-        Of the figure.
-    """
+def _paths(outcomes: Sequence[Outcome]) -> Drawing:
     figure = Figure(figsize=(WIDTH, 2.4), layout="constrained", facecolor="white")
     ax = figure.subplots()
     path = outcomes[0].case.task.path
     ax.plot(*path.position(np.linspace(0, path.length, 500)), color="black", lw=2.2, alpha=0.35, label="path")
     for outcome in outcomes:
-        ax.plot(*outcome.drive.position.T, **_look(outcome.case.controller))
+        ax.plot(*outcome.run.position.T, **look(outcome.case.controller))
     _tidy(ax, "", "Y (m)", "X (m)")
-    figure.legend(loc="outside upper center", ncols=5, fontsize=FONT - 0.5, frameon=False)
-    caption = f"Paths driven; Y is drawn larger than X. {_words(outcomes[0])}."
-    return Drawing(name, figure, caption, f"Paths of {len(outcomes)} controllers on the X-Y plane.")
+    _legend(figure, ax.get_legend_handles_labels()[0], 5)
+    caption = f"Paths of the vehicle; Y is drawn larger than X. {_words(outcomes[0])}."
+    return Drawing("paths", figure, caption, f"Paths of {len(outcomes)} controllers on the X-Y plane.")
 
 
-def curves(rows: Sequence[dict], name: str, abscissa: str, label: str, caption: str, scale: float = 1.0) -> Drawing:
+def curves(
+    rows: Sequence[dict[str, Any]], name: str, abscissa: str, label: str, caption: str, scale: float = 1.0
+) -> Drawing:
     """Peak lateral error of each controller over one field of the cases, one panel per speed and regime.
 
     Parameters
     ----------
     rows : sequence of dict
         Of `Outcome.row`, and the abscissa.
-    name : str
+    name, caption : str
         Of the figure.
     abscissa : str
         Key of the rows.
     label : str
         Of the abscissa, with its unit.
-    caption : str
-        Of the figure.
     scale : float
         Shown over stored abscissa.
     """
@@ -187,46 +178,37 @@ def curves(rows: Sequence[dict], name: str, abscissa: str, label: str, caption: 
         here = [r for r in rows if (r["speed"], r["regime"]) == (speed, regime)]
         for controller in dict.fromkeys(r["controller"] for r in here):
             points = sorted((scale * r[abscissa], 1e3 * r["peak_e_y"]) for r in here if r["controller"] == controller)
-            ax.plot(*np.transpose(points), marker="o", ms=3, **_look(controller))
+            ax.plot(*np.transpose(points), marker="o", ms=3, **look(controller))
         _tidy(ax, f"({letter}) {speed:g} km/h, {regime}-driven")
         ax.set_ylim(bottom=0)
     for ax in axes[:, 0]:
         ax.set_ylabel("Peak |e_y| (mm)", fontsize=FONT)
     for ax in axes[-1]:
         ax.set_xlabel(label, fontsize=FONT)
-    handles, _ = axes[0, 0].get_legend_handles_labels()
-    figure.legend(handles=handles, loc="outside upper center", ncols=4, fontsize=FONT - 0.5, frameon=False)
+    _legend(figure, axes[0, 0].get_legend_handles_labels()[0], 4)
     return Drawing(name, figure, caption, caption)
 
 
-def metrics_table(outcomes: Sequence[Outcome], caption: str = "Metrics of each drive") -> Table:
-    """Metrics of drives, one row for each.
-
-    Parameters
-    ----------
-    outcomes : sequence of Outcome
-        The drives.
-    caption : str
-        Of the table.
-    """
+def _metrics_table(outcomes: Sequence[Outcome]) -> Table:
     columns = [Column("Controller"), *(Column(q.label, q.unit, q.form) for q in METRICS.values())]
     rows = []
     for outcome in outcomes:
-        metrics = outcome.drive.metrics()
-        rows.append((_label(outcome.case.controller), *(q.scale * metrics[key] for key, q in METRICS.items())))
-    return Table("metrics", caption, tuple(columns), tuple(rows))
+        metrics = outcome.run.metrics()
+        label = get_controller(outcome.case.controller).label
+        rows.append((label, *(q.scale * metrics[key] for key, q in METRICS.items())))
+    return Table("metrics", "Metrics of each run", tuple(columns), tuple(rows))
 
 
-def _timing_table(outcomes) -> Table:
+def _timing_table(outcomes: Sequence[Outcome]) -> Table:
     columns = (Column("Controller"), Column("Median", "ms", ".3f"), Column("Worst", "ms", ".2f"))
     rows = []
     for outcome in outcomes:
-        timing = outcome.drive.timing()
-        rows.append((_label(outcome.case.controller), 1e3 * timing["median"], 1e3 * timing["worst"]))
+        milliseconds = (1e3 * value for value in outcome.run.timing().values())
+        rows.append((get_controller(outcome.case.controller).label, *milliseconds))
     return Table("timing", "Computing time of a command, on the machine that made this page", columns, tuple(rows))
 
 
-def write_report(outcomes: Sequence[Outcome], folder) -> dict:
+def write_report(outcomes: Sequence[Outcome], folder: str | Path) -> dict[str, Any]:
     """Write ``report.html``, ``figures/*.png``, ``histories_NAME.csv``, ``metrics.csv`` and ``summary.json``.
 
     Parameters
@@ -242,55 +224,46 @@ def write_report(outcomes: Sequence[Outcome], folder) -> dict:
         What is in ``summary.json``, and the timings, which differ from run to run.
     """
     folder = Path(folder)
-    drawings = (paths(outcomes, "paths"), histories(outcomes, "histories"))
+    drawings = (_paths(outcomes), histories(outcomes, "histories"))
     for drawing in drawings:
         with replacing(folder / "figures" / f"{drawing.name}.png") as temporary:
             temporary.write_bytes(drawing.png())
     for outcome in outcomes:
-        write_csv(folder / f"histories_{outcome.case.controller}.csv", _history_rows(outcome.drive))
+        write_csv(folder / f"histories_{outcome.case.controller}.csv", _history_rows(outcome.run))
     rows = [outcome.row() for outcome in outcomes]
     write_csv(folder / "metrics.csv", rows)
-    with replacing(folder / "summary.json") as temporary:
-        temporary.write_text(to_json({"drives": rows}), encoding="utf-8")
-    with replacing(folder / "report.html") as temporary:
-        temporary.write_text(_page(outcomes, drawings), encoding="utf-8")
-    return {"drives": rows, "timing": {o.case.controller: o.drive.timing() for o in outcomes}}
+    for name, text in (("summary.json", to_json({"runs": rows})), ("report.html", _page(outcomes, drawings))):
+        with replacing(folder / name) as temporary:
+            temporary.write_text(text, encoding="utf-8")
+    return {"runs": rows, "timing": {o.case.controller: o.run.timing() for o in outcomes}}
 
 
-def _history_rows(drive) -> list[dict]:
-    columns = {
-        "time_s": drive.time, "x_m": drive.position[:, 0], "y_m": drive.position[:, 1], "s_m": drive.s,
-        "e_y_m": drive.e_y, "e_psi_rad": drive.e_psi, "yaw_rate_rad_s": drive.yaw_rate,
-        "yaw_rate_error_rad_s": drive.yaw_rate_error,
-        "lateral_acceleration_m_s2": drive.lateral_acceleration, "sideslip_rad": drive.sideslip,
-        "command_rad": drive.command, "wheel_angle_rad": drive.wheel_angle, "contact": drive.contact,
-    }  # fmt: skip
+def _history_rows(run: Run) -> list[dict[str, float]]:
+    columns = {f"{name}_{unit.replace('/', '_')}": getattr(run, name) for name, unit in UNITS.items()}
+    x, y = columns.pop("position_m").T
+    columns = {"time_s": columns.pop("time_s"), "x_m": x, "y_m": y} | columns | {"contact": run.contact}
     return [dict(zip(columns, map(float, values))) for values in zip(*columns.values())]
 
 
-def _page(outcomes, drawings) -> str:
+def _page(outcomes: Sequence[Outcome], drawings: Sequence[Drawing]) -> str:
     case = outcomes[0].case
     pictures = [html.Picture(d.name, i, d.svg(), "image/svg+xml", d.caption, d.alt) for i, d in enumerate(drawings, 1)]
-    knows = "".join(
-        f"<dt>{escape(_label(o.case.controller))}</dt><dd>{escape(CONTROLLERS[o.case.controller].knows)}</dd>\n"
-        for o in outcomes
+    priors = "".join(
+        f"<dt>{escape(known.label)}</dt><dd>{escape(known.prior)}</dd>\n"
+        for known in (get_controller(outcome.case.controller) for outcome in outcomes)
     )
     about = html.paragraph(
         f"Double lane change, lengths × {case.task.path.name.split()[-1]}, {escape(_words(outcomes[0]))}. Followed "
         f"exactly it needs {case.task.path.needed_acceleration(case.task.speed):.1f} m/s². All vehicles, sensors and "
         "roads are simulated."
     )
-    told = (
-        "<h3>What each controller was told</h3>\n"
-        + html.paragraph(
-            "All: the nominal vehicle, the steering servo, the steering's stiffness without clearance, and the road "
-            f"for {case.preview:g} s ahead. Of the clearance:"
-        )
-        + f"<dl>{knows}</dl>\n"
+    about += "<h3>Prior information of each controller</h3>\n" + html.paragraph(
+        "All: the nominal vehicle, the steering servo, the steering's stiffness without clearance, and the road "
+        f"for {case.preview:g} s ahead. Of the clearance:"
     )
     sections = (
-        html.Section("about", "What was driven", about + told),
-        html.Section("metrics", "Metrics", html.table(metrics_table(outcomes)) + html.table(_timing_table(outcomes))),
+        html.Section("about", "What was run", f"{about}<dl>{priors}</dl>\n"),
+        html.Section("metrics", "Metrics", html.table(_metrics_table(outcomes)) + html.table(_timing_table(outcomes))),
         html.Section("figures", "Figures", "".join(html.figure(picture) for picture in pictures)),
     )
     return html.page("Motion control with steering clearance", sections)

@@ -12,6 +12,8 @@ from __future__ import annotations
 import dataclasses
 import types
 from collections import namedtuple
+from collections.abc import Callable
+from typing import Any
 
 import numba
 import vehiclemodels.utils.tire_model as tire_model
@@ -20,8 +22,10 @@ import vehiclemodels.vehicle_dynamics_std as drift_module
 from vehiclemodels.utils.vehicle_dynamics_ks_cog import vehicle_dynamics_ks_cog
 from vehiclemodels.vehicle_parameters import VehicleParameters, setup_vehicle_parameters
 
-__all__ = ["SHIFTS", "compiled_parameters", "multi_body", "parameters", "single_track_drift"]
+__all__ = ["GRAVITY", "SHIFTS", "compiled_parameters", "multi_body", "parameters", "single_track_drift"]
 
+GRAVITY = 9.81
+"""m/s², as in the library"""
 SHIFTS = ("p_hy1", "p_hy3", "p_vy1", "p_vy3", "r_hy1", "r_vy1", "r_vy3")
 """Tyre parameters that shift the lateral force"""
 
@@ -38,20 +42,24 @@ def parameters(vehicle: int = 2) -> VehicleParameters:
     return dataclasses.replace(values, tire=dataclasses.replace(values.tire, **dict.fromkeys(SHIFTS, 0.0)))
 
 
-def _numbers(values):
+def _numbers(values: object) -> dict[str, float]:
     """Fields of a parameter object that hold numbers."""
     return {name: float(value) for name, value in vars(values).items() if isinstance(value, int | float)}
 
 
-# Named at module level, so that the compiler's cache recognises them in the next process.
+def _record(name: str, *fields: str) -> Any:
+    """Named tuple type; kept under its name in this module, so that the compiler's cache finds it in the next process."""
+    return namedtuple(name, fields)
+
+
 _EXAMPLE = parameters()
-Steering = namedtuple("Steering", _numbers(_EXAMPLE.steering))
-Longitudinal = namedtuple("Longitudinal", _numbers(_EXAMPLE.longitudinal))
-Tire = namedtuple("Tire", _numbers(_EXAMPLE.tire))
-Parameters = namedtuple("Parameters", ("steering", "longitudinal", "tire", *_numbers(_EXAMPLE)))
+Steering = _record("Steering", *_numbers(_EXAMPLE.steering))
+Longitudinal = _record("Longitudinal", *_numbers(_EXAMPLE.longitudinal))
+Tire = _record("Tire", *_numbers(_EXAMPLE.tire))
+Parameters = _record("Parameters", "steering", "longitudinal", "tire", *_numbers(_EXAMPLE))
 
 
-def compiled_parameters(values: VehicleParameters) -> Parameters:
+def compiled_parameters(values: VehicleParameters) -> tuple[Any, ...]:
     """Parameters as compiled code reads them.
 
     Parameters
@@ -63,7 +71,7 @@ def compiled_parameters(values: VehicleParameters) -> Parameters:
     return Parameters(steering, longitudinal, Tire(**_numbers(values.tire)), **_numbers(values))
 
 
-def _compiled(function, **callees):
+def _compiled(function: types.FunctionType, **callees: object) -> Callable[..., Any]:
     """A function of the library, calling what is given in place of what its module names."""
     names = {**function.__globals__, **callees}
     copy = types.FunctionType(function.__code__, names, function.__name__, function.__defaults__)

@@ -16,8 +16,11 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numba
+import numpy as np
 
-__all__ = ["LostMotion", "lost_motion_step"]
+from .plant import STEP
+
+__all__ = ["LostMotion", "QuasiStaticShaft", "lost_motion_step"]
 
 
 class LostMotion(NamedTuple):
@@ -36,14 +39,14 @@ class LostMotion(NamedTuple):
 
 
 @numba.njit(cache=True, nogil=True, inline="always")
-def _resistance(d, before, h, p):
+def _resistance(d: float, before: float, h: float, p: LostMotion) -> float:
     """Torque with which the shaft resists a lost motion d after one step."""
     beyond = max(d - p.half_gap, 0.0) + min(d + p.half_gap, 0.0)
     return p.damping / h * (d - before) + p.shaft_stiffness * d + p.stiffness * beyond
 
 
 @numba.njit(cache=True, nogil=True, inline="always")
-def _balanced(moment, before, h, p):
+def _balanced(moment: float, before: float, h: float, p: LostMotion) -> float:
     """Lost motion at which the shaft resists just ``-moment`` after one step."""
     slope = p.damping / h + p.shaft_stiffness
     push = p.damping / h * before - moment
@@ -55,7 +58,7 @@ def _balanced(moment, before, h, p):
 
 
 @numba.njit(cache=True, nogil=True)
-def lost_motion_step(d, turn, moment, h, p):
+def lost_motion_step(d: float, turn: float, moment: float, h: float, p: LostMotion) -> tuple[float, int]:
     """Lost motion after one step.
 
     Parameters
@@ -87,3 +90,39 @@ def lost_motion_step(d, turn, moment, h, p):
     else:
         after = _balanced(moment + p.friction, d, h, p)
     return after, (1 if after < -p.half_gap else -1 if after > p.half_gap else 0)
+
+
+@numba.njit(cache=True, nogil=True)
+def _lost_motion(
+    lost: np.ndarray, turn: np.ndarray, moment: np.ndarray, p: LostMotion
+) -> tuple[np.ndarray, np.ndarray]:
+    out, contact = np.empty(turn.size), np.empty(turn.size, dtype=np.int8)
+    for i in range(turn.size):
+        lost[0], contact[i] = lost_motion_step(lost[0], turn[i], moment[i], STEP, p)
+        out[i] = lost[0]
+    return out, contact
+
+
+class QuasiStaticShaft:
+    """The reduced clearance over a run, in steps of 1 ms from the middle of the gap.
+
+    Parameters
+    ----------
+    model : LostMotion
+        The reduced clearance.
+    """
+
+    def __init__(self, model: LostMotion):
+        self._model, self._lost = model, np.zeros(1)
+
+    def advance(self, turn: np.ndarray, moment: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Lost motion, rad, and contact side after each step.
+
+        Parameters
+        ----------
+        turn : ndarray, shape (n,)
+            How far the servo turns in each step, rad.
+        moment : ndarray, shape (n,)
+            That turns the wheel back, N m.
+        """
+        return _lost_motion(self._lost, turn, moment, self._model)

@@ -1,4 +1,4 @@
-"""The vehicle that is driven: the multi-body and the single-track drift model of commonroad-vehicle-models.
+"""The simulated vehicle: the multi-body and the single-track drift model of commonroad-vehicle-models.
 
 Both have the road-wheel angle as an input that the steering model sets, held over each step of 1 ms: the library's own
 steering integrator, and with it its rate limit, is left to the servo. The set speed is held by a proportional cruise
@@ -16,72 +16,24 @@ import functools
 import math
 from abc import ABC, abstractmethod
 from dataclasses import dataclass, field
-from typing import ClassVar, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 import numba
 import numpy as np
+from numpy.typing import ArrayLike
 from vehiclemodels.init_mb import init_mb
 from vehiclemodels.init_std import init_std
 
 from ..errors import ManoeuvreError, SimulationError
 from .commonroad import compiled_parameters, multi_body, parameters, single_track_drift
 
-__all__ = ["STEP", "Measurement", "MultiBody", "Plant", "SingleTrackDrift", "Spread", "Vehicle"]
+__all__ = ["STEP", "Measurement", "MultiBody", "Plant", "SingleTrackDrift", "Spread"]
 
 STEP = 1e-3
 """s, of the Runge-Kutta method"""
-GRAVITY = 9.81
-"""m/s²"""
 CRUISE_GAIN = 2.0
 """1/s, acceleration per deviation from the set speed"""
 MULTI_BODY_STATES = 29
-
-
-@dataclass(frozen=True)
-class Vehicle:
-    """What a controller may know of the vehicle: the linear single-track model's parameters, nominal."""
-
-    mass: float
-    """kg"""
-    yaw_inertia: float
-    """kg m²"""
-    lf: float
-    """m, from the centre of gravity to the front axle"""
-    lr: float
-    """m, to the rear axle"""
-    cornering_front: float
-    """N/rad, of the axle"""
-    cornering_rear: float
-    """N/rad, of the axle"""
-    friction: float
-    """largest lateral over vertical tyre force"""
-    trail: float = 0.045
-    """m, of the aligning moment"""
-
-    @property
-    def wheelbase(self) -> float:
-        """Distance of the axles, m."""
-        return self.lf + self.lr
-
-    @property
-    def understeer_gradient(self) -> float:
-        """m/L (lr/Cf - lf/Cr): steady-state steering angle beyond L κ per lateral acceleration, rad s²/m."""
-        front, rear = self.lr / self.cornering_front, self.lf / self.cornering_rear
-        return self.mass / self.wheelbase * (front - rear)
-
-    @classmethod
-    def bmw320i(cls, trail: float = 0.045) -> Vehicle:
-        """Vehicle 2 of commonroad-vehicle-models; stiffness per axle is the tyre's per load times the static load.
-
-        Parameters
-        ----------
-        trail : float
-            Of the aligning moment, m.
-        """
-        p = parameters()
-        load = p.m * GRAVITY / (p.a + p.b)
-        stiffness = -p.tire.p_ky1 * load * p.b, -p.tire.p_ky1 * load * p.a
-        return cls(p.m, p.I_z, p.a, p.b, *stiffness, friction=p.tire.p_dy1, trail=trail)
 
 
 @dataclass(frozen=True)
@@ -95,7 +47,7 @@ class Spread:
     friction: float = 1.0
     """of the tyres' largest forces"""
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         for name, value in dataclasses.asdict(self).items():
             if not 0.2 <= value <= 2:
                 raise ManoeuvreError(f"spread.{name} is a factor in 0.2..2, got {value:g}")
@@ -138,7 +90,7 @@ class Measurement(NamedTuple):
 
 @dataclass(frozen=True)
 class Plant(ABC):
-    """A vehicle model to drive; a state is the library's states and, last, the set speed."""
+    """A vehicle model; a state is the library's states and, last, the set speed."""
 
     name: ClassVar[str]
     spread: Spread = field(default_factory=Spread)
@@ -147,7 +99,7 @@ class Plant(ABC):
     """m, mechanical and pneumatic"""
 
     @functools.cached_property
-    def parameters(self):
+    def parameters(self) -> Any:
         """The library's parameters with the spread applied."""
         p, s = parameters(), self.spread
         sprung = p.m_s * s.mass
@@ -161,14 +113,14 @@ class Plant(ABC):
         return dataclasses.replace(p, m=p.m - p.m_s + sprung, m_s=sprung, tire=tire, **inertia)
 
     @functools.cached_property
-    def _compiled(self):
+    def _compiled(self) -> tuple[Any, ...]:
         return compiled_parameters(self.parameters)
 
     @abstractmethod
-    def _states(self, core) -> list[float]:
+    def _states(self, core: list[float]) -> list[float]:
         """The library's states for [x, y, wheel angle, speed, heading, yaw rate, sideslip]."""
 
-    def start(self, speed: float, pose=(0.0, 0.0, 0.0)) -> np.ndarray:
+    def start(self, speed: float, pose: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> np.ndarray:
         """State of the vehicle driving straight.
 
         Parameters
@@ -177,15 +129,11 @@ class Plant(ABC):
             m/s; it is held from then on.
         pose : (float, float, float)
             x, y, m, and heading, rad.
-
-        Returns
-        -------
-        ndarray
         """
         x, y, heading = pose
         return np.array([*self._states([x, y, 0.0, speed, heading, 0.0, 0.0]), speed], dtype=float)
 
-    def advance(self, state, wheel_angle) -> np.ndarray:
+    def advance(self, state: np.ndarray, wheel_angle: ArrayLike) -> np.ndarray:
         """Drive on with given road-wheel angles.
 
         Parameters
@@ -213,7 +161,7 @@ class Plant(ABC):
             )
         return after
 
-    def measure(self, state) -> Measurement:
+    def measure(self, state: np.ndarray) -> Measurement:
         """Read the sensors.
 
         Parameters
@@ -236,7 +184,7 @@ class MultiBody(Plant):
 
     name: ClassVar[str] = "multi-body"
 
-    def _states(self, core):
+    def _states(self, core: list[float]) -> list[float]:
         return init_mb(core, self.parameters)
 
 
@@ -246,12 +194,12 @@ class SingleTrackDrift(Plant):
 
     name: ClassVar[str] = "single-track"
 
-    def _states(self, core):
+    def _states(self, core: list[float]) -> list[float]:
         return init_std(core, self.parameters)
 
 
 @numba.njit(cache=True, nogil=True, error_model="numpy")
-def _derivative(x, p, u, out):
+def _derivative(x: np.ndarray, p: Any, u: np.ndarray, out: np.ndarray) -> None:
     """Rates of the library's states under the cruise control; the wheel angle and the set speed stand still."""
     n = x.size - 1
     u[0], u[1] = 0.0, CRUISE_GAIN * (x[n] - x[3])
@@ -262,7 +210,7 @@ def _derivative(x, p, u, out):
 
 
 @numba.njit(cache=True, nogil=True, error_model="numpy")
-def _advance(x, wheel_angle, h, p):
+def _advance(x: np.ndarray, wheel_angle: np.ndarray, h: float, p: Any) -> np.ndarray:
     """Classical fourth-order Runge-Kutta steps, one for each wheel angle."""
     k1, k2, k3, k4 = np.empty(x.size), np.empty(x.size), np.empty(x.size), np.empty(x.size)
     u = np.zeros(2)
@@ -277,7 +225,7 @@ def _advance(x, wheel_angle, h, p):
 
 
 @numba.njit(cache=True, nogil=True, error_model="numpy")
-def _observe(x, p):
+def _observe(x: np.ndarray, p: Any) -> tuple[float, float, float]:
     """Lateral speed, lateral acceleration and front axle's lateral force."""
     rate = np.empty(x.size)
     _derivative(x.copy(), p, np.zeros(2), rate)

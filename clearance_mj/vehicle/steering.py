@@ -13,22 +13,22 @@ import dataclasses
 import functools
 import math
 import re
-from abc import ABC, abstractmethod
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Protocol
 
-import numba
 import numpy as np
 
 from ..beam import static_deflection
 from ..clearance.law import ConstantLaw, Law
 from ..engines import Engine, get_engine
-from ..engines.base import step_factor, stiffest_contact
+from ..engines.base import stiffest_contact
 from ..errors import ClearanceError, ManoeuvreError
 from ..rig import Beam, Bushing, Contact, Grease, PointMass, Rig, Sensor, Shaker
 from ..signals.excitation import random
-from .lost_motion import LostMotion, lost_motion_step
+from .lost_motion import LostMotion, QuasiStaticShaft
 from .plant import STEP
+from .servo import ServoStep, serve
+from .simulated_shaft import SimulatedShaft
 
 __all__ = ["LEVER_ARM", "STEERING_SHAFT", "Steering", "SteeringRun", "parse_gap"]
 
@@ -147,7 +147,7 @@ class Steering:
     shaft: Rig = STEERING_SHAFT
     law: Law | None = None
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         self._engine()
         for name, low, high in _RANGES:
             if not low <= getattr(self, name) <= high:
@@ -186,15 +186,20 @@ class Steering:
         return LostMotion(*map(float, values))
 
     def start(self, seed: int = 0) -> SteeringRun:
-        """Begin a drive with the wheels straight and the shaft centred.
+        """Begin a run with the wheels straight and the shaft centred.
 
         Parameters
         ----------
         seed : int
             Of the road's noise.
         """
-        engine = self._engine()
-        return _EngineRun(self, seed, engine) if engine else _PlayRun(self, seed)
+        servo, engine, road = ServoStep.of(self.frequency, self.damping, self.rate_limit), self._engine(), np.zeros(1)
+        shaft: Shaft = QuasiStaticShaft(self.lost_motion)
+        if engine:
+            shaft = SimulatedShaft(engine, self.rig, self.contact_law, self.shaft, self.lever_arm, self.friction)
+        if self.road_moment > 0:
+            road = random(NOISE_PERIOD, 1 / STEP, self.road_band, self.road_moment, seed, "force").value
+        return SteeringRun(servo, shaft, road)
 
     def _engine(self) -> Engine | None:
         """The engine that simulates the shaft, if one does."""
@@ -215,37 +220,30 @@ _RANGES = (
 )
 
 
-class _Servo(NamedTuple):
-    """Second-order servo over one step: its exact flow and its limit."""
+class Shaft(Protocol):
+    """The shaft with clearance over a run."""
 
-    flow: np.ndarray
-    """(2, 2) of (angle less command, speed)"""
-    rate_limit: float
+    def advance(self, turn: np.ndarray, moment: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Lost motion, rad, and contact side after each step in which the servo turns and the moment acts."""
 
 
-class SteeringRun(ABC):
+class SteeringRun:
     """A steering under way; after `advance`, `servo` and `contact` hold the servo's angle and σ over the same time.
 
     Parameters
     ----------
-    steering : Steering
-        The steering.
-    seed : int
-        Of the road's noise.
+    servo : ServoStep
+        The servo.
+    shaft : Shaft
+        What loses motion behind it.
+    road : ndarray, shape (n,)
+        Road's moment on the wheel in each step, repeated, N m.
     """
 
-    def __init__(self, steering: Steering, seed: int):
-        self.steering = steering
+    def __init__(self, servo: ServoStep, shaft: Shaft, road: np.ndarray):
         self.contact, self.servo = np.zeros(0, dtype=np.int8), np.zeros(0)
-        natural = 2 * np.pi * steering.frequency
-        decay, turn = natural * steering.damping, natural * np.emath.sqrt(1 - steering.damping**2)
-        cos, sin = np.cos(turn * STEP).real, (np.sin(turn * STEP) / turn).real if turn else STEP
-        flow = np.exp(-decay * STEP) * np.array([[cos + decay * sin, sin], [-(natural**2) * sin, cos - decay * sin]])
-        self._servo, self._state = _Servo(flow, float(steering.rate_limit)), np.zeros(2)
-        self._noise, self._steps = np.zeros(1), 0
-        if steering.road_moment > 0:
-            noise = random(NOISE_PERIOD, 1 / STEP, steering.road_band, steering.road_moment, seed, "force")
-            self._noise = noise.value
+        self._servo, self._shaft, self._road = servo, shaft, road
+        self._state, self._steps = np.zeros(2), 0
 
     def advance(self, command: float, aligning_moment: float, duration: float) -> np.ndarray:
         """Steer on with a held command and a held aligning moment.
@@ -273,78 +271,9 @@ class SteeringRun(ABC):
         if n < 1 or abs(n * STEP - duration) > 1e-9:
             raise ManoeuvreError(f"steering advances by whole milliseconds, got {duration:g} s")
         steps = np.arange(self._steps, self._steps + n)
-        moment = aligning_moment + self._noise.take(steps, mode="wrap")
+        moment = aligning_moment + self._road.take(steps, mode="wrap")
         before = self._state[0]
-        self.servo = _serve(self._state, command, self._servo, n)
+        self.servo = serve(self._state, command, self._servo, n)
         self._steps += n
-        lost, self.contact = self._lose(np.diff(self.servo, prepend=before), moment)
+        lost, self.contact = self._shaft.advance(np.diff(self.servo, prepend=before), moment)
         return self.servo + lost
-
-    @abstractmethod
-    def _lose(self, turn, moment) -> tuple[np.ndarray, np.ndarray]:
-        """Lost motion, rad, and contact side after each step in which the servo turns and the moment acts."""
-
-
-class _PlayRun(SteeringRun):
-    def __init__(self, steering, seed):
-        super().__init__(steering, seed)
-        self._lost = np.zeros(1)
-
-    def _lose(self, turn, moment):
-        return _play(self._lost, turn, moment, STEP, self.steering.lost_motion)
-
-
-class _EngineRun(SteeringRun):
-    """An engine's shaft, loaded at the lever; in the frame of the bushings, which the servo turns."""
-
-    def __init__(self, steering, seed, engine):
-        super().__init__(steering, seed)
-        rig, law = steering.rig, steering.contact_law
-        largest = min(engine.largest_step(shaft, law) for shaft in (rig, steering.shaft))  # of Hertz contacts
-        self._factor = step_factor(1 / STEP, largest)
-        self._run = engine.start(rig, law, "force", STEP / self._factor)
-        lever = rig.shaker.position
-        self._mass = sum(m.mass for m in rig.point_masses if m.position == lever)
-        first = len(rig.sensors) + steering.lever
-        self._columns = first + len(rig.bushings) * np.arange(3)  # displacement, contact force, grease force
-        self._turning, self._speed, self._last = 0.0, 0.0, np.zeros(3)
-
-    def _lose(self, turn, moment):
-        arm, limit = self.steering.lever_arm, self.steering.friction / self.steering.lever_arm
-        displacement = np.empty(turn.size)
-        for i in range(turn.size):
-            inertia = self._mass * arm * (turn[i] - self._turning) / STEP**2
-            # Friction takes what would stop the rack in this step, up to its limit.
-            push = moment[i] / arm + self._last[1] + self._last[2]
-            stop = push - self._mass * (self._speed + arm * turn[i] / STEP) / STEP
-            friction = min(max(stop, -limit), limit)
-            out = self._run.advance(np.full(self._factor, friction - moment[i] / arm - inertia))
-            previous, self._last = self._last[0], out[-1, self._columns]
-            self._turning, displacement[i] = turn[i], self._last[0]
-            self._speed = (displacement[i] - previous) / STEP
-        gap = self.steering.rig.bushings[self.steering.lever].gap
-        return displacement / arm, -np.sign(displacement * (np.abs(displacement) > gap)).astype(np.int8)
-
-
-@numba.njit(cache=True, nogil=True)
-def _serve(state, command, servo, n):
-    """Servo angle after each of n steps; state (angle, speed) moves on."""
-    out = np.empty(n)
-    for i in range(n):
-        error = state[0] - command
-        angle = command + servo.flow[0, 0] * error + servo.flow[0, 1] * state[1]
-        speed = servo.flow[1, 0] * error + servo.flow[1, 1] * state[1]
-        reach = servo.rate_limit * STEP
-        state[0] += min(max(angle - state[0], -reach), reach)
-        state[1] = min(max(speed, -servo.rate_limit), servo.rate_limit)
-        out[i] = state[0]
-    return out
-
-
-@numba.njit(cache=True, nogil=True)
-def _play(lost, turn, moment, h, p):
-    out, contact = np.empty(turn.size), np.empty(turn.size, dtype=np.int8)
-    for i in range(turn.size):
-        lost[0], contact[i] = lost_motion_step(lost[0], turn[i], moment[i], h, p)
-        out[i] = lost[0]
-    return out, contact

@@ -1,20 +1,20 @@
 """Tuning of the controllers: one optimiser, budget, cost and kind of bounds for all, stored with its inputs.
 
-Each controller drives the double lane changes of `MANOEUVRES` on the nominal multi-body plant without clearance, with
+Each controller follows the double lane changes of `MANOEUVRES` with the nominal multi-body plant without clearance and
 noisy sensors. None of these lane changes is reported on, and none has clearance. The optimiser is differential
 evolution over the logarithms of the settings, with the same population and generations whatever the number of settings.
 
-``python -m clearance_mj.vehicle.tune`` repeats it and writes `STORED`.
+``python -m clearance_mj.vehicle.tune`` repeats it and writes `TUNED`.
 """
 
 from __future__ import annotations
 
 import argparse
 import functools
-import tomllib
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import asdict
 from pathlib import Path as FilePath
+from typing import Any
 
 import numpy as np
 import scipy.optimize
@@ -23,42 +23,21 @@ import tomli_w
 
 from ..errors import ClearanceError, ManoeuvreError
 from ..files import replacing
-from .controller import Controller
-from .manoeuvre import Sensors, drive, nominal_task
-from .mpc import ModelPredictive
-from .path import double_lane_change
+from .controllers import CONTROLLERS, Controller, Registration, get_controller
+from .controllers.registry import TUNED
+from .manoeuvres import double_lane_change
 from .plant import MultiBody
-from .smc import SlidingMode, SuperTwisting
+from .run import Sensors, follow_path, nominal_task
 from .steering import Steering
 
-__all__ = ["BOUNDS", "MANOEUVRES", "STORED", "cost", "stored", "tune"]
+__all__ = ["MANOEUVRES", "cost", "tune"]
 
-STORED = FilePath(__file__).with_name("tuned.toml")
 MANOEUVRES = ((72 / 3.6, 1.5), (120 / 3.6, 2.2))
 """(speed in m/s, length factor) of the double lane changes that are tuned on"""
 POPULATION, GENERATIONS, SEED = 16, 7, 0
 """128 evaluations for each controller"""
 FAILED = 100.0
 """Cost of leaving the path"""
-KINDS: dict[str, type[Controller]] = {"smc": SlidingMode, "mpc": ModelPredictive, "super-twisting": SuperTwisting}
-BOUNDS: dict[str, dict[str, tuple[float, float]]] = {
-    "smc": {
-        "look_ahead": (1.0, 10.0),
-        "convergence": (1.0, 15.0),
-        "reaching": (0.5, 20.0),
-        "switching": (0.05, 5.0),
-        "layer": (0.05, 2.0),
-    },
-    "super-twisting": {
-        "look_ahead": (1.0, 10.0),
-        "convergence": (1.0, 15.0),
-        "root": (0.2, 10.0),
-        "integral": (0.05, 10.0),
-        "layer": (0.02, 1.0),
-    },
-    "mpc": {"course": (1e-3, 1.0), "yaw": (1e-2, 10.0), "effort": (10.0, 1e5)},
-}
-"""Range of each setting, searched over its logarithm"""
 
 
 def cost(controller: Controller) -> float:
@@ -73,7 +52,7 @@ def cost(controller: Controller) -> float:
     for speed, factor in MANOEUVRES:
         task = nominal_task(double_lane_change(factor), speed)
         try:
-            found = drive(MultiBody(), Steering(), controller, task, Sensors.inertial()).metrics()
+            found = follow_path(MultiBody(), Steering(), controller, task, Sensors.inertial()).metrics()
         except ClearanceError:
             return FAILED
         costs.append(found["peak_e_y"] / 0.05 + found["rms_e_y"] / 0.015 + found["steer_variation"] / 0.1)
@@ -81,14 +60,18 @@ def cost(controller: Controller) -> float:
 
 
 def tune(
-    name: str, generations: int = GENERATIONS, population: int = POPULATION, seed: int = SEED, workers=None
-) -> dict:
+    name: str,
+    generations: int = GENERATIONS,
+    population: int = POPULATION,
+    seed: int = SEED,
+    workers: int | None = None,
+) -> dict[str, Any]:
     """Search for the settings of a controller.
 
     Parameters
     ----------
     name : str
-        "smc", "super-twisting" or "mpc".
+        A registered controller with bounds.
     generations, population : int
         Of the differential evolution, which evaluates the cost population × (generations + 1) times.
     seed : int
@@ -99,13 +82,21 @@ def tune(
     Returns
     -------
     dict
-        settings, cost, evaluations, seed.
+        settings, cost, evaluations, seed: what `TUNED` holds, and ``settings`` what `Registration.tuned` takes.
+
+    Raises
+    ------
+    ManoeuvreError
+        For a controller that is unknown or has no bounds.
     """
-    low, high = np.log(list(BOUNDS[name].values())).T
+    registration = get_controller(name)
+    if not registration.bounds:
+        raise ManoeuvreError(f'controller "{name}" has no bounds to tune within')
+    low, high = np.log(list(registration.bounds.values())).T
     first = scipy.stats.qmc.Sobol(low.size, rng=seed).random(population)
     with ProcessPoolExecutor(workers) as pool:
         found = scipy.optimize.differential_evolution(
-            functools.partial(_cost_at, name),
+            functools.partial(_cost_at, registration),
             list(zip(low, high)),
             init=low + first * (high - low),
             maxiter=generations,
@@ -115,42 +106,23 @@ def tune(
             rng=seed,
             workers=pool.map,
         )
-    settings = {key: float(f"{value:.4g}") for key, value in zip(BOUNDS[name], np.exp(found.x))}
-    controller = KINDS[name](**settings)
+    settings = {key: float(f"{value:.4g}") for key, value in zip(registration.bounds, np.exp(found.x))}
+    controller = registration.controller(**settings)
     return {"settings": asdict(controller), "cost": round(cost(controller), 6), "evaluations": found.nfev, "seed": seed}
 
 
-def _cost_at(name, logarithms):
-    return cost(KINDS[name](**dict(zip(BOUNDS[name], np.exp(logarithms)))))
+def _cost_at(registration: Registration, logarithms: np.ndarray) -> float:
+    return cost(registration.controller(**dict(zip(registration.bounds, np.exp(logarithms)))))
 
 
-@functools.cache
-def stored(name: str) -> Controller:
-    """Return a controller with its tuned settings.
-
-    Parameters
-    ----------
-    name : str
-        "smc", "super-twisting" or "mpc".
-
-    Raises
-    ------
-    ManoeuvreError
-        For another name.
-    """
-    if name not in KINDS:
-        raise ManoeuvreError(f'controller "{name}" has no tuned settings; known: {", ".join(KINDS)}')
-    return KINDS[name](**tomllib.loads(STORED.read_text(encoding="utf-8"))[name]["settings"])
-
-
-def main():
-    """Tune every controller and store the settings."""
+def main() -> None:
+    """Tune every controller that has bounds and store the settings."""
     parser = argparse.ArgumentParser(description="tune the steering controllers")
-    parser.add_argument("--out", type=FilePath, default=STORED, help="TOML file (default: %(default)s)")
+    parser.add_argument("--out", type=FilePath, default=TUNED, help="TOML file (default: %(default)s)")
     parser.add_argument("--workers", type=int, help="processes (default: one for each processor)")
     arguments = parser.parse_args()
     found = {}
-    for name in KINDS:
+    for name in (name for name, known in CONTROLLERS.items() if known.bounds):
         found[name] = tune(name, workers=arguments.workers)
         print(name, found[name], flush=True)
     with replacing(arguments.out) as temporary:

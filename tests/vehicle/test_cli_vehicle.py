@@ -8,15 +8,15 @@ import pytest
 from clearance_mj.cli import main
 
 
-def test_report_of_drives(tmp_path, capsys):
+def test_report_of_runs(tmp_path, capsys):
     out = tmp_path / "out"
     arguments = ["vehicle", "--speed", "72", "--controller", "smc,smc-cm", "--gap", "0.2deg", "--json", "--quiet"]
     assert main([*arguments, "--out", str(out)]) == 0
     printed = json.loads(capsys.readouterr().out)
-    smc, model = printed["drives"]
+    smc, model = printed["runs"]
     assert model["peak_e_y"] < smc["peak_e_y"]
     assert printed["timing"]["smc"]["median"] > 0
-    assert json.loads((out / "summary.json").read_text())["drives"] == printed["drives"]
+    assert json.loads((out / "summary.json").read_text())["runs"] == printed["runs"]
     with (out / "histories_smc-cm.csv").open(encoding="utf-8") as file:
         errors = [abs(float(row["e_y_m"])) for row in csv.DictReader(file)]
     assert max(errors) == pytest.approx(model["peak_e_y"], rel=1e-6)
@@ -33,7 +33,7 @@ BAD = {
     "path": (["--speed", "178"], "needs a lateral acceleration of 11.0 m/s²"),
     "controller": (["--controller", "smc,pid"], 'controller "pid" is unknown; known: smc, smc-cm'),
     "gap without unit": (["--gap", "0.2"], 'gap "0.2" has no unit; give an angle at the road wheel (0.2deg'),
-    "told gap": (["--told-gap", "much"], 'gap "much" is not a gap'),
+    "assumed gap": (["--assumed-gap", "much"], 'gap "much" is not a gap'),
     "regime": (["--regime", "wet"], 'regime "wet" is unknown; known: torque, friction'),
     "plant": (["--plant", "tank"], 'plant "tank" is unknown; known: multi-body, single-track'),
     "length": (["--length-factor", "0"], "length_factor must be > 0"),

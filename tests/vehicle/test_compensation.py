@@ -6,12 +6,14 @@ import pytest
 from clearance_mj import AmplitudeLaw, ConstantLaw, ContactLaw, TimeLaw
 from clearance_mj.clearance.contact import HuntCrossley
 from clearance_mj.errors import ManoeuvreError
-from clearance_mj.vehicle.compensation import BacklashInverse, ClearanceModel, Compensated, Direction, secant_stiffness
-from clearance_mj.vehicle.controller import Observation, Task
-from clearance_mj.vehicle.mpc import ModelPredictive
-from clearance_mj.vehicle.path import clothoid_arc, straight
-from clearance_mj.vehicle.plant import Vehicle
-from clearance_mj.vehicle.smc import SlidingMode
+from clearance_mj.vehicle.controllers import Observation, Task
+from clearance_mj.vehicle.controllers.backlash_inverse import BacklashInverse
+from clearance_mj.vehicle.controllers.clearance_model import ClearanceModel, secant_stiffness
+from clearance_mj.vehicle.controllers.compensation import Compensated, Direction
+from clearance_mj.vehicle.controllers.mpc import ModelPredictive
+from clearance_mj.vehicle.controllers.smc import SlidingMode
+from clearance_mj.vehicle.manoeuvres import clothoid_arc, straight
+from clearance_mj.vehicle.nominal import Vehicle
 
 VEHICLE = Vehicle.bmw320i()
 TASK = Task(VEHICLE, straight(200.0), 30.0)

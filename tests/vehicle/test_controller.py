@@ -4,12 +4,15 @@ import numpy as np
 import pytest
 import scipy.integrate
 
-from clearance_mj.vehicle.compensation import BacklashInverse, ClearanceModel, Compensated
-from clearance_mj.vehicle.controller import DesignModel, Observation, Servo, Task, nominal_vehicle
-from clearance_mj.vehicle.mpc import ModelPredictive
-from clearance_mj.vehicle.path import clothoid_arc, double_lane_change, straight
-from clearance_mj.vehicle.plant import Vehicle
-from clearance_mj.vehicle.smc import SlidingMode, SuperTwisting
+from clearance_mj.vehicle.controllers import DesignModel, Observation, Task
+from clearance_mj.vehicle.controllers.backlash_inverse import BacklashInverse
+from clearance_mj.vehicle.controllers.clearance_model import ClearanceModel
+from clearance_mj.vehicle.controllers.compensation import Compensated
+from clearance_mj.vehicle.controllers.mpc import ModelPredictive
+from clearance_mj.vehicle.controllers.smc import SlidingMode
+from clearance_mj.vehicle.controllers.super_twisting import SuperTwisting
+from clearance_mj.vehicle.manoeuvres import clothoid_arc, double_lane_change, straight
+from clearance_mj.vehicle.nominal import Servo, Vehicle
 
 SPEED = 30.0
 VEHICLE = Vehicle.bmw320i()
@@ -73,10 +76,10 @@ def test_steady_sideslip():
 
 def test_nominal_vehicle_holds_the_compliance():
     """Force of an axle whose wheels the aligning moment turns back: F = C (α - F t/k), solved for F."""
-    soft = nominal_vehicle(VEHICLE, 4e4)
+    soft = VEHICLE.with_steering(4e4)
     force = VEHICLE.cornering_front * 0.02 / (1 + VEHICLE.cornering_front * VEHICLE.trail / 4e4)
     assert soft.cornering_front * 0.02 == pytest.approx(force)
-    assert nominal_vehicle(VEHICLE, np.inf) == VEHICLE
+    assert VEHICLE.with_steering(np.inf) == VEHICLE
 
 
 def test_preview_ends():

@@ -5,41 +5,52 @@ import pytest
 import scipy.stats
 
 from clearance_mj.errors import ManoeuvreError
-from clearance_mj.vehicle.experiment import CONTROLLERS, GAP, Case, check, comparison, median, run, run_all
-from clearance_mj.vehicle.tune import stored
+from clearance_mj.vehicle.experiment import (
+    CONTROLLERS,
+    GAP,
+    Case,
+    check,
+    comparison,
+    get_controller,
+    median,
+    run_all,
+    run_case,
+)
 
 
 def test_with_zero_gap_they_are_the_controllers_without_model():
-    """Exactly, in both regimes: what is told of a gap of zero changes nothing."""
+    """Exactly, in both regimes: prior information of a gap of zero changes nothing."""
     for regime in ("torque", "friction"):
         plain, *others = run_all(
             Case(name, 72.0, 0.0, regime) for name in ("smc", "smc-cm", "smc-inverse", "smc-high-gain")
         )
         for other in others:
-            np.testing.assert_array_equal(other.drive.e_y, plain.drive.e_y)
+            np.testing.assert_array_equal(other.run.e_y, plain.run.e_y)
 
 
 def test_clearance_model_is_worth_the_articles_share():
     """At 120 km/h and 0.2°, peak e_y of SMC-CM below SMC's by the article's 14 % or more, in both regimes."""
     for regime in ("torque", "friction"):
-        smc, model = (run(Case(name, 120.0, regime=regime)).drive.metrics()["peak_e_y"] for name in ("smc", "smc-cm"))
+        smc, model = (
+            run_case(Case(name, 120.0, regime=regime)).run.metrics()["peak_e_y"] for name in ("smc", "smc-cm")
+        )
         assert model < 0.857 * smc, regime
 
 
 def test_larger_gain_is_that_of_the_gap():
     """k₂ + b h with b = C_f/m + L_s C_f l_f/I_z of the nominal vehicle."""
-    case, law = Case("smc-high-gain", 72.0), stored("smc")
+    case, law = Case("smc-high-gain", 72.0), get_controller("smc").settled()
     p = case.task.vehicle
     gain = p.cornering_front / p.mass + law.look_ahead * p.cornering_front * p.lf / p.yaw_inertia
-    assert case.law.switching == pytest.approx(law.switching + gain * GAP)
-    assert case.law.reaching == law.reaching
+    assert case.tuned_controller.switching == pytest.approx(law.switching + gain * GAP)
+    assert case.tuned_controller.reaching == law.reaching
 
 
-def test_told_stiffness_is_the_clearance_models_compliance():
-    """Told half the datasheet's stiffness, the model's compliance is once the datasheet's 1/k too large."""
-    case = Case("smc-cm", 72.0, told_stiffness=0.5)
-    assert case.law.lost_motion.compliance == pytest.approx(1 / case.steering.lost_motion.stiffness)
-    assert Case("smc-cm", 72.0, stiffness=0.5).law.lost_motion.compliance == 0.0
+def test_assumed_stiffness_is_the_clearance_models_compliance():
+    """Assuming half the datasheet's stiffness, the model's compliance is once the datasheet's 1/k too large."""
+    case = Case("smc-cm", 72.0, assumed_stiffness=0.5)
+    assert case.tuned_controller.lost_motion.compliance == pytest.approx(1 / case.steering.lost_motion.stiffness)
+    assert Case("smc-cm", 72.0, stiffness=0.5).tuned_controller.lost_motion.compliance == 0.0
 
 
 def test_comparison_has_each_once():

@@ -5,10 +5,10 @@ import pytest
 import scipy.linalg
 import scipy.optimize
 
-from clearance_mj.vehicle.controller import DesignModel, Observation, Servo, Task
-from clearance_mj.vehicle.mpc import N_STATES, ModelPredictive, program
-from clearance_mj.vehicle.path import clothoid_arc, straight
-from clearance_mj.vehicle.plant import Vehicle
+from clearance_mj.vehicle.controllers import DesignModel, Observation, Task
+from clearance_mj.vehicle.controllers.mpc import N_STATES, ModelPredictive, program
+from clearance_mj.vehicle.manoeuvres import clothoid_arc, straight
+from clearance_mj.vehicle.nominal import Servo, Vehicle
 
 SPEED = 30.0
 VEHICLE = Vehicle.bmw320i()

@@ -8,7 +8,7 @@ from scipy.integrate import quad
 from scipy.special import fresnel
 
 from clearance_mj.errors import ManoeuvreError
-from clearance_mj.vehicle.path import (
+from clearance_mj.vehicle.manoeuvres import (
     check_feasible,
     clothoid_arc,
     double_lane_change,

@@ -12,7 +12,8 @@ from vehiclemodels.vehicle_parameters import setup_vehicle_parameters
 from clearance_mj.errors import ManoeuvreError, SimulationError
 from clearance_mj.vehicle import plant as plant_module
 from clearance_mj.vehicle.commonroad import SHIFTS, compiled_parameters, multi_body, parameters, single_track_drift
-from clearance_mj.vehicle.plant import STEP, MultiBody, SingleTrackDrift, Spread, Vehicle
+from clearance_mj.vehicle.nominal import Vehicle
+from clearance_mj.vehicle.plant import STEP, MultiBody, SingleTrackDrift, Spread
 
 PLANTS = {plant.name: plant for plant in (MultiBody(), SingleTrackDrift())}
 every_plant = pytest.mark.parametrize("plant", PLANTS.values(), ids=PLANTS)

@@ -3,10 +3,11 @@
 import numpy as np
 import pytest
 
-from clearance_mj.vehicle.controller import DesignModel, Observation, Servo, Task
-from clearance_mj.vehicle.path import straight
-from clearance_mj.vehicle.plant import Vehicle
-from clearance_mj.vehicle.smc import SlidingMode, SuperTwisting
+from clearance_mj.vehicle.controllers import DesignModel, Observation, Task
+from clearance_mj.vehicle.controllers.smc import SlidingMode, input_gain
+from clearance_mj.vehicle.controllers.super_twisting import SuperTwisting
+from clearance_mj.vehicle.manoeuvres import straight
+from clearance_mj.vehicle.nominal import Servo, Vehicle
 
 SPEED = 30.0
 VEHICLE = Vehicle.bmw320i()
@@ -56,6 +57,5 @@ def test_super_twisting_leaves_no_offset():
 
 def test_gain():
     """b = C_f/m + L_s C_f l_f/I_z."""
-    p = VEHICLE
-    run = SlidingMode(look_ahead=2.0).start(Task(p, straight(10.0), SPEED))
-    assert run.gain == pytest.approx(p.cornering_front / p.mass + 2.0 * p.cornering_front * p.lf / p.yaw_inertia)
+    p, model = VEHICLE, DesignModel(VEHICLE, Servo(), SPEED, 0.01)
+    assert input_gain(model, 2.0) == pytest.approx(p.cornering_front / p.mass + 2.0 * p.cornering_front * p.lf / p.yaw_inertia)

@@ -6,11 +6,13 @@ import pytest
 
 from clearance_mj.errors import ManoeuvreError
 from clearance_mj.vehicle import tune as module
+from clearance_mj.vehicle.controllers.registry import CONTROLLERS, TUNED, get_controller
+from clearance_mj.vehicle.controllers.smc import SlidingMode
 from clearance_mj.vehicle.experiment import LENGTH_FACTORS
-from clearance_mj.vehicle.smc import SlidingMode
-from clearance_mj.vehicle.tune import BOUNDS, KINDS, MANOEUVRES, STORED, cost, stored, tune
+from clearance_mj.vehicle.tune import MANOEUVRES, cost, tune
 
-FOUND = tomllib.loads(STORED.read_text(encoding="utf-8"))
+BOUNDS = {name: known.bounds for name, known in CONTROLLERS.items() if known.bounds}
+FOUND = tomllib.loads(TUNED.read_text(encoding="utf-8"))
 
 
 @pytest.mark.filterwarnings("ignore:The balance properties of Sobol")
@@ -24,20 +26,20 @@ def test_repeated_on_any_number_of_processes(monkeypatch):
 
 
 def test_same_budget_for_all():
-    assert set(FOUND) == set(KINDS)
+    assert set(FOUND) == set(BOUNDS)
     assert len({(found["evaluations"], found["seed"]) for found in FOUND.values()}) == 1
 
 
 @pytest.mark.parametrize("name", BOUNDS)
 def test_stored_settings_are_within_bounds(name):
     for setting, (low, high) in BOUNDS[name].items():
-        assert low <= getattr(stored(name), setting) <= high
+        assert low <= getattr(get_controller(name).settled(), setting) <= high
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", KINDS)
+@pytest.mark.parametrize("name", BOUNDS)
 def test_stored_cost_is_that_of_the_stored_settings(name):
-    assert cost(stored(name)) == pytest.approx(FOUND[name]["cost"], rel=1e-3)
+    assert cost(get_controller(name).settled()) == pytest.approx(FOUND[name]["cost"], rel=1e-3)
 
 
 def test_no_manoeuvre_is_tuned_on_and_reported():
@@ -49,6 +51,8 @@ def test_leaving_the_path_costs_most():
     assert cost(SlidingMode(look_ahead=0.1, convergence=60.0, reaching=200.0)) == module.FAILED
 
 
-def test_unknown_name():
-    with pytest.raises(ManoeuvreError, match='"pid" has no tuned settings; known: smc, mpc, super-twisting'):
-        stored("pid")
+def test_what_cannot_be_tuned():
+    with pytest.raises(ManoeuvreError, match='"pid" is unknown; known: smc, smc-cm, mpc'):
+        tune("pid")
+    with pytest.raises(ManoeuvreError, match='"smc-cm" has no bounds'):
+        tune("smc-cm")

@@ -15,14 +15,17 @@ Stellato et al., OSQP: an operator splitting solver for quadratic programs, Math
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import control
 import numpy as np
 import osqp
 import scipy.sparse
 
-from .controller import Controller, DesignModel, ModelRun
+from .base import Controller, Observation, Task
+from .clearance_model import CLEARANCE_MODEL_PRIOR, with_clearance_model
+from .design import DesignModel, ModelRun
+from .registry import Registration, register
 
 __all__ = ["ModelPredictive", "Program", "program"]
 
@@ -61,17 +64,17 @@ class ModelPredictive(Controller):
     horizon: int = 20
     """N, periods"""
 
-    def start(self, task):
-        """Begin a drive."""
+    def start(self, task: Task) -> ModelRun:
+        """Begin a run."""
         return _Predictive(task, self)
 
 
-def program(law: ModelPredictive, model: DesignModel) -> Program:
+def program(settings: ModelPredictive, model: DesignModel) -> Program:
     """Matrices of the program; their sparsity pattern does not depend on the speed.
 
     Parameters
     ----------
-    law : ModelPredictive
+    settings : ModelPredictive
         Weights and horizon.
     model : DesignModel
         At the speed in question.
@@ -81,16 +84,18 @@ def program(law: ModelPredictive, model: DesignModel) -> Program:
     outputs[0, 0] = 1.0
     outputs[1, 1:3] = model.speed, 1.0
     outputs[2, 3] = 1.0
-    weights = np.diag((1.0, law.course, law.yaw))
-    Q, R = outputs.T @ weights @ outputs, np.array([[law.effort]])
+    weights = np.diag((1.0, settings.course, settings.yaw))
+    Q, R = outputs.T @ weights @ outputs, np.array([[settings.effort]])
     _, V, _ = control.dlqr(A, B[:, None], Q, R)
     terminal = -V @ _steady_turn(model)
-    N = law.horizon
-    P = scipy.sparse.block_diag([*[_stored(Q)] * N, _stored(V), law.effort * scipy.sparse.eye_array(N)])
-    return Program(_plain(scipy.sparse.triu(P)), _plain(_constraints(A, B, N)), E, -law.yaw * model.speed, terminal)
+    N = settings.horizon
+    P = scipy.sparse.block_diag([*[_stored(Q)] * N, _stored(V), settings.effort * scipy.sparse.eye_array(N)])
+    return Program(
+        _plain(scipy.sparse.triu(P)), _plain(_constraints(A, B, N)), E, -settings.yaw * model.speed, terminal
+    )
 
 
-def _augmented(model):
+def _augmented(model: DesignModel) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Design model with the command as a state and its change as the input."""
     A6, B6, E6 = model.discrete
     A = np.zeros((N_STATES, N_STATES))
@@ -98,14 +103,14 @@ def _augmented(model):
     return A, np.append(B6, 1.0), np.append(E6, 0.0)
 
 
-def _steady_turn(model):
+def _steady_turn(model: DesignModel) -> np.ndarray:
     """State of a steady turn over its curvature, (7,)."""
     A, B, E = model.continuous
     others = np.linalg.solve(np.column_stack((A[:, 1:], B)), -E)  # with e_y = 0
     return np.concatenate(([0.0], others))
 
 
-def _constraints(A, B, N):
+def _constraints(A: np.ndarray, B: np.ndarray, N: int) -> Any:
     """Rows: the model over N periods, the commands, their changes."""
     n, states = N_STATES, N_STATES * (N + 1)
     model = scipy.sparse.hstack(
@@ -120,13 +125,13 @@ def _constraints(A, B, N):
     return scipy.sparse.vstack((model, commands, changes))
 
 
-def _stored(block):
+def _stored(block: np.ndarray) -> Any:
     """A block as a sparse array that stores its zeros too."""
     rows, columns = np.indices(block.shape)
     return scipy.sparse.coo_array((block.ravel(), (rows.ravel(), columns.ravel())), shape=block.shape)
 
 
-def _plain(array):
+def _plain(array: Any) -> Any:
     """As OSQP takes it: a CSC matrix with 32-bit indices."""
     matrix = scipy.sparse.csc_matrix(array)
     matrix.indices, matrix.indptr = matrix.indices.astype(np.int32), matrix.indptr.astype(np.int32)
@@ -134,12 +139,12 @@ def _plain(array):
 
 
 class _Predictive(ModelRun):
-    def __init__(self, task, law):
+    def __init__(self, task: Task, settings: ModelPredictive):
         super().__init__(task)
-        self._law, N = law, law.horizon
+        self._settings, N = settings, settings.horizon
         self._ahead = np.arange(N + 1) * task.period
         self._linearised = task.speed
-        self._program = program(law, self.model)
+        self._program = program(settings, self.model)
         states = N_STATES * (N + 1)
         self._yaw_at = np.arange(N) * N_STATES + 3
         self._q = np.zeros(states + N)
@@ -153,24 +158,48 @@ class _Predictive(ModelRun):
             verbose=False, warm_starting=True, rho=1.0, eps_abs=1e-5, eps_rel=1e-5, check_termination=5,
         )  # fmt: skip
 
-    def wheel_angle(self, state, seen):
+    def wheel_angle(self, seen: Observation) -> float:
         if abs(seen.speed / self._linearised - 1) > RENEW:
             self._linearise(seen.speed)
         curvature = self.task.curvature(seen, self._ahead)
-        N, n, now = self._law.horizon, N_STATES, self._n_states
+        N, n, now = self._settings.horizon, N_STATES, self._n_states
         self._q[self._yaw_at] = self._program.yaw * curvature[:N]
         self._q[n * N : now] = self._program.terminal * curvature[N]
-        self._lower[:6] = -state
-        self._lower[6] = -self._last
+        self._lower[:6] = -self.predictor.state(seen)
+        self._lower[6] = -self.predictor.last
         self._lower[n:now] = -np.outer(curvature[:N], self._program.E).ravel()
         self._upper[:now] = self._lower[:now]
         self._solver.update(q=self._q, l=self._lower, u=self._upper)
         found = self._solver.solve(raise_error=False)
         # Only commands are limited, so that a solution exists; the last iterate is good should it be cut short.
-        return self._last + float(found.x[now])
+        return self.predictor.last + float(found.x[now])
 
-    def _linearise(self, speed):
+    def _linearise(self, speed: float) -> None:
         self._linearised = speed
         task = self.task
-        self._program = program(self._law, DesignModel(task.vehicle, task.servo, speed, task.period))
+        self._program = program(self._settings, DesignModel(task.vehicle, task.servo, speed, task.period))
         self._solver.update(Px=self._program.P.data, Ax=self._program.A.data)
+
+
+register(
+    Registration(
+        "mpc",
+        "MPC",
+        ModelPredictive,
+        bounds={"course": (1e-3, 1.0), "yaw": (1e-2, 10.0), "effort": (10.0, 1e5)},
+        colour="#e69f00",
+        line=(0, (4, 1.5)),
+    )
+)
+register(
+    Registration(
+        "mpc-cm",
+        "MPC-CM",
+        ModelPredictive,
+        tuned_as="mpc",
+        adapt=with_clearance_model,
+        prior=CLEARANCE_MODEL_PRIOR,
+        colour="#009e73",
+        line=(0, (4, 1.5)),
+    )
+)

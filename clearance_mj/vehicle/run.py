@@ -1,23 +1,24 @@
-"""One drive of a plant along a path under a controller, and what is measured of it."""
+"""One run of a vehicle along a path under a controller, and what is measured of it."""
 
 from __future__ import annotations
 
 import time as clock
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
 from ..errors import SimulationError
-from .controller import Controller, Observation, Task, nominal_vehicle
+from .controllers.base import Controller, Observation, Task
+from .nominal import Vehicle
 from .path import Path
-from .plant import Plant, Vehicle
+from .plant import Plant
 from .steering import Steering
 
-__all__ = ["Drive", "Sensors", "drive", "nominal_task"]
-
+__all__ = ["Run", "Sensors", "follow_path", "nominal_task"]
 
 LOST = 5.0
-"""m from the path at which a drive is given up"""
+"""m from the path at which a run is given up"""
 
 
 @dataclass(frozen=True)
@@ -58,8 +59,8 @@ class Sensors:
 
 
 @dataclass(frozen=True, eq=False)
-class Drive:
-    """Histories of a drive, one sample for each command."""
+class Run:
+    """Histories of a run, one sample for each command."""
 
     time: np.ndarray
     """(n,) s"""
@@ -86,7 +87,7 @@ class Drive:
     contact: np.ndarray
     """(n,) -1, 0, 1: the side of the clearance in contact at the end of each period"""
     controller_time: np.ndarray = field(repr=False)
-    """(n,) s of computing for each command; the only field that differs when a drive is repeated"""
+    """(n,) s of computing for each command; the only field that differs when a run is repeated"""
 
     def metrics(self) -> dict[str, float]:
         """Return the numbers that controllers are compared by.
@@ -98,21 +99,19 @@ class Drive:
             acceleration (m/s²) and sideslip (rad); peak rate (rad/s) and total variation (rad) of the wheel angle;
             number of times the contact changed sides.
         """
-        rate = np.diff(self.wheel_angle) / np.diff(self.time)
-        sides = self.contact[self.contact != 0]
-        return (
-            _size("e_y", self.e_y)
-            | _size("e_psi", self.e_psi)
-            | {
-                "peak_yaw_rate": float(np.abs(self.yaw_rate).max()),
-                "peak_yaw_rate_error": float(np.abs(self.yaw_rate_error).max()),
-                "peak_lateral_acceleration": float(np.abs(self.lateral_acceleration).max()),
-                "peak_sideslip": float(np.abs(self.sideslip).max()),
-                "peak_steer_rate": float(np.abs(rate).max()),
-                "steer_variation": float(np.abs(np.diff(self.wheel_angle)).sum()),
-                "contact_reversals": float(np.count_nonzero(np.diff(sides))),
-            }
-        )
+        found = {}
+        for name in ("e_y", "e_psi"):
+            values = np.abs(getattr(self, name))
+            found[f"peak_{name}"] = values.max()
+            found[f"rms_{name}"] = np.sqrt(np.mean(values**2))
+            found[f"p95_{name}"] = np.percentile(values, 95)
+        for name in ("yaw_rate", "yaw_rate_error", "lateral_acceleration", "sideslip"):
+            found[f"peak_{name}"] = np.abs(getattr(self, name)).max()
+        turns, sides = np.diff(self.wheel_angle), self.contact[self.contact != 0]
+        found["peak_steer_rate"] = np.abs(turns / np.diff(self.time)).max()
+        found["steer_variation"] = np.abs(turns).sum()
+        found["contact_reversals"] = np.count_nonzero(np.diff(sides))
+        return {name: float(value) for name, value in found.items()}
 
     def timing(self) -> dict[str, float]:
         """Return median and worst computing time of a command, s; the first ones, which compile, are left out."""
@@ -120,17 +119,8 @@ class Drive:
         return {"median": float(np.median(settled)), "worst": float(settled.max())}
 
 
-def _size(name, values) -> dict[str, float]:
-    values = np.abs(values)
-    return {
-        f"peak_{name}": float(values.max()),
-        f"rms_{name}": float(np.sqrt(np.mean(values**2))),
-        f"p95_{name}": float(np.percentile(values, 95)),
-    }
-
-
-def nominal_task(path: Path, speed: float, trail: float = 0.045, **settings) -> Task:
-    """Return what controllers are told unless said otherwise: BMW 320i, the steering's datasheet without clearance.
+def nominal_task(path: Path, speed: float, trail: float = 0.045, **settings: Any) -> Task:
+    """Return what controllers know by default: BMW 320i, the steering's datasheet without clearance.
 
     Parameters
     ----------
@@ -144,14 +134,14 @@ def nominal_task(path: Path, speed: float, trail: float = 0.045, **settings) -> 
         Other fields of `Task`.
     """
     steering = Steering().lost_motion
-    vehicle = nominal_vehicle(Vehicle.bmw320i(trail), steering.stiffness + steering.shaft_stiffness)
+    vehicle = Vehicle.bmw320i(trail).with_steering(steering.stiffness + steering.shaft_stiffness)
     return Task(vehicle, path, speed, **settings)
 
 
-def drive(
+def follow_path(
     plant: Plant, steering: Steering, controller: Controller, task: Task, sensors: Sensors = Sensors(), seed: int = 0
-) -> Drive:
-    """Drive along the task's path, from its start to its end.
+) -> Run:
+    """Simulate a vehicle along the task's path, from its start to its end.
 
     Parameters
     ----------
@@ -160,17 +150,13 @@ def drive(
     steering : Steering
         From the command to the road wheel, with the clearance.
     controller : Controller
-        The control law.
+        With its settings.
     task : Task
-        What the controller is told: nominal vehicle, path, speed, preview, limits.
+        What the controller knows: nominal vehicle, path, speed, preview, limits.
     sensors : Sensors
         Noise on what the controller sees.
     seed : int
         Of the noise of sensors and road.
-
-    Returns
-    -------
-    Drive
 
     Raises
     ------
@@ -178,7 +164,8 @@ def drive(
         If the vehicle leaves the path.
     """
     path, period, noise = task.path, task.period, np.random.default_rng([seed, 1])
-    state = plant.start(task.speed, (*np.ravel(path.position(0.0)), float(path.heading(0.0))))
+    x, y = path.position(0.0)
+    state = plant.start(task.speed, (float(x), float(y), float(path.heading(0.0))))
     wheel, run = steering.start(seed), controller.start(task)
     s, rows = 0.0, []
     for k in range(int(1.5 * path.length / task.speed / period)):
@@ -200,4 +187,4 @@ def drive(
         motion = now.yaw_rate, now.yaw_rate - now.speed * curvature, now.lateral_acceleration, now.sideslip
         rows.append((k * period, now.x, now.y, s, e_y, e_psi, *motion, command, angles[-1], wheel.contact[-1], seconds))
     columns = np.array(rows).T
-    return Drive(columns[0], columns[1:3].T, *columns[3:])
+    return Run(columns[0], columns[1:3].T, *columns[3:])

@@ -1,15 +1,16 @@
-"""Drives on the plants: identities, stillness, and metrics with known values."""
+"""Runs on the plants: identities, stillness, and metrics with known values."""
 
 import numpy as np
 import pytest
 
 from clearance_mj.errors import SimulationError
-from clearance_mj.vehicle.compensation import ClearanceModel, Compensated
-from clearance_mj.vehicle.manoeuvre import Drive, Sensors, drive, nominal_task
-from clearance_mj.vehicle.mpc import ModelPredictive
-from clearance_mj.vehicle.path import clothoid_arc, double_lane_change, straight
+from clearance_mj.vehicle.controllers.clearance_model import ClearanceModel
+from clearance_mj.vehicle.controllers.compensation import Compensated
+from clearance_mj.vehicle.controllers.mpc import ModelPredictive
+from clearance_mj.vehicle.controllers.smc import SlidingMode
+from clearance_mj.vehicle.manoeuvres import clothoid_arc, double_lane_change, straight
 from clearance_mj.vehicle.plant import MultiBody, SingleTrackDrift
-from clearance_mj.vehicle.smc import SlidingMode
+from clearance_mj.vehicle.run import Run, Sensors, follow_path, nominal_task
 from clearance_mj.vehicle.steering import Steering
 
 GAP = np.radians(0.2)
@@ -22,15 +23,15 @@ def same(one, other):
 
 def test_with_zero_gap_the_clearance_model_changes_nothing():
     law = SlidingMode()
-    plain = drive(MultiBody(), Steering(), law, LANE_CHANGE)
-    assert same(drive(MultiBody(), Steering(), Compensated(law, ClearanceModel(0.0)), LANE_CHANGE), plain)
+    plain = follow_path(MultiBody(), Steering(), law, LANE_CHANGE)
+    assert same(follow_path(MultiBody(), Steering(), Compensated(law, ClearanceModel(0.0)), LANE_CHANGE), plain)
 
 
 @pytest.mark.parametrize("law", [SlidingMode(), ModelPredictive()], ids=repr)
 def test_nothing_moves_on_a_straight(law):
     """No limit cycle: with clearance, compensated, exactly still."""
     task = nominal_task(straight(150.0), 120 / 3.6)
-    found = drive(MultiBody(), Steering(half_gap=GAP), Compensated(law, ClearanceModel(GAP)), task)
+    found = follow_path(MultiBody(), Steering(half_gap=GAP), Compensated(law, ClearanceModel(GAP)), task)
     for name in ("e_y", "e_psi", "yaw_rate", "wheel_angle", "command"):
         assert np.abs(getattr(found, name)).max() < 1e-9
 
@@ -38,8 +39,10 @@ def test_nothing_moves_on_a_straight(law):
 def test_clearance_model_takes_out_most_of_the_gap():
     """RMS e_y with the gap compensated is nearer to that without gap than to that with it."""
     law = SlidingMode()
-    none, gap = (drive(MultiBody(), Steering(half_gap=h), law, LANE_CHANGE).metrics() for h in (0.0, GAP))
-    model = drive(MultiBody(), Steering(half_gap=GAP), Compensated(law, ClearanceModel(GAP)), LANE_CHANGE).metrics()
+    none, gap = (follow_path(MultiBody(), Steering(half_gap=h), law, LANE_CHANGE).metrics() for h in (0.0, GAP))
+    model = follow_path(
+        MultiBody(), Steering(half_gap=GAP), Compensated(law, ClearanceModel(GAP)), LANE_CHANGE
+    ).metrics()
     assert gap["rms_e_y"] > 2 * none["rms_e_y"]
     assert model["rms_e_y"] < (none["rms_e_y"] + gap["rms_e_y"]) / 2
 
@@ -47,21 +50,23 @@ def test_clearance_model_takes_out_most_of_the_gap():
 def test_plants_agree_within_a_quarter():
     """Multi-body and single-track peaks at 72 km/h, with a gap."""
     law, steering = SlidingMode(), Steering(half_gap=GAP)
-    one, other = (drive(plant, steering, law, LANE_CHANGE).metrics() for plant in (MultiBody(), SingleTrackDrift()))
+    one, other = (
+        follow_path(plant, steering, law, LANE_CHANGE).metrics() for plant in (MultiBody(), SingleTrackDrift())
+    )
     for name in ("peak_e_y", "peak_e_psi", "peak_yaw_rate", "peak_lateral_acceleration"):
         assert one[name] == pytest.approx(other[name], rel=0.25), name
 
 
-def test_same_seed_same_drive():
+def test_same_seed_same_run():
     arguments = (MultiBody(), Steering(half_gap=GAP, road_moment=5.0), SlidingMode(), LANE_CHANGE, Sensors.inertial())
-    first, again, other = (drive(*arguments, seed=seed) for seed in (3, 3, 4))
+    first, again, other = (follow_path(*arguments, seed=seed) for seed in (3, 3, 4))
     assert same(first, again)
     assert not same(first, other)
 
 
 def test_steady_turn():
     """On an arc of 200 m at 20 m/s the yaw rate is 0.1 rad/s and the lateral acceleration 2 m/s²."""
-    found = drive(MultiBody(), Steering(), SlidingMode(), nominal_task(clothoid_arc(), 20.0))
+    found = follow_path(MultiBody(), Steering(), SlidingMode(), nominal_task(clothoid_arc(), 20.0))
     middle = np.argmin(np.abs(found.s - 140.0))
     assert found.yaw_rate[middle] == pytest.approx(0.1, rel=0.02)
     assert found.lateral_acceleration[middle] == pytest.approx(2.0, rel=0.02)
@@ -73,7 +78,7 @@ def test_metrics_of_known_histories():
     e_y = np.array([0.0, 0.03, -0.04, 0.0, 0.0])
     wheel = np.array([0.0, 0.01, 0.03, 0.02, 0.02])
     contact = np.array([0, 1, 0, -1, 1])
-    metrics = Drive(t, np.zeros((5, 2)), zero, e_y, -e_y, *[zero] * 5, wheel, contact, zero).metrics()
+    metrics = Run(t, np.zeros((5, 2)), zero, e_y, -e_y, *[zero] * 5, wheel, contact, zero).metrics()
     assert metrics["peak_e_y"] == pytest.approx(0.04)
     assert metrics["rms_e_psi"] == pytest.approx(0.05 / np.sqrt(5))
     assert metrics["peak_steer_rate"] == pytest.approx(2.0)
@@ -87,8 +92,8 @@ def test_lost_vehicle():
     class Away(SlidingMode):
         def start(self, task):
             run = super().start(task)
-            run.wheel_angle = lambda state, seen: 0.05
+            run.wheel_angle = lambda seen: 0.05
             return run
 
     with pytest.raises(SimulationError, match="left the path at s ="):
-        drive(MultiBody(), Steering(), Away(), nominal_task(straight(200.0), 20.0))
+        follow_path(MultiBody(), Steering(), Away(), nominal_task(straight(200.0), 20.0))

@@ -1,0 +1,28 @@
+"""Steering controllers, one file each; each file registers what it has."""
+
+# isort: off - the order of tables
+from . import smc, mpc, backlash_inverse, high_gain, super_twisting  # noqa: F401
+# isort: on
+
+from .base import Controller, ControllerRun, Observation, Task, limited
+from .clearance_model import ClearanceModel, with_clearance_model
+from .design import DesignModel, ModelRun, Predictor
+from .registry import CONTROLLERS, ClearancePrior, Registration, get_controller, register
+
+__all__ = [
+    "CONTROLLERS",
+    "ClearanceModel",
+    "ClearancePrior",
+    "Controller",
+    "ControllerRun",
+    "DesignModel",
+    "ModelRun",
+    "Observation",
+    "Predictor",
+    "Registration",
+    "Task",
+    "get_controller",
+    "limited",
+    "register",
+    "with_clearance_model",
+]

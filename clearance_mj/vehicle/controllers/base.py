@@ -1,0 +1,117 @@
+"""What a steering controller is, and what it may know before and during a run.
+
+Tracking errors are those of the centre of gravity from its foot point on the path.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from ..nominal import Servo, Vehicle
+from ..path import Path
+
+__all__ = ["Controller", "ControllerRun", "Observation", "Task", "limited"]
+
+
+class Observation(NamedTuple):
+    """What a controller sees at a sample."""
+
+    s: float
+    """m, foot point's arc length"""
+    e_y: float
+    """m, lateral position error, left positive"""
+    e_psi: float
+    """rad, heading error"""
+    lateral_speed: float
+    """m/s, at the centre of gravity"""
+    yaw_rate: float
+    """rad/s"""
+    speed: float
+    """m/s, longitudinal"""
+
+
+@dataclass(frozen=True)
+class Task:
+    """Everything that a controller knows before a run; never the plant's own parameters."""
+
+    vehicle: Vehicle
+    """nominal"""
+    path: Path
+    """to follow"""
+    speed: float
+    """m/s"""
+    servo: Servo = Servo()
+    """of the steering"""
+    period: float = 0.01
+    """s, between commands"""
+    preview: float = 0.2
+    """s of driving over which the road ahead is known, the same for every controller"""
+    largest_angle: float = 0.5
+    """rad, of the road wheel"""
+    largest_rate: float = 0.4
+    """rad/s, of the road wheel"""
+
+    @property
+    def lead(self) -> int:
+        """Periods from a command to the wheel's answer: servo lag and half a period of holding, rounded."""
+        return round(self.servo.lag / self.period + 0.5)
+
+    def curvature(self, seen: Observation, times: np.ndarray) -> np.ndarray:
+        """Curvature where the vehicle will be, 1/m; what lies beyond the preview is taken to stay as it is.
+
+        Parameters
+        ----------
+        seen : Observation
+            The sample.
+        times : ndarray, shape (n,)
+            From the sample, s.
+        """
+        return self.path.curvature(seen.s + seen.speed * np.minimum(times, self.preview))
+
+
+def limited(angle: float, last: float, task: Task) -> float:
+    """Return ``angle`` within the limits of angle and of rate from the last command, rad.
+
+    Parameters
+    ----------
+    angle, last : float
+        rad.
+    task : Task
+        Limits and period.
+    """
+    step = task.largest_rate * task.period
+    angle = min(max(angle, last - step), last + step)
+    return min(max(angle, -task.largest_angle), task.largest_angle)
+
+
+class ControllerRun(ABC):
+    """A controller during one run of the vehicle."""
+
+    @abstractmethod
+    def command(self, seen: Observation) -> float:
+        """Return the command for the next period, within the limits of angle and rate, rad.
+
+        Parameters
+        ----------
+        seen : Observation
+            The sample.
+        """
+
+
+@dataclass(frozen=True)
+class Controller(ABC):
+    """A controller with its settings; subclasses are frozen dataclasses whose fields are what is tuned."""
+
+    @abstractmethod
+    def start(self, task: Task) -> ControllerRun:
+        """Begin a run, wheels straight ahead.
+
+        Parameters
+        ----------
+        task : Task
+            What the controller knows.
+        """

@@ -1,0 +1,120 @@
+"""The reduced clearance model as compensation: the contact's side follows the aligning moment and friction.
+
+The shaft holds the wheel against a moment T and the wheel stays behind the servo by h σ + T/k: half-gap h, contact side
+σ = sign T, contact stiffness k. T is the aligning moment plus friction that opposes the wheel's motion,
+T = T_a + T_f sign(dδ/dt): without friction the side follows the aligning moment (torque-driven), with much of it the
+motion (friction-driven). While the side is not known, σ = 0, the estimate keeps its last value.
+
+The stiffness of a steering without clearance belongs to the nominal vehicle that all controllers know
+(`Vehicle.with_steering`); what is compensated is the rest, so that without clearance nothing is.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.optimize
+
+from ...clearance.law import Law, table_values
+from ...errors import ManoeuvreError
+from ...rig import Rig
+from ..commonroad import GRAVITY
+from .base import Controller, Task
+from .compensation import Compensated, Direction, Estimate, LostMotionModel
+from .registry import ClearancePrior
+
+__all__ = ["CLEARANCE_MODEL_PRIOR", "ClearanceModel", "secant_stiffness", "with_clearance_model"]
+
+CLEARANCE_MODEL_PRIOR = "half-gap, stiffness and friction"
+
+
+@dataclass(frozen=True)
+class ClearanceModel(LostMotionModel):
+    """The reduced clearance model, fed by the aligning moment that the nominal single track predicts."""
+
+    compliance: float = 0.0
+    """1/k less that of the nominal vehicle's steering, rad/(N m) at the road wheel"""
+    friction: float = 0.0
+    """T_f, N m at the road wheel"""
+    threshold: float = 10.0
+    """N m below which the side is taken as not known"""
+    slack: float = np.radians(0.1)
+    """rad by which the servo turns back before its direction counts as changed: about twice its noise"""
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if not math.isfinite(self.compliance):
+            raise ManoeuvreError(f"ClearanceModel.compliance must be finite, rad/(N m), got {self.compliance!r}")
+        if not 0 <= self.friction < math.inf:
+            raise ManoeuvreError(f"ClearanceModel.friction must be finite and >= 0 N m, got {self.friction!r}")
+
+    def start(self, task: Task) -> Estimate:
+        """Begin a run, in the middle of the gap."""
+        return _ClearanceEstimate(self, task)
+
+
+class _ClearanceEstimate(Estimate):
+    def __init__(self, model: ClearanceModel, task: Task):
+        p, self._model, self._speed = task.vehicle, model, task.speed
+        self._lf, self._trail, self._stiffness = p.lf, p.trail, p.cornering_front
+        self._largest = p.friction * p.mass * GRAVITY * p.lr / (p.lf + p.lr)
+        self._direction, self._lost = Direction(model.slack), 0.0
+
+    def advance(self, angle: float, state: np.ndarray) -> float:
+        _, _, lateral_speed, yaw_rate, _, _ = state.tolist()
+        force = self._stiffness * (angle - (lateral_speed + self._lf * yaw_rate) / self._speed)
+        force = min(max(force, -self._largest), self._largest)
+        moment = self._trail * force + self._model.friction * self._direction.advance(state[4])
+        if abs(moment) > self._model.threshold:
+            self._lost = -math.copysign(self._model.half_gap, moment) - moment * self._model.compliance
+        return self._lost
+
+
+def with_clearance_model(controller: Controller, task: Task, prior: ClearancePrior) -> Controller:
+    """Compensate a controller by the clearance model; for `Registration.adapt`.
+
+    Parameters
+    ----------
+    controller : Controller
+        Any.
+    task : Task
+        What it knows.
+    prior : ClearancePrior
+        Of the clearance.
+    """
+    return Compensated(controller, ClearanceModel(prior.half_gap, prior.compliance, prior.friction))
+
+
+def secant_stiffness(law: Law, rig: Rig, bushing: int, force: float) -> float:
+    """Contact force over penetration of a bushing under a steady force, N/m: the k of a clearance model that a law gives.
+
+    Parameters
+    ----------
+    law : Law
+        Such as an identified one; of a schedule in time the mean stiffness is taken, of one in amplitude that at gap
+        plus penetration.
+    rig : Rig
+        Gives the gap.
+    bushing : int
+        Index of the bushing.
+    force : float
+        N.
+
+    Raises
+    ------
+    ManoeuvreError
+        If the law has no contact there that could carry the force.
+    """
+    table, gap = law.table(len(rig.bushings)), rig.bushings[bushing].gap
+    mean, exponent = float(np.mean(table.k[:, bushing])), float(table.exponent[bushing])
+
+    def excess(penetration: float) -> float:
+        k = table_values(table, bushing, gap + penetration)[0] if table.by_amplitude else mean
+        return k * penetration**exponent - force
+
+    deepest = 1e3 * gap
+    if excess(deepest) < 0:
+        raise ManoeuvreError(f"the law's contact at bushings[{bushing}] does not carry {force:g} N")
+    return force / scipy.optimize.brentq(excess, 0.0, deepest, xtol=1e-12)

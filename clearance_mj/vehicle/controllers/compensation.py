@@ -1,0 +1,110 @@
+"""Compensation of the steering clearance: an estimate of the lost motion, subtracted from any controller's command."""
+
+from __future__ import annotations
+
+import math
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...errors import ManoeuvreError
+from .base import Controller, ControllerRun, Observation, Task, limited
+from .design import Predictor
+
+__all__ = ["Compensated", "Direction", "Estimate", "LostMotionModel"]
+
+
+class Estimate(ABC):
+    """Lost motion over a run."""
+
+    @abstractmethod
+    def advance(self, angle: float, state: np.ndarray) -> float:
+        """Wheel angle less servo angle once the wheel will have answered the next command, rad.
+
+        Parameters
+        ----------
+        angle : float
+            Road-wheel angle that is wanted by then, rad.
+        state : ndarray, shape (6,)
+            State of the design model predicted for then.
+        """
+
+
+@dataclass(frozen=True)
+class LostMotionModel(ABC):
+    """A model of the lost motion, as prior information of a controller."""
+
+    half_gap: float
+    """h, rad at the road wheel"""
+
+    def __post_init__(self) -> None:
+        if not 0 <= self.half_gap < math.inf:
+            raise ManoeuvreError(
+                f"{type(self).__name__}.half_gap must be a finite angle >= 0 rad, got {self.half_gap!r}"
+            )
+
+    @abstractmethod
+    def start(self, task: Task) -> Estimate:
+        """Begin a run, in the middle of the gap.
+
+        Parameters
+        ----------
+        task : Task
+            What the controller knows.
+        """
+
+
+@dataclass(frozen=True)
+class Compensated(Controller):
+    """A controller whose commands are corrected for the lost motion; it is tuned without."""
+
+    controller: Controller
+    """what asks for the angle"""
+    lost_motion: LostMotionModel
+    """what is added to it"""
+
+    def start(self, task: Task) -> ControllerRun:
+        """Begin a run."""
+        return _CompensatedRun(task, self)
+
+
+class _CompensatedRun(ControllerRun):
+    def __init__(self, task: Task, settings: Compensated):
+        self._task, self._last, self._predictor = task, 0.0, Predictor(task)
+        self._inner, self._estimate = settings.controller.start(task), settings.lost_motion.start(task)
+
+    def command(self, seen: Observation) -> float:
+        state = self._predictor.answered(seen)
+        angle = self._inner.command(seen)
+        self._predictor.follow(angle)
+        self._last = limited(angle - self._estimate.advance(angle, state), self._last, self._task)
+        return self._last
+
+
+class Direction:
+    """Direction of a signal, deaf to noise: it changes once the signal has turned back by a slack.
+
+    Parameters
+    ----------
+    slack : float
+        In the signal's unit.
+    """
+
+    def __init__(self, slack: float):
+        self._slack, self._extreme, self._sign = slack, 0.0, 0
+
+    def advance(self, value: float) -> int:
+        """Return the direction with the next value: -1, 1, or 0 before the first motion.
+
+        Parameters
+        ----------
+        value : float
+            Of the signal.
+        """
+        back = value - self._extreme
+        if abs(back) > self._slack:
+            self._sign = 1 if back > 0 else -1
+        if back * self._sign > 0:
+            self._extreme = value
+        return self._sign

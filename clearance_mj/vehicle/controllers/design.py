@@ -1,0 +1,160 @@
+"""The linear model that controllers are designed on, and what it predicts.
+
+It is the linear single-track model in path coordinates with the steering servo in it (Rajamani, Vehicle Dynamics and
+Control, 2012, chapters 2 and 3), with lateral speed and yaw rate as states in place of the rates of the errors: the
+same space, but no derivative of the curvature enters.
+"""
+
+from __future__ import annotations
+
+import functools
+from abc import abstractmethod
+from dataclasses import dataclass
+
+import control
+import numpy as np
+
+from ..nominal import Servo, Vehicle
+from .base import ControllerRun, Observation, Task, limited
+
+__all__ = ["DesignModel", "ModelRun", "Predictor"]
+
+
+@dataclass(frozen=True)
+class DesignModel:
+    """Linear single track with servo: x = [e_y, e_ψ, v_y, r, δ, dδ/dt], input the command, disturbance the curvature."""
+
+    vehicle: Vehicle
+    """nominal"""
+    servo: Servo
+    """nominal"""
+    speed: float
+    """m/s, constant"""
+    period: float
+    """s; command and curvature are held over it"""
+
+    @functools.cached_property
+    def continuous(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """A (6, 6), B (6,), E (6,) of dx/dt = A x + B u + E κ."""
+        p, v = self.vehicle, self.speed
+        front, rear = p.cornering_front, p.cornering_rear
+        moment = rear * p.lr - front * p.lf
+        natural = 2 * np.pi * self.servo.frequency
+        A, B, E = np.zeros((6, 6)), np.zeros(6), np.zeros(6)
+        A[0, 1:3] = v, 1.0
+        A[1, 3], E[1] = 1.0, -v
+        A[2, 2:5] = -(front + rear) / (p.mass * v), moment / (p.mass * v) - v, front / p.mass
+        yaw_damping = front * p.lf**2 + rear * p.lr**2
+        A[3, 2:5] = np.array([moment / v, -yaw_damping / v, front * p.lf]) / p.yaw_inertia
+        A[4, 5] = 1.0
+        A[5, 4:], B[5] = (-(natural**2), -2 * self.servo.damping * natural), natural**2
+        return A, B, E
+
+    @functools.cached_property
+    def discrete(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """A (6, 6), B (6,), E (6,) of x⁺ = A x + B u + E κ, command and curvature held."""
+        A, B, E = self.continuous
+        sampled = control.c2d(control.ss(A, np.column_stack((B, E)), np.eye(6), 0), self.period)
+        return np.array(sampled.A), np.array(sampled.B[:, 0]), np.array(sampled.B[:, 1])
+
+    @functools.cached_property
+    def steady_sideslip(self) -> float:
+        """Sideslip over curvature in a steady turn, β_ss/κ = lr - m lf v²/(L C_r), m."""
+        p = self.vehicle
+        return p.lr - p.mass * p.lf * self.speed**2 / ((p.lf + p.lr) * p.cornering_rear)
+
+    def prediction(self, steps: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """P (6, 6), Q (6,), R (6, steps) of x after ``steps`` periods: P x + Q u + R κ, the command held.
+
+        Parameters
+        ----------
+        steps : int
+            Periods.
+        """
+        A, B, E = self.discrete
+        powers = [np.linalg.matrix_power(A, i) for i in range(steps + 1)]
+        Q = sum((power @ B for power in powers[:-1]), np.zeros(6))
+        R = np.column_stack([power @ E for power in powers[-2::-1]]) if steps else np.zeros((6, 0))
+        return powers[-1], Q, R
+
+
+class Predictor:
+    """State of the design model during a run: errors and motion as measured, the servo as modelled from the commands.
+
+    Parameters
+    ----------
+    task : Task
+        What is known.
+    """
+
+    def __init__(self, task: Task):
+        self.task = task
+        self.model = DesignModel(task.vehicle, task.servo, task.speed, task.period)
+        self.last = 0.0
+        """last command, rad"""
+        A, B, _ = self.model.discrete
+        self._servo, self._servo_A, self._servo_B = np.zeros(2), A[4:, 4:].copy(), B[4:].copy()
+        self._P, self._Q, self._R = self.model.prediction(task.lead)
+        self._times = (np.arange(task.lead) + 0.5) * task.period
+
+    def state(self, seen: Observation) -> np.ndarray:
+        """State at a sample, (6,).
+
+        Parameters
+        ----------
+        seen : Observation
+            The sample.
+        """
+        return np.array((seen.e_y, seen.e_psi, seen.lateral_speed, seen.yaw_rate, *self._servo))
+
+    def answered(self, seen: Observation) -> np.ndarray:
+        """State when the wheel will have answered the next command, (6,).
+
+        Parameters
+        ----------
+        seen : Observation
+            The sample.
+        """
+        curvature = self.task.curvature(seen, self._times)
+        return self._P @ self.state(seen) + self._Q * self.last + self._R @ curvature
+
+    def follow(self, command: float) -> None:
+        """Let the model of the servo follow the next command.
+
+        Parameters
+        ----------
+        command : float
+            rad.
+        """
+        self.last = command
+        self._servo = self._servo_A @ self._servo + self._servo_B * command
+
+
+class ModelRun(ControllerRun):
+    """A run of a controller that is designed on the linear model.
+
+    Parameters
+    ----------
+    task : Task
+        What it knows.
+    """
+
+    def __init__(self, task: Task):
+        self.task, self.predictor = task, Predictor(task)
+        self.model = self.predictor.model
+
+    @abstractmethod
+    def wheel_angle(self, seen: Observation) -> float:
+        """Return the road-wheel angle that is wanted, before limits, rad.
+
+        Parameters
+        ----------
+        seen : Observation
+            The sample.
+        """
+
+    def command(self, seen: Observation) -> float:
+        """Limit the angle that is wanted."""
+        command = limited(self.wheel_angle(seen), self.predictor.last, self.task)
+        self.predictor.follow(command)
+        return command

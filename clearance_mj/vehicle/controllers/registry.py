@@ -1,0 +1,123 @@
+"""Which controllers there are: `register` makes one known to cases, tuning, reports and the command line."""
+
+from __future__ import annotations
+
+import functools
+import tomllib
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path as FilePath
+from typing import Any, NamedTuple
+
+from ...errors import ManoeuvreError
+from .base import Controller, Task
+
+__all__ = ["CONTROLLERS", "TUNED", "ClearancePrior", "Registration", "get_controller", "register"]
+
+TUNED = FilePath(__file__).parents[1] / "tuned.toml"
+"""Settings that `tune` found, by name of the controller"""
+LineStyle = str | tuple[float, tuple[float, ...]]
+
+
+class ClearancePrior(NamedTuple):
+    """Prior information on the clearance, for the controllers that take it into account."""
+
+    half_gap: float
+    """rad"""
+    friction: float
+    """N m"""
+    compliance: float
+    """rad/(N m), beyond that of the nominal vehicle"""
+
+
+@dataclass(frozen=True)
+class Registration:
+    """A controller as cases, tuning and reports know it."""
+
+    name: str
+    """in commands and files"""
+    label: str
+    """in legends and tables"""
+    controller: type[Controller]
+    """its class"""
+    bounds: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    """range of each setting that is tuned, searched over its logarithm"""
+    tuned: Mapping[str, Any] | None = None
+    """settings; None: those of `TUNED`, the class's defaults if it has none"""
+    tuned_as: str = ""
+    """controller whose settings of `TUNED` are taken; default: its own name"""
+    adapt: Callable[[Controller, Task, ClearancePrior], Controller] | None = None
+    """takes prior information on the clearance into account"""
+    prior: str = "nothing"
+    """what `adapt` takes, in words; all know the nominal vehicle, the servo and the steering's stiffness"""
+    colour: str | None = None
+    """in figures; None: the next of a cycle"""
+    line: LineStyle = "-"
+    """style in figures"""
+
+    def settled(self) -> Controller:
+        """Return the controller with its tuned settings, without prior information on the clearance."""
+        found = _tuned().get(self.tuned_as or self.name, {}).get("settings", {})
+        return self.controller(**(found if self.tuned is None else self.tuned))
+
+    def make(self, task: Task, prior: ClearancePrior) -> Controller:
+        """Return the controller for a task.
+
+        Parameters
+        ----------
+        task : Task
+            What it knows.
+        prior : ClearancePrior
+            What it may know of the clearance.
+        """
+        return self.adapt(self.settled(), task, prior) if self.adapt else self.settled()
+
+
+CONTROLLERS: dict[str, Registration] = {}
+"""By name, in the order of tables"""
+
+
+def register(registration: Registration) -> None:
+    """Make a controller known.
+
+    Parameters
+    ----------
+    registration : Registration
+        The controller.
+
+    Raises
+    ------
+    ManoeuvreError
+        If its name is taken, or something that is bounded is no setting of it.
+    """
+    name, settings = registration.name, registration.controller.__dataclass_fields__
+    if name in CONTROLLERS:
+        raise ManoeuvreError(f'controller "{name}" is registered already')
+    if unknown := [key for key in registration.bounds if key not in settings]:
+        raise ManoeuvreError(
+            f'controller "{name}": bounds of {unknown[0]!r}, but its settings are {", ".join(settings)}'
+        )
+    CONTROLLERS[name] = registration
+
+
+def get_controller(name: str) -> Registration:
+    """Return the controller of a name.
+
+    Parameters
+    ----------
+    name : str
+        Of `CONTROLLERS`.
+
+    Raises
+    ------
+    ManoeuvreError
+        For an unknown name; the message lists the known ones.
+    """
+    if name not in CONTROLLERS:
+        raise ManoeuvreError(f'controller "{name}" is unknown; known: {", ".join(CONTROLLERS)}')
+    return CONTROLLERS[name]
+
+
+@functools.cache
+def _tuned() -> dict[str, dict[str, Any]]:
+    return tomllib.loads(TUNED.read_text(encoding="utf-8"))

@@ -1,0 +1,169 @@
+"""Sliding mode control of the lateral error at a point ahead of the vehicle.
+
+e = e_y + L_s (e_ψ + β_ss), β_ss the sideslip of a steady turn; s = de/dt + λ e. With the design model
+d²e/dt² = f + b δ, b = C_f/m + L_s C_f l_f/I_z, the boundary-layer controller is
+
+    δ = (-f - λ de/dt - k₁ s - k₂ sat(s/Φ)) / b.
+
+(Slotine and Li, Applied Nonlinear Control, 1991, chapter 7.) e at the centre of gravity (L_s = 0) has poorly damped
+zeros; a point a few metres ahead has not. Everything is evaluated for the moment when the wheel will have answered
+the command, so that the servo is in the design.
+"""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from dataclasses import dataclass
+
+import numpy as np
+
+from .base import Controller, Observation, Task
+from .clearance_model import CLEARANCE_MODEL_PRIOR, with_clearance_model
+from .design import DesignModel, ModelRun
+from .registry import Registration, register
+
+__all__ = ["SlidingMode", "SlidingRun", "input_gain", "saturation"]
+
+
+def input_gain(model: DesignModel, look_ahead: float) -> float:
+    """Return d²e/dt² over the wheel angle, b, m/s².
+
+    Parameters
+    ----------
+    model : DesignModel
+        Nominal.
+    look_ahead : float
+        L_s, m.
+    """
+    A, _, _ = model.continuous
+    return float(A[2, 4] + look_ahead * A[3, 4])
+
+
+def saturation(value: float) -> float:
+    """Return ``value`` within -1..1.
+
+    Parameters
+    ----------
+    value : float
+        Any.
+    """
+    return min(max(value, -1.0), 1.0)
+
+
+class SlidingRun(ModelRun):
+    """What sliding mode controllers share: the surface.
+
+    Parameters
+    ----------
+    task : Task
+        What is known.
+    look_ahead : float
+        L_s, m.
+    convergence : float
+        λ, 1/s.
+    """
+
+    def __init__(self, task: Task, look_ahead: float, convergence: float):
+        super().__init__(task)
+        A, _, _ = self.model.continuous
+        self._lateral, self._yaw = A[2, 2:4].tolist(), A[3, 2:4].tolist()
+        self._look_ahead, self._convergence = look_ahead, convergence
+        self._gain = input_gain(self.model, look_ahead)
+        centre = min(task.lead, task.preview / task.period - 1)  # the differences need one period more
+        self._around = (centre + np.array([-1.0, 0.0, 1.0])) * task.period
+        self.sliding = 0.0
+        """s at the last sample, m/s"""
+
+    def surface(self, seen: Observation) -> tuple[float, float]:
+        """Return s, m/s, and ds/dt without steering, f + λ de/dt, m/s², for when the wheel will have answered.
+
+        Parameters
+        ----------
+        seen : Observation
+            The sample.
+        """
+        e_y, e_psi, lateral_speed, yaw_rate, _, _ = self.predictor.answered(seen).tolist()
+        speed, look_ahead, sideslip = seen.speed, self._look_ahead, self.model.steady_sideslip
+        before, curvature, after = self.task.curvature(seen, self._around).tolist()
+        turning = (after - before) / (2 * self.task.period)  # dκ/dt
+        bending = (after - 2 * curvature + before) / self.task.period**2
+        error = e_y + look_ahead * (e_psi + sideslip * curvature)
+        rate = lateral_speed + speed * e_psi + look_ahead * (yaw_rate - speed * curvature + sideslip * turning)
+        lateral = self._lateral[0] * lateral_speed + self._lateral[1] * yaw_rate
+        yaw = self._yaw[0] * lateral_speed + self._yaw[1] * yaw_rate
+        drift = lateral + speed * (yaw_rate - speed * curvature)
+        drift += look_ahead * (yaw - speed * turning + sideslip * bending)
+        return rate + self._convergence * error, drift + self._convergence * rate
+
+    def wheel_angle(self, seen: Observation) -> float:
+        """Cancel the drift and approach the surface."""
+        self.sliding, drift = self.surface(seen)
+        return (-drift - self.reaching(self.sliding)) / self._gain
+
+    @abstractmethod
+    def reaching(self, value: float) -> float:
+        """Return what drives s to zero, m/s².
+
+        Parameters
+        ----------
+        value : float
+            s, m/s.
+        """
+
+
+@dataclass(frozen=True)
+class SlidingMode(Controller):
+    """Sliding mode control with a boundary layer."""
+
+    look_ahead: float = 3.0
+    """L_s, m"""
+    convergence: float = 4.0
+    """λ, 1/s"""
+    reaching: float = 4.0
+    """k₁, 1/s"""
+    switching: float = 1.0
+    """k₂, m/s²"""
+    layer: float = 0.3
+    """Φ, half the boundary layer, m/s"""
+
+    def start(self, task: Task) -> SlidingRun:
+        """Begin a run."""
+        return _BoundaryLayer(task, self)
+
+
+class _BoundaryLayer(SlidingRun):
+    def __init__(self, task: Task, settings: SlidingMode):
+        super().__init__(task, settings.look_ahead, settings.convergence)
+        self._settings = settings
+
+    def reaching(self, value: float) -> float:
+        p = self._settings
+        return p.reaching * value + p.switching * saturation(value / p.layer)
+
+
+register(
+    Registration(
+        "smc",
+        "SMC",
+        SlidingMode,
+        bounds={
+            "look_ahead": (1.0, 10.0),
+            "convergence": (1.0, 15.0),
+            "reaching": (0.5, 20.0),
+            "switching": (0.05, 5.0),
+            "layer": (0.05, 2.0),
+        },
+        colour="#d55e00",
+    )
+)
+register(
+    Registration(
+        "smc-cm",
+        "SMC-CM",
+        SlidingMode,
+        tuned_as="smc",
+        adapt=with_clearance_model,
+        prior=CLEARANCE_MODEL_PRIOR,
+        colour="#0072b2",
+    )
+)

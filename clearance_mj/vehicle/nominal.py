@@ -1,0 +1,88 @@
+"""What controllers may know of the vehicle: the nominal linear single track and the steering servo."""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+
+import numpy as np
+
+from .commonroad import GRAVITY, parameters
+
+__all__ = ["Servo", "Vehicle"]
+
+
+@dataclass(frozen=True)
+class Vehicle:
+    """Parameters of the linear single-track model."""
+
+    mass: float
+    """kg"""
+    yaw_inertia: float
+    """kg m²"""
+    lf: float
+    """m, from the centre of gravity to the front axle"""
+    lr: float
+    """m, to the rear axle"""
+    cornering_front: float
+    """N/rad, of the axle"""
+    cornering_rear: float
+    """N/rad, of the axle"""
+    friction: float
+    """largest lateral over vertical tyre force"""
+    trail: float = 0.045
+    """m, of the aligning moment"""
+
+    @property
+    def wheelbase(self) -> float:
+        """Distance of the axles, m."""
+        return self.lf + self.lr
+
+    @property
+    def understeer_gradient(self) -> float:
+        """m/L (lr/Cf - lf/Cr): steady-state steering angle beyond L κ per lateral acceleration, rad s²/m."""
+        front, rear = self.lr / self.cornering_front, self.lf / self.cornering_rear
+        return self.mass / self.wheelbase * (front - rear)
+
+    @classmethod
+    def bmw320i(cls, trail: float = 0.045) -> Vehicle:
+        """Vehicle 2 of commonroad-vehicle-models; stiffness per axle is the tyre's per load times the static load.
+
+        Parameters
+        ----------
+        trail : float
+            Of the aligning moment, m.
+        """
+        p = parameters()
+        load = p.m * GRAVITY / (p.a + p.b)
+        stiffness = -p.tire.p_ky1 * load * p.b, -p.tire.p_ky1 * load * p.a
+        return cls(p.m, p.I_z, p.a, p.b, *stiffness, friction=p.tire.p_dy1, trail=trail)
+
+    def with_steering(self, stiffness: float) -> Vehicle:
+        """Return the vehicle with the steering's compliance in its front axle, C_f / (1 + C_f t/k).
+
+        The aligning moment turns the wheels back in proportion to the axle's force, which has the effect of a softer
+        axle (Pacejka, Tire and Vehicle Dynamics, 2012, section 1.3.4).
+
+        Parameters
+        ----------
+        stiffness : float
+            k of the steering between servo and road wheel, N m/rad.
+        """
+        stiff = self.cornering_front
+        return dataclasses.replace(self, cornering_front=stiff / (1 + stiff * self.trail / stiffness))
+
+
+@dataclass(frozen=True)
+class Servo:
+    """The steering servo as controllers know it: second order, road-wheel angle over its command."""
+
+    frequency: float = 6.0
+    """Hz, natural"""
+    damping: float = 0.7
+    """of critical"""
+
+    @property
+    def lag(self) -> float:
+        """Delay of a slow command, 2ζ/ω, s."""
+        return self.damping / (np.pi * self.frequency)
