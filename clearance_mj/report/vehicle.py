@@ -64,8 +64,8 @@ METRICS = {
     "contact_reversals": Quantity("Contact reversals", "", 1.0, ".0f"),
 }
 UNITS = {
-    "time": "s", "position": "m", "s": "m", "e_y": "m", "e_psi": "rad", "yaw_rate": "rad/s",
-    "yaw_rate_error": "rad/s", "lateral_acceleration": "m/s2", "sideslip": "rad", "command": "rad", "wheel_angle": "rad",
+    "time": "s", "position": "m", "s": "m", "e_y": "m", "e_psi": "rad", "yaw_rate": "rad/s", "yaw_rate_error": "rad/s",
+    "lateral_acceleration": "m/s2", "sideslip": "rad", "command": "rad", "wheel_angle": "rad",
 }  # fmt: skip
 
 

@@ -48,7 +48,7 @@ def _numbers(values: object) -> dict[str, float]:
 
 
 def _record(name: str, *fields: str) -> Any:
-    """Named tuple type; kept under its name in this module, so that the compiler's cache finds it in the next process."""
+    """Named tuple type; named at module level, so that the compiler's cache recognises it in the next process."""
     return namedtuple(name, fields)
 
 

@@ -55,10 +55,8 @@ PLANTS: dict[str, type[Plant]] = {plant.name: plant for plant in (MultiBody, Sin
 class Regime(NamedTuple):
     """What decides on which side the clearance lies."""
 
-    friction: float
-    """N m, Coulomb friction of the road wheel"""
-    trail: float
-    """m, of the aligning moment that reaches the shaft"""
+    friction: float  # N m, Coulomb friction of the road wheel
+    trail: float  # m, of the aligning moment that reaches the shaft
 
 
 REGIMES = {"torque": Regime(0.0, 0.045), "friction": Regime(30.0, 0.005)}
@@ -242,8 +240,7 @@ class Median(NamedTuple):
     """Median over seeds."""
 
     value: float
-    low: float
-    """95 % confidence interval, distribution-free"""
+    low: float  # 95 % confidence interval, distribution-free
     high: float
 
 

@@ -26,16 +26,11 @@ __all__ = ["LostMotion", "QuasiStaticShaft", "lost_motion_step"]
 class LostMotion(NamedTuple):
     """The reduced clearance, at the road wheel."""
 
-    half_gap: float
-    """h, rad"""
-    stiffness: float
-    """k of the contact, N m/rad"""
-    shaft_stiffness: float = 0.0
-    """k_s, N m/rad: what bends the shaft within the play"""
-    damping: float = 0.0
-    """c, N m s/rad: grease in the bushings and rack"""
-    friction: float = 0.0
-    """T_f, N m"""
+    half_gap: float  # h, rad
+    stiffness: float  # k of the contact, N m/rad
+    shaft_stiffness: float = 0.0  # k_s, N m/rad: what bends the shaft within the play
+    damping: float = 0.0  # c, N m s/rad: grease in the bushings and rack
+    friction: float = 0.0  # T_f, N m
 
 
 @numba.njit(cache=True, nogil=True, inline="always")

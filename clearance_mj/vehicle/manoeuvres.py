@@ -42,14 +42,10 @@ Derivatives = Callable[[np.ndarray], Sequence[np.ndarray]]
 class Gate(NamedTuple):
     """A stretch of lane between cones."""
 
-    start: float
-    """m along X"""
-    end: float
-    """m along X"""
-    centre: float
-    """m along Y"""
-    width: float
-    """m"""
+    start: float  # m along X
+    end: float  # m along X
+    centre: float  # m along Y
+    width: float  # m
 
 
 def check_feasible(path: Path, speed: float, friction: float) -> None:

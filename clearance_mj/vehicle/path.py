@@ -1,7 +1,7 @@
 """A path to follow: cubic Hermite polynomials over arc length, and the foot point of a position.
 
-The polynomials run between points about 0.1 m apart at which position, heading, curvature and its slope are exact; their
-error is below 1e-8 (m, rad, 1/m). Beyond its ends a path goes on straight.
+The polynomials run between points about 0.1 m apart at which position, heading, curvature and its slope are exact;
+their error is below 1e-8 (m, rad, 1/m). Beyond its ends a path goes on straight.
 """
 
 from __future__ import annotations
@@ -25,36 +25,25 @@ X, Y, HEADING, CURVATURE = range(4)
 class PathPoint(NamedTuple):
     """The foot point of a position on a path."""
 
-    s: float
-    """m, arc length; negative before the start"""
-    lateral_error: float
-    """m, of the position from the path, left positive"""
-    heading: float
-    """rad, of the path"""
-    curvature: float
-    """1/m, of the path, left positive"""
+    s: float  # m, arc length; negative before the start
+    lateral_error: float  # m, of the position from the path, left positive
+    heading: float  # rad, of the path
+    curvature: float  # 1/m, of the path, left positive
 
 
 class Piece(NamedTuple):
     """Points of a smooth part of a path; where two parts meet the slope of the curvature may jump."""
 
-    s: np.ndarray
-    """(n,) m, arc length from anywhere"""
-    x: np.ndarray
-    """(n,) m"""
-    y: np.ndarray
-    """(n,) m"""
-    heading: np.ndarray
-    """(n,) rad"""
-    curvature: np.ndarray
-    """(n,) 1/m"""
-    slope: np.ndarray
-    """(n,) 1/m², of the curvature over arc length"""
+    s: np.ndarray  # (n,) m, arc length from anywhere
+    x: np.ndarray  # (n,) m
+    y: np.ndarray  # (n,) m
+    heading: np.ndarray  # (n,) rad
+    curvature: np.ndarray  # (n,) 1/m
+    slope: np.ndarray  # (n,) 1/m², of the curvature over arc length
 
 
 class _Table(NamedTuple):
-    node: np.ndarray
-    """(n + 1,) m, arc length of the points"""
+    node: np.ndarray  # (n + 1,) m, arc length of the points
     value: np.ndarray
     """(4, n, 4): x, y, heading, curvature over each interval; value and slope at its start and at its end"""
 

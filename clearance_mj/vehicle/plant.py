@@ -68,22 +68,14 @@ class Spread:
 class Measurement(NamedTuple):
     """What is measured on the vehicle, at the centre of gravity."""
 
-    x: float
-    """m"""
-    y: float
-    """m"""
-    heading: float
-    """rad"""
-    speed: float
-    """m/s, longitudinal"""
-    lateral_speed: float
-    """m/s"""
-    yaw_rate: float
-    """rad/s"""
-    lateral_acceleration: float
-    """m/s²"""
-    sideslip: float
-    """rad"""
+    x: float  # m
+    y: float  # m
+    heading: float  # rad
+    speed: float  # m/s, longitudinal
+    lateral_speed: float  # m/s
+    yaw_rate: float  # rad/s
+    lateral_acceleration: float  # m/s²
+    sideslip: float  # rad
     aligning_moment: float
     """N m about the steering axes, trail times the front axle's lateral force: turns the wheels back if positive"""
 

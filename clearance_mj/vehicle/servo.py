@@ -15,10 +15,8 @@ __all__ = ["ServoStep", "serve"]
 class ServoStep(NamedTuple):
     """Servo over one step of 1 ms."""
 
-    flow: np.ndarray
-    """(2, 2) exact flow of (angle less command, speed)"""
-    rate_limit: float
-    """rad/s"""
+    flow: np.ndarray  # (2, 2) exact flow of (angle less command, speed)
+    rate_limit: float  # rad/s
 
     @classmethod
     def of(cls, frequency: float, damping: float, rate_limit: float) -> ServoStep:

@@ -54,7 +54,7 @@ def knows(names: Sequence[str] = tuple(CONTROLLERS)) -> dict[str, str]:
         Controllers.
     """
     nominal = "the nominal vehicle, the servo, the steering's stiffness without clearance"
-    return {CONTROLLERS[n].label: f"{nominal}; of the clearance: {CONTROLLERS[n].knows}" for n in names}
+    return {CONTROLLERS[n].label: f"{nominal}; of the clearance: {CONTROLLERS[n].prior}" for n in names}
 
 
 def _spread(context, speed) -> list[dict]:
@@ -150,9 +150,9 @@ def drawn(context: Context, item: str, speed: float, controllers: Sequence[str],
 
 
 def _history_rows(outcomes, quantities):
-    n = min(o.drive.time.size for o in outcomes)
-    columns = {"time_s": outcomes[0].drive.time[:n]}
-    columns |= {f"{o.case.controller} {q}": getattr(o.drive, q)[:n] for o in outcomes for q in quantities}
+    n = min(o.run.time.size for o in outcomes)
+    columns = {"time_s": outcomes[0].run.time[:n]}
+    columns |= {f"{o.case.controller} {q}": getattr(o.run, q)[:n] for o in outcomes for q in quantities}
     return [{key: float(f"{v:.7g}") for key, v in zip(columns, values)} for values in zip(*columns.values())]
 
 
@@ -162,7 +162,7 @@ def _shows(found, controllers, quantities):
         for q in quantities:
             metric = METRICS[f"peak_{q}"]
             peaks = (
-                f"{CONTROLLERS[c].label} {metric.scale * found[c, regime].drive.metrics()[f'peak_{q}']:{metric.form}}"
+                f"{CONTROLLERS[c].label} {metric.scale * found[c, regime].run.metrics()[f'peak_{q}']:{metric.form}}"
                 for c in controllers
             )
             words.append(f"{metric.label} ({metric.unit}, {regime}-driven): {', '.join(peaks)}.")

@@ -8,7 +8,7 @@ import numpy as np
 
 from clearance_mj.report.tables import Column, Table
 from clearance_mj.report.vehicle import METRICS, curves
-from clearance_mj.vehicle.compensation import secant_stiffness
+from clearance_mj.vehicle.controllers.clearance_model import secant_stiffness
 from clearance_mj.vehicle.experiment import CONTROLLERS, GAP, LENGTH_FACTORS, REGIMES, Case, comparison
 from clearance_mj.vehicle.steering import Steering
 
@@ -93,8 +93,8 @@ def _gap(context, gaps):
 
 
 def _told(context, shares):
-    cases = [c for share in shares for c in comparison(("smc", "smc-cm", "mpc-cm"), told_gap=share * GAP)]
-    return _rows(context, cases, told=[c.told_gap / GAP for c in cases])
+    cases = [c for share in shares for c in comparison(("smc", "smc-cm", "mpc-cm"), assumed_gap=share * GAP)]
+    return _rows(context, cases, told=[c.assumed_gap / GAP for c in cases])
 
 
 def _preview(context, previews):
@@ -120,7 +120,7 @@ def _identified(context):
     told = {"": ("smc", 1.0)} | {name: ("smc-cm", share) for name, share in laws.items()}
     cases, names = [], []
     for name, (controller, share) in told.items():
-        cases += comparison((controller,), stiffness=true, told_stiffness=share)
+        cases += comparison((controller,), stiffness=true, assumed_stiffness=share)
         names += [name] * len(LENGTH_FACTORS) * len(REGIMES)
     return _rows(context, cases, law=names)
 
@@ -173,7 +173,7 @@ def _identified_table(rows) -> Table:
     for r in rows:
         best = _pick(rows, law=last, speed=r["speed"], regime=r["regime"])
         words = r["speed"], r["regime"], CONTROLLERS[r["controller"]].label, name_of(r["law"]) if r["law"] else "none"
-        told = r["told_stiffness"] if r["law"] else None
+        told = r["assumed_stiffness"] if r["law"] else None
         errors = 1e3 * r["peak_e_y"], 1e3 * r["rms_e_y"], 1e3 * (r["rms_e_y"] - best["rms_e_y"])
         body.append((*words, told, *errors))
     return Table("identified", "Identified laws as the clearance model", tuple(columns), tuple(body))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from clearance_mj.report.figures import Drawing
-from clearance_mj.report.vehicle import COLOURS, METRICS
+from clearance_mj.report.vehicle import METRICS, look
 from clearance_mj.vehicle.experiment import CONTROLLERS, REGIMES
 
 from .style import FONT, panel, sheet
@@ -41,7 +41,7 @@ def spread_figure(rows, item: str, metrics) -> Drawing:
                     [r[metric] for r in rows if (r["controller"], r["regime"]) == (controller, regime)]
                 )
                 x = place + jitter.uniform(-0.25, 0.25, values.size)
-                ax.plot(x, values, "o", ms=2.2, color=COLOURS[controller], alpha=0.7, mew=0)
+                ax.plot(x, values, "o", ms=2.2, color=look(controller)["color"], alpha=0.7, mew=0)
                 ax.plot([place - 0.35, place + 0.35], [np.median(values)] * 2, color="black", lw=1.4)
             panel(ax, f"{regime}-driven", "", f"{q.label} ({q.unit})" if regime == "torque" else "")
             ax.set_xticks(range(len(names)), [CONTROLLERS[n].label for n in names], rotation=35, ha="right")

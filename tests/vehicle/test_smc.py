@@ -58,4 +58,6 @@ def test_super_twisting_leaves_no_offset():
 def test_gain():
     """b = C_f/m + L_s C_f l_f/I_z."""
     p, model = VEHICLE, DesignModel(VEHICLE, Servo(), SPEED, 0.01)
-    assert input_gain(model, 2.0) == pytest.approx(p.cornering_front / p.mass + 2.0 * p.cornering_front * p.lf / p.yaw_inertia)
+    assert input_gain(model, 2.0) == pytest.approx(
+        p.cornering_front / p.mass + 2.0 * p.cornering_front * p.lf / p.yaw_inertia
+    )

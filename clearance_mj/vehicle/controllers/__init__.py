@@ -1,6 +1,6 @@
-"""Steering controllers, one file each; each file registers what it has."""
+"""Steering controllers, one file each; each file registers what it has, in the order of tables."""
 
-# isort: off - the order of tables
+# isort: off
 from . import smc, mpc, backlash_inverse, high_gain, super_twisting  # noqa: F401
 # isort: on
 

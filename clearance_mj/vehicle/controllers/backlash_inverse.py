@@ -34,19 +34,9 @@ class _InverseEstimate(Estimate):
         return -self._half_gap * self._direction.advance(state[4])
 
 
-def _with_backlash_inverse(controller: Controller, task: Task, prior: ClearancePrior) -> Controller:
+def _with_inverse(controller: Controller, task: Task, prior: ClearancePrior) -> Controller:
     return Compensated(controller, BacklashInverse(prior.half_gap))
 
 
-register(
-    Registration(
-        "smc-inverse",
-        "SMC, backlash inverse",
-        SlidingMode,
-        tuned_as="smc",
-        adapt=_with_backlash_inverse,
-        prior="half-gap",
-        colour="#cc79a7",
-        line=(0, (1, 1.2)),
-    )
-)
+NAME, LABEL, DOTTED = "smc-inverse", "SMC, backlash inverse", (0, (1, 1.2))
+register(Registration(NAME, LABEL, SlidingMode, {}, None, "smc", _with_inverse, "half-gap", "#cc79a7", DOTTED))

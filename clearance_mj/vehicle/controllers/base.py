@@ -20,18 +20,12 @@ __all__ = ["Controller", "ControllerRun", "Observation", "Task", "limited"]
 class Observation(NamedTuple):
     """What a controller sees at a sample."""
 
-    s: float
-    """m, foot point's arc length"""
-    e_y: float
-    """m, lateral position error, left positive"""
-    e_psi: float
-    """rad, heading error"""
-    lateral_speed: float
-    """m/s, at the centre of gravity"""
-    yaw_rate: float
-    """rad/s"""
-    speed: float
-    """m/s, longitudinal"""
+    s: float  # m, foot point's arc length
+    e_y: float  # m, lateral position error, left positive
+    e_psi: float  # rad, heading error
+    lateral_speed: float  # m/s, at the centre of gravity
+    yaw_rate: float  # rad/s
+    speed: float  # m/s, longitudinal
 
 
 @dataclass(frozen=True)
@@ -44,7 +38,7 @@ class Task:
     """to follow"""
     speed: float
     """m/s"""
-    servo: Servo = Servo()
+    servo: Servo = Servo()  # noqa: RUF009
     """of the steering"""
     period: float = 0.01
     """s, between commands"""

@@ -25,9 +25,9 @@ from .base import Controller, Task
 from .compensation import Compensated, Direction, Estimate, LostMotionModel
 from .registry import ClearancePrior
 
-__all__ = ["CLEARANCE_MODEL_PRIOR", "ClearanceModel", "secant_stiffness", "with_clearance_model"]
+__all__ = ["PRIOR", "ClearanceModel", "secant_stiffness", "with_clearance_model"]
 
-CLEARANCE_MODEL_PRIOR = "half-gap, stiffness and friction"
+PRIOR = "half-gap, stiffness and friction"
 
 
 @dataclass(frozen=True)
@@ -88,7 +88,7 @@ def with_clearance_model(controller: Controller, task: Task, prior: ClearancePri
 
 
 def secant_stiffness(law: Law, rig: Rig, bushing: int, force: float) -> float:
-    """Contact force over penetration of a bushing under a steady force, N/m: the k of a clearance model that a law gives.
+    """Contact force over penetration of a bushing under a steady force, N/m: a clearance model's k from a law.
 
     Parameters
     ----------

@@ -22,7 +22,7 @@ __all__ = ["DesignModel", "ModelRun", "Predictor"]
 
 @dataclass(frozen=True)
 class DesignModel:
-    """Linear single track with servo: x = [e_y, e_ψ, v_y, r, δ, dδ/dt], input the command, disturbance the curvature."""
+    """Linear single track with servo: state [e_y, e_ψ, v_y, r, δ, dδ/dt], input command, disturbance curvature."""
 
     vehicle: Vehicle
     """nominal"""

@@ -23,7 +23,7 @@ import osqp
 import scipy.sparse
 
 from .base import Controller, Observation, Task
-from .clearance_model import CLEARANCE_MODEL_PRIOR, with_clearance_model
+from .clearance_model import PRIOR, with_clearance_model
 from .design import DesignModel, ModelRun
 from .registry import Registration, register
 
@@ -40,15 +40,11 @@ class Program(NamedTuple):
     q = W κ, and the first (N+1) 7 rows of l and u are [-x_0, -E κ_0, … -E κ_N-1].
     """
 
-    P: scipy.sparse.csc_matrix
-    """upper triangle"""
+    P: scipy.sparse.csc_matrix  # upper triangle
     A: scipy.sparse.csc_matrix
-    E: np.ndarray
-    """(7,) effect of the curvature over a period"""
-    yaw: float
-    """coefficient of q at r_k, over κ_k"""
-    terminal: np.ndarray
-    """(7,) coefficients of q at x_N, over κ_N"""
+    E: np.ndarray  # (7,) effect of the curvature over a period
+    yaw: float  # coefficient of q at r_k, over κ_k
+    terminal: np.ndarray  # (7,) coefficients of q at x_N, over κ_N
 
 
 @dataclass(frozen=True)
@@ -181,25 +177,11 @@ class _Predictive(ModelRun):
         self._solver.update(Px=self._program.P.data, Ax=self._program.A.data)
 
 
+DASHED = (0, (4, 1.5))
+BOUNDS = {"course": (1e-3, 1.0), "yaw": (1e-2, 10.0), "effort": (10.0, 1e5)}
+register(Registration("mpc", "MPC", ModelPredictive, bounds=BOUNDS, colour="#e69f00", line=DASHED))
 register(
     Registration(
-        "mpc",
-        "MPC",
-        ModelPredictive,
-        bounds={"course": (1e-3, 1.0), "yaw": (1e-2, 10.0), "effort": (10.0, 1e5)},
-        colour="#e69f00",
-        line=(0, (4, 1.5)),
-    )
-)
-register(
-    Registration(
-        "mpc-cm",
-        "MPC-CM",
-        ModelPredictive,
-        tuned_as="mpc",
-        adapt=with_clearance_model,
-        prior=CLEARANCE_MODEL_PRIOR,
-        colour="#009e73",
-        line=(0, (4, 1.5)),
+        "mpc-cm", "MPC-CM", ModelPredictive, {}, None, "mpc", with_clearance_model, PRIOR, colour="#009e73", line=DASHED
     )
 )

@@ -22,12 +22,9 @@ LineStyle = str | tuple[float, tuple[float, ...]]
 class ClearancePrior(NamedTuple):
     """Prior information on the clearance, for the controllers that take it into account."""
 
-    half_gap: float
-    """rad"""
-    friction: float
-    """N m"""
-    compliance: float
-    """rad/(N m), beyond that of the nominal vehicle"""
+    half_gap: float  # rad
+    friction: float  # N m
+    compliance: float  # rad/(N m), beyond that of the nominal vehicle
 
 
 @dataclass(frozen=True)

@@ -18,7 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from .base import Controller, Observation, Task
-from .clearance_model import CLEARANCE_MODEL_PRIOR, with_clearance_model
+from .clearance_model import PRIOR, with_clearance_model
 from .design import DesignModel, ModelRun
 from .registry import Registration, register
 
@@ -141,29 +141,16 @@ class _BoundaryLayer(SlidingRun):
         return p.reaching * value + p.switching * saturation(value / p.layer)
 
 
+BOUNDS = {
+    "look_ahead": (1.0, 10.0),
+    "convergence": (1.0, 15.0),
+    "reaching": (0.5, 20.0),
+    "switching": (0.05, 5.0),
+    "layer": (0.05, 2.0),
+}
+register(Registration("smc", "SMC", SlidingMode, bounds=BOUNDS, colour="#d55e00"))
 register(
     Registration(
-        "smc",
-        "SMC",
-        SlidingMode,
-        bounds={
-            "look_ahead": (1.0, 10.0),
-            "convergence": (1.0, 15.0),
-            "reaching": (0.5, 20.0),
-            "switching": (0.05, 5.0),
-            "layer": (0.05, 2.0),
-        },
-        colour="#d55e00",
-    )
-)
-register(
-    Registration(
-        "smc-cm",
-        "SMC-CM",
-        SlidingMode,
-        tuned_as="smc",
-        adapt=with_clearance_model,
-        prior=CLEARANCE_MODEL_PRIOR,
-        colour="#0072b2",
+        "smc-cm", "SMC-CM", SlidingMode, tuned_as="smc", adapt=with_clearance_model, prior=PRIOR, colour="#0072b2"
     )
 )

@@ -46,19 +46,11 @@ class _Twisting(SlidingRun):
         return p.root * value / math.sqrt(max(abs(value), p.layer)) + self._integral
 
 
-register(
-    Registration(
-        "super-twisting",
-        "super-twisting",
-        SuperTwisting,
-        bounds={
-            "look_ahead": (1.0, 10.0),
-            "convergence": (1.0, 15.0),
-            "root": (0.2, 10.0),
-            "integral": (0.05, 10.0),
-            "layer": (0.02, 1.0),
-        },
-        colour="#8c8c8c",
-        line="-.",
-    )
-)
+BOUNDS = {
+    "look_ahead": (1.0, 10.0),
+    "convergence": (1.0, 15.0),
+    "root": (0.2, 10.0),
+    "integral": (0.05, 10.0),
+    "layer": (0.02, 1.0),
+}
+register(Registration("super-twisting", "super-twisting", SuperTwisting, bounds=BOUNDS, colour="#8c8c8c", line="-."))
