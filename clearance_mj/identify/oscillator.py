@@ -2,48 +2,22 @@
 
 from __future__ import annotations
 
-import time as clock
-from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
-from scipy.integrate import solve_ivp
+from numpy.typing import ArrayLike
 from scipy.interpolate import CubicSpline
 
 from ..errors import RecordError
-from .wavelet import ridge
+from .wavelet import Ridge, ridge
 
-__all__ = [
-    "CONDITIONS",
-    "CORRECTIONS",
-    "DAMPINGS",
-    "SCALE_CONDITION",
-    "SCALE_SEQUENCES",
-    "Condition",
-    "Decay",
-    "ScaleResult",
-    "SdofResult",
-    "check_options",
-    "free_decay",
-    "rms_error",
-    "scale_study",
-    "sdof",
-]
+__all__ = ["SdofResult", "sdof"]
 
 CORRECTIONS = ("adiabatic", "none")
 DAMPINGS = ("viscous", "as-printed")
-MASS = 0.025  # kg; the article does not print it, its best scale 2^-6.8 at 8000 N/m and ω0 = 5 gives it
-SLOPE_WIDTH = 0.1  # s, in the scale study
-TIGHT = {"rtol": 1e-10, "atol": 1e-13}
 HOP = 3.5  # σ_t from point to point of the smoothing: the ridge's noise forgets within √(4π) σ_t
 POINTS = 8  # at least, in a stretch
 NARROWEST, GROWTH = 2.5, 1.4  # smallest bandwidth of the smoothing, in points, and ratio of the next ones
-SCALE_SEQUENCES = (
-    tuple(2.0**-e for e in (5, 6, 7, 8)),
-    tuple(2.0**-e for e in (6, 6.25, 6.5, 6.75, 7)),
-    tuple(2.0**-e for e in (6.5, 6.6, 6.7, 6.8, 6.9, 7)),
-)
-"""The three sequences of scales of the article's Figure 4, s"""
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,92 +38,11 @@ class SdofResult:
     """(n_t,) standard error of c, N s/m; nan where not valid"""
 
 
-@dataclass(frozen=True)
-class Condition:
-    """One of the article's working conditions: parameters that are known functions of time."""
-
-    k: Callable
-    """N/m at times (n_t,) s"""
-    c: Callable
-    """N s/m at times (n_t,) s"""
-    jumps: tuple[float, ...] = ()
-    """s, where k or c jump; the value at a jump is the new one"""
-
-
-CONDITIONS = {
-    1: Condition(lambda t: np.where(t < 2, 8000.0, 5000.0), lambda t: np.where(t < 2, 0.02, 0.04), (2.0,)),
-    2: Condition(lambda t: 8000 - 1000 * t, lambda t: 0.02 - 0.002 * t),
-}
-"""The article's working conditions, Section 3.2. The damping of the second as printed, 0.02 - 0.02 t, is negative after
-1 s; 0.02 - 0.002 t stands in for it."""
-
-SCALE_CONDITION = Condition(lambda t: np.full_like(t, 8000.0), lambda t: 0.06 - 0.0002 * t)
-"""The decay of the article's Figure 4"""
-
-
-@dataclass(frozen=True, eq=False)
-class Decay:
-    """A free decay with known parameters."""
-
-    time: np.ndarray
-    """(n_t,) s"""
-    signal: np.ndarray
-    """(n_t,) displacement, starting from 1"""
-    k: np.ndarray
-    """(n_t,) N/m"""
-    c: np.ndarray
-    """(n_t,) N s/m"""
-    fs: float
-    """samples per second"""
-    mass: float
-    """kg"""
-
-    def with_noise(self, snr: float, seed: int = 0) -> Decay:
-        """Add white Gaussian noise.
-
-        Parameters
-        ----------
-        snr : float
-            Mean power of the signal over that of the noise, dB.
-        seed : int
-            Seed of the noise.
-
-        Returns
-        -------
-        Decay
-        """
-        noise = np.random.default_rng(seed).standard_normal(self.time.size)
-        rms = np.sqrt(np.mean(self.signal**2)) * 10 ** (-snr / 20)
-        return replace(self, signal=self.signal + rms * noise)
-
-
-@dataclass(frozen=True)
-class ScaleResult:
-    """What one scale of Figure 4 costs and gives."""
-
-    scale: float
-    """s"""
-    points: int
-    """translations, 50 T/a + 1"""
-    products: int
-    """multiplications of a sample with the wavelet"""
-    seconds: float
-    """time for them"""
-    k_error: float
-    """root mean square of the relative error of k = m (ω0/a)²"""
-    c_error: float
-    """root mean square of the relative error of c"""
-    time: np.ndarray
-    """(n,) s, the translations within the record's interior"""
-    c: np.ndarray
-    """(n,) N s/m"""
-
-
 def sdof(
-    signal,
+    signal: ArrayLike,
     fs: float,
     mass: float,
-    band,
+    band: tuple[float, float],
     correction: str = "adiabatic",
     damping: str = "viscous",
     omega0: float = 5.0,
@@ -205,39 +98,28 @@ def sdof(
 
 
 def check_options(correction: str, damping: str) -> None:
-    """Refuse readings of Eqs 12 and 17 that are not known.
-
-    Parameters
-    ----------
-    correction, damping : str
-        As for `sdof`.
-
-    Raises
-    ------
-    RecordError
-        The message lists the known ones.
-    """
+    """Refuse readings of Eqs 12 and 17 that are not known."""
     if correction not in CORRECTIONS:
         raise RecordError(f'correction "{correction}" is unknown; use {", ".join(CORRECTIONS)}')
     if damping not in DAMPINGS:
         raise RecordError(f'damping "{damping}" is unknown; use {", ".join(DAMPINGS)}')
 
 
-def _stretches(track) -> list[slice]:
+def _stretches(track: Ridge) -> list[slice]:
     """Valid stretches that hold the points the smoothing needs."""
     edges = np.flatnonzero(np.diff(np.concatenate(([False], track.valid, [False]))))
     parts = [slice(start, stop) for start, stop in zip(edges[::2], edges[1::2])]
     return [part for part in parts if _points(track, part).size >= POINTS]
 
 
-def _points(track, part) -> np.ndarray:
+def _points(track: Ridge, part: slice) -> np.ndarray:
     """Samples at which the noise of the ridge is nearly independent."""
     hop = max(1, int(HOP * np.median(track.spread[part]) / track.time[1]))
     rest = (part.stop - part.start - 1) % hop
     return np.arange(part.start + rest // 2, part.stop, hop)
 
 
-def _parameters(track, part, mass, correction):
+def _parameters(track: Ridge, part: slice, mass: float, correction: str) -> np.ndarray:
     """k, c and their standard errors (4, n) over one stretch of a ridge."""
     points = _points(track, part)
     time, level = track.time[points], np.log(track.amplitude[points])
@@ -251,12 +133,12 @@ def _parameters(track, part, mass, correction):
     return CubicSpline(time, values, axis=1)(track.time[part])
 
 
-def _trend(time, value, degree) -> np.ndarray:
+def _trend(time: np.ndarray, value: np.ndarray, degree: int) -> np.ndarray:
     """Polynomial of least squares, at the same times."""
     return np.polynomial.Polynomial.fit(time, value, degree)(time)
 
 
-def _slope(time, value, weight, degree):
+def _slope(time: np.ndarray, value: np.ndarray, weight: np.ndarray, degree: int) -> tuple[np.ndarray, np.ndarray]:
     """Derivative of local polynomials and its standard error, (n,) each.
 
     Of the bandwidths that predict points left out best, the widest is taken.
@@ -264,13 +146,13 @@ def _slope(time, value, weight, degree):
     count = int(np.log(time.size / NARROWEST) / np.log(GROWTH)) + 1
     polynomial = np.polynomial.Polynomial.fit(time, value, degree)
     rest, step = value - polynomial(time), time[1] - time[0]
-    fits = [_local(rest, weight, NARROWEST * GROWTH**i, degree) for i in range(count)]
+    fits = [local_polynomials(rest, weight, NARROWEST * GROWTH**i, degree) for i in range(count)]
     best = min((fit[0] for fit in fits), key=np.mean)
     _, slope, error = [fit for fit in fits if _no_worse(fit[0], best)][-1]
     return polynomial.deriv()(time) + slope / step, error / step
 
 
-def _no_worse(error, best) -> bool:
+def _no_worse(error: np.ndarray, best: np.ndarray) -> bool:
     """Whether errors (n,) are not worse than the best with 95 % confidence.
 
     With so few points the smallest average is one by chance, and often of too narrow a bandwidth.
@@ -279,7 +161,9 @@ def _no_worse(error, best) -> bool:
     return excess.mean() <= 1.645 * excess.std() / np.sqrt(error.size)
 
 
-def _local(value, weight, bandwidth, degree):
+def local_polynomials(
+    value: np.ndarray, weight: np.ndarray, bandwidth: float, degree: int
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Squared errors of leaving one out, slope per point and its standard error, (n,) each.
 
     Local polynomials with Gaussian weights: Fan and Gijbels, Local Polynomial Modelling and Its Applications, 1996,
@@ -289,7 +173,7 @@ def _local(value, weight, bandwidth, degree):
     u = np.arange(-reach, reach + 1) / bandwidth
     kernel = np.exp(-(u**2) / 2)
 
-    def moments(data, window, orders):
+    def moments(data: np.ndarray, window: np.ndarray, orders: int) -> np.ndarray:
         sums = [np.convolve(data, (window * u**order)[::-1])[reach : reach + data.size] for order in range(orders)]
         return np.stack(sums, axis=-1)
 
@@ -300,114 +184,3 @@ def _local(value, weight, bandwidth, degree):
     spread = inverse @ moments(weight, kernel**2, 2 * degree + 1)[:, powers] @ inverse
     error = np.sqrt(left_out.mean() * np.maximum(spread[:, 1, 1], 0))
     return left_out, fit[:, 1] / bandwidth, error / bandwidth
-
-
-def free_decay(condition: Condition, duration: float = 4.0, fs: float = 2048.0) -> Decay:
-    """Simulate a free decay of 0.025 kg from rest, without noise.
-
-    Parameters
-    ----------
-    condition : Condition
-        Such as ``CONDITIONS[1]``.
-    duration : float
-        s.
-    fs : float
-        Samples per second.
-
-    Returns
-    -------
-    Decay
-        Accurate to about 1e-9 of the start.
-    """
-    time = np.arange(round(duration * fs)) / fs
-    signal, state = np.empty_like(time), np.array([1.0, 0.0])
-    edges = [0.0, *(jump for jump in condition.jumps if jump < duration), duration]
-    for start, stop in zip(edges, edges[1:]):
-        within = (time >= start) & (time < stop)
-        last = np.nextafter(stop, start)  # at its end too, k and c are those of this stretch
-        path = solve_ivp(
-            _oscillator, (start, stop), state, "DOP853", time[within], True, args=(condition, last), **TIGHT
-        )
-        signal[within], state = path.y[0], path.sol(stop)
-    k, c = (np.broadcast_to(value(time), time.shape).astype(float) for value in (condition.k, condition.c))
-    return Decay(time, signal, k, c, float(fs), MASS)
-
-
-def _oscillator(time, state, condition, last):
-    time = min(time, last)
-    return state[1], -(condition.k(time) * state[0] + condition.c(time) * state[1]) / MASS
-
-
-def rms_error(value, truth, valid) -> float:
-    """Root mean square of the relative error where it is valid.
-
-    Parameters
-    ----------
-    value, truth : array_like
-        (n_t,) estimate and known value, same unit.
-    valid : array_like
-        (n_t,) bool.
-
-    Returns
-    -------
-    float
-        1 is 100 %.
-    """
-    value, truth = np.asarray(value)[valid], np.asarray(truth)[valid]
-    return float(np.sqrt(np.mean((value / truth - 1) ** 2)))
-
-
-def scale_study(decay: Decay, scales, duration: float = 4.0, omega0: float = 5.0) -> tuple[ScaleResult, ...]:
-    """Identify a decay at single scales, as the article does, instead of on the ridge.
-
-    Parameters
-    ----------
-    decay : Decay
-        Longer than the duration by 16 times the largest scale, so that every wavelet lies within it.
-    scales : sequence of float
-        s, such as those of `SCALE_SEQUENCES`.
-    duration : float
-        s from the first to the last translation, the article's 4 T.
-    omega0 : float
-        Centre of the Morlet wavelet, rad.
-
-    Returns
-    -------
-    tuple of ScaleResult
-        One for each scale.
-
-    Raises
-    ------
-    RecordError
-        If the decay is too short.
-
-    Notes
-    -----
-    Article, Section 3.2: translations b = a (16 κ + 8), κ = 0 : 0.005 : T/(4a), where 16 is the support of the wavelet;
-    A = 2|W|/√a and ω = ω0/a (Eq. 13), k = m ω² (Eq. 14), c = -2m A'/A (Eq. 12, read as viscous). The slope of ln A is
-    that of a local parabola 0.1 s wide (standard deviation of its weights) at every scale.
-    """
-    return tuple(_at_scale(decay, float(scale), duration, omega0) for scale in scales)
-
-
-def _at_scale(decay, scale, duration, omega0) -> ScaleResult:
-    shift = scale * (16 * 0.005 * np.arange(1 + int(duration / (0.08 * scale) + 1e-9)) + 8)
-    first, width = np.ceil((shift - 8 * scale) * decay.fs).astype(int), int(16 * scale * decay.fs)
-    if first[-1] + width > decay.time.size:
-        raise RecordError(
-            f"the decay lasts {decay.time.size / decay.fs:g} s; scale {scale:g} s needs {duration + 16 * scale:g} s"
-        )
-    start = clock.perf_counter()
-    samples = first[:, None] + np.arange(width)
-    u = (samples / decay.fs - shift[:, None]) / scale
-    wave = np.exp(-(u**2) / 2 - 1j * omega0 * u) / np.sqrt(2 * np.pi)
-    value = np.einsum("bt,bt->b", wave, decay.signal[samples]) / (np.sqrt(scale) * decay.fs)
-    seconds = clock.perf_counter() - start
-    level = np.log(2 * np.abs(value) / np.sqrt(scale))
-    step = shift[1] - shift[0]
-    _, slope, _ = _local(level, np.ones_like(level), SLOPE_WIDTH / step, 2)
-    c = -2 * decay.mass * slope / step
-    truth = [np.interp(shift, decay.time, value) for value in (decay.k, decay.c)]
-    k = np.full_like(shift, decay.mass * (omega0 / scale) ** 2)
-    errors = [rms_error(value, true, slice(None)) for value, true in zip((k, c), truth)]
-    return ScaleResult(scale, shift.size, samples.size, seconds, *errors, shift, c)

@@ -7,11 +7,12 @@ from collections.abc import Sequence
 import numpy as np
 from matplotlib.figure import Figure
 
-from clearance_mj.identify.oscillator import CONDITIONS, Decay, free_decay, rms_error, sdof
+from clearance_mj.identify import sdof
 from clearance_mj.report.figures import Drawing
 from clearance_mj.report.tables import Column, Table
 
 from .context import Context
+from .free_decays import CONDITIONS, Decay, free_decay, rms_error
 from .result import Result
 from .style import BLACK, BLUE, FONT, ORANGE, VERMILION, panel, sheet
 from .texts import texts

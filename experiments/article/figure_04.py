@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 from matplotlib.figure import Figure
 
-from clearance_mj.identify.oscillator import MASS, SCALE_CONDITION, SCALE_SEQUENCES, free_decay, scale_study
 from clearance_mj.report.figures import Drawing
 from clearance_mj.report.tables import Column, Table
 
 from .context import Context
+from .free_decays import MASS, SCALE_CONDITION, SCALE_SEQUENCES, free_decay, scale_study
 from .result import Result
 from .style import BLACK, BLUE, FONT, GREEN, ORANGE, PURPLE, SKY, VERMILION, panel, sheet
 from .texts import texts

@@ -6,8 +6,9 @@ import functools
 import math
 from collections.abc import Iterator
 
-from clearance_mj.identify.oscillator import CONDITIONS, free_decay, rms_error, sdof
+from clearance_mj.identify import sdof
 
+from ..free_decays import CONDITIONS, free_decay, rms_error
 from .claim import Claim
 
 __all__ = ["claims"]
