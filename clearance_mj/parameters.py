@@ -18,20 +18,7 @@ import scipy.stats
 
 from .errors import ClearanceError
 
-__all__ = [
-    "UNIDENTIFIED",
-    "Combination",
-    "Estimates",
-    "Key",
-    "Parameter",
-    "find_numbers",
-    "get_number",
-    "numbers",
-    "path_of",
-    "principal_deviations",
-    "unidentified_combinations",
-    "with_numbers",
-]
+__all__ = ["Combination", "Estimates", "Parameter"]
 
 Key = tuple[str | int, ...]
 """names and indices that lead to one number in nested plain data"""
@@ -63,24 +50,12 @@ class Parameter:
     transform: Literal["log", "linear"] = "log"
     """what varies in a fit: the logarithm of a positive number, or the number"""
 
-    def forward(self, value: float) -> float:
-        """Return what varies in a fit for a value.
-
-        Parameters
-        ----------
-        value : float
-            SI units.
-        """
+    def _forward(self, value: float) -> float:
+        """What varies in a fit."""
         return float(np.log(value)) if self.transform == "log" else float(value)
 
-    def inverse(self, varied: np.ndarray) -> np.ndarray:
-        """Return values of what varies in a fit.
-
-        Parameters
-        ----------
-        varied : ndarray
-            Any shape.
-        """
+    def _inverse(self, varied: np.ndarray) -> np.ndarray:
+        """Values of what varies in a fit."""
         return np.exp(varied) if self.transform == "log" else np.asarray(varied)
 
     @property
@@ -88,7 +63,7 @@ class Parameter:
         """Standard deviation before the fit: the prior's, or that of the uniform distribution between the bounds."""
         if math.isfinite(self.prior_std):
             return self.prior_std
-        return (self.forward(self.high) - self.forward(self.low)) / math.sqrt(12)
+        return (self._forward(self.high) - self._forward(self.low)) / math.sqrt(12)
 
 
 @dataclass(frozen=True)
@@ -217,30 +192,21 @@ class Estimates:
         return cls(parameters, value, std, correlation)
 
     def _forward(self, values: Sequence[float] | np.ndarray) -> np.ndarray:
-        return np.array([p.forward(v) for p, v in zip(self.parameters, values)])
+        return np.array([p._forward(v) for p, v in zip(self.parameters, values)])
 
     def _inverse(self, varied: np.ndarray) -> np.ndarray:
         """Values (..., n) within the bounds."""
         inside = np.clip(
             varied, *(self._forward([getattr(p, end) for p in self.parameters]) for end in ("low", "high"))
         )
-        return np.stack([p.inverse(column) for p, column in zip(self.parameters, np.moveaxis(inside, -1, 0))], axis=-1)
+        return np.stack([p._inverse(column) for p, column in zip(self.parameters, np.moveaxis(inside, -1, 0))], axis=-1)
 
 
 def principal_deviations(jacobian: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Directions in which a linearised fit leaves its parameters open, and how far.
+    """Directions (n, n), best known first, in which a linearised fit leaves its parameters open, and how far (n,).
 
-    Parameters
-    ----------
-    jacobian : ndarray, shape (n_residuals, n)
-        Of residuals in standard deviations of the data.
-
-    Returns
-    -------
-    direction : ndarray, shape (n, n)
-        Unit vectors in the rows, the best known first.
-    std : ndarray, shape (n,)
-        Standard deviation along each; their covariance is ``(direction.T * std**2) @ direction``.
+    From the Jacobian (n_residuals, n) of residuals in standard deviations of the data; the covariance of the parameters
+    is ``(direction.T * std**2) @ direction``.
     """
     _, singular, direction = np.linalg.svd(jacobian, full_matrices=jacobian.shape[0] < jacobian.shape[1])
     singular = np.append(singular, np.zeros(direction.shape[0] - singular.size))
@@ -248,15 +214,7 @@ def principal_deviations(jacobian: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def unidentified_combinations(names: Sequence[str], direction: np.ndarray, std: np.ndarray) -> tuple[Combination, ...]:
-    """Combinations of logarithms that the data do not identify, the least known first.
-
-    Parameters
-    ----------
-    names : sequence of str
-        Of the parameters.
-    direction, std : ndarray, shape (n, n) and (n,)
-        As `principal_deviations` returns them.
-    """
+    """Combinations of logarithms that the data do not identify, least known first, out of `principal_deviations`."""
     found = []
     for v, s in zip(direction[::-1], std[::-1]):
         if s > UNIDENTIFIED:
@@ -266,20 +224,9 @@ def unidentified_combinations(names: Sequence[str], direction: np.ndarray, std: 
 
 
 def find_numbers(data: dict, path: str) -> list[Key]:
-    """Return the keys of every number that a path stands for.
+    """Keys of every number that a path stands for; the last name may be an optional field that is left out.
 
-    Parameters
-    ----------
-    data : dict
-        Nested plain data.
-    path : str
-        Names joined by dots, with [i] for one entry of a list; a list without it stands for all its entries. The last
-        name may be missing in the data: an optional field that is left out.
-
-    Raises
-    ------
-    ClearanceError
-        If the path is not written so, leads nowhere or to something else than numbers.
+    Names are joined by dots, with [i] for one entry of a list; a list without it stands for all its entries.
     """
     steps = [int(number) if number else name for name, number in _STEP.findall(path)]
     if not path or _STEP.sub("", path):
@@ -313,24 +260,12 @@ def _holds(data: Any, before: Key) -> str:
 
 
 def path_of(key: Key) -> str:
-    """Return the path that stands for one number.
-
-    Parameters
-    ----------
-    key : tuple
-        As `find_numbers` returns it.
-    """
+    """Path that stands for one number."""
     return "".join(f"[{step}]" if isinstance(step, int) else f".{step}" for step in key)[1:]
 
 
 def numbers(data: dict | list) -> Iterator[Key]:
-    """Yield the key of every number.
-
-    Parameters
-    ----------
-    data : dict or list
-        Nested plain data.
-    """
+    """Yield the key of every number."""
     for step, item in data.items() if isinstance(data, dict) else enumerate(data):
         if isinstance(item, dict | list):
             yield from ((step, *key) for key in numbers(item))
@@ -339,30 +274,14 @@ def numbers(data: dict | list) -> Iterator[Key]:
 
 
 def get_number(data: Any, key: Key) -> float | None:
-    """Return the number at a key, None where an optional field is left out.
-
-    Parameters
-    ----------
-    data : dict
-        Nested plain data.
-    key : tuple
-        As `find_numbers` returns it.
-    """
+    """Number at a key, None where an optional field is left out."""
     for step in key[:-1]:
         data = data[step]
     return data.get(key[-1]) if isinstance(data, dict) else data[key[-1]]
 
 
 def with_numbers(data: dict, changes: Mapping[Key, float]) -> dict:
-    """Return a copy of nested plain data with other numbers.
-
-    Parameters
-    ----------
-    data : dict
-        Nested plain data.
-    changes : mapping
-        New numbers by their keys.
-    """
+    """Copy of nested plain data with other numbers by their keys."""
     data = copy.deepcopy(data)
     for key, value in changes.items():
         part: Any = data

@@ -134,7 +134,8 @@ def calibrate(
         The data.
     free : mapping of str to (float, float) or None
         Paths of the free parameters as in the rig's file, such as "beam.diameter" or "masses[0].mass", with their
-        bounds, see `free_parameter`. Without a number, as in "bushings.grease.stiffness", all entries share one value.
+        bounds in SI units. Without a number, as in "bushings.grease.stiffness", all entries share one value. None:
+        ×/÷ 1.2 for dimensions and material of the shaft, the whole shaft for a position, ×/÷ 10 for the rest.
     starts : int
         The rig itself and starts - 1 points of a Latin hypercube between the bounds, of positions, or their logarithms.
     seed : int

@@ -14,7 +14,7 @@ from ..errors import ClearanceError, RigError
 from ..parameters import Key, Parameter, find_numbers, get_number, numbers, path_of
 from ..rig import Rig
 
-__all__ = ["Free", "free_parameter", "keys_of", "value_of", "with_values"]
+__all__ = ["Free", "value_of"]
 
 SHAFT = {"length": "m", "young_modulus": "Pa", "density": "kg/m³", "diameter": "m", "width": "m", "height": "m"}
 POINTS = {"position": "m", "mass": "kg", "stiffness": "N/m", "damping": "N s/m"}
@@ -30,20 +30,7 @@ Free = Mapping[str, tuple[float, float] | None]
 
 
 def keys_of(rig: Rig, path: str) -> list[Key]:
-    """Return the keys, in the rig's plain data, of every number that a path stands for.
-
-    Parameters
-    ----------
-    rig : Rig
-        The rig.
-    path : str
-        Such as "bushings[0].position", or "bushings.grease.stiffness" for all bushings.
-
-    Raises
-    ------
-    RigError
-        For an unknown path; the message lists the known ones.
-    """
+    """Keys, in the rig's plain data, of every number that a path stands for; a RigError lists the known paths."""
     data = rig.to_dict()
     known = [key for key in numbers(data) if _counts(key)]
     with contextlib.suppress(ClearanceError):
@@ -76,7 +63,7 @@ def value_of(rig: Rig, path: str) -> float:
     rig : Rig
         The rig.
     path : str
-        As for `keys_of`.
+        Such as "bushings[0].position", or "bushings.grease.stiffness" for all bushings.
 
     Raises
     ------
@@ -88,23 +75,7 @@ def value_of(rig: Rig, path: str) -> float:
 
 
 def free_parameter(rig: Rig, path: str, bounds: tuple[float, float] | None) -> Parameter:
-    """Return the parameter of a path, which starts at the rig's value.
-
-    Parameters
-    ----------
-    rig : Rig
-        The rig.
-    path : str
-        As for `keys_of`.
-    bounds : (float, float) or None
-        SI units. None: ×/÷ 1.2 for dimensions and material of the shaft, the whole shaft for a position, ×/÷ 10 for the
-        rest.
-
-    Raises
-    ------
-    RigError
-        If the path is unknown, or the bounds are impossible or do not hold the start.
-    """
+    """Parameter of a path, which starts at the rig's value; without bounds, the default ones."""
     value, field = value_of(rig, path), path.rpartition(".")[2]
     if bounds is None and field == "position":
         bounds = NEAREST * rig.beam.length, rig.beam.length
@@ -123,20 +94,7 @@ def free_parameter(rig: Rig, path: str, bounds: tuple[float, float] | None) -> P
 
 
 def with_values(rig: Rig, values: Mapping[Key, float]) -> Rig:
-    """Return a rig with other numbers; it is checked once all are in.
-
-    Parameters
-    ----------
-    rig : Rig
-        The rig.
-    values : mapping
-        New numbers by their keys, SI units.
-
-    Raises
-    ------
-    RigError
-        If there can be no such rig.
-    """
+    """Return a rig with other numbers; it is checked once all are in."""
     return _replaced(rig, values)
 
 

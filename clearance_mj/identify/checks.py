@@ -14,7 +14,7 @@ from ..rig import Rig
 from .channels import check_channel
 from .wavelet import ridge
 
-__all__ = ["IdentifiabilityWarning", "check_length", "check_records", "ridge_band", "warn_of_no_ridge"]
+__all__ = ["IdentifiabilityWarning"]
 
 
 class IdentifiabilityWarning(UserWarning):
@@ -22,24 +22,7 @@ class IdentifiabilityWarning(UserWarning):
 
 
 def check_records(records: Sequence[Record]):
-    """Refuse records with a channel that cannot be used; warn where the shaft never leaves the gap.
-
-    Parameters
-    ----------
-    records : sequence of Record
-        Records to identify from, of one rig.
-
-    Raises
-    ------
-    RecordError
-        For a channel that is not finite, constant or clipped. The message names record, channel and instant, and what
-        can still be identified.
-
-    Warns
-    -----
-    IdentifiabilityWarning
-        If a probe never moves by its gap.
-    """
+    """Refuse records with a channel that cannot be used, saying what can; warn where the shaft stays in the gap."""
     faults = {record.name: fault for record in records if (fault := _fault(record))}
     if faults:
         sound = ", ".join(f'"{r.name}"' for r in records if r.name not in faults)
@@ -49,22 +32,7 @@ def check_records(records: Sequence[Record]):
 
 
 def check_length(records: Sequence[Record], needed: float, methods: Mapping[str, float]):
-    """Refuse records that are all too short.
-
-    Parameters
-    ----------
-    records : sequence of Record
-        Records to identify from.
-    needed : float
-        s, that one of them must last.
-    methods : mapping of str to float
-        What every method needs, s, to name those for which a record is long enough.
-
-    Raises
-    ------
-    RecordError
-        If none is.
-    """
+    """Refuse records that are all shorter than needed, s; say for which methods one is long enough."""
     longest = max(records, key=lambda r: r.duration)
     if longest.duration < needed:
         enough = ", ".join(f"{name} ({s:.3g} s)" for name, s in methods.items() if s <= longest.duration)
@@ -75,30 +43,13 @@ def check_length(records: Sequence[Record], needed: float, methods: Mapping[str,
 
 
 def ridge_band(rig: Rig) -> tuple[float, float]:
-    """Hz, where the ridge of the lowest mode is looked for: it stiffens in contact.
-
-    Parameters
-    ----------
-    rig : Rig
-        The rig.
-    """
+    """Hz, where the ridge of the lowest mode is looked for: it stiffens in contact."""
     first, second = natural_frequencies(rig, 2)
     return float(first / 2), float((first + second) / 2)
 
 
 def warn_of_no_ridge(record: Record):
-    """Warn of probes whose lowest mode has no ridge above the noise.
-
-    Parameters
-    ----------
-    record : Record
-        With a probe at every bushing; others are passed over.
-
-    Warns
-    -----
-    IdentifiabilityWarning
-        Naming the bushings.
-    """
+    """Warn of probes whose lowest mode has no ridge above the noise."""
     probes, band, without = record.response().displacement, ridge_band(record.rig), []
     for j, signal in enumerate([] if probes is None else probes.T):
         try:

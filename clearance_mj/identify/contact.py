@@ -14,15 +14,7 @@ from ..rig import Grease
 from .forces import RestoringForce
 from .grease import grease_force, grease_parameters
 
-__all__ = [
-    "RELEASES",
-    "ContactParameters",
-    "amplitude_columns",
-    "contact_parameters",
-    "envelope",
-    "fill_untouched",
-    "require_contact",
-]
+__all__ = ["ContactParameters", "contact_parameters"]
 
 FINER = 4
 """factor by which motions are interpolated before the gap function sharpens them"""
@@ -163,25 +155,7 @@ def _coarse(force: RestoringForce, signal: np.ndarray) -> np.ndarray:
 def amplitude_columns(
     force: RestoringForce, bushing: int, nodes: np.ndarray, release: float, k: np.ndarray | None, c: np.ndarray | None
 ) -> np.ndarray:
-    """Return gap function, then its rate, times the share that each amplitude has at the moment.
-
-    Parameters
-    ----------
-    force : RestoringForce
-        Of a record.
-    bushing : int
-        Its number.
-    nodes : ndarray, shape (n_nodes,)
-        Amplitudes, m.
-    release : float
-        Of the envelope, s.
-    k, c : ndarray, shape (n_nodes,), optional
-        N/m and N s/m, to leave out the samples where the contact would pull.
-
-    Returns
-    -------
-    ndarray, shape (n_t, 2 n_nodes)
-    """
+    """(n_t, 2 n_nodes) gap function, then its rate, times the share that each amplitude, m, has at the moment."""
     a = envelope(_fine(force.displacement[bushing]), force.fs * FINER, release)
     shares = np.column_stack([np.interp(a, nodes, unit) for unit in np.eye(nodes.size)])
     now = (None, None) if k is None or c is None else (shares @ k, shares @ c)
@@ -246,22 +220,7 @@ def _hann(cells: np.ndarray) -> np.ndarray:
 
 @numba.njit(cache=True, nogil=True)
 def envelope(x: np.ndarray, fs: float, release: float = 0.03) -> np.ndarray:
-    """Peak-hold with exponential release, A ← max(|x|, A e^(-dt/release)), as `AmplitudeLaw` and the engines define it.
-
-    Parameters
-    ----------
-    x : ndarray, shape (n_t,)
-        Displacement, m.
-    fs : float
-        Samples per second.
-    release : float
-        s.
-
-    Returns
-    -------
-    ndarray, shape (n_t,)
-        m.
-    """
+    """(n_t,) peak-hold with exponential release, A ← max(|x|, A e^(-dt/release)), as `AmplitudeLaw` defines it."""
     out = np.empty(x.size)
     share, a = np.exp(-1.0 / (fs * release)), 0.0
     for i in range(x.size):
@@ -271,18 +230,7 @@ def envelope(x: np.ndarray, fs: float, release: float = 0.03) -> np.ndarray:
 
 
 def require_contact(forces: Sequence[RestoringForce]) -> None:
-    """Refuse records in which the shaft never leaves the gaps.
-
-    Parameters
-    ----------
-    forces : sequence of RestoringForce
-        Of one rig.
-
-    Raises
-    ------
-    RecordError
-        The message says how far it moves and which grease can be identified.
-    """
+    """Refuse records in which the shaft never leaves the gaps; the message has the grease that can be identified."""
     if any(f.touched.any() for f in forces):
         return
     gaps = [b.gap for b in forces[0].rig.bushings]
@@ -299,13 +247,5 @@ def require_contact(forces: Sequence[RestoringForce]) -> None:
 
 
 def fill_untouched(values: np.ndarray, touched: np.ndarray) -> np.ndarray:
-    """Return values of all bushings, the mean of those that are touched for those that are not.
-
-    Parameters
-    ----------
-    values : ndarray, shape (..., n_bushings)
-        Any unit.
-    touched : ndarray, shape (n_bushings,)
-        Which values count.
-    """
+    """Values (..., n_bushings), those of bushings not touched replaced by the others' mean."""
     return np.where(touched, values, values[..., touched].mean(axis=-1, keepdims=True))

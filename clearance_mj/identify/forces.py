@@ -20,7 +20,7 @@ from ..io.dataset import Dataset, Record
 from ..rig import Rig
 from .channels import check_channel
 
-__all__ = ["MODES", "SETTLE", "RestoringForce", "measured_channels", "restoring_force", "restoring_forces"]
+__all__ = ["RestoringForce", "restoring_force", "restoring_forces"]
 
 MODES = 16
 """cantilever modes of the known beam, to which the static shapes are added"""
@@ -175,22 +175,7 @@ def restoring_forces(dataset: Dataset, progress: str | None = None) -> list[Rest
 
 
 def measured_channels(record: Record) -> np.ndarray:
-    """Return accelerations, probes and the excitation, checked.
-
-    Parameters
-    ----------
-    record : Record
-        With a displacement probe at every bushing.
-
-    Returns
-    -------
-    ndarray, shape (n_t, n_sensors + n_bushings + 1)
-
-    Raises
-    ------
-    RecordError
-        As `restoring_force`.
-    """
+    """(n_t, n_sensors + n_bushings + 1) accelerations, probes and the excitation, checked."""
     where = f'record "{record.name}"'
     if not record.rig.bushings:
         raise RecordError(f"{where}: its rig has no bushings, so there is no restoring force to find")

@@ -17,7 +17,7 @@ from ..rig import Grease
 from .forces import RestoringForce
 from .regression import LOCAL, block_covariance, non_negative, weights
 
-__all__ = ["GreaseFit", "grease_force", "grease_parameters"]
+__all__ = ["GreaseFit", "grease_parameters"]
 
 MARGIN = 4
 """samples on either side of a contact that the fit leaves out"""
@@ -191,22 +191,7 @@ def _columns(force: RestoringForce, bushing: int, yield_: float, ratio: float, f
 
 
 def grease_force(force: RestoringForce, bushing: int, grease: Grease) -> np.ndarray:
-    """Return the force of a grease along the motion in a record.
-
-    Parameters
-    ----------
-    force : RestoringForce
-        Its displacement and velocity are used.
-    bushing : int
-        Its number.
-    grease : Grease
-        The grease.
-
-    Returns
-    -------
-    ndarray, shape (n_t,)
-        N.
-    """
+    """(n_t,) force of a grease along the motion in a record, N."""
     x, v = force.displacement[bushing], force.velocity[bushing]
     z = _bouc_wen(x, grease.amplitude, grease.beta, grease.gamma, grease.exponent, SLIDE * grease.yield_displacement)
     elastic = grease.stiffness * (grease.elastic_ratio * x + (1 - grease.elastic_ratio) * z)

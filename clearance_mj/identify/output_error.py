@@ -32,7 +32,7 @@ from ..signals.frf import estimate_frf, random_error
 from ..signals.response import Response
 from .registry import Identified
 
-__all__ = ["Evidence", "Fit", "before_contact", "evidence", "fit_law"]
+__all__ = ["Evidence", "Fit", "evidence", "fit_law"]
 
 PIECE = 5.0
 """s, shortest piece over which an FRF is taken"""
@@ -59,13 +59,7 @@ class Evidence:
     """measured with it"""
 
     def until(self, sample: int) -> Evidence:
-        """Cut to the samples before ``sample``.
-
-        Parameters
-        ----------
-        sample : int
-            First sample that is left out.
-        """
+        """Cut to the samples before ``sample``."""
         parts = ("excitation", "acceleration", "displacement")
         cut = {name: value[:sample] for name in parts if (value := getattr(self.response, name)) is not None}
         excitation = dataclasses.replace(self.excitation, value=self.excitation.value[:sample])
@@ -93,15 +87,7 @@ def evidence(records: Sequence[Record]) -> list[Evidence]:
 
 
 def before_contact(found: Sequence[Evidence], rig: Rig) -> list[Evidence]:
-    """Cut records to where no probe has yet moved by its gap; those too short for a piece are left out.
-
-    Parameters
-    ----------
-    found : sequence of Evidence
-        Records with displacement probes.
-    rig : Rig
-        The rig, for its gaps.
-    """
+    """Cut records to where no probe has yet moved by its gap; those too short for a piece are left out."""
     gaps = np.array([b.gap for b in rig.bushings])
     quiet = []
     for item in found:

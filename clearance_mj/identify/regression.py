@@ -8,7 +8,7 @@ import scipy.optimize
 
 from .forces import RestoringForce
 
-__all__ = ["LOCAL", "block_covariance", "non_negative", "weights"]
+__all__: list[str] = []
 
 MODEL_ERROR = 0.03
 """share of the force's local RMS that a regression takes for error of its model, besides the noise"""
@@ -17,39 +17,14 @@ LOCAL = 0.5
 
 
 def weights(force: RestoringForce, bushing: int) -> np.ndarray:
-    """Return weights from the noise and the model's error, which grows with the force; 0 at the record's ends.
-
-    Parameters
-    ----------
-    force : RestoringForce
-        Of a record.
-    bushing : int
-        Its number.
-
-    Returns
-    -------
-    ndarray, shape (n_t,)
-        1/N.
-    """
+    """(n_t,) weights, 1/N: noise and the model's error, which grows with the force; 0 at the record's ends."""
     size = max(1, int(LOCAL * force.fs))
     power = np.convolve(force.force[bushing] ** 2, np.full(size, 1 / size), "same")
     return force.valid / (force.force_std[bushing] + MODEL_ERROR * np.sqrt(np.maximum(power, 0)))
 
 
 def non_negative(matrix: np.ndarray, target: np.ndarray) -> np.ndarray:
-    """Solve least squares with no negative share; by Cholesky, as the rows are very many and the columns scaled.
-
-    Parameters
-    ----------
-    matrix : ndarray, shape (n, m)
-        Columns to explain the target by.
-    target : ndarray, shape (n,)
-        What is explained.
-
-    Returns
-    -------
-    ndarray, shape (m,)
-    """
+    """Least squares with no negative share (m,); by Cholesky, as the rows are very many and the columns scaled."""
     scale = np.sqrt(np.sum(matrix**2, axis=0))
     scale = np.where(scale > 0, scale, 1.0)
     normal = (matrix.T @ matrix) / np.outer(scale, scale) + 1e-12 * np.eye(scale.size)
@@ -59,21 +34,9 @@ def non_negative(matrix: np.ndarray, target: np.ndarray) -> np.ndarray:
 
 
 def block_covariance(jacobian: np.ndarray, left: np.ndarray, block: np.ndarray) -> np.ndarray:
-    """Return a covariance that holds for errors correlated within blocks (Liang and Zeger 1986, independence).
+    """Covariance (m, m) for errors correlated within blocks (Liang and Zeger 1986, working independence).
 
-    Parameters
-    ----------
-    jacobian : ndarray, shape (n, m)
-        Of the model.
-    left : ndarray, shape (n,)
-        Residuals.
-    block : ndarray, shape (n,)
-        Number of each residual's block, from 0.
-
-    Returns
-    -------
-    ndarray, shape (m, m)
-        Infinite on the diagonal where the model does not depend on a parameter.
+    Infinite on the diagonal where the model does not depend on a parameter.
     """
     scale = np.sqrt(np.sum(jacobian**2, axis=0))
     depends = scale > 0

@@ -11,7 +11,7 @@ import scipy.signal
 from ..errors import RecordError
 from .channels import check_channel
 
-__all__ = ["Ridge", "Scalogram", "ridge", "ridges", "scalogram", "shortest_record", "skeleton"]
+__all__ = ["Ridge", "Scalogram", "ridge", "ridges", "scalogram"]
 
 BANDWIDTH = 2.0  # B of cmorB-C: ψ(t) = (πB)^-1/2 exp(-t²/B + jω0 t) is the Morlet wavelet whose σ_t is its scale
 SPACING = 0.25  # of neighbouring scales, in widths 1/σ_t of the wavelet in frequency
@@ -141,31 +141,12 @@ def ridge(signal, fs: float, band, omega0: float = 5.0) -> Ridge:
 
 
 def skeleton(plane: Scalogram) -> Ridge:
-    """Follow the strongest component of a scalogram even where no ridge stands above the noise.
-
-    Parameters
-    ----------
-    plane : Scalogram
-        From `scalogram`.
-
-    Returns
-    -------
-    Ridge
-        As from `ridge`; ``valid`` says where it means something.
-    """
+    """Follow the strongest component of a scalogram even where no ridge stands above the noise."""
     return _followed(plane, 1 / (plane.time[1] - plane.time[0]))[0]
 
 
 def shortest_record(lowest: float, omega0: float = 5.0) -> float:
-    """Shortest record that leaves something to be seen between the ends' masks, s.
-
-    Parameters
-    ----------
-    lowest : float
-        Hz, lower end of the band.
-    omega0 : float
-        Centre of the Morlet wavelet, rad.
-    """
+    """Shortest record that leaves something to be seen between the ends' masks, s."""
     return (2 * MASK + 2) * omega0 / (2 * np.pi * lowest)
 
 

@@ -11,17 +11,11 @@ from ...rig import Grease, Rig
 from ..output_error import PIECE, Fit, evidence, fit_law
 from ..registry import register
 
-__all__ = ["fit_constant", "linear_grease"]
+__all__ = ["fit_constant"]
 
 
 def linear_grease(grease: Grease) -> list[Parameter]:
-    """Return the parameters of a linear grease, which start at the rig file's.
-
-    Parameters
-    ----------
-    grease : Grease
-        Of the rig file.
-    """
+    """Parameters of a linear grease, which start at the rig file's."""
     return [
         Parameter("grease stiffness", "N/m", max(grease.stiffness, 1.0), 1.0, 1e6),
         Parameter("grease damping", "N s/m", max(grease.damping, 0.1), 1e-3, 1e3),
