@@ -7,37 +7,62 @@ checks every file's structure against its size; the samples of a record are pars
 from __future__ import annotations
 
 import dataclasses
-import math
 import re
-import tomllib
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Annotated, Any, Literal, overload
 
 import numpy as np
 import tomli_w
+from pydantic import AfterValidator, Field, SkipValidation
 
 from ..errors import RecordError
 from ..files import replacing
 from ..rig import BASE_NODE, SHAKER_NODE, Rig
 from ..signals.excitation import Excitation
 from ..signals.response import Response
+from ..validation import NotNegative, Positive, Text, Whole, checked, from_plain, json_schema, read_plain
 from .channels import Channel, ChannelHeader
 from .uff import read_uff, scan_uff, write_uff
 
-__all__ = ["BASE_NODE", "ROLES", "SHAKER_NODE", "Dataset", "Record", "bushing_nodes", "write_dataset"]
+__all__ = ["BASE_NODE", "ROLES", "SHAKER_NODE", "Dataset", "Record", "bushing_nodes", "dataset_schema", "write_dataset"]
 
 ROLES = ("identify", "validate")
 
 _EXCITATIONS = {"base": (BASE_NODE, "acceleration"), "force": (SHAKER_NODE, "force")}
 _NEEDS = "a dataset is a folder with rig.toml, dataset.toml and the .uff file of each record that it lists"
-_NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,63}")
 _RATE_TOLERANCE = 1e-5  # A universal file writes six digits of the time step.
 
 
-@dataclass(frozen=True, eq=False)
+def _file_name(file: str) -> str:
+    if Path(file).name != file or "\\" in file or not file.isprintable():
+        raise ValueError(f'"{file}" must be the name of a file in the folder')
+    return file
+
+
+def _record_name(name: str) -> str:
+    if not re.fullmatch(_NAME, name):
+        raise ValueError("must be letters, digits, '.', '_' and '-', at most 64")
+    return name
+
+
+def _rising(band: tuple[float, float]) -> tuple[float, float]:
+    if not band[0] < band[1]:
+        raise ValueError(f"{band[0]:g} to {band[1]:g} must be two increasing frequencies in Hz")
+    return band
+
+
+_NAME = "[A-Za-z0-9][A-Za-z0-9._-]{0,63}"
+_Name = Annotated[Text, Field(json_schema_extra={"pattern": f"^{_NAME}$"}), AfterValidator(_record_name)]
+_Role = Literal["identify", "validate"]
+_Kind = Literal["base", "force"]
+_Band = Annotated[tuple[NotNegative, NotNegative], AfterValidator(_rising)]
+
+
+@checked(RecordError, eq=False)
 class Record:
-    """One test: what was measured on a rig, and how it was driven.
+    """One test: what was measured on a rig, and how it was excited.
 
     Raises
     ------
@@ -45,60 +70,43 @@ class Record:
         If the channels do not fit each other, the rig or the excitation; the message names the record.
     """
 
-    name: str
+    name: _Name
     """letters, digits, ".", "_", "-": it is also the name of its file"""
-    role: str
+    role: _Role
     """ "identify" or "validate" """
     rig: Rig
     """what was measured"""
-    fs: float
+    fs: Positive
     """samples per second"""
-    channels: Sequence[Channel]
+    channels: SkipValidation[Sequence[Channel]]
     """time functions of one length and rate"""
-    excitation_kind: str = "base"
+    excitation_kind: _Kind = "base"
     """ "base": acceleration of node 100; "force": force of node 200"""
-    description: str = ""
+    description: Text = ""
     """the excitation in words"""
-    level: float | None = None
+    level: NotNegative | None = None
     """RMS of the excitation, m/s² or N"""
-    seed: int | None = None
+    seed: Whole | None = None
     """of the excitation, if it was random"""
-    band: tuple[float, float] | None = None
+    band: _Band | None = None
     """of the excitation, Hz"""
-    provenance: dict = field(default_factory=dict)
+    provenance: dict[str, Any] = field(default_factory=dict)
     """where it comes from; plain data"""
 
-    def __post_init__(self):
-        try:
-            self._check()
-        except RecordError as error:
-            raise RecordError(f'record "{self.name}": {error}') from None
+    def __post_init__(self) -> None:
         if not isinstance(self.channels, _FileChannels):
             object.__setattr__(self, "channels", tuple(self.channels))
+        try:
+            if self.band and self.fs < 2 * self.band[1]:
+                raise RecordError(f"fs {self.fs:g} Hz is below twice the band's upper end {self.band[1]:g} Hz")
+            self._check_channels(self._headers)
+        except RecordError as error:
+            raise RecordError(f'record "{self.name}": {error}') from None
 
-    def _check(self):
-        if not _NAME.fullmatch(self.name):
-            raise RecordError("name must be letters, digits, '.', '_' and '-', at most 64")
-        if self.role not in ROLES:
-            raise RecordError(f'role "{self.role}" is unknown; use {" or ".join(ROLES)}')
-        if self.excitation_kind not in _EXCITATIONS:
-            raise RecordError(f'kind "{self.excitation_kind}" is unknown; use {" or ".join(_EXCITATIONS)}')
-        if not 0 < self.fs < math.inf:
-            raise RecordError(f"fs must be > 0 Hz, got {self.fs!r}")
-        if self.level is not None and not 0 <= self.level < math.inf:
-            raise RecordError(f"level must be >= 0, got {self.level!r}")
-        if self.band is not None:
-            low, high = self.band
-            if not 0 <= low < high < math.inf:
-                raise RecordError(f"band {low:g} to {high:g} must be two increasing frequencies in Hz")
-            if self.fs < 2 * high:
-                raise RecordError(f"fs {self.fs:g} Hz is below twice the band's upper end {high:g} Hz")
-        self._check_channels(self._headers)
-
-    def _check_channels(self, headers):
+    def _check_channels(self, headers: Sequence[Channel | ChannelHeader]) -> None:
         if not headers:
             raise RecordError("has no channels")
-        first, places = headers[0], {}
+        first, seen = headers[0], dict[tuple[int, str, str], Channel | ChannelHeader]()
         for h in headers:
             if abs(h.fs / self.fs - 1) > _RATE_TOLERANCE:
                 raise RecordError(f'channel "{h.name}" is sampled at {h.fs:g} Hz, the record at {self.fs:g} Hz')
@@ -111,24 +119,24 @@ class Record:
                 raise RecordError(
                     f'channel "{h.name}" starts at {h.start:g} s, channel "{first.name}" at {first.start:g} s'
                 )
-            other = places.setdefault((h.node, h.direction.lstrip("+-"), h.quantity), h)
+            other = seen.setdefault((h.node, h.direction.lstrip("+-"), h.quantity), h)
             if other is not h:
                 raise RecordError(
                     f'channels "{other.name}" and "{h.name}" both are {h.quantity} at node {h.node} along '
                     f"{h.direction.lstrip('+-')}"
                 )
         node, quantity = _EXCITATIONS[self.excitation_kind]
-        if (node, "Z", quantity) not in places:
+        if (node, "Z", quantity) not in seen:
             raise RecordError(
-                f'has no {quantity} at node {node} along Z, which drives a record of kind "{self.excitation_kind}"'
+                f'has no {quantity} at node {node} along Z, the excitation of a record of kind "{self.excitation_kind}"'
             )
         for sensor in self.rig.sensors:
-            if (sensor.node, "Z", "acceleration") not in places:
+            if (sensor.node, "Z", "acceleration") not in seen:
                 raise RecordError(f"has no acceleration at node {sensor.node} along Z, a sensor of the rig")
 
     @property
     def _headers(self) -> Sequence[Channel | ChannelHeader]:
-        return self.channels.headers if isinstance(self.channels, _FileChannels) else tuple(self.channels)
+        return self.channels.headers if isinstance(self.channels, _FileChannels) else self.channels
 
     @property
     def opened(self) -> bool:
@@ -146,11 +154,11 @@ class Record:
         return self.size / self.fs
 
     def excitation(self) -> Excitation:
-        """Return the measured excitation, to drive a simulation."""
-        node, quantity = _EXCITATIONS[self.excitation_kind]
+        """Return the measured excitation, to simulate with."""
         description = {"generator": "record", "record": self.name, "excitation": self.description}
         description |= {k: v for k in ("level", "seed") if (v := getattr(self, k)) is not None}
-        return Excitation(self._along_z(node, quantity), self.fs, self.excitation_kind, self.band, description)
+        value = self._along_z[_EXCITATIONS[self.excitation_kind]]
+        return Excitation(value, self.fs, self.excitation_kind, self.band, description)
 
     def response(self) -> Response:
         """Return what the rig's sensors measured.
@@ -162,15 +170,16 @@ class Record:
             every bushing has a probe: a displacement channel at the node of the sensor that sits in the bushing. A
             channel along -Z is turned round.
         """
-        acceleration = [self._along_z(s.node, "acceleration") for s in self.rig.sensors]
-        probes = [self._along_z(node, "displacement") for node in bushing_nodes(self.rig)]
-        fitted = probes and all(p is not None for p in probes)
+        along_z = self._along_z
         node, quantity = _EXCITATIONS[self.excitation_kind]
+        acceleration = [along_z[sensor.node, "acceleration"] for sensor in self.rig.sensors]
+        probed = [(node, "displacement") for node in bushing_nodes(self.rig)]
+        has_probes = bool(probed) and all(probe in along_z for probe in probed)
         return Response(
             fs=self.fs,
-            excitation=self._along_z(node, quantity),
+            excitation=along_z[node, quantity],
             acceleration=np.stack(acceleration, axis=1),
-            displacement=np.stack(probes, axis=1) if fitted else None,
+            displacement=np.stack([along_z[probe] for probe in probed], axis=1) if has_probes else None,
             kind=self.excitation_kind,
             band=self.band,
             responses=tuple(self.rig.sensor_labels),
@@ -178,12 +187,11 @@ class Record:
             provenance={"record": self.name, "rig": self.rig.name, **self.provenance},
         )
 
-    def _along_z(self, node, quantity) -> np.ndarray | None:
-        """(n_t,) samples of a channel, positive along +Z."""
-        for c in self.channels:
-            if (c.node, c.quantity) == (node, quantity) and c.direction in ("+Z", "-Z"):
-                return c.value if c.direction == "+Z" else -c.value
-        return None
+    @property
+    def _along_z(self) -> dict[tuple[int | None, str], np.ndarray]:
+        """(n_t,) samples of each node and quantity, positive along +Z."""
+        vertical = [c for c in self.channels if c.direction in ("+Z", "-Z")]
+        return {(c.node, c.quantity): c.value if c.direction == "+Z" else -c.value for c in vertical}
 
 
 def bushing_nodes(rig: Rig) -> list[int | None]:
@@ -219,10 +227,10 @@ class Dataset:
     path: Path | None = None
     """the folder it was loaded from"""
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         if not self.records:
             raise RecordError("a dataset needs at least one record")
-        seen = set()
+        seen: set[str] = set()
         for record in self.records:
             # Names are file names, and some file systems do not tell "A" from "a".
             if record.name.lower() in seen:
@@ -252,7 +260,7 @@ class Dataset:
         return tuple(r for r in self.records if r.role == "validate")
 
     @classmethod
-    def load(cls, path) -> Dataset:
+    def load(cls, path: str | Path) -> Dataset:
         """Read a dataset and check it; the samples of a record are read when they are first used.
 
         Parameters
@@ -268,17 +276,27 @@ class Dataset:
             If the rig file is missing or impossible.
         """
         path = Path(path)
-        tables = _read_list(path)
-        rig = Rig.load(path / "rig.toml")
         where = path / "dataset.toml"
-        records = tuple(_load_record(path, rig, f"{where}: records[{i}]", t) for i, t in enumerate(tables))
+        if not where.exists():
+            raise RecordError(f"{path}: {_what_is_wrong(path)}; {_NEEDS}")
+        data = read_plain(where, RecordError)
+        rig = Rig.load(path / "rig.toml")
         try:
+            entries = from_plain(_List, data, "", RecordError).records
+            records = tuple(e.record(path, rig, f"records[{i}] ({e.file})") for i, e in enumerate(entries))
             return cls(rig, records, path)
         except RecordError as error:
-            raise RecordError(f"{where}: {error}") from None
+            text = str(error)
+            raise RecordError(text if text.startswith(str(path)) else f"{where}: {text}") from None
 
 
-def write_dataset(path, rig: Rig, records: Sequence[Record]):
+def _what_is_wrong(path: Path) -> str:
+    if not path.is_dir():
+        return "is not a folder" if path.exists() else "does not exist"
+    return "has no dataset.toml" if any(path.iterdir()) else "is empty"
+
+
+def write_dataset(path: str | Path, rig: Rig, records: Sequence[Record]) -> None:
     """Write a dataset; each file is replaced once it is whole, the list of records last.
 
     Parameters
@@ -314,10 +332,10 @@ def write_dataset(path, rig: Rig, records: Sequence[Record]):
         temporary.write_text(text, encoding="utf-8")
 
 
-class _FileChannels(Sequence):
+class _FileChannels(Sequence[Channel]):
     """Channels of a file, read when the first of them is used."""
 
-    def __init__(self, path: Path, headers: list[ChannelHeader], fs: float):
+    def __init__(self, path: Path, headers: list[ChannelHeader], fs: float) -> None:
         self.path, self.headers, self.fs = path, headers, fs
         self._channels: tuple[Channel, ...] | None = None
 
@@ -325,31 +343,69 @@ class _FileChannels(Sequence):
     def opened(self) -> bool:
         return self._channels is not None
 
-    def __len__(self):
+    def __len__(self) -> int:
         return len(self.headers)
 
-    def __getitem__(self, index):
+    @overload
+    def __getitem__(self, index: int) -> Channel: ...
+    @overload
+    def __getitem__(self, index: slice) -> Sequence[Channel]: ...
+    def __getitem__(self, index: int | slice) -> Channel | Sequence[Channel]:
         if self._channels is None:
+            found = read_uff(self.path)
+            if not isinstance(found, list):
+                raise RecordError(f"{self.path}: no longer holds time functions")
             # The list holds every digit of the rate, the file six.
-            self._channels = tuple(dataclasses.replace(c, fs=self.fs) for c in read_uff(self.path))
+            self._channels = tuple(dataclasses.replace(c, fs=self.fs) for c in found)
         return self._channels[index]
 
 
-# The list of records, dataset.toml: what a table may hold, and which of it must be there.
-
-_REQUIRED = {"name": str, "file": str, "role": str, "fs": float}
-_OPTIONAL = {
-    "excitation": str,
-    "kind": str,
-    "level": float,
-    "seed": int,
-    "band": list,
-    "provenance": dict,
-}
-_WORDS = {str: "a string", float: "a number", int: "a whole number", list: "a list of two numbers", dict: "a table"}
+# The list of records, dataset.toml.
 
 
-def _table(record: Record) -> dict:
+@checked(RecordError)
+class _Entry:
+    """A record of the list."""
+
+    name: _Name
+    """letters, digits, ".", "_", "-" """
+    file: Annotated[Text, AfterValidator(_file_name)]
+    """universal file in the folder"""
+    role: _Role
+    """identify: the clearance is identified from it; validate: kept back to test predictions on"""
+    fs: Positive
+    """samples per second"""
+    excitation: Text = ""
+    """the excitation in words"""
+    kind: _Kind = "base"
+    """base: acceleration of node 100; force: force of node 200"""
+    level: NotNegative | None = None
+    """RMS of the excitation, m/s² or N"""
+    seed: Whole | None = None
+    """of the excitation, if it was random"""
+    band: _Band | None = None
+    """of the excitation, Hz"""
+    provenance: dict[str, Any] = field(default_factory=dict)
+    """where it comes from"""
+
+    def record(self, folder: Path, rig: Rig, where: str) -> Record:
+        channels = _FileChannels(folder / self.file, scan_uff(folder / self.file), self.fs)
+        of_excitation = self.kind, self.excitation, self.level, self.seed, self.band
+        try:
+            return Record(self.name, self.role, rig, self.fs, channels, *of_excitation, self.provenance)
+        except RecordError as error:
+            raise RecordError(f"{where}: {error}") from None
+
+
+@checked(RecordError)
+class _List:
+    """The records of a dataset."""
+
+    records: Annotated[tuple[_Entry, ...], Field(min_length=1)]
+    """one table for each record"""
+
+
+def _table(record: Record) -> dict[str, Any]:
     """Return what dataset.toml says of a record."""
     table = {
         "name": record.name,
@@ -357,84 +413,15 @@ def _table(record: Record) -> dict:
         "role": record.role,
         "excitation": record.description,
         "kind": record.excitation_kind,
-        "fs": float(record.fs),
+        "fs": record.fs,
+        "level": record.level,
+        "seed": record.seed,
+        "band": record.band,
+        "provenance": record.provenance,
     }
-    if record.level is not None:
-        table["level"] = float(record.level)
-    if record.seed is not None:
-        table["seed"] = int(record.seed)
-    if record.band is not None:
-        table["band"] = [float(f) for f in record.band]
-    return table | {"provenance": dict(record.provenance)}
+    return {key: value for key, value in table.items() if value is not None}
 
 
-def _read_list(path: Path) -> list[dict]:
-    """Read dataset.toml as far as the list of its tables."""
-    where = path / "dataset.toml"
-    try:
-        data = tomllib.loads(where.read_text(encoding="utf-8"))
-    except FileNotFoundError:
-        missing = "is empty" if path.is_dir() and not any(path.iterdir()) else "has no dataset.toml"
-        raise RecordError(f"{path}: {missing if path.is_dir() else 'does not exist'}; {_NEEDS}") from None
-    except NotADirectoryError:
-        raise RecordError(f"{path}: is not a folder; {_NEEDS}") from None
-    except OSError as error:
-        raise RecordError(f"{where}: cannot be read ({error.strerror})") from None
-    except (ValueError, RecursionError) as error:
-        raise RecordError(f"{where}: not valid TOML: {error}") from None
-    tables = data.pop("records", None)
-    if data:
-        raise RecordError(f"{where}: {next(iter(data))} is not a known key; known: records")
-    if not isinstance(tables, list) or not tables or not all(isinstance(t, dict) for t in tables):
-        raise RecordError(f"{where}: needs a [[records]] table for each record")
-    return tables
-
-
-def _load_record(folder: Path, rig: Rig, where: str, table: dict) -> Record:
-    try:
-        values = _checked(table)
-        file = values.pop("file")
-        if Path(file).name != file or "\\" in file or not file.isprintable():
-            raise RecordError(f'file "{file}" must be the name of a file in the folder')
-    except RecordError as error:
-        raise RecordError(f"{where}: {error}") from None
-    headers = scan_uff(folder / file)
-    try:
-        return Record(
-            rig=rig,
-            channels=_FileChannels(folder / file, headers, values["fs"]),
-            excitation_kind=values.pop("kind", "base"),
-            description=values.pop("excitation", ""),
-            **values,
-        )
-    except RecordError as error:
-        raise RecordError(f"{where} ({file}): {error}") from None
-
-
-def _checked(table: dict) -> dict:
-    """Return the table with every value of the type that it needs."""
-    types = _REQUIRED | _OPTIONAL
-    for key in table:
-        if key not in types:
-            raise RecordError(f"{key} is not a known key; known: {', '.join(types)}")
-    for key in _REQUIRED:
-        if key not in table:
-            raise RecordError(f"{key} is missing")
-    values = {key: _typed(key, value, types[key]) for key, value in table.items()}
-    if "band" in values:
-        if len(values["band"]) != 2:
-            raise RecordError(f"band must be {_WORDS[list]}, got {values['band']!r}")
-        values["band"] = tuple(_typed("band", f, float) for f in values["band"])
-    return values
-
-
-def _typed(key, value, kind):
-    fits = isinstance(value, int | float) if kind is float else isinstance(value, kind)
-    if not fits or (isinstance(value, bool) and kind is not str):
-        raise RecordError(f"{key} must be {_WORDS[kind]}, got {value!r}")
-    if kind is not float:
-        return value
-    try:
-        return float(value)
-    except OverflowError:
-        raise RecordError(f"{key} is a whole number too large to use") from None
+def dataset_schema() -> dict[str, Any]:
+    """Return the JSON Schema (draft 2020-12) of a dataset's list of records, dataset.toml."""
+    return json_schema(_List, "clearance_mj dataset")
