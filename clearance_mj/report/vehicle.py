@@ -21,7 +21,7 @@ from . import html
 from .figures import FONT, WIDTH, Drawing, _tidy
 from .tables import Column, Table, write_csv
 
-__all__ = ["HISTORIES", "METRICS", "curves", "histories", "look", "write_report"]
+__all__ = ["HISTORIES", "METRICS", "histories", "look", "write_report"]
 
 CYCLE = ("#1b9e77", "#e7298a", "#7570b3", "#66a61e", "#a6761d", "#e6ab02")
 """Colours of controllers that are registered without one"""
@@ -149,44 +149,6 @@ def _paths(outcomes: Sequence[Outcome]) -> Drawing:
     _legend(figure, ax.get_legend_handles_labels()[0], 5)
     caption = f"Paths of the vehicle; Y is drawn larger than X. {_words(outcomes[0])}."
     return Drawing("paths", figure, caption, f"Paths of {len(outcomes)} controllers on the X-Y plane.")
-
-
-def curves(
-    rows: Sequence[dict[str, Any]], name: str, abscissa: str, label: str, caption: str, scale: float = 1.0
-) -> Drawing:
-    """Peak lateral error of each controller over one field of the cases, one panel per speed and regime.
-
-    Parameters
-    ----------
-    rows : sequence of dict
-        Of `Outcome.row`, and the abscissa.
-    name, caption : str
-        Of the figure.
-    abscissa : str
-        Key of the rows.
-    label : str
-        Of the abscissa, with its unit.
-    scale : float
-        Shown over stored abscissa.
-    """
-    panels = sorted({(r["speed"], r["regime"]) for r in rows}, key=lambda p: (p[0], p[1] != "torque"))
-    columns = min(2, len(panels))
-    lines = -(-len(panels) // columns)
-    figure = Figure(figsize=(WIDTH, 2.1 * lines + 0.5), layout="constrained", facecolor="white")
-    axes = figure.subplots(lines, columns, squeeze=False, sharex=True)
-    for ax, letter, (speed, regime) in zip(axes.flat, "abcdefgh", panels):
-        here = [r for r in rows if (r["speed"], r["regime"]) == (speed, regime)]
-        for controller in dict.fromkeys(r["controller"] for r in here):
-            points = sorted((scale * r[abscissa], 1e3 * r["peak_e_y"]) for r in here if r["controller"] == controller)
-            ax.plot(*np.transpose(points), marker="o", ms=3, **look(controller))
-        _tidy(ax, f"({letter}) {speed:g} km/h, {regime}-driven")
-        ax.set_ylim(bottom=0)
-    for ax in axes[:, 0]:
-        ax.set_ylabel("Peak |e_y| (mm)", fontsize=FONT)
-    for ax in axes[-1]:
-        ax.set_xlabel(label, fontsize=FONT)
-    _legend(figure, axes[0, 0].get_legend_handles_labels()[0], 4)
-    return Drawing(name, figure, caption, caption)
 
 
 def _metrics_table(outcomes: Sequence[Outcome]) -> Table:

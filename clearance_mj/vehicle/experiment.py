@@ -9,14 +9,12 @@ from __future__ import annotations
 import dataclasses
 import functools
 import os
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
-import scipy.stats
-from numpy.typing import ArrayLike
 from tqdm import tqdm
 
 from ..errors import ManoeuvreError
@@ -32,13 +30,10 @@ __all__ = [
     "LENGTH_FACTORS",
     "REGIMES",
     "Case",
-    "Median",
     "Outcome",
     "Regime",
     "check",
-    "comparison",
     "get_controller",
-    "median",
     "run_all",
     "run_case",
 ]
@@ -216,42 +211,3 @@ def run_all(cases: Iterable[Case], workers: int | None = None, progress: str | N
     with ProcessPoolExecutor(min(workers or os.cpu_count() or 1, len(cases)) or 1) as pool:
         found = pool.map(_run_registered, cases, registrations)
         return list(tqdm(found, total=len(cases), desc=progress, unit="run", disable=progress is None))
-
-
-def comparison(
-    controllers: Sequence[str] | None = None, speeds: Sequence[float] = tuple(LENGTH_FACTORS), **settings: Any
-) -> list[Case]:
-    """Cases of every controller at every speed in both regimes.
-
-    Parameters
-    ----------
-    controllers : sequence of str, optional
-        Of `CONTROLLERS`; default: all.
-    speeds : sequence of float
-        km/h.
-    **settings
-        Other fields of `Case`.
-    """
-    names = CONTROLLERS if controllers is None else controllers
-    return [Case(name, speed, regime=r, **settings) for speed in speeds for r in REGIMES for name in names]
-
-
-class Median(NamedTuple):
-    """Median over seeds."""
-
-    value: float
-    low: float  # 95 % confidence interval, distribution-free
-    high: float
-
-
-def median(values: ArrayLike) -> Median:
-    """Median with its exact 95 % confidence interval from order statistics.
-
-    Parameters
-    ----------
-    values : array_like
-        One of each seed.
-    """
-    values = np.asarray(values, dtype=float)
-    interval = scipy.stats.quantile_test(values, q=np.median(values), p=0.5).confidence_interval(0.95)
-    return Median(float(np.median(values)), float(interval.low), float(interval.high))

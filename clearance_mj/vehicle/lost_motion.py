@@ -16,11 +16,8 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numba
-import numpy as np
 
-from .plant import STEP
-
-__all__ = ["LostMotion", "QuasiStaticShaft", "lost_motion_step"]
+__all__ = ["LostMotion", "lost_motion_step"]
 
 
 class LostMotion(NamedTuple):
@@ -54,27 +51,18 @@ def _balanced(moment: float, before: float, h: float, p: LostMotion) -> float:
 
 @numba.njit(cache=True, nogil=True)
 def lost_motion_step(d: float, turn: float, moment: float, h: float, p: LostMotion) -> tuple[float, int]:
-    """Lost motion after one step.
+    """Return d after one step, and σ: 1 where the shaft pushes the wheel to the left, -1 to the right, 0 in the play.
 
     Parameters
     ----------
-    d : float
-        Wheel angle less servo angle, rad.
-    turn : float
-        How far the servo turns in this step, rad.
+    d, turn : float
+        Wheel angle less servo angle, and how far the servo turns in this step, rad.
     moment : float
         M, N m.
     h : float
         Step, s.
     p : LostMotion
         The reduced clearance.
-
-    Returns
-    -------
-    d : float
-        rad.
-    contact : int
-        σ: 1 where the shaft pushes the wheel to the left, -1 to the right, 0 within the play.
     """
     stuck = d - turn
     load = _resistance(stuck, d, h, p) + moment
@@ -85,39 +73,3 @@ def lost_motion_step(d: float, turn: float, moment: float, h: float, p: LostMoti
     else:
         after = _balanced(moment + p.friction, d, h, p)
     return after, (1 if after < -p.half_gap else -1 if after > p.half_gap else 0)
-
-
-@numba.njit(cache=True, nogil=True)
-def _lost_motion(
-    lost: np.ndarray, turn: np.ndarray, moment: np.ndarray, p: LostMotion
-) -> tuple[np.ndarray, np.ndarray]:
-    out, contact = np.empty(turn.size), np.empty(turn.size, dtype=np.int8)
-    for i in range(turn.size):
-        lost[0], contact[i] = lost_motion_step(lost[0], turn[i], moment[i], STEP, p)
-        out[i] = lost[0]
-    return out, contact
-
-
-class QuasiStaticShaft:
-    """The reduced clearance over a run, in steps of 1 ms from the middle of the gap.
-
-    Parameters
-    ----------
-    model : LostMotion
-        The reduced clearance.
-    """
-
-    def __init__(self, model: LostMotion):
-        self._model, self._lost = model, np.zeros(1)
-
-    def advance(self, turn: np.ndarray, moment: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Lost motion, rad, and contact side after each step.
-
-        Parameters
-        ----------
-        turn : ndarray, shape (n,)
-            How far the servo turns in each step, rad.
-        moment : ndarray, shape (n,)
-            That turns the wheel back, N m.
-        """
-        return _lost_motion(self._lost, turn, moment, self._model)

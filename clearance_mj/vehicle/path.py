@@ -161,7 +161,7 @@ def _value(table: _Table, row: int, s: float) -> float:
             return 0.0
         rate = 0.0 if row == HEADING else value[row, i, end + 1]
         return value[row, i, end] + rate * (s - at)
-    i = min(np.searchsorted(node, s, side="right") - 1, last - 1)
+    i = min(int(np.searchsorted(node, s, side="right")) - 1, last - 1)
     h = node[i + 1] - node[i]
     u = (s - node[i]) / h
     v0, d0, v1, d1 = value[row, i, 0], value[row, i, 1], value[row, i, 2], value[row, i, 3]

@@ -14,7 +14,6 @@ import functools
 import math
 import re
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 
@@ -25,12 +24,11 @@ from ..engines.base import stiffest_contact
 from ..errors import ClearanceError, ManoeuvreError
 from ..rig import Beam, Bushing, Contact, Grease, PointMass, Rig, Sensor, Shaker
 from ..signals.excitation import random
-from .lost_motion import LostMotion, QuasiStaticShaft
+from ._steering_run import QuasiStaticShaft, ServoStep, Shaft, SimulatedShaft, SteeringRun
+from .lost_motion import LostMotion
 from .plant import STEP
-from .servo import ServoStep, serve
-from .simulated_shaft import SimulatedShaft
 
-__all__ = ["LEVER_ARM", "STEERING_SHAFT", "Steering", "SteeringRun", "parse_gap"]
+__all__ = ["LEVER_ARM", "STEERING_SHAFT", "Steering", "parse_gap"]
 
 RATIO, PINION = 16.0, 7.1e-3
 """Hand-wheel over road-wheel angle, and the pinion's radius, m"""
@@ -218,62 +216,3 @@ _RANGES = (
     ("rate_limit", 0.01, 100.0),
     ("lever_arm", 0.01, 1.0),
 )
-
-
-class Shaft(Protocol):
-    """The shaft with clearance over a run."""
-
-    def advance(self, turn: np.ndarray, moment: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Lost motion, rad, and contact side after each step in which the servo turns and the moment acts."""
-
-
-class SteeringRun:
-    """A steering under way; after `advance`, `servo` and `contact` hold the servo's angle and σ over the same time.
-
-    Parameters
-    ----------
-    servo : ServoStep
-        The servo.
-    shaft : Shaft
-        What loses motion behind it.
-    road : ndarray, shape (n,)
-        Road's moment on the wheel in each step, repeated, N m.
-    """
-
-    def __init__(self, servo: ServoStep, shaft: Shaft, road: np.ndarray):
-        self.contact, self.servo = np.zeros(0, dtype=np.int8), np.zeros(0)
-        self._servo, self._shaft, self._road = servo, shaft, road
-        self._state, self._steps = np.zeros(2), 0
-
-    def advance(self, command: float, aligning_moment: float, duration: float) -> np.ndarray:
-        """Steer on with a held command and a held aligning moment.
-
-        Parameters
-        ----------
-        command : float
-            Road-wheel angle that is asked for, rad.
-        aligning_moment : float
-            N m, turns the wheel back if positive.
-        duration : float
-            s, a whole number of milliseconds.
-
-        Returns
-        -------
-        ndarray, shape (n,)
-            Road-wheel angle after each millisecond, rad.
-
-        Raises
-        ------
-        ManoeuvreError
-            If the duration is not a whole number of milliseconds.
-        """
-        n = round(duration / STEP)
-        if n < 1 or abs(n * STEP - duration) > 1e-9:
-            raise ManoeuvreError(f"steering advances by whole milliseconds, got {duration:g} s")
-        steps = np.arange(self._steps, self._steps + n)
-        moment = aligning_moment + self._road.take(steps, mode="wrap")
-        before = self._state[0]
-        self.servo = serve(self._state, command, self._servo, n)
-        self._steps += n
-        lost, self.contact = self._shaft.advance(np.diff(self.servo, prepend=before), moment)
-        return self.servo + lost

@@ -1,14 +1,16 @@
-"""What the items on motion control (Section 4.3) share: tables and words about drives."""
+"""What the items on motion control (Section 4.3) share: cases, tables and words about runs."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
+import scipy.stats
 
 from clearance_mj.report.tables import Column, Table
 from clearance_mj.report.vehicle import METRICS, histories
-from clearance_mj.vehicle.experiment import CONTROLLERS, GAP, REGIMES, Case, comparison, median
+from clearance_mj.vehicle.experiment import CONTROLLERS, GAP, LENGTH_FACTORS, REGIMES, Case
 
 from .context import Context
 from .motion_figures import spread_figure
@@ -16,12 +18,62 @@ from .published import Printed
 from .result import Result
 from .texts import texts
 
-__all__ = ["drawn", "knows", "over_seeds", "reduction", "seeds_table", "setting", "tabulated"]
+__all__ = [
+    "Median",
+    "comparison",
+    "drawn",
+    "knows",
+    "median",
+    "over_seeds",
+    "reduction",
+    "seeds_table",
+    "setting",
+    "tabulated",
+]
 
 SEEDS, QUICK_SEEDS = 30, 6
 QUICK_CONTROLLERS = ("smc", "smc-cm", "mpc")
 """Those of the article"""
 SHOWN = ("peak_e_y", "rms_e_y", "peak_e_psi", "peak_yaw_rate_error", "peak_yaw_rate", "peak_lateral_acceleration")
+
+
+def comparison(
+    controllers: Sequence[str] | None = None, speeds: Sequence[float] = tuple(LENGTH_FACTORS), **settings
+) -> list[Case]:
+    """Cases of every controller at every speed in both regimes.
+
+    Parameters
+    ----------
+    controllers : sequence of str, optional
+        Of `CONTROLLERS`; default: all.
+    speeds : sequence of float
+        km/h.
+    **settings
+        Other fields of `Case`.
+    """
+    names = CONTROLLERS if controllers is None else controllers
+    return [Case(name, speed, regime=r, **settings) for speed in speeds for r in REGIMES for name in names]
+
+
+class Median(NamedTuple):
+    """Median over seeds."""
+
+    value: float
+    low: float  # 95 % confidence interval, distribution-free
+    high: float
+
+
+def median(values) -> Median:
+    """Median with its exact 95 % confidence interval from order statistics.
+
+    Parameters
+    ----------
+    values : array_like
+        One of each seed.
+    """
+    values = np.asarray(values, dtype=float)
+    interval = scipy.stats.quantile_test(values, q=np.median(values), p=0.5).confidence_interval(0.95)
+    return Median(float(np.median(values)), float(interval.low), float(interval.high))
 
 
 def setting(speed: float) -> str:

@@ -7,14 +7,15 @@ from collections.abc import Sequence
 import numpy as np
 
 from clearance_mj.report.tables import Column, Table
-from clearance_mj.report.vehicle import METRICS, curves
+from clearance_mj.report.vehicle import METRICS
 from clearance_mj.vehicle.controllers.clearance_model import secant_stiffness
-from clearance_mj.vehicle.experiment import CONTROLLERS, GAP, LENGTH_FACTORS, REGIMES, Case, comparison
+from clearance_mj.vehicle.experiment import CONTROLLERS, GAP, LENGTH_FACTORS, REGIMES, Case
 from clearance_mj.vehicle.steering import Steering
 
 from .context import Context
 from .models import name_of
-from .motion import knows, setting
+from .motion import comparison, knows, setting
+from .motion_figures import curves
 from .result import Result
 from .texts import texts
 

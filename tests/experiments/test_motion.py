@@ -2,9 +2,10 @@
 
 import numpy as np
 import pytest
+import scipy.stats
 
 from clearance_mj.vehicle.experiment import CONTROLLERS, REGIMES
-from experiments.article.motion import over_seeds, reduction, seeds_table
+from experiments.article.motion import comparison, median, over_seeds, reduction, seeds_table
 
 
 def rows(value):
@@ -32,3 +33,17 @@ def test_table_of_medians():
     table = seeds_table(rows(lambda c, s: 1e-3 * (1 + s)), "medians")
     assert len(table.rows) == len(REGIMES) * len(CONTROLLERS)
     assert table.rows[0][2:4] == (pytest.approx(15.5), "10.0 to 21.0")
+
+
+def test_comparison_has_each_once():
+    cases = comparison(speeds=(72.0,), seed=3)
+    assert {(c.controller, c.regime) for c in cases} == {(n, r) for n in CONTROLLERS for r in ("torque", "friction")}
+    assert len(cases) == 2 * len(CONTROLLERS)
+
+
+def test_median_and_interval():
+    """Of 1 … 30: order statistics 10 and 21 enclose the median with 95 % (binomial, e.g. Conover 1999, 3.2)."""
+    found = median(np.arange(1.0, 31.0))
+    assert found.value == 15.5
+    assert (found.low, found.high) == (10.0, 21.0)
+    assert scipy.stats.binom.cdf(20, 30, 0.5) - scipy.stats.binom.cdf(9, 30, 0.5) >= 0.95

@@ -2,17 +2,13 @@
 
 import numpy as np
 import pytest
-import scipy.stats
 
 from clearance_mj.errors import ManoeuvreError
 from clearance_mj.vehicle.experiment import (
-    CONTROLLERS,
     GAP,
     Case,
     check,
-    comparison,
     get_controller,
-    median,
     run_all,
     run_case,
 )
@@ -51,20 +47,6 @@ def test_assumed_stiffness_is_the_clearance_models_compliance():
     case = Case("smc-cm", 72.0, assumed_stiffness=0.5)
     assert case.tuned_controller.lost_motion.compliance == pytest.approx(1 / case.steering.lost_motion.stiffness)
     assert Case("smc-cm", 72.0, stiffness=0.5).tuned_controller.lost_motion.compliance == 0.0
-
-
-def test_comparison_has_each_once():
-    cases = comparison(speeds=(72.0,), seed=3)
-    assert {(c.controller, c.regime) for c in cases} == {(n, r) for n in CONTROLLERS for r in ("torque", "friction")}
-    assert len(cases) == 2 * len(CONTROLLERS)
-
-
-def test_median_and_interval():
-    """Of 1 … 30: order statistics 10 and 21 enclose the median with 95 % (binomial, e.g. Conover 1999, 3.2)."""
-    found = median(np.arange(1.0, 31.0))
-    assert found.value == 15.5
-    assert (found.low, found.high) == (10.0, 21.0)
-    assert scipy.stats.binom.cdf(20, 30, 0.5) - scipy.stats.binom.cdf(9, 30, 0.5) >= 0.95
 
 
 @pytest.mark.parametrize(

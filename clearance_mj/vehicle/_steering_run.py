@@ -1,0 +1,133 @@
+"""A steering under way, in steps of 1 ms: the servo turns, the shaft loses motion behind it."""
+
+from __future__ import annotations
+
+from typing import NamedTuple, Protocol
+
+import numba
+import numpy as np
+
+from ..clearance.law import Law
+from ..engines import Engine
+from ..engines.base import step_factor
+from ..errors import ManoeuvreError
+from ..rig import Rig
+from .lost_motion import LostMotion, lost_motion_step
+from .plant import STEP
+
+Lost = tuple[np.ndarray, np.ndarray]
+"""Lost motion, rad, and contact side after each step"""
+
+
+class ServoStep(NamedTuple):
+    """Second-order servo over one step."""
+
+    flow: np.ndarray  # (2, 2) exact, of (angle less command, speed)
+    rate_limit: float  # rad/s
+
+    @classmethod
+    def of(cls, frequency: float, damping: float, rate_limit: float) -> ServoStep:
+        """Discretise a servo of a natural frequency, Hz, and a share of the critical damping."""
+        natural = 2 * np.pi * frequency
+        decay, turn = natural * damping, natural * np.emath.sqrt(1 - damping**2)
+        cos, sin = np.cos(turn * STEP).real, (np.sin(turn * STEP) / turn).real if turn else STEP
+        flow = np.exp(-decay * STEP) * np.array([[cos + decay * sin, sin], [-(natural**2) * sin, cos - decay * sin]])
+        return cls(flow, float(rate_limit))
+
+
+@numba.njit(cache=True, nogil=True)
+def _serve(state: np.ndarray, command: float, servo: ServoStep, n: int) -> np.ndarray:
+    """Servo angle after each of n steps; state (angle, speed) moves on."""
+    out = np.empty(n)
+    for i in range(n):
+        error = state[0] - command
+        angle = command + servo.flow[0, 0] * error + servo.flow[0, 1] * state[1]
+        speed = servo.flow[1, 0] * error + servo.flow[1, 1] * state[1]
+        reach = servo.rate_limit * STEP
+        state[0] += min(max(angle - state[0], -reach), reach)
+        state[1] = min(max(speed, -servo.rate_limit), servo.rate_limit)
+        out[i] = state[0]
+    return out
+
+
+class Shaft(Protocol):
+    """The shaft with clearance over a run."""
+
+    def advance(self, turn: np.ndarray, moment: np.ndarray) -> Lost:
+        """Steps in which the servo turns (rad) and a moment turns the wheel back (N m)."""
+
+
+class QuasiStaticShaft:
+    """The reduced clearance, from the middle of the gap."""
+
+    def __init__(self, model: LostMotion):
+        self._model, self._lost = model, np.zeros(1)
+
+    def advance(self, turn: np.ndarray, moment: np.ndarray) -> Lost:
+        """Steps of the reduced clearance."""
+        return _lost_motion(self._lost, turn, moment, self._model)
+
+
+@numba.njit(cache=True, nogil=True)
+def _lost_motion(lost: np.ndarray, turn: np.ndarray, moment: np.ndarray, p: LostMotion) -> Lost:
+    out, contact = np.empty(turn.size), np.empty(turn.size, dtype=np.int8)
+    for i in range(turn.size):
+        lost[0], contact[i] = lost_motion_step(lost[0], turn[i], moment[i], STEP, p)
+        out[i] = lost[0]
+    return out, contact
+
+
+class SimulatedShaft:
+    """An engine's shaft, loaded at the lever; in the frame of the bushings, which the servo turns.
+
+    The step holds for the rig with its own gap too (``datasheet``), where a Hertz contact is stiffest.
+    """
+
+    def __init__(self, engine: Engine, rig: Rig, law: Law, datasheet: Rig, lever_arm: float, friction: float):
+        self._factor = step_factor(1 / STEP, min(engine.largest_step(shaft, law) for shaft in (rig, datasheet)))
+        self._run = engine.start(rig, law, "force", STEP / self._factor)
+        self._arm, self._limit = lever_arm, friction / lever_arm
+        lever = rig.shaker.position
+        bushing = [b.position == lever for b in rig.bushings].index(True)
+        self._mass, self._gap = sum(m.mass for m in rig.point_masses if m.position == lever), rig.bushings[bushing].gap
+        # Displacement, contact force, grease force.
+        self._columns = len(rig.sensors) + bushing + len(rig.bushings) * np.arange(3)
+        self._turning, self._speed, self._last = 0.0, 0.0, np.zeros(3)
+
+    def advance(self, turn: np.ndarray, moment: np.ndarray) -> Lost:
+        """Steps of the engine."""
+        arm, limit = self._arm, self._limit
+        displacement = np.empty(turn.size)
+        for i in range(turn.size):
+            inertia = self._mass * arm * (turn[i] - self._turning) / STEP**2
+            # Friction takes what would stop the rack in this step, up to its limit.
+            push = moment[i] / arm + self._last[1] + self._last[2]
+            stop = push - self._mass * (self._speed + arm * turn[i] / STEP) / STEP
+            friction = min(max(stop, -limit), limit)
+            out = self._run.advance(np.full(self._factor, friction - moment[i] / arm - inertia))
+            previous, self._last = self._last[0], out[-1, self._columns]
+            self._turning, displacement[i] = turn[i], self._last[0]
+            self._speed = (displacement[i] - previous) / STEP
+        return displacement / arm, -np.sign(displacement * (np.abs(displacement) > self._gap)).astype(np.int8)
+
+
+class SteeringRun:
+    """A steering under way; after `advance`, `servo` and `contact` hold the servo's angle and σ over the same time."""
+
+    def __init__(self, servo: ServoStep, shaft: Shaft, road: np.ndarray):
+        self.contact, self.servo = np.zeros(0, dtype=np.int8), np.zeros(0)
+        self._servo, self._shaft, self._road = servo, shaft, road
+        self._state, self._steps = np.zeros(2), 0
+
+    def advance(self, command: float, aligning_moment: float, duration: float) -> np.ndarray:
+        """Road-wheel angle after each millisecond, rad (n,), under a held command (rad) and aligning moment (N m)."""
+        n = round(duration / STEP)
+        if n < 1 or abs(n * STEP - duration) > 1e-9:
+            raise ManoeuvreError(f"steering advances by whole milliseconds, got {duration:g} s")
+        steps = np.arange(self._steps, self._steps + n)
+        moment = aligning_moment + self._road.take(steps, mode="wrap")
+        before = self._state[0]
+        self.servo = _serve(self._state, command, self._servo, n)
+        self._steps += n
+        lost, self.contact = self._shaft.advance(np.diff(self.servo, prepend=before), moment)
+        return self.servo + lost
