@@ -14,22 +14,27 @@ the measured force, by bounded least squares from several starts.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numba
 import numpy as np
 import scipy.optimize
+from numpy.typing import ArrayLike
 
 from ..clearance.gap import gap as penetration
 from ..clearance.grease import bouc_wen_step
 from ..errors import RecordError
+from ..parameters import UNIDENTIFIED, Estimates, Parameter, principal_deviations
 from ..rig import Grease
 
 __all__ = ["DEAD_TRAVEL", "BoucWenFit", "bouc_wen"]
 
 DEAD_TRAVEL = ("fixed", "reopening")
-NAMES = ("k", "elastic_ratio", "beta", "gamma", "exponent", "gap", "offset")
+NAMES = {"k": "N/m", "elastic_ratio": "1", "beta": "1/mⁿ", "gamma": "1/mⁿ", "exponent": "1", "gap": "m", "offset": "m"}
+"""parameters and their units"""
+POSSIBLE = ((0.0, np.inf), (0.0, 1.0), (0.0, np.inf), (-np.inf, np.inf), (1.0, 6.0), (0.0, np.inf), (-np.inf, np.inf))
 SHORTEST = 20
 """samples"""
 POLISHED = 2
@@ -38,8 +43,6 @@ FINE = 0.05
 """largest step of the displacement, as a share of the yield displacement"""
 NOISE_FLOOR = 1e-5
 """residual that is always assumed, as a share of the force's RMS, so that perfect records have a covariance too"""
-HARDLY = 0.5
-"""standard deviation above which a parameter is not told: relative for k, yield, n; of λ and γ/β; of d and x0 over z"""
 UNRELATED = 0.95
 """NRMSE above which force and displacement have nothing to do with each other"""
 # Fitted: log k X/F, λ, log z_ult/X, γ/β, n, d/X, x0/X, with X half the range of the displacement, F of the force.
@@ -50,7 +53,7 @@ K, RATIO, YIELD, SHAPE, EXPONENT, GAP, OFFSET = range(7)
 
 @dataclass(frozen=True, eq=False)
 class BoucWenFit:
-    """Bouc-Wen element with a gap, fitted to records, and how well they tell its parameters."""
+    """Bouc-Wen element with a gap, fitted to records, and how well they identify its parameters."""
 
     k: float
     """N/m, stiffness k"""
@@ -66,27 +69,22 @@ class BoucWenFit:
     """m, d: half the dead travel"""
     offset: float
     """m, x0: the displacement at which the gap is centred (of a re-opening gap: in the first record's beginning)"""
-    dead_travel: str
+    dead_travel: str = "fixed"
     """ "fixed" or "reopening" """
-    covariance: np.ndarray
-    """(7, 7) of the parameters in the order of `NAMES`, SI units; correlation in time of the residual is allowed for"""
-    unidentified: tuple[str, ...]
-    """parameters the records do not tell, by their standard deviation near the solution; β and γ, whose unit depends
-    on n, count as told where the yield displacement, γ/β and n are"""
-    nrmse: float
+    estimates: Estimates | None = None
+    """of these parameters, without a gap that was given; correlation in time of the residual is allowed for. None: not fitted"""
+    unidentified: tuple[str, ...] = ()
+    """parameters the records do not identify, by their standard deviation near the solution; β and γ, whose unit
+    depends on n, count as identified where the yield displacement, γ/β and n are"""
+    nrmse: float = 0.0
     """RMS of the residual over the RMS of the measured force about its mean"""
-    starts: tuple[float, ...]
+    starts: tuple[float, ...] = ()
     """nrmse that each start ended with, best first; only the first two are solved to the end"""
 
     @property
     def value(self) -> np.ndarray:
-        """(7,) the parameters in the order of `NAMES`."""
+        """(7,) the parameters in the order of the fields."""
         return np.array([getattr(self, name) for name in NAMES])
-
-    @property
-    def std(self) -> dict[str, float]:
-        """Standard deviation of each parameter, SI units."""
-        return dict(zip(NAMES, np.sqrt(np.diag(self.covariance)).tolist()))
 
     @property
     def yield_displacement(self) -> float:
@@ -103,7 +101,7 @@ class BoucWenFit:
         """The element without its gap, as the engines take it."""
         return Grease(self.k, 0.0, self.elastic_ratio, 1.0, self.beta, self.gamma, self.exponent)
 
-    def force(self, time, displacement, offset: float | None = None) -> np.ndarray:
+    def force(self, time: ArrayLike, displacement: ArrayLike, offset: float | None = None) -> np.ndarray:
         """Predict the force under a displacement; it does not depend on rate.
 
         Parameters
@@ -128,8 +126,8 @@ class BoucWenFit:
         _, x, _ = _checked(time, displacement, np.zeros(np.shape(time)), "the motion")
         offset = self.offset if offset is None else offset
         z_ult, reopening = self.yield_displacement, self.dead_travel == "reopening"
-        return _loop(x, self.k, self.elastic_ratio, z_ult, self.gamma / self.beta, self.exponent, self.gap, offset,
-                     reopening)  # fmt: skip
+        shape = self.gamma / self.beta
+        return _loop(x, self.k, self.elastic_ratio, z_ult, shape, self.exponent, self.gap, offset, reopening)
 
     def offset_of(self, displacement: float, force: float) -> float:
         """Find where a re-opening gap stood when a record began, from the force at that moment.
@@ -160,7 +158,9 @@ class BoucWenFit:
         return float(displacement - deflection - np.sign(force) * self.gap)
 
 
-def bouc_wen(time, displacement, force, gap: float | None = None, dead_travel: str = "fixed") -> BoucWenFit:
+def bouc_wen(
+    time: ArrayLike, displacement: ArrayLike, force: ArrayLike, gap: float | None = None, dead_travel: str = "fixed"
+) -> BoucWenFit:
     """Identify a Bouc-Wen element with a gap from measured displacement and force.
 
     Parameters
@@ -172,7 +172,7 @@ def bouc_wen(time, displacement, force, gap: float | None = None, dead_travel: s
         m, d if it is known, 0 for an element without gap; else it is fitted.
     dead_travel : {"fixed", "reopening"}
         Whether the gap stays where it is or is carried along by the slider, so that its dead travel starts anew at
-        each reversal. The second needs records that begin at the same place within the dead travel, or loops long
+        each reversal. The second needs records that begin at the same point of the dead travel, or loops long
         enough for that not to matter.
 
     Returns
@@ -183,7 +183,7 @@ def bouc_wen(time, displacement, force, gap: float | None = None, dead_travel: s
     ------
     RecordError
         If a channel is not finite, constant, clipped or too short, if the gap is larger than the motion, or if the
-        force does not follow the displacement; the message says what can still be told.
+        force does not follow the displacement; the message says what can still be identified.
 
     Notes
     -----
@@ -194,9 +194,8 @@ def bouc_wen(time, displacement, force, gap: float | None = None, dead_travel: s
         raise RecordError(f'dead_travel "{dead_travel}" is unknown; use {", ".join(DEAD_TRAVEL)}')
     problem = _Problem(_records(time, displacement, force), gap, dead_travel == "reopening")
     rough = sorted((problem.solve(start, 1e-3) for start in problem.starts()), key=lambda s: s.cost)
-    solutions = sorted(
-        [*(problem.solve(s.x, 1e-10) for s in rough[:POLISHED]), *rough[POLISHED:]], key=lambda s: s.cost
-    )
+    polished = [problem.solve(s.x, 1e-10) for s in rough[:POLISHED]]
+    solutions = sorted([*polished, *rough[POLISHED:]], key=lambda s: s.cost)
     best = solutions[0]
     nrmse = tuple(float(np.sqrt(2 * s.cost / problem.size)) for s in solutions)
     if nrmse[0] > UNRELATED:
@@ -204,15 +203,14 @@ def bouc_wen(time, displacement, force, gap: float | None = None, dead_travel: s
             f"the force does not follow the displacement ({100 * nrmse[0]:.0f} % of it is left): no contact, the "
             f"gap is larger than the motion of ±{problem.x_scale:.3g} m; the record tells nothing more"
         )
-    natural = problem.natural(best.x)
-    covariance, unidentified = problem.covariance(best)
-    return BoucWenFit(*natural.tolist(), dead_travel, covariance, unidentified, nrmse[0], nrmse)
+    value, (estimates, unidentified) = problem.natural(best.x).tolist(), problem.estimates(best)
+    return BoucWenFit(*value, dead_travel, estimates, unidentified, nrmse[0], nrmse)
 
 
 class _Problem:
     """Residuals of records as a function of scaled parameters."""
 
-    def __init__(self, records, gap, reopening):
+    def __init__(self, records: Sequence[tuple[np.ndarray, ...]], gap: float | None, reopening: bool):
         self.reopening = reopening
         self.displacement = [x for _, x, _ in records]
         self.force = [f for _, _, f in records]
@@ -226,18 +224,18 @@ class _Problem:
         if gap is not None:
             self._fix_gap(gap)
 
-    def _fix_gap(self, gap):
+    def _fix_gap(self, gap: float) -> None:
         if not (np.isfinite(gap) and gap >= 0):
             raise RecordError(f"gap must be >= 0 m, or None to fit it, got {gap!r}")
         if gap >= self.x_scale:
             raise RecordError(
                 f"the gap of {gap:.3g} m is larger than the motion of ±{self.x_scale:.3g} m: no contact in the record, "
-                f"so it tells nothing of the element but its mean force, {np.mean(np.concatenate(self.force)):.3g} N"
+                f"so it shows nothing of the element but its mean force, {np.mean(np.concatenate(self.force)):.3g} N"
             )
         self.free[GAP] = False
         self.fixed[GAP] = gap / self.x_scale
 
-    def starts(self):
+    def starts(self) -> Iterator[np.ndarray]:
         """Stiff and soft springs, early and late yield, small and large gap."""
         gaps = (self.fixed[GAP],) if not self.free[GAP] else (0.02, 0.1, 0.35)
         for d in gaps:
@@ -246,12 +244,12 @@ class _Problem:
                 k = 1 / (ratio * rest + (1 - ratio) * min(z_ult, rest))
                 yield np.array([np.log(k), ratio, np.log(z_ult * rest), 0.0, 1.5, d, 0.0])[self.free]
 
-    def whole(self, free):
+    def whole(self, free: np.ndarray) -> np.ndarray:
         theta = self.fixed.copy()
         theta[self.free] = free
         return theta
 
-    def natural(self, free):
+    def natural(self, free: np.ndarray) -> np.ndarray:
         """Parameters in the order of `NAMES`, SI units."""
         log_k, ratio, log_z, shape, n, d, x0 = self.whole(free)
         total = (np.exp(log_z) * self.x_scale) ** -n
@@ -259,7 +257,7 @@ class _Problem:
         k = np.exp(log_k) * self.f_scale / self.x_scale
         return np.array([k, ratio, beta, shape * beta, n, d * self.x_scale, x0 * self.x_scale + self.x_middle])
 
-    def residual(self, free):
+    def residual(self, free: np.ndarray) -> np.ndarray:
         log_k, ratio, log_z, shape, n, d, x0 = self.whole(free)
         k, x_scale = np.exp(log_k) * self.f_scale / self.x_scale, self.x_scale
         model = [
@@ -269,20 +267,19 @@ class _Problem:
         ]  # fmt: skip
         return (np.concatenate(model) - np.concatenate(self.force)) / self.f_rms
 
-    def solve(self, start, tolerance):
+    def solve(self, start: np.ndarray, tolerance: float) -> scipy.optimize.OptimizeResult:
         low, high = self.low[self.free], self.high[self.free]
         inside = np.clip(start, low + 1e-6 * (high - low), high - 1e-6 * (high - low))
         return scipy.optimize.least_squares(
             self.residual, inside, bounds=(low, high), x_scale="jac", xtol=tolerance, ftol=tolerance, max_nfev=40
         )
 
-    def covariance(self, solution):
-        """Covariance of the natural parameters and the names of those that the records do not tell."""
+    def estimates(self, solution: scipy.optimize.OptimizeResult) -> tuple[Estimates, tuple[str, ...]]:
+        """Of the natural parameters, and the names of those that the records do not identify."""
         residual = self.residual(solution.x)
         spread = residual.var() * _correlation_time(residual) + NOISE_FLOOR**2
-        _, singular, v = np.linalg.svd(solution.jac, full_matrices=False)
-        singular = np.maximum(singular, 1e-9 * singular[0])
-        scaled = (v.T / singular**2) @ v * spread
+        direction, std = principal_deviations(solution.jac)
+        scaled = (direction.T * std**2) @ direction * spread
         sigma = np.zeros(7)
         sigma[self.free] = np.sqrt(np.diag(scaled))
         step = 1e-6
@@ -290,25 +287,29 @@ class _Problem:
             [(self.natural(solution.x + step * e) - self.natural(solution.x - step * e)) / (2 * step)
              for e in np.eye(solution.x.size)], axis=1
         )  # fmt: skip
-        return jacobian @ scaled @ jacobian.T, self._untold(solution, sigma)
+        value = self.natural(solution.x)
+        parameters = [
+            Parameter(*named, v, *limits, transform="linear")
+            for named, v, limits in zip(NAMES.items(), value, POSSIBLE)
+        ]
+        return Estimates.of(parameters, value, jacobian @ scaled @ jacobian.T), self._unidentified(solution, sigma)
 
-    def _untold(self, solution, sigma):
+    def _unidentified(self, solution: scipy.optimize.OptimizeResult, sigma: np.ndarray) -> tuple[str, ...]:
+        """Standard deviations above half: relative for k, yield, n; of λ and γ/β; of d and x0 over z."""
         theta = self.whole(solution.x)
         at_bound = np.zeros(7, dtype=bool)
         at_bound[self.free] = solution.active_mask != 0
-        limit = np.full(7, HARDLY)
+        limit = np.full(7, UNIDENTIFIED)
         limit[EXPONENT] *= theta[EXPONENT]
-        limit[GAP] = limit[OFFSET] = HARDLY * max(np.exp(theta[YIELD]), theta[GAP])
-        untold = sigma > limit
+        limit[GAP] = limit[OFFSET] = UNIDENTIFIED * max(np.exp(theta[YIELD]), theta[GAP])
+        open_ = sigma > limit
         for i in (K, YIELD, SHAPE, EXPONENT):  # the ends of λ, d and x0 are real values
-            untold[i] |= at_bound[i]
-        yields = untold[YIELD] or untold[SHAPE] or untold[EXPONENT]
-        named = {"k": untold[K], "elastic_ratio": untold[RATIO], "beta": yields, "gamma": yields,
-                 "exponent": untold[EXPONENT], "gap": untold[GAP], "offset": untold[OFFSET]}  # fmt: skip
-        return tuple(name for name in NAMES if named[name])
+            open_[i] |= at_bound[i]
+        open_[[YIELD, SHAPE]] = open_[[YIELD, SHAPE, EXPONENT]].any()
+        return tuple(name for name, unknown in zip(NAMES, open_) if unknown)
 
 
-def _correlation_time(residual) -> float:
+def _correlation_time(residual: np.ndarray) -> float:
     """Samples that count as one: 1 + 2 Σρ up to its first lag below 0.05, at least 1."""
     r = residual - residual.mean()
     spectrum = np.abs(np.fft.rfft(r, 2 * r.size)) ** 2
@@ -320,7 +321,7 @@ def _correlation_time(residual) -> float:
     return float(1 + 2 * np.sum(rho[1:end]))
 
 
-def _records(time, displacement, force):
+def _records(time: Any, displacement: Any, force: Any) -> list[tuple[np.ndarray, ...]]:
     if not (isinstance(time, Sequence) and len(time) and np.ndim(time[0]) == 1):
         return [_checked(time, displacement, force, "the record", constant=False)]
     if not len(time) == len(displacement) == len(force):
@@ -328,7 +329,9 @@ def _records(time, displacement, force):
     return [_checked(*each, f"record {i + 1}", constant=False) for i, each in enumerate(zip(time, displacement, force))]
 
 
-def _checked(time, displacement, force, where, constant=True):
+def _checked(
+    time: ArrayLike, displacement: ArrayLike, force: ArrayLike, where: str, constant: bool = True
+) -> tuple[np.ndarray, ...]:
     """Return the channels as float arrays, or say what is wrong with them."""
     arrays = [np.asarray(a, dtype=float) for a in (time, displacement, force)]
     t, x, f = arrays
@@ -350,7 +353,7 @@ def _checked(time, displacement, force, where, constant=True):
     return t, x, f
 
 
-def _refuse_clipped(x, f, where):
+def _refuse_clipped(x: np.ndarray, f: np.ndarray, where: str) -> None:
     """A force that moves while the displacement rests exactly at its extreme: the displacement is cut off there."""
     for extreme in (x.max(), x.min()):
         at = x == extreme
@@ -364,12 +367,15 @@ def _refuse_clipped(x, f, where):
 
 
 @numba.njit(cache=True, nogil=True)
-def _loop(x, k, ratio, z_ult, shape, exponent, d, offset, reopening):
+def _loop(
+    x: np.ndarray, k: float, ratio: float, z_ult: float, shape: float, exponent: float, d: float, offset: float,
+    reopening: bool,
+) -> np.ndarray:  # fmt: skip
     """Force along a displacement, from rest: Bouc-Wen in units of z_ult, so that β + γ = 1."""
     beta, gamma = 1.0 / (1.0 + shape), shape / (1.0 + shape)
     force = np.empty(x.size)
     y = x[0] - offset
-    slack, z = min(max(y, -d), d), 0.0  # place within a re-opening gap; state beyond it
+    slack, z = min(max(y, -d), d), 0.0  # position within a re-opening gap; state beyond it
     if reopening:
         z = max(min((y - slack) / z_ult, 0.999), -0.999)
     else:
@@ -384,9 +390,9 @@ def _loop(x, k, ratio, z_ult, shape, exponent, d, offset, reopening):
                 rest, z = _until_zero(z, dy / z_ult, beta, gamma, exponent)
                 dy = rest * z_ult
             if z == 0.0 and dy != 0.0:
-                place = slack + dy
-                slack = min(max(place, -d), d)
-                dy = place - slack  # exactly 0 within the gap
+                beyond = slack + dy
+                slack = min(max(beyond, -d), d)
+                dy = beyond - slack  # exactly 0 within the gap
             z = _advance(z, dy / z_ult, beta, gamma, exponent)
             y = u
         else:
@@ -398,7 +404,7 @@ def _loop(x, k, ratio, z_ult, shape, exponent, d, offset, reopening):
 
 
 @numba.njit(cache=True, nogil=True)
-def _advance(z, travel, beta, gamma, exponent):
+def _advance(z: float, travel: float, beta: float, gamma: float, exponent: float) -> float:
     steps = min(int(abs(travel) / FINE) + 1, 1000)
     for _ in range(steps):
         z = bouc_wen_step(z, travel / steps, 1.0, beta, gamma, exponent)
@@ -406,7 +412,7 @@ def _advance(z, travel, beta, gamma, exponent):
 
 
 @numba.njit(cache=True, nogil=True)
-def _until_zero(z, travel, beta, gamma, exponent):
+def _until_zero(z: float, travel: float, beta: float, gamma: float, exponent: float) -> tuple[float, float]:
     """Advance z towards 0; the travel that is left when it gets there, and z."""
     steps = min(int(abs(travel) / FINE) + 1, 1000)
     part = travel / steps

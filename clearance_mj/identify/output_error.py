@@ -32,7 +32,7 @@ from ..signals.frf import estimate_frf, random_error
 from ..signals.response import Response
 from .registry import Identified
 
-__all__ = ["Evidence", "Fit", "evidence", "fit_law"]
+__all__ = ["Fit", "fit_law"]
 
 PIECE = 5.0
 """s, shortest piece over which an FRF is taken"""

@@ -178,8 +178,11 @@ def write(result: dict, out: Path) -> None:
         if isinstance(element, KelvinVoigtGap):
             print(name, element)
             continue
-        told = ", ".join(f"{n} {v:.3g} ± {element.std[n]:.1g}" for n, v in zip(element.std, element.value))
-        print(f"{name}: {told}; slides at {element.yield_force:.0f} N; not told: {element.unidentified or 'none'}")
+        fit = element.estimates
+        values = ", ".join(f"{n} {v:.3g} ± {s:.1g}" for n, v, s in zip(fit.names, fit.value, fit.std))
+        print(
+            f"{name}: {values}; slides at {element.yield_force:.0f} N; unidentified: {element.unidentified or 'none'}"
+        )
     print("squared error left by the re-opening gap:", {n: round(s, 2) for n, s in result["shares"].items()})
 
 
