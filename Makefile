@@ -1,4 +1,4 @@
-# make study | reproduce | audit | test | test-slow | fuzz | bench | lint | data | models | readme | docs | verification     PYTHON=python3.13 picks the interpreter
+# make study | reproduce | audit | test | test-slow | fuzz | bench | lint | data | models | readme | docs | gallery | verification     PYTHON=python3.13 picks the interpreter
 PYTHON ?= python3
 VENV   ?= .venv-$(notdir $(PYTHON))
 BIN    := $(VENV)/bin
@@ -6,7 +6,7 @@ export MPLBACKEND = Agg
 # Small matrices: threads inside BLAS only get into the way of those over simulations.
 export OPENBLAS_NUM_THREADS = 1
 
-.PHONY: setup study reproduce audit test test-slow fuzz coverage bench lint data models readme docs verification clean
+.PHONY: setup study reproduce audit test test-slow fuzz coverage bench lint data models readme docs gallery verification clean
 
 setup: $(VENV)/.ready
 
@@ -25,6 +25,11 @@ reproduce: setup
 
 audit: setup
 	$(BIN)/python -m experiments.article.audit
+
+# The pages of the documentation that the article's items and its audit make.
+gallery: reproduce
+	cp results/reproduce/*.md results/reproduce/*.png docs/experiments/
+	$(BIN)/python -m experiments.article.audit --out docs/audit.md
 
 # On every core; a file's tests stay together, since they share what they simulate.
 test: setup

@@ -31,7 +31,7 @@ default_role = "py:obj"
 myst_heading_anchors = 3
 
 autosummary_generate = True
-USED = ("context", "registry", "result", "runner")
+USED = ("inputs", "items", "result", "runner")
 """What a new experiment needs of `experiments.article`"""
 INNER = [f"clearance_mj.cli.{module.name}" for module in pkgutil.iter_modules(cli.__path__)]
 INNER += [f"experiments.article.{m.name}" for m in pkgutil.iter_modules(reproduce.__path__) if m.name not in USED]

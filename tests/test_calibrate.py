@@ -15,8 +15,6 @@ from clearance_mj.io.uff import write_uff
 from clearance_mj.rig import Beam, PointMass, Rig, Sensor
 from clearance_mj.signals.frf import FRF
 from clearance_mj.testrig.fem import FiniteElements, dense
-from experiments.article import Context
-from experiments.article.registry import get_item
 
 from .conftest import ROOT
 
@@ -275,16 +273,3 @@ def test_command_refuses_bad_input(tmp_path, capsys, options, message):
     assert captured.err.count("\n") == 1
     assert message in captured.err
     assert not (tmp_path / "out").exists()
-
-
-def test_experiment_finds_the_shipped_rig_and_a_family():
-    result = get_item("calibrate_table1")(Context(ROOT / "data" / "table1_rig", quick=True))
-    for row in result.data["calibrate_table1"]:
-        assert abs(row["calibrated"] - row["shipped_rig"]) < row["std"]
-    family = result.data["calibrate_table1_family"]
-    assert len(family) >= 5
-    assert all(row["chi2"] < 1e-6 for row in family)
-    assert max(row["masses[0].mass"] for row in family) > 2 * min(row["masses[0].mass"] for row in family)
-    page = (ROOT / "docs" / "experiments" / "calibrate_table1.md").read_text(encoding="utf-8")
-    for row in result.data["calibrate_table1"]:
-        assert f"| {row['calibrated']:.5g} |" in page

@@ -33,7 +33,7 @@ from clearance_mj.sweep import Design, Vary, run
 from clearance_mj.sweep.case import Outputs
 from clearance_mj.sweep.store import Table
 from clearance_mj.testrig import Truth, integrator, simulate_rig
-from experiments.article import context
+from experiments.article import Inputs
 from experiments.real.records import read_dropbear
 
 from .conftest import ROOT, record_of
@@ -290,7 +290,7 @@ def test_rig_without_bushings(tmp_path, rig):
     with pytest.raises(RecordError, match="the rig has no bushings, so there is no clearance to study"):
         report.report_study(data, tmp_path / "out")
     with pytest.raises(RecordError, match="the article's rig has two bushings, sensors 1 to 8 and a shaken base"):
-        context.Context(data).dataset  # noqa: B018
+        Inputs(data).study  # noqa: B018
 
 
 def test_study_of_a_record_without_level(tmp_path, rig):

@@ -11,9 +11,6 @@ from clearance_mj.beam import mode_shapes
 from clearance_mj.cli import main
 from clearance_mj.errors import ClearanceError
 from clearance_mj.placement import Candidates, candidates, evaluate, grid, place_sensors
-from experiments.article import Context
-from experiments.article.pages import markdown
-from experiments.article.registry import get_item
 
 from .conftest import ROOT
 
@@ -256,15 +253,3 @@ def test_command_refuses_bad_input(tmp_path, capsys, options, message):
     assert captured.err.count("\n") == 1
     assert message in captured.err
     assert not (tmp_path / "out").exists()
-
-
-def test_experiment_reaches_brute_force_and_its_page_says_so():
-    result = get_item("sensor_placement")(Context(ROOT / "data" / "table1_rig"))
-    share = {row["layout"]: row["determinant_over_best"] for row in result.data["sensor_placement_layouts"]}
-    assert share["exchange"] >= 0.99
-    assert share["rig file"] < share["exchange"]
-    assert sum(
-        row["contribution"] for row in result.data["sensor_placement"] if row["layout"] == "rig file"
-    ) == pytest.approx(4)
-    page = (ROOT / "docs" / "experiments" / "sensor_placement.md").read_text(encoding="utf-8")
-    assert page == markdown("sensor_placement", result)

@@ -53,8 +53,13 @@ def record_digest(record: Record) -> str:
     return digest(*facts, *samples)
 
 
-def law(cache: ResultCache | None, name: str, inputs: object, compute: Callable[[], Identified]) -> Identified:
-    """Return an identified law from the cache, or compute it.
+IdentifiedWithWarnings = tuple[Identified, tuple[str, ...]]
+
+
+def law(
+    cache: ResultCache | None, name: str, inputs: object, compute: Callable[[], IdentifiedWithWarnings]
+) -> IdentifiedWithWarnings:
+    """Return an identified law and the warnings of its identification from the cache, or compute it.
 
     Parameters
     ----------
@@ -68,13 +73,15 @@ def law(cache: ResultCache | None, name: str, inputs: object, compute: Callable[
         Identifies it.
     """
 
-    def save(found: Identified, path: Path) -> None:
-        path.write_text(json.dumps({"law": found.law.to_dict(), "parameters": found.parameters}))
+    def save(found: IdentifiedWithWarnings, path: Path) -> None:
+        law, texts = found
+        path.write_text(json.dumps({"law": law.law.to_dict(), "parameters": law.parameters, "warnings": texts}))
 
-    def load(path: Path) -> Identified:
+    def load(path: Path) -> IdentifiedWithWarnings:
         data = json.loads(path.read_text())
         rows = data["parameters"]
-        return Identified(law_from_dict(data["law"]), Estimates.from_rows(rows) if rows else None)
+        found = Identified(law_from_dict(data["law"]), Estimates.from_rows(rows) if rows else None)
+        return found, tuple(data["warnings"])
 
     return compute() if cache is None else cache.get(name, inputs, compute, save, load, ".json")
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import functools
 import itertools
+import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Self
@@ -15,7 +16,8 @@ from ..cache import ResultCache
 from ..clearance.law import Law
 from ..engines import get_engine, simulate
 from ..errors import LawError, RecordError
-from ..identify import get_method
+from ..identify import Identified, get_method
+from ..identify.checks import IdentifiabilityWarning
 from ..io.dataset import Dataset, Record
 from ..signals.correlation import Comparison, compare
 from ..signals.frf import FRF, estimate_frf
@@ -48,6 +50,8 @@ class IdentifiedLaw:
     """in words"""
     parameters: tuple[dict, ...] = ()
     """fitted parameters: name, unit, value, relative_std"""
+    warnings: tuple[str, ...] = ()
+    """what the identification warned of"""
 
 
 @dataclass(frozen=True, eq=False)
@@ -162,8 +166,17 @@ class Study:
             method = get_method(name)
             words = f"identifying: {name}" if self._progress else None
             inputs = [name, self.dataset.rig.to_dict(), *map(stored.record_digest, self.dataset.identify)]
-            found = stored.law(self.cache, name, inputs, lambda: method.run(self.dataset, words))
-            self._laws[name] = IdentifiedLaw(name, found.law, method.prior_information, found.parameters)
+
+            def compute() -> tuple[Identified, tuple[str, ...]]:
+                with warnings.catch_warnings(record=True) as caught:
+                    warnings.simplefilter("always")
+                    found = method.run(self.dataset, words)
+                return found, tuple(dict.fromkeys(str(w.message) for w in caught))
+
+            found, texts = stored.law(self.cache, name, inputs, compute)
+            for text in texts:
+                warnings.warn(text, IdentifiabilityWarning, stacklevel=2)
+            self._laws[name] = IdentifiedLaw(name, found.law, method.prior_information, found.parameters, texts)
         return self._laws[name]
 
     @property

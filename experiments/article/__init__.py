@@ -1,11 +1,12 @@
 """The article's figures and tables, computed again on this project's engines, with the published values beside ours.
 
-An item is a module with ``run(context, **parameters) -> Result``; `registry.ITEMS` lists them.
+`items.ITEMS` lists them; an item is a function that takes the item and what it needs of `Inputs`, and returns a
+`Result`.
 """
 
-from .context import Context
-from .registry import ITEMS
+from .inputs import Inputs
+from .items import ITEMS, Item, register
 from .result import Result
-from .runner import main, reproduce
+from .runner import reproduce
 
-__all__ = ["ITEMS", "Context", "Result", "main", "reproduce"]
+__all__ = ["ITEMS", "Inputs", "Item", "Result", "register", "reproduce"]

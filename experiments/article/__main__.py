@@ -8,7 +8,8 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from . import command
-from .runner import DATASET, reproduce
+from .inputs import DATASET
+from .runner import reproduce
 
 __all__ = ["main"]
 

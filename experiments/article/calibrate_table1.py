@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 
 import numpy as np
+import pandas as pd
 
 from clearance_mj.beam import mode_shapes, natural_frequencies
 from clearance_mj.calibrate import Calibration, ModalTarget, calibrate, profile, value_of
@@ -14,8 +15,9 @@ from clearance_mj.report.tables import Column, Table
 from clearance_mj.rig import Rig
 from clearance_mj.signals.correlation import mac
 
-from .context import Context
-from .result import Result
+from .items import Item
+from .published import Printed
+from .result import Result, to_table
 from .style import BLACK, BLUE, VERMILION, panel, sheet
 
 __all__ = ["run"]
@@ -49,36 +51,20 @@ FITS = 1.0
 """largest χ² of a rig that fits"""
 
 
-def run(context: Context, starts: int = 32, step: float = 0.01, seed: int = 1) -> Result:
-    """Calibrate the rig to Table 1.
+def run(item: Item, rig: Rig, quick: bool, starts: int = 32, step: float = 0.01, seed: int = 1) -> Result:
+    """Calibrate the rig to Table 1 from some starts, and find the family that fits, a step in m between its rigs.
 
-    Parameters
-    ----------
-    context : Context
-        Gives the article's table and the rig.
-    starts : int
-        Of the search; a quarter of them in the quick way.
-    step : float
-        Between the rigs of the family, m; three times as much in the quick way.
-    seed : int
-        Of the starts.
+    Quick: a quarter of the starts, three times the step.
     """
-    starts, step = (starts // 4, 3 * step) if context.quick else (starts, step)
-    rig, target = context.dataset.rig, _target(context)
-    context.stage("starts")
+    starts, step = (starts // 4, 3 * step) if quick else (starts, step)
+    target = _target()
     found = calibrate(_started(rig), [target], EQUAL, starts, seed)
-    context.stage("family")
     family = _family(found, target, step)
-    context.stage("shapes")
     material = calibrate(found.rig, [target], MATERIAL, 1)
     with_shapes = calibrate(found.rig, [_with_shapes(found.rig, target)], DIAMETER | EQUAL, 1)
-    first = dataclasses.replace(draw(found), name="calibrate_table1")
+    parameters, members = _parameters(rig, found), pd.DataFrame(_member(found, member) for member in family)
+    first = dataclasses.replace(draw(found), name=item.name)
     return Result(
-        title="Calibration: a rig out of Table 1",
-        article=(
-            "Four natural frequencies of the test, 9.25, 39.75, 92.85 and 188.85 Hz (Table 1). No dimension, no "
-            "material and no mass is given, and nothing is said of how the model's were found."
-        ),
         method=(
             "Free: the positions of the two bushings, their grease stiffness (the same in both) and the mass at the "
             "tip; given: a steel shaft of 1 m and 8.617 mm diameter. Bounded least squares on the logarithms, "
@@ -86,28 +72,20 @@ def run(context: Context, starts: int = 32, step: float = 0.01, seed: int = 1) -
             f"deviation of a frequency is that of rounding to {STEP:g} Hz, {STEP / 12**0.5:.4f} Hz. For the family the "
             "diameter is free too, and the first bushing is held at one position after the other."
         ),
-        shows=_shows(rig, found, family, material, with_shapes),
-        differs=(
-            "The article cannot be checked on this: it gives no parameter. Four frequencies identify four numbers, and "
-            "the rig has more: equal bushings, the material and the length are assumptions, and with the diameter free "
-            "a family of rigs has these four frequencies exactly. The shipped rig is one of them. Mode shapes at the "
-            "eight sensors would decide; the article measures them (its MAC) and does not print them. Standard "
-            "deviations are of rounding alone and to first order."
-        ),
-        drawings=(first, _draw_family(rig, found, family)),
+        shows=_shows(found, parameters, members, material, with_shapes),
+        drawings=(first, _draw_family(rig, found, members)),
         data={
-            "calibrate_table1": _rows(rig, found),
-            "calibrate_table1_starts": _start_rows(found),
-            "calibrate_table1_family": [_member(found, member) for member in family],
+            item.name: parameters,
+            f"{item.name}_starts": _starts(found),
+            f"{item.name}_family": members,
         },
-        tables=(_table(rig, found, with_shapes), _family_table(found, family)),
+        tables=(_table(parameters, with_shapes), _family_table(members)),
     )
 
 
-def _target(context) -> ModalTarget:
-    modes = context.article.modes
-    frequency = np.array([row["test_hz"] for row in modes.values()])
-    return ModalTarget(frequency, np.array(list(modes)), np.full(frequency.size, STEP / np.sqrt(12)))
+def _target() -> ModalTarget:
+    frequency = Printed.load(1).numbers["test_hz"]
+    return ModalTarget(frequency.to_numpy(), frequency.index.astype(int).to_numpy(), np.full(4, STEP / np.sqrt(12)))
 
 
 def _started(rig) -> Rig:
@@ -143,20 +121,18 @@ def _with_shapes(rig, target) -> ModalTarget:
     return dataclasses.replace(target, shape=shape, nodes=nodes, shape_std=SHAPE_STD)
 
 
-def _rows(rig, found) -> list[dict]:
-    fit = found.estimates
-    return [
-        {"parameter": path, "start": value_of(found.start, path), "calibrated": float(value), "std": float(std),
+def _parameters(rig, found) -> pd.DataFrame:
+    return pd.DataFrame(
+        {"parameter": path, "start": value_of(found.start, path), "calibrated": value, "std": std,
          "shipped_rig": value_of(rig, path)}
-        for path, value, std in zip(fit.names, fit.value, fit.std)
-    ]  # fmt: skip
+        for path, value, std in zip(found.estimates.names, found.estimates.value, found.estimates.std)
+    )  # fmt: skip
 
 
-def _start_rows(found) -> list[dict]:
-    return [
-        dict(zip(found.estimates.names, s.value.tolist())) | {"chi2": s.chi2, "fits": s.chi2 <= FITS}
-        for s in found.solutions
-    ]
+def _starts(found) -> pd.DataFrame:
+    values = pd.DataFrame([solution.value for solution in found.solutions], columns=found.estimates.names)
+    chi2 = np.array([solution.chi2 for solution in found.solutions])
+    return values.assign(chi2=chi2, fits=chi2 <= FITS)
 
 
 def _member(found, member) -> dict:
@@ -168,40 +144,34 @@ def _member(found, member) -> dict:
     return values | {"chi2": member.chi2, "fifth_hz": float(fifth), "least_mac": float(alike.min())}
 
 
-def _span(rows, name, scale=1.0) -> str:
-    values = [scale * row[name] for row in rows]
-    return f"{min(values):.4g} to {max(values):.4g}"
+def _span(values: pd.Series) -> str:
+    return f"{values.min():.4g} to {values.max():.4g}"
 
 
-def _shows(rig, found, family, material, with_shapes) -> str:
-    rows = [_member(found, member) for member in family]
+def _shows(found, parameters, members, material, with_shapes) -> str:
     fitting = sum(s.chi2 <= FITS for s in found.solutions)
     worst = max(abs(row["relative_error"]) for row in found.to_dict()["modes"])
-    places = "; ".join(f"bushings at {s.value[0]:.4f} and {s.value[1]:.4f} m" for s in found.distinct)
+    positions = "; ".join(f"bushings at {s.value[0]:.4f} and {s.value[1]:.4f} m" for s in found.distinct)
+    away = ((parameters["calibrated"] - parameters["shipped_rig"]).abs() / parameters["std"]).max()
     count = len(with_shapes.estimates.names)
-    away = max(abs(row["calibrated"] - row["shipped_rig"]) / row["std"] for row in _rows(rig, found))
+    spread = 100 * (members["fifth_hz"].max() / members["fifth_hz"].min() - 1)
     return (
         f"{fitting} of {len(found.solutions)} starts end in {len(found.distinct)} different rigs that have the four "
-        f"frequencies exactly, to {worst:.0e} ({places}); the others stop in local minima. The table has the one "
+        f"frequencies exactly, to {worst:.0e} ({positions}); the others stop in local minima. The table has the one "
         f"nearest to the start; it is at most {away:.2f} standard deviations away from the shipped rig. With the "
-        f"diameter free too, rigs whose first bushing stands anywhere from {_span(rows, HELD)} m have the same four "
-        f"frequencies, with diameters of {_span(rows, 'beam.diameter', 1e3)} mm, the second bushing at "
-        f"{_span(rows, 'bushings[1].position')} m, grease of {_span(rows, 'bushings.grease.stiffness')} N/m and tip "
-        f"masses of {_span(rows, 'masses[0].mass')} kg. Their fifth frequencies differ by up to "
-        f"{_spread(rows, 'fifth_hz'):.1f} %, their shapes at the eight sensors have a MAC down to "
-        f"{min(row['least_mac'] for row in rows):.3f} with those of the rig that was found. With E, ρ, stiffness and "
+        f"diameter free too, rigs whose first bushing stands anywhere from {_span(members[HELD])} m have the same four "
+        f"frequencies, with diameters of {_span(1e3 * members['beam.diameter'])} mm, the second bushing at "
+        f"{_span(members['bushings[1].position'])} m, grease of {_span(members['bushings.grease.stiffness'])} N/m and "
+        f"tip masses of {_span(members['masses[0].mass'])} kg. Their fifth frequencies differ by up to "
+        f"{spread:.1f} %, their shapes at the eight sensors have a MAC down to "
+        f"{members['least_mac'].min():.3f} with those of the rig that was found. With E, ρ, stiffness and "
         f"mass free instead, {material.warnings[0].partition(' (')[0]}: all may grow by the same factor. Were the "
         f"shapes measured to {100 * SHAPE_STD:g} % of their length, {count - len(with_shapes.unidentified)} of "
         f"{count} parameters would be identified, the mass to {100 * with_shapes.estimates.varied_std[-1]:.1f} %."
     )
 
 
-def _spread(rows, name) -> float:
-    values = [row[name] for row in rows]
-    return 100 * (max(values) / min(values) - 1)
-
-
-def _table(rig, found, with_shapes) -> Table:
+def _table(parameters, with_shapes) -> Table:
     columns = (
         Column("Parameter"),
         Column("Start", "", ".4g"),
@@ -211,11 +181,11 @@ def _table(rig, found, with_shapes) -> Table:
         Column("Std, diameter free, with shapes", "", ".2g"),
     )
     std = dict(zip(with_shapes.estimates.names, with_shapes.estimates.std))
-    body = tuple((*row.values(), float(std[row["parameter"]])) for row in _rows(rig, found))
-    return Table("parameters", "Parameters in SI units; standard deviations to first order", columns, body)
+    shown = parameters.assign(with_shapes=parameters["parameter"].map(std))
+    return to_table("parameters", "Parameters in SI units; standard deviations to first order", columns, shown)
 
 
-def _family_table(found, family) -> Table:
+def _family_table(members) -> Table:
     columns = (
         Column("First bushing", "m", ".3f"),
         Column("Diameter", "mm", ".4f"),
@@ -225,13 +195,11 @@ def _family_table(found, family) -> Table:
         Column("Fifth frequency", "Hz", ".2f"),
         Column("Least MAC", "", ".4f"),
     )
-    rows = [list(_member(found, member).values()) for member in family]
-    body = tuple((x, 1e3 * d, second, k, m, fifth, alike) for x, d, second, k, m, _, fifth, alike in rows)
-    return Table("family", "Rigs with the same four natural frequencies", columns, body)
+    shown = members.drop(columns="chi2").assign(**{"beam.diameter": 1e3 * members["beam.diameter"]})
+    return to_table("family", "Rigs with the same four natural frequencies", columns, shown)
 
 
-def _draw_family(rig, found, family) -> Drawing:
-    rows = [_member(found, member) for member in family]
+def _draw_family(rig, found, members) -> Drawing:
     figure = sheet(4.2)
     units = {
         "beam.diameter": ("mm", 1e3),
@@ -240,7 +208,7 @@ def _draw_family(rig, found, family) -> Drawing:
     }
     units |= {"masses[0].mass": ("kg", 1), "fifth_hz": ("Hz", 1), "least_mac": ("1", 1)}
     for ax, (name, (unit, scale)) in zip(figure.subplots(2, 3, sharex=True).flat, units.items()):
-        ax.plot([row[HELD] for row in rows], [scale * row[name] for row in rows], color=BLUE, marker="o", ms=3, lw=1)
+        ax.plot(members[HELD], scale * members[name], color=BLUE, marker="o", ms=3, lw=1)
         names = found.estimates.names
         if name in names or name in DIAMETER:
             i = names.index(name) if name in names else None

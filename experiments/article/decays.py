@@ -4,18 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-import numpy as np
+import pandas as pd
 from matplotlib.figure import Figure
 
 from clearance_mj.identify import sdof
 from clearance_mj.report.figures import Drawing
-from clearance_mj.report.tables import Column, Table
+from clearance_mj.report.tables import Column
 
-from .context import Context
 from .free_decays import CONDITIONS, Decay, free_decay, rms_error
-from .result import Result
+from .items import Item
+from .result import Result, rounded, to_table
 from .style import BLACK, BLUE, FONT, ORANGE, VERMILION, panel, sheet
-from .texts import texts
 
 __all__ = ["working_condition"]
 
@@ -35,49 +34,32 @@ KNOWS = {
 }
 
 
-def working_condition(context: Context, number: int, name: str, snrs: Sequence[float], seeds: int):
-    """Identify one of the article's working conditions.
+def working_condition(item: Item, quick: bool, number: int, snrs: Sequence[float] = (100, 20), seeds: int = 5):
+    """Identify one of the article's working conditions, 1 or 2, under noises of some signal-to-noise ratios, dB.
 
-    Parameters
-    ----------
-    context : Context
-        If quick, one noise is enough.
-    number : int
-        1 or 2.
-    name : str
-        The item.
-    snrs : sequence of float
-        Signal-to-noise ratios, dB; the first is shown with every form.
-    seeds : int
-        How many noises the errors are taken over.
-
-    Returns
-    -------
-    Result
+    The errors are the largest over ``seeds`` noises (quick: one); the first ratio is shown with every form.
     """
-    context.stage("identifying")
-    words = texts(name)
     clean = free_decay(CONDITIONS[number])
-    noises = range(1 if context.quick else seeds)
+    noises = range(1 if quick else seeds)
     found = {snr: [_identify(clean.with_noise(snr, seed)) for seed in noises] for snr in snrs}
-    errors = [row for snr in snrs for row in _errors(clean, found[snr], snr)]
-    first = {snr: found[snr][0] for snr in snrs}
+    errors = _errors(clean, found)
+    first = {snr: runs[0] for snr, runs in found.items()}
     caption = (
-        f"{words['title']}. (a), (b): corrected form at {' and '.join(f'{snr:g}' for snr in snrs)} dB; (c), (d): every "
+        f"{item.title}. (a), (b): corrected form at {' and '.join(f'{snr:g}' for snr in snrs)} dB; (c), (d): every "
         f"form at {snrs[0]:g} dB. Curves of one noise."
     )
     alt = "Damping and stiffness over time, known and identified."
+    columns = (Column("SNR", "dB", "g"), Column("Quantity"), Column("Form"), Column("RMS error", "%", ".3g"))
     return Result(
-        **words,
         method=(
             "A free decay of 0.025 kg is integrated with the known k(t) and c(t), white noise is added, and both are "
             f"identified from the Morlet ridge between {BAND[0]:g} and {BAND[1]:g} Hz. Errors are relative RMS over "
             f"the valid samples; the largest over the noises counts (noises: {len(noises)})."
         ),
         shows=_shows(errors, snrs),
-        drawings=(Drawing(name, _draw(clean, first), caption, alt),),
-        data={name: _curves(clean, first), f"{name}_errors": errors},
-        tables=(_table(errors),),
+        drawings=(Drawing(item.name, _draw(clean, first), caption, alt),),
+        data={item.name: _curves(clean, first), f"{item.name}_errors": errors},
+        tables=(to_table("errors", "Largest relative RMS error over the noises", columns, errors),),
         knows=KNOWS,
     )
 
@@ -86,27 +68,27 @@ def _identify(decay: Decay) -> dict:
     return {form: sdof(decay.signal, decay.fs, decay.mass, BAND, **options) for form, options in FORMS.items()}
 
 
-def _errors(clean, found, snr) -> list[dict]:
-    def worst(quantity, form):
-        results = (run[form] for run in found)
+def _errors(clean: Decay, found: dict) -> pd.DataFrame:
+    def worst(snr, quantity, form):
+        results = [run[form] for run in found[snr]]
         return 100 * max(rms_error(getattr(r, quantity), getattr(clean, quantity), r.valid) for r in results)
 
-    return [
-        {"snr_db": snr, "quantity": quantity, "form": form, "largest_rms_error_percent": worst(quantity, form)}
+    return pd.DataFrame(
+        {"snr_db": snr, "quantity": quantity, "form": form, "largest_rms_error_percent": worst(snr, quantity, form)}
+        for snr in found
         for quantity in QUANTITIES
         for form in FORMS
-    ]
+    )
 
 
-def _curves(clean, first) -> list[dict]:
+def _curves(clean: Decay, first: dict) -> pd.DataFrame:
     columns = {"time_s": clean.time, "c_known": clean.c, "k_known": clean.k}
     for snr, results in first.items():
         columns |= {f"{q} {form}, {snr:g} dB": getattr(r, q) for form, r in results.items() for q in QUANTITIES}
-    rows = np.transpose(list(columns.values()))[::THIN]
-    return [dict(zip(columns, (f"{value:.7g}" for value in row))) for row in rows]
+    return rounded(pd.DataFrame(columns)[::THIN], 7)
 
 
-def _draw(clean, first) -> Figure:
+def _draw(clean: Decay, first: dict) -> Figure:
     figure = sheet(4.6)
     axes, snr = figure.subplots(2, 2, sharex=True, sharey="col"), next(iter(first))
     upper = {f"SNR {level:g} dB": results["corrected"] for level, results in first.items()}
@@ -126,17 +108,10 @@ def _draw(clean, first) -> Figure:
     return figure
 
 
-def _shows(errors, snrs) -> str:
-    value = {(row["snr_db"], row["quantity"], row["form"]): row["largest_rms_error_percent"] for row in errors}
+def _shows(errors: pd.DataFrame, snrs: Sequence[float]) -> str:
+    value = errors.set_index(["snr_db", "quantity", "form"])["largest_rms_error_percent"]
     corrected = "; ".join(
         f"at {snr:g} dB c {value[snr, 'c', 'corrected']:.2g} %, k {value[snr, 'k', 'corrected']:.2g} %" for snr in snrs
     )
     printed = " and ".join(f"{value[snrs[0], 'c', form]:.3g} % with {form}" for form in [*FORMS][1:])
     return f"RMS errors of the corrected form: {corrected}. At {snrs[0]:g} dB c is off by {printed}."
-
-
-def _table(errors) -> Table:
-    columns = (Column("SNR", "dB", "g"), Column("Quantity"), Column("Form"), Column("RMS error", "%", ".3g"))
-    return Table(
-        "errors", "Largest relative RMS error over the noises", columns, tuple(tuple(r.values()) for r in errors)
-    )

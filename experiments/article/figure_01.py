@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 import numpy as np
+import pandas as pd
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
 from clearance_mj.report.figures import Drawing
-from clearance_mj.report.tables import Column, Table
+from clearance_mj.report.tables import Column
 from clearance_mj.rig import Bushing, Rig
 
-from .context import Context
-from .result import Result
+from .items import Item
+from .result import Result, to_table
 from .style import BLUE, FONT, ORANGE, VERMILION, sheet
-from .texts import texts
 
 __all__ = ["dimensions", "run"]
 
@@ -25,38 +25,26 @@ PLATE = -0.115
 ARROW = {"arrowstyle": "<->", "linewidth": 0.7, "shrinkA": 0, "shrinkB": 0}
 
 
-def run(context: Context) -> Result:
-    """Draw the model.
-
-    Parameters
-    ----------
-    context : Context
-        Gives the rig.
-    """
-    rig, rows = context.dataset.rig, dimensions(context.dataset.rig)
+def run(item: Item, rig: Rig) -> Result:
+    """Draw the model."""
     caption = (
         f"Rig “{rig.name}” from its own file. (a) side view, to scale along and across the shaft; springs, dampers, "
         "boss and base plate are symbols. (b), (c) sections through the bushings, to scale except for the gaps, "
         f"which are drawn {EXAGGERATION} times too wide."
     )
+    rows = dimensions(rig)
+    columns = (Column("Quantity"), Column("Value", "", ".6g"), Column("Unit"))
     return Result(
-        **texts("figure_01"),
         method="Drawn from the dataset's rig.toml, which the engines simulate too.",
         shows=_shows(rig),
-        drawings=(Drawing("figure_01", _draw(rig), caption, "Cantilever with two bushings, with dimensions."),),
-        data={"figure_01": rows},
-        tables=(_table(rows),),
+        drawings=(Drawing(item.name, _draw(rig), caption, "Cantilever with two bushings, with dimensions."),),
+        data={item.name: rows},
+        tables=(to_table("dimensions", "Dimensions of the rig", columns, rows),),
     )
 
 
-def dimensions(rig: Rig) -> list[dict]:
-    """Return what a rig is made of: quantity, value, unit.
-
-    Parameters
-    ----------
-    rig : Rig
-        The rig.
-    """
+def dimensions(rig: Rig) -> pd.DataFrame:
+    """Return what a rig is made of: quantity, value, unit."""
     beam = rig.beam
     sides = {name: getattr(beam, name) for name in ("diameter", "width", "height")}
     found = [("length l", beam.length, "m"), *((name, size, "m") for name, size in sides.items() if size)]
@@ -71,19 +59,13 @@ def dimensions(rig: Rig) -> list[dict]:
             (f"contact stiffness kd{i}, datasheet", b.contact.stiffness, "N/m"),
             (f"contact damping cd{i}, datasheet", b.contact.damping, "N s/m"),
         ]
-    for mass in rig.masses:
-        found += [(f"{mass.name or 'mass'} at {mass.position:g} m", mass.mass, "kg")]
-    return [{"quantity": quantity, "value": value, "unit": unit} for quantity, value, unit in found]
+    found += [(f"{mass.name or 'mass'} at {mass.position:g} m", mass.mass, "kg") for mass in rig.masses]
+    return pd.DataFrame(found, columns=["quantity", "value", "unit"])
 
 
-def _shows(rig) -> str:
-    places = " and ".join(f"{b.position:g} m (d = {1e3 * b.gap:g} mm)" for b in rig.bushings)
-    return f"A shaft of {rig.beam.length:g} m, clamped at its left end, through bushings at {places}."
-
-
-def _table(rows) -> Table:
-    columns = (Column("Quantity"), Column("Value", "", ".6g"), Column("Unit"))
-    return Table("dimensions", "Dimensions of the rig", columns, tuple(tuple(row.values()) for row in rows))
+def _shows(rig: Rig) -> str:
+    positions = " and ".join(f"{b.position:g} m (d = {1e3 * b.gap:g} mm)" for b in rig.bushings)
+    return f"A shaft of {rig.beam.length:g} m, clamped at its left end, through bushings at {positions}."
 
 
 def _height(rig) -> float:

@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
+import pandas as pd
 from matplotlib.figure import Figure
 
 from clearance_mj.report.figures import Drawing
 from clearance_mj.report.tables import Column, Table
 
-from .context import Context
 from .free_decays import MASS, SCALE_CONDITION, SCALE_SEQUENCES, free_decay, scale_study
-from .result import Result
+from .items import Item
+from .result import Result, to_table
 from .style import BLACK, BLUE, FONT, GREEN, ORANGE, PURPLE, SKY, VERMILION, panel, sheet
-from .texts import texts
 
 __all__ = ["run"]
 
@@ -25,47 +27,35 @@ SHOWN = 40
 """dB, of the curves"""
 
 
-def run(context: Context, snrs=(100, SHOWN, 20), seeds: int = 20) -> Result:
-    """Identify the decay of Figure 4 at single scales.
-
-    Parameters
-    ----------
-    context : Context
-        If quick, one noise of the SNR that is drawn is enough.
-    snrs : sequence of float
-        Signal-to-noise ratios, dB; 40 dB, whose curves are drawn, is one of them.
-    seeds : int
-        How many noises the median errors are taken over.
-    """
-    if context.quick:
+def run(item: Item, quick: bool, snrs: Sequence[float] = (100, SHOWN, 20), seeds: int = 20) -> Result:
+    """Identify the decay of Figure 4 at single scales; errors are medians over noises (quick: one, at one ratio)."""
+    if quick:
         snrs, seeds = (SHOWN,), 1
     known = free_decay(SCALE_CONDITION, DURATION, FS)
     scales = sorted({scale for sequence in SCALE_SEQUENCES for scale in sequence})
-    noises, runs = range(seeds), {}
-    for snr in snrs:
-        context.stage(f"{len(scales)} scales at {snr:g} dB")
-        runs[snr] = [scale_study(known.with_noise(snr, seed), scales) for seed in noises]
+    noises = range(seeds)
+    runs = {snr: [scale_study(known.with_noise(snr, seed), scales) for seed in noises] for snr in snrs}
     study = dict(zip(scales, runs[SHOWN][0]))
     error = {
         (snr, scale): 100 * float(np.median([run[i].c_error for run in runs[snr]]))
         for snr in snrs
         for i, scale in enumerate(scales)
     }
+    rows = _rows(study, error, snrs)
     caption = (
         f"Sequences 1 to 3 of scales a. (a)-(c): damping at each scale, SNR {SHOWN} dB; (d)-(f): its RMS error, median "
         f"of {len(noises)} noises. Dotted: a = ω0/ω, where the ridge is."
     )
     alt = "Damping over time at single scales in three sequences, and its error over the scale."
     return Result(
-        **texts("figure_04"),
         method=(
             "Translations b = a(16κ + 8), κ = 0 : 0.005 : T/(4a), on 4 s of the decay of 0.025 kg and 8000 N/m; Morlet "
             "wavelet with ω0 = 5; c = -2m A'/A from a local slope of ln A, the same at every scale."
         ),
         shows=_shows(error, scales, snrs),
-        drawings=(Drawing("figure_04", _draw(study, error, known, snrs), caption, alt),),
-        data={"figure_04": _rows(study, error, snrs)},
-        tables=(_table(study, error, snrs),),
+        drawings=(Drawing(item.name, _draw(study, error, known, snrs), caption, alt),),
+        data={item.name: rows},
+        tables=(_table(study, rows, snrs),),
         knows={"each scale": "the displacement, the mass and the scale; nothing of the frequency"},
     )
 
@@ -79,18 +69,19 @@ def _ridge_exponent() -> float:
     return float(np.log2(5.0 / np.sqrt(8000.0 / MASS)))
 
 
-def _rows(study, error, snrs) -> list[dict]:
-    return [
+def _rows(study, error, snrs) -> pd.DataFrame:
+    rows = [
         {"sequence": number, "log2_scale": _exponent(scale), "points": study[scale].points}
-        | {"points_printed": PRINTED.get(_exponent(scale), ""), "products": study[scale].products}
+        | {"points_printed": PRINTED.get(_exponent(scale)), "products": study[scale].products}
         | {"k_error_percent": 100 * study[scale].k_error}
         | {f"c_error_percent_{snr:g}dB_median": error[snr, scale] for snr in snrs}
         for number, sequence in enumerate(SCALE_SEQUENCES, 1)
         for scale in sequence
     ]
+    return pd.DataFrame(rows).astype({"points_printed": "Int64"})
 
 
-def _table(study, error, snrs) -> Table:
+def _table(study, rows, snrs) -> Table:
     columns = (
         Column("Scale", "log2 s", "g"),
         Column("Translations", "", "d"),
@@ -99,12 +90,11 @@ def _table(study, error, snrs) -> Table:
         Column("Time", "s", ".2f"),
         *(Column(f"Error of c, {snr:g} dB", "%", ".3g") for snr in snrs),
     )
-    rows = tuple(
-        (exponent, s.points, PRINTED.get(exponent), s.products / 1e6, s.seconds, *(error[snr, scale] for snr in snrs))
-        for scale, s in study.items()
-        for exponent in (_exponent(scale),)
-    )
-    return Table("scales", "Cost and error of each scale; errors are medians over the noises", columns, rows)
+    seconds = {_exponent(scale): found.seconds for scale, found in study.items()}
+    shown = rows.drop_duplicates("log2_scale").sort_values("log2_scale").drop(columns=["sequence", "k_error_percent"])
+    shown["products"] /= 1e6
+    shown.insert(4, "seconds", shown["log2_scale"].map(seconds))
+    return to_table("scales", "Cost and error of each scale; errors are medians over the noises", columns, shown)
 
 
 def _shows(error, scales, snrs) -> str:

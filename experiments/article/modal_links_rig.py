@@ -2,35 +2,31 @@
 
 from __future__ import annotations
 
-import os
-from collections.abc import Callable, Mapping
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+import pandas as pd
 
-from clearance_mj.clearance.law import ConstantLaw
+from clearance_mj.clearance.law import ConstantLaw, Law
 from clearance_mj.engines import simulate
 from clearance_mj.report.figures import Drawing
 from clearance_mj.report.tables import Column, Table
+from clearance_mj.rig import Rig
 from clearance_mj.signals.correlation import compare, mac
 from clearance_mj.signals.ema import Modes, extract_modes
 from clearance_mj.signals.excitation import Excitation, multisine, stepped_sine
 from clearance_mj.signals.nonlinear import BestLinear, best_linear, stepped_harmonics
 from clearance_mj.signals.response import Response
+from clearance_mj.study import Study
+from clearance_mj.tasks import run_tasks
 from clearance_mj.testrig import Truth
 from clearance_mj.testrig.plans import BAND, FS, Plan
 from clearance_mj.testrig.records import take
 
-from .context import Context
-from .modal_links_rig_figures import (
-    draw_backbones,
-    draw_best_linear,
-    draw_harmonics,
-    draw_jumps,
-    draw_shapes,
-)
-from .result import Result
+from .items import Item
+from .modal_links_rig_figures import draw_backbones, draw_best_linear, draw_harmonics, draw_jumps, draw_shapes
+from .result import Result, rounded, to_table
 
 __all__ = ["FULL", "QUICK", "Setup", "run"]
 
@@ -99,56 +95,46 @@ System = Callable[[Excitation, int], Response]
 """Rig or engine: response to an excitation; the seed is that of drift and noise"""
 
 
-def run(context: Context, setup: Setup | None = None) -> Result:
-    """Shake the rig and the engines alike.
+Approximations = Mapping[tuple[str, float], BestLinear]
+"""By system and level"""
 
-    Parameters
-    ----------
-    context : Context
-        Gives rig and law.
-    setup : Setup, optional
-        How much is measured; default: `FULL`, or `QUICK` for a quick context.
-    """
-    setup = setup or (QUICK if context.quick else FULL)
-    knowledge, row = context.laws[-1], _row(context.dataset.rig, BUSHING)
-    systems = _systems(context, knowledge.law, setup)
-    approximations = _approximations(context, systems, setup)
+
+def run(item: Item, study: Study, quick: bool, setup: Setup | None = None) -> Result:
+    """Shake the rig and the engines alike, with the study's last law; default setup: `FULL`, or `QUICK` if quick."""
+    setup = setup or (QUICK if quick else FULL)
+    rig, law = study.dataset.rig, study.laws[-1]
+    row, systems = _row(rig, BUSHING), _systems(rig, law.law, setup)
+    approximations = _approximations(systems, setup)
     modes = {key: extract_modes(found.frf, N_MODES) for key, found in approximations.items()}
-    backbones, macs = _backbones(approximations, setup), _macs(modes, setup)
-    harmonics, jumps = _harmonics(context, systems, knowledge.law, setup), _jumps(context, systems, setup)
+    backbones, macs = _backbones(approximations, setup), _macs(modes)
+    harmonics, jumps = _harmonics(rig, systems, law.law, setup), _jumps(systems, setup)
     figures = {
-        "shapes": draw_shapes(context.dataset.rig, modes, macs, setup),
+        "shapes": draw_shapes(rig, modes, macs, setup),
         "backbones": draw_backbones(backbones),
-        "harmonics": draw_harmonics(harmonics, context.dataset.rig.bushings[BUSHING].gap),
+        "harmonics": draw_harmonics(harmonics, rig.bushings[BUSHING].gap),
         "jumps": draw_jumps(jumps),
-        "best_linear": draw_best_linear(approximations, setup.shown, row, context.dataset.rig.sensors[row].node),
+        "best_linear": draw_best_linear(approximations, setup.shown, row, rig.sensors[row].node),
     }
+    words = (
+        _shapes_in_words(macs, setup), _backbones_in_words(backbones, setup),
+        _scatter_in_words(approximations, setup, row), _harmonics_in_words(harmonics, setup),
+        _jumps_in_words(jumps, setup),
+    )  # fmt: skip
     return Result(
-        title="Modal against links against rig",
-        article=ARTICLE,
-        method=_method(setup, knowledge.name),
-        shows=" ".join(
-            (
-                _shapes_in_words(macs, setup),
-                _backbones_in_words(backbones, setup),
-                _scatter_in_words(approximations, setup, row),
-                _harmonics_in_words(harmonics, setup),
-                _jumps_in_words(jumps, setup),
-            )
-        ),
-        differs=DIFFERS,
-        drawings=[Drawing(f"{NAME}_{key}", figure, *CAPTIONS[key]) for key, figure in figures.items()],
+        method=_method(setup, law.name),
+        shows=" ".join(words),
+        drawings=[Drawing(f"{item.name}_{key}", figure, *CAPTIONS[key]) for key, figure in figures.items()],
         data={
-            NAME: backbones,
-            f"{NAME}_mac": macs,
-            f"{NAME}_harmonics": harmonics,
-            f"{NAME}_jumps": jumps,
-            f"{NAME}_best_linear": _best_linear_rows(approximations, setup, context.dataset.rig),
+            item.name: backbones,
+            f"{item.name}_mac": macs,
+            f"{item.name}_harmonics": harmonics,
+            f"{item.name}_jumps": jumps,
+            f"{item.name}_best_linear": _over_frequency(approximations, setup, rig),
         },
         tables=(_backbone_table(backbones), _scatter_table(approximations, row), _jump_table(jumps)),
         knows={
             "rig": "nothing: it is the virtual test rig (synthetic), measured with 1 % noise and 24 bits",
-            "engines": f"{knowledge.prior_information}; driven by the commanded excitation, not the measured one",
+            "engines": f"{law.prior_information}; driven by the commanded excitation, not the measured one",
             "engines, grease reduced": (
                 "in addition the stiffness and damping of the grease that the rig was given; sliding share, yield, "
                 "film and contact stay as identified with the other grease"
@@ -161,9 +147,8 @@ def run(context: Context, setup: Setup | None = None) -> Result:
 # Measuring.
 
 
-def _systems(context, law, setup) -> dict[tuple[str, str], System]:
+def _systems(rig: Rig, law: Law, setup: Setup) -> dict[tuple[str, str], System]:
     """Rig and engines by (grease, name)."""
-    rig = context.dataset.rig
     reduced = Truth(grease_stiffness=REDUCED["stiffness"], film_damping=REDUCED["damping"])
     reduced_law = replace(law, grease=tuple(replace(g, **REDUCED) for g in law.grease))
     systems = {}
@@ -173,128 +158,118 @@ def _systems(context, law, setup) -> dict[tuple[str, str], System]:
     return systems
 
 
-def _rig(rig, truth) -> System:
+def _rig(rig: Rig, truth: Truth) -> System:
     def measure(excitation, seed):
         return take(Plan(NAME, "validate", excitation, NAME, seed), rig, truth, NAME).response()
 
     return measure
 
 
-def _engine(rig, law, engine) -> System:
+def _engine(rig: Rig, law: Law, engine: str) -> System:
     return lambda excitation, seed: simulate(rig, excitation, law, engine)
 
 
-def _shake(jobs) -> list[Response]:
-    """Responses of (system, excitation, seed); compiled loops release the interpreter's lock."""
-    with ThreadPoolExecutor(os.cpu_count()) as pool:
-        return list(pool.map(lambda job: job[0](*job[1:]), jobs))
+def _shake(jobs: Sequence[tuple[System, Excitation, int]]) -> list[Response]:
+    """Responses in the jobs' order; compiled loops release the interpreter's lock."""
+    found = dict(run_tasks(lambda i: jobs[i][0](*jobs[i][1:]), range(len(jobs))))
+    return [found[i] for i in range(len(jobs))]
 
 
-def _approximations(context, systems, setup) -> dict[tuple[str, float], BestLinear]:
-    """Best linear approximations by (system, level); all are shaken by the same multisines."""
-    found = {}
-    for level in setup.levels:
-        context.stage(f"multisines of {level:g} m/s²")
-        names = [name for state, name in systems if state == "as it is"]
-        jobs = [
-            (systems["as it is", name], _multisine(level, m, setup), m)
-            for name in names
-            for m in range(setup.realisations)
-        ]
-        responses = iter(_shake(jobs))
-        for name in names:
-            records = [next(responses) for _ in range(setup.realisations)]
-            found[name, level] = best_linear(records, PERIOD, setup.drop)
-    return found
+def _approximations(systems: Mapping[tuple[str, str], System], setup: Setup) -> Approximations:
+    """All are shaken by the same multisines."""
+    names = [name for state, name in systems if state == "as it is"]
+    shakes = [(name, level, seed) for level in setup.levels for name in names for seed in range(setup.realisations)]
+    responses = _shake([(systems["as it is", n], _multisine(level, seed, setup), seed) for n, level, seed in shakes])
+    records: dict[tuple[str, float], list[Response]] = {}
+    for (name, level, _), response in zip(shakes, responses):
+        records.setdefault((name, level), []).append(response)
+    return {key: best_linear(found, PERIOD, setup.drop) for key, found in records.items()}
 
 
-def _multisine(level, seed, setup) -> Excitation:
+def _multisine(level: float, seed: int, setup: Setup) -> Excitation:
     duration = PERIOD * (setup.drop + setup.periods)
     return multisine(duration, FS, BAND, level, seed, period=PERIOD)
 
 
-def _harmonics(context, systems, law, setup) -> list[dict]:
+def _harmonics(rig: Rig, systems: Mapping[tuple[str, str], System], law: Law, setup: Setup) -> pd.DataFrame:
     """Harmonics of the motion in a bushing under a sine whose amplitude steps upwards."""
-    context.stage("sine of rising amplitude")
     size = len(setup.amplitudes)
     shake = stepped_sine(size * setup.dwell, FS, SINE, setup.amplitudes)
     tried = {name: system for (state, name), system in systems.items() if state == "as it is"}
-    tried[GREASE_ONLY] = _engine(context.dataset.rig, ConstantLaw(0.0, 0.0, grease=law.grease), "modal")
+    tried[GREASE_ONLY] = _engine(rig, ConstantLaw(0.0, 0.0, grease=law.grease), "modal")
     rows = []
     for name, response in zip(tried, _shake([(system, shake, 0) for system in tried.values()])):
-        values = stepped_harmonics(response.displacement[:, BUSHING], FS, [SINE] * size, ORDERS)
+        values = stepped_harmonics(_motion(response), FS, [SINE] * size, ORDERS)
         for amplitude, of_step in zip(setup.amplitudes, np.abs(values)):
-            row = {"system": name, "amplitude_m_s2": amplitude}
-            rows += [row | {"harmonic": k, "displacement_m": float(v)} for k, v in enumerate(of_step, 1)]
-    return rows
+            rows += [(name, amplitude, k, v) for k, v in enumerate(of_step, 1)]
+    return pd.DataFrame(rows, columns=["system", "amplitude_m_s2", "harmonic", "displacement_m"])
 
 
-def _jumps(context, systems, setup) -> list[dict]:
+def _motion(response: Response) -> np.ndarray:
+    return response.displacement[:, BUSHING]
+
+
+def _jumps(systems: Mapping[tuple[str, str], System], setup: Setup) -> pd.DataFrame:
     """First harmonic of the motion in a bushing under a sine that steps up and down in frequency."""
-    context.stage("stepped sine up and down")
     steps = {state: (*up, *reversed(up)) for state, up in setup.sweeps.items()}
     tried = {key: system for key, system in systems.items() if key[0] in steps}
     jobs = [
         (system, stepped_sine(len(steps[state]) * setup.dwell, FS, steps[state], SWEEP_AMPLITUDE), 0)
         for (state, _), system in tried.items()
     ]
-    rows = []
+    frames = []
     for (state, name), response in zip(tried, _shake(jobs)):
-        values = stepped_harmonics(response.displacement[:, BUSHING], FS, steps[state], 1)
-        for i, (frequency, value) in enumerate(zip(steps[state], np.abs(values[:, 0]))):
-            direction = "up" if i < len(setup.sweeps[state]) else "down"
-            row = {"grease": state, "system": name, "direction": direction}
-            rows.append(row | {"frequency_hz": frequency, "displacement_m": float(value)})
-    return rows
+        values = stepped_harmonics(_motion(response), FS, steps[state], 1)
+        directions = np.repeat(["up", "down"], len(setup.sweeps[state]))
+        moves = {"frequency_hz": steps[state], "displacement_m": np.abs(values[:, 0])}
+        frames.append(pd.DataFrame({"grease": state, "system": name, "direction": directions} | moves))
+    return pd.concat(frames, ignore_index=True)
 
 
 # What the measurements tell.
 
 
-def _row(rig, bushing) -> int:
+def _row(rig: Rig, bushing: int) -> int:
     """Row of the sensor that sits in a bushing."""
     return int(np.argmin([abs(s.position - rig.bushings[bushing].position) for s in rig.sensors]))
 
 
-def _backbones(approximations, setup) -> list[dict]:
+def _backbones(approximations: Approximations, setup: Setup) -> pd.DataFrame:
     """Frequency and damping of each mode over level, paired with the rig's modes at the lowest level."""
-    reference, rows = approximations["rig", setup.levels[0]].frf, []
+    reference, frames = approximations["rig", setup.levels[0]].frf, []
     for (name, level), found in approximations.items():
-        of = compare(reference, found.frf, N_MODES).per_mode
-        for i, mode in enumerate(of["mode"]):
-            if np.isfinite(of["test_hz"][i]):
-                row = {"system": name, "level_m_s2": level, "mode": int(mode)}
-                values = of["model_hz"][i], of["model_damping"][i], of["mac"][i]
-                rows.append(row | dict(zip(("frequency_hz", "damping", "mac_with_rig_at_lowest"), map(float, values))))
-    return rows
+        of = pd.DataFrame(compare(reference, found.frf, N_MODES).per_mode).dropna(subset="test_hz")
+        frames.append(of.assign(system=name, level_m_s2=level))
+    new = {"model_hz": "frequency_hz", "model_damping": "damping", "mac": "mac_with_rig_at_lowest"}
+    return pd.concat(frames, ignore_index=True)[["system", "level_m_s2", "mode", *new]].rename(columns=new)
 
 
-def _macs(modes: Mapping[tuple[str, float], Modes], setup) -> list[dict]:
+def _macs(modes: Mapping[tuple[str, float], Modes]) -> pd.DataFrame:
     """MAC of every system's modes with the rig's, and of the rig's with themselves, at each level."""
     rows = []
     for (name, level), found in modes.items():
-        matrix = mac(modes["rig", level].shape, found.shape)
-        for (i, j), value in np.ndenumerate(matrix):
-            hz = {"rig_hz": float(modes["rig", level].frequency[i]), "system_hz": float(found.frequency[j])}
-            place = {"level_m_s2": level, "system": name, "rig_mode": i + 1, "system_mode": j + 1}
-            rows.append(place | hz | {"mac": float(value)})
-    return rows
+        rig = modes["rig", level]
+        for (i, j), value in np.ndenumerate(mac(rig.shape, found.shape)):
+            rows.append((level, name, i + 1, j + 1, rig.frequency[i], found.frequency[j], value))
+    columns = ["level_m_s2", "system", "rig_mode", "system_mode", "rig_hz", "system_hz", "mac"]
+    return pd.DataFrame(rows, columns=columns)
 
 
-def _best_linear_rows(approximations, setup, rig) -> list[dict]:
-    """The drawn approximations and the standard deviations of their scatter at the sensors in the bushings, as text."""
-    rows = []
+def _over_frequency(approximations: Approximations, setup: Setup, rig: Rig) -> pd.DataFrame:
+    """The drawn approximations and the standard deviations of their scatter at the sensors in the bushings."""
+    frames = []
     for (name, level), found in approximations.items():
-        if level not in setup.shown:
-            continue
-        columns = np.abs(found.frf.value), np.sqrt(found.noise_variance), np.sqrt(found.distortion_variance)
-        for i in (_row(rig, bushing) for bushing in range(len(rig.bushings))):
-            place = {"system": name, "level_m_s2": level, "sensor": rig.sensors[i].node}
-            for frequency, *values in zip(found.frf.frequency, *(column[i] for column in columns)):
-                texts = (f"{value:.6g}" for value in values)
-                curves = zip(("magnitude", "noise_std_of_mean", "distortion_std_of_one"), texts)
-                rows.append(place | {"frequency_hz": float(frequency)} | dict(curves))
-    return rows
+        for i in (_row(rig, bushing) for bushing in range(len(rig.bushings)) if level in setup.shown):
+            curves = {
+                "magnitude": np.abs(found.frf.value[i]),
+                "noise_std_of_mean": np.sqrt(found.noise_variance[i]),
+                "distortion_std_of_one": np.sqrt(found.distortion_variance[i]),
+            }
+            frame = rounded(pd.DataFrame({"frequency_hz": found.frf.frequency} | curves), 6)
+            for column, value in (("sensor", rig.sensors[i].node), ("level_m_s2", level), ("system", name)):
+                frame.insert(0, column, value)
+            frames.append(frame)
+    return pd.concat(frames, ignore_index=True)
 
 
 def _scatter(found: BestLinear, row: int) -> tuple[float, float]:
@@ -304,37 +279,18 @@ def _scatter(found: BestLinear, row: int) -> tuple[float, float]:
     return tuple(float(10 * np.log10(max(value, 1e-30) / power)) for value in sums)
 
 
-def _hysteresis(jumps, state, name) -> tuple[float, float, float]:
+def _hysteresis(jumps: pd.DataFrame) -> pd.DataFrame:
     """Largest ratio of the motions on the way up and down, lowest and highest frequency at which it is above 1.2."""
-    values = {
-        direction: {
-            r["frequency_hz"]: r["displacement_m"]
-            for r in jumps
-            if (r["grease"], r["system"], r["direction"]) == (state, name, direction)
-        }
-        for direction in ("up", "down")
-    }
-    ratio = {f: values["up"][f] / values["down"][f] for f in values["up"]}
-    apart = [f for f, value in ratio.items() if max(value, 1 / value) > 1.2]
-    largest = max(max(value, 1 / value) for value in ratio.values())
-    return largest, min(apart, default=float("nan")), max(apart, default=float("nan"))
+    keys = ["grease", "system"]
+    wide = jumps.pivot(index=[*keys, "frequency_hz"], columns="direction", values="displacement_m")
+    ratio = np.maximum(wide["up"] / wide["down"], wide["down"] / wide["up"]).rename("ratio").reset_index()
+    found = ratio.groupby(keys)["ratio"].max().to_frame()
+    found[["low", "high"]] = ratio[ratio["ratio"] > 1.2].groupby(keys)["frequency_hz"].agg(["min", "max"])
+    return found.reindex(pd.MultiIndex.from_frame(jumps[keys].drop_duplicates()))
 
 
 # Words and tables.
 
-ARTICLE = (
-    "The article models the shaft by assumed modes (Eqs 1-8) and compares one FRF per position with its test. It says "
-    "nothing of level, harmonics, jumps, or how far an FRF of a rig with clearance holds; its Section 2 says that "
-    "energy loss is nonlinear at re-contact, and its Section 4.2 ascribes what is left at the fourth mode to noise."
-)
-DIFFERS = (
-    "An FRF of a rig with clearance belongs to the level and kind of excitation it was measured with: frequencies and "
-    "damping move with level, so one column of natural frequencies as in the article's Table 1 is that of one level. "
-    "Scatter from one realisation of the phases to the next is not noise but grease and clearance, and averaging more "
-    "periods of one realisation does not show it. The article's bench may have had any of this; its tables cannot "
-    "tell. The virtual rig's physics are of the family that the identified law has, which those of a bench need not "
-    "be: agreement this close is of the engines with each other and with an independent solution, not a promise."
-)
 CAPTIONS = {
     "shapes": (
         "(a)-(d): mode shapes at the lowest level, accelerations relative to the largest; (e)-(j): MAC of the rig's "
@@ -383,33 +339,26 @@ def _method(setup, law) -> str:
     )
 
 
-def _shapes_in_words(macs, setup) -> str:
+def _shapes_in_words(macs: pd.DataFrame, setup: Setup) -> str:
     low = setup.levels[0]
-    pairs = [r["mac"] for r in macs if r["level_m_s2"] == low and r["rig_mode"] == r["system_mode"]]
-    return f"At {low:g} m/s² the shapes of rig and engines differ by 1 - MAC <= {1 - min(pairs):.1g}."
+    pairs = macs["mac"][(macs["level_m_s2"] == low) & (macs["rig_mode"] == macs["system_mode"])]
+    return f"At {low:g} m/s² the shapes of rig and engines differ by 1 - MAC <= {1 - pairs.min():.1g}."
 
 
-def _backbones_in_words(backbones, setup) -> str:
-    low, high = setup.levels[0], setup.levels[-1]
-    value = {(r["system"], r["level_m_s2"], r["mode"]): r for r in backbones}
-    first = [value["rig", level, 1] for level in (low, high)]
-    errors = {
-        engine: [
-            abs(r["frequency_hz"] / value["rig", r["level_m_s2"], r["mode"]]["frequency_hz"] - 1)
-            for r in backbones
-            if r["system"] == engine
-        ]
-        for engine in setup.engines
-    }
-    worst = ", ".join(f"{engine} {100 * np.nanmax(values):.2f} %" for engine, values in errors.items())
+def _backbones_in_words(backbones: pd.DataFrame, setup: Setup) -> str:
+    found = backbones.set_index(["system", "level_m_s2", "mode"])
+    low, high = (found.loc[("rig", level, 1)] for level in (setup.levels[0], setup.levels[-1]))
+    hz = found["frequency_hz"]
+    errors = {engine: 100 * (hz[engine] / hz["rig"] - 1).abs().max() for engine in setup.engines}
+    worst = ", ".join(f"{engine} {error:.2f} %" for engine, error in errors.items())
     return (
-        f"From {low:g} to {high:g} m/s² mode 1 of the rig goes from {first[0]['frequency_hz']:.2f} to "
-        f"{first[1]['frequency_hz']:.2f} Hz and its damping from {100 * first[0]['damping']:.1f} to "
-        f"{100 * first[1]['damping']:.1f} %. Largest error of a natural frequency at any level: {worst}."
+        f"From {setup.levels[0]:g} to {setup.levels[-1]:g} m/s² mode 1 of the rig goes from {low['frequency_hz']:.2f} "
+        f"to {high['frequency_hz']:.2f} Hz and its damping from {100 * low['damping']:.1f} to "
+        f"{100 * high['damping']:.1f} %. Largest error of a natural frequency at any level: {worst}."
     )
 
 
-def _scatter_in_words(approximations, setup, row) -> str:
+def _scatter_in_words(approximations: Approximations, setup: Setup, row: int) -> str:
     high = setup.levels[-1]
     noise, distortion = _scatter(approximations["rig", high], row)
     engines = ", ".join(f"{name} {_scatter(approximations[name, high], row)[1]:.1f} dB" for name in setup.engines)
@@ -419,60 +368,55 @@ def _scatter_in_words(approximations, setup, row) -> str:
     )
 
 
-def _harmonics_in_words(harmonics, setup) -> str:
-    value = {(r["system"], r["amplitude_m_s2"], r["harmonic"]): r["displacement_m"] for r in harmonics}
-    top = setup.amplitudes[-1]
-
-    def third(name):
-        return 100 * value[name, top, 3] / value[name, top, 1]
-
-    engines = ", ".join(f"{engine} {third(engine):.1f} %" for engine in setup.engines)
+def _harmonics_in_words(harmonics: pd.DataFrame, setup: Setup) -> str:
+    top = harmonics[harmonics["amplitude_m_s2"] == setup.amplitudes[-1]]
+    wide = top.pivot(index="system", columns="harmonic", values="displacement_m")
+    third = 100 * wide[3] / wide[1]
+    engines = ", ".join(f"{engine} {third[engine]:.1f} %" for engine in setup.engines)
     return (
-        f"Under a sine of {top:g} m/s² the third harmonic of the motion in bushing 2 is {third('rig'):.1f} % of the "
-        f"first ({engines}; without contact {third(GREASE_ONLY):.1f} %)."
+        f"Under a sine of {setup.amplitudes[-1]:g} m/s² the third harmonic of the motion in bushing 2 is "
+        f"{third['rig']:.1f} % of the first ({engines}; without contact {third[GREASE_ONLY]:.1f} %)."
     )
 
 
-def _jumps_in_words(jumps, setup) -> str:
-    words = []
+def _jumps_in_words(jumps: pd.DataFrame, setup: Setup) -> str:
+    found, words = _hysteresis(jumps), []
     for state in setup.sweeps:
         parts = []
         for name in ("rig", *setup.engines):
-            largest, low, high = _hysteresis(jumps, state, name)
-            width = f" at {low:g}-{high:g} Hz" if np.isfinite(low) else ""
-            parts.append(f"{name} {largest:.2f}{width}")
+            largest, low, high = found.loc[(state, name)]
+            parts.append(f"{name} {largest:.2f}" + (f" at {low:g}-{high:g} Hz" if np.isfinite(low) else ""))
         words.append(f"Largest ratio between the ways up and down, grease {state}: {', '.join(parts)}.")
     return " ".join(words)
 
 
-def _backbone_table(backbones) -> Table:
+def _backbone_table(backbones: pd.DataFrame) -> Table:
+    keys, modes = ["system", "level_m_s2"], range(1, N_MODES + 1)
     columns = (
         Column("System"),
         Column("Level", "m/s²", "g"),
-        *(Column(f"Mode {m}", "Hz", ".2f", "Natural frequency") for m in range(1, N_MODES + 1)),
-        *(Column(f"Mode {m}", "%", ".2f", "Damping ratio") for m in range(1, N_MODES + 1)),
+        *(Column(f"Mode {m}", "Hz", ".2f", "Natural frequency") for m in modes),
+        *(Column(f"Mode {m}", "%", ".2f", "Damping ratio") for m in modes),
     )
-    found = {(r["system"], r["level_m_s2"], r["mode"]): r for r in backbones}
-    missing = {"frequency_hz": float("nan"), "damping": float("nan")}
-    rows = []
-    for name, level in dict.fromkeys((r["system"], r["level_m_s2"]) for r in backbones):
-        of = [found.get((name, level, mode), missing) for mode in range(1, N_MODES + 1)]
-        rows.append((name, level, *(r["frequency_hz"] for r in of), *(100 * r["damping"] for r in of)))
-    return Table("backbones", "Natural frequencies and damping over level", columns, tuple(rows))
+    values = ["frequency_hz", "damping"]
+    wide = backbones.assign(damping=100 * backbones["damping"]).pivot(index=keys, columns="mode", values=values)
+    order = pd.MultiIndex.from_frame(backbones[keys].drop_duplicates())
+    wide = wide.reindex(index=order, columns=pd.MultiIndex.from_product([values, modes]))
+    return to_table("backbones", "Natural frequencies and damping over level", columns, wide.reset_index())
 
 
-def _scatter_table(approximations, row) -> Table:
+def _scatter_table(approximations: Approximations, row: int) -> Table:
     columns = (
         Column("System"),
         Column("Level", "m/s²", "g"),
         Column("Noise of the mean", "dB", ".1f"),
         Column("Distortion of one realisation", "dB", ".1f"),
     )
-    rows = tuple((*key, *_scatter(found, row)) for key, found in approximations.items())
-    return Table("scatter", "Scatter of the FRF in bushing 2 over the band, relative to the FRF", columns, rows)
+    rows = [(*key, *_scatter(found, row)) for key, found in approximations.items()]
+    return to_table("scatter", "Scatter of the FRF in bushing 2 over the band, relative to the FRF", columns, rows)
 
 
-def _jump_table(jumps) -> Table:
+def _jump_table(jumps: pd.DataFrame) -> Table:
     columns = (
         Column("Grease"),
         Column("System"),
@@ -480,6 +424,5 @@ def _jump_table(jumps) -> Table:
         Column("From", "Hz", ".2f"),
         Column("To", "Hz", ".2f"),
     )
-    keys = dict.fromkeys((r["grease"], r["system"]) for r in jumps)
-    rows = tuple((*key, *_hysteresis(jumps, *key)) for key in keys)
-    return Table("jumps", "Two motions at one frequency: where they differ by more than a fifth", columns, rows)
+    caption = "Two motions at one frequency: where they differ by more than a fifth"
+    return to_table("jumps", caption, columns, _hysteresis(jumps).reset_index())

@@ -2,10 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Mapping, Sequence
+
 import numpy as np
+import pandas as pd
 import scipy.ndimage
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.image import AxesImage
 from matplotlib.lines import Line2D
+
+from clearance_mj.rig import Rig
 
 from .style import BLACK, BLUE, FONT, GREEN, GREY, ORANGE, VERMILION, panel, sheet
 
@@ -21,42 +28,27 @@ LOOKS = {
 AROUND = 5
 """Lines over which variances are averaged before they are drawn"""
 MARKERS = {"rig": "o", "links": "s", "modal": "^", "modal-mj": "v", "modal, no contact": "x"}
+OPEN = {"color": ORANGE, "marker": "s", "mfc": "none"}
 
 
-def _legend(figure, names):
+def _legend(figure: Figure, names: Iterable[str]) -> None:
     handles = [Line2D([], [], label=name, marker=MARKERS[name], ms=4, **LOOKS[name]) for name in names]
     figure.legend(handles=handles, loc="outside upper center", ncols=5, fontsize=FONT - 1, frameon=False)
 
 
-def _names(rows) -> list[str]:
-    return list(dict.fromkeys(r["system"] for r in rows))
-
-
-def draw_shapes(rig, modes, macs, setup) -> Figure:
-    """Draw mode shapes and MAC matrices.
-
-    Parameters
-    ----------
-    rig : Rig
-        Gives the sensors.
-    modes : dict
-        Of each (system, level).
-    macs : list of dict
-        MAC of each system with the rig.
-    setup : Setup
-        Gives levels and engines.
-    """
+def draw_shapes(rig: Rig, modes: Mapping, macs: pd.DataFrame, setup) -> Figure:
+    """Draw mode shapes by (system, level), and MAC matrices of the systems with the rig."""
     figure = sheet(6.4)
     upper, lower = figure.subfigures(2, 1, height_ratios=(1, 1.35))
     low, high = setup.levels[0], setup.levels[-1]
-    place = np.array([s.position for s in rig.sensors])
-    order, count = np.argsort(place), modes["rig", low].frequency.size
+    position = np.array([s.position for s in rig.sensors])
+    order, count = np.argsort(position), modes["rig", low].frequency.size
     axes = upper.subplots(1, count, sharey=True, squeeze=False)[0]
     for i, ax in enumerate(axes):
         for name in ("rig", *setup.engines):
             shape = modes[name, low].shape[:, i].real
             sign = np.sign(shape @ modes["rig", low].shape[:, i].real)
-            ax.plot(place[order], sign * shape[order], marker=MARKERS[name], ms=3, **LOOKS[name])
+            ax.plot(position[order], sign * shape[order], marker=MARKERS[name], ms=3, **LOOKS[name])
         hz = modes["rig", low].frequency[i]
         panel(ax, f"({chr(97 + i)}) mode {i + 1}, {hz:.2f} Hz", "Position (m)", "Shape (1)" if i == 0 else "")
     _legend(figure, ("rig", *setup.engines))
@@ -65,7 +57,7 @@ def draw_shapes(rig, modes, macs, setup) -> Figure:
     for row, level in zip(grid, (low, high)):
         for ax, name in zip(row, names):
             letter = chr(97 + count + len(names) * (level == high) + names.index(name))
-            image = _matrix(ax, [r for r in macs if (r["system"], r["level_m_s2"]) == (name, level)])
+            image = _matrix(ax, macs[(macs["system"] == name) & (macs["level_m_s2"] == level)])
             panel(ax, f"({letter}) rig and {name}, {level:g} m/s²", f"Mode of {name} (Hz)", "Mode of rig (Hz)")
             ax.grid(False)
     bar = lower.colorbar(image, ax=grid, shrink=0.8)
@@ -74,114 +66,78 @@ def draw_shapes(rig, modes, macs, setup) -> Figure:
     return figure
 
 
-def _matrix(ax, rows):
-    hz = [sorted({(r[f"{of}_mode"], r[f"{of}_hz"]) for r in rows}) for of in ("rig", "system")]
-    matrix = np.array([r["mac"] for r in rows]).reshape(len(hz[0]), len(hz[1]))
+def _matrix(ax: Axes, macs: pd.DataFrame) -> AxesImage:
+    matrix = macs.pivot(index="rig_hz", columns="system_hz", values="mac")
     image = ax.imshow(matrix, vmin=0, vmax=1, cmap="cividis", aspect="auto")
     for (i, j), value in np.ndenumerate(matrix):
         colour = "white" if value < 0.5 else "black"
         ax.text(j, i, f"{value:.2f}", ha="center", va="center", fontsize=FONT - 1.5, color=colour)
-    ax.set_xticks(range(len(hz[1])), [f"{value:.1f}" for _, value in hz[1]])
-    ax.set_yticks(range(len(hz[0])), [f"{value:.1f}" for _, value in hz[0]])
+    ax.set_xticks(range(matrix.shape[1]), [f"{value:.1f}" for value in matrix.columns])
+    ax.set_yticks(range(matrix.shape[0]), [f"{value:.1f}" for value in matrix.index])
     return image
 
 
-def draw_backbones(rows) -> Figure:
-    """Draw natural frequency and damping over level.
-
-    Parameters
-    ----------
-    rows : list of dict
-        Of each system, level and mode.
-    """
-    figure, modes = sheet(4.4), sorted({r["mode"] for r in rows})
+def draw_backbones(rows: pd.DataFrame) -> Figure:
+    """Draw natural frequency and damping of each system and mode over level."""
+    figure, modes = sheet(4.4), sorted(rows["mode"].unique())
     axes = figure.subplots(2, len(modes), sharex=True, squeeze=False)
     for i, mode in enumerate(modes):
-        for name in _names(rows):
-            found = [r for r in rows if (r["system"], r["mode"]) == (name, mode)]
+        for name, found in rows[rows["mode"] == mode].groupby("system", sort=False):
             style = {"marker": MARKERS[name], "ms": 3.5} | LOOKS[name]
-            level = [r["level_m_s2"] for r in found]
-            axes[0, i].semilogx(level, [r["frequency_hz"] for r in found], **style)
-            axes[1, i].semilogx(level, [100 * r["damping"] for r in found], **style)
+            axes[0, i].semilogx(found["level_m_s2"], found["frequency_hz"], **style)
+            axes[1, i].semilogx(found["level_m_s2"], 100 * found["damping"], **style)
         panel(axes[0, i], f"({chr(97 + i)}) mode {mode}", "", "Natural frequency (Hz)")
         letter = chr(97 + i + len(modes))
         panel(axes[1, i], f"({letter}) mode {mode}", "Level (m/s² RMS)", "Damping ratio (%)")
         axes[1, i].set_ylim(bottom=0)
-        _level_ticks(axes[1, i], level)
-    _legend(figure, _names(rows))
+        _level_ticks(axes[1, i], found["level_m_s2"].tolist())
+    _legend(figure, rows["system"].unique())
     return figure
 
 
-def _level_ticks(ax, level):
+def _level_ticks(ax: Axes, level: list[float]) -> None:
     few = level if len(level) < 4 else level[::2]
     ax.set_xticks(few, [f"{value:g}" for value in few])
     ax.minorticks_off()
 
 
-def draw_harmonics(rows, gap) -> Figure:
-    """Draw harmonics over amplitude.
-
-    Parameters
-    ----------
-    rows : list of dict
-        Of each system, amplitude and harmonic.
-    gap : float
-        Radial, m.
-    """
-    figure, orders = sheet(2.8), sorted({r["harmonic"] for r in rows})
+def draw_harmonics(rows: pd.DataFrame, gap: float) -> Figure:
+    """Draw harmonics of each system over amplitude, and the radial gap in m."""
+    figure, orders = sheet(2.8), sorted(rows["harmonic"].unique())
     axes = figure.subplots(1, len(orders), sharex=True, sharey=True)
     for order, ax in zip(orders, axes):
-        for name in _names(rows):
-            found = [r for r in rows if (r["system"], r["harmonic"]) == (name, order)]
+        for name, found in rows[rows["harmonic"] == order].groupby("system", sort=False):
             style = {"marker": MARKERS[name], "ms": 3} | LOOKS[name]
-            ax.loglog([r["amplitude_m_s2"] for r in found], [1e3 * r["displacement_m"] for r in found], **style)
+            ax.loglog(found["amplitude_m_s2"], 1e3 * found["displacement_m"], **style)
         ax.axhline(1e3 * gap, color=GREY, lw=0.7)
         label = "Motion in bushing 2 (mm)" if order == 1 else ""
         panel(ax, f"({chr(96 + order)}) harmonic {order}", "Amplitude (m/s²)", label)
     axes[0].set_ylim(bottom=1e-6)
-    _legend(figure, _names(rows))
+    _legend(figure, rows["system"].unique())
     return figure
 
 
-def draw_jumps(rows) -> Figure:
-    """Draw the motion over frequency, up and down.
-
-    Parameters
-    ----------
-    rows : list of dict
-        Of each state of the grease, system, direction and frequency.
-    """
-    states, names = list(dict.fromkeys(r["grease"] for r in rows)), _names(rows)
+def draw_jumps(rows: pd.DataFrame) -> Figure:
+    """Draw the motion over frequency, up and down, of each state of the grease and system."""
+    states, names = rows["grease"].unique(), rows["system"].unique()
     figure = sheet(2.1 * len(states) + 0.5)
     axes = figure.subplots(len(states), len(names), sharex="row", sharey="row", squeeze=False)
     for i, state in enumerate(states):
+        of_state = rows[rows["grease"] == state]
         for j, name in enumerate(names):
             ax = axes[i, j]
-            for direction, colour, marker in (("up", BLUE, "o"), ("down", ORANGE, "s")):
-                key = state, name, direction
-                found = [r for r in rows if (r["grease"], r["system"], r["direction"]) == key]
-                fill = {} if direction == "up" else {"mfc": "none"}
-                hz, moves = ([r[column] for r in found] for column in ("frequency_hz", "displacement_m"))
-                ax.plot(hz, 1e3 * np.array(moves), marker=marker, ms=3.5, lw=1, color=colour, label=direction, **fill)
+            for direction, style in (("up", {"color": BLUE, "marker": "o"}), ("down", OPEN)):
+                found = of_state[(of_state["system"] == name) & (of_state["direction"] == direction)]
+                ax.plot(found["frequency_hz"], 1e3 * found["displacement_m"], ms=3.5, lw=1, label=direction, **style)
             letter = chr(97 + i * len(names) + j)
             panel(ax, f"({letter}) {name}", "Frequency (Hz)", f"Motion, grease {state} (mm)" if j == 0 else "")
-        axes[i, 0].set_ylim(0, 1.08e3 * max(r["displacement_m"] for r in rows if r["grease"] == state))
+        axes[i, 0].set_ylim(0, 1.08e3 * of_state["displacement_m"].max())
     axes[0, 0].legend(fontsize=FONT - 1, frameon=False)
     return figure
 
 
-def draw_best_linear(approximations, levels, row, node) -> Figure:
-    """Draw best linear approximations with bands of noise and distortion.
-
-    Parameters
-    ----------
-    approximations : dict
-        Of each (system, level).
-    levels : sequence of float
-        To draw, m/s².
-    row, node : int
-        The sensor: its row, and its number.
-    """
+def draw_best_linear(approximations: Mapping, levels: Sequence[float], row: int, node: int) -> Figure:
+    """Draw best linear approximations by (system, level) at a sensor, with bands of noise and distortion."""
     names = list(dict.fromkeys(name for name, _ in approximations))
     figure = sheet(0.5 + 1.8 * len(names))
     axes = figure.subplots(len(names), len(levels), sharex=True, sharey=True, squeeze=False)

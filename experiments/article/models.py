@@ -5,27 +5,22 @@ test red; here the models between them have colours of their own.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
+import numpy as np
+import pandas as pd
+
+from clearance_mj.errors import RecordError
 from clearance_mj.rig import Rig, Sensor
-from clearance_mj.study import Case
+from clearance_mj.signals.frf import FRF
+from clearance_mj.study import Case, Study
 
-from .context import Context
 from .style import BLACK, BLUE, GREEN, GREY, ORANGE, SKY, VERMILION
 
 __all__ = [
-    "ARTICLE_KNOWS",
-    "MODELS",
-    "REPEAT",
-    "TEST",
-    "Model",
-    "clearance_of",
-    "knows",
-    "look",
-    "main_cases",
-    "name_of",
-    "place",
-    "test_words",
-]
+    "MODELS", "REPEAT", "TEST", "Model", "cases", "clearance_of", "decibel", "knows", "look", "main_cases", "name_of",
+    "position", "rows_of", "test_words",
+]  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -34,7 +29,7 @@ class Model:
 
     label: str
     """name in legends and tables"""
-    line: dict
+    line: dict[str, Any]
     """keywords of a line"""
 
 
@@ -57,98 +52,70 @@ ARTICLE_KNOWS = {
 }
 
 
-def knows(context: Context) -> dict[str, str]:
-    """Return what each model was allowed to know, ours and the article's.
-
-    Parameters
-    ----------
-    context : Context
-        Gives the laws.
-    """
-    ours = {MODELS[k.name].label: k.prior_information for k in context.laws}
-    for name, warnings in context.warnings.items():
-        ours[MODELS[name].label] += "".join(f". Warning: {warning}" for warning in warnings)
+def knows(study: Study) -> dict[str, str]:
+    """Return what each model was allowed to know, ours and the article's, with the warnings of its identification."""
+    ours = {MODELS[law.name].label: ". Warning: ".join((law.prior_information, *law.warnings)) for law in study.laws}
     return ours | ARTICLE_KNOWS
 
 
 def name_of(law: str) -> str:
-    """Return a law of ours, the test's repeat or a model of the article in words.
-
-    Parameters
-    ----------
-    law : str
-        Such as "ridge", "repeat" or "article initial".
-    """
+    """Return a law of ours, the test's repeat ("repeat") or a model of the article ("article initial") in words."""
     if law == "repeat":
         return REPEAT["label"]
     return MODELS[law].label if law in MODELS else law.replace("article ", "article, ")
 
 
-def look(law: str) -> dict:
-    """Return colour and marker of what `name_of` names: squares for the article, dots for ours.
-
-    Parameters
-    ----------
-    law : str
-        As `name_of` takes it.
-    """
+def look(law: str) -> dict[str, Any]:
+    """Return colour and marker of what `name_of` names: squares for the article, dots for ours."""
     if law.startswith("article"):
         return {"color": BLUE if law == "article initial" else BLACK, "marker": "s", "mfc": "none"}
     return {"color": (MODELS[law].line if law in MODELS else REPEAT)["color"], "marker": "o"}
 
 
-def main_cases(context: Context, level: float) -> list[Case]:
-    """Return the cases of the main engine, one for each law.
+def cases(study: Study, level: float) -> list[Case]:
+    """Return every law on every engine under the excitation of a level's first record, and last the test's repeat.
 
-    Parameters
-    ----------
-    context : Context
-        Gives the cases.
-    level : float
-        m/s².
+    The repeat is the second record compared with the first, as law "repeat" on engine "rig". RecordError if no record
+    has the level.
     """
-    return [case for case in context.cases(level) if case.engine == context.engines[0]]
+    if level not in study.levels:
+        known = ", ".join(f"{known:g}" for known in study.levels)
+        raise RecordError(f"{study.dataset.path}: no validation record has level {level:g}; there are {known}")
+    first, second = study.records(level)[:2]
+    repeat = Case("repeat", "rig", second, study.test(second), study.repeatability[level], {})
+    return [*study.simulated(records=[first]), repeat]
+
+
+def main_cases(found: list[Case]) -> list[Case]:
+    """Return the cases of the main engine, which is the first, one for each law, without the repeat."""
+    return [case for case in found if case.engine == found[0].engine]
+
+
+def rows_of(found: list[Case], table: str) -> pd.DataFrame:
+    """Return ``per_mode`` or ``per_sensor`` of the cases' comparisons in one frame, with law and engine in front."""
+    frames = [pd.DataFrame(getattr(case.comparison, table)).assign(law=case.law, engine=case.engine) for case in found]
+    return pd.concat(frames, ignore_index=True)
+
+
+def decibel(frf: FRF) -> np.ndarray:
+    """Return the magnitudes of an FRF in dB, (n_sensors, n_f)."""
+    return 20 * np.log10(np.abs(frf.value))
 
 
 def clearance_of(rig: Rig, sensor: Sensor) -> int | None:
-    """Return the number, from 1, of the clearance in which a sensor sits.
-
-    Parameters
-    ----------
-    rig : Rig
-        The rig.
-    sensor : Sensor
-        One of its sensors.
-    """
+    """Return the number, from 1, of the clearance in which a sensor sits."""
     within = (i for i, b in enumerate(rig.bushings, 1) if b.ends[0] <= sensor.position <= b.ends[1])
     return next(within, None)
 
 
-def place(context: Context, row: int) -> str:
-    """Return a sensor in words: its number, and the clearance it sits in or its position.
-
-    Parameters
-    ----------
-    context : Context
-        Gives the rig.
-    row : int
-        Of the sensor in the rig.
-    """
-    rig = context.dataset.rig
+def position(rig: Rig, row: int) -> str:
+    """Return a sensor of the rig in words: its number, and the clearance it sits in or its position."""
     sensor = rig.sensors[row]
     clearance = clearance_of(rig, sensor)
     return f"sensor {sensor.node}, " + (f"clearance {clearance}" if clearance else f"{sensor.position:g} m")
 
 
-def test_words(context: Context, level: float) -> str:
-    """Return what the models are compared with, in words.
-
-    Parameters
-    ----------
-    context : Context
-        Gives the records.
-    level : float
-        m/s².
-    """
-    name = context.records(level)[0].name
+def test_words(study: Study, level: float) -> str:
+    """Return what the models are compared with, in words."""
+    name = study.records(level)[0].name
     return f"{level:g} m/s² RMS, validation record {name} of the virtual rig (synthetic, not measured)"

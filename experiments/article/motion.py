@@ -1,56 +1,42 @@
-"""What the items on motion control (Section 4.3) share: cases, tables and words about runs."""
+"""Motion control (Section 4.3): histories of one vehicle, and medians over many beside the article's tables."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
+import pandas as pd
 import scipy.stats
 
+from clearance_mj.report.figures import Drawing
 from clearance_mj.report.tables import Column, Table
-from clearance_mj.report.vehicle import METRICS, histories
-from clearance_mj.vehicle.experiment import CONTROLLERS, GAP, LENGTH_FACTORS, REGIMES, Case
+from clearance_mj.report.vehicle import METRICS, histories, look
+from clearance_mj.vehicle.experiment import CONTROLLERS, GAP, LENGTH_FACTORS, REGIMES, Case, Outcome
 
-from .context import Context
-from .motion_figures import spread_figure
+from .inputs import Runs
+from .items import Item
 from .published import Printed
-from .result import Result
-from .texts import texts
+from .result import Result, rounded, to_table
+from .style import FONT, panel, sheet
 
 __all__ = [
-    "Median",
-    "comparison",
-    "drawn",
-    "knows",
-    "median",
-    "over_seeds",
-    "reduction",
-    "seeds_table",
-    "setting",
-    "tabulated",
-]
+    "Median", "beside_published", "comparison", "histories_of", "knows", "median", "over_seeds", "reduction",
+    "seeds_table", "setting",
+]  # fmt: skip
 
 SEEDS, QUICK_SEEDS = 30, 6
 QUICK_CONTROLLERS = ("smc", "smc-cm", "mpc")
 """Those of the article"""
 SHOWN = ("peak_e_y", "rms_e_y", "peak_e_psi", "peak_yaw_rate_error", "peak_yaw_rate", "peak_lateral_acceleration")
+WIDE = 20
+"""Ratio of the largest to the smallest value from which an axis is logarithmic"""
 
 
 def comparison(
     controllers: Sequence[str] | None = None, speeds: Sequence[float] = tuple(LENGTH_FACTORS), **settings
 ) -> list[Case]:
-    """Cases of every controller at every speed in both regimes.
-
-    Parameters
-    ----------
-    controllers : sequence of str, optional
-        Of `CONTROLLERS`; default: all.
-    speeds : sequence of float
-        km/h.
-    **settings
-        Other fields of `Case`.
-    """
+    """Return cases of controllers (default: all) at speeds in km/h in both regimes; settings are fields of `Case`."""
     names = CONTROLLERS if controllers is None else controllers
     return [Case(name, speed, regime=r, **settings) for speed in speeds for r in REGIMES for name in names]
 
@@ -63,27 +49,15 @@ class Median(NamedTuple):
     high: float
 
 
-def median(values) -> Median:
-    """Median with its exact 95 % confidence interval from order statistics.
-
-    Parameters
-    ----------
-    values : array_like
-        One of each seed.
-    """
+def median(values: Iterable[float]) -> Median:
+    """Return the median, one value of each seed, with its exact 95 % confidence interval from order statistics."""
     values = np.asarray(values, dtype=float)
     interval = scipy.stats.quantile_test(values, q=np.median(values), p=0.5).confidence_interval(0.95)
     return Median(float(np.median(values)), float(interval.low), float(interval.high))
 
 
 def setting(speed: float) -> str:
-    """Words on what is driven.
-
-    Parameters
-    ----------
-    speed : float
-        km/h.
-    """
+    """Return words on the manoeuvre at a speed in km/h."""
     case = Case("smc", speed)
     needed = case.task.path.needed_acceleration(case.task.speed)
     return (
@@ -98,117 +72,40 @@ def setting(speed: float) -> str:
 
 
 def knows(names: Sequence[str] = tuple(CONTROLLERS)) -> dict[str, str]:
-    """What each controller was told, by its label.
-
-    Parameters
-    ----------
-    names : sequence of str
-        Controllers.
-    """
+    """Return what each controller was told, by its label."""
     nominal = "the nominal vehicle, the servo, the steering's stiffness without clearance"
     return {CONTROLLERS[n].label: f"{nominal}; of the clearance: {CONTROLLERS[n].prior}" for n in names}
 
 
-def _spread(context, speed) -> list[dict]:
-    """Rows of the controllers in both regimes over vehicles and noises; the same for each controller."""
-    seeds = range(1, 1 + (QUICK_SEEDS if context.quick else SEEDS))
-    names = QUICK_CONTROLLERS if context.quick else tuple(CONTROLLERS)
-    cases = [case for seed in seeds for case in comparison(names, (speed,), spread=True, seed=seed)]
-    return [outcome.row() for outcome in context.drives(cases)]
+# Figures 11 to 13.
 
 
-def over_seeds(rows, controller: str, regime: str, metric: str) -> np.ndarray:
-    """Values of a metric, one of each seed, in the order of the seeds.
-
-    Parameters
-    ----------
-    rows : sequence of dict
-        Of `Outcome.row`.
-    controller, regime, metric : str
-        Which.
-    """
-    return np.array([r[metric] for r in rows if (r["controller"], r["regime"]) == (controller, regime)])
-
-
-def reduction(rows, new: str, old: str, regime: str, metric: str) -> np.ndarray:
-    """By how much a controller's metric is below another's under the same seed, %.
-
-    Parameters
-    ----------
-    rows : sequence of dict
-        Of `Outcome.row`.
-    new, old, regime, metric : str
-        Which.
-    """
-    return 100 * (1 - over_seeds(rows, new, regime, metric) / over_seeds(rows, old, regime, metric))
-
-
-def seeds_table(rows, name: str) -> Table:
-    """Median and its 95 % interval of what the article reports, of each controller.
-
-    Parameters
-    ----------
-    rows : sequence of dict
-        Of `Outcome.row`.
-    name : str
-        Of the table.
-    """
-    columns = [Column("Regime"), Column("Controller")]
-    for metric in SHOWN:
-        q = METRICS[metric]
-        columns += [Column("median", q.unit, q.form, q.label), Column("95 % interval", "", "", q.label)]
-    body = []
-    for regime in REGIMES:
-        for controller in dict.fromkeys(r["controller"] for r in rows):
-            cells = [regime, CONTROLLERS[controller].label]
-            for metric in SHOWN:
-                q = METRICS[metric]
-                found = median(q.scale * over_seeds(rows, controller, regime, metric))
-                cells += [found.value, f"{found.low:{q.form}} to {found.high:{q.form}}"]
-            body.append(tuple(cells))
-    n = len({r["seed"] for r in rows})
-    return Table(name, f"Medians over {n} vehicles and noises, with 95 % intervals", tuple(columns), tuple(body))
-
-
-def drawn(context: Context, item: str, speed: float, controllers: Sequence[str], quantities: Sequence[str]) -> Result:
-    """An item that is a figure of histories.
-
-    Parameters
-    ----------
-    context : Context
-        Says how much to do.
-    item : str
-        Its name.
-    speed : float
-        km/h.
-    controllers, quantities : sequence of str
-        What is drawn.
-    """
-    found = {(o.case.controller, o.case.regime): o for o in context.drives(comparison(speeds=(speed,)))}
+def histories_of(item: Item, runs: Runs, speed: float, controllers: Sequence[str], quantities: Sequence[str]) -> Result:
+    """Draw quantities over time of some controllers at a speed in km/h."""
+    found = {(o.case.controller, o.case.regime): o for o in runs(comparison(speeds=(speed,)))}
     drawings, data = [], {}
     for regime in REGIMES:
         outcomes = [found[name, regime] for name in controllers]
-        drawings.append(histories(outcomes, f"{item}_{regime}", quantities))
-        data[f"{item}_{regime}"] = _history_rows(outcomes, quantities)
-    data[f"{item}_metrics"] = [o.row() for o in found.values()]
+        drawings.append(histories(outcomes, f"{item.name}_{regime}", quantities))
+        data[f"{item.name}_{regime}"] = _over_time(outcomes, quantities)
+    data[f"{item.name}_metrics"] = pd.DataFrame(o.row() for o in found.values())
     return Result(
-        **texts(item),
         method=setting(speed) + " Nominal vehicle, seed 0.",
-        shows=_shows(found, controllers, quantities),
+        shows=_peaks_in_words(found, controllers, quantities),
         drawings=drawings,
         data=data,
         knows=knows(controllers),
     )
 
 
-def _history_rows(outcomes, quantities):
+def _over_time(outcomes: Sequence[Outcome], quantities: Sequence[str]) -> pd.DataFrame:
     n = min(o.run.time.size for o in outcomes)
     columns = {"time_s": outcomes[0].run.time[:n]}
     columns |= {f"{o.case.controller} {q}": getattr(o.run, q)[:n] for o in outcomes for q in quantities}
-    return [{key: float(f"{v:.7g}") for key, v in zip(columns, values)} for values in zip(*columns.values())]
+    return rounded(pd.DataFrame(columns), 7)
 
 
-def _shows(found, controllers, quantities):
+def _peaks_in_words(found: Mapping, controllers: Sequence[str], quantities: Sequence[str]) -> str:
     words = []
     for regime in REGIMES:
         for q in quantities:
@@ -221,38 +118,61 @@ def _shows(found, controllers, quantities):
     return " ".join(words)
 
 
-def tabulated(context: Context, item: str, source: int, speed: float, metrics: dict[str, str]) -> Result:
-    """An item that is a table: the article's numbers beside medians over vehicles and noises.
+# Tables 3 to 5.
 
-    Parameters
-    ----------
-    context : Context
-        Says how much to do.
-    item : str
-        Its name.
-    source : int
-        Number of the article's table.
-    speed : float
-        km/h.
-    metrics : dict of str to str
-        Our metric for each of the article's quantities.
+
+def beside_published(
+    item: Item, runs: Runs, quick: bool, number: int, speed: float, metrics: Mapping[str, str]
+) -> Result:
+    """Put medians over vehicles and noises at a speed in km/h beside the article's table of that number.
+
+    ``metrics`` has our metric for each of the article's quantities.
     """
-    rows, printed = _spread(context, speed), Printed.load(source).cells.to_dict("index")
-    others = [name for name in ("smc", "mpc") if name in next(iter(printed.values()))]
+    names = QUICK_CONTROLLERS if quick else tuple(CONTROLLERS)
+    seeds = range(1, 1 + (QUICK_SEEDS if quick else SEEDS))
+    cases = [case for seed in seeds for case in comparison(names, (speed,), spread=True, seed=seed)]
+    rows, printed = pd.DataFrame(o.row() for o in runs(cases)), Printed.load(number).numbers
+    others = [name for name in ("smc", "mpc") if name in printed]
     return Result(
-        **texts(item),
-        method=setting(speed)
-        + f" {len({r['seed'] for r in rows})} vehicles (mass ± 10 %, cornering stiffness ± 15 %, friction 0.8 to 1 of "
-        "nominal, which is all that controllers know) and noises, the same for each controller.",
-        shows=_reductions(rows, others, metrics.values()),
-        drawings=(spread_figure(rows, item, list(metrics.values())),),
-        data={item: rows},
-        tables=(_beside(rows, printed, metrics, others), seeds_table(rows, f"{item}_seeds")),
-        knows=knows(tuple(dict.fromkeys(r["controller"] for r in rows))),
+        method=setting(speed) + f" {len(seeds)} vehicles (mass ± 10 %, cornering stiffness ± 15 %, friction 0.8 to 1 "
+        "of nominal, which is all that controllers know) and noises, the same for each controller.",
+        shows=_reductions_in_words(rows, others, metrics.values()),
+        drawings=(_draw_spread(rows, item.name, list(metrics.values())),),
+        data={item.name: rows},
+        tables=(_beside(rows, printed, metrics, others), seeds_table(rows, f"{item.name}_seeds")),
+        knows=knows(names),
     )
 
 
-def _beside(rows, printed, metrics, others) -> Table:
+def over_seeds(rows: pd.DataFrame, controller: str, regime: str, metric: str) -> np.ndarray:
+    """Return the values of a metric, one of each seed, in the order of the seeds."""
+    return rows.loc[(rows["controller"] == controller) & (rows["regime"] == regime), metric].to_numpy()
+
+
+def reduction(rows: pd.DataFrame, new: str, old: str, regime: str, metric: str) -> np.ndarray:
+    """Return by how much a controller's metric is below another's under the same seed, %."""
+    return 100 * (1 - over_seeds(rows, new, regime, metric) / over_seeds(rows, old, regime, metric))
+
+
+def seeds_table(rows: pd.DataFrame, name: str) -> Table:
+    """Return the median and its 95 % interval of what the article reports, of each controller."""
+    columns = [Column("Regime"), Column("Controller")]
+    for q in (METRICS[metric] for metric in SHOWN):
+        columns += [Column("median", q.unit, q.form, q.label), Column("95 % interval", "", "", q.label)]
+    body = []
+    for regime in REGIMES:
+        for controller in rows["controller"].unique():
+            cells = [regime, CONTROLLERS[controller].label]
+            for metric in SHOWN:
+                q = METRICS[metric]
+                found = median(q.scale * over_seeds(rows, controller, regime, metric))
+                cells += [found.value, f"{found.low:{q.form}} to {found.high:{q.form}}"]
+            body.append(cells)
+    n = rows["seed"].nunique()
+    return to_table(name, f"Medians over {n} vehicles and noises, with 95 % intervals", columns, body)
+
+
+def _beside(rows: pd.DataFrame, printed: pd.DataFrame, metrics: Mapping[str, str], others: list[str]) -> Table:
     names = ("smc-cm", *others)
     columns = [Column("Quantity"), Column("From")]
     columns += [Column(CONTROLLERS[n].label, "", ".3g") for n in names]
@@ -260,9 +180,9 @@ def _beside(rows, printed, metrics, others) -> Table:
     columns += [Column("95 % interval", "%") for _ in others]
     body = []
     for quantity, metric in metrics.items():
-        q, article = METRICS[metric], printed[quantity]
+        q = METRICS[metric]
         scale = 1e3 if metric.endswith("e_y") else 1.0
-        values = [scale * abs(float(article[n.replace("-", "_")])) for n in names]
+        values = [scale * abs(printed.at[quantity, n.replace("-", "_")]) for n in names]
         below = [100 * (1 - values[0] / v) for v in values[1:]]
         label = f"{q.label} ({q.unit})"
         body.append((label, "article", *values, *below, *["" for _ in others]))
@@ -271,10 +191,10 @@ def _beside(rows, printed, metrics, others) -> Table:
             found = [median(reduction(rows, "smc-cm", n, regime, metric)) for n in others]
             limits = [f"{m.low:.1f} to {m.high:.1f}" for m in found]
             body.append((label, f"ours, {regime}-driven", *ours, *(m.value for m in found), *limits))
-    return Table("beside", "The article's numbers and ours: medians over seeds", tuple(columns), tuple(body))
+    return to_table("beside", "The article's numbers and ours: medians over seeds", columns, body)
 
 
-def _reductions(rows, others, metrics) -> str:
+def _reductions_in_words(rows: pd.DataFrame, others: list[str], metrics: Sequence[str]) -> str:
     words = []
     for regime in REGIMES:
         for other in others:
@@ -284,3 +204,26 @@ def _reductions(rows, others, metrics) -> str:
                 parts.append(f"{METRICS[metric].label} {found.value:.0f} % ({found.low:.0f} to {found.high:.0f})")
             words.append(f"SMC-CM below {CONTROLLERS[other].label}, {regime}-driven: {', '.join(parts)}.")
     return " ".join(words)
+
+
+def _draw_spread(rows: pd.DataFrame, item: str, metrics: Sequence[str]) -> Drawing:
+    """Every seed of every controller, with the median; one row of panels per metric, one column per regime."""
+    figure = sheet(2.3 * len(metrics) + 0.3)
+    axes = figure.subplots(len(metrics), len(REGIMES), squeeze=False, sharey="row")
+    jitter, names = np.random.default_rng(0), rows["controller"].unique()
+    for line, metric in zip(axes, metrics):
+        q = METRICS[metric]
+        scale = "log" if rows[metric].max() > WIDE * rows[metric].min() else "linear"
+        for ax, regime in zip(line, REGIMES):
+            for i, controller in enumerate(names):
+                values = q.scale * over_seeds(rows, controller, regime, metric)
+                x = i + jitter.uniform(-0.25, 0.25, values.size)
+                ax.plot(x, values, "o", ms=2.2, color=look(controller)["color"], alpha=0.7, mew=0)
+                ax.plot([i - 0.35, i + 0.35], [np.median(values)] * 2, color="black", lw=1.4)
+            panel(ax, f"{regime}-driven", "", f"{q.label} ({q.unit})" if regime == "torque" else "")
+            ax.set_xticks(range(len(names)), [CONTROLLERS[n].label for n in names], rotation=35, ha="right")
+            ax.tick_params(axis="x", labelsize=FONT - 1.5)
+            ax.set_yscale(scale)
+            ax.yaxis.set_major_formatter("{x:g}")
+    caption = "Each mark is one vehicle and noise, the line their median."
+    return Drawing(item, figure, caption, f"Spread of {', '.join(METRICS[m].label for m in metrics)} over seeds.")

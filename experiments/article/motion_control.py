@@ -5,19 +5,22 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+import pandas as pd
 
+from clearance_mj.report.figures import Drawing
 from clearance_mj.report.tables import Column, Table
-from clearance_mj.report.vehicle import METRICS
+from clearance_mj.report.vehicle import METRICS, look
+from clearance_mj.study import Study
 from clearance_mj.vehicle.controllers.clearance_model import secant_stiffness
-from clearance_mj.vehicle.experiment import CONTROLLERS, GAP, LENGTH_FACTORS, REGIMES, Case
+from clearance_mj.vehicle.experiment import CONTROLLERS, GAP, LENGTH_FACTORS
 from clearance_mj.vehicle.steering import Steering
 
-from .context import Context
+from .inputs import Runs
+from .items import Item
 from .models import name_of
 from .motion import comparison, knows, setting
-from .motion_figures import curves
-from .result import Result
-from .texts import texts
+from .result import Result, to_table
+from .style import FONT, panel, sheet
 
 __all__ = ["run"]
 
@@ -32,46 +35,36 @@ MOMENT = 135.0
 """N m, aligning moment at the peak of the lane change at 120 km/h"""
 
 
-def run(context: Context) -> Result:
-    """Drive the sweeps.
-
-    Parameters
-    ----------
-    context : Context
-        Gives the identified laws and says how much to do.
-    """
-    step = 4 if context.quick else 1
-    gap, told, preview = _gap(context, GAPS[::-step]), _told(context, TOLD[::step]), _preview(context, PREVIEWS[::step])
-    plants, identified = _plants(context), _identified(context)
-    shown = "Peak lateral error over"
+def run(item: Item, study: Study, runs: Runs, quick: bool) -> Result:
+    """Run the sweeps; quick: every fourth value."""
+    step = 4 if quick else 1
+    sweeps = {
+        "gap": _sweep(runs, CONTROLLERS_SWEPT, "half_gap", [float(np.radians(gap)) for gap in GAPS[::-step]]),
+        "told_gap": _sweep(runs, ("smc", "smc-cm", "mpc-cm"), "assumed_gap", [share * GAP for share in TOLD[::step]]),
+        "preview": _sweep(runs, CONTROLLERS_SWEPT, "preview", PREVIEWS[::step]),
+        "plants": _sweep(runs, CONTROLLERS_SWEPT, "plant", ("multi-body", "single-track")),
+        "identified": _identified(runs, study),
+    }
+    sweeps["told_gap"]["told"] = sweeps["told_gap"]["assumed_gap"] / GAP
+    curves_of = {
+        "gap": ("half_gap", "Half-gap at the road wheel (°)", "the gap", 180 / np.pi),
+        "told_gap": ("told", "Told gap over true gap (1)", "the gap that is told", 1.0),
+        "preview": ("preview", "Road known ahead (s)", "the preview", 1.0),
+    }
     return Result(
-        **texts("motion_control"),
         method=" ".join(setting(speed) for speed in LENGTH_FACTORS) + " Nominal vehicle, seed 0. " + _METHOD,
-        shows=_shows(plants, identified),
-        drawings=(
-            curves(
-                gap,
-                "motion_control_gap",
-                "half_gap",
-                "Half-gap at the road wheel (°)",
-                f"{shown} the gap.",
-                180 / np.pi,
-            ),
-            curves(
-                told, "motion_control_told_gap", "told", "Told gap over true gap (1)", f"{shown} the gap that is told."
-            ),
-            curves(preview, "motion_control_preview", "preview", "Road known ahead (s)", f"{shown} the preview."),
-        ),
-        data={
-            "motion_control_gap": gap,
-            "motion_control_told_gap": told,
-            "motion_control_preview": preview,
-            "motion_control_plants": plants,
-            "motion_control_identified": identified,
-        },
-        tables=(_plants_table(plants), _identified_table(identified)),
+        shows=_shows(sweeps["plants"], sweeps["identified"]),
+        drawings=[
+            _curves(
+                sweeps[name], f"{item.name}_{name}", column, label,
+                f"Peak lateral error over {words}.", scale,
+            )
+            for name, (column, label, words, scale) in curves_of.items()
+        ],
+        data={f"{item.name}_{name}": rows for name, rows in sweeps.items()},
+        tables=(_plants_table(sweeps["plants"]), _identified_table(sweeps["identified"])),
         knows=knows(),
-    )
+    )  # fmt: skip
 
 
 _METHOD = (
@@ -82,99 +75,89 @@ _METHOD = (
 )
 
 
-def _rows(context, cases: Sequence[Case], **columns) -> list[dict]:
-    """Rows of the cases' outcomes, with more columns, one value for each case."""
-    outcomes = context.drives(cases)
-    return [o.row() | {key: values[i] for key, values in columns.items()} for i, o in enumerate(outcomes)]
+def _sweep(runs: Runs, controllers: Sequence[str], setting: str, values: Sequence) -> pd.DataFrame:
+    """Rows of what comes out with each value of a setting."""
+    cases = [case for value in values for case in comparison(controllers, **{setting: value})]
+    return pd.DataFrame(outcome.row() for outcome in runs(cases))
 
 
-def _gap(context, gaps):
-    cases = [c for g in gaps for c in comparison(CONTROLLERS_SWEPT, half_gap=float(np.radians(g)))]
-    return _rows(context, cases)
-
-
-def _told(context, shares):
-    cases = [c for share in shares for c in comparison(("smc", "smc-cm", "mpc-cm"), assumed_gap=share * GAP)]
-    return _rows(context, cases, told=[c.assumed_gap / GAP for c in cases])
-
-
-def _preview(context, previews):
-    return _rows(context, [c for p in previews for c in comparison(CONTROLLERS_SWEPT, preview=p)])
-
-
-def _plants(context):
-    cases = [c for plant in ("multi-body", "single-track") for c in comparison(CONTROLLERS_SWEPT, plant=plant)]
-    return _rows(context, cases)
-
-
-def _laws(context) -> dict[str, float]:
+def _laws(study: Study) -> dict[str, float]:
     """Secant stiffness of each law over that of the datasheet, at the force that stands for the peak moment."""
-    rig, last = context.dataset.rig, len(context.dataset.rig.bushings) - 1
+    rig, last = study.dataset.rig, len(study.dataset.rig.bushings) - 1
     bushing = rig.bushings[last]
     force = MOMENT / (Steering().lost_motion.stiffness * GAP) * bushing.contact.stiffness * bushing.gap
-    return {k.name: secant_stiffness(k.law, rig, last, force) / bushing.contact.stiffness for k in context.laws}
+    return {k.name: secant_stiffness(k.law, rig, last, force) / bushing.contact.stiffness for k in study.laws}
 
 
-def _identified(context):
-    laws = _laws(context)
+def _identified(runs: Runs, study: Study) -> pd.DataFrame:
+    laws = _laws(study)
     *_, true = laws.values()
     told = {"": ("smc", 1.0)} | {name: ("smc-cm", share) for name, share in laws.items()}
-    cases, names = [], []
+    frames = []
     for name, (controller, share) in told.items():
-        cases += comparison((controller,), stiffness=true, assumed_stiffness=share)
-        names += [name] * len(LENGTH_FACTORS) * len(REGIMES)
-    return _rows(context, cases, law=names)
+        cases = comparison((controller,), stiffness=true, assumed_stiffness=share)
+        frames.append(pd.DataFrame(outcome.row() for outcome in runs(cases)).assign(law=name))
+    return pd.concat(frames, ignore_index=True)
 
 
-def _pick(rows, **values) -> dict:
-    return next(r for r in rows if all(r[key] == value for key, value in values.items()))
+def _pick(rows: pd.DataFrame, **values) -> pd.Series:
+    return rows[np.all([rows[key] == value for key, value in values.items()], axis=0)].iloc[0]
 
 
-def _shows(plants, identified) -> str:
+def _curves(rows: pd.DataFrame, name: str, column: str, label: str, caption: str, scale: float) -> Drawing:
+    """Peak lateral error of each controller over a column of the rows, one panel per speed and regime."""
+    panels = list(rows.groupby(["speed", "regime"], sort=False))
+    figure = sheet(2.1 * -(-len(panels) // 2) + 0.5)
+    axes = figure.subplots(-(-len(panels) // 2), 2, squeeze=False, sharex=True)
+    for ax, letter, ((speed, regime), here) in zip(axes.flat, "abcdefgh", panels):
+        for controller, points in here.sort_values(column, kind="stable").groupby("controller", sort=False):
+            ax.plot(scale * points[column], 1e3 * points["peak_e_y"], marker="o", ms=3, **look(controller))
+        panel(ax, f"({letter}) {speed:g} km/h, {regime}-driven")
+        ax.set_ylim(bottom=0)
+    for ax in axes[:, 0]:
+        ax.set_ylabel("Peak |e_y| (mm)", fontsize=FONT)
+    for ax in axes[-1]:
+        ax.set_xlabel(label, fontsize=FONT)
+    handles, _ = axes[0, 0].get_legend_handles_labels()
+    figure.legend(handles=handles, loc="outside upper center", ncols=4, fontsize=FONT - 0.5, frameon=False)
+    return Drawing(name, figure, caption, caption)
+
+
+def _shows(plants: pd.DataFrame, identified: pd.DataFrame) -> str:
     words = []
+    peaks = plants.pivot(index=["speed", "controller", "regime"], columns="plant", values="peak_e_y")
+    apart = (peaks["single-track"] / peaks["multi-body"] - 1).abs().groupby("speed").max()
     for speed in LENGTH_FACTORS:
-        apart = []
-        for controller in CONTROLLERS_SWEPT:
-            for regime in REGIMES:
-                one, other = (
-                    _pick(plants, plant=p, speed=speed, controller=controller, regime=regime)["peak_e_y"]
-                    for p in ("multi-body", "single-track")
-                )
-                apart.append(abs(other / one - 1))
-        words.append(f"Plants: peak e_y of the single track within {100 * max(apart):.0f} % at {speed:g} km/h.")
-    laws = list(dict.fromkeys(r["law"] for r in identified if r["law"]))
+        words.append(f"Plants: peak e_y of the single track within {100 * apart[speed]:.0f} % at {speed:g} km/h.")
     for speed in LENGTH_FACTORS:
-        here = {law: _pick(identified, law=law, speed=speed, regime="torque")["peak_e_y"] for law in ("", *laws)}
-        errors = ", ".join(f"{name_of(law)} {1e3 * here[law]:.1f}" for law in laws)
-        words.append(f"Peak e_y told each law, torque-driven, {speed:g} km/h (mm): {errors}; SMC {1e3 * here['']:.1f}.")
+        here = identified[(identified["speed"] == speed) & (identified["regime"] == "torque")]
+        here = 1e3 * here.set_index("law")["peak_e_y"]
+        errors = ", ".join(f"{name_of(law)} {value:.1f}" for law, value in here.items() if law)
+        words.append(f"Peak e_y told each law, torque-driven, {speed:g} km/h (mm): {errors}; SMC {here['']:.1f}.")
     return " ".join(words)
 
 
-def _plants_table(rows) -> Table:
+def _plants_table(rows: pd.DataFrame) -> Table:
     names = ("peak_e_y", "peak_e_psi", "peak_yaw_rate", "peak_lateral_acceleration")
     columns = [Column("Speed", "km/h", "g"), Column("Regime"), Column("Controller")]
-    for name in names:
-        q = METRICS[name]
+    for q in (METRICS[name] for name in names):
         columns += [Column(plant, q.unit, q.form, q.label) for plant in ("multi-body", "single-track")]
     body = []
-    for r in rows:
-        if r["plant"] == "multi-body":
-            other = _pick(rows, plant="single-track", **{k: r[k] for k in ("speed", "regime", "controller")})
-            cells = [METRICS[n].scale * source[n] for n in names for source in (r, other)]
-            body.append((r["speed"], r["regime"], CONTROLLERS[r["controller"]].label, *cells))
-    return Table("plants", "Peaks of both plants", tuple(columns), tuple(body))
+    for (speed, regime, controller), found in rows.groupby(["speed", "regime", "controller"], sort=False):
+        peaks = found.set_index("plant")
+        cells = [METRICS[n].scale * peaks.at[plant, n] for n in names for plant in ("multi-body", "single-track")]
+        body.append((speed, regime, CONTROLLERS[controller].label, *cells))
+    return to_table("plants", "Peaks of both plants", columns, body)
 
 
-def _identified_table(rows) -> Table:
+def _identified_table(rows: pd.DataFrame) -> Table:
     columns = [Column("Speed", "km/h", "g"), Column("Regime"), Column("Controller"), Column("Told law")]
     columns += [Column("Told stiffness over datasheet", "", ".2f"), Column("Peak e_y", "mm", ".1f")]
     columns += [Column("RMS e_y", "mm", ".2f"), Column("RMS e_y above that of the last law", "mm", ".2f")]
-    *_, last = (r["law"] for r in rows)
-    body = []
-    for r in rows:
-        best = _pick(rows, law=last, speed=r["speed"], regime=r["regime"])
-        words = r["speed"], r["regime"], CONTROLLERS[r["controller"]].label, name_of(r["law"]) if r["law"] else "none"
-        told = r["assumed_stiffness"] if r["law"] else None
-        errors = 1e3 * r["peak_e_y"], 1e3 * r["rms_e_y"], 1e3 * (r["rms_e_y"] - best["rms_e_y"])
-        body.append((*words, told, *errors))
-    return Table("identified", "Identified laws as the clearance model", tuple(columns), tuple(body))
+    last, body = rows["law"].iloc[-1], []
+    for r in rows.itertuples():
+        best = _pick(rows, law=last, speed=r.speed, regime=r.regime)
+        words = r.speed, r.regime, CONTROLLERS[r.controller].label, name_of(r.law) if r.law else "none"
+        told = r.assumed_stiffness if r.law else None
+        body.append((*words, told, 1e3 * r.peak_e_y, 1e3 * r.rms_e_y, 1e3 * (r.rms_e_y - best["rms_e_y"])))
+    return to_table("identified", "Identified laws as the clearance model", columns, body)

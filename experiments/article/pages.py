@@ -6,50 +6,47 @@ import base64
 import math
 from collections.abc import Mapping, Sequence
 from html import escape
+from typing import Any
 
 from clearance_mj.report import html
+from clearance_mj.report.figures import Drawing
 from clearance_mj.report.tables import Table
+from clearance_mj.statistics.intervals import Interval
 
+from .items import Item
 from .result import Result
 
 __all__ = ["index", "markdown", "section"]
 
 SVG_LIMIT = 600_000
 """bytes, above which the index page shows the PNG"""
+KNOWS = "What each model was allowed to know"
 
 
-def _words(result: Result) -> list[tuple[str, str]]:
+def _words(item: Item, result: Result) -> list[tuple[str, str]]:
     """Headings and texts, in the order of reading."""
     parts = [
-        ("What the article says", result.article),
+        ("What the article says", item.texts.get("article")),
         ("What was done here", result.method),
         ("What it shows", result.shows),
-        ("What differs, and why", result.differs),
+        ("What differs, and why", item.texts.get("differs")),
     ]
     return [(heading, text) for heading, text in parts if text]
 
 
-def section(result: Result, images: Mapping[str, bytes]) -> str:
-    """Return an item as a section's markup, which needs no other file.
-
-    Parameters
-    ----------
-    result : Result
-        What it gave.
-    images : mapping
-        Its figures as PNG and SVG, by the file's name.
-    """
+def section(item: Item, result: Result, images: Mapping[str, bytes]) -> str:
+    """Return an item as a section's markup, which needs no other file; images are PNG and SVG by the file's name."""
     parts = [_figure(drawing, images) for drawing in result.drawings]
-    parts += [f"<h3>{heading}</h3>\n{html.paragraph(escape(text))}" for heading, text in _words(result)]
+    parts += [f"<h3>{heading}</h3>\n{html.paragraph(escape(text))}" for heading, text in _words(item, result)]
     if result.knows:
-        items = "".join(f"<dt>{escape(model)}</dt><dd>{escape(words)}</dd>\n" for model, words in result.knows.items())
-        parts.append(f"<h3>What each model was allowed to know</h3>\n<dl>{items}</dl>\n")
+        entries = "".join(f"<dt>{escape(model)}</dt><dd>{escape(text)}</dd>\n" for model, text in result.knows.items())
+        parts.append(f"<h3>{KNOWS}</h3>\n<dl>{entries}</dl>\n")
     parts += [html.table(table) for table in result.tables]
     files = ", ".join(f'<a href="{file}.csv">{file}.csv</a>' for file in result.data)
     return "".join(parts) + (html.note(f"Numbers: {files}.") if files else "")
 
 
-def _figure(drawing, images) -> str:
+def _figure(drawing: Drawing, images: Mapping[str, bytes]) -> str:
     png, svg = (images[f"{drawing.name}.{suffix}"] for suffix in ("png", "svg"))
     data, kind = (svg, "svg+xml") if len(svg) <= SVG_LIMIT else (png, "png")
     source = f"data:image/{kind};base64,{base64.b64encode(data).decode('ascii')}"
@@ -58,39 +55,22 @@ def _figure(drawing, images) -> str:
 
 
 def index(sections: Sequence[html.Section], quick: bool) -> str:
-    """Return the index page.
-
-    Parameters
-    ----------
-    sections : sequence of Section
-        Of the items.
-    quick : bool
-        Whether the items were computed in the quick way, which the page then says.
-    """
+    """Return the index page, which says so if the items were computed in the quick way."""
     text = "The test here is a virtual rig: its records are <strong>synthetic</strong>, not measured."
     if quick:
         text += " Computed with --quick: fewer noises, laws and engines."
     return html.page("The article’s figures and tables, computed again", sections, html.paragraph(text, "banner"))
 
 
-def markdown(name: str, result: Result) -> str:
-    """Return an item as a page in Markdown, with its figures beside it as PNG.
-
-    Parameters
-    ----------
-    name : str
-        The item.
-    result : Result
-        What it gave.
-    """
-    parts = [f"# {result.title}"]
+def markdown(item: Item, result: Result) -> str:
+    """Return an item as a page in Markdown, with its figures beside it as PNG."""
+    parts = [f"# {item.title}"]
     parts += [f"![{d.alt}]({d.name}.png)\n\n{d.caption}" for d in result.drawings]
-    parts += [f"## {heading}\n\n{text}" for heading, text in _words(result)]
+    parts += [f"## {heading}\n\n{text}" for heading, text in _words(item, result)]
     if result.knows:
-        items = "\n".join(f"- **{model}**: {words}" for model, words in result.knows.items())
-        parts.append(f"## What each model was allowed to know\n\n{items}")
+        parts.append(f"## {KNOWS}\n\n" + "\n".join(f"- **{model}**: {words}" for model, words in result.knows.items()))
     parts += [_table(table) for table in result.tables]
-    parts.append(f"Made by `python -m experiments.article {name}`.")
+    parts.append(f"Made by `python -m experiments.article {item.name}`.")
     return "\n\n".join(parts) + "\n"
 
 
@@ -101,9 +81,10 @@ def _table(table: Table) -> str:
     return f"{table.caption}\n\n" + "\n".join(f"| {' | '.join(row)} |" for row in (heads, rule, *rows))
 
 
-def _cell(value, form) -> str:
-    if value is None:
-        return ""
-    if isinstance(value, str):
-        return value
+def _cell(value: Any, form: str) -> str:
+    if isinstance(value, Interval):
+        limits = f" ({_cell(value.low, form)} to {_cell(value.high, form)})" if math.isfinite(value.low) else ""
+        return _cell(value.value, form) + limits
+    if value is None or isinstance(value, str):
+        return value or ""
     return html.MISSING if math.isnan(value) else format(value, form)

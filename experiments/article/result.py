@@ -2,34 +2,42 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 
-from clearance_mj.report.figures import Drawing
-from clearance_mj.report.tables import Table
+import pandas as pd
 
-__all__ = ["Result"]
+from clearance_mj.report.figures import Drawing
+from clearance_mj.report.tables import Column, Table
+
+__all__ = ["Result", "rounded", "to_table"]
 
 
 @dataclass(frozen=True, eq=False)
 class Result:
     """A figure or a table of the article, computed again."""
 
-    title: str
-    """heading of its page"""
-    article: str
-    """what the article says"""
     method: str
     """what was done here"""
     shows: str
     """what came out, with its numbers"""
-    differs: str
-    """what differs from the article, and why"""
     drawings: Sequence[Drawing] = ()
     """each becomes NAME.png and NAME.svg, by its own name, which starts with the item's"""
-    data: Mapping[str, Sequence[dict]] = field(default_factory=dict)
-    """rows of each CSV file, by the name of the file without ".csv"; no timings: two runs give the same bytes"""
+    data: Mapping[str, pd.DataFrame] = field(default_factory=dict)
+    """each becomes a CSV file, by its name without ".csv"; no timings: two runs give the same bytes"""
     tables: Sequence[Table] = ()
     """to read: published values beside ours"""
     knows: Mapping[str, str] = field(default_factory=dict)
     """what each model was allowed to know, by its name"""
+
+
+def to_table(name: str, caption: str, columns: Iterable[Column], rows: pd.DataFrame | Iterable[Sequence]) -> Table:
+    """Return a table to read: the columns of a frame, or of rows, under headings in the same order."""
+    if isinstance(rows, pd.DataFrame):
+        rows = rows.astype(object).itertuples(index=False, name=None)
+    return Table(name, caption, tuple(columns), tuple(tuple(None if v is pd.NA else v for v in row) for row in rows))
+
+
+def rounded(frame: pd.DataFrame, digits: int) -> pd.DataFrame:
+    """Return a frame of numbers with so many significant digits."""
+    return frame.map(lambda value: float(f"{value:.{digits}g}"))

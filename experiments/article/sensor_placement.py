@@ -5,14 +5,16 @@ from __future__ import annotations
 import dataclasses
 
 import numpy as np
+import pandas as pd
 
 from clearance_mj.placement import Candidates, Placement, candidates, evaluate, grid, place_sensors
 from clearance_mj.report.figures import Drawing
 from clearance_mj.report.placement import draw
 from clearance_mj.report.tables import Column, Table
+from clearance_mj.rig import Rig
 
-from .context import Context
-from .result import Result
+from .items import Item
+from .result import Result, to_table
 from .style import BLACK, BLUE, GREY, panel, sheet
 
 __all__ = ["run"]
@@ -20,28 +22,13 @@ __all__ = ["run"]
 BEST, OURS, DISTURBED = "every layout tried", "exchange", "exchange, modes 5 and 6 disturb"
 
 
-def run(context: Context, sensors: int = 8, count: int = 24, modes=(1, 2, 3, 4), unwanted=(5, 6)) -> Result:
-    """Place the article's eight sensors on the rig.
-
-    Parameters
-    ----------
-    context : Context
-        Gives the rig.
-    sensors : int
-        How many.
-    count : int
-        Candidates, evenly spaced outside the bushings.
-    modes : sequence of int
-        Modes that are wanted.
-    unwanted : sequence of int
-        Modes that disturb the readings, in one of the layouts.
-    """
-    rig, x = context.dataset.rig, grid(context.dataset.rig, count)
+def run(item: Item, rig: Rig, sensors: int = 8, count: int = 24, modes=(1, 2, 3, 4), unwanted=(5, 6)) -> Result:
+    """Place sensors for modes on so many candidates, evenly spaced outside the bushings; others disturb one layout."""
+    x = grid(rig, count)
     at_bushings = [b.position for b in rig.bushings]
     # One list of positions for all, so that every layout is judged by the same information.
     every = np.unique(np.concatenate((x, at_bushings, [s.position for s in rig.sensors])))
     judge, places = candidates(rig, every, modes), candidates(rig, x, modes)
-    context.stage(f"{sensors} of {count}")
     layouts = {
         BEST: place_sensors(places, sensors, method="exhaustive").position,
         OURS: place_sensors(places, sensors).position,
@@ -53,15 +40,9 @@ def run(context: Context, sensors: int = 8, count: int = 24, modes=(1, 2, 3, 4),
         "rig file": np.array([s.position for s in rig.sensors]),
     }
     found = {name: evaluate(judge, np.searchsorted(every, position)) for name, position in layouts.items()}
-    rows = [_row(name, layout, found[BEST], len(modes)) for name, layout in found.items()]
-    ours = dataclasses.replace(draw(rig, places, found[OURS], modes), name="sensor_placement")
+    rows = pd.DataFrame(_row(name, layout, found[BEST], len(modes)) for name, layout in found.items())
+    ours = dataclasses.replace(draw(rig, places, found[OURS], modes), name=item.name)
     return Result(
-        title="Sensor placement by Fisher information",
-        article=(
-            "Sensors 1 to 8 are installed on the beam; a Fisher information criterion is used to optimise the "
-            "arrangement (Section 4.1). Sensors 6 and 7 are at the clearances. No position, criterion, candidate or "
-            "number is given."
-        ),
         method=(
             f"{count} candidates, evenly spaced outside the bushings of the rig (the distance is the least between two "
             f"sensors), modes {', '.join(map(str, modes))} in the gap, equal noise everywhere. Fisher information "
@@ -71,18 +52,10 @@ def run(context: Context, sensors: int = 8, count: int = 24, modes=(1, 2, 3, 4),
             "judged by the same information, without disturbing modes."
         ),
         shows=_shows(rows, found),
-        differs=(
-            "The article's layout cannot be compared: it is not given, and the rig file's positions of sensors 1 to 5 "
-            "and 8 are ours, spread by eye. Sensors at the clearances are there to see the bushings, not because the "
-            "modes ask for them; they cost little. The trace, the other common criterion, puts sensors where the "
-            "shapes are large and does not keep the modes apart. The best places come in pairs of neighbours at the "
-            "antinodes: with equal noise, reading one place twice is as good as two. A finer grid only draws the pairs "
-            "closer."
-        ),
         drawings=(ours, _draw_layouts(rig, rows, found)),
         data={
-            "sensor_placement": [{"layout": name} | row for name, layout in found.items() for row in layout.rows()],
-            "sensor_placement_layouts": rows,
+            item.name: pd.DataFrame({"layout": name} | row for name, layout in found.items() for row in layout.rows()),
+            f"{item.name}_layouts": rows,
         },
         tables=(_layout_table(rows), _sensor_table(found[OURS])),
     )
@@ -109,7 +82,7 @@ def _row(name, layout, best, modes) -> dict:
 
 
 def _shows(rows, found) -> str:
-    share = {row["layout"]: 100 * row["determinant_over_best"] for row in rows}
+    share = 100 * rows.set_index("layout")["determinant_over_best"]
     ours, own = found[OURS], found["rig file"]
     most, least = int(np.argmax(ours.contribution)), int(np.argmin(ours.contribution))
     return (
@@ -120,7 +93,7 @@ def _shows(rows, found) -> str:
         f"left, and one mode's standard deviation is {ours.std_growth[most].max():.2f} times as large. Without the one "
         f"at {ours.position[least]:.3f} m, {100 * (1 - ours.contribution[least]):.0f} % is left. The layout of the rig "
         f"file has {share['rig file']:.0f} % of the best determinant, an efficiency of "
-        f"{100 * rows[-1]['efficiency']:.0f} % a mode; it would miss the sensor at "
+        f"{100 * rows['efficiency'].iloc[-1]:.0f} % a mode; it would miss the sensor at "
         f"{own.position[np.argmax(own.contribution)]:.4g} m most."
     )
 
@@ -135,8 +108,7 @@ def _layout_table(rows) -> Table:
         Column("Largest MAC between modes", "", ".3f"),
         Column("Largest growth of a std by one loss", "", ".2f"),
     )
-    body = tuple(tuple(value for name, value in row.items() if name != "positions_m") for row in rows)
-    return Table("layouts", "Layouts of eight sensors for four modes", columns, body)
+    return to_table("layouts", "Layouts of eight sensors for four modes", columns, rows.drop(columns="positions_m"))
 
 
 def _sensor_table(layout) -> Table:
@@ -148,8 +120,9 @@ def _sensor_table(layout) -> Table:
         Column("Determinant left", "", ".4f"),
         *(Column(f"Mode {mode}", "", ".3f", "Std without it over that with it") for mode in modes),
     )
-    body = tuple(tuple(row.values()) for row in layout.rows())
-    return Table("sensors", "What each sensor carries, and what its loss costs", columns, body)
+    return to_table(
+        "sensors", "What each sensor carries, and what its loss costs", columns, pd.DataFrame(layout.rows())
+    )
 
 
 def _draw_layouts(rig, rows, found) -> Drawing:
@@ -157,17 +130,17 @@ def _draw_layouts(rig, rows, found) -> Drawing:
     shaft, bars = figure.subplots(1, 2, sharey=True, width_ratios=(1.6, 1))
     for bushing in rig.bushings:
         shaft.axvspan(*bushing.ends, color=GREY, alpha=0.4, lw=0)
-    places = np.arange(len(rows))[::-1]
-    for place, layout in zip(places, found.values()):
-        shaft.plot([0, rig.beam.length], [place] * 2, color=GREY, lw=0.6)
-        shaft.scatter(layout.position, np.full(layout.position.size, place), 200 * layout.contribution**2, color=BLUE)
-    shares = [row["determinant_over_best"] for row in rows]
-    bars.barh(places, shares, 0.55, color=BLUE)
-    for place, share in zip(places, shares):
-        bars.text(share + 0.02, place, f"{share:.3f}", va="center", fontsize=7, color=BLACK)
+    lines = np.arange(len(rows))[::-1]
+    for line, layout in zip(lines, found.values()):
+        shaft.plot([0, rig.beam.length], [line] * 2, color=GREY, lw=0.6)
+        shaft.scatter(layout.position, np.full(layout.position.size, line), 200 * layout.contribution**2, color=BLUE)
+    shares = rows["determinant_over_best"]
+    bars.barh(lines, shares, 0.55, color=BLUE)
+    for line, share in zip(lines, shares):
+        bars.text(share + 0.02, line, f"{share:.3f}", va="center", fontsize=7, color=BLACK)
     panel(shaft, "sensors; area: contribution squared", "Distance from the clamp (m)")
     panel(bars, "determinant", "Determinant over the best (1)")
-    shaft.set_yticks(places, [row["layout"] for row in rows], fontsize=7)
+    shaft.set_yticks(lines, rows["layout"], fontsize=7)
     bars.set_xlim(0, 1.4)
     caption = "Layouts compared; grey bands: bushings. One in each bushing exceeds 1: those places are no candidates."
     return Drawing("sensor_placement_layouts", figure, caption, "Positions and determinants of eight layouts.")

@@ -1,6 +1,5 @@
 """Every item, in the quick way, on the shipped records: numbers against each other, the article and the docs."""
 
-import csv
 import functools
 import re
 import shutil
@@ -12,28 +11,23 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 
 from clearance_mj.errors import RecordError
 from clearance_mj.report.rendering import View, render
-from experiments.article import Context
+from experiments.article import ITEMS, Inputs
 from experiments.article.pages import markdown
-from experiments.article.registry import get_item
+from experiments.article.published import Printed
 
 ROOT = Path(__file__).parents[2]
 NAMES = [*(f"figure_{number:02d}" for number in range(1, 11)), "table_1", "table_2"]
 DRAWN = ("figure_01", "figure_05", "figure_06")
-CONTEXT = Context(ROOT / "data" / "table1_rig", quick=True)
+INPUTS = Inputs(ROOT / "data" / "table1_rig", quick=True)
 
 
 @functools.cache
 def result(name):
-    return get_item(name)(CONTEXT)
+    return ITEMS[name].run(INPUTS)
 
 
-def rows_of(name, file=None):
+def frame_of(name, file=None):
     return result(name).data[file or name]
-
-
-def published(file):
-    with (ROOT / "data" / "article" / file).open(encoding="utf-8") as table:
-        return list(csv.DictReader(table))
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -58,9 +52,9 @@ def test_axes_have_quantity_and_unit(name):
 
 @pytest.mark.parametrize("name", NAMES)
 def test_numbers_and_words_are_there(name):
-    found = result(name)
-    assert name in found.data and all(found.data.values())
-    for words in (found.title, found.article, found.method, found.shows, found.differs):
+    found, item = result(name), ITEMS[name]
+    assert name in found.data and not any(frame.empty for frame in found.data.values())
+    for words in (item.title, item.texts["article"], found.method, found.shows, item.texts["differs"]):
         assert words and "nan" not in words.split()
 
 
@@ -71,82 +65,93 @@ def test_rendering_without_a_backend_says_why(monkeypatch):
 
 
 def test_table_1_prints_the_articles_columns():
+    rows, modes = frame_of("table_1"), Printed.load(1).numbers
     for kind in ("initial", "updated"):
-        ours = [r for r in rows_of("table_1") if r["law"] == f"article {kind}"]
-        for row, article in zip(ours, published("table1_natural_frequency.csv"), strict=True):
-            expected = [article["mode"], article["test_hz"], *(article[f"{kind}_{k}"] for k in ("hz", "re_pct", "mac"))]
-            shown = [row[k] for k in ("mode", "test_hz", "model_hz", "relative_error_percent", "mac")]
-            assert shown == [float(value) for value in expected]
+        shown = rows.loc[rows["law"] == f"article {kind}", ["test_hz", "model_hz", "relative_error_percent", "mac"]]
+        expected = modes[["test_hz", *(f"{kind}_{key}" for key in ("hz", "re_pct", "mac"))]]
+        assert shown.to_numpy().tolist() == expected.to_numpy().tolist()
 
 
 def test_table_1_errors_follow_from_its_frequencies():
-    ours = [r for r in rows_of("table_1") if r["engine"]]
-    error = [100 * abs(r["model_hz"] / r["test_hz"] - 1) for r in ours]
-    np.testing.assert_allclose([r["relative_error_percent"] for r in ours], error, rtol=1e-9)
+    ours = frame_of("table_1").query("engine != ''")
+    error = 100 * abs(ours["model_hz"] / ours["test_hz"] - 1)
+    np.testing.assert_allclose(ours["relative_error_percent"], error, rtol=1e-9)
 
 
 def test_an_amplitude_law_is_within_the_articles_updated_column_at_every_level():
-    limits = {int(r["mode"]): float(r["updated_re_pct"]) for r in published("table1_natural_frequency.csv")}
-    ours = [r for r in rows_of("table_1") if r["law"] == "amplitude"]
+    limits = Printed.load(1).numbers["updated_re_pct"]
+    ours = frame_of("table_1").query("law == 'amplitude'")
     assert len(ours) == 4 * 5  # modes, levels
-    for row in ours:
-        assert row["relative_error_percent"] <= limits[row["mode"]]
-        assert row["mac"] >= 0.95
+    assert (ours["relative_error_percent"] <= ours["mode"].astype(str).map(limits)).all()
+    assert ours["mac"].min() >= 0.95
 
 
 def test_a_schedule_in_time_does_not_predict_another_record():
     """The finding that the pages state: no better than the datasheet where the gaps close, unlike a law over motion."""
-    means = {r["law"]: r["rmse_db"] for r in rows_of("table_2") if r["sensor"] == "mean" and r["level"] == 5}
+    means = frame_of("table_2").query("sensor == 'mean' and level == 5").set_index("law")["rmse_db"]
     assert means["ridge-as-printed"] > 0.9 * means["nominal"] > 5 * means["amplitude"]
 
 
+@pytest.mark.parametrize(
+    ("name", "quantity", "printed"), [("table_1", "MAC, mode 4", 50.74), ("table_2", "RMSE", -63.41)]
+)
+def test_improvements_stand_beside_the_articles(name, quantity, printed):
+    """As printed in the article's text; ours are changes of the means over both records of a level."""
+    gains = frame_of(name, f"{name}_improvements").query(f"quantity == '{quantity}'")
+    assert gains["change_pct"].iloc[0] == printed
+    level = INPUTS.study.main_level
+    (ours,) = gains.query(f"law == 'amplitude' and level == {level}").itertuples()
+    assert ours.change_pct_low < ours.change_pct < ours.change_pct_high
+    (table,) = (table for table in result(name).tables if table.name == "improvements")
+    assert [column.label for column in table.columns[:3]] == [
+        "Quantity", "article, updated, as printed", "article, updated, recomputed"
+    ]  # fmt: skip
+    (row,) = (row for row in table.rows if row[0] == quantity)
+    assert row[-1].value == ours.change_pct
+
+
 def test_errors_of_figures_7_and_8_follow_from_their_curves_and_are_those_of_table_2():
-    table = {
-        (r["law"], r["engine"], r["sensor"]): r["rmse_db"]
-        for r in rows_of("table_2")
-        if r["level"] == CONTEXT.main_level
-    }
+    level = INPUTS.study.main_level
+    table = frame_of("table_2").query(f"level == {level}").set_index(["law", "engine", "sensor"])["rmse_db"]
     for name in ("figure_07", "figure_08"):
-        for row in rows_of(name, f"{name}_errors"):
-            curve = [r for r in rows_of(name) if r["sensor"] == row["sensor"]]
-            column = "repeat_db" if row["law"] == "repeat" else f"{row['law']} {row['engine']}_db"
-            difference = [float(r[column]) - float(r["test_db"]) for r in curve]
-            assert np.sqrt(np.mean(np.square(difference))) == pytest.approx(row["rmse_db"], rel=1e-3)
-            assert table[row["law"], row["engine"], str(row["sensor"])] == pytest.approx(row["rmse_db"], rel=1e-9)
+        curves = frame_of(name)
+        for row in frame_of(name, f"{name}_errors").itertuples():
+            curve = curves[curves["sensor"] == row.sensor]
+            column = "repeat_db" if row.law == "repeat" else f"{row.law} {row.engine}_db"
+            difference = curve[column] - curve["test_db"]
+            assert np.sqrt(np.mean(difference**2)) == pytest.approx(row.rmse_db, rel=1e-3)
+            assert table[row.law, row.engine, str(row.sensor)] == pytest.approx(row.rmse_db, rel=1e-9)
 
 
 @pytest.mark.parametrize(("name", "key"), [("figure_09", "csac"), ("figure_10", "csf")])
 def test_means_of_figures_9_and_10_follow_from_their_curves_and_are_those_of_table_2(name, key):
-    table = [r for r in rows_of("table_2") if r["level"] in ("", CONTEXT.main_level)]
-    for row in rows_of(name, f"{name}_means"):
-        for entry in (r for r in table if (r["law"], r["engine"]) == (row["law"], row["engine"])):
+    table = frame_of("table_2")
+    table = table[table["level"].isna() | (table["level"] == INPUTS.study.main_level)]
+    for row in frame_of(name, f"{name}_means").to_dict("records"):
+        for entry in table[(table["law"] == row["law"]) & (table["engine"] == row["engine"])].to_dict("records"):
             assert row[f"sensor_{entry['sensor']}"] == pytest.approx(entry[key], rel=1e-9)
         if not row["law"].startswith("article"):
             column = "repeat" if row["law"] == "repeat" else f"{row['law']} {row['engine']}"
-            curve = [float(r[column]) for r in rows_of(name) if r["sensor"] == 6]
-            assert np.mean(curve) == pytest.approx(row["sensor_6"], rel=1e-4)
+            curve = frame_of(name).query("sensor == 6")[column]
+            assert curve.mean() == pytest.approx(row["sensor_6"], rel=1e-4)
 
 
 def test_translations_of_figure_4_are_those_of_the_grid():
     """b = a (16 κ + 8), κ = 0 : 0.005 : T/(4a): one more than the whole steps of 0.08 a in T = 4 s."""
-    for row in rows_of("figure_04"):
-        assert row["points"] == int(4 / (0.08 * 2 ** row["log2_scale"]) + 1e-9) + 1
+    for row in frame_of("figure_04").itertuples():
+        assert row.points == int(4 / (0.08 * 2**row.log2_scale) + 1e-9) + 1
 
 
 def test_eq_17_as_printed_is_twice_the_damping():
     for name in ("figure_02", "figure_03"):
-        errors = rows_of(name, f"{name}_errors")
-        (printed,) = (
-            r["largest_rms_error_percent"]
-            for r in errors
-            if (r["snr_db"], r["quantity"], r["form"]) == (100, "c", "Eq. 17 as printed")
-        )
-        assert printed == pytest.approx(100.0, abs=0.1)
+        errors = frame_of(name, f"{name}_errors")
+        (printed,) = errors.query("snr_db == 100 and quantity == 'c' and form == 'Eq. 17 as printed'").itertuples()
+        assert printed.largest_rms_error_percent == pytest.approx(100.0, abs=0.1)
 
 
 def test_a_level_that_is_not_there():
     with pytest.raises(RecordError, match=r"no validation record has level 3; there are 0\.5, 1, 2, 5, 8"):
-        get_item("figure_07")(CONTEXT, level=3.0)
+        ITEMS["figure_07"].run(INPUTS, level=3.0)
 
 
 def test_a_dataset_without_repeats(small_dataset, tmp_path):
@@ -154,12 +159,15 @@ def test_a_dataset_without_repeats(small_dataset, tmp_path):
     listing = tmp_path / "one" / "dataset.toml"
     listing.write_text(listing.read_text().replace("level = 4.0", "level = 5.0", 1))
     with pytest.raises(RecordError, match="needs two records"):
-        get_item("figure_05")(Context(tmp_path / "one"))
+        ITEMS["figure_05"].run(Inputs(tmp_path / "one"))
 
 
 @pytest.mark.parametrize("name", ["figure_02", pytest.param("figure_07", marks=pytest.mark.slow)])
 def test_csv_rows_are_the_same_again(name):
-    assert get_item(name)(Context(CONTEXT.path, quick=True)).data == result(name).data
+    again = ITEMS[name].run(Inputs(INPUTS.path, quick=True)).data
+    assert {file: frame.to_csv() for file, frame in again.items()} == {
+        file: frame.to_csv() for file, frame in result(name).data.items()
+    }
 
 
 def numbers(page):
@@ -181,8 +189,27 @@ def numbers(page):
 def test_the_documentation_shows_these_numbers(name):
     """Laws and engines that the quick way has in common with the whole way, and the article's rows."""
     documented = numbers((ROOT / "docs" / "experiments" / f"{name}.md").read_text(encoding="utf-8"))
-    ours = numbers(markdown(name, result(name)))
+    ours = numbers(markdown(ITEMS[name], result(name)))
     shared = set(documented) & set(ours)
     assert len(shared) >= 5
     for row in shared:
         np.testing.assert_allclose(ours[row], documented[row], rtol=2e-3, atol=2e-3, err_msg=str(row))
+
+
+def test_calibration_finds_the_shipped_rig_and_a_family():
+    rows = frame_of("calibrate_table1")
+    assert (abs(rows["calibrated"] - rows["shipped_rig"]) < rows["std"]).all()
+    family = frame_of("calibrate_table1", "calibrate_table1_family")
+    assert len(family) >= 5 and (family["chi2"] < 1e-6).all()
+    assert family["masses[0].mass"].max() > 2 * family["masses[0].mass"].min()
+    page = (ROOT / "docs" / "experiments" / "calibrate_table1.md").read_text(encoding="utf-8")
+    assert all(f"| {value:.5g} |" in page for value in rows["calibrated"])
+
+
+def test_sensor_placement_reaches_brute_force_and_its_page_says_so():
+    share = frame_of("sensor_placement", "sensor_placement_layouts").set_index("layout")["determinant_over_best"]
+    assert share["exchange"] >= 0.99
+    assert share["rig file"] < share["exchange"]
+    assert frame_of("sensor_placement").query("layout == 'rig file'")["contribution"].sum() == pytest.approx(4)
+    page = (ROOT / "docs" / "experiments" / "sensor_placement.md").read_text(encoding="utf-8")
+    assert page == markdown(ITEMS["sensor_placement"], result("sensor_placement"))

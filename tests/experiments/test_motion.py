@@ -1,6 +1,7 @@
 """Statistics of the items on motion control, on rows with known answers."""
 
 import numpy as np
+import pandas as pd
 import pytest
 import scipy.stats
 
@@ -9,7 +10,7 @@ from experiments.article.motion import comparison, median, over_seeds, reduction
 
 
 def rows(value):
-    return [
+    return pd.DataFrame(
         {"controller": c, "regime": r, "seed": s}
         | dict.fromkeys(
             ("peak_e_y", "rms_e_y", "peak_e_psi", "peak_yaw_rate_error", "peak_yaw_rate", "peak_lateral_acceleration"),
@@ -18,7 +19,7 @@ def rows(value):
         for s in range(30)
         for r in REGIMES
         for c in CONTROLLERS
-    ]
+    )
 
 
 def test_reduction_is_of_the_same_seed():

@@ -1,18 +1,25 @@
 """What is written, what is kept, what is computed again; with an item that costs nothing."""
 
 import hashlib
+import importlib
 import json
+import subprocess
 import sys
 from types import ModuleType
 
+import pandas as pd
 import pytest
 from matplotlib.figure import Figure
 
 from clearance_mj.errors import ClearanceError
 from clearance_mj.report.figures import Drawing
-from clearance_mj.report.tables import Column, Table
-from experiments.article import ITEMS, Result, reproduce
+from clearance_mj.report.tables import Column
+from experiments.article import ITEMS, Inputs, Item, Result, register, reproduce
 from experiments.article.__main__ import main
+from experiments.article.items import select
+from experiments.article.result import to_table
+
+from ..conftest import ROOT
 
 
 @pytest.fixture
@@ -20,26 +27,58 @@ def calls(monkeypatch):
     """How often the item "small", the only one, was computed, by quick or not."""
     made = []
 
-    def run(context):
-        made.append(context.quick)
+    def run(item, quick, rig):
+        made.append(quick)
         figure = Figure((2, 2))
         figure.subplots().plot([0, 1])
+        rows = pd.DataFrame({"who": ["ours", "theirs"], "x": [0.5, float("nan")]})
         return Result(
-            "Small & simple", "a < b", "done", "x = 0.5", "nothing", (Drawing("small", figure, "A line", "line"),),
-            {"small": [{"x": 0.5}], "small_errors": [{"e": 1 / 3}]},
-            (Table("t", "Both", (Column("who"), Column("x", "m", ".2f")), (("ours", 0.5), ("theirs", float("nan")))),),
-            {"ours": "everything"},
+            "done", "a < b", (Drawing("small", figure, "A line", "line"),),
+            {"small": rows[["x"]][:1], "small_errors": pd.DataFrame({"e": [1 / 3]})},
+            (to_table("t", "Both", (Column("who"), Column("x", "m", ".2f")), rows),), {"ours": "everything"},
         )  # fmt: skip
 
     module = ModuleType("small_item")
     module.run = run
     monkeypatch.setitem(sys.modules, "small_item", module)
+    monkeypatch.setattr(Inputs, "rig", None)
     kept = dict(ITEMS)
     ITEMS.clear()
-    ITEMS["small"] = "small_item"
+    register(Item("small", "Small & simple", "small_item:run", ("quick", "rig")))
     yield made
     ITEMS.clear()
     ITEMS.update(kept)  # in their order, which item by item would not keep
+
+
+def test_the_articles_figures_and_tables_are_complete():
+    assert {*(f"figure_{i:02d}" for i in range(1, 14)), *(f"table_{i}" for i in range(1, 6))} <= set(ITEMS)
+
+
+@pytest.mark.parametrize("name", ITEMS)
+def test_every_item_has_code_texts_and_page(name):
+    module, function = ITEMS[name].function.split(":")
+    assert callable(getattr(importlib.import_module(module, "experiments.article"), function))
+    assert ITEMS[name].texts["article"] and ITEMS[name].texts["differs"]
+    page = (ROOT / "docs" / "experiments" / f"{name}.md").read_text(encoding="utf-8")
+    assert page.startswith(f"# {ITEMS[name].title}\n")
+
+
+def test_selection_keeps_the_order_and_drops_repeats():
+    assert [item.name for item in select(["table_1", "figure_02", "table_1"])] == ["figure_02", "table_1"]
+    assert select([]) == select(["all"]) == select(["figure_02", "all"]) == list(ITEMS.values())
+
+
+def test_an_unknown_name_lists_the_known_ones():
+    with pytest.raises(ClearanceError, match=r'"figure_99" is unknown; known: all, figure_01, .*table_2'):
+        select(["figure_02", "figure_99"])
+
+
+def test_the_command_runs_alone(tmp_path):
+    command = [sys.executable, "-m", "experiments.article", "figure_02", "--out", tmp_path, "--quick"]
+    done = subprocess.run(command, capture_output=True, text=True, check=False, cwd=ROOT)
+    assert done.returncode == 0, done.stderr
+    assert (tmp_path / "figure_02.png").read_bytes()[:4] == b"\x89PNG"
+    assert len((tmp_path / "figure_02.csv").read_text().splitlines()) > 10
 
 
 @pytest.fixture
@@ -93,7 +132,7 @@ def test_an_interrupted_item_is_not_taken_for_finished(calls, tmp_path, records,
     run(tmp_path, records)
     (records / "dataset.toml").write_text("two")
 
-    def interrupted(context):
+    def interrupted(item, *inputs):
         raise KeyboardInterrupt
 
     with monkeypatch.context() as patch:

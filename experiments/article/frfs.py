@@ -1,0 +1,225 @@
+"""FRFs and criteria of models and test over frequency, sensor by sensor: Figures 7 to 10."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import pandas as pd
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from clearance_mj.report.figures import Drawing
+from clearance_mj.report.tables import Column, Table
+from clearance_mj.signals.correlation import rmse_db
+from clearance_mj.study import Case, Study
+
+from .items import Item
+from .models import MODELS, REPEAT, TEST, cases, decibel, knows, main_cases, name_of, position, test_words
+from .published import MODELS as ARTICLE_MODELS
+from .published import Printed
+from .result import Result, rounded, to_table
+from .style import FONT, panel, sheet
+
+__all__ = ["criterion", "overlay"]
+
+SPLIT = 65.0  # Hz, between the second mode and the third
+ROOM = 3.0  # dB
+
+
+# Figures 7 and 8.
+
+
+def overlay(item: Item, study: Study, nodes: Sequence[int], columns: int, level: float | None = None) -> Result:
+    """Overlay the FRFs of test and models at some sensors in so many columns; default: at the middle level."""
+    level = study.main_level if level is None else level
+    found, test = cases(study, level), decibel(study.test(study.records(level)[0]))
+    of_rig = [s.node for s in study.dataset.rig.sensors]
+    rows = [of_rig.index(node) for node in nodes]
+    errors, words = _errors(study, found, level, nodes, rows), test_words(study, level)
+    caption = (
+        f"{item.title}: magnitude of acceleration over base acceleration. Engine {study.engines[0]}; test: {words}. "
+        "Dips of a model far below the test are cut."
+    )
+    alt = f"FRF magnitudes of test and models at sensors {', '.join(map(str, nodes))}."
+    levels = {"test_db": test, "repeat_db": decibel(found[-1].frf)}
+    levels |= {f"{case.law} {case.engine}_db": decibel(case.frf) for case in found[:-1]}
+    frequency = found[0].frf.frequency
+    return Result(
+        method=(
+            f"Every model is driven by the measured base acceleration of {words}, which no law has seen. H1, Hann "
+            "window, half overlap, lines every 0.5 Hz from 5 to 220 Hz, estimated alike for test and models. Engines: "
+            f"{', '.join(study.engines)}; on links stiffness and damping are set before every step."
+        ),
+        shows=_overlay_shows(errors, study.engines[0]),
+        drawings=(Drawing(item.name, _draw_overlay(study, found, test, rows, columns), caption, alt),),
+        data={item.name: _over_frequency(nodes, rows, frequency, levels), f"{item.name}_errors": errors},
+        tables=(_error_table(errors, nodes),),
+        knows=knows(study),
+    )
+
+
+def _over_frequency(nodes: Sequence[int], rows: Sequence[int], frequency: np.ndarray, curves: dict) -> pd.DataFrame:
+    """Curves of sensors, arrays (n_sensors, n_f), below each other."""
+    frames = [
+        pd.DataFrame({"sensor": node, "frequency_hz": frequency} | {name: curve[row] for name, curve in curves.items()})
+        for node, row in zip(nodes, rows)
+    ]
+    return rounded(pd.concat(frames, ignore_index=True), 6).astype({"sensor": int})
+
+
+def _errors(study: Study, found: list[Case], level: float, nodes: Sequence[int], rows: Sequence[int]) -> pd.DataFrame:
+    """RMSE in dB of every model, and of the test's repeat, at the sensors: whole band, modes 1-2, modes 3-4."""
+    test = study.test(study.records(level)[0])
+    bands = {"": test.frequency > 0, "_below_65_hz": test.frequency < SPLIT, "_above_65_hz": test.frequency >= SPLIT}
+    frames = []
+    for case in found:
+        errors = {
+            f"rmse_db{band}": rmse_db(test.value[rows][..., lines], case.frf.value[rows][..., lines])
+            for band, lines in bands.items()
+        }
+        frames.append(pd.DataFrame({"law": case.law, "engine": case.engine, "sensor": nodes} | errors))
+    return pd.concat(frames, ignore_index=True)
+
+
+def _draw_overlay(study: Study, found: list[Case], test: np.ndarray, rows: Sequence[int], columns: int) -> Figure:
+    lines = -(-len(rows) // columns)
+    figure = sheet(0.5 + (2.6 if columns == 1 else 1.9) * lines)
+    axes = figure.subplots(lines, columns, sharex=True, squeeze=False)
+    frequency, repeat = found[0].frf.frequency, decibel(found[-1].frf)
+    curves = {case.law: decibel(case.frf) for case in main_cases(found)}
+    for i, (ax, row) in enumerate(zip(axes.flat, rows)):
+        ax.plot(frequency, test[row], **TEST)
+        ax.plot(frequency, repeat[row], **REPEAT)
+        _draw_models(ax, frequency, {law: curve[row] for law, curve in curves.items()})
+        drawn, known = np.concatenate([curve[row] for curve in curves.values()]), test[row]
+        ax.set_ylim(min(known.min(), np.percentile(drawn, 0.5)) - ROOM, max(known.max(), drawn.max()) + ROOM)
+        ax.set_xlim(0, frequency[-1])
+        _title(ax, study, i, row, i >= len(rows) - columns, "|H| (dB re 1)" if i % columns == 0 else "")
+    _legend(figure, axes[0, 0], 4)
+    return figure
+
+
+def _draw_models(ax: Axes, frequency: np.ndarray, curves: dict[str, np.ndarray]) -> None:
+    for law, curve in curves.items():
+        ax.plot(frequency, curve, label=MODELS[law].label, **MODELS[law].line)
+
+
+def _title(ax: Axes, study: Study, i: int, row: int, last: bool, label: str) -> None:
+    panel(ax, f"({chr(ord('a') + i)}) {position(study.dataset.rig, row)}", "Frequency (Hz)" if last else "", label)
+
+
+def _legend(figure: Figure, ax: Axes, columns: int) -> None:
+    handles, labels = ax.get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside upper center", ncols=columns, fontsize=FONT - 1, frameon=False)
+
+
+def _overlay_shows(errors: pd.DataFrame, engine: str) -> str:
+    means = errors[errors["engine"].isin((engine, "rig"))].groupby("law", sort=False).mean(numeric_only=True)
+    parts = (
+        f"{name_of(law)} {row['rmse_db_below_65_hz']:.2f} / {row['rmse_db_above_65_hz']:.2f} dB"
+        for law, row in means.iterrows()
+    )
+    return (
+        f"RMS difference from the test on {engine}, mean of these sensors, around modes 1-2 (below {SPLIT:g} Hz) / "
+        f"around modes 3-4 (above): {'; '.join(parts)}."
+    )
+
+
+def _error_table(errors: pd.DataFrame, nodes: Sequence[int]) -> Table:
+    columns = (Column("Model"), Column("Engine"), *(Column(f"sensor {n}", "", ".3f", "RMSE, dB (ours)") for n in nodes))
+    sensors = Printed.load(2).numbers.loc[[str(node) for node in nodes]]
+    rows = [(f"article, {kind} (unit not given)", "", *sensors[f"{kind}_rmse"]) for kind in ARTICLE_MODELS]
+    for (law, engine), found in errors.groupby(["law", "engine"], sort=False):
+        rows.append((name_of(law), engine, *found["rmse_db"]))
+    return to_table("errors", "RMSE of the FRF: published (Table 2) and ours", columns, rows)
+
+
+# Figures 9 and 10.
+
+
+def criterion(item: Item, study: Study, criterion: str, level: float | None = None) -> Result:
+    """Draw "csac" or "csf" over frequency for every sensor; default: at the middle level."""
+    level = study.main_level if level is None else level
+    found, label, words = cases(study, level), criterion.upper(), test_words(study, level)
+    means, nodes = _means(study, found, criterion), [s.node for s in study.dataset.rig.sensors]
+    caption = (
+        f"{item.title}, over a window of nine lines (4 Hz) in place of the responses. Engine {study.engines[0]}; "
+        f"test: {words}."
+    )
+    curves = {_column(case): _per_sensor(case, criterion) for case in (found[-1], *found[:-1])}
+    alone = "1 by definition" if criterion == "csac" else "a ratio of magnitudes only"
+    drawing = Drawing(item.name, _draw_criterion(study, found, criterion), caption, f"{label} of each sensor.")
+    frequency = found[0].comparison.frequency
+    return Result(
+        method=(
+            f"{label} sums over responses, where one response alone gives {alone}. For a criterion of one sensor a "
+            "window of nine lines around each line takes the place of the responses. Models and test as in Figure 7: "
+            f"{words}."
+        ),
+        shows=_criterion_shows(means, label, study.engines[0]),
+        drawings=(drawing,),
+        data={item.name: _over_frequency(nodes, range(len(nodes)), frequency, curves), f"{item.name}_means": means},
+        tables=(_mean_table(means, label),),
+        knows=knows(study),
+    )
+
+
+def _column(case: Case) -> str:
+    return case.law if case.law == "repeat" else f"{case.law} {case.engine}"
+
+
+def _per_sensor(case: Case, criterion: str) -> np.ndarray:
+    return getattr(case.comparison, f"{criterion}_per_sensor")
+
+
+def _means(study: Study, found: list[Case], criterion: str) -> pd.DataFrame:
+    """Mean over the lines of each model and sensor, the article's first."""
+    published, nodes = Printed.load(2).numbers, [str(s.node) for s in study.dataset.rig.sensors]
+    rows = [
+        {"law": f"article {kind}", "engine": ""}
+        | {f"sensor_{node}": value for node, value in published[f"{kind}_{criterion}"].items()}
+        for kind in ARTICLE_MODELS
+    ]
+    for case in found:
+        means = _per_sensor(case, criterion).mean(axis=1)
+        row = {"law": case.law, "engine": case.engine} | {f"sensor_{n}": m for n, m in zip(nodes, means)}
+        row |= {"sensor_mean": means.mean(), "over_all_sensors": getattr(case.comparison, criterion).mean()}
+        rows.append(row)
+    return pd.DataFrame(rows)
+
+
+def _draw_criterion(study: Study, found: list[Case], criterion: str) -> Figure:
+    n, columns, frequency = len(study.dataset.rig.sensors), 2, found[0].comparison.frequency
+    figure = sheet(0.5 + 1.35 * -(-n // columns))
+    axes = figure.subplots(-(-n // columns), columns, sharex=True, sharey=True)
+    for row, ax in zip(range(n), axes.flat):
+        ax.plot(frequency, _per_sensor(found[-1], criterion)[row], **REPEAT)
+        _draw_models(ax, frequency, {c.law: _per_sensor(c, criterion)[row] for c in main_cases(found)})
+        label = f"{criterion.upper()} (1)" if row % columns == 0 else ""
+        _title(ax, study, row, row, row >= n - columns, label)
+        ax.set_xlim(0, frequency[-1])
+        ax.set_ylim(0, 1.05)
+    _legend(figure, axes[0, 0], 3)
+    return figure
+
+
+def _criterion_shows(means: pd.DataFrame, label: str, engine: str) -> str:
+    ours = means[means["engine"].isin((engine, "rig"))]
+    words = "; ".join(f"{name_of(m.law)} {m.sensor_mean:.4f}" for m in ours.itertuples())
+    printed = " and ".join(f"{m.sensor_mean:.4f} ({m.law.removeprefix('article ')})" for m in means[:2].itertuples())
+    return f"Mean {label} over sensors and lines on {engine}: {words}. The article prints {printed}."
+
+
+def _mean_table(means: pd.DataFrame, label: str) -> Table:
+    sensors = [name for name in means if name.startswith("sensor_") and name != "sensor_mean"]
+    columns = (
+        Column("Model"),
+        Column("Engine"),
+        *(Column(name.replace("_", " "), "", ".4f") for name in sensors),
+        Column("mean", "", ".4f"),
+        Column("over all sensors, as published", "", ".4f"),
+    )
+    shown = means.assign(law=means["law"].map(name_of))[["law", "engine", *sensors, "sensor_mean", "over_all_sensors"]]
+    shown = shown.astype(object).where(shown.notna(), None)  # the article has none over all sensors
+    return to_table("means", f"Mean {label} over the lines: published (Table 2) and ours", columns, shown)
