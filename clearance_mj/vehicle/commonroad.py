@@ -22,7 +22,7 @@ import vehiclemodels.vehicle_dynamics_std as drift_module
 from vehiclemodels.utils.vehicle_dynamics_ks_cog import vehicle_dynamics_ks_cog
 from vehiclemodels.vehicle_parameters import VehicleParameters, setup_vehicle_parameters
 
-__all__ = ["GRAVITY", "SHIFTS", "compiled_parameters", "multi_body", "parameters", "single_track_drift"]
+__all__ = ["GRAVITY", "SHIFTS", "multi_body", "parameters", "single_track_drift"]
 
 GRAVITY = 9.81
 """m/s², as in the library"""
@@ -30,15 +30,9 @@ SHIFTS = ("p_hy1", "p_hy3", "p_vy1", "p_vy3", "r_hy1", "r_vy1", "r_vy3")
 """Tyre parameters that shift the lateral force"""
 
 
-def parameters(vehicle: int = 2) -> VehicleParameters:
-    """The library's parameters of a vehicle, with the tyres' lateral shifts zeroed.
-
-    Parameters
-    ----------
-    vehicle : int
-        Its number in the library; 2 is a BMW 320i.
-    """
-    values = setup_vehicle_parameters(vehicle)
+def parameters() -> VehicleParameters:
+    """The library's parameters of vehicle 2, a BMW 320i, with the tyres' lateral shifts zeroed."""
+    values = setup_vehicle_parameters(2)
     return dataclasses.replace(values, tire=dataclasses.replace(values.tire, **dict.fromkeys(SHIFTS, 0.0)))
 
 
@@ -60,13 +54,7 @@ Parameters = _record("Parameters", "steering", "longitudinal", "tire", *_numbers
 
 
 def compiled_parameters(values: VehicleParameters) -> tuple[Any, ...]:
-    """Parameters as compiled code reads them.
-
-    Parameters
-    ----------
-    values : VehicleParameters
-        The library's object.
-    """
+    """Parameters as compiled code reads them."""
     steering, longitudinal = Steering(**_numbers(values.steering)), Longitudinal(**_numbers(values.longitudinal))
     return Parameters(steering, longitudinal, Tire(**_numbers(values.tire)), **_numbers(values))
 

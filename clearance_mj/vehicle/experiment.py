@@ -140,18 +140,12 @@ def _regime(regime: str) -> Regime:
 
 
 def check(case: Case) -> None:
-    """Refuse a case that cannot be run.
+    """Refuse a case that cannot be run: `ManoeuvreError` says why.
 
     Parameters
     ----------
     case : Case
         The case.
-
-    Raises
-    ------
-    ManoeuvreError
-        For a speed out of range, a path that needs more than the road's friction, an unknown controller, regime or
-        plant, an impossible gap.
     """
     get_controller(case.controller)
     if case.seed < 0:
@@ -190,7 +184,7 @@ def _run_registered(case: Case, registration: Registration) -> Outcome:
 
 
 def run_all(cases: Iterable[Case], workers: int | None = None, progress: str | None = None) -> list[Outcome]:
-    """Run many cases at once; the results do not depend on the number of processes.
+    """Run many cases at once, in their order; the results do not depend on the number of processes.
 
     Parameters
     ----------
@@ -200,11 +194,6 @@ def run_all(cases: Iterable[Case], workers: int | None = None, progress: str | N
         Processes; default: one for each processor.
     progress : str, optional
         Show a progress bar with this name.
-
-    Returns
-    -------
-    list of Outcome
-        In the order of the cases.
     """
     cases = list(cases)
     registrations = [get_controller(case.controller) for case in cases]

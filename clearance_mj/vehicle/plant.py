@@ -126,7 +126,7 @@ class Plant(ABC):
         return np.array([*self._states([x, y, 0.0, speed, heading, 0.0, 0.0]), speed], dtype=float)
 
     def advance(self, state: np.ndarray, wheel_angle: ArrayLike) -> np.ndarray:
-        """Drive on with given road-wheel angles.
+        """Return the state after n ms with given road-wheel angles.
 
         Parameters
         ----------
@@ -134,11 +134,6 @@ class Plant(ABC):
             From `start` or `advance`; it is not changed.
         wheel_angle : array_like, shape (n,)
             rad, one for each millisecond.
-
-        Returns
-        -------
-        ndarray
-            State after n ms.
 
         Raises
         ------

@@ -39,23 +39,10 @@ class Sensors:
         """Inertial navigation with corrected satellite positions: 10 mm, 0.05°, 0.02 m/s, 0.1 °/s."""
         return cls(0.01, np.radians(0.05), 0.02, np.radians(0.1))
 
-    def observe(self, true: Observation, noise: np.random.Generator) -> Observation:
-        """Return what is seen of the true values.
-
-        Parameters
-        ----------
-        true : Observation
-            Without noise.
-        noise : numpy.random.Generator
-            Source of the noise.
-        """
-        e_y, e_psi, lateral_speed, yaw_rate = noise.standard_normal(4)
-        return true._replace(
-            e_y=true.e_y + self.position * e_y,
-            e_psi=true.e_psi + self.heading * e_psi,
-            lateral_speed=true.lateral_speed + self.lateral_speed * lateral_speed,
-            yaw_rate=true.yaw_rate + self.yaw_rate * yaw_rate,
-        )
+    def _seen(self, true: Observation, noise: np.random.Generator) -> Observation:
+        deviations = self.position, self.heading, self.lateral_speed, self.yaw_rate
+        noisy = [v + deviation * draw for v, deviation, draw in zip(true[1:5], deviations, noise.standard_normal(4))]
+        return Observation(true.s, *noisy, true.speed)
 
 
 @dataclass(frozen=True, eq=False)
@@ -178,7 +165,7 @@ def follow_path(
                 f"the vehicle left the path at s = {s:.1f} m, t = {k * period:.2f} s: {e_y:+.1f} m off"
             )
         e_psi = (now.heading - heading + np.pi) % (2 * np.pi) - np.pi
-        seen = sensors.observe(Observation(s, e_y, e_psi, now.lateral_speed, now.yaw_rate, now.speed), noise)
+        seen = sensors._seen(Observation(s, e_y, e_psi, now.lateral_speed, now.yaw_rate, now.speed), noise)
         began = clock.perf_counter()
         command = run.command(seen)
         seconds = clock.perf_counter() - began

@@ -69,7 +69,7 @@ _LENGTHS = {"um": 1e-6, "µm": 1e-6, "mm": 1e-3, "m": 1.0}
 
 
 def parse_gap(text: str, lever_arm: float = LEVER_ARM) -> float:
-    """Half-gap at the road wheel from a number with a unit.
+    """Half-gap at the road wheel, rad, from a number with a unit.
 
     Parameters
     ----------
@@ -77,11 +77,6 @@ def parse_gap(text: str, lever_arm: float = LEVER_ARM) -> float:
         Such as "0.2deg", "3.5mrad" (road-wheel angle) or "0.15mm" (radial clearance of the shaft).
     lever_arm : float
         From the clearance to the wheel angle, m.
-
-    Returns
-    -------
-    float
-        rad.
 
     Raises
     ------

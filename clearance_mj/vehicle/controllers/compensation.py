@@ -12,7 +12,7 @@ from ...errors import ManoeuvreError
 from .base import Controller, ControllerRun, Observation, Task, limited
 from .design import Predictor
 
-__all__ = ["Compensated", "Direction", "Estimate", "LostMotionModel"]
+__all__ = ["Compensated", "Estimate", "LostMotionModel"]
 
 
 class Estimate(ABC):
@@ -83,25 +83,13 @@ class _CompensatedRun(ControllerRun):
 
 
 class Direction:
-    """Direction of a signal, deaf to noise: it changes once the signal has turned back by a slack.
-
-    Parameters
-    ----------
-    slack : float
-        In the signal's unit.
-    """
+    """Direction of a signal, deaf to noise: it changes once the signal has turned back by a slack."""
 
     def __init__(self, slack: float):
         self._slack, self._extreme, self._sign = slack, 0.0, 0
 
     def advance(self, value: float) -> int:
-        """Return the direction with the next value: -1, 1, or 0 before the first motion.
-
-        Parameters
-        ----------
-        value : float
-            Of the signal.
-        """
+        """Return the direction with the next value: -1, 1, or 0 before the first motion."""
         back = value - self._extreme
         if abs(back) > self._slack:
             self._sign = 1 if back > 0 else -1

@@ -27,7 +27,7 @@ from .clearance_model import PRIOR, with_clearance_model
 from .design import DesignModel, ModelRun
 from .registry import Registration, register
 
-__all__ = ["ModelPredictive", "Program", "program"]
+__all__ = ["ModelPredictive"]
 
 RENEW = 0.01
 """Relative change of speed after which the model is linearised anew"""
@@ -66,15 +66,7 @@ class ModelPredictive(Controller):
 
 
 def program(settings: ModelPredictive, model: DesignModel) -> Program:
-    """Matrices of the program; their sparsity pattern does not depend on the speed.
-
-    Parameters
-    ----------
-    settings : ModelPredictive
-        Weights and horizon.
-    model : DesignModel
-        At the speed in question.
-    """
+    """Matrices of the program at the model's speed; their sparsity pattern does not depend on it."""
     A, B, E = _augmented(model)
     outputs = np.zeros((3, N_STATES))
     outputs[0, 0] = 1.0

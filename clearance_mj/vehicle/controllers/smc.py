@@ -22,46 +22,22 @@ from .clearance_model import PRIOR, with_clearance_model
 from .design import DesignModel, ModelRun
 from .registry import Registration, register
 
-__all__ = ["SlidingMode", "SlidingRun", "input_gain", "saturation"]
+__all__ = ["SlidingMode"]
 
 
 def input_gain(model: DesignModel, look_ahead: float) -> float:
-    """Return d²e/dt² over the wheel angle, b, m/s².
-
-    Parameters
-    ----------
-    model : DesignModel
-        Nominal.
-    look_ahead : float
-        L_s, m.
-    """
+    """Return d²e/dt² over the wheel angle, b, m/s², of a point L_s ahead."""
     A, _, _ = model.continuous
     return float(A[2, 4] + look_ahead * A[3, 4])
 
 
 def saturation(value: float) -> float:
-    """Return ``value`` within -1..1.
-
-    Parameters
-    ----------
-    value : float
-        Any.
-    """
+    """Return ``value`` within -1..1."""
     return min(max(value, -1.0), 1.0)
 
 
 class SlidingRun(ModelRun):
-    """What sliding mode controllers share: the surface.
-
-    Parameters
-    ----------
-    task : Task
-        What is known.
-    look_ahead : float
-        L_s, m.
-    convergence : float
-        λ, 1/s.
-    """
+    """What sliding mode controllers share: the surface."""
 
     def __init__(self, task: Task, look_ahead: float, convergence: float):
         super().__init__(task)
@@ -75,13 +51,7 @@ class SlidingRun(ModelRun):
         """s at the last sample, m/s"""
 
     def surface(self, seen: Observation) -> tuple[float, float]:
-        """Return s, m/s, and ds/dt without steering, f + λ de/dt, m/s², for when the wheel will have answered.
-
-        Parameters
-        ----------
-        seen : Observation
-            The sample.
-        """
+        """Return s, m/s, and ds/dt without steering, f + λ de/dt, m/s², for when the wheel will have answered."""
         e_y, e_psi, lateral_speed, yaw_rate, _, _ = self.predictor.answered(seen).tolist()
         speed, look_ahead, sideslip = seen.speed, self._look_ahead, self.model.steady_sideslip
         before, curvature, after = self.task.curvature(seen, self._around).tolist()
@@ -102,13 +72,7 @@ class SlidingRun(ModelRun):
 
     @abstractmethod
     def reaching(self, value: float) -> float:
-        """Return what drives s to zero, m/s².
-
-        Parameters
-        ----------
-        value : float
-            s, m/s.
-        """
+        """Return what takes s to zero, m/s²."""
 
 
 @dataclass(frozen=True)
