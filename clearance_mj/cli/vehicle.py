@@ -64,9 +64,13 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
 
 
 def _load(plugin: Path) -> None:
-    """Import a file; by its name, so that other processes can import it too."""
+    """Import a file by its name, so that other processes can import it too."""
+    if not plugin.is_file():
+        raise ManoeuvreError(f"--plugin {plugin}: no such file")
     sys.path.insert(0, str(plugin.resolve().parent))
     try:
-        importlib.import_module(plugin.stem)
+        module = importlib.import_module(plugin.stem)
     except Exception as error:  # whatever a user's file does wrong
         raise ManoeuvreError(f"--plugin {plugin}: {type(error).__name__}: {error}") from error
+    if Path(module.__file__ or "").resolve() != plugin.resolve():
+        raise ManoeuvreError(f"--plugin {plugin}: another module has this name; rename the file")

@@ -3,11 +3,9 @@
 import numpy as np
 import pytest
 
-from clearance_mj.errors import ManoeuvreError
 from clearance_mj.vehicle.experiment import (
     GAP,
     Case,
-    check,
     get_controller,
     run_all,
     run_case,
@@ -47,20 +45,3 @@ def test_assumed_stiffness_is_the_clearance_models_compliance():
     case = Case("smc-cm", 72.0, assumed_stiffness=0.5)
     assert case.tuned_controller.lost_motion.compliance == pytest.approx(1 / case.steering.lost_motion.stiffness)
     assert Case("smc-cm", 72.0, stiffness=0.5).tuned_controller.lost_motion.compliance == 0.0
-
-
-@pytest.mark.parametrize(
-    ("settings", "words"),
-    [
-        ({"controller": "pid"}, 'controller "pid" is unknown'),
-        ({"speed": 170.0, "length_factor": 2.0}, "needs a lateral acceleration of 15.7 m/s²"),
-        ({"speed": 300.0}, "speed must be in"),
-        ({"regime": "wet"}, 'regime "wet" is unknown'),
-        ({"plant": "tank"}, 'plant "tank" is unknown'),
-        ({"seed": -1}, "seed must be >= 0"),
-        ({"half_gap": -0.1}, "half_gap"),
-    ],
-)
-def test_impossible_cases(settings, words):
-    with pytest.raises(ManoeuvreError, match=words):
-        check(Case(**({"controller": "smc", "speed": 120.0} | settings)))

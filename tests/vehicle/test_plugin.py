@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from clearance_mj.cli import main
 from clearance_mj.errors import ManoeuvreError
 from clearance_mj.report.vehicle import CYCLE, histories, look, write_report
 from clearance_mj.vehicle import tune as tuning
@@ -123,6 +124,20 @@ def test_on_the_command_line(tmp_path):
     done = subprocess.run([sys.executable, "program.py"], cwd=tmp_path, env=environment, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
     assert json.loads(done.stdout)["runs"][0]["controller"] == "proportional"
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "words"),
+    [
+        ("json.py", "", "another module has this name"),
+        ("wrong_plugin.py", "1 / 0", "ZeroDivisionError: division by zero"),
+    ],
+)
+def test_file_that_cannot_be_used(name, text, words, tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr(sys, "path", list(sys.path))
+    (tmp_path / name).write_text(text, encoding="utf-8")
+    assert main(["vehicle", "--plugin", str(tmp_path / name), "--out", str(tmp_path / "out")]) == 2
+    assert words in capsys.readouterr().err
 
 
 def test_impossible_registrations():
