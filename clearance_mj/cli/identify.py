@@ -2,21 +2,27 @@
 
 from __future__ import annotations
 
+import argparse
 import sys
 import warnings
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from ..errors import ClearanceError, RecordError
 from ..identify import METHODS as LAWS
 from .columns import add_columns, parse_columns
 from .command import add_command
 
+if TYPE_CHECKING:
+    from ..io.dataset import Dataset
+    from ..report.identified import Findings
+
 __all__ = ["add"]
 
 DPI = 150
 
 
-def add(commands):
+def add(commands: Any) -> None:
     """Add the command.
 
     Parameters
@@ -39,17 +45,18 @@ def add(commands):
     parser.add_argument("--no-figures", action="store_true", help="draw none")
 
 
-def _run(options):
+def _run(options: argparse.Namespace) -> dict[str, Any]:
     from ..identify import get_method
     from ..report.identified import Findings
 
-    method, dataset, told = get_method(options.method), _dataset(options), []
+    method, dataset = get_method(options.method), _dataset(options)
+    warned: list[str] = []
     with warnings.catch_warnings():
-        warnings.showwarning = lambda message, *_: _tell(str(message), told)
+        warnings.showwarning = lambda message, *_, **__: _warn(str(message), warned)
         found = method.run(dataset, None if options.quiet else options.method)
         found.law.save(options.out)
-        result = {"out": str(options.out), "law": found.law.to_dict(), "warnings": told}
-        if method.shortest:  # it knows the records
+        result = {"out": str(options.out), "law": found.law.to_dict(), "warnings": warned}
+        if method.shortest:  # it was given the records
             findings = Findings(dataset, found, options.method)
             result["parameters"] = findings.parameters()
             result |= {} if options.no_figures else _draw(findings, options)
@@ -58,13 +65,13 @@ def _run(options):
     return result
 
 
-def _tell(message, told):
-    if message not in told:
-        told.append(message)
+def _warn(message: str, warned: list[str]) -> None:
+    if message not in warned:
+        warned.append(message)
         print(f"clearance-mj: warning: {message}", file=sys.stderr)
 
 
-def _dataset(options):
+def _dataset(options: argparse.Namespace) -> Dataset:
     """The dataset, or that of a single record."""
     from ..io.dataset import Dataset
     from ..io.formats import FORMATS, read_record
@@ -82,7 +89,7 @@ def _dataset(options):
     return Dataset(rig, (record,), path)
 
 
-def _draw(findings, options):
+def _draw(findings: Findings, options: argparse.Namespace) -> dict[str, Any]:
     """Write the figures; say which the records do not allow."""
     from tqdm import tqdm
 
@@ -101,7 +108,7 @@ def _draw(findings, options):
     return {"figures": drawn, "not_drawn": missing}
 
 
-def _print(result):
+def _print(result: dict[str, Any]) -> None:
     print(f"law: {result['out']}")
     for row in result.get("parameters", []):
         spread = f"± {row['std']:.2g}" if row["std"] < float("inf") else "not identifiable from the records"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ..errors import RecordError
 
@@ -18,7 +19,7 @@ REST = 0.5
 """of the RMS about the median: an extreme nearer to the median is where the channel rests"""
 
 
-def check_channel(where: str, signal, fs: float):
+def check_channel(where: str, signal: ArrayLike, fs: float) -> None:
     """Refuse a channel that is not finite, constant or clipped.
 
     Clipping shows as samples at the very extreme, two or more in a row, to which the signal comes steeply: a smooth
@@ -51,7 +52,7 @@ def check_channel(where: str, signal, fs: float):
             raise RecordError(f"{where} is clipped at {signal[first]:g} from {first / fs:g} s on; use a larger range")
 
 
-def _runs_at_the_top(signal) -> list[tuple[int, int]]:
+def _runs_at_the_top(signal: np.ndarray) -> list[tuple[int, int]]:
     """First sample and end of each steep run of two or more samples at the maximum."""
     middle, top = np.median(signal), signal.max()
     if top - middle <= REST * np.sqrt(np.mean((signal - middle) ** 2)):

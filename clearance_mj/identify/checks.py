@@ -1,4 +1,4 @@
-"""Whether records can be identified from, and what they cannot tell."""
+"""Whether records can be identified from, and what they leave open."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 from ..beam import natural_frequencies
 from ..errors import RecordError
 from ..io.dataset import Record
-from ..rig import Rig
+from ..rig import Rig, Sensor
 from .channels import check_channel
 from .wavelet import ridge
 
@@ -18,10 +18,10 @@ __all__ = ["IdentifiabilityWarning"]
 
 
 class IdentifiabilityWarning(UserWarning):
-    """Records do not tell everything that is to be identified; the message says what they still tell."""
+    """Records do not identify everything that is asked for; the message says what they do."""
 
 
-def check_records(records: Sequence[Record]):
+def check_records(records: Sequence[Record]) -> None:
     """Refuse records with a channel that cannot be used, saying what can; warn where the shaft stays in the gap."""
     faults = {record.name: fault for record in records if (fault := _fault(record))}
     if faults:
@@ -31,7 +31,7 @@ def check_records(records: Sequence[Record]):
     _warn_of_no_contact(records)
 
 
-def check_length(records: Sequence[Record], needed: float, methods: Mapping[str, float]):
+def check_length(records: Sequence[Record], needed: float, methods: Mapping[str, float]) -> None:
     """Refuse records that are all shorter than needed, s; say for which methods one is long enough."""
     longest = max(records, key=lambda r: r.duration)
     if longest.duration < needed:
@@ -48,7 +48,7 @@ def ridge_band(rig: Rig) -> tuple[float, float]:
     return float(first / 2), float((first + second) / 2)
 
 
-def warn_of_no_ridge(record: Record):
+def warn_of_no_ridge(record: Record) -> None:
     """Warn of probes whose lowest mode has no ridge above the noise."""
     probes, band, without = record.response().displacement, ridge_band(record.rig), []
     for j, signal in enumerate([] if probes is None else probes.T):
@@ -64,7 +64,7 @@ def warn_of_no_ridge(record: Record):
         )
 
 
-def _fault(record) -> str:
+def _fault(record: Record) -> str:
     """What makes a record useless, and what of it is still of use; "" if nothing does."""
     try:
         response = record.response()
@@ -90,7 +90,7 @@ def _fault(record) -> str:
     return ""
 
 
-def _without(rig, sensor) -> str:
+def _without(rig: Rig, sensor: Sensor) -> str:
     if any(b.ends[0] <= sensor.position <= b.ends[1] for b in rig.bushings):
         return (
             f"without node {sensor.node} in the rig file the probe there is lost too; constant and output-error still "
@@ -99,22 +99,22 @@ def _without(rig, sensor) -> str:
     return f"without node {sensor.node} in the rig file everything still can be identified"
 
 
-def _warn_of_no_contact(records):
+def _warn_of_no_contact(records: Sequence[Record]) -> None:
     probes = [d for record in records if (d := record.response().displacement) is not None]
     if not probes:
         return
     gaps = np.array([b.gap for b in records[0].rig.bushings])
     reached = np.max([np.abs(d).max(axis=0) for d in probes], axis=0)
-    told = ", ".join(
+    moves = ", ".join(
         f"bushings[{j}] moves up to {1e3 * x:.3g} mm in a gap of {1e3 * d:.3g} mm"
         for j, (x, d) in enumerate(zip(reached, gaps))
         if x <= d
     )
     if np.all(reached <= gaps):
-        _warn(f"no contact: {told}; contact stiffness and damping cannot be identified, the grease still can")
-    elif told:
-        _warn(f"no contact at one bushing: {told}; its contact is taken from the others, its grease still told")
+        _warn(f"no contact: {moves}; contact stiffness and damping cannot be identified, the grease still can")
+    elif moves:
+        _warn(f"no contact at one bushing: {moves}; its contact is taken from the others, its grease is its own")
 
 
-def _warn(message):
+def _warn(message: str) -> None:
     warnings.warn(message, IdentifiabilityWarning, stacklevel=2)

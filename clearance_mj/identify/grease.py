@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -161,7 +161,7 @@ class _Problem:
         return float(np.sqrt(np.sum(left**2) / np.sum(self.target**2)))
 
     @staticmethod
-    def _search(left, sliding: bool, film: bool) -> np.ndarray:
+    def _search(left: Callable[..., np.ndarray], sliding: bool, film: bool) -> np.ndarray:
         """Best yield (log of its share of the gap), γ/β and d/h, as far as they are varied."""
         yields = [(np.log(z), 0.5) for z in (0.3, 1.0)] if sliding else [()]
         starts = [(*y, *u) for y in yields for u in ([(0.0,), (0.4,)] if film else [()])]

@@ -72,7 +72,7 @@ class BoucWenFit:
     dead_travel: str = "fixed"
     """ "fixed" or "reopening" """
     estimates: Estimates | None = None
-    """of these parameters, without a gap that was given; correlation in time of the residual is allowed for. None: not fitted"""
+    """of these parameters, but a gap that was given; allows for residuals correlated in time. None: not fitted"""
     unidentified: tuple[str, ...] = ()
     """parameters the records do not identify, by their standard deviation near the solution; β and γ, whose unit
     depends on n, count as identified where the yield displacement, γ/β and n are"""
@@ -201,10 +201,11 @@ def bouc_wen(
     if nrmse[0] > UNRELATED:
         raise RecordError(
             f"the force does not follow the displacement ({100 * nrmse[0]:.0f} % of it is left): no contact, the "
-            f"gap is larger than the motion of ±{problem.x_scale:.3g} m; the record tells nothing more"
+            f"gap is larger than the motion of ±{problem.x_scale:.3g} m; the record shows nothing more"
         )
-    value, (estimates, unidentified) = problem.natural(best.x).tolist(), problem.estimates(best)
-    return BoucWenFit(*value, dead_travel, estimates, unidentified, nrmse[0], nrmse)
+    estimates, unidentified = problem.estimates(best)
+    k, ratio, beta, gamma, exponent, d, offset = problem.natural(best.x).tolist()
+    return BoucWenFit(k, ratio, beta, gamma, exponent, d, offset, dead_travel, estimates, unidentified, nrmse[0], nrmse)
 
 
 class _Problem:
@@ -288,11 +289,12 @@ class _Problem:
              for e in np.eye(solution.x.size)], axis=1
         )  # fmt: skip
         value = self.natural(solution.x)
-        parameters = [
-            Parameter(*named, v, *limits, transform="linear")
-            for named, v, limits in zip(NAMES.items(), value, POSSIBLE)
-        ]
-        return Estimates.of(parameters, value, jacobian @ scaled @ jacobian.T), self._unidentified(solution, sigma)
+        every = zip(NAMES.items(), value, POSSIBLE)
+        parameters = [Parameter(*named, v, *limits, transform="linear") for named, v, limits in every]
+        fitted = np.flatnonzero(self.free | (np.arange(7) != GAP))  # all but a gap that is given
+        covariance = (jacobian @ scaled @ jacobian.T)[np.ix_(fitted, fitted)]
+        found = Estimates.of([parameters[i] for i in fitted], value[fitted], covariance)
+        return found, self._unidentified(solution, sigma)
 
     def _unidentified(self, solution: scipy.optimize.OptimizeResult, sigma: np.ndarray) -> tuple[str, ...]:
         """Standard deviations above half: relative for k, yield, n; of λ and γ/β; of d and x0 over z."""

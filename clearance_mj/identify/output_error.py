@@ -1,7 +1,7 @@
 """Output error: choose parameters so that the simulated responses to a record's own excitation look like the record.
 
 The modal engine is driven by the measured excitation. Residuals are the differences of the FRF magnitudes, in dB, of
-every accelerometer over consecutive pieces of each record (so that a level ramp tells how the clearance depends on
+every accelerometer over consecutive pieces of each record (so that a level ramp shows how the clearance depends on
 level), and of the RMS of the displacement probes. Pieces that hold hammer hits give the RMS of their accelerometers
 instead of FRFs, which between the hits would be mostly noise. Impacting systems are chaotic, so neither residual
 compares waveforms.
@@ -247,7 +247,9 @@ class _Problem:
         laws = [self.make(*np.exp(theta)) for theta in thetas]
         n = len(self.excitations)
         try:
-            responses = simulate_batch(self.rig, self.excitations * len(laws), np.repeat(laws, n).tolist(), "modal")
+            responses = simulate_batch(
+                self.rig, self.excitations * len(laws), [law for law in laws for _ in range(n)], "modal"
+            )
         except (SimulationError, LawError):
             # A trial set that diverges is a very bad one, not an error of the user's.
             return np.full((len(laws), self.weight.size + self.prior_std.size), 60.0)
@@ -312,8 +314,9 @@ def _features(response: Response) -> _Features:
     count = max(1, int(response.duration / PIECE))
     edges = np.linspace(0, response.excitation.size, count + 1).astype(int)
     pieces = [_piece_features(response, slice(*edge)) for edge in itertools.pairwise(edges)]
-    joined = (np.concatenate(values) for values in zip(*pieces))
-    return _Features(*joined, np.repeat(np.arange(count), [len(piece[1]) for piece in pieces]))
+    frf, rms, frf_error, rms_error, band = (np.concatenate(values) for values in zip(*pieces))
+    piece = np.repeat(np.arange(count), [len(piece[1]) for piece in pieces])
+    return _Features(frf, rms, frf_error, rms_error, band, piece)
 
 
 def _piece_features(response: Response, piece: slice) -> tuple[np.ndarray, ...]:

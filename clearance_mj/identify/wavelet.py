@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 import pywt
 import scipy.signal
+from numpy.typing import ArrayLike
 
 from ..errors import RecordError
 from .channels import check_channel
@@ -61,7 +63,7 @@ class Ridge:
     """(n_t,) σ_t of the wavelet on the ridge, s"""
 
 
-def scalogram(signal, fs: float, band, omega0: float = 5.0) -> Scalogram:
+def scalogram(signal: ArrayLike, fs: float, band: tuple[float, float], omega0: float = 5.0) -> Scalogram:
     """Transform a signal with Morlet wavelets whose centres lie in a band.
 
     Parameters
@@ -103,7 +105,7 @@ def scalogram(signal, fs: float, band, omega0: float = 5.0) -> Scalogram:
     return Scalogram(np.arange(signal.size) / fs, scale / fs, value, float(omega0))
 
 
-def ridge(signal, fs: float, band, omega0: float = 5.0) -> Ridge:
+def ridge(signal: ArrayLike, fs: float, band: tuple[float, float], omega0: float = 5.0) -> Ridge:
     """Follow the strongest component of a signal within a band.
 
     Parameters
@@ -150,7 +152,9 @@ def shortest_record(lowest: float, omega0: float = 5.0) -> float:
     return (2 * MASK + 2) * omega0 / (2 * np.pi * lowest)
 
 
-def ridges(signal, fs: float, bands, omega0: float = 5.0) -> tuple[Ridge, ...]:
+def ridges(
+    signal: ArrayLike, fs: float, bands: Sequence[tuple[float, float]], omega0: float = 5.0
+) -> tuple[Ridge, ...]:
     """Follow several components, one in each band.
 
     Parameters
@@ -177,7 +181,7 @@ def ridges(signal, fs: float, bands, omega0: float = 5.0) -> tuple[Ridge, ...]:
     return tuple(ridge(signal, fs, band, omega0) for band in bands)
 
 
-def _followed(plane, fs) -> tuple[Ridge, np.ndarray]:
+def _followed(plane: Scalogram, fs: float) -> tuple[Ridge, np.ndarray]:
     """Ridge of a plane, and the scatter of its frequency, in widths of the wavelet."""
     omega0, rows = plane.omega0, _path(plane, fs)
     columns = np.arange(rows.size)
@@ -194,7 +198,7 @@ def _followed(plane, fs) -> tuple[Ridge, np.ndarray]:
     return Ridge(plane.time, omega, amplitude, valid, phase, spread), scatter
 
 
-def _checked(signal, fs, band, omega0) -> np.ndarray:
+def _checked(signal: ArrayLike, fs: float, band: tuple[float, float], omega0: float) -> np.ndarray:
     """Return the signal as floats, or refuse it or the arguments."""
     signal = np.asarray(signal, dtype=float)
     if signal.ndim != 1 or signal.size < 3:
@@ -215,7 +219,7 @@ def _checked(signal, fs, band, omega0) -> np.ndarray:
     return signal
 
 
-def _scales(fs, band, omega0) -> np.ndarray:
+def _scales(fs: float, band: tuple[float, float], omega0: float) -> np.ndarray:
     """(n_a,) scales in samples, falling, from the lower to the upper end of the band.
 
     The support of each has an odd number of steps (less a rounding): any other wavelet PyWavelets shifts by up to
@@ -226,12 +230,12 @@ def _scales(fs, band, omega0) -> np.ndarray:
     return (2 * np.unique(np.rint((scale * SUPPORT - 1) / 2))[::-1] + 1 - 1e-6) / SUPPORT
 
 
-def _sampling_loss(omega) -> np.ndarray:
+def _sampling_loss(omega: np.ndarray) -> np.ndarray:
     """Factor at ω, rad per sample: PyWavelets takes the wavelet's mean from sample to sample, not its value."""
     return np.sinc(omega / (2 * np.pi))
 
 
-def _path(plane, fs) -> np.ndarray:
+def _path(plane: Scalogram, fs: float) -> np.ndarray:
     """(n_t,) row of the ridge: largest sum of ln(power), less the price of the changes (Viterbi)."""
     hop = max(1, int(plane.scale[-1] * fs / 2))
     power = np.abs(plane.value[:, hop // 2 :: hop]) ** 2
@@ -259,7 +263,7 @@ def _path(plane, fs) -> np.ndarray:
     return path[np.minimum(np.arange(plane.time.size) // hop, n_hops - 1)]
 
 
-def _around(spread, fs, start, stop) -> tuple[np.ndarray, np.ndarray]:
+def _around(spread: np.ndarray, fs: float, start: float, stop: float) -> tuple[np.ndarray, np.ndarray]:
     """First and last sample from ``start`` to ``stop`` σ_t after each sample, cut at the record's ends."""
     here, width = np.arange(spread.size), spread * fs
     ends = (np.rint(here + edge * width).astype(int) for edge in (start, stop))
@@ -267,19 +271,19 @@ def _around(spread, fs, start, stop) -> tuple[np.ndarray, np.ndarray]:
     return first, last
 
 
-def _mean(value, first, last) -> np.ndarray:
+def _mean(value: np.ndarray, first: np.ndarray, last: np.ndarray) -> np.ndarray:
     total = np.concatenate(([0], np.cumsum(value)))
     return (total[last + 1] - total[first]) / (last + 1 - first)
 
 
-def _scatter(omega, phase, spread, fs) -> np.ndarray:
+def _scatter(omega: np.ndarray, phase: np.ndarray, spread: np.ndarray, fs: float) -> np.ndarray:
     """(n_t,) mean distance of the frequency from its own mean over 8 σ_t, in widths of the wavelet."""
     first, last = _around(spread, fs, -MASK, MASK)
     mean = (phase[last] - phase[first]) * fs / np.maximum(last - first, 1)
     return _mean(np.minimum(spread * np.abs(omega - mean), 1), first, last)
 
 
-def _clear_of_jumps(amplitude, phase, spread, fs) -> np.ndarray:
+def _clear_of_jumps(amplitude: np.ndarray, phase: np.ndarray, spread: np.ndarray, fs: float) -> np.ndarray:
     """(n_t,) bool: 4 σ_t or more from the ends and from each jump of the frequency or rise of the amplitude."""
     past, future = _around(spread, fs, -MASK, -1), _around(spread, fs, 1, MASK)
     mean = [(phase[last] - phase[first]) * fs / np.maximum(last - first, 1) for first, last in (past, future)]
@@ -294,11 +298,11 @@ def _clear_of_jumps(amplitude, phase, spread, fs) -> np.ndarray:
     return clear
 
 
-def _peaks(score, spread, fs) -> np.ndarray:
+def _peaks(score: np.ndarray, spread: np.ndarray, fs: float) -> np.ndarray:
     return scipy.signal.find_peaks(score, height=1, distance=max(1, int(spread.min() * fs)))[0]
 
 
-def _onset(rise, amplitude, phase, spread, fs) -> int:
+def _onset(rise: int, amplitude: np.ndarray, phase: np.ndarray, spread: np.ndarray, fs: float) -> int:
     """Sample near a rise where the transform changes fastest, apart from its mean rotation: that of the impact."""
     first, last = (edge[rise] for edge in _around(spread, fs, -MASK, MASK))
     part = np.arange(first, last + 1)

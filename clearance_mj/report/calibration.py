@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from matplotlib.figure import Figure
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure, SubFigure
 from matplotlib.ticker import NullFormatter
 
 from ..calibrate import Calibration, FRFTarget, ModalTarget
@@ -17,7 +18,7 @@ MOST_SENSORS = 4
 SYMBOLS = {"young_modulus": "E", "density": "ρ", "stiffness": "k", "damping": "c", "position": "x", "mass": "m"}
 
 
-def _name(path) -> str:
+def _name(path: str) -> str:
     """Short name of a parameter, for an axis."""
     words = path.replace("grease.", "").replace("beam.", "").split(".")
     words[-1] = SYMBOLS.get(words[-1], words[-1])
@@ -35,8 +36,8 @@ def draw(found: Calibration) -> Drawing:
     """
     n = len(found.estimates.names)
     figure = Figure(figsize=(WIDTH, 2.6 * len(found.targets) + 3.1), layout="constrained", facecolor="white")
-    upper, lower = figure.subfigures(2, 1, height_ratios=(2.6 * len(found.targets), 3.1))
-    rows = np.atleast_1d(upper.subfigures(len(found.targets), 1))
+    upper, lower = np.asarray(figure.subfigures(2, 1, height_ratios=(2.6 * len(found.targets), 3.1))).tolist()
+    rows = np.atleast_1d(np.asarray(upper.subfigures(len(found.targets), 1))).tolist()
     for target, part in zip(found.targets, rows):
         _frequencies(part, found, target) if isinstance(target, ModalTarget) else _frfs(part, found, target)
     starts, correlation = lower.subplots(1, 2, width_ratios=(1.25, 1))
@@ -49,7 +50,7 @@ def draw(found: Calibration) -> Drawing:
     return Drawing("calibration", figure, caption, f"Calibration of {n} parameters of rig {found.rig.name}.")
 
 
-def _frequencies(part, found, target):
+def _frequencies(part: SubFigure, found: Calibration, target: ModalTarget) -> None:
     error, shapes = part.subplots(1, 2)
     pairs = (("start", found.start, START, "s", -0.1), ("calibrated", found.rig, FOUND, "o", 0.1))
     test = None if target.shape is None else target.shape / np.linalg.norm(target.shape, axis=0)
@@ -78,7 +79,7 @@ def _frequencies(part, found, target):
     shapes.yaxis.set_minor_formatter(NullFormatter())
 
 
-def _table(ax, found, target):
+def _table(ax: Axes, found: Calibration, target: ModalTarget) -> None:
     ax.axis("off")
     columns = (target.frequency, target.model(found.start)[0], target.model(found.rig)[0])
     cells = [[f"{mode:.0f}", *(f"{v:.3f}" for v in row)] for mode, *row in zip(target.mode, *columns)]
@@ -89,7 +90,7 @@ def _table(ax, found, target):
     table.auto_set_column_width(range(4))
 
 
-def _frfs(part, found, target: FRFTarget):
+def _frfs(part: SubFigure, found: Calibration, target: FRFTarget) -> None:
     count = min(MOST_SENSORS, len(target.nodes))
     shown = np.unique(np.linspace(0, len(target.nodes) - 1, count).astype(int))
     frfs = (("test", target.frf.value, TEST, 1.5), ("start", target.model(found.start), START, 0.9),
@@ -104,42 +105,34 @@ def _frfs(part, found, target: FRFTarget):
     axes[0].legend(fontsize=FONT - 1, frameon=False)
 
 
-def _starts(ax, found):
-    best, places = found.solutions[0], np.arange(len(found.estimates.names))
-    good = {id(s) for s in found.distinct}
+def _starts(ax: Axes, found: Calibration) -> None:
+    best, ticks = found.solutions[0], np.arange(len(found.estimates.names))
     for solution in reversed(found.solutions):
         fits = solution.chi2 <= best.chi2 + 1
-        look = (
-            {"color": FOUND, "lw": 1.2, "marker": "o", "ms": 4}
-            if fits
-            else {"color": REPEAT, "lw": 0.6, "marker": "x", "ms": 3}
-        )
-        ax.plot(places, solution.value / best.value, **look)
+        colour, width, marker = (FOUND, 1.2, "o") if fits else (REPEAT, 0.6, "x")
+        ax.plot(ticks, solution.value / best.value, color=colour, lw=width, marker=marker, ms=4 if fits else 3)
     fitting = sum(s.chi2 <= best.chi2 + 1 for s in found.solutions)
-    ax.plot([], [], color=FOUND, marker="o", ms=4, label=f"fits: {fitting} starts, {len(good)} different")
-    ax.plot(
-        [], [], color=REPEAT, marker="x", ms=3, lw=0.6, label=f"stopped short: {len(found.solutions) - fitting} starts"
-    )
+    ax.plot([], [], color=FOUND, marker="o", ms=4, label=f"fits: {fitting} starts, {len(found.distinct)} different")
+    short = f"stopped short: {len(found.solutions) - fitting} starts"
+    ax.plot([], [], color=REPEAT, marker="x", ms=3, lw=0.6, label=short)
     ax.set_yscale("log")
     low, high = ax.get_ylim()
     ax.set_ylim(min(low, 0.5), max(high, 2.0))
     ax.yaxis.set_major_formatter("{x:g}")
     ax.yaxis.set_minor_formatter(NullFormatter())
     _tidy(ax, "every start", "Value over best fit (1)", "")
-    ax.set_xticks(places, [_name(path) for path in found.estimates.names], fontsize=FONT - 1)
+    ax.set_xticks(ticks, [_name(path) for path in found.estimates.names], fontsize=FONT - 1)
     ax.legend(fontsize=FONT - 1, frameon=False)
 
 
-def _correlation(ax, found):
+def _correlation(ax: Axes, found: Calibration) -> None:
     ax.imshow(found.estimates.correlation, vmin=-1, vmax=1, cmap="PuOr")
-    places = np.arange(len(found.estimates.names))
-    for i in places:
-        for j in places:
-            value = found.estimates.correlation[i, j]
-            dark = {"color": "white" if abs(value) > 0.7 else "black"}
-            ax.text(j, i, f"{value:.2f}", ha="center", va="center", fontsize=FONT - 1, **dark)
+    ticks = np.arange(len(found.estimates.names))
+    for (i, j), value in np.ndenumerate(found.estimates.correlation):
+        colour = "white" if abs(value) > 0.7 else "black"
+        ax.text(j, i, f"{value:.2f}", ha="center", va="center", fontsize=FONT - 1, color=colour)
     _tidy(ax, "correlation of the logarithms")
     ax.grid(False)
     names = [_name(path) for path in found.estimates.names]
-    ax.set_xticks(places, names, fontsize=FONT - 1)
-    ax.set_yticks(places, names, fontsize=FONT - 1)
+    ax.set_xticks(ticks, names, fontsize=FONT - 1)
+    ax.set_yticks(ticks, names, fontsize=FONT - 1)

@@ -7,10 +7,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
+from matplotlib.layout_engine import ConstrainedLayoutEngine
 
 from ..clearance.law import TimeLaw
 from ..identify.contact import ContactParameters
@@ -31,6 +34,7 @@ LOOP = 0.25
 WITHIN = 0.95
 """of the gap, which the motion of a loop without contact stays below"""
 WINDOWS = "force balance, windows of 0.5 s"
+QUANTITIES = ("Stiffness k (N/m)", "Damping c (N s/m)")
 LIMIT = 1.6
 """axes end at so many times the 95th percentile of a curve: single windows scatter far"""
 
@@ -67,11 +71,11 @@ def scalograms(title: str, planes: Sequence[Scalogram], ridges: Sequence[Ridge],
     axes = figure.subplots(len(planes), 2, squeeze=False, sharex=True, width_ratios=(1.25, 1))
     for j, ((left, right), plane, ridge, gap) in enumerate(zip(axes, planes, ridges, gaps)):
         share = 100 * ridge.valid.mean()
-        told = f"ridge valid {share:.2g} % of the time" if share else "no ridge above the noise"
+        words = f"ridge valid {share:.2g} % of the time" if share else "no ridge above the noise"
         _draw_plane(figure, left, plane)
         _draw_track(left, ridge, ridge.omega / (2 * np.pi), "white")
         left.set_ylim(plane.frequency[0], plane.frequency[-1])
-        _tidy(left, f"bushing {j + 1}: {told}", "Frequency (Hz)")
+        _tidy(left, f"bushing {j + 1}: {words}", "Frequency (Hz)")
         left.grid(False)
         _draw_track(right, ridge, MM * ridge.amplitude, RIDGE)
         right.axhline(MM * gap, color=TEST, linewidth=0.9, linestyle="--", label="gap")
@@ -83,20 +87,20 @@ def scalograms(title: str, planes: Sequence[Scalogram], ridges: Sequence[Ridge],
     return figure
 
 
-def _draw_plane(figure, ax, plane):
+def _draw_plane(figure: Figure, ax: Axes, plane: Scalogram) -> None:
     stride = max(1, plane.time.size // COLUMNS)
     edges = np.arange(0, plane.time.size, stride)
     size = MM * np.sqrt(np.add.reduceat(np.abs(plane.value) ** 2, edges, axis=1) / stride)
     top = size.max()
-    norm = LogNorm(top / 10**DECADES, top)
-    image = ax.pcolormesh(plane.time[edges], plane.frequency, np.maximum(size, norm.vmin), norm=norm,
+    bottom = top / 10**DECADES
+    image = ax.pcolormesh(plane.time[edges], plane.frequency, np.maximum(size, bottom), norm=LogNorm(bottom, top),
                           cmap="cividis", shading="nearest", rasterized=True)  # fmt: skip
     bar = figure.colorbar(image, ax=ax, pad=0.01, aspect=25)
     bar.ax.tick_params(labelsize=FONT - 2, width=0.6, length=2)
     bar.set_label("Amplitude (mm)", fontsize=FONT - 1)
 
 
-def _draw_track(ax, ridge, value, colour):
+def _draw_track(ax: Axes, ridge: Ridge, value: np.ndarray, colour: str) -> None:
     """A line over time, dotted where the ridge is not valid."""
     stride = max(1, ridge.time.size // (4 * COLUMNS))
     time, valid, value = (v[::stride] for v in (ridge.time, ridge.valid, value))
@@ -116,11 +120,11 @@ def contact_over_time(title: str, measured: ContactParameters | None, ridge: Tim
     ridge : TimeLaw, optional
         From the wavelet ridge of the same record.
     """
-    n = measured.k.shape[1] if measured else ridge.k.shape[1]
+    n = next(found.k.shape[1] for found in (measured, ridge) if found)
     figure = _sheet(title, 1.9 * n)
     axes = figure.subplots(n, 2, squeeze=False, sharex=True)
     for j, line in enumerate(axes):
-        for ax, name, label in zip(line, "kc", ("Stiffness k (N/m)", "Damping c (N s/m)")):
+        for ax, name, label in zip(line, "kc", QUANTITIES):
             if measured:
                 value, std = getattr(measured, name)[:, j], getattr(measured, f"{name}_std")[:, j]
                 ax.fill_between(measured.time, value - 2 * std, value + 2 * std, color=REPEAT, alpha=0.4, linewidth=0)
@@ -134,7 +138,9 @@ def contact_over_time(title: str, measured: ContactParameters | None, ridge: Tim
     return figure
 
 
-def contact_over_amplitude(measured: Sequence[ContactParameters], curves: Sequence[AmplitudeCurve], gaps) -> Figure:
+def contact_over_amplitude(
+    measured: Sequence[ContactParameters], curves: Sequence[AmplitudeCurve], gaps: Sequence[float]
+) -> Figure:
     """Contact stiffness and damping over the amplitude of the motion: of every window, and of laws.
 
     Parameters
@@ -149,22 +155,11 @@ def contact_over_amplitude(measured: Sequence[ContactParameters], curves: Sequen
     figure = _sheet("", 1.9 * len(gaps))
     axes = figure.subplots(len(gaps), 2, squeeze=False, sharex=True)
     for j, line in enumerate(axes):
-        for ax, name, label in zip(line, "kc", ("Stiffness k (N/m)", "Damping c (N s/m)")):
-            x, y, std = (
-                np.concatenate([getattr(p, field)[:, j] for p in measured])
-                for field in ("amplitude", name, f"{name}_std")
-            )
-            ax.errorbar(
-                MM * x,
-                y,
-                std,
-                fmt=".",
-                color=TEST,
-                ecolor=REPEAT,
-                markersize=3,
-                elinewidth=0.5,
-                label=f"{WINDOWS} (mean amplitude)",
-            )
+        for ax, name, label in zip(line, "kc", QUANTITIES):
+            columns = ("amplitude", name, f"{name}_std")
+            x, y, std = (np.concatenate([getattr(p, column)[:, j] for p in measured]) for column in columns)
+            look = {"fmt": ".", "color": TEST, "ecolor": REPEAT, "markersize": 3, "elinewidth": 0.5}
+            ax.errorbar(MM * x, y, std, label=f"{WINDOWS} (mean amplitude)", **look)
             for curve, colour in zip(curves, LAWS):
                 ax.plot(MM * curve.amplitude, getattr(curve, name)[:, j], color=colour, linewidth=1.6, zorder=3,
                         label=curve.label)  # fmt: skip
@@ -196,7 +191,8 @@ def hysteresis(title: str, measured: RestoringForce, fitted: np.ndarray) -> Figu
     for j, (line, gap) in enumerate(zip(axes, gaps)):
         x, force = measured.displacement[j], measured.force[j]
         left = fitted[j] - force
-        for ax, (name, part) in zip(line, _stretches(measured, x, gap).items()):
+        stretches = _stretches(measured, x, gap)
+        for ax, (name, part) in zip(line, stretches.items()):
             error = 100 * np.sqrt(np.mean(left[part] ** 2) / np.mean(force[part] ** 2))
             ax.plot(MM * x[part], force[part], color=TEST, linewidth=1.3, label="measured")
             ax.plot(MM * x[part], fitted[j, part], color=LAW, linewidth=0.9, linestyle=(0, (3, 1)), label="law")
@@ -205,7 +201,7 @@ def hysteresis(title: str, measured: RestoringForce, fitted: np.ndarray) -> Figu
                     ax.axvline(MM * side, color=REPEAT, linewidth=0.9, linestyle=":", label="gap")
             begin = measured.time[part][0]
             _tidy(ax, f"bushing {j + 1}, {name}, {begin:.2f} s: {error:.2g} % off", "Restoring force (N)")
-        for ax in line[len(_stretches(measured, x, gap)) :]:
+        for ax in line[len(stretches) :]:
             ax.axis("off")
     for ax in axes[-1]:
         ax.set_xlabel("Displacement (mm)", fontsize=FONT)
@@ -213,7 +209,7 @@ def hysteresis(title: str, measured: RestoringForce, fitted: np.ndarray) -> Figu
     return figure
 
 
-def _stretches(measured, x, gap) -> dict[str, slice]:
+def _stretches(measured: RestoringForce, x: np.ndarray, gap: float) -> dict[str, slice]:
     """The stretch with the largest motion within the gap, and that with the largest of all."""
     size = int(LOOP * measured.fs)
     starts = np.flatnonzero(measured.valid)[:: size // 2]
@@ -226,25 +222,27 @@ def _stretches(measured, x, gap) -> dict[str, slice]:
     return {name: slice(a, a + size) for name, a in chosen.items()}
 
 
-def _sheet(title, height) -> Figure:
-    figure = Figure(figsize=(WIDTH, height + 0.5), facecolor="white", layout="constrained")
-    figure.get_layout_engine().set(w_pad=0.06, h_pad=0.06)
+def _sheet(title: str, height: float) -> Figure:
+    layout = ConstrainedLayoutEngine(w_pad=0.06, h_pad=0.06)
+    figure = Figure(figsize=(WIDTH, height + 0.5), facecolor="white", layout=layout)
     if title:
         figure.suptitle(title, fontsize=FONT + 1)
     return figure
 
 
-def _limit(ax, *curves):
+def _limit(ax: Axes, *curves: np.ndarray) -> None:
     """End the axis near the bulk of what is drawn."""
     finite = [v[np.isfinite(v)] for v in curves]
     top = max((LIMIT * np.percentile(v, 95) for v in finite if v.size), default=0)
     ax.set_ylim(0, top if top > 0 else 1)
 
 
-def _key(figure, axes):
+def _key(figure: Figure, axes: np.ndarray) -> None:
     """One legend below all panels."""
-    entries = {}
+    entries: dict[str, Any] = {}
     for ax in np.ravel(axes):
         handles, labels = ax.get_legend_handles_labels()
         entries |= dict(zip(labels, handles))
-    figure.legend(entries.values(), entries, loc="outside lower center", ncols=4, fontsize=FONT, frameon=False)
+    figure.legend(
+        list(entries.values()), list(entries), loc="outside lower center", ncols=4, fontsize=FONT, frameon=False
+    )

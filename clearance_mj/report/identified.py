@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from functools import cached_property, partial
+from typing import Any, TypeVar
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -18,10 +19,12 @@ from ..identify.loop import equivalent_contact, law_force
 from ..identify.methods.ridge import ridge_law
 from ..identify.registry import Identified
 from ..identify.wavelet import scalogram, skeleton
-from ..io.dataset import Dataset
+from ..io.dataset import Dataset, Record
 from . import identification as draw
 
 __all__ = ["Findings"]
+
+T = TypeVar("T")
 
 CURVE = 200
 """amplitudes of a law's curve"""
@@ -47,23 +50,24 @@ class Findings:
     def parameters(self) -> list[dict]:
         """Name, unit, value and standard deviation of every parameter with which the law was found.
 
-        The deviation is infinite where the records do not tell a parameter.
+        The deviation is infinite where a parameter is not identifiable.
 
         Raises
         ------
         RecordError
-            If the records do not tell them.
+            If the records do not identify them.
         """
         if fit := self.found.estimates:
             return [row | {"std": float(s)} for row, s in zip(fit.rows(), fit.std)]
-        if not isinstance(self.found.law, ConstantLaw | AmplitudeLaw) or self.found.law.grease is None:
+        law = self.found.law
+        if not isinstance(law, ConstantLaw | AmplitudeLaw) or law.grease is None:
             return []
         rows = [
             _row(f"bushing {j + 1}: grease {p.name}", p.unit, value, std)
             for j, fit in enumerate(self._grease.estimates)
             for p, value, std in zip(fit.parameters, fit.value, fit.std)
         ]
-        return rows + self._contact_rows() if isinstance(self.found.law, ConstantLaw) else rows
+        return rows + self._contact_rows(law) if isinstance(law, ConstantLaw) else rows
 
     def figures(self) -> dict[str, Callable[[], Figure]]:
         """Names of the figures, and what draws each; it raises a RecordError where the records do not allow it."""
@@ -88,12 +92,12 @@ class Findings:
         """Of every record, or why not."""
         return {name: _attempt(self._contact_of, force) for name, force in self._forces.items()}
 
-    def _contact_of(self, force):
+    def _contact_of(self, force: RestoringForce | RecordError) -> ContactParameters:
         if isinstance(force, RecordError):
             raise force
         return contact_parameters(force, self._grease.grease)
 
-    def _contact_rows(self):
+    def _contact_rows(self, law: ConstantLaw) -> list[dict]:
         """Standard deviations of the windows' weighted means, which the law holds; neighbouring windows overlap."""
         windows = _found(self._contact)
         share, k_std, c_std = (
@@ -101,13 +105,15 @@ class Findings:
         )
         share = share * np.isfinite(k_std)
         rows = []
-        for name, unit, values, std in (("k", "N/m", self.found.law.k, k_std), ("c", "N s/m", self.found.law.c, c_std)):
+        for name, unit, values, std in (("k", "N/m", law.k, k_std), ("c", "N s/m", law.c, c_std)):
             total = np.sqrt(OVERLAP * np.nansum((share * std) ** 2, axis=0)) / np.maximum(share.sum(axis=0), 1e-30)
-            told = np.where(share.sum(axis=0) > 0, total, np.inf)
-            rows += [_row(f"bushing {j + 1}: contact {name}", unit, v, s) for j, (v, s) in enumerate(zip(values, told))]
+            known = np.where(share.sum(axis=0) > 0, total, np.inf)
+            rows += [
+                _row(f"bushing {j + 1}: contact {name}", unit, v, s) for j, (v, s) in enumerate(zip(values, known))
+            ]
         return rows
 
-    def _scalograms(self, record):
+    def _scalograms(self, record: Record) -> Figure:
         probes = record.response().displacement
         if probes is None:
             raise RecordError("no displacement probe at every bushing")
@@ -115,24 +121,25 @@ class Findings:
         gaps = [b.gap for b in self.rig.bushings]
         return draw.scalograms(f"{record.name}: lowest mode", planes, [skeleton(p) for p in planes], gaps)
 
-    def _contact_over_time(self, record):
-        found = self._contact[record.name]
-        measured, ridge = None if isinstance(found, RecordError) else found, _attempt(self._ridge, record)
-        if isinstance(ridge, RecordError):
-            ridge = None
-        if not measured and not ridge:
-            raise found
-        return draw.contact_over_time(f"{record.name}: contact over time", measured, ridge)
+    def _contact_over_time(self, record: Record) -> Figure:
+        measured, ridge = self._contact[record.name], _attempt(self._ridge, record)
+        if isinstance(measured, RecordError) and isinstance(ridge, RecordError):
+            raise measured
+        return draw.contact_over_time(
+            f"{record.name}: contact over time",
+            None if isinstance(measured, RecordError) else measured,
+            None if isinstance(ridge, RecordError) else ridge,
+        )
 
-    def _ridge(self, record) -> TimeLaw:
+    def _ridge(self, record: Record) -> TimeLaw:
         if isinstance(self.found.law, TimeLaw) and record.duration == max(r.duration for r in self.records):
             return self.found.law
         return ridge_law(Dataset(self.rig, (record,)))
 
-    def _contact_over_amplitude(self):
+    def _contact_over_amplitude(self) -> Figure:
         return draw.contact_over_amplitude(_found(self._contact), self._curves(), [b.gap for b in self.rig.bushings])
 
-    def _curves(self):
+    def _curves(self) -> list[draw.AmplitudeCurve]:
         """The law's stiffness and damping over the amplitudes that each bushing reached."""
         law, gaps, forces = self.found.law, np.array([b.gap for b in self.rig.bushings]), _found(self._forces)
         if isinstance(law, TimeLaw):
@@ -141,21 +148,21 @@ class Findings:
         amplitude = np.linspace(gaps.min(), largest.max(), CURVE + 1)[1:]
         if isinstance(law, ContactLaw):
             omega = np.mean([np.std(f.velocity, axis=1) / np.std(f.displacement, axis=1) for f in forces], axis=0)
-            label, values = f"{self.method} law, equivalent in a cycle", equivalent_contact(law, gaps, amplitude, omega)
+            label, (k, c) = f"{self.method} law, equivalent in a cycle", equivalent_contact(law, gaps, amplitude, omega)
         else:
-            table = law.table(gaps.size)
-            label, values = f"{self.method} law", (_at(amplitude, table.abscissa, v) for v in (table.k, table.c))
+            label, table = f"{self.method} law", law.table(gaps.size)
+            k, c = (_at(amplitude, table.abscissa, v) for v in (table.k, table.c))
         reached = amplitude[:, None] <= largest
-        return [draw.AmplitudeCurve(label, amplitude, *(np.where(reached, v, np.nan) for v in values))]
+        return [draw.AmplitudeCurve(label, amplitude, *(np.where(reached, v, np.nan) for v in (k, c)))]
 
-    def _hysteresis(self, record):
+    def _hysteresis(self, record: Record) -> Figure:
         force = self._forces[record.name]
         if isinstance(force, RecordError):
             raise force
         return draw.hysteresis(f"{record.name}: {self.method} law", force, law_force(force, self.found.law))
 
 
-def _attempt(find, *arguments):
+def _attempt(find: Callable[..., T], *arguments: Any) -> T | RecordError:
     """What is found, or the error that says why not."""
     try:
         return find(*arguments)
@@ -163,18 +170,18 @@ def _attempt(find, *arguments):
         return error
 
 
-def _found(attempts: dict) -> list:
+def _found(attempts: Mapping[str, T | RecordError]) -> list[T]:
     """What was found, if anything; else the first error is raised."""
     found = [result for result in attempts.values() if not isinstance(result, RecordError)]
     if not found:
-        raise next(iter(attempts.values()))
+        raise next(result for result in attempts.values() if isinstance(result, RecordError))
     return found
 
 
-def _at(amplitude, abscissa, rows):
+def _at(amplitude: np.ndarray, abscissa: np.ndarray, rows: np.ndarray) -> np.ndarray:
     """(n, n_bushings) rows (n_rows, n_bushings) of a law's table between its abscissas; the ends hold beyond."""
     return np.column_stack([np.interp(amplitude, abscissa, row) for row in rows.T])
 
 
-def _row(name, unit, value, std):
+def _row(name: str, unit: str, value: float, std: float) -> dict[str, Any]:
     return {"name": name, "unit": unit, "value": float(value), "std": float(std)}

@@ -61,7 +61,7 @@ def fit_output_error(dataset: Dataset, progress: str | None = None) -> Fit:
     one, for want of probes or contact, are continued from low to high level instead: the grease is fitted first to the
     part in which no probe has moved by its gap, from the restoring forces where there are probes, then grease and
     contact together to everything, from several starts. Then every bushing has its own parameters, which stay near the
-    common ones where the records do not tell them apart.
+    common ones where the records do not distinguish them.
 
     Parameters
     ----------
@@ -119,7 +119,7 @@ def _grease_starts(greases: Sequence[Grease], gap: float) -> list[tuple[float, .
     """Start values of a grease, the means of the bushings', with two shapes of the loop."""
     film = [g.film_height or 100 * gap for g in greases]
     columns = [(g.stiffness, g.damping, g.elastic_ratio, min(g.yield_displacement, 50 * gap)) for g in greases]
-    return [(*np.mean(columns, axis=0), np.mean(film), *shape) for shape in ((2.0, 0.5), (1.0, 1.0))]
+    return [(*np.mean(columns, axis=0), float(np.mean(film)), *shape) for shape in ((2.0, 0.5), (1.0, 1.0))]
 
 
 def _continued(
