@@ -96,7 +96,7 @@ class Case:
     @property
     def steering(self) -> Steering:
         """The steering with its clearance."""
-        nominal = Steering().contact_law
+        nominal = Steering().datasheet_law
         law = dataclasses.replace(nominal, k=nominal.k * self.stiffness) if self.stiffness != 1 else None
         return Steering(self.half_gap, friction=_regime(self.regime).friction, road_moment=ROAD_MOMENT, law=law)
 

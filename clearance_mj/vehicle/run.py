@@ -42,7 +42,7 @@ class Sensors:
     def _seen(self, true: Observation, noise: np.random.Generator) -> Observation:
         deviations = self.position, self.heading, self.lateral_speed, self.yaw_rate
         noisy = [v + deviation * draw for v, deviation, draw in zip(true[1:5], deviations, noise.standard_normal(4))]
-        return Observation(true.s, *noisy, true.speed)
+        return Observation._make((true.s, *noisy, true.speed))
 
 
 @dataclass(frozen=True, eq=False)

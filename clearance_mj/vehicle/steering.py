@@ -151,7 +151,7 @@ class Steering:
     @property
     def lever(self) -> int:
         """Index of the bushing at the lever."""
-        return [b.position for b in self.shaft.bushings].index(self.shaft.shaker.position)
+        return [b.position == self.shaft.shaker.position for b in self.shaft.bushings].index(True)
 
     @functools.cached_property
     def rig(self) -> Rig:
@@ -160,10 +160,15 @@ class Steering:
         return self.shaft.replace(bushings=tuple(dataclasses.replace(b, gap=gap) for b in self.shaft.bushings))
 
     @functools.cached_property
+    def datasheet_law(self) -> ConstantLaw:
+        """Stiffness and damping of the shaft's contacts."""
+        contacts = [b.contact for b in self.shaft.bushings]
+        return ConstantLaw(np.array([c.stiffness for c in contacts]), np.array([c.damping for c in contacts]))
+
+    @property
     def contact_law(self) -> Law:
         """The law, or the datasheet's."""
-        contacts = [b.contact for b in self.shaft.bushings]
-        return self.law or ConstantLaw([c.stiffness for c in contacts], [c.damping for c in contacts])
+        return self.law or self.datasheet_law
 
     @functools.cached_property
     def lost_motion(self) -> LostMotion:
