@@ -91,8 +91,8 @@ def _words(outcome: Outcome) -> str:
     )
 
 
-def _legend(figure: Figure, handles: Sequence[Any], columns: int) -> None:
-    figure.legend(handles=handles, loc="outside upper center", ncols=columns, fontsize=FONT - 0.5, frameon=False)
+def _legend(figure: Figure, handles: Sequence[Any]) -> None:
+    figure.legend(handles=handles, loc="outside upper center", ncols=5, fontsize=FONT - 0.5, frameon=False)
 
 
 def histories(outcomes: Sequence[Outcome], name: str, quantities: Sequence[str] = SHOWN) -> Drawing:
@@ -119,7 +119,7 @@ def histories(outcomes: Sequence[Outcome], name: str, quantities: Sequence[str] 
     _contact_strip(axes[-1], outcomes)
     figure.align_ylabels(axes[:-1])
     sides = [Patch(color=colour, label=label) for label, colour in SIDES.items()]
-    _legend(figure, [*axes[0].get_legend_handles_labels()[0], *sides], 5)
+    _legend(figure, [*axes[0].get_legend_handles_labels()[0], *sides])
     words = ", ".join(HISTORIES[q].label.lower() for q in quantities)
     caption = f"Over time: {words}; at the bottom the side of the clearance in contact. {_words(outcomes[0])}."
     return Drawing(name, figure, caption, f"Histories of {len(outcomes)} controllers: {words}.")
@@ -146,7 +146,7 @@ def _paths(outcomes: Sequence[Outcome]) -> Drawing:
     for outcome in outcomes:
         ax.plot(*outcome.run.position.T, **look(outcome.case.controller))
     _tidy(ax, "", "Y (m)", "X (m)")
-    _legend(figure, ax.get_legend_handles_labels()[0], 5)
+    _legend(figure, ax.get_legend_handles_labels()[0])
     caption = f"Paths of the vehicle; Y is drawn larger than X. {_words(outcomes[0])}."
     return Drawing("paths", figure, caption, f"Paths of {len(outcomes)} controllers on the X-Y plane.")
 

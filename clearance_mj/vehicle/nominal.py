@@ -38,12 +38,6 @@ class Vehicle:
         """Distance of the axles, m."""
         return self.lf + self.lr
 
-    @property
-    def understeer_gradient(self) -> float:
-        """m/L (lr/Cf - lf/Cr): steady-state steering angle beyond L κ per lateral acceleration, rad s²/m."""
-        front, rear = self.lr / self.cornering_front, self.lf / self.cornering_rear
-        return self.mass / self.wheelbase * (front - rear)
-
     @classmethod
     def bmw320i(cls, trail: float = 0.045) -> Vehicle:
         """Vehicle 2 of commonroad-vehicle-models; stiffness per axle is the tyre's per load times the static load.

@@ -79,12 +79,9 @@ class Run:
     def metrics(self) -> dict[str, float]:
         """Return the numbers that controllers are compared by.
 
-        Returns
-        -------
-        dict
-            Peak, RMS and 95th percentile of |e_y| (m) and |e_ψ| (rad); peak yaw rate and its error (rad/s), lateral
-            acceleration (m/s²) and sideslip (rad); peak rate (rad/s) and total variation (rad) of the wheel angle;
-            number of times the contact changed sides.
+        Peak, RMS and 95th percentile of |e_y| (m) and |e_ψ| (rad); peak yaw rate and its error (rad/s), lateral
+        acceleration (m/s²) and sideslip (rad); peak rate (rad/s) and total variation (rad) of the wheel angle; number
+        of times the contact changed sides.
         """
         found = {}
         for name in ("e_y", "e_psi"):

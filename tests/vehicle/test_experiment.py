@@ -33,7 +33,7 @@ def test_clearance_model_is_worth_the_articles_share():
 
 def test_larger_gain_is_that_of_the_gap():
     """k₂ + b h with b = C_f/m + L_s C_f l_f/I_z of the nominal vehicle."""
-    case, law = Case("smc-high-gain", 72.0), get_controller("smc").settled()
+    case, law = Case("smc-high-gain", 72.0), get_controller("smc").tuned_controller()
     p = case.task.vehicle
     gain = p.cornering_front / p.mass + law.look_ahead * p.cornering_front * p.lf / p.yaw_inertia
     assert case.tuned_controller.switching == pytest.approx(law.switching + gain * GAP)

@@ -122,7 +122,8 @@ def test_steady_state_cornering(plant, speed):
     def steady(speed):
         return plant.measure(drive(plant, np.full(6000, angle), speed)[-1])
 
-    gradient = vehicle.understeer_gradient
+    axles = vehicle.lr / vehicle.cornering_front - vehicle.lf / vehicle.cornering_rear
+    gradient = vehicle.mass / vehicle.wheelbase * axles
     if plant.name == "multi-body":
         gradient = (27.0 * angle / steady(27.0).yaw_rate - vehicle.wheelbase) / 27.0**2
         assert 0 < gradient * 9.81 < np.radians(0.1)

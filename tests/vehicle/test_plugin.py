@@ -78,7 +78,7 @@ def outcomes(plugin):
 def test_it_drives_and_is_compensated(outcomes):
     """Its settings are its defaults; the clearance model needs nothing of it but commands, and takes out most."""
     plain, compensated, _ = (o.run.metrics()["rms_e_y"] for o in outcomes)
-    assert get_controller("proportional").settled().gain == 0.05
+    assert get_controller("proportional").tuned_controller().gain == 0.05
     assert 0.01 < plain < 0.2
     assert compensated < 0.8 * plain
 
@@ -87,11 +87,11 @@ def test_it_drives_and_is_compensated(outcomes):
 def test_it_is_tuned(plugin, monkeypatch):
     monkeypatch.setattr(tuning, "MANOEUVRES", ((20.0, 1.5),))
     found = tuning.tune("proportional", generations=1, population=5, workers=2)
-    kind = type(get_controller("proportional").settled())
+    kind = type(get_controller("proportional").tuned_controller())
     assert found["evaluations"] == 10
     assert found["cost"] < tuning.cost(kind(gain=1e-3, look_ahead=2.0))
     again = Registration("proportional-tuned", "tuned", kind, tuned=found["settings"])
-    assert again.settled() == kind(**found["settings"])
+    assert again.tuned_controller() == kind(**found["settings"])
 
 
 def test_it_is_in_figures_and_tables(outcomes, tmp_path):

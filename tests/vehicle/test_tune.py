@@ -33,13 +33,13 @@ def test_same_budget_for_all():
 @pytest.mark.parametrize("name", BOUNDS)
 def test_stored_settings_are_within_bounds(name):
     for setting, (low, high) in BOUNDS[name].items():
-        assert low <= getattr(get_controller(name).settled(), setting) <= high
+        assert low <= getattr(get_controller(name).tuned_controller(), setting) <= high
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", BOUNDS)
 def test_stored_cost_is_that_of_the_stored_settings(name):
-    assert cost(get_controller(name).settled()) == pytest.approx(FOUND[name]["cost"], rel=1e-3)
+    assert cost(get_controller(name).tuned_controller()) == pytest.approx(FOUND[name]["cost"], rel=1e-3)
 
 
 def test_no_manoeuvre_is_tuned_on_and_reported():

@@ -75,7 +75,7 @@ class _CompensatedRun(ControllerRun):
         self._inner, self._estimate = settings.controller.start(task), settings.lost_motion.start(task)
 
     def command(self, seen: Observation) -> float:
-        state = self._predictor.answered(seen)
+        state = self._predictor.predicted(seen)
         angle = self._inner.command(seen)
         self._predictor.follow(angle)
         self._last = limited(angle - self._estimate.advance(angle, state), self._last, self._task)

@@ -107,7 +107,7 @@ class Predictor:
         """
         return np.array((seen.e_y, seen.e_psi, seen.lateral_speed, seen.yaw_rate, *self._servo))
 
-    def answered(self, seen: Observation) -> np.ndarray:
+    def predicted(self, seen: Observation) -> np.ndarray:
         """State when the wheel will have answered the next command, (6,).
 
         Parameters

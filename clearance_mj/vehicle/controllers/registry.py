@@ -52,7 +52,7 @@ class Registration:
     line: LineStyle = "-"
     """style in figures"""
 
-    def settled(self) -> Controller:
+    def tuned_controller(self) -> Controller:
         """Return the controller with its tuned settings, without prior information on the clearance."""
         found = _tuned().get(self.tuned_as or self.name, {}).get("settings", {})
         return self.controller(**(found if self.tuned is None else self.tuned))
@@ -67,7 +67,7 @@ class Registration:
         prior : ClearancePrior
             What it may know of the clearance.
         """
-        return self.adapt(self.settled(), task, prior) if self.adapt else self.settled()
+        return self.adapt(self.tuned_controller(), task, prior) if self.adapt else self.tuned_controller()
 
 
 CONTROLLERS: dict[str, Registration] = {}

@@ -52,7 +52,7 @@ class SlidingRun(ModelRun):
 
     def surface(self, seen: Observation) -> tuple[float, float]:
         """Return s, m/s, and ds/dt without steering, f + λ de/dt, m/s², for when the wheel will have answered."""
-        e_y, e_psi, lateral_speed, yaw_rate, _, _ = self.predictor.answered(seen).tolist()
+        e_y, e_psi, lateral_speed, yaw_rate, _, _ = self.predictor.predicted(seen).tolist()
         speed, look_ahead, sideslip = seen.speed, self._look_ahead, self.model.steady_sideslip
         before, curvature, after = self.task.curvature(seen, self._around).tolist()
         turning = (after - before) / (2 * self.task.period)  # dκ/dt
