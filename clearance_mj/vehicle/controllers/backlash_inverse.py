@@ -38,5 +38,9 @@ def _with_inverse(controller: Controller, task: Task, prior: ClearancePrior) -> 
     return Compensated(controller, BacklashInverse(prior.half_gap))
 
 
-NAME, LABEL, DOTTED = "smc-inverse", "SMC, backlash inverse", (0, (1, 1.2))
-register(Registration(NAME, LABEL, SlidingMode, {}, None, "smc", _with_inverse, "half-gap", "#cc79a7", DOTTED))
+register(
+    Registration(
+        "smc-inverse", "SMC, backlash inverse", SlidingMode, tuned_as="smc", adapt=_with_inverse, prior="half-gap",
+        colour="#cc79a7", line=(0, (1, 1.2)),
+    )
+)  # fmt: skip

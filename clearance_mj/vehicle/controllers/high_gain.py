@@ -17,5 +17,9 @@ def _with_larger_gain(controller: Controller, task: Task, prior: ClearancePrior)
     return dataclasses.replace(controller, switching=larger)
 
 
-NAME, LABEL, PRIOR, DOTTED = "smc-high-gain", "SMC, larger gain", "half-gap, as a bound", (0, (1, 1.2))
-register(Registration(NAME, LABEL, SlidingMode, {}, None, "smc", _with_larger_gain, PRIOR, "#56b4e9", DOTTED))
+register(
+    Registration(
+        "smc-high-gain", "SMC, larger gain", SlidingMode, tuned_as="smc", adapt=_with_larger_gain,
+        prior="half-gap, as a bound", colour="#56b4e9", line=(0, (1, 1.2)),
+    )
+)  # fmt: skip
