@@ -30,22 +30,22 @@ def test_side_follows_the_aligning_moment():
     for angle, lateral_speed, yaw_rate in ((0.01, 0.0, 0.0), (0.01, 0.5, 0.2), (-0.004, 0.1, 0.0)):
         slip = angle - (lateral_speed + VEHICLE.lf * yaw_rate) / 30.0
         moment = VEHICLE.trail * VEHICLE.cornering_front * slip
-        lost = estimate.advance(angle, at(lateral_speed, yaw_rate))
+        lost = estimate(angle, at(lateral_speed, yaw_rate))
         assert lost == pytest.approx(-H * np.sign(moment) - 1e-5 * moment)
 
 
 def test_frozen_while_the_side_is_not_known():
     estimate = ClearanceModel(H, threshold=20.0).start(TASK)
-    assert estimate.advance(1e-4, at()) == 0.0  # 0.6 N m: not known yet
-    assert estimate.advance(0.01, at()) == -H
-    assert estimate.advance(-1e-4, at()) == -H
-    assert estimate.advance(-0.01, at()) == H
+    assert estimate(1e-4, at()) == 0.0  # 0.6 N m: not known yet
+    assert estimate(0.01, at()) == -H
+    assert estimate(-1e-4, at()) == -H
+    assert estimate(-0.01, at()) == H
 
 
 def test_side_follows_the_motion_where_friction_prevails():
     estimate = ClearanceModel(H, friction=1e3, slack=1e-6).start(TASK)
     angles = 0.01 * np.sin(np.linspace(0, 4 * np.pi, 400))
-    lost = np.array([estimate.advance(angle, at(servo=angle)) for angle in angles])
+    lost = np.array([estimate(angle, at(servo=angle)) for angle in angles])
     falling = np.diff(angles, prepend=0.0) < 0
     np.testing.assert_array_equal(lost[1:], np.where(falling, H, -H)[1:])
 
@@ -53,7 +53,7 @@ def test_side_follows_the_motion_where_friction_prevails():
 def test_moment_is_limited_by_friction_of_the_road():
     """A slip far beyond the tyre's: the force is at most μ times the front axle's load."""
     largest = VEHICLE.friction * VEHICLE.mass * 9.81 * VEHICLE.lr / VEHICLE.wheelbase
-    lost = ClearanceModel(0.0, compliance=1e-5).start(TASK).advance(0.5, at())
+    lost = ClearanceModel(0.0, compliance=1e-5).start(TASK)(0.5, at())
     assert lost == pytest.approx(-1e-5 * VEHICLE.trail * largest)
 
 

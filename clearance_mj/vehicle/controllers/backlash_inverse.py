@@ -23,15 +23,8 @@ class BacklashInverse(LostMotionModel):
 
     def start(self, task: Task) -> Estimate:
         """Begin a run, in the middle of the gap."""
-        return _InverseEstimate(self)
-
-
-class _InverseEstimate(Estimate):
-    def __init__(self, model: BacklashInverse):
-        self._half_gap, self._direction = model.half_gap, Direction(model.slack)
-
-    def advance(self, angle: float, state: np.ndarray) -> float:
-        return -self._half_gap * self._direction.advance(state[4])
+        direction = Direction(self.slack)
+        return lambda angle, state: -self.half_gap * direction.advance(state[4])
 
 
 def _with_inverse(controller: Controller, task: Task, prior: ClearancePrior) -> Controller:

@@ -55,14 +55,14 @@ class ClearanceModel(LostMotionModel):
         return _ClearanceEstimate(self, task)
 
 
-class _ClearanceEstimate(Estimate):
+class _ClearanceEstimate:
     def __init__(self, model: ClearanceModel, task: Task):
         p, self._model, self._speed = task.vehicle, model, task.speed
         self._lf, self._trail, self._stiffness = p.lf, p.trail, p.cornering_front
         self._largest = p.friction * p.mass * GRAVITY * p.lr / (p.lf + p.lr)
         self._direction, self._lost = Direction(model.slack), 0.0
 
-    def advance(self, angle: float, state: np.ndarray) -> float:
+    def __call__(self, angle: float, state: np.ndarray) -> float:
         _, _, lateral_speed, yaw_rate, _, _ = state.tolist()
         force = self._stiffness * (angle - (lateral_speed + self._lf * yaw_rate) / self._speed)
         force = min(max(force, -self._largest), self._largest)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,20 +16,9 @@ from .design import Predictor
 __all__ = ["Compensated", "Estimate", "LostMotionModel"]
 
 
-class Estimate(ABC):
-    """Lost motion over a run."""
-
-    @abstractmethod
-    def advance(self, angle: float, state: np.ndarray) -> float:
-        """Wheel angle less servo angle once the wheel will have answered the next command, rad.
-
-        Parameters
-        ----------
-        angle : float
-            Road-wheel angle that is wanted by then, rad.
-        state : ndarray, shape (6,)
-            State of the design model predicted for then.
-        """
+Estimate = Callable[[float, np.ndarray], float]
+"""Lost motion, rad, once the wheel will have answered the next command; called at every sample with the road-wheel
+angle that is wanted by then, rad, and the state of the design model predicted for then, (6,)"""
 
 
 @dataclass(frozen=True)
@@ -78,7 +68,7 @@ class _CompensatedRun(ControllerRun):
         state = self._predictor.predicted(seen)
         angle = self._inner.command(seen)
         self._predictor.follow(angle)
-        self._last = limited(angle - self._estimate.advance(angle, state), self._last, self._task)
+        self._last = limited(angle - self._estimate(angle, state), self._last, self._task)
         return self._last
 
 
