@@ -15,6 +15,7 @@ from typing import Any, Literal
 
 import numpy as np
 import scipy.stats
+from numpy.typing import ArrayLike
 
 from .errors import ClearanceError
 
@@ -95,14 +96,14 @@ class Estimates:
     """(n, n) of what varies; near ±1: the data identify only a combination of the two"""
 
     @classmethod
-    def of(cls, parameters: Sequence[Parameter], value: np.ndarray, covariance: np.ndarray) -> Estimates:
+    def of(cls, parameters: Sequence[Parameter], value: ArrayLike, covariance: np.ndarray) -> Estimates:
         """Take values and the covariance of what varies.
 
         Parameters
         ----------
         parameters : sequence of Parameter
             What was fitted.
-        value : ndarray, shape (n,)
+        value : array_like, shape (n,)
             SI units.
         covariance : ndarray, shape (n, n)
             Of the logarithms of parameters whose transform is "log".
@@ -110,7 +111,7 @@ class Estimates:
         std = np.sqrt(np.diag(covariance))
         with np.errstate(invalid="ignore"):  # of what is not known at all
             correlation = covariance / np.maximum(np.outer(std, std), np.finfo(float).tiny)
-        return cls(tuple(parameters), value, std, correlation)
+        return cls(tuple(parameters), np.asarray(value, dtype=float), std, correlation)
 
     @property
     def names(self) -> tuple[str, ...]:

@@ -12,6 +12,7 @@ from ..errors import ClearanceError, RecordError
 from ..identify import METHODS as LAWS
 from .columns import add_columns, parse_columns
 from .command import add_command
+from .plugin import add_plugin, load_plugin
 
 if TYPE_CHECKING:
     from ..io.dataset import Dataset
@@ -38,6 +39,7 @@ def add(commands: Any) -> None:
         "records", type=Path, help="dataset folder, or a file with one record: .uff, .csv, .mat, .nc or .h5"
     )
     parser.add_argument("--method", default="output-error", help=f"one of {', '.join(LAWS)} (default: %(default)s)")
+    add_plugin(parser, "a method")
     parser.add_argument("--rig", type=Path, help="rig file (TOML) of a single record; a dataset folder has its own")
     add_columns(parser)
     parser.add_argument("--fs", type=float, help="samples per second of a CSV or MATLAB file without time")
@@ -49,6 +51,7 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
     from ..identify import get_method
     from ..report.identified import Findings
 
+    load_plugin(options.plugin)
     method, dataset = get_method(options.method), _dataset(options)
     warned: list[str] = []
     with warnings.catch_warnings():

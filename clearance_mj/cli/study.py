@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import argparse
 from pathlib import Path
+from typing import Any
 
 from ..identify import METHODS as LAWS
 from .command import add_command
+from .plugin import add_plugin, load_plugin
 
 __all__ = ["add"]
 
 
-def add(commands):
+def add(commands: Any) -> None:
     """Add the command.
 
     Parameters
@@ -25,13 +28,15 @@ def add(commands):
     parser.add_argument("dataset", type=Path, help="dataset folder: rig.toml, dataset.toml, one .uff per record")
     parser.add_argument("--engines", default="links,modal", help="comma-separated; modal-mj too (default: %(default)s)")
     parser.add_argument("--methods", help=f"comma-separated, of {', '.join(LAWS)} (default: all)")
+    add_plugin(parser, "a method, an engine, a contact or a grease")
     parser.add_argument("--workers", type=int, help="threads (default: one for each processor)")
 
 
-def _run(options):
+def _run(options: argparse.Namespace) -> dict[str, Any]:
     from ..report import report_study
     from ..study import METHODS
 
+    load_plugin(options.plugin)
     engines, methods = options.engines.split(","), options.methods.split(",") if options.methods else METHODS
     study = report_study(options.dataset, options.out, engines, methods, options.workers, not options.quiet)
     if not options.json:

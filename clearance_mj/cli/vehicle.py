@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import argparse
-import importlib
-import sys
 from pathlib import Path
 from typing import Any
 
-from ..errors import ManoeuvreError
 from .command import add_command
+from .plugin import add_plugin, load_plugin
 
 __all__ = ["add"]
 
@@ -29,7 +27,7 @@ def add(commands: argparse._SubParsersAction) -> None:
     option = parser.add_argument
     option("--speed", type=float, default=120.0, help="km/h (default: %(default)s)")
     option("--controller", default="smc,mpc,smc-cm", help="comma-separated, or all (default: %(default)s)")
-    option("--plugin", type=Path, metavar="FILE", help="Python file that registers a controller of your own")
+    add_plugin(parser, "a controller")
     option("--gap", default="0.2deg", help="half-gap: 0.2deg, 3.5mrad at the road wheel, or 0.15mm of the shaft")
     option("--assumed-gap", help="half-gap that controllers with a clearance model assume (default: --gap)")
     option("--told-gap", dest="assumed_gap", help=argparse.SUPPRESS)  # its name in earlier versions
@@ -45,8 +43,7 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
     from ..vehicle.experiment import Case, check, run_all
     from ..vehicle.steering import parse_gap
 
-    if options.plugin:
-        _load(options.plugin)
+    load_plugin(options.plugin)
     settings = {
         "half_gap": parse_gap(options.gap),
         "assumed_gap": parse_gap(options.assumed_gap) if options.assumed_gap else None,
@@ -61,16 +58,3 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
     if not options.json:
         print(f"report: {options.out / 'report.html'}")
     return {"out": str(options.out), **found}
-
-
-def _load(plugin: Path) -> None:
-    """Import a file by its name, so that other processes can import it too."""
-    if not plugin.is_file():
-        raise ManoeuvreError(f"--plugin {plugin}: no such file")
-    sys.path.insert(0, str(plugin.resolve().parent))
-    try:
-        module = importlib.import_module(plugin.stem)
-    except Exception as error:  # whatever a user's file does wrong
-        raise ManoeuvreError(f"--plugin {plugin}: {type(error).__name__}: {error}") from error
-    if Path(module.__file__ or "").resolve() != plugin.resolve():
-        raise ManoeuvreError(f"--plugin {plugin}: another module has this name; rename the file")

@@ -1,0 +1,70 @@
+"""A method from one file outside of the package: known to the library, the command line, the study and its report."""
+
+import json
+import sys
+
+import pytest
+
+import clearance_mj as cm
+from clearance_mj.cli import main
+from clearance_mj.identify import METHODS, get_method
+
+PLUGIN = '''"""Contact of the datasheet on a linear grease whose stiffness a probe and an accelerometer give."""
+
+import numpy as np
+
+from clearance_mj import ConstantLaw
+from clearance_mj.identify import Identified, register
+from clearance_mj.parameters import Estimates, Parameter
+from clearance_mj.rig import Grease
+
+
+def softened(rig, stiffness):
+    contacts = [b.contact for b in rig.bushings]
+    grease = Grease(float(stiffness), rig.bushings[0].grease.damping)
+    return ConstantLaw([c.stiffness for c in contacts], [c.damping for c in contacts], grease=grease)
+
+
+@register("half-grease", "the rig file only: half of its grease, to a tenth", shortest=lambda rig: 1.0, make=softened)
+def half_grease(dataset, progress=None):
+    """Take half of the datasheet's grease."""
+    stiffness = 0.5 * dataset.rig.bushings[0].grease.stiffness
+    parameter = Parameter("grease stiffness", "N/m", stiffness, 0.1 * stiffness, 10 * stiffness)
+    return Identified(softened(dataset.rig, stiffness), Estimates.of([parameter], [stiffness], np.array([[0.1**2]])))
+'''
+
+
+@pytest.fixture
+def plugin(tmp_path, monkeypatch):
+    path = tmp_path / "half_grease.py"
+    path.write_text(PLUGIN, encoding="utf-8")
+    monkeypatch.setattr(sys, "path", list(sys.path))
+    yield path
+    METHODS.pop("half-grease", None)
+    sys.modules.pop("half_grease", None)
+
+
+def test_on_the_command_line_and_in_the_library(plugin, small_dataset, tmp_path, capsys):
+    options = ["--plugin", str(plugin), "--method", "half-grease", "--out", str(tmp_path / "law.json")]
+    assert main(["identify", str(small_dataset), *options, "--no-figures", "--json", "--quiet"]) == 0
+    (row,) = json.loads(capsys.readouterr().out)["parameters"]
+    dataset = cm.Dataset.load(small_dataset)
+    half = 0.5 * dataset.rig.bushings[0].grease.stiffness
+    assert (row["name"], row["value"], row["std"]) == ("grease stiffness", half, pytest.approx(0.1 * half))
+    law = cm.identify.law(dataset, method="half-grease")
+    assert law.grease[0].stiffness == cm.load_law(tmp_path / "law.json").grease[0].stiffness == half
+    assert get_method("half-grease").prior_information.startswith("the rig file only")
+
+
+def test_in_a_study_and_its_report(plugin, small_dataset, tmp_path, capsys):
+    options = ["--plugin", str(plugin), "--engines", "modal", "--methods", "nominal,half-grease"]
+    assert main(["study", str(small_dataset), *options, "--out", str(tmp_path / "out"), "--json", "--quiet"]) == 0
+    assert {row["law"] for row in json.loads(capsys.readouterr().out)["results"]} >= {"nominal", "half-grease"}
+    page = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
+    assert "half of its grease, to a tenth" in page
+    assert (tmp_path / "out" / "laws" / "half-grease.json").is_file()
+
+
+def test_a_file_that_cannot_be_used(small_dataset, tmp_path, capsys):
+    assert main(["identify", str(small_dataset), "--plugin", str(tmp_path / "none.py")]) == 2
+    assert "none.py: no such file" in capsys.readouterr().err
