@@ -14,7 +14,7 @@ from clearance_mj.errors import RecordError, RigError
 from clearance_mj.io.uff import write_uff
 from clearance_mj.rig import Beam, PointMass, Rig, Sensor
 from clearance_mj.signals.frf import FRF
-from clearance_mj.testrig.fem import FiniteElements, dense
+from clearance_mj.testrig._fem import FiniteElements, dense
 
 from .conftest import ROOT
 

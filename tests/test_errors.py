@@ -32,7 +32,8 @@ from clearance_mj.signals.response import Response
 from clearance_mj.sweep import Design, Vary, run
 from clearance_mj.sweep.case import Outputs
 from clearance_mj.sweep.store import Table
-from clearance_mj.testrig import Truth, integrator, simulate_rig
+from clearance_mj.testrig import Truth, simulate_rig
+from clearance_mj.testrig import _integrator as integrator
 from experiments.article import Inputs
 from experiments.real.records import read_dropbear
 

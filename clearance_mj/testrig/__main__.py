@@ -2,13 +2,14 @@
 
 import argparse
 import sys
+from collections.abc import Sequence
 
 from ..errors import ClearanceError
-from .others import RIGS
 from .records import generate
+from .rigs import RIGS
 
 
-def main(arguments=None) -> int:
+def main(arguments: Sequence[str] | None = None) -> int:
     """Parse the command line, make the dataset and return the exit status: 0, or 2 for bad input."""
     parser = argparse.ArgumentParser(prog="python -m clearance_mj.testrig", description="Make a virtual rig's dataset.")
     parser.add_argument("path", help="folder, such as data/table1_rig")

@@ -3,18 +3,21 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Sequence
 
 import numpy as np
 
 from .._version import __version__
 from ..errors import ExcitationError, SimulationError
+from ..rig import Rig
 from ..signals import sampling
+from ..signals.excitation import Excitation
 from ..signals.response import Response
-from . import integrator
-from .fem import FiniteElements
-from .truth import Truth
+from . import _integrator as integrator
+from ._fem import FiniteElements
+from .rigs import Truth
 
-__all__ = ["FACTOR", "greases", "simulate_rig"]
+__all__ = ["simulate_rig"]
 
 FACTOR = 32
 """Time steps per sample: 65 536 steps per second at 2048 Hz"""
@@ -26,13 +29,13 @@ DRIFT_STREAM = 1
 """Second word of the drift's seed, so that no other generator of the same seed draws the same numbers"""
 
 
-def simulate_rig(rig, truth, excitation, seed: int) -> Response:
+def simulate_rig(rig: Rig, truth: Truth | Sequence[Truth], excitation: Excitation, seed: int) -> Response:
     """Shake the virtual rig.
 
     Parameters
     ----------
     rig : Rig
-        Shaft, masses, sensors, gaps and bushings' places. Its grease and contact values are not used.
+        Shaft, masses, sensors, gaps and bushings' positions. Its grease and contact values are not used.
     truth : Truth or sequence of Truth
         Grease and contact as they really are, in all bushings or in each.
     excitation : Excitation
@@ -49,7 +52,7 @@ def simulate_rig(rig, truth, excitation, seed: int) -> Response:
     Raises
     ------
     ExcitationError
-        If a force is given but the rig has no place for it.
+        If a force is given but the rig has no position for it.
     SimulationError
         If the implicit step does not converge; the message names rig and time.
     """
@@ -87,7 +90,7 @@ def simulate_rig(rig, truth, excitation, seed: int) -> Response:
     )
 
 
-def _load(rig, elements, kind):
+def _load(rig: Rig, elements: FiniteElements, kind: str) -> np.ndarray:
     if kind == "base":
         return -elements.inertia
     if rig.shaker.position is None:
@@ -95,7 +98,15 @@ def _load(rig, elements, kind):
     return elements.points([rig.shaker.position]).dense(elements.count)[0]
 
 
-def _march(rig, truths, scheme, motion, elements, excitation, seed):
+def _march(
+    rig: Rig,
+    truths: Sequence[Truth],
+    scheme: integrator.Scheme,
+    motion: integrator.Motion,
+    elements: FiniteElements,
+    excitation: Excitation,
+    seed: int,
+) -> tuple[np.ndarray, np.ndarray]:
     """Run the integrator block by block; return the filtered outputs and the counts of touching steps."""
     bushings, n = len(rig.bushings), excitation.value.size
     contacts, grease = _contacts(rig, truths), greases(truths)
@@ -121,23 +132,17 @@ def _march(rig, truths, scheme, motion, elements, excitation, seed):
     return np.concatenate(slow)[:n], touching
 
 
-def _contacts(rig, truths):
+def _contacts(rig: Rig, truths: Sequence[Truth]) -> integrator.Contacts:
     """Both ends of every bushing; each has half of its stiffness."""
     gaps = np.array([b.gap for b in rig.bushings for _ in b.ends])
     rows = [(t.contact_stiffness / 2, t.contact_exponent, t.contact_dissipation) for t in truths for _ in range(2)]
     return integrator.Contacts(gaps, *np.array(rows, dtype=float).reshape(-1, 3).T.copy())
 
 
-def greases(truths) -> integrator.Greases:
-    """Grease of every bushing as the integrator reads it.
+def greases(truths: Sequence[Truth]) -> integrator.Greases:
+    """Grease of every bushing as the integrator reads it."""
 
-    Parameters
-    ----------
-    truths : sequence of Truth
-        One for each bushing.
-    """
-
-    def column(name):
+    def column(name: str) -> np.ndarray:
         return np.array([getattr(t, name) for t in truths], dtype=float)
 
     models = [t.hysteresis for t in truths]
@@ -149,7 +154,7 @@ def greases(truths) -> integrator.Greases:
     return integrator.Greases(column("grease_stiffness"), column("elastic_ratio"), kinds, states, parameters, *film)
 
 
-def _drift(truths, time, seed):
+def _drift(truths: Sequence[Truth], time: np.ndarray, seed: int) -> np.ndarray:
     """Grease stiffness over its nominal value, shape (len(time), bushings): straight lines between random values."""
     knots = int(time[-1] / DRIFT_INTERVAL) + 2
     largest = np.array([[t.drift] for t in truths]).reshape(-1, 1)

@@ -21,8 +21,7 @@ from clearance_mj.signals.response import Response
 from clearance_mj.study import Study
 from clearance_mj.tasks import run_tasks
 from clearance_mj.testrig import Truth
-from clearance_mj.testrig.plans import BAND, FS, Plan
-from clearance_mj.testrig.records import take
+from clearance_mj.testrig.records import BAND, FS, Plan, take
 
 from .items import Item
 from .modal_links_rig_figures import draw_backbones, draw_best_linear, draw_harmonics, draw_jumps, draw_shapes

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from clearance_mj.rig import Rig
+from clearance_mj.testrig._fem import FiniteElements
 from clearance_mj.testrig.bench import greases
-from clearance_mj.testrig.fem import FiniteElements
 
 
 @pytest.fixture(scope="session")

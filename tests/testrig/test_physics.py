@@ -2,7 +2,8 @@ import numba
 import numpy as np
 import pytest
 
-from clearance_mj.testrig import Iwan, physics
+from clearance_mj.testrig import Iwan
+from clearance_mj.testrig import _physics as physics
 
 
 @numba.njit

@@ -2,12 +2,12 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import pytest
 
 from clearance_mj.io.dataset import Dataset, write_dataset
 from clearance_mj.signals import excitation
 from clearance_mj.testrig import Truth
-from clearance_mj.testrig.plans import plans
-from clearance_mj.testrig.records import take
+from clearance_mj.testrig.records import digitise, plans, take
 
 DATA = Path(__file__).parents[2] / "data" / "table1_rig"
 
@@ -49,3 +49,26 @@ def test_dataset_is_small():
     sizes = [file.stat().st_size for file in DATA.iterdir()]
     assert max(sizes) < 4e6
     assert sum(sizes) <= 30e6
+
+
+def test_noise_is_one_percent_of_the_signal():
+    signal = 3 * np.sin(np.arange(200_000) * 0.1)
+    value, _ = digitise(signal, 0.01, np.random.default_rng(3))
+    assert np.std(value - signal) / np.std(signal) == pytest.approx(0.01, rel=0.01)
+
+
+def test_single_precision_holds_every_code():
+    signal = np.random.default_rng(1).standard_normal(100_000)
+    value, full_scale = digitise(signal, 0.01, np.random.default_rng(2))
+    assert np.array_equal(value.astype(np.float32).astype(float), value)
+    codes = value / full_scale * 2**23
+    assert np.array_equal(codes, np.rint(codes))
+    assert np.abs(value).max() < full_scale <= 2 * np.abs(value).max()
+    assert np.log2(full_scale) % 1 == 0
+
+
+def test_quantisation_is_half_a_step():
+    signal = np.linspace(-1.9, 1.9, 10_001)
+    value, full_scale = digitise(signal, 0.0, np.random.default_rng(0))
+    assert full_scale == 2.0
+    assert np.abs(value - signal).max() <= full_scale / 2**24

@@ -7,9 +7,9 @@ files of those tests (astest/sdnl104a.comm, sdnd108b.comm, sdnd101a.comm).
 import numpy as np
 
 from clearance_mj.rig import Beam
-from clearance_mj.testrig import integrator
+from clearance_mj.testrig import _integrator as integrator
+from clearance_mj.testrig._fem import FiniteElements, Points, dense
 from clearance_mj.testrig.bench import greases
-from clearance_mj.testrig.fem import FiniteElements, Points, dense
 
 NO_GREASE = greases(())
 NO_CONTACT = integrator.Contacts(*np.zeros((4, 0)))

@@ -6,13 +6,13 @@ sections 5.6 and 11.3). Points of interest need not be nodes: shape functions ca
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from ..errors import RigError
-
-__all__ = ["FiniteElements", "Points", "dense"]
+from ..rig import Beam, PointMass
 
 _STIFFNESS = np.array([[12.0, 6, -12, 6], [6, 4, -6, 2], [-12, -6, 12, -6], [6, 2, -6, 4]])
 _MASS = np.array([[156.0, 22, 54, -13], [22, 4, 13, -3], [54, 13, 156, -22], [-13, -3, -22, 4]]) / 420
@@ -28,13 +28,7 @@ class Points:
     """(n_points, 4)"""
 
     def dense(self, count: int) -> np.ndarray:
-        """Return the same as a matrix of shape (n_points, count).
-
-        Parameters
-        ----------
-        count : int
-            Degrees of freedom of the shaft.
-        """
+        """(n_points, count) the same as a matrix."""
         matrix = np.zeros((self.start.size, count))
         for row, start, weight in zip(matrix, self.start, self.weight):
             row[start : start + 4] = weight
@@ -57,23 +51,8 @@ class FiniteElements:
     """m"""
 
     @classmethod
-    def of_shaft(cls, beam, masses=(), elements: int = 64) -> FiniteElements:
-        """Assemble a shaft.
-
-        Parameters
-        ----------
-        beam : Beam
-            Section, material, length and Rayleigh damping.
-        masses : iterable of PointMass
-            Fixed to the shaft, without rotary inertia.
-        elements : int
-            Number of equal elements, at least 2.
-
-        Raises
-        ------
-        RigError
-            If there are fewer than 2 elements.
-        """
+    def of_shaft(cls, beam: Beam, masses: Iterable[PointMass] = (), elements: int = 64) -> FiniteElements:
+        """Assemble a shaft of equal elements; the masses have no rotary inertia."""
         if elements < 2:
             raise RigError(f"a finite-element shaft needs at least 2 elements, got {elements}")
         h = beam.length / elements
@@ -88,21 +67,15 @@ class FiniteElements:
             _add(m, start, item.mass * shape[:, None] * shape)
         translation = np.zeros(2 * elements + 2)
         translation[::2] = 1.0
-        return cls(m[:, 2:], k[:, 2:], _times(m, translation)[2:], tuple(beam.rayleigh), beam.length)
+        return cls(m[:, 2:], k[:, 2:], _times(m, translation)[2:], beam.rayleigh, beam.length)
 
     @property
     def count(self) -> int:
         """Number of degrees of freedom."""
         return self.mass.shape[1]
 
-    def points(self, positions) -> Points:
-        """Place points on the shaft.
-
-        Parameters
-        ----------
-        positions : array_like, shape (n_points,)
-            m from the clamp.
-        """
+    def points(self, positions: Sequence[float] | np.ndarray) -> Points:
+        """Points at distances from the clamp, m."""
         shapes = [_shape(x, self.length, self.count // 2) for x in positions]
         start = np.array([s for s, _ in shapes], dtype=np.int64) - 2
         weight = np.array([w for _, w in shapes]).reshape(-1, 4)
@@ -113,13 +86,7 @@ class FiniteElements:
 
 
 def dense(band: np.ndarray) -> np.ndarray:
-    """Return the full symmetric matrix, shape (n, n), of a banded one.
-
-    Parameters
-    ----------
-    band : ndarray, shape (4, n)
-        Its lower bands.
-    """
+    """(n, n) full symmetric matrix of (4, n) lower bands."""
     n = band.shape[1]
     full = np.zeros((n, n))
     for k, diagonal in enumerate(band):
@@ -128,7 +95,7 @@ def dense(band: np.ndarray) -> np.ndarray:
     return full
 
 
-def _shape(x, length, elements):
+def _shape(x: float, length: float, elements: int) -> tuple[int, np.ndarray]:
     """First degree of freedom (clamp counted) and the four cubic Hermite shape functions at ``x``."""
     h = length / elements
     element = min(int(x / h), elements - 1)
@@ -137,12 +104,12 @@ def _shape(x, length, elements):
     return 2 * element, np.array(values)
 
 
-def _add(band, start, block):
+def _add(band: np.ndarray, start: int, block: np.ndarray) -> None:
     for k in range(4):
         band[k, start : start + 4 - k] += np.diagonal(block, -k)
 
 
-def _times(band, vector):
+def _times(band: np.ndarray, vector: np.ndarray) -> np.ndarray:
     """Product of a symmetric banded matrix, lower bands of shape (4, n), and a vector."""
     product = band[0] * vector
     for k in range(1, 4):

@@ -15,16 +15,15 @@ from typing import NamedTuple
 import numba
 import numpy as np
 
-from . import physics
-
-__all__ = ["Contacts", "Greases", "Motion", "Scheme", "at_rest", "march", "scheme", "step"]
+from . import _physics as physics
+from ._fem import FiniteElements, Points
 
 NEWTON_ITERATIONS = 30
 NEWTON_TOLERANCE = 1e-15  # m; far below any gap, far above the rounding of the correction it bounds
 
 
 class Contacts(NamedTuple):
-    """Stops on both sides of the first points, one entry per point; see `physics.contact`."""
+    """Stops on both sides of the first points, one entry per point; see `_physics.contact`."""
 
     gap: np.ndarray
     stiffness: np.ndarray
@@ -33,14 +32,14 @@ class Contacts(NamedTuple):
 
 
 class Greases(NamedTuple):
-    """Grease at the points after the contacts, one entry per point; see `physics`."""
+    """Grease at the points after the contacts, one entry per point; see `_physics`."""
 
     stiffness: np.ndarray
     """k, N/m, at this moment"""
     elastic_ratio: np.ndarray
     """λ"""
     model: np.ndarray
-    """`physics.BOUC_WEN`, `physics.IWAN` or `physics.LUGRE`"""
+    """`_physics.BOUC_WEN`, `_physics.IWAN` or `_physics.LUGRE`"""
     states: np.ndarray
     """how many numbers the model remembers"""
     parameters: np.ndarray
@@ -74,7 +73,7 @@ class Scheme(NamedTuple):
     drive: np.ndarray
     """(n,) A⁻¹ load: acceleration by a unit excitation"""
     start: np.ndarray
-    """(n_points,) see `fem.Points`"""
+    """(n_points,) see `_fem.Points`"""
     weight: np.ndarray
     """(n_points, 4)"""
     reply: np.ndarray
@@ -94,7 +93,7 @@ class Motion(NamedTuple):
     """(n,) relative to the base"""
     force: np.ndarray
     """(n_points,) N, against positive displacement"""
-    place: np.ndarray
+    at_points: np.ndarray
     """(n_points,) displacement of the points, m"""
     hysteresis: np.ndarray
     """(n_greases, n_states) what the hysteresis remembers, m"""
@@ -102,21 +101,13 @@ class Motion(NamedTuple):
     """(n + 6,) scratch, zero in the first and last three places"""
 
 
-def scheme(elements, load, points, step, beta=0.25, gamma=0.5) -> Scheme:
-    """Prepare a system for integration with a fixed step.
+def scheme(
+    elements: FiniteElements, load: np.ndarray, points: Points, step: float, beta: float = 0.25, gamma: float = 0.5
+) -> Scheme:
+    """Prepare a system for integration with a fixed step, s, under a unit excitation's load (n,).
 
-    Parameters
-    ----------
-    elements : FiniteElements
-        Mass, stiffness and damping.
-    load : ndarray, shape (n,)
-        Force on each degree of freedom by a unit excitation.
-    points : Points
-        Where forces act: contacts first, then greases.
-    step : float
-        s
-    beta, gamma : float
-        Newmark's parameters; 1/4 and 1/2 (average acceleration) neither damp nor can become unstable.
+    Forces act at the points: contacts first, then greases. Newmark's beta = 1/4 and gamma = 1/2 (average acceleration)
+    neither damp nor can become unstable.
     """
     eta1, eta2 = elements.rayleigh
     p, q = 1 + gamma * step * eta1, gamma * step * eta2 + beta * step**2
@@ -134,18 +125,10 @@ def scheme(elements, load, points, step, beta=0.25, gamma=0.5) -> Scheme:
     )  # fmt: skip
 
 
-def at_rest(elements, load, points, greases: Greases, excitation: float = 0.0) -> Motion:
-    """Return the state of a system at rest under its first excitation, shape (n,) each.
-
-    Parameters
-    ----------
-    elements, load, points
-        As for `scheme`.
-    greases : Greases
-        Of the points with grease.
-    excitation : float
-        Its value at time zero; it sets the first acceleration M⁻¹ load excitation.
-    """
+def at_rest(
+    elements: FiniteElements, load: np.ndarray, points: Points, greases: Greases, excitation: float = 0.0
+) -> Motion:
+    """State of a system at rest under its first excitation, which sets the acceleration M⁻¹ load excitation."""
     n, count = elements.count, points.start.size
     hysteresis = np.zeros((greases.states.size, greases.states.max(initial=1)))
     acceleration = _solve(*_factorise(elements.mass), excitation * load)
@@ -154,22 +137,8 @@ def at_rest(elements, load, points, greases: Greases, excitation: float = 0.0) -
 
 
 @numba.njit(cache=True, nogil=True)
-def step(scheme, motion, contacts, greases, excitation):
-    """Advance ``motion`` by one step and return whether Newton's method converged.
-
-    Parameters
-    ----------
-    scheme : Scheme
-        The prepared system.
-    motion : Motion
-        Changed in place.
-    contacts : Contacts
-        Of the first points.
-    greases : Greases
-        Of the points after them.
-    excitation : float
-        At the end of the step.
-    """
+def step(scheme: Scheme, motion: Motion, contacts: Contacts, greases: Greases, excitation: float) -> bool:
+    """Advance ``motion`` by one step to the excitation at its end; return whether Newton's method converged."""
     _move_freely(scheme, motion, excitation)
     converged = _solve_points(scheme, motion, contacts, greases)
     _apply_forces(scheme, motion)
@@ -177,29 +146,25 @@ def step(scheme, motion, contacts, greases, excitation):
 
 
 @numba.njit(cache=True, nogil=True)
-def march(scheme, motion, contacts, greases, excitation, follows, start, weight, out, touching):
-    """Advance over a block of excitation and record the sensors after every step.
+def march(
+    scheme: Scheme,
+    motion: Motion,
+    contacts: Contacts,
+    greases: Greases,
+    excitation: np.ndarray,
+    follows: float,
+    start: np.ndarray,
+    weight: np.ndarray,
+    out: np.ndarray,
+    touching: np.ndarray,
+) -> int:
+    """Advance over a block of excitation (n_steps,) and return the number of steps done.
 
-    Parameters
-    ----------
-    scheme, motion, contacts, greases
-        As for `step`.
-    excitation : ndarray, shape (n_steps,)
-        At the end of each step.
-    follows : float
-        1 if sensors move with the base, whose acceleration is the excitation; else 0.
-    start, weight : ndarray
-        The accelerometers' `fem.Points`.
-    out : ndarray, shape (n_steps, n_sensors + 3 n_greases)
-        Filled with absolute accelerations in m/s², displacements at the greases in m, then contact and grease forces
-        in N; contacts 2 j and 2 j + 1 are the ends of the bushing with grease j.
-    touching : ndarray, shape (n_greases,)
-        Number of steps with contact at one of the two ends, counted on.
-
-    Returns
-    -------
-    int
-        Number of steps done; less than n_steps if Newton's method failed in the next.
+    It is less than n_steps if Newton's method failed in the next. ``follows`` is 1 if sensors move with the base, whose
+    acceleration is the excitation, else 0; ``start`` and ``weight`` are the sensors' `_fem.Points`. Fills ``out``
+    (n_steps, n_sensors + 3 n_greases) with absolute accelerations, displacements at the greases, contact and grease
+    forces; contacts 2 j and 2 j + 1 are the ends of the bushing with grease j. ``touching`` (n_greases,) counts on the
+    steps with contact at one of the two ends.
     """
     sensors, bushings = start.size, touching.size
     for i in range(excitation.size):
@@ -209,7 +174,7 @@ def march(scheme, motion, contacts, greases, excitation, follows, start, weight,
             out[i, s] = _at(start, weight, s, motion.acceleration) + follows * excitation[i]
         for j in range(bushings):
             first, second = motion.force[2 * j], motion.force[2 * j + 1]
-            out[i, sensors + j] = motion.place[2 * bushings + j]
+            out[i, sensors + j] = motion.at_points[2 * bushings + j]
             out[i, sensors + bushings + j] = first + second
             out[i, sensors + 2 * bushings + j] = motion.force[2 * bushings + j]
             touching[j] += first != 0.0 or second != 0.0
@@ -217,7 +182,7 @@ def march(scheme, motion, contacts, greases, excitation, follows, start, weight,
 
 
 @numba.njit(cache=True, nogil=True)
-def _move_freely(scheme, motion, excitation):
+def _move_freely(scheme: Scheme, motion: Motion, excitation: float) -> None:
     """Leave Newmark's predictors of displacement and velocity, and the acceleration without point forces."""
     u, v, a, w = motion.displacement, motion.velocity, motion.acceleration, motion.work
     h, n = scheme.step, u.size
@@ -247,7 +212,7 @@ def _move_freely(scheme, motion, excitation):
 
 
 @numba.njit(cache=True, nogil=True)
-def _solve_points(scheme, motion, contacts, greases):
+def _solve_points(scheme: Scheme, motion: Motion, contacts: Contacts, greases: Greases) -> bool:
     """Find the forces at the points by Newton's method on the change y of the points' accelerations, y = G F(y)."""
     h, n_points, n_contacts = scheme.step, scheme.start.size, contacts.gap.size
     to_place, to_speed = scheme.beta * h * h, scheme.gamma * h
@@ -283,16 +248,18 @@ def _solve_points(scheme, motion, contacts, greases):
             largest = max(largest, abs(residual[p]))
         if largest * h * h <= NEWTON_TOLERANCE:
             for p in range(n_points):
-                motion.place[p] = place[p] - to_place * y[p]
+                motion.at_points[p] = place[p] - to_place * y[p]
             motion.hysteresis[:] = state
             return True
     return False
 
 
 @numba.njit(cache=True, nogil=True)
-def _grease(greases, motion, point, j, x, v, time_step, state):
+def _grease(
+    greases: Greases, motion: Motion, point: int, j: int, x: float, v: float, time_step: float, state: np.ndarray
+) -> tuple[float, float, float]:
     """Force and derivatives of the grease at one point; row j of ``state`` becomes what it remembers of the step."""
-    own, before, step = greases.parameters[j], motion.hysteresis[j], x - motion.place[point]
+    own, before, step = greases.parameters[j], motion.hysteresis[j], x - motion.at_points[point]
     bristle = bristle_dv = 0.0
     if greases.model[j] == physics.BOUC_WEN:
         z, dz = physics.bouc_wen(step, before[0], own[0], own[1], own[2], int(own[3]))
@@ -313,7 +280,7 @@ def _grease(greases, motion, point, j, x, v, time_step, state):
 
 
 @numba.njit(cache=True, nogil=True)
-def _apply_forces(scheme, motion):
+def _apply_forces(scheme: Scheme, motion: Motion) -> None:
     """Spread the point forces and finish Newmark's step."""
     u, v, a, force = motion.displacement, motion.velocity, motion.acceleration, motion.force
     to_place, to_speed = scheme.beta * scheme.step * scheme.step, scheme.gamma * scheme.step
@@ -327,7 +294,7 @@ def _apply_forces(scheme, motion):
 
 
 @numba.njit(cache=True, nogil=True)
-def _at(start, weight, p, vector):
+def _at(start: np.ndarray, weight: np.ndarray, p: int, vector: np.ndarray) -> float:
     first = start[p]
     return (
         weight[p, 0] * vector[first]
@@ -338,7 +305,7 @@ def _at(start, weight, p, vector):
 
 
 @numba.njit(cache=True, nogil=True)
-def _eliminate(matrix, right):
+def _eliminate(matrix: np.ndarray, right: np.ndarray) -> None:
     """Solve in place, without pivoting: the leading minors of I + G S are positive for G positive definite, S >= 0."""
     n = right.size
     for k in range(n):
@@ -355,7 +322,7 @@ def _eliminate(matrix, right):
 
 
 @numba.njit(cache=True, nogil=True)
-def _factorise(band):
+def _factorise(band: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return L (as rows and as columns) and 1 / D of L D Lᵀ, the Cholesky factors of a (4, n) lower band."""
     n = band.shape[1]
     lower, upper, pivot = np.zeros((n, 3)), np.zeros((n, 3)), np.empty(n)
@@ -374,7 +341,7 @@ def _factorise(band):
 
 
 @numba.njit(cache=True, nogil=True)
-def _solve(lower, upper, pivot, right):
+def _solve(lower: np.ndarray, upper: np.ndarray, pivot: np.ndarray, right: np.ndarray) -> np.ndarray:
     n = right.size
     x = np.empty(n)
     for i in range(n):
@@ -388,7 +355,7 @@ def _solve(lower, upper, pivot, right):
     return x
 
 
-def _rows(band):
+def _rows(band: np.ndarray) -> np.ndarray:
     """Return the seven diagonals of a symmetric (4, n) lower band as rows, shape (n, 7)."""
     n = band.shape[1]
     rows = np.zeros((n, 7))
