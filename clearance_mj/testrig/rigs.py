@@ -1,10 +1,10 @@
 """The virtual rigs: what their datasheets say (the rig file), and what their bushings really are.
 
 "table1" is the rig of the article's Table 1, as in models/table1_rig.toml. The others have other geometry, gaps,
-contact and grease physics; they were made up after the identification was finished, to see what it is worth where it was not
-developed. Their datasheets are wrong in the way datasheets are: fresh grease as a spring and damper, Hertz contact
-linearised at one gap of penetration. What is hidden here is not written into a dataset, and nothing outside this
-package may read it.
+contact and grease physics; they were made up after the identification was finished, to see what it is worth where it
+was not developed. Their datasheets are wrong in the way datasheets are: fresh grease as a spring and damper, Hertz
+contact linearised at one gap of penetration. What is hidden here is not written into a dataset, and nothing outside
+this package may read it.
 """
 
 from __future__ import annotations
