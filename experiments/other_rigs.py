@@ -1,9 +1,9 @@
-"""Three rigs made up after the identification was finished: what each law predicts there, against the repeat floor."""
+"""Three rigs made up after the identification was finished: what each law predicts there, against the repeatability."""
 
 import argparse
-import csv
 from pathlib import Path
 
+import pandas as pd
 from matplotlib.figure import Figure
 
 from clearance_mj.report import report_study
@@ -13,7 +13,7 @@ from clearance_mj.testrig import generate
 RIGS = ("iwan", "lugre", "mixed")
 LAWS = {"constant": "#d55e00", "amplitude": "#009e73", "output-error": "#0072b2"}
 ENGINES = {"modal": "-", "links": "--"}
-MEASURES = ("rmse_db", "ratio_to_floor", "frac", "csac", "csf")
+MEASURES = ("rmse_db", "ratio_to_repeat", "frac", "csac", "csf")
 
 
 def study_of(name: str, out: Path, engines) -> Study:
@@ -24,21 +24,17 @@ def study_of(name: str, out: Path, engines) -> Study:
     return report_study(dataset, out / name / "study", engines, tuple(LAWS))
 
 
-def table(name: str, study: Study) -> list[dict]:
-    """One row per level, law and engine, and the repeat floor."""
-    found = study.rows()
-    floor = {row["level"]: row["rmse_db"] for row in found if row["law"] == "repeat"}
-    rows = []
-    for row in found:
-        row |= {"rig": name, "ratio_to_floor": row["rmse_db"] / floor[row["level"]]}
-        rows.append({key: row[key] for key in ("rig", "level", "law", "engine", *MEASURES)})
-    return rows
+def table(name: str, study: Study) -> pd.DataFrame:
+    """One row per level, law and engine, and the repeatability."""
+    rows = pd.DataFrame(study.rows())
+    repeat = rows[rows["law"] == "repeat"].set_index("level")["rmse_db"]
+    rows["ratio_to_repeat"] = rows["rmse_db"] / rows["level"].map(repeat)
+    return rows.assign(rig=name)[["rig", "level", "law", "engine", *MEASURES]]
 
 
-def draw(rows) -> Figure:
+def draw(rows: pd.DataFrame) -> Figure:
     """RMSE over level, one panel for each rig."""
-    names = list(dict.fromkeys(row["rig"] for row in rows))
-    levels = sorted({row["level"] for row in rows})
+    names, levels = rows["rig"].unique(), sorted(rows["level"].unique())
     lines = {("repeat", "rig"): {"color": "black", "lw": 3, "alpha": 0.4, "label": "rig again, other seed"}}
     for law, colour in LAWS.items():
         for engine, dashes in ENGINES.items():
@@ -48,9 +44,9 @@ def draw(rows) -> Figure:
     panels = figure.subplots(1, len(names), sharey=True, squeeze=False)[0]
     for ax, name in zip(panels, names):
         for (law, engine), style in lines.items():
-            found = [r for r in rows if (r["rig"], r["law"], r["engine"]) == (name, law, engine)]
-            if found:
-                ax.loglog([r["level"] for r in found], [r["rmse_db"] for r in found], **style)
+            found = rows[(rows["rig"] == name) & (rows["law"] == law) & (rows["engine"] == engine)]
+            if len(found):
+                ax.loglog(found["level"], found["rmse_db"], **style)
         ax.set_title(f'rig "{name}"', fontsize=9, loc="left")
         ax.set_xlabel("level (m/s² RMS)")
         ax.minorticks_off()
@@ -65,21 +61,21 @@ def draw(rows) -> Figure:
     return figure
 
 
-def markdown(rows) -> str:
+def markdown(rows: pd.DataFrame) -> str:
     """A line for each rig and level; where there are two numbers, one for each engine."""
-    engines = [e for e in ENGINES if any(r["engine"] == e for r in rows)]
+    found = rows.set_index(["rig", "level", "law", "engine"])
+    engines = [e for e in ENGINES if e in set(rows["engine"])]
 
-    def cell(rig, level, law, measure, digits, among=engines):
-        found = {r["engine"]: r[measure] for r in rows if (r["rig"], r["level"], r["law"]) == (rig, level, law)}
-        return " / ".join(f"{found[e]:.{digits}f}" for e in among)
+    def cell(rig, level, law, measure, digits):
+        return " / ".join(f"{found.at[(rig, level, law, e), measure]:.{digits}f}" for e in engines)
 
     lines = ["rig | level (m/s²) | repeat (dB) | constant (dB) | amplitude (dB) | output-error (dB)"]
     lines[0] += " | output-error / repeat | FRAC | CSAC | CSF"
     lines.append("--- | ---: | " + " | ".join(["---:"] * 8))
-    for rig, level in dict.fromkeys((r["rig"], r["level"]) for r in rows):
-        cells = [rig, f"{level:g}", cell(rig, level, "repeat", "rmse_db", 2, ["rig"])]
+    for rig, level in rows[["rig", "level"]].drop_duplicates().itertuples(index=False):
+        cells = [rig, f"{level:g}", f"{found.at[(rig, level, 'repeat', 'rig'), 'rmse_db']:.2f}"]
         cells += [cell(rig, level, law, "rmse_db", 2) for law in LAWS]
-        cells.append(cell(rig, level, "output-error", "ratio_to_floor", 2))
+        cells.append(cell(rig, level, "output-error", "ratio_to_repeat", 2))
         cells += [cell(rig, level, "output-error", measure, 4) for measure in ("frac", "csac", "csf")]
         lines.append(" | ".join(cells))
     return "".join(f"| {line} |\n" for line in lines)
@@ -93,11 +89,8 @@ def main() -> None:
     parser.add_argument("--engines", nargs="+", choices=ENGINES, default=tuple(ENGINES))
     arguments = parser.parse_args()
     out = arguments.out
-    rows = [row for name in arguments.rigs for row in table(name, study_of(name, out, arguments.engines))]
-    with (out / "other_rigs.csv").open("w", newline="", encoding="utf-8") as file:
-        writer = csv.DictWriter(file, rows[0])
-        writer.writeheader()
-        writer.writerows(rows)
+    rows = pd.concat([table(name, study_of(name, out, arguments.engines)) for name in arguments.rigs])
+    rows.to_csv(out / "other_rigs.csv", index=False)
     (out / "other_rigs.md").write_text(markdown(rows), encoding="utf-8")
     draw(rows).savefig(out / "other_rigs.png", dpi=150)
     print(markdown(rows))

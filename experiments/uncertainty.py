@@ -8,12 +8,12 @@ import sys
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 
 from clearance_mj import Dataset, estimate_frf, rmse_db, simulate
 from clearance_mj.errors import ClearanceError
 from clearance_mj.files import replacing
 from clearance_mj.identify import get_method
-from clearance_mj.report.tables import write_csv
 from clearance_mj.report.uncertainty import draw
 from clearance_mj.signals.frf import random_error
 from clearance_mj.statistics.frf_bands import draw_laws, frf_band, inside, paired_error
@@ -41,7 +41,7 @@ def run(dataset, level, methods, draws, out):
     drawing = draw(record.rig, bands, errors, tests[record.name])
     with replacing(out / "uncertainty.png") as temporary:
         temporary.write_bytes(drawing.png())
-    write_csv(out / "uncertainty.csv", rows)
+    pd.DataFrame(rows).to_csv(out / "uncertainty.csv", index=False)
     print(drawing.caption)
     for row in rows:
         print(", ".join(f"{key} {value:.3g}" if isinstance(value, float) else value for key, value in row.items()))

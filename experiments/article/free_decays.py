@@ -79,19 +79,7 @@ class Decay:
     """kg"""
 
     def with_noise(self, snr: float, seed: int = 0) -> Decay:
-        """Add white Gaussian noise.
-
-        Parameters
-        ----------
-        snr : float
-            Mean power of the signal over that of the noise, dB.
-        seed : int
-            Seed of the noise.
-
-        Returns
-        -------
-        Decay
-        """
+        """Add white Gaussian noise; snr: mean power of the signal over that of the noise, dB."""
         noise = np.random.default_rng(seed).standard_normal(self.time.size)
         rms = np.sqrt(np.mean(self.signal**2)) * 10 ** (-snr / 20)
         return replace(self, signal=self.signal + rms * noise)
@@ -120,22 +108,7 @@ class ScaleResult:
 
 
 def free_decay(condition: Condition, duration: float = 4.0, fs: float = 2048.0) -> Decay:
-    """Simulate a free decay of 0.025 kg from rest, without noise.
-
-    Parameters
-    ----------
-    condition : Condition
-        Such as ``CONDITIONS[1]``.
-    duration : float
-        s.
-    fs : float
-        Samples per second.
-
-    Returns
-    -------
-    Decay
-        Accurate to about 1e-9 of the start.
-    """
+    """Simulate a free decay of 0.025 kg from rest, of a duration in s, accurate to about 1e-9 of the start."""
     time = np.arange(round(duration * fs)) / fs
     signal, state = np.empty_like(time), np.array([1.0, 0.0])
     edges = [0.0, *(jump for jump in condition.jumps if jump < duration), duration]
@@ -156,50 +129,17 @@ def _oscillator(time, state, condition, last):
 
 
 def rms_error(value, truth, valid) -> float:
-    """Root mean square of the relative error where it is valid.
-
-    Parameters
-    ----------
-    value, truth : array_like
-        (n_t,) estimate and known value, same unit.
-    valid : array_like
-        (n_t,) bool.
-
-    Returns
-    -------
-    float
-        1 is 100 %.
-    """
+    """Return the root mean square of the relative error where it is valid; 1 is 100 %."""
     value, truth = np.asarray(value)[valid], np.asarray(truth)[valid]
     return float(np.sqrt(np.mean((value / truth - 1) ** 2)))
 
 
 def scale_study(decay: Decay, scales, duration: float = 4.0, omega0: float = 5.0) -> tuple[ScaleResult, ...]:
-    """Identify a decay at single scales, as the article does, instead of on the ridge.
+    """Identify a decay at single scales in s, as the article does, instead of on the ridge.
 
-    Parameters
-    ----------
-    decay : Decay
-        Longer than the duration by 16 times the largest scale, so that every wavelet lies within it.
-    scales : sequence of float
-        s, such as those of `SCALE_SEQUENCES`.
-    duration : float
-        s from the first to the last translation, the article's 4 T.
-    omega0 : float
-        Centre of the Morlet wavelet, rad.
+    The duration is that from the first to the last translation, the article's 4 T; the decay must be longer by 16
+    times the largest scale, so that every wavelet lies within it (RecordError).
 
-    Returns
-    -------
-    tuple of ScaleResult
-        One for each scale.
-
-    Raises
-    ------
-    RecordError
-        If the decay is too short.
-
-    Notes
-    -----
     Article, Section 3.2: translations b = a (16 κ + 8), κ = 0 : 0.005 : T/(4a), where 16 is the support of the wavelet;
     A = 2|W|/√a and ω = ω0/a (Eq. 13), k = m ω² (Eq. 14), c = -2m A'/A (Eq. 12, read as viscous). The slope of ln A is
     that of a local parabola 0.1 s wide (standard deviation of its weights) at every scale.

@@ -29,7 +29,7 @@ def improvements(study: Study, quantities: Sequence[str]) -> tuple[pd.DataFrame,
         for basis, changes in (("as printed", IMPROVEMENTS), ("recomputed", recomputed()))
         for quantity, change in changes.items()
     ]
-    found = pd.DataFrame([*rows, *improvement_rows(study)])
+    found = pd.concat([pd.DataFrame(rows), pd.DataFrame(improvement_rows(study))], ignore_index=True)
     found = found[found["quantity"].str.startswith(tuple(quantities))]
     base = base_law(study)
     after = study.methods[study.methods.index(base) + 1 :]

@@ -9,10 +9,10 @@ more than an accelerometer: what the clamp gives way is in it too.
 
 from __future__ import annotations
 
-import csv
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import scipy.optimize
 import scipy.signal
 from matplotlib.figure import Figure
@@ -102,10 +102,7 @@ def write(result: dict, out: Path) -> None:
     """Write the table and the figure into a folder and print what was found."""
     rows = table(result)
     out.mkdir(parents=True, exist_ok=True)
-    with open(out / "cantilever.csv", "w", newline="") as file:
-        writer = csv.DictWriter(file, rows[0])
-        writer.writeheader()
-        writer.writerows(rows)
+    pd.DataFrame(rows).to_csv(out / "cantilever.csv", index=False)
     draw(result).savefig(out / "cantilever.png", dpi=120)
     for row in rows:
         print(

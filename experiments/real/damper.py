@@ -8,11 +8,11 @@ gap, Bouc-Wen with a gap that stays where it is, and Bouc-Wen with dead travel t
 
 from __future__ import annotations
 
-import csv
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import scipy.optimize
 from matplotlib.figure import Figure
 
@@ -164,10 +164,7 @@ def draw(result) -> Figure:
 def write(result: dict, out: Path) -> None:
     """Write the table and the figure into a folder and print what was found."""
     out.mkdir(parents=True, exist_ok=True)
-    with open(out / "damper.csv", "w", newline="") as file:
-        writer = csv.DictWriter(file, result["rows"][0])
-        writer.writeheader()
-        writer.writerows(result["rows"])
+    pd.DataFrame(result["rows"]).to_csv(out / "damper.csv", index=False)
     draw(result).savefig(out / "damper.png", dpi=120)
     for row in result["rows"]:
         print(

@@ -10,11 +10,11 @@ ridges while the roller moves.
 
 from __future__ import annotations
 
-import csv
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import scipy.optimize
 import scipy.signal
 from matplotlib.figure import Figure
@@ -235,10 +235,7 @@ def draw(found) -> Figure:
 def write(found: dict, out: Path) -> None:
     """Write the table and the figure into a folder and print what was found."""
     out.mkdir(parents=True, exist_ok=True)
-    with open(out / "dropbear.csv", "w", newline="") as file:
-        writer = csv.DictWriter(file, found["rows"][0])
-        writer.writeheader()
-        writer.writerows(found["rows"])
+    pd.DataFrame(found["rows"]).to_csv(out / "dropbear.csv", index=False)
     draw(found).savefig(out / "dropbear.png", dpi=120)
     print(found["model"])
     for name in found["records"]:

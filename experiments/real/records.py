@@ -58,33 +58,15 @@ class DamperRecord:
 
 
 def real_folder() -> Path | None:
-    """Find the folder with the published records.
-
-    Returns
-    -------
-    Path or None
-        The folder named by the environment variable CLEARANCE_REAL_DATA; None if it is not set or missing.
-    """
+    """Return the folder named by the environment variable CLEARANCE_REAL_DATA; None if it is not set or missing."""
     folder = Path(os.environ.get("CLEARANCE_REAL_DATA", ""))
     return folder if folder.parts and folder.is_dir() else None
 
 
 def read_dropbear(path) -> DropbearRecord:
-    """Read a DROPBEAR text file.
+    """Read a DROPBEAR text file: 9 header lines, then columns separated by tabs.
 
-    Parameters
-    ----------
-    path : str or Path
-        The file: 9 header lines, then columns separated by tabs.
-
-    Returns
-    -------
-    DropbearRecord
-
-    Raises
-    ------
-    RecordError
-        Naming file and line, if a column is missing, a line is not numbers or the time does not rise.
+    RecordError names file and line if a column is missing, a line is not numbers or the time does not rise.
     """
     lines = read_text(path)
     if len(lines) <= HEADER_LINES:
@@ -108,23 +90,10 @@ def read_dropbear(path) -> DropbearRecord:
 
 
 def read_damper(path) -> DamperRecord:
-    """Read a JSON file of the friction damper with backlash.
+    """Read a JSON file of the friction damper with backlash; the force is the friction force, in SI units as all.
 
-    Parameters
-    ----------
-    path : str or Path
-        The file: {"data": rows of [time s, displacement in, friction force kip, velocity in/s, actuator force 1 lb,
-        actuator force 2 lb]}.
-
-    Returns
-    -------
-    DamperRecord
-        In SI units; its force is the friction force.
-
-    Raises
-    ------
-    RecordError
-        Naming file and line (of a JSON error) or row.
+    The file: {"data": rows of [time s, displacement in, friction force kip, velocity in/s, actuator force 1 lb,
+    actuator force 2 lb]}. RecordError names file and line (of a JSON error) or row.
     """
     try:
         content = json.loads("\n".join(read_text(path)))

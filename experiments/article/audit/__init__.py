@@ -19,22 +19,9 @@ __all__ = ["VERDICTS", "Claim", "audit", "to_html", "to_markdown"]
 
 
 def audit(folder=None) -> tuple[Claim, ...]:
-    """Recompute the article's derived numbers and check its equations.
+    """Recompute the article's derived numbers and check its equations, in the order of its tables.
 
-    Parameters
-    ----------
-    folder : str or Path, optional
-        Where its tables are, as CSV files; default: the published ones.
-
-    Returns
-    -------
-    tuple of Claim
-        In the order of the article's tables, then of its equations.
-
-    Raises
-    ------
-    RecordError
-        If a table is missing, or lacks a number that is needed; the message names the file and the place.
+    The folder holds other tables than the published ones; RecordError names file and cell if a number is missing.
     """
     tables = {number: Printed.load(number, folder) for number in FILES}
     claims = [

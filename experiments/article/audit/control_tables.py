@@ -17,13 +17,7 @@ _CONTROLLERS = {"smc_cm": "SMC-CM", "smc": "SMC", "mpc": "MPC"}
 
 
 def table3(table: Printed) -> Iterator[Claim]:
-    """Claims of Table 3: peaks at 72 km/h.
-
-    Parameters
-    ----------
-    table : Printed
-        The table.
-    """
+    """Claims of Table 3: peaks at 72 km/h."""
     part = "Table 3, 72 km/h"
     for where, row, words, printed in (
         ("Section 4.3, conclusion 3", "lateral_position_error_peak", "lateral position error", "-21.2"),
@@ -36,13 +30,7 @@ def table3(table: Printed) -> Iterator[Claim]:
 
 
 def table4(table: Printed) -> Iterator[Claim]:
-    """Claims of Table 4: tracking errors at 120 km/h.
-
-    Parameters
-    ----------
-    table : Printed
-        The table.
-    """
+    """Claims of Table 4: tracking errors at 120 km/h."""
     part, rows = "Table 4, 120 km/h", {"lateral position error": table.row(0), "heading error": table.row(1)}
     printed = {
         ("abstract", "lateral position error"): {"mpc": "-35.7", "smc": "-14.3"},
@@ -59,13 +47,7 @@ def table4(table: Printed) -> Iterator[Claim]:
 
 
 def table5(table: Printed) -> Iterator[Claim]:
-    """Claims of Table 5: peaks of the motion at 120 km/h.
-
-    Parameters
-    ----------
-    table : Printed
-        The table.
-    """
+    """Claims of Table 5: peaks of the motion at 120 km/h."""
     part, rows = "Table 5, 120 km/h", {"lateral acceleration": table.row(0), "yaw velocity": table.row(1)}
     printed = {
         ("Section 4.3", "lateral acceleration"): {"mpc": "27.8", "smc": "-18.8"},

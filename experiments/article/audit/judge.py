@@ -22,80 +22,32 @@ VERDICTS = {
 
 
 def changes(old: Decimal, new: Decimal) -> tuple[Decimal, Decimal]:
-    """Change in percent of the old value, and of the new one.
-
-    Parameters
-    ----------
-    old, new : Decimal
-        Values as printed.
-    """
+    """Return the change in percent of the old value, and of the new one."""
     return 100 * (new - old) / old, 100 * (new - old) / new
 
 
 def ranges(old: Decimal, new: Decimal) -> list[tuple[Decimal, Decimal]]:
-    """Least and largest of `changes` for values that round to those printed.
-
-    Parameters
-    ----------
-    old, new : Decimal
-        Values as printed.
-    """
+    """Least and largest of `changes` for values that round to those printed."""
     ends = [(value - _last_digit(value) / 2, value + _last_digit(value) / 2) for value in (old, new)]
     return [(min(found), max(found)) for found in zip(*itertools.starmap(changes, itertools.product(*ends)))]
 
 
 def change(part, where, text, printed, old, new, others=None) -> Claim:
-    """Claim of a change in percent.
-
-    Parameters
-    ----------
-    part, where, text : str
-        Of the claim.
-    printed : str
-        The number as printed.
-    old, new : Decimal
-        Values of the table.
-    others : dict of str to tuple, optional
-        Old and new of the table's other rows, by the words for them.
-    """
+    """Return the claim of a change in percent; others: old and new of the table's other rows, by the words for them."""
     verdict = _judge_change(Decimal(printed), old, new, others or {})
     recomputed = changes(old, new)[0].quantize(min(_last_digit(Decimal(printed)), Decimal("0.1")))
     return Claim(part, where, text, f"{Decimal(printed):+} %", f"{recomputed:+} %", verdict)
 
 
 def plain(part, where, text, printed, value: Decimal, unit="") -> Claim:
-    """Claim of a number that has one reading.
-
-    Parameters
-    ----------
-    part, where, text : str
-        Of the claim.
-    printed : str
-        The number as printed.
-    value : Decimal
-        What it should be.
-    unit : str
-        Of both.
-    """
+    """Claim of a number that has one reading."""
     shown = value.quantize(_last_digit(Decimal(printed)))
     verdict = "ok" if _agrees(Decimal(printed), value) else "wrong"
     return Claim(part, where, text, f"{printed}{unit}", f"{shown}{unit}", verdict)
 
 
 def maximum(part, where, text, printed, values, unit="") -> Claim:
-    """Claim that a number is the largest of a column.
-
-    Parameters
-    ----------
-    part, where, text : str
-        Of the claim.
-    printed : str
-        The number as printed.
-    values : sequence of Decimal
-        The column.
-    unit : str
-        Of both.
-    """
+    """Claim that a number is the largest of a column."""
     number, most, least = Decimal(printed), max(values), min(values)
     if _agrees(number, most):
         verdict = "ok"
@@ -107,17 +59,7 @@ def maximum(part, where, text, printed, values, unit="") -> Claim:
 
 
 def at_least(part, where, text, limit, values) -> Claim:
-    """Claim that no number of a column is below a limit.
-
-    Parameters
-    ----------
-    part, where, text : str
-        Of the claim.
-    limit : str
-        The limit as printed.
-    values : sequence of Decimal
-        The column.
-    """
+    """Claim that no number of a column is below a limit."""
     verdict = "ok" if min(values) >= Decimal(limit) else "wrong"
     return Claim(part, where, text, f"> {limit}", f"minimum {min(values)}", verdict)
 

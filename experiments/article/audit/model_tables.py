@@ -21,13 +21,7 @@ _MEASURES = ("mre", "rmse", "frac", "csac", "csf")
 
 
 def table1(table: Printed) -> Iterator[Claim]:
-    """Claims of Table 1: natural frequencies and MAC.
-
-    Parameters
-    ----------
-    table : Printed
-        The table.
-    """
+    """Claims of Table 1: natural frequencies and MAC."""
     part, modes = "Table 1", ("1", "2", "3", "4")
     test = table.column("test_hz", modes)
     for model in ("initial", "updated"):
@@ -53,13 +47,7 @@ def table1(table: Printed) -> Iterator[Claim]:
 
 
 def table2(table: Printed) -> Iterator[Claim]:
-    """Claims of Table 2: errors of the FRFs.
-
-    Parameters
-    ----------
-    table : Printed
-        The table.
-    """
+    """Claims of Table 2: errors of the FRFs."""
     part, sensors = "Table 2", [row for row in table.cells.index if row != "mean"]
     if not sensors:
         raise RecordError(f"{table.path}: has no row of a sensor")

@@ -23,13 +23,7 @@ _HEADINGS = ("Where", "Claim", "Printed", "Recomputed", "Verdict")
 
 
 def to_markdown(claims: Sequence[Claim]) -> str:
-    """Return the audit as a page of Markdown.
-
-    Parameters
-    ----------
-    claims : sequence of Claim
-        Of `audit`.
-    """
+    """Return the audit as a page of Markdown."""
     lines = ["# Audit of the article", "", _INTRODUCTION, "", _summary(claims), ""]
     for part, members in _parts(claims):
         lines += [f"## {part}", "", _row(_HEADINGS), _row(["---"] * len(_HEADINGS))]
@@ -40,13 +34,7 @@ def to_markdown(claims: Sequence[Claim]) -> str:
 
 
 def to_html(claims: Sequence[Claim]) -> str:
-    """Return the audit as one HTML file that needs nothing else.
-
-    Parameters
-    ----------
-    claims : sequence of Claim
-        Of `audit`.
-    """
+    """Return the audit as one HTML file that needs nothing else."""
     columns = tuple(Column(heading) for heading in _HEADINGS)
     sections = [
         html.Section(f"part-{i}", part, html.table(
