@@ -18,16 +18,14 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-import numba
 import numpy as np
 import scipy.optimize
 from numpy.typing import ArrayLike
 
-from ..clearance.gap import gap as penetration
-from ..clearance.grease import bouc_wen_step
 from ..errors import RecordError
 from ..parameters import UNIDENTIFIED, Estimates, Parameter, principal_deviations
 from ..rig import Grease
+from .hysteresis_loop import loop_force
 
 __all__ = ["DEAD_TRAVEL", "BoucWenFit", "bouc_wen"]
 
@@ -39,8 +37,6 @@ SHORTEST = 20
 """samples"""
 POLISHED = 2
 """starts, the best after a rough solution, that are solved to the end"""
-FINE = 0.05
-"""largest step of the displacement, as a share of the yield displacement"""
 NOISE_FLOOR = 1e-5
 """residual that is always assumed, as a share of the force's RMS, so that perfect records have a covariance too"""
 UNRELATED = 0.95
@@ -127,7 +123,7 @@ class BoucWenFit:
         offset = self.offset if offset is None else offset
         z_ult, reopening = self.yield_displacement, self.dead_travel == "reopening"
         shape = self.gamma / self.beta
-        return _loop(x, self.k, self.elastic_ratio, z_ult, shape, self.exponent, self.gap, offset, reopening)
+        return loop_force(x, self.k, self.elastic_ratio, z_ult, shape, self.exponent, self.gap, offset, reopening)
 
     def offset_of(self, displacement: float, force: float) -> float:
         """Find where a re-opening gap stood when a record began, from the force at that moment.
@@ -261,11 +257,9 @@ class _Problem:
     def residual(self, free: np.ndarray) -> np.ndarray:
         log_k, ratio, log_z, shape, n, d, x0 = self.whole(free)
         k, x_scale = np.exp(log_k) * self.f_scale / self.x_scale, self.x_scale
-        model = [
-            _loop(x, k, ratio, np.exp(log_z) * x_scale, shape, n, d * x_scale, x0 * x_scale + self.x_middle,
-                  self.reopening)
-            for x in self.displacement
-        ]  # fmt: skip
+        offset, z_ult = x0 * x_scale + self.x_middle, np.exp(log_z) * x_scale
+        element = k, ratio, z_ult, shape, n, d * x_scale, offset, self.reopening
+        model = [loop_force(x, *element) for x in self.displacement]
         return (np.concatenate(model) - np.concatenate(self.force)) / self.f_rms
 
     def solve(self, start: np.ndarray, tolerance: float) -> scipy.optimize.OptimizeResult:
@@ -366,61 +360,3 @@ def _refuse_clipped(x: np.ndarray, f: np.ndarray, where: str) -> None:
                 f"{where}: the displacement is clipped at {extreme:.6g} m ({int(at.sum())} samples) while the force "
                 "goes on; cut the record to the part below"
             )
-
-
-@numba.njit(cache=True, nogil=True)
-def _loop(
-    x: np.ndarray, k: float, ratio: float, z_ult: float, shape: float, exponent: float, d: float, offset: float,
-    reopening: bool,
-) -> np.ndarray:  # fmt: skip
-    """Force along a displacement, from rest: Bouc-Wen in units of z_ult, so that β + γ = 1."""
-    beta, gamma = 1.0 / (1.0 + shape), shape / (1.0 + shape)
-    force = np.empty(x.size)
-    y = x[0] - offset
-    slack, z = min(max(y, -d), d), 0.0  # position within a re-opening gap; state beyond it
-    if reopening:
-        z = max(min((y - slack) / z_ult, 0.999), -0.999)
-    else:
-        y = penetration(y, d)
-    last = 0.0 if not reopening else y
-    for i in range(x.size):
-        u = x[i] - offset
-        if reopening:
-            dy = u - last
-            last = u
-            if z * dy < 0.0:  # unload first
-                rest, z = _until_zero(z, dy / z_ult, beta, gamma, exponent)
-                dy = rest * z_ult
-            if z == 0.0 and dy != 0.0:
-                beyond = slack + dy
-                slack = min(max(beyond, -d), d)
-                dy = beyond - slack  # exactly 0 within the gap
-            z = _advance(z, dy / z_ult, beta, gamma, exponent)
-            y = u
-        else:
-            y = penetration(u, d)
-            z = _advance(z, (y - last) / z_ult, beta, gamma, exponent)
-            last = y
-        force[i] = ratio * k * y + (1.0 - ratio) * k * z_ult * z
-    return force
-
-
-@numba.njit(cache=True, nogil=True)
-def _advance(z: float, travel: float, beta: float, gamma: float, exponent: float) -> float:
-    steps = min(int(abs(travel) / FINE) + 1, 1000)
-    for _ in range(steps):
-        z = bouc_wen_step(z, travel / steps, 1.0, beta, gamma, exponent)
-    return z
-
-
-@numba.njit(cache=True, nogil=True)
-def _until_zero(z: float, travel: float, beta: float, gamma: float, exponent: float) -> tuple[float, float]:
-    """Advance z towards 0; the travel that is left when it gets there, and z."""
-    steps = min(int(abs(travel) / FINE) + 1, 1000)
-    part = travel / steps
-    for i in range(steps):
-        new = bouc_wen_step(z, part, 1.0, beta, gamma, exponent)
-        if new * z <= 0.0:
-            return part * (steps - i) - part * z / (z - new), 0.0
-        z = new
-    return 0.0, z

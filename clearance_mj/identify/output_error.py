@@ -49,36 +49,15 @@ DIFFERENCE = 0.02
 """step of the finite differences in the logarithm of a parameter: above the chaos of single impacts"""
 
 
-@dataclass(frozen=True)
-class Evidence:
-    """What a fit may look at: a measured excitation and the responses measured with it."""
+class Evidence(NamedTuple):
+    """What a fit may look at: a measured excitation, which drives the simulations, and the responses to it."""
 
     excitation: Excitation
-    """measured, drives the simulations"""
     response: Response
-    """measured with it"""
-
-    def until(self, sample: int) -> Evidence:
-        """Cut to the samples before ``sample``."""
-        parts = ("excitation", "acceleration", "displacement")
-        cut = {name: value[:sample] for name in parts if (value := getattr(self.response, name)) is not None}
-        excitation = dataclasses.replace(self.excitation, value=self.excitation.value[:sample])
-        return Evidence(excitation, dataclasses.replace(self.response, **cut))
 
 
 def evidence(records: Sequence[Record]) -> list[Evidence]:
-    """Read the records that are long enough for an FRF piece.
-
-    Parameters
-    ----------
-    records : sequence of Record
-        Records to identify from.
-
-    Raises
-    ------
-    RecordError
-        If none is long enough.
-    """
+    """Read the records that are long enough for an FRF piece; a RecordError if there is none."""
     usable = [record for record in records if record.duration >= PIECE]
     if not usable:
         longest = max((record.duration for record in records), default=0.0)
@@ -95,7 +74,10 @@ def before_contact(found: Sequence[Evidence], rig: Rig) -> list[Evidence]:
             touching = np.any(np.abs(item.response.displacement) > gaps, axis=1)
             sample = int(np.argmax(touching)) if touching.any() else touching.size
             if sample >= PIECE * item.response.fs:
-                quiet.append(item.until(sample))
+                parts = ("excitation", "acceleration", "displacement")
+                cut = {name: getattr(item.response, name)[:sample] for name in parts}
+                excitation = dataclasses.replace(item.excitation, value=item.excitation.value[:sample])
+                quiet.append(Evidence(excitation, dataclasses.replace(item.response, **cut)))
     return quiet
 
 
@@ -188,19 +170,9 @@ def _covariance(jacobian: np.ndarray, residual: np.ndarray, block: np.ndarray) -
     cluster-robust inference, Journal of Applied Econometrics 38, 2023: CV3). What is known of a parameter before the
     fit is one observation of unit variance.
 
-    Parameters
-    ----------
-    jacobian : ndarray, shape (n_residuals + n, n)
-        At the solution, scaled for the loss soft_l1 as `scipy.optimize.least_squares` returns it.
-    residual : ndarray, shape (n_residuals + n,)
-        Not scaled; the last n are the parameters' distances from their starts.
-    block : ndarray, shape (n_residuals,)
-        Number of each residual's block.
-
-    Returns
-    -------
-    ndarray, shape (n, n)
-        Infinite if there is one block only.
+    The Jacobian (n_residuals + n, n) is scaled for the loss soft_l1, as `scipy.optimize.least_squares` returns it, the
+    residual (n_residuals + n,) is not; its last n are the parameters' distances from their starts. Infinite if there is
+    one block (n_residuals,) only.
     """
     data, prior = np.split(jacobian, [block.size])
     score = data * (residual[: block.size] * (1 + residual[: block.size] ** 2) ** 0.25)[:, None]
@@ -236,11 +208,10 @@ class _Problem:
 
     def _blocks(self) -> np.ndarray:
         """(n_residuals,) a number for the FRF lines of each band, in all pieces, and one for the RMS of each piece."""
-        bands, pieces, first = [m.frf_band for m in self.measured], [], 1
-        for m in self.measured:
-            pieces.append(-first - m.rms_piece)
-            first += m.rms_piece.max(initial=-1) + 1
-        return np.concatenate((*bands, *pieces))
+        pieces = [m.rms_piece.max(initial=-1) + 1 for m in self.measured]
+        first = np.cumsum([1, *pieces[:-1]])
+        rms = [-start - m.rms_piece for start, m in zip(first, self.measured)]
+        return np.concatenate((*(m.frf_band for m in self.measured), *rms))
 
     def residuals(self, thetas: Sequence[np.ndarray] | np.ndarray) -> np.ndarray:
         """(n, n_residuals) for several parameter sets at once: weighted differences in dB, FRF lines first."""

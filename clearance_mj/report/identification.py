@@ -21,7 +21,7 @@ from ..identify.forces import RestoringForce
 from ..identify.wavelet import Ridge, Scalogram
 from .figures import FONT, LAWS, REPEAT, TEST, WIDTH, _tidy
 
-__all__ = ["AmplitudeCurve", "contact_over_amplitude", "contact_over_time", "hysteresis", "scalograms"]
+__all__ = ["AmplitudeCurve"]
 
 LAW, RIDGE = LAWS[:2]
 MM = 1e3
@@ -54,19 +54,7 @@ class AmplitudeCurve:
 
 
 def scalograms(title: str, planes: Sequence[Scalogram], ridges: Sequence[Ridge], gaps: Sequence[float]) -> Figure:
-    """Wavelet transform of the motion in every bushing with its ridge, and the amplitude on the ridge.
-
-    Parameters
-    ----------
-    title : str
-        Names the record.
-    planes : sequence of Scalogram
-        One for each bushing, of displacements in m.
-    ridges : sequence of Ridge
-        One for each bushing; where they are not valid, they are dotted.
-    gaps : sequence of float
-        m.
-    """
+    """Wavelet transform of the motion (m) in every bushing with its ridge, and its amplitude beside the gap."""
     figure = _sheet(title, 2.1 * len(planes))
     axes = figure.subplots(len(planes), 2, squeeze=False, sharex=True, width_ratios=(1.25, 1))
     for j, ((left, right), plane, ridge, gap) in enumerate(zip(axes, planes, ridges, gaps)):
@@ -109,17 +97,7 @@ def _draw_track(ax: Axes, ridge: Ridge, value: np.ndarray, colour: str) -> None:
 
 
 def contact_over_time(title: str, measured: ContactParameters | None, ridge: TimeLaw | None) -> Figure:
-    """Contact stiffness and damping over time: in windows, with two standard deviations, and on the wavelet ridge.
-
-    Parameters
-    ----------
-    title : str
-        Names the record.
-    measured : ContactParameters, optional
-        From the restoring forces.
-    ridge : TimeLaw, optional
-        From the wavelet ridge of the same record.
-    """
+    """Contact stiffness and damping over time: in windows, with two standard deviations, and on the wavelet ridge."""
     n = next(found.k.shape[1] for found in (measured, ridge) if found)
     figure = _sheet(title, 1.9 * n)
     axes = figure.subplots(n, 2, squeeze=False, sharex=True)
@@ -141,17 +119,7 @@ def contact_over_time(title: str, measured: ContactParameters | None, ridge: Tim
 def contact_over_amplitude(
     measured: Sequence[ContactParameters], curves: Sequence[AmplitudeCurve], gaps: Sequence[float]
 ) -> Figure:
-    """Contact stiffness and damping over the amplitude of the motion: of every window, and of laws.
-
-    Parameters
-    ----------
-    measured : sequence of ContactParameters
-        Of every record.
-    curves : sequence of AmplitudeCurve
-        Of laws.
-    gaps : sequence of float
-        m.
-    """
+    """Contact stiffness and damping over the amplitude of the motion: of every window, and of laws."""
     figure = _sheet("", 1.9 * len(gaps))
     axes = figure.subplots(len(gaps), 2, squeeze=False, sharex=True)
     for j, line in enumerate(axes):
@@ -172,18 +140,9 @@ def contact_over_amplitude(
 
 
 def hysteresis(title: str, measured: RestoringForce, fitted: np.ndarray) -> Figure:
-    """Restoring force over displacement, measured and of the law along the same motion.
+    """Restoring force over displacement, measured and of the law, (n_bushings, n_t) N, along the same motion.
 
     On the left a stretch that stays within the gap, on the right that of the largest motion.
-
-    Parameters
-    ----------
-    title : str
-        Names the record.
-    measured : RestoringForce
-        From the record.
-    fitted : ndarray, shape (n_bushings, n_t)
-        N, of the law.
     """
     gaps = [b.gap for b in measured.rig.bushings]
     figure = _sheet(title, 2.6 * len(gaps))

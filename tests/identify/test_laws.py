@@ -82,7 +82,7 @@ def test_the_quiet_part_ends_before_the_first_touch(small_dataset):
 def test_nothing_is_quiet_without_probes(small_dataset):
     dataset = Dataset.load(small_dataset)
     (whole,) = evidence(dataset.identify)
-    blind = dataclasses.replace(whole, response=dataclasses.replace(whole.response, displacement=None))
+    blind = whole._replace(response=dataclasses.replace(whole.response, displacement=None))
     assert before_contact([blind], dataset.rig) == []
 
 
