@@ -40,7 +40,7 @@ def run(add_shaft, split, factor, excitation):
     system.SetPreStepUserFunction(before)
     system.Assemble()
     system.SolveDynamic(_settings(drive.size, factor))
-    return cm.Response(FS, excitation.value, decimate(out, factor), band=BAND)
+    return cm.Response(FS, excitation.value, decimate(out, factor).T, band=BAND)
 
 
 def finite_elements(system, x):

@@ -68,4 +68,4 @@ def lsoda(modes, tolerance, excitation, factor=8):
 
 
 def _response(excitation, acceleration, factor):
-    return cm.Response(FS, excitation.value, decimate(acceleration, factor), band=BAND)
+    return cm.Response(FS, excitation.value, decimate(acceleration, factor).T, band=BAND)

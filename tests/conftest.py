@@ -33,10 +33,10 @@ def record_of(rig, name, role, level, seed, duration=6.0, start=None) -> Record:
     response = simulate(rig, excitation, SMALL_LAW, "modal")
     columns = [("base", BASE_NODE, "acceleration", response.excitation)]
     columns += [
-        (f"acc {s.node}", s.node, "acceleration", a) for s, a in zip(rig.sensors, response.acceleration.T, strict=True)
+        (f"acc {s.node}", s.node, "acceleration", a) for s, a in zip(rig.sensors, response.acceleration, strict=True)
     ]
-    columns += [("probe 6", 6, "displacement", response.displacement[:, 0])]
-    columns += [("probe 7", 7, "displacement", response.displacement[:, 1])]
+    columns += [("probe 6", 6, "displacement", response.displacement[0])]
+    columns += [("probe 7", 7, "displacement", response.displacement[1])]
     channels = [Channel(label, node, "+Z", quantity, value, 2048.0) for label, node, quantity, value in columns]
     provenance = {"origin": "synthetic: modal engine"}
     return Record(name, role, rig, 2048.0, channels, "base", "random", level, seed, (5.0, 220.0), provenance)

@@ -24,10 +24,10 @@ from clearance_mj.io.dataset import Dataset, write_dataset
 from clearance_mj.io.lvm import read_lvm
 from clearance_mj.io.uff import read_uff, write_uff
 from clearance_mj.placement import Candidates
-from clearance_mj.signals.alignment import match
+from clearance_mj.signals.alignment import align
 from clearance_mj.signals.correlation import csac
 from clearance_mj.signals.excitation import random
-from clearance_mj.signals.frf import FRF, estimate_frf
+from clearance_mj.signals.frf import FRF, estimate_frf, join_references
 from clearance_mj.signals.response import Response
 from clearance_mj.sweep import Design, Vary, run
 from clearance_mj.sweep.case import Outputs
@@ -75,11 +75,11 @@ IMPOSSIBLE = {
     "candidates of several sizes": (lambda: Candidates(FIVE, np.ones((5, 2)), np.eye(4)), r"covariance \(5, 5\), got"),
     "candidates that are nan": (lambda: Candidates(FIVE, np.full((5, 2), np.nan), np.eye(5)), "must be finite"),
     "unknown drive": (
-        lambda: estimate_frf(Response(64.0, FIVE, np.ones((5, 1)), kind="wind"), resolution=16.0),
+        lambda: estimate_frf(Response(64.0, FIVE, np.ones((1, 5)), kind="wind"), resolution=16.0),
         'kind "wind" of the excitation is unknown; use base, force',
     ),
     "few lines to interpolate": (
-        lambda: match(frf(np.array([5.0, 6.0])), frf(np.array([5.0, 5.5, 6.0]))),
+        lambda: align(frf(np.array([5.0, 6.0])), frf(np.array([5.0, 5.5, 6.0]))),
         "interpolation needs at least 4 lines, there are 3",
     ),
     "quantity of no column": (lambda: frf_names(frf(quantity="strain/force")), 'quantity "strain/force" is unknown'),
@@ -221,7 +221,7 @@ def test_targets_of_a_calibration(tmp_path):
     write_uff(tmp_path / "x.uff", frf(responses=("1:+Z", "2:+X")))
     with pytest.raises(RecordError, match=r"response 2:\+X is not in the direction of vibration"):
         calibrate.read_frf(tmp_path / "x.uff")
-    write_uff(tmp_path / "two.uff", {r: frf(reference=r) for r in ("1:+Z", "2:+Z")})
+    write_uff(tmp_path / "two.uff", join_references([frf(references=(r,)) for r in ("1:+Z", "2:+Z")]))
     with pytest.raises(RecordError, match=r"holds FRFs to 1:\+Z, 2:\+Z, calibration needs FRFs to one reference"):
         calibrate.read_frf(tmp_path / "two.uff")
 
@@ -324,7 +324,10 @@ def test_impossible_plans(tmp_path, name):
 
 LINES = np.arange(6.0, 220.5, 2.0)
 REFERENCES = {
-    "other excitation": ({"reference": "200:+Z"}, r"its FRFs are to 200:\+Z, the plan's excitation is of kind base"),
+    "other excitation": (
+        {"references": ("200:+Z",)},
+        r"its FRFs are to 200:\+Z, the plan's excitation is of kind base",
+    ),
     "no sensor": ({"responses": ("1:+Z", "99:+Z")}, r"its response 99:\+Z is no sensor of the rig"),
     "other lines": ({"frequency": LINES + 0.5}, r"its lines .* are not the sweep's"),
     "zero": ({"value": 0.0}, "its FRFs are zero or not finite at a line; cut it off with outputs.band"),
@@ -343,7 +346,7 @@ def test_reference_that_does_not_fit_the_plan(tmp_path):
     write_uff(tmp_path / "test.uff", frf(LINES))
     with pytest.raises(ClearanceError, match=r"the reference holds FRFs, so the plan needs an \[excitation\]"):
         loaded(tmp_path, text(DESIGN.format(samples=4), OUTPUTS, GAP, head='reference = "test.uff"'))
-    write_uff(tmp_path / "test.uff", {r: frf(LINES, reference=r) for r in ("100:+Z", "200:+Z")})
+    write_uff(tmp_path / "test.uff", join_references([frf(LINES, references=(r,)) for r in ("100:+Z", "200:+Z")]))
     with pytest.raises(ClearanceError, match=r"holds FRFs to 100:\+Z, 200:\+Z; a sweep needs them to one reference"):
         loaded(tmp_path, text(EXCITATION, DESIGN.format(samples=4), OUTPUTS, GAP, head='reference = "test.uff"'))
 

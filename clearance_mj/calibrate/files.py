@@ -81,8 +81,8 @@ def read_frf(path: str | PathLike[str], band: tuple[float, float] | None = None)
         If the file holds no FRFs, or one that is zero or not finite at a line.
     """
     frf = read_uff(path)
-    if not isinstance(frf, FRF):
-        found = f"FRFs to {', '.join(frf)}" if isinstance(frf, dict) else "time records or modes"
+    if not isinstance(frf, FRF) or len(frf.references) > 1:
+        found = f"FRFs to {', '.join(frf.references)}" if isinstance(frf, FRF) else "time records or modes"
         raise RecordError(f"{path}: holds {found}, calibration needs FRFs to one reference")
     frf = frf.within(band) if band else frf
     if not (np.isfinite(frf.value) & (frf.value != 0)).all():

@@ -133,7 +133,7 @@ class FRFTarget:
         -------
         ndarray, shape (n_sensors n_f,)
         """
-        return 20 * np.log10(np.abs(self.model(rig) / self.frf.value)).ravel() / self.std
+        return 20 * np.log10(np.abs(self.model(rig) / self.frf.functions)).ravel() / self.std
 
     def model(self, rig: Rig) -> np.ndarray:
         """Return a rig's FRFs (n_sensors, n_f).

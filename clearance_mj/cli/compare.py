@@ -40,18 +40,18 @@ def add(commands):
 
 
 def _run(options):
-    from ..io.formats import read_frfs
-    from ..signals.alignment import match_references
+    from ..io.formats import read_frf
+    from ..signals.alignment import align
 
     if options.out and options.out.is_file():
         raise ClearanceError(f"--out {options.out} is a file; give a folder")
-    test = read_frfs(options.test, dict(parse_columns(options.test_column, "--test-column")))
-    model = read_frfs(options.model, dict(parse_columns(options.model_column, "--model-column")))
+    test = read_frf(options.test, dict(parse_columns(options.test_column, "--test-column")))
+    model = read_frf(options.model, dict(parse_columns(options.model_column, "--model-column")))
     try:
-        matched = match_references(test, model)
+        aligned = align(test, model)
         if options.band:
-            matched = matched.within(options.band)
-        result, drawings = _compared(matched, options)
+            aligned = aligned.within(options.band)
+        result, drawings = _compared(aligned, options)
     except ClearanceError as error:
         raise type(error)(f"{options.test}, {options.model}: {error}") from None
     _tell(result)
@@ -75,40 +75,40 @@ def _tell(result):
             )
 
 
-def _compared(matched, options):
+def _compared(aligned, options):
     """The comparison as plain data, and how to draw it."""
     from ..report.comparison import draw
-    from ..signals.alignment import EACH, accelerance
+    from ..signals.alignment import accelerance
     from ..signals.correlation import compare, mac_of_modes, with_modes
     from ..signals.ema import LEAST_LINES, NO_MODES, extract_modes
 
-    frequency, rows = matched.test.frequency, len(matched.test.responses)
+    frequency, rows = aligned.test.frequency, len(aligned.test.labels)
     n_modes = options.modes if frequency.size >= LEAST_LINES else 0
-    notes = list(matched.notes)
+    notes = list(aligned.notes)
     if n_modes < options.modes:
         notes.append(f"modes are not looked for: they need {LEAST_LINES} common lines, there are {frequency.size}")
     if rows == 1:
         notes.append("CSAC and MAC of one response are 1 by definition: undefined")
-    elif matched.test.reference == EACH:
+    elif len(aligned.test.references) > 1:
         notes.append("CSAC, CSF and MAC are over all pairs of response and reference")
     if frequency.size == 1:
         notes.append("FRAC of one line is 1 by definition: undefined")
     # Modes are looked for in accelerations, whatever the test measured; all else is told in the test's quantity.
-    of_modes = [accelerance(frf) for frf in (matched.test, matched.model)]
+    of_modes = [accelerance(frf) for frf in (aligned.test, aligned.model)]
     per_mode = compare(*of_modes, n_modes).per_mode
-    comparison = with_modes(matched.test, matched.model, per_mode)
+    comparison = with_modes(aligned.test, aligned.model, per_mode)
     modes = [extract_modes(frf, n_modes) if n_modes else NO_MODES for frf in of_modes]
     matrix = mac_of_modes(*modes)
     result = comparison.summary() | {
         "test": str(options.test),
         "model": str(options.model),
-        "quantity": matched.test.quantity,
-        "reference": matched.test.reference,
+        "quantity": aligned.test.quantity,
+        "reference": ", ".join(aligned.test.references),
         "band": [float(frequency[0]), float(frequency[-1])],
         "lines": int(frequency.size),
         "notes": notes,
-        "only_test": list(matched.only_test),
-        "only_model": list(matched.only_model),
+        "only_test": list(aligned.only_test),
+        "only_model": list(aligned.only_model),
         "per_sensor": _plain(comparison.per_sensor),
         "per_mode": _plain(comparison.per_mode),
         "mac_matrix": {
@@ -117,7 +117,7 @@ def _compared(matched, options):
             "mac": matrix.tolist(),
         },
     }
-    return result, lambda: draw(matched, comparison, *modes, matrix)
+    return result, lambda: draw(aligned, comparison, *modes, matrix)
 
 
 def _plain(columns) -> dict:

@@ -97,7 +97,7 @@ def _frf(path, obj, rig, options):
     from ..signals.frf import FRF, estimate_frf
     from ..signals.response import Response
 
-    if isinstance(obj, FRF | dict):
+    if isinstance(obj, FRF):
         raise RecordError(f"{path}: holds FRFs already; --frf is for time records")
     try:
         if not isinstance(obj, Response):
@@ -113,13 +113,14 @@ def _words(obj, out, rig) -> str:
     """What was written; what could not be is said on standard error."""
     from ..io.formats import to_channels
     from ..signals.ema import Modes
-    from ..signals.frf import FRF, by_reference
+    from ..signals.frf import FRF
     from ..signals.response import Response
 
-    if isinstance(obj, FRF | dict):
+    if isinstance(obj, FRF):
+        counts = obj.measured.sum(axis=0)
         return "; ".join(
-            f"{len(frf.responses)} FRFs, {frf.quantity} to {frf.reference}, {frf.frequency.size} lines"
-            for frf in by_reference(obj).values()
+            f"{count} FRFs, {obj.quantity} to {reference}, {obj.frequency.size} lines"
+            for count, reference in zip(counts, obj.references)
         )
     if isinstance(obj, Modes):
         return f"{obj.frequency.size} modes"

@@ -67,5 +67,5 @@ def _run(options):
             temporary.write_bytes(drawing.png())
         if not options.json:
             print(f"figure: {path}\n  {drawing.caption}")
-    peaks = {f"{level:g}": abs(r.displacement).max(axis=0).tolist() for level, r in responses.items()}
+    peaks = {f"{level:g}": abs(r.displacement).max(axis=1).tolist() for level, r in responses.items()}
     return {"figures": [str(path) for path in paths], "peak_displacement": peaks}

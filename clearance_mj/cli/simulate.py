@@ -45,7 +45,7 @@ def _run(options):
     save(options.out, response)
     if not options.json:
         print(f"response: {options.out}")
-    rms = dict(zip(response.responses, response.acceleration.std(axis=0).tolist()))
+    rms = dict(zip(response.responses, response.acceleration.std(axis=1).tolist()))
     return {"out": str(options.out), "acceleration_rms": rms} | kept
 
 

@@ -327,7 +327,7 @@ class _Simulation:
     def response(self, excitation, output) -> Response:
         """Return the response that so many samples of excitation and outputs make."""
         n_sensors, n_bushings = len(self.rig.sensors), len(self.rig.bushings)
-        acceleration, *rest = np.split(output, n_sensors + n_bushings * np.arange(3), axis=1)
+        acceleration, *rest = np.split(output.T, n_sensors + n_bushings * np.arange(3))
         kind, band = self.excitation.kind, self.excitation.band
         labels = tuple(self.rig.sensor_labels)
         reference = f"{BASE_NODE if kind == 'base' else SHAKER_NODE}:+Z"

@@ -51,7 +51,7 @@ def ridge_band(rig: Rig) -> tuple[float, float]:
 def warn_of_no_ridge(record: Record) -> None:
     """Warn of probes whose lowest mode has no ridge above the noise."""
     probes, band, without = record.response().displacement, ridge_band(record.rig), []
-    for j, signal in enumerate([] if probes is None else probes.T):
+    for j, signal in enumerate([] if probes is None else probes):
         try:
             ridge(signal, record.fs, band)
         except RecordError:
@@ -70,12 +70,12 @@ def _fault(record: Record) -> str:
         response = record.response()
     except RecordError as error:  # its file, read only now
         return str(error)
-    probes = np.empty((0, 0)) if response.displacement is None else response.displacement.T
+    probes = np.empty((0, 0)) if response.displacement is None else response.displacement
     channels = [
         ("excitation", response.excitation, "nothing can be identified from this record"),
         *(
             (f"accelerometer {name}", signal, _without(record.rig, sensor))
-            for name, sensor, signal in zip(response.responses, record.rig.sensors, response.acceleration.T)
+            for name, sensor, signal in zip(response.responses, record.rig.sensors, response.acceleration)
         ),
         *(
             (f"probe at bushings[{j}]", signal, "without the probes, constant and output-error still can be identified")
@@ -104,7 +104,7 @@ def _warn_of_no_contact(records: Sequence[Record]) -> None:
     if not probes:
         return
     gaps = np.array([b.gap for b in records[0].rig.bushings])
-    reached = np.max([np.abs(d).max(axis=0) for d in probes], axis=0)
+    reached = np.max([np.abs(d).max(axis=1) for d in probes], axis=0)
     moves = ", ".join(
         f"bushings[{j}] moves up to {1e3 * x:.3g} mm in a gap of {1e3 * d:.3g} mm"
         for j, (x, d) in enumerate(zip(reached, gaps))

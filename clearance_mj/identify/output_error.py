@@ -71,11 +71,11 @@ def before_contact(found: Sequence[Evidence], rig: Rig) -> list[Evidence]:
     quiet = []
     for item in found:
         if item.response.displacement is not None:
-            touching = np.any(np.abs(item.response.displacement) > gaps, axis=1)
+            touching = np.any(np.abs(item.response.displacement) > gaps[:, None], axis=0)
             sample = int(np.argmax(touching)) if touching.any() else touching.size
             if sample >= PIECE * item.response.fs:
                 parts = ("excitation", "acceleration", "displacement")
-                cut = {name: getattr(item.response, name)[:sample] for name in parts}
+                cut = {name: getattr(item.response, name)[..., :sample] for name in parts}
                 excitation = dataclasses.replace(item.excitation, value=item.excitation.value[:sample])
                 quiet.append(Evidence(excitation, dataclasses.replace(item.response, **cut)))
     return quiet
@@ -291,17 +291,17 @@ def _features(response: Response) -> _Features:
 
 
 def _piece_features(response: Response, piece: slice) -> tuple[np.ndarray, ...]:
-    excitation, acceleration = response.excitation[piece], response.acceleration[piece]
-    signals = [] if response.displacement is None else [response.displacement[piece]]
+    excitation, acceleration = response.excitation[piece], response.acceleration[:, piece]
+    signals = [] if response.displacement is None else [response.displacement[:, piece]]
     frf, frf_error, band = np.empty(0), np.empty(0), np.empty(0, dtype=int)
     if np.abs(excitation).max() > CREST * excitation.std():
         signals.append(acceleration)
     else:
-        part = dataclasses.replace(response, excitation=excitation, acceleration=acceleration)
+        part = Response(response.fs, excitation, acceleration, kind=response.kind, band=response.band)
         found = estimate_frf(part, resolution=RESOLUTION)
-        frf = np.abs(found.value).ravel()
+        frf = np.abs(found.functions).ravel()
         frf_error = DB * random_error(found, part.duration).ravel()
         band = np.tile((found.frequency // BAND).astype(int), len(found.value))
-    rms = np.concatenate([np.empty(0), *(np.sqrt(np.mean(signal**2, axis=0)) for signal in signals)])
+    rms = np.concatenate([np.empty(0), *(np.sqrt(np.mean(signal**2, axis=1)) for signal in signals)])
     # Impacts scatter the RMS of a piece as they scatter its FRFs.
     return frf, rms, frf_error, np.full(rms.size, np.median(frf_error) if frf.size else 0.0), band

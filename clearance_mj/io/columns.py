@@ -18,7 +18,7 @@ import numpy as np
 
 from ..errors import RecordError
 from ..rig import BASE_NODE, SHAKER_NODE
-from ..signals.frf import FRF, by_reference, one_or_several
+from ..signals.frf import FRF, join_references
 from ..units import UNITS, ratio_factor, unit_factor
 from .channels import Channel, require_one_time
 
@@ -29,7 +29,6 @@ __all__ = [
     "channel_name",
     "frf_names",
     "listed",
-    "require_one_table",
     "resolve",
     "table_of_channels",
     "table_of_frf",
@@ -39,8 +38,8 @@ __all__ = [
 SKIP = "skip"
 """What a column is mapped to that is to be left out"""
 EXAMPLES = ("time", "base", "force", "acc:1", "disp:6")
-Contents = list[Channel] | FRF | dict[str, FRF]
-"""What a table holds: time records, or FRFs to one or, by reference, to several"""
+Contents = list[Channel] | FRF
+"""What a table holds: time records or FRFs"""
 PARTS = ("real", "imag", "magnitude", "phase", "coherence")
 ANGLES = {"deg": np.pi / 180, "°": np.pi / 180, "rad": 1.0}
 
@@ -172,7 +171,7 @@ def _place(name) -> tuple[str, str]:
     return _QUANTITY[kind], f"{node}:{rest[0] if rest else '+Z'}"
 
 
-def to_frf(columns: Sequence[Column], values: Sequence[np.ndarray]) -> FRF | dict[str, FRF]:
+def to_frf(columns: Sequence[Column], values: Sequence[np.ndarray]) -> FRF:
     """Put the columns of a table of FRFs together.
 
     Parameters
@@ -184,13 +183,12 @@ def to_frf(columns: Sequence[Column], values: Sequence[np.ndarray]) -> FRF | dic
 
     Returns
     -------
-    FRF or dict of FRF
-        A mapping from references if there are several.
+    FRF
 
     Raises
     ------
     RecordError
-        If there is not one column of frequency, one quantity to each reference, or a part is missing or comes twice.
+        If there is not one column of frequency, one quantity, or a part is missing or comes twice.
     """
     axes = [value * c.scale for c, value in zip(columns, values) if c.quantity == "frequency"]
     if len(axes) != 1:
@@ -199,7 +197,7 @@ def to_frf(columns: Sequence[Column], values: Sequence[np.ndarray]) -> FRF | dic
     for column, value in zip(columns, values):
         if column.reference:
             groups.setdefault(column.reference, []).append((column, value * column.scale))
-    return one_or_several([_to_one_frf(axes[0].real, group) for group in groups.values()])
+    return join_references([_to_one_frf(axes[0].real, group) for group in groups.values()])
 
 
 def _to_one_frf(frequency, group) -> FRF:
@@ -209,8 +207,7 @@ def _to_one_frf(frequency, group) -> FRF:
     for column, value in group:
         if column.quantity != first.quantity:
             raise RecordError(
-                f'"{column.name}" is {column.quantity}, "{first.name}" is {first.quantity}; needs one quantity to each '
-                "reference"
+                f'"{column.name}" is {column.quantity}, "{first.name}" is {first.quantity}; needs one quantity'
             )
         parts = functions.setdefault(column.dof, {})
         if column.part in parts:
@@ -222,7 +219,7 @@ def _to_one_frf(frequency, group) -> FRF:
         lacking = [*functions][known.index(False)]
         raise RecordError(f"has no coherence of {lacking}; needs that of all functions or none")
     coherence = np.array([parts["coherence"] for parts in functions.values()]).real if all(known) else None
-    return FRF(frequency, value, coherence, tuple(functions), first.reference, first.quantity)
+    return FRF(frequency, value, coherence, tuple(functions), (first.reference,), first.quantity)
 
 
 def _complex(dof, parts) -> np.ndarray:
@@ -285,7 +282,7 @@ def frf_names(frf: FRF) -> tuple[list[str], str]:
     Parameters
     ----------
     frf : FRF
-        The functions.
+        The functions, to one reference.
 
     Raises
     ------
@@ -297,57 +294,33 @@ def frf_names(frf: FRF) -> tuple[list[str], str]:
         raise RecordError(f'quantity "{frf.quantity}" is unknown; needs two of {", ".join(_PREFIX)} as a/b')
     finite = np.isfinite(frf.value) & (True if frf.coherence is None else np.isfinite(frf.coherence))
     if not finite.all():
-        line = int(np.argmin(finite.all(axis=0)))
+        line = int(np.argmin(finite.all(axis=(0, 1))))
         raise RecordError(f"the FRF is not finite at {frf.frequency[line]:g} Hz")
     names = [f"{channel_name(dof, above)}/{channel_name(frf.reference, below)}" for dof in frf.responses]
     return names, "({})/({})".format(*(next(iter(UNITS[quantity])) for quantity in (above, below)))
 
 
-def require_one_table(frfs: FRF | Mapping[str, FRF]) -> list[FRF]:
-    """FRFs to one or several references that fit into one table.
-
-    Parameters
-    ----------
-    frfs : FRF or mapping of str to FRF
-        The functions.
-
-    Raises
-    ------
-    RecordError
-        If they are not on the same lines, or some have a coherence and others none.
-    """
-    first, *others = found = list(by_reference(frfs).values())
-    for frf in others:
-        pair = f"the FRFs to {first.reference} and to {frf.reference}"
-        if not np.array_equal(frf.frequency, first.frequency):
-            raise RecordError(f"{pair} are not on the same lines; a table needs one frequency axis, .uff does not")
-        if (frf.coherence is None) != (first.coherence is None):
-            raise RecordError(f"of {pair} only one has a coherence; a table needs both or none, .uff does not")
-    return found
-
-
-def table_of_frf(frfs: FRF | Mapping[str, FRF]) -> tuple[list[str], np.ndarray]:
+def table_of_frf(frf: FRF) -> tuple[list[str], np.ndarray]:
     """Headers and real numbers (n_f, n) of FRFs, frequency first: real and imaginary parts, then coherences.
 
     Parameters
     ----------
-    frfs : FRF or mapping of str to FRF
-        The functions, to one or several references.
+    frf : FRF
+        The functions, to one or several references; pairs that were not measured are left out.
 
     Raises
     ------
     RecordError
-        As `frf_names` and `require_one_table`.
+        As `frf_names`.
     """
-    found = require_one_table(frfs)
-    headers, columns = ["frequency [Hz]"], [found[0].frequency]
-    for frf in found:
-        names, unit = frf_names(frf)
+    headers, columns = ["frequency [Hz]"], [frf.frequency]
+    for one in map(frf.to_reference, frf.references):
+        names, unit = frf_names(one)
         headers += [f"{name} {part} [{unit}]" for name in names for part in ("real", "imag")]
-        columns += [part for value in frf.value for part in (value.real, value.imag)]
-        if frf.coherence is not None:
+        columns += [part for value in one.functions for part in (value.real, value.imag)]
+        if one.coherence is not None:
             headers += [f"{name} coherence" for name in names]
-            columns += list(frf.coherence)
+            columns += list(one.coherence[:, 0])
     return headers, np.stack(columns, axis=1)
 
 

@@ -43,8 +43,8 @@ def read_csv(path, columns: Mapping[str, str] | None = None, fs: float | None = 
 
     Returns
     -------
-    list of Channel, FRF or dict of FRF
-        An FRF of a file with a column of frequency; a mapping from references if there are several.
+    list of Channel or FRF
+        An FRF of a file with a column of frequency.
 
     Raises
     ------
@@ -66,16 +66,16 @@ def write_csv(path, obj):
     ----------
     path : str or Path
         The file; an existing one is replaced once the new one is whole.
-    obj : sequence of Channel, FRF or dict of FRF
-        Channels of one rate, length and start; FRFs on the same lines.
+    obj : sequence of Channel or FRF
+        Channels of one rate, length and start.
 
     Raises
     ------
     RecordError
-        If the channels or the FRFs do not fit into one table.
+        If the channels do not fit into one table, or a number is not finite.
     """
     try:
-        headers, numbers = table_of_frf(obj) if isinstance(obj, FRF | dict) else _with_time(obj)
+        headers, numbers = table_of_frf(obj) if isinstance(obj, FRF) else _with_time(obj)
     except RecordError as error:
         raise RecordError(f"{path}: cannot be written: {error}") from None
     with replacing(path) as temporary, temporary.open("w", encoding="utf-8") as file:

@@ -166,7 +166,7 @@ class Record:
         Returns
         -------
         Response
-            ``acceleration`` (n_t, n_sensors) in the order of the rig's sensors; ``displacement`` (n_t, n_bushings) if
+            ``acceleration`` (n_sensors, n_t) in the order of the rig's sensors; ``displacement`` (n_bushings, n_t) if
             every bushing has a probe: a displacement channel at the node of the sensor that sits in the bushing. A
             channel along -Z is turned round.
         """
@@ -178,8 +178,8 @@ class Record:
         return Response(
             fs=self.fs,
             excitation=along_z[node, quantity],
-            acceleration=np.stack(acceleration, axis=1),
-            displacement=np.stack([along_z[probe] for probe in probed], axis=1) if has_probes else None,
+            acceleration=np.stack(acceleration),
+            displacement=np.stack([along_z[probe] for probe in probed]) if has_probes else None,
             kind=self.excitation_kind,
             band=self.band,
             responses=tuple(self.rig.sensor_labels),

@@ -10,12 +10,10 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-import numpy as np
-
 from ..errors import RecordError
 from ..rig import Rig
 from ..signals.ema import Modes
-from ..signals.frf import FRF, by_reference
+from ..signals.frf import FRF
 from ..signals.response import Response
 from . import results
 from .csv_tables import read_csv, write_csv
@@ -29,7 +27,6 @@ __all__ = [
     "read",
     "read_channels",
     "read_frf",
-    "read_frfs",
     "read_record",
     "to_channels",
     "write",
@@ -42,7 +39,7 @@ class Format:
 
     name: str
     read: Callable
-    """path [, columns, fs] -> list of Channel, FRF, dict of FRF by reference, Response or Modes"""
+    """path [, columns, fs] -> list of Channel, FRF, Response or Modes"""
     write: Callable
     """path, object [, rig]"""
     table: bool = False
@@ -103,8 +100,7 @@ def read(path, columns: Mapping[str, str] | None = None, fs: float | None = None
 
     Returns
     -------
-    list of Channel, FRF, dict of FRF, Response or Modes
-        FRFs to several references are a mapping from them.
+    list of Channel, FRF, Response or Modes
 
     Raises
     ------
@@ -196,7 +192,7 @@ def read_record(
         raise RecordError(f"{path}: {error}") from None
 
 
-def read_frfs(path, columns: Mapping[str, str] | None = None) -> dict[str, FRF]:
+def read_frf(path, columns: Mapping[str, str] | None = None, reference: str | None = None) -> FRF:
     """Read a file of FRFs to one or several references.
 
     Parameters
@@ -205,35 +201,8 @@ def read_frfs(path, columns: Mapping[str, str] | None = None) -> dict[str, FRF]:
         The file.
     columns : mapping of str to str, optional
         As `read` takes it.
-
-    Returns
-    -------
-    dict of FRF
-        By reference, such as "5:+Z".
-
-    Raises
-    ------
-    RecordError
-        As `read`, and if the file holds something else.
-    """
-    obj = read(path, columns)
-    if not isinstance(obj, FRF | dict):
-        hint = "" if isinstance(obj, Modes) else "; clearance-mj convert --frf makes them of records"
-        raise RecordError(f"{path}: holds {_WORDS[type(obj)]}, needs FRFs{hint}")
-    return by_reference(obj)
-
-
-def read_frf(path, columns: Mapping[str, str] | None = None, reference: str | None = None) -> FRF:
-    """Read the FRFs to one reference.
-
-    Parameters
-    ----------
-    path : str or Path
-        The file.
-    columns : mapping of str to str, optional
-        As `read` takes it.
     reference : str, optional
-        Which, such as "5:+Z"; needed if the file holds several.
+        Return those to this one only, such as "5:+Z".
 
     Returns
     -------
@@ -242,18 +211,20 @@ def read_frf(path, columns: Mapping[str, str] | None = None, reference: str | No
     Raises
     ------
     RecordError
-        As `read_frfs`, and if the file holds several references and none is named, or not the one that is.
+        As `read`, and if the file holds something else, or no FRFs to the reference.
     """
-    frfs = read_frfs(path, columns)
-    if reference is None and len(frfs) == 1:
-        (reference,) = frfs
-    if reference not in frfs:
-        wanted = f"not {reference}" if reference else "name one, or clearance-mj convert --reference takes one out"
-        raise RecordError(f"{path}: holds FRFs to {', '.join(frfs)}; {wanted}")
-    return frfs[reference]
+    kind = format_of(path)
+    obj = read_uff(path, reference) if kind is _UFF and not columns else read(path, columns)
+    if not isinstance(obj, FRF):
+        hint = "" if isinstance(obj, Modes) else "; clearance-mj convert --frf makes them of records"
+        raise RecordError(f"{path}: holds {_WORDS[type(obj)]}, needs FRFs{hint}")
+    try:
+        return obj.to_reference(reference) if reference else obj
+    except RecordError as error:
+        raise RecordError(f"{path}: {error}") from None
 
 
-_WORDS = {list: "time records", Response: "time records", FRF: "FRFs", dict: "FRFs", Modes: "modes"}
+_WORDS = {list: "time records", Response: "time records", FRF: "FRFs", Modes: "modes"}
 
 
 def write(path, obj, rig: Rig | None = None):
@@ -263,9 +234,8 @@ def write(path, obj, rig: Rig | None = None):
     ----------
     path : str or Path
         The file; an existing one is replaced once the new one is whole.
-    obj : list of Channel, FRF, dict of FRF, Response or Modes
-        FRFs to several references are a mapping from them. A response is written to NetCDF as it is, to other formats
-        as the channels that it amounts to; modes to UFF.
+    obj : list of Channel, FRF, Response or Modes
+        A response is written to NetCDF as it is, to other formats as the channels that it amounts to; modes to UFF.
     rig : Rig, optional
         Its nodes are written too where the format has a place for them, see `write_uff`.
 
@@ -305,10 +275,10 @@ def to_channels(response: Response, rig: Rig | None = None) -> list[Channel]:
     """
     quantity = {"base": "acceleration", "force": "force"}[response.kind]
     columns = [("excitation", response.reference, quantity, response.excitation)]
-    labels = response.responses or tuple(f"{i + 1}:+Z" for i in range(response.acceleration.shape[1]))
-    columns += [(f"acceleration {dof}", dof, "acceleration", a) for dof, a in zip(labels, response.acceleration.T)]
+    labels = response.responses or tuple(f"{i + 1}:+Z" for i in range(len(response.acceleration)))
+    columns += [(f"acceleration {dof}", dof, "acceleration", a) for dof, a in zip(labels, response.acceleration)]
     if rig and response.displacement is not None:
-        for node, value in zip(bushing_nodes(rig), np.asarray(response.displacement).T):
+        for node, value in zip(bushing_nodes(rig), response.displacement):
             if node is not None:
                 columns.append((f"displacement {node}:+Z", f"{node}:+Z", "displacement", value))
     return [

@@ -20,7 +20,7 @@ from ..errors import RecordError
 from ..files import replacing
 from ..signals.frf import FRF
 from ._checks import even_rate
-from .columns import Contents, frf_names, listed, require_one_table, resolve, table_of_channels, to_frf
+from .columns import Contents, frf_names, listed, resolve, table_of_channels, to_frf
 from .mat_elements import plain_arrays
 
 __all__ = ["read_mat", "write_mat"]
@@ -45,7 +45,7 @@ def read_mat(path, columns: Mapping[str, str] | None = None, fs: float | None = 
 
     Returns
     -------
-    list of Channel, FRF or dict of FRF
+    list of Channel or FRF
         An FRF of a file with frequencies; a mapping from references if there are several.
 
     Raises
@@ -68,8 +68,8 @@ def write_mat(path, obj):
     ----------
     path : str or Path
         The file; an existing one is replaced once the new one is whole.
-    obj : sequence of Channel, FRF or dict of FRF
-        Channels of one rate, length and start: ``data`` (n_t, n), ``time``, ``fs``. FRFs on the same lines: ``frf``
+    obj : sequence of Channel or FRF
+        Channels of one rate, length and start: ``data`` (n_t, n), ``time``, ``fs``. An FRF: ``frf``
         (n_f, n) complex, ``coherence``, ``frequency`` in Hz. ``columns`` names the columns of either.
 
     Raises
@@ -78,7 +78,7 @@ def write_mat(path, obj):
         If the channels or the FRFs do not fit into one table.
     """
     try:
-        variables = _frf_variables(obj) if isinstance(obj, FRF | dict) else _record_variables(obj)
+        variables = _frf_variables(obj) if isinstance(obj, FRF) else _record_variables(obj)
     except RecordError as error:
         raise RecordError(f"{path}: cannot be written: {error}") from None
     with replacing(path) as temporary, temporary.open("wb") as file:
@@ -92,16 +92,19 @@ def _record_variables(channels) -> dict:
     return {"time": time, "fs": first.fs, "data": numbers, "columns": np.array(headers, dtype=object)}
 
 
-def _frf_variables(frfs) -> dict:
-    found = require_one_table(frfs)
+def _frf_variables(frf) -> dict:
+    found = [frf.to_reference(reference) for reference in frf.references]
     names = [f"{name} [{unit}]" for names, unit in map(frf_names, found) for name in names]
     variables = {
-        "frequency": found[0].frequency,
-        "frf": np.concatenate([frf.value for frf in found]).T,
+        "frequency": frf.frequency,
+        "frf": np.concatenate([frf.functions for frf in found]).T,
         "columns": np.array(names, dtype=object),
     }
-    if found[0].coherence is not None:
-        variables["coherence"] = np.concatenate([frf.coherence for frf in found]).T.astype(float)
+    coherence = [frf.coherence[:, 0] for frf in found if frf.coherence is not None]
+    if coherence and len(coherence) < len(found):
+        raise RecordError("only some references have a coherence; a MATLAB table needs all or none, .csv does not")
+    if coherence:
+        variables["coherence"] = np.concatenate(coherence).T
     return variables
 
 

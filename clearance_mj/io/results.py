@@ -10,7 +10,7 @@ from __future__ import annotations
 import importlib.util
 import io
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -18,11 +18,11 @@ import xarray as xr
 
 from ..errors import RecordError
 from ..files import TOO_DENSE, most_unpacked, replacing
-from ..signals.frf import FRF, one_or_several
+from ..signals.frf import FRF
 from ..signals.response import Response
 from ._checks import check_dof
 from .channels import Channel, require_one_time
-from .columns import listed, require_one_table
+from .columns import listed
 
 __all__ = [
     "channels_to_dataset",
@@ -50,13 +50,13 @@ _HISTORIES = {
 }
 
 
-def frf_to_dataset(frfs: FRF | Mapping[str, FRF]) -> xr.Dataset:
+def frf_to_dataset(frf: FRF) -> xr.Dataset:
     """Return FRFs as a labelled dataset.
 
     Parameters
     ----------
-    frfs : FRF or mapping of str to FRF
-        The functions, to one or several references.
+    frf : FRF
+        The functions.
 
     Returns
     -------
@@ -64,40 +64,24 @@ def frf_to_dataset(frfs: FRF | Mapping[str, FRF]) -> xr.Dataset:
         ``value`` (response, reference, frequency, part) with part "real", "imag"; ``coherence`` (response, reference,
         frequency) if there is one. Responses and references are labelled "3:+Z"; nan stands for pairs of them that
         were not measured.
-
-    Raises
-    ------
-    RecordError
-        If FRFs to several references differ in quantity or lines, or only some have a coherence.
     """
-    found = require_one_table(frfs)
-    if len(found) == 1:
-        return _one_reference(found[0])
-    if len({frf.quantity for frf in found}) > 1:
-        quantities = ", ".join(f"{frf.quantity} to {frf.reference}" for frf in found)
-        raise RecordError(f"holds {quantities}; needs one quantity, .uff does not")
-    responses = list(dict.fromkeys(label for frf in found for label in frf.responses))
-    return xr.concat([_one_reference(frf).reindex(response=responses) for frf in found], "reference", join="exact")
-
-
-def _one_reference(frf) -> xr.Dataset:
     dims = ("response", "reference", "frequency")
     above, _, below = frf.quantity.partition("/")
-    parts = np.stack((frf.value.real, frf.value.imag), axis=-1)[:, None]
+    parts = np.stack((frf.value.real, frf.value.imag), axis=-1)
     units = "1" if above == below else f"({_UNITS.get(above, above)})/({_UNITS.get(below, below)})"
     variables = {"value": ((*dims, "part"), parts, {"units": units, "long_name": frf.quantity})}
     if frf.coherence is not None:
-        variables["coherence"] = (dims, np.asarray(frf.coherence, dtype=float)[:, None], {"units": "1"})
+        variables["coherence"] = (dims, frf.coherence, {"units": "1"})
     coordinates = {
         "response": list(frf.responses),
-        "reference": [frf.reference],
+        "reference": list(frf.references),
         "frequency": ("frequency", frf.frequency, {"units": "Hz"}),
         "part": ["real", "imag"],
     }
     return xr.Dataset(variables, coordinates, {_KIND: "frf", "quantity": frf.quantity})
 
 
-def dataset_to_frf(ds: xr.Dataset) -> FRF | dict[str, FRF]:
+def dataset_to_frf(ds: xr.Dataset) -> FRF:
     """Return the FRFs that `frf_to_dataset` put into a dataset.
 
     Parameters
@@ -107,8 +91,7 @@ def dataset_to_frf(ds: xr.Dataset) -> FRF | dict[str, FRF]:
 
     Returns
     -------
-    FRF or dict of FRF
-        A mapping from references if there are several.
+    FRF
 
     Raises
     ------
@@ -126,12 +109,7 @@ def dataset_to_frf(ds: xr.Dataset) -> FRF | dict[str, FRF]:
     value = value.view(complex)[..., 0]
     coherence = _values(ds, "coherence", dims) if "coherence" in ds else None
     frequency, quantity = _values(ds, "frequency", ("frequency",)), str(_attribute(ds, "quantity"))
-    frfs = []
-    for i, reference in enumerate(references):
-        rows = [r for r, row in enumerate(value[:, i]) if len(references) == 1 or not np.isnan(row).all()]
-        of_these = None if coherence is None else coherence[rows, i]
-        frfs.append(FRF(frequency, value[rows, i], of_these, tuple(responses[r] for r in rows), reference, quantity))
-    return one_or_several(frfs)
+    return FRF(frequency, value, coherence, responses, references, quantity)
 
 
 def response_to_dataset(resp: Response) -> xr.Dataset:
@@ -145,8 +123,8 @@ def response_to_dataset(resp: Response) -> xr.Dataset:
     Returns
     -------
     xarray.Dataset
-        ``excitation`` (time,); ``acceleration`` (time, response); ``displacement``, ``contact_force`` and
-        ``grease_force`` (time, bushing) as far as the response has them. Its provenance is JSON in an attribute.
+        ``excitation`` (time,); ``acceleration`` (response, time); ``displacement``, ``contact_force`` and
+        ``grease_force`` (bushing, time) as far as the response has them. Its provenance is JSON in an attribute.
 
     Raises
     ------
@@ -159,7 +137,7 @@ def response_to_dataset(resp: Response) -> xr.Dataset:
     variables = {"excitation": ("time", resp.excitation, attributes)}
     for name, (dimension, unit) in _HISTORIES.items():
         if (value := getattr(resp, name)) is not None:
-            variables[name] = (("time", dimension), value, {"units": unit})
+            variables[name] = ((dimension, "time"), value, {"units": unit})
     coordinates = {"time": ("time", resp.time, {"units": "s"})}
     if resp.responses:
         coordinates["response"] = list(resp.responses)
@@ -189,7 +167,7 @@ def dataset_to_response(ds: xr.Dataset) -> Response:
     """
     _require_kind(ds, "response")
     histories = {
-        name: _values(ds, name, ("time", dimension)) if name in ds else None
+        name: _values(ds, name, (dimension, "time")) if name in ds else None
         for name, (dimension, _) in _HISTORIES.items()
     }
     if histories["acceleration"] is None:
@@ -268,19 +246,19 @@ def dataset_to_channels(ds: xr.Dataset) -> list[Channel]:
 
 
 _CHANNEL_DIMS = ("channel", "time")
-_TO_DATASET = {FRF: frf_to_dataset, dict: frf_to_dataset, Response: response_to_dataset, list: channels_to_dataset}
+_TO_DATASET = {FRF: frf_to_dataset, Response: response_to_dataset, list: channels_to_dataset}
 _FROM_DATASET = {"frf": dataset_to_frf, "response": dataset_to_response, "channels": dataset_to_channels}
 
 
-def save(path, obj: FRF | dict[str, FRF] | Response | list[Channel]):
+def save(path, obj: FRF | Response | list[Channel]):
     """Write FRFs, a response or time records as NetCDF; an existing file is replaced once the new one is whole.
 
     Parameters
     ----------
     path : str or Path
         The file, usually ".nc"; ".h5" and ".hdf5" are HDF5.
-    obj : FRF, dict of FRF, Response or list of Channel
-        What to write; FRFs to several references are a mapping from them.
+    obj : FRF, Response or list of Channel
+        What to write.
 
     Raises
     ------
@@ -303,7 +281,7 @@ def save(path, obj: FRF | dict[str, FRF] | Response | list[Channel]):
         temporary.write_bytes(dataset.to_netcdf(**form))
 
 
-def load(path) -> FRF | dict[str, FRF] | Response | list[Channel]:
+def load(path) -> FRF | Response | list[Channel]:
     """Read what `save` wrote.
 
     Parameters
@@ -313,7 +291,7 @@ def load(path) -> FRF | dict[str, FRF] | Response | list[Channel]:
 
     Returns
     -------
-    FRF, dict of FRF, Response or list of Channel
+    FRF, Response or list of Channel
 
     Raises
     ------
@@ -376,10 +354,10 @@ def _attribute(ds, name):
 
 
 def _values(ds, name, dims) -> np.ndarray:
-    """Return a variable as native doubles, C-contiguous; netCDF-3 is big endian."""
-    if name not in ds or ds[name].dims != dims:
+    """Return a variable as native doubles, C-contiguous; netCDF-3 is big endian, old files have time first."""
+    if name not in ds or set(ds[name].dims) != set(dims):
         raise RecordError(f'needs "{name}" over ({", ".join(dims)})')
-    return np.ascontiguousarray(ds[name].values, dtype=float)
+    return np.ascontiguousarray(ds[name].transpose(*dims).values, dtype=float)
 
 
 def _labels(ds, name) -> tuple[str, ...]:

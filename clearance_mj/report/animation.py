@@ -123,13 +123,13 @@ def deflection(rig: Rig, response: Response, x) -> np.ndarray:
     ends = model.shapes([end for b in rig.bushings for end in b.ends]).reshape(-1, 2, model.size)
     drive = -model.participation if response.kind == "base" else model.shapes([rig.shaker.position])[0]
     force = np.outer(response.excitation, drive)
-    force -= response.grease_force @ middles + response.contact_force @ ends.mean(axis=1)
+    force -= response.grease_force.T @ middles + response.contact_force.T @ ends.mean(axis=1)
     motion = np.empty_like(force)
     for i, (omega, damping) in enumerate(zip(model.omega, model.damping)):
         oscillator = ([1.0], [1.0, damping, omega**2])
         (b,), a, _ = scipy.signal.cont2discrete(oscillator, 1 / response.fs, method="foh")
         motion[:, i] = scipy.signal.lfilter(b, a, force[:, i])
-    left = response.displacement - motion @ middles.T
+    left = response.displacement.T - motion @ middles.T
     per_force = static_deflection(rig.beam, x, at), static_deflection(rig.beam, at, at)
     return motion @ model.shapes(x).T + left @ np.linalg.solve(per_force[1], per_force[0].T)
 
@@ -178,8 +178,8 @@ def clip(rig: Rig, response: Response, start: float | None = None, seconds: floa
             f"{1e3 * largest:.3g} mm, is drawn as {MOST_LIFT:g} of the shaft's length"
         )
     trace = slice(first, last + 1)
-    return Clip(rig, response.time[shown], position, lift[shown], response.contact_force[shown], response.time[trace],
-                response.contact_force[trace], exaggeration, slow, rate)  # fmt: skip
+    return Clip(rig, response.time[shown], position, lift[shown], response.contact_force.T[shown], response.time[trace],
+                response.contact_force.T[trace], exaggeration, slow, rate)  # fmt: skip
 
 
 def _count(seconds, slow, rate) -> int:
@@ -201,7 +201,7 @@ def _window(response, start, seconds) -> tuple[int, int]:
     if seconds > response.duration:
         raise ClearanceError(f"{seconds:g} s cannot be shown of a response of {response.duration:g} s")
     if start is None:
-        strongest = np.argmax(np.abs(response.contact_force).max(axis=1)) / response.fs
+        strongest = np.argmax(np.abs(response.contact_force).max(axis=0)) / response.fs
         start = np.clip(strongest - seconds / 2, 0, response.duration - seconds)
     if not 0 <= start <= response.duration - seconds + 0.5 / response.fs:
         raise ClearanceError(

@@ -7,7 +7,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from ..signals.alignment import Match
+from ..signals.alignment import Alignment
 from ..signals.correlation import Comparison
 from ..signals.ema import Modes
 from .figures import FONT, LAWS, TEST, WIDTH, Drawing, _decibel, _phase, _tidy
@@ -23,12 +23,12 @@ SHARES = ("frac", "csac", "csf")
 """measures from 0 to 1"""
 
 
-def draw(matched: Match, comparison: Comparison, test_modes: Modes, model_modes: Modes, matrix) -> list[Drawing]:
+def draw(aligned: Alignment, comparison: Comparison, test_modes: Modes, model_modes: Modes, matrix) -> list[Drawing]:
     """Draw a comparison.
 
     Parameters
     ----------
-    matched : Match
+    aligned : Alignment
         The FRFs.
     comparison : Comparison
         What `compare` says of them.
@@ -42,9 +42,9 @@ def draw(matched: Match, comparison: Comparison, test_modes: Modes, model_modes:
     list of Drawing
         "frf_1" and so on, six sensors each; "correlation"; "sensors"; "mac" if both have modes and it is defined.
     """
-    rows = np.arange(len(matched.test.responses))
+    rows = np.arange(len(aligned.test.labels))
     pages = np.array_split(rows, -(-rows.size // PER_PAGE))
-    drawings = [_frfs(matched, page, number) for number, page in enumerate(pages, 1)]
+    drawings = [_frfs(aligned, page, number) for number, page in enumerate(pages, 1)]
     drawings += [_correlation(comparison), _sensors(comparison)]
     if np.isfinite(matrix).any():
         drawings.append(_mac(test_modes, model_modes, matrix))
@@ -55,40 +55,43 @@ def _sheet(height) -> Figure:
     return Figure(figsize=(WIDTH, height), layout="constrained", facecolor="white")
 
 
-def _frfs(matched, rows, number) -> Drawing:
+def _frfs(aligned, rows, number) -> Drawing:
     columns = min(2, rows.size)
     figure = _sheet(0.35 + 2.8 * -(-rows.size // columns))
     handles = [Line2D([], [], color=TEST, lw=2.0, label="test"), Line2D([], [], color=MODEL, lw=1.1, label="model")]
     figure.legend(handles=handles, loc="outside upper center", ncols=2, fontsize=FONT, frameon=False)
     cells = figure.subfigures(-(-rows.size // columns), columns, squeeze=False)
     for cell, row in zip(cells.flat, rows):
-        _overlay(cell, matched, row)
-    labels = ", ".join(matched.test.responses[i] for i in rows)
-    caption = f"{matched.test.quantity} to {matched.test.reference} at {labels}: magnitude, phase, coherence."
+        _overlay(cell, aligned, row)
+    labels = ", ".join(aligned.test.labels[i] for i in rows)
+    caption = (
+        f"{aligned.test.quantity} to {', '.join(aligned.test.references)} at {labels}: magnitude, phase, coherence."
+    )
     return Drawing(f"frf_{number}", figure, caption, f"FRFs of test and model at {labels}.")
 
 
-def _overlay(cell, matched, row):
-    above, below = matched.test.quantity.split("/")
+def _overlay(cell, aligned, row):
+    above, below = aligned.test.quantity.split("/")
     unit = "1" if above == below else f"1 {UNITS[above]}/{UNITS[below]}"
     axes = cell.subplots(3, 1, sharex=True, height_ratios=(3, 1.4, 1))
-    for frf, style in ((matched.test, {"color": TEST, "lw": 2.0}), (matched.model, {"color": MODEL, "lw": 1.1})):
+    for frf, style in ((aligned.test, {"color": TEST, "lw": 2.0}), (aligned.model, {"color": MODEL, "lw": 1.1})):
         style |= _dots(frf.frequency)
-        axes[0].plot(frf.frequency, _decibel(frf.value[row]), **style)
-        axes[1].plot(frf.frequency, _phase(frf.value[row]), **style)
+        axes[0].plot(frf.frequency, _decibel(frf.functions[row]), **style)
+        axes[1].plot(frf.frequency, _phase(frf.functions[row]), **style)
         if frf.coherence is not None:
-            axes[2].plot(frf.frequency, frf.coherence[row], **style | {"lw": 0.8})
-    _tidy(axes[0], matched.test.responses[row], f"Magnitude\n(dB re {unit})")
+            coherence = frf.coherence.swapaxes(0, 1)[frf.measured.T]
+            axes[2].plot(frf.frequency, coherence[row], **style | {"lw": 0.8})
+    _tidy(axes[0], aligned.test.labels[row], f"Magnitude\n(dB re {unit})")
     _tidy(axes[1], ylabel="Phase (°)")
     axes[1].set_ylim(-190, 190)
     axes[1].set_yticks([-180, 0, 180])
     _tidy(axes[2], ylabel="Coh. (1)", xlabel="Frequency (Hz)")
     axes[2].set_ylim(0, 1.1)
     axes[2].set_yticks([0, 1])
-    if matched.test.coherence is None and matched.model.coherence is None:
+    if aligned.test.coherence is None and aligned.model.coherence is None:
         axes[2].text(0.5, 0.5, "neither file has a coherence", transform=axes[2].transAxes, ha="center", va="center",
                      fontsize=FONT - 1)  # fmt: skip
-    _from_first_to_last(axes[2], matched.test.frequency)
+    _from_first_to_last(axes[2], aligned.test.frequency)
     cell.align_ylabels(axes)
 
 

@@ -256,18 +256,18 @@ def _overlay(ax, study, level, row, transform: Callable):
     first, *others = _test_names(study, level)
     test = study.tests[first]
     for name in others[:1]:
-        ax.plot(test.frequency, transform(study.tests[name].value[row]), color=REPEAT, linewidth=0.8)
-    ax.plot(test.frequency, transform(test.value[row]), color=TEST, linewidth=2.4)
+        ax.plot(test.frequency, transform(study.tests[name].functions[row]), color=REPEAT, linewidth=0.8)
+    ax.plot(test.frequency, transform(test.functions[row]), color=TEST, linewidth=2.4)
     for case in _cases(study, level):
         style = _engine_style(study, case.engine)
-        ax.plot(test.frequency, transform(case.frf.value[row]), color=_law_colour(study, case.law), **style)
+        ax.plot(test.frequency, transform(case.frf.functions[row]), color=_law_colour(study, case.law), **style)
 
 
 def _magnitude(ax, study, level, row):
     """Overlay of magnitudes. The test fits; lines where a model is nearly zero are cut, not to squeeze the rest."""
     _overlay(ax, study, level, row, _decibel)
-    test = _finite(_decibel(study.tests[_test_names(study, level)[0]].value[row]))
-    models = [_finite(_decibel(case.frf.value[row])) for case in _cases(study, level)]
+    test = _finite(_decibel(study.tests[_test_names(study, level)[0]].functions[row]))
+    models = [_finite(_decibel(case.frf.functions[row])) for case in _cases(study, level)]
     low = min(test.min(), *(np.percentile(model, 0.5) for model in models))
     high = max(test.max(), *(model.max() for model in models))
     ax.set_ylim(low - 2, high + 2)
@@ -282,7 +282,7 @@ def _finite(values) -> np.ndarray:
 def _coherence(ax, study, level, row, ylabel=""):
     test = study.tests[_test_names(study, level)[0]]
     if test.coherence is not None:
-        ax.plot(test.frequency, test.coherence[row], color=TEST, linewidth=0.7)
+        ax.plot(test.frequency, test.coherence[row, 0], color=TEST, linewidth=0.7)
     _tidy(ax, ylabel=ylabel)
     ax.set_ylim(0, 1.1)
     ax.set_yticks([0, 1])

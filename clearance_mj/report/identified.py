@@ -117,7 +117,7 @@ class Findings:
         probes = record.response().displacement
         if probes is None:
             raise RecordError("no displacement probe at every bushing")
-        planes = [scalogram(signal, record.fs, ridge_band(self.rig)) for signal in probes.T]
+        planes = [scalogram(signal, record.fs, ridge_band(self.rig)) for signal in probes]
         gaps = [b.gap for b in self.rig.bushings]
         return draw.scalograms(f"{record.name}: lowest mode", planes, [skeleton(p) for p in planes], gaps)
 

@@ -108,7 +108,7 @@ def turning_points(response: Response, bushing: int, drop: float = 0.0) -> np.nd
 def _spline(response, bushing=slice(None)) -> CubicSpline:
     if response.displacement is None:
         raise RecordError("the response has no displacements at the bushings, so its motion there cannot be drawn")
-    return CubicSpline(response.time, response.displacement[:, bushing])
+    return CubicSpline(response.time, response.displacement[bushing].T)
 
 
 def _path(response, bushing, drop):
@@ -241,7 +241,7 @@ def frf_waterfall(rig: Rig, frfs: Mapping[float, FRF]) -> Drawing:
     frfs : mapping of float to FRF
         By level, m/s² or N.
     """
-    curves = {level: [(frf.frequency, figures._decibel(frf.value))] for level, frf in frfs.items()}
+    curves = {level: [(frf.frequency, figures._decibel(frf.functions))] for level, frf in frfs.items()}
     some = next(iter(frfs.values()))
     base = some.quantity == "acceleration/acceleration"
     figure = _waterfall(rig, curves, "|H|", "dB re 1" if base else "dB re 1 m/s²/N", "m/s²" if base else "N")
@@ -267,11 +267,11 @@ def spectrum_waterfall(
     """
     curves = {}
     for level, response in responses.items():
-        steady = response.acceleration[response.time >= drop]
-        settings = {"nperseg": min(round(response.fs / RESOLUTION), len(steady)), "scaling": "spectrum", "axis": 0}
+        steady = response.acceleration[:, response.time >= drop]
+        settings = {"nperseg": min(round(response.fs / RESOLUTION), steady.shape[1]), "scaling": "spectrum"}
         frequency, power = scipy.signal.welch(steady, response.fs, "hann", **settings)
         shown = frequency <= most
-        curves[level] = [(frequency[shown], figures._decibel(np.sqrt(power[shown].T) / level))]
+        curves[level] = [(frequency[shown], figures._decibel(np.sqrt(power[:, shown]) / level))]
     unit = _unit(next(iter(responses.values())))
     reference = "dB re 1" if unit == "m/s²" else "dB re 1 m/s²/N"
     figure = _waterfall(rig, curves, "Acceleration / excitation", reference, unit, DYNAMIC, DYNAMIC)
@@ -293,7 +293,7 @@ def study_waterfall(study: Study) -> Drawing:
     law, engine, curves = tables.best_law(study), tables.main_engine(study), {}
     for level in study.levels:
         pair = study.tests[figures._test_names(study, level)[0]], study.case(law, engine, level).frf
-        curves[level] = [(frf.frequency, figures._decibel(frf.value)) for frf in pair]
+        curves[level] = [(frf.frequency, figures._decibel(frf.functions)) for frf in pair]
     unit = tables.excitation_unit(study)
     figure = _waterfall(study.dataset.rig, curves, "|H|", figures._unit(study), unit, looks=_PAIR)
     of = "synthetic test" if tables.is_synthetic(study.dataset) else "test"

@@ -60,7 +60,7 @@ def draw(rig: Rig, bands: Mapping[str, Band], errors: Mapping[str, np.ndarray], 
     bands : mapping of str to Band
         By the names of their laws.
     errors : mapping of str to ndarray
-        Random error of the test about each law, (n_sensors, n_f), for `Band.prediction`.
+        Random error of the test about each law, (n_outputs, 1, n_f), for `Band.prediction`.
     test : FRF
         The test on the same lines.
     """
@@ -75,10 +75,10 @@ def draw(rig: Rig, bands: Mapping[str, Band], errors: Mapping[str, np.ndarray], 
     ratios = {"height_ratios": [2, *len(bands) * [1.2]], "hspace": 0.16, "wspace": 0.16}
     axes = figure.subplots(1 + len(bands), len(rows), squeeze=False, gridspec_kw=ratios)
     for letter, row, column in zip(_letters(len(rows)), rows, axes.T):
-        column[0].plot(test.frequency, _decibel(test.value[row]), color=TEST, lw=2.0)
+        column[0].plot(test.frequency, _decibel(test.functions[row]), color=TEST, lw=2.0)
         _tidy(column[0], f"{letter} {_sensor_title(rig, row)}")
         for ax, (name, band) in zip(column[1:], bands.items()):
-            column[0].plot(test.frequency, _decibel(band.fitted.value[row]), color=colours[name], lw=0.9)
+            column[0].plot(test.frequency, _decibel(band.fitted.functions[row]), color=colours[name], lw=0.9)
             _deviation(ax, band, predictions[name], test, row, colours[name])
             _tidy(ax)
         for ax in column:
@@ -107,7 +107,7 @@ def _told(name, band, prediction, test) -> str:
 
 
 def _deviation(ax, band, prediction, test, row, colour):
-    fitted = _decibel(band.fitted.value[row])
+    fitted = _decibel(band.fitted.functions[row])
     for limits, alpha in ((prediction, PREDICTION), (band.limits, PARAMETERS)):
-        ax.fill_between(test.frequency, *(_decibel(limits[:, row]) - fitted), color=colour, alpha=alpha, lw=0)
-    ax.plot(test.frequency, _decibel(test.value[row]) - fitted, color=TEST, lw=0.7)
+        ax.fill_between(test.frequency, *(_decibel(limits[:, row, 0]) - fitted), color=colour, alpha=alpha, lw=0)
+    ax.plot(test.frequency, _decibel(test.functions[row]) - fitted, color=TEST, lw=0.7)

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import math
-from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,32 +11,30 @@ import scipy.interpolate
 from ..errors import RecordError
 from .frf import FRF
 
-__all__ = ["Match", "accelerance", "convert_quantity", "match", "match_references"]
+__all__ = ["Alignment", "accelerance", "align", "convert_quantity"]
 
 ORDERS = {"displacement": 0, "velocity": 1, "acceleration": 2}
 """Times that the motion is differentiated"""
-EACH = "each reference"
-"""stands for the reference of FRFs whose rows are labelled "3:+Z/5:+Z", response and reference"""
 SAME_LINE = 1e-6
 """relative difference of frequencies that are one line: files hold six digits"""
 
 
 @dataclass(frozen=True, eq=False)
-class Match:
-    """Two FRFs on the same responses and lines, and what was done to get there."""
+class Alignment:
+    """Two FRFs on the same responses, references and lines, and what was done to get there."""
 
     test: FRF
-    """of the test, on the common responses and lines"""
+    """of the test, on what is common"""
     model: FRF
     """of the model, on the same"""
     notes: tuple[str, ...]
     """what was converted, turned, cut or interpolated, one sentence each"""
     only_test: tuple[str, ...]
-    """the test's responses without a partner"""
+    """the test's responses, or pairs with a reference, without a partner"""
     only_model: tuple[str, ...]
-    """the model's responses without a partner"""
+    """the model's"""
 
-    def within(self, band: tuple[float, float]) -> Match:
+    def within(self, band: tuple[float, float]) -> Alignment:
         """Cut both to a band.
 
         Parameters
@@ -112,12 +108,13 @@ def _order(quantity) -> int:
     return ORDERS[above] - ORDERS.get(below, 0)
 
 
-def match(test: FRF, model: FRF) -> Match:
-    """Bring FRFs from two places to one quantity, the same responses and the same lines.
+def align(test: FRF, model: FRF) -> Alignment:
+    """Bring FRFs from two places to one quantity, the same responses and references, and the same lines.
 
-    Responses are matched by node and axis; where their signs differ (+Z, -Z) the model's function changes sign, and so
-    for the reference. Frequencies are those of the coarser of the two within the band that both cover; the finer is
-    interpolated there (real and imaginary part, cubic spline), never beyond its ends.
+    Responses and references are paired by node and axis; where their signs differ (+Z, -Z) the model's function
+    changes sign. Of several references, only the pairs of response and reference that both have are kept. Frequencies
+    are those of the coarser of the two within the band that both cover; the finer is interpolated there (real and
+    imaginary part, cubic spline), never beyond its ends.
 
     Parameters
     ----------
@@ -126,119 +123,74 @@ def match(test: FRF, model: FRF) -> Match:
 
     Returns
     -------
-    Match
+    Alignment
 
     Raises
     ------
     RecordError
-        If references differ in node or axis, no response is common, the bands do not overlap, or a quantity cannot be
-        converted.
+        If no reference or no response is common, the bands do not overlap, or a quantity cannot be converted.
     """
     notes = []
     if model.quantity != test.quantity:
         notes.append(f"the model's {model.quantity} is converted to the test's {test.quantity}")
         model = convert_quantity(model, test.quantity)
-    model = _along(test.reference, model, notes)
-    rows, only_test, only_model = _partners(test, model, notes)
-    test = _rows(test, [i for i, _, _ in rows], [1] * len(rows), [test.responses[i] for i, _, _ in rows])
-    model = _rows(model, [j for _, j, _ in rows], [sign for _, _, sign in rows], test.responses)
-    test, model = _on_common_lines(test, model, notes)
-    return Match(test, model, tuple(notes), only_test, only_model)
-
-
-def match_references(test: Mapping[str, FRF], model: Mapping[str, FRF]) -> Match:
-    """Bring FRFs to several references from two places to one quantity, the same pairs and the same lines.
-
-    A pair is a response and a reference, both matched by node and axis as in `match`; every pair is one row, labelled
-    "3:+Z/5:+Z". Where both have one reference this is `match`.
-
-    Parameters
-    ----------
-    test, model : mapping of str to FRF
-        The functions by reference.
-
-    Returns
-    -------
-    Match
-
-    Raises
-    ------
-    RecordError
-        As `match`, and if the references of one side differ in quantity or lines.
-    """
-    if len(test) == len(model) == 1:
-        return match(*test.values(), *model.values())
-    return match(_pairs_as_rows("test", test), _pairs_as_rows("model", model))
-
-
-def _pairs_as_rows(who, frfs) -> FRF:
-    first, *others = frfs.values()
-    for frf in others:
-        pair = f"the {who}'s FRFs to {first.reference} and to {frf.reference}"
-        if frf.quantity != first.quantity:
-            raise RecordError(f"{pair} are {first.quantity} and {frf.quantity}; needs one quantity")
-        if not np.array_equal(frf.frequency, first.frequency):
-            raise RecordError(f"{pair} are not on the same lines")
-    coherences = [np.full(f.value.shape, np.nan) if f.coherence is None else f.coherence for f in frfs.values()]
-    return FRF(
-        first.frequency,
-        np.concatenate([frf.value for frf in frfs.values()]),
-        np.concatenate(coherences) if any(f.coherence is not None for f in frfs.values()) else None,
-        tuple(f"{response}/{frf.reference}" for frf in frfs.values() for response in frf.responses),
-        EACH,
-        first.quantity,
+    columns = _partners("reference", test.references, model.references, notes)
+    rows = _partners("response", test.responses, model.responses, notes)
+    of_test, of_model = np.ix_(rows[0], columns[0]), np.ix_(rows[1], columns[1])
+    common = test.measured[of_test] & model.measured[of_model]
+    if not common.any():
+        raise RecordError("no pair of response and reference is common")
+    signs = np.outer(rows[2], columns[2])
+    labels = (
+        tuple(test.responses[i] for i, kept in zip(rows[0], common.any(axis=1)) if kept),
+        tuple(test.references[i] for i, kept in zip(columns[0], common.any(axis=0)) if kept),
+    )
+    pair = _picked(test, of_test, common, np.ones(signs.shape), labels), _picked(model, of_model, common, signs, labels)
+    return Alignment(
+        *_on_common_lines(*pair, notes), tuple(notes), _left(test, of_test, common), _left(model, of_model, common)
     )
 
 
-def _along(reference, model, notes) -> FRF:
-    """The model's FRFs to the test's reference."""
-    if reference == model.reference:
-        return model
-    sign = _same_axis(reference, model.reference)
-    if not sign:
-        raise RecordError(f"the test's reference is {reference}, the model's {model.reference}; needs one reference")
-    if sign < 0:
-        notes.append(f"the model's reference {model.reference} is turned to {reference}")
-    return dataclasses.replace(model, value=sign * model.value, reference=reference)
-
-
 def _same_axis(a, b) -> int:
-    """1 for one degree of freedom, or pair of them, -1 if the signs of the direction differ, 0 for different ones."""
-    return math.prod(map(_same_axis_of_one, a.split("/"), b.split("/")))
-
-
-def _same_axis_of_one(a, b) -> int:
+    """1 for one degree of freedom, -1 if the signs of the direction differ, 0 for different ones."""
     (node, direction), (other_node, other) = a.split(":"), b.split(":")
     if int(node) != int(other_node) or direction.lstrip("+-") != other.lstrip("+-"):
         return 0
     return 1 if direction == other else -1
 
 
-def _partners(test, model, notes):
-    """Rows (of test, of model, sign), and the responses that are left."""
-    rows = []
-    for i, label in enumerate(test.responses):
-        for j, other in enumerate(model.responses):
+def _partners(what, test, model, notes) -> np.ndarray:
+    """(3, n) indices of the labels of test and model that are one degree of freedom, and the model's sign."""
+    found = []
+    for i, label in enumerate(test):
+        for j, other in enumerate(model):
             if sign := _same_axis(label, other):
-                rows.append((i, j, sign))
+                found.append((i, j, sign))
                 break
-    if not rows:
-        raise RecordError(
-            f"no response is common; the test has {', '.join(test.responses)}, the model {', '.join(model.responses)}"
-        )
-    turned = [f"{model.responses[j]} to {test.responses[i]}" for i, j, sign in rows if sign < 0]
+    if not found:
+        raise RecordError(f"no {what} is common; the test has {', '.join(test)}, the model {', '.join(model)}")
+    turned = [f"{model[j]} to {test[i]}" for i, j, sign in found if sign < 0]
     if turned:
-        notes.append(f"the model's responses are turned: {', '.join(turned)}")
-    of_test, of_model = {i for i, _, _ in rows}, {j for _, j, _ in rows}
-    only_test = tuple(label for i, label in enumerate(test.responses) if i not in of_test)
-    only_model = tuple(label for j, label in enumerate(model.responses) if j not in of_model)
-    return rows, only_test, only_model
+        notes.append(f"the model's {what}s are turned: {', '.join(turned)}")
+    return np.array(found).T
 
 
-def _rows(frf, rows, signs, labels) -> FRF:
-    coherence = None if frf.coherence is None else frf.coherence[rows]
-    value = np.array(signs)[:, None] * frf.value[rows]
-    return dataclasses.replace(frf, value=value, coherence=coherence, responses=tuple(labels))
+def _picked(frf, block, common, signs, labels) -> FRF:
+    """The pairs of a block that both have, with their signs."""
+
+    def pick(values):
+        return np.where(common[:, :, None], values, np.nan)[np.ix_(common.any(axis=1), common.any(axis=0))]
+
+    value = pick(signs[:, :, None] * frf.value[block])
+    coherence = None if frf.coherence is None else pick(frf.coherence[block])
+    return FRF(frf.frequency, value, coherence, *labels, frf.quantity)
+
+
+def _left(frf, block, common) -> tuple[str, ...]:
+    """Labels of the pairs that the other does not have."""
+    kept = np.zeros(frf.measured.shape, dtype=bool)
+    kept[block] = common
+    return tuple(label for label, its in zip(frf.labels, kept.T[frf.measured.T]) if not its)
 
 
 def _on_common_lines(test, model, notes):
@@ -276,16 +228,17 @@ def _moving(frf) -> FRF:
 
 
 def _interpolated(frf, frequency) -> FRF:
-    if not np.isfinite(frf.value).all():
-        line = int(np.argmin(np.isfinite(frf.value).all(axis=0)))
+    if not np.isfinite(frf.functions).all():
+        line = int(np.argmin(np.isfinite(frf.functions).all(axis=0)))
         raise RecordError(f"an FRF that is to be interpolated is not finite at {frf.frequency[line]:g} Hz")
     if frf.frequency.size < 4:
         raise RecordError(f"interpolation needs at least 4 lines, there are {frf.frequency.size}")
     at = np.clip(frequency, *frf.frequency[[0, -1]])  # within six digits
-    value = scipy.interpolate.CubicSpline(frf.frequency, frf.value, axis=1)(at)
+    value = np.full((*frf.value.shape[:2], at.size), complex(np.nan, np.nan))
+    value[frf.measured] = scipy.interpolate.CubicSpline(frf.frequency, frf.value[frf.measured], axis=1)(at)
     coherence = frf.coherence
     if coherence is not None:
-        coherence = np.array([np.interp(at, frf.frequency, row) for row in coherence])
+        coherence = np.apply_along_axis(lambda row: np.interp(at, frf.frequency, row), 2, coherence)
     return dataclasses.replace(frf, frequency=frequency, value=value, coherence=coherence)
 
 

@@ -1,7 +1,7 @@
 """How well two FRFs, or two sets of modes, agree.
 
-Arrays of FRFs are (n_resp, n_f), test first, model second, on the same responses and frequency lines: nothing is
-interpolated.
+Arrays of FRFs are (n_outputs, n_inputs, n_f), or (n_outputs, n_f) of one input; test first, model second, on the same
+degrees of freedom and frequency lines: nothing is interpolated.
 """
 
 from __future__ import annotations
@@ -114,47 +114,47 @@ def frac(test, model) -> np.ndarray:
 
     Parameters
     ----------
-    test, model : array_like, shape (n_resp, n_f)
+    test, model : array_like, shape (n_outputs, [n_inputs,] n_f)
         FRFs, complex.
 
     Returns
     -------
-    ndarray, shape (n_resp,)
+    ndarray, shape (n_outputs, [n_inputs])
         0 to 1.
 
     Raises
     ------
     RecordError
-        If the shapes differ or are not (n_resp, n_f).
+        If the shapes differ or are of another form.
 
     Notes
     -----
     Heylen and Lammens, FRAC: a consistent way of comparing frequency response functions, Swansea, 1996.
     """
     test, model = _pair(test, model)
-    product = np.abs(np.sum(test * model.conj(), axis=1))
-    return product**2 / (_energy(test, axis=1) * _energy(model, axis=1))
+    product = np.abs(np.sum(test * model.conj(), axis=-1))
+    return product**2 / (_energy(test, axis=-1) * _energy(model, axis=-1))
 
 
 def csac(test, model) -> np.ndarray:
-    """Cross signature assurance criterion of each line, |H_tᴴH_m|² / ((H_tᴴH_t)(H_mᴴH_m)) over the responses.
+    """Cross signature assurance criterion of each line, |H_tᴴH_m|² / ((H_tᴴH_t)(H_mᴴH_m)) over the outputs.
 
     It compares shapes along the structure and does not see a complex scale factor.
 
     Parameters
     ----------
-    test, model : array_like, shape (n_resp, n_f)
+    test, model : array_like, shape (n_outputs, [n_inputs,] n_f)
         FRFs, complex; at least two responses, as it is 1 for one, whatever the FRFs.
 
     Returns
     -------
-    ndarray, shape (n_f,)
+    ndarray, shape ([n_inputs,] n_f)
         0 to 1.
 
     Raises
     ------
     RecordError
-        If the shapes differ, are not (n_resp, n_f) or hold one response.
+        If the shapes differ, are of another form or hold one response.
 
     Notes
     -----
@@ -170,24 +170,24 @@ def csac(test, model) -> np.ndarray:
 
 
 def csf(test, model) -> np.ndarray:
-    """Cross signature scale factor of each line, 2|H_tᴴH_m| / (H_tᴴH_t + H_mᴴH_m) over the responses.
+    """Cross signature scale factor of each line, 2|H_tᴴH_m| / (H_tᴴH_t + H_mᴴH_m) over the outputs.
 
     It is 1 only where the FRFs agree in shape and in level; of one response it compares the level alone.
 
     Parameters
     ----------
-    test, model : array_like, shape (n_resp, n_f)
+    test, model : array_like, shape (n_outputs, [n_inputs,] n_f)
         FRFs, complex.
 
     Returns
     -------
-    ndarray, shape (n_f,)
+    ndarray, shape ([n_inputs,] n_f)
         0 to 1.
 
     Raises
     ------
     RecordError
-        If the shapes differ or are not (n_resp, n_f).
+        If the shapes differ or are of another form.
 
     Notes
     -----
@@ -204,20 +204,20 @@ def csac_per_sensor(test, model, window: int = 9) -> np.ndarray:
 
     Parameters
     ----------
-    test, model : array_like, shape (n_resp, n_f)
+    test, model : array_like, shape (n_outputs, [n_inputs,] n_f)
         FRFs, complex.
     window : int
         Lines in the window, odd, at least 3; it is centred on its line and cut off at the ends of the band.
 
     Returns
     -------
-    ndarray, shape (n_resp, n_f)
+    ndarray, shape (n_outputs, [n_inputs,] n_f)
         0 to 1.
 
     Raises
     ------
     RecordError
-        If the shapes differ, are not (n_resp, n_f), or the window is no odd number >= 3.
+        If the shapes differ, are of another form, or the window is no odd number >= 3.
     """
     return _csac(*_products(*_windows(test, model, window), axis=-1))
 
@@ -227,20 +227,20 @@ def csf_per_sensor(test, model, window: int = 9) -> np.ndarray:
 
     Parameters
     ----------
-    test, model : array_like, shape (n_resp, n_f)
+    test, model : array_like, shape (n_outputs, [n_inputs,] n_f)
         FRFs, complex.
     window : int
         Lines in the window, odd, at least 3; it is centred on its line and cut off at the ends of the band.
 
     Returns
     -------
-    ndarray, shape (n_resp, n_f)
+    ndarray, shape (n_outputs, [n_inputs,] n_f)
         0 to 1.
 
     Raises
     ------
     RecordError
-        If the shapes differ, are not (n_resp, n_f), or the window is no odd number >= 3.
+        If the shapes differ, are of another form, or the window is no odd number >= 3.
     """
     return _csf(*_products(*_windows(test, model, window), axis=-1))
 
@@ -250,20 +250,20 @@ def mre(test, model) -> np.ndarray:
 
     Parameters
     ----------
-    test, model : array_like, shape (n_resp, n_f)
+    test, model : array_like, shape (n_outputs, [n_inputs,] n_f)
         FRFs, complex.
 
     Returns
     -------
-    ndarray, shape (n_resp,)
+    ndarray, shape (n_outputs, [n_inputs])
 
     Raises
     ------
     RecordError
-        If the shapes differ or are not (n_resp, n_f).
+        If the shapes differ or are of another form.
     """
     test, model = _pair(test, model)
-    return np.mean(np.abs(np.abs(model) - np.abs(test)) / np.abs(test), axis=1)
+    return np.mean(np.abs(np.abs(model) - np.abs(test)) / np.abs(test), axis=-1)
 
 
 def rmse_db(test, model) -> np.ndarray:
@@ -271,21 +271,21 @@ def rmse_db(test, model) -> np.ndarray:
 
     Parameters
     ----------
-    test, model : array_like, shape (n_resp, n_f)
+    test, model : array_like, shape (n_outputs, [n_inputs,] n_f)
         FRFs, complex.
 
     Returns
     -------
-    ndarray, shape (n_resp,)
+    ndarray, shape (n_outputs, [n_inputs])
         dB.
 
     Raises
     ------
     RecordError
-        If the shapes differ or are not (n_resp, n_f).
+        If the shapes differ or are of another form.
     """
     test, model = _pair(test, model)
-    return np.sqrt(np.mean((20 * np.log10(np.abs(model) / np.abs(test))) ** 2, axis=1))
+    return np.sqrt(np.mean((20 * np.log10(np.abs(model) / np.abs(test))) ** 2, axis=-1))
 
 
 def _energy(value, axis) -> np.ndarray:
@@ -307,19 +307,21 @@ def _csf(cross, test, model):
 
 def _pair(test, model):
     test, model = np.asarray(test), np.asarray(model)
-    if test.shape != model.shape or test.ndim != 2:
-        raise RecordError(f"test and model FRFs must both be (n_resp, n_f), got {test.shape} and {model.shape}")
+    if test.shape != model.shape or test.ndim not in (2, 3):
+        raise RecordError(
+            f"test and model FRFs must both be (n_outputs, n_f) or (n_outputs, n_inputs, n_f), got {test.shape} and "
+            f"{model.shape}"
+        )
     return test, model
 
 
 def _windows(test, model, window):
-    """Both as (n_resp, n_f, window), with zeros beyond the ends: they add nothing to the sums."""
+    """Both as (..., n_f, window), with zeros beyond the ends: they add nothing to the sums."""
     if window < 3 or window % 2 != 1:
         raise RecordError(f"window must be an odd number of lines >= 3, got {window!r}")
-    ends = ((0, 0), (window // 2, window // 2))
-    return (
-        np.lib.stride_tricks.sliding_window_view(np.pad(value, ends), window, axis=1) for value in _pair(test, model)
-    )
+    test, model = _pair(test, model)
+    ends = (*((0, 0),) * (test.ndim - 1), (window // 2, window // 2))
+    return (np.lib.stride_tricks.sliding_window_view(np.pad(value, ends), window, axis=-1) for value in (test, model))
 
 
 @dataclass(frozen=True)
@@ -410,14 +412,14 @@ def with_modes(test_frf: FRF, model_frf: FRF, per_mode: dict) -> Comparison:
     -------
     Comparison
     """
-    test, model = test_frf.value, model_frf.value
+    test, model = test_frf.functions, model_frf.functions
     n_resp, n_f = test.shape
     # What is 1 by definition says nothing.
     by_line = csac(test, model) if n_resp > 1 else np.full(n_f, np.nan)
     variant_csac = csac_per_sensor(test, model) if n_f > 1 else np.full((n_resp, 1), np.nan)
     variant_csf = csf_per_sensor(test, model)
     per_sensor = {
-        "sensor": test_frf.responses,
+        "sensor": test_frf.labels,
         "mre": mre(test, model),
         "rmse_db": rmse_db(test, model),
         "frac": frac(test, model) if n_f > 1 else np.full(n_resp, np.nan),
@@ -430,8 +432,8 @@ def with_modes(test_frf: FRF, model_frf: FRF, per_mode: dict) -> Comparison:
 def _require_same(test_frf, model_frf):
     if test_frf.quantity != model_frf.quantity:
         raise RecordError(f"the test's FRF is {test_frf.quantity}, the model's {model_frf.quantity}")
-    if test_frf.responses != model_frf.responses:
-        responses = (", ".join(frf.responses) for frf in (test_frf, model_frf))
+    if test_frf.labels != model_frf.labels:
+        responses = (", ".join(frf.labels) for frf in (test_frf, model_frf))
         raise RecordError("the test's responses are {}; the model's are {}".format(*responses))
     lines = test_frf.frequency, model_frf.frequency
     if lines[0].shape != lines[1].shape or not np.allclose(*lines, rtol=1e-9, atol=0):

@@ -19,6 +19,8 @@ import numpy as np
 import scipy.ndimage
 
 from ..errors import RecordError
+from .arrays import ArrayData, read_only
+from .frf import FRF
 
 __all__ = ["Modes", "extract_modes"]
 
@@ -42,31 +44,37 @@ BLOCK = 2048  # numbers in a matrix that is still small for BLAS
 SCAN_LINES, SCAN_DAMPING = 100, (0.01, 0.03, 0.1, 0.2)
 
 
-@dataclass(frozen=True)
-class Modes:
-    """Natural frequencies in rising order, with damping and shapes."""
+@dataclass(frozen=True, eq=False, repr=False)
+class Modes(ArrayData):
+    """Natural frequencies in rising order, with damping and shapes as columns."""
 
     frequency: np.ndarray
     """(n,) undamped natural frequencies, Hz"""
     damping: np.ndarray
     """(n,) ratio to critical damping"""
     shape: np.ndarray
-    """(n_sensors, n) complex; the largest component of each is 1"""
+    """(n_dof, n) complex; the largest component of each is 1"""
     responses: tuple[str, ...] = ()
     """degree of freedom of each row of the shapes, such as "3:+Z" """
+
+    def __post_init__(self):
+        self._set(
+            frequency=read_only(self.frequency), damping=read_only(self.damping), shape=read_only(self.shape, complex)
+        )
 
 
 NO_MODES = Modes(np.empty(0), np.empty(0), np.empty((0, 0)))
 
 
-def extract_modes(frf, n_modes: int = 4, band: tuple[float, float] | None = None, max_order: int = 40) -> Modes:
+def extract_modes(frf: FRF, n_modes: int = 4, band: tuple[float, float] | None = None, max_order: int = 40) -> Modes:
     """Extract the modes that show most in FRFs whose responses are accelerations.
 
     Parameters
     ----------
     frf : FRF
         Accelerations over base acceleration, H = 1 + ω² Σ ..., or over force: both are s² times a sum over modes,
-        plus what the modes outside the band and the motion of the base leave.
+        plus what the modes outside the band and the motion of the base leave. Of several references, each pair of
+        response and reference is a row of the shapes.
     n_modes : int
         Most modes to return; fewer come back if fewer stand out of the noise, none from noise alone.
     band : (float, float), optional
@@ -85,11 +93,12 @@ def extract_modes(frf, n_modes: int = 4, band: tuple[float, float] | None = None
     """
     frf = frf.within(band) if band else frf
     max_order = _usable_order(frf, n_modes, max_order)
-    level = np.sqrt(np.mean(np.abs(frf.value) ** 2, axis=0))
+    value = frf.functions
+    level = np.sqrt(np.mean(np.abs(value) ** 2, axis=0))
     # Half way between equal and relative weights: the noise of a test is partly in proportion to the response.
-    fit = _Fit(frf, np.maximum(level / level.max(), QUIETEST) ** -0.5)
+    fit = _Fit(frf.frequency, value, np.maximum(level / level.max(), QUIETEST) ** -0.5)
 
-    candidates, persistence = _cluster(_stable_poles(frf, max_order), max_order - MIN_ORDER)
+    candidates, persistence = _cluster(_stable_poles(frf.frequency, value, max_order), max_order - MIN_ORDER)
     poles = _refine(fit, _strongest(fit, candidates, persistence, n_modes))
     poles = _with_noisy(fit, poles, n_modes)
 
@@ -97,17 +106,17 @@ def extract_modes(frf, n_modes: int = 4, band: tuple[float, float] | None = None
     shape = fit.residues(poles).T
     largest = np.argmax(np.abs(shape), axis=0)
     shape = shape / np.take_along_axis(shape, largest[None], axis=0)
-    return Modes(np.abs(poles) * frf.frequency[-1], _damping(poles), shape, frf.responses)
+    return Modes(np.abs(poles) * frf.frequency[-1], _damping(poles), shape, frf.labels)
 
 
 def _usable_order(frf, n_modes, max_order) -> int:
     """Return the highest order the lines allow, or refuse the FRFs."""
     if n_modes < 1 or max_order <= MIN_ORDER:
         raise RecordError(f"n_modes must be >= 1 and max_order > {MIN_ORDER}, got {n_modes!r} and {max_order!r}")
-    finite = np.isfinite(frf.value).all(axis=0)
+    finite = np.isfinite(frf.functions).all(axis=0)
     if not finite.all():
         raise RecordError(f"the FRF is not finite at {frf.frequency[np.argmin(finite)]:g} Hz")
-    if not np.any(frf.value):
+    if not np.any(frf.functions):
         raise RecordError("the FRF is zero at every line")
     order = min(max_order, frf.frequency.size // LINES_PER_ORDER)
     if order <= MIN_ORDER:
@@ -126,17 +135,17 @@ def _near(a, b, limits) -> np.ndarray:
     return (frequency < limits[0]) & (damping < limits[1])
 
 
-def _stable_poles(frf, max_order) -> np.ndarray:
+def _stable_poles(frequency, value, max_order) -> np.ndarray:
     """Poles that stay from one order of the common denominator to the next, over the highest frequency of the band.
 
     LSCF: Σ |N_o(z) - H_o D(z)|² is least over the numerators N_o and the denominator D, polynomials in z with
     complex coefficients; the band is spread over the unit circle, where the powers of z are nearly orthogonal.
     """
-    first, last = frf.frequency[0], frf.frequency[-1]
-    angle = 2 * np.pi * CIRCLE * (frf.frequency - first) / (last - first)
+    first, last = frequency[0], frequency[-1]
+    angle = 2 * np.pi * CIRCLE * (frequency - first) / (last - first)
     turning = np.exp(1j * np.outer(angle, np.arange(-max_order, max_order + 1)))
     # Products of two powers of z depend on the difference of the powers alone. (einsum: BLAS would start threads)
-    factors = np.vstack((np.ones(angle.size), np.sum(np.abs(frf.value) ** 2, axis=0), frf.value))
+    factors = np.vstack((np.ones(angle.size), np.sum(np.abs(value) ** 2, axis=0), value))
     sums = np.einsum("of,fd->od", factors, turning)
     powers = np.arange(max_order + 1)
     numerator, denominator, *mixed = sums[:, powers - powers[:, None] + max_order]
@@ -187,14 +196,14 @@ class _Fit:
     H_o = Σ s² (A_o / (s - p) + A_o* / (s - p*)) + B_o0 + B_o2 s² + B_o4 s⁴, s and p over the highest frequency.
     """
 
-    def __init__(self, frf, weight):
-        self.s = 1j * frf.frequency[:, None] / frf.frequency[-1]
+    def __init__(self, frequency, value, weight):
+        self.s = 1j * frequency[:, None] / frequency[-1]
         self.weight = weight[:, None]
-        self.target = self._real(frf.value.T)
+        self.target = self._real(value.T)
         """(2 n_f, n_sensors)"""
         self.background = self._real(np.hstack([self.s**power for power in (0, *UPPER)]))
         """(2 n_f, 3)"""
-        self.chance = 2 * (frf.value.shape[0] + 1) / self.target.size
+        self.chance = 2 * (value.shape[0] + 1) / self.target.size
         """share of pure noise that a mode explains: two numbers for each response and two for the pole"""
 
     def _real(self, value) -> np.ndarray:

@@ -2,27 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 import scipy.fft
 import scipy.signal
 
 from ..errors import RecordError
-
-if TYPE_CHECKING:
-    from .response import Response
+from .arrays import ArrayData, read_only
+from .response import Response
 
 __all__ = [
     "ESTIMATORS",
     "FRF",
     "WINDOWS",
-    "by_reference",
     "estimate_frf",
     "estimate_frf_blocks",
-    "one_or_several",
+    "join_references",
     "random_error",
 ]
 
@@ -30,9 +27,12 @@ WINDOWS = ("hann", "boxcar")
 QUANTITY = {"base": "acceleration/acceleration", "force": "acceleration/force"}
 
 
-@dataclass(frozen=True, eq=False)
-class FRF:
-    """Frequency response functions of several responses to one reference.
+@dataclass(frozen=True, eq=False, repr=False)
+class FRF(ArrayData):
+    """Frequency response functions of several responses to one or several references.
+
+    ``value`` and ``coherence`` may be given as (n_outputs, n_f) where there is one reference. A pair of response and
+    reference that was not measured is nan at every line.
 
     Raises
     ------
@@ -43,30 +43,73 @@ class FRF:
     frequency: np.ndarray
     """(n_f,) Hz, rising"""
     value: np.ndarray
-    """(n_sensors, n_f) complex, H = Y/X for signals that go as e^{+jωt}; unit by ``quantity``, SI"""
+    """(n_outputs, n_inputs, n_f) complex, H = Y/X for signals that go as e^{+jωt}; unit by ``quantity``, SI"""
     coherence: np.ndarray | None = None
-    """(n_sensors, n_f) ordinary coherence, 0 to 1; None if unknown, or if only one segment was averaged"""
+    """(n_outputs, n_inputs, n_f) ordinary coherence, 0 to 1; nan where it is unknown, None if it is everywhere"""
     responses: tuple[str, ...] = ()
-    """degree of freedom of each row, such as "3:+Z"; numbered from 1 if left out"""
-    reference: str = "100:+Z"
-    """degree of freedom of the excitation"""
+    """degree of freedom of each output, such as "3:+Z"; numbered from 1 if left out"""
+    references: tuple[str, ...] = ("100:+Z",)
+    """degree of freedom of each input"""
     quantity: str = "acceleration/acceleration"
     """"acceleration/acceleration" (base excitation) or "acceleration/force" """
 
     def __post_init__(self):
-        frequency, value = np.asarray(self.frequency, dtype=float), np.asarray(self.value, dtype=complex)
-        if frequency.ndim != 1 or value.ndim != 2 or value.shape[1] != frequency.size or not value.size:
-            raise RecordError(f"an FRF is (n_sensors, n_f) over (n_f,) lines, got {value.shape} over {frequency.shape}")
+        frequency, value = read_only(self.frequency), read_only(_with_inputs(self.value), complex)
+        if frequency.ndim != 1 or value.ndim != 3 or value.shape[2] != frequency.size or not value.size:
+            raise RecordError(
+                f"an FRF is (n_outputs, n_inputs, n_f) over (n_f,) lines, got {np.shape(self.value)} over "
+                f"{frequency.shape}"
+            )
         if not np.all(np.diff(frequency) > 0):
             raise RecordError("the frequencies of an FRF must rise from line to line")
-        if self.coherence is not None and np.shape(self.coherence) != value.shape:
-            raise RecordError(f"coherence has shape {np.shape(self.coherence)}, the FRF {value.shape}")
+        coherence = None if self.coherence is None else read_only(_with_inputs(self.coherence))
+        if coherence is not None and coherence.shape != value.shape:
+            raise RecordError(f"coherence has shape {np.shape(self.coherence)}, the FRF {np.shape(self.value)}")
         responses = tuple(self.responses) or tuple(f"{i + 1}:+Z" for i in range(value.shape[0]))
-        if len(responses) != value.shape[0]:
-            raise RecordError(f"{len(responses)} response labels for {value.shape[0]} rows: {', '.join(responses)}")
-        object.__setattr__(self, "frequency", frequency)
-        object.__setattr__(self, "value", value)
-        object.__setattr__(self, "responses", responses)
+        references = (self.references,) if isinstance(self.references, str) else tuple(self.references)
+        for what, labels, size in (("response", responses, value.shape[0]), ("reference", references, value.shape[1])):
+            if len(labels) != size:
+                raise RecordError(f"{len(labels)} {what} labels for {size} {what}s: {', '.join(labels)}")
+        self._set(frequency=frequency, value=value, coherence=coherence, responses=responses, references=references)
+
+    @property
+    def reference(self) -> str:
+        """The only reference.
+
+        Raises
+        ------
+        RecordError
+            If there are several.
+        """
+        if len(self.references) > 1:
+            raise RecordError(f"the FRF has several references, {', '.join(self.references)}; needs one")
+        return self.references[0]
+
+    @property
+    def measured(self) -> np.ndarray:
+        """(n_outputs, n_inputs) which pairs were measured; with one reference all count as measured."""
+        if len(self.references) == 1:
+            return np.ones(self.value.shape[:2], dtype=bool)
+        return ~np.isnan(self.value).all(axis=2)
+
+    @property
+    def functions(self) -> np.ndarray:
+        """(n_measured, n_f) a row for each measured pair: all responses to the first reference, and so on."""
+        if len(self.references) == 1:
+            return self.value[:, 0]
+        return self.value.swapaxes(0, 1)[self.measured.T]
+
+    @property
+    def labels(self) -> tuple[str, ...]:
+        """A label for each row of ``functions``: its response, or "response/reference" where there are several."""
+        if len(self.references) == 1:
+            return self.responses
+        return tuple(
+            f"{response}/{reference}"
+            for j, reference in enumerate(self.references)
+            for i, response in enumerate(self.responses)
+            if self.measured[i, j]
+        )
 
     def within(self, band: tuple[float, float]) -> FRF:
         """Cut to the lines with lo <= f <= hi.
@@ -86,50 +129,90 @@ class FRF:
             If no line lies in the band.
         """
         lines = _lines(self.frequency, band)
-        coherence = None if self.coherence is None else self.coherence[:, lines]
-        return replace(self, frequency=self.frequency[lines], value=self.value[:, lines], coherence=coherence)
+        coherence = None if self.coherence is None else self.coherence[..., lines]
+        return replace(self, frequency=self.frequency[lines], value=self.value[..., lines], coherence=coherence)
+
+    def to_reference(self, reference: str) -> FRF:
+        """Take the functions to one reference out of several.
+
+        Parameters
+        ----------
+        reference : str
+            Such as "5:+Z".
+
+        Returns
+        -------
+        FRF
+            Of the responses that were measured to it.
+
+        Raises
+        ------
+        RecordError
+            If there are none to this reference.
+        """
+        if reference not in self.references:
+            raise RecordError(f"holds FRFs to {', '.join(self.references)}; not {reference}")
+        if len(self.references) == 1:
+            return self
+        j = self.references.index(reference)
+        rows = np.flatnonzero(self.measured[:, j])
+        coherence = None if self.coherence is None else self.coherence[rows, j]
+        if coherence is not None and np.isnan(coherence).all():
+            coherence = None
+        responses = tuple(self.responses[i] for i in rows)
+        return FRF(self.frequency, self.value[rows, j], coherence, responses, (reference,), self.quantity)
 
 
-def by_reference(frfs: FRF | Mapping[str, FRF]) -> dict[str, FRF]:
-    """FRFs by their reference, be they to one or to several.
-
-    Parameters
-    ----------
-    frfs : FRF or mapping of str to FRF
-        An FRF, or FRFs under their own references.
-
-    Returns
-    -------
-    dict of str to FRF
-
-    Raises
-    ------
-    RecordError
-        If the mapping is empty, or holds something else or under another name.
-    """
-    found = {frfs.reference: frfs} if isinstance(frfs, FRF) else dict(frfs)
-    if not found:
-        raise RecordError("there is no FRF")
-    for reference, frf in found.items():
-        if not isinstance(frf, FRF) or frf.reference != reference:
-            what = f"an FRF to {frf.reference}" if isinstance(frf, FRF) else type(frf).__name__
-            raise RecordError(f'under "{reference}" there is {what}; needs the FRF to this reference')
-    return found
+def _with_inputs(value) -> np.ndarray:
+    """(n_outputs, n_f) of one reference as (n_outputs, 1, n_f)."""
+    value = np.asarray(value)
+    return value[:, None] if value.ndim == 2 else value
 
 
-def one_or_several(frfs: Sequence[FRF]) -> FRF | dict[str, FRF]:
-    """Return one FRF as it is, several as a mapping from their references: what readers of files return.
+def join_references(frfs: Sequence[FRF]) -> FRF:
+    """Put FRFs to different references into one; pairs of which there is none become nan.
 
     Parameters
     ----------
     frfs : sequence of FRF
-        To different references.
+        On the same lines, of one quantity.
+
+    Returns
+    -------
+    FRF
+
+    Raises
+    ------
+    RecordError
+        If they differ in lines or quantity.
     """
-    return frfs[0] if len(frfs) == 1 else {frf.reference: frf for frf in frfs}
+    first, *others = frfs
+    if not others:
+        return first
+    for frf in others:
+        pair = f"the FRFs to {', '.join(first.references)} and to {', '.join(frf.references)}"
+        if frf.quantity != first.quantity:
+            raise RecordError(f"{pair} are {first.quantity} and {frf.quantity}; needs one quantity")
+        if not np.array_equal(frf.frequency, first.frequency):
+            raise RecordError(f"{pair} are not on the same lines")
+    responses = tuple(dict.fromkeys(label for frf in frfs for label in frf.responses))
+    references = tuple(label for frf in frfs for label in frf.references)
+    value = np.full((len(responses), len(references), first.frequency.size), complex(np.nan, np.nan))
+    coherence = np.full(value.shape, np.nan)
+    column = 0
+    for frf in frfs:
+        rows = [responses.index(label) for label in frf.responses]
+        columns = slice(column, column + len(frf.references))
+        value[rows, columns] = frf.value
+        if frf.coherence is not None:
+            coherence[rows, columns] = frf.coherence
+        column = columns.stop
+    known = any(frf.coherence is not None for frf in frfs)
+    return FRF(first.frequency, value, coherence if known else None, responses, references, first.quantity)
 
 
 def estimate_frf(
-    resp,
+    resp: Response,
     estimator: str = "H1",
     resolution: float = 0.5,
     overlap: float = 0.5,
@@ -220,7 +303,7 @@ def estimate_frf_blocks(
     for block in blocks:
         spectra.push(block)
     value, coherence = spectra.estimate(ESTIMATORS[estimator])
-    return FRF(spectra.frequency, value, coherence, first.responses, first.reference, QUANTITY[first.kind])
+    return FRF(spectra.frequency, value, coherence, first.responses, (first.reference,), QUANTITY[first.kind])
 
 
 def _h1(sxx, syy, syx):
@@ -260,7 +343,7 @@ def random_error(frf: FRF, duration: float) -> np.ndarray:
 
     Returns
     -------
-    ndarray, shape (n_sensors, n_f)
+    ndarray, shape (n_outputs, n_inputs, n_f)
 
     Raises
     ------
@@ -298,17 +381,12 @@ class _Welch:
 
     def push(self, block):
         """Add every segment that a block completes."""
-        excitation, response = np.asarray(block.excitation, dtype=float), np.asarray(block.acceleration, dtype=float)
-        if response.ndim != 2 or excitation.shape != response.shape[:1]:
-            raise RecordError(
-                f"acceleration must be (n_t, n_sensors) with n_t samples of excitation, got {response.shape} "
-                f"and {excitation.shape}"
-            )
-        signals = np.vstack((excitation, response.T))
+        excitation = block.excitation
+        signals = np.vstack((excitation, block.acceleration))
         finite = np.isfinite(signals).all(axis=1)
         if not finite.all():
             bad = int(np.argmin(finite))
-            raise RecordError(f"{f'acceleration column {bad - 1}' if bad else 'the excitation'} is not finite")
+            raise RecordError(f"{f'acceleration row {bad - 1}' if bad else 'the excitation'} is not finite")
         low, high = self.limits
         self.limits = min(low, excitation.min(initial=np.inf)), max(high, excitation.max(initial=-np.inf))
         held = signals if self.held is None else np.hstack((self.held, signals))

@@ -24,15 +24,15 @@ class BestLinear:
     frf: FRF
     """mean over the realisations"""
     noise_variance: np.ndarray
-    """(n_sensors, n_f) of the mean, by what changes from period to period"""
+    """(n_outputs, 1, n_f) of the mean, by what changes from period to period"""
     total_variance: np.ndarray
-    """(n_sensors, n_f) of the mean, by what changes from realisation to realisation"""
+    """(n_outputs, 1, n_f) of the mean, by what changes from realisation to realisation"""
     realisations: int
     """M, over which the mean is taken"""
 
     @property
     def distortion_variance(self) -> np.ndarray:
-        """(n_sensors, n_f) stochastic nonlinear distortion of one realisation; 0 where noise explains the scatter."""
+        """(n_outputs, 1, n_f) stochastic distortion of one realisation; 0 where noise explains the scatter."""
         return self.realisations * np.maximum(self.total_variance - self.noise_variance, 0)
 
 
@@ -80,8 +80,9 @@ def best_linear(responses: Sequence[Response], period: float, drop: int = 1) -> 
     value = g.mean(axis=0)
     scatter = np.sum(np.abs(g - value) ** 2, axis=0) / (n_realisations * (n_realisations - 1))
     first = responses[0]
-    frf = FRF(frequency, value, None, first.responses, first.reference, QUANTITY[first.kind])
-    return BestLinear(frf, noise.mean(axis=0) / n_realisations, scatter, n_realisations)
+    frf = FRF(frequency, value, None, first.responses, (first.reference,), QUANTITY[first.kind])
+    noise = noise.mean(axis=0) / n_realisations
+    return BestLinear(frf, noise[:, None], scatter[:, None], n_realisations)
 
 
 def _alike(responses):
@@ -97,7 +98,7 @@ def _alike(responses):
 def _periods(response, period, drop) -> np.ndarray:
     """Excitation and responses as (1 + n_sensors, P, samples of a period), the first periods left out."""
     samples = round(period * response.fs)
-    signals = np.vstack((response.excitation, response.acceleration.T))
+    signals = np.vstack((response.excitation, response.acceleration))
     if samples < 2 or abs(samples - period * response.fs) > 1e-6 or signals.shape[1] % samples:
         raise RecordError(f"a record of {response.duration:g} s does not hold whole periods of {period!r} s")
     count = signals.shape[1] // samples

@@ -24,11 +24,11 @@ def contact_statistics(response: Response) -> dict:
     """
     contact = np.abs(response.contact_force)
     # The anti-alias filter rings a little around an impact: count what is above its ripple.
-    ripple = np.maximum(0.01 * contact.max(axis=0), 1e-3)
+    ripple = np.maximum(0.01 * contact.max(axis=1, keepdims=True), 1e-3)
     return {
-        "displacement_rms": response.displacement.std(axis=0).tolist(),
-        "displacement_peak": np.abs(response.displacement).max(axis=0).tolist(),
-        "contact_share": np.mean(contact > ripple, axis=0).tolist(),
-        "contact_peak": contact.max(axis=0).tolist(),
+        "displacement_rms": response.displacement.std(axis=1).tolist(),
+        "displacement_peak": np.abs(response.displacement).max(axis=1).tolist(),
+        "contact_share": np.mean(contact > ripple, axis=1).tolist(),
+        "contact_peak": contact.max(axis=1).tolist(),
         "step": response.provenance["step"],
     }

@@ -44,13 +44,13 @@ class Band:
     fitted: FRF
     """of the fitted law itself"""
     drawn: np.ndarray
-    """(n_laws, n_sensors, n_f) magnitudes"""
+    """(n_laws, n_outputs, n_inputs, n_f) magnitudes"""
     confidence: float = CONFIDENCE
     """probability that an FRF lies between the limits, line by line"""
 
     @cached_property
     def limits(self) -> np.ndarray:
-        """(2, n_sensors, n_f) lower and upper limit of the magnitude of another drawn law.
+        """(2, n_outputs, n_inputs, n_f) lower and upper limit of the magnitude of another drawn law.
 
         The prediction interval of a lognormal variable, of which there are as many samples as laws: exp(m ± t s
         √(1 + 1/n)), t of Student's distribution with n - 1 degrees of freedom.
@@ -59,7 +59,7 @@ class Band:
 
     @cached_property
     def half_width_db(self) -> np.ndarray:
-        """(n_sensors, n_f) half the width between the limits."""
+        """(n_outputs, n_inputs, n_f) half the width between the limits."""
         return DB * self._half_width
 
     def prediction(self, error) -> np.ndarray:
@@ -67,13 +67,13 @@ class Band:
 
         Parameters
         ----------
-        error : ndarray, shape (n_sensors, n_f)
+        error : ndarray, shape (n_outputs, n_inputs, n_f)
             Standard deviation of the tested over the fitted magnitude, relative, beside that of the law: of
             `paired_error`, or of the `frf.random_error` of both.
 
         Returns
         -------
-        ndarray, shape (2, n_sensors, n_f)
+        ndarray, shape (2, n_outputs, n_inputs, n_f)
         """
         quantile = scipy.stats.norm.ppf(0.5 + self.confidence / 2)
         return self._about(np.hypot(self._half_width, quantile * error))
@@ -94,7 +94,7 @@ def inside(limits, frf: FRF) -> float:
 
     Parameters
     ----------
-    limits : ndarray, shape (2, n_sensors, n_f)
+    limits : ndarray, shape (2, n_outputs, n_inputs, n_f)
         Of `Band`.
     frf : FRF
         On the same lines.
@@ -119,7 +119,7 @@ def paired_error(test: Response, model: Response, resolution: float = 0.5) -> np
 
     Returns
     -------
-    ndarray, shape (n_sensors, n_f)
+    ndarray, shape (n_outputs, n_inputs, n_f)
 
     Raises
     ------

@@ -125,7 +125,7 @@ def band(
     cache, name, inputs, compute
         As for `law`.
     """
-    lines = ("response", "frequency")
+    lines = ("response", "reference", "frequency")
 
     def save(found: tuple[Band, np.ndarray], path: Path) -> None:
         drawn = ("draw", *lines), found[0].drawn

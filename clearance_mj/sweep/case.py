@@ -152,20 +152,20 @@ class Observer:
         frf = estimate_frf(response, resolution=self.outputs.resolution, band=self.band)
         statistics = contact_statistics(response)
         results = {
-            "acceleration_rms": response.acceleration.std(axis=0),
+            "acceleration_rms": response.acceleration.std(axis=1),
             "displacement_rms": statistics["displacement_rms"],
             "contact_share": statistics["contact_share"],
             **self._peaks(frf),
         }
         if self.reference is not None:
-            results["rmse"] = rmse_db(self.reference.value, frf.value[list(self.compared)])
+            results["rmse"] = rmse_db(self.reference.functions, frf.functions[list(self.compared)])
         if self.kept:
-            results["frf"] = frf.value[list(self.kept)].view(float).reshape(len(self.kept), -1, 2)
+            results["frf"] = frf.functions[list(self.kept)].view(float).reshape(len(self.kept), -1, 2)
         return results
 
     def _peaks(self, frf) -> dict[str, np.ndarray]:
         """Highest peak in each band of the root mean square over the sensors, and where it is."""
-        magnitude = np.sqrt(np.mean(np.abs(frf.value) ** 2, axis=0))
+        magnitude = np.sqrt(np.mean(np.abs(frf.functions) ** 2, axis=0))
         inside = [(self.frequency >= low) & (self.frequency <= high) for low, high in self.peaks]
         found = [_peak(self.frequency, magnitude, int(np.argmax(np.where(lines, magnitude, -1.0)))) for lines in inside]
         frequency, height = np.reshape(found, (-1, 2)).T
@@ -207,7 +207,7 @@ def linear_frequencies(rig: Rig, law: Law, n: int) -> np.ndarray:
 
 def _lines(rig, excitation, resolution, band) -> np.ndarray:
     """Lines of the FRFs, from a response of zeros; refuses what no FRF can be estimated from."""
-    still = np.zeros((excitation.value.size, len(rig.sensors)))
+    still = np.zeros((len(rig.sensors), excitation.value.size))
     response = Response(excitation.fs, excitation.value, still, kind=excitation.kind)
     with np.errstate(**COHERENCE_BLIND):
         return estimate_frf(response, resolution=resolution, band=band).frequency

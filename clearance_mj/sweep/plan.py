@@ -333,9 +333,10 @@ def _reference(path, rig, outputs) -> tuple[FRF, Excitation | None]:
     """FRFs to compare with; of a record also its excitation."""
     found = read_uff(path)
     if isinstance(found, FRF):
+        if len(found.references) > 1:
+            references = ", ".join(found.references)
+            raise RecordError(f"{path}: holds FRFs to {references}; a sweep needs them to one reference")
         return found, None
-    if isinstance(found, dict):
-        raise RecordError(f"{path}: holds FRFs to {', '.join(found)}; a sweep needs them to one reference")
     if outputs.band is None:
         raise ClearanceError("outputs.band is missing: the reference is a record, which does not tell its band")
     record = Record("reference", "validate", rig, found[0].fs, found, rig.shaker.kind)

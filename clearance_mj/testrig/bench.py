@@ -65,8 +65,7 @@ def simulate_rig(rig: Rig, truth: Truth | Sequence[Truth], excitation: Excitatio
     motion = integrator.at_rest(elements, load, points, greases(truths))
     outputs, touching = _march(rig, truths, scheme, motion, elements, excitation, seed)
     bushings, sensors = len(rig.bushings), len(rig.sensors)
-    acceleration, rest = outputs[:, :sensors], outputs[:, sensors:]
-    displacement, contact, grease = np.split(rest, [bushings, 2 * bushings], axis=1)
+    acceleration, displacement, contact, grease = np.split(outputs.T, sensors + bushings * np.arange(3))
     return Response(
         fs=excitation.fs,
         excitation=excitation.value,

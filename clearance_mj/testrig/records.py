@@ -88,12 +88,12 @@ def _acquire(rig: Rig, response: Response, seed: int) -> list[Channel]:
     """Base acceleration, accelerometers and probes (at the node of the nearest accelerometer); names tell the range."""
     rng = np.random.default_rng((seed, NOISE_STREAM))
     signals = [("base", 100, "acceleration", response.excitation)]
-    for sensor, column in zip(rig.sensors, response.acceleration.T):
-        signals.append((f"accelerometer {sensor.node}", sensor.node, "acceleration", column))
-    probes = () if response.displacement is None else response.displacement.T
-    for j, (bushing, column) in enumerate(zip(rig.bushings, probes), 1):
+    for sensor, value in zip(rig.sensors, response.acceleration):
+        signals.append((f"accelerometer {sensor.node}", sensor.node, "acceleration", value))
+    probes = () if response.displacement is None else response.displacement
+    for j, (bushing, value) in enumerate(zip(rig.bushings, probes), 1):
         nearest = min(rig.sensors, key=lambda s: abs(s.position - bushing.position))
-        signals.append((f"probe in bushing {j}", nearest.node, "displacement", column))
+        signals.append((f"probe in bushing {j}", nearest.node, "displacement", value))
     channels = []
     for name, node, quantity, signal in signals:
         value, full_scale = digitise(signal, NOISE, rng)

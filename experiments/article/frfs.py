@@ -75,7 +75,7 @@ def _errors(study: Study, found: list[Case], level: float, nodes: Sequence[int],
     frames = []
     for case in found:
         errors = {
-            f"rmse_db{band}": rmse_db(test.value[rows][..., lines], case.frf.value[rows][..., lines])
+            f"rmse_db{band}": rmse_db(test.functions[rows][:, lines], case.frf.functions[rows][:, lines])
             for band, lines in bands.items()
         }
         frames.append(pd.DataFrame({"law": case.law, "engine": case.engine, "sensor": nodes} | errors))

@@ -205,7 +205,7 @@ def _harmonics(rig: Rig, systems: Mapping[tuple[str, str], System], law: Law, se
 
 
 def _motion(response: Response) -> np.ndarray:
-    return response.displacement[:, BUSHING]
+    return response.displacement[BUSHING]
 
 
 def _jumps(systems: Mapping[tuple[str, str], System], setup: Setup) -> pd.DataFrame:
@@ -260,9 +260,9 @@ def _over_frequency(approximations: Approximations, setup: Setup, rig: Rig) -> p
     for (name, level), found in approximations.items():
         for i in (_row(rig, bushing) for bushing in range(len(rig.bushings)) if level in setup.shown):
             curves = {
-                "magnitude": np.abs(found.frf.value[i]),
-                "noise_std_of_mean": np.sqrt(found.noise_variance[i]),
-                "distortion_std_of_one": np.sqrt(found.distortion_variance[i]),
+                "magnitude": np.abs(found.frf.functions[i]),
+                "noise_std_of_mean": np.sqrt(found.noise_variance[i, 0]),
+                "distortion_std_of_one": np.sqrt(found.distortion_variance[i, 0]),
             }
             frame = rounded(pd.DataFrame({"frequency_hz": found.frf.frequency} | curves), 6)
             for column, value in (("sensor", rig.sensors[i].node), ("level_m_s2", level), ("system", name)):
@@ -273,7 +273,7 @@ def _over_frequency(approximations: Approximations, setup: Setup, rig: Rig) -> p
 
 def _scatter(found: BestLinear, row: int) -> tuple[float, float]:
     """Noise of the mean and distortion of one realisation at a sensor, over the band, in dB of the FRF."""
-    power = np.sum(np.abs(found.frf.value[row]) ** 2)
+    power = np.sum(np.abs(found.frf.functions[row]) ** 2)
     sums = np.sum(found.noise_variance[row]), np.sum(found.distortion_variance[row])
     return tuple(float(10 * np.log10(max(value, 1e-30) / power)) for value in sums)
 

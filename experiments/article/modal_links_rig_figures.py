@@ -147,7 +147,7 @@ def draw_best_linear(approximations: Mapping, levels: Sequence[float], row: int,
             _bands(ax, found, row, LOOKS[name]["color"])
             if name != "rig":
                 rig = approximations["rig", level].frf
-                ax.plot(rig.frequency, _decibel(rig.value[row]), color=BLACK, lw=0.8, alpha=0.6)
+                ax.plot(rig.frequency, _decibel(rig.functions[row]), color=BLACK, lw=0.8, alpha=0.6)
             left = f"Sensor {node} (dB re 1)" if j == 0 else ""
             bottom = "Frequency (Hz)" if i == len(names) - 1 else ""
             panel(ax, f"({chr(97 + i * len(levels) + j)}) {name}, {level:g} m/s² RMS", bottom, left)
@@ -167,8 +167,8 @@ def draw_best_linear(approximations: Mapping, levels: Sequence[float], row: int,
 
 def _bands(ax, found, row, colour):
     """Magnitude with its bands, and their levels by themselves."""
-    hz, size = found.frf.frequency, np.abs(found.frf.value[row])
-    noise, distortion = (np.sqrt(_smooth(v[row])) for v in (found.noise_variance, found.distortion_variance))
+    hz, size = found.frf.frequency, np.abs(found.frf.functions[row])
+    noise, distortion = (np.sqrt(_smooth(v[row, 0])) for v in (found.noise_variance, found.distortion_variance))
     for spread, alpha in ((distortion, 0.3), (noise, 0.7)):
         low, high = (_decibel(np.maximum(size + s * spread, 0.05 * size)) for s in (-1, 1))
         ax.fill_between(hz, low, high, color=colour, alpha=alpha, lw=0)

@@ -99,7 +99,7 @@ def rows_of(found: list[Case], table: str) -> pd.DataFrame:
 
 def decibel(frf: FRF) -> np.ndarray:
     """Return the magnitudes of an FRF in dB, (n_sensors, n_f)."""
-    return 20 * np.log10(np.abs(frf.value))
+    return 20 * np.log10(np.abs(frf.functions))
 
 
 def clearance_of(rig: Rig, sensor: Sensor) -> int | None:

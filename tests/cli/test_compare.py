@@ -43,7 +43,7 @@ def refused(capsys, *arguments):
 def disguised(frf):
     """Receptances, a sensor the other way round, one more sensor, in another order."""
     frf = convert_quantity(frf, "displacement/force")
-    value = np.concatenate(([frf.value[2], -frf.value[0], frf.value[1]], frf.value[:1]))
+    value = np.stack((frf.value[2], -frf.value[0], frf.value[1], frf.value[0]))
     return dataclasses.replace(frf, value=value, responses=("3:+Z", "1:-Z", "2:+Z", "9:+X"))
 
 
@@ -83,8 +83,8 @@ def test_modes_are_looked_for_in_accelerations(capsys, tmp_path):
 def test_columns_and_units_by_a_map(capsys, tmp_path, measured):
     """The bench's table in g per kN."""
     frf = structure(np.arange(5.0, 120.0, 0.5))
-    parts = [frf.frequency, *(p / 9.80665 * 1e3 for v in frf.value for p in (np.abs(v),))]
-    phases = [np.degrees(np.angle(v)) for v in frf.value]
+    parts = [frf.frequency, *(p / 9.80665 * 1e3 for v in frf.functions for p in (np.abs(v),))]
+    phases = [np.degrees(np.angle(v)) for v in frf.functions]
     table = np.stack([*parts, *phases], axis=1)
     np.savetxt(tmp_path / "m.csv", table, "%.17g", ",", header="f,m1,m2,m3,p1,p2,p3", comments="")
     columns = ["f=frequency"]
@@ -114,7 +114,7 @@ def test_bad_input(capsys, tmp_path, measured, small_dataset, monkeypatch):
     monkeypatch.chdir(tmp_path)
     frf = structure(np.arange(5.0, 120.0, 0.5))
     changed = {
-        "reference.uff": {"reference": "5:+Z"},
+        "reference.uff": {"references": ("5:+Z",)},
         "far.uff": {"frequency": frf.frequency + 500},
         "base.uff": {"quantity": "acceleration/acceleration"},
         "dofs.uff": {"responses": ("1:+X", "2:+X", "3:+X")},
@@ -123,7 +123,7 @@ def test_bad_input(capsys, tmp_path, measured, small_dataset, monkeypatch):
         formats.write(tmp_path / name, dataclasses.replace(frf, **fields))
     (tmp_path / "file").write_text("")
     cases = {
-        ("reference.uff",): "the test's reference is 200:+Z, the model's 5:+Z",
+        ("reference.uff",): "no reference is common; the test has 200:+Z, the model 5:+Z",
         ("far.uff",): "bands do not overlap",
         ("base.uff",): "over a force",
         ("dofs.uff",): "no response is common",
@@ -181,12 +181,10 @@ def matrix(references, responses, shapes):
     """Accelerance of the three modes between any of three nodes; ``shapes`` has a row for each mode."""
     omega, omega_r = 2 * np.pi * LINES, 2 * np.pi * POLES_HZ[:, None]
     modal = -(omega**2) / (omega_r**2 - omega**2 + 2j * DAMPING * omega_r * omega)
-    found = {}
-    for j in references:
-        value = (shapes[:, [i - 1 for i in responses]].T * shapes[:, j - 1]) @ modal
-        labels = tuple(f"{i}:+Z" for i in responses)
-        found[f"{j}:+Z"] = FRF(LINES, value, None, labels, f"{j}:+Z", "acceleration/force")
-    return found
+    rows, columns = ([i - 1 for i in nodes] for nodes in (responses, references))
+    value = np.einsum("mo,mi,mf->oif", shapes[:, rows], shapes[:, columns], modal)
+    labels = [tuple(f"{i}:+Z" for i in nodes) for nodes in (responses, references)]
+    return FRF(LINES, value, None, *labels, "acceleration/force")
 
 
 MODES = SHAPE.T
@@ -229,4 +227,4 @@ def test_mac_of_several_responses_and_references_is_a_product(capsys, tmp_path):
 def test_references_that_differ(capsys, tmp_path):
     formats.write(tmp_path / "test.uff", matrix((1, 2), NODES, MODES))
     formats.write(tmp_path / "model.uff", matrix((3,), NODES, MODES))
-    assert "no response is common" in refused(capsys, tmp_path / "test.uff", tmp_path / "model.uff")
+    assert "no reference is common" in refused(capsys, tmp_path / "test.uff", tmp_path / "model.uff")

@@ -107,15 +107,15 @@ def test_a_base_plate_of_another_number(capsys, tmp_path, record):
 
 def test_one_reference_out_of_several(capsys, tmp_path, rng):
     value = rng.standard_normal((2, 30)) + 1j
-    frfs = {r: FRF(np.arange(5.0, 35.0), value, None, (), r, "acceleration/force") for r in ("5:+Z", "7:-Y")}
-    formats.write(tmp_path / "two.uff", frfs)
+    both = FRF(np.arange(5.0, 35.0), np.stack((value, value), 1), None, (), ("5:+Z", "7:-Y"), "acceleration/force")
+    formats.write(tmp_path / "two.uff", both)
     said = run(capsys, tmp_path / "two.uff", tmp_path / "two.csv")
     assert said["holds"] == (
         "2 FRFs, acceleration/force to 5:+Z, 30 lines; 2 FRFs, acceleration/force to 7:-Y, 30 lines"
     )
     said = run(capsys, tmp_path / "two.csv", tmp_path / "one.uff", "--reference", "7:-Y")
     assert said["holds"] == "2 FRFs, acceleration/force to 7:-Y, 30 lines"
-    np.testing.assert_array_equal(formats.read_frf(tmp_path / "one.uff").value, value)
+    np.testing.assert_array_equal(formats.read_frf(tmp_path / "one.uff").functions, value)
     said = refused(capsys, tmp_path / "two.uff", tmp_path / "x.csv", "--reference", "6:+Z")
     assert "holds FRFs to 5:+Z, 7:-Y; not 6:+Z" in said
     assert "--frf is for time records" in refused(capsys, tmp_path / "two.uff", tmp_path / "x.csv", "--frf", 1)

@@ -39,7 +39,7 @@ def test_response(engine):
     """Shapes, labels of the sensors in the rig's order, and the inputs it carries."""
     excitation = noise(band=(5.0, 220.0), description={"generator": "tones", "seed": 0})
     response = simulate(RIG, excitation, LAW, engine)
-    assert [v.shape for v in outputs(response)] == [(512, 8), (512, 2), (512, 2), (512, 2)]
+    assert [v.shape for v in outputs(response)] == [(8, 512), (2, 512), (2, 512), (2, 512)]
     assert response.responses == tuple(f"{node}:+Z" for node in range(1, 9))
     assert (response.fs, response.kind, response.band, response.reference) == (FS, "base", (5.0, 220.0), "100:+Z")
     np.testing.assert_array_equal(response.excitation, excitation.value)
@@ -60,7 +60,7 @@ def test_sensors_keep_the_order_of_the_rig():
     shuffled = RIG.replace(sensors=RIG.sensors[::-1])
     for engine in ENGINES:
         there, back = (simulate(rig, noise(0.05), LAW, engine).acceleration for rig in (RIG, shuffled))
-        np.testing.assert_allclose(back[:, ::-1], there, rtol=1e-9, atol=1e-9)
+        np.testing.assert_allclose(back[::-1], there, rtol=1e-9, atol=1e-9)
 
 
 def test_step_factor():
@@ -204,7 +204,9 @@ def test_the_end_of_a_record(engine):
     """A record whose excitation falls silent is the beginning of a longer one."""
     value = np.concatenate((noise(0.1, 2.0).value, np.zeros(100)))
     short, long = (simulate(RIG, Excitation(v, FS), LAW, engine) for v in (value[:-60], value))
-    np.testing.assert_allclose(short.displacement, long.displacement[:-60], atol=1e-6 * np.abs(long.displacement).max())
+    np.testing.assert_allclose(
+        short.displacement, long.displacement[:, :-60], atol=1e-6 * np.abs(long.displacement).max()
+    )
 
 
 @all_engines

@@ -51,7 +51,7 @@ def test_blocks_are_the_response(rig, engine):
     pieces = [dataclasses.replace(drive, value=value) for value in cut(drive.value, (1, 5, 700, 701, 1900))]
     blocks = list(simulate_blocks(rig, pieces, law, engine))
     for name in HISTORIES:
-        found = np.concatenate([getattr(block, name) for block in blocks])
+        found = np.concatenate([getattr(block, name) for block in blocks], axis=-1)
         np.testing.assert_array_equal(found, getattr(whole, name))
     assert all(0 < block.duration < 0.3 for block in blocks)
     assert blocks[-1].provenance == whole.provenance
@@ -68,12 +68,12 @@ def test_pieces_that_do_not_belong_together(rig):
 @pytest.mark.parametrize("estimator", ["H1", "H2", "Hv"])
 @pytest.mark.parametrize("overlap, window", [(0.5, "hann"), (0.0, "boxcar"), (2 / 3, "hann")])
 def test_frf_of_blocks_is_that_of_the_record(rng, estimator, overlap, window):
-    x, noise = rng.standard_normal(5000), rng.standard_normal((5000, 2))
-    y = np.stack((scipy.signal.lfilter([1.0], [1, -1.2, 0.7], x), x), axis=1) + 0.1 * noise
+    x, noise = rng.standard_normal(5000), rng.standard_normal((2, 5000))
+    y = np.stack((scipy.signal.lfilter([1.0], [1, -1.2, 0.7], x), x)) + 0.1 * noise
     whole = Response(512.0, x, y, responses=("3:+Z", "1:-Z"), reference="200:+Z", kind="force")
     blocks = [
-        dataclasses.replace(whole, excitation=a, acceleration=b)
-        for a, b in zip(cut(x, (100, 101, 2600)), cut(y, (100, 101, 2600)))
+        dataclasses.replace(whole, excitation=a, acceleration=b.T)
+        for a, b in zip(cut(x, (100, 101, 2600)), cut(y.T, (100, 101, 2600)))
     ]
     arguments = {"estimator": estimator, "resolution": 1.0, "overlap": overlap, "band": (5, 200), "window": window}
     expected, found = estimate_frf(whole, **arguments), estimate_frf_blocks(blocks, **arguments)
@@ -97,17 +97,17 @@ def test_frf_of_blocks_is_that_of_the_record(rng, estimator, overlap, window):
     ],
 )
 def test_frf_of_blocks_refuses(rng, arguments, message):
-    block = Response(512.0, rng.standard_normal(512), rng.standard_normal((512, 2)))
+    block = Response(512.0, rng.standard_normal(512), rng.standard_normal((2, 512)))
     with pytest.raises(RecordError, match=message):
         estimate_frf_blocks([block, block], **arguments)
 
 
 def test_frf_of_blocks_refuses_bad_samples(rng):
-    block = Response(512.0, np.ones(1024), rng.standard_normal((1024, 2)))
+    block = Response(512.0, np.ones(1024), rng.standard_normal((2, 1024)))
     with pytest.raises(RecordError, match="constant at 1"):
         estimate_frf_blocks([block, block])
-    bad = dataclasses.replace(block, acceleration=np.full((1024, 2), np.nan))
-    with pytest.raises(RecordError, match="acceleration column 0 is not finite"):
+    bad = dataclasses.replace(block, acceleration=np.full((2, 1024), np.nan))
+    with pytest.raises(RecordError, match="acceleration row 0 is not finite"):
         estimate_frf_blocks([block, bad])
     with pytest.raises(RecordError, match="no block"):
         estimate_frf_blocks([])

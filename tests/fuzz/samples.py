@@ -58,7 +58,7 @@ def frf(even=True, coherence=True):
 
 def response():
     wave = np.sin(np.arange(N))
-    two = np.stack((wave, 2 * wave), axis=1)
+    two = np.stack((wave, 2 * wave))
     return Response(
         64.0, wave, two, two, two, two, "base", (1.0, 20.0), ("6:+Z", "7:+Z"), "100:+Z", {"engine": "modal"}
     )

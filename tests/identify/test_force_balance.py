@@ -36,8 +36,8 @@ def record_of(rig, excitation, law, engine="modal", noise=0.01, name="simulated"
     """A simulated record with white noise on every channel, and the simulation."""
     response, rng = simulate(rig, excitation, law, engine), np.random.default_rng(7)
     columns = [(BASE_NODE, "acceleration", response.excitation)]
-    columns += [(s.node, "acceleration", a) for s, a in zip(rig.sensors, response.acceleration.T, strict=True)]
-    columns += [(node, "displacement", x) for node, x in zip((6, 7), response.displacement.T, strict=True)]
+    columns += [(s.node, "acceleration", a) for s, a in zip(rig.sensors, response.acceleration, strict=True)]
+    columns += [(node, "displacement", x) for node, x in zip((6, 7), response.displacement, strict=True)]
     channels = [
         Channel(f"{quantity} {node}", node, "+Z", quantity, v + noise * v.std() * rng.standard_normal(v.size), FS)
         for node, quantity, v in columns
@@ -83,22 +83,22 @@ def test_restoring_force_is_that_of_the_simulation(which, allowed, request, meas
     """Error of the stated size, a little more for the chain, which is another shaft, and below 3 % of the force."""
     record, response = request.getfixturevalue(which)
     found = restoring_force(record)
-    use, truth = found.valid, response.contact_force + response.grease_force
+    use, truth = found.valid, (response.contact_force + response.grease_force).T
     error = rms(found.force.T[use] - truth[use])
     for j in range(2):
         what, source = f"restoring force, {which} record, bushings[{j}]", SIMULATION
         measured.below(f"{what}: RMS error over what is stated", error[j] / found.force_std[j], allowed, source)
         measured.below(f"{what}: RMS error over RMS", error[j] / rms(truth[use])[j], 0.03, source)
-    error = rms(found.displacement.T[use] - response.displacement[use])
+    error = rms((found.displacement - response.displacement).T[use])
     np.testing.assert_array_less(error, allowed * found.displacement_std)
 
 
 def test_noise_of_each_channel_is_found(ramp):
     """Fusion knows a channel's noise from what the others say: 1 % of its RMS, within 20 %."""
     record, response = ramp
-    measured = np.column_stack((response.acceleration, response.displacement, response.excitation))
+    measured = np.vstack((response.acceleration, response.displacement, response.excitation))
     found = restoring_force(record).noise
-    np.testing.assert_allclose(found[:-1], 0.01 * measured.std(axis=0)[:-1], rtol=0.2)
+    np.testing.assert_allclose(found[:-1], 0.01 * measured.std(axis=1)[:-1], rtol=0.2)
 
 
 def test_force_drives_as_well_as_base(rig):
@@ -109,7 +109,7 @@ def test_force_drives_as_well_as_base(rig):
     force = dataclasses.replace(base.channels[0], node=200, quantity="force")
     found = restoring_force(dataclasses.replace(base, channels=[force, *base.channels[1:]], excitation_kind="force"))
     truth = response.contact_force + response.grease_force
-    assert np.all(rms((found.force.T - truth)[found.valid]) < 1.25 * found.force_std)
+    assert np.all(rms((found.force - truth).T[found.valid]) < 1.25 * found.force_std)
 
 
 def test_bouc_wen_grease_is_recovered_inside_the_gap(ramp, measured):
@@ -271,7 +271,7 @@ def test_nan_is_refused_before_it_gets_here(quiet):
 def test_bushing_that_is_never_touched_takes_the_other_ones_contact(rig):
     """At 2 m/s² the shaft does not reach the first bushing."""
     record, response = record_of(rig, random(8.0, FS, rms=2.0, seed=5), ConstantLaw(7000.0, 10.0))
-    assert np.abs(response.displacement[:, 0]).max() < 3e-4
+    assert np.abs(response.displacement[0]).max() < 3e-4
     dataset = Dataset(rig, (record,))
     for law in (amplitude_law(dataset)[0], force_balance_law(dataset)):
         assert law.k[..., 0].tolist() == law.k[..., 1].tolist()

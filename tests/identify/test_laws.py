@@ -75,8 +75,8 @@ def test_the_quiet_part_ends_before_the_first_touch(small_dataset):
     (whole,) = evidence(dataset.identify)
     (quiet,) = before_contact([whole], dataset.rig)
     n, gap = quiet.excitation.value.size, dataset.rig.bushings[0].gap
-    assert n == quiet.response.acceleration.shape[0] == quiet.response.displacement.shape[0]
-    assert np.abs(whole.response.displacement[:n]).max() <= gap < np.abs(whole.response.displacement[n]).max()
+    assert n == quiet.response.acceleration.shape[1] == quiet.response.displacement.shape[1]
+    assert np.abs(whole.response.displacement[:, :n]).max() <= gap < np.abs(whole.response.displacement[:, n]).max()
 
 
 def test_nothing_is_quiet_without_probes(small_dataset):
@@ -117,7 +117,7 @@ def test_random_error_of_a_piece_is_its_scatter(rng, measured):
     fs, pieces = 512.0, 200
     size = int(5 * fs)
     x, noise = rng.standard_normal((2, pieces * size))
-    response = Response(fs, x, (2 * x + 2 * noise)[:, None], band=(20, 200))
+    response = Response(fs, x, (2 * x + 2 * noise)[None], band=(20, 200))
     found = [_piece_features(response, slice(i * size, (i + 1) * size)) for i in range(pieces)]
     scatter = np.std([20 * np.log10(frf) for frf, *_ in found], axis=0)
     told = np.sqrt(np.mean([error**2 for _, _, error, *_ in found], axis=0))

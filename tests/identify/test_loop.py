@@ -28,14 +28,15 @@ LAWS = {
 def test_force_along_a_simulated_motion_is_the_engine_s(rig, name):
     response = simulate(rig, random(4.0, FS, rms=8.0, seed=4), LAWS[name], "modal")
     columns = [(100, "acceleration", response.excitation)]
-    columns += [(s.node, "acceleration", a) for s, a in zip(rig.sensors, response.acceleration.T)]
-    columns += [(n, "displacement", x) for n, x in zip((6, 7), response.displacement.T)]
+    columns += [(s.node, "acceleration", a) for s, a in zip(rig.sensors, response.acceleration)]
+    columns += [(n, "displacement", x) for n, x in zip((6, 7), response.displacement)]
     channels = [Channel(f"{q} {n}", n, "+Z", q, v, FS) for n, q, v in columns]
     measured = restoring_force(Record("simulated", "identify", rig, FS, channels))
-    left = (law_force(measured, LAWS[name]).T - response.contact_force - response.grease_force)[measured.valid]
-    assert np.all(response.contact_force.max(axis=0) > 0.5)  # N: both bushings are reached
+    truth = response.contact_force + response.grease_force
+    left = (law_force(measured, LAWS[name]) - truth)[:, measured.valid]
+    assert np.all(response.contact_force.max(axis=1) > 0.5)  # N: both bushings are reached
     # The motion is known up to 0.4 fs only, which rounds off the beginnings of contact.
-    assert np.all(left.std(axis=0) < 0.01 * (response.contact_force + response.grease_force).std(axis=0))
+    assert np.all(left.std(axis=1) < 0.01 * truth.std(axis=1))
 
 
 def test_a_contact_that_may_pull_is_its_own_equivalent():

@@ -54,7 +54,7 @@ def test_complex_frfs_by_a_map(save, rng):
         save(f=1.0 + np.arange(50), H=h), {"f": "frequency", "H:1": "acc:1/force [g/N]", "H:2": "acc:2:-Z/force"}
     )
     assert (got.responses, got.reference, got.quantity) == (("1:+Z", "2:-Z"), "200:+Z", "acceleration/force")
-    np.testing.assert_allclose(got.value, h.T * [[9.80665], [1]], rtol=1e-15)
+    np.testing.assert_allclose(got.functions, h.T * [[9.80665], [1]], rtol=1e-15)
 
 
 @pytest.mark.parametrize("coherence", [True, False])

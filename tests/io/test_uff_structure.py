@@ -71,7 +71,7 @@ def test_label_and_file_that_agree(write):
 @pytest.mark.parametrize(("label", "si"), [("g/N", 9.80665), ("(mm/s^2)/kN", 1e-6), ("g", 9.80665), ("NONE", 1.0)])
 def test_unit_label_of_an_frf(write, label, si):
     got = read_uff(write(frf_by_hand(unit=label)))
-    np.testing.assert_allclose(got.value, si * np.array([[1 + 2j, 3 - 4j]]), rtol=1e-15)
+    np.testing.assert_allclose(got.functions, si * np.array([[1 + 2j, 3 - 4j]]), rtol=1e-15)
 
 
 def test_ratio_of_accelerations_with_one_unit(write):
@@ -79,7 +79,7 @@ def test_ratio_of_accelerations_with_one_unit(write):
     with pytest.raises(RecordError, match='unit "g" of the ordinate needs one of the denominator'):
         read_uff(write(frf_by_hand(unit="g", denominator=12)))
     got = read_uff(write(frf_by_hand(unit="g/g", denominator=12)))
-    np.testing.assert_array_equal(got.value, [[1 + 2j, 3 - 4j]])
+    np.testing.assert_array_equal(got.functions, [[1 + 2j, 3 - 4j]])
 
 
 # Geometry
@@ -270,7 +270,7 @@ def test_pyfrf_makes_our_frf_of_our_record(tmp_path, rig):
 
     rng = np.random.default_rng(4)
     x = rng.standard_normal(4096)
-    resp = Response(512.0, x, np.stack([np.convolve(x, [0, 1, -0.5])[:4096], np.roll(x, 3)], 1), kind="force",
+    resp = Response(512.0, x, np.stack([np.convolve(x, [0, 1, -0.5])[:4096], np.roll(x, 3)]), kind="force",
                     responses=("1:+Z", "2:+Z"), reference="200:+Z")  # fmt: skip
     write_uff(tmp_path / "r.uff", to_channels(resp), rig)
     write_uff(tmp_path / "h.uff", estimate_frf(resp, resolution=1.0, window="boxcar"), rig)
@@ -279,4 +279,4 @@ def test_pyfrf_makes_our_frf_of_our_record(tmp_path, rig):
     other.add_data(force[None, None], np.array(responses)[None])
     theirs = np.squeeze(other.get_FRF(frf_form="accelerance"))
     # Records are stored in single precision.
-    np.testing.assert_allclose(read_uff(tmp_path / "h.uff").value[:, 1:], theirs[:, 1:], rtol=2e-5, atol=2e-6)
+    np.testing.assert_allclose(read_uff(tmp_path / "h.uff").functions[:, 1:], theirs[:, 1:], rtol=2e-5, atol=2e-6)

@@ -43,16 +43,16 @@ def test_the_shape_is_the_engines_own(engine, k, c, grease, position):
     rig = dataclasses.replace(RIG, bushings=(*RIG.bushings, probe))
     law = cm.ConstantLaw([k, k, 0.0], [c, c, 0.0], grease=(grease, grease, cm.Grease(0.0)))
     probed = cm.simulate(rig, noise(), law, engine)
-    fields = {name: getattr(probed, name)[:, :2] for name in ("displacement", "contact_force", "grease_force")}
+    fields = {name: getattr(probed, name)[:2] for name in ("displacement", "contact_force", "grease_force")}
     found, tip = animation.deflection(RIG, dataclasses.replace(probed, **fields), [position, RIG.beam.length]).T
-    touches = np.abs(probed.contact_force).max(axis=0)
+    touches = np.abs(probed.contact_force).max(axis=1)
     assert touches[:2].min() > 5 and touches[2] < 1e-3 * touches.max()  # links infers them from joint forces
-    assert (found - probed.displacement[:, 2]).std() < 0.01 * tip.std()
+    assert (found - probed.displacement[2]).std() < 0.01 * tip.std()
 
 
 def test_the_shape_passes_through_the_recorded_displacements(response):
     found = animation.deflection(RIG, response, [b.position for b in RIG.bushings])
-    np.testing.assert_allclose(found, response.displacement, atol=1e-7)
+    np.testing.assert_allclose(found, response.displacement.T, atol=1e-7)
 
 
 def test_the_shape_moves_as_the_accelerometers_say(response):
@@ -60,14 +60,14 @@ def test_the_shape_moves_as_the_accelerometers_say(response):
     shape = animation.deflection(RIG, response, [s.position for s in RIG.sensors])
     accelerations = np.gradient(np.gradient(shape, 1 / FS, axis=0), 1 / FS, axis=0) + response.excitation[:, None]
     frequency = np.fft.rfftfreq(len(shape), 1 / FS)
-    found, recorded = (np.fft.rfft(a, axis=0)[frequency < 220] for a in (accelerations, response.acceleration))
+    found, recorded = (np.fft.rfft(a, axis=0)[frequency < 220] for a in (accelerations, response.acceleration.T))
     assert np.linalg.norm(found - recorded) < 0.03 * np.linalg.norm(recorded)
 
 
 def test_a_shaft_without_clearance_forces_hangs_as_a_cantilever_in_steady_acceleration():
     """Statics of a uniform load and a load at the tip (Roark, table 8.1), downwards, reached after a slow start."""
     time = np.arange(round(30 * 512.0)) / 512.0
-    base, zero = np.minimum(time / 20, 1.0), np.zeros((time.size, 2))
+    base, zero = np.minimum(time / 20, 1.0), np.zeros((2, time.size))
     length, stiffness = RIG.beam.length, RIG.beam.bending_stiffness
     uniform, mass = RIG.beam.mass_per_length, RIG.point_masses[0].mass
 
@@ -75,20 +75,20 @@ def test_a_shaft_without_clearance_forces_hangs_as_a_cantilever_in_steady_accele
         tip = mass * x**2 * (3 * length - x) / 6
         return -(uniform * x**2 * (6 * length**2 - 4 * length * x + x**2) / 24 + tip) / stiffness
 
-    recorded = np.outer(base, [hangs(b.position) for b in RIG.bushings])
-    response = cm.Response(512.0, base, np.zeros((time.size, 8)), recorded, zero, zero)
+    recorded = np.outer([hangs(b.position) for b in RIG.bushings], base)
+    response = cm.Response(512.0, base, np.zeros((8, time.size)), recorded, zero, zero)
     x = np.array([0.3, 0.95, 1.0])
     np.testing.assert_allclose(animation.deflection(RIG, response, x)[-1], hangs(x), rtol=2e-3)
 
 
 def test_a_test_record_is_refused():
-    record = cm.Response(FS, np.zeros(8), np.zeros((8, 8)), np.zeros((8, 2)))
+    record = cm.Response(FS, np.zeros(8), np.zeros((8, 8)), np.zeros((2, 8)))
     with pytest.raises(RecordError, match="which only simulated"):
         animation.deflection(RIG, record, [0.5])
 
 
 def test_the_strongest_contact_is_in_the_middle(response):
-    peak = np.unravel_index(np.argmax(np.abs(response.contact_force)), response.contact_force.shape)[0] / FS
+    peak = np.unravel_index(np.argmax(np.abs(response.contact_force)), response.contact_force.shape)[1] / FS
     clip = animation.clip(RIG, response, seconds=0.02, slow=20.0)
     assert clip.time[[0, -1]].mean() == pytest.approx(peak, abs=2 / FS)
     assert np.abs(clip.trace).max() == np.abs(response.contact_force).max()

@@ -21,14 +21,14 @@ TIME = np.arange(4096) / FS
 
 def response(displacement, acceleration=None) -> cm.Response:
     """A response of the shipped rig, with two bushings and eight sensors."""
-    acceleration = np.zeros((TIME.size, 8)) if acceleration is None else acceleration
+    acceleration = np.zeros((8, TIME.size)) if acceleration is None else acceleration
     return cm.Response(FS, np.zeros(TIME.size), acceleration, displacement)
 
 
 def swinging(order) -> cm.Response:
     """Both bushings swing with a subharmonic: a sin(ωt/order) + b cos(ωt), b = 1 and 2 tenths of a mm."""
-    turn = 2 * np.pi * HZ * TIME[:, None]
-    return response(3e-4 * np.sin(turn / order) + np.array([1e-4, 2e-4]) * np.cos(turn))
+    turn = 2 * np.pi * HZ * TIME
+    return response(3e-4 * np.sin(turn / order) + np.array([[1e-4], [2e-4]]) * np.cos(turn))
 
 
 @pytest.mark.parametrize("order", [1, 2, 3])
@@ -46,7 +46,7 @@ def test_a_subharmonic_motion_has_as_many_states_as_its_order(order):
 
 def test_turning_points_are_where_the_velocity_is_zero():
     """x = a cos(ωt + 0.3) turns at ±a, by turns; two turns a period."""
-    found = motion.turning_points(response(2e-4 * np.cos(2 * np.pi * HZ * TIME + 0.3)[:, None] * [1, 1]), 0, drop=0.5)
+    found = motion.turning_points(response(2e-4 * np.cos(2 * np.pi * HZ * TIME + 0.3) * [[1], [1]]), 0, drop=0.5)
     assert len(found) == pytest.approx(2 * HZ * (TIME[-1] - 0.5), abs=1)
     np.testing.assert_allclose(np.abs(found), 2e-4, rtol=1e-5)
     assert np.all(found[1:] * found[:-1] < 0)
@@ -54,7 +54,7 @@ def test_turning_points_are_where_the_velocity_is_zero():
 
 def test_what_has_no_displacements_or_no_period_is_refused():
     with pytest.raises(RecordError, match="no displacements"):
-        motion.turning_points(cm.Response(FS, TIME, np.zeros((TIME.size, 8))), 0)
+        motion.turning_points(cm.Response(FS, TIME, np.zeros((8, TIME.size))), 0)
     with pytest.raises(RecordError, match=r"no period of 0\.1 Hz"):
         motion.stroboscopic(swinging(1), 0.1)
 

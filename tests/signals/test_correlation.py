@@ -180,10 +180,10 @@ def test_a_comparison_holds_the_measures_of_its_frfs():
     found = compare(test, model)
     np.testing.assert_array_equal(found.frequency, F)
     for criterion in (csac, csf, csac_per_sensor, csf_per_sensor):
-        np.testing.assert_array_equal(getattr(found, criterion.__name__), criterion(test.value, model.value))
+        np.testing.assert_array_equal(getattr(found, criterion.__name__), criterion(test.functions, model.functions))
     assert found.per_sensor["sensor"] == test.responses
     for criterion in (mre, rmse_db, frac):
-        np.testing.assert_array_equal(found.per_sensor[criterion.__name__], criterion(test.value, model.value))
+        np.testing.assert_array_equal(found.per_sensor[criterion.__name__], criterion(test.functions, model.functions))
     np.testing.assert_array_equal(found.per_sensor["csac"], found.csac_per_sensor.mean(axis=1))
     np.testing.assert_array_equal(found.per_sensor["csf"], found.csf_per_sensor.mean(axis=1))
 

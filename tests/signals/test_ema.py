@@ -44,7 +44,7 @@ def with_noise(frf, share, seed, proportional=False):
     """Complex Gaussian noise: a share of the root mean square of each response, or of each value."""
     rng = np.random.default_rng(seed)
     noise = (rng.standard_normal(frf.value.shape) + 1j * rng.standard_normal(frf.value.shape)) / np.sqrt(2)
-    level = frf.value if proportional else np.sqrt(np.mean(np.abs(frf.value) ** 2, axis=1, keepdims=True))
+    level = frf.value if proportional else np.sqrt(np.mean(np.abs(frf.value) ** 2, axis=2, keepdims=True))
     return FRF(frf.frequency, frf.value + share * noise * level)
 
 
@@ -193,7 +193,7 @@ def bumping(level, gap=4e-4, stiffness=2e5, fs=2048, steps=4):
         v += dt * (q - a)
         x += dt * u
         y += dt * v
-    return Response(float(fs), shake.value, np.array(out)[::steps], band=shake.band)
+    return Response(float(fs), shake.value, np.array(out)[::steps].T, band=shake.band)
 
 
 def test_a_clearance_raises_the_frequencies_towards_those_in_contact():

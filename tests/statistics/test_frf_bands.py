@@ -68,7 +68,7 @@ def test_band_of_a_linear_rig(rig):
     def exact(k):
         grease = Grease(k, damping=3.0)
         bushings = tuple(dataclasses.replace(b, grease=grease) for b in rig.bushings)
-        return np.log(np.abs(linear_frf(rig.replace(bushings=bushings), band.fitted.frequency)))
+        return np.log(np.abs(linear_frf(rig.replace(bushings=bushings), band.fitted.frequency)))[:, None]
 
     every = np.array([exact(k) for k in np.exp(logarithms(laws)[:, 2])])
     spread = np.ptp(every, axis=0) * 8.686
@@ -139,7 +139,7 @@ def test_bands_of_a_study(small_dataset, tmp_path):
 
 def test_limits_hold_another_draw_as_often_as_they_say(rng):
     """4000 lines, 6 laws: binomial scatter of a share of 0.9 is 0.005. So do those of a test with a random error."""
-    draws, error = rng.normal(1.0, 0.3, (7, 1, 4000)), 0.6
+    draws, error = rng.normal(1.0, 0.3, (7, 1, 1, 4000)), 0.6
     band = Band(None, np.exp(draws[:6]), confidence=0.9)
     assert share(band.limits, draws[6]) == pytest.approx(0.9, abs=0.02)
     test = draws[6] + rng.normal(0, error, 4000)
@@ -158,8 +158,8 @@ def records(rng, n, shared, noise, size=8192):
     for _ in range(n):
         x = rng.standard_normal(size)
         y = scipy.signal.lfilter([1.0], [1, -0.5], x) + shared * (x**2 - 1)
-        test = (y + noise * rng.standard_normal(size))[:, None]
-        yield Response(1024.0, x, test, band=(20, 500)), Response(1024.0, x, y[:, None], band=(20, 500))
+        test = (y + noise * rng.standard_normal(size))[None]
+        yield Response(1024.0, x, test, band=(20, 500)), Response(1024.0, x, y[None], band=(20, 500))
 
 
 def test_random_error_is_the_scatter_from_record_to_record(rng):

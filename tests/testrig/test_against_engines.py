@@ -46,6 +46,6 @@ def test_engine_with_the_truth_reproduces_the_rig(rig, level, engine, bound, mea
     difference = difference_db(estimate_frf(bench), estimate_frf(model))
     measured.below(f"{what}: RMS difference of FRFs", difference, bound, source, "dB")
     first = slice(0, 1024)
-    error = np.sqrt(np.mean((model.displacement - bench.displacement)[first] ** 2, axis=0))
-    error = np.max(error / np.sqrt(np.mean(bench.displacement[first] ** 2, axis=0)))
+    error = np.sqrt(np.mean((model.displacement - bench.displacement)[:, first] ** 2, axis=1))
+    error = np.max(error / np.sqrt(np.mean(bench.displacement[:, first] ** 2, axis=1)))
     measured.below(f"{what}: displacement over the first 0.5 s, RMS error", error, 0.02, source)

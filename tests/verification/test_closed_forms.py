@@ -87,6 +87,6 @@ def test_bushings_under_a_force(engine, measured):
     expected = force * np.linalg.solve(
         np.eye(2) + grease.stiffness * flexibility(place, place), flexibility(place, [SHAFT.length])[:, 0]
     )
-    for j, found in enumerate(response.displacement[time > 3.5].mean(axis=0)):
+    for j, found in enumerate(response.displacement[:, time > 3.5].mean(axis=1)):
         what = f"{engine.name}: deflection at bushings[{j}] under {force} N at the tip (m)"
         measured.equal(what, found, expected[j], AT_BUSHINGS, rel=1e-3)

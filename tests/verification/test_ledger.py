@@ -87,7 +87,7 @@ def test_impulses_are_those_of_the_forces_that_the_engine_reports(engine):
     response, ledger, _ = thrown(ConstantLaw(STIFFNESS, 20.0), engine, 0.5)
     assert {i.side for i in ledger.impacts} == {"upper", "lower"}
     impulse = sum(i.impulse if i.side == "upper" else -i.impulse for i in ledger.impacts)
-    force = response.contact_force[:, 0]
+    force = response.contact_force[0]
     assert force[-1] == pytest.approx(0, abs=1e-6)
     assert impulse == pytest.approx(np.sum(force) / response.fs, rel=1e-3)
 

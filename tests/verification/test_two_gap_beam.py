@@ -92,7 +92,7 @@ class Reference:
         found = scipy.integrate.solve_ivp(self.rate, (0, t[-1]), start, "DOP853", t, rtol=1e-9, atol=1e-12)
         assert found.success
         p, v = np.split(found.y, 2)
-        return p.T @ self.middles.T, self.contact_forces(p.T, v.T).reshape(t.size, 2, 2).sum(axis=2)
+        return self.middles @ p, self.contact_forces(p.T, v.T).reshape(t.size, 2, 2).sum(axis=2).T
 
 
 TIME = np.arange(round(FS * DURATION)) / FS
@@ -101,18 +101,18 @@ EXCITATION = Excitation(base_acceleration(TIME), FS)
 
 def contact_window(displacement):
     """The 30 ms from the first contact; both bushings must be hit in them."""
-    touched = np.abs(displacement) > [b.gap for b in RIG.bushings]
-    first = np.flatnonzero(touched.any(axis=1))[0]
+    touched = np.abs(displacement) > [[b.gap] for b in RIG.bushings]
+    first = np.flatnonzero(touched.any(axis=0))[0]
     window = slice(first, first + round(0.03 * FS))
-    assert touched[window].any(axis=0).all()
-    assert touched[window].shape[0] == round(0.03 * FS) and window.stop < TIME.size
+    assert touched[:, window].any(axis=1).all()
+    assert touched[:, window].shape[1] == round(0.03 * FS) and window.stop < TIME.size
     return window
 
 
 def error(found, expected, window):
     """RMS of the difference over RMS, of each bushing."""
-    difference = found[window] - expected[window]
-    return np.sqrt(np.mean(difference**2, axis=0) / np.mean(expected[window] ** 2, axis=0))
+    difference = found[:, window] - expected[:, window]
+    return np.sqrt(np.mean(difference**2, axis=1) / np.mean(expected[:, window] ** 2, axis=1))
 
 
 @functools.cache

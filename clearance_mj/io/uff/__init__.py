@@ -41,7 +41,7 @@ __all__ = [
 ]
 
 
-def read_uff(path: str | PathLike[str]) -> list[Channel] | FRF | dict[str, FRF] | Modes:
+def read_uff(path: str | PathLike[str], reference: str | None = None) -> list[Channel] | FRF | Modes:
     """Read the time functions or the FRFs of a universal file, or the modes of a file without functions.
 
     Parameters
@@ -49,12 +49,13 @@ def read_uff(path: str | PathLike[str]) -> list[Channel] | FRF | dict[str, FRF] 
     path : str or Path
         A file with data sets 58, text or binary, or with data sets 55. Units are those of its data set 164, SI if there
         is none, unless a function's own label says another, such as "g". Data sets of other kinds are passed over.
+    reference : str, optional
+        Of FRFs, read those to this one, such as "5:+Z"; needed where others differ in lines or quantity.
 
     Returns
     -------
-    list of Channel, FRF, dict of FRF or Modes
-        Channels of a file with time functions; an FRF of a file with frequency response functions to one reference, a
-        mapping from references such as "5:+Z" to FRFs if there are several; else modes.
+    list of Channel, FRF or Modes
+        Channels of a file with time functions; an FRF of a file with frequency response functions; else modes.
 
     Raises
     ------
@@ -71,7 +72,7 @@ def read_uff(path: str | PathLike[str]) -> list[Channel] | FRF | dict[str, FRF] 
         functions = measured(functions)
         if functions[0].kind == TIME_FUNCTION:
             return [read_channel(data, f) for f in functions]
-        return read_frfs(data, functions)
+        return read_frfs(data, functions, reference)
     except RecordError as error:
         raise RecordError(f"{path}: {error}") from None
 
@@ -138,8 +139,8 @@ def write_uff(path: str | PathLike[str], obj: object, rig: Rig | None = None) ->
     ----------
     path : str or Path
         The file; an existing one is replaced once the new one is whole.
-    obj : sequence of Channel, Record, FRF, dict of FRF or Modes
-        What to write; FRFs to several references are a mapping from them, as `read_uff` returns it.
+    obj : sequence of Channel, Record, FRF or Modes
+        What to write.
     rig : Rig, optional
         Where the nodes are: written as nodes (15) and a trace line along the shaft (82).
 
@@ -151,7 +152,7 @@ def write_uff(path: str | PathLike[str], obj: object, rig: Rig | None = None) ->
     try:
         if isinstance(obj, Modes):
             blocks = [text.encode() for text in mode_sets(obj)]
-        elif isinstance(obj, FRF | dict):
+        elif isinstance(obj, FRF):
             blocks = frf_blocks(obj)
         else:
             blocks = [channel_block(c) for c in _channels(obj)]

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
 import numpy as np
 
 from ...errors import RecordError
-from ...signals.frf import FRF, by_reference, one_or_several
+from ...signals.frf import FRF, join_references
 from .._checks import QUANTITIES, check_dof, require_finite
 from ._dataset_58 import (
     COHERENCE,
@@ -27,8 +25,8 @@ from ._dataset_164 import frf_scale
 from ._fields import quantity_of
 
 
-def read_frfs(data: bytes, functions: list[Function]) -> FRF | dict[str, FRF]:
-    """Put the FRFs of a file, and their coherences, into one object for each reference."""
+def read_frfs(data: bytes, functions: list[Function], reference: str | None = None) -> FRF:
+    """Put the FRFs of a file, and their coherences, together; those to one reference if it is named."""
     groups: dict[str, list[Function]] = {}
     for f in functions:
         if f.kind == FREQUENCY_RESPONSE:
@@ -36,11 +34,20 @@ def read_frfs(data: bytes, functions: list[Function]) -> FRF | dict[str, FRF]:
     for f in functions:
         if f.kind == COHERENCE:
             # Beside FRFs of one reference coherences need not tell theirs.
-            reference = f.reference if len(groups) > 1 else next(iter(groups))
-            if reference not in groups:
-                raise RecordError(f"data set {f.number}: coherence to {reference}, the FRFs are to {', '.join(groups)}")
-            groups[reference].append(f)
-    return one_or_several([_read_frf(data, group) for group in groups.values()])
+            its = f.reference if len(groups) > 1 else next(iter(groups))
+            if its not in groups:
+                raise RecordError(f"data set {f.number}: coherence to {its}, the FRFs are to {', '.join(groups)}")
+            groups[its].append(f)
+    if reference is not None:
+        if reference not in groups:
+            raise RecordError(f"holds FRFs to {', '.join(groups)}; not {reference}")
+        return _read_frf(data, groups[reference])
+    try:
+        return join_references([_read_frf(data, group) for group in groups.values()])
+    except RecordError as error:
+        if len(groups) == 1:
+            raise
+        raise RecordError(f"{error}; name a reference to read the FRFs to that one") from None
 
 
 def _read_frf(data, functions) -> FRF:
@@ -67,7 +74,7 @@ def _read_frf(data, functions) -> FRF:
         if missing or len(coherences) != len(frfs):
             raise RecordError(f"coherences and FRFs are not of the same responses: {missing or list(coherences)}")
         coherence = np.array([samples(data, coherences[label]) for label in frfs])
-    return FRF(frequency, value, coherence, tuple(frfs), first.reference, quantity)
+    return FRF(frequency, value, coherence, tuple(frfs), (first.reference,), quantity)
 
 
 def _frf_quantity(function: Function) -> str:
@@ -90,8 +97,8 @@ def _frequency(data: bytes, function: Function) -> np.ndarray:
     return numbers(data, function)[:, 0]
 
 
-def frf_blocks(frfs: FRF | Mapping[str, FRF]) -> list[bytes]:
-    return [block for frf in by_reference(frfs).values() for block in _frf_blocks(frf)]
+def frf_blocks(frf: FRF) -> list[bytes]:
+    return [block for reference in frf.references for block in _frf_blocks(frf.to_reference(reference))]
 
 
 def _frf_blocks(frf) -> list[bytes]:
@@ -114,7 +121,7 @@ def _frf_blocks(frf) -> list[bytes]:
     numerator, denominator = (QUANTITIES[name] for name in names)
     unit = "{}/{}".format(*(f"({UNIT_LABELS[n]})" if "/" in UNIT_LABELS[n] else UNIT_LABELS[n] for n in names))
     blocks = []
-    for label, value in zip(frf.responses, frf.value):
+    for label, value in zip(frf.responses, frf.value[:, 0]):
         check_dof(label)
         require_finite(value, f"FRF {label}")
         header = Header(
@@ -129,7 +136,7 @@ def _frf_blocks(frf) -> list[bytes]:
         )
         parts = (value.real, value.imag) if even else (frf.frequency, value.real, value.imag)
         blocks.append(function_block(header, np.stack(parts, axis=1).astype("<f8")))
-    for label, value in zip(frf.responses, () if frf.coherence is None else frf.coherence):
+    for label, value in zip(frf.responses, () if frf.coherence is None else frf.coherence[:, 0]):
         require_finite(value, f"coherence {label}")
         header = Header(
             name=f"coherence {label} / {frf.reference}",

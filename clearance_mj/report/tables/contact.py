@@ -28,7 +28,7 @@ def contact_rows(study: Study) -> list[dict]:
     for record in study.dataset.validate:
         displacement = record.response().displacement
         if displacement is not None:
-            rms, peak = displacement.std(axis=0), np.abs(displacement).max(axis=0)
+            rms, peak = displacement.std(axis=1), np.abs(displacement).max(axis=1)
             head = {"level": record.level, "record": record.name, "law": "test", "engine": FLOOR["engine"]}
             rows += _bushings(head, gaps, rms, peak, [np.nan] * len(gaps), [np.nan] * len(gaps))
     for c in study.cases:

@@ -1,0 +1,103 @@
+"""Base of the frozen data types that hold arrays: read-only arrays, equality by content, a short repr."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import fields
+
+import numpy as np
+
+__all__ = ["ArrayData", "read_only", "same"]
+
+LONGEST = 60
+"""characters of a field in a repr"""
+
+
+def read_only(value, dtype=float) -> np.ndarray:
+    """Return an array that nobody can write to.
+
+    Parameters
+    ----------
+    value : array_like
+        Any numbers; copied, unless it is such an array already.
+    dtype : type
+        Of the numbers.
+
+    Returns
+    -------
+    ndarray
+        C-contiguous.
+    """
+    found = np.ascontiguousarray(value, dtype=dtype).reshape(np.shape(value))
+    if not (found is value and not found.flags.writeable):
+        found = found.copy() if np.shares_memory(found, value) else found
+        found.flags.writeable = False
+    return found
+
+
+def same(a, b) -> bool:
+    """Whether two pieces of data hold the same: numbers, texts, arrays, tables, and lists and mappings of them.
+
+    Parameters
+    ----------
+    a, b : object
+        What to compare; nan equals nan.
+    """
+    if isinstance(a, np.ndarray) or isinstance(b, np.ndarray):
+        a, b = np.asarray(a), np.asarray(b)
+        return np.array_equal(a, b, equal_nan=a.dtype.kind in "fc" and b.dtype.kind in "fc")
+    if isinstance(a, dict):
+        return isinstance(b, dict) and a.keys() == b.keys() and all(same(value, b[key]) for key, value in a.items())
+    if isinstance(a, list | tuple):
+        return isinstance(b, list | tuple) and len(a) == len(b) and all(map(same, a, b))
+    if isinstance(a, float) and isinstance(b, float) and math.isnan(a):
+        return math.isnan(b)
+    if hasattr(a, "equals"):  # a table
+        return type(a) is type(b) and a.equals(b)
+    return bool(a == b)
+
+
+class ArrayData:
+    """Base of frozen dataclasses that hold arrays; decorate them with ``dataclass(frozen=True, eq=False, repr=False)``.
+
+    Two objects are equal if they are of one type and every field holds the same; equal objects have one hash, so that
+    caches key on the content.
+    """
+
+    def _set(self, **values):
+        """Set fields of the frozen object, in ``__post_init__``."""
+        for name, value in values.items():
+            object.__setattr__(self, name, value)
+
+    def __eq__(self, other: object) -> bool:
+        if type(other) is not type(self):
+            return NotImplemented
+        return all(same(getattr(self, f.name), getattr(other, f.name)) for f in fields(self) if f.compare)
+
+    def __hash__(self) -> int:
+        content: list = [type(self)]
+        for value in (getattr(self, f.name) for f in fields(self) if f.compare):
+            if isinstance(value, np.ndarray):
+                numbers = np.where(np.isnan(value), np.nan, value) + 0.0  # -0 equals 0, and nan any nan
+                content += [value.shape, numbers.tobytes()]
+            elif isinstance(value, str | int | float | tuple | ArrayData):
+                content.append(value)
+        return hash(tuple(content))
+
+    def __repr__(self) -> str:
+        parts = (f"{f.name}={_short(getattr(self, f.name))}" for f in fields(self) if f.repr)
+        return f"{type(self).__name__}({', '.join(parts)})"
+
+
+def _short(value) -> str:
+    if isinstance(value, np.ndarray):
+        ends = f"[{value[0]:g} ... {value[-1]:g}]" if value.ndim == 1 and value.size > 1 else "array"
+        return f"{ends} {value.shape}"
+    if hasattr(value, "columns"):
+        return f"table of {', '.join(map(str, value.columns))} ({len(value)} rows)"
+    if isinstance(value, dict):
+        return f"{{{', '.join(map(str, value))}}}"
+    if isinstance(value, tuple) and len(value) > 4:
+        return f"({value[0]!r} ... {value[-1]!r}: {len(value)})"
+    text = repr(value)
+    return text if len(text) <= LONGEST else f"{text[:LONGEST]}..."
