@@ -37,7 +37,7 @@ def frf(shift=1.0, scale=1.0) -> FRF:
 
 def compared(test, model, test_shift, model_shift) -> Comparison:
     """What `compare` returns, with the modes as they are known: looking for them takes a second."""
-    t, m = test.value, model.value
+    t, m = test.functions, model.functions
     variants = csac_per_sensor(t, m), csf_per_sensor(t, m)
     per_sensor = {"sensor": test.responses, "mre": mre(t, m), "rmse_db": rmse_db(t, m), "frac": frac(t, m)}
     per_sensor |= {"csac": variants[0].mean(axis=1), "csf": variants[1].mean(axis=1)}

@@ -78,7 +78,7 @@ def test_sensors_are_split_between_the_two_overlays(drawings):
 def test_a_zero_in_an_frf_does_not_break_the_overlay(study):
     test = study.tests["level_4_a"]
     value = test.value.copy()
-    value[:, 5] = 0
+    value[..., 5] = 0
     silent = changed(study, tests=study.tests | {"level_4_a": dataclasses.replace(test, value=value)})
     assert np.all(np.isfinite(figures.frf_bushings(silent, LEVEL).figure.axes[0].get_ylim()))
 

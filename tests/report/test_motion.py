@@ -104,8 +104,8 @@ def test_each_level_of_a_waterfall_stands_a_step_above_the_one_before(drawings):
 
 def test_a_spectrum_shows_the_sines_rms_over_the_excitations():
     """A sine of 3 m/s² amplitude on a line, at level 2: 20 log10(3/√2/2) = 0.51 dB."""
-    acceleration = 3 * np.sin(2 * np.pi * 32.0 * TIME)[:, None] * np.ones(8)
-    drawing = motion.spectrum_waterfall(RIG, {2.0: response(np.zeros((TIME.size, 2)), acceleration)})
+    acceleration = 3 * np.sin(2 * np.pi * 32.0 * TIME) * np.ones((8, 1))
+    drawing = motion.spectrum_waterfall(RIG, {2.0: response(np.zeros((2, TIME.size)), acceleration)})
     line = drawing.figure.axes[0].lines[0]
     assert line.get_ydata().max() == pytest.approx(20 * np.log10(3 / np.sqrt(2) / 2), abs=0.01)
     assert line.get_xdata()[np.argmax(line.get_ydata())] == 32.0
@@ -116,7 +116,7 @@ def test_the_studys_waterfall_shows_test_and_best_law_at_every_level(study):
     lines = drawing.figure.axes[0].lines
     assert [line.get_color() for line in lines] == [figures.TEST, figures.LAWS[1]] * 2
     for i, level in enumerate((1.0, 4.0)):
-        test = 20 * np.log10(np.abs(study.tests[f"level_{level:g}_a"].value[1]))
+        test = 20 * np.log10(np.abs(study.tests[f"level_{level:g}_a"].functions[1]))
         np.testing.assert_allclose(lines[2 * i].get_ydata(), test + 20 * i)
     assert "synthetic" in drawing.caption and "constant" in drawing.figure.legends[0].get_texts()[1].get_text()
 
