@@ -57,11 +57,11 @@ def test_svg_is_well_formed_and_the_same_each_time(study, name):
 def test_curves_are_the_frfs_of_the_study(study, drawings):
     magnitude = drawings["frf_bushings"].figure.axes[0]
     curves = {(line.get_color(), line.get_linestyle()): line.get_ydata() for line in magnitude.lines}
-    decibel = {name: 20 * np.log10(np.abs(frf.value[1])) for name, frf in study.tests.items()}
+    decibel = {name: 20 * np.log10(np.abs(frf.functions[1])) for name, frf in study.tests.items()}
     assert np.array_equal(curves[figures.TEST, "-"], decibel["level_4_a"])
     assert np.array_equal(curves[figures.REPEAT, "-"], decibel["level_4_b"])
     for law, colour in zip(("nominal", "constant"), figures.LAWS):
-        expected = 20 * np.log10(np.abs(study.case(law, "links", LEVEL).frf.value[1]))
+        expected = 20 * np.log10(np.abs(study.case(law, "links", LEVEL).frf.functions[1]))
         assert np.array_equal(curves[colour, "-"], expected)
     dashed = [colour for colour, style in curves if style == "--"]
     assert dashed == [figures.LAWS[1]], "the other engine is drawn for the best law only"

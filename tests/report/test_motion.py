@@ -62,7 +62,7 @@ def test_what_has_no_displacements_or_no_period_is_refused():
 @pytest.fixture(scope="module")
 def drawings():
     noise = np.random.default_rng(0).standard_normal
-    random = {level: response(1e-4 * level * noise((TIME.size, 2)), noise((TIME.size, 8))) for level in (1.0, 2.0, 4.0)}
+    random = {level: response(1e-4 * level * noise((2, TIME.size)), noise((8, TIME.size))) for level in (1.0, 2.0, 4.0)}
     sines = {level: swinging(order) for order, level in enumerate((1.0, 2.0, 4.0), 1)}
     frequency = np.linspace(5, 220, 200)
     frfs = {level: cm.FRF(frequency, np.full((8, 200), 1 / level + 0j)) for level in random}
