@@ -12,6 +12,7 @@ from .engines import Links, Modal, ModalMujoco, simulate, simulate_batch, simula
 from .engines.energy import keep_ledger
 from .errors import ClearanceError, ExcitationError, LawError, RecordError, RigError, SimulationError
 from .io.dataset import Dataset, Record, write_dataset
+from .io.formats import read, write
 from .io.uff import read_uff, write_uff
 from .rig import Beam, Bushing, Contact, Grease, PointMass, Rig, Sensor, Shaker
 from .signals import excitation
@@ -66,6 +67,7 @@ __all__ = [
     "load_law",
     "mac",
     "mre",
+    "read",
     "read_uff",
     "relative_error",
     "rmse_db",
@@ -74,6 +76,7 @@ __all__ = [
     "simulate_blocks",
     "simulate_each",
     "solref_solimp",
+    "write",
     "write_dataset",
     "write_uff",
 ]

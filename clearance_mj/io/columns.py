@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import difflib
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -71,7 +71,7 @@ class Column:
     scale: float = 1.0
     """SI units in one of the column's"""
 
-    def channel(self, value, fs: float, start: float) -> Channel:
+    def channel(self, value: np.ndarray, fs: float, start: float) -> Channel:
         """Return the column as a channel.
 
         Parameters
@@ -133,7 +133,7 @@ def resolve(cells: Sequence[str], mapped: Mapping[str, str], line: int | None = 
     return used
 
 
-def _column(index, cell, given) -> Column:
+def _column(index: int, cell: str, given: str) -> Column:
     name, unit = _split(given)
     unit = _split(cell)[1] if unit is None else unit
     if name in ("time", "frequency"):
@@ -150,7 +150,7 @@ def _column(index, cell, given) -> Column:
     return Column(index, _name(cell), quantity, dof, scale=_scale(unit, quantity))
 
 
-def _frf_column(index, name, unit, response, reference, part) -> Column:
+def _frf_column(index: int, name: str, unit: str | None, response: str, reference: str, part: str | None) -> Column:
     (above, dof), (below, reference) = _place(response), _place(reference)
     part = part or ""
     if part == "phase":
@@ -164,7 +164,7 @@ def _frf_column(index, name, unit, response, reference, part) -> Column:
     return Column(index, name, f"{above}/{below}", dof, reference, part, scale)
 
 
-def _place(name) -> tuple[str, str]:
+def _place(name: str) -> tuple[str, str]:
     """Quantity and degree of freedom of a channel's name."""
     kind, *rest = name.split(":")
     node = int(rest.pop(0)) if rest and rest[0].isdigit() else _NODES[kind]
@@ -193,16 +193,16 @@ def to_frf(columns: Sequence[Column], values: Sequence[np.ndarray]) -> FRF:
     axes = [value * c.scale for c, value in zip(columns, values) if c.quantity == "frequency"]
     if len(axes) != 1:
         raise RecordError(f'needs one column "frequency", has {len(axes)}')
-    groups: dict[str, list] = {}
+    groups: dict[str, list[tuple[Column, np.ndarray]]] = {}
     for column, value in zip(columns, values):
         if column.reference:
             groups.setdefault(column.reference, []).append((column, value * column.scale))
     return join_references([_to_one_frf(axes[0].real, group) for group in groups.values()])
 
 
-def _to_one_frf(frequency, group) -> FRF:
+def _to_one_frf(frequency: np.ndarray, group: list[tuple[Column, np.ndarray]]) -> FRF:
     """FRFs to one reference."""
-    functions: dict[str, dict] = {}
+    functions: dict[str, dict[str, np.ndarray]] = {}
     first = group[0][0]
     for column, value in group:
         if column.quantity != first.quantity:
@@ -222,7 +222,7 @@ def _to_one_frf(frequency, group) -> FRF:
     return FRF(frequency, value, coherence, tuple(functions), (first.reference,), first.quantity)
 
 
-def _complex(dof, parts) -> np.ndarray:
+def _complex(dof: str, parts: Mapping[str, np.ndarray]) -> np.ndarray:
     match sorted(parts.keys() - {"coherence"}):
         case [""]:
             return parts[""]
@@ -324,32 +324,33 @@ def table_of_frf(frf: FRF) -> tuple[list[str], np.ndarray]:
     return headers, np.stack(columns, axis=1)
 
 
-def _split(cell) -> tuple[str, str | None]:
-    name, square, round_ = _CELL.fullmatch(cell).groups()
-    return name, square if square is not None else round_
+def _split(cell: str) -> tuple[str, str | None]:
+    """Name and unit."""
+    name, square, curved = match.groups() if (match := _CELL.fullmatch(cell)) else (cell, None, None)
+    return name, square if square is not None else curved
 
 
-def _name(cell) -> str:
+def _name(cell: str) -> str:
     return _split(cell)[0]
 
 
-def _scale(unit, quantity) -> float:
+def _scale(unit: str | None, quantity: str) -> float:
     return unit_factor(unit, quantity) if unit else 1.0
 
 
-def _channels_like(name) -> list[str]:
+def _channels_like(name: str) -> list[str]:
     """Names of channels at the node that a name holds."""
-    node = re.search(r"\d*$", name)[0] or "1"
+    node = name[len(name.rstrip("0123456789")) :] or "1"
     return ["time", "frequency", "base", "force", f"acc:{node}", f"vel:{node}", f"disp:{node}", f"acc:{node}/base"]
 
 
-def _nearest(name, known) -> str:
+def _nearest(name: str, known: Sequence[str]) -> str:
     """A question after what was meant, if something like it is known."""
     found = difflib.get_close_matches(name, known, 1, 0.6)
     return f' (did you mean "{found[0]}"?)' if found else ""
 
 
-def listed(names) -> str:
+def listed(names: Iterable[str]) -> str:
     """Names in quotation marks.
 
     Parameters

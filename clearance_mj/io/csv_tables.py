@@ -8,8 +8,9 @@ from __future__ import annotations
 
 import csv
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from decimal import Decimal
+from os import PathLike
 
 import numpy as np
 
@@ -17,15 +18,19 @@ from ..errors import RecordError
 from ..files import replacing
 from ..signals.frf import FRF
 from ._checks import simplest_rate
-from .columns import SKIP, Contents, listed, resolve, table_of_channels, table_of_frf, to_frf
+from .channels import Channel
+from .columns import SKIP, Column, Contents, listed, resolve, table_of_channels, table_of_frf, to_frf
 from .lvm import read_text
+from .registry import Format, register
 
 __all__ = ["read_csv", "write_csv"]
 
 SEPARATORS = (",", ";", "\t")
+Row = tuple[int, list[str]]
+"""number of a line and its cells"""
 
 
-def read_csv(path, columns: Mapping[str, str] | None = None, fs: float | None = None) -> Contents:
+def read_csv(path: str | PathLike[str], columns: Mapping[str, str] | None = None, fs: float | None = None) -> Contents:
     """Read the time records or the FRFs of a CSV file.
 
     Separated by commas, semicolons or tabs, with decimal points; lines before the header that begin with "#" are
@@ -59,7 +64,7 @@ def read_csv(path, columns: Mapping[str, str] | None = None, fs: float | None = 
         raise RecordError(f"{path}: {error}") from None
 
 
-def write_csv(path, obj):
+def write_csv(path: str | PathLike[str], obj: Contents) -> None:
     """Write time records or FRFs as CSV, every digit of every number.
 
     Parameters
@@ -82,13 +87,12 @@ def write_csv(path, obj):
         np.savetxt(file, numbers, "%.17g", ",", header=",".join(headers), comments="")
 
 
-def _with_time(channels):
+def _with_time(channels: Sequence[Channel]) -> tuple[list[str], np.ndarray]:
     headers, numbers = table_of_channels(channels)
-    time = channels[0].start + np.arange(channels[0].size) / channels[0].fs
-    return ["time [s]", *headers], np.column_stack((time, numbers))
+    return ["time [s]", *headers], np.column_stack((channels[0].time, numbers))
 
 
-def _contents(lines, mapped, fs) -> Contents:
+def _contents(lines: list[str], mapped: Mapping[str, str], fs: float | None) -> Contents:
     filled = [(i, line) for i, line in enumerate(lines, 1) if line.strip() and not line.startswith("#")]
     if len(filled) < 3:
         raise RecordError("holds no records; needs a line with the names of the columns, then two or more of numbers")
@@ -118,7 +122,7 @@ def _contents(lines, mapped, fs) -> Contents:
     return [c.channel(values[:, i], rate, start) for i, c in enumerate(used) if c not in times]
 
 
-def _numbers(rows, cells, used) -> np.ndarray:
+def _numbers(rows: list[Row], cells: list[str], used: list[int]) -> np.ndarray:
     """(n, n_used) numbers of the columns to use, all finite."""
     for line, row in rows:
         if len(row) != len(cells):
@@ -140,14 +144,14 @@ def _numbers(rows, cells, used) -> np.ndarray:
     return values
 
 
-def _number(text) -> float:
+def _number(text: str) -> float:
     try:
         return float(text)
     except ValueError:
         return np.nan
 
 
-def _timing(rows, cells, times, fs) -> tuple[float, float]:
+def _timing(rows: list[Row], cells: list[str], times: list[Column], fs: float | None) -> tuple[float, float]:
     """Sampling rate in Hz and time of the first sample in s."""
     if not times:
         if fs is None:
@@ -170,3 +174,16 @@ def _timing(rows, cells, times, fs) -> tuple[float, float]:
             "enough to tell it"
         )
     return simplest_rate(float(step), digit / (time.size - 1)), float(time[0])
+
+
+register(
+    Format(
+        "CSV",
+        (".csv", ".tsv", ".txt"),
+        (Channel, FRF),
+        read_csv,
+        write_csv,
+        options=("columns", "fs"),
+        note="a header or a map of columns; `.csv.gz` is read",
+    )
+)

@@ -1,122 +1,105 @@
-"""Any file of time records or FRFs, by its suffix.
+"""Any file of time records, responses, FRFs, modes, rigs or laws, by its suffix: `clearance_mj.read` and `write`.
 
-A format is one entry of `FORMATS`.
+Each format is a file that registers itself, see `clearance_mj.io.registry`; those of the package are imported here.
 """
 
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping
+from os import PathLike
 from pathlib import Path
+from typing import Any
 
+from ..clearance.law import Law
 from ..errors import RecordError
 from ..rig import Rig
 from ..signals.ema import Modes
 from ..signals.frf import FRF
 from ..signals.response import Response
-from . import results
-from .csv_tables import read_csv, write_csv
-from .dataset import Record, bushing_nodes
-from .mat import read_mat, write_mat
-from .uff import Channel, read_uff, write_uff
+from . import csv_tables, lvm, mat, models, results, uff
+from .channels import Channel
+from .dataset import Dataset, Record, bushing_nodes
+from .registry import FORMATS, WORDS, Format, format_of, register
 
 __all__ = [
     "FORMATS",
+    "Contents",
+    "Format",
     "format_of",
     "read",
     "read_channels",
     "read_frf",
     "read_record",
+    "register",
     "to_channels",
     "write",
 ]
 
-
-@dataclass(frozen=True)
-class Format:
-    """How files of one kind are read and written."""
-
-    name: str
-    read: Callable
-    """path [, columns, fs] -> list of Channel, FRF, Response or Modes"""
-    write: Callable
-    """path, object [, rig]"""
-    table: bool = False
-    """whether its columns can be mapped"""
-    geometry: bool = False
-    """whether it holds the nodes of a rig"""
+BUILT_IN = (uff, csv_tables, mat, lvm, results, models)
+"""Modules of the package that register formats"""
+OPTIONS = {"columns": "names of columns are", "fs": "a sampling rate is"}
+Contents = list[Channel] | Response | FRF | Modes | Rig | Law | Dataset
+"""What files hold"""
+Columns = Mapping[str, str]
 
 
-_CSV, _UFF = Format("CSV", read_csv, write_csv, table=True), Format("UFF", read_uff, write_uff, geometry=True)
-_MAT, _NETCDF = Format("MATLAB", read_mat, write_mat, table=True), Format("NetCDF", results.load, results.save)
-FORMATS = {
-    **dict.fromkeys((".uff", ".unv", ".uf"), _UFF),
-    **dict.fromkeys((".csv", ".tsv", ".txt"), _CSV),
-    ".mat": _MAT,
-    **dict.fromkeys((".nc", ".h5", ".hdf5"), _NETCDF),
-}
-"""By suffix"""
-_PLAIN = (".wav", ".wave", ".flac", ".aif", ".aiff", ".ogg", ".mp3", ".npy", ".npz", ".bin", ".raw", ".dat", ".pcm")
-"""Suffixes of plain time series"""
-
-
-def format_of(path) -> Format:
-    """How a file is read and written.
+def read(
+    path: str | PathLike[str], columns: Columns | None = None, fs: float | None = None, reference: str | None = None
+) -> Contents:
+    """Read a file in the format of its suffix, or a dataset folder.
 
     Parameters
     ----------
     path : str or Path
-        Its suffix decides; .gz is passed over.
-
-    Raises
-    ------
-    RecordError
-        If the suffix is unknown, or that of a plain time series, which knows neither units nor channels.
-    """
-    path = Path(path)
-    suffix = Path(path.stem if path.suffix.lower() == ".gz" else path.name).suffix.lower()
-    if suffix in _PLAIN:
-        raise RecordError(
-            f"{path}: a {suffix} file does not say what its samples are, in which unit and at which node; save them as "
-            'CSV with a header such as "time,base [g],acc:1 [g]", or as .mat'
-        )
-    if suffix not in FORMATS:
-        raise RecordError(f'{path}: suffix "{suffix}" is unknown; use {", ".join(FORMATS)}')
-    return FORMATS[suffix]
-
-
-def read(path, columns: Mapping[str, str] | None = None, fs: float | None = None):
-    """Read a file of time records, FRFs or modes.
-
-    Parameters
-    ----------
-    path : str or Path
-        The file.
+        The file or folder.
     columns : mapping of str to str, optional
-        What columns of CSV and variables of MATLAB files are, see `clearance_mj.io.columns`.
+        What columns of CSV and LVM and variables of MATLAB files are, see `clearance_mj.io.columns`.
     fs : float, optional
         Samples per second of a CSV or MATLAB file that does not say.
+    reference : str, optional
+        Of FRFs to several references return those to this one, such as "5:+Z".
 
     Returns
     -------
-    list of Channel, FRF, Response or Modes
+    list of Channel, Response, FRF, Modes, Rig, Law or Dataset
+        What the file holds: time records are channels.
 
     Raises
     ------
     RecordError
         If the file cannot be used; the message names it and the place.
     """
-    kind = format_of(path)
-    if kind.table:
-        return kind.read(path, columns, fs)
-    if columns or fs is not None:
-        raise RecordError(f"{path}: names of columns and a sampling rate are for CSV and MATLAB files")
-    return kind.read(path)
+    if Path(path).is_dir():
+        return Dataset.load(path)
+    known = format_of(path)
+    given: dict[str, Any] = {"columns": columns or None, "fs": fs, "reference": reference}
+    given = {name: value for name, value in given.items() if value is not None}
+    for name in given.keys() - {*known.options, "reference"}:
+        names = sorted({f.name for f in FORMATS.values() if name in f.options})
+        raise RecordError(f"{path}: {OPTIONS[name]} for {', '.join(names)} files")
+    obj = known.read(path, **{name: value for name, value in given.items() if name in known.options})
+    if reference is None or not isinstance(obj, FRF):
+        return obj
+    try:
+        return obj.to_reference(reference)
+    except RecordError as error:
+        raise RecordError(f"{path}: {error}") from None
+
+
+def _kind(obj: object) -> type:
+    """Key of `WORDS`, or the type of an object that no file holds."""
+    if isinstance(obj, list | tuple) and all(isinstance(item, Channel) for item in obj):
+        return Channel
+    return next((kind for kind in WORDS if isinstance(obj, kind)), type(obj))
+
+
+def _words(obj: object) -> str:
+    return WORDS.get(_kind(obj), "a dataset")
 
 
 def read_channels(
-    path, columns: Mapping[str, str] | None = None, fs: float | None = None, rig: Rig | None = None
+    path: str | PathLike[str], columns: Columns | None = None, fs: float | None = None, rig: Rig | None = None
 ) -> list[Channel]:
     """Read a file of time records.
 
@@ -144,17 +127,17 @@ def read_channels(
     if isinstance(obj, Response):
         return to_channels(obj, rig)
     if not isinstance(obj, list):
-        raise RecordError(f"{path}: holds {_WORDS[type(obj)]}, needs time records")
+        raise RecordError(f"{path}: holds {_words(obj)}, needs time records")
     return obj
 
 
 def read_record(
-    path,
+    path: str | PathLike[str],
     rig: Rig,
     role: str,
-    columns: Mapping[str, str] | None = None,
+    columns: Columns | None = None,
     fs: float | None = None,
-    **described,
+    **described: Any,
 ) -> Record:
     """Read a file with the time records of one test on a rig.
 
@@ -192,7 +175,7 @@ def read_record(
         raise RecordError(f"{path}: {error}") from None
 
 
-def read_frf(path, columns: Mapping[str, str] | None = None, reference: str | None = None) -> FRF:
+def read_frf(path: str | PathLike[str], columns: Columns | None = None, reference: str | None = None) -> FRF:
     """Read a file of FRFs to one or several references.
 
     Parameters
@@ -202,7 +185,7 @@ def read_frf(path, columns: Mapping[str, str] | None = None, reference: str | No
     columns : mapping of str to str, optional
         As `read` takes it.
     reference : str, optional
-        Return those to this one only, such as "5:+Z".
+        As `read` takes it.
 
     Returns
     -------
@@ -213,48 +196,45 @@ def read_frf(path, columns: Mapping[str, str] | None = None, reference: str | No
     RecordError
         As `read`, and if the file holds something else, or no FRFs to the reference.
     """
-    kind = format_of(path)
-    obj = read_uff(path, reference) if kind is _UFF and not columns else read(path, columns)
-    if not isinstance(obj, FRF):
-        hint = "" if isinstance(obj, Modes) else "; clearance-mj convert --frf makes them of records"
-        raise RecordError(f"{path}: holds {_WORDS[type(obj)]}, needs FRFs{hint}")
-    try:
-        return obj.to_reference(reference) if reference else obj
-    except RecordError as error:
-        raise RecordError(f"{path}: {error}") from None
+    obj = read(path, columns, reference=reference)
+    if isinstance(obj, FRF):
+        return obj
+    hint = "; clearance-mj convert --frf makes them of records" if isinstance(obj, list | Response) else ""
+    raise RecordError(f"{path}: holds {_words(obj)}, needs FRFs{hint}")
 
 
-_WORDS = {list: "time records", Response: "time records", FRF: "FRFs", Modes: "modes"}
-
-
-def write(path, obj, rig: Rig | None = None):
-    """Write time records, FRFs or modes in the format of the suffix.
+def write(path: str | PathLike[str], obj: object, rig: Rig | None = None) -> None:
+    """Write time records, a response, FRFs, modes, a rig or a law in the format of the suffix.
 
     Parameters
     ----------
     path : str or Path
         The file; an existing one is replaced once the new one is whole.
-    obj : list of Channel, FRF, Response or Modes
-        A response is written to NetCDF as it is, to other formats as the channels that it amounts to; modes to UFF.
+    obj : list of Channel, Response, FRF, Modes, Rig or Law
+        A format that does not hold responses gets the channels that one amounts to.
     rig : Rig, optional
-        Its nodes are written too where the format has a place for them, see `write_uff`.
+        Its nodes are written too where the format has a place for them, see `clearance_mj.write_uff`.
 
     Raises
     ------
     RecordError
         If the suffix is unknown or the format cannot hold the object.
     """
-    kind = format_of(path)
+    known = format_of(path)
     if Path(path).suffix.lower() == ".gz":
         raise RecordError(f"{path}: compressed files are read, not written")
-    if isinstance(obj, Modes) and kind is not _UFF:
-        raise RecordError(f"{path}: modes are written to universal files (.uff) only")
-    if isinstance(obj, Response) and kind is not _NETCDF:
+    if isinstance(obj, Response) and Response not in known.holds and Channel in known.holds:
         obj = to_channels(obj, rig)
-    if kind.geometry:
-        kind.write(path, obj, rig)
+    if known.write is None or _kind(obj) not in known.holds:
+        suffixes = [suffix for suffix, f in FORMATS.items() if f.write and _kind(obj) in f.holds]
+        instead = f"; use {', '.join(suffixes)}" if suffixes else ""
+        raise RecordError(
+            f"{path}: {known.name} files cannot take {WORDS.get(_kind(obj), type(obj).__name__)}{instead}"
+        )
+    if known.geometry:
+        known.write(path, obj, rig)
     else:
-        kind.write(path, obj)
+        known.write(path, obj)
 
 
 def to_channels(response: Response, rig: Rig | None = None) -> list[Channel]:

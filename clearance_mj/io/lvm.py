@@ -9,19 +9,26 @@ from __future__ import annotations
 
 import gzip
 import zlib
+from collections.abc import Mapping
 from dataclasses import dataclass
+from os import PathLike
 from pathlib import Path
 
 import numpy as np
 
 from ..errors import RecordError
 from ..files import TOO_DENSE, most_unpacked
+from ._checks import even_rate
+from .channels import Channel
+from .columns import resolve
+from .registry import Format, register
 
-__all__ = ["LvmSegment", "read_lvm", "read_text"]
+__all__ = ["LvmSegment", "read_lvm", "read_lvm_channels", "read_text"]
 
 END = "***End_of_Header***"
 SEPARATORS = {"Tab": "\t", "Comma": ","}
 X_COLUMNS = ("One", "Multi", "No")
+Entries = dict[str, list[str]]
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,7 +47,7 @@ class LvmSegment:
     """file header and segment header, the first channel's entry of each"""
 
 
-def read_text(path) -> list[str]:
+def read_text(path: str | PathLike[str]) -> list[str]:
     """Read the lines of a text file, plain or compressed by gzip.
 
     Parameters
@@ -78,7 +85,7 @@ def read_text(path) -> list[str]:
         return data.decode("latin-1").splitlines()
 
 
-def read_lvm(path) -> list[LvmSegment]:
+def read_lvm(path: str | PathLike[str]) -> list[LvmSegment]:
     """Read a LabVIEW measurement file, plain or compressed by gzip.
 
     Parameters
@@ -95,7 +102,7 @@ def read_lvm(path) -> list[LvmSegment]:
     RecordError
         Naming file and line, where it is not such a file or a line does not hold the announced numbers.
     """
-    lines = read_text(path)
+    lines, path = read_text(path), Path(path)
     if not lines or not lines[0].startswith("LabVIEW Measurement"):
         raise RecordError(f'{path}, line 1: a LabVIEW measurement file begins with "LabVIEW Measurement"')
     header, at = _header(path, lines, 0)
@@ -113,9 +120,44 @@ def read_lvm(path) -> list[LvmSegment]:
     return segments
 
 
-def _header(path, lines, at, separator="\t"):
+def read_lvm_channels(path: str | PathLike[str], columns: Mapping[str, str] | None = None) -> list[Channel]:
+    """Read the time records of a LabVIEW measurement file of one segment.
+
+    Parameters
+    ----------
+    path : str or Path
+        The file.
+    columns : mapping of str to str, optional
+        Channel of a column by its title: ``{"Acceleration": "acc:1", "Comment": "skip"}``. Units are those that the
+        file says of its channels, unless the map gives another.
+
+    Returns
+    -------
+    list of Channel
+
+    Raises
+    ------
+    RecordError
+        As `read_lvm`; also if there are several segments, or a title or unit is unknown.
+    """
+    segments = read_lvm(path)
+    try:
+        if len(segments) > 1:
+            raise RecordError(f"holds {len(segments)} segments, time records need one; read_lvm reads them all")
+        (segment,) = segments
+        titles = [f"{name} [{unit}]" if unit else name for name, unit in zip(segment.names, segment.units)]
+        used = resolve(titles, columns or {})
+        if any(column.reference or column.quantity in ("time", "frequency") for column in used):
+            raise RecordError("its columns are channels over time: needs names such as acc:1, no FRFs and no time")
+        fs, start = even_rate(segment.x, 1e-6)
+        return [column.channel(segment.value[column.index], fs, start) for column in used]
+    except RecordError as error:
+        raise RecordError(f"{path}: {error}") from None
+
+
+def _header(path: Path, lines: list[str], at: int, separator: str = "\t") -> tuple[Entries, int]:
     """Entries {name: [values]} up to the end mark, and the line after it."""
-    entries = {}
+    entries: Entries = {}
     for number in range(at, len(lines)):
         if lines[number].startswith(END):
             return entries, number + 1
@@ -125,11 +167,13 @@ def _header(path, lines, at, separator="\t"):
     raise RecordError(f"{path}, line {at + 1}: the header that begins here has no {END}")
 
 
-def _next_filled(lines, at):
+def _next_filled(lines: list[str], at: int) -> int:
     return next((i for i in range(at, len(lines)) if lines[i].strip()), len(lines))
 
 
-def _segment(path, lines, at, header, separator, point):
+def _segment(
+    path: Path, lines: list[str], at: int, header: Entries, separator: str, point: str
+) -> tuple[LvmSegment, int]:
     channels = _whole(path, header, "Channels", at)[0]
     layout = header.get("X_Columns", ["One"])[0]
     if layout not in X_COLUMNS:
@@ -155,7 +199,7 @@ def _segment(path, lines, at, header, separator, point):
     return LvmSegment(x, rows[:, is_value].T.copy(), names, tuple(units), flat), end
 
 
-def _row(path, line, number, columns, separator, point):
+def _row(path: Path, line: str, number: int, columns: int, separator: str, point: str) -> list[float]:
     """Numbers of one line; a comment may follow them."""
     fields = line.split(separator)[:columns]
     if len(fields) < columns:
@@ -166,7 +210,7 @@ def _row(path, line, number, columns, separator, point):
         raise RecordError(f"{path}, line {number + 1}: not numbers: {line.strip()[:60]!r}") from None
 
 
-def _real(path, header, name, at) -> float:
+def _real(path: Path, header: Entries, name: str, at: int) -> float:
     try:
         return float(header[name][0])
     except (KeyError, ValueError):
@@ -175,7 +219,7 @@ def _real(path, header, name, at) -> float:
         ) from None
 
 
-def _whole(path, header, name, at):
+def _whole(path: Path, header: Entries, name: str, at: int) -> list[int]:
     try:
         values = [int(v) for v in header[name] if v]
         if values and min(values) > 0:
@@ -183,3 +227,15 @@ def _whole(path, header, name, at):
     except (KeyError, ValueError):
         pass
     raise RecordError(f"{path}, line {at}: the segment header needs {name}, a whole number > 0")
+
+
+register(
+    Format(
+        "LVM",
+        (".lvm",),
+        (Channel,),
+        read_lvm_channels,
+        options=("columns",),
+        note="LabVIEW measurement files of one segment, with a map of columns; `.lvm.gz` is read",
+    )
+)

@@ -8,10 +8,11 @@ scalar ``fs`` is the sampling rate. A cell array ``columns`` names the columns o
 
 from __future__ import annotations
 
-import io
 import re
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
+from os import PathLike
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import scipy.io
@@ -20,8 +21,10 @@ from ..errors import RecordError
 from ..files import replacing
 from ..signals.frf import FRF
 from ._checks import even_rate
-from .columns import Contents, frf_names, listed, resolve, table_of_channels, to_frf
-from .mat_elements import plain_arrays
+from ._mat_elements import Value, arrays
+from .channels import Channel
+from .columns import Column, Contents, frf_names, listed, resolve, table_of_channels, to_frf
+from .registry import Format, register
 
 __all__ = ["read_mat", "write_mat"]
 
@@ -30,7 +33,7 @@ _NAMED = ("data", "frf", "coherence")
 """Matrices whose columns the cell array names"""
 
 
-def read_mat(path, columns: Mapping[str, str] | None = None, fs: float | None = None) -> Contents:
+def read_mat(path: str | PathLike[str], columns: Mapping[str, str] | None = None, fs: float | None = None) -> Contents:
     """Read the time records or the FRFs of a MATLAB file.
 
     Parameters
@@ -61,7 +64,7 @@ def read_mat(path, columns: Mapping[str, str] | None = None, fs: float | None = 
         raise RecordError(f"{path}: {error}") from None
 
 
-def write_mat(path, obj):
+def write_mat(path: str | PathLike[str], obj: Contents) -> None:
     """Write time records or FRFs as a MATLAB file of version 5, in SI units.
 
     Parameters
@@ -85,14 +88,12 @@ def write_mat(path, obj):
         scipy.io.savemat(file, variables, do_compression=True, oned_as="column")
 
 
-def _record_variables(channels) -> dict:
+def _record_variables(channels: Sequence[Channel]) -> dict[str, Any]:
     headers, numbers = table_of_channels(channels)
-    first = channels[0]
-    time = first.start + np.arange(first.size) / first.fs
-    return {"time": time, "fs": first.fs, "data": numbers, "columns": np.array(headers, dtype=object)}
+    return {"time": channels[0].time, "fs": channels[0].fs, "data": numbers, "columns": np.array(headers, dtype=object)}
 
 
-def _frf_variables(frf) -> dict:
+def _frf_variables(frf: FRF) -> dict[str, Any]:
     found = [frf.to_reference(reference) for reference in frf.references]
     names = [f"{name} [{unit}]" for names, unit in map(frf_names, found) for name in names]
     variables = {
@@ -108,7 +109,7 @@ def _frf_variables(frf) -> dict:
     return variables
 
 
-def _load(path) -> dict:
+def _load(path: str | PathLike[str]) -> dict[str, Value]:
     try:
         data = Path(path).read_bytes()
     except OSError as error:
@@ -119,18 +120,18 @@ def _load(path) -> dict:
             "save(file, '-v7'), or write CSV"
         )
     try:
-        return scipy.io.loadmat(io.BytesIO(plain_arrays(data)))
-    except Exception as error:  # scipy raises whatever a damaged file leads to
-        reason = " ".join(str(error).split()) or type(error).__name__
-        raise RecordError(f"{path}: not a whole MATLAB file: {reason}") from None
+        return arrays(data)
+    except (RecordError, ValueError) as error:  # ValueError: a shape beyond what numpy can
+        raise RecordError(f"{path}: not a whole MATLAB file: {error}") from None
 
 
-def _contents(variables, mapped, fs) -> Contents:
+def _contents(variables: Mapping[str, Value], mapped: Mapping[str, str], fs: float | None) -> Contents:
     table = dict(_vectors(variables))
     if not table:
         raise RecordError("holds no numeric vectors or matrices (structures are passed over); save plain variables")
     used = resolve([*table], mapped)
-    values = [np.asarray(list(table.values())[c.index]) for c in used]
+    vectors = list(table.values())
+    values = [vectors[c.index] for c in used]
     for column, value in zip(used, values):
         if value.size != values[0].size:
             raise RecordError(
@@ -142,15 +143,15 @@ def _contents(variables, mapped, fs) -> Contents:
             raise RecordError(f'variable "{column.name}": number {np.argmin(np.isfinite(value)) + 1} is not finite')
     if any(c.reference for c in used):
         return to_frf(used, values)
-    rate, start = _timing(used, values, fs, variables)
+    rate, start = _timing(used, values, fs, variables.get("fs"))
     return [c.channel(v, rate, start) for c, v in zip(used, values) if c.quantity != "time"]
 
 
-def _vectors(variables):
+def _vectors(variables: Mapping[str, Value]) -> Iterator[tuple[str, np.ndarray]]:
     """Name and numbers of each column."""
     names = _names(variables.get("columns"))
     for name, value in variables.items():
-        if name.startswith("__") or not isinstance(value, np.ndarray) or value.dtype.kind not in "biufc":
+        if not isinstance(value, np.ndarray):
             continue
         if not name.isidentifier():
             raise RecordError(f"holds a variable with the impossible name {name!r}")
@@ -169,27 +170,40 @@ def _vectors(variables):
         yield from zip(headers, value.T)
 
 
-def _names(cells) -> list[str]:
+def _names(cells: Value) -> list[str]:
     """Strings of a cell array."""
-    if not isinstance(cells, np.ndarray) or cells.dtype != object:
+    if not isinstance(cells, list):
         return []
-    names = [str(c.item()) if isinstance(c, np.ndarray) and c.size == 1 else str(c) for c in cells.flat]
-    return ["".join(c if c.isprintable() else " " for c in name) for name in names]
+    return ["".join(c if c.isprintable() else " " for c in str(name)) for name in cells]
 
 
-def _timing(used, values, fs, variables) -> tuple[float, float]:
+def _timing(used: list[Column], values: list[np.ndarray], fs: float | None, stored: Value) -> tuple[float, float]:
     """Sampling rate in Hz and time of the first sample in s."""
     times = [value * c.scale for c, value in zip(used, values) if c.quantity == "time"]
-    stored = variables.get("fs")
     if not times:
-        if fs is None and stored is None:
+        if fs is not None:
+            return fs, 0.0
+        if stored is None:
             raise RecordError(
                 f'has no variable "time" or "fs", only {listed(c.name for c in used)}; map one to time, or give the '
                 "sampling rate"
             )
-        if fs is None and (stored.size != 1 or stored.dtype.kind not in "iuf"):
+        if not isinstance(stored, np.ndarray) or stored.size != 1 or np.iscomplexobj(stored):
             raise RecordError('variable "fs" must be one number, the samples per second')
-        return float(stored.item() if fs is None else fs), 0.0
+        return float(stored.item()), 0.0
     if len(times) > 1 or fs is not None:
         raise RecordError("has a variable of time; needs just one, and then no sampling rate beside it")
     return even_rate(times[0], 1e-15)
+
+
+register(
+    Format(
+        "MATLAB",
+        (".mat",),
+        (Channel, FRF),
+        read_mat,
+        write_mat,
+        options=("columns", "fs"),
+        note="version 5 to 7, not 7.3 (`save(file, '-v7')`)",
+    )
+)

@@ -23,6 +23,7 @@ from ..signals.response import Response
 from ._checks import check_dof
 from .channels import Channel, require_one_time
 from .columns import listed
+from .registry import Format, register
 
 __all__ = [
     "channels_to_dataset",
@@ -371,3 +372,25 @@ def _json(provenance) -> str:
         return json.dumps(provenance)
     except (TypeError, ValueError) as error:
         raise RecordError(f"provenance is not plain data: {error}") from None
+
+
+register(
+    Format(
+        "NetCDF",
+        (".nc",),
+        (Channel, Response, FRF),
+        load,
+        save,
+        note="NetCDF 3; `simulate` writes its response here, with contact and grease forces",
+    )
+)
+register(
+    Format(
+        "HDF5",
+        _HDF5,
+        (Channel, Response, FRF),
+        load,
+        save,
+        note='the same as NetCDF 4; needs h5netcdf: `pip install "clearance-mj[hdf5]"`',
+    )
+)

@@ -134,7 +134,7 @@ def test_bad_input(capsys, tmp_path, measured, small_dataset, monkeypatch):
         (measured, "--band", "500", "600"): "no line between 500 and 600 Hz",
         (measured, "--modes", "-1"): "n_modes must be >= 1",
         (measured, "--out", "file"): "is a file; give a folder",
-        (measured, "--model-column", "a=b"): "are for CSV and MATLAB files",
+        (measured, "--model-column", "a=b"): "names of columns are for CSV, LVM, MATLAB files",
         (measured, "--test-column", "a"): '--test-column "a": needs HEADER=CHANNEL',
     }
     for (model, *options), part in cases.items():

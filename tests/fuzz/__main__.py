@@ -2,15 +2,20 @@
 
 import argparse
 import json
+import re
 import sys
-import time
 from pathlib import Path
 
 from clearance_mj.files import replacing
 
-from .page import fill
 from .readers import readers
-from .run import fuzz
+from .run import FINDINGS, fuzz
+
+COLUMNS = {"inputs": "inputs", "distinct": "distinct", "read": "read", "refused": "refused",
+           "kinds_of_refusal": "kinds of refusal", **{what: what for what in FINDINGS}, "memory": "> 500 MB",
+           "escaped": "other exception", "unclear": "unclear message",
+           "memory_growth_mb": "growth of memory, MB"}  # fmt: skip
+TABLE = re.compile(r"(<!-- fuzz -->\n).*?(<!-- /fuzz -->)", re.DOTALL)
 
 
 def main() -> int:
@@ -27,33 +32,34 @@ def main() -> int:
     parser.add_argument("--workers", type=int, default=2)
     parser.add_argument("--page", type=Path, help="page whose table of inputs is written anew")
     options = parser.parse_args()
-    began = time.monotonic()
     chosen = [known[name] for name in options.reader or known]
     outcomes = fuzz(
         chosen, options.seed, options.out / "found", options.share, options.workers, options.first, options.count
     )
-    found = {name: outcome.summary() for name, outcome in outcomes.items()}
-    summary = _with_other_readers(options.out / "fuzz.json", options.seed, found)
-    summary["seconds"] = round(time.monotonic() - began, 1)
-    with replacing(options.out / "fuzz.json") as temporary:
-        temporary.write_text(json.dumps(summary, indent=1) + "\n", encoding="utf-8")
-    if options.page:
-        fill(options.page, summary)
-    for name, outcome in outcomes.items():
-        for index, what, detail, file in outcome.findings:
-            print(f"{name} {index}: {what}: {detail} [{file}]")
-    findings = sum(len(outcome.findings) for outcome in outcomes.values())
-    print(f"{sum(o.inputs for o in outcomes.values())} inputs, {findings} findings: {options.out / 'fuzz.json'}")
-    return int(findings > 0)
-
-
-def _with_other_readers(path, seed, found) -> dict:
-    """What was found, beside what earlier runs of the same seed found with other readers."""
+    path = options.out / "fuzz.json"
     before = json.loads(path.read_text(encoding="utf-8")) if path.exists() else {}
-    kept = before["readers"] if before.get("seed") == seed else {}
-    rows = kept | found
-    counts = {key: sum(row[key] for row in rows.values()) for key in ("inputs", "distinct")}
-    return {"seed": seed, **counts, "findings": sum(len(row["findings"]) for row in rows.values()), "readers": rows}
+    rows = before["readers"] if before.get("seed") == options.seed else {}  # of other readers
+    rows |= {name: outcome.summary() for name, outcome in outcomes.items()}
+    with replacing(path) as temporary:
+        temporary.write_text(json.dumps({"seed": options.seed, "readers": rows}, indent=1) + "\n", encoding="utf-8")
+    if options.page:
+        text = options.page.read_text(encoding="utf-8")
+        options.page.write_text(TABLE.sub(lambda marks: marks[1] + table(rows) + marks[2], text), encoding="utf-8")
+    findings = [(name, *finding) for name, outcome in outcomes.items() for finding in outcome.findings]
+    for name, index, what, detail, file in findings:
+        print(f"{name} {index}: {what}: {detail} [{file}]")
+    print(f"{sum(o.inputs for o in outcomes.values())} inputs, {len(findings)} findings: {path}")
+    return int(bool(findings))
+
+
+def table(readers) -> str:
+    """Rows of Markdown: one for each reader, then the sums."""
+    rows = {name: [found[key] for key in COLUMNS] for name, found in readers.items()}
+    sums = [sum(column) for column in zip(*rows.values())]
+    sums[-1] = max(row[-1] for row in rows.values())
+    lines = [f"| reader | {' | '.join(COLUMNS.values())} |", f"|---|{'---:|' * len(COLUMNS)}"]
+    lines += [f"| {name} | {' | '.join(f'{v:,}' for v in row)} |" for name, row in (*rows.items(), ("sum", sums))]
+    return "\n" + "\n".join(lines) + "\n\n"
 
 
 if __name__ == "__main__":

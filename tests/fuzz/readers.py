@@ -16,9 +16,10 @@ import scipy.io
 from clearance_mj.calibrate.files import read_frequencies
 from clearance_mj.clearance.law import law_from_dict, load_law
 from clearance_mj.errors import ClearanceError, LawError
-from clearance_mj.io import formats, lvm, results
+from clearance_mj.io import formats, lvm
 from clearance_mj.io.dataset import Dataset
-from clearance_mj.io.uff import Geometry, read_geometry, read_uff, scan_uff
+from clearance_mj.io.registry import FORMATS, Format
+from clearance_mj.io.uff import read_geometry, scan_uff
 from clearance_mj.io.uff._dataset_58 import Header, function_block
 from clearance_mj.rig import Rig
 from clearance_mj.sweep import load_plan
@@ -47,31 +48,11 @@ class Reader:
     """() -> names and bytes of files in the same folder"""
 
 
-def every(path, rng, *functions):
-    """Call all, and raise the first refusal if none of them could read the file."""
-    refusals = []
-    for function in functions:
-        try:
-            function(path)
-        except ClearanceError as error:
-            refusals.append(error)
-    if len(refusals) == len(functions):
-        raise refusals[0]
-
-
-# Universal files.
-
-
-@functools.cache
-def _uff():
-    return samples.uff()
-
-
-def make_uff(rng):
+def make_uff(rng, whole):
     if rng.random() < 0.75:
-        return damaged(rng, rng.choice(_uff()), _uff(), text=rng.random() < 0.5)
+        return damaged(rng, rng.choice(whole), whole, text=rng.random() < 0.5)
     blocks = [_block(rng) for _ in range(rng.choice((1, 1, 2, 3)))]
-    return b"".join(blocks if rng.random() < 0.7 else [damaged(rng, b, _uff()) for b in blocks])
+    return b"".join(blocks if rng.random() < 0.7 else [damaged(rng, b, whole) for b in blocks])
 
 
 def _block(rng):
@@ -96,19 +77,15 @@ def _block(rng):
 
 
 def read_any_uff(path, rng):
-    every(path, rng, read_uff, scan_uff, _geometry)
-
-
-def _geometry(path):
-    assert isinstance(read_geometry(path), Geometry)
-
-
-# Tables.
-
-
-@functools.cache
-def _csv():
-    return samples.csv()
+    """Raise the first refusal if no function could read the file."""
+    refusals = []
+    for function in (formats.read, scan_uff, read_geometry):
+        try:
+            function(path)
+        except ClearanceError as error:
+            refusals.append(error)
+    if len(refusals) == 3:
+        raise refusals[0]
 
 
 _FRF_HEADS = (
@@ -129,9 +106,9 @@ _MAPS = (
 _RATES = (*17 * [None], 64.0, 0.0, float("nan"))
 
 
-def make_csv(rng):
+def make_csv(rng, whole):
     if rng.random() < 0.6:
-        return packed(rng, damaged(rng, rng.choice(_csv()), _csv(), text=True))
+        return packed(rng, damaged(rng, rng.choice(whole), whole, text=True))
     heads = rng.sample(_HEADS, rng.choice((1, 2, 2, 3, 3, 4, 5)))
     if rng.random() < 0.7:  # of one kind, as a file has them
         heads = [rng.choice(_HEADS[:2]), *rng.sample(_HEADS[2:7], rng.choice((1, 2, 3, 4)))]
@@ -148,31 +125,27 @@ def read_table(path, rng):
     formats.read(path, rng.choice(_MAPS), rng.choice(_RATES))
 
 
-@functools.cache
-def _lvm():
-    return samples.lvm()
+def make_lvm(rng, whole):
+    return packed(rng, damaged(rng, rng.choice(whole), whole, text=True))
 
 
-def make_lvm(rng):
-    return packed(rng, damaged(rng, rng.choice(_lvm()), _lvm(), text=True))
-
-
-@functools.cache
-def _mat():
-    return samples.mat()
+def read_lvm(path, rng):
+    lvm.read_lvm(path)
+    with contextlib.suppress(ClearanceError):  # its columns have other names
+        read_table(path, rng)
 
 
 _VARIABLES = ("time", "fs", "data", "frf", "coherence", "columns", "base", "acc_6", "acc_7", "frequency", "force", "x")
 
 
-def make_mat(rng):
+def make_mat(rng, whole):
     if rng.random() < 0.6:
-        return damaged(rng, rng.choice(_mat()), _mat())
+        return damaged(rng, rng.choice(whole), whole)
     held = {"fs": 64.0, "base": np.arange(6.0), "acc_6": np.arange(6.0)} if rng.random() < 0.7 else {}
     held |= {name: _array(rng) for name in rng.sample(_VARIABLES, rng.choice((1, 1, 2, 4)))}
     buffer = io.BytesIO()
     scipy.io.savemat(buffer, held, do_compression=rng.random() < 0.5, oned_as=rng.choice(("row", "column")))
-    return buffer.getvalue() if rng.random() < 0.7 else damaged(rng, buffer.getvalue(), _mat())
+    return buffer.getvalue() if rng.random() < 0.7 else damaged(rng, buffer.getvalue(), whole)
 
 
 def _array(rng):
@@ -188,24 +161,12 @@ def _array(rng):
     return made()
 
 
-# Results.
-
-
-@functools.cache
-def _netcdf(suffix):
-    return samples.netcdf(suffix)
-
-
-def make_netcdf(rng):
-    return damaged(rng, rng.choice(_netcdf(".nc")), _netcdf(".nc"))
-
-
-def make_hdf5(rng):
+def make_hdf5(rng, whole):
     if rng.random() < 0.7:
-        return damaged(rng, rng.choice(_netcdf(".h5")), _netcdf(".h5"))
+        return damaged(rng, rng.choice(whole), whole)
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "a.h5"
-        path.write_bytes(rng.choice(_netcdf(".h5")))
+        path.write_bytes(rng.choice(whole))
         with h5netcdf.File(path, "a") as file:
             for _ in range(rng.choice((1, 1, 2))):
                 _change_hdf5(rng, file)
@@ -231,20 +192,8 @@ def _change_hdf5(rng, file):
             file.create_variable(name, dims, rng.choice(("f8", "i4", "S3")))
 
 
-@functools.cache
-def _table():
-    return samples.table()
-
-
-def make_table(rng):
-    return damaged(rng, _table()[0], _table())
-
-
 def read_cases(path, rng):
     Table(path, samples.TABLE, 3).finished()
-
-
-# Plain data.
 
 
 def make_plain(data, write):
@@ -279,9 +228,12 @@ def read_dataset(path, rng):
         record.excitation()
 
 
-def _samples(make):
-    found = make()
-    return lambda rng: damaged(rng, rng.choice(found), found, text=True)
+def make_text(rng, whole):
+    return damaged(rng, rng.choice(whole), whole, text=True)
+
+
+def make_bytes(rng, whole):
+    return damaged(rng, rng.choice(whole), whole)
 
 
 def plainly(function):
@@ -289,31 +241,40 @@ def plainly(function):
     return lambda path, rng: function(path)
 
 
-@functools.cache
+MAKERS = {"UFF": (make_uff, 40_000), "CSV": (make_csv, 20_000), "LVM": (make_lvm, 20_000), "MATLAB": (make_mat, 15_000),
+          "NetCDF": (make_bytes, 6_000), "HDF5": (make_hdf5, 3_000)}  # fmt: skip
+READERS = {"UFF": read_any_uff, "LVM": read_lvm}
+
+
+def of_format(known: Format) -> Reader:
+    """The reader of a registered format: whole files as it writes them and as others do, damaged."""
+    make, inputs = MAKERS.get(known.name, (make_bytes, 5_000))
+    read = READERS.get(known.name, read_table if "columns" in known.options else plainly(formats.read))
+    whole = functools.cache(lambda: samples.whole(known))
+    return Reader(known.name, f"a{known.suffixes[0]}", lambda rng: make(rng, whole()), read, inputs)
+
+
 def readers() -> dict[str, Reader]:
-    """Every reader by its name."""
+    """Every reader by its name: the registered formats and the files that are read elsewhere."""
     records, beside_records = samples.dataset()
-    rigs, laws = [samples.RIG.to_dict()], [law.to_dict() for law in samples.LAWS]
-    load, frequencies = plainly(results.load), _samples(samples.frequencies)
-    dropbear, damper = plainly(real.read_dropbear), plainly(real.read_damper)
-    found = (
-        Reader("UFF", "a.uff", make_uff, read_any_uff, 40_000),
-        Reader("CSV", "a.csv", make_csv, read_table, 20_000),
-        Reader("LVM", "a.lvm", make_lvm, plainly(lvm.read_lvm), 20_000),
-        Reader("MATLAB", "a.mat", make_mat, read_table, 15_000),
-        Reader("NetCDF", "a.nc", make_netcdf, load, 6_000),
-        Reader("HDF5", "a.h5", make_hdf5, load, 3_000),
-        Reader("rig (TOML)", "rig.toml", make_plain(rigs, toml), read_rig, 20_000),
-        Reader("law (JSON)", "law.json", make_plain(laws, as_json), read_law, 20_000),
+    rigs, laws = make_plain([samples.RIG.to_dict()], toml), make_plain([law.to_dict() for law in samples.LAWS], as_json)
+    texts = {
+        "frequencies (CSV)": ("modes.csv", samples.FREQUENCIES, read_frequencies),
+        "DROPBEAR (text)": ("a.txt", samples.DROPBEAR, real.read_dropbear),
+        "damper (JSON)": ("a.json", samples.DAMPER, real.read_damper),
+    }
+    found = [
+        *(of_format(known) for known in dict.fromkeys(FORMATS.values()) if known.name not in ("TOML", "JSON")),
+        Reader("rig (TOML)", "rig.toml", rigs, read_rig, 20_000),
+        Reader("law (JSON)", "law.json", laws, read_law, 20_000),
         Reader("sweep plan (TOML)", "plan.toml", make_plain(samples.PLANS, toml), plainly(load_plan), 6_000,
                samples.beside_plan),
         Reader("dataset (TOML)", "dataset.toml", make_plain([records], toml), read_dataset, 6_000,
                lambda: beside_records),
-        Reader("table of a sweep", "cases.npy", make_table, read_cases, 5_000),
-        Reader("frequencies (CSV)", "modes.csv", frequencies, plainly(read_frequencies), 5_000),
-        Reader("DROPBEAR (text)", "a.txt", _samples(samples.dropbear), dropbear, 5_000),
-        Reader("damper (JSON)", "a.json", _samples(samples.damper), damper, 5_000),
-    )  # fmt: skip
+        Reader("table of a sweep", "cases.npy", lambda rng: make_bytes(rng, samples.table()), read_cases, 5_000),
+        *(Reader(name, file, functools.partial(make_text, whole=whole), plainly(read), 5_000)
+          for name, (file, whole, read) in texts.items()),
+    ]  # fmt: skip
     return {reader.name: reader for reader in found}
 
 

@@ -1,11 +1,9 @@
 """Feed inputs to readers in processes of their own, with a limit on memory and on the time of each input."""
 
 import collections
-import ctypes
-import dataclasses
-import gc
 import hashlib
 import multiprocessing
+import multiprocessing.connection
 import re
 import resource
 import signal
@@ -32,6 +30,7 @@ BATCH = 250
 LONGEST = 600
 """characters of a message beyond the file's name"""
 FORK = multiprocessing.get_context("fork")
+FINDINGS = ("crashed", "hung", "memory", "escaped", "unclear")
 
 
 @dataclass
@@ -41,25 +40,26 @@ class Outcome:
     inputs: int = 0
     read: int = 0
     """accepted as whole files"""
-    refused: int = 0
-    """with a ClearanceError"""
     distinct: set = field(default_factory=set)
     """digests of the inputs"""
     messages: set = field(default_factory=set)
-    """the refusals without their numbers and names"""
+    """the refusals (ClearanceError) without their numbers and names"""
+    refused: int = 0
     growth: int = 0
     """largest growth of memory of a process, bytes"""
-    seconds: float = 0.0
     findings: list = field(default_factory=list)
     """(index, what, detail, file) of the inputs that no reader may answer so"""
 
-    def merge(self, other):
-        for f in dataclasses.fields(self):
-            mine, its = getattr(self, f.name), getattr(other, f.name)
-            if isinstance(mine, set):
-                mine |= its
-            else:
-                setattr(self, f.name, max(mine, its) if f.name == "growth" else mine + its)
+    def add(self, read, message, finding, digest, growth):
+        self.inputs += 1
+        self.read += read
+        self.distinct.add(digest)
+        self.growth = max(self.growth, growth)
+        if message:
+            self.refused += 1
+            self.messages.add(message)
+        if finding:
+            self.findings.append(finding)
 
     def summary(self) -> dict:
         kinds = collections.Counter(what for _, what, *_ in self.findings)
@@ -69,29 +69,38 @@ class Outcome:
             "read": self.read,
             "refused": self.refused,
             "kinds_of_refusal": len(self.messages),
-            **{what: kinds[what] for what in ("crashed", "hung", "memory", "escaped", "unclear")},
+            **{what: kinds[what] for what in FINDINGS},
             "memory_growth_mb": round(self.growth / 2**20),
-            "seconds": round(self.seconds, 1),
             "findings": [dict(zip(("index", "what", "detail", "file"), found)) for found in self.findings],
         }
 
 
-@dataclass
 class _Batch:
-    """A process under way."""
+    """A process that reads inputs one after another and sends what came of each."""
 
-    reader: Reader
-    last: int
-    process: FORK.Process
-    results: object
-    """receiving end of a pipe"""
-    index: object
-    """shared: the input at work"""
-    since: object
-    """shared: when it was begun, by the monotonic clock"""
-    started: float
-    folder: tempfile.TemporaryDirectory
-    """where it writes its inputs"""
+    def __init__(self, reader: Reader, first: int, last: int, seed: int, found: Path):
+        self.reader, self.at, self.last, self.seed, self.found = reader, first, last, seed, found
+        self.since, self.folder = time.monotonic(), tempfile.TemporaryDirectory(prefix="fuzz_")
+        self.results, send = FORK.Pipe(duplex=False)
+        arguments = (reader, first, last, seed, Path(self.folder.name), found, send)
+        self.process = FORK.Process(target=_work, args=arguments, daemon=True)
+        self.process.start()
+        send.close()
+
+    def lost(self, hangs: bool):
+        """The input that hangs or has ended the process."""
+        self.stop()
+        code = self.process.exitcode
+        how = f"by {signal.Signals(-code).name}" if code < 0 else f"with exit status {code}"
+        what, how = ("hung", f"over {PATIENCE:g} s") if hangs else ("crashed", how)
+        data = self.reader.make(generator(self.reader, self.seed, self.at))
+        finding = _kept(self.reader, self.seed, self.at, data, what, how, self.found)
+        return False, "", finding, _digest(data), 0
+
+    def stop(self):
+        self.process.kill()
+        self.process.join()
+        self.folder.cleanup()
 
 
 def fuzz(readers, seed, folder, share=1.0, workers=2, first=0, count=None, progress=True) -> dict[str, Outcome]:
@@ -99,84 +108,41 @@ def fuzz(readers, seed, folder, share=1.0, workers=2, first=0, count=None, progr
     folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
     outcomes = {reader.name: Outcome() for reader in readers}
-    queue = collections.deque()
+    queue, running = collections.deque(), {}
     for reader in readers:
         last = first + (count if count is not None else round(share * reader.inputs))
         queue.extend((reader, begin, min(begin + BATCH, last)) for begin in range(first, last, BATCH))
-    total, running = sum(last - begin for _, begin, last in queue), []
-    gc.collect()
-    with tqdm(total=total, unit="input", smoothing=0, disable=not progress) as bar:
+    with tqdm(total=sum(last - begin for _, begin, last in queue), unit="input", disable=not progress) as bar:
         try:
             while queue or running:
                 while queue and len(running) < workers:
-                    running.append(_start(*queue.popleft(), seed, folder))
-                for batch in running[:]:
-                    outcome, ended = _received(batch)
-                    if not ended and (hangs := _hangs(batch)) | (not batch.process.is_alive()):
-                        lost, more = _lost(batch, hangs, seed, folder)
-                        outcome.merge(lost)
-                        queue.extendleft(more)
-                        ended = True
-                    if ended:
-                        batch.process.join()
-                        batch.folder.cleanup()
-                        outcome.seconds = time.monotonic() - batch.started
-                        running.remove(batch)
-                    outcomes[batch.reader.name].merge(outcome)
-                    bar.update(outcome.inputs)
-                time.sleep(0.01)
+                    batch = _Batch(*queue.popleft(), seed, folder)
+                    running[batch.results] = batch
+                ready = multiprocessing.connection.wait([*running], timeout=0.2)
+                for results, batch in list(running.items()):
+                    hangs = time.monotonic() - batch.since > PATIENCE
+                    if results not in ready and not hangs:
+                        continue
+                    try:
+                        outcome, lost = (results.recv(), False) if results in ready else (batch.lost(True), True)
+                    except EOFError:
+                        outcome, lost = batch.lost(False), True
+                    outcomes[batch.reader.name].add(*outcome)
+                    bar.update()
+                    batch.at, batch.since = batch.at + 1, time.monotonic()
+                    if lost or batch.at == batch.last:
+                        batch.stop()
+                        del running[results]
+                        if batch.at < batch.last:
+                            queue.appendleft((batch.reader, batch.at, batch.last))
         finally:
-            for batch in running:
-                batch.process.kill()
-                batch.process.join()
-                batch.folder.cleanup()
+            for batch in running.values():
+                batch.stop()
     return outcomes
 
 
-def _start(reader, first, last, seed, found) -> _Batch:
-    receive, send = FORK.Pipe(duplex=False)
-    index, since = FORK.Value(ctypes.c_longlong, first), FORK.Value(ctypes.c_double, time.monotonic())
-    folder = tempfile.TemporaryDirectory(prefix="fuzz_")
-    arguments = (reader, first, last, seed, Path(folder.name), found, send, index, since)
-    process = FORK.Process(target=_work, args=arguments, daemon=True)
-    process.start()
-    send.close()
-    return _Batch(reader, last, process, receive, index, since, time.monotonic(), folder)
-
-
-def _hangs(batch) -> bool:
-    return time.monotonic() - batch.since.value > PATIENCE
-
-
-def _received(batch) -> tuple[Outcome, bool]:
-    """What a process has sent since the last look, and whether it has come to its end."""
-    outcome = Outcome()
-    while batch.results.poll():
-        try:
-            part = batch.results.recv()
-        except EOFError:
-            break
-        if part is None:
-            return outcome, True
-        outcome.merge(part)
-    return outcome, False
-
-
-def _lost(batch, hangs, seed, folder) -> tuple[Outcome, list]:
-    """What else was done, the input that hangs or ended the process, and a batch of those that are left."""
-    batch.process.kill()
-    batch.process.join()
-    rest, ended = _received(batch)
-    if ended:  # just after the last look
-        return rest, []
-    at, code = batch.index.value, batch.process.exitcode
-    if hangs:
-        what, how = "hung", f"over {PATIENCE:g} s"
-    else:
-        what, how = "crashed", f"by {signal.Signals(-code).name}" if code < 0 else f"with exit status {code}"
-    data = (Path(batch.folder.name) / batch.reader.file).read_bytes()
-    rest.merge(Outcome(inputs=1, findings=[_kept(batch.reader, seed, at, data, what, how, folder)]))
-    return rest, [(batch.reader, at + 1, batch.last)] if at + 1 < batch.last else []
+def _digest(data: bytes) -> bytes:
+    return hashlib.blake2b(data, digest_size=8).digest()
 
 
 def _kept(reader, seed, index, data, what, detail, folder):
@@ -186,7 +152,7 @@ def _kept(reader, seed, index, data, what, detail, folder):
     return index, what, detail, path.name
 
 
-def _work(reader, first, last, seed, folder, found, send, index, since):
+def _work(reader, first, last, seed, folder, found, send):
     """The process of a batch."""
     warnings.simplefilter("ignore")
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
@@ -194,34 +160,29 @@ def _work(reader, first, last, seed, folder, found, send, index, since):
     before = _peak()
     for file, content in reader.beside().items():
         (folder / file).write_bytes(content)
-    for i in range(first, last):
-        index.value, since.value = i, time.monotonic()
-        outcome = _one(reader, seed, i, folder / reader.file, found)
-        outcome.growth = max(0, _peak() - before)
-        send.send(outcome)
-    send.send(None)
+    for index in range(first, last):
+        rng = generator(reader, seed, index)
+        data = reader.make(rng)
+        path = folder / reader.file
+        path.write_bytes(data)
+        read, message, finding = _one(reader, path, rng)
+        kept = _kept(reader, seed, index, data, *finding, found) if finding else None
+        send.send((read, message, kept, _digest(data), max(0, _peak() - before)))
 
 
-def _one(reader, seed, index, path, folder) -> Outcome:
-    rng = generator(reader, seed, index)
-    data = reader.make(rng)
-    path.write_bytes(data)
-    outcome = Outcome(inputs=1, distinct={hashlib.blake2b(data, digest_size=8).digest()})
-    found = None
+def _one(reader, path, rng):
+    """Whether a file is read, the kind of refusal, and what is wrong with the answer, if anything."""
     try:
         reader.read(path, rng)
-        outcome.read = 1
+        return True, "", None
     except ClearanceError as error:
-        outcome.refused, message = 1, str(error)
-        outcome.messages.add(re.sub(r"'[^']*'|\"[^\"]*\"|[-+]?\d[\d.e+-]*", "…", message.replace(str(path.parent), "")))
-        found = _unclear(message, path)
+        message = str(error)
+        kind = re.sub(r"'[^']*'|\"[^\"]*\"|[-+]?\d[\d.e+-]*", "…", message.replace(str(path.parent), ""))
+        return False, kind, _unclear(message, path)
     except MemoryError:
-        found = "memory", f"MemoryError {_place()}"
+        return False, "", ("memory", f"MemoryError {_place()}")
     except Exception as error:  # whatever leaves a reader is a finding
-        found = "escaped", f"{type(error).__name__}: {str(error)[:200]} {_place()}"
-    if found:
-        outcome.findings.append(_kept(reader, seed, index, data, *found, folder))
-    return outcome
+        return False, "", ("escaped", f"{type(error).__name__}: {str(error)[:200]} {_place()}")
 
 
 def _unclear(message, path):

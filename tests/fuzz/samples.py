@@ -1,5 +1,8 @@
 """Whole files of every kind, small so that one change is a large one."""
 
+import functools
+import io
+import itertools
 import json
 import math
 import tempfile
@@ -10,11 +13,12 @@ import numpy as np
 import scipy.io
 
 from clearance_mj.clearance import AmplitudeLaw, ConstantLaw, ContactLaw, HuntCrossley, KelvinVoigt, TimeLaw
-from clearance_mj.io import results
-from clearance_mj.io.csv_tables import write_csv
+from clearance_mj.clearance.law import Law
+from clearance_mj.io import formats
+from clearance_mj.io.channels import Channel
 from clearance_mj.io.dataset import Record, write_dataset
-from clearance_mj.io.mat import write_mat
-from clearance_mj.io.uff import Channel, write_uff
+from clearance_mj.io.registry import Format
+from clearance_mj.io.uff import write_uff
 from clearance_mj.rig import Beam, Bushing, Contact, Grease, PointMass, Rig, Sensor, Shaker
 from clearance_mj.signals.ema import Modes
 from clearance_mj.signals.frf import FRF
@@ -69,20 +73,26 @@ def modes():
     return Modes(np.array([9.25, 39.75]), np.array([0.01, 0.02]), shape, ("6:+Z", "7:+Z"))
 
 
-def _written(suffix, write, *objects) -> list[bytes]:
+def whole(known: Format) -> list[bytes]:
+    """Files of a format: what it writes of what it holds, and files by other hands."""
+    objects = {
+        Channel: [channels()], FRF: [frf(), frf(even=False, coherence=False)], Modes: [modes()],
+        Response: [response()], Rig: [RIG], Law: LAWS,
+    }  # fmt: skip
+    found = list(BY_HAND.get(known.name, list)())
     with tempfile.TemporaryDirectory() as folder:
-        path, found = Path(folder) / f"a{suffix}", []
-        for obj in objects:
-            write(path, obj)
+        path = Path(folder) / f"a{known.suffixes[0]}"
+        for obj in (obj for held in known.holds for obj in objects[held] if known.write):
+            formats.write(path, obj, RIG if known.geometry and isinstance(obj, Modes) else None)
             found.append(path.read_bytes())
-        return found
+    return found
 
 
-def _set_58(binary, kind, ordinate, spacing, rows, reference="100   3", denominator=0) -> str:
+def _set_58(kind, ordinate, spacing, rows, denominator=0) -> str:
     """A data set 58 of text, written by hand."""
     size = N if kind == 1 else 3
-    lines = ["    -1", "    58" + "b     1     2" * binary, "acc 6", *["NONE"] * 4]
-    lines.append(f"{kind:5d}{0:10d}{0:5d}{0:10d} NONE      {6:10d}{3:4d} NONE      {reference:>14}")
+    lines = ["    -1", "    58", "acc 6", *["NONE"] * 4]
+    lines.append(f"{kind:5d}{0:10d}{0:5d}{0:10d} NONE      {6:10d}{3:4d} NONE      {100:10d}{3:4d}")
     lines.append(f"{ordinate:10d}{size:10d}{spacing:10d}{0:13.5e}{1 / 64:13.5e}{0:13.5e}")
     lines += [f"{code:10d}    0    0    0 NONE                 {unit:<20}" for code, unit in (
         (17 if kind == 1 else 18, "s"), (12, "g" if kind == 1 else "NONE"), (denominator, "NONE"), (0, "NONE"),
@@ -91,24 +101,19 @@ def _set_58(binary, kind, ordinate, spacing, rows, reference="100   3", denomina
 
 
 def uff() -> list[bytes]:
-    found = _written(".uff", write_uff, channels(), frf(), frf(even=False), frf(coherence=False), modes())
-    found += _written(".uff", lambda path, obj: write_uff(path, obj, RIG), channels(2))
     row = "".join(f"{math.sin(i):13.5e}" for i in range(N))
-    even, uneven = ([row], ["".join(f"{i / 64:13.5e}{i:13.5e}" for i in range(a, a + 3)) for a in (0, 3)])
-    texts = [_set_58(False, 1, 2, 1, even), _set_58(False, 1, 2, 0, uneven)]
-    texts.append(_set_58(False, 4, 5, 1, [row], denominator=12))
+    uneven = ["".join(f"{i / 64:13.5e}{i:13.5e}" for i in range(a, a + 3)) for a in (0, 3)]
     doubles = ["".join(f"{math.sin(i):20.11e}" for i in range(a, min(a + 4, N))) for a in (0, 4)]
-    texts.append(_set_58(False, 1, 4, 1, doubles))
-    return [*found, *(text.encode() for text in texts)]
+    texts = _set_58(1, 2, 1, [row]), _set_58(1, 2, 0, uneven), _set_58(4, 5, 1, [row], 12), _set_58(1, 4, 1, doubles)
+    return [text.encode() for text in texts]
 
 
 def csv() -> list[bytes]:
-    found = _written(".csv", write_csv, channels(), frf(), frf(even=False, coherence=False))
     by_hand = ["time [ms];base [g];acc:6:-Z [mm/s2]", "0;1;2", "1;2;3", "2;3;4"]
     headless = [f"{t:.6f}\t{math.sin(i):.9g}\t{i}" for i, t in enumerate(T)]
     functions = ["frequency,acc:6/base magnitude [g/g],acc:6/base phase [deg]", "1,2,3", "2,3,4", "3,4,5"]
     comments = ["# of a logger", '"time","base [g]","Temp"', *(f"{t},{i},20" for i, t in enumerate(T))]
-    return [*found, *("\n".join(lines).encode() for lines in (by_hand, headless, functions, comments))]
+    return ["\n".join(lines).encode() for lines in (by_hand, headless, functions, comments)]
 
 
 def lvm() -> list[bytes]:
@@ -127,19 +132,20 @@ def lvm() -> list[bytes]:
 
 
 def mat() -> list[bytes]:
-    found = _written(".mat", write_mat, channels(), frf())
     variables = {"fs": 64.0, "base": np.arange(4.0), "acc_6": np.ones(4, "f4"), "s": {"x": 1}, "note": "text"}
     matrix = {"time": T, "data": np.ones((N, 2)), "columns": np.array(["base", "acc:6"], dtype=object)}
-    for held in (variables, matrix):
-        found += _written(".mat", lambda path, obj: scipy.io.savemat(path, obj), held)
-        found += _written(".mat", lambda path, obj: scipy.io.savemat(path, obj, do_compression=True), held)
+    found = []
+    for held, packed in itertools.product((variables, matrix), (False, True)):
+        file = io.BytesIO()
+        scipy.io.savemat(file, held, do_compression=packed)
+        found.append(file.getvalue())
     return found
 
 
-def netcdf(suffix) -> list[bytes]:
-    return _written(suffix, results.save, channels(2), frf(), response())
+BY_HAND = {"UFF": uff, "CSV": csv, "LVM": lvm, "MATLAB": mat}
 
 
+@functools.cache
 def table() -> list[bytes]:
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "cases.npy"
@@ -220,18 +226,10 @@ def beside_plan() -> dict[str, bytes]:
         return {path.name: path.read_bytes() for path in folder.iterdir()}
 
 
-def frequencies() -> list[bytes]:
-    return [
-        b"mode,frequency_hz,std_hz,shape_6,shape_7\n1,9.25,0.1,0.5,1\n2,39.75,0.1,1,-1\n",
-        b"test_hz\n9.25\n39.75\n92.85\n",
-    ]
-
-
-def dropbear() -> list[bytes]:
-    head = ["header"] * 5 + ["Low G Accel\tPinLoc\tTime", *["header"] * 3]
-    return ["\n".join([*head, *(f"{math.sin(i):.4f}\t{0.1 * i:.2f}\t{t:.6f}" for i, t in enumerate(T))]).encode()]
-
-
-def damper() -> list[bytes]:
-    rows = [[float(t), math.sin(i), math.cos(i), 0.0, 1.0, 1.0] for i, t in enumerate(T)]
-    return [json.dumps({"data": rows}).encode()]
+FREQUENCIES = [
+    b"mode,frequency_hz,std_hz,shape_6,shape_7\n1,9.25,0.1,0.5,1\n2,39.75,0.1,1,-1\n",
+    b"test_hz\n9.25\n39.75\n92.85\n",
+]
+_HEAD = ["header"] * 5 + ["Low G Accel\tPinLoc\tTime", *["header"] * 3]
+DROPBEAR = ["\n".join([*_HEAD, *(f"{math.sin(i):.4f}\t{0.1 * i:.2f}\t{t:.6f}" for i, t in enumerate(T))]).encode()]
+DAMPER = [json.dumps({"data": [[float(t), math.sin(i), math.cos(i), 0, 1, 1] for i, t in enumerate(T)]}).encode()]

@@ -23,19 +23,31 @@ from clearance_mj.sweep.design import Design, Vary
 from clearance_mj.sweep.store import Table
 
 from . import run, samples
+from .__main__ import table
 from .mutations import toml
-from .page import table
 from .readers import Reader, generator, readers
 from .run import fuzz
 
-SLOW = ("NetCDF", "HDF5")
+RARE = ("NetCDF", "HDF5")
+"""take longer"""
+
+
+def shared(name, count, tmp_path):
+    outcome = fuzz([readers()[name]], 2, tmp_path, count=count, progress=False)[name]
+    assert outcome.findings == []
+    assert outcome.inputs == count == outcome.read + outcome.refused
+    return outcome
 
 
 @pytest.mark.parametrize("name", [*readers()])
+def test_a_few_inputs(name, tmp_path):
+    shared(name, 3 if name in RARE else 10, tmp_path)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", [*readers()])
 def test_a_share_of_the_inputs(name, tmp_path):
-    outcome = fuzz([readers()[name]], 2, tmp_path, count=25 if name in SLOW else 80, progress=False)[name]
-    assert outcome.findings == []
-    assert outcome.inputs == outcome.read + outcome.refused
+    outcome = shared(name, 25 if name in RARE else 80, tmp_path)
     # Damage that stops every file at the door would find nothing.
     assert 0 < outcome.read < outcome.inputs
     assert len(outcome.messages) >= 3
@@ -44,9 +56,8 @@ def test_a_share_of_the_inputs(name, tmp_path):
 @pytest.mark.parametrize("name", [*readers()])
 def test_an_input_is_made_again_by_its_index(name):
     reader = readers()[name]
-    for index in (0, 7):
-        one, other = (reader.make(generator(reader, 1, index)) for _ in range(2))
-        assert one == other or name == "HDF5"  # it stores the time of a change
+    one, other = (reader.make(generator(reader, 1, 7)) for _ in range(2))
+    assert one == other or name == "HDF5"  # it stores the time of a change
 
 
 # The tool.
@@ -92,7 +103,7 @@ def test_what_no_reader_may_do_is_found_and_kept(tmp_path, monkeypatch):
 def test_table_of_the_page():
     found = {"read": 1, "refused": 2000, "memory_growth_mb": 4}
     summary = {name: run.Outcome(inputs=n).summary() | found for name, n in (("A", 2001), ("B", 1))}
-    *_, last = table({"readers": summary}).strip().splitlines()
+    *_, last = table(summary).strip().splitlines()
     assert last == "| sum | 2,002 | 0 | 2 | 4,000 | 0 | 0 | 0 | 0 | 0 | 0 | 4 |"
 
 

@@ -189,7 +189,7 @@ def test_tables_cannot_hold_everything(tmp_path, channels, frf):
     for suffix in (".csv", ".mat", ".nc"):
         with pytest.raises(RecordError, match=r"3 samples at 2048 Hz.* a table needs one time, \.uff does not"):
             formats.write(tmp_path / f"a{suffix}", [*channels, other])
-        with pytest.raises(RecordError, match="modes are written to universal files"):
+        with pytest.raises(RecordError, match=r"files cannot take modes; use \.uff"):
             formats.write(tmp_path / f"a{suffix}", Modes(np.ones(1), np.ones(1), np.ones((2, 1))))
     with pytest.raises(RecordError, match="compressed files are read, not written"):
         formats.write(tmp_path / "a.csv.gz", channels)
@@ -209,7 +209,7 @@ def test_wrong_kind_of_file(tmp_path, channels, frf):
         formats.read_frf(tmp_path / "a.nc")
     with pytest.raises(RecordError, match=r"h\.nc: holds FRFs, needs time records"):
         formats.read_channels(tmp_path / "h.nc")
-    with pytest.raises(RecordError, match="are for CSV and MATLAB files"):
+    with pytest.raises(RecordError, match="a sampling rate is for CSV, MATLAB files"):
         formats.read(tmp_path / "h.nc", fs=10.0)
 
 

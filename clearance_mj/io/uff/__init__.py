@@ -19,6 +19,7 @@ from ...signals.ema import Modes
 from ...signals.frf import FRF
 from .._checks import DIRECTIONS, QUANTITIES
 from ..channels import Channel, ChannelHeader
+from ..registry import Format, register
 from ._dataset_55 import mode_sets, read_modes
 from ._dataset_58 import TIME_FUNCTION
 from ._dataset_164 import UNIT_SET
@@ -186,3 +187,17 @@ def _contents(path: str | PathLike[str]) -> bytes:
         return Path(path).read_bytes()
     except OSError as error:
         raise RecordError(f"{path}: cannot be read ({error.strerror})") from None
+
+
+register(
+    Format(
+        "UFF",
+        (".uff", ".unv", ".uf"),
+        (Channel, FRF, Modes),
+        read_uff,
+        write_uff,
+        options=("reference",),
+        geometry=True,
+        note="universal files, text or binary (58b); with `--rig` also nodes and trace lines",
+    )
+)

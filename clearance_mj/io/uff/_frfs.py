@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from ...errors import RecordError
@@ -50,15 +52,14 @@ def read_frfs(data: bytes, functions: list[Function], reference: str | None = No
         raise RecordError(f"{error}; name a reference to read the FRFs to that one") from None
 
 
-def _read_frf(data, functions) -> FRF:
+def _read_frf(data: bytes, functions: list[Function]) -> FRF:
     """FRFs to one reference."""
-    parts = {}
+    parts: dict[int, dict[str, Function]] = {FREQUENCY_RESPONSE: {}, COHERENCE: {}}
     for f in functions:
-        part = parts.setdefault(f.kind, {})
-        if f.response in part:
+        if f.response in parts[f.kind]:
             raise RecordError(f"data set {f.number}: response {f.response} comes twice")
-        part[f.response] = f
-    frfs, coherences = parts[FREQUENCY_RESPONSE], parts.get(COHERENCE, {})
+        parts[f.kind][f.response] = f
+    frfs, coherences = parts.values()
     first = next(iter(frfs.values()))
     quantity = _frf_quantity(first)
     frequency = _frequency(data, first)
@@ -67,7 +68,8 @@ def _read_frf(data, functions) -> FRF:
             raise RecordError(f"data set {f.number}: is {_frf_quantity(f)}, data set {first.number} is {quantity}")
         if not np.array_equal(_frequency(data, f), frequency):
             raise RecordError(f"data set {f.number}: its frequencies differ from data set {first.number}'s")
-    value = np.array([samples(data, f, frf_scale(f, *quantity.split("/"))) for f in frfs.values()])
+    above, _, below = quantity.partition("/")
+    value = np.array([samples(data, f, frf_scale(f, above, below)) for f in frfs.values()])
     coherence = None
     if coherences:
         missing = [label for label in frfs if label not in coherences]
@@ -101,52 +103,46 @@ def frf_blocks(frf: FRF) -> list[bytes]:
     return [block for reference in frf.references for block in _frf_blocks(frf.to_reference(reference))]
 
 
-def _frf_blocks(frf) -> list[bytes]:
+def _frf_blocks(frf: FRF) -> list[bytes]:
+    """FRFs to one reference, then their coherences."""
     names = frf.quantity.split("/")
     if len(names) != 2 or not set(names) <= set(QUANTITIES):
         raise RecordError(f'quantity "{frf.quantity}" is unknown; needs two of {", ".join(QUANTITIES)} as a/b')
-    check_dof(frf.reference)
+    for label in (frf.reference, *frf.responses):
+        check_dof(label)
     # Six digits for the first frequency and the step, or every frequency in full.
     first, step = f"{frf.frequency[0]:.5e}", f"{np.ptp(frf.frequency[:2]):.5e}"
-    even = np.array_equal(float(first) + np.arange(frf.frequency.size) * float(step), frf.frequency)
-    even = even and float(step) > 0
-    shared = {
-        "reference": frf.reference,
-        "size": frf.frequency.size,
-        "even": bool(even),
-        "first": float(first) if even else 0.0,
-        "step": step if even else "0.0",
-        "abscissa_type": FREQUENCY,
-    }
-    numerator, denominator = (QUANTITIES[name] for name in names)
-    unit = "{}/{}".format(*(f"({UNIT_LABELS[n]})" if "/" in UNIT_LABELS[n] else UNIT_LABELS[n] for n in names))
+    lines = float(first) + np.arange(frf.frequency.size) * float(step)
+    even = float(step) > 0 and np.array_equal(lines, frf.frequency)
+    plain = Header(
+        name="",
+        kind=COHERENCE,
+        response="",
+        reference=frf.reference,
+        ordinate=REAL64,
+        size=frf.frequency.size,
+        even=even,
+        first=float(first) if even else 0.0,
+        step=step if even else "0.0",
+        abscissa_type=FREQUENCY,
+        numerator=0,
+        denominator=0,
+    )
+    labels = [f"({UNIT_LABELS[n]})" if "/" in UNIT_LABELS[n] else UNIT_LABELS[n] for n in names]
+    ratio = replace(
+        plain,
+        kind=FREQUENCY_RESPONSE,
+        ordinate=COMPLEX64,
+        numerator=QUANTITIES[names[0]],
+        denominator=QUANTITIES[names[1]],
+        unit="/".join(labels),
+    )
+    axis = () if even else (frf.frequency,)
     blocks = []
-    for label, value in zip(frf.responses, frf.value[:, 0]):
-        check_dof(label)
-        require_finite(value, f"FRF {label}")
-        header = Header(
-            name=f"FRF {label} / {frf.reference}",
-            kind=FREQUENCY_RESPONSE,
-            response=label,
-            ordinate=COMPLEX64,
-            numerator=numerator,
-            denominator=denominator,
-            unit=unit,
-            **shared,
-        )
-        parts = (value.real, value.imag) if even else (frf.frequency, value.real, value.imag)
-        blocks.append(function_block(header, np.stack(parts, axis=1).astype("<f8")))
-    for label, value in zip(frf.responses, () if frf.coherence is None else frf.coherence[:, 0]):
-        require_finite(value, f"coherence {label}")
-        header = Header(
-            name=f"coherence {label} / {frf.reference}",
-            kind=COHERENCE,
-            response=label,
-            ordinate=REAL64,
-            numerator=0,
-            denominator=0,
-            **shared,
-        )
-        parts = (value,) if even else (frf.frequency, value)
-        blocks.append(function_block(header, np.stack(parts, axis=1).astype("<f8")))
+    for what, header, rows in (("FRF", ratio, frf.value), ("coherence", plain, frf.coherence)):
+        for label, row in zip(frf.responses, () if rows is None else rows[:, 0]):
+            require_finite(row, f"{what} {label}")
+            parts = (row.real, row.imag) if np.iscomplexobj(row) else (row,)
+            header = replace(header, name=f"{what} {label} / {frf.reference}", response=label)
+            blocks.append(function_block(header, np.stack((*axis, *parts), axis=1).astype("<f8")))
     return blocks

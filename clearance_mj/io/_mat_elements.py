@@ -1,0 +1,127 @@
+"""The data elements of MATLAB files of version 5 to 7: numbers, text and cells of them.
+
+MathWorks, MAT-File Format, 2023: a header of 128 bytes, then elements of a tag (type, size) and their data; an array
+(type 14) is made of elements itself: flags, size, name, then numbers. Read here because scipy 1.17 takes the type of a
+damaged element as an index, which ends the process, and makes room for as many cells as a file declares.
+"""
+
+from __future__ import annotations
+
+import math
+import struct
+import zlib
+from collections.abc import Iterator
+
+import numpy as np
+
+from ..errors import RecordError
+from ..files import TOO_DENSE, most_unpacked
+
+ARRAY, COMPRESSED = 14, 15
+NUMBERS = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 9: "f8", 12: "i8", 13: "u8"}
+TEXT = {1: "utf-8", 2: "utf-8", 16: "utf-8", 4: "utf-16", 17: "utf-16", 18: "utf-32"}
+CELL, CHARACTERS, NUMERIC = 1, 4, range(6, 16)
+"""Classes of arrays; structures, objects, sparse matrices and functions are passed over"""
+COMPLEX = 0x800
+HEADER = 128
+DEPTH = 8
+Value = np.ndarray | str | list | None
+Element = tuple[int, bytes]
+"""type and data"""
+
+
+def arrays(data: bytes) -> dict[str, Value]:
+    """Return the numbers, texts and cells (lists) of a file by name; None for all else."""
+    order = {b"IM": "<", b"MI": ">"}.get(data[126:HEADER])
+    if order is None or data[124:126] not in (b"\x00\x01", b"\x01\x00"):
+        raise RecordError("has no header of version 5 to 7")
+    found, room = {}, most_unpacked(len(data))
+    for kind, content in _elements(data[HEADER:], order, padded=False):
+        if kind == COMPRESSED:
+            content = _unpacked(content, room)
+            room -= len(content)
+            kind, content = next(_elements(content, order), (0, b""))
+        if kind != ARRAY:
+            raise RecordError(f"holds an element of type {kind} where an array is expected")
+        name, value = _array(content, order, DEPTH)
+        found[name] = value
+    return found
+
+
+def _elements(data: bytes, order: str, padded: bool = True) -> Iterator[Element]:
+    """Elements one after another; those within an array begin at multiples of eight bytes."""
+    position = 0
+    while position < len(data):
+        if position + 8 > len(data):
+            raise RecordError("is cut short in the tag of an element")
+        kind, size = struct.unpack_from(f"{order}II", data, position)
+        begin, limit = position + 8, len(data)
+        following = begin + (-(-size // 8) * 8 if padded else size)
+        if kind >> 16:  # up to four bytes of data within the tag
+            kind, size, begin, limit = kind & 0xFFFF, kind >> 16, position + 4, position + 8
+            following = limit
+        if begin + size > limit:
+            raise RecordError(f"is cut short: an element of {size} bytes, but {limit - begin} follow")
+        if kind not in NUMBERS and kind not in TEXT and kind not in (ARRAY, COMPRESSED):
+            raise RecordError(f"holds an element of the unknown type {kind}")
+        yield kind, data[begin : begin + size]
+        position = following
+
+
+def _unpacked(data: bytes, room: int) -> bytes:
+    stream = zlib.decompressobj()
+    try:
+        content = stream.decompress(data, room + 1)
+    except zlib.error as error:
+        raise RecordError(f"a compressed element is damaged ({error})") from None
+    if len(content) > room:
+        raise RecordError(TOO_DENSE)
+    if not stream.eof:
+        raise RecordError("a compressed element is cut short")
+    return content
+
+
+def _array(data: bytes, order: str, depth: int) -> tuple[str, Value]:
+    """Name and value of an array."""
+    if not depth:
+        raise RecordError(f"holds cells more than {DEPTH} deep")
+    parts = list(_elements(data, order))
+    if not parts:
+        return "", None  # an empty cell
+    if parts[0][0] != 6 or len(parts[0][1]) != 8:
+        raise RecordError("an array does not begin with its flags")
+    flags = struct.unpack_from(f"{order}I", parts[0][1])[0]
+    kind = flags & 0xFF
+    if kind not in (CELL, CHARACTERS, *NUMERIC) or len(parts) < 3:
+        return "", None
+    (_, size), (_, name), *content = parts[1:]
+    shape = struct.unpack(f"{order}{len(size) // 4}I", size[: len(size) // 4 * 4])
+    value: Value
+    if kind == CELL:
+        _require_all(shape, len(content))
+        value = [_array(cell, order, depth - 1)[1] for cell_kind, cell in content if cell_kind == ARRAY]
+    elif len(content) != 1 + bool(flags & COMPLEX):
+        raise RecordError("an array does not hold its flags, size, name and numbers")
+    elif kind == CHARACTERS:
+        encoding = TEXT.get(content[0][0], "utf-8")
+        value = content[0][1].decode(encoding + {"<": "-le", ">": "-be"}[order] * (encoding != "utf-8"), "replace")
+    else:
+        value = _numbers(content[0], shape, order)
+        if flags & COMPLEX:
+            value = value + 1j * _numbers(content[1], shape, order)
+    return name.decode("latin-1").rstrip("\0"), value
+
+
+def _numbers(part: Element, shape: tuple[int, ...], order: str) -> np.ndarray:
+    kind, data = part
+    if kind not in NUMBERS:
+        raise RecordError(f"holds numbers of the unknown type {kind}")
+    dtype = np.dtype(order + NUMBERS[kind])
+    values = np.frombuffer(data, dtype, len(data) // dtype.itemsize)
+    _require_all(shape, values.size)
+    return values.astype(dtype.newbyteorder("=")).reshape(shape, order="F")
+
+
+def _require_all(shape: tuple[int, ...], present: int) -> None:
+    if (n := math.prod(shape)) != present:
+        raise RecordError(f"an array declares {n} elements, which do not follow")

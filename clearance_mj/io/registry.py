@@ -1,0 +1,107 @@
+"""File formats by their suffixes. A format is one file that ends in `register`; `formats` reads and writes them all."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from os import PathLike
+from pathlib import Path
+from typing import Any
+
+from ..clearance.law import Law
+from ..errors import RecordError
+from ..rig import Rig
+from ..signals.ema import Modes
+from ..signals.frf import FRF
+from ..signals.response import Response
+from .channels import Channel
+
+__all__ = ["FORMATS", "WORDS", "Format", "format_of", "register"]
+
+WORDS: dict[type, str] = {
+    Channel: "time records",
+    Response: "responses",
+    FRF: "FRFs",
+    Modes: "modes",
+    Rig: "a rig",
+    Law: "a law",
+}
+"""What files hold; time records are lists of channels"""
+_PLAIN = (".wav", ".wave", ".flac", ".aif", ".aiff", ".ogg", ".mp3", ".npy", ".npz", ".bin", ".raw", ".dat", ".pcm")
+"""Suffixes of plain time series"""
+
+
+@dataclass(frozen=True)
+class Format:
+    """How files of one kind are read and written."""
+
+    name: str
+    """in messages and in the table of docs/files.md"""
+    suffixes: tuple[str, ...]
+    """such as (".uff", ".unv"), in lower case"""
+    holds: tuple[type, ...]
+    """keys of `WORDS`; a format that does not hold `Response` writes one as its channels"""
+    read: Callable[..., Any]
+    """path, and the options as keywords -> list of Channel, Response, FRF, Modes, Rig or Law"""
+    write: Callable[..., None] | None = None
+    """path, object; with geometry: path, object, rig. None: the format is read only"""
+    options: tuple[str, ...] = ()
+    """what ``read`` takes: "columns" and "fs" (see `clearance_mj.io.columns`), "reference" (of FRFs)"""
+    geometry: bool = False
+    """whether it has a place for the nodes of a rig"""
+    note: str = ""
+    """for the table of docs/files.md"""
+
+
+FORMATS: dict[str, Format] = {}
+"""Formats by suffix"""
+
+
+def register(new: Format) -> Format:
+    """Make a format known to `clearance_mj.read`, `clearance_mj.write`, the command line and the fuzzer.
+
+    Parameters
+    ----------
+    new : Format
+        The format.
+
+    Raises
+    ------
+    RecordError
+        If another format has one of its suffixes, or what it holds is unknown.
+    """
+    for suffix in new.suffixes:
+        known = FORMATS.get(suffix)
+        if known and known.name != new.name:
+            raise RecordError(f'format "{new.name}": suffix "{suffix}" is that of {known.name}')
+    if unknown := [held for held in new.holds if held not in WORDS]:
+        raise RecordError(
+            f'format "{new.name}" holds {unknown[0].__name__}; use {", ".join(t.__name__ for t in WORDS)}'
+        )
+    FORMATS.update(dict.fromkeys(new.suffixes, new))
+    return new
+
+
+def format_of(path: str | PathLike[str]) -> Format:
+    """How a file is read and written.
+
+    Parameters
+    ----------
+    path : str or Path
+        Its suffix decides; .gz is passed over.
+
+    Raises
+    ------
+    RecordError
+        If the suffix is unknown, or that of a plain time series, which knows neither units nor channels.
+    """
+    path = Path(path)
+    suffix = Path(path.stem if path.suffix.lower() == ".gz" else path.name).suffix.lower()
+    if suffix in _PLAIN:
+        raise RecordError(
+            f"{path}: a {suffix} file does not say what its samples are, in which unit and at which node; save them as "
+            'CSV with a header such as "time,base [g],acc:1 [g]", or as .mat'
+        )
+    if suffix not in FORMATS:
+        raise RecordError(f'{path}: suffix "{suffix}" is unknown; use {", ".join(FORMATS)}')
+    return FORMATS[suffix]
