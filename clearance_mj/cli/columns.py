@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import argparse
 from collections.abc import Iterator, Sequence
 
 from ..errors import ClearanceError
@@ -9,7 +10,7 @@ from ..errors import ClearanceError
 __all__ = ["add_columns", "parse_columns"]
 
 
-def add_columns(parser, name: str = "--column", of: str = "a CSV or MATLAB file"):
+def add_columns(parser: argparse.ArgumentParser, name: str = "--column", of: str = "a CSV, LVM or MATLAB file") -> None:
     """Add the option that maps columns.
 
     Parameters

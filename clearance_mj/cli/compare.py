@@ -2,14 +2,21 @@
 
 from __future__ import annotations
 
+import argparse
 import math
 import sys
+from collections.abc import Callable
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from ..errors import ClearanceError
 from ..files import replacing, to_json
 from .columns import add_columns, parse_columns
 from .command import add_command
+
+if TYPE_CHECKING:  # a command imports what it needs when it runs
+    from ..report.figures import Drawing
+    from ..signals.alignment import Alignment
 
 __all__ = ["add"]
 
@@ -17,7 +24,7 @@ NAMED = 8
 """responses that a warning lists"""
 
 
-def add(commands):
+def add(commands: Any) -> None:
     """Add the command.
 
     Parameters
@@ -29,7 +36,7 @@ def add(commands):
         commands, "compare", _run, "compare the FRFs of two files, whatever wrote them (test first)",
         default=None, help="folder for comparison.json and the figures (default: none is written)",
     )  # fmt: skip
-    parser.add_argument("test", type=Path, help="file with the test's FRFs: .uff, .csv, .mat, .nc or .h5")
+    parser.add_argument("test", type=Path, help="file with the test's FRFs: .uff, .csv, .mat, .nc, .h5")
     parser.add_argument("model", type=Path, help="file with the model's FRFs")
     parser.add_argument("--band", type=float, nargs=2, metavar=("LO", "HI"), help="band to compare, Hz (default: all)")
     parser.add_argument(
@@ -39,7 +46,7 @@ def add(commands):
     add_columns(parser, "--model-column", "the model's CSV or MATLAB file")
 
 
-def _run(options):
+def _run(options: argparse.Namespace) -> dict[str, Any]:
     from ..io.formats import read_frf
     from ..signals.alignment import align
 
@@ -64,7 +71,7 @@ def _run(options):
     return result
 
 
-def _tell(result):
+def _tell(result: dict[str, Any]) -> None:
     for note in result["notes"]:
         print(f"clearance-mj: note: {note}", file=sys.stderr)
     for who in ("test", "model"):
@@ -75,7 +82,7 @@ def _tell(result):
             )
 
 
-def _compared(aligned, options):
+def _compared(aligned: Alignment, options: argparse.Namespace) -> tuple[dict[str, Any], Callable[[], list[Drawing]]]:
     """The comparison as plain data, and how to draw it."""
     from ..report.comparison import draw
     from ..signals.alignment import accelerance
@@ -94,11 +101,10 @@ def _compared(aligned, options):
     if frequency.size == 1:
         notes.append("FRAC of one line is 1 by definition: undefined")
     # Modes are looked for in accelerations, whatever the test measured; all else is told in the test's quantity.
-    of_modes = [accelerance(frf) for frf in (aligned.test, aligned.model)]
-    per_mode = compare(*of_modes, n_modes).per_mode
-    comparison = with_modes(aligned.test, aligned.model, per_mode)
-    modes = [extract_modes(frf, n_modes) if n_modes else NO_MODES for frf in of_modes]
-    matrix = mac_of_modes(*modes)
+    test, model = accelerance(aligned.test), accelerance(aligned.model)
+    comparison = with_modes(aligned.test, aligned.model, compare(test, model, n_modes).per_mode)
+    test_modes, model_modes = (extract_modes(frf, n_modes) if n_modes else NO_MODES for frf in (test, model))
+    matrix = mac_of_modes(test_modes, model_modes)
     result = comparison.summary() | {
         "test": str(options.test),
         "model": str(options.model),
@@ -112,19 +118,19 @@ def _compared(aligned, options):
         "per_sensor": _plain(comparison.per_sensor),
         "per_mode": _plain(comparison.per_mode),
         "mac_matrix": {
-            "test_hz": modes[0].frequency.tolist(),
-            "model_hz": modes[1].frequency.tolist(),
+            "test_hz": test_modes.frequency.tolist(),
+            "model_hz": model_modes.frequency.tolist(),
             "mac": matrix.tolist(),
         },
     }
-    return result, lambda: draw(aligned, comparison, *modes, matrix)
+    return result, lambda: draw(aligned, comparison, test_modes, model_modes, matrix)
 
 
-def _plain(columns) -> dict:
+def _plain(columns: Any) -> dict[str, list[Any]]:
     return {name: [getattr(v, "item", lambda v=v: v)() for v in column] for name, column in columns.items()}
 
 
-def _write(folder, drawings) -> list[str]:
+def _write(folder: Path, drawings: list[Drawing]) -> list[str]:
     for drawing in drawings:
         with replacing(folder / f"{drawing.name}.png") as temporary:
             temporary.write_bytes(drawing.png())
@@ -134,7 +140,7 @@ def _write(folder, drawings) -> list[str]:
 MEASURES = ("rmse_db", "mre", "frac", "csac", "csf")
 
 
-def _print(result):
+def _print(result: dict[str, Any]) -> None:
     low, high = result["band"]
     print(f"{result['quantity']} to {result['reference']}, {result['lines']} lines from {low:g} to {high:g} Hz")
     sensors = result["per_sensor"]
@@ -157,5 +163,5 @@ def _print(result):
         print(f"figure: {path}")
 
 
-def _number(value) -> str:
+def _number(value: float) -> str:
     return f"{value:.4g}" if math.isfinite(value) else "undefined"

@@ -2,19 +2,27 @@
 
 from __future__ import annotations
 
+import argparse
 import sys
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from ..errors import ClearanceError, RecordError
 from .columns import add_columns, parse_columns
 from .command import add_command
+
+if TYPE_CHECKING:  # a command imports what it needs when it runs
+    from ..io.dataset import Record
+    from ..io.formats import Contents
+    from ..rig import Rig
+    from ..signals.frf import FRF
 
 __all__ = ["add"]
 
 OF_DATASET = ("role", "level")
 
 
-def add(commands):
+def add(commands: Any) -> None:
     """Add the command.
 
     Parameters
@@ -23,7 +31,7 @@ def add(commands):
         Where to add it.
     """
     parser = add_command(
-        commands, "convert", _run, "convert time records and FRFs: .uff, .csv, .mat, .nc, .h5, or a dataset folder",
+        commands, "convert", _run, "convert records, FRFs, modes: .uff, .csv, .mat, .lvm, .nc, .h5, a dataset folder",
         default=None, help="OUT, if it is not the last FILE",
     )  # fmt: skip
     parser.add_argument(
@@ -50,7 +58,7 @@ def add(commands):
     )
 
 
-def _run(options):
+def _run(options: argparse.Namespace) -> dict[str, Any]:
     inputs, out = options.files, options.out
     if out is None:
         *inputs, out = inputs
@@ -60,16 +68,14 @@ def _run(options):
         if path.is_dir():
             raise ClearanceError(f"{path}: is a folder; convert reads files")
     columns = dict(parse_columns(options.column))
-    if out.is_dir() or not out.suffix:
-        result = _into_dataset(inputs, out, columns, options)
-    else:
-        result = _to_file(inputs, out, columns, options)
+    to = _into_dataset if out.is_dir() or not out.suffix else _to_file
+    result = to(inputs, out, columns, options)
     if not options.json:
         print(f"{result['out']}: {result['holds']}")
     return result
 
 
-def _to_file(inputs, out, columns, options):
+def _to_file(inputs: list[Path], out: Path, columns: dict[str, str], options: argparse.Namespace) -> dict[str, Any]:
     from ..io import formats
     from ..rig import Rig
 
@@ -82,6 +88,7 @@ def _to_file(inputs, out, columns, options):
     formats.format_of(out)
     (path,) = inputs
     rig = Rig.load(options.rig) if options.rig else None
+    obj: formats.Contents
     if options.reference:
         obj = formats.read_frf(path, columns, options.reference)
     else:
@@ -92,7 +99,7 @@ def _to_file(inputs, out, columns, options):
     return {"in": str(path), "out": str(out), "holds": _words(obj, out, rig)}
 
 
-def _frf(path, obj, rig, options):
+def _frf(path: Path, obj: Contents, rig: Rig | None, options: argparse.Namespace) -> FRF:
     from ..io.dataset import Record
     from ..signals.frf import FRF, estimate_frf
     from ..signals.response import Response
@@ -100,43 +107,46 @@ def _frf(path, obj, rig, options):
     if isinstance(obj, FRF):
         raise RecordError(f"{path}: holds FRFs already; --frf is for time records")
     try:
-        if not isinstance(obj, Response):
+        if isinstance(obj, list):
             if rig is None:
                 raise RecordError("--frf needs --rig, which says which channels are sensors and what drives them")
             obj = Record("record", "identify", rig, obj[0].fs, obj, rig.shaker.kind).response()
+        if not isinstance(obj, Response):
+            raise RecordError("holds no time records, which --frf needs")
         return estimate_frf(obj, resolution=options.frf, band=tuple(options.band) if options.band else None)
     except RecordError as error:
         raise RecordError(f"{path}: {error}") from None
 
 
-def _words(obj, out, rig) -> str:
+def _words(obj: Contents, out: Path, rig: Rig | None) -> str:
     """What was written; what could not be is said on standard error."""
-    from ..io.formats import to_channels
+    from ..io import formats
     from ..signals.ema import Modes
     from ..signals.frf import FRF
     from ..signals.response import Response
 
     if isinstance(obj, FRF):
-        counts = obj.measured.sum(axis=0)
         return "; ".join(
             f"{count} FRFs, {obj.quantity} to {reference}, {obj.frequency.size} lines"
-            for count, reference in zip(counts, obj.references)
+            for count, reference in zip(obj.measured.sum(axis=0), obj.references)
         )
     if isinstance(obj, Modes):
         return f"{obj.frequency.size} modes"
     if isinstance(obj, Response):
-        channels = to_channels(obj, rig)
-        if out.suffix.lower() not in (".nc", ".h5", ".hdf5"):
+        if Response not in formats.format_of(out).holds:
             lost = ["contact and grease forces"] if obj.contact_force is not None else []
             lost += ["displacements (--rig says at which nodes)"] if obj.displacement is not None and not rig else []
             if lost:
                 print(f"clearance-mj: warning: {out}: left out: {', '.join(lost)}", file=sys.stderr)
-        obj = channels
-    first = obj[0]
-    return f"{len(obj)} channels, {first.size} samples at {first.fs:g} Hz"
+        obj = formats.to_channels(obj, rig)
+    if isinstance(obj, list):
+        return f"{len(obj)} channels, {obj[0].size} samples at {obj[0].fs:g} Hz"
+    return type(obj).__name__
 
 
-def _into_dataset(inputs, out, columns, options):
+def _into_dataset(
+    inputs: list[Path], out: Path, columns: dict[str, str], options: argparse.Namespace
+) -> dict[str, Any]:
     """Add records to a dataset, which is made if it is not there."""
     from ..io.dataset import Dataset, write_dataset
     from ..rig import Rig
@@ -146,9 +156,12 @@ def _into_dataset(inputs, out, columns, options):
     if options.reference:
         raise ClearanceError(f"{out}: a dataset holds time records; --reference is for files of FRFs")
     known = Dataset.load(out) if (out / "dataset.toml").exists() else None
-    if known is None and not options.rig:
+    if options.rig:
+        rig = Rig.load(options.rig)
+    elif known:
+        rig = known.rig
+    else:
         raise ClearanceError(f"{out}: a new dataset needs its rig: --rig rig.toml")
-    rig = Rig.load(options.rig) if options.rig else known.rig
     if known and known.rig != rig:
         raise ClearanceError(f"{options.rig}: is another rig than that of the dataset {out}")
     records = [_record(path, rig, columns, options) for path in inputs]
@@ -163,7 +176,7 @@ def _into_dataset(inputs, out, columns, options):
     }
 
 
-def _record(path, rig, columns, options):
+def _record(path: Path, rig: Rig, columns: dict[str, str], options: argparse.Namespace) -> Record:
     import dataclasses
 
     import numpy as np

@@ -116,7 +116,7 @@ def _contents(lines: list[str], mapped: Mapping[str, str], fs: float | None) -> 
     if any(c.reference for c in used):
         if fs is not None:
             raise RecordError("holds FRFs, which have no sampling rate")
-        return to_frf(used, values.T)
+        return to_frf(used, [*values.T])
     times = [c for c in used if c.quantity == "time"]
     rate, start = _timing(rows, cells, times, fs)
     return [c.channel(values[:, i], rate, start) for i, c in enumerate(used) if c not in times]
@@ -162,7 +162,7 @@ def _timing(rows: list[Row], cells: list[str], times: list[Column], fs: float | 
     index, scale = times[0].index, times[0].scale
     time = scale * np.array([float(row[index]) for _, row in rows])
     # The last digit where the times are largest: twice what rounding may have changed.
-    digit = scale * 10.0 ** min(300, *(Decimal(row[index]).as_tuple().exponent for _, row in rows[-5:]))
+    digit = scale * 10.0 ** min(300, *(int(Decimal(row[index]).as_tuple().exponent) for _, row in rows[-5:]))
     step = (time[-1] - time[0]) / (time.size - 1)
     off = np.abs(time - (time[0] + step * np.arange(time.size))) > 1e-3 * abs(step) + digit
     if not step > digit or off.any():

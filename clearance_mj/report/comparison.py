@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import matplotlib
 import numpy as np
-from matplotlib.figure import Figure
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure, SubFigure
 from matplotlib.lines import Line2D
 
 from ..signals.alignment import Alignment
@@ -23,7 +26,9 @@ SHARES = ("frac", "csac", "csf")
 """measures from 0 to 1"""
 
 
-def draw(aligned: Alignment, comparison: Comparison, test_modes: Modes, model_modes: Modes, matrix) -> list[Drawing]:
+def draw(
+    aligned: Alignment, comparison: Comparison, test_modes: Modes, model_modes: Modes, matrix: np.ndarray
+) -> list[Drawing]:
     """Draw a comparison.
 
     Parameters
@@ -51,11 +56,11 @@ def draw(aligned: Alignment, comparison: Comparison, test_modes: Modes, model_mo
     return drawings
 
 
-def _sheet(height) -> Figure:
+def _sheet(height: float) -> Figure:
     return Figure(figsize=(WIDTH, height), layout="constrained", facecolor="white")
 
 
-def _frfs(aligned, rows, number) -> Drawing:
+def _frfs(aligned: Alignment, rows: np.ndarray, number: int) -> Drawing:
     columns = min(2, rows.size)
     figure = _sheet(0.35 + 2.8 * -(-rows.size // columns))
     handles = [Line2D([], [], color=TEST, lw=2.0, label="test"), Line2D([], [], color=MODEL, lw=1.1, label="model")]
@@ -70,7 +75,7 @@ def _frfs(aligned, rows, number) -> Drawing:
     return Drawing(f"frf_{number}", figure, caption, f"FRFs of test and model at {labels}.")
 
 
-def _overlay(cell, aligned, row):
+def _overlay(cell: SubFigure, aligned: Alignment, row: int) -> None:
     above, below = aligned.test.quantity.split("/")
     unit = "1" if above == below else f"1 {UNITS[above]}/{UNITS[below]}"
     axes = cell.subplots(3, 1, sharex=True, height_ratios=(3, 1.4, 1))
@@ -95,25 +100,26 @@ def _overlay(cell, aligned, row):
     cell.align_ylabels(axes)
 
 
-def _dots(frequency) -> dict:
+def _dots(frequency: np.ndarray) -> dict[str, Any]:
     """Style of a curve: one line alone would not show."""
     return {"marker": "o"} if frequency.size == 1 else {}
 
 
-def _from_first_to_last(ax, frequency):
+def _from_first_to_last(ax: Axes, frequency: np.ndarray) -> None:
     if frequency.size > 1:
         ax.set_xlim(*frequency[[0, -1]])
 
 
-def _correlation(comparison) -> Drawing:
+def _correlation(comparison: Comparison) -> Drawing:
     figure = _sheet(2.6)
     ax = figure.subplots()
-    for values, label, style in (
-        (comparison.csac, "CSAC (shape)", {"color": LAWS[0], "ls": "-"}),
-        (comparison.csf, "CSF (shape and level)", {"color": LAWS[1], "ls": "--"}),
+    for values, label, color, style in (
+        (comparison.csac, "CSAC (shape)", LAWS[0], "-"),
+        (comparison.csf, "CSF (shape and level)", LAWS[1], "--"),
     ):
         if np.isfinite(values).any():
-            ax.plot(comparison.frequency, values, lw=1.3, label=label, **style, **_dots(comparison.frequency))
+            dots = _dots(comparison.frequency)
+            ax.plot(comparison.frequency, values, lw=1.3, label=label, color=color, ls=style, **dots)
     for i, hz in enumerate(hz for hz in comparison.per_mode["test_hz"] if np.isfinite(hz)):
         ax.axvline(hz, color="#8c8c8c", lw=0.8, ls=":", label="mode of the test" if i == 0 else None)
     _tidy(ax, ylabel="CSAC, CSF (1)", xlabel="Frequency (Hz)")
@@ -124,7 +130,7 @@ def _correlation(comparison) -> Drawing:
     return Drawing("correlation", figure, caption, "CSAC and CSF over frequency.")
 
 
-def _sensors(comparison) -> Drawing:
+def _sensors(comparison: Comparison) -> Drawing:
     labels = comparison.per_sensor["sensor"]
     figure = _sheet(max(2.9, 0.8 + 0.15 * len(labels)))
     for ax, (name, title) in zip(figure.subplots(1, len(MEASURES)), MEASURES.items()):
@@ -142,7 +148,7 @@ def _sensors(comparison) -> Drawing:
     return Drawing("sensors", figure, caption, "Bars of the measures by sensor.")
 
 
-def _mac(test_modes, model_modes, matrix) -> Drawing:
+def _mac(test_modes: Modes, model_modes: Modes, matrix: np.ndarray) -> Drawing:
     figure = Figure(figsize=(4.4, 3.4), layout="constrained", facecolor="white")
     ax = figure.subplots()
     image = ax.imshow(matrix, cmap=matplotlib.colormaps["cividis"], vmin=0, vmax=1)
