@@ -10,7 +10,7 @@ import numpy as np
 from ..errors import RecordError
 from ._checks import DIRECTIONS, QUANTITIES, require_finite
 
-__all__ = ["DIRECTIONS", "QUANTITIES", "Channel", "ChannelHeader", "require_one_time"]
+__all__ = ["DIRECTIONS", "QUANTITIES", "Channel", "ChannelHeader"]
 
 NAME_LIMIT = 72
 """Characters. A longer name could end the 80-character line of a universal file in "    -1", its delimiter."""
@@ -96,18 +96,7 @@ class Channel:
 
 
 def require_one_time(channels: Sequence[Channel]) -> None:
-    """Refuse channels that do not share rate, length and start, as those of one table do.
-
-    Parameters
-    ----------
-    channels : sequence of Channel
-        The channels.
-
-    Raises
-    ------
-    RecordError
-        Naming the two that differ; also if there is none.
-    """
+    """Refuse channels that do not share rate, length and start, as those of one table do."""
     if not channels:
         raise RecordError("there is no channel")
     first = channels[0]

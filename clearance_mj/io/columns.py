@@ -22,18 +22,7 @@ from ..signals.frf import FRF, join_references
 from ..units import UNITS, ratio_factor, unit_factor
 from .channels import Channel, require_one_time
 
-__all__ = [
-    "SKIP",
-    "Column",
-    "Contents",
-    "channel_name",
-    "frf_names",
-    "listed",
-    "resolve",
-    "table_of_channels",
-    "table_of_frf",
-    "to_frf",
-]
+__all__ = ["SKIP", "Column"]
 
 SKIP = "skip"
 """What a column is mapped to that is to be left out"""
@@ -88,27 +77,7 @@ class Column:
 
 
 def resolve(cells: Sequence[str], mapped: Mapping[str, str], line: int | None = None) -> list[Column]:
-    """Say what the columns of a table, or the variables of a file, are.
-
-    Parameters
-    ----------
-    cells : sequence of str
-        The headers.
-    mapped : mapping of str to str
-        Name and, if it is not SI, unit of a column, by its header: ``{"Accel 1": "acc:1 [g]", "Temp": "skip"}``.
-    line : int, optional
-        Line of the headers in a text file, for messages; None: they are variables.
-
-    Returns
-    -------
-    list of Column
-        Those to use, without the ones that are skipped.
-
-    Raises
-    ------
-    RecordError
-        If a header or a unit is unknown, if a mapped header is missing, or if time records and FRFs are mixed.
-    """
+    """Say what the columns of a table, or the variables of a file, are."""
     kind, where = ("column", f"line {line}: ") if line else ("variable", "")
     missing = [header for header in mapped if header not in cells and header not in map(_name, cells)]
     if missing:
@@ -172,24 +141,7 @@ def _place(name: str) -> tuple[str, str]:
 
 
 def to_frf(columns: Sequence[Column], values: Sequence[np.ndarray]) -> FRF:
-    """Put the columns of a table of FRFs together.
-
-    Parameters
-    ----------
-    columns : sequence of Column
-        What `resolve` made of the headers.
-    values : sequence of ndarray, shape (n_f,)
-        Their numbers.
-
-    Returns
-    -------
-    FRF
-
-    Raises
-    ------
-    RecordError
-        If there is not one column of frequency, one quantity, or a part is missing or comes twice.
-    """
+    """Put the columns of a table of FRFs together."""
     axes = [value * c.scale for c, value in zip(columns, values) if c.quantity == "frequency"]
     if len(axes) != 1:
         raise RecordError(f'needs one column "frequency", has {len(axes)}')
@@ -237,15 +189,7 @@ def _complex(dof: str, parts: Mapping[str, np.ndarray]) -> np.ndarray:
 
 
 def channel_name(dof: str, quantity: str) -> str:
-    """Name of a channel's column, without a unit.
-
-    Parameters
-    ----------
-    dof : str
-        Such as "3:+Z".
-    quantity : str
-        Such as "acceleration".
-    """
+    """Name of a channel's column, without a unit."""
     node, direction = dof.split(":")
     name = f"{_PREFIX[quantity]}:{node}"
     if (node, quantity) == (str(BASE_NODE), "acceleration"):
@@ -256,18 +200,7 @@ def channel_name(dof: str, quantity: str) -> str:
 
 
 def table_of_channels(channels: Sequence[Channel]) -> tuple[list[str], np.ndarray]:
-    """Headers and numbers (n_t, n) of time records, without time.
-
-    Parameters
-    ----------
-    channels : sequence of Channel
-        Of one rate, length and start.
-
-    Raises
-    ------
-    RecordError
-        If they differ in one of these, or two have one name.
-    """
+    """Headers and numbers (n_t, n) of time records, without time."""
     require_one_time(channels)
     headers = [f"{channel_name(c.label, c.quantity)} [{next(iter(UNITS[c.quantity]))}]" for c in channels]
     twice = next((h for h in headers if headers.count(h) > 1), None)
@@ -277,18 +210,7 @@ def table_of_channels(channels: Sequence[Channel]) -> tuple[list[str], np.ndarra
 
 
 def frf_names(frf: FRF) -> tuple[list[str], str]:
-    """Headers of FRFs without a part, such as "acc:3/base", and their unit.
-
-    Parameters
-    ----------
-    frf : FRF
-        The functions, to one reference.
-
-    Raises
-    ------
-    RecordError
-        If its quantity is none of the known ones, or a number is not finite.
-    """
+    """Headers of FRFs without a part, such as "acc:3/base", and their unit."""
     above, _, below = frf.quantity.partition("/")
     if not {above, below} <= set(_PREFIX):
         raise RecordError(f'quantity "{frf.quantity}" is unknown; needs two of {", ".join(_PREFIX)} as a/b')
@@ -301,18 +223,7 @@ def frf_names(frf: FRF) -> tuple[list[str], str]:
 
 
 def table_of_frf(frf: FRF) -> tuple[list[str], np.ndarray]:
-    """Headers and real numbers (n_f, n) of FRFs, frequency first: real and imaginary parts, then coherences.
-
-    Parameters
-    ----------
-    frf : FRF
-        The functions, to one or several references; pairs that were not measured are left out.
-
-    Raises
-    ------
-    RecordError
-        As `frf_names`.
-    """
+    """Headers and real numbers (n_f, n) of FRFs, frequency first: real and imaginary parts, then coherences."""
     headers, columns = ["frequency [Hz]"], [frf.frequency]
     for one in map(frf.to_reference, frf.references):
         names, unit = frf_names(one)
@@ -351,11 +262,5 @@ def _nearest(name: str, known: Sequence[str]) -> str:
 
 
 def listed(names: Iterable[str]) -> str:
-    """Names in quotation marks.
-
-    Parameters
-    ----------
-    names : iterable of str
-        The names.
-    """
+    """Names in quotation marks."""
     return ", ".join(f'"{name}"' for name in names)

@@ -23,7 +23,7 @@ from .channels import Channel
 from .columns import resolve
 from .registry import Format, register
 
-__all__ = ["LvmSegment", "read_lvm", "read_lvm_channels", "read_text"]
+__all__ = ["LvmSegment", "read_lvm", "read_lvm_channels"]
 
 END = "***End_of_Header***"
 SEPARATORS = {"Tab": "\t", "Comma": ","}
@@ -48,23 +48,7 @@ class LvmSegment:
 
 
 def read_text(path: str | PathLike[str]) -> list[str]:
-    """Read the lines of a text file, plain or compressed by gzip.
-
-    Parameters
-    ----------
-    path : str or Path
-        The file; whether it is compressed is seen from its first two bytes.
-
-    Returns
-    -------
-    list of str
-        Without line ends.
-
-    Raises
-    ------
-    RecordError
-        If it cannot be read, or is not UTF-8 or Latin-1 text.
-    """
+    """Read the lines of a text file, plain or compressed by gzip."""
     path = Path(path)
     try:
         data = path.read_bytes()
