@@ -1,18 +1,20 @@
 """Files that are whole or not there: written under a temporary name, then renamed. JSON that every reader takes."""
 
+import gzip
 import json
 import math
 import os
 import tempfile
+import zlib
 from collections.abc import Iterator
 from contextlib import contextmanager
 from os import PathLike
 from pathlib import Path
 from typing import Any
 
-from .errors import ClearanceError
+from .errors import ClearanceError, RecordError
 
-__all__ = ["TOO_DENSE", "most_unpacked", "replacing", "to_json"]
+__all__ = ["TOO_DENSE", "most_unpacked", "read_lines", "replacing", "to_json"]
 
 DENSEST = 50
 """Times its size that a compressed file may unpack to: measured numbers reach 2 to 10"""
@@ -28,6 +30,44 @@ def most_unpacked(size: int) -> int:
         Bytes of the file.
     """
     return max(2**20, DENSEST * size)
+
+
+def read_lines(path: str | PathLike[str]) -> list[str]:
+    """Read the lines of a text file, plain or compressed by gzip, which is seen from its first two bytes.
+
+    Parameters
+    ----------
+    path : str or Path
+        The file.
+
+    Returns
+    -------
+    list of str
+        Without line ends.
+
+    Raises
+    ------
+    RecordError
+        If it cannot be read, or is not UTF-8 or Latin-1 text.
+    """
+    path = Path(path)
+    try:
+        data = path.read_bytes()
+        if data[:2] == b"\x1f\x8b":
+            with gzip.open(path) as file:
+                size, data = len(data), file.read(most_unpacked(len(data)) + 1)
+            if len(data) > most_unpacked(size):
+                raise RecordError(f"{path}: {TOO_DENSE}")
+    except (EOFError, zlib.error, gzip.BadGzipFile) as error:
+        raise RecordError(f"{path}: damaged gzip file ({error})") from None
+    except OSError as error:
+        raise RecordError(f"{path}: {error.strerror or error}") from None
+    if b"\0" in data:
+        raise RecordError(f"{path}: not a text file")
+    try:
+        return data.decode("utf-8-sig").splitlines()
+    except UnicodeDecodeError:
+        return data.decode("latin-1").splitlines()
 
 
 @contextmanager

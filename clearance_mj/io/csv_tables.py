@@ -15,12 +15,11 @@ from os import PathLike
 import numpy as np
 
 from ..errors import RecordError
-from ..files import replacing
+from ..files import read_lines, replacing
 from ..signals.frf import FRF
 from ._checks import simplest_rate
 from .channels import Channel
 from .columns import SKIP, Column, Contents, listed, resolve, table_of_channels, table_of_frf, to_frf
-from .lvm import read_text
 from .registry import Format, register
 
 __all__ = ["read_csv", "write_csv"]
@@ -57,7 +56,7 @@ def read_csv(path: str | PathLike[str], columns: Mapping[str, str] | None = None
         Naming file, line and column, if the file cannot be read, a header or unit is unknown, a number is missing or
         not finite, or the time steps are uneven.
     """
-    lines = read_text(path)
+    lines = read_lines(path)
     try:
         return _contents(lines, columns or {}, fs)
     except RecordError as error:

@@ -7,17 +7,14 @@ segment header, both closed by ``***End_of_Header***``; then one line of column 
 
 from __future__ import annotations
 
-import gzip
-import zlib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from os import PathLike
-from pathlib import Path
 
 import numpy as np
 
 from ..errors import RecordError
-from ..files import TOO_DENSE, most_unpacked
+from ..files import read_lines
 from ._checks import even_rate
 from .channels import Channel
 from .columns import resolve
@@ -47,28 +44,6 @@ class LvmSegment:
     """file header and segment header, the first channel's entry of each"""
 
 
-def read_text(path: str | PathLike[str]) -> list[str]:
-    """Read the lines of a text file, plain or compressed by gzip."""
-    path = Path(path)
-    try:
-        data = path.read_bytes()
-        if data[:2] == b"\x1f\x8b":
-            with gzip.open(path) as file:
-                size, data = len(data), file.read(most_unpacked(len(data)) + 1)
-            if len(data) > most_unpacked(size):
-                raise RecordError(f"{path}: {TOO_DENSE}")
-    except (EOFError, zlib.error, gzip.BadGzipFile) as error:
-        raise RecordError(f"{path}: damaged gzip file ({error})") from None
-    except OSError as error:
-        raise RecordError(f"{path}: {error.strerror or error}") from None
-    if b"\0" in data:
-        raise RecordError(f"{path}: not a text file")
-    try:
-        return data.decode("utf-8-sig").splitlines()
-    except UnicodeDecodeError:
-        return data.decode("latin-1").splitlines()
-
-
 def read_lvm(path: str | PathLike[str]) -> list[LvmSegment]:
     """Read a LabVIEW measurement file, plain or compressed by gzip.
 
@@ -86,21 +61,26 @@ def read_lvm(path: str | PathLike[str]) -> list[LvmSegment]:
     RecordError
         Naming file and line, where it is not such a file or a line does not hold the announced numbers.
     """
-    lines, path = read_text(path), Path(path)
-    if not lines or not lines[0].startswith("LabVIEW Measurement"):
-        raise RecordError(f'{path}, line 1: a LabVIEW measurement file begins with "LabVIEW Measurement"')
-    header, at = _header(path, lines, 0)
-    separator = SEPARATORS.get(header.get("Separator", ["Tab"])[0])
-    if separator is None:
-        raise RecordError(f"{path}: Separator must be {' or '.join(SEPARATORS)}, got {header['Separator'][0]!r}")
-    point = header.get("Decimal_Separator", ["."])[0]
+    lines = _Lines(read_lines(path))
+    try:
+        return _segments(lines)
+    except RecordError as error:
+        raise RecordError(f"{path}, {error}") from None
+
+
+def _segments(lines: _Lines) -> list[LvmSegment]:
+    if not lines.lines or not lines.lines[0].startswith("LabVIEW Measurement"):
+        raise lines.error('a LabVIEW measurement file begins with "LabVIEW Measurement"')
+    header = lines.header()
+    separator = header.get("Separator", ["Tab"])[0]
+    if separator not in SEPARATORS:
+        raise lines.error(f"Separator must be {' or '.join(SEPARATORS)}, got {separator!r}")
+    lines.separator, lines.point = SEPARATORS[separator], header.get("Decimal_Separator", ["."])[0]
     segments = []
-    while (at := _next_filled(lines, at)) < len(lines):
-        part, at = _header(path, lines, at, separator)
-        segment, at = _segment(path, lines, at, header | part, separator, point)
-        segments.append(segment)
+    while lines.has_more():
+        segments.append(lines.segment(header | lines.header()))
     if not segments:
-        raise RecordError(f"{path}: no data after the file header")
+        raise lines.error("no data after the file header")
     return segments
 
 
@@ -139,78 +119,75 @@ def read_lvm_channels(path: str | PathLike[str], columns: Mapping[str, str] | No
         raise RecordError(f"{path}: {error}") from None
 
 
-def _header(path: Path, lines: list[str], at: int, separator: str = "\t") -> tuple[Entries, int]:
-    """Entries {name: [values]} up to the end mark, and the line after it."""
-    entries: Entries = {}
-    for number in range(at, len(lines)):
-        if lines[number].startswith(END):
-            return entries, number + 1
-        name, *values = lines[number].split(separator)
-        if name.strip():
-            entries[name.strip()] = [v.strip() for v in values] or [""]
-    raise RecordError(f"{path}, line {at + 1}: the header that begins here has no {END}")
+class _Lines:
+    """The lines of a file and where reading has come to; errors name the line."""
 
+    def __init__(self, lines: list[str]) -> None:
+        self.lines, self.at, self.separator, self.point = lines, 0, "\t", "."
 
-def _next_filled(lines: list[str], at: int) -> int:
-    return next((i for i in range(at, len(lines)) if lines[i].strip()), len(lines))
+    def error(self, reason: str, line: int | None = None) -> RecordError:
+        return RecordError(f"line {(self.at if line is None else line) + 1}: {reason}")
 
+    def has_more(self) -> bool:
+        while self.at < len(self.lines) and not self.lines[self.at].strip():
+            self.at += 1
+        return self.at < len(self.lines)
 
-def _segment(
-    path: Path, lines: list[str], at: int, header: Entries, separator: str, point: str
-) -> tuple[LvmSegment, int]:
-    channels = _whole(path, header, "Channels", at)[0]
-    layout = header.get("X_Columns", ["One"])[0]
-    if layout not in X_COLUMNS:
-        raise RecordError(f"{path}, line {at}: X_Columns must be {', '.join(X_COLUMNS)}, got {layout!r}")
-    if at >= len(lines):
-        raise RecordError(f"{path}, line {at}: the file ends after a segment header")
-    columns = 2 * channels if layout == "Multi" else channels + 1  # with "No" the column is there, empty
-    titles = [title.strip() for title in lines[at].split(separator)]
-    at += 1
-    end = at
-    while end < len(lines) and lines[end].strip() and not lines[end].startswith("Channels"):
-        end += 1
-    rows = np.array([_row(path, lines[i], i, columns, separator, point) for i in range(at, end)])
-    if not len(rows):
-        raise RecordError(f"{path}, line {at + 1}: the segment holds no numbers")
-    is_value = np.arange(columns) % 2 == 1 if layout == "Multi" else np.arange(columns) > 0
-    x = rows[:, 0]
-    if layout == "No":
-        x = _real(path, header, "X0", at) + _real(path, header, "Delta_X", at) * np.arange(len(rows))
-    names = tuple(titles[i] if i < len(titles) else "" for i in np.flatnonzero(is_value))
-    units = (header.get("Y_Unit_Label", []) + [""] * channels)[:channels]
-    flat = {name: values[0] for name, values in header.items()}
-    return LvmSegment(x, rows[:, is_value].T.copy(), names, tuple(units), flat), end
+    def header(self) -> Entries:
+        """Entries {name: [values]} up to the end mark."""
+        entries: Entries = {}
+        for number in range(self.at, len(self.lines)):
+            if self.lines[number].startswith(END):
+                self.at = number + 1
+                return entries
+            name, *values = self.lines[number].split(self.separator)
+            if name.strip():
+                entries[name.strip()] = [v.strip() for v in values] or [""]
+        raise self.error(f"the header that begins here has no {END}")
 
+    def segment(self, header: Entries) -> LvmSegment:
+        channels = self.number(header, "Channels")
+        if not channels.is_integer() or channels < 1:
+            raise self.error(f"the segment header needs Channels, a whole number > 0, got {channels:g}")
+        layout = header.get("X_Columns", ["One"])[0]
+        if layout not in X_COLUMNS:
+            raise self.error(f"X_Columns must be {', '.join(X_COLUMNS)}, got {layout!r}")
+        if self.at >= len(self.lines):
+            raise self.error("the file ends after a segment header")
+        n = int(channels)
+        columns = 2 * n if layout == "Multi" else n + 1  # with "No" the column is there, empty
+        titles = [title.strip() for title in self.lines[self.at].split(self.separator)]
+        rows = self.rows(columns)
+        is_value = np.arange(columns) % 2 == 1 if layout == "Multi" else np.arange(columns) > 0
+        x = rows[:, 0]
+        if layout == "No":
+            x = self.number(header, "X0") + self.number(header, "Delta_X") * np.arange(len(rows))
+        names = tuple(titles[i] if i < len(titles) else "" for i in np.flatnonzero(is_value))
+        units = tuple((header.get("Y_Unit_Label", []) + [""] * n)[:n])
+        return LvmSegment(x, rows[:, is_value].T.copy(), names, units, {name: v[0] for name, v in header.items()})
 
-def _row(path: Path, line: str, number: int, columns: int, separator: str, point: str) -> list[float]:
-    """Numbers of one line; a comment may follow them."""
-    fields = line.split(separator)[:columns]
-    if len(fields) < columns:
-        raise RecordError(f"{path}, line {number + 1}: {len(fields)} of {columns} columns")
-    try:
-        return [float(f.replace(point, ".")) if f.strip() else np.nan for f in fields]
-    except ValueError:
-        raise RecordError(f"{path}, line {number + 1}: not numbers: {line.strip()[:60]!r}") from None
+    def rows(self, columns: int) -> np.ndarray:
+        """(n, columns) numbers of the lines after the titles; a comment may follow them."""
+        rows = []
+        self.at += 1
+        while self.at < len(self.lines) and (line := self.lines[self.at]).strip() and not line.startswith("Channels"):
+            fields = line.split(self.separator)[:columns]
+            if len(fields) < columns:
+                raise self.error(f"{len(fields)} of {columns} columns")
+            try:
+                rows.append([float(f.replace(self.point, ".")) if f.strip() else np.nan for f in fields])
+            except ValueError:
+                raise self.error(f"not numbers: {line.strip()[:60]!r}") from None
+            self.at += 1
+        if not rows:
+            raise self.error("the segment holds no numbers")
+        return np.array(rows)
 
-
-def _real(path: Path, header: Entries, name: str, at: int) -> float:
-    try:
-        return float(header[name][0])
-    except (KeyError, ValueError):
-        raise RecordError(
-            f"{path}, line {at}: without a column of X the segment header needs {name}, a number"
-        ) from None
-
-
-def _whole(path: Path, header: Entries, name: str, at: int) -> list[int]:
-    try:
-        values = [int(v) for v in header[name] if v]
-        if values and min(values) > 0:
-            return values
-    except (KeyError, ValueError):
-        pass
-    raise RecordError(f"{path}, line {at}: the segment header needs {name}, a whole number > 0")
+    def number(self, header: Entries, name: str) -> float:
+        try:
+            return float(header[name][0])
+        except (KeyError, ValueError):
+            raise self.error(f"the segment header needs {name}, a number") from None
 
 
 register(

@@ -16,7 +16,7 @@ from pathlib import Path
 import numpy as np
 
 from clearance_mj.errors import RecordError
-from clearance_mj.io.lvm import read_text
+from clearance_mj.files import read_lines
 
 __all__ = ["DamperRecord", "DropbearRecord", "read_damper", "read_dropbear", "real_folder"]
 
@@ -68,7 +68,7 @@ def read_dropbear(path) -> DropbearRecord:
 
     RecordError names file and line if a column is missing, a line is not numbers or the time does not rise.
     """
-    lines = read_text(path)
+    lines = read_lines(path)
     if len(lines) <= HEADER_LINES:
         raise RecordError(f"{path}: {len(lines)} lines, a DROPBEAR file has {HEADER_LINES} header lines and then data")
     names = [name.strip() for name in lines[5].split("\t")]
@@ -96,7 +96,7 @@ def read_damper(path) -> DamperRecord:
     actuator force 2 lb]}. RecordError names file and line (of a JSON error) or row.
     """
     try:
-        content = json.loads("\n".join(read_text(path)))
+        content = json.loads("\n".join(read_lines(path)))
     except json.JSONDecodeError as error:
         raise RecordError(f"{path}, line {error.lineno}: not JSON ({error.msg})") from None
     rows = content.get("data") if isinstance(content, dict) else None
