@@ -41,7 +41,7 @@ def shared(name, count, tmp_path):
 
 @pytest.mark.parametrize("name", [*readers()])
 def test_a_few_inputs(name, tmp_path):
-    shared(name, 3 if name in RARE else 10, tmp_path)
+    shared(name, 3 if name in RARE else 60, tmp_path)
 
 
 @pytest.mark.slow

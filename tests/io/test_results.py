@@ -6,8 +6,6 @@ import numpy as np
 import pytest
 import scipy.io
 import xarray as xr
-from hypothesis import HealthCheck, given, settings
-from hypothesis import strategies as st
 
 from clearance_mj.errors import ClearanceError, RecordError
 from clearance_mj.io.results import (
@@ -230,20 +228,3 @@ def test_wrong_kind_of_dataset():
         dataset_to_frf(response_to_dataset(response()))
     with pytest.raises(RecordError, match='holds "frf", needs "response"'):
         dataset_to_response(frf_to_dataset(frf()))
-
-
-@settings(max_examples=150, deadline=1000, suppress_health_check=[HealthCheck.function_scoped_fixture])
-@given(st.data())
-def test_damage_at_random(tmp_path, data):
-    """A RecordError or a value, nothing else."""
-    path = tmp_path / "a.nc"
-    save(path, data.draw(st.sampled_from([frf(n=1, n_f=2), response(n=2)])))
-    content = bytearray(path.read_bytes())
-    byte = st.one_of(st.integers(0, 255), st.integers(0, 15))
-    for place, value in data.draw(st.lists(st.tuples(st.integers(0, len(content) - 1), byte), max_size=6)):
-        content[place] = value
-    path.write_bytes(content[: data.draw(st.integers(0, len(content)))])
-    try:
-        load(path)
-    except RecordError as error:
-        assert "\n" not in str(error)

@@ -7,10 +7,8 @@ The format: SDRC universal data sets 58, 151 and 164, https://www.ceas3.uc.edu/s
 import dataclasses
 import re
 import struct
-import tempfile
 import time
 import tracemalloc
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -606,61 +604,3 @@ def test_frfs_that_the_format_cannot_hold(tmp_path, changes, part):
     with pytest.raises(RecordError, match=part):
         write_uff(tmp_path / "h.uff", dataclasses.replace(frf(), **changes))
     assert not list(tmp_path.iterdir())
-
-
-# Damage at random
-
-
-FUZZ = settings(max_examples=300, deadline=1000, suppress_health_check=[HealthCheck.function_scoped_fixture])
-
-
-def survives(path):
-    """Reading gives a value or a RecordError of one line, nothing else."""
-    for function in (read_uff, scan_uff):
-        try:
-            function(path)
-        except RecordError as error:
-            assert "\n" not in str(error)
-
-
-def small_files():
-    """Bytes of a binary file, of a text file and of an FRF file."""
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "a.uff"
-        write_uff(path, [dataclasses.replace(c, value=c.value[:4]) for c in channels()[:2]])
-        binary = path.read_bytes()
-        one = frf(np.array([1.0, 2.0]), n=1)
-        write_uff(path, join_references([dataclasses.replace(one, references=(r,)) for r in ("100:+Z", "5:-X")]))
-        return [binary, units_by_hand(1, 1) + by_hand(ROWS), path.read_bytes()]
-
-
-SMALL = small_files()
-
-
-@FUZZ
-@given(st.data())
-def test_changed_bytes(tmp_path, data):
-    content = bytearray(data.draw(st.sampled_from(SMALL)))
-    # Digits and blanks keep more of the file readable, so that damage reaches deeper.
-    byte = st.one_of(st.integers(0, 255), st.sampled_from(b" -+.0123456789ED\n"))
-    for place, value in data.draw(st.lists(st.tuples(st.integers(0, len(content) - 1), byte), min_size=1, max_size=8)):
-        content[place] = value
-    (tmp_path / "a.uff").write_bytes(content)
-    survives(tmp_path / "a.uff")
-
-
-@FUZZ
-@given(st.data())
-def test_bytes_cut_out_repeated_or_put_in(tmp_path, data):
-    content = data.draw(st.sampled_from(SMALL))
-    a, b = sorted(data.draw(st.tuples(*(2 * [st.integers(0, len(content))]))))
-    middle = data.draw(st.one_of(st.just(b""), st.just(2 * content[a:b]), st.binary(max_size=100)))
-    (tmp_path / "a.uff").write_bytes(content[:a] + middle + content[b:])
-    survives(tmp_path / "a.uff")
-
-
-@settings(FUZZ, max_examples=100)
-@given(st.binary(max_size=300))
-def test_garbage_after_a_valid_beginning(tmp_path, tail):
-    (tmp_path / "a.uff").write_bytes(b"    -1\n    58b     1     2\n" + tail)
-    survives(tmp_path / "a.uff")
