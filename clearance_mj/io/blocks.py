@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
+from os import PathLike
 from pathlib import Path
 
 import numpy as np
@@ -15,7 +16,7 @@ from .results import _HDF5, _require_hdf5, response_to_dataset
 __all__ = ["saving"]
 
 
-def saving(path, blocks: Iterable[Response]) -> Iterator[Response]:
+def saving(path: str | PathLike[str], blocks: Iterable[Response]) -> Iterator[Response]:
     """Write blocks to a file as they pass: ``estimate_frf_blocks(saving("run.h5", simulate_blocks(...)))``.
 
     Parameters
@@ -49,11 +50,12 @@ def saving(path, blocks: Iterable[Response]) -> Iterator[Response]:
         written.to_netcdf(temporary, engine="h5netcdf", unlimited_dims=["time"])
         yield first
         with h5py.File(temporary, "a") as file:
-            histories = {name: file[name] for name, variable in written.variables.items() if "time" in variable.dims}
+            names = [str(name) for name, variable in written.variables.items() if "time" in variable.dims]
             for block in blocks:
                 size = block.excitation.size
-                for name, history in histories.items():
-                    history.resize(done + size, axis=0)
-                    history[done:] = (done + np.arange(size)) / block.fs if name == "time" else getattr(block, name)
+                for name in names:
+                    value = (done + np.arange(size)) / block.fs if name == "time" else getattr(block, name)
+                    file[name].resize(done + size, axis=value.ndim - 1)
+                    file[name][..., done:] = value
                 done += size
                 yield block
