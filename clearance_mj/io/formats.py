@@ -9,7 +9,7 @@ import re
 from collections.abc import Mapping
 from os import PathLike
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 from ..clearance.law import Law
 from ..errors import RecordError
@@ -71,7 +71,7 @@ def read(
         If the file cannot be used; the message names it and the place.
     """
     if Path(path).is_dir():
-        return Dataset.load(path)
+        return Dataset.load(Path(path))
     known = format_of(path)
     given: dict[str, Any] = {"columns": columns or None, "fs": fs, "reference": reference}
     given = {name: value for name, value in given.items() if value is not None}
@@ -134,7 +134,7 @@ def read_channels(
 def read_record(
     path: str | PathLike[str],
     rig: Rig,
-    role: str,
+    role: Literal["identify", "validate"],
     columns: Columns | None = None,
     fs: float | None = None,
     **described: Any,
@@ -147,8 +147,8 @@ def read_record(
         The file; the record is named after it.
     rig : Rig
         The rig; its shaker says what drove it.
-    role : str
-        "identify" or "validate".
+    role : {"identify", "validate"}
+        Whether it is identified from.
     columns : mapping of str to str, optional
         As `read` takes it.
     fs : float, optional

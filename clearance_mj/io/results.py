@@ -10,8 +10,10 @@ from __future__ import annotations
 import importlib.util
 import io
 import json
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from os import PathLike
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -70,7 +72,7 @@ def frf_to_dataset(frf: FRF) -> xr.Dataset:
     above, _, below = frf.quantity.partition("/")
     parts = np.stack((frf.value.real, frf.value.imag), axis=-1)
     units = "1" if above == below else f"({_UNITS.get(above, above)})/({_UNITS.get(below, below)})"
-    variables = {"value": ((*dims, "part"), parts, {"units": units, "long_name": frf.quantity})}
+    variables: dict[str, Any] = {"value": ((*dims, "part"), parts, {"units": units, "long_name": frf.quantity})}
     if frf.coherence is not None:
         variables["coherence"] = (dims, frf.coherence, {"units": "1"})
     coordinates = {
@@ -134,12 +136,12 @@ def response_to_dataset(resp: Response) -> xr.Dataset:
     """
     if resp.kind not in _EXCITATION_UNITS:
         raise RecordError(f'kind "{resp.kind}" is unknown; use {" or ".join(_EXCITATION_UNITS)}')
-    attributes = {"units": _EXCITATION_UNITS[resp.kind], "dof": resp.reference}
-    variables = {"excitation": ("time", resp.excitation, attributes)}
+    attributes: dict[str, Any] = {"units": _EXCITATION_UNITS[resp.kind], "dof": resp.reference}
+    variables: dict[str, Any] = {"excitation": ("time", resp.excitation, attributes)}
     for name, (dimension, unit) in _HISTORIES.items():
         if (value := getattr(resp, name)) is not None:
             variables[name] = ((dimension, "time"), value, {"units": unit})
-    coordinates = {"time": ("time", resp.time, {"units": "s"})}
+    coordinates: dict[str, Any] = {"time": ("time", resp.time, {"units": "s"})}
     if resp.responses:
         coordinates["response"] = list(resp.responses)
     attributes = {
@@ -167,7 +169,7 @@ def dataset_to_response(ds: xr.Dataset) -> Response:
         If it does not hold a response.
     """
     _require_kind(ds, "response")
-    histories = {
+    histories: dict[str, Any] = {
         name: _values(ds, name, (dimension, "time")) if name in ds else None
         for name, (dimension, _) in _HISTORIES.items()
     }
@@ -182,7 +184,7 @@ def dataset_to_response(ds: xr.Dataset) -> Response:
         fs=float(_attribute(ds, "fs")),
         excitation=_values(ds, "excitation", ("time",)),
         kind=str(_attribute(ds, "kind")),
-        band=None if band is None else tuple(float(f) for f in band),
+        band=None if band is None else (float(band[0]), float(band[1])),
         responses=_labels(ds, "response") if "response" in ds.coords else (),
         reference=str(ds["excitation"].attrs.get("dof", "100:+Z")),
         provenance=provenance,
@@ -216,9 +218,8 @@ def channels_to_dataset(channels: Sequence[Channel]) -> xr.Dataset:
         "quantity": [c.quantity for c in channels],
         "units": [_UNITS[c.quantity] for c in channels],
     }
-    coordinates = {name: ("channel", text) for name, text in texts.items()}
-    time = first.start + np.arange(first.size) / first.fs
-    coordinates["time"] = ("time", time, {"units": "s"})
+    coordinates: dict[str, Any] = {name: ("channel", text) for name, text in texts.items()}
+    coordinates["time"] = ("time", first.time, {"units": "s"})
     attributes = {_KIND: "channels", "fs": float(first.fs), "start": float(first.start)}
     return xr.Dataset({"value": (("channel", "time"), [c.value for c in channels])}, coordinates, attributes)
 
@@ -247,11 +248,19 @@ def dataset_to_channels(ds: xr.Dataset) -> list[Channel]:
 
 
 _CHANNEL_DIMS = ("channel", "time")
-_TO_DATASET = {FRF: frf_to_dataset, Response: response_to_dataset, list: channels_to_dataset}
-_FROM_DATASET = {"frf": dataset_to_frf, "response": dataset_to_response, "channels": dataset_to_channels}
+_TO_DATASET: dict[type, Callable[..., xr.Dataset]] = {
+    FRF: frf_to_dataset,
+    Response: response_to_dataset,
+    list: channels_to_dataset,
+}
+_FROM_DATASET: dict[Any, Callable[[xr.Dataset], FRF | Response | list[Channel]]] = {
+    "frf": dataset_to_frf,
+    "response": dataset_to_response,
+    "channels": dataset_to_channels,
+}
 
 
-def save(path, obj: FRF | Response | list[Channel]):
+def save(path: str | PathLike[str], obj: FRF | Response | list[Channel]) -> None:
     """Write FRFs, a response or time records as NetCDF; an existing file is replaced once the new one is whole.
 
     Parameters
@@ -276,13 +285,13 @@ def save(path, obj: FRF | Response | list[Channel]):
         dataset = convert(obj)
     except RecordError as error:
         raise RecordError(f"{path}: {error}") from None
-    form = {"engine": "h5netcdf"} if hdf5 else {"engine": "scipy", "format": "NETCDF3_64BIT"}
+    form: dict[str, Any] = {"engine": "h5netcdf"} if hdf5 else {"engine": "scipy", "format": "NETCDF3_64BIT"}
     with replacing(path) as temporary:
         # By way of memory: the HDF5 library ends the process where the disk is full.
         temporary.write_bytes(dataset.to_netcdf(**form))
 
 
-def load(path) -> FRF | Response | list[Channel]:
+def load(path: str | PathLike[str]) -> FRF | Response | list[Channel]:
     """Read what `save` wrote.
 
     Parameters
@@ -317,7 +326,7 @@ def load(path) -> FRF | Response | list[Channel]:
         raise RecordError(f"{path}: not a whole NetCDF file of results: {reason}") from None
 
 
-def _dataset(path) -> xr.Dataset:
+def _dataset(path: Path) -> xr.Dataset:
     data = path.read_bytes()
     if not data.startswith(_HDF5_MAGIC):
         # In memory, where as much can be read as there is: a damaged header may declare any size.
@@ -327,47 +336,47 @@ def _dataset(path) -> xr.Dataset:
     return xr.load_dataset(path, engine="h5netcdf", decode_times=False, phony_dims="sort")
 
 
-def _require_stored(path, most):
+def _require_stored(path: Path, most: int) -> None:
     """Refuse numbers that are declared but not there; HDF5 would fill them up when it reads them."""
     import h5py
 
-    sizes = []
+    sizes: list[int] = []
     with h5py.File(path) as file:
         file.visititems(lambda _, item: sizes.append(item.nbytes) if isinstance(item, h5py.Dataset) else None)
     if sum(sizes) > most:
         raise RecordError(TOO_DENSE)
 
 
-def _require_hdf5():
+def _require_hdf5() -> None:
     if importlib.util.find_spec("h5netcdf") is None:
         raise RecordError('HDF5 needs the package h5netcdf: pip install "clearance-mj[hdf5]"; .nc needs nothing more')
 
 
-def _require_kind(ds, kind):
+def _require_kind(ds: xr.Dataset, kind: str) -> None:
     if ds.attrs.get(_KIND) != kind:
         raise RecordError(f'holds "{ds.attrs.get(_KIND)}", needs "{kind}" in the attribute {_KIND}')
 
 
-def _attribute(ds, name):
+def _attribute(ds: xr.Dataset, name: str) -> Any:
     if name not in ds.attrs:
         raise RecordError(f'the attribute "{name}" is missing')
     return ds.attrs[name]
 
 
-def _values(ds, name, dims) -> np.ndarray:
+def _values(ds: xr.Dataset, name: str, dims: tuple[str, ...]) -> np.ndarray:
     """Return a variable as native doubles, C-contiguous; netCDF-3 is big endian, old files have time first."""
     if name not in ds or set(ds[name].dims) != set(dims):
         raise RecordError(f'needs "{name}" over ({", ".join(dims)})')
     return np.ascontiguousarray(ds[name].transpose(*dims).values, dtype=float)
 
 
-def _labels(ds, name) -> tuple[str, ...]:
+def _labels(ds: xr.Dataset, name: str) -> tuple[str, ...]:
     if name not in ds.coords:
         raise RecordError(f'needs labels along "{name}"')
     return tuple(str(label) for label in ds[name].values)
 
 
-def _json(provenance) -> str:
+def _json(provenance: Any) -> str:
     try:
         return json.dumps(provenance)
     except (TypeError, ValueError) as error:

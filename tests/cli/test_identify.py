@@ -174,7 +174,9 @@ def test_refused(small_dataset, ramp, csv_file, tmp_path, capsys):
     assert "does not exist; a dataset is" in refused(capsys, tmp_path / "no.csv.zip", *out)
     assert "no.csv" in refused(capsys, tmp_path / "no.csv", "--rig", RIG, *out)
     write_uff(tmp_path / "a.uff", ramp)
-    assert "a sampling rate is for CSV, MATLAB files" in refused(capsys, tmp_path / "a.uff", "--rig", RIG, "--fs", "2048", *out)
+    assert "a sampling rate is for CSV, MATLAB files" in refused(
+        capsys, tmp_path / "a.uff", "--rig", RIG, "--fs", "2048", *out
+    )
     assert 'method "guess" is unknown' in refused(capsys, small_dataset, "--method", "guess", *out)
     assert not (tmp_path / "law.json").exists()
 
