@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator
+from contextlib import contextmanager
 
 import numpy as np
 
@@ -14,6 +16,15 @@ DIRECTIONS = {f"{s}{a}": int(f"{s}{i}") for s in "+-" for i, a in enumerate(_AXE
 QUANTITIES = {"displacement": 8, "velocity": 11, "acceleration": 12, "force": 13}
 """Quantities and their codes in universal files (specific data types)"""
 _DOF = re.compile(r"([0-9]{1,9}):(\S+)")
+
+
+@contextmanager
+def naming(place: object) -> Iterator[None]:
+    """Put the file, or the place in it, before what is wrong."""
+    try:
+        yield
+    except RecordError as error:
+        raise RecordError(f"{place}: {error}") from None
 
 
 def check_dof(label: str) -> None:

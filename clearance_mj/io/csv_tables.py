@@ -17,7 +17,7 @@ import numpy as np
 from ..errors import RecordError
 from ..files import read_lines, replacing
 from ..signals.frf import FRF
-from ._checks import simplest_rate
+from ._checks import naming, simplest_rate
 from .channels import Channel
 from .columns import SKIP, Column, Contents, listed, resolve, table_of_channels, table_of_frf, to_frf
 from .registry import Format, register
@@ -57,10 +57,8 @@ def read_csv(path: str | PathLike[str], columns: Mapping[str, str] | None = None
         not finite, or the time steps are uneven.
     """
     lines = read_lines(path)
-    try:
+    with naming(path):
         return _contents(lines, columns or {}, fs)
-    except RecordError as error:
-        raise RecordError(f"{path}: {error}") from None
 
 
 def write_csv(path: str | PathLike[str], obj: Contents) -> None:
@@ -78,10 +76,8 @@ def write_csv(path: str | PathLike[str], obj: Contents) -> None:
     RecordError
         If the channels do not fit into one table, or a number is not finite.
     """
-    try:
+    with naming(f"{path}: cannot be written"):
         headers, numbers = table_of_frf(obj) if isinstance(obj, FRF) else _with_time(obj)
-    except RecordError as error:
-        raise RecordError(f"{path}: cannot be written: {error}") from None
     with replacing(path) as temporary, temporary.open("w", encoding="utf-8") as file:
         np.savetxt(file, numbers, "%.17g", ",", header=",".join(headers), comments="")
 

@@ -18,6 +18,7 @@ from ..signals.ema import Modes
 from ..signals.frf import FRF
 from ..signals.response import Response
 from . import csv_tables, lvm, mat, models, results, uff
+from ._checks import naming
 from .channels import Channel
 from .dataset import Dataset, Record, bushing_nodes
 from .registry import FORMATS, WORDS, Format, format_of, register
@@ -81,10 +82,8 @@ def read(
     obj = known.read(path, **{name: value for name, value in given.items() if name in known.options})
     if reference is None or not isinstance(obj, FRF):
         return obj
-    try:
+    with naming(path):
         return obj.to_reference(reference)
-    except RecordError as error:
-        raise RecordError(f"{path}: {error}") from None
 
 
 def _kind(obj: object) -> type:
@@ -169,10 +168,8 @@ def read_record(
     channels = read_channels(path, columns, fs, rig)
     name = re.sub(r"[^A-Za-z0-9._-]", "_", path.name.split(".")[0])[:64].lstrip("._-") or "record"
     origin = {"file": path.name}
-    try:
+    with naming(path):
         return Record(name, role, rig, channels[0].fs, channels, rig.shaker.kind, provenance=origin, **described)
-    except RecordError as error:
-        raise RecordError(f"{path}: {error}") from None
 
 
 def read_frf(path: str | PathLike[str], columns: Columns | None = None, reference: str | None = None) -> FRF:

@@ -15,7 +15,7 @@ import numpy as np
 
 from ..errors import RecordError
 from ..files import read_lines
-from ._checks import even_rate
+from ._checks import even_rate, naming
 from .channels import Channel
 from .columns import resolve
 from .registry import Format, register
@@ -105,7 +105,7 @@ def read_lvm_channels(path: str | PathLike[str], columns: Mapping[str, str] | No
         As `read_lvm`; also if there are several segments, or a title or unit is unknown.
     """
     segments = read_lvm(path)
-    try:
+    with naming(path):
         if len(segments) > 1:
             raise RecordError(f"holds {len(segments)} segments, time records need one; read_lvm reads them all")
         (segment,) = segments
@@ -115,8 +115,6 @@ def read_lvm_channels(path: str | PathLike[str], columns: Mapping[str, str] | No
             raise RecordError("its columns are channels over time: needs names such as acc:1, no FRFs and no time")
         fs, start = even_rate(segment.x, 1e-6)
         return [column.channel(segment.value[column.index], fs, start) for column in used]
-    except RecordError as error:
-        raise RecordError(f"{path}: {error}") from None
 
 
 class _Lines:

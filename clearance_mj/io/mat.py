@@ -20,7 +20,7 @@ import scipy.io
 from ..errors import RecordError
 from ..files import replacing
 from ..signals.frf import FRF
-from ._checks import even_rate
+from ._checks import even_rate, naming
 from ._mat_elements import Value, arrays
 from .channels import Channel
 from .columns import Column, Contents, frf_names, listed, resolve, table_of_channels, to_frf
@@ -58,10 +58,8 @@ def read_mat(path: str | PathLike[str], columns: Mapping[str, str] | None = None
         lengths differ, a number is not finite, or the time steps are uneven.
     """
     variables = _load(path)
-    try:
+    with naming(path):
         return _contents(variables, columns or {}, fs)
-    except RecordError as error:
-        raise RecordError(f"{path}: {error}") from None
 
 
 def write_mat(path: str | PathLike[str], obj: Contents) -> None:
@@ -80,10 +78,8 @@ def write_mat(path: str | PathLike[str], obj: Contents) -> None:
     RecordError
         If the channels or the FRFs do not fit into one table.
     """
-    try:
+    with naming(f"{path}: cannot be written"):
         variables = _frf_variables(obj) if isinstance(obj, FRF) else _record_variables(obj)
-    except RecordError as error:
-        raise RecordError(f"{path}: cannot be written: {error}") from None
     with replacing(path) as temporary, temporary.open("wb") as file:
         scipy.io.savemat(file, variables, do_compression=True, oned_as="column")
 

@@ -22,21 +22,12 @@ from ..errors import RecordError
 from ..files import TOO_DENSE, most_unpacked, replacing
 from ..signals.frf import FRF
 from ..signals.response import Response
-from ._checks import check_dof
+from ._checks import check_dof, naming
 from .channels import Channel, require_one_time
 from .columns import listed
 from .registry import Format, register
 
-__all__ = [
-    "channels_to_dataset",
-    "dataset_to_channels",
-    "dataset_to_frf",
-    "dataset_to_response",
-    "frf_to_dataset",
-    "load",
-    "response_to_dataset",
-    "save",
-]
+__all__ = ["load", "save"]
 
 _KIND = "clearance_mj"
 """Attribute that says what a file holds."""
@@ -54,19 +45,9 @@ _HISTORIES = {
 
 
 def frf_to_dataset(frf: FRF) -> xr.Dataset:
-    """Return FRFs as a labelled dataset.
+    """``value`` (response, reference, frequency, part) with part "real", "imag", and ``coherence`` without part.
 
-    Parameters
-    ----------
-    frf : FRF
-        The functions.
-
-    Returns
-    -------
-    xarray.Dataset
-        ``value`` (response, reference, frequency, part) with part "real", "imag"; ``coherence`` (response, reference,
-        frequency) if there is one. Responses and references are labelled "3:+Z"; nan stands for pairs of them that
-        were not measured.
+    Responses and references are labelled "3:+Z"; nan stands for pairs of them that were not measured.
     """
     dims = ("response", "reference", "frequency")
     above, _, below = frf.quantity.partition("/")
@@ -85,22 +66,6 @@ def frf_to_dataset(frf: FRF) -> xr.Dataset:
 
 
 def dataset_to_frf(ds: xr.Dataset) -> FRF:
-    """Return the FRFs that `frf_to_dataset` put into a dataset.
-
-    Parameters
-    ----------
-    ds : xarray.Dataset
-        The dataset.
-
-    Returns
-    -------
-    FRF
-
-    Raises
-    ------
-    RecordError
-        If it does not hold FRFs.
-    """
     _require_kind(ds, "frf")
     dims = ("response", "reference", "frequency")
     value = _values(ds, "value", (*dims, "part"))
@@ -116,24 +81,7 @@ def dataset_to_frf(ds: xr.Dataset) -> FRF:
 
 
 def response_to_dataset(resp: Response) -> xr.Dataset:
-    """Return a response as a labelled dataset.
-
-    Parameters
-    ----------
-    resp : Response
-        The time histories.
-
-    Returns
-    -------
-    xarray.Dataset
-        ``excitation`` (time,); ``acceleration`` (response, time); ``displacement``, ``contact_force`` and
-        ``grease_force`` (bushing, time) as far as the response has them. Its provenance is JSON in an attribute.
-
-    Raises
-    ------
-    RecordError
-        If its kind is unknown or its provenance is not plain data.
-    """
+    """``excitation`` (time,), ``acceleration`` (response, time); of (bushing, time) what the response has."""
     if resp.kind not in _EXCITATION_UNITS:
         raise RecordError(f'kind "{resp.kind}" is unknown; use {" or ".join(_EXCITATION_UNITS)}')
     attributes: dict[str, Any] = {"units": _EXCITATION_UNITS[resp.kind], "dof": resp.reference}
@@ -156,18 +104,6 @@ def response_to_dataset(resp: Response) -> xr.Dataset:
 
 
 def dataset_to_response(ds: xr.Dataset) -> Response:
-    """Return the response that `response_to_dataset` put into a dataset.
-
-    Parameters
-    ----------
-    ds : xarray.Dataset
-        The dataset.
-
-    Raises
-    ------
-    RecordError
-        If it does not hold a response.
-    """
     _require_kind(ds, "response")
     histories: dict[str, Any] = {
         name: _values(ds, name, (dimension, "time")) if name in ds else None
@@ -193,23 +129,7 @@ def dataset_to_response(ds: xr.Dataset) -> Response:
 
 
 def channels_to_dataset(channels: Sequence[Channel]) -> xr.Dataset:
-    """Return time records as a labelled dataset.
-
-    Parameters
-    ----------
-    channels : sequence of Channel
-        Of one rate, length and start.
-
-    Returns
-    -------
-    xarray.Dataset
-        ``value`` (channel, time), each channel in its own ``units``, with its ``name``, ``dof`` and ``quantity``.
-
-    Raises
-    ------
-    RecordError
-        If the channels differ in rate, length or start, or there is none.
-    """
+    """``value`` (channel, time), each channel in its own ``units``, with its ``name``, ``dof`` and ``quantity``."""
     require_one_time(channels)
     first = channels[0]
     texts = {
@@ -225,18 +145,6 @@ def channels_to_dataset(channels: Sequence[Channel]) -> xr.Dataset:
 
 
 def dataset_to_channels(ds: xr.Dataset) -> list[Channel]:
-    """Return the time records that `channels_to_dataset` put into a dataset.
-
-    Parameters
-    ----------
-    ds : xarray.Dataset
-        The dataset.
-
-    Raises
-    ------
-    RecordError
-        If it does not hold time records.
-    """
     _require_kind(ds, "channels")
     fs, start = float(_attribute(ds, "fs")), float(_attribute(ds, "start"))
     rows = zip(_labels(ds, "name"), _labels(ds, "dof"), _labels(ds, "quantity"), _values(ds, "value", _CHANNEL_DIMS))
@@ -279,12 +187,10 @@ def save(path: str | PathLike[str], obj: FRF | Response | list[Channel]) -> None
     if convert is None:
         raise RecordError(f"{path}: cannot write {type(obj).__name__}; needs an FRF, a Response or a list of channels")
     hdf5 = Path(path).suffix.lower() in _HDF5
-    try:
+    with naming(path):
         if hdf5:
             _require_hdf5()
         dataset = convert(obj)
-    except RecordError as error:
-        raise RecordError(f"{path}: {error}") from None
     form: dict[str, Any] = {"engine": "h5netcdf"} if hdf5 else {"engine": "scipy", "format": "NETCDF3_64BIT"}
     with replacing(path) as temporary:
         # By way of memory: the HDF5 library ends the process where the disk is full.

@@ -17,7 +17,7 @@ from ...files import replacing
 from ...rig import Rig
 from ...signals.ema import Modes
 from ...signals.frf import FRF
-from .._checks import DIRECTIONS, QUANTITIES
+from .._checks import DIRECTIONS, QUANTITIES, naming
 from ..channels import Channel, ChannelHeader
 from ..registry import Format, register
 from ._dataset_55 import mode_sets, read_modes
@@ -65,7 +65,7 @@ def read_uff(path: str | PathLike[str], reference: str | None = None) -> list[Ch
         steps, unknown units); the message names the file and the data set.
     """
     data = _contents(path)
-    try:
+    with naming(path):
         functions, blocks = scan(data)
         modes = [block for block in blocks if block.kind == 55]
         if modes and not functions:
@@ -74,8 +74,6 @@ def read_uff(path: str | PathLike[str], reference: str | None = None) -> list[Ch
         if functions[0].kind == TIME_FUNCTION:
             return [read_channel(data, f) for f in functions]
         return read_frfs(data, functions, reference)
-    except RecordError as error:
-        raise RecordError(f"{path}: {error}") from None
 
 
 def read_geometry(path: str | PathLike[str]) -> Geometry:
@@ -96,10 +94,8 @@ def read_geometry(path: str | PathLike[str]) -> Geometry:
         If the file is missing or damaged, or holds no nodes.
     """
     data = _contents(path)
-    try:
+    with naming(path):
         return read_geometry_blocks([block for block in scan(data)[1] if block.kind in (15, 82)])
-    except RecordError as error:
-        raise RecordError(f"{path}: {error}") from None
 
 
 def scan_uff(path: str | PathLike[str]) -> list[ChannelHeader]:
@@ -120,13 +116,11 @@ def scan_uff(path: str | PathLike[str]) -> list[ChannelHeader]:
         As `read_uff`, except for samples that are not finite; also if the file holds FRFs.
     """
     data = _contents(path)
-    try:
+    with naming(path):
         functions = measured(scan(data)[0])
         if functions[0].kind != TIME_FUNCTION:
             raise RecordError("holds FRFs, needs time functions (data sets 58, function type 1)")
         return [read_channel_header(data, f) for f in functions]
-    except RecordError as error:
-        raise RecordError(f"{path}: {error}") from None
 
 
 def write_uff(path: str | PathLike[str], obj: object, rig: Rig | None = None) -> None:
@@ -150,15 +144,13 @@ def write_uff(path: str | PathLike[str], obj: object, rig: Rig | None = None) ->
     RecordError
         If ``obj`` is none of these, is empty, or holds values that the format cannot.
     """
-    try:
+    with naming(f"{path}: cannot be written"):
         if isinstance(obj, Modes):
             blocks = [text.encode() for text in mode_sets(obj)]
         elif isinstance(obj, FRF):
             blocks = frf_blocks(obj)
         else:
             blocks = [channel_block(c) for c in _channels(obj)]
-    except RecordError as error:
-        raise RecordError(f"{path}: cannot be written: {error}") from None
     described = [_header(getattr(obj, "name", "NONE")), UNIT_SET, *(geometry_sets(rig_geometry(rig)) if rig else ())]
     with replacing(path) as temporary:
         temporary.write_bytes("".join(described).encode() + b"".join(blocks))

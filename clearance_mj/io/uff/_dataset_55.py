@@ -9,6 +9,7 @@ import numpy as np
 
 from ...errors import RecordError
 from ...signals.ema import Modes
+from .._checks import naming
 from ._fields import Block, fields, read_integer, read_real, text_set
 
 NORMAL, COMPLEX = (2,), (3, 7)
@@ -23,11 +24,9 @@ def read_modes(blocks: Sequence[Block]) -> Modes:
     """Put the modes of a file together, by frequency; components that move in no mode are left out."""
     found: list[tuple[float, float, Shape]] = []
     for block in blocks:
-        try:
+        with naming(f"data set {block.number}"):
             if read_integer(block.record(5)[10:20], "analysis type") in (*NORMAL, *COMPLEX):
                 found.append(_read_mode(block))
-        except RecordError as error:
-            raise RecordError(f"data set {block.number}: {error}") from None
     if not found:
         raise RecordError("holds no modes (data sets 55 of analysis type 2, 3 or 7)")
     found.sort(key=lambda mode: mode[0])

@@ -8,7 +8,7 @@ import numpy as np
 
 from ...errors import RecordError
 from ...signals.frf import FRF, join_references
-from .._checks import QUANTITIES, check_dof, require_finite
+from .._checks import QUANTITIES, check_dof, naming, require_finite
 from ._dataset_58 import (
     COHERENCE,
     COMPLEX64,
@@ -81,15 +81,13 @@ def _read_frf(data: bytes, functions: list[Function]) -> FRF:
 
 def _frf_quantity(function: Function) -> str:
     """Check that a function is an FRF of known quantities and name them "numerator/denominator"."""
-    try:
+    with naming(f"data set {function.number}"):
         if not function.is_complex:
             raise RecordError("an FRF must be complex, its ordinate data type is real")
         if function.abscissa_type not in (FREQUENCY, *UNKNOWN):
             raise RecordError(f"abscissa type {function.abscissa_type} of an FRF must be 18 (frequency)")
         above, below = quantity_of(function.numerator, "ordinate"), quantity_of(function.denominator, "denominator")
         frf_scale(function, above, below)
-    except RecordError as error:
-        raise RecordError(f"data set {function.number}: {error}") from None
     return f"{above}/{below}"
 
 

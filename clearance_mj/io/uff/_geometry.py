@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 from ...errors import RecordError
 from ...rig import BASE_NODE, SHAKER_NODE, Rig
+from .._checks import naming
 from ._fields import Block, fields, read_integer, read_real, text_set
 
 
@@ -38,13 +39,11 @@ def read_geometry_blocks(blocks: Sequence[Block]) -> Geometry:
     nodes: dict[int, tuple[float, ...]] = {}
     lines: list[tuple[int, ...]] = []
     for block in blocks:
-        try:
+        with naming(f"data set {block.number}"):
             if block.kind == 15:
                 nodes |= _read_nodes(block)
             else:
                 lines.append(_read_line(block))
-        except RecordError as error:
-            raise RecordError(f"data set {block.number}: {error}") from None
     if not nodes:
         raise RecordError("holds no nodes (data set 15)")
     return Geometry(nodes, tuple(lines))

@@ -7,7 +7,7 @@ from decimal import Decimal
 import numpy as np
 
 from ...errors import RecordError
-from .._checks import QUANTITIES, even_rate, simplest_rate
+from .._checks import QUANTITIES, even_rate, naming, simplest_rate
 from ..channels import Channel, ChannelHeader
 from ._dataset_58 import (
     REAL32,
@@ -26,7 +26,7 @@ from ._fields import quantity_of
 
 
 def read_channel_header(data: bytes, function: Function) -> ChannelHeader:
-    try:
+    with naming(f"data set {function.number}"):
         quantity = quantity_of(function.numerator, "ordinate")
         if function.is_complex:
             raise RecordError("a time function must be real, its ordinate data type is complex")
@@ -34,8 +34,6 @@ def read_channel_header(data: bytes, function: Function) -> ChannelHeader:
             raise RecordError(f"abscissa type {function.abscissa_type} of a time function must be 17 (time)")
         time_scale(function, quantity)
         fs, start = _timing(data, function)
-    except RecordError as error:
-        raise RecordError(f"data set {function.number}: {error}") from None
     node, direction = function.response.split(":")
     name = function.response if function.name in ("", "NONE") else function.name
     return ChannelHeader(name, int(node), direction, quantity, function.size, fs, start)
