@@ -9,7 +9,7 @@ from ._version import __version__
 from .beam import ModalModel
 from .clearance import AmplitudeLaw, ConstantLaw, ContactLaw, Law, TimeLaw, load_law
 from .engines import Links, Modal, ModalMujoco, simulate, simulate_batch, simulate_blocks, simulate_each, solref_solimp
-from .engines.energy import keep_ledger
+from .engines.energy import EnergyBalance, energy_balance
 from .errors import ClearanceError, ExcitationError, LawError, RecordError, RigError, SimulationError
 from .io.dataset import Dataset, Record, write_dataset
 from .io.formats import read, write
@@ -63,7 +63,7 @@ __all__ = [
     "extract_modes",
     "frac",
     "identify",
-    "keep_ledger",
+    "energy_balance",
     "load_law",
     "mac",
     "mre",

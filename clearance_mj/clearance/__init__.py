@@ -1,20 +1,34 @@
 """The clearance element: gap, contact, grease, and the laws that set their parameters."""
 
-from .contact import Flores, HuntCrossley, KelvinVoigt, LankaraniNikravesh
+from . import contacts, greases
+from .contact import ContactModel
+from .contacts.cubic import Cubic
+from .contacts.hertz import Flores, HuntCrossley, LankaraniNikravesh
+from .contacts.hunt_crossley_1975 import HuntCrossley1975
+from .contacts.kelvin_voigt import KelvinVoigt
 from .gap import describing_function, gap
+from .grease import GreaseModel
+from .greases.maxwell_slip import MaxwellSlip
 from .law import AmplitudeLaw, ConstantLaw, ContactLaw, Law, TimeLaw, load_law
 
 __all__ = [
     "AmplitudeLaw",
     "ConstantLaw",
     "ContactLaw",
+    "ContactModel",
+    "Cubic",
     "Flores",
+    "GreaseModel",
     "HuntCrossley",
+    "HuntCrossley1975",
     "KelvinVoigt",
     "LankaraniNikravesh",
     "Law",
+    "MaxwellSlip",
     "TimeLaw",
+    "contacts",
     "describing_function",
     "gap",
+    "greases",
     "load_law",
 ]

@@ -1,117 +1,99 @@
-"""Grease in a bushing: Bouc-Wen hysteresis (Eq. 9) with a squeeze film, for compiled loops.
-
-Bouc-Wen does not depend on rate, so its state is advanced over the displacement increment of a step.
-"""
+"""What a grease model is: one class, which runs on every engine, in energy balances, identification and law files."""
 
 from __future__ import annotations
 
-import numba
-import numpy as np
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+from typing import ClassVar, TypeVar
 
-from ..errors import LawError
-from ..rig import Rig
-from .law import Law
+from .contact import Numbers
+from .pointers import GREASE_ENERGY, GREASE_LAW, address
 
-__all__ = ["bouc_wen_step", "film_damping", "grease_step", "grease_table"]
-
-STIFFNESS, ELASTIC, A, BETA, GAMMA, EXPONENT, DAMPING, INVERSE_FILM, FILM_LIMIT = range(9)
+__all__ = ["GREASES", "GreaseModel", "register"]
 
 
-def grease_table(rig: Rig, law: Law) -> np.ndarray:
-    """Grease parameters of every bushing as compiled loops read them.
+class GreaseModel(ABC):
+    """Grease in a bushing. Subclasses are frozen dataclasses, under `register`.
+
+    ``law`` and ``energy`` are compiled, so they may call ``math``, numpy and other functions compiled by numba only.
+    """
+
+    name: ClassVar[str]
+    """in law files"""
+
+    @abstractmethod
+    def parameters(self) -> Sequence[float]:
+        """Return the numbers that `law` and `energy` get."""
+
+    def states(self) -> int:
+        """Return how many numbers remember the motion; all are 0 at first."""
+        return 1
+
+    @abstractmethod
+    def small_motion(self) -> tuple[float, float]:
+        """Return stiffness, N/m, and damping, N s/m, of small motions about the centre."""
+
+    def largest(self) -> tuple[float, float]:
+        """Return the largest stiffness, N/m, and damping, N s/m, that time steps must follow."""
+        return self.small_motion()
+
+    @staticmethod
+    @abstractmethod
+    def law(p: Sequence[float], state: Numbers, x: float, dx: float, step: float, out: Numbers) -> None:
+        """Advance the state by one step and find the force, elastic + damping ẋ.
+
+        Parameters
+        ----------
+        p : sequence of float
+            The model's `parameters`.
+        state : sequence of float
+            Before the step; changed in place.
+        x, dx : float
+            Displacement after the step and its change, m.
+        step : float
+            Time that it took, s.
+        out : sequence of float
+            Filled with the elastic force, N, and the damping, N s/m.
+        """
+
+    @staticmethod
+    @abstractmethod
+    def energy(
+        p: Sequence[float], before: Sequence[float], state: Sequence[float], x: float, dx: float, out: Numbers
+    ) -> None:
+        """Find the energy that the elastic force holds, and what it lost in a step; that of the damping is found elsewhere.
+
+        Parameters
+        ----------
+        p : sequence of float
+            The model's `parameters`.
+        before, state : sequence of float
+            Before and after the step.
+        x, dx : float
+            Displacement after the step and its change, m.
+        out : sequence of float
+            Filled with the energies stored and lost, J.
+        """
+
+    @classmethod
+    def addresses(cls) -> tuple[int, int]:
+        """Return the addresses of the compiled `law` and `energy`."""
+        return address(cls.law, GREASE_LAW), address(cls.energy, GREASE_ENERGY)
+
+
+GREASES: dict[str, type[GreaseModel]] = {}
+"""The grease models by the name that law files give them; a rig's own, which needs none, is Bouc-Wen's"""
+
+Model = TypeVar("Model", bound=type[GreaseModel])
+
+
+def register(model: Model) -> Model:
+    """Make a grease model known by its ``name``, so that laws can hold it and be saved; a class decorator.
 
     Parameters
     ----------
-    rig : Rig
-        The rig.
-    law : Law
-        Its grease, if it has one, replaces the rig's.
-
-    Returns
-    -------
-    ndarray, shape (n_bushings, 9)
-        Columns k, λ, A, β, γ, n, c, 1/h (0 without film), ε.
-
-    Raises
-    ------
-    LawError
-        If the law holds grease for another number of bushings.
+    model : type
+        Subclass of `GreaseModel`.
     """
-    n = len(rig.bushings)
-    greases = [b.grease for b in rig.bushings] if law.grease is None else list(law.grease)
-    if len(greases) == 1:
-        greases *= n
-    if len(greases) != n:
-        raise LawError(f"the law holds grease for {len(greases)} bushings, the rig has {n}; give one or {n}")
-    rows = [
-        (
-            *(g.stiffness, g.elastic_ratio, g.amplitude, g.beta, g.gamma, g.exponent, g.damping),
-            *(1 / g.film_height if g.film_height else 0.0, g.film_limit),
-        )
-        for g in greases
-    ]
-    return np.array(rows).reshape(n, 9)
-
-
-@numba.njit(cache=True, nogil=True, inline="always")
-def bouc_wen_step(z, dx, a, beta, gamma, exponent):
-    """Advance the Bouc-Wen state z over the displacement dx by the midpoint rule (second order in dx).
-
-    Parameters
-    ----------
-    z, dx : float
-        State and displacement increment, m.
-    a, beta, gamma, exponent : float
-        A, β and γ, 1/mⁿ, and n.
-    """
-    half = z + 0.5 * dx * _slope(z, dx, a, beta, gamma, exponent)
-    return z + dx * _slope(half, dx, a, beta, gamma, exponent)
-
-
-@numba.njit(cache=True, nogil=True, inline="always")
-def _slope(z, dx, a, beta, gamma, exponent):
-    """dz/dx = A - |z|ⁿ (γ + β sign(dx z))."""
-    size = z * z if exponent == 2.0 else abs(z) ** exponent
-    return a - size * (gamma + (beta if dx * z > 0.0 else -beta))
-
-
-@numba.njit(cache=True, nogil=True, inline="always")
-def film_damping(x, damping, inverse_film, limit):
-    """Return the squeeze-film damping c / max(1 - |x|/h, ε)², N s/m.
-
-    Parameters
-    ----------
-    x : float
-        Displacement, m.
-    damping : float
-        c of the centred shaft, N s/m.
-    inverse_film : float
-        1/h, 1/m; 0 without film.
-    limit : float
-        ε.
-    """
-    thin = max(1.0 - abs(x) * inverse_film, limit)
-    return damping / (thin * thin)
-
-
-@numba.njit(cache=True, nogil=True, inline="always")
-def grease_step(row, x, dx, z):
-    """Return state, elastic force and damping of one bushing's grease after its motion by dx to x.
-
-    Parameters
-    ----------
-    row : ndarray, shape (9,)
-        The bushing's row of `grease_table`.
-    x, dx : float
-        Displacement after the motion, and the motion, m.
-    z : float
-        Bouc-Wen state before it, m.
-
-    Returns
-    -------
-    tuple of float
-        z (m), λ k x + (1-λ) k z (N) and c(x) (N s/m).
-    """
-    z = bouc_wen_step(z, dx, row[A], row[BETA], row[GAMMA], row[EXPONENT])
-    elastic = row[STIFFNESS] * (row[ELASTIC] * x + (1.0 - row[ELASTIC]) * z)
-    return z, elastic, film_damping(x, row[DAMPING], row[INVERSE_FILM], row[FILM_LIMIT])
+    GREASES[model.name] = model
+    return model

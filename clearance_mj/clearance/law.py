@@ -1,7 +1,7 @@
 """Laws: what the clearance's stiffness and damping are at each moment.
 
 A law gives every bushing a contact stiffness k and damping c and, optionally, the grease identified with them. Each is
-a small table that compiled engines interpolate before every step (`LawTable`): over time (`TimeLaw`), over the
+a small table that compiled loops interpolate before every step (`LawTable`): over time (`TimeLaw`), over the
 envelope of the motion at the bushing (`AmplitudeLaw`), or one row (`ConstantLaw`). Outside the table the nearest row
 holds. `ContactLaw` uses a contact model instead, whose stiffness follows the penetration itself.
 """
@@ -10,82 +10,50 @@ from __future__ import annotations
 
 import json
 from abc import ABC, abstractmethod
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import ClassVar, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
-import numba
 import numpy as np
 
 from ..errors import LawError
 from ..files import replacing
 from ..rig import Grease
 from ..validation import from_plain, to_plain
-from .contact import CONTACTS
+from .contact import CONTACTS, ContactModel
+from .contacts.kelvin_voigt import KelvinVoigt
+from .grease import GREASES, GreaseModel
 
-__all__ = [
-    "AmplitudeLaw",
-    "ConstantLaw",
-    "ContactLaw",
-    "Law",
-    "LawTable",
-    "TimeLaw",
-    "law_from_dict",
-    "load_law",
-    "table_values",
-]
+__all__ = ["AmplitudeLaw", "ConstantLaw", "ContactLaw", "Law", "LawTable", "TimeLaw", "law_from_dict", "load_law"]
+
+AnyGrease = Grease | GreaseModel
 
 
 class LawTable(NamedTuple):
-    """A law as arrays that compiled code reads."""
+    """A law as arrays: parameters of contact models, of which compiled loops interpolate the rows before every step."""
 
     by_amplitude: bool
     """the abscissa is the envelope of the motion (m) instead of time (s)"""
     abscissa: np.ndarray
     """(n_rows,) increasing"""
-    k: np.ndarray
-    """(n_rows, n_bushings) N/m"""
-    c: np.ndarray
-    """(n_rows, n_bushings) N s/m"""
+    parameters: np.ndarray
+    """(n_rows, n_bushings, n_numbers) of the contact models, padded with zeros; of Kelvin-Voigt's k and c"""
     release: float
     """s, time constant with which the envelope falls after a peak"""
-    exponent: np.ndarray
-    """(n_bushings,) n of the contact force k δⁿ"""
-    kappa: np.ndarray
-    """(n_bushings,) κ of Hertz-damped contacts, 0 for others"""
     adhesion: np.ndarray
     """(n_bushings,) whether the contact may pull"""
+    contact_law: np.ndarray
+    """(n_bushings,) addresses of the models' laws"""
+    contact_energy: np.ndarray
+    """(n_bushings,) addresses of the models' energies"""
 
 
-@numba.njit(cache=True, nogil=True, inline="always")
-def table_values(law, j, at):
-    """Return stiffness and damping (k, c) of a bushing: linear between the rows, the ends hold beyond.
-
-    Parameters
-    ----------
-    law : LawTable
-        The law.
-    j : int
-        The bushing.
-    at : float
-        Abscissa: s, or m of an amplitude.
-    """
-    abscissa, last = law.abscissa, law.abscissa.size - 1
-    if last == 0 or at <= abscissa[0]:
-        return law.k[0, j], law.c[0, j]
-    if at >= abscissa[last]:
-        return law.k[last, j], law.c[last, j]
-    row = np.searchsorted(abscissa, at, side="right") - 1
-    share = (at - abscissa[row]) / (abscissa[row + 1] - abscissa[row])
-    k = law.k[row, j] + share * (law.k[row + 1, j] - law.k[row, j])
-    return k, law.c[row, j] + share * (law.c[row + 1, j] - law.c[row, j])
-
-
-@dataclass(frozen=True)
 class Law(ABC):
-    """What all laws share; use one of the subclasses."""
+    """What all laws share; use one of the subclasses. Laws of the same content are equal."""
 
     kind: ClassVar[str]
+    grease: tuple[AnyGrease, ...] | None
 
     @abstractmethod
     def table(self, n_bushings: int) -> LawTable:
@@ -102,19 +70,32 @@ class Law(ABC):
             If the law holds values for another number of bushings.
         """
 
-    def to_dict(self) -> dict:
+    @abstractmethod
+    def largest(self, gaps: Sequence[float]) -> tuple[np.ndarray, np.ndarray]:
+        """Return the largest stiffness, N/m, and damping, N s/m, of each contact that time steps must follow.
+
+        Parameters
+        ----------
+        gaps : sequence of float
+            Of the bushings, m: contacts that harden are looked at at one gap of penetration.
+
+        Returns
+        -------
+        k, c : ndarray, shape (n_bushings,)
+            For each gap.
+        """
+
+    def to_dict(self) -> dict[str, Any]:
         """Return the law as plain data."""
-        data = {"kind": self.kind}
+        data: dict[str, Any] = {"kind": self.kind}
         for name, value in vars(self).items():
-            if name == "grease":
-                data["grease"] = None if value is None else [to_plain(g) for g in value]
-            elif name == "contact":
-                data["contact"] = [{"model": m.name, **to_plain(m)} for m in value]
+            if name in ("contact", "grease"):
+                data[name] = None if value is None else [_plain_model(model) for model in value]
             else:
                 data[name] = value.tolist() if isinstance(value, np.ndarray) else value
         return data
 
-    def save(self, path):
+    def save(self, path: str | Path) -> None:
         """Write the law as JSON; an existing file is replaced only once the new one is whole.
 
         Parameters
@@ -125,30 +106,43 @@ class Law(ABC):
         with replacing(path) as temporary:
             temporary.write_text(json.dumps(self.to_dict(), indent=1) + "\n", encoding="utf-8")
 
-    def _linear(self, by_amplitude, abscissa, n_bushings, release=0.0):
-        """Table of a Kelvin-Voigt contact whose k and c follow the abscissa."""
-        k, c = self._spread(self.k, n_bushings), self._spread(self.c, n_bushings)
-        one, zero, no = np.ones(n_bushings), np.zeros(n_bushings), np.zeros(n_bushings, dtype=bool)
-        # Copies: compiled loops would be compiled again for arrays that cannot be written.
-        return LawTable(
-            by_amplitude, abscissa.copy(), np.atleast_2d(k), np.atleast_2d(c), float(release), one, zero, no
-        )
+    def _content(self) -> tuple[Any, ...]:
+        values = (v.tolist() if isinstance(v, np.ndarray) else v for v in vars(self).values())
+        return type(self), *(repr(v) if isinstance(v, list) else v for v in values)
 
-    def _spread(self, values, n_bushings):
-        if values.shape[-1] not in (1, n_bushings):
-            raise LawError(
-                f"the law holds k and c for {values.shape[-1]} bushings, the rig has {n_bushings}; "
-                "give one value for all of them or one each"
-            )
-        return np.array(np.broadcast_to(values, (*values.shape[:-1], n_bushings)))
+    def __eq__(self, other: object) -> bool:
+        return self._content() == other._content() if isinstance(other, Law) else NotImplemented
 
-    def _set(self, **values):
+    def __hash__(self) -> int:
+        return hash(self._content())
+
+    def _set(self, **values: Any) -> None:
         for name, value in values.items():
             object.__setattr__(self, name, value)
 
 
+class _KelvinVoigtLaw(Law):
+    """A Kelvin-Voigt contact whose k and c follow an abscissa."""
+
+    k: np.ndarray
+    c: np.ndarray
+
+    def _over(self) -> tuple[bool, np.ndarray, float]:
+        """By amplitude, abscissa, release."""
+        return False, np.zeros(1), 0.0
+
+    def table(self, n_bushings: int) -> LawTable:
+        by_amplitude, abscissa, release = self._over()
+        rows = np.stack((np.atleast_2d(self.k), np.atleast_2d(self.c)), axis=-1)
+        return _table(by_amplitude, abscissa, rows, release, [KelvinVoigt(1.0)], n_bushings)
+
+    def largest(self, gaps: Sequence[float]) -> tuple[np.ndarray, np.ndarray]:
+        most = self.table(len(gaps)).parameters.max(axis=0)
+        return most[:, 0], most[:, 1]
+
+
 @dataclass(frozen=True, eq=False)
-class ConstantLaw(Law):
+class ConstantLaw(_KelvinVoigtLaw):
     """Constant contact stiffness and damping.
 
     Parameters
@@ -157,7 +151,7 @@ class ConstantLaw(Law):
         Contact stiffness, N/m; zero switches the contact off.
     c : float or array_like, shape (n_bushings,)
         Contact damping, N s/m.
-    grease : Grease or sequence of Grease, optional
+    grease : Grease, GreaseModel or sequence of them, optional
         Grease identified with it, one for all or one for each bushing; None: the rig's own.
 
     Raises
@@ -169,21 +163,17 @@ class ConstantLaw(Law):
     kind: ClassVar[str] = "constant"
     k: np.ndarray
     c: np.ndarray
-    grease: tuple[Grease, ...] | None = None
+    grease: tuple[AnyGrease, ...] | None = None
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         k, c = _together(_values(self.k, "k"), _values(self.c, "c"))
         if k.ndim != 1:
             raise LawError(f"k and c of a constant law are one value per bushing, got shape {k.shape}")
         self._set(k=k, c=c, grease=_greases(self.grease))
 
-    def table(self, n_bushings):
-        """Return the law as a table of one row."""
-        return self._linear(False, np.zeros(1), n_bushings)
-
 
 @dataclass(frozen=True, eq=False)
-class TimeLaw(Law):
+class TimeLaw(_KelvinVoigtLaw):
     """Contact stiffness and damping scheduled over time, linear between the given instants.
 
     Parameters
@@ -192,7 +182,7 @@ class TimeLaw(Law):
         Increasing times, s.
     k, c : array_like, shape (n,) or (n, n_bushings)
         Stiffness, N/m, and damping, N s/m.
-    grease : Grease or sequence of Grease, optional
+    grease : Grease, GreaseModel or sequence of them, optional
         As in `ConstantLaw`.
 
     Raises
@@ -205,19 +195,18 @@ class TimeLaw(Law):
     t: np.ndarray
     k: np.ndarray
     c: np.ndarray
-    grease: tuple[Grease, ...] | None = None
+    grease: tuple[AnyGrease, ...] | None = None
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         t, k, c = _schedule(self.t, self.k, self.c, "t")
         self._set(t=t, k=k, c=c, grease=_greases(self.grease))
 
-    def table(self, n_bushings):
-        """Return the law as a table over time."""
-        return self._linear(False, self.t, n_bushings)
+    def _over(self) -> tuple[bool, np.ndarray, float]:
+        return False, self.t, 0.0
 
 
 @dataclass(frozen=True, eq=False)
-class AmplitudeLaw(Law):
+class AmplitudeLaw(_KelvinVoigtLaw):
     """Contact stiffness and damping over the envelope of the motion at each bushing.
 
     The envelope is a peak-hold with exponential release: A ← max(|x|, A e^(-dt/release)).
@@ -230,7 +219,7 @@ class AmplitudeLaw(Law):
         Stiffness, N/m, and damping, N s/m.
     release : float
         Time constant, s.
-    grease : Grease or sequence of Grease, optional
+    grease : Grease, GreaseModel or sequence of them, optional
         As in `ConstantLaw`.
 
     Raises
@@ -244,52 +233,72 @@ class AmplitudeLaw(Law):
     k: np.ndarray
     c: np.ndarray
     release: float = 0.03
-    grease: tuple[Grease, ...] | None = None
+    grease: tuple[AnyGrease, ...] | None = None
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         amplitude, k, c = _schedule(self.amplitude, self.k, self.c, "amplitude")
         if not isinstance(self.release, int | float) or not 0 < self.release < np.inf:
             raise LawError(f"release must be a time > 0 s, got {self.release!r}")
         self._set(amplitude=amplitude, k=k, c=c, release=float(self.release), grease=_greases(self.grease))
 
-    def table(self, n_bushings):
-        """Return the law as a table over amplitude."""
-        return self._linear(True, self.amplitude, n_bushings, self.release)
+    def _over(self) -> tuple[bool, np.ndarray, float]:
+        return True, self.amplitude, self.release
 
 
 @dataclass(frozen=True, eq=False)
 class ContactLaw(Law):
-    """A contact model in place of scheduled parameters: Hertz-damped contacts, or Kelvin-Voigt with adhesion.
+    """A contact model in place of scheduled parameters.
 
     Parameters
     ----------
-    contact : KelvinVoigt, HuntCrossley, LankaraniNikravesh or Flores, or a sequence of them
-        One for all bushings or one for each; or another model that `contact.register` knows.
-    grease : Grease or sequence of Grease, optional
+    contact : ContactModel or sequence of ContactModel
+        One for all bushings or one for each.
+    grease : Grease, GreaseModel or sequence of them, optional
         As in `ConstantLaw`.
     """
 
     kind: ClassVar[str] = "contact"
-    contact: tuple
-    grease: tuple[Grease, ...] | None = None
+    contact: tuple[ContactModel, ...]
+    grease: tuple[AnyGrease, ...] | None = None
 
-    def __post_init__(self):
-        self._set(contact=_several(self.contact, tuple(CONTACTS.values()), "contact"), grease=_greases(self.grease))
+    def __post_init__(self) -> None:
+        self._set(contact=_several(self.contact, (ContactModel,), "contact"), grease=_greases(self.grease))
 
-    def table(self, n_bushings):
+    def table(self, n_bushings: int) -> LawTable:
         """Return the models' parameters as a table of one row."""
+        numbers = [model.parameters() for model in self.contact]
+        rows = np.zeros((1, len(numbers), max(map(len, numbers))))
+        for j, own in enumerate(numbers):
+            rows[0, j, : len(own)] = own
+        return _table(False, np.zeros(1), rows, 0.0, self.contact, n_bushings)
 
-        def row(name):
-            return self._spread(np.array([float(getattr(m, name)) for m in self.contact]), n_bushings)
-
-        k, c = row("stiffness")[None], row("damping")[None]
-        return LawTable(False, np.zeros(1), k, c, 0.0, row("exponent"), row("kappa"), row("adhesion") > 0)
-
-
-_KINDS = {law.kind: law for law in (ConstantLaw, TimeLaw, AmplitudeLaw, ContactLaw)}
+    def largest(self, gaps: Sequence[float]) -> tuple[np.ndarray, np.ndarray]:
+        """Return stiffness and damping of each contact; see `Law.largest`."""
+        models = self.contact * (len(gaps) if len(self.contact) == 1 else 1)
+        k, c = np.array([model.largest(gap) for model, gap in zip(models, gaps)]).reshape(-1, 2).T
+        return k, c
 
 
-def load_law(path) -> Law:
+def _table(
+    by_amplitude: bool, abscissa: np.ndarray, rows: np.ndarray, release: float, models: Sequence[ContactModel], n: int
+) -> LawTable:
+    """Table of rows (n_rows, 1 or n_bushings, n_numbers) and as many models, or one; in arrays of its own."""
+    if rows.shape[1] not in (1, n):
+        raise LawError(
+            f"the law holds k and c for {rows.shape[1]} bushings, the rig has {n}; "
+            "give one value for all of them or one each"
+        )
+    parameters = np.array(np.broadcast_to(rows, (len(rows), n, rows.shape[2])))
+    law, energy = np.array([m.addresses() for m in models], dtype=np.int64).T
+    adhesion = np.array([m.adhesion for m in models])
+    of_bushings = (np.array(np.broadcast_to(values, n)) for values in (adhesion, law, energy))
+    return LawTable(by_amplitude, abscissa.copy(), parameters, float(release), *of_bushings)
+
+
+_KINDS: dict[str, type[Law]] = {law.kind: law for law in (ConstantLaw, TimeLaw, AmplitudeLaw, ContactLaw)}
+
+
+def load_law(path: str | Path) -> Law:
     """Read a law that `Law.save` wrote.
 
     Parameters
@@ -315,7 +324,7 @@ def load_law(path) -> Law:
         raise LawError(f"{path}: {error}") from None
 
 
-def law_from_dict(data: dict) -> Law:
+def law_from_dict(data: dict[str, Any]) -> Law:
     """Build a law from the plain data that `Law.to_dict` returns.
 
     Parameters
@@ -333,27 +342,33 @@ def law_from_dict(data: dict) -> Law:
     values = {name: value for name, value in data.items() if name != "kind"}
     kind = _KINDS[data["kind"]]
     try:
-        if values.get("grease") is not None:
-            values["grease"] = tuple(
-                from_plain(Grease, g, f"grease[{i}]", LawError) for i, g in enumerate(values["grease"])
-            )
-        if "contact" in values:
-            values["contact"] = tuple(_contact(model, f"contact[{i}]") for i, model in enumerate(values["contact"]))
+        for name, models in (("grease", {"bouc-wen": Grease, **GREASES}), ("contact", CONTACTS)):
+            if values.get(name) is not None:
+                default = "bouc-wen" if name == "grease" else None
+                parts = enumerate(values[name])
+                values[name] = tuple(_model(part, f"{name}[{i}]", models, default) for i, part in parts)
         return kind(**values)
     except (TypeError, ValueError, KeyError, AttributeError) as error:
         raise LawError(f"not a whole law file of kind {kind.kind}: {error}") from None
 
 
-def _contact(data, where):
-    """A contact model out of plain data."""
-    model = dict(data)
-    name = model.pop("model", None)
-    if not isinstance(name, str) or name not in CONTACTS:
-        raise LawError(f"{where}.model {name!r} is unknown; use {', '.join(CONTACTS)}")
-    return from_plain(CONTACTS[name], model, where, LawError)
+def _plain_model(model: ContactModel | AnyGrease) -> dict[str, Any]:
+    """A model as plain data; a rig's own kind of grease needs no name."""
+    return to_plain(model) if isinstance(model, Grease) else {"model": model.name, **to_plain(model)}
 
 
-def _values(values, name):
+def _model(data: object, where: str, models: Mapping[str, type], default: str | None) -> Any:
+    """A contact or grease model out of plain data."""
+    if not isinstance(data, Mapping):
+        raise LawError(f"{where} must be a table of keys, got {data!r}")
+    values = dict(data)
+    name = values.pop("model", default)
+    if not isinstance(name, str) or name not in models:
+        raise LawError(f"{where}.model {name!r} is unknown; use {', '.join(models)}")
+    return from_plain(models[name], values, where, LawError)
+
+
+def _values(values: Any, name: str) -> np.ndarray:
     try:
         array = np.atleast_1d(np.array(values, dtype=float))
     except (TypeError, ValueError, OverflowError):
@@ -367,7 +382,7 @@ def _values(values, name):
     return array
 
 
-def _schedule(abscissa, k, c, name):
+def _schedule(abscissa: Any, k: Any, c: Any, name: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     abscissa, k, c = _values(abscissa, name), _values(k, "k"), _values(c, "c")
     if abscissa.ndim != 1 or np.any(np.diff(abscissa) <= 0):
         raise LawError(f"{name} must be one increasing row of values")
@@ -378,28 +393,27 @@ def _schedule(abscissa, k, c, name):
     return abscissa, *_together(k, c)
 
 
-def _together(k, c):
+def _together(k: np.ndarray, c: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """K and c in one shape; one of them may hold a single value for all bushings."""
     try:
-        return np.broadcast_arrays(k, c)
+        k, c = np.broadcast_arrays(k, c)
     except ValueError:
         raise LawError(f"k and c are for different numbers of bushings: shapes {k.shape} and {c.shape}") from None
+    return k, c
 
 
-def _greases(grease):
-    if grease is None:
-        return None
-    return _several(grease, Grease, "grease")
+def _greases(grease: Any) -> tuple[AnyGrease, ...] | None:
+    return None if grease is None else _several(grease, (Grease, GreaseModel), "grease")
 
 
-def _several(values, kinds, name):
+def _several(values: Any, kinds: tuple[type, ...], name: str) -> tuple[Any, ...]:
     """A tuple of one or more objects of the given kinds."""
     if isinstance(values, kinds):
         return (values,)
     values = tuple(values) if isinstance(values, list | tuple) else ()
     for i, value in enumerate(values):
         if not isinstance(value, kinds):
-            names = ", ".join(kind.__name__ for kind in np.atleast_1d(kinds))
+            names = " or ".join(kind.__name__ for kind in kinds)
             raise LawError(f"{name}[{i}] must be of {names}, got {value!r}")
     if not values:
         raise LawError(f"{name} must hold one or more elements")

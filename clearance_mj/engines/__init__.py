@@ -1,9 +1,12 @@
 """Engines: MuJoCo flexible links, compiled modes, MuJoCo modes."""
 
-from .base import Engine, get_engine, register, simulate, simulate_batch, simulate_blocks, simulate_each
+from ..rig import Rig
+from .base import Engine, get_engine, register
+from .batch import simulate_batch, simulate_each
 from .links import Links, build_links
 from .modal import Modal
 from .modal_mj import ModalMujoco, build_modes
+from .simulation import simulate, simulate_blocks
 from .softness import solref_solimp
 
 __all__ = [
@@ -22,7 +25,7 @@ __all__ = [
 ]
 
 
-def mjcf(rig) -> dict[str, str]:
+def mjcf(rig: Rig) -> dict[str, str]:
     """MuJoCo models of a rig as MJCF texts, with the datasheet softness, to open in any viewer.
 
     Parameters

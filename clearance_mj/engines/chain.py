@@ -3,8 +3,8 @@
 The shaft is cut into elements, the bushings' middles among their ends, and each element bends at the points of Gauss's
 quadrature: two hinges, or three where a number of links is odd. A hinge of weight w has the compliance w/(EI). Chain
 and shaft then meet, in place and slope, at every end of an element; in between the shaft lies above the chain by the
-double integral of a curvature that is a straight line (a parabola with three hinges) within the element. Lift and
-strain energy are those of cubic Hermite elements; the kinetic energy of rigid links differs from theirs in fourth
+double integral of a curvature that is a straight line (a parabola with three hinges) within the element. Deflection
+and strain energy are those of cubic Hermite elements; the kinetic energy of rigid links differs from theirs in fourth
 order.
 """
 
@@ -16,6 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.polynomial import Polynomial
 from numpy.polynomial.legendre import leggauss
+from numpy.typing import ArrayLike
 
 from ..rig import Rig
 
@@ -31,8 +32,8 @@ class _Element:
     hinges: np.ndarray
     weights: np.ndarray
 
-    def lift(self, x):
-        """(n_x, n) lift of the shaft at x per angle of the element's hinges."""
+    def deflection(self, x: ArrayLike):
+        """(n_x, n) deflection of the shaft at x per angle of the element's hinges."""
         inside, beyond = np.clip(x - self.start, 0, self.end - self.start), np.maximum(x - self.end, 0)
         columns = []
         for i, (hinge, weight) in enumerate(zip(self.hinges, self.weights)):
@@ -68,8 +69,8 @@ class Chain:
         """(n,) of the hinges, N m/rad."""
         return self.rig.beam.bending_stiffness / np.concatenate([e.weights for e in self.elements])
 
-    def lever(self, x) -> np.ndarray:
-        """Lift of points on the links per hinge angle.
+    def lever(self, x: ArrayLike) -> np.ndarray:
+        """Deflection of points on the links per hinge angle.
 
         Parameters
         ----------
@@ -83,8 +84,8 @@ class Chain:
         """
         return np.maximum(np.reshape(x, (-1, 1)) - self.hinges, 0.0)
 
-    def lift(self, x) -> np.ndarray:
-        """Lift of the curved shaft per hinge angle; the links' own at every end of an element.
+    def deflection(self, x: ArrayLike) -> np.ndarray:
+        """Deflection of the curved shaft per hinge angle; the links' own at every end of an element.
 
         Parameters
         ----------
@@ -97,7 +98,7 @@ class Chain:
             m/rad.
         """
         x = np.reshape(np.asarray(x, dtype=float), -1)
-        return np.concatenate([e.lift(x) for e in self.elements], axis=1)
+        return np.concatenate([e.deflection(x) for e in self.elements], axis=1)
 
     @functools.cached_property
     def mass(self) -> np.ndarray:

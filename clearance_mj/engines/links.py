@@ -11,9 +11,12 @@ import mujoco
 import numpy as np
 import scipy.linalg
 
-from .base import Engine, check_setting, register
+from ..clearance.law import Law
+from ..rig import Rig
+from .base import Engine, Run, check_setting, register
 from .chain import chain
-from .mujoco_loop import MujocoRun, Plant, set_solver, stable_step
+from .mujoco_loop import MujocoRun
+from .plant import Maps, Plant, set_solver, stable_step
 from .softness import INVERSE_INERTIA, solref_solimp
 
 __all__ = ["Links", "build_links"]
@@ -36,21 +39,21 @@ class Links(Engine):
     links: int = 16
     safety: float = 0.6
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         check_setting(self, "links", isinstance(self.links, int) and self.links >= 3, "must be a whole number >= 3")
         check_setting(self, "safety", 0 < self.safety < math.inf, "must be > 0 (stable below 1)")
 
-    def largest_step(self, rig, law):
+    def largest_step(self, rig: Rig, law: Law) -> float:
         """``safety`` times the stability limit of the chain with every contact and film at its hardest."""
-        shaft, points = chain(rig, self.links), _plant(rig, self.links).at_points
+        shaft, points = chain(rig, self.links), _plant(rig, self.links).maps.at_points
         return self.safety * stable_step(shaft.mass, shaft.stiffness, points, rig, law)
 
-    def start(self, rig, law, kind, step):
+    def start(self, rig: Rig, law: Law, kind: str, step: float) -> Run:
         """Begin a simulation at rest; see `Engine.start`."""
         return MujocoRun(self, rig, law, kind, step, _plant(rig, self.links))
 
 
-def build_links(rig, links: int = 16) -> mujoco.MjSpec:
+def build_links(rig: Rig, links: int = 16) -> mujoco.MjSpec:
     """Describe the rig as a MuJoCo model of rigid links.
 
     Parameters
@@ -90,7 +93,7 @@ def build_links(rig, links: int = 16) -> mujoco.MjSpec:
     return spec
 
 
-def _set_softness(spec, rig):
+def _set_softness(spec: mujoco.MjSpec, rig: Rig) -> None:
     """Give every pair the datasheet stiffness and damping, with the inverse inertia that MuJoCo computes."""
     model = spec.compile()
     for pair in spec.pairs:
@@ -189,7 +192,7 @@ def _reduce_to_face(plate):
 
 
 @functools.lru_cache(maxsize=32)
-def _plant(rig, links):
+def _plant(rig: Rig, links: int) -> Plant:
     shaft, spec = chain(rig, links), build_links(rig, links)
     # What only takes time: the links' shapes, all of a plate but its face, and sensors, which sit on straight links.
     spec.compiler.discardvisual = True
@@ -200,11 +203,11 @@ def _plant(rig, links):
     n_bushings = len(rig.bushings)
     model.body_invweight0[1:] = INVERSE_INERTIA  # Â of every contact is then known; see softness.py
     pairs = {model.pair(i).name: i for i in range(model.npair)}  # MuJoCo sorts them
-    middles = shaft.lift([b.position for b in rig.bushings])
+    middles = shaft.deflection([b.position for b in rig.bushings])
     at_points = np.vstack((middles, shaft.lever([end for b in rig.bushings for end in b.ends])))
     at_shaker = np.zeros(links)
     if rig.shaker.position is not None:
-        at_shaker = shaft.lift([rig.shaker.position])[0]
+        at_shaker = shaft.deflection([rig.shaker.position])[0]
     eta1 = rig.beam.rayleigh[0]
     viscous = eta1 * shaft.mass if eta1 else np.zeros((0, 0))
     rows = [
@@ -213,6 +216,6 @@ def _plant(rig, links):
         for end in "ab"
     ]
     rows = np.array(rows, dtype=int).reshape(2 * n_bushings, 2)
-    readout = np.ascontiguousarray(shaft.lift([s.position for s in rig.sensors]))
+    output = np.ascontiguousarray(shaft.deflection([s.position for s in rig.sensors]))
     points = np.ascontiguousarray(at_points.reshape(3 * n_bushings, links))
-    return Plant(model, points, at_shaker, viscous, readout, "pair_solref", rows)
+    return Plant(model, Maps(points, at_shaker, viscous, output, rows), "pair_solref")

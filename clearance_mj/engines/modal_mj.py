@@ -17,8 +17,11 @@ import mujoco
 import numpy as np
 
 from ..beam import MOST_MODES, ritz_model
-from .base import Engine, check_setting, register
-from .mujoco_loop import MujocoRun, Plant, set_solver, stable_step
+from ..clearance.law import Law
+from ..rig import Rig
+from .base import Engine, Run, check_setting, register
+from .mujoco_loop import MujocoRun
+from .plant import Maps, Plant, set_solver, stable_step
 from .softness import INVERSE_INERTIA, solref_solimp
 
 __all__ = ["ModalMujoco", "build_modes"]
@@ -41,7 +44,7 @@ class ModalMujoco(Engine):
     modes: int = 8
     safety: float = 0.5
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         check_setting(
             self,
             "modes",
@@ -50,18 +53,18 @@ class ModalMujoco(Engine):
         )
         check_setting(self, "safety", 0 < self.safety < math.inf, "must be > 0 (stable below 1)")
 
-    def largest_step(self, rig, law):
+    def largest_step(self, rig: Rig, law: Law) -> float:
         """``safety`` times the stability limit of the modes with every contact and film at its hardest."""
         omega, mass = ritz_model(rig, self.modes).omega, rig.total_mass
-        points = _plant(rig, self.modes).at_points
+        points = _plant(rig, self.modes).maps.at_points
         return self.safety * stable_step(mass * np.eye(omega.size), mass * omega**2, points, rig, law)
 
-    def start(self, rig, law, kind, step):
+    def start(self, rig: Rig, law: Law, kind: str, step: float) -> Run:
         """Begin a simulation at rest; see `Engine.start`."""
         return MujocoRun(self, rig, law, kind, step, _plant(rig, self.modes))
 
 
-def build_modes(rig, modes: int = 8) -> mujoco.MjSpec:
+def build_modes(rig: Rig, modes: int = 8) -> mujoco.MjSpec:
     """Describe the rig as a MuJoCo model of its modes.
 
     Parameters
@@ -100,7 +103,7 @@ def build_modes(rig, modes: int = 8) -> mujoco.MjSpec:
     return spec
 
 
-def _set_softness(spec, rig):
+def _set_softness(spec: mujoco.MjSpec, rig: Rig) -> None:
     """Give every limit the datasheet stiffness and damping, with the inverse inertia that MuJoCo computes."""
     model = spec.compile()
     for i, tendon in enumerate(spec.tendons):
@@ -110,7 +113,7 @@ def _set_softness(spec, rig):
 
 
 @functools.lru_cache(maxsize=32)
-def _plant(rig, modes):
+def _plant(rig: Rig, modes: int) -> Plant:
     spec = build_modes(rig, modes)
     spec.compiler.discardvisual = True  # the modes' shapes only take time, and so does looking for their contacts
     spec.option.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_CONTACT)
@@ -122,7 +125,7 @@ def _plant(rig, modes):
     at_shaker = np.zeros(ritz.size)
     if rig.shaker.position is not None:
         at_shaker = root * ritz.shapes([rig.shaker.position])[0]
-    readout = np.ascontiguousarray(root * ritz.shapes([s.position for s in rig.sensors]))
+    output = np.ascontiguousarray(root * ritz.shapes([s.position for s in rig.sensors]))
     rows = np.arange(2 * len(rig.bushings))[:, None]
     undamped = np.zeros((0, 0))  # the joints have all of the damping
-    return Plant(model, at_points, at_shaker, undamped, readout, "tendon_solref_lim", rows)
+    return Plant(model, Maps(at_points, at_shaker, undamped, output, rows), "tendon_solref_lim")

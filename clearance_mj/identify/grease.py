@@ -10,7 +10,7 @@ import numba
 import numpy as np
 import scipy.optimize
 
-from ..clearance.grease import bouc_wen_step, film_damping
+from ..clearance.greases.bouc_wen import bouc_wen_step, film_damping
 from ..errors import RecordError
 from ..parameters import Estimates, Parameter
 from ..rig import Grease

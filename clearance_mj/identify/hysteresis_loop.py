@@ -6,7 +6,7 @@ import numba
 import numpy as np
 
 from ..clearance.gap import gap as penetration
-from ..clearance.grease import bouc_wen_step
+from ..clearance.greases.bouc_wen import bouc_wen_step
 
 __all__: list[str] = []
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 import numba
 import numpy as np
 import scipy.signal
+from numpy.typing import ArrayLike
 
-from ..clearance.contact import contact_force, instantaneous
-from ..clearance.gap import gap
-from ..clearance.grease import grease_step, grease_table
-from ..clearance.law import ContactLaw, Law, table_values
+from ..clearance.contact import ContactModel
+from ..clearance.kernel import Clearance, clearance_records, contact_force, contact_step, follow_law, grease_step
+from ..clearance.law import ContactLaw, Law
 from .forces import RestoringForce
 
 __all__ = ["equivalent_contact", "law_force"]
@@ -40,43 +40,34 @@ def law_force(measured: RestoringForce, law: Law) -> np.ndarray:
     LawError
         If the law is for another number of bushings.
     """
-    rig, n = measured.rig, measured.time.size
-    grease, table = grease_table(rig, law), law.table(len(rig.bushings))
+    rig, n, step = measured.rig, measured.time.size, 1 / (measured.fs * FINER)
     points = np.concatenate((measured.displacement[:, None], measured.ends), axis=1)
-    x = np.moveaxis(scipy.signal.resample(points, n * FINER, axis=2), 2, 1)
-    v = np.gradient(x, axis=1) * (measured.fs * FINER)
-    step = 1 / (measured.fs * FINER)
-    fine = [
-        _along(x[j].copy(), v[j].copy(), step, j, bushing.gap, grease[j], table)
-        for j, bushing in enumerate(rig.bushings)
-    ]
+    x = scipy.signal.resample(points, n * FINER, axis=2)
+    v, fine = np.gradient(x, axis=2) * (measured.fs * FINER), np.zeros((len(x), n * FINER))
+    _along(x, v, clearance_records(rig, law, step), fine)
     return scipy.signal.resample(fine, n, axis=1)
 
 
 @numba.njit(cache=True, nogil=True)
-def _along(x, v, step, j, size, grease, law):
-    """(n_t,) force of bushing j along the motion x, v (n_t, 3) of its middle and its two ends."""
-    out, impact = np.empty(x.shape[0]), np.zeros(3)
-    z, before, envelope, release = 0.0, 0.0, 0.0, np.exp(-step / law.release) if law.by_amplitude else 0.0
-    for i in range(x.shape[0]):
-        z, elastic, damping = grease_step(grease, x[i, 0], x[i, 0] - before, z)
-        before, envelope = x[i, 0], max(abs(x[i, 0]), envelope * release)
-        k_now, c_now = table_values(law, j, envelope if law.by_amplitude else i * step)
-        out[i] = elastic + damping * v[i, 0]
-        for end in range(1, 3):  # each carries half of the bushing's k and c
-            g = gap(x[i, end], size)
-            side = np.sign(g)
-            if side == 0.0:
-                impact[end] = 0.0
-                continue
-            if impact[end] == 0.0:
-                impact[end] = max(side * v[i, end], 1e-12)
-            k, c = instantaneous(k_now, c_now, law.exponent[j], law.kappa[j], abs(g), impact[end])
-            out[i] += 0.5 * side * contact_force(k, c, abs(g), side * v[i, end], law.adhesion[j])
-    return out
+def _along(x: np.ndarray, v: np.ndarray, clearance: Clearance, out: np.ndarray) -> None:
+    """Fill (n_bushings, n_t) forces along the motion x, v (n_bushings, 3, n_t) of the middles and the two ends."""
+    bushings, states, numbers = clearance
+    for j in range(out.shape[0]):
+        bushing, state = bushings[j], states[j]
+        for i in range(out.shape[1]):
+            elastic, damping = grease_step(bushing, state, numbers, x[j, 0, i])
+            follow_law(bushing, state, numbers, x[j, 0, i], i * bushing.step)
+            out[j, i] = elastic + damping * v[j, 0, i]
+            for end in range(2):
+                speed = v[j, end + 1, i]
+                g, k, c = contact_step(bushing, state, numbers, end, x[j, end + 1, i], speed, False)
+                side = np.sign(g)
+                out[j, i] += side * contact_force(k, c, abs(g), side * speed, bushing.adhesion)
 
 
-def equivalent_contact(law: ContactLaw, gaps, amplitude, omega) -> tuple[np.ndarray, np.ndarray]:
+def equivalent_contact(
+    law: ContactLaw, gaps: ArrayLike, amplitude: ArrayLike, omega: ArrayLike
+) -> tuple[np.ndarray, np.ndarray]:
     """Stiffness and damping with which a spring and damper beyond the gap come closest to a contact model.
 
     Least squares over a cycle x = A cos ωt, as `contact.contact_parameters` finds them from records.
@@ -98,19 +89,18 @@ def equivalent_contact(law: ContactLaw, gaps, amplitude, omega) -> tuple[np.ndar
         N/m and N s/m; nan where A stays within the gap.
     """
     gaps, amplitude, omega = (np.asarray(v, dtype=float) for v in (gaps, amplitude, omega))
-    table = law.table(gaps.size)
+    models = law.contact * (gaps.size if len(law.contact) == 1 else 1)
     k, c = np.full((2, amplitude.size, gaps.size), np.nan)
     for row, column in np.argwhere(amplitude[:, None] > gaps):
-        k[row, column], c[row, column] = _equivalent(table, column, gaps[column], amplitude[row], omega[column])
+        k[row, column], c[row, column] = _equivalent(models[column], gaps[column], amplitude[row], omega[column])
     return k, c
 
 
-def _equivalent(table, j, size, amplitude, omega):
+def _equivalent(model: ContactModel, gap: float, amplitude: float, omega: float) -> np.ndarray:
     # Half a cycle, from one reversal to the next, holds one contact from its beginning to its end.
-    within = np.arccos(size / amplitude)
+    within = np.arccos(gap / amplitude)
     phase = -within + 2 * within * (np.arange(PHASES) + 0.5) / PHASES
-    g, speed = amplitude * np.cos(phase) - size, -omega * amplitude * np.sin(phase)
-    impact = omega * np.sqrt(amplitude**2 - size**2)
-    model = table.k[0, j], table.c[0, j], table.exponent[j], table.kappa[j]
-    force = [contact_force(*instantaneous(*model, d, impact), d, v, table.adhesion[j]) for d, v in zip(g, speed)]
-    return np.linalg.lstsq(np.column_stack((g, speed)), np.array(force), rcond=None)[0]
+    depth, speed = amplitude * np.cos(phase) - gap, -omega * amplitude * np.sin(phase)
+    impact = omega * np.sqrt(amplitude**2 - gap**2)
+    force = [model.force(*at, impact) for at in zip(depth, speed)]
+    return np.linalg.lstsq(np.column_stack((depth, speed)), np.array(force), rcond=None)[0]

@@ -151,7 +151,7 @@ class Findings:
             label, (k, c) = f"{self.method} law, equivalent in a cycle", equivalent_contact(law, gaps, amplitude, omega)
         else:
             label, table = f"{self.method} law", law.table(gaps.size)
-            k, c = (_at(amplitude, table.abscissa, v) for v in (table.k, table.c))
+            k, c = (_at(amplitude, table.abscissa, table.parameters[..., i]) for i in (0, 1))
         reached = amplitude[:, None] <= largest
         return [draw.AmplitudeCurve(label, amplitude, *(np.where(reached, v, np.nan) for v in (k, c)))]
 

@@ -10,10 +10,11 @@ import numpy as np
 from pydantic import Field
 
 from ..beam import natural_frequencies
+from ..clearance.kernel import greases_of
 from ..clearance.law import Law
 from ..engines import Engine, simulate
 from ..errors import ClearanceError, RecordError
-from ..rig import BASE_NODE, SHAKER_NODE, Rig
+from ..rig import BASE_NODE, SHAKER_NODE, Grease, Rig
 from ..signals.correlation import rmse_db
 from ..signals.excitation import Excitation
 from ..signals.frf import FRF, estimate_frf
@@ -199,7 +200,7 @@ def linear_frequencies(rig: Rig, law: Law, n: int) -> np.ndarray:
         Hz.
     """
     if law.grease is not None:
-        greases = law.grease * len(rig.bushings) if len(law.grease) == 1 else law.grease
+        greases = (Grease(*model.small_motion()) for model in greases_of(rig, law))
         bushings = (dataclasses.replace(b, grease=g) for b, g in zip(rig.bushings, greases))
         rig = rig.replace(bushings=tuple(bushings))
     return natural_frequencies(rig, n)

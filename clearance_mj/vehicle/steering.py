@@ -18,9 +18,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..beam import static_deflection
+from ..clearance.kernel import greases_of
 from ..clearance.law import ConstantLaw, Law
 from ..engines import Engine, get_engine
-from ..engines.base import stiffest_contact
 from ..errors import ClearanceError, ManoeuvreError
 from ..rig import Beam, Bushing, Contact, Grease, PointMass, Rig, Sensor, Shaker
 from ..signals.excitation import random
@@ -176,10 +176,9 @@ class Steering:
         rig, arm2 = self.rig, self.lever_arm**2
         deflection = static_deflection(rig.beam, [b.position for b in rig.bushings], [rig.shaker.position])[:, 0]
         share2 = (deflection / deflection[self.lever]) ** 2
-        greases = self.contact_law.grease or [b.grease for b in rig.bushings]
-        stiffness = 1 / deflection[self.lever] + sum(share2 * [g.stiffness for g in greases])
-        contact = stiffest_contact(self.shaft, self.contact_law.table(len(rig.bushings)))[self.lever]
-        damping = sum(share2 * [g.damping for g in greases])
+        grease_k, grease_c = np.transpose([g.small_motion() for g in greases_of(self.shaft, self.contact_law)])
+        stiffness, damping = 1 / deflection[self.lever] + sum(share2 * grease_k), sum(share2 * grease_c)
+        contact = self.contact_law.largest([b.gap for b in self.shaft.bushings])[0][self.lever]
         values = (self.half_gap, contact * arm2, stiffness * arm2, damping * arm2, self.friction)
         return LostMotion(*map(float, values))
 

@@ -9,7 +9,7 @@ import pytest
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 
-from clearance_mj.clearance.contact import HuntCrossley
+from clearance_mj.clearance import HuntCrossley
 from clearance_mj.clearance.law import ContactLaw
 from clearance_mj.rig import Grease
 from clearance_mj.study import IdentifiedLaw

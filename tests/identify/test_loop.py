@@ -5,7 +5,7 @@ import pytest
 import scipy.integrate
 
 from clearance_mj.clearance import AmplitudeLaw, ConstantLaw, ContactLaw, TimeLaw
-from clearance_mj.clearance.contact import HuntCrossley, KelvinVoigt
+from clearance_mj.clearance import HuntCrossley, KelvinVoigt
 from clearance_mj.engines import simulate
 from clearance_mj.identify.forces import restoring_force
 from clearance_mj.identify.loop import equivalent_contact, law_force

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from clearance_mj import AmplitudeLaw, ConstantLaw, ContactLaw, TimeLaw
-from clearance_mj.clearance.contact import HuntCrossley
+from clearance_mj.clearance import HuntCrossley
 from clearance_mj.errors import ManoeuvreError
 from clearance_mj.vehicle.controllers import Observation, Task
 from clearance_mj.vehicle.controllers.backlash_inverse import BacklashInverse

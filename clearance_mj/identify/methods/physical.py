@@ -8,7 +8,7 @@ from functools import partial
 
 import numpy as np
 
-from ...clearance.contact import HuntCrossley
+from ...clearance import HuntCrossley
 from ...clearance.law import AmplitudeLaw, ContactLaw
 from ...errors import RecordError
 from ...io.dataset import Dataset

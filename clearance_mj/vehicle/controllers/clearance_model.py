@@ -17,7 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.optimize
 
-from ...clearance.law import Law, table_values
+from ...clearance.law import ContactLaw, Law
 from ...errors import ManoeuvreError
 from ...rig import Rig
 from ..commonroad import GRAVITY
@@ -108,11 +108,13 @@ def secant_stiffness(law: Law, rig: Rig, bushing: int, force: float) -> float:
         If the law has no contact there that could carry the force.
     """
     table, gap = law.table(len(rig.bushings)), rig.bushings[bushing].gap
-    mean, exponent = float(np.mean(table.k[:, bushing])), float(table.exponent[bushing])
+    k = table.parameters[:, bushing, 0]
 
     def excess(penetration: float) -> float:
-        k = table_values(table, bushing, gap + penetration)[0] if table.by_amplitude else mean
-        return k * penetration**exponent - force
+        if isinstance(law, ContactLaw):
+            return law.contact[bushing % len(law.contact)].force(penetration, 0.0) - force
+        now = np.interp(gap + penetration, table.abscissa, k) if table.by_amplitude else np.mean(k)
+        return float(now * penetration - force)
 
     deepest = 1e3 * gap
     if excess(deepest) < 0:

@@ -1,0 +1,53 @@
+"""A contact whose spring hardens with the cube of the penetration."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import ClassVar
+
+from ...errors import LawError
+from ...validation import Flag, NotNegative, Number, Positive, checked
+from ..contact import ContactModel, Numbers, register
+
+__all__ = ["Cubic"]
+
+
+@register
+@checked(LawError, name="contact")
+class Cubic(ContactModel):
+    """F = k δ + k₃ δ³ + c δ̇, never pulling.
+
+    Parameters
+    ----------
+    stiffness : float
+        k, N/m.
+    cubic : float
+        k₃, N/m³.
+    damping : float
+        c, N s/m.
+
+    Raises
+    ------
+    LawError
+        For negative values.
+    """
+
+    name: ClassVar[str] = "cubic"
+    stiffness: Positive
+    cubic: NotNegative
+    damping: NotNegative = 0.0
+
+    @staticmethod
+    def law(p: Sequence[float], depth: float, speed: float, impact_speed: float, out: Numbers) -> None:
+        """Secant stiffness k + k₃ δ², and c."""
+        out[0] = p[0] + p[1] * depth * depth
+        out[1] = p[2]
+
+    @staticmethod
+    def energy(p: Sequence[float], depth: float) -> float:
+        """½ k δ² + ¼ k₃ δ⁴."""
+        return (0.5 * p[0] + 0.25 * p[1] * depth * depth) * depth * depth
+
+    def largest(self, gap: float) -> tuple[float, float]:
+        """Tangent stiffness at one gap of penetration, and c."""
+        return self.stiffness + 3 * self.cubic * gap**2, self.damping

@@ -1,0 +1,106 @@
+"""Hertz contacts with damping in proportion to the force, F = K δⁿ (1 + κ δ̇/v), v the speed at which they began."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from collections.abc import Sequence
+from typing import Annotated, ClassVar
+
+from pydantic import Field
+
+from ...errors import LawError
+from ...validation import Number, Positive, checked
+from ..contact import SLOWEST_IMPACT, ContactModel, Numbers, register
+
+__all__ = ["Flores", "HertzDamped", "HuntCrossley", "LankaraniNikravesh"]
+
+
+@checked(LawError, name="contact")
+class HertzDamped(ContactModel):
+    """F = K δⁿ (1 + κ δ̇/v); the subclasses differ in κ(e).
+
+    Parameters
+    ----------
+    stiffness : float
+        K, N/mⁿ.
+    restitution : float
+        e, in 0..1 (above 0).
+    exponent : float
+        n, 1.5 for Hertz.
+
+    Raises
+    ------
+    LawError
+        For values outside these ranges.
+    """
+
+    stiffness: Positive
+    restitution: Annotated[Positive, Field(le=1)]
+    exponent: Annotated[Number, Field(ge=1)] = 1.5
+
+    @property
+    @abstractmethod
+    def kappa(self) -> float:
+        """Damping factor κ."""
+
+    def parameters(self) -> tuple[float, ...]:
+        """K, n and κ."""
+        return self.stiffness, self.exponent, self.kappa
+
+    @staticmethod
+    def law(p: Sequence[float], depth: float, speed: float, impact_speed: float, out: Numbers) -> None:
+        """k = K δⁿ⁻¹, c = κ K δⁿ/v."""
+        if depth <= 0.0:  # the power of n = 1 would be 1
+            out[0] = 0.0
+            out[1] = 0.0
+            return
+        out[0] = p[0] * depth ** (p[1] - 1.0)
+        out[1] = p[2] * out[0] * depth / max(impact_speed, SLOWEST_IMPACT)
+
+    @staticmethod
+    def energy(p: Sequence[float], depth: float) -> float:
+        """K δⁿ⁺¹/(n + 1)."""
+        return p[0] * depth ** (p[1] + 1.0) / (p[1] + 1.0)
+
+    def largest(self, gap: float) -> tuple[float, float]:
+        """Stiffness at one gap of penetration; the damping of an impact is small against it."""
+        return self.exponent * self.stiffness * gap ** (self.exponent - 1), 0.0
+
+
+@register
+@checked(LawError, name="contact")
+class HuntCrossley(HertzDamped):
+    """κ = 3 (1-e)/2 (Hunt & Crossley, J. Appl. Mech. 42, 1975)."""
+
+    name: ClassVar[str] = "hunt-crossley"
+
+    @property
+    def kappa(self) -> float:
+        """Damping factor."""
+        return 1.5 * (1 - self.restitution)
+
+
+@register
+@checked(LawError, name="contact")
+class LankaraniNikravesh(HertzDamped):
+    """κ = 3 (1-e²)/4 (Lankarani & Nikravesh, J. Mech. Des. 112, 1990)."""
+
+    name: ClassVar[str] = "lankarani-nikravesh"
+
+    @property
+    def kappa(self) -> float:
+        """Damping factor."""
+        return 0.75 * (1 - self.restitution**2)
+
+
+@register
+@checked(LawError, name="contact")
+class Flores(HertzDamped):
+    """κ = 8 (1-e)/(5e) (Flores et al., Multibody Syst. Dyn. 25, 2011)."""
+
+    name: ClassVar[str] = "flores"
+
+    @property
+    def kappa(self) -> float:
+        """Damping factor."""
+        return 1.6 * (1 - self.restitution) / self.restitution

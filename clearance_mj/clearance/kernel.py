@@ -1,0 +1,247 @@
+"""The one compiled kernel of clearances: engines, energy balances and identification take their steps with it.
+
+In every step a loop calls for each bushing `grease_step` and `follow_law`, and `contact_step` for each of its two ends.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numba
+import numpy as np
+
+from ..errors import LawError
+from ..rig import Grease, Rig
+from .gap import gap
+from .grease import GreaseModel
+from .greases.bouc_wen import BoucWen
+from .law import Law
+from .pointers import at, call_contact_law, call_grease_law
+
+__all__ = [
+    "Clearance", "clearance_records", "contact_force", "contact_step", "follow_law", "grease_model", "grease_step",
+    "greases_of",
+]  # fmt: skip
+
+
+BUSHING = np.dtype(
+    [
+        ("gap", float),  # m
+        ("step", float),  # s
+        ("decay", float),  # of the envelope in a step
+        ("by_amplitude", bool),  # the law's abscissa is the envelope, m, instead of time, s
+        ("adhesion", bool),  # the contact may pull
+        ("rows", int),  # of the law's table
+        ("abscissa", int),  # where it begins in the numbers
+        ("table", int),  # where the contact's parameters begin, row after row
+        ("width", int),  # how many they are in a row
+        ("grease", int),  # where the grease's parameters begin
+        ("contact_law", int),  # addresses of the models' functions
+        ("contact_energy", int),
+        ("grease_law", int),
+        ("grease_energy", int),
+    ],
+    align=True,
+)
+"""What compiled loops know of a bushing"""
+
+STATE = np.dtype(
+    [
+        ("displacement", float),  # of the last step, m
+        ("envelope", float),  # of the motion, m
+        ("impact", int),  # where the speeds begin at which the contacts of both ends began, m/s; 0 in the gap
+        ("grease", int),  # where the state of the grease begins
+        ("contact", int),  # where the contact's parameters begin that hold now
+        ("out", int),  # where models write their two answers
+    ],
+    align=True,
+)
+"""What a bushing remembers"""
+
+
+class Clearance(NamedTuple):
+    """A rig's bushings in records, and the numbers, of any number, that belong to them.
+
+    Loops take it apart before they begin: compiled code counts references to arrays that it takes out of tuples.
+    """
+
+    bushings: np.ndarray
+    """(n_bushings,) `BUSHING`"""
+    states: np.ndarray
+    """(n_bushings,) `STATE`, changed in place"""
+    numbers: np.ndarray
+    """(n,) speeds of impact of all ends, then what the records point at; changed in place"""
+
+
+def grease_model(grease: Grease | GreaseModel) -> GreaseModel:
+    """Return the model of a grease: its own, or Bouc-Wen's.
+
+    Parameters
+    ----------
+    grease : Grease or GreaseModel
+        Of a rig or a law.
+    """
+    return grease if isinstance(grease, GreaseModel) else BoucWen(grease)
+
+
+def greases_of(rig: Rig, law: Law) -> list[GreaseModel]:
+    """Return the grease model of each bushing: the law's, if it has one, or else the rig's.
+
+    Parameters
+    ----------
+    rig : Rig
+        The rig.
+    law : Law
+        The law.
+
+    Raises
+    ------
+    LawError
+        If the law holds grease for another number of bushings.
+    """
+    n = len(rig.bushings)
+    greases: Sequence[Grease | GreaseModel] = [b.grease for b in rig.bushings] if law.grease is None else law.grease
+    if len(greases) not in (1, n):
+        raise LawError(f"the law holds grease for {len(greases)} bushings, the rig has {n}; give one or {n}")
+    models = [grease_model(g) for g in greases]
+    return models * n if len(models) == 1 else models
+
+
+def clearance_records(rig: Rig, law: Law, step: float) -> Clearance:
+    """Put together what compiled loops know of a rig's bushings, at rest.
+
+    Parameters
+    ----------
+    rig : Rig
+        The rig.
+    law : Law
+        The clearance's law.
+    step : float
+        s.
+
+    Raises
+    ------
+    LawError
+        If the law is for another number of bushings.
+    """
+    n, greases = len(rig.bushings), greases_of(rig, law)
+    table = law.table(n)
+    bushings, states = np.zeros(n, BUSHING), np.zeros(n, STATE)
+    numbers: list[float] = [0.0] * 2 * n
+
+    def place(values: Sequence[float]) -> int:
+        numbers.extend(values)
+        return len(numbers) - len(values)
+
+    bushings["gap"], bushings["step"], bushings["by_amplitude"] = [b.gap for b in rig.bushings], step, table.by_amplitude
+    bushings["decay"] = np.exp(-step / table.release) if table.by_amplitude else 0.0
+    bushings["rows"], bushings["width"], bushings["abscissa"] = *table.parameters.shape[::2], place(table.abscissa.tolist())
+    for name in ("adhesion", "contact_law", "contact_energy"):
+        bushings[name] = getattr(table, name)
+    for j, model in enumerate(greases):
+        bushings["grease_law"][j], bushings["grease_energy"][j] = model.addresses()
+        bushings["table"][j], bushings["grease"][j] = place(table.parameters[:, j].ravel().tolist()), place(model.parameters())
+        states["impact"][j], states["grease"][j] = 2 * j, place([0.0] * model.states())
+        states["contact"][j], states["out"][j] = place(table.parameters[0, j].tolist()), place([0.0, 0.0])
+    return Clearance(bushings, states, np.array(numbers, dtype=float))
+
+
+@numba.njit(cache=True, nogil=True, inline="always")
+def grease_step(bushing: np.void, state: np.void, numbers: np.ndarray, x: float) -> tuple[float, float]:
+    """Move the grease of a bushing; return its elastic force, N, and its damping, N s/m.
+
+    Parameters
+    ----------
+    bushing, state, numbers
+        Of a `Clearance`; the last two are changed in place.
+    x : float
+        Displacement after the motion, m.
+    """
+    dx = x - state.displacement
+    state.displacement = x
+    parameters, memory, out = at(numbers, bushing.grease), at(numbers, state.grease), at(numbers, state.out)
+    call_grease_law(bushing.grease_law, parameters, memory, x, dx, bushing.step, out)
+    return out[0], out[1]
+
+
+@numba.njit(cache=True, nogil=True, inline="always")
+def follow_law(bushing: np.void, state: np.void, numbers: np.ndarray, x: float, time: float) -> None:
+    """Find the contact's parameters at this moment: linear between the law's rows, the ends hold beyond.
+
+    Parameters
+    ----------
+    bushing, state, numbers, x
+        As in `grease_step`.
+    time : float
+        s.
+    """
+    state.envelope = max(abs(x), state.envelope * bushing.decay)
+    last = bushing.rows - 1
+    if last == 0:
+        return
+    now, abscissa = state.envelope if bushing.by_amplitude else time, at(numbers, bushing.abscissa)
+    row, share = 0, 0.0
+    if now >= abscissa[last]:
+        row = last
+    elif now > abscissa[0]:
+        row = np.searchsorted(numbers[bushing.abscissa : bushing.abscissa + last + 1], now, side="right") - 1
+        share = (now - abscissa[row]) / (abscissa[row + 1] - abscissa[row])
+    values, table = at(numbers, state.contact), at(numbers, bushing.table + row * bushing.width)
+    for i in range(bushing.width):
+        values[i] = table[i]
+        if share > 0.0:
+            values[i] += share * (table[bushing.width + i] - table[i])
+
+
+@numba.njit(cache=True, nogil=True, inline="always")
+def contact_step(
+    bushing: np.void, state: np.void, numbers: np.ndarray, end: int, x: float, speed: float, in_gap: bool
+) -> tuple[float, float, float]:
+    """Follow the contact of a bushing's end; return signed penetration, m, stiffness, N/m, and damping, N s/m.
+
+    A contact begins when the gap is used up, which fixes its impact speed, and is over in the gap. Each end carries
+    half of the bushing's stiffness and damping.
+
+    Parameters
+    ----------
+    bushing, state, numbers
+        As in `grease_step`.
+    end : int
+        0 or 1.
+    x, speed : float
+        Displacement, m, and velocity, m/s, of this end.
+    in_gap : bool
+        Return what a penetration of 0 would meet also in the gap, instead of zeros: for a solver that looks for
+        contacts itself.
+    """
+    g, impact = gap(x, bushing.gap), at(numbers, state.impact + end)
+    inwards = speed if g > 0.0 else -speed
+    if g == 0.0:
+        impact[0] = 0.0
+        if not in_gap:
+            return 0.0, 0.0, 0.0
+    elif impact[0] == 0.0:
+        impact[0] = max(inwards, 1e-12)
+    parameters, out = at(numbers, state.contact), at(numbers, state.out)
+    call_contact_law(bushing.contact_law, parameters, abs(g), inwards, impact[0], out)
+    return g, 0.5 * out[0], 0.5 * out[1]
+
+
+@numba.njit(cache=True, nogil=True, inline="always")
+def contact_force(k: float, c: float, penetration: float, speed: float, adhesion: bool) -> float:
+    """Return the force k δ + c δ̇ during contact, N; without adhesion it never pulls.
+
+    Parameters
+    ----------
+    k, c : float
+        N/m and N s/m.
+    penetration, speed : float
+        δ, m, and δ̇, m/s.
+    adhesion : bool
+        Let the damper pull at release.
+    """
+    if penetration <= 0.0:
+        return 0.0
+    force = k * penetration + c * speed
+    return force if adhesion else max(force, 0.0)

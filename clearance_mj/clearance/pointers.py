@@ -1,0 +1,85 @@
+"""Compiled functions of contact and grease models, which compiled loops call by their addresses.
+
+An address is a number in a record, so that one compiled loop, cached on disk, runs every model, each bushing its own.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numba
+from llvmlite import ir
+from numba import types
+from numba.core import cgutils
+from numba.extending import intrinsic
+
+__all__ = [
+    "CONTACT_ENERGY", "CONTACT_LAW", "FASTMATH", "GREASE_ENERGY", "GREASE_LAW", "address", "at",
+    "call_contact_energy", "call_contact_law", "call_grease_energy", "call_grease_law",
+]  # fmt: skip
+
+FASTMATH = {"contract", "reassoc", "nsz"}
+"""What compilers may do with the arithmetic of engines and models: nothing that hides an infinity or a NaN"""
+
+_NUMBER, _NUMBERS = types.float64, types.CPointer(types.float64)
+CONTACT_LAW = types.void(_NUMBERS, _NUMBER, _NUMBER, _NUMBER, _NUMBERS)
+CONTACT_ENERGY = types.float64(_NUMBERS, _NUMBER)
+GREASE_LAW = types.void(_NUMBERS, _NUMBERS, _NUMBER, _NUMBER, _NUMBER, _NUMBERS)
+GREASE_ENERGY = types.void(_NUMBERS, _NUMBERS, _NUMBERS, _NUMBER, _NUMBER, _NUMBERS)
+
+_COMPILED: dict[Callable[..., Any], Any] = {}
+
+
+def address(function: Callable[..., Any], signature: Any) -> int:
+    """Return the address of a compiled function.
+
+    Parameters
+    ----------
+    function : callable
+        Compiled at its first use; from then on from disk, if it stands in a file.
+    signature : numba signature
+        One of those above.
+    """
+    if function not in _COMPILED:
+        try:
+            compiled = numba.cfunc(signature, cache=True, fastmath=FASTMATH)(function)
+        except RuntimeError:  # it stands in no file beside which, or for which, anything could be kept
+            compiled = numba.cfunc(signature, fastmath=FASTMATH)(function)
+        _COMPILED.setdefault(function, compiled)  # one of them for all threads, never to be freed
+    return _COMPILED[function].address
+
+
+def _caller(signature: Any) -> Any:
+    """A function for compiled code that calls the function of the signature at an address."""
+
+    @intrinsic
+    def call(_: Any, where: Any, *arguments: Any) -> Any:
+        def generate(context: Any, builder: Any, __: Any, values: Any) -> Any:
+            nothing = signature.return_type == types.void
+            result = ir.VoidType() if nothing else context.get_value_type(signature.return_type)
+            kind = ir.FunctionType(result, [context.get_value_type(t) for t in signature.args])
+            function = builder.inttoptr(values[0], kind.as_pointer())
+            found = builder.call(function, cgutils.unpack_tuple(builder, values[1]))
+            return context.get_dummy_value() if nothing else found
+
+        return signature.return_type(where, types.StarArgTuple(signature.args)), generate
+
+    return call
+
+
+call_contact_law = _caller(CONTACT_LAW)
+call_contact_energy = _caller(CONTACT_ENERGY)
+call_grease_law = _caller(GREASE_LAW)
+call_grease_energy = _caller(GREASE_ENERGY)
+
+
+@intrinsic
+def at(_: Any, numbers: Any, index: Any) -> Any:
+    """Pointer to the number at an index of a contiguous array, for compiled code."""
+
+    def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+        view = context.make_array(signature.args[0])(context, builder, values[0])
+        return builder.gep(view.data, [values[1]])
+
+    return _NUMBERS(numbers, types.intp), generate

@@ -1,0 +1,119 @@
+"""Many simulations at once, on threads."""
+
+from __future__ import annotations
+
+import collections
+import itertools
+import os
+from collections.abc import Iterator, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
+from typing import Any, TypeVar
+
+from tqdm import tqdm
+
+from ..clearance.law import Law
+from ..errors import ClearanceError
+from ..rig import Rig
+from ..signals.excitation import Excitation
+from ..signals.response import Response
+from .base import Engine, get_engine
+from .simulation import simulate
+
+__all__ = ["simulate_batch", "simulate_each"]
+
+AHEAD = 4
+"""Cases for each thread that run, or wait to be taken, at once"""
+
+T = TypeVar("T")
+One = T | Sequence[T]
+
+
+def simulate_batch(
+    rig: One[Rig],
+    excitations: One[Excitation],
+    laws: One[Law],
+    engine: str | Engine = "links",
+    workers: int | None = None,
+    progress: str | None = None,
+) -> list[Response]:
+    """Simulate many cases at once and keep every response; otherwise `simulate_each`.
+
+    Parameters
+    ----------
+    rig, excitations, laws, engine, workers, progress
+        As in `simulate_each`.
+
+    Returns
+    -------
+    list of Response
+        In the order of the cases.
+
+    Raises
+    ------
+    ClearanceError
+        As in `simulate_each`.
+    """
+    return list(simulate_each(rig, excitations, laws, engine, workers, progress))
+
+
+def simulate_each(
+    rig: One[Rig],
+    excitations: One[Excitation],
+    laws: One[Law],
+    engine: str | Engine = "links",
+    workers: int | None = None,
+    progress: str | None = None,
+) -> Iterator[Response]:
+    """Simulate many cases at once and hand over one response after the other; results do not depend on the threads.
+
+    Only a few cases run ahead of the one that is taken, so memory does not grow with their number.
+
+    Parameters
+    ----------
+    rig : Rig or sequence of Rig
+        One for all or one for each case.
+    excitations : Excitation or sequence of Excitation
+        One for all or one for each case.
+    laws : Law or sequence of Law
+        One for all or one for each case.
+    engine : str or Engine
+        As in `simulate`.
+    workers : int, optional
+        Threads; compiled loops release the interpreter lock. Default: one for each processor.
+    progress : str, optional
+        Show a progress bar with this name.
+
+    Yields
+    ------
+    Response
+        In the order of the cases.
+
+    Raises
+    ------
+    ClearanceError
+        If the sequences differ in length, and whatever `simulate` raises.
+    """
+    model, threads = get_engine(engine), workers or os.cpu_count() or 1
+    cases = _cases(rig, excitations, laws)
+    waiting, ahead = iter(cases), collections.deque[Future[Response]]()
+    with ThreadPoolExecutor(threads) as pool:
+        try:
+            for _ in tqdm(cases, desc=progress, unit="run", disable=progress is None):
+                room = AHEAD * threads - len(ahead)
+                ahead.extend(pool.submit(simulate, *case, model) for case in itertools.islice(waiting, room))
+                yield ahead.popleft().result()
+        finally:
+            for job in ahead:  # after an error or an interrupt, do not begin what is still queued
+                job.cancel()
+
+
+def _cases(*columns: Any) -> list[tuple[Rig, Excitation, Law]]:
+    """One tuple for each case; what is no list or tuple serves all of them."""
+    rows = [column if isinstance(column, list | tuple) else None for column in columns]
+    lengths = {len(row) for row in rows if row is not None}
+    if len(lengths) > 1:
+        raise ClearanceError(
+            f"rigs, excitations and laws differ in number: {sorted(lengths)}; give one or equally many"
+        )
+    n = lengths.pop() if lengths else 1
+    return list(zip(*(row if row is not None else [column] * n for row, column in zip(rows, columns))))

@@ -1,0 +1,205 @@
+"""The one way in which every engine is run.
+
+An engine takes the excitation at its own time step and returns outputs at that rate. What stands here does the rest for
+all of them: interpolation of the excitation, anti-alias decimation of the outputs, and the response with its
+provenance.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import itertools
+from collections.abc import Iterable, Iterator
+
+import numpy as np
+
+from .._version import __version__
+from ..clearance.law import ConstantLaw, Law
+from ..errors import ClearanceError, ExcitationError, LawError
+from ..rig import BASE_NODE, SHAKER_NODE, Grease, Rig
+from ..signals.excitation import Excitation
+from ..signals.response import Response
+from ..signals.sampling import Decimator, Interpolator
+from .base import Engine, diverged, get_engine, step_factor
+
+__all__ = ["Simulation", "simulate", "simulate_blocks"]
+
+BLOCK = 512
+"""Samples at the record's rate that are simulated between two looks from Python"""
+READ = 8 * BLOCK
+"""Samples of the excitation that are interpolated at once"""
+MOST_STEPS = 1000
+"""Steps per sample beyond which a law is taken for a mistake"""
+
+
+def simulate(rig: Rig, excitation: Excitation, law: Law, engine: str | Engine = "links") -> Response:
+    """Simulate a rig under an excitation.
+
+    Parameters
+    ----------
+    rig : Rig
+        The rig.
+    excitation : Excitation
+        Base acceleration or shaker force.
+    law : Law
+        Contact stiffness and damping (and grease) at each moment.
+    engine : str or Engine
+        "links", "modal", "modal-mj", or an engine with settings of its own.
+
+    Returns
+    -------
+    Response
+        At the excitation's sampling rate.
+
+    Raises
+    ------
+    SimulationError
+        If the simulation diverges or its solver warns; names rig, time and bushing.
+    LawError
+        If the law does not fit the rig or the engine.
+    ExcitationError
+        If the rig has no position for a force.
+    """
+    simulation = Simulation(rig, excitation, law, get_engine(engine))
+    output, done = np.empty((excitation.value.size, simulation.columns)), 0
+    for _, block in simulation.outputs([excitation]):
+        output[done : done + len(block)] = block
+        done += len(block)
+    return simulation.response(excitation.value, output)
+
+
+def simulate_blocks(
+    rig: Rig, excitation: Excitation | Iterable[Excitation], law: Law, engine: str | Engine = "links"
+) -> Iterator[Response]:
+    """Simulate a rig and hand over its response block by block: memory does not grow with the duration.
+
+    Parameters
+    ----------
+    rig : Rig
+        The rig.
+    excitation : Excitation or iterable of Excitation
+        One, or pieces of one that follow each other without a break, such as `excitation.random_blocks` makes.
+    law : Law
+        Contact stiffness and damping (and grease) at each moment.
+    engine : str or Engine
+        As in `simulate`.
+
+    Yields
+    ------
+    Response
+        Consecutive samples, to the last bit those of `simulate` under the whole excitation.
+
+    Raises
+    ------
+    ClearanceError
+        As `simulate`, and if the pieces differ in rate or kind, or there is none.
+    """
+    pieces = iter([excitation] if isinstance(excitation, Excitation) else excitation)
+    first = next(pieces, None)
+    if first is None:
+        raise ExcitationError("there is no piece of an excitation")
+    simulation = Simulation(rig, first, law, get_engine(engine))
+    for excited, block in simulation.outputs(itertools.chain([first], pieces)):
+        yield simulation.response(excited, block)
+
+
+class Simulation:
+    """A run between interpolation and decimation, and what its response says of it.
+
+    Parameters
+    ----------
+    rig, excitation, law
+        As in `simulate`.
+    engine : Engine
+        The engine.
+    """
+
+    def __init__(self, rig: Rig, excitation: Excitation, law: Law, engine: Engine):
+        if excitation.kind == "force" and rig.shaker.position is None:
+            raise ExcitationError(f"rig {rig.name!r} has no shaker.position, so a force cannot be applied")
+        self.rig, self.excitation, self.engine = rig, excitation, engine
+        self.columns = len(rig.sensors) + 3 * len(rig.bushings)
+        factor = _affordable(rig, law, engine, excitation.fs)
+        self.step = 1 / (excitation.fs * factor)
+        self.run = engine.start(rig, law, excitation.kind, self.step)
+        self.interpolator, self.decimator = Interpolator(factor), Decimator(self.columns, factor)
+        self.provenance = {
+            "engine": engine.name,
+            "settings": dataclasses.asdict(engine),
+            "step": self.step,
+            "rig": rig.to_dict(),
+            "law": law.to_dict(),
+            "excitation": dict(excitation.description),
+            "version": __version__,
+        }
+
+    def outputs(self, excitations: Iterable[Excitation]) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+        """Yield excitation and outputs, (n,) and (n, columns), of consecutive samples at the record's rate.
+
+        Parameters
+        ----------
+        excitations : iterable of Excitation
+            Consecutive pieces of one.
+        """
+        waiting, steps, count = np.empty(0), 0, BLOCK * self.interpolator.factor
+        for excitation in self._blocks(excitations):
+            waiting, fast = np.append(waiting, excitation), self.interpolator.push(excitation)
+            for start in range(0, fast.size, count):
+                outputs = self.run.advance(fast[start : start + count])
+                if not np.isfinite(outputs).all():
+                    failed = steps + np.argmin(np.isfinite(outputs).all(axis=1))
+                    raise diverged(self.rig, self.engine, failed * self.step, 0)
+                steps += len(outputs)
+                block = self.decimator.push(outputs)
+                if len(block):
+                    yield waiting[: len(block)], block
+                    waiting = waiting[len(block) :]
+
+    def _blocks(self, excitations: Iterable[Excitation]) -> Iterator[np.ndarray]:
+        """Blocks of the excitation, then zeros: the filters of the last samples look ahead."""
+        for piece in excitations:
+            if (piece.fs, piece.kind) != (self.excitation.fs, self.excitation.kind):
+                raise ExcitationError(
+                    f"a piece of the excitation is {piece.kind} at {piece.fs:g} Hz, the first one "
+                    f"{self.excitation.kind} at {self.excitation.fs:g} Hz"
+                )
+            for start in range(0, piece.value.size, READ):
+                yield piece.value[start : start + READ]
+        yield np.zeros(2 * self.interpolator.ahead)
+
+    def response(self, excitation: np.ndarray, output: np.ndarray) -> Response:
+        """Return the response that so many samples make.
+
+        Parameters
+        ----------
+        excitation : ndarray, shape (n,)
+            Its samples.
+        output : ndarray, shape (n, n_sensors + 3 n_bushings)
+            As `Run.advance` returns them, at the record's rate.
+        """
+        n_sensors, n_bushings = len(self.rig.sensors), len(self.rig.bushings)
+        acceleration, *rest = np.split(output.T, n_sensors + n_bushings * np.arange(3))
+        kind, band = self.excitation.kind, self.excitation.band
+        labels = tuple(self.rig.sensor_labels)
+        reference = f"{BASE_NODE if kind == 'base' else SHAKER_NODE}:+Z"
+        sampled = (self.excitation.fs, excitation, acceleration, *rest)
+        return Response(*sampled, kind, band, labels, reference, self.provenance)
+
+
+def _affordable(rig: Rig, law: Law, engine: Engine, fs: float) -> int:
+    """Steps per sample; refused where they would be too many, with what makes them so."""
+    factor = step_factor(fs, engine.largest_step(rig, law))
+    if factor <= MOST_STEPS:
+        return factor
+    needs = f"rig {rig.name!r}: the {engine.name} engine needs {factor} steps per sample, more than {MOST_STEPS}"
+    free = ConstantLaw(0.0, 0.0, grease=Grease(0.0))
+    if not rig.bushings or step_factor(fs, engine.largest_step(rig, free)) > factor / 2:
+        raise ClearanceError(
+            f"{needs}: its shaft is too stiff, or too finely divided, for a record of {fs:g} samples/s"
+        )
+    k, c = law.largest([b.gap for b in rig.bushings])
+    hardest = int(np.argmax(k + c))
+    raise LawError(
+        f"{needs}, for its law at bushings[{hardest}] (k up to {k[hardest]:g} N/m, c up to {c[hardest]:g} N s/m); "
+        "a contact is rarely stiffer than 1e7 N/m"
+    )
