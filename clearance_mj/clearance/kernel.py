@@ -134,14 +134,24 @@ def clearance_records(rig: Rig, law: Law, step: float) -> Clearance:
         numbers.extend(values)
         return len(numbers) - len(values)
 
-    bushings["gap"], bushings["step"], bushings["by_amplitude"] = [b.gap for b in rig.bushings], step, table.by_amplitude
+    bushings["gap"], bushings["step"], bushings["by_amplitude"] = (
+        [b.gap for b in rig.bushings],
+        step,
+        table.by_amplitude,
+    )
     bushings["decay"] = np.exp(-step / table.release) if table.by_amplitude else 0.0
-    bushings["rows"], bushings["width"], bushings["abscissa"] = *table.parameters.shape[::2], place(table.abscissa.tolist())
+    bushings["rows"], bushings["width"], bushings["abscissa"] = (
+        *table.parameters.shape[::2],
+        place(table.abscissa.tolist()),
+    )
     for name in ("adhesion", "contact_law", "contact_energy"):
         bushings[name] = getattr(table, name)
     for j, model in enumerate(greases):
         bushings["grease_law"][j], bushings["grease_energy"][j] = model.addresses()
-        bushings["table"][j], bushings["grease"][j] = place(table.parameters[:, j].ravel().tolist()), place(model.parameters())
+        bushings["table"][j], bushings["grease"][j] = (
+            place(table.parameters[:, j].ravel().tolist()),
+            place(model.parameters()),
+        )
         states["impact"][j], states["grease"][j] = 2 * j, place([0.0] * model.states())
         states["contact"][j], states["out"][j] = place(table.parameters[0, j].tolist()), place([0.0, 0.0])
     return Clearance(bushings, states, np.array(numbers, dtype=float))
@@ -181,11 +191,16 @@ def follow_law(bushing: np.void, state: np.void, numbers: np.ndarray, x: float, 
     if last == 0:
         return
     now, abscissa = state.envelope if bushing.by_amplitude else time, at(numbers, bushing.abscissa)
-    row, share = 0, 0.0
+    row, after, share = 0, last, 0.0
     if now >= abscissa[last]:
         row = last
     elif now > abscissa[0]:
-        row = np.searchsorted(numbers[bushing.abscissa : bushing.abscissa + last + 1], now, side="right") - 1
+        while after - row > 1:  # numpy.searchsorted would count references
+            middle = (row + after) // 2
+            if abscissa[middle] <= now:
+                row = middle
+            else:
+                after = middle
         share = (now - abscissa[row]) / (abscissa[row + 1] - abscissa[row])
     values, table = at(numbers, state.contact), at(numbers, bushing.table + row * bushing.width)
     for i in range(bushing.width):

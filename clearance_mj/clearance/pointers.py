@@ -9,18 +9,17 @@ from collections.abc import Callable
 from typing import Any
 
 import numba
-from llvmlite import ir
 from numba import types
 from numba.core import cgutils
 from numba.extending import intrinsic
 
 __all__ = [
-    "CONTACT_ENERGY", "CONTACT_LAW", "FASTMATH", "GREASE_ENERGY", "GREASE_LAW", "address", "at",
+    "CONTACT_ENERGY", "CONTACT_LAW", "GREASE_ENERGY", "GREASE_LAW", "OPTIONS", "address", "at",
     "call_contact_energy", "call_contact_law", "call_grease_energy", "call_grease_law",
 ]  # fmt: skip
 
-FASTMATH = {"contract", "reassoc", "nsz"}
-"""What compilers may do with the arithmetic of engines and models: nothing that hides an infinity or a NaN"""
+OPTIONS: dict[str, Any] = {"nogil": True, "error_model": "numpy", "fastmath": {"contract", "reassoc", "nsz"}}
+"""How engines and models are compiled: no change of their arithmetic hides an infinity or a NaN"""
 
 _NUMBER, _NUMBERS = types.float64, types.CPointer(types.float64)
 CONTACT_LAW = types.void(_NUMBERS, _NUMBER, _NUMBER, _NUMBER, _NUMBERS)
@@ -43,25 +42,26 @@ def address(function: Callable[..., Any], signature: Any) -> int:
     """
     if function not in _COMPILED:
         try:
-            compiled = numba.cfunc(signature, cache=True, fastmath=FASTMATH)(function)
-        except RuntimeError:  # it stands in no file beside which, or for which, anything could be kept
-            compiled = numba.cfunc(signature, fastmath=FASTMATH)(function)
+            compiled = numba.njit(signature, cache=True, **OPTIONS)(function)
+        except RuntimeError:  # it stands in no file, so nothing can be kept for it
+            compiled = numba.njit(signature, **OPTIONS)(function)
         _COMPILED.setdefault(function, compiled)  # one of them for all threads, never to be freed
-    return _COMPILED[function].address
+    found = _COMPILED[function].overloads[signature.args]
+    return found.library.get_pointer_to_function(found.fndesc.llvm_func_name)
 
 
 def _caller(signature: Any) -> Any:
-    """A function for compiled code that calls the function of the signature at an address."""
+    """A function for compiled code that calls the compiled function of the signature at an address."""
 
     @intrinsic
     def call(_: Any, where: Any, *arguments: Any) -> Any:
         def generate(context: Any, builder: Any, __: Any, values: Any) -> Any:
-            nothing = signature.return_type == types.void
-            result = ir.VoidType() if nothing else context.get_value_type(signature.return_type)
-            kind = ir.FunctionType(result, [context.get_value_type(t) for t in signature.args])
+            convention = context.call_conv
+            kind = convention.get_function_type(signature.return_type, signature.args)
             function = builder.inttoptr(values[0], kind.as_pointer())
-            found = builder.call(function, cgutils.unpack_tuple(builder, values[1]))
-            return context.get_dummy_value() if nothing else found
+            passed = cgutils.unpack_tuple(builder, values[1])
+            _, found = convention.call_function(builder, function, signature.return_type, signature.args, passed)
+            return found
 
         return signature.return_type(where, types.StarArgTuple(signature.args)), generate
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import argparse
+import sys
 from pathlib import Path
 
 from ..errors import ClearanceError
@@ -28,9 +30,10 @@ def add(commands):
     add_drive(parser, duration=24.0, fs=2048.0)
     parser.add_argument("--rms", type=float, default=1.0, help="m/s², or N for a force shaker (default: %(default)s)")
     parser.add_argument(
-        "--ledger", type=Path, metavar="FOLDER",
-        help="keep account of energy and impacts: energy.csv, impacts.csv and ledger.png in this folder",
+        "--energy", type=Path, metavar="FOLDER",
+        help="balance energy and log impacts: energy.csv, impacts.csv and energy_balance.png in this folder",
     )  # fmt: skip
+    parser.add_argument("--ledger", type=Path, help=argparse.SUPPRESS)  # its former name
 
 
 def _run(options):
@@ -38,34 +41,37 @@ def _run(options):
     from ..io.results import save
 
     rig, law = load(options)
-    if options.ledger and options.ledger.is_file():
-        raise ClearanceError(f"--ledger {options.ledger} is a file; give a folder")
+    if options.ledger:
+        print("--ledger is called --energy now; its figure is energy_balance.png", file=sys.stderr)
+    folder = options.energy or options.ledger
+    if folder and folder.is_file():
+        raise ClearanceError(f"--energy {folder} is a file; give a folder")
     case = rig, excitation(options, rig.shaker.kind, options.rms), law, options.engine
-    response, kept = _with_ledger(options, case) if options.ledger else (simulate(*case), {})
+    response, more = _with_energy(options, folder, case) if folder else (simulate(*case), {})
     save(options.out, response)
     if not options.json:
         print(f"response: {options.out}")
     rms = dict(zip(response.responses, response.acceleration.std(axis=1).tolist()))
-    return {"out": str(options.out), "acceleration_rms": rms} | kept
+    return {"out": str(options.out), "acceleration_rms": rms} | more
 
 
-def _with_ledger(options, case):
-    from ..engines.energy import keep_ledger
-    from ..report.ledger import write
+def _with_energy(options, folder, case):
+    from ..engines.energy import energy_balance
+    from ..report.energy import write
 
-    response, ledger = keep_ledger(*case, progress=None if options.quiet else "ledger")
-    write(options.ledger, ledger)
+    response, balance = energy_balance(*case, progress=None if options.quiet else "energy")
+    write(folder, balance)
     if not options.json:
-        _print(ledger)
-        print(f"ledger: {options.ledger}")
-    return response, {"ledger": ledger.summary() | {"out": str(options.ledger)}}
+        _print(balance)
+        print(f"energy balance: {folder}")
+    return response, {"energy": balance.summary() | {"out": str(folder)}}
 
 
-def _print(ledger):
-    found = ledger.summary()
+def _print(balance):
+    found = balance.summary()
     for name, value in found["energy"].items():
         print(f"{name:16s}{value: .4e} J")
     print(f"impacts at each bushing: {', '.join(map(str, found['impacts']))}; up to {found['peak_force']:.3g} N")
-    print(f"the energies balance within {100 * ledger.imbalance:.2g} % of what was put in")
-    if ledger.imbalance > GOOD_BALANCE:
+    print(f"the energies balance within {100 * balance.imbalance:.2g} % of what was put in")
+    if balance.imbalance > GOOD_BALANCE:
         print("that is more than 1 %: the engine's step is too long for contacts this stiff")

@@ -12,7 +12,17 @@ from ..clearance.law import Law
 from ..errors import ClearanceError, SimulationError
 from ..rig import Rig
 
-__all__ = ["Engine", "Equations", "Run", "check_setting", "diverged", "get_engine", "location", "register", "step_factor"]
+__all__ = [
+    "Engine",
+    "Equations",
+    "Run",
+    "check_setting",
+    "diverged",
+    "get_engine",
+    "location",
+    "register",
+    "step_factor",
+]
 
 
 class Run(ABC):

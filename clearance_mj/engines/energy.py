@@ -29,7 +29,12 @@ from tqdm import tqdm
 
 from ..clearance.gap import gap
 from ..clearance.kernel import (
-    Clearance, clearance_records, contact_force, contact_step, follow_law, grease_step,
+    Clearance,
+    clearance_records,
+    contact_force,
+    contact_step,
+    follow_law,
+    grease_step,
 )  # fmt: skip
 from ..clearance.law import Law
 from ..clearance.pointers import at, call_contact_energy, call_grease_energy
@@ -309,7 +314,9 @@ def _bushing_energies(
                     continue
                 depth, side = abs(g), np.sign(g)
                 common = np.sqrt(max(g * gap(x[i, p], bushing.gap), 0.0))
-                law_work[i, j] += (call_contact_energy(energy, now, common) - call_contact_energy(energy, was, common)) / 2
+                law_work[i, j] += (
+                    call_contact_energy(energy, now, common) - call_contact_energy(energy, was, common)
+                ) / 2
                 in_contact[i, j] += call_contact_energy(energy, now, depth) / 2
                 push = contact_force(k, c, depth, side * speed[i, p], bushing.adhesion)
                 loss = (push - k * depth) * side * (x[i + 2, p] - x[i, p]) / 2

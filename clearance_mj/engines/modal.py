@@ -20,7 +20,7 @@ import numpy as np
 from ..beam import MOST_MODES, ritz_model
 from ..clearance.kernel import Clearance, clearance_records, contact_step, follow_law, grease_step
 from ..clearance.law import Law
-from ..clearance.pointers import FASTMATH
+from ..clearance.pointers import OPTIONS
 from ..rig import Rig
 from .base import Engine, Equations, Run, check_setting, diverged, register
 
@@ -143,7 +143,7 @@ class _ModalRun(Run):
         return self.motion.q, self.clearance.numbers[: 2 * len(self.rig.bushings)]
 
 
-@numba.njit(cache=True, nogil=True, fastmath=FASTMATH)
+@numba.njit(cache=True, **OPTIONS)
 def _advance(
     steps: int, excitation: np.ndarray, h: float, shaft: _Shaft, motion: _Motion, clearance: Clearance, out: np.ndarray
 ) -> tuple[int, int]:

@@ -22,7 +22,7 @@ import numpy as np
 
 from ..clearance.kernel import Clearance, clearance_records, contact_step, follow_law, grease_step
 from ..clearance.law import Law
-from ..clearance.pointers import FASTMATH
+from ..clearance.pointers import OPTIONS
 from ..errors import LawError, SimulationError
 from ..rig import Rig
 from .base import Engine, Equations, Run, diverged, location
@@ -113,7 +113,9 @@ class MujocoRun(Run):
         self.engine, self.rig, self.maps, self.step, self.steps = engine, rig, plant.maps, step, 0
         self.clearance = clearance_records(rig, law, step)
         if np.any(self.clearance.bushings["adhesion"]):
-            raise LawError(f"the {engine.name} engine cannot simulate adhesion: MuJoCo's contacts never pull; use modal")
+            raise LawError(
+                f"the {engine.name} engine cannot simulate adhesion: MuJoCo's contacts never pull; use modal"
+            )
         self.model = copy.copy(plant.model)
         self.model.opt.timestep = step
         self.model.dof_armature[:] = plant.armature * step**2 * plant.model.jnt_stiffness
@@ -179,7 +181,7 @@ class MujocoRun(Run):
             )
 
 
-@numba.njit(cache=True, nogil=True, fastmath=FASTMATH)
+@numba.njit(cache=True, **OPTIONS)
 def _advance(
     steps: int, excitation: np.ndarray, base: bool, heavier: float, views: _Views, maps: Maps, clearance: Clearance,
     out: np.ndarray,

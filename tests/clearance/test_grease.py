@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from clearance_mj.clearance import ConstantLaw
-from clearance_mj.clearance.grease import bouc_wen_step, film_damping, grease_table
+from clearance_mj.clearance.greases.bouc_wen import bouc_wen_step, film_damping
+from clearance_mj.clearance.kernel import greases_of
 from clearance_mj.errors import LawError, RigError
 from clearance_mj.rig import Grease, Rig
 
@@ -85,17 +86,21 @@ def test_no_film():
     assert film_damping(5.0, 4.0, 0.0, 0.2) == 4.0
 
 
+def table(rig, law):
+    return [model.parameters() for model in greases_of(rig, law)]
+
+
 def test_table():
     """The rig's own grease, or the law's: one for all bushings or one each."""
     row = [4369.0, 1.0, 1.0, 0.0, 0.0, 2.0, 3.0, 0.0, 0.2]
-    np.testing.assert_array_equal(grease_table(RIG, ConstantLaw(1e4, 1.0)), [row, row])
+    np.testing.assert_array_equal(table(RIG, ConstantLaw(1e4, 1.0)), [row, row])
     film = Grease(5e3, 2.0, 0.8, 1.1, 1.5e7, 5e6, 1.5, 8e-4, 0.1)
     other = [5e3, 0.8, 1.1, 1.5e7, 5e6, 1.5, 2.0, 1250.0, 0.1]
-    np.testing.assert_allclose(grease_table(RIG, ConstantLaw(1e4, 1.0, film)), [other, other], rtol=1e-15)
-    both = grease_table(RIG, ConstantLaw(1e4, 1.0, (RIG.bushings[0].grease, film)))
+    np.testing.assert_allclose(table(RIG, ConstantLaw(1e4, 1.0, film)), [other, other], rtol=1e-15)
+    both = table(RIG, ConstantLaw(1e4, 1.0, (RIG.bushings[0].grease, film)))
     np.testing.assert_allclose(both, [row, other], rtol=1e-15)
 
 
 def test_table_of_another_rig():
     with pytest.raises(LawError, match="grease for 3 bushings, the rig has 2"):
-        grease_table(RIG, ConstantLaw(1e4, 1.0, (Grease(1.0),) * 3))
+        table(RIG, ConstantLaw(1e4, 1.0, (Grease(1.0),) * 3))

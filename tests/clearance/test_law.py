@@ -1,6 +1,7 @@
 """Laws: the tables that engines interpolate, every refusal, and files."""
 
 import json
+from types import SimpleNamespace
 
 import numba
 import numpy as np
@@ -10,39 +11,50 @@ from clearance_mj.clearance import (
     AmplitudeLaw,
     ConstantLaw,
     ContactLaw,
+    Cubic,
     Flores,
     HuntCrossley,
+    HuntCrossley1975,
     KelvinVoigt,
     LankaraniNikravesh,
+    MaxwellSlip,
     TimeLaw,
     load_law,
 )
-from clearance_mj.clearance.law import table_values
+from clearance_mj.clearance.kernel import clearance_records, follow_law
+from clearance_mj.clearance.law import law_from_dict
 from clearance_mj.errors import LawError
 from clearance_mj.rig import Grease
 
+SLIP = MaxwellSlip((3e3, 1e3), (0.2, 0.1), elastic=500.0, damping=2.0, film_height=8e-4)
 FILM = Grease(5e3, 2.0, 0.8, 1.1, 1.5e7, 5e6, 1.5, 8e-4, 0.1)
 
 
-def values(table, at):
-    """k and c of every bushing where the abscissa has the value ``at``, as an engine reads them."""
-    return tuple(zip(*(table_values(table, j, at) for j in range(table.k.shape[1]))))
+def values(law, n, at):
+    """Parameters of n contacts where time, or the envelope of the motion, has the value ``at``, as loops read them."""
+    rig = SimpleNamespace(bushings=[SimpleNamespace(gap=3e-4, grease=FILM)] * n)
+    bushings, states, numbers = clearance_records(rig, law, 1e-3)
+    _follow(bushings, states, numbers, at)
+    return np.transpose([numbers[s["contact"] :][: b["width"]] for b, s in zip(bushings, states)])
+
+
+@numba.njit
+def _follow(bushings, states, numbers, at):
+    for j in range(bushings.size):
+        follow_law(bushings[j], states[j], numbers, at, at)
 
 
 def test_constant():
-    table = ConstantLaw([1e4, 2e4], [1.0, 3.0]).table(2)
-    assert not table.by_amplitude
+    law = ConstantLaw([1e4, 2e4], [1.0, 3.0])
     for at in (-1.0, 0.0, 7.0):
-        np.testing.assert_array_equal(values(table, at), [[1e4, 2e4], [1.0, 3.0]])
-    np.testing.assert_array_equal(table.exponent, 1)
-    assert not np.any(table.kappa) and not np.any(table.adhesion)
+        np.testing.assert_array_equal(values(law, 2, at), [[1e4, 2e4], [1.0, 3.0]])
+    assert not law.table(2).by_amplitude and not np.any(law.table(2).adhesion)
 
 
 def test_one_value_serves_all_bushings():
-    np.testing.assert_array_equal(values(ConstantLaw(1e4, 2.0).table(3), 0.0), [[1e4] * 3, [2.0] * 3])
-    np.testing.assert_array_equal(values(ConstantLaw([1e4, 3e4], 2.0).table(2), 0.0), [[1e4, 3e4], [2.0] * 2])
-    table = TimeLaw([0, 1], [1e4, 3e4], [1.0, 3.0]).table(2)
-    np.testing.assert_array_equal(values(table, 0.5), [[2e4, 2e4], [2.0, 2.0]])
+    np.testing.assert_array_equal(values(ConstantLaw(1e4, 2.0), 3, 0.0), [[1e4] * 3, [2.0] * 3])
+    np.testing.assert_array_equal(values(ConstantLaw([1e4, 3e4], 2.0), 2, 0.0), [[1e4, 3e4], [2.0] * 2])
+    np.testing.assert_array_equal(values(TimeLaw([0, 1], [1e4, 3e4], [1.0, 3.0]), 2, 0.5), [[2e4, 2e4], [2.0, 2.0]])
 
 
 @pytest.mark.parametrize("kind", [TimeLaw, AmplitudeLaw])
@@ -51,10 +63,9 @@ def test_interpolation(kind):
     rng = np.random.default_rng(4)
     abscissa = np.cumsum(rng.uniform(0.1, 2, 9))
     k, c = rng.uniform(1e3, 1e5, (9, 2)), rng.uniform(0, 9, (9, 2))
-    table = kind(abscissa, k, c).table(2)
     for at in (0.0, *abscissa, *rng.uniform(0, 15, 30)):
         expected = [[np.interp(at, abscissa, v[:, j]) for j in range(2)] for v in (k, c)]
-        np.testing.assert_allclose(values(table, at), expected, rtol=1e-13)
+        np.testing.assert_allclose(values(kind(abscissa, k, c), 2, at), expected, rtol=1e-13)
 
 
 def test_amplitude_table():
@@ -66,12 +77,17 @@ def test_amplitude_table():
 
 def test_contact_table():
     """Each bushing its own model."""
-    models = (KelvinVoigt(1e4, 2.0, adhesion=True), HuntCrossley(1e6, 0.8), Flores(2e6, 0.5, 1.4))
-    table = ContactLaw(models).table(3)
-    np.testing.assert_array_equal(values(table, 0.0), [[1e4, 1e6, 2e6], [2.0, 0.0, 0.0]])
-    np.testing.assert_array_equal(table.exponent, [1.0, 1.5, 1.4])
-    np.testing.assert_allclose(table.kappa, [0.0, 0.3, 1.6], rtol=1e-14)
-    np.testing.assert_array_equal(table.adhesion, [True, False, False])
+    law = ContactLaw((KelvinVoigt(1e4, 2.0, adhesion=True), HuntCrossley(1e6, 0.8), Flores(2e6, 0.5, 1.4)))
+    np.testing.assert_allclose(values(law, 3, 0.0), [[1e4, 1e6, 2e6], [2.0, 1.5, 1.4], [1.0, 0.3, 1.6]], rtol=1e-14)
+    np.testing.assert_array_equal(law.table(3).adhesion, [True, False, False])
+    assert len(set(law.table(3).contact_law)) == 2  # one address for all Hertz contacts
+
+
+def test_largest():
+    """What time steps must follow: the stiffest row; of a Hertz contact n K dⁿ⁻¹ at one gap of penetration."""
+    k, c = TimeLaw([0.0, 1.0, 2.0], [[1e4, 5.0], [3e4, 2.0], [2e4, 1.0]], [3.0, 4.0, 1.0]).largest([3e-4, 3e-4])
+    np.testing.assert_array_equal([k, c], [[3e4, 5.0], [4.0, 4.0]])
+    np.testing.assert_allclose(ContactLaw(HuntCrossley(1e6, 0.8)).largest([4e-4])[0], 1.5 * 1e6 * 0.02, rtol=1e-14)
 
 
 @pytest.mark.parametrize(
@@ -90,7 +106,7 @@ def test_contact_table():
         (lambda: AmplitudeLaw([1e-3, 1e-4], [1.0, 1.0], [0.0, 0.0]), "amplitude must be one increasing row"),
         (lambda: AmplitudeLaw([0.0], [1.0], [0.0], release=0.0), "release must be a time > 0 s, got 0.0"),
         (lambda: AmplitudeLaw([0.0], [1.0], [0.0], release=np.nan), "release must be a time > 0 s, got nan"),
-        (lambda: ContactLaw((KelvinVoigt(1.0), 5.0)), r"contact\[1\] must be of KelvinVoigt, .*, got 5.0"),
+        (lambda: ContactLaw((KelvinVoigt(1.0), 5.0)), r"contact\[1\] must be of ContactModel, got 5.0"),
         (lambda: ConstantLaw([1.0, 2.0, 3.0], [1.0, 2.0]), "k and c"),
         (lambda: TimeLaw([0.0, 1.0], np.ones((2, 2)), np.ones((2, 3))), "k and c"),
         (lambda: ConstantLaw([], []), "k"),
@@ -128,12 +144,22 @@ LAWS = [
     AmplitudeLaw([0.0, 3e-4], [1e4, 2e4], [1.0, 2.0], release=0.017, grease=FILM),
     ContactLaw((KelvinVoigt(1e4, 2.0, adhesion=True), HuntCrossley(1e6, 0.8))),
     ContactLaw((LankaraniNikravesh(1e6, 0.8), Flores(1e6, 0.7, 1.4)), grease=(FILM, FILM)),
+    ContactLaw((HuntCrossley1975(1e6, 8e5, 1.4), Cubic(1e4, 1e10, 2.0)), grease=SLIP),
+    ConstantLaw(1e4, 1.0, grease=(SLIP, FILM)),
 ]
 
 
 def test_one_compiled_loop_serves_all_laws():
     """Numba compiles an engine's loop, some seconds, for every type of its arguments."""
-    assert len({numba.typeof(law.table(2)) for law in LAWS}) == 1
+    rig = SimpleNamespace(bushings=[SimpleNamespace(gap=3e-4, grease=FILM)] * 2)
+    assert len({numba.typeof(clearance_records(rig, law, 1e-3)) for law in LAWS}) == 1
+
+
+def test_laws_of_the_same_content_are_equal():
+    for i, law in enumerate(LAWS):
+        assert law == law_from_dict(law.to_dict()) and hash(law) == hash(law_from_dict(law.to_dict()))
+        assert [law == other for other in LAWS] == [i == j for j in range(len(LAWS))]
+    assert ConstantLaw([1e4], 1.0) == ConstantLaw(1e4, [1.0]) != ConstantLaw(1e4, 2.0) and ConstantLaw(1.0, 1.0) != 1.0
 
 
 @pytest.mark.parametrize("law", LAWS, ids=lambda law: law.kind)
@@ -142,8 +168,7 @@ def test_save_and_load(law, tmp_path):
     path = tmp_path / "law.json"
     law.save(path)
     back = load_law(path)
-    assert type(back) is type(law)
-    assert back.grease == law.grease
+    assert back == law
     for a, b in zip(law.table(2), back.table(2)):
         np.testing.assert_array_equal(a, b)
     back.save(tmp_path / "again.json")
@@ -161,7 +186,16 @@ def test_save_and_load(law, tmp_path):
         ('{"kind": "constant", "k": [1.0], "c": [1.0], "d": [1.0]}', "not a whole law file of kind constant"),
         ('{"kind": "constant", "k": [1.0], "c": [1.0], "grease": [{"stifness": 1}]}', r"grease\[0\].stifness"),
         ('{"kind": "constant", "k": [1.0], "c": [1.0], "grease": 3}', "not a whole law file of kind constant"),
-        ('{"kind": "contact", "contact": [{"model": "glue"}]}', "contact"),
+        ('{"kind": "contact", "contact": [{"model": "glue"}]}', r"contact\[0\].model 'glue' is unknown; use .*flores"),
+        ('{"kind": "contact", "contact": [7]}', r"contact\[0\] must be a table of keys, got 7"),
+        (
+            '{"kind": "constant", "k": [1], "c": [1], "grease": [{"model": "tar"}]}',
+            r"grease\[0\].model 'tar' is unknown",
+        ),
+        (
+            '{"kind": "constant", "k": [1], "c": [1], "grease": [{"model": "maxwell-slip", "springs": 3, "forces": [1]}]}',
+            r"grease\[0\].springs must be a list, got 3",
+        ),
         ('{"kind": "contact", "contact": [{"model": "flores", "stiffness": "hard", "restitution": 1}]}', "contact"),
         ('{"kind": "time", "t": [0], "k": [[1], [2]], "c": [1]}', "k has shape"),
         ('{"kind": "time", "t": [0, 1], "k": [[1, 2], [2]], "c": [1]}', "k must be numbers"),
@@ -192,6 +226,6 @@ def test_a_law_cannot_be_changed_from_outside():
     k = np.array([1e4, 2e4])
     law = ConstantLaw(k, 1.0)
     k[0] = 5.0
-    assert law.table(2).k[0, 0] == 1e4
+    assert law.table(2).parameters[0, 0, 0] == 1e4
     with pytest.raises(ValueError, match="read-only"):
         law.k[0] = 5.0

@@ -1,6 +1,6 @@
-"""The ledger looks at the very simulation that `simulate` runs, and what it finds can be written and drawn.
+"""The energy balance looks at the very simulation that `simulate` runs, and what it finds can be written and drawn.
 
-That its energies and impacts are right is tested in verification/test_ledger.py.
+That its energies and impacts are right is tested in verification/test_energy_balance.py.
 """
 
 import csv
@@ -16,9 +16,9 @@ from clearance_mj.clearance import ConstantLaw
 from clearance_mj.cli import main
 from clearance_mj.engines import Engine, get_engine, simulate
 from clearance_mj.engines.base import Run
-from clearance_mj.engines.energy import keep_ledger
+from clearance_mj.engines.energy import energy_balance
 from clearance_mj.errors import ClearanceError
-from clearance_mj.report.ledger import draw
+from clearance_mj.report.energy import draw
 from clearance_mj.rig import Shaker
 from clearance_mj.signals.excitation import random
 
@@ -32,7 +32,7 @@ HISTORIES = ("acceleration", "displacement", "contact_force", "grease_force")
 
 @pytest.fixture(scope="module")
 def kept(rig):
-    return keep_ledger(rig, random(0.6, 2048, rms=8.0, seed=2), LAW, "modal")
+    return energy_balance(rig, random(0.6, 2048, rms=8.0, seed=2), LAW, "modal")
 
 
 @all_engines
@@ -60,9 +60,9 @@ def test_coordinates_satisfy_the_equations_of_the_steps(rig, engine, kind):
 @all_engines
 def test_response_is_that_of_simulate(rig, engine):
     noise = random(0.3, 2048, rms=8.0, seed=3)
-    response, ledger = keep_ledger(rig, noise, LAW, engine)
+    response, balance = energy_balance(rig, noise, LAW, engine)
     expected = simulate(rig, noise, LAW, engine)
-    assert response.contact_force.any() and ledger.impacts
+    assert response.contact_force.any() and balance.impacts
     for name in HISTORIES:
         np.testing.assert_array_equal(getattr(response, name), getattr(expected, name))
     assert response.provenance == expected.provenance
@@ -70,20 +70,20 @@ def test_response_is_that_of_simulate(rig, engine):
 
 def test_impacts_account_for_the_energy_lost_in_contacts(kept):
     """All of it but what a visit that has not ended has lost."""
-    _, ledger = kept
+    _, balance = kept
     for j in range(2):
-        lost = sum(i.loss for i in ledger.impacts if i.bushing == j)
-        ends = [i.time + i.duration for i in ledger.impacts if i.bushing == j]
-        assert 0 < lost <= ledger.contact_loss[-1, j] * (1 + 1e-9)
-        after = round(max(ends) * ledger.fs) + 1
-        assert lost == pytest.approx(ledger.contact_loss[min(after, ledger.time.size - 1), j], rel=0.05)
+        lost = sum(i.loss for i in balance.impacts if i.bushing == j)
+        ends = [i.time + i.duration for i in balance.impacts if i.bushing == j]
+        assert 0 < lost <= balance.contact_loss[j, -1] * (1 + 1e-9)
+        after = round(max(ends) * balance.fs) + 1
+        assert lost == pytest.approx(balance.contact_loss[j, min(after, balance.time.size - 1)], rel=0.05)
 
 
 def test_impacts_are_visits_beyond_the_gap(rig, kept):
     """The bushing's middle, which the response knows, is beyond the gap for as long as its ends are, nearly."""
-    response, ledger = kept
+    response, balance = kept
     for j, bushing in enumerate(rig.bushings):
-        impacts = [i for i in ledger.impacts if i.bushing == j]
+        impacts = [i for i in balance.impacts if i.bushing == j]
         for side, sign in (("upper", 1), ("lower", -1)):
             beyond = np.sum(sign * response.displacement[j] > bushing.gap) / response.fs
             logged = sum(i.duration for i in impacts if i.side == side) / 2  # two ends
@@ -91,31 +91,31 @@ def test_impacts_are_visits_beyond_the_gap(rig, kept):
 
 
 def test_columns_and_summary(kept):
-    _, ledger = kept
-    columns = ledger.columns()
+    _, balance = kept
+    columns = balance.columns()
     assert list(columns)[:3] == ["time", "input", "law_work[0]"]
-    assert all(value.shape == ledger.time.shape for value in columns.values())
+    assert all(value.shape == balance.time.shape for value in columns.values())
     left = columns["input"] - sum(v for k, v in columns.items() if k not in ("time", "input", "residual"))
     np.testing.assert_allclose(left, columns["residual"], atol=1e-12)
-    found = ledger.summary()
-    assert found["energy"]["input"] == ledger.input[-1]
-    assert sum(found["impacts"]) == len(ledger.impacts)
+    found = balance.summary()
+    assert found["energy"]["input"] == balance.input[-1]
+    assert sum(found["impacts"]) == len(balance.impacts)
     assert json.loads(json.dumps(found)) == found
 
 
 @all_engines
 def test_a_rig_without_bushings(rig, engine):
-    _, ledger = keep_ledger(rig.replace(bushings=()), random(0.2, 2048, rms=2.0), ConstantLaw(0.0, 0.0), engine)
-    assert ledger.impacts == () and ledger.summary()["median_restitution"] is None
-    assert ledger.damping[-1] > 0
-    assert ledger.imbalance < 1e-4  # links turn in space
-    assert draw(ledger).png()[:4] == b"\x89PNG"
+    _, balance = energy_balance(rig.replace(bushings=()), random(0.2, 2048, rms=2.0), ConstantLaw(0.0, 0.0), engine)
+    assert balance.impacts == () and balance.summary()["median_restitution"] is None
+    assert balance.damping[-1] > 0
+    assert balance.imbalance < 1e-4  # links turn in space
+    assert draw(balance).png()[:4] == b"\x89PNG"
 
 
 def test_nothing_put_in(rig):
-    _, ledger = keep_ledger(rig, random(0.1, 2048, rms=0.0), LAW, "modal")
-    assert ledger.imbalance == 0
-    assert draw(ledger).png()[:4] == b"\x89PNG"
+    _, balance = energy_balance(rig, random(0.1, 2048, rms=0.0), LAW, "modal")
+    assert balance.imbalance == 0
+    assert draw(balance).png()[:4] == b"\x89PNG"
 
 
 def test_an_engine_that_does_not_tell(rig):
@@ -134,8 +134,8 @@ def test_an_engine_that_does_not_tell(rig):
             return Deaf()
 
     with pytest.raises(ClearanceError, match="does not tell the equations of its steps"):
-        keep_ledger(rig, random(0.1, 2048), LAW, Silent())
-    with pytest.raises(ClearanceError, match="no ledger can be kept"):
+        energy_balance(rig, random(0.1, 2048), LAW, Silent())
+    with pytest.raises(ClearanceError, match="its energies cannot be balanced"):
         Deaf().snapshot()
 
 
@@ -152,10 +152,10 @@ def command(tmp_path, *more):
 
 
 def test_command(tmp_path, capsys):
-    folder = tmp_path / "books"
-    assert command(tmp_path, "--ledger", str(folder), "--json") == 0
-    found = json.loads(capsys.readouterr().out)["ledger"]
-    assert sorted(p.name for p in folder.iterdir()) == ["energy.csv", "impacts.csv", "ledger.png"]
+    folder = tmp_path / "energy"
+    assert command(tmp_path, "--energy", str(folder), "--json") == 0
+    found = json.loads(capsys.readouterr().out)["energy"]
+    assert sorted(p.name for p in folder.iterdir()) == ["energy.csv", "energy_balance.png", "impacts.csv"]
     energy = np.genfromtxt(folder / "energy.csv", delimiter=",", names=True)
     assert energy.size == 1024
     assert energy["input"][-1] == pytest.approx(found["energy"]["input"], rel=1e-8)
@@ -166,17 +166,17 @@ def test_command(tmp_path, capsys):
 
 
 def test_command_in_words(tmp_path, capsys):
-    assert command(tmp_path, "--ledger", str(tmp_path / "books")) == 0
+    assert command(tmp_path, "--energy", str(tmp_path / "energy")) == 0
     words = capsys.readouterr().out
     assert "the energies balance within 0.0" in words and "more than 1 %" not in words
     (tmp_path / "file").write_text("")
-    assert command(tmp_path, "--ledger", str(tmp_path / "file")) == 2
+    assert command(tmp_path, "--energy", str(tmp_path / "file")) == 2
     assert "is a file; give a folder" in capsys.readouterr().err
 
 
 def test_page(tmp_path):
-    """The code of docs/ledger.md runs as it stands, and finds what the page says."""
+    """The code of docs/energy_balance.md runs as it stands, and finds what the page says."""
     (tmp_path / "models").symlink_to(ROOT / "models")
-    out = run_python("ledger.md", tmp_path)
+    out = run_python("energy_balance.md", tmp_path)
     assert 0 < float(re.search(r"imbalance ([\d.e-]+),", out)[1]) < 1e-3
-    assert (tmp_path / "ledger" / "ledger.png").exists()
+    assert (tmp_path / "energy" / "energy_balance.png").exists()

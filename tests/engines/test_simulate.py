@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from clearance_mj.clearance import AmplitudeLaw, ConstantLaw, ContactLaw, HuntCrossley, TimeLaw
-from clearance_mj.engines import Links, Modal, ModalMujoco, base, get_engine, simulate, simulate_batch, simulate_each
+from clearance_mj.engines import Links, Modal, ModalMujoco, batch, get_engine, simulate, simulate_batch, simulate_each
 from clearance_mj.engines.base import step_factor
 from clearance_mj.errors import ClearanceError, ExcitationError, LawError, SimulationError
 from clearance_mj.rig import Rig, Shaker
@@ -113,13 +113,13 @@ def test_batch_spreads_single_values():
 def test_each_runs_only_a_few_cases_ahead(monkeypatch):
     """However slowly responses are taken and however many cases there are; what was begun is all that is run."""
     begun = []
-    monkeypatch.setattr(base, "simulate", lambda rig, excitation, law, engine: begun.append(law) or law)
+    monkeypatch.setattr(batch, "simulate", lambda rig, excitation, law, engine: begun.append(law) or law)
     laws = [ConstantLaw(1e4 + i, 0.0) for i in range(100)]
     responses = simulate_each(RIG, noise(0.05), laws, workers=2)
     for i, law in enumerate(laws[:20]):
         assert next(responses) is law
         time.sleep(0.005)
-        assert len(begun) <= i + 2 * base.AHEAD
+        assert len(begun) <= i + 2 * batch.AHEAD
     responses.close()
     assert begun == laws[: len(begun)]
     assert len(begun) < 30

@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 import scipy.integrate
 
-from clearance_mj.clearance import AmplitudeLaw, ConstantLaw, ContactLaw, TimeLaw
-from clearance_mj.clearance import HuntCrossley, KelvinVoigt
+from clearance_mj.clearance import AmplitudeLaw, ConstantLaw, ContactLaw, HuntCrossley, KelvinVoigt, TimeLaw
 from clearance_mj.engines import simulate
 from clearance_mj.identify.forces import restoring_force
 from clearance_mj.identify.loop import equivalent_contact, law_force

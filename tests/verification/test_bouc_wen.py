@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import scipy.integrate
 
-from clearance_mj.clearance.grease import bouc_wen_step
+from clearance_mj.clearance.greases.bouc_wen import bouc_wen_step
 
 
 @numba.njit

@@ -10,7 +10,7 @@ import scipy.linalg
 from clearance_mj.beam import cantilever_roots
 from clearance_mj.engines import build_links
 from clearance_mj.engines.chain import chain
-from clearance_mj.engines.mujoco_loop import ARMATURE
+from clearance_mj.engines.plant import ARMATURE
 from clearance_mj.rig import PointMass, Sensor
 
 from .test_beam_fe import RIG, RIGS, frequencies_and_shapes, hermite
@@ -28,7 +28,7 @@ all_rigs = pytest.mark.parametrize("rig", RIGS.values(), ids=RIGS.keys())
 def matrices(rig, n):
     """Mass and stiffness matrix of a chain of n links in its hinge angles, grease included."""
     shaft = chain(rig, n)
-    lift = shaft.lift([b.position for b in rig.bushings])
+    lift = shaft.deflection([b.position for b in rig.bushings])
     springs = (lift.T * [b.grease.stiffness for b in rig.bushings]) @ lift
     return shaft.mass, np.diag(shaft.stiffness) + springs
 
@@ -79,7 +79,7 @@ def test_statics(rig, n):
 
     x, ends = np.linspace(0, length, 50), np.array([e.end for e in shaft.elements])
     angle = (length - shaft.hinges) / shaft.stiffness
-    np.testing.assert_allclose(shaft.lift(x) @ angle, expected(x), atol=1e-12 * expected(length))
+    np.testing.assert_allclose(shaft.deflection(x) @ angle, expected(x), atol=1e-12 * expected(length))
     np.testing.assert_allclose(shaft.lever(ends) @ angle, expected(ends), rtol=1e-12)
     assert all(np.isclose(ends, b.position, rtol=1e-12).any() for b in rig.bushings)
     assert shaft.hinges.size == n and min(e.hinges.size for e in shaft.elements) >= 2
@@ -135,7 +135,7 @@ def test_shapes_between_the_hinges(mode, measured):
     for n in (20, 40, 80):
         mass, stiffness = matrices(RIG, n)
         vector = scipy.linalg.eigh(stiffness, mass)[1][:, mode]
-        for name, lever in (("curved", chain(RIG, n).lift(x)), ("straight", chain(RIG, n).lever(x))):
+        for name, lever in (("curved", chain(RIG, n).deflection(x)), ("straight", chain(RIG, n).lever(x))):
             shape = lever @ vector
             errors[name].append(np.max(np.abs(shape * np.sign(shape @ expected) - expected)))
     order = {name: np.mean(-np.diff(np.log2(values))) for name, values in errors.items()}

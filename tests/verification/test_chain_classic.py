@@ -9,7 +9,7 @@ import scipy.linalg
 
 from clearance_mj.clearance import ConstantLaw
 from clearance_mj.engines import Links, build_links
-from clearance_mj.engines.mujoco_loop import ARMATURE
+from clearance_mj.engines.plant import ARMATURE
 
 from .test_beam_fe import RIG
 

@@ -5,7 +5,6 @@ on a slide joint whose two tendons are the ends of the bushing.
 """
 
 import dataclasses
-import inspect
 from pathlib import Path
 
 import mujoco
@@ -15,8 +14,9 @@ import scipy.integrate
 import scipy.optimize
 
 from clearance_mj.clearance import ConstantLaw, ContactLaw, Flores, HuntCrossley, KelvinVoigt, LankaraniNikravesh
-from clearance_mj.clearance.grease import grease_table
+from clearance_mj.clearance.kernel import clearance_records
 from clearance_mj.engines import ModalMujoco, modal, modal_mj, mujoco_loop
+from clearance_mj.engines.plant import Maps, set_solver
 from clearance_mj.engines.softness import INVERSE_INERTIA
 from clearance_mj.rig import Bushing, Contact, Grease, Rig
 
@@ -101,24 +101,21 @@ class FreeMass:
         getattr(self, f"_start_{loop}")(law, gap, position, speed)
 
     def _start_modal(self, law, gap, position, speed):
-        state = {name: np.zeros(n) for name, n in (("z", 1), ("envelope", 1), ("previous", 1), ("impact", 2))}
-        state |= {"q": np.array([position]), "v": np.array([speed]), "q_before": np.array([position])}
         flow = np.array([[1.0], [self.step], [0.0], [1.0]])  # of a free mass: rows q→q, v→q, q→v, v→v
-        free = {"inverse_mass": np.ones(1), "flow": flow, "at_points": np.ones((3, 1)), "gaps": np.array([gap])}
-        free |= {"at_sensors": np.zeros((0, 1)), "drive_shape": np.zeros(1), "base": 0.0, "steps": 0, "h": self.step}
-        rules = {"grease": grease_table(self.rig, law), "law": law.table(1)}
-        names = inspect.signature(modal._advance.py_func).parameters
+        shaft = modal._Shaft(np.ones(1), flow, np.ones((3, 1)), np.zeros((0, 1)), np.zeros(1), 0.0)
+        motion = modal._Motion(np.array([position]), np.array([speed]), np.array([position]))
+        clearance = clearance_records(self.rig, law, self.step)
 
         def simulate(n):
-            given = state | free | rules | {"drive": np.zeros(n), "out": np.full((n, 3), np.nan)}
-            assert modal._advance(*(given[name] for name in names)) == (-1, -1)
-            return given["out"]
+            out = np.full((n, 3), np.nan)
+            assert modal._advance(0, np.zeros(n), self.step, shaft, motion, clearance, out) == (-1, -1)
+            return out
 
         self.simulate = simulate
 
     def _start_mujoco(self, law, gap, position, speed):
         spec = mujoco.MjSpec()
-        mujoco_loop.set_solver(spec)
+        set_solver(spec)
         body = spec.worldbody.add_body(mass=1.0, inertia=[1, 1, 1], explicitinertial=True)
         body.add_joint(type=mujoco.mjtJoint.mjJNT_SLIDE, axis=[0, 0, 1], name="z")
         for _ in range(2):
@@ -127,10 +124,8 @@ class FreeMass:
             tendon.wrap_joint("z", 1.0)
         model = spec.compile()
         model.tendon_invweight0[:] = INVERSE_INERTIA
-        plant = dataclasses.replace(
-            modal_mj._plant(self.rig, 8), model=model, at_points=np.ones((3, 1)), at_shaker=np.zeros(1),
-            viscous=np.zeros((0, 0)), readout=np.zeros((0, 1)),
-        )  # fmt: skip
+        maps = Maps(np.ones((3, 1)), np.zeros(1), np.zeros((0, 0)), np.zeros((0, 1)), np.arange(2)[:, None])
+        plant = dataclasses.replace(modal_mj._plant(self.rig, 8), model=model, maps=maps)
         run = mujoco_loop.MujocoRun(ModalMujoco(), self.rig, law, "force", self.step, plant)
         run.data.qpos[0], run.data.qvel[0] = position, speed
         self.simulate = lambda n: run.advance(np.zeros(n))

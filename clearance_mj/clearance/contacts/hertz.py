@@ -49,7 +49,7 @@ class HertzDamped(ContactModel):
 
     @staticmethod
     def law(p: Sequence[float], depth: float, speed: float, impact_speed: float, out: Numbers) -> None:
-        """k = K δⁿ⁻¹, c = κ K δⁿ/v."""
+        """K = K δⁿ⁻¹, c = κ K δⁿ/v."""
         if depth <= 0.0:  # the power of n = 1 would be 1
             out[0] = 0.0
             out[1] = 0.0

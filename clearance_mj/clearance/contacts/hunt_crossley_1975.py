@@ -44,7 +44,7 @@ class HuntCrossley1975(ContactModel):
 
     @staticmethod
     def law(p: Sequence[float], depth: float, speed: float, impact_speed: float, out: Numbers) -> None:
-        """k = K δⁿ⁻¹, c = λ δⁿ."""
+        """K = K δⁿ⁻¹, c = λ δⁿ."""
         power = depth ** (p[2] - 1.0)
         out[0] = p[0] * power
         out[1] = p[1] * power * depth

@@ -49,5 +49,5 @@ class KelvinVoigt(ContactModel):
         return 0.5 * p[0] * depth * depth
 
     def largest(self, gap: float) -> tuple[float, float]:
-        """k and c."""
+        """K and c."""
         return self.stiffness, self.damping

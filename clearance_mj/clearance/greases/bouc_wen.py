@@ -78,7 +78,7 @@ class BoucWen(GreaseModel):
         return g.stiffness, g.elastic_ratio, g.amplitude, g.beta, g.gamma, g.exponent, g.damping, *film
 
     def small_motion(self) -> tuple[float, float]:
-        """k and c."""
+        """K and c."""
         return self.grease.stiffness, self.grease.damping
 
     def largest(self) -> tuple[float, float]:

@@ -1,15 +1,18 @@
-"""Figure and files of an energy ledger: where the energy goes, what is left over, and what the impacts are like."""
+"""Figure and files of an energy balance: where the energy goes, what is left over, and what the impacts are like."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import asdict
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from ..engines.energy import Ledger
+from ..engines.energy import EnergyBalance
 from ..files import replacing
 from .figures import FONT, LAWS, TEST, WIDTH, Drawing, _tidy
 from .tables import write_csv
@@ -27,98 +30,111 @@ POINTS = 1500
 """that a curve is drawn with at most"""
 
 
-def write(folder, ledger: Ledger):
-    """Write a ledger as energy.csv (J at every sample), impacts.csv (one row for each, SI units) and ledger.png.
+def write(folder: str | Path, balance: EnergyBalance) -> None:
+    """Write energy.csv (J at every sample), impacts.csv (one row for each, SI units) and energy_balance.png.
 
     Parameters
     ----------
     folder : str or Path
         Made if needed.
-    ledger : Ledger
-        The ledger.
+    balance : EnergyBalance
+        The balance.
     """
-    folder, columns = Path(folder), ledger.columns()
+    folder, columns = Path(folder), balance.columns()
     with replacing(folder / "energy.csv") as temporary:
         values = np.column_stack(list(columns.values()))
         np.savetxt(temporary, values, "%.9g", ",", header=",".join(columns), comments="", encoding="utf-8")
-    write_csv(folder / "impacts.csv", (asdict(i) | {"restitution": i.restitution} for i in ledger.impacts))
-    with replacing(folder / "ledger.png") as temporary:
-        temporary.write_bytes(draw(ledger).png())
+    write_csv(folder / "impacts.csv", (asdict(i) | {"restitution": i.restitution} for i in balance.impacts))
+    with replacing(folder / "energy_balance.png") as temporary:
+        temporary.write_bytes(draw(balance).png())
 
 
-def draw(ledger: Ledger) -> Drawing:
-    """Draw a ledger.
+def draw(balance: EnergyBalance) -> Drawing:
+    """Draw an energy balance.
 
     Parameters
     ----------
-    ledger : Ledger
-        The ledger.
+    balance : EnergyBalance
+        The balance.
     """
     figure = Figure(figsize=(WIDTH, 5.4), layout="constrained", facecolor="white")
     (energy, residual), (restitution, impulse) = figure.subplots(2, 2)
-    _energy(energy, ledger)
-    _residual(residual, ledger)
-    _restitution(restitution, ledger)
-    _impulse(impulse, ledger)
-    most = max(np.max(ledger.put_in), np.finfo(float).tiny)
-    shares = ", ".join(f"{WORDS[name]} {100 * np.sum(getattr(ledger, name)[-1]) / most:.0f} %" for name in LOSSES)
+    _energy(energy, balance)
+    _residual(residual, balance)
+    _restitution(restitution, balance)
+    _impulse(impulse, balance)
+    most = max(np.max(balance.put_in), np.finfo(float).tiny)
+    shares = ", ".join(f"{WORDS[name]} {100 * np.sum(getattr(balance, name)[..., -1]) / most:.0f} %" for name in LOSSES)
     caption = (
-        f"Energy of {ledger.time[-1]:.3g} s: {most:.3g} J put in; shares lost: {shares}. The residual, "
-        f"neither lost nor stored, is at most {100 * ledger.imbalance:.2g} %. {len(ledger.impacts)} impacts of bushing "
+        f"Energy of {balance.time[-1]:.3g} s: {most:.3g} J put in; shares lost: {shares}. The residual, "
+        f"neither lost nor stored, is at most {100 * balance.imbalance:.2g} %. {len(balance.impacts)} impacts of bushing "
         "ends; other forces act on the shaft while it touches, so that it may leave faster than it came (ratios beyond "
         f"{MOST_RESTITUTION:g} are drawn there)."
     )
-    return Drawing("ledger", figure, caption, "Energy over time by where it goes, residual, restitution and impulses.")
+    return Drawing(
+        "energy_balance", figure, caption, "Energy over time by where it goes, residual, restitution and impulses."
+    )
 
 
-def _energy(ax, ledger):
-    thin = slice(None, None, -(-ledger.time.size // POINTS))
-    parts = {name: getattr(ledger, name).reshape(ledger.time.size, -1).sum(axis=1) for name in (*LOSSES, "stored")}
+def _energy(ax: Axes, balance: EnergyBalance) -> None:
+    thin = slice(None, None, -(-balance.time.size // POINTS))
+    parts = {name: getattr(balance, name).reshape(-1, balance.time.size).sum(axis=0) for name in (*LOSSES, "stored")}
     parts = {name: 1e3 * value[thin] for name, value in parts.items() if np.any(value) or name == "stored"}
     colours = [LOSSES.get(name, STORED) for name in parts]
-    time = ledger.time[thin]
+    time = balance.time[thin]
     ax.stackplot(time, *parts.values(), colors=colours, labels=[WORDS[name] for name in parts])
-    ax.plot(time, 1e3 * ledger.put_in[thin], color=TEST, lw=0.9, label="put in")
+    ax.plot(time, 1e3 * balance.put_in[thin], color=TEST, lw=0.9, label="put in")
     _tidy(ax, "(a) where the energy went", "Energy (mJ)", "Time (s)")
     ax.set_xlim(0, time[-1])
     handles, labels = ax.get_legend_handles_labels()
     ax.legend(handles[::-1], labels[::-1], fontsize=FONT - 1, frameon=False, loc="upper left")
 
 
-def _residual(ax, ledger):
-    most = max(np.max(ledger.put_in), np.finfo(float).tiny)
-    ax.plot(ledger.time, 100 * ledger.residual / most, color=TEST, lw=0.7)
+def _residual(ax: Axes, balance: EnergyBalance) -> None:
+    most = max(np.max(balance.put_in), np.finfo(float).tiny)
+    ax.plot(balance.time, 100 * balance.residual / most, color=TEST, lw=0.7)
     _tidy(ax, "(b) residual: neither lost nor stored", "Share of the energy put in (%)", "Time (s)")
-    ax.set_xlim(0, ledger.time[-1])
+    ax.set_xlim(0, balance.time[-1])
 
 
-def _by_bushing(ledger, name):
+def _by_bushing(balance: EnergyBalance, name: str) -> Iterator[tuple[int, np.ndarray]]:
     """Values of the impacts' attribute for each bushing that has any."""
-    for j in range(ledger.contact.shape[1]):
-        values = np.array([getattr(i, name) for i in ledger.impacts if i.bushing == j])
+    for j in range(len(balance.contact)):
+        values = np.array([getattr(i, name) for i in balance.impacts if i.bushing == j])
         if values.size:
             yield j, values
 
 
-def _restitution(ax, ledger):
-    for (j, v_in), (_, ratio) in zip(_by_bushing(ledger, "v_in"), _by_bushing(ledger, "restitution")):
-        look = {"marker": MARKERS[j % len(MARKERS)], "color": LAWS[j % len(LAWS)], "ls": "", "ms": 3, "alpha": 0.5}
+def _restitution(ax: Axes, balance: EnergyBalance) -> None:
+    for (j, v_in), (_, ratio) in zip(_by_bushing(balance, "v_in"), _by_bushing(balance, "restitution")):
+        look: dict[str, Any] = {
+            "marker": MARKERS[j % len(MARKERS)],
+            "color": LAWS[j % len(LAWS)],
+            "ls": "",
+            "ms": 3,
+            "alpha": 0.5,
+        }
         ax.plot(1e3 * v_in, np.minimum(ratio, MOST_RESTITUTION), **look, mec="none", label=f"bushing {j + 1}")
     ax.axhline(1, color=TEST, lw=0.6)
     ax.set_ylim(0, 1.02 * MOST_RESTITUTION)
-    if ledger.impacts:
+    if balance.impacts:
         ax.set_xscale("log")
     _tidy(ax, "(c) restitution", "Speed off over speed into the wall (1)", "Speed into the wall (mm/s)")
     _legend(ax, "lower left")
 
 
-def _impulse(ax, ledger):
-    impulses = dict(_by_bushing(ledger, "impulse"))
+def _impulse(ax: Axes, balance: EnergyBalance) -> None:
+    impulses = dict(_by_bushing(balance, "impulse"))
     if impulses:
         every = 1e3 * np.concatenate(list(impulses.values()))
         edges = np.geomspace(0.999 * every.min(), 1.001 * every.max(), 31)
         for j, values in impulses.items():
-            look = {"histtype": "step", "lw": 1.2, "color": LAWS[j % len(LAWS)], "ls": ("-", "--")[j % 2]}
+            look: dict[str, Any] = {
+                "histtype": "step",
+                "lw": 1.2,
+                "color": LAWS[j % len(LAWS)],
+                "ls": ("-", "--")[j % 2],
+            }
             ax.hist(1e3 * values, edges, **look, label=f"bushing {j + 1}")
         ax.set_xscale("log")
     ax.yaxis.set_major_locator(MaxNLocator(integer=True))
@@ -126,7 +142,7 @@ def _impulse(ax, ledger):
     _legend(ax, "upper left")
 
 
-def _legend(ax, corner):
+def _legend(ax: Axes, corner: str) -> None:
     if ax.get_legend_handles_labels()[0]:
         ax.legend(fontsize=FONT - 1, frameon=False, loc=corner)
     else:

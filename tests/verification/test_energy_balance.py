@@ -1,4 +1,4 @@
-"""Energy ledger: every engine's balance closes, and single impacts, hysteresis and damping lose what closed forms say.
+"""Energy balance: every engine's balance closes, and single impacts, hysteresis and damping lose what closed forms say.
 
 Closed forms are those of a ball: a point mass at the tip of a shaft that weighs and resists next to nothing, thrown
 against a bushing by a half sine.
@@ -15,7 +15,7 @@ from scipy.special import gamma
 from clearance_mj.beam import ritz_model
 from clearance_mj.clearance import AmplitudeLaw, ConstantLaw, ContactLaw, Flores, HuntCrossley, KelvinVoigt, TimeLaw
 from clearance_mj.engines import Links, Modal, ModalMujoco
-from clearance_mj.engines.energy import keep_ledger
+from clearance_mj.engines.energy import energy_balance
 from clearance_mj.rig import Beam, Bushing, Contact, Grease, PointMass, Rig, Sensor, Shaker
 from clearance_mj.signals.excitation import Excitation, hammer, random
 
@@ -40,13 +40,13 @@ def ball(gap=WALL, grease=None) -> Rig:
 
 
 def thrown(law, engine, duration=0.2):
-    """The ball's response and ledger, and its first impact, that of both ends together: sums of force and loss."""
+    """The ball's response and balance, and its first impact, that of both ends together: sums of force and loss."""
     width = 0.01
     push = hammer(duration, 4096.0, np.pi / 2 * MASS * SPEED / width, width, [0.01], kind="force")
-    response, ledger = keep_ledger(ball(), push, law, engine)
-    first = [i for i in ledger.impacts if i.time == min(j.time for j in ledger.impacts if j.end == i.end)]
+    response, balance = energy_balance(ball(), push, law, engine)
+    first = [i for i in balance.impacts if i.time == min(j.time for j in balance.impacts if j.end == i.end)]
     assert [i.end for i in sorted(first, key=lambda i: i.end)] == ["a", "b"]
-    return response, ledger, first
+    return response, balance, first
 
 
 def kelvin_voigt(ratio):
@@ -61,7 +61,7 @@ def kelvin_voigt(ratio):
 @all_engines
 @pytest.mark.parametrize("ratio", [0.0, 0.1, 0.3])
 def test_kelvin_voigt_impact(engine, ratio, measured):
-    response, ledger, impacts = thrown(ConstantLaw(STIFFNESS, 2 * ratio * MASS * OMEGA), engine)
+    response, balance, impacts = thrown(ConstantLaw(STIFFNESS, 2 * ratio * MASS * OMEGA), engine)
     end = impacts[0]
     restitution, duration = kelvin_voigt(ratio)
     what = f"{engine}, Kelvin-Voigt impact, ζ = {ratio}"
@@ -72,7 +72,7 @@ def test_kelvin_voigt_impact(engine, ratio, measured):
     impulse, source = sum(i.impulse for i in impacts), "change of momentum"
     measured.equal(f"{what}: impulse, N s", impulse, momentum, source, rel=1e-3)
     lost = MASS * (end.v_in**2 - end.v_out**2) / 2
-    found = ledger.contact_loss[round((end.time + end.duration) * response.fs) + 1, 0]
+    found = balance.contact_loss[0, round((end.time + end.duration) * response.fs) + 1]
     assert sum(i.loss for i in impacts) == pytest.approx(found, rel=1e-9)
     allowed = {"abs": 1e-3 * MASS * SPEED**2 / 2}
     measured.equal(f"{what}: energy lost, J", found, lost, "change of kinetic energy", **allowed)
@@ -83,10 +83,10 @@ def test_kelvin_voigt_impact(engine, ratio, measured):
 
 @all_engines
 def test_impulses_are_those_of_the_forces_that_the_engine_reports(engine):
-    """The law says them to the ledger; the engine's own contact force, integrated, agrees over all impacts."""
-    response, ledger, _ = thrown(ConstantLaw(STIFFNESS, 20.0), engine, 0.5)
-    assert {i.side for i in ledger.impacts} == {"upper", "lower"}
-    impulse = sum(i.impulse if i.side == "upper" else -i.impulse for i in ledger.impacts)
+    """The law says them to the balance; the engine's own contact force, integrated, agrees over all impacts."""
+    response, balance, _ = thrown(ConstantLaw(STIFFNESS, 20.0), engine, 0.5)
+    assert {i.side for i in balance.impacts} == {"upper", "lower"}
+    impulse = sum(i.impulse if i.side == "upper" else -i.impulse for i in balance.impacts)
     force = response.contact_force[0]
     assert force[-1] == pytest.approx(0, abs=1e-6)
     assert impulse == pytest.approx(np.sum(force) / response.fs, rel=1e-3)
@@ -121,12 +121,12 @@ def test_work_of_a_law_that_stiffens_a_compressed_contact(engine, measured):
     end = thrown(ConstantLaw(STIFFNESS, 0.0), engine)[2][0]
     still = end.time + math.pi / OMEGA / 2
     law = TimeLaw([0.0, still, still + 1e-6, 1.0], STIFFNESS * np.array([1.0, 1.0, 2.0, 2.0]), np.zeros(4))
-    _, ledger, impacts = thrown(law, engine)
+    _, balance, impacts = thrown(law, engine)
     what, source = f"{engine}, K doubled at the deepest point", "½ ΔK δ²"
     held = MASS * impacts[0].v_in ** 2 / 2
-    measured.equal(f"{what}: work of the law, J", ledger.law_work[-1, 0], held, source, rel=2e-2)
+    measured.equal(f"{what}: work of the law, J", balance.law_work[0, -1], held, source, rel=2e-2)
     measured.equal(f"{what}: restitution", impacts[0].restitution, math.sqrt(2), source, rel=1e-2)
-    measured.below(f"{what}: imbalance", ledger.imbalance, 1e-2, source)
+    measured.below(f"{what}: imbalance", balance.imbalance, 1e-2, source)
 
 
 @all_engines
@@ -141,8 +141,8 @@ def test_bouc_wen_loops(engine, exponent, reversal, energy, measured):
     rise = np.where(time < 1.2, np.sin(np.pi / 2 * time / 1.2) ** 2, 1.0)
     amplitude = reversal * scale * (MASS * w**2 - 0.05)
     push = Excitation(amplitude * rise * np.sin(w * time), fs, "force")
-    _, ledger = keep_ledger(ball(10.0, grease), push, NO_CONTACT, engine)
-    start, end = np.interp(time[-1] - np.array([2 / frequency, 0]), ledger.time, ledger.hysteresis[:, 0])
+    _, balance = energy_balance(ball(10.0, grease), push, NO_CONTACT, engine)
+    start, end = np.interp(time[-1] - np.array([2 / frequency, 0]), balance.time, balance.hysteresis[0])
     found = (end - start) / 2 / (stiffness * scale**2)
     what = f"{engine}, Bouc-Wen loop, n = {exponent}, X = {reversal}: energy of a cycle"
     measured.equal(what, found, energy, "integrated loop", rel=3e-3)
@@ -155,7 +155,7 @@ def test_damping_of_a_linear_rig(engine, measured):
     damped = RIG.replace(beam=dataclasses.replace(RIG.beam, rayleigh=(30.0, 1e-5)))
     fs, w = 2048.0, 2 * np.pi * 32
     time = np.arange(round(1.25 * fs)) / fs
-    _, ledger = keep_ledger(damped, Excitation(0.5 * np.sin(w * time), fs), ConstantLaw(0, 0, greases), engine)
+    _, balance = energy_balance(damped, Excitation(0.5 * np.sin(w * time), fs), ConstantLaw(0, 0, greases), engine)
     ritz = ritz_model(damped, 16)
     at = ritz.shapes([b.position for b in damped.bushings])
     k, c = np.diag(ritz.omega**2) + 4369.0 * at.T @ at, np.diag(ritz.damping) + (at.T * [6.0, 3.0]) @ at
@@ -165,14 +165,14 @@ def test_damping_of_a_linear_rig(engine, measured):
     put_in = np.pi * 0.5 * ritz.participation @ q.imag
     cycle, source = round(fs / 32), "π ω c X²"
 
-    def of_a_cycle(booked):
-        return (booked[-1] - booked[-1 - 4 * cycle]) / 4
+    def of_a_cycle(lost):
+        return (lost[..., -1] - lost[..., -1 - 4 * cycle]) / 4
 
     what = f"{engine}, linear rig at 32 Hz: energy of a cycle"
-    measured.equal(f"{what}, shaft's damping, J", of_a_cycle(ledger.damping), shaft, source, rel=1e-2)
-    measured.equal(f"{what}, input, J", of_a_cycle(ledger.input), put_in, source, rel=1e-2)
+    measured.equal(f"{what}, shaft's damping, J", of_a_cycle(balance.damping), shaft, source, rel=1e-2)
+    measured.equal(f"{what}, input, J", of_a_cycle(balance.input), put_in, source, rel=1e-2)
     for j in range(2):
-        found = of_a_cycle(ledger.film)[j]
+        found = of_a_cycle(balance.film)[j]
         measured.equal(f"{what}, damper of bushing {j + 1}, J", found, film[j], source, rel=1e-2)
 
 
@@ -190,30 +190,30 @@ LAWS = {
 
 
 def shaken(law, engine, kind="base", level=8.0):
-    response, ledger = keep_ledger(RIG, random(0.45, 2048, rms=level, seed=1, kind=kind), law, engine)
-    assert min(ledger.summary()["impacts"]) >= 10
-    return response, ledger
+    response, balance = energy_balance(RIG, random(0.45, 2048, rms=level, seed=1, kind=kind), law, engine)
+    assert min(balance.summary()["impacts"]) >= 10
+    return response, balance
 
 
 @all_engines
 @pytest.mark.parametrize("law", LAWS)
 def test_balance(engine, law, measured):
-    _, ledger = shaken(LAWS[law], engine)
-    assert np.all(np.diff(ledger.hysteresis, axis=0) >= 0) and np.all(np.diff(ledger.damping) > -1e-9)
-    measured.below(f"{engine}, {law}: residual, share of the input", ledger.imbalance, 5e-3, "conservation of energy")
+    _, balance = shaken(LAWS[law], engine)
+    assert np.all(np.diff(balance.hysteresis) >= 0) and np.all(np.diff(balance.damping) > -1e-9)
+    measured.below(f"{engine}, {law}: residual, share of the input", balance.imbalance, 5e-3, "conservation of energy")
 
 
 @all_engines
 def test_balance_under_a_force(engine, measured):
-    _, ledger = shaken(LAWS["Kelvin-Voigt"], engine, "force", 6.0)
+    _, balance = shaken(LAWS["Kelvin-Voigt"], engine, "force", 6.0)
     what = f"{engine}, force, Kelvin-Voigt: residual, share of the input"
-    measured.below(what, ledger.imbalance, 5e-3, "conservation of energy")
+    measured.below(what, balance.imbalance, 5e-3, "conservation of energy")
 
 
 def test_balance_with_adhesion(measured):
-    _, ledger = shaken(ContactLaw(KelvinVoigt(2e4, 20.0, adhesion=True)), "modal")
+    _, balance = shaken(ContactLaw(KelvinVoigt(2e4, 20.0, adhesion=True)), "modal")
     what = "modal, adhesion: residual, share of the input"
-    measured.below(what, ledger.imbalance, 5e-3, "conservation of energy")
+    measured.below(what, balance.imbalance, 5e-3, "conservation of energy")
 
 
 @pytest.mark.parametrize("engine", [Links(8), Modal(), ModalMujoco()], ids=lambda engine: engine.name)
@@ -224,8 +224,8 @@ def test_what_the_residual_is(engine, measured):
     k h²/24 (v_in² - v_out²) for each impact.
     """
     law = ConstantLaw(3e6, 20.0)
-    response, ledger = keep_ledger(RIG, random(0.6, 2048, rms=20.0, seed=1), law, engine)
+    response, balance = energy_balance(RIG, random(0.6, 2048, rms=20.0, seed=1), law, engine)
     h = response.provenance["step"]
-    expected = 3e6 * h**2 / 24 * sum(i.v_in**2 - i.v_out**2 for i in ledger.impacts)
+    expected = 3e6 * h**2 / 24 * sum(i.v_in**2 - i.v_out**2 for i in balance.impacts)
     what = f"{engine.name}, k = 3e6 N/m: residual, J"
-    measured.equal(what, ledger.residual[-1], expected, "k h²/24 Σ(v_in² - v_out²)", rel=0.3)
+    measured.equal(what, balance.residual[-1], expected, "k h²/24 Σ(v_in² - v_out²)", rel=0.3)
