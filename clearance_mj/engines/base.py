@@ -80,8 +80,8 @@ class Equations(NamedTuple):
     """What an engine's scheme makes of M q̈ + C q̇ + K q = b a - Pᵀ f, from step to step and exactly.
 
     M (q₊ - 2q + q₋)/h² + C (q₊ - q₋)/(2h) + K q = b a - Pᵀ f, with q₋, q, q₊ the coordinates before the last step,
-    before this one and after it, a the excitation and f the forces of the bushings at q. The scheme's own M, C and K, for
-    which this holds, differ from the shaft's by terms that vanish with the step.
+    before this one and after it, a the excitation and f the forces of the bushings at q. The scheme's own M, C and K,
+    for which this holds, differ from the shaft's by terms that vanish with the step.
     """
 
     mass: np.ndarray

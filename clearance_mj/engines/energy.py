@@ -4,9 +4,9 @@ Every engine's coordinates satisfy, step after step and to rounding, the equatio
 M (q₊ - 2q + q₋)/h² + C (q₊ - q₋)/(2h) + K q = b a - Pᵀ f. Multiplied by the step's travel (q₊ - q₋)/2 they become a
 balance of energy without a rest: the kinetic energy ½ v M v of v = (q₊ - q)/h and the strain energy ½ q K q₊ change by
 the work of excitation, damping and bushings. What is added here is what the bushings did with their share. The kernel
-is run once more along the coordinates, as the engine should have run it: stored is what the springs hold, lost what dampers and
-hysteresis take, each by its own formula and none as the remainder. So the residual shows what the engine's forces and
-the finite step have made of the law. This is the energy check of explicit dynamics (Belytschko, Liu & Moran, Nonlinear
+is run once more along the coordinates, as the engine should have run it: stored is what the springs hold, lost what
+dampers and hysteresis take, each by its own formula and none as the remainder. So the residual shows what the engine's
+forces and the finite step have made of the law. This is the energy check of explicit dynamics (Belytschko, Liu & Moran, Nonlinear
 Finite Elements for Continua and Structures, 2000, section 6.2, with a tolerance of the order of 1 %).
 
 All energies are those of the motion relative to the base plate (Uang & Bertero, Earthq. Eng. Struct. Dyn. 19, 1990):

@@ -67,8 +67,8 @@ def draw(balance: EnergyBalance) -> Drawing:
     shares = ", ".join(f"{WORDS[name]} {100 * np.sum(getattr(balance, name)[..., -1]) / most:.0f} %" for name in LOSSES)
     caption = (
         f"Energy of {balance.time[-1]:.3g} s: {most:.3g} J put in; shares lost: {shares}. The residual, "
-        f"neither lost nor stored, is at most {100 * balance.imbalance:.2g} %. {len(balance.impacts)} impacts of bushing "
-        "ends; other forces act on the shaft while it touches, so that it may leave faster than it came (ratios beyond "
+        f"neither lost nor stored, is at most {100 * balance.imbalance:.2g} %. {len(balance.impacts)} impacts of "
+        "bushing ends; other forces act on the shaft while it touches, so that it may leave faster than it came (ratios beyond "
         f"{MOST_RESTITUTION:g} are drawn there)."
     )
     return Drawing(
