@@ -33,6 +33,7 @@ __all__ = [
     "Contact",
     "ContactLaw",
     "Dataset",
+    "EnergyBalance",
     "Excitation",
     "ExcitationError",
     "Grease",

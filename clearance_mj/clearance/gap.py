@@ -1,13 +1,16 @@
 """The gap function and its describing function."""
 
+from typing import Any
+
 import numba
 import numpy as np
+from numpy.typing import ArrayLike
 
 __all__ = ["describing_function", "gap"]
 
 
 @numba.vectorize(["float64(float64, float64)"], cache=True)
-def gap(x, d):
+def gap(x: Any, d: Any) -> Any:
     """Penetration beyond a clearance (Eq. 11): x - d above d, x + d below -d, 0 between.
 
     Parameters
@@ -25,7 +28,7 @@ def gap(x, d):
     return max(x - d, 0.0) + min(x + d, 0.0)
 
 
-def describing_function(amplitude, d):
+def describing_function(amplitude: ArrayLike, d: ArrayLike) -> np.ndarray:
     """Stiffness ratio N/k of a spring with clearance under a harmonic motion.
 
     N/k = 1 - (2/π) [asin(d/X) + (d/X) √(1 - d²/X²)] for X > d, else 0 (Gelb & Vander Velde, Multiple-Input

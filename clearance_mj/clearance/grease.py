@@ -61,7 +61,7 @@ class GreaseModel(ABC):
     def energy(
         p: Sequence[float], before: Sequence[float], state: Sequence[float], x: float, dx: float, out: Numbers
     ) -> None:
-        """Find the energy that the elastic force holds, and what it lost in a step; that of the damping is found elsewhere.
+        """Find the energy that the elastic force holds, and what it lost in a step; the damping's is found elsewhere.
 
         Parameters
         ----------

@@ -6,7 +6,7 @@ In every step a loop calls for each bushing `grease_step` and `follow_law`, and 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import NamedTuple, get_type_hints
 
 import numba
 import numpy as np
@@ -25,39 +25,55 @@ __all__ = [
 ]  # fmt: skip
 
 
-BUSHING = np.dtype(
-    [
-        ("gap", float),  # m
-        ("step", float),  # s
-        ("decay", float),  # of the envelope in a step
-        ("by_amplitude", bool),  # the law's abscissa is the envelope, m, instead of time, s
-        ("adhesion", bool),  # the contact may pull
-        ("rows", int),  # of the law's table
-        ("abscissa", int),  # where it begins in the numbers
-        ("table", int),  # where the contact's parameters begin, row after row
-        ("width", int),  # how many they are in a row
-        ("grease", int),  # where the grease's parameters begin
-        ("contact_law", int),  # addresses of the models' functions
-        ("contact_energy", int),
-        ("grease_law", int),
-        ("grease_energy", int),
-    ],
-    align=True,
-)
-"""What compiled loops know of a bushing"""
+class Bushing:
+    """Record of what compiled loops know of a bushing."""
 
-STATE = np.dtype(
-    [
-        ("displacement", float),  # of the last step, m
-        ("envelope", float),  # of the motion, m
-        ("impact", int),  # where the speeds begin at which the contacts of both ends began, m/s; 0 in the gap
-        ("grease", int),  # where the state of the grease begins
-        ("contact", int),  # where the contact's parameters begin that hold now
-        ("out", int),  # where models write their two answers
-    ],
-    align=True,
-)
-"""What a bushing remembers"""
+    gap: float
+    """m"""
+    step: float
+    """s"""
+    decay: float
+    """of the envelope in a step"""
+    by_amplitude: bool
+    """the law's abscissa is the envelope, m, instead of time, s"""
+    adhesion: bool
+    """the contact may pull"""
+    rows: int
+    """of the law's table"""
+    abscissa: int
+    """where it begins in the numbers"""
+    table: int
+    """where the contact's parameters begin, row after row"""
+    width: int
+    """how many they are in a row"""
+    grease: int
+    """where the grease's parameters begin"""
+    contact_law: int
+    """addresses of the models' functions"""
+    contact_energy: int
+    grease_law: int
+    grease_energy: int
+
+
+class State:
+    """Record of what a bushing remembers."""
+
+    displacement: float
+    """of the last step, m"""
+    envelope: float
+    """of the motion, m"""
+    impact: int
+    """where the speeds begin at which the contacts of both ends began, m/s; 0 in the gap"""
+    grease: int
+    """where the state of the grease begins"""
+    contact: int
+    """where the contact's parameters begin that hold now"""
+    out: int
+    """where models write their two answers"""
+
+
+def _record(kind: type) -> np.dtype:
+    return np.dtype(list(get_type_hints(kind).items()), align=True)
 
 
 class Clearance(NamedTuple):
@@ -67,9 +83,9 @@ class Clearance(NamedTuple):
     """
 
     bushings: np.ndarray
-    """(n_bushings,) `BUSHING`"""
+    """(n_bushings,) `Bushing`"""
     states: np.ndarray
-    """(n_bushings,) `STATE`, changed in place"""
+    """(n_bushings,) `State`, changed in place"""
     numbers: np.ndarray
     """(n,) speeds of impact of all ends, then what the records point at; changed in place"""
 
@@ -127,7 +143,7 @@ def clearance_records(rig: Rig, law: Law, step: float) -> Clearance:
     """
     n, greases = len(rig.bushings), greases_of(rig, law)
     table = law.table(n)
-    bushings, states = np.zeros(n, BUSHING), np.zeros(n, STATE)
+    bushings, states = np.zeros(n, _record(Bushing)), np.zeros(n, _record(State))
     numbers: list[float] = [0.0] * 2 * n
 
     def place(values: Sequence[float]) -> int:
@@ -158,7 +174,7 @@ def clearance_records(rig: Rig, law: Law, step: float) -> Clearance:
 
 
 @numba.njit(cache=True, nogil=True, inline="always")
-def grease_step(bushing: np.void, state: np.void, numbers: np.ndarray, x: float) -> tuple[float, float]:
+def grease_step(bushing: Bushing, state: State, numbers: np.ndarray, x: float) -> tuple[float, float]:
     """Move the grease of a bushing; return its elastic force, N, and its damping, N s/m.
 
     Parameters
@@ -176,7 +192,7 @@ def grease_step(bushing: np.void, state: np.void, numbers: np.ndarray, x: float)
 
 
 @numba.njit(cache=True, nogil=True, inline="always")
-def follow_law(bushing: np.void, state: np.void, numbers: np.ndarray, x: float, time: float) -> None:
+def follow_law(bushing: Bushing, state: State, numbers: np.ndarray, x: float, time: float) -> None:
     """Find the contact's parameters at this moment: linear between the law's rows, the ends hold beyond.
 
     Parameters
@@ -211,7 +227,7 @@ def follow_law(bushing: np.void, state: np.void, numbers: np.ndarray, x: float, 
 
 @numba.njit(cache=True, nogil=True, inline="always")
 def contact_step(
-    bushing: np.void, state: np.void, numbers: np.ndarray, end: int, x: float, speed: float, in_gap: bool
+    bushing: Bushing, state: State, numbers: np.ndarray, end: int, x: float, speed: float, in_gap: bool
 ) -> tuple[float, float, float]:
     """Follow the contact of a bushing's end; return signed penetration, m, stiffness, N/m, and damping, N s/m.
 

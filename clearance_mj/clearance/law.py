@@ -13,7 +13,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, ClassVar, NamedTuple
+from typing import Any, ClassVar, NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -28,6 +28,10 @@ from .grease import GREASES, GreaseModel
 __all__ = ["AmplitudeLaw", "ConstantLaw", "ContactLaw", "Law", "LawTable", "TimeLaw", "law_from_dict", "load_law"]
 
 AnyGrease = Grease | GreaseModel
+Values: TypeAlias = np.ndarray | Any
+"""Given as whatever numpy makes an array of, kept as a read-only array"""
+Greases: TypeAlias = tuple[AnyGrease, ...] | Any
+"""Given as one or several, kept as a tuple or None"""
 
 
 class LawTable(NamedTuple):
@@ -53,7 +57,7 @@ class Law(ABC):
     """What all laws share; use one of the subclasses. Laws of the same content are equal."""
 
     kind: ClassVar[str]
-    grease: tuple[AnyGrease, ...] | None
+    grease: Greases
 
     @abstractmethod
     def table(self, n_bushings: int) -> LawTable:
@@ -124,8 +128,8 @@ class Law(ABC):
 class _KelvinVoigtLaw(Law):
     """A Kelvin-Voigt contact whose k and c follow an abscissa."""
 
-    k: np.ndarray
-    c: np.ndarray
+    k: Values
+    c: Values
 
     def _over(self) -> tuple[bool, np.ndarray, float]:
         """By amplitude, abscissa, release."""
@@ -161,9 +165,9 @@ class ConstantLaw(_KelvinVoigtLaw):
     """
 
     kind: ClassVar[str] = "constant"
-    k: np.ndarray
-    c: np.ndarray
-    grease: tuple[AnyGrease, ...] | None = None
+    k: Values
+    c: Values
+    grease: Greases = None
 
     def __post_init__(self) -> None:
         k, c = _together(_values(self.k, "k"), _values(self.c, "c"))
@@ -192,10 +196,10 @@ class TimeLaw(_KelvinVoigtLaw):
     """
 
     kind: ClassVar[str] = "time"
-    t: np.ndarray
-    k: np.ndarray
-    c: np.ndarray
-    grease: tuple[AnyGrease, ...] | None = None
+    t: Values
+    k: Values
+    c: Values
+    grease: Greases = None
 
     def __post_init__(self) -> None:
         t, k, c = _schedule(self.t, self.k, self.c, "t")
@@ -229,11 +233,11 @@ class AmplitudeLaw(_KelvinVoigtLaw):
     """
 
     kind: ClassVar[str] = "amplitude"
-    amplitude: np.ndarray
-    k: np.ndarray
-    c: np.ndarray
+    amplitude: Values
+    k: Values
+    c: Values
     release: float = 0.03
-    grease: tuple[AnyGrease, ...] | None = None
+    grease: Greases = None
 
     def __post_init__(self) -> None:
         amplitude, k, c = _schedule(self.amplitude, self.k, self.c, "amplitude")
@@ -258,8 +262,8 @@ class ContactLaw(Law):
     """
 
     kind: ClassVar[str] = "contact"
-    contact: tuple[ContactModel, ...]
-    grease: tuple[AnyGrease, ...] | None = None
+    contact: tuple[ContactModel, ...] | Any
+    grease: Greases = None
 
     def __post_init__(self) -> None:
         self._set(contact=_several(self.contact, (ContactModel,), "contact"), grease=_greases(self.grease))
@@ -342,7 +346,8 @@ def law_from_dict(data: dict[str, Any]) -> Law:
     values = {name: value for name, value in data.items() if name != "kind"}
     kind = _KINDS[data["kind"]]
     try:
-        for name, models in (("grease", {"bouc-wen": Grease, **GREASES}), ("contact", CONTACTS)):
+        known: dict[str, Mapping[str, type]] = {"grease": {"bouc-wen": Grease, **GREASES}, "contact": CONTACTS}
+        for name, models in known.items():
             if values.get(name) is not None:
                 default = "bouc-wen" if name == "grease" else None
                 parts = enumerate(values[name])

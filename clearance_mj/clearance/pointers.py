@@ -75,11 +75,13 @@ call_grease_energy = _caller(GREASE_ENERGY)
 
 
 @intrinsic
-def at(_: Any, numbers: Any, index: Any) -> Any:
-    """Pointer to the number at an index of a contiguous array, for compiled code."""
-
+def _at(_: Any, numbers: Any, index: Any) -> Any:
     def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
         view = context.make_array(signature.args[0])(context, builder, values[0])
         return builder.gep(view.data, [values[1]])
 
     return _NUMBERS(numbers, types.intp), generate
+
+
+at: Any = _at
+"""Pointer, for compiled code, to the number at an index of a contiguous array"""

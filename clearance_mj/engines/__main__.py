@@ -8,7 +8,7 @@ from ..rig import Rig
 from . import mjcf
 
 
-def main():
+def main() -> None:
     """Write ``<rig>_links.xml`` and ``<rig>_modes.xml``."""
     parser = argparse.ArgumentParser(prog="python -m clearance_mj.engines", description=__doc__)
     parser.add_argument("rig", type=Path, help="rig file (TOML)")

@@ -1,9 +1,10 @@
-"""What an engine is: it says how long a time step may be and starts a run, which takes the excitation block by block."""
+"""What an engine is: it says how long a time step may be and starts a run, which takes the excitation in blocks."""
 
 from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
+from dataclasses import dataclass
 from typing import ClassVar, NamedTuple
 
 import numpy as np
@@ -98,6 +99,7 @@ class Equations(NamedTuple):
     """(3, n) the bushings' dampers see the velocity speed[0] q₋ + speed[1] q + speed[2] q₊"""
 
 
+@dataclass(frozen=True)
 class Engine(ABC):
     """A way to simulate a rig. Subclasses are frozen dataclasses whose fields are the engine's settings."""
 

@@ -7,7 +7,7 @@ import itertools
 import os
 from collections.abc import Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
-from typing import Any, TypeVar
+from typing import Any, TypeAlias, TypeVar
 
 from tqdm import tqdm
 
@@ -25,7 +25,7 @@ AHEAD = 4
 """Cases for each thread that run, or wait to be taken, at once"""
 
 T = TypeVar("T")
-One = T | Sequence[T]
+One: TypeAlias = T | Sequence[T]
 
 
 def simulate_batch(

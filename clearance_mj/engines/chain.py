@@ -32,7 +32,7 @@ class _Element:
     hinges: np.ndarray
     weights: np.ndarray
 
-    def deflection(self, x: ArrayLike):
+    def deflection(self, x: np.ndarray) -> np.ndarray:
         """(n_x, n) deflection of the shaft at x per angle of the element's hinges."""
         inside, beyond = np.clip(x - self.start, 0, self.end - self.start), np.maximum(x - self.end, 0)
         columns = []
@@ -112,7 +112,7 @@ class Chain:
 
 
 @functools.lru_cache(maxsize=32)
-def chain(rig, links: int) -> Chain:
+def chain(rig: Rig, links: int) -> Chain:
     """Cut a rig's shaft into a chain.
 
     Parameters
@@ -135,13 +135,13 @@ def chain(rig, links: int) -> Chain:
     return Chain(rig, tuple(elements))
 
 
-def _gauss(start, end, size):
+def _gauss(start: float, end: float, size: int) -> _Element:
     nodes, weights = leggauss(size)
     half = (end - start) / 2
     return _Element(start, end, start + half * (1 + nodes), half * weights)
 
 
-def _edges(rig, links):
+def _edges(rig: Rig, links: int) -> np.ndarray:
     """Ends of elements that things on the shaft ask for, in order of their importance as far as there is room.
 
     At a bushing or a mass that is no end of an element the links are a little beside the shaft; two ends close together

@@ -6,8 +6,8 @@ balance of energy without a rest: the kinetic energy ½ v M v of v = (q₊ - q)/
 the work of excitation, damping and bushings. What is added here is what the bushings did with their share. The kernel
 is run once more along the coordinates, as the engine should have run it: stored is what the springs hold, lost what
 dampers and hysteresis take, each by its own formula and none as the remainder. So the residual shows what the engine's
-forces and the finite step have made of the law. This is the energy check of explicit dynamics (Belytschko, Liu & Moran, Nonlinear
-Finite Elements for Continua and Structures, 2000, section 6.2, with a tolerance of the order of 1 %).
+forces and the finite step have made of the law. This is the energy check of explicit dynamics (Belytschko, Liu &
+Moran, Nonlinear Finite Elements for Continua and Structures, 2000, section 6.2, with a tolerance of the order of 1 %).
 
 All energies are those of the motion relative to the base plate (Uang & Bertero, Earthq. Eng. Struct. Dyn. 19, 1990):
 a shaken base puts in the work of the inertia forces -Γ a on that motion.
@@ -205,7 +205,9 @@ class _BalancedRun(Run):
         self.scheme, n = run.equations(), len(rig.bushings)
         self.clearance, self.gaps = clearance_records(rig, law, step), np.array([b.gap for b in rig.bushings])
         self.q, self.total = np.zeros((2, self.scheme.input.size)), np.zeros(2 + 4 * n)
-        self.visits, self.rows, self.impacts = np.zeros((2 * n, 6)), [], []
+        self.visits = np.zeros((2 * n, 6))
+        self.rows: list[np.ndarray] = []
+        self.impacts: list[Impact] = []
 
     def advance(self, excitation: np.ndarray) -> np.ndarray:
         """Simulate one block; see `Run.advance`."""

@@ -12,7 +12,7 @@ import numpy as np
 import scipy.linalg
 
 from ..clearance.law import Law
-from ..rig import Rig
+from ..rig import Bushing, Rig
 from .base import Engine, Run, check_setting, register
 from .chain import chain
 from .mujoco_loop import MujocoRun
@@ -71,21 +71,21 @@ def build_links(rig: Rig, links: int = 16) -> mujoco.MjSpec:
         Contact softness is the rig's datasheet value.
     """
     beam, shaft = rig.beam, chain(rig, links)
-    depth = (beam.diameter or beam.height) / 2
+    depth = (beam.diameter or beam.height or 0.0) / 2
     spec = mujoco.MjSpec()
     spec.modelname = rig.name
     fastest = scipy.linalg.eigvalsh(np.diag(shaft.stiffness), shaft.mass)[-1]
     spec.option.timestep = 0.5 * 2 / np.sqrt(fastest)  # leaves room for contacts; engines set their own
     set_solver(spec)
     spec.compiler.degree = False
-    _visual(spec, spec.worldbody, "clamped", shaft.hinges[0], depth)
+    _visual(spec.worldbody, "clamped", shaft.hinges[0], depth)
     body, origin = spec.worldbody, 0.0
     for i, (start, end, stiffness) in enumerate(zip(shaft.hinges, shaft.ends, shaft.stiffness)):
         body, origin = body.add_body(name=f"link{i}", pos=[start - origin, 0, 0]), start
         _set_inertia(body, rig, start, end, last=i == links - 1)
         hinge = {"type": mujoco.mjtJoint.mjJNT_HINGE, "axis": [0, -1, 0], "name": f"hinge{i}"}
         body.add_joint(**hinge, stiffness=[stiffness, 0, 0], damping=[beam.rayleigh[1] * stiffness, 0, 0])
-        _visual(spec, body, f"link{i}", end - start, depth)
+        _visual(body, f"link{i}", end - start, depth)
         _add_sensors(spec, rig, body, start, end, last=i == links - 1)
     _add_sensors(spec, rig, spec.worldbody, 0.0, shaft.hinges[0], last=False)
     _add_bushings(spec, rig, shaft.hinges, depth)
@@ -103,14 +103,14 @@ def _set_softness(spec: mujoco.MjSpec, rig: Rig) -> None:
         pair.solref, pair.solimp = solref_solimp(k, c, inverse_inertia)
 
 
-def _visual(spec, body, name, length, depth):
+def _visual(body: mujoco.MjsBody, name: str, length: float, depth: float) -> None:
     body.add_geom(
         name=name, type=mujoco.mjtGeom.mjGEOM_CAPSULE, fromto=[0, 0, 0, length, 0, 0], size=[depth, 0, 0],
         contype=0, conaffinity=0, rgba=[0.55, 0.6, 0.66, 1],
     )  # fmt: skip
 
 
-def _set_inertia(body, rig, start, end, last):
+def _set_inertia(body: mujoco.MjsBody, rig: Rig, start: float, end: float, last: bool) -> None:
     """Uniform rod plus the point masses it carries, about their common centre."""
     length = end - start
     mass = rig.beam.mass_per_length * length
@@ -124,11 +124,11 @@ def _set_inertia(body, rig, start, end, last):
     body.explicitinertial = True
 
 
-def _on(position, start, end, last):
+def _on(position: float, start: float, end: float, last: bool) -> bool:
     return start <= position < end or (last and position >= end)
 
 
-def _add_sensors(spec, rig, body, start, end, last):
+def _add_sensors(spec: mujoco.MjSpec, rig: Rig, body: mujoco.MjsBody, start: float, end: float, last: bool) -> None:
     for sensor in rig.sensors:
         if not _on(sensor.position, start, end, last):
             continue
@@ -138,7 +138,7 @@ def _add_sensors(spec, rig, body, start, end, last):
         spec.add_sensor(name=name, type=mujoco.mjtSensor.mjSENS_ACCELEROMETER, **site)
 
 
-def _add_bushings(spec, rig, starts, depth):
+def _add_bushings(spec: mujoco.MjSpec, rig: Rig, starts: np.ndarray, depth: float) -> None:
     for j, bushing in enumerate(rig.bushings):
         _add_plates(spec, j, bushing, depth)
         _add_site(spec, starts, f"bushing{j}", bushing.position)
@@ -158,7 +158,7 @@ def _add_bushings(spec, rig, starts, depth):
                 spec.add_pair(name=f"{collar}_{side}", **pair)
 
 
-def _add_plates(spec, j, bushing, depth):
+def _add_plates(spec: mujoco.MjSpec, j: int, bushing: Bushing, depth: float) -> None:
     """Two plates, a gap away from the shaft; longer than the bushing, so that collars meet only their faces."""
     thickness = depth
     for side, sign in (("lower", -1), ("upper", 1)):
@@ -170,7 +170,7 @@ def _add_plates(spec, j, bushing, depth):
         )  # fmt: skip
 
 
-def _carrier(spec, starts, x):
+def _carrier(spec: mujoco.MjSpec, starts: np.ndarray, x: float) -> tuple[mujoco.MjsBody | None, float]:
     """Link that carries position x of the shaft (None before the first hinge), and x in its frame."""
     i = np.searchsorted(starts, x, side="right") - 1
     if i < 0:
@@ -178,12 +178,12 @@ def _carrier(spec, starts, x):
     return spec.body(f"link{i}"), x - starts[i]
 
 
-def _add_site(spec, starts, name, x):
+def _add_site(spec: mujoco.MjSpec, starts: np.ndarray, name: str, x: float) -> None:
     body, at = _carrier(spec, starts, x)
     (body or spec.worldbody).add_site(name=name, pos=[at, 0, 0], size=[0.003, 0, 0])
 
 
-def _reduce_to_face(plate):
+def _reduce_to_face(plate: mujoco.MjsGeom) -> None:
     """Make a plate a plane that looks towards the shaft."""
     side = np.sign(plate.pos[2])
     plate.type = mujoco.mjtGeom.mjGEOM_PLANE
@@ -215,7 +215,7 @@ def _plant(rig: Rig, links: int) -> Plant:
         for j in range(n_bushings)
         for end in "ab"
     ]
-    rows = np.array(rows, dtype=int).reshape(2 * n_bushings, 2)
+    of_ends = np.array(rows, dtype=int).reshape(2 * n_bushings, 2)
     output = np.ascontiguousarray(shaft.deflection([s.position for s in rig.sensors]))
     points = np.ascontiguousarray(at_points.reshape(3 * n_bushings, links))
-    return Plant(model, Maps(points, at_shaker, viscous, output, rows), "pair_solref")
+    return Plant(model, Maps(points, at_shaker, viscous, output, of_ends), "pair_solref")

@@ -42,7 +42,7 @@ def _library() -> ctypes.CDLL:
 # The compiled loop is cached between sessions, so it knows mj_step by name and not by address.
 _LIBRARY = _library()
 llvmlite.binding.add_symbol("mj_step", ctypes.cast(_LIBRARY.mj_step, ctypes.c_void_p).value)
-_mj_step = numba.types.ExternalFunction("mj_step", numba.types.void(numba.types.intp, numba.types.intp))
+_mj_step: Any = numba.types.ExternalFunction("mj_step", numba.types.void(numba.types.intp, numba.types.intp))
 
 
 @contextmanager

@@ -178,12 +178,14 @@ class Simulation:
             As `Run.advance` returns them, at the record's rate.
         """
         n_sensors, n_bushings = len(self.rig.sensors), len(self.rig.bushings)
-        acceleration, *rest = np.split(output.T, n_sensors + n_bushings * np.arange(3))
-        kind, band = self.excitation.kind, self.excitation.band
-        labels = tuple(self.rig.sensor_labels)
-        reference = f"{BASE_NODE if kind == 'base' else SHAKER_NODE}:+Z"
-        sampled = (self.excitation.fs, excitation, acceleration, *rest)
-        return Response(*sampled, kind, band, labels, reference, self.provenance)
+        histories = np.split(output.T, n_sensors + n_bushings * np.arange(3))
+        names = ("acceleration", "displacement", "contact_force", "grease_force")
+        kind = self.excitation.kind
+        return Response(
+            self.excitation.fs, excitation, **dict(zip(names, histories)), kind=kind, band=self.excitation.band,
+            responses=tuple(self.rig.sensor_labels), reference=f"{BASE_NODE if kind == 'base' else SHAKER_NODE}:+Z",
+            provenance=self.provenance,
+        )  # fmt: skip
 
 
 def _affordable(rig: Rig, law: Law, engine: Engine, fs: float) -> int:

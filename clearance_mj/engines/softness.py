@@ -10,6 +10,7 @@ default impedance 0.9 the force is wrong by a factor.
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ..errors import LawError
 
@@ -22,7 +23,9 @@ INVERSE_INERTIA = 1e4
 """1/kg; engines write it over MuJoCo's frozen estimate Â, so that it is known and the parasitic mass is 1e-8 kg."""
 
 
-def solref_solimp(k, c, inverse_inertia, impedance=IMPEDANCE):
+def solref_solimp(
+    k: ArrayLike, c: ArrayLike, inverse_inertia: ArrayLike, impedance: float = IMPEDANCE
+) -> tuple[np.ndarray, np.ndarray]:
     """Solver parameters with which a contact or limit is a spring k and damper c.
 
     Parameters

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import asdict
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -68,8 +68,8 @@ def draw(balance: EnergyBalance) -> Drawing:
     caption = (
         f"Energy of {balance.time[-1]:.3g} s: {most:.3g} J put in; shares lost: {shares}. The residual, "
         f"neither lost nor stored, is at most {100 * balance.imbalance:.2g} %. {len(balance.impacts)} impacts of "
-        "bushing ends; other forces act on the shaft while it touches, so that it may leave faster than it came (ratios beyond "
-        f"{MOST_RESTITUTION:g} are drawn there)."
+        "bushing ends; other forces act on the shaft while it touches, so that it may leave faster than it came (ratios"
+        f" beyond {MOST_RESTITUTION:g} are drawn there)."
     )
     return Drawing(
         "energy_balance", figure, caption, "Energy over time by where it goes, residual, restitution and impulses."
@@ -127,7 +127,7 @@ def _impulse(ax: Axes, balance: EnergyBalance) -> None:
     impulses = dict(_by_bushing(balance, "impulse"))
     if impulses:
         every = 1e3 * np.concatenate(list(impulses.values()))
-        edges = np.geomspace(0.999 * every.min(), 1.001 * every.max(), 31)
+        edges = np.geomspace(0.999 * every.min(), 1.001 * every.max(), 31).tolist()
         for j, values in impulses.items():
             look: dict[str, Any] = {
                 "histtype": "step",
@@ -142,7 +142,7 @@ def _impulse(ax: Axes, balance: EnergyBalance) -> None:
     _legend(ax, "upper left")
 
 
-def _legend(ax: Axes, corner: str) -> None:
+def _legend(ax: Axes, corner: Literal["lower left", "upper left"]) -> None:
     if ax.get_legend_handles_labels()[0]:
         ax.legend(fontsize=FONT - 1, frameon=False, loc=corner)
     else:

@@ -193,7 +193,7 @@ def test_save_and_load(law, tmp_path):
             r"grease\[0\].model 'tar' is unknown",
         ),
         (
-            '{"kind": "constant", "k": [1], "c": 1, "grease": [{"model": "maxwell-slip", "springs": 3, "forces": [1]}]}',
+            '{"kind": "constant", "k": [1], "c": 1, "grease": [{"model": "maxwell-slip", "springs": 3, "forces": 1}]}',
             r"grease\[0\].springs must be a list, got 3",
         ),
         ('{"kind": "contact", "contact": [{"model": "flores", "stiffness": "hard", "restitution": 1}]}', "contact"),

@@ -13,7 +13,18 @@ import pytest
 from scipy.special import gamma
 
 from clearance_mj.beam import ritz_model
-from clearance_mj.clearance import AmplitudeLaw, ConstantLaw, ContactLaw, Flores, HuntCrossley, KelvinVoigt, TimeLaw
+from clearance_mj.clearance import (
+    AmplitudeLaw,
+    ConstantLaw,
+    ContactLaw,
+    Cubic,
+    Flores,
+    HuntCrossley,
+    HuntCrossley1975,
+    KelvinVoigt,
+    MaxwellSlip,
+    TimeLaw,
+)
 from clearance_mj.engines import Links, Modal, ModalMujoco
 from clearance_mj.engines.energy import energy_balance
 from clearance_mj.rig import Beam, Bushing, Contact, Grease, PointMass, Rig, Sensor, Shaker
@@ -183,6 +194,9 @@ LAWS = {
     "damper alone": ConstantLaw(0.0, 5.0),
     "Hunt-Crossley": ContactLaw(HuntCrossley(8e5, 0.6)),
     "Hunt-Crossley, n = 1": ContactLaw(HuntCrossley(2e4, 0.5, exponent=1.0)),
+    "Hunt-Crossley 1975": ContactLaw(HuntCrossley1975(8e5, 1.2e6)),
+    "linear and cubic": ContactLaw((Cubic(1e4, 2e10, 3.0), Cubic(2e4, 1e10, 3.0))),
+    "Maxwell-slip": ConstantLaw(2e4, 3.0, MaxwellSlip((2500.0, 1000.0), (0.3, 0.4), 800.0, 4.0, 7e-4)),
     "over time": TimeLaw([0.0, 0.2, 0.4], [1e4, 4e4, 5e3], [3.0, 9.0, 0.0]),
     "over amplitude": AmplitudeLaw([2e-4, 8e-4, 3e-3], [5e3, 4e4, 1e4], [3.0, 1.0, 9.0], release=0.02),
     "Bouc-Wen and squeeze film": ContactLaw(HuntCrossley(8e5, 0.6), grease=SLUDGE),

@@ -13,7 +13,17 @@ import pytest
 import scipy.integrate
 import scipy.optimize
 
-from clearance_mj.clearance import ConstantLaw, ContactLaw, Flores, HuntCrossley, KelvinVoigt, LankaraniNikravesh
+from clearance_mj.clearance import (
+    ConstantLaw,
+    ContactLaw,
+    Cubic,
+    Flores,
+    HuntCrossley,
+    HuntCrossley1975,
+    KelvinVoigt,
+    LankaraniNikravesh,
+    MaxwellSlip,
+)
 from clearance_mj.clearance.kernel import clearance_records
 from clearance_mj.engines import ModalMujoco, modal, modal_mj, mujoco_loop
 from clearance_mj.engines.plant import Maps, set_solver
@@ -96,7 +106,8 @@ class FreeMass:
 
     def __init__(self, loop, law, gap, step, position, speed, grease=None):
         self.step = step
-        bushing = Bushing(0.5, gap, 0.01, grease or Grease(0.0), Contact(1.0))
+        bushing = Bushing(0.5, gap, 0.01, Grease(0.0), Contact(1.0))
+        law = dataclasses.replace(law, grease=grease)
         self.rig = Rig.load(MODELS / "table1_rig.toml").replace(bushings=(bushing,))
         getattr(self, f"_start_{loop}")(law, gap, position, speed)
 
@@ -188,6 +199,37 @@ def test_hertz_damped_in_the_loops(loop, model, e, expected, measured):
     exact = hertz_damped_restitution(model(2.0, e).kappa)
     assert exact == pytest.approx(expected, abs=5e-5)
     measured.equal(f"restitution, {model.__name__}, {loop} loop, e = {e}", rebound(mass), exact, HERTZ, rel=1e-6)
+
+
+@pytest.mark.parametrize("loop", ["modal", "mujoco"])
+@pytest.mark.parametrize("contact", [HuntCrossley1975(2.0, 1.2), Cubic(1.0, 3.0, 0.3)], ids=lambda c: c.name)
+def test_new_contacts_in_the_loops(loop, contact, measured):
+    exact = restitution(contact.force, speed=0.5)
+    found = rebound(FreeMass(loop, ContactLaw(contact), 1.0, 5e-4, 0.9, 0.5))
+    measured.equal(f"restitution, {contact.name}, {loop} loop", found, exact, "ODE solver at 1e-10", rel=2e-4)
+
+
+@pytest.mark.parametrize(("loop", "tolerance"), [("modal", 1e-5), ("mujoco", 1e-3)])
+def test_maxwell_slip_in_the_loops(loop, tolerance, measured):
+    """A mass rings out in three sliding springs, against an ODE solver whose steps end where one begins to slide."""
+    grease = MaxwellSlip((0.5, 0.3, 0.2), (0.2, 0.3, 0.3), elastic=0.4, damping=0.05)
+    springs, limits, step = np.array(grease.springs), np.array([0.4, 1.0, 1.5]), 1e-3
+
+    def rate(_, y):
+        slides = (np.abs(y[2:]) >= limits) & (y[2:] * y[1] > 0)
+        return [
+            y[1],
+            -(0.4 * y[0] + springs @ np.clip(y[2:], -limits, limits) + 0.05 * y[1]),
+            *np.where(slides, 0, y[1]),
+        ]
+
+    t = np.arange(round(20 / step)) * step
+    start = (0.0, 1.9, 0.0, 0.0, 0.0)
+    exact = scipy.integrate.solve_ivp(rate, (0, t[-1]), start, rtol=1e-9, atol=1e-11, t_eval=t, max_step=2e-3).y[0]
+    speed = 1.9 + step / 2 * 0.05 * 1.9  # half a step before the start: where the loops' velocities are
+    out = FreeMass(loop, ConstantLaw(1.0, 0.0), 10.0, step, 0.0, speed, grease).simulate(t.size)
+    what = f"ring-down in Maxwell-slip grease, {loop} loop, amplitude {np.max(np.abs(exact)):.1f} m: largest error"
+    measured.below(what, np.max(np.abs(out[:, 0] - exact)), tolerance, "ODE solver at 1e-9", "m")
 
 
 def ring_down_error(loop, step):

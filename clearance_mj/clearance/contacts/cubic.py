@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import ClassVar
 
 from ...errors import LawError
-from ...validation import Flag, NotNegative, Number, Positive, checked
+from ...validation import NotNegative, Positive, checked
 from ..contact import ContactModel, Numbers, register
 
 __all__ = ["Cubic"]

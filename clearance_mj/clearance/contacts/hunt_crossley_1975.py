@@ -8,7 +8,7 @@ from typing import Annotated, ClassVar
 from pydantic import Field
 
 from ...errors import LawError
-from ...validation import Flag, NotNegative, Number, Positive, checked
+from ...validation import NotNegative, Number, Positive, checked
 from ..contact import ContactModel, Numbers, register
 
 __all__ = ["HuntCrossley1975"]

@@ -1,0 +1,167 @@
+"""Contact and grease models in closed forms and beside independent implementations; engines in tests/verification."""
+
+from types import SimpleNamespace
+
+import numba
+import numpy as np
+import pytest
+import scipy.integrate
+import scipy.optimize
+
+from clearance_mj.clearance import ConstantLaw, ContactLaw, Cubic, HuntCrossley1975, KelvinVoigt, MaxwellSlip
+from clearance_mj.clearance.kernel import clearance_records, contact_step, follow_law, grease_step
+from clearance_mj.errors import LawError
+from clearance_mj.rig import Grease
+from clearance_mj.testrig import physics
+
+GAP = 3e-4
+HERTZ = HuntCrossley1975(3e5, 6.75e5)
+CUBIC = Cubic(2e4, 5e11, 6.0)
+SLIP = MaxwellSlip((4000.0, 2000.0, 1000.0), (0.4, 0.6, 0.5), elastic=500.0, damping=3.0, film_height=8e-4)
+
+
+def loop(law, x, v, grease=None, step=1e-4):
+    """Forces of contact and grease of one bushing along a motion of all its points, as compiled loops find them."""
+    rig = SimpleNamespace(bushings=[SimpleNamespace(gap=GAP, grease=grease or Grease(0.0))])
+    out = np.zeros((2, x.size))
+    _loop(x, v, clearance_records(rig, law, step), out)
+    return out
+
+
+@numba.njit
+def _loop(x, v, clearance, out):
+    bushings, states, numbers = clearance
+    for i in range(x.size):
+        elastic, damping = grease_step(bushings[0], states[0], numbers, x[i])
+        out[1, i] = elastic + damping * v[i]
+        follow_law(bushings[0], states[0], numbers, x[i], i * bushings[0].step)
+        for end in range(2):
+            g, k, c = contact_step(bushings[0], states[0], numbers, end, x[i], v[i], False)
+            if g != 0.0:
+                out[0, i] += np.sign(g) * max(k * abs(g) + c * np.sign(g) * v[i], 0.0)
+
+
+def motion(n=4000):
+    phase = np.linspace(0, 6 * np.pi, n)
+    return 4e-4 * np.sin(phase) + 2e-4 * np.sin(2.3 * phase), 0.03 * np.cos(phase) + 0.02 * np.cos(2.3 * phase)
+
+
+def test_hunt_crossley_1975_is_the_test_rig_s_contact():
+    """K δⁿ (1 + 1.5 α δ̇), whose λ is 1.5 α K; both ends together."""
+    x, v = motion()
+    expected = [physics.contact(a, b, GAP, 3e5, 1.5, 1.5)[0] for a, b in zip(x, v)]
+    assert np.count_nonzero(expected) > 1000
+    np.testing.assert_allclose(loop(ContactLaw(HERTZ), x, v)[0], expected, rtol=1e-12, atol=1e-12)
+
+
+def test_cubic():
+    """k δ + k₃ δ³ + c δ̇, without pull; k₃ = 0 is Kelvin-Voigt's contact."""
+    x, v = motion()
+    side, depth = np.sign(x), np.maximum(np.abs(x) - GAP, 0)
+    expected = np.where(depth > 0, side * np.maximum(2e4 * depth + 5e11 * depth**3 + 6.0 * side * v, 0), 0)
+    assert np.any((depth > 0) & (expected == 0))
+    np.testing.assert_allclose(loop(ContactLaw(CUBIC), x, v)[0], expected, rtol=1e-12, atol=1e-12)
+    linear = [loop(ContactLaw(model), x, v)[0] for model in (Cubic(2e4, 0.0, 6.0), KelvinVoigt(2e4, 6.0))]
+    np.testing.assert_array_equal(*linear)
+
+
+@pytest.mark.parametrize("model", [HERTZ, CUBIC, KelvinVoigt(2e4, 6.0)], ids=lambda model: model.name)
+def test_energy_is_the_integral_of_the_force(model):
+    for depth in (1e-5, 3e-4, 1e-3):
+        expected = scipy.integrate.quad(lambda d: model.force(d, 0.0, 1.0), 0, depth, epsrel=1e-11, epsabs=0)[0]
+        assert model.energy(model.parameters(), depth) == pytest.approx(expected, rel=1e-9)
+
+
+def rebound(model, mass, speed):
+    """Speed off the wall over that into it, by an ODE solver that stops where the mass leaves."""
+
+    def leaves(_, y):
+        return y[0]
+
+    leaves.terminal, leaves.direction = True, -1
+
+    def rate(_, y):
+        return y[1], -model.force(y[0], y[1], speed) / mass
+
+    options = {"rtol": 1e-11, "atol": 1e-15, "max_step": 2e-4}
+    found = scipy.integrate.solve_ivp(rate, (0, 1.0), (0.0, speed), events=leaves, **options)
+    return -found.y[1, -1] / speed
+
+
+@pytest.mark.parametrize("exponent", [1.0, 1.5, 2.2])
+def test_restitution_of_hunt_crossley_1975(exponent, measured):
+    """κ(1 + e) = ln[(1 + κ)/(1 - κe)], κ = λ v/K, for any exponent (Hunt & Crossley 1975); 1 - 2κ/3 for a slow one."""
+    for ratio in (0.05, 0.6, 1.5):
+        model = HuntCrossley1975(1e5, ratio * 1e5 / 0.2, exponent)
+        top = min(1.0, (1 - 1e-12) / ratio)
+        exact = scipy.optimize.brentq(lambda e, k=ratio: k * (1 + e) - np.log((1 + k) / (1 - k * e)), 1e-3, top)
+        what = f"restitution, Hunt-Crossley 1975, λv/K = {ratio}, n = {exponent}"
+        measured.equal(what, rebound(model, 1.0, 0.2), exact, "κ(1 + e) = ln[(1 + κ)/(1 - κe)]", rel=1e-6)
+    slow = rebound(HuntCrossley1975(1e5, 1e3 / 0.2, exponent), 1.0, 0.2)
+    assert slow == pytest.approx(1 - 2 / 3 * 0.01, abs=1e-4)
+
+
+def test_maxwell_slip_is_the_test_rig_s_iwan():
+    """Elements of equal stiffness whose yields are evenly spread, with a squeeze film, at unlike steps."""
+    n, largest, k, share, height = 12, 3e-4, 5200.0, 0.6, 6e-4
+    yields = largest * (np.arange(n) + 0.5) / n
+    spring = (1 - share) * k / n
+    slip = MaxwellSlip((spring,) * n, tuple(spring * yields), share * k, 3.0, height, 0.2)
+    x, v = motion(400)
+    state, before, expected = np.zeros(n), 0.0, []
+    for a, b in zip(x, v):
+        z, _ = physics.iwan(a - before, state.copy(), yields, state)
+        before = a
+        expected.append(k * (share * a + (1 - share) * z) + physics.squeeze_film(a, b, 3.0, height, 0.2)[0])
+    np.testing.assert_allclose(loop(ConstantLaw(0.0, 0.0), x, v, slip)[1], expected, rtol=1e-10, atol=1e-12)
+
+
+def test_maxwell_slip_loop(measured):
+    """A cycle ± X loses 4 Wᵢ (X - Wᵢ/kᵢ) in each element that slides (Iwan 1966); at its end the force is known."""
+    amplitude, turn = 6e-4, 2 * np.pi * 5
+    time = np.arange(3 * 4000) / 4000 / 5
+    x, v = amplitude * np.sin(turn * time), np.zeros(time.size)
+    slip = MaxwellSlip(SLIP.springs, SLIP.forces, SLIP.elastic)
+    force = loop(ConstantLaw(0.0, 0.0), x, v, slip, time[1])[1]
+    last = slice(2 * 4000 - 1, 3 * 4000)
+    found = np.sum((force[last][1:] + force[last][:-1]) / 2 * np.diff(x[last]))
+    springs, forces = np.array(SLIP.springs), np.array(SLIP.forces)
+    sliding = amplitude > forces / springs
+    assert list(sliding) == [True, True, True]
+    exact = np.sum(4 * forces * (amplitude - forces / springs))
+    measured.equal("Maxwell-slip loop: energy of a cycle, J", found, exact, "Σ 4 Wᵢ (X - Wᵢ/kᵢ)", rel=1e-5)
+    assert force.max() == pytest.approx(forces.sum() + 500.0 * amplitude, rel=1e-6)
+    state, before, out, lost = [0.0] * 3, [0.0] * 3, [0.0, 0.0], 0.0
+    for a, b in zip(x[1:], x[:-1]):
+        before[:] = state
+        slip.law(slip.parameters(), state, a, a - b, time[1], out)
+        slip.energy(slip.parameters(), before, state, a, a - b, out)
+        stored, lost = out[0], lost + out[1]
+    assert stored == pytest.approx(np.sum(np.square(state) * springs) / 2 + 250.0 * x[-1] ** 2, rel=1e-12)
+    work = np.sum((force[1:] + force[:-1]) / 2 * np.diff(x))
+    measured.equal("Maxwell-slip: work, J", work, lost + stored, "lost and stored", rel=1e-4)
+
+
+def test_largest():
+    """Tangent stiffness and damping at one gap of penetration; of grease before it slides, with the thinnest film."""
+    assert HERTZ.largest(4e-4) == pytest.approx((1.5 * 3e5 * 0.02, 6.75e5 * 8e-6), rel=1e-14)
+    assert CUBIC.largest(1e-3) == pytest.approx((2e4 + 1.5e6, 6.0), rel=1e-14)
+    assert SLIP.largest() == pytest.approx((7500.0, 75.0), rel=1e-14) and SLIP.small_motion() == (7500.0, 3.0)
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda: HuntCrossley1975(0.0), "stiffness must be > 0, got 0"),
+        (lambda: HuntCrossley1975(1.0, -1.0), "damping must be >= 0, got -1"),
+        (lambda: HuntCrossley1975(1.0, exponent=0.5), "exponent must be >= 1, got 0.5"),
+        (lambda: Cubic(1.0, -1.0), "cubic must be >= 0, got -1"),
+        (lambda: MaxwellSlip((), ()), "springs must hold 1 or more"),
+        (lambda: MaxwellSlip((1.0, 2.0), (1.0,)), "forces must be 2 numbers, one for each spring, got 1"),
+        (lambda: MaxwellSlip((1.0,), (0.0,)), r"forces\[0\] must be > 0, got 0"),
+        (lambda: MaxwellSlip((1.0,), (1.0,), film_limit=2.0), "film_limit must be <= 1, got 2"),
+    ],
+)
+def test_refusals(make, message):
+    with pytest.raises(LawError, match=message):
+        make()
