@@ -9,8 +9,10 @@ from __future__ import annotations
 import dataclasses
 from abc import ABC, abstractmethod
 from collections.abc import MutableSequence, Sequence
-from typing import ClassVar, TypeVar
+from typing import ClassVar, TypeVar, dataclass_transform
 
+from ..errors import LawError
+from ..validation import checked
 from .pointers import CONTACT_ENERGY, CONTACT_LAW, address
 
 __all__ = ["CONTACTS", "SLOWEST_IMPACT", "ContactModel", "Numbers", "register"]
@@ -23,7 +25,7 @@ Numbers = MutableSequence[float]
 
 
 class ContactModel(ABC):
-    """A contact of shaft and bushing. Subclasses are frozen dataclasses of numbers, under `register`.
+    """A contact of shaft and bushing. Subclasses are fields of numbers and four functions, under `register`.
 
     ``law`` and ``energy`` are compiled, so they may call ``math``, numpy and other functions compiled by numba only.
     """
@@ -111,13 +113,17 @@ CONTACTS: dict[str, type[ContactModel]] = {}
 Model = TypeVar("Model", bound=type[ContactModel])
 
 
+@dataclass_transform(frozen_default=True)
 def register(model: Model) -> Model:
-    """Make a contact model known by its ``name``, so that laws can hold it and be saved; a class decorator.
+    """Make a class a contact model; a class decorator.
+
+    The class becomes a frozen dataclass that checks its fields, and is known by its ``name``, so that laws can hold it
+    and be saved.
 
     Parameters
     ----------
     model : type
         Subclass of `ContactModel`.
     """
-    CONTACTS[model.name] = model
+    CONTACTS[model.name] = model = checked(LawError, name="contact")(model)
     return model

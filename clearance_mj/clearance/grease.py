@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
-from typing import ClassVar, TypeVar
+from typing import ClassVar, TypeVar, dataclass_transform
 
+from ..errors import LawError
+from ..validation import checked
 from .contact import Numbers
 from .pointers import GREASE_ENERGY, GREASE_LAW, address
 
@@ -13,7 +15,7 @@ __all__ = ["GREASES", "GreaseModel", "register"]
 
 
 class GreaseModel(ABC):
-    """Grease in a bushing. Subclasses are frozen dataclasses, under `register`.
+    """Grease in a bushing. Subclasses are fields of numbers and their functions, under `register`.
 
     ``law`` and ``energy`` are compiled, so they may call ``math``, numpy and other functions compiled by numba only.
     """
@@ -87,13 +89,14 @@ GREASES: dict[str, type[GreaseModel]] = {}
 Model = TypeVar("Model", bound=type[GreaseModel])
 
 
+@dataclass_transform(frozen_default=True)
 def register(model: Model) -> Model:
-    """Make a grease model known by its ``name``, so that laws can hold it and be saved; a class decorator.
+    """Make a class a grease model; a class decorator that does what `contact.register` does for contacts.
 
     Parameters
     ----------
     model : type
         Subclass of `GreaseModel`.
     """
-    GREASES[model.name] = model
+    GREASES[model.name] = model = checked(LawError, name="grease")(model)
     return model

@@ -12,7 +12,7 @@ from clearance_mj.clearance import ConstantLaw, ContactLaw, Cubic, HuntCrossley1
 from clearance_mj.clearance.kernel import clearance_records, contact_step, follow_law, grease_step
 from clearance_mj.errors import LawError
 from clearance_mj.rig import Grease
-from clearance_mj.testrig import physics
+from clearance_mj.testrig import _physics as physics
 
 GAP = 3e-4
 HERTZ = HuntCrossley1975(3e5, 6.75e5)

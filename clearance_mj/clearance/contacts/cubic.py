@@ -5,15 +5,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import ClassVar
 
-from ...errors import LawError
-from ...validation import NotNegative, Positive, checked
+from ...validation import NotNegative, Positive
 from ..contact import ContactModel, Numbers, register
 
 __all__ = ["Cubic"]
 
 
 @register
-@checked(LawError, name="contact")
 class Cubic(ContactModel):
     """F = k δ + k₃ δ³ + c δ̇, never pulling.
 

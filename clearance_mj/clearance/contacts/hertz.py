@@ -68,7 +68,6 @@ class HertzDamped(ContactModel):
 
 
 @register
-@checked(LawError, name="contact")
 class HuntCrossley(HertzDamped):
     """κ = 3 (1-e)/2 (Hunt & Crossley, J. Appl. Mech. 42, 1975)."""
 
@@ -81,7 +80,6 @@ class HuntCrossley(HertzDamped):
 
 
 @register
-@checked(LawError, name="contact")
 class LankaraniNikravesh(HertzDamped):
     """κ = 3 (1-e²)/4 (Lankarani & Nikravesh, J. Mech. Des. 112, 1990)."""
 
@@ -94,7 +92,6 @@ class LankaraniNikravesh(HertzDamped):
 
 
 @register
-@checked(LawError, name="contact")
 class Flores(HertzDamped):
     """κ = 8 (1-e)/(5e) (Flores et al., Multibody Syst. Dyn. 25, 2011)."""
 

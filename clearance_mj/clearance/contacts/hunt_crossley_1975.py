@@ -7,15 +7,13 @@ from typing import Annotated, ClassVar
 
 from pydantic import Field
 
-from ...errors import LawError
-from ...validation import NotNegative, Number, Positive, checked
+from ...validation import NotNegative, Number, Positive
 from ..contact import ContactModel, Numbers, register
 
 __all__ = ["HuntCrossley1975"]
 
 
 @register
-@checked(LawError, name="contact")
 class HuntCrossley1975(ContactModel):
     """F = K δⁿ + λ δⁿ δ̇ with a constant λ (Hunt & Crossley, J. Appl. Mech. 42, 1975).
 

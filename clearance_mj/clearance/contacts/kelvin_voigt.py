@@ -5,15 +5,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import ClassVar
 
-from ...errors import LawError
-from ...validation import Flag, NotNegative, Positive, checked
+from ...validation import Flag, NotNegative, Positive
 from ..contact import ContactModel, Numbers, register
 
 __all__ = ["KelvinVoigt"]
 
 
 @register
-@checked(LawError, name="contact")
 class KelvinVoigt(ContactModel):
     """Spring and damper in parallel (Eq. 10).
 

@@ -10,8 +10,7 @@ from typing import Annotated, ClassVar
 
 from pydantic import Field
 
-from ...errors import LawError
-from ...validation import NotNegative, Positive, checked
+from ...validation import NotNegative, Positive
 from ..contact import Numbers
 from ..grease import GreaseModel, register
 from .bouc_wen import film_damping
@@ -20,7 +19,6 @@ __all__ = ["MaxwellSlip"]
 
 
 @register
-@checked(LawError, name="grease")
 class MaxwellSlip(GreaseModel):
     """Σ kᵢ zᵢ + k x + c ẋ / max(1 - |x|/h, ε)²: each zᵢ follows the motion while kᵢ zᵢ stays within ±Wᵢ.
 
