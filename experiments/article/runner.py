@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from tqdm import tqdm
@@ -57,21 +57,21 @@ def reproduce(
     items, out = select(names), Path(out)
     if out.exists() and not out.is_dir():
         raise ClearanceError(f"--out {out} is a file; give a folder")
-    inputs, records = Inputs(dataset, quick, out / "cache", progress), []
+    inputs, digests, records = Inputs(dataset, quick, out / "cache", progress), _digests(Path(dataset), quick), []
     with tqdm(items, unit="item", disable=not progress) as bar:
         for item in bar:
             bar.set_description(item.name)
-            records.append(_kept(out, item, inputs) or _compute(out, item, inputs))
-    _write_index(out, inputs)
+            records.append(_kept(out, item.name, digests) or _compute(out, item, inputs, digests[item.name]))
+    _write_index(out, quick, digests)
     return [{key: r[key] for key in ("name", "title", "files")} for r in records]
 
 
-def _compute(out: Path, item: Item, inputs: Inputs) -> dict:
+def _compute(out: Path, item: Item, inputs: Inputs, inputs_digest: str) -> dict:
     result = item.run(inputs)
     images = {f"{drawing.name}.png": drawing.png() for drawing in result.drawings}
     images |= {f"{drawing.name}.svg": drawing.svg() for drawing in result.drawings}
     hashes = {file: _hash(out / file) for file in _write(out, item, result, images)}
-    record = {"name": item.name, "title": item.title, "inputs": _digest(item, inputs), "files": hashes}
+    record = {"name": item.name, "title": item.title, "inputs": inputs_digest, "files": hashes}
     with replacing(out / f"{item.name}.json") as temporary:
         temporary.write_text(to_json(record | {"section": section(item, result, images)}), encoding="utf-8")
     return record
@@ -87,31 +87,35 @@ def _write(out: Path, item: Item, result: Result, images: dict[str, bytes]) -> l
     return [*content]
 
 
-def _kept(out: Path, item: Item, inputs: Inputs) -> dict | None:
+def _kept(out: Path, name: str, digests: Mapping[str, str]) -> dict | None:
     """What is known of an item that is whole and was computed from the same inputs."""
-    path = out / f"{item.name}.json"
+    path = out / f"{name}.json"
     if not path.exists():
         return None
     record = json.loads(path.read_text(encoding="utf-8"))
     whole = all((out / file).exists() and _hash(out / file) == known for file, known in record["files"].items())
-    return record if whole and record["inputs"] == _digest(item, inputs) else None
+    return record if whole and record["inputs"] == digests[name] else None
 
 
 def _hash(path: Path) -> str:
     return hashlib.sha256(path.read_bytes()).hexdigest()
 
 
-def _write_index(out: Path, inputs: Inputs) -> None:
+def _write_index(out: Path, quick: bool, digests: Mapping[str, str]) -> None:
     """The page of every item that is there, computed now or before from the same inputs."""
-    records = [record for item in ITEMS.values() if (record := _kept(out, item, inputs))]
+    records = [record for name in ITEMS if (record := _kept(out, name, digests))]
     sections = [Section(r["name"], r["title"], r["section"]) for r in records]
     with replacing(out / "index.html") as temporary:
-        temporary.write_text(index(sections, inputs.quick), encoding="utf-8")
+        temporary.write_text(index(sections, quick), encoding="utf-8")
 
 
-def _digest(item: Item, inputs: Inputs) -> str:
-    """Of all that an item is computed from: package, libraries, these sources, the article's tables, the records."""
-    files = [*SOURCES.rglob("*.py"), SOURCES / "texts.toml", *FOLDER.glob("*.csv")]
-    if {"rig", "study"} & set(item.needs):
-        files += [file for file in inputs.path.glob("*") if file.is_file()]
-    return digest(code(()), item.name, inputs.quick, sorted((file.name, _hash(file)) for file in files))
+def _digests(dataset: Path, quick: bool) -> dict[str, str]:
+    """Of all that each item is computed from: package, libraries, these sources, the article's tables, the records."""
+    sources = [*SOURCES.rglob("*.py"), SOURCES / "texts.toml", *FOLDER.glob("*.csv")]
+    own, records = (
+        sorted((file.name, _hash(file)) for file in files if file.is_file()) for files in (sources, dataset.glob("*"))
+    )
+    return {
+        item.name: digest(code(()), item.name, quick, own, records if {"rig", "study"} & set(item.needs) else [])
+        for item in ITEMS.values()
+    }

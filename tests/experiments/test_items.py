@@ -31,7 +31,7 @@ def frame_of(name, file=None):
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_no_words_of_a_figure_are_clipped(name):
+def test_figures_are_whole_and_axes_have_quantity_and_unit(name):
     for drawing in result(name).drawings:
         canvas = FigureCanvasAgg(drawing.figure)
         canvas.draw()
@@ -39,11 +39,6 @@ def test_no_words_of_a_figure_are_clipped(name):
             box = part.get_tightbbox(canvas.get_renderer())
             within = np.array([box.min, box.max]) / drawing.figure.bbox.size
             assert ((within > -0.005) & (within < 1.005)).all(), part
-
-
-@pytest.mark.parametrize("name", NAMES)
-def test_axes_have_quantity_and_unit(name):
-    for drawing in result(name).drawings:
         axes = [ax for ax in drawing.figure.axes if ax.axison]
         for labels in ([ax.get_xlabel() for ax in axes], [ax.get_ylabel() for ax in axes]):
             assert any(labels) or name in DRAWN
@@ -134,12 +129,6 @@ def test_means_of_figures_9_and_10_follow_from_their_curves_and_are_those_of_tab
             column = "repeat" if row["law"] == "repeat" else f"{row['law']} {row['engine']}"
             curve = frame_of(name).query("sensor == 6")[column]
             assert curve.mean() == pytest.approx(row["sensor_6"], rel=1e-4)
-
-
-def test_translations_of_figure_4_are_those_of_the_grid():
-    """b = a (16 κ + 8), κ = 0 : 0.005 : T/(4a): one more than the whole steps of 0.08 a in T = 4 s."""
-    for row in frame_of("figure_04").itertuples():
-        assert row.points == int(4 / (0.08 * 2**row.log2_scale) + 1e-9) + 1
 
 
 def test_eq_17_as_printed_is_twice_the_damping():
