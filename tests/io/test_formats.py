@@ -44,16 +44,6 @@ def test_channels_through_every_format(tmp_path, channels, suffix):
             assert getattr(one, name) == getattr(other, name)
 
 
-@pytest.mark.parametrize("suffix", SUFFIXES)
-def test_frfs_through_every_format(tmp_path, frf, suffix):
-    path = tmp_path / f"a{suffix}"
-    formats.write(path, frf)
-    got = formats.read_frf(path)
-    for name in ("frequency", "value", "coherence"):
-        np.testing.assert_array_equal(getattr(got, name), getattr(frf, name))
-    assert (got.responses, got.reference, got.quantity) == (frf.responses, frf.reference, frf.quantity)
-
-
 def matrix(rng, coherence=True):
     """FRFs of a test with two shakers and a hammer: other responses and another order to each reference."""
     return join_references(parts(rng, coherence))
@@ -72,11 +62,12 @@ def parts(rng, coherence=True):
 
 @pytest.mark.parametrize("coherence", [True, False])
 @pytest.mark.parametrize("suffix", SUFFIXES)
-def test_frfs_to_several_references_through_every_format(tmp_path, rng, suffix, coherence):
+def test_frfs_through_every_format(tmp_path, rng, frf, suffix, coherence):
     sent, path = matrix(rng, coherence), tmp_path / f"a{suffix}"
+    formats.write(path, frf)
+    assert formats.read_frf(path) == frf
     formats.write(path, sent)
-    got = formats.read_frf(path)
-    assert got == sent
+    assert formats.read_frf(path) == sent
     one = formats.read_frf(path, reference="7:-Z")
     assert one == sent.to_reference("7:-Z")
     assert (one.responses, one.reference) == (("2:-X", "5:+Z"), "7:-Z")

@@ -10,7 +10,6 @@ import scipy.io
 from clearance_mj.errors import RecordError
 from clearance_mj.io.mat import read_mat, write_mat
 from clearance_mj.io.uff import Channel
-from clearance_mj.signals.frf import FRF
 
 FS, N = 2048.0, 300
 TIME = 1.5 + np.arange(N) / FS
@@ -55,27 +54,6 @@ def test_complex_frfs_by_a_map(save, rng):
     )
     assert (got.responses, got.reference, got.quantity) == (("1:+Z", "2:-Z"), "200:+Z", "acceleration/force")
     np.testing.assert_allclose(got.functions, h.T * [[9.80665], [1]], rtol=1e-15)
-
-
-@pytest.mark.parametrize("coherence", [True, False])
-def test_round_trips(tmp_path, rng, coherence):
-    value = rng.standard_normal((3, 40)) + 1j * rng.standard_normal((3, 40))
-    labels = ("1:+Z", "2:-X", "8:+RY")
-    sent = FRF(
-        np.arange(40) + 0.25, value, rng.random((3, 40)) if coherence else None, labels, "5:-Y", "velocity/force"
-    )
-    write_mat(tmp_path / "h.mat", sent)
-    got = read_mat(tmp_path / "h.mat")
-    for name in ("frequency", "value", "coherence"):
-        np.testing.assert_array_equal(getattr(got, name), getattr(sent, name))
-    assert (got.responses, got.reference, got.quantity) == (labels, "5:-Y", "velocity/force")
-
-    channels = [Channel("a", 100, "+Z", "acceleration", rng.standard_normal(N), FS, -0.5)]
-    channels += [Channel("b", 6, "-X", "displacement", rng.standard_normal(N), FS, -0.5)]
-    write_mat(tmp_path / "r.mat", channels)
-    for one, other in zip(read_mat(tmp_path / "r.mat"), channels, strict=True):
-        np.testing.assert_array_equal(one.value, other.value)
-        assert (one.label, one.quantity, one.fs, one.start) == (other.label, other.quantity, FS, -0.5)
 
 
 def test_matlab_users_find_plain_names_in_our_file(tmp_path, rng):
