@@ -14,7 +14,7 @@ from mujoco import mjtDisableBit, mjtIntegrator, mjtJacobian, mjtSolver
 from tqdm import tqdm
 
 import clearance_mj as cm
-from clearance_mj.engines import links, modal_mj, mujoco_loop
+from clearance_mj.engines import links, modal_mj, mujoco_loop, plant
 from clearance_mj.engines.base import step_factor
 from clearance_mj.engines.chain import chain
 from clearance_mj.errors import ClearanceError
@@ -87,7 +87,7 @@ class Changed(cm.engines.Engine):
     base: str
     size: int
     fields: tuple = ()
-    armature: float = mujoco_loop.ARMATURE
+    armature: float = plant.ARMATURE
     """as in `Plant`"""
     shapes: bool = False
     """keep the shapes that touch nothing, and look for contacts of modes"""
@@ -97,30 +97,30 @@ class Changed(cm.engines.Engine):
     def largest_step(self, rig, law):
         if self.base != "links":
             return self._engine().largest_step(rig, law)
-        shaft, points = chain(rig, self.size), self._plant(rig).at_points
-        limit = mujoco_loop.stable_step(shaft.mass, shaft.stiffness, points, rig, law, self.armature)
+        shaft, points = chain(rig, self.size), self._plant(rig).maps.at_points
+        limit = plant.stable_step(shaft.mass, shaft.stiffness, points, rig, law, self.armature)
         return self._engine().safety * limit
 
     def start(self, rig, law, kind, step):
-        plant = self._plant(rig)
-        model = copy.copy(plant.model)
+        built = self._plant(rig)
+        model = copy.copy(built.model)
         for name, value in self.fields:
             setattr(model.opt, name, value)
-        plant = dataclasses.replace(plant, model=model, armature=self.armature)
-        return mujoco_loop.MujocoRun(self, rig, law, kind, step, plant)
+        built = dataclasses.replace(built, model=model, armature=self.armature)
+        return mujoco_loop.MujocoRun(self, rig, law, kind, step, built)
 
     def _engine(self):
         return cm.Links(self.size) if self.base == "links" else cm.ModalMujoco(self.size)
 
     def _plant(self, rig):
-        plant = links._plant(rig, self.size) if self.base == "links" else modal_mj._plant(rig, self.size)
+        built = links._plant(rig, self.size) if self.base == "links" else modal_mj._plant(rig, self.size)
         if not self.shapes:
-            return plant
+            return built
         build = cm.engines.build_links if self.base == "links" else cm.engines.build_modes
         model = build(rig, self.size).compile()
         for field in ("body_invweight0", "tendon_invweight0"):
-            getattr(model, field)[:] = getattr(plant.model, field)
-        return dataclasses.replace(plant, model=model)
+            getattr(model, field)[:] = getattr(built.model, field)
+        return dataclasses.replace(built, model=model)
 
 
 def _try(engine, name, fields):

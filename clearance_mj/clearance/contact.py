@@ -13,7 +13,7 @@ from typing import ClassVar, TypeVar, dataclass_transform
 
 from ..errors import LawError
 from ..validation import checked
-from .pointers import CONTACT_ENERGY, CONTACT_LAW, address
+from ._pointers import CONTACT_ENERGY, CONTACT_LAW, address
 
 __all__ = ["CONTACTS", "SLOWEST_IMPACT", "ContactModel", "Numbers", "register"]
 
@@ -110,11 +110,11 @@ class ContactModel(ABC):
 CONTACTS: dict[str, type[ContactModel]] = {}
 """The contact models by the name that law files give them"""
 
-Model = TypeVar("Model", bound=type[ContactModel])
+Model = TypeVar("Model", bound=ContactModel)
 
 
 @dataclass_transform(frozen_default=True)
-def register(model: Model) -> Model:
+def register(model: type[Model]) -> type[Model]:
     """Make a class a contact model; a class decorator.
 
     The class becomes a frozen dataclass that checks its fields, and is known by its ``name``, so that laws can hold it
@@ -125,5 +125,5 @@ def register(model: Model) -> Model:
     model : type
         Subclass of `ContactModel`.
     """
-    CONTACTS[model.name] = model = checked(LawError, name="contact")(model)
-    return model
+    made = CONTACTS[model.name] = checked(LawError, name="contact")(model)
+    return made

@@ -8,8 +8,8 @@ from typing import ClassVar, TypeVar, dataclass_transform
 
 from ..errors import LawError
 from ..validation import checked
+from ._pointers import GREASE_ENERGY, GREASE_LAW, address
 from .contact import Numbers
-from .pointers import GREASE_ENERGY, GREASE_LAW, address
 
 __all__ = ["GREASES", "GreaseModel", "register"]
 
@@ -86,11 +86,11 @@ class GreaseModel(ABC):
 GREASES: dict[str, type[GreaseModel]] = {}
 """The grease models by the name that law files give them; a rig's own, which needs none, is Bouc-Wen's"""
 
-Model = TypeVar("Model", bound=type[GreaseModel])
+Model = TypeVar("Model", bound=GreaseModel)
 
 
 @dataclass_transform(frozen_default=True)
-def register(model: Model) -> Model:
+def register(model: type[Model]) -> type[Model]:
     """Make a class a grease model; a class decorator that does what `contact.register` does for contacts.
 
     Parameters
@@ -98,5 +98,5 @@ def register(model: Model) -> Model:
     model : type
         Subclass of `GreaseModel`.
     """
-    GREASES[model.name] = model = checked(LawError, name="grease")(model)
-    return model
+    made = GREASES[model.name] = checked(LawError, name="grease")(model)
+    return made

@@ -13,11 +13,11 @@ import numpy as np
 
 from ..errors import LawError
 from ..rig import Grease, Rig
+from ._pointers import at, call_contact_law, call_grease_law
 from .gap import gap
 from .grease import GreaseModel
 from .greases.bouc_wen import BoucWen
 from .law import Law
-from .pointers import at, call_contact_law, call_grease_law
 
 __all__ = [
     "Clearance", "clearance_records", "contact_force", "contact_step", "follow_law", "grease_model", "grease_step",

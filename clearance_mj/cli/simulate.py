@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import sys
 from pathlib import Path
+from typing import Any
 
 from ..errors import ClearanceError
 from .command import add_command
@@ -15,7 +16,7 @@ __all__ = ["add"]
 GOOD_BALANCE = 0.01
 
 
-def add(commands):
+def add(commands: Any) -> None:
     """Add the command.
 
     Parameters
@@ -36,7 +37,7 @@ def add(commands):
     parser.add_argument("--ledger", type=Path, help=argparse.SUPPRESS)  # its former name
 
 
-def _run(options):
+def _run(options: argparse.Namespace) -> dict[str, Any]:
     from ..engines import simulate
     from ..io.results import save
 
@@ -55,7 +56,7 @@ def _run(options):
     return {"out": str(options.out), "acceleration_rms": rms} | more
 
 
-def _with_energy(options, folder, case):
+def _with_energy(options: argparse.Namespace, folder: Path, case: tuple[Any, ...]) -> tuple[Any, dict[str, Any]]:
     from ..engines.energy import energy_balance
     from ..report.energy import write
 
@@ -67,7 +68,7 @@ def _with_energy(options, folder, case):
     return response, {"energy": balance.summary() | {"out": str(folder)}}
 
 
-def _print(balance):
+def _print(balance: Any) -> None:
     found = balance.summary()
     for name, value in found["energy"].items():
         print(f"{name:16s}{value: .4e} J")

@@ -21,32 +21,21 @@ from __future__ import annotations
 
 from collections import Counter
 from dataclasses import dataclass, fields
-from typing import Any, NamedTuple
+from typing import Any
 
-import numba
 import numpy as np
 from tqdm import tqdm
 
-from ..clearance.gap import gap
-from ..clearance.kernel import (
-    Clearance,
-    clearance_records,
-    contact_force,
-    contact_step,
-    follow_law,
-    grease_step,
-)  # fmt: skip
+from ..clearance.kernel import clearance_records
 from ..clearance.law import Law
-from ..clearance.pointers import at, call_contact_energy, call_grease_energy
 from ..rig import Rig
 from ..signals.excitation import Excitation
 from ..signals.response import Response
+from ._energy_loop import BushingEnergies, bushing_energies, follow_impacts
 from .base import Engine, Run, get_engine
 from .simulation import Simulation
 
 __all__ = ["EnergyBalance", "Impact", "energy_balance"]
-
-SIDE, BEGIN, V_IN, PEAK, IMPULSE, LOST = range(6)
 
 
 @dataclass(frozen=True)
@@ -232,8 +221,8 @@ class _BalancedRun(Run):
         strain = np.sum(now @ stiffness * (before + after), axis=1) / 4
         x = q @ points.T
         speed = (before * seen[0] + now * seen[1] + after * seen[2]) @ points.T
-        of_bushings = _Energies(*np.zeros((6, m, n)), *np.zeros((2, m, 2 * n)))
-        _bushing_energies(self.steps, x, speed, impact, self.clearance, of_bushings)
+        of_bushings = BushingEnergies(*np.zeros((6, m, n)), *np.zeros((2, m, 2 * n)))
+        bushing_energies(self.steps, x, speed, impact, self.clearance, of_bushings)
         self._log_impacts(x[:-1], of_bushings)
         *flows, in_grease, in_contact, _, _ = of_bushings
         work = np.sum(travel @ damping * travel, axis=1) / h
@@ -245,11 +234,11 @@ class _BalancedRun(Run):
         at_time = np.column_stack((sums, (kinetic[1:] + kinetic[:-1]) / 2, strain, in_grease, in_contact))
         self.rows.append(at_time[:: self.factor])
 
-    def _log_impacts(self, x: np.ndarray, found: _Energies) -> None:
+    def _log_impacts(self, x: np.ndarray, found: BushingEnergies) -> None:
         """Log the impacts that end within a block."""
         n = len(self.gaps)
         rows = np.empty((n * (x.shape[0] + 1), 9))
-        count = _impacts(self.steps, self.step, x[:, n:], found, self.gaps, self.visits, rows)
+        count = follow_impacts(self.steps, self.step, x[:, n:], found, self.gaps, self.visits, rows)
         for end, side, *values in rows[:count].tolist():
             name, of = "upper" if side > 0 else "lower", int(end)
             self.impacts.append(Impact(values[0], of // 2, "ab"[of % 2], name, *values[1:]))
@@ -265,93 +254,3 @@ class _BalancedRun(Run):
         stored = {"kinetic": kinetic[0], "strain": strain[0], "grease": grease, "contact": contact}
         impacts = tuple(impact for impact in self.impacts if impact.time + impact.duration <= size / fs)
         return EnergyBalance(fs, input_[0], law_work, **lost, **stored, impacts=impacts)
-
-
-class _Energies(NamedTuple):
-    """What grease and contacts do in consecutive steps, J and N."""
-
-    film: np.ndarray
-    """(m, n_bushings) lost in a step"""
-    contact_loss: np.ndarray
-    """(m, n_bushings) lost in a step"""
-    hysteresis: np.ndarray
-    """(m, n_bushings) lost in a step"""
-    law_work: np.ndarray
-    """(m, n_bushings) put in in a step"""
-    in_grease: np.ndarray
-    """(m, n_bushings) stored"""
-    in_contact: np.ndarray
-    """(m, n_bushings) stored"""
-    push: np.ndarray
-    """(m, 2 n_bushings) force of every bushing end"""
-    loss: np.ndarray
-    """(m, 2 n_bushings) lost by it in a step"""
-
-
-@numba.njit(cache=True, nogil=True)
-def _bushing_energies(
-    steps: int, x: np.ndarray, speed: np.ndarray, impact: np.ndarray, clearance: Clearance, found: _Energies
-) -> None:
-    """Find what bushings do in consecutive steps, of which x begins one step early and ends one late."""
-    bushings, states, numbers = clearance
-    film, contact_loss, hysteresis, law_work, in_grease, in_contact, pushes, losses = found
-    n, earlier = bushings.size, np.empty_like(numbers)
-    for i in range(impact.shape[0]):
-        numbers[: 2 * n] = impact[i]
-        earlier[:] = numbers
-        for j in range(n):
-            bushing, state, middle = bushings[j], states[j], x[i + 1, j]
-            _, c = grease_step(bushing, state, numbers, middle)
-            film[i, j] = c * speed[i, j] * (x[i + 2, j] - x[i, j]) / 2
-            grease, before, after = at(numbers, bushing.grease), at(earlier, state.grease), at(numbers, state.grease)
-            out, dx = at(numbers, state.out), middle - x[i, j]
-            call_grease_energy(bushing.grease_energy, grease, before, after, middle, dx, out)
-            in_grease[i, j], hysteresis[i, j] = numbers[state.out], numbers[state.out + 1]
-            follow_law(bushing, state, numbers, middle, (steps + i) * bushing.step)
-            now, was, energy = at(numbers, state.contact), at(earlier, state.contact), bushing.contact_energy
-            for end in range(2):  # each carries half of the bushing's stiffness and damping
-                p = n + 2 * j + end
-                g, k, c = contact_step(bushing, state, numbers, end, x[i + 1, p], speed[i, p], False)
-                if g == 0.0:
-                    continue
-                depth, side = abs(g), np.sign(g)
-                common = np.sqrt(max(g * gap(x[i, p], bushing.gap), 0.0))
-                law_work[i, j] += (
-                    call_contact_energy(energy, now, common) - call_contact_energy(energy, was, common)
-                ) / 2
-                in_contact[i, j] += call_contact_energy(energy, now, depth) / 2
-                push = contact_force(k, c, depth, side * speed[i, p], bushing.adhesion)
-                loss = (push - k * depth) * side * (x[i + 2, p] - x[i, p]) / 2
-                pushes[i, 2 * j + end], losses[i, 2 * j + end] = push, loss
-                contact_loss[i, j] += loss
-
-
-@numba.njit(cache=True, nogil=True)
-def _impacts(
-    steps: int, h: float, x: np.ndarray, found: _Energies, gaps: np.ndarray, visits: np.ndarray, rows: np.ndarray
-) -> int:
-    """Follow every bushing end through consecutive steps, of which x begins one early; return the number of ``rows``.
-
-    ``visits``: each end's visit to a wall so far, with side 0 in the gap.
-    """
-    count = 0
-    for i in range(found.push.shape[0]):
-        for end in range(x.shape[1]):
-            visit, d, was, now = visits[end], gaps[end // 2], x[i, end], x[i + 1, end]
-            side = visit[SIDE] if visit[SIDE] else np.sign(now)
-            # Signed depths; time and speed of the passage from one to the other are those of a straight line.
-            was, now = side * was - d, side * now - d
-            if now > 0.0 and visit[SIDE] == 0.0:
-                visit[SIDE], visit[BEGIN], visit[V_IN] = side, (steps + i - now / (now - was)) * h, (now - was) / h
-            elif now <= 0.0 and visit[SIDE]:
-                if visit[IMPULSE] > 0.0:
-                    duration = (steps + i - now / (now - was)) * h - visit[BEGIN]
-                    begun, pushed = (end, side, visit[BEGIN], visit[V_IN]), (visit[PEAK], visit[IMPULSE])
-                    rows[count] = np.array((*begun, (was - now) / h, *pushed, duration, visit[LOST]))
-                    count += 1
-                visit[:] = 0.0
-            if visit[SIDE]:
-                visit[PEAK] = max(visit[PEAK], found.push[i, end])
-                visit[IMPULSE] += found.push[i, end] * h
-                visit[LOST] += found.loss[i, end]
-    return count

@@ -18,9 +18,9 @@ import numba
 import numpy as np
 
 from ..beam import MOST_MODES, ritz_model
+from ..clearance._pointers import OPTIONS
 from ..clearance.kernel import Clearance, clearance_records, contact_step, follow_law, grease_step
 from ..clearance.law import Law
-from ..clearance.pointers import OPTIONS
 from ..rig import Rig
 from .base import Engine, Equations, Run, check_setting, diverged, register
 

@@ -20,9 +20,9 @@ import mujoco
 import numba
 import numpy as np
 
+from ..clearance._pointers import OPTIONS
 from ..clearance.kernel import Clearance, clearance_records, contact_step, follow_law, grease_step
 from ..clearance.law import Law
-from ..clearance.pointers import OPTIONS
 from ..errors import LawError, SimulationError
 from ..rig import Rig
 from .base import Engine, Equations, Run, diverged, location

@@ -13,27 +13,15 @@ __all__ = ["Cubic"]
 
 @register
 class Cubic(ContactModel):
-    """F = k δ + k₃ δ³ + c δ̇, never pulling.
-
-    Parameters
-    ----------
-    stiffness : float
-        k, N/m.
-    cubic : float
-        k₃, N/m³.
-    damping : float
-        c, N s/m.
-
-    Raises
-    ------
-    LawError
-        For negative values.
-    """
+    """F = k δ + k₃ δ³ + c δ̇, never pulling."""
 
     name: ClassVar[str] = "cubic"
     stiffness: Positive
+    """k, N/m"""
     cubic: NotNegative
+    """k₃, N/m³"""
     damping: NotNegative = 0.0
+    """c, N s/m"""
 
     @staticmethod
     def law(p: Sequence[float], depth: float, speed: float, impact_speed: float, out: Numbers) -> None:

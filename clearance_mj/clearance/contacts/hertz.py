@@ -17,26 +17,14 @@ __all__ = ["Flores", "HertzDamped", "HuntCrossley", "LankaraniNikravesh"]
 
 @checked(LawError, name="contact")
 class HertzDamped(ContactModel):
-    """F = K δⁿ (1 + κ δ̇/v); the subclasses differ in κ(e).
-
-    Parameters
-    ----------
-    stiffness : float
-        K, N/mⁿ.
-    restitution : float
-        e, in 0..1 (above 0).
-    exponent : float
-        n, 1.5 for Hertz.
-
-    Raises
-    ------
-    LawError
-        For values outside these ranges.
-    """
+    """F = K δⁿ (1 + κ δ̇/v); the subclasses differ in κ(e)."""
 
     stiffness: Positive
+    """K, N/mⁿ"""
     restitution: Annotated[Positive, Field(le=1)]
+    """e"""
     exponent: Annotated[Number, Field(ge=1)] = 1.5
+    """n, 1.5 for Hertz"""
 
     @property
     @abstractmethod
@@ -49,7 +37,7 @@ class HertzDamped(ContactModel):
 
     @staticmethod
     def law(p: Sequence[float], depth: float, speed: float, impact_speed: float, out: Numbers) -> None:
-        """K = K δⁿ⁻¹, c = κ K δⁿ/v."""
+        """Stiffness K δⁿ⁻¹, damping κ K δⁿ/v."""
         if depth <= 0.0:  # the power of n = 1 would be 1
             out[0] = 0.0
             out[1] = 0.0

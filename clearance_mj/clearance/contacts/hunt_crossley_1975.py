@@ -19,30 +19,19 @@ class HuntCrossley1975(ContactModel):
 
     It needs no speed of impact, and is defined for a shaft that rests on the bushing. A slow impact at v has the
     restitution 1 - 2 λ v/(3 K).
-
-    Parameters
-    ----------
-    stiffness : float
-        K, N/mⁿ.
-    damping : float
-        λ, N s/mⁿ⁺¹.
-    exponent : float
-        n, 1.5 for Hertz.
-
-    Raises
-    ------
-    LawError
-        For values out of range.
     """
 
     name: ClassVar[str] = "hunt-crossley-1975"
     stiffness: Positive
+    """K, N/mⁿ"""
     damping: NotNegative = 0.0
+    """λ, N s/mⁿ⁺¹"""
     exponent: Annotated[Number, Field(ge=1)] = 1.5
+    """n, 1.5 for Hertz"""
 
     @staticmethod
     def law(p: Sequence[float], depth: float, speed: float, impact_speed: float, out: Numbers) -> None:
-        """K = K δⁿ⁻¹, c = λ δⁿ."""
+        """Stiffness K δⁿ⁻¹, damping λ δⁿ."""
         power = depth ** (p[2] - 1.0)
         out[0] = p[0] * power
         out[1] = p[1] * power * depth

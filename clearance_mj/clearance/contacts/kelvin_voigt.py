@@ -13,27 +13,15 @@ __all__ = ["KelvinVoigt"]
 
 @register
 class KelvinVoigt(ContactModel):
-    """Spring and damper in parallel (Eq. 10).
-
-    Parameters
-    ----------
-    stiffness : float
-        k, N/m.
-    damping : float
-        c, N s/m.
-    adhesion : bool
-        Let the damper pull at release; by default the force never pulls.
-
-    Raises
-    ------
-    LawError
-        For negative values.
-    """
+    """Spring and damper in parallel (Eq. 10)."""
 
     name: ClassVar[str] = "kelvin-voigt"
     stiffness: Positive
+    """k, N/m"""
     damping: NotNegative = 0.0
+    """c, N s/m"""
     adhesion: Flag = False
+    """let the damper pull at release"""
 
     @staticmethod
     def law(p: Sequence[float], depth: float, speed: float, impact_speed: float, out: Numbers) -> None:
@@ -47,5 +35,5 @@ class KelvinVoigt(ContactModel):
         return 0.5 * p[0] * depth * depth
 
     def largest(self, gap: float) -> tuple[float, float]:
-        """K and c."""
+        """Stiffness k and damping c."""
         return self.stiffness, self.damping

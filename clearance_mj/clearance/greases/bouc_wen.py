@@ -61,15 +61,10 @@ def film_damping(x: float, damping: float, inverse_film: float, limit: float) ->
 
 @dataclass(frozen=True)
 class BoucWen(GreaseModel):
-    """The model of a `Grease`, λ k x + (1-λ) k z + c ẋ / max(1 - |x|/h, ε)².
-
-    Parameters
-    ----------
-    grease : Grease
-        The parameters.
-    """
+    """The model of a `Grease`, λ k x + (1-λ) k z + c ẋ / max(1 - |x|/h, ε)²."""
 
     grease: Grease
+    """the parameters"""
 
     def parameters(self) -> tuple[float, ...]:
         """k, λ, A, β, γ, n, c, 1/h (0 without film), ε."""
@@ -78,7 +73,7 @@ class BoucWen(GreaseModel):
         return g.stiffness, g.elastic_ratio, g.amplitude, g.beta, g.gamma, g.exponent, g.damping, *film
 
     def small_motion(self) -> tuple[float, float]:
-        """K and c."""
+        """Stiffness k and damping c."""
         return self.grease.stiffness, self.grease.damping
 
     def largest(self) -> tuple[float, float]:

@@ -20,36 +20,21 @@ __all__ = ["MaxwellSlip"]
 
 @register
 class MaxwellSlip(GreaseModel):
-    """Σ kᵢ zᵢ + k x + c ẋ / max(1 - |x|/h, ε)²: each zᵢ follows the motion while kᵢ zᵢ stays within ±Wᵢ.
-
-    Parameters
-    ----------
-    springs : tuple of float
-        kᵢ, N/m.
-    forces : tuple of float
-        Wᵢ at which they slide, N; as many.
-    elastic : float
-        k that does not slide, N/m.
-    damping : float
-        c of the centred shaft, N s/m.
-    film_height : float, optional
-        h, m: film thickness at which the squeeze film would close; None: damping does not grow.
-    film_limit : float
-        ε, smallest relative film thickness.
-
-    Raises
-    ------
-    LawError
-        For values out of range.
-    """
+    """Σ kᵢ zᵢ + k x + c ẋ / max(1 - |x|/h, ε)²: each zᵢ follows the motion while kᵢ zᵢ stays within ±Wᵢ."""
 
     name: ClassVar[str] = "maxwell-slip"
     springs: Annotated[tuple[Positive, ...], Field(min_length=1)]
+    """kᵢ, N/m"""
     forces: tuple[Positive, ...]
+    """Wᵢ at which they slide, N"""
     elastic: NotNegative = 0.0
+    """k that does not slide, N/m"""
     damping: NotNegative = 0.0
+    """c of the centred shaft, N s/m"""
     film_height: Positive | None = None
+    """h, m: film thickness at which the squeeze film would close; None: damping does not grow"""
     film_limit: Annotated[Positive, Field(le=1)] = 0.2
+    """ε, smallest relative film thickness"""
 
     def __post_init__(self) -> None:
         if len(self.forces) != len(self.springs):

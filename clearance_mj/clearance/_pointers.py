@@ -13,11 +13,6 @@ from numba import types
 from numba.core import cgutils
 from numba.extending import intrinsic
 
-__all__ = [
-    "CONTACT_ENERGY", "CONTACT_LAW", "GREASE_ENERGY", "GREASE_LAW", "OPTIONS", "address", "at",
-    "call_contact_energy", "call_contact_law", "call_grease_energy", "call_grease_law",
-]  # fmt: skip
-
 OPTIONS: dict[str, Any] = {"nogil": True, "error_model": "numpy", "fastmath": {"contract", "reassoc", "nsz"}}
 """How engines and models are compiled: no change of their arithmetic hides an infinity or a NaN"""
 
@@ -31,15 +26,7 @@ _COMPILED: dict[Callable[..., Any], Any] = {}
 
 
 def address(function: Callable[..., Any], signature: Any) -> int:
-    """Return the address of a compiled function.
-
-    Parameters
-    ----------
-    function : callable
-        Compiled at its first use; from then on from disk, if it stands in a file.
-    signature : numba signature
-        One of those above.
-    """
+    """Address of a function, compiled at its first use; from then on kept on disk, if it stands in a file."""
     if function not in _COMPILED:
         try:
             compiled = numba.njit(signature, cache=True, **OPTIONS)(function)
