@@ -13,6 +13,7 @@ from ..errors import ClearanceError
 from ..files import replacing, to_json
 from .columns import add_columns, parse_columns
 from .command import add_command
+from .plugin import add_plugin, load_plugin
 
 if TYPE_CHECKING:  # a command imports what it needs when it runs
     from ..report.figures import Drawing
@@ -44,12 +45,14 @@ def add(commands: Any) -> None:
     )
     add_columns(parser, "--test-column", "the test's CSV or MATLAB file")
     add_columns(parser, "--model-column", "the model's CSV or MATLAB file")
+    add_plugin(parser, "a file format")
 
 
 def _run(options: argparse.Namespace) -> dict[str, Any]:
     from ..io.formats import read_frf
     from ..signals.alignment import align
 
+    load_plugin(options.plugin)
     if options.out and options.out.is_file():
         raise ClearanceError(f"--out {options.out} is a file; give a folder")
     test = read_frf(options.test, dict(parse_columns(options.test_column, "--test-column")))

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 from ..errors import ClearanceError, RecordError
 from .columns import add_columns, parse_columns
 from .command import add_command
+from .plugin import add_plugin, load_plugin
 
 if TYPE_CHECKING:  # a command imports what it needs when it runs
     from ..io.dataset import Record
@@ -40,6 +41,7 @@ def add(commands: Any) -> None:
         "(no suffix) that they are added to",
     )  # fmt: skip
     add_columns(parser)
+    add_plugin(parser, "a file format")
     parser.add_argument("--fs", type=float, help="samples per second of a CSV or MATLAB file without time")
     parser.add_argument(
         "--rig", type=Path,
@@ -59,6 +61,7 @@ def add(commands: Any) -> None:
 
 
 def _run(options: argparse.Namespace) -> dict[str, Any]:
+    load_plugin(options.plugin)
     inputs, out = options.files, options.out
     if out is None:
         *inputs, out = inputs

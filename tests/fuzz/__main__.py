@@ -6,6 +6,7 @@ import re
 import sys
 from pathlib import Path
 
+from clearance_mj.cli.plugin import add_plugin, load_plugin
 from clearance_mj.files import replacing
 
 from .readers import readers
@@ -19,12 +20,12 @@ TABLE = re.compile(r"(<!-- fuzz -->\n).*?(<!-- /fuzz -->)", re.DOTALL)
 
 
 def main() -> int:
-    known = readers()
     parser = argparse.ArgumentParser(prog="python -m tests.fuzz", description=__doc__)
     parser.add_argument(
         "--out", type=Path, default=Path("results/fuzz"), help="folder for fuzz.json and what was found"
     )
-    parser.add_argument("--reader", action="append", choices=[*known], help="default: all")
+    parser.add_argument("--reader", action="append", help="default: all")
+    add_plugin(parser, "a file format")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--share", type=float, default=1.0, help="of the full number of inputs")
     parser.add_argument("--first", type=int, default=0, help="index of the first input of each reader")
@@ -32,6 +33,10 @@ def main() -> int:
     parser.add_argument("--workers", type=int, default=2)
     parser.add_argument("--page", type=Path, help="page whose table of inputs is written anew")
     options = parser.parse_args()
+    load_plugin(options.plugin)
+    known = readers()
+    if missing := set(options.reader or ()) - known.keys():
+        parser.error(f"--reader {missing.pop()} is unknown; use {', '.join(known)}")
     chosen = [known[name] for name in options.reader or known]
     outcomes = fuzz(
         chosen, options.seed, options.out / "found", options.share, options.workers, options.first, options.count

@@ -9,6 +9,7 @@ import pytest
 
 import clearance_mj as cm
 from clearance_mj.cli import main
+from clearance_mj.cli.plugin import load_plugin
 from clearance_mj.errors import RecordError
 from clearance_mj.io.channels import Channel
 from clearance_mj.io.registry import FORMATS, WORDS, Format, register
@@ -43,11 +44,15 @@ register(Format("three columns", (".3col",), (FRF,), read, write, note="one FRF"
 
 @pytest.fixture
 def plugin(tmp_path, monkeypatch):
-    (tmp_path / "three_columns.py").write_text(FILE)
-    monkeypatch.syspath_prepend(tmp_path)
-    __import__("three_columns")
-    yield FORMATS[".3col"]
-    del FORMATS[".3col"], sys.modules["three_columns"]
+    """Path of the file; what it registered is forgotten afterwards."""
+    path = tmp_path / "three_columns.py"
+    path.write_text(FILE)
+    monkeypatch.setattr(sys, "path", [*sys.path])
+    before = dict(FORMATS)
+    yield path
+    FORMATS.clear()
+    FORMATS.update(before)
+    sys.modules.pop("three_columns", None)
 
 
 def accelerance():
@@ -56,11 +61,16 @@ def accelerance():
 
 
 def test_every_door_knows_a_format_from_outside(tmp_path, plugin, capsys):
+    assert main(["convert", str(tmp_path / "h.3col"), str(tmp_path / "h.uff")]) == 2
+    load_plugin(plugin)
     cm.write(tmp_path / "h.3col", accelerance())
     np.testing.assert_array_equal(cm.read(tmp_path / "h.3col").value, accelerance().value)
-    assert main(["convert", str(tmp_path / "h.3col"), str(tmp_path / "h.uff")]) == 0
+    arguments = ["--plugin", str(plugin)]
+    assert main(["convert", str(tmp_path / "h.3col"), str(tmp_path / "h.uff"), *arguments]) == 0
     np.testing.assert_array_equal(cm.read(tmp_path / "h.uff").value, accelerance().value)
-    assert main(["compare", str(tmp_path / "h.uff"), str(tmp_path / "h.3col"), "--modes", "0", "--json"]) == 0
+    assert (
+        main(["compare", str(tmp_path / "h.uff"), str(tmp_path / "h.3col"), "--modes", "0", "--json", *arguments]) == 0
+    )
     assert '"rmse_db": 0.0' in capsys.readouterr().out
     assert main(["convert", str(tmp_path / "h.uff"), str(tmp_path / "h.xyz")]) == 2
     assert ".3col" in capsys.readouterr().err
@@ -69,6 +79,7 @@ def test_every_door_knows_a_format_from_outside(tmp_path, plugin, capsys):
 
 
 def test_the_fuzzer_takes_it(tmp_path, plugin):
+    load_plugin(plugin)
     from tests.fuzz.readers import readers
     from tests.fuzz.run import fuzz
 
