@@ -15,7 +15,6 @@ from docutils.parsers.rst import Directive
 os.environ["NUMBA_DISABLE_JIT"] = "1"
 
 import clearance_mj
-import experiments.article as reproduce
 from clearance_mj import cli
 
 HERE = Path(__file__).parent
@@ -31,10 +30,7 @@ default_role = "py:obj"
 myst_heading_anchors = 3
 
 autosummary_generate = True
-USED = ("inputs", "items", "result", "runner")
-"""What a new experiment needs of `experiments.article`"""
 INNER = [f"clearance_mj.cli.{module.name}" for module in pkgutil.iter_modules(cli.__path__)]
-INNER += [f"experiments.article.{m.name}" for m in pkgutil.iter_modules(reproduce.__path__) if m.name not in USED]
 autosummary_context = {"inner": INNER}
 autodoc_member_order = "bysource"
 autodoc_typehints = "none"  # the docstrings say types, shapes and units
