@@ -27,7 +27,7 @@ FORMS = {
 QUANTITIES = {"c": "Damping c (N s/m)", "k": "Stiffness k (N/m)"}
 THIN = 8
 """Of so many samples the CSV holds one"""
-KNOWS = {
+PRIOR = {
     "corrected": "the displacement, the mass and a band for the frequency; c = 2m(-A'/A - ω'/(2ω))",
     "Eq. 12 as printed": "the same; c = -2m A'/A, which holds for a constant frequency",
     "Eq. 17 as printed": "the same; the real part 4mωζ, which is twice the damping",
@@ -60,7 +60,7 @@ def working_condition(item: Item, quick: bool, number: int, snrs: Sequence[float
         drawings=(Drawing(item.name, _draw(clean, first), caption, alt),),
         data={item.name: _curves(clean, first), f"{item.name}_errors": errors},
         tables=(to_table("errors", "Largest relative RMS error over the noises", columns, errors),),
-        knows=KNOWS,
+        prior_information=PRIOR,
     )
 
 

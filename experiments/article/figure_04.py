@@ -56,7 +56,7 @@ def run(item: Item, quick: bool, snrs: Sequence[float] = (100, SHOWN, 20), seeds
         drawings=(Drawing(item.name, _draw(study, error, known, snrs), caption, alt),),
         data={item.name: rows},
         tables=(_table(study, rows, snrs),),
-        knows={"each scale": "the displacement, the mass and the scale; nothing of the frequency"},
+        prior_information={"each scale": "the displacement, the mass and the scale; nothing of the frequency"},
     )
 
 

@@ -15,7 +15,7 @@ from clearance_mj.signals.correlation import rmse_db
 from clearance_mj.study import Case, Study
 
 from .items import Item
-from .models import MODELS, REPEAT, TEST, cases, decibel, knows, main_cases, name_of, position, test_words
+from .models import MODELS, REPEAT, TEST, cases, decibel, main_cases, name_of, position, prior_information, test_words
 from .published import MODELS as ARTICLE_MODELS
 from .published import Printed
 from .result import Result, rounded, to_table
@@ -55,7 +55,7 @@ def overlay(item: Item, study: Study, nodes: Sequence[int], columns: int, level:
         drawings=(Drawing(item.name, _draw_overlay(study, found, test, rows, columns), caption, alt),),
         data={item.name: _over_frequency(nodes, rows, frequency, levels), f"{item.name}_errors": errors},
         tables=(_error_table(errors, nodes),),
-        knows=knows(study),
+        prior_information=prior_information(study),
     )
 
 
@@ -161,7 +161,7 @@ def criterion(item: Item, study: Study, criterion: str, level: float | None = No
         drawings=(drawing,),
         data={item.name: _over_frequency(nodes, range(len(nodes)), frequency, curves), f"{item.name}_means": means},
         tables=(_mean_table(means, label),),
-        knows=knows(study),
+        prior_information=prior_information(study),
     )
 
 

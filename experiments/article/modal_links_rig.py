@@ -131,7 +131,7 @@ def run(item: Item, study: Study, quick: bool, setup: Setup | None = None) -> Re
             f"{item.name}_best_linear": _over_frequency(approximations, setup, rig),
         },
         tables=(_backbone_table(backbones), _scatter_table(approximations, row), _jump_table(jumps)),
-        knows={
+        prior_information={
             "rig": "nothing: it is the virtual test rig (synthetic), measured with 1 % noise and 24 bits",
             "engines": f"{law.prior_information}; driven by the commanded excitation, not the measured one",
             "engines, grease reduced": (

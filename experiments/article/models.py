@@ -18,8 +18,20 @@ from clearance_mj.study import Case, Study
 from .style import BLACK, BLUE, GREEN, GREY, ORANGE, SKY, VERMILION
 
 __all__ = [
-    "MODELS", "REPEAT", "TEST", "Model", "cases", "clearance_of", "decibel", "knows", "look", "main_cases", "name_of",
-    "position", "rows_of", "test_words",
+    "MODELS",
+    "REPEAT",
+    "TEST",
+    "Model",
+    "cases",
+    "clearance_of",
+    "decibel",
+    "look",
+    "main_cases",
+    "name_of",
+    "position",
+    "prior_information",
+    "rows_of",
+    "test_words",
 ]  # fmt: skip
 
 
@@ -43,7 +55,7 @@ MODELS = {
 }
 TEST = {"color": VERMILION, "lw": 2.6, "alpha": 0.7, "label": "test (synthetic)"}
 REPEAT = {"color": GREY, "lw": 1.0, "label": "test, other seed"}
-ARTICLE_KNOWS = {
+ARTICLE_PRIOR = {
     "article, initial": "constant stiffness and damping; where their values come from is not said",
     "article, updated": (
         "stiffness and damping over time from the wavelet ridge; it is not said of which record, nor whether the test "
@@ -52,10 +64,10 @@ ARTICLE_KNOWS = {
 }
 
 
-def knows(study: Study) -> dict[str, str]:
-    """Return what each model was allowed to know, ours and the article's, with the warnings of its identification."""
+def prior_information(study: Study) -> dict[str, str]:
+    """Return the prior information of each model, ours and the article's, with the warnings of its identification."""
     ours = {MODELS[law.name].label: ". Warning: ".join((law.prior_information, *law.warnings)) for law in study.laws}
-    return ours | ARTICLE_KNOWS
+    return ours | ARTICLE_PRIOR
 
 
 def name_of(law: str) -> str:

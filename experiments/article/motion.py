@@ -21,8 +21,16 @@ from .result import Result, rounded, to_table
 from .style import FONT, panel, sheet
 
 __all__ = [
-    "Median", "beside_published", "comparison", "histories_of", "knows", "median", "over_seeds", "reduction",
-    "seeds_table", "setting",
+    "Median",
+    "beside_published",
+    "comparison",
+    "histories_of",
+    "median",
+    "over_seeds",
+    "prior_information",
+    "reduction",
+    "seeds_table",
+    "setting",
 ]  # fmt: skip
 
 SEEDS, QUICK_SEEDS = 30, 6
@@ -71,8 +79,8 @@ def setting(speed: float) -> str:
     )
 
 
-def knows(names: Sequence[str] = tuple(CONTROLLERS)) -> dict[str, str]:
-    """Return what each controller was told, by its label."""
+def prior_information(names: Sequence[str] = tuple(CONTROLLERS)) -> dict[str, str]:
+    """Return the prior information of each controller, by its label."""
     nominal = "the nominal vehicle, the servo, the steering's stiffness without clearance"
     return {CONTROLLERS[n].label: f"{nominal}; of the clearance: {CONTROLLERS[n].prior}" for n in names}
 
@@ -94,7 +102,7 @@ def histories_of(item: Item, runs: Runs, speed: float, controllers: Sequence[str
         shows=_peaks_in_words(found, controllers, quantities),
         drawings=drawings,
         data=data,
-        knows=knows(controllers),
+        prior_information=prior_information(controllers),
     )
 
 
@@ -140,7 +148,7 @@ def beside_published(
         drawings=(_draw_spread(rows, item.name, list(metrics.values())),),
         data={item.name: rows},
         tables=(_beside(rows, printed, metrics, others), seeds_table(rows, f"{item.name}_seeds")),
-        knows=knows(names),
+        prior_information=prior_information(names),
     )
 
 

@@ -18,7 +18,7 @@ from clearance_mj.vehicle.steering import Steering
 from .inputs import Runs
 from .items import Item
 from .models import name_of
-from .motion import comparison, knows, setting
+from .motion import comparison, prior_information, setting
 from .result import Result, to_table
 from .style import FONT, panel, sheet
 
@@ -27,8 +27,8 @@ __all__ = ["run"]
 CONTROLLERS_SWEPT = ("smc", "smc-cm", "mpc", "mpc-cm")
 GAPS = (0.0, 0.09, 0.18, 0.27, 0.36, 0.45)
 """degrees at the road wheel"""
-TOLD = (0.5, 0.75, 1.0, 1.25, 1.5)
-"""told gap over the true one"""
+ASSUMED = (0.5, 0.75, 1.0, 1.25, 1.5)
+"""assumed gap over the true one"""
 PREVIEWS = (0.0, 0.04, 0.07, 0.1, 0.2)
 """s"""
 MOMENT = 135.0
@@ -40,15 +40,17 @@ def run(item: Item, study: Study, runs: Runs, quick: bool) -> Result:
     step = 4 if quick else 1
     sweeps = {
         "gap": _sweep(runs, CONTROLLERS_SWEPT, "half_gap", [float(np.radians(gap)) for gap in GAPS[::-step]]),
-        "told_gap": _sweep(runs, ("smc", "smc-cm", "mpc-cm"), "assumed_gap", [share * GAP for share in TOLD[::step]]),
+        "assumed_gap": _sweep(
+            runs, ("smc", "smc-cm", "mpc-cm"), "assumed_gap", [share * GAP for share in ASSUMED[::step]]
+        ),
         "preview": _sweep(runs, CONTROLLERS_SWEPT, "preview", PREVIEWS[::step]),
         "plants": _sweep(runs, CONTROLLERS_SWEPT, "plant", ("multi-body", "single-track")),
         "identified": _identified(runs, study),
     }
-    sweeps["told_gap"]["told"] = sweeps["told_gap"]["assumed_gap"] / GAP
+    sweeps["assumed_gap"]["assumed"] = sweeps["assumed_gap"]["assumed_gap"] / GAP
     curves_of = {
         "gap": ("half_gap", "Half-gap at the road wheel (°)", "the gap", 180 / np.pi),
-        "told_gap": ("told", "Told gap over true gap (1)", "the gap that is told", 1.0),
+        "assumed_gap": ("assumed", "Assumed gap over true gap (1)", "the gap that is assumed", 1.0),
         "preview": ("preview", "Road known ahead (s)", "the preview", 1.0),
     }
     return Result(
@@ -63,7 +65,7 @@ def run(item: Item, study: Study, runs: Runs, quick: bool) -> Result:
         ],
         data={f"{item.name}_{name}": rows for name, rows in sweeps.items()},
         tables=(_plants_table(sweeps["plants"]), _identified_table(sweeps["identified"])),
-        knows=knows(),
+        prior_information=prior_information(),
     )  # fmt: skip
 
 
@@ -71,7 +73,7 @@ _METHOD = (
     "Identified laws: the steering's bushings are taken to be the rig's at scale, lengths by the gap, forces so that "
     "the datasheet contacts agree. The steering's contacts have the secant stiffness of the last law (the best "
     "knowledge of the rig; the virtual rig's own parameters are no model's to know) at the peak aligning moment; "
-    "SMC-CM is told that of each law, all other controllers the datasheet's."
+    "SMC-CM assumes that of each law, all other controllers the datasheet's."
 )
 
 
@@ -92,9 +94,9 @@ def _laws(study: Study) -> dict[str, float]:
 def _identified(runs: Runs, study: Study) -> pd.DataFrame:
     laws = _laws(study)
     *_, true = laws.values()
-    told = {"": ("smc", 1.0)} | {name: ("smc-cm", share) for name, share in laws.items()}
+    assumed = {"": ("smc", 1.0)} | {name: ("smc-cm", share) for name, share in laws.items()}
     frames = []
-    for name, (controller, share) in told.items():
+    for name, (controller, share) in assumed.items():
         cases = comparison((controller,), stiffness=true, assumed_stiffness=share)
         frames.append(pd.DataFrame(outcome.row() for outcome in runs(cases)).assign(law=name))
     return pd.concat(frames, ignore_index=True)
@@ -133,7 +135,7 @@ def _shows(plants: pd.DataFrame, identified: pd.DataFrame) -> str:
         here = identified[(identified["speed"] == speed) & (identified["regime"] == "torque")]
         here = 1e3 * here.set_index("law")["peak_e_y"]
         errors = ", ".join(f"{name_of(law)} {value:.1f}" for law, value in here.items() if law)
-        words.append(f"Peak e_y told each law, torque-driven, {speed:g} km/h (mm): {errors}; SMC {here['']:.1f}.")
+        words.append(f"Peak e_y assuming each law, torque-driven, {speed:g} km/h (mm): {errors}; SMC {here['']:.1f}.")
     return " ".join(words)
 
 
@@ -151,13 +153,13 @@ def _plants_table(rows: pd.DataFrame) -> Table:
 
 
 def _identified_table(rows: pd.DataFrame) -> Table:
-    columns = [Column("Speed", "km/h", "g"), Column("Regime"), Column("Controller"), Column("Told law")]
-    columns += [Column("Told stiffness over datasheet", "", ".2f"), Column("Peak e_y", "mm", ".1f")]
+    columns = [Column("Speed", "km/h", "g"), Column("Regime"), Column("Controller"), Column("Assumed law")]
+    columns += [Column("Assumed stiffness over datasheet", "", ".2f"), Column("Peak e_y", "mm", ".1f")]
     columns += [Column("RMS e_y", "mm", ".2f"), Column("RMS e_y above that of the last law", "mm", ".2f")]
     last, body = rows["law"].iloc[-1], []
     for r in rows.itertuples():
         best = _pick(rows, law=last, speed=r.speed, regime=r.regime)
         words = r.speed, r.regime, CONTROLLERS[r.controller].label, name_of(r.law) if r.law else "none"
-        told = r.assumed_stiffness if r.law else None
-        body.append((*words, told, 1e3 * r.peak_e_y, 1e3 * r.rms_e_y, 1e3 * (r.rms_e_y - best["rms_e_y"])))
+        assumed = r.assumed_stiffness if r.law else None
+        body.append((*words, assumed, 1e3 * r.peak_e_y, 1e3 * r.rms_e_y, 1e3 * (r.rms_e_y - best["rms_e_y"])))
     return to_table("identified", "Identified laws as the clearance model", columns, body)

@@ -20,7 +20,7 @@ __all__ = ["index", "markdown", "section"]
 
 SVG_LIMIT = 600_000
 """bytes, above which the index page shows the PNG"""
-KNOWS = "What each model was allowed to know"
+PRIOR = "Prior information of each model"
 
 
 def _words(item: Item, result: Result) -> list[tuple[str, str]]:
@@ -38,9 +38,11 @@ def section(item: Item, result: Result, images: Mapping[str, bytes]) -> str:
     """Return an item as a section's markup, which needs no other file; images are PNG and SVG by the file's name."""
     parts = [_figure(drawing, images) for drawing in result.drawings]
     parts += [f"<h3>{heading}</h3>\n{html.paragraph(escape(text))}" for heading, text in _words(item, result)]
-    if result.knows:
-        entries = "".join(f"<dt>{escape(model)}</dt><dd>{escape(text)}</dd>\n" for model, text in result.knows.items())
-        parts.append(f"<h3>{KNOWS}</h3>\n<dl>{entries}</dl>\n")
+    if result.prior_information:
+        entries = "".join(
+            f"<dt>{escape(model)}</dt><dd>{escape(text)}</dd>\n" for model, text in result.prior_information.items()
+        )
+        parts.append(f"<h3>{PRIOR}</h3>\n<dl>{entries}</dl>\n")
     parts += [html.table(table) for table in result.tables]
     files = ", ".join(f'<a href="{file}.csv">{file}.csv</a>' for file in result.data)
     return "".join(parts) + (html.note(f"Numbers: {files}.") if files else "")
@@ -67,8 +69,11 @@ def markdown(item: Item, result: Result) -> str:
     parts = [f"# {item.title}"]
     parts += [f"![{d.alt}]({d.name}.png)\n\n{d.caption}" for d in result.drawings]
     parts += [f"## {heading}\n\n{text}" for heading, text in _words(item, result)]
-    if result.knows:
-        parts.append(f"## {KNOWS}\n\n" + "\n".join(f"- **{model}**: {words}" for model, words in result.knows.items()))
+    if result.prior_information:
+        parts.append(
+            f"## {PRIOR}\n\n"
+            + "\n".join(f"- **{model}**: {words}" for model, words in result.prior_information.items())
+        )
     parts += [_table(table) for table in result.tables]
     parts.append(f"Made by `python -m experiments.article {item.name}`.")
     return "\n\n".join(parts) + "\n"

@@ -27,8 +27,8 @@ class Result:
     """each becomes a CSV file, by its name without ".csv"; no timings: two runs give the same bytes"""
     tables: Sequence[Table] = ()
     """to read: published values beside ours"""
-    knows: Mapping[str, str] = field(default_factory=dict)
-    """what each model was allowed to know, by its name"""
+    prior_information: Mapping[str, str] = field(default_factory=dict)
+    """of each model, by its name"""
 
 
 def to_table(name: str, caption: str, columns: Iterable[Column], rows: pd.DataFrame | Iterable[Sequence]) -> Table:

@@ -14,7 +14,7 @@ from clearance_mj.study import Study
 
 from .improvement import improvements
 from .items import Item
-from .models import cases, knows, look, name_of, rows_of, test_words
+from .models import cases, look, name_of, prior_information, rows_of, test_words
 from .published import MODELS, Printed
 from .result import Result, to_table
 from .style import FONT, panel, sheet
@@ -45,7 +45,7 @@ def run(item: Item, study: Study, levels: Sequence[float] | None = None) -> Resu
         drawings=(Drawing(item.name, _draw(study, shown), caption, "Errors and MAC of four modes."),),
         data={item.name: pd.concat([published, rows], ignore_index=True), f"{item.name}_improvements": gains},
         tables=(_table(shown), gain_table),
-        knows=knows(study),
+        prior_information=prior_information(study),
     )
 
 
