@@ -9,7 +9,8 @@ from .contacts.kelvin_voigt import KelvinVoigt
 from .gap import describing_function, gap
 from .grease import GreaseModel
 from .greases.maxwell_slip import MaxwellSlip
-from .law import AmplitudeLaw, ConstantLaw, ContactLaw, Law, TimeLaw, load_law
+from .law import AmplitudeLaw, ConstantLaw, ContactLaw, Law, TimeLaw
+from .law_files import load_law
 
 __all__ = [
     "AmplitudeLaw",

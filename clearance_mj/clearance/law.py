@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import json
 from abc import ABC, abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, ClassVar, NamedTuple, TypeAlias
@@ -20,12 +20,12 @@ import numpy as np
 from ..errors import LawError
 from ..files import replacing
 from ..rig import Grease
-from ..validation import from_plain, to_plain
-from .contact import CONTACTS, ContactModel
+from ..validation import to_plain
+from .contact import ContactModel
 from .contacts.kelvin_voigt import KelvinVoigt
-from .grease import GREASES, GreaseModel
+from .grease import GreaseModel
 
-__all__ = ["AmplitudeLaw", "ConstantLaw", "ContactLaw", "Law", "LawTable", "TimeLaw", "law_from_dict", "load_law"]
+__all__ = ["AmplitudeLaw", "ConstantLaw", "ContactLaw", "Law", "LawTable", "TimeLaw"]
 
 AnyGrease = Grease | GreaseModel
 Values: TypeAlias = np.ndarray | Any
@@ -299,78 +299,9 @@ def _table(
     return LawTable(by_amplitude, abscissa.copy(), parameters, float(release), *of_bushings)
 
 
-_KINDS: dict[str, type[Law]] = {law.kind: law for law in (ConstantLaw, TimeLaw, AmplitudeLaw, ContactLaw)}
-
-
-def load_law(path: str | Path) -> Law:
-    """Read a law that `Law.save` wrote.
-
-    Parameters
-    ----------
-    path : str or Path
-        JSON file.
-
-    Raises
-    ------
-    LawError
-        If the file is missing, not a law, or holds impossible values.
-    """
-    path = Path(path)
-    try:
-        data = json.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise LawError(f"{path}: cannot be read ({error.strerror})") from None
-    except (ValueError, RecursionError) as error:
-        raise LawError(f"{path}: not a law file (JSON): {error}") from None
-    try:
-        return law_from_dict(data)
-    except LawError as error:
-        raise LawError(f"{path}: {error}") from None
-
-
-def law_from_dict(data: dict[str, Any]) -> Law:
-    """Build a law from the plain data that `Law.to_dict` returns.
-
-    Parameters
-    ----------
-    data : dict
-        Nested plain data.
-
-    Raises
-    ------
-    LawError
-        If it is not a law, or holds impossible values.
-    """
-    if not isinstance(data, dict) or str(data.get("kind")) not in _KINDS:
-        raise LawError(f'not a law file; needs "kind" to be one of {", ".join(_KINDS)}')
-    values = {name: value for name, value in data.items() if name != "kind"}
-    kind = _KINDS[data["kind"]]
-    try:
-        known: dict[str, Mapping[str, type]] = {"grease": {"bouc-wen": Grease, **GREASES}, "contact": CONTACTS}
-        for name, models in known.items():
-            if values.get(name) is not None:
-                default = "bouc-wen" if name == "grease" else None
-                parts = enumerate(values[name])
-                values[name] = tuple(_model(part, f"{name}[{i}]", models, default) for i, part in parts)
-        return kind(**values)
-    except (TypeError, ValueError, KeyError, AttributeError) as error:
-        raise LawError(f"not a whole law file of kind {kind.kind}: {error}") from None
-
-
 def _plain_model(model: ContactModel | AnyGrease) -> dict[str, Any]:
     """A model as plain data; a rig's own kind of grease needs no name."""
     return to_plain(model) if isinstance(model, Grease) else {"model": model.name, **to_plain(model)}
-
-
-def _model(data: object, where: str, models: Mapping[str, type], default: str | None) -> Any:
-    """A contact or grease model out of plain data."""
-    if not isinstance(data, Mapping):
-        raise LawError(f"{where} must be a table of keys, got {data!r}")
-    values = dict(data)
-    name = values.pop("model", default)
-    if not isinstance(name, str) or name not in models:
-        raise LawError(f"{where}.model {name!r} is unknown; use {', '.join(models)}")
-    return from_plain(models[name], values, where, LawError)
 
 
 def _values(values: Any, name: str) -> np.ndarray:

@@ -10,6 +10,7 @@ from typing import Any
 from ..errors import ClearanceError
 from .command import add_command
 from .drive import add_drive, excitation, load
+from .plugin import add_plugin, load_plugin
 
 __all__ = ["add"]
 
@@ -34,6 +35,7 @@ def add(commands: Any) -> None:
         "--energy", type=Path, metavar="FOLDER",
         help="balance energy and log impacts: energy.csv, impacts.csv and energy_balance.png in this folder",
     )  # fmt: skip
+    add_plugin(parser, "an engine, a contact or a grease")
     parser.add_argument("--ledger", type=Path, help=argparse.SUPPRESS)  # its former name
 
 
@@ -41,6 +43,7 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
     from ..engines import simulate
     from ..io.results import save
 
+    load_plugin(options.plugin)
     rig, law = load(options)
     if options.ledger:
         print("--ledger is called --energy now; its figure is energy_balance.png", file=sys.stderr)

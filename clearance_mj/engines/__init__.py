@@ -1,4 +1,7 @@
-"""Engines: MuJoCo flexible links, compiled modes, MuJoCo modes."""
+"""Engines: MuJoCo flexible links, compiled modes, MuJoCo modes; every file in this folder is imported."""
+
+import importlib
+import pkgutil
 
 from ..rig import Rig
 from .base import Engine, get_engine, register
@@ -23,6 +26,10 @@ __all__ = [
     "simulate_each",
     "solref_solimp",
 ]
+
+for _module in pkgutil.iter_modules(__path__):
+    if _module.name != "__main__":
+        importlib.import_module(f"{__name__}.{_module.name}")
 
 
 def mjcf(rig: Rig) -> dict[str, str]:

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from ..clearance.law import Law, load_law
+from ..clearance.law import Law
+from ..clearance.law_files import load_law
 from ..rig import Rig
 from .registry import Format, register
 

@@ -12,7 +12,7 @@ import numpy as np
 import xarray as xr
 
 from ..cache import ResultCache, digest
-from ..clearance.law import law_from_dict
+from ..clearance.law_files import law_from_dict
 from ..identify import Identified
 from ..io.dataset import Record
 from ..io.results import dataset_to_frf, frf_to_dataset

@@ -12,7 +12,8 @@ from pathlib import Path
 import numpy as np
 
 from ..cache import digest
-from ..clearance.law import Law, law_from_dict, load_law
+from ..clearance.law import Law
+from ..clearance.law_files import law_from_dict, load_law
 from ..engines import Engine, get_engine
 from ..errors import ClearanceError, RecordError
 from ..identify import nominal

@@ -22,7 +22,7 @@ from clearance_mj.clearance import (
     load_law,
 )
 from clearance_mj.clearance.kernel import clearance_records, follow_law
-from clearance_mj.clearance.law import law_from_dict
+from clearance_mj.clearance.law_files import law_from_dict
 from clearance_mj.errors import LawError
 from clearance_mj.rig import Grease
 

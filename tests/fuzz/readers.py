@@ -14,7 +14,7 @@ import numpy as np
 import scipy.io
 
 from clearance_mj.calibrate.files import read_frequencies
-from clearance_mj.clearance.law import law_from_dict, load_law
+from clearance_mj.clearance.law_files import law_from_dict, load_law
 from clearance_mj.errors import ClearanceError, LawError
 from clearance_mj.io import formats, lvm
 from clearance_mj.io.dataset import Dataset

@@ -1,0 +1,108 @@
+"""A contact and a grease of one's own, in a file outside of the package: on every engine and in every use."""
+
+import json
+import sys
+
+import numpy as np
+import pytest
+
+import clearance_mj as cm
+from clearance_mj.cli import main
+
+from ..conftest import ROOT
+
+OWN = '''
+import math
+from typing import ClassVar
+
+from clearance_mj.clearance import contact, grease
+from clearance_mj.validation import NotNegative, Positive
+
+
+@contact.register
+class Sinh(contact.ContactModel):
+    """K d sinh(δ/d) + c δ̇."""
+
+    name: ClassVar[str] = "sinh"
+    stiffness: Positive
+    depth: Positive
+    damping: NotNegative = 0.0
+
+    @staticmethod
+    def law(p, depth, speed, impact_speed, out):
+        x = depth / p[1]
+        out[0] = p[0] * (math.sinh(x) / x if x > 1e-6 else 1.0)
+        out[1] = p[2]
+
+    @staticmethod
+    def energy(p, depth):
+        return p[0] * p[1] ** 2 * (math.cosh(depth / p[1]) - 1.0)
+
+    def largest(self, gap):
+        return self.stiffness * math.cosh(gap / self.depth), self.damping
+
+
+@grease.register
+class Maxwell(grease.GreaseModel):
+    """k x + k1 z with z' = x' - z/tau."""
+
+    name: ClassVar[str] = "maxwell"
+    k: NotNegative
+    k1: Positive
+    tau: Positive
+
+    def parameters(self):
+        return self.k, self.k1, self.tau
+
+    def small_motion(self):
+        return self.k + self.k1, 0.0
+
+    @staticmethod
+    def law(p, state, x, dx, step, out):
+        decay = math.exp(-step / p[2])
+        state[0] = state[0] * decay + dx * p[2] / step * (1.0 - decay)  # exact at constant speed
+        out[0] = p[0] * x + p[1] * state[0]
+        out[1] = 0.0
+
+    @staticmethod
+    def energy(p, before, state, x, dx, out):
+        out[0] = 0.5 * p[0] * x * x + 0.5 * p[1] * state[0] ** 2
+        out[1] = p[1] * 0.5 * (before[0] + state[0]) * (dx - (state[0] - before[0]))
+'''
+
+
+@pytest.fixture
+def own(tmp_path, monkeypatch):
+    (tmp_path / "own_models.py").write_text(OWN, encoding="utf-8")
+    monkeypatch.syspath_prepend(str(tmp_path))
+    monkeypatch.delitem(sys.modules, "own_models", raising=False)
+    import own_models
+
+    yield own_models
+    cm.clearance.contact.CONTACTS.pop("sinh"), cm.clearance.grease.GREASES.pop("maxwell")
+
+
+def test_models_of_ones_own(rig, own, tmp_path, capsys):
+    """Beside a model of the package in the other bushing; the energies balance as those of the package's models do."""
+    law = cm.ContactLaw((own.Sinh(2e4, 3e-4, 4.0), cm.clearance.Cubic(1e4, 1e10, 2.0)), own.Maxwell(3000, 1500, 3e-3))
+    law.save(tmp_path / "law.json")
+    assert cm.load_law(tmp_path / "law.json") == law
+    noise, spread = cm.excitation.random(0.5, 2048.0, rms=6.0, seed=0), []
+    for engine in ("modal", "links", "modal-mj"):
+        response, balance = cm.energy_balance(rig, noise, law, engine)
+        assert balance.imbalance < 1e-3 and min(balance.summary()["impacts"]) > 5 and balance.hysteresis[:, -1].all()
+        spread.append(response.acceleration.std(axis=-1))
+    np.testing.assert_allclose(spread, [spread[0]] * 3, rtol=0.1)
+    plugin = ["--plugin", str(tmp_path / "own_models.py"), "--law", str(tmp_path / "law.json"), "--json"]
+    short = ["--engine", "modal", "--duration", "0.2", "--quiet", "--out", str(tmp_path / "r.nc")]
+    assert main(["simulate", str(ROOT / "models" / "table1_rig.toml"), *plugin, *short]) == 0
+    assert json.loads(capsys.readouterr().out)["acceleration_rms"]
+
+
+def test_refusals_name_the_place(own):
+    with pytest.raises(cm.LawError, match=r"contact\.depth must be > 0, got -1"):
+        own.Sinh(1e4, -1.0)
+    data = cm.ContactLaw(own.Sinh(1e4, 1e-4)).to_dict()
+    data["contact"][0]["stifness"] = 1.0
+    with pytest.raises(cm.LawError, match=r"contact\[0\].stifness is not a known key; .* did you mean stiffness"):
+        cm.clearance.law_files.law_from_dict(data)
