@@ -21,7 +21,7 @@ import scipy.io
 import clearance_mj
 from clearance_mj import report
 from clearance_mj.beam import natural_frequencies
-from clearance_mj.clearance import ConstantLaw, load_law
+from clearance_mj.clearance import ConstantLaw
 from clearance_mj.cli import main
 from clearance_mj.engines import get_engine
 from clearance_mj.errors import ClearanceError, RecordError, SimulationError
@@ -275,12 +275,9 @@ class Bomb:
 
 @pytest.mark.parametrize(
     "read",
-    [
-        results.load, formats.read_uff, formats.read_csv, formats.read_mat, load_law, Rig.load,
-        lambda path: Table(path, {"natural_frequency": (2,)}, 3),
-    ],
-    ids=["netcdf", "uff", "csv", "mat", "law", "rig", "table of a sweep"],
-)  # fmt: skip
+    [*{f.name: f.read for f in formats.FORMATS.values()}.values(), lambda p: Table(p, {"natural_frequency": (2,)}, 3)],
+    ids=[*dict.fromkeys(f.name for f in formats.FORMATS.values()), "table of a sweep"],
+)
 @pytest.mark.parametrize("carrier", ["pickle", "npy", "npz"])
 def test_no_reader_unpickles(tmp_path, read, carrier):
     mark, path = tmp_path / "mark", tmp_path / "file"
