@@ -2,6 +2,7 @@
 
 import dataclasses
 import json
+import warnings
 
 import numpy as np
 import pytest
@@ -12,6 +13,7 @@ from clearance_mj.engines import simulate
 from clearance_mj.errors import ClearanceError, RecordError
 from clearance_mj.identify import METHODS as METHODS_BY_NAME
 from clearance_mj.identify import Identified, nominal
+from clearance_mj.identify.checks import IdentifiabilityWarning
 from clearance_mj.identify.registry import Method
 from clearance_mj.io.dataset import Dataset, write_dataset
 from clearance_mj.output_folder import WORK
@@ -208,3 +210,21 @@ def test_dataset_without_validation_records(small_dataset, tmp_path):
 def test_unknown_engine_is_refused_before_any_work(small_dataset, tmp_path):
     with pytest.raises(ClearanceError, match='engine "warp" is unknown; known: links, modal, modal-mj'):
         report_study(small_dataset, tmp_path / "out", ("warp",), progress=False)
+
+
+def test_warnings_of_an_identification_stay_with_its_law(small_dataset, tmp_path, monkeypatch):
+    """They are given again where the law comes from the cache."""
+    runs = []
+
+    def run(dataset, words):
+        runs.append(words)
+        warnings.warn("one bushing never touches", IdentifiabilityWarning, stacklevel=1)
+        return Identified(SMALL_LAW)
+
+    monkeypatch.setitem(METHODS_BY_NAME, "new", Method("nothing", run))
+    for _ in range(2):
+        with pytest.warns(IdentifiabilityWarning, match="one bushing never touches"):
+            of = Dataset.load(small_dataset), ["new"], ["modal"], cache.ResultCache(tmp_path)
+            (law,) = study_module.Study(*of).laws
+        assert law.warnings == ("one bushing never touches",)
+    assert len(runs) == 1
