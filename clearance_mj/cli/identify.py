@@ -58,7 +58,7 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
         warnings.showwarning = lambda message, *_, **__: _warn(str(message), warned)
         found = method.run(dataset, None if options.quiet else options.method)
         found.law.save(options.out)
-        result = {"out": str(options.out), "law": found.law.to_dict(), "warnings": warned}
+        result: dict[str, Any] = {"out": str(options.out), "law": found.law.to_dict(), "warnings": warned}
         if method.shortest:  # it was given the records
             findings = Findings(dataset, found, options.method)
             result["parameters"] = findings.parameters()

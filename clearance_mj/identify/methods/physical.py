@@ -78,11 +78,12 @@ def fit_output_error(dataset: Dataset, progress: str | None = None) -> Fit:
     rig, found = dataset.rig, evidence(dataset.to_identify())
     parameters, make = _parameters(rig), partial(_law, rig)
     try:
-        balance, _ = amplitude_law(dataset)
+        balance, grease = amplitude_law(dataset)
     except RecordError:
         common = _continued(dataset, found, parameters, make, progress)
     else:
-        starts, part = _from_balance(balance, rig.bushings[0].gap), _part(progress, "bushings alike")
+        starts = _from_balance(balance, grease.grease, rig.bushings[0].gap)
+        part = _part(progress, "bushings alike")
         common = fit_law(rig, found, parameters, make, starts, 1, MODEL_ERROR, ROUGH, progress=part)
     each = [
         replace(p, name=f"{p.name}, bushings[{j}]", start=float(v), prior_std=LIKENESS)
@@ -108,11 +109,11 @@ def _parameters(rig: Rig) -> list[Parameter]:
     ]
 
 
-def _from_balance(balance: AmplitudeLaw, gap: float) -> list[tuple[float, ...]]:
+def _from_balance(balance: AmplitudeLaw, greases: Sequence[Grease], gap: float) -> list[tuple[float, ...]]:
     """Start values, the means of the bushings' of an amplitude law, with several exponents and restitutions."""
     force = np.mean([np.interp(2 * gap, balance.amplitude, k) for k in balance.k.T]) * gap
-    greases = _grease_starts(balance.grease or (), gap)
-    return [(*grease, force, n, e) for grease in greases for n in (1.0, 1.5) for e in (0.3, 0.6, 0.9)]
+    starts = _grease_starts(greases, gap)
+    return [(*grease, force, n, e) for grease in starts for n in (1.0, 1.5) for e in (0.3, 0.6, 0.9)]
 
 
 def _grease_starts(greases: Sequence[Grease], gap: float) -> list[tuple[float, ...]]:
