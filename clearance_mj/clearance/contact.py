@@ -125,5 +125,6 @@ def register(model: type[Model]) -> type[Model]:
     model : type
         Subclass of `ContactModel`.
     """
-    made = CONTACTS[model.name] = checked(LawError, name="contact")(model)
+    made = checked(LawError, name="contact")(model)
+    CONTACTS[made.name] = made
     return made

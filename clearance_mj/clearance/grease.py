@@ -98,5 +98,6 @@ def register(model: type[Model]) -> type[Model]:
     model : type
         Subclass of `GreaseModel`.
     """
-    made = GREASES[model.name] = checked(LawError, name="grease")(model)
+    made = checked(LawError, name="grease")(model)
+    GREASES[made.name] = made
     return made

@@ -5,7 +5,7 @@ In every step a loop calls for each bushing `grease_step` and `follow_law`, and 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import NamedTuple, get_type_hints
 
 import numba
@@ -141,35 +141,29 @@ def clearance_records(rig: Rig, law: Law, step: float) -> Clearance:
     LawError
         If the law is for another number of bushings.
     """
-    n, greases = len(rig.bushings), greases_of(rig, law)
-    table = law.table(n)
-    bushings, states = np.zeros(n, _record(Bushing)), np.zeros(n, _record(State))
+    n = len(rig.bushings)
+    table, bushings, states = law.table(n), np.zeros(n, _record(Bushing)), np.zeros(n, _record(State))
     numbers: list[float] = [0.0] * 2 * n
 
-    def place(values: Sequence[float]) -> int:
+    def place(values: Iterable[float]) -> int:
+        start = len(numbers)
         numbers.extend(values)
-        return len(numbers) - len(values)
+        return start
 
-    bushings["gap"], bushings["step"], bushings["by_amplitude"] = (
-        [b.gap for b in rig.bushings],
-        step,
-        table.by_amplitude,
-    )
+    bushings["gap"], bushings["step"] = [b.gap for b in rig.bushings], step
     bushings["decay"] = np.exp(-step / table.release) if table.by_amplitude else 0.0
-    bushings["rows"], bushings["width"], bushings["abscissa"] = (
-        *table.parameters.shape[::2],
-        place(table.abscissa.tolist()),
-    )
-    for name in ("adhesion", "contact_law", "contact_energy"):
+    bushings["rows"], _, bushings["width"] = table.parameters.shape
+    bushings["abscissa"] = place(table.abscissa)
+    for name in ("by_amplitude", "adhesion", "contact_law", "contact_energy"):
         bushings[name] = getattr(table, name)
-    for j, model in enumerate(greases):
+    states["impact"] = 2 * np.arange(n)
+    for j, model in enumerate(greases_of(rig, law)):
         bushings["grease_law"][j], bushings["grease_energy"][j] = model.addresses()
-        bushings["table"][j], bushings["grease"][j] = (
-            place(table.parameters[:, j].ravel().tolist()),
-            place(model.parameters()),
-        )
-        states["impact"][j], states["grease"][j] = 2 * j, place([0.0] * model.states())
-        states["contact"][j], states["out"][j] = place(table.parameters[0, j].tolist()), place([0.0, 0.0])
+        bushings["grease"][j] = place(model.parameters())
+        bushings["table"][j] = place(table.parameters[:, j].ravel())
+        states["grease"][j] = place([0.0] * model.states())
+        states["contact"][j] = place(table.parameters[0, j])
+        states["out"][j] = place([0.0, 0.0])
     return Clearance(bushings, states, np.array(numbers, dtype=float))
 
 
