@@ -24,6 +24,9 @@ from clearance_mj.signals.ema import Modes
 from clearance_mj.signals.frf import FRF
 from clearance_mj.signals.response import Response
 from clearance_mj.sweep.store import Table
+from tests.io.test_lvm import BODY
+from tests.io.test_lvm import text as lvm_text
+from tests.io.test_uff import by_hand, units_by_hand
 
 N = 6
 T = np.arange(N) / 64
@@ -88,24 +91,19 @@ def whole(known: Format) -> list[bytes]:
     return found
 
 
-def _set_58(kind, ordinate, spacing, rows, denominator=0) -> str:
-    """A data set 58 of text, written by hand."""
-    size = N if kind == 1 else 3
-    lines = ["    -1", "    58", "acc 6", *["NONE"] * 4]
-    lines.append(f"{kind:5d}{0:10d}{0:5d}{0:10d} NONE      {6:10d}{3:4d} NONE      {100:10d}{3:4d}")
-    lines.append(f"{ordinate:10d}{size:10d}{spacing:10d}{0:13.5e}{1 / 64:13.5e}{0:13.5e}")
-    lines += [f"{code:10d}    0    0    0 NONE                 {unit:<20}" for code, unit in (
-        (17 if kind == 1 else 18, "s"), (12, "g" if kind == 1 else "NONE"), (denominator, "NONE"), (0, "NONE"),
-    )]  # fmt: skip
-    return "\n".join([*lines, *rows, "    -1", ""])
-
-
 def uff() -> list[bytes]:
     row = "".join(f"{math.sin(i):13.5e}" for i in range(N))
     uneven = ["".join(f"{i / 64:13.5e}{i:13.5e}" for i in range(a, a + 3)) for a in (0, 3)]
     doubles = ["".join(f"{math.sin(i):20.11e}" for i in range(a, min(a + 4, N))) for a in (0, 4)]
-    texts = _set_58(1, 2, 1, [row]), _set_58(1, 2, 0, uneven), _set_58(4, 5, 1, [row], 12), _set_58(1, 4, 1, doubles)
-    return [text.encode() for text in texts]
+    time = {"count": N, "dof": (6, 3, 100, 3), "step": f"{1 / 64:.5e}", "unit": "g"}
+    frf = {"kind": 4, "ordinate": 5, "count": 3, "axis": 18, "denominator": 12, "dof": (6, 3, 100, 3)}
+    return [
+        by_hand([row], **time),
+        by_hand(uneven, spacing=0, **time),
+        by_hand(doubles, ordinate=4, **time),
+        by_hand([row], **frf),
+        units_by_hand(1e3, 1.0) + by_hand([row], **time | {"unit": "NONE"}),
+    ]
 
 
 def csv() -> list[bytes]:
@@ -117,17 +115,7 @@ def csv() -> list[bytes]:
 
 
 def lvm() -> list[bytes]:
-    end = "***End_of_Header***\t\n"
-    head = "LabVIEW Measurement\t\nSeparator\tTab\nDecimal_Separator\t{}\nX_Columns\t{}\n" + end + "\t\n"
-    segment = "Channels\t2\t\t\nSamples\t3\t3\t\nY_Unit_Label\tlb\tg\t\nX0\t0.5\t0.5\t\nDelta_X\t0.25\t0.25\t\n" + end
-    bodies = {
-        "One": "X_Value\tForce\tAcc\tComment\n0.5\t1\t-4\n0.75\t2\t-5\tknocked\n1.0\t3\t-6e-1\n",
-        "Multi": "X_Value\tForce\tX_Value\tAcc\tComment\n0.5\t1\t0.5\t-4\n0.75\t2\t0.75\t-5\n1.0\t3\t1.0\t-6e-1\n",
-        "No": "X_Value\tForce\tAcc\tComment\n\t1\t-4\n\t2\t-5\n\t3\t-6e-1\n",
-    }
-    texts = [head.format(".", layout) + segment + body for layout, body in bodies.items()]
-    texts.append(texts[0] + "\n" + segment + bodies["One"])
-    texts.append(texts[0].replace(".", ","))
+    texts = [*map(lvm_text, BODY), lvm_text(segments=2), lvm_text(point=",")]
     return [text.encode() for text in texts]
 
 

@@ -5,6 +5,8 @@ import gzip
 import numpy as np
 import pytest
 
+import clearance_mj as cm
+from clearance_mj.cli import main
 from clearance_mj.errors import RecordError
 from clearance_mj.io.lvm import read_lvm
 
@@ -72,3 +74,32 @@ def test_damage(tmp_path, content, message):
 def test_no_file(tmp_path):
     with pytest.raises(RecordError, match=r"nothing.lvm: No such file"):
         read_lvm(tmp_path / "nothing.lvm")
+
+
+def test_time_records(tmp_path):
+    """The map gives the unit of the force, whose own, lb, is unknown; that of the acceleration, g, is the file's."""
+    columns = {"Force": "force:5 [kN]", "Acc": "acc:3:-Z"}
+    force, acceleration = cm.read(write(tmp_path, text()), columns)
+    assert [(c.label, c.quantity, c.fs, c.start) for c in (force, acceleration)] == [
+        ("5:+Z", "force", 4.0, 0.5),
+        ("3:-Z", "acceleration", 4.0, 0.5),
+    ]
+    np.testing.assert_allclose(force.value, [1e3, 2e3, 3e3])
+    np.testing.assert_allclose(acceleration.value, 9.80665 * np.array([-4, -5, -0.6]))
+    arguments = [part for header, name in columns.items() for part in ("--column", f"{header}={name}")]
+    assert main(["convert", str(tmp_path / "a.lvm"), str(tmp_path / "a.csv"), *arguments]) == 0
+    np.testing.assert_allclose(cm.read(tmp_path / "a.csv")[1].value, acceleration.value)
+
+
+@pytest.mark.parametrize(
+    ("segments", "columns", "part"),
+    [
+        (2, {"Force": "skip", "Acc": "acc:3"}, "holds 2 segments, time records need one"),
+        (1, {"Force": "force:5"}, 'variable "Force \\[lb\\]": unit "lb" of force is unknown'),
+        (1, {"Force": "frequency [Hz]", "Acc": "acc:3/force [g/N]"}, "channels over time"),
+        (1, None, 'variable "Force \\[lb\\]": not the name of a channel'),
+    ],
+)
+def test_no_time_records(tmp_path, segments, columns, part):
+    with pytest.raises(RecordError, match=f"a.lvm: .*{part}"):
+        cm.read(write(tmp_path, text(segments=segments)), columns)
