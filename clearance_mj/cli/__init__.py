@@ -3,48 +3,26 @@
 from __future__ import annotations
 
 import argparse
+import difflib
 import sys
+from collections.abc import Iterable, Sequence
+from importlib import import_module
 
 from .._version import __version__
 from ..errors import ClearanceError
 from ..files import to_json
-from . import (
-    animate,
-    calibrate,
-    compare,
-    convert,
-    identify,
-    motion,
-    moved,
-    new,
-    place,
-    simulate,
-    study,
-    sweep,
-    vehicle,
-)
+from .command import COMMANDS, Parser
 
-__all__ = ["COMMANDS", "main"]
+__all__ = ["main"]
 
-COMMANDS = (
-    new,
-    study,
-    identify,
-    simulate,
-    animate,
-    motion,
-    compare,
-    convert,
-    moved,
-    calibrate,
-    place,
-    sweep,
-    vehicle,
-)
-"""Modules with `add(commands)`, which adds the command's parser, in the order of the help"""
+for _module in (
+    *("new", "study", "identify", "simulate", "animate", "motion", "compare", "convert", "moved", "calibrate"),
+    *("place", "sweep", "vehicle"),
+):  # each registers its command; in the order of the help
+    import_module(f".{_module}", __name__)
 
 
-def main(arguments=None) -> int:
+def main(arguments: Sequence[str] | None = None) -> int:
     """Run ``clearance-mj``.
 
     Parameters
@@ -57,7 +35,7 @@ def main(arguments=None) -> int:
     int
         0 when done, 1 when interrupted or failed in computing, 2 for bad input.
     """
-    options = _parser().parse_args(arguments)
+    options = _parsed(sys.argv[1:] if arguments is None else list(arguments))
     try:
         result = options.run(options)
     except ClearanceError as error:
@@ -76,10 +54,22 @@ def main(arguments=None) -> int:
     return 0
 
 
-def _parser():
-    parser = argparse.ArgumentParser(prog="clearance-mj", description="Vibration of shafts with clearance.")
+def _parsed(arguments: list[str]) -> argparse.Namespace:
+    """Options of a command; what is misspelt ends with the nearest known words."""
+    parser = Parser(prog="clearance-mj", description="Vibration of shafts with clearance.")
     parser.add_argument("--version", action="version", version=f"clearance-mj {__version__}")
     commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
-    for command in COMMANDS:
+    for command in COMMANDS.values():
         command.add(commands)
-    return parser
+    if arguments and not arguments[0].startswith("-") and arguments[0] not in COMMANDS:
+        parser.error(f"{arguments[0]!r} is no command{_meant(arguments[0], COMMANDS)}")
+    options, unknown = parser.parse_known_args(arguments)
+    if unknown:
+        known = [flag for flag in options.parser._option_string_actions if flag.startswith("--")]
+        options.parser.error(f"{unknown[0]!r} is not known{_meant(unknown[0].partition('=')[0], known)}")
+    return options
+
+
+def _meant(word: str, known: Iterable[str]) -> str:
+    close = difflib.get_close_matches(word, list(known), 1)
+    return f", did you mean {close[0]}?" if close else ""

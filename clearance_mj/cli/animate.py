@@ -2,27 +2,16 @@
 
 from __future__ import annotations
 
+import argparse
 import sys
 from pathlib import Path
+from typing import Any
 
-from .command import add_command
+from .command import command
 from .drive import add_drive, excitation, load
 
-__all__ = ["add"]
 
-
-def add(commands):
-    """Add the command.
-
-    Parameters
-    ----------
-    commands : argparse subparsers
-        Where to add it.
-    """
-    parser = add_command(
-        commands, "animate", _run, "show the shaft rattling in its bushings, in slow motion and exaggerated",
-        default=Path("rattle.gif"), help="file, .gif or (with ffmpeg) .mp4 (default: %(default)s)",
-    )  # fmt: skip
+def _options(parser: argparse.ArgumentParser) -> None:
     add_drive(parser, duration=6.0)
     parser.add_argument("--rms", type=float, default=5.0, help="m/s², or N for a force shaker (default: %(default)s)")
     parser.add_argument("--start", type=float, help="s (default: the strongest contact is in the middle)")
@@ -40,7 +29,11 @@ def add(commands):
     )
 
 
-def _run(options):
+@command(
+    "animate", "show the shaft rattling in its bushings, in slow motion and exaggerated", _options,
+    out=Path("rattle.gif"), out_help="file, .gif or (with ffmpeg) .mp4 (default: %(default)s)",
+)  # fmt: skip
+def _run(options: argparse.Namespace) -> dict[str, Any]:
     from ..engines import simulate
     from ..report.animation import check, clip, write
 

@@ -8,27 +8,13 @@ from typing import TYPE_CHECKING, Any
 
 from ..errors import RecordError
 from ..files import replacing, to_json
-from .command import add_command
+from .command import command, out_folder
 
 if TYPE_CHECKING:
     from ..calibrate import Calibration, FRFTarget, ModalTarget
 
-__all__ = ["add"]
 
-
-def add(commands: Any) -> None:
-    """Add the command.
-
-    Parameters
-    ----------
-    commands : argparse subparsers
-        Where to add it.
-    """
-    parser = add_command(
-        commands, "calibrate", _run, "find a rig's parameters from measured natural frequencies, shapes or FRFs",
-        default=Path("results/calibration"),
-        help="folder for rig.toml, calibration.json and calibration.png (default: %(default)s)",
-    )  # fmt: skip
+def _options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("rig", type=Path, help="rig file (TOML): where to start, and all that is not free")
     parser.add_argument(
         "targets", type=Path, nargs="+",
@@ -65,6 +51,11 @@ def _free(text: str) -> tuple[str, tuple[float, float] | None]:
     return path, (low, high)
 
 
+@command(
+    "calibrate", "find a rig's parameters from measured natural frequencies, shapes or FRFs", _options,
+    out=Path("results/calibration"),
+    out_help="folder for rig.toml, calibration.json and calibration.png (default: %(default)s)",
+)  # fmt: skip
 def _run(options: argparse.Namespace) -> dict[str, Any]:
     from ..calibrate import calibrate
     from ..report.calibration import draw
@@ -72,8 +63,7 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
 
     if options.starts < 1 or options.std <= 0:
         raise RecordError(f"--starts must be >= 1 and --std > 0, got {options.starts} and {options.std:g}")
-    if options.out.is_file():
-        raise RecordError(f"--out {options.out} is a file; give a folder")
+    out_folder(options.out)
     rig, targets = Rig.load(options.rig), [_target(path, options) for path in options.targets]
     progress = None if options.quiet else "calibrating"
     found = calibrate(rig, targets, dict(options.free), options.starts, options.seed, progress)

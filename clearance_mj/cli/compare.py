@@ -10,33 +10,19 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..errors import ClearanceError
-from ..files import replacing, to_json
 from .columns import add_columns, parse_columns
-from .command import add_command
+from .command import command, out_folder, write_figures, write_json
 from .plugin import add_plugin, load_plugin
 
 if TYPE_CHECKING:  # a command imports what it needs when it runs
     from ..report.figures import Drawing
     from ..signals.alignment import Alignment
 
-__all__ = ["add"]
-
 NAMED = 8
 """responses that a warning lists"""
 
 
-def add(commands: Any) -> None:
-    """Add the command.
-
-    Parameters
-    ----------
-    commands : argparse subparsers
-        Where to add it.
-    """
-    parser = add_command(
-        commands, "compare", _run, "compare the FRFs of two files, whatever wrote them (test first)",
-        default=None, help="folder for comparison.json and the figures (default: none is written)",
-    )  # fmt: skip
+def _options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("test", type=Path, help="file with the test's FRFs: .uff, .csv, .mat, .nc, .h5")
     parser.add_argument("model", type=Path, help="file with the model's FRFs")
     parser.add_argument("--band", type=float, nargs=2, metavar=("LO", "HI"), help="band to compare, Hz (default: all)")
@@ -48,13 +34,16 @@ def add(commands: Any) -> None:
     add_plugin(parser, "a file format")
 
 
+@command(
+    "compare", "compare the FRFs of two files, whatever wrote them (test first)", _options,
+    out_help="folder for comparison.json and the figures (default: none is written)",
+)  # fmt: skip
 def _run(options: argparse.Namespace) -> dict[str, Any]:
     from ..io.formats import read_frf
     from ..signals.alignment import align
 
     load_plugin(options.plugin)
-    if options.out and options.out.is_file():
-        raise ClearanceError(f"--out {options.out} is a file; give a folder")
+    out_folder(options.out)
     test = read_frf(options.test, dict(parse_columns(options.test_column, "--test-column")))
     model = read_frf(options.model, dict(parse_columns(options.model_column, "--model-column")))
     try:
@@ -66,9 +55,8 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
         raise type(error)(f"{options.test}, {options.model}: {error}") from None
     _tell(result)
     if options.out:
-        result["figures"] = _write(options.out, drawings())
-        with replacing(options.out / "comparison.json") as temporary:
-            temporary.write_text(to_json(result), encoding="utf-8")
+        result["figures"] = write_figures(options.out, drawings())
+        write_json(options.out / "comparison.json", result)
     if not options.json:
         _print(result)
     return result
@@ -131,13 +119,6 @@ def _compared(aligned: Alignment, options: argparse.Namespace) -> tuple[dict[str
 
 def _plain(columns: Any) -> dict[str, list[Any]]:
     return {name: [getattr(v, "item", lambda v=v: v)() for v in column] for name, column in columns.items()}
-
-
-def _write(folder: Path, drawings: list[Drawing]) -> list[str]:
-    for drawing in drawings:
-        with replacing(folder / f"{drawing.name}.png") as temporary:
-            temporary.write_bytes(drawing.png())
-    return [str(folder / f"{drawing.name}.png") for drawing in drawings]
 
 
 MEASURES = ("rmse_db", "mre", "frac", "csac", "csf")

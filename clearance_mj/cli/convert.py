@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from ..errors import ClearanceError, RecordError
 from .columns import add_columns, parse_columns
-from .command import add_command
+from .command import command
 from .plugin import add_plugin, load_plugin
 
 if TYPE_CHECKING:  # a command imports what it needs when it runs
@@ -18,23 +18,10 @@ if TYPE_CHECKING:  # a command imports what it needs when it runs
     from ..rig import Rig
     from ..signals.frf import FRF
 
-__all__ = ["add"]
-
 OF_DATASET = ("role", "level")
 
 
-def add(commands: Any) -> None:
-    """Add the command.
-
-    Parameters
-    ----------
-    commands : argparse subparsers
-        Where to add it.
-    """
-    parser = add_command(
-        commands, "convert", _run, "convert records, FRFs, modes: .uff, .csv, .mat, .lvm, .nc, .h5, a dataset folder",
-        default=None, help="OUT, if it is not the last FILE",
-    )  # fmt: skip
+def _options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "files", nargs="+", type=Path, metavar="FILE",
         help="IN OUT: the file to read and the one to write, by suffix; IN ... OUT: records, and the dataset folder "
@@ -60,6 +47,10 @@ def add(commands: Any) -> None:
     )
 
 
+@command(
+    "convert", "convert records, FRFs, modes: .uff, .csv, .mat, .lvm, .nc, .h5, a dataset folder", _options,
+    out_help="OUT, if it is not the last FILE",
+)  # fmt: skip
 def _run(options: argparse.Namespace) -> dict[str, Any]:
     load_plugin(options.plugin)
     inputs, out = options.files, options.out

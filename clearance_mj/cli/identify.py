@@ -11,30 +11,17 @@ from typing import TYPE_CHECKING, Any
 from ..errors import ClearanceError, RecordError
 from ..identify import METHODS as LAWS
 from .columns import add_columns, parse_columns
-from .command import add_command
+from .command import command
 from .plugin import add_plugin, load_plugin
 
 if TYPE_CHECKING:
     from ..io.dataset import Dataset
     from ..report.identified import Findings
 
-__all__ = ["add"]
-
 DPI = 150
 
 
-def add(commands: Any) -> None:
-    """Add the command.
-
-    Parameters
-    ----------
-    commands : argparse subparsers
-        Where to add it.
-    """
-    parser = add_command(
-        commands, "identify", _run, "identify the clearance's law from records, and draw what they show of it",
-        default=Path("law.json"), help="law file, which simulate takes (default: %(default)s)",
-    )  # fmt: skip
+def _options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "records", type=Path, help="dataset folder, or a file with one record: .uff, .csv, .mat, .nc or .h5"
     )
@@ -47,6 +34,10 @@ def add(commands: Any) -> None:
     parser.add_argument("--no-figures", action="store_true", help="draw none")
 
 
+@command(
+    "identify", "identify the clearance's law from records, and draw what they show of it", _options,
+    out=Path("law.json"), out_help="law file, which simulate takes (default: %(default)s)",
+)  # fmt: skip
 def _run(options: argparse.Namespace) -> dict[str, Any]:
     from ..identify import get_method
     from ..report.identified import Findings

@@ -4,27 +4,14 @@ from __future__ import annotations
 
 import argparse
 from pathlib import Path
+from typing import Any
 
 from ..errors import ClearanceError
-from ..files import replacing
-from .command import add_command
+from .command import command, out_folder, write_figures
 from .drive import add_drive, excitation, load
 
-__all__ = ["add"]
 
-
-def add(commands):
-    """Add the command.
-
-    Parameters
-    ----------
-    commands : argparse subparsers
-        Where to add it.
-    """
-    parser = add_command(
-        commands, "motion", _run, "draw phase portraits, Poincaré sections and FRFs (sine: spectra) over level",
-        default=Path("results/motion"), help="folder of the figures (default: %(default)s)",
-    )  # fmt: skip
+def _options(parser: argparse.ArgumentParser) -> None:
     add_drive(parser, duration=24.0)
     parser.add_argument(
         "--levels", type=_levels, default=(0.5, 1.0, 2.0, 5.0, 8.0), metavar="RMS,...",
@@ -44,15 +31,18 @@ def _levels(text):
     return found
 
 
-def _run(options):
+@command(
+    "motion", "draw phase portraits, Poincaré sections and FRFs (sine: spectra) over level", _options,
+    out=Path("results/motion"), out_help="folder of the figures (default: %(default)s)",
+)  # fmt: skip
+def _run(options: argparse.Namespace) -> dict[str, Any]:
     from ..engines import simulate_batch
     from ..report.motion import drawings
 
     drop = options.duration / 4 if options.drop is None else options.drop
     if not 0 <= drop < options.duration:
         raise ClearanceError(f"--drop {drop:g}: must be in 0 to less than --duration, {options.duration:g} s")
-    if options.out.is_file():
-        raise ClearanceError(f"--out {options.out} is a file; give a folder")
+    out_folder(options.out)
     rig, law = load(options)
     if not rig.bushings:
         raise ClearanceError(f"{options.rig}: the rig has no bushings whose motion could be drawn")
@@ -61,11 +51,9 @@ def _run(options):
     found = simulate_batch(rig, excitations, law, options.engine, options.workers, progress)
     responses = dict(zip(options.levels, found))
     drawn = drawings(rig, responses, options.sine, drop)
-    paths = [options.out / f"{drawing.name}.png" for drawing in drawn]
-    for path, drawing in zip(paths, drawn):
-        with replacing(path) as temporary:
-            temporary.write_bytes(drawing.png())
-        if not options.json:
+    paths = write_figures(options.out, drawn)
+    if not options.json:
+        for path, drawing in zip(paths, drawn):
             print(f"figure: {path}\n  {drawing.caption}")
     peaks = {f"{level:g}": abs(r.displacement).max(axis=1).tolist() for level, r in responses.items()}
-    return {"figures": [str(path) for path in paths], "peak_displacement": peaks}
+    return {"figures": paths, "peak_displacement": peaks}

@@ -5,9 +5,7 @@ from __future__ import annotations
 import argparse
 
 from ..errors import ClearanceError
-from .command import add_command
-
-__all__ = ["add"]
+from .command import command
 
 MOVED = {
     "reproduce": "make reproduce ITEMS=NAMES, or python -m experiments.article NAMES --out F --quick --dataset D",
@@ -16,21 +14,16 @@ MOVED = {
 """What replaced each command, in the source tree"""
 
 
-def add(commands: argparse._SubParsersAction):
-    """Add the commands.
-
-    Parameters
-    ----------
-    commands : argparse subparsers
-        Where to add them.
-    """
-    for name, words in MOVED.items():
-        parser = add_command(commands, name, _run, f"moved to the source tree: {words}", default=None)
-        parser.add_argument("names", nargs="*", help=argparse.SUPPRESS)
-        parser.add_argument("--quick", action="store_true", help=argparse.SUPPRESS)
-        for option in ("--dataset", "--tables"):
-            parser.add_argument(option, help=argparse.SUPPRESS)
+def _options(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("names", nargs="*", help=argparse.SUPPRESS)
+    parser.add_argument("--quick", action="store_true", help=argparse.SUPPRESS)
+    for option in ("--dataset", "--tables"):
+        parser.add_argument(option, help=argparse.SUPPRESS)
 
 
 def _run(options: argparse.Namespace) -> None:
     raise ClearanceError(f"{options.command} is no part of the package; in the source tree: {MOVED[options.command]}")
+
+
+for _name, _words in MOVED.items():
+    command(_name, f"moved to the source tree: {_words}", _options)(_run)

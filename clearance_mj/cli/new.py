@@ -2,31 +2,27 @@
 
 from __future__ import annotations
 
+import argparse
 import dataclasses
 import os
+from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 from ..errors import ClearanceError
 from ..files import replacing, to_json
-from .command import add_command
+from ..io.dataset import dataset_schema
+from ..rig import Beam, Bushing, Contact, Grease, PointMass, Rig, Sensor, Shaker, rig_schema
+from ..validation import descriptions
+from .command import command
 
-__all__ = ["add"]
 
-
-def add(commands):
-    """Add the command.
-
-    Parameters
-    ----------
-    commands : argparse subparsers
-        Where to add it.
-    """
-    parser = add_command(
-        commands, "new", _run, "write a commented rig file to go on from; what is not told is an example",
-        default=None, help="rig file (default: NAME.toml)",
-    )  # fmt: skip
+def _options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("name", nargs="?", help="name of the rig")
-    parser.add_argument("--schema", type=Path, help="also write the JSON Schema of rig files here, for editors")
+    parser.add_argument("--schema", type=Path, help="also write a JSON Schema here, for editors")
+    parser.add_argument(
+        "--schema-of", choices=("rig", "dataset"), default="rig", help="of which files (default: %(default)s)"
+    )
     shaft = parser.add_argument_group("shaft")
     shaft.add_argument("--length", type=float, default=1.0, help="m (default: %(default)s)")
     section = shaft.add_mutually_exclusive_group()
@@ -51,9 +47,11 @@ def add(commands):
     )
     bushings.add_argument("--gap", type=float, default=3e-4, help="radial clearance, m (default: %(default)s)")
     bushings.add_argument("--bushing-length", type=float, default=0.012, help="m (default: %(default)s)")
-    pair = {"type": float, "nargs": 2, "metavar": ("STIFFNESS", "DAMPING")}
-    bushings.add_argument("--contact", default=(1e4, 4.0), help="N/m and N s/m (default: 1e4 4)", **pair)
-    bushings.add_argument("--grease", default=(4e3, 3.0), help="N/m and N s/m (default: 4e3 3)", **pair)
+    for name, default in (("--contact", "1e4 4"), ("--grease", "4e3 3")):
+        bushings.add_argument(
+            name, type=float, nargs=2, default=tuple(map(float, default.split())), metavar=("STIFFNESS", "DAMPING"),
+            help=f"N/m and N s/m (default: {default})",
+        )  # fmt: skip
     test = parser.add_argument_group("test")
     test.add_argument(
         "--sensors", type=float, nargs="+", metavar="POSITION",
@@ -62,7 +60,11 @@ def add(commands):
     test.add_argument("--force-at", type=float, metavar="POSITION", help="m: driven by a force, not by its base")
 
 
-def _run(options):
+@command(
+    "new", "write a commented rig file to go on from; what is not told is an example", _options,
+    out_help="rig file (default: NAME.toml)",
+)  # fmt: skip
+def _run(options: argparse.Namespace) -> dict[str, Any]:
     files = _files(options)
     for path in files:
         if path.exists():
@@ -75,11 +77,10 @@ def _run(options):
     return {"files": [str(path) for path in files]}
 
 
-def _files(options) -> dict[Path, str]:
+def _files(options: argparse.Namespace) -> dict[Path, str]:
     """Texts to write, by file."""
-    from ..rig import rig_schema
-
-    files = {options.schema: to_json(rig_schema())} if options.schema else {}
+    schemas = {"rig": rig_schema, "dataset": dataset_schema}
+    files = {options.schema: to_json(schemas[options.schema_of]())} if options.schema else {}
     if options.name is None:
         if options.out or not options.schema:
             raise ClearanceError("a rig needs a name: clearance-mj new myrig")
@@ -88,15 +89,13 @@ def _files(options) -> dict[Path, str]:
         raise ClearanceError(f"name {options.name!r} must not hold a folder; give that to --out")
     out = options.out or Path(f"{options.name}.toml")
     head = ["# SI units. A line that begins with # holds a default, or a key that may be added."]
-    if options.schema:
+    if options.schema and options.schema_of == "rig":
         head.insert(0, f"#:schema ./{Path(os.path.relpath(options.schema, out.parent)).as_posix()}")
     return {out: "\n".join([*head, *_lines(_rig(options))]) + "\n"} | files
 
 
-def _rig(options):
+def _rig(options: argparse.Namespace) -> Rig:
     """Rig of the options."""
-    from ..rig import Beam, Bushing, Contact, Grease, PointMass, Rig, Sensor, Shaker
-
     length = options.length
     section = dict(zip(("width", "height"), options.section)) if options.section else {"diameter": options.diameter}
     positions = options.bushings or [0.55 * length, 0.8 * length]
@@ -112,10 +111,8 @@ def _rig(options):
     )
 
 
-def _lines(table, name="", plural=False):
+def _lines(table: Any, name: str = "", plural: bool = False) -> Iterator[str]:
     """Lines of a table of the file: its own keys, then its tables; what is left at its default as a comment."""
-    from ..validation import descriptions
-
     words = descriptions(type(table))
     if name:
         yield from ("", f"[[{name}]]" if plural else f"[{name}]")
@@ -131,25 +128,15 @@ def _lines(table, name="", plural=False):
     for key, value, items in tables:
         for item in items:
             yield from _lines(item, f"{name}.{key}" if name else key, value is items)
-        if not items:
-            yield from _example(key)
+        if not items:  # what may be added
+            kind = {"bushings": Bushing, "masses": PointMass}[key]
+            yield from ("", f"# [[{key}]]", *(f"{f'# {n} =':32s}# {text}" for n, text in descriptions(kind).items()))
 
 
-def _toml(value) -> str:
+def _toml(value: object) -> str:
     """Value as TOML writes it, numbers short."""
     if isinstance(value, float):
         return f"{value:g}" if float(f"{value:g}") == value else repr(value)
     if isinstance(value, tuple):
         return f"[{', '.join(map(_toml, value))}]"
     return "" if value is None else to_json(value).strip()
-
-
-def _example(key):
-    """Lines of a list that may be added to."""
-    from ..rig import Bushing, PointMass
-    from ..validation import descriptions
-
-    kind = {"bushings": Bushing, "masses": PointMass}[key]
-    yield from ("", f"# [[{key}]]")
-    for name, words in descriptions(kind).items():
-        yield f"{f'# {name} =':32s}# {words}"

@@ -4,28 +4,20 @@ from __future__ import annotations
 
 import argparse
 import csv
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
+
+import numpy as np
 
 from ..errors import ClearanceError
-from ..files import replacing, to_json
-from .command import add_command
+from ..files import replacing
+from ..placement import Placement, candidates, grid, place_sensors
+from ..rig import Rig
+from .command import command, out_folder, write_json
 
-__all__ = ["add"]
 
-
-def add(commands):
-    """Add the command.
-
-    Parameters
-    ----------
-    commands : argparse subparsers
-        Where to add it.
-    """
-    parser = add_command(
-        commands, "place", _run, "place sensors where they tell the modes best, by Fisher information",
-        default=Path("results/placement"),
-        help="folder for placement.csv, .json and .png (default: %(default)s)",
-    )  # fmt: skip
+def _options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("rig", type=Path, help="rig file (TOML)")
     parser.add_argument("--sensors", type=int, default=8, help="how many (default: %(default)s)")
     parser.add_argument(
@@ -55,8 +47,8 @@ def add(commands):
     )
 
 
-def _numbers(kind):
-    def parse(text):
+def _numbers(kind: type[float]) -> Callable[[str], list[float]]:
+    def parse(text: str) -> list[float]:
         try:
             return [kind(part) for part in text.split(",")]
         except ValueError:
@@ -65,16 +57,15 @@ def _numbers(kind):
     return parse
 
 
-def _run(options):
-    import numpy as np
-
-    from ..placement import candidates, grid, place_sensors
+@command(
+    "place", "place sensors where they tell the modes best, by Fisher information", _options,
+    out=Path("results/placement"), out_help="folder for placement.csv, .json and .png (default: %(default)s)",
+)  # fmt: skip
+def _run(options: argparse.Namespace) -> dict[str, Any]:
     from ..report.placement import draw
     from ..report.tables import write_csv
-    from ..rig import Rig
 
-    if options.out.is_file():
-        raise ClearanceError(f"--out {options.out} is a file; give a folder")
+    out_folder(options.out)
     rig = Rig.load(options.rig)
     position = np.union1d(grid(rig, options.candidates), options.at)
     noise = _noise(options.noise, position)
@@ -82,8 +73,7 @@ def _run(options):
     required = np.searchsorted(position, options.at).tolist()
     found = place_sensors(places, options.sensors, options.criterion, options.method, required)
     result = found.to_dict() | {"modes": options.modes, "criterion": options.criterion, "method": options.method}
-    with replacing(options.out / "placement.json") as temporary:
-        temporary.write_text(to_json(result), encoding="utf-8")
+    write_json(options.out / "placement.json", result)
     write_csv(options.out / "placement.csv", found.rows())
     with replacing(options.out / "placement.png") as temporary:
         temporary.write_bytes(draw(rig, places, found, options.modes).png())
@@ -92,9 +82,7 @@ def _run(options):
     return result | {"out": str(options.out)}
 
 
-def _noise(text, position):
-    import numpy as np
-
+def _noise(text: str, position: np.ndarray) -> float | np.ndarray:
     try:
         return float(text)
     except ValueError:
@@ -110,9 +98,7 @@ def _noise(text, position):
     return np.interp(position, known, std)
 
 
-def _print(found, out):
-    import numpy as np
-
+def _print(found: Placement, out: Path) -> None:
     for x, share, growth in zip(found.position, found.contribution, found.std_growth.max(axis=1)):
         cost = f"standard deviations grow up to {growth:.2f} times" if growth < np.inf else "a mode is no longer told"
         print(f"{x:.4f} m  carries {share:.3f}; without it the determinant is {1 - share:.3f} of this, {cost}")

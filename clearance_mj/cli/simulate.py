@@ -7,28 +7,14 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from ..errors import ClearanceError
-from .command import add_command
+from .command import command, out_folder
 from .drive import add_drive, excitation, load
 from .plugin import add_plugin, load_plugin
-
-__all__ = ["add"]
 
 GOOD_BALANCE = 0.01
 
 
-def add(commands: Any) -> None:
-    """Add the command.
-
-    Parameters
-    ----------
-    commands : argparse subparsers
-        Where to add it.
-    """
-    parser = add_command(
-        commands, "simulate", _run, "simulate a rig under random or sinusoidal base or shaker excitation",
-        default=Path("response.nc"), help="response file, NetCDF (default: %(default)s)",
-    )  # fmt: skip
+def _options(parser: argparse.ArgumentParser) -> None:
     add_drive(parser, duration=24.0, fs=2048.0)
     parser.add_argument("--rms", type=float, default=1.0, help="m/s², or N for a force shaker (default: %(default)s)")
     parser.add_argument(
@@ -39,6 +25,10 @@ def add(commands: Any) -> None:
     parser.add_argument("--ledger", type=Path, help=argparse.SUPPRESS)  # its former name
 
 
+@command(
+    "simulate", "simulate a rig under random or sinusoidal base or shaker excitation", _options,
+    out=Path("response.nc"), out_help="response file, NetCDF (default: %(default)s)",
+)  # fmt: skip
 def _run(options: argparse.Namespace) -> dict[str, Any]:
     from ..engines import simulate
     from ..io.results import save
@@ -48,8 +38,7 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
     if options.ledger:
         print("--ledger is called --energy now; its figure is energy_balance.png", file=sys.stderr)
     folder = options.energy or options.ledger
-    if folder and folder.is_file():
-        raise ClearanceError(f"--energy {folder} is a file; give a folder")
+    out_folder(folder, "--energy")
     case = rig, excitation(options, rig.shaker.kind, options.rms), law, options.engine
     response, more = _with_energy(options, folder, case) if folder else (simulate(*case), {})
     save(options.out, response)

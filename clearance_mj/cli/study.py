@@ -7,24 +7,11 @@ from pathlib import Path
 from typing import Any
 
 from ..identify import METHODS as LAWS
-from .command import add_command
+from .command import command
 from .plugin import add_plugin, load_plugin
 
-__all__ = ["add"]
 
-
-def add(commands: Any) -> None:
-    """Add the command.
-
-    Parameters
-    ----------
-    commands : argparse subparsers
-        Where to add it.
-    """
-    parser = add_command(
-        commands, "study", _run, "compare every law on every engine with a dataset's validation records",
-        default=Path("results/study"), help="folder of the report (default: %(default)s)",
-    )  # fmt: skip
+def _options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("dataset", type=Path, help="dataset folder: rig.toml, dataset.toml, one .uff per record")
     parser.add_argument("--engines", default="links,modal", help="comma-separated; modal-mj too (default: %(default)s)")
     parser.add_argument("--methods", help=f"comma-separated, of {', '.join(LAWS)} (default: all)")
@@ -32,6 +19,10 @@ def add(commands: Any) -> None:
     parser.add_argument("--workers", type=int, help="threads (default: one for each processor)")
 
 
+@command(
+    "study", "compare every law on every engine with a dataset's validation records", _options,
+    out=Path("results/study"), out_help="folder of the report (default: %(default)s)",
+)  # fmt: skip
 def _run(options: argparse.Namespace) -> dict[str, Any]:
     from ..report import report_study
     from ..study import METHODS

@@ -2,34 +2,25 @@
 
 from __future__ import annotations
 
+import argparse
 from pathlib import Path
+from typing import Any
 
-from ..files import replacing, to_json
-from .command import add_command
-
-__all__ = ["add"]
+from .command import command, write_figures, write_json
 
 
-def add(commands):
-    """Add the command.
-
-    Parameters
-    ----------
-    commands : argparse subparsers
-        Where to add it.
-    """
-    parser = add_command(
-        commands, "sweep", _run, "simulate the cases of a plan; an interrupted sweep goes on where it stopped",
-        default=Path("results/sweep"),
-        help="folder for results.nc, figures and sensitivities (default: %(default)s)",
-    )  # fmt: skip
+def _options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("plan", type=Path, help="plan file (TOML)")
     where = parser.add_mutually_exclusive_group()
     where.add_argument("--workers", type=int, help="processes on this machine (default: one for each core)")
     where.add_argument("--scheduler", metavar="ADDRESS", help="of a Dask cluster, such as tcp://10.0.0.1:8786")
 
 
-def _run(options):
+@command(
+    "sweep", "simulate the cases of a plan; an interrupted sweep goes on where it stopped", _options,
+    out=Path("results/sweep"), out_help="folder for results.nc, figures and sensitivities (default: %(default)s)",
+)  # fmt: skip
+def _run(options: argparse.Namespace) -> dict[str, Any]:
     from ..report.sweep import draw_results
     from ..sweep import load_plan, run_sweep
 
@@ -38,7 +29,7 @@ def _run(options):
     errors = {int(case): str(error) for case, error in zip(results["case"], results["error"].values) if error}
     summary = {"out": str(options.out), "cases": results.sizes["case"], "without_results": errors}
     if drawing := draw_results(results, plan.vary):
-        _write(options.out, drawing)
+        write_figures(options.out, [drawing])
     if not options.json:
         print(f"results: {options.out / 'results.nc'} ({results.sizes['case']} cases)")
         for case, error in list(errors.items())[:1]:
@@ -55,18 +46,12 @@ def _sensitivity(plan, results, options) -> list[dict]:
 
     found = sensitivity(results, plan.design.samples)
     rows = found.rows()
-    with replacing(options.out / "sensitivity.json") as temporary:
-        temporary.write_text(to_json(rows), encoding="utf-8")
+    write_json(options.out / "sensitivity.json", rows)
     write_csv(options.out / "sensitivity.csv", rows)
-    _write(options.out, draw_sensitivity(found))
+    write_figures(options.out, [draw_sensitivity(found)])
     if not options.json:
         print("Sobol indices, first order / total")
         for row in rows:
             indices = f"{row['first_order']:6.3f} / {row['total_order']:.3f}"
             print(f"  {row['quantity']:28s} {row['parameter']:36s} {indices}")
     return rows
-
-
-def _write(folder, drawing):
-    with replacing(folder / f"{drawing.name}.png") as temporary:
-        temporary.write_bytes(drawing.png())

@@ -6,24 +6,11 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-from .command import add_command
+from .command import command
 from .plugin import add_plugin, load_plugin
 
-__all__ = ["add"]
 
-
-def add(commands: argparse._SubParsersAction) -> None:
-    """Add the command.
-
-    Parameters
-    ----------
-    commands : argparse subparsers
-        Where to add it.
-    """
-    parser = add_command(
-        commands, "vehicle", _run, "run a double lane change with clearance in the steering",
-        default=Path("results/vehicle"), help="folder of the report (default: %(default)s)",
-    )  # fmt: skip
+def _options(parser: argparse.ArgumentParser) -> None:
     option = parser.add_argument
     option("--speed", type=float, default=120.0, help="km/h (default: %(default)s)")
     option("--controller", default="smc,mpc,smc-cm", help="comma-separated, or all (default: %(default)s)")
@@ -37,6 +24,10 @@ def add(commands: argparse._SubParsersAction) -> None:
     option("--seed", type=int, default=0, help="of the noise of sensors and road (default: %(default)s)")
 
 
+@command(
+    "vehicle", "run a double lane change with clearance in the steering", _options,
+    out=Path("results/vehicle"), out_help="folder of the report (default: %(default)s)",
+)  # fmt: skip
 def _run(options: argparse.Namespace) -> dict[str, Any]:
     from ..report.vehicle import write_report
     from ..vehicle.controllers import CONTROLLERS

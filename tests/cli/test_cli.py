@@ -10,8 +10,10 @@ import pytest
 
 from clearance_mj import load_law
 from clearance_mj.cli import main
+from clearance_mj.cli.command import COMMANDS, command
 from clearance_mj.io.results import load
 from clearance_mj.io.uff import write_uff
+from clearance_mj.rig import Rig
 from clearance_mj.signals.frf import FRF
 
 from ..conftest import ROOT
@@ -127,10 +129,49 @@ def test_moved_commands_say_where_to(capsys, arguments, words):
     assert words in refused(capsys, *arguments)
 
 
-def test_wrong_usage_and_help():
-    command = [sys.executable, "-m", "clearance_mj"]
-    assert subprocess.run([*command, "studdy"], capture_output=True, check=False).returncode == 2
-    for name in ("study", "identify", "simulate", "compare"):
-        done = subprocess.run([*command, name, "--help"], capture_output=True, text=True, check=True)
-        assert "--json" in done.stdout
-        assert "--out" in done.stdout
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["studdy"], "clearance-mj: 'studdy' is no command, did you mean study? (see clearance-mj --help)"),
+        (
+            ["simulate", RIG, "--duraton", "1"],
+            "clearance-mj simulate: '--duraton' is not known, did you mean --duration?",
+        ),
+        (["place", RIG, "--sensor=4x"], "clearance-mj place: argument --sensors: invalid int value: '4x'"),
+        (["simulate"], "clearance-mj simulate: the following arguments are required: rig"),
+        ([], "clearance-mj: the following arguments are required: COMMAND"),
+    ],
+)
+def test_wrong_usage(capsys, arguments, said):
+    with pytest.raises(SystemExit) as stopped:
+        main(arguments)
+    assert stopped.value.code == 2
+    error = capsys.readouterr().err
+    assert error.startswith(said) and error.count("\n") == 1
+
+
+def test_every_command_has_help_json_and_out(capsys):
+    for name in COMMANDS:
+        with pytest.raises(SystemExit) as stopped:
+            main([name, "--help"])
+        said = capsys.readouterr().out
+        assert stopped.value.code == 0 and "--json" in said and "--out" in said
+
+
+def test_a_command_is_one_registration(capsys):
+    """Of a file outside of the package too."""
+
+    @command("mass", "tell a rig's mass", lambda parser: parser.add_argument("rig"))
+    def mass(options):
+        return {"mass": Rig.load(options.rig).total_mass}
+
+    try:
+        assert main(["mass", RIG, "--json"]) == 0
+        assert json.loads(capsys.readouterr().out)["mass"] == pytest.approx(0.8918, abs=1e-4)
+    finally:
+        del COMMANDS["mass"]
+
+
+def test_as_a_module():
+    done = subprocess.run([sys.executable, "-m", "clearance_mj", "studdy"], capture_output=True, check=False)
+    assert done.returncode == 2

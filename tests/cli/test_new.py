@@ -79,6 +79,16 @@ def test_schema_alone(tmp_path, monkeypatch, capsys):
     assert capsys.readouterr().out == "written: rig.schema.json\n"
 
 
+def test_schema_of_datasets(tmp_path):
+    """It takes the list of the shipped dataset, and refuses what the reader refuses."""
+    assert main(["new", "--schema-of", "dataset", "--schema", str(tmp_path / "s.json"), "--json"]) == 0
+    validator = jsonschema.Draft202012Validator(json.loads((tmp_path / "s.json").read_text()))
+    data = tomllib.loads((ROOT / "data" / "table1_rig" / "dataset.toml").read_text(encoding="utf-8"))
+    validator.validate(data)
+    for key, value in (("role", "train"), ("fs", 0), ("level", "1"), ("band", [5.0]), ("name", "a/b"), ("colour", 1)):
+        assert not validator.is_valid({"records": [data["records"][0] | {key: value}]}), key
+
+
 def test_refusals(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     assert "needs a name" in refused(capsys, "new")
