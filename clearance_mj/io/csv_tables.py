@@ -171,14 +171,7 @@ def _timing(rows: list[Row], cells: list[str], times: list[Column], fs: float | 
     return simplest_rate(float(step), digit / (time.size - 1)), float(time[0])
 
 
-register(
-    Format(
-        "CSV",
-        (".csv", ".tsv", ".txt"),
-        (Channel, FRF),
-        read_csv,
-        write_csv,
-        options=("columns", "fs"),
-        note="a header or a map of columns; `.csv.gz` is read",
-    )
-)
+register(Format(
+    "CSV", (".csv", ".tsv", ".txt"), (Channel, FRF), read_csv, write_csv, options=("columns", "fs"),
+    note="a header or a map of columns; `.csv.gz` is read",
+))  # fmt: skip

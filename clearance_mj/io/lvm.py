@@ -188,13 +188,7 @@ class _Lines:
             raise self.error(f"the segment header needs {name}, a number") from None
 
 
-register(
-    Format(
-        "LVM",
-        (".lvm",),
-        (Channel,),
-        read_lvm_channels,
-        options=("columns",),
-        note="LabVIEW measurement files of one segment, with a map of columns; `.lvm.gz` is read",
-    )
-)
+register(Format(
+    "LVM", (".lvm",), (Channel,), read_lvm_channels, options=("columns",),
+    note="LabVIEW measurement files of one segment, with a map of columns; `.lvm.gz` is read",
+))  # fmt: skip

@@ -192,14 +192,7 @@ def _timing(used: list[Column], values: list[np.ndarray], fs: float | None, stor
     return even_rate(times[0], 1e-15)
 
 
-register(
-    Format(
-        "MATLAB",
-        (".mat",),
-        (Channel, FRF),
-        read_mat,
-        write_mat,
-        options=("columns", "fs"),
-        note="version 5 to 7, not 7.3 (`save(file, '-v7')`)",
-    )
-)
+register(Format(
+    "MATLAB", (".mat",), (Channel, FRF), read_mat, write_mat, options=("columns", "fs"),
+    note="version 5 to 7, not 7.3 (`save(file, '-v7')`)",
+))  # fmt: skip

@@ -289,23 +289,11 @@ def _json(provenance: Any) -> str:
         raise RecordError(f"provenance is not plain data: {error}") from None
 
 
-register(
-    Format(
-        "NetCDF",
-        (".nc",),
-        (Channel, Response, FRF),
-        load,
-        save,
-        note="NetCDF 3; `simulate` writes its response here, with contact and grease forces",
-    )
-)
-register(
-    Format(
-        "HDF5",
-        _HDF5,
-        (Channel, Response, FRF),
-        load,
-        save,
-        note='the same as NetCDF 4; needs h5netcdf: `pip install "clearance-mj[hdf5]"`',
-    )
-)
+register(Format(
+    "NetCDF", (".nc",), (Channel, Response, FRF), load, save,
+    note="NetCDF 3; `simulate` writes its response here, with contact and grease forces",
+))  # fmt: skip
+register(Format(
+    "HDF5", _HDF5, (Channel, Response, FRF), load, save,
+    note='the same as NetCDF 4; needs h5netcdf: `pip install "clearance-mj[hdf5]"`',
+))  # fmt: skip

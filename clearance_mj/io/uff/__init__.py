@@ -181,15 +181,7 @@ def _contents(path: str | PathLike[str]) -> bytes:
         raise RecordError(f"{path}: cannot be read ({error.strerror})") from None
 
 
-register(
-    Format(
-        "UFF",
-        (".uff", ".unv", ".uf"),
-        (Channel, FRF, Modes),
-        read_uff,
-        write_uff,
-        options=("reference",),
-        geometry=True,
-        note="universal files, text or binary (58b); with `--rig` also nodes and trace lines",
-    )
-)
+register(Format(
+    "UFF", (".uff", ".unv", ".uf"), (Channel, FRF, Modes), read_uff, write_uff, options=("reference",),
+    geometry=True, note="universal files, text or binary (58b); with `--rig` also nodes and trace lines",
+))  # fmt: skip
