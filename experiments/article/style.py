@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 __all__ = ["BLACK", "BLUE", "GREEN", "GREY", "ORANGE", "PURPLE", "SKY", "VERMILION", "panel", "sheet"]
@@ -15,26 +16,12 @@ WIDTH = 6.5
 
 
 def sheet(height: float) -> Figure:
-    """Return an empty figure of the page's width.
-
-    Parameters
-    ----------
-    height : float
-        in.
-    """
+    """Return an empty figure of the page's width and a height in inches."""
     return Figure(figsize=(WIDTH, height), layout="constrained", facecolor="white")
 
 
-def panel(ax, title: str = "", xlabel: str = "", ylabel: str = ""):
-    """Give a panel its words and grid.
-
-    Parameters
-    ----------
-    ax : matplotlib Axes
-        The panel.
-    title, xlabel, ylabel : str
-        Labels with quantity and unit.
-    """
+def panel(ax: Axes, title: str = "", xlabel: str = "", ylabel: str = "") -> None:
+    """Give a panel its words, labels with quantity and unit, and grid."""
     ax.set_title(title, fontsize=FONT, loc="left", pad=3)
     ax.set_xlabel(xlabel, fontsize=FONT)
     ax.set_ylabel(ylabel, fontsize=FONT)
