@@ -5,19 +5,19 @@ from __future__ import annotations
 import math
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
-from typing import ClassVar, NamedTuple
+from typing import ClassVar, NamedTuple, TypeVar, dataclass_transform
 
 import numpy as np
 
 from ..clearance.law import Law
 from ..errors import ClearanceError, SimulationError
 from ..rig import Rig
+from ..validation import checked
 
 __all__ = [
     "Engine",
     "Equations",
     "Run",
-    "check_setting",
     "diverged",
     "get_engine",
     "location",
@@ -101,7 +101,7 @@ class Equations(NamedTuple):
 
 @dataclass(frozen=True)
 class Engine(ABC):
-    """A way to simulate a rig. Subclasses are frozen dataclasses whose fields are the engine's settings."""
+    """A way to simulate a rig. Fields of a subclass are the engine's settings."""
 
     name: ClassVar[str]
 
@@ -134,19 +134,22 @@ class Engine(ABC):
         """
 
 
+AnyEngine = TypeVar("AnyEngine", bound=Engine)
 _ENGINES: dict[str, type[Engine]] = {}
 
 
-def register(engine: type[Engine]) -> type[Engine]:
-    """Make an engine known by its name; a class decorator.
+@dataclass_transform(frozen_default=True)
+def register(engine: type[AnyEngine]) -> type[AnyEngine]:
+    """Make a class an engine: a frozen dataclass that checks its settings, known by its name; a class decorator.
 
     Parameters
     ----------
     engine : type
         Subclass of `Engine`.
     """
-    _ENGINES[engine.name] = engine
-    return engine
+    made = checked(ClearanceError, name=f"engine {engine.name}")(engine)
+    _ENGINES[made.name] = made
+    return made
 
 
 def get_engine(engine: str | Engine) -> Engine:
@@ -180,24 +183,6 @@ def step_factor(fs: float, largest_step: float) -> int:
         s.
     """
     return max(1, math.ceil(1 / (fs * largest_step) - 1e-9))
-
-
-def check_setting(engine: Engine, name: str, condition: bool, rule: str) -> None:
-    """Refuse an engine's setting.
-
-    Parameters
-    ----------
-    engine : Engine
-        The engine.
-    name : str
-        The field.
-    condition : bool
-        Whether it is acceptable.
-    rule : str
-        What would be.
-    """
-    if not condition:
-        raise ClearanceError(f"engine {engine.name}: {name} {rule}, got {getattr(engine, name)!r}")
 
 
 def location(rig: Rig, bushing: int) -> str:

@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 import functools
-import math
-from dataclasses import dataclass
-from typing import ClassVar
+from typing import Annotated, ClassVar
 
 import mujoco
 import numpy as np
 import scipy.linalg
+from pydantic import Field
 
 from ..clearance.law import Law
 from ..rig import Bushing, Rig
-from .base import Engine, Run, check_setting, register
+from ..validation import Positive, Whole
+from .base import Engine, Run, register
 from .chain import chain
 from .mujoco_loop import MujocoRun
 from .plant import Maps, Plant, set_solver, stable_step
@@ -23,25 +23,14 @@ __all__ = ["Links", "build_links"]
 
 
 @register
-@dataclass(frozen=True)
 class Links(Engine):
-    """MuJoCo flexible links.
-
-    Parameters
-    ----------
-    links : int
-        Number of links.
-    safety : float
-        Time step as a share of its stability limit, contacts at their hardest.
-    """
+    """MuJoCo flexible links."""
 
     name: ClassVar[str] = "links"
-    links: int = 16
-    safety: float = 0.6
-
-    def __post_init__(self) -> None:
-        check_setting(self, "links", isinstance(self.links, int) and self.links >= 3, "must be a whole number >= 3")
-        check_setting(self, "safety", 0 < self.safety < math.inf, "must be > 0 (stable below 1)")
+    links: Annotated[Whole, Field(ge=3)] = 16
+    """number of links"""
+    safety: Positive = 0.6
+    """time step as a share of its stability limit, contacts at their hardest"""
 
     def largest_step(self, rig: Rig, law: Law) -> float:
         """``safety`` times the stability limit of the chain with every contact and film at its hardest."""

@@ -11,47 +11,32 @@ squeeze films stay stable.
 from __future__ import annotations
 
 import functools
-from dataclasses import dataclass
-from typing import ClassVar, NamedTuple
+from typing import Annotated, ClassVar, NamedTuple
 
 import numba
 import numpy as np
+from pydantic import Field
 
 from ..beam import MOST_MODES, ritz_model
 from ..clearance._pointers import OPTIONS
 from ..clearance.kernel import Clearance, clearance_records, contact_step, follow_law, grease_step
 from ..clearance.law import Law
 from ..rig import Rig
-from .base import Engine, Equations, Run, check_setting, diverged, register
+from ..validation import Positive, Whole
+from .base import Engine, Equations, Run, diverged, register
 
 __all__ = ["Modal"]
 
 
 @register
-@dataclass(frozen=True)
 class Modal(Engine):
-    """Compiled modal engine.
-
-    Parameters
-    ----------
-    modes : int
-        Cantilever modes in the Ritz basis, to which the static shapes are added.
-    resolution : float
-        Largest phase, in rad, that the fastest mode or contact may turn in one step.
-    """
+    """Compiled modal engine."""
 
     name: ClassVar[str] = "modal"
-    modes: int = 8
-    resolution: float = 1.0
-
-    def __post_init__(self) -> None:
-        check_setting(
-            self,
-            "modes",
-            isinstance(self.modes, int) and 1 <= self.modes <= MOST_MODES,
-            f"must be a whole number from 1 to {MOST_MODES}",
-        )
-        check_setting(self, "resolution", 0 < self.resolution <= 3, "must be in 0..3, above 0")
+    modes: Annotated[Whole, Field(ge=1, le=MOST_MODES)] = 8
+    """cantilever modes in the Ritz basis, to which the static shapes are added"""
+    resolution: Annotated[Positive, Field(le=3)] = 1.0
+    """largest phase, rad, that the fastest mode or contact may turn in one step"""
 
     def largest_step(self, rig: Rig, law: Law) -> float:
         """Step in which the fastest mode, or the stiffest contact on the shaft, turns by ``resolution`` rad."""

@@ -9,17 +9,17 @@ shapes as coefficients is the displacement of a bushing end; its limits are the 
 from __future__ import annotations
 
 import functools
-import math
-from dataclasses import dataclass
-from typing import ClassVar
+from typing import Annotated, ClassVar
 
 import mujoco
 import numpy as np
+from pydantic import Field
 
 from ..beam import MOST_MODES, ritz_model
 from ..clearance.law import Law
 from ..rig import Rig
-from .base import Engine, Run, check_setting, register
+from ..validation import Positive, Whole
+from .base import Engine, Run, register
 from .mujoco_loop import MujocoRun
 from .plant import Maps, Plant, set_solver, stable_step
 from .softness import INVERSE_INERTIA, solref_solimp
@@ -28,30 +28,14 @@ __all__ = ["ModalMujoco", "build_modes"]
 
 
 @register
-@dataclass(frozen=True)
 class ModalMujoco(Engine):
-    """MuJoCo modes.
-
-    Parameters
-    ----------
-    modes : int
-        Cantilever modes in the Ritz basis, to which the static shapes are added.
-    safety : float
-        Time step as a share of its stability limit, contacts at their hardest.
-    """
+    """MuJoCo modes."""
 
     name: ClassVar[str] = "modal-mj"
-    modes: int = 8
-    safety: float = 0.5
-
-    def __post_init__(self) -> None:
-        check_setting(
-            self,
-            "modes",
-            isinstance(self.modes, int) and 1 <= self.modes <= MOST_MODES,
-            f"must be a whole number from 1 to {MOST_MODES}",
-        )
-        check_setting(self, "safety", 0 < self.safety < math.inf, "must be > 0 (stable below 1)")
+    modes: Annotated[Whole, Field(ge=1, le=MOST_MODES)] = 8
+    """cantilever modes in the Ritz basis, to which the static shapes are added"""
+    safety: Positive = 0.5
+    """time step as a share of its stability limit, contacts at their hardest"""
 
     def largest_step(self, rig: Rig, law: Law) -> float:
         """``safety`` times the stability limit of the modes with every contact and film at its hardest."""
