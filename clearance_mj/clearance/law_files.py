@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
 from collections.abc import Mapping
 from pathlib import Path
@@ -9,12 +10,12 @@ from typing import Any
 
 from ..errors import LawError
 from ..rig import Grease
-from ..validation import from_plain
+from ..validation import from_plain, json_schema
 from .contact import CONTACTS
 from .grease import GREASES
 from .law import AmplitudeLaw, ConstantLaw, ContactLaw, Law, TimeLaw
 
-__all__ = ["law_from_dict", "load_law"]
+__all__ = ["law_from_dict", "law_schema", "load_law"]
 
 _KINDS: dict[str, type[Law]] = {law.kind: law for law in (ConstantLaw, TimeLaw, AmplitudeLaw, ContactLaw)}
 
@@ -83,3 +84,32 @@ def _model(data: object, where: str, models: Mapping[str, type], default: str | 
     if not isinstance(name, str) or name not in models:
         raise LawError(f"{where}.model {name!r} is unknown; use {', '.join(models)}")
     return from_plain(models[name], values, where, LawError)
+
+
+def law_schema() -> dict[str, Any]:
+    """Return the JSON Schema (draft 2020-12) of a law file, with every registered contact and grease model."""
+    number = {"type": "number", "minimum": 0}
+    table = {"type": "array", "minItems": 1, "items": {"anyOf": [number, {"type": "array", "items": number}]}}
+    greases = [_model_schema(None, Grease), *(_model_schema(name, model) for name, model in GREASES.items())]
+    contacts = [_model_schema(name, model) for name, model in CONTACTS.items()]
+    parts = {
+        "grease": {"anyOf": [{"type": "null"}, {"type": "array", "minItems": 1, "items": {"anyOf": greases}}]},
+        "contact": {"type": "array", "minItems": 1, "items": {"anyOf": contacts}},
+        "release": {"type": "number", "exclusiveMinimum": 0},
+    }
+    kinds = []
+    for name, law in _KINDS.items():
+        kind: Any = law
+        fields = dataclasses.fields(kind)
+        properties = {"kind": {"const": name}} | {f.name: parts.get(f.name, table) for f in fields}
+        required = ["kind", *(f.name for f in fields if f.default is dataclasses.MISSING)]
+        kinds.append({"type": "object", "properties": properties, "required": required, "additionalProperties": False})
+    head = {"$schema": "https://json-schema.org/draft/2020-12/schema", "title": "clearance_mj law"}
+    return head | {"oneOf": kinds}
+
+
+def _model_schema(name: str | None, model: type) -> dict[str, Any]:
+    """Schema of a model with its name; a rig's own grease needs none."""
+    schema = json_schema(model, name or "bouc-wen")
+    schema["properties"]["model"] = {"const": name or "bouc-wen"}
+    return schema | {"required": [*schema.get("required", []), *(["model"] if name else [])]}

@@ -9,6 +9,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+from ..clearance.law_files import law_schema
 from ..errors import ClearanceError
 from ..files import replacing, to_json
 from ..io.dataset import dataset_schema
@@ -21,7 +22,7 @@ def _options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("name", nargs="?", help="name of the rig")
     parser.add_argument("--schema", type=Path, help="also write a JSON Schema here, for editors")
     parser.add_argument(
-        "--schema-of", choices=("rig", "dataset"), default="rig", help="of which files (default: %(default)s)"
+        "--schema-of", choices=("rig", "dataset", "law"), default="rig", help="of which files (default: %(default)s)"
     )
     shaft = parser.add_argument_group("shaft")
     shaft.add_argument("--length", type=float, default=1.0, help="m (default: %(default)s)")
@@ -79,7 +80,7 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
 
 def _files(options: argparse.Namespace) -> dict[Path, str]:
     """Texts to write, by file."""
-    schemas = {"rig": rig_schema, "dataset": dataset_schema}
+    schemas = {"rig": rig_schema, "dataset": dataset_schema, "law": law_schema}
     files = {options.schema: to_json(schemas[options.schema_of]())} if options.schema else {}
     if options.name is None:
         if options.out or not options.schema:

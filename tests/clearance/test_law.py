@@ -3,6 +3,7 @@
 import json
 from types import SimpleNamespace
 
+import jsonschema
 import numba
 import numpy as np
 import pytest
@@ -22,7 +23,7 @@ from clearance_mj.clearance import (
     load_law,
 )
 from clearance_mj.clearance.kernel import clearance_records, follow_law
-from clearance_mj.clearance.law_files import law_from_dict
+from clearance_mj.clearance.law_files import law_from_dict, law_schema
 from clearance_mj.errors import LawError
 from clearance_mj.rig import Grease
 
@@ -229,3 +230,22 @@ def test_a_law_cannot_be_changed_from_outside():
     assert law.table(2).parameters[0, 0, 0] == 1e4
     with pytest.raises(ValueError, match="read-only"):
         law.k[0] = 5.0
+
+
+@pytest.mark.parametrize(
+    "law",
+    [
+        ConstantLaw([1e4, 2e4], 3.0),
+        TimeLaw([0.0, 1.0], [1e4, 2e4], [1.0, 2.0], Grease(4e3, 3.0)),
+        AmplitudeLaw([1e-4, 2e-4], [[1e4, 1e4], [2e4, 2e4]], [[1, 1], [2, 2]]),
+        ContactLaw([HuntCrossley(1e6, 0.7), KelvinVoigt(1e4)]),
+    ],
+)
+def test_schema_takes_what_is_saved_and_refuses_what_is_not_read(law):
+    validator = jsonschema.Draft202012Validator(law_schema())
+    data = json.loads(json.dumps(law.to_dict()))
+    validator.validate(data)
+    for change in ({"kind": "other"}, {"colour": 1}, {"grease": 3}, {"k": "x"}, {"contact": [{"model": "none"}]}):
+        assert not validator.is_valid(data | change), change
+        with pytest.raises(LawError):
+            law_from_dict(data | change)
