@@ -130,7 +130,8 @@ def write_json(path: Path, data: Any) -> None:
 
 
 class _Drawing(Protocol):
-    name: str
+    @property
+    def name(self) -> str: ...
 
     def png(self) -> bytes: ...
 
