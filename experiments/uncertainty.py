@@ -14,7 +14,7 @@ from clearance_mj import Dataset, estimate_frf, rmse_db, simulate
 from clearance_mj.errors import ClearanceError
 from clearance_mj.files import replacing
 from clearance_mj.identify import get_method
-from clearance_mj.report.uncertainty import draw
+from clearance_mj.report.figures import band_drawing
 from clearance_mj.signals.frf import random_error
 from clearance_mj.statistics.frf_bands import draw_laws, frf_band, inside, paired_error
 
@@ -38,7 +38,7 @@ def run(dataset, level, methods, draws, out):
         shown[method] = bands, errors
     record = next(record for record in dataset.validate if record.level == level)
     bands, errors = ({method: pair[i][record.name] for method, pair in shown.items()} for i in (0, 1))
-    drawing = draw(record.rig, bands, errors, tests[record.name])
+    drawing = band_drawing(record.rig, bands, errors, tests[record.name])
     with replacing(out / "uncertainty.png") as temporary:
         temporary.write_bytes(drawing.png())
     pd.DataFrame(rows).to_csv(out / "uncertainty.csv", index=False)

@@ -37,8 +37,8 @@ from ..errors import ClearanceError, RecordError
 from ..files import replacing
 from ..rig import Rig
 from ..signals.response import Response
-from .figures import FONT, LAWS, _tidy
 from .rendering import Stroke, View, render
+from .style import COLOURS, FONT, tidy
 
 __all__ = ["Clip", "check", "clip", "deflection", "write"]
 
@@ -59,7 +59,7 @@ ARROW, PLATE, WALL = 0.1, 0.015, 0.06
 MOST_FRAMES = 600
 BATCH = 30
 """pictures that one process of MuJoCo draws"""
-COLOURS = 64
+GIF_COLOURS = 64
 """of a GIF"""
 STEEL, MASS, HALF, CLAMP = "#8a949f", "#4d5660", "#3b3b3b", "#d0d0d0"
 
@@ -276,7 +276,7 @@ def write(shown: Clip, path, renderer: str = "auto", progress: bool = True) -> s
 def _write_gif(stage, numbers, path):
     # One palette for all, out of two pictures: colours do not flicker, and what stands still costs nothing.
     two = np.vstack([stage.picture(i) for i in (0, len(numbers) // 2)])
-    palette = Image.fromarray(two).quantize(COLOURS)
+    palette = Image.fromarray(two).quantize(GIF_COLOURS)
     no_dots = {"palette": palette, "dither": Image.Dither.NONE}
     first, *others = (Image.fromarray(stage.picture(i)).quantize(**no_dots) for i in numbers)
     first.save(path, save_all=True, append_images=others, duration=round(1000 / stage.shown.rate), loop=0)
@@ -334,7 +334,7 @@ class _Stage:
         return self.figure.add_axes(place), below
 
     def _label(self, ax):
-        _tidy(ax, ylabel="Lift (mm)", xlabel="Distance from the clamp (m)")
+        tidy(ax, ylabel="Lift (mm)", xlabel="Distance from the clamp (m)")
         ax.grid(False)
         ax.set_xlim(self.left, self.right)
         height = self.millimetres(self.half_height)
@@ -355,8 +355,8 @@ class _Stage:
 
     def _trace(self, ax):
         for j, force in enumerate(self.shown.trace.T):
-            ax.plot(self.shown.trace_time, force, color=LAWS[j % len(LAWS)], lw=1, label=f"bushing {j + 1}")
-        _tidy(ax, ylabel="Contact force (N)", xlabel="Time (s)")
+            ax.plot(self.shown.trace_time, force, color=COLOURS[j % len(COLOURS)], lw=1, label=f"bushing {j + 1}")
+        tidy(ax, ylabel="Contact force (N)", xlabel="Time (s)")
         ax.set_xlim(*self.shown.trace_time[[0, -1]])
         ax.legend(fontsize=FONT - 1, frameon=False, loc="lower right", bbox_to_anchor=(1, 0.97), ncols=4)
         self.figure.align_ylabels()
@@ -401,7 +401,7 @@ class _Stage:
         ]
         look = {"angles": "xy", "scale_units": "xy", "scale": 1, "width": 0.005, "minlength": 0}
         start = self.arrows()[0, :, 0]
-        colours = [LAWS[j % len(LAWS)] for j in range(len(rig.bushings))]
+        colours = [COLOURS[j % len(COLOURS)] for j in range(len(rig.bushings))]
         self.force = ax.quiver(*start.T, 0 * start[:, 0], 0 * start[:, 0], color=colours, **look)
         self.moving += [self.shaft, self.masses, *(half for pair in self.plates for half in pair), self.force]
 
@@ -482,7 +482,7 @@ def _strokes(shown, stage) -> list[Stroke]:
             half = _solid(count, bushing.ends, (-wide, wide), (face, face + side * PLATE * length))
             strokes.append(Stroke("box", 0.0, to_rgb(HALF), half))
     for j, arrow in enumerate(np.moveaxis(stage.arrows(), 1, 0)):
-        colour = to_rgb(LAWS[j % len(LAWS)])
+        colour = to_rgb(COLOURS[j % len(COLOURS)])
         strokes.append(Stroke("arrow", radius, colour, _solid(count, arrow[..., 0].T, (0, 0), arrow[..., 1].T)))
     return strokes
 

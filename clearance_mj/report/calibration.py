@@ -8,11 +8,11 @@ from matplotlib.figure import Figure, SubFigure
 from matplotlib.ticker import NullFormatter
 
 from ..calibrate import Calibration, FRFTarget, ModalTarget
-from .figures import FONT, LAWS, REPEAT, TEST, WIDTH, Drawing, _tidy
+from .style import COLOURS, FONT, REPEAT, TEST, WIDTH, Drawing, tidy
 
 __all__ = ["draw"]
 
-START, FOUND = "#e69f00", LAWS[0]
+START, FOUND = "#e69f00", COLOURS[0]
 MOST_SENSORS = 4
 """FRFs that are drawn"""
 SYMBOLS = {"young_modulus": "E", "density": "ρ", "stiffness": "k", "damping": "c", "position": "x", "mass": "m"}
@@ -68,13 +68,13 @@ def _frequencies(part: SubFigure, found: Calibration, target: ModalTarget) -> No
     error.set_yscale("symlog", linthresh=0.1)
     error.yaxis.set_major_formatter("{x:g}")
     error.margins(y=0.15)
-    _tidy(error, "natural frequencies", "Model over test - 1 (%)", "Mode (number)")
+    tidy(error, "natural frequencies", "Model over test - 1 (%)", "Mode (number)")
     part.legend(*error.get_legend_handles_labels(), fontsize=FONT - 1, frameon=False, loc="outside upper left", ncols=3)
     error.set_xticks(target.mode)
     if test is None:
         _table(shapes, found, target)
         return
-    _tidy(shapes, "mode shapes", "1 - MAC with the test (1)", "Mode (number)")
+    tidy(shapes, "mode shapes", "1 - MAC with the test (1)", "Mode (number)")
     shapes.set_xticks(target.mode)
     shapes.yaxis.set_minor_formatter(NullFormatter())
 
@@ -99,7 +99,7 @@ def _frfs(part: SubFigure, found: Calibration, target: FRFTarget) -> None:
     for ax, row in zip(axes, shown):
         for name, value, colour, width in frfs:
             ax.plot(target.frf.frequency, 20 * np.log10(np.abs(value[row])), color=colour, lw=width, label=name)
-        _tidy(ax, f"sensor {target.nodes[row]}", "", "Frequency (Hz)")
+        tidy(ax, f"sensor {target.nodes[row]}", "", "Frequency (Hz)")
     unit = "dB re 1" if target.frf.quantity == "acceleration/acceleration" else "dB re 1 m/s²/N"
     axes[0].set_ylabel(f"|H| ({unit})", fontsize=FONT)
     axes[0].legend(fontsize=FONT - 1, frameon=False)
@@ -120,7 +120,7 @@ def _starts(ax: Axes, found: Calibration) -> None:
     ax.set_ylim(min(low, 0.5), max(high, 2.0))
     ax.yaxis.set_major_formatter("{x:g}")
     ax.yaxis.set_minor_formatter(NullFormatter())
-    _tidy(ax, "every start", "Value over best fit (1)", "")
+    tidy(ax, "every start", "Value over best fit (1)", "")
     ax.set_xticks(ticks, [_name(path) for path in found.estimates.names], fontsize=FONT - 1)
     ax.legend(fontsize=FONT - 1, frameon=False)
 
@@ -131,7 +131,7 @@ def _correlation(ax: Axes, found: Calibration) -> None:
     for (i, j), value in np.ndenumerate(found.estimates.correlation):
         colour = "white" if abs(value) > 0.7 else "black"
         ax.text(j, i, f"{value:.2f}", ha="center", va="center", fontsize=FONT - 1, color=colour)
-    _tidy(ax, "correlation of the logarithms")
+    tidy(ax, "correlation of the logarithms")
     ax.grid(False)
     names = [_name(path) for path in found.estimates.names]
     ax.set_xticks(ticks, names, fontsize=FONT - 1)

@@ -13,11 +13,11 @@ from matplotlib.lines import Line2D
 from ..signals.alignment import Alignment
 from ..signals.correlation import Comparison
 from ..signals.ema import Modes
-from .figures import FONT, LAWS, TEST, WIDTH, Drawing, _decibel, _phase, _tidy
+from .style import COLOURS, FONT, TEST, WIDTH, Drawing, decibel, phase, tidy
 
 __all__ = ["draw"]
 
-MODEL = LAWS[1]
+MODEL = COLOURS[1]
 PER_PAGE = 6
 """sensors on one figure"""
 UNITS = {"displacement": "m", "velocity": "m/s", "acceleration": "m/s²", "force": "N"}
@@ -81,16 +81,16 @@ def _overlay(cell: SubFigure, aligned: Alignment, row: int) -> None:
     axes = cell.subplots(3, 1, sharex=True, height_ratios=(3, 1.4, 1))
     for frf, style in ((aligned.test, {"color": TEST, "lw": 2.0}), (aligned.model, {"color": MODEL, "lw": 1.1})):
         style |= _dots(frf.frequency)
-        axes[0].plot(frf.frequency, _decibel(frf.functions[row]), **style)
-        axes[1].plot(frf.frequency, _phase(frf.functions[row]), **style)
+        axes[0].plot(frf.frequency, decibel(frf.functions[row]), **style)
+        axes[1].plot(frf.frequency, phase(frf.functions[row]), **style)
         if frf.coherence is not None:
             coherence = frf.coherence.swapaxes(0, 1)[frf.measured.T]
             axes[2].plot(frf.frequency, coherence[row], **style | {"lw": 0.8})
-    _tidy(axes[0], aligned.test.labels[row], f"Magnitude\n(dB re {unit})")
-    _tidy(axes[1], ylabel="Phase (°)")
+    tidy(axes[0], aligned.test.labels[row], f"Magnitude\n(dB re {unit})")
+    tidy(axes[1], ylabel="Phase (°)")
     axes[1].set_ylim(-190, 190)
     axes[1].set_yticks([-180, 0, 180])
-    _tidy(axes[2], ylabel="Coh. (1)", xlabel="Frequency (Hz)")
+    tidy(axes[2], ylabel="Coh. (1)", xlabel="Frequency (Hz)")
     axes[2].set_ylim(0, 1.1)
     axes[2].set_yticks([0, 1])
     if aligned.test.coherence is None and aligned.model.coherence is None:
@@ -114,15 +114,15 @@ def _correlation(comparison: Comparison) -> Drawing:
     figure = _sheet(2.6)
     ax = figure.subplots()
     for values, label, color, style in (
-        (comparison.csac, "CSAC (shape)", LAWS[0], "-"),
-        (comparison.csf, "CSF (shape and level)", LAWS[1], "--"),
+        (comparison.csac, "CSAC (shape)", COLOURS[0], "-"),
+        (comparison.csf, "CSF (shape and level)", COLOURS[1], "--"),
     ):
         if np.isfinite(values).any():
             dots = _dots(comparison.frequency)
             ax.plot(comparison.frequency, values, lw=1.3, label=label, color=color, ls=style, **dots)
     for i, hz in enumerate(hz for hz in comparison.per_mode["test_hz"] if np.isfinite(hz)):
         ax.axvline(hz, color="#8c8c8c", lw=0.8, ls=":", label="mode of the test" if i == 0 else None)
-    _tidy(ax, ylabel="CSAC, CSF (1)", xlabel="Frequency (Hz)")
+    tidy(ax, ylabel="CSAC, CSF (1)", xlabel="Frequency (Hz)")
     ax.set_ylim(0, 1.05)
     _from_first_to_last(ax, comparison.frequency)
     figure.legend(loc="outside upper center", ncols=3, fontsize=FONT, frameon=False)
@@ -134,8 +134,8 @@ def _sensors(comparison: Comparison) -> Drawing:
     labels = comparison.per_sensor["sensor"]
     figure = _sheet(max(2.9, 0.8 + 0.15 * len(labels)))
     for ax, (name, title) in zip(figure.subplots(1, len(MEASURES)), MEASURES.items()):
-        ax.barh(np.arange(len(labels)), comparison.per_sensor[name], color=LAWS[0])
-        _tidy(ax, xlabel=title)
+        ax.barh(np.arange(len(labels)), comparison.per_sensor[name], color=COLOURS[0])
+        tidy(ax, xlabel=title)
         ax.set_yticks(np.arange(len(labels)), labels if ax.get_subplotspec().is_first_col() else [""] * len(labels))
         ax.invert_yaxis()
         if name in SHARES:
@@ -154,7 +154,7 @@ def _mac(test_modes: Modes, model_modes: Modes, matrix: np.ndarray) -> Drawing:
     image = ax.imshow(matrix, cmap=matplotlib.colormaps["cividis"], vmin=0, vmax=1)
     for (i, j), value in np.ndenumerate(matrix):
         ax.text(j, i, f"{value:.2f}", ha="center", va="center", fontsize=FONT, color="w" if value < 0.5 else "k")
-    _tidy(ax, ylabel="Mode of the test (Hz)", xlabel="Mode of the model (Hz)")
+    tidy(ax, ylabel="Mode of the test (Hz)", xlabel="Mode of the model (Hz)")
     ax.grid(False)
     ax.set_xticks(np.arange(matrix.shape[1]), [f"{f:.4g}" for f in model_modes.frequency])
     ax.set_yticks(np.arange(matrix.shape[0]), [f"{f:.4g}" for f in test_modes.frequency])

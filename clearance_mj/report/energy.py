@@ -14,7 +14,7 @@ from matplotlib.ticker import MaxNLocator
 
 from ..engines.energy import EnergyBalance
 from ..files import replacing
-from .figures import FONT, LAWS, TEST, WIDTH, Drawing, _tidy
+from .style import COLOURS, FONT, TEST, WIDTH, Drawing, tidy
 from .tables import write_csv
 
 __all__ = ["draw", "write"]
@@ -84,7 +84,7 @@ def _energy(ax: Axes, balance: EnergyBalance) -> None:
     time = balance.time[thin]
     ax.stackplot(time, *parts.values(), colors=colours, labels=[WORDS[name] for name in parts])
     ax.plot(time, 1e3 * balance.put_in[thin], color=TEST, lw=0.9, label="put in")
-    _tidy(ax, "(a) where the energy went", "Energy (mJ)", "Time (s)")
+    tidy(ax, "(a) where the energy went", "Energy (mJ)", "Time (s)")
     ax.set_xlim(0, time[-1])
     handles, labels = ax.get_legend_handles_labels()
     ax.legend(handles[::-1], labels[::-1], fontsize=FONT - 1, frameon=False, loc="upper left")
@@ -93,7 +93,7 @@ def _energy(ax: Axes, balance: EnergyBalance) -> None:
 def _residual(ax: Axes, balance: EnergyBalance) -> None:
     most = max(np.max(balance.put_in), np.finfo(float).tiny)
     ax.plot(balance.time, 100 * balance.residual / most, color=TEST, lw=0.7)
-    _tidy(ax, "(b) residual: neither lost nor stored", "Share of the energy put in (%)", "Time (s)")
+    tidy(ax, "(b) residual: neither lost nor stored", "Share of the energy put in (%)", "Time (s)")
     ax.set_xlim(0, balance.time[-1])
 
 
@@ -109,7 +109,7 @@ def _restitution(ax: Axes, balance: EnergyBalance) -> None:
     for (j, v_in), (_, ratio) in zip(_by_bushing(balance, "v_in"), _by_bushing(balance, "restitution")):
         look: dict[str, Any] = {
             "marker": MARKERS[j % len(MARKERS)],
-            "color": LAWS[j % len(LAWS)],
+            "color": COLOURS[j % len(COLOURS)],
             "ls": "",
             "ms": 3,
             "alpha": 0.5,
@@ -119,7 +119,7 @@ def _restitution(ax: Axes, balance: EnergyBalance) -> None:
     ax.set_ylim(0, 1.02 * MOST_RESTITUTION)
     if balance.impacts:
         ax.set_xscale("log")
-    _tidy(ax, "(c) restitution", "Speed off over speed into the wall (1)", "Speed into the wall (mm/s)")
+    tidy(ax, "(c) restitution", "Speed off over speed into the wall (1)", "Speed into the wall (mm/s)")
     _legend(ax, "lower left")
 
 
@@ -132,13 +132,13 @@ def _impulse(ax: Axes, balance: EnergyBalance) -> None:
             look: dict[str, Any] = {
                 "histtype": "step",
                 "lw": 1.2,
-                "color": LAWS[j % len(LAWS)],
+                "color": COLOURS[j % len(COLOURS)],
                 "ls": ("-", "--")[j % 2],
             }
             ax.hist(1e3 * values, edges, **look, label=f"bushing {j + 1}")
         ax.set_xscale("log")
     ax.yaxis.set_major_locator(MaxNLocator(integer=True))
-    _tidy(ax, "(d) impulses", "Impacts in a class (number)", "Impulse of an impact (mN s)")
+    tidy(ax, "(d) impulses", "Impacts in a class (number)", "Impulse of an impact (mN s)")
     _legend(ax, "upper left")
 
 

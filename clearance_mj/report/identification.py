@@ -19,11 +19,11 @@ from ..clearance.law import TimeLaw
 from ..identify.contact import ContactParameters
 from ..identify.forces import RestoringForce
 from ..identify.wavelet import Ridge, Scalogram
-from .figures import FONT, LAWS, REPEAT, TEST, WIDTH, _tidy
+from .style import COLOURS, FONT, REPEAT, TEST, WIDTH, tidy
 
 __all__ = ["AmplitudeCurve"]
 
-LAW, RIDGE = LAWS[:2]
+LAW, RIDGE = COLOURS[:2]
 MM = 1e3
 COLUMNS = 1500
 """of a scalogram that are drawn"""
@@ -63,11 +63,11 @@ def scalograms(title: str, planes: Sequence[Scalogram], ridges: Sequence[Ridge],
         _draw_plane(figure, left, plane)
         _draw_track(left, ridge, ridge.omega / (2 * np.pi), "white")
         left.set_ylim(plane.frequency[0], plane.frequency[-1])
-        _tidy(left, f"bushing {j + 1}: {words}", "Frequency (Hz)")
+        tidy(left, f"bushing {j + 1}: {words}", "Frequency (Hz)")
         left.grid(False)
         _draw_track(right, ridge, MM * ridge.amplitude, RIDGE)
         right.axhline(MM * gap, color=TEST, linewidth=0.9, linestyle="--", label="gap")
-        _tidy(right, f"bushing {j + 1}: amplitude on the ridge", "Amplitude (mm)")
+        tidy(right, f"bushing {j + 1}: amplitude on the ridge", "Amplitude (mm)")
         right.set_ylim(bottom=0)
     axes[0, 1].legend(fontsize=FONT - 1, frameon=False, loc="best")
     for ax in axes[-1]:
@@ -110,7 +110,7 @@ def contact_over_time(title: str, measured: ContactParameters | None, ridge: Tim
             if ridge:
                 track = getattr(ridge, name)[:, j]
                 ax.plot(ridge.t, track, ".", color=RIDGE, markersize=2.5, zorder=1.5, label="wavelet ridge")
-            _tidy(ax, f"bushing {j + 1}", label, "Time (s)" if j == n - 1 else "")
+            tidy(ax, f"bushing {j + 1}", label, "Time (s)" if j == n - 1 else "")
             _limit(ax, value if measured else track)
     _key(figure, axes)
     return figure
@@ -128,11 +128,11 @@ def contact_over_amplitude(
             x, y, std = (np.concatenate([getattr(p, column)[:, j] for p in measured]) for column in columns)
             look = {"fmt": ".", "color": TEST, "ecolor": REPEAT, "markersize": 3, "elinewidth": 0.5}
             ax.errorbar(MM * x, y, std, label=f"{WINDOWS} (mean amplitude)", **look)
-            for curve, colour in zip(curves, LAWS):
+            for curve, colour in zip(curves, COLOURS):
                 ax.plot(MM * curve.amplitude, getattr(curve, name)[:, j], color=colour, linewidth=1.6, zorder=3,
                         label=curve.label)  # fmt: skip
             ax.axvline(MM * gaps[j], color=TEST, linewidth=0.9, linestyle="--", label="gap")
-            _tidy(ax, f"bushing {j + 1}", label, "Amplitude (mm)" if j == len(gaps) - 1 else "")
+            tidy(ax, f"bushing {j + 1}", label, "Amplitude (mm)" if j == len(gaps) - 1 else "")
             reached = [getattr(c, name)[c.amplitude <= np.nanmax(x), j] for c in curves if np.isfinite(x).any()]
             _limit(ax, y, *reached)
     _key(figure, axes)
@@ -159,7 +159,7 @@ def hysteresis(title: str, measured: RestoringForce, fitted: np.ndarray) -> Figu
                 for side in (-gap, gap):
                     ax.axvline(MM * side, color=REPEAT, linewidth=0.9, linestyle=":", label="gap")
             begin = measured.time[part][0]
-            _tidy(ax, f"bushing {j + 1}, {name}, {begin:.2f} s: {error:.2g} % off", "Restoring force (N)")
+            tidy(ax, f"bushing {j + 1}, {name}, {begin:.2f} s: {error:.2g} % off", "Restoring force (N)")
         for ax in line[len(stretches) :]:
             ax.axis("off")
     for ax in axes[-1]:

@@ -1,4 +1,4 @@
-"""Figures of a motion over level: phase portraits, Poincaré sections, waterfalls.
+"""Figures of a motion over level: phase portraits and Poincaré sections.
 
 Velocities are those of a cubic spline through the displacements. A section under a sine is stroboscopic: the state
 once a period, when the sine passes zero upwards. Random excitation has no period; its section is where the velocity
@@ -7,45 +7,24 @@ passes zero, and each turning point is drawn over the one before.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Mapping
 
-import matplotlib
 import numpy as np
-import scipy.signal
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
 from scipy.interpolate import CubicSpline
 
 from ..errors import RecordError
 from ..rig import Rig
-from ..signals.frf import FRF, estimate_frf
+from ..signals.frf import estimate_frf
 from ..signals.response import Response
-from . import figures, tables
-from .figures import FAINT, FONT, LAWS, REPEAT, TEST, WIDTH, Drawing, _tidy
+from .style import COLOURS, FAINT, FONT, REPEAT, TEST, WIDTH, Drawing, tidy
+from .waterfall import frf_waterfall, spectrum_waterfall
 
-if TYPE_CHECKING:
-    from ..study import Study
+__all__ = ["drawings", "phase_portraits", "poincare_sections", "stroboscopic", "turning_points"]
 
-__all__ = [
-    "drawings",
-    "frf_waterfall",
-    "phase_portraits",
-    "poincare_sections",
-    "spectrum_waterfall",
-    "stroboscopic",
-    "study_waterfall",
-    "turning_points",
-]
-
-STEP = 20.0
-"""dB between the FRFs of two levels"""
 BINS = 70
 """of the density of a random motion, along displacement and velocity"""
-DYNAMIC = 60.0
-"""dB of a spectrum that are drawn below its peak, and between the spectra of two levels"""
-RESOLUTION = 0.5
-"""Hz between the lines of spectra"""
 
 
 def stroboscopic(response: Response, frequency: float, drop: float = 0.0) -> np.ndarray:
@@ -105,13 +84,13 @@ def turning_points(response: Response, bushing: int, drop: float = 0.0) -> np.nd
     return spline(moments[moments >= drop])
 
 
-def _spline(response, bushing=slice(None)) -> CubicSpline:
+def _spline(response: Response, bushing: int | slice = slice(None)) -> CubicSpline:
     if response.displacement is None:
         raise RecordError("the response has no displacements at the bushings, so its motion there cannot be drawn")
     return CubicSpline(response.time, response.displacement[bushing].T)
 
 
-def _path(response, bushing, drop):
+def _path(response: Response, bushing: int, drop: float) -> tuple[np.ndarray, np.ndarray]:
     """Displacement and velocity at a bushing, mm and mm/s."""
     spline = _spline(response, bushing)
     time = response.time[response.time >= drop]
@@ -157,9 +136,9 @@ def phase_portraits(
         s at the start that are left out.
     """
 
-    def draw(ax, j, response):
+    def draw(ax: Axes, j: int, response: Response) -> None:
         if frequency:
-            ax.plot(*_path(response, j, drop), color=LAWS[0], lw=0.6)
+            ax.plot(*_path(response, j, drop), color=COLOURS[0], lw=0.6)
         else:
             ax.hist2d(*_path(response, j, drop), bins=BINS, norm="log", cmap="cividis_r")
 
@@ -186,7 +165,7 @@ def poincare_sections(
         s at the start that are left out.
     """
 
-    def draw(ax, j, response):
+    def draw(ax: Axes, j: int, response: Response) -> None:
         if frequency:
             x, y = 1e3 * stroboscopic(response, frequency, drop)[..., j]
             ax.plot(*_path(response, j, drop), color=REPEAT, lw=0.5, alpha=0.6)
@@ -194,7 +173,7 @@ def poincare_sections(
             turns = 1e3 * turning_points(response, j, drop)
             x, y = turns[:-1], turns[1:]
             ax.axhspan(-1e3 * rig.bushings[j].gap, 1e3 * rig.bushings[j].gap, color=FAINT, lw=0)
-        ax.plot(x, y, ".", color=LAWS[0], ms=4 if frequency else 1.5, mew=0)
+        ax.plot(x, y, ".", color=COLOURS[0], ms=4 if frequency else 1.5, mew=0)
 
     if frequency:
         labels = "Displacement (mm)", "Velocity (mm/s)"
@@ -210,7 +189,9 @@ def poincare_sections(
     return Drawing("poincare_sections", figure, caption, f"Poincaré sections at {len(rig.bushings)} bushings.")
 
 
-def _grid(rig, responses, draw, xlabel, ylabel) -> Figure:
+def _grid(
+    rig: Rig, responses: Mapping[float, Response], draw: Callable[[Axes, int, Response], None], xlabel: str, ylabel: str
+) -> Figure:
     """A panel for each bushing (row) and level (column), with the gap."""
     rows, columns = len(rig.bushings), len(responses)
     size = max(WIDTH, 1.5 * columns), 0.4 + 1.75 * rows
@@ -222,110 +203,7 @@ def _grid(rig, responses, draw, xlabel, ylabel) -> Figure:
             for side in (-1, 1):
                 ax.axvline(side * 1e3 * bushing.gap, color=TEST, lw=0.7, ls="--")
             first, last = ax is line[0], j == rows - 1
-            _tidy(ax, "", ylabel if first else "", xlabel if last else "")
-            ax.set_title(f"bushing {j + 1}, {level:g} {_unit(response)}", fontsize=FONT - 1, loc="left", pad=3)
-    return figure
-
-
-def _unit(response) -> str:
-    return "m/s²" if response.kind == "base" else "N"
-
-
-def frf_waterfall(rig: Rig, frfs: Mapping[float, FRF]) -> Drawing:
-    """Draw FRFs at the bushings' sensors (or the last, if none sits there) over level, each level 20 dB above the last.
-
-    Parameters
-    ----------
-    rig : Rig
-        The rig.
-    frfs : mapping of float to FRF
-        By level, m/s² or N.
-    """
-    curves = {level: [(frf.frequency, figures._decibel(frf.functions))] for level, frf in frfs.items()}
-    some = next(iter(frfs.values()))
-    base = some.quantity == "acceleration/acceleration"
-    figure = _waterfall(rig, curves, "|H|", "dB re 1" if base else "dB re 1 m/s²/N", "m/s²" if base else "N")
-    caption = f"FRFs over level, each curve {STEP:g} dB above the one of the level before."
-    return Drawing("waterfall", figure, caption, f"FRF magnitudes at {len(frfs)} levels, one above the other.")
-
-
-def spectrum_waterfall(
-    rig: Rig, responses: Mapping[float, Response], drop: float = 0.0, most: float = 220.0
-) -> Drawing:
-    """Draw amplitude spectra at the bushings' sensors, over the excitation's, each level 60 dB above the last.
-
-    Parameters
-    ----------
-    rig : Rig
-        The rig.
-    responses : mapping of float to Response
-        By level, m/s² or N; under a sine.
-    drop : float
-        s at the start that are left out.
-    most : float
-        Highest frequency, Hz.
-    """
-    curves = {}
-    for level, response in responses.items():
-        steady = response.acceleration[:, response.time >= drop]
-        settings = {"nperseg": min(round(response.fs / RESOLUTION), steady.shape[1]), "scaling": "spectrum"}
-        frequency, power = scipy.signal.welch(steady, response.fs, "hann", **settings)
-        shown = frequency <= most
-        curves[level] = [(frequency[shown], figures._decibel(np.sqrt(power[:, shown]) / level))]
-    unit = _unit(next(iter(responses.values())))
-    reference = "dB re 1" if unit == "m/s²" else "dB re 1 m/s²/N"
-    figure = _waterfall(rig, curves, "Acceleration / excitation", reference, unit, DYNAMIC, DYNAMIC)
-    caption = (
-        f"Spectra of the acceleration over the excitation's RMS, the upper {DYNAMIC:g} dB of each, and each "
-        f"{DYNAMIC:g} dB above the one of the level before."
-    )
-    return Drawing("waterfall", figure, caption, f"Spectra at {len(responses)} levels, one above the other.")
-
-
-def study_waterfall(study: Study) -> Drawing:
-    """Draw FRFs of the test and of the best law at the bushings' sensors over the levels of a study.
-
-    Parameters
-    ----------
-    study : Study
-        The study.
-    """
-    law, engine, curves = tables.best_law(study), tables.main_engine(study), {}
-    for level in study.levels:
-        pair = study.tests[figures._test_names(study, level)[0]], study.case(law, engine, level).frf
-        curves[level] = [(frf.frequency, figures._decibel(frf.functions)) for frf in pair]
-    unit = tables.excitation_unit(study)
-    figure = _waterfall(study.dataset.rig, curves, "|H|", figures._unit(study), unit, looks=_PAIR)
-    of = "synthetic test" if tables.is_synthetic(study.dataset) else "test"
-    handles = [Line2D([], [], **_PAIR[0], label=of), Line2D([], [], **_PAIR[1], label=f"law “{law}”, engine {engine}")]
-    figure.legend(handles=handles, loc="outside upper center", ncols=2, fontsize=FONT, frameon=False)
-    caption = (
-        f"FRFs over level, {of} and the best law: each pair {STEP:g} dB above the one of the level before. Resonances "
-        "shift and flatten where the shaft begins to touch its bushings."
-    )
-    alt = f"FRF magnitudes of the {of} and law {law} at {len(study.levels)} levels, one above the other."
-    return Drawing("waterfall", figure, caption, alt)
-
-
-_PAIR = ({"color": TEST, "lw": 2.0}, {"color": LAWS[1], "lw": 0.9})
-
-
-def _waterfall(rig, curves, quantity, reference, unit, step=STEP, dynamic=np.inf, looks=None) -> Figure:
-    """Curves of every level, the lowest level below; a colour for each level unless looks for each curve are given."""
-    rows = figures._at_bushings(rig) or [len(rig.sensors) - 1]
-    figure = Figure(figsize=(WIDTH, 1.4 + 0.62 * len(curves)), layout="constrained", facecolor="white")
-    colours = matplotlib.colormaps["cividis"](np.linspace(0, 0.9, len(curves)))
-    axes = figure.subplots(1, len(rows), squeeze=False, sharey=True)[0]
-    for ax, row in zip(axes, rows):
-        for i, (level, of_level) in enumerate(curves.items()):
-            own = looks or [{"color": colours[i], "lw": 1.0}] * len(of_level)
-            for (frequency, value), look in zip(of_level, own):
-                shown = np.maximum(value[row], value[row].max() - dynamic)
-                ax.plot(frequency, shown + step * i, **look)
-            if ax is axes[-1]:
-                ax.annotate(f"{level:g} {unit}", (1, shown[-1] + step * i), xycoords=("axes fraction", "data"),
-                            xytext=(3, 0), textcoords="offset points", va="center", fontsize=FONT - 1)  # fmt: skip
-        label = f"{quantity}, {step:g} dB up per level ({reference})" if ax is axes[0] else ""
-        _tidy(ax, figures._sensor_title(rig, row), label, "Frequency (Hz)")
-        ax.set_xlim(frequency[0], frequency[-1])
+            tidy(ax, "", ylabel if first else "", xlabel if last else "")
+            unit = "m/s²" if response.kind == "base" else "N"
+            ax.set_title(f"bushing {j + 1}, {level:g} {unit}", fontsize=FONT - 1, loc="left", pad=3)
     return figure

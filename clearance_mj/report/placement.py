@@ -11,7 +11,7 @@ from matplotlib.patches import Rectangle
 from ..beam import mode_shapes
 from ..placement import Candidates, Placement
 from ..rig import Rig
-from .figures import FONT, REPEAT, TEST, WIDTH, Drawing, _tidy
+from .style import FONT, REPEAT, TEST, WIDTH, Drawing, tidy
 
 __all__ = ["draw"]
 
@@ -71,7 +71,7 @@ def _shaft(ax, rig, places, found, modes):
         ax.plot([position] * 2, [0, height], color=TEST, lw=0.7, zorder=1)
         ax.plot(position, 0, "o", color=TEST, ms=4)
         ax.text(position, height, f"{number}", ha="center", va="bottom", fontsize=FONT - 1, bbox=box)
-    _tidy(ax, "", "Mode shape over its largest (1)", "Distance from the clamp (m)")
+    tidy(ax, "", "Mode shape over its largest (1)", "Distance from the clamp (m)")
     ax.set_xlim(-0.02 * length, 1.02 * length)
     ax.set_ylim(-1.45, top)
     ax.set_yticks([-1, 0, 1])
@@ -87,7 +87,7 @@ def _carried(ax, found):
     ax.bar(places - 0.2, found.contribution, 0.4, color="#0072b2", label="contribution E")
     ax.bar(places + 0.2, found.determinant_after_loss, 0.4, color="#e69f00", hatch="///", edgecolor="white",
            label="determinant left without it")  # fmt: skip
-    _tidy(ax, "what each sensor carries", "Share (1)", "Sensor, position (m)")
+    tidy(ax, "what each sensor carries", "Share (1)", "Sensor, position (m)")
     ax.set_xticks(places, _labels(found), fontsize=FONT - 1)
     ax.set_ylim(0, 1.32)
     ax.legend(fontsize=FONT - 1, frameon=False, loc="upper left", ncols=2)
@@ -100,7 +100,7 @@ def _lost(ax, found, modes):
         words = f"{value:.2f}" if value < MOST_GROWTH else f"> {MOST_GROWTH:g}"
         dark = image.norm(value) > 0.5
         ax.text(j, i, words, ha="center", va="center", fontsize=FONT - 1, color="white" if dark else "black")
-    _tidy(ax, "standard deviation without it, over that with it (1)", "Mode (number)", "Sensor, position (m)")
+    tidy(ax, "standard deviation without it, over that with it (1)", "Mode (number)", "Sensor, position (m)")
     ax.grid(False)
     ax.set_xticks(np.arange(len(found.chosen)), _labels(found), fontsize=FONT - 1)
     ax.set_yticks(np.arange(len(modes)), [str(mode) for mode in modes])

@@ -9,7 +9,7 @@ from matplotlib.ticker import NullLocator
 
 from ..sweep.design import Vary
 from ..sweep.sensitivity import Sensitivity, quantities
-from .figures import FONT, WIDTH, Drawing, _tidy
+from .style import FONT, WIDTH, Drawing, tidy
 
 __all__ = ["draw_results", "draw_sensitivity"]
 
@@ -48,7 +48,7 @@ def draw_results(results: xr.Dataset, varied: tuple[Vary, ...]) -> Drawing | Non
         for ax, vary, parameter in zip(row, varied, results["parameter"].values.T):
             ax.plot(parameter, values, ".", color=DOT, ms=3, alpha=0.5, mew=0, rasterized=True)
             ax.set_xscale(vary.scale)
-            _tidy(ax)
+            tidy(ax)
         row[0].set_ylabel(_folded(name), fontsize=FONT)
     for ax, vary in zip(axes[-1], varied):
         ax.set_xlabel(_with_unit(vary.path), fontsize=FONT)
@@ -88,7 +88,7 @@ def draw_sensitivity(found: Sensitivity) -> Drawing:
         _bars(ax, places + 0.19, found.total[i], found.total_interval[:, i], TOTAL, "total", hatch="////")
         ax.set_yticks(places, [_short(path) for path in found.parameter])
         last = i + columns >= n
-        _tidy(ax, quantity, "", "Sobol index (1)" if last else "")
+        tidy(ax, quantity, "", "Sobol index (1)" if last else "")
         ax.tick_params(labelbottom=last)
     axes[0, 0].invert_yaxis()
     axes[0, 0].set_xlim(-0.15, 1.15)

@@ -18,7 +18,7 @@ from ..vehicle.controllers import CONTROLLERS, get_controller
 from ..vehicle.experiment import Outcome
 from ..vehicle.run import Run
 from . import html
-from .figures import FONT, WIDTH, Drawing, _tidy
+from .style import FONT, WIDTH, Drawing, tidy
 from .tables import Column, Table, write_csv
 
 __all__ = ["HISTORIES", "METRICS", "histories", "look", "write_report"]
@@ -115,7 +115,7 @@ def histories(outcomes: Sequence[Outcome], name: str, quantities: Sequence[str] 
         for outcome in outcomes:
             values = shown.scale * getattr(outcome.run, quantity)
             ax.plot(outcome.run.time, values, **look(outcome.case.controller))
-        _tidy(ax, f"({letter})", f"{shown.label} ({shown.unit})")
+        tidy(ax, f"({letter})", f"{shown.label} ({shown.unit})")
     _contact_strip(axes[-1], outcomes)
     figure.align_ylabels(axes[:-1])
     sides = [Patch(color=colour, label=label) for label, colour in SIDES.items()]
@@ -131,7 +131,7 @@ def _contact_strip(ax: Axes, outcomes: Sequence[Outcome]) -> None:
         time = outcome.run.time
         extent = (time[0], time[-1], row + 0.42, row - 0.42)
         ax.imshow(outcome.run.contact[None], aspect="auto", extent=extent, interpolation="none", **look_of_sides)
-    _tidy(ax, "", "", "Time (s)")
+    tidy(ax, "", "", "Time (s)")
     ax.set_yticks(range(len(outcomes)), [get_controller(o.case.controller).label for o in outcomes])
     ax.set_ylim(len(outcomes) - 0.5, -0.5)
     ax.set_xlim(outcomes[0].run.time[0], max(o.run.time[-1] for o in outcomes))
@@ -145,7 +145,7 @@ def _paths(outcomes: Sequence[Outcome]) -> Drawing:
     ax.plot(*path.position(np.linspace(0, path.length, 500)), color="black", lw=2.2, alpha=0.35, label="path")
     for outcome in outcomes:
         ax.plot(*outcome.run.position.T, **look(outcome.case.controller))
-    _tidy(ax, "", "Y (m)", "X (m)")
+    tidy(ax, "", "Y (m)", "X (m)")
     _legend(figure, ax.get_legend_handles_labels()[0])
     caption = f"Paths of the vehicle; Y is drawn larger than X. {_words(outcomes[0])}."
     return Drawing("paths", figure, caption, f"Paths of {len(outcomes)} controllers on the X-Y plane.")

@@ -54,7 +54,7 @@ def study_summary(study: Study) -> dict:
         "version": __version__,
         "dataset": str(study.dataset.path),
         "rig": study.dataset.rig.name,
-        "synthetic": any("synthetic" in str(r.provenance).lower() for r in study.dataset.records),
+        "synthetic": study.is_synthetic,
         "laws": [
             {"name": k.name, "knows": k.prior_information, "law": k.law.to_dict(), "parameters": list(k.parameters)}
             for k in study.laws

@@ -298,6 +298,33 @@ class Study:
         """The first record of the main level."""
         return self.records(self.main_level)[0]
 
+    @property
+    def main_engine(self) -> str:
+        """The engine that is shown where there is room for one: "links" if it was run, else the first."""
+        return "links" if "links" in self.engines else self.engines[0]
+
+    @property
+    def base_law(self) -> str:
+        """The law that others are compared with: the best constants, else the first."""
+        return "constant" if "constant" in self.methods else self.methods[0]
+
+    @functools.cached_property
+    def best_law(self) -> str:
+        """The law with the least RMSE at the main level on the main engine; the last if none has one."""
+        rows = (r for r in self.rows() if (r["level"], r["engine"]) == (self.main_level, self.main_engine))
+        found = {r["law"]: r["rmse_db"] for r in rows if np.isfinite(r["rmse_db"])}
+        return min(found, key=lambda law: found[law], default=self.methods[-1])
+
+    @property
+    def unit(self) -> str:
+        """Unit of the levels: m/s² for a shaken base, N for a force."""
+        return "N" if self.dataset.validate[0].excitation_kind == "force" else "m/s²"
+
+    @property
+    def is_synthetic(self) -> bool:
+        """Whether any record's provenance says that it was computed, not measured."""
+        return any("synthetic" in str(r.provenance).lower() for r in self.dataset.records)
+
     def records(self, level: float) -> list[Record]:
         """Return the validation records of a level.
 

@@ -45,14 +45,14 @@ def section(item: Item, result: Result, images: Mapping[str, bytes]) -> str:
         parts.append(f"<h3>{PRIOR}</h3>\n<dl>{entries}</dl>\n")
     parts += [html.table(table) for table in result.tables]
     files = ", ".join(f'<a href="{file}.csv">{file}.csv</a>' for file in result.data)
-    return "".join(parts) + (html.note(f"Numbers: {files}.") if files else "")
+    return "".join(parts) + (html.paragraph(f"Numbers: {files}.", "note") if files else "")
 
 
 def _figure(drawing: Drawing, images: Mapping[str, bytes]) -> str:
     png, svg = (images[f"{drawing.name}.{suffix}"] for suffix in ("png", "svg"))
     data, kind = (svg, "svg+xml") if len(svg) <= SVG_LIMIT else (png, "png")
     source = f"data:image/{kind};base64,{base64.b64encode(data).decode('ascii')}"
-    caption = html.note(escape(drawing.caption))
+    caption = html.paragraph(escape(drawing.caption), "note")
     return f'<figure><img src="{source}" alt="{escape(drawing.alt)}">\n<figcaption>{caption}</figcaption></figure>\n'
 
 

@@ -9,14 +9,14 @@ import matplotlib.image
 import numpy as np
 import pytest
 
-from clearance_mj.report import figures
+from clearance_mj.report import figures, style
 
 from .conftest import changed
 
 LEVEL = 4.0
 DRAW = {
     "rig": lambda s: figures.rig_drawing(s.dataset.rig),
-    "verdict": figures.verdict,
+    "verdict": figures.agreement,
     "frf_bushings": lambda s: figures.frf_bushings(s, LEVEL),
     "frf_others": lambda s: figures.frf_others(s, LEVEL),
     "correlation": lambda s: figures.correlation(s, LEVEL),
@@ -58,13 +58,13 @@ def test_curves_are_the_frfs_of_the_study(study, drawings):
     magnitude = drawings["frf_bushings"].figure.axes[0]
     curves = {(line.get_color(), line.get_linestyle()): line.get_ydata() for line in magnitude.lines}
     decibel = {name: 20 * np.log10(np.abs(frf.functions[1])) for name, frf in study.tests.items()}
-    assert np.array_equal(curves[figures.TEST, "-"], decibel["level_4_a"])
-    assert np.array_equal(curves[figures.REPEAT, "-"], decibel["level_4_b"])
-    for law, colour in zip(("nominal", "constant"), figures.LAWS):
+    assert np.array_equal(curves[style.TEST, "-"], decibel["level_4_a"])
+    assert np.array_equal(curves[style.REPEAT, "-"], decibel["level_4_b"])
+    for law, colour in zip(("nominal", "constant"), style.COLOURS):
         expected = 20 * np.log10(np.abs(study.case(law, "links", LEVEL).frf.functions[1]))
         assert np.array_equal(curves[colour, "-"], expected)
     dashed = [colour for colour, style in curves if style == "--"]
-    assert dashed == [figures.LAWS[1]], "the other engine is drawn for the best law only"
+    assert dashed == [style.COLOURS[1]], "the other engine is drawn for the best law only"
 
 
 def test_sensors_are_split_between_the_two_overlays(drawings):

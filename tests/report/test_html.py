@@ -69,11 +69,11 @@ def test_a_figure_holds_its_image_and_its_words():
     picture = html.Picture("p", 3, b"<svg/>", "image/svg+xml", "big & bold", 'a "b"')
     text = html.figure(picture)
     assert 'src="data:image/svg+xml;base64,PHN2Zy8+"' in text and 'id="figure-p"' in text
-    assert "<b>Figure 3.</b> big &amp; bold" in text and 'alt="a &quot;b&quot;"' in text
+    assert "<b>Figure 3.</b> big &amp; bold" in text and 'alt="a &#34;b&#34;"' in text
 
 
 def test_the_contents_list_sections_and_their_parts():
-    sections = [html.Section("a", "First & last", html.subsection("a-1", "Part <1>")), html.Section("b", "Second", "")]
+    sections = [html.Section("a", "First & last", html.heading("a-1", "Part <1>")), html.Section("b", "Second", "")]
     text = html.page("t", sections)
     contents = text[text.index("<nav") : text.index("</nav>")]
     assert re.findall(r'<a href="#(.*?)">(.*?)</a>', contents) == [
@@ -146,7 +146,8 @@ def test_words_sort_as_people_sort_them(tmp_path):
 
 @browser
 def test_a_link_into_a_folded_part_opens_it(tmp_path):
-    page = html.page("t", [html.Section("a", "A", html.details("far", "Far", html.details("near", "Near", "x")))])
+    folded = '<details id="far"><summary>Far</summary><details id="near"><summary>Near</summary>x</details></details>'
+    page = html.page("t", [html.Section("a", "A", folded)])
     text = shown(tmp_path, with_script(page, "location.hash = '#near'"))
     assert text.count('open=""') == 2
 

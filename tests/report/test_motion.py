@@ -10,7 +10,7 @@ import pytest
 import clearance_mj as cm
 from clearance_mj.cli import main
 from clearance_mj.errors import RecordError
-from clearance_mj.report import figures, motion
+from clearance_mj.report import figures, motion, style, waterfall
 
 from ..conftest import ROOT
 
@@ -71,8 +71,8 @@ def drawings():
         "phase, sine": motion.phase_portraits(RIG, sines, HZ),
         "section, random": motion.poincare_sections(RIG, random),
         "section, sine": motion.poincare_sections(RIG, sines, HZ),
-        "waterfall, FRFs": motion.frf_waterfall(RIG, frfs),
-        "waterfall, spectra": motion.spectrum_waterfall(RIG, random),
+        "waterfall, FRFs": waterfall.frf_waterfall(RIG, frfs),
+        "waterfall, spectra": waterfall.spectrum_waterfall(RIG, random),
     }
 
 
@@ -105,16 +105,16 @@ def test_each_level_of_a_waterfall_stands_a_step_above_the_one_before(drawings):
 def test_a_spectrum_shows_the_sines_rms_over_the_excitations():
     """A sine of 3 m/s² amplitude on a line, at level 2: 20 log10(3/√2/2) = 0.51 dB."""
     acceleration = 3 * np.sin(2 * np.pi * 32.0 * TIME) * np.ones((8, 1))
-    drawing = motion.spectrum_waterfall(RIG, {2.0: response(np.zeros((2, TIME.size)), acceleration)})
+    drawing = waterfall.spectrum_waterfall(RIG, {2.0: response(np.zeros((2, TIME.size)), acceleration)})
     line = drawing.figure.axes[0].lines[0]
     assert line.get_ydata().max() == pytest.approx(20 * np.log10(3 / np.sqrt(2) / 2), abs=0.01)
     assert line.get_xdata()[np.argmax(line.get_ydata())] == 32.0
 
 
 def test_the_studys_waterfall_shows_test_and_best_law_at_every_level(study):
-    drawing = motion.study_waterfall(study)
+    drawing = figures.study_waterfall(study)
     lines = drawing.figure.axes[0].lines
-    assert [line.get_color() for line in lines] == [figures.TEST, figures.LAWS[1]] * 2
+    assert [line.get_color() for line in lines] == [style.TEST, style.COLOURS[1]] * 2
     for i, level in enumerate((1.0, 4.0)):
         test = 20 * np.log10(np.abs(study.tests[f"level_{level:g}_a"].functions[1]))
         np.testing.assert_allclose(lines[2 * i].get_ydata(), test + 20 * i)

@@ -5,10 +5,14 @@ import re
 from html.parser import HTMLParser
 
 import matplotlib.image
+import pandas as pd
 import pytest
+from matplotlib.figure import Figure
 
-from clearance_mj import report
-from clearance_mj.report import html
+from clearance_mj.report import html, section, write_report, writer
+from clearance_mj.report.sections import SECTIONS
+from clearance_mj.report.style import Drawing
+from clearance_mj.report.writer import ReportWriter
 
 from .conftest import changed
 
@@ -90,7 +94,7 @@ def test_the_main_level_is_open_and_the_others_are_folded(page, study):
     folded = [a["id"] for a in page.all("details") if "level" in a["id"]]
     assert study.main_level == 4
     assert folded == ["frf-level-1", "correlation-level-1"]
-    assert "verdict-modal" in [a["id"] for a in page.all("details")]
+    assert "summary-modal" in [a["id"] for a in page.all("details")]
 
 
 def test_figures_are_numbered_in_the_order_of_the_page(folder):
@@ -106,27 +110,46 @@ def test_the_page_says_what_it_is(page):
     assert "clearance-mj study DATASET --engines links,modal" in text and "python -m clearance_mj.testrig" in text
 
 
-def test_measured_records_are_not_called_synthetic(build):
-    names = ("rig", "verdict", "waterfall", "contact", "modes")
-    pictures = {name: html.Picture(name, 1, b"", "image/png", "a caption", "some words") for name in names}
-    text = report._page(build(floors=(), source="bench 3"), pictures)
+def test_measured_records_are_not_called_synthetic(build, tmp_path):
+    write_report(build(floors=(), source="bench 3"), tmp_path, progress=False)
+    text = (tmp_path / "report.html").read_text(encoding="utf-8")
     assert "synthetic" not in text.lower()
     assert "Source of the records: bench 3." in text
-    assert '<td class="number">–</td>' in text, "no repeat floor, so RMSE over floor has no value"
+    assert '<td class="number">–</td>' in text, "no repeatability, so RMSE over it has no value"
     assert "there are no intervals" in text and 'class="interval"' not in text
 
 
-def test_a_study_that_ends_with_its_base_law_shows_no_improvements(study):
+def test_a_study_that_ends_with_its_base_law_shows_no_improvements(study, tmp_path):
+    """Law "constant" is the base; here it is the last."""
     turned = changed(study, laws=study.laws[::-1])
-    assert "What the better laws gain" not in report._modes_and_sensors(study)
-    assert "What the better laws gain" in report._modes_and_sensors(turned)
+    shown = [SECTIONS["tables"].write(of, ReportWriter(tmp_path)) for of in (study, turned)]
+    assert ["What the better laws gain" in text for text in shown] == [False, True]
 
 
-def test_a_large_svg_gives_way_to_the_png():
-    class Large:
-        name, caption, alt, sharp = "large", "", "", True
+def test_a_section_is_one_function_and_one_registration(study, tmp_path):
+    """It stands where it says, with its figure numbered, its CSV file and its words."""
 
-        def svg(self):
-            return b" " * (report.SVG_LIMIT + 1)
+    @section("energy", "Energy <balance>", place=15)
+    def energy(study, writer):
+        figure = Figure()
+        figure.subplots().plot([0, 1])
+        writer.csv("energy", pd.DataFrame({"level": study.levels}))
+        return writer.figure(Drawing("energy", figure, "Work & loss.", "A line.")) + html.heading("loss", "Loss")
 
-    assert report._picture(Large(), b"png", 1).kind == "image/png"
+    try:
+        write_report(study, tmp_path, progress=False)
+    finally:
+        del SECTIONS["energy"]
+    text = (tmp_path / "report.html").read_text(encoding="utf-8")
+    assert '<a href="#energy">2. Energy &lt;balance&gt;</a>' in text and '<li><a href="#loss">Loss</a></li>' in text
+    assert "<b>Figure 2.</b> Work &amp; loss." in text
+    assert (tmp_path / "tables" / "energy.csv").read_text() == "level\n1.0\n4.0\n"
+
+
+def test_a_large_svg_gives_way_to_the_png(tmp_path, monkeypatch):
+    figure = Figure()
+    figure.subplots()
+    drawing = Drawing("large", figure, "", "")
+    assert "data:image/svg+xml;" in ReportWriter(tmp_path).figure(drawing)
+    monkeypatch.setattr(writer, "SVG_LIMIT", 10)
+    assert "data:image/png;" in ReportWriter(tmp_path).figure(drawing)

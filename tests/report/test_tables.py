@@ -1,4 +1,4 @@
-"""The tables hold the study's numbers, and the verdict says what they say."""
+"""The tables hold the study's numbers, and the summary says what they say."""
 
 import csv
 import dataclasses
@@ -7,7 +7,8 @@ import math
 import numpy as np
 import pytest
 
-from clearance_mj.report import tables
+from clearance_mj.report import frames, tables
+from clearance_mj.report.sections import bushings, modes_and_sensors, summary
 
 from .conftest import changed
 
@@ -23,8 +24,8 @@ def values(cells):
     return [cell.value for cell in cells]
 
 
-def test_the_verdict_table_is_the_study_rows(study):
-    shown, rows = tables.verdict_table(study, "modal"), [r for r in study.rows() if r["engine"] != "links"]
+def test_the_agreement_table_is_the_study_rows(study):
+    shown, rows = summary.agreement_table(study, "modal"), [r for r in study.rows() if r["engine"] != "links"]
     assert [row[:2] for row in shown.rows] == [(r["level"], r["law"]) for r in rows]
     for measure in tables.OVERALL:
         cells = column(shown, measure.label)
@@ -51,9 +52,9 @@ def test_limits_of_a_criterion_are_those_of_its_distance_from_one(study):
 
 def test_improvements_are_changes_of_the_means(study):
     rows = {r["law"]: r for r in study.rows() if (r["level"], r["engine"]) == (LEVEL, "links")}
-    found = [r for r in tables.improvement_rows(study) if r["level"] == LEVEL]
+    found = [r for r in frames.improvements(study).to_dict("records") if r["level"] == LEVEL]
     ours = {r["quantity"]: r for r in found}
-    assert {(r["law"], r["over"]) for r in found} == {("nominal", "constant")} and list(ours) == list(tables.IMPROVED)
+    assert {(r["law"], r["over"]) for r in found} == {("nominal", "constant")} and list(ours) == list(frames.IMPROVED)
     for quantity, key in (("RMSE", "rmse_db"), ("FRAC", "frac"), ("CSAC", "csac_per_sensor")):
         change = 100 * (rows["nominal"][key] / rows["constant"][key] - 1)
         assert ours[quantity]["change_pct"] == pytest.approx(change)
@@ -62,14 +63,16 @@ def test_improvements_are_changes_of_the_means(study):
 
 def test_improvements_are_shown_of_the_laws_that_follow_the_base(study):
     turned = changed(study, laws=study.laws[::-1])
-    shown = tables.improvement_table(turned, LEVEL)
+    shown = modes_and_sensors.improvement_table(turned, LEVEL)
     assert [(c.label, c.group) for c in shown.columns] == [("Quantity", ""), ("nominal", "over constant")]
-    found = {r["quantity"]: r["change_pct"] for r in tables.improvement_rows(turned) if r["level"] == LEVEL}
+    found = {
+        r["quantity"]: r["change_pct"] for r in frames.improvements(turned).to_dict("records") if r["level"] == LEVEL
+    }
     assert {row[0]: row[1].value for row in shown.rows} == found
 
 
 def test_natural_frequencies_are_those_of_the_comparisons(study):
-    shown = tables.mode_table(study, LEVEL)
+    shown = modes_and_sensors.mode_table(study, LEVEL)
     assert [row[0] for row in shown.rows] == ["test", "nominal", "constant", "repeat"]
     assert column(shown, "f", "Mode 2") == pytest.approx([40 * 0.94 * 1.001, 40, 40 * 0.955, 40 * 0.94 * 1.002])
     found = [c for c in study.cases if (c.law, c.engine, c.record.level) == ("constant", "links", LEVEL)]
@@ -83,7 +86,7 @@ def test_natural_frequencies_are_those_of_the_comparisons(study):
 def test_sensor_tables_are_means_over_the_records_of_the_level(study):
     found = [c for c in study.cases if (c.law, c.engine, c.record.level) == ("nominal", "links", LEVEL)]
     assert len(found) == 2
-    shown_tables = {t.name: t for t in tables.sensor_tables(study, LEVEL)}
+    shown_tables = {t.name: t for t in modes_and_sensors.sensor_tables(study, LEVEL)}
     assert list(shown_tables) == [f"{key}_level_4" for key in ("mre", "rmse_db", "frac", "csac", "csf")]
     for measure in tables.MEASURES:
         shown = shown_tables[f"{measure.key}_level_4"]
@@ -94,14 +97,14 @@ def test_sensor_tables_are_means_over_the_records_of_the_level(study):
 
 
 def test_parameters_have_standard_deviations_and_the_rig_files_values(study):
-    assert tables.parameter_table(study).rows == (
+    assert [*frames.parameters(study).itertuples(index=False, name=None)] == [
         ("constant", "contact stiffness", "N/m", 8.1e3, pytest.approx(405), pytest.approx(5), 7.8e3),
         ("constant", "grease damping", "N s/m", 2.5, pytest.approx(0.5), pytest.approx(20), 3.0),
-    )
+    ]
 
 
 def test_contact_is_over_the_gap_and_in_percent(study):
-    shown = tables.contact_table(study)
+    shown = bushings.contact_table(study)
     row = next(row for row in shown.rows if row[:2] == (LEVEL, "constant"))
     assert row[2:] == pytest.approx((4e-5 / 3e-4, 16e-5 / 3e-4, 4.0, 8.0))
     test = next(row for row in shown.rows if row[:2] == (LEVEL, "test"))
@@ -111,9 +114,9 @@ def test_contact_is_over_the_gap_and_in_percent(study):
 
 
 def test_every_engine_tells_its_time_step(study):
-    rows = tables.engine_table(study).rows
+    rows = [*frames.engines(study).itertuples(index=False)]
     assert [(r[0], r[2], r[3]) for r in rows] == [
-        (engine, law, pytest.approx(step))
+        (engine, law, pytest.approx(1e-6 * step))
         for engine, step in (("links", 20), ("modal", 50))
         for law in ("nominal", "constant")
     ]
@@ -121,13 +124,14 @@ def test_every_engine_tells_its_time_step(study):
 
 
 def test_records_tell_what_they_were_used_for(study):
-    assert [row[:2] for row in tables.record_table(study).rows] == [(r.name, r.role) for r in study.dataset.records]
+    used = frames.records(study)[["record", "role"]].values.tolist()
+    assert used == [[r.name, r.role] for r in study.dataset.records]
 
 
-def test_the_verdict_says_what_the_numbers_say(study):
+def test_the_summary_says_what_the_numbers_say(study):
     rows = {(r["level"], r["law"], r["engine"]): r["rmse_db"] for r in study.rows()}
     rmse, floor = rows[LEVEL, "constant", "links"], rows[LEVEL, "repeat", "rig"]
-    first, over_levels, least, engines = tables.verdict(study)
+    first, over_levels, least, engines = summary.sentences(study)
     assert first == (
         f"At 4 m/s² RMS the best law, “constant”, misses the rig by {rmse:.2f} dB RMS on engine links, "
         f"{rmse / floor:.2g} times what the rig repeats itself ({floor:.2f} dB)."
@@ -143,17 +147,17 @@ def test_the_verdict_says_what_the_numbers_say(study):
     assert f"at most {spread:.2f} dB" in engines
 
 
-def test_the_verdict_changes_with_the_numbers(study, build):
+def test_the_summary_changes_with_the_numbers(study, build):
     worse = build(offset=0.2)
-    assert "“nominal”, misses" in tables.verdict(worse)[0]
-    assert "“constant”, misses" in tables.verdict(study)[0]
+    assert "“nominal”, misses" in summary.sentences(worse)[0]
+    assert "“constant”, misses" in summary.sentences(study)[0]
 
 
-def test_without_a_second_record_there_is_no_floor(build):
+def test_without_a_second_record_there_is_no_repeatability(build):
     single = build(floors=())
-    assert tables.verdict(single)[0].endswith("no second record tells how closely the rig repeats itself.")
-    assert all(math.isnan(row[-1]) for row in tables.verdict_table(single, "links").rows)
-    assert [row[0] for row in tables.mode_table(single, LEVEL).rows] == ["test", "nominal", "constant"]
+    assert summary.sentences(single)[0].endswith("no second record shows how closely the rig repeats itself.")
+    assert all(math.isnan(row[-1]) for row in summary.agreement_table(single, "links").rows)
+    assert [row[0] for row in modes_and_sensors.mode_table(single, LEVEL).rows] == ["test", "nominal", "constant"]
 
 
 def lost(study, **columns):
@@ -172,13 +176,13 @@ def lost(study, **columns):
 
 
 def test_a_mode_that_was_not_found_is_nan_in_the_table(study):
-    shown = tables.mode_table(lost(study, per_mode="mac"), LEVEL)
+    shown = modes_and_sensors.mode_table(lost(study, per_mode="mac"), LEVEL)
     assert math.isnan(column(shown, "MAC", "Mode 1")[2].value)
     assert math.isfinite(column(shown, "f", "Mode 1")[2])
 
 
 def test_csv_holds_every_digit_of_every_row(study, tmp_path):
-    rows = tables.sensor_rows(study)
+    rows = frames.sensors(study).to_dict("records")
     tables.write_csv(tmp_path / "sensors.csv", rows)
     with (tmp_path / "sensors.csv").open(newline="", encoding="utf-8") as file:
         read = list(csv.DictReader(file))

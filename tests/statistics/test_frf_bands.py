@@ -16,7 +16,7 @@ from clearance_mj.identify import METHODS, Identified, nominal
 from clearance_mj.identify.output_error import _covariance
 from clearance_mj.io.dataset import Dataset
 from clearance_mj.parameters import Estimates, Parameter
-from clearance_mj.report.uncertainty import draw, drawings
+from clearance_mj.report.figures import band_drawing, study_bands
 from clearance_mj.rig import Grease
 from clearance_mj.signals.excitation import multisine
 from clearance_mj.signals.frf import FRF, estimate_frf, random_error
@@ -102,7 +102,7 @@ def test_figure_holds_bands_and_test(rig):
     drive = multisine(4.0, 1024.0, band=(5, 220), rms=2.0)
     laws = [ConstantLaw(k, 4.0) for k in (6e3, 8e3, 1e4)]
     band = frf_band(rig, drive, laws[1], laws)
-    drawing = draw(rig, {"constant": band}, {"constant": np.full(band.half_width_db.shape, 0.01)}, band.fitted)
+    drawing = band_drawing(rig, {"constant": band}, {"constant": np.full(band.half_width_db.shape, 0.01)}, band.fitted)
     axes = drawing.figure.axes
     assert len(axes) == 4  # two bushings, magnitude and deviation
     assert [len(ax.collections) for ax in axes] == [0, 0, 2, 2]
@@ -119,7 +119,7 @@ def test_bands_of_a_study(small_dataset, tmp_path):
         IdentifiedLaw("nominal", nominal(dataset.rig), ""),
     )
     tests = {r.name: estimate_frf(r.response(), resolution=0.5) for r in dataset.validate}
-    assert drawings(Study.from_results(dataset, laws[1:])) == []
+    assert study_bands(Study.from_results(dataset, laws[1:])) == []
     cache = ResultCache(tmp_path / "cache")
     bands = Study.from_results(dataset, laws, cache=cache).bands
     assert list(bands) == ["constant"]
@@ -131,7 +131,7 @@ def test_bands_of_a_study(small_dataset, tmp_path):
     np.testing.assert_array_equal(again["constant"][0].limits, bands["constant"][0].limits)
     np.testing.assert_array_equal(again["constant"][0].fitted.value, bands["constant"][0].fitted.value)
     np.testing.assert_array_equal(again["constant"][1], bands["constant"][1])
-    (drawing,) = drawings(study)
+    (drawing,) = study_bands(study)
     share = 100 * inside(bands["constant"][0].limits, tests["level_4_1"])
     assert f"constant: parameters alone ±{np.mean(bands['constant'][0].half_width_db):.2g} dB" in drawing.caption
     assert f"inside at {share:.0f} %" in drawing.caption

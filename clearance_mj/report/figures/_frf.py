@@ -1,0 +1,119 @@
+"""FRF overlays of one level."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.lines import Line2D
+
+from ...study import Study
+from ..style import (
+    FONT,
+    REPEAT,
+    TEST,
+    Drawing,
+    at_bushings,
+    decibel,
+    finite,
+    frequency_axis,
+    letters,
+    phase,
+    sensor_title,
+    sheet,
+    tidy,
+)
+from ._looks import Looks
+
+CUT = "the coherence γ² of the test. Dips of a model far below the test are cut."
+
+
+def frf_bushings(study: Study, level: float) -> Drawing | None:
+    """Draw magnitude, phase and coherence of the sensors at the bushings."""
+    panels = _Panels(study, level)
+    rows = at_bushings(panels.looks.rig)
+    if not rows:
+        return None
+    figure = sheet(4.2, panels.key())
+    ratios = {"height_ratios": (4, 2, 1), "hspace": 0.1, "wspace": 0.14}
+    axes = figure.subplots(3, len(rows), squeeze=False, gridspec_kw=ratios)
+    for letter, row, (magnitude, angle, coherence) in zip(letters(len(rows)), rows, axes.T):
+        panels.magnitude(magnitude, row, letter)
+        panels.overlay(angle, row, phase)
+        tidy(angle)
+        angle.set_ylim(-190, 190)
+        angle.set_yticks([-180, -90, 0, 90, 180])
+        panels.coherence(coherence, row)
+        for ax in (magnitude, angle, coherence):
+            frequency_axis(ax, panels.band, ax is coherence)
+    for ax, label in zip(axes[:, 0], (f"|H| ({panels.looks.magnitude})", "Phase (°)", "γ² (1)")):
+        ax.set_ylabel(label, fontsize=FONT)
+    figure.align_ylabels(axes[:, 0])
+    caption = f"FRFs at the bushings: magnitude, phase, and {CUT} {panels.looks.words(level)}"
+    alt = f"FRF overlay at the bushings: test and laws {panels.looks.laws}, {panels.looks.level_words(level)}."
+    return Drawing(f"frf_bushings_level_{level:g}", figure, caption, alt, level == study.main_level)
+
+
+def frf_others(study: Study, level: float) -> Drawing | None:
+    """Draw magnitude and coherence of the other sensors."""
+    panels = _Panels(study, level)
+    rig = panels.looks.rig
+    rows = [row for row in range(len(rig.sensors)) if row not in at_bushings(rig)]
+    if not rows:
+        return None
+    n_lines = -(-len(rows) // 2)
+    figure = sheet(2.1 * n_lines, panels.key())
+    grid = figure.add_gridspec(n_lines, 2, hspace=0.2, wspace=0.14)
+    for i, (letter, row) in enumerate(zip(letters(len(rows)), rows)):
+        magnitude, coherence = grid[i // 2, i % 2].subgridspec(2, 1, height_ratios=(5, 1), hspace=0.1).subplots()
+        first = i % 2 == 0
+        panels.magnitude(magnitude, row, letter, f"|H| ({panels.looks.magnitude})" if first else "")
+        panels.coherence(coherence, row, "γ² (1)" if first else "")
+        frequency_axis(magnitude, panels.band, False)
+        frequency_axis(coherence, panels.band, i >= len(rows) - 2)
+        figure.align_ylabels((magnitude, coherence))
+    caption = f"FRFs at the other sensors: magnitude; strips: {CUT} {panels.looks.words(level)}"
+    alt = f"FRF overlay at the other sensors: test and laws {panels.looks.laws}, {panels.looks.level_words(level)}."
+    return Drawing(f"frf_others_level_{level:g}", figure, caption, alt, level == study.main_level)
+
+
+class _Panels:
+    """Panels of one level: test, second test and models."""
+
+    def __init__(self, study: Study, level: float):
+        self.looks = Looks(study)
+        self.tests = [study.tests[r.name] for r in study.records(level)][:2]
+        self.models = [(c.frf, self.looks.line(c.law, c.engine)) for c in self.looks.cases(level)]
+        frequency = self.tests[0].frequency
+        self.band = float(frequency[0]), float(frequency[-1])
+
+    def key(self) -> list[Line2D]:
+        return self.looks.key("test", "test, other seed" if len(self.tests) > 1 else "")
+
+    def overlay(self, ax: Axes, row: int, transform: Callable[[np.ndarray], np.ndarray]) -> None:
+        """One response of test, repeat and all models."""
+        test = self.tests[0]
+        for other in self.tests[1:]:
+            ax.plot(test.frequency, transform(other.functions[row]), color=REPEAT, linewidth=0.8)
+        ax.plot(test.frequency, transform(test.functions[row]), color=TEST, linewidth=2.4)
+        for frf, look in self.models:
+            ax.plot(test.frequency, transform(frf.functions[row]), **look)
+
+    def magnitude(self, ax: Axes, row: int, letter: str, ylabel: str = "") -> None:
+        """The test fits; lines where a model is nearly zero are cut, not to squeeze the rest."""
+        self.overlay(ax, row, decibel)
+        test = finite(decibel(self.tests[0].functions[row]))
+        models = [finite(decibel(frf.functions[row])) for frf, _ in self.models]
+        low = min(test.min(), *(np.percentile(model, 0.5) for model in models))
+        high = max(test.max(), *(model.max() for model in models))
+        ax.set_ylim(low - 2, high + 2)
+        tidy(ax, f"{letter} {sensor_title(self.looks.rig, row)}", ylabel)
+
+    def coherence(self, ax: Axes, row: int, ylabel: str = "") -> None:
+        test = self.tests[0]
+        if test.coherence is not None:
+            ax.plot(test.frequency, test.coherence[row, 0], color=TEST, linewidth=0.7)
+        tidy(ax, ylabel=ylabel)
+        ax.set_ylim(0, 1.1)
+        ax.set_yticks([0, 1])

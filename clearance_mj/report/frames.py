@@ -1,0 +1,253 @@
+"""The numbers of a study as data frames: what goes into CSV files, and what figures and tables are made of."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable
+
+import numpy as np
+import pandas as pd
+
+from ..engines import get_engine
+from ..signals.correlation import Comparison
+from ..statistics import repeatability
+from ..statistics.intervals import Interval, ratio
+from ..study import N_MODES, Study
+from .tables import MEASURES, REPEAT
+
+__all__ = [
+    "contact",
+    "engines",
+    "improvements",
+    "interval",
+    "modes",
+    "parameters",
+    "records",
+    "seeds",
+    "sensor_means",
+    "sensors",
+]
+
+IMPROVED = {
+    **{f"MAC, mode {mode}": f"mode_{mode}_mac" for mode in range(1, N_MODES + 1)},
+    "frequency error": "relative_error",
+    "MRE": "mre",
+    "RMSE": "rmse_db",
+    "FRAC": "frac",
+    "CSAC": "csac_per_sensor",
+    "CSF": "csf_per_sensor",
+}
+"""Quantities that a better law improves, and their names in `Study.rows`"""
+_MODE = ["mode", "test_hz", "model_hz", "relative_error_pct", "mac", "test_damping", "model_damping"]
+_KEYS = [m.key for m in MEASURES]
+
+
+def interval(row: dict | pd.Series, key: str, factor: float = 1.0) -> Interval:
+    """Return a measure of a row with its interval.
+
+    Parameters
+    ----------
+    row : dict or Series
+        Of `Study.rows`, or of `sensor_means`.
+    key : str
+        The measure.
+    factor : float
+        Of its unit.
+    """
+    found = repeatability.interval_of(row, key)
+    return Interval(factor * found.value, factor * found.low, factor * found.high, found.doubtful)
+
+
+def _stacked(study: Study, part: Callable[[Comparison], pd.DataFrame]) -> pd.DataFrame:
+    """A part of every comparison, with what it compares in front."""
+    parts = [
+        _headed(part(comparison), level=level, record="", law=REPEAT[0], engine=REPEAT[1])
+        for level, comparison in study.repeatability.items()
+    ]
+    parts += [
+        _headed(part(c.comparison), level=c.record.level, record=c.record.name, law=c.law, engine=c.engine)
+        for c in study.cases
+    ]
+    return pd.concat(parts, ignore_index=True)
+
+
+def _headed(frame: pd.DataFrame, **head: object) -> pd.DataFrame:
+    return frame.assign(**head)[[*head, *frame.columns]]
+
+
+def modes(study: Study) -> pd.DataFrame:
+    """Return natural frequencies of test and model: a row per record, law, engine and mode.
+
+    Parameters
+    ----------
+    study : Study
+        The study; rows of the repeatability have law "repeat".
+    """
+
+    def part(comparison: Comparison) -> pd.DataFrame:
+        frame = pd.DataFrame(comparison.per_mode)
+        return frame.assign(mode=range(1, len(frame) + 1), relative_error_pct=100 * frame["relative_error"])[_MODE]
+
+    return _stacked(study, part)
+
+
+def sensors(study: Study) -> pd.DataFrame:
+    """Return measures of every sensor: a row per record, law, engine and sensor.
+
+    Parameters
+    ----------
+    study : Study
+        The study; rows of the repeatability have law "repeat".
+    """
+    nodes = [str(s.node) for s in study.dataset.rig.sensors]
+    return _stacked(study, lambda c: pd.DataFrame(c.per_sensor).assign(sensor=nodes)[["sensor", *_KEYS]])
+
+
+def seeds(study: Study) -> pd.DataFrame:
+    """Return what means are of: measures over all sensors, a row per record, law and engine.
+
+    Parameters
+    ----------
+    study : Study
+        The study; rows of the repeatability have law "repeat".
+    """
+    return _stacked(study, lambda c: pd.DataFrame([c.summary()]))
+
+
+def sensor_means(study: Study) -> pd.DataFrame:
+    """Return means over the seeds of every sensor's measures, with intervals: a row per level, law, engine and sensor.
+
+    Parameters
+    ----------
+    study : Study
+        The study; rows of the repeatability have law "repeat".
+    """
+    rows: list[dict] = []
+    for (sensor, law, engine), found in sensors(study).groupby(["sensor", "law", "engine"], sort=False):
+        by_level = {level: part[_KEYS].to_dict("records") for level, part in found.groupby("level")}
+        if (law, engine) == REPEAT:
+            means = repeatability.floor_rows({level: only for level, (only,) in by_level.items()})
+        else:
+            means = repeatability.mean_rows(by_level)
+        rows += [{"level": level, "law": law, "engine": engine, "sensor": sensor} | m for level, m in means.items()]
+    nodes = {str(s.node): i for i, s in enumerate(study.dataset.rig.sensors)}
+    return pd.DataFrame(rows).sort_values("sensor", key=lambda column: column.map(nodes), kind="stable")
+
+
+def contact(study: Study) -> pd.DataFrame:
+    """Return motion and contact in every bushing: a row per record, law, engine and bushing.
+
+    Parameters
+    ----------
+    study : Study
+        The study; law "test" is what probes saw.
+    """
+    gaps = [b.gap for b in study.dataset.rig.bushings]
+    parts = []
+    for record in study.dataset.validate:
+        probes = record.response().displacement
+        if probes is not None:
+            seen = {"displacement_rms": probes.std(axis=1), "displacement_peak": np.abs(probes).max(axis=1)}
+            parts.append((record, "test", REPEAT[1], seen | dict.fromkeys(("contact_share", "contact_peak"), np.nan)))
+    parts += [(c.record, c.law, c.engine, c.statistics) for c in study.cases]
+    return pd.concat(
+        [
+            pd.DataFrame({
+                "level": record.level, "record": record.name, "law": law, "engine": engine,
+                "bushing": range(1, len(gaps) + 1), "gap_m": gaps, "displacement_rms_m": found["displacement_rms"],
+                "displacement_peak_m": found["displacement_peak"], "contact_share": found["contact_share"],
+                "contact_peak_n": found["contact_peak"],
+            })
+            for record, law, engine, found in parts
+        ],
+        ignore_index=True,
+    )  # fmt: skip
+
+
+def improvements(study: Study) -> pd.DataFrame:
+    """Return the change from the base law to another in percent of the former: a row per level, law and quantity.
+
+    Parameters
+    ----------
+    study : Study
+        The study; every law beside the base is compared with it, on the main engine.
+    """
+    found = {(r["level"], r["law"]): r for r in study.rows() if r["engine"] == study.main_engine}
+    rows = []
+    for (level, law), row in found.items():
+        for quantity, key in IMPROVED.items() if law != study.base_law else ():
+            change = ratio(interval(row, key), interval(found[level, study.base_law], key))
+            low, value, high = (100 * (x - 1) for x in (change.low, change.value, change.high))
+            head = {"level": level, "law": law, "over": study.base_law, "quantity": quantity}
+            rows.append(head | {"change_pct": value, "change_pct_low": low, "change_pct_high": high})
+    columns = ["level", "law", "over", "quantity", "change_pct", "change_pct_low", "change_pct_high"]
+    return pd.DataFrame(rows, columns=columns)
+
+
+def parameters(study: Study) -> pd.DataFrame:
+    """Return fitted parameters with their standard deviations, and the rig file's value at the first bushing.
+
+    Parameters
+    ----------
+    study : Study
+        The study.
+    """
+
+    def in_rig_file(name: str) -> float:
+        """Of a parameter named like "grease stiffness"; nan if it is not there."""
+        part, _, field = name.partition(" ")
+        value = getattr(getattr(study.dataset.rig.bushings[0], part, None), field.replace(" ", "_"), None)
+        return value if isinstance(value, float) else np.nan
+
+    rows = [
+        {
+            "law": law.name, "parameter": p["name"], "unit": p["unit"], "value": p["value"],
+            "standard_deviation": p["value"] * p["relative_std"], "relative_std_pct": 100 * p["relative_std"],
+            "rig_file": in_rig_file(p["name"]),
+        }
+        for law in study.laws
+        for p in law.parameters
+    ]  # fmt: skip
+    columns = ["law", "parameter", "unit", "value", "standard_deviation", "relative_std_pct", "rig_file"]
+    return pd.DataFrame(rows, columns=columns)
+
+
+def engines(study: Study) -> pd.DataFrame:
+    """Return the time step of every engine under every law: the shortest and the longest over the records.
+
+    Parameters
+    ----------
+    study : Study
+        The study.
+    """
+    steps = pd.DataFrame([{"engine": c.engine, "law": c.law, "step": c.statistics["step"]} for c in study.cases])
+    found = steps.groupby(["engine", "law"], sort=False)["step"].agg(step_min_s="min", step_max_s="max")
+    settings = {
+        name: ", ".join(f"{key} {value}" for key, value in dataclasses.asdict(get_engine(name)).items())
+        for name in study.engines
+    }
+    order = [(engine, law) for engine in study.engines for law in study.methods]
+    frame = found.loc[order].reset_index()
+    frame.insert(1, "settings", frame["engine"].map(settings))
+    return frame
+
+
+def records(study: Study) -> pd.DataFrame:
+    """Return the records of the dataset and what each was used for.
+
+    Parameters
+    ----------
+    study : Study
+        The study.
+    """
+    return pd.DataFrame(
+        [
+            {
+                "record": r.name, "role": r.role, "excitation": r.description,
+                "level": np.nan if r.level is None else r.level,
+                "unit": "N" if r.excitation_kind == "force" else "m/s²",
+                "duration_s": r.duration, "fs_hz": r.fs, "seed": "" if r.seed is None else r.seed,
+            }
+            for r in study.dataset.records
+        ]
+    )  # fmt: skip

@@ -1,0 +1,54 @@
+"""What the study is: rig, prior information of each law, records, engines."""
+
+from __future__ import annotations
+
+import platform
+from importlib.metadata import PackageNotFoundError, version
+
+from ..._version import __version__
+from ...study import Study
+from .. import frames
+from ..figures import rig_drawing
+from ..html import render
+from ..tables import Column, Table
+from ..writer import ReportWriter
+from . import section
+
+PACKAGES = ("mujoco-core", "numpy", "scipy", "numba", "matplotlib")
+ENGINES = (
+    "Time step that each engine chose, from the highest frequency of its model. Safety: share of the stability limit "
+    "2/ω; resolution: phase in rad that the fastest mode or contact may turn in a step."
+)
+
+
+@section("about", "What this is", 10)
+def about(study: Study, writer: ReportWriter) -> str:
+    """Return rig, laws and records; writes records.csv and engines.csv."""
+    records, engines = frames.records(study), frames.engines(study)
+    writer.csv("records", records)
+    writer.csv("engines", engines)
+    return render(
+        "about.html.j2",
+        study=study, drawing=writer.figure(rig_drawing(study.dataset.rig)), versions=_versions(),
+        records=Table.of("records", "Records: what each was used for.", records, {
+            "record": Column("Record"), "role": Column("Used to"), "excitation": Column("Excitation"),
+            "level": Column("Level", "RMS", "g"), "unit": Column("Unit"), "duration_s": Column("Duration", "s", "g"),
+            "fs_hz": Column("Rate", "Hz", "g"), "seed": Column("Seed"),
+        }),
+        engines=Table.of(
+            "engines", ENGINES,
+            engines.assign(step_us=1e6 * engines["step_min_s"], rate_khz=1e-3 / engines["step_min_s"]), {
+            "engine": Column("Engine"), "settings": Column("Settings"), "law": Column("Law"),
+            "step_us": Column("Time step", "µs", ".3g"), "rate_khz": Column("Rate", "kHz", ".1f"),
+        }),
+    )  # fmt: skip
+
+
+def _versions() -> str:
+    found = [f"clearance-mj {__version__}", f"Python {platform.python_version()}"]
+    for package in PACKAGES:
+        try:
+            found.append(f"{package} {version(package)}")
+        except PackageNotFoundError:
+            continue
+    return ", ".join(found)

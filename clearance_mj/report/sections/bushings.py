@@ -1,0 +1,58 @@
+"""Fitted parameters, motion and contact in the bushings, modes over level."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ...study import Study
+from .. import figures, frames
+from ..html import render
+from ..tables import REPEAT, Column, Table
+from ..writer import ReportWriter
+from . import section
+
+
+@section("bushings", "Parameters, contact and modes", 60)
+def bushings(study: Study, writer: ReportWriter) -> str:
+    """Return parameters, contact and modes; writes parameters.csv and contact.csv."""
+    parameters = frames.parameters(study)
+    writer.csv("parameters", parameters)
+    writer.csv("contact", frames.contact(study))
+    shown = Table.of("parameters", "Fitted parameters, the same at every bushing.", parameters, {
+        "law": Column("Law"), "parameter": Column("Parameter"), "unit": Column("Unit"),
+        "value": Column("Fitted", "", ".5g"), "standard_deviation": Column("± standard deviation", "", ".2g"),
+        "relative_std_pct": Column("relative", "%", ".2g"), "rig_file": Column("Rig file", "", ".5g"),
+    })  # fmt: skip
+    return render(
+        "bushings.html.j2", parameters=shown, bands=[writer.figure(drawing) for drawing in figures.study_bands(study)],
+        contact=writer.figure(figures.contact(study)), contact_table=contact_table(study),
+        modes=writer.figure(figures.modes(study)),
+    )  # fmt: skip
+
+
+def contact_table(study: Study) -> Table:
+    """Return motion over the gap, share of time in contact and peak force by level; means over a level's records."""
+    rows = frames.contact(study)
+    rows["rms"], rows["peak"] = (rows[f"displacement_{name}_m"] / rows["gap_m"] for name in ("rms", "peak"))
+    rows["share"] = 100 * rows["contact_share"]
+    means = rows.groupby(["level", "law", "engine", "bushing"])[["rms", "peak", "share", "contact_peak_n"]].mean()
+    columns = [Column("Level", study.unit, "g"), Column("Law")]
+    n = len(study.dataset.rig.bushings)
+    for group in (f"Bushing {i + 1}" for i in range(n)):
+        columns += [
+            Column("RMS / gap", "", ".2f", group), Column("peak / gap", "", ".2f", group),
+            Column("contact", "% time", ".1f", group), Column("peak force", "N", ".2f", group),
+        ]  # fmt: skip
+    body = []
+    for level in study.levels:
+        for law, engine in (("test", REPEAT[1]), *((law, study.main_engine) for law in study.methods)):
+            keys = [(level, law, engine, i + 1) for i in range(n)]
+            cells = [means.loc[key].tolist() if key in means.index else [np.nan] * 4 for key in keys]
+            # The test's contact is not measured.
+            body.append((level, law, *(x for own in cells for x in ([*own[:2], None, None] if law == "test" else own))))
+    caption = (
+        f"Motion and contact in the bushings, engine {study.main_engine}. RMS, peak and contact are means over a "
+        "level’s records; probes at the bushings give the test’s motion, its contact is not measured. The other "
+        "engines are in tables/contact.csv."
+    )
+    return Table("contact", caption, tuple(columns), tuple(body))

@@ -1,0 +1,34 @@
+"""FRFs and their agreement over frequency, level by level: the main one open, the others folded away."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+from ...study import Study
+from .. import figures
+from ..html import heading, render
+from ..style import Drawing
+from ..writer import ReportWriter
+from . import section
+
+Draw = Callable[[Study, float], Drawing | None]
+
+
+@section("frf", "Frequency response functions", 30)
+def frf(study: Study, writer: ReportWriter) -> str:
+    """Return FRFs over level, and those of each level."""
+    over_level = heading("waterfall", "Over level") + writer.figure(figures.study_waterfall(study))
+    return over_level + _levels(study, writer, "frf", (figures.frf_bushings, figures.frf_others))
+
+
+@section("correlation", "Agreement over frequency", 40)
+def correlation(study: Study, writer: ReportWriter) -> str:
+    """Return CSAC and CSF of each level."""
+    draw = (figures.correlation, figures.csac_sensors, figures.csf_sensors)
+    return _levels(study, writer, "correlation", draw)
+
+
+def _levels(study: Study, writer: ReportWriter, kind: str, draw: Sequence[Draw]) -> str:
+    others = [level for level in study.levels if level != study.main_level]
+    drawn = {level: [writer.figure(of(study, level)) for of in draw] for level in (study.main_level, *others)}
+    return render("by_level.html.j2", study=study, kind=kind, drawn=drawn)

@@ -1,0 +1,92 @@
+"""How well the laws agree with the rig: in sentences, over level, and as a table."""
+
+from __future__ import annotations
+
+import numpy as np
+import pandas as pd
+
+from ...study import Study
+from ..figures import agreement
+from ..frames import interval
+from ..html import render
+from ..tables import OVERALL, REPEAT, Column, Table
+from ..writer import ReportWriter
+from . import section
+
+
+@section("summary", "Summary", 20)
+def summary(study: Study, writer: ReportWriter) -> str:
+    """Return the summary; writes verdict.csv and seed_scatter.csv."""
+    writer.csv("verdict", study.rows())
+    writer.csv("seed_scatter", study.scatter_rows())
+    tested = [r for r in study.scatter_rows() if np.isfinite(r["cochran_limit"])]
+    others = [engine for engine in study.engines if engine != study.main_engine]
+    return render(
+        "summary.html.j2", sentences=sentences(study), drawing=writer.figure(agreement(study)),
+        main=agreement_table(study, study.main_engine), tested=len(tested),
+        others={engine: agreement_table(study, engine) for engine in others},
+        uneven=sum(r["cochran"] > r["cochran_limit"] for r in tested),
+        freedom=max((r["degrees_of_freedom"] for r in tested), default=0),
+    )  # fmt: skip
+
+
+def agreement_table(study: Study, engine: str) -> Table:
+    """Return every law on one engine at every level, beside the repeatability."""
+    rows = [r for r in study.rows() if r["engine"] in (engine, REPEAT[1])]
+    repeat = {r["level"]: r["rmse_db"] for r in rows if r["law"] == REPEAT[0]}
+    columns = [Column("Level", study.unit, "g"), Column("Law"), *(Column(m.label, m.unit, m.form) for m in OVERALL)]
+    columns.append(Column("RMSE / repeat", "", ".2f"))
+    body = []
+    for r in rows:
+        within = repeat.get(r["level"], np.nan)
+        share = r["rmse_db"] / within if within > 0 else np.nan
+        body.append((r["level"], r["law"], *(interval(r, m.key) for m in OVERALL), share))
+    caption = (
+        f"Agreement with the validation records, engine {engine}: means over all sensors (modes) and over the records "
+        "of a level; below each, its 95 % interval over seeds."
+    )
+    return Table(f"agreement_{engine}", caption, tuple(columns), tuple(body))
+
+
+def sentences(study: Study) -> list[str]:
+    """Return the result in sentences: the best law at the main level, all laws at all levels, the engines."""
+    rmse = pd.DataFrame(study.rows()).set_index(["level", "law", "engine"])["rmse_db"]
+    shown = [(law, study.main_engine) for law in study.methods]
+    on_main = rmse.unstack(["law", "engine"]).reindex(columns=pd.MultiIndex.from_tuples([*shown, REPEAT]))
+    found = [_at_main_level(study, on_main)]
+    if len(study.levels) > 1:
+        found += _over_levels(study, on_main)
+    spread = rmse.drop(REPEAT[0], level="law", errors="ignore").groupby(["level", "law"], sort=False)
+    width = spread.max() - spread.min()
+    if len(study.engines) > 1 and width.notna().any():
+        level, law = max(width.dropna().index, key=lambda key: (width[key], *key))
+        where = f"“{law}” at {level:g} {study.unit}"
+        found.append(f"The RMSE of a law differs between engines by at most {width.max():.2f} dB ({where}).")
+    return found
+
+
+def _at_main_level(study: Study, rmse: pd.DataFrame) -> str:
+    level = f"At {study.main_level:g} {study.unit} RMS"
+    least, repeat = rmse.loc[study.main_level, (study.best_law, study.main_engine)], rmse.loc[study.main_level, REPEAT]
+    if not np.isfinite(least):
+        return f"{level} no law has an RMSE on engine {study.main_engine}."
+    sentence = (
+        f"{level} the best law, “{study.best_law}”, misses the rig by {least:.2f} dB RMS on engine {study.main_engine}"
+    )
+    if not repeat > 0:
+        return f"{sentence}; no second record shows how closely the rig repeats itself."
+    return f"{sentence}, {least / repeat:.2g} times what the rig repeats itself ({repeat:.2f} dB)."
+
+
+def _over_levels(study: Study, rmse: pd.DataFrame) -> list[str]:
+    spans = []
+    for law, engine in rmse.columns[rmse.notna().any()]:
+        words = "the rig repeats itself within" if engine == REPEAT[1] else f"“{law}” misses by"
+        spans.append(f"{words} {rmse[law, engine].min():.2f} to {rmse[law, engine].max():.2f} dB")
+    laws = rmse.drop(columns=[REPEAT]).dropna(how="all")
+    if laws.empty:
+        return []
+    best = laws.idxmin(axis=1).groupby(laws.idxmin(axis=1), sort=False).groups
+    leaders = "; ".join(f"“{law}” at {', '.join(f'{v:g}' for v in at)} {study.unit}" for (law, _), at in best.items())
+    first, last = study.levels[0], study.levels[-1]
+    return [f"Over all levels, {first:g} to {last:g} {study.unit} RMS: {'; '.join(spans)}.", f"Least RMSE: {leaders}."]

@@ -1,0 +1,254 @@
+"""How figures look: colours, line styles, sizes, axes. A figure is a `matplotlib.figure.Figure` of its own: no state.
+
+Black is the test, grey the test repeated with another seed; a law keeps its colour (Okabe and Ito's palette, with the
+wine red of Tol's) and an engine its line style from figure to figure.
+"""
+
+from __future__ import annotations
+
+import io
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import matplotlib
+import matplotlib.image
+import numpy as np
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from matplotlib.ticker import NullLocator, ScalarFormatter
+
+from ..files import replacing
+from ..rig import Rig
+
+__all__ = [
+    "COLOURS", "ENGINE_LINES", "FAINT", "FONT", "MARKERS", "REPEAT", "TEST", "WIDTH", "Drawing", "at_bushings",
+    "decibel", "finite", "frequency_axis", "letters", "level_axis", "phase", "sensor_title", "sheet", "tidy",
+]  # fmt: skip
+
+DPI = 150
+WIDTH = 7.5
+"""in"""
+FONT = 8
+"""pt"""
+TEST, REPEAT, FAINT = "#000000", "#8c8c8c", "#d9d9d9"
+COLOURS = ("#0072b2", "#d55e00", "#882255", "#009e73", "#cc79a7", "#e69f00", "#56b4e9")
+"""of laws, bushings and whatever else is told apart"""
+ENGINE_LINES = ("-", (0, (4, 1.5)), (0, (1, 1.2)))
+MARKERS = ("o", "s", "^", "D")
+LEGEND_COLUMNS = 5
+FREQUENCIES = (5, 10, 20, 50, 100, 200)
+"""Hz, labelled on the frequency axis"""
+_POINT = re.compile(rb"\b([ML]) (-?[0-9.]+) (-?[0-9.]+) \n")
+
+
+@dataclass(frozen=True, eq=False)
+class Drawing:
+    """A figure with the words that go with it."""
+
+    name: str
+    """also the name of its file"""
+    figure: Figure
+    """what is drawn"""
+    caption: str
+    """what it shows, in words"""
+    alt: str
+    """text for those who cannot see it"""
+    sharp: bool = True
+    """to be shown as SVG: the figures of the lesser levels are many and stay PNG"""
+
+    def png(self) -> bytes:
+        """Return the figure as PNG with 150 dots per inch, in 16 shades of each colour: half the size."""
+        self.figure.set_dpi(DPI)
+        canvas = FigureCanvasAgg(self.figure)
+        canvas.draw()
+        shades = np.round(np.asarray(canvas.buffer_rgba())[..., :3] / 17.0).astype(np.uint8) * np.uint8(17)
+        buffer = io.BytesIO()
+        matplotlib.image.imsave(buffer, shades, format="png", dpi=DPI)
+        return buffer.getvalue()
+
+    def svg(self) -> bytes:
+        """Return the figure as SVG, to a hundredth of a point; the same figure gives the same bytes."""
+        buffer = io.BytesIO()
+        with matplotlib.rc_context({"svg.hashsalt": self.name}):
+            self.figure.savefig(buffer, format="svg", metadata=dict.fromkeys(("Creator", "Date", "Format", "Type")))
+        return _POINT.sub(lambda m: b"%c%.2f %.2f" % (m[1], float(m[2]), float(m[3])), buffer.getvalue())
+
+    def write(self, folder: Path) -> Path:
+        """Write the figure as PNG and return the file's path.
+
+        Parameters
+        ----------
+        folder : Path
+            Where to; made if needed.
+        """
+        path = folder / f"{self.name}.png"
+        with replacing(path) as temporary:
+            temporary.write_bytes(self.png())
+        return path
+
+
+def sheet(
+    height: float, handles: Sequence[Artist] = (), left: float = 0.58, right: float = 0.12, bottom: float = 0.42,
+    titled: float = 0.26,
+) -> Figure:  # fmt: skip
+    """Return a figure of the report's width with a legend above its panels.
+
+    Parameters
+    ----------
+    height : float
+        Of the panels, in.
+    handles : sequence of Artist
+        Of the legend.
+    left, right, bottom, titled : float
+        Margins; room for the panels' titles; in.
+    """
+    legend_rows = -(-len(handles) // LEGEND_COLUMNS)
+    top = titled + 0.17 * legend_rows
+    whole = bottom + height + top
+    figure = Figure(figsize=(WIDTH, whole), facecolor="white")
+    figure.subplots_adjust(left=left / WIDTH, right=1 - right / WIDTH, bottom=bottom / whole, top=1 - top / whole)
+    if handles:
+        figure.legend(
+            handles=list(handles), loc="upper center", ncols=-(-len(handles) // legend_rows), fontsize=FONT - 0.5,
+            frameon=False, handlelength=2.4, columnspacing=1.6, labelspacing=0.3, borderaxespad=0.1,
+        )  # fmt: skip
+    return figure
+
+
+def tidy(ax: Axes, title: str = "", ylabel: str = "", xlabel: str = "") -> None:
+    """Give axes the report's fonts, lines and grid.
+
+    Parameters
+    ----------
+    ax : Axes
+        The axes.
+    title, ylabel, xlabel : str
+        Its words; labels have quantity and unit.
+    """
+    ax.tick_params(labelsize=FONT - 1, width=0.6, length=3)
+    ax.grid(True, color=FAINT, linewidth=0.5)
+    ax.set_axisbelow(True)
+    for spine in ax.spines.values():
+        spine.set_linewidth(0.6)
+    ax.set_title(title, fontsize=FONT, loc="left", pad=3)
+    ax.set_ylabel(ylabel, fontsize=FONT)
+    ax.set_xlabel(xlabel, fontsize=FONT)
+
+
+def frequency_axis(ax: Axes, band: tuple[float, float], labelled: bool) -> None:
+    """Make x a logarithmic frequency axis.
+
+    Parameters
+    ----------
+    ax : Axes
+        The axes.
+    band : tuple of float
+        Its ends, Hz.
+    labelled : bool
+        Whether it is the lowest panel.
+    """
+    ax.set_xscale("log")
+    ax.set_xlim(*band)
+    ax.set_xticks([f for f in FREQUENCIES if band[0] <= f <= band[1]])
+    ax.xaxis.set_minor_locator(NullLocator())
+    ax.xaxis.set_major_formatter(ScalarFormatter())
+    ax.tick_params(axis="x", labelbottom=labelled)
+    if labelled:
+        ax.set_xlabel("Frequency (Hz)", fontsize=FONT)
+
+
+def level_axis(ax: Axes, levels: Sequence[float]) -> None:
+    """Make x a logarithmic axis with a tick at each level.
+
+    Parameters
+    ----------
+    ax : Axes
+        The axes.
+    levels : sequence of float
+        The levels.
+    """
+    ax.set_xscale("log")
+    ax.set_xticks(levels, [f"{level:g}" for level in levels])
+    ax.xaxis.set_minor_locator(NullLocator())
+
+
+def letters(n: int) -> list[str]:
+    """Return (a), (b) and so on for n panels.
+
+    Parameters
+    ----------
+    n : int
+        How many.
+    """
+    return [f"({chr(ord('a') + i)})" if i < 26 else f"({i + 1})" for i in range(n)]
+
+
+def decibel(value: np.ndarray) -> np.ndarray:
+    """Return magnitudes in dB.
+
+    Parameters
+    ----------
+    value : ndarray
+        Complex or real.
+    """
+    with np.errstate(divide="ignore"):
+        return 20 * np.log10(np.abs(value))
+
+
+def phase(value: np.ndarray) -> np.ndarray:
+    """Return the phase in degrees, -180 to 180, with a gap where it wraps.
+
+    Parameters
+    ----------
+    value : ndarray, shape (n_f,)
+        Complex.
+    """
+    degrees = np.degrees(np.angle(value))
+    degrees[1:][np.abs(np.diff(degrees)) > 180] = np.nan
+    return degrees
+
+
+def finite(values: np.ndarray) -> np.ndarray:
+    """Return the finite values, or a zero if there is none.
+
+    Parameters
+    ----------
+    values : ndarray
+        Any.
+    """
+    found = values[np.isfinite(values)]
+    return found if found.size else np.zeros(1)
+
+
+def at_bushings(rig: Rig) -> list[int]:
+    """Return the rows of the sensors that sit in a bushing.
+
+    Parameters
+    ----------
+    rig : Rig
+        The rig.
+    """
+    return [
+        row
+        for row, sensor in enumerate(rig.sensors)
+        if any(b.ends[0] <= sensor.position <= b.ends[1] for b in rig.bushings)
+    ]
+
+
+def sensor_title(rig: Rig, row: int) -> str:
+    """Return a sensor in words: its number, and its bushing or position.
+
+    Parameters
+    ----------
+    rig : Rig
+        The rig.
+    row : int
+        Of the sensor.
+    """
+    sensor = rig.sensors[row]
+    inside = [i + 1 for i, b in enumerate(rig.bushings) if b.ends[0] <= sensor.position <= b.ends[1]]
+    return f"sensor {sensor.node}" + (f", bushing {inside[0]}" if inside else f", {sensor.position:g} m")

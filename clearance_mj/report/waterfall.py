@@ -1,0 +1,115 @@
+"""Waterfalls: FRFs or spectra over level, one level above the other."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import matplotlib
+import numpy as np
+import scipy.signal
+from matplotlib.figure import Figure
+
+from ..rig import Rig
+from ..signals.frf import FRF
+from ..signals.response import Response
+from .style import FONT, WIDTH, Drawing, at_bushings, decibel, sensor_title, tidy
+
+__all__ = ["STEP", "draw_levels", "frf_waterfall", "spectrum_waterfall"]
+
+STEP = 20.0
+"""dB between the FRFs of two levels"""
+DYNAMIC = 60.0
+"""dB of a spectrum that are drawn below its peak, and between the spectra of two levels"""
+RESOLUTION = 0.5
+"""Hz between the lines of spectra"""
+Curves = Mapping[float, Sequence[tuple[np.ndarray, np.ndarray]]]
+
+
+def frf_waterfall(rig: Rig, frfs: Mapping[float, FRF]) -> Drawing:
+    """Draw FRFs at the bushings' sensors (or the last, if none sits there) over level, each level 20 dB above the last.
+
+    Parameters
+    ----------
+    rig : Rig
+        The rig.
+    frfs : mapping of float to FRF
+        By level, m/s² or N.
+    """
+    curves = {level: [(frf.frequency, decibel(frf.functions))] for level, frf in frfs.items()}
+    some = next(iter(frfs.values()))
+    base = some.quantity == "acceleration/acceleration"
+    figure = draw_levels(rig, curves, "|H|", "dB re 1" if base else "dB re 1 m/s²/N", "m/s²" if base else "N")
+    caption = f"FRFs over level, each curve {STEP:g} dB above the one of the level before."
+    return Drawing("waterfall", figure, caption, f"FRF magnitudes at {len(frfs)} levels, one above the other.")
+
+
+def spectrum_waterfall(
+    rig: Rig, responses: Mapping[float, Response], drop: float = 0.0, most: float = 220.0
+) -> Drawing:
+    """Draw amplitude spectra at the bushings' sensors, over the excitation's, each level 60 dB above the last.
+
+    Parameters
+    ----------
+    rig : Rig
+        The rig.
+    responses : mapping of float to Response
+        By level, m/s² or N; under a sine.
+    drop : float
+        s at the start that are left out.
+    most : float
+        Highest frequency, Hz.
+    """
+    curves = {}
+    for level, response in responses.items():
+        steady = response.acceleration[:, response.time >= drop]
+        settings = {"nperseg": min(round(response.fs / RESOLUTION), steady.shape[1]), "scaling": "spectrum"}
+        frequency, power = scipy.signal.welch(steady, response.fs, "hann", **settings)
+        shown = frequency <= most
+        curves[level] = [(frequency[shown], decibel(np.sqrt(power[:, shown]) / level))]
+    unit = "m/s²" if next(iter(responses.values())).kind == "base" else "N"
+    reference = "dB re 1" if unit == "m/s²" else "dB re 1 m/s²/N"
+    figure = draw_levels(rig, curves, "Acceleration / excitation", reference, unit, DYNAMIC, DYNAMIC)
+    caption = (
+        f"Spectra of the acceleration over the excitation's RMS, the upper {DYNAMIC:g} dB of each, and each "
+        f"{DYNAMIC:g} dB above the one of the level before."
+    )
+    return Drawing("waterfall", figure, caption, f"Spectra at {len(responses)} levels, one above the other.")
+
+
+def draw_levels(
+    rig: Rig, curves: Curves, quantity: str, reference: str, unit: str, step: float = STEP, dynamic: float = np.inf,
+    looks: Sequence[dict[str, Any]] = (),
+) -> Figure:  # fmt: skip
+    """Draw curves of every level at the bushings' sensors (or the last), the lowest level below.
+
+    Parameters
+    ----------
+    rig : Rig
+        The rig.
+    curves : mapping
+        By level, (frequency, values of every sensor in dB) of each curve.
+    quantity, reference, unit : str
+        What is drawn, the unit of its dB, the unit of levels.
+    step, dynamic : float
+        dB between levels; dB that are drawn below a curve's peak.
+    looks : sequence of dict
+        Line of each curve of a level; default: a colour for each level.
+    """
+    rows = at_bushings(rig) or [len(rig.sensors) - 1]
+    figure = Figure(figsize=(WIDTH, 1.4 + 0.62 * len(curves)), layout="constrained", facecolor="white")
+    colours = matplotlib.colormaps["cividis"](np.linspace(0, 0.9, len(curves)))
+    axes = figure.subplots(1, len(rows), squeeze=False, sharey=True)[0]
+    for ax, row in zip(axes, rows):
+        for i, (level, of_level) in enumerate(curves.items()):
+            own = looks or [{"color": colours[i], "lw": 1.0}] * len(of_level)
+            for (frequency, value), look in zip(of_level, own):
+                shown = np.maximum(value[row], value[row].max() - dynamic)
+                ax.plot(frequency, shown + step * i, **look)
+            if ax is axes[-1]:
+                ax.annotate(f"{level:g} {unit}", (1, shown[-1] + step * i), xycoords=("axes fraction", "data"),
+                            xytext=(3, 0), textcoords="offset points", va="center", fontsize=FONT - 1)  # fmt: skip
+        label = f"{quantity}, {step:g} dB up per level ({reference})" if ax is axes[0] else ""
+        tidy(ax, sensor_title(rig, row), label, "Frequency (Hz)")
+        ax.set_xlim(frequency[0], frequency[-1])
+    return figure
