@@ -6,7 +6,8 @@ from collections.abc import Sequence
 
 import pandas as pd
 
-from clearance_mj.report.tables import Column, Table, base_law, improvement_rows
+from clearance_mj.report import frames
+from clearance_mj.report.tables import Column, Table
 from clearance_mj.statistics.intervals import Interval
 from clearance_mj.study import Study
 
@@ -29,9 +30,9 @@ def improvements(study: Study, quantities: Sequence[str]) -> tuple[pd.DataFrame,
         for basis, changes in (("as printed", IMPROVEMENTS), ("recomputed", recomputed()))
         for quantity, change in changes.items()
     ]
-    found = pd.concat([pd.DataFrame(rows), pd.DataFrame(improvement_rows(study))], ignore_index=True)
+    found = pd.concat([pd.DataFrame(rows), frames.improvements(study)], ignore_index=True)
     found = found[found["quantity"].str.startswith(tuple(quantities))]
-    base = base_law(study)
+    base = study.base_law
     after = study.methods[study.methods.index(base) + 1 :]
     shown = found[(found["level"] == study.main_level) & found["law"].isin(after) | found["level"].isna()]
     cells = {

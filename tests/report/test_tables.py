@@ -8,7 +8,9 @@ import numpy as np
 import pytest
 
 from clearance_mj.report import frames, tables
-from clearance_mj.report.sections import bushings, modes_and_sensors, summary
+from clearance_mj.report.sections import _bushings as bushings
+from clearance_mj.report.sections import _modes_and_sensors as modes_and_sensors
+from clearance_mj.report.sections import _summary as summary
 
 from .conftest import changed
 
