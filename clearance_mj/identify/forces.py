@@ -189,7 +189,8 @@ def measured_channels(record: Record) -> np.ndarray:
         raise RecordError(f"{where}: lasts {response.duration:g} s, force balance needs more than {4 * SETTLE:g} s")
     labels = [f"accelerometer {name}" for name in response.responses]
     labels += [f"probe at bushings[{j}]" for j in range(len(record.rig.bushings))] + ["excitation"]
-    measured = np.vstack((response.acceleration, response.displacement, response.excitation)).T
+    # Channels side by side, so that sums over time are taken sample by sample.
+    measured = np.ascontiguousarray(np.vstack((response.acceleration, response.displacement, response.excitation)).T)
     for label, signal in zip(labels, measured.T, strict=True):
         check_channel(f"{where}: {label}", signal, response.fs)
     return measured

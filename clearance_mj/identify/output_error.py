@@ -302,6 +302,7 @@ def _piece_features(response: Response, piece: slice) -> tuple[np.ndarray, ...]:
         frf = np.abs(found.functions).ravel()
         frf_error = DB * random_error(found, part.duration).ravel()
         band = np.tile((found.frequency // BAND).astype(int), len(found.value))
-    rms = np.concatenate([np.empty(0), *(np.sqrt(np.mean(signal**2, axis=1)) for signal in signals)])
+    squares = [np.square(signal.T, order="C") for signal in signals]  # summed sample by sample
+    rms = np.concatenate([np.empty(0), *(np.sqrt(np.mean(square, axis=0)) for square in squares)])
     # Impacts scatter the RMS of a piece as they scatter its FRFs.
     return frf, rms, frf_error, np.full(rms.size, np.median(frf_error) if frf.size else 0.0), band
