@@ -16,7 +16,8 @@ from .io.formats import read, write
 from .io.uff import read_uff, write_uff
 from .rig import Beam, Bushing, Contact, Grease, PointMass, Rig, Sensor, Shaker
 from .signals import excitation
-from .signals.correlation import Comparison, compare, csac, csf, frac, mac, mre, relative_error, rmse_db
+from .signals.comparison import Comparison, compare
+from .signals.correlation import csac, csf, frac, mac, mre, relative_error, rmse_db
 from .signals.ema import extract_modes
 from .signals.excitation import Excitation
 from .signals.frf import FRF, estimate_frf, estimate_frf_blocks

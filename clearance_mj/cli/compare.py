@@ -77,7 +77,7 @@ def _compared(aligned: Alignment, options: argparse.Namespace) -> tuple[dict[str
     """The comparison as plain data, and how to draw it."""
     from ..report.comparison import draw
     from ..signals.alignment import accelerance
-    from ..signals.correlation import compare, mac_of_modes, with_modes
+    from ..signals.comparison import compare, mac_of_modes, with_modes
     from ..signals.ema import LEAST_LINES, NO_MODES, extract_modes
 
     frequency, rows = aligned.test.frequency, len(aligned.test.labels)

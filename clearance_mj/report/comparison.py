@@ -11,7 +11,7 @@ from matplotlib.figure import Figure, SubFigure
 from matplotlib.lines import Line2D
 
 from ..signals.alignment import Alignment
-from ..signals.correlation import Comparison
+from ..signals.comparison import Comparison
 from ..signals.ema import Modes
 from .style import COLOURS, FONT, TEST, WIDTH, Drawing, decibel, phase, tidy
 

@@ -19,7 +19,7 @@ SAME_LINE = 1e-6
 """relative difference of frequencies that are one line: files hold six digits"""
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True)
 class Alignment:
     """Two FRFs on the same responses, references and lines, and what was done to get there."""
 

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import math
-from dataclasses import fields
+from dataclasses import Field, fields
 
 import numpy as np
+import pandas as pd
+from numpy.typing import ArrayLike
 
 __all__ = ["ArrayData", "read_only", "same"]
 
@@ -13,7 +15,7 @@ LONGEST = 60
 """characters of a field in a repr"""
 
 
-def read_only(value, dtype=float) -> np.ndarray:
+def read_only(value: ArrayLike, dtype: type = float) -> np.ndarray:
     """Return an array that nobody can write to.
 
     Parameters
@@ -28,14 +30,15 @@ def read_only(value, dtype=float) -> np.ndarray:
     ndarray
         C-contiguous.
     """
-    found = np.ascontiguousarray(value, dtype=dtype).reshape(np.shape(value))
-    if not (found is value and not found.flags.writeable):
-        found = found.copy() if np.shares_memory(found, value) else found
-        found.flags.writeable = False
+    if isinstance(value, np.ndarray) and value.dtype == dtype and value.flags.c_contiguous:
+        if not value.flags.writeable:
+            return value
+    found = np.array(value, dtype=dtype, order="C")
+    found.flags.writeable = False
     return found
 
 
-def same(a, b) -> bool:
+def same(a: object, b: object) -> bool:
     """Whether two pieces of data hold the same: numbers, texts, arrays, tables, and lists and mappings of them.
 
     Parameters
@@ -52,8 +55,8 @@ def same(a, b) -> bool:
         return isinstance(b, list | tuple) and len(a) == len(b) and all(map(same, a, b))
     if isinstance(a, float) and isinstance(b, float) and math.isnan(a):
         return math.isnan(b)
-    if hasattr(a, "equals"):  # a table
-        return type(a) is type(b) and a.equals(b)
+    if isinstance(a, pd.DataFrame):
+        return isinstance(b, pd.DataFrame) and a.equals(b)
     return bool(a == b)
 
 
@@ -64,19 +67,22 @@ class ArrayData:
     caches key on the content.
     """
 
-    def _set(self, **values):
+    def _set(self, **values: object) -> None:
         """Set fields of the frozen object, in ``__post_init__``."""
         for name, value in values.items():
             object.__setattr__(self, name, value)
 
+    def _fields(self) -> tuple[Field, ...]:
+        return fields(self)  # type: ignore[arg-type]
+
     def __eq__(self, other: object) -> bool:
         if type(other) is not type(self):
             return NotImplemented
-        return all(same(getattr(self, f.name), getattr(other, f.name)) for f in fields(self) if f.compare)
+        return all(same(getattr(self, f.name), getattr(other, f.name)) for f in self._fields())
 
     def __hash__(self) -> int:
         content: list = [type(self)]
-        for value in (getattr(self, f.name) for f in fields(self) if f.compare):
+        for value in (getattr(self, f.name) for f in self._fields()):
             if isinstance(value, np.ndarray):
                 numbers = np.where(np.isnan(value), np.nan, value) + 0.0  # -0 equals 0, and nan any nan
                 content += [value.shape, numbers.tobytes()]
@@ -85,15 +91,15 @@ class ArrayData:
         return hash(tuple(content))
 
     def __repr__(self) -> str:
-        parts = (f"{f.name}={_short(getattr(self, f.name))}" for f in fields(self) if f.repr)
+        parts = (f"{f.name}={_short(getattr(self, f.name))}" for f in self._fields())
         return f"{type(self).__name__}({', '.join(parts)})"
 
 
-def _short(value) -> str:
+def _short(value: object) -> str:
     if isinstance(value, np.ndarray):
         ends = f"[{value[0]:g} ... {value[-1]:g}]" if value.ndim == 1 and value.size > 1 else "array"
         return f"{ends} {value.shape}"
-    if hasattr(value, "columns"):
+    if isinstance(value, pd.DataFrame):
         return f"table of {', '.join(map(str, value.columns))} ({len(value)} rows)"
     if isinstance(value, dict):
         return f"{{{', '.join(map(str, value))}}}"

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ..errors import ExcitationError
+from .arrays import ArrayData, read_only
 
 __all__ = [
     "Excitation",
@@ -26,8 +27,8 @@ TAPER = 0.1  # share of a burst in its two cosine flanks
 HALF = 8.0  # s of the noise of random_blocks that are made at once
 
 
-@dataclass(frozen=True)
-class Excitation:
+@dataclass(frozen=True, eq=False, repr=False)
+class Excitation(ArrayData):
     """A sampled excitation.
 
     Raises
@@ -47,8 +48,8 @@ class Excitation:
     description: dict = field(default_factory=dict)
     """generator, its parameters and seed; plain data"""
 
-    def __post_init__(self):
-        value = np.ascontiguousarray(self.value, dtype=float)
+    def __post_init__(self) -> None:
+        value = read_only(self.value)
         if value.ndim != 1 or not value.size:
             raise ExcitationError(f"an excitation is one row of samples, got shape {value.shape}")
         if not np.all(np.isfinite(value)):
@@ -61,7 +62,7 @@ class Excitation:
             raise ExcitationError(f"band {self.band} must be two increasing frequencies in Hz")
         if self.band is not None and self.fs < 2 * self.band[1]:
             raise ExcitationError(f"fs {self.fs:g} Hz is below twice the band's upper end {self.band[1]:g} Hz")
-        object.__setattr__(self, "value", value)
+        self._set(value=value)
 
     @property
     def time(self) -> np.ndarray:

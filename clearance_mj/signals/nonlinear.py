@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..errors import RecordError
+from .arrays import ArrayData, read_only
 from .frf import FRF, QUANTITY
 from .response import Response
 
@@ -17,8 +18,8 @@ SILENT = 1e-9
 """Share of the strongest line below which a line of the excitation counts as left out"""
 
 
-@dataclass(frozen=True, eq=False)
-class BestLinear:
+@dataclass(frozen=True, eq=False, repr=False)
+class BestLinear(ArrayData):
     """Best linear approximation of a rig for one class of excitations, with the two causes of its scatter apart."""
 
     frf: FRF
@@ -29,6 +30,9 @@ class BestLinear:
     """(n_outputs, 1, n_f) of the mean, by what changes from realisation to realisation"""
     realisations: int
     """M, over which the mean is taken"""
+
+    def __post_init__(self) -> None:
+        self._set(noise_variance=read_only(self.noise_variance), total_variance=read_only(self.total_variance))
 
     @property
     def distortion_variance(self) -> np.ndarray:

@@ -25,6 +25,7 @@ from ..errors import LawError
 from ..identify.registry import get_method
 from ..parameters import Estimates
 from ..rig import Rig
+from ..signals.arrays import ArrayData, read_only
 from ..signals.excitation import Excitation
 from ..signals.frf import FRF, estimate_frf, random_error
 from ..signals.response import Response
@@ -37,8 +38,8 @@ WIDEST = 5.0
 """standard deviation of a logarithm from which on a parameter counts as not identified at all"""
 
 
-@dataclass(frozen=True, eq=False)
-class Band:
+@dataclass(frozen=True, eq=False, repr=False)
+class Band(ArrayData):
     """FRFs of a fitted law and of laws drawn from its covariance."""
 
     fitted: FRF
@@ -47,6 +48,9 @@ class Band:
     """(n_laws, n_outputs, n_inputs, n_f) magnitudes"""
     confidence: float = CONFIDENCE
     """probability that an FRF lies between the limits, line by line"""
+
+    def __post_init__(self) -> None:
+        self._set(drawn=read_only(self.drawn))
 
     @cached_property
     def limits(self) -> np.ndarray:

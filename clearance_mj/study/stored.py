@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import xarray as xr
 
 from ..cache import ResultCache, digest
@@ -17,7 +18,7 @@ from ..identify import Identified
 from ..io.dataset import Record
 from ..io.results import dataset_to_frf, frf_to_dataset
 from ..parameters import Estimates
-from ..signals.correlation import Comparison, with_modes
+from ..signals.comparison import Comparison, with_modes
 from ..signals.frf import FRF
 from ..statistics.frf_bands import Band
 
@@ -109,7 +110,7 @@ def case(
         with xr.open_dataset(path, engine="scipy") as data:
             frf, kept = dataset_to_frf(data.load()), json.loads(data.attrs["kept"])
             provenance = json.loads(data.attrs["provenance"])
-        per_mode = {key: np.array(column) for key, column in kept["per_mode"].items()}
+        per_mode = pd.DataFrame(kept["per_mode"])
         return CaseResult(frf, with_modes(test, frf, per_mode), kept["statistics"], provenance)
 
     return compute() if cache is None else cache.get(name, inputs, compute, save, load)

@@ -19,7 +19,7 @@ from ..errors import LawError, RecordError
 from ..identify import Identified, get_method
 from ..identify.checks import IdentifiabilityWarning
 from ..io.dataset import Dataset, Record
-from ..signals.correlation import Comparison, compare
+from ..signals.comparison import Comparison, compare
 from ..signals.frf import FRF, estimate_frf
 from ..statistics import repeatability
 from ..statistics.contact import contact_statistics

@@ -105,7 +105,7 @@ def main_cases(found: list[Case]) -> list[Case]:
 
 def rows_of(found: list[Case], table: str) -> pd.DataFrame:
     """Return ``per_mode`` or ``per_sensor`` of the cases' comparisons in one frame, with law and engine in front."""
-    frames = [pd.DataFrame(getattr(case.comparison, table)).assign(law=case.law, engine=case.engine) for case in found]
+    frames = [getattr(case.comparison, table).assign(law=case.law, engine=case.engine) for case in found]
     return pd.concat(frames, ignore_index=True)
 
 

@@ -18,7 +18,7 @@ from clearance_mj.identify.methods.ridge import ridge_law
 from clearance_mj.io.dataset import BASE_NODE, Dataset, Record
 from clearance_mj.io.uff import Channel
 from clearance_mj.rig import Grease
-from clearance_mj.signals.correlation import compare
+from clearance_mj.signals.comparison import compare
 from clearance_mj.signals.excitation import hammer, level_ramp, random
 from clearance_mj.signals.frf import estimate_frf
 

@@ -8,7 +8,8 @@ from clearance_mj.io.dataset import Dataset, Record
 from clearance_mj.io.uff import Channel
 from clearance_mj.report import write_report
 from clearance_mj.rig import Beam, Bushing, Contact, Grease, PointMass, Rig, Sensor
-from clearance_mj.signals.correlation import Comparison, csac, csac_per_sensor, csf, csf_per_sensor, frac, mre, rmse_db
+from clearance_mj.signals.comparison import Comparison
+from clearance_mj.signals.correlation import csac, csac_per_sensor, csf, csf_per_sensor, frac, mre, rmse_db
 from clearance_mj.signals.frf import FRF
 from clearance_mj.study import Case, IdentifiedLaw, Study
 

@@ -1,0 +1,61 @@
+"""Data types that hold arrays: read-only, equal by content, short in print."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from clearance_mj.signals.arrays import read_only
+from clearance_mj.signals.comparison import compare
+from clearance_mj.signals.ema import Modes
+from clearance_mj.signals.excitation import Excitation
+from clearance_mj.signals.frf import FRF
+from clearance_mj.signals.response import Response
+from clearance_mj.statistics.frf_bands import Band
+
+LINES = np.arange(5.0, 15.0)
+VALUE = np.exp(1j * np.arange(20)).reshape(2, 10)
+
+
+def frf():
+    value = VALUE.copy()
+    value[0, 3] = np.nan
+    return FRF(LINES, value)
+
+
+MAKE = {
+    "FRF": frf,
+    "Response": lambda: Response(64.0, LINES, [LINES], provenance={"seed": 1, "gap": float("nan")}),
+    "Excitation": lambda: Excitation(LINES, 64.0, description={"levels": [1, 2]}),
+    "Modes": lambda: Modes([9.0], [0.01], [[1.0]], ("1:+Z",)),
+    "Comparison": lambda: compare(FRF(LINES, VALUE), FRF(LINES, 2 * VALUE), 0),
+    "Band": lambda: Band(frf(), np.ones((3, 2, 1, 10))),
+}
+
+
+@pytest.mark.parametrize("make", MAKE.values(), ids=MAKE.keys())
+def test_arrays_are_read_only_and_content_counts(make):
+    one, other = make(), make()
+    assert one is not other and (one == other) is True and hash(one) == hash(other)
+    assert one != "text" and {one: 1}[other] == 1
+    assert len(repr(one)) < 500 and type(one).__name__ in repr(one)
+    arrays = [f.name for f in dataclasses.fields(one) if isinstance(getattr(one, f.name), np.ndarray)]
+    assert arrays
+    for name in arrays:
+        with pytest.raises(ValueError, match="read-only"):
+            getattr(one, name)[...] = 0
+        changed = dataclasses.replace(one, **{name: 1.5 * getattr(one, name)})
+        assert changed != one and one != changed
+
+
+def test_the_arrays_of_the_caller_stay_writeable_and_apart():
+    mine = np.ones(10)
+    excitation = Excitation(mine, 64.0)
+    mine[0] = 7.0
+    assert excitation.value[0] == 1.0
+    assert read_only(excitation.value) is excitation.value  # not copied again
+
+
+def test_minus_zero_equals_zero():
+    one, other = FRF([1.0], [[0.0]]), FRF([1.0], [[-0.0]])
+    assert one == other and hash(one) == hash(other)
