@@ -11,7 +11,7 @@ import numpy as np
 from ..errors import RecordError
 from ..files import replacing
 from ..signals.response import Response
-from .results import _HDF5, _require_hdf5, response_to_dataset
+from .results import _HDF5, _require_hdf5
 
 __all__ = ["saving"]
 
@@ -46,7 +46,7 @@ def saving(path: str | PathLike[str], blocks: Iterable[Response]) -> Iterator[Re
     if first is None:
         raise RecordError(f"{path}: there is no block to write")
     with replacing(path) as temporary:
-        written, done = response_to_dataset(first), first.excitation.size
+        written, done = first.to_xarray(), first.excitation.size
         written.to_netcdf(temporary, engine="h5netcdf", unlimited_dims=["time"])
         yield first
         with h5py.File(temporary, "a") as file:

@@ -8,8 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 import scipy.optimize
+import xarray as xr
 
 from ..errors import RecordError
+from . import labelled
 from .arrays import ArrayData, read_only
 from .correlation import csac, csac_per_sensor, csf, csf_per_sensor, frac, mac, mre, relative_error, rmse_db
 from .ema import NO_MODES, Modes, extract_modes
@@ -69,6 +71,58 @@ class Comparison(ArrayData):
         for name in self.per_mode.columns.drop("mode"):
             found |= {f"mode_{mode}_{name}": v for mode, v in zip(self.per_mode["mode"], self.per_mode[name])}
         return {name: float(value) for name, value in found.items()}
+
+    def to_xarray(self) -> xr.Dataset:
+        """Return the measures over frequency, response and mode, with labels and units.
+
+        Returns
+        -------
+        xarray.Dataset
+            ``csac``, ``csf`` (frequency,), ``csac_per_sensor``, ``csf_per_sensor`` (response, frequency), and the
+            columns of the tables: ``per_sensor_mre`` (response,), ``per_mode_test_hz`` (mode,) and so on.
+        """
+        variables = {name: ("frequency", getattr(self, name), "1") for name in ("csac", "csf")}
+        over_both = ("csac_per_sensor", "csf_per_sensor")
+        variables |= {name: (("response", "frequency"), getattr(self, name), "1") for name in over_both}
+        for table, axis, skipped in (("per_sensor", "response", "sensor"), ("per_mode", "mode", "mode")):
+            for name, column in getattr(self, table).drop(columns=skipped).items():
+                units = "Hz" if name.endswith("_hz") else "dB" if name.endswith("_db") else "1"
+                variables[f"{table}_{name}"] = (axis, column.to_numpy(), units)
+        coordinates = {
+            "response": self.per_sensor["sensor"],
+            "mode": self.per_mode["mode"],
+            "frequency": self.frequency,
+        }
+        return labelled.dataset("comparison", variables, coordinates)
+
+    @classmethod
+    def from_xarray(cls, ds: xr.Dataset) -> Comparison:
+        """Return the comparison of a dataset that `to_xarray` made.
+
+        Parameters
+        ----------
+        ds : xarray.Dataset
+            The dataset.
+
+        Raises
+        ------
+        RecordError
+            If it holds something else.
+        """
+        labelled.require_kind(ds, "comparison")
+        tables = []
+        for table, axis, head in (("per_sensor", "response", "sensor"), ("per_mode", "mode", "mode")):
+            first = labelled.labels(ds, axis) if axis == "response" else ds.get("mode", np.empty(0, dtype=int))
+            columns = {str(name): ds[name].values for name in ds.data_vars if str(name).startswith(f"{table}_")}
+            tables.append(pd.DataFrame({head: first} | {name[len(table) + 1 :]: v for name, v in columns.items()}))
+        return cls(
+            labelled.values(ds, "frequency", "frequency"),
+            labelled.values(ds, "csac", "frequency"),
+            labelled.values(ds, "csf", "frequency"),
+            labelled.values(ds, "csac_per_sensor", "response", "frequency"),
+            labelled.values(ds, "csf_per_sensor", "response", "frequency"),
+            *tables,
+        )
 
 
 def compare(test_frf: FRF, model_frf: FRF, n_modes: int = 4) -> Comparison:

@@ -17,8 +17,10 @@ from dataclasses import dataclass
 
 import numpy as np
 import scipy.ndimage
+import xarray as xr
 
 from ..errors import RecordError
+from . import labelled
 from .arrays import ArrayData, read_only
 from .frf import FRF
 
@@ -57,10 +59,44 @@ class Modes(ArrayData):
     responses: tuple[str, ...] = ()
     """degree of freedom of each row of the shapes, such as "3:+Z" """
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         self._set(
             frequency=read_only(self.frequency), damping=read_only(self.damping), shape=read_only(self.shape, complex)
         )
+
+    def to_xarray(self) -> xr.Dataset:
+        """Return ``natural_frequency`` and ``damping`` (mode,) and ``shape`` (response, mode), with labels and units.
+
+        Returns
+        -------
+        xarray.Dataset
+        """
+        variables = {
+            "natural_frequency": ("mode", self.frequency, "Hz"),
+            "damping": ("mode", self.damping, "1"),
+            "shape": (("response", "mode"), self.shape, "1"),
+        }
+        return labelled.dataset("modes", variables, {"response": self.responses})
+
+    @classmethod
+    def from_xarray(cls, ds: xr.Dataset) -> Modes:
+        """Return the modes of a dataset that `to_xarray` made.
+
+        Parameters
+        ----------
+        ds : xarray.Dataset
+            The dataset.
+
+        Raises
+        ------
+        RecordError
+            If it holds something else.
+        """
+        labelled.require_kind(ds, "modes")
+        shape = labelled.values(ds, "shape", "response", "mode", dtype=complex)
+        responses = labelled.labels(ds, "response") if "response" in ds.coords else ()
+        frequency, damping = (labelled.values(ds, name, "mode") for name in ("natural_frequency", "damping"))
+        return cls(frequency, damping, shape, responses)
 
 
 NO_MODES = Modes(np.empty(0), np.empty(0), np.empty((0, 0)))

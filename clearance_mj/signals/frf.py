@@ -8,9 +8,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 import scipy.fft
 import scipy.signal
+import xarray as xr
+from numpy.typing import ArrayLike
 
 from ..errors import RecordError
+from . import labelled
 from .arrays import ArrayData, read_only
+from .labelled import UNITS
 from .response import Response
 
 __all__ = [
@@ -53,7 +57,7 @@ class FRF(ArrayData):
     quantity: str = "acceleration/acceleration"
     """"acceleration/acceleration" (base excitation) or "acceleration/force" """
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         frequency, value = read_only(self.frequency), read_only(_with_inputs(self.value), complex)
         if frequency.ndim != 1 or value.ndim != 3 or value.shape[2] != frequency.size or not value.size:
             raise RecordError(
@@ -162,8 +166,49 @@ class FRF(ArrayData):
         responses = tuple(self.responses[i] for i in rows)
         return FRF(self.frequency, self.value[rows, j], coherence, responses, (reference,), self.quantity)
 
+    def to_xarray(self) -> xr.Dataset:
+        """Return ``value`` and ``coherence`` (response, reference, frequency), with labels and units.
 
-def _with_inputs(value) -> np.ndarray:
+        Returns
+        -------
+        xarray.Dataset
+            Without ``coherence`` if there is none; its attribute ``quantity`` is that of the FRF.
+        """
+        dims = ("response", "reference", "frequency")
+        above, _, below = self.quantity.partition("/")
+        units = "1" if above == below else f"({UNITS.get(above, above)})/({UNITS.get(below, below)})"
+        variables = {"value": (dims, self.value, units), "coherence": (dims, self.coherence, "1")}
+        coordinates = {"response": self.responses, "reference": self.references, "frequency": self.frequency}
+        found = labelled.dataset("frf", variables, coordinates, {"quantity": self.quantity})
+        found["value"].attrs["long_name"] = self.quantity
+        return found
+
+    @classmethod
+    def from_xarray(cls, ds: xr.Dataset) -> FRF:
+        """Return the FRF of a dataset that `to_xarray` made.
+
+        Parameters
+        ----------
+        ds : xarray.Dataset
+            The dataset.
+
+        Raises
+        ------
+        RecordError
+            If it holds something else, or two references are the same.
+        """
+        labelled.require_kind(ds, "frf")
+        dims = ("response", "reference", "frequency")
+        value = labelled.values(ds, "value", *dims, dtype=complex)
+        coherence = labelled.values(ds, "coherence", *dims) if "coherence" in ds else None
+        responses, references = labelled.labels(ds, "response"), labelled.labels(ds, "reference")
+        if len(set(references)) < len(references):
+            raise RecordError(f"needs different references, got {', '.join(references)}")
+        frequency = labelled.values(ds, "frequency", "frequency")
+        return cls(frequency, value, coherence, responses, references, str(labelled.attribute(ds, "quantity")))
+
+
+def _with_inputs(value: ArrayLike) -> np.ndarray:
     """(n_outputs, n_f) of one reference as (n_outputs, 1, n_f)."""
     value = np.asarray(value)
     return value[:, None] if value.ndim == 2 else value

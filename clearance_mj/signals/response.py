@@ -2,14 +2,27 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
+import xarray as xr
 
 from ..errors import RecordError
+from . import labelled
 from .arrays import ArrayData, read_only
 
 __all__ = ["Response"]
+
+EXCITATION_UNITS = {"base": "m s-2", "force": "N"}
+HISTORIES = {
+    "acceleration": ("response", "m s-2"),
+    "displacement": ("bushing", "m"),
+    "contact_force": ("bushing", "N"),
+    "grease_force": ("bushing", "N"),
+}
+"""Dimension beside time, and unit"""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -47,17 +60,16 @@ class Response(ArrayData):
     provenance: dict = field(default_factory=dict)
     """inputs that made it: rig, law, engine, excitation, seed, versions; plain data"""
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         self._set(excitation=read_only(self.excitation))
-        for name in ("acceleration", "displacement", "contact_force", "grease_force"):
+        for name, (rows, _) in HISTORIES.items():
             value = getattr(self, name)
             if value is None:
                 continue
             value = read_only(value)
             if value.ndim != 2 or value.shape[1:] != self.excitation.shape:
-                rows = "n_sensors" if name == "acceleration" else "n_bushings"
                 raise RecordError(
-                    f"{name} must be ({rows}, n_t) with n_t samples of excitation, got {value.shape} and "
+                    f"{name} must be (n_{rows}s, n_t) with n_t samples of excitation, got {value.shape} and "
                     f"{self.excitation.shape}"
                 )
             self._set(**{name: value})
@@ -71,3 +83,65 @@ class Response(ArrayData):
     def duration(self) -> float:
         """S"""
         return self.excitation.size / self.fs
+
+    def to_xarray(self) -> xr.Dataset:
+        """Return the histories with labels and units.
+
+        Returns
+        -------
+        xarray.Dataset
+            ``excitation`` (time,), ``acceleration`` (response, time), and of ``displacement``, ``contact_force`` and
+            ``grease_force`` (bushing, time) what the response has. Its provenance is JSON in an attribute.
+
+        Raises
+        ------
+        RecordError
+            If its kind is unknown or its provenance is not plain data.
+        """
+        if self.kind not in EXCITATION_UNITS:
+            raise RecordError(f'kind "{self.kind}" is unknown; use {" or ".join(EXCITATION_UNITS)}')
+        variables: dict[str, Any] = {"excitation": ("time", self.excitation, EXCITATION_UNITS[self.kind])}
+        variables |= {name: ((rows, "time"), getattr(self, name), units) for name, (rows, units) in HISTORIES.items()}
+        attributes = {"fs": float(self.fs), "kind": self.kind, "provenance": labelled.plain_json(self.provenance)}
+        if self.band is not None:
+            attributes["band"] = np.array(self.band, dtype=float)
+        coordinates = {"time": self.time, "response": self.responses}
+        found = labelled.dataset("response", variables, coordinates, attributes)
+        found["excitation"].attrs["dof"] = self.reference
+        return found
+
+    @classmethod
+    def from_xarray(cls, ds: xr.Dataset) -> Response:
+        """Return the response of a dataset that `to_xarray` made.
+
+        Parameters
+        ----------
+        ds : xarray.Dataset
+            The dataset; older ones have time first.
+
+        Raises
+        ------
+        RecordError
+            If it holds something else.
+        """
+        labelled.require_kind(ds, "response")
+        if "acceleration" not in ds:
+            raise RecordError('holds no "acceleration"')
+        band = ds.attrs.get("band")
+        try:
+            provenance = json.loads(labelled.attribute(ds, "provenance"))
+        except ValueError as error:
+            raise RecordError(f"its provenance is not JSON: {error}") from None
+        histories = {
+            name: labelled.values(ds, name, rows, "time") for name, (rows, _) in HISTORIES.items() if name in ds
+        }
+        return cls(
+            fs=float(labelled.attribute(ds, "fs")),
+            excitation=labelled.values(ds, "excitation", "time"),
+            kind=str(labelled.attribute(ds, "kind")),
+            band=None if band is None else (float(band[0]), float(band[1])),
+            responses=labelled.labels(ds, "response") if "response" in ds.coords else (),
+            reference=str(ds["excitation"].attrs.get("dof", "100:+Z")),
+            provenance=provenance,
+            **histories,
+        )

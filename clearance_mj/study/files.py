@@ -9,7 +9,7 @@ import xarray as xr
 
 from .._version import __version__
 from ..files import replacing, to_json
-from ..io.results import frf_to_dataset
+from ..io.results import with_parts
 from ..statistics.intervals import CONFIDENCE
 from .study import Study
 
@@ -29,9 +29,10 @@ def write_results(study: Study, folder: Path) -> None:
     for law in study.laws:
         law.law.save(folder / "laws" / f"{law.name}.json")
     models = [
-        frf_to_dataset(c.frf).expand_dims(law=[c.law], engine=[c.engine], record=[c.record.name]) for c in study.cases
+        with_parts(c.frf.to_xarray()).expand_dims(law=[c.law], engine=[c.engine], record=[c.record.name])
+        for c in study.cases
     ]
-    tests = [frf_to_dataset(frf).expand_dims(record=[name]) for name, frf in study.tests.items()]
+    tests = [with_parts(frf.to_xarray()).expand_dims(record=[name]) for name, frf in study.tests.items()]
     combined = xr.combine_by_coords(models, combine_attrs="override").rename(value="model", coherence="model_coherence")
     measured = xr.concat(tests, "record", combine_attrs="override").rename(value="test", coherence="test_coherence")
     rig = json.dumps(study.dataset.rig.to_dict())

@@ -16,7 +16,7 @@ from ..cache import ResultCache, digest
 from ..clearance.law_files import law_from_dict
 from ..identify import Identified
 from ..io.dataset import Record
-from ..io.results import dataset_to_frf, frf_to_dataset
+from ..io.results import with_parts, without_parts
 from ..parameters import Estimates
 from ..signals.comparison import Comparison, with_modes
 from ..signals.frf import FRF
@@ -104,11 +104,11 @@ def case(
         per_mode = {key: column.tolist() for key, column in found.comparison.per_mode.items()}
         attributes = {"kept": json.dumps({"statistics": found.statistics, "per_mode": per_mode})}
         attributes["provenance"] = json.dumps(found.provenance)
-        _to_netcdf(frf_to_dataset(found.frf).assign_attrs(attributes), path)
+        _to_netcdf(with_parts(found.frf.to_xarray()).assign_attrs(attributes), path)
 
     def load(path: Path) -> CaseResult:
         with xr.open_dataset(path, engine="scipy") as data:
-            frf, kept = dataset_to_frf(data.load()), json.loads(data.attrs["kept"])
+            frf, kept = FRF.from_xarray(without_parts(data.load())), json.loads(data.attrs["kept"])
             provenance = json.loads(data.attrs["provenance"])
         per_mode = pd.DataFrame(kept["per_mode"])
         return CaseResult(frf, with_modes(test, frf, per_mode), kept["statistics"], provenance)
@@ -130,11 +130,11 @@ def band(
 
     def save(found: tuple[Band, np.ndarray], path: Path) -> None:
         drawn = ("draw", *lines), found[0].drawn
-        _to_netcdf(frf_to_dataset(found[0].fitted).assign(drawn=drawn, error=(lines, found[1])), path)
+        _to_netcdf(with_parts(found[0].fitted.to_xarray()).assign(drawn=drawn, error=(lines, found[1])), path)
 
     def load(path: Path) -> tuple[Band, np.ndarray]:
         with xr.open_dataset(path, engine="scipy") as data:
-            return Band(dataset_to_frf(data.load()), data["drawn"].values), data["error"].values
+            return Band(FRF.from_xarray(without_parts(data.load())), data["drawn"].values), data["error"].values
 
     return compute() if cache is None else cache.get(name, inputs, compute, save, load)
 

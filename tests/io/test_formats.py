@@ -86,7 +86,7 @@ def test_columns_name_response_and_reference(tmp_path, rng):
 def test_labelled_array_of_several_references(rng):
     """The dimensions that neighbouring tools use; nan where a pair was not measured."""
     sent = matrix(rng)
-    ds = results.frf_to_dataset(sent)
+    ds = results.with_parts(sent.to_xarray())
     assert ds["value"].dims == ("response", "reference", "frequency", "part")
     assert dict(ds.sizes) == {"response": 4, "reference": 3, "frequency": 30, "part": 2}
     picked = ds["value"].sel(response="2:-X", reference="7:-Z").values

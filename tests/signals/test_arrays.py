@@ -59,3 +59,29 @@ def test_the_arrays_of_the_caller_stay_writeable_and_apart():
 def test_minus_zero_equals_zero():
     one, other = FRF([1.0], [[0.0]]), FRF([1.0], [[-0.0]])
     assert one == other and hash(one) == hash(other)
+
+
+@pytest.mark.parametrize("name", ["FRF", "Response", "Modes", "Comparison"])
+def test_labelled_arrays_come_back(name):
+    one = MAKE[name]()
+    ds = one.to_xarray()
+    assert type(one).from_xarray(ds) == one
+    assert all("units" in variable.attrs for variable in ds.data_vars.values())
+
+
+def test_dimensions_have_names():
+    dims = {
+        "FRF": {"value": ("response", "reference", "frequency")},
+        "Response": {"acceleration": ("response", "time"), "excitation": ("time",)},
+        "Modes": {"shape": ("response", "mode"), "damping": ("mode",)},
+        "Comparison": {"csac_per_sensor": ("response", "frequency"), "per_sensor_frac": ("response",)},
+    }
+    for name, expected in dims.items():
+        found = MAKE[name]().to_xarray()
+        assert {variable: found[variable].dims for variable in expected} == expected
+
+
+def test_a_response_whose_time_comes_first_is_still_read():
+    """As files of earlier versions have it."""
+    sent = MAKE["Response"]()
+    assert Response.from_xarray(sent.to_xarray().transpose("time", ...)) == sent

@@ -1,0 +1,133 @@
+"""Labelled datasets (xarray) of the data types: dimensions, units, and what each ``from_xarray`` requires."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from ..errors import RecordError
+
+__all__ = ["KIND", "UNITS", "attribute", "dataset", "labels", "plain_json", "require_kind", "values"]
+
+KIND = "clearance_mj"
+"""attribute that says what a dataset holds"""
+UNITS = {
+    "displacement": "m",
+    "velocity": "m s-1",
+    "acceleration": "m s-2",
+    "force": "N",
+    "frequency": "Hz",
+    "time": "s",
+}
+"""as UDUNITS writes them: attributes of netCDF-3 are ASCII"""
+
+
+def dataset(
+    holds: str, variables: dict[str, Any], coordinates: dict[str, Any], attributes: dict[str, Any] | None = None
+) -> xr.Dataset:
+    """Return a dataset that says what it holds.
+
+    Parameters
+    ----------
+    holds : str
+        What it is, such as "frf".
+    variables : dict
+        By name: dimensions, numbers and units; those whose numbers are None are left out.
+    coordinates : dict
+        Labels, or numbers with units, by dimension; empty ones are left out.
+    attributes : dict, optional
+        Further ones.
+
+    Returns
+    -------
+    xarray.Dataset
+    """
+    kept = {
+        name: (dims, value, {"units": units}) for name, (dims, value, units) in variables.items() if value is not None
+    }
+    axes = {
+        name: (name, value, {"units": UNITS[name]}) if name in UNITS else (name, list(value))
+        for name, value in coordinates.items()
+        if len(value)
+    }
+    return xr.Dataset(kept, axes, {KIND: holds, **(attributes or {})})
+
+
+def require_kind(ds: xr.Dataset, kind: str) -> None:
+    """Refuse a dataset that holds something else.
+
+    Parameters
+    ----------
+    ds : xarray.Dataset
+        The dataset.
+    kind : str
+        What it should hold.
+    """
+    if ds.attrs.get(KIND) != kind:
+        raise RecordError(f'holds "{ds.attrs.get(KIND)}", needs "{kind}" in the attribute {KIND}')
+
+
+def attribute(ds: xr.Dataset, name: str) -> Any:
+    """Return an attribute, or say that it is missing.
+
+    Parameters
+    ----------
+    ds : xarray.Dataset
+        The dataset.
+    name : str
+        Of the attribute.
+    """
+    if name not in ds.attrs:
+        raise RecordError(f'the attribute "{name}" is missing')
+    return ds.attrs[name]
+
+
+def values(ds: xr.Dataset, name: str, *dims: str, dtype: type = float) -> np.ndarray:
+    """Return a variable as native numbers, C-contiguous, its axes in the named order; older files have time first.
+
+    Parameters
+    ----------
+    ds : xarray.Dataset
+        The dataset.
+    name : str
+        Of the variable.
+    *dims : str
+        Its dimensions.
+    dtype : type
+        Of the numbers.
+    """
+    if name not in ds or set(ds[name].dims) != set(dims):
+        raise RecordError(f'needs "{name}" over ({", ".join(dims)})')
+    return np.ascontiguousarray(ds[name].transpose(*dims).values, dtype=dtype)
+
+
+def labels(ds: xr.Dataset, name: str) -> tuple[str, ...]:
+    """Return the labels along a dimension.
+
+    Parameters
+    ----------
+    ds : xarray.Dataset
+        The dataset.
+    name : str
+        Of the dimension.
+    """
+    if name not in ds.coords:
+        raise RecordError(f'needs labels along "{name}"')
+    return tuple(str(label) for label in ds[name].values)
+
+
+def plain_json(provenance: dict) -> str:
+    """Return plain data as JSON, or say that it is none.
+
+    Parameters
+    ----------
+    provenance : dict
+        Texts, numbers, lists and dicts.
+    """
+    try:
+        return json.dumps(provenance)
+    except (TypeError, ValueError) as error:
+        raise RecordError(f"provenance is not plain data: {error}") from None
