@@ -169,8 +169,7 @@ def lost(study, **columns):
         if case.law != "constant":
             return case
         columns_lost = {
-            field: getattr(case.comparison, field) | {key: np.full_like(getattr(case.comparison, field)[key], np.nan)}
-            for field, key in columns.items()
+            field: getattr(case.comparison, field).assign(**{key: np.nan}) for field, key in columns.items()
         }
         return dataclasses.replace(case, comparison=dataclasses.replace(case.comparison, **columns_lost))
 
