@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 
 from ..engines import get_engine
-from ..signals.correlation import Comparison
+from ..signals.comparison import Comparison
 from ..statistics import repeatability
 from ..statistics.intervals import Interval, ratio
 from ..study import N_MODES, Study
