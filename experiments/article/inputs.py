@@ -28,7 +28,7 @@ class Inputs:
 
     def __init__(self, dataset: str | Path = DATASET, quick: bool = False, cache: Path | None = None, progress=False):
         self.path, self.quick, self.progress = Path(dataset), quick, progress
-        self._cache = ResultCache(cache) if cache else None
+        self.cache = ResultCache(cache) if cache else None
         self._outcomes: dict[vehicle.Case, vehicle.Outcome] = {}
 
     @cached_property
@@ -48,7 +48,7 @@ class Inputs:
                 f'{self.path}: needs two records with role "validate" at each level, the second as repeat'
             )
         methods, engines = (QUICK_METHODS, ("modal",)) if self.quick else (METHODS, ("links", "modal"))
-        return Study(dataset, methods, engines, self._cache, progress=self.progress)
+        return Study(dataset, methods, engines, self.cache, progress=self.progress)
 
     @property
     def rig(self) -> Rig:

@@ -58,10 +58,15 @@ def reproduce(
     if out.exists() and not out.is_dir():
         raise ClearanceError(f"--out {out} is a file; give a folder")
     inputs, digests, records = Inputs(dataset, quick, out / "cache", progress), _digests(Path(dataset), quick), []
+    computed = 0
     with tqdm(items, unit="item", disable=not progress) as bar:
         for item in bar:
             bar.set_description(item.name)
-            records.append(_kept(out, item.name, digests) or _compute(out, item, inputs, digests[item.name]))
+            kept = _kept(out, item.name, digests)
+            computed += kept is None
+            records.append(kept or _compute(out, item, inputs, digests[item.name]))
+    if computed == len(ITEMS):
+        inputs.cache.drop_unused()
     _write_index(out, quick, digests)
     return [{key: r[key] for key in ("name", "title", "files")} for r in records]
 
