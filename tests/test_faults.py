@@ -94,6 +94,7 @@ def goes_on(tmp_path, old, studies, left):
     assert not [name for name in content(out) if Path(name).name.startswith(".")]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("size", "left"), [(4_000, 4), (100_000, 0)], ids=["while it simulates", "when it has"])
 def test_full_disk_during_a_study(tmp_path, old, studies, size, left):
     """A case takes 62 kB, the results of eight about 700 kB."""
@@ -117,6 +118,7 @@ def test_killed_study(tmp_path, old, studies):
     goes_on(tmp_path, old, studies, 2)
 
 
+@pytest.mark.slow
 def test_interrupted_study(tmp_path, old, studies):
     """In its third case, which is finished before the study ends."""
     out, before, command = old
@@ -126,6 +128,7 @@ def test_interrupted_study(tmp_path, old, studies):
     goes_on(tmp_path, old, studies, 1)
 
 
+@pytest.mark.slow
 def test_two_studies_at_once(tmp_path, old, studies):
     """The second is refused and named the first; a killed one holds nothing."""
     out, before, command = old
@@ -189,7 +192,7 @@ def frf(n):
 EXPORTS = (".uff", ".csv", ".mat", ".nc", ".h5")
 
 
-@pytest.fixture(params=EXPORTS)
+@pytest.fixture(params=[EXPORTS[0], *(pytest.param(kind, marks=pytest.mark.slow) for kind in EXPORTS[1:])])
 def export(request, tmp_path):
     """A short file that is there, and the command that replaces it by one of 300 kB and more."""
     source, out = tmp_path / "long.csv", tmp_path / f"out{request.param}"
@@ -242,7 +245,7 @@ def test_folder_that_may_not_be_written(tmp_path):
 # Simulations.
 
 
-@pytest.mark.parametrize("bushings", [2, 0])
+@pytest.mark.parametrize("bushings", [2, pytest.param(0, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("engine", ["links", "modal", "modal-mj"])
 def test_a_simulation_stops_within_a_millisecond_of_nan(rig, engine, bushings):
     """NaN in the drive at a known instant, deep in a block; the error says when and where it ended."""

@@ -2,13 +2,20 @@
 
 from __future__ import annotations
 
+import argparse
 import math
 from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:  # the command line starts without the library
+    from ..clearance.law import Law
+    from ..rig import Rig
+    from ..signals.excitation import Excitation
 
 __all__ = ["add_drive", "excitation", "load"]
 
 
-def add_drive(parser, duration: float, fs: float = 8192.0):
+def add_drive(parser: argparse.ArgumentParser, duration: float, fs: float = 8192.0) -> None:
     """Add the options.
 
     Parameters
@@ -32,7 +39,7 @@ def add_drive(parser, duration: float, fs: float = 8192.0):
     parser.add_argument("--fs", type=float, default=fs, help="samples per second (default: %(default)s)")
 
 
-def load(options):
+def load(options: argparse.Namespace) -> tuple[Rig, Law]:
     """Return the rig and the law that the options name.
 
     Parameters
@@ -48,7 +55,7 @@ def load(options):
     return rig, load_law(options.law) if options.law else nominal(rig)
 
 
-def excitation(options, kind: str, rms: float):
+def excitation(options: argparse.Namespace, kind: str, rms: float) -> Excitation:
     """Return the excitation of one level.
 
     Parameters

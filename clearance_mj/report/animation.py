@@ -19,16 +19,22 @@ import contextlib
 import math
 import shutil
 import subprocess
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import mujoco
 import numpy as np
 import scipy.signal
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 from matplotlib.patches import Rectangle
+from numpy.typing import ArrayLike
 from PIL import Image
 from tqdm import tqdm
 
@@ -90,7 +96,7 @@ class Clip:
     """pictures per second"""
 
 
-def deflection(rig: Rig, response: Response, x) -> np.ndarray:
+def deflection(rig: Rig, response: Response, x: ArrayLike) -> np.ndarray:
     """Displacement of the whole shaft relative to the base, from the forces of a response that began at rest.
 
     Parameters
@@ -182,7 +188,7 @@ def clip(rig: Rig, response: Response, start: float | None = None, seconds: floa
                 response.contact_force.T[trace], exaggeration, slow, rate)  # fmt: skip
 
 
-def _count(seconds, slow, rate) -> int:
+def _count(seconds: float, slow: float, rate: float) -> int:
     """Number of pictures."""
     for name, value in (("seconds", seconds), ("slow", slow), ("rate", rate)):
         if not 0 < value < math.inf:
@@ -196,7 +202,7 @@ def _count(seconds, slow, rate) -> int:
     return count
 
 
-def _window(response, start, seconds) -> tuple[int, int]:
+def _window(response: Response, start: float | None, seconds: float) -> tuple[int, int]:
     """First and last sample that is shown."""
     if seconds > response.duration:
         raise ClearanceError(f"{seconds:g} s cannot be shown of a response of {response.duration:g} s")
@@ -212,7 +218,7 @@ def _window(response, start, seconds) -> tuple[int, int]:
     return min(round(start * response.fs), last - 1), min(round((start + seconds) * response.fs), last)
 
 
-def check(path, renderer: str):
+def check(path: str | Path, renderer: str) -> None:
     """Refuse what cannot be written, before anything is computed.
 
     Parameters
@@ -233,7 +239,7 @@ def check(path, renderer: str):
         raise ClearanceError(f'renderer "{renderer}" is unknown; use {", ".join(RENDERERS)}')
 
 
-def write(shown: Clip, path, renderer: str = "auto", progress: bool = True) -> str:
+def write(shown: Clip, path: str | Path, renderer: str = "auto", progress: bool = True) -> str:
     """Write an animation.
 
     Parameters
@@ -273,7 +279,7 @@ def write(shown: Clip, path, renderer: str = "auto", progress: bool = True) -> s
     return reason
 
 
-def _write_gif(stage, numbers, path):
+def _write_gif(stage: _Stage, numbers: Sequence[int], path: Path) -> None:
     # One palette for all, out of two pictures: colours do not flicker, and what stands still costs nothing.
     two = np.vstack([stage.picture(i) for i in (0, len(numbers) // 2)])
     palette = Image.fromarray(two).quantize(GIF_COLOURS)
@@ -282,7 +288,7 @@ def _write_gif(stage, numbers, path):
     first.save(path, save_all=True, append_images=others, duration=round(1000 / stage.shown.rate), loop=0)
 
 
-def _write_mp4(stage, numbers, path):
+def _write_mp4(stage: _Stage, numbers: Sequence[int], path: Path) -> None:
     height, width, _ = stage.picture(0).shape
     source = f"-f rawvideo -pix_fmt rgb24 -s {width}x{height} -r {stage.shown.rate:g} -i -".split()
     # Players want half as many colours as pixels, and so an even number of these.
@@ -325,7 +331,7 @@ class _Stage:
         self.words = self.above.set_title("", fontsize=FONT, loc="left", pad=4)
         self.moving = [self.cursor, self.words, *self._gaps(self.above)]
 
-    def _axes(self):
+    def _axes(self) -> tuple[Axes, Axes]:
         whole = BELOW + TRACE + BETWEEN + self.size[1] + ABOVE
         self.figure.set_size_inches(WIDTH, whole)
         across = LEFT / WIDTH, self.size[0] / WIDTH
@@ -333,7 +339,7 @@ class _Stage:
         place = (across[0], (BELOW + TRACE + BETWEEN) / whole, across[1], self.size[1] / whole)
         return self.figure.add_axes(place), below
 
-    def _label(self, ax):
+    def _label(self, ax: Axes) -> None:
         tidy(ax, ylabel="Lift (mm)", xlabel="Distance from the clamp (m)")
         ax.grid(False)
         ax.set_xlim(self.left, self.right)
@@ -342,18 +348,18 @@ class _Stage:
         words = f"lifts and gaps drawn {self.shown.exaggeration:.3g} times larger; relative to the base"
         ax.set_title(words, fontsize=FONT, loc="right", pad=4)
 
-    def _gaps(self, ax):
+    def _gaps(self, ax: Axes) -> Iterator[Artist]:
         """Lines where the shaft's surface touches a bushing."""
         for bushing in self.shown.rig.bushings:
             ends = np.array(bushing.ends) + 0.015 * self.shown.rig.beam.length * np.array([-1, 1])
             touch = 1e3 * bushing.gap + self.millimetres(self.radius)
             yield ax.hlines([-touch, touch], *ends, color=HALF, lw=0.7)
 
-    def millimetres(self, drawn):
+    def millimetres(self, drawn: Any) -> Any:
         """What a drawn height in m stands for, in mm."""
         return 1e3 * drawn / self.shown.exaggeration
 
-    def _trace(self, ax):
+    def _trace(self, ax: Axes) -> Line2D:
         for j, force in enumerate(self.shown.trace.T):
             ax.plot(self.shown.trace_time, force, color=COLOURS[j % len(COLOURS)], lw=1, label=f"bushing {j + 1}")
         tidy(ax, ylabel="Contact force (N)", xlabel="Time (s)")
@@ -380,7 +386,7 @@ class _Stage:
         faces = np.stack((np.minimum(lift, -gap), np.maximum(lift, gap)), axis=-1)
         return shown.exaggeration * faces + self.radius * np.array([-1, 1])
 
-    def show_images(self, images):
+    def show_images(self, images: list[np.ndarray]) -> None:
         """Let pictures of MuJoCo, if there are any, be shown under the axes."""
         if images:
             edges = self.left, self.right, *self.above.get_ylim()
@@ -388,7 +394,7 @@ class _Stage:
             self.image = self.above.imshow(images[0], extent=edges, aspect="auto", interpolation="none")
             self.moving = [self.image, *self.above.spines.values(), *self.moving]
 
-    def show_lines(self):
+    def show_lines(self) -> None:
         """Let matplotlib draw the rig."""
         ax, rig, length = self.above, self.shown.rig, self.shown.rig.beam.length
         wall, plate = self.millimetres(WALL * length), self.millimetres(PLATE * length)
@@ -405,7 +411,7 @@ class _Stage:
         self.force = ax.quiver(*start.T, 0 * start[:, 0], 0 * start[:, 0], color=colours, **look)
         self.moving += [self.shaft, self.masses, *(half for pair in self.plates for half in pair), self.force]
 
-    def picture(self, i) -> np.ndarray:
+    def picture(self, i: int) -> np.ndarray:
         """(height, width, 3) pixels of one picture. Only what moves is drawn anew."""
         if self.background is None:
             for artist in self.moving:
@@ -418,7 +424,7 @@ class _Stage:
             self.figure.draw_artist(artist)
         return np.array(self.canvas.buffer_rgba())[..., :3]
 
-    def _move(self, i):
+    def _move(self, i: int) -> None:
         shown = self.shown
         self.words.set_text(f"t = {shown.time[i]:.4f} s, {shown.slow:g} times slower")
         self.cursor.set_xdata([shown.time[i]] * 2)
@@ -444,7 +450,7 @@ AWAY = 30.0
 """lengths of the shaft"""
 
 
-def _rendered(shown, stage, progress) -> tuple[list[np.ndarray], str]:
+def _rendered(shown: Clip, stage: _Stage, progress: bool) -> tuple[list[np.ndarray], str]:
     """Pictures of the shaft to the stage's scale; none, and the reason, where there is no GL."""
     distance = AWAY * shown.rig.beam.length
     opening = 2 * math.degrees(math.atan(stage.half_height / distance))
@@ -463,7 +469,7 @@ def _rendered(shown, stage, progress) -> tuple[list[np.ndarray], str]:
     return images, ""
 
 
-def _strokes(shown, stage) -> list[Stroke]:
+def _strokes(shown: Clip, stage: _Stage) -> list[Stroke]:
     """The clamp, the shaft with its point masses, the bushings' halves, the forces."""
     count, length, radius = shown.time.size, shown.rig.beam.length, stage.radius
     wide = 4 * radius
@@ -487,7 +493,7 @@ def _strokes(shown, stage) -> list[Stroke]:
     return strokes
 
 
-def _solid(count, x, y, z) -> np.ndarray:
+def _solid(count: int, x: ArrayLike, y: ArrayLike, z: ArrayLike) -> np.ndarray:
     """Ends of one solid in every picture; what leans back from the camera is made higher."""
     ends = np.empty((count, 1, 2, 3))
     for i in range(2):

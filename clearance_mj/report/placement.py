@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
@@ -48,7 +49,7 @@ def draw(rig: Rig, places: Candidates, found: Placement, modes: Sequence[int]) -
     return Drawing("placement", figure, caption, f"Layout of {len(found.chosen)} sensors along the shaft.")
 
 
-def _shaft(ax, rig, places, found, modes):
+def _shaft(ax: Axes, rig: Rig, places: Candidates, found: Placement, modes: Sequence[int]) -> None:
     length = rig.beam.length
     for bushing in rig.bushings:
         ax.add_patch(Rectangle((bushing.ends[0], -1.25), bushing.length, 2.5, facecolor="#dddddd", edgecolor="none"))
@@ -78,11 +79,11 @@ def _shaft(ax, rig, places, found, modes):
     ax.legend(fontsize=FONT - 1, frameon=False, ncols=len(modes) + 1, loc="lower center", bbox_to_anchor=(0.5, 1.0))
 
 
-def _labels(found) -> list[str]:
+def _labels(found: Placement) -> list[str]:
     return [f"{i}\n{x:.3g}" for i, x in enumerate(found.position, 1)]
 
 
-def _carried(ax, found):
+def _carried(ax: Axes, found: Placement) -> None:
     places = np.arange(len(found.chosen))
     ax.bar(places - 0.2, found.contribution, 0.4, color="#0072b2", label="contribution E")
     ax.bar(places + 0.2, found.determinant_after_loss, 0.4, color="#e69f00", hatch="///", edgecolor="white",
@@ -93,7 +94,7 @@ def _carried(ax, found):
     ax.legend(fontsize=FONT - 1, frameon=False, loc="upper left", ncols=2)
 
 
-def _lost(ax, found, modes):
+def _lost(ax: Axes, found: Placement, modes: Sequence[int]) -> None:
     growth = np.minimum(found.std_growth, MOST_GROWTH).T
     image = ax.imshow(growth, cmap="viridis_r", aspect="auto", vmin=1, vmax=max(2.0, growth.max()))
     for (i, j), value in np.ndenumerate(growth):

@@ -15,6 +15,7 @@ import tempfile
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -82,8 +83,14 @@ def render(mjcf: str, views: Sequence[View], strokes: Sequence[Stroke] = ()) -> 
         job, pictures = Path(folder) / "job.json", Path(folder) / "pictures.npz"
         plain = {"views": [dataclasses.asdict(view) for view in views], "strokes": [_plain(s) for s in strokes]}
         job.write_text(json.dumps({"mjcf": mjcf} | plain))
-        command = [sys.executable, "-P", __file__, job, pictures]  # this file alone: the package takes a second
-        options = {"env": environment, "capture_output": True, "text": True, "timeout": TIMEOUT}
+        command = [
+            sys.executable,
+            "-P",
+            __file__,
+            str(job),
+            str(pictures),
+        ]  # this file alone: the package takes a second
+        options: dict[str, Any] = {"env": environment, "capture_output": True, "text": True, "timeout": TIMEOUT}
         try:
             done = subprocess.run(command, check=False, **options)
         except subprocess.TimeoutExpired:
@@ -95,11 +102,11 @@ def render(mjcf: str, views: Sequence[View], strokes: Sequence[Stroke] = ()) -> 
             return [stored[name] for name in stored.files], ""
 
 
-def _plain(stroke) -> dict:
+def _plain(stroke: Stroke) -> dict:
     return dataclasses.asdict(stroke) | {"ends": np.asarray(stroke.ends).tolist()}
 
 
-def _main(job, pictures):
+def _main(job: str, pictures: str) -> None:
     import mujoco
     from mujoco.rendering.classic.renderer import Renderer
 
@@ -121,7 +128,7 @@ def _main(job, pictures):
     np.savez(pictures, *images)
 
 
-def _camera(view):
+def _camera(view: dict) -> Any:
     import mujoco
 
     camera = mujoco.MjvCamera()
@@ -130,7 +137,7 @@ def _camera(view):
     return camera
 
 
-def _draw(scene, stroke, ends):
+def _draw(scene: Any, stroke: dict, ends: list) -> None:
     """Add one picture's solids of a stroke to the scene."""
     import mujoco
 
@@ -148,7 +155,7 @@ def _draw(scene, stroke, ends):
         scene.ngeom += 1
 
 
-def _lit(spec):
+def _lit(spec: Any) -> Any:
     """A model before a white sky and in more light."""
     import mujoco
 

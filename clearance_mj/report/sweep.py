@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 import xarray as xr
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import NullLocator
 
@@ -57,7 +60,7 @@ def draw_results(results: xr.Dataset, varied: tuple[Vary, ...]) -> Drawing | Non
     return Drawing("sweep", figure, caption, "Scatter of results over the varied parameters.", sharp=False)
 
 
-def _mark_ends(ax, values):
+def _mark_ends(ax: Axes, values: Sequence[float]) -> None:
     """Ticks at the ends of a narrow axis, linear or log, whose labels stay within it."""
     ends = min(values), max(values)
     words = [np.format_float_positional(value, precision=3, fractional=False, trim="-") for value in ends]
@@ -101,12 +104,14 @@ def draw_sensitivity(found: Sensitivity) -> Drawing:
     return Drawing("sensitivity", figure, caption, "Bars of Sobol indices by result and parameter.")
 
 
-def _bars(ax, places, value, interval, colour, label, hatch=""):
+def _bars(
+    ax: Axes, places: np.ndarray, value: np.ndarray, interval: np.ndarray, colour: str, label: str, hatch: str = ""
+) -> None:
     ax.barh(places, value, 0.36, color=colour, label=label, hatch=hatch, edgecolor="white", linewidth=0.3)
     ax.hlines(places, *interval, color="black", lw=0.9)
 
 
-def _most_telling(found) -> dict[str, np.ndarray]:
+def _most_telling(found: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
     """Results that vary; of too many, one of each kind after the other."""
     found = {name: values for name, values in found.items() if np.unique(values[np.isfinite(values)]).size > 1}
     number = {name: "".join(c for c in name if c.isdigit()) for name in found}
@@ -114,18 +119,18 @@ def _most_telling(found) -> dict[str, np.ndarray]:
     return {name: values for name, values in found.items() if name in kept}
 
 
-def _short(path) -> str:
+def _short(path: str) -> str:
     """A path without the table's name, its last name on a line of its own where it is long."""
     head, dot, tail = path.partition(".")[2].rpartition(".")
     return f"{head}\n{tail}" if dot and len(head + tail) > 14 else head + dot + tail
 
 
-def _with_unit(path) -> str:
+def _with_unit(path: str) -> str:
     inner, field = path.partition(".")[2], path.rpartition(".")[2].partition("[")[0]
     return f"{inner.replace('.', chr(10))} ({UNITS.get(field, 'SI unit')})"
 
 
-def _folded(name) -> str:
+def _folded(name: str) -> str:
     words, _, unit = name.rpartition(" (")
     head, _, tail = words.rpartition(" of ")
     return f"{head} of\n{tail} ({unit}" if head else f"{words.replace(' ', chr(10), 1)} ({unit}"

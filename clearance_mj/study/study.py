@@ -286,7 +286,7 @@ class Study:
     @property
     def levels(self) -> list[float]:
         """Levels of the validation records, rising."""
-        return sorted({r.level for r in self.dataset.validate})
+        return sorted({r.level for r in self.dataset.validate if r.level is not None})
 
     @property
     def main_level(self) -> float:

@@ -24,9 +24,6 @@ from ..validation import Number, Whole, checked
 
 __all__ = ["Observer", "Outputs", "linear_frequencies"]
 
-COHERENCE_BLIND = {"divide": "ignore", "invalid": "ignore"}
-"""an FRF of zero responses has no coherence"""
-
 
 @checked(ClearanceError)
 class Outputs:
@@ -119,7 +116,11 @@ class Observer:
             The plan's.
         """
         n, bushings = len(rig.sensors), len(rig.bushings)
-        shapes = {"acceleration_rms": (n,), "displacement_rms": (bushings,), "contact_share": (bushings,)}
+        shapes: dict[str, tuple[int, ...]] = {
+            "acceleration_rms": (n,),
+            "displacement_rms": (bushings,),
+            "contact_share": (bushings,),
+        }
         shapes |= {"peak_frequency": (len(self.peaks),), "peak_magnitude": (len(self.peaks),)}
         if self.reference is not None:
             shapes["rmse"] = (len(self.compared),)
@@ -164,7 +165,7 @@ class Observer:
             results["frf"] = frf.functions[list(self.kept)].view(float).reshape(len(self.kept), -1, 2)
         return results
 
-    def _peaks(self, frf) -> dict[str, np.ndarray]:
+    def _peaks(self, frf: FRF) -> dict[str, np.ndarray]:
         """Highest peak in each band of the root mean square over the sensors, and where it is."""
         magnitude = np.sqrt(np.mean(np.abs(frf.functions) ** 2, axis=0))
         inside = [(self.frequency >= low) & (self.frequency <= high) for low, high in self.peaks]
@@ -173,7 +174,7 @@ class Observer:
         return {"peak_frequency": frequency, "peak_magnitude": height}
 
 
-def _peak(frequency, magnitude, i) -> tuple[float, float]:
+def _peak(frequency: np.ndarray, magnitude: np.ndarray, i: int) -> tuple[float, float]:
     """Frequency and height of a peak at line i: the vertex of a parabola through three logarithms."""
     if not 0 < i < frequency.size - 1 or magnitude[i] <= max(magnitude[i - 1], magnitude[i + 1]):
         return frequency[i], magnitude[i]
@@ -206,21 +207,21 @@ def linear_frequencies(rig: Rig, law: Law, n: int) -> np.ndarray:
     return natural_frequencies(rig, n)
 
 
-def _lines(rig, excitation, resolution, band) -> np.ndarray:
+def _lines(rig: Rig, excitation: Excitation, resolution: float, band: tuple[float, float]) -> np.ndarray:
     """Lines of the FRFs, from a response of zeros; refuses what no FRF can be estimated from."""
     still = np.zeros((len(rig.sensors), excitation.value.size))
     response = Response(excitation.fs, excitation.value, still, kind=excitation.kind)
-    with np.errstate(**COHERENCE_BLIND):
+    with np.errstate(divide="ignore", invalid="ignore"):  # zero responses have no coherence
         return estimate_frf(response, resolution=resolution, band=band).frequency
 
 
-def _around_modes(rig, n, band) -> tuple[tuple[float, float], ...]:
+def _around_modes(rig: Rig, n: int, band: tuple[float, float]) -> tuple[tuple[float, float], ...]:
     modes = natural_frequencies(rig, n + 1)
     edges = np.clip([band[0], *np.sqrt(modes[1:] * modes[:-1])], *band)
     return tuple((float(low), float(high)) for low, high in zip(edges, edges[1:]) if low < high)
 
 
-def _rows_of(reference, rig, kind) -> tuple[int, ...]:
+def _rows_of(reference: FRF, rig: Rig, kind: str) -> tuple[int, ...]:
     """Rows of the rig's sensors that the reference has."""
     if reference.reference.split(":")[0] != str(BASE_NODE if kind == "base" else SHAKER_NODE):
         raise RecordError(f"its FRFs are to {reference.reference}, the plan's excitation is of kind {kind}")
@@ -230,7 +231,7 @@ def _rows_of(reference, rig, kind) -> tuple[int, ...]:
     return tuple(labels.index(label) for label in reference.responses)
 
 
-def _on_lines(reference, band, frequency) -> FRF:
+def _on_lines(reference: FRF, band: tuple[float, float], frequency: np.ndarray) -> FRF:
     """The reference on the sweep's lines, of which it must have every one."""
     cut = reference.within(band)
     if cut.frequency.shape != frequency.shape or not np.allclose(cut.frequency, frequency, rtol=1e-6):

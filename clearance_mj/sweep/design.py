@@ -39,19 +39,19 @@ class Vary:
     scale: typing.Literal["linear", "log"] = "linear"
     """even steps of the value, or of its logarithm"""
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         if (self.values is None) == (self.low is None and self.high is None):
             raise ClearanceError(f"vary {self.path}: give either values, or low and high")
         if self.values is not None:
-            self._check_values()
+            self._check_values(self.values)
         elif self.low is None or self.high is None or not self.low < self.high:
             raise ClearanceError(f"vary {self.path}: needs low < high, got {self.low!r} and {self.high!r}")
         elif self.scale == "log" and self.low <= 0:
             raise ClearanceError(f"vary {self.path}: a log scale needs low > 0, got {self.low:g}")
 
-    def _check_values(self):
-        if not self.values or len(set(self.values)) < len(self.values):
-            raise ClearanceError(f"vary {self.path}: values must be one or more, each once; got {list(self.values)}")
+    def _check_values(self, values: tuple[float, ...]) -> None:
+        if not values or len(set(values)) < len(values):
+            raise ClearanceError(f"vary {self.path}: values must be one or more, each once; got {list(values)}")
         if self.count is not None or self.scale != "linear":
             raise ClearanceError(f"vary {self.path}: count and scale go with low and high, not with values")
 
@@ -62,7 +62,7 @@ class Vary:
         if self.count is None or not 2 <= self.count <= MOST_NUMBERS:
             raise ClearanceError(f"vary {self.path}: a grid needs values, or low, high and count >= 2")
         between = np.geomspace if self.scale == "log" else np.linspace
-        return between(self.low, self.high, self.count)
+        return between(*self._ends, self.count)
 
     def at(self, share: np.ndarray) -> np.ndarray:
         """Return the values at shares of the range.
@@ -74,9 +74,16 @@ class Vary:
         """
         if self.values is not None:
             return np.array(self.values)[(share * len(self.values)).astype(int)]
+        low, high = self._ends
         if self.scale == "log":
-            return self.low * (self.high / self.low) ** share
-        return self.low + (self.high - self.low) * share
+            return low * (high / low) ** share
+        return low + (high - low) * share
+
+    @property
+    def _ends(self) -> tuple[float, float]:
+        if self.low is None or self.high is None:
+            raise ClearanceError(f"vary {self.path}: has values, not low and high")
+        return self.low, self.high
 
 
 @checked(ClearanceError)
@@ -95,7 +102,7 @@ class Design:
     seed: Annotated[Whole, Field(ge=0)] = 0
     """of the points"""
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         if self.method == "grid":
             if self.samples:
                 raise ClearanceError("design.samples is not for a grid; give each parameter values, or a count")
@@ -136,7 +143,7 @@ class Design:
         shares = self._shares(len(varied))
         return np.stack([v.at(share) for v, share in zip(varied, shares.T)], axis=1)
 
-    def _shares(self, d) -> np.ndarray:
+    def _shares(self, d: int) -> np.ndarray:
         rng = np.random.default_rng(self.seed)
         if self.method == "latin-hypercube":
             return qmc.LatinHypercube(d, rng=rng).random(self.samples)
@@ -147,6 +154,6 @@ class Design:
         return np.concatenate((a, b, *mixed))
 
 
-def _require_few(n_cases, n_varied):
+def _require_few(n_cases: int, n_varied: int) -> None:
     if n_cases * n_varied > MOST_NUMBERS:
         raise ClearanceError(f"{n_cases} cases of {n_varied} parameters are too many (at most {MOST_NUMBERS} numbers)")

@@ -8,6 +8,7 @@ import hashlib
 import inspect
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -82,7 +83,7 @@ class Plan:
     outputs: Outputs = field(default_factory=Outputs)
     """what is kept of each case"""
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         if not self.vary:
             raise ClearanceError("the plan varies nothing; give at least one [[vary]]")
         if self.excitation is None and self.reference is not None:
@@ -197,7 +198,7 @@ class Plan:
     def _places(self) -> list[list[tuple]]:
         return [self._places_of(v) for v in self.vary]
 
-    def _places_of(self, vary) -> list[tuple]:
+    def _places_of(self, vary: Vary) -> list[tuple]:
         path, (part, _, rest) = vary.path, vary.path.partition(".")
         if part not in self._data or not rest:
             raise ClearanceError(f"vary {path}: begin with rig., law. or excitation., as in rig.bushings[0].gap")
@@ -219,7 +220,7 @@ class Plan:
             raise ClearanceError(f"vary {path}: takes whole numbers; give them as values")
         return found
 
-    def _parts(self, case) -> tuple[Rig, Law, dict | None]:
+    def _parts(self, case: int) -> tuple[Rig, Law, dict | None]:
         """Rig, law and the excitation's parameters of a case."""
         values = self.points[case].tolist()
         try:
@@ -237,7 +238,7 @@ class Plan:
 _INSTEAD = {"law": " file; without one vary rig.bushings.contact", "excitation": " table"}
 
 
-def _with_defaults(given, kind) -> dict:
+def _with_defaults(given: dict, kind: str) -> dict:
     """An excitation's parameters, those left out included."""
     name = given.get("generator")
     if name not in GENERATORS:
@@ -252,7 +253,7 @@ def _with_defaults(given, kind) -> dict:
     return {"generator": name} | {key: _number(values[key], p.annotation) for key, p in known.items()}
 
 
-def _number(value, annotation):
+def _number(value: Any, annotation: object) -> Any:
     """TOML's 2 as 2.0, but for what the generator declares whole."""
     if isinstance(value, list | tuple):
         return [_number(item, annotation) for item in value]
@@ -264,11 +265,11 @@ def _number(value, annotation):
         raise ClearanceError("excitation: a whole number is too large to use") from None
 
 
-def _digest(facts, *arrays) -> str:
+def _digest(facts: object, *arrays: np.ndarray) -> str:
     return digest(facts, *(hashlib.sha256(np.ascontiguousarray(a).tobytes()).hexdigest() for a in arrays))
 
 
-def load_plan(path) -> Plan:
+def load_plan(path: str | Path) -> Plan:
     """Read a plan from a TOML file; files that it names are taken relative to its folder.
 
     Parameters
@@ -295,7 +296,7 @@ def load_plan(path) -> Plan:
     return plan
 
 
-def _plan(data, folder) -> Plan:
+def _plan(data: dict, folder: Path) -> Plan:
     if unknown := [key for key in data if key not in KEYS]:
         raise ClearanceError(f"{unknown[0]} is not a known key; known: {', '.join(KEYS)}")
     for key, value in data.items():
@@ -320,7 +321,7 @@ def _plan(data, folder) -> Plan:
     )
 
 
-def _engine(given) -> Engine:
+def _engine(given: str | dict) -> Engine:
     settings = {"name": given} if isinstance(given, str) else dict(given)
     engine = get_engine(str(settings.pop("name", None)))
     try:
@@ -330,7 +331,7 @@ def _engine(given) -> Engine:
         raise ClearanceError(f"engine: {engine.name} has the settings {known}, got {', '.join(settings)}") from None
 
 
-def _reference(path, rig, outputs) -> tuple[FRF, Excitation | None]:
+def _reference(path: Path, rig: Rig, outputs: Outputs) -> tuple[FRF, Excitation | None]:
     """FRFs to compare with; of a record also its excitation."""
     found = read_uff(path)
     if isinstance(found, FRF):

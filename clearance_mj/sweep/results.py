@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -46,7 +47,9 @@ def labelled(plan: Plan, table: Table) -> xr.Dataset:
         Its cases, all of them finished.
     """
     rows = table.rows()
-    variables = {name: (("case", *_DIMENSIONS[name]), rows[name], _attributes(plan, name)) for name in plan.shapes}
+    variables: dict[str, Any] = {
+        name: (("case", *_DIMENSIONS[name]), rows[name], _attributes(plan, name)) for name in plan.shapes
+    }
     variables["parameter"] = (("case", "varied"), plan.points, {"long_name": "values of the varied parameters, SI"})
     variables["error"] = ("case", [text.decode(errors="ignore") for text in rows["error"]])
     coordinates = {
@@ -58,7 +61,7 @@ def labelled(plan: Plan, table: Table) -> xr.Dataset:
     return xr.Dataset(variables, coordinates | _labels(plan), attributes)
 
 
-def _labels(plan) -> dict:
+def _labels(plan: Plan) -> dict:
     observer = plan.observer
     if observer is None:
         return {}
@@ -76,7 +79,7 @@ def _labels(plan) -> dict:
     return labels
 
 
-def _attributes(plan, name) -> dict:
+def _attributes(plan: Plan, name: str) -> dict:
     if name not in ("peak_magnitude", "frf"):
         return _ATTRIBUTES[name]
     units = "1" if plan.case(0)[2].kind == "base" else "m s-2 N-1"

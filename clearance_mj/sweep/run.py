@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -26,7 +27,7 @@ LARGEST = 2**32 - 8
 
 
 def run_sweep(
-    plan: Plan, out, workers: int | None = None, scheduler: str | None = None, progress: bool = True
+    plan: Plan, out: str | Path, workers: int | None = None, scheduler: str | None = None, progress: bool = True
 ) -> xr.Dataset:
     """Run a sweep, or go on with one that was interrupted.
 
@@ -76,7 +77,7 @@ def run_sweep(
     return xr.load_dataset(results, engine="scipy")
 
 
-def _check_folder(out):
+def _check_folder(out: Path) -> None:
     if out.exists() and not out.is_dir():
         raise ClearanceError(f"--out {out} is a file; give a folder")
     if out.is_dir() and (others := sorted(p.name for p in out.iterdir() if p.name not in FILES and p.name[0] != ".")):
@@ -84,7 +85,7 @@ def _check_folder(out):
     out.mkdir(parents=True, exist_ok=True)
 
 
-def _check_plan(plan, path):
+def _check_plan(plan: Plan, path: Path) -> None:
     """Write the plan down, or refuse it if another one was begun here."""
     data = json.loads(json.dumps({**plan.to_dict(), "code": code()}))
     for name, shape in plan.shapes.items():
@@ -108,20 +109,20 @@ def _check_plan(plan, path):
         raise ClearanceError(f"{path.parent} holds a sweep {what}; give another folder")
 
 
-def _difference(a, b, where="") -> str:
+def _difference(a: Any, b: Any, where: str = "") -> str:
     """Where nested plain data differ first; empty if nowhere."""
     if type(a) is type(b) and isinstance(a, dict | list) and len(a) == len(b):
         keys = a.keys() | b.keys() if isinstance(a, dict) else range(len(a))
         for key in sorted(keys):
             step = f"[{key}]" if isinstance(a, list) else f".{key}" if where else key
-            inner = (part.get(key) if isinstance(part, dict) else part[key] for part in (a, b))
-            if found := _difference(*inner, where + step):
+            inner = [part.get(key) if isinstance(part, dict) else part[key] for part in (a, b)]
+            if found := _difference(inner[0], inner[1], where + step):
                 return found
         return ""
     return "" if a == b else where or "plan"
 
 
-def _compute(plan, table, workers, scheduler, progress):
+def _compute(plan: Plan, table: Table, workers: int | None, scheduler: str | None, progress: bool) -> None:
     finished = table.finished()
     left = np.random.default_rng(0).permutation(np.flatnonzero(~finished)).tolist()
     words = "sweep" if progress else ""

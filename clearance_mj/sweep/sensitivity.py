@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.stats
 import xarray as xr
+from numpy.typing import ArrayLike
 
 from ..errors import ClearanceError
 
@@ -58,7 +59,7 @@ class Sensitivity:
         ]
 
 
-def sobol_indices(values, n_parameters: int, seed: int = 0) -> tuple[np.ndarray, ...]:
+def sobol_indices(values: ArrayLike, n_parameters: int, seed: int = 0) -> tuple[np.ndarray, ...]:
     """Sobol indices from the results of a "saltelli" design, in the order of its cases.
 
     Parameters
@@ -84,7 +85,7 @@ def sobol_indices(values, n_parameters: int, seed: int = 0) -> tuple[np.ndarray,
     return *_indices(blocks), first, total
 
 
-def _indices(blocks) -> tuple[np.ndarray, np.ndarray]:
+def _indices(blocks: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """First and total order (n_quantities, n_parameters) of blocks (A, B, AB...) of (n_quantities, n)."""
     found = scipy.stats.sobol_indices(func={"f_A": blocks[0], "f_B": blocks[1], "f_AB": blocks[2:]}, n=blocks.shape[-1])
     shape = blocks.shape[1], len(blocks) - 2
@@ -108,7 +109,7 @@ def quantities(results: xr.Dataset) -> dict[str, np.ndarray]:
     return dict(_quantities(results))
 
 
-def _quantities(results) -> Iterator[tuple[str, np.ndarray]]:
+def _quantities(results: xr.Dataset) -> Iterator[tuple[str, np.ndarray]]:
     for i, column in enumerate(results["natural_frequency"].values.T, 1):
         yield f"natural frequency {i} (Hz)", column
     if "peak_frequency" in results:

@@ -72,7 +72,7 @@ class Table:
         """Return which cases (n_cases,) have results, or are known to have none."""
         return np.array([row["digest"].tobytes() == _digest(i, row) for i, row in enumerate(self.rows())], dtype=bool)
 
-    def write(self, case: int, values: dict | str):
+    def write(self, case: int, values: dict | str) -> None:
         """Store what came of a case.
 
         Parameters
@@ -96,5 +96,5 @@ class Table:
             raise ClearanceError(f"{self.path}: cannot be written ({error.strerror})") from None
 
 
-def _digest(case, row) -> bytes:
+def _digest(case: int, row: np.ndarray) -> bytes:
     return hashlib.blake2b(row.tobytes()[DIGEST:], digest_size=DIGEST, salt=case.to_bytes(16, "little")).digest()

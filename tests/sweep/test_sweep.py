@@ -342,7 +342,7 @@ RECORD = ROOT / "data" / "table1_rig" / "level_1_a.uff"
 HEADS = {
     'law = "gone.json"': "gone.json",
     'engine = "spectral"': 'engine "spectral" is unknown',
-    'engine = { name = "modal", links = 3 }': "modal has the settings modes, resolution",
+    'engine = { name = "modal", links = 3 }': "modal.links is not a known key; known: modes, resolution",
     'reference = "gone.uff"': "gone.uff",
     "vary = 3": "vary must be a list of tables",
     "engine = 3": "engine must be a name or a table",

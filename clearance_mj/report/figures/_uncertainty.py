@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
@@ -36,7 +37,8 @@ def study_bands(study: Study) -> list[Drawing]:
     """Return the figure of a study's bands; none if no law has a covariance."""
     if not study.bands:
         return []
-    bands, errors = ({name: pair[i] for name, pair in study.bands.items()} for i in (0, 1))
+    bands = {name: band for name, (band, _) in study.bands.items()}
+    errors = {name: error for name, (_, error) in study.bands.items()}
     return [band_drawing(study.dataset.rig, bands, errors, study.tests[study.main_record.name])]
 
 
@@ -45,7 +47,7 @@ def band_drawing(rig: Rig, bands: Mapping[str, Band], errors: Mapping[str, np.nd
     rows = (at_bushings(rig) or list(range(len(rig.sensors))))[:MOST_PANELS]
     colours = dict(zip(bands, COLOURS[1:]))
     predictions = {name: band.prediction(errors[name]) for name, band in bands.items()}
-    handles = [Line2D([], [], color=TEST, lw=0.9, label="test")]
+    handles: list[Artist] = [Line2D([], [], color=TEST, lw=0.9, label="test")]
     handles += [Line2D([], [], color=colour, label=name) for name, colour in colours.items()]
     handles.append(Patch(facecolor=TEST, alpha=PARAMETERS, lw=0, label="dark: parameters"))
     handles.append(Patch(facecolor=TEST, alpha=PREDICTION, lw=0, label="light: and the test’s random error"))

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 from matplotlib.lines import Line2D
 
 from ...study import Study
@@ -9,7 +11,7 @@ from ..style import COLOURS, FONT, TEST, Drawing, decibel
 from ..waterfall import STEP, draw_levels
 from ._looks import Looks
 
-_PAIR = ({"color": TEST, "lw": 2.0}, {"color": COLOURS[1], "lw": 0.9})
+_PAIR: tuple[dict[str, Any], ...] = ({"color": TEST, "lw": 2.0}, {"color": COLOURS[1], "lw": 0.9})
 
 
 def study_waterfall(study: Study) -> Drawing:
