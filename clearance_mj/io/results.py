@@ -1,4 +1,4 @@
-"""Results and records as labelled arrays in NetCDF: FRFs, responses and channels with units and where they come from.
+"""Results and records as labelled arrays in NetCDF: FRFs, responses, modes and channels, with units.
 
 The files are netCDF-3 (64-bit offset), which every NetCDF reader opens; those that end in .h5 or .hdf5 are netCDF-4,
 which is HDF5, and need the package h5netcdf. Complex numbers, which netCDF-3 does not know, are pairs along a last
@@ -19,6 +19,7 @@ import xarray as xr
 
 from ..errors import RecordError
 from ..files import TOO_DENSE, most_unpacked, replacing
+from ..signals.ema import Modes
 from ..signals.frf import FRF
 from ..signals.labelled import KIND, UNITS, attribute, labels, require_kind, values
 from ..signals.response import Response
@@ -92,23 +93,25 @@ def dataset_to_channels(ds: xr.Dataset) -> list[Channel]:
 _TO_DATASET: dict[type, Callable[..., xr.Dataset]] = {
     FRF: FRF.to_xarray,
     Response: Response.to_xarray,
+    Modes: Modes.to_xarray,
     list: channels_to_dataset,
 }
-_FROM_DATASET: dict[Any, Callable[[xr.Dataset], FRF | Response | list[Channel]]] = {
+_FROM_DATASET: dict[Any, Callable[[xr.Dataset], FRF | Response | Modes | list[Channel]]] = {
     "frf": _frf,
     "response": Response.from_xarray,
+    "modes": Modes.from_xarray,
     "channels": dataset_to_channels,
 }
 
 
-def save(path: str | PathLike[str], obj: FRF | Response | list[Channel]) -> None:
+def save(path: str | PathLike[str], obj: FRF | Response | Modes | list[Channel]) -> None:
     """Write FRFs, a response or time records as NetCDF; an existing file is replaced once the new one is whole.
 
     Parameters
     ----------
     path : str or Path
         The file, usually ".nc"; ".h5" and ".hdf5" are HDF5.
-    obj : FRF, Response or list of Channel
+    obj : FRF, Response, Modes or list of Channel
         What to write.
 
     Raises
@@ -130,7 +133,7 @@ def save(path: str | PathLike[str], obj: FRF | Response | list[Channel]) -> None
         temporary.write_bytes(dataset.to_netcdf(**form))
 
 
-def load(path: str | PathLike[str]) -> FRF | Response | list[Channel]:
+def load(path: str | PathLike[str]) -> FRF | Response | Modes | list[Channel]:
     """Read what `save` wrote.
 
     Parameters
@@ -140,7 +143,7 @@ def load(path: str | PathLike[str]) -> FRF | Response | list[Channel]:
 
     Returns
     -------
-    FRF, Response or list of Channel
+    FRF, Response, Modes or list of Channel
 
     Raises
     ------
@@ -192,10 +195,10 @@ def _require_hdf5() -> None:
 
 
 register(Format(
-    "NetCDF", (".nc",), (Channel, Response, FRF), load, save,
+    "NetCDF", (".nc",), (Channel, Response, FRF, Modes), load, save,
     note="NetCDF 3; `simulate` writes its response here, with contact and grease forces",
 ))  # fmt: skip
 register(Format(
-    "HDF5", _HDF5, (Channel, Response, FRF), load, save,
+    "HDF5", _HDF5, (Channel, Response, FRF, Modes), load, save,
     note='the same as NetCDF 4; needs h5netcdf: `pip install "clearance-mj[hdf5]"`',
 ))  # fmt: skip

@@ -129,6 +129,14 @@ def response(rng, rig):
                     responses=tuple(rig.sensor_labels))  # fmt: skip
 
 
+@pytest.mark.parametrize("suffix", [".nc", ".h5"])
+def test_modes_are_labelled_arrays(tmp_path, rng, suffix):
+    shape = rng.standard_normal((3, 2)) + 1j * rng.standard_normal((3, 2))
+    sent = Modes(np.array([9.25, 39.75]), np.array([0.01, 0.02]), shape, ("1:+Z", "2:-X", "8:+Z"))
+    formats.write(tmp_path / f"m{suffix}", sent)
+    assert formats.read(tmp_path / f"m{suffix}") == sent
+
+
 def test_responses_become_channels(tmp_path, rng, rig):
     resp = response(rng, rig)
     formats.write(tmp_path / "a.csv", resp, rig)
@@ -180,6 +188,7 @@ def test_tables_cannot_hold_everything(tmp_path, channels, frf):
     for suffix in (".csv", ".mat", ".nc"):
         with pytest.raises(RecordError, match=r"3 samples at 2048 Hz.* a table needs one time, \.uff does not"):
             formats.write(tmp_path / f"a{suffix}", [*channels, other])
+    for suffix in (".csv", ".mat"):
         with pytest.raises(RecordError, match=r"files cannot take modes; use \.uff"):
             formats.write(tmp_path / f"a{suffix}", Modes(np.ones(1), np.ones(1), np.ones((2, 1))))
     with pytest.raises(RecordError, match="compressed files are read, not written"):
