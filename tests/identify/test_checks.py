@@ -13,8 +13,8 @@ from clearance_mj.identify.checks import IdentifiabilityWarning, check_records, 
 from clearance_mj.io.dataset import Dataset
 
 from ..conftest import ROOT, SMALL_LAW, record_of
+from .records import FS, with_channel
 
-FS = 2048.0
 TIME = np.arange(int(6 * FS)) / FS
 
 
@@ -22,15 +22,6 @@ TIME = np.arange(int(6 * FS)) / FS
 def record(rig):
     """With contact at both bushings."""
     return record_of(rig, "sound", "identify", 8.0, 1)
-
-
-def with_channel(record, node, quantity, change):
-    """The record with the samples of one channel changed."""
-    channels = [
-        dataclasses.replace(c, value=change(c.value.copy())) if (c.node, c.quantity) == (node, quantity) else c
-        for c in record.channels
-    ]
-    return dataclasses.replace(record, name="damaged", channels=channels)
 
 
 def clipped(share):
@@ -101,13 +92,13 @@ DAMAGE = {"is constant": lambda value: 0 * value + 0.25, "is clipped": clipped(0
 @pytest.mark.parametrize("damage", DAMAGE)
 @pytest.mark.parametrize("channel", CHANNELS)
 def test_damaged_channels_are_named_with_what_is_left(record, channel, damage):
-    node, quantity, told = CHANNELS[channel]
+    node, quantity, words = CHANNELS[channel]
     damaged = with_channel(record, node, quantity, DAMAGE[damage])
-    with pytest.raises(RecordError, match=f'record "damaged": {told}') as error:
+    with pytest.raises(RecordError, match=f'record "{record.name}": {words}') as error:
         check_records([damaged])
     assert damage in str(error.value)
     with pytest.raises(RecordError, match=r'without it, the rest \("sound"\) can be identified from'):
-        check_records([damaged, record])
+        check_records([dataclasses.replace(damaged, name="damaged"), record])
 
 
 @pytest.mark.parametrize("method", ["constant", "ridge", "force-balance", "amplitude", "output-error"])

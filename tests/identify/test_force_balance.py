@@ -15,45 +15,20 @@ from clearance_mj.identify.grease import grease_parameters
 from clearance_mj.identify.methods.amplitude import amplitude_law
 from clearance_mj.identify.methods.force_balance import force_balance_law
 from clearance_mj.identify.methods.ridge import ridge_law
-from clearance_mj.io.dataset import BASE_NODE, Dataset, Record
-from clearance_mj.io.uff import Channel
+from clearance_mj.io.dataset import Dataset
 from clearance_mj.rig import Grease
 from clearance_mj.signals.comparison import compare
 from clearance_mj.signals.excitation import hammer, level_ramp, random
 from clearance_mj.signals.frf import estimate_frf
 
 from ..conftest import ROOT
+from .records import FS, record_of, with_channel
 
-FS = 2048.0
 SIMULATION = "the simulation, 1 % noise on its channels"
 BOUC_WEN = Grease(4300.0, 4.0, elastic_ratio=0.75, beta=1.5e7, gamma=5e6, film_height=8e-4)
 TIME = np.linspace(0, 12, 100)
 SCHEDULE = TimeLaw(TIME, 8000 - 200 * TIME + 800 * np.sin(TIME), 12 - 0.3 * TIME)
 RISING = AmplitudeLaw([3e-4, 1.2e-3], [3000.0, 9000.0], [5.0, 15.0], grease=BOUC_WEN)
-
-
-def record_of(rig, excitation, law, engine="modal", noise=0.01, name="simulated"):
-    """A simulated record with white noise on every channel, and the simulation."""
-    response, rng = simulate(rig, excitation, law, engine), np.random.default_rng(7)
-    columns = [(BASE_NODE, "acceleration", response.excitation)]
-    columns += [(s.node, "acceleration", a) for s, a in zip(rig.sensors, response.acceleration, strict=True)]
-    columns += [(node, "displacement", x) for node, x in zip((6, 7), response.displacement, strict=True)]
-    channels = [
-        Channel(f"{quantity} {node}", node, "+Z", quantity, v + noise * v.std() * rng.standard_normal(v.size), FS)
-        for node, quantity, v in columns
-    ]
-    return Record(name, "identify", rig, FS, channels), response
-
-
-def with_channel(record, node, quantity, change):
-    """The record with the samples of one channel changed, or without it where the change is None."""
-    channels = []
-    for c in record.channels:
-        if (c.node, c.quantity) != (node, quantity):
-            channels.append(c)
-        elif change is not None:
-            channels.append(dataclasses.replace(c, value=change(c.value.copy())))
-    return dataclasses.replace(record, channels=channels)
 
 
 def rms(values, axis=0):

@@ -5,15 +5,14 @@ import pytest
 import scipy.integrate
 
 from clearance_mj.clearance import AmplitudeLaw, ConstantLaw, ContactLaw, HuntCrossley, KelvinVoigt, TimeLaw
-from clearance_mj.engines import simulate
 from clearance_mj.identify.forces import restoring_force
 from clearance_mj.identify.loop import equivalent_contact, law_force
-from clearance_mj.io.dataset import Record
-from clearance_mj.io.uff import Channel
 from clearance_mj.rig import Grease
 from clearance_mj.signals.excitation import random
 
-FS, GAP = 2048.0, 3e-4
+from .records import FS, record_of
+
+GAP = 3e-4
 BOUC_WEN = Grease(4300.0, 4.0, elastic_ratio=0.75, beta=1.5e7, gamma=5e6, film_height=8e-4)
 LAWS = {
     "constant": ConstantLaw([6e3, 8e3], [12.0, 3.0]),
@@ -25,12 +24,8 @@ LAWS = {
 
 @pytest.mark.parametrize("name", LAWS)
 def test_force_along_a_simulated_motion_is_the_engine_s(rig, name):
-    response = simulate(rig, random(4.0, FS, rms=8.0, seed=4), LAWS[name], "modal")
-    columns = [(100, "acceleration", response.excitation)]
-    columns += [(s.node, "acceleration", a) for s, a in zip(rig.sensors, response.acceleration)]
-    columns += [(n, "displacement", x) for n, x in zip((6, 7), response.displacement)]
-    channels = [Channel(f"{q} {n}", n, "+Z", q, v, FS) for n, q, v in columns]
-    measured = restoring_force(Record("simulated", "identify", rig, FS, channels))
+    record, response = record_of(rig, random(4.0, FS, rms=8.0, seed=4), LAWS[name], noise=0.0)
+    measured = restoring_force(record)
     truth = response.contact_force + response.grease_force
     left = (law_force(measured, LAWS[name]) - truth)[:, measured.valid]
     assert np.all(response.contact_force.max(axis=1) > 0.5)  # N: both bushings are reached
