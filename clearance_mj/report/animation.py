@@ -19,7 +19,7 @@ import contextlib
 import math
 import shutil
 import subprocess
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -279,16 +279,16 @@ def write(shown: Clip, path: str | Path, renderer: str = "auto", progress: bool 
     return reason
 
 
-def _write_gif(stage: _Stage, numbers: Sequence[int], path: Path) -> None:
+def _write_gif(stage: _Stage, numbers: Iterable[int], path: Path) -> None:
     # One palette for all, out of two pictures: colours do not flicker, and what stands still costs nothing.
-    two = np.vstack([stage.picture(i) for i in (0, len(numbers) // 2)])
+    two = np.vstack([stage.picture(i) for i in (0, stage.shown.time.size // 2)])
     palette = Image.fromarray(two).quantize(GIF_COLOURS)
-    no_dots = {"palette": palette, "dither": Image.Dither.NONE}
+    no_dots: dict[str, Any] = {"palette": palette, "dither": Image.Dither.NONE}
     first, *others = (Image.fromarray(stage.picture(i)).quantize(**no_dots) for i in numbers)
     first.save(path, save_all=True, append_images=others, duration=round(1000 / stage.shown.rate), loop=0)
 
 
-def _write_mp4(stage: _Stage, numbers: Sequence[int], path: Path) -> None:
+def _write_mp4(stage: _Stage, numbers: Iterable[int], path: Path) -> None:
     height, width, _ = stage.picture(0).shape
     source = f"-f rawvideo -pix_fmt rgb24 -s {width}x{height} -r {stage.shown.rate:g} -i -".split()
     # Players want half as many colours as pixels, and so an even number of these.
@@ -314,7 +314,8 @@ class _Stage:
     """
 
     def __init__(self, shown: Clip):
-        self.shown, self.images = shown, []
+        self.shown = shown
+        self.images: list[np.ndarray] = []
         rig, length = shown.rig, shown.rig.beam.length
         self.radius = (rig.beam.diameter or rig.beam.height) / 2
         highest = shown.exaggeration * max(np.abs(shown.lift).max(), *(b.gap for b in rig.bushings))
@@ -405,7 +406,7 @@ class _Stage:
             [ax.add_patch(Rectangle((b.ends[0], 0), b.length, side * plate, facecolor=HALF, lw=0)) for side in (-1, 1)]
             for b in rig.bushings
         ]
-        look = {"angles": "xy", "scale_units": "xy", "scale": 1, "width": 0.005, "minlength": 0}
+        look: dict[str, Any] = {"angles": "xy", "scale_units": "xy", "scale": 1, "width": 0.005, "minlength": 0}
         start = self.arrows()[0, :, 0]
         colours = [COLOURS[j % len(COLOURS)] for j in range(len(rig.bushings))]
         self.force = ax.quiver(*start.T, 0 * start[:, 0], 0 * start[:, 0], color=colours, **look)
@@ -493,7 +494,7 @@ def _strokes(shown: Clip, stage: _Stage) -> list[Stroke]:
     return strokes
 
 
-def _solid(count: int, x: ArrayLike, y: ArrayLike, z: ArrayLike) -> np.ndarray:
+def _solid(count: int, x: Any, y: Any, z: Any) -> np.ndarray:
     """Ends of one solid in every picture; what leans back from the camera is made higher."""
     ends = np.empty((count, 1, 2, 3))
     for i in range(2):

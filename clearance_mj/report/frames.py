@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -42,12 +43,12 @@ _MODE = ["mode", "test_hz", "model_hz", "relative_error_pct", "mac", "test_dampi
 _KEYS = [m.key for m in MEASURES]
 
 
-def interval(row: dict | pd.Series, key: str, factor: float = 1.0) -> Interval:
+def interval(row: dict, key: str, factor: float = 1.0) -> Interval:
     """Return a measure of a row with its interval.
 
     Parameters
     ----------
-    row : dict or Series
+    row : dict
         Of `Study.rows`, or of `sensor_means`.
     key : str
         The measure.
@@ -71,7 +72,7 @@ def _stacked(study: Study, part: Callable[[Comparison], pd.DataFrame]) -> pd.Dat
     return pd.concat(parts, ignore_index=True)
 
 
-def _headed(frame: pd.DataFrame, **head: object) -> pd.DataFrame:
+def _headed(frame: pd.DataFrame, **head: Any) -> pd.DataFrame:
     return frame.assign(**head)[[*head, *frame.columns]]
 
 
@@ -124,7 +125,7 @@ def sensor_means(study: Study) -> pd.DataFrame:
     """
     rows: list[dict] = []
     for (sensor, law, engine), found in sensors(study).groupby(["sensor", "law", "engine"], sort=False):
-        by_level = {level: part[_KEYS].to_dict("records") for level, part in found.groupby("level")}
+        by_level: dict[Any, Any] = {level: part[_KEYS].to_dict("records") for level, part in found.groupby("level")}
         if (law, engine) == REPEAT:
             means = repeatability.floor_rows({level: only for level, (only,) in by_level.items()})
         else:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -60,7 +61,7 @@ def _shaft(ax: Axes, rig: Rig, places: Candidates, found: Placement, modes: Sequ
     x = np.linspace(0, length, 401)
     shapes = mode_shapes(rig, x, max(modes))[:, np.array(modes) - 1]
     for i, shape in enumerate(shapes.T):
-        look = {"color": MODES[i % 6], "ls": STYLES[i % 6], "lw": 1.2, "label": f"mode {modes[i]}"}
+        look: dict[str, Any] = {"color": MODES[i % 6], "ls": STYLES[i % 6], "lw": 1.2, "label": f"mode {modes[i]}"}
         ax.plot(x, shape / np.max(np.abs(shape)), **look)
     ax.plot(places.position, np.full(places.position.size, -1.32), "|", color=REPEAT, ms=6, label="candidates")
     box = {"boxstyle": "square,pad=0.2", "facecolor": "white", "edgecolor": TEST, "linewidth": 0.8}
@@ -99,7 +100,7 @@ def _lost(ax: Axes, found: Placement, modes: Sequence[int]) -> None:
     image = ax.imshow(growth, cmap="viridis_r", aspect="auto", vmin=1, vmax=max(2.0, growth.max()))
     for (i, j), value in np.ndenumerate(growth):
         words = f"{value:.2f}" if value < MOST_GROWTH else f"> {MOST_GROWTH:g}"
-        dark = image.norm(value) > 0.5
+        dark = float(image.norm(value)) > 0.5
         ax.text(j, i, words, ha="center", va="center", fontsize=FONT - 1, color="white" if dark else "black")
     tidy(ax, "standard deviation without it, over that with it (1)", "Mode (number)", "Sensor, position (m)")
     ax.grid(False)

@@ -55,7 +55,7 @@ def draw_results(results: xr.Dataset, varied: tuple[Vary, ...]) -> Drawing | Non
         row[0].set_ylabel(_folded(name), fontsize=FONT)
     for ax, vary in zip(axes[-1], varied):
         ax.set_xlabel(_with_unit(vary.path), fontsize=FONT)
-        _mark_ends(ax, vary.values or (vary.low, vary.high))
+        _mark_ends(ax, vary.values or (vary.low or 0.0, vary.high or 0.0))
     caption = f"Every case of the sweep ({results.sizes['case']}): results over the varied parameters, SI units."
     return Drawing("sweep", figure, caption, "Scatter of results over the varied parameters.", sharp=False)
 
@@ -67,7 +67,7 @@ def _mark_ends(ax: Axes, values: Sequence[float]) -> None:
     ax.xaxis.set_minor_locator(NullLocator())
     ax.set_xticks(ends, words, fontsize=FONT - 1.5)
     for label, side in zip(ax.get_xticklabels(), ("left", "right")):
-        label.set_horizontalalignment(side)
+        label.set(horizontalalignment=side)
 
 
 def draw_sensitivity(found: Sensitivity) -> Drawing:

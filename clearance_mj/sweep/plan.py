@@ -138,7 +138,7 @@ class Plan:
         """
         rig, law, parameters = self._parts(case)
         if parameters is None:
-            return rig, law, self.excitation
+            return rig, law, self._measured
         given = dict(parameters)
         try:
             if given.get("duration", 0) * given.get("fs", 0) > MOST_SAMPLES:
@@ -163,13 +163,13 @@ class Plan:
         try:
             rig, law, excitation = self.case(case)
             results = {"natural_frequency": linear_frequencies(rig, law, self.outputs.natural_frequencies)}
-            return results | (self.observer(rig, excitation, law) if self.observer else {})
+            return results | (self.observer(rig, excitation, law) if self.observer and excitation else {})
         except ClearanceError as error:
             return str(error)
 
     def to_dict(self) -> dict:
         """Return the plan as plain data, with digests of what is too long for it."""
-        reference, measured = self.reference, None if self._generated else self.excitation
+        reference, measured = self.reference, self._measured
         return {
             "rig": self.rig.to_dict(),
             "law": self.law and self.law.to_dict(),
@@ -184,6 +184,10 @@ class Plan:
     @property
     def _generated(self) -> dict | None:
         return self.excitation if isinstance(self.excitation, dict) else None
+
+    @property
+    def _measured(self) -> Excitation | None:
+        return None if isinstance(self.excitation, dict) else self.excitation
 
     @functools.cached_property
     def _data(self) -> dict:
@@ -211,10 +215,9 @@ class Plan:
             raise ClearanceError(f"vary {path}: has no effect beside a law; vary law. instead")
         if self.law is not None and self.law.grease is not None and part == "rig" and "grease" in rest:
             raise ClearanceError(f"vary {path}: has no effect, the law brings its own grease; vary law.grease instead")
-        if part == "excitation" and found[0][1] not in self.excitation:
-            raise ClearanceError(
-                f"vary {path}: unknown; {self.excitation['generator']} has {', '.join(self.excitation)}"
-            )
+        given = self._generated or {}
+        if part == "excitation" and found[0][1] not in given:
+            raise ClearanceError(f"vary {path}: unknown; {given['generator']} has {', '.join(given)}")
         whole = part == "excitation" and isinstance(get_number(self._data, found[0]), int)
         if whole and (vary.values is None or any(v != int(v) for v in vary.values)):
             raise ClearanceError(f"vary {path}: takes whole numbers; give them as values")

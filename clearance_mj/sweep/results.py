@@ -82,5 +82,6 @@ def _labels(plan: Plan) -> dict:
 def _attributes(plan: Plan, name: str) -> dict:
     if name not in ("peak_magnitude", "frf"):
         return _ATTRIBUTES[name]
-    units = "1" if plan.case(0)[2].kind == "base" else "m s-2 N-1"
+    excitation = plan.case(0)[2]
+    units = "1" if excitation is not None and excitation.kind == "base" else "m s-2 N-1"
     return {"units": units, **_ATTRIBUTES[name]}

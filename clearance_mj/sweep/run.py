@@ -126,6 +126,11 @@ def _compute(plan: Plan, table: Table, workers: int | None, scheduler: str | Non
     finished = table.finished()
     left = np.random.default_rng(0).permutation(np.flatnonzero(~finished)).tolist()
     words = "sweep" if progress else ""
-    options = {"processes": True, "scheduler": scheduler, "progress": words, "done": int(finished.sum())}
+    options: dict[str, Any] = {
+        "processes": True,
+        "scheduler": scheduler,
+        "progress": words,
+        "done": int(finished.sum()),
+    }
     for case, values in run_tasks(plan.evaluate, left, workers, **options):
         table.write(case, values)

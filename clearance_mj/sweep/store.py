@@ -85,7 +85,7 @@ class Table:
         row = np.zeros((), self.row)
         if isinstance(values, str):
             row["error"] = values.encode()[:MESSAGE]
-        for name in self.row.names[2:]:
+        for name in (self.row.names or ())[2:]:
             row[name] = math.nan if isinstance(values, str) else values[name]
         row["digest"] = np.void(_digest(case, row))
         try:

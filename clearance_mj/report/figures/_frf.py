@@ -66,7 +66,8 @@ def frf_others(study: Study, level: float) -> Drawing | None:
     figure = sheet(2.1 * n_lines, panels.key())
     grid = figure.add_gridspec(n_lines, 2, hspace=0.2, wspace=0.14)
     for i, (letter, row) in enumerate(zip(letters(len(rows)), rows)):
-        magnitude, coherence = grid[i // 2, i % 2].subgridspec(2, 1, height_ratios=(5, 1), hspace=0.1).subplots()
+        cell = grid[i // 2, i % 2].subgridspec(2, 1, height_ratios=(5, 1), hspace=0.1)
+        magnitude, coherence = np.ravel(cell.subplots())
         first = i % 2 == 0
         panels.magnitude(magnitude, row, letter, f"|H| ({panels.looks.magnitude})" if first else "")
         panels.coherence(coherence, row, "γ² (1)" if first else "")

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.patches import Rectangle
@@ -57,8 +59,8 @@ def _draw_bushing(ax: Axes, i: int, bushing: Bushing, length: float) -> None:
         ax.add_patch(Rectangle((left, bottom), bushing.length, BLOCK, facecolor="#777777", edgecolor="#333333", lw=0.6))
     ax.plot([bushing.position] * 2, [-inner - BLOCK, PLATE], color="#777777", linewidth=2.5, zorder=0)
     words = f"bushing {i + 1}\ngap {1e3 * bushing.gap:.3g} mm\nlength {1e3 * bushing.length:.3g} mm"
-    place = {"ha": "right", "va": "top", "bbox": {"facecolor": "white", "edgecolor": "none", "pad": 1}}
-    ax.text(bushing.position - 0.01 * length, -inner - BLOCK - 0.06, words, fontsize=FONT - 1, **place)
+    corner: dict[str, Any] = {"ha": "right", "va": "top", "bbox": {"facecolor": "white", "edgecolor": "none", "pad": 1}}
+    ax.text(bushing.position - 0.01 * length, -inner - BLOCK - 0.06, words, fontsize=FONT - 1, **corner)
 
 
 def _draw_sensors(ax: Axes, rig: Rig) -> None:
@@ -85,7 +87,7 @@ def _draw_shaker(ax: Axes, rig: Rig) -> None:
     ax.add_patch(Rectangle(*plate, facecolor="#bbbbbb", edgecolor="#333333", lw=0.6))
     ax.plot([-0.025 * length] * 2, [-0.45, PLATE], color="#777777", linewidth=2.5, zorder=0)
     if rig.shaker.kind == "force":
-        x, words = rig.shaker.position, "shaker force"
+        x, words = rig.shaker.position or 0.0, "shaker force"
         ax.annotate("", (x, -HALF_SHAFT), (x, PLATE), arrowprops=arrow, zorder=2)
     else:
         x, words = 0.5 * length, "base acceleration: plate, clamp and bushings move together"

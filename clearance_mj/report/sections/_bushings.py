@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from ...study import Study
@@ -46,7 +48,7 @@ def contact_table(study: Study) -> Table:
     body = []
     for level in study.levels:
         for law, engine in (("test", REPEAT[1]), *((law, study.main_engine) for law in study.methods)):
-            keys = [(level, law, engine, i + 1) for i in range(n)]
+            keys: list[Any] = [(level, law, engine, i + 1) for i in range(n)]
             cells = [means.loc[key].tolist() if key in means.index else [np.nan] * 4 for key in keys]
             # The test's contact is not measured.
             body.append((level, law, *(x for own in cells for x in ([*own[:2], None, None] if law == "test" else own))))

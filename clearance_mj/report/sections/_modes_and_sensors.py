@@ -59,9 +59,9 @@ def mode_table(study: Study, level: float) -> Table:
     body: list[tuple] = [("test", *(x for m in modes for x in (rows[shown[0]][f"mode_{m}_test_hz"], None, None)))]
     for key in shown:
         cells: list[float | Interval] = []
-        for mode in (f"mode_{m}" for m in modes):
-            error, mac = interval(rows[key], f"{mode}_relative_error", 100), interval(rows[key], f"{mode}_mac")
-            cells += [rows[key][f"{mode}_model_hz"], error, mac]
+        for name in (f"mode_{m}" for m in modes):
+            error, mac = interval(rows[key], f"{name}_relative_error", 100), interval(rows[key], f"{name}_mac")
+            cells += [rows[key][f"{name}_model_hz"], error, mac]
         body.append((key[0], *cells))
     caption = (
         f"Natural frequencies, relative errors and MAC at {level:g} {study.unit} RMS, engine {study.main_engine}, with "

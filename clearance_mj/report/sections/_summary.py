@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pandas as pd
 
@@ -80,13 +82,15 @@ def _at_main_level(study: Study, rmse: pd.DataFrame) -> str:
 
 def _over_levels(study: Study, rmse: pd.DataFrame) -> list[str]:
     spans = []
-    for law, engine in rmse.columns[rmse.notna().any()]:
+    shown: list[Any] = rmse.columns[rmse.notna().any()].tolist()
+    for law, engine in shown:
         words = "the rig repeats itself within" if engine == REPEAT[1] else f"“{law}” misses by"
         spans.append(f"{words} {rmse[law, engine].min():.2f} to {rmse[law, engine].max():.2f} dB")
     laws = rmse.drop(columns=[REPEAT]).dropna(how="all")
     if laws.empty:
         return []
-    best = laws.idxmin(axis=1).groupby(laws.idxmin(axis=1), sort=False).groups
+    leader = laws.idxmin(axis=1)
+    best: dict[Any, Any] = dict(leader.groupby(leader, sort=False).groups)
     leaders = "; ".join(f"“{law}” at {', '.join(f'{v:g}' for v in at)} {study.unit}" for (law, _), at in best.items())
     first, last = study.levels[0], study.levels[-1]
     return [f"Over all levels, {first:g} to {last:g} {study.unit} RMS: {'; '.join(spans)}.", f"Least RMSE: {leaders}."]
