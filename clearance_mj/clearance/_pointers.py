@@ -22,7 +22,7 @@ CONTACT_ENERGY = types.float64(_NUMBERS, _NUMBER)
 GREASE_LAW = types.void(_NUMBERS, _NUMBERS, _NUMBER, _NUMBER, _NUMBER, _NUMBERS)
 GREASE_ENERGY = types.void(_NUMBERS, _NUMBERS, _NUMBERS, _NUMBER, _NUMBER, _NUMBERS)
 
-_COMPILED: dict[Callable[..., Any], Any] = {}
+_COMPILED: dict[Callable[..., Any], tuple[int, Any]] = {}
 
 
 def address(function: Callable[..., Any], signature: Any) -> int:
@@ -32,9 +32,10 @@ def address(function: Callable[..., Any], signature: Any) -> int:
             compiled = numba.njit(signature, cache=True, **OPTIONS)(function)
         except RuntimeError:  # it stands in no file, so nothing can be kept for it
             compiled = numba.njit(signature, **OPTIONS)(function)
-        _COMPILED.setdefault(function, compiled)  # one of them for all threads, never to be freed
-    found = _COMPILED[function].overloads[signature.args]
-    return found.library.get_pointer_to_function(found.fndesc.llvm_func_name)
+        found = compiled.overloads[signature.args]
+        where = found.library.get_pointer_to_function(found.fndesc.llvm_func_name)
+        _COMPILED.setdefault(function, (where, compiled))  # one of them for all threads, never to be freed
+    return _COMPILED[function][0]
 
 
 def _caller(signature: Any) -> Any:

@@ -5,6 +5,7 @@ In every step a loop calls for each bushing `grease_step` and `follow_law`, and 
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Iterable, Sequence
 from typing import NamedTuple, get_type_hints
 
@@ -72,6 +73,7 @@ class State:
     """where models write their two answers"""
 
 
+@functools.cache
 def _record(kind: type) -> np.dtype:
     return np.dtype(list(get_type_hints(kind).items()), align=True)
 
@@ -196,10 +198,10 @@ def follow_law(bushing: Bushing, state: State, numbers: np.ndarray, x: float, ti
     time : float
         s.
     """
-    state.envelope = max(abs(x), state.envelope * bushing.decay)
     last = bushing.rows - 1
     if last == 0:
         return
+    state.envelope = max(abs(x), state.envelope * bushing.decay)
     now, abscissa = state.envelope if bushing.by_amplitude else time, at(numbers, bushing.abscissa)
     row, after, share = 0, last, 0.0
     if now >= abscissa[last]:

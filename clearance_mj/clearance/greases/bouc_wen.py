@@ -84,7 +84,8 @@ class BoucWen(GreaseModel):
     @staticmethod
     def law(p: Sequence[float], state: Numbers, x: float, dx: float, step: float, out: Numbers) -> None:
         """Bouc-Wen does not depend on rate: its state is advanced over the displacement."""
-        state[0] = bouc_wen_step(state[0], dx, p[2], p[3], p[4], p[5])
+        if p[1] < 1.0:  # else nothing slides
+            state[0] = bouc_wen_step(state[0], dx, p[2], p[3], p[4], p[5])
         out[0] = p[0] * (p[1] * x + (1.0 - p[1]) * state[0])
         out[1] = film_damping(x, p[6], p[7], p[8])
 
