@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,6 +16,9 @@ __all__ = ["Alignment", "accelerance", "align", "convert_quantity"]
 
 ORDERS = {"displacement": 0, "velocity": 1, "acceleration": 2}
 """Times that the motion is differentiated"""
+Labels = tuple[str, ...]
+Block = tuple[np.ndarray, ...]
+"""rows and columns of pairs, as np.ix_ makes them"""
 SAME_LINE = 1e-6
 """relative difference of frequencies that are one line: files hold six digits"""
 
@@ -97,11 +101,11 @@ def accelerance(frf: FRF) -> FRF:
     return convert_quantity(frf, "acceleration/force" if _is_over_force(frf.quantity) else "acceleration/acceleration")
 
 
-def _is_over_force(quantity) -> bool:
+def _is_over_force(quantity: str) -> bool:
     return quantity.partition("/")[2] == "force"
 
 
-def _order(quantity) -> int:
+def _order(quantity: str) -> int:
     above, _, below = quantity.partition("/")
     if above not in ORDERS or below not in (*ORDERS, "force"):
         raise RecordError(f'quantity "{quantity}" cannot be converted; needs a motion over a force or a motion')
@@ -130,7 +134,7 @@ def align(test: FRF, model: FRF) -> Alignment:
     RecordError
         If no reference or no response is common, the bands do not overlap, or a quantity cannot be converted.
     """
-    notes = []
+    notes: list[str] = []
     if model.quantity != test.quantity:
         notes.append(f"the model's {model.quantity} is converted to the test's {test.quantity}")
         model = convert_quantity(model, test.quantity)
@@ -151,7 +155,7 @@ def align(test: FRF, model: FRF) -> Alignment:
     )
 
 
-def _same_axis(a, b) -> int:
+def _same_axis(a: str, b: str) -> int:
     """1 for one degree of freedom, -1 if the signs of the direction differ, 0 for different ones."""
     (node, direction), (other_node, other) = a.split(":"), b.split(":")
     if int(node) != int(other_node) or direction.lstrip("+-") != other.lstrip("+-"):
@@ -159,7 +163,7 @@ def _same_axis(a, b) -> int:
     return 1 if direction == other else -1
 
 
-def _partners(what, test, model, notes) -> np.ndarray:
+def _partners(what: str, test: Sequence[str], model: Sequence[str], notes: list[str]) -> np.ndarray:
     """(3, n) indices of the labels of test and model that are one degree of freedom, and the model's sign."""
     found = []
     for i, label in enumerate(test):
@@ -175,10 +179,10 @@ def _partners(what, test, model, notes) -> np.ndarray:
     return np.array(found).T
 
 
-def _picked(frf, block, common, signs, labels) -> FRF:
+def _picked(frf: FRF, block: Block, common: np.ndarray, signs: np.ndarray, labels: tuple[Labels, Labels]) -> FRF:
     """The pairs of a block that both have, with their signs."""
 
-    def pick(values):
+    def pick(values: np.ndarray) -> np.ndarray:
         return np.where(common[:, :, None], values, np.nan)[np.ix_(common.any(axis=1), common.any(axis=0))]
 
     value = pick(signs[:, :, None] * frf.value[block])
@@ -186,14 +190,14 @@ def _picked(frf, block, common, signs, labels) -> FRF:
     return FRF(frf.frequency, value, coherence, *labels, frf.quantity)
 
 
-def _left(frf, block, common) -> tuple[str, ...]:
+def _left(frf: FRF, block: Block, common: np.ndarray) -> Labels:
     """Labels of the pairs that the other does not have."""
     kept = np.zeros(frf.measured.shape, dtype=bool)
     kept[block] = common
     return tuple(label for label, its in zip(frf.labels, kept.T[frf.measured.T]) if not its)
 
 
-def _on_common_lines(test, model, notes):
+def _on_common_lines(test: FRF, model: FRF, notes: list[str]) -> tuple[FRF, FRF]:
     """Both on the coarser one's lines in the common band."""
     test, model = _moving(test), _moving(model)
     low = max(test.frequency[0], model.frequency[0])
@@ -220,14 +224,14 @@ def _on_common_lines(test, model, notes):
     return _interpolated(test, lines[1]), cut[1]
 
 
-def _moving(frf) -> FRF:
+def _moving(frf: FRF) -> FRF:
     """Without the line at 0 Hz, where accelerations are zero and receptances static: no decibels are told there."""
     if frf.frequency[0] > 0 or frf.frequency.size == 1:
         return frf
     return frf.within((frf.frequency[1], frf.frequency[-1]))
 
 
-def _interpolated(frf, frequency) -> FRF:
+def _interpolated(frf: FRF, frequency: np.ndarray) -> FRF:
     if not np.isfinite(frf.functions).all():
         line = int(np.argmin(np.isfinite(frf.functions).all(axis=0)))
         raise RecordError(f"an FRF that is to be interpolated is not finite at {frf.frequency[line]:g} Hz")
@@ -242,10 +246,10 @@ def _interpolated(frf, frequency) -> FRF:
     return dataclasses.replace(frf, frequency=frequency, value=value, coherence=coherence)
 
 
-def _band(frf) -> str:
+def _band(frf: FRF) -> str:
     return f"{frf.frequency[0]:g} to {frf.frequency[-1]:g} Hz"
 
 
-def _spacing(frf) -> str:
+def _spacing(frf: FRF) -> str:
     apart = f", {np.median(np.diff(frf.frequency)):g} Hz apart" if frf.frequency.size > 1 else ""
     return f"{frf.frequency.size}{apart}"

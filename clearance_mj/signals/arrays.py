@@ -33,7 +33,7 @@ def read_only(value: ArrayLike, dtype: type = float) -> np.ndarray:
     if isinstance(value, np.ndarray) and value.dtype == dtype and value.flags.c_contiguous:
         if not value.flags.writeable:
             return value
-    found = np.array(value, dtype=dtype, order="C")
+    found: np.ndarray = np.array(value, dtype=dtype, order="C")
     found.flags.writeable = False
     return found
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -81,7 +82,7 @@ class Comparison(ArrayData):
             ``csac``, ``csf`` (frequency,), ``csac_per_sensor``, ``csf_per_sensor`` (response, frequency), and the
             columns of the tables: ``per_sensor_mre`` (response,), ``per_mode_test_hz`` (mode,) and so on.
         """
-        variables = {name: ("frequency", getattr(self, name), "1") for name in ("csac", "csf")}
+        variables: dict[str, Any] = {name: ("frequency", getattr(self, name), "1") for name in ("csac", "csf")}
         over_both = ("csac_per_sensor", "csf_per_sensor")
         variables |= {name: (("response", "frequency"), getattr(self, name), "1") for name in over_both}
         for table, axis, skipped in (("per_sensor", "response", "sensor"), ("per_mode", "mode", "mode")):

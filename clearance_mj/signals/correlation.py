@@ -178,7 +178,8 @@ def csac_per_sensor(test: ArrayLike, model: ArrayLike, window: int = 9) -> np.nd
     RecordError
         If the shapes differ, are of another form, or the window is no odd number >= 3.
     """
-    return _csac(*_products(*_windows(test, model, window), axis=-1))
+    test, model = _windows(test, model, window)
+    return _csac(*_products(test, model, axis=-1))
 
 
 def csf_per_sensor(test: ArrayLike, model: ArrayLike, window: int = 9) -> np.ndarray:
@@ -199,7 +200,8 @@ def csf_per_sensor(test: ArrayLike, model: ArrayLike, window: int = 9) -> np.nda
     RecordError
         As `csac_per_sensor`.
     """
-    return _csf(*_products(*_windows(test, model, window), axis=-1))
+    test, model = _windows(test, model, window)
+    return _csf(*_products(test, model, axis=-1))
 
 
 def mre(test: ArrayLike, model: ArrayLike) -> np.ndarray:
@@ -272,10 +274,10 @@ def _pair(test: ArrayLike, model: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
     return test, model
 
 
-def _windows(test: ArrayLike, model: ArrayLike, window: int) -> tuple[np.ndarray, ...]:
+def _windows(test: ArrayLike, model: ArrayLike, window: int) -> list[np.ndarray]:
     """Both as (..., n_f, window), with zeros beyond the ends: they add nothing to the sums."""
     if window < 3 or window % 2 != 1:
         raise RecordError(f"window must be an odd number of lines >= 3, got {window!r}")
     pair = _pair(test, model)
     ends = [(0, 0)] * (pair[0].ndim - 1) + [(window // 2, window // 2)]
-    return tuple(np.lib.stride_tricks.sliding_window_view(np.pad(value, ends), window, axis=-1) for value in pair)
+    return [np.lib.stride_tricks.sliding_window_view(np.pad(value, ends), window, axis=-1) for value in pair]

@@ -13,6 +13,7 @@ least squares: the variable projection method and its applications, Inverse Prob
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -145,7 +146,7 @@ def extract_modes(frf: FRF, n_modes: int = 4, band: tuple[float, float] | None =
     return Modes(np.abs(poles) * frf.frequency[-1], _damping(poles), shape, frf.labels)
 
 
-def _usable_order(frf, n_modes, max_order) -> int:
+def _usable_order(frf: FRF, n_modes: int, max_order: int) -> int:
     """Return the highest order the lines allow, or refuse the FRFs."""
     if n_modes < 1 or max_order <= MIN_ORDER:
         raise RecordError(f"n_modes must be >= 1 and max_order > {MIN_ORDER}, got {n_modes!r} and {max_order!r}")
@@ -160,18 +161,18 @@ def _usable_order(frf, n_modes, max_order) -> int:
     return order
 
 
-def _damping(poles) -> np.ndarray:
+def _damping(poles: np.ndarray) -> np.ndarray:
     return -poles.real / np.abs(poles)
 
 
-def _near(a, b, limits) -> np.ndarray:
+def _near(a: np.ndarray, b: np.ndarray, limits: tuple[float, float]) -> np.ndarray:
     """(len(a), len(b)) whether the logarithms of frequency and damping differ by no more than the limits."""
     frequency = np.abs(np.log(np.abs(a)[:, None] / np.abs(b)))
     damping = np.abs(np.log(_damping(a)[:, None] / _damping(b)))
     return (frequency < limits[0]) & (damping < limits[1])
 
 
-def _stable_poles(frequency, value, max_order) -> np.ndarray:
+def _stable_poles(frequency: np.ndarray, value: np.ndarray, max_order: int) -> np.ndarray:
     """Poles that stay from one order of the common denominator to the next, over the highest frequency of the band.
 
     LSCF: Σ |N_o(z) - H_o D(z)|² is least over the numerators N_o and the denominator D, polynomials in z with
@@ -203,7 +204,7 @@ def _stable_poles(frequency, value, max_order) -> np.ndarray:
     return np.concatenate(stable)
 
 
-def _denominator_roots(normal) -> np.ndarray:
+def _denominator_roots(normal: np.ndarray) -> np.ndarray:
     """Roots of the denominator with the least residual.
 
     Its lowest coefficient is 1: the roots that only fit noise then lie outside the unit circle (Cauberghe 2005).
@@ -212,7 +213,7 @@ def _denominator_roots(normal) -> np.ndarray:
     return np.roots(np.append(rest[::-1], 1))
 
 
-def _cluster(poles, orders):
+def _cluster(poles: np.ndarray, orders: int) -> tuple[np.ndarray, np.ndarray]:
     """One pole for each group of like poles, and the share of the orders in which the group shows; fullest first."""
     centres, shares = [], []
     while poles.size:
@@ -232,7 +233,7 @@ class _Fit:
     H_o = Σ s² (A_o / (s - p) + A_o* / (s - p*)) + B_o0 + B_o2 s² + B_o4 s⁴, s and p over the highest frequency.
     """
 
-    def __init__(self, frequency, value, weight):
+    def __init__(self, frequency: np.ndarray, value: np.ndarray, weight: np.ndarray) -> None:
         self.s = 1j * frequency[:, None] / frequency[-1]
         self.weight = weight[:, None]
         self.target = self._real(value.T)
@@ -242,17 +243,17 @@ class _Fit:
         self.chance = 2 * (value.shape[0] + 1) / self.target.size
         """share of pure noise that a mode explains: two numbers for each response and two for the pole"""
 
-    def _real(self, value) -> np.ndarray:
+    def _real(self, value: np.ndarray) -> np.ndarray:
         value = self.weight * value
         return np.concatenate((value.real, value.imag))
 
-    def _pairs(self, poles, ahead, mirror) -> np.ndarray:
+    def _pairs(self, poles: np.ndarray, ahead: np.ndarray, mirror: np.ndarray) -> np.ndarray:
         """(2 n_f, n, 2) columns that the real and the imaginary part of each residue multiply."""
         size = -poles.real * self.s**2  # so that the columns of sharp and of broad modes are alike in length
         pairs = np.stack((size * (ahead + mirror), 1j * size * (ahead - mirror)), axis=-1)
         return self._real(pairs.reshape(self.s.size, 2 * poles.size)).reshape(2 * self.s.size, poles.size, 2)
 
-    def pairs(self, poles) -> np.ndarray:
+    def pairs(self, poles: np.ndarray) -> np.ndarray:
         """(2 n_f, n, 2) columns of the poles in the model."""
         return self._pairs(poles, 1 / (self.s - poles), 1 / (self.s - poles.conj()))
 
@@ -262,24 +263,24 @@ class _Fit:
         curves = np.polynomial.chebyshev.chebvander(place, SMOOTH - 1)
         return self._real(np.hstack((curves, 1j * curves)))
 
-    def project(self, poles):
+    def project(self, poles: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Orthonormal basis (2 n_f, 2 n + 3) of the model, its triangle, and the target in that basis."""
         model = self.pairs(poles).reshape(self.target.shape[0], 2 * poles.size)
         basis, triangle = _qr(np.hstack((model, self.background)))
         return basis, triangle, basis.T @ self.target
 
-    def coefficients(self, poles, triangle, part) -> np.ndarray:
+    def coefficients(self, poles: np.ndarray, triangle: np.ndarray, part: np.ndarray) -> np.ndarray:
         """(n, 2, n_sensors) what the columns of each pole are multiplied by."""
         solution = np.linalg.lstsq(triangle, part, rcond=1e-12)[0]
         return solution[: 2 * poles.size].reshape(poles.size, 2, part.shape[1])
 
-    def residues(self, poles) -> np.ndarray:
+    def residues(self, poles: np.ndarray) -> np.ndarray:
         """(n, n_sensors) complex A."""
         _, triangle, part = self.project(poles)
         pairs = self.coefficients(poles, triangle, part)
         return -poles.real[:, None] * (pairs[:, 0] + 1j * pairs[:, 1])
 
-    def explained(self, poles):
+    def explained(self, poles: np.ndarray) -> tuple[np.ndarray, float]:
         """What each pole takes out of the residual that no other does (n,), and the residual, as sums of squares."""
         _, triangle, part = self.project(poles)
         pairs = self.coefficients(poles, triangle, part)
@@ -288,7 +289,7 @@ class _Fit:
         own = np.einsum("pio,pij,pjo->p", pairs, np.linalg.pinv(spread, hermitian=True), pairs)
         return own, np.sum(self.target**2) - np.sum(part**2)
 
-    def residual(self, unknowns):
+    def residual(self, unknowns: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """What the best residues leave (2 n_f, n_sensors) at the poles of the unknowns, and its slopes (2 n, ...).
 
         The residues are eliminated; slopes with Kaufman's approximation (Golub and Pereyra 2003).
@@ -305,7 +306,7 @@ class _Fit:
         return self.target - basis @ part, basis @ (basis.T @ slope) - slope
 
 
-def _qr(tall):
+def _qr(tall: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """QR of a tall matrix by blocks of its rows, and of their triangles.
 
     As one matrix it is just large enough for BLAS to start threads, which cost several times the work itself.
@@ -320,13 +321,13 @@ def _qr(tall):
     return (parts @ joint.reshape(count, columns, columns)).reshape(-1, columns)[:rows], triangle
 
 
-def _poles(unknowns) -> np.ndarray:
+def _poles(unknowns: np.ndarray) -> np.ndarray:
     """Poles (n,) out of the logarithms of their frequencies and damping ratios (2 n,)."""
     frequency, damping = np.exp(unknowns).reshape(2, -1)
     return frequency * (-damping + 1j * np.sqrt(1 - damping**2))
 
 
-def _strongest(fit, poles, persistence, n_modes) -> np.ndarray:
+def _strongest(fit: _Fit, poles: np.ndarray, persistence: np.ndarray, n_modes: int) -> np.ndarray:
     """Leave out the pole that explains and persists least, until at most n_modes are left and all are significant."""
     while poles.size:
         own, residual = fit.explained(poles)
@@ -337,7 +338,7 @@ def _strongest(fit, poles, persistence, n_modes) -> np.ndarray:
     return poles
 
 
-def _refine(fit, poles) -> np.ndarray:
+def _refine(fit: _Fit, poles: np.ndarray) -> np.ndarray:
     """Poles near the given ones at which the residual is least; those that broaden to background are left out."""
     if not poles.size:
         return poles
@@ -350,7 +351,12 @@ def _refine(fit, poles) -> np.ndarray:
     return refined if modes.all() else _refine(fit, refined[modes])
 
 
-def _least_squares(residual, unknowns, lower, upper) -> np.ndarray:
+def _least_squares(
+    residual: Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]],
+    unknowns: np.ndarray,
+    lower: np.ndarray,
+    upper: np.ndarray,
+) -> np.ndarray:
     """Levenberg and Marquardt within bounds.
 
     The normal equations of the few unknowns cost less than the decomposition of the tall matrix of slopes that
@@ -375,7 +381,7 @@ def _least_squares(residual, unknowns, lower, upper) -> np.ndarray:
     return unknowns
 
 
-def _with_noisy(fit, poles, n_modes) -> np.ndarray:
+def _with_noisy(fit: _Fit, poles: np.ndarray, n_modes: int) -> np.ndarray:
     """Add the modes whose noise hid them from LSCF, one by one where they explain most of what is left.
 
     Noise biases the denominator's coefficients, so that a noisy pole ends up unstable and is lost. What a smooth

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ..errors import ExcitationError
 from .arrays import ArrayData, read_only
@@ -22,7 +23,8 @@ __all__ = [
     "sweep",
 ]
 
-BAND = (5.0, 220.0)
+Band = tuple[float, float]
+BAND: Band = (5.0, 220.0)
 TAPER = 0.1  # share of a burst in its two cosine flanks
 HALF = 8.0  # s of the noise of random_blocks that are made at once
 
@@ -70,7 +72,9 @@ class Excitation(ArrayData):
         return np.arange(self.value.size) / self.fs
 
 
-def random(duration: float, fs: float, band=BAND, rms: float = 1.0, seed: int = 0, kind: str = "base") -> Excitation:
+def random(
+    duration: float, fs: float, band: Band = BAND, rms: float = 1.0, seed: int = 0, kind: str = "base"
+) -> Excitation:
     """Band-limited Gaussian noise whose spectrum is exactly zero outside the band.
 
     Parameters
@@ -103,7 +107,7 @@ def random(duration: float, fs: float, band=BAND, rms: float = 1.0, seed: int = 
 
 
 def random_blocks(
-    duration: float, fs: float, band=BAND, rms: float = 1.0, seed: int = 0, kind: str = "base"
+    duration: float, fs: float, band: Band = BAND, rms: float = 1.0, seed: int = 0, kind: str = "base"
 ) -> Iterator[Excitation]:
     """Band-limited Gaussian noise of any duration, in pieces of some seconds.
 
@@ -139,7 +143,7 @@ def random_blocks(
     size, half = _size(duration, fs), _size(HALF, fs)
     window = np.sin(np.pi / 2 * np.sin(np.pi / 2 * (np.arange(half) + 0.5) / half) ** 2)
 
-    def segment(number):
+    def segment(number: int) -> np.ndarray:
         return _noise(2 * half / fs, fs, band, [seed, number]).reshape(2, half)
 
     _, falling = segment(0)
@@ -153,7 +157,7 @@ def random_blocks(
 def burst_random(
     duration: float,
     fs: float,
-    band=BAND,
+    band: Band = BAND,
     rms: float = 1.0,
     seed: int = 0,
     kind: str = "base",
@@ -210,7 +214,7 @@ def burst_random(
 def level_ramp(
     duration: float,
     fs: float,
-    band=BAND,
+    band: Band = BAND,
     start_rms: float = 0.5,
     end_rms: float = 8.0,
     seed: int = 0,
@@ -253,7 +257,7 @@ def level_ramp(
 def multisine(
     duration: float,
     fs: float,
-    band=BAND,
+    band: Band = BAND,
     rms: float = 1.0,
     seed: int = 0,
     kind: str = "base",
@@ -305,7 +309,7 @@ def multisine(
 def sweep(
     duration: float,
     fs: float,
-    band=BAND,
+    band: Band = BAND,
     amplitude: float = 1.0,
     kind: str = "base",
     method: str = "logarithmic",
@@ -350,7 +354,9 @@ def sweep(
     return _described("sweep", value, fs, kind, band, duration=duration, amplitude=amplitude, method=method)
 
 
-def stepped_sine(duration: float, fs: float, frequency, amplitude, kind: str = "base") -> Excitation:
+def stepped_sine(
+    duration: float, fs: float, frequency: ArrayLike, amplitude: ArrayLike, kind: str = "base"
+) -> Excitation:
     """A sine whose frequency or amplitude steps, all steps of one length, without a jump in phase.
 
     The rig goes on from the motion of the step before: up and down through a resonance shows jumps and hysteresis.
@@ -392,7 +398,9 @@ def stepped_sine(duration: float, fs: float, frequency, amplitude, kind: str = "
     return _described("stepped_sine", each[1] * np.sin(2 * np.pi * turns), fs, kind, None, **parameters)
 
 
-def hammer(duration: float, fs: float, peak, width: float, times, kind: str = "base") -> Excitation:
+def hammer(
+    duration: float, fs: float, peak: ArrayLike, width: float, times: ArrayLike, kind: str = "base"
+) -> Excitation:
     """Half-sine pulses, one for each time.
 
     Parameters
@@ -436,7 +444,7 @@ def hammer(duration: float, fs: float, peak, width: float, times, kind: str = "b
     return _described("hammer", value, fs, kind, None, **parameters)
 
 
-def _noise(duration, fs, band, seed) -> np.ndarray:
+def _noise(duration: float, fs: float, band: Band, seed: int | list[int]) -> np.ndarray:
     """Gaussian noise of root mean square 1 that has lines within the band only."""
     size = _size(duration, fs)
     lines = _lines(size, fs, band)
@@ -447,7 +455,7 @@ def _noise(duration, fs, band, seed) -> np.ndarray:
     return value / np.sqrt(np.mean(value**2))
 
 
-def _lines(samples, fs, band) -> np.ndarray:
+def _lines(samples: int, fs: float, band: Band) -> np.ndarray:
     """Whole numbers of cycles in so many samples that lie within the band; never 0."""
     low, high = _require_band(band, fs)
     slack = 1e-9 * samples
@@ -455,26 +463,28 @@ def _lines(samples, fs, band) -> np.ndarray:
     return np.arange(max(1, int(first)), int(last) + 1)
 
 
-def _size(duration, fs) -> int:
+def _size(duration: float, fs: float) -> int:
     """Return the number of samples, or refuse the duration or the rate."""
     _require(0 < fs < np.inf, "fs", fs, "must be > 0 Hz")
     _require(0 < duration < np.inf and round(duration * fs) >= 2, "duration", duration, "must be two samples or more")
     return round(duration * fs)
 
 
-def _require_band(band, fs):
+def _require_band(band: Band, fs: float) -> Band:
     low, high = band
     _require(0 <= low < high, "band", band, "must be two rising frequencies in Hz")
     _require(high <= fs / 2, "band", band, f"must end at or below fs / 2 = {fs / 2:g} Hz")
     return low, high
 
 
-def _require(condition, name, value, rule):
+def _require(condition: object, name: str, value: object, rule: str) -> None:
     if not condition:
         raise ExcitationError(f"{name} {value!r}: {rule}")
 
 
-def _described(generator, value, fs, kind, band, **parameters) -> Excitation:
+def _described(
+    generator: str, value: np.ndarray, fs: float, kind: str, band: Band | None, **parameters: object
+) -> Excitation:
     """Excitation that says how it was made."""
     if band is not None:
         band = float(band[0]), float(band[1])

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -68,7 +68,7 @@ class FRF(ArrayData):
             raise RecordError("the frequencies of an FRF must rise from line to line")
         coherence = None if self.coherence is None else read_only(_with_inputs(self.coherence))
         if coherence is not None and coherence.shape != value.shape:
-            raise RecordError(f"coherence has shape {np.shape(self.coherence)}, the FRF {np.shape(self.value)}")
+            raise RecordError(f"coherence has shape {coherence.shape}, the FRF {value.shape}")
         responses = tuple(self.responses) or tuple(f"{i + 1}:+Z" for i in range(value.shape[0]))
         references = (self.references,) if isinstance(self.references, str) else tuple(self.references)
         for what, labels, size in (("response", responses, value.shape[0]), ("reference", references, value.shape[1])):
@@ -332,9 +332,9 @@ def estimate_frf_blocks(
     RecordError
         As `estimate_frf`.
     """
-    for name, value, known in (("estimator", estimator, ESTIMATORS), ("window", window, WINDOWS)):
-        if value not in known:
-            raise RecordError(f'{name} "{value}" is unknown; use {", ".join(known)}')
+    for name, given, known in (("estimator", estimator, ESTIMATORS), ("window", window, WINDOWS)):
+        if given not in known:
+            raise RecordError(f'{name} "{given}" is unknown; use {", ".join(known)}')
     if not 0 <= overlap < 1:
         raise RecordError(f"overlap must be in 0 <= overlap < 1, got {overlap!r}")
     blocks = iter(blocks)
@@ -351,15 +351,15 @@ def estimate_frf_blocks(
     return FRF(spectra.frequency, value, coherence, first.responses, (first.reference,), QUANTITY[first.kind])
 
 
-def _h1(sxx, syy, syx):
+def _h1(sxx: np.ndarray, syy: np.ndarray, syx: np.ndarray) -> np.ndarray:
     return syx / sxx
 
 
-def _h2(sxx, syy, syx):
+def _h2(sxx: np.ndarray, syy: np.ndarray, syx: np.ndarray) -> np.ndarray:
     return syy / syx.conj()
 
 
-def _hv(sxx, syy, syx):
+def _hv(sxx: np.ndarray, syy: np.ndarray, syx: np.ndarray) -> np.ndarray:
     """Minus the ratio of the parts of the eigenvector to the smaller eigenvalue of [[sxx, sxy], [syx, syy]].
 
     Of its two equal forms the one without cancellation is taken at each line.
@@ -369,7 +369,8 @@ def _hv(sxx, syy, syx):
     return np.where(difference > 0, (root + difference) / (2 * syx.conj()), 2 * syx / (root - difference))
 
 
-ESTIMATORS = {"H1": _h1, "H2": _h2, "Hv": _hv}
+Estimator = Callable[[np.ndarray, np.ndarray, np.ndarray], np.ndarray]
+ESTIMATORS: dict[str, Estimator] = {"H1": _h1, "H2": _h2, "Hv": _hv}
 
 
 def random_error(frf: FRF, duration: float) -> np.ndarray:
@@ -406,7 +407,9 @@ def random_error(frf: FRF, duration: float) -> np.ndarray:
 class _Welch:
     """Sums of the segments' spectra, and the samples of which further segments will be made."""
 
-    def __init__(self, fs, resolution, overlap, band, window):
+    def __init__(
+        self, fs: float, resolution: float, overlap: float, band: tuple[float, float] | None, window: str
+    ) -> None:
         if not 0 < resolution <= fs / 2:
             raise RecordError(f"resolution must be > 0 Hz and at most fs / 2 = {fs / 2:g} Hz, got {resolution!r}")
         if band and fs < 2 * band[1]:
@@ -414,17 +417,18 @@ class _Welch:
         self.fs, self.length, self.averages = fs, round(min(fs / resolution, 1e18)), 0
         self.hop = max(1, self.length - round(overlap * self.length))
         self.band, self.shape = band, window
-        self.sums = self.held = None
+        self.sums: tuple[np.ndarray, ...] | None = None
+        self.held: np.ndarray | None = None
         self.limits = np.inf, -np.inf
 
-    def _prepare(self):
+    def _prepare(self) -> None:
         """Make what is as long as a segment, once there is one."""
         self.window = scipy.signal.get_window(self.shape, self.length)
         frequency = np.arange(self.length // 2 + 1) * (self.fs / self.length)
         self.lines = _lines(frequency, self.band) if self.band else slice(None)
         self.frequency = frequency[self.lines]
 
-    def push(self, block):
+    def push(self, block: Response) -> None:
         """Add every segment that a block completes."""
         excitation = block.excitation
         signals = np.vstack((excitation, block.acceleration))
@@ -446,11 +450,12 @@ class _Welch:
             held = held[:, self.hop :]
         self.held = held
 
-    def estimate(self, estimator):
+    def estimate(self, estimator: Estimator) -> tuple[np.ndarray, np.ndarray | None]:
         """Return FRFs and coherence, which one segment alone does not have."""
-        if not self.averages:
+        if self.sums is None:
+            samples = 0 if self.held is None else self.held.shape[1]
             raise RecordError(
-                f"the record lasts {self.held.shape[1] / self.fs:g} s, shorter than one segment of "
+                f"the record lasts {samples / self.fs:g} s, shorter than one segment of "
                 f"{self.length / self.fs:g} s (resolution {self.fs / self.length:g} Hz)"
             )
         low, high = self.limits
@@ -462,7 +467,7 @@ class _Welch:
             return estimator(sxx, syy, syx), coherence
 
 
-def _lines(frequency, band) -> slice:
+def _lines(frequency: np.ndarray, band: tuple[float, float]) -> slice:
     """Lines with lo <= f <= hi, to rounding."""
     low, high = band
     slack = 1e-9 * abs(high)

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ..errors import RecordError
 from .arrays import ArrayData, read_only
@@ -89,7 +90,7 @@ def best_linear(responses: Sequence[Response], period: float, drop: int = 1) -> 
     return BestLinear(frf, noise[:, None], scatter[:, None], n_realisations)
 
 
-def _alike(responses):
+def _alike(responses: Sequence[Response]) -> Sequence[Response]:
     """Return the records if there are several of one kind, or refuse them."""
     if len(responses) < 2:
         raise RecordError(f"a best linear approximation needs at least two realisations, got {len(responses)}")
@@ -99,7 +100,7 @@ def _alike(responses):
     return responses
 
 
-def _periods(response, period, drop) -> np.ndarray:
+def _periods(response: Response, period: float, drop: int) -> np.ndarray:
     """Excitation and responses as (1 + n_sensors, P, samples of a period), the first periods left out."""
     samples = round(period * response.fs)
     signals = np.vstack((response.excitation, response.acceleration))
@@ -113,7 +114,7 @@ def _periods(response, period, drop) -> np.ndarray:
     return signals.reshape(-1, count, samples)[:, drop:]
 
 
-def _lines(response, samples):
+def _lines(response: Response, samples: int) -> tuple[np.ndarray, np.ndarray]:
     """Numbers and frequencies of the lines in the band."""
     frequency = np.arange(samples // 2 + 1) * (response.fs / samples)
     low, high = response.band or (frequency[1], frequency[-1])
@@ -122,7 +123,9 @@ def _lines(response, samples):
     return lines, frequency[lines]
 
 
-def stepped_harmonics(signal, fs: float, frequency, orders: int = 5, settle: float = 0.5) -> np.ndarray:
+def stepped_harmonics(
+    signal: ArrayLike, fs: float, frequency: ArrayLike, orders: int = 5, settle: float = 0.5
+) -> np.ndarray:
     """Complex amplitudes of the harmonics in a record under a stepped sine (`excitation.stepped_sine`).
 
     Parameters
@@ -165,7 +168,7 @@ def stepped_harmonics(signal, fs: float, frequency, orders: int = 5, settle: flo
     return np.array([_harmonics(signal[:e], fs, f, orders, size * (1 - settle)) for e, f in zip(ends, frequency)])
 
 
-def _harmonics(signal, fs, frequency, orders, longest) -> np.ndarray:
+def _harmonics(signal: np.ndarray, fs: float, frequency: float, orders: int, longest: float) -> np.ndarray:
     """Harmonics in the last whole periods of a signal, no longer than so many samples."""
     periods = int(longest * frequency / fs + 1e-9)
     if not periods:

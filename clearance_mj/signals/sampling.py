@@ -41,7 +41,7 @@ def lowpass(factor: int) -> np.ndarray:
     return taps
 
 
-def interpolate(value, factor: int) -> np.ndarray:
+def interpolate(value: np.ndarray, factor: int) -> np.ndarray:
     """Raise the sampling rate by a whole factor, band-limited; sample i of the input is sample i*factor of the output.
 
     Parameters
@@ -68,14 +68,14 @@ class Interpolator:
         Ratio of the rates. Input sample i is output sample i * factor.
     """
 
-    def __init__(self, factor: int):
+    def __init__(self, factor: int) -> None:
         self.factor = factor
         self.taps = factor * lowpass(factor)
         self.ahead = self.taps.size // 2 // factor
         """input samples that an output waits for"""
         self._held = np.zeros(self.ahead)  # what the next outputs' filter reaches back to
 
-    def push(self, block) -> np.ndarray:
+    def push(self, block: np.ndarray) -> np.ndarray:
         """Take the next samples and return the fast ones that are complete.
 
         Parameters
@@ -111,14 +111,14 @@ class Decimator:
         Ratio of the rates. Output sample i is centred on input sample i * factor.
     """
 
-    def __init__(self, channels: int, factor: int):
+    def __init__(self, channels: int, factor: int) -> None:
         self.factor = factor
         self.taps = lowpass(factor)
         self.half = self.taps.size // 2
         self._held = np.zeros((channels, self.half))
         self._first = 0  # position in the held block of the first sample under the next output's filter
 
-    def push(self, block) -> np.ndarray:
+    def push(self, block: np.ndarray) -> np.ndarray:
         """Take the next fast samples and return the slow ones that are complete.
 
         Parameters
@@ -145,7 +145,7 @@ class Decimator:
         return self.push(np.zeros((self.half, self._held.shape[0])))
 
 
-def decimate(value, factor: int) -> np.ndarray:
+def decimate(value: np.ndarray, factor: int) -> np.ndarray:
     """Low-pass and decimate a whole record.
 
     Parameters
@@ -165,7 +165,7 @@ def decimate(value, factor: int) -> np.ndarray:
 
 
 @numba.njit(cache=True, nogil=True, fastmath=True)
-def _filter(held, taps, first, factor, out):
+def _filter(held: np.ndarray, taps: np.ndarray, first: int, factor: int, out: np.ndarray) -> None:
     for i in range(out.shape[0]):
         start = first + i * factor
         for channel in range(held.shape[0]):

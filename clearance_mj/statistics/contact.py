@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..errors import RecordError
 from ..signals.response import Response
 
 __all__ = ["contact_statistics"]
@@ -22,6 +23,8 @@ def contact_statistics(response: Response) -> dict:
     dict
         RMS and peak displacement (m), share of time in contact and peak contact force (N) of each bushing; step (s).
     """
+    if response.contact_force is None or response.displacement is None:
+        raise RecordError("only a simulated response has contact forces")
     contact = np.abs(response.contact_force)
     # The anti-alias filter rings a little around an impact: count what is above its ripple.
     ripple = np.maximum(0.01 * contact.max(axis=1, keepdims=True), 1e-3)

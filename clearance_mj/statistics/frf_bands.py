@@ -20,7 +20,7 @@ import numpy as np
 import scipy.stats
 
 from ..clearance.law import Law
-from ..engines import simulate_each
+from ..engines import Engine, simulate_each
 from ..errors import LawError
 from ..identify.registry import get_method
 from ..parameters import Estimates
@@ -66,7 +66,7 @@ class Band(ArrayData):
         """(n_outputs, n_inputs, n_f) half the width between the limits."""
         return DB * self._half_width
 
-    def prediction(self, error) -> np.ndarray:
+    def prediction(self, error: np.ndarray) -> np.ndarray:
         """Return the limits of the magnitude that a test is to show.
 
         Parameters
@@ -83,17 +83,17 @@ class Band(ArrayData):
         return self._about(np.hypot(self._half_width, quantile * error))
 
     @cached_property
-    def _half_width(self):
+    def _half_width(self) -> np.ndarray:
         n = len(self.drawn)
         quantile = scipy.stats.t.ppf(0.5 + self.confidence / 2, n - 1)
         return quantile * np.sqrt(1 + 1 / n) * np.log(self.drawn).std(axis=0, ddof=1)
 
-    def _about(self, half_width):
+    def _about(self, half_width: np.ndarray) -> np.ndarray:
         middle = np.log(self.drawn).mean(axis=0)
         return np.exp((middle - half_width, middle + half_width))
 
 
-def inside(limits, frf: FRF) -> float:
+def inside(limits: np.ndarray | tuple[np.ndarray, np.ndarray], frf: FRF) -> float:
     """Share of an FRF's lines, of all sensors, whose magnitude lies between limits.
 
     Parameters
@@ -172,8 +172,8 @@ def draw_laws(rig: Rig, method: str, parameters: Sequence[dict], n: int, seed: i
 
 
 def frf_band(
-    rig: Rig, excitation: Excitation, law: Law, laws: Sequence[Law], engine="modal", resolution: float = 0.5,
-    progress: str | None = None,
+    rig: Rig, excitation: Excitation, law: Law, laws: Sequence[Law], engine: str | Engine = "modal",
+    resolution: float = 0.5, progress: str | None = None,
 ) -> Band:  # fmt: skip
     """Simulate a fitted law and the laws drawn around it under one excitation.
 

@@ -98,21 +98,21 @@ def over_seeds(errors: Mapping[float, Sequence[float]], confidence: float = CONF
             continue
         middle = x.mean() + variance / 2
         half = t * math.sqrt(variance / x.size + variance**2 / (2 * freedom))
-        limits = (float(np.exp(middle + side)) for side in (-half, half))
-        means[level] = Interval(_mean(values), *limits, doubtful=cochran > limit)
+        low, high = (float(np.exp(middle + side)) for side in (-half, half))
+        means[level] = Interval(_mean(values), low, high, doubtful=cochran > limit)
     return Pooled(means, math.sqrt(variance), freedom, cochran, limit)
 
 
-def _finite(values) -> np.ndarray:
-    values = np.asarray(values, dtype=float)
-    return values[np.isfinite(values)]
+def _finite(values: Sequence[float]) -> np.ndarray:
+    found = np.asarray(values, dtype=float)
+    return found[np.isfinite(found)]
 
 
-def _mean(values) -> float:
+def _mean(values: np.ndarray) -> float:
     return float(np.mean(values)) if len(values) else math.nan
 
 
-def _cochran(groups, risk=0.05) -> tuple[float, float]:
+def _cochran(groups: Sequence[np.ndarray], risk: float = 0.05) -> tuple[float, float]:
     """Cochran's ratio of variances, and its upper limit from the quantile of F at risk / (number of groups)."""
     variances = [np.var(x, ddof=1) for x in groups]
     n, freedom = len(groups), groups[0].size - 1
@@ -122,12 +122,12 @@ def _cochran(groups, risk=0.05) -> tuple[float, float]:
 
 
 @functools.cache
-def _cochran_limit(n, freedom, risk) -> float:
+def _cochran_limit(n: int, freedom: int, risk: float) -> float:
     return float(1 / (1 + (n - 1) / scipy.stats.f.isf(risk / n, freedom, (n - 1) * freedom)))
 
 
 @functools.cache
-def _quantile(confidence, freedom) -> float:
+def _quantile(confidence: float, freedom: int) -> float:
     """Student's two-sided quantile."""
     return float(scipy.stats.t.ppf(0.5 + confidence / 2, freedom))
 

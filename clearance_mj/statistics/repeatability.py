@@ -18,7 +18,7 @@ PERFECT = {
 """Value of each measure for equal FRFs; its distance from there is the error whose logarithm scatters"""
 
 
-def _measure(key) -> str:
+def _measure(key: str) -> str:
     return re.sub(r"^mode_\d+_", "", key)
 
 
@@ -62,7 +62,7 @@ def mean_rows(by_level: Mapping[float, Sequence[Mapping[str, float]]]) -> dict[f
         By level.
     """
 
-    def intervals(key):
+    def intervals(key: str) -> Mapping[float, Interval]:
         return pooled(by_level, key).means
 
     return _rows({level: _means(seeds) for level, seeds in by_level.items()}, intervals)
@@ -82,15 +82,17 @@ def floor_rows(by_level: Mapping[float, Mapping[str, float]]) -> dict[float, dic
         By level.
     """
 
-    def intervals(key):
+    def intervals(key: str) -> Mapping[float, Interval]:
         return on_power_law({level: abs(PERFECT[_measure(key)] - row[key]) for level, row in by_level.items()})
 
     return _rows(by_level, intervals)
 
 
-def _rows(means, intervals: Callable) -> dict[float, dict[str, float]]:
+def _rows(
+    means: Mapping[float, Mapping[str, float]], intervals: Callable[[str], Mapping[float, Interval]]
+) -> dict[float, dict[str, float]]:
     """Limits beside the means; those of a criterion are its error's, the other way round."""
-    rows = {level: {} for level in means}
+    rows: dict[float, dict[str, float]] = {level: {} for level in means}
     for key in next(iter(means.values()), ()):
         found = intervals(key) if has_interval(key) else {}
         for level, row in rows.items():
@@ -104,7 +106,7 @@ def _rows(means, intervals: Callable) -> dict[float, dict[str, float]]:
     return rows
 
 
-def _means(seeds) -> dict[str, float]:
+def _means(seeds: Sequence[Mapping[str, float]]) -> dict[str, float]:
     """Means of the values that are numbers; a mode may be missing in one record and not in another."""
     means = {}
     for key in seeds[0]:
@@ -123,4 +125,4 @@ def interval_of(row: Mapping[str, float], key: str) -> Interval:
     key : str
         Which measure.
     """
-    return Interval(row[key], *(row[f"{key}_{part}"] for part in ("low", "high", "doubtful")))
+    return Interval(row[key], row[f"{key}_low"], row[f"{key}_high"], bool(row[f"{key}_doubtful"]))

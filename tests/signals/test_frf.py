@@ -173,7 +173,7 @@ def test_records_that_hold_no_frf_are_refused(excitation, acceleration, message)
     [
         ({"frequency": np.arange(4.0)}, r"\(2, 3\) over \(4,\)"),
         ({"frequency": [1.0, 3.0, 2.0]}, "must rise"),
-        ({"coherence": np.ones((2, 4))}, r"coherence has shape \(2, 4\), the FRF \(2, 3\)"),
+        ({"coherence": np.ones((2, 4))}, r"coherence has shape \(2, 1, 4\), the FRF \(2, 1, 3\)"),
         ({"responses": ("1:+Z",)}, "1 response labels for 2 responses"),
     ],
 )
