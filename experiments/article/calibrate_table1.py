@@ -10,7 +10,7 @@ import pandas as pd
 from clearance_mj.beam import mode_shapes, natural_frequencies
 from clearance_mj.calibrate import Calibration, ModalTarget, calibrate, profile, value_of
 from clearance_mj.report.calibration import draw
-from clearance_mj.report.figures import Drawing
+from clearance_mj.report.style import Drawing
 from clearance_mj.report.tables import Column, Table
 from clearance_mj.rig import Rig
 from clearance_mj.signals.correlation import mac

@@ -8,7 +8,7 @@ import pandas as pd
 from matplotlib.figure import Figure
 
 from clearance_mj.identify import sdof
-from clearance_mj.report.figures import Drawing
+from clearance_mj.report.style import Drawing
 from clearance_mj.report.tables import Column
 
 from .free_decays import CONDITIONS, Decay, free_decay, rms_error

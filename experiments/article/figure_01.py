@@ -7,7 +7,7 @@ import pandas as pd
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
-from clearance_mj.report.figures import Drawing
+from clearance_mj.report.style import Drawing
 from clearance_mj.report.tables import Column
 from clearance_mj.rig import Bushing, Rig
 

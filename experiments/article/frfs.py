@@ -9,7 +9,7 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from clearance_mj.report.figures import Drawing
+from clearance_mj.report.style import Drawing
 from clearance_mj.report.tables import Column, Table
 from clearance_mj.signals.correlation import rmse_db
 from clearance_mj.study import Case, Study

@@ -10,7 +10,7 @@ import pandas as pd
 
 from clearance_mj.clearance.law import ConstantLaw, Law
 from clearance_mj.engines import simulate
-from clearance_mj.report.figures import Drawing
+from clearance_mj.report.style import Drawing
 from clearance_mj.report.tables import Column, Table
 from clearance_mj.rig import Rig
 from clearance_mj.signals.comparison import compare

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 import pandas as pd
 
-from clearance_mj.report.figures import Drawing
+from clearance_mj.report.style import Drawing
 from clearance_mj.report.tables import Column, Table
 from clearance_mj.report.vehicle import METRICS, look
 from clearance_mj.study import Study

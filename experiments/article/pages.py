@@ -9,7 +9,7 @@ from html import escape
 from typing import Any
 
 from clearance_mj.report import html
-from clearance_mj.report.figures import Drawing
+from clearance_mj.report.style import Drawing
 from clearance_mj.report.tables import Table
 from clearance_mj.statistics.intervals import Interval
 

@@ -7,8 +7,9 @@ from dataclasses import replace
 import pandas as pd
 
 from clearance_mj.engines import mjcf
-from clearance_mj.report.figures import Drawing, rig_drawing
+from clearance_mj.report.figures import rig_drawing
 from clearance_mj.report.rendering import View, render
+from clearance_mj.report.style import Drawing
 from clearance_mj.report.tables import Column
 from clearance_mj.rig import Rig
 

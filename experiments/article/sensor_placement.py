@@ -8,8 +8,8 @@ import numpy as np
 import pandas as pd
 
 from clearance_mj.placement import Candidates, Placement, candidates, evaluate, grid, place_sensors
-from clearance_mj.report.figures import Drawing
 from clearance_mj.report.placement import draw
+from clearance_mj.report.style import Drawing
 from clearance_mj.report.tables import Column, Table
 from clearance_mj.rig import Rig
 

@@ -1,16 +1,17 @@
-"""Looks that the figures share: Okabe and Ito's colours, the article's where it names them."""
+"""The library's colours by name, and sheets and panels of the width of the documentation's pages."""
 
 from __future__ import annotations
 
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-__all__ = ["BLACK", "BLUE", "GREEN", "GREY", "ORANGE", "PURPLE", "SKY", "VERMILION", "panel", "sheet"]
+from clearance_mj.report.style import COLOURS, FAINT, FONT
+from clearance_mj.report.style import REPEAT as GREY
+from clearance_mj.report.style import TEST as BLACK
 
-BLACK, GREY, BLUE, SKY = "#000000", "#8c8c8c", "#0072b2", "#56b4e9"
-VERMILION, ORANGE, GREEN, PURPLE = "#d55e00", "#e69f00", "#009e73", "#cc79a7"
-FONT = 8
-"""pt"""
+__all__ = ["BLACK", "BLUE", "FONT", "GREEN", "GREY", "ORANGE", "PURPLE", "SKY", "VERMILION", "panel", "sheet"]
+
+BLUE, VERMILION, _, GREEN, PURPLE, ORANGE, SKY = COLOURS
 WIDTH = 6.5
 """in"""
 
@@ -26,7 +27,7 @@ def panel(ax: Axes, title: str = "", xlabel: str = "", ylabel: str = "") -> None
     ax.set_xlabel(xlabel, fontsize=FONT)
     ax.set_ylabel(ylabel, fontsize=FONT)
     ax.tick_params(labelsize=FONT - 1, width=0.6, length=3)
-    ax.grid(True, color="#d9d9d9", linewidth=0.5)
+    ax.grid(True, color=FAINT, linewidth=0.5)
     ax.set_axisbelow(True)
     for spine in ax.spines.values():
         spine.set_linewidth(0.6)

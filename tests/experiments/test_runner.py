@@ -12,7 +12,7 @@ import pytest
 from matplotlib.figure import Figure
 
 from clearance_mj.errors import ClearanceError
-from clearance_mj.report.figures import Drawing
+from clearance_mj.report.style import Drawing
 from clearance_mj.report.tables import Column
 from experiments.article import ITEMS, Inputs, Item, Result, register, reproduce
 from experiments.article.__main__ import main
