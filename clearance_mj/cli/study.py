@@ -15,7 +15,7 @@ def _options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("dataset", type=Path, help="dataset folder: rig.toml, dataset.toml, one .uff per record")
     parser.add_argument("--engines", default="links,modal", help="comma-separated; modal-mj too (default: %(default)s)")
     parser.add_argument("--methods", help=f"comma-separated, of {', '.join(LAWS)} (default: all)")
-    add_plugin(parser, "a method, an engine, a contact or a grease")
+    add_plugin(parser, "a method, an engine, a contact, a grease or a section of the report")
     parser.add_argument("--workers", type=int, help="threads (default: one for each processor)")
 
 

@@ -39,7 +39,7 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
     return summary
 
 
-def _sensitivity(plan, results, options) -> list[dict]:
+def _sensitivity(plan: Any, results: Any, options: argparse.Namespace) -> list[dict]:
     from ..report.sweep import draw_sensitivity
     from ..report.tables import write_csv
     from ..sweep.sensitivity import sensitivity

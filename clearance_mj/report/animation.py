@@ -119,7 +119,8 @@ def deflection(rig: Rig, response: Response, x: ArrayLike) -> np.ndarray:
     RecordError
         If the response has no forces or displacements, as a test record.
     """
-    if any(field is None for field in (response.displacement, response.contact_force, response.grease_force)):
+    displacement, contact, grease = response.displacement, response.contact_force, response.grease_force
+    if displacement is None or contact is None or grease is None:
         raise RecordError(
             "the shaft's shape needs displacements, contact and grease forces at the bushings, which only simulated "
             "responses have"
@@ -129,13 +130,13 @@ def deflection(rig: Rig, response: Response, x: ArrayLike) -> np.ndarray:
     ends = model.shapes([end for b in rig.bushings for end in b.ends]).reshape(-1, 2, model.size)
     drive = -model.participation if response.kind == "base" else model.shapes([rig.shaker.position])[0]
     force = np.outer(response.excitation, drive)
-    force -= response.grease_force.T @ middles + response.contact_force.T @ ends.mean(axis=1)
+    force -= grease.T @ middles + contact.T @ ends.mean(axis=1)
     motion = np.empty_like(force)
     for i, (omega, damping) in enumerate(zip(model.omega, model.damping)):
         oscillator = ([1.0], [1.0, damping, omega**2])
         (b,), a, _ = scipy.signal.cont2discrete(oscillator, 1 / response.fs, method="foh")
         motion[:, i] = scipy.signal.lfilter(b, a, force[:, i])
-    left = response.displacement.T - motion @ middles.T
+    left = displacement.T - motion @ middles.T
     per_force = static_deflection(rig.beam, x, at), static_deflection(rig.beam, at, at)
     return motion @ model.shapes(x).T + left @ np.linalg.solve(per_force[1], per_force[0].T)
 
@@ -183,9 +184,9 @@ def clip(rig: Rig, response: Response, start: float | None = None, seconds: floa
             f"exaggeration {exaggeration:g}: must be > 0 and at most {most:.3g}, at which the largest lift, "
             f"{1e3 * largest:.3g} mm, is drawn as {MOST_LIFT:g} of the shaft's length"
         )
-    trace = slice(first, last + 1)
-    return Clip(rig, response.time[shown], position, lift[shown], response.contact_force.T[shown], response.time[trace],
-                response.contact_force.T[trace], exaggeration, slow, rate)  # fmt: skip
+    trace, contact = slice(first, last + 1), np.asarray(response.contact_force).T
+    return Clip(rig, response.time[shown], position, lift[shown], contact[shown], response.time[trace], contact[trace],
+                exaggeration, slow, rate)  # fmt: skip
 
 
 def _count(seconds: float, slow: float, rate: float) -> int:
@@ -207,7 +208,7 @@ def _window(response: Response, start: float | None, seconds: float) -> tuple[in
     if seconds > response.duration:
         raise ClearanceError(f"{seconds:g} s cannot be shown of a response of {response.duration:g} s")
     if start is None:
-        strongest = np.argmax(np.abs(response.contact_force).max(axis=0)) / response.fs
+        strongest = np.argmax(np.abs(np.asarray(response.contact_force)).max(axis=0)) / response.fs
         start = np.clip(strongest - seconds / 2, 0, response.duration - seconds)
     if not 0 <= start <= response.duration - seconds + 0.5 / response.fs:
         raise ClearanceError(
@@ -295,6 +296,7 @@ def _write_mp4(stage: _Stage, numbers: Iterable[int], path: Path) -> None:
     target = "-vf pad=ceil(iw/2)*2:ceil(ih/2)*2:color=white -pix_fmt yuv420p".split()
     command = ["ffmpeg", "-loglevel", "error", "-y", *source, *target, str(path)]
     with subprocess.Popen(command, stdin=subprocess.PIPE, stderr=subprocess.PIPE) as process:
+        assert process.stdin is not None
         with contextlib.suppress(BrokenPipeError):  # ffmpeg says below what it did not like
             for i in numbers:
                 process.stdin.write(stage.picture(i).tobytes())
@@ -317,7 +319,7 @@ class _Stage:
         self.shown = shown
         self.images: list[np.ndarray] = []
         rig, length = shown.rig, shown.rig.beam.length
-        self.radius = (rig.beam.diameter or rig.beam.height) / 2
+        self.radius = (rig.beam.diameter or rig.beam.height or 0.0) / 2
         highest = shown.exaggeration * max(np.abs(shown.lift).max(), *(b.gap for b in rig.bushings))
         self.per_newton = ARROW * length / max(np.abs(shown.trace).max(), 1e-12)
         self.half_height = max(LEAST_HEIGHT * length, 1.1 * highest, 1.05 * np.abs(self.arrows()[..., 1]).max())
@@ -434,10 +436,10 @@ class _Stage:
             return
         line, half = 1e3 * shown.lift[i], self.millimetres(self.radius)
         self.shaft.set_data(shown.position, line - half, line + half)
-        self.masses.set_ydata(np.interp(self.masses.get_xdata(), shown.position, line))
+        self.masses.set_ydata(np.interp(np.asarray(self.masses.get_xdata()), shown.position, line))
         for pair, faces in zip(self.plates, self.millimetres(self.halves()[i])):
             for half, face in zip(pair, faces):
-                half.set_y(face)
+                half.set(y=face)
         tail, tip = np.moveaxis(self.arrows()[i], 1, 0) * (1, self.millimetres(1))
         self.force.set_offsets(tail)
         self.force.set_UVC(*(tip - tail).T)
@@ -455,7 +457,7 @@ def _rendered(shown: Clip, stage: _Stage, progress: bool) -> tuple[list[np.ndarr
     """Pictures of the shaft to the stage's scale; none, and the reason, where there is no GL."""
     distance = AWAY * shown.rig.beam.length
     opening = 2 * math.degrees(math.atan(stage.half_height / distance))
-    size = tuple(round(DPI * inches) for inches in stage.size)
+    size = round(DPI * stage.size[0]), round(DPI * stage.size[1])
     view = View(((stage.left + stage.right) / 2, 0.0, 0.0), distance, 90.0, ELEVATION, opening, 0.0, size)
     empty = mujoco.MjSpec()
     empty.stat.extent = distance  # what is far beyond it is cut off

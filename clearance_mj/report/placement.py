@@ -100,7 +100,7 @@ def _lost(ax: Axes, found: Placement, modes: Sequence[int]) -> None:
     image = ax.imshow(growth, cmap="viridis_r", aspect="auto", vmin=1, vmax=max(2.0, growth.max()))
     for (i, j), value in np.ndenumerate(growth):
         words = f"{value:.2f}" if value < MOST_GROWTH else f"> {MOST_GROWTH:g}"
-        dark = float(image.norm(value)) > 0.5
+        dark = float(np.asarray(image.norm(value))) > 0.5
         ax.text(j, i, words, ha="center", va="center", fontsize=FONT - 1, color="white" if dark else "black")
     tidy(ax, "standard deviation without it, over that with it (1)", "Mode (number)", "Sensor, position (m)")
     ax.grid(False)

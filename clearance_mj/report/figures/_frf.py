@@ -67,7 +67,7 @@ def frf_others(study: Study, level: float) -> Drawing | None:
     grid = figure.add_gridspec(n_lines, 2, hspace=0.2, wspace=0.14)
     for i, (letter, row) in enumerate(zip(letters(len(rows)), rows)):
         cell = grid[i // 2, i % 2].subgridspec(2, 1, height_ratios=(5, 1), hspace=0.1)
-        magnitude, coherence = np.ravel(cell.subplots())
+        magnitude, coherence = np.ravel(np.asarray(cell.subplots()))
         first = i % 2 == 0
         panels.magnitude(magnitude, row, letter, f"|H| ({panels.looks.magnitude})" if first else "")
         panels.coherence(coherence, row, "γ² (1)" if first else "")
