@@ -16,6 +16,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from .rig import Beam, Rig
 
@@ -60,7 +61,7 @@ def cantilever_roots(n: int) -> np.ndarray:
     return roots
 
 
-def cantilever_mode(x, n: int, length: float = 1.0) -> np.ndarray:
+def cantilever_mode(x: ArrayLike, n: int, length: float = 1.0) -> np.ndarray:
     """Shapes Y_i of the bare cantilever (Eq. 7 corrected), with ∫Y² dx = length.
 
     Parameters
@@ -80,7 +81,7 @@ def cantilever_mode(x, n: int, length: float = 1.0) -> np.ndarray:
     return _shape(x, n, length, -1.0)
 
 
-def cantilever_curvature(x, n: int, length: float = 1.0) -> np.ndarray:
+def cantilever_curvature(x: ArrayLike, n: int, length: float = 1.0) -> np.ndarray:
     """Second derivatives Y_i'' of `cantilever_mode`.
 
     Parameters
@@ -100,7 +101,7 @@ def cantilever_curvature(x, n: int, length: float = 1.0) -> np.ndarray:
     return (cantilever_roots(n) / length) ** 2 * _shape(x, n, length, 1.0)
 
 
-def _shape(x, n, length, sign):
+def _shape(x: ArrayLike, n: int, length: float, sign: float) -> np.ndarray:
     """Cosh βx - σ sinh βx + sign (cos βx - σ sin βx), without cancellation of the growing exponentials."""
     root = cantilever_roots(n)
     bx = np.asarray(x, dtype=float)[:, None] * root / length
@@ -111,7 +112,7 @@ def _shape(x, n, length, sign):
     return hyperbolic + sign * (np.cos(bx) - sigma * np.sin(bx))
 
 
-def static_deflection(beam: Beam, x, a) -> np.ndarray:
+def static_deflection(beam: Beam, x: ArrayLike, a: ArrayLike) -> np.ndarray:
     """Deflection at x of the clamped beam under a unit force at a (Roark, table 8.1, case 1a).
 
     Parameters
@@ -163,7 +164,7 @@ class ModalModel:
         eta1, eta2 = self.beam.rayleigh
         return eta1 + eta2 * self.omega**2
 
-    def shapes(self, x) -> np.ndarray:
+    def shapes(self, x: ArrayLike) -> np.ndarray:
         """Return the mode shapes, of unit modal mass and positive at the tip.
 
         Parameters
@@ -199,7 +200,7 @@ def ritz_model(rig: Rig, modes: int = 8, grease: bool = False) -> ModalModel:
     """
     beam = rig.beam
     positions = {b.position for b in rig.bushings} | {m.position for m in rig.point_masses}
-    if rig.shaker.kind == "force":
+    if rig.shaker.kind == "force" and rig.shaker.position is not None:
         positions.add(rig.shaker.position)
     forces = np.array(sorted(positions))
     x, weight = _quadrature(beam.length, forces, modes)
@@ -245,7 +246,7 @@ def natural_frequencies(rig: Rig, n: int) -> np.ndarray:
     return ritz_model(rig, n + 16, grease=True).omega[:n] / (2 * np.pi)
 
 
-def mode_shapes(rig: Rig, x, n: int) -> np.ndarray:
+def mode_shapes(rig: Rig, x: ArrayLike, n: int) -> np.ndarray:
     """Mode shapes of the rig in its in-gap linear state, of unit modal mass and positive at the tip.
 
     Parameters
@@ -290,7 +291,7 @@ def state_space(rig: Rig, modes: int = 16) -> control.StateSpace:
     k = np.diag(model.omega**2) + (at_bushing.T * grease_k) @ at_bushing
     c = np.diag(model.damping) + (at_bushing.T * grease_c) @ at_bushing
     base = rig.shaker.kind == "base"
-    b = -model.participation if base else model.shapes([rig.shaker.position])[0]
+    b = -model.participation if base else model.shapes(np.array([rig.shaker.position], dtype=float))[0]
     n, at_sensor = model.size, model.shapes([s.position for s in rig.sensors])
     zero, one = np.zeros((n, n)), np.eye(n)
     a_matrix = np.block([[zero, one], [-k, -c]])
@@ -300,7 +301,7 @@ def state_space(rig: Rig, modes: int = 16) -> control.StateSpace:
     return control.ss(a_matrix, b_matrix, c_matrix, direct)
 
 
-def linear_frf(rig: Rig, frequency, modes: int = 16) -> np.ndarray:
+def linear_frf(rig: Rig, frequency: ArrayLike, modes: int = 16) -> np.ndarray:
     """Accelerance (or transmissibility, for a shaken base) of the sensors in the gap, through python-control.
 
     Parameters
@@ -322,30 +323,30 @@ def linear_frf(rig: Rig, frequency, modes: int = 16) -> np.ndarray:
     return np.asarray(response.frdata)[: len(rig.sensors), 0]
 
 
-def _functions(beam, x, modes, forces):
+def _functions(beam: Beam, x: ArrayLike, modes: int, forces: np.ndarray) -> np.ndarray:
     """Ritz functions at x: cantilever modes, then what they leave of the static shapes, scaled to their size."""
     shapes = cantilever_mode(x, modes, beam.length)
     rest = static_deflection(beam, x, forces) - shapes @ _static_shares(beam, modes, forces)
     return np.hstack((shapes, rest * _scale(beam)))
 
 
-def _curvatures(beam, x, modes, forces):
+def _curvatures(beam: Beam, x: ArrayLike, modes: int, forces: np.ndarray) -> np.ndarray:
     shapes = cantilever_curvature(x, modes, beam.length)
     moment = np.maximum(forces[None] - np.asarray(x)[:, None], 0) / beam.bending_stiffness
     return np.hstack((shapes, (moment - shapes @ _static_shares(beam, modes, forces)) * _scale(beam)))
 
 
-def _static_shares(beam, modes, forces):
+def _static_shares(beam: Beam, modes: int, forces: np.ndarray) -> np.ndarray:
     """(modes, n_forces) shares Y_i(a)/K_i of the modes in the static deflection under a unit force at a."""
     stiffness = beam.bending_stiffness * (cantilever_roots(modes) / beam.length) ** 4 * beam.length
     return (cantilever_mode(forces, modes, beam.length) / stiffness).T
 
 
-def _scale(beam):
+def _scale(beam: Beam) -> float:
     return 3 * beam.bending_stiffness / beam.length**3
 
 
-def _quadrature(length, breaks, modes):
+def _quadrature(length: float, breaks: np.ndarray, modes: int) -> tuple[np.ndarray, np.ndarray]:
     """Gauss-Legendre points and weights, enough for products of the modes, between the points of force."""
     node, weight = np.polynomial.legendre.leggauss(16)
     edges = np.unique(np.concatenate((np.linspace(0, length, modes + 3), breaks)))

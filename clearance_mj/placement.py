@@ -24,6 +24,8 @@ from functools import cached_property
 from itertools import combinations, islice
 
 import numpy as np
+import pandas as pd
+from numpy.typing import ArrayLike
 
 from .beam import ritz_model
 from .errors import ClearanceError
@@ -63,7 +65,7 @@ class Candidates:
     noise: np.ndarray
     """(n, n) R, covariance of the readings"""
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         n = len(self.position)
         if np.ndim(self.shapes) != 2 or len(self.shapes) != n or np.shape(self.noise) != (n, n):
             raise ClearanceError(
@@ -143,13 +145,13 @@ class Placement:
         """Largest MAC of two different modes."""
         return float(np.max(self.mac - np.eye(len(self.mac)), initial=0.0))
 
-    def rows(self) -> list[dict]:
-        """Return a row for each sensor: position, contribution, what its loss costs."""
-        return [
-            {"sensor": i + 1, "position_m": float(x), "contribution": float(e), "determinant_after_loss": float(1 - e)}
-            | {f"std_growth_mode_{j + 1}": float(g) for j, g in enumerate(row)}
-            for i, (x, e, row) in enumerate(zip(self.position, self.contribution, self.std_growth))
-        ]
+    @property
+    def table(self) -> pd.DataFrame:
+        """A row for each sensor: position, contribution, what its loss costs."""
+        columns = {"sensor": np.arange(1, len(self.position) + 1), "position_m": self.position}
+        columns |= {"contribution": self.contribution, "determinant_after_loss": self.determinant_after_loss}
+        columns |= {f"std_growth_mode_{j}": growth for j, growth in enumerate(self.std_growth.T, 1)}
+        return pd.DataFrame(columns)
 
     def to_dict(self) -> dict:
         """Return the layout as plain data."""
@@ -160,7 +162,7 @@ class Placement:
             "condition": self.condition,
             "worst_mac": self.worst_mac,
             "std": self.std.tolist(),
-            "sensors": self.rows(),
+            "sensors": self.table.to_dict("records"),
         }
 
 
@@ -194,7 +196,12 @@ def grid(rig: Rig, count: int) -> np.ndarray:
 
 
 def candidates(
-    rig: Rig, position, modes: Sequence[int] = (1, 2, 3, 4), weight=1.0, noise=1.0, unwanted: Sequence[int] = ()
+    rig: Rig,
+    position: ArrayLike,
+    modes: Sequence[int] = (1, 2, 3, 4),
+    weight: ArrayLike = 1.0,
+    noise: ArrayLike = 1.0,
+    unwanted: Sequence[int] = (),
 ) -> Candidates:
     """Describe what sensors on a rig would read.
 
@@ -324,19 +331,19 @@ def evaluate(places: Candidates, chosen: Sequence[int]) -> Placement:
     )
 
 
-def _tells(information) -> bool:
+def _tells(information: np.ndarray) -> bool:
     scale = np.sqrt(np.diag(information))
-    return np.all(scale > 0) and np.linalg.cond(information / np.outer(scale, scale)) < 1 / SINGULAR
+    return bool(np.all(scale > 0)) and bool(np.linalg.cond(information / np.outer(scale, scale)) < 1 / SINGULAR)
 
 
-def _std(information) -> np.ndarray:
+def _std(information: np.ndarray) -> np.ndarray:
     """Standard deviation of every coordinate; infinite where one is not told."""
     if not _tells(information):
         return np.full(len(information), np.inf)
     return np.sqrt(np.diag(np.linalg.inv(information)))
 
 
-def _losses(places, chosen) -> np.ndarray:
+def _losses(places: Candidates, chosen: Sequence[int]) -> np.ndarray:
     """(n_sensors, n_modes) v of each sensor: without it the information is Q - v vᵀ.
 
     The inverse of a covariance that loses row i loses P e eᵀ P / P_ii (partitioned inverse), P = R_SS⁻¹.
@@ -345,7 +352,7 @@ def _losses(places, chosen) -> np.ndarray:
     return precision @ places.shapes[chosen] / np.sqrt(np.diag(precision))[:, None]
 
 
-def _gains(places, chosen, others) -> np.ndarray:
+def _gains(places: Candidates, chosen: Sequence[int], others: Sequence[int]) -> np.ndarray:
     """(n_others, n_modes) w of each further candidate: with it the information is Q + w wᵀ.
 
     What its reading adds is what the others do not predict of it, over the standard deviation of that.
@@ -356,7 +363,7 @@ def _gains(places, chosen, others) -> np.ndarray:
     return (places.shapes[others] - predicted @ places.shapes[chosen]) / np.sqrt(own)[:, None]
 
 
-def _required(places, n, required) -> list[int]:
+def _required(places: Candidates, n: int, required: Sequence[int]) -> list[int]:
     candidates_, modes = places.shapes.shape
     if n < modes:
         raise ClearanceError(f"{n} sensors cannot tell {modes} modes apart; give at least {modes}")
@@ -371,18 +378,18 @@ def _required(places, n, required) -> list[int]:
 class _Search:
     """Layouts of n sensors that hold the required ones, better and better by a criterion."""
 
-    def __init__(self, places, n, criterion, required):
+    def __init__(self, places: Candidates, n: int, criterion: str, required: list[int]) -> None:
         self.places, self.n, self.required = places, n, required
         self.by_trace = criterion == "trace"
         self.rest = [i for i in range(len(places.position)) if i not in required]
         scale = np.trace(places.information(range(len(places.position)))) / places.shapes.shape[1]
         self.faint = FAINT * scale * np.eye(places.shapes.shape[1])
 
-    def value(self, chosen) -> float:
+    def value(self, chosen: Sequence[int]) -> float:
         information = self.places.information(chosen)
         return np.trace(information) if self.by_trace else np.linalg.slogdet(information + self.faint)[1]
 
-    def change(self, information, vectors):
+    def change(self, information: np.ndarray, vectors: np.ndarray) -> np.ndarray:
         """Importance of each vector v to the information: vᵀ v for the trace, vᵀ Q⁻¹ v for the determinant."""
         if self.by_trace:
             return np.sum(vectors**2, axis=1)
@@ -410,7 +417,7 @@ class _Search:
         """Exchange from what backward and forward end with; the better of the two."""
         return max((self.exchange(self.backward()), self.exchange(self.forward())), key=self.value)
 
-    def exchange(self, chosen) -> list[int]:
+    def exchange(self, chosen: list[int]) -> list[int]:
         """Make the best exchange of one sensor as long as it gains."""
         while True:
             trials = [self._exchanged(chosen, i) for i in chosen if i not in self.required]
@@ -420,7 +427,7 @@ class _Search:
                 return chosen
             chosen = best
 
-    def _exchanged(self, chosen, leaving) -> list[int]:
+    def _exchanged(self, chosen: list[int], leaving: int) -> list[int]:
         stay = [i for i in chosen if i != leaving]
         others = [i for i in self.rest if i not in stay]
         gain = self.change(self.places.information(stay), _gains(self.places, stay, others))
@@ -432,17 +439,17 @@ class _Search:
         count = math.comb(len(self.rest), more)
         if count > MOST_LAYOUTS:
             raise ClearanceError(f"{count} layouts are too many to try (at most {MOST_LAYOUTS}); use another method")
-        layouts, best, least = combinations(self.rest, more), -np.inf, None
+        layouts, best, found = combinations(self.rest, more), -np.inf, np.empty(0, dtype=int)
         while block := list(islice(layouts, CHUNK)):
             chosen = np.hstack(
                 (np.tile(np.array(self.required, dtype=int), (len(block), 1)), np.array(block, dtype=int))
             )
             value = self._values(chosen)
             if value.max() > best:
-                best, least = value.max(), chosen[np.argmax(value)]
-        return least.tolist()
+                best, found = value.max(), chosen[np.argmax(value)]
+        return found.tolist()
 
-    def _values(self, chosen) -> np.ndarray:
+    def _values(self, chosen: np.ndarray) -> np.ndarray:
         """Criterion of many layouts (n_layouts, n) at once."""
         rows = self.places.shapes[chosen]
         noise = self.places.noise

@@ -74,7 +74,7 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
     found = place_sensors(places, options.sensors, options.criterion, options.method, required)
     result = found.to_dict() | {"modes": options.modes, "criterion": options.criterion, "method": options.method}
     write_json(options.out / "placement.json", result)
-    write_csv(options.out / "placement.csv", found.rows())
+    write_csv(options.out / "placement.csv", found.table)
     with replacing(options.out / "placement.png") as temporary:
         temporary.write_bytes(draw(rig, places, found, options.modes).png())
     if not options.json:

@@ -54,7 +54,9 @@ def run(item: Item, rig: Rig, sensors: int = 8, count: int = 24, modes=(1, 2, 3,
         shows=_shows(rows, found),
         drawings=(ours, _draw_layouts(rig, rows, found)),
         data={
-            item.name: pd.DataFrame({"layout": name} | row for name, layout in found.items() for row in layout.rows()),
+            item.name: pd.concat(
+                [layout.table.assign(layout=name).set_index("layout").reset_index() for name, layout in found.items()]
+            ),
             f"{item.name}_layouts": rows,
         },
         tables=(_layout_table(rows), _sensor_table(found[OURS])),
@@ -120,9 +122,7 @@ def _sensor_table(layout) -> Table:
         Column("Determinant left", "", ".4f"),
         *(Column(f"Mode {mode}", "", ".3f", "Std without it over that with it") for mode in modes),
     )
-    return to_table(
-        "sensors", "What each sensor carries, and what its loss costs", columns, pd.DataFrame(layout.rows())
-    )
+    return to_table("sensors", "What each sensor carries, and what its loss costs", columns, layout.table)
 
 
 def _draw_layouts(rig, rows, found) -> Drawing:
