@@ -342,6 +342,8 @@ def _reference(path: Path, rig: Rig, outputs: Outputs) -> tuple[FRF, Excitation 
             references = ", ".join(found.references)
             raise RecordError(f"{path}: holds FRFs to {references}; a sweep needs them to one reference")
         return found, None
+    if not isinstance(found, list):
+        raise RecordError(f"{path}: holds modes; a sweep needs FRFs or a record")
     if outputs.band is None:
         raise ClearanceError("outputs.band is missing: the reference is a record, which does not tell its band")
     record = Record("reference", "validate", rig, found[0].fs, found, rig.shaker.kind)
