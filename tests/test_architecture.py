@@ -1,0 +1,81 @@
+"""The import graph of the package: layers that import only downwards, no circles, and nothing of the article."""
+
+import ast
+from functools import cache
+from graphlib import CycleError, TopologicalSorter
+from pathlib import Path
+
+import clearance_mj
+
+PACKAGE = Path(clearance_mj.__file__).parent
+LAYERS = (
+    ("_version", "errors"),
+    ("cache", "files", "output_folder", "parameters", "tasks", "units", "validation"),
+    ("rig",),
+    ("beam", "clearance"),
+    ("signals",),
+    ("engines",),
+    ("io",),
+    ("calibrate", "identify", "placement"),
+    ("statistics",),
+    ("sweep", "testrig", "vehicle"),
+    ("study",),
+    ("report",),
+    ("cli",),
+    ("__main__",),
+)
+"""From the lowest to the highest; modules of one layer may import each other"""
+OUTSIDE = {"benchmarks", "experiments", "tests"}
+
+
+@cache
+def imports() -> dict[str, set[str]]:
+    """What each module imports of the package and of the source tree, within functions and for types too."""
+    files = {_name(path): path for path in PACKAGE.rglob("*.py")}
+    return {name: _imported(name, path, files) for name, path in files.items()}
+
+
+def _name(path) -> str:
+    parts = ("clearance_mj", *path.relative_to(PACKAGE).with_suffix("").parts)
+    return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
+
+
+def _imported(name, path, files) -> set[str]:
+    package = name.split(".") if path.name == "__init__.py" else name.split(".")[:-1]
+    found = set()
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Import):
+            found |= {alias.name for alias in node.names}
+        elif isinstance(node, ast.ImportFrom):
+            module = ".".join((*package[: len(package) - node.level + 1], *filter(None, [node.module])))
+            module = module if node.level else node.module
+            found |= {inner if (inner := f"{module}.{a.name}") in files else module for a in node.names}
+    return {module for module in found if module.split(".")[0] in OUTSIDE | {"clearance_mj"}} - {name}
+
+
+def test_every_module_stands_in_a_layer():
+    tops = {name.split(".")[1] for name in imports() if "." in name}
+    assert tops <= {top for layer in LAYERS for top in layer}
+
+
+def test_no_module_imports_from_a_higher_layer():
+    height = {top: i for i, layer in enumerate(LAYERS) for top in layer}
+    upward = [
+        (name, target)
+        for name, targets in imports().items()
+        for target in targets
+        if "." in name and (target == "clearance_mj" or height[target.split(".")[1]] > height[name.split(".")[1]])
+        if target.startswith("clearance_mj")
+    ]
+    assert not upward
+
+
+def test_no_circles():
+    try:
+        TopologicalSorter(imports()).prepare()
+    except CycleError as error:
+        raise AssertionError(" -> ".join(error.args[1])) from None
+
+
+def test_the_package_knows_nothing_of_article_tests_and_benchmarks():
+    assert not {(name, t) for name, targets in imports().items() for t in targets if t.split(".")[0] in OUTSIDE}
