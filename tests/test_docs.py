@@ -54,6 +54,11 @@ def test_get_started(clone):
     assert float(re.search(r"RMSE ([\d.]+) dB", out)[1]) < 0.5
 
 
+def test_data_model(clone):
+    """Its asserts hold."""
+    run_python("data_model.md", clone)
+
+
 def test_extending(clone):
     """Files beside the package; then in a copy of it, with one line each as the page's table says."""
     run_python("extending.md", clone)
