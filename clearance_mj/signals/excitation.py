@@ -116,18 +116,10 @@ def random_blocks(
 
     Parameters
     ----------
-    duration : float
-        s.
-    fs : float
-        Samples per second.
-    band : (float, float)
-        Hz; the upper end at most fs / 2.
+    duration, fs, band, seed, kind
+        As in `random`.
     rms : float
         Expected root mean square, m/s² or N.
-    seed : int
-        Seed of the random numbers.
-    kind : {"base", "force"}
-        Base acceleration, or force at the shaker.
 
     Yields
     ------
@@ -137,7 +129,7 @@ def random_blocks(
     Raises
     ------
     ExcitationError
-        If a parameter is impossible; the message names it.
+        As `random`.
     """
     _require(0 <= rms < np.inf, "rms", rms, "must be >= 0")
     size, half = _size(duration, fs), _size(HALF, fs)
@@ -171,18 +163,12 @@ def burst_random(
 
     Parameters
     ----------
-    duration : float
-        s.
-    fs : float
-        Samples per second.
-    band : (float, float)
-        Hz; the upper end at most fs / 2.
+    duration, fs, band, kind
+        As in `random`.
     rms : float
         Root mean square of all that is within bursts, m/s² or N.
     seed : int
         Seed of the random numbers; each burst is another noise.
-    kind : {"base", "force"}
-        Base acceleration, or force at the shaker.
     burst : float
         Share of the period in which the noise is on, 0 < burst <= 1.
     period : float
@@ -195,7 +181,7 @@ def burst_random(
     Raises
     ------
     ExcitationError
-        If a parameter is impossible; the message names it.
+        As `random`.
     """
     _require(0 <= rms < np.inf, "rms", rms, "must be >= 0")
     _require(0 < burst <= 1, "burst", burst, "must be > 0 and <= 1")
@@ -224,18 +210,10 @@ def level_ramp(
 
     Parameters
     ----------
-    duration : float
-        s.
-    fs : float
-        Samples per second.
-    band : (float, float)
-        Hz; the upper end at most fs / 2.
+    duration, fs, band, seed, kind
+        As in `random`.
     start_rms, end_rms : float
         Root mean square at the start and at the end, m/s² or N.
-    seed : int
-        Seed of the random numbers.
-    kind : {"base", "force"}
-        Base acceleration, or force at the shaker.
 
     Returns
     -------
@@ -244,7 +222,7 @@ def level_ramp(
     Raises
     ------
     ExcitationError
-        If a parameter is impossible; the message names it.
+        As `random`.
     """
     _require(0 < start_rms < np.inf, "start_rms", start_rms, "must be > 0")
     _require(0 < end_rms < np.inf, "end_rms", end_rms, "must be > 0")
@@ -267,18 +245,14 @@ def multisine(
 
     Parameters
     ----------
-    duration : float
-        s.
-    fs : float
-        Samples per second.
+    duration, fs, kind
+        As in `random`.
     band : (float, float)
         Hz; the upper end at most fs / 2, where no sine is.
     rms : float
         Exact root mean square of a period, m/s² or N.
     seed : int
         Seed of the phases.
-    kind : {"base", "force"}
-        Base acceleration, or force at the shaker.
     period : float
         s; a whole number of samples, at most the duration.
 
@@ -289,7 +263,7 @@ def multisine(
     Raises
     ------
     ExcitationError
-        If a parameter is impossible; the message names it.
+        As `random`.
     """
     size = _size(duration, fs)
     _require(0 <= rms < np.inf, "rms", rms, "must be >= 0")
@@ -318,16 +292,12 @@ def sweep(
 
     Parameters
     ----------
-    duration : float
-        s.
-    fs : float
-        Samples per second.
+    duration, fs, kind
+        As in `random`.
     band : (float, float)
         First and last frequency, Hz; the upper end at most fs / 2, the lower > 0 for a logarithmic sweep.
     amplitude : float
         m/s² or N.
-    kind : {"base", "force"}
-        Base acceleration, or force at the shaker.
     method : {"logarithmic", "linear"}
         As many octaves, or as many Hz, in every second.
 
@@ -338,7 +308,7 @@ def sweep(
     Raises
     ------
     ExcitationError
-        If a parameter is impossible; the message names it.
+        As `random`.
     """
     time = np.arange(_size(duration, fs)) / fs
     low, high = _require_band(band, fs)
@@ -363,16 +333,14 @@ def stepped_sine(
 
     Parameters
     ----------
+    fs, kind
+        As in `random`.
     duration : float
         s, of all steps.
-    fs : float
-        Samples per second.
     frequency : float or sequence of float
         Of every step or of each, Hz, above 0 and below fs / 2.
     amplitude : float or sequence of float
         Of every step or of each, m/s² or N.
-    kind : {"base", "force"}
-        Base acceleration, or force at the shaker.
 
     Returns
     -------
@@ -382,7 +350,7 @@ def stepped_sine(
     Raises
     ------
     ExcitationError
-        If a parameter is impossible; the message names it.
+        As `random`.
     """
     size = _size(duration, fs)
     steps = [np.atleast_1d(np.asarray(values, dtype=float)) for values in (frequency, amplitude)]
@@ -405,18 +373,14 @@ def hammer(
 
     Parameters
     ----------
-    duration : float
-        s.
-    fs : float
-        Samples per second.
+    duration, fs, kind
+        As in `random`.
     peak : float or sequence of float
         Height of all pulses or of each, m/s² or N; negative pulses are allowed.
     width : float
         s from the start to the end of a pulse, at least two samples.
     times : sequence of float
         Starts of the pulses, s, rising; no pulse may reach the next one or the end.
-    kind : {"base", "force"}
-        Base acceleration, or force at the shaker.
 
     Returns
     -------
@@ -426,7 +390,7 @@ def hammer(
     Raises
     ------
     ExcitationError
-        If a parameter is impossible; the message names it.
+        As `random`.
     """
     time = np.arange(_size(duration, fs)) / fs
     _require(2 / fs <= width < np.inf, "width", width, f"must be at least two samples, {2 / fs:g} s")
