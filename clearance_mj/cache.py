@@ -32,25 +32,13 @@ T = TypeVar("T")
 
 
 def digest(*parts: object) -> str:
-    """Return the digest of plain data.
-
-    Parameters
-    ----------
-    *parts
-        Anything that JSON can hold.
-    """
+    """Return the digest of anything that JSON can hold."""
     return hashlib.sha256(json.dumps(parts, sort_keys=True, default=str).encode()).hexdigest()
 
 
 @functools.cache
 def code(without: tuple[str, ...] = NOT_IN_RESULTS) -> str:
-    """Return the digest of the code that results come from: the package's sources and its libraries' versions.
-
-    Parameters
-    ----------
-    without : tuple of str
-        Folders and modules of the package that do not matter to the results.
-    """
+    """Return the digest of the package's sources, but for these folders and modules, and its libraries' versions."""
     files = [p for p in sorted(_PACKAGE.rglob("*.py")) if p.relative_to(_PACKAGE).parts[0] not in without]
     sources = [(str(p.relative_to(_PACKAGE)), hashlib.sha256(p.read_bytes()).hexdigest()) for p in files]
     return digest(__version__, sources, [(name, _version(name)) for name in _LIBRARIES])
@@ -64,13 +52,7 @@ def _version(name: str) -> str:
 
 
 class ResultCache:
-    """Files of results, by name and the digest of their inputs.
-
-    Parameters
-    ----------
-    folder : Path
-        Where they are; made when the first is written.
-    """
+    """Files of results in a folder, by name and the digest of their inputs; it is made when the first is written."""
 
     def __init__(self, folder: Path):
         self.folder = folder
@@ -80,20 +62,10 @@ class ResultCache:
         self, name: str, inputs: object, compute: Callable[[], T], save: Callable[[T, Path], object],
         load: Callable[[Path], T], suffix: str = ".nc",
     ) -> T:  # fmt: skip
-        """Return a result from its file, or compute it and write the file.
+        """Return a result from its file NAME_DIGEST.SUFFIX, or compute it and write the file.
 
-        Parameters
-        ----------
-        name : str
-            Begins the file's name.
-        inputs : object
-            Everything that the result depends on beside the package's code, as plain data.
-        compute : callable
-            Returns the result.
-        save, load : callable
-            Write a result to a path; read it from there.
-        suffix : str
-            Ends the file's name.
+        ``inputs`` is everything that the result depends on beside the package's code, as plain data; ``save`` writes a
+        result to a path and ``load`` reads it from there.
         """
         file = f"{name}_{digest(code(), inputs)[:16]}{suffix}"
         self._used.add(file)
@@ -114,21 +86,9 @@ class ResultCache:
 
 @contextmanager
 def file_lock(path: Path, what: str, where: Path | None = None) -> Iterator[None]:
-    """Lock a file; the system lets go of it when the process ends, however it ends.
+    """Lock a file for ``what`` writes beside it; the system lets go of it when the process ends, however it ends.
 
-    Parameters
-    ----------
-    path : Path
-        The file, in the folder that one process may write into.
-    what : str
-        What writes there, for the message.
-    where : Path, optional
-        What the message names; default: the file's folder.
-
-    Raises
-    ------
-    ClearanceError
-        If another process has locked it.
+    A ClearanceError names the folder, or ``where``, if another process has locked it.
     """
     with path.open("a+") as file:
         try:

@@ -33,15 +33,7 @@ LAST = ("summary.json", "report.html")
 
 
 class OutputFolder:
-    """A folder to publish files into; made by `output_folder`.
-
-    Parameters
-    ----------
-    path : Path
-        The folder.
-    what : str
-        The command that writes: files of others are left alone.
-    """
+    """A folder into which the command ``what`` publishes files; made by `output_folder`."""
 
     def __init__(self, path: Path, what: str):
         self.path, self.what, self._work = path, what, path / WORK
@@ -59,18 +51,7 @@ class OutputFolder:
                 )
 
     def refuse_others(self, *names: str) -> None:
-        """Refuse to go on if a file that will be written is there and not this program's.
-
-        Parameters
-        ----------
-        *names : str
-            Paths relative to the folder.
-
-        Raises
-        ------
-        ClearanceError
-            If a file or a folder is in the way.
-        """
+        """Refuse to go on if a file or folder is where one of these will be written and is not this program's."""
         for name in names:
             if os.path.lexists(self.path / name) and not self._is_ours(name):
                 raise ClearanceError(
@@ -86,10 +67,7 @@ class OutputFolder:
     def publish(self) -> None:
         """Move all files in `new` to their places, and remove those of the last run that there are no more.
 
-        Raises
-        ------
-        ClearanceError
-            If a file is in the way that is not this program's; then nothing is moved.
+        If a file is in the way that is not this program's, an error says so and nothing is moved.
         """
         written = {str(p.relative_to(self.new).as_posix()): p for p in sorted(self.new.rglob("*")) if p.is_file()}
         self.refuse_others(*written)
@@ -130,25 +108,11 @@ class OutputFolder:
 
 @contextmanager
 def output_folder(path: str | Path, what: str) -> Iterator[OutputFolder]:
-    """Yield a folder for one process to write into; what it has written is published if the block ends well.
+    """Yield a folder, made if needed, for a command to write into; what it wrote is published if the block ends well.
 
-    Parameters
-    ----------
-    path : str or Path
-        The folder, or a link to one; made if it is not there.
-    what : str
-        The command that writes, such as "study".
-
-    Yields
-    ------
-    OutputFolder
-        Write below its ``new``; results in its ``cache`` stay for the next run, also if the block fails.
-
-    Raises
-    ------
-    ClearanceError
-        If the path is a file, another process writes there, a file of this program was changed, a file that is not
-        this program's is in the way, or the folder cannot be written.
+    Write below its ``new``; results in its ``cache`` stay for the next run, also if the block fails. A ClearanceError
+    says if the path is a file, another process writes there, a file of this program was changed, a file that is not
+    this program's is in the way, or the folder cannot be written.
     """
     path = Path(path)
     if path.exists() and not path.is_dir():

@@ -41,33 +41,10 @@ def run_tasks(
 ) -> Iterator[tuple[Task, Result]]:  # fmt: skip
     """Run tasks and yield each with its result, in the order in which they end.
 
-    Parameters
-    ----------
-    function : callable
-        Takes a task. For processes and a cluster, it and the tasks can be pickled.
-    tasks : sequence
-        The tasks.
-    workers : int, optional
-        Threads or processes; default: one for each core.
-    processes : bool
-        Use processes instead of threads; dead ones are replaced.
-    scheduler : str, optional
-        Address of the scheduler of a Dask cluster, such as "tcp://10.0.0.1:8786", that runs them instead.
-    progress : str
-        Description of a progress bar; empty: none.
-    done : int
-        Tasks that are done already, for the bar.
-
-    Yields
-    ------
-    tuple
-        A task and what the function returned.
-
-    Raises
-    ------
-    ClearanceError
-        If a task loses its worker again and again; if Dask is not installed, no scheduler answers or it is lost, or a
-        worker runs other code.
+    They run on threads, on processes (dead ones are replaced), or on the Dask cluster of a scheduler's address such as
+    "tcp://10.0.0.1:8786"; for the latter two, function and tasks can be pickled. ``progress`` describes a progress bar,
+    if not empty, on which ``done`` tasks are done already. A ClearanceError says if a task loses its worker again and
+    again; if Dask is not installed, no scheduler answers or it is lost, or a worker runs other code.
     """
     workers = workers or os.cpu_count() or 1
     if scheduler:

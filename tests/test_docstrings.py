@@ -1,7 +1,8 @@
 """Every public argument is documented: the names in a signature against those in its docstring (read by numpydoc).
 
-Public is what a module without a leading underscore lists in ``__all__``, or defines if it has none, and the public
-methods of its classes. A field of a dataclass is documented under Parameters or by the string that follows it.
+Public is what `clearance_mj` and its subpackages export (``__all__`` of an ``__init__``, and that of a module which is
+exported itself), with the methods of its classes. A field of a dataclass is documented under Parameters or by the
+string that follows it. All other functions and classes without a leading underscore have a docstring.
 """
 
 import ast
@@ -17,14 +18,24 @@ from numpydoc.docscrape import FunctionDoc
 
 import clearance_mj
 
-MODULES = ["clearance_mj"]
-MODULES += [m.name for m in pkgutil.walk_packages(clearance_mj.__path__, "clearance_mj.") if "._" not in m.name]
+INFOS = list(pkgutil.walk_packages(clearance_mj.__path__, "clearance_mj."))
+MODULES = ["clearance_mj", *(m.name for m in INFOS if "._" not in m.name)]
+PACKAGES = ["clearance_mj", *(m.name for m in INFOS if m.ispkg and m.name.count(".") == 1)]
 
 
-def public(module):
-    """Functions and classes that a module defines, by name."""
-    names = getattr(module, "__all__", [name for name in vars(module) if not name.startswith("_")])
-    found = {name: getattr(module, name) for name in names}
+def exported(module):
+    """What a package exports, by name, and what a module that it exports does."""
+    for name in getattr(module, "__all__", ()):
+        value = getattr(module, name)
+        if inspect.ismodule(value) and value is not module:
+            yield from exported(value)
+        else:
+            yield name, value
+
+
+def defined(module):
+    """Functions and classes without a leading underscore that a module defines, by name."""
+    found = {name: value for name, value in vars(module).items() if not name.startswith("_")}
     return {name: value for name, value in found.items() if getattr(value, "__module__", "") == module.__name__}
 
 
@@ -78,20 +89,35 @@ def missing_of_class(name, cls):
             yield from (f"{name}.{method}: {what}" for what in missing_arguments(function, docstrings))
 
 
-def missing(module):
-    """What the docstrings of a module leave out, one line each."""
-    for name, value in public(module).items():
+def missing(values):
+    """What the docstrings of functions and classes leave out, one line each."""
+    for name, value in values:
         if inspect.isclass(value):
             yield from missing_of_class(name, value)
         elif function := plain(value):
             yield from (f"{name}: {what}" for what in missing_arguments(function, [function.__doc__]))
 
 
-@pytest.mark.parametrize("name", MODULES)
+def without_docstring(values):
+    """Names of functions, classes and methods that have none."""
+    for name, value in values:
+        if inspect.isclass(value):
+            methods = [(f"{name}.{m}", v) for m, v in vars(value).items() if not m.startswith("_")]
+            yield from without_docstring(methods)
+        if (inspect.isclass(value) or plain(value)) and not inspect.getdoc(plain(value) or value):
+            yield name
+
+
+@pytest.mark.parametrize("name", PACKAGES)
 def test_every_public_argument_is_documented(name):
+    assert not list(missing(exported(importlib.import_module(name))))
+
+
+@pytest.mark.parametrize("name", MODULES)
+def test_everything_has_a_docstring(name):
     module = importlib.import_module(name)
     assert module.__doc__
-    assert not list(missing(module))
+    assert not list(without_docstring(defined(module).items()))
 
 
 def bad(a, b):
@@ -118,5 +144,6 @@ class Bad:
 
 def test_what_is_missing_is_found():
     module = types.ModuleType(__name__)
-    module.bad, module.Bad = bad, Bad
-    assert list(missing(module)) == ["bad: argument b", "Bad: field unknown", "Bad.method: has no docstring"]
+    module.bad, module.Bad, module.__all__ = bad, Bad, ["bad", "Bad"]
+    assert list(missing(exported(module))) == ["bad: argument b", "Bad: field unknown", "Bad.method: has no docstring"]
+    assert list(without_docstring(defined(module).items())) == ["Bad.method"]

@@ -11,17 +11,7 @@ __all__ = ["add_columns", "parse_columns"]
 
 
 def add_columns(parser: argparse.ArgumentParser, name: str = "--column", of: str = "a CSV, LVM or MATLAB file") -> None:
-    """Add the option that maps columns.
-
-    Parameters
-    ----------
-    parser : argparse.ArgumentParser
-        Where to add it.
-    name : str
-        The option.
-    of : str
-        Whose columns, for the help.
-    """
+    """Add the option ``name`` that maps columns ``of`` some file."""
     parser.add_argument(
         name, action="append", default=[], metavar="HEADER=CHANNEL",
         help=f'what a column of {of} is, such as "Accel 1=acc:1 [g]" or "Temp=skip"; may be repeated. Headers time, '
@@ -30,20 +20,7 @@ def add_columns(parser: argparse.ArgumentParser, name: str = "--column", of: str
 
 
 def parse_columns(pairs: Sequence[str], option: str = "--column") -> Iterator[tuple[str, str]]:
-    """Header and channel of each pair.
-
-    Parameters
-    ----------
-    pairs : sequence of str
-        As they were given, "HEADER=CHANNEL".
-    option : str
-        Name of the option, for the message.
-
-    Raises
-    ------
-    ClearanceError
-        If a pair is none.
-    """
+    """Header and channel of each "HEADER=CHANNEL"; a ClearanceError names the option if one is none."""
     for pair in pairs:
         header, equals, channel = pair.rpartition("=")
         if not (header and equals and channel):

@@ -18,13 +18,7 @@ class Parser(argparse.ArgumentParser):
     """A parser whose errors are one line."""
 
     def error(self, message: str) -> NoReturn:
-        """End with status 2.
-
-        Parameters
-        ----------
-        message : str
-            What is wrong.
-        """
+        """End with status 2 and what is wrong."""
         self.exit(2, f"{self.prog}: {message} (see {self.prog} --help)\n")
 
 
@@ -46,13 +40,7 @@ class Command:
     """help of ``--out``"""
 
     def add(self, commands: argparse._SubParsersAction[Parser]) -> None:
-        """Add its parser, with the options that all commands have.
-
-        Parameters
-        ----------
-        commands : argparse subparsers
-            Where to add it.
-        """
+        """Add its parser, with the options that all commands have."""
         parser = commands.add_parser(self.name, help=self.help, description=self.help)
         parser.set_defaults(run=self.run, parser=parser)
         parser.add_argument("--json", action="store_true", help="print the result as JSON")
@@ -73,21 +61,7 @@ def command(
     out: Path | None = None,
     out_help: str | None = None,
 ) -> Callable[[Run], Run]:
-    """Make a function a command; a decorator.
-
-    Parameters
-    ----------
-    name : str
-        What users type.
-    help : str
-        One line.
-    options : callable
-        Adds the command's own options to its parser.
-    out : Path, optional
-        Default of ``--out``.
-    out_help : str, optional
-        Help of ``--out``.
-    """
+    """Make a function a command; a decorator. ``options`` adds its own options to its parser, ``out`` is a default."""
 
     def register(run: Run) -> Run:
         COMMANDS[name] = Command(name, help, options, run, out, out_help)
@@ -97,34 +71,13 @@ def command(
 
 
 def out_folder(folder: Path | None, option: str = "--out") -> None:
-    """Refuse a file where results need a folder.
-
-    Parameters
-    ----------
-    folder : Path or None
-        What was given.
-    option : str
-        By which option.
-
-    Raises
-    ------
-    ClearanceError
-        If it is a file.
-    """
+    """Refuse a file that was given by an option where results need a folder."""
     if folder and folder.is_file():
         raise ClearanceError(f"{option} {folder} is a file; give a folder")
 
 
 def write_json(path: Path, data: Any) -> None:
-    """Write plain data; the file is replaced only once the new one is whole.
-
-    Parameters
-    ----------
-    path : Path
-        The file.
-    data : dict, list or number
-        Nested plain data.
-    """
+    """Write plain data; the file is replaced only once the new one is whole."""
     with replacing(path) as temporary:
         temporary.write_text(to_json(data), encoding="utf-8")
 
@@ -137,15 +90,7 @@ class _Drawing(Protocol):
 
 
 def write_figures(folder: Path, drawings: Iterable[_Drawing]) -> list[str]:
-    """Write drawings as PNG files named like them; return the files' paths.
-
-    Parameters
-    ----------
-    folder : Path
-        Where to write them.
-    drawings : iterable of Drawing
-        What to write.
-    """
+    """Write drawings as PNG files named like them; return the files' paths."""
     paths = []
     for drawing in drawings:
         paths.append(folder / f"{drawing.name}.png")

@@ -16,17 +16,7 @@ __all__ = ["add_drive", "excitation", "load"]
 
 
 def add_drive(parser: argparse.ArgumentParser, duration: float, fs: float = 8192.0) -> None:
-    """Add the options.
-
-    Parameters
-    ----------
-    parser : ArgumentParser
-        Of the command.
-    duration : float
-        Default of ``--duration``, s.
-    fs : float
-        Default of ``--fs``, samples per second.
-    """
+    """Add the options."""
     parser.add_argument("rig", type=Path, help="rig file (TOML)")
     parser.add_argument("--law", type=Path, help="law file (default: the rig's datasheet contact)")
     parser.add_argument("--engine", default="links", help="links, modal or modal-mj (default: %(default)s)")
@@ -40,13 +30,7 @@ def add_drive(parser: argparse.ArgumentParser, duration: float, fs: float = 8192
 
 
 def load(options: argparse.Namespace) -> tuple[Rig, Law]:
-    """Return the rig and the law that the options name.
-
-    Parameters
-    ----------
-    options : Namespace
-        Parsed options.
-    """
+    """Return the rig and the law that the options name."""
     from ..clearance import load_law
     from ..identify import nominal
     from ..rig import Rig
@@ -56,17 +40,7 @@ def load(options: argparse.Namespace) -> tuple[Rig, Law]:
 
 
 def excitation(options: argparse.Namespace, kind: str, rms: float) -> Excitation:
-    """Return the excitation of one level.
-
-    Parameters
-    ----------
-    options : Namespace
-        Parsed options.
-    kind : str
-        "base" or "force".
-    rms : float
-        Root mean square, m/s² or N.
-    """
+    """Return the excitation of one level."""
     from ..signals.excitation import random, stepped_sine
 
     if options.sine is not None:

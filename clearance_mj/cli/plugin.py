@@ -13,31 +13,12 @@ __all__ = ["add_plugin", "load_plugin"]
 
 
 def add_plugin(parser: argparse.ArgumentParser, what: str) -> None:
-    """Add the option.
-
-    Parameters
-    ----------
-    parser : ArgumentParser
-        Of a command.
-    what : str
-        What the file registers, with an article.
-    """
+    """Add the option; ``what`` the file registers has an article."""
     parser.add_argument("--plugin", type=Path, metavar="FILE", help=f"Python file that registers {what} of your own")
 
 
 def load_plugin(plugin: Path | None) -> None:
-    """Import a file by its name, so that other processes can import it too.
-
-    Parameters
-    ----------
-    plugin : Path or None
-        The file, if one was given.
-
-    Raises
-    ------
-    ClearanceError
-        If it cannot be used.
-    """
+    """Import a file, if one was given, by its name, so that other processes can import it too."""
     if plugin is None:
         return
     if not plugin.is_file():

@@ -80,6 +80,7 @@ def channels_to_dataset(channels: Sequence[Channel]) -> xr.Dataset:
 
 
 def dataset_to_channels(ds: xr.Dataset) -> list[Channel]:
+    """Channels of a dataset that `channels_to_dataset` made."""
     require_kind(ds, "channels")
     fs, start = float(attribute(ds, "fs")), float(attribute(ds, "start"))
     rows = zip(labels(ds, "name"), labels(ds, "dof"), labels(ds, "quantity"), values(ds, "value", "channel", "time"))

@@ -97,27 +97,10 @@ class Clip:
 
 
 def deflection(rig: Rig, response: Response, x: ArrayLike) -> np.ndarray:
-    """Displacement of the whole shaft relative to the base, from the forces of a response that began at rest.
+    """Displacement (n_t, n_x), m, of the shaft at x (m) relative to the base, from the forces of a response from rest.
 
-    Parameters
-    ----------
-    rig : Rig
-        The rig that was simulated.
-    response : Response
-        With contact and grease forces, from the start of the simulation.
-    x : array_like, shape (n_x,)
-        Positions, m.
-
-    Returns
-    -------
-    ndarray, shape (n_t, n_x)
-        m; at the bushings, as recorded. The modes' motion is exact for forces that are straight lines between samples
-        (first-order hold).
-
-    Raises
-    ------
-    RecordError
-        If the response has no forces or displacements, as a test record.
+    At the bushings it is as recorded. The modes' motion is exact for forces that are straight lines between samples
+    (first-order hold). A RecordError says if the response has no forces or displacements, as a test record.
     """
     displacement, contact, grease = response.displacement, response.contact_force, response.grease_force
     if displacement is None or contact is None or grease is None:
@@ -143,29 +126,10 @@ def deflection(rig: Rig, response: Response, x: ArrayLike) -> np.ndarray:
 
 def clip(rig: Rig, response: Response, start: float | None = None, seconds: float = 0.15, slow: float = 60.0,
          exaggeration: float | None = None, rate: float = 20.0) -> Clip:  # fmt: skip
-    """Cut a response to what an animation shows.
+    """Cut a response from rest to what an animation shows: ``seconds`` from ``start`` (s), ``slow`` times slower.
 
-    Parameters
-    ----------
-    rig : Rig
-        The rig that was simulated.
-    response : Response
-        From the start of the simulation; see `deflection`.
-    start : float, optional
-        s, of the first picture. Default: the strongest contact is in the middle.
-    seconds : float
-        s of motion that are shown.
-    slow : float
-        How many times slower.
-    exaggeration : float, optional
-        How many times larger lifts and gaps are drawn. Default: what fills the picture, to two digits.
-    rate : float
-        Pictures per second.
-
-    Raises
-    ------
-    ClearanceError
-        If the rig has no bushings or what is asked for cannot be shown; the message says what could.
+    Default: the strongest contact is in the middle, and lifts fill the picture. A ClearanceError says what could be
+    shown of a rig and response, if what is asked for cannot.
     """
     if not rig.bushings:
         raise ClearanceError(f"rig {rig.name!r} has no bushings in which its shaft could rattle")
@@ -220,18 +184,7 @@ def _window(response: Response, start: float | None, seconds: float) -> tuple[in
 
 
 def check(path: str | Path, renderer: str) -> None:
-    """Refuse what cannot be written, before anything is computed.
-
-    Parameters
-    ----------
-    path, renderer
-        As `write` takes them.
-
-    Raises
-    ------
-    ClearanceError
-        If the file's kind or the renderer is unknown, or the program that writes the file is missing.
-    """
+    """Refuse a kind of file or a renderer that is unknown or lacks its program, before anything is computed."""
     if Path(path).suffix not in _WRITERS:
         raise ClearanceError(f"{path}: animations are written as {' or '.join(_WRITERS)}")
     if Path(path).suffix == ".mp4" and not shutil.which("ffmpeg"):
@@ -241,28 +194,9 @@ def check(path: str | Path, renderer: str) -> None:
 
 
 def write(shown: Clip, path: str | Path, renderer: str = "auto", progress: bool = True) -> str:
-    """Write an animation.
+    """Write a ``.gif`` (Pillow) or ``.mp4`` (ffmpeg); return why MuJoCo did not draw it if it might have, else "".
 
-    Parameters
-    ----------
-    shown : Clip
-        What to show.
-    path : str or Path
-        A ``.gif``, written by Pillow, or an ``.mp4``, written by ffmpeg.
-    renderer : {"auto", "mujoco", "matplotlib"}
-        What draws the shaft: MuJoCo off screen, matplotlib, or MuJoCo where there is a GL library for it.
-    progress : bool
-        Show a progress bar.
-
-    Returns
-    -------
-    str
-        Why MuJoCo did not draw it although it might have; otherwise empty.
-
-    Raises
-    ------
-    ClearanceError
-        As `check`, and if MuJoCo was asked for and cannot draw.
+    Renderer "auto" is MuJoCo off screen where there is a GL library for it, else matplotlib.
     """
     path = Path(path)
     check(path, renderer)

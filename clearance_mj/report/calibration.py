@@ -27,13 +27,7 @@ def _name(path: str) -> str:
 
 
 def draw(found: Calibration) -> Drawing:
-    """Draw a calibration: data and fit, the solutions of all starts, correlations.
-
-    Parameters
-    ----------
-    found : Calibration
-        The calibration.
-    """
+    """Draw a calibration: data and fit, the solutions of all starts, correlations."""
     n = len(found.estimates.names)
     figure = Figure(figsize=(WIDTH, 2.6 * len(found.targets) + 3.1), layout="constrained", facecolor="white")
     upper, lower = np.asarray(figure.subfigures(2, 1, height_ratios=(2.6 * len(found.targets), 3.1))).tolist()

@@ -29,23 +29,9 @@ SHARES = ("frac", "csac", "csf")
 def draw(
     aligned: Alignment, comparison: Comparison, test_modes: Modes, model_modes: Modes, matrix: np.ndarray
 ) -> list[Drawing]:
-    """Draw a comparison.
+    """Draw a comparison, with the MAC ``matrix`` (n_test, n_model) of the modes of both.
 
-    Parameters
-    ----------
-    aligned : Alignment
-        The FRFs.
-    comparison : Comparison
-        What `compare` says of them.
-    test_modes, model_modes : Modes
-        Modes of each.
-    matrix : ndarray, shape (n_test, n_model)
-        MAC of their shapes.
-
-    Returns
-    -------
-    list of Drawing
-        "frf_1" and so on, six sensors each; "correlation"; "sensors"; "mac" if both have modes and it is defined.
+    Drawings: "frf_1" and so on, six sensors each; "correlation"; "sensors"; "mac" if both have modes and it is defined.
     """
     rows = np.arange(len(aligned.test.labels))
     pages = np.array_split(rows, -(-rows.size // PER_PAGE))

@@ -31,15 +31,7 @@ POINTS = 1500
 
 
 def write(folder: str | Path, balance: EnergyBalance) -> None:
-    """Write energy.csv (J at every sample), impacts.csv (one row for each, SI units) and energy_balance.png.
-
-    Parameters
-    ----------
-    folder : str or Path
-        Made if needed.
-    balance : EnergyBalance
-        The balance.
-    """
+    """Write energy.csv (J at every sample), impacts.csv (one row for each, SI units) and energy_balance.png."""
     folder, columns = Path(folder), balance.columns()
     with replacing(folder / "energy.csv") as temporary:
         values = np.column_stack(list(columns.values()))
@@ -50,13 +42,7 @@ def write(folder: str | Path, balance: EnergyBalance) -> None:
 
 
 def draw(balance: EnergyBalance) -> Drawing:
-    """Draw an energy balance.
-
-    Parameters
-    ----------
-    balance : EnergyBalance
-        The balance.
-    """
+    """Draw an energy balance."""
     figure = Figure(figsize=(WIDTH, 5.4), layout="constrained", facecolor="white")
     (energy, residual), (restitution, impulse) = figure.subplots(2, 2)
     _energy(energy, balance)

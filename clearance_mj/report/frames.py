@@ -44,17 +44,7 @@ _KEYS = [m.key for m in MEASURES]
 
 
 def interval(row: dict, key: str, factor: float = 1.0) -> Interval:
-    """Return a measure of a row with its interval.
-
-    Parameters
-    ----------
-    row : dict
-        Of `Study.rows`, or of `sensor_means`.
-    key : str
-        The measure.
-    factor : float
-        Of its unit.
-    """
+    """Return a measure of a row of `Study.rows` or `sensor_means` with its interval, times the factor of its unit."""
     found = repeatability.interval_of(row, key)
     return Interval(factor * found.value, factor * found.low, factor * found.high, found.doubtful)
 
@@ -77,13 +67,7 @@ def _headed(frame: pd.DataFrame, **head: Any) -> pd.DataFrame:
 
 
 def modes(study: Study) -> pd.DataFrame:
-    """Return natural frequencies of test and model: a row per record, law, engine and mode.
-
-    Parameters
-    ----------
-    study : Study
-        The study; rows of the repeatability have law "repeat".
-    """
+    """Return natural frequencies of test and model: a row per record, law, engine and mode."""
 
     def part(comparison: Comparison) -> pd.DataFrame:
         frame = pd.DataFrame(comparison.per_mode)
@@ -93,36 +77,18 @@ def modes(study: Study) -> pd.DataFrame:
 
 
 def sensors(study: Study) -> pd.DataFrame:
-    """Return measures of every sensor: a row per record, law, engine and sensor.
-
-    Parameters
-    ----------
-    study : Study
-        The study; rows of the repeatability have law "repeat".
-    """
+    """Return measures of every sensor: a row per record, law, engine and sensor."""
     nodes = [str(s.node) for s in study.dataset.rig.sensors]
     return _stacked(study, lambda c: pd.DataFrame(c.per_sensor).assign(sensor=nodes)[["sensor", *_KEYS]])
 
 
 def seeds(study: Study) -> pd.DataFrame:
-    """Return what means are of: measures over all sensors, a row per record, law and engine.
-
-    Parameters
-    ----------
-    study : Study
-        The study; rows of the repeatability have law "repeat".
-    """
+    """Return what means are of: measures over all sensors, a row per record, law and engine."""
     return _stacked(study, lambda c: pd.DataFrame([c.summary()]))
 
 
 def sensor_means(study: Study) -> pd.DataFrame:
-    """Return means over the seeds of every sensor's measures, with intervals: a row per level, law, engine and sensor.
-
-    Parameters
-    ----------
-    study : Study
-        The study; rows of the repeatability have law "repeat".
-    """
+    """Return means over seeds of every sensor's measures, with intervals: a row per level, law, engine and sensor."""
     rows: list[dict] = []
     for (sensor, law, engine), found in sensors(study).groupby(["sensor", "law", "engine"], sort=False):
         by_level: dict[Any, Any] = {level: part[_KEYS].to_dict("records") for level, part in found.groupby("level")}
@@ -136,13 +102,7 @@ def sensor_means(study: Study) -> pd.DataFrame:
 
 
 def contact(study: Study) -> pd.DataFrame:
-    """Return motion and contact in every bushing: a row per record, law, engine and bushing.
-
-    Parameters
-    ----------
-    study : Study
-        The study; law "test" is what probes saw.
-    """
+    """Return motion and contact in every bushing: a row per record, law, engine and bushing."""
     gaps = [b.gap for b in study.dataset.rig.bushings]
     parts = []
     for record in study.dataset.validate:
@@ -166,13 +126,7 @@ def contact(study: Study) -> pd.DataFrame:
 
 
 def improvements(study: Study) -> pd.DataFrame:
-    """Return the change from the base law to another in percent of the former: a row per level, law and quantity.
-
-    Parameters
-    ----------
-    study : Study
-        The study; every law beside the base is compared with it, on the main engine.
-    """
+    """Return the change from the base law to another in percent of the former: a row per level, law and quantity."""
     found = {(r["level"], r["law"]): r for r in study.rows() if r["engine"] == study.main_engine}
     rows = []
     for (level, law), row in found.items():
@@ -186,13 +140,7 @@ def improvements(study: Study) -> pd.DataFrame:
 
 
 def parameters(study: Study) -> pd.DataFrame:
-    """Return fitted parameters with their standard deviations, and the rig file's value at the first bushing.
-
-    Parameters
-    ----------
-    study : Study
-        The study.
-    """
+    """Return fitted parameters with their standard deviations, and the rig file's value at the first bushing."""
 
     def in_rig_file(name: str) -> float:
         """Of a parameter named like "grease stiffness"; nan if it is not there."""
@@ -214,13 +162,7 @@ def parameters(study: Study) -> pd.DataFrame:
 
 
 def engines(study: Study) -> pd.DataFrame:
-    """Return the time step of every engine under every law: the shortest and the longest over the records.
-
-    Parameters
-    ----------
-    study : Study
-        The study.
-    """
+    """Return the time step of every engine under every law: the shortest and the longest over the records."""
     steps = pd.DataFrame([{"engine": c.engine, "law": c.law, "step": c.statistics["step"]} for c in study.cases])
     found = steps.groupby(["engine", "law"], sort=False)["step"].agg(step_min_s="min", step_max_s="max")
     settings = {
@@ -234,13 +176,7 @@ def engines(study: Study) -> pd.DataFrame:
 
 
 def records(study: Study) -> pd.DataFrame:
-    """Return the records of the dataset and what each was used for.
-
-    Parameters
-    ----------
-    study : Study
-        The study.
-    """
+    """Return the records of the dataset and what each was used for."""
     return pd.DataFrame(
         [
             {

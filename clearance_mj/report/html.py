@@ -62,26 +62,12 @@ class Section:
 
 
 def paragraph(text: str, kind: str = "") -> str:
-    """Return text, which may hold markup, as a paragraph of a CSS class.
-
-    Parameters
-    ----------
-    text : str
-        May hold markup.
-    kind : str
-        CSS class, such as "note" or "banner"; none if empty.
-    """
+    """Return text, which may hold markup, as a paragraph of a CSS class such as "note" or "banner"."""
     return f'<p class="{kind}">{text}</p>\n' if kind else f"<p>{text}</p>\n"
 
 
 def formula(text: str) -> str:
-    """Return plain text as markup, with H_t as a symbol with an index and φ^H as one with an exponent.
-
-    Parameters
-    ----------
-    text : str
-        Plain text.
-    """
+    """Return plain text as markup, with H_t as a symbol with an index and φ^H as one with an exponent."""
     indexed = re.sub(r"([^\W_]+|Σ)_(\w+)", _index, str(escape(text)))
     return re.sub(r"\^(\w)", r"<sup>\1</sup>", indexed)
 
@@ -93,26 +79,12 @@ def _index(match: re.Match[str]) -> str:
 
 
 def heading(anchor: str, title: str) -> str:
-    """Return the heading of a part of a section, which the table of contents lists.
-
-    Parameters
-    ----------
-    anchor : str
-        Name on the page.
-    title : str
-        Heading.
-    """
+    """Return the heading of a part of a section, which the table of contents lists."""
     return f'<h3 id="{anchor}"><a href="#{anchor}">{escape(title)}</a></h3>\n'
 
 
 def figure(picture: Picture) -> str:
-    """Return a numbered figure with its caption and its image inside.
-
-    Parameters
-    ----------
-    picture : Picture
-        The figure.
-    """
+    """Return a numbered figure with its caption and its image inside."""
     return (
         f'<figure id="figure-{picture.name}"><img src="{picture.source}" alt="{escape(picture.alt)}">\n'
         f"<figcaption><b>Figure {picture.number}.</b> {escape(picture.caption)}</figcaption></figure>\n"
@@ -122,14 +94,8 @@ def figure(picture: Picture) -> str:
 def table(shown: Table, label: str = "", breaks: bool = False) -> str:
     """Return a table whose columns sort when the button in their heading is pressed: once upwards, again downwards.
 
-    Parameters
-    ----------
-    shown : Table
-        Its nan are shown as "–" and its None as nothing.
-    label : str
-        What stands before the caption, such as "Table 1."
-    breaks : bool
-        Draw a line where the first column changes.
+    Its nan are shown as "–", its None as nothing; ``label`` stands before the caption, such as "Table 1."; ``breaks``
+    draws a line where the first column changes.
     """
     by_group = groupby(enumerate(shown.columns), key=lambda item: item[1].group)
     groups = [{"name": name, "columns": list(columns)} for name, columns in by_group]
@@ -137,17 +103,7 @@ def table(shown: Table, label: str = "", breaks: bool = False) -> str:
 
 
 def page(title: str, sections: Sequence[Section], top: str = "") -> str:
-    """Return the whole page.
-
-    Parameters
-    ----------
-    title : str
-        Heading of the page and title of its window.
-    sections : sequence of Section
-        Its parts, numbered in their order.
-    top : str
-        Markup between the heading and the table of contents.
-    """
+    """Return the whole page: title, markup ``top``, table of contents and numbered sections."""
     return render("page.html.j2", title=title, sections=[(s, _entries(s.body)) for s in sections], top=top)
 
 
@@ -157,15 +113,7 @@ def _entries(body: str) -> list[tuple[str, str]]:
 
 
 def render(template: str, **values: object) -> str:
-    """Return a template of this package filled in.
-
-    Parameters
-    ----------
-    template : str
-        Its file's name.
-    **values
-        What it names.
-    """
+    """Return a template of this package filled in."""
     return _ENVIRONMENT.get_template(template).render(values)
 
 

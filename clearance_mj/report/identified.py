@@ -31,31 +31,16 @@ CURVE = 200
 
 
 class Findings:
-    """Parameters and figures of a law that was identified from a dataset.
-
-    Parameters
-    ----------
-    dataset : Dataset
-        Only its rig and its records with role "identify" are used.
-    found : Identified
-        The law and its fitted parameters.
-    method : str
-        Names it.
-    """
+    """Parameters and figures of a law that a method identified from the records of a dataset with role "identify"."""
 
     def __init__(self, dataset: Dataset, found: Identified, method: str):
         self.records, self.rig = dataset.to_identify(), dataset.rig
         self.dataset, self.found, self.method = dataset, found, method
 
     def parameters(self) -> list[dict]:
-        """Name, unit, value and standard deviation of every parameter with which the law was found.
+        """Name, unit, value and standard deviation of every parameter of the law, infinite where not identifiable.
 
-        The deviation is infinite where a parameter is not identifiable.
-
-        Raises
-        ------
-        RecordError
-            If the records do not identify them.
+        A RecordError says if the records do not identify them.
         """
         if fit := self.found.estimates:
             return [row | {"std": float(s)} for row, s in zip(fit.rows(), fit.std)]

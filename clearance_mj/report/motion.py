@@ -28,26 +28,9 @@ BINS = 70
 
 
 def stroboscopic(response: Response, frequency: float, drop: float = 0.0) -> np.ndarray:
-    """States at the bushings once in every period of a sine that begins at phase 0.
+    """States (2, n_periods, n_bushings), m and m/s, once in every period of a sine (Hz) that begins at phase 0.
 
-    Parameters
-    ----------
-    response : Response
-        With displacements.
-    frequency : float
-        Of the sine, Hz.
-    drop : float
-        s at the start that are left out until the motion is steady.
-
-    Returns
-    -------
-    ndarray, shape (2, n_periods, n_bushings)
-        Displacement, m, and velocity, m/s.
-
-    Raises
-    ------
-    RecordError
-        If the response has no displacements or no period is left.
+    ``drop`` s at the start are left out until the motion is steady; a RecordError says if no period is left.
     """
     spline = _spline(response)
     first, last = np.ceil(drop * frequency - 1e-9), np.floor(spline.x[-1] * frequency + 1e-9)
@@ -58,27 +41,7 @@ def stroboscopic(response: Response, frequency: float, drop: float = 0.0) -> np.
 
 
 def turning_points(response: Response, bushing: int, drop: float = 0.0) -> np.ndarray:
-    """Displacements at a bushing where its velocity passes zero, in their order.
-
-    Parameters
-    ----------
-    response : Response
-        With displacements.
-    bushing : int
-        Index of the bushing.
-    drop : float
-        s at the start that are left out.
-
-    Returns
-    -------
-    ndarray, shape (n,)
-        m.
-
-    Raises
-    ------
-    RecordError
-        If the response has no displacements.
-    """
+    """Displacements (n,), m, at a bushing where its velocity passes zero, in their order; ``drop`` s are left out."""
     spline = _spline(response, bushing)
     moments = spline.derivative().roots(extrapolate=False)
     return spline(moments[moments >= drop])
@@ -100,17 +63,7 @@ def _path(response: Response, bushing: int, drop: float) -> tuple[np.ndarray, np
 def drawings(
     rig: Rig, responses: Mapping[float, Response], frequency: float | None = None, drop: float = 0.0
 ) -> list[Drawing]:
-    """Draw phase portraits, Poincaré sections, and the waterfall that the excitation allows: spectra, or FRFs of noise.
-
-    Parameters
-    ----------
-    rig, responses, frequency, drop
-        As in `phase_portraits`.
-
-    Returns
-    -------
-    list of Drawing
-    """
+    """Draw phase portraits, Poincaré sections, and a waterfall: of spectra under a sine, else of FRFs."""
     if frequency:
         waterfall = spectrum_waterfall(rig, responses, drop)
     else:
@@ -122,18 +75,9 @@ def drawings(
 def phase_portraits(
     rig: Rig, responses: Mapping[float, Response], frequency: float | None = None, drop: float = 0.0
 ) -> Drawing:
-    """Draw velocity over displacement at every bushing, a column for each level.
+    """Draw velocity over displacement at every bushing, a column for each level (m/s² or N); ``drop`` s are left out.
 
-    Parameters
-    ----------
-    rig : Rig
-        The rig.
-    responses : mapping of float to Response
-        By level, m/s² or N.
-    frequency : float, optional
-        Of a sine, Hz: the path is drawn as a line. Otherwise the motion is random and its density is drawn.
-    drop : float
-        s at the start that are left out.
+    Of a sine (frequency in Hz) the path is drawn as a line, of random motion its density.
     """
 
     def draw(ax: Axes, j: int, response: Response) -> None:
@@ -151,18 +95,9 @@ def phase_portraits(
 def poincare_sections(
     rig: Rig, responses: Mapping[float, Response], frequency: float | None = None, drop: float = 0.0
 ) -> Drawing:
-    """Draw Poincaré sections at every bushing, a column for each level.
+    """Draw Poincaré sections at every bushing, a column for each level (m/s² or N); ``drop`` s are left out.
 
-    Parameters
-    ----------
-    rig : Rig
-        The rig.
-    responses : mapping of float to Response
-        By level, m/s² or N.
-    frequency : float, optional
-        Of a sine, Hz: the section is stroboscopic. Otherwise it is where the velocity passes zero.
-    drop : float
-        s at the start that are left out.
+    Of a sine (frequency in Hz) the section is stroboscopic, else it is where the velocity passes zero.
     """
 
     def draw(ax: Axes, j: int, response: Response) -> None:

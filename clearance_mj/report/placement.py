@@ -24,19 +24,7 @@ MOST_GROWTH = 10.0
 
 
 def draw(rig: Rig, places: Candidates, found: Placement, modes: Sequence[int]) -> Drawing:
-    """Draw a layout.
-
-    Parameters
-    ----------
-    rig : Rig
-        The rig.
-    places : Candidates
-        Where sensors might have sat.
-    found : Placement
-        The layout.
-    modes : sequence of int
-        Numbers of the modes that are wanted.
-    """
+    """Draw a layout for the modes of these numbers, and where its sensors might have sat."""
     figure = Figure(figsize=(WIDTH, 5.6), layout="constrained", facecolor="white")
     grid = figure.add_gridspec(2, 2, height_ratios=(1.25, 1))
     _shaft(figure.add_subplot(grid[0, :]), rig, places, found, modes)

@@ -59,23 +59,9 @@ class Stroke:
 
 
 def render(mjcf: str, views: Sequence[View], strokes: Sequence[Stroke] = ()) -> tuple[list[np.ndarray], str]:
-    """Render a model at rest.
+    """Render a model (MJCF) at rest: images (height, width, 3), one for each view, and "".
 
-    Parameters
-    ----------
-    mjcf : str
-        The model.
-    views : sequence of View
-        One picture each.
-    strokes : sequence of Stroke
-        What is drawn beside the model.
-
-    Returns
-    -------
-    images : list of ndarray, shape (height, width, 3)
-        Empty if there is no GL backend.
-    reason : str
-        Why there is none; empty if there is.
+    Where there is no GL backend: no images, and the reason.
     """
     backend = os.environ.get("MUJOCO_GL") or ("egl" if sys.platform == "linux" else "")
     environment = os.environ | ({"MUJOCO_GL": backend} if backend else {})

@@ -78,13 +78,7 @@ class Drawing:
         return _POINT.sub(lambda m: b"%c%.2f %.2f" % (m[1], float(m[2]), float(m[3])), buffer.getvalue())
 
     def write(self, folder: Path) -> Path:
-        """Write the figure as PNG and return the file's path.
-
-        Parameters
-        ----------
-        folder : Path
-            Where to; made if needed.
-        """
+        """Write the figure as PNG and return the file's path."""
         path = folder / f"{self.name}.png"
         with replacing(path) as temporary:
             temporary.write_bytes(self.png())
@@ -95,17 +89,7 @@ def sheet(
     height: float, handles: Sequence[Artist] = (), left: float = 0.58, right: float = 0.12, bottom: float = 0.42,
     titled: float = 0.26,
 ) -> Figure:  # fmt: skip
-    """Return a figure of the report's width with a legend above its panels.
-
-    Parameters
-    ----------
-    height : float
-        Of the panels, in.
-    handles : sequence of Artist
-        Of the legend.
-    left, right, bottom, titled : float
-        Margins; room for the panels' titles; in.
-    """
+    """Return a figure of the report's width with a legend above its panels; their height and the margins in inches."""
     legend_rows = -(-len(handles) // LEGEND_COLUMNS)
     top = titled + 0.17 * legend_rows
     whole = bottom + height + top
@@ -120,15 +104,7 @@ def sheet(
 
 
 def tidy(ax: Axes, title: str = "", ylabel: str = "", xlabel: str = "") -> None:
-    """Give axes the report's fonts, lines and grid.
-
-    Parameters
-    ----------
-    ax : Axes
-        The axes.
-    title, ylabel, xlabel : str
-        Its words; labels have quantity and unit.
-    """
+    """Give axes the report's fonts, lines and grid, and their words; labels have quantity and unit."""
     ax.tick_params(labelsize=FONT - 1, width=0.6, length=3)
     ax.grid(True, color=FAINT, linewidth=0.5)
     ax.set_axisbelow(True)
@@ -140,17 +116,7 @@ def tidy(ax: Axes, title: str = "", ylabel: str = "", xlabel: str = "") -> None:
 
 
 def frequency_axis(ax: Axes, band: tuple[float, float], labelled: bool) -> None:
-    """Make x a logarithmic frequency axis.
-
-    Parameters
-    ----------
-    ax : Axes
-        The axes.
-    band : tuple of float
-        Its ends, Hz.
-    labelled : bool
-        Whether it is the lowest panel.
-    """
+    """Make x a logarithmic frequency axis over a band (Hz), ``labelled`` on the lowest panel."""
     ax.set_xscale("log")
     ax.set_xlim(*band)
     ax.set_xticks([f for f in FREQUENCIES if band[0] <= f <= band[1]])
@@ -162,76 +128,38 @@ def frequency_axis(ax: Axes, band: tuple[float, float], labelled: bool) -> None:
 
 
 def level_axis(ax: Axes, levels: Sequence[float]) -> None:
-    """Make x a logarithmic axis with a tick at each level.
-
-    Parameters
-    ----------
-    ax : Axes
-        The axes.
-    levels : sequence of float
-        The levels.
-    """
+    """Make x a logarithmic axis with a tick at each level."""
     ax.set_xscale("log")
     ax.set_xticks(levels, [f"{level:g}" for level in levels])
     ax.xaxis.set_minor_locator(NullLocator())
 
 
 def letters(n: int) -> list[str]:
-    """Return (a), (b) and so on for n panels.
-
-    Parameters
-    ----------
-    n : int
-        How many.
-    """
+    """Return (a), (b) and so on for n panels."""
     return [f"({chr(ord('a') + i)})" if i < 26 else f"({i + 1})" for i in range(n)]
 
 
 def decibel(value: np.ndarray) -> np.ndarray:
-    """Return magnitudes in dB.
-
-    Parameters
-    ----------
-    value : ndarray
-        Complex or real.
-    """
+    """Return magnitudes in dB."""
     with np.errstate(divide="ignore"):
         return 20 * np.log10(np.abs(value))
 
 
 def phase(value: np.ndarray) -> np.ndarray:
-    """Return the phase in degrees, -180 to 180, with a gap where it wraps.
-
-    Parameters
-    ----------
-    value : ndarray, shape (n_f,)
-        Complex.
-    """
+    """Return the phase in degrees, -180 to 180, with a gap where it wraps."""
     degrees = np.degrees(np.angle(value))
     degrees[1:][np.abs(np.diff(degrees)) > 180] = np.nan
     return degrees
 
 
 def finite(values: np.ndarray) -> np.ndarray:
-    """Return the finite values, or a zero if there is none.
-
-    Parameters
-    ----------
-    values : ndarray
-        Any.
-    """
+    """Return the finite values, or a zero if there is none."""
     found = values[np.isfinite(values)]
     return found if found.size else np.zeros(1)
 
 
 def at_bushings(rig: Rig) -> list[int]:
-    """Return the rows of the sensors that sit in a bushing.
-
-    Parameters
-    ----------
-    rig : Rig
-        The rig.
-    """
+    """Return the rows of the sensors that sit in a bushing."""
     return [
         row
         for row, sensor in enumerate(rig.sensors)
@@ -240,15 +168,7 @@ def at_bushings(rig: Rig) -> list[int]:
 
 
 def sensor_title(rig: Rig, row: int) -> str:
-    """Return a sensor in words: its number, and its bushing or position.
-
-    Parameters
-    ----------
-    rig : Rig
-        The rig.
-    row : int
-        Of the sensor.
-    """
+    """Return a sensor in words: its number, and its bushing or position."""
     sensor = rig.sensors[row]
     inside = [i + 1 for i, b in enumerate(rig.bushings) if b.ends[0] <= sensor.position <= b.ends[1]]
     return f"sensor {sensor.node}" + (f", bushing {inside[0]}" if inside else f", {sensor.position:g} m")

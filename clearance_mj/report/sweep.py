@@ -32,15 +32,7 @@ MOST_ROWS = 8
 
 
 def draw_results(results: xr.Dataset, varied: tuple[Vary, ...]) -> Drawing | None:
-    """Draw what came out over each varied parameter; None if all cases gave the same, or nothing.
-
-    Parameters
-    ----------
-    results : xarray.Dataset
-        As `run_sweep` returns it.
-    varied : tuple of Vary
-        The varied parameters.
-    """
+    """Draw what came out over each varied parameter; None if all cases gave the same, or nothing."""
     found = _most_telling(quantities(results))
     if not found:
         return None
@@ -71,13 +63,7 @@ def _mark_ends(ax: Axes, values: Sequence[float]) -> None:
 
 
 def draw_sensitivity(found: Sensitivity) -> Drawing:
-    """Draw Sobol indices, with their 95 % intervals.
-
-    Parameters
-    ----------
-    found : Sensitivity
-        The indices.
-    """
+    """Draw Sobol indices, with their 95 % intervals."""
     n, columns = len(found.quantity), 4
     rows = -(-n // columns)
     height = 0.55 + rows * (0.5 + 0.22 * len(found.parameter))

@@ -81,31 +81,13 @@ class Table:
 
     @classmethod
     def of(cls, name: str, caption: str, frame: pd.DataFrame, columns: Mapping[str, Column]) -> Self:
-        """Return columns of a data frame as a table.
-
-        Parameters
-        ----------
-        name, caption : str
-            As the fields.
-        frame : DataFrame
-            The cells.
-        columns : mapping of str to Column
-            Headings by the names of the frame's columns.
-        """
+        """Return columns of a data frame as a table; ``columns`` are headings by the names of the frame's columns."""
         cells = frame[list(columns)].astype(object)
         return cls(name, caption, tuple(columns.values()), tuple(cells.itertuples(index=False, name=None)))
 
 
 def write_csv(path: Path, rows: pd.DataFrame | Iterable[dict]) -> None:
-    """Write rows as CSV with every digit; a row may lack a column.
-
-    Parameters
-    ----------
-    path : Path
-        The file.
-    rows : DataFrame, or iterable of dict
-        Their keys, in the order of their first appearance, are the columns.
-    """
+    """Write rows as CSV with every digit; a row may lack a column, columns come in the order of first appearance."""
     frame = rows if isinstance(rows, pd.DataFrame) else _frame(list(rows))
     with replacing(path) as temporary:
         frame.to_csv(temporary, index=False, na_rep="nan", lineterminator="\n")

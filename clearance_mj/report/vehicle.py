@@ -70,13 +70,7 @@ UNITS = {
 
 
 def look(controller: str) -> dict[str, Any]:
-    """Colour, line style, width and label of a controller's lines, as its registration says.
-
-    Parameters
-    ----------
-    controller : str
-        Name.
-    """
+    """Colour, line style, width and label of a controller's lines, as its registration says."""
     known = get_controller(controller)
     without = [name for name, one in CONTROLLERS.items() if one.colour is None]
     colour = known.colour or CYCLE[without.index(controller) % len(CYCLE)]
@@ -96,17 +90,7 @@ def _legend(figure: Figure, handles: Sequence[Any]) -> None:
 
 
 def histories(outcomes: Sequence[Outcome], name: str, quantities: Sequence[str] = SHOWN) -> Drawing:
-    """Quantities over time, controllers overlaid, and below them the contact state of each.
-
-    Parameters
-    ----------
-    outcomes : sequence of Outcome
-        Of different controllers on one manoeuvre.
-    name : str
-        Of the figure.
-    quantities : sequence of str
-        Of `HISTORIES`.
-    """
+    """Draw `HISTORIES` over time, controllers on one manoeuvre overlaid, and below them the contact state of each."""
     n, strip = len(quantities), 0.16 * len(outcomes) + 0.1
     figure = Figure(figsize=(WIDTH, 1.25 * n + strip + 1.0), layout="constrained", facecolor="white")
     axes = figure.subplots(n + 1, 1, sharex=True, height_ratios=[1.25] * n + [strip])
@@ -173,17 +157,7 @@ def _timing_table(outcomes: Sequence[Outcome]) -> Table:
 def write_report(outcomes: Sequence[Outcome], folder: str | Path) -> dict[str, Any]:
     """Write ``report.html``, ``figures/*.png``, ``histories_NAME.csv``, ``metrics.csv`` and ``summary.json``.
 
-    Parameters
-    ----------
-    outcomes : sequence of Outcome
-        Of different controllers on one manoeuvre.
-    folder : str or Path
-        Where to; made if needed.
-
-    Returns
-    -------
-    dict
-        What is in ``summary.json``, and the timings, which differ from run to run.
+    Returns what is in ``summary.json``, and the timings, which differ from run to run.
     """
     folder = Path(folder)
     drawings = (_paths(outcomes), histories(outcomes, "histories"))

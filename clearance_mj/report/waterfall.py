@@ -27,15 +27,7 @@ Curves = Mapping[float, Sequence[tuple[np.ndarray, np.ndarray]]]
 
 
 def frf_waterfall(rig: Rig, frfs: Mapping[float, FRF]) -> Drawing:
-    """Draw FRFs at the bushings' sensors (or the last, if none sits there) over level, each level 20 dB above the last.
-
-    Parameters
-    ----------
-    rig : Rig
-        The rig.
-    frfs : mapping of float to FRF
-        By level, m/s² or N.
-    """
+    """Draw FRFs by level (m/s² or N) at the bushings' sensors (or the last sensor), each 20 dB above the last."""
     curves = {level: [(frf.frequency, decibel(frf.functions))] for level, frf in frfs.items()}
     some = next(iter(frfs.values()))
     base = some.quantity == "acceleration/acceleration"
@@ -47,18 +39,9 @@ def frf_waterfall(rig: Rig, frfs: Mapping[float, FRF]) -> Drawing:
 def spectrum_waterfall(
     rig: Rig, responses: Mapping[float, Response], drop: float = 0.0, most: float = 220.0
 ) -> Drawing:
-    """Draw amplitude spectra at the bushings' sensors, over the excitation's, each level 60 dB above the last.
+    """Draw amplitude spectra under sines by level (m/s² or N) at the bushings' sensors, over the excitation's.
 
-    Parameters
-    ----------
-    rig : Rig
-        The rig.
-    responses : mapping of float to Response
-        By level, m/s² or N; under a sine.
-    drop : float
-        s at the start that are left out.
-    most : float
-        Highest frequency, Hz.
+    Each level is 60 dB above the last; ``drop`` s at the start are left out, frequencies end at ``most`` Hz.
     """
     curves = {}
     for level, response in responses.items():
@@ -83,18 +66,8 @@ def draw_levels(
 ) -> Figure:  # fmt: skip
     """Draw curves of every level at the bushings' sensors (or the last), the lowest level below.
 
-    Parameters
-    ----------
-    rig : Rig
-        The rig.
-    curves : mapping
-        By level, (frequency, values of every sensor in dB) of each curve.
-    quantity, reference, unit : str
-        What is drawn, the unit of its dB, the unit of levels.
-    step, dynamic : float
-        dB between levels; dB that are drawn below a curve's peak.
-    looks : sequence of dict
-        Line of each curve of a level; default: a colour for each level.
+    Curves are (frequency, values of every sensor in dB) with their unit ``reference``, ``step`` dB apart and drawn to
+    ``dynamic`` dB below their peak; ``looks`` are their lines, by default a colour for each level.
     """
     rows = at_bushings(rig) or [len(rig.sensors) - 1]
     figure = Figure(figsize=(WIDTH, 1.4 + 0.62 * len(curves)), layout="constrained", facecolor="white")

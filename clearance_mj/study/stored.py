@@ -40,13 +40,7 @@ class CaseResult:
 
 
 def record_digest(record: Record) -> str:
-    """Return the digest of everything that a law or a case takes from a record.
-
-    Parameters
-    ----------
-    record : Record
-        The record.
-    """
+    """Return the digest of everything that a law or a case takes from a record."""
     response = record.response()
     arrays = [a for a in (response.excitation, response.acceleration, response.displacement) if a is not None]
     samples = [hashlib.sha256(np.ascontiguousarray(a).tobytes()).hexdigest() for a in arrays]
@@ -60,19 +54,7 @@ IdentifiedWithWarnings = tuple[Identified, tuple[str, ...]]
 def law(
     cache: ResultCache | None, name: str, inputs: object, compute: Callable[[], IdentifiedWithWarnings]
 ) -> IdentifiedWithWarnings:
-    """Return an identified law and the warnings of its identification from the cache, or compute it.
-
-    Parameters
-    ----------
-    cache : ResultCache or None
-        Where it is kept.
-    name : str
-        Of its file.
-    inputs : object
-        What it depends on.
-    compute : callable
-        Identifies it.
-    """
+    """Return an identified law and the warnings of its identification from the cache, or compute it."""
 
     def save(found: IdentifiedWithWarnings, path: Path) -> None:
         law, texts = found
@@ -90,15 +72,7 @@ def law(
 def case(
     cache: ResultCache | None, name: str, inputs: object, test: FRF, compute: Callable[[], CaseResult]
 ) -> CaseResult:
-    """Return the results of a case from the cache, or compute them.
-
-    Parameters
-    ----------
-    cache, name, inputs, compute
-        As for `law`.
-    test : FRF
-        The measured FRFs.
-    """
+    """Return the results of a case from the cache, or compute them."""
 
     def save(found: CaseResult, path: Path) -> None:
         per_mode = {key: column.tolist() for key, column in found.comparison.per_mode.items()}
@@ -119,13 +93,7 @@ def case(
 def band(
     cache: ResultCache | None, name: str, inputs: object, compute: Callable[[], tuple[Band, np.ndarray]]
 ) -> tuple[Band, np.ndarray]:
-    """Return an FRF band and a random error from the cache, or compute them.
-
-    Parameters
-    ----------
-    cache, name, inputs, compute
-        As for `law`.
-    """
+    """Return an FRF band and a random error from the cache, or compute them."""
     lines = ("response", "reference", "frequency")
 
     def save(found: tuple[Band, np.ndarray], path: Path) -> None:

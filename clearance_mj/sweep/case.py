@@ -70,25 +70,9 @@ class Observer:
 
     @classmethod
     def of(cls, engine: Engine, outputs: Outputs, rig: Rig, excitation: Excitation, reference: FRF | None) -> Observer:
-        """Make the observer of a plan.
+        """Make the observer of a plan with this rig and, in its first case, this excitation.
 
-        Parameters
-        ----------
-        engine : Engine
-            Simulates.
-        outputs : Outputs
-            What is kept.
-        rig : Rig
-            The plan's.
-        excitation : Excitation
-            Of the first case.
-        reference : FRF or None
-            What the FRFs are compared with.
-
-        Raises
-        ------
-        ClearanceError
-            If a sensor, band or the reference does not fit the rig and the excitation.
+        A ClearanceError says which sensor, band or line of the reference does not fit them.
         """
         band = outputs.band or excitation.band
         if band is None:
@@ -108,13 +92,7 @@ class Observer:
         return cls(engine, outputs, band, frequency, tuple(kept), peaks, reference, compared)
 
     def shapes(self, rig: Rig) -> dict[str, tuple[int, ...]]:
-        """Return the shape of each result of a simulated case.
-
-        Parameters
-        ----------
-        rig : Rig
-            The plan's.
-        """
+        """Return the shape of each result of a simulated case."""
         n, bushings = len(rig.sensors), len(rig.bushings)
         shapes: dict[str, tuple[int, ...]] = {
             "acceleration_rms": (n,),
@@ -129,27 +107,7 @@ class Observer:
         return shapes
 
     def __call__(self, rig: Rig, excitation: Excitation, law: Law) -> dict[str, np.ndarray]:
-        """Simulate a case.
-
-        Parameters
-        ----------
-        rig : Rig
-            The case's rig.
-        excitation : Excitation
-            Its excitation.
-        law : Law
-            Its law.
-
-        Returns
-        -------
-        dict of str to ndarray
-            As `shapes` says.
-
-        Raises
-        ------
-        ClearanceError
-            As `simulate` and `estimate_frf`.
-        """
+        """Simulate a case; results are as `shapes` says."""
         response = simulate(rig, excitation, law, self.engine)
         frf = estimate_frf(response, resolution=self.outputs.resolution, band=self.band)
         statistics = contact_statistics(response)
@@ -184,22 +142,7 @@ def _peak(frequency: np.ndarray, magnitude: np.ndarray, i: int) -> tuple[float, 
 
 
 def linear_frequencies(rig: Rig, law: Law, n: int) -> np.ndarray:
-    """Natural frequencies within the gap, with the law's grease if it brings its own.
-
-    Parameters
-    ----------
-    rig : Rig
-        The rig.
-    law : Law
-        The clearance's law.
-    n : int
-        How many.
-
-    Returns
-    -------
-    ndarray, shape (n,)
-        Hz.
-    """
+    """Natural frequencies (n,), Hz, within the gap, with the law's grease if it brings its own."""
     if law.grease is not None:
         greases = (Grease(*model.small_motion()) for model in greases_of(rig, law))
         bushings = (dataclasses.replace(b, grease=g) for b, g in zip(rig.bushings, greases))

@@ -37,15 +37,7 @@ _ATTRIBUTES = {
 
 
 def labelled(plan: Plan, table: Table) -> xr.Dataset:
-    """Return a finished table with names, units and labels.
-
-    Parameters
-    ----------
-    plan : Plan
-        The plan.
-    table : Table
-        Its cases, all of them finished.
-    """
+    """Return a finished table with names, units and labels."""
     rows = table.rows()
     variables: dict[str, Any] = {
         name: (("case", *_DIMENSIONS[name]), rows[name], _attributes(plan, name)) for name in plan.shapes

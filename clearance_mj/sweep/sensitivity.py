@@ -60,22 +60,10 @@ class Sensitivity:
 
 
 def sobol_indices(values: ArrayLike, n_parameters: int, seed: int = 0) -> tuple[np.ndarray, ...]:
-    """Sobol indices from the results of a "saltelli" design, in the order of its cases.
+    """Sobol indices of results (n_cases, n_quantities) of a "saltelli" design, in the order of its cases.
 
-    Parameters
-    ----------
-    values : array_like, shape (n_cases, n_quantities)
-        Results.
-    n_parameters : int
-        Number of varied parameters.
-    seed : int
-        Of the bootstrap.
-
-    Returns
-    -------
-    first, total : ndarray, shape (n_quantities, n_parameters)
-    first_interval, total_interval : ndarray, shape (2, n_quantities, n_parameters)
-        Limits of their 95 % intervals.
+    Returns first and total order (n_quantities, n_parameters), and the limits (2, n_quantities, n_parameters) of the
+    95 % intervals of each.
     """
     blocks = np.reshape(values, (n_parameters + 2, -1, np.shape(values)[1])).transpose(0, 2, 1)
     n, rng = blocks.shape[-1], np.random.default_rng(seed)
@@ -93,18 +81,9 @@ def _indices(blocks: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def quantities(results: xr.Dataset) -> dict[str, np.ndarray]:
-    """Results of a sweep that are one number for each case.
+    """Results (n_cases,) that are one number for each case, by names that end with the unit.
 
-    Parameters
-    ----------
-    results : xarray.Dataset
-        As `run_sweep` returns it.
-
-    Returns
-    -------
-    dict of str to ndarray, shape (n_cases,)
-        By a name that ends with the unit: natural frequencies, frequency and height of the FRF's peaks, mean RMSE over
-        the sensors.
+    They are natural frequencies, frequency and height of the FRF's peaks, and mean RMSE over the sensors.
     """
     return dict(_quantities(results))
 
@@ -124,24 +103,9 @@ def _quantities(results: xr.Dataset) -> Iterator[tuple[str, np.ndarray]]:
 
 
 def sensitivity(results: xr.Dataset, samples: int) -> Sensitivity:
-    """Sobol indices of natural frequencies, FRF peaks and RMSE to the varied parameters.
+    """Sobol indices of the results that vary, of a sweep whose "saltelli" design has so many samples.
 
-    Parameters
-    ----------
-    results : xarray.Dataset
-        Of a sweep with a "saltelli" design.
-    samples : int
-        The design's.
-
-    Returns
-    -------
-    Sensitivity
-        Of the results that vary.
-
-    Raises
-    ------
-    ClearanceError
-        If the cases are of another design, or some have no results.
+    A ClearanceError says if the cases are of another design, or some have no results.
     """
     n_parameters = results.sizes["varied"]
     if results.sizes["case"] != samples * (n_parameters + 2):

@@ -33,21 +33,9 @@ MESSAGE = 240
 
 
 class Table:
-    """Results of cases on disk.
+    """Results on disk of n cases, with quantities of these shapes; made if the file is not there.
 
-    Parameters
-    ----------
-    path : Path
-        The file; made if it is not there.
-    shapes : dict of str to tuple of int
-        Shape of each quantity in one case.
-    n_cases : int
-        Number of cases.
-
-    Raises
-    ------
-    ClearanceError
-        If the file holds another table, or there is no room on the disk.
+    A ClearanceError says if the file holds another table, or there is no room on the disk.
     """
 
     def __init__(self, path: Path, shapes: dict[str, tuple[int, ...]], n_cases: int):
@@ -73,15 +61,7 @@ class Table:
         return np.array([row["digest"].tobytes() == _digest(i, row) for i, row in enumerate(self.rows())], dtype=bool)
 
     def write(self, case: int, values: dict | str) -> None:
-        """Store what came of a case.
-
-        Parameters
-        ----------
-        case : int
-            Its number.
-        values : dict of str to ndarray, or str
-            Its results, or why it has none.
-        """
+        """Store what came of a case: its results, or why it has none."""
         row = np.zeros((), self.row)
         if isinstance(values, str):
             row["error"] = values.encode()[:MESSAGE]

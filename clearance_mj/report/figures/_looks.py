@@ -13,13 +13,7 @@ __all__ = ["Looks"]
 
 
 class Looks:
-    """Looks of the laws and engines of a study.
-
-    Parameters
-    ----------
-    study : Study
-        The study.
-    """
+    """Looks of the laws and engines of a study."""
 
     def __init__(self, study: Study):
         self.study, self.rig = study, study.dataset.rig
