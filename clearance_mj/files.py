@@ -14,7 +14,7 @@ from typing import Any
 
 from .errors import ClearanceError, RecordError
 
-__all__ = ["TOO_DENSE", "most_unpacked", "read_lines", "replacing", "to_json"]
+__all__ = ["TOO_DENSE", "most_unpacked", "read_lines", "replacing", "to_json", "write_text"]
 
 DENSEST = 50
 """Times its size that a compressed file may unpack to: measured numbers reach 2 to 10"""
@@ -99,6 +99,12 @@ def replacing(path: str | PathLike[str]) -> Iterator[Path]:
     finally:
         if temporary:
             temporary.unlink(missing_ok=True)
+
+
+def write_text(path: str | PathLike[str], text: str) -> None:
+    """Write text as UTF-8, as `replacing` does."""
+    with replacing(path) as temporary:
+        temporary.write_text(text, encoding="utf-8")
 
 
 def to_json(data: Any) -> str:

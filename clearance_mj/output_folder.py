@@ -21,7 +21,7 @@ from pathlib import Path, PurePosixPath
 
 from .cache import ResultCache, file_lock
 from .errors import ClearanceError
-from .files import replacing
+from .files import write_text
 
 __all__ = ["OutputFolder", "output_folder"]
 
@@ -147,8 +147,7 @@ def _sha256(path: Path) -> str:
 
 
 def _write_json(path: Path, data: object) -> None:
-    with replacing(path) as temporary:
-        temporary.write_text(json.dumps(data, indent=1) + "\n", encoding="utf-8")
+    write_text(path, json.dumps(data, indent=1) + "\n")
 
 
 def _read_json(path: Path, *keys: str) -> dict[str, dict]:

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import argparse
+import contextlib
 import difflib
+import io
 import sys
 from collections.abc import Iterable, Sequence
 from importlib import import_module
@@ -37,7 +39,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """
     options = _parsed(sys.argv[1:] if arguments is None else list(arguments))
     try:
-        result = options.run(options)
+        with contextlib.redirect_stdout(io.StringIO() if options.json else sys.stdout):
+            result = options.run(options)
     except ClearanceError as error:
         print(f"clearance-mj: {error}", file=sys.stderr)
         return 2

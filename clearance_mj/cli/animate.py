@@ -8,25 +8,24 @@ from pathlib import Path
 from typing import Any
 
 from .command import command
-from .drive import add_drive, excitation, load
+from .options import add_simulation, excitation, load
 
 
 def _options(parser: argparse.ArgumentParser) -> None:
-    add_drive(parser, duration=6.0)
-    parser.add_argument("--rms", type=float, default=5.0, help="m/s², or N for a force shaker (default: %(default)s)")
-    parser.add_argument("--start", type=float, help="s (default: the strongest contact is in the middle)")
-    parser.add_argument("--seconds", type=float, default=0.15, help="of motion that are shown (default: %(default)s)")
-    parser.add_argument("--slow", type=float, default=60.0, help="how many times slower (default: %(default)s)")
-    parser.add_argument("--exaggeration", type=float, help="of lifts and gaps (default: what fills the picture)")
-    parser.add_argument(
+    option = parser.add_argument
+    add_simulation(parser, duration=6.0)
+    option("--rms", type=float, default=5.0, help="m/s², or N for a force shaker (default: %(default)s)")
+    option("--start", type=float, help="s (default: the strongest contact is in the middle)")
+    option("--seconds", type=float, default=0.15, help="of motion that are shown (default: %(default)s)")
+    option("--slow", type=float, default=60.0, help="how many times slower (default: %(default)s)")
+    option("--exaggeration", type=float, help="of lifts and gaps (default: what fills the picture)")
+    option(
         "--rate",
         type=float,
         default=20.0,
         help="pictures per second; of a .gif, 100 over a whole number (default: %(default)s)",
     )
-    parser.add_argument(
-        "--renderer", default="auto", help="mujoco, matplotlib, or auto: MuJoCo where it can draw (default)"
-    )
+    option("--renderer", default="auto", help="mujoco, matplotlib, or auto: MuJoCo where it can draw (default)")
 
 
 @command(
@@ -45,8 +44,7 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
     reason = write(shown, options.out, options.renderer, not options.quiet)
     if reason:
         print(f"clearance-mj: note: drawn by matplotlib: {reason}", file=sys.stderr)
-    if not options.json:
-        print(f"animation: {options.out}")
+    print(f"animation: {options.out}")
     return {
         "out": str(options.out),
         "renderer": "matplotlib" if reason or options.renderer == "matplotlib" else "mujoco",

@@ -6,8 +6,8 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ..errors import RecordError
-from ..files import replacing, to_json
+from ..errors import ClearanceError, RecordError
+from ..files import to_json, write_text
 from .command import command, out_folder
 
 if TYPE_CHECKING:
@@ -15,29 +15,30 @@ if TYPE_CHECKING:
 
 
 def _options(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("rig", type=Path, help="rig file (TOML): where to start, and all that is not free")
-    parser.add_argument(
+    option = parser.add_argument
+    option("rig", type=Path, help="rig file (TOML): where to start, and all that is not free")
+    option(
         "targets", type=Path, nargs="+",
         help="CSV of natural frequencies (columns frequency_hz or test_hz, and mode, std_hz, shape_NODE if known), or "
         "universal file of FRFs",
     )  # fmt: skip
-    parser.add_argument(
+    option(
         "--free", type=_free, action="append", required=True, metavar="PATH[=LOW:HIGH]",
         help="free parameter as in the rig file, such as bushings[0].position, with bounds in SI units; "
         "bushings.grease.stiffness is one value for all bushings; may be repeated",
     )  # fmt: skip
-    parser.add_argument("--starts", type=int, default=8, help="starts of the search (default: %(default)s)")
-    parser.add_argument("--seed", type=int, default=0, help="of the starts (default: %(default)s)")
-    parser.add_argument(
+    option("--starts", type=int, default=8, help="starts of the search (default: %(default)s)")
+    option("--seed", type=int, default=0, help="of the starts (default: %(default)s)")
+    option(
         "--std", type=float, default=1e-3,
         help="relative standard deviation of a frequency where the file does not say (default: %(default)s)",
     )  # fmt: skip
-    parser.add_argument(
+    option(
         "--fit", choices=("modes", "frf"), default="modes",
         help="what to fit of FRFs: natural frequencies and shapes, or the magnitude, which depends on damping too",
     )  # fmt: skip
-    parser.add_argument("--modes", type=int, default=4, help="modes to extract from FRFs (default: %(default)s)")
-    parser.add_argument("--band", type=float, nargs=2, metavar=("LOW", "HIGH"), help="lines of the FRFs to use, Hz")
+    option("--modes", type=int, default=4, help="modes to extract from FRFs (default: %(default)s)")
+    option("--band", type=float, nargs=2, metavar=("LOW", "HIGH"), help="lines of the FRFs to use, Hz")
 
 
 def _free(text: str) -> tuple[str, tuple[float, float] | None]:
@@ -64,17 +65,16 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
     if options.starts < 1 or options.std <= 0:
         raise RecordError(f"--starts must be >= 1 and --std > 0, got {options.starts} and {options.std:g}")
     out_folder(options.out)
+    if (options.out / "rig.toml").resolve() == options.rig.resolve():
+        raise ClearanceError(f"--out {options.out}: rig.toml would replace {options.rig}; give another folder")
     rig, targets = Rig.load(options.rig), [_target(path, options) for path in options.targets]
     progress = None if options.quiet else "calibrating"
     found = calibrate(rig, targets, dict(options.free), options.starts, options.seed, progress)
     result = found.to_dict()
     found.rig.save(options.out / "rig.toml")
-    with replacing(options.out / "calibration.json") as temporary:
-        temporary.write_text(to_json(result), encoding="utf-8")
-    with replacing(options.out / "calibration.png") as temporary:
-        temporary.write_bytes(draw(found).png())
-    if not options.json:
-        _print(found, options.out)
+    write_text(options.out / "calibration.json", to_json(result))
+    draw(found).write(options.out)
+    _print(found, options.out)
     return result | {"out": str(options.out)}
 
 

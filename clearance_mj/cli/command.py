@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, NoReturn, Protocol
+from typing import Any, NoReturn
 
 from ..errors import ClearanceError
-from ..files import replacing, to_json
 
-__all__ = ["COMMANDS", "Command", "Parser", "command", "out_folder", "write_figures", "write_json"]
+__all__ = ["COMMANDS", "Command", "Parser", "command", "out_folder"]
 
 
 class Parser(argparse.ArgumentParser):
@@ -33,7 +32,7 @@ class Command:
     options: Callable[[argparse.ArgumentParser], None]
     """adds the command's own options"""
     run: Callable[[argparse.Namespace], Any]
-    """takes the parsed options, returns what ``--json`` prints"""
+    """takes the parsed options, prints what was done, returns what ``--json`` prints instead"""
     out: Path | None
     """default of ``--out``"""
     out_help: str | None
@@ -74,26 +73,3 @@ def out_folder(folder: Path | None, option: str = "--out") -> None:
     """Refuse a file that was given by an option where results need a folder."""
     if folder and folder.is_file():
         raise ClearanceError(f"{option} {folder} is a file; give a folder")
-
-
-def write_json(path: Path, data: Any) -> None:
-    """Write plain data; the file is replaced only once the new one is whole."""
-    with replacing(path) as temporary:
-        temporary.write_text(to_json(data), encoding="utf-8")
-
-
-class _Drawing(Protocol):
-    @property
-    def name(self) -> str: ...
-
-    def png(self) -> bytes: ...
-
-
-def write_figures(folder: Path, drawings: Iterable[_Drawing]) -> list[str]:
-    """Write drawings as PNG files named like them; return the files' paths."""
-    paths = []
-    for drawing in drawings:
-        paths.append(folder / f"{drawing.name}.png")
-        with replacing(paths[-1]) as temporary:
-            temporary.write_bytes(drawing.png())
-    return [str(path) for path in paths]

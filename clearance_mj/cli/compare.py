@@ -10,9 +10,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..errors import ClearanceError
-from .columns import add_columns, parse_columns
-from .command import command, out_folder, write_figures, write_json
-from .plugin import add_plugin, load_plugin
+from ..files import to_json, write_text
+from .command import command, out_folder
+from .options import add_columns, add_plugin, load_plugin, parse_columns
 
 if TYPE_CHECKING:  # a command imports what it needs when it runs
     from ..report.figures import Drawing
@@ -23,12 +23,11 @@ NAMED = 8
 
 
 def _options(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("test", type=Path, help="file with the test's FRFs: .uff, .csv, .mat, .nc, .h5")
-    parser.add_argument("model", type=Path, help="file with the model's FRFs")
-    parser.add_argument("--band", type=float, nargs=2, metavar=("LO", "HI"), help="band to compare, Hz (default: all)")
-    parser.add_argument(
-        "--modes", type=int, default=4, help="how many modes to compare, 0 for none (default: %(default)s)"
-    )
+    option = parser.add_argument
+    option("test", type=Path, help="file with the test's FRFs: .uff, .csv, .mat, .nc, .h5")
+    option("model", type=Path, help="file with the model's FRFs")
+    option("--band", type=float, nargs=2, metavar=("LO", "HI"), help="band to compare, Hz (default: all)")
+    option("--modes", type=int, default=4, help="how many modes to compare, 0 for none (default: %(default)s)")
     add_columns(parser, "--test-column", "the test's CSV or MATLAB file")
     add_columns(parser, "--model-column", "the model's CSV or MATLAB file")
     add_plugin(parser, "a file format")
@@ -55,10 +54,9 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
         raise type(error)(f"{options.test}, {options.model}: {error}") from None
     _tell(result)
     if options.out:
-        result["figures"] = write_figures(options.out, drawings())
-        write_json(options.out / "comparison.json", result)
-    if not options.json:
-        _print(result)
+        result["figures"] = [str(drawing.write(options.out)) for drawing in drawings()]
+        write_text(options.out / "comparison.json", to_json(result))
+    _print(result)
     return result
 
 

@@ -8,9 +8,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..errors import ClearanceError, RecordError
-from .columns import add_columns, parse_columns
 from .command import command
-from .plugin import add_plugin, load_plugin
+from .options import add_columns, add_plugin, load_plugin, parse_columns
 
 if TYPE_CHECKING:  # a command imports what it needs when it runs
     from ..io.dataset import Record
@@ -22,27 +21,24 @@ OF_DATASET = ("role", "level")
 
 
 def _options(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument(
+    option = parser.add_argument
+    option(
         "files", nargs="+", type=Path, metavar="FILE",
         help="IN OUT: the file to read and the one to write, by suffix; IN ... OUT: records, and the dataset folder "
         "(no suffix) that they are added to",
     )  # fmt: skip
     add_columns(parser)
     add_plugin(parser, "a file format")
-    parser.add_argument("--fs", type=float, help="samples per second of a CSV or MATLAB file without time")
-    parser.add_argument(
+    option("--fs", type=float, help="samples per second of a CSV or MATLAB file without time")
+    option(
         "--rig", type=Path,
         help="rig file (TOML): of a new dataset; where the nodes are, for .uff; at which nodes displacements are",
     )  # fmt: skip
-    parser.add_argument(
-        "--frf", type=float, metavar="HZ", help="write a record's FRFs (H1, Hann) with lines this far apart"
-    )
-    parser.add_argument(
-        "--reference", metavar="DOF", help="of FRFs to several references write those to one, such as 5:+Z"
-    )
-    parser.add_argument("--band", type=float, nargs=2, metavar=("LO", "HI"), help="band of the excitation, Hz")
-    parser.add_argument("--role", help="of the records of a dataset: identify or validate (default: identify)")
-    parser.add_argument(
+    option("--frf", type=float, metavar="HZ", help="write a record's FRFs (H1, Hann) with lines this far apart")
+    option("--reference", metavar="DOF", help="of FRFs to several references write those to one, such as 5:+Z")
+    option("--band", type=float, nargs=2, metavar=("LO", "HI"), help="band of the excitation, Hz")
+    option("--role", help="of the records of a dataset: identify or validate (default: identify)")
+    option(
         "--level", type=float, help="RMS of the excitation of records that validate, m/s² or N (default: as measured)"
     )
 
@@ -64,8 +60,7 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
     columns = dict(parse_columns(options.column))
     to = _into_dataset if out.is_dir() or not out.suffix else _to_file
     result = to(inputs, out, columns, options)
-    if not options.json:
-        print(f"{result['out']}: {result['holds']}")
+    print(f"{result['out']}: {result['holds']}")
     return result
 
 

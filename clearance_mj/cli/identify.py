@@ -10,9 +10,8 @@ from typing import TYPE_CHECKING, Any
 
 from ..errors import ClearanceError, RecordError
 from ..identify import METHODS as LAWS
-from .columns import add_columns, parse_columns
 from .command import command
-from .plugin import add_plugin, load_plugin
+from .options import add_columns, add_plugin, load_plugin, parse_columns
 
 if TYPE_CHECKING:
     from ..io.dataset import Dataset
@@ -22,16 +21,15 @@ DPI = 150
 
 
 def _options(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument(
-        "records", type=Path, help="dataset folder, or a file with one record: .uff, .csv, .mat, .nc or .h5"
-    )
-    parser.add_argument("--method", default="output-error", help=f"one of {', '.join(LAWS)} (default: %(default)s)")
+    option = parser.add_argument
+    option("records", type=Path, help="dataset folder, or a file with one record: .uff, .csv, .mat, .nc or .h5")
+    option("--method", default="output-error", help=f"one of {', '.join(LAWS)} (default: %(default)s)")
     add_plugin(parser, "a method")
-    parser.add_argument("--rig", type=Path, help="rig file (TOML) of a single record; a dataset folder has its own")
+    option("--rig", type=Path, help="rig file (TOML) of a single record; a dataset folder has its own")
     add_columns(parser)
-    parser.add_argument("--fs", type=float, help="samples per second of a CSV or MATLAB file without time")
-    parser.add_argument("--figures", type=Path, help="folder of the figures (default: beside the law file)")
-    parser.add_argument("--no-figures", action="store_true", help="draw none")
+    option("--fs", type=float, help="samples per second of a CSV or MATLAB file without time")
+    option("--figures", type=Path, help="folder of the figures (default: beside the law file)")
+    option("--no-figures", action="store_true", help="draw none")
 
 
 @command(
@@ -54,8 +52,7 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
             findings = Findings(dataset, found, options.method)
             result["parameters"] = findings.parameters()
             result |= {} if options.no_figures else _draw(findings, options)
-    if not options.json:
-        _print(result)
+    _print(result)
     return result
 
 

@@ -7,12 +7,12 @@ from pathlib import Path
 from typing import Any
 
 from ..errors import ClearanceError
-from .command import command, out_folder, write_figures
-from .drive import add_drive, excitation, load
+from .command import command, out_folder
+from .options import add_simulation, excitation, load
 
 
 def _options(parser: argparse.ArgumentParser) -> None:
-    add_drive(parser, duration=24.0)
+    add_simulation(parser, duration=24.0)
     parser.add_argument(
         "--levels", type=_levels, default=(0.5, 1.0, 2.0, 5.0, 8.0), metavar="RMS,...",
         help="m/s², or N for a force shaker (default: 0.5,1,2,5,8)",
@@ -51,9 +51,8 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
     found = simulate_batch(rig, excitations, law, options.engine, options.workers, progress)
     responses = dict(zip(options.levels, found))
     drawn = drawings(rig, responses, options.sine, drop)
-    paths = write_figures(options.out, drawn)
-    if not options.json:
-        for path, drawing in zip(paths, drawn):
-            print(f"figure: {path}\n  {drawing.caption}")
+    paths = [str(drawing.write(options.out)) for drawing in drawn]
+    for path, drawing in zip(paths, drawn):
+        print(f"figure: {path}\n  {drawing.caption}")
     peaks = {f"{level:g}": abs(r.displacement).max(axis=1).tolist() for level, r in responses.items()}
     return {"figures": paths, "peak_displacement": peaks}

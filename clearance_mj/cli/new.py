@@ -11,7 +11,7 @@ from typing import Any
 
 from ..clearance.law_files import law_schema
 from ..errors import ClearanceError
-from ..files import replacing, to_json
+from ..files import to_json, write_text
 from ..io.dataset import dataset_schema
 from ..rig import Beam, Bushing, Contact, Grease, PointMass, Rig, Sensor, Shaker, rig_schema
 from ..validation import descriptions
@@ -19,9 +19,10 @@ from .command import command
 
 
 def _options(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("name", nargs="?", help="name of the rig")
-    parser.add_argument("--schema", type=Path, help="also write a JSON Schema here, for editors")
-    parser.add_argument(
+    option = parser.add_argument
+    option("name", nargs="?", help="name of the rig")
+    option("--schema", type=Path, help="also write a JSON Schema here, for editors")
+    option(
         "--schema-of", choices=("rig", "dataset", "law"), default="rig", help="of which files (default: %(default)s)"
     )
     shaft = parser.add_argument_group("shaft")
@@ -71,10 +72,8 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
         if path.exists():
             raise ClearanceError(f"{path} is there already and stays as it is; give another file")
     for path, text in files.items():
-        with replacing(path) as temporary:
-            temporary.write_text(text, encoding="utf-8")
-        if not options.json:
-            print(f"written: {path}")
+        write_text(path, text)
+        print(f"written: {path}")
     return {"files": [str(path) for path in files]}
 
 

@@ -11,40 +11,37 @@ from typing import Any
 import numpy as np
 
 from ..errors import ClearanceError
-from ..files import replacing
+from ..files import to_json, write_text
 from ..placement import Placement, candidates, grid, place_sensors
 from ..rig import Rig
-from .command import command, out_folder, write_json
+from .command import command, out_folder
 
 
 def _options(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("rig", type=Path, help="rig file (TOML)")
-    parser.add_argument("--sensors", type=int, default=8, help="how many (default: %(default)s)")
-    parser.add_argument(
+    option = parser.add_argument
+    option("rig", type=Path, help="rig file (TOML)")
+    option("--sensors", type=int, default=8, help="how many (default: %(default)s)")
+    option(
         "--candidates", type=int, default=24,
         help="evenly spaced positions outside the bushings; their distance is the least between sensors "
         "(default: %(default)s)",
     )  # fmt: skip
-    parser.add_argument(
+    option(
         "--at", type=float, action="append", default=[], metavar="X",
         help="position that gets a sensor in any case, m; may be repeated",
     )  # fmt: skip
-    parser.add_argument("--modes", type=_numbers(int), default=[1, 2, 3, 4], help="wanted modes (default: 1,2,3,4)")
-    parser.add_argument(
+    option("--modes", type=_numbers(int), default=[1, 2, 3, 4], help="wanted modes (default: 1,2,3,4)")
+    option(
         "--unwanted", type=_numbers(int), default=[], metavar="MODES", help="modes that disturb the readings, as 5,6"
     )
-    parser.add_argument(
-        "--weights", type=_numbers(float), default=1.0, help="size of each mode's motion, as 3,1,1,0.5 (default: 1)"
-    )
-    parser.add_argument(
+    option("--weights", type=_numbers(float), default=1.0, help="size of each mode's motion, as 3,1,1,0.5 (default: 1)")
+    option(
         "--noise", default="1",
         help="standard deviation of a reading: a number, or a CSV file with columns position_m and std, which is "
         "interpolated (default: %(default)s)",
     )  # fmt: skip
-    parser.add_argument("--criterion", default="determinant", help="determinant or trace (default: %(default)s)")
-    parser.add_argument(
-        "--method", default="exchange", help="exchange, backward, forward or exhaustive (default: %(default)s)"
-    )
+    option("--criterion", default="determinant", help="determinant or trace (default: %(default)s)")
+    option("--method", default="exchange", help="exchange, backward, forward or exhaustive (default: %(default)s)")
 
 
 def _numbers(kind: type[float]) -> Callable[[str], list[float]]:
@@ -73,12 +70,10 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
     required = np.searchsorted(position, options.at).tolist()
     found = place_sensors(places, options.sensors, options.criterion, options.method, required)
     result = found.to_dict() | {"modes": options.modes, "criterion": options.criterion, "method": options.method}
-    write_json(options.out / "placement.json", result)
+    write_text(options.out / "placement.json", to_json(result))
     write_csv(options.out / "placement.csv", found.table)
-    with replacing(options.out / "placement.png") as temporary:
-        temporary.write_bytes(draw(rig, places, found, options.modes).png())
-    if not options.json:
-        _print(found, options.out)
+    draw(rig, places, found, options.modes).write(options.out)
+    _print(found, options.out)
     return result | {"out": str(options.out)}
 
 

@@ -8,21 +8,21 @@ from pathlib import Path
 from typing import Any
 
 from .command import command, out_folder
-from .drive import add_drive, excitation, load
-from .plugin import add_plugin, load_plugin
+from .options import add_plugin, add_simulation, excitation, load, load_plugin
 
 GOOD_BALANCE = 0.01
 
 
 def _options(parser: argparse.ArgumentParser) -> None:
-    add_drive(parser, duration=24.0, fs=2048.0)
-    parser.add_argument("--rms", type=float, default=1.0, help="m/s², or N for a force shaker (default: %(default)s)")
-    parser.add_argument(
+    option = parser.add_argument
+    add_simulation(parser, duration=24.0, fs=2048.0)
+    option("--rms", type=float, default=1.0, help="m/s², or N for a force shaker (default: %(default)s)")
+    option(
         "--energy", type=Path, metavar="FOLDER",
         help="balance energy and log impacts: energy.csv, impacts.csv and energy_balance.png in this folder",
     )  # fmt: skip
     add_plugin(parser, "an engine, a contact or a grease")
-    parser.add_argument("--ledger", type=Path, help=argparse.SUPPRESS)  # its former name
+    option("--ledger", type=Path, help=argparse.SUPPRESS)  # its former name
 
 
 @command(
@@ -42,8 +42,7 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
     case = rig, excitation(options, rig.shaker.kind, options.rms), law, options.engine
     response, more = _with_energy(options, folder, case) if folder else (simulate(*case), {})
     save(options.out, response)
-    if not options.json:
-        print(f"response: {options.out}")
+    print(f"response: {options.out}")
     rms = dict(zip(response.responses, response.acceleration.std(axis=1).tolist()))
     return {"out": str(options.out), "acceleration_rms": rms} | more
 
@@ -56,9 +55,8 @@ def _with_energy(
 
     response, balance = energy_balance(*case, progress=None if options.quiet else "energy")
     write(folder, balance)
-    if not options.json:
-        _print(balance)
-        print(f"energy balance: {folder}")
+    _print(balance)
+    print(f"energy balance: {folder}")
     return response, {"energy": balance.summary() | {"out": str(folder)}}
 
 

@@ -8,7 +8,7 @@ from typing import Any
 
 from ..identify import METHODS as LAWS
 from .command import command
-from .plugin import add_plugin, load_plugin
+from .options import add_plugin, load_plugin
 
 
 def _options(parser: argparse.ArgumentParser) -> None:
@@ -30,6 +30,5 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
     load_plugin(options.plugin)
     engines, methods = options.engines.split(","), options.methods.split(",") if options.methods else METHODS
     study = report_study(options.dataset, options.out, engines, methods, options.workers, not options.quiet)
-    if not options.json:
-        print(f"report: {options.out / 'report.html'}")
+    print(f"report: {options.out / 'report.html'}")
     return {"out": str(options.out), "results": study.rows()}

@@ -6,7 +6,8 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-from .command import command, write_figures, write_json
+from ..files import to_json, write_text
+from .command import command
 
 
 def _options(parser: argparse.ArgumentParser) -> None:
@@ -29,11 +30,10 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
     errors = {int(case): str(error) for case, error in zip(results["case"], results["error"].values) if error}
     summary = {"out": str(options.out), "cases": results.sizes["case"], "without_results": errors}
     if drawing := draw_results(results, plan.vary):
-        write_figures(options.out, [drawing])
-    if not options.json:
-        print(f"results: {options.out / 'results.nc'} ({results.sizes['case']} cases)")
-        for case, error in list(errors.items())[:1]:
-            print(f"{len(errors)} cases have no results; case {case}: {error}")
+        drawing.write(options.out)
+    print(f"results: {options.out / 'results.nc'} ({results.sizes['case']} cases)")
+    for case, error in list(errors.items())[:1]:
+        print(f"{len(errors)} cases have no results; case {case}: {error}")
     if plan.design.method == "saltelli" and not errors:
         summary["sensitivity"] = _sensitivity(plan, results, options)
     return summary
@@ -46,12 +46,11 @@ def _sensitivity(plan: Any, results: Any, options: argparse.Namespace) -> list[d
 
     found = sensitivity(results, plan.design.samples)
     rows = found.rows()
-    write_json(options.out / "sensitivity.json", rows)
+    write_text(options.out / "sensitivity.json", to_json(rows))
     write_csv(options.out / "sensitivity.csv", rows)
-    write_figures(options.out, [draw_sensitivity(found)])
-    if not options.json:
-        print("Sobol indices, first order / total")
-        for row in rows:
-            indices = f"{row['first_order']:6.3f} / {row['total_order']:.3f}"
-            print(f"  {row['quantity']:28s} {row['parameter']:36s} {indices}")
+    draw_sensitivity(found).write(options.out)
+    print("Sobol indices, first order / total")
+    for row in rows:
+        indices = f"{row['first_order']:6.3f} / {row['total_order']:.3f}"
+        print(f"  {row['quantity']:28s} {row['parameter']:36s} {indices}")
     return rows

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from .command import command
-from .plugin import add_plugin, load_plugin
+from .options import add_plugin, load_plugin
 
 
 def _options(parser: argparse.ArgumentParser) -> None:
@@ -46,6 +46,5 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
         check(case)
     outcomes = run_all(cases, progress=None if options.quiet else "runs")
     found = write_report(outcomes, options.out)
-    if not options.json:
-        print(f"report: {options.out / 'report.html'}")
+    print(f"report: {options.out / 'report.html'}")
     return {"out": str(options.out), **found}

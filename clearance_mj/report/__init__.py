@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from ..files import replacing
+from ..files import write_text
 from ..io.dataset import Dataset
 from ..output_folder import output_folder
 from ..study import ENGINES, METHODS, Study, write_results
@@ -73,8 +73,7 @@ def write_report(study: Study, folder: str | Path, progress: bool = True) -> Non
     sections = [html.Section(name, found.title, found.write(study, writer)) for name, found in registered_sections()]
     writer.close()
     title = f"Clearance study of rig “{study.dataset.rig.name}”"
-    with replacing(Path(folder) / "report.html") as temporary:
-        temporary.write_text(html.page(title, sections, _source(study)), encoding="utf-8")
+    write_text(Path(folder) / "report.html", html.page(title, sections, _source(study)))
 
 
 def _source(study: Study) -> str:

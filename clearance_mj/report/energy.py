@@ -37,8 +37,7 @@ def write(folder: str | Path, balance: EnergyBalance) -> None:
         values = np.column_stack(list(columns.values()))
         np.savetxt(temporary, values, "%.9g", ",", header=",".join(columns), comments="", encoding="utf-8")
     write_csv(folder / "impacts.csv", (asdict(i) | {"restitution": i.restitution} for i in balance.impacts))
-    with replacing(folder / "energy_balance.png") as temporary:
-        temporary.write_bytes(draw(balance).png())
+    draw(balance).write(folder)
 
 
 def draw(balance: EnergyBalance) -> Drawing:

@@ -13,7 +13,7 @@ from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
-from ..files import replacing, to_json
+from ..files import to_json, write_text
 from ..vehicle.controllers import CONTROLLERS, get_controller
 from ..vehicle.experiment import Outcome
 from ..vehicle.run import Run
@@ -162,15 +162,13 @@ def write_report(outcomes: Sequence[Outcome], folder: str | Path) -> dict[str, A
     folder = Path(folder)
     drawings = (_paths(outcomes), histories(outcomes, "histories"))
     for drawing in drawings:
-        with replacing(folder / "figures" / f"{drawing.name}.png") as temporary:
-            temporary.write_bytes(drawing.png())
+        drawing.write(folder / "figures")
     for outcome in outcomes:
         write_csv(folder / f"histories_{outcome.case.controller}.csv", _history_rows(outcome.run))
     rows = [outcome.row() for outcome in outcomes]
     write_csv(folder / "metrics.csv", rows)
     for name, text in (("summary.json", to_json({"runs": rows})), ("report.html", _page(outcomes, drawings))):
-        with replacing(folder / name) as temporary:
-            temporary.write_text(text, encoding="utf-8")
+        write_text(folder / name, text)
     return {"runs": rows, "timing": {o.case.controller: o.run.timing() for o in outcomes}}
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import xarray as xr
 
 from .._version import __version__
-from ..files import replacing, to_json
+from ..files import replacing, to_json, write_text
 from ..io.results import with_parts
 from ..statistics.intervals import CONFIDENCE
 from .study import Study
@@ -39,8 +39,7 @@ def write_results(study: Study, folder: Path) -> None:
     combined = xr.merge((combined, measured), combine_attrs="override").assign_attrs(rig=rig, version=__version__)
     with replacing(folder / "results.nc") as temporary:
         combined.to_netcdf(temporary, engine="scipy", format="NETCDF3_64BIT")
-    with replacing(folder / "summary.json") as temporary:
-        temporary.write_text(to_json(study_summary(study)))
+    write_text(folder / "summary.json", to_json(study_summary(study)))
 
 
 def study_summary(study: Study) -> dict:

@@ -11,7 +11,7 @@ import xarray as xr
 
 from ..cache import code, file_lock
 from ..errors import ClearanceError
-from ..files import replacing
+from ..files import replacing, write_text
 from ..tasks import run_tasks
 from .plan import Plan
 from .results import labelled
@@ -95,8 +95,7 @@ def _check_plan(plan: Plan, path: Path) -> None:
                 "one variable; keep fewer sensors in outputs.frf"
             )
     if not path.exists():
-        with replacing(path) as temporary:
-            temporary.write_text(json.dumps(data, indent=1) + "\n", encoding="utf-8")
+        write_text(path, json.dumps(data, indent=1) + "\n")
         return
     try:
         begun = json.loads(path.read_text(encoding="utf-8"))

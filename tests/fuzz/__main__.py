@@ -6,7 +6,7 @@ import re
 import sys
 from pathlib import Path
 
-from clearance_mj.cli.plugin import add_plugin, load_plugin
+from clearance_mj.cli.options import add_plugin, load_plugin
 from clearance_mj.files import replacing
 
 from .readers import readers

@@ -9,7 +9,7 @@ import pytest
 
 import clearance_mj as cm
 from clearance_mj.cli import main
-from clearance_mj.cli.plugin import load_plugin
+from clearance_mj.cli.options import load_plugin
 from clearance_mj.errors import RecordError
 from clearance_mj.io.channels import Channel
 from clearance_mj.io.registry import FORMATS, WORDS, Format, register

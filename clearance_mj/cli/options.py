@@ -1,0 +1,90 @@
+"""Options that several commands have, and what is made of them: plugins, columns of files, a rig under excitation."""
+
+from __future__ import annotations
+
+import argparse
+import importlib
+import math
+import sys
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from ..errors import ClearanceError
+
+if TYPE_CHECKING:  # the command line starts without the library
+    from ..clearance.law import Law
+    from ..rig import Rig
+    from ..signals.excitation import Excitation
+
+__all__ = ["add_columns", "add_plugin", "add_simulation", "excitation", "load", "load_plugin", "parse_columns"]
+
+
+def add_plugin(parser: argparse.ArgumentParser, what: str) -> None:
+    """Add the option; ``what`` the file registers has an article."""
+    parser.add_argument("--plugin", type=Path, metavar="FILE", help=f"Python file that registers {what} of your own")
+
+
+def load_plugin(plugin: Path | None) -> None:
+    """Import a file, if one was given, by its name, so that other processes can import it too."""
+    if plugin is None:
+        return
+    if not plugin.is_file():
+        raise ClearanceError(f"--plugin {plugin}: no such file")
+    sys.path.insert(0, str(plugin.resolve().parent))
+    try:
+        module = importlib.import_module(plugin.stem)
+    except Exception as error:  # whatever a user's file does wrong
+        raise ClearanceError(f"--plugin {plugin}: {type(error).__name__}: {error}") from error
+    if Path(module.__file__ or "").resolve() != plugin.resolve():
+        raise ClearanceError(f"--plugin {plugin}: another module has this name; rename the file")
+
+
+def add_columns(parser: argparse.ArgumentParser, name: str = "--column", of: str = "a CSV, LVM or MATLAB file") -> None:
+    """Add the option ``name`` that maps columns ``of`` some file."""
+    parser.add_argument(
+        name, action="append", default=[], metavar="HEADER=CHANNEL",
+        help=f'what a column of {of} is, such as "Accel 1=acc:1 [g]" or "Temp=skip"; may be repeated. Headers time, '
+        "base, force, acc:NODE and disp:NODE need none; units in brackets, SI without",
+    )  # fmt: skip
+
+
+def parse_columns(pairs: Sequence[str], option: str = "--column") -> Iterator[tuple[str, str]]:
+    """Header and channel of each "HEADER=CHANNEL"; a ClearanceError names the option if one is none."""
+    for pair in pairs:
+        header, equals, channel = pair.rpartition("=")
+        if not (header and equals and channel):
+            raise ClearanceError(f'{option} "{pair}": needs HEADER=CHANNEL, such as "Accel 1=acc:1 [g]"')
+        yield header.strip(), channel.strip()
+
+
+def add_simulation(parser: argparse.ArgumentParser, duration: float, fs: float = 8192.0) -> None:
+    """Add the options of a command that simulates a rig."""
+    option = parser.add_argument
+    option("rig", type=Path, help="rig file (TOML)")
+    option("--law", type=Path, help="law file (default: the rig's datasheet contact)")
+    option("--engine", default="links", help="links, modal or modal-mj (default: %(default)s)")
+    option("--sine", type=float, metavar="HZ", help="drive with a sine (default: with noise)")
+    option("--band", type=float, nargs=2, default=(5.0, 220.0), metavar=("LOW", "HIGH"), help="of noise, Hz (5 220)")
+    option("--seed", type=int, default=0, help="of noise (default: %(default)s)")
+    option("--duration", type=float, default=duration, help="s that are simulated (default: %(default)s)")
+    option("--fs", type=float, default=fs, help="samples per second (default: %(default)s)")
+
+
+def load(options: argparse.Namespace) -> tuple[Rig, Law]:
+    """Return the rig and the law that the options name."""
+    from ..clearance import load_law
+    from ..identify import nominal
+    from ..rig import Rig
+
+    rig = Rig.load(options.rig)
+    return rig, load_law(options.law) if options.law else nominal(rig)
+
+
+def excitation(options: argparse.Namespace, kind: str, rms: float) -> Excitation:
+    """Return the excitation of one level."""
+    from ..signals.excitation import random, stepped_sine
+
+    if options.sine is not None:
+        return stepped_sine(options.duration, options.fs, options.sine, math.sqrt(2) * rms, kind)
+    return random(options.duration, options.fs, tuple(options.band), rms, options.seed, kind)
