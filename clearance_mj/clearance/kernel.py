@@ -93,31 +93,12 @@ class Clearance(NamedTuple):
 
 
 def grease_model(grease: Grease | GreaseModel) -> GreaseModel:
-    """Return the model of a grease: its own, or Bouc-Wen's.
-
-    Parameters
-    ----------
-    grease : Grease or GreaseModel
-        Of a rig or a law.
-    """
+    """Return the model of a grease: its own, or Bouc-Wen's."""
     return grease if isinstance(grease, GreaseModel) else BoucWen(grease)
 
 
 def greases_of(rig: Rig, law: Law) -> list[GreaseModel]:
-    """Return the grease model of each bushing: the law's, if it has one, or else the rig's.
-
-    Parameters
-    ----------
-    rig : Rig
-        The rig.
-    law : Law
-        The law.
-
-    Raises
-    ------
-    LawError
-        If the law holds grease for another number of bushings.
-    """
+    """Return the grease model of each bushing: the law's, if it has one, or else the rig's."""
     n = len(rig.bushings)
     greases: Sequence[Grease | GreaseModel] = [b.grease for b in rig.bushings] if law.grease is None else law.grease
     if len(greases) not in (1, n):
@@ -127,22 +108,7 @@ def greases_of(rig: Rig, law: Law) -> list[GreaseModel]:
 
 
 def clearance_records(rig: Rig, law: Law, step: float) -> Clearance:
-    """Put together what compiled loops know of a rig's bushings, at rest.
-
-    Parameters
-    ----------
-    rig : Rig
-        The rig.
-    law : Law
-        The clearance's law.
-    step : float
-        s.
-
-    Raises
-    ------
-    LawError
-        If the law is for another number of bushings.
-    """
+    """Put together what compiled loops with a step, s, know of a rig's bushings, at rest."""
     n = len(rig.bushings)
     table, bushings, states = law.table(n), np.zeros(n, _record(Bushing)), np.zeros(n, _record(State))
     numbers: list[float] = [0.0] * 2 * n
@@ -171,14 +137,9 @@ def clearance_records(rig: Rig, law: Law, step: float) -> Clearance:
 
 @numba.njit(cache=True, nogil=True, inline="always")
 def grease_step(bushing: Bushing, state: State, numbers: np.ndarray, x: float) -> tuple[float, float]:
-    """Move the grease of a bushing; return its elastic force, N, and its damping, N s/m.
+    """Move the grease of a bushing to x, m; return its elastic force, N, and its damping, N s/m.
 
-    Parameters
-    ----------
-    bushing, state, numbers
-        Of a `Clearance`; the last two are changed in place.
-    x : float
-        Displacement after the motion, m.
+    ``state`` and ``numbers`` are changed in place, here and below.
     """
     dx = x - state.displacement
     state.displacement = x
@@ -189,15 +150,7 @@ def grease_step(bushing: Bushing, state: State, numbers: np.ndarray, x: float) -
 
 @numba.njit(cache=True, nogil=True, inline="always")
 def follow_law(bushing: Bushing, state: State, numbers: np.ndarray, x: float, time: float) -> None:
-    """Find the contact's parameters at this moment: linear between the law's rows, the ends hold beyond.
-
-    Parameters
-    ----------
-    bushing, state, numbers, x
-        As in `grease_step`.
-    time : float
-        s.
-    """
+    """Find the contact's parameters at a time, s: linear between the law's rows, the ends hold beyond."""
     last = bushing.rows - 1
     if last == 0:
         return
@@ -225,22 +178,11 @@ def follow_law(bushing: Bushing, state: State, numbers: np.ndarray, x: float, ti
 def contact_step(
     bushing: Bushing, state: State, numbers: np.ndarray, end: int, x: float, speed: float, in_gap: bool
 ) -> tuple[float, float, float]:
-    """Follow the contact of a bushing's end; return signed penetration, m, stiffness, N/m, and damping, N s/m.
+    """Follow the contact of end 0 or 1; return signed penetration, m, stiffness, N/m, and damping, N s/m.
 
-    A contact begins when the gap is used up, which fixes its impact speed, and is over in the gap. Each end carries
-    half of the bushing's stiffness and damping.
-
-    Parameters
-    ----------
-    bushing, state, numbers
-        As in `grease_step`.
-    end : int
-        0 or 1.
-    x, speed : float
-        Displacement, m, and velocity, m/s, of this end.
-    in_gap : bool
-        Return what a penetration of 0 would meet also in the gap, instead of zeros: for a solver that looks for
-        contacts itself.
+    A contact begins when the gap is used up, which fixes its impact speed, and is over in the gap. Each end, at x and
+    with a speed of its own, carries half of the bushing's stiffness and damping. ``in_gap``: return what a penetration
+    of 0 would meet also in the gap, instead of zeros, for a solver that looks for contacts itself.
     """
     g, impact = gap(x, bushing.gap), at(numbers, state.impact + end)
     inwards = speed if g > 0.0 else -speed
@@ -257,17 +199,7 @@ def contact_step(
 
 @numba.njit(cache=True, nogil=True, inline="always")
 def contact_force(k: float, c: float, penetration: float, speed: float, adhesion: bool) -> float:
-    """Return the force k δ + c δ̇ during contact, N; without adhesion it never pulls.
-
-    Parameters
-    ----------
-    k, c : float
-        N/m and N s/m.
-    penetration, speed : float
-        δ, m, and δ̇, m/s.
-    adhesion : bool
-        Let the damper pull at release.
-    """
+    """Return the force k δ + c δ̇ during contact, N; without adhesion it never pulls."""
     if penetration <= 0.0:
         return 0.0
     force = k * penetration + c * speed

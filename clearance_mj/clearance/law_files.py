@@ -47,18 +47,7 @@ def load_law(path: str | Path) -> Law:
 
 
 def law_from_dict(data: dict[str, Any]) -> Law:
-    """Build a law from the plain data that `Law.to_dict` returns.
-
-    Parameters
-    ----------
-    data : dict
-        Nested plain data.
-
-    Raises
-    ------
-    LawError
-        If it is not a law, or holds impossible values.
-    """
+    """Build a law from the plain data that `Law.to_dict` returns; `LawError` if it is none."""
     if not isinstance(data, dict) or str(data.get("kind")) not in _KINDS:
         raise LawError(f'not a law file; needs "kind" to be one of {", ".join(_KINDS)}')
     values = {name: value for name, value in data.items() if name != "kind"}

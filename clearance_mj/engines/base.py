@@ -31,48 +31,21 @@ class Run(ABC):
 
     @abstractmethod
     def advance(self, excitation: np.ndarray) -> np.ndarray:
-        """Simulate one block.
+        """Simulate one block of the excitation, (n,) in m/s² or N, one sample per step.
 
-        Parameters
-        ----------
-        excitation : ndarray, shape (n,)
-            Base acceleration, m/s², or shaker force, N, one sample per step.
-
-        Returns
-        -------
-        ndarray, shape (n, n_sensors + 3 n_bushings)
-            Absolute accelerations, displacements, contact forces, grease forces.
-
-        Raises
-        ------
-        SimulationError
-            If the simulation diverges or its solver warns.
+        Returns absolute accelerations, displacements, contact forces, grease forces: (n, n_sensors + 3 n_bushings).
+        Raises `SimulationError` if the simulation diverges or its solver warns.
         """
 
     def equations(self) -> Equations:
-        """Return the equations that the coordinates of consecutive steps satisfy, for energy balances.
-
-        Raises
-        ------
-        ClearanceError
-            If the engine does not tell.
-        """
+        """Return the equations that the coordinates of consecutive steps satisfy, for energy balances."""
         raise ClearanceError("the engine does not tell the equations of its steps, so its energies cannot be balanced")
 
     def snapshot(self) -> tuple[np.ndarray, np.ndarray]:
         """Return what is between two steps, to be copied before the next one.
 
-        Returns
-        -------
-        coordinates : ndarray, shape (n,)
-            Of the equations.
-        impact : ndarray, shape (2 n_bushings,)
-            Speed at which the contact of every bushing end began, as the last step used it, m/s; 0 in the gap.
-
-        Raises
-        ------
-        ClearanceError
-            If the engine does not tell.
+        These are the equations' coordinates, (n,), and the speed at which the contact of every bushing end began, as the
+        last step used it, (2 n_bushings,) in m/s; 0 in the gap.
         """
         raise ClearanceError("the engine does not tell its state, so its energies cannot be balanced")
 
@@ -173,45 +146,17 @@ def get_engine(engine: str | Engine) -> Engine:
 
 
 def step_factor(fs: float, largest_step: float) -> int:
-    """Steps per sample: the smallest whole number that keeps the step within ``largest_step``.
-
-    Parameters
-    ----------
-    fs : float
-        Sampling rate of the record, Hz.
-    largest_step : float
-        s.
-    """
+    """Steps per sample at fs, Hz: the smallest whole number that keeps the step within ``largest_step``, s."""
     return max(1, math.ceil(1 / (fs * largest_step) - 1e-9))
 
 
 def location(rig: Rig, bushing: int) -> str:
-    """Where something happened, for messages.
-
-    Parameters
-    ----------
-    rig : Rig
-        The rig.
-    bushing : int
-        Index of the bushing; a rig without bushings is looked at at its tip.
-    """
+    """Where something happened, for messages; a rig without bushings is looked at at its tip."""
     return f"at bushings[{bushing}] (x = {rig.bushings[bushing].position:g} m)" if rig.bushings else "at the tip"
 
 
 def diverged(rig: Rig, engine: Engine, time: float, bushing: int) -> SimulationError:
-    """The error of a simulation whose motion at a bushing is not a number or beyond any shaft.
-
-    Parameters
-    ----------
-    rig : Rig
-        The rig.
-    engine : Engine
-        The engine.
-    time : float
-        s.
-    bushing : int
-        Index of the bushing.
-    """
+    """The error of a simulation whose motion at a bushing is not a number or beyond any shaft at a time, s."""
     return SimulationError(
         f"rig {rig.name!r}: the {engine.name} simulation diverged at t = {time:.6f} s {location(rig, bushing)}; "
         "the law is too stiff or too strongly damped for the time step, or the excitation is far out of range"

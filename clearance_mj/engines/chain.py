@@ -70,33 +70,11 @@ class Chain:
         return self.rig.beam.bending_stiffness / np.concatenate([e.weights for e in self.elements])
 
     def lever(self, x: ArrayLike) -> np.ndarray:
-        """Deflection of points on the links per hinge angle.
-
-        Parameters
-        ----------
-        x : array_like, shape (n_x,)
-            Positions, m.
-
-        Returns
-        -------
-        ndarray, shape (n_x, n)
-            m/rad.
-        """
+        """(n_x, n) deflection of points x, m, on the links per hinge angle, m/rad."""
         return np.maximum(np.reshape(x, (-1, 1)) - self.hinges, 0.0)
 
     def deflection(self, x: ArrayLike) -> np.ndarray:
-        """Deflection of the curved shaft per hinge angle; the links' own at every end of an element.
-
-        Parameters
-        ----------
-        x : array_like, shape (n_x,)
-            Positions, m.
-
-        Returns
-        -------
-        ndarray, shape (n_x, n)
-            m/rad.
-        """
+        """(n_x, n) deflection of the curved shaft per hinge angle, m/rad; the links' own at every end of an element."""
         x = np.reshape(np.asarray(x, dtype=float), -1)
         return np.concatenate([e.deflection(x) for e in self.elements], axis=1)
 
@@ -113,15 +91,7 @@ class Chain:
 
 @functools.lru_cache(maxsize=32)
 def chain(rig: Rig, links: int) -> Chain:
-    """Cut a rig's shaft into a chain.
-
-    Parameters
-    ----------
-    rig : Rig
-        The rig.
-    links : int
-        Number of links.
-    """
+    """Cut a rig's shaft into a chain of so many links."""
     edges = _edges(rig, links)
     lengths = np.diff(edges)
     counts = np.full(lengths.size, 2)

@@ -43,21 +43,10 @@ class Links(Engine):
 
 
 def build_links(rig: Rig, links: int = 16) -> mujoco.MjSpec:
-    """Describe the rig as a MuJoCo model of rigid links.
+    """Describe the rig as a MuJoCo model of rigid links, with the softness of the datasheet.
 
-    Parameters
-    ----------
-    rig : Rig
-        The rig.
-    links : int
-        Number of links.
-
-    Returns
-    -------
-    mujoco.MjSpec
-        Hinges about -y, so that positive angles lift the shaft along z. Every contact is an explicit pair of a
-        collar (a sphere of the shaft's half depth, one at each bushing end) and one of the bushing's two plates.
-        Contact softness is the rig's datasheet value.
+    Hinges are about -y, so that positive angles lift the shaft along z. Every contact is an explicit pair of a collar
+    (a sphere of the shaft's half depth, one at each bushing end) and one of the bushing's two plates.
     """
     beam, shaft = rig.beam, chain(rig, links)
     depth = (beam.diameter or beam.height or 0.0) / 2

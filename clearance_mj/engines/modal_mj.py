@@ -49,20 +49,7 @@ class ModalMujoco(Engine):
 
 
 def build_modes(rig: Rig, modes: int = 8) -> mujoco.MjSpec:
-    """Describe the rig as a MuJoCo model of its modes.
-
-    Parameters
-    ----------
-    rig : Rig
-        The rig.
-    modes : int
-        Cantilever modes in the Ritz basis.
-
-    Returns
-    -------
-    mujoco.MjSpec
-        Softness of the limits is the rig's datasheet contact.
-    """
+    """Describe the rig as a MuJoCo model of its modes, with the softness of the datasheet."""
     ritz, mass = ritz_model(rig, modes), rig.total_mass
     spec = mujoco.MjSpec()
     spec.modelname = f"{rig.name} modes"

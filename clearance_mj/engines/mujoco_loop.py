@@ -98,15 +98,7 @@ class _Views(NamedTuple):
 
 
 class MujocoRun(Run):
-    """A MuJoCo simulation, with a model of its own.
-
-    Parameters
-    ----------
-    engine, rig, law, kind, step
-        As `Engine.start` takes them.
-    plant : Plant
-        The rig's model.
-    """
+    """A MuJoCo simulation, with a model of its own."""
 
     def __init__(self, engine: Engine, rig: Rig, law: Law, kind: str, step: float, plant: Plant):
         n_bushings = len(rig.bushings)

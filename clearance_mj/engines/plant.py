@@ -31,11 +31,6 @@ def set_solver(spec: mujoco.MjSpec) -> None:
     With an impedance of 1e-4 and a known inverse inertia, the regularisation of the contacts is far greater than
     their coupling: each force follows from its own row alone, and the projected Gauss-Seidel solver finds it in one
     sweep, at a third of Newton's cost. Joint springs are explicit and joint dampers implicit in the Euler integrator.
-
-    Parameters
-    ----------
-    spec : MjSpec
-        The model, changed in place.
     """
     spec.compiler.inertiafromgeom = mujoco.mjtInertiaFromGeom.mjINERTIAFROMGEOM_FALSE
     spec.option.integrator = mujoco.mjtIntegrator.mjINT_EULER
@@ -78,30 +73,10 @@ class Plant:
 def stable_step(
     mass: np.ndarray, stiffness: np.ndarray, at_points: np.ndarray, rig: Rig, law: Law, armature: float = ARMATURE
 ) -> float:
-    """Longest stable step of the Euler integrator with every contact and film at its hardest.
+    """Longest stable step, s, of the Euler integrator with every contact and film at its hardest.
 
     Springs are explicit, so h < 2/ω_max; the bushings' dampers are explicit too, which shortens it to
-    2 / (δ + √(δ² + ω²)) with 2δ the largest eigenvalue of M⁻¹C.
-
-    Parameters
-    ----------
-    mass : ndarray, shape (nv, nv)
-        Of the shaft alone, without armatures.
-    stiffness : ndarray, shape (nv,)
-        Of the joints.
-    at_points : ndarray, shape (3 n_bushings, nv)
-        As in `Maps`.
-    rig : Rig
-        The rig.
-    law : Law
-        The clearance's law.
-    armature : float
-        As in `Plant`.
-
-    Returns
-    -------
-    float
-        s.
+    2 / (δ + √(δ² + ω²)) with 2δ the largest eigenvalue of M⁻¹C. The mass (nv, nv) is without armatures.
     """
     grease = np.array([g.largest() for g in greases_of(rig, law)]).reshape(-1, 2)
     contact_k, contact_c = law.largest([b.gap for b in rig.bushings])

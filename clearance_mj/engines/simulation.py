@@ -104,15 +104,7 @@ def simulate_blocks(
 
 
 class Simulation:
-    """A run between interpolation and decimation, and what its response says of it.
-
-    Parameters
-    ----------
-    rig, excitation, law
-        As in `simulate`.
-    engine : Engine
-        The engine.
-    """
+    """A run between interpolation and decimation, and what its response says of it."""
 
     def __init__(self, rig: Rig, excitation: Excitation, law: Law, engine: Engine):
         if excitation.kind == "force" and rig.shaker.position is None:
@@ -134,13 +126,7 @@ class Simulation:
         }
 
     def outputs(self, excitations: Iterable[Excitation]) -> Iterator[tuple[np.ndarray, np.ndarray]]:
-        """Yield excitation and outputs, (n,) and (n, columns), of consecutive samples at the record's rate.
-
-        Parameters
-        ----------
-        excitations : iterable of Excitation
-            Consecutive pieces of one.
-        """
+        """Yield excitation and outputs, (n,) and (n, columns), of consecutive samples at the record's rate."""
         waiting, steps, count = np.empty(0), 0, BLOCK * self.interpolator.factor
         for excitation in self._blocks(excitations):
             waiting, fast = np.append(waiting, excitation), self.interpolator.push(excitation)
@@ -168,15 +154,7 @@ class Simulation:
         yield np.zeros(2 * self.interpolator.ahead)
 
     def response(self, excitation: np.ndarray, output: np.ndarray) -> Response:
-        """Return the response that so many samples make.
-
-        Parameters
-        ----------
-        excitation : ndarray, shape (n,)
-            Its samples.
-        output : ndarray, shape (n, n_sensors + 3 n_bushings)
-            As `Run.advance` returns them, at the record's rate.
-        """
+        """Return the response of samples of the excitation, (n,), and what `Run.advance` returns, at their rate."""
         n_sensors, n_bushings = len(self.rig.sensors), len(self.rig.bushings)
         histories = np.split(output.T, n_sensors + n_bushings * np.arange(3))
         names = ("acceleration", "displacement", "contact_force", "grease_force")

@@ -140,13 +140,7 @@ def _regime(regime: str) -> Regime:
 
 
 def check(case: Case) -> None:
-    """Refuse a case that cannot be run: `ManoeuvreError` says why.
-
-    Parameters
-    ----------
-    case : Case
-        The case.
-    """
+    """Refuse a case that cannot be run: `ManoeuvreError` says why."""
     get_controller(case.controller)
     if case.seed < 0:
         raise ManoeuvreError(f"seed must be >= 0, got {case.seed}")
@@ -157,20 +151,7 @@ def check(case: Case) -> None:
 
 
 def run_case(case: Case) -> Outcome:
-    """Run one case.
-
-    Parameters
-    ----------
-    case : Case
-        The case.
-
-    Raises
-    ------
-    ManoeuvreError
-        For what `check` refuses.
-    SimulationError
-        If the vehicle leaves the path.
-    """
+    """Run one case; `ManoeuvreError` for what `check` refuses, `SimulationError` if the vehicle leaves the path."""
     check(case)
     spread = Spread.random(case.seed) if case.spread else Spread()
     plant = PLANTS[case.plant](spread, _regime(case.regime).trail)
@@ -184,17 +165,7 @@ def _run_registered(case: Case, registration: Registration) -> Outcome:
 
 
 def run_all(cases: Iterable[Case], workers: int | None = None, progress: str | None = None) -> list[Outcome]:
-    """Run many cases at once, in their order; the results do not depend on the number of processes.
-
-    Parameters
-    ----------
-    cases : iterable of Case
-        The cases.
-    workers : int, optional
-        Processes; default: one for each processor.
-    progress : str, optional
-        Show a progress bar with this name.
-    """
+    """Run many cases at once, in their order; the results do not depend on the number of processes."""
     cases = list(cases)
     registrations = [get_controller(case.controller) for case in cases]
     with ProcessPoolExecutor(min(workers or os.cpu_count() or 1, len(cases)) or 1) as pool:

@@ -53,16 +53,7 @@ def _balanced(moment: float, before: float, h: float, p: LostMotion) -> float:
 def lost_motion_step(d: float, turn: float, moment: float, h: float, p: LostMotion) -> tuple[float, int]:
     """Return d after one step, and σ: 1 where the shaft pushes the wheel to the left, -1 to the right, 0 in the play.
 
-    Parameters
-    ----------
-    d, turn : float
-        Wheel angle less servo angle, and how far the servo turns in this step, rad.
-    moment : float
-        M, N m.
-    h : float
-        Step, s.
-    p : LostMotion
-        The reduced clearance.
+    The servo turns by ``turn``, rad, against M, N m, in the step h, s.
     """
     stuck = d - turn
     load = _resistance(stuck, d, h, p) + moment

@@ -49,21 +49,9 @@ class Gate(NamedTuple):
 
 
 def check_feasible(path: Path, speed: float, friction: float) -> None:
-    """Refuse a manoeuvre that no controller could follow.
+    """Refuse a manoeuvre that no controller could follow at a speed, m/s, on a road of a friction coefficient.
 
-    Parameters
-    ----------
-    path : Path
-        The path.
-    speed : float
-        m/s.
-    friction : float
-        Friction coefficient of tyres and road.
-
-    Raises
-    ------
-    ManoeuvreError
-        If the speed is outside `SPEEDS` or the path needs more than the friction's lateral acceleration.
+    The speed is outside `SPEEDS`, or the path needs more than the friction's lateral acceleration.
     """
     if not SPEEDS[0] <= speed <= SPEEDS[1]:
         low, high = (f"{3.6 * v:g}" for v in SPEEDS)
@@ -78,13 +66,7 @@ def check_feasible(path: Path, speed: float, friction: float) -> None:
 
 
 def straight(length: float) -> Path:
-    """Straight path along x.
-
-    Parameters
-    ----------
-    length : float
-        m.
-    """
+    """Straight path along x, of a length in m."""
     _check_positive(length=length)
     return Path.of("straight", _clothoids([(length, 0.0, 0.0)]))
 
@@ -92,17 +74,7 @@ def straight(length: float) -> Path:
 def clothoid_arc(
     radius: float = 200.0, clothoid: float = 60.0, arc: float = 100.0, lead: float = 30.0, tail: float = 60.0
 ) -> Path:
-    """Straight, clothoid, left-hand arc, clothoid, straight.
-
-    Parameters
-    ----------
-    radius : float
-        Of the arc, m.
-    clothoid, arc : float
-        Length of each clothoid and of the arc, m.
-    lead, tail : float
-        Length of the straights before and after, m.
-    """
+    """Straight, clothoid, left-hand arc, clothoid, straight; lengths in m."""
     _check_positive(radius=radius, clothoid=clothoid, arc=arc, lead=lead, tail=tail)
     k = 1 / radius
     parts = [(lead, 0.0, 0.0), (clothoid, 0.0, k), (arc, k, k), (clothoid, k, 0.0), (tail, 0.0, 0.0)]
@@ -114,12 +86,7 @@ def double_lane_change(length_factor: float = 1.0) -> Path:
 
     Y = dy1/2 (1 + tanh z1) - dy2/2 (1 + tanh z2), z_i = 2.4/dx_i (X - Xs_i) - 1.2, dx 25 and 21.95 m, dy 4.05 and
     5.7 m, Xs 27.19 and 56.46 m (Falcone et al., IEEE Trans. Control Syst. Technol. 15, 2007), with all lengths along X
-    scaled. It begins 30 m before X = 0, where its slope is below 1e-6.
-
-    Parameters
-    ----------
-    length_factor : float
-        Scale of lengths along X; at 1 the path needs 10.9 m/s² at 72 km/h.
+    scaled; at 1 the path needs 10.9 m/s² at 72 km/h. It begins 30 m before X = 0, where its slope is below 1e-6.
     """
     _check_positive(length_factor=length_factor)
     dx, dy, start = np.array([25.0, 21.95]), np.array([4.05, -5.7]), np.array([27.19, 56.46])
@@ -140,13 +107,7 @@ def iso3888_gates(width: float = 1.61, length_factor: float = 1.0) -> tuple[Gate
     """Gates of the double lane change of ISO 3888-1: 15 m, 25 m in the other lane, 30 m back; 30 and 25 m between them.
 
     Their widths are 1.1, 1.2 and 1.3 times the vehicle's plus 0.25 m; the lanes' centre lines are taken as 3.5 m apart.
-
-    Parameters
-    ----------
-    width : float
-        Of the vehicle, m.
-    length_factor : float
-        Scale of lengths along X; 1 is the standard's.
+    Lengths along X are scaled; 1 is the standard's.
     """
     _check_positive(width=width, length_factor=length_factor)
     lanes = ((0.0, 15.0, 0.0, 1.1), (45.0, 70.0, LANE_OFFSET, 1.2), (95.0, 125.0, 0.0, 1.3))
@@ -154,15 +115,10 @@ def iso3888_gates(width: float = 1.61, length_factor: float = 1.0) -> tuple[Gate
 
 
 def iso_lane_change(length_factor: float = 1.0) -> Path:
-    """Smooth path through the ISO 3888-1 gates: straights joined by quintic lane changes.
+    """Smooth path through the ISO 3888-1 gates: straights joined by quintic lane changes; lengths along X are scaled.
 
     Each lane change Y = 3.5 m (10 u³ - 15 u⁴ + 6 u⁵) has a sixth of its length within each of its gates, where the
     path is off the centre by at most 0.124 m, less than the free width on either side.
-
-    Parameters
-    ----------
-    length_factor : float
-        Scale of lengths along X; 1 is the standard's.
     """
     _check_positive(length_factor=length_factor)
     first, second, third = iso3888_gates(length_factor=length_factor)

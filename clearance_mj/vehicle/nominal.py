@@ -40,28 +40,17 @@ class Vehicle:
 
     @classmethod
     def bmw320i(cls, trail: float = 0.045) -> Vehicle:
-        """Vehicle 2 of commonroad-vehicle-models; stiffness per axle is the tyre's per load times the static load.
-
-        Parameters
-        ----------
-        trail : float
-            Of the aligning moment, m.
-        """
+        """Vehicle 2 of commonroad-vehicle-models; stiffness per axle is the tyre's per load times the static load."""
         p = parameters()
         load = p.m * GRAVITY / (p.a + p.b)
         stiffness = -p.tire.p_ky1 * load * p.b, -p.tire.p_ky1 * load * p.a
         return cls(p.m, p.I_z, p.a, p.b, *stiffness, friction=p.tire.p_dy1, trail=trail)
 
     def with_steering(self, stiffness: float) -> Vehicle:
-        """Return the vehicle with the steering's compliance in its front axle, C_f / (1 + C_f t/k).
+        """Return the vehicle with a steering's compliance in its front axle, C_f / (1 + C_f t/k), k in N m/rad.
 
         The aligning moment turns the wheels back in proportion to the axle's force, which has the effect of a softer
         axle (Pacejka, Tire and Vehicle Dynamics, 2012, section 1.3.4).
-
-        Parameters
-        ----------
-        stiffness : float
-            k of the steering between servo and road wheel, N m/rad.
         """
         stiff = self.cornering_front
         return dataclasses.replace(self, cornering_front=stiff / (1 + stiff * self.trail / stiffness))

@@ -59,15 +59,7 @@ class Path:
 
     @classmethod
     def of(cls, name: str, pieces: Sequence[Piece]) -> Path:
-        """Join pieces.
-
-        Parameters
-        ----------
-        name : str
-            In words.
-        pieces : sequence of Piece
-            Each begins where the one before ends.
-        """
+        """Join pieces, each of which begins where the one before ends."""
         nodes, columns, begin = [np.zeros(1)], [], 0.0
         for s, x, y, heading, curvature, slope in pieces:
             pairs = ((x, np.cos(heading)), (y, np.sin(heading)), (heading, curvature), (curvature, slope))
@@ -87,33 +79,15 @@ class Path:
         return float(np.abs(self.table.value[CURVATURE][:, [0, 2]]).max())
 
     def position(self, s: ArrayLike) -> np.ndarray:
-        """Points of the path, x and y, m, shape (2, ...).
-
-        Parameters
-        ----------
-        s : array_like
-            Arc length, m.
-        """
+        """Points of the path at arc lengths s, m: x and y, m, shape (2, ...)."""
         return np.stack([self._evaluate(row, s) for row in (X, Y)])
 
     def heading(self, s: ArrayLike) -> np.ndarray:
-        """Direction of the path, continuous (not wrapped), rad.
-
-        Parameters
-        ----------
-        s : array_like
-            Arc length, m.
-        """
+        """Direction of the path at arc lengths s, m, continuous (not wrapped), rad."""
         return self._evaluate(HEADING, s)
 
     def curvature(self, s: ArrayLike) -> np.ndarray:
-        """Curvature, 1/m, left positive; zero beyond the ends.
-
-        Parameters
-        ----------
-        s : array_like
-            Arc length, m.
-        """
+        """Curvature at arc lengths s, m, in 1/m, left positive; zero beyond the ends."""
         return self._evaluate(CURVATURE, s)
 
     def _evaluate(self, row: int, s: ArrayLike) -> np.ndarray:
@@ -121,32 +95,13 @@ class Path:
         return _values(self.table, row, s.ravel()).reshape(s.shape)
 
     def locate(self, x: float, y: float, s_guess: float | None = None) -> PathPoint:
-        """Find the foot point of a position.
-
-        Parameters
-        ----------
-        x, y : float
-            m.
-        s_guess : float, optional
-            Arc length near which it lies, m, such as the last one; None: the whole path is searched.
-
-        Raises
-        ------
-        ManoeuvreError
-            If the position is not finite.
-        """
+        """Find the foot point of a position, m, near an arc length such as the last one, or on the whole path."""
         if not (math.isfinite(x) and math.isfinite(y)):
             raise ManoeuvreError(f"path {self.name!r}: position ({x:g}, {y:g}) m is not finite")
         return PathPoint(*_locate(self.table, x, y, math.nan if s_guess is None else s_guess))
 
     def needed_acceleration(self, speed: float) -> float:
-        """Largest lateral acceleration |κ| v² of a vehicle that follows the path exactly, m/s².
-
-        Parameters
-        ----------
-        speed : float
-            m/s.
-        """
+        """Largest lateral acceleration |κ| v² of a vehicle that follows the path exactly at a speed, m/s, in m/s²."""
         return self.largest_curvature * speed**2
 
 

@@ -54,13 +54,7 @@ class Spread:
 
     @classmethod
     def random(cls, seed: int) -> Spread:
-        """Draw a vehicle: mass uniform within 10 %, stiffness within 15 %, friction between 0.8 and 1.0.
-
-        Parameters
-        ----------
-        seed : int
-            Seed of the random numbers.
-        """
+        """Draw a vehicle: mass uniform within 10 %, stiffness within 15 %, friction between 0.8 and 1.0."""
         generator = np.random.default_rng(seed)
         return cls(*(float(generator.uniform(*ends)) for ends in ((0.9, 1.1), (0.85, 1.15), (0.8, 1.0))))
 
@@ -113,33 +107,12 @@ class Plant(ABC):
         """The library's states for [x, y, wheel angle, speed, heading, yaw rate, sideslip]."""
 
     def start(self, speed: float, pose: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> np.ndarray:
-        """State of the vehicle driving straight.
-
-        Parameters
-        ----------
-        speed : float
-            m/s; it is held from then on.
-        pose : (float, float, float)
-            x, y, m, and heading, rad.
-        """
+        """State of the vehicle driving straight at a speed, m/s, that it holds, from x, y, m, and heading, rad."""
         x, y, heading = pose
         return np.array([*self._states([x, y, 0.0, speed, heading, 0.0, 0.0]), speed], dtype=float)
 
     def advance(self, state: np.ndarray, wheel_angle: ArrayLike) -> np.ndarray:
-        """Return the state after n ms with given road-wheel angles.
-
-        Parameters
-        ----------
-        state : ndarray
-            From `start` or `advance`; it is not changed.
-        wheel_angle : array_like, shape (n,)
-            rad, one for each millisecond.
-
-        Raises
-        ------
-        SimulationError
-            If the motion is no longer finite.
-        """
+        """Return the state after n ms with road-wheel angles (n,), rad; `SimulationError` if it is no longer finite."""
         after = _advance(state.copy(), np.ascontiguousarray(wheel_angle, dtype=float), STEP, self._compiled)
         if not np.isfinite(after).all():
             raise SimulationError(
@@ -149,13 +122,7 @@ class Plant(ABC):
         return after
 
     def measure(self, state: np.ndarray) -> Measurement:
-        """Read the sensors.
-
-        Parameters
-        ----------
-        state : ndarray
-            From `start` or `advance`.
-        """
+        """Read the sensors."""
         lateral_speed, acceleration, front_force = _observe(state, self._compiled)
         speed = math.sqrt(state[3] ** 2 - lateral_speed**2) if state.size < MULTI_BODY_STATES else state[3]
         slip = math.atan2(lateral_speed, speed)

@@ -106,16 +106,7 @@ class Run:
 def nominal_task(path: Path, speed: float, trail: float = 0.045, **settings: Any) -> Task:
     """Return what controllers know by default: BMW 320i, the steering's datasheet without clearance.
 
-    Parameters
-    ----------
-    path : Path
-        The path.
-    speed : float
-        m/s.
-    trail : float
-        Of the aligning moment that reaches the shaft, m.
-    **settings
-        Other fields of `Task`.
+    Speed in m/s, trail of the aligning moment that reaches the shaft in m; settings are other fields of `Task`.
     """
     steering = Steering().lost_motion
     vehicle = Vehicle.bmw320i(trail).with_steering(steering.stiffness + steering.shaft_stiffness)
@@ -125,27 +116,9 @@ def nominal_task(path: Path, speed: float, trail: float = 0.045, **settings: Any
 def follow_path(
     plant: Plant, steering: Steering, controller: Controller, task: Task, sensors: Sensors = Sensors(), seed: int = 0
 ) -> Run:
-    """Simulate a vehicle along the task's path, from its start to its end.
+    """Simulate a vehicle along the task's path, from its start to its end; `SimulationError` if it leaves the path.
 
-    Parameters
-    ----------
-    plant : Plant
-        The vehicle.
-    steering : Steering
-        From the command to the road wheel, with the clearance.
-    controller : Controller
-        With its settings.
-    task : Task
-        What the controller knows: nominal vehicle, path, speed, preview, limits.
-    sensors : Sensors
-        Noise on what the controller sees.
-    seed : int
-        Of the noise of sensors and road.
-
-    Raises
-    ------
-    SimulationError
-        If the vehicle leaves the path.
+    The seed is that of the noise of sensors and road.
     """
     path, period, noise = task.path, task.period, np.random.default_rng([seed, 1])
     x, y = path.position(0.0)

@@ -69,19 +69,9 @@ _LENGTHS = {"um": 1e-6, "µm": 1e-6, "mm": 1e-3, "m": 1.0}
 
 
 def parse_gap(text: str, lever_arm: float = LEVER_ARM) -> float:
-    """Half-gap at the road wheel, rad, from a number with a unit.
+    """Half-gap at the road wheel, rad, from a number with a unit; the lever arm, m, makes an angle of a length.
 
-    Parameters
-    ----------
-    text : str
-        Such as "0.2deg", "3.5mrad" (road-wheel angle) or "0.15mm" (radial clearance of the shaft).
-    lever_arm : float
-        From the clearance to the wheel angle, m.
-
-    Raises
-    ------
-    ManoeuvreError
-        For a number without a unit, an unknown unit or a negative value.
+    Such as "0.2deg", "3.5mrad" (road-wheel angle) or "0.15mm" (radial clearance of the shaft).
     """
     match = re.fullmatch(r"\s*(\d+\.?\d*(?:e[-+]?\d+)?|\.\d+)\s*([a-zµ°]*)\s*", text)
     number, unit = match.groups() if match else ("", "")
@@ -95,50 +85,30 @@ def parse_gap(text: str, lever_arm: float = LEVER_ARM) -> float:
 
 @dataclass(frozen=True)
 class Steering:
-    """Servo, shaft with clearance, and lever.
-
-    Parameters
-    ----------
-    half_gap : float
-        At the road wheel, rad; the bushings' radial clearance over the lever arm. It replaces the shaft's own.
-    fidelity : str or Engine
-        How the shaft is modelled: "play" is the quasi-static lost motion; "modal", "links" or another engine, with
-        settings of its own if wanted, simulates it.
-    friction : float
-        Coulomb friction of the road wheel against the ground, N m. Where it is less than the aligning moment the
-        clearance is torque-driven, else friction-driven.
-    road_moment : float
-        RMS of the road's moment on the wheel, N m.
-    road_band : (float, float)
-        Hz, its band.
-    frequency, damping : float
-        Of the second-order servo: natural frequency, Hz, and share of the critical damping.
-    rate_limit : float
-        Largest speed of the servo, rad/s at the road wheel; 0.4 is that of commonroad's vehicle.
-    lever_arm : float
-        r, m.
-    shaft : Rig
-        Its shaker's position is the lever's, and one of its bushings is there.
-    law : Law, optional
-        Of the contact, such as an identified one; None: the shaft's own datasheet values.
-
-    Raises
-    ------
-    ManoeuvreError
-        For impossible values.
-    """
+    """Servo, shaft with clearance, and lever."""
 
     half_gap: float = 0.0
+    """rad at the road wheel, the bushings' radial clearance over the lever arm; it replaces the shaft's own"""
     fidelity: str | Engine = "play"
+    """of the shaft: "play" is the quasi-static lost motion; "modal", "links" or another `Engine` simulates it"""
     friction: float = 0.0
+    """N m, Coulomb's, of the road wheel: below the aligning moment the clearance is torque-driven, else friction-driven"""
     road_moment: float = 0.0
+    """N m RMS, of the road on the wheel"""
     road_band: tuple[float, float] = (0.5, 30.0)
+    """Hz, its band"""
     frequency: float = 6.0
+    """Hz, natural, of the second-order servo"""
     damping: float = 0.7
+    """of the servo, of critical"""
     rate_limit: float = 0.4
+    """rad/s at the road wheel, largest speed of the servo; 0.4 is that of commonroad's vehicle"""
     lever_arm: float = LEVER_ARM
+    """r, m"""
     shaft: Rig = STEERING_SHAFT
+    """its shaker's position is the lever's, and one of its bushings is there"""
     law: Law | None = None
+    """of the contact, such as an identified one; None: the shaft's own datasheet values"""
 
     def __post_init__(self) -> None:
         self._engine()
@@ -183,13 +153,7 @@ class Steering:
         return LostMotion(*map(float, values))
 
     def start(self, seed: int = 0) -> SteeringRun:
-        """Begin a run with the wheels straight and the shaft centred.
-
-        Parameters
-        ----------
-        seed : int
-            Of the road's noise.
-        """
+        """Begin a run with the wheels straight and the shaft centred; the seed is that of the road's noise."""
         servo, engine, road = ServoStep.of(self.frequency, self.damping, self.rate_limit), self._engine(), np.zeros(1)
         shaft: Shaft = QuasiStaticShaft(self.lost_motion)
         if engine:

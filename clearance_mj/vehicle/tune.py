@@ -41,13 +41,7 @@ FAILED = 100.0
 
 
 def cost(controller: Controller) -> float:
-    """Mean over `MANOEUVRES` of peak |e_y| / 50 mm + RMS e_y / 15 mm + total variation of the wheel angle / 0.1 rad.
-
-    Parameters
-    ----------
-    controller : Controller
-        The controller with its settings.
-    """
+    """Mean over `MANOEUVRES` of peak |e_y| / 50 mm + RMS e_y / 15 mm + total variation of the wheel angle / 0.1 rad."""
     costs = []
     for speed, factor in MANOEUVRES:
         task = nominal_task(double_lane_change(factor), speed)
@@ -66,28 +60,10 @@ def tune(
     seed: int = SEED,
     workers: int | None = None,
 ) -> dict[str, Any]:
-    """Search for the settings of a controller.
+    """Search for the settings of a controller with bounds; the result does not depend on the number of workers.
 
-    Parameters
-    ----------
-    name : str
-        A registered controller with bounds.
-    generations, population : int
-        Of the differential evolution, which evaluates the cost population × (generations + 1) times.
-    seed : int
-        Of the search; the result does not depend on the number of workers.
-    workers : int, optional
-        Processes; default: one for each processor.
-
-    Returns
-    -------
-    dict
-        settings, cost, evaluations, seed: what `TUNED` holds, and ``settings`` what `Registration.tuned` takes.
-
-    Raises
-    ------
-    ManoeuvreError
-        For a controller that is unknown or has no bounds.
+    The differential evolution evaluates the cost population × (generations + 1) times. Returns settings, cost,
+    evaluations, seed: what `TUNED` holds, and ``settings`` what `Registration.tuned` takes.
     """
     registration = get_controller(name)
     if not registration.bounds:

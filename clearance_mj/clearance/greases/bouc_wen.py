@@ -20,15 +20,7 @@ __all__ = ["BoucWen", "bouc_wen_step", "film_damping"]
 
 @numba.njit(cache=True, nogil=True, inline="always")
 def bouc_wen_step(z: float, dx: float, a: float, beta: float, gamma: float, exponent: float) -> float:
-    """Advance the Bouc-Wen state z over the displacement dx by the midpoint rule (second order in dx).
-
-    Parameters
-    ----------
-    z, dx : float
-        State and displacement increment, m.
-    a, beta, gamma, exponent : float
-        A, β and γ, 1/mⁿ, and n.
-    """
+    """Advance the state z over the displacement dx, m, by the midpoint rule (second order in dx); β and γ in 1/mⁿ."""
     half = z + 0.5 * dx * _slope(z, dx, a, beta, gamma, exponent)
     return z + dx * _slope(half, dx, a, beta, gamma, exponent)
 
@@ -42,19 +34,7 @@ def _slope(z: float, dx: float, a: float, beta: float, gamma: float, exponent: f
 
 @numba.njit(cache=True, nogil=True, inline="always")
 def film_damping(x: float, damping: float, inverse_film: float, limit: float) -> float:
-    """Return the squeeze-film damping c / max(1 - |x|/h, ε)², N s/m.
-
-    Parameters
-    ----------
-    x : float
-        Displacement, m.
-    damping : float
-        c of the centred shaft, N s/m.
-    inverse_film : float
-        1/h, 1/m; 0 without film.
-    limit : float
-        ε.
-    """
+    """Return the squeeze-film damping c / max(1 - |x|/h, ε)², N s/m, at a displacement x, m; 1/h is 0 without film."""
     thin = max(1.0 - abs(x) * inverse_film, limit)
     return damping / (thin * thin)
 

@@ -88,24 +88,9 @@ def with_clearance_model(controller: Controller, task: Task, prior: ClearancePri
 
 
 def secant_stiffness(law: Law, rig: Rig, bushing: int, force: float) -> float:
-    """Contact force over penetration of a bushing under a steady force, N/m: a clearance model's k from a law.
+    """Contact force over penetration of a bushing under a steady force, N: a clearance model's k, N/m, from a law.
 
-    Parameters
-    ----------
-    law : Law
-        Such as an identified one; of a schedule in time the mean stiffness is taken, of one in amplitude that at gap
-        plus penetration.
-    rig : Rig
-        Gives the gap.
-    bushing : int
-        Index of the bushing.
-    force : float
-        N.
-
-    Raises
-    ------
-    ManoeuvreError
-        If the law has no contact there that could carry the force.
+    Of a schedule in time the mean stiffness is taken, of one in amplitude that at gap plus penetration.
     """
     table, gap = law.table(len(rig.bushings)), rig.bushings[bushing].gap
     k = table.parameters[:, bushing, 0]

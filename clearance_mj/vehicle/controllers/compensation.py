@@ -36,13 +36,7 @@ class LostMotionModel(ABC):
 
     @abstractmethod
     def start(self, task: Task) -> Estimate:
-        """Begin a run, in the middle of the gap.
-
-        Parameters
-        ----------
-        task : Task
-            What the controller knows.
-        """
+        """Begin a run, in the middle of the gap."""
 
 
 @dataclass(frozen=True)

@@ -64,13 +64,7 @@ class DesignModel:
         return p.lr - p.mass * p.lf * self.speed**2 / ((p.lf + p.lr) * p.cornering_rear)
 
     def prediction(self, steps: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """P (6, 6), Q (6,), R (6, steps) of x after ``steps`` periods: P x + Q u + R κ, the command held.
-
-        Parameters
-        ----------
-        steps : int
-            Periods.
-        """
+        """P (6, 6), Q (6,), R (6, steps) of x after ``steps`` periods: P x + Q u + R κ, the command held."""
         A, B, E = self.discrete
         powers = [np.linalg.matrix_power(A, i) for i in range(steps + 1)]
         Q = sum((power @ B for power in powers[:-1]), np.zeros(6))
@@ -79,13 +73,7 @@ class DesignModel:
 
 
 class Predictor:
-    """State of the design model during a run: errors and motion as measured, the servo as modelled from the commands.
-
-    Parameters
-    ----------
-    task : Task
-        What is known.
-    """
+    """State of the design model during a run: errors and motion as measured, the servo as modelled."""
 
     def __init__(self, task: Task):
         self.task = task
@@ -98,46 +86,22 @@ class Predictor:
         self._times = (np.arange(task.lead) + 0.5) * task.period
 
     def state(self, seen: Observation) -> np.ndarray:
-        """State at a sample, (6,).
-
-        Parameters
-        ----------
-        seen : Observation
-            The sample.
-        """
+        """State at a sample, (6,)."""
         return np.array((seen.e_y, seen.e_psi, seen.lateral_speed, seen.yaw_rate, *self._servo))
 
     def predicted(self, seen: Observation) -> np.ndarray:
-        """State when the wheel will have answered the next command, (6,).
-
-        Parameters
-        ----------
-        seen : Observation
-            The sample.
-        """
+        """State when the wheel will have answered the next command, (6,)."""
         curvature = self.task.curvature(seen, self._times)
         return self._P @ self.state(seen) + self._Q * self.last + self._R @ curvature
 
     def follow(self, command: float) -> None:
-        """Let the model of the servo follow the next command.
-
-        Parameters
-        ----------
-        command : float
-            rad.
-        """
+        """Let the model of the servo follow the next command, rad."""
         self.last = command
         self._servo = self._servo_A @ self._servo + self._servo_B * command
 
 
 class ModelRun(ControllerRun):
-    """A run of a controller that is designed on the linear model.
-
-    Parameters
-    ----------
-    task : Task
-        What it knows.
-    """
+    """A run of a controller that is designed on the linear model."""
 
     def __init__(self, task: Task):
         self.task, self.predictor = task, Predictor(task)
@@ -145,13 +109,7 @@ class ModelRun(ControllerRun):
 
     @abstractmethod
     def wheel_angle(self, seen: Observation) -> float:
-        """Return the road-wheel angle that is wanted, before limits, rad.
-
-        Parameters
-        ----------
-        seen : Observation
-            The sample.
-        """
+        """Return the road-wheel angle that is wanted, before limits, rad."""
 
     def command(self, seen: Observation) -> float:
         """Limit the angle that is wanted."""
