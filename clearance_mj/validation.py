@@ -17,7 +17,7 @@ import types
 import typing
 from collections.abc import Callable
 from pathlib import Path
-from typing import Annotated, Any, TypeVar
+from typing import Annotated, Any, ClassVar, TypeVar
 
 import pydantic
 from pydantic import ConfigDict, Field, ValidationError
@@ -25,8 +25,8 @@ from pydantic import ConfigDict, Field, ValidationError
 from .errors import ClearanceError
 
 __all__ = [
-    "Flag", "NotNegative", "Number", "Positive", "Share", "Text", "Whole", "checked", "descriptions", "from_plain",
-    "json_schema", "read_plain", "to_plain",
+    "Flag", "NotNegative", "Number", "Positive", "Registered", "Share", "Text", "Whole", "checked", "descriptions",
+    "from_plain", "json_schema", "read_plain", "register", "to_plain",
 ]  # fmt: skip
 
 Number = Annotated[float, Field(strict=True)]
@@ -84,6 +84,36 @@ def checked(
         return made  # type: ignore[return-value]
 
     return decorate
+
+
+class Registered:
+    """What `register` knows by name: base of the kinds of models."""
+
+    name: ClassVar[str]
+    """in files and commands"""
+    known: ClassVar[dict[str, Any]]
+    """of the kind, by name"""
+    refusal: ClassVar[type[ClearanceError]]
+    """raised for values that no object can have"""
+    called: ClassVar[str]
+    """what messages call an object, with {name}"""
+
+
+Model = TypeVar("Model", bound=Registered)
+
+
+@typing.dataclass_transform(frozen_default=True, field_specifiers=(dataclasses.field, Field))
+def register(model: type[Model]) -> type[Model]:
+    """Make a class a frozen dataclass that checks its fields, and is known by its ``name``; a class decorator.
+
+    Parameters
+    ----------
+    model : type
+        Subclass of a kind of models, such as `ContactModel`, `GreaseModel` or `Engine`.
+    """
+    made = checked(model.refusal, name=model.called.format(name=model.name))(model)
+    made.known[made.name] = made
+    return made
 
 
 def from_plain(kind: type[T], data: object, where: str, error: type[ClearanceError]) -> T:

@@ -9,10 +9,9 @@ from __future__ import annotations
 import dataclasses
 from abc import ABC, abstractmethod
 from collections.abc import MutableSequence, Sequence
-from typing import ClassVar, TypeVar, dataclass_transform
 
 from ..errors import LawError
-from ..validation import checked
+from ..validation import Registered, register
 from ._pointers import CONTACT_ENERGY, CONTACT_LAW, address
 
 __all__ = ["CONTACTS", "SLOWEST_IMPACT", "ContactModel", "Numbers", "register"]
@@ -24,14 +23,17 @@ Numbers = MutableSequence[float]
 """What compiled functions get: numbers by index"""
 
 
-class ContactModel(ABC):
+CONTACTS: dict[str, type[ContactModel]] = {}
+"""The contact models by the name that law files give them"""
+
+
+class ContactModel(Registered, ABC):
     """A contact of shaft and bushing. Subclasses are fields of numbers and four functions, under `register`.
 
     ``law`` and ``energy`` are compiled, so they may call ``math``, numpy and other functions compiled by numba only.
     """
 
-    name: ClassVar[str]
-    """in law files"""
+    known, refusal, called = CONTACTS, LawError, "contact"
     adhesion: bool = False
     """whether the force may pull"""
 
@@ -85,7 +87,7 @@ class ContactModel(ABC):
         return address(cls.law, CONTACT_LAW), address(cls.energy, CONTACT_ENERGY)
 
     def force(self, depth: float, speed: float, impact_speed: float = 0.0) -> float:
-        """Force against the penetration; it pulls only where the model adheres.
+        """Force against the penetration, N; it pulls only where the model adheres.
 
         Parameters
         ----------
@@ -93,11 +95,6 @@ class ContactModel(ABC):
             δ, m, and δ̇, m/s.
         impact_speed : float
             δ̇ when this contact began, m/s.
-
-        Returns
-        -------
-        float
-            N.
         """
         if depth <= 0:
             return 0.0
@@ -105,26 +102,3 @@ class ContactModel(ABC):
         self.law(self.parameters(), depth, speed, impact_speed, out)
         force = out[0] * depth + out[1] * speed
         return force if self.adhesion else max(force, 0.0)
-
-
-CONTACTS: dict[str, type[ContactModel]] = {}
-"""The contact models by the name that law files give them"""
-
-Model = TypeVar("Model", bound=ContactModel)
-
-
-@dataclass_transform(frozen_default=True)
-def register(model: type[Model]) -> type[Model]:
-    """Make a class a contact model; a class decorator.
-
-    The class becomes a frozen dataclass that checks its fields, and is known by its ``name``, so that laws can hold it
-    and be saved.
-
-    Parameters
-    ----------
-    model : type
-        Subclass of `ContactModel`.
-    """
-    made = checked(LawError, name="contact")(model)
-    CONTACTS[made.name] = made
-    return made

@@ -11,7 +11,7 @@ __all__ = ["describing_function", "gap"]
 
 @numba.vectorize(["float64(float64, float64)"], cache=True)
 def gap(x: Any, d: Any) -> Any:
-    """Penetration beyond a clearance (Eq. 11): x - d above d, x + d below -d, 0 between.
+    """Signed penetration beyond a clearance, m (Eq. 11): x - d above d, x + d below -d, 0 between.
 
     Parameters
     ----------
@@ -19,17 +19,12 @@ def gap(x: Any, d: Any) -> Any:
         Displacement relative to the bushing, m.
     d : array_like
         Radial clearance, m.
-
-    Returns
-    -------
-    ndarray
-        Signed penetration, m.
     """
     return max(x - d, 0.0) + min(x + d, 0.0)
 
 
 def describing_function(amplitude: ArrayLike, d: ArrayLike) -> np.ndarray:
-    """Stiffness ratio N/k of a spring with clearance under a harmonic motion.
+    """Stiffness ratio N/k, between 0 and 1, of a spring with clearance under a harmonic motion.
 
     N/k = 1 - (2/π) [asin(d/X) + (d/X) √(1 - d²/X²)] for X > d, else 0 (Gelb & Vander Velde, Multiple-Input
     Describing Functions, 1968, appendix B, dead zone).
@@ -40,11 +35,6 @@ def describing_function(amplitude: ArrayLike, d: ArrayLike) -> np.ndarray:
         Amplitude X of the motion, m.
     d : array_like
         Radial clearance, m.
-
-    Returns
-    -------
-    ndarray
-        Between 0 and 1.
     """
     ratio = np.minimum(np.divide(d, amplitude), 1.0)
     return 1 - 2 / np.pi * (np.arcsin(ratio) + ratio * np.sqrt(1 - ratio**2))

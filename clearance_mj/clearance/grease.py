@@ -4,24 +4,26 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
-from typing import ClassVar, TypeVar, dataclass_transform
 
 from ..errors import LawError
-from ..validation import checked
+from ..validation import Registered, register
 from ._pointers import GREASE_ENERGY, GREASE_LAW, address
 from .contact import Numbers
 
 __all__ = ["GREASES", "GreaseModel", "register"]
 
 
-class GreaseModel(ABC):
+GREASES: dict[str, type[GreaseModel]] = {}
+"""The grease models by the name that law files give them; a rig's own, which needs none, is Bouc-Wen's"""
+
+
+class GreaseModel(Registered, ABC):
     """Grease in a bushing. Subclasses are fields of numbers and their functions, under `register`.
 
     ``law`` and ``energy`` are compiled, so they may call ``math``, numpy and other functions compiled by numba only.
     """
 
-    name: ClassVar[str]
-    """in law files"""
+    known, refusal, called = GREASES, LawError, "grease"
 
     @abstractmethod
     def parameters(self) -> Sequence[float]:
@@ -81,23 +83,3 @@ class GreaseModel(ABC):
     def addresses(cls) -> tuple[int, int]:
         """Return the addresses of the compiled `law` and `energy`."""
         return address(cls.law, GREASE_LAW), address(cls.energy, GREASE_ENERGY)
-
-
-GREASES: dict[str, type[GreaseModel]] = {}
-"""The grease models by the name that law files give them; a rig's own, which needs none, is Bouc-Wen's"""
-
-Model = TypeVar("Model", bound=GreaseModel)
-
-
-@dataclass_transform(frozen_default=True)
-def register(model: type[Model]) -> type[Model]:
-    """Make a class a grease model; a class decorator that does what `contact.register` does for contacts.
-
-    Parameters
-    ----------
-    model : type
-        Subclass of `GreaseModel`.
-    """
-    made = checked(LawError, name="grease")(model)
-    GREASES[made.name] = made
-    return made

@@ -29,28 +29,17 @@ __all__ = [
 class Bushing:
     """Record of what compiled loops know of a bushing."""
 
-    gap: float
-    """m"""
-    step: float
-    """s"""
-    decay: float
-    """of the envelope in a step"""
-    by_amplitude: bool
-    """the law's abscissa is the envelope, m, instead of time, s"""
-    adhesion: bool
-    """the contact may pull"""
-    rows: int
-    """of the law's table"""
-    abscissa: int
-    """where it begins in the numbers"""
-    table: int
-    """where the contact's parameters begin, row after row"""
-    width: int
-    """how many they are in a row"""
-    grease: int
-    """where the grease's parameters begin"""
-    contact_law: int
-    """addresses of the models' functions"""
+    gap: float  # m
+    step: float  # s
+    decay: float  # of the envelope in a step
+    by_amplitude: bool  # the law's abscissa is the envelope, m, instead of time, s
+    adhesion: bool  # the contact may pull
+    rows: int  # of the law's table
+    abscissa: int  # where it begins in the numbers
+    table: int  # where the contact's parameters begin, row after row
+    width: int  # how many they are in a row
+    grease: int  # where the grease's parameters begin
+    contact_law: int  # addresses of the models' functions
     contact_energy: int
     grease_law: int
     grease_energy: int
@@ -59,18 +48,12 @@ class Bushing:
 class State:
     """Record of what a bushing remembers."""
 
-    displacement: float
-    """of the last step, m"""
-    envelope: float
-    """of the motion, m"""
-    impact: int
-    """where the speeds begin at which the contacts of both ends began, m/s; 0 in the gap"""
-    grease: int
-    """where the state of the grease begins"""
-    contact: int
-    """where the contact's parameters begin that hold now"""
-    out: int
-    """where models write their two answers"""
+    displacement: float  # of the last step, m
+    envelope: float  # of the motion, m
+    impact: int  # where the speeds begin at which the contacts of both ends began, m/s; 0 in the gap
+    grease: int  # where the state of the grease begins
+    contact: int  # where the contact's parameters begin that hold now
+    out: int  # where models write their two answers
 
 
 @functools.cache
@@ -84,12 +67,9 @@ class Clearance(NamedTuple):
     Loops take it apart before they begin: compiled code counts references to arrays that it takes out of tuples.
     """
 
-    bushings: np.ndarray
-    """(n_bushings,) `Bushing`"""
-    states: np.ndarray
-    """(n_bushings,) `State`, changed in place"""
-    numbers: np.ndarray
-    """(n,) speeds of impact of all ends, then what the records point at; changed in place"""
+    bushings: np.ndarray  # (n_bushings,) `Bushing`
+    states: np.ndarray  # (n_bushings,) `State`, changed in place
+    numbers: np.ndarray  # (n,) speeds of impact of all ends, then what the records point at; changed in place
 
 
 def grease_model(grease: Grease | GreaseModel) -> GreaseModel:

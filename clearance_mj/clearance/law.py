@@ -37,20 +37,13 @@ Greases: TypeAlias = tuple[AnyGrease, ...] | Any
 class LawTable(NamedTuple):
     """A law as arrays: parameters of contact models, of which compiled loops interpolate the rows before every step."""
 
-    by_amplitude: bool
-    """the abscissa is the envelope of the motion (m) instead of time (s)"""
-    abscissa: np.ndarray
-    """(n_rows,) increasing"""
-    parameters: np.ndarray
-    """(n_rows, n_bushings, n_numbers) of the contact models, padded with zeros; of Kelvin-Voigt's k and c"""
-    release: float
-    """s, time constant with which the envelope falls after a peak"""
-    adhesion: np.ndarray
-    """(n_bushings,) whether the contact may pull"""
-    contact_law: np.ndarray
-    """(n_bushings,) addresses of the models' laws"""
-    contact_energy: np.ndarray
-    """(n_bushings,) addresses of the models' energies"""
+    by_amplitude: bool  # the abscissa is the envelope of the motion (m) instead of time (s)
+    abscissa: np.ndarray  # (n_rows,) increasing
+    parameters: np.ndarray  # (n_rows, n_bushings, n_numbers) of the models (Kelvin-Voigt: k, c), padded with zeros
+    release: float  # s, time constant with which the envelope falls after a peak
+    adhesion: np.ndarray  # (n_bushings,) whether the contact may pull
+    contact_law: np.ndarray  # (n_bushings,) addresses of the models' laws
+    contact_energy: np.ndarray  # (n_bushings,) addresses of the models' energies
 
 
 class Law(ABC):
@@ -76,17 +69,12 @@ class Law(ABC):
 
     @abstractmethod
     def largest(self, gaps: Sequence[float]) -> tuple[np.ndarray, np.ndarray]:
-        """Return the largest stiffness, N/m, and damping, N s/m, of each contact that time steps must follow.
+        """Return the largest stiffness, N/m, and damping, N s/m, that time steps must follow: (n_bushings,) each.
 
         Parameters
         ----------
         gaps : sequence of float
             Of the bushings, m: contacts that harden are looked at at one gap of penetration.
-
-        Returns
-        -------
-        k, c : ndarray, shape (n_bushings,)
-            For each gap.
         """
 
     def to_dict(self) -> dict[str, Any]:

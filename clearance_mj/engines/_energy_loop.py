@@ -17,22 +17,14 @@ SIDE, BEGIN, V_IN, PEAK, IMPULSE, LOST = range(6)
 class BushingEnergies(NamedTuple):
     """What grease and contacts do in consecutive steps, J and N."""
 
-    film: np.ndarray
-    """(m, n_bushings) lost in a step"""
-    contact_loss: np.ndarray
-    """(m, n_bushings) lost in a step"""
-    hysteresis: np.ndarray
-    """(m, n_bushings) lost in a step"""
-    law_work: np.ndarray
-    """(m, n_bushings) put in in a step"""
-    in_grease: np.ndarray
-    """(m, n_bushings) stored"""
-    in_contact: np.ndarray
-    """(m, n_bushings) stored"""
-    push: np.ndarray
-    """(m, 2 n_bushings) force of every bushing end"""
-    loss: np.ndarray
-    """(m, 2 n_bushings) lost by it in a step"""
+    film: np.ndarray  # (m, n_bushings) lost in a step
+    contact_loss: np.ndarray  # (m, n_bushings) lost in a step
+    hysteresis: np.ndarray  # (m, n_bushings) lost in a step
+    law_work: np.ndarray  # (m, n_bushings) put in in a step
+    in_grease: np.ndarray  # (m, n_bushings) stored
+    in_contact: np.ndarray  # (m, n_bushings) stored
+    push: np.ndarray  # (m, 2 n_bushings) force of every bushing end
+    loss: np.ndarray  # (m, 2 n_bushings) lost by it in a step
 
 
 @numba.njit(cache=True, nogil=True)

@@ -5,14 +5,14 @@ from __future__ import annotations
 import math
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
-from typing import ClassVar, NamedTuple, TypeVar, dataclass_transform
+from typing import NamedTuple
 
 import numpy as np
 
 from ..clearance.law import Law
 from ..errors import ClearanceError, SimulationError
 from ..rig import Rig
-from ..validation import checked
+from ..validation import Registered, register
 
 __all__ = [
     "Engine",
@@ -44,8 +44,8 @@ class Run(ABC):
     def snapshot(self) -> tuple[np.ndarray, np.ndarray]:
         """Return what is between two steps, to be copied before the next one.
 
-        These are the equations' coordinates, (n,), and the speed at which the contact of every bushing end began, as the
-        last step used it, (2 n_bushings,) in m/s; 0 in the gap.
+        These are the equations' coordinates, (n,), and the speed at which the contact of every bushing end began, as
+        the last step used it, (2 n_bushings,) in m/s; 0 in the gap.
         """
         raise ClearanceError("the engine does not tell its state, so its energies cannot be balanced")
 
@@ -58,25 +58,22 @@ class Equations(NamedTuple):
     for which this holds, differ from the shaft's by terms that vanish with the step.
     """
 
-    mass: np.ndarray
-    """(n, n) M"""
-    damping: np.ndarray
-    """(n, n) C"""
-    stiffness: np.ndarray
-    """(n, n) K"""
-    input: np.ndarray
-    """(n,) b"""
-    points: np.ndarray
-    """(3 n_bushings, n) P: displacement of the bushings' middles, then of their two ends each, per coordinate"""
-    speed: np.ndarray
-    """(3, n) the bushings' dampers see the velocity speed[0] q₋ + speed[1] q + speed[2] q₊"""
+    mass: np.ndarray  # (n, n) M
+    damping: np.ndarray  # (n, n) C
+    stiffness: np.ndarray  # (n, n) K
+    input: np.ndarray  # (n,) b
+    points: np.ndarray  # (3 n_bushings, n) P: displacement of the bushings' middles, then both ends of each
+    speed: np.ndarray  # (3, n) the bushings' dampers see the velocity speed[0] q₋ + speed[1] q + speed[2] q₊
+
+
+_ENGINES: dict[str, type[Engine]] = {}
 
 
 @dataclass(frozen=True)
-class Engine(ABC):
+class Engine(Registered, ABC):
     """A way to simulate a rig. Fields of a subclass are the engine's settings."""
 
-    name: ClassVar[str]
+    known, refusal, called = _ENGINES, ClearanceError, "engine {name}"
 
     @abstractmethod
     def largest_step(self, rig: Rig, law: Law) -> float:
@@ -105,24 +102,6 @@ class Engine(ABC):
         step : float
             Time step, s.
         """
-
-
-AnyEngine = TypeVar("AnyEngine", bound=Engine)
-_ENGINES: dict[str, type[Engine]] = {}
-
-
-@dataclass_transform(frozen_default=True)
-def register(engine: type[AnyEngine]) -> type[AnyEngine]:
-    """Make a class an engine: a frozen dataclass that checks its settings, known by its name; a class decorator.
-
-    Parameters
-    ----------
-    engine : type
-        Subclass of `Engine`.
-    """
-    made = checked(ClearanceError, name=f"engine {engine.name}")(engine)
-    _ENGINES[made.name] = made
-    return made
 
 
 def get_engine(engine: str | Engine) -> Engine:

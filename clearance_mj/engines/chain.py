@@ -49,10 +49,8 @@ class _Element:
 class Chain:
     """A rig's shaft as a chain of rigid links, clamped before its first hinge."""
 
-    rig: Rig
-    """whose shaft it is"""
-    elements: tuple[_Element, ...]
-    """from the clamp to the tip"""
+    rig: Rig  # whose shaft it is
+    elements: tuple[_Element, ...]  # from the clamp to the tip
 
     @functools.cached_property
     def hinges(self) -> np.ndarray:

@@ -55,29 +55,20 @@ class Modal(Engine):
 class _Shaft(NamedTuple):
     """The linear part of the equations, in modal coordinates."""
 
-    inverse_mass: np.ndarray
-    """(n,) smaller for high modes, see the module"""
-    flow: np.ndarray
-    """(4, n) exact motion of the free modes over one step: rows q→q, v→q, q→v, v→v"""
-    at_points: np.ndarray
-    """(3 n_bushings, n) the bushings' middles, where grease acts, then their two ends each, where contact acts"""
-    at_sensors: np.ndarray
-    """(n_sensors, n)"""
-    input: np.ndarray
-    """(n,) force on the modes per unit of excitation"""
-    base: float
-    """1 if the base is shaken: sensors move with it"""
+    inverse_mass: np.ndarray  # (n,) smaller for high modes, see the module
+    flow: np.ndarray  # (4, n) exact motion of the free modes over one step: rows q→q, v→q, q→v, v→v
+    at_points: np.ndarray  # (3 n_bushings, n) the bushings' middles (grease), then both ends of each (contact)
+    at_sensors: np.ndarray  # (n_sensors, n)
+    input: np.ndarray  # (n,) force on the modes per unit of excitation
+    base: float  # 1 if the base is shaken: sensors move with it
 
 
 class _Motion(NamedTuple):
     """Modal coordinates, changed in place."""
 
-    q: np.ndarray
-    """(n,) now"""
-    v: np.ndarray
-    """(n,) velocity before the kick"""
-    q_before: np.ndarray
-    """(n,) a step ago"""
+    q: np.ndarray  # (n,) now
+    v: np.ndarray  # (n,) velocity before the kick
+    q_before: np.ndarray  # (n,) a step ago
 
 
 @functools.lru_cache(maxsize=64)
@@ -90,7 +81,7 @@ def _shaft(rig: Rig, modes: int, kind: str, step: float) -> _Shaft:
     points = [b.position for b in rig.bushings] + [end for b in rig.bushings for end in b.ends]
     at_points = np.ascontiguousarray(model.shapes(points)).reshape(-1, model.size)
     at_sensors = np.ascontiguousarray(model.shapes([s.position for s in rig.sensors]))
-    shape = -model.participation if base else model.shapes([rig.shaker.position])[0]
+    shape = -model.participation if base else model.shapes(np.array([rig.shaker.position], dtype=float))[0]
     return _Shaft(np.tan(half) / half, flow, at_points, at_sensors, shape, float(base))
 
 

@@ -75,26 +75,16 @@ _COUNTING, _counting = threading.Lock(), 0
 class _Views(NamedTuple):
     """Arrays of a MuJoCo model and its data, and where these are."""
 
-    model: int
-    """address"""
-    data: int
-    """address"""
-    gravity: np.ndarray
-    """(3,)"""
-    softness: np.ndarray
-    """(n, 2) solref of the contacts"""
-    position: np.ndarray
-    """(nv,)"""
-    velocity: np.ndarray
-    """(nv,)"""
-    applied: np.ndarray
-    """(nv,) forces"""
-    constraint: np.ndarray
-    """(nv,) forces of the contacts"""
-    acceleration: np.ndarray
-    """(nv,)"""
-    from_constraint: np.ndarray
-    """(n_bushings, nv) contact forces of the bushings, per the constraint's"""
+    model: int  # address
+    data: int  # address
+    gravity: np.ndarray  # (3,)
+    softness: np.ndarray  # (n, 2) solref of the contacts
+    position: np.ndarray  # (nv,)
+    velocity: np.ndarray  # (nv,)
+    applied: np.ndarray  # (nv,) forces
+    constraint: np.ndarray  # (nv,) forces of the contacts
+    acceleration: np.ndarray  # (nv,)
+    from_constraint: np.ndarray  # (n_bushings, nv) contact forces of the bushings, per the constraint's
 
 
 class MujocoRun(Run):

@@ -44,30 +44,21 @@ def set_solver(spec: mujoco.MjSpec) -> None:
 class Maps(NamedTuple):
     """Linear maps between a MuJoCo model's coordinates and the rig's points."""
 
-    at_points: np.ndarray
-    """(3 n_bushings, nv) displacement of the bushings' middles, then of their two ends each, per coordinate"""
-    at_shaker: np.ndarray
-    """(nv,) displacement of the shaker's point per coordinate; zeros for a shaken base"""
-    viscous: np.ndarray
-    """(nv, nv) mass-proportional damping; (0, 0) where the model has all of its damping"""
-    output: np.ndarray
-    """(n_sensors, nv) acceleration of the sensors, relative to the base, per coordinate's"""
-    rows: np.ndarray
-    """(2 n_bushings, n) rows of the contacts' solref that belong to each bushing end; -1 for none"""
+    at_points: np.ndarray  # (3 n_bushings, nv) displacement of the bushings' middles, then both ends of each
+    at_shaker: np.ndarray  # (nv,) displacement of the shaker's point per coordinate; zeros for a shaken base
+    viscous: np.ndarray  # (nv, nv) mass-proportional damping; (0, 0) where the model has all of its damping
+    output: np.ndarray  # (n_sensors, nv) acceleration of the sensors, relative to the base, per coordinate's
+    rows: np.ndarray  # (2 n_bushings, n) rows of the contacts' solref that belong to each bushing end; -1 for none
 
 
 @dataclass(frozen=True, eq=False)
 class Plant:
     """A rig as a MuJoCo model. Shared by simulations, which copy the model."""
 
-    model: mujoco.MjModel
-    """compiled, not to be changed"""
-    maps: Maps
-    """between its coordinates and the rig's points"""
-    softness: str
-    """field of mjModel that holds the solref of the contacts"""
-    armature: float = ARMATURE
-    """inertia of each joint, as a share of its stiffness times the step squared"""
+    model: mujoco.MjModel  # compiled, not to be changed
+    maps: Maps  # between its coordinates and the rig's points
+    softness: str  # field of mjModel that holds the solref of the contacts
+    armature: float = ARMATURE  # inertia of each joint, as a share of its stiffness times the step squared
 
 
 def stable_step(

@@ -22,10 +22,8 @@ _MASS = np.array([[156.0, 22, 54, -13], [22, 4, 13, -3], [54, 13, 156, -22], [-1
 class Points:
     """Where on a chain of degrees of freedom a few points sit: point p is weight[p] @ u[start[p] : start[p] + 4]."""
 
-    start: np.ndarray
-    """(n_points,) first degree of freedom"""
-    weight: np.ndarray
-    """(n_points, 4)"""
+    start: np.ndarray  # (n_points,) first degree of freedom
+    weight: np.ndarray  # (n_points, 4)
 
     def dense(self, count: int) -> np.ndarray:
         """(n_points, count) the same as a matrix."""
@@ -39,16 +37,11 @@ class Points:
 class FiniteElements:
     """Matrices of a shaft clamped at x = 0; degrees of freedom: deflection (m) and slope (rad) of each free node."""
 
-    mass: np.ndarray
-    """(4, n) lower bands: mass[k, j] is M[j + k, j]"""
-    stiffness: np.ndarray
-    """(4, n) lower bands"""
-    inertia: np.ndarray
-    """(n,) M r, with r the unit translation of the whole shaft, the clamp included: the load per base acceleration"""
-    rayleigh: tuple[float, float]
-    """(1/s, s): damping matrix rayleigh[0] M + rayleigh[1] K"""
-    length: float
-    """m"""
+    mass: np.ndarray  # (4, n) lower bands: mass[k, j] is M[j + k, j]
+    stiffness: np.ndarray  # (4, n) lower bands
+    inertia: np.ndarray  # (n,) M r, r the unit translation of shaft and clamp: the load per base acceleration
+    rayleigh: tuple[float, float]  # (1/s, s): damping matrix rayleigh[0] M + rayleigh[1] K
+    length: float  # m
 
     @classmethod
     def of_shaft(cls, beam: Beam, masses: Iterable[PointMass] = (), elements: int = 64) -> FiniteElements:

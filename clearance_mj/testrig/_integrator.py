@@ -34,16 +34,11 @@ class Contacts(NamedTuple):
 class Greases(NamedTuple):
     """Grease at the points after the contacts, one entry per point; see `_physics`."""
 
-    stiffness: np.ndarray
-    """k, N/m, at this moment"""
-    elastic_ratio: np.ndarray
-    """λ"""
-    model: np.ndarray
-    """`_physics.BOUC_WEN`, `_physics.IWAN` or `_physics.LUGRE`"""
-    states: np.ndarray
-    """how many numbers the model remembers"""
-    parameters: np.ndarray
-    """(n_greases, n) of the model"""
+    stiffness: np.ndarray  # k, N/m, at this moment
+    elastic_ratio: np.ndarray  # λ
+    model: np.ndarray  # `_physics.BOUC_WEN`, `_physics.IWAN` or `_physics.LUGRE`
+    states: np.ndarray  # how many numbers the model remembers
+    parameters: np.ndarray  # (n_greases, n) of the model
     damping: np.ndarray
     film_height: np.ndarray
     film_limit: np.ndarray
@@ -52,53 +47,34 @@ class Greases(NamedTuple):
 class Scheme(NamedTuple):
     """A system prepared for one time step; made by `scheme`."""
 
-    step: float
-    """s"""
+    step: float  # s
     beta: float
     gamma: float
     eta1: float
     eta2: float
-    mass_share: float
-    """p of A = p M + q K"""
-    stiffness_share: float
-    """q, s²"""
-    rows: np.ndarray
-    """(n, 7) rows of K, its diagonal in column 3"""
-    lower: np.ndarray
-    """(n, 3) row i of L in A = L D Lᵀ: L[i, i-1], L[i, i-2], L[i, i-3]"""
-    upper: np.ndarray
-    """(n, 3) column i of L: L[i+1, i], L[i+2, i], L[i+3, i]"""
-    pivot: np.ndarray
-    """(n,) 1 / D"""
-    drive: np.ndarray
-    """(n,) A⁻¹ load: acceleration by a unit excitation"""
-    start: np.ndarray
-    """(n_points,) see `_fem.Points`"""
-    weight: np.ndarray
-    """(n_points, 4)"""
-    reply: np.ndarray
-    """(n, n_points) A⁻¹ Bᵀ: acceleration by a unit force at a point"""
-    compliance: np.ndarray
-    """(n_points, n_points) B A⁻¹ Bᵀ, 1/kg"""
+    mass_share: float  # p of A = p M + q K
+    stiffness_share: float  # q, s²
+    rows: np.ndarray  # (n, 7) rows of K, its diagonal in column 3
+    lower: np.ndarray  # (n, 3) row i of L in A = L D Lᵀ: L[i, i-1], L[i, i-2], L[i, i-3]
+    upper: np.ndarray  # (n, 3) column i of L: L[i+1, i], L[i+2, i], L[i+3, i]
+    pivot: np.ndarray  # (n,) 1 / D
+    drive: np.ndarray  # (n,) A⁻¹ load: acceleration by a unit excitation
+    start: np.ndarray  # (n_points,) see `_fem.Points`
+    weight: np.ndarray  # (n_points, 4)
+    reply: np.ndarray  # (n, n_points) A⁻¹ Bᵀ: acceleration by a unit force at a point
+    compliance: np.ndarray  # (n_points, n_points) B A⁻¹ Bᵀ, 1/kg
 
 
 class Motion(NamedTuple):
     """State of the system, changed in place from step to step."""
 
-    displacement: np.ndarray
-    """(n,) m and rad"""
-    velocity: np.ndarray
-    """(n,)"""
-    acceleration: np.ndarray
-    """(n,) relative to the base"""
-    force: np.ndarray
-    """(n_points,) N, against positive displacement"""
-    at_points: np.ndarray
-    """(n_points,) displacement of the points, m"""
-    hysteresis: np.ndarray
-    """(n_greases, n_states) what the hysteresis remembers, m"""
-    work: np.ndarray
-    """(n + 6,) scratch, zero in the first and last three places"""
+    displacement: np.ndarray  # (n,) m and rad
+    velocity: np.ndarray  # (n,)
+    acceleration: np.ndarray  # (n,) relative to the base
+    force: np.ndarray  # (n_points,) N, against positive displacement
+    at_points: np.ndarray  # (n_points,) displacement of the points, m
+    hysteresis: np.ndarray  # (n_greases, n_states) what the hysteresis remembers, m
+    work: np.ndarray  # (n + 6,) scratch, zero in the first and last three places
 
 
 def scheme(

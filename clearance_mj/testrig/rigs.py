@@ -114,10 +114,8 @@ class Truth:
 class VirtualRig:
     """What a rig's datasheet says, and what its bushings really are."""
 
-    rig: Rig
-    """the datasheet"""
-    truth: tuple[Truth, ...]
-    """of each bushing"""
+    rig: Rig  # the datasheet
+    truth: tuple[Truth, ...]  # of each bushing
 
 
 def _rig(

@@ -62,30 +62,18 @@ REGIMES = {"torque": Regime(0.0, 0.045), "friction": Regime(30.0, 0.005)}
 class Case:
     """One run."""
 
-    controller: str
-    """name"""
-    speed: float
-    """km/h"""
-    half_gap: float = GAP
-    """rad, the steering's"""
-    regime: str = "torque"
-    """of the steering: a name of `REGIMES`"""
-    assumed_gap: float | None = None
-    """rad, prior information for the controllers that take it into account; None: the steering's"""
-    stiffness: float = 1.0
-    """factor on the datasheet's stiffness of the steering's contacts"""
-    assumed_stiffness: float = 1.0
-    """the factor that controllers with a clearance model assume"""
-    length_factor: float | None = None
-    """None: that of `LENGTH_FACTORS`"""
-    plant: str = "multi-body"
-    """name of the vehicle model"""
-    spread: bool = False
-    """draw mass, cornering stiffness and friction from the seed"""
-    seed: int = 0
-    """of the sensors' noise, the road and the spread"""
-    preview: float = 0.2
-    """s"""
+    controller: str  # name
+    speed: float  # km/h
+    half_gap: float = GAP  # rad, the steering's
+    regime: str = "torque"  # of the steering: a name of `REGIMES`
+    assumed_gap: float | None = None  # rad, prior information of the controllers that take it; None: the steering's
+    stiffness: float = 1.0  # factor on the datasheet's stiffness of the steering's contacts
+    assumed_stiffness: float = 1.0  # the factor that controllers with a clearance model assume
+    length_factor: float | None = None  # None: that of `LENGTH_FACTORS`
+    plant: str = "multi-body"  # name of the vehicle model
+    spread: bool = False  # draw mass, cornering stiffness and friction from the seed
+    seed: int = 0  # of the sensors' noise, the road and the spread
+    preview: float = 0.2  # s
 
     @property
     def task(self) -> Task:
@@ -113,10 +101,8 @@ class Case:
 class Outcome:
     """A case and its run."""
 
-    case: Case
-    """what was asked"""
-    run: Run
-    """what came out"""
+    case: Case  # what was asked
+    run: Run  # what came out
 
     def row(self) -> dict[str, Any]:
         """Return the case and its metrics as one row of a table."""

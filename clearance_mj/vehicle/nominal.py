@@ -16,22 +16,14 @@ __all__ = ["Servo", "Vehicle"]
 class Vehicle:
     """Parameters of the linear single-track model."""
 
-    mass: float
-    """kg"""
-    yaw_inertia: float
-    """kg m²"""
-    lf: float
-    """m, from the centre of gravity to the front axle"""
-    lr: float
-    """m, to the rear axle"""
-    cornering_front: float
-    """N/rad, of the axle"""
-    cornering_rear: float
-    """N/rad, of the axle"""
-    friction: float
-    """largest lateral over vertical tyre force"""
-    trail: float = 0.045
-    """m, of the aligning moment"""
+    mass: float  # kg
+    yaw_inertia: float  # kg m²
+    lf: float  # m, from the centre of gravity to the front axle
+    lr: float  # m, to the rear axle
+    cornering_front: float  # N/rad, of the axle
+    cornering_rear: float  # N/rad, of the axle
+    friction: float  # largest lateral over vertical tyre force
+    trail: float = 0.045  # m, of the aligning moment
 
     @property
     def wheelbase(self) -> float:
@@ -60,10 +52,8 @@ class Vehicle:
 class Servo:
     """The steering servo as controllers know it: second order, road-wheel angle over its command."""
 
-    frequency: float = 6.0
-    """Hz, natural"""
-    damping: float = 0.7
-    """of critical"""
+    frequency: float = 6.0  # Hz, natural
+    damping: float = 0.7  # of critical
 
     @property
     def lag(self) -> float:

@@ -44,18 +44,15 @@ class Piece(NamedTuple):
 
 class _Table(NamedTuple):
     node: np.ndarray  # (n + 1,) m, arc length of the points
-    value: np.ndarray
-    """(4, n, 4): x, y, heading, curvature over each interval; value and slope at its start and at its end"""
+    value: np.ndarray  # (4, n, 4): x, y, heading, curvature over each interval; value and slope at its start and end
 
 
 @dataclass(frozen=True, eq=False)
 class Path:
     """A plane curve over its arc length; `manoeuvres` has functions that make some."""
 
-    name: str
-    """in words"""
-    table: _Table
-    """its points"""
+    name: str  # in words
+    table: _Table  # its points
 
     @classmethod
     def of(cls, name: str, pieces: Sequence[Piece]) -> Path:

@@ -40,12 +40,9 @@ MULTI_BODY_STATES = 29
 class Spread:
     """Factors on what differs from one vehicle and road to the next."""
 
-    mass: float = 1.0
-    """of the sprung mass and its moments of inertia"""
-    stiffness: float = 1.0
-    """of the tyres' cornering stiffness"""
-    friction: float = 1.0
-    """of the tyres' largest forces"""
+    mass: float = 1.0  # of the sprung mass and its moments of inertia
+    stiffness: float = 1.0  # of the tyres' cornering stiffness
+    friction: float = 1.0  # of the tyres' largest forces
 
     def __post_init__(self) -> None:
         for name, value in dataclasses.asdict(self).items():
@@ -70,8 +67,7 @@ class Measurement(NamedTuple):
     yaw_rate: float  # rad/s
     lateral_acceleration: float  # m/s²
     sideslip: float  # rad
-    aligning_moment: float
-    """N m about the steering axes, trail times the front axle's lateral force: turns the wheels back if positive"""
+    aligning_moment: float  # N m about the steering axes; positive: turns the wheels back
 
 
 @dataclass(frozen=True)
@@ -79,10 +75,8 @@ class Plant(ABC):
     """A vehicle model; a state is the library's states and, last, the set speed."""
 
     name: ClassVar[str]
-    spread: Spread = field(default_factory=Spread)
-    """how its parameters differ from the nominal ones"""
-    trail: float = 0.045
-    """m, mechanical and pneumatic"""
+    spread: Spread = field(default_factory=Spread)  # how its parameters differ from the nominal ones
+    trail: float = 0.045  # m, mechanical and pneumatic
 
     @functools.cached_property
     def parameters(self) -> Any:

@@ -25,14 +25,10 @@ LOST = 5.0
 class Sensors:
     """Standard deviations of the white noise on what controllers see."""
 
-    position: float = 0.0
-    """m, lateral"""
-    heading: float = 0.0
-    """rad"""
-    lateral_speed: float = 0.0
-    """m/s"""
-    yaw_rate: float = 0.0
-    """rad/s"""
+    position: float = 0.0  # m, lateral
+    heading: float = 0.0  # rad
+    lateral_speed: float = 0.0  # m/s
+    yaw_rate: float = 0.0  # rad/s
 
     @classmethod
     def inertial(cls) -> Sensors:
@@ -49,32 +45,19 @@ class Sensors:
 class Run:
     """Histories of a run, one sample for each command."""
 
-    time: np.ndarray
-    """(n,) s"""
-    position: np.ndarray
-    """(n, 2) of the centre of gravity, m"""
-    s: np.ndarray
-    """(n,) m, arc length of the foot point"""
-    e_y: np.ndarray
-    """(n,) m, lateral position error"""
-    e_psi: np.ndarray
-    """(n,) rad, heading error"""
-    yaw_rate: np.ndarray
-    """(n,) rad/s"""
-    yaw_rate_error: np.ndarray
-    """(n,) rad/s, from v κ at the foot point"""
-    lateral_acceleration: np.ndarray
-    """(n,) m/s²"""
-    sideslip: np.ndarray
-    """(n,) rad"""
-    command: np.ndarray
-    """(n,) rad, road-wheel angle that the controller asks for"""
-    wheel_angle: np.ndarray
-    """(n,) rad, at the end of each period"""
-    contact: np.ndarray
-    """(n,) -1, 0, 1: the side of the clearance in contact at the end of each period"""
-    controller_time: np.ndarray = field(repr=False)
-    """(n,) s of computing for each command; the only field that differs when a run is repeated"""
+    time: np.ndarray  # (n,) s
+    position: np.ndarray  # (n, 2) of the centre of gravity, m
+    s: np.ndarray  # (n,) m, arc length of the foot point
+    e_y: np.ndarray  # (n,) m, lateral position error
+    e_psi: np.ndarray  # (n,) rad, heading error
+    yaw_rate: np.ndarray  # (n,) rad/s
+    yaw_rate_error: np.ndarray  # (n,) rad/s, from v κ at the foot point
+    lateral_acceleration: np.ndarray  # (n,) m/s²
+    sideslip: np.ndarray  # (n,) rad
+    command: np.ndarray  # (n,) rad, road-wheel angle that the controller asks for
+    wheel_angle: np.ndarray  # (n,) rad, at the end of each period
+    contact: np.ndarray  # (n,) -1, 0, 1: the side of the clearance in contact at the end of each period
+    controller_time: np.ndarray = field(repr=False)  # (n,) s of computing for each command; differs in a repeated run
 
     def metrics(self) -> dict[str, float]:
         """Return the numbers that controllers are compared by.

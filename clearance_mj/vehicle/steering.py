@@ -87,28 +87,17 @@ def parse_gap(text: str, lever_arm: float = LEVER_ARM) -> float:
 class Steering:
     """Servo, shaft with clearance, and lever."""
 
-    half_gap: float = 0.0
-    """rad at the road wheel, the bushings' radial clearance over the lever arm; it replaces the shaft's own"""
-    fidelity: str | Engine = "play"
-    """of the shaft: "play" is the quasi-static lost motion; "modal", "links" or another `Engine` simulates it"""
-    friction: float = 0.0
-    """N m, Coulomb's, of the road wheel: below the aligning moment the clearance is torque-driven, else friction-driven"""
-    road_moment: float = 0.0
-    """N m RMS, of the road on the wheel"""
-    road_band: tuple[float, float] = (0.5, 30.0)
-    """Hz, its band"""
-    frequency: float = 6.0
-    """Hz, natural, of the second-order servo"""
-    damping: float = 0.7
-    """of the servo, of critical"""
-    rate_limit: float = 0.4
-    """rad/s at the road wheel, largest speed of the servo; 0.4 is that of commonroad's vehicle"""
-    lever_arm: float = LEVER_ARM
-    """r, m"""
-    shaft: Rig = STEERING_SHAFT
-    """its shaker's position is the lever's, and one of its bushings is there"""
-    law: Law | None = None
-    """of the contact, such as an identified one; None: the shaft's own datasheet values"""
+    half_gap: float = 0.0  # rad at the road wheel: the bushings' clearance over the lever arm, not the shaft's own
+    fidelity: str | Engine = "play"  # quasi-static lost motion; or an engine, such as "modal", that simulates the shaft
+    friction: float = 0.0  # N m, Coulomb's, of the road wheel; below the aligning moment the clearance is torque-driven
+    road_moment: float = 0.0  # N m RMS, of the road on the wheel
+    road_band: tuple[float, float] = (0.5, 30.0)  # Hz, its band
+    frequency: float = 6.0  # Hz, natural, of the second-order servo
+    damping: float = 0.7  # of the servo, of critical
+    rate_limit: float = 0.4  # rad/s at the road wheel, largest speed of the servo; 0.4 is that of commonroad's vehicle
+    lever_arm: float = LEVER_ARM  # r, m
+    shaft: Rig = STEERING_SHAFT  # its shaker's position is the lever's, and one of its bushings is there
+    law: Law | None = None  # of the contact, such as an identified one; None: the shaft's own datasheet values
 
     def __post_init__(self) -> None:
         self._engine()
@@ -144,7 +133,8 @@ class Steering:
     def lost_motion(self) -> LostMotion:
         """The shaft reduced to its deflection under the lever's force; a Hertz contact at its datasheet's gap."""
         rig, arm2 = self.rig, self.lever_arm**2
-        deflection = static_deflection(rig.beam, [b.position for b in rig.bushings], [rig.shaker.position])[:, 0]
+        lever = np.array([rig.shaker.position], dtype=float)
+        deflection = static_deflection(rig.beam, [b.position for b in rig.bushings], lever)[:, 0]
         share2 = (deflection / deflection[self.lever]) ** 2
         grease_k, grease_c = np.transpose([g.small_motion() for g in greases_of(self.shaft, self.contact_law)])
         stiffness, damping = 1 / deflection[self.lever] + sum(share2 * grease_k), sum(share2 * grease_c)

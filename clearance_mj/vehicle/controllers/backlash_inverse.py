@@ -18,8 +18,7 @@ __all__ = ["BacklashInverse"]
 class BacklashInverse(LostMotionModel):
     """Lost motion of a play in which friction decides on the side."""
 
-    slack: float = np.radians(0.1)
-    """rad, as in `ClearanceModel`"""
+    slack: float = np.radians(0.1)  # rad, as in `ClearanceModel`
 
     def start(self, task: Task) -> Estimate:
         """Begin a run, in the middle of the gap."""

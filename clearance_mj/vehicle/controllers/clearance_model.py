@@ -34,14 +34,10 @@ PRIOR = "half-gap, stiffness and friction"
 class ClearanceModel(LostMotionModel):
     """The reduced clearance model, fed by the aligning moment that the nominal single track predicts."""
 
-    compliance: float = 0.0
-    """1/k less that of the nominal vehicle's steering, rad/(N m) at the road wheel"""
-    friction: float = 0.0
-    """T_f, N m at the road wheel"""
-    threshold: float = 10.0
-    """N m below which the side is taken as not known"""
-    slack: float = np.radians(0.1)
-    """rad by which the servo turns back before its direction counts as changed: about twice its noise"""
+    compliance: float = 0.0  # 1/k less that of the nominal vehicle's steering, rad/(N m) at the road wheel
+    friction: float = 0.0  # T_f, N m at the road wheel
+    threshold: float = 10.0  # N m below which the side is taken as not known
+    slack: float = np.radians(0.1)  # rad that the servo turns back before its direction has changed: twice its noise
 
     def __post_init__(self) -> None:
         super().__post_init__()

@@ -25,8 +25,7 @@ angle that is wanted by then, rad, and the state of the design model predicted f
 class LostMotionModel(ABC):
     """A model of the lost motion, as prior information of a controller."""
 
-    half_gap: float
-    """h, rad at the road wheel"""
+    half_gap: float  # h, rad at the road wheel
 
     def __post_init__(self) -> None:
         if not 0 <= self.half_gap < math.inf:
@@ -43,10 +42,8 @@ class LostMotionModel(ABC):
 class Compensated(Controller):
     """A controller whose commands are corrected for the lost motion; it is tuned without."""
 
-    controller: Controller
-    """what asks for the angle"""
-    lost_motion: LostMotionModel
-    """what is added to it"""
+    controller: Controller  # what asks for the angle
+    lost_motion: LostMotionModel  # what is added to it
 
     def start(self, task: Task) -> ControllerRun:
         """Begin a run."""

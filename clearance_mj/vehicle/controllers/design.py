@@ -24,14 +24,10 @@ __all__ = ["DesignModel", "ModelRun", "Predictor"]
 class DesignModel:
     """Linear single track with servo: state [e_y, e_ψ, v_y, r, δ, dδ/dt], input command, disturbance curvature."""
 
-    vehicle: Vehicle
-    """nominal"""
-    servo: Servo
-    """nominal"""
-    speed: float
-    """m/s, constant"""
-    period: float
-    """s; command and curvature are held over it"""
+    vehicle: Vehicle  # nominal
+    servo: Servo  # nominal
+    speed: float  # m/s, constant
+    period: float  # s; command and curvature are held over it
 
     @functools.cached_property
     def continuous(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

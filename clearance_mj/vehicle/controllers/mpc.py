@@ -51,14 +51,10 @@ class Program(NamedTuple):
 class ModelPredictive(Controller):
     """LTV-MPC; weights are relative to that of the lateral error."""
 
-    course: float = 0.02
-    """q_c, s²: of the rate of the lateral error"""
-    yaw: float = 0.5
-    """q_r, m² s²/rad²: of the error of the yaw rate"""
-    effort: float = 500.0
-    """q_u, m²/rad²: of the change of the command in a period"""
-    horizon: int = 20
-    """N, periods"""
+    course: float = 0.02  # q_c, s²: of the rate of the lateral error
+    yaw: float = 0.5  # q_r, m² s²/rad²: of the error of the yaw rate
+    effort: float = 500.0  # q_u, m²/rad²: of the change of the command in a period
+    horizon: int = 20  # N, periods
 
     def start(self, task: Task) -> ModelRun:
         """Begin a run."""

@@ -79,16 +79,11 @@ class SlidingRun(ModelRun):
 class SlidingMode(Controller):
     """Sliding mode control with a boundary layer."""
 
-    look_ahead: float = 3.0
-    """L_s, m"""
-    convergence: float = 4.0
-    """λ, 1/s"""
-    reaching: float = 4.0
-    """k₁, 1/s"""
-    switching: float = 1.0
-    """k₂, m/s²"""
-    layer: float = 0.3
-    """Φ, half the boundary layer, m/s"""
+    look_ahead: float = 3.0  # L_s, m
+    convergence: float = 4.0  # λ, 1/s
+    reaching: float = 4.0  # k₁, 1/s
+    switching: float = 1.0  # k₂, m/s²
+    layer: float = 0.3  # Φ, half the boundary layer, m/s
 
     def start(self, task: Task) -> SlidingRun:
         """Begin a run."""

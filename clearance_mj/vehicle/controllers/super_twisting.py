@@ -19,16 +19,11 @@ __all__ = ["SuperTwisting"]
 class SuperTwisting(Controller):
     """Super-twisting, with the sign smoothed in a boundary layer."""
 
-    look_ahead: float = 3.0
-    """L_s, m"""
-    convergence: float = 4.0
-    """λ, 1/s"""
-    root: float = 2.0
-    """k₁, √m/s^1.5"""
-    integral: float = 2.0
-    """k₂, m/s³"""
-    layer: float = 0.1
-    """Φ, m/s"""
+    look_ahead: float = 3.0  # L_s, m
+    convergence: float = 4.0  # λ, 1/s
+    root: float = 2.0  # k₁, √m/s^1.5
+    integral: float = 2.0  # k₂, m/s³
+    layer: float = 0.1  # Φ, m/s
 
     def start(self, task: Task) -> SlidingRun:
         """Begin a run."""
