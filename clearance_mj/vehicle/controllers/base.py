@@ -55,28 +55,12 @@ class Task:
         return round(self.servo.lag / self.period + 0.5)
 
     def curvature(self, seen: Observation, times: np.ndarray) -> np.ndarray:
-        """Curvature where the vehicle will be, 1/m; what lies beyond the preview is taken to stay as it is.
-
-        Parameters
-        ----------
-        seen : Observation
-            The sample.
-        times : ndarray, shape (n,)
-            From the sample, s.
-        """
+        """Curvature, 1/m, where the vehicle will be at times from now, s; beyond the preview it stays as it is."""
         return self.path.curvature(seen.s + seen.speed * np.minimum(times, self.preview))
 
 
 def limited(angle: float, last: float, task: Task) -> float:
-    """Return ``angle`` within the limits of angle and of rate from the last command, rad.
-
-    Parameters
-    ----------
-    angle, last : float
-        rad.
-    task : Task
-        Limits and period.
-    """
+    """Return an angle within the limits of angle and of rate from the last command, rad."""
     step = task.largest_rate * task.period
     angle = min(max(angle, last - step), last + step)
     return min(max(angle, -task.largest_angle), task.largest_angle)
@@ -87,13 +71,7 @@ class ControllerRun(ABC):
 
     @abstractmethod
     def command(self, seen: Observation) -> float:
-        """Return the command for the next period, within the limits of angle and rate, rad.
-
-        Parameters
-        ----------
-        seen : Observation
-            The sample.
-        """
+        """Return the command for the next period, within the limits of angle and rate, rad."""
 
 
 @dataclass(frozen=True)
@@ -102,10 +80,4 @@ class Controller(ABC):
 
     @abstractmethod
     def start(self, task: Task) -> ControllerRun:
-        """Begin a run, wheels straight ahead.
-
-        Parameters
-        ----------
-        task : Task
-            What the controller knows.
-        """
+        """Begin a run, wheels straight ahead."""

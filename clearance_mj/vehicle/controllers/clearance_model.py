@@ -69,17 +69,7 @@ class _ClearanceEstimate:
 
 
 def with_clearance_model(controller: Controller, task: Task, prior: ClearancePrior) -> Controller:
-    """Compensate a controller by the clearance model; for `Registration.adapt`.
-
-    Parameters
-    ----------
-    controller : Controller
-        Any.
-    task : Task
-        What it knows.
-    prior : ClearancePrior
-        Of the clearance.
-    """
+    """Compensate a controller by the clearance model; for `Registration.adapt`."""
     return Compensated(controller, ClearanceModel(prior.half_gap, prior.compliance, prior.friction))
 
 

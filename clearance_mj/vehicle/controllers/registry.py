@@ -58,15 +58,7 @@ class Registration:
         return self.controller(**(found if self.tuned is None else self.tuned))
 
     def make(self, task: Task, prior: ClearancePrior) -> Controller:
-        """Return the controller for a task.
-
-        Parameters
-        ----------
-        task : Task
-            What it knows.
-        prior : ClearancePrior
-            What it may know of the clearance.
-        """
+        """Return the controller for a task, with what it may know of the clearance."""
         return self.adapt(self.tuned_controller(), task, prior) if self.adapt else self.tuned_controller()
 
 
@@ -75,18 +67,7 @@ CONTROLLERS: dict[str, Registration] = {}
 
 
 def register(registration: Registration) -> None:
-    """Make a controller known.
-
-    Parameters
-    ----------
-    registration : Registration
-        The controller.
-
-    Raises
-    ------
-    ManoeuvreError
-        If its name is taken, or something that is bounded is no setting of it.
-    """
+    """Make a controller known; its name must be new, and what is bounded must be settings of it."""
     name, settings = registration.name, registration.controller.__dataclass_fields__
     if name in CONTROLLERS:
         raise ManoeuvreError(f'controller "{name}" is registered already')
@@ -98,18 +79,7 @@ def register(registration: Registration) -> None:
 
 
 def get_controller(name: str) -> Registration:
-    """Return the controller of a name.
-
-    Parameters
-    ----------
-    name : str
-        Of `CONTROLLERS`.
-
-    Raises
-    ------
-    ManoeuvreError
-        For an unknown name; the message lists the known ones.
-    """
+    """Return the controller of a name; the message on an unknown one lists the known ones."""
     if name not in CONTROLLERS:
         raise ManoeuvreError(f'controller "{name}" is unknown; known: {", ".join(CONTROLLERS)}')
     return CONTROLLERS[name]
