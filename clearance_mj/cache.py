@@ -11,6 +11,7 @@ import hashlib
 import json
 import os
 import re
+import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from importlib.metadata import PackageNotFoundError, version
@@ -21,7 +22,7 @@ from ._version import __version__
 from .errors import ClearanceError
 from .files import replacing
 
-__all__ = ["ResultCache", "code", "digest", "file_lock"]
+__all__ = ["ResultCache", "code", "code_outside", "digest", "file_lock"]
 
 NOT_IN_RESULTS = ("cli", "report", "testrig", "vehicle")
 """Parts of the package whose sources do not touch simulations, laws and FRFs"""
@@ -42,6 +43,13 @@ def code(without: tuple[str, ...] = NOT_IN_RESULTS) -> str:
     files = [p for p in sorted(_PACKAGE.rglob("*.py")) if p.relative_to(_PACKAGE).parts[0] not in without]
     sources = [(str(p.relative_to(_PACKAGE)), hashlib.sha256(p.read_bytes()).hexdigest()) for p in files]
     return digest(__version__, sources, [(name, _version(name)) for name in _LIBRARIES])
+
+
+def code_outside(*things: object) -> list[str]:
+    """Return the digests of the files outside of the package, such as plugins, that define functions or objects."""
+    modules = {thing.__module__ if hasattr(thing, "__name__") else type(thing).__module__ for thing in things}
+    files = {Path(file).resolve() for name in modules if (file := getattr(sys.modules.get(name), "__file__", None))}
+    return [hashlib.sha256(p.read_bytes()).hexdigest() for p in sorted(files) if not p.is_relative_to(_PACKAGE)]
 
 
 def _version(name: str) -> str:

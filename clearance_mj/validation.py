@@ -7,15 +7,18 @@ follow the fields are their descriptions in JSON Schemas. Rules between fields a
 
 from __future__ import annotations
 
+import ast
 import dataclasses
 import difflib
 import functools
 import inspect
 import json
+import textwrap
 import tomllib
 import types
 import typing
 from collections.abc import Callable
+from itertools import pairwise
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, TypeVar
 
@@ -58,12 +61,17 @@ def checked(
     schema : dict, optional
         More for its JSON Schema: rules between fields.
     """
+
+    def describe(found: dict[str, Any], kind: type) -> None:
+        for field, words in descriptions(kind).items():
+            found["properties"][field]["description"] = words
+        found.update(schema or {})
+
     config = ConfigDict(
         extra="forbid",
         allow_inf_nan=False,
-        use_attribute_docstrings=True,
         arbitrary_types_allowed=True,
-        json_schema_extra=schema,
+        json_schema_extra=describe,
     )
 
     def decorate(cls: type[T]) -> type[T]:
@@ -327,13 +335,21 @@ def _about(kind: Any, name: object) -> str:
     return f" ({words.partition(';')[0]})" if words else ""
 
 
-def descriptions(kind: Any) -> dict[str, str]:
-    """Return what a `checked` class says of its fields: the strings that follow them.
+@functools.cache
+def descriptions(kind: type) -> dict[str, str]:
+    """What a `checked` class says of its fields: the strings that follow them.
 
-    Parameters
-    ----------
-    kind : type
-        The class.
+    Read when they are asked for; pydantic would read every class's source at import.
     """
-    fields = getattr(kind, "__pydantic_fields__", {})
-    return {name: inspect.cleandoc(info.description) for name, info in fields.items() if info.description}
+    found: dict[str, str] = {}
+    for base in (base for base in reversed(kind.__mro__) if dataclasses.is_dataclass(base)):
+        try:
+            body = ast.parse(textwrap.dedent(inspect.getsource(base))).body[0]
+        except OSError:  # typed at a prompt
+            continue
+        assert isinstance(body, ast.ClassDef)
+        for field, words in pairwise(body.body):
+            match field, words:
+                case ast.AnnAssign(target=ast.Name(id=name)), ast.Expr(value=ast.Constant(value=str(text))):
+                    found[name] = inspect.cleandoc(text)
+    return found

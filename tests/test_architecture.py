@@ -1,6 +1,8 @@
 """The import graph of the package: layers that import only downwards, no circles, and nothing of the article."""
 
 import ast
+import subprocess
+import sys
 from functools import cache
 from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
@@ -68,6 +70,13 @@ def test_no_module_imports_from_a_higher_layer():
         if target.startswith("clearance_mj")
     ]
     assert not upward
+
+
+def test_libraries_of_tables_and_figures_are_loaded_when_they_are_used():
+    later = "{'pandas', 'xarray', 'control', 'matplotlib', 'jinja2'}"
+    program = f"import sys, clearance_mj; print(*{later} & sys.modules.keys())"
+    found = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
+    assert found.stdout.split() == []
 
 
 def test_no_circles():

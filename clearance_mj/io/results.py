@@ -12,10 +12,9 @@ import io
 from collections.abc import Callable, Sequence
 from os import PathLike
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
 
 from ..errors import RecordError
 from ..files import TOO_DENSE, most_unpacked, replacing
@@ -26,6 +25,9 @@ from ..signals.response import Response
 from ._checks import check_dof, naming
 from .channels import Channel, require_one_time
 from .registry import Format, register
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 __all__ = ["load", "save"]
 
@@ -65,6 +67,8 @@ def _frf(ds: xr.Dataset) -> FRF:
 
 def channels_to_dataset(channels: Sequence[Channel]) -> xr.Dataset:
     """``value`` (channel, time), each channel in its own ``units``, with its ``name``, ``dof`` and ``quantity``."""
+    import xarray as xr
+
     require_one_time(channels)
     first = channels[0]
     texts = {
@@ -170,6 +174,8 @@ def load(path: str | PathLike[str]) -> FRF | Response | Modes | list[Channel]:
 
 
 def _dataset(path: Path) -> xr.Dataset:
+    import xarray as xr
+
     data = path.read_bytes()
     if not data.startswith(_HDF5_MAGIC):
         # In memory, where as much can be read as there is: a damaged header may declare any size.

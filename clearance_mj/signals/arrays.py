@@ -6,7 +6,6 @@ import math
 from dataclasses import Field, fields
 
 import numpy as np
-import pandas as pd
 from numpy.typing import ArrayLike
 
 __all__ = ["ArrayData", "read_only", "same"]
@@ -55,8 +54,8 @@ def same(a: object, b: object) -> bool:
         return isinstance(b, list | tuple) and len(a) == len(b) and all(map(same, a, b))
     if isinstance(a, float) and isinstance(b, float) and math.isnan(a):
         return math.isnan(b)
-    if isinstance(a, pd.DataFrame):
-        return isinstance(b, pd.DataFrame) and a.equals(b)
+    if hasattr(a, "equals"):  # a data frame
+        return isinstance(b, type(a)) and bool(a.equals(b))
     return bool(a == b)
 
 
@@ -99,8 +98,8 @@ def _short(value: object) -> str:
     if isinstance(value, np.ndarray):
         ends = f"[{value[0]:g} ... {value[-1]:g}]" if value.ndim == 1 and value.size > 1 else "array"
         return f"{ends} {value.shape}"
-    if isinstance(value, pd.DataFrame):
-        return f"table of {', '.join(map(str, value.columns))} ({len(value)} rows)"
+    if hasattr(value, "columns"):  # a data frame
+        return f"table of {', '.join(map(str, value.columns))} ({len(value.index)} rows)"
     if isinstance(value, dict):
         return f"{{{', '.join(map(str, value))}}}"
     if isinstance(value, tuple) and len(value) > 4:

@@ -4,12 +4,10 @@ from __future__ import annotations
 
 import functools
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import pandas as pd
 import scipy.optimize
-import xarray as xr
 
 from ..errors import RecordError
 from . import labelled
@@ -17,6 +15,10 @@ from .arrays import ArrayData, read_only
 from .correlation import csac, csac_per_sensor, csf, csf_per_sensor, frac, mac, mre, relative_error, rmse_db
 from .ema import NO_MODES, Modes, extract_modes
 from .frf import FRF
+
+if TYPE_CHECKING:
+    import pandas as pd
+    import xarray as xr
 
 __all__ = ["Comparison", "compare", "mac_of_modes", "with_modes"]
 
@@ -53,7 +55,7 @@ class Comparison(ArrayData):
     def __post_init__(self) -> None:
         arrays = ("frequency", "csac", "csf", "csac_per_sensor", "csf_per_sensor")
         self._set(**{name: read_only(getattr(self, name)) for name in arrays})
-        self._set(per_sensor=pd.DataFrame(self.per_sensor), per_mode=pd.DataFrame(self.per_mode))
+        self._set(per_sensor=_frame(self.per_sensor), per_mode=_frame(self.per_mode))
 
     def summary(self) -> dict[str, float]:
         """Means and modes in one flat dict.
@@ -115,7 +117,7 @@ class Comparison(ArrayData):
         for table, axis, head in (("per_sensor", "response", "sensor"), ("per_mode", "mode", "mode")):
             first = labelled.labels(ds, axis) if axis == "response" else ds.get("mode", np.empty(0, dtype=int))
             columns = {str(name): ds[name].values for name in ds.data_vars if str(name).startswith(f"{table}_")}
-            tables.append(pd.DataFrame({head: first} | {name[len(table) + 1 :]: v for name, v in columns.items()}))
+            tables.append(_frame({head: first} | {name[len(table) + 1 :]: v for name, v in columns.items()}))
         return cls(
             labelled.values(ds, "frequency", "frequency"),
             labelled.values(ds, "csac", "frequency"),
@@ -183,8 +185,15 @@ def with_modes(test_frf: FRF, model_frf: FRF, per_mode: pd.DataFrame) -> Compari
         "csac": variant_csac.mean(axis=1),
         "csf": variant_csf.mean(axis=1),
     }
-    by_sensor = pd.DataFrame(per_sensor)
+    by_sensor = _frame(per_sensor)
     return Comparison(test_frf.frequency, by_line, csf(test, model), variant_csac, variant_csf, by_sensor, per_mode)
+
+
+def _frame(data: object) -> pd.DataFrame:
+    """A table; pandas is loaded with the first."""
+    import pandas as pd
+
+    return pd.DataFrame(data)
 
 
 def mac_of_modes(a: Modes, b: Modes) -> np.ndarray:
@@ -264,7 +273,7 @@ def _mode_table(test: Modes, model: Modes, pairs: Pairs, n_modes: int) -> pd.Dat
     rows += [(-1, -1)] * n_modes
     of_test, of_model = np.array(rows[:n_modes], dtype=int).reshape(-1, 2).T
     test_hz, model_hz = np.append(test.frequency, np.nan)[of_test], np.append(model.frequency, np.nan)[of_model]
-    table = pd.DataFrame(
+    table = _frame(
         {
             "test_hz": test_hz,
             "model_hz": model_hz,

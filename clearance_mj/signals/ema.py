@@ -15,15 +15,18 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 import scipy.ndimage
-import xarray as xr
 
 from ..errors import RecordError
 from . import labelled
 from .arrays import ArrayData, read_only
 from .frf import FRF
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 __all__ = ["Modes", "extract_modes"]
 

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 import scipy.fft
 import scipy.signal
-import xarray as xr
 from numpy.typing import ArrayLike
 
 from ..errors import RecordError
@@ -16,6 +16,9 @@ from . import labelled
 from .arrays import ArrayData, read_only
 from .labelled import UNITS
 from .response import Response
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 __all__ = [
     "ESTIMATORS",

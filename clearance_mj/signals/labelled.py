@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import json
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
 
 from ..errors import RecordError
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 __all__ = ["KIND", "UNITS", "attribute", "dataset", "labels", "plain_json", "require_kind", "values"]
 
@@ -45,6 +47,8 @@ def dataset(
     -------
     xarray.Dataset
     """
+    import xarray as xr
+
     kept = {
         name: (dims, value, {"units": units}) for name, (dims, value, units) in variables.items() if value is not None
     }

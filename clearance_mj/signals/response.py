@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import json
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
 
 from ..errors import RecordError
 from . import labelled
 from .arrays import ArrayData, read_only
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 __all__ = ["Response"]
 

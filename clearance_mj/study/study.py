@@ -12,7 +12,7 @@ from typing import Self
 
 import numpy as np
 
-from ..cache import ResultCache
+from ..cache import ResultCache, code_outside
 from ..clearance.law import Law
 from ..engines import get_engine, simulate
 from ..errors import LawError, RecordError
@@ -166,6 +166,7 @@ class Study:
             method = get_method(name)
             words = f"identifying: {name}" if self._progress else None
             inputs = [name, self.dataset.rig.to_dict(), *map(stored.record_digest, self.dataset.identify)]
+            inputs += code_outside(method.find)
 
             def compute() -> tuple[Identified, tuple[str, ...]]:
                 with warnings.catch_warnings(record=True) as caught:
@@ -242,8 +243,10 @@ class Study:
                 frf, compare(test, frf, N_MODES), contact_statistics(response), response.provenance
             )
 
-        settings = dataclasses.asdict(get_engine(engine))
+        engine_used = get_engine(engine)
+        settings = dataclasses.asdict(engine_used)
         inputs = [law.to_dict(), engine, settings, RESOLUTION, N_MODES, stored.record_digest(record)]
+        inputs += code_outside(engine_used, *_models(law))
         found = stored.case(self.cache, f"{name}_{engine}_{record.name}", inputs, test, compute)
         return Case(name, engine, record, found.frf, found.comparison, found.statistics)
 
@@ -279,6 +282,7 @@ class Study:
             return band, paired_error(record.response(), simulate(*under, BAND_ENGINE), RESOLUTION)
 
         inputs = [[x.to_dict() for x in (law.law, *drawn)], BAND_ENGINE, RESOLUTION, stored.record_digest(record)]
+        inputs += code_outside(*_models(law.law))
         return stored.band(self.cache, f"band_{law.name}", inputs, compute)
 
     # What it says.
@@ -409,3 +413,8 @@ def _check(dataset: Dataset) -> None:
     for record in dataset.validate:
         if record.level is None:
             raise RecordError(f'{dataset.path}: record "{record.name}" has no level; validation records need one')
+
+
+def _models(law: Law) -> list[object]:
+    """Contact and grease models of a law."""
+    return [*getattr(law, "contact", ()), *(law.grease or ())]

@@ -1,13 +1,17 @@
 """A method from one file outside of the package: known to the library, the command line, the study and its report."""
 
+import importlib
 import json
 import sys
 
 import pytest
 
 import clearance_mj as cm
+from clearance_mj.cache import ResultCache
 from clearance_mj.cli import main
+from clearance_mj.cli.plugin import load_plugin
 from clearance_mj.identify import METHODS, get_method
+from clearance_mj.study import Study
 
 PLUGIN = '''"""Contact of the datasheet on a linear grease whose stiffness a probe and an accelerometer give."""
 
@@ -63,6 +67,21 @@ def test_in_a_study_and_its_report(plugin, small_dataset, tmp_path, capsys):
     page = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
     assert "half of its grease, to a tenth" in page
     assert (tmp_path / "out" / "laws" / "half-grease.json").is_file()
+
+
+def test_an_edited_plugin_is_not_answered_from_the_cache(plugin, small_dataset, tmp_path):
+    dataset, cache = cm.Dataset.load(small_dataset), ResultCache(tmp_path / "cache")
+    fresh = dataset.rig.bushings[0].grease.stiffness
+
+    def share():
+        return Study(dataset, ["half-grease"], cache=cache).law("half-grease").law.grease[0].stiffness / fresh
+
+    load_plugin(plugin)
+    assert share() == share() == 0.5
+    assert len(list(cache.folder.iterdir())) == 1
+    plugin.write_text(PLUGIN.replace("stiffness = 0.5 *", "stiffness = 0.125 *"), encoding="utf-8")
+    importlib.reload(sys.modules["half_grease"])
+    assert share() == 0.125
 
 
 def test_a_file_that_cannot_be_used(small_dataset, tmp_path, capsys):
