@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure, SubFigure
+from matplotlib.figure import SubFigure
 from matplotlib.ticker import NullFormatter
 
 from ..calibrate import Calibration, FRFTarget, ModalTarget
-from .style import COLOURS, FONT, REPEAT, TEST, WIDTH, Drawing, tidy
+from .style import COLOURS, FONT, REPEAT, TEST, Drawing, canvas, tidy
 
 __all__ = ["draw"]
 
@@ -29,7 +29,7 @@ def _name(path: str) -> str:
 def draw(found: Calibration) -> Drawing:
     """Draw a calibration: data and fit, the solutions of all starts, correlations."""
     n = len(found.estimates.names)
-    figure = Figure(figsize=(WIDTH, 2.6 * len(found.targets) + 3.1), layout="constrained", facecolor="white")
+    figure = canvas(2.6 * len(found.targets) + 3.1)
     upper, lower = np.asarray(figure.subfigures(2, 1, height_ratios=(2.6 * len(found.targets), 3.1))).tolist()
     rows = np.atleast_1d(np.asarray(upper.subfigures(len(found.targets), 1))).tolist()
     for target, part in zip(found.targets, rows):

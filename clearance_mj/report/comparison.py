@@ -7,13 +7,13 @@ from typing import Any
 import matplotlib
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure, SubFigure
+from matplotlib.figure import SubFigure
 from matplotlib.lines import Line2D
 
 from ..signals.alignment import Alignment
 from ..signals.comparison import Comparison
 from ..signals.ema import Modes
-from .style import COLOURS, FONT, TEST, WIDTH, Drawing, decibel, phase, tidy
+from .style import COLOURS, FONT, TEST, Drawing, canvas, decibel, phase, tidy
 
 __all__ = ["draw"]
 
@@ -42,13 +42,9 @@ def draw(
     return drawings
 
 
-def _sheet(height: float) -> Figure:
-    return Figure(figsize=(WIDTH, height), layout="constrained", facecolor="white")
-
-
 def _frfs(aligned: Alignment, rows: np.ndarray, number: int) -> Drawing:
     columns = min(2, rows.size)
-    figure = _sheet(0.35 + 2.8 * -(-rows.size // columns))
+    figure = canvas(0.35 + 2.8 * -(-rows.size // columns))
     handles = [Line2D([], [], color=TEST, lw=2.0, label="test"), Line2D([], [], color=MODEL, lw=1.1, label="model")]
     figure.legend(handles=handles, loc="outside upper center", ncols=2, fontsize=FONT, frameon=False)
     cells = figure.subfigures(-(-rows.size // columns), columns, squeeze=False)
@@ -97,7 +93,7 @@ def _from_first_to_last(ax: Axes, frequency: np.ndarray) -> None:
 
 
 def _correlation(comparison: Comparison) -> Drawing:
-    figure = _sheet(2.6)
+    figure = canvas(2.6)
     ax = figure.subplots()
     for values, label, color, style in (
         (comparison.csac, "CSAC (shape)", COLOURS[0], "-"),
@@ -118,7 +114,7 @@ def _correlation(comparison: Comparison) -> Drawing:
 
 def _sensors(comparison: Comparison) -> Drawing:
     labels = comparison.per_sensor["sensor"]
-    figure = _sheet(max(2.9, 0.8 + 0.15 * len(labels)))
+    figure = canvas(max(2.9, 0.8 + 0.15 * len(labels)))
     for ax, (name, title) in zip(figure.subplots(1, len(MEASURES)), MEASURES.items()):
         ax.barh(np.arange(len(labels)), comparison.per_sensor[name], color=COLOURS[0])
         tidy(ax, xlabel=title)
@@ -135,7 +131,7 @@ def _sensors(comparison: Comparison) -> Drawing:
 
 
 def _mac(test_modes: Modes, model_modes: Modes, matrix: np.ndarray) -> Drawing:
-    figure = Figure(figsize=(4.4, 3.4), layout="constrained", facecolor="white")
+    figure = canvas(3.4, 4.4)
     ax = figure.subplots()
     image = ax.imshow(matrix, cmap=matplotlib.colormaps["cividis"], vmin=0, vmax=1)
     for (i, j), value in np.ndenumerate(matrix):

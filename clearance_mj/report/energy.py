@@ -9,12 +9,11 @@ from typing import Any, Literal
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from ..engines.energy import EnergyBalance
 from ..files import replacing
-from .style import COLOURS, FONT, TEST, WIDTH, Drawing, tidy
+from .style import COLOURS, FONT, MARKERS, TEST, Drawing, canvas, tidy
 from .tables import write_csv
 
 __all__ = ["draw", "write"]
@@ -23,7 +22,6 @@ LOSSES = {"damping": "#0072b2", "hysteresis": "#e69f00", "film": "#56b4e9", "con
 WORDS = {"damping": "shaft's damping", "hysteresis": "grease's hysteresis", "film": "grease's damping"}
 WORDS |= {"contact_loss": "contact", "stored": "stored"}
 STORED = "#d9d9d9"
-MARKERS = ("o", "^", "s", "D")
 MOST_RESTITUTION = 2.0
 """that is drawn"""
 POINTS = 1500
@@ -42,7 +40,7 @@ def write(folder: str | Path, balance: EnergyBalance) -> None:
 
 def draw(balance: EnergyBalance) -> Drawing:
     """Draw an energy balance."""
-    figure = Figure(figsize=(WIDTH, 5.4), layout="constrained", facecolor="white")
+    figure = canvas(5.4)
     (energy, residual), (restitution, impulse) = figure.subplots(2, 2)
     _energy(energy, balance)
     _residual(residual, balance)
@@ -92,14 +90,9 @@ def _by_bushing(balance: EnergyBalance, name: str) -> Iterator[tuple[int, np.nda
 
 def _restitution(ax: Axes, balance: EnergyBalance) -> None:
     for (j, v_in), (_, ratio) in zip(_by_bushing(balance, "v_in"), _by_bushing(balance, "restitution")):
-        look: dict[str, Any] = {
-            "marker": MARKERS[j % len(MARKERS)],
-            "color": COLOURS[j % len(COLOURS)],
-            "ls": "",
-            "ms": 3,
-            "alpha": 0.5,
-        }
-        ax.plot(1e3 * v_in, np.minimum(ratio, MOST_RESTITUTION), **look, mec="none", label=f"bushing {j + 1}")
+        look: dict[str, Any] = {"marker": MARKERS[j % len(MARKERS)], "color": COLOURS[j % len(COLOURS)], "mec": "none"}
+        shown = np.minimum(ratio, MOST_RESTITUTION)
+        ax.plot(1e3 * v_in, shown, ls="", ms=3, alpha=0.5, label=f"bushing {j + 1}", **look)
     ax.axhline(1, color=TEST, lw=0.6)
     ax.set_ylim(0, 1.02 * MOST_RESTITUTION)
     if balance.impacts:
@@ -114,13 +107,8 @@ def _impulse(ax: Axes, balance: EnergyBalance) -> None:
         every = 1e3 * np.concatenate(list(impulses.values()))
         edges = np.geomspace(0.999 * every.min(), 1.001 * every.max(), 31).tolist()
         for j, values in impulses.items():
-            look: dict[str, Any] = {
-                "histtype": "step",
-                "lw": 1.2,
-                "color": COLOURS[j % len(COLOURS)],
-                "ls": ("-", "--")[j % 2],
-            }
-            ax.hist(1e3 * values, edges, **look, label=f"bushing {j + 1}")
+            look: dict[str, Any] = {"color": COLOURS[j % len(COLOURS)], "ls": ("-", "--")[j % 2]}
+            ax.hist(1e3 * values, edges, histtype="step", lw=1.2, label=f"bushing {j + 1}", **look)
         ax.set_xscale("log")
     ax.yaxis.set_major_locator(MaxNLocator(integer=True))
     tidy(ax, "(d) impulses", "Impacts in a class (number)", "Impulse of an impact (mN s)")

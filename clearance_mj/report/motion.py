@@ -18,7 +18,7 @@ from ..errors import RecordError
 from ..rig import Rig
 from ..signals.frf import estimate_frf
 from ..signals.response import Response
-from .style import COLOURS, FAINT, FONT, REPEAT, TEST, WIDTH, Drawing, tidy
+from .style import COLOURS, FAINT, FONT, REPEAT, TEST, WIDTH, Drawing, canvas, tidy
 from .waterfall import frf_waterfall, spectrum_waterfall
 
 __all__ = ["drawings", "phase_portraits", "poincare_sections", "stroboscopic", "turning_points"]
@@ -129,8 +129,7 @@ def _grid(
 ) -> Figure:
     """A panel for each bushing (row) and level (column), with the gap."""
     rows, columns = len(rig.bushings), len(responses)
-    size = max(WIDTH, 1.5 * columns), 0.4 + 1.75 * rows
-    figure = Figure(figsize=size, layout="constrained", facecolor="white")
+    figure = canvas(0.4 + 1.75 * rows, max(WIDTH, 1.5 * columns))
     axes = figure.subplots(rows, columns, squeeze=False)
     for j, (line, bushing) in enumerate(zip(axes, rig.bushings)):
         for ax, (level, response) in zip(line, responses.items()):

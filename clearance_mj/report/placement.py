@@ -7,13 +7,12 @@ from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
 from ..beam import mode_shapes
 from ..placement import Candidates, Placement
 from ..rig import Rig
-from .style import FONT, REPEAT, TEST, WIDTH, Drawing, tidy
+from .style import FONT, REPEAT, TEST, Drawing, canvas, tidy
 
 __all__ = ["draw"]
 
@@ -25,7 +24,7 @@ MOST_GROWTH = 10.0
 
 def draw(rig: Rig, places: Candidates, found: Placement, modes: Sequence[int]) -> Drawing:
     """Draw a layout for the modes of these numbers, and where its sensors might have sat."""
-    figure = Figure(figsize=(WIDTH, 5.6), layout="constrained", facecolor="white")
+    figure = canvas(5.6)
     grid = figure.add_gridspec(2, 2, height_ratios=(1.25, 1))
     _shaft(figure.add_subplot(grid[0, :]), rig, places, found, modes)
     _carried(figure.add_subplot(grid[1, 0]), found)

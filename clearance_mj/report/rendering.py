@@ -69,13 +69,7 @@ def render(mjcf: str, views: Sequence[View], strokes: Sequence[Stroke] = ()) -> 
         job, pictures = Path(folder) / "job.json", Path(folder) / "pictures.npz"
         plain = {"views": [dataclasses.asdict(view) for view in views], "strokes": [_plain(s) for s in strokes]}
         job.write_text(json.dumps({"mjcf": mjcf} | plain))
-        command = [
-            sys.executable,
-            "-P",
-            __file__,
-            str(job),
-            str(pictures),
-        ]  # this file alone: the package takes a second
+        command = [sys.executable, "-P", __file__, str(job), str(pictures)]  # this file alone: the package is slow
         options: dict[str, Any] = {"env": environment, "capture_output": True, "text": True, "timeout": TIMEOUT}
         try:
             done = subprocess.run(command, check=False, **options)

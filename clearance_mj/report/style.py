@@ -26,7 +26,7 @@ from ..rig import Rig
 
 __all__ = [
     "COLOURS", "ENGINE_LINES", "FAINT", "FONT", "MARKERS", "REPEAT", "TEST", "WIDTH", "Drawing", "at_bushings",
-    "decibel", "finite", "frequency_axis", "letters", "level_axis", "phase", "sensor_title", "sheet", "tidy",
+    "canvas", "decibel", "finite", "frequency_axis", "letters", "level_axis", "phase", "sensor_title", "sheet", "tidy",
 ]  # fmt: skip
 
 DPI = 150
@@ -83,6 +83,11 @@ class Drawing:
         with replacing(path) as temporary:
             temporary.write_bytes(self.png())
         return path
+
+
+def canvas(height: float, width: float = WIDTH) -> Figure:
+    """Return an empty figure of a height and a width in inches, whose panels are laid out when it is drawn."""
+    return Figure(figsize=(width, height), layout="constrained", facecolor="white")
 
 
 def sheet(

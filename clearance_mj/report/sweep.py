@@ -7,12 +7,11 @@ from collections.abc import Sequence
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 from matplotlib.ticker import NullLocator
 
 from ..sweep.design import Vary
 from ..sweep.sensitivity import Sensitivity, quantities
-from .style import FONT, WIDTH, Drawing, tidy
+from .style import FONT, Drawing, canvas, tidy
 
 __all__ = ["draw_results", "draw_sensitivity"]
 
@@ -37,7 +36,7 @@ def draw_results(results: xr.Dataset, varied: tuple[Vary, ...]) -> Drawing | Non
     if not found:
         return None
     shape = len(found), len(varied)
-    figure = Figure(figsize=(WIDTH, 0.7 + 1.15 * shape[0]), layout="constrained", facecolor="white")
+    figure = canvas(0.7 + 1.15 * shape[0])
     axes = figure.subplots(*shape, squeeze=False, sharex="col", sharey="row")
     for row, (name, values) in zip(axes, found.items()):
         for ax, vary, parameter in zip(row, varied, results["parameter"].values.T):
@@ -67,7 +66,7 @@ def draw_sensitivity(found: Sensitivity) -> Drawing:
     n, columns = len(found.quantity), 4
     rows = -(-n // columns)
     height = 0.55 + rows * (0.5 + 0.22 * len(found.parameter))
-    figure = Figure(figsize=(WIDTH, height), layout="constrained", facecolor="white")
+    figure = canvas(height)
     axes = figure.subplots(rows, columns, squeeze=False, sharex=True, sharey=True)
     places = np.arange(len(found.parameter))
     for ax in axes.ravel()[n:]:

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
+import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
@@ -18,7 +19,7 @@ from ..vehicle.controllers import CONTROLLERS, get_controller
 from ..vehicle.experiment import Outcome
 from ..vehicle.run import Run
 from . import html
-from .style import FONT, WIDTH, Drawing, tidy
+from .style import FONT, Drawing, canvas, tidy
 from .tables import Column, Table, write_csv
 
 __all__ = ["HISTORIES", "METRICS", "histories", "look", "write_report"]
@@ -77,6 +78,10 @@ def look(controller: str) -> dict[str, Any]:
     return {"color": colour, "ls": known.line, "lw": 1.1, "label": known.label}
 
 
+def _label(outcome: Outcome) -> str:
+    return get_controller(outcome.case.controller).label
+
+
 def _words(outcome: Outcome) -> str:
     case = outcome.case
     return (
@@ -92,7 +97,7 @@ def _legend(figure: Figure, handles: Sequence[Any]) -> None:
 def histories(outcomes: Sequence[Outcome], name: str, quantities: Sequence[str] = SHOWN) -> Drawing:
     """Draw `HISTORIES` over time, controllers on one manoeuvre overlaid, and below them the contact state of each."""
     n, strip = len(quantities), 0.16 * len(outcomes) + 0.1
-    figure = Figure(figsize=(WIDTH, 1.25 * n + strip + 1.0), layout="constrained", facecolor="white")
+    figure = canvas(1.25 * n + strip + 1.0)
     axes = figure.subplots(n + 1, 1, sharex=True, height_ratios=[1.25] * n + [strip])
     for ax, letter, quantity in zip(axes, "abcdefgh", quantities):
         shown = HISTORIES[quantity]
@@ -116,14 +121,14 @@ def _contact_strip(ax: Axes, outcomes: Sequence[Outcome]) -> None:
         extent = (time[0], time[-1], row + 0.42, row - 0.42)
         ax.imshow(outcome.run.contact[None], aspect="auto", extent=extent, interpolation="none", **look_of_sides)
     tidy(ax, "", "", "Time (s)")
-    ax.set_yticks(range(len(outcomes)), [get_controller(o.case.controller).label for o in outcomes])
+    ax.set_yticks(range(len(outcomes)), [_label(o) for o in outcomes])
     ax.set_ylim(len(outcomes) - 0.5, -0.5)
     ax.set_xlim(outcomes[0].run.time[0], max(o.run.time[-1] for o in outcomes))
     ax.grid(False)
 
 
 def _paths(outcomes: Sequence[Outcome]) -> Drawing:
-    figure = Figure(figsize=(WIDTH, 2.4), layout="constrained", facecolor="white")
+    figure = canvas(2.4)
     ax = figure.subplots()
     path = outcomes[0].case.task.path
     ax.plot(*path.position(np.linspace(0, path.length, 500)), color="black", lw=2.2, alpha=0.35, label="path")
@@ -137,20 +142,14 @@ def _paths(outcomes: Sequence[Outcome]) -> Drawing:
 
 def _metrics_table(outcomes: Sequence[Outcome]) -> Table:
     columns = [Column("Controller"), *(Column(q.label, q.unit, q.form) for q in METRICS.values())]
-    rows = []
-    for outcome in outcomes:
-        metrics = outcome.run.metrics()
-        label = get_controller(outcome.case.controller).label
-        rows.append((label, *(q.scale * metrics[key] for key, q in METRICS.items())))
+    metrics = [(_label(o), o.run.metrics()) for o in outcomes]
+    rows = [(label, *(q.scale * found[key] for key, q in METRICS.items())) for label, found in metrics]
     return Table("metrics", "Metrics of each run", tuple(columns), tuple(rows))
 
 
 def _timing_table(outcomes: Sequence[Outcome]) -> Table:
     columns = (Column("Controller"), Column("Median", "ms", ".3f"), Column("Worst", "ms", ".2f"))
-    rows = []
-    for outcome in outcomes:
-        milliseconds = (1e3 * value for value in outcome.run.timing().values())
-        rows.append((get_controller(outcome.case.controller).label, *milliseconds))
+    rows = [(_label(o), *(1e3 * value for value in o.run.timing().values())) for o in outcomes]
     return Table("timing", "Computing time of a command, on the machine that made this page", columns, tuple(rows))
 
 
@@ -164,7 +163,7 @@ def write_report(outcomes: Sequence[Outcome], folder: str | Path) -> dict[str, A
     for drawing in drawings:
         drawing.write(folder / "figures")
     for outcome in outcomes:
-        write_csv(folder / f"histories_{outcome.case.controller}.csv", _history_rows(outcome.run))
+        write_csv(folder / f"histories_{outcome.case.controller}.csv", _history(outcome.run))
     rows = [outcome.row() for outcome in outcomes]
     write_csv(folder / "metrics.csv", rows)
     for name, text in (("summary.json", to_json({"runs": rows})), ("report.html", _page(outcomes, drawings))):
@@ -172,11 +171,11 @@ def write_report(outcomes: Sequence[Outcome], folder: str | Path) -> dict[str, A
     return {"runs": rows, "timing": {o.case.controller: o.run.timing() for o in outcomes}}
 
 
-def _history_rows(run: Run) -> list[dict[str, float]]:
+def _history(run: Run) -> pd.DataFrame:
     columns = {f"{name}_{unit.replace('/', '_')}": getattr(run, name) for name, unit in UNITS.items()}
     x, y = columns.pop("position_m").T
     columns = {"time_s": columns.pop("time_s"), "x_m": x, "y_m": y} | columns | {"contact": run.contact}
-    return [dict(zip(columns, map(float, values))) for values in zip(*columns.values())]
+    return pd.DataFrame(columns, dtype=float)
 
 
 def _page(outcomes: Sequence[Outcome], drawings: Sequence[Drawing]) -> str:

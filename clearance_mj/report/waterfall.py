@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 from ..rig import Rig
 from ..signals.frf import FRF
 from ..signals.response import Response
-from .style import FONT, WIDTH, Drawing, at_bushings, decibel, sensor_title, tidy
+from .style import FONT, Drawing, at_bushings, canvas, decibel, sensor_title, tidy
 
 __all__ = ["STEP", "draw_levels", "frf_waterfall", "spectrum_waterfall"]
 
@@ -70,7 +70,7 @@ def draw_levels(
     ``dynamic`` dB below their peak; ``looks`` are their lines, by default a colour for each level.
     """
     rows = at_bushings(rig) or [len(rig.sensors) - 1]
-    figure = Figure(figsize=(WIDTH, 1.4 + 0.62 * len(curves)), layout="constrained", facecolor="white")
+    figure = canvas(1.4 + 0.62 * len(curves))
     colours = matplotlib.colormaps["cividis"](np.linspace(0, 0.9, len(curves)))
     axes = figure.subplots(1, len(rows), squeeze=False, sharey=True)[0]
     for ax, row in zip(axes, rows):

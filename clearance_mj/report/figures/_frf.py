@@ -23,7 +23,7 @@ from ..style import (
     sensor_title,
     sheet,
     tidy,
-)
+)  # fmt: skip
 from ._looks import Looks
 
 CUT = "the coherence γ² of the test. Dips of a model far below the test are cut."

@@ -26,7 +26,7 @@ from ..style import (
     sensor_title,
     sheet,
     tidy,
-)
+)  # fmt: skip
 
 MOST_PANELS = 2
 PARAMETERS, PREDICTION = 0.8, 0.3
