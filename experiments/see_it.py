@@ -7,7 +7,7 @@ from pathlib import Path
 import clearance_mj as cm
 from clearance_mj.errors import ClearanceError
 from clearance_mj.files import replacing
-from clearance_mj.report import animation, motion
+from clearance_mj.report import animation, clip, motion
 
 FS, LEVELS = 8192.0, (0.5, 1.0, 2.0, 5.0, 8.0)
 SINE, DRY_SINE = 12.0, 30.0  # Hz
@@ -17,7 +17,7 @@ DRY = cm.ConstantLaw(2e5, 2.0, grease=cm.Grease(200.0, 0.2))
 
 def animate(rig, law, engine, renderer, path):
     response = cm.simulate(rig, cm.excitation.random(6.0, FS, rms=5.0), law, engine)
-    shown = animation.clip(rig, response)
+    shown = clip.clip(rig, response)
     reason = animation.write(shown, path, renderer)
     peak = abs(shown.trace).max(axis=0)
     print(f"{path}: drawn {shown.exaggeration:g} times larger, peak forces {peak.round(2)} N. {reason}")

@@ -12,7 +12,6 @@ import pandas as pd
 
 from clearance_mj import Dataset, estimate_frf, rmse_db, simulate
 from clearance_mj.errors import ClearanceError
-from clearance_mj.files import replacing
 from clearance_mj.identify import get_method
 from clearance_mj.report.figures import band_drawing
 from clearance_mj.signals.frf import random_error
@@ -39,8 +38,7 @@ def run(dataset, level, methods, draws, out):
     record = next(record for record in dataset.validate if record.level == level)
     bands, errors = ({method: pair[i][record.name] for method, pair in shown.items()} for i in (0, 1))
     drawing = band_drawing(record.rig, bands, errors, tests[record.name])
-    with replacing(out / "uncertainty.png") as temporary:
-        temporary.write_bytes(drawing.png())
+    drawing.write(out)
     pd.DataFrame(rows).to_csv(out / "uncertainty.csv", index=False)
     print(drawing.caption)
     for row in rows:

@@ -34,7 +34,8 @@ def _options(parser: argparse.ArgumentParser) -> None:
 )  # fmt: skip
 def _run(options: argparse.Namespace) -> dict[str, Any]:
     from ..engines import simulate
-    from ..report.animation import check, clip, write
+    from ..report.animation import check, write
+    from ..report.clip import clip
 
     check(options.out, options.renderer)
     rig, law = load(options)

@@ -17,17 +17,9 @@ from ..study import N_MODES, Study
 from .tables import MEASURES, REPEAT
 
 __all__ = [
-    "contact",
-    "engines",
-    "improvements",
-    "interval",
-    "modes",
-    "parameters",
-    "records",
-    "seeds",
-    "sensor_means",
+    "contact", "engines", "improvements", "interval", "modes", "parameters", "records", "seeds", "sensor_means",
     "sensors",
-]
+]  # fmt: skip
 
 IMPROVED = {
     **{f"MAC, mode {mode}": f"mode_{mode}_mac" for mode in range(1, N_MODES + 1)},

@@ -17,36 +17,14 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup, escape
 
 from ..statistics.intervals import Interval
+from .style import Drawing
 from .tables import Table
 
-__all__ = ["Picture", "Section", "figure", "formula", "heading", "page", "paragraph", "render", "table"]
+__all__ = ["Section", "figure", "formula", "heading", "page", "paragraph", "render", "table"]
 
 MISSING = "–"
 """Shown for nan"""
 _HEADING = re.compile(r'<h3 id="([^"]*)">(.*?)</h3>')
-
-
-@dataclass(frozen=True)
-class Picture:
-    """A figure ready to be put into the page."""
-
-    name: str
-    """anchor on the page"""
-    number: int
-    """of the figure"""
-    data: bytes
-    """the file"""
-    kind: str
-    """MIME type of the data"""
-    caption: str
-    """what it shows, in words"""
-    alt: str
-    """text for those who cannot see it"""
-
-    @property
-    def source(self) -> str:
-        """The data as a URL."""
-        return f"data:{self.kind};base64,{base64.b64encode(self.data).decode('ascii')}"
 
 
 @dataclass(frozen=True)
@@ -83,11 +61,13 @@ def heading(anchor: str, title: str) -> str:
     return f'<h3 id="{anchor}"><a href="#{anchor}">{escape(title)}</a></h3>\n'
 
 
-def figure(picture: Picture) -> str:
-    """Return a numbered figure with its caption and its image inside."""
+def figure(drawing: Drawing, number: int, image: bytes) -> str:
+    """Return a numbered figure with its caption and its image, SVG or PNG, inside."""
+    kind = "png" if image.startswith(b"\x89PNG") else "svg+xml"
+    source = f"data:image/{kind};base64,{base64.b64encode(image).decode('ascii')}"
     return (
-        f'<figure id="figure-{picture.name}"><img src="{picture.source}" alt="{escape(picture.alt)}">\n'
-        f"<figcaption><b>Figure {picture.number}.</b> {escape(picture.caption)}</figcaption></figure>\n"
+        f'<figure id="figure-{drawing.name}"><img src="{source}" alt="{escape(drawing.alt)}">\n'
+        f"<figcaption><b>Figure {number}.</b> {escape(drawing.caption)}</figcaption></figure>\n"
     )
 
 

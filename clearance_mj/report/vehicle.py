@@ -180,7 +180,7 @@ def _history(run: Run) -> pd.DataFrame:
 
 def _page(outcomes: Sequence[Outcome], drawings: Sequence[Drawing]) -> str:
     case = outcomes[0].case
-    pictures = [html.Picture(d.name, i, d.svg(), "image/svg+xml", d.caption, d.alt) for i, d in enumerate(drawings, 1)]
+    figures = "".join(html.figure(drawing, i, drawing.svg()) for i, drawing in enumerate(drawings, 1))
     priors = "".join(
         f"<dt>{escape(known.label)}</dt><dd>{escape(known.prior)}</dd>\n"
         for known in (get_controller(outcome.case.controller) for outcome in outcomes)
@@ -197,6 +197,6 @@ def _page(outcomes: Sequence[Outcome], drawings: Sequence[Drawing]) -> str:
     sections = (
         html.Section("about", "What was run", f"{about}<dl>{priors}</dl>\n"),
         html.Section("metrics", "Metrics", html.table(_metrics_table(outcomes)) + html.table(_timing_table(outcomes))),
-        html.Section("figures", "Figures", "".join(html.figure(picture) for picture in pictures)),
+        html.Section("figures", "Figures", figures),
     )
     return html.page("Motion control with steering clearance", sections)

@@ -47,8 +47,7 @@ class ReportWriter:
         self._bar.update()
         png = drawing.write(self.folder / "figures").read_bytes()
         svg = drawing.svg() if drawing.sharp else b""
-        data, kind = (svg, "image/svg+xml") if 0 < len(svg) <= SVG_LIMIT else (png, "image/png")
-        return html.figure(html.Picture(drawing.name, self.figures, data, kind, drawing.caption, drawing.alt))
+        return html.figure(drawing, self.figures, svg if 0 < len(svg) <= SVG_LIMIT else png)
 
     def csv(self, name: str, rows: pd.DataFrame | Iterable[dict]) -> None:
         """Write rows as ``tables/NAME.csv``.

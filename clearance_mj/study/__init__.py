@@ -9,13 +9,5 @@ from .files import study_summary, write_results
 from .study import ENGINES, METHODS, N_MODES, RESOLUTION, Case, IdentifiedLaw, Study
 
 __all__ = [
-    "ENGINES",
-    "METHODS",
-    "N_MODES",
-    "RESOLUTION",
-    "Case",
-    "IdentifiedLaw",
-    "Study",
-    "study_summary",
-    "write_results",
-]
+    "ENGINES", "METHODS", "N_MODES", "RESOLUTION", "Case", "IdentifiedLaw", "Study", "study_summary", "write_results",
+]  # fmt: skip

@@ -11,7 +11,10 @@ from PIL import Image
 import clearance_mj as cm
 from clearance_mj.errors import ClearanceError, RecordError
 from clearance_mj.report import animation
+from clearance_mj.report.clip import clip as cut
+from clearance_mj.report.clip import deflection
 from clearance_mj.report.rendering import Stroke, View, render
+from clearance_mj.report.stage import DPI, STEEL, Stage
 
 from ..conftest import ROOT
 
@@ -31,7 +34,7 @@ def response():
 
 @pytest.fixture(scope="module")
 def shown(response):
-    return animation.clip(RIG, response, seconds=0.02, slow=20.0)
+    return cut(RIG, response, seconds=0.02, slow=20.0)
 
 
 @pytest.mark.parametrize("engine", ["modal", "links"])
@@ -44,20 +47,20 @@ def test_the_shape_is_the_engines_own(engine, k, c, grease, position):
     law = cm.ConstantLaw([k, k, 0.0], [c, c, 0.0], grease=(grease, grease, cm.Grease(0.0)))
     probed = cm.simulate(rig, noise(), law, engine)
     fields = {name: getattr(probed, name)[:2] for name in ("displacement", "contact_force", "grease_force")}
-    found, tip = animation.deflection(RIG, dataclasses.replace(probed, **fields), [position, RIG.beam.length]).T
+    found, tip = deflection(RIG, dataclasses.replace(probed, **fields), [position, RIG.beam.length]).T
     touches = np.abs(probed.contact_force).max(axis=1)
     assert touches[:2].min() > 5 and touches[2] < 1e-3 * touches.max()  # links infers them from joint forces
     assert (found - probed.displacement[2]).std() < 0.01 * tip.std()
 
 
 def test_the_shape_passes_through_the_recorded_displacements(response):
-    found = animation.deflection(RIG, response, [b.position for b in RIG.bushings])
+    found = deflection(RIG, response, [b.position for b in RIG.bushings])
     np.testing.assert_allclose(found, response.displacement.T, atol=1e-7)
 
 
 def test_the_shape_moves_as_the_accelerometers_say(response):
     """Below 220 Hz, where what the anti-alias filter took from the contact forces does not matter."""
-    shape = animation.deflection(RIG, response, [s.position for s in RIG.sensors])
+    shape = deflection(RIG, response, [s.position for s in RIG.sensors])
     accelerations = np.gradient(np.gradient(shape, 1 / FS, axis=0), 1 / FS, axis=0) + response.excitation[:, None]
     frequency = np.fft.rfftfreq(len(shape), 1 / FS)
     found, recorded = (np.fft.rfft(a, axis=0)[frequency < 220] for a in (accelerations, response.acceleration.T))
@@ -78,18 +81,18 @@ def test_a_shaft_without_clearance_forces_hangs_as_a_cantilever_in_steady_accele
     recorded = np.outer([hangs(b.position) for b in RIG.bushings], base)
     response = cm.Response(512.0, base, np.zeros((8, time.size)), recorded, zero, zero)
     x = np.array([0.3, 0.95, 1.0])
-    np.testing.assert_allclose(animation.deflection(RIG, response, x)[-1], hangs(x), rtol=2e-3)
+    np.testing.assert_allclose(deflection(RIG, response, x)[-1], hangs(x), rtol=2e-3)
 
 
 def test_a_test_record_is_refused():
     record = cm.Response(FS, np.zeros(8), np.zeros((8, 8)), np.zeros((2, 8)))
     with pytest.raises(RecordError, match="which only simulated"):
-        animation.deflection(RIG, record, [0.5])
+        deflection(RIG, record, [0.5])
 
 
 def test_the_strongest_contact_is_in_the_middle(response):
     peak = np.unravel_index(np.argmax(np.abs(response.contact_force)), response.contact_force.shape)[1] / FS
-    clip = animation.clip(RIG, response, seconds=0.02, slow=20.0)
+    clip = cut(RIG, response, seconds=0.02, slow=20.0)
     assert clip.time[[0, -1]].mean() == pytest.approx(peak, abs=2 / FS)
     assert np.abs(clip.trace).max() == np.abs(response.contact_force).max()
     assert clip.time.size == 8 and clip.time[-1] - clip.time[0] == pytest.approx(0.02, abs=1 / FS)
@@ -108,7 +111,7 @@ def test_the_strongest_contact_is_in_the_middle(response):
 )
 def test_what_cannot_be_shown_is_refused(response, change, words):
     with pytest.raises(ClearanceError, match=words):
-        animation.clip(RIG, response, **{"seconds": 0.02, "slow": 20.0} | change)
+        cut(RIG, response, **{"seconds": 0.02, "slow": 20.0} | change)
 
 
 def test_a_gif_holds_every_picture_and_says_its_time(shown, tmp_path):
@@ -123,23 +126,23 @@ def test_a_gif_holds_every_picture_and_says_its_time(shown, tmp_path):
 
 
 def test_the_drawn_shaft_lies_where_it_is(shown):
-    stage = animation._Stage(shown)
+    stage = Stage(shown)
     stage.show_lines()
-    steel = np.array([int(animation.STEEL[i : i + 2], 16) for i in (1, 3, 5)])
+    steel = np.array([int(STEEL[i : i + 2], 16) for i in (1, 3, 5)])
     for i in (0, 4):
         rows, columns = np.nonzero(np.abs(stage.picture(i).astype(int) - steel).max(axis=2) < 3)
         pixels = np.column_stack((columns, stage.picture(i).shape[0] - 1 - rows))
         x, millimetres = stage.above.transData.inverted().transform(pixels).T
         inside = (x > 0.05) & (x < 0.45)
         expected = 1e3 * np.interp(x[inside], shown.position, shown.lift[i])
-        one_pixel = 2 * stage.millimetres(stage.half_height) / (stage.size[1] * animation.DPI)
+        one_pixel = 2 * stage.millimetres(stage.half_height) / (stage.size[1] * DPI)
         thickness = stage.millimetres(stage.radius)
         assert inside.sum() > 200
         assert np.abs(millimetres[inside] - expected).max() < thickness + 1.5 * one_pixel
 
 
 def test_arrows_are_as_long_as_the_force_and_point_at_the_shaft(shown):
-    stage = animation._Stage(shown)
+    stage = Stage(shown)
     tail, tip = np.moveaxis(stage.arrows()[..., 1], -1, 0)
     np.testing.assert_allclose(tail - tip, stage.per_newton * shown.force, atol=1e-15)
     strongest = np.unravel_index(np.argmax(np.abs(shown.force)), shown.force.shape)
@@ -173,7 +176,7 @@ def test_strokes_are_drawn_to_scale():
 @gl
 def test_mujoco_draws_the_shaft_where_matplotlib_does(shown):
     """Both to one scale: dark steel along the shaft's line, in the same pixels of the panel."""
-    stage = animation._Stage(shown)
+    stage = Stage(shown)
     images, reason = animation._rendered(shown, stage, progress=False)
     assert reason == "" and len(images) == 8
     height, width, _ = images[4].shape

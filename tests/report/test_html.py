@@ -7,8 +7,10 @@ import shutil
 import subprocess
 
 import pytest
+from matplotlib.figure import Figure
 
 from clearance_mj.report import html
+from clearance_mj.report.style import Drawing
 from clearance_mj.report.tables import Column, Table
 from clearance_mj.statistics.intervals import Interval
 
@@ -66,8 +68,7 @@ def test_formula_sets_symbols_with_an_index():
 
 
 def test_a_figure_holds_its_image_and_its_words():
-    picture = html.Picture("p", 3, b"<svg/>", "image/svg+xml", "big & bold", 'a "b"')
-    text = html.figure(picture)
+    text = html.figure(Drawing("p", Figure(), "big & bold", 'a "b"'), 3, b"<svg/>")
     assert 'src="data:image/svg+xml;base64,PHN2Zy8+"' in text and 'id="figure-p"' in text
     assert "<b>Figure 3.</b> big &amp; bold" in text and 'alt="a &#34;b&#34;"' in text
 

@@ -1,8 +1,9 @@
-"""FRF overlays of one level."""
+"""FRFs of test and laws: over level, and overlaid at one."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -10,6 +11,7 @@ from matplotlib.lines import Line2D
 
 from ...study import Study
 from ..style import (
+    COLOURS,
     FONT,
     REPEAT,
     TEST,
@@ -23,9 +25,11 @@ from ..style import (
     sensor_title,
     sheet,
     tidy,
-)  # fmt: skip
+)
+from ..waterfall import STEP, draw_levels
 from ._looks import Looks
 
+_PAIR: tuple[dict[str, Any], ...] = ({"color": TEST, "lw": 2.0}, {"color": COLOURS[1], "lw": 0.9})
 CUT = "the coherence γ² of the test. Dips of a model far below the test are cut."
 
 
@@ -118,3 +122,22 @@ class _Panels:
         tidy(ax, ylabel=ylabel)
         ax.set_ylim(0, 1.1)
         ax.set_yticks([0, 1])
+
+
+def study_waterfall(study: Study) -> Drawing:
+    """Draw FRFs of the test and of the best law at the bushings' sensors over the levels of a study."""
+    law, engine, curves = study.best_law, study.main_engine, {}
+    for level in study.levels:
+        pair = study.test(study.records(level)[0]), study.case(law, engine, level).frf
+        curves[level] = [(frf.frequency, decibel(frf.functions)) for frf in pair]
+    looks = Looks(study)
+    figure = draw_levels(study.dataset.rig, curves, "|H|", looks.magnitude, study.unit, looks=_PAIR)
+    of, labels = looks.test, (looks.test, f"law “{law}”, engine {engine}")
+    handles = [Line2D([], [], **look, label=label) for look, label in zip(_PAIR, labels)]
+    figure.legend(handles=handles, loc="outside upper center", ncols=2, fontsize=FONT, frameon=False)
+    caption = (
+        f"FRFs over level, {of} and the best law: each pair {STEP:g} dB above the one of the level before. Resonances "
+        "shift and flatten where the shaft begins to touch its bushings."
+    )
+    alt = f"FRF magnitudes of the {of} and law {law} at {len(study.levels)} levels, one above the other."
+    return Drawing("waterfall", figure, caption, alt)
