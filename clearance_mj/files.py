@@ -22,34 +22,12 @@ TOO_DENSE = f"unpacks to more than {DENSEST} times its size, which no record doe
 
 
 def most_unpacked(size: int) -> int:
-    """Bytes that a compressed file of ``size`` bytes may unpack to; beyond that it is damaged or made to harm.
-
-    Parameters
-    ----------
-    size : int
-        Bytes of the file.
-    """
+    """Bytes that a compressed file of ``size`` bytes may unpack to; beyond that it is damaged or made to harm."""
     return max(2**20, DENSEST * size)
 
 
 def read_lines(path: str | PathLike[str]) -> list[str]:
-    """Read the lines of a text file, plain or compressed by gzip, which is seen from its first two bytes.
-
-    Parameters
-    ----------
-    path : str or Path
-        The file.
-
-    Returns
-    -------
-    list of str
-        Without line ends.
-
-    Raises
-    ------
-    RecordError
-        If it cannot be read, or is not UTF-8 or Latin-1 text.
-    """
+    """Read the lines of a text file (UTF-8 or Latin-1), plain or compressed by gzip (seen from its first bytes)."""
     path = Path(path)
     try:
         data = path.read_bytes()
@@ -72,17 +50,9 @@ def read_lines(path: str | PathLike[str]) -> list[str]:
 
 @contextmanager
 def replacing(path: str | PathLike[str]) -> Iterator[Path]:
-    """Yield a temporary path beside ``path``; on success it takes the place of ``path``.
+    """Yield a temporary path, which takes the place of ``path`` on success; else the old file stays as it was.
 
-    Parameters
-    ----------
-    path : str or Path
-        The file to write. Its folder is made if needed. If the block fails, the old file stays as it was.
-
-    Raises
-    ------
-    ClearanceError
-        If it cannot be written, such as on a full disk.
+    The folder is made if needed. A ClearanceError says why it cannot be written, such as on a full disk.
     """
     path = Path(path)
     temporary: Path | None = None
@@ -108,13 +78,7 @@ def write_text(path: str | PathLike[str], text: str) -> None:
 
 
 def to_json(data: Any) -> str:
-    """Return plain data as JSON text, numbers that are not finite as null.
-
-    Parameters
-    ----------
-    data : dict, list or number
-        Nested plain data.
-    """
+    """Return plain data as JSON text, numbers that are not finite as null."""
     return json.dumps(_finite(data), indent=1, allow_nan=False) + "\n"
 
 

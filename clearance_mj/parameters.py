@@ -97,17 +97,7 @@ class Estimates:
 
     @classmethod
     def of(cls, parameters: Sequence[Parameter], value: ArrayLike, covariance: np.ndarray) -> Estimates:
-        """Take values and the covariance of what varies.
-
-        Parameters
-        ----------
-        parameters : sequence of Parameter
-            What was fitted.
-        value : array_like, shape (n,)
-            SI units.
-        covariance : ndarray, shape (n, n)
-            Of the logarithms of parameters whose transform is "log".
-        """
+        """Take values (n,), SI units, and covariance (n, n) of what varies: logarithms if the transform is "log"."""
         std = np.sqrt(np.diag(covariance))
         with np.errstate(invalid="ignore"):  # of what is not known at all
             correlation = covariance / np.maximum(np.outer(std, std), np.finfo(float).tiny)
@@ -136,35 +126,13 @@ class Estimates:
         return (self.varied_std > 0) & (self.varied_std < known)
 
     def interval(self, confidence: float = 0.95) -> np.ndarray:
-        """Return limits within which the values lie, cut to the bounds.
-
-        Parameters
-        ----------
-        confidence : float
-            Probability of each.
-
-        Returns
-        -------
-        ndarray, shape (2, n)
-        """
+        """Limits (2, n) within which each value lies with this probability, cut to the bounds."""
         half = scipy.stats.norm.ppf(0.5 + confidence / 2) * np.where(self.varied_std > 0, self.varied_std, np.inf)
         varied = self._forward(self.value)
         return self._inverse(np.array([varied - half, varied + half]))
 
     def draw(self, n: int, seed: int = 0) -> np.ndarray:
-        """Draw values from the normal distribution of what varies, cut to the bounds.
-
-        Parameters
-        ----------
-        n : int
-            How many.
-        seed : int
-            Of the random numbers.
-
-        Returns
-        -------
-        ndarray, shape (n, n_parameters)
-        """
+        """Draw values (n, n_parameters) from the normal distribution of what varies, cut to the bounds."""
         rng = np.random.default_rng(seed)
         return self._inverse(rng.multivariate_normal(self._forward(self.value), self.covariance, size=n, method="eigh"))
 
@@ -179,13 +147,7 @@ class Estimates:
 
     @classmethod
     def from_rows(cls, rows: Sequence[Mapping[str, Any]]) -> Estimates:
-        """Take the plain data of parameters that varied by their logarithms.
-
-        Parameters
-        ----------
-        rows : sequence of dict
-            As `rows` returns them.
-        """
+        """Take the plain data, as `rows` returns it, of parameters that varied by their logarithms."""
         parameters = tuple(
             Parameter(r["name"], r["unit"], r["value"], r["low"], r["high"], r.get("prior_std", math.inf)) for r in rows
         )

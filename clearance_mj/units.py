@@ -20,46 +20,12 @@ UNITS = {
 
 
 def unit_factor(label: str, quantity: str) -> float:
-    """SI units in one unit of a quantity.
-
-    Parameters
-    ----------
-    label : str
-        Such as "g", "mm/s²" or "(m/s^2)".
-    quantity : str
-        A key of `UNITS`.
-
-    Returns
-    -------
-    float
-
-    Raises
-    ------
-    RecordError
-        If the unit is unknown; the message lists those that are known.
-    """
+    """SI units in one unit, such as "g", "mm/s²" or "(m/s^2)", of a quantity of `UNITS`."""
     return _look_up(label, UNITS[quantity], quantity)
 
 
 def ratio_factor(label: str, above: str, below: str) -> float:
-    """SI units in one unit of a ratio of two quantities.
-
-    Parameters
-    ----------
-    label : str
-        Such as "g/N" or "(m/s^2)/N"; "1" for the ratio of two like quantities.
-    above, below : str
-        Keys of `UNITS`.
-
-    Returns
-    -------
-    float
-
-    Raises
-    ------
-    RecordError
-        If the unit is unknown; the message shows some that are known.
-    """
+    """SI units in one unit of a ratio, such as "g/N" or "(m/s^2)/N"; "1" for the ratio of two like quantities."""
     known = {f"{a}/{b}": x / y for a, x in UNITS[above].items() for b, y in UNITS[below].items()}
     return _look_up(label, {"1": 1.0} | known if above == below else known, f"{above}/{below}")
 

@@ -50,16 +50,9 @@ def checked(
 ) -> Callable[[type[T]], type[T]]:
     """Make a class a frozen dataclass that checks its fields; a decorator.
 
-    Parameters
-    ----------
-    error : type of ClearanceError
-        Raised for values that no object can have.
-    name : str, optional
-        What messages call an object that is made by itself; default: the class's name in lower case.
-    eq : bool
-        Whether objects are compared and hashed by their values.
-    schema : dict, optional
-        More for its JSON Schema: rules between fields.
+    ``error`` is raised for values that no object can have; ``name`` is what messages call an object that is made by
+    itself (default: the class's name in lower case); ``eq`` compares and hashes by values; ``schema`` is more for its
+    JSON Schema: rules between fields.
     """
 
     def describe(found: dict[str, Any], kind: type) -> None:
@@ -125,23 +118,10 @@ def register(model: type[Model]) -> type[Model]:
 
 
 def from_plain(kind: type[T], data: object, where: str, error: type[ClearanceError]) -> T:
-    """Make an object from nested plain data, as TOML and JSON hold it.
+    """Make an object of a `checked` class, or a type that pydantic knows, from plain data as TOML and JSON hold it.
 
-    Parameters
-    ----------
-    kind : type
-        A `checked` class, or another type that pydantic knows.
-    data : object
-        Nested plain data.
-    where : str
-        Its path in the file, for messages; "" for the whole file.
-    error : type of ClearanceError
-        What to raise.
-
-    Raises
-    ------
-    ClearanceError
-        Naming the key that is unknown, missing or of a value that it cannot have.
+    ``where`` is its path in the file, for messages; "" for the whole file. The error names the key that is unknown,
+    missing or of a value that it cannot have.
     """
     adapter: pydantic.TypeAdapter[T] = _adapter(kind)
     try:
@@ -151,13 +131,7 @@ def from_plain(kind: type[T], data: object, where: str, error: type[ClearanceErr
 
 
 def to_plain(value: Any) -> Any:
-    """Return a dataclass as nested dictionaries and lists, without the fields that are None.
-
-    Parameters
-    ----------
-    value : dataclass, tuple or plain value
-        What to turn into plain data.
-    """
+    """Return a dataclass as nested dictionaries and lists, without the fields that are None."""
     if dataclasses.is_dataclass(value):
         pairs = ((f.name, getattr(value, f.name)) for f in dataclasses.fields(value))
         return {name: to_plain(item) for name, item in pairs if item is not None}
@@ -167,20 +141,7 @@ def to_plain(value: Any) -> Any:
 
 
 def read_plain(path: str | Path, error: type[ClearanceError]) -> dict[str, Any]:
-    """Read a TOML or, by its suffix .json, a JSON file as plain data.
-
-    Parameters
-    ----------
-    path : str or Path
-        The file.
-    error : type of ClearanceError
-        What to raise.
-
-    Raises
-    ------
-    ClearanceError
-        Naming the file, if it cannot be read or is neither.
-    """
+    """Read a TOML or, by its suffix .json, a JSON file as plain data; the error names the file."""
     path = Path(path)
     form, parse = ("JSON", json.loads) if path.suffix == ".json" else ("TOML", tomllib.loads)
     try:
@@ -192,15 +153,7 @@ def read_plain(path: str | Path, error: type[ClearanceError]) -> dict[str, Any]:
 
 
 def json_schema(kind: type, title: str) -> dict[str, Any]:
-    """Return the JSON Schema (draft 2020-12) of a file that holds an object, for editors.
-
-    Parameters
-    ----------
-    kind : type
-        As in `from_plain`.
-    title : str
-        What the file is.
-    """
+    """Return the JSON Schema (draft 2020-12) of a file that holds an object, for editors."""
     schema = _adapter(kind).json_schema()
     return {"$schema": "https://json-schema.org/draft/2020-12/schema", **schema, "title": title}
 

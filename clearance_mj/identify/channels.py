@@ -20,24 +20,10 @@ REST = 0.5
 
 
 def check_channel(where: str, signal: ArrayLike, fs: float) -> None:
-    """Refuse a channel that is not finite, constant or clipped.
+    """Refuse a channel (n_t,) that is not finite, constant or clipped; ``where`` names it in the message.
 
     Clipping shows as samples at the very extreme, two or more in a row, to which the signal comes steeply: a smooth
     peak that a coarse converter rounds to equal samples falls off by a few of its steps only.
-
-    Parameters
-    ----------
-    where : str
-        Record and channel, for the message.
-    signal : array_like, shape (n_t,)
-        Samples.
-    fs : float
-        Samples per second.
-
-    Raises
-    ------
-    RecordError
-        Saying which, from when on.
     """
     signal = np.asarray(signal, dtype=float)
     finite = np.isfinite(signal)

@@ -63,29 +63,10 @@ def contact_parameters(
 ) -> ContactParameters:
     """Contact stiffness and damping over time from W_f = k W_g + c W_ġ in the time-frequency plane.
 
-    f is the restoring force without the grease's, g the gap function (Eq. 11) at the bushing's two ends, W their Morlet
-    transforms with ω0 = 5, a third of an octave apart. In each window k and c are real least squares over all
-    instants and bands, every band weighted by the force's noise in it. The contact does not pull: samples where
-    k g + c ġ would are released, in a few rounds. Holds under any excitation.
-
-    Parameters
-    ----------
-    force : RestoringForce
-        From `restoring_force`.
-    grease : sequence of Grease, optional
-        One for each bushing. Default: `grease_parameters` of the same record.
-    window : float
-        s, length of the Hann windows; k and c may not change much within half of it.
-
-    Returns
-    -------
-    ContactParameters
-
-    Raises
-    ------
-    RecordError
-        If the shaft nowhere leaves the gaps (the message says which grease the record still identifies) or hardly ever
-        is in them, or the window is too long.
+    f is the restoring force without the grease's (default: that of `grease_parameters`), g the gap function (Eq. 11) at
+    the bushing's two ends, W their Morlet transforms with ω0 = 5, a third of an octave apart. In each Hann window (s) k
+    and c are real least squares over all instants and bands, every band weighted by the force's noise in it. The
+    contact does not pull: samples where k g + c ġ would are released, in a few rounds. Holds under any excitation.
     """
     require_contact([force])
     if not 0 < window <= force.time[-1] / 2:

@@ -87,24 +87,9 @@ class RestoringForce:
 
 
 def restoring_force(record: Record, high: float | None = None) -> RestoringForce:
-    """Reconstruct the force of every bushing on the shaft.
+    """Reconstruct the force of every bushing on the shaft from a record with a probe at each.
 
-    Parameters
-    ----------
-    record : Record
-        With a displacement probe at every bushing.
-    high : float, optional
-        Hz, upper end of the band in which forces are reconstructed, from 0 Hz on. Default: 0.4 fs, where anti-alias
-        filters begin.
-
-    Returns
-    -------
-    RestoringForce
-
-    Raises
-    ------
-    RecordError
-        If the rig has no bushings, a probe is missing, or a channel is constant, clipped or too short.
+    ``high``: Hz, upper end of the band, from 0 Hz on. Default: 0.4 fs, where anti-alias filters begin.
     """
     rig, fs = record.rig, record.fs
     measured = measured_channels(record)
@@ -156,20 +141,7 @@ def restoring_force(record: Record, high: float | None = None) -> RestoringForce
 
 
 def restoring_forces(dataset: Dataset, progress: str | None = None) -> list[RestoringForce]:
-    """Reconstruct the forces in every record to identify.
-
-    Parameters
-    ----------
-    dataset : Dataset
-        Only its rig and its records with role "identify" are used.
-    progress : str, optional
-        Show a progress bar with this name.
-
-    Raises
-    ------
-    RecordError
-        If nothing is to identify from, or a record cannot be used.
-    """
+    """Reconstruct the forces in every record to identify."""
     records = tqdm(dataset.to_identify(), desc=progress, unit="record", disable=progress is None)
     return [restoring_force(record) for record in records]
 

@@ -53,23 +53,7 @@ def grease_parameters(
 
     Bouc-Wen (Eq. 9, A = 1, n = 2) with squeeze film: yield, γ/β and film height are varied, the stiffnesses and the
     damping follow by non-negative linear least squares (variable projection, Golub & Pereyra 1973). Sliding or film
-    that do not exceed three standard deviations are left out.
-
-    Parameters
-    ----------
-    forces : RestoringForce or sequence of RestoringForce
-        Of one rig. Contact is not needed.
-    kind : {"bouc-wen", "linear"}
-        "linear": a spring and damper.
-
-    Returns
-    -------
-    GreaseFit
-
-    Raises
-    ------
-    RecordError
-        If the shaft is in contact nearly all the time.
+    that do not exceed three standard deviations are left out. Kind "linear": a spring and damper.
     """
     forces = [forces] if isinstance(forces, RestoringForce) else list(forces)
     fits = [_fit(_Problem(forces, j), kind) for j in range(len(forces[0].rig.bushings))]

@@ -21,24 +21,9 @@ PHASES = 2000
 
 
 def law_force(measured: RestoringForce, law: Law) -> np.ndarray:
-    """Force of grease and contact that a law gives along the measured motion.
+    """Force (n_bushings, n_t) of grease and contact, N, that a law gives along the measured motion.
 
-    Parameters
-    ----------
-    measured : RestoringForce
-        Its motions are used, not its forces.
-    law : Law
-        Its grease, or else the rig's.
-
-    Returns
-    -------
-    ndarray, shape (n_bushings, n_t)
-        N, positive against positive displacement, as `RestoringForce.force`.
-
-    Raises
-    ------
-    LawError
-        If the law is for another number of bushings.
+    Positive against positive displacement, as `RestoringForce.force`; the grease is the law's, or else the rig's.
     """
     rig, n, step = measured.rig, measured.time.size, 1 / (measured.fs * FINER)
     points = np.concatenate((measured.displacement[:, None], measured.ends), axis=1)
@@ -68,25 +53,10 @@ def _along(x: np.ndarray, v: np.ndarray, clearance: Clearance, out: np.ndarray) 
 def equivalent_contact(
     law: ContactLaw, gaps: ArrayLike, amplitude: ArrayLike, omega: ArrayLike
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Stiffness and damping with which a spring and damper beyond the gap come closest to a contact model.
+    """K and c (n, n_bushings) with which a spring and damper beyond the gap come closest to a contact model.
 
-    Least squares over a cycle x = A cos ωt, as `contact.contact_parameters` finds them from records.
-
-    Parameters
-    ----------
-    law : ContactLaw
-        The model.
-    gaps : array_like, shape (n_bushings,)
-        m.
-    amplitude : array_like, shape (n,)
-        A, m.
-    omega : array_like, shape (n_bushings,)
-        rad/s.
-
-    Returns
-    -------
-    k, c : ndarray, shape (n, n_bushings)
-        N/m and N s/m; nan where A stays within the gap.
+    Least squares over a cycle x = A cos ωt, as `contact.contact_parameters` finds them from records; A (n,) in m, ω
+    (n_bushings,) in rad/s; nan where A stays within the gap.
     """
     gaps, amplitude, omega = (np.asarray(v, dtype=float) for v in (gaps, amplitude, omega))
     models = law.contact * (gaps.size if len(law.contact) == 1 else 1)

@@ -107,35 +107,13 @@ def fit_law(
     differences: int = 2,
     progress: str | None = None,
 ) -> Fit:
-    """Fit the parameters of a law to records by bounded nonlinear least squares.
+    """Fit the parameters of the law that ``make`` makes of their values, by bounded nonlinear least squares.
 
-    Parameters
-    ----------
-    rig : Rig
-        The rig.
-    found : sequence of Evidence
-        What to fit to.
-    parameters : sequence of Parameter
-        What to fit.
-    make : callable
-        Makes the law from the parameters' values, in their order.
-    starts : sequence of sequence of float
-        Values to start from besides the parameters' own.
-    tries : int
-        From how many of the starts, the best ones, the fit is run; the best result counts.
-    model_error : float
-        dB by which the law is expected to miss FRFs that were measured without noise. Lines with a larger random error
-        count less; infinite: all lines count alike.
-    tolerance : float
-        Stop when a step lowers the cost by less than this share.
-    differences : {1, 2}
-        Simulations per parameter for the derivatives: 2 for central differences, 1 where the start is already close.
-    progress : str, optional
-        Show a progress bar with this name.
-
-    Returns
-    -------
-    Fit
+    The fit is run from the ``tries`` best of the parameters' own start and ``starts``. ``model_error``: dB by which the
+    law is expected to miss FRFs that were measured without noise; lines with a larger random error count less;
+    infinite: all lines count alike. ``tolerance``: stop when a step lowers the cost by less than this share.
+    ``differences``: simulations per parameter for the derivatives, 2 for central differences, 1 where the start is
+    already close.
     """
     problem = _Problem(rig, found, make, model_error, parameters, progress)
     low, high = np.log([p.low for p in parameters]), np.log([p.high for p in parameters])

@@ -64,33 +64,12 @@ class Ridge:
 
 
 def scalogram(signal: ArrayLike, fs: float, band: tuple[float, float], omega0: float = 5.0) -> Scalogram:
-    """Transform a signal with Morlet wavelets whose centres lie in a band.
+    """Transform a signal (n_t,) with Morlet wavelets exp(-t²/2 + jω0 t) whose centres lie in a band (Hz).
 
-    Parameters
-    ----------
-    signal : array_like
-        (n_t,) samples, any unit.
-    fs : float
-        Samples per second.
-    band : (float, float)
-        Hz; the lower end above 0, the upper end at most fs / 2.
-    omega0 : float
-        Centre of the wavelet exp(-t²/2 + jω0 t), rad, at least 4: the larger, the sharper in frequency and the
-        blunter in time, σ_t = ω0/ω.
-
-    Returns
-    -------
-    Scalogram
-
-    Raises
-    ------
-    RecordError
-        If the signal is not finite, constant, clipped or too short for the wavelet, or an argument is impossible.
-
-    Notes
-    -----
-    Article, Eq. 13: A = 2|W|/√a with the transform W that PyWavelets normalises to equal energy at all scales. The
-    spectrum of a wavelet reaches 4 ω/ω0 to each side of its centre; what is beyond fs / 2 folds back.
+    The band begins above 0 and ends at most at fs / 2; ω0 is at least 4: the larger, the sharper in frequency and the
+    blunter in time, σ_t = ω0/ω. Article, Eq. 13: A = 2|W|/√a with the transform W that PyWavelets normalises to equal
+    energy at all scales. The spectrum of a wavelet reaches 4 ω/ω0 to each side of its centre; what is beyond fs / 2
+    folds back.
     """
     signal = _checked(signal, fs, band, omega0)
     scale = _scales(fs, band, omega0)

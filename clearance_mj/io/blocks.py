@@ -17,24 +17,9 @@ __all__ = ["saving"]
 
 
 def saving(path: str | PathLike[str], blocks: Iterable[Response]) -> Iterator[Response]:
-    """Write blocks to a file as they pass: ``estimate_frf_blocks(saving("run.h5", simulate_blocks(...)))``.
+    """Write blocks to an HDF5 file as they pass: ``estimate_frf_blocks(saving("run.h5", simulate_blocks(...)))``.
 
-    Parameters
-    ----------
-    path : str or Path
-        An HDF5 file, ".h5" or ".hdf5", which `io.results.load` reads. It is there once the last block was taken.
-    blocks : iterable of Response
-        Consecutive blocks of one response.
-
-    Yields
-    ------
-    Response
-        Each block, once it is written.
-
-    Raises
-    ------
-    RecordError
-        If the path does not end in ".h5" or ".hdf5", the package h5netcdf is not there, or there is no block.
+    The file, ".h5" or ".hdf5", is there once the last block was taken; `io.results.load` reads it.
     """
     if Path(path).suffix.lower() not in _HDF5:
         raise RecordError(f"{path}: blocks are appended to HDF5 only; give a name that ends in {' or '.join(_HDF5)}")

@@ -38,13 +38,7 @@ class ChannelHeader:
 
 @dataclass(frozen=True, eq=False)
 class Channel:
-    """One measured time function in SI units.
-
-    Raises
-    ------
-    RecordError
-        For a value that no channel can have; the message names the channel.
-    """
+    """One measured time function in SI units; a RecordError names the channel that no channel can be."""
 
     name: str
     """label in the file"""

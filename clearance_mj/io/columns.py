@@ -61,17 +61,7 @@ class Column:
     """SI units in one of the column's"""
 
     def channel(self, value: np.ndarray, fs: float, start: float) -> Channel:
-        """Return the column as a channel.
-
-        Parameters
-        ----------
-        value : ndarray, shape (n_t,)
-            Its numbers, in its own unit.
-        fs : float
-            Samples per second.
-        start : float
-            s, time of the first sample.
-        """
+        """The column as a channel, from its numbers (n_t,) in its own unit; ``fs`` in Hz, ``start`` in s."""
         node, direction = self.dof.split(":")
         return Channel(self.name, int(node), direction, self.quantity, value * self.scale, fs, start)
 

@@ -30,31 +30,12 @@ Row = tuple[int, list[str]]
 
 
 def read_csv(path: str | PathLike[str], columns: Mapping[str, str] | None = None, fs: float | None = None) -> Contents:
-    """Read the time records or the FRFs of a CSV file.
+    """Read the time records or the FRFs (of a file with a column of frequency) of a CSV file.
 
-    Separated by commas, semicolons or tabs, with decimal points; lines before the header that begin with "#" are
-    passed over. A file that ends in .gz may be compressed.
-
-    Parameters
-    ----------
-    path : str or Path
-        The file.
-    columns : mapping of str to str, optional
-        Channel and, if it is not SI, unit of a column, by its header: ``{"Accel 1": "acc:1 [g]", "Temp": "skip"}``.
-        Columns that are not in it are named after their channel.
-    fs : float, optional
-        Samples per second of a file without a column of time.
-
-    Returns
-    -------
-    list of Channel or FRF
-        An FRF of a file with a column of frequency.
-
-    Raises
-    ------
-    RecordError
-        Naming file, line and column, if the file cannot be read, a header or unit is unknown, a number is missing or
-        not finite, or the time steps are uneven.
+    Separated by commas, semicolons or tabs, with decimal points; lines before the header that begin with "#" are passed
+    over. A file that ends in .gz may be compressed. ``columns`` gives channel and, if it is not SI, unit of a column by
+    its header: ``{"Accel 1": "acc:1 [g]", "Temp": "skip"}``; others are named after their channel. ``fs`` (Hz) is of a
+    file without time.
     """
     lines = read_lines(path)
     with naming(path):
@@ -62,20 +43,7 @@ def read_csv(path: str | PathLike[str], columns: Mapping[str, str] | None = None
 
 
 def write_csv(path: str | PathLike[str], obj: Contents) -> None:
-    """Write time records or FRFs as CSV, every digit of every number.
-
-    Parameters
-    ----------
-    path : str or Path
-        The file; an existing one is replaced once the new one is whole.
-    obj : sequence of Channel or FRF
-        Channels of one rate, length and start.
-
-    Raises
-    ------
-    RecordError
-        If the channels do not fit into one table, or a number is not finite.
-    """
+    """Write time records of one rate, length and start, or FRFs, as CSV, every digit of every number."""
     with naming(f"{path}: cannot be written"):
         headers, numbers = table_of_frf(obj) if isinstance(obj, FRF) else _with_time(obj)
     with replacing(path) as temporary, temporary.open("w", encoding="utf-8") as file:

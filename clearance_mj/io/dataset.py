@@ -195,13 +195,7 @@ class Record:
 
 
 def bushing_nodes(rig: Rig) -> list[int | None]:
-    """Node of the sensor that sits in each bushing, None where none does.
-
-    Parameters
-    ----------
-    rig : Rig
-        The rig.
-    """
+    """Node of the sensor that sits in each bushing, None where none does."""
     nodes = []
     for bushing in rig.bushings:
         nearest = min(rig.sensors, key=lambda s: abs(s.position - bushing.position))

@@ -100,28 +100,7 @@ def _words(obj: object) -> str:
 def read_channels(
     path: str | PathLike[str], columns: Columns | None = None, fs: float | None = None, rig: Rig | None = None
 ) -> list[Channel]:
-    """Read a file of time records.
-
-    Parameters
-    ----------
-    path : str or Path
-        The file.
-    columns : mapping of str to str, optional
-        As `read` takes it.
-    fs : float, optional
-        As `read` takes it.
-    rig : Rig, optional
-        Says at which nodes the displacements of a simulated response are.
-
-    Returns
-    -------
-    list of Channel
-
-    Raises
-    ------
-    RecordError
-        As `read`, and if the file holds something else.
-    """
+    """Read a file of time records; ``rig`` says at which nodes the displacements of a simulated response are."""
     obj = read(path, columns, fs)
     if isinstance(obj, Response):
         return to_channels(obj, rig)
@@ -138,31 +117,9 @@ def read_record(
     fs: float | None = None,
     **described: Any,
 ) -> Record:
-    """Read a file with the time records of one test on a rig.
+    """Read a file with the time records of one test on a rig, which is named after the file.
 
-    Parameters
-    ----------
-    path : str or Path
-        The file; the record is named after it.
-    rig : Rig
-        The rig; its shaker says what drove it.
-    role : {"identify", "validate"}
-        Whether it is identified from.
-    columns : mapping of str to str, optional
-        As `read` takes it.
-    fs : float, optional
-        As `read` takes it.
-    **described
-        Further fields of `Record`: description, level, seed, band.
-
-    Returns
-    -------
-    Record
-
-    Raises
-    ------
-    RecordError
-        As `read_channels`, and if the channels do not fit the rig.
+    ``columns`` and ``fs`` as `read` takes them; ``described``: description, level, seed, band of `Record`.
     """
     path = Path(path)
     channels = read_channels(path, columns, fs, rig)
@@ -238,17 +195,6 @@ def to_channels(response: Response, rig: Rig | None = None) -> list[Channel]:
     """Channels of a response: excitation, accelerations and, with a rig, displacements at the bushings' sensors.
 
     Contact and grease forces are not among them: nothing measures them.
-
-    Parameters
-    ----------
-    response : Response
-        The time histories.
-    rig : Rig, optional
-        Says at which nodes the displacements are; without it they are left out.
-
-    Returns
-    -------
-    list of Channel
     """
     quantity = {"base": "acceleration", "force": "force"}[response.kind]
     columns = [("excitation", response.reference, quantity, response.excitation)]

@@ -45,22 +45,7 @@ class LvmSegment:
 
 
 def read_lvm(path: str | PathLike[str]) -> list[LvmSegment]:
-    """Read a LabVIEW measurement file, plain or compressed by gzip.
-
-    Parameters
-    ----------
-    path : str or Path
-        The file. Its numbers keep the units of the file (often g, lb or dB).
-
-    Returns
-    -------
-    list of LvmSegment
-
-    Raises
-    ------
-    RecordError
-        Naming file and line, where it is not such a file or a line does not hold the announced numbers.
-    """
+    """Read a LabVIEW measurement file, plain or compressed by gzip; numbers keep their units (often g, lb, dB)."""
     lines = _Lines(read_lines(path))
     try:
         return _segments(lines)
@@ -87,22 +72,8 @@ def _segments(lines: _Lines) -> list[LvmSegment]:
 def read_lvm_channels(path: str | PathLike[str], columns: Mapping[str, str] | None = None) -> list[Channel]:
     """Read the time records of a LabVIEW measurement file of one segment.
 
-    Parameters
-    ----------
-    path : str or Path
-        The file.
-    columns : mapping of str to str, optional
-        Channel of a column by its title: ``{"Acceleration": "acc:1", "Comment": "skip"}``. Units are those that the
-        file says of its channels, unless the map gives another.
-
-    Returns
-    -------
-    list of Channel
-
-    Raises
-    ------
-    RecordError
-        As `read_lvm`; also if there are several segments, or a title or unit is unknown.
+    ``columns`` gives the channel of a column by its title: ``{"Acceleration": "acc:1", "Comment": "skip"}``; units are
+    those that the file says, unless the map gives another.
     """
     segments = read_lvm(path)
     with naming(path):

@@ -34,28 +34,11 @@ _NAMED = ("data", "frf", "coherence")
 
 
 def read_mat(path: str | PathLike[str], columns: Mapping[str, str] | None = None, fs: float | None = None) -> Contents:
-    """Read the time records or the FRFs of a MATLAB file.
+    """Read the time records or the FRFs (of a file with frequencies) of a MATLAB file, saved as version 5 to 7.
 
-    Parameters
-    ----------
-    path : str or Path
-        The file, saved as version 5 to 7.
-    columns : mapping of str to str, optional
-        Channel and, if it is not SI, unit of a variable: ``{"a": "acc:1 [g]", "data:3": "base", "T": "skip"}``.
-        Variables that are not in it are named after their channel. Text, structures and scalars are passed over.
-    fs : float, optional
-        Samples per second of a file without the variable ``time`` or ``fs``.
-
-    Returns
-    -------
-    list of Channel or FRF
-        An FRF of a file with frequencies; a mapping from references if there are several.
-
-    Raises
-    ------
-    RecordError
-        Naming file and variable, if the file cannot be read (among them version 7.3), a variable or unit is unknown,
-        lengths differ, a number is not finite, or the time steps are uneven.
+    ``columns`` gives channel and, if it is not SI, unit of a variable: ``{"a": "acc:1 [g]", "data:3": "base", "T":
+    "skip"}``; others are named after their channel. Text, structures and scalars are passed over. ``fs`` (Hz) is of a
+    file without the variable ``time`` or ``fs``.
     """
     variables = _load(path)
     with naming(path):
@@ -65,18 +48,8 @@ def read_mat(path: str | PathLike[str], columns: Mapping[str, str] | None = None
 def write_mat(path: str | PathLike[str], obj: Contents) -> None:
     """Write time records or FRFs as a MATLAB file of version 5, in SI units.
 
-    Parameters
-    ----------
-    path : str or Path
-        The file; an existing one is replaced once the new one is whole.
-    obj : sequence of Channel or FRF
-        Channels of one rate, length and start: ``data`` (n_t, n), ``time``, ``fs``. An FRF: ``frf``
-        (n_f, n) complex, ``coherence``, ``frequency`` in Hz. ``columns`` names the columns of either.
-
-    Raises
-    ------
-    RecordError
-        If the channels or the FRFs do not fit into one table.
+    Channels of one rate, length and start: ``data`` (n_t, n), ``time``, ``fs``. An FRF: ``frf`` (n_f, n) complex,
+    ``coherence``, ``frequency`` in Hz. ``columns`` names the columns of either.
     """
     with naming(f"{path}: cannot be written"):
         variables = _frf_variables(obj) if isinstance(obj, FRF) else _record_variables(obj)

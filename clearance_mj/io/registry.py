@@ -83,18 +83,7 @@ def register(new: Format) -> Format:
 
 
 def format_of(path: str | PathLike[str]) -> Format:
-    """How a file is read and written.
-
-    Parameters
-    ----------
-    path : str or Path
-        Its suffix decides; .gz is passed over.
-
-    Raises
-    ------
-    RecordError
-        If the suffix is unknown, or that of a plain time series, which knows neither units nor channels.
-    """
+    """How a file is read and written, by its suffix; .gz is passed over."""
     path = Path(path)
     suffix = Path(path.stem if path.suffix.lower() == ".gz" else path.name).suffix.lower()
     if suffix in _PLAIN:

@@ -110,20 +110,7 @@ _FROM_DATASET: dict[Any, Callable[[xr.Dataset], FRF | Response | Modes | list[Ch
 
 
 def save(path: str | PathLike[str], obj: FRF | Response | Modes | list[Channel]) -> None:
-    """Write FRFs, a response or time records as NetCDF; an existing file is replaced once the new one is whole.
-
-    Parameters
-    ----------
-    path : str or Path
-        The file, usually ".nc"; ".h5" and ".hdf5" are HDF5.
-    obj : FRF, Response, Modes or list of Channel
-        What to write.
-
-    Raises
-    ------
-    RecordError
-        If ``obj`` is none of these, its provenance is not plain data, or HDF5 needs a package that is not there.
-    """
+    """Write FRFs, a response, modes or time records as NetCDF, or as HDF5 where the path ends in .h5 or .hdf5."""
     convert = _TO_DATASET.get(type(obj))
     if convert is None:
         raise RecordError(f"{path}: cannot write {type(obj).__name__}; needs an FRF, a Response or a list of channels")
@@ -139,22 +126,7 @@ def save(path: str | PathLike[str], obj: FRF | Response | Modes | list[Channel])
 
 
 def load(path: str | PathLike[str]) -> FRF | Response | Modes | list[Channel]:
-    """Read what `save` wrote.
-
-    Parameters
-    ----------
-    path : str or Path
-        The file; whether it is HDF5 is seen from its first bytes.
-
-    Returns
-    -------
-    FRF, Response, Modes or list of Channel
-
-    Raises
-    ------
-    RecordError
-        If the file is missing, damaged or holds something else, or HDF5 needs a package that is not there.
-    """
+    """Read what `save` wrote; whether it is HDF5 is seen from the first bytes."""
     path = Path(path)
     if not path.is_file():
         raise RecordError(f"{path}: cannot be read; there is no such file")

@@ -9,7 +9,7 @@ import pytest
 import clearance_mj as cm
 from clearance_mj.cache import ResultCache
 from clearance_mj.cli import main
-from clearance_mj.cli.plugin import load_plugin
+from clearance_mj.cli.options import load_plugin
 from clearance_mj.identify import METHODS, get_method
 from clearance_mj.study import Study
 

@@ -29,26 +29,8 @@ def amplitude_law(dataset: Dataset, progress: str | None = None) -> tuple[Amplit
     """Contact stiffness and damping over the envelope of the motion, k(A) and c(A), from the restoring forces.
 
     The Bouc-Wen grease is fitted inside the gap and subtracted; what is left is regressed on the gap function and its
-    rate, each spread over the amplitudes as the law will interpolate between them, all records at once.
-
-    Parameters
-    ----------
-    dataset : Dataset
-        Only its rig and its records with role "identify" are used.
-    progress : str, optional
-        Show a progress bar with this name.
-
-    Returns
-    -------
-    AmplitudeLaw
-        With the grease. A bushing that is never touched takes the others' mean.
-    GreaseFit
-        The grease with its uncertainty.
-
-    Raises
-    ------
-    RecordError
-        If nothing is to identify from, a record cannot be used, or there is no contact, or hardly anything else.
+    rate, each spread over the amplitudes as the law will interpolate between them, all records at once. A bushing that
+    is never touched takes the others' mean. Also returns the grease with its uncertainty.
     """
     forces = restoring_forces(dataset, progress)
     require_contact(forces)

@@ -33,20 +33,7 @@ def _law(rig: Rig, k: float, c: float, grease_k: float, grease_c: float) -> Cons
     make=_law,
 )
 def fit_constant(dataset: Dataset, progress: str | None = None) -> Fit:
-    """Fit the best constants: contact stiffness and damping and a linear grease, the same at every bushing.
-
-    Parameters
-    ----------
-    dataset : Dataset
-        Only its rig and its records with role "identify" are used.
-    progress : str, optional
-        Show a progress bar with this name.
-
-    Raises
-    ------
-    RecordError
-        If there is no such record, or none is long enough.
-    """
+    """Fit the best constants: contact stiffness and damping and a linear grease, the same at every bushing."""
     found, first = evidence(dataset.to_identify()), dataset.rig.bushings[0]
     parameters = [
         Parameter("contact stiffness", "N/m", first.contact.stiffness, 1e2, 1e7),

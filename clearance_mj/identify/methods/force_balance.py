@@ -18,22 +18,7 @@ __all__ = ["force_balance_law"]
 def force_balance_law(dataset: Dataset, progress: str | None = None) -> ConstantLaw:
     """Constant contact stiffness and damping: the weighted means of `contact_parameters` over the records.
 
-    Parameters
-    ----------
-    dataset : Dataset
-        Only its rig and its records with role "identify" are used.
-    progress : str, optional
-        Show a progress bar with this name.
-
-    Returns
-    -------
-    ConstantLaw
-        With the grease. A bushing that is never touched takes the others' mean.
-
-    Raises
-    ------
-    RecordError
-        As `amplitude_law`.
+    A bushing that is never touched takes the others' mean.
     """
     forces = restoring_forces(dataset, progress)
     require_contact(forces)

@@ -62,18 +62,6 @@ def fit_output_error(dataset: Dataset, progress: str | None = None) -> Fit:
     part in which no probe has moved by its gap, from the restoring forces where there are probes, then grease and
     contact together to everything, from several starts. Then every bushing has its own parameters, which stay near the
     common ones where the records do not distinguish them.
-
-    Parameters
-    ----------
-    dataset : Dataset
-        Only its rig and its records with role "identify" are used.
-    progress : str, optional
-        Show a progress bar with this name.
-
-    Raises
-    ------
-    RecordError
-        If there is no such record, or none is long enough.
     """
     rig, found = dataset.rig, evidence(dataset.to_identify())
     parameters, make = _parameters(rig), partial(_law, rig)

@@ -39,30 +39,9 @@ def ridge_law(
     at A: det(I + k √N R(ω) √N) = 0, R the receptance between the bushings. The damping is what the decay leaves after
     the shaft's and the grease's, shared out by N_j and the mode's shape.
 
-    The law is a schedule over the time of the longest record to identify. It cannot predict another record, whose
-    motion is another one at the same time; beyond the record its last values hold.
-
-    Parameters
-    ----------
-    dataset : Dataset
-        Only its rig and its longest record with role "identify" are used.
-    correction : {"adiabatic", "none"}
-        Decay 2ζω = -2A'/A - ω'/ω, for a frequency that varies, or -2A'/A (Eq. 12).
-    damping : {"viscous", "as-printed"}
-        c = 2mωζ, or the real part of Eq. 17 as printed, twice of it.
-    progress : str, optional
-        Show a progress bar with this name.
-
-    Returns
-    -------
-    TimeLaw
-        With the rig's own grease. Where the ridge shows no contact, values are interpolated; negative ones are zero.
-
-    Raises
-    ------
-    RecordError
-        If nothing is to identify from, a channel cannot be used, an option is unknown, or a ridge nowhere reaches past
-        the gap.
+    Correction and damping are those of `clearance_mj.identify.sdof`. The law is a schedule over the time of the longest
+    record to identify: it cannot predict another record, whose motion is another one at the same time. Where the ridge
+    shows no contact, values are interpolated; negative ones are zero; beyond the record its last values hold.
     """
     check_options(correction, damping)
     record = max(dataset.to_identify(), key=lambda r: r.duration)

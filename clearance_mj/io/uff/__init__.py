@@ -77,44 +77,14 @@ def read_uff(path: str | PathLike[str], reference: str | None = None) -> list[Ch
 
 
 def read_geometry(path: str | PathLike[str]) -> Geometry:
-    """Read the nodes and trace lines of a universal file (data sets 15 and 82).
-
-    Parameters
-    ----------
-    path : str or Path
-        The file; whatever else it holds is passed over.
-
-    Returns
-    -------
-    Geometry
-
-    Raises
-    ------
-    RecordError
-        If the file is missing or damaged, or holds no nodes.
-    """
+    """Read the nodes and trace lines of a universal file (data sets 15 and 82)."""
     data = _contents(path)
     with naming(path):
         return read_geometry_blocks([block for block in scan(data)[1] if block.kind in (15, 82)])
 
 
 def scan_uff(path: str | PathLike[str]) -> list[ChannelHeader]:
-    """Check the structure of a universal file of time functions and return their headers; samples stay unread.
-
-    Parameters
-    ----------
-    path : str or Path
-        As for `read_uff`.
-
-    Returns
-    -------
-    list of ChannelHeader
-
-    Raises
-    ------
-    RecordError
-        As `read_uff`, except for samples that are not finite; also if the file holds FRFs.
-    """
+    """Check the structure of a universal file of time functions and return their headers; samples stay unread."""
     data = _contents(path)
     with naming(path):
         functions = measured(scan(data)[0])
