@@ -12,12 +12,13 @@ from pathlib import Path
 from typing import Any, Literal
 
 from ..clearance.law import Law
+from ..clearance.law_files import load_law
 from ..errors import RecordError
 from ..rig import Rig
 from ..signals.ema import Modes
 from ..signals.frf import FRF
 from ..signals.response import Response
-from . import csv_tables, lvm, mat, models, results, uff
+from . import csv_tables, lvm, mat, results, uff
 from ._checks import naming
 from .channels import Channel
 from .dataset import Dataset, Record, bushing_nodes
@@ -37,7 +38,7 @@ __all__ = [
     "write",
 ]
 
-BUILT_IN = (uff, csv_tables, mat, lvm, results, models)
+BUILT_IN = (uff, csv_tables, mat, lvm, results)
 """Modules of the package that register formats"""
 OPTIONS = {"columns": "names of columns are", "fs": "a sampling rate is"}
 Contents = list[Channel] | Response | FRF | Modes | Rig | Law | Dataset
@@ -208,3 +209,7 @@ def to_channels(response: Response, rig: Rig | None = None) -> list[Channel]:
         Channel(name, int(dof.split(":")[0]), dof.split(":")[1], quantity, value, response.fs)
         for name, dof, quantity, value in columns
     ]
+
+
+register(Format("TOML", (".toml",), (Rig,), Rig.load, lambda path, rig: rig.save(path), note="a rig"))
+register(Format("JSON", (".json",), (Law,), load_law, lambda path, law: law.save(path), note="a law"))

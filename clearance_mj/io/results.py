@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import importlib.util
 import io
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -29,7 +29,7 @@ from .registry import Format, register
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["load", "save"]
+__all__ = ["load", "save", "saving"]
 
 _HDF5 = (".h5", ".hdf5")
 _HDF5_MAGIC = b"\x89HDF"
@@ -143,6 +143,36 @@ def load(path: str | PathLike[str]) -> FRF | Response | Modes | list[Channel]:
     except Exception as error:  # xarray and its engines raise whatever a damaged header leads to
         reason = " ".join(str(error).split()) or type(error).__name__
         raise RecordError(f"{path}: not a whole NetCDF file of results: {reason}") from None
+
+
+def saving(path: str | PathLike[str], blocks: Iterable[Response]) -> Iterator[Response]:
+    """Write blocks to an HDF5 file as they pass: ``estimate_frf_blocks(saving("run.h5", simulate_blocks(...)))``.
+
+    The file, ".h5" or ".hdf5", is there once the last block was taken; `io.results.load` reads it.
+    """
+    if Path(path).suffix.lower() not in _HDF5:
+        raise RecordError(f"{path}: blocks are appended to HDF5 only; give a name that ends in {' or '.join(_HDF5)}")
+    _require_hdf5()
+    import h5py
+
+    blocks = iter(blocks)
+    first = next(blocks, None)
+    if first is None:
+        raise RecordError(f"{path}: there is no block to write")
+    with replacing(path) as temporary:
+        written, done = first.to_xarray(), first.excitation.size
+        written.to_netcdf(temporary, engine="h5netcdf", unlimited_dims=["time"])
+        yield first
+        with h5py.File(temporary, "a") as file:
+            names = [str(name) for name, variable in written.variables.items() if "time" in variable.dims]
+            for block in blocks:
+                size = block.excitation.size
+                for name in names:
+                    value = (done + np.arange(size)) / block.fs if name == "time" else getattr(block, name)
+                    file[name].resize(done + size, axis=value.ndim - 1)
+                    file[name][..., done:] = value
+                done += size
+                yield block
 
 
 def _dataset(path: Path) -> xr.Dataset:

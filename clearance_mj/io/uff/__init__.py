@@ -24,10 +24,9 @@ from ._dataset_55 import mode_sets, read_modes
 from ._dataset_58 import TIME_FUNCTION
 from ._dataset_164 import UNIT_SET
 from ._fields import text_set
-from ._frfs import frf_blocks, read_frfs
+from ._functions import channel_block, frf_blocks, read_channel, read_channel_header, read_frfs
 from ._geometry import Geometry, geometry_sets, read_geometry_blocks, rig_geometry
 from ._scan import measured, scan
-from ._time_functions import channel_block, read_channel, read_channel_header
 
 __all__ = [
     "DIRECTIONS",

@@ -91,10 +91,7 @@ def mode_sets(modes: Modes) -> Iterator[str]:
         lines = [f"{'NONE':<80}"] * 3
         lines += [f"{f'Mode {number}':<80}", f"{f'{frequency:.6g} Hz, damping {damping:.6g}':<80}"]
         # structural model, complex eigenvalue, vector of three translations, displacement, complex, 3 values per node
-        lines += [
-            "".join(f"{i:10d}" for i in (1, COMPLEX[0], 2, 8, COMPLEX_DATA, 3)),
-            f"{2:10d}{6:10d}{0:10d}{number:10d}",
-        ]
+        lines += [_integers(1, COMPLEX[0], 2, 8, COMPLEX_DATA, 3), _integers(2, 6, 0, number)]
         lines.append(_reals((-damping * omega, omega * np.sqrt(1 - damping**2), 0, 0, 0, 0)))
         for node, values in shape.items():
             lines += [f"{node:10d}", _reals(values.view(float))]
