@@ -52,6 +52,16 @@ def small_dataset(rig, tmp_path_factory) -> Path:
     return folder
 
 
+def dense(band: np.ndarray) -> np.ndarray:
+    """(n, n) full symmetric matrix of (4, n) lower bands."""
+    n = band.shape[1]
+    full = np.zeros((n, n))
+    for k, diagonal in enumerate(band):
+        rows = np.arange(n - k)
+        full[rows + k, rows] = full[rows, rows + k] = diagonal[: n - k]
+    return full
+
+
 @pytest.fixture
 def rng():
     return np.random.default_rng(20261120)

@@ -14,9 +14,9 @@ from clearance_mj.errors import RecordError, RigError
 from clearance_mj.io.uff import write_uff
 from clearance_mj.rig import Beam, PointMass, Rig, Sensor
 from clearance_mj.signals.frf import FRF
-from clearance_mj.testrig._fem import FiniteElements, dense
+from clearance_mj.testrig._fem import FiniteElements
 
-from .conftest import ROOT
+from .conftest import ROOT, dense
 
 RIG = str(ROOT / "models" / "table1_rig.toml")
 TABLE1 = ROOT / "data" / "article" / "table1_natural_frequency.csv"

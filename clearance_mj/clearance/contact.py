@@ -16,11 +16,9 @@ from ._pointers import CONTACT_ENERGY, CONTACT_LAW, address
 
 __all__ = ["CONTACTS", "SLOWEST_IMPACT", "ContactModel", "Numbers", "register"]
 
-SLOWEST_IMPACT = 1e-6
-"""m/s; a contact that begins more slowly is damped as if it began at this speed"""
+SLOWEST_IMPACT = 1e-6  # m/s; a contact that begins more slowly is damped as if it began at this speed
 
-Numbers = MutableSequence[float]
-"""What compiled functions get: numbers by index"""
+Numbers = MutableSequence[float]  # what compiled functions get: numbers by index
 
 
 CONTACTS: dict[str, type[ContactModel]] = {}

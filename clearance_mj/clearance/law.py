@@ -28,10 +28,8 @@ from .grease import GreaseModel
 __all__ = ["AmplitudeLaw", "ConstantLaw", "ContactLaw", "Law", "LawTable", "TimeLaw"]
 
 AnyGrease = Grease | GreaseModel
-Values: TypeAlias = np.ndarray | Any
-"""Given as whatever numpy makes an array of, kept as a read-only array"""
-Greases: TypeAlias = tuple[AnyGrease, ...] | Any
-"""Given as one or several, kept as a tuple or None"""
+Values: TypeAlias = np.ndarray | Any  # given as whatever numpy makes an array of, kept as a read-only array
+Greases: TypeAlias = tuple[AnyGrease, ...] | Any  # given as one or several, kept as a tuple or None
 
 
 class LawTable(NamedTuple):
@@ -118,14 +116,12 @@ class _KelvinVoigtLaw(Law):
 
     k: Values
     c: Values
-
-    def _over(self) -> tuple[bool, np.ndarray, float]:
-        """By amplitude, abscissa, release."""
-        return False, np.zeros(1), 0.0
+    _abscissa: ClassVar[str] = ""  # name of the field
 
     def table(self, n_bushings: int) -> LawTable:
-        by_amplitude, abscissa, release = self._over()
+        abscissa = getattr(self, self._abscissa) if self._abscissa else np.zeros(1)
         rows = np.stack((np.atleast_2d(self.k), np.atleast_2d(self.c)), axis=-1)
+        by_amplitude, release = self._abscissa == "amplitude", getattr(self, "release", 0.0)
         return _table(by_amplitude, abscissa, rows, release, [KelvinVoigt(1.0)], n_bushings)
 
     def largest(self, gaps: Sequence[float]) -> tuple[np.ndarray, np.ndarray]:
@@ -184,6 +180,7 @@ class TimeLaw(_KelvinVoigtLaw):
     """
 
     kind: ClassVar[str] = "time"
+    _abscissa: ClassVar[str] = "t"
     t: Values
     k: Values
     c: Values
@@ -192,9 +189,6 @@ class TimeLaw(_KelvinVoigtLaw):
     def __post_init__(self) -> None:
         t, k, c = _schedule(self.t, self.k, self.c, "t")
         self._set(t=t, k=k, c=c, grease=_greases(self.grease))
-
-    def _over(self) -> tuple[bool, np.ndarray, float]:
-        return False, self.t, 0.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -221,6 +215,7 @@ class AmplitudeLaw(_KelvinVoigtLaw):
     """
 
     kind: ClassVar[str] = "amplitude"
+    _abscissa: ClassVar[str] = "amplitude"
     amplitude: Values
     k: Values
     c: Values
@@ -232,9 +227,6 @@ class AmplitudeLaw(_KelvinVoigtLaw):
         if not isinstance(self.release, int | float) or not 0 < self.release < np.inf:
             raise LawError(f"release must be a time > 0 s, got {self.release!r}")
         self._set(amplitude=amplitude, k=k, c=c, release=float(self.release), grease=_greases(self.grease))
-
-    def _over(self) -> tuple[bool, np.ndarray, float]:
-        return True, self.amplitude, self.release
 
 
 @dataclass(frozen=True, eq=False)
@@ -257,7 +249,7 @@ class ContactLaw(Law):
         self._set(contact=_several(self.contact, (ContactModel,), "contact"), grease=_greases(self.grease))
 
     def table(self, n_bushings: int) -> LawTable:
-        """Return the models' parameters as a table of one row."""
+        """Return the models' parameters in one row."""
         numbers = [model.parameters() for model in self.contact]
         rows = np.zeros((1, len(numbers), max(map(len, numbers))))
         for j, own in enumerate(numbers):

@@ -35,15 +35,13 @@ def load_law(path: str | Path) -> Law:
     """
     path = Path(path)
     try:
-        data = json.loads(path.read_text(encoding="utf-8"))
+        return law_from_dict(json.loads(path.read_text(encoding="utf-8")))
+    except LawError as error:
+        raise LawError(f"{path}: {error}") from None
     except OSError as error:
         raise LawError(f"{path}: cannot be read ({error.strerror})") from None
     except (ValueError, RecursionError) as error:
         raise LawError(f"{path}: not a law file (JSON): {error}") from None
-    try:
-        return law_from_dict(data)
-    except LawError as error:
-        raise LawError(f"{path}: {error}") from None
 
 
 def law_from_dict(data: dict[str, Any]) -> Law:
@@ -93,8 +91,7 @@ def law_schema() -> dict[str, Any]:
         properties = {"kind": {"const": name}} | {f.name: parts.get(f.name, table) for f in fields}
         required = ["kind", *(f.name for f in fields if f.default is dataclasses.MISSING)]
         kinds.append({"type": "object", "properties": properties, "required": required, "additionalProperties": False})
-    head = {"$schema": "https://json-schema.org/draft/2020-12/schema", "title": "clearance_mj law"}
-    return head | {"oneOf": kinds}
+    return {"$schema": "https://json-schema.org/draft/2020-12/schema", "title": "clearance_mj law", "oneOf": kinds}
 
 
 def _model_schema(name: str | None, model: type) -> dict[str, Any]:

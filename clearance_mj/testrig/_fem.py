@@ -78,16 +78,6 @@ class FiniteElements:
         return Points(np.maximum(start, 0), weight)
 
 
-def dense(band: np.ndarray) -> np.ndarray:
-    """(n, n) full symmetric matrix of (4, n) lower bands."""
-    n = band.shape[1]
-    full = np.zeros((n, n))
-    for k, diagonal in enumerate(band):
-        rows = np.arange(n - k)
-        full[rows + k, rows] = full[rows, rows + k] = diagonal[: n - k]
-    return full
-
-
 def _shape(x: float, length: float, elements: int) -> tuple[int, np.ndarray]:
     """First degree of freedom (clamp counted) and the four cubic Hermite shape functions at ``x``."""
     h = length / elements

@@ -123,17 +123,9 @@ def step(scheme: Scheme, motion: Motion, contacts: Contacts, greases: Greases, e
 
 @numba.njit(cache=True, nogil=True)
 def march(
-    scheme: Scheme,
-    motion: Motion,
-    contacts: Contacts,
-    greases: Greases,
-    excitation: np.ndarray,
-    follows: float,
-    start: np.ndarray,
-    weight: np.ndarray,
-    out: np.ndarray,
-    touching: np.ndarray,
-) -> int:
+    scheme: Scheme, motion: Motion, contacts: Contacts, greases: Greases, excitation: np.ndarray, follows: float,
+    start: np.ndarray, weight: np.ndarray, out: np.ndarray, touching: np.ndarray,
+) -> int:  # fmt: skip
     """Advance over a block of excitation (n_steps,) and return the number of steps done.
 
     It is less than n_steps if Newton's method failed in the next. ``follows`` is 1 if sensors move with the base, whose

@@ -66,27 +66,20 @@ def simulate_rig(rig: Rig, truth: Truth | Sequence[Truth], excitation: Excitatio
     outputs, touching = _march(rig, truths, scheme, motion, elements, excitation, seed)
     bushings, sensors = len(rig.bushings), len(rig.sensors)
     acceleration, displacement, contact, grease = np.split(outputs.T, sensors + bushings * np.arange(3))
+    provenance = {
+        "source": "synthetic: virtual test rig",
+        "rig": rig.to_dict(),
+        "truth": [dataclasses.asdict(t) for t in truths],
+        "excitation": dict(excitation.description),
+        "seed": seed,
+        "version": __version__,
+        "contact_fraction": (touching / (excitation.value.size * FACTOR)).tolist(),
+    }
     return Response(
-        fs=excitation.fs,
-        excitation=excitation.value,
-        acceleration=acceleration,
-        displacement=displacement,
-        contact_force=contact,
-        grease_force=grease,
-        kind=excitation.kind,
-        band=excitation.band,
-        responses=tuple(rig.sensor_labels),
-        reference="100:+Z" if excitation.kind == "base" else "200:+Z",
-        provenance={
-            "source": "synthetic: virtual test rig",
-            "rig": rig.to_dict(),
-            "truth": [dataclasses.asdict(t) for t in truths],
-            "excitation": dict(excitation.description),
-            "seed": seed,
-            "version": __version__,
-            "contact_fraction": (touching / (excitation.value.size * FACTOR)).tolist(),
-        },
-    )
+        excitation.fs, excitation.value, acceleration, displacement=displacement, contact_force=contact,
+        grease_force=grease, kind=excitation.kind, band=excitation.band, responses=tuple(rig.sensor_labels),
+        reference="100:+Z" if excitation.kind == "base" else "200:+Z", provenance=provenance,
+    )  # fmt: skip
 
 
 def _load(rig: Rig, elements: FiniteElements, kind: str) -> np.ndarray:
@@ -98,14 +91,9 @@ def _load(rig: Rig, elements: FiniteElements, kind: str) -> np.ndarray:
 
 
 def _march(
-    rig: Rig,
-    truths: Sequence[Truth],
-    scheme: integrator.Scheme,
-    motion: integrator.Motion,
-    elements: FiniteElements,
-    excitation: Excitation,
-    seed: int,
-) -> tuple[np.ndarray, np.ndarray]:
+    rig: Rig, truths: Sequence[Truth], scheme: integrator.Scheme, motion: integrator.Motion, elements: FiniteElements,
+    excitation: Excitation, seed: int,
+) -> tuple[np.ndarray, np.ndarray]:  # fmt: skip
     """Run the integrator block by block; return the filtered outputs and the counts of touching steps."""
     bushings, n = len(rig.bushings), excitation.value.size
     contacts, grease = _contacts(rig, truths), greases(truths)

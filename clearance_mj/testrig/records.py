@@ -106,23 +106,16 @@ def _acquire(rig: Rig, response: Response, seed: int) -> list[Channel]:
 def take(plan: Plan, rig: Rig, truth: Truth | Sequence[Truth], command: str = COMMAND) -> Record:
     """Shake a virtual rig as planned and measure it; the command goes into the record's provenance."""
     response = simulate_rig(rig, truth, plan.excitation, plan.seed)
+    provenance = {
+        "source": "synthetic: virtual test rig, not measured",
+        "command": command,
+        "noise": f"white, {NOISE:.0%} RMS of each channel",
+        "converter": f"{BITS} bit, range of each channel in its name",
+    }
     return Record(
-        name=plan.name,
-        role=plan.role,
-        rig=rig,
-        fs=plan.excitation.fs,
-        channels=_acquire(rig, response, plan.seed),
-        description=plan.description,
-        level=plan.level,
-        seed=plan.seed,
-        band=plan.excitation.band,
-        provenance={
-            "source": "synthetic: virtual test rig, not measured",
-            "command": command,
-            "noise": f"white, {NOISE:.0%} RMS of each channel",
-            "converter": f"{BITS} bit, range of each channel in its name",
-        },
-    )
+        plan.name, plan.role, rig, plan.excitation.fs, _acquire(rig, response, plan.seed), level=plan.level,
+        description=plan.description, seed=plan.seed, band=plan.excitation.band, provenance=provenance,
+    )  # fmt: skip
 
 
 def generate(path: str | Path, name: str = "table1") -> None:

@@ -119,14 +119,9 @@ class VirtualRig:
 
 
 def _rig(
-    name: str,
-    description: str,
-    length: float,
-    diameter: float,
-    tip_mass: float,
-    bushings: tuple[Bushing, Bushing],
+    name: str, description: str, length: float, diameter: float, tip_mass: float, bushings: tuple[Bushing, Bushing],
     sensors: tuple[float, ...],
-) -> Rig:
+) -> Rig:  # fmt: skip
     beam = Beam(length, young_modulus=210e9, density=7850.0, diameter=diameter, rayleigh=(0.5, 1e-5))
     positions = [*sensors, *(b.position for b in bushings), length]
     accelerometers = tuple(Sensor(node, x) for node, x in enumerate(positions, 1))
@@ -146,14 +141,7 @@ def _iwan() -> VirtualRig:
     grease, contact = Grease(4600.0, 4.0), Contact(2.1e4, 6.0)
     bushings = (Bushing(0.42, 2e-4, 0.01, grease, contact), Bushing(0.71, 2e-4, 0.01, grease, contact))
     rig = _rig("iwan", "Short shaft, Iwan grease", 0.9, 0.008, 0.25, bushings, (0.12, 0.25, 0.34, 0.56, 0.82))
-    truth = Truth(
-        contact_stiffness=1e6,
-        grease_stiffness=5200.0,
-        elastic_ratio=0.6,
-        hysteresis=Iwan(3e-4),
-        film_damping=3.0,
-        film_height=6e-4,
-    )
+    truth = Truth(1e6, 1.5, 1.5, 5200.0, 0.6, Iwan(3e-4), film_damping=3.0, film_height=6e-4)
     return VirtualRig(rig, (truth, truth))
 
 
@@ -161,14 +149,8 @@ def _lugre() -> VirtualRig:
     grease, contact = Grease(7200.0, 4.0), Contact(2.8e4, 6.0)
     bushings = (Bushing(0.55, 3.5e-4, 0.015, grease, contact), Bushing(0.95, 3.5e-4, 0.015, grease, contact))
     rig = _rig("lugre", "Long shaft, LuGre grease", 1.2, 0.011, 0.6, bushings, (0.18, 0.32, 0.45, 0.75, 1.1))
-    truth = Truth(
-        contact_stiffness=1e6,
-        grease_stiffness=8000.0,
-        elastic_ratio=0.55,
-        hysteresis=LuGre(coulomb=1.2e-4, static=1.8e-4, stribeck_speed=0.02, damping=0.5),
-        film_damping=5.0,
-        film_height=9e-4,
-    )
+    bristles = LuGre(coulomb=1.2e-4, static=1.8e-4, stribeck_speed=0.02, damping=0.5)
+    truth = Truth(1e6, 1.5, 1.5, 8000.0, 0.55, bristles, film_damping=5.0, film_height=9e-4)
     return VirtualRig(rig, (truth, truth))
 
 
@@ -179,22 +161,9 @@ def _mixed() -> VirtualRig:
     )
     words = "Iwan grease in the first bushing, LuGre in the second, unlike gaps and contacts"
     rig = _rig("mixed", words, 1.05, 0.009, 0.4, bushings, (0.16, 0.32, 0.45, 0.72, 0.97))
-    first = Truth(
-        contact_stiffness=5e5,
-        grease_stiffness=4000.0,
-        elastic_ratio=0.7,
-        hysteresis=Iwan(5e-4),
-        film_damping=3.5,
-        film_height=7e-4,
-    )
-    second = Truth(
-        contact_stiffness=1e6,
-        grease_stiffness=5500.0,
-        elastic_ratio=0.5,
-        hysteresis=LuGre(coulomb=1.5e-4, static=2.5e-4, stribeck_speed=0.015, damping=0.3),
-        film_damping=6.0,
-        film_height=1.1e-3,
-    )
+    bristles = LuGre(coulomb=1.5e-4, static=2.5e-4, stribeck_speed=0.015, damping=0.3)
+    first = Truth(5e5, 1.5, 1.5, 4000.0, 0.7, Iwan(5e-4), film_damping=3.5, film_height=7e-4)
+    second = Truth(1e6, 1.5, 1.5, 5500.0, 0.5, bristles, film_damping=6.0, film_height=1.1e-3)
     return VirtualRig(rig, (first, second))
 
 

@@ -12,7 +12,9 @@ from clearance_mj.errors import ExcitationError
 from clearance_mj.signals import excitation
 from clearance_mj.signals.excitation import Excitation
 from clearance_mj.testrig import RIGS, Truth, simulate_rig
-from clearance_mj.testrig._fem import FiniteElements, dense
+from clearance_mj.testrig._fem import FiniteElements
+
+from ..conftest import dense
 
 FS = 2048.0
 

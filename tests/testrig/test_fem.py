@@ -5,7 +5,9 @@ import scipy.optimize
 
 from clearance_mj.errors import RigError
 from clearance_mj.rig import Beam, PointMass
-from clearance_mj.testrig._fem import FiniteElements, dense
+from clearance_mj.testrig._fem import FiniteElements
+
+from ..conftest import dense
 
 BEAM = Beam(length=0.8, young_modulus=70e9, density=2700.0, diameter=0.01)
 

@@ -9,8 +9,10 @@ import scipy.optimize
 from clearance_mj.rig import Beam
 from clearance_mj.testrig import BoucWen, Iwan, LuGre, Truth
 from clearance_mj.testrig import _integrator as integrator
-from clearance_mj.testrig._fem import FiniteElements, Points, dense
+from clearance_mj.testrig._fem import FiniteElements, Points
 from clearance_mj.testrig.bench import greases
+
+from ..conftest import dense
 
 FIRST = Points(np.array([0]), np.array([[1.0, 0.0, 0.0, 0.0]]))
 HYSTERESES = [BoucWen(), Iwan(4e-4), LuGre(2e-4, 3e-4, 0.02, 0.5)]

@@ -12,8 +12,9 @@ from clearance_mj.clearance import ConstantLaw
 from clearance_mj.engines import Links, Modal, ModalMujoco, build_links, simulate
 from clearance_mj.rig import Sensor, Shaker
 from clearance_mj.signals.excitation import Excitation
-from clearance_mj.testrig._fem import FiniteElements, dense
+from clearance_mj.testrig._fem import FiniteElements
 
+from ..conftest import dense
 from .test_beam_fe import RIG
 
 BARE = RIG.replace(masses=(), bushings=())

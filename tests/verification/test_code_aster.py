@@ -8,8 +8,10 @@ import numpy as np
 
 from clearance_mj.rig import Beam
 from clearance_mj.testrig import _integrator as integrator
-from clearance_mj.testrig._fem import FiniteElements, Points, dense
+from clearance_mj.testrig._fem import FiniteElements, Points
 from clearance_mj.testrig.bench import greases
+
+from ..conftest import dense
 
 NO_GREASE = greases(())
 NO_CONTACT = integrator.Contacts(*np.zeros((4, 0)))
