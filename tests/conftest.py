@@ -20,9 +20,17 @@ SMALL_LAW = ConstantLaw(6e3, 12.0, grease=Grease(stiffness=4000.0, damping=5.0))
 """What the small dataset below was simulated with"""
 
 
+TABLE1 = Rig.load(ROOT / "models" / "table1_rig.toml")
+
+
 @pytest.fixture(scope="session")
 def rig() -> Rig:
-    return Rig.load(ROOT / "models" / "table1_rig.toml")
+    return TABLE1
+
+
+@pytest.fixture(params=["links", "modal", "modal-mj"])
+def engine(request) -> str:
+    return request.param
 
 
 def record_of(rig, name, role, level, seed, duration=6.0, start=None) -> Record:

@@ -8,7 +8,17 @@ import pytest
 import scipy.integrate
 import scipy.optimize
 
-from clearance_mj.clearance import ConstantLaw, ContactLaw, Cubic, HuntCrossley1975, KelvinVoigt, MaxwellSlip
+from clearance_mj.clearance import (
+    ConstantLaw,
+    ContactLaw,
+    Cubic,
+    Flores,
+    HuntCrossley,
+    HuntCrossley1975,
+    KelvinVoigt,
+    LankaraniNikravesh,
+    MaxwellSlip,
+)  # fmt: skip
 from clearance_mj.clearance.kernel import clearance_records, contact_step, follow_law, grease_step
 from clearance_mj.errors import LawError
 from clearance_mj.rig import Grease
@@ -44,6 +54,36 @@ def _loop(x, v, clearance, out):
 def motion(n=4000):
     phase = np.linspace(0, 6 * np.pi, n)
     return 4e-4 * np.sin(phase) + 2e-4 * np.sin(2.3 * phase), 0.03 * np.cos(phase) + 0.02 * np.cos(2.3 * phase)
+
+
+def test_kelvin_voigt():
+    """Eq. 10: k δ + c δ̇, no pull at release unless it adheres, nothing outside the contact."""
+    contact = KelvinVoigt(2e4, 6.0)
+    assert contact.force(1e-4, 0.05) == pytest.approx(2.0 + 0.3, rel=1e-14)
+    assert contact.force(1e-4, -0.05) == pytest.approx(2.0 - 0.3, rel=1e-14)
+    assert contact.force(1e-4, -0.5) == 0
+    assert KelvinVoigt(2e4, 6.0, adhesion=True).force(1e-4, -0.5) == pytest.approx(-1.0, rel=1e-14)
+    assert contact.force(-1e-4, 1.0) == 0
+    assert KelvinVoigt(2e4, 6.0, adhesion=True).force(-1e-4, 1.0) == 0
+
+
+@pytest.mark.parametrize(("model", "kappa"), [(HuntCrossley, 0.45), (LankaraniNikravesh, 0.3825), (Flores, 0.48 / 0.7)])
+def test_hertz_damped(model, kappa):
+    """K δⁿ (1 + κ δ̇/v_i) with κ = 3(1-e)/2, 3(1-e²)/4, 8(1-e)/(5e) at e = 0.7 (physics.md, section 3)."""
+    contact = model(1e6, 0.7)
+    assert contact.kappa == pytest.approx(kappa, rel=1e-14)
+    assert model(1e6, 1.0).kappa == 0
+    hertz = 1e6 * (4e-4) ** 1.5
+    assert contact.force(4e-4, 0.0, 0.2) == pytest.approx(hertz, rel=1e-14)
+    assert contact.force(4e-4, 0.1, 0.2) == pytest.approx(hertz * (1 + kappa / 2), rel=1e-14)
+    assert contact.force(4e-4, -0.1, 0.2) == pytest.approx(hertz * (1 - kappa / 2), rel=1e-14)
+    assert contact.force(4e-4, -10.0, 0.2) == 0
+    assert contact.force(-4e-4, 0.1, 0.2) == 0
+    assert model(1e6, 0.7, exponent=1.0).force(4e-4, 0.1, 0.2) == pytest.approx(400 * (1 + kappa / 2), rel=1e-14)
+
+
+def test_a_contact_without_impact_speed_stays_finite():
+    assert HuntCrossley(1e6, 0.7).force(1e-4, 1e-6, 0.0) == pytest.approx(1.45, rel=1e-12)
 
 
 def test_hunt_crossley_1975_is_the_test_rig_s_contact():
@@ -152,6 +192,14 @@ def test_largest():
 @pytest.mark.parametrize(
     ("make", "message"),
     [
+        (lambda: KelvinVoigt(0.0, 1.0), "stiffness must be > 0, got 0"),
+        (lambda: KelvinVoigt(float("nan")), "stiffness must be finite, got nan"),
+        (lambda: KelvinVoigt(1e4, -1.0), "damping must be >= 0, got -1"),
+        (lambda: HuntCrossley(-1.0, 0.5), "stiffness must be > 0, got -1"),
+        (lambda: LankaraniNikravesh(1e4, 0.0), "restitution must be > 0, got 0"),
+        (lambda: Flores(1e4, 1.2), "restitution must be <= 1, got 1.2"),
+        (lambda: HuntCrossley(1e4, 0.5, 0.9), "exponent must be >= 1, got 0.9"),
+        (lambda: KelvinVoigt(float("inf")), "stiffness must be finite, got inf"),
         (lambda: HuntCrossley1975(0.0), "stiffness must be > 0, got 0"),
         (lambda: HuntCrossley1975(1.0, -1.0), "damping must be >= 0, got -1"),
         (lambda: HuntCrossley1975(1.0, exponent=0.5), "exponent must be >= 1, got 0.5"),

@@ -26,7 +26,6 @@ from ..conftest import ROOT
 from ..test_docs import run_python
 
 LAW = ConstantLaw([2e4, 1e4], [3.0, 5.0])
-all_engines = pytest.mark.parametrize("engine", ["links", "modal", "modal-mj"])
 HISTORIES = ("acceleration", "displacement", "contact_force", "grease_force")
 
 
@@ -35,7 +34,6 @@ def kept(rig):
     return energy_balance(rig, random(0.6, 2048, rms=8.0, seed=2), LAW, "modal")
 
 
-@all_engines
 @pytest.mark.parametrize("kind", ["base", "force"])
 def test_coordinates_satisfy_the_equations_of_the_steps(rig, engine, kind):
     """M (q₊ - 2q + q₋)/h² + C (q₊ - q₋)/2h + K q = b a - Pᵀ f to rounding; f = k x + c ẋ is the grease's."""
@@ -57,7 +55,6 @@ def test_coordinates_satisfy_the_equations_of_the_steps(rig, engine, kind):
     np.testing.assert_allclose(grease, 4369.0 * now @ points[:2].T + 3.0 * speed, atol=1e-9)
 
 
-@all_engines
 def test_response_is_that_of_simulate(rig, engine):
     noise = random(0.3, 2048, rms=8.0, seed=3)
     response, balance = energy_balance(rig, noise, LAW, engine)
@@ -103,7 +100,6 @@ def test_columns_and_summary(kept):
     assert json.loads(json.dumps(found)) == found
 
 
-@all_engines
 def test_a_rig_without_bushings(rig, engine):
     _, balance = energy_balance(rig.replace(bushings=()), random(0.2, 2048, rms=2.0), ConstantLaw(0.0, 0.0), engine)
     assert balance.impacts == () and balance.summary()["median_restitution"] is None

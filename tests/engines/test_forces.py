@@ -5,7 +5,6 @@ stands for: then k gap(x) + c ẋ and the grease's law can be evaluated on the o
 """
 
 import dataclasses
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -13,9 +12,10 @@ import pytest
 from clearance_mj.clearance import AmplitudeLaw, ConstantLaw, ContactLaw, HuntCrossley, KelvinVoigt, TimeLaw
 from clearance_mj.engines import get_engine
 from clearance_mj.errors import LawError
-from clearance_mj.rig import Grease, Rig
+from clearance_mj.rig import Grease
 
-LOADED = Rig.load(Path(__file__).parents[2] / "models" / "table1_rig.toml")
+from ..conftest import TABLE1 as LOADED
+
 POSITIONS = 0.55 + 0.05 / np.sqrt(12), 0.8 - 0.05 / np.sqrt(12)
 GAPS = np.array([1e-4, 3e-4])
 RIG = LOADED.replace(
@@ -23,8 +23,6 @@ RIG = LOADED.replace(
         dataclasses.replace(b, position=x, length=1e-6, gap=d) for b, x, d in zip(LOADED.bushings, POSITIONS, GAPS)
     )
 )
-ENGINES = ["links", "modal", "modal-mj"]
-all_engines = pytest.mark.parametrize("engine", ENGINES)
 
 
 @dataclasses.dataclass
@@ -76,14 +74,12 @@ NO_FORCE = {"links": 2e-3, "modal": 1e-12, "modal-mj": 1e-9}
 """N; MuJoCo: what is left of the other bushing's force when the solver's joint forces are shared among points"""
 
 
-@all_engines
 def test_contact_force_of_a_spring(engine):
     motion = simulate(engine, ConstantLaw([2e4, 7e3], 0.0))
     assert_close(motion.contact, motion.penetration * [2e4, 7e3], {**TOLERANCE, "modal": 1e-9}[engine])
     assert np.max(np.abs(motion.contact[motion.penetration == 0])) < NO_FORCE[engine]
 
 
-@all_engines
 def test_contact_force_of_spring_and_damper(engine):
     """k g + c ġ during contact, and never a pull."""
     k, c = np.array([2e4, 7e3]), np.array([5.0, 9.0])
@@ -96,14 +92,12 @@ def test_contact_force_of_spring_and_damper(engine):
     assert np.count_nonzero(released) > 20  # still inside the wall, and the damper would pull
 
 
-@all_engines
 def test_force_of_linear_grease(engine):
     motion = simulate(engine, ConstantLaw(2e4, 3.0))
     expected = 4369.0 * motion.x[:-1] + 3.0 * motion.speed(engine)
     assert_close(motion.grease[:-1], expected, 1e-3 if engine == "modal" else 1e-12)
 
 
-@all_engines
 def test_force_of_bouc_wen_grease_with_a_squeeze_film(engine):
     """φ = λkx + (1-λ)kz + c ẋ/max(1-|x|/h, ε)²; z by Runge-Kutta over every step, the motion straight between two."""
     grease = (
@@ -133,7 +127,6 @@ def test_force_of_bouc_wen_grease_with_a_squeeze_film(engine):
     assert_close(motion.grease[:-1], expected, 3e-3 if engine == "modal" else 1e-4)
 
 
-@all_engines
 def test_time_law_acts_in_the_very_step(engine):
     """k jumps at 0.2 s: every step before has the old one, every step from then on the new one."""
     jump = 0.2
@@ -149,7 +142,6 @@ def test_time_law_acts_in_the_very_step(engine):
     assert np.all(np.abs(motion.penetration[np.abs(motion.time - jump) < 1.5 * motion.step, 1]) > 1e-5)
 
 
-@all_engines
 def test_time_law_between_its_rows(engine):
     """k rises linearly from 0.1 to 0.3 s."""
     motion = simulate(engine, TimeLaw([0.1, 0.3], [1e4, 2e4], [0.0, 0.0]))
@@ -157,7 +149,6 @@ def test_time_law_between_its_rows(engine):
     assert_close(motion.contact, expected, {**TOLERANCE, "modal": 1e-9}[engine])
 
 
-@all_engines
 def test_amplitude_law_follows_the_envelope(engine):
     """A ← max(|x|, A e^(-h/τ)) at every step, k interpolated over A of the bushing's own middle."""
     amplitude, k = [2e-4, 8e-4, 3e-3], np.array([[5e3, 2e4], [2e4, 8e3], [3e4, 4e3]])
@@ -170,7 +161,6 @@ def test_amplitude_law_follows_the_envelope(engine):
     assert_close(motion.contact, stiffness * motion.penetration, {**TOLERANCE, "modal": 1e-9}[engine])
 
 
-@all_engines
 def test_hunt_crossley_remembers_the_impact_speed(engine):
     """K δ^1.5 (1 + κ δ̇/v) with v the speed of the first step in contact, half of K at each of the two ends."""
     law = ContactLaw(HuntCrossley(8e5, 0.6))
@@ -204,7 +194,6 @@ def test_mujoco_refuses_adhesion(engine):
         get_engine(engine).start(RIG, ContactLaw(models), "base", 1e-5)
 
 
-@all_engines
 def test_a_law_without_stiffness_switches_the_contact_off(engine):
     motion = simulate(engine, ConstantLaw(0.0, 0.0))
     assert np.max(np.abs(motion.contact)) < 1e-5  # N; MuJoCo: a mass of 1e-8 kg

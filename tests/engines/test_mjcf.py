@@ -9,10 +9,10 @@ import pytest
 
 from clearance_mj.beam import natural_frequencies
 from clearance_mj.engines import mjcf, solref_solimp
-from clearance_mj.rig import Rig
+
+from ..conftest import TABLE1 as RIG
 
 MODELS = Path(__file__).parents[2] / "models"
-RIG = Rig.load(MODELS / "table1_rig.toml")
 
 
 def load(name):
@@ -112,16 +112,3 @@ def test_datasheet_softness(name):
     expected, impedance = solref_solimp(7.8e3 / 2, 4.0 / 2, inverse_inertia)
     np.testing.assert_allclose(solref, expected, rtol=1e-5)
     np.testing.assert_allclose(solimp, np.tile(impedance, (len(solimp), 1)), rtol=1e-12)
-
-
-def test_gravity_sags_the_links():
-    """Under 0.02 m/s² the hinges' torques carry the weight: a(ρA l⁴/8 + m l³/3)/(EI) at the tip, within the gap."""
-    model, data = load("links")
-    model.opt.gravity[2] = -0.02
-    mujoco.mj_forward(model, data)
-    mass = RIG.beam.mass_per_length
-    expected = -0.02 * (mass / 8 + 0.434 / 3) / RIG.beam.bending_stiffness
-    data.qpos[:] = -data.qfrc_bias / model.jnt_stiffness
-    mujoco.mj_forward(model, data)
-    tip = data.site("sensor8").xpos[2]
-    assert tip == pytest.approx(expected, rel=1e-3)

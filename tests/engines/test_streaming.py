@@ -42,7 +42,6 @@ def test_interpolation_does_not_depend_on_the_blocks(n, factor, edges):
     np.testing.assert_array_equal(found, whole[half : half + n * factor])
 
 
-@pytest.mark.parametrize("engine", ["modal", "links", "modal-mj"])
 def test_blocks_are_the_response(rig, engine):
     """Whatever the pieces of the excitation, to the last bit, and every sample once."""
     law = AmplitudeLaw([0, 1e-4], [[5e3, 6e3], [9e3, 9e3]], [[3.0, 4.0], [4.0, 4.0]])

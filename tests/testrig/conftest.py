@@ -1,16 +1,8 @@
-from pathlib import Path
-
 import numpy as np
 import pytest
 
-from clearance_mj.rig import Rig
 from clearance_mj.testrig._fem import FiniteElements
 from clearance_mj.testrig.bench import greases
-
-
-@pytest.fixture(scope="session")
-def rig():
-    return Rig.load(Path(__file__).parents[2] / "models" / "table1_rig.toml")
 
 
 @pytest.fixture(scope="session")

@@ -9,10 +9,9 @@ from pathlib import Path
 import pytest
 
 import clearance_mj
-from clearance_mj.rig import Rig
 from clearance_mj.testrig import RIGS
 
-from ..conftest import ROOT
+from ..conftest import ROOT, TABLE1
 
 MAKE_RIGS = "from clearance_mj.testrig import RIGS; print(*(make().rig.name for make in RIGS.values()))"
 
@@ -28,7 +27,7 @@ def run(site, folder, *arguments):
 
 
 def test_table1_is_the_rig_of_the_models():
-    assert RIGS["table1"]().rig == Rig.load(ROOT / "models" / "table1_rig.toml")
+    assert RIGS["table1"]().rig == TABLE1
 
 
 def test_every_virtual_rig_is_made_from_the_package_alone(tmp_path):

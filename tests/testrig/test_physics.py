@@ -5,38 +5,22 @@ import pytest
 from clearance_mj.testrig import Iwan
 from clearance_mj.testrig import _physics as physics
 
+from ..verification.test_bouc_wen import benchmark_set, loop, steady_loops
+
 
 @numba.njit
-def loop(reversal, cycles, steps, amplitude, beta, gamma, exponent):
-    """Bouc-Wen loop between ± reversal: value at the last reversal and energy of the last cycle."""
-    z, energy, step = 0.0, 0.0, reversal / steps
-    for _ in range(steps):
-        z, _ = physics.bouc_wen(step, z, amplitude, beta, gamma, exponent)
-    for _ in range(cycles):
-        energy = 0.0
-        for i in range(4 * steps):
-            d = -step if i < 2 * steps else step
-            before = z
-            z, _ = physics.bouc_wen(d, z, amplitude, beta, gamma, exponent)
-            energy += 0.5 * (before + z) * d
-    return z, energy
+def step(z, dx, a, beta, gamma, exponent):
+    return physics.bouc_wen(dx, z, a, beta, gamma, int(exponent))[0]
 
 
-@pytest.mark.parametrize(
-    ("exponent", "reversal", "z", "energy"),
-    [(1, 1, 0.721535, 0.593245), (1, 3, 0.993307, 7.04011), (2, 1, 0.825659, 0.463088), (2, 3, 0.999909, 7.61416)],
-)
+@steady_loops
 def test_bouc_wen_steady_loop(exponent, reversal, z, energy):
-    """verification.md: A = 1, β = γ = 1/2."""
-    found = loop(float(reversal), 12, 2000, 1.0, 0.5, 0.5, exponent)
-    assert found == pytest.approx((z, energy), rel=3e-6)
+    assert loop(step, float(reversal), 12, 2000, 1.0, 0.5, 0.5, exponent) == pytest.approx((z, energy), rel=3e-6)
 
 
-@pytest.mark.parametrize(("reversal", "z", "energy"), [(5e-4, 31.836, 6.4624e-3), (1e-3, 77.757, 4.91645e-2)])
+@benchmark_set
 def test_bouc_wen_benchmark_set(reversal, z, energy):
-    """Noël & Schoukens (2016): α = 5e4 N/m, β = 1e3, γ = 0.8, δ = -1.1, ν = 1; their β γ and β δ are β and γ here."""
-    found = loop(reversal, 12, 2000, 5e4, 1e3 * 0.8, 1e3 * -1.1, 1)
-    assert found == pytest.approx((z, energy), rel=2e-5)
+    assert loop(step, reversal, 12, 2000, 5e4, 1e3 * 0.8, 1e3 * -1.1, 1) == pytest.approx((z, energy), rel=2e-5)
 
 
 @pytest.mark.parametrize(("exponent", "expected"), [(1, 1 - np.exp(-1.5)), (2, np.tanh(1.5))])
@@ -135,10 +119,7 @@ def test_contact_force():
     # δ̇ = 0.1 m/s into the stop: 1 + 1.5 · 2 · 0.1
     assert physics.contact(-4e-4, -0.1, 3e-4, 1e6, 1.5, 2.0)[0] == pytest.approx(1.3 * force, rel=1e-12)
     assert physics.contact(2.9e-4, 5.0, 3e-4, 1e6, 1.5, 2.0) == (0, 0, 0)
-
-
-def test_contact_never_pulls():
-    assert physics.contact(4e-4, -10.0, 3e-4, 1e6, 1.5, 2.0)[0] == 0
+    assert physics.contact(4e-4, -10.0, 3e-4, 1e6, 1.5, 2.0)[0] == 0  # never pulls
 
 
 def test_squeeze_film_thins():

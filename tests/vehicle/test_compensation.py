@@ -13,9 +13,9 @@ from clearance_mj.vehicle.controllers.compensation import Compensated, Direction
 from clearance_mj.vehicle.controllers.mpc import ModelPredictive
 from clearance_mj.vehicle.controllers.smc import SlidingMode
 from clearance_mj.vehicle.manoeuvres import clothoid_arc, straight
-from clearance_mj.vehicle.nominal import Vehicle
 
-VEHICLE = Vehicle.bmw320i()
+from .test_controller import VEHICLE
+
 TASK = Task(VEHICLE, straight(200.0), 30.0)
 H = np.radians(0.2)
 

@@ -3,13 +3,7 @@
 import numpy as np
 import pytest
 
-from clearance_mj.vehicle.experiment import (
-    GAP,
-    Case,
-    get_controller,
-    run_all,
-    run_case,
-)
+from clearance_mj.vehicle.experiment import GAP, Case, get_controller, run_all, run_case
 
 
 def test_with_zero_gap_they_are_the_controllers_without_model():

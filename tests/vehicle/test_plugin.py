@@ -106,6 +106,7 @@ def test_it_is_in_figures_and_tables(outcomes, tmp_path):
     assert page.count(">Proportional-CM<") >= 3  # metrics, timing, prior information
 
 
+@pytest.mark.slow
 def test_on_the_command_line(tmp_path):
     """In a process of its own, which starts others that do not share its memory."""
     path = tmp_path / "own_plugin.py"

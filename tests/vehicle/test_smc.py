@@ -3,21 +3,19 @@
 import numpy as np
 import pytest
 
-from clearance_mj.vehicle.controllers import DesignModel, Observation, Task
-from clearance_mj.vehicle.controllers.smc import SlidingMode, input_gain
+from clearance_mj.vehicle.controllers import Observation, Task
+from clearance_mj.vehicle.controllers.smc import SlidingMode
 from clearance_mj.vehicle.controllers.super_twisting import SuperTwisting
 from clearance_mj.vehicle.manoeuvres import straight
-from clearance_mj.vehicle.nominal import Servo, Vehicle
 
-SPEED = 30.0
-VEHICLE = Vehicle.bmw320i()
+from .test_controller import MODEL, SPEED, VEHICLE
 
 
 def slide(controller, disturbance=0.0, seconds=3.0, error=0.5):
     """Drive the linear model from a lateral error with an unknown acceleration (m/s²): histories of s and e_y."""
     task = Task(VEHICLE, straight(300.0), SPEED)
     run = controller.start(task)
-    A, B, _ = DesignModel(VEHICLE, Servo(), SPEED, task.period).discrete
+    A, B, _ = MODEL.discrete
     push = np.zeros(6)
     push[2] = disturbance * task.period
     x, values, errors = np.array([error, 0, 0, 0, 0, 0.0]), [], []
@@ -53,11 +51,3 @@ def test_super_twisting_leaves_no_offset():
     layer, _ = slide(SlidingMode(look_ahead=3.0, convergence=3.0), 0.3, 10.0)
     assert abs(layer[-1]) > 0.01
     assert abs(twisting[-1]) < 1e-3
-
-
-def test_gain():
-    """b = C_f/m + L_s C_f l_f/I_z."""
-    p, model = VEHICLE, DesignModel(VEHICLE, Servo(), SPEED, 0.01)
-    assert input_gain(model, 2.0) == pytest.approx(
-        p.cornering_front / p.mass + 2.0 * p.cornering_front * p.lf / p.yaw_inertia
-    )

@@ -15,6 +15,7 @@ BOUNDS = {name: known.bounds for name, known in CONTROLLERS.items() if known.bou
 FOUND = tomllib.loads(TUNED.read_text(encoding="utf-8"))
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore:The balance properties of Sobol")
 def test_repeated_on_any_number_of_processes(monkeypatch):
     monkeypatch.setattr(module, "MANOEUVRES", ((20.0, 1.2),))

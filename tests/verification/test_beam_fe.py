@@ -1,11 +1,10 @@
 """The shaft against finite elements. The beam model against Hermite elements and the article's test column.
 
-The elements are the cubic ones of Przemieniecki, Theory of Matrix Structural Analysis (1968), tables 5.2 and 11.1. With
-240 of them, assembled here, the discretisation error of the first eight frequencies is below 1e-7.
+The elements are those of the virtual rig, which share no code with the beam model and are held to closed forms in
+tests/testrig. With 240 of them the discretisation error of the first eight frequencies is below 1e-7.
 """
 
 import functools
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -13,52 +12,25 @@ import scipy.linalg
 
 from clearance_mj import beam
 from clearance_mj.rig import Beam, Bushing, Contact, Grease, PointMass, Rig, Sensor, Shaker
+from clearance_mj.testrig._fem import FiniteElements
 
-RIG = Rig.load(Path(__file__).parents[2] / "models" / "table1_rig.toml")
+from ..conftest import TABLE1 as RIG
+from ..conftest import dense
+
 ELEMENTS = 240
 SOURCE = "240 Hermite elements"
 
 
-def hermite(x, length, elements=ELEMENTS):
-    """(n_x, 2 * elements) deflection at x from the deflections and slopes of the nodes, the clamped one left out."""
-    h = length / elements
-    rows = np.zeros((len(x), 2 * elements + 2))
-    for row, position in zip(rows, x):
-        e = min(int(position / h), elements - 1)
-        u = position / h - e
-        row[2 * e : 2 * e + 4] = (
-            1 - 3 * u**2 + 2 * u**3,
-            h * u * (1 - u) ** 2,
-            3 * u**2 - 2 * u**3,
-            h * u**2 * (u - 1),
-        )
-    return rows[:, 2:]
-
-
-def shaft(beam, point_masses=(), elements=ELEMENTS):
-    """Consistent mass and stiffness of the clamped shaft, and its load under a unit acceleration of the base."""
-    h, n = beam.length / elements, 2 * elements + 2
-    mass, stiffness, load = np.zeros((n, n)), np.zeros((n, n)), np.zeros(n)
-    m = [[156, 22 * h, 54, -13 * h], [22 * h, 4 * h**2, 13 * h, -3 * h**2]]
-    m += [[54, 13 * h, 156, -22 * h], [-13 * h, -3 * h**2, -22 * h, 4 * h**2]]
-    k = [[12, 6 * h, -12, 6 * h], [6 * h, 4 * h**2, -6 * h, 2 * h**2]]
-    k += [[-12, -6 * h, 12, -6 * h], [6 * h, 2 * h**2, -6 * h, 4 * h**2]]
-    for i in range(0, 2 * elements, 2):
-        mass[i : i + 4, i : i + 4] += beam.mass_per_length * h / 420 * np.array(m)
-        stiffness[i : i + 4, i : i + 4] += beam.bending_stiffness / h**3 * np.array(k)
-        load[i : i + 4] += beam.mass_per_length * h * np.array([1 / 2, h / 12, 1 / 2, -h / 12])
-    mass, stiffness, load = mass[2:, 2:], stiffness[2:, 2:], load[2:]
-    for point in point_masses:
-        at = hermite([point.position], beam.length, elements)[0]
-        mass += point.mass * np.outer(at, at)
-        load += point.mass * at
-    return mass, stiffness, load
+def at(rig, x, n=ELEMENTS):
+    """(n_x, 2 n) deflection at x from the deflections and slopes of the nodes, the clamped one left out."""
+    elements = FiniteElements.of_shaft(rig.beam, rig.point_masses, n)
+    return elements.points(x).dense(elements.count)
 
 
 def greased(rig, matrix, name="stiffness"):
     """Add the springs of the bushings' grease, or their dashpots, to a matrix."""
-    at = hermite([b.position for b in rig.bushings], rig.beam.length, len(matrix) // 2)
-    return matrix + (at.T * [getattr(b.grease, name) for b in rig.bushings]) @ at
+    points = at(rig, [b.position for b in rig.bushings], len(matrix) // 2)
+    return matrix + (points.T * [getattr(b.grease, name) for b in rig.bushings]) @ points
 
 
 @functools.cache
@@ -67,9 +39,9 @@ def frequencies_and_shapes(rig, n, elements=ELEMENTS):
 
     Solved for 1/ω², which keeps the digits of the lowest frequencies: the usual form loses ω_max²/ω² of them.
     """
-    mass, stiffness, _ = shaft(rig.beam, rig.point_masses, elements)
-    last = (len(mass) - n, len(mass) - 1)
-    value, vector = scipy.linalg.eigh(mass, greased(rig, stiffness), subset_by_index=last)
+    shaft = FiniteElements.of_shaft(rig.beam, rig.point_masses, elements)
+    last = (shaft.count - n, shaft.count - 1)
+    value, vector = scipy.linalg.eigh(dense(shaft.mass), greased(rig, dense(shaft.stiffness)), subset_by_index=last)
     omega, vector = 1 / np.sqrt(value[::-1]), vector[:, ::-1] * np.sign(vector[-2, ::-1])
     return omega / (2 * np.pi), omega * vector
 
@@ -106,7 +78,7 @@ def test_natural_frequencies_of_the_article(measured):
 def test_mode_shapes(rig, measured):
     x = np.linspace(0.01, 1, 34) * rig.beam.length
     _, vector = frequencies_and_shapes(rig, 6)
-    expected = hermite(x, rig.beam.length) @ vector
+    expected = at(rig, x) @ vector
     error = np.max(np.abs(beam.mode_shapes(rig, x, 6) - expected)) / np.max(np.abs(expected))
     measured.below(f"mode shapes 1-6, {NAMES[rig]}: error", error, 1e-5, SOURCE)
 
@@ -117,13 +89,13 @@ def test_linear_frf(rig, shaker, measured):
     """Direct complex solution of the elements' equations at every line."""
     name, rig = NAMES[rig], rig.replace(shaker=shaker)
     frequency = np.arange(5, 220.1, 1.0)
-    mass, stiffness, base_load = shaft(rig.beam, rig.point_masses)
-    eta1, eta2 = rig.beam.rayleigh
+    shaft = FiniteElements.of_shaft(rig.beam, rig.point_masses, ELEMENTS)
+    mass, stiffness, (eta1, eta2) = dense(shaft.mass), dense(shaft.stiffness), rig.beam.rayleigh
     damping = greased(rig, eta1 * mass + eta2 * stiffness, "damping")
     stiffness = greased(rig, stiffness)
     base = shaker.kind == "base"
-    load = -base_load if base else hermite([shaker.position], rig.beam.length)[0]
-    at_sensors = hermite([s.position for s in rig.sensors], rig.beam.length)
+    load = -shaft.inertia if base else at(rig, [shaker.position])[0]
+    at_sensors = at(rig, [s.position for s in rig.sensors])
     expected = np.empty((len(rig.sensors), frequency.size), complex)
     for i, w in enumerate(2 * np.pi * frequency):
         dynamic = stiffness + 1j * w * damping - w**2 * mass

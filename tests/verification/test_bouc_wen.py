@@ -12,37 +12,41 @@ from clearance_mj.clearance.greases.bouc_wen import bouc_wen_step
 
 
 @numba.njit
-def loop(reversal, cycles, steps, a, beta, gamma, exponent):
-    """Steady loop between ± reversal: z at the last reversal and energy of the last cycle."""
+def loop(step, reversal, cycles, steps, a, beta, gamma, exponent):
+    """Steady loop between ± reversal by a compiled step: z at the last reversal and energy of the last cycle."""
     z, energy, dx = 0.0, 0.0, reversal / steps
     for _ in range(steps):
-        z = bouc_wen_step(z, dx, a, beta, gamma, exponent)
+        z = step(z, dx, a, beta, gamma, exponent)
     for _ in range(cycles):
         energy = 0.0
         for i in range(4 * steps):
             d = -dx if i < 2 * steps else dx
-            new = bouc_wen_step(z, d, a, beta, gamma, exponent)
+            new = step(z, d, a, beta, gamma, exponent)
             energy += 0.5 * (z + new) * d
             z = new
     return z, energy
 
 
-@pytest.mark.parametrize(
-    ("exponent", "reversal", "z", "energy"),
-    [(1, 1, 0.721535, 0.593245), (1, 3, 0.993307, 7.04011), (2, 1, 0.825659, 0.463088), (2, 3, 0.999909, 7.61416)],
+CASES = [(1, 1, 0.721535, 0.593245), (1, 3, 0.993307, 7.04011), (2, 1, 0.825659, 0.463088), (2, 3, 0.999909, 7.61416)]
+steady_loops = pytest.mark.parametrize(("exponent", "reversal", "z", "energy"), CASES)
+benchmark_set = pytest.mark.parametrize(
+    ("reversal", "z", "energy"), [(5e-4, 31.836, 6.4624e-3), (1e-3, 77.757, 4.91645e-2)]
 )
+
+
+@steady_loops
 def test_steady_loops(exponent, reversal, z, energy, measured):
     """A = 1, β = γ = 1/2: at the reversal z = 1 - e^{z-2X} for n = 1, z = tanh(2X - z) for n = 2."""
-    found = loop(float(reversal), 30, 3000, 1.0, 0.5, 0.5, float(exponent))
+    found = loop(bouc_wen_step, float(reversal), 30, 3000, 1.0, 0.5, 0.5, float(exponent))
     what, source = f"steady loop, n = {exponent}, X = {reversal}", "closed form, A = 1, β = γ = 1/2"
     measured.equal(f"{what}: z at reversal", found[0], z, source, rel=2e-6)
     measured.equal(f"{what}: energy per cycle", found[1], energy, source, rel=2e-6)
 
 
-@pytest.mark.parametrize(("reversal", "z", "energy"), [(5e-4, 31.836, 6.4624e-3), (1e-3, 77.757, 4.91645e-2)])
+@benchmark_set
 def test_benchmark_set(reversal, z, energy, measured):
     """Noël & Schoukens (2016): ż = αẏ - β(γ|ẏ||z|^(ν-1) z + δẏ|z|^ν), α = 5e4, β = 1e3, γ = 0.8, δ = -1.1, ν = 1."""
-    found = loop(reversal, 12, 3000, 5e4, 1e3 * 0.8, 1e3 * -1.1, 1.0)
+    found = loop(bouc_wen_step, reversal, 12, 3000, 5e4, 1e3 * 0.8, 1e3 * -1.1, 1.0)
     what, source = f"benchmark, Y = {reversal * 1e3:g} mm", "parameters of Noël & Schoukens 2016"
     measured.equal(f"{what}: z at reversal (N)", found[0], z, source, rel=1e-5)
     measured.equal(f"{what}: energy per cycle (J)", found[1], energy, source, rel=1e-5)

@@ -13,8 +13,7 @@ from clearance_mj.engines.chain import chain
 from clearance_mj.engines.plant import ARMATURE
 from clearance_mj.rig import PointMass, Sensor
 
-from .test_beam_fe import RIG, RIGS, frequencies_and_shapes, hermite
-from .test_chain_classic import chain as classic_matrices
+from .test_beam_fe import RIG, RIGS, at, frequencies_and_shapes
 
 BARE = RIG.replace(masses=(), bushings=())
 RIGS = {**RIGS, "bare": BARE}
@@ -100,13 +99,6 @@ def test_mujoco_has_the_same_matrices(rig, n):
     np.testing.assert_allclose(model.dof_damping, rig.beam.rayleigh[1] * shaft.stiffness, rtol=1e-12)
 
 
-def test_mass_matrix_of_a_bare_chain():
-    """Against straight levers integrated over the shaft, beyond its first hinge; the half cell before it is clamped."""
-    shaft, beam = chain(BARE, 14), BARE.beam
-    mass, _ = classic_matrices(shaft.hinges / beam.length, np.ones(14))
-    np.testing.assert_allclose(shaft.mass, beam.mass_per_length * beam.length**3 * mass, rtol=1e-12)
-
-
 @all_rigs
 def test_frequencies_of_the_compiled_model(rig, measured):
     """The whole of it out of MuJoCo: mass by mj_fullM, bushings' lifts by the sites' Jacobians, hinges by the model."""
@@ -130,7 +122,7 @@ def test_frequencies_of_the_compiled_model(rig, measured):
 def test_shapes_between_the_hinges(mode, measured):
     """Anywhere along the shaft the curve that the chain stands for is of fourth order, the chain of second."""
     x = np.linspace(0.1, 0.99, 500)
-    expected = hermite(x, 1.0, ELEMENTS) @ frequencies_and_shapes(RIG, 4, ELEMENTS)[1][:, mode]
+    expected = at(RIG, x, ELEMENTS) @ frequencies_and_shapes(RIG, 4, ELEMENTS)[1][:, mode]
     errors = {"curved": [], "straight": []}
     for n in (20, 40, 80):
         mass, stiffness = matrices(RIG, n)

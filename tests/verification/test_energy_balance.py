@@ -6,7 +6,6 @@ against a bushing by a half sine.
 
 import dataclasses
 import math
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -24,16 +23,16 @@ from clearance_mj.clearance import (
     KelvinVoigt,
     MaxwellSlip,
     TimeLaw,
-)
+)  # fmt: skip
 from clearance_mj.engines import Links, Modal, ModalMujoco
 from clearance_mj.engines.energy import energy_balance
 from clearance_mj.rig import Beam, Bushing, Contact, Grease, PointMass, Rig, Sensor, Shaker
 from clearance_mj.signals.excitation import Excitation, hammer, random
 
-RIG = Rig.load(Path(__file__).parents[2] / "models" / "table1_rig.toml").replace(shaker=Shaker("base", 0.9))
+from ..conftest import TABLE1
+
+RIG = TABLE1.replace(shaker=Shaker("base", 0.9))
 NO_CONTACT = ConstantLaw(0.0, 0.0)
-ENGINES = ["links", "modal", "modal-mj"]
-all_engines = pytest.mark.parametrize("engine", ENGINES)
 
 MASS, SPEED, WALL = 1.0, 0.1, 5e-3
 """kg, m/s, m to the wall"""
@@ -69,7 +68,6 @@ def kelvin_voigt(ratio):
     return out, release + depth / out
 
 
-@all_engines
 @pytest.mark.parametrize("ratio", [0.0, 0.1, 0.3])
 def test_kelvin_voigt_impact(engine, ratio, measured):
     response, balance, impacts = thrown(ConstantLaw(STIFFNESS, 2 * ratio * MASS * OMEGA), engine)
@@ -92,7 +90,6 @@ def test_kelvin_voigt_impact(engine, ratio, measured):
         measured.equal(f"{what}: peak force, N", peak, end.v_in * math.sqrt(STIFFNESS * MASS), "v √(km)", rel=1e-3)
 
 
-@all_engines
 def test_impulses_are_those_of_the_forces_that_the_engine_reports(engine):
     """The law says them to the balance; the engine's own contact force, integrated, agrees over all impacts."""
     response, balance, _ = thrown(ConstantLaw(STIFFNESS, 20.0), engine, 0.5)
@@ -103,7 +100,6 @@ def test_impulses_are_those_of_the_forces_that_the_engine_reports(engine):
     assert impulse == pytest.approx(np.sum(force) / response.fs, rel=1e-3)
 
 
-@all_engines
 @pytest.mark.parametrize(("model", "restitution"), [(HuntCrossley(1e6, 0.7), 0.7680), (Flores(1e6, 0.5), 0.4704)])
 def test_hertz_damped_impact(engine, model, restitution, measured):
     """Restitution from κ(1 + e) = ln[(1 + κ)/(1 - κe)]."""
@@ -114,7 +110,6 @@ def test_hertz_damped_impact(engine, model, restitution, measured):
     measured.equal(f"{what}: energy lost, J", found, lost, "change of kinetic energy", rel=2e-3)
 
 
-@all_engines
 def test_hertz_impact(engine, measured):
     """Johnson, Contact Mechanics, 1985, section 11.4: deepest (5 m v²/(4 K))^(2/5), 2.9432 deepest/v long."""
     end, other = thrown(ContactLaw(HuntCrossley(1e6, 1.0)), engine)[2]
@@ -126,7 +121,6 @@ def test_hertz_impact(engine, measured):
     measured.equal(f"{what}: peak force, N", end.peak_force + other.peak_force, 1e6 * deepest**1.5, source, rel=2e-3)
 
 
-@all_engines
 def test_work_of_a_law_that_stiffens_a_compressed_contact(engine, measured):
     """K doubles when the ball stands still in the wall: it gains as much as the spring held, and leaves √2 faster."""
     end = thrown(ConstantLaw(STIFFNESS, 0.0), engine)[2][0]
@@ -140,7 +134,6 @@ def test_work_of_a_law_that_stiffens_a_compressed_contact(engine, measured):
     measured.below(f"{what}: imbalance", balance.imbalance, 1e-2, source)
 
 
-@all_engines
 @pytest.mark.parametrize(("exponent", "reversal", "energy"), [(1, 3, 7.04011), (2, 1, 0.463088)])
 def test_bouc_wen_loops(engine, exponent, reversal, energy, measured):
     """verification.md's steady loops, in mm: the ball in grease that it hardly feels, pushed to and fro at 5 Hz."""
@@ -159,7 +152,6 @@ def test_bouc_wen_loops(engine, exponent, reversal, energy, measured):
     measured.equal(what, found, energy, "integrated loop", rel=3e-3)
 
 
-@all_engines
 def test_damping_of_a_linear_rig(engine, measured):
     """Steady vibration at 32 Hz: every damper takes π ω c X² in a cycle, X of the linear equations."""
     greases = tuple(Grease(4369.0, c) for c in (6.0, 3.0))
@@ -187,6 +179,7 @@ def test_damping_of_a_linear_rig(engine, measured):
         measured.equal(f"{what}, damper of bushing {j + 1}, J", found, film[j], source, rel=1e-2)
 
 
+RESIDUAL = ": residual, share of the input"
 SLUDGE = Grease(4369.0, 4.0, 0.5, 1.0, 1.2e7, 0.8e7, 2.0, film_height=7e-4)
 LAWS = {
     "Kelvin-Voigt": ConstantLaw(2e4, 3.0),
@@ -209,25 +202,21 @@ def shaken(law, engine, kind="base", level=8.0):
     return response, balance
 
 
-@all_engines
 @pytest.mark.parametrize("law", LAWS)
 def test_balance(engine, law, measured):
     _, balance = shaken(LAWS[law], engine)
     assert np.all(np.diff(balance.hysteresis) >= 0) and np.all(np.diff(balance.damping) > -1e-9)
-    measured.below(f"{engine}, {law}: residual, share of the input", balance.imbalance, 5e-3, "conservation of energy")
+    measured.below(f"{engine}, {law}{RESIDUAL}", balance.imbalance, 5e-3, "conservation of energy")
 
 
-@all_engines
 def test_balance_under_a_force(engine, measured):
     _, balance = shaken(LAWS["Kelvin-Voigt"], engine, "force", 6.0)
-    what = f"{engine}, force, Kelvin-Voigt: residual, share of the input"
-    measured.below(what, balance.imbalance, 5e-3, "conservation of energy")
+    measured.below(f"{engine}, force, Kelvin-Voigt{RESIDUAL}", balance.imbalance, 5e-3, "conservation of energy")
 
 
 def test_balance_with_adhesion(measured):
     _, balance = shaken(ContactLaw(KelvinVoigt(2e4, 20.0, adhesion=True)), "modal")
-    what = "modal, adhesion: residual, share of the input"
-    measured.below(what, balance.imbalance, 5e-3, "conservation of energy")
+    measured.below(f"modal, adhesion{RESIDUAL}", balance.imbalance, 5e-3, "conservation of energy")
 
 
 @pytest.mark.parametrize("engine", [Links(8), Modal(), ModalMujoco()], ids=lambda engine: engine.name)

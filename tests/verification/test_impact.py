@@ -23,12 +23,14 @@ from clearance_mj.clearance import (
     KelvinVoigt,
     LankaraniNikravesh,
     MaxwellSlip,
-)
+)  # fmt: skip
 from clearance_mj.clearance.kernel import clearance_records
 from clearance_mj.engines import ModalMujoco, modal, modal_mj, mujoco_loop
 from clearance_mj.engines.plant import Maps, set_solver
 from clearance_mj.engines.softness import INVERSE_INERTIA
-from clearance_mj.rig import Bushing, Contact, Grease, Rig
+from clearance_mj.rig import Bushing, Contact, Grease
+
+from ..conftest import TABLE1
 
 MODELS = Path(__file__).parents[2] / "models"
 ADHESIVE = {0.1: 0.729248, 0.2: 0.526621, 0.3: 0.372326, 0.5: 0.163034}
@@ -108,7 +110,7 @@ class FreeMass:
         self.step = step
         bushing = Bushing(0.5, gap, 0.01, Grease(0.0), Contact(1.0))
         law = dataclasses.replace(law, grease=grease)
-        self.rig = Rig.load(MODELS / "table1_rig.toml").replace(bushings=(bushing,))
+        self.rig = TABLE1.replace(bushings=(bushing,))
         getattr(self, f"_start_{loop}")(law, gap, position, speed)
 
     def _start_modal(self, law, gap, position, speed):

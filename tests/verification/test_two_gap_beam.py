@@ -6,7 +6,6 @@ contact.
 """
 
 import functools
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -14,10 +13,10 @@ import scipy.integrate
 
 from clearance_mj.clearance import ConstantLaw, ContactLaw, HuntCrossley
 from clearance_mj.engines import Links, Modal, ModalMujoco, simulate
-from clearance_mj.rig import Rig
 from clearance_mj.signals.excitation import Excitation
 
-RIG = Rig.load(Path(__file__).parents[2] / "models" / "table1_rig.toml")
+from ..conftest import TABLE1 as RIG
+
 STIFFNESS, DAMPING = 2e4, 3.0
 FS, DURATION, RAMP = 8192.0, 0.11, 0.02
 """A rate at which the anti-alias filter leaves impacts alone; excitation that rises smoothly from rest"""
