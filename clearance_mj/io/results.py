@@ -18,9 +18,9 @@ import numpy as np
 
 from ..errors import RecordError
 from ..files import TOO_DENSE, most_unpacked, replacing
+from ..signals._labelled import KIND, UNITS, attribute, labels, require_kind, values
 from ..signals.ema import Modes
 from ..signals.frf import FRF
-from ..signals.labelled import KIND, UNITS, attribute, labels, require_kind, values
 from ..signals.response import Response
 from ._checks import check_dof, naming
 from .channels import Channel, require_one_time

@@ -5,3 +5,20 @@ One order of axes everywhere, that of python-control: outputs, then inputs, then
 ``value`` (n_outputs, n_inputs, n_f) over ``frequency`` (n_f,). Mode shapes are columns, (n_dof, n_modes). Arrays of
 these types are read-only.
 """
+
+from . import excitation
+from .alignment import Alignment, accelerance, align, convert_quantity
+from .comparison import Comparison, compare
+from .correlation import csac, csf, frac, mac, mre, relative_error, rmse_db
+from .ema import Modes, extract_modes
+from .excitation import Excitation
+from .frf import FRF, estimate_frf, estimate_frf_blocks, join_references, random_error
+from .nonlinear import BestLinear, best_linear, stepped_harmonics
+from .response import Response
+
+__all__ = [
+    "FRF", "Alignment", "BestLinear", "Comparison", "Excitation", "Modes", "Response", "accelerance", "align",
+    "best_linear", "compare", "convert_quantity", "csac", "csf", "estimate_frf", "estimate_frf_blocks", "excitation",
+    "extract_modes", "frac", "join_references", "mac", "mre", "random_error", "relative_error", "rmse_db",
+    "stepped_harmonics",
+]  # fmt: skip

@@ -1,4 +1,4 @@
-"""FRFs from different places, made comparable: quantity, degrees of freedom, frequency lines."""
+"""FRFs from different sources, made comparable: quantity, degrees of freedom, frequency lines."""
 
 from __future__ import annotations
 
@@ -55,23 +55,14 @@ def convert_quantity(frf: FRF, quantity: str) -> FRF:
     Parameters
     ----------
     frf : FRF
-        The functions.
+        The functions; without the line at 0 Hz afterwards, if integrals would divide by it.
     quantity : str
-        Such as "acceleration/force"; what it is over must be of the same kind, force or motion.
-
-    Returns
-    -------
-    FRF
-        Without the line at 0 Hz if integrals would divide by it.
+        Such as "acceleration/force"; what it is over must be of the same kind, force or motion (Ewins 2000, 2.2).
 
     Raises
     ------
     RecordError
         If no power of jω leads from one quantity to the other.
-
-    Notes
-    -----
-    Ewins, Modal Testing, 2nd ed., 2000, section 2.2.
     """
     if frf.quantity == quantity:
         return frf
@@ -86,17 +77,12 @@ def convert_quantity(frf: FRF, quantity: str) -> FRF:
 
 
 def accelerance(frf: FRF) -> FRF:
-    """Convert FRFs to accelerations, over force or over the acceleration of the base.
+    """Convert FRFs to accelerations, over force or over the acceleration of the base, as `convert_quantity`.
 
     Parameters
     ----------
     frf : FRF
         The functions.
-
-    Raises
-    ------
-    RecordError
-        As `convert_quantity`.
     """
     return convert_quantity(frf, "acceleration/force" if _is_over_force(frf.quantity) else "acceleration/acceleration")
 
@@ -113,7 +99,7 @@ def _order(quantity: str) -> int:
 
 
 def align(test: FRF, model: FRF) -> Alignment:
-    """Bring FRFs from two places to one quantity, the same responses and references, and the same lines.
+    """Bring FRFs from two sources to one quantity, the same responses and references, and the same lines.
 
     Responses and references are paired by node and axis; where their signs differ (+Z, -Z) the model's function
     changes sign. Of several references, only the pairs of response and reference that both have are kept. Frequencies
@@ -124,10 +110,6 @@ def align(test: FRF, model: FRF) -> Alignment:
     ----------
     test, model : FRF
         The functions; both come out in the test's quantity.
-
-    Returns
-    -------
-    Alignment
 
     Raises
     ------

@@ -15,20 +15,7 @@ LONGEST = 60
 
 
 def read_only(value: ArrayLike, dtype: type = float) -> np.ndarray:
-    """Return an array that nobody can write to.
-
-    Parameters
-    ----------
-    value : array_like
-        Any numbers; copied, unless it is such an array already.
-    dtype : type
-        Of the numbers.
-
-    Returns
-    -------
-    ndarray
-        C-contiguous.
-    """
+    """Return numbers as a C-contiguous array that nobody can write to; copied unless it is one already."""
     if isinstance(value, np.ndarray) and value.dtype == dtype and value.flags.c_contiguous:
         if not value.flags.writeable:
             return value
@@ -38,13 +25,7 @@ def read_only(value: ArrayLike, dtype: type = float) -> np.ndarray:
 
 
 def same(a: object, b: object) -> bool:
-    """Whether two pieces of data hold the same: numbers, texts, arrays, tables, and lists and mappings of them.
-
-    Parameters
-    ----------
-    a, b : object
-        What to compare; nan equals nan.
-    """
+    """Whether two pieces of data hold the same: numbers (nan equals nan), texts, arrays, tables, lists and mappings."""
     if isinstance(a, np.ndarray) or isinstance(b, np.ndarray):
         a, b = np.asarray(a), np.asarray(b)
         return np.array_equal(a, b, equal_nan=a.dtype.kind in "fc" and b.dtype.kind in "fc")

@@ -10,7 +10,7 @@ import numpy as np
 import scipy.optimize
 
 from ..errors import RecordError
-from . import labelled
+from . import _labelled as labelled
 from .arrays import ArrayData, read_only
 from .correlation import csac, csac_per_sensor, csf, csf_per_sensor, frac, mac, mre, relative_error, rmse_db
 from .ema import NO_MODES, Modes, extract_modes
@@ -25,6 +25,10 @@ __all__ = ["Comparison", "compare", "mac_of_modes", "with_modes"]
 SAME_MODE = 0.15
 """relative difference in frequency at which two modes are e^-½ times as likely to be one"""
 LEAST_AFFINITY = 0.05
+OVER_BOTH = ("csac_per_sensor", "csf_per_sensor")
+"""measures by sensor and line"""
+TABLES = (("per_sensor", "response", "sensor"), ("per_mode", "mode", "mode"))
+"""field, its dimension, the column that labels it"""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -53,21 +57,17 @@ class Comparison(ArrayData):
     one response is nan"""
 
     def __post_init__(self) -> None:
-        arrays = ("frequency", "csac", "csf", "csac_per_sensor", "csf_per_sensor")
-        self._set(**{name: read_only(getattr(self, name)) for name in arrays})
+        self._set(**{name: read_only(getattr(self, name)) for name in ("frequency", "csac", "csf", *OVER_BOTH)})
         self._set(per_sensor=_frame(self.per_sensor), per_mode=_frame(self.per_mode))
 
     def summary(self) -> dict[str, float]:
         """Means and modes in one flat dict.
 
-        Returns
-        -------
-        dict
-            mre, rmse_db, frac: means over the sensors; csac, csf: over the lines; csac_per_sensor, csf_per_sensor: over
-            both; relative_error, mac: over the modes that have a partner; mode_1_test_hz and so on for each mode.
+        mre, rmse_db, frac: means over the sensors; csac, csf: over the lines; csac_per_sensor, csf_per_sensor: over
+        both; relative_error, mac: over the modes that have a partner; mode_1_test_hz and so on for each mode.
         """
         found = {name: np.mean(self.per_sensor[name].to_numpy()) for name in ("mre", "rmse_db", "frac")}
-        found |= {name: np.mean(getattr(self, name)) for name in ("csac", "csf", "csac_per_sensor", "csf_per_sensor")}
+        found |= {name: np.mean(getattr(self, name)) for name in ("csac", "csf", *OVER_BOTH)}
         paired = self.per_mode[np.isfinite(self.per_mode["relative_error"])]
         for name in ("relative_error", "mac"):
             found[name] = np.mean(paired[name].to_numpy()) if len(paired) else np.nan
@@ -78,73 +78,50 @@ class Comparison(ArrayData):
     def to_xarray(self) -> xr.Dataset:
         """Return the measures over frequency, response and mode, with labels and units.
 
-        Returns
-        -------
-        xarray.Dataset
-            ``csac``, ``csf`` (frequency,), ``csac_per_sensor``, ``csf_per_sensor`` (response, frequency), and the
-            columns of the tables: ``per_sensor_mre`` (response,), ``per_mode_test_hz`` (mode,) and so on.
+        ``csac``, ``csf`` (frequency,), ``csac_per_sensor``, ``csf_per_sensor`` (response, frequency), and the columns
+        of the tables: ``per_sensor_mre`` (response,), ``per_mode_test_hz`` (mode,) and so on.
         """
         variables: dict[str, Any] = {name: ("frequency", getattr(self, name), "1") for name in ("csac", "csf")}
-        over_both = ("csac_per_sensor", "csf_per_sensor")
-        variables |= {name: (("response", "frequency"), getattr(self, name), "1") for name in over_both}
-        for table, axis, skipped in (("per_sensor", "response", "sensor"), ("per_mode", "mode", "mode")):
-            for name, column in getattr(self, table).drop(columns=skipped).items():
+        variables |= {name: (("response", "frequency"), getattr(self, name), "1") for name in OVER_BOTH}
+        for table, axis, head in TABLES:
+            for name, column in getattr(self, table).drop(columns=head).items():
                 units = "Hz" if name.endswith("_hz") else "dB" if name.endswith("_db") else "1"
                 variables[f"{table}_{name}"] = (axis, column.to_numpy(), units)
-        coordinates = {
-            "response": self.per_sensor["sensor"],
-            "mode": self.per_mode["mode"],
-            "frequency": self.frequency,
-        }
-        return labelled.dataset("comparison", variables, coordinates)
+        labels = {"response": self.per_sensor["sensor"], "mode": self.per_mode["mode"]}
+        return labelled.dataset("comparison", variables, labels | {"frequency": self.frequency})
 
     @classmethod
     def from_xarray(cls, ds: xr.Dataset) -> Comparison:
-        """Return the comparison of a dataset that `to_xarray` made.
+        """Return the comparison of a dataset that `to_xarray` made; refuses others.
 
         Parameters
         ----------
         ds : xarray.Dataset
             The dataset.
-
-        Raises
-        ------
-        RecordError
-            If it holds something else.
         """
         labelled.require_kind(ds, "comparison")
         tables = []
-        for table, axis, head in (("per_sensor", "response", "sensor"), ("per_mode", "mode", "mode")):
+        for table, axis, head in TABLES:
             first = labelled.labels(ds, axis) if axis == "response" else ds.get("mode", np.empty(0, dtype=int))
             columns = {str(name): ds[name].values for name in ds.data_vars if str(name).startswith(f"{table}_")}
             tables.append(_frame({head: first} | {name[len(table) + 1 :]: v for name, v in columns.items()}))
-        return cls(
-            labelled.values(ds, "frequency", "frequency"),
-            labelled.values(ds, "csac", "frequency"),
-            labelled.values(ds, "csf", "frequency"),
-            labelled.values(ds, "csac_per_sensor", "response", "frequency"),
-            labelled.values(ds, "csf_per_sensor", "response", "frequency"),
-            *tables,
-        )
+        by_line = [labelled.values(ds, name, "frequency") for name in ("frequency", "csac", "csf")]
+        both = [labelled.values(ds, name, "response", "frequency") for name in OVER_BOTH]
+        return cls(*by_line, *both, *tables)
 
 
 def compare(test_frf: FRF, model_frf: FRF, n_modes: int = 4) -> Comparison:
     """Compare the FRFs of a model with those of a test on the same lines and responses.
 
+    Measures that are 1 by definition come out as nan: CSAC and MAC of one response, FRAC of one line.
+
     Parameters
     ----------
-    test_frf : FRF
-        The test.
-    model_frf : FRF
-        The model, estimated in the same way; nothing is interpolated.
+    test_frf, model_frf : FRF
+        Estimated in the same way; nothing is interpolated.
     n_modes : int
         How many modes to compare. They come out of the FRFs and are paired one to one by MAC and frequency. 0: none
         are looked for.
-
-    Returns
-    -------
-    Comparison
-        With nan for measures that are 1 by definition: CSAC and MAC of one response, FRAC of one line.
 
     Raises
     ------
@@ -158,19 +135,7 @@ def compare(test_frf: FRF, model_frf: FRF, n_modes: int = 4) -> Comparison:
 
 
 def with_modes(test_frf: FRF, model_frf: FRF, per_mode: pd.DataFrame) -> Comparison:
-    """Compare FRFs whose modes are known from an earlier comparison: looking for them takes nearly all of the time.
-
-    Parameters
-    ----------
-    test_frf, model_frf : FRF
-        As `compare` takes them.
-    per_mode : DataFrame
-        `Comparison.per_mode` of the same FRFs.
-
-    Returns
-    -------
-    Comparison
-    """
+    """`compare` with a table of modes that is known from before: looking for them takes nearly all of the time."""
     test, model = test_frf.functions, model_frf.functions
     n_sensors, n_f = test.shape
     # What is 1 by definition says nothing.
@@ -197,18 +162,7 @@ def _frame(data: object) -> pd.DataFrame:
 
 
 def mac_of_modes(a: Modes, b: Modes) -> np.ndarray:
-    """MAC of each mode of one set with each of another.
-
-    Parameters
-    ----------
-    a, b : Modes
-        Of the same responses.
-
-    Returns
-    -------
-    ndarray, shape (n_a, n_b)
-        nan if there is one response, whose MAC is 1 by definition.
-    """
+    """MAC (n_a, n_b) of each mode of one set with each of another; nan for one response, whose MAC is always 1."""
     if a.shape.shape[0] < 2:
         return np.full((a.frequency.size, b.frequency.size), np.nan)
     return mac(a.shape, b.shape)
@@ -284,6 +238,4 @@ def _mode_table(test: Modes, model: Modes, pairs: Pairs, n_modes: int) -> pd.Dat
         }
     )
     order = np.argsort(np.where(np.isnan(test_hz), model_hz, test_hz))
-    table = table.iloc[order].reset_index(drop=True)
-    table.insert(0, "mode", np.arange(1, n_modes + 1))
-    return table
+    return table.iloc[order].reset_index(drop=True).assign(mode=np.arange(1, n_modes + 1))[["mode", *table]]

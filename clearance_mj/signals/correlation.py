@@ -1,7 +1,14 @@
 """How well two FRFs, or two sets of mode shapes, agree.
 
 Arrays of FRFs are (n_outputs, n_inputs, n_f), or (n_outputs, n_f) of one input; test first, model second, on the same
-degrees of freedom and frequency lines: nothing is interpolated.
+degrees of freedom and frequency lines: nothing is interpolated. Arrays of other shapes raise RecordError. Criteria are
+0 to 1, and 1 where test and model agree.
+
+Allemang and Brown, A correlation coefficient for modal vector analysis, IMAC 1, 1982 (MAC); Heylen and Lammens, FRAC: a
+consistent way of comparing frequency response functions, Swansea, 1996; Zang, Grafe and Imregun, Frequency-domain
+criteria for correlating and updating dynamic finite element models, Mechanical Systems and Signal Processing 15, 2001
+(CSAC, CSF); Grafe, Model updating of large structural dynamics models using measured response functions, Ph.D. thesis,
+Imperial College London, 1998.
 """
 
 from __future__ import annotations
@@ -25,11 +32,6 @@ def relative_error(test: ArrayLike, model: ArrayLike) -> np.ndarray:
     Returns
     -------
     ndarray, shape (n,)
-
-    Raises
-    ------
-    RecordError
-        If the shapes differ.
     """
     test, model = np.asarray(test, dtype=float), np.asarray(model, dtype=float)
     if test.shape != model.shape:
@@ -42,24 +44,12 @@ def mac(a: ArrayLike, b: ArrayLike) -> np.ndarray:
 
     Parameters
     ----------
-    a : array_like, shape (n_dof, n_a)
-        Mode shapes as columns, real or complex.
-    b : array_like, shape (n_dof, n_b)
-        The same degrees of freedom.
+    a, b : array_like, shape (n_dof, n_a) and (n_dof, n_b)
+        Mode shapes as columns, real or complex; a complex factor is not seen.
 
     Returns
     -------
     ndarray, shape (n_a, n_b)
-        0 (orthogonal) to 1 (equal but for a complex factor).
-
-    Raises
-    ------
-    RecordError
-        If they are not columns over the same degrees of freedom.
-
-    Notes
-    -----
-    Allemang and Brown, A correlation coefficient for modal vector analysis, IMAC 1, 1982.
     """
     a, b = np.asarray(a), np.asarray(b)
     if a.ndim != 2 or b.ndim != 2 or a.shape[0] != b.shape[0]:
@@ -70,26 +60,14 @@ def mac(a: ArrayLike, b: ArrayLike) -> np.ndarray:
 def frac(test: ArrayLike, model: ArrayLike) -> np.ndarray:
     """Frequency response assurance criterion of each FRF, |Σ H_t H_m*|² / (Σ|H_t|² Σ|H_m|²) over the lines.
 
-    It does not see a complex scale factor.
-
     Parameters
     ----------
     test, model : array_like, shape (n_outputs, [n_inputs,] n_f)
-        FRFs, complex.
+        FRFs, complex; a complex factor is not seen.
 
     Returns
     -------
     ndarray, shape (n_outputs, [n_inputs])
-        0 to 1.
-
-    Raises
-    ------
-    RecordError
-        If the shapes differ or are of another form.
-
-    Notes
-    -----
-    Heylen and Lammens, FRAC: a consistent way of comparing frequency response functions, Swansea, 1996.
     """
     test, model = _pair(test, model)
     return _csac(*_products(test, model, axis=-1))
@@ -98,7 +76,7 @@ def frac(test: ArrayLike, model: ArrayLike) -> np.ndarray:
 def csac(test: ArrayLike, model: ArrayLike) -> np.ndarray:
     """Cross signature assurance criterion of each line, |H_tᴴH_m|² / ((H_tᴴH_t)(H_mᴴH_m)) over the outputs.
 
-    It compares shapes along the structure and does not see a complex scale factor.
+    It compares shapes along the structure and does not see a complex factor.
 
     Parameters
     ----------
@@ -108,17 +86,6 @@ def csac(test: ArrayLike, model: ArrayLike) -> np.ndarray:
     Returns
     -------
     ndarray, shape ([n_inputs,] n_f)
-        0 to 1.
-
-    Raises
-    ------
-    RecordError
-        If the shapes differ, are of another form or hold one output.
-
-    Notes
-    -----
-    Zang, Grafe and Imregun, Frequency-domain criteria for correlating and updating dynamic finite element
-    models, Mechanical Systems and Signal Processing 15, 2001.
     """
     test, model = _pair(test, model)
     if test.shape[0] < 2:
@@ -141,65 +108,22 @@ def csf(test: ArrayLike, model: ArrayLike) -> np.ndarray:
     Returns
     -------
     ndarray, shape ([n_inputs,] n_f)
-        0 to 1.
-
-    Raises
-    ------
-    RecordError
-        If the shapes differ or are of another form.
-
-    Notes
-    -----
-    Grafe, Model updating of large structural dynamics models using measured response functions, Ph.D. thesis,
-    Imperial College London, 1998; Zang, Grafe and Imregun 2001, as for `csac`.
     """
     return _csf(*_products(*_pair(test, model), axis=0))
 
 
 def csac_per_sensor(test: ArrayLike, model: ArrayLike, window: int = 9) -> np.ndarray:
-    """Variant of `csac` for each FRF: a window of lines takes the place of the vector over the outputs.
+    """Variant of `csac` (n_outputs, [n_inputs,] n_f) for each FRF: a window of lines takes the place of the outputs.
 
-    The article's Table 2 gives a CSAC for each sensor, where the criterion as published is 1 by definition.
-
-    Parameters
-    ----------
-    test, model : array_like, shape (n_outputs, [n_inputs,] n_f)
-        FRFs, complex.
-    window : int
-        Lines in the window, odd, at least 3; it is centred on its line and cut off at the ends of the band.
-
-    Returns
-    -------
-    ndarray, shape (n_outputs, [n_inputs,] n_f)
-        0 to 1.
-
-    Raises
-    ------
-    RecordError
-        If the shapes differ, are of another form, or the window is no odd number >= 3.
+    The article's Table 2 gives a CSAC for each sensor, where the criterion as published is 1 by definition. The window,
+    an odd number of lines, is centred on its line and cut off at the ends of the band.
     """
     test, model = _windows(test, model, window)
     return _csac(*_products(test, model, axis=-1))
 
 
 def csf_per_sensor(test: ArrayLike, model: ArrayLike, window: int = 9) -> np.ndarray:
-    """Variant of `csf` for each FRF, as `csac_per_sensor` is of `csac`.
-
-    Parameters
-    ----------
-    test, model, window
-        As in `csac_per_sensor`.
-
-    Returns
-    -------
-    ndarray, shape (n_outputs, [n_inputs,] n_f)
-        0 to 1.
-
-    Raises
-    ------
-    RecordError
-        As `csac_per_sensor`.
-    """
+    """Variant of `csf` for each FRF, as `csac_per_sensor` is of `csac`."""
     test, model = _windows(test, model, window)
     return _csf(*_products(test, model, axis=-1))
 
@@ -215,18 +139,13 @@ def mre(test: ArrayLike, model: ArrayLike) -> np.ndarray:
     Returns
     -------
     ndarray, shape (n_outputs, [n_inputs])
-
-    Raises
-    ------
-    RecordError
-        If the shapes differ or are of another form.
     """
     test, model = _pair(test, model)
     return np.mean(np.abs(np.abs(model) - np.abs(test)) / np.abs(test), axis=-1)
 
 
 def rmse_db(test: ArrayLike, model: ArrayLike) -> np.ndarray:
-    """Root mean square over the lines of 20 log10(|H_m| / |H_t|), for each FRF.
+    """Root mean square over the lines of 20 log10(|H_m| / |H_t|), for each FRF, dB.
 
     Parameters
     ----------
@@ -236,12 +155,6 @@ def rmse_db(test: ArrayLike, model: ArrayLike) -> np.ndarray:
     Returns
     -------
     ndarray, shape (n_outputs, [n_inputs])
-        dB.
-
-    Raises
-    ------
-    RecordError
-        If the shapes differ or are of another form.
     """
     test, model = _pair(test, model)
     return np.sqrt(np.mean((20 * np.log10(np.abs(model) / np.abs(test))) ** 2, axis=-1))

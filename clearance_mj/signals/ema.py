@@ -21,7 +21,7 @@ import numpy as np
 import scipy.ndimage
 
 from ..errors import RecordError
-from . import labelled
+from . import _labelled as labelled
 from .arrays import ArrayData, read_only
 from .frf import FRF
 
@@ -69,12 +69,7 @@ class Modes(ArrayData):
         )
 
     def to_xarray(self) -> xr.Dataset:
-        """Return ``natural_frequency`` and ``damping`` (mode,) and ``shape`` (response, mode), with labels and units.
-
-        Returns
-        -------
-        xarray.Dataset
-        """
+        """Return ``natural_frequency``, ``damping`` (mode,) and ``shape`` (response, mode), with labels and units."""
         variables = {
             "natural_frequency": ("mode", self.frequency, "Hz"),
             "damping": ("mode", self.damping, "1"),
@@ -84,17 +79,12 @@ class Modes(ArrayData):
 
     @classmethod
     def from_xarray(cls, ds: xr.Dataset) -> Modes:
-        """Return the modes of a dataset that `to_xarray` made.
+        """Return the modes of a dataset that `to_xarray` made; refuses others.
 
         Parameters
         ----------
         ds : xarray.Dataset
             The dataset.
-
-        Raises
-        ------
-        RecordError
-            If it holds something else.
         """
         labelled.require_kind(ds, "modes")
         shape = labelled.values(ds, "shape", "response", "mode", dtype=complex)
@@ -121,10 +111,6 @@ def extract_modes(frf: FRF, n_modes: int = 4, band: tuple[float, float] | None =
         Lines to use, Hz; all if left out.
     max_order : int
         Highest order of the common denominator; a third of the number of lines if that is lower.
-
-    Returns
-    -------
-    Modes
 
     Raises
     ------

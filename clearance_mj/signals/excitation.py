@@ -1,4 +1,7 @@
-"""Excitations of the rig: what the shaker does, and generators of the usual test signals."""
+"""Excitations of the rig: what the shaker does, and generators of the usual test signals.
+
+Every generator raises ExcitationError for an impossible parameter; the message names it.
+"""
 
 from __future__ import annotations
 
@@ -92,16 +95,12 @@ def random(
     kind : {"base", "force"}
         Base acceleration, or force at the shaker.
 
-    Returns
-    -------
-    Excitation
-
     Raises
     ------
     ExcitationError
         If a parameter is impossible; the message names it.
     """
-    _require(0 <= rms < np.inf, "rms", rms, "must be >= 0")
+    _require_level(rms=rms)
     value = rms * _noise(duration, fs, band, seed)
     return _described("random", value, fs, kind, band, duration=duration, rms=rms, seed=seed)
 
@@ -109,7 +108,7 @@ def random(
 def random_blocks(
     duration: float, fs: float, band: Band = BAND, rms: float = 1.0, seed: int = 0, kind: str = "base"
 ) -> Iterator[Excitation]:
-    """Band-limited Gaussian noise of any duration, in pieces of some seconds.
+    """Band-limited Gaussian noise of any duration, in pieces of some seconds that follow without a break.
 
     Segments of `random` overlap by half under a power-complementary window (Vorbis I specification, 1.3.2),
     so that the noise is stationary and has no seams. It is 60 dB down 1 Hz outside the band.
@@ -120,18 +119,8 @@ def random_blocks(
         As in `random`.
     rms : float
         Expected root mean square, m/s² or N.
-
-    Yields
-    ------
-    Excitation
-        Pieces that follow each other without a break.
-
-    Raises
-    ------
-    ExcitationError
-        As `random`.
     """
-    _require(0 <= rms < np.inf, "rms", rms, "must be >= 0")
+    _require_level(rms=rms)
     size, half = _size(duration, fs), _size(HALF, fs)
     window = np.sin(np.pi / 2 * np.sin(np.pi / 2 * (np.arange(half) + 0.5) / half) ** 2)
 
@@ -147,15 +136,9 @@ def random_blocks(
 
 
 def burst_random(
-    duration: float,
-    fs: float,
-    band: Band = BAND,
-    rms: float = 1.0,
-    seed: int = 0,
-    kind: str = "base",
-    burst: float = 0.6,
-    period: float = 2.0,
-) -> Excitation:
+    duration: float, fs: float, band: Band = BAND, rms: float = 1.0, seed: int = 0, kind: str = "base",
+    burst: float = 0.6, period: float = 2.0,
+) -> Excitation:  # fmt: skip
     """Noise that is on at the start of each period and leaves the rest of it for the decay.
 
     With a boxcar of one period, estimated FRFs have no leakage if the decay ends within it. The flanks of a burst are
@@ -173,23 +156,14 @@ def burst_random(
         Share of the period in which the noise is on, 0 < burst <= 1.
     period : float
         s from burst to burst; at most the duration.
-
-    Returns
-    -------
-    Excitation
-
-    Raises
-    ------
-    ExcitationError
-        As `random`.
     """
-    _require(0 <= rms < np.inf, "rms", rms, "must be >= 0")
+    _require_level(rms=rms)
     _require(0 < burst <= 1, "burst", burst, "must be > 0 and <= 1")
     value = _noise(duration, fs, band, seed)
-    _require(1 / fs < period <= duration, "period", period, "must be more than a sample and at most the duration")
-    place = np.arange(value.size) / fs % period / (burst * period)
-    on = place < 1
-    flank = np.minimum(place[on], 1 - place[on]) / (TAPER / 2)
+    _require_period(period, duration, fs)
+    phase = np.arange(value.size) / fs % period / (burst * period)
+    on = phase < 1
+    flank = np.minimum(phase[on], 1 - phase[on]) / (TAPER / 2)
     value[~on] = 0
     value[on] *= 0.5 - 0.5 * np.cos(np.pi * np.minimum(flank, 1))
     value *= rms / np.sqrt(np.mean(value[on] ** 2))
@@ -198,14 +172,9 @@ def burst_random(
 
 
 def level_ramp(
-    duration: float,
-    fs: float,
-    band: Band = BAND,
-    start_rms: float = 0.5,
-    end_rms: float = 8.0,
-    seed: int = 0,
+    duration: float, fs: float, band: Band = BAND, start_rms: float = 0.5, end_rms: float = 8.0, seed: int = 0,
     kind: str = "base",
-) -> Excitation:
+) -> Excitation:  # fmt: skip
     """Noise whose level changes geometrically, by as many dB in every second.
 
     Parameters
@@ -214,15 +183,6 @@ def level_ramp(
         As in `random`.
     start_rms, end_rms : float
         Root mean square at the start and at the end, m/s² or N.
-
-    Returns
-    -------
-    Excitation
-
-    Raises
-    ------
-    ExcitationError
-        As `random`.
     """
     _require(0 < start_rms < np.inf, "start_rms", start_rms, "must be > 0")
     _require(0 < end_rms < np.inf, "end_rms", end_rms, "must be > 0")
@@ -233,14 +193,9 @@ def level_ramp(
 
 
 def multisine(
-    duration: float,
-    fs: float,
-    band: Band = BAND,
-    rms: float = 1.0,
-    seed: int = 0,
-    kind: str = "base",
+    duration: float, fs: float, band: Band = BAND, rms: float = 1.0, seed: int = 0, kind: str = "base",
     period: float = 2.0,
-) -> Excitation:
+) -> Excitation:  # fmt: skip
     """Sines of equal amplitude and random phase at every multiple of 1 / period within the band.
 
     Parameters
@@ -255,19 +210,10 @@ def multisine(
         Seed of the phases.
     period : float
         s; a whole number of samples, at most the duration.
-
-    Returns
-    -------
-    Excitation
-
-    Raises
-    ------
-    ExcitationError
-        As `random`.
     """
     size = _size(duration, fs)
-    _require(0 <= rms < np.inf, "rms", rms, "must be >= 0")
-    _require(1 / fs < period <= duration, "period", period, "must be more than a sample and at most the duration")
+    _require_level(rms=rms)
+    _require_period(period, duration, fs)
     samples = round(period * fs)
     _require(abs(period * fs - samples) < 1e-6, "period", period, f"must be a whole number of samples of {1 / fs:g} s")
     lines = _lines(samples, fs, band)
@@ -281,13 +227,9 @@ def multisine(
 
 
 def sweep(
-    duration: float,
-    fs: float,
-    band: Band = BAND,
-    amplitude: float = 1.0,
-    kind: str = "base",
+    duration: float, fs: float, band: Band = BAND, amplitude: float = 1.0, kind: str = "base",
     method: str = "logarithmic",
-) -> Excitation:
+) -> Excitation:  # fmt: skip
     """A sine that runs once through the band, upwards.
 
     Parameters
@@ -300,19 +242,10 @@ def sweep(
         m/s² or N.
     method : {"logarithmic", "linear"}
         As many octaves, or as many Hz, in every second.
-
-    Returns
-    -------
-    Excitation
-
-    Raises
-    ------
-    ExcitationError
-        As `random`.
     """
     time = np.arange(_size(duration, fs)) / fs
     low, high = _require_band(band, fs)
-    _require(0 <= amplitude < np.inf, "amplitude", amplitude, "must be >= 0")
+    _require_level(amplitude=amplitude)
     _require(method in ("logarithmic", "linear"), "method", method, 'must be "logarithmic" or "linear"')
     if method == "linear":
         turns = (low + (high - low) * time / (2 * duration)) * time
@@ -327,7 +260,7 @@ def sweep(
 def stepped_sine(
     duration: float, fs: float, frequency: ArrayLike, amplitude: ArrayLike, kind: str = "base"
 ) -> Excitation:
-    """A sine whose frequency or amplitude steps, all steps of one length, without a jump in phase.
+    """A sine whose frequency or amplitude steps, each as long, without a jump in phase; its band is left open.
 
     The rig goes on from the motion of the step before: up and down through a resonance shows jumps and hysteresis.
 
@@ -341,16 +274,6 @@ def stepped_sine(
         Of every step or of each, Hz, above 0 and below fs / 2.
     amplitude : float or sequence of float
         Of every step or of each, m/s² or N.
-
-    Returns
-    -------
-    Excitation
-        Its band is left open.
-
-    Raises
-    ------
-    ExcitationError
-        As `random`.
     """
     size = _size(duration, fs)
     steps = [np.atleast_1d(np.asarray(values, dtype=float)) for values in (frequency, amplitude)]
@@ -369,7 +292,7 @@ def stepped_sine(
 def hammer(
     duration: float, fs: float, peak: ArrayLike, width: float, times: ArrayLike, kind: str = "base"
 ) -> Excitation:
-    """Half-sine pulses, one for each time.
+    """Half-sine pulses, one for each time; their band is left open.
 
     Parameters
     ----------
@@ -381,16 +304,6 @@ def hammer(
         s from the start to the end of a pulse, at least two samples.
     times : sequence of float
         Starts of the pulses, s, rising; no pulse may reach the next one or the end.
-
-    Returns
-    -------
-    Excitation
-        Its band is left open.
-
-    Raises
-    ------
-    ExcitationError
-        As `random`.
     """
     time = np.arange(_size(duration, fs)) / fs
     _require(2 / fs <= width < np.inf, "width", width, f"must be at least two samples, {2 / fs:g} s")
@@ -432,6 +345,15 @@ def _size(duration: float, fs: float) -> int:
     _require(0 < fs < np.inf, "fs", fs, "must be > 0 Hz")
     _require(0 < duration < np.inf and round(duration * fs) >= 2, "duration", duration, "must be two samples or more")
     return round(duration * fs)
+
+
+def _require_level(**levels: float) -> None:
+    for name, level in levels.items():
+        _require(0 <= level < np.inf, name, level, "must be >= 0")
+
+
+def _require_period(period: float, duration: float, fs: float) -> None:
+    _require(1 / fs < period <= duration, "period", period, "must be more than a sample and at most the duration")
 
 
 def _require_band(band: Band, fs: float) -> Band:

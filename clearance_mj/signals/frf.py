@@ -2,35 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
-import scipy.fft
-import scipy.signal
+import xarray as xr
 from numpy.typing import ArrayLike
 
 from ..errors import RecordError
-from . import labelled
+from . import _labelled as labelled
+from ._labelled import UNITS
 from .arrays import ArrayData, read_only
-from .labelled import UNITS
 from .response import Response
+from .welch import ESTIMATORS, WINDOWS, Band, Welch, lines_within
 
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = [
-    "ESTIMATORS",
-    "FRF",
-    "WINDOWS",
-    "estimate_frf",
-    "estimate_frf_blocks",
-    "join_references",
-    "random_error",
-]
+__all__ = ["FRF", "estimate_frf", "estimate_frf_blocks", "join_references", "random_error"]
 
-WINDOWS = ("hann", "boxcar")
 QUANTITY = {"base": "acceleration/acceleration", "force": "acceleration/force"}
 
 
@@ -81,13 +72,7 @@ class FRF(ArrayData):
 
     @property
     def reference(self) -> str:
-        """The only reference.
-
-        Raises
-        ------
-        RecordError
-            If there are several.
-        """
+        """The only reference; refuses several."""
         if len(self.references) > 1:
             raise RecordError(f"the FRF has several references, {', '.join(self.references)}; needs one")
         return self.references[0]
@@ -118,44 +103,25 @@ class FRF(ArrayData):
             if self.measured[i, j]
         )
 
-    def within(self, band: tuple[float, float]) -> FRF:
-        """Cut to the lines with lo <= f <= hi.
+    def within(self, band: Band) -> FRF:
+        """Cut to the lines with lo <= f <= hi; refuses a band without a line.
 
         Parameters
         ----------
         band : (float, float)
             lo and hi, Hz.
-
-        Returns
-        -------
-        FRF
-
-        Raises
-        ------
-        RecordError
-            If no line lies in the band.
         """
-        lines = _lines(self.frequency, band)
+        lines = lines_within(self.frequency, band)
         coherence = None if self.coherence is None else self.coherence[..., lines]
         return replace(self, frequency=self.frequency[lines], value=self.value[..., lines], coherence=coherence)
 
     def to_reference(self, reference: str) -> FRF:
-        """Take the functions to one reference out of several.
+        """Take the functions to one reference out of several, of the responses that were measured to it.
 
         Parameters
         ----------
         reference : str
-            Such as "5:+Z".
-
-        Returns
-        -------
-        FRF
-            Of the responses that were measured to it.
-
-        Raises
-        ------
-        RecordError
-            If there are none to this reference.
+            Such as "5:+Z"; refused if there are no functions to it.
         """
         if reference not in self.references:
             raise RecordError(f"holds FRFs to {', '.join(self.references)}; not {reference}")
@@ -170,13 +136,7 @@ class FRF(ArrayData):
         return FRF(self.frequency, self.value[rows, j], coherence, responses, (reference,), self.quantity)
 
     def to_xarray(self) -> xr.Dataset:
-        """Return ``value`` and ``coherence`` (response, reference, frequency), with labels and units.
-
-        Returns
-        -------
-        xarray.Dataset
-            Without ``coherence`` if there is none; its attribute ``quantity`` is that of the FRF.
-        """
+        """Return ``value`` and ``coherence`` (response, reference, frequency), with labels, units and the quantity."""
         dims = ("response", "reference", "frequency")
         above, _, below = self.quantity.partition("/")
         units = "1" if above == below else f"({UNITS.get(above, above)})/({UNITS.get(below, below)})"
@@ -188,17 +148,12 @@ class FRF(ArrayData):
 
     @classmethod
     def from_xarray(cls, ds: xr.Dataset) -> FRF:
-        """Return the FRF of a dataset that `to_xarray` made.
+        """Return the FRF of a dataset that `to_xarray` made; refuses others.
 
         Parameters
         ----------
         ds : xarray.Dataset
             The dataset.
-
-        Raises
-        ------
-        RecordError
-            If it holds something else, or two references are the same.
         """
         labelled.require_kind(ds, "frf")
         dims = ("response", "reference", "frequency")
@@ -223,16 +178,7 @@ def join_references(frfs: Sequence[FRF]) -> FRF:
     Parameters
     ----------
     frfs : sequence of FRF
-        On the same lines, of one quantity.
-
-    Returns
-    -------
-    FRF
-
-    Raises
-    ------
-    RecordError
-        If they differ in lines or quantity.
+        On the same lines, of one quantity; others raise RecordError.
     """
     first, *others = frfs
     if not others:
@@ -264,7 +210,7 @@ def estimate_frf(
     estimator: str = "H1",
     resolution: float = 0.5,
     overlap: float = 0.5,
-    band: tuple[float, float] | None = None,
+    band: Band | None = None,
     window: str = "hann",
 ) -> FRF:
     """Estimate the FRFs of a record by averaging over windowed segments (Welch).
@@ -313,10 +259,10 @@ def estimate_frf_blocks(
     estimator: str = "H1",
     resolution: float = 0.5,
     overlap: float = 0.5,
-    band: tuple[float, float] | None = None,
+    band: Band | None = None,
     window: str = "hann",
 ) -> FRF:
-    """Estimate the FRFs of a record that comes block by block, as `estimate_frf` does of a whole one.
+    """Estimate the FRFs of a record that comes block by block, as `estimate_frf` does of a whole one, to rounding.
 
     Parameters
     ----------
@@ -324,11 +270,6 @@ def estimate_frf_blocks(
         Consecutive blocks of any lengths, such as `simulate_blocks` yields.
     estimator, resolution, overlap, band, window
         As in `estimate_frf`.
-
-    Returns
-    -------
-    FRF
-        That of the whole record, to rounding.
 
     Raises
     ------
@@ -346,34 +287,12 @@ def estimate_frf_blocks(
         raise RecordError("there is no block of a record")
     if first.kind not in QUANTITY:
         raise RecordError(f'kind "{first.kind}" of the excitation is unknown; use {", ".join(QUANTITY)}')
-    spectra = _Welch(first.fs, resolution, overlap, band or first.band, window)
+    spectra = Welch(first.fs, resolution, overlap, band or first.band, window)
     spectra.push(first)
     for block in blocks:
         spectra.push(block)
     value, coherence = spectra.estimate(ESTIMATORS[estimator])
     return FRF(spectra.frequency, value, coherence, first.responses, (first.reference,), QUANTITY[first.kind])
-
-
-def _h1(sxx: np.ndarray, syy: np.ndarray, syx: np.ndarray) -> np.ndarray:
-    return syx / sxx
-
-
-def _h2(sxx: np.ndarray, syy: np.ndarray, syx: np.ndarray) -> np.ndarray:
-    return syy / syx.conj()
-
-
-def _hv(sxx: np.ndarray, syy: np.ndarray, syx: np.ndarray) -> np.ndarray:
-    """Minus the ratio of the parts of the eigenvector to the smaller eigenvalue of [[sxx, sxy], [syx, syy]].
-
-    Of its two equal forms the one without cancellation is taken at each line.
-    """
-    difference = syy - sxx
-    root = np.hypot(difference, 2 * np.abs(syx))
-    return np.where(difference > 0, (root + difference) / (2 * syx.conj()), 2 * syx / (root - difference))
-
-
-Estimator = Callable[[np.ndarray, np.ndarray, np.ndarray], np.ndarray]
-ESTIMATORS: dict[str, Estimator] = {"H1": _h1, "H2": _h2, "Hv": _hv}
 
 
 def random_error(frf: FRF, duration: float) -> np.ndarray:
@@ -405,78 +324,3 @@ def random_error(frf: FRF, duration: float) -> np.ndarray:
     averages = segments / (1 + 2 * (segments - 1) / segments / 36)
     # Coherences of 1 may be rounded above it.
     return np.sqrt(np.maximum(1 - frf.coherence, 0) / (2 * averages * frf.coherence))
-
-
-class _Welch:
-    """Sums of the segments' spectra, and the samples of which further segments will be made."""
-
-    def __init__(
-        self, fs: float, resolution: float, overlap: float, band: tuple[float, float] | None, window: str
-    ) -> None:
-        if not 0 < resolution <= fs / 2:
-            raise RecordError(f"resolution must be > 0 Hz and at most fs / 2 = {fs / 2:g} Hz, got {resolution!r}")
-        if band and fs < 2 * band[1]:
-            raise RecordError(f"fs {fs:g} Hz is below twice the band's upper end {band[1]:g} Hz")
-        self.fs, self.length, self.averages = fs, round(min(fs / resolution, 1e18)), 0
-        self.hop = max(1, self.length - round(overlap * self.length))
-        self.band, self.shape = band, window
-        self.sums: tuple[np.ndarray, ...] | None = None
-        self.held: np.ndarray | None = None
-        self.limits = np.inf, -np.inf
-
-    def _prepare(self) -> None:
-        """Make what is as long as a segment, once there is one."""
-        self.window = scipy.signal.get_window(self.shape, self.length)
-        frequency = np.arange(self.length // 2 + 1) * (self.fs / self.length)
-        self.lines = _lines(frequency, self.band) if self.band else slice(None)
-        self.frequency = frequency[self.lines]
-
-    def push(self, block: Response) -> None:
-        """Add every segment that a block completes."""
-        excitation = block.excitation
-        signals = np.vstack((excitation, block.acceleration))
-        finite = np.isfinite(signals).all(axis=1)
-        if not finite.all():
-            bad = int(np.argmin(finite))
-            raise RecordError(f"{f'acceleration row {bad - 1}' if bad else 'the excitation'} is not finite")
-        low, high = self.limits
-        self.limits = min(low, excitation.min(initial=np.inf)), max(high, excitation.max(initial=-np.inf))
-        held = signals if self.held is None else np.hstack((self.held, signals))
-        if self.sums is None and held.shape[1] >= self.length:
-            self._prepare()
-        while held.shape[1] >= self.length:
-            x, *y = scipy.fft.rfft(held[:, : self.length] * self.window)[:, self.lines]
-            y = np.reshape(y, (-1, x.size))
-            found = x.real**2 + x.imag**2, y.real**2 + y.imag**2, y * x.conj()
-            self.sums = found if self.sums is None else tuple(map(np.add, self.sums, found))
-            self.averages += 1
-            held = held[:, self.hop :]
-        self.held = held
-
-    def estimate(self, estimator: Estimator) -> tuple[np.ndarray, np.ndarray | None]:
-        """Return FRFs and coherence, which one segment alone does not have."""
-        if self.sums is None:
-            samples = 0 if self.held is None else self.held.shape[1]
-            raise RecordError(
-                f"the record lasts {samples / self.fs:g} s, shorter than one segment of "
-                f"{self.length / self.fs:g} s (resolution {self.fs / self.length:g} Hz)"
-            )
-        low, high = self.limits
-        if low == high:
-            raise RecordError(f"the excitation is constant at {low:g}: no FRF can be estimated")
-        sxx, syy, syx = self.sums
-        with np.errstate(divide="ignore", invalid="ignore"):
-            coherence = np.abs(syx) ** 2 / (sxx * syy) if self.averages > 1 else None
-            return estimator(sxx, syy, syx), coherence
-
-
-def _lines(frequency: np.ndarray, band: tuple[float, float]) -> slice:
-    """Lines with lo <= f <= hi, to rounding."""
-    low, high = band
-    slack = 1e-9 * abs(high)
-    lines = slice(*np.searchsorted(frequency, (low - slack, high + slack)))
-    if not low <= high or lines.start >= lines.stop:
-        raise RecordError(
-            f"no line between {low:g} and {high:g} Hz; there are lines from {frequency[0]:g} to {frequency[-1]:g} Hz"
-        )
-    return lines

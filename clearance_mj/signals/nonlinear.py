@@ -12,6 +12,7 @@ from ..errors import RecordError
 from .arrays import ArrayData, read_only
 from .frf import FRF, QUANTITY
 from .response import Response
+from .welch import lines_within
 
 __all__ = ["BestLinear", "best_linear", "stepped_harmonics"]
 
@@ -44,6 +45,8 @@ class BestLinear(ArrayData):
 def best_linear(responses: Sequence[Response], period: float, drop: int = 1) -> BestLinear:
     """Estimate the best linear approximation from random-phase multisines by the robust method.
 
+    It holds the lines of the records' band, or every line that is excited if they have none.
+
     Parameters
     ----------
     responses : sequence of Response
@@ -52,11 +55,6 @@ def best_linear(responses: Sequence[Response], period: float, drop: int = 1) -> 
         s.
     drop : int
         Periods at the start that are left out until the transient has died.
-
-    Returns
-    -------
-    BestLinear
-        At the lines of the records' band, or at every line that is excited if they have none.
 
     Raises
     ------
@@ -73,9 +71,11 @@ def best_linear(responses: Sequence[Response], period: float, drop: int = 1) -> 
     period, as chaos, counts as noise.
     """
     signals = np.stack([_periods(response, period, drop) for response in _alike(responses)])
-    lines, frequency = _lines(responses[0], signals.shape[-1])
+    first, samples = responses[0], signals.shape[-1]
+    frequency = np.arange(samples // 2 + 1) * (first.fs / samples)
+    lines = np.r_[lines_within(frequency, first.band or (frequency[1], frequency[-1]))]
     spectra = np.fft.rfft(signals)[..., lines]
-    if not frequency.size or np.any(np.abs(spectra[:, 0]).min(axis=(0, 1)) <= SILENT * np.abs(spectra[:, 0]).max()):
+    if np.any(np.abs(spectra[:, 0]).min(axis=(0, 1)) <= SILENT * np.abs(spectra[:, 0]).max()):
         raise RecordError("the excitation leaves out lines of its band; a multisine over the whole band is needed")
     n_realisations, _, n_periods, _ = spectra.shape
     mean = spectra.mean(axis=2)
@@ -84,8 +84,7 @@ def best_linear(responses: Sequence[Response], period: float, drop: int = 1) -> 
     noise = np.sum(np.abs(left) ** 2, axis=2) / (n_periods * (n_periods - 1) * np.abs(u) ** 2)
     value = g.mean(axis=0)
     scatter = np.sum(np.abs(g - value) ** 2, axis=0) / (n_realisations * (n_realisations - 1))
-    first = responses[0]
-    frf = FRF(frequency, value, None, first.responses, (first.reference,), QUANTITY[first.kind])
+    frf = FRF(frequency[lines], value, None, first.responses, (first.reference,), QUANTITY[first.kind])
     noise = noise.mean(axis=0) / n_realisations
     return BestLinear(frf, noise[:, None], scatter[:, None], n_realisations)
 
@@ -112,15 +111,6 @@ def _periods(response: Response, period: float, drop: int) -> np.ndarray:
     if not np.isfinite(signals).all():
         raise RecordError("a realisation holds samples that are not finite")
     return signals.reshape(-1, count, samples)[:, drop:]
-
-
-def _lines(response: Response, samples: int) -> tuple[np.ndarray, np.ndarray]:
-    """Numbers and frequencies of the lines in the band."""
-    frequency = np.arange(samples // 2 + 1) * (response.fs / samples)
-    low, high = response.band or (frequency[1], frequency[-1])
-    slack = 1e-9 * high
-    lines = np.flatnonzero((frequency >= low - slack) & (frequency <= high + slack))
-    return lines, frequency[lines]
 
 
 def stepped_harmonics(

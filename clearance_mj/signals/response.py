@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..errors import RecordError
-from . import labelled
+from . import _labelled as labelled
 from .arrays import ArrayData, read_only
 
 if TYPE_CHECKING:
@@ -87,18 +87,10 @@ class Response(ArrayData):
         return self.excitation.size / self.fs
 
     def to_xarray(self) -> xr.Dataset:
-        """Return the histories with labels and units.
+        """Return the histories with labels and units, the provenance (plain data) as JSON in an attribute.
 
-        Returns
-        -------
-        xarray.Dataset
-            ``excitation`` (time,), ``acceleration`` (response, time), and of ``displacement``, ``contact_force`` and
-            ``grease_force`` (bushing, time) what the response has. Its provenance is JSON in an attribute.
-
-        Raises
-        ------
-        RecordError
-            If its kind is unknown or its provenance is not plain data.
+        ``excitation`` (time,), ``acceleration`` (response, time), and of ``displacement``, ``contact_force`` and
+        ``grease_force`` (bushing, time) what the response has.
         """
         if self.kind not in EXCITATION_UNITS:
             raise RecordError(f'kind "{self.kind}" is unknown; use {" or ".join(EXCITATION_UNITS)}')
@@ -114,17 +106,12 @@ class Response(ArrayData):
 
     @classmethod
     def from_xarray(cls, ds: xr.Dataset) -> Response:
-        """Return the response of a dataset that `to_xarray` made.
+        """Return the response of a dataset that `to_xarray` made; refuses others.
 
         Parameters
         ----------
         ds : xarray.Dataset
             The dataset; older ones have time first.
-
-        Raises
-        ------
-        RecordError
-            If it holds something else.
         """
         labelled.require_kind(ds, "response")
         if "acceleration" not in ds:

@@ -21,17 +21,7 @@ PASS, STOP, ATTENUATION = 0.4, 0.6, 80.0
 
 @functools.cache
 def lowpass(factor: int) -> np.ndarray:
-    """Taps of the filter between ``fs`` and ``factor * fs``: odd in number, symmetric, of unit gain at rest.
-
-    Parameters
-    ----------
-    factor : int
-        Ratio of the two rates.
-
-    Returns
-    -------
-    ndarray, shape (2 * m * factor + 1,)
-    """
+    """Taps (2 * m * factor + 1,) of the filter between ``fs`` and ``factor * fs``: symmetric, of unit gain at rest."""
     if factor == 1:
         return np.ones(1)
     count, beta = scipy.signal.kaiserord(ATTENUATION, (STOP - PASS) / (factor / 2))
@@ -42,31 +32,16 @@ def lowpass(factor: int) -> np.ndarray:
 
 
 def interpolate(value: np.ndarray, factor: int) -> np.ndarray:
-    """Raise the sampling rate by a whole factor, band-limited; sample i of the input is sample i*factor of the output.
+    """Raise the rate of samples (n,) to (n * factor,), band-limited; they are zero beyond their ends.
 
-    Parameters
-    ----------
-    value : array_like, shape (n,)
-        Samples; taken as zero before the first and after the last.
-    factor : int
-        Ratio of the rates.
-
-    Returns
-    -------
-    ndarray, shape (n * factor,)
+    Sample i of the input is sample i * factor of the output.
     """
     interpolator = Interpolator(factor)
     return np.concatenate((interpolator.push(np.asarray(value, dtype=float)), interpolator.flush()))
 
 
 class Interpolator:
-    """Interpolate a stream of blocks, so that memory does not grow with the record; sums do not depend on the blocks.
-
-    Parameters
-    ----------
-    factor : int
-        Ratio of the rates. Input sample i is output sample i * factor.
-    """
+    """Interpolate a stream of blocks, so that memory does not grow with the record; blocks do not change the sums."""
 
     def __init__(self, factor: int) -> None:
         self.factor = factor
@@ -76,17 +51,7 @@ class Interpolator:
         self._held = np.zeros(self.ahead)  # what the next outputs' filter reaches back to
 
     def push(self, block: np.ndarray) -> np.ndarray:
-        """Take the next samples and return the fast ones that are complete.
-
-        Parameters
-        ----------
-        block : ndarray, shape (n,)
-            Any number of samples.
-
-        Returns
-        -------
-        ndarray, shape (m * factor,)
-        """
+        """Take the next samples (n,) and return the fast ones (m * factor,) that are complete."""
         held = np.concatenate((self._held, block))
         count = max(0, held.size - 2 * self.ahead)
         self._held = held[count:]
@@ -101,15 +66,7 @@ class Interpolator:
 
 
 class Decimator:
-    """Low-pass and decimate a stream of blocks, so that memory does not grow with the fast rate.
-
-    Parameters
-    ----------
-    channels : int
-        Number of columns.
-    factor : int
-        Ratio of the rates. Output sample i is centred on input sample i * factor.
-    """
+    """Low-pass and decimate a stream of blocks; output sample i is centred on input sample i * factor."""
 
     def __init__(self, channels: int, factor: int) -> None:
         self.factor = factor
@@ -119,17 +76,7 @@ class Decimator:
         self._first = 0  # position in the held block of the first sample under the next output's filter
 
     def push(self, block: np.ndarray) -> np.ndarray:
-        """Take the next fast samples and return the slow ones that are complete.
-
-        Parameters
-        ----------
-        block : ndarray, shape (n, channels)
-            Any number of samples.
-
-        Returns
-        -------
-        ndarray, shape (m, channels)
-        """
+        """Take the next fast samples (n, channels) and return the slow ones (m, channels) that are complete."""
         held = np.concatenate((self._held, block.T), axis=1)
         count = max(0, (held.shape[1] - self._first - self.taps.size) // self.factor + 1)
         out = np.empty((count, held.shape[0]))
@@ -146,19 +93,7 @@ class Decimator:
 
 
 def decimate(value: np.ndarray, factor: int) -> np.ndarray:
-    """Low-pass and decimate a whole record.
-
-    Parameters
-    ----------
-    value : ndarray, shape (n, channels)
-        Fast samples.
-    factor : int
-        Ratio of the rates.
-
-    Returns
-    -------
-    ndarray, shape (ceil(n / factor), channels)
-    """
+    """Low-pass and decimate a whole record (n, channels) to (ceil(n / factor), channels)."""
     decimator = Decimator(value.shape[1], factor)
     out = np.concatenate((decimator.push(value), decimator.flush()))
     return out[: -(-value.shape[0] // factor)]

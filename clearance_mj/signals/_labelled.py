@@ -30,22 +30,10 @@ UNITS = {
 def dataset(
     holds: str, variables: dict[str, Any], coordinates: dict[str, Any], attributes: dict[str, Any] | None = None
 ) -> xr.Dataset:
-    """Return a dataset that says what it holds.
+    """A dataset that says what it holds, such as "frf".
 
-    Parameters
-    ----------
-    holds : str
-        What it is, such as "frf".
-    variables : dict
-        By name: dimensions, numbers and units; those whose numbers are None are left out.
-    coordinates : dict
-        Labels, or numbers with units, by dimension; empty ones are left out.
-    attributes : dict, optional
-        Further ones.
-
-    Returns
-    -------
-    xarray.Dataset
+    Variables are (dimensions, numbers, units) by name, left out where the numbers are None; coordinates are labels or
+    numbers by dimension, left out where empty.
     """
     import xarray as xr
 
@@ -61,76 +49,34 @@ def dataset(
 
 
 def require_kind(ds: xr.Dataset, kind: str) -> None:
-    """Refuse a dataset that holds something else.
-
-    Parameters
-    ----------
-    ds : xarray.Dataset
-        The dataset.
-    kind : str
-        What it should hold.
-    """
+    """Refuse a dataset that holds something else."""
     if ds.attrs.get(KIND) != kind:
         raise RecordError(f'holds "{ds.attrs.get(KIND)}", needs "{kind}" in the attribute {KIND}')
 
 
 def attribute(ds: xr.Dataset, name: str) -> Any:
-    """Return an attribute, or say that it is missing.
-
-    Parameters
-    ----------
-    ds : xarray.Dataset
-        The dataset.
-    name : str
-        Of the attribute.
-    """
+    """An attribute, or say that it is missing."""
     if name not in ds.attrs:
         raise RecordError(f'the attribute "{name}" is missing')
     return ds.attrs[name]
 
 
 def values(ds: xr.Dataset, name: str, *dims: str, dtype: type = float) -> np.ndarray:
-    """Return a variable as native numbers, C-contiguous, its axes in the named order; older files have time first.
-
-    Parameters
-    ----------
-    ds : xarray.Dataset
-        The dataset.
-    name : str
-        Of the variable.
-    *dims : str
-        Its dimensions.
-    dtype : type
-        Of the numbers.
-    """
+    """A variable as native numbers, C-contiguous, its axes in the named order; older files have time first."""
     if name not in ds or set(ds[name].dims) != set(dims):
         raise RecordError(f'needs "{name}" over ({", ".join(dims)})')
     return np.ascontiguousarray(ds[name].transpose(*dims).values, dtype=dtype)
 
 
 def labels(ds: xr.Dataset, name: str) -> tuple[str, ...]:
-    """Return the labels along a dimension.
-
-    Parameters
-    ----------
-    ds : xarray.Dataset
-        The dataset.
-    name : str
-        Of the dimension.
-    """
+    """The labels along a dimension."""
     if name not in ds.coords:
         raise RecordError(f'needs labels along "{name}"')
     return tuple(str(label) for label in ds[name].values)
 
 
 def plain_json(provenance: dict) -> str:
-    """Return plain data as JSON, or say that it is none.
-
-    Parameters
-    ----------
-    provenance : dict
-        Texts, numbers, lists and dicts.
-    """
+    """Plain data as JSON, or say that it is none."""
     try:
         return json.dumps(provenance)
     except (TypeError, ValueError) as error:

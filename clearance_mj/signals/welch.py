@@ -1,0 +1,113 @@
+"""Estimates of FRFs from averaged spectra of windowed segments (Welch), block by block."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import scipy.fft
+import scipy.signal
+
+from ..errors import RecordError
+from .response import Response
+
+__all__ = ["ESTIMATORS", "WINDOWS", "Welch", "lines_within"]
+
+WINDOWS = ("hann", "boxcar")
+Band = tuple[float, float]
+Estimator = Callable[[np.ndarray, np.ndarray, np.ndarray], np.ndarray]
+"""H (n_outputs, n_f) from S_xx (n_f,), S_yy and S_yx (n_outputs, n_f)"""
+
+
+def _h1(sxx: np.ndarray, syy: np.ndarray, syx: np.ndarray) -> np.ndarray:
+    return syx / sxx
+
+
+def _h2(sxx: np.ndarray, syy: np.ndarray, syx: np.ndarray) -> np.ndarray:
+    return syy / syx.conj()
+
+
+def _hv(sxx: np.ndarray, syy: np.ndarray, syx: np.ndarray) -> np.ndarray:
+    """Minus the ratio of the parts of the eigenvector to the smaller eigenvalue of [[sxx, sxy], [syx, syy]].
+
+    Of its two equal forms the one without cancellation is taken at each line.
+    """
+    difference = syy - sxx
+    root = np.hypot(difference, 2 * np.abs(syx))
+    return np.where(difference > 0, (root + difference) / (2 * syx.conj()), 2 * syx / (root - difference))
+
+
+ESTIMATORS: dict[str, Estimator] = {"H1": _h1, "H2": _h2, "Hv": _hv}
+
+
+class Welch:
+    """Sums of the segments' spectra, and the samples of which further segments will be made."""
+
+    def __init__(self, fs: float, resolution: float, overlap: float, band: Band | None, window: str) -> None:
+        if not 0 < resolution <= fs / 2:
+            raise RecordError(f"resolution must be > 0 Hz and at most fs / 2 = {fs / 2:g} Hz, got {resolution!r}")
+        if band and fs < 2 * band[1]:
+            raise RecordError(f"fs {fs:g} Hz is below twice the band's upper end {band[1]:g} Hz")
+        self.fs, self.length, self.averages = fs, round(min(fs / resolution, 1e18)), 0
+        self.hop = max(1, self.length - round(overlap * self.length))
+        self.band, self.shape = band, window
+        self.sums: tuple[np.ndarray, ...] | None = None
+        self.held: np.ndarray | None = None
+        self.limits = np.inf, -np.inf
+
+    def _prepare(self) -> None:
+        """Make what is as long as a segment, once there is one."""
+        self.window = scipy.signal.get_window(self.shape, self.length)
+        frequency = np.arange(self.length // 2 + 1) * (self.fs / self.length)
+        self.lines = lines_within(frequency, self.band) if self.band else slice(None)
+        self.frequency = frequency[self.lines]
+
+    def push(self, block: Response) -> None:
+        """Add every segment that a block completes."""
+        excitation = block.excitation
+        signals = np.vstack((excitation, block.acceleration))
+        finite = np.isfinite(signals).all(axis=1)
+        if not finite.all():
+            bad = int(np.argmin(finite))
+            raise RecordError(f"{f'acceleration row {bad - 1}' if bad else 'the excitation'} is not finite")
+        low, high = self.limits
+        self.limits = min(low, excitation.min(initial=np.inf)), max(high, excitation.max(initial=-np.inf))
+        held = signals if self.held is None else np.hstack((self.held, signals))
+        if self.sums is None and held.shape[1] >= self.length:
+            self._prepare()
+        while held.shape[1] >= self.length:
+            x, *y = scipy.fft.rfft(held[:, : self.length] * self.window)[:, self.lines]
+            y = np.reshape(y, (-1, x.size))
+            found = x.real**2 + x.imag**2, y.real**2 + y.imag**2, y * x.conj()
+            self.sums = found if self.sums is None else tuple(map(np.add, self.sums, found))
+            self.averages += 1
+            held = held[:, self.hop :]
+        self.held = held
+
+    def estimate(self, estimator: Estimator) -> tuple[np.ndarray, np.ndarray | None]:
+        """Return FRFs and coherence, which one segment alone does not have."""
+        if self.sums is None:
+            samples = 0 if self.held is None else self.held.shape[1]
+            raise RecordError(
+                f"the record lasts {samples / self.fs:g} s, shorter than one segment of "
+                f"{self.length / self.fs:g} s (resolution {self.fs / self.length:g} Hz)"
+            )
+        low, high = self.limits
+        if low == high:
+            raise RecordError(f"the excitation is constant at {low:g}: no FRF can be estimated")
+        sxx, syy, syx = self.sums
+        with np.errstate(divide="ignore", invalid="ignore"):
+            coherence = np.abs(syx) ** 2 / (sxx * syy) if self.averages > 1 else None
+            return estimator(sxx, syy, syx), coherence
+
+
+def lines_within(frequency: np.ndarray, band: Band) -> slice:
+    """Lines with lo <= f <= hi, to rounding."""
+    low, high = band
+    slack = 1e-9 * abs(high)
+    lines = slice(*np.searchsorted(frequency, (low - slack, high + slack)))
+    if not low <= high or lines.start >= lines.stop:
+        raise RecordError(
+            f"no line between {low:g} and {high:g} Hz; there are lines from {frequency[0]:g} to {frequency[-1]:g} Hz"
+        )
+    return lines
