@@ -113,7 +113,7 @@ def _rig(options: argparse.Namespace) -> Rig:
 
 def _lines(table: Any, name: str = "", plural: bool = False) -> Iterator[str]:
     """Lines of a table of the file: its own keys, then its tables; what is left at its default as a comment."""
-    words = descriptions(type(table))
+    words = descriptions(table.__class__)
     if name:
         yield from ("", f"[[{name}]]" if plural else f"[{name}]")
     tables = []

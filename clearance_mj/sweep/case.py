@@ -94,12 +94,9 @@ class Observer:
     def shapes(self, rig: Rig) -> dict[str, tuple[int, ...]]:
         """Return the shape of each result of a simulated case."""
         n, bushings = len(rig.sensors), len(rig.bushings)
-        shapes: dict[str, tuple[int, ...]] = {
-            "acceleration_rms": (n,),
-            "displacement_rms": (bushings,),
-            "contact_share": (bushings,),
-        }
-        shapes |= {"peak_frequency": (len(self.peaks),), "peak_magnitude": (len(self.peaks),)}
+        shapes: dict[str, tuple[int, ...]] = {"acceleration_rms": (n,)}
+        shapes |= dict.fromkeys(("displacement_rms", "contact_share"), (bushings,))
+        shapes |= dict.fromkeys(("peak_frequency", "peak_magnitude"), (len(self.peaks),))
         if self.reference is not None:
             shapes["rmse"] = (len(self.compared),)
         if self.kept:
@@ -113,8 +110,7 @@ class Observer:
         statistics = contact_statistics(response)
         results = {
             "acceleration_rms": response.acceleration.std(axis=1),
-            "displacement_rms": statistics["displacement_rms"],
-            "contact_share": statistics["contact_share"],
+            **{name: statistics[name] for name in ("displacement_rms", "contact_share")},
             **self._peaks(frf),
         }
         if self.reference is not None:

@@ -31,19 +31,12 @@ from .design import Design, Vary
 
 __all__ = ["Plan", "load_plan"]
 
-KEYS = {
-    **dict.fromkeys(("rig", "law", "reference"), str),
-    **dict.fromkeys(("excitation", "outputs", "design"), dict),
-    "engine": str | dict,
-    "vary": list,
+FILE, TABLE = (str, "the name of a file"), (dict, "a table")
+KEYS: dict[str, tuple[Any, str]] = {
+    **{"rig": FILE, "law": FILE, "reference": FILE, "excitation": TABLE, "outputs": TABLE, "design": TABLE},
+    **{"engine": (str | dict, "a name or a table"), "vary": (list, "a list of tables ([[vary]])")},
 }
 """of a plan's file, and what they hold"""
-WORDS = {
-    str: "the name of a file",
-    dict: "a table",
-    list: "a list of tables ([[vary]])",
-    str | dict: "a name or a table",
-}
 GENERATORS = tuple(name for name in excitations.__all__ if name != "Excitation")
 CHECKED = 1000
 """cases whose rig and law are tried before anything runs, at about a millisecond each"""
@@ -192,11 +185,7 @@ class Plan:
     @functools.cached_property
     def _data(self) -> dict:
         """What can vary, as plain data."""
-        return {
-            "rig": self.rig.to_dict(),
-            "law": self.law and self.law.to_dict(),
-            "excitation": self._generated,
-        }
+        return {"rig": self.rig.to_dict(), "law": self.law and self.law.to_dict(), "excitation": self._generated}
 
     @functools.cached_property
     def _places(self) -> list[list[tuple]]:
@@ -280,10 +269,6 @@ def load_plan(path: str | Path) -> Plan:
     path : str or Path
         The file.
 
-    Returns
-    -------
-    Plan
-
     Raises
     ------
     ClearanceError
@@ -303,8 +288,9 @@ def _plan(data: dict, folder: Path) -> Plan:
     if unknown := [key for key in data if key not in KEYS]:
         raise ClearanceError(f"{unknown[0]} is not a known key; known: {', '.join(KEYS)}")
     for key, value in data.items():
-        if not isinstance(value, KEYS[key]):
-            raise ClearanceError(f"{key} must be {WORDS[KEYS[key]]}, got {value!r}")
+        kind, words = KEYS[key]
+        if not isinstance(value, kind):
+            raise ClearanceError(f"{key} must be {words}, got {value!r}")
     if "rig" not in data:
         raise ClearanceError('rig is missing: rig = "rig.toml"')
     rig = Rig.load(folder / data["rig"])
@@ -312,9 +298,7 @@ def _plan(data: dict, folder: Path) -> Plan:
     reference, measured = _reference(folder / data["reference"], rig, outputs) if "reference" in data else (None, None)
     return Plan(
         rig=rig,
-        vary=tuple(
-            from_plain(Vary, table, f"vary[{i}]", ClearanceError) for i, table in enumerate(data.get("vary", []))
-        ),
+        vary=tuple(from_plain(Vary, one, f"vary[{i}]", ClearanceError) for i, one in enumerate(data.get("vary", []))),
         design=from_plain(Design, data.get("design", {}), "design", ClearanceError),
         law=load_law(folder / data["law"]) if "law" in data else None,
         engine=_engine(data.get("engine", "modal")),

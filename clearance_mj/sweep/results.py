@@ -14,33 +14,28 @@ from .store import Table
 
 __all__ = ["labelled"]
 
-_DIMENSIONS = {
-    "natural_frequency": ("mode",),
-    "acceleration_rms": ("response",),
-    "displacement_rms": ("bushing",),
-    "contact_share": ("bushing",),
-    "peak_frequency": ("peak",),
-    "peak_magnitude": ("peak",),
-    "rmse": ("compared",),
-    "frf": ("kept", "frequency", "part"),
-}
-_ATTRIBUTES = {
-    "natural_frequency": {"units": "Hz", "long_name": "natural frequency of the linear rig within the gap"},
-    "acceleration_rms": {"units": "m s-2"},
-    "displacement_rms": {"units": "m"},
-    "contact_share": {"units": "1", "long_name": "share of time in contact"},
-    "peak_frequency": {"units": "Hz", "long_name": "frequency of the highest peak, root mean square over the sensors"},
-    "peak_magnitude": {"long_name": "highest peak in the band, root mean square over the sensors"},
-    "rmse": {"units": "dB", "long_name": "RMSE of the FRF against the reference"},
-    "frf": {"long_name": "frequency response function, real and imaginary part"},
-}
+_RESULTS: dict[str, tuple[tuple[str, ...], dict[str, str]]] = {
+    "natural_frequency": (
+        ("mode",), {"units": "Hz", "long_name": "natural frequency of the linear rig within the gap"}
+    ),
+    "acceleration_rms": (("response",), {"units": "m s-2"}),
+    "displacement_rms": (("bushing",), {"units": "m"}),
+    "contact_share": (("bushing",), {"units": "1", "long_name": "share of time in contact"}),
+    "peak_frequency": (
+        ("peak",), {"units": "Hz", "long_name": "frequency of the highest peak, root mean square over the sensors"}
+    ),
+    "peak_magnitude": (("peak",), {"long_name": "highest peak in the band, root mean square over the sensors"}),
+    "rmse": (("compared",), {"units": "dB", "long_name": "RMSE of the FRF against the reference"}),
+    "frf": (("kept", "frequency", "part"), {"long_name": "frequency response function, real and imaginary part"}),
+}  # fmt: skip
+"""Dimensions beside the case, and attributes"""
 
 
 def labelled(plan: Plan, table: Table) -> xr.Dataset:
     """Return a finished table with names, units and labels."""
     rows = table.rows()
     variables: dict[str, Any] = {
-        name: (("case", *_DIMENSIONS[name]), rows[name], _attributes(plan, name)) for name in plan.shapes
+        name: (("case", *_RESULTS[name][0]), rows[name], _attributes(plan, name)) for name in plan.shapes
     }
     variables["parameter"] = (("case", "varied"), plan.points, {"long_name": "values of the varied parameters, SI"})
     variables["error"] = ("case", [text.decode(errors="ignore") for text in rows["error"]])
@@ -72,8 +67,8 @@ def _labels(plan: Plan) -> dict:
 
 
 def _attributes(plan: Plan, name: str) -> dict:
+    attributes = _RESULTS[name][1]
     if name not in ("peak_magnitude", "frf"):
-        return _ATTRIBUTES[name]
+        return attributes
     excitation = plan.case(0)[2]
-    units = "1" if excitation is not None and excitation.kind == "base" else "m s-2 N-1"
-    return {"units": units, **_ATTRIBUTES[name]}
+    return {"units": "1" if excitation is not None and excitation.kind == "base" else "m s-2 N-1", **attributes}

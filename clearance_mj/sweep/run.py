@@ -102,9 +102,8 @@ def _check_plan(plan: Plan, path: Path) -> None:
     except ValueError:
         begun = {}
     if difference := _difference(begun, data):
-        what = (
-            "begun with another version of clearance_mj" if difference == "code" else f"of another plan ({difference})"
-        )
+        version, other = "begun with another version of clearance_mj", f"of another plan ({difference})"
+        what = version if difference == "code" else other
         raise ClearanceError(f"{path.parent} holds a sweep {what}; give another folder")
 
 
@@ -124,12 +123,8 @@ def _difference(a: Any, b: Any, where: str = "") -> str:
 def _compute(plan: Plan, table: Table, workers: int | None, scheduler: str | None, progress: bool) -> None:
     finished = table.finished()
     left = np.random.default_rng(0).permutation(np.flatnonzero(~finished)).tolist()
-    words = "sweep" if progress else ""
-    options: dict[str, Any] = {
-        "processes": True,
-        "scheduler": scheduler,
-        "progress": words,
-        "done": int(finished.sum()),
-    }
-    for case, values in run_tasks(plan.evaluate, left, workers, **options):
+    done, words = int(finished.sum()), "sweep" if progress else ""
+    for case, values in run_tasks(
+        plan.evaluate, left, workers, processes=True, scheduler=scheduler, progress=words, done=done
+    ):
         table.write(case, values)

@@ -43,17 +43,11 @@ class Sensitivity:
 
     def rows(self) -> list[dict]:
         """Return a row of plain data for each result and parameter."""
+        order = {"first_order": (self.first, self.first_interval), "total_order": (self.total, self.total_interval)}
+        columns = {f"{name}{end}": v for name, (of, (low, high)) in order.items()
+                   for end, v in (("", of), ("_low", low), ("_high", high))}  # fmt: skip
         return [
-            {
-                "quantity": quantity,
-                "parameter": parameter,
-                "first_order": float(self.first[i, j]),
-                "first_order_low": float(self.first_interval[0, i, j]),
-                "first_order_high": float(self.first_interval[1, i, j]),
-                "total_order": float(self.total[i, j]),
-                "total_order_low": float(self.total_interval[0, i, j]),
-                "total_order_high": float(self.total_interval[1, i, j]),
-            }
+            {"quantity": quantity, "parameter": parameter} | {key: float(v[i, j]) for key, v in columns.items()}
             for i, quantity in enumerate(self.quantity)
             for j, parameter in enumerate(self.parameter)
         ]

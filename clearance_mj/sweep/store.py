@@ -1,16 +1,9 @@
-"""Where results wait until all are there: a table on disk with one place for each case.
+"""Where results wait until all are there: a table on disk, ``cases.npy``, with one row for each case.
 
-The table is one file, ``cases.npy``: a row for each case, all of one size, made full of zeros before the first case
-runs. One process, which holds the folder's lock, writes; a case's row goes to the case's own place, with a digest over
-the case's number and the row. A row counts only if its digest is right. Hence
-
-- none is stored twice: a case has one place;
-- nothing is half-written: a row that a kill or a power cut tore, or that was never written, has a wrong digest and its
-  case is run again;
-- a killed process loses at most the cases in flight: a row is with the operating system when `write` returns;
-- finished cases are never recomputed: their rows have right digests and are not asked for again.
-
-When every row counts, the table becomes ``results.nc`` by a rename, and only then is removed.
+It is made full of zeros before the first case runs. One process, which has locked the folder, writes; a row holds a
+digest over the case's number and its results, and counts only if that is right. So none is stored twice, a row that a
+kill or a power cut tore is computed again, a killed process loses at most the cases in flight, and finished cases are
+never recomputed. When every row counts, ``results.nc`` is written from them, and only then the table is removed.
 """
 
 from __future__ import annotations
