@@ -1,12 +1,14 @@
 """What several test folders share."""
 
 import inspect
+import json
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from clearance_mj.clearance import ConstantLaw
+from clearance_mj.cli import main
 from clearance_mj.engines import simulate
 from clearance_mj.io.dataset import BASE_NODE, Record, write_dataset
 from clearance_mj.io.uff import Channel
@@ -68,6 +70,30 @@ def dense(band: np.ndarray) -> np.ndarray:
         rows = np.arange(n - k)
         full[rows + k, rows] = full[rows, rows + k] = diagonal[: n - k]
     return full
+
+
+@pytest.fixture
+def answer(capsys):
+    """Run the command line, expect success, and return its JSON."""
+
+    def run(*arguments):
+        assert main([*map(str, arguments), "--json"]) == 0
+        return json.loads(capsys.readouterr().out)
+
+    return run
+
+
+@pytest.fixture
+def refused(capsys):
+    """Run the command line, expect status 2 and one line on standard error alone, and return it."""
+
+    def run(*arguments):
+        assert main([*map(str, arguments)]) == 2
+        captured = capsys.readouterr()
+        assert captured.out == "" and captured.err.count("\n") == 1
+        return captured.err
+
+    return run
 
 
 @pytest.fixture

@@ -45,14 +45,6 @@ RIG = str(ROOT / "models" / "table1_rig.toml")
 FIVE = np.arange(5.0, 10.0)
 
 
-def refused(capsys, *arguments):
-    """What the command says on one line, with status 2."""
-    assert main([str(a) for a in arguments]) == 2
-    captured = capsys.readouterr()
-    assert captured.out == "" and captured.err.count("\n") == 1
-    return captured.err
-
-
 def frf(frequency=FIVE, value=1.0, **fields):
     return FRF(frequency, np.full((2, len(frequency)), value, dtype=complex), **fields)
 
@@ -240,13 +232,13 @@ def test_options_that_do_not_parse(capsys, arguments, part):
     assert part in capsys.readouterr().err
 
 
-def test_convert(capsys, tmp_path, small_dataset):
+def test_convert(tmp_path, small_dataset, refused):
     formats.write(tmp_path / "h.uff", frf())
-    said = refused(capsys, "convert", tmp_path / "h.uff", tmp_path / "g.csv", "--frf", 1)
+    said = refused("convert", tmp_path / "h.uff", tmp_path / "g.csv", "--frf", 1)
     assert "holds FRFs already; --frf is for time records" in said
     (tmp_path / "other.toml").write_text((ROOT / "models" / "table1_rig.toml").read_text().replace("table1", "other"))
     record = next(small_dataset.glob("*.uff"))
-    said = refused(capsys, "convert", record, small_dataset, "--rig", tmp_path / "other.toml")
+    said = refused("convert", record, small_dataset, "--rig", tmp_path / "other.toml")
     assert f"is another rig than that of the dataset {small_dataset}" in said
 
 

@@ -20,7 +20,6 @@ import scipy.io
 
 import clearance_mj
 from clearance_mj import report
-from clearance_mj.beam import natural_frequencies
 from clearance_mj.clearance import ConstantLaw
 from clearance_mj.cli import main
 from clearance_mj.engines import get_engine
@@ -342,11 +341,9 @@ def test_mjcf_in_place_of_a_rig(tmp_path, capsys, damage):
     assert error.count("\n") == 1
 
 
-@pytest.mark.parametrize("name", ["links", "modes"])
-def test_damaged_models_beside_the_rig_do_not_matter(tmp_path, name):
+def test_damaged_models_beside_the_rig_do_not_matter(tmp_path):
     rig = ROOT / "models" / "table1_rig.toml"
     (tmp_path / rig.name).write_bytes(rig.read_bytes())
-    (tmp_path / f"table1_rig_{name}.xml").write_text("<mujoco><worldbody>")
-    np.testing.assert_array_equal(
-        natural_frequencies(Rig.load(tmp_path / rig.name), 2), natural_frequencies(Rig.load(rig), 2)
-    )
+    for name in ("links", "modes"):
+        (tmp_path / f"table1_rig_{name}.xml").write_text("<mujoco><worldbody>")
+    assert Rig.load(tmp_path / rig.name) == Rig.load(rig)

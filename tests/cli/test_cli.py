@@ -21,15 +21,6 @@ from ..conftest import ROOT
 RIG = str(ROOT / "models" / "table1_rig.toml")
 
 
-def refused(capsys, *arguments):
-    """Run, expect status 2 and one line on standard error, and return it."""
-    assert main([str(a) for a in arguments]) == 2
-    captured = capsys.readouterr()
-    assert captured.out == ""
-    assert captured.err.count("\n") == 1
-    return captured.err
-
-
 def first_record(folder):
     return sorted(folder.glob("*.uff"))[0]
 
@@ -53,24 +44,24 @@ NAMED = {
 
 
 @pytest.mark.parametrize("damage", DAMAGE)
-def test_damaged_dataset(small_dataset, tmp_path, capsys, damage):
+def test_damaged_dataset(small_dataset, tmp_path, damage, refused):
     data, out = tmp_path / "data", tmp_path / "out"
     shutil.copytree(small_dataset, data)
     DAMAGE[damage](data)
-    message = refused(capsys, "study", data, "--out", out)
+    message = refused("study", data, "--out", out)
     assert str(data) in message
     assert NAMED.get(damage, "") in message
     assert not out.exists()
     assert not (tmp_path / "out.partial").exists()
 
 
-def test_record_shorter_than_one_segment(rig, tmp_path, capsys):
+def test_record_shorter_than_one_segment(rig, tmp_path, refused):
     from clearance_mj.io.dataset import write_dataset
 
     from ..conftest import record_of
 
     write_dataset(tmp_path / "data", rig, [record_of(rig, "short", "validate", 1.0, 3, duration=1.0)])
-    assert "shorter" in refused(capsys, "study", tmp_path / "data", "--out", tmp_path / "out")
+    assert "shorter" in refused("study", tmp_path / "data", "--out", tmp_path / "out")
     assert not (tmp_path / "out.partial").exists()
 
 
@@ -84,18 +75,18 @@ def test_simulate_writes_a_response(tmp_path, capsys):
     assert rms["8:+Z"] == pytest.approx(response.acceleration[7].std())
 
 
-def test_simulate_refuses(tmp_path, capsys):
-    assert "rms" in refused(capsys, "simulate", RIG, "--rms", "-1", "--out", tmp_path / "x.nc")
-    assert "warp" in refused(capsys, "simulate", RIG, "--engine", "warp", "--duration", "1", "--out", tmp_path / "x.nc")
-    assert "no.toml" in refused(capsys, "simulate", "no.toml", "--out", tmp_path / "x.nc")
+def test_simulate_refuses(tmp_path, refused):
+    assert "rms" in refused("simulate", RIG, "--rms", "-1", "--out", tmp_path / "x.nc")
+    assert "warp" in refused("simulate", RIG, "--engine", "warp", "--duration", "1", "--out", tmp_path / "x.nc")
+    assert "no.toml" in refused("simulate", "no.toml", "--out", tmp_path / "x.nc")
     law = tmp_path / "law.json"
     law.write_text('{"kind": "constant", "k": [1, 2, 3], "c": [0]}')
     short = ("--duration", "1", "--out", tmp_path / "x.nc")
-    assert "3 bushings, the rig has 2" in refused(capsys, "simulate", RIG, "--law", law, *short)
+    assert "3 bushings, the rig has 2" in refused("simulate", RIG, "--law", law, *short)
     assert not (tmp_path / "x.nc").exists()
 
 
-def test_identified_law_drives_a_simulation(small_dataset, tmp_path, capsys):
+def test_identified_law_drives_a_simulation(small_dataset, tmp_path):
     law = tmp_path / "law.json"
     assert main(["identify", str(small_dataset), "--method", "nominal", "--out", str(law), "--quiet"]) == 0
     assert load_law(law).k.shape == (2,)
@@ -113,9 +104,35 @@ def test_compare_of_an_frf_with_itself(tmp_path, capsys, rng):
     assert summary["frac"] == pytest.approx(1, abs=1e-12)
 
 
-def test_compare_refuses_time_records(small_dataset, capsys):
+def test_compare_refuses_time_records(small_dataset, refused):
     record = first_record(small_dataset)
-    assert "holds time records" in refused(capsys, "compare", record, record)
+    assert "holds time records" in refused("compare", record, record)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "wrote"),
+    [
+        (["place", RIG, "--sensors", 4, "--out"], "placement.csv"),
+        (["simulate", RIG, "--duration", 0.1, "--engine", "modal", "--out", "r.nc", "--energy"], "energy.csv"),
+    ],
+)
+def test_a_folder_that_is_written_into_keeps_files_of_others(answer, tmp_path, monkeypatch, arguments, wrote):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "paper" / "figures").mkdir(parents=True)
+    foreign = {tmp_path / "paper" / name: name for name in ("thesis.tex", "figures/photo.png", "raw.csv")}
+    for path, text in foreign.items():
+        path.write_text(text)
+    answer(*arguments, "paper")
+    assert (tmp_path / "paper" / wrote).exists()
+    assert {path: path.read_text() for path in foreign} == foreign
+
+
+def test_a_calibration_does_not_replace_the_rig_it_started_from(refused, tmp_path):
+    (tmp_path / "rig.toml").write_text("my rig")
+    (tmp_path / "f.csv").write_text("frequency_hz\n10\n")
+    arguments = ("calibrate", tmp_path / "rig.toml", tmp_path / "f.csv", "--free", "bushings[0].position")
+    assert "rig.toml would replace" in refused(*arguments, "--out", tmp_path)
+    assert (tmp_path / "rig.toml").read_text() == "my rig"
 
 
 @pytest.mark.parametrize(
@@ -125,8 +142,8 @@ def test_compare_refuses_time_records(small_dataset, capsys):
         (["audit", "--tables", "T", "--json"], "python -m experiments.article.audit"),
     ],
 )
-def test_moved_commands_say_where_to(capsys, arguments, words):
-    assert words in refused(capsys, *arguments)
+def test_moved_commands_say_where_to(arguments, words, refused):
+    assert words in refused(*arguments)
 
 
 @pytest.mark.parametrize(

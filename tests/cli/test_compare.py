@@ -28,18 +28,6 @@ def measured(tmp_path):
     return tmp_path / "test.uff"
 
 
-def run(capsys, *arguments):
-    assert main(["compare", *(str(a) for a in arguments), "--json", "--modes", "3"]) == 0
-    return json.loads(capsys.readouterr().out)
-
-
-def refused(capsys, *arguments):
-    assert main(["compare", *(str(a) for a in arguments)]) == 2
-    captured = capsys.readouterr()
-    assert captured.out == "" and captured.err.count("\n") == 1
-    return captured.err
-
-
 def disguised(frf):
     """Receptances, a sensor the other way round, one more sensor, in another order."""
     frf = convert_quantity(frf, "displacement/force")
@@ -48,9 +36,9 @@ def disguised(frf):
 
 
 @pytest.mark.parametrize("suffix", [".uff", ".csv", ".mat", ".nc", ".h5"])
-def test_the_same_structure_from_another_place(capsys, tmp_path, measured, suffix):
+def test_the_same_structure_from_another_place(tmp_path, measured, suffix, answer):
     formats.write(tmp_path / f"model{suffix}", disguised(structure(np.arange(2.0, 150.0, 0.25))))
-    got = run(capsys, measured, tmp_path / f"model{suffix}")
+    got = answer("compare", "--modes", 3, measured, tmp_path / f"model{suffix}")
     assert got["rmse_db"] == pytest.approx(0, abs=1e-8)
     assert got["frac"] == pytest.approx(1, abs=1e-9)
     assert (got["csac"], got["csf"], got["mac"]) == pytest.approx((1, 1, 1), abs=1e-9)
@@ -59,28 +47,28 @@ def test_the_same_structure_from_another_place(capsys, tmp_path, measured, suffi
     np.testing.assert_allclose(got["per_mode"]["model_hz"], POLES_HZ, rtol=1e-3)
 
 
-def test_measures_and_modes_of_a_known_difference(capsys, tmp_path, measured):
+def test_measures_and_modes_of_a_known_difference(tmp_path, measured, answer):
     """Twice the level: 20 lg 2 = 6.02 dB, MRE 1, CSF = 2·2/(1 + 4) = 0.8, and all shapes are the same."""
     formats.write(tmp_path / "model.csv", structure(np.arange(5.0, 120.0, 0.5), scale=2.0))
-    got = run(capsys, measured, tmp_path / "model.csv")
+    got = answer("compare", "--modes", 3, measured, tmp_path / "model.csv")
     assert got["rmse_db"] == pytest.approx(20 * np.log10(2))
     assert (got["mre"], got["csf"], got["frac"], got["csac"]) == pytest.approx((1, 0.8, 1, 1))
     formats.write(tmp_path / "model.csv", structure(np.arange(5.0, 120.0, 0.5), shift=1.03))
-    got = run(capsys, measured, tmp_path / "model.csv")
+    got = answer("compare", "--modes", 3, measured, tmp_path / "model.csv")
     np.testing.assert_allclose(got["per_mode"]["relative_error"], 0.03, rtol=0.02)
     assert np.diag(got["mac_matrix"]["mac"]) == pytest.approx(1, abs=1e-3)
 
 
-def test_modes_are_looked_for_in_accelerations(capsys, tmp_path):
+def test_modes_are_looked_for_in_accelerations(tmp_path, answer):
     """A test that measured receptances is compared in receptances, but has the same modes."""
     frf = convert_quantity(structure(np.arange(5.0, 120.0, 0.5)), "displacement/force")
     formats.write(tmp_path / "test.uff", frf)
-    got = run(capsys, tmp_path / "test.uff", tmp_path / "test.uff")
+    got = answer("compare", "--modes", 3, tmp_path / "test.uff", tmp_path / "test.uff")
     assert got["quantity"] == "displacement/force"
     np.testing.assert_allclose(got["per_mode"]["test_hz"], POLES_HZ, rtol=1e-3)
 
 
-def test_columns_and_units_by_a_map(capsys, tmp_path, measured):
+def test_columns_and_units_by_a_map(tmp_path, measured, answer):
     """The bench's table in g per kN."""
     frf = structure(np.arange(5.0, 120.0, 0.5))
     parts = [frf.frequency, *(p / 9.80665 * 1e3 for v in frf.functions for p in (np.abs(v),))]
@@ -91,7 +79,9 @@ def test_columns_and_units_by_a_map(capsys, tmp_path, measured):
     for i in (1, 2, 3):
         columns += [f"m{i}=acc:{i}/force magnitude [g/kN]", f"p{i}=acc:{i}/force phase [deg]"]
     options = [part for column in columns for part in ("--model-column", column)]
-    assert run(capsys, measured, tmp_path / "m.csv", *options)["rmse_db"] == pytest.approx(0, abs=1e-8)
+    assert answer("compare", "--modes", 3, measured, tmp_path / "m.csv", *options)["rmse_db"] == pytest.approx(
+        0, abs=1e-8
+    )
 
 
 def test_folder_of_figures_and_numbers(capsys, tmp_path, measured):
@@ -110,7 +100,7 @@ def test_folder_of_figures_and_numbers(capsys, tmp_path, measured):
     assert len(written["notes"]) == 4
 
 
-def test_bad_input(capsys, tmp_path, measured, small_dataset, monkeypatch):
+def test_bad_input(tmp_path, measured, small_dataset, monkeypatch, refused):
     monkeypatch.chdir(tmp_path)
     frf = structure(np.arange(5.0, 120.0, 0.5))
     changed = {
@@ -138,17 +128,17 @@ def test_bad_input(capsys, tmp_path, measured, small_dataset, monkeypatch):
         (measured, "--test-column", "a"): '--test-column "a": needs HEADER=CHANNEL',
     }
     for (model, *options), part in cases.items():
-        assert part in refused(capsys, measured, model, *options), model
+        assert part in refused("compare", measured, model, *options), model
 
 
 # One response, one line, several references
 
 
-def test_one_common_response(capsys, tmp_path, measured):
+def test_one_common_response(capsys, tmp_path, measured, answer):
     """Twice the level at one sensor: 20 lg 2 dB, MRE 1, FRAC 1, CSF 4/5; CSAC and MAC would be 1 of anything."""
     frf = structure(np.arange(5.0, 120.0, 0.5), scale=2.0)
     formats.write(tmp_path / "one.uff", dataclasses.replace(frf, responses=("1:+Z", "2:+X", "3:+X")))
-    got = run(capsys, measured, tmp_path / "one.uff")
+    got = answer("compare", "--modes", 3, measured, tmp_path / "one.uff")
     assert (got["rmse_db"], got["mre"], got["frac"], got["csf"]) == pytest.approx((20 * np.log10(2), 1, 1, 0.8))
     assert got["csac"] is got["mac"] is None
     assert got["per_mode"]["mac"] == [None] * 3 and np.isnan(np.array(got["mac_matrix"]["mac"], dtype=float)).all()
@@ -161,9 +151,9 @@ def test_one_common_response(capsys, tmp_path, measured):
     assert {p.name for p in out.iterdir()} == {"frf_1.png", "correlation.png", "sensors.png", "comparison.json"}
 
 
-def test_one_common_line(capsys, tmp_path, measured):
+def test_one_common_line(capsys, tmp_path, measured, answer):
     formats.write(tmp_path / "model.csv", structure(np.arange(5.0, 120.0, 0.5), scale=2.0))
-    got = run(capsys, measured, tmp_path / "model.csv", "--band", "20", "20")
+    got = answer("compare", "--modes", 3, measured, tmp_path / "model.csv", "--band", "20", "20")
     assert (got["lines"], got["rmse_db"], got["csf"]) == (1, pytest.approx(20 * np.log10(2)), pytest.approx(0.8))
     assert got["csac"] == pytest.approx(1)  # shapes over three responses can differ
     assert got["frac"] is None and got["per_mode"]["mode"] == []
@@ -192,11 +182,11 @@ MODES = SHAPE.T
 
 
 @pytest.mark.parametrize("suffix", [".uff", ".csv", ".mat", ".nc", ".h5"])
-def test_several_references(capsys, tmp_path, suffix):
+def test_several_references(tmp_path, suffix, answer):
     """Two shakers here; a hammer at all nodes, in another order, in a file of another kind there."""
     formats.write(tmp_path / "test.uff", matrix((3, 1), NODES, MODES))
     formats.write(tmp_path / f"model{suffix}", matrix((1, 2, 3), (2, 3, 1), MODES))
-    got = run(capsys, tmp_path / "test.uff", tmp_path / f"model{suffix}")
+    got = answer("compare", "--modes", 3, tmp_path / "test.uff", tmp_path / f"model{suffix}")
     assert got["per_sensor"]["sensor"] == [f"{i}:+Z/{j}:+Z" for j in (3, 1) for i in NODES]
     assert got["rmse_db"] == pytest.approx(0, abs=1e-8)
     assert (got["frac"], got["csac"], got["csf"], got["mac"]) == pytest.approx((1, 1, 1, 1))
@@ -204,27 +194,27 @@ def test_several_references(capsys, tmp_path, suffix):
     np.testing.assert_allclose(got["per_mode"]["test_hz"], POLES_HZ, rtol=1e-3)
 
 
-def test_a_hammer_that_roves_has_shapes_along_its_references(capsys, tmp_path):
+def test_a_hammer_that_roves_has_shapes_along_its_references(tmp_path, answer):
     """One accelerometer: the MAC over the pairs is that of the shapes, |φᵀψ|² / (φᵀφ ψᵀψ)."""
     other = MODES + np.array([[0.0, 0.3, 0.0], [0.0, 0.0, 0.4], [0.2, 0.0, 0.0]])
     formats.write(tmp_path / "test.uff", matrix(NODES, (3,), MODES))
     formats.write(tmp_path / "model.uff", matrix(NODES, (3,), other))
-    got = run(capsys, tmp_path / "test.uff", tmp_path / "model.uff")
+    got = answer("compare", "--modes", 3, tmp_path / "test.uff", tmp_path / "model.uff")
     wanted = [(a @ b) ** 2 / (a @ a * (b @ b)) for a, b in zip(MODES, other)]
     np.testing.assert_allclose(got["per_mode"]["mac"], wanted, rtol=1e-3)
 
 
-def test_mac_of_several_responses_and_references_is_a_product(capsys, tmp_path):
+def test_mac_of_several_responses_and_references_is_a_product(tmp_path, answer):
     """Residues φ_i φ_j over all pairs: the MAC is the square of that of the shapes."""
     other = MODES + np.array([[0.0, 0.3, 0.0], [0.0, 0.0, 0.4], [0.2, 0.0, 0.0]])
     formats.write(tmp_path / "test.uff", matrix(NODES, NODES, MODES))
     formats.write(tmp_path / "model.uff", matrix(NODES, NODES, other))
-    got = run(capsys, tmp_path / "test.uff", tmp_path / "model.uff")
+    got = answer("compare", "--modes", 3, tmp_path / "test.uff", tmp_path / "model.uff")
     wanted = [(a @ b) ** 4 / (a @ a * (b @ b)) ** 2 for a, b in zip(MODES, other)]
     np.testing.assert_allclose(got["per_mode"]["mac"], wanted, rtol=2e-3)
 
 
-def test_references_that_differ(capsys, tmp_path):
+def test_references_that_differ(tmp_path, refused):
     formats.write(tmp_path / "test.uff", matrix((1, 2), NODES, MODES))
     formats.write(tmp_path / "model.uff", matrix((3,), NODES, MODES))
-    assert "no reference is common" in refused(capsys, tmp_path / "test.uff", tmp_path / "model.uff")
+    assert "no reference is common" in refused("compare", tmp_path / "test.uff", tmp_path / "model.uff")

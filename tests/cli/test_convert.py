@@ -42,22 +42,10 @@ def columns(record):
     return [part for pair in pairs for part in ("--column", pair)]
 
 
-def run(capsys, *arguments):
-    assert main(["convert", *(str(a) for a in arguments), "--json"]) == 0
-    return json.loads(capsys.readouterr().out)
-
-
-def refused(capsys, *arguments):
-    assert main(["convert", *(str(a) for a in arguments)]) == 2
-    captured = capsys.readouterr()
-    assert captured.out == "" and captured.err.count("\n") == 1
-    return captured.err
-
-
 @pytest.mark.parametrize("suffix", [".uff", ".csv", ".mat", ".nc", ".h5"])
-def test_a_bench_file_in_every_format(capsys, tmp_path, bench, columns, record, suffix):
+def test_a_bench_file_in_every_format(tmp_path, bench, columns, record, suffix, answer):
     out = tmp_path / f"out{suffix}"
-    said = run(capsys, bench, out, *columns)
+    said = answer("convert", bench, out, *columns)
     assert said["holds"] == f"11 channels, {record.size} samples at 2048 Hz"
     for got, sent in zip(formats.read_channels(out), record.channels, strict=True):
         assert (got.label, got.quantity, got.fs) == (sent.label, sent.quantity, sent.fs)
@@ -65,70 +53,70 @@ def test_a_bench_file_in_every_format(capsys, tmp_path, bench, columns, record, 
         np.testing.assert_allclose(got.value, sent.value, atol=1e-7 * scale)  # .uff: single precision
 
 
-def test_matlab_variables(capsys, tmp_path, rng):
+def test_matlab_variables(tmp_path, rng, answer):
     x = rng.standard_normal((100, 2))
     scipy.io.savemat(tmp_path / "a.mat", {"Data": x, "Fs": 512.0})
-    run(capsys, tmp_path / "a.mat", tmp_path / "a.csv", "--fs", 512, "--column", "Data:1=base", "--column",
+    answer("convert", tmp_path / "a.mat", tmp_path / "a.csv", "--fs", 512, "--column", "Data:1=base", "--column",
         "Data:2=acc:1:-Z [g]")  # fmt: skip
     base, tip = formats.read_channels(tmp_path / "a.csv")
     assert (base.label, tip.label, base.fs) == ("100:+Z", "1:-Z", 512.0)
     np.testing.assert_allclose(tip.value, 9.80665 * x[:, 1], rtol=1e-15)
 
 
-def test_frfs_of_a_record_with_the_rigs_geometry(capsys, tmp_path, record, rig):
+def test_frfs_of_a_record_with_the_rigs_geometry(tmp_path, record, rig, answer):
     formats.write(tmp_path / "r.uff", list(record.channels))
-    said = run(capsys, tmp_path / "r.uff", tmp_path / "h.uff", "--rig", RIG, "--frf", 1, "--band", 5, 220)
+    said = answer("convert", tmp_path / "r.uff", tmp_path / "h.uff", "--rig", RIG, "--frf", 1, "--band", 5, 220)
     assert said["holds"] == "8 FRFs, acceleration/acceleration to 100:+Z, 216 lines"
     wanted = estimate_frf(record.response(), resolution=1.0, band=(5, 220))
     np.testing.assert_allclose(formats.read_frf(tmp_path / "h.uff").value, wanted.value, rtol=1e-3)
     assert len(read_geometry(tmp_path / "h.uff").nodes) == 1 + len(rig.sensors)
 
 
-def test_a_simulated_response(capsys, tmp_path, record, rig):
+def test_a_simulated_response(capsys, tmp_path, record, rig, answer):
     formats.write(tmp_path / "r.nc", record.response())
     assert main(["convert", str(tmp_path / "r.nc"), str(tmp_path / "a.uff"), "--json"]) == 0
     captured = capsys.readouterr()
     assert "left out: displacements (--rig says at which nodes)" in captured.err
     assert json.loads(captured.out)["holds"].startswith("9 channels")
-    assert run(capsys, tmp_path / "r.nc", tmp_path / "b.uff", "--rig", RIG)["holds"].startswith("11 channels")
-    run(capsys, tmp_path / "r.nc", tmp_path / "h.csv", "--frf", 1)
+    assert answer("convert", tmp_path / "r.nc", tmp_path / "b.uff", "--rig", RIG)["holds"].startswith("11 channels")
+    answer("convert", tmp_path / "r.nc", tmp_path / "h.csv", "--frf", 1)
     assert formats.read_frf(tmp_path / "h.csv").responses == tuple(rig.sensor_labels)
 
 
-def test_a_base_plate_of_another_number(capsys, tmp_path, record):
+def test_a_base_plate_of_another_number(tmp_path, record, answer):
     """The tutorial's way: a universal file as CSV, whose columns can be mapped, and back."""
     channels = [dataclasses.replace(c, node=12) if c.node == 100 else c for c in record.channels]
     formats.write(tmp_path / "mine.uff", channels)
-    run(capsys, tmp_path / "mine.uff", tmp_path / "mine.csv")
-    run(capsys, tmp_path / "mine.csv", tmp_path / "ramp.uff", "--column", "acc:12=base")
+    answer("convert", tmp_path / "mine.uff", tmp_path / "mine.csv")
+    answer("convert", tmp_path / "mine.csv", tmp_path / "ramp.uff", "--column", "acc:12=base")
     got = formats.read_record(tmp_path / "ramp.uff", record.rig, "identify")
     np.testing.assert_array_equal(got.excitation().value, np.float32(record.excitation().value))
 
 
-def test_one_reference_out_of_several(capsys, tmp_path, rng):
+def test_one_reference_out_of_several(tmp_path, rng, answer, refused):
     value = rng.standard_normal((2, 30)) + 1j
     both = FRF(np.arange(5.0, 35.0), np.stack((value, value), 1), None, (), ("5:+Z", "7:-Y"), "acceleration/force")
     formats.write(tmp_path / "two.uff", both)
-    said = run(capsys, tmp_path / "two.uff", tmp_path / "two.csv")
+    said = answer("convert", tmp_path / "two.uff", tmp_path / "two.csv")
     assert said["holds"] == (
         "2 FRFs, acceleration/force to 5:+Z, 30 lines; 2 FRFs, acceleration/force to 7:-Y, 30 lines"
     )
-    said = run(capsys, tmp_path / "two.csv", tmp_path / "one.uff", "--reference", "7:-Y")
+    said = answer("convert", tmp_path / "two.csv", tmp_path / "one.uff", "--reference", "7:-Y")
     assert said["holds"] == "2 FRFs, acceleration/force to 7:-Y, 30 lines"
     np.testing.assert_array_equal(formats.read_frf(tmp_path / "one.uff").functions, value)
-    said = refused(capsys, tmp_path / "two.uff", tmp_path / "x.csv", "--reference", "6:+Z")
+    said = refused("convert", tmp_path / "two.uff", tmp_path / "x.csv", "--reference", "6:+Z")
     assert "holds FRFs to 5:+Z, 7:-Y; not 6:+Z" in said
-    assert "--frf is for time records" in refused(capsys, tmp_path / "two.uff", tmp_path / "x.csv", "--frf", 1)
-    said = refused(capsys, tmp_path / "two.uff", tmp_path / "x", "--rig", RIG, "--reference", "5:+Z")
+    assert "--frf is for time records" in refused("convert", tmp_path / "two.uff", tmp_path / "x.csv", "--frf", 1)
+    said = refused("convert", tmp_path / "two.uff", tmp_path / "x", "--rig", RIG, "--reference", "5:+Z")
     assert "a dataset holds time records; --reference" in said
 
 
-def test_a_dataset_out_of_single_files(capsys, tmp_path, bench, columns, record):
+def test_a_dataset_out_of_single_files(tmp_path, bench, columns, record, answer, refused):
     folder, uff = tmp_path / "data", tmp_path / "level 2.uff"
     formats.write(uff, list(record.channels))
-    said = run(capsys, bench, folder, "--rig", RIG, *columns)
+    said = answer("convert", bench, folder, "--rig", RIG, *columns)
     assert said["records"] == ["bench"]
-    said = run(capsys, uff, "--out", folder, "--role", "validate", "--band", 5, 220)
+    said = answer("convert", uff, "--out", folder, "--role", "validate", "--band", 5, 220)
     dataset = Dataset.load(folder)
     assert [(r.name, r.role, r.band) for r in dataset.records] == [
         ("bench", "identify", None),
@@ -139,11 +127,11 @@ def test_a_dataset_out_of_single_files(capsys, tmp_path, bench, columns, record)
     first = dataset.records[0].response()
     np.testing.assert_allclose(first.acceleration, record.response().acceleration, atol=1e-5)
     before = (folder / "dataset.toml").read_text()
-    assert 'record name "level_2" is used twice' in refused(capsys, uff, folder)
+    assert 'record name "level_2" is used twice' in refused("convert", uff, folder)
     assert (folder / "dataset.toml").read_text() == before
 
 
-def test_bad_input(capsys, tmp_path, bench, record, monkeypatch):
+def test_bad_input(tmp_path, bench, record, monkeypatch, refused):
     uff, out = tmp_path / "r.uff", tmp_path / "out"
     formats.write(uff, list(record.channels))
     monkeypatch.chdir(tmp_path)
@@ -171,5 +159,5 @@ def test_bad_input(capsys, tmp_path, bench, record, monkeypatch):
         (uff, out, "--rig", RIG, "--frf", 1): "a dataset holds time records",
     }
     for arguments, part in cases.items():
-        assert part in refused(capsys, *arguments), arguments
+        assert part in refused("convert", *arguments), arguments
     assert sorted(p.name for p in tmp_path.iterdir()) == ["bench.csv", "r.uff"]

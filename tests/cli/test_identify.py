@@ -38,14 +38,6 @@ def run(capsys, *arguments):
     return json.loads(captured.out), captured.err
 
 
-def refused(capsys, *arguments):
-    """Run, expect status 2, and return the last line on standard error."""
-    assert main(["identify", *map(str, arguments), "--quiet"]) == 2
-    captured = capsys.readouterr()
-    assert captured.out == ""
-    return captured.err.splitlines()[-1]
-
-
 @pytest.fixture(scope="module")
 def ramp(small_dataset):
     return Dataset.load(small_dataset).identify[0]
@@ -165,32 +157,32 @@ def test_a_record_without_probes_leaves_the_figures_of_the_others(seen, ramp, ri
     assert list(result["not_drawn"]) == [f"{name}_bare" for name in FIGURES]
 
 
-def test_refused(small_dataset, ramp, csv_file, tmp_path, capsys):
+def test_refused(small_dataset, ramp, csv_file, tmp_path, refused):
     out = ["--out", tmp_path / "law.json"]
-    assert "which needs its rig too: --rig rig.toml" in refused(capsys, csv_file, *out)
-    assert "--rig, --column and --fs are for the file of" in refused(capsys, small_dataset, "--rig", RIG, *out)
-    assert 'no column "Acel"' in refused(capsys, csv_file, "--rig", RIG, "--column", "Acel=acc:1", *out)
-    assert "needs HEADER=CHANNEL" in refused(capsys, csv_file, "--rig", RIG, "--column", "acc:1", *out)
-    assert "does not exist; a dataset is" in refused(capsys, tmp_path / "no.csv.zip", *out)
-    assert "no.csv" in refused(capsys, tmp_path / "no.csv", "--rig", RIG, *out)
+    assert "which needs its rig too: --rig rig.toml" in refused("identify", csv_file, *out)
+    assert "--rig, --column and --fs are for the file of" in refused("identify", small_dataset, "--rig", RIG, *out)
+    assert 'no column "Acel"' in refused("identify", csv_file, "--rig", RIG, "--column", "Acel=acc:1", *out)
+    assert "needs HEADER=CHANNEL" in refused("identify", csv_file, "--rig", RIG, "--column", "acc:1", *out)
+    assert "does not exist; a dataset is" in refused("identify", tmp_path / "no.csv.zip", *out)
+    assert "no.csv" in refused("identify", tmp_path / "no.csv", "--rig", RIG, *out)
     write_uff(tmp_path / "a.uff", ramp)
     assert "a sampling rate is for CSV, MATLAB files" in refused(
-        capsys, tmp_path / "a.uff", "--rig", RIG, "--fs", "2048", *out
+        "identify", tmp_path / "a.uff", "--rig", RIG, "--fs", "2048", *out
     )
-    assert 'method "guess" is unknown' in refused(capsys, small_dataset, "--method", "guess", *out)
+    assert 'method "guess" is unknown' in refused("identify", small_dataset, "--method", "guess", *out)
     assert not (tmp_path / "law.json").exists()
 
 
-def test_typo_in_a_header(csv_file, tmp_path, capsys):
+def test_typo_in_a_header(csv_file, tmp_path, refused):
     bad = tmp_path / "typo.csv"
     bad.write_text(csv_file.read_text().replace("disp:6", "dips:6", 1))
-    message = refused(capsys, bad, "--rig", RIG, "--out", tmp_path / "law.json")
+    message = refused("identify", bad, "--rig", RIG, "--out", tmp_path / "law.json")
     assert message.startswith(f'clearance-mj: {bad}: line 1, column 11 "dips:6"')
     assert 'did you mean "disp:6"?' in message
 
 
-def test_missing_sensor(csv_file, tmp_path, capsys):
+def test_missing_sensor(csv_file, tmp_path, refused):
     lines = csv_file.read_text().splitlines()
     (tmp_path / "a.csv").write_text("\n".join(line.rsplit(",", 3)[0] for line in lines))
-    message = refused(capsys, tmp_path / "a.csv", "--rig", RIG, "--out", tmp_path / "law.json")
+    message = refused("identify", tmp_path / "a.csv", "--rig", RIG, "--out", tmp_path / "law.json")
     assert "has no acceleration at node 8 along Z, a sensor of the rig" in message

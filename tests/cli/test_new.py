@@ -13,7 +13,6 @@ from clearance_mj.errors import RigError
 from clearance_mj.rig import Beam, Bushing, Contact, Grease, PointMass, Rig, Sensor, Shaker, rig_schema
 
 from ..conftest import ROOT
-from .test_cli import refused
 
 VALIDATOR = jsonschema.Draft202012Validator(rig_schema())
 MISSING = object()
@@ -89,20 +88,20 @@ def test_schema_of_datasets(tmp_path):
         assert not validator.is_valid({"records": [data["records"][0] | {key: value}]}), key
 
 
-def test_refusals(tmp_path, monkeypatch, capsys):
+def test_refusals(tmp_path, monkeypatch, refused):
     monkeypatch.chdir(tmp_path)
-    assert "needs a name" in refused(capsys, "new")
-    assert "needs a name" in refused(capsys, "new", "--schema", "s.json", "--out", "rig.toml")
-    assert "must not hold a folder" in refused(capsys, "new", "some/where")
-    assert "beam.length must be > 0" in refused(capsys, "new", "mine", "--length", -1)
-    assert "bushings[1] overlaps" in refused(capsys, "new", "mine", "--bushings", 0.5, 0.505)
+    assert "needs a name" in refused("new")
+    assert "needs a name" in refused("new", "--schema", "s.json", "--out", "rig.toml")
+    assert "must not hold a folder" in refused("new", "some/where")
+    assert "beam.length must be > 0" in refused("new", "mine", "--length", -1)
+    assert "bushings[1] overlaps" in refused("new", "mine", "--bushings", 0.5, 0.505)
     assert not list(tmp_path.iterdir())
 
 
-def test_nothing_is_overwritten(tmp_path, monkeypatch, capsys):
+def test_nothing_is_overwritten(tmp_path, monkeypatch, refused):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "mine.toml").write_text("my work")
-    assert "mine.toml is there already" in refused(capsys, "new", "mine", "--schema", "s.json")
+    assert "mine.toml is there already" in refused("new", "mine", "--schema", "s.json")
     assert [(p.name, p.read_text()) for p in tmp_path.iterdir()] == [("mine.toml", "my work")]
 
 

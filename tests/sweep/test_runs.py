@@ -98,7 +98,7 @@ needs_proc = pytest.mark.skipif(not Path("/proc").exists(), reason="finds the wo
 
 @needs_proc
 def test_killed_worker_and_killed_run(tmp_path):
-    plan = loaded(tmp_path, small(60))
+    plan = loaded(tmp_path, small(24))
     same_as_computed_here(disturbed(plan, tmp_path), plan)
 
 
@@ -148,6 +148,7 @@ def dask(*arguments):
     return subprocess.Popen([sys.executable, "-m", "dask", *arguments], stderr=subprocess.DEVNULL)
 
 
+@pytest.mark.slow
 def test_two_workers_over_tcp_of_which_one_is_killed(tmp_path):
     distributed = pytest.importorskip("distributed")
     plan, file = loaded(tmp_path, small(60)), str(tmp_path / "scheduler.json")
