@@ -3,7 +3,8 @@
 Reads every CSV file, every JSON file and every table of the Markdown pages that both folders hold under the same name
 (the results of a study, of `make reproduce`, a verification page). A difference is relative to the largest magnitude
 of its column in BEFORE, so that a value that is zero to rounding does not count. Columns that hold times of computing
-are left out.
+are left out. Where a CSV file has other rows than before, those are compared that both have, by the leading columns
+that tell rows apart, and a note says how many came or went.
 """
 
 from __future__ import annotations
@@ -52,8 +53,24 @@ def compare_folders(before: Path, after: Path) -> list[dict]:
         if not (after / name).is_file():
             rows.append({"table": str(name), "numbers": 0, "difference": 0.0, "where": "", "note": "missing"})
             continue
-        rows.append(compare_tables(str(name), read_table(path), read_table(after / name)))
+        old, new, note = _common_rows(read_table(path), read_table(after / name))
+        row = compare_tables(str(name), old, new)
+        rows.append(row | {"note": "; ".join(filter(None, (note, row["note"])))[:80]})
     return rows
+
+
+def _common_rows(before, after):
+    """Rows of both tables, where they have other numbers of rows, and a note on the others."""
+    lengths = [{len(values) for values in table.values()} for table in (before, after)]
+    if lengths[0] == lengths[1] or any(len(found) != 1 for found in lengths):
+        return before, after, ""
+    old, new = pd.DataFrame(before), pd.DataFrame(after)
+    shared = [name for name in old if name in new]
+    keys = next((shared[:n] for n in range(1, len(shared)) if not old.duplicated(shared[:n]).any()), shared)
+    old, new = old.set_index(keys, drop=False), new.set_index(keys, drop=False)
+    both = old.index.intersection(new.index)
+    note = f"{len(old) - len(both)} rows went, {len(new) - len(both)} came"
+    return *({str(name): list(table.loc[both, name]) for name in table} for table in (old, new)), note
 
 
 def compare_tables(name: str, before: dict[str, list], after: dict[str, list]) -> dict:
