@@ -131,13 +131,6 @@ def test_sampling_rate_of_frfs(tmp_path):
         formats.read(tmp_path / "h.csv", fs=100.0)
 
 
-@pytest.mark.parametrize("fs", [2j, "fast"])
-def test_sampling_rate_in_a_matlab_file(tmp_path, fs):
-    scipy.io.savemat(tmp_path / "a.mat", {"fs": fs, "acc_1": FIVE})
-    with pytest.raises(RecordError, match='variable "fs" must be one number, the samples per second'):
-        formats.read(tmp_path / "a.mat")
-
-
 def test_labview_file_without_x(tmp_path):
     end = "***End_of_Header***\t\n"
     lines = ["LabVIEW Measurement\t\n", "Separator\tTab\n", "X_Columns\tNo\n", end, "Channels\t1\n", "X0\t0\n", end]
