@@ -126,20 +126,12 @@ class Study:
 
         Parameters
         ----------
-        dataset : Dataset
-            Rig and records.
-        laws : sequence of IdentifiedLaw
-            Its laws.
-        cases : sequence of Case
-            Cases that are known.
-        tests : dict, optional
-            FRFs of the validation records by their names.
+        dataset, cache
+            As for `Study`.
+        laws, cases, tests, repeatability, bands
+            As the properties; what is left out is computed.
         engines : sequence of str
             Default: those of the cases.
-        repeatability, bands : dict, optional
-            As the properties.
-        cache : ResultCache, optional
-            For what has to be computed.
         """
         study = cls(dataset, (), engines or tuple(dict.fromkeys(c.engine for c in cases)), cache)
         study.methods = tuple(law.name for law in laws)

@@ -81,9 +81,7 @@ def modes(study: Study) -> Drawing:
         test = _of(of_mode, study.methods[0], study.main_engine)
         ax.plot(test["level"], factor * test[f"test_{name}"], "x", color=TEST, markersize=4)
         ax.plot(study.levels, factor * _means(test, f"test_{name}", study), color=TEST, linewidth=2.4)
-        for law, engine in looks.drawn:
-            means = _means(_of(of_mode, law, engine), f"model_{name}", study)
-            ax.plot(study.levels, factor * means, **looks.line(law, engine, marker=True))
+        _law_lines(ax, looks, of_mode, f"model_{name}", factor)
         tidy(ax, f"{letter} mode {mode}", label)
         level_axis(ax, study.levels)
         ax.ticklabel_format(axis="y", useOffset=False)
@@ -103,11 +101,8 @@ def contact(study: Study) -> Drawing:
     looks, rows = Looks(study), frames.contact(study)
     rows["rms_over_gap"] = rows["displacement_rms_m"] / rows["gap_m"]
     rows["contact_pct"] = 100 * rows["contact_share"]
-    columns = {
-        "rms_over_gap": "RMS displacement / gap (1)",
-        "contact_pct": "Time in contact (%)",
-        "contact_peak_n": "Peak contact force (N)",
-    }
+    columns = {"rms_over_gap": "RMS displacement / gap (1)", "contact_pct": "Time in contact (%)"}
+    columns["contact_peak_n"] = "Peak contact force (N)"
     n = len(looks.rig.bushings)
     figure = sheet(1.9 * n, looks.key("test (probes)", markers=True))
     axes = figure.subplots(n, 3, squeeze=False, sharex=True, gridspec_kw={"hspace": 0.22, "wspace": 0.32})
@@ -116,9 +111,7 @@ def contact(study: Study) -> Drawing:
         of_bushing = rows[rows["bushing"] == bushing]
         test = _means(_of(of_bushing, "test", REPEAT_ROW[1]), name, study)
         ax.plot(study.levels, test, color=TEST, linewidth=2.4, marker="x", markersize=4)
-        for law, engine in looks.drawn:
-            means = _means(_of(of_bushing, law, engine), name, study)
-            ax.plot(study.levels, means, **looks.line(law, engine, marker=True))
+        _law_lines(ax, looks, of_bushing, name)
         tidy(ax, f"{letter} bushing {bushing}", columns[name], looks.level_label if bushing == n else "")
         level_axis(ax, study.levels)
         ax.set_ylim(bottom=0)
@@ -128,6 +121,12 @@ def contact(study: Study) -> Drawing:
     )
     alt = f"RMS displacement over gap, time in contact and peak force over level, laws {looks.laws}."
     return Drawing("contact", figure, caption, alt)
+
+
+def _law_lines(ax: Axes, looks: Looks, rows: pd.DataFrame, name: str, factor: float = 1.0) -> None:
+    for law, engine in looks.drawn:
+        means = _means(_of(rows, law, engine), name, looks.study)
+        ax.plot(looks.study.levels, factor * means, **looks.line(law, engine, marker=True))
 
 
 def _of(rows: pd.DataFrame, law: str, engine: str) -> pd.DataFrame:
