@@ -118,16 +118,6 @@ def test_killed_study(tmp_path, old, studies):
 
 
 @pytest.mark.slow
-def test_interrupted_study(tmp_path, old, studies):
-    """In its third case, which is finished before the study ends."""
-    out, before, command = old
-    lines = Apart(tmp_path, *command, prepare=calls(study_module, "simulate", 3, interrupt)).ends(1)
-    assert lines == ["clearance-mj: interrupted; run the same command again to go on"]
-    assert shown(out) == before
-    goes_on(tmp_path, old, studies, 1)
-
-
-@pytest.mark.slow
 def test_two_studies_at_once(tmp_path, old, studies):
     """The second is refused and named the first; a killed one holds nothing."""
     out, before, command = old

@@ -104,8 +104,8 @@ def _compared(aligned: Alignment, options: argparse.Namespace) -> tuple[dict[str
         "notes": notes,
         "only_test": list(aligned.only_test),
         "only_model": list(aligned.only_model),
-        "per_sensor": _plain(comparison.per_sensor),
-        "per_mode": _plain(comparison.per_mode),
+        "per_sensor": comparison.per_sensor.to_dict("list"),
+        "per_mode": comparison.per_mode.to_dict("list"),
         "mac_matrix": {
             "test_hz": test_modes.frequency.tolist(),
             "model_hz": model_modes.frequency.tolist(),
@@ -113,10 +113,6 @@ def _compared(aligned: Alignment, options: argparse.Namespace) -> tuple[dict[str
         },
     }
     return result, lambda: draw(aligned, comparison, test_modes, model_modes, matrix)
-
-
-def _plain(columns: Any) -> dict[str, list[Any]]:
-    return {name: [getattr(v, "item", lambda v=v: v)() for v in column] for name, column in columns.items()}
 
 
 MEASURES = ("rmse_db", "mre", "frac", "csac", "csf")

@@ -40,20 +40,18 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
     folder = options.energy or options.ledger
     out_folder(folder, "--energy")
     case = rig, excitation(options, rig.shaker.kind, options.rms), law, options.engine
-    response, more = _with_energy(options, folder, case) if folder else (simulate(*case), {})
+    response, more = _with_energy(options.quiet, folder, case) if folder else (simulate(*case), {})
     save(options.out, response)
     print(f"response: {options.out}")
     rms = dict(zip(response.responses, response.acceleration.std(axis=1).tolist()))
     return {"out": str(options.out), "acceleration_rms": rms} | more
 
 
-def _with_energy(
-    options: argparse.Namespace, folder: Path, case: tuple[Any, Any, Any, Any]
-) -> tuple[Any, dict[str, Any]]:
+def _with_energy(quiet: bool, folder: Path, case: tuple[Any, ...]) -> tuple[Any, dict[str, Any]]:
     from ..engines.energy import energy_balance
     from ..report.energy import write
 
-    response, balance = energy_balance(*case, progress=None if options.quiet else "energy")
+    response, balance = energy_balance(*case, progress=None if quiet else "energy")
     write(folder, balance)
     _print(balance)
     print(f"energy balance: {folder}")
