@@ -21,8 +21,7 @@ from .greases.bouc_wen import BoucWen
 from .law import Law
 
 __all__ = [
-    "Clearance", "clearance_records", "contact_force", "contact_step", "follow_law", "grease_model", "grease_step",
-    "greases_of",
+    "Clearance", "clearance_records", "contact_force", "contact_step", "follow_law", "grease_step", "greases_of",
 ]  # fmt: skip
 
 
@@ -72,18 +71,13 @@ class Clearance(NamedTuple):
     numbers: np.ndarray  # (n,) speeds of impact of all ends, then what the records point at; changed in place
 
 
-def grease_model(grease: Grease | GreaseModel) -> GreaseModel:
-    """Return the model of a grease: its own, or Bouc-Wen's."""
-    return grease if isinstance(grease, GreaseModel) else BoucWen(grease)
-
-
 def greases_of(rig: Rig, law: Law) -> list[GreaseModel]:
     """Return the grease model of each bushing: the law's, if it has one, or else the rig's."""
     n = len(rig.bushings)
     greases: Sequence[Grease | GreaseModel] = [b.grease for b in rig.bushings] if law.grease is None else law.grease
     if len(greases) not in (1, n):
         raise LawError(f"the law holds grease for {len(greases)} bushings, the rig has {n}; give one or {n}")
-    models = [grease_model(g) for g in greases]
+    models = [g if isinstance(g, GreaseModel) else BoucWen(g) for g in greases]
     return models * n if len(models) == 1 else models
 
 

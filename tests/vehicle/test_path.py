@@ -85,14 +85,6 @@ def test_clothoid_is_fresnels():
     np.testing.assert_allclose(path.heading(lead + s), s**2 / (2 * radius * length), atol=1e-12)
 
 
-def test_arc_turns_about_one_centre():
-    path = clothoid_arc(radius=200.0, arc=100.0)
-    s = np.linspace(91, 189, 50)
-    heading = path.heading(s)
-    centre = path.position(s) + 200 * np.stack([-np.sin(heading), np.cos(heading)])
-    np.testing.assert_allclose(centre, np.broadcast_to(centre[:, :1], centre.shape), atol=1e-9)
-
-
 @every_path
 @pytest.mark.parametrize("guess", ["near", "far", None])
 def test_foot_point(path, guess):

@@ -10,7 +10,6 @@ from vehiclemodels.vehicle_dynamics_std import vehicle_dynamics_std
 from vehiclemodels.vehicle_parameters import setup_vehicle_parameters
 
 from clearance_mj.errors import ManoeuvreError, SimulationError
-from clearance_mj.vehicle import plant as plant_module
 from clearance_mj.vehicle.commonroad import SHIFTS, compiled_parameters, multi_body, parameters, single_track_drift
 from clearance_mj.vehicle.nominal import Vehicle
 from clearance_mj.vehicle.plant import STEP, MultiBody, SingleTrackDrift, Spread
@@ -72,19 +71,6 @@ def test_runge_kutta_with_the_librarys_right_hand_side(plant):
         k4 = rate(x + STEP * k3)
         x += STEP / 6 * (k1 + 2 * k2 + 2 * k3 + k4)
     np.testing.assert_allclose(plant.advance(state, angles)[:-1], x, rtol=1e-11, atol=1e-12)
-
-
-@every_plant
-def test_fourth_order(plant):
-    """Halving the step of 1 ms divides the heading's error by 16; held wheel angle, speeding up throughout."""
-    state = plant.start(20.0)
-    state[-1] = 25.0
-
-    def heading(steps):
-        return plant_module._advance(state.copy(), np.full(steps, 0.02), 0.05 / steps, plant._compiled)[4]
-
-    coarse, fine = (abs(heading(steps) - heading(800)) for steps in (50, 100))
-    assert np.log2(coarse / fine) == pytest.approx(4, abs=0.3)
 
 
 @every_plant

@@ -5,6 +5,7 @@ on a slide joint whose two tendons are the ends of the bushing.
 """
 
 import dataclasses
+import functools
 from pathlib import Path
 
 import mujoco
@@ -211,45 +212,51 @@ def test_new_contacts_in_the_loops(loop, contact, measured):
     measured.equal(f"restitution, {contact.name}, {loop} loop", found, exact, "ODE solver at 1e-10", rel=2e-4)
 
 
+SLIP = MaxwellSlip((0.5, 0.3, 0.2), (0.2, 0.3, 0.3), elastic=0.4, damping=0.05)
+FILM = Grease(1.0, 0.1, 0.3, 1.0, 0.8, 0.5, 2.0, film_height=2.5, film_limit=0.3)
+
+
+def slip_rate(_, y):
+    """The spring of a slider follows the motion until the slider moves."""
+    springs, limits = np.array(SLIP.springs), np.array([0.4, 1.0, 1.5])
+    slides = (np.abs(y[2:]) >= limits) & (y[2:] * y[1] > 0)
+    force = 0.4 * y[0] + springs @ np.clip(y[2:], -limits, limits) + 0.05 * y[1]
+    return [y[1], -force, *np.where(slides, 0, y[1])]
+
+
+def film_rate(_, y):
+    x, v, z = y
+    force = 0.3 * x + 0.7 * z + 0.1 * v / max(1 - abs(x) / 2.5, 0.3) ** 2
+    return v, -force, v - 0.8 * abs(v) * abs(z) * z - 0.5 * v * z**2
+
+
+@functools.cache
+def rung_down(rate, states, step, rtol, max_step):
+    """Displacement, every step, of a mass that rings out from 1.9 m/s."""
+    t, start = np.arange(round(20 / step)) * step, (0.0, 1.9, *[0.0] * states)
+    options = {"rtol": rtol, "atol": rtol / 100, "t_eval": t, "max_step": max_step}
+    return scipy.integrate.solve_ivp(rate, (0, t[-1]), start, **options).y[0]
+
+
+def largest_error(loop, step, grease, damping, exact):
+    speed = 1.9 + step / 2 * damping * 1.9  # half a step before the start: where the loops' velocities are
+    out = FreeMass(loop, ConstantLaw(1.0, 0.0), 10.0, step, 0.0, speed, grease).simulate(exact.size)
+    return np.max(np.abs(out[:, 0] - exact))
+
+
 @pytest.mark.parametrize(("loop", "tolerance"), [("modal", 1e-5), ("mujoco", 1e-3)])
 def test_maxwell_slip_in_the_loops(loop, tolerance, measured):
     """A mass rings out in three sliding springs, against an ODE solver whose steps end where one begins to slide."""
-    grease = MaxwellSlip((0.5, 0.3, 0.2), (0.2, 0.3, 0.3), elastic=0.4, damping=0.05)
-    springs, limits, step = np.array(grease.springs), np.array([0.4, 1.0, 1.5]), 1e-3
-
-    def rate(_, y):
-        slides = (np.abs(y[2:]) >= limits) & (y[2:] * y[1] > 0)
-        return [
-            y[1],
-            -(0.4 * y[0] + springs @ np.clip(y[2:], -limits, limits) + 0.05 * y[1]),
-            *np.where(slides, 0, y[1]),
-        ]
-
-    t = np.arange(round(20 / step)) * step
-    start = (0.0, 1.9, 0.0, 0.0, 0.0)
-    exact = scipy.integrate.solve_ivp(rate, (0, t[-1]), start, rtol=1e-9, atol=1e-11, t_eval=t, max_step=2e-3).y[0]
-    speed = 1.9 + step / 2 * 0.05 * 1.9  # half a step before the start: where the loops' velocities are
-    out = FreeMass(loop, ConstantLaw(1.0, 0.0), 10.0, step, 0.0, speed, grease).simulate(t.size)
+    exact = rung_down(slip_rate, 3, 1e-3, 1e-9, 2e-3)
     what = f"ring-down in Maxwell-slip grease, {loop} loop, amplitude {np.max(np.abs(exact)):.1f} m: largest error"
-    measured.below(what, np.max(np.abs(out[:, 0] - exact)), tolerance, "ODE solver at 1e-9", "m")
+    measured.below(what, largest_error(loop, 1e-3, SLIP, 0.05, exact), tolerance, "ODE solver at 1e-9", "m")
 
 
 def ring_down_error(loop, step):
     """Largest error, in m, of a mass that rings out in Bouc-Wen grease with a squeeze film, against an ODE solver."""
-    grease = Grease(1.0, 0.1, 0.3, 1.0, 0.8, 0.5, 2.0, film_height=2.5, film_limit=0.3)
-
-    def rate(_, y):
-        x, v, z = y
-        force = 0.3 * x + 0.7 * z + 0.1 * v / max(1 - abs(x) / 2.5, 0.3) ** 2
-        return v, -force, v - 0.8 * abs(v) * abs(z) * z - 0.5 * v * z**2
-
-    t = np.arange(round(20 / step)) * step
-    start = (0.0, 1.9, 0.0)
-    exact = scipy.integrate.solve_ivp(rate, (0, t[-1]), start, rtol=1e-10, atol=1e-12, t_eval=t, max_step=0.02).y[0]
+    exact = rung_down(film_rate, 1, step, 1e-10, 0.02)
     assert np.max(np.abs(exact)) > 1.7  # into the yielding and the thin film
-    speed = 1.9 + step / 2 * 0.1 * 1.9  # half a step before the start: where the loops' velocities are
-    out = FreeMass(loop, ConstantLaw(1.0, 0.0), 10.0, step, 0.0, speed, grease).simulate(t.size)
-    return np.max(np.abs(out[:, 0] - exact))
+    return largest_error(loop, step, FILM, 0.1, exact)
 
 
 @pytest.mark.parametrize(("loop", "tolerance"), [("modal", 1e-6), ("mujoco", 1e-3)])
