@@ -23,18 +23,7 @@ from .rig import Beam, Rig
 if TYPE_CHECKING:
     import control
 
-__all__ = [
-    "ModalModel",
-    "cantilever_curvature",
-    "cantilever_mode",
-    "cantilever_roots",
-    "linear_frf",
-    "mode_shapes",
-    "natural_frequencies",
-    "ritz_model",
-    "state_space",
-    "static_deflection",
-]
+__all__ = ["ModalModel", "linear_frf", "mode_shapes", "natural_frequencies", "ritz_model", "state_space"]
 
 MOST_MODES = 60
 """Modes in a Ritz basis beyond which nothing is gained"""
@@ -42,17 +31,7 @@ MOST_MODES = 60
 
 @functools.cache
 def cantilever_roots(n: int) -> np.ndarray:
-    """First roots λ of cos λ cosh λ = -1 (Eq. 8 corrected).
-
-    Parameters
-    ----------
-    n : int
-        Number of roots.
-
-    Returns
-    -------
-    ndarray, shape (n,)
-    """
+    """First n roots λ of cos λ cosh λ = -1 (Eq. 8 corrected)."""
     roots = (2 * np.arange(1, n + 1) - 1) * np.pi / 2
     for _ in range(20):  # Newton on cos λ + 1/cosh λ, which does not overflow
         sech = 1 / np.cosh(np.minimum(roots, 700))
@@ -62,42 +41,15 @@ def cantilever_roots(n: int) -> np.ndarray:
 
 
 def cantilever_mode(x: ArrayLike, n: int, length: float = 1.0) -> np.ndarray:
-    """Shapes Y_i of the bare cantilever (Eq. 7 corrected), with ∫Y² dx = length.
+    """Shapes Y_i (n_x, n) of the bare cantilever at x (n_x,) (Eq. 7 corrected), with ∫Y² dx = length.
 
-    Parameters
-    ----------
-    x : array_like, shape (n_x,)
-        Positions, m.
-    n : int
-        Number of modes.
-    length : float
-        Length, m.
-
-    Returns
-    -------
-    ndarray, shape (n_x, n)
-        Y_i = cosh βx - cos βx - σ (sinh βx - sin βx), in exponential form so that high modes keep their digits.
+    Y_i = cosh βx - cos βx - σ (sinh βx - sin βx), in exponential form so that high modes keep their digits.
     """
     return _shape(x, n, length, -1.0)
 
 
 def cantilever_curvature(x: ArrayLike, n: int, length: float = 1.0) -> np.ndarray:
-    """Second derivatives Y_i'' of `cantilever_mode`.
-
-    Parameters
-    ----------
-    x : array_like, shape (n_x,)
-        Positions, m.
-    n : int
-        Number of modes.
-    length : float
-        Length, m.
-
-    Returns
-    -------
-    ndarray, shape (n_x, n)
-        1/m².
-    """
+    """Second derivatives Y_i'' (n_x, n) of `cantilever_mode`, 1/m²."""
     return (cantilever_roots(n) / length) ** 2 * _shape(x, n, length, 1.0)
 
 
@@ -113,22 +65,7 @@ def _shape(x: ArrayLike, n: int, length: float, sign: float) -> np.ndarray:
 
 
 def static_deflection(beam: Beam, x: ArrayLike, a: ArrayLike) -> np.ndarray:
-    """Deflection at x of the clamped beam under a unit force at a (Roark, table 8.1, case 1a).
-
-    Parameters
-    ----------
-    beam : Beam
-        The shaft.
-    x : array_like, shape (n_x,)
-        Positions of the deflection, m.
-    a : array_like, shape (n_a,)
-        Positions of the force, m.
-
-    Returns
-    -------
-    ndarray, shape (n_x, n_a)
-        m/N.
-    """
+    """Deflection (n_x, n_a) in m/N at x of the clamped beam under a unit force at a (Roark, table 8.1, case 1a)."""
     x, a = np.asarray(x, dtype=float)[:, None], np.asarray(a, dtype=float)[None]
     near, far = np.minimum(x, a), np.maximum(x, a)
     return near**2 * (3 * far - near) / (6 * beam.bending_stiffness)
@@ -193,10 +130,6 @@ def ritz_model(rig: Rig, modes: int = 8, grease: bool = False) -> ModalModel:
         shaker is added to them.
     grease : bool
         Count the in-gap stiffness of the grease to the shaft's. Without it the grease is left to the force side.
-
-    Returns
-    -------
-    ModalModel
     """
     beam = rig.beam
     positions = {b.position for b in rig.bushings} | {m.position for m in rig.point_masses}

@@ -11,17 +11,12 @@ __all__ = ["contact_statistics"]
 
 
 def contact_statistics(response: Response) -> dict:
-    """Return motion and contact at the bushings of a simulation, and its time step.
+    """RMS and peak displacement (m), share of time in contact, peak contact force (N) of each bushing; time step (s).
 
     Parameters
     ----------
     response : Response
         A simulation's.
-
-    Returns
-    -------
-    dict
-        RMS and peak displacement (m), share of time in contact and peak contact force (N) of each bushing; step (s).
     """
     if response.contact_force is None or response.displacement is None:
         raise RecordError("only a simulated response has contact forces")

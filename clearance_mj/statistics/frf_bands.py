@@ -117,18 +117,13 @@ def paired_error(test: Response, model: Response, resolution: float = 0.5) -> np
     Parameters
     ----------
     test, model : Response
-        Under one excitation, of the same sensors.
+        Under one excitation, of the same sensors; refused as by `estimate_frf`.
     resolution : float
         Of the FRFs, Hz.
 
     Returns
     -------
     ndarray, shape (n_outputs, n_inputs, n_f)
-
-    Raises
-    ------
-    RecordError
-        As `estimate_frf`.
     """
     frf = estimate_frf(test, resolution=resolution)
     difference = dataclasses.replace(test, acceleration=test.acceleration - model.acceleration)
@@ -137,7 +132,7 @@ def paired_error(test: Response, model: Response, resolution: float = 0.5) -> np
 
 
 def draw_laws(rig: Rig, method: str, parameters: Sequence[dict], n: int, seed: int = 0) -> list[Law]:
-    """Draw laws that the records do not tell from the fitted one.
+    """Draw laws that the records do not distinguish from the fitted one.
 
     Parameters
     ----------
@@ -147,19 +142,13 @@ def draw_laws(rig: Rig, method: str, parameters: Sequence[dict], n: int, seed: i
         How the law was identified, see `identify.law`.
     parameters : sequence of dict
         Its fitted parameters, as `identify.Identified` has them.
-    n : int
-        How many.
-    seed : int
-        Of the random numbers.
-
-    Returns
-    -------
-    list of Law
+    n, seed : int
+        How many, and the seed of the random numbers.
 
     Raises
     ------
     LawError
-        If the method fits no parameters, or the records do not tell one of them.
+        If the method fits no parameters, or the records do not identify one of them.
     """
     make = get_method(method).make
     if make is None or not parameters or any("correlation" not in p for p in parameters):
@@ -183,25 +172,14 @@ def frf_band(
         The rig.
     excitation : Excitation
         Of every simulation.
-    law : Law
-        The fitted law.
-    laws : sequence of Law
-        As `draw_laws` returns them.
+    law, laws : Law and sequence of Law
+        The fitted law, and those of `draw_laws`.
     engine : str or Engine
-        As in `simulate`.
+        As in `simulate`, whose errors it raises.
     resolution : float
         Of the FRFs, Hz.
     progress : str, optional
         Show a progress bar with this name.
-
-    Returns
-    -------
-    Band
-
-    Raises
-    ------
-    ClearanceError
-        As `simulate`.
     """
     every, frfs = [law, *laws], []
     for response in simulate_each(rig, excitation, every, engine, progress=progress):

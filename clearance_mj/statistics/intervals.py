@@ -58,28 +58,12 @@ def over_seeds(errors: Mapping[float, Sequence[float]], confidence: float = CONF
 
     The errors of a level are taken to be lognormal, with one standard deviation s of the logarithm at every level.
     With n seeds at a level, m the mean of their logarithms, and ν = Σ (n - 1) degrees of freedom of s, the interval
-    of the expected error is exp(m + s²/2 ± t √(s²/n + s⁴/(2ν))), t Student's quantile.
-
-    Parameters
-    ----------
-    errors : mapping of float to sequence of float
-        By level, the error >= 0 of each seed; those that are not finite are left out.
-    confidence : float
-        Probability that an interval holds the expected error.
-
-    Returns
-    -------
-    Pooled
-        Values are arithmetic means. Without a level that has two seeds there are no intervals. Where Cochran's test
-        refuses one scatter for all levels, intervals are doubtful: too narrow at the level that scatters most, too
-        wide at the others.
-
-    Notes
-    -----
-    Interval of a lognormal mean: U. Olsson, Confidence intervals for the mean of a log-normal distribution, Journal
-    of Statistics Education 13(1), 2005, its modification of Cox's method, here with a pooled s. Test: W. G. Cochran,
-    The distribution of the largest of a set of estimated variances as a fraction of their total, Annals of Eugenics
-    11, 1941; ISO 5725-2, 7.3.3. It takes as many seeds at each level.
+    of the expected error is exp(m + s²/2 ± t √(s²/n + s⁴/(2ν))), t Student's quantile: Cox's method as U. Olsson
+    modified it (Confidence intervals for the mean of a log-normal distribution, Journal of Statistics Education 13(1),
+    2005), here with a pooled s. Errors that are not finite are left out; without a level that has two seeds there are
+    no intervals. Where Cochran's test (Annals of Eugenics 11, 1941; ISO 5725-2, 7.3.3; it takes as many seeds at each
+    level) refuses one scatter for all levels, intervals are doubtful: too narrow at the level that scatters most, too
+    wide at the others.
     """
     found = {level: _finite(values) for level, values in errors.items()}
     logarithms = [np.log(np.maximum(v, SMALLEST)) for v in found.values()]
@@ -135,22 +119,10 @@ def _quantile(confidence: float, freedom: int) -> float:
 def on_power_law(errors: Mapping[float, float], confidence: float = CONFIDENCE) -> dict[float, Interval]:
     """Intervals of errors of which there is one at each level: their scatter about a power law of the level.
 
-    A single value tells nothing of its scatter. Where the expected error follows a power law of the level, the
-    residuals of the straight line through the logarithms do, with two degrees of freedom less than there are levels;
-    where it does not, they are larger, and so are the intervals. They are ± t s about the logarithm of each value,
-    and are intervals of the median error.
-
-    Parameters
-    ----------
-    errors : mapping of float to float
-        Error >= 0 by level; what is not finite, or at level zero, has no interval.
-    confidence : float
-        Probability that an interval holds the expected error.
-
-    Returns
-    -------
-    dict of float to Interval
-        By level; without limits where fewer than four levels remain.
+    A single value says nothing of its scatter. Where the expected error follows a power law of the level, the residuals
+    of the straight line through the logarithms do, with two degrees of freedom less than there are levels; where it
+    does not, they are larger, and so are the intervals. They are ± t s about the logarithm of each value, and are
+    intervals of the median error. What is not finite or at level zero has none; nor has any below four levels.
     """
     fitted = [level for level, error in errors.items() if level > 0 and np.isfinite(error)]
     intervals = {level: Interval(float(error)) for level, error in errors.items()}
@@ -167,22 +139,10 @@ def on_power_law(errors: Mapping[float, float], confidence: float = CONFIDENCE) 
 
 
 def ratio(new: Interval, old: Interval) -> Interval:
-    """Ratio of two positive values, with an interval recovered from theirs.
+    """Ratio of two positive values, with an interval recovered from theirs as if they were independent.
 
-    Parameters
-    ----------
-    new, old : Interval
-        Numerator and denominator.
-
-    Returns
-    -------
-    Interval
-        That of independent values; values under the same seeds mostly scatter together, and then it is too wide.
-
-    Notes
-    -----
-    G. Y. Zou and A. Donner, Construction of confidence limits about effect measures: a general approach, Statistics
-    in Medicine 27, 2008, for the difference of the logarithms.
+    Values under the same seeds mostly scatter together, and then it is too wide. G. Y. Zou and A. Donner, Construction
+    of confidence limits about effect measures, Statistics in Medicine 27, 2008, for the difference of the logarithms.
     """
     if not (new.value > 0 and old.value > 0):
         return Interval(math.nan)

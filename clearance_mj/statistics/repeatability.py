@@ -11,6 +11,10 @@ from .intervals import Interval, Pooled, on_power_law, over_seeds
 
 __all__ = ["PERFECT", "floor_rows", "has_interval", "interval_of", "mean_rows", "pooled"]
 
+Rows = Mapping[float, Mapping[str, float]]
+"""measures by level"""
+Repeated = Mapping[float, Sequence[Mapping[str, float]]]
+"""measures of each seed by level"""
 PERFECT = {
     **dict.fromkeys(("mre", "rmse_db", "relative_error"), 0.0),
     **dict.fromkeys(("frac", "csac", "csf", "csac_per_sensor", "csf_per_sensor", "mac"), 1.0),
@@ -23,64 +27,26 @@ def _measure(key: str) -> str:
 
 
 def has_interval(key: str) -> bool:
-    """Whether a column of `Comparison.summary` is an error or a criterion, not a frequency or a damping.
-
-    Parameters
-    ----------
-    key : str
-        Such as "frac" or "mode_2_mac".
-    """
+    """Whether a column of `Comparison.summary`, such as "mode_2_mac", is an error or a criterion."""
     return _measure(key) in PERFECT
 
 
-def pooled(by_level: Mapping[float, Sequence[Mapping[str, float]]], key: str) -> Pooled:
-    """Mean error of one measure over the seeds of each level, with intervals.
-
-    Parameters
-    ----------
-    by_level : mapping of float to sequence of mapping
-        By level, one set of measures for each seed.
-    key : str
-        Which measure.
-    """
+def pooled(by_level: Repeated, key: str) -> Pooled:
+    """Mean error of one measure over the seeds of each level, with intervals."""
     perfect = PERFECT[_measure(key)]
     return over_seeds({level: [abs(perfect - s[key]) for s in seeds] for level, seeds in by_level.items()})
 
 
-def mean_rows(by_level: Mapping[float, Sequence[Mapping[str, float]]]) -> dict[float, dict[str, float]]:
+def mean_rows(by_level: Repeated) -> dict[float, dict[str, float]]:
     """Means over the seeds of each level; errors and criteria with ``_low`` and ``_high``, their 95 % interval,
     and ``_doubtful`` where Cochran's test refuses what it assumes.
-
-    Parameters
-    ----------
-    by_level : mapping of float to sequence of mapping
-        By level, one set of measures for each seed.
-
-    Returns
-    -------
-    dict of float to dict
-        By level.
     """
-
-    def intervals(key: str) -> Mapping[float, Interval]:
-        return pooled(by_level, key).means
-
-    return _rows({level: _means(seeds) for level, seeds in by_level.items()}, intervals)
+    means = {level: _means(seeds) for level, seeds in by_level.items()}
+    return _rows(means, lambda key: pooled(by_level, key).means)
 
 
-def floor_rows(by_level: Mapping[float, Mapping[str, float]]) -> dict[float, dict[str, float]]:
-    """Measures of the repeat floor, of which there is one pair of seeds for each level; intervals by `on_power_law`.
-
-    Parameters
-    ----------
-    by_level : mapping of float to mapping
-        Measures by level.
-
-    Returns
-    -------
-    dict of float to dict
-        By level.
-    """
+def floor_rows(by_level: Rows) -> dict[float, dict[str, float]]:
+    """Measures of the repeatability, one pair of seeds for each level; intervals by `on_power_law`."""
 
     def intervals(key: str) -> Mapping[float, Interval]:
         return on_power_law({level: abs(PERFECT[_measure(key)] - row[key]) for level, row in by_level.items()})
@@ -88,9 +54,7 @@ def floor_rows(by_level: Mapping[float, Mapping[str, float]]) -> dict[float, dic
     return _rows(by_level, intervals)
 
 
-def _rows(
-    means: Mapping[float, Mapping[str, float]], intervals: Callable[[str], Mapping[float, Interval]]
-) -> dict[float, dict[str, float]]:
+def _rows(means: Rows, intervals: Callable[[str], Mapping[float, Interval]]) -> dict[float, dict[str, float]]:
     """Limits beside the means; those of a criterion are its error's, the other way round."""
     rows: dict[float, dict[str, float]] = {level: {} for level in means}
     for key in next(iter(means.values()), ()):
@@ -116,13 +80,5 @@ def _means(seeds: Sequence[Mapping[str, float]]) -> dict[str, float]:
 
 
 def interval_of(row: Mapping[str, float], key: str) -> Interval:
-    """A measure of a row of `mean_rows` or `floor_rows` with its limits.
-
-    Parameters
-    ----------
-    row : mapping
-        The row.
-    key : str
-        Which measure.
-    """
+    """A measure of a row of `mean_rows` or `floor_rows` with its limits."""
     return Interval(row[key], row[f"{key}_low"], row[f"{key}_high"], bool(row[f"{key}_doubtful"]))

@@ -1,0 +1,142 @@
+"""How well a layout of sensors tells the modes, and what each sensor contributes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ..errors import ClearanceError
+from ..signals.correlation import mac
+from .readings import Candidates
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+__all__ = ["Placement", "evaluate", "losses"]
+
+SINGULAR = 1e-12
+"""inverse condition number below which a layout does not tell every mode"""
+
+
+@dataclass(frozen=True, eq=False)
+class Placement:
+    """A layout of sensors, what each carries and what its loss costs."""
+
+    chosen: tuple[int, ...]
+    """indices of the candidates, by position"""
+    position: np.ndarray
+    """(n_sensors,) m"""
+    determinant: float
+    """of the Fisher information"""
+    trace: float
+    """of the Fisher information"""
+    condition: float
+    """condition number of the Fisher information"""
+    mac: np.ndarray
+    """(n_modes, n_modes) auto-MAC: how alike the modes look to these sensors"""
+    std: np.ndarray
+    """(n_modes,) least standard deviation of each modal coordinate"""
+    contribution: np.ndarray
+    """(n_sensors,) E, 0 to 1; with uncorrelated noise they sum up to the number of modes"""
+    std_after_loss: np.ndarray
+    """(n_sensors, n_modes) standard deviations without each sensor; infinite where a mode is then not told"""
+
+    @property
+    def determinant_after_loss(self) -> np.ndarray:
+        """(n_sensors,) share of the determinant that is left without each sensor, 1 - E."""
+        return 1 - self.contribution
+
+    @property
+    def std_growth(self) -> np.ndarray:
+        """(n_sensors, n_modes) standard deviations without each sensor, over those with it."""
+        return self.std_after_loss / self.std
+
+    @property
+    def worst_mac(self) -> float:
+        """Largest MAC of two different modes."""
+        return float(np.max(self.mac - np.eye(len(self.mac)), initial=0.0))
+
+    @property
+    def table(self) -> pd.DataFrame:
+        """A row for each sensor: position, contribution, what its loss costs."""
+        import pandas as pd
+
+        columns = {"sensor": np.arange(1, len(self.position) + 1), "position_m": self.position}
+        columns |= {"contribution": self.contribution, "determinant_after_loss": self.determinant_after_loss}
+        columns |= {f"std_growth_mode_{j}": growth for j, growth in enumerate(self.std_growth.T, 1)}
+        return pd.DataFrame(columns)
+
+    def to_dict(self) -> dict:
+        """Return the layout as plain data."""
+        return {
+            "position_m": self.position.tolist(),
+            "determinant": self.determinant,
+            "trace": self.trace,
+            "condition": self.condition,
+            "worst_mac": self.worst_mac,
+            "std": self.std.tolist(),
+            "sensors": self.table.to_dict("records"),
+        }
+
+
+def evaluate(candidates: Candidates, chosen: Sequence[int]) -> Placement:
+    """Say how well a layout tells the modes, what each sensor carries and what its loss costs.
+
+    Parameters
+    ----------
+    candidates : Candidates
+        Where sensors may sit.
+    chosen : sequence of int
+        Indices of the candidates that have one.
+
+    Raises
+    ------
+    ClearanceError
+        If the layout does not tell every mode.
+    """
+    chosen = sorted(chosen, key=lambda i: candidates.position[i])
+    information = candidates.information(chosen)
+    if not _tells(information):
+        raise ClearanceError(
+            f"{len(chosen)} sensors at {', '.join(f'{x:.4g}' for x in candidates.position[chosen])} m do not tell "
+            f"{len(information)} modes apart; the trace alone does not see to that, the determinant does"
+        )
+    deviation = np.sqrt(np.diag(np.linalg.inv(information)))
+    vectors = losses(candidates, chosen)
+    contribution = np.einsum("si,is->s", vectors, np.linalg.solve(information, vectors.T)).clip(0, 1)
+    after = [_std(information - np.outer(v, v)) for v in vectors]
+    return Placement(
+        chosen=tuple(int(i) for i in chosen),
+        position=candidates.position[chosen],
+        determinant=float(np.linalg.det(information)),
+        trace=float(np.trace(information)),
+        condition=float(np.linalg.cond(information)),
+        mac=mac(candidates.shapes[chosen], candidates.shapes[chosen]),
+        std=deviation,
+        contribution=contribution,
+        std_after_loss=np.array(after),
+    )
+
+
+def _tells(information: np.ndarray) -> bool:
+    scale = np.sqrt(np.diag(information))
+    return bool(np.all(scale > 0)) and bool(np.linalg.cond(information / np.outer(scale, scale)) < 1 / SINGULAR)
+
+
+def _std(information: np.ndarray) -> np.ndarray:
+    """Standard deviation of every coordinate; infinite where one is not told."""
+    if not _tells(information):
+        return np.full(len(information), np.inf)
+    return np.sqrt(np.diag(np.linalg.inv(information)))
+
+
+def losses(candidates: Candidates, chosen: Sequence[int]) -> np.ndarray:
+    """(n_sensors, n_modes) v of each sensor: without it the information is Q - v vᵀ.
+
+    The inverse of a covariance that loses row i loses P e eᵀ P / P_ii (partitioned inverse), P = R_SS⁻¹.
+    """
+    precision = candidates._precision(chosen)
+    return precision @ candidates.shapes[chosen] / np.sqrt(np.diag(precision))[:, None]

@@ -1,0 +1,169 @@
+"""Search for the layout of sensors that tells the modes best."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from itertools import combinations, islice
+
+import numpy as np
+
+from ..errors import ClearanceError
+from .layout import Placement, evaluate, losses
+from .readings import Candidates
+
+__all__ = ["place_sensors"]
+
+CRITERIA = ("determinant", "trace")
+METHODS = ("backward", "forward", "exchange", "exhaustive")
+MOST_LAYOUTS = 3_000_000
+"""that are tried one by one"""
+CHUNK = 50_000
+"""layouts at a time"""
+FAINT = 1e-9
+"""information that is always assumed, relative, so that fewer sensors than modes can be compared"""
+BETTER = 1e-9
+"""least relative gain of an exchange"""
+
+
+def place_sensors(
+    candidates: Candidates,
+    n: int,
+    criterion: str = "determinant",
+    method: str = "exchange",
+    required: Sequence[int] = (),
+) -> Placement:
+    """Choose the candidates that tell the modes best.
+
+    Parameters
+    ----------
+    candidates : Candidates
+        Where sensors may sit.
+    n : int
+        Number of sensors.
+    criterion : {"determinant", "trace"}
+        Of the Fisher information, to be as large as possible.
+    method : {"exchange", "backward", "forward", "exhaustive"}
+        Delete one after the other from all (effective independence), add one after the other, or, by default, both and
+        then exchange single sensors as long as that gains; "exhaustive" tries every layout.
+    required : sequence of int
+        Indices of candidates that get a sensor in any case.
+
+    Raises
+    ------
+    ClearanceError
+        If there are fewer sensors than modes or fewer candidates than sensors, if the layouts are too many to try, if
+        a name is unknown, or if no layout found tells every mode.
+    """
+    required = _required(candidates, n, required)
+    for what, value, known in (("criterion", criterion, CRITERIA), ("method", method, METHODS)):
+        if value not in known:
+            raise ClearanceError(f'{what} "{value}" is unknown; use {", ".join(known)}')
+    return evaluate(candidates, getattr(_Search(candidates, n, criterion, required), method)())
+
+
+def _gains(candidates: Candidates, chosen: Sequence[int], others: Sequence[int]) -> np.ndarray:
+    """(n_others, n_modes) w of each further candidate: with it the information is Q + w wᵀ.
+
+    What its reading adds is what the others do not predict of it, over the standard deviation of that.
+    """
+    across = candidates.noise[np.ix_(others, chosen)]
+    predicted = across @ candidates._precision(chosen)
+    own = np.diag(candidates.noise)[others] - np.sum(predicted * across, axis=1)
+    return (candidates.shapes[others] - predicted @ candidates.shapes[chosen]) / np.sqrt(own)[:, None]
+
+
+def _required(candidates: Candidates, n: int, required: Sequence[int]) -> list[int]:
+    count, modes = candidates.shapes.shape
+    if n < modes:
+        raise ClearanceError(f"{n} sensors cannot tell {modes} modes apart; give at least {modes}")
+    if n > count:
+        raise ClearanceError(f"{n} sensors need as many candidates; there are {count}")
+    required = sorted(set(required))
+    if len(required) > n or any(not 0 <= i < count for i in required):
+        raise ClearanceError(f"required candidates {required}: at most {n}, numbered from 0 to {count - 1}")
+    return required
+
+
+class _Search:
+    """Layouts of n sensors that hold the required ones, better and better by a criterion."""
+
+    def __init__(self, candidates: Candidates, n: int, criterion: str, required: list[int]) -> None:
+        self.candidates, self.n, self.required = candidates, n, required
+        self.by_trace = criterion == "trace"
+        self.rest = [i for i in range(len(candidates.position)) if i not in required]
+        scale = np.trace(candidates.information(range(len(candidates.position)))) / candidates.shapes.shape[1]
+        self.faint = FAINT * scale * np.eye(candidates.shapes.shape[1])
+
+    def value(self, chosen: Sequence[int]) -> float:
+        information = self.candidates.information(chosen)
+        return np.trace(information) if self.by_trace else np.linalg.slogdet(information + self.faint)[1]
+
+    def change(self, information: np.ndarray, vectors: np.ndarray) -> np.ndarray:
+        """Importance of each vector v to the information: vᵀ v for the trace, vᵀ Q⁻¹ v for the determinant."""
+        if self.by_trace:
+            return np.sum(vectors**2, axis=1)
+        return np.einsum("si,is->s", vectors, np.linalg.solve(information + self.faint, vectors.T))
+
+    def backward(self) -> list[int]:
+        """Delete the sensor that is missed least, until n are left."""
+        chosen = [*self.required, *self.rest]
+        while len(chosen) > self.n:
+            share = self.change(self.candidates.information(chosen), losses(self.candidates, chosen))
+            share[: len(self.required)] = np.inf
+            del chosen[int(np.argmin(share))]
+        return chosen
+
+    def forward(self) -> list[int]:
+        """Add the sensor that gains most, until there are n."""
+        chosen = list(self.required)
+        while len(chosen) < self.n:
+            others = [i for i in self.rest if i not in chosen]
+            gain = self.change(self.candidates.information(chosen), _gains(self.candidates, chosen, others))
+            chosen.append(others[int(np.argmax(gain))])
+        return chosen
+
+    def exchange(self) -> list[int]:
+        """Exchange from what backward and forward end with; the better of the two."""
+        return max((self._improve(self.backward()), self._improve(self.forward())), key=self.value)
+
+    def _improve(self, chosen: list[int]) -> list[int]:
+        """Make the best exchange of one sensor as long as it gains."""
+        while True:
+            trials = [self._exchanged(chosen, i) for i in chosen if i not in self.required]
+            best = max(trials, key=self.value, default=chosen)
+            old, new = self.value(chosen), self.value(best)
+            if new <= old + BETTER * (abs(old) if self.by_trace else 1):
+                return chosen
+            chosen = best
+
+    def _exchanged(self, chosen: list[int], leaving: int) -> list[int]:
+        stay = [i for i in chosen if i != leaving]
+        others = [i for i in self.rest if i not in stay]
+        gain = self.change(self.candidates.information(stay), _gains(self.candidates, stay, others))
+        return [*stay, others[int(np.argmax(gain))]]
+
+    def exhaustive(self) -> list[int]:
+        """Try every layout."""
+        more = self.n - len(self.required)
+        count = math.comb(len(self.rest), more)
+        if count > MOST_LAYOUTS:
+            raise ClearanceError(f"{count} layouts are too many to try (at most {MOST_LAYOUTS}); use another method")
+        layouts, best, found = combinations(self.rest, more), -np.inf, np.empty(0, dtype=int)
+        while block := list(islice(layouts, CHUNK)):
+            chosen = np.array([(*self.required, *layout) for layout in block], dtype=int)
+            value = self._values(chosen)
+            if value.max() > best:
+                best, found = value.max(), chosen[np.argmax(value)]
+        return found.tolist()
+
+    def _values(self, chosen: np.ndarray) -> np.ndarray:
+        """Criterion of many layouts (n_layouts, n) at once."""
+        rows = self.candidates.shapes[chosen]
+        noise = self.candidates.noise
+        if self.candidates._independent:
+            weighted = rows / np.diag(noise)[chosen][..., None]
+        else:
+            weighted = np.linalg.solve(noise[chosen[:, :, None], chosen[:, None, :]], rows)
+        information = rows.transpose(0, 2, 1) @ weighted
+        return np.trace(information, axis1=1, axis2=2) if self.by_trace else np.linalg.det(information)
