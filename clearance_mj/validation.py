@@ -284,7 +284,7 @@ def _wrong_type(path: str, kind: Any, value: object) -> str:
 
 def _about(kind: Any, name: object) -> str:
     """What a field is, in brackets."""
-    words = descriptions(kind).get(str(name)) if dataclasses.is_dataclass(kind) else None
+    words = descriptions(kind).get(str(name)) if isinstance(kind, type) and dataclasses.is_dataclass(kind) else None
     return f" ({words.partition(';')[0]})" if words else ""
 
 

@@ -112,44 +112,44 @@ def test_impossible_values(name):
 # Files
 
 
-def test_one_sample_of_dropbear(tmp_path):
-    header = ["", "", "", "", "", "Time\tLow G Accel\tPinLoc", "", "", ""]
-    (tmp_path / "a.txt").write_text("\n".join([*header, "0\t1\t2"]))
-    with pytest.raises(RecordError, match=r"a\.txt: one sample is no record"):
-        read_dropbear(tmp_path / "a.txt")
+def nested(depth):
+    """Cells of cells of cells: at some depth they are made to exhaust the stack."""
+    cell = np.empty(1, dtype=object)
+    cell[0] = nested(depth - 1) if depth else np.ones(3)
+    return cell
 
 
-def test_coherence_of_some_columns(tmp_path):
-    (tmp_path / "a.csv").write_text("frequency,acc:1/force,acc:1/force coherence,acc:2/force\n1,2,3,4\n2,3,4,5\n")
-    with pytest.raises(RecordError, match=r"has no coherence of 2:\+Z; needs that of all functions or none"):
-        formats.read(tmp_path / "a.csv")
+DROPBEAR = "\n".join(["", "", "", "", "", "Time\tLow G Accel\tPinLoc", "", "", "", "0\t1\t2"])
+HALF_COHERENT = "frequency,acc:1/force,acc:1/force coherence,acc:2/force\n1,2,3,4\n2,3,4,5\n"
+END = "***End_of_Header***\t\n"
+NO_STEP = f"LabVIEW Measurement\t\nSeparator\tTab\nX_Columns\tNo\n{END}Channels\t1\nX0\t0\n{END}"
+SHORT_TEXT = by_hand(["".join(f"{v:13.5E}" for v in range(n)) for n in (6, 5)])
+FILES = {
+    "a.txt": (DROPBEAR, read_dropbear, r"a\.txt: one sample is no record"),
+    "a.csv": (HALF_COHERENT, formats.read, r"has no coherence of 2:\+Z; needs that of all functions or none"),
+    "h.csv": (frf(), lambda path: formats.read(path, fs=100.0), "holds FRFs, which have no sampling rate"),
+    "a.lvm": (f"{NO_STEP}X_Value\tUntitled\n\t1.0\n\t2.0\n", read_lvm, "header needs Delta_X, a number"),
+    "a.uff": (SHORT_TEXT.decode(), read_uff, "data set 1: holds 11 numbers, 12 samples need 12"),
+    "two.mat": (
+        {"time": FIVE, "acc_1": FIVE},
+        lambda path: formats.read(path, fs=10.0),
+        "has a variable of time; needs",
+    ),
+    "deep.mat": ({"x": nested(60)}, formats.read, r"holds cells more than \d+ deep"),
+}
 
 
-def test_sampling_rate_of_frfs(tmp_path):
-    formats.write(tmp_path / "h.csv", frf())
-    with pytest.raises(RecordError, match="holds FRFs, which have no sampling rate"):
-        formats.read(tmp_path / "h.csv", fs=100.0)
-
-
-def test_labview_file_without_x(tmp_path):
-    end = "***End_of_Header***\t\n"
-    lines = ["LabVIEW Measurement\t\n", "Separator\tTab\n", "X_Columns\tNo\n", end, "Channels\t1\n", "X0\t0\n", end]
-    (tmp_path / "a.lvm").write_text("".join([*lines, "X_Value\tUntitled\tComment\n", "\t1.0\n", "\t2.0\n"]))
-    with pytest.raises(RecordError, match=r"the segment header needs Delta_X, a number"):
-        read_lvm(tmp_path / "a.lvm")
-
-
-def test_two_times_in_a_matlab_file(tmp_path):
-    scipy.io.savemat(tmp_path / "a.mat", {"time": FIVE, "acc_1": FIVE})
-    with pytest.raises(RecordError, match="has a variable of time; needs just one"):
-        formats.read(tmp_path / "a.mat", fs=10.0)
-
-
-def test_text_with_a_number_too_few(tmp_path):
-    rows = ["".join(f"{v:13.5E}" for v in range(n)) for n in (6, 5)]
-    (tmp_path / "a.uff").write_bytes(by_hand(rows))
-    with pytest.raises(RecordError, match="data set 1: holds 11 numbers, 12 samples need 12"):
-        read_uff(tmp_path / "a.uff")
+@pytest.mark.parametrize("name", FILES)
+def test_files_that_cannot_be_used(tmp_path, name):
+    content, read, part = FILES[name]
+    if isinstance(content, str):
+        (tmp_path / name).write_text(content)
+    elif isinstance(content, dict):
+        scipy.io.savemat(tmp_path / name, content)
+    else:
+        formats.write(tmp_path / name, content)
+    with pytest.raises(RecordError, match=part):
+        read(tmp_path / name)
 
 
 def mode_set(definition=(1, 3, 3, 8, 5, 3), values=(-1.0, 99.0), body=None):
@@ -177,18 +177,6 @@ def test_modes_of_a_universal_file(tmp_path, sets, part):
     (tmp_path / "m.uff").write_text("".join(sets))
     with pytest.raises(RecordError, match=part):
         read_uff(tmp_path / "m.uff")
-
-
-def test_cells_within_cells(tmp_path):
-    """A MATLAB file may hold cells of cells; at some depth it is made to exhaust the stack."""
-    cell = np.ones(3)
-    for _ in range(60):
-        outer = np.empty(1, dtype=object)
-        outer[0] = cell
-        cell = outer
-    scipy.io.savemat(tmp_path / "a.mat", {"x": cell})
-    with pytest.raises(RecordError, match=r"holds cells more than \d+ deep"):
-        formats.read(tmp_path / "a.mat")
 
 
 def test_file_of_a_dataset_that_cannot_be_read(tmp_path):

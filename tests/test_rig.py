@@ -203,16 +203,13 @@ NUMBER = "must be a plain number in SI units, got"
 REFUSED = [
     # Beam
     ("beam.length", 0.0, "must be > 0, got 0 (m)"),
-    ("beam.length", -1.0, "must be > 0, got -1 (m)"),
     ("beam.young_modulus", 0.0, "must be > 0, got 0 (Pa)"),
     ("beam.density", -7850.0, "must be > 0, got -7850 (kg/m³)"),
     ("beam.diameter", 0.0, "must be > 0, got 0 (m)"),
-    ("beam.rayleigh", [0.5], "must be a list of 2 numbers, got [0.5]"),
     ("beam.rayleigh", [0.5, 0.0, 1.0], "must be a list of 2 numbers, got [0.5, 0.0, 1.0]"),
     ("beam.rayleigh", 0.5, "must be a list of 2 numbers, got 0.5"),
     # Bushings
     ("bushings[0].gap", -3e-4, "must be > 0, got -0.0003 (radial clearance d, m)"),
-    ("bushings[1].gap", 0.0, "must be > 0, got 0 (radial clearance d, m)"),
     ("bushings[0].length", 0.0, "must be > 0, got 0 (m along the shaft)"),
     ("bushings[0].length", 2.0, "2 m makes it reach from -0.4516 to 1.5484 m, past the beam (0 < x <= 1 m)"),
     ("bushings[1].position", 1.2, "1.2 m lies outside the beam (0 < x <= 1 m)"),
@@ -238,7 +235,6 @@ REFUSED = [
     ("sensors[2].mass", -0.01, "must be >= 0, got -0.01 (kg, loads the shaft like a point mass)"),
     ("sensors[2].node", 1, "1 is used twice; each sensor needs its own node"),
     ("sensors[2].node", 0, "must be >= 1, got 0 (positive, unique in the rig)"),
-    ("sensors[2].node", -4, "must be >= 1, got -4 (positive, unique in the rig)"),
     ("sensors[2].node", 10**9, "must be <= 999999999, got 1000000000 (positive, unique in the rig)"),
     ("sensors[2].node", 100, "must not be 100 (base) or 200 (shaker)"),
     ("sensors", [], "must hold 1 or more, got none"),
@@ -257,12 +253,7 @@ REFUSED = [
     ("masses", "none", "must be a list of tables ([[masses]]), got 'none'"),
     # Unknown keys
     ("nonsense", {"x": 1}, "is not a known key; known: name, beam, bushings, sensors, masses, shaker, description"),
-    (
-        "beam.lenght",
-        1.0,
-        "is not a known key; known: length, young_modulus, density, diameter, width, height",
-    ),
-    ("beam.lenght", 1.0, "is not a known key; known:", "; did you mean length?"),
+    ("beam.lenght", 1.0, "is not a known key; known: length, young_modulus, density", "; did you mean length?"),
     ("bushings[1].clearance", 1e-4, "is not a known key; known: position, gap, length, grease, contact"),
     ("bushings[0].grease.k", 1.0, "is not a known key; known: stiffness"),
     ("shaker.force", 1.0, "is not a known key; known: kind, position"),
@@ -368,6 +359,8 @@ def refused_file(path, part):
         (FILE.read_bytes() + b"\n[nonsense]\nx = 1\n", "nonsense is not a known key"),
         (FILE.read_bytes().replace(b"3.0e-4", b'"0.3 mm"'), f"bushings[0].gap {NUMBER} '0.3 mm'"),
         (FILE.read_bytes().replace(b"3.0e-4", b"nan"), "bushings[0].gap must be finite, got nan"),
+        (b"x = " + b"9" * 5000, "not valid TOML"),
+        (b"x = " + b"[" * 5000, "not valid TOML"),
     ],
 )
 def test_files_are_refused_with_their_name(tmp_path, content, part):
@@ -379,13 +372,6 @@ def test_files_are_refused_with_their_name(tmp_path, content, part):
 def test_file_that_cannot_be_read(tmp_path):
     refused_file(tmp_path / "absent.toml", "cannot be read (No such file or directory)")
     refused_file(tmp_path, "cannot be read (Is a directory)")
-
-
-@pytest.mark.parametrize("content", [b"x = " + b"9" * 5000, b"x = " + b"[" * 5000], ids=["long number", "deep list"])
-def test_toml_that_the_parser_gives_up_on(tmp_path, content):
-    path = tmp_path / "rig.toml"
-    path.write_bytes(content)
-    refused_file(path, "not valid TOML")
 
 
 @pytest.mark.parametrize("path", ["beam.length", "bushings[0].gap"])

@@ -177,7 +177,7 @@ def _gains(rig: Rig, kind: str, omega: np.ndarray, positions: Sequence[float]) -
     receptance = 1 / (model.omega**2 - omega[:, None] ** 2 + 1j * omega[:, None] * model.damping)
     at_bushing = model.shapes([b.position for b in rig.bushings])
     base = kind == "base"
-    excitation = -model.participation if base else model.shapes([rig.shaker.position])[0]
+    excitation = -model.participation if base else model.shapes([rig.shaker.position or 0.0])[0]
     inputs = np.vstack((-at_bushing, excitation)).T  # (n_modes, n_bushings + 1)
 
     def displacement(at: Sequence[float]) -> np.ndarray:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sized
 from dataclasses import Field, fields
 
 import numpy as np
@@ -79,8 +80,8 @@ def _short(value: object) -> str:
     if isinstance(value, np.ndarray):
         ends = f"[{value[0]:g} ... {value[-1]:g}]" if value.ndim == 1 and value.size > 1 else "array"
         return f"{ends} {value.shape}"
-    if hasattr(value, "columns"):  # a data frame
-        return f"table of {', '.join(map(str, value.columns))} ({len(value.index)} rows)"
+    if hasattr(value, "columns") and isinstance(value, Sized):  # a data frame
+        return f"table of {', '.join(map(str, value.columns))} ({len(value)} rows)"
     if isinstance(value, dict):
         return f"{{{', '.join(map(str, value))}}}"
     if isinstance(value, tuple) and len(value) > 4:

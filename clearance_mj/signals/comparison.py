@@ -154,7 +154,7 @@ def with_modes(test_frf: FRF, model_frf: FRF, per_mode: pd.DataFrame) -> Compari
     return Comparison(test_frf.frequency, by_line, csf(test, model), variant_csac, variant_csf, by_sensor, per_mode)
 
 
-def _frame(data: object) -> pd.DataFrame:
+def _frame(data: dict[str, Any] | pd.DataFrame) -> pd.DataFrame:
     """A table; pandas is loaded with the first."""
     import pandas as pd
 
