@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sized
 from dataclasses import Field, fields
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -76,11 +76,11 @@ class ArrayData:
         return f"{type(self).__name__}({', '.join(parts)})"
 
 
-def _short(value: object) -> str:
+def _short(value: Any) -> str:
     if isinstance(value, np.ndarray):
         ends = f"[{value[0]:g} ... {value[-1]:g}]" if value.ndim == 1 and value.size > 1 else "array"
         return f"{ends} {value.shape}"
-    if hasattr(value, "columns") and isinstance(value, Sized):  # a data frame
+    if hasattr(value, "columns"):  # a data frame
         return f"table of {', '.join(map(str, value.columns))} ({len(value)} rows)"
     if isinstance(value, dict):
         return f"{{{', '.join(map(str, value))}}}"

@@ -100,7 +100,7 @@ class Comparison(ArrayData):
             The dataset.
         """
         labelled.require_kind(ds, "comparison")
-        tables = []
+        tables: list[Any] = []
         for table, axis, head in TABLES:
             first = labelled.labels(ds, axis) if axis == "response" else ds.get("mode", np.empty(0, dtype=int))
             columns = {str(name): ds[name].values for name in ds.data_vars if str(name).startswith(f"{table}_")}
