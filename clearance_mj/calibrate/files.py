@@ -27,10 +27,6 @@ def read_frequencies(path: str | PathLike[str], std: float = FREQUENCY_STD) -> M
     std : float
         Relative standard deviation of a frequency where there is no ``std_hz``.
 
-    Returns
-    -------
-    ModalTarget
-
     Raises
     ------
     RecordError
@@ -70,10 +66,6 @@ def read_frf(path: str | PathLike[str], band: tuple[float, float] | None = None)
         The file.
     band : (float, float), optional
         Lines to use, Hz.
-
-    Returns
-    -------
-    FRFTarget
 
     Raises
     ------

@@ -122,16 +122,12 @@ class FRFTarget:
         return self.frf.value.size
 
     def residual(self, rig: Rig) -> np.ndarray:
-        """Return the differences of a rig from the target, in standard deviations.
+        """Return the differences (n_sensors n_f,) of a rig from the target, in standard deviations.
 
         Parameters
         ----------
         rig : Rig
             The rig.
-
-        Returns
-        -------
-        ndarray, shape (n_sensors n_f,)
         """
         return 20 * np.log10(np.abs(self.model(rig) / self.frf.functions)).ravel() / self.std
 
@@ -158,10 +154,6 @@ def modal_target(target: FRFTarget, n_modes: int = 4, std: float = FREQUENCY_STD
         Number of modes.
     std : float
         Relative standard deviation of a frequency.
-
-    Returns
-    -------
-    ModalTarget
 
     Raises
     ------

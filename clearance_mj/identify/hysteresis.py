@@ -98,26 +98,9 @@ class BoucWenFit:
         return Grease(self.k, 0.0, self.elastic_ratio, 1.0, self.beta, self.gamma, self.exponent)
 
     def force(self, time: ArrayLike, displacement: ArrayLike, offset: float | None = None) -> np.ndarray:
-        """Predict the force under a displacement; it does not depend on rate.
+        """Force (n,), N, under a displacement (n,), m, over rising times (n,), s; it does not depend on rate.
 
-        Parameters
-        ----------
-        time : array_like, shape (n,)
-            s, rising.
-        displacement : array_like, shape (n,)
-            m.
-        offset : float, optional
-            m, x0 of this record if it is not the fitted one; see `offset_of`.
-
-        Returns
-        -------
-        ndarray, shape (n,)
-            N.
-
-        Raises
-        ------
-        RecordError
-            If the shapes differ, a value is not finite or the time does not rise.
+        ``offset``: m, x0 of this record if it is not the fitted one; see `offset_of`.
         """
         _, x, _ = _checked(time, displacement, np.zeros(np.shape(time)), "the motion")
         offset = self.offset if offset is None else offset
@@ -126,24 +109,9 @@ class BoucWenFit:
         return loop_force(x, self.k, self.elastic_ratio, z_ult, shape, self.exponent, self.gap, offset, reopening)
 
     def offset_of(self, displacement: float, force: float) -> float:
-        """Find where a re-opening gap stood when a record began, from the force at that moment.
+        """Find where a re-opening gap stood when a record began: x0, m, from its first displacement, m, and force, N.
 
-        Parameters
-        ----------
-        displacement : float
-            m, of the first sample.
-        force : float
-            N, of the first sample.
-
-        Returns
-        -------
-        float
-            m, x0 for `force`. Within the dead travel the force says nothing: the gap is then taken as centred.
-
-        Raises
-        ------
-        RecordError
-            If the gap is fixed, so that x0 belongs to the element and not to the record.
+        Within the dead travel the force says nothing: the gap is then taken as centred.
         """
         if self.dead_travel != "reopening":
             raise RecordError("a fixed gap stays where it was fitted; only a re-opening gap starts anew in each record")
@@ -170,10 +138,6 @@ def bouc_wen(
         Whether the gap stays where it is or is carried along by the slider, so that its dead travel starts anew at
         each reversal. The second needs records that begin at the same point of the dead travel, or loops long
         enough for that not to matter.
-
-    Returns
-    -------
-    BoucWenFit
 
     Raises
     ------

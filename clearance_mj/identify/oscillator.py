@@ -67,10 +67,6 @@ def sdof(
     omega0 : float
         Centre of the Morlet wavelet, rad, at least 4.
 
-    Returns
-    -------
-    SdofResult
-
     Raises
     ------
     RecordError

@@ -48,20 +48,7 @@ class Method:
     """makes the law from a rig and the values of its fitted parameters; None: it fits none"""
 
     def run(self, dataset: Dataset, progress: str | None = None) -> Identified:
-        """Check the records to identify, then find the law.
-
-        Parameters
-        ----------
-        dataset : Dataset
-            Records with role "validate" are never opened.
-        progress : str, optional
-            Show a progress bar with this name.
-
-        Raises
-        ------
-        RecordError
-            If there is no record to identify, one cannot be used, or all are too short.
-        """
+        """Check the records to identify, then find the law; records to validate are never opened."""
         if self.shortest:
             records, rig = dataset.to_identify(), dataset.rig
             check_length(records, self.shortest(rig), {n: m.shortest(rig) for n, m in METHODS.items() if m.shortest})
@@ -138,10 +125,6 @@ def law(dataset: Dataset, method: str = "output-error", progress: str | None = N
         grease with squeeze film, power-law contact); or one of your own, see `register`.
     progress : str, optional
         Show a progress bar with this name.
-
-    Returns
-    -------
-    Law
 
     Raises
     ------

@@ -98,10 +98,6 @@ def ridge(signal: ArrayLike, fs: float, band: tuple[float, float], omega0: float
     omega0 : float
         Centre of the Morlet wavelet, rad, at least 4. Components closer than about 4 ω/ω0 need a larger one.
 
-    Returns
-    -------
-    Ridge
-
     Raises
     ------
     RecordError

@@ -142,10 +142,6 @@ def read_frf(path: str | PathLike[str], columns: Columns | None = None, referenc
     reference : str, optional
         As `read` takes it.
 
-    Returns
-    -------
-    FRF
-
     Raises
     ------
     RecordError
