@@ -187,21 +187,21 @@ def test_impossible_parameters(rig, free, message):
         calibrate(rig, [modes_of([9.0, 40.0])], free)
 
 
-def test_more_parameters_than_data(rig):
-    with pytest.raises(RecordError, match="4 free parameters need as many data; the targets hold 3"):
-        calibrate(rig, [modes_of([9.0, 40.0, 90.0])], dict.fromkeys(EQUAL))
+OTHER_QUANTITY = FRFTarget(FRF(np.arange(5.0, 9.0), np.ones((8, 4)), quantity="acceleration/force"))
+OTHER_SENSOR = modes_of([9.0, 40.0], shape=np.ones((2, 2)), nodes=(1, 55))
 
 
-def test_frfs_of_another_excitation(rig):
-    target = FRFTarget(FRF(np.arange(5.0, 9.0), np.ones((8, 4)), quantity="acceleration/force"))
-    with pytest.raises(RecordError, match="but the shaker of rig 'table1' is 'base'"):
-        calibrate(rig, [target], {"masses[0].mass": None})
-
-
-def test_data_of_a_sensor_that_the_rig_lacks(rig):
-    target = modes_of([9.0, 40.0], shape=np.ones((2, 2)), nodes=(1, 55))
-    with pytest.raises(RecordError, match="node 55 is no sensor"):
-        calibrate(rig, [target], {"masses[0].mass": None})
+@pytest.mark.parametrize(
+    ("target", "free", "message"),
+    [
+        (modes_of([9.0, 40.0, 90.0]), EQUAL, "4 free parameters need as many data; the targets hold 3"),
+        (OTHER_QUANTITY, ["masses[0].mass"], "but the shaker of rig 'table1' is 'base'"),
+        (OTHER_SENSOR, ["masses[0].mass"], "node 55 is no sensor"),
+    ],
+)
+def test_targets_that_do_not_fit_the_rig(rig, target, free, message):
+    with pytest.raises(RecordError, match=message):
+        calibrate(rig, [target], dict.fromkeys(free))
 
 
 @pytest.mark.parametrize(
