@@ -12,6 +12,7 @@ from clearance_mj.engines import mjcf, solref_solimp
 
 from ..conftest import TABLE1 as RIG
 
+NUMBER = re.compile(r"(-?\d+\.?\d*(?:e[-+]?\d+)?)")
 MODELS = Path(__file__).parents[2] / "models"
 
 
@@ -22,26 +23,13 @@ def load(name):
     return model, data
 
 
-def words(text):
-    return re.split(r'[\s"=<>/]+', text)
-
-
-def is_number(word):
-    try:
-        float(word)
-    except ValueError:
-        return False
-    return True
-
-
 @pytest.mark.parametrize("name", ["links", "modes"])
 def test_committed_models_are_what_the_builder_writes(name):
     """Otherwise: make models. MJCF holds six digits, of which the last may differ from one machine to another."""
-    committed = words((MODELS / f"table1_rig_{name}.xml").read_text(encoding="utf-8"))
-    built = words(mjcf(RIG)[name])
-    assert [w for w in committed if not is_number(w)] == [w for w in built if not is_number(w)]
-    numbers = ([float(w) for w in text if is_number(w)] for text in (committed, built))
-    np.testing.assert_allclose(*numbers, rtol=3e-6, atol=1e-12)
+    committed, built = (MODELS / f"table1_rig_{name}.xml").read_text(encoding="utf-8"), mjcf(RIG)[name]
+    texts, numbers = zip(*((parts[::2], parts[1::2]) for parts in (NUMBER.split(text) for text in (committed, built))))
+    assert texts[0] == texts[1]
+    np.testing.assert_allclose(*(np.array(row, dtype=float) for row in numbers), rtol=3e-6, atol=1e-12)
 
 
 def test_links_model():
