@@ -47,7 +47,7 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
     return {"out": str(options.out), "acceleration_rms": rms} | more
 
 
-def _with_energy(quiet: bool, folder: Path, case: tuple[Any, ...]) -> tuple[Any, dict[str, Any]]:
+def _with_energy(quiet: bool, folder: Path, case: tuple[Any, Any, Any, Any]) -> tuple[Any, dict[str, Any]]:
     from ..engines.energy import energy_balance
     from ..report.energy import write
 
