@@ -11,6 +11,13 @@ from clearance_mj.rig import Beam, Rig, Sensor, Shaker
 RIG = Rig.load(Path(__file__).parents[1] / "models" / "table1_rig.toml")
 FORCE_RIG = RIG.replace(shaker=Shaker("force", 0.3))
 BARE = RIG.replace(masses=(), bushings=())
+RIGIDITY = 210e9 * np.pi * 0.0086166**4 / 64
+
+
+def flexibility(x):
+    """Deflections at x of a clamped beam under unit forces at x (Roark, table 8.1, case 1a)."""
+    near, far = np.minimum(x[:, None], x), np.maximum(x[:, None], x)
+    return near**2 * (3 * far - near) / (6 * RIGIDITY)
 
 
 def integrate(function, length, pieces=100):
@@ -84,14 +91,9 @@ def test_static_deflection_of_the_tip():
 @pytest.mark.parametrize("modes", [1, 8, 20])
 def test_static_deflection_of_the_ritz_model(modes):
     """Deflection of bushings and tip under forces on each other, whatever modes are left out (Roark, table 8.1, 1a)."""
-    model = beam.ritz_model(RIG, modes)
-    x = np.array([0.5484, 0.7918, 1.0])
+    model, x = beam.ritz_model(RIG, modes), np.array([0.5484, 0.7918, 1.0])
     shapes = model.shapes(x)
-    rigidity = 210e9 * np.pi * 0.0086166**4 / 64
-    near, far = np.minimum(x[:, None], x), np.maximum(x[:, None], x)
-    np.testing.assert_allclose(
-        shapes / model.omega**2 @ shapes.T, near**2 * (3 * far - near) / (6 * rigidity), rtol=1e-9
-    )
+    np.testing.assert_allclose(shapes / model.omega**2 @ shapes.T, flexibility(x), rtol=1e-9)
 
 
 @pytest.mark.parametrize("grease", [False, True])
@@ -166,11 +168,8 @@ def test_state_space(rig):
 
 def test_static_response_of_the_state_space_model():
     """A steady force at 0.3 m deflects the bushings as closed form and the two springs of the grease want."""
-    x, k = np.array([0.5484, 0.7918, 0.3]), 4369.0
-    near, far = np.minimum(x[:, None], x), np.maximum(x[:, None], x)
-    rigidity = 210e9 * np.pi * 0.0086166**4 / 64
-    flexibility = near**2 * (3 * far - near) / (6 * rigidity)
-    expected = np.linalg.solve(np.eye(2) + flexibility[:2, :2] * k, flexibility[:2, 2])
+    compliance = flexibility(np.array([0.5484, 0.7918, 0.3]))
+    expected = np.linalg.solve(np.eye(2) + compliance[:2, :2] * 4369.0, compliance[:2, 2])
     np.testing.assert_allclose(np.squeeze(beam.state_space(FORCE_RIG).dcgain())[8:], expected, rtol=1e-8)
 
 

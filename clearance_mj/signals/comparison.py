@@ -100,15 +100,13 @@ class Comparison(ArrayData):
             The dataset.
         """
         labelled.require_kind(ds, "comparison")
-        tables = []
+        found: dict[str, Any] = {name: labelled.values(ds, name, "frequency") for name in ("frequency", "csac", "csf")}
+        found |= {name: labelled.values(ds, name, "response", "frequency") for name in OVER_BOTH}
         for table, axis, head in TABLES:
             first = labelled.labels(ds, axis) if axis == "response" else ds.get("mode", np.empty(0, dtype=int))
             columns = {str(name): ds[name].values for name in ds.data_vars if str(name).startswith(f"{table}_")}
-            tables.append(_frame({head: first} | {name[len(table) + 1 :]: v for name, v in columns.items()}))
-        by_line = [labelled.values(ds, name, "frequency") for name in ("frequency", "csac", "csf")]
-        both = [labelled.values(ds, name, "response", "frequency") for name in OVER_BOTH]
-        fields: list[Any] = [*by_line, *both, *tables]
-        return cls(*fields)
+            found[table] = _frame({head: first} | {name[len(table) + 1 :]: v for name, v in columns.items()})
+        return cls(**found)
 
 
 def compare(test_frf: FRF, model_frf: FRF, n_modes: int = 4) -> Comparison:

@@ -140,6 +140,9 @@ def driven(factors, responses=DOFS, **fields):
     return dataclasses.replace(frf, value=value, references=tuple(factors), **fields)
 
 
+BOTH = driven({"1:+Z": 1.0, "5:+Z": 2.0})
+
+
 def test_responses_and_references_are_aligned_each_for_itself():
     """Order, the direction of one hammer and of one sensor differ; each side has a reference of its own."""
     test = driven({"1:+Z": 1.0, "5:+Z": 2.0, "9:+X": 4.0})
@@ -158,35 +161,32 @@ def test_responses_and_references_are_aligned_each_for_itself():
 
 
 def test_one_reference_of_several():
-    got = align(driven({"5:+Z": 2.0}), driven({"1:+Z": 1.0, "5:+Z": 2.0}))
+    got = align(driven({"5:+Z": 2.0}), BOTH)
     assert (got.test.responses, got.model.reference) == (DOFS, "5:+Z")
     np.testing.assert_array_equal(got.test.value, got.model.value)
 
 
 def test_pairs_that_one_side_has_not_measured_are_left_out_of_both():
     """Also from the interpolation: the model has twice as many lines."""
-    test = driven({"1:+Z": 1.0, "5:+Z": 2.0})
-    holed = test.value.copy()
+    holed = BOTH.value.copy()
     holed[0, 1] = np.nan
     fine = oscillator("acceleration/force", np.arange(5.0, 100.0, 0.25))
     model = dataclasses.replace(fine, value=fine.value * [[1.0], [2.0]], references=("1:+Z", "5:+Z"))
-    got = align(dataclasses.replace(test, value=holed), model)
+    got = align(dataclasses.replace(BOTH, value=holed), model)
     assert got.test.labels == got.model.labels == ("1:+Z/1:+Z", "2:+Z/1:+Z", "3:+Z/1:+Z", "2:+Z/5:+Z", "3:+Z/5:+Z")
     assert (got.only_test, got.only_model) == ((), ("1:+Z/5:+Z",))
     np.testing.assert_allclose(got.model.functions, got.test.functions, rtol=1e-9)
 
 
 def test_coherence_of_one_reference_only():
-    test = driven({"1:+Z": 1.0, "5:+Z": 2.0})
-    coherence = np.broadcast_to(np.array([np.nan, 0.9])[:, None], test.value.shape)
-    got = align(dataclasses.replace(test, coherence=coherence), test).test.coherence
+    coherence = np.broadcast_to(np.array([np.nan, 0.9])[:, None], BOTH.value.shape)
+    got = align(dataclasses.replace(BOTH, coherence=coherence), BOTH).test.coherence
     assert np.isnan(got[:, 0]).all() and (got[:, 1] == 0.9).all()
 
 
 def test_no_common_pair():
     with pytest.raises(RecordError, match=r"no reference is common; the test has 1:\+Z, 5:\+Z, the model 2:\+Z"):
-        align(driven({"1:+Z": 1.0, "5:+Z": 2.0}), driven({"2:+Z": 1.0}))
-    test = driven({"1:+Z": 1.0, "5:+Z": 2.0})
-    holes = np.where(np.array([[True, False]] * 3)[:, :, None], test.value, np.nan)
+        align(BOTH, driven({"2:+Z": 1.0}))
+    holes = np.where(np.array([[True, False]] * 3)[:, :, None], BOTH.value, np.nan)
     with pytest.raises(RecordError, match="no pair of response and reference is common"):
-        align(dataclasses.replace(test, value=holes), driven({"5:+Z": 2.0}))
+        align(dataclasses.replace(BOTH, value=holes), driven({"5:+Z": 2.0}))

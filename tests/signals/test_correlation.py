@@ -21,6 +21,10 @@ from clearance_mj.signals.correlation import (
     rmse_db,
 )
 
+of_every_criterion = pytest.mark.parametrize(
+    "criterion", [frac, csac, csf, mre, rmse_db, csac_per_sensor, csf_per_sensor]
+)
+
 
 def frfs(seed=0, n_resp=4, n_f=30):
     """Two FRF arrays that are alike but not equal."""
@@ -56,15 +60,8 @@ def test_the_variants_per_sensor_are_the_formulas_over_a_window_cut_at_the_ends(
     test, model = frfs(n_resp=2)
     for window in (3, 9):
         half = window // 2
-        expected = np.array(
-            [
-                [
-                    cross_signature(t[max(0, k - half) : k + half + 1], m[max(0, k - half) : k + half + 1])
-                    for k in range(30)
-                ]
-                for t, m in zip(test, model)
-            ]
-        )
+        cuts = [slice(max(0, k - half), k + half + 1) for k in range(30)]
+        expected = np.array([[cross_signature(t[c], m[c]) for c in cuts] for t, m in zip(test, model)])
         np.testing.assert_allclose(csac_per_sensor(test, model, window), expected[..., 0], rtol=1e-12)
         np.testing.assert_allclose(csf_per_sensor(test, model, window), expected[..., 1], rtol=1e-12)
     np.testing.assert_array_equal(csac_per_sensor(test, model), csac_per_sensor(test, model, 9))
@@ -122,20 +119,16 @@ def test_bounds(seed, n_resp, n_f):
     assert np.all(csf(test, model) <= np.sqrt(csac(test, model)) * (1 + 1e-12))
 
 
-def test_csac_of_one_response_is_refused():
-    """It is 1 whatever the FRFs are."""
-    with pytest.raises(RecordError, match=r"CSAC .* at least 2, got 1; use csac_per_sensor"):
-        csac(*frfs(n_resp=1))
-
-
-def test_csf_of_one_response_compares_levels():
-    """2ab / (a² + b²) of the magnitudes a, b."""
+def test_of_one_response_csac_is_refused_and_csf_compares_levels():
+    """CSAC is 1 whatever the FRFs are; CSF is 2ab / (a² + b²) of the magnitudes a, b."""
     test, model = frfs(n_resp=1)
+    with pytest.raises(RecordError, match=r"CSAC .* at least 2, got 1; use csac_per_sensor"):
+        csac(test, model)
     a, b = np.abs(test[0]), np.abs(model[0])
     np.testing.assert_allclose(csf(test, model), 2 * a * b / (a**2 + b**2), rtol=1e-12)
 
 
-@pytest.mark.parametrize("criterion", [frac, csac, csf, mre, rmse_db, csac_per_sensor, csf_per_sensor])
+@of_every_criterion
 def test_shapes_that_differ_are_refused(criterion):
     with pytest.raises(RecordError, match=r"\(4, 30\) and \(4, 29\)"):
         criterion(np.ones((4, 30)), np.ones((4, 29)))
@@ -158,7 +151,7 @@ def test_windows_without_a_centre_are_refused(window):
         csac_per_sensor(*frfs(), window)
 
 
-@pytest.mark.parametrize("criterion", [frac, csac, csf, mre, rmse_db, csac_per_sensor, csf_per_sensor])
+@of_every_criterion
 def test_each_input_is_compared_for_itself(criterion):
     """(n_outputs, n_inputs, n_f): sums run over the lines, or over the outputs."""
     test, model = frfs(n_f=60)

@@ -57,17 +57,11 @@ def test_random_is_gaussian():
     assert abs(np.mean(value**4) - 3) < 5 * np.sqrt(24 / 32000)
 
 
-@pytest.mark.parametrize("generator", [excitation.random, excitation.burst_random, excitation.level_ramp])
-def test_a_seed_gives_the_same_noise_and_another_seed_another(generator):
-    first, again, other = (generator(4.0, FS, (5, 220), seed=seed).value for seed in (7, 7, 8))
+@pytest.mark.parametrize("name", ["random", "burst_random", "level_ramp", "multisine"])
+def test_a_seed_gives_the_same_noise_and_another_seed_another(name):
+    first, again, other = (getattr(excitation, name)(4.0, FS, (5, 220), seed=seed).value for seed in (7, 7, 8))
     np.testing.assert_array_equal(first, again)
     assert abs(np.corrcoef(first, other)[0, 1]) < 0.2
-
-
-def test_multisine_phases_follow_the_seed():
-    first, again, other = (excitation.multisine(4.0, FS, seed=seed).value for seed in (7, 7, 8))
-    np.testing.assert_array_equal(first, again)
-    assert np.abs(first - other).max() > 0.1
 
 
 def test_bursts_are_off_between_and_have_their_level_when_on():
@@ -130,14 +124,9 @@ def test_hammer_pulses_are_half_sines():
     assert (shake.kind, shake.band) == ("force", None)
 
 
-def test_one_peak_serves_all_hammer_pulses():
-    value = excitation.hammer(4.0, 2000.0, 5.0, 0.01, (0.5, 1.0, 3.0)).value
-    assert value[[1010, 2010, 6010]] == pytest.approx(5.0)
-
-
-def test_a_pulse_may_start_at_zero_and_end_with_the_record():
-    value = excitation.hammer(1.0, 100.0, 1.0, 0.1, (0.0, 0.9)).value
-    assert value[[5, 95]] == pytest.approx(1.0)
+def test_one_peak_serves_all_hammer_pulses_which_may_start_at_zero_and_end_with_the_record():
+    value = excitation.hammer(1.0, 100.0, 5.0, 0.1, (0.0, 0.4, 0.9)).value
+    assert value[[5, 45, 95]] == pytest.approx(5.0)
 
 
 def test_a_stepped_sine_turns_by_each_frequency_for_as_long():
@@ -177,10 +166,7 @@ def test_the_description_names_the_generator_and_is_plain_data(name):
     assert shake.band == (None if name in ("hammer", "stepped_sine") else (5.0, 220.0))
 
 
-NOISES = ["random", "burst_random", "level_ramp", "multisine"]
-
-
-@pytest.mark.parametrize("name", [*NOISES, "sweep"])
+@pytest.mark.parametrize("name", ["random", "burst_random", "level_ramp", "multisine", "sweep"])
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
@@ -197,6 +183,12 @@ NOISES = ["random", "burst_random", "level_ramp", "multisine"]
 def test_what_no_generator_can_do_is_refused_by_name(name, changes, message):
     with pytest.raises(ExcitationError, match=message):
         getattr(excitation, name)(**{"duration": 4.0, "fs": FS, **changes})
+
+
+NEEDED = {
+    "stepped_sine": {"frequency": 5.0, "amplitude": 1.0},
+    "hammer": {"peak": 1.0, "width": 0.01, "times": (1.0,)},
+}
 
 
 @pytest.mark.parametrize(
@@ -218,46 +210,34 @@ def test_what_no_generator_can_do_is_refused_by_name(name, changes, message):
         ("sweep", {"amplitude": -1.0}, "amplitude -1.0: must be >= 0"),
         ("sweep", {"method": "cubic"}, "method 'cubic': must be"),
         ("sweep", {"band": (0, 100)}, r"band \(0, 100\): must start above 0 Hz"),
+        ("stepped_sine", {"frequency": 0.0}, "frequency 0.0: must be in 0 to 256 Hz"),
+        ("stepped_sine", {"frequency": (5.0, 256.0)}, r"frequency \(5.0, 256.0\): must be in 0 to 256 Hz"),
+        (
+            "stepped_sine",
+            {"frequency": (5.0, 6.0), "amplitude": (1.0, 2.0, 3.0)},
+            r"frequency .* each of 3 steps",
+        ),
+        ("stepped_sine", {"amplitude": -1.0}, "amplitude -1.0: must be >= 0"),
+        ("stepped_sine", {"amplitude": (1.0, np.inf)}, "amplitude .*: must be >= 0"),
+        (
+            "stepped_sine",
+            {"frequency": (5.0, 6.0, 7.0)},
+            "duration 4.0: must give each of 3 steps a whole number",
+        ),
+        ("stepped_sine", {"duration": 0.0}, "duration 0.0"),
+        ("hammer", {"width": 0.003}, "width 0.003: must be at least two samples"),
+        ("hammer", {"times": (1.0, 1.005)}, r"times \[1.0, 1.005\]: must rise within 0 to 4 s"),
+        ("hammer", {"times": (2.0, 1.0)}, "times"),
+        ("hammer", {"times": (3.995,)}, "times"),
+        ("hammer", {"times": (-0.5,)}, "times"),
+        ("hammer", {"times": ()}, "times"),
+        ("hammer", {"peak": (1.0, 2.0)}, r"peak \[1.0, 2.0\]: must be one finite number, or one for each of 1 times"),
+        ("hammer", {"peak": np.nan}, "peak nan"),
     ],
 )
 def test_impossible_parameters_are_refused_by_name(name, changes, message):
     with pytest.raises(ExcitationError, match=message):
-        getattr(excitation, name)(4.0, FS, **changes)
-
-
-@pytest.mark.parametrize(
-    ("changes", "message"),
-    [
-        ({"frequency": 0.0}, "frequency 0.0: must be in 0 to 256 Hz"),
-        ({"frequency": (5.0, 256.0)}, r"frequency \(5.0, 256.0\): must be in 0 to 256 Hz"),
-        ({"frequency": (5.0, 6.0), "amplitude": (1.0, 2.0, 3.0)}, r"frequency .* one for each of 3 steps"),
-        ({"amplitude": -1.0}, "amplitude -1.0: must be >= 0"),
-        ({"amplitude": (1.0, np.inf)}, "amplitude .*: must be >= 0"),
-        ({"frequency": (5.0, 6.0, 7.0)}, "duration 4.0: must give each of 3 steps a whole number of samples"),
-        ({"duration": 0.0}, "duration 0.0"),
-    ],
-)
-def test_impossible_steps_are_refused_by_name(changes, message):
-    with pytest.raises(ExcitationError, match=message):
-        excitation.stepped_sine(**{"duration": 4.0, "fs": FS, "frequency": 5.0, "amplitude": 1.0, **changes})
-
-
-@pytest.mark.parametrize(
-    ("changes", "message"),
-    [
-        ({"width": 0.003}, "width 0.003: must be at least two samples"),
-        ({"times": (1.0, 1.005)}, r"times \[1.0, 1.005\]: must rise within 0 to 4 s"),
-        ({"times": (2.0, 1.0)}, "times"),
-        ({"times": (3.995,)}, "times"),
-        ({"times": (-0.5,)}, "times"),
-        ({"times": ()}, "times"),
-        ({"peak": (1.0, 2.0)}, r"peak \[1.0, 2.0\]: must be one finite number, or one for each of 1 times"),
-        ({"peak": np.nan}, "peak nan"),
-    ],
-)
-def test_impossible_hammer_pulses_are_refused_by_name(changes, message):
-    with pytest.raises(ExcitationError, match=message):
-        excitation.hammer(**{"duration": 4.0, "fs": FS, "peak": 1.0, "width": 0.01, "times": (1.0,), **changes})
+        getattr(excitation, name)(**{"duration": 4.0, "fs": FS, **NEEDED.get(name, {}), **changes})
 
 
 @pytest.mark.parametrize(

@@ -30,23 +30,18 @@ def welch(resp, resolution=1.0):
     return sxx, scipy.signal.welch(y, **settings)[1], scipy.signal.csd(x, y, **settings)[1]
 
 
-def test_h1_h2_and_coherence_are_ratios_of_the_welch_spectra():
+def test_estimators_and_coherence_are_those_of_the_welch_spectra():
+    """Hv by the smallest eigenvector of E[z zᴴ], z = (x, y): zᴴ v is least, y = -(v0/v1)* x."""
     resp = record()
     sxx, syy, syx = welch(resp)
-    h1, h2 = estimate_frf(resp, resolution=1.0), estimate_frf(resp, "H2", resolution=1.0)
+    h1, h2, hv = (estimate_frf(resp, name, resolution=1.0) for name in ("H1", "H2", "Hv"))
     np.testing.assert_allclose(h1.functions, syx / sxx, rtol=1e-11)
     np.testing.assert_allclose(h2.functions, syy / syx.conj(), rtol=1e-11)
     np.testing.assert_allclose(h1.coherence[:, 0], np.abs(syx) ** 2 / (sxx * syy), rtol=1e-11)
     np.testing.assert_allclose(h1.frequency, np.arange(257), rtol=1e-14)
-
-
-def test_hv_is_the_smallest_eigenvector_of_the_spectral_matrix():
-    resp = record()
-    sxx, syy, syx = welch(resp)
-    hv = estimate_frf(resp, "Hv", resolution=1.0)
     for o in range(3):
         matrix = np.array([[sxx, syx[o].conj()], [syx[o], syy[o]]]).transpose(2, 0, 1)
-        smallest = np.linalg.eigh(matrix)[1][:, :, 0]  # of E[z zᴴ], z = (x, y): zᴴ v least, y = -(v0/v1)* x
+        smallest = np.linalg.eigh(matrix)[1][:, :, 0]
         np.testing.assert_allclose(hv.functions[o], -(smallest[:, 0] / smallest[:, 1]).conj(), rtol=1e-8)
 
 
@@ -112,8 +107,9 @@ def test_the_band_of_the_record_is_the_default_and_band_overrides_it():
 
 def test_band_edges_survive_the_rounding_of_the_lines():
     """Line 3 of fs/n = 0.1 Hz is 0.30000000000000004 Hz in floating point."""
-    H = FRF(np.arange(10) * 0.1, np.ones((1, 10)))
+    H = FRF(np.arange(10) * 0.1, np.ones((2, 10)))
     assert H.within((0.3, 0.7)).frequency.size == 5
+    assert H.responses == ("1:+Z", "2:+Z")  # numbered where they have no labels
 
 
 def test_one_segment_has_no_coherence_and_equal_estimators():
@@ -128,10 +124,6 @@ def test_a_line_without_excitation_is_nan():
     H = estimate_frf(Response(FS, x, x[None]), resolution=1.0, window="boxcar")
     assert np.isnan(H.value[0, 0, 5])
     assert H.value[0, 0, 256] == pytest.approx(1.0)
-
-
-def test_responses_without_labels_are_numbered():
-    assert FRF(np.arange(3.0), np.ones((2, 3))).responses == ("1:+Z", "2:+Z")
 
 
 @pytest.mark.parametrize(

@@ -11,25 +11,24 @@ LEVELS = {0.5: 0.1, 1.0: 0.2, 2.0: 0.7, 5.0: 1.9, 8.0: 2.2}
 """Median error by level"""
 
 
+def held(draw, expected, repeats=2000):
+    """Share of the intervals of drawn errors that hold the expected one, a multiple of the median of each level."""
+    hits = []
+    for _ in range(repeats):
+        means = over_seeds({level: median * draw() for level, median in LEVELS.items()}).means
+        hits += [means[v].low <= median * expected <= means[v].high for v, median in LEVELS.items()]
+    return np.mean(hits)
+
+
 @pytest.mark.parametrize("scatter", [0.05, 0.3, 1.0])
 def test_two_seeds_at_five_levels_hold_the_expected_lognormal_error_95_times_in_100(rng, scatter):
     """The expected error of a lognormal is its median times exp(σ²/2)."""
-    hits = []
-    for _ in range(2000):
-        drawn = {level: median * np.exp(scatter * rng.standard_normal(2)) for level, median in LEVELS.items()}
-        means = over_seeds(drawn).means
-        hits += [means[v].low <= median * math.exp(scatter**2 / 2) <= means[v].high for v, median in LEVELS.items()]
-    assert 0.93 < np.mean(hits) < 0.97
+    assert 0.93 < held(lambda: np.exp(scatter * rng.standard_normal(2)), math.exp(scatter**2 / 2)) < 0.97
 
 
 def test_errors_of_a_frequency_whose_sign_is_lost_are_held_as_well(rng):
     """|e| of a normal e without bias is far from lognormal; its expected value is σ √(2/π)."""
-    hits = []
-    for _ in range(2000):
-        drawn = {level: size * np.abs(rng.standard_normal(2)) for level, size in LEVELS.items()}
-        means = over_seeds(drawn).means
-        hits += [means[v].low <= size * math.sqrt(2 / math.pi) <= means[v].high for v, size in LEVELS.items()]
-    assert 0.93 < np.mean(hits) < 0.98
+    assert 0.93 < held(lambda: np.abs(rng.standard_normal(2)), math.sqrt(2 / math.pi)) < 0.98
 
 
 def test_by_hand():
