@@ -21,19 +21,12 @@ class ChannelHeader:
     """What a file says of a time function, without its samples; the fields are those of `Channel`."""
 
     name: str
-    """label in the file"""
     node: int
-    """number of the node"""
     direction: str
-    """ "+X" to "-RZ", or "S" for a scalar"""
     quantity: str
-    """as in `Channel`"""
     size: int
-    """number of samples"""
     fs: float
-    """samples per second"""
     start: float
-    """s, time of the first sample"""
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,6 +8,7 @@ whatever is wrong; it writes half the byte count of complex values, today's date
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable
 from os import PathLike
 from pathlib import Path
@@ -21,12 +22,11 @@ from .._checks import DIRECTIONS, QUANTITIES, naming
 from ..channels import Channel, ChannelHeader
 from ..registry import Format, register
 from ._dataset_55 import mode_sets, read_modes
-from ._dataset_58 import TIME_FUNCTION
-from ._dataset_164 import UNIT_SET
-from ._fields import text_set
+from ._dataset_58 import COHERENCE, FREQUENCY_RESPONSE, TIME_FUNCTION, Function, read_function
+from ._dataset_164 import UNIT_SET, read_units
+from ._fields import SI, Block, closing_line, text_set
 from ._functions import channel_block, frf_blocks, read_channel, read_channel_header, read_frfs
 from ._geometry import Geometry, geometry_sets, read_geometry_blocks, rig_geometry
-from ._scan import measured, scan
 
 __all__ = [
     "DIRECTIONS",
@@ -39,6 +39,10 @@ __all__ = [
     "scan_uff",
     "write_uff",
 ]
+
+_BLANKS = re.compile(rb"\s*")
+_OPEN = re.compile(rb"-1[ \t]*\r?\n")
+_KIND = re.compile(rb" *(\d{1,6})([bB]?)")
 
 
 def read_uff(path: str | PathLike[str], reference: str | None = None) -> list[Channel] | FRF | Modes:
@@ -65,11 +69,11 @@ def read_uff(path: str | PathLike[str], reference: str | None = None) -> list[Ch
     """
     data = _contents(path)
     with naming(path):
-        functions, blocks = scan(data)
+        functions, blocks = _scan(data)
         modes = [block for block in blocks if block.kind == 55]
         if modes and not functions:
             return read_modes(modes)
-        functions = measured(functions)
+        functions = _measured(functions)
         if functions[0].kind == TIME_FUNCTION:
             return [read_channel(data, f) for f in functions]
         return read_frfs(data, functions, reference)
@@ -79,14 +83,14 @@ def read_geometry(path: str | PathLike[str]) -> Geometry:
     """Read the nodes and trace lines of a universal file (data sets 15 and 82)."""
     data = _contents(path)
     with naming(path):
-        return read_geometry_blocks([block for block in scan(data)[1] if block.kind in (15, 82)])
+        return read_geometry_blocks([block for block in _scan(data)[1] if block.kind in (15, 82)])
 
 
 def scan_uff(path: str | PathLike[str]) -> list[ChannelHeader]:
     """Check the structure of a universal file of time functions and return their headers; samples stay unread."""
     data = _contents(path)
     with naming(path):
-        functions = measured(scan(data)[0])
+        functions = _measured(_scan(data)[0])
         if functions[0].kind != TIME_FUNCTION:
             raise RecordError("holds FRFs, needs time functions (data sets 58, function type 1)")
         return [read_channel_header(data, f) for f in functions]
@@ -148,6 +152,49 @@ def _contents(path: str | PathLike[str]) -> bytes:
         return Path(path).read_bytes()
     except OSError as error:
         raise RecordError(f"{path}: cannot be read ({error.strerror})") from None
+
+
+def _measured(found: list[Function]) -> list[Function]:
+    """The functions to read: all of time, or FRFs and coherences."""
+    kinds = {f.kind for f in found}
+    if TIME_FUNCTION in kinds and FREQUENCY_RESPONSE in kinds:
+        raise RecordError("holds both time functions and FRFs; put them into two files")
+    if not kinds & {TIME_FUNCTION, FREQUENCY_RESPONSE}:
+        raise RecordError(
+            "holds no time function (type 1) and no FRF (type 4) in data sets 58, "
+            f"only function types {sorted(kinds) or 'none'}"
+        )
+    wanted = (TIME_FUNCTION,) if TIME_FUNCTION in kinds else (FREQUENCY_RESPONSE, COHERENCE)
+    return [f for f in found if f.kind in wanted]
+
+
+def _scan(data: bytes) -> tuple[list[Function], list[Block]]:
+    """Walk over the data sets of a file: the functions, and the others."""
+    functions: list[Function] = []
+    blocks: list[Block] = []
+    units, number, position = SI, 0, 0
+    while (blanks := _BLANKS.match(data, position)) and (begin := blanks.end()) < len(data):
+        number += 1
+        opening = _OPEN.match(data, begin)
+        if not opening:
+            what = "not a universal file" if number == 1 else f"stray bytes before data set {number}"
+            raise RecordError(f"{what}: needs a line '    -1' at byte {begin}")
+        kind = _KIND.match(data, opening.end())
+        if not kind:
+            raise RecordError(f"data set {number}: has no type, needs a number such as 58 after its '    -1'")
+        try:
+            if kind[1] == b"58":
+                function, position = read_function(data, opening.end(), bool(kind[2]), number, units)
+                functions.append(function)
+                continue
+            end, position = closing_line(data, opening.end())
+            lines = data[kind.end() : end].decode("utf-8", "replace").splitlines()[1:]
+            blocks.append(Block(int(kind[1]), number, tuple(lines), units))
+            if kind[1] == b"164":
+                units = read_units(blocks[-1])
+        except RecordError as error:
+            raise RecordError(f"data set {number}: {error}") from None
+    return functions, blocks
 
 
 register(Format(
