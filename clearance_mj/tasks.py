@@ -111,7 +111,7 @@ def _send(
     pool: ProcessPoolExecutor, function: Callable[[Task], Result], left: deque[Task],
     flying: dict[Future[Result], Task], most: int,
 ) -> dict[Future[Result], Task]:  # fmt: skip
-    """Keep as many tasks under way as are wanted."""
+    """Keep as many tasks running as are wanted."""
     while left and len(flying) < most:
         try:
             future = pool.submit(function, left[0])

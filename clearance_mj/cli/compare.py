@@ -89,7 +89,7 @@ def _compared(aligned: Alignment, options: argparse.Namespace) -> tuple[dict[str
         notes.append("CSAC, CSF and MAC are over all pairs of response and reference")
     if frequency.size == 1:
         notes.append("FRAC of one line is 1 by definition: undefined")
-    # Modes are looked for in accelerations, whatever the test measured; all else is told in the test's quantity.
+    # Modes are looked for in accelerations, whatever the test measured; all else is given in the test's quantity.
     test, model = accelerance(aligned.test), accelerance(aligned.model)
     comparison = with_modes(aligned.test, aligned.model, compare(test, model, n_modes).per_mode)
     test_modes, model_modes = (extract_modes(frf, n_modes) if n_modes else NO_MODES for frf in (test, model))

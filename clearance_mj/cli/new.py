@@ -63,7 +63,7 @@ def _options(parser: argparse.ArgumentParser) -> None:
 
 
 @command(
-    "new", "write a commented rig file to go on from; what is not told is an example", _options,
+    "new", "write a commented rig file to go on from; what is not given is an example", _options,
     out_help="rig file (default: NAME.toml)",
 )  # fmt: skip
 def _run(options: argparse.Namespace) -> dict[str, Any]:

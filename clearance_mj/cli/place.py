@@ -55,7 +55,7 @@ def _numbers(kind: type[float]) -> Callable[[str], list[float]]:
 
 
 @command(
-    "place", "place sensors where they tell the modes best, by Fisher information", _options,
+    "place", "place sensors where they identify the modes best, by Fisher information", _options,
     out=Path("results/placement"), out_help="folder for placement.csv, .json and .png (default: %(default)s)",
 )  # fmt: skip
 def _run(options: argparse.Namespace) -> dict[str, Any]:
@@ -95,7 +95,11 @@ def _noise(text: str, position: np.ndarray) -> float | np.ndarray:
 
 def _print(found: Placement, out: Path) -> None:
     for x, share, growth in zip(found.position, found.contribution, found.std_growth.max(axis=1)):
-        cost = f"standard deviations grow up to {growth:.2f} times" if growth < np.inf else "a mode is no longer told"
+        cost = (
+            f"standard deviations grow up to {growth:.2f} times"
+            if growth < np.inf
+            else "a mode is no longer identifiable"
+        )
         print(f"{x:.4f} m  carries {share:.3f}; without it the determinant is {1 - share:.3f} of this, {cost}")
     print(f"determinant {found.determinant:.4g}, trace {found.trace:.4g}, condition {found.condition:.3g}, "
           f"largest MAC between modes {found.worst_mac:.3f}")  # fmt: skip

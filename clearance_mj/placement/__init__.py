@@ -1,4 +1,4 @@
-"""Sensor placement: which positions tell the modes best, by Fisher information.
+"""Sensor placement: which positions identify the modes best, by Fisher information.
 
 Sensors read y = Φ q + e: the modal coordinates q through the mode shapes at the positions, and noise of covariance R,
 to which modes that are not wanted add their motion. The Fisher information of a layout S is Q = Φ_Sᵀ R_SS⁻¹ Φ_S; its

@@ -42,7 +42,7 @@ class Placement:
     contribution: np.ndarray
     """(n_sensors,) E, 0 to 1; with uncorrelated noise they sum up to the number of modes"""
     std_after_loss: np.ndarray
-    """(n_sensors, n_modes) standard deviations without each sensor; infinite where a mode is then not told"""
+    """(n_sensors, n_modes) standard deviations without each sensor; infinite where a mode is then not identifiable"""
 
     @property
     def determinant_after_loss(self) -> np.ndarray:
@@ -127,7 +127,7 @@ def _tells(information: np.ndarray) -> bool:
 
 
 def _std(information: np.ndarray) -> np.ndarray:
-    """Standard deviation of every coordinate; infinite where one is not told."""
+    """Standard deviation of every coordinate; infinite where one is not identifiable."""
     if not _tells(information):
         return np.full(len(information), np.inf)
     return np.sqrt(np.diag(np.linalg.inv(information)))

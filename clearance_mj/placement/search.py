@@ -33,7 +33,7 @@ def place_sensors(
     method: str = "exchange",
     required: Sequence[int] = (),
 ) -> Placement:
-    """Choose the candidates that tell the modes best.
+    """Choose the candidates that identify the modes best.
 
     Parameters
     ----------

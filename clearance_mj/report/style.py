@@ -36,7 +36,7 @@ FONT = 8
 """pt"""
 TEST, REPEAT, FAINT = "#000000", "#8c8c8c", "#d9d9d9"
 COLOURS = ("#0072b2", "#d55e00", "#882255", "#009e73", "#cc79a7", "#e69f00", "#56b4e9")
-"""of laws, bushings and whatever else is told apart"""
+"""of laws, bushings and whatever else is distinguished"""
 ENGINE_LINES = ("-", (0, (4, 1.5)), (0, (1, 1.2)))
 MARKERS = ("o", "s", "^", "D")
 LEGEND_COLUMNS = 5

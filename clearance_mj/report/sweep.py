@@ -25,7 +25,7 @@ UNITS = {
     **dict.fromkeys(("t", "release", "duration", "period"), "s"),
     **{"mass": "kg", "young_modulus": "Pa", "density": "kg/m³", "restitution": "1", "elastic_ratio": "1", "seed": "1"},
 }
-"""of a field by its name; others are told to be in SI units"""
+"""of a field by its name; others are said to be in SI units"""
 MOST_ROWS = 8
 """results that are drawn"""
 

@@ -207,7 +207,7 @@ def _on_common_lines(test: FRF, model: FRF, notes: list[str]) -> tuple[FRF, FRF]
 
 
 def _moving(frf: FRF) -> FRF:
-    """Without the line at 0 Hz, where accelerations are zero and receptances static: no decibels are told there."""
+    """Without the line at 0 Hz, where accelerations are zero and receptances static: no decibels are given there."""
     if frf.frequency[0] > 0 or frf.frequency.size == 1:
         return frf
     return frf.within((frf.frequency[1], frf.frequency[-1]))

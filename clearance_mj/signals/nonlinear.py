@@ -107,7 +107,7 @@ def _periods(response: Response, period: float, drop: int) -> np.ndarray:
         raise RecordError(f"a record of {response.duration:g} s does not hold whole periods of {period!r} s")
     count = signals.shape[1] // samples
     if drop < 0 or count - drop < 2:
-        raise RecordError(f"{count} periods less {drop!r} dropped leave fewer than two: noise cannot be told")
+        raise RecordError(f"{count} periods less {drop!r} dropped leave fewer than two: noise cannot be estimated")
     if not np.isfinite(signals).all():
         raise RecordError("a realisation holds samples that are not finite")
     return signals.reshape(-1, count, samples)[:, drop:]

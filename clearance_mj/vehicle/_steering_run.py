@@ -1,4 +1,4 @@
-"""A steering under way, in steps of 1 ms: the servo turns, the shaft loses motion behind it."""
+"""A running steering simulation, in steps of 1 ms: the servo turns, the shaft loses motion behind it."""
 
 from __future__ import annotations
 
@@ -112,7 +112,7 @@ class SimulatedShaft:
 
 
 class SteeringRun:
-    """A steering under way; after `advance`, `servo` and `contact` hold the servo's angle and σ over the same time."""
+    """A running steering simulation; after `advance`, `servo` and `contact` hold the servo's angle and σ over the same time."""
 
     def __init__(self, servo: ServoStep, shaft: Shaft, road: np.ndarray):
         self.contact, self.servo = np.zeros(0, dtype=np.int8), np.zeros(0)
