@@ -48,12 +48,8 @@ def _modes():
 def _batch():
     drive = excitation(SHORT)
     for engine in ENGINES:
-        yield (
-            f"{engine}: a batch",
-            "simulations",
-            [4, 8, 16, 32, 64],
-            lambda n, e=engine: _batch_time(drive, n, e, None),
-        )
+        name, counts = f"{engine}: a batch", [4, 8, 16, 32, 64]
+        yield name, "simulations", counts, lambda n, e=engine: _batch_time(drive, n, e, None)
 
 
 def _duration():
@@ -106,6 +102,6 @@ def _with_bushings(n):
     _, bushing = RIG.bushings
     share = {"stiffness": bushing.grease.stiffness * 2 / n, "damping": bushing.grease.damping * 2 / n}
     bushing = dataclasses.replace(bushing, grease=dataclasses.replace(bushing.grease, **share))
-    places = np.linspace(0.4, 0.9, n).tolist() if n > 1 else [0.7918]
-    rig = RIG.replace(bushings=tuple(dataclasses.replace(bushing, position=x) for x in places))
+    positions = np.linspace(0.4, 0.9, n).tolist() if n > 1 else [0.7918]
+    rig = RIG.replace(bushings=tuple(dataclasses.replace(bushing, position=x) for x in positions))
     return rig, cm.ConstantLaw(np.full(n, LAW.k[0] * 2 / n), np.full(n, LAW.c[0] * 2 / n))

@@ -21,9 +21,7 @@ LAW = cm.ConstantLaw([2e4, 2e4], [3.0, 3.0])
 SECONDS = 4.0
 STEADY = {0.1: 0.003, 4.0: 0.12}
 """Constant base acceleration, m/s², that keeps the shaft moving without contact, or in contact"""
-
-
-REPEATS = 5
+REPEATS, CASES = 5, 8
 
 
 def measure():
@@ -51,27 +49,14 @@ def _benchmarks():
             yield f"{engine} single / mj_step driven alike, {state}", run, bare, _ratio, "x", target
             batch = _batch(excitation, engine)
             target = "<= 1.10" if engine == "links" else ""
-            yield (
-                f"{engine} batch / raw loops, both on all cores, {state}",
-                batch,
-                _on_all_cores(raw),
-                _ratio,
-                "x",
-                target,
-            )
-            bare = _on_all_cores(bare)
-            yield f"{engine} batch / driven alike, both on all cores, {state}", batch, bare, _ratio, "x", target
+            for name, loop in (("raw loops", raw), ("driven alike", bare)):
+                name = f"{engine} batch / {name}, both on all cores, {state}"
+                yield name, batch, _on_all_cores(loop), _ratio, "x", target
     excitation = _excitation(4.0)
     for engine, target in (("links", ">= 4"), ("modal-mj", ""), ("modal", ">= 100")):
         yield f"{engine}: times real time", _simulate(excitation, engine), _nothing, _real_time, "x", target
-    yield (
-        "links batch of 8: two threads against one",
-        _batch(excitation, "links", 2),
-        _batch(excitation, "links", 1),
-        _speed_up,
-        "x",
-        "",
-    )
+    two, one = (_batch(excitation, "links", workers) for workers in (2, 1))
+    yield f"links batch of {CASES}: two threads against one", two, one, _speed_up, "x", ""
 
 
 def _excitation(level):
@@ -80,9 +65,6 @@ def _excitation(level):
 
 def _simulate(excitation, engine):
     return lambda: cm.simulate(RIG, excitation, LAW, engine=engine)
-
-
-CASES = 8
 
 
 def _batch(excitation, engine, workers=None):

@@ -4,10 +4,12 @@ from .options import STAGES
 
 
 def study(summary):
-    """One row a level: RMSE (dB) / FRAC of every law on the links engine, and of the rig's own repeat."""
+    """One row a level: RMSE (dB) / FRAC of every law on links, or the engine there is, and of the rig's own repeat."""
     rows = {(r["level"], r["law"], r["engine"]): r for r in summary["results"]}
     laws = [law["name"] for law in summary["laws"]]
-    columns = [(law, "links") for law in laws] + [("repeat", "rig")]
+    engines = {key[2] for key in rows} - {"rig"}
+    engine = "links" if "links" in engines else min(engines)
+    columns = [(law, engine) for law in laws] + [("repeat", "rig")]
     cells = [
         (f"{level:g}", *("{rmse_db:.2f} / {frac:.3f}".format(**rows[level, *column]) for column in columns))
         for level in sorted({key[0] for key in rows})

@@ -1,0 +1,148 @@
+"""The modal model of FRFs as a separable least-squares problem, and its small, quick solvers."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+__all__ = ["ModalFit", "damping_of", "least_squares", "poles_of", "qr"]
+
+UPPER = 2, 4  # powers of s for the modes above the band; a constant stands for those below, and for a moving base
+ITERATIONS, CONVERGED = 40, 1e-9  # change of the sum of squares over itself, or of the logarithms
+BLOCK = 2048  # numbers in a matrix that is still small for BLAS
+SMOOTH = 6  # coefficients of a smooth curve
+
+
+class ModalFit:
+    """The modal model of FRFs as a least-squares problem: linear in the residues, nonlinear in the poles.
+
+    H_o = Σ s² (A_o / (s - p) + A_o* / (s - p*)) + B_o0 + B_o2 s² + B_o4 s⁴, s and p over the highest frequency.
+    """
+
+    def __init__(self, frequency: np.ndarray, value: np.ndarray, weight: np.ndarray) -> None:
+        self.s = 1j * frequency[:, None] / frequency[-1]
+        self.weight = weight[:, None]
+        self.target = self._real(value.T)
+        """(2 n_f, n_sensors)"""
+        self.background = self._real(np.hstack([self.s**power for power in (0, *UPPER)]))
+        """(2 n_f, 3)"""
+        self.chance = 2 * (value.shape[0] + 1) / self.target.size
+        """share of pure noise that a mode explains: two numbers for each response and two for the pole"""
+
+    def _real(self, value: np.ndarray) -> np.ndarray:
+        value = self.weight * value
+        return np.concatenate((value.real, value.imag))
+
+    def _pairs(self, poles: np.ndarray, ahead: np.ndarray, mirror: np.ndarray) -> np.ndarray:
+        """(2 n_f, n, 2) columns that the real and the imaginary part of each residue multiply."""
+        size = -poles.real * self.s**2  # so that the columns of sharp and of broad modes are alike in length
+        pairs = np.stack((size * (ahead + mirror), 1j * size * (ahead - mirror)), axis=-1)
+        return self._real(pairs.reshape(self.s.size, 2 * poles.size)).reshape(2 * self.s.size, poles.size, 2)
+
+    def pairs(self, poles: np.ndarray) -> np.ndarray:
+        """(2 n_f, n, 2) columns of the poles in the model."""
+        return self._pairs(poles, 1 / (self.s - poles), 1 / (self.s - poles.conj()))
+
+    def smooth(self) -> np.ndarray:
+        """(2 n_f, 2 SMOOTH) polynomials over the band with complex coefficients."""
+        place = np.linspace(-1, 1, self.s.size)
+        curves = np.polynomial.chebyshev.chebvander(place, SMOOTH - 1)
+        return self._real(np.hstack((curves, 1j * curves)))
+
+    def project(self, poles: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Orthonormal basis (2 n_f, 2 n + 3) of the model, its triangle, and the target in that basis."""
+        model = self.pairs(poles).reshape(self.target.shape[0], 2 * poles.size)
+        basis, triangle = qr(np.hstack((model, self.background)))
+        return basis, triangle, basis.T @ self.target
+
+    def coefficients(self, poles: np.ndarray, triangle: np.ndarray, part: np.ndarray) -> np.ndarray:
+        """(n, 2, n_sensors) what the columns of each pole are multiplied by."""
+        solution = np.linalg.lstsq(triangle, part, rcond=1e-12)[0]
+        return solution[: 2 * poles.size].reshape(poles.size, 2, part.shape[1])
+
+    def residues(self, poles: np.ndarray) -> np.ndarray:
+        """(n, n_sensors) complex A."""
+        _, triangle, part = self.project(poles)
+        pairs = self.coefficients(poles, triangle, part)
+        return -poles.real[:, None] * (pairs[:, 0] + 1j * pairs[:, 1])
+
+    def explained(self, poles: np.ndarray) -> tuple[np.ndarray, float]:
+        """What each pole takes out of the residual that no other does (n,), and the residual, as sums of squares."""
+        _, triangle, part = self.project(poles)
+        pairs = self.coefficients(poles, triangle, part)
+        inverse = np.linalg.pinv(triangle, rcond=1e-12)[: 2 * poles.size].reshape(poles.size, 2, -1)
+        spread = inverse @ inverse.transpose(0, 2, 1)
+        own = np.einsum("pio,pij,pjo->p", pairs, np.linalg.pinv(spread, hermitian=True), pairs)
+        return own, np.sum(self.target**2) - np.sum(part**2)
+
+    def residual(self, unknowns: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """What the best residues leave (2 n_f, n_sensors) at the poles of the unknowns, and its slopes (2 n, ...).
+
+        The residues are eliminated; slopes with Kaufman's approximation (Golub and Pereyra 2003).
+        """
+        poles = poles_of(unknowns)
+        basis, triangle, part = self.project(poles)
+        coefficients = self.coefficients(poles, triangle, part)
+        ahead, mirror = 1 / (self.s - poles) ** 2, 1 / (self.s - poles.conj()) ** 2
+        slopes = [
+            np.einsum("kpi,pio->pko", self._pairs(poles, rate * ahead, rate.conj() * mirror), coefficients)
+            for rate in (poles, -1j * poles * poles.real / poles.imag)  # by ln frequency, by ln damping
+        ]
+        slope = np.concatenate(slopes)
+        return self.target - basis @ part, basis @ (basis.T @ slope) - slope
+
+
+def damping_of(poles: np.ndarray) -> np.ndarray:
+    return -poles.real / np.abs(poles)
+
+
+def poles_of(unknowns: np.ndarray) -> np.ndarray:
+    """Poles (n,) out of the logarithms of their frequencies and damping ratios (2 n,)."""
+    frequency, damping = np.exp(unknowns).reshape(2, -1)
+    return frequency * (-damping + 1j * np.sqrt(1 - damping**2))
+
+
+def qr(tall: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """QR of a tall matrix by blocks of its rows, and of their triangles.
+
+    As one matrix it is just large enough for BLAS to start threads, which cost several times the work itself.
+    """
+    rows, columns = tall.shape
+    size = max(BLOCK // columns, 2 * columns)
+    count = -(-rows // size)
+    blocks = np.zeros((count * size, columns))
+    blocks[:rows] = tall
+    parts, triangles = np.linalg.qr(blocks.reshape(count, size, columns))
+    joint, triangle = np.linalg.qr(triangles.reshape(count * columns, columns))
+    return (parts @ joint.reshape(count, columns, columns)).reshape(-1, columns)[:rows], triangle
+
+
+def least_squares(
+    residual: Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]],
+    unknowns: np.ndarray,
+    lower: np.ndarray,
+    upper: np.ndarray,
+) -> np.ndarray:
+    """Levenberg and Marquardt within bounds.
+
+    The normal equations of the few unknowns cost less than the decomposition of the tall matrix of slopes that
+    `scipy.optimize.least_squares` makes at each step.
+    """
+    value, slope = residual(unknowns)
+    caution = 1e-3
+    for _ in range(ITERATIONS):
+        normal = np.einsum("pko,qko->pq", slope, slope)
+        normal[np.diag_indices_from(normal)] *= 1 + caution
+        step = np.linalg.lstsq(normal, -np.einsum("pko,ko->p", slope, value), rcond=None)[0]
+        trial = np.clip(unknowns + step, lower, upper)
+        new_value, new_slope = residual(trial)
+        square = np.sum(value**2)
+        gain = square - np.sum(new_value**2)
+        caution = caution / 10 if gain > 0 else caution * 10
+        converged = abs(gain) <= CONVERGED * square or np.max(np.abs(trial - unknowns)) <= CONVERGED
+        if gain > 0:
+            unknowns, value, slope = trial, new_value, new_slope
+        if converged:
+            break
+    return unknowns
