@@ -6,6 +6,7 @@ An address is a number in a record, so that one compiled loop, cached on disk, r
 from __future__ import annotations
 
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import numba
@@ -13,8 +14,26 @@ from numba import types
 from numba.core import cgutils
 from numba.extending import intrinsic
 
-OPTIONS: dict[str, Any] = {"nogil": True, "error_model": "numpy", "fastmath": {"contract", "reassoc", "nsz"}}
+OPTIONS: dict[str, Any] = {"error_model": "numpy", "fastmath": {"contract", "reassoc", "nsz"}}
 """How engines and models are compiled: no change of their arithmetic hides an infinity or a NaN"""
+
+_KERNEL = tuple((p.stat().st_mtime, p.stat().st_size) for p in (Path(__file__), Path(__file__).with_name("kernel.py")))
+
+
+def kernel_loop(**options: Any) -> Callable[[Callable[..., Any]], Any]:
+    """Compile a loop that calls the kernel; what is kept of it on disk counts until the loop or the kernel changes.
+
+    numba itself looks at the loop's own file only, and a loop of another kernel would read records of another layout.
+    """
+
+    def compiled(function: Callable[..., Any]) -> Any:
+        made = numba.njit(cache=True, nogil=True, **options)(function)
+        if kept := getattr(getattr(made, "_cache", None), "_cache_file", None):
+            kept._source_stamp = (kept._source_stamp, _KERNEL)
+        return made
+
+    return compiled
+
 
 _NUMBER, _NUMBERS = types.float64, types.CPointer(types.float64)
 CONTACT_LAW = types.void(_NUMBERS, _NUMBER, _NUMBER, _NUMBER, _NUMBERS)
@@ -29,9 +48,9 @@ def address(function: Callable[..., Any], signature: Any) -> int:
     """Address of a function, compiled at its first use; from then on kept on disk, if it stands in a file."""
     if function not in _COMPILED:
         try:
-            compiled = numba.njit(signature, cache=True, **OPTIONS)(function)
+            compiled = numba.njit(signature, cache=True, nogil=True, **OPTIONS)(function)
         except RuntimeError:  # it stands in no file, so nothing can be kept for it
-            compiled = numba.njit(signature, **OPTIONS)(function)
+            compiled = numba.njit(signature, nogil=True, **OPTIONS)(function)
         found = compiled.overloads[signature.args]
         where = found.library.get_pointer_to_function(found.fndesc.llvm_func_name)
         _COMPILED.setdefault(function, (where, compiled))  # one of them for all threads, never to be freed

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numba
 import numpy as np
 
-from ..clearance._pointers import at, call_contact_energy, call_grease_energy
+from ..clearance._pointers import at, call_contact_energy, call_grease_energy, kernel_loop
 from ..clearance.gap import gap
 from ..clearance.kernel import Clearance, contact_force, contact_step, follow_law, grease_step
 
@@ -27,7 +27,7 @@ class BushingEnergies(NamedTuple):
     loss: np.ndarray  # (m, 2 n_bushings) lost by it in a step
 
 
-@numba.njit(cache=True, nogil=True)
+@kernel_loop()
 def bushing_energies(
     steps: int, x: np.ndarray, speed: np.ndarray, impact: np.ndarray, clearance: Clearance, found: BushingEnergies
 ) -> None:

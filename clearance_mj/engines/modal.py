@@ -13,12 +13,11 @@ from __future__ import annotations
 import functools
 from typing import Annotated, ClassVar, NamedTuple
 
-import numba
 import numpy as np
 from pydantic import Field
 
 from ..beam import MOST_MODES, ritz_model
-from ..clearance._pointers import OPTIONS
+from ..clearance._pointers import OPTIONS, kernel_loop
 from ..clearance.kernel import Clearance, clearance_records, contact_step, follow_law, grease_step
 from ..clearance.law import Law
 from ..rig import Rig
@@ -119,7 +118,7 @@ class _ModalRun(Run):
         return self.motion.q, self.clearance.numbers[: 2 * len(self.rig.bushings)]
 
 
-@numba.njit(cache=True, **OPTIONS)
+@kernel_loop(**OPTIONS)
 def _advance(
     steps: int, excitation: np.ndarray, h: float, shaft: _Shaft, motion: _Motion, clearance: Clearance, out: np.ndarray
 ) -> tuple[int, int]:

@@ -20,7 +20,7 @@ import mujoco
 import numba
 import numpy as np
 
-from ..clearance._pointers import OPTIONS
+from ..clearance._pointers import OPTIONS, kernel_loop
 from ..clearance.kernel import Clearance, clearance_records, contact_step, follow_law, grease_step
 from ..clearance.law import Law
 from ..errors import LawError, SimulationError
@@ -163,7 +163,7 @@ class MujocoRun(Run):
             )
 
 
-@numba.njit(cache=True, **OPTIONS)
+@kernel_loop(**OPTIONS)
 def _advance(
     steps: int, excitation: np.ndarray, base: bool, heavier: float, views: _Views, maps: Maps, clearance: Clearance,
     out: np.ndarray,

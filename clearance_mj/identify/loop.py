@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import numba
 import numpy as np
 import scipy.signal
 from numpy.typing import ArrayLike
 
+from ..clearance._pointers import kernel_loop
 from ..clearance.contact import ContactModel
 from ..clearance.kernel import Clearance, clearance_records, contact_force, contact_step, follow_law, grease_step
 from ..clearance.law import ContactLaw, Law
@@ -33,7 +33,7 @@ def law_force(measured: RestoringForce, law: Law) -> np.ndarray:
     return scipy.signal.resample(fine, n, axis=1)
 
 
-@numba.njit(cache=True, nogil=True)
+@kernel_loop()
 def _along(x: np.ndarray, v: np.ndarray, clearance: Clearance, out: np.ndarray) -> None:
     """Fill (n_bushings, n_t) forces along the motion x, v (n_bushings, 3, n_t) of the middles and the two ends."""
     bushings, states, numbers = clearance

@@ -112,7 +112,7 @@ class SimulatedShaft:
 
 
 class SteeringRun:
-    """A running steering simulation; after `advance`, `servo` and `contact` hold the servo's angle and σ over the same time."""
+    """A running steering simulation; after `advance`, `servo` and `contact` are the servo's angle and σ over it."""
 
     def __init__(self, servo: ServoStep, shaft: Shaft, road: np.ndarray):
         self.contact, self.servo = np.zeros(0, dtype=np.int8), np.zeros(0)
