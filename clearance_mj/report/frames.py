@@ -85,7 +85,7 @@ def sensor_means(study: Study) -> pd.DataFrame:
     for (sensor, law, engine), found in sensors(study).groupby(["sensor", "law", "engine"], sort=False):
         by_level: dict[Any, Any] = {level: part[_KEYS].to_dict("records") for level, part in found.groupby("level")}
         if (law, engine) == REPEAT:
-            means = repeatability.floor_rows({level: only for level, (only,) in by_level.items()})
+            means = repeatability.repeat_rows({level: only for level, (only,) in by_level.items()})
         else:
             means = repeatability.mean_rows(by_level)
         rows += [{"level": level, "law": law, "engine": engine, "sensor": sensor} | m for level, m in means.items()]

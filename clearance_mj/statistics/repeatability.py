@@ -9,7 +9,7 @@ import numpy as np
 
 from .intervals import Interval, Pooled, on_power_law, over_seeds
 
-__all__ = ["PERFECT", "floor_rows", "has_interval", "interval_of", "mean_rows", "pooled"]
+__all__ = ["PERFECT", "repeat_rows", "has_interval", "interval_of", "mean_rows", "pooled"]
 
 Rows = Mapping[float, Mapping[str, float]]
 """measures by level"""
@@ -45,7 +45,7 @@ def mean_rows(by_level: Repeated) -> dict[float, dict[str, float]]:
     return _rows(means, lambda key: pooled(by_level, key).means)
 
 
-def floor_rows(by_level: Rows) -> dict[float, dict[str, float]]:
+def repeat_rows(by_level: Rows) -> dict[float, dict[str, float]]:
     """Measures of the repeatability, one pair of seeds for each level; intervals by `on_power_law`."""
 
     def intervals(key: str) -> Mapping[float, Interval]:
@@ -80,5 +80,5 @@ def _means(seeds: Sequence[Mapping[str, float]]) -> dict[str, float]:
 
 
 def interval_of(row: Mapping[str, float], key: str) -> Interval:
-    """A measure of a row of `mean_rows` or `floor_rows` with its limits."""
+    """A measure of a row of `mean_rows` or `repeat_rows` with its limits."""
     return Interval(row[key], row[f"{key}_low"], row[f"{key}_high"], bool(row[f"{key}_doubtful"]))

@@ -371,7 +371,7 @@ class Study:
     @functools.cached_property
     def _rows(self) -> list[dict]:
         repeats = {level: c.summary() for level, c in self.repeatability.items()}
-        tables = {("repeat", "rig"): repeatability.floor_rows(repeats)}
+        tables = {("repeat", "rig"): repeatability.repeat_rows(repeats)}
         for law, engine in self.combinations:
             tables[law, engine] = repeatability.mean_rows(self._summaries(law, engine))
         return [

@@ -1,4 +1,4 @@
-"""A small study with analytic FRFs: three sensors, two levels, two laws, two engines, a repeat floor."""
+"""A small study with analytic FRFs: three sensors, two levels, two laws, two engines, and how the rig repeats itself."""
 
 import numpy as np
 import pytest
