@@ -9,7 +9,7 @@ import numpy as np
 
 from .intervals import Interval, Pooled, on_power_law, over_seeds
 
-__all__ = ["PERFECT", "repeat_rows", "has_interval", "interval_of", "mean_rows", "pooled"]
+__all__ = ["PERFECT", "has_interval", "interval_of", "mean_rows", "pooled", "repeat_rows"]
 
 Rows = Mapping[float, Mapping[str, float]]
 """measures by level"""

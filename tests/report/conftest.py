@@ -1,4 +1,4 @@
-"""A small study with analytic FRFs: three sensors, two levels, two laws, two engines, and how the rig repeats itself."""
+"""A small study with analytic FRFs: three sensors, two levels, two laws, two engines, two seeds of each level."""
 
 import numpy as np
 import pytest
