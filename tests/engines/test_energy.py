@@ -170,6 +170,7 @@ def test_command_in_words(tmp_path, capsys):
     assert "is a file; give a folder" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_page(tmp_path):
     """The code of docs/energy_balance.md runs as it stands, and finds what the page says."""
     (tmp_path / "models").symlink_to(ROOT / "models")

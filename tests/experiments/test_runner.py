@@ -73,6 +73,7 @@ def test_an_unknown_name_lists_the_known_ones():
         select(["figure_02", "figure_99"])
 
 
+@pytest.mark.slow
 def test_the_command_runs_alone(tmp_path):
     command = [sys.executable, "-m", "experiments.article", "figure_02", "--out", tmp_path, "--quick"]
     done = subprocess.run(command, capture_output=True, text=True, check=False, cwd=ROOT)

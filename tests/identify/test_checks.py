@@ -137,6 +137,7 @@ def test_short_records_name_the_methods_they_serve(record, method, duration):
         identify.law(Dataset(record.rig, (cut(record, duration),)), method)
 
 
+@pytest.mark.slow
 def test_no_contact_is_a_warning_and_the_grease_still_is_identified(rig):
     dataset = Dataset(rig, (record_of(rig, "quiet", "identify", 0.3, 3),))
     with pytest.warns(IdentifiabilityWarning, match=r"no contact: bushings\[0\] .* in a gap of 0\.3 mm, bushings\[1\]"):

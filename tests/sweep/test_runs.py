@@ -96,6 +96,7 @@ def same_as_computed_here(results, plan):
 needs_proc = pytest.mark.skipif(not Path("/proc").exists(), reason="finds the workers through /proc")
 
 
+@pytest.mark.slow
 @needs_proc
 def test_killed_worker_and_killed_run(tmp_path):
     plan = loaded(tmp_path, small(24))
