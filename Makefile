@@ -75,7 +75,7 @@ docs: setup
 	$(BIN)/python -m sphinx -q -W --keep-going -j auto -d docs/_build/doctrees docs docs/_build/html
 
 verification: setup
-	$(BIN)/python -m pytest tests/verification tests/testrig tests/identify tests/real --verification docs/verification.md
+	$(BIN)/python -m pytest tests/verification tests/testrig tests/identify tests/real tests/experiments/test_free_decays.py --verification docs/verification.md
 
 clean:
 	rm -rf $(VENV) results docs/_build docs/api/generated
