@@ -377,3 +377,21 @@ def test_file_that_cannot_be_read(tmp_path):
 @pytest.mark.parametrize("path", ["beam.length", "bushings[0].gap"])
 def test_whole_number_beyond_floating_point(path):
     assert refused(path, 10**400).startswith(f"{path} must be")
+
+
+@settings(max_examples=100, deadline=1000)
+@given(st.data())
+def test_any_value_in_any_place_is_taken_or_refused(data):
+    """Nothing but RigError leaves, whatever plain data stands in a field."""
+    paths = ["name", "beam", "bushings", "sensors", "masses", "shaker", "sensors[0].node", *NUMBERS]
+    simple = st.one_of(st.floats(), st.integers(-(10**6), 10**6), st.booleans(), st.text(max_size=5))
+    anything = st.recursive(
+        simple, lambda s: st.lists(s, max_size=3) | st.dictionaries(st.text(max_size=8), s, max_size=3)
+    )
+    tables = changed(data.draw(st.sampled_from(paths)), data.draw(anything))
+    try:
+        rig = Rig.from_dict(tables)
+    except RigError as error:
+        assert str(error)
+    else:
+        assert Rig.from_dict(rig.to_dict()) == rig

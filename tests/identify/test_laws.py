@@ -122,7 +122,7 @@ def test_random_error_of_a_piece_is_its_scatter(rng, measured):
     scatter = np.std([20 * np.log10(frf) for frf, *_ in found], axis=0)
     told = np.sqrt(np.mean([error**2 for _, _, error, *_ in found], axis=0))
     what, source = "random error of an FRF of half-overlapping segments over its scatter", "repeated records"
-    measured.equal(what, np.median(scatter / told), 1.0, source, rel=0.1)
+    measured.equal(what, np.median(scatter / told), 1.0, source, rel=0.05)
 
 
 @pytest.mark.slow

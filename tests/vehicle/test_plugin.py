@@ -144,7 +144,7 @@ def test_file_that_cannot_be_used(name, text, words, tmp_path, capsys, monkeypat
 def test_impossible_registrations():
     class Straight(Controller):
         def start(self, task):
-            raise NotImplementedError
+            """Never begins: it cannot be registered."""
 
     with pytest.raises(ManoeuvreError, match='"smc" is registered already'):
         register(Registration("smc", "SMC", Straight))
