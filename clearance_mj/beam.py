@@ -1,24 +1,25 @@
-"""The clamped shaft: cantilever modes, modal matrices and the Ritz model that engines reduce it to.
+"""The linear part of a rig: reduced to uncoupled modes, which engines, identification and placement work with.
 
-Equations 1-8 of the article with their misprints corrected: the shaft is clamped at x = 0 and free at x = l, so
-cos λ cosh λ = -1 (Blevins, Formulas for Natural Frequency and Mode Shape, 1979, table 8-1).
-
-A truncated set of modes is too stiff under a point force: fourteen modes miss 5 % of the static displacement at a
-bushing near the clamp. `ritz_model` therefore adds the static deflection under a unit force at each bushing, point mass
-and force shaker. They carry the residual flexibility of the modes left out (MacNeal 1971; Rubin 1975) as further
-degrees of freedom, so the displacement at a contact needs no algebraic correction.
+A truncated set of modes is too stiff under a point force. `ritz_model` therefore keeps, beside the lowest modes, the
+static shape under a unit force at each clearance and force shaker: they carry the residual flexibility of the modes
+left out (MacNeal 1971; Rubin 1975) as further degrees of freedom, so the displacement at a contact needs no algebraic
+correction.
 """
 
 from __future__ import annotations
 
 import functools
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .rig import Beam, Rig
+from .errors import RigError
+from .rig import Rig
+from .structure.base import LinearModel, Rows, dof_vector
+from .structure.reduction import reduced
 
 if TYPE_CHECKING:
     import control
@@ -27,67 +28,30 @@ __all__ = ["ModalModel", "linear_frf", "mode_shapes", "natural_frequencies", "ri
 
 MOST_MODES = 60
 """Modes in a Ritz basis beyond which nothing is gained"""
+COUPLED = 1e-12
+"""of the largest damping: damping between modes that is not looked at"""
 
 
-@functools.cache
-def cantilever_roots(n: int) -> np.ndarray:
-    """First n roots λ of cos λ cosh λ = -1 (Eq. 8 corrected)."""
-    roots = (2 * np.arange(1, n + 1) - 1) * np.pi / 2
-    for _ in range(20):  # Newton on cos λ + 1/cosh λ, which does not overflow
-        sech = 1 / np.cosh(np.minimum(roots, 700))
-        roots -= (np.cos(roots) + sech) / (-np.sin(roots) - sech * np.tanh(roots))
-    roots.flags.writeable = False
-    return roots
-
-
-def cantilever_mode(x: ArrayLike, n: int, length: float = 1.0) -> np.ndarray:
-    """Shapes Y_i (n_x, n) of the bare cantilever at x (n_x,) (Eq. 7 corrected), with ∫Y² dx = length.
-
-    Y_i = cosh βx - cos βx - σ (sinh βx - sin βx), in exponential form so that high modes keep their digits.
-    """
-    return _shape(x, n, length, -1.0)
-
-
-def cantilever_curvature(x: ArrayLike, n: int, length: float = 1.0) -> np.ndarray:
-    """Second derivatives Y_i'' (n_x, n) of `cantilever_mode`, 1/m²."""
-    return (cantilever_roots(n) / length) ** 2 * _shape(x, n, length, 1.0)
-
-
-def _shape(x: ArrayLike, n: int, length: float, sign: float) -> np.ndarray:
-    """Cosh βx - σ sinh βx + sign (cos βx - σ sin βx), without cancellation of the growing exponentials."""
-    root = cantilever_roots(n)
-    bx = np.asarray(x, dtype=float)[:, None] * root / length
-    decay = np.exp(-root)
-    difference = 2 * (np.sin(root) - np.cos(root) - decay) / (1 - decay**2 + 2 * np.sin(root) * decay)
-    sigma = 1 - difference * decay  # 1 - σ = difference e^(-λ)
-    hyperbolic = (difference * np.exp(bx - root) + (1 + sigma) * np.exp(-bx)) / 2
-    return hyperbolic + sign * (np.cos(bx) - sigma * np.sin(bx))
-
-
-def static_deflection(beam: Beam, x: ArrayLike, a: ArrayLike) -> np.ndarray:
-    """Deflection (n_x, n_a) in m/N at x of the clamped beam under a unit force at a (Roark, table 8.1, case 1a)."""
-    x, a = np.asarray(x, dtype=float)[:, None], np.asarray(a, dtype=float)[None]
-    near, far = np.minimum(x, a), np.maximum(x, a)
-    return near**2 * (3 * far - near) / (6 * beam.bending_stiffness)
-
-
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class ModalModel:
-    """A shaft reduced to uncoupled modes of unit mass: q̈ + 2ζω q̇ + ω² q = Y(x)ᵀ f - Γ a_base (Eq. 3).
+    """A rig's structure reduced to modes of unit mass: q̈ + 2ζω q̇ + C q̇ + ω² q = Φᵀ f - Γ a_base (Eq. 3).
 
     Made by `ritz_model`.
     """
 
-    beam: Beam
-    """the shaft"""
+    rig: Rig
+    """the rig"""
     omega: np.ndarray
-    """(n,) natural circular frequencies, 1/s"""
+    """(n,) natural circular frequencies, 1/s; 0 of a rigid body"""
+    damping: np.ndarray
+    """(n,) 2ζω, 1/s, of the structure's own damping"""
+    coupling: np.ndarray
+    """(n, n) C, 1/s: damping that couples modes, with zeros on the diagonal; (0, 0) if none does"""
     participation: np.ndarray
-    """(n,) Γ, sqrt(kg)"""
+    """(n,) Γ, sqrt(kg), for the shaker's direction"""
     stiffness_included: bool
     """whether the grease stiffness is part of ω"""
-    _modes: int
-    _forces: np.ndarray
+    _rows: Rows
     _transform: np.ndarray
 
     @property
@@ -95,70 +59,171 @@ class ModalModel:
         """Number of degrees of freedom."""
         return self.omega.size
 
-    @property
-    def damping(self) -> np.ndarray:
-        """(n,) 2ζω of the shaft's own Rayleigh damping η1 + η2 ω² (Eq. 6), 1/s."""
-        eta1, eta2 = self.beam.rayleigh
-        return eta1 + eta2 * self.omega**2
-
-    def shapes(self, x: ArrayLike) -> np.ndarray:
-        """Return the mode shapes, of unit modal mass and positive at the tip.
+    def shapes(self, points: ArrayLike | Sequence[float | str]) -> np.ndarray:
+        """Return the mode shapes, of unit modal mass; of a shaft positive at its last position.
 
         Parameters
         ----------
-        x : array_like, shape (n_x,)
-            Positions, m.
+        points : sequence of Point, length n_points
+            Positions, m, or degrees of freedom.
 
         Returns
         -------
-        ndarray, shape (n_x, n)
+        ndarray, shape (n_points, n)
             1/sqrt(kg).
         """
-        return _functions(self.beam, np.asarray(x, dtype=float), self._modes, self._forces) @ self._transform
+        points = points.tolist() if isinstance(points, np.ndarray) else list(points)  # type: ignore[arg-type]
+        return np.ascontiguousarray(self._rows(points) @ self._transform).reshape(-1, self.size)
+
+    @functools.cached_property
+    def at_bushings(self) -> np.ndarray:
+        """(n_bushings, n) relative displacement in the middle of each clearance."""
+        return self._relative([b.joined for b in self.rig.bushings])
+
+    @functools.cached_property
+    def at_ends(self) -> np.ndarray:
+        """(2 n_bushings, n) relative displacement at both ends of each clearance."""
+        bushings = self.rig.bushings
+        return self._relative([points for b in bushings for points in zip(*(b.ends_of(p) for p in b.joined))])
+
+    @functools.cached_property
+    def at_points(self) -> np.ndarray:
+        """(3 n_bushings, n) the clearances' middles, then both ends of each."""
+        return np.vstack((self.at_bushings, self.at_ends))
+
+    @functools.cached_property
+    def at_sensors(self) -> np.ndarray:
+        """(n_sensors, n) displacement of the sensors relative to the base."""
+        return self.shapes([s.position for s in self.rig.sensors])
+
+    @functools.cached_property
+    def sensors_on_base(self) -> np.ndarray:
+        """(n_sensors,) what each sensor would read per unit acceleration of the base if nothing moved on it."""
+        along = self.rig.shaker.unit_direction
+        return np.array([dof_vector(s.position) @ along for s in self.rig.sensors])
+
+    def input(self, kind: str) -> np.ndarray:
+        """Return the force (n,) on the modes per unit of excitation: N per m/s² of the base, or per N of the shaker.
+
+        Parameters
+        ----------
+        kind : str
+            Of the excitation: "base" or "force".
+        """
+        if kind == "base":
+            return -self.participation
+        points, factors = zip(*self.rig.shaker.forces)
+        return np.array(factors) @ self.shapes(points)
+
+    def receptance(self, omega: np.ndarray) -> np.ndarray:
+        """Return the modes' displacement per unit force on them at circular frequencies (n_f,), 1/s.
+
+        Parameters
+        ----------
+        omega : ndarray, shape (n_f,)
+            1/s.
+
+        Returns
+        -------
+        ndarray, shape (n_f, n) or, where damping couples the modes, (n_f, n, n), complex
+        """
+        dynamic = self.omega**2 - omega[:, None] ** 2 + 1j * omega[:, None] * self.damping
+        if not self.coupling.size:
+            return 1 / dynamic
+        return np.linalg.inv(dynamic[:, None] * np.eye(self.size) + 1j * omega[:, None, None] * self.coupling)
+
+    def static_deflection(self, points: Sequence[float | str] | ArrayLike, loads: np.ndarray) -> np.ndarray:
+        """Return the deflection (n_points, n_loads), m/N, of points under unit static loads.
+
+        Parameters
+        ----------
+        points : sequence of Point, length n_points
+            Positions, m, or degrees of freedom.
+        loads : ndarray, shape (n_loads, n)
+            Force on the modes of each load, such as ``at_bushings``; exact for those and the shaker's.
+
+        Raises
+        ------
+        RigError
+            If the structure can move without bending.
+        """
+        if not self.omega.all():
+            raise RigError(
+                f"rig {self.rig.name!r}: the structure can move without bending, so it has no static deflection; "
+                "add a support, or a spring to the base"
+            )
+        return (self.shapes(points) / self.omega**2) @ loads.T
+
+    def _relative(self, joined: Sequence[tuple[float | str, ...]]) -> np.ndarray:
+        """Rows of first points less those of second ones, where there are any."""
+        rows = self.shapes([points[0] for points in joined])
+        second = [i for i, points in enumerate(joined) if len(points) > 1]
+        rows[second] -= self.shapes([joined[i][1] for i in second])
+        return rows
 
 
 @functools.lru_cache(maxsize=64)
 def ritz_model(rig: Rig, modes: int = 8, grease: bool = False) -> ModalModel:
-    """Reduce the rig's shaft, with its point masses, to modes and static shapes (Eqs 1-6).
+    """Reduce the rig's structure, with its point masses, to modes and static shapes (Eqs 1-6).
 
     Parameters
     ----------
     rig : Rig
         The rig.
     modes : int
-        Number of cantilever modes in the Ritz basis; one static shape for every bushing, point mass and force
-        shaker is added to them.
+        Number of modes in the Ritz basis; one static shape for every bushing and point of a force shaker is added.
     grease : bool
-        Count the in-gap stiffness of the grease to the shaft's. Without it the grease is left to the force side.
+        Count the in-gap stiffness of the grease to the structure's. Without it the grease is left to the force side.
+
+    Raises
+    ------
+    RigError
+        If the structure's mass is not positive or its stiffness negative.
     """
-    beam = rig.beam
-    positions = {b.position for b in rig.bushings} | {m.position for m in rig.point_masses}
-    if rig.shaker.kind == "force" and rig.shaker.position is not None:
-        positions.add(rig.shaker.position)
-    forces = np.array(sorted(positions))
-    x, weight = _quadrature(beam.length, forces, modes)
-    y = _functions(beam, x, modes, forces)
-    curvature = _curvatures(beam, x, modes, forces)
-    mass = beam.mass_per_length * (y.T * weight) @ y
-    stiffness = beam.bending_stiffness * (curvature.T * weight) @ curvature
-    participation = beam.mass_per_length * weight @ y
+    pairs = [b.joined for b in rig.bushings]
+    forces = [rig.shaker.forces] if rig.shaker.kind == "force" else []
+    points = [p for pair in pairs for p in pair] + [m.position for m in rig.point_masses]
+    points += [p for of_one in forces for p, _ in of_one]
+    linear = rig.linear.assemble(tuple(dict.fromkeys(points)), modes)
+    rows = linear.rows
+    clearances = [rows(pair[:1])[0] - (rows(pair[1:])[0] if len(pair) > 1 else 0.0) for pair in pairs]
+    loads = clearances + [factor * rows([p])[0] for of_one in forces for p, factor in of_one]
+    masses, springs = [], []
+    influence = linear.influence.copy()
     for point in rig.point_masses:
-        at = _functions(beam, np.array([point.position]), modes, forces)[0]
-        mass += point.mass * np.outer(at, at)
-        participation += point.mass * at
+        at = rows([point.position])[0]
+        masses.append((point.mass, at))
+        influence += point.mass * np.outer(at, dof_vector(point.position))
     if grease:
-        for bushing in rig.bushings:
-            at = _functions(beam, np.array([bushing.position]), modes, forces)[0]
-            stiffness += bushing.grease.stiffness * np.outer(at, at)
-    value, vector = np.linalg.eigh(stiffness / np.sqrt(np.outer(stiffness.diagonal(), stiffness.diagonal())))
-    basis = vector / np.sqrt(value) / np.sqrt(stiffness.diagonal())[:, None]
-    inverse_omega2, rotation = np.linalg.eigh(basis.T @ mass @ basis)  # so that the lowest modes are the most exact
-    inverse_omega2, rotation = inverse_omega2[::-1], rotation[:, ::-1]
-    transform = basis @ rotation / np.sqrt(inverse_omega2)
-    tip = _functions(beam, np.array([beam.length]), modes, forces)[0] @ transform
-    transform = transform * np.where(tip < 0, -1.0, 1.0)
-    omega = 1 / np.sqrt(inverse_omega2)
-    return ModalModel(beam, omega, participation @ transform, grease, modes, forces, transform)
+        springs = [(b.grease.stiffness, at) for b, at in zip(rig.bushings, clearances)]
+    try:
+        found = reduced(linear, masses, springs, loads, modes)
+    except ValueError as error:
+        raise RigError(f"rig {rig.name!r}: {error}") from None
+    transform = found.shapes
+    if rig.linear.shafts:
+        last = rig.linear.shafts[-1]
+        tip = rows([f"{last.name}@{last.end!r}" if last.name else last.end])[0] @ transform
+        transform = transform * np.where(tip < 0, -1.0, 1.0)
+    damping, coupling = _damping(linear, found.omega, transform)
+    along = rig.shaker.unit_direction
+    participation = (influence @ along) @ transform
+    return ModalModel(rig, found.omega, damping, coupling, participation, grease, rows, transform)
+
+
+def _damping(linear: LinearModel, omega: np.ndarray, shapes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Damping of each mode, and what couples them."""
+    eta1, eta2 = linear.rayleigh
+    damping = eta1 + eta2 * omega**2
+    if linear.ratios:
+        last = len(linear.ratios) - 1
+        damping = damping + 2 * omega * np.array([linear.ratios[min(i, last)] for i in range(omega.size)])
+    if linear.viscous is None:
+        return damping, np.zeros((0, 0))
+    viscous = shapes.T @ (linear.viscous @ shapes)
+    damping = damping + viscous.diagonal()
+    viscous = (viscous + viscous.T) / 2 - np.diag(viscous.diagonal())
+    return damping, viscous if np.any(np.abs(viscous) > COUPLED * damping.max(initial=0.0)) else np.zeros((0, 0))
 
 
 def natural_frequencies(rig: Rig, n: int) -> np.ndarray:
@@ -174,12 +239,12 @@ def natural_frequencies(rig: Rig, n: int) -> np.ndarray:
     Returns
     -------
     ndarray, shape (n,)
-        Hz.
+        Hz; fewer where the structure has fewer modes.
     """
     return ritz_model(rig, n + 16, grease=True).omega[:n] / (2 * np.pi)
 
 
-def mode_shapes(rig: Rig, x: ArrayLike, n: int) -> np.ndarray:
+def mode_shapes(rig: Rig, x: ArrayLike | Sequence[float | str], n: int) -> np.ndarray:
     """Mode shapes of the rig in its in-gap linear state, of unit modal mass and positive at the tip.
 
     Parameters
@@ -187,7 +252,7 @@ def mode_shapes(rig: Rig, x: ArrayLike, n: int) -> np.ndarray:
     rig : Rig
         The rig.
     x : array_like, shape (n_x,)
-        Positions, m.
+        Positions, m, or degrees of freedom.
     n : int
         How many.
 
@@ -207,7 +272,7 @@ def state_space(rig: Rig, modes: int = 16) -> control.StateSpace:
     rig : Rig
         The rig.
     modes : int
-        Cantilever modes in the Ritz basis.
+        Modes in the Ritz basis.
 
     Returns
     -------
@@ -217,21 +282,22 @@ def state_space(rig: Rig, modes: int = 16) -> control.StateSpace:
     """
     import control  # it brings pyplot, a second of every start
 
-    model = ritz_model(rig, modes)
-    at_bushing = model.shapes([b.position for b in rig.bushings])
+    model, kind = ritz_model(rig, modes), rig.shaker.kind
+    at_bushing, at_sensor = model.at_bushings, model.at_sensors
     grease_k = np.array([b.grease.stiffness for b in rig.bushings])
     grease_c = np.array([b.grease.damping for b in rig.bushings])
     k = np.diag(model.omega**2) + (at_bushing.T * grease_k) @ at_bushing
     c = np.diag(model.damping) + (at_bushing.T * grease_c) @ at_bushing
-    base = rig.shaker.kind == "base"
-    b = -model.participation if base else model.shapes(np.array([rig.shaker.position], dtype=float))[0]
-    n, at_sensor = model.size, model.shapes([s.position for s in rig.sensors])
-    zero, one = np.zeros((n, n)), np.eye(n)
+    if model.coupling.size:
+        c += model.coupling
+    b = model.input(kind)
+    zero, one = np.zeros((model.size, model.size)), np.eye(model.size)
     a_matrix = np.block([[zero, one], [-k, -c]])
-    b_matrix = np.concatenate((np.zeros(n), b))[:, None]
+    b_matrix = np.concatenate((np.zeros(model.size), b))[:, None]
     c_matrix = np.block([[-at_sensor @ k, -at_sensor @ c], [at_bushing, np.zeros_like(at_bushing)]])
-    direct = np.concatenate((at_sensor @ b + base, np.zeros(len(rig.bushings))))[:, None]
-    return control.ss(a_matrix, b_matrix, c_matrix, direct)
+    direct = at_sensor @ b + (model.sensors_on_base if kind == "base" else 0.0)
+    d_matrix = np.concatenate((direct, np.zeros(len(rig.bushings))))[:, None]
+    return control.ss(a_matrix, b_matrix, c_matrix, d_matrix)
 
 
 def linear_frf(rig: Rig, frequency: ArrayLike, modes: int = 16) -> np.ndarray:
@@ -244,7 +310,7 @@ def linear_frf(rig: Rig, frequency: ArrayLike, modes: int = 16) -> np.ndarray:
     frequency : array_like, shape (n_f,)
         Hz.
     modes : int
-        Cantilever modes in the Ritz basis.
+        Modes in the Ritz basis.
 
     Returns
     -------
@@ -254,34 +320,3 @@ def linear_frf(rig: Rig, frequency: ArrayLike, modes: int = 16) -> np.ndarray:
 
     response = control.frequency_response(state_space(rig, modes), 2 * np.pi * np.asarray(frequency, dtype=float))
     return np.asarray(response.frdata)[: len(rig.sensors), 0]
-
-
-def _functions(beam: Beam, x: ArrayLike, modes: int, forces: np.ndarray) -> np.ndarray:
-    """Ritz functions at x: cantilever modes, then what they leave of the static shapes, scaled to their size."""
-    shapes = cantilever_mode(x, modes, beam.length)
-    rest = static_deflection(beam, x, forces) - shapes @ _static_shares(beam, modes, forces)
-    return np.hstack((shapes, rest * _scale(beam)))
-
-
-def _curvatures(beam: Beam, x: ArrayLike, modes: int, forces: np.ndarray) -> np.ndarray:
-    shapes = cantilever_curvature(x, modes, beam.length)
-    moment = np.maximum(forces[None] - np.asarray(x)[:, None], 0) / beam.bending_stiffness
-    return np.hstack((shapes, (moment - shapes @ _static_shares(beam, modes, forces)) * _scale(beam)))
-
-
-def _static_shares(beam: Beam, modes: int, forces: np.ndarray) -> np.ndarray:
-    """(modes, n_forces) shares Y_i(a)/K_i of the modes in the static deflection under a unit force at a."""
-    stiffness = beam.bending_stiffness * (cantilever_roots(modes) / beam.length) ** 4 * beam.length
-    return (cantilever_mode(forces, modes, beam.length) / stiffness).T
-
-
-def _scale(beam: Beam) -> float:
-    return 3 * beam.bending_stiffness / beam.length**3
-
-
-def _quadrature(length: float, breaks: np.ndarray, modes: int) -> tuple[np.ndarray, np.ndarray]:
-    """Gauss-Legendre points and weights, enough for products of the modes, between the points of force."""
-    node, weight = np.polynomial.legendre.leggauss(16)
-    edges = np.unique(np.concatenate((np.linspace(0, length, modes + 3), breaks)))
-    half, middle = np.diff(edges)[:, None] / 2, (edges[1:] + edges[:-1])[:, None] / 2
-    return (middle + half * node).ravel(), (half * weight).ravel()

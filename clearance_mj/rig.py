@@ -1,4 +1,4 @@
-"""The rig: a clamped shaft, its point masses, bushings with clearance, sensors and shaker.
+"""The rig: a linear structure, point masses on it, bushings or other clearances, sensors and shaker.
 
 Plain frozen data in SI units, read from and written to TOML. Every impossible value is refused by
 `RigError` with a message that names the field.
@@ -12,11 +12,14 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
+import numpy as np
 import tomli_w
 from pydantic import AfterValidator, Field
 
 from .errors import RigError
 from .files import replacing
+from .structure import AnyStructure, Beam, Point, Structure
+from .structure.base import AXES, moved, parse_dof, parse_place
 from .validation import (
     NotNegative,
     Number,
@@ -31,82 +34,20 @@ from .validation import (
     to_plain,
 )
 
-__all__ = ["Beam", "Bushing", "Contact", "Grease", "PointMass", "Rig", "Sensor", "Shaker", "rig_schema"]
+__all__ = ["AppliedForce", "Beam", "Bushing", "Contact", "Grease", "PointMass", "Rig", "Sensor", "Shaker", "rig_schema"]
 
 BASE_NODE = 100
 """Node of the base acceleration in records."""
 SHAKER_NODE = 200
 """Node of the shaker's (or hammer's) force in records."""
 
-_EITHER_SECTION = {
-    "oneOf": [
-        {"required": ["diameter"], "properties": {"width": False, "height": False}},
-        {"required": ["width", "height"], "properties": {"diameter": False}},
-    ]
-}
-
-
-@checked(RigError, schema=_EITHER_SECTION)
-class Beam:
-    """A uniform Euler-Bernoulli shaft, clamped at x = 0 and free at x = length.
-
-    Give ``diameter`` for a round section, or ``width`` and ``height`` (in the direction of vibration) for a
-    rectangular one.
-    """
-
-    length: Positive
-    """m"""
-    young_modulus: Positive
-    """Pa"""
-    density: Positive
-    """kg/m³"""
-    diameter: Positive | None = None
-    """m"""
-    width: Positive | None = None
-    """m"""
-    height: Positive | None = None
-    """m, in the direction of vibration"""
-    rayleigh: tuple[NotNegative, NotNegative] = (0.0, 0.0)
-    """(η1 in 1/s, η2 in s): damping η1 M + η2 K, Eq. 6"""
-
-    def __post_init__(self) -> None:
-        rectangle = (self.width is not None, self.height is not None)
-        if any(rectangle) != all(rectangle) or any(rectangle) == (self.diameter is not None):
-            raise ValueError("give either diameter, or width and height")
-
-    @property
-    def area(self) -> float:
-        """Cross-section in m²."""
-        width, height = self._rectangle
-        return math.pi * self.diameter**2 / 4 if self.diameter else width * height
-
-    @property
-    def second_moment(self) -> float:
-        """Second moment of area in m⁴."""
-        width, height = self._rectangle
-        return math.pi * self.diameter**4 / 64 if self.diameter else width * height**3 / 12
-
-    @property
-    def _rectangle(self) -> tuple[float, float]:
-        return self.width or 0.0, self.height or 0.0
-
-    @property
-    def bending_stiffness(self) -> float:
-        """E I in N m²."""
-        return self.young_modulus * self.second_moment
-
-    @property
-    def mass_per_length(self) -> float:
-        """ρ A in kg/m."""
-        return self.density * self.area
-
 
 @checked(RigError)
 class PointMass:
-    """A mass fixed to the shaft at one position."""
+    """A mass fixed to the structure at one point; at a degree of freedom it acts in that direction alone."""
 
-    position: Positive
-    """m from the clamp"""
+    position: Point
+    """m along the shaft, or a degree of freedom such as "12:+Z" """
     mass: Positive
     """kg"""
     name: Text = ""
@@ -168,23 +109,49 @@ class Contact:
 
 @checked(RigError)
 class Bushing:
-    """A bushing around the shaft: it touches at its two ends once the shaft has moved by the radial gap."""
+    """A clearance: a bushing around a shaft, or a degree of freedom that meets a stop, or another one, beyond a gap.
 
-    position: Positive
-    """m from the clamp to the bushing's middle"""
+    A bushing touches at its two ends once the shaft has moved by the radial gap.
+    """
+
+    position: Point
+    """m along the shaft to the bushing's middle, or a degree of freedom such as "12:+Z" """
     gap: Positive
     """radial clearance d, m"""
-    length: Positive
-    """m along the shaft; contact happens at both ends, each with half of k and c"""
+    length: NotNegative
+    """m along the shaft, 0 for a degree of freedom; contact happens at both ends, each with half of k and c"""
     grease: Grease
     """what fills the gap"""
     contact: Contact
     """what happens beyond it"""
+    to: Point | None = None
+    """the point, of another shaft or part, relative to which ``position`` moves; None: the base"""
 
     @property
-    def ends(self) -> tuple[float, float]:
-        """Positions of the two contact points in m."""
-        return self.position - self.length / 2, self.position + self.length / 2
+    def ends(self) -> tuple[float | str, float | str]:
+        """The two points of contact."""
+        return self.ends_of(self.position)
+
+    def ends_of(self, point: float | str) -> tuple[float | str, float | str]:
+        """Return the two points half the bushing's length before and behind another one.
+
+        Parameters
+        ----------
+        point : Point
+            ``position`` or ``to``.
+        """
+        return moved(point, -self.length / 2), moved(point, self.length / 2)
+
+    @property
+    def where(self) -> str:
+        """Where it is, for messages and tables."""
+        at = [f"x = {p:g} m" if isinstance(p, float) else p for p in self.joined]
+        return " to ".join(at)
+
+    @property
+    def joined(self) -> tuple[float | str, ...]:
+        """The points whose relative motion the clearance limits: ``position`` and, unless it is the base, ``to``."""
+        return (self.position,) if self.to is None else (self.position, self.to)
 
 
 def _free_node(node: int) -> int:
@@ -198,14 +165,30 @@ _NOT_TAKEN: dict[str, Any] = {"not": {"enum": [BASE_NODE, SHAKER_NODE]}}
 
 @checked(RigError)
 class Sensor:
-    """An accelerometer on the shaft, identified by its node number in files."""
+    """An accelerometer on the structure, identified by its node number in files."""
 
     node: Annotated[Whole, Field(ge=1, le=999_999_999, json_schema_extra=_NOT_TAKEN), AfterValidator(_free_node)]
     """positive, unique in the rig; 100 (base) and 200 (shaker) are taken"""
-    position: Positive
-    """m from the clamp"""
+    position: Point
+    """m along the shaft, or a degree of freedom such as "12:+X" """
     mass: NotNegative = 0.0
-    """kg, loads the shaft like a point mass"""
+    """kg, loads the structure like a point mass"""
+
+    @property
+    def label(self) -> str:
+        """Node and direction, such as "7:+Z"."""
+        dof = parse_dof(self.position)
+        return f"{self.node}:{'-' if dof[2] < 0 else '+'}{dof[1]}" if dof else f"{self.node}:+Z"
+
+
+@checked(RigError)
+class AppliedForce:
+    """A point at which the shaker's force acts too, with a factor."""
+
+    position: Point
+    """m along the shaft, or a degree of freedom such as "12:+Z" """
+    factor: Number = 1.0
+    """of the excitation, N/N"""
 
 
 _FORCE_NEEDS_POSITION = {
@@ -216,16 +199,46 @@ _FORCE_NEEDS_POSITION = {
 
 @checked(RigError, schema=_FORCE_NEEDS_POSITION)
 class Shaker:
-    """How the rig is excited: at the base plate that carries clamp and bushings, or by a force at one point."""
+    """How the rig is excited: at the base that carries supports and bushings, or by a force."""
 
     kind: Literal["base", "force"] = "base"
     """ "base" or "force" """
-    position: Positive | None = None
-    """m from the clamp; for a force"""
+    position: Point | None = None
+    """m along the shaft, or a degree of freedom such as "12:+Z"; for a force"""
+    direction: tuple[Number, Number, Number] | None = None
+    """(x, y, z) along which the base moves, of any length; None: along z, in which shafts vibrate"""
+    also: tuple[AppliedForce, ...] | None = None
+    """further points at which the force acts at the same time"""
 
     def __post_init__(self) -> None:
         if self.kind == "force" and self.position is None:
             raise ValueError('position is missing; a shaker of kind "force" pushes at one point')
+        if self.direction is not None and not any(self.direction):
+            raise ValueError("direction must not be zero")
+        if self.also and self.position is None:
+            raise ValueError("position is missing; also adds points to it")
+
+    @property
+    def forces(self) -> tuple[tuple[float | str, float], ...]:
+        """Points at which the force acts, and its factor at each."""
+        return (
+            () if self.position is None else ((self.position, 1.0), *((f.position, f.factor) for f in self.also or ()))
+        )
+
+    @property
+    def unit_direction(self) -> np.ndarray:
+        """(3,) unit vector along which the base moves."""
+        direction = np.array(self.direction or (0.0, 0.0, 1.0))
+        return direction / np.linalg.norm(direction)
+
+    def label(self, kind: str) -> str:
+        """Node and direction of an excitation of a kind ("base" or "force"), such as "100:+Z"."""
+        if kind == "base":
+            along = self.unit_direction
+            axis = int(np.argmax(np.abs(along)))
+            return f"{BASE_NODE}:{'-' if along[axis] < 0 else '+'}{AXES[axis]}"
+        dof = parse_dof(self.position) if self.position is not None else None
+        return f"{SHAKER_NODE}:{'-' if dof[2] < 0 else '+'}{dof[1]}" if dof else f"{SHAKER_NODE}:+Z"
 
 
 @checked(RigError, name="")
@@ -240,50 +253,78 @@ class Rig:
 
     name: Annotated[Text, Field(min_length=1)]
     """for people; also in messages and results"""
-    beam: Beam
-    """the shaft"""
+    beam: Beam | None
+    """the structure, where it is a uniform cantilever; otherwise None"""
     bushings: tuple[Bushing, ...]
-    """around the shaft, without overlap; may be none"""
+    """the clearances, without overlap; may be none"""
     sensors: Annotated[tuple[Sensor, ...], Field(min_length=1)]
     """at least one"""
     masses: tuple[PointMass, ...] = ()
-    """fixed to the shaft"""
+    """fixed to the structure"""
     shaker: Shaker = Shaker()
     """how the rig is excited"""
     description: Text = ""
     """for people"""
+    structure: AnyStructure | None = None
+    """the structure, where it is not a ``beam``"""
 
     def __post_init__(self) -> None:
-        l = self.beam.length
-        positions = {
+        if (self.beam is None) == (self.structure is None):
+            raise ValueError("give either beam or structure")
+        points = {
             f"{kind}[{i}].position": item.position
             for kind in ("masses", "bushings", "sensors")
             for i, item in enumerate(getattr(self, kind))
         }
-        for name, position in (positions | {"shaker.position": self.shaker.position or l}).items():
-            if position > l:
-                raise ValueError(f"{name} {position:g} m lies outside the beam (0 < x <= {l:g} m)")
-        nodes: set[int] = set()
+        points |= {f"bushings[{i}].to": b.to for i, b in enumerate(self.bushings) if b.to is not None}
+        if self.shaker.position is not None:
+            points["shaker.position"] = self.shaker.position
+        points |= {f"shaker.also[{i}].position": force.position for i, force in enumerate(self.shaker.also or ())}
+        for name, point in points.items():
+            self._check(name, point)
+        labels: set[str] = set()
         for i, sensor in enumerate(self.sensors):
-            if sensor.node in nodes:
+            if sensor.label in labels:
                 raise ValueError(f"sensors[{i}].node {sensor.node} is used twice; each sensor needs its own node")
-            nodes.add(sensor.node)
+            labels.add(sensor.label)
         self._check_bushings()
 
+    def _check(self, name: str, point: float | str) -> None:
+        try:
+            self.linear.check(point)
+        except ValueError as error:
+            raise ValueError(f"{name} {error}") from None
+
     def _check_bushings(self) -> None:
-        l = self.beam.length
+        on_shafts: dict[str, list[tuple[float, float, int]]] = {}
         for i, b in enumerate(self.bushings):
-            if b.ends[0] <= 0 or b.ends[1] > l:
+            if b.to == b.position:
+                raise ValueError(f"bushings[{i}].to is the bushing's own position; give another point")
+            place = parse_place(b.position)
+            if place is None:
+                if b.length:
+                    raise ValueError(f"bushings[{i}].length must be 0, as its position is a degree of freedom")
+                continue
+            first, last = place[1] - b.length / 2, place[1] + b.length / 2
+            try:
+                for end in b.ends:
+                    self.linear.check(end)
+            except ValueError as error:
                 raise ValueError(
-                    f"bushings[{i}].length {b.length:g} m makes it reach from {b.ends[0]:g} to {b.ends[1]:g} m, "
-                    f"past the beam (0 < x <= {l:g} m)"
-                )
-        for (i, first), (j, second) in pairwise(sorted(enumerate(self.bushings), key=lambda item: item[1].position)):
-            if first.ends[1] >= second.ends[0]:
-                raise ValueError(
-                    f"bushings[{j}] overlaps bushings[{i}]: it starts at {second.ends[0]:g} m, "
-                    f"the other ends at {first.ends[1]:g} m"
-                )
+                    f"bushings[{i}].length {b.length:g} m makes it reach from {first:g} to {last:g} m: {error}"
+                ) from None
+            on_shafts.setdefault(place[0], []).append((first, last, i))
+        for spans in on_shafts.values():
+            for (_, end, i), (start, _, j) in pairwise(sorted(spans)):
+                if end >= start:
+                    raise ValueError(
+                        f"bushings[{j}] overlaps bushings[{i}]: it starts at {start:g} m, the other ends at {end:g} m"
+                    )
+
+    @property
+    def linear(self) -> Structure:
+        """The linear structure: ``beam`` or ``structure``."""
+        return self.beam or self.structure  # type: ignore[return-value]
 
     @property
     def point_masses(self) -> tuple[PointMass, ...]:
@@ -292,14 +333,15 @@ class Rig:
         return (*self.masses, *loading)
 
     @property
-    def total_mass(self) -> float:
-        """Mass of shaft and point masses in kg."""
-        return self.beam.mass_per_length * self.beam.length + sum(m.mass for m in self.point_masses)
+    def total_mass(self) -> float | None:
+        """Mass of structure and point masses in kg; None where the structure does not tell it."""
+        mass = self.linear.mass
+        return None if mass is None else mass + sum(m.mass for m in self.point_masses)
 
     @property
     def sensor_labels(self) -> list[str]:
-        """Degree of freedom of each sensor as "node:+Z"."""
-        return [f"{s.node}:+Z" for s in self.sensors]
+        """Degree of freedom of each sensor, such as "7:+Z"."""
+        return [s.label for s in self.sensors]
 
     def replace(self, **changes: Any) -> Rig:
         """Return a copy with other values; it is checked again.
@@ -345,7 +387,7 @@ class Rig:
         RigError
             If it has unknown or missing keys or impossible values.
         """
-        return from_plain(cls, data, "", RigError)
+        return from_plain(cls, {"beam": None, **data} if "structure" in data else data, "", RigError)
 
     def to_dict(self) -> dict[str, Any]:
         """Return the rig as nested plain data."""

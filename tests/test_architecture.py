@@ -13,9 +13,10 @@ PACKAGE = Path(clearance_mj.__file__).parent
 LAYERS = (
     ("_version", "errors"),
     ("cache", "files", "output_folder", "parameters", "tasks", "units", "validation"),
+    ("signals",),
+    ("structure",),
     ("rig",),
     ("beam", "clearance"),
-    ("signals",),
     ("engines",),
     ("io",),
     ("calibrate", "identify", "placement"),

@@ -131,7 +131,7 @@ def step_factor(fs: float, largest_step: float) -> int:
 
 def location(rig: Rig, bushing: int) -> str:
     """Where something happened, for messages; a rig without bushings is looked at at its tip."""
-    return f"at bushings[{bushing}] (x = {rig.bushings[bushing].position:g} m)" if rig.bushings else "at the tip"
+    return f"at bushings[{bushing}] ({rig.bushings[bushing].where})" if rig.bushings else "at the tip"
 
 
 def diverged(rig: Rig, engine: Engine, time: float, bushing: int) -> SimulationError:

@@ -196,4 +196,4 @@ def _plant(rig: Rig, links: int) -> Plant:
     of_ends = np.array(rows, dtype=int).reshape(2 * n_bushings, 2)
     output = np.ascontiguousarray(shaft.deflection([s.position for s in rig.sensors]))
     points = np.ascontiguousarray(at_points.reshape(3 * n_bushings, links))
-    return Plant(model, Maps(points, at_shaker, viscous, output, of_ends), "pair_solref")
+    return Plant(model, Maps(points, at_shaker, viscous, output, np.ones(len(output)), of_ends), "pair_solref")

@@ -33,7 +33,7 @@ class Modal(Engine):
 
     name: ClassVar[str] = "modal"
     modes: Annotated[Whole, Field(ge=1, le=MOST_MODES)] = 8
-    """cantilever modes in the Ritz basis, to which the static shapes are added"""
+    """modes in the Ritz basis, to which the static shapes are added"""
     resolution: Annotated[Positive, Field(le=3)] = 1.0
     """largest phase, rad, that the fastest mode or contact may turn in one step"""
 
@@ -41,8 +41,7 @@ class Modal(Engine):
         """Step in which the fastest mode, or the stiffest contact on the shaft, turns by ``resolution`` rad."""
         model = ritz_model(rig, self.modes)
         stiffest, _ = law.largest([b.gap for b in rig.bushings])
-        at = model.shapes([b.position for b in rig.bushings])
-        contact = np.sqrt(np.max(stiffest * np.sum(at**2, axis=1), initial=0.0))
+        contact = np.sqrt(np.max(stiffest * np.sum(model.at_bushings**2, axis=1), initial=0.0))
         # A kick is less exact than the modes' own motion: keep contacts four times finer.
         return self.resolution / max(model.omega[-1], 4 * contact)
 
@@ -59,7 +58,8 @@ class _Shaft(NamedTuple):
     at_points: np.ndarray  # (3 n_bushings, n) the bushings' middles (grease), then both ends of each (contact)
     at_sensors: np.ndarray  # (n_sensors, n)
     input: np.ndarray  # (n,) force on the modes per unit of excitation
-    base: float  # 1 if the base is shaken: sensors move with it
+    base: np.ndarray  # (n_sensors,) what sensors read of the excitation itself: of a shaken base, with which they move
+    coupling: np.ndarray  # (n, n) damping between modes; (0, 0) for none
 
 
 class _Motion(NamedTuple):
@@ -72,16 +72,14 @@ class _Motion(NamedTuple):
 
 @functools.lru_cache(maxsize=64)
 def _shaft(rig: Rig, modes: int, kind: str, step: float) -> _Shaft:
-    model, base = ritz_model(rig, modes), kind == "base"
+    model = ritz_model(rig, modes)
     half, decay = model.omega * step / 2, model.damping / 2
     w = np.emath.sqrt(model.omega**2 - decay**2)  # imaginary for an overdamped mode
-    cos, sin = np.cos(w * step).real, (np.sin(w * step) / w).real
+    cos, sin = np.cos(w * step).real, step * np.sinc(w * step / np.pi).real
     flow = np.exp(-decay * step) * np.array([cos + decay * sin, sin, -(model.omega**2) * sin, cos - decay * sin])
-    points = [b.position for b in rig.bushings] + [end for b in rig.bushings for end in b.ends]
-    at_points = np.ascontiguousarray(model.shapes(points)).reshape(-1, model.size)
-    at_sensors = np.ascontiguousarray(model.shapes([s.position for s in rig.sensors]))
-    shape = -model.participation if base else model.shapes(np.array([rig.shaker.position], dtype=float))[0]
-    return _Shaft(np.tan(half) / half, flow, at_points, at_sensors, shape, float(base))
+    inverse_mass = np.divide(np.tan(half), half, out=np.ones_like(half), where=half > 0)
+    on_base = model.sensors_on_base * float(kind == "base")
+    return _Shaft(inverse_mass, flow, model.at_points, model.at_sensors, model.input(kind), on_base, model.coupling)
 
 
 class _ModalRun(Run):
@@ -109,9 +107,9 @@ class _ModalRun(Run):
         kick = vq * self.step * shaft.inverse_mass
         mass = self.step**2 * (1 + det) / (2 * kick)
         damping, stiffness = self.step * (1 - det) / kick, (1 + det - qq - vv) / kick
+        viscous = np.diag(damping) + shaft.coupling if shaft.coupling.size else np.diag(damping)
         speed = np.array([-det, vv - qq, np.ones(det.size)]) / (2 * vq)  # the mean of before and after the kick
-        matrices = np.diag(mass), np.diag(damping), np.diag(stiffness)
-        return Equations(*matrices, shaft.input, shaft.at_points, speed)
+        return Equations(np.diag(mass), viscous, np.diag(stiffness), shaft.input, shaft.at_points, speed)
 
     def snapshot(self) -> tuple[np.ndarray, np.ndarray]:
         """Return modal coordinates and impact speeds; see `Run.snapshot`."""
@@ -126,13 +124,13 @@ def _advance(
 
     In the loop, ``compliance`` is the velocity of each point per unit impulse at each other.
     """
-    inverse_mass, flow, at_points, at_sensors, shape, base = shaft
+    inverse_mass, flow, at_points, at_sensors, shape, base, coupling = shaft
     q, v, q_before = motion
     bushings, states, numbers = clearance
     n, n_bushings, n_sensors, n_points = q.size, bushings.size, at_sensors.shape[0], at_points.shape[0]
     x, w, force = np.zeros(n_points), np.zeros(n_points), np.zeros(n_points)
     elastic, viscous = np.zeros(n_points), np.zeros(n_points)
-    total, acceleration = np.zeros(n), np.zeros(n)
+    total, acceleration, middle = np.zeros(n), np.zeros(n), np.zeros(n)
     compliance = (at_points * inverse_mass) @ at_points.T
     at_input = at_points @ (inverse_mass * shape)
     half, per_step2 = 0.5 * h, 1.0 / (h * h)
@@ -172,6 +170,12 @@ def _advance(
             if force[p] != 0.0:
                 for m in range(n):
                     total[m] -= at_points[p, m] * force[p]
+        if coupling.size:  # at the velocity in the middle of the kick of all other forces
+            for m in range(n):
+                middle[m] = v[m] + half * inverse_mass[m] * total[m]
+            for m in range(n):
+                for r in range(n):
+                    total[m] -= coupling[m, r] * middle[r]
         for m in range(n):
             kicked = v[m] + h * inverse_mass[m] * total[m]
             v[m] = flow[2, m] * q[m] + flow[3, m] * kicked
@@ -180,7 +184,7 @@ def _advance(
             acceleration[m] = (q_after - 2.0 * q[m] + q_before[m]) * per_step2
             q_before[m], q[m] = q[m], q_after
         for s in range(n_sensors):
-            value = base * a
+            value = base[s] * a
             for m in range(n):
                 value += at_sensors[s, m] * acceleration[m]
             if not abs(value) < np.inf:  # whatever mode it comes from; without bushings nothing else would stop it

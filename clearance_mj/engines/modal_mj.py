@@ -33,13 +33,13 @@ class ModalMujoco(Engine):
 
     name: ClassVar[str] = "modal-mj"
     modes: Annotated[Whole, Field(ge=1, le=MOST_MODES)] = 8
-    """cantilever modes in the Ritz basis, to which the static shapes are added"""
+    """modes in the Ritz basis, to which the static shapes are added"""
     safety: Positive = 0.5
     """time step as a share of its stability limit, contacts at their hardest"""
 
     def largest_step(self, rig: Rig, law: Law) -> float:
         """``safety`` times the stability limit of the modes with every contact and film at its hardest."""
-        omega, mass = ritz_model(rig, self.modes).omega, rig.total_mass
+        omega, mass = ritz_model(rig, self.modes).omega, _mass(rig, self.modes)
         points = _plant(rig, self.modes).maps.at_points
         return self.safety * stable_step(mass * np.eye(omega.size), mass * omega**2, points, rig, law)
 
@@ -50,7 +50,7 @@ class ModalMujoco(Engine):
 
 def build_modes(rig: Rig, modes: int = 8) -> mujoco.MjSpec:
     """Describe the rig as a MuJoCo model of its modes, with the softness of the datasheet."""
-    ritz, mass = ritz_model(rig, modes), rig.total_mass
+    ritz, mass = ritz_model(rig, modes), _mass(rig, modes)
     spec = mujoco.MjSpec()
     spec.modelname = f"{rig.name} modes"
     spec.option.timestep = 0.5 * 2 / ritz.omega[-1]  # leaves room for contacts; engines set their own
@@ -64,9 +64,9 @@ def build_modes(rig: Rig, modes: int = 8) -> mujoco.MjSpec:
         slide = {"type": mujoco.mjtJoint.mjJNT_SLIDE, "axis": axis, "name": f"mode{i}"}
         body.add_joint(**slide, stiffness=[mass * omega**2, 0, 0], damping=[mass * damping, 0, 0])
     for j, bushing in enumerate(rig.bushings):
-        for end, x in zip("ab", bushing.ends):
+        for end, row in zip("ab", ritz.at_ends[2 * j :]):
             tendon = spec.add_tendon(name=f"bushing{j}{end}", limited=1, range=[-bushing.gap, bushing.gap])
-            for i, y in enumerate(ritz.shapes([x])[0]):
+            for i, y in enumerate(row):
                 tendon.wrap_joint(f"mode{i}", np.sqrt(mass) * y)
             name = {"objtype": mujoco.mjtObj.mjOBJ_TENDON, "objname": tendon.name}
             spec.add_sensor(name=tendon.name, type=mujoco.mjtSensor.mjSENS_TENDONPOS, **name)
@@ -89,14 +89,16 @@ def _plant(rig: Rig, modes: int) -> Plant:
     spec.compiler.discardvisual = True  # the modes' shapes only take time, and so does looking for their contacts
     spec.option.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_CONTACT)
     model = spec.compile()
-    ritz, root = ritz_model(rig, modes), np.sqrt(rig.total_mass)
+    ritz, mass = ritz_model(rig, modes), _mass(rig, modes)
+    root = np.sqrt(mass)
     model.tendon_invweight0[:] = INVERSE_INERTIA  # Â of every limit is then known; see softness.py
-    points = [b.position for b in rig.bushings] + [end for b in rig.bushings for end in b.ends]
-    at_points = np.ascontiguousarray(root * ritz.shapes(points)).reshape(-1, ritz.size)
-    at_shaker = np.zeros(ritz.size)
-    if rig.shaker.position is not None:
-        at_shaker = root * ritz.shapes([rig.shaker.position])[0]
-    output = np.ascontiguousarray(root * ritz.shapes([s.position for s in rig.sensors]))
+    at_shaker = root * ritz.input("force") if rig.shaker.forces else np.zeros(ritz.size)
+    viscous = mass * ritz.coupling  # the joints have the rest of the damping
     rows = np.arange(2 * len(rig.bushings))[:, None]
-    undamped = np.zeros((0, 0))  # the joints have all of the damping
-    return Plant(model, Maps(at_points, at_shaker, undamped, output, rows), "tendon_solref_lim")
+    maps = Maps(root * ritz.at_points, at_shaker, viscous, root * ritz.at_sensors, ritz.sensors_on_base, rows)
+    return Plant(model, maps, "tendon_solref_lim")
+
+
+def _mass(rig: Rig, modes: int) -> float:
+    """Mass of every mode's body, kg: at least the sum of the effective masses, which is the rig's where it is known."""
+    return rig.total_mass or float(np.sum(ritz_model(rig, modes).participation ** 2)) or 1.0

@@ -170,7 +170,7 @@ def _advance(
 ) -> tuple[int, int]:  # fmt: skip
     """Advance the state by ``excitation.size`` steps; return (step, bushing) of a divergence, or (-1, -1)."""
     model, data, gravity, softness, qpos, qvel, applied, constraint, acceleration, from_constraint = views
-    at_points, at_shaker, viscous, output, rows = maps
+    at_points, at_shaker, viscous, output, on_base, rows = maps
     bushings, states, numbers = clearance
     nv, n_bushings, n_sensors = qvel.size, bushings.size, output.shape[0]
     grease_force = np.zeros(n_bushings)
@@ -208,7 +208,7 @@ def _advance(
                         softness[row, 1] = -hardness * c
         _mj_step(model, data)
         for s in range(n_sensors):
-            value = a if base else 0.0
+            value = on_base[s] * a if base else 0.0
             for m in range(nv):
                 value += output[s, m] * acceleration[m]
             if not abs(value) < np.inf:  # without bushings nothing else would stop it

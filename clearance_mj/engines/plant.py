@@ -46,8 +46,9 @@ class Maps(NamedTuple):
 
     at_points: np.ndarray  # (3 n_bushings, nv) displacement of the bushings' middles, then both ends of each
     at_shaker: np.ndarray  # (nv,) displacement of the shaker's point per coordinate; zeros for a shaken base
-    viscous: np.ndarray  # (nv, nv) mass-proportional damping; (0, 0) where the model has all of its damping
+    viscous: np.ndarray  # (nv, nv) damping that the model's joints do not have; (0, 0) where they have all
     output: np.ndarray  # (n_sensors, nv) acceleration of the sensors, relative to the base, per coordinate's
+    on_base: np.ndarray  # (n_sensors,) what they read per unit acceleration of the base itself
     rows: np.ndarray  # (2 n_bushings, n) rows of the contacts' solref that belong to each bushing end; -1 for none
 
 

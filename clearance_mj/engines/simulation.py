@@ -16,7 +16,7 @@ import numpy as np
 from .._version import __version__
 from ..clearance.law import ConstantLaw, Law
 from ..errors import ClearanceError, ExcitationError, LawError
-from ..rig import BASE_NODE, SHAKER_NODE, Grease, Rig
+from ..rig import Grease, Rig
 from ..signals.excitation import Excitation
 from ..signals.response import Response
 from ..signals.sampling import Decimator, Interpolator
@@ -161,7 +161,7 @@ class Simulation:
         kind = self.excitation.kind
         return Response(
             self.excitation.fs, excitation, **dict(zip(names, histories)), kind=kind, band=self.excitation.band,
-            responses=tuple(self.rig.sensor_labels), reference=f"{BASE_NODE if kind == 'base' else SHAKER_NODE}:+Z",
+            responses=tuple(self.rig.sensor_labels), reference=self.rig.shaker.label(kind),
             provenance=self.provenance,
         )  # fmt: skip
 

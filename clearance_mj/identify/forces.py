@@ -7,7 +7,6 @@ assumption on what makes the forces, under random excitation as well as in decay
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -102,8 +101,7 @@ def restoring_force(record: Record, high: float | None = None) -> RestoringForce
     inside = frequency <= high
     spectrum = np.fft.rfft(measured * _flanks(n, fs)[:, None], size, axis=0)[inside]
     omega = 2 * np.pi * frequency[inside]
-    middles_and_ends = [b.position for b in rig.bushings] + [end for b in rig.bushings for end in b.ends]
-    seen, moved = _gains(rig, record.excitation_kind, omega, middles_and_ends)
+    seen, moved = _gains(rig, record.excitation_kind, omega)
     sigma, theta, covariance = _solve(seen, spectrum, np.sqrt(np.mean(measured**2, axis=0)), n)
 
     def back(values: np.ndarray) -> np.ndarray:
@@ -168,25 +166,25 @@ def measured_channels(record: Record) -> np.ndarray:
     return measured
 
 
-def _gains(rig: Rig, kind: str, omega: np.ndarray, positions: Sequence[float]) -> tuple[np.ndarray, np.ndarray]:
+def _gains(rig: Rig, kind: str, omega: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Gains on θ = (forces at the bushings, excitation): of the sensors, probes and excitation; of displacements.
 
-    Returns arrays (n_f, n_channels, n_bushings + 1) and (n_f, n_positions, n_bushings + 1).
+    Returns arrays (n_f, n_channels, n_bushings + 1) and, at the bushings' middles and ends, (n_f, 3 n_bushings,
+    n_bushings + 1).
     """
     model = ritz_model(rig, MODES)
-    receptance = 1 / (model.omega**2 - omega[:, None] ** 2 + 1j * omega[:, None] * model.damping)
-    at_bushing = model.shapes([b.position for b in rig.bushings])
-    base = kind == "base"
-    excitation = -model.participation if base else model.shapes([rig.shaker.position or 0.0])[0]
-    inputs = np.vstack((-at_bushing, excitation)).T  # (n_modes, n_bushings + 1)
+    receptance = model.receptance(omega)
+    inputs = np.vstack((-model.at_bushings, model.input(kind))).T  # (n_modes, n_bushings + 1)
 
-    def displacement(at: Sequence[float]) -> np.ndarray:
-        products = model.shapes(at)[:, None, :] * inputs.T[None]
+    def displacement(at: np.ndarray) -> np.ndarray:
+        if receptance.ndim == 3:
+            return at @ receptance @ inputs
+        products = at[:, None, :] * inputs.T[None]
         return (receptance @ products.reshape(-1, model.size).T).reshape(omega.size, len(at), -1)
 
-    accelerations = -(omega[:, None, None] ** 2) * displacement([s.position for s in rig.sensors])
-    accelerations[:, :, -1] += base
-    moved = displacement(positions)
+    accelerations = -(omega[:, None, None] ** 2) * displacement(model.at_sensors)
+    accelerations[:, :, -1] += model.sensors_on_base * float(kind == "base")
+    moved = displacement(model.at_points)
     itself = np.zeros((omega.size, 1, inputs.shape[1]))
     itself[:, :, -1] = 1.0
     return np.concatenate((accelerations, moved[:, : len(rig.bushings)], itself), axis=1), moved

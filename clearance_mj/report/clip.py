@@ -19,7 +19,7 @@ import numpy as np
 import scipy.signal
 from numpy.typing import ArrayLike
 
-from ..beam import ritz_model, static_deflection
+from ..beam import ritz_model
 from ..errors import ClearanceError, RecordError
 from ..rig import Rig
 from ..signals.response import Response
@@ -73,15 +73,9 @@ def deflection(rig: Rig, response: Response, x: ArrayLike) -> np.ndarray:
             "the shaft's shape needs displacements, contact and grease forces at the bushings, which only simulated "
             "responses have"
         )
-    model, at = ritz_model(rig, MODES), [b.position for b in rig.bushings]
-    middles = model.shapes(at)
-    ends = model.shapes([end for b in rig.bushings for end in b.ends]).reshape(-1, 2, model.size)
-    drive = (
-        -model.participation
-        if response.kind == "base"
-        else model.shapes(np.array([rig.shaker.position], dtype=float))[0]
-    )
-    force = np.outer(response.excitation, drive)
+    model = ritz_model(rig, MODES)
+    middles, ends = model.at_bushings, model.at_ends.reshape(-1, 2, model.size)
+    force = np.outer(response.excitation, model.input(response.kind))
     force -= grease.T @ middles + contact.T @ ends.mean(axis=1)
     motion = np.empty_like(force)
     for i, (omega, damping) in enumerate(zip(model.omega, model.damping)):
@@ -89,7 +83,8 @@ def deflection(rig: Rig, response: Response, x: ArrayLike) -> np.ndarray:
         (b,), a, _ = scipy.signal.cont2discrete(oscillator, 1 / response.fs, method="foh")
         motion[:, i] = scipy.signal.lfilter(b, a, force[:, i])
     left = displacement.T - motion @ middles.T
-    per_force = static_deflection(rig.beam, x, at), static_deflection(rig.beam, at, at)
+    flexible = np.divide(1.0, model.omega**2, out=np.zeros(model.size), where=model.omega > 0)
+    per_force = (model.shapes(x) * flexible) @ middles.T, (middles * flexible) @ middles.T
     return motion @ model.shapes(x).T + left @ np.linalg.solve(per_force[1], per_force[0].T)
 
 

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..beam import static_deflection
+from ..beam import ritz_model
 from ..clearance.kernel import greases_of
 from ..clearance.law import ConstantLaw, Law
 from ..engines import Engine, get_engine
@@ -133,8 +133,8 @@ class Steering:
     def lost_motion(self) -> LostMotion:
         """The shaft reduced to its deflection under the lever's force; a Hertz contact at its datasheet's gap."""
         rig, arm2 = self.rig, self.lever_arm**2
-        lever = np.array([rig.shaker.position], dtype=float)
-        deflection = static_deflection(rig.beam, [b.position for b in rig.bushings], lever)[:, 0]
+        model = ritz_model(rig)
+        deflection = model.at_bushings / model.omega**2 @ model.input("force")
         share2 = (deflection / deflection[self.lever]) ** 2
         grease_k, grease_c = np.transpose([g.small_motion() for g in greases_of(self.shaft, self.contact_law)])
         stiffness, damping = 1 / deflection[self.lever] + sum(share2 * grease_k), sum(share2 * grease_c)

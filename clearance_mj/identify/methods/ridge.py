@@ -90,7 +90,7 @@ def _forced_ridge(
 
 def _contact_stiffness(model: ModalModel, rig: Rig, omega: np.ndarray, share: np.ndarray) -> np.ndarray:
     """K (n,) >= 0 with which the shaft on springs k N_j has the circular frequencies ω (n,)."""
-    at = model.shapes([b.position for b in rig.bushings])
+    at = model.at_bushings
     receptance = np.einsum("jm,im,tm->tji", at, at, 1 / (model.omega**2 - omega[:, None] ** 2))
     root = np.sqrt(share)
     softest = np.linalg.eigvalsh(root[:, :, None] * receptance * root[:, None, :])[:, 0]
@@ -99,7 +99,7 @@ def _contact_stiffness(model: ModalModel, rig: Rig, omega: np.ndarray, share: np
 
 def _contact_damping(model: ModalModel, rig: Rig, modal: np.ndarray, share: np.ndarray) -> np.ndarray:
     """C (n,) >= 0 from the modal damping 2ζω (n,) of the lowest mode, the rig's own subtracted."""
-    at = model.shapes([b.position for b in rig.bushings])[:, 0] ** 2
+    at = model.at_bushings[:, 0] ** 2
     own = model.damping[0] + at @ [b.grease.damping for b in rig.bushings]
     return np.maximum((modal - own) / (share @ at), 0.0)
 

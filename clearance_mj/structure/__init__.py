@@ -1,0 +1,23 @@
+"""What is linear in a rig: shafts, matrices, modes, reduced to modes and static shapes at the rig's points."""
+
+from typing import TypeAlias
+
+from .base import LinearModel, Point, Structure
+from .beam import Beam
+from .shaft import Disc, Material, Section, Shaft, Support
+
+__all__ = [
+    "AnyStructure",
+    "Beam",
+    "Disc",
+    "LinearModel",
+    "Material",
+    "Point",
+    "Section",
+    "Shaft",
+    "Structure",
+    "Support",
+]
+
+AnyStructure: TypeAlias = Shaft
+"""What a rig file's [structure] can be, by its ``kind``"""

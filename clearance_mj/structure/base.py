@@ -1,0 +1,136 @@
+"""What a linear structure is: matrices in some coordinates, and what any of its points does in them.
+
+A point is a number, m along a shaft, or a text: a degree of freedom such as "12:+Z" (node, direction), or "inner@0.4",
+0.4 m along the shaft called inner.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Annotated, Any, TypeAlias
+
+import numpy as np
+from pydantic import PlainValidator, WithJsonSchema
+
+__all__ = ["AXES", "LinearModel", "Point", "Rows", "Structure", "dof_vector", "moved", "parse_dof", "parse_place"]
+
+AXES = ("X", "Y", "Z", "RX", "RY", "RZ")
+"""Directions of degrees of freedom: translations, then rotations; numbers 1 to 6 in universal files"""
+
+_DOF = re.compile(r"([0-9]+):([+-]?)(R?[XYZ])")
+_PLACE = re.compile(r"(\w[\w -]*)@([0-9.eE+-]+)")
+
+
+def _point(value: object) -> float | str:
+    if isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value):
+        return float(value)
+    if isinstance(value, str) and (_DOF.fullmatch(value) or _PLACE.fullmatch(value)):
+        return value
+    raise ValueError(
+        f'must be a number, m along the shaft, or a text: a degree of freedom "12:+Z" or a shaft\'s "inner@0.4", '
+        f"got {value!r}"
+    )
+
+
+Point: TypeAlias = Annotated[
+    float | str,
+    PlainValidator(_point),
+    WithJsonSchema({"anyOf": [{"type": "number"}, {"type": "string", "pattern": "^[0-9]+:[+-]?R?[XYZ]$|^.+@.+$"}]}),
+]
+"""A number, m along the shaft; or a degree of freedom "12:+Z"; or a position on one of several shafts "inner@0.4" """
+
+Rows: TypeAlias = Callable[[Sequence[float | str]], np.ndarray]
+
+
+def parse_dof(point: float | str) -> tuple[int, str, int] | None:
+    """Node, axis (of `AXES`) and sign of a degree of freedom such as "12:-RZ"; None for another point."""
+    found = _DOF.fullmatch(point) if isinstance(point, str) else None
+    return (int(found[1]), found[3], -1 if found[2] == "-" else 1) if found else None
+
+
+def parse_place(point: float | str) -> tuple[str, float] | None:
+    """Name of the shaft ("" where there is but one) and position, m, of a point on a shaft; None for another point."""
+    if not isinstance(point, str):
+        return "", float(point)
+    found = _PLACE.fullmatch(point)
+    return (found[1], float(found[2])) if found else None
+
+
+def dof_vector(point: float | str) -> np.ndarray:
+    """(3,) unit vector of a translation, zeros for a rotation; shafts vibrate along Z."""
+    dof = parse_dof(point)
+    if dof is None:
+        return np.array([0.0, 0.0, 1.0])
+    return np.array([dof[2] * float(axis == dof[1]) for axis in AXES[:3]])
+
+
+def moved(point: float | str, distance: float) -> float | str:
+    """A point some way, m, along its shaft; a degree of freedom stays what it is."""
+    if isinstance(point, float | int):
+        return point + distance
+    place = parse_place(point)
+    return f"{place[0]}@{place[1] + distance!r}" if place else point
+
+
+@dataclass(frozen=True, eq=False)
+class LinearModel:
+    """M q̈ + C q̇ + K q = P f - (M R) a: a linear structure in coordinates q of any kind, relative to its base.
+
+    The damping is the sum of what its four fields say.
+    """
+
+    mass: Any
+    """(n, n) M: an array or a scipy.sparse matrix"""
+    stiffness: Any
+    """(n, n) K: the same; singular for a structure that can move without bending"""
+    influence: np.ndarray
+    """(n, 3) M R: inertia forces per unit acceleration of the base along X, Y and Z"""
+    rows: Rows
+    """displacements (n_points, n) of points per coordinate, along their own directions"""
+    rayleigh: tuple[float, float] = (0.0, 0.0)
+    """(η1 in 1/s, η2 in s): η1 M + η2 K"""
+    ratios: tuple[float, ...] = ()
+    """damping ratios of the modes, the last one for all that follow"""
+    viscous: Any = None
+    """(n, n) further damping, N s/m"""
+    reduced: bool = False
+    """whether the coordinates are few already: Ritz functions or modes"""
+
+
+class Structure(ABC):
+    """What is linear in a rig. Subclasses are frozen, checked data with a ``kind`` of their own."""
+
+    @abstractmethod
+    def assemble(self, points: tuple[float | str, ...], modes: int) -> LinearModel:
+        """Return the structure's matrices.
+
+        Parameters
+        ----------
+        points : tuple of Point
+            Where forces, masses and clearances act: what a model is made of must be able to kink there.
+        modes : int
+            How many modes are wanted, for structures whose coordinates are modes.
+        """
+
+    @abstractmethod
+    def check(self, point: float | str) -> None:
+        """Raise a ValueError, which says what would be right, if the structure has no such point."""
+
+    @property
+    def shafts(self) -> tuple[Any, ...]:
+        """The `Shaft` or shafts that it is made of, for drawings and chains of links; none for matrices and modes."""
+        return ()
+
+    @property
+    def mass(self) -> float | None:
+        """Mass in kg; None where a structure does not tell it."""
+        return None
+
+    def coordinates(self, point: float | str) -> np.ndarray:
+        """(3,) where a point is, m; zeros where nothing is known of it."""
+        place = parse_place(point)
+        return np.array([place[1] if place else 0.0, 0.0, 0.0])
