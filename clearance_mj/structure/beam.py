@@ -19,7 +19,8 @@ from numpy.typing import ArrayLike
 from ..errors import RigError
 from ..validation import NotNegative, Positive, checked
 from .base import LinearModel, Structure
-from .shaft import Material, Section, Shaft, Support
+from .section import Material, Section
+from .shaft import Shaft, Support
 
 __all__ = ["Beam"]
 

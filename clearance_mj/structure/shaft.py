@@ -2,71 +2,36 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal, TypeAlias
+import functools
+import math
+from collections.abc import Sequence
+from itertools import pairwise
+from typing import Annotated, Literal
 
-from pydantic import BeforeValidator, Field, WithJsonSchema
+import numpy as np
+from numpy.polynomial.legendre import leggauss
+from pydantic import Field
 
 from ..errors import RigError
-from ..validation import NotNegative, Number, Positive, Share, Text, checked
+from ..validation import NotNegative, Number, Share, Text, checked
 from .base import LinearModel, Structure, parse_place
+from .elements import Element, Mesh, Rigidity
+from .section import Material, Section
 
 __all__ = ["Disc", "Material", "Section", "Shaft", "Support"]
 
-
-def _both_ends(value: Any) -> Any:
-    return (value, value) if isinstance(value, int | float) else value
-
-
-_TAPER_SCHEMA = {
-    "anyOf": [
-        {"type": "number", "exclusiveMinimum": 0},
-        {"type": "array", "items": {"type": "number", "exclusiveMinimum": 0}, "minItems": 2, "maxItems": 2},
-    ]
-}
-Taper: TypeAlias = Annotated[tuple[Positive, Positive], BeforeValidator(_both_ends), WithJsonSchema(_TAPER_SCHEMA)]
-"""A dimension of a section, m: one number, or two where it changes linearly from the section's start to its end"""
-
-
-@checked(RigError)
-class Material:
-    """An elastic material."""
-
-    young_modulus: Positive
-    """Pa"""
-    density: Positive
-    """kg/m³"""
-    poisson_ratio: Annotated[Number, Field(ge=0, lt=0.5)] = 0.3
-    """for the shear modulus of Timoshenko's theory"""
-    name: Text = ""
-    """for people"""
-
-
-@checked(RigError)
-class Section:
-    """A piece of a shaft, constant or linearly tapered: round, a tube or a rectangle."""
-
-    length: Positive
-    """m"""
-    diameter: Taper | None = None
-    """m; [start, end] of a taper, here and below"""
-    inner_diameter: Taper | None = None
-    """m, of a tube"""
-    width: Taper | None = None
-    """m, of a rectangle"""
-    height: Taper | None = None
-    """m, of a rectangle, in the direction of vibration"""
-    material: Material | None = None
-    """if it is not the shaft's"""
-
-    def __post_init__(self) -> None:
-        rectangle = (self.width is not None, self.height is not None)
-        if any(rectangle) != all(rectangle) or any(rectangle) == (self.diameter is not None):
-            raise ValueError("give either diameter, or width and height")
-        if self.inner_diameter is not None:
-            if self.diameter is None:
-                raise ValueError("inner_diameter needs a diameter")
-            if any(inner >= outer for inner, outer in zip(self.inner_diameter, self.diameter)):
-                raise ValueError(f"inner_diameter {self.inner_diameter} m must be less than diameter {self.diameter} m")
+SHEAR_MATTERS = 0.01
+"""of a frequency: what shear and rotary inertia may take from the third one before "auto" counts them"""
+SAME_PLACE = 1e-9
+"""of a shaft's length: positions of supports, discs and sections' ends that are one"""
+NEAR = 1e-4
+"""of a shaft's length: a load this close to a node needs none of its own"""
+WAVE = 4.0
+"""rad: most of a bending wave in an element, with the highest mode asked for"""
+TAPER = 3.0
+"""largest ratio of the areas at an element's ends"""
+FEWEST = 3
+"""bubble functions of an element"""
 
 
 @checked(RigError)
@@ -126,24 +91,164 @@ class Shaft(Structure):
     kind: Literal["shaft"] = "shaft"
     """of structure"""
 
+    def __post_init__(self) -> None:
+        for i, section in enumerate(self.sections):
+            if section.material is None and self.material is None:
+                raise ValueError(f"sections[{i}].material is missing, and the shaft has no material for all sections")
+        for kind in ("supports", "discs"):
+            for i, item in enumerate(getattr(self, kind)):
+                if not self._holds(item.position):
+                    raise ValueError(f"{kind}[{i}].position {self._outside(item.position)}")
+
     @property
     def end(self) -> float:
         """Where the shaft ends, m."""
-        return self.start + sum(section.length for section in self.sections)
+        return self.start + self.length
+
+    @property
+    def length(self) -> float:
+        """Length in m."""
+        return math.fsum(section.length for section in self.sections)
 
     @property
     def shafts(self) -> tuple[Shaft, ...]:
         """Itself; see `Structure.shafts`."""
         return (self,)
 
+    @property
+    def edges(self) -> tuple[float, ...]:
+        """Positions of the sections' ends, m: one more than sections."""
+        return tuple(self.start + math.fsum(s.length for s in self.sections[:i]) for i in range(len(self.sections) + 1))
+
+    @property
+    def mass(self) -> float:
+        """Mass in kg, with the discs."""
+        _, weight, rigidity = self._integration
+        return float(weight @ rigidity.mass) + sum(disc.mass for disc in self.discs)
+
+    @property
+    def slenderness(self) -> float:
+        """Longest stretch without a rigid support, over the mean radius of gyration of its sections."""
+        held = [s.position for s in self.supports if s.kind in ("clamped", "pinned")]
+        stops = sorted({self.start, *held, self.end})
+        _, weight, rigidity = self._integration
+        radius = weight @ np.sqrt(rigidity.rotary / rigidity.mass) / self.length
+        return max(b - a for a, b in pairwise(stops)) / float(radius)
+
+    @property
+    def bending_theory(self) -> Literal["euler", "timoshenko"]:
+        """The theory in use: ``theory``, or what "auto" chooses.
+
+        Shear and rotary inertia lower frequency n of a pinned span of slenderness s by the share
+        (1 + E/κG)(nπ/s)²/2 (Timoshenko, Phil. Mag. 43, 1922; Weaver, Timoshenko & Young, 1990, section 5.12).
+        Timoshenko's theory is chosen where that is over 1 % of the third frequency.
+        """
+        if self.theory != "auto":
+            return self.theory
+        _, weight, rigidity = self._integration
+        second_moment_ratio = rigidity.bending * rigidity.mass / (rigidity.rotary * rigidity.shear)  # E / κG
+        ratio = weight @ second_moment_ratio / self.length
+        lowered = (1 + ratio) * (3 * math.pi / self.slenderness) ** 2 / 2
+        return "timoshenko" if lowered > SHEAR_MATTERS else "euler"
+
     def check(self, point: float | str) -> None:
         """Refuse what is not on the shaft; see `Structure.check`."""
         place = parse_place(point)
         if place is None or place[0] not in ("", self.name):
             raise ValueError(f'"{point}" is no position on the shaft, a number of m')
-        if not self.start <= place[1] <= self.end:
-            raise ValueError(f"{place[1]:g} m lies outside the shaft ({self.start:g} <= x <= {self.end:g} m)")
+        if not self._holds(place[1]):
+            raise ValueError(self._outside(place[1]))
+
+    def _holds(self, x: float) -> bool:
+        slack = SAME_PLACE * self.length
+        return self.start - slack <= x <= self.end + slack
+
+    def _outside(self, x: float) -> str:
+        return f"{x:g} m lies outside the shaft ({self.start:g} <= x <= {self.end:g} m)"
 
     def assemble(self, points: tuple[float | str, ...], modes: int) -> LinearModel:
-        """Return mass and stiffness of beam elements."""
-        raise NotImplementedError
+        """Return mass and stiffness of beam elements, fine enough for the modes asked for."""
+        mesh = Mesh(self._elements(_positions(points), modes), self.bending_theory == "timoshenko")
+        mass, stiffness, influence = mesh.matrices()
+        for disc in self.discs:
+            node = 2 * mesh.node(disc.position)
+            mass[node, node] += disc.mass
+            influence[node] += disc.mass
+            mass[node + 1, node + 1] += disc.inertia
+        viscous, free = np.zeros(mesh.size), np.ones(mesh.size, dtype=bool)
+        for support in self.supports:
+            node = 2 * mesh.node(support.position)
+            stiffness[node, node] += support.translation
+            stiffness[node + 1, node + 1] += support.rotation
+            viscous[node : node + 2] += support.translation_damping, support.rotation_damping
+            free[node] &= support.kind not in ("clamped", "pinned")
+            free[node + 1] &= support.kind not in ("clamped", "guided")
+        kept = np.ix_(free, free)
+        return LinearModel(
+            mass[kept],
+            stiffness[kept],
+            influence[free, None] * [0.0, 0.0, 1.0],
+            lambda at: mesh.deflections(_positions(at))[:, free],
+            self.rayleigh,
+            self.damping_ratios,
+            np.diag(viscous[free]) if viscous[free].any() else None,
+        )
+
+    def _elements(self, points: np.ndarray, modes: int) -> list[Element]:
+        """Elements between steps, supports, discs and loads, shorter where waves of the highest mode or tapers ask."""
+        wave, edges, pieces = self._highest_wave(modes), np.array(self.edges), []
+        for start, end in pairwise(self._nodes(points)):
+            i = int(np.clip(np.searchsorted(edges, (start + end) / 2) - 1, 0, len(self.sections) - 1))
+            rigidity = functools.partial(self._rigidity, i)
+            ends = rigidity(np.array([start, end]))
+            taper = float(ends.mass.max() / ends.mass.min())
+            phase = wave * (end - start) * float(np.max(ends.mass / ends.bending)) ** 0.25
+            n = math.ceil(max(phase / WAVE, math.log(taper) / math.log(TAPER), 1.0))
+            bubbles = FEWEST + math.ceil(1.5 * phase / n) + (4 if taper > 1 else 0)
+            pieces += [Element(a, b, bubbles, rigidity) for a, b in pairwise(np.linspace(start, end, n + 1))]
+        return pieces
+
+    def _nodes(self, points: np.ndarray) -> list[float]:
+        """Positions of sections' ends, supports and discs, then those of loads that are not at one of them."""
+        own = [*self.edges, *(item.position for item in (*self.supports, *self.discs))]
+        nodes: list[float] = []
+        for x, slack in [*((x, SAME_PLACE) for x in own), *((x, NEAR) for x in points)]:
+            if all(abs(x - other) > slack * self.length for other in nodes):
+                nodes.append(float(x))
+        return sorted(nodes)
+
+    def _highest_wave(self, modes: int) -> float:
+        """Upper bound of sqrt(ω), ω of the highest mode wanted: every support raises a free shaft's by one at most."""
+        held = {"clamped": 2, "pinned": 1, "guided": 1, "elastic": 0}
+        more = sum(held[s.kind] + (s.translation > 0) + (s.rotation > 0) for s in self.supports)
+        _, weight, rigidity = self._integration
+        return max(modes + more, 3) * math.pi / float(weight @ (rigidity.mass / rigidity.bending) ** 0.25)
+
+    def _rigidity(self, i: int, x: np.ndarray) -> Rigidity:
+        """Of section i at positions x, m."""
+        section = self.sections[i]
+        material = section.material or self.material
+        assert material is not None
+        across = section.across((x - self.edges[i]) / section.length, material.poisson_ratio)
+        shear_modulus = material.young_modulus / (2 * (1 + material.poisson_ratio))
+        return Rigidity(
+            material.young_modulus * across.second_moment,
+            across.shear_coefficient * shear_modulus * across.area,
+            material.density * across.area,
+            material.density * across.second_moment,
+        )
+
+    @functools.cached_property
+    def _integration(self) -> tuple[np.ndarray, np.ndarray, Rigidity]:
+        """Gauss points of all sections, m, their weights, m, and rigidities."""
+        node, weight = leggauss(8)
+        halves = [section.length / 2 for section in self.sections]
+        at = [start + (node + 1) * half for start, half in zip(self.edges, halves)]
+        parts = [self._rigidity(i, x) for i, x in enumerate(at)]
+        rigidity = Rigidity(*(np.concatenate(field) for field in zip(*parts)))
+        return np.concatenate(at), np.concatenate([weight * half for half in halves]), rigidity
+
+
+def _positions(points: Sequence[float | str]) -> np.ndarray:
+    """(n,) m."""
+    return np.array([place[1] for place in map(parse_place, points) if place])

@@ -1,0 +1,113 @@
+"""Cross-sections of shafts: round, tubes and rectangles, constant or tapered, of elastic materials."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, NamedTuple, TypeAlias
+
+import numpy as np
+from pydantic import BeforeValidator, Field, WithJsonSchema
+
+from ..errors import RigError
+from ..validation import Number, Positive, Text, checked
+
+__all__ = ["CrossSection", "Material", "Section"]
+
+
+class CrossSection(NamedTuple):
+    """What bending asks of a section, at some positions."""
+
+    area: np.ndarray
+    """m²"""
+    second_moment: np.ndarray
+    """m⁴"""
+    shear_coefficient: np.ndarray
+    """share of the area that carries shear"""
+
+
+def _both_ends(value: Any) -> Any:
+    return (value, value) if isinstance(value, int | float) else value
+
+
+_TAPER_SCHEMA = {
+    "anyOf": [
+        {"type": "number", "exclusiveMinimum": 0},
+        {"type": "array", "items": {"type": "number", "exclusiveMinimum": 0}, "minItems": 2, "maxItems": 2},
+    ]
+}
+Taper: TypeAlias = Annotated[tuple[Positive, Positive], BeforeValidator(_both_ends), WithJsonSchema(_TAPER_SCHEMA)]
+"""A dimension of a section, m: one number, or two where it changes linearly from the section's start to its end"""
+
+
+@checked(RigError)
+class Material:
+    """An elastic material."""
+
+    young_modulus: Positive
+    """Pa"""
+    density: Positive
+    """kg/m³"""
+    poisson_ratio: Annotated[Number, Field(ge=0, lt=0.5)] = 0.3
+    """for the shear modulus of Timoshenko's theory"""
+    name: Text = ""
+    """for people"""
+
+
+@checked(RigError)
+class Section:
+    """A piece of a shaft, constant or linearly tapered: round, a tube or a rectangle."""
+
+    length: Positive
+    """m"""
+    diameter: Taper | None = None
+    """m; [start, end] of a taper, here and below"""
+    inner_diameter: Taper | None = None
+    """m, of a tube"""
+    width: Taper | None = None
+    """m, of a rectangle"""
+    height: Taper | None = None
+    """m, of a rectangle, in the direction of vibration"""
+    material: Material | None = None
+    """if it is not the shaft's"""
+
+    def __post_init__(self) -> None:
+        rectangle = (self.width is not None, self.height is not None)
+        if any(rectangle) != all(rectangle) or any(rectangle) == (self.diameter is not None):
+            raise ValueError("give either diameter, or width and height")
+        if self.inner_diameter is not None:
+            if self.diameter is None:
+                raise ValueError("inner_diameter needs a diameter")
+            if any(inner >= outer for inner, outer in zip(self.inner_diameter, self.diameter)):
+                raise ValueError(f"inner_diameter {self.inner_diameter} m must be less than diameter {self.diameter} m")
+
+    def across(self, share: np.ndarray, poisson_ratio: float) -> CrossSection:
+        """Return the cross-section along the piece, with the shear coefficients of Cowper (J. Appl. Mech. 33, 1966).
+
+        Parameters
+        ----------
+        share : ndarray, shape (n,)
+            Position in the section: 0 at its start, 1 at its end.
+        poisson_ratio : float
+            Of the material.
+
+        Returns
+        -------
+        CrossSection
+            Of arrays (n,).
+        """
+        nu = poisson_ratio
+        if self.diameter is None:
+            width, height = _along(self.width, share), _along(self.height, share)
+            shear = np.full_like(share, 10 * (1 + nu) / (12 + 11 * nu))
+            return CrossSection(width * height, width * height**3 / 12, shear)
+        outer = _along(self.diameter, share)
+        inner = _along(self.inner_diameter or (0.0, 0.0), share)
+        square = (1 + (inner / outer) ** 2) ** 2
+        hollow = (20 + 12 * nu) * (inner / outer) ** 2
+        shear = 6 * (1 + nu) * square / ((7 + 6 * nu) * square + hollow)
+        return CrossSection(np.pi * (outer**2 - inner**2) / 4, np.pi * (outer**4 - inner**4) / 64, shear)
+
+
+def _along(ends: tuple[float, float] | None, share: np.ndarray) -> np.ndarray:
+    """A dimension between its two ends."""
+    assert ends is not None
+    return ends[0] + (ends[1] - ends[0]) * share
