@@ -12,8 +12,9 @@ import clearance_mj
 PACKAGE = Path(clearance_mj.__file__).parent
 LAYERS = (
     ("_version", "errors"),
-    ("cache", "files", "output_folder", "parameters", "tasks", "units", "validation"),
+    ("cache", "checks", "files", "output_folder", "parameters", "tasks", "units", "validation"),
     ("signals",),
+    ("universal",),
     ("structure",),
     ("rig",),
     ("beam", "clearance"),

@@ -10,6 +10,7 @@ import pytest
 import scipy.io
 
 from clearance_mj import calibrate, errors, report, tasks
+from clearance_mj.checks import even_rate
 from clearance_mj.clearance import AmplitudeLaw
 from clearance_mj.cli import main
 from clearance_mj.engines import simulate_blocks
@@ -17,7 +18,6 @@ from clearance_mj.errors import ClearanceError, RecordError, SimulationError
 from clearance_mj.identify import output_error
 from clearance_mj.identify.methods import force_balance
 from clearance_mj.io import formats
-from clearance_mj.io._checks import even_rate
 from clearance_mj.io.channels import require_one_time
 from clearance_mj.io.columns import frf_names
 from clearance_mj.io.dataset import Dataset, write_dataset

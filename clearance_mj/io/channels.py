@@ -7,13 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..checks import DIRECTIONS, NAME_LIMIT, QUANTITIES, require_finite
 from ..errors import RecordError
-from ._checks import DIRECTIONS, QUANTITIES, require_finite
 
 __all__ = ["DIRECTIONS", "QUANTITIES", "Channel", "ChannelHeader"]
-
-NAME_LIMIT = 72
-"""Characters. A longer name could end the 80-character line of a universal file in "    -1", its delimiter."""
 
 
 @dataclass(frozen=True)

@@ -14,10 +14,10 @@ from os import PathLike
 
 import numpy as np
 
+from ..checks import naming, simplest_rate
 from ..errors import RecordError
 from ..files import read_lines, replacing
 from ..signals.frf import FRF
-from ._checks import naming, simplest_rate
 from .channels import Channel
 from .columns import SKIP, Column, Contents, listed, resolve, table_of_channels, table_of_frf, to_frf
 from .registry import Format, register

@@ -11,6 +11,7 @@ from os import PathLike
 from pathlib import Path
 from typing import Any, Literal
 
+from ..checks import naming
 from ..clearance.law import Law
 from ..clearance.law_files import load_law
 from ..errors import RecordError
@@ -19,7 +20,6 @@ from ..signals.ema import Modes
 from ..signals.frf import FRF
 from ..signals.response import Response
 from . import csv_tables, lvm, mat, results, uff
-from ._checks import naming
 from .channels import Channel
 from .dataset import Dataset, Record, bushing_nodes
 from .registry import FORMATS, WORDS, Format, format_of, register

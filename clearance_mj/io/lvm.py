@@ -13,9 +13,9 @@ from os import PathLike
 
 import numpy as np
 
+from ..checks import even_rate, naming
 from ..errors import RecordError
 from ..files import read_lines
-from ._checks import even_rate, naming
 from .channels import Channel
 from .columns import resolve
 from .registry import Format, register

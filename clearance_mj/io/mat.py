@@ -17,10 +17,10 @@ from typing import Any
 import numpy as np
 import scipy.io
 
+from ..checks import even_rate, naming
 from ..errors import RecordError
 from ..files import replacing
 from ..signals.frf import FRF
-from ._checks import even_rate, naming
 from ._mat_elements import Value, arrays
 from .channels import Channel
 from .columns import Column, Contents, frf_names, listed, resolve, table_of_channels, to_frf

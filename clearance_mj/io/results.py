@@ -16,13 +16,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..checks import check_dof, naming
 from ..errors import RecordError
 from ..files import TOO_DENSE, most_unpacked, replacing
 from ..signals._labelled import KIND, UNITS, attribute, labels, require_kind, values
 from ..signals.ema import Modes
 from ..signals.frf import FRF
 from ..signals.response import Response
-from ._checks import check_dof, naming
 from .channels import Channel, require_one_time
 from .registry import Format, register
 

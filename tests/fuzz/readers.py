@@ -20,10 +20,10 @@ from clearance_mj.io import formats, lvm
 from clearance_mj.io.dataset import Dataset
 from clearance_mj.io.registry import FORMATS, Format
 from clearance_mj.io.uff import read_geometry, scan_uff
-from clearance_mj.io.uff._dataset_58 import Header, function_block
 from clearance_mj.rig import Rig
 from clearance_mj.sweep import load_plan
 from clearance_mj.sweep.store import Table
+from clearance_mj.universal.dataset_58 import Header, function_block
 from experiments.real import records as real
 
 from . import samples

@@ -1,6 +1,6 @@
-"""Universal files: time functions and FRFs (data sets 58, text or binary), modes (55), geometry (15, 82).
+"""Universal files: time functions and FRFs (data sets 58, text or binary), modes (55, 2414), geometry (15, 82).
 
-Every size that a file declares is compared with the bytes that it holds before anything is allocated. pyuff 2.5.8,
+pyuff 2.5.8,
 which checks our files in the tests, returns the sets before the cut of a truncated file, ends binary samples at bytes
 that look like a delimiter, cuts at blanks where the format has columns and says "Error when reading data-set(s)." of
 whatever is wrong; it writes half the byte count of complex values, today's date, and zero for nan.
@@ -8,23 +8,22 @@ whatever is wrong; it writes half the byte count of complex values, today's date
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterable
 from os import PathLike
-from pathlib import Path
 
+from ...checks import DIRECTIONS, QUANTITIES, naming
 from ...errors import RecordError
 from ...files import replacing
 from ...rig import Rig
 from ...signals.ema import Modes
 from ...signals.frf import FRF
-from .._checks import DIRECTIONS, QUANTITIES, naming
+from ...universal import contents, scan
+from ...universal.dataset_58 import COHERENCE, FREQUENCY_RESPONSE, TIME_FUNCTION, Function
+from ...universal.dataset_164 import UNIT_SET
+from ...universal.fields import Block, text_set
+from ...universal.mode_shapes import KINDS, mode_sets, read_modes
 from ..channels import Channel, ChannelHeader
 from ..registry import Format, register
-from ._dataset_55 import mode_sets, read_modes
-from ._dataset_58 import COHERENCE, FREQUENCY_RESPONSE, TIME_FUNCTION, Function, read_function
-from ._dataset_164 import UNIT_SET, read_units
-from ._fields import SI, Block, closing_line, text_set
 from ._functions import channel_block, frf_blocks, read_channel, read_channel_header, read_frfs
 from ._geometry import Geometry, geometry_sets, read_geometry_blocks, rig_geometry
 
@@ -40,10 +39,6 @@ __all__ = [
     "write_uff",
 ]
 
-_BLANKS = re.compile(rb"\s*")
-_OPEN = re.compile(rb"-1[ \t]*\r?\n")
-_KIND = re.compile(rb" *(\d{1,6})([bB]?)")
-
 
 def read_uff(path: str | PathLike[str], reference: str | None = None) -> list[Channel] | FRF | Modes:
     """Read the time functions or the FRFs of a universal file, or the modes of a file without functions.
@@ -51,8 +46,9 @@ def read_uff(path: str | PathLike[str], reference: str | None = None) -> list[Ch
     Parameters
     ----------
     path : str or Path
-        A file with data sets 58, text or binary, or with data sets 55. Units are those of its data set 164, SI if there
-        is none, unless a function's own label says another, such as "g". Data sets of other kinds are passed over.
+        A file with data sets 58, text or binary, or with modes (55, 2414), of which translations are read. Units are
+        those of its data set 164, SI if there is none, unless a function's own label says another, such as "g". Data
+        sets of other kinds are passed over.
     reference : str, optional
         Of FRFs, read those to this one, such as "5:+Z"; needed where others differ in lines or quantity.
 
@@ -67,12 +63,12 @@ def read_uff(path: str | PathLike[str], reference: str | None = None) -> list[Ch
         If the file is missing, damaged, holds neither or both, or holds what this package cannot use (uneven time
         steps, unknown units); the message names the file and the data set.
     """
-    data = _contents(path)
+    data = contents(path)
     with naming(path):
-        functions, blocks = _scan(data)
-        modes = [block for block in blocks if block.kind == 55]
+        functions, blocks = scan(data)
+        modes = [block for block in blocks if block.kind in KINDS]
         if modes and not functions:
-            return read_modes(modes)
+            return _modes(modes)
         functions = _measured(functions)
         if functions[0].kind == TIME_FUNCTION:
             return [read_channel(data, f) for f in functions]
@@ -81,16 +77,16 @@ def read_uff(path: str | PathLike[str], reference: str | None = None) -> list[Ch
 
 def read_geometry(path: str | PathLike[str]) -> Geometry:
     """Read the nodes and trace lines of a universal file (data sets 15 and 82)."""
-    data = _contents(path)
+    data = contents(path)
     with naming(path):
-        return read_geometry_blocks([block for block in _scan(data)[1] if block.kind in (15, 82)])
+        return read_geometry_blocks([block for block in scan(data)[1] if block.kind in (15, 82)])
 
 
 def scan_uff(path: str | PathLike[str]) -> list[ChannelHeader]:
     """Check the structure of a universal file of time functions and return their headers; samples stay unread."""
-    data = _contents(path)
+    data = contents(path)
     with naming(path):
-        functions = _measured(_scan(data)[0])
+        functions = _measured(scan(data)[0])
         if functions[0].kind != TIME_FUNCTION:
             raise RecordError("holds FRFs, needs time functions (data sets 58, function type 1)")
         return [read_channel_header(data, f) for f in functions]
@@ -129,6 +125,13 @@ def write_uff(path: str | PathLike[str], obj: object, rig: Rig | None = None) ->
         temporary.write_bytes("".join(described).encode() + b"".join(blocks))
 
 
+def _modes(blocks: list[Block]) -> Modes:
+    """Shapes as they are scaled in the file, translations alone."""
+    found = read_modes(blocks)
+    rows = [i for i, dof in enumerate(found.dofs) if "R" not in dof]
+    return Modes(found.frequency, found.damping, found.shape[rows], tuple(found.dofs[i] for i in rows))
+
+
 def _header(title: str) -> str:
     """Data set 151, what the file is about, with fixed dates: the same object gives the same bytes."""
     moment, program = f"{'01-Jan-00':<10}{'00:00:00':<10}", f"{'clearance_mj':<80}"
@@ -147,13 +150,6 @@ def _channels(obj: object) -> list[Channel]:
     return channels
 
 
-def _contents(path: str | PathLike[str]) -> bytes:
-    try:
-        return Path(path).read_bytes()
-    except OSError as error:
-        raise RecordError(f"{path}: cannot be read ({error.strerror})") from None
-
-
 def _measured(found: list[Function]) -> list[Function]:
     """The functions to read: all of time, or FRFs and coherences."""
     kinds = {f.kind for f in found}
@@ -166,35 +162,6 @@ def _measured(found: list[Function]) -> list[Function]:
         )
     wanted = (TIME_FUNCTION,) if TIME_FUNCTION in kinds else (FREQUENCY_RESPONSE, COHERENCE)
     return [f for f in found if f.kind in wanted]
-
-
-def _scan(data: bytes) -> tuple[list[Function], list[Block]]:
-    """Walk over the data sets of a file: the functions, and the others."""
-    functions: list[Function] = []
-    blocks: list[Block] = []
-    units, number, position = SI, 0, 0
-    while (blanks := _BLANKS.match(data, position)) and (begin := blanks.end()) < len(data):
-        number += 1
-        opening = _OPEN.match(data, begin)
-        if not opening:
-            what = "not a universal file" if number == 1 else f"stray bytes before data set {number}"
-            raise RecordError(f"{what}: needs a line '    -1' at byte {begin}")
-        kind = _KIND.match(data, opening.end())
-        if not kind:
-            raise RecordError(f"data set {number}: has no type, needs a number such as 58 after its '    -1'")
-        try:
-            if kind[1] == b"58":
-                function, position = read_function(data, opening.end(), bool(kind[2]), number, units)
-                functions.append(function)
-                continue
-            end, position = closing_line(data, opening.end())
-            lines = data[kind.end() : end].decode("utf-8", "replace").splitlines()[1:]
-            blocks.append(Block(int(kind[1]), number, tuple(lines), units))
-            if kind[1] == b"164":
-                units = read_units(blocks[-1])
-        except RecordError as error:
-            raise RecordError(f"data set {number}: {error}") from None
-    return functions, blocks
 
 
 register(Format(

@@ -7,11 +7,10 @@ from decimal import Decimal
 
 import numpy as np
 
+from ...checks import QUANTITIES, check_dof, even_rate, naming, require_finite, simplest_rate
 from ...errors import RecordError
 from ...signals.frf import FRF, join_references
-from .._checks import QUANTITIES, check_dof, even_rate, naming, require_finite, simplest_rate
-from ..channels import Channel, ChannelHeader
-from ._dataset_58 import (
+from ...universal.dataset_58 import (
     COHERENCE,
     COMPLEX64,
     FREQUENCY,
@@ -28,8 +27,9 @@ from ._dataset_58 import (
     numbers,
     samples,
 )  # fmt: skip
-from ._dataset_164 import frf_scale, time_scale
-from ._fields import quantity_of
+from ...universal.dataset_164 import frf_scale, time_scale
+from ...universal.fields import quantity_of
+from ..channels import Channel, ChannelHeader
 
 
 def read_channel_header(data: bytes, function: Function) -> ChannelHeader:

@@ -9,10 +9,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from ...checks import naming
 from ...errors import RecordError
 from ...rig import BASE_NODE, SHAKER_NODE, Rig
-from .._checks import naming
-from ._fields import Block, fields, read_integer, read_real, text_set
+from ...universal.fields import Block, fields, read_integer, read_real, text_set
 
 
 @dataclass(frozen=True)

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...errors import RecordError
-from .._checks import DIRECTIONS, QUANTITIES
+from ..checks import DIRECTIONS, QUANTITIES
+from ..errors import RecordError
 
 DELIMITER = f"{-1:6d}\n"
 CLOSE = re.compile(rb"(?:\r?\n)? {4}-1[ \t]*(?:\r?\n|\Z)")
@@ -45,6 +45,7 @@ class Block:
     units: Units
 
     def record(self, index: int) -> str:
+        """Return a record; refuses a data set that has fewer."""
         if index >= len(self.lines):
             raise RecordError(f"is cut short; needs {index + 1} records, has {len(self.lines)}")
         return self.lines[index]
@@ -71,6 +72,7 @@ def fields(line: str, width: int, count: int | None = None) -> list[str]:
 
 
 def read_integer(text: str, what: str) -> int:
+    """Read a whole number; a blank field is zero."""
     text = text.strip()
     if text and not _INTEGER.fullmatch(text):
         raise RecordError(f"{what} is {text!r}, needs a whole number")
@@ -78,6 +80,7 @@ def read_integer(text: str, what: str) -> int:
 
 
 def read_real(text: str, what: str) -> float:
+    """Read a finite number; a blank field is zero."""
     text = text.strip().upper().replace("D", "E")
     if text and not _REAL.fullmatch(text):
         raise RecordError(f"{what} is {text!r}, needs a number")
@@ -88,6 +91,7 @@ def read_real(text: str, what: str) -> float:
 
 
 def read_dof(node: str, direction: str, what: str) -> str:
+    """Read a node and the code of a direction as "3:+Z"."""
     number = read_integer(node, f"{what} node")
     if not 0 <= number < 10**9:
         raise RecordError(f"{what} node {number} must be a whole number of at most 9 digits")
@@ -96,6 +100,7 @@ def read_dof(node: str, direction: str, what: str) -> str:
 
 
 def quantity_of(code: int, what: str) -> str:
+    """Return the quantity of a specific data type; refuses those that are not measured here."""
     known = ", ".join(f"{code} ({quantity})" for quantity, code in QUANTITIES.items())
     return _name_of(code, QUANTITIES, f"{what} type {code} cannot be used; needs {known}")
 

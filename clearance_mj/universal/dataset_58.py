@@ -8,10 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from ...errors import RecordError
-from .._checks import DIRECTIONS, require_finite
-from ..channels import NAME_LIMIT
-from ._fields import CLOSE, DELIMITER, SI, Units, closing_line, read_dof, read_integer, read_real
+from ..checks import DIRECTIONS, NAME_LIMIT, require_finite
+from ..errors import RecordError
+from .fields import CLOSE, DELIMITER, SI, Units, closing_line, read_dof, read_integer, read_real
 
 TIME_FUNCTION, FREQUENCY_RESPONSE, COHERENCE = 1, 4, 6
 TIME, FREQUENCY, UNKNOWN = 17, 18, (0, 1)
@@ -60,10 +59,12 @@ class Header:
 
     @property
     def is_complex(self) -> bool:
+        """Whether the samples are complex."""
         return self.ordinate in (COMPLEX32, COMPLEX64)
 
     @property
     def is_double(self) -> bool:
+        """Whether they are of double precision."""
         return self.ordinate in (REAL64, COMPLEX64)
 
     @property

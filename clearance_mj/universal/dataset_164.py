@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from ...errors import RecordError
-from ...units import ratio_factor, unit_factor
-from ._dataset_58 import Function
-from ._fields import SI, Block, Units, read_real, text_set
+from ..errors import RecordError
+from ..units import ratio_factor, unit_factor
+from .dataset_58 import Function
+from .fields import SI, Block, Units, read_real, text_set
 
 _NO_LABEL = ("", "NONE", "UNKNOWN", "-")
 _TOLERANCE = 1e-6
@@ -22,6 +22,7 @@ UNIT_SET = text_set(
 
 
 def read_units(block: Block) -> Units:
+    """Read the factors of length and force."""
     values = " ".join(block.lines[1:]).split()
     if len(values) < 2:
         raise RecordError("units need two factors, of length and of force, on their second record")

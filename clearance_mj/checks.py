@@ -8,13 +8,15 @@ from contextlib import contextmanager
 
 import numpy as np
 
-from ..errors import RecordError
+from .errors import RecordError
 
 _AXES = ("X", "Y", "Z", "RX", "RY", "RZ")
 DIRECTIONS = {f"{s}{a}": int(f"{s}{i}") for s in "+-" for i, a in enumerate(_AXES, 1)} | {"S": 0}
 """Directions and their codes in universal files; R for rotations, S for a scalar"""
 QUANTITIES = {"displacement": 8, "velocity": 11, "acceleration": 12, "force": 13}
 """Quantities and their codes in universal files (specific data types)"""
+NAME_LIMIT = 72
+"""Characters. A longer name could end the 80-character line of a universal file in "    -1", its delimiter."""
 _DOF = re.compile(r"([0-9]{1,9}):(\S+)")
 
 

@@ -1,0 +1,70 @@
+"""Universal files: the walk over their data sets, and what single ones hold.
+
+Every size that a file declares is compared with the bytes that it holds before anything is allocated.
+"""
+
+from __future__ import annotations
+
+import re
+from os import PathLike
+from pathlib import Path
+
+from ..errors import RecordError
+from .dataset_58 import Function, read_function
+from .dataset_164 import read_units
+from .fields import SI, Block, closing_line
+
+__all__ = ["contents", "scan"]
+
+_BLANKS = re.compile(rb"\s*")
+_OPEN = re.compile(rb"-1[ \t]*\r?\n")
+_KIND = re.compile(rb" *(\d{1,6})([bB]?)")
+
+
+def contents(path: str | PathLike[str]) -> bytes:
+    """Return the bytes of a file.
+
+    Parameters
+    ----------
+    path : str or Path
+        The file.
+    """
+    try:
+        return Path(path).read_bytes()
+    except OSError as error:
+        raise RecordError(f"{path}: cannot be read ({error.strerror})") from None
+
+
+def scan(data: bytes) -> tuple[list[Function], list[Block]]:
+    """Walk over the data sets of a file: the functions (58), and the others.
+
+    Parameters
+    ----------
+    data : bytes
+        The file's.
+    """
+    functions: list[Function] = []
+    blocks: list[Block] = []
+    units, number, position = SI, 0, 0
+    while (blanks := _BLANKS.match(data, position)) and (begin := blanks.end()) < len(data):
+        number += 1
+        opening = _OPEN.match(data, begin)
+        if not opening:
+            what = "not a universal file" if number == 1 else f"stray bytes before data set {number}"
+            raise RecordError(f"{what}: needs a line '    -1' at byte {begin}")
+        kind = _KIND.match(data, opening.end())
+        if not kind:
+            raise RecordError(f"data set {number}: has no type, needs a number such as 58 after its '    -1'")
+        try:
+            if kind[1] == b"58":
+                function, position = read_function(data, opening.end(), bool(kind[2]), number, units)
+                functions.append(function)
+                continue
+            end, position = closing_line(data, opening.end())
+            lines = data[kind.end() : end].decode("utf-8", "replace").splitlines()[1:]
+            blocks.append(Block(int(kind[1]), number, tuple(lines), units))
+            if kind[1] == b"164":
+                units = read_units(blocks[-1])
+        except RecordError as error:
+            raise RecordError(f"data set {number}: {error}") from None
+    return functions, blocks

@@ -1,0 +1,165 @@
+"""Mode shapes at nodes: data sets 55 and 2414. Normal modes (analysis type 2) and complex ones (3, 7) are read.
+
+Both have the same fields, in other places. Modes are written as data sets 55, complex, without modal masses.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..checks import naming
+from ..errors import RecordError
+from ..signals.ema import Modes
+from .fields import Block, fields, read_integer, read_real, text_set
+
+NORMAL, COMPLEX = (2,), (3, 7)
+REAL_DATA, COMPLEX_DATA = 2, 5
+KINDS = (55, 2414)
+AT_NODES = 1
+AXES = ("X", "Y", "Z", "RX", "RY", "RZ")
+_TRANSLATION = re.compile(r"(\d{1,9}):([+-])([XYZ])")
+Shape = dict[int, np.ndarray]
+"""(6,) complex displacement along X, Y, Z and rotation about them by node"""
+
+
+@dataclass(frozen=True, eq=False)
+class ModeShapes:
+    """What a universal file says of modes, by frequency, in SI units."""
+
+    frequency: np.ndarray
+    """(n,) undamped natural frequencies, Hz"""
+    damping: np.ndarray
+    """(n,) damping ratios"""
+    shape: np.ndarray
+    """(n_dofs, n) complex; rotations in rad per metre of a translation"""
+    dofs: tuple[str, ...]
+    """degree of freedom of each row; what moves in no mode is left out"""
+    modal_mass: np.ndarray
+    """(n,) kg, of normal modes; nan where the file has none"""
+    modal_a: np.ndarray
+    """(n,) kg/s, of complex modes; nan where the file has none"""
+
+
+@dataclass(frozen=True)
+class _Mode:
+    frequency: float
+    damping: float
+    shape: Shape
+    modal_mass: float
+    modal_a: complex
+
+
+def read_modes(blocks: Sequence[Block]) -> ModeShapes:
+    """Put the modes of a file together, by frequency."""
+    found: list[_Mode] = []
+    for block in blocks:
+        with naming(f"data set {block.number}"):
+            if block.kind == 2414 and read_integer(block.record(2)[:10], "location of data") != AT_NODES:
+                continue
+            if read_integer(_definition(block)[10:20], "analysis type") in (*NORMAL, *COMPLEX):
+                found.append(_read_mode(block))
+    if not found:
+        raise RecordError("holds no modes (data sets 55 or 2414 at nodes, of analysis type 2, 3 or 7)")
+    found.sort(key=lambda mode: mode.frequency)
+    nodes = found[0].shape.keys()
+    if not nodes or any(mode.shape.keys() != nodes for mode in found):
+        raise RecordError("its modes are not of the same nodes, or of none")
+    values = np.array([[mode.shape[node] for node in nodes] for mode in found])  # (n, nodes, 6)
+    moving = np.flatnonzero(np.any(values, axis=(0, 1)))
+    return ModeShapes(
+        np.array([mode.frequency for mode in found]),
+        np.array([mode.damping for mode in found]),
+        values[:, :, moving].reshape(len(found), -1).T,
+        tuple(f"{node}:+{AXES[axis]}" for node in nodes for axis in moving),
+        np.array([mode.modal_mass for mode in found]),
+        np.array([mode.modal_a for mode in found]),
+    )
+
+
+def _definition(block: Block) -> str:
+    """Model and analysis type, characteristic, result type, data type, values per node."""
+    return block.record(5 if block.kind == 55 else 8)
+
+
+def _read_mode(block: Block) -> _Mode:
+    """Undamped frequency, damping ratio, shape and scale of one data set."""
+    _, analysis, _, _, data_type, per_node = (
+        read_integer(text, "data definition") for text in fields(_definition(block), 10, 6)
+    )
+    if data_type not in (REAL_DATA, COMPLEX_DATA) or per_node not in (3, 6):
+        raise RecordError(f"mode shape of data type {data_type} with {per_node} values per node; needs 2 or 5, 3 or 6")
+    frequency, damping, mass, a = _parameters(block, analysis in NORMAL)
+    if not 0 < frequency < np.inf:
+        raise RecordError(f"natural frequency {frequency:g} Hz must be > 0 and finite")
+    kilogram = block.units.factor("force") / block.units.factor("length")
+    modal_a = complex(np.nan, np.nan) if a == 0 else a * kilogram
+    shape = _shape(block, per_node, data_type == COMPLEX_DATA)
+    return _Mode(frequency, damping, shape, mass * kilogram if mass > 0 else np.nan, modal_a)
+
+
+def _parameters(block: Block, normal: bool) -> tuple[float, float, float, complex]:
+    """Frequency in Hz, damping ratio, modal mass (0: none), modal A (0: none)."""
+    first, second = (7, 8) if block.kind == 55 else (11, 12)
+    real = [read_real(text, "parameter of a mode") for text in fields(block.record(first), 13, 6)]
+    if normal:
+        if block.kind == 55:  # frequency, modal mass, viscous damping ratio
+            return real[0], real[2], real[1], 0
+        return real[1], real[4], real[3], 0  # time, frequency, eigenvalue, modal mass, viscous damping ratio
+    if block.kind == 2414:
+        real = [read_real(text, "parameter of a mode") for text in fields(block.record(second), 13, 6)]
+    omega = float(np.hypot(real[0], real[1]))
+    return omega / (2 * np.pi), -real[0] / omega if omega else 0.0, 0.0, complex(real[2], real[3])
+
+
+def _shape(block: Block, per_node: int, is_complex: bool) -> Shape:
+    numbers = per_node * (1 + is_complex)
+    height = 1 + -(-numbers // 6)
+    body = [line for line in block.lines[8 if block.kind == 55 else 13 :] if line.strip()]
+    if len(body) % height:
+        raise RecordError(f"mode shape needs {height} records per node, has {len(body)}")
+    shape = {}
+    per_metre = np.array([1.0, 1.0, 1.0] + 3 * [1 / block.units.factor("length")])
+    for i in range(0, len(body), height):
+        node = read_integer(body[i][:10], "node of a mode shape")
+        words = [word for line in body[i + 1 : i + height] for word in fields(line, 13, 6)][:numbers]
+        values = np.array([read_real(word, f"mode shape at node {node}") for word in words])
+        values = values.view(complex) if is_complex else values.astype(complex)
+        shape[node] = np.append(values, np.zeros(6 - per_node)) * per_metre
+    return shape
+
+
+def mode_sets(modes: Modes) -> Iterator[str]:
+    """One data set per mode: a complex eigenvalue, three complex displacements at each node."""
+    labels = modes.responses or tuple(f"{i + 1}:+Z" for i in range(modes.shape.shape[0]))
+    places = []
+    for label in labels:
+        if not (place := _TRANSLATION.fullmatch(label)):
+            raise RecordError(f"mode shape at {label}; data set 55 holds translations, as 3:+Z")
+        places.append((int(place[1]), AXES.index(place[3]), 1 if place[2] == "+" else -1))
+    if not modes.frequency.size:
+        raise RecordError("there is no mode")
+    for number, (frequency, damping, column) in enumerate(zip(modes.frequency, modes.damping, modes.shape.T), 1):
+        shape = {node: np.zeros(3, dtype=complex) for node, _, _ in places}
+        for (node, axis, sign), value in zip(places, column):
+            shape[node][axis] = sign * value
+        omega = 2 * np.pi * frequency
+        lines = [f"{'NONE':<80}"] * 3
+        lines += [f"{f'Mode {number}':<80}", f"{f'{frequency:.6g} Hz, damping {damping:.6g}':<80}"]
+        # structural model, complex eigenvalue, vector of three translations, displacement, complex, 3 values per node
+        lines += [_integers(1, COMPLEX[0], 2, 8, COMPLEX_DATA, 3), _integers(2, 6, 0, number)]
+        lines.append(_reals((-damping * omega, omega * np.sqrt(1 - damping**2), 0, 0, 0, 0)))
+        for node, values in shape.items():
+            lines += [f"{node:10d}", _reals(values.view(float))]
+        yield text_set(55, lines)
+
+
+def _integers(*values: int) -> str:
+    return "".join(f"{value:10d}" for value in values)
+
+
+def _reals(values: Iterable[float]) -> str:
+    return "".join(f"{value:13.5e}" for value in values)
