@@ -232,7 +232,13 @@ class Shaker:
         return direction / np.linalg.norm(direction)
 
     def label(self, kind: str) -> str:
-        """Node and direction of an excitation of a kind ("base" or "force"), such as "100:+Z"."""
+        """Return node and direction of an excitation, such as "100:+Z".
+
+        Parameters
+        ----------
+        kind : str
+            "base" or "force".
+        """
         if kind == "base":
             along = self.unit_direction
             axis = int(np.argmax(np.abs(along)))
@@ -241,7 +247,24 @@ class Shaker:
         return f"{SHAKER_NODE}:{'-' if dof[2] < 0 else '+'}{dof[1]}" if dof else f"{SHAKER_NODE}:+Z"
 
 
-@checked(RigError, name="")
+_ON_BEAM = {"type": "number", "exclusiveMinimum": 0}
+_POINTS_ON_BEAM: dict[str, Any] = {
+    "properties": {
+        **{kind: {"items": {"properties": {"position": _ON_BEAM}}} for kind in ("masses", "sensors")},
+        "bushings": {"items": {"properties": {"position": _ON_BEAM, "to": _ON_BEAM}}},
+        "shaker": {"properties": {"position": _ON_BEAM, "also": {"items": {"properties": {"position": _ON_BEAM}}}}},
+        "structure": False,
+    }
+}
+_BEAM_OR_STRUCTURE = {
+    "required": ["name", "bushings", "sensors"],
+    "if": {"required": ["structure"]},
+    "then": {"properties": {"beam": False}},
+    "else": {"required": ["beam"], **_POINTS_ON_BEAM},
+}
+
+
+@checked(RigError, name="", schema=_BEAM_OR_STRUCTURE)
 class Rig:
     """A complete rig.
 
@@ -270,7 +293,10 @@ class Rig:
 
     def __post_init__(self) -> None:
         if (self.beam is None) == (self.structure is None):
-            raise ValueError("give either beam or structure")
+            raise ValueError(
+                f"{'structure stands beside beam' if self.beam else 'beam is missing'}; give either [beam], a uniform "
+                f"cantilever, or [structure], of one of the kinds {', '.join(Structure.known)}"
+            )
         points = {
             f"{kind}[{i}].position": item.position
             for kind in ("masses", "bushings", "sensors")
@@ -282,11 +308,12 @@ class Rig:
         points |= {f"shaker.also[{i}].position": force.position for i, force in enumerate(self.shaker.also or ())}
         for name, point in points.items():
             self._check(name, point)
-        labels: set[str] = set()
+        taken: set[str] = set()
         for i, sensor in enumerate(self.sensors):
-            if sensor.label in labels:
+            label = sensor.label.replace("-", "+")
+            if label in taken:
                 raise ValueError(f"sensors[{i}].node {sensor.node} is used twice; each sensor needs its own node")
-            labels.add(sensor.label)
+            taken.add(label)
         self._check_bushings()
 
     def _check(self, name: str, point: float | str) -> None:
@@ -310,8 +337,9 @@ class Rig:
                 for end in b.ends:
                     self.linear.check(end)
             except ValueError as error:
+                past = str(error).partition("lies outside ")[2] or str(error)
                 raise ValueError(
-                    f"bushings[{i}].length {b.length:g} m makes it reach from {first:g} to {last:g} m: {error}"
+                    f"bushings[{i}].length {b.length:g} m makes it reach from {first:g} to {last:g} m, past {past}"
                 ) from None
             on_shafts.setdefault(place[0], []).append((first, last, i))
         for spans in on_shafts.values():
@@ -387,7 +415,7 @@ class Rig:
         RigError
             If it has unknown or missing keys or impossible values.
         """
-        return from_plain(cls, {"beam": None, **data} if "structure" in data else data, "", RigError)
+        return from_plain(cls, {"beam": None, **data} if isinstance(data, dict) else data, "", RigError)
 
     def to_dict(self) -> dict[str, Any]:
         """Return the rig as nested plain data."""

@@ -17,19 +17,20 @@ import textwrap
 import tomllib
 import types
 import typing
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from itertools import pairwise
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, TypeVar
 
 import pydantic
 from pydantic import ConfigDict, Field, ValidationError
+from pydantic_core import core_schema
 
 from .errors import ClearanceError
 
 __all__ = [
-    "Flag", "NotNegative", "Number", "Positive", "Registered", "Share", "Text", "Whole", "checked", "descriptions",
-    "from_plain", "json_schema", "read_plain", "register", "to_plain",
+    "Flag", "NotNegative", "Number", "OneOf", "Positive", "Registered", "Share", "Text", "Whole", "checked",
+    "descriptions", "from_plain", "json_schema", "read_plain", "register", "to_plain",
 ]  # fmt: skip
 
 Number = Annotated[float, Field(strict=True)]
@@ -117,6 +118,55 @@ def register(model: type[Model]) -> type[Model]:
     return made
 
 
+class OneOf:
+    """Annotation of a base class: any of its `checked` subclasses, which the field ``kind`` tells apart.
+
+    ``known`` holds them by their kind; it may grow.
+    """
+
+    def __init__(self, known: Mapping[str, type]) -> None:
+        self.known = known
+
+    def __get_pydantic_core_schema__(self, base: type, handler: object) -> core_schema.CoreSchema:
+        return core_schema.no_info_plain_validator_function(self._made)
+
+    def __get_pydantic_json_schema__(
+        self, schema: core_schema.CoreSchema, handler: pydantic.GetJsonSchemaHandler
+    ) -> dict[str, Any]:
+        found = []
+        for cls in self.known.values():
+            own = handler.resolve_ref_schema(handler(_adapter(cls).core_schema))
+            found.append(own | {"required": ["kind", *own.get("required", ())]})
+        return {"oneOf": found}
+
+    def _made(self, value: object) -> object:
+        use = f"use {_either(self.known)}"
+        if isinstance(value, tuple(self.known.values())):
+            return value
+        if not isinstance(value, dict):
+            raise ValueError(f"must be {_WORDS[dict]}, got {_shown(value)}")
+        if "kind" not in value:
+            raise _Inside(f"kind is missing; {use}", ["kind"])
+        kind = value["kind"]
+        if not isinstance(kind, str):
+            raise _Inside(_wrong_type("kind", str, kind), ["kind"])
+        if kind not in self.known:
+            raise _Inside(f'kind "{kind}" is unknown; {use}', ["kind"])
+        try:
+            return _adapter(self.known[kind]).validate_python(value)
+        except ValidationError as found:
+            names = [*_names(self.known[kind]), *(str(e["loc"][0]) for e in found.errors() if e["loc"])]
+            raise _Inside(_message(found, self.known[kind], ""), names) from None
+
+
+class _Inside(ValueError):
+    """What is wrong inside a value; the text may begin with one of the value's names."""
+
+    def __init__(self, text: str, names: list[str]) -> None:
+        super().__init__(text)
+        self.names = names
+
+
 def from_plain(kind: type[T], data: object, where: str, error: type[ClearanceError]) -> T:
     """Make an object of a `checked` class, or a type that pydantic knows, from plain data as TOML and JSON hold it.
 
@@ -176,7 +226,7 @@ def _message(found: ValidationError, kind: Any, where: str) -> str:
         return f"{path} is not a known key; known: {', '.join(_names(holder))}{_meant(last, _names(holder))}"
     if rule == "value_error":
         text = str(context["error"])
-        names = _names(field)
+        names = getattr(context["error"], "names", None) or _names(field)
         return f"{path}{_joint(path, text, names)}{text}"
     if typing.get_origin(holder) is tuple and rule == "missing":  # a list that is too short
         return _wrong_type(_path(where, above), holder, value)
@@ -187,8 +237,7 @@ def _message(found: ValidationError, kind: Any, where: str) -> str:
     if rule == "too_short":
         return f"{path} must hold {context['min_length']} or more, got {context['actual_length'] or 'none'}"
     if rule == "literal_error":
-        *others, other = map(str, typing.get_args(field))
-        use = f"{', '.join(others)} or {other}" if others else other
+        use = _either(map(str, typing.get_args(field)))
         return f'{path} "{value}" is unknown; use {use}' if isinstance(value, str) else _wrong_type(path, str, value)
     if rule in _RULES:
         return f"{path} must be {_RULES[rule].format(**context)}, got {value:.10g}{_about(holder, last)}"
@@ -210,6 +259,12 @@ _WORDS = {
     bool: "true or false",
     dict: "a table of keys",
 }
+
+
+def _either(names: typing.Iterable[str]) -> str:
+    """Write names as "a, b or c"."""
+    *others, other = names
+    return f"{', '.join(others)} or {other}" if others else other
 
 
 def _shown(value: object) -> str:

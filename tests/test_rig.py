@@ -25,6 +25,8 @@ MISSING = object()
 def changed(path, value):
     """Return the tables of the rig file with the value at a path such as bushings[0].gap changed, or taken out."""
     tables = copy.deepcopy(TABLES)
+    if path.startswith("shaker.also["):
+        tables["shaker"] = {"kind": "force", "position": 0.5, "also": [{"position": 1.0}]}
     *above, last = (int(step) if step.isdigit() else step for step in re.findall(r"\w+", path))
     place = tables
     for step in above:
@@ -181,6 +183,10 @@ def test_replace_checks_again():
         ("masses", []),
         ("shaker", {"kind": "force", "position": 1.0}),
         ("description", ""),
+        ("bushings[0].length", 0.0),
+        ("bushings[0].to", 0.7),
+        ("shaker", {"kind": "force", "position": 1.0, "also": [{"position": 0.5, "factor": -1.0}]}),
+        ("shaker.direction", [0, 0, -2]),
     ],
 )
 def test_limits_are_allowed(path, value):
@@ -200,6 +206,13 @@ def test_bushing_may_end_at_the_tip():
 
 LINE = {"length": 1.0, "young_modulus": 1.0, "density": 1.0}
 NUMBER = "must be a plain number in SI units, got"
+POINT = 'must be a number, m along the shaft, or a text: a degree of freedom "12:+Z" or a shaft\'s "inner@0.4", got'
+STEEL = {"young_modulus": 210e9, "density": 7850.0}
+SHAFT = {
+    "kind": "shaft",
+    "material": STEEL,
+    "sections": [{"length": 0.6, "diameter": 0.01}, {"length": 0.4, "diameter": 0.02}],
+}
 REFUSED = [
     # Beam
     ("beam.length", 0.0, "must be > 0, got 0 (m)"),
@@ -210,10 +223,13 @@ REFUSED = [
     ("beam.rayleigh", 0.5, "must be a list of 2 numbers, got 0.5"),
     # Bushings
     ("bushings[0].gap", -3e-4, "must be > 0, got -0.0003 (radial clearance d, m)"),
-    ("bushings[0].length", 0.0, "must be > 0, got 0 (m along the shaft)"),
+    ("bushings[0].length", -0.1, "must be >= 0, got -0.1 (m along the shaft, 0 for a degree of freedom)"),
     ("bushings[0].length", 2.0, "2 m makes it reach from -0.4516 to 1.5484 m, past the beam (0 < x <= 1 m)"),
     ("bushings[1].position", 1.2, "1.2 m lies outside the beam (0 < x <= 1 m)"),
-    ("bushings[0].position", 0.0, "must be > 0, got 0 (m from the clamp to the bushing's middle)"),
+    ("bushings[0].position", 0.0, "0 m lies outside the beam (0 < x <= 1 m)"),
+    ("bushings[0].position", "12:+Z", '"12:+Z" is no position on the beam: give a number, 0 < x <= 1 m'),
+    ("bushings[0].to", "inner@0.5", '"inner@0.5" is no position on the beam: give a number, 0 < x <= 1 m'),
+    ("bushings[0].to", 0.5484, "is the bushing's own position; give another point"),
     # Grease and contact
     ("bushings[0].grease.stiffness", -1.0, "must be >= 0, got -1 (k, N/m)"),
     ("bushings[0].grease.damping", -1.0, "must be >= 0, got -1 (c, N s/m, of the centred shaft)"),
@@ -230,9 +246,9 @@ REFUSED = [
     # Masses, sensors, shaker, names
     ("masses[0].mass", 0.0, "must be > 0, got 0 (kg)"),
     ("masses[0].position", 1.01, "1.01 m lies outside the beam (0 < x <= 1 m)"),
-    ("sensors[2].position", -0.1, "must be > 0, got -0.1 (m from the clamp)"),
+    ("sensors[2].position", -0.1, "-0.1 m lies outside the beam (0 < x <= 1 m)"),
     ("sensors[2].position", 1.5, "1.5 m lies outside the beam (0 < x <= 1 m)"),
-    ("sensors[2].mass", -0.01, "must be >= 0, got -0.01 (kg, loads the shaft like a point mass)"),
+    ("sensors[2].mass", -0.01, "must be >= 0, got -0.01 (kg, loads the structure like a point mass)"),
     ("sensors[2].node", 1, "1 is used twice; each sensor needs its own node"),
     ("sensors[2].node", 0, "must be >= 1, got 0 (positive, unique in the rig)"),
     ("sensors[2].node", 10**9, "must be <= 999999999, got 1000000000 (positive, unique in the rig)"),
@@ -257,8 +273,17 @@ REFUSED = [
     ("bushings[1].clearance", 1e-4, "is not a known key; known: position, gap, length, grease, contact"),
     ("bushings[0].grease.k", 1.0, "is not a known key; known: stiffness"),
     ("shaker.force", 1.0, "is not a known key; known: kind, position"),
+    # Points
+    *(("sensors[0].position", value, f"{POINT} {value!r}") for value in ("12:+W", "12:++Z", ":X", "12", "@0.4", "a@b")),
+    *(("sensors[0].position", value, f"{POINT} {value!r}") for value in ("inner@", "inner@1.2.3", "-1:X", "in\n@1")),
+    ("shaker.direction", [0, 0, 0], "must not be zero"),
+    ("shaker.direction", [0, 1], "must be a list of 3 numbers, got [0, 1]"),
+    ("shaker.also[0].position", 2.0, "2 m lies outside the beam (0 < x <= 1 m)"),
+    # Beam or structure
+    ("beam", MISSING, "is missing; give either [beam], a uniform cantilever, or [structure], of one of the kinds"),
+    ("structure", SHAFT, "stands beside beam; give either [beam], a uniform cantilever, or [structure], of one of"),
     # Missing keys
-    *((key, MISSING, "is missing") for key in ("name", "beam", "bushings", "sensors", "masses[0].mass")),
+    *((key, MISSING, "is missing") for key in ("name", "bushings", "sensors", "masses[0].mass")),
     *((f"beam.{key}", MISSING, "is missing") for key in LINE),
     *((f"bushings[1].{key}", MISSING, "is missing") for key in ("position", "gap", "length", "grease", "contact")),
     *((f"bushings[0].{key}.stiffness", MISSING, "is missing") for key in ("grease", "contact")),
@@ -272,8 +297,16 @@ REFUSED_OF_ANOTHER_FIELD = [
     ("beam.rayleigh", [0.5, -1e-5], "beam.rayleigh[1] must be >= 0, got -1e-05"),
     ("beam.rayleigh", [0.5, "1e-5 s"], f"beam.rayleigh[1] {NUMBER} '1e-5 s'"),
     ("beam.rayleigh", [0.5, math.nan], "beam.rayleigh[1] must be finite, got nan"),
-    ("bushings[0].position", 0.005, "bushings[0].length 0.012 m makes it reach from -0.001 to 0.011 m, past the beam"),
-    ("bushings[1].position", 0.999, "bushings[1].length 0.012 m makes it reach from 0.993 to 1.005 m, past the beam"),
+    (
+        "bushings[0].position",
+        0.005,
+        "bushings[0].length 0.012 m makes it reach from -0.001 to 0.011 m, past the beam (0 < x <= 1 m)",
+    ),
+    (
+        "bushings[1].position",
+        0.999,
+        "bushings[1].length 0.012 m makes it reach from 0.993 to 1.005 m, past the beam (0 < x <= 1 m)",
+    ),
     ("bushings[1].position", 0.55, "bushings[1] overlaps bushings[0]: it starts at 0.544 m, the other ends at"),
     ("bushings[0].position", 0.79, "bushings[1] overlaps bushings[0]"),
     ("bushings[0].position", 0.80, "bushings[0] overlaps bushings[1]"),
@@ -289,11 +322,13 @@ REFUSED_OF_ANOTHER_FIELD = [
 ]
 NUMBERS = [
     *(f"beam.{key}" for key in ("length", "young_modulus", "density", "diameter")),
-    *(f"bushings[0].{key}" for key in ("position", "gap", "length")),
+    *(f"bushings[0].{key}" for key in ("gap", "length")),
     *(f"bushings[0].grease.{f.name}" for f in dataclasses.fields(Grease)),
     *(f"bushings[0].contact.{f.name}" for f in dataclasses.fields(Contact)),
-    *("masses[0].position", "masses[0].mass", "sensors[0].position", "sensors[0].mass", "shaker.position"),
+    *("masses[0].mass", "sensors[0].mass", "shaker.also[0].factor"),
 ]
+POINTS = [f"{place}.position" for place in ("bushings[0]", "masses[0]", "sensors[0]", "shaker", "shaker.also[0]")]
+POINTS.append("bushings[0].to")
 
 
 @pytest.mark.parametrize(("path", "value", "parts"), [(path, value, parts) for path, value, *parts in REFUSED])
@@ -313,6 +348,67 @@ def test_every_number_must_be_a_finite_number(path):
         assert refused(path, value).startswith(f"{path} must be finite, got {value}")
     for value in (True, "1.0", "0.3 mm", [], [3e-4], {}):
         assert refused(path, value) == f"{path} {NUMBER} {value!r}"
+
+
+@pytest.mark.parametrize("path", POINTS)
+def test_every_point_must_be_a_number_or_a_name(path):
+    for value in (math.nan, math.inf, -math.inf):
+        assert refused(path, value) == f"{path} must be finite, got {value}"
+    assert refused(path, 10**400) == f"{path} must be finite, got inf"
+    for value in (True, "1.0", "0.3 mm", [], [3e-4], {}):
+        assert refused(path, value) == f"{path} {POINT} {value!r}"
+
+
+# Structures
+
+
+def with_structure(structure, **more):
+    """Return the tables of a rig of a structure of 1 m."""
+    tables = {key: value for key, value in copy.deepcopy(TABLES).items() if key != "beam"}
+    return tables | {"structure": structure} | more
+
+
+SECTION = SHAFT["sections"][0]
+
+
+@pytest.mark.parametrize(
+    ("structure", "start"),
+    [
+        (3, "structure must be a table of keys, got 3"),
+        ({}, "structure.kind is missing; use "),
+        ({"kind": "shft"}, 'structure.kind "shft" is unknown; use '),
+        ({"kind": 3}, "structure.kind must be a string, got 3"),
+        ({"kind": "shaft"}, "structure.sections is missing"),
+        (SHAFT | {"matrial": STEEL}, "structure.matrial is not a known key; known: sections, supports, discs"),
+        (SHAFT | {"sections": [SECTION, SECTION | {"diamter": 1.0}]}, "structure.sections[1].diamter is not a known"),
+        (
+            SHAFT | {"sections": [SECTION, SECTION | {"diameter": 0.0}]},
+            "structure.sections[1].diameter[0] must be > 0, got 0",
+        ),
+        (SHAFT | {"sections": [SECTION, {"length": 1.0}]}, "structure.sections[1]: give either diameter, or width"),
+        (SHAFT | {"sections": []}, "structure.sections must hold 1 or more, got none"),
+        (SHAFT | {"supports": [{"position": 0.0, "kind": "clampd"}]}, 'structure.supports[0].kind "clampd" is unknown'),
+        (SHAFT | {"supports": [{"position": 0.0, "rotation": -1}]}, "structure.supports[0].rotation must be >= 0, got"),
+    ],
+)
+def test_structures_are_refused_by_the_name_of_what_is_wrong(structure, start):
+    with pytest.raises(RigError) as caught:
+        Rig.from_dict(with_structure(structure))
+    assert str(caught.value).startswith(start) and "\n" not in str(caught.value), caught.value
+
+
+def test_structure_comes_back(tmp_path):
+    rig = Rig.from_dict(with_structure(SHAFT))
+    assert rig.beam is None and rig.linear is rig.structure and rig.structure.end == 1.0
+    assert rig.total_mass == pytest.approx(rig.structure.mass + 0.434) if rig.structure.mass else True
+    rig.save(tmp_path / "rig.toml")
+    assert Rig.load(tmp_path / "rig.toml") == rig and hash(rig) == hash(Rig.from_dict(rig.to_dict()))
+
+
+def test_a_structure_is_none_without_a_kind():
+    beam = Beam(1.0, 1.0, 1.0, 1.0)
+    with pytest.raises(RigError, match=r"^structure must be a table of keys, got Beam"):
+        Rig("r", None, (), (Sensor(1, 1.0),), structure=beam)
 
 
 @pytest.mark.parametrize(
@@ -383,7 +479,8 @@ def test_whole_number_beyond_floating_point(path):
 @given(st.data())
 def test_any_value_in_any_place_is_taken_or_refused(data):
     """Nothing but RigError leaves, whatever plain data stands in a field."""
-    paths = ["name", "beam", "bushings", "sensors", "masses", "shaker", "sensors[0].node", *NUMBERS]
+    paths = ["name", "beam", "bushings", "sensors", "masses", "shaker", "sensors[0].node", *NUMBERS, *POINTS]
+    paths += ["structure", "shaker.direction"]
     simple = st.one_of(st.floats(), st.integers(-(10**6), 10**6), st.booleans(), st.text(max_size=5))
     anything = st.recursive(
         simple, lambda s: st.lists(s, max_size=3) | st.dictionaries(st.text(max_size=8), s, max_size=3)

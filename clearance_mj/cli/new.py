@@ -119,6 +119,8 @@ def _lines(table: Any, name: str = "", plural: bool = False) -> Iterator[str]:
     tables = []
     for field in dataclasses.fields(table):
         value = getattr(table, field.name)
+        if field.name in ("beam", "structure") and value is None:
+            continue
         items = value if isinstance(value, tuple) else (value,)
         if all(map(dataclasses.is_dataclass, items)):
             tables.append((field.name, value, items))

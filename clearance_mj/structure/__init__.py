@@ -1,8 +1,9 @@
 """What is linear in a rig: shafts, matrices, modes, reduced to modes and static shapes at the rig's points."""
 
-from typing import TypeAlias
+from typing import Annotated, TypeAlias
 
-from .base import LinearModel, Point, Structure
+from ..validation import OneOf
+from .base import LinearModel, Point, Structure, register
 from .beam import Beam
 from .shaft import Disc, Material, Section, Shaft, Support
 
@@ -17,7 +18,8 @@ __all__ = [
     "Shaft",
     "Structure",
     "Support",
+    "register",
 ]
 
-AnyStructure: TypeAlias = Shaft
-"""What a rig file's [structure] can be, by its ``kind``"""
+AnyStructure: TypeAlias = Annotated[Structure, OneOf(Structure.known)]
+"""What a rig file's [structure] can be, by its ``kind``: every structure that `register` knows"""

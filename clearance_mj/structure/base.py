@@ -11,7 +11,7 @@ import re
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Annotated, Any, TypeAlias
+from typing import Annotated, Any, ClassVar, TypeAlias, TypeVar
 
 import numpy as np
 from pydantic import PlainValidator, WithJsonSchema
@@ -21,27 +21,52 @@ __all__ = ["AXES", "LinearModel", "Point", "Rows", "Structure", "dof_vector", "m
 AXES = ("X", "Y", "Z", "RX", "RY", "RZ")
 """Directions of degrees of freedom: translations, then rotations; numbers 1 to 6 in universal files"""
 
-_DOF = re.compile(r"([0-9]+):([+-]?)(R?[XYZ])")
-_PLACE = re.compile(r"(\w[\w -]*)@([0-9.eE+-]+)")
+_DOF = re.compile(r"([0-9]{1,9}):([+-]?)(R?[XYZ])")
+_PLACE = re.compile(r"(\w[\w -]*)@([+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]{1,3})?)")
 
 
 def _point(value: object) -> float | str:
-    if isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value):
-        return float(value)
+    if isinstance(value, int | float) and not isinstance(value, bool):
+        try:
+            number = float(value)
+        except OverflowError:
+            number = math.inf
+        if not math.isfinite(number):
+            raise ValueError(f"must be finite, got {number}")
+        return number
     if isinstance(value, str) and (_DOF.fullmatch(value) or _PLACE.fullmatch(value)):
         return value
+    shown = repr(value)
     raise ValueError(
         f'must be a number, m along the shaft, or a text: a degree of freedom "12:+Z" or a shaft\'s "inner@0.4", '
-        f"got {value!r}"
+        f"got {shown if len(shown) < 100 else f'{shown[:80]} ...'}"
     )
 
 
 Point: TypeAlias = Annotated[
     float | str,
     PlainValidator(_point),
-    WithJsonSchema({"anyOf": [{"type": "number"}, {"type": "string", "pattern": "^[0-9]+:[+-]?R?[XYZ]$|^.+@.+$"}]}),
+    WithJsonSchema(
+        {"anyOf": [{"type": "number"}, {"type": "string", "pattern": rf"^({_DOF.pattern})$|^({_PLACE.pattern})$"}]}
+    ),
 ]
 """A number, m along the shaft; or a degree of freedom "12:+Z"; or a position on one of several shafts "inner@0.4" """
+
+
+Made = TypeVar("Made", bound="type[Structure]")
+
+
+def register(structure: Made) -> Made:
+    """Let rig files say ``[structure] kind = "..."``; a decorator for classes with a field ``kind``.
+
+    Parameters
+    ----------
+    structure : type
+        A `checked` subclass of `Structure`; the default of its field ``kind`` is its name.
+    """
+    Structure.known[structure.kind] = structure  # type: ignore[attr-defined]
+    return structure
+
 
 Rows: TypeAlias = Callable[[Sequence[float | str]], np.ndarray]
 
@@ -102,7 +127,12 @@ class LinearModel:
 
 
 class Structure(ABC):
-    """What is linear in a rig. Subclasses are frozen, checked data with a ``kind`` of their own."""
+    """What is linear in a rig. Subclasses are frozen, `checked` data; `register` makes one known by its ``kind``."""
+
+    known: ClassVar[dict[str, type[Structure]]] = {}
+    """kinds that a rig file's [structure] may have"""
+    files: ClassVar[tuple[str, ...]] = ()
+    """names of fields that hold the name of a file; in a rig file it is relative to that"""
 
     @abstractmethod
     def assemble(self, points: tuple[float | str, ...], modes: int) -> LinearModel:
@@ -118,7 +148,13 @@ class Structure(ABC):
 
     @abstractmethod
     def check(self, point: float | str) -> None:
-        """Raise a ValueError, which says what would be right, if the structure has no such point."""
+        """Raise a ValueError, which says what would be right, if the structure has no such point.
+
+        Parameters
+        ----------
+        point : Point
+            What may be none of its points. The text follows the field's name: "sensors[2].position ...".
+        """
 
     @property
     def shafts(self) -> tuple[Any, ...]:
@@ -131,6 +167,12 @@ class Structure(ABC):
         return None
 
     def coordinates(self, point: float | str) -> np.ndarray:
-        """(3,) where a point is, m; zeros where nothing is known of it."""
+        """Return where a point is, m (3,); zeros where nothing is known of it.
+
+        Parameters
+        ----------
+        point : Point
+            One that `check` takes.
+        """
         place = parse_place(point)
         return np.array([place[1] if place else 0.0, 0.0, 0.0])

@@ -102,7 +102,7 @@ class Beam(Structure):
     def check(self, point: float | str) -> None:
         """Refuse what is not on the shaft; see `Structure.check`."""
         if isinstance(point, str):
-            raise ValueError(f'"{point}" is no position on the beam, a number of m')
+            raise ValueError(f'"{point}" is no position on the beam: give a number, 0 < x <= {self.length:g} m')
         if not 0 < point <= self.length:
             raise ValueError(f"{point:g} m lies outside the beam (0 < x <= {self.length:g} m)")
 

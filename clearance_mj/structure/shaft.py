@@ -14,7 +14,7 @@ from pydantic import Field
 
 from ..errors import RigError
 from ..validation import NotNegative, Number, Share, Text, checked
-from .base import LinearModel, Structure, parse_place
+from .base import LinearModel, Structure, parse_place, register
 from .elements import Element, Mesh, Rigidity
 from .section import Material, Section
 
@@ -66,6 +66,7 @@ class Disc:
     """for people"""
 
 
+@register
 @checked(RigError)
 class Shaft(Structure):
     """A straight shaft of one or more sections, free where no support holds it."""

@@ -59,7 +59,7 @@ def test_comments_hold_the_defaults(tmp_path):
     assert Rig.from_dict(found) == rig
     unset = re.findall(r"(?m)^# (\w+) = +#", text)
     given = {*found, *found["beam"], *found["bushings"][0], *found["bushings"][0]["grease"], *found["shaker"]}
-    assert set(unset) == {"width", "height", "film_height", "position"}
+    assert set(unset) == {"width", "height", "film_height", "to", "position", "direction", "also"}
     assert {"description", "elastic_ratio", "film_limit", "kind"} <= given
     assert all(line.split("# ")[-1].strip() for line in text.splitlines() if "=" in line)
 
