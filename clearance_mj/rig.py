@@ -126,6 +126,22 @@ class Bushing:
     """what happens beyond it"""
     to: Point | None = None
     """the point, of another shaft or part, relative to which ``position`` moves; None: the base"""
+    offset: Number = 0.0
+    """m from the bushing's middle to where the shaft stands at rest, within the gap; the film is thinner there"""
+    stops: Literal["both", "upper", "lower"] = "both"
+    """where there is a wall: on both sides, or on that of positive or negative displacement alone"""
+
+    def __post_init__(self) -> None:
+        if abs(self.offset) >= self.gap:
+            raise ValueError(
+                f"offset {self.offset:g} m lies beyond the gap {self.gap:g} m: at rest the shaft touches neither wall"
+            )
+
+    @property
+    def walls(self) -> tuple[float, float]:
+        """Displacements from rest at which the shaft meets the lower and the upper wall, m; infinite without a wall."""
+        lower, upper = -self.gap - self.offset, self.gap - self.offset
+        return -math.inf if self.stops == "upper" else lower, math.inf if self.stops == "lower" else upper
 
     @property
     def ends(self) -> tuple[float | str, float | str]:

@@ -6,7 +6,21 @@ import numba
 import numpy as np
 from numpy.typing import ArrayLike
 
-__all__ = ["describing_function", "gap"]
+__all__ = ["describing_function", "gap", "penetration"]
+
+
+@numba.vectorize(["float64(float64, float64, float64)"], cache=True)
+def penetration(x: Any, lower: Any, upper: Any) -> Any:
+    """Signed penetration into one of two walls, m: x - upper above, x - lower below, 0 between.
+
+    Parameters
+    ----------
+    x : array_like
+        Displacement, m.
+    lower, upper : array_like
+        Where the walls are, m; infinite where there is none.
+    """
+    return max(x - upper, 0.0) + min(x - lower, 0.0)
 
 
 @numba.vectorize(["float64(float64, float64)"], cache=True)

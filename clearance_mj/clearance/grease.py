@@ -53,7 +53,7 @@ class GreaseModel(Registered, ABC):
         state : sequence of float
             Before the step; changed in place.
         x, dx : float
-            Displacement after the step and its change, m.
+            Displacement from the bushing's middle after the step, and its change, m.
         step : float
             Time that it took, s.
         out : sequence of float
@@ -74,10 +74,25 @@ class GreaseModel(Registered, ABC):
         before, state : sequence of float
             Before and after the step.
         x, dx : float
-            Displacement after the step and its change, m.
+            Displacement from the bushing's middle after the step, and its change, m.
         out : sequence of float
             Filled with the energies stored and lost, J.
         """
+
+    def at_rest(self, offset: float) -> tuple[float, float]:
+        """Return force, N, and energy, J, of the springs of a shaft that has come to rest off the bushing's middle.
+
+        Parameters
+        ----------
+        offset : float
+            m from the middle.
+        """
+        p, states = self.parameters(), [0.0] * self.states()
+        force, energy = [0.0, 0.0], [0.0, 0.0]
+        if offset:
+            self.law(p, list(states), offset, 0.0, 1.0, force)
+            self.energy(p, states, states, offset, 0.0, energy)
+        return force[0], energy[0]
 
     @classmethod
     def addresses(cls) -> tuple[int, int]:

@@ -1,6 +1,10 @@
 """The one compiled kernel of clearances: engines, energy balances and identification take their steps with it.
 
 In every step a loop calls for each bushing `grease_step` and `follow_law`, and `contact_step` for each of its two ends.
+
+Loops give displacements from rest. Where the shaft does not rest in the bushing's middle, grease models and amplitude
+laws are given its distance from there: that is what thins the film. At rest the grease's springs are in equilibrium
+with the shaft's static load, so that only what they change by moves it.
 """
 
 from __future__ import annotations
@@ -15,7 +19,7 @@ import numpy as np
 from ..errors import LawError
 from ..rig import Grease, Rig
 from ._pointers import at, call_contact_law, call_grease_law
-from .gap import gap
+from .gap import penetration
 from .grease import GreaseModel
 from .greases.bouc_wen import BoucWen
 from .law import Law
@@ -29,6 +33,11 @@ class Bushing:
     """Record of what compiled loops know of a bushing."""
 
     gap: float  # m
+    lower: float  # displacements from rest at which the walls are met, m; infinite without a wall
+    upper: float
+    offset: float  # m from the bushing's middle to the shaft at rest
+    preload: float  # of the grease's springs at rest, N
+    held: float  # by them at rest, J
     step: float  # s
     decay: float  # of the envelope in a step
     by_amplitude: bool  # the law's abscissa is the envelope, m, instead of time, s
@@ -92,7 +101,10 @@ def clearance_records(rig: Rig, law: Law, step: float) -> Clearance:
         numbers.extend(values)
         return start
 
-    bushings["gap"], bushings["step"] = [b.gap for b in rig.bushings], step
+    for j, bushing in enumerate(rig.bushings):
+        bushings["gap"][j], bushings["offset"][j] = bushing.gap, bushing.offset
+        bushings["lower"][j], bushings["upper"][j] = bushing.walls
+    bushings["step"] = step
     bushings["decay"] = np.exp(-step / table.release) if table.by_amplitude else 0.0
     bushings["rows"], _, bushings["width"] = table.parameters.shape
     bushings["abscissa"] = place(table.abscissa)
@@ -102,6 +114,7 @@ def clearance_records(rig: Rig, law: Law, step: float) -> Clearance:
     for j, model in enumerate(greases_of(rig, law)):
         bushings["grease_law"][j], bushings["grease_energy"][j] = model.addresses()
         bushings["grease"][j] = place(model.parameters())
+        bushings["preload"][j], bushings["held"][j] = model.at_rest(rig.bushings[j].offset)
         bushings["table"][j] = place(table.parameters[:, j].ravel())
         states["grease"][j] = place([0.0] * model.states())
         states["contact"][j] = place(table.parameters[0, j])
@@ -111,15 +124,15 @@ def clearance_records(rig: Rig, law: Law, step: float) -> Clearance:
 
 @numba.njit(cache=True, nogil=True, inline="always")
 def grease_step(bushing: Bushing, state: State, numbers: np.ndarray, x: float) -> tuple[float, float]:
-    """Move the grease of a bushing to x, m; return its elastic force, N, and its damping, N s/m.
+    """Move the grease of a bushing to x, m; return its elastic force above that at rest, N, and its damping, N s/m.
 
     ``state`` and ``numbers`` are changed in place, here and below.
     """
     dx = x - state.displacement
     state.displacement = x
     parameters, memory, out = at(numbers, bushing.grease), at(numbers, state.grease), at(numbers, state.out)
-    call_grease_law(bushing.grease_law, parameters, memory, x, dx, bushing.step, out)
-    return out[0], out[1]
+    call_grease_law(bushing.grease_law, parameters, memory, x + bushing.offset, dx, bushing.step, out)
+    return out[0] - bushing.preload, out[1]
 
 
 @numba.njit(cache=True, nogil=True, inline="always")
@@ -128,7 +141,7 @@ def follow_law(bushing: Bushing, state: State, numbers: np.ndarray, x: float, ti
     last = bushing.rows - 1
     if last == 0:
         return
-    state.envelope = max(abs(x), state.envelope * bushing.decay)
+    state.envelope = max(abs(x + bushing.offset), state.envelope * bushing.decay)
     now, abscissa = state.envelope if bushing.by_amplitude else time, at(numbers, bushing.abscissa)
     row, after, share = 0, last, 0.0
     if now >= abscissa[last]:
@@ -158,7 +171,7 @@ def contact_step(
     with a speed of its own, carries half of the bushing's stiffness and damping. ``in_gap``: return what a penetration
     of 0 would meet also in the gap, instead of zeros, for a solver that looks for contacts itself.
     """
-    g, impact = gap(x, bushing.gap), at(numbers, state.impact + end)
+    g, impact = penetration(x, bushing.lower, bushing.upper), at(numbers, state.impact + end)
     inwards = speed if g > 0.0 else -speed
     if g == 0.0:
         impact[0] = 0.0

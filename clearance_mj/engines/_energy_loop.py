@@ -8,7 +8,7 @@ import numba
 import numpy as np
 
 from ..clearance._pointers import at, call_contact_energy, call_grease_energy, kernel_loop
-from ..clearance.gap import gap
+from ..clearance.gap import penetration
 from ..clearance.kernel import Clearance, contact_force, contact_step, follow_law, grease_step
 
 SIDE, BEGIN, V_IN, PEAK, IMPULSE, LOST = range(6)
@@ -44,8 +44,9 @@ def bushing_energies(
             film[i, j] = c * speed[i, j] * (x[i + 2, j] - x[i, j]) / 2
             grease, before, after = at(numbers, bushing.grease), at(earlier, state.grease), at(numbers, state.grease)
             out, dx = at(numbers, state.out), middle - x[i, j]
-            call_grease_energy(bushing.grease_energy, grease, before, after, middle, dx, out)
-            in_grease[i, j], hysteresis[i, j] = numbers[state.out], numbers[state.out + 1]
+            call_grease_energy(bushing.grease_energy, grease, before, after, middle + bushing.offset, dx, out)
+            in_grease[i, j] = numbers[state.out] - bushing.held - bushing.preload * middle
+            hysteresis[i, j] = numbers[state.out + 1]
             follow_law(bushing, state, numbers, middle, (steps + i) * bushing.step)
             now, was, energy = at(numbers, state.contact), at(earlier, state.contact), bushing.contact_energy
             for end in range(2):  # each carries half of the bushing's stiffness and damping
@@ -54,7 +55,7 @@ def bushing_energies(
                 if g == 0.0:
                     continue
                 depth, side = abs(g), np.sign(g)
-                common = np.sqrt(max(g * gap(x[i, p], bushing.gap), 0.0))
+                common = np.sqrt(max(g * penetration(x[i, p], bushing.lower, bushing.upper), 0.0))
                 law_work[i, j] += (
                     call_contact_energy(energy, now, common) - call_contact_energy(energy, was, common)
                 ) / 2
@@ -67,17 +68,20 @@ def bushing_energies(
 
 @numba.njit(cache=True, nogil=True)
 def follow_impacts(
-    steps: int, h: float, x: np.ndarray, found: BushingEnergies, gaps: np.ndarray, visits: np.ndarray, rows: np.ndarray
+    steps: int, h: float, x: np.ndarray, found: BushingEnergies, walls: np.ndarray, visits: np.ndarray, rows: np.ndarray
 ) -> int:
     """Follow every bushing end through consecutive steps, of which x begins one early; return the number of ``rows``.
+
+    ``walls``: (n_bushings, 2) displacements at which the lower and the upper one are met.
 
     ``visits``: each end's visit to a wall so far, with side 0 in the gap.
     """
     count = 0
     for i in range(found.push.shape[0]):
         for end in range(x.shape[1]):
-            visit, d, was, now = visits[end], gaps[end // 2], x[i, end], x[i + 1, end]
+            visit, was, now = visits[end], x[i, end], x[i + 1, end]
             side = visit[SIDE] if visit[SIDE] else np.sign(now)
+            d = walls[end // 2, 1] if side > 0.0 else -walls[end // 2, 0]
             # Signed depths; time and speed of the passage from one to the other are those of a straight line.
             was, now = side * was - d, side * now - d
             if now > 0.0 and visit[SIDE] == 0.0:

@@ -192,7 +192,8 @@ class _BalancedRun(Run):
     def __init__(self, run: Run, rig: Rig, law: Law, step: float, factor: int, bar: tqdm):
         self.run, self.step, self.factor, self.bar, self.steps = run, step, factor, bar, 0
         self.scheme, n = run.equations(), len(rig.bushings)
-        self.clearance, self.gaps = clearance_records(rig, law, step), np.array([b.gap for b in rig.bushings])
+        self.clearance = clearance_records(rig, law, step)
+        self.walls = np.array([b.walls for b in rig.bushings]).reshape(n, 2)
         self.q, self.total = np.zeros((2, self.scheme.input.size)), np.zeros(2 + 4 * n)
         self.visits = np.zeros((2 * n, 6))
         self.rows: list[np.ndarray] = []
@@ -214,7 +215,7 @@ class _BalancedRun(Run):
     def _balance(self, excitation: np.ndarray, q: np.ndarray, impact: np.ndarray) -> None:
         """Add steps with coordinates q, of two steps before the first one on, and speeds of impact."""
         mass, damping, stiffness, shape, points, seen = self.scheme
-        h, m, n = self.step, excitation.size, len(self.gaps)
+        h, m, n = self.step, excitation.size, len(self.walls)
         before, now, after = q[:-2], q[1:-1], q[2:]
         travel, velocity = (after - before) / 2, np.diff(q, axis=0) / h
         kinetic = np.sum(velocity @ mass * velocity, axis=1) / 2
@@ -236,16 +237,16 @@ class _BalancedRun(Run):
 
     def _log_impacts(self, x: np.ndarray, found: BushingEnergies) -> None:
         """Log the impacts that end within a block."""
-        n = len(self.gaps)
+        n = len(self.walls)
         rows = np.empty((n * (x.shape[0] + 1), 9))
-        count = follow_impacts(self.steps, self.step, x[:, n:], found, self.gaps, self.visits, rows)
+        count = follow_impacts(self.steps, self.step, x[:, n:], found, self.walls, self.visits, rows)
         for end, side, *values in rows[:count].tolist():
             name, of = "upper" if side > 0 else "lower", int(end)
             self.impacts.append(Impact(values[0], of // 2, "ab"[of % 2], name, *values[1:]))
 
     def result(self, fs: float, size: int) -> EnergyBalance:
         """The balance of so many samples."""
-        n = len(self.gaps)
+        n = len(self.walls)
         rows = np.concatenate(self.rows)[:size].T
         input_, damping, film, contact_loss, hysteresis, law_work, kinetic, strain, grease, contact = np.split(
             rows, np.cumsum((1, 1, n, n, n, n, 1, 1, n))

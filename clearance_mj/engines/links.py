@@ -131,7 +131,7 @@ def _add_bushings(spec: mujoco.MjSpec, rig: Rig, starts: np.ndarray, depth: floa
                 name=collar, type=mujoco.mjtGeom.mjGEOM_SPHERE, pos=[at, 0, 0], size=[depth, 0, 0],
                 contype=0, conaffinity=0, rgba=[0.35, 0.4, 0.46, 1],
             )  # fmt: skip
-            for side in ("lower", "upper"):
+            for side in _sides(bushing):
                 pair = {"geomname1": f"bushing{j}_{side}", "geomname2": collar, "condim": 1}
                 spec.add_pair(name=f"{collar}_{side}", **pair)
 
@@ -139,13 +139,18 @@ def _add_bushings(spec: mujoco.MjSpec, rig: Rig, starts: np.ndarray, depth: floa
 def _add_plates(spec: mujoco.MjSpec, j: int, bushing: Bushing, depth: float) -> None:
     """Two plates, a gap away from the shaft; longer than the bushing, so that collars meet only their faces."""
     thickness = depth
-    for side, sign in (("lower", -1), ("upper", 1)):
+    for side, sign in _sides(bushing).items():
         spec.worldbody.add_geom(
             name=f"bushing{j}_{side}", type=mujoco.mjtGeom.mjGEOM_BOX,
-            pos=[bushing.position, 0, sign * (depth + bushing.gap + thickness)],
+            pos=[bushing.position, 0, sign * (depth + bushing.gap + thickness) - bushing.offset],
             size=[bushing.length / 2 + depth, 2 * depth, thickness],
             contype=0, conaffinity=0, rgba=[0.8, 0.5, 0.2, 0.5],
         )  # fmt: skip
+
+
+def _sides(bushing: Bushing) -> dict[str, int]:
+    """Walls of a bushing and the sign of the displacement that meets them."""
+    return {side: sign for side, sign in (("lower", -1), ("upper", 1)) if bushing.stops in ("both", side)}
 
 
 def _carrier(spec: mujoco.MjSpec, starts: np.ndarray, x: float) -> tuple[mujoco.MjsBody | None, float]:

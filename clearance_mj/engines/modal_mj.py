@@ -26,6 +26,9 @@ from .softness import INVERSE_INERTIA, solref_solimp
 
 __all__ = ["ModalMujoco", "build_modes"]
 
+FAR = 1e3
+"""m, limit of a tendon where a bushing has no wall"""
+
 
 @register
 class ModalMujoco(Engine):
@@ -65,7 +68,7 @@ def build_modes(rig: Rig, modes: int = 8) -> mujoco.MjSpec:
         body.add_joint(**slide, stiffness=[mass * omega**2, 0, 0], damping=[mass * damping, 0, 0])
     for j, bushing in enumerate(rig.bushings):
         for end, row in zip("ab", ritz.at_ends[2 * j :]):
-            tendon = spec.add_tendon(name=f"bushing{j}{end}", limited=1, range=[-bushing.gap, bushing.gap])
+            tendon = spec.add_tendon(name=f"bushing{j}{end}", limited=1, range=np.clip(bushing.walls, -FAR, FAR))
             for i, y in enumerate(row):
                 tendon.wrap_joint(f"mode{i}", np.sqrt(mass) * y)
             name = {"objtype": mujoco.mjtObj.mjOBJ_TENDON, "objname": tendon.name}

@@ -26,6 +26,7 @@ class Contacts(NamedTuple):
     """Stops on both sides of the first points, one entry per point; see `_physics.contact`."""
 
     gap: np.ndarray
+    offset: np.ndarray  # from the middle between the stops to where the shaft rests
     stiffness: np.ndarray
     exponent: np.ndarray
     dissipation: np.ndarray
@@ -42,6 +43,7 @@ class Greases(NamedTuple):
     damping: np.ndarray
     film_height: np.ndarray
     film_limit: np.ndarray
+    offset: np.ndarray  # from the bushing's middle to where the shaft rests
 
 
 class Scheme(NamedTuple):
@@ -198,8 +200,9 @@ def _solve_points(scheme: Scheme, motion: Motion, contacts: Contacts, greases: G
             x, v = place[p] - to_place * y[p], speed[p] - to_speed * y[p]
             if p < n_contacts:
                 force[p], dx, dv = physics.contact(
-                    x, v, contacts.gap[p], contacts.stiffness[p], contacts.exponent[p], contacts.dissipation[p]
-                )
+                    x + contacts.offset[p], v, contacts.gap[p], contacts.stiffness[p], contacts.exponent[p],
+                    contacts.dissipation[p],
+                )  # fmt: skip
             else:
                 force[p], dx, dv = _grease(greases, motion, p, p - n_contacts, x, v, h, state)
             slope[p] = to_place * dx + to_speed * dv
@@ -239,7 +242,7 @@ def _grease(
         z, dz, rate, rate_dv = physics.lugre(step, time_step, v, before[0], own[0], own[1], own[2])
         state[j, 0], bristle, bristle_dv = z, own[3] * rate, own[3] * rate_dv
     film, film_dx, film_dv = physics.squeeze_film(
-        x, v, greases.damping[j], greases.film_height[j], greases.film_limit[j]
+        x + greases.offset[j], v, greases.damping[j], greases.film_height[j], greases.film_limit[j]
     )
     elastic = greases.elastic_ratio[j] * greases.stiffness[j]
     slipping = (1 - greases.elastic_ratio[j]) * greases.stiffness[j]

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from .._version import __version__
-from ..errors import ExcitationError, SimulationError
+from ..errors import ExcitationError, RigError, SimulationError
 from ..rig import Rig
 from ..signals import sampling
 from ..signals.excitation import Excitation
@@ -55,14 +55,19 @@ def simulate_rig(rig: Rig, truth: Truth | Sequence[Truth], excitation: Excitatio
         If a force is given but the rig has no position for it.
     SimulationError
         If the implicit step does not converge; the message names rig and time.
+    RigError
+        If a bushing has one wall only.
     """
+    for j, bushing in enumerate(rig.bushings):
+        if bushing.stops != "both":
+            raise RigError(f'bushings[{j}].stops is "{bushing.stops}"; the virtual rig\'s bushings have both walls')
     truths = (truth,) * len(rig.bushings) if isinstance(truth, Truth) else tuple(truth)
     elements = FiniteElements.of_shaft(rig.beam, rig.point_masses)
     load = _load(rig, elements, excitation.kind)
     ends = [x for b in rig.bushings for x in b.ends]
     points = elements.points([*ends, *(b.position for b in rig.bushings)])
     scheme = integrator.scheme(elements, load, points, 1 / (excitation.fs * FACTOR))
-    motion = integrator.at_rest(elements, load, points, greases(truths))
+    motion = integrator.at_rest(elements, load, points, greases(rig, truths))
     outputs, touching = _march(rig, truths, scheme, motion, elements, excitation, seed)
     bushings, sensors = len(rig.bushings), len(rig.sensors)
     acceleration, displacement, contact, grease = np.split(outputs.T, sensors + bushings * np.arange(3))
@@ -96,7 +101,7 @@ def _march(
 ) -> tuple[np.ndarray, np.ndarray]:  # fmt: skip
     """Run the integrator block by block; return the filtered outputs and the counts of touching steps."""
     bushings, n = len(rig.bushings), excitation.value.size
-    contacts, grease = _contacts(rig, truths), greases(truths)
+    contacts, grease = _contacts(rig, truths), greases(truths, [b.offset for b in rig.bushings])
     starts = np.arange(0, n, BLOCK)
     drift = _drift(truths, starts / excitation.fs, seed)
     sensors = elements.points([s.position for s in rig.sensors])
@@ -121,12 +126,12 @@ def _march(
 
 def _contacts(rig: Rig, truths: Sequence[Truth]) -> integrator.Contacts:
     """Both ends of every bushing; each has half of its stiffness."""
-    gaps = np.array([b.gap for b in rig.bushings for _ in b.ends])
+    places = np.array([(b.gap, b.offset) for b in rig.bushings for _ in b.ends]).reshape(-1, 2).T
     rows = [(t.contact_stiffness / 2, t.contact_exponent, t.contact_dissipation) for t in truths for _ in range(2)]
-    return integrator.Contacts(gaps, *np.array(rows, dtype=float).reshape(-1, 3).T.copy())
+    return integrator.Contacts(*places.copy(), *np.array(rows, dtype=float).reshape(-1, 3).T.copy())
 
 
-def greases(truths: Sequence[Truth]) -> integrator.Greases:
+def greases(truths: Sequence[Truth], offsets: Sequence[float] = ()) -> integrator.Greases:
     """Grease of every bushing as the integrator reads it."""
 
     def column(name: str) -> np.ndarray:
@@ -138,7 +143,9 @@ def greases(truths: Sequence[Truth]) -> integrator.Greases:
         row[: model.parameters.size] = model.parameters
     kinds, states = np.array([(m.model, m.states) for m in models], dtype=np.int64).reshape(-1, 2).T.copy()
     film = (column(name) for name in ("film_damping", "film_height", "film_limit"))
-    return integrator.Greases(column("grease_stiffness"), column("elastic_ratio"), kinds, states, parameters, *film)
+    offset = np.array(offsets or [0.0] * len(models), dtype=float)
+    stiffness, ratio = column("grease_stiffness"), column("elastic_ratio")
+    return integrator.Greases(stiffness, ratio, kinds, states, parameters, *film, offset)
 
 
 def _drift(truths: Sequence[Truth], time: np.ndarray, seed: int) -> np.ndarray:

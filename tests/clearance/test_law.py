@@ -1,7 +1,6 @@
 """Laws: the tables that engines interpolate, every refusal, and files."""
 
 import json
-from types import SimpleNamespace
 
 import jsonschema
 import numba
@@ -25,15 +24,21 @@ from clearance_mj.clearance import (
 from clearance_mj.clearance.kernel import clearance_records, follow_law
 from clearance_mj.clearance.law_files import law_from_dict, law_schema
 from clearance_mj.errors import LawError
-from clearance_mj.rig import Grease
+from clearance_mj.rig import Bushing, Contact, Grease
+
+from ..conftest import TABLE1
 
 SLIP = MaxwellSlip((3e3, 1e3), (0.2, 0.1), elastic=500.0, damping=2.0, film_height=8e-4)
 FILM = Grease(5e3, 2.0, 0.8, 1.1, 1.5e7, 5e6, 1.5, 8e-4, 0.1)
 
 
+def rig_with(n):
+    return TABLE1.replace(bushings=tuple(Bushing(0.2 * j + 0.1, 3e-4, 0.01, FILM, Contact(1.0)) for j in range(n)))
+
+
 def values(law, n, at):
     """Parameters of n contacts where time, or the envelope of the motion, has the value ``at``, as loops read them."""
-    rig = SimpleNamespace(bushings=[SimpleNamespace(gap=3e-4, grease=FILM)] * n)
+    rig = rig_with(n)
     bushings, states, numbers = clearance_records(rig, law, 1e-3)
     _follow(bushings, states, numbers, at)
     return np.transpose([numbers[s["contact"] :][: b["width"]] for b, s in zip(bushings, states)])
@@ -152,7 +157,7 @@ LAWS = [
 
 def test_one_compiled_loop_serves_all_laws():
     """Numba compiles an engine's loop, some seconds, for every type of its arguments."""
-    rig = SimpleNamespace(bushings=[SimpleNamespace(gap=3e-4, grease=FILM)] * 2)
+    rig = rig_with(2)
     assert len({numba.typeof(clearance_records(rig, law, 1e-3)) for law in LAWS}) == 1
 
 

@@ -1,6 +1,6 @@
 """Contact and grease models in closed forms and beside independent implementations; engines in tests/verification."""
 
-from types import SimpleNamespace
+import dataclasses
 
 import numba
 import numpy as np
@@ -21,8 +21,10 @@ from clearance_mj.clearance import (
 )  # fmt: skip
 from clearance_mj.clearance.kernel import clearance_records, contact_step, follow_law, grease_step
 from clearance_mj.errors import LawError
-from clearance_mj.rig import Grease
+from clearance_mj.rig import Bushing, Contact, Grease
 from clearance_mj.testrig import _physics as physics
+
+from ..conftest import TABLE1
 
 GAP = 3e-4
 HERTZ = HuntCrossley1975(3e5, 6.75e5)
@@ -30,9 +32,11 @@ CUBIC = Cubic(2e4, 5e11, 6.0)
 SLIP = MaxwellSlip((4000.0, 2000.0, 1000.0), (0.4, 0.6, 0.5), elastic=500.0, damping=3.0, film_height=8e-4)
 
 
-def loop(law, x, v, grease=None, step=1e-4):
+def loop(law, x, v, grease=None, step=1e-4, **place):
     """Forces of contact and grease of one bushing along a motion of all its points, as compiled loops find them."""
-    rig = SimpleNamespace(bushings=[SimpleNamespace(gap=GAP, grease=grease or Grease(0.0))])
+    bushing = Bushing(0.5, GAP, 0.01, grease if isinstance(grease, Grease) else Grease(0.0), Contact(1.0), **place)
+    law = dataclasses.replace(law, grease=grease)
+    rig = TABLE1.replace(bushings=(bushing,))
     out = np.zeros((2, x.size))
     _loop(x, v, clearance_records(rig, law, step), out)
     return out

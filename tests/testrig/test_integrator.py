@@ -20,7 +20,7 @@ BEAM = Beam(length=0.8, young_modulus=70e9, density=2700.0, diameter=0.01, rayle
 
 
 def no_contact():
-    return integrator.Contacts(*np.zeros((4, 0)))
+    return integrator.Contacts(*np.zeros((5, 0)))
 
 
 def no_points():
@@ -83,7 +83,7 @@ def impact(elements, no_grease, speed, stiffness, dissipation, step):
     scheme = integrator.scheme(elements, load, FIRST, step)
     motion = integrator.at_rest(elements, load, FIRST, no_grease)
     motion.velocity[0], motion.displacement[0] = speed, 0.9999e-3
-    contacts = integrator.Contacts(*np.array([[1e-3], [stiffness], [1.5], [dissipation]]))
+    contacts = integrator.Contacts(*np.array([[1e-3], [0.0], [stiffness], [1.5], [dissipation]]))
     touching = 0
     while motion.velocity[0] > 0 or motion.displacement[0] > 0.999e-3:
         assert integrator.step(scheme, motion, contacts, no_grease, 0.0)
@@ -126,7 +126,7 @@ def test_energy_balance(rig, hysteresis, measured):
     bushings = [x for b in rig.bushings for x in b.ends] + [b.position for b in rig.bushings]
     points, load, h = elements.points(bushings), -elements.inertia, 1 / 65536
     scheme = integrator.scheme(elements, load, points, h)
-    contacts = integrator.Contacts(*np.outer((3e-4, 1.5e5, 1.5, 1.5), np.ones(4)))
+    contacts = integrator.Contacts(*np.outer((3e-4, 0.0, 1.5e5, 1.5, 1.5), np.ones(4)))
     grease = greases([Truth(hysteresis=hysteresis)] * 2)
     motion = integrator.at_rest(elements, load, points, grease)
     m, k, at = dense(elements.mass), dense(elements.stiffness), points.dense(elements.count)

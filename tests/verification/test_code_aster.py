@@ -14,7 +14,7 @@ from clearance_mj.testrig.bench import greases
 from ..conftest import dense
 
 NO_GREASE = greases(())
-NO_CONTACT = integrator.Contacts(*np.zeros((4, 0)))
+NO_CONTACT = integrator.Contacts(*np.zeros((5, 0)))
 
 
 def masses(mass, stiffness, rayleigh=(0.0, 0.0)):
@@ -31,7 +31,7 @@ def test_sdnl104_beam_hits_an_elastic_stop(measured):
     load = tip.dense(elements.count)[0]
     scheme = integrator.scheme(elements, load, tip, 1e-4)
     motion = integrator.at_rest(elements, load, tip, NO_GREASE, excitation=-1000.0)
-    stop = integrator.Contacts(*np.array([[1e-4], [1e8], [1.0], [0.0]]))
+    stop = integrator.Contacts(*np.array([[1e-4], [0.0], [1e8], [1.0], [0.0]]))
     place, speed = np.zeros(1601), np.zeros(1601)
     for i in range(1, 1601):
         assert integrator.step(scheme, motion, stop, NO_GREASE, -1000.0)
@@ -81,7 +81,7 @@ def test_sdnd101_mass_and_spring_hit_a_stop(measured):
     scheme = integrator.scheme(elements, load, first, h)
     motion = integrator.at_rest(elements, load, first, NO_GREASE)
     motion.displacement[0], motion.velocity[0] = 1.0, 1.0
-    stop = integrator.Contacts(*np.array([[1.0], [1e6], [1.0], [0.0]]))
+    stop = integrator.Contacts(*np.array([[1.0], [0.0], [1e6], [1.0], [0.0]]))
     force = np.zeros(50_000)
     for i in range(force.size):
         assert integrator.step(scheme, motion, stop, NO_GREASE, 1.0)

@@ -105,18 +105,19 @@ def test_hertz_damped(model, e, expected, exponent, measured):
 
 
 class FreeMass:
-    """A mass of 1 kg that moves between stops at ± gap, simulated by an engine's own loop."""
+    """A mass of 1 kg that moves between the walls of a bushing, simulated by an engine's own loop."""
 
-    def __init__(self, loop, law, gap, step, position, speed, grease=None):
+    def __init__(self, loop, law, gap, step, position, speed, grease=None, **place):
         self.step = step
-        bushing = Bushing(0.5, gap, 0.01, Grease(0.0), Contact(1.0))
+        bushing = Bushing(0.5, gap, 0.01, Grease(0.0), Contact(1.0), **place)
         law = dataclasses.replace(law, grease=grease)
         self.rig = TABLE1.replace(bushings=(bushing,))
-        getattr(self, f"_start_{loop}")(law, gap, position, speed)
+        getattr(self, f"_start_{loop}")(law, position, speed)
 
-    def _start_modal(self, law, gap, position, speed):
+    def _start_modal(self, law, position, speed):
         flow = np.array([[1.0], [self.step], [0.0], [1.0]])  # of a free mass: rows q→q, v→q, q→v, v→v
-        shaft = modal._Shaft(np.ones(1), flow, np.ones((3, 1)), np.zeros((0, 1)), np.zeros(1), 0.0)
+        parts = np.ones((3, 1)), np.zeros((0, 1)), np.zeros(1), np.zeros(0), np.zeros((0, 0))
+        shaft = modal._Shaft(np.ones(1), flow, *parts)
         motion = modal._Motion(np.array([position]), np.array([speed]), np.array([position]))
         clearance = clearance_records(self.rig, law, self.step)
 
@@ -127,18 +128,19 @@ class FreeMass:
 
         self.simulate = simulate
 
-    def _start_mujoco(self, law, gap, position, speed):
+    def _start_mujoco(self, law, position, speed):
         spec = mujoco.MjSpec()
         set_solver(spec)
         body = spec.worldbody.add_body(mass=1.0, inertia=[1, 1, 1], explicitinertial=True)
         body.add_joint(type=mujoco.mjtJoint.mjJNT_SLIDE, axis=[0, 0, 1], name="z")
         for _ in range(2):
-            tendon = spec.add_tendon(limited=1, range=[-gap, gap])
+            tendon = spec.add_tendon(limited=1, range=np.clip(self.rig.bushings[0].walls, -1e3, 1e3))
             tendon.solimp_limit = [1e-4, 1e-4, 1, 0.5, 1]
             tendon.wrap_joint("z", 1.0)
         model = spec.compile()
         model.tendon_invweight0[:] = INVERSE_INERTIA
-        maps = Maps(np.ones((3, 1)), np.zeros(1), np.zeros((0, 0)), np.zeros((0, 1)), np.arange(2)[:, None])
+        nowhere = np.zeros((0, 0)), np.zeros((0, 1)), np.zeros(0)
+        maps = Maps(np.ones((3, 1)), np.zeros(1), *nowhere, np.arange(2)[:, None])
         plant = dataclasses.replace(modal_mj._plant(self.rig, 8), model=model, maps=maps)
         run = mujoco_loop.MujocoRun(ModalMujoco(), self.rig, law, "force", self.step, plant)
         run.data.qpos[0], run.data.qvel[0] = position, speed
@@ -167,6 +169,33 @@ def test_gap_oscillator(loop, measured):
     for i, period in enumerate(periods, 1):
         measured.equal(f"gap oscillator, {loop} loop, period {i} (s)", period, expected, "4[π/2 + 1/(X-1)]", rel=2e-6)
     assert amplitude == pytest.approx(2, rel=1e-3)
+
+
+@pytest.mark.parametrize("loop", ["modal", "mujoco"])
+def test_gap_oscillator_off_centre(loop, measured):
+    """A wall is a half period of contact; between them the mass crosses 2 d at speed X - 1, wherever it rests.
+
+    m = k = d = 1, X = 2 from the middle; 0.3 off it the mean of the motion is -0.3.
+    """
+    mass = FreeMass(loop, ConstantLaw(1.0, 0.0), 1.0, 1e-3, 2.0 - 0.3, 0.0, offset=0.3)
+    x = mass.simulate(42_000)[:, 0]
+    periods = np.diff(upward_crossings(x)) * mass.step
+    what, closed = f"gap oscillator, 0.3 d off centre, {loop} loop", "4[π/2 + 1/(X-1)]"
+    measured.equal(f"{what}: period (s)", np.mean(periods), 4 * (np.pi / 2 + 1), closed, rel=2e-6)
+    middle = (x.max() + x.min()) / 2
+    measured.equal(f"{what}: middle of the motion (m)", middle, -0.3, "offset", abs=1e-3)
+
+
+@pytest.mark.parametrize(("stops", "side"), [("upper", 1.0), ("lower", -1.0)])
+@pytest.mark.parametrize("loop", ["modal", "mujoco"])
+def test_one_wall(loop, stops, side, measured):
+    """A mass thrown against the only wall from 1 m at 1 m/s leaves it after 1 + π s, and is not held on the other."""
+    mass = FreeMass(loop, ConstantLaw(1.0, 0.0), 1.0, 1e-3, 0.0, side, stops=stops)
+    x = side * mass.simulate(20_000)[:, 0]
+    back = 2.0 + np.pi + 1.0  # at x = -1, where the other wall would be
+    expected = -1.0 - (19.999 - back)
+    what = f"one wall ({stops}), {loop} loop: place after 20 s (m)"
+    measured.equal(what, x[-1], expected, "1 + π s to the rebound at the same speed", rel=2e-4)
 
 
 def rebound(mass):
