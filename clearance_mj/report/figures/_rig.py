@@ -1,4 +1,4 @@
-"""Side view of a rig."""
+"""Drawing of a rig: a side view of its shafts, or a scheme of its degrees of freedom where it has none."""
 
 from __future__ import annotations
 
@@ -8,88 +8,197 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.patches import Rectangle
 
-from ...rig import Beam, Bushing, PointMass, Rig
+from ...rig import Bushing, PointMass, Rig
+from ...structure import Disc, Shaft
+from ..outline import outline, place, span, starts_clamped
 from ..style import COLOURS, FONT, Drawing, sheet, tidy
+from ._rig_scheme import scheme
+from ._rig_symbols import BLOCK, DARK, GREY, Pen, draw_spring, draw_support
 
-HALF_SHAFT, DRAWN_GAP, BLOCK, PLATE = 0.10, 0.13, 0.22, -1.15
-"""Across the shaft nothing is to scale: half thickness, gap, height of a bushing's halves, the base plate's top"""
+DRAWN_GAP, PLATE, PITCH = 0.13, -1.15, 1.75
+"""Across the shaft nothing is to scale: gap, the base plate's top, from one shaft to the next"""
+HALF_SHAFT, STEPPED = 0.10, 0.17
+"""half thickness of the thickest section of shafts, if all are uniform and alike, and otherwise"""
+BEHIND_WORDS = {"facecolor": "white", "edgecolor": "none", "pad": 1}
 
 
 def rig_drawing(rig: Rig) -> Drawing:
-    """Draw a side view of the rig, to scale along the shaft."""
-    figure = sheet(2.8, left=0.15, right=0.15, titled=0.05)
-    ax, length = figure.subplots(), rig.beam.length
-    ax.add_patch(Rectangle((0, -HALF_SHAFT), length, 2 * HALF_SHAFT, facecolor="#cccccc", edgecolor="#444444", lw=0.8))
-    ax.add_patch(
-        Rectangle((-0.05 * length, -0.45), 0.05 * length, 0.9, facecolor="#eeeeee", edgecolor="#444444", hatch="////")
-    )
-    for i, bushing in enumerate(rig.bushings):
-        _draw_bushing(ax, i, bushing, length)
-    _draw_sensors(ax, rig)
-    for mass in rig.masses:
-        _draw_mass(ax, mass)
-    _draw_shaker(ax, rig)
-    tidy(ax, xlabel="Distance from the clamp (m)")
-    ax.grid(False)
-    ax.set_yticks([])
-    for side in ("left", "right", "top"):
-        ax.spines[side].set_visible(False)
-    ax.set_xlim(-0.12 * length, 1.13 * length)
-    ax.set_ylim(PLATE - 0.62, 1.02)
-    caption = (
-        f"Rig “{rig.name}” out of its own data: to scale along the shaft, not across it; the gaps (radial) are drawn "
-        f"wide. Numbered squares: accelerometers. Yellow: grease. {_shaft(rig.beam)}"
-    )
-    alt = f"Side view of rig {rig.name}: clamped shaft, {len(rig.bushings)} bushings, {len(rig.sensors)} sensors."
-    return Drawing("rig", figure, caption, alt)
+    """Draw a side view of the rig, to scale along its shafts, or a scheme where it has none."""
+    return _SideView(rig).drawing() if rig.linear.shafts else scheme(rig)
 
 
-def _shaft(beam: Beam) -> str:
-    across = ((beam.diameter, "diameter"), (beam.width, "width"), (beam.height, "height"))
-    section = ", ".join(f"{name} {1e3 * size:.4g} mm" for size, name in across if size)
-    stuff = f"E\N{NO-BREAK SPACE}= {beam.young_modulus / 1e9:.4g} GPa, ρ\N{NO-BREAK SPACE}= {beam.density:.4g} kg/m³"
-    return f"Shaft: length {beam.length:.4g} m, {section}, {stuff}."
+class _SideView:
+    """Shafts one above another, the first at the top, over a base plate."""
+
+    def __init__(self, rig: Rig):
+        self.rig, self.shafts = rig, rig.linear.shafts
+        self.first, self.last = span(self.shafts)
+        self.length = self.last - self.first
+        self.outlines = [outline(shaft) for shaft in self.shafts]
+        heights = np.concatenate([edges[1] for edges in self.outlines])
+        self.scale = (HALF_SHAFT if np.ptp(heights) == 0 else STEPPED) / heights.max()
+        self.top = PITCH * (len(self.shafts) - 1)
+        self.figure = sheet(2.8 + self.top, left=0.15, right=0.15, titled=0.05)
+        self.ax: Axes = self.figure.subplots()
+        self.pen = Pen(self.ax, 1.25 * self.length / 7.2, PLATE)
+
+    def level(self, i: int) -> float:
+        """Height of a shaft's axis."""
+        return self.top - PITCH * i
+
+    def half(self, i: int, x: float | np.ndarray) -> Any:
+        """Half height of a shaft."""
+        return self.scale * np.interp(x, *self.outlines[i][:2])
+
+    def drawing(self) -> Drawing:
+        """Draw it all."""
+        rig, ax = self.rig, self.ax
+        for i, shaft in enumerate(self.shafts):
+            self._shaft(i, shaft)
+        for spring in getattr(rig.linear, "springs", ()):
+            self._spring(spring)
+        for i, bushing in enumerate(rig.bushings):
+            self._bushing(i, bushing)
+        for i in range(len(self.shafts)):
+            self._sensors(i)
+        for mass in rig.masses:
+            self._mass(mass)
+        self._shaker()
+        clamped = starts_clamped(self.shafts)
+        tidy(ax, xlabel="Distance from the clamp (m)" if clamped else "Position along the shaft (m)")
+        ax.grid(False)
+        ax.set_yticks([])
+        for side in ("left", "right", "top"):
+            ax.spines[side].set_visible(False)
+        ax.set_xlim(self.first - 0.12 * self.length, self.last + 0.13 * self.length)
+        ax.set_ylim(PLATE - 0.62, self.top + 1.02)
+        caption = (
+            f"Rig “{rig.name}” out of its own data: to scale along the shaft, not across it; the gaps (radial) are "
+            f"drawn wide. Numbered squares: accelerometers. Yellow: grease. {' '.join(map(_words, self.shafts))}"
+        )
+        kind = "clamped shaft" if rig.beam else "shaft" if len(self.shafts) == 1 else f"{len(self.shafts)} shafts"
+        alt = f"Side view of rig {rig.name}: {kind}, {len(rig.bushings)} bushings, {len(rig.sensors)} sensors."
+        return Drawing("rig", self.figure, caption, alt)
+
+    def _shaft(self, i: int, shaft: Shaft) -> None:
+        y, (x, outer, bore) = self.level(i), self.outlines[i]
+        edge = np.concatenate((self.scale * outer, -self.scale * outer[::-1]))
+        self.ax.fill(np.concatenate((x, x[::-1])), y + edge, facecolor="#cccccc", edgecolor="#444444", lw=0.8)
+        for start in range(0, x.size, 2):
+            if bore[start]:
+                hidden = y + self.scale * np.outer((-1, 1), bore[start : start + 2])
+                self.ax.plot(x[start : start + 2], hidden.T, color="#444444", lw=0.6, ls=(0, (4, 2)))
+        if len(self.shafts) > 1:
+            self.ax.text(self.last + 0.035 * self.length, y, shaft.name, va="center", fontsize=FONT, style="italic")
+        for support in shaft.supports:
+            side = -1 if support.position == shaft.start else 1 if support.position == shaft.end else 0
+            draw_support(self.pen, support, y, self.half(i, support.position), side)
+        for disc in shaft.discs:
+            self._disc(i, disc)
+
+    def _disc(self, i: int, disc: Disc) -> None:
+        y, width, high = self.level(i), 0.12 * self.pen.inch, self.half(i, disc.position) + 0.2
+        look: dict[str, Any] = {"facecolor": "#999999", "edgecolor": DARK, "lw": 0.8}
+        self.ax.add_patch(Rectangle((disc.position - width / 2, y - high), width, 2 * high, **look))
+        words = f"{disc.name or 'disc'}\n{disc.mass:.3g} kg"
+        under: dict[str, Any] = {"ha": "center", "va": "bottom", "fontsize": FONT - 1, "bbox": BEHIND_WORDS}
+        self.ax.text(disc.position, y + high + 0.04, words, **under)
+
+    def _spring(self, spring: Any) -> None:
+        """A spring from shaft to shaft."""
+        (i, x), (j, to) = (place(self.rig, point) for point in (spring.position, spring.to))
+        ends = self._faces((i, x), (j, to))
+        draw_spring(self.pen, x, *ends, bool(getattr(spring, "damping", 0.0)))
+
+    def _faces(self, one: tuple[int, float], other: tuple[int, float]) -> tuple[float, float]:
+        """Heights of two shafts' surfaces that look at each other."""
+        up = np.sign(self.level(other[0]) - self.level(one[0]))
+        return self.level(one[0]) + up * self.half(*one), self.level(other[0]) - up * self.half(*other)
+
+    def _bushing(self, number: int, bushing: Bushing) -> None:
+        (i, x), ax = place(self.rig, bushing.position), self.ax
+        y, left, width = self.level(i), x - bushing.length / 2, max(bushing.length, 0.004 * self.length)
+        half = float(np.max(self.half(i, np.array([left, x, left + width]))))
+        inner = half + DRAWN_GAP
+        for bottom in (half, -inner):
+            ax.add_patch(Rectangle((left, y + bottom), width, DRAWN_GAP, facecolor="#ffee88", edgecolor="none"))
+        for bottom in (inner, -inner - BLOCK):
+            ax.add_patch(Rectangle((left, y + bottom), width, BLOCK, facecolor=GREY, edgecolor=DARK, lw=0.6))
+        if bushing.to is None:
+            self.pen.post(x, y - inner - BLOCK)
+        else:
+            self._carrier(i, x, inner + BLOCK, *place(self.rig, bushing.to))
+        words = f"bushing {number + 1}\ngap {1e3 * bushing.gap:.3g} mm\nlength {1e3 * bushing.length:.3g} mm"
+        corner: dict[str, Any] = {"ha": "right", "va": "top", "bbox": BEHIND_WORDS}
+        ax.text(x - 0.01 * self.length, y - inner - BLOCK - 0.06, words, fontsize=FONT - 1, **corner)
+
+    def _carrier(self, i: int, x: float, half: float, j: int, to: float) -> None:
+        """What fixes a bushing on a shaft to another one."""
+        up = np.sign(self.level(j) - self.level(i)) or -1.0
+        start, surface = self.level(i) + up * half, self.level(j) - up * self.half(j, to)
+        turn = start + up * 0.1
+        self.ax.plot([x, x, to, to], [start, turn, turn, surface], color=GREY, lw=2.5, zorder=0)
+        self.ax.plot([to], [surface], "o", color=GREY, ms=5)
+
+    def _sensors(self, i: int) -> None:
+        """Numbered squares above the shaft, a row higher where they would cover their neighbour."""
+        y = self.level(i)
+        box = {"boxstyle": "square,pad=0.25", "facecolor": "white", "edgecolor": COLOURS[0], "linewidth": 0.9}
+        row, previous = 0, -np.inf
+        places = [(x, s.node) for s in self.rig.sensors for shaft, x in (place(self.rig, s.position),) if shaft == i]
+        for x, node in sorted(places):
+            row, previous = (row + 1) % 2 if x - previous < 0.035 * self.length else 0, x
+            half = self.half(i, x)
+            height = y + max(half, self.scale * self.outlines[i][1].max()) + DRAWN_GAP + BLOCK + 0.15 + 0.22 * row
+            self.ax.plot([x, x], [y + half, height], color=COLOURS[0], linewidth=0.8, zorder=1)
+            self.ax.text(x, height, f"{node}", ha="center", va="bottom", fontsize=FONT - 0.5, bbox=box)
+
+    def _mass(self, mass: PointMass) -> None:
+        i, x = place(self.rig, mass.position)
+        self.ax.plot([x], [self.level(i)], "o", markersize=15, markerfacecolor="#999999", markeredgecolor=DARK)
+        words = f"{mass.name or 'mass'}\n{mass.mass:.3g} kg"
+        self.ax.text(x, self.level(i) - 0.33, words, ha="center", va="top", fontsize=FONT - 1)
+
+    def _shaker(self) -> None:
+        rig, ax, length = self.rig, self.ax, self.length
+        plate = (self.first - 0.05 * length, PLATE - 0.14), 1.1 * length, 0.14
+        ax.add_patch(Rectangle(*plate, facecolor="#bbbbbb", edgecolor=DARK, lw=0.6))
+        arrow = {"arrowstyle": "<->", "color": COLOURS[1], "linewidth": 1.4}
+        words_at = self.first + 0.52 * length
+        if rig.shaker.kind == "force":
+            for point, factor in rig.shaker.forces:
+                i, x = place(rig, point)
+                foot = PLATE if self.level(i) == 0 else self.level(i) - 0.75
+                ax.annotate("", (x, self.level(i) - self.half(i, x)), (x, foot), arrowprops=arrow, zorder=2)
+                if factor != 1:
+                    ax.text(x + 0.01 * length, foot + 0.06, f"× {factor:g}", fontsize=FONT - 1, color=COLOURS[1])
+            words, words_at = "shaker force", place(rig, rig.shaker.forces[0][0])[1] + 0.02 * length
+        else:
+            held = "clamp and bushings" if rig.beam else "supports and bushings"
+            words, along = f"base acceleration: plate, {held} move together", rig.shaker.unit_direction
+            ax.annotate("", (words_at - 0.02 * length, PLATE - 0.15), (words_at - 0.02 * length, PLATE - 0.55),
+                        arrowprops=arrow)  # fmt: skip
+            if abs(along[2]) < 1:
+                words += f", along ({', '.join(f'{a:.3g}' for a in along)})"
+        ax.text(words_at, PLATE - 0.36, words, va="center", fontsize=FONT - 1, color=COLOURS[1])
 
 
-def _draw_bushing(ax: Axes, i: int, bushing: Bushing, length: float) -> None:
-    left, inner = bushing.ends[0], HALF_SHAFT + DRAWN_GAP
-    for bottom in (HALF_SHAFT, -inner):
-        ax.add_patch(Rectangle((left, bottom), bushing.length, DRAWN_GAP, facecolor="#ffee88", edgecolor="none"))
-    for bottom in (inner, -inner - BLOCK):
-        ax.add_patch(Rectangle((left, bottom), bushing.length, BLOCK, facecolor="#777777", edgecolor="#333333", lw=0.6))
-    ax.plot([bushing.position] * 2, [-inner - BLOCK, PLATE], color="#777777", linewidth=2.5, zorder=0)
-    words = f"bushing {i + 1}\ngap {1e3 * bushing.gap:.3g} mm\nlength {1e3 * bushing.length:.3g} mm"
-    corner: dict[str, Any] = {"ha": "right", "va": "top", "bbox": {"facecolor": "white", "edgecolor": "none", "pad": 1}}
-    ax.text(bushing.position - 0.01 * length, -inner - BLOCK - 0.06, words, fontsize=FONT - 1, **corner)
+def _words(shaft: Shaft) -> str:
+    """A shaft in words."""
+    sizes = {name: [getattr(s, name.replace(" ", "_")) for s in shaft.sections] for name in _SIZES}
+    dimensions = [f"{name} {_range(1e3 * np.ravel([v for v in values if v]))} mm" for name, values in sizes.items()
+                  if any(values)]  # fmt: skip
+    materials = list(dict.fromkeys(m for s in shaft.sections if (m := s.material or shaft.material)))
+    stuff = f"E\N{NO-BREAK SPACE}= {_range([m.young_modulus / 1e9 for m in materials])} GPa, "
+    stuff += f"ρ\N{NO-BREAK SPACE}= {_range([m.density for m in materials])} kg/m³"
+    sections = [f"{len(shaft.sections)} sections"] if len(shaft.sections) > 1 else []
+    name = f"Shaft{f' “{shaft.name}”' if shaft.name else ''}: length {shaft.end - shaft.start:.4g} m"
+    return f"{', '.join([name, *sections, *dimensions])}, {stuff}."
 
 
-def _draw_sensors(ax: Axes, rig: Rig) -> None:
-    """Numbered squares above the shaft, a row higher where they would cover their neighbour."""
-    box = {"boxstyle": "square,pad=0.25", "facecolor": "white", "edgecolor": COLOURS[0], "linewidth": 0.9}
-    row, previous = 0, -np.inf
-    for sensor in sorted(rig.sensors, key=lambda s: s.position):
-        close = sensor.position - previous < 0.035 * rig.beam.length
-        row, previous = (row + 1) % 2 if close else 0, sensor.position
-        height = HALF_SHAFT + DRAWN_GAP + BLOCK + 0.15 + 0.22 * row
-        ax.plot([sensor.position] * 2, [HALF_SHAFT, height], color=COLOURS[0], linewidth=0.8, zorder=1)
-        ax.text(sensor.position, height, f"{sensor.node}", ha="center", va="bottom", fontsize=FONT - 0.5, bbox=box)
+_SIZES = ("diameter", "inner diameter", "width", "height")
 
 
-def _draw_mass(ax: Axes, mass: PointMass) -> None:
-    ax.plot([mass.position], [0], "o", markersize=15, markerfacecolor="#999999", markeredgecolor="#333333")
-    words = f"{mass.name or 'mass'}\n{mass.mass:.3g} kg"
-    ax.text(mass.position, -0.33, words, ha="center", va="top", fontsize=FONT - 1)
-
-
-def _draw_shaker(ax: Axes, rig: Rig) -> None:
-    length, arrow = rig.beam.length, {"arrowstyle": "<->", "color": COLOURS[1], "linewidth": 1.4}
-    plate = (-0.05 * length, PLATE - 0.14), 1.1 * length, 0.14
-    ax.add_patch(Rectangle(*plate, facecolor="#bbbbbb", edgecolor="#333333", lw=0.6))
-    ax.plot([-0.025 * length] * 2, [-0.45, PLATE], color="#777777", linewidth=2.5, zorder=0)
-    if rig.shaker.kind == "force":
-        x, words = rig.shaker.position or 0.0, "shaker force"
-        ax.annotate("", (x, -HALF_SHAFT), (x, PLATE), arrowprops=arrow, zorder=2)
-    else:
-        x, words = 0.5 * length, "base acceleration: plate, clamp and bushings move together"
-        ax.annotate("", (x, PLATE - 0.15), (x, PLATE - 0.55), arrowprops=arrow)
-    ax.text(x + 0.02 * length, PLATE - 0.36, words, va="center", fontsize=FONT - 1, color=COLOURS[1])
+def _range(values: Any) -> str:
+    low, high = f"{min(values):.4g}", f"{max(values):.4g}"
+    return low if low == high else f"{low} to {high}"

@@ -1,0 +1,37 @@
+"""Outlines of shafts and where points are on them, for drawings."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from ..rig import Rig
+from ..structure import Shaft
+from ..structure.base import parse_place
+
+__all__ = ["outline", "place", "span", "starts_clamped"]
+
+
+def outline(shaft: Shaft) -> np.ndarray:
+    """(3, 2 n_sections) position, half the outer height and half the bore, m, at both ends of every section."""
+    edges = shaft.start + np.concatenate(([0.0], np.cumsum([s.length for s in shaft.sections])))
+    outer = [s.diameter or s.height or (0.0, 0.0) for s in shaft.sections]
+    bore = [s.inner_diameter or (0.0, 0.0) for s in shaft.sections]
+    return np.array((np.repeat(edges, 2)[1:-1], np.ravel(outer) / 2, np.ravel(bore) / 2))
+
+
+def span(shafts: Sequence[Shaft]) -> tuple[float, float]:
+    """Where the first shaft begins and the last one ends, m."""
+    return min(s.start for s in shafts), max(s.end for s in shafts)
+
+
+def place(rig: Rig, point: float | str) -> tuple[int, float]:
+    """Number of the shaft that a point is on, and its position, m."""
+    name, x = parse_place(point) or ("", 0.0)
+    return next((i for i, shaft in enumerate(rig.linear.shafts) if shaft.name == name), 0), x
+
+
+def starts_clamped(shafts: Sequence[Shaft]) -> bool:
+    """Whether positions are distances from a clamp."""
+    return all(s.start == 0 and any(x.kind == "clamped" and x.position == 0 for x in s.supports) for s in shafts)
