@@ -11,7 +11,6 @@ from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
-import scipy.linalg
 import scipy.sparse
 import scipy.sparse.linalg
 
@@ -20,9 +19,15 @@ from .base import LinearModel
 __all__ = ["Modes", "reduced", "vibration_modes"]
 
 SINGULAR = 1e-13
-"""of 1: smallest eigenvalue of a scaled stiffness, below which a structure can move without bending"""
-STILL = 1e-9
-"""of the lowest eigenvalue of bending: those below are rigid bodies'"""
+"""of 1: eigenvalues of a scaled stiffness that are 0 but for rounding"""
+SOFT = 1e-7
+"""of 1: those below which the other modes would lose their digits"""
+MASSLESS = 1e-15
+"""of the mass of the slowest motion of unit stiffness: what one without mass is given, for a finite frequency"""
+SLOW = 1e-3
+"""of the square of the lowest bending frequency: motions on soft springs are below"""
+STILL = 1e-11
+"""of the same: rigid bodies' motions are below"""
 REPEATED = 1e-10
 """of 1: a static shape that adds less than this to the others is left out"""
 DENSE = 1500
@@ -37,34 +42,56 @@ class Modes(NamedTuple):
 
 
 def vibration_modes(mass: np.ndarray, stiffness: np.ndarray) -> Modes:
-    """All modes of dense matrices, found from the flexibility, so that the lowest are the most exact."""
-    scale = np.sqrt(stiffness.diagonal())
-    if not np.all(scale > 0):
-        return _free_modes(mass, stiffness)
-    value, vector = np.linalg.eigh(stiffness / np.outer(scale, scale))
-    if value[0] < SINGULAR:
-        return _free_modes(mass, stiffness)
-    basis = vector / np.sqrt(value) / scale[:, None]
-    inverse_omega2, rotation = np.linalg.eigh(basis.T @ mass @ basis)
-    inverse_omega2, rotation = inverse_omega2[::-1], rotation[:, ::-1]
-    return Modes(1 / np.sqrt(inverse_omega2), basis @ rotation / np.sqrt(inverse_omega2))
+    """All modes of dense matrices, found from the flexibility, so that the lowest are the most exact.
 
+    A structure that can move with little or no stiffness is held by springs that its masses carry, of the size of its
+    other stiffness, which are taken off again.
 
-def _free_modes(mass: np.ndarray, stiffness: np.ndarray) -> Modes:
-    """The same of a structure that can move without bending: with springs that its masses carry, taken off again."""
-    shift = _shift(mass, stiffness)
-    held = vibration_modes(mass, stiffness + shift * mass)
-    squares = held.omega**2 - shift
-    if squares[0] < -1e-6 * shift:
+    Parameters
+    ----------
+    mass, stiffness : ndarray, shape (n, n)
+        Symmetric matrices.
+
+    Raises
+    ------
+    ValueError
+        If the stiffness is negative in some motion, or the mass, or both are zero in one.
+    """
+    value, vector = _principal(stiffness)
+    if value[0] < -SINGULAR:
         raise ValueError("the structure's stiffness is negative in some motion; check the signs in K")
-    return Modes(np.sqrt(np.where(squares < STILL * shift, 0.0, squares)), held.shapes)
+    if value[0] > SOFT:
+        return _modes(mass, vector / np.sqrt(value))
+    stiff = value > SOFT
+    basis = vector[:, stiff] / np.sqrt(value[stiff])
+    shift = 1 / np.linalg.eigvalsh(basis.T @ mass @ basis)[-1] if stiff.any() else 1.0
+    value, vector = _principal(stiffness + shift * mass)
+    if value[0] < SINGULAR:
+        raise ValueError("a motion has neither stiffness nor mass; check M and K, and the supports")
+    held = _modes(mass, vector / np.sqrt(value))
+    squares, shapes = held.omega**2 - shift, held.shapes
+    slow = squares < SLOW * shift
+    squares[slow], rotation = np.linalg.eigh(shapes[:, slow].T @ stiffness @ shapes[:, slow])
+    shapes[:, slow] = shapes[:, slow] @ rotation
+    return Modes(np.sqrt(np.where(squares < STILL * shift, 0.0, squares)), shapes)
 
 
-def _shift(mass: np.ndarray, stiffness: np.ndarray) -> float:
-    """The lowest eigenvalue of bending."""
-    values = scipy.linalg.eigvalsh(stiffness, mass)
-    bending = values[values > 1e-12 * len(values) * values[-1]]
-    return float(bending[0]) if bending.size else 1.0
+def _principal(stiffness: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Eigenvalues of a stiffness whose diagonal is scaled to 1, and motions of that stiffness."""
+    diagonal = stiffness.diagonal()
+    scale = np.sqrt(np.where(diagonal > 0, diagonal, 1.0))
+    value, vector = np.linalg.eigh(stiffness / np.outer(scale, scale))
+    return value, vector / scale[:, None]
+
+
+def _modes(mass: np.ndarray, basis: np.ndarray) -> Modes:
+    """Modes from motions of unit stiffness."""
+    inverse_omega2, rotation = np.linalg.eigh(basis.T @ mass @ basis)
+    largest = inverse_omega2.max(initial=0.0)
+    if np.any(inverse_omega2 < -1e3 * MASSLESS * largest):
+        raise ValueError("the structure's mass is negative in some motion; check the signs in M")
+    omega = 1 / np.sqrt(np.maximum(inverse_omega2[::-1], MASSLESS * largest))
+    return Modes(omega, basis @ (rotation[:, ::-1] * omega))
 
 
 def reduced(
@@ -82,7 +109,9 @@ def reduced(
     n = mass.shape[0]
     if linear.reduced or n <= modes + len(loads):
         return vibration_modes(*map(_dense, (mass, stiffness)))
-    basis = (_dense_basis if n <= DENSE else _sparse_basis)(mass, stiffness, loads, modes)
+    if n <= DENSE:
+        return _truncated(vibration_modes(_dense(mass), _dense(stiffness)), loads, modes)
+    basis = _sparse_basis(mass, stiffness, loads, modes)
     found = vibration_modes(basis.T @ (mass @ basis), basis.T @ (stiffness @ basis))
     return Modes(found.omega, basis @ found.shapes)
 
@@ -98,12 +127,18 @@ def _dense(matrix: Any) -> np.ndarray:
     return matrix.toarray() if scipy.sparse.issparse(matrix) else np.asarray(matrix)
 
 
-def _dense_basis(mass: Any, stiffness: Any, loads: Sequence[np.ndarray], modes: int) -> np.ndarray:
-    """Lowest modes, and what the others give to the static shapes."""
-    omega, shapes = vibration_modes(_dense(mass), _dense(stiffness))
-    low, high, fast = shapes[:, :modes], shapes[:, modes:], omega[modes:]
-    rest = high / fast**2 @ (high.T @ np.reshape(loads, (-1, len(shapes))).T)
-    return _independent(low, rest, stiffness)
+def _truncated(found: Modes, loads: Sequence[np.ndarray], modes: int) -> Modes:
+    """Lowest modes, and those that the static shapes of the others have: the two are uncoupled.
+
+    In coordinates y = ω q of the other modes, a static shape under the modal forces f is f/ω and stiffness is 1.
+    """
+    low, high, fast = found.shapes[:, :modes], found.shapes[:, modes:], found.omega[modes:]
+    static = (np.reshape(loads, (-1, len(high))) @ high / fast).T
+    size = np.linalg.norm(static, axis=0)
+    basis, share, _ = np.linalg.svd(static[:, size > 0] / size[size > 0], full_matrices=False)
+    basis = basis[:, share**2 > REPEATED] / fast[:, None]
+    rest = _modes(np.eye(len(basis)), basis)
+    return Modes(np.concatenate((found.omega[:modes], rest.omega)), np.hstack((low, high @ rest.shapes)))
 
 
 def _sparse_basis(mass: Any, stiffness: Any, loads: Sequence[np.ndarray], modes: int) -> np.ndarray:

@@ -22,9 +22,9 @@ __all__ = ["Disc", "Material", "Section", "Shaft", "Support"]
 
 SHEAR_MATTERS = 0.01
 """of a frequency: what shear and rotary inertia may take from the third one before "auto" counts them"""
-SAME_PLACE = 1e-9
+SAME_PLACE = 1e-6
 """of a shaft's length: positions of supports, discs and sections' ends that are one"""
-NEAR = 1e-4
+NEAR = 1e-3
 """of a shaft's length: a load this close to a node needs none of its own"""
 WAVE = 4.0
 """rad: most of a bending wave in an element, with the highest mode asked for"""
@@ -211,7 +211,7 @@ class Shaft(Structure):
 
     def _nodes(self, points: np.ndarray) -> list[float]:
         """Positions of sections' ends, supports and discs, then those of loads that are not at one of them."""
-        own = [*self.edges, *(item.position for item in (*self.supports, *self.discs))]
+        own = [*self.edges, *(s.position for s in self.supports), *(disc.position for disc in self.discs)]
         nodes: list[float] = []
         for x, slack in [*((x, SAME_PLACE) for x in own), *((x, NEAR) for x in points)]:
             if all(abs(x - other) > slack * self.length for other in nodes):
