@@ -17,8 +17,8 @@ import scipy.optimize
 import scipy.signal
 from matplotlib.figure import Figure
 
-from clearance_mj.beam import cantilever_mode, cantilever_roots
 from clearance_mj.io.lvm import read_lvm
+from clearance_mj.structure.beam import cantilever_mode, cantilever_roots
 
 from .script import run
 

@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 import scipy.linalg
 
-from clearance_mj.beam import cantilever_roots
 from clearance_mj.engines import build_links
 from clearance_mj.engines.chain import chain
 from clearance_mj.engines.plant import ARMATURE
 from clearance_mj.rig import PointMass, Sensor
+from clearance_mj.structure.beam import cantilever_roots
 
 from .test_beam_fe import RIG, RIGS, at, frequencies_and_shapes
 

@@ -1,0 +1,75 @@
+"""The uniform cantilever's roots, shapes and static deflection against closed forms."""
+
+import numpy as np
+import pytest
+
+from clearance_mj.structure import beam
+from clearance_mj.structure.beam import Beam
+
+
+def integrate(function, length, pieces=100):
+    """Integral of a function of x (n_x,) over the shaft (Gauss-Legendre), exact to rounding for 60 modes."""
+    node, weight = np.polynomial.legendre.leggauss(12)
+    h = length / pieces
+    x = ((np.arange(pieces)[:, None] + (node + 1) / 2) * h).ravel()
+    return np.tensordot(np.tile(weight * h / 2, pieces), function(x), 1)
+
+
+def test_roots():
+    """Blevins (1979), table 8-1, to 16 digits; beyond, sech λ is below rounding and the roots are (2i-1)π/2."""
+    known = [1.875104068711961, 4.694091132974175, 7.854757438237613, 10.995540734875467, 14.137168391046471]
+    roots = beam.cantilever_roots(300)
+    np.testing.assert_allclose(roots[:5], known, rtol=3e-16)
+    np.testing.assert_allclose(roots[12:], (2 * np.arange(13, 301) - 1) * np.pi / 2, rtol=3e-16)
+
+
+def test_low_modes_are_the_printed_formula():
+    """Y = cosh βx - cos βx - σ(sinh βx - sin βx), directly: eleven digits are left at mode 3."""
+    x, length = np.linspace(0, 1.3, 27), 1.3
+    root = beam.cantilever_roots(3)
+    sigma = (np.cosh(root) + np.cos(root)) / (np.sinh(root) + np.sin(root))
+    np.testing.assert_allclose(sigma, [0.734095514, 1.018467319, 0.999224497], rtol=1e-9)  # Blevins, table 8-1
+    bx = x[:, None] * root / length
+    direct = np.cosh(bx) - np.cos(bx) - sigma * (np.sinh(bx) - np.sin(bx))
+    curvature = (root / length) ** 2 * (np.cosh(bx) + np.cos(bx) - sigma * (np.sinh(bx) + np.sin(bx)))
+    np.testing.assert_allclose(beam.cantilever_mode(x, 3, length), direct, atol=1e-11)
+    np.testing.assert_allclose(beam.cantilever_curvature(x, 3, length), curvature, atol=1e-9)
+
+
+@pytest.mark.parametrize("mode", [20, 40, 60])
+def test_high_modes_are_their_asymptote(mode):
+    """For λ >> 1: Y = e^{-βx} - cos βx + sin βx - (-1)^i e^{βx-λ}, with terms of e^{-λ} left out."""
+    x, root = np.linspace(0, 1, 1001), (2 * mode - 1) * np.pi / 2
+    expected = np.exp(-root * x) - np.cos(root * x) + np.sin(root * x) - (-1) ** mode * np.exp(root * (x - 1))
+    np.testing.assert_allclose(beam.cantilever_mode(x, 60)[:, mode - 1], expected, atol=1e-11)
+
+
+def test_ends():
+    """Clamped: Y(0) = Y'(0) = 0; free: Y''(l) = 0, |Y(l)| = 2 with alternating sign."""
+    assert np.all(np.abs(beam.cantilever_mode([0.0], 40)) < 1e-14)
+    near = beam.cantilever_mode([1e-5], 40)[0]  # Y'' x²/2 without a slope
+    np.testing.assert_allclose(near, beam.cantilever_curvature([0.0], 40)[0] * 1e-10 / 2, rtol=1e-3)
+    np.testing.assert_allclose(beam.cantilever_mode([1.0], 40)[0], 2 * (-1.0) ** np.arange(40), rtol=1e-12)
+    assert np.all(np.abs(beam.cantilever_curvature([1.0], 40)) < 1e-12 * beam.cantilever_roots(40) ** 2)
+
+
+def test_modes_are_orthogonal():
+    """∫Y_i Y_j = l δ_ij and ∫Y_i'' Y_j'' = l (λ_i/l)⁴ δ_ij, up to mode 60."""
+    length = 0.8
+
+    def products(shapes):
+        return integrate(lambda x: shapes(x)[:, :, None] * shapes(x)[:, None], length) / length
+
+    unit = products(lambda x: beam.cantilever_mode(x, 60, length))
+    np.testing.assert_allclose(unit, np.eye(60), atol=1e-11)
+    scale = (length / beam.cantilever_roots(60)) ** 2
+    unit = products(lambda x: beam.cantilever_curvature(x, 60, length) * scale)
+    np.testing.assert_allclose(unit, np.eye(60), atol=1e-11)
+
+
+def test_static_deflection_of_the_tip():
+    """F l³/(3EI) under the force; F a² (3l - a)/(6EI) under a force at a."""
+    shaft = Beam(1.2, 70e9, 2700.0, width=0.02, height=0.005)
+    rigidity = 70e9 * 0.02 * 0.005**3 / 12
+    assert beam.static_deflection(shaft, [1.2], [1.2])[0, 0] == pytest.approx(1.2**3 / (3 * rigidity), rel=1e-14)
+    assert beam.static_deflection(shaft, [1.2], [0.5])[0, 0] == pytest.approx(0.25 * 3.1 / (6 * rigidity), rel=1e-14)
