@@ -59,7 +59,7 @@ class ModalModel:
         """Number of degrees of freedom."""
         return self.omega.size
 
-    def shapes(self, points: ArrayLike | Sequence[float | str]) -> np.ndarray:
+    def shapes(self, points: Sequence[float | str] | np.ndarray) -> np.ndarray:
         """Return the mode shapes, of unit modal mass; of a shaft positive at its last position.
 
         Parameters
@@ -72,8 +72,8 @@ class ModalModel:
         ndarray, shape (n_points, n)
             1/sqrt(kg).
         """
-        points = points.tolist() if isinstance(points, np.ndarray) else list(points)  # type: ignore[arg-type]
-        return np.ascontiguousarray(self._rows(points) @ self._transform).reshape(-1, self.size)
+        at = points.tolist() if isinstance(points, np.ndarray) else list(points)
+        return np.ascontiguousarray(self._rows(at) @ self._transform).reshape(-1, self.size)
 
     @functools.cached_property
     def at_bushings(self) -> np.ndarray:
@@ -132,7 +132,7 @@ class ModalModel:
             return 1 / dynamic
         return np.linalg.inv(dynamic[:, None] * np.eye(self.size) + 1j * omega[:, None, None] * self.coupling)
 
-    def static_deflection(self, points: Sequence[float | str] | ArrayLike, loads: np.ndarray) -> np.ndarray:
+    def static_deflection(self, points: Sequence[float | str] | np.ndarray, loads: np.ndarray) -> np.ndarray:
         """Return the deflection (n_points, n_loads), m/N, of points under unit static loads.
 
         Parameters
@@ -244,7 +244,7 @@ def natural_frequencies(rig: Rig, n: int) -> np.ndarray:
     return ritz_model(rig, n + 16, grease=True).omega[:n] / (2 * np.pi)
 
 
-def mode_shapes(rig: Rig, x: ArrayLike | Sequence[float | str], n: int) -> np.ndarray:
+def mode_shapes(rig: Rig, x: Sequence[float | str] | np.ndarray, n: int) -> np.ndarray:
     """Mode shapes of the rig in its in-gap linear state, of unit modal mass and positive at the tip.
 
     Parameters

@@ -8,6 +8,8 @@ from __future__ import annotations
 
 import dataclasses
 import math
+import os
+from collections.abc import Callable
 from itertools import pairwise
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -399,7 +401,7 @@ class Rig:
 
     @classmethod
     def load(cls, path: str | Path) -> Rig:
-        """Read a rig from a TOML file.
+        """Read a rig from a TOML file; files that it names are taken relative to its folder.
 
         Parameters
         ----------
@@ -411,7 +413,8 @@ class Rig:
         RigError
             If the file is missing, is not TOML, has unknown or missing keys or impossible values.
         """
-        data = read_plain(path, RigError)
+        folder = Path(path).parent
+        data = _with_files(read_plain(path, RigError), lambda name: str(folder / name))
         try:
             return cls.from_dict(data)
         except RigError as error:
@@ -440,13 +443,28 @@ class Rig:
     def save(self, path: str | Path) -> None:
         """Write the rig as TOML; an existing file is replaced only once the new one is whole.
 
+        Files that its structure was read from stay where they are: the rig file names them relative to its folder.
+
         Parameters
         ----------
         path : str or Path
             The file.
         """
+        folder = Path(path).absolute().parent
+        data = _with_files(self.to_dict(), lambda name: Path(os.path.relpath(name, folder)).as_posix())
         with replacing(path) as temporary:
-            temporary.write_text(tomli_w.dumps(self.to_dict()), encoding="utf-8")
+            temporary.write_text(tomli_w.dumps(data), encoding="utf-8")
+
+
+def _with_files(data: dict[str, Any], named: Callable[[str], str]) -> dict[str, Any]:
+    """Plain data of a rig with other names of the files that its structure is read from."""
+    structure = data.get("structure") if isinstance(data, dict) else None
+    kind = str(structure.get("kind")) if isinstance(structure, dict) else ""
+    if structure is None or kind not in Structure.known:
+        return data
+    files = Structure.known[kind].files
+    names = {field: named(structure[field]) for field in files if isinstance(structure.get(field), str)}
+    return data | {"structure": structure | names}
 
 
 def rig_schema() -> dict[str, Any]:

@@ -7,6 +7,7 @@ import pickle
 import re
 import tomllib
 from pathlib import Path
+from typing import ClassVar, Literal
 
 import pytest
 import tomli_w
@@ -15,6 +16,8 @@ from hypothesis import strategies as st
 
 from clearance_mj.errors import ClearanceError, RigError
 from clearance_mj.rig import Beam, Bushing, Contact, Grease, PointMass, Rig, Sensor, Shaker
+from clearance_mj.structure import Structure
+from clearance_mj.validation import Text, checked
 
 FILE = Path(__file__).parents[1] / "models" / "table1_rig.toml"
 TABLES = tomllib.loads(FILE.read_text(encoding="utf-8"))
@@ -403,6 +406,38 @@ def test_structure_comes_back(tmp_path):
     assert rig.total_mass == pytest.approx(rig.structure.mass + 0.434) if rig.structure.mass else True
     rig.save(tmp_path / "rig.toml")
     assert Rig.load(tmp_path / "rig.toml") == rig and hash(rig) == hash(Rig.from_dict(rig.to_dict()))
+
+
+@pytest.fixture
+def read_from_file(monkeypatch):
+    """Structures may be of a kind that is read from a file."""
+
+    @checked(RigError)
+    class OfFile(Structure):
+        """One mass on a spring, whose numbers a file holds."""
+
+        file: Text
+        kind: Literal["of-file"] = "of-file"
+        files: ClassVar[tuple[str, ...]] = ("file",)
+
+        def check(self, point):
+            pass
+
+        def assemble(self, points, modes):
+            raise NotImplementedError
+
+    monkeypatch.setitem(Structure.known, "of-file", OfFile)
+    return OfFile
+
+
+def test_files_of_a_structure_are_named_from_the_rig_file(tmp_path, monkeypatch, read_from_file):
+    monkeypatch.chdir(tmp_path)
+    rig = Rig("r", None, (), (Sensor(1, "1:+Z"),), structure=read_from_file("model.npz"))
+    rig.save("rigs/r.toml")
+    assert tomllib.loads(Path("rigs/r.toml").read_text())["structure"]["file"] == "../model.npz"
+    monkeypatch.chdir(tmp_path / "rigs")
+    assert Path(Rig.load("r.toml").structure.file).resolve() == tmp_path / "model.npz"
+    assert Path(Rig.load("../rigs/r.toml").structure.file).resolve() == tmp_path / "model.npz"
 
 
 def test_a_structure_is_none_without_a_kind():

@@ -132,7 +132,7 @@ class Structure(ABC):
     known: ClassVar[dict[str, type[Structure]]] = {}
     """kinds that a rig file's [structure] may have"""
     files: ClassVar[tuple[str, ...]] = ()
-    """names of fields that hold the name of a file; in a rig file it is relative to that"""
+    """fields that hold the name of a file, from the working folder; rig files name it from their own folder"""
 
     @abstractmethod
     def assemble(self, points: tuple[float | str, ...], modes: int) -> LinearModel:
