@@ -7,6 +7,7 @@ Plain frozen data in SI units, read from and written to TOML. Every impossible v
 from __future__ import annotations
 
 import dataclasses
+import hashlib
 import math
 import os
 from collections.abc import Callable
@@ -440,6 +441,20 @@ class Rig:
         """Return the rig as nested plain data."""
         return to_plain(self)
 
+    def content(self) -> dict[str, Any]:
+        """Return plain data that two rigs share if they are the same, for caches: `to_dict` with digests of files."""
+        return _with_files(self.to_dict(), _sha256)
+
+    def copied(self, folder: str | Path) -> Rig:
+        """Return the same rig, its structure read from copies of its files.
+
+        Parameters
+        ----------
+        folder : str or Path
+            Where the copies go; made if there are any.
+        """
+        return self.replace(structure=self.structure.copied(Path(folder))) if self.structure else self
+
     def save(self, path: str | Path) -> None:
         """Write the rig as TOML; an existing file is replaced only once the new one is whole.
 
@@ -454,6 +469,13 @@ class Rig:
         data = _with_files(self.to_dict(), lambda name: Path(os.path.relpath(name, folder)).as_posix())
         with replacing(path) as temporary:
             temporary.write_text(tomli_w.dumps(data), encoding="utf-8")
+
+
+def _sha256(name: str) -> str:
+    try:
+        return hashlib.sha256(Path(name).read_bytes()).hexdigest()
+    except OSError as error:
+        raise RigError(f"{name}: cannot be read ({error.strerror})") from None
 
 
 def _with_files(data: dict[str, Any], named: Callable[[str], str]) -> dict[str, Any]:

@@ -440,6 +440,19 @@ def test_files_of_a_structure_are_named_from_the_rig_file(tmp_path, monkeypatch,
     assert Path(Rig.load("../rigs/r.toml").structure.file).resolve() == tmp_path / "model.npz"
 
 
+def test_content_is_that_of_the_files(tmp_path, read_from_file):
+    """It tells rigs apart by what their files hold, wherever these are; a copy holds the same."""
+    (tmp_path / "model.npz").write_bytes(b"1")
+    rig = Rig("r", None, (), (Sensor(1, "1:+Z"),), structure=read_from_file(str(tmp_path / "model.npz")))
+    copied = rig.copied(tmp_path / "there")
+    assert copied != rig and copied.content() == rig.content()
+    (tmp_path / "model.npz").write_bytes(b"2")
+    assert copied.content() != rig.content()
+    (tmp_path / "model.npz").unlink()
+    with pytest.raises(RigError, match=r"model\.npz: cannot be read \(No such file or directory\)"):
+        rig.content()
+
+
 def test_a_structure_is_none_without_a_kind():
     beam = Beam(1.0, 1.0, 1.0, 1.0)
     with pytest.raises(RigError, match=r"^structure must be a table of keys, got Beam"):

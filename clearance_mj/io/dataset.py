@@ -293,6 +293,8 @@ def _what_is_wrong(path: Path) -> str:
 def write_dataset(path: str | Path, rig: Rig, records: Sequence[Record]) -> None:
     """Write a dataset; each file is replaced once it is whole, the list of records last.
 
+    Files that the rig's structure is read from are copied to the folder ``structure`` in it.
+
     Parameters
     ----------
     path : str or Path
@@ -319,7 +321,7 @@ def write_dataset(path: str | Path, rig: Rig, records: Sequence[Record]) -> None
         text = tomli_w.dumps({"records": [_table(record) for record in records]})
     except TypeError as error:
         raise RecordError(f"{path}: a provenance holds what TOML cannot: {error}") from None
-    rig.save(path / "rig.toml")
+    rig.copied(path / "structure").save(path / "rig.toml")
     for record in records:
         write_uff(path / f"{record.name}.uff", record)
     with replacing(path / "dataset.toml") as temporary:

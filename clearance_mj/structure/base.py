@@ -8,13 +8,19 @@ from __future__ import annotations
 
 import math
 import re
+import shutil
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Annotated, Any, ClassVar, TypeAlias, TypeVar
+from pathlib import Path
+from typing import Annotated, Any, ClassVar, Self, TypeAlias, TypeVar
 
 import numpy as np
 from pydantic import PlainValidator, WithJsonSchema
+
+from ..errors import RigError
+from ..files import replacing
+from ..validation import from_plain, to_plain
 
 __all__ = ["AXES", "LinearModel", "Point", "Rows", "Structure", "dof_vector", "moved", "parse_dof", "parse_place"]
 
@@ -155,6 +161,25 @@ class Structure(ABC):
         point : Point
             What may be none of its points. The text follows the field's name: "sensors[2].position ...".
         """
+
+    def copied(self, folder: Path) -> Self:
+        """Return the same structure, read from copies of its files.
+
+        Parameters
+        ----------
+        folder : Path
+            Where the copies go; made if there are any.
+        """
+        data, taken = to_plain(self), set[str]()
+        for field in self.files:
+            if isinstance(name := getattr(self, field), str):
+                own = Path(name).name
+                copy = folder / (f"{field}_{own}" if own in taken else own)
+                taken.add(own)
+                with replacing(copy) as temporary:
+                    shutil.copyfile(name, temporary)
+                data[field] = str(copy)
+        return from_plain(type(self), data, "structure", RigError) if taken else self
 
     @property
     def shafts(self) -> tuple[Any, ...]:

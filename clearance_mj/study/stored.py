@@ -44,7 +44,7 @@ def record_digest(record: Record) -> str:
     response = record.response()
     arrays = [a for a in (response.excitation, response.acceleration, response.displacement) if a is not None]
     samples = [hashlib.sha256(np.ascontiguousarray(a).tobytes()).hexdigest() for a in arrays]
-    facts = (record.name, record.fs, record.excitation_kind, record.band, record.level, record.rig.to_dict())
+    facts = (record.name, record.fs, record.excitation_kind, record.band, record.level, record.rig.content())
     return digest(*facts, *samples)
 
 

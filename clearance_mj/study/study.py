@@ -157,7 +157,7 @@ class Study:
         if name not in self._laws:
             method = get_method(name)
             words = f"identifying: {name}" if self._progress else None
-            inputs = [name, self.dataset.rig.to_dict(), *map(stored.record_digest, self.dataset.identify)]
+            inputs = [name, self.dataset.rig.content(), *map(stored.record_digest, self.dataset.identify)]
             inputs += code_outside(method.find)
 
             def compute() -> tuple[Identified, tuple[str, ...]]:

@@ -164,7 +164,7 @@ class Plan:
         """Return the plan as plain data, with digests of what is too long for it."""
         reference, measured = self.reference, self._measured
         return {
-            "rig": self.rig.to_dict(),
+            "rig": self.rig.content(),
             "law": self.law and self.law.to_dict(),
             "engine": {"name": self.engine.name, **dataclasses.asdict(self.engine)},
             "excitation": self._generated or (measured and _digest(measured.fs, measured.value)),
