@@ -6,7 +6,7 @@ import contextlib
 import math
 import shutil
 import subprocess
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -98,7 +98,7 @@ _WRITERS = {".gif": _write_gif, ".mp4": _write_mp4}
 
 def _rendered(shown: Clip, stage: Stage, progress: bool) -> tuple[list[np.ndarray], str]:
     """Pictures of the shaft to the stage's scale; none, and the reason, where there is no GL."""
-    distance = AWAY * shown.rig.beam.length
+    distance = AWAY * shown.length
     opening = 2 * math.degrees(math.atan(stage.half_height / distance))
     size = round(DPI * stage.size[0]), round(DPI * stage.size[1])
     view = View(((stage.left + stage.right) / 2, 0.0, 0.0), distance, 90.0, ELEVATION, opening, 0.0, size)
@@ -116,27 +116,42 @@ def _rendered(shown: Clip, stage: Stage, progress: bool) -> tuple[list[np.ndarra
 
 
 def _strokes(shown: Clip, stage: Stage) -> list[Stroke]:
-    """The clamp, the shaft with its point masses, the bushings' halves, the forces."""
-    count, length, radius = shown.time.size, shown.rig.beam.length, stage.radius
-    wide = 4 * radius
-    height = shown.exaggeration * shown.lift
-    wall = _solid(count, (stage.left, 0), (-wide, wide), (-WALL * length, WALL * length))
-    strokes = [Stroke("box", 0.0, to_rgb(CLAMP), wall)]
+    """The supports, the shafts with their point masses, the bushings' halves, the forces."""
+    count, length, wide = shown.time.size, shown.length, 4 * stage.radius
+    strokes = [Stroke("box", 0.0, to_rgb(CLAMP), solid) for solid in _held(stage, count, wide)]
+    height = stage.height()
     for start, end in zip(range(shown.position.size - 1), range(1, shown.position.size)):
-        piece = _solid(count, shown.position[[start, end]], (0, 0), height[:, [start, end]].T)
-        strokes.append(Stroke("capsule", radius, to_rgb(STEEL), piece))
-    for mass in shown.rig.masses:
-        at = np.array([np.interp(mass.position, shown.position, z) for z in height])
-        dot = _solid(count, mass.position + 1e-3 * radius * np.array([-1, 1]), (0, 0), (at, at))
-        strokes.append(Stroke("capsule", 2.5 * radius, to_rgb(MASS), dot))
-    for bushing, faces in zip(shown.rig.bushings, np.moveaxis(stage.halves(), 1, 0)):
+        if shown.shaft[start] == shown.shaft[end]:
+            piece = _solid(count, shown.position[[start, end]], (0, 0), height[:, [start, end]].T)
+            strokes.append(Stroke("capsule", float(stage.radii[[start, end]].mean()), to_rgb(STEEL), piece))
+    for x, at in stage.masses_on_shafts():
+        dot = _solid(count, x + 1e-3 * stage.radius * np.array([-1, 1]), (0, 0), (at, at))
+        strokes.append(Stroke("capsule", 2.5 * stage.radius, to_rgb(MASS), dot))
+    for bushing, (_, x), faces in zip(shown.rig.bushings, stage.places, np.moveaxis(stage.halves(), 1, 0)):
+        ends = x - bushing.length / 2, x + bushing.length / 2
         for face, side in zip(faces.T, (-1, 1)):
-            half = _solid(count, bushing.ends, (-wide, wide), (face, face + side * PLATE * length))
-            strokes.append(Stroke("box", 0.0, to_rgb(HALF), half))
+            if np.isfinite(face).all():
+                half = _solid(count, ends, (-wide, wide), (face, face + side * PLATE * length))
+                strokes.append(Stroke("box", 0.0, to_rgb(HALF), half))
     for j, arrow in enumerate(np.moveaxis(stage.arrows(), 1, 0)):
         colour = to_rgb(COLOURS[j % len(COLOURS)])
-        strokes.append(Stroke("arrow", radius, colour, _solid(count, arrow[..., 0].T, (0, 0), arrow[..., 1].T)))
+        strokes.append(Stroke("arrow", stage.radius, colour, _solid(count, arrow[..., 0].T, (0, 0), arrow[..., 1].T)))
     return strokes
+
+
+def _held(stage: Stage, count: int, wide: float) -> Iterator[np.ndarray]:
+    """Boxes for the supports: walls at ends, blocks or feet between."""
+    wall, half = WALL * stage.length, 0.01 * stage.length
+    for support, i, side in stage.supports():
+        x, level, radius = support.position, stage.level[i], stage.radius
+        if support.kind in ("clamped", "guided") and side:
+            edge = stage.left if side < 0 else stage.right
+            yield _solid(count, sorted((x, edge)), (-wide, wide), (level - wall, level + wall))
+        elif support.kind == "clamped":
+            yield _solid(count, (x - half, x + half), (-wide, wide), (level - wall, level + wall))
+        elif support.kind == "pinned" or support.translation:
+            wide_x = half / 2 if support.kind == "pinned" else half / 4
+            yield _solid(count, (x - wide_x, x + wide_x), (-wide, wide), (level - radius - wall, level - radius))
 
 
 def _solid(count: int, x: Any, y: Any, z: Any) -> np.ndarray:

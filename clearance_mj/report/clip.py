@@ -13,23 +13,26 @@ All motion is relative to the base.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 import scipy.signal
 from numpy.typing import ArrayLike
 
-from ..beam import ritz_model
+from ..beam import ModalModel, ritz_model
 from ..errors import ClearanceError, RecordError
 from ..rig import Rig
 from ..signals.response import Response
+from ..structure import Shaft
+from .outline import outline, place, span
 
 __all__ = ["Clip", "clip", "deflection"]
 
 MODES = 16
-"""cantilever modes of the shaft's shape"""
+"""of the shaft's shape"""
 POINTS = 81
-"""of the shaft's line"""
+"""of a shaft's line, to which its steps are added"""
 DRAWN_LIFT, MOST_LIFT = 0.22, 0.4
 """largest lift as it is drawn, as a share of the shaft's length: if no exaggeration is asked for, and at most"""
 MOST_FRAMES = 600
@@ -44,7 +47,9 @@ class Clip:
     time: np.ndarray
     """(n,) s, of the pictures"""
     position: np.ndarray
-    """(n_x,) m, points of the shaft's line"""
+    """(n_x,) m, points of the shafts' lines"""
+    shaft: np.ndarray
+    """(n_x,) number of the shaft that each point is on"""
     lift: np.ndarray
     """(n, n_x) displacement of these points relative to the base, m"""
     force: np.ndarray
@@ -60,9 +65,21 @@ class Clip:
     rate: float
     """pictures per second"""
 
+    @property
+    def length(self) -> float:
+        """From the start of the first shaft to the end of the last one, m."""
+        first, last = span(self.rig.linear.shafts)
+        return last - first
 
-def deflection(rig: Rig, response: Response, x: ArrayLike) -> np.ndarray:
-    """Displacement (n_t, n_x), m, of the shaft at x (m) relative to the base, from the forces of a response from rest.
+    def lift_at(self, point: float | str) -> np.ndarray:
+        """(n,) displacement of a point relative to the base, m."""
+        shaft, x = place(self.rig, point)
+        on = self.shaft == shaft
+        return np.array([np.interp(x, self.position[on], lift[on]) for lift in self.lift])
+
+
+def deflection(rig: Rig, response: Response, x: ArrayLike | Sequence[float | str]) -> np.ndarray:
+    """Displacement (n_t, n_x), m, of points x relative to the base, from the forces of a response from rest.
 
     At the bushings it is as recorded. The modes' motion is exact for forces that are straight lines between samples
     (first-order hold). A RecordError says if the response has no forces or displacements, as a test record.
@@ -77,15 +94,25 @@ def deflection(rig: Rig, response: Response, x: ArrayLike) -> np.ndarray:
     middles, ends = model.at_bushings, model.at_ends.reshape(-1, 2, model.size)
     force = np.outer(response.excitation, model.input(response.kind))
     force -= grease.T @ middles + contact.T @ ends.mean(axis=1)
-    motion = np.empty_like(force)
-    for i, (omega, damping) in enumerate(zip(model.omega, model.damping)):
-        oscillator = ([1.0], [1.0, damping, omega**2])
-        (b,), a, _ = scipy.signal.cont2discrete(oscillator, 1 / response.fs, method="foh")
-        motion[:, i] = scipy.signal.lfilter(b, a, force[:, i])
+    motion = _modal_motion(model, force, 1 / response.fs)
     left = displacement.T - motion @ middles.T
     flexible = np.divide(1.0, model.omega**2, out=np.zeros(model.size), where=model.omega > 0)
     per_force = (model.shapes(x) * flexible) @ middles.T, (middles * flexible) @ middles.T
     return motion @ model.shapes(x).T + left @ np.linalg.solve(per_force[1], per_force[0].T)
+
+
+def _modal_motion(model: ModalModel, force: np.ndarray, step: float) -> np.ndarray:
+    """(n_t, n) modal coordinates under forces (n_t, n) that are straight lines between samples."""
+    if model.coupling.size:
+        zero, one = np.zeros((model.size, model.size)), np.eye(model.size)
+        rates = np.block([[zero, one], [-np.diag(model.omega**2), -np.diag(model.damping) - model.coupling]])
+        system = (rates, np.vstack((zero, one)), np.hstack((one, zero)), zero)
+        return scipy.signal.dlsim(scipy.signal.cont2discrete(system, step, method="foh"), force)[1]
+    motion = np.empty_like(force)
+    for i, (omega, damping) in enumerate(zip(model.omega, model.damping)):
+        (b,), a, _ = scipy.signal.cont2discrete(([1.0], [1.0, damping, omega**2]), step, method="foh")
+        motion[:, i] = scipy.signal.lfilter(b, a, force[:, i])
+    return motion
 
 
 def clip(rig: Rig, response: Response, start: float | None = None, seconds: float = 0.15, slow: float = 60.0,
@@ -95,15 +122,24 @@ def clip(rig: Rig, response: Response, start: float | None = None, seconds: floa
     Default: the strongest contact is in the middle, and lifts fill the picture. A ClearanceError says what could be
     shown of a rig and response, if what is asked for cannot.
     """
+    shafts = rig.linear.shafts
+    if not shafts:
+        raise ClearanceError(
+            f"rig {rig.name!r}: its structure has no shaft whose shape could be shown; clearance-mj motion draws the "
+            "motion at the clearances"
+        )
     if not rig.bushings:
         raise ClearanceError(f"rig {rig.name!r} has no bushings in which its shaft could rattle")
     count = _count(seconds, slow, rate)
-    position = np.linspace(0, rig.beam.length, POINTS)
-    lift = deflection(rig, response, position)
+    lines = [_line(shaft) for shaft in shafts]
+    position, number = np.concatenate(lines), np.repeat(np.arange(len(shafts)), [line.size for line in lines])
+    points = [f"{s.name}@{x!r}" if s.name else x for s, line in zip(shafts, lines) for x in line.tolist()]
+    lift = deflection(rig, response, points)
     first, last = _window(response, start, seconds)
     shown = np.linspace(first, last, count).round().astype(int)
     largest = max(np.abs(lift[first : last + 1]).max(), max(b.gap for b in rig.bushings))
-    length = rig.beam.length
+    first_end, last_end = span(shafts)
+    length = last_end - first_end
     if exaggeration is None:
         exaggeration = float(f"{DRAWN_LIFT * length / largest:.2g}")
     if not 0 < exaggeration * largest <= MOST_LIFT * length:
@@ -113,8 +149,15 @@ def clip(rig: Rig, response: Response, start: float | None = None, seconds: floa
             f"{1e3 * largest:.3g} mm, is drawn as {MOST_LIFT:g} of the shaft's length"
         )
     trace, contact = slice(first, last + 1), np.asarray(response.contact_force).T
-    return Clip(rig, response.time[shown], position, lift[shown], contact[shown], response.time[trace], contact[trace],
-                exaggeration, slow, rate)  # fmt: skip
+    return Clip(rig, response.time[shown], position, number, lift[shown], contact[shown], response.time[trace],
+                contact[trace], exaggeration, slow, rate)  # fmt: skip
+
+
+def _line(shaft: Shaft) -> np.ndarray:
+    """(n_x,) points of a shaft, close on both sides of every step."""
+    steps = np.unique(outline(shaft)[0])[1:-1]
+    near = 1e-9 * (shaft.end - shaft.start)
+    return np.sort(np.concatenate((np.linspace(shaft.start, shaft.end, POINTS), steps - near, steps + near)))
 
 
 def _count(seconds: float, slow: float, rate: float) -> int:

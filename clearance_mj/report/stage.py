@@ -1,4 +1,4 @@
-"""The figure of an animation: the shaft in its bushings, drawn by matplotlib or from pictures, and contact forces.
+"""The figure of an animation: the shafts in their bushings, drawn by matplotlib or from pictures, and contact forces.
 
 Deflections and gaps are drawn many times larger than they are, the shaft's length and thickness as they are. A half of
 a bushing is drawn as yielding by as much as the shaft goes beyond the gap: what the law calls penetration.
@@ -15,9 +15,11 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.patches import Rectangle
+from matplotlib.patches import Polygon, Rectangle
 
+from ..structure import Support
 from .clip import Clip
+from .outline import outline, place, span, starts_clamped
 from .style import COLOURS, FONT, tidy
 
 __all__ = ["CLAMP", "DPI", "HALF", "MASS", "PLATE", "STEEL", "WALL", "Stage"]
@@ -27,26 +29,36 @@ LEFT, RIGHT, TRACE, ABOVE, BETWEEN, BELOW = 0.62, 0.12, 1.1, 0.3, 0.62, 0.42
 """in: margins beside the drawing, height of the trace, room above, between and below the panels"""
 ARROW, PLATE, WALL, LEAST_HEIGHT = 0.1, 0.015, 0.06, 0.15
 """length of the arrow of the largest force, thickness of a bushing's halves, half height of the clamp, least half
-height of the picture, as shares of the shaft's length"""
+height of the picture, as shares of the shafts' length"""
 STEEL, MASS, HALF, CLAMP = "#8a949f", "#4d5660", "#3b3b3b", "#d0d0d0"
 
 
 class Stage:
-    """The figure that becomes one picture after the other: the shaft above, the trace of contact forces below.
+    """The figure that becomes one picture after the other: the shafts above, the trace of contact forces below.
 
     Above, x is in m and y in mm, with the aspect that the exaggeration makes: what MuJoCo draws to the same scale
-    lies under the same axes.
+    lies under the same axes. Several shafts are drawn one above another, each at a level of its own.
     """
 
     def __init__(self, shown: Clip):
-        self.shown = shown
+        self.shown, self.length = shown, shown.length
         self.images: list[np.ndarray] = []
-        rig, length = shown.rig, shown.rig.beam.length
-        self.radius = (rig.beam.diameter or rig.beam.height or 0.0) / 2
-        highest = shown.exaggeration * max(np.abs(shown.lift).max(), *(b.gap for b in rig.bushings))
-        self.per_newton = ARROW * length / max(np.abs(shown.trace).max(), 1e-12)
-        self.half_height = max(LEAST_HEIGHT * length, 1.1 * highest, 1.05 * np.abs(self.arrows()[..., 1]).max())
-        self.left, self.right = -0.04 * length, 1.03 * length
+        self.shafts = shown.rig.linear.shafts
+        outlines = [outline(shaft) for shaft in self.shafts]
+        self.radius = max(float(edges[1].max()) for edges in outlines)
+        self.radii = np.concatenate(
+            [np.interp(shown.position[shown.shaft == i], *edges[:2]) for i, edges in enumerate(outlines)]
+        )
+        self.places = [place(shown.rig, b.position) for b in shown.rig.bushings]
+        self.at_bushings = [np.interp(x, *outlines[i][:2]) for i, x in self.places]
+        self.level = np.zeros(len(self.shafts))
+        highest = shown.exaggeration * max(np.abs(shown.lift).max(), *(b.gap for b in shown.rig.bushings))
+        self.per_newton = ARROW * self.length / max(np.abs(shown.trace).max(), 1e-12)
+        lane = max(LEAST_HEIGHT * self.length, 1.1 * highest, 1.05 * np.nanmax(np.abs(self.arrows()[..., 1])))
+        self.level = lane * np.arange(len(self.shafts) - 1.0, -len(self.shafts), -2.0)
+        self.half_height = lane * len(self.shafts)
+        first, last = span(self.shafts)
+        self.left, self.right = first - 0.04 * self.length, last + 0.03 * self.length
         across = WIDTH - LEFT - RIGHT
         self.size = across, across * 2 * self.half_height / (self.right - self.left)
         self.figure = Figure(facecolor="white", dpi=DPI)
@@ -66,20 +78,29 @@ class Stage:
         return self.figure.add_axes(place), below
 
     def _label(self, ax: Axes) -> None:
-        tidy(ax, ylabel="Lift (mm)", xlabel="Distance from the clamp (m)")
+        along = "Distance from the clamp (m)" if starts_clamped(self.shafts) else "Position along the shaft (m)"
+        tidy(ax, ylabel="Lift (mm)", xlabel=along)
         ax.grid(False)
         ax.set_xlim(self.left, self.right)
         height = self.millimetres(self.half_height)
         ax.set_ylim(-height, height)
+        if len(self.shafts) > 1:  # each shaft has a scale of its own about its level
+            tick = float(f"{0.6 * height / len(self.shafts):.1g}")
+            levels, ticks = self.millimetres(self.level), np.array([-tick, 0.0, tick])
+            ax.set_yticks(np.add.outer(levels, ticks).ravel(), [f"{t:g}" for t in ticks] * len(levels))
+            for level, shaft in zip(levels, self.shafts):
+                y = level - 0.8 * height / len(self.shafts)
+                ax.text(self.right, y, f"{shaft.name} ", ha="right", va="center", fontsize=FONT, style="italic")
         words = f"lifts and gaps drawn {self.shown.exaggeration:.3g} times larger; relative to the base"
         ax.set_title(words, fontsize=FONT, loc="right", pad=4)
 
     def _gaps(self, ax: Axes) -> Iterator[Artist]:
-        """Lines where the shaft's surface touches a bushing."""
-        for bushing in self.shown.rig.bushings:
-            ends = np.array(bushing.ends) + 0.015 * self.shown.rig.beam.length * np.array([-1, 1])
-            touch = 1e3 * bushing.gap + self.millimetres(self.radius)
-            yield ax.hlines([-touch, touch], *ends, color=HALF, lw=0.7)
+        """Lines where the shaft's surface touches a bushing that stands on the base."""
+        for bushing, (i, x), radius in zip(self.shown.rig.bushings, self.places, self.at_bushings):
+            if bushing.to is None:
+                reach = bushing.length / 2 + 0.015 * self.length
+                touch = 1e3 * np.array(bushing.walls) + self.millimetres(self.level[i] + radius * np.array([-1, 1]))
+                yield ax.hlines(touch[np.isfinite(touch)], x - reach, x + reach, color=HALF, lw=0.7)
 
     def millimetres(self, drawn: Any) -> Any:
         """What a drawn height in m stands for, in mm."""
@@ -94,23 +115,50 @@ class Stage:
         self.figure.align_ylabels()
         return ax.axvline(0, color="black", lw=0.8)
 
+    def height(self) -> np.ndarray:
+        """(n, n_x) drawn height of the shafts' lines, m."""
+        return self.level[self.shown.shaft] + self.shown.exaggeration * self.shown.lift
+
+    def masses_on_shafts(self) -> list[tuple[float, np.ndarray]]:
+        """Position of every point mass and disc, and its drawn height in every picture, (n,), m."""
+        points = [m.position for m in self.shown.rig.masses]
+        points += [f"{s.name}@{d.position!r}" if s.name else d.position for s in self.shafts for d in s.discs]
+        lanes = [place(self.shown.rig, point) for point in points]
+        lifts = [self.shown.exaggeration * self.shown.lift_at(point) for point in points]
+        return [(x, self.level[i] + lift) for (i, x), lift in zip(lanes, lifts)]
+
+    def supports(self) -> list[tuple[Support, int, int]]:
+        """Supports, the numbers of their shafts, and -1 at a shaft's start, 1 at its end, 0 between."""
+        return [
+            (support, i, int(support.position == shaft.end) - int(support.position == shaft.start))
+            for i, shaft in enumerate(self.shafts)
+            for support in shaft.supports
+        ]
+
     def arrows(self) -> np.ndarray:
         """(n, n_bushings, 2, 2) where each arrow begins and ends: x and drawn height, m. It ends on its half."""
         shown = self.shown
-        thickness = PLATE * shown.rig.beam.length
+        thickness = PLATE * self.length
         below, above = np.moveaxis(self.halves(), -1, 0)
         tip = np.where(shown.force > 0, above + thickness, below - thickness)
+        tip = np.where(np.isfinite(tip), tip, self.level[[i for i, _ in self.places]])
         tail = tip + self.per_newton * shown.force
-        along = np.broadcast_to([b.position for b in shown.rig.bushings], tip.shape)
+        along = np.broadcast_to([x for _, x in self.places], tip.shape)
         return np.stack((np.stack((along, tail), axis=-1), np.stack((along, tip), axis=-1)), axis=2)
 
     def halves(self) -> np.ndarray:
-        """(n, n_bushings, 2) drawn height of the inner faces of the lower and the upper halves, m."""
-        shown = self.shown
-        at, gap = np.array([(b.position, b.gap) for b in shown.rig.bushings]).T
-        lift = np.array([np.interp(at, shown.position, lift) for lift in shown.lift])
-        faces = np.stack((np.minimum(lift, -gap), np.maximum(lift, gap)), axis=-1)
-        return shown.exaggeration * faces + self.radius * np.array([-1, 1])
+        """(n, n_bushings, 2) drawn height of the inner faces of the lower and the upper halves, m; infinite for none.
+
+        A bushing on another shaft moves with it.
+        """
+        shown, faces = self.shown, []
+        for bushing, (i, _), radius in zip(shown.rig.bushings, self.places, self.at_bushings):
+            carried = 0.0 if bushing.to is None else shown.lift_at(bushing.to)
+            moved = shown.lift_at(bushing.position) - carried
+            lower, upper = bushing.walls
+            pair = np.column_stack((np.minimum(moved, lower), np.maximum(moved, upper))) + np.reshape(carried, (-1, 1))
+            faces.append(self.level[i] + shown.exaggeration * pair + radius * np.array([-1, 1]))
+        return np.stack(faces, axis=1)
 
     def show_images(self, images: list[np.ndarray]) -> None:
         """Let pictures of MuJoCo, if there are any, be shown under the axes."""
@@ -122,20 +170,47 @@ class Stage:
 
     def show_lines(self) -> None:
         """Let matplotlib draw the rig."""
-        ax, rig, length = self.above, self.shown.rig, self.shown.rig.beam.length
-        wall, plate = self.millimetres(WALL * length), self.millimetres(PLATE * length)
-        ax.add_patch(Rectangle((self.left, -wall), -self.left, 2 * wall, facecolor=CLAMP, hatch="////", lw=0))
-        self.shaft = ax.fill_between(self.shown.position, 0, 0, color=STEEL, lw=0)
-        (self.masses,) = ax.plot([m.position for m in rig.masses], [0] * len(rig.masses), "o", color=MASS, ms=9)
+        ax, rig, plate = self.above, self.shown.rig, self.millimetres(PLATE * self.length)
+        for support, i, side in self.supports():
+            self._draw_support(support, i, side)
+        numbers = [self.shown.shaft == i for i in range(len(self.shafts))]
+        self.lines = [(on, ax.fill_between(self.shown.position[on], 0, 0, color=STEEL, lw=0)) for on in numbers]
+        on_shafts = self.masses_on_shafts()
+        self.of_masses = np.array([height for _, height in on_shafts]).reshape(len(on_shafts), -1)
+        (self.masses,) = ax.plot([x for x, _ in on_shafts], [0] * len(on_shafts), "o", color=MASS, ms=9)
         self.plates = [
-            [ax.add_patch(Rectangle((b.ends[0], 0), b.length, side * plate, facecolor=HALF, lw=0)) for side in (-1, 1)]
-            for b in rig.bushings
-        ]
+            [ax.add_patch(Rectangle((x - b.length / 2, 0), b.length, side * plate, facecolor=HALF, lw=0))
+             for side in (-1, 1)]
+            for b, (_, x) in zip(rig.bushings, self.places)
+        ]  # fmt: skip
         look: dict[str, Any] = {"angles": "xy", "scale_units": "xy", "scale": 1, "width": 0.005, "minlength": 0}
         start = self.arrows()[0, :, 0]
         colours = [COLOURS[j % len(COLOURS)] for j in range(len(rig.bushings))]
         self.force = ax.quiver(*start.T, 0 * start[:, 0], 0 * start[:, 0], color=colours, **look)
-        self.moving += [self.shaft, self.masses, *(half for pair in self.plates for half in pair), self.force]
+        halves = (half for pair in self.plates for half in pair)
+        self.moving += [*(line for _, line in self.lines), self.masses, *halves, self.force]
+
+    def _draw_support(self, support: Support, i: int, side: int) -> None:
+        """A wall at an end, blocks or a foot between."""
+        ax, x, level = self.above, support.position, self.millimetres(self.level[i])
+        wall, wide = self.millimetres(WALL * self.length), 0.02 * self.length
+        radius = self.millimetres(np.interp(x, *outline(self.shafts[i])[:2]))
+        look: dict[str, Any] = {"facecolor": CLAMP, "hatch": "////", "lw": 0}
+        if support.kind in ("clamped", "guided") and side:
+            away = (0.004 * self.length if support.kind == "guided" else 0.0) * side
+            edge = self.left if side < 0 else self.right
+            ax.add_patch(Rectangle((x + away, level - wall), edge - x - away, 2 * wall, **look))
+        elif support.kind == "clamped":
+            for sign in (-1, 1):
+                ax.add_patch(Rectangle((x - wide / 2, level + sign * radius), wide, sign * wall, **look))
+        elif support.kind == "pinned":
+            foot = level - radius - 0.7 * wall
+            corners = [(x, level - radius), (x - wide / 2, foot), (x + wide / 2, foot)]
+            ax.add_patch(Polygon(corners, facecolor=CLAMP, edgecolor=HALF, lw=0.7))
+        elif support.translation:
+            y = level - radius - wall * np.array([0, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 1.0])
+            ax.plot(x + 0.2 * wide * np.array([0, 0, 1, -1, 1, -1, 1, 0, 0]), y, color=HALF, lw=0.8, zorder=0)
+            ax.add_patch(Rectangle((x - wide / 2, y[-1]), wide, -0.2 * wall, **look))
 
     def picture(self, i: int) -> np.ndarray:
         """(height, width, 3) pixels of one picture. Only what moves is drawn anew."""
@@ -157,12 +232,13 @@ class Stage:
         if self.images:
             self.image.set_data(self.images[i])
             return
-        line, half = 1e3 * shown.lift[i], self.millimetres(self.radius)
-        self.shaft.set_data(shown.position, line - half, line + half)
-        self.masses.set_ydata(np.interp(np.asarray(self.masses.get_xdata()), shown.position, line))
+        middle, half = self.millimetres(self.height()[i]), self.millimetres(self.radii)
+        for on, line in self.lines:
+            line.set_data(shown.position[on], (middle - half)[on], (middle + half)[on])
+        self.masses.set_ydata(self.millimetres(self.of_masses[:, i]))
         for pair, faces in zip(self.plates, self.millimetres(self.halves()[i])):
-            for half, face in zip(pair, faces):
-                half.set(y=face)
+            for plate, face in zip(pair, faces):
+                plate.set(y=face if np.isfinite(face) else 0.0, visible=bool(np.isfinite(face)))
         tail, tip = np.moveaxis(self.arrows()[i], 1, 0) * (1, self.millimetres(1))
         self.force.set_offsets(tail)
         self.force.set_UVC(*(tip - tail).T)
