@@ -382,7 +382,7 @@ class Rig:
     @property
     def total_mass(self) -> float | None:
         """Mass of structure and point masses in kg; None where the structure does not tell it."""
-        mass = self.linear.mass
+        mass = self.linear.total_mass
         return None if mass is None else mass + sum(m.mass for m in self.point_masses)
 
     @property
@@ -459,6 +459,7 @@ class Rig:
         """Write the rig as TOML; an existing file is replaced only once the new one is whole.
 
         Files that its structure was read from stay where they are: the rig file names them relative to its folder.
+        Arrays that it was given get a file beside the rig file.
 
         Parameters
         ----------
@@ -466,7 +467,10 @@ class Rig:
             The file.
         """
         folder = Path(path).absolute().parent
-        data = _with_files(self.to_dict(), lambda name: Path(os.path.relpath(name, folder)).as_posix())
+        structure = self.structure and self.structure.saved_beside(Path(path))
+        data = _with_files(
+            self.replace(structure=structure).to_dict(), lambda name: Path(os.path.relpath(name, folder)).as_posix()
+        )
         with replacing(path) as temporary:
             temporary.write_text(tomli_w.dumps(data), encoding="utf-8")
 

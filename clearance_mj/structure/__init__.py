@@ -5,6 +5,7 @@ from typing import Annotated, TypeAlias
 from ..validation import OneOf
 from .base import LinearModel, Point, Structure, register
 from .beam import Beam
+from .matrices import Matrices
 from .shaft import Disc, Material, Section, Shaft, Support
 
 __all__ = [
@@ -13,6 +14,7 @@ __all__ = [
     "Disc",
     "LinearModel",
     "Material",
+    "Matrices",
     "Point",
     "Section",
     "Shaft",

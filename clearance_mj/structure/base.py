@@ -13,7 +13,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any, ClassVar, Self, TypeAlias, TypeVar
+from typing import Annotated, Any, ClassVar, Literal, Self, TypeAlias, TypeVar
 
 import numpy as np
 from pydantic import PlainValidator, WithJsonSchema
@@ -130,6 +130,9 @@ class LinearModel:
     """(n, n) further damping, N s/m"""
     reduced: bool = False
     """whether the coordinates are few already: Ritz functions or modes"""
+    reduction: Literal["residual-flexibility", "craig-bampton"] = "residual-flexibility"
+    """how many coordinates become few: free modes and static shapes under forces, or held modes and static shapes
+    under displacements of the points"""
 
 
 class Structure(ABC):
@@ -181,13 +184,23 @@ class Structure(ABC):
                 data[field] = str(copy)
         return from_plain(type(self), data, "structure", RigError) if taken else self
 
+    def saved_beside(self, path: Path) -> Self:
+        """Return the same structure, what it has only in memory read from a file beside a rig file.
+
+        Parameters
+        ----------
+        path : Path
+            The rig file.
+        """
+        return self
+
     @property
     def shafts(self) -> tuple[Any, ...]:
         """The `Shaft` or shafts that it is made of, for drawings and chains of links; none for matrices and modes."""
         return ()
 
     @property
-    def mass(self) -> float | None:
+    def total_mass(self) -> float | None:
         """Mass in kg; None where a structure does not tell it."""
         return None
 

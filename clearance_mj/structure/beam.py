@@ -87,7 +87,7 @@ class Beam(Structure):
         return self.density * self.area
 
     @property
-    def mass(self) -> float:
+    def total_mass(self) -> float:
         """Mass in kg."""
         return self.mass_per_length * self.length
 

@@ -122,7 +122,7 @@ class Shaft(Structure):
         return tuple(self.start + math.fsum(s.length for s in self.sections[:i]) for i in range(len(self.sections) + 1))
 
     @property
-    def mass(self) -> float:
+    def total_mass(self) -> float:
         """Mass in kg, with the discs."""
         _, weight, rigidity = self._integration
         return float(weight @ rigidity.mass) + sum(disc.mass for disc in self.discs)

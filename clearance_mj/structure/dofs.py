@@ -1,0 +1,120 @@
+"""Tables of degrees of freedom: node, direction and, where it is told, the node's place."""
+
+from __future__ import annotations
+
+import csv
+import difflib
+import functools
+import re
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from .base import AXES, parse_dof
+
+__all__ = ["Dofs", "dof_table", "read_dofs"]
+
+_DIRECTION = re.compile(r"([+-]?)(?:(U|T|R|ROT|)([XYZ])|([1-6]))")
+
+
+@dataclass(frozen=True, eq=False)
+class Dofs:
+    """What the rows of matrices are."""
+
+    names: tuple[str, ...]
+    """of each, such as "12:RX", without sign"""
+    signs: np.ndarray
+    """(n,) -1 where a coordinate counts against its direction"""
+    places: np.ndarray | None = None
+    """(n, 3) where the nodes are, in the matrices' unit of length; None if it is not told"""
+
+    @functools.cached_property
+    def rows(self) -> dict[str, int]:
+        """Row by name."""
+        return {name: i for i, name in enumerate(self.names)}
+
+    @property
+    def axes(self) -> np.ndarray:
+        """(n,) number of each one's direction in `AXES`."""
+        return np.array([AXES.index(name.partition(":")[2]) for name in self.names])
+
+    def find(self, point: float | str) -> tuple[int, float]:
+        """Row of a point and its sign there; a ValueError says what comes nearest."""
+        dof = parse_dof(point)
+        if dof is None:
+            raise ValueError(f'"{point}" is no degree of freedom, a text such as "{self.names[0]}" (node, direction)')
+        node, axis, sign = dof
+        row = self.rows.get(f"{node}:{axis}")
+        if row is None:
+            raise ValueError(f'"{point}" is no degree of freedom of the structure; {self._nearest(str(node))}')
+        return row, sign * self.signs[row]
+
+    def of_node(self, node: str) -> list[str]:
+        """Names of a node's degrees of freedom."""
+        return [name for axis in AXES if (name := f"{node}:{axis}") in self.rows]
+
+    def _nearest(self, node: str) -> str:
+        if own := self.of_node(node):
+            return f"node {node} has {', '.join(name.partition(':')[2] for name in own)}"
+        nodes = list(dict.fromkeys(name.partition(":")[0] for name in self.names))
+        if node.isdigit() and all(n.isdigit() for n in nodes):
+            near = sorted(sorted(nodes, key=lambda n: abs(int(n) - int(node)))[:2], key=int)
+        else:
+            near = difflib.get_close_matches(node, nodes, 2, 0.0)
+        return f"the nearest nodes are {' and '.join(near)}"
+
+
+def dof_table(texts: Iterable[str], places: np.ndarray | None = None) -> Dofs:
+    """Make a table from texts such as "12:X", "12:-RZ", "12:UX" or "12:4" (X Y Z RX RY RZ are 1 to 6)."""
+    names, signs = [], []
+    for row, text in enumerate(texts, 1):
+        node, _, direction = str(text).strip().partition(":")
+        found = _DIRECTION.fullmatch(direction.strip().upper())
+        if not found or parse_dof(f"{node}:X") is None:
+            raise ValueError(
+                f"dofs row {row}: {text!r} is no degree of freedom; write a node and X, Y, Z, RX, RY or RZ, as in 12:RX"
+            )
+        sign, kind, letter, number = found.groups()
+        names.append(f"{node}:{AXES[int(number) - 1] if number else ('R' if kind in ('R', 'ROT') else '') + letter}")
+        signs.append(-1.0 if sign == "-" else 1.0)
+    if not names:
+        raise ValueError("dofs is empty; needs a node and a direction for each row of the matrices")
+    if len(set(names)) < len(names):
+        first = {name: row for row, name in reversed([*enumerate(names, 1)])}
+        row, name = next((row, name) for row, name in enumerate(names, 1) if first[name] != row)
+        raise ValueError(f"dofs row {row}: {name} stands in row {first[name]} already")
+    if places is not None and (places.shape != (len(names), 3) or not np.isfinite(places).all()):
+        raise ValueError(f"dofs: the coordinates must be {len(names)} x 3 finite numbers, one row for each")
+    return Dofs(tuple(names), np.array(signs), places)
+
+
+def read_dofs(name: str) -> Dofs:
+    """Read a CSV table with the columns node, direction and, if known, x, y, z."""
+    path = Path(name)
+    with path.open(newline="", encoding="utf-8-sig") as file:
+        sample = file.read(4096)
+        file.seek(0)
+        rows = [[cell.strip() for cell in row] for row in csv.reader(file, delimiter=_delimiter(sample)) if any(row)]
+    header = [cell.lower() for cell in rows[0]] if rows else []
+    if "node" not in header or "direction" not in header:
+        raise ValueError(f"{path}: the first line must name the columns node, direction and, if known, x, y, z")
+    for i, row in enumerate(rows[1:], 1):
+        if len(row) != len(header):
+            raise ValueError(f"{path}: row {i} has {len(row)} cells, the first line {len(header)}")
+    columns = dict(zip(header, zip(*rows[1:])))
+    try:
+        places = np.array([columns[axis] for axis in "xyz"], dtype=float).T if {"x", "y", "z"} <= set(header) else None
+    except ValueError as error:
+        raise ValueError(f"{path}: x, y and z must be numbers ({error})") from None
+    try:
+        return dof_table(map(":".join, zip(columns.get("node", ()), columns.get("direction", ()))), places)
+    except ValueError as error:
+        raise ValueError(f"{path}: {error}") from None
+
+
+def _delimiter(sample: str) -> str:
+    """Comma, semicolon or tab, whichever the first line has."""
+    line = sample.partition("\n")[0]
+    return max(",;\t", key=line.count)

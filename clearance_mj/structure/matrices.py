@@ -1,0 +1,318 @@
+"""Structures given by their matrices, as an FE program exports them."""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+import os
+import shutil
+import tempfile
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Annotated, Any, ClassVar, Literal, NamedTuple, TypeAlias, TypeVar
+
+import numpy as np
+import scipy.sparse
+from pydantic import Field, PlainValidator, WithJsonSchema
+
+from ..errors import RigError
+from ..files import replacing
+from ..validation import NotNegative, Share, Text, checked
+from .base import LinearModel, Structure, register
+from .dofs import Dofs, dof_table, read_dofs
+from .files import absolute, content
+from .matrix_checks import check_mass, check_stiffness, symmetric
+from .matrix_files import NAMES, Matrix, as_matrix, read_matrix, read_model, write_model
+from .reduction import DENSE
+
+__all__ = ["UNITS", "Matrices"]
+
+UNITS = {
+    "m-kg-s": (1.0, 1.0, 1.0),
+    "mm-t-s": (1e-3, 1e3, 1.0),
+    "mm-kg-ms": (1e-3, 1.0, 1e-3),
+    "mm-kg-s": (1e-3, 1.0, 1.0),
+    "mm-g-ms": (1e-3, 1e-3, 1e-3),
+    "cm-g-s": (1e-2, 1e-3, 1.0),
+    "in-lbf-s": (0.0254, 4.4482216152605 / 0.0254, 1.0),
+    "ft-lbf-s": (0.3048, 4.4482216152605 / 0.3048, 1.0),
+}
+"""Systems of units of FE programs: m, kg and s in their units of length, mass and time. Forces are in N for m-kg-s and
+mm-t-s, kN for mm-kg-ms, mN for mm-kg-s, N for mm-g-ms, dyn for cm-g-s."""
+Units: TypeAlias = Literal["m-kg-s", "mm-t-s", "mm-kg-ms", "mm-kg-s", "mm-g-ms", "cm-g-s", "in-lbf-s", "ft-lbf-s"]
+INLINE = 20
+"""degrees of freedom up to which arrays stand in the rig file itself"""
+
+CACHE = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "clearance_mj"
+"""Where files of arrays are kept, each named by its content"""
+T = TypeVar("T")
+
+
+def _source(value: object) -> Any:
+    if isinstance(value, str | Path):
+        return str(value)
+    if isinstance(value, list | tuple | np.ndarray) or scipy.sparse.issparse(value):
+        try:
+            matrix = as_matrix("", value)
+        except (TypeError, ValueError) as error:
+            raise ValueError(str(error).lstrip(": ")) from None
+        if len(matrix.diagonal()) > INLINE:
+            return matrix
+        dense = matrix if isinstance(matrix, np.ndarray) else matrix.toarray()
+        return tuple(map(tuple, dense.tolist()))
+    raise ValueError(f"must be the name of a file, or rows of numbers, got {value!r}")
+
+
+def _table(value: object) -> Any:
+    if isinstance(value, str | Path):
+        return str(value)
+    if isinstance(value, list | tuple | np.ndarray) and all(isinstance(text, str) for text in value):
+        return tuple(map(str, value))
+    raise ValueError(f'must be the name of a CSV file, or a list of texts such as "12:Z", got {value!r}')
+
+
+_ROWS = {"type": "array", "items": {"type": "array", "items": {"type": "number"}}}
+Source: TypeAlias = Annotated[
+    str | tuple[tuple[float, ...], ...], PlainValidator(_source), WithJsonSchema({"anyOf": [{"type": "string"}, _ROWS]})
+]
+"""A matrix: the name of a file, or its rows"""
+Table: TypeAlias = Annotated[
+    str | tuple[str, ...],
+    PlainValidator(_table),
+    WithJsonSchema({"anyOf": [{"type": "string"}, {"type": "array", "items": {"type": "string"}}]}),
+]
+"""Degrees of freedom: the name of a CSV file, or texts such as "12:Z" """
+
+
+class _Free(NamedTuple):
+    """What can move, in SI units: kg, N/m, N s/m, m, kg m, N m/rad, ..."""
+
+    mass: Matrix
+    stiffness: Matrix
+    damping: Matrix | None
+    influence: np.ndarray
+    dofs: Dofs  # of all rows, the fixed ones too
+    columns: np.ndarray  # (n_all,) of each in the matrices above; -1 of a fixed one
+    total: float | None  # kg
+
+
+@register
+@checked(RigError)
+class Matrices(Structure):
+    """Mass, stiffness and damping matrices, dense or sparse, with a table of their degrees of freedom.
+
+    Give either ``file``, which holds everything, or ``mass`` and ``stiffness``: names of files, or arrays. Arrays of
+    more than 20 degrees of freedom are kept in a file in the user's cache folder, which `Rig.save` copies to the rig
+    file. Two are equal if what they hold is, wherever the files are.
+    """
+
+    units: Units | None = None
+    """of length, mass (or force) and time in the matrices and coordinates; never guessed, so one must be given"""
+    file: Text | None = None
+    """.npz or .mat with M, K, perhaps C, and dofs"""
+    mass: Source | None = None
+    """M: file .mtx, .npz, .npy or .mat, or rows of numbers"""
+    stiffness: Source | None = None
+    """K: the same"""
+    damping: Source | None = None
+    """C: the same"""
+    dofs: Table | None = None
+    """CSV file with the columns node, direction and, if known, x, y, z, or texts such as "12:Z", one for each row"""
+    fixed: tuple[Text, ...] = ()
+    """degrees of freedom ("12:Z") or nodes ("12") that the base holds, of matrices of the free structure"""
+    rayleigh: tuple[NotNegative, NotNegative] = (0.0, 0.0)
+    """(η1 in 1/s, η2 in s): damping η1 M + η2 K, in addition"""
+    damping_ratios: tuple[Share, ...] = ()
+    """of the modes, in addition; the last one holds for all that follow"""
+    reduction: Literal["residual-flexibility", "craig-bampton"] = "residual-flexibility"
+    """modes of the structure and static shapes under forces, or modes with held clearances and static shapes under
+    displacements"""
+    sha256: Annotated[Text, Field(pattern="^[0-9a-f]{64}$")] | None = None
+    """of the files' bytes, one after another; if it is given, changed files are refused"""
+    kind: Literal["matrices"] = "matrices"
+    """of structure"""
+    files: ClassVar[tuple[str, ...]] = ("file", "mass", "stiffness", "damping", "dofs")
+
+    def __post_init__(self) -> None:
+        if self.units is None:
+            raise ValueError(
+                'units is missing; write "m-kg-s" for matrices in m, kg, N, "mm-t-s" for mm, t, N, or another of '
+                + ", ".join([*UNITS][2:])
+            )
+        if (self.file is None) == (self.mass is None):
+            raise ValueError("give either file, or mass and stiffness")
+        if self.file is not None and (self.stiffness is not None or self.damping is not None):
+            raise ValueError("give either file, or mass and stiffness")
+        if self.file is None and self.stiffness is None:
+            raise ValueError("stiffness is missing; a structure needs it beside its mass")
+        if self.file is None and self.dofs is None:
+            raise ValueError('dofs is missing; give a CSV table of node and direction, or a list ["1:X", "1:Z", ...]')
+        for name in self._files:
+            self._set(name, _named(name, absolute, getattr(self, name)))
+        if not all(isinstance(getattr(self, name), str | tuple | None) for name in self.files):
+            self._keep()
+        if self._files:
+            self._set("sha256", content([getattr(self, name) for name in self._files], self.sha256))
+        _free(self)
+
+    def _set(self, name: str, value: object) -> None:
+        object.__setattr__(self, name, value)
+
+    @property
+    def _files(self) -> list[str]:
+        """Names of the fields that name files."""
+        return [name for name in self.files if isinstance(getattr(self, name), str)]
+
+    def _keep(self) -> None:
+        """Put arrays into a file, so that the structure stays small, plain data."""
+        matrices, dofs = _read(self)
+        with tempfile.TemporaryDirectory() as folder:
+            written = Path(folder) / "matrices.npz"
+            write_model(written, matrices, dofs)
+            kept = CACHE / f"matrices_{content([str(written)], None)[:16]}.npz"
+            if not kept.exists():
+                with replacing(kept) as temporary:
+                    shutil.copyfile(written, temporary)
+        for name in self.files:
+            self._set(name, None)
+        self._set("file", str(kept))
+
+    def _values(self) -> tuple[object, ...]:
+        """What makes two the same: the content of files, not their names."""
+        names = (f.name for f in dataclasses.fields(self) if f.name not in self._files)
+        return tuple(getattr(self, name) for name in names)
+
+    def __eq__(self, other: object) -> bool:
+        return self._values() == other._values() if isinstance(other, Matrices) else NotImplemented
+
+    def __hash__(self) -> int:
+        return hash(self._values())
+
+    def saved_beside(self, path: Path) -> Matrices:
+        """Return the same, arrays' file beside the rig file; see `Structure.saved_beside`."""
+        if self.file is None or Path(self.file).parent != CACHE:
+            return self
+        beside = path.with_name(f"{path.stem}_matrices.npz")
+        with replacing(beside) as temporary:
+            shutil.copyfile(self.file, temporary)
+        return dataclasses.replace(self, file=str(beside))
+
+    def check(self, point: float | str) -> None:
+        """Refuse what is not a degree of freedom that can move; see `Structure.check`."""
+        free = _free(self)
+        row, _ = free.dofs.find(point)
+        if free.columns[row] < 0:
+            raise ValueError(f'"{point}" is fixed to the base; a clearance to the base has no "to"')
+
+    @property
+    def total_mass(self) -> float | None:
+        """Mass in kg of what moves along one axis; see `Structure.total_mass`."""
+        return _free(self).total
+
+    def coordinates(self, point: float | str) -> np.ndarray:
+        """Return where a node is; see `Structure.coordinates`."""
+        dofs = _free(self).dofs
+        return np.zeros(3) if dofs.places is None else dofs.places[dofs.find(point)[0]]
+
+    def assemble(self, points: tuple[float | str, ...], modes: int) -> LinearModel:
+        """Return the matrices of what can move; see `Structure.assemble`."""
+        free = _free(self)
+
+        def rows(at: Sequence[float | str]) -> np.ndarray:
+            found = np.zeros((len(at), free.mass.shape[0]))
+            for row, point in zip(found, at):
+                index, sign = free.dofs.find(point)
+                row[free.columns[index]] = sign
+            return found
+
+        return LinearModel(
+            free.mass,
+            free.stiffness,
+            free.influence,
+            rows,
+            self.rayleigh,
+            self.damping_ratios,
+            free.damping,
+            reduction=self.reduction,
+        )
+
+
+def _named(name: str, function: Callable[[str], T], value: str) -> T:
+    """Call a function; its errors begin with the field's name."""
+    try:
+        return function(value)
+    except ValueError as error:
+        raise ValueError(f"{name} {error}") from None
+
+
+def _read(structure: Matrices) -> tuple[dict[str, Matrix], Dofs]:
+    """Matrices and degrees of freedom as they stand in files and fields."""
+    matrices: dict[str, Matrix] = {}
+    dofs: Dofs | None = None
+    if structure.file is not None:
+        matrices, dofs = _named("file", read_model, structure.file)
+    for what in NAMES:
+        source = getattr(structure, what)
+        if isinstance(source, str):
+            matrices[what] = _named(what, functools.partial(read_matrix, what), source)
+        elif source is not None:
+            matrices[what] = np.array(source) if isinstance(source, tuple) else source
+    if isinstance(structure.dofs, str):
+        dofs = _named("dofs", read_dofs, structure.dofs)
+    elif structure.dofs is not None:
+        dofs = dof_table(structure.dofs)
+    if dofs is None:
+        raise ValueError(f"dofs is missing, and {structure.file} holds none; give a CSV table of node and direction")
+    for what, matrix in matrices.items():
+        if matrix.shape[0] != len(dofs.names):
+            size = f"{matrix.shape[0]} x {matrix.shape[0]}"
+            raise ValueError(f"{what} is {size}, but there are {len(dofs.names)} degrees of freedom in dofs")
+    return matrices, dofs
+
+
+@functools.lru_cache(maxsize=8)
+def _free(structure: Matrices) -> _Free:
+    """Read, check, convert to SI units, and take out what the base holds."""
+    matrices, dofs = _read(structure)
+    if structure._files:
+        content([getattr(structure, name) for name in structure._files], structure.sha256)
+    assert structure.units is not None
+    length, kilogram, second = UNITS[structure.units]
+    sign = dofs.signs * np.where(dofs.axes < 3, 1.0, length)  # displacements in m, rotations in rad
+    per_time = {"mass": kilogram, "stiffness": kilogram / second**2, "damping": kilogram / second}
+    whole = {w: _scaled(symmetric(w, m, dofs), per_time[w], sign) for w, m in matrices.items()}
+    dofs = Dofs(dofs.names, np.ones(len(sign)), None if dofs.places is None else dofs.places * length)
+    keep = ~_fixed(structure.fixed, dofs)
+    if not keep.any():
+        raise ValueError("fixed holds every degree of freedom; nothing is left to move")
+    part = {what: matrix[keep][:, keep] for what, matrix in whole.items()}
+    names = tuple(np.array(dofs.names)[keep])
+    check_mass(part["mass"], names)
+    check_stiffness(part["stiffness"], part["mass"], names)
+    rigid = (dofs.axes[:, None] == np.arange(3)).astype(float)
+    inertia = whole["mass"] @ rigid  # the base carries the fixed ones, whose share of the coupling is part of it
+    masses = np.sum(rigid * inertia, axis=0)
+    if part["mass"].shape[0] <= DENSE:
+        part = {what: m if isinstance(m, np.ndarray) else m.toarray() for what, m in part.items()}
+    columns = np.where(keep, np.cumsum(keep) - 1, -1)
+    total = float(masses.max()) or None
+    return _Free(part["mass"], part["stiffness"], part.get("damping"), inertia[keep], dofs, columns, total)
+
+
+def _scaled(matrix: Matrix, factor: float, scale: np.ndarray) -> Matrix:
+    if isinstance(matrix, np.ndarray):
+        return factor * matrix * np.outer(scale, scale)
+    diagonal = scipy.sparse.diags_array(scale)
+    return scipy.sparse.csr_array(factor * (diagonal @ matrix @ diagonal))
+
+
+def _fixed(texts: tuple[str, ...], dofs: Dofs) -> np.ndarray:
+    """(n,) which ones the base holds."""
+    held = np.zeros(len(dofs.names), dtype=bool)
+    for i, text in enumerate(texts):
+        names = [text] if ":" in text else dofs.of_node(text)
+        try:
+            held[[dofs.find(name)[0] for name in names or [f"{text}:X"]]] = True
+        except ValueError as error:
+            raise ValueError(f"fixed[{i}] {error}") from None
+    return held

@@ -1,0 +1,85 @@
+"""What matrices of a structure must be: symmetric, of positive mass, of a stiffness that is not negative."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import scipy.sparse
+import scipy.sparse.linalg
+
+from .dofs import Dofs
+from .matrix_files import Matrix
+
+__all__ = ["check_mass", "check_stiffness", "symmetric"]
+
+ASYMMETRIC = 1e-6
+"""of the geometric mean of the two diagonal terms: difference between the halves that rounding in a file leaves"""
+
+
+def symmetric(what: str, matrix: Matrix, dofs: Dofs) -> Matrix:
+    """Return the mean of a matrix and its transpose; a ValueError says where they differ by more than rounding."""
+    difference = scipy.sparse.coo_array(matrix - matrix.T)
+    size = np.sqrt(np.abs(matrix.diagonal()))
+    floor = 1e-9 * size.max(initial=0.0)
+    size = np.maximum(size, floor)
+    share = np.abs(difference.data) / np.maximum(size[difference.row] * size[difference.col], 1e-300)
+    if share.size and share.max() > ASYMMETRIC:
+        worst = int(np.argmax(share))
+        i, j = int(difference.row[worst]), int(difference.col[worst])
+        hint = "; gyroscopic terms are not part of a linear structure here" if what == "damping" else ""
+        raise ValueError(
+            f"{what} is not symmetric: {matrix[i, j]:g} between {dofs.names[i]} and {dofs.names[j]} (row {i + 1}, "
+            f"column {j + 1}), {matrix[j, i]:g} between {dofs.names[j]} and {dofs.names[i]}{hint}"
+        )
+    return (matrix + matrix.T) / 2
+
+
+def check_mass(mass: Matrix, names: tuple[str, ...]) -> None:
+    """Refuse a mass that is not positive definite; the message names the degree of freedom."""
+    diagonal = mass.diagonal()
+    if not diagonal[at := int(np.argmin(diagonal))] > 0:
+        raise ValueError(
+            f"mass of {names[at]} is {diagonal[at]:g} (row {at + 1}); needs > 0: give it a mass or a rotary inertia, "
+            "export a consistent mass matrix, or condense it (Guyan) in the FE program"
+        )
+    if (worst := _worst(mass, diagonal)) is not None:
+        raise ValueError(
+            f"mass is not positive definite: some motion of {names[worst]} has no positive kinetic energy; look at the "
+            "coupling terms of that row, and whether the file holds the whole matrix"
+        )
+
+
+def check_stiffness(stiffness: Matrix, mass: Matrix, names: tuple[str, ...]) -> None:
+    """Refuse a stiffness that is negative in some motion; the message names the degree of freedom."""
+    diagonal = stiffness.diagonal()
+    if diagonal[at := int(np.argmin(diagonal))] < 0:
+        raise ValueError(
+            f"stiffness of {names[at]} is {diagonal[at]:g} (row {at + 1}); needs >= 0, check the sign of K"
+        )
+    little = 1e-9 * float(np.max(diagonal / mass.diagonal())) or 1.0
+    if (worst := _worst(stiffness + little * mass, diagonal + little * mass.diagonal())) is not None:
+        raise ValueError(
+            f"stiffness is negative in some motion of {names[worst]}; check the signs of K, and whether the file holds "
+            "the whole matrix"
+        )
+
+
+def _worst(matrix: Matrix, diagonal: np.ndarray) -> int | None:
+    """Where a matrix of positive diagonal fails to be positive definite; None if it does not."""
+    scale = 1 / np.sqrt(diagonal)
+    if isinstance(matrix, np.ndarray):
+        value, vector = np.linalg.eigh(matrix * np.outer(scale, scale))
+        return None if value[0] > 1e-14 else int(np.argmax(np.abs(vector[:, 0])))
+    scaled = scipy.sparse.csc_array(matrix.multiply(scale[:, None]).multiply(scale))
+    try:
+        factors: Any = scipy.sparse.linalg.splu(
+            scaled, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True}
+        )
+    except RuntimeError:  # exactly singular
+        return int(np.argmin(abs(scaled).sum(axis=0)))
+    # By Sylvester's law the pivots on the diagonal have the signs of the eigenvalues.
+    pivots = factors.U.diagonal()
+    if np.all(pivots > 1e-14) and np.array_equal(factors.perm_r, factors.perm_c):
+        return None
+    return int(np.argsort(factors.perm_c)[np.argmin(pivots)])
