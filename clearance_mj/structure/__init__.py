@@ -7,6 +7,7 @@ from .base import LinearModel, Point, Structure, register
 from .beam import Beam
 from .matrices import Matrices
 from .shaft import Disc, Material, Section, Shaft, Support
+from .shafts import Shafts, Spring
 
 __all__ = [
     "AnyStructure",
@@ -18,6 +19,8 @@ __all__ = [
     "Point",
     "Section",
     "Shaft",
+    "Shafts",
+    "Spring",
     "Structure",
     "Support",
     "register",

@@ -22,13 +22,26 @@ from ..errors import RigError
 from ..files import replacing
 from ..validation import from_plain, to_plain
 
-__all__ = ["AXES", "LinearModel", "Point", "Rows", "Structure", "dof_vector", "moved", "parse_dof", "parse_place"]
+__all__ = [
+    "AXES",
+    "SHAFT_NAME",
+    "LinearModel",
+    "Point",
+    "Rows",
+    "Structure",
+    "dof_vector",
+    "moved",
+    "parse_dof",
+    "parse_place",
+]
 
 AXES = ("X", "Y", "Z", "RX", "RY", "RZ")
 """Directions of degrees of freedom: translations, then rotations; numbers 1 to 6 in universal files"""
 
 _DOF = re.compile(r"([0-9]{1,9}):([+-]?)(R?[XYZ])")
-_PLACE = re.compile(r"(\w[\w -]*)@([+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]{1,3})?)")
+SHAFT_NAME = r"\w[\w -]*"
+"""of one of several shafts"""
+_PLACE = re.compile(rf"({SHAFT_NAME})@([+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]{{1,3}})?)")
 
 
 def _point(value: object) -> float | str:

@@ -165,7 +165,8 @@ class Shaft(Structure):
         return self.start - slack <= x <= self.end + slack
 
     def _outside(self, x: float) -> str:
-        return f"{x:g} m lies outside the shaft ({self.start:g} <= x <= {self.end:g} m)"
+        name = f' "{self.name}"' if self.name else ""
+        return f"{x:g} m lies outside the shaft{name} ({self.start:g} <= x <= {self.end:g} m)"
 
     def assemble(self, points: tuple[float | str, ...], modes: int) -> LinearModel:
         """Return mass and stiffness of beam elements, fine enough for the modes asked for."""

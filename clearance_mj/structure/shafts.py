@@ -1,0 +1,132 @@
+"""Several parallel shafts, joined by springs and by the rig's clearances."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from typing import Annotated, Literal
+
+import numpy as np
+import scipy.linalg
+from pydantic import Field
+
+from ..errors import RigError
+from ..validation import NotNegative, Share, checked
+from .base import SHAFT_NAME, LinearModel, Point, Structure, parse_place, register
+from .shaft import Shaft
+
+__all__ = ["Shafts", "Spring"]
+
+
+@checked(RigError)
+class Spring:
+    """A spring and a damper in parallel between two shafts, or a shaft and the base."""
+
+    position: Point
+    """on one of the shafts, such as "inner@0.4" """
+    stiffness: NotNegative
+    """N/m"""
+    to: Point | None = None
+    """on another shaft; None: the base"""
+    damping: NotNegative = 0.0
+    """N s/m"""
+
+    @property
+    def joined(self) -> tuple[float | str, ...]:
+        """The points whose relative motion stretches it: ``position`` and, unless it is the base, ``to``."""
+        return (self.position,) if self.to is None else (self.position, self.to)
+
+
+@register
+@checked(RigError)
+class Shafts(Structure):
+    """Parallel shafts that vibrate in one plane, each with a name; a point is such as "inner@0.4"."""
+
+    parts: Annotated[tuple[Shaft, ...], Field(min_length=1)]
+    """the shafts, with their names and own Rayleigh damping"""
+    springs: tuple[Spring, ...] = ()
+    """between them, or to the base"""
+    rayleigh: tuple[NotNegative, NotNegative] = (0.0, 0.0)
+    """(η1 in 1/s, η2 in s): damping η1 M + η2 K of the whole, in addition to the shafts' own"""
+    damping_ratios: tuple[Share, ...] = ()
+    """of the modes, in addition; the last one holds for all that follow"""
+    kind: Literal["shafts"] = "shafts"
+    """of structure"""
+
+    def __post_init__(self) -> None:
+        names = [part.name for part in self.parts]
+        for i, part in enumerate(self.parts):
+            if not re.fullmatch(SHAFT_NAME, part.name):
+                raise ValueError(f'parts[{i}].name "{part.name}" must be letters, digits, spaces, _ and -')
+            if part.name in names[:i]:
+                raise ValueError(f'parts[{i}].name "{part.name}" is used twice; each shaft needs its own')
+            if part.damping_ratios:
+                raise ValueError(f"parts[{i}].damping_ratios: only the modes of the whole have them; give them there")
+        for i, spring in enumerate(self.springs):
+            for field, point in zip(("position", "to"), spring.joined):
+                try:
+                    self.check(point)
+                except ValueError as error:
+                    raise ValueError(f"springs[{i}].{field} {error}") from None
+            if spring.to == spring.position:
+                raise ValueError(f"springs[{i}].to is the spring's own position; give another point")
+
+    @property
+    def shafts(self) -> tuple[Shaft, ...]:
+        """The shafts; see `Structure.shafts`."""
+        return self.parts
+
+    @property
+    def mass(self) -> float:
+        """Mass in kg, with the discs."""
+        return sum(part.mass for part in self.parts)
+
+    def check(self, point: float | str) -> None:
+        """Refuse what is on none of the shafts; see `Structure.check`."""
+        name, x = parse_place(point) or ("", 0.0)
+        for part in self.parts:
+            if part.name == name:
+                return part.check(x)
+        names = ", ".join(f'"{part.name}@..."' for part in self.parts)
+        shown = f'"{point}"' if isinstance(point, str) else f"{point:g} m"
+        raise ValueError(f"{shown} is on none of the shafts: name one, {names}")
+
+    def assemble(self, points: tuple[float | str, ...], modes: int) -> LinearModel:
+        """Return mass and stiffness of the shafts' beam elements and of the springs."""
+        loads = [*points, *(point for spring in self.springs for point in spring.joined)]
+        places = [place for place in map(parse_place, loads) if place]
+        several = modes + len(self.springs)  # a spring raises every frequency to the next one at most
+        models = [part.assemble(tuple(x for name, x in places if name == part.name), several) for part in self.parts]
+        starts = np.cumsum([0, *(len(model.mass) for model in models)])
+
+        def rows(at: Sequence[float | str]) -> np.ndarray:
+            found = np.zeros((len(at), starts[-1]))
+            named = [parse_place(point) or ("", 0.0) for point in at]
+            for part, model, start in zip(self.parts, models, starts):
+                here = [i for i, (name, _) in enumerate(named) if name == part.name]
+                found[here, start : start + len(model.mass)] = model.rows([named[i][1] for i in here])
+            return found
+
+        stiffness = scipy.linalg.block_diag(*(model.stiffness for model in models))
+        viscous = scipy.linalg.block_diag(*map(_own_damping, models))
+        for spring in self.springs:
+            ends = rows(spring.joined)
+            stretch = ends[0] - ends[1:].sum(axis=0)
+            stiffness += spring.stiffness * np.outer(stretch, stretch)
+            viscous += spring.damping * np.outer(stretch, stretch)
+        return LinearModel(
+            scipy.linalg.block_diag(*(model.mass for model in models)),
+            stiffness,
+            np.vstack([model.influence for model in models]),
+            rows,
+            self.rayleigh,
+            self.damping_ratios,
+            viscous if viscous.any() else None,
+        )
+
+
+def _own_damping(model: LinearModel) -> np.ndarray:
+    """(n, n) η1 M + η2 K of a shaft, and its supports' dampers."""
+    eta1, eta2 = model.rayleigh
+    own = eta1 * model.mass + eta2 * model.stiffness
+    return own if model.viscous is None else own + model.viscous
