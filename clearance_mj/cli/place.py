@@ -22,13 +22,13 @@ def _options(parser: argparse.ArgumentParser) -> None:
     option("rig", type=Path, help="rig file (TOML)")
     option("--sensors", type=int, default=8, help="how many (default: %(default)s)")
     option(
-        "--candidates", type=int, default=24,
-        help="evenly spaced positions outside the bushings; their distance is the least between sensors "
-        "(default: %(default)s)",
+        "--candidates", type=_points, default=24,
+        help="how many positions, evenly spaced outside the bushings (their distance is the least between sensors), or "
+        "the points themselves, as 1:+Z,2:+Z (default: %(default)s)",
     )  # fmt: skip
     option(
-        "--at", type=float, action="append", default=[], metavar="X",
-        help="position that gets a sensor in any case, m; may be repeated",
+        "--at", type=_point, action="append", default=[], metavar="X",
+        help="position that gets a sensor in any case, m, or a point such as 1:+Z; may be repeated",
     )  # fmt: skip
     option("--modes", type=_numbers(int), default=[1, 2, 3, 4], help="wanted modes (default: 1,2,3,4)")
     option(
@@ -42,6 +42,17 @@ def _options(parser: argparse.ArgumentParser) -> None:
     )  # fmt: skip
     option("--criterion", default="determinant", help="determinant or trace (default: %(default)s)")
     option("--method", default="exchange", help="exchange, backward, forward or exhaustive (default: %(default)s)")
+
+
+def _point(text: str) -> float | str:
+    try:
+        return float(text)
+    except ValueError:
+        return text
+
+
+def _points(text: str) -> int | list[float | str]:
+    return int(text) if text.lstrip("-").isdigit() else [_point(part) for part in text.split(",")]
 
 
 def _numbers(kind: type[float]) -> Callable[[str], list[float]]:
@@ -64,10 +75,11 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
 
     out_folder(options.out)
     rig = Rig.load(options.rig)
-    position = np.union1d(grid(rig, options.candidates), options.at)
+    spread = options.candidates if isinstance(options.candidates, list) else grid(rig, options.candidates).tolist()
+    position = sorted({*spread, *options.at}, key=lambda point: (isinstance(point, str), point))
     noise = _noise(options.noise, position)
     places = candidates(rig, position, options.modes, options.weights, noise, options.unwanted)
-    required = np.searchsorted(position, options.at).tolist()
+    required = [position.index(point) for point in options.at]
     found = place_sensors(places, options.sensors, options.criterion, options.method, required)
     result = found.to_dict() | {"modes": options.modes, "criterion": options.criterion, "method": options.method}
     write_text(options.out / "placement.json", to_json(result))
@@ -77,7 +89,7 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
     return result | {"out": str(options.out)}
 
 
-def _noise(text: str, position: np.ndarray) -> float | np.ndarray:
+def _noise(text: str, position: list[float | str]) -> float | np.ndarray:
     try:
         return float(text)
     except ValueError:
@@ -90,17 +102,19 @@ def _noise(text: str, position: np.ndarray) -> float | np.ndarray:
         raise ClearanceError(f"--noise {text}: neither a number nor a file ({error.strerror})") from None
     except (ValueError, KeyError, TypeError):
         raise ClearanceError(f"--noise {text}: must be CSV with columns position_m and std, all numbers") from None
-    return np.interp(position, known, std)
+    if any(isinstance(point, str) for point in position):
+        raise ClearanceError(f"--noise {text}: a table over positions needs candidates on one shaft; give a number")
+    return np.interp(np.array(position, dtype=float), known, std)
 
 
 def _print(found: Placement, out: Path) -> None:
-    for x, share, growth in zip(found.position, found.contribution, found.std_growth.max(axis=1)):
+    for label, share, growth in zip(found.labels, found.contribution, found.std_growth.max(axis=1)):
         cost = (
             f"standard deviations grow up to {growth:.2f} times"
             if growth < np.inf
             else "a mode is no longer identifiable"
         )
-        print(f"{x:.4f} m  carries {share:.3f}; without it the determinant is {1 - share:.3f} of this, {cost}")
+        print(f"{label:9} carries {share:.3f}; without it the determinant is {1 - share:.3f} of this, {cost}")
     print(f"determinant {found.determinant:.4g}, trace {found.trace:.4g}, condition {found.condition:.3g}, "
           f"largest MAC between modes {found.worst_mac:.3f}")  # fmt: skip
     print(f"layout: {out / 'placement.csv'}")

@@ -28,7 +28,7 @@ class Placement:
     chosen: tuple[int, ...]
     """indices of the candidates, by position"""
     position: np.ndarray
-    """(n_sensors,) m"""
+    """(n_sensors,) m, or texts such as "inner@0.4" and "12:+Z" """
     determinant: float
     """of the Fisher information"""
     trace: float
@@ -60,19 +60,28 @@ class Placement:
         return float(np.max(self.mac - np.eye(len(self.mac)), initial=0.0))
 
     @property
+    def labels(self) -> list[str]:
+        """Positions in words, such as "0.45 m" and "12:+Z"."""
+        return [_short(x) for x in self.position.tolist()]
+
+    @property
     def table(self) -> pd.DataFrame:
         """A row for each sensor: position, contribution, what its loss costs."""
         import pandas as pd
 
-        columns = {"sensor": np.arange(1, len(self.position) + 1), "position_m": self.position}
+        columns = {"sensor": np.arange(1, len(self.position) + 1), self._column: self.position}
         columns |= {"contribution": self.contribution, "determinant_after_loss": self.determinant_after_loss}
         columns |= {f"std_growth_mode_{j}": growth for j, growth in enumerate(self.std_growth.T, 1)}
         return pd.DataFrame(columns)
 
+    @property
+    def _column(self) -> str:
+        return "point" if self.position.dtype == object else "position_m"
+
     def to_dict(self) -> dict:
         """Return the layout as plain data."""
         return {
-            "position_m": self.position.tolist(),
+            self._column: self.position.tolist(),
             "determinant": self.determinant,
             "trace": self.trace,
             "condition": self.condition,
@@ -97,11 +106,13 @@ def evaluate(candidates: Candidates, chosen: Sequence[int]) -> Placement:
     ClearanceError
         If the layout does not tell every mode.
     """
-    chosen = sorted(chosen, key=lambda i: candidates.position[i])
+    texts = candidates.position.dtype == object
+    chosen = sorted(chosen, key=None if texts else lambda i: candidates.position[i])
     information = candidates.information(chosen)
     if not _tells(information):
+        at = ", ".join(_short(x) for x in candidates.position[chosen].tolist())
         raise ClearanceError(
-            f"{len(chosen)} sensors at {', '.join(f'{x:.4g}' for x in candidates.position[chosen])} m do not tell "
+            f"{len(chosen)} sensors at {at} do not tell "
             f"{len(information)} modes apart; the trace alone does not see to that, the determinant does"
         )
     deviation = np.sqrt(np.diag(np.linalg.inv(information)))
@@ -119,6 +130,10 @@ def evaluate(candidates: Candidates, chosen: Sequence[int]) -> Placement:
         contribution=contribution,
         std_after_loss=np.array(after),
     )
+
+
+def _short(point: float | str) -> str:
+    return point if isinstance(point, str) else f"{point:.4g} m"
 
 
 def _tells(information: np.ndarray) -> bool:

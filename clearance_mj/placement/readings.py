@@ -12,6 +12,8 @@ from numpy.typing import ArrayLike
 from ..beam import ritz_model
 from ..errors import ClearanceError
 from ..rig import Rig
+from ..structure import Shaft
+from ..structure.base import parse_place
 
 __all__ = ["Candidates", "candidates", "grid"]
 
@@ -27,7 +29,7 @@ class Candidates:
     """
 
     position: np.ndarray
-    """(n,) m from the clamp"""
+    """(n,) m along the one shaft; or texts, points of several shafts or degrees of freedom"""
     shapes: np.ndarray
     """(n, n_modes) Φ: reading per unit of each modal coordinate"""
     noise: np.ndarray
@@ -70,27 +72,55 @@ class Candidates:
 
 
 def grid(rig: Rig, count: int) -> np.ndarray:
-    """Evenly spaced positions (count,) along the part of the shaft that is outside the bushings, rising, m.
+    """Evenly spaced points (count,) along the parts of the shafts that are outside the bushings, rising.
+
+    Numbers, m, on one shaft, texts such as "inner@0.4" on several, which share them by their lengths.
 
     Parameters
     ----------
     rig : Rig
         The rig.
     count : int
-        How many, at least 1. The clamp is none of them, the last is at the tip or, if a bushing ends there, before it.
+        How many, at least 1 for each shaft. No end that a support holds is one of them, every other end is.
+
+    Raises
+    ------
+    ClearanceError
+        If there are too few for the shafts, or no shafts.
     """
-    if count < 1:
-        raise ClearanceError(f"give at least 1 candidate, got {count}")
-    outside = rig.beam.length - sum(b.length for b in rig.bushings)
-    x = outside * np.arange(1, count + 1) / count
-    for bushing in sorted(rig.bushings, key=lambda b: b.position):
-        x = np.where(x > bushing.ends[0], x + bushing.length, x)
+    shafts = rig.linear.shafts
+    if not shafts:
+        raise ClearanceError(
+            f"rig {rig.name!r}: its structure has no shaft to spread candidates over; name them, as in 1:+Z,2:+Z,3:+Z"
+        )
+    if count < len(shafts):
+        raise ClearanceError(f"give at least {len(shafts)} candidate{'s' * (len(shafts) > 1)}, got {count}")
+    if len(shafts) == 1:
+        return _along(rig, shafts[0], count)
+    ends = np.cumsum([shaft.end - shaft.start for shaft in shafts])
+    shares = np.diff(np.round((count - len(shafts)) * ends / ends[-1]).astype(int), prepend=0) + 1
+    points = [f"{s.name}@{x:.6g}" for s, share in zip(shafts, shares) for x in _along(rig, s, int(share)).tolist()]
+    return np.array(points, dtype=object)
+
+
+def _along(rig: Rig, shaft: Shaft, count: int) -> np.ndarray:
+    """(count,) positions on one shaft, m."""
+    on_it = [
+        (place[1], b.length) for b in rig.bushings if (place := parse_place(b.position)) and place[0] == shaft.name
+    ]
+    outside = shaft.end - shaft.start - sum(length for _, length in on_it)
+    held = {s.position for s in shaft.supports if s.kind in ("clamped", "pinned")}
+    first, last = int(shaft.start in held), int(shaft.end in held)
+    steps = np.arange(first, first + count) / max(count - 1 + first + last, 1)
+    x = shaft.start + outside * steps
+    for middle, length in sorted(on_it):
+        x = np.where(x > middle - length / 2, x + length, x)
     return x
 
 
 def candidates(
     rig: Rig,
-    position: ArrayLike,
+    position: ArrayLike | Sequence[float | str],
     modes: Sequence[int] = (1, 2, 3, 4),
     weight: ArrayLike = 1.0,
     noise: ArrayLike = 1.0,
@@ -102,8 +132,8 @@ def candidates(
     ----------
     rig : Rig
         The rig, in its linear state within the gap.
-    position : array_like, shape (n,)
-        Where a sensor may sit, m.
+    position : sequence of Point, length n
+        Where a sensor may sit: m, or texts such as "inner@0.4" and "12:+Z".
     modes : sequence of int
         Modes that are wanted, from 1.
     weight : float or array_like, shape (n_modes,)
@@ -117,18 +147,27 @@ def candidates(
     Raises
     ------
     ClearanceError
-        If a position is off the shaft or given twice, or a mode, weight or noise is impossible.
+        If a position is off the structure or given twice, or a mode, weight or noise is impossible.
     """
-    x, wanted, others = np.asarray(position, dtype=float), list(modes), list(unwanted)
-    if not x.size or not np.all((x > 0) & (x <= rig.beam.length)) or np.unique(x).size < x.size:
-        raise ClearanceError(f"candidate positions must differ and lie on the shaft, 0 < x <= {rig.beam.length:g} m")
+    points = list(np.asarray(position, dtype=object))
+    x = np.array(points, dtype=object if any(isinstance(point, str) for point in points) else float)
+    wanted, others = list(modes), list(unwanted)
+    if not points or len(set(points)) < len(points):
+        raise ClearanceError(f"candidate positions must differ, and there must be some; got {points}")
+    for point in points:
+        try:
+            rig.linear.check(point)
+        except ValueError as error:
+            raise ClearanceError(
+                f"a candidate must lie on the {'shaft' if rig.beam else 'structure'}: {error}"
+            ) from None
     if not wanted or min(wanted + others) < 1 or len({*wanted, *others}) < len(wanted + others):
         raise ClearanceError(f"modes count from 1, each once, wanted or unwanted; got {wanted} and {others}")
     weight, noise = np.asarray(weight, dtype=float), np.asarray(noise, dtype=float)
     for name, values, size in (("weights", weight, len(wanted)), ("noise", noise, x.size)):
         if values.shape not in ((), (size,)) or not np.all((values > 0) & np.isfinite(values)):
             raise ClearanceError(f"{name}: give one number > 0 or {size}, got {values.tolist()}")
-    shapes = ritz_model(rig, max(wanted + others) + 16, grease=True).shapes(x)
+    shapes = ritz_model(rig, max(wanted + others) + 16, grease=True).shapes(points)
     disturbing = shapes[:, np.array(others, dtype=int) - 1] * weight.max()
     covariance = np.diag(np.broadcast_to(noise**2, x.size)) + disturbing @ disturbing.T
     return Candidates(x, shapes[:, np.array(wanted) - 1] * weight, covariance)

@@ -12,6 +12,7 @@ from matplotlib.patches import Rectangle
 from ..beam import mode_shapes
 from ..placement import Candidates, Placement
 from ..rig import Rig
+from .outline import place, starts_clamped
 from .style import FONT, REPEAT, TEST, Drawing, canvas, tidy
 
 __all__ = ["draw"]
@@ -26,26 +27,33 @@ def draw(rig: Rig, places: Candidates, found: Placement, modes: Sequence[int]) -
     """Draw a layout for the modes of these numbers, and where its sensors might have sat."""
     figure = canvas(5.6)
     grid = figure.add_gridspec(2, 2, height_ratios=(1.25, 1))
-    _shaft(figure.add_subplot(grid[0, :]), rig, places, found, modes)
+    on_one_shaft = len(rig.linear.shafts) == 1 and places.position.dtype == float
+    (_shaft if on_one_shaft else _points)(figure.add_subplot(grid[0, :]), rig, places, found, modes)
     _carried(figure.add_subplot(grid[1, 0]), found)
     _lost(figure.add_subplot(grid[1, 1]), found, modes)
     caption = (
         f"{len(found.chosen)} sensors (numbered) for modes {', '.join(map(str, modes))} of rig “{rig.name}”; ticks: "
-        "candidates; grey: bushings. Below: the share of the information that goes with each sensor, and how many "
-        "times the least standard deviation of each mode grows without it."
+        f"candidates{'; grey: bushings' * on_one_shaft}. Below: the share of the information that goes with each "
+        "sensor, and how many times the least standard deviation of each mode grows without it."
     )
-    return Drawing("placement", figure, caption, f"Layout of {len(found.chosen)} sensors along the shaft.")
+    return Drawing("placement", figure, caption, f"Layout of {len(found.chosen)} sensors.")
 
 
 def _shaft(ax: Axes, rig: Rig, places: Candidates, found: Placement, modes: Sequence[int]) -> None:
-    length = rig.beam.length
+    shaft = rig.linear.shafts[0]
+    start, end = shaft.start, shaft.end
+    length = end - start
     for bushing in rig.bushings:
-        ax.add_patch(Rectangle((bushing.ends[0], -1.25), bushing.length, 2.5, facecolor="#dddddd", edgecolor="none"))
-    ax.add_patch(
-        Rectangle((-0.02 * length, -1.25), 0.02 * length, 2.5, facecolor="#eeeeee", edgecolor="#444444", hatch="////")
-    )
+        left = place(rig, bushing.position)[1] - bushing.length / 2
+        ax.add_patch(Rectangle((left, -1.25), bushing.length, 2.5, facecolor="#dddddd", edgecolor="none"))
+    for support in shaft.supports:
+        if support.kind == "clamped":
+            left = support.position - 0.02 * length * (1 - (support.position - start) / length)
+            ax.add_patch(Rectangle((left, -1.25), 0.02 * length, 2.5, fc="#eeeeee", ec="#444444", hatch="////"))
+        else:
+            ax.plot([support.position], [-0.13], "^" if support.kind == "pinned" else "s", ms=7, mfc="white", mec=TEST)
     ax.axhline(0, color="#444444", lw=3, alpha=0.4)
-    x = np.linspace(0, length, 401)
+    x = np.linspace(start, end, 401)
     shapes = mode_shapes(rig, x, max(modes))[:, np.array(modes) - 1]
     for i, shape in enumerate(shapes.T):
         look: dict[str, Any] = {"color": MODES[i % 6], "ls": STYLES[i % 6], "lw": 1.2, "label": f"mode {modes[i]}"}
@@ -60,15 +68,34 @@ def _shaft(ax: Axes, rig: Rig, places: Candidates, found: Placement, modes: Sequ
         ax.plot([position] * 2, [0, height], color=TEST, lw=0.7, zorder=1)
         ax.plot(position, 0, "o", color=TEST, ms=4)
         ax.text(position, height, f"{number}", ha="center", va="bottom", fontsize=FONT - 1, bbox=box)
-    tidy(ax, "", "Mode shape over its largest (1)", "Distance from the clamp (m)")
-    ax.set_xlim(-0.02 * length, 1.02 * length)
+    clamped = starts_clamped(rig.linear.shafts)
+    words = "Distance from the clamp (m)" if clamped else "Position along the shaft (m)"
+    tidy(ax, "", "Mode shape over its largest (1)", words)
+    ax.set_xlim(start - 0.02 * length, end + 0.02 * length)
     ax.set_ylim(-1.45, top)
     ax.set_yticks([-1, 0, 1])
     ax.legend(fontsize=FONT - 1, frameon=False, ncols=len(modes) + 1, loc="lower center", bbox_to_anchor=(0.5, 1.0))
 
 
+def _points(ax: Axes, rig: Rig, places: Candidates, found: Placement, modes: Sequence[int]) -> None:
+    """The modes at every candidate, one beside the other."""
+    shapes, number = mode_shapes(rig, list(places.position), max(modes))[:, np.array(modes) - 1], len(places.position)
+    for i, shape in enumerate((shapes / np.max(np.abs(shapes), axis=0)).T):
+        ax.plot(shape, color=MODES[i % 6], ls=STYLES[i % 6], lw=1.0, marker=".", label=f"mode {modes[i]}")
+    box = {"boxstyle": "square,pad=0.2", "facecolor": "white", "edgecolor": TEST, "linewidth": 0.8}
+    for order, i in enumerate(found.chosen, 1):
+        ax.axvline(i, color=TEST, lw=0.7, zorder=1)
+        ax.text(i, 1.15, f"{order}", ha="center", va="bottom", fontsize=FONT - 1, bbox=box)
+    tidy(ax, "", "Mode shape over its largest (1)", "Candidate")
+    ax.set_xticks(range(number), [str(point) for point in places.position], rotation=90 if number > 8 else 0)
+    ax.tick_params(axis="x", labelsize=FONT - 2)
+    ax.set_ylim(-1.15, 1.55)
+    ax.legend(fontsize=FONT - 1, frameon=False, ncols=len(modes), loc="lower center", bbox_to_anchor=(0.5, 1.0))
+
+
 def _labels(found: Placement) -> list[str]:
-    return [f"{i}\n{x:.3g}" for i, x in enumerate(found.position, 1)]
+    texts = (x if isinstance(x, str) else f"{x:.3g}" for x in found.position.tolist())
+    return [f"{i}\n{text}" for i, text in enumerate(texts, 1)]
 
 
 def _carried(ax: Axes, found: Placement) -> None:
