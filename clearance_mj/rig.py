@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import dataclasses
 import hashlib
+import itertools
 import math
 import os
 from collections.abc import Callable
@@ -43,6 +44,14 @@ BASE_NODE = 100
 """Node of the base acceleration in records."""
 SHAKER_NODE = 200
 """Node of the shaker's (or hammer's) force in records."""
+PROBE_NODE = 301
+"""First node in records of displacement probes that are at no sensor's."""
+
+
+def _label(node: int, point: float | str) -> str:
+    """Node in records and the direction of a point, such as "7:+Z"; shafts vibrate along Z."""
+    dof = parse_dof(point)
+    return f"{node}:{'-' if dof[2] < 0 else '+'}{dof[1]}" if dof else f"{node}:+Z"
 
 
 @checked(RigError)
@@ -196,8 +205,7 @@ class Sensor:
     @property
     def label(self) -> str:
         """Node and direction, such as "7:+Z"."""
-        dof = parse_dof(self.position)
-        return f"{self.node}:{'-' if dof[2] < 0 else '+'}{dof[1]}" if dof else f"{self.node}:+Z"
+        return _label(self.node, self.position)
 
 
 @checked(RigError)
@@ -262,8 +270,7 @@ class Shaker:
             along = self.unit_direction
             axis = int(np.argmax(np.abs(along)))
             return f"{BASE_NODE}:{'-' if along[axis] < 0 else '+'}{AXES[axis]}"
-        dof = parse_dof(self.position) if self.position is not None else None
-        return f"{SHAKER_NODE}:{'-' if dof[2] < 0 else '+'}{dof[1]}" if dof else f"{SHAKER_NODE}:+Z"
+        return _label(SHAKER_NODE, 0.0 if self.position is None else self.position)
 
 
 _ON_BEAM = {"type": "number", "exclusiveMinimum": 0}
@@ -389,6 +396,35 @@ class Rig:
     def sensor_labels(self) -> list[str]:
         """Degree of freedom of each sensor, such as "7:+Z"."""
         return [s.label for s in self.sensors]
+
+    @property
+    def probe_labels(self) -> list[str]:
+        """Degree of freedom of each clearance's relative displacement in records, such as "6:+Z".
+
+        Its node is that of the sensor that sits in a bushing around a shaft. Other clearances, at named degrees of
+        freedom, between two points or without a sensor, have nodes of their own: those from 301 on that no sensor has.
+        """
+        taken = {s.node for s in self.sensors}
+        free = (node for node in itertools.count(PROBE_NODE) if node not in taken)
+        found: dict[str, None] = {}
+        for bushing in self.bushings:
+            node = self._node_in(bushing)
+            label = _label(next(free) if node is None else node, bushing.position)
+            found[label if label not in found else _label(next(free), bushing.position)] = None
+        return list(found)
+
+    def _node_in(self, bushing: Bushing) -> int | None:
+        """Node of the sensor nearest to the middle of a bushing around a shaft, None if it is not inside."""
+        place = parse_place(bushing.position)
+        if place is None or bushing.to is not None:
+            return None
+        places = ((s.node, parse_place(s.position)) for s in self.sensors)
+        inside = [
+            (abs(at[1] - place[1]), node)
+            for node, at in places
+            if at and at[0] == place[0] and place[1] - bushing.length / 2 <= at[1] <= place[1] + bushing.length / 2
+        ]
+        return min(inside)[1] if inside else None
 
     def replace(self, **changes: Any) -> Rig:
         """Return a copy with other values; it is checked again.

@@ -91,7 +91,7 @@ def _fault(record: Record) -> str:
 
 
 def _without(rig: Rig, sensor: Sensor) -> str:
-    if any(b.ends[0] <= sensor.position <= b.ends[1] for b in rig.bushings):
+    if sensor.label in rig.probe_labels:
         return (
             f"without node {sensor.node} in the rig file the probe there is lost too; constant and output-error still "
             "can be identified"

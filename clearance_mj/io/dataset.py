@@ -26,11 +26,12 @@ from ..validation import NotNegative, Positive, Text, Whole, checked, from_plain
 from .channels import Channel, ChannelHeader
 from .uff import read_uff, scan_uff, write_uff
 
-__all__ = ["BASE_NODE", "ROLES", "SHAKER_NODE", "Dataset", "Record", "bushing_nodes", "dataset_schema", "write_dataset"]
+__all__ = ["BASE_NODE", "ROLES", "SHAKER_NODE", "Dataset", "Record", "dataset_schema", "write_dataset"]
 
 ROLES = ("identify", "validate")
 
-_EXCITATIONS = {"base": (BASE_NODE, "acceleration"), "force": (SHAKER_NODE, "force")}
+_QUANTITIES = {"base": "acceleration", "force": "force"}
+_OTHER_SIGN = str.maketrans("+-", "-+")
 _NEEDS = "a dataset is a folder with rig.toml, dataset.toml and the .uff file of each record that it lists"
 _RATE_TOLERANCE = 1e-5  # A universal file writes six digits of the time step.
 
@@ -125,14 +126,18 @@ class Record:
                     f'channels "{other.name}" and "{h.name}" both are {h.quantity} at node {h.node} along '
                     f"{h.direction.lstrip('+-')}"
                 )
-        node, quantity = _EXCITATIONS[self.excitation_kind]
-        if (node, "Z", quantity) not in seen:
-            raise RecordError(
-                f'has no {quantity} at node {node} along Z, the excitation of a record of kind "{self.excitation_kind}"'
-            )
-        for sensor in self.rig.sensors:
-            if (sensor.node, "Z", "acceleration") not in seen:
-                raise RecordError(f"has no acceleration at node {sensor.node} along Z, a sensor of the rig")
+        label, quantity = self._driven
+        needed = {(label, quantity): f'the excitation of a record of kind "{self.excitation_kind}"'}
+        needed |= {(label, "acceleration"): "a sensor of the rig" for label in self.rig.sensor_labels}
+        for (label, quantity), what in needed.items():
+            node, _, axis = _split(label)
+            if (node, axis, quantity) not in seen:
+                raise RecordError(f"has no {quantity} at node {node} along {axis}, {what}")
+
+    @property
+    def _driven(self) -> tuple[str, str]:
+        """Degree of freedom and quantity of the excitation."""
+        return self.rig.shaker.label(self.excitation_kind), _QUANTITIES[self.excitation_kind]
 
     @property
     def _headers(self) -> Sequence[Channel | ChannelHeader]:
@@ -157,7 +162,7 @@ class Record:
         """Return the measured excitation, to simulate with."""
         description = {"generator": "record", "record": self.name, "excitation": self.description}
         description |= {k: v for k in ("level", "seed") if (v := getattr(self, k)) is not None}
-        value = self._along_z[_EXCITATIONS[self.excitation_kind]]
+        value = self._measured(self.channels)[self._driven]
         return Excitation(value, self.fs, self.excitation_kind, self.band, description)
 
     def response(self) -> Response:
@@ -167,41 +172,36 @@ class Record:
         -------
         Response
             ``acceleration`` (n_sensors, n_t) in the order of the rig's sensors; ``displacement`` (n_bushings, n_t) if
-            every bushing has a probe: a displacement channel at the node of the sensor that sits in the bushing. A
-            channel along -Z is turned round.
+            every clearance has a probe, a displacement channel at its `Rig.probe_labels`. A channel of the other sign
+            is turned round.
         """
-        along_z = self._along_z
-        node, quantity = _EXCITATIONS[self.excitation_kind]
-        acceleration = [along_z[sensor.node, "acceleration"] for sensor in self.rig.sensors]
-        probed = [(node, "displacement") for node in bushing_nodes(self.rig)]
-        has_probes = bool(probed) and all(probe in along_z for probe in probed)
+        measured = self._measured(self.channels)
+        probed = [(label, "displacement") for label in self.rig.probe_labels]
+        has_probes = bool(probed) and all(probe in measured for probe in probed)
         return Response(
             fs=self.fs,
-            excitation=along_z[node, quantity],
-            acceleration=np.stack(acceleration),
-            displacement=np.stack([along_z[probe] for probe in probed]) if has_probes else None,
+            excitation=measured[self._driven],
+            acceleration=np.stack([measured[label, "acceleration"] for label in self.rig.sensor_labels]),
+            displacement=np.stack([measured[probe] for probe in probed]) if has_probes else None,
             kind=self.excitation_kind,
             band=self.band,
             responses=tuple(self.rig.sensor_labels),
-            reference=f"{node}:+Z",
+            reference=self._driven[0],
             provenance={"record": self.name, "rig": self.rig.name, **self.provenance},
         )
 
-    @property
-    def _along_z(self) -> dict[tuple[int | None, str], np.ndarray]:
-        """(n_t,) samples of each node and quantity, positive along +Z."""
-        vertical = [c for c in self.channels if c.direction in ("+Z", "-Z")]
-        return {(c.node, c.quantity): c.value if c.direction == "+Z" else -c.value for c in vertical}
+    @staticmethod
+    def _measured(channels: Sequence[Channel]) -> dict[tuple[str, str], np.ndarray]:
+        """(n_t,) samples of each degree of freedom, in either sign, and quantity."""
+        found = {(c.label, c.quantity): c.value for c in channels}
+        turned = {(f"{c.node}:{c.direction.translate(_OTHER_SIGN)}", c.quantity): -c.value for c in channels}
+        return turned | found
 
 
-def bushing_nodes(rig: Rig) -> list[int | None]:
-    """Node of the sensor that sits in each bushing, None where none does."""
-    nodes = []
-    for bushing in rig.bushings:
-        nearest = min(rig.sensors, key=lambda s: abs(s.position - bushing.position))
-        inside = bushing.ends[0] <= nearest.position <= bushing.ends[1]
-        nodes.append(nearest.node if inside else None)
-    return nodes
+def _split(label: str) -> tuple[int, str, str]:
+    """Node, sign and axis of a degree of freedom."""
+    node, direction = label.split(":")
+    return int(node), direction[0], direction[1:]
 
 
 @dataclass(frozen=True, eq=False)

@@ -21,7 +21,7 @@ from ..signals.frf import FRF
 from ..signals.response import Response
 from . import csv_tables, lvm, mat, results, uff
 from .channels import Channel
-from .dataset import Dataset, Record, bushing_nodes
+from .dataset import Dataset, Record
 from .registry import FORMATS, WORDS, Format, format_of, register
 
 __all__ = [
@@ -189,7 +189,7 @@ def write(path: str | PathLike[str], obj: object, rig: Rig | None = None) -> Non
 
 
 def to_channels(response: Response, rig: Rig | None = None) -> list[Channel]:
-    """Channels of a response: excitation, accelerations and, with a rig, displacements at the bushings' sensors.
+    """Channels of a response: excitation, accelerations and, with a rig, displacements in the clearances.
 
     Contact and grease forces are not among them: nothing measures them.
     """
@@ -198,9 +198,8 @@ def to_channels(response: Response, rig: Rig | None = None) -> list[Channel]:
     labels = response.responses or tuple(f"{i + 1}:+Z" for i in range(len(response.acceleration)))
     columns += [(f"acceleration {dof}", dof, "acceleration", a) for dof, a in zip(labels, response.acceleration)]
     if rig and response.displacement is not None:
-        for node, value in zip(bushing_nodes(rig), response.displacement):
-            if node is not None:
-                columns.append((f"displacement {node}:+Z", f"{node}:+Z", "displacement", value))
+        probes = zip(rig.probe_labels, response.displacement)
+        columns += [(f"displacement {dof}", dof, "displacement", value) for dof, value in probes]
     return [
         Channel(name, int(dof.split(":")[0]), dof.split(":")[1], quantity, value, response.fs)
         for name, dof, quantity, value in columns

@@ -56,7 +56,7 @@ class FiniteElements:
             _add(k, 2 * e, beam.bending_stiffness / h**3 * _STIFFNESS * scale)
             _add(m, 2 * e, beam.mass_per_length * h * _MASS * scale)
         for item in masses:
-            start, shape = _shape(item.position, beam.length, elements)
+            start, shape = _shape(float(item.position), beam.length, elements)
             _add(m, start, item.mass * shape[:, None] * shape)
         translation = np.zeros(2 * elements + 2)
         translation[::2] = 1.0

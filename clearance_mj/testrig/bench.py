@@ -56,18 +56,23 @@ def simulate_rig(rig: Rig, truth: Truth | Sequence[Truth], excitation: Excitatio
     SimulationError
         If the implicit step does not converge; the message names rig and time.
     RigError
-        If a bushing has one wall only.
+        If the rig is not a uniform cantilever, or a bushing has one wall only or moves with another point.
     """
     for j, bushing in enumerate(rig.bushings):
         if bushing.stops != "both":
             raise RigError(f'bushings[{j}].stops is "{bushing.stops}"; the virtual rig\'s bushings have both walls')
+        if bushing.to is not None:
+            raise RigError(f"bushings[{j}].to is {bushing.to!r}; the virtual rig's bushings stand on the base")
+    if rig.beam is None:
+        raise RigError(f"rig {rig.name!r} has no [beam]; the virtual rig is a uniform cantilever")
     truths = (truth,) * len(rig.bushings) if isinstance(truth, Truth) else tuple(truth)
     elements = FiniteElements.of_shaft(rig.beam, rig.point_masses)
     load = _load(rig, elements, excitation.kind)
-    ends = [x for b in rig.bushings for x in b.ends]
-    points = elements.points([*ends, *(b.position for b in rig.bushings)])
+    points = elements.points(
+        [float(x) for b in rig.bushings for x in b.ends] + [float(b.position) for b in rig.bushings]
+    )
     scheme = integrator.scheme(elements, load, points, 1 / (excitation.fs * FACTOR))
-    motion = integrator.at_rest(elements, load, points, greases(rig, truths))
+    motion = integrator.at_rest(elements, load, points, greases(truths, [b.offset for b in rig.bushings]))
     outputs, touching = _march(rig, truths, scheme, motion, elements, excitation, seed)
     bushings, sensors = len(rig.bushings), len(rig.sensors)
     acceleration, displacement, contact, grease = np.split(outputs.T, sensors + bushings * np.arange(3))
@@ -83,7 +88,7 @@ def simulate_rig(rig: Rig, truth: Truth | Sequence[Truth], excitation: Excitatio
     return Response(
         excitation.fs, excitation.value, acceleration, displacement=displacement, contact_force=contact,
         grease_force=grease, kind=excitation.kind, band=excitation.band, responses=tuple(rig.sensor_labels),
-        reference="100:+Z" if excitation.kind == "base" else "200:+Z", provenance=provenance,
+        reference=rig.shaker.label(excitation.kind), provenance=provenance,
     )  # fmt: skip
 
 
@@ -92,7 +97,8 @@ def _load(rig: Rig, elements: FiniteElements, kind: str) -> np.ndarray:
         return -elements.inertia
     if rig.shaker.position is None:
         raise ExcitationError(f'rig "{rig.name}" has no shaker.position: a force needs one')
-    return elements.points([rig.shaker.position]).dense(elements.count)[0]
+    positions, factors = zip(*rig.shaker.forces)
+    return np.array(factors) @ elements.points([float(x) for x in positions]).dense(elements.count)
 
 
 def _march(
@@ -104,7 +110,7 @@ def _march(
     contacts, grease = _contacts(rig, truths), greases(truths, [b.offset for b in rig.bushings])
     starts = np.arange(0, n, BLOCK)
     drift = _drift(truths, starts / excitation.fs, seed)
-    sensors = elements.points([s.position for s in rig.sensors])
+    sensors = elements.points([float(s.position) for s in rig.sensors])
     follows = 1.0 if excitation.kind == "base" else 0.0
     fast = sampling.interpolate(excitation.value, FACTOR)
     decimator = sampling.Decimator(sensors.start.size + 3 * bushings, FACTOR)

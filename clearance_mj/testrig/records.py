@@ -85,15 +85,14 @@ def digitise(signal: np.ndarray, noise: float, rng: np.random.Generator) -> tupl
 
 
 def _acquire(rig: Rig, response: Response, seed: int) -> list[Channel]:
-    """Base acceleration, accelerometers and probes (at the node of the nearest accelerometer); names tell the range."""
+    """Base acceleration, accelerometers and probes; names tell the range."""
     rng = np.random.default_rng((seed, NOISE_STREAM))
     signals = [("base", 100, "acceleration", response.excitation)]
     for sensor, value in zip(rig.sensors, response.acceleration):
         signals.append((f"accelerometer {sensor.node}", sensor.node, "acceleration", value))
     probes = () if response.displacement is None else response.displacement
-    for j, (bushing, value) in enumerate(zip(rig.bushings, probes), 1):
-        nearest = min(rig.sensors, key=lambda s: abs(s.position - bushing.position))
-        signals.append((f"probe in bushing {j}", nearest.node, "displacement", value))
+    for j, (label, value) in enumerate(zip(rig.probe_labels, probes), 1):
+        signals.append((f"probe in bushing {j}", int(label.split(":")[0]), "displacement", value))
     channels = []
     for name, node, quantity, signal in signals:
         value, full_scale = digitise(signal, NOISE, rng)

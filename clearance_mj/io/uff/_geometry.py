@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from ...checks import naming
 from ...errors import RecordError
 from ...rig import BASE_NODE, SHAKER_NODE, Rig
+from ...structure.base import parse_place
 from ...universal.fields import Block, fields, read_integer, read_real, text_set
 
 
@@ -26,12 +27,18 @@ class Geometry:
 
 
 def rig_geometry(rig: Rig) -> Geometry:
-    """Nodes of a rig's records along the shaft, and one line from the clamp through them."""
-    along = {BASE_NODE: 0.0} | {s.node: s.position for s in rig.sensors}
+    """Nodes of a rig's records, and one line through those of each shaft, from the clamp of a cantilever."""
+    points = {s.node: s.position for s in rig.sensors}
+    points |= {int(label.split(":")[0]): b.position for label, b in zip(rig.probe_labels, rig.bushings)} | points
     if rig.shaker.position is not None and rig.shaker.kind == "force":
-        along[SHAKER_NODE] = rig.shaker.position
-    nodes: dict[int, tuple[float, ...]] = {node: (x, 0.0, 0.0) for node, x in along.items()}
-    return Geometry(nodes, (tuple(sorted(along, key=lambda node: along[node])),))
+        points[SHAKER_NODE] = rig.shaker.position
+    nodes: dict[int, tuple[float, ...]] = {BASE_NODE: (0.0, 0.0, 0.0)}
+    nodes |= {node: tuple(rig.linear.coordinates(point).tolist()) for node, point in points.items()}
+    shafts: dict[str, dict[int, float]] = {"": {BASE_NODE: 0.0}} if rig.beam else {}
+    for node, point in points.items():
+        if place := parse_place(point):
+            shafts.setdefault(place[0], {})[node] = place[1]
+    return Geometry(nodes, tuple(tuple(sorted(along, key=lambda node: along[node])) for along in shafts.values()))
 
 
 def read_geometry_blocks(blocks: Sequence[Block]) -> Geometry:
