@@ -69,7 +69,10 @@ def full_rig():
     return Rig(
         name='täst \\ "one"',
         beam=Beam(0.8, 70e9, 2700.0, width=0.02, height=0.01, rayleigh=(0.1, 1e-6)),
-        bushings=(Bushing(0.3, 1e-4, 0.02, grease, Contact(1e4, 1.0)), Bushing(0.5, 2e-4, 0.01, GREASE, CONTACT)),
+        bushings=(
+            Bushing(0.3, 1e-4, 0.02, grease, Contact(1e4, 1.0), None, 3e-5, "upper"),
+            Bushing(0.5, 2e-4, 0.01, GREASE, CONTACT),
+        ),
         sensors=(Sensor(11, 0.3, 0.005), Sensor(3, 0.8)),
         masses=(PointMass(0.7, 0.1, "boss"), PointMass(0.8, 0.2)),
         shaker=Shaker("force", 0.4),

@@ -103,8 +103,8 @@ def _warn_of_no_contact(records: Sequence[Record]) -> None:
     probes = [d for record in records if (d := record.response().displacement) is not None]
     if not probes:
         return
-    gaps = np.array([b.gap for b in records[0].rig.bushings])
-    reached = np.max([np.abs(d).max(axis=1) for d in probes], axis=0)
+    gaps, offsets = np.array([(b.gap, b.offset) for b in records[0].rig.bushings]).T
+    reached = np.max([np.abs(d + offsets[:, None]).max(axis=1) for d in probes], axis=0)
     moves = ", ".join(
         f"bushings[{j}] moves up to {1e3 * x:.3g} mm in a gap of {1e3 * d:.3g} mm"
         for j, (x, d) in enumerate(zip(reached, gaps))

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numba
 import numpy as np
 
-from ..clearance.gap import gap
+from ..clearance.gap import penetration
 from ..errors import RecordError
 from ..rig import Grease
 from .forces import RestoringForce
@@ -112,7 +112,7 @@ def _fine_motion(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """The same (n_t * FINER,), not yet limited to the band; with k and c, samples that would pull are left out."""
     ends = _fine(force.ends[bushing])
-    g = gap(ends, force.rig.bushings[bushing].gap)
+    g = penetration(ends, *force.rig.bushings[bushing].walls)
     speed = np.gradient(ends, axis=1) * (force.fs * FINER)
     pushes = g != 0
     if k is not None and c is not None:

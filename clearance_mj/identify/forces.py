@@ -14,6 +14,7 @@ import scipy.fft
 from tqdm import tqdm
 
 from ..beam import ritz_model
+from ..clearance.gap import penetration
 from ..errors import RecordError
 from ..io.dataset import Dataset, Record
 from ..rig import Rig
@@ -82,7 +83,8 @@ class RestoringForce:
     @property
     def touched(self) -> np.ndarray:
         """(n_bushings,) whether the shaft ever leaves the gap."""
-        return self.reach > [b.gap for b in self.rig.bushings]
+        ends = self.ends[:, :, self.valid]
+        return np.array([penetration(x, *b.walls).any() for x, b in zip(ends, self.rig.bushings)], dtype=bool)
 
 
 def restoring_force(record: Record, high: float | None = None) -> RestoringForce:

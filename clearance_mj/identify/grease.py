@@ -10,6 +10,7 @@ import numba
 import numpy as np
 import scipy.optimize
 
+from ..clearance.gap import penetration
 from ..clearance.greases.bouc_wen import bouc_wen_step, film_damping
 from ..errors import RecordError
 from ..parameters import Estimates, Parameter
@@ -100,7 +101,7 @@ class _Problem:
 
     def _apart(self, force: RestoringForce) -> np.ndarray:
         """(n_t,) whether no end of the bushing is, or soon was or will be, in contact."""
-        touching = np.any(np.abs(force.ends[self.bushing]) > self.gap, axis=0)
+        touching = penetration(force.ends[self.bushing], *force.rig.bushings[self.bushing].walls).any(axis=0)
         return np.convolve(touching, np.ones(2 * MARGIN + 1), "same") < 0.5
 
     def fit(self, sliding: bool, film: bool) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -168,10 +169,10 @@ class _Problem:
 
 def _columns(force: RestoringForce, bushing: int, yield_: float, ratio: float, film: float) -> np.ndarray:
     """(n_t, 3) displacement, Bouc-Wen state and film velocity of one bushing; ``film`` is d/h."""
-    x, v = force.displacement[bushing], force.velocity[bushing]
+    x, v, place = force.displacement[bushing], force.velocity[bushing], force.rig.bushings[bushing]
     beta = 1 / (yield_**2 * (1 + ratio))
     z = _bouc_wen(x, 1.0, beta, ratio * beta, 2.0, SLIDE * yield_) if yield_ < np.inf else x
-    return np.column_stack((x, z, v * _film(x, film / force.rig.bushings[bushing].gap, FILM_LIMIT)))
+    return np.column_stack((x, z, v * _film(x + place.offset, film / place.gap, FILM_LIMIT)))
 
 
 def grease_force(force: RestoringForce, bushing: int, grease: Grease) -> np.ndarray:
@@ -180,7 +181,8 @@ def grease_force(force: RestoringForce, bushing: int, grease: Grease) -> np.ndar
     z = _bouc_wen(x, grease.amplitude, grease.beta, grease.gamma, grease.exponent, SLIDE * grease.yield_displacement)
     elastic = grease.stiffness * (grease.elastic_ratio * x + (1 - grease.elastic_ratio) * z)
     inverse_film = 1 / grease.film_height if grease.film_height else 0.0
-    return elastic + grease.damping * v * _film(x, inverse_film, grease.film_limit)
+    film = _film(x + force.rig.bushings[bushing].offset, inverse_film, grease.film_limit)
+    return elastic + grease.damping * v * film
 
 
 @numba.njit(cache=True, nogil=True)

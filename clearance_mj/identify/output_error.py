@@ -21,6 +21,7 @@ import numpy as np
 import scipy.optimize
 from tqdm import tqdm
 
+from ..clearance.gap import penetration
 from ..clearance.law import Law
 from ..engines import simulate_batch
 from ..errors import LawError, RecordError, SimulationError
@@ -67,11 +68,11 @@ def evidence(records: Sequence[Record]) -> list[Evidence]:
 
 def before_contact(found: Sequence[Evidence], rig: Rig) -> list[Evidence]:
     """Cut records to where no probe has yet moved by its gap; those too short for a piece are left out."""
-    gaps = np.array([b.gap for b in rig.bushings])
+    walls = np.array([b.walls for b in rig.bushings]).reshape(-1, 2)
     quiet = []
     for item in found:
         if item.response.displacement is not None:
-            touching = np.any(np.abs(item.response.displacement) > gaps[:, None], axis=0)
+            touching = penetration(item.response.displacement, *walls.T[:, :, None]).any(axis=0)
             sample = int(np.argmax(touching)) if touching.any() else touching.size
             if sample >= PIECE * item.response.fs:
                 parts = ("excitation", "acceleration", "displacement")

@@ -107,7 +107,8 @@ def poincare_sections(
         else:
             turns = 1e3 * turning_points(response, j, drop)
             x, y = turns[:-1], turns[1:]
-            ax.axhspan(-1e3 * rig.bushings[j].gap, 1e3 * rig.bushings[j].gap, color=FAINT, lw=0)
+            gap, offset = rig.bushings[j].gap, rig.bushings[j].offset
+            ax.axhspan(1e3 * (-gap - offset), 1e3 * (gap - offset), color=FAINT, lw=0)
         ax.plot(x, y, ".", color=COLOURS[0], ms=4 if frequency else 1.5, mew=0)
 
     if frequency:
@@ -134,8 +135,8 @@ def _grid(
     for j, (line, bushing) in enumerate(zip(axes, rig.bushings)):
         for ax, (level, response) in zip(line, responses.items()):
             draw(ax, j, response)
-            for side in (-1, 1):
-                ax.axvline(side * 1e3 * bushing.gap, color=TEST, lw=0.7, ls="--")
+            for wall in filter(np.isfinite, bushing.walls):
+                ax.axvline(1e3 * wall, color=TEST, lw=0.7, ls="--")
             first, last = ax is line[0], j == rows - 1
             tidy(ax, "", ylabel if first else "", xlabel if last else "")
             unit = "m/s²" if response.kind == "base" else "N"
