@@ -16,7 +16,7 @@ from tqdm import tqdm
 import clearance_mj as cm
 from clearance_mj.engines import links, modal_mj, mujoco_loop, plant
 from clearance_mj.engines.base import step_factor
-from clearance_mj.engines.chain import chain
+from clearance_mj.engines.linkage import linkage
 from clearance_mj.errors import ClearanceError
 from clearance_mj.signals.sampling import interpolate
 
@@ -97,7 +97,7 @@ class Changed(cm.engines.Engine):
     def largest_step(self, rig, law):
         if self.base != "links":
             return self._engine().largest_step(rig, law)
-        shaft, points = chain(rig, self.size), self._plant(rig).maps.at_points
+        shaft, points = linkage(rig, self.size), self._plant(rig).maps.at_points
         limit = plant.stable_step(shaft.mass, shaft.stiffness, points, rig, law, self.armature)
         return self._engine().safety * limit
 

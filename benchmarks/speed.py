@@ -78,7 +78,7 @@ def _model(rig, law, engine):
     model = copy.copy(plant.model)
     model.opt.timestep = step = 1 / (2048.0 * factor)
     model.dof_armature[:] = plant.armature * step**2 * model.jnt_stiffness
-    field = getattr(model, plant.softness)
+    field = model.pair_solref if engine.name == "links" else model.tendon_solref_lim
     field[:] = cm.solref_solimp(law.k[0] / 2, law.c[0] / 2, cm.engines.softness.INVERSE_INERTIA)[0]
     return model, factor
 

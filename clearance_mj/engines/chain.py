@@ -1,96 +1,193 @@
-"""The shaft as a chain of rigid links: where its hinges are, how they bend, and what moves with them.
+"""A shaft as a chain of rigid links: where its hinges are, how they bend, and what moves with them.
 
-The shaft is cut into elements, the bushings' middles among their ends, and each element bends at the points of Gauss's
-quadrature: two hinges, or three where a number of links is odd. A hinge of weight w has the compliance w/(EI). Chain
-and shaft then meet, in place and slope, at every end of an element; in between the shaft lies above the chain by the
-double integral of a curvature that is a straight line (a parabola with three hinges) within the element. Deflection
-and strain energy are those of cubic Hermite elements; the kinetic energy of rigid links differs from theirs in fourth
-order.
+The shaft is cut into elements, supports and the bushings' middles among their ends, and each element bends at the
+points of Gauss's quadrature with the shaft's flexibility 1/(EI) as weight function: two hinges, or three where a number
+of links is odd, each as compliant as its weight. In a uniform element these are Legendre's points; steps and tapers
+move them. Chain and shaft then meet, in place and slope, at every end of an element; in between the shaft lies above
+the chain by the double integral of a curvature whose moment is a straight line (a parabola with three hinges) within
+the element. Deflection and strain energy are those of cubic Hermite elements; the kinetic energy of rigid links differs
+from theirs in fourth order.
+
+A chain begins at the shaft's left end, where its first link can slide or turn unless a support there forbids it.
 """
 
 from __future__ import annotations
 
 import functools
 from dataclasses import dataclass
+from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
-from numpy.polynomial import Polynomial
-from numpy.polynomial.legendre import leggauss
 from numpy.typing import ArrayLike
 
-from ..rig import Rig
+from ..structure import Shaft, Support
 
-__all__ = ["Chain", "chain"]
+__all__ = ["Chain", "Link", "chain_of"]
+
+
+class Link(NamedTuple):
+    """A rigid piece of a shaft."""
+
+    start: float
+    """m"""
+    end: float
+    """m"""
+    mass: float
+    """kg"""
+    centre: float
+    """m, of mass"""
+    inertia: float
+    """kg m², about the centre of mass"""
 
 
 @dataclass(frozen=True, eq=False)
 class _Element:
-    """A piece of the shaft whose curvature is the polynomial through its values at the hinges."""
+    """A piece of a shaft whose bending moment is the polynomial through its values at the hinges."""
 
+    shaft: Shaft
     start: float
     end: float
     hinges: np.ndarray
-    weights: np.ndarray
+    compliance: np.ndarray  # rad/(N m)
 
-    def deflection(self, x: np.ndarray) -> np.ndarray:
-        """(n_x, n) deflection of the shaft at x per angle of the element's hinges."""
-        inside, beyond = np.clip(x - self.start, 0, self.end - self.start), np.maximum(x - self.end, 0)
-        columns = []
-        for i, (hinge, weight) in enumerate(zip(self.hinges, self.weights)):
-            curvature = Polynomial([1 / weight])
-            for other in np.delete(self.hinges, i):
-                curvature *= Polynomial([self.start - other, 1]) / (hinge - other)
-            slope = curvature.integ()
-            columns.append(slope.integ()(inside) + slope(inside) * beyond)
-        return np.stack(columns, axis=1)
+    def bent(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Deflection and slope, each (n_x, n), of the shaft at x per angle of the element's hinges."""
+        slope = np.repeat((x >= self.end)[:, None], self.hinges.size, axis=1).astype(float)
+        deflection = slope * (x[:, None] - self.hinges)
+        for i in np.flatnonzero((x > self.start) & (x < self.end)):
+            at, weight, rigidity = self.shaft.integration(self.start, x[i])
+            curvature = self._moments(at) * (weight / rigidity.bending)[:, None]
+            slope[i], deflection[i] = curvature.sum(axis=0), (x[i] - at) @ curvature
+        return deflection, slope
+
+    def _moments(self, x: np.ndarray) -> np.ndarray:
+        """Bending moment (n_x, n) per angle of the hinges: Lagrange's polynomials over the hinges' compliance."""
+        found = np.empty((x.size, self.hinges.size))
+        for i, hinge in enumerate(self.hinges):
+            others = np.delete(self.hinges, i)
+            found[:, i] = np.prod((x[:, None] - others) / (hinge - others), axis=1) / self.compliance[i]
+        return found
 
 
 @dataclass(frozen=True, eq=False)
 class Chain:
-    """A rig's shaft as a chain of rigid links, clamped before its first hinge."""
+    """A shaft as a chain of rigid links; coordinates are the left end's slide and turn, if any, then the hinges'."""
 
-    rig: Rig  # whose shaft it is
-    elements: tuple[_Element, ...]  # from the clamp to the tip
+    shaft: Shaft
+    elements: tuple[_Element, ...]  # from left to right
+    masses: tuple[tuple[float, float, float], ...]  # what sits on it: position m, mass kg, inertia kg m²
 
     @functools.cached_property
     def hinges(self) -> np.ndarray:
-        """(n,) their positions, m; each link reaches from its hinge to the next, the last one to the tip."""
+        """(n,) their positions, m."""
         return np.concatenate([e.hinges for e in self.elements])
 
     @functools.cached_property
-    def ends(self) -> np.ndarray:
-        """(n,) where the links end, m."""
-        return np.append(self.hinges[1:], self.rig.beam.length)
+    def slides(self) -> bool:
+        """Whether the left end moves up and down."""
+        return not self._held("clamped", "pinned")
+
+    @functools.cached_property
+    def turns(self) -> bool:
+        """Whether the left end turns."""
+        return not self._held("clamped", "guided")
+
+    def _held(self, *kinds: str) -> bool:
+        return any(s.kind in kinds for s in self.shaft.supports if self.at_start(s))
+
+    def at_start(self, support: Support) -> bool:
+        """Whether a support is at the left end, where joints do what it does."""
+        return support.position <= self.elements[0].start + 1e-9 * self.shaft.length
 
     @functools.cached_property
     def stiffness(self) -> np.ndarray:
-        """(n,) of the hinges, N m/rad."""
-        return self.rig.beam.bending_stiffness / np.concatenate([e.weights for e in self.elements])
+        """(nv,) of the joints, N/m of the slide and N m/rad of the others."""
+        own = [s for s in self.shaft.supports if self.at_start(s)]
+        root = [sum(s.translation for s in own)] * self.slides + [sum(s.rotation for s in own)] * self.turns
+        return np.concatenate((root, *(1 / e.compliance for e in self.elements)))
+
+    @functools.cached_property
+    def damping(self) -> np.ndarray:
+        """(nv,) of the joints, N s/m of the slide and N m s/rad of the others."""
+        own = [s for s in self.shaft.supports if self.at_start(s)]
+        slide, turn = sum(s.translation_damping for s in own), sum(s.rotation_damping for s in own)
+        dashpots = np.zeros(self.stiffness.size)
+        dashpots[: self.slides + self.turns] = [slide] * self.slides + [turn] * self.turns
+        return dashpots + self.shaft.rayleigh[1] * self.stiffness
+
+    @functools.cached_property
+    def starts(self) -> np.ndarray:
+        """Where its moving links begin, m; each reaches to the next, the last one to the right end."""
+        return np.concatenate(([self.shaft.start] if self.slides or self.turns else [], self.hinges))
 
     def lever(self, x: ArrayLike) -> np.ndarray:
-        """(n_x, n) deflection of points x, m, on the links per hinge angle, m/rad."""
-        return np.maximum(np.reshape(x, (-1, 1)) - self.hinges, 0.0)
+        """(n_x, nv) deflection of points x, m, on the straight links per coordinate."""
+        x = _column(x)
+        return np.hstack((*self._root(x), np.maximum(x - self.hinges, 0.0)))
+
+    def tilt(self, x: ArrayLike) -> np.ndarray:
+        """(n_x, nv) slope of the straight links at x, m, per coordinate."""
+        x = _column(x)
+        return np.hstack((*self._root(x, 0.0), x > self.hinges))
 
     def deflection(self, x: ArrayLike) -> np.ndarray:
-        """(n_x, n) deflection of the curved shaft per hinge angle, m/rad; the links' own at every end of an element."""
-        x = np.reshape(np.asarray(x, dtype=float), -1)
-        return np.concatenate([e.deflection(x) for e in self.elements], axis=1)
+        """(n_x, nv) deflection of the curved shaft per coordinate; the links' own at every end of an element."""
+        x = _column(x)
+        return np.hstack((*self._root(x), *(e.bent(x[:, 0])[0] for e in self.elements)))
+
+    def slope(self, x: ArrayLike) -> np.ndarray:
+        """(n_x, nv) slope of the curved shaft per coordinate; the links' own at every end of an element."""
+        x = _column(x)
+        return np.hstack((*self._root(x, 0.0), *(e.bent(x[:, 0])[1] for e in self.elements)))
+
+    def _root(self, x: np.ndarray, slide: float = 1.0) -> list[np.ndarray]:
+        """Columns of the left end's joints: the deflection, or the slope for slide = 0."""
+        turn = x - self.shaft.start if slide else np.ones_like(x)
+        return [np.full_like(x, slide)] * self.slides + [turn] * self.turns
+
+    @functools.cached_property
+    def links(self) -> tuple[Link, ...]:
+        """The moving links, from left to right, with what sits on them."""
+        return tuple(self._link(start, end) for start, end in pairwise((*self.starts, self.shaft.end)))
+
+    def _link(self, start: float, end: float) -> Link:
+        at, weight, rigidity = self.shaft.integration(start, end)
+        mass, last = weight * rigidity.mass, end == self.shaft.end
+        parts = [(m, x, own) for x, m, own in self.masses if start <= x < end or (last and x >= end)]
+        total = mass.sum() + sum(m for m, _, _ in parts)
+        centre = (mass @ at + sum(m * x for m, x, _ in parts)) / total
+        inertia = mass @ (at - centre) ** 2 + sum(own + m * (x - centre) ** 2 for m, x, own in parts)
+        return Link(start, end, float(total), float(centre), float(inertia))
 
     @functools.cached_property
     def mass(self) -> np.ndarray:
-        """(n, n) mass matrix of the straight chain in its hinge angles, from the rods' and point masses' motion."""
-        length = self.ends - self.hinges
-        rods = self.rig.beam.mass_per_length * length
-        middle, turn = self.lever((self.hinges + self.ends) / 2), np.tril(np.ones((length.size, length.size)))
-        matrix = (middle.T * rods) @ middle + (turn.T * (rods * length**2 / 12)) @ turn
-        at = self.lever([p.position for p in self.rig.point_masses])
-        return matrix + (at.T * np.array([p.mass for p in self.rig.point_masses])) @ at
+        """(nv, nv) mass matrix of the straight chain, with what sits on it."""
+        at = self.lever([link.centre for link in self.links])
+        turn = self.tilt([(link.start + link.end) / 2 for link in self.links])
+        masses, inertias = (np.array([getattr(link, name) for link in self.links]) for name in ("mass", "inertia"))
+        return (at.T * masses) @ at + (turn.T * inertias) @ turn
 
 
-@functools.lru_cache(maxsize=32)
-def chain(rig: Rig, links: int) -> Chain:
-    """Cut a rig's shaft into a chain of so many links."""
-    edges = _edges(rig, links)
+def _column(x: ArrayLike) -> np.ndarray:
+    return np.reshape(np.asarray(x, dtype=float), (-1, 1))
+
+
+def chain_of(shaft: Shaft, links: int, wanted: list[float], masses: list[tuple[float, float, float]]) -> Chain:
+    """Cut a shaft into so many links (a first one that only slides or turns not counted).
+
+    Parameters
+    ----------
+    shaft : Shaft
+        The shaft.
+    links : int
+        Number of hinges.
+    wanted : list of float
+        Where ends of elements would be best, m, in order of importance.
+    masses : list of tuple
+        Position, m, mass, kg, and inertia, kg m², of what sits on the shaft.
+    """
+    edges = _edges(shaft, links, wanted)
     lengths = np.diff(edges)
     counts = np.full(lengths.size, 2)
     while counts.sum() < links:
@@ -99,26 +196,28 @@ def chain(rig: Rig, links: int) -> Chain:
     for start, length, count in zip(edges, lengths, counts):
         sizes = [2 + count % 2, *[2] * (count // 2 - 1)]
         ends = start + length * np.cumsum([0, *sizes]) / count
-        elements += [_gauss(*piece) for piece in zip(ends, ends[1:], sizes)]
-    return Chain(rig, tuple(elements))
+        elements += [_element(shaft, *piece) for piece in zip(ends, ends[1:], sizes)]
+    return Chain(shaft, tuple(elements), tuple(masses))
 
 
-def _gauss(start: float, end: float, size: int) -> _Element:
-    nodes, weights = leggauss(size)
-    half = (end - start) / 2
-    return _Element(start, end, start + half * (1 + nodes), half * weights)
+def _element(shaft: Shaft, start: float, end: float, size: int) -> _Element:
+    """Points and weights of Gauss's quadrature with weight function 1/(EI) (Golub & Welsch, Math. Comp. 23, 1969)."""
+    at, weight, rigidity = shaft.integration(start, end)
+    flexibility, half = weight / rigidity.bending, (end - start) / 2
+    xi = (at - start) / half - 1
+    root = np.sqrt(flexibility)
+    basis = np.linalg.qr(root[:, None] * np.vander(xi, size, increasing=True))[0]
+    nodes, vectors = np.linalg.eigh(basis.T @ (xi[:, None] * basis))
+    return _Element(shaft, start, end, start + half * (1 + nodes), flexibility.sum() * vectors[0] ** 2)
 
 
-def _edges(rig: Rig, links: int) -> np.ndarray:
+def _edges(shaft: Shaft, links: int, wanted: list[float]) -> np.ndarray:
     """Ends of elements that things on the shaft ask for, in order of their importance as far as there is room.
 
     At a bushing or a mass that is no end of an element the links are a little beside the shaft; two ends close together
     would make short links, which are fast and shorten the step.
     """
-    length = rig.beam.length
-    edges, room = [0.0, length], 1.5 * length / links
-    wanted = [b.position for b in rig.bushings] + [end for b in rig.bushings for end in b.ends]
-    wanted += [p.position for p in sorted(rig.point_masses, key=lambda p: -p.mass)]
+    edges, room = [shaft.start, shaft.end], 1.5 * shaft.length / links
     for x in wanted:
         if len(edges) <= links // 2 and min(abs(x - edge) for edge in edges) >= room:
             edges.append(x)

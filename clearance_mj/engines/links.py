@@ -1,4 +1,9 @@
-"""The links engine: the shaft as a chain of rigid links in MuJoCo (see chain.py), its bushings as geoms with a gap."""
+"""The links engine: shafts as chains of rigid links in MuJoCo (see chain.py), their bushings as geoms with a gap.
+
+Supports at the left end of a shaft are the joints of its first link; other rigid supports are equality constraints on
+fixed tendons, whose lengths are the shaft's deflection or slope there; springs are tendons with stiffness. A clearance
+between two points that both move is a pair of tendons with limits.
+"""
 
 from __future__ import annotations
 
@@ -12,14 +17,19 @@ from pydantic import Field
 
 from ..clearance.law import Law
 from ..rig import Bushing, Rig
+from ..structure import Shaft
 from ..validation import Positive, Whole
 from .base import Engine, Run, register
-from .chain import chain
+from .chain import Link
+from .linkage import Linkage, linkage
 from .mujoco_loop import MujocoRun
-from .plant import Maps, Plant, set_solver, stable_step
+from .plant import ARMATURE, FAR, ITERATIONS, Maps, Plant, held_softness, set_solver, stable_step
 from .softness import INVERSE_INERTIA, solref_solimp
 
 __all__ = ["Links", "build_links"]
+
+APART = 20.0
+"""half depths of the deepest, from one of several shafts to the next"""
 
 
 @register
@@ -28,14 +38,14 @@ class Links(Engine):
 
     name: ClassVar[str] = "links"
     links: Annotated[Whole, Field(ge=3)] = 16
-    """number of links"""
+    """number of links of each shaft"""
     safety: Positive = 0.6
     """time step as a share of its stability limit, contacts at their hardest"""
 
     def largest_step(self, rig: Rig, law: Law) -> float:
         """``safety`` times the stability limit of the chain with every contact and film at its hardest."""
-        shaft, points = chain(rig, self.links), _plant(rig, self.links).maps.at_points
-        return self.safety * stable_step(shaft.mass, shaft.stiffness, points, rig, law)
+        whole, points = linkage(rig, self.links), _plant(rig, self.links).maps.at_points
+        return self.safety * stable_step(whole.mass, whole.stiffness, points, rig, law, ARMATURE, *whole.beside)
 
     def start(self, rig: Rig, law: Law, kind: str, step: float) -> Run:
         """Begin a simulation at rest; see `Engine.start`."""
@@ -45,104 +55,187 @@ class Links(Engine):
 def build_links(rig: Rig, links: int = 16) -> mujoco.MjSpec:
     """Describe the rig as a MuJoCo model of rigid links, with the softness of the datasheet.
 
-    Hinges are about -y, so that positive angles lift the shaft along z. Every contact is an explicit pair of a collar
-    (a sphere of the shaft's half depth, one at each bushing end) and one of the bushing's two plates.
+    Hinges are about -y, so that positive angles lift the shaft along z. A contact of shaft and base is an explicit pair
+    of a collar (a sphere of the shaft's half depth, one at each bushing end) and one of the bushing's two plates.
     """
-    beam, shaft = rig.beam, chain(rig, links)
-    depth = (beam.diameter or beam.height or 0.0) / 2
+    whole = linkage(rig, links)
     spec = mujoco.MjSpec()
     spec.modelname = rig.name
-    fastest = scipy.linalg.eigvalsh(np.diag(shaft.stiffness), shaft.mass)[-1]
+    free = whole.free
+    fastest = scipy.linalg.eigvalsh(free.T @ whole.whole_stiffness @ free, free.T @ whole.mass @ free)[-1]
     spec.option.timestep = 0.5 * 2 / np.sqrt(fastest)  # leaves room for contacts; engines set their own
     set_solver(spec)
     spec.compiler.degree = False
-    _visual(spec.worldbody, "clamped", shaft.hinges[0], depth)
-    body, origin = spec.worldbody, 0.0
-    for i, (start, end, stiffness) in enumerate(zip(shaft.hinges, shaft.ends, shaft.stiffness)):
-        body, origin = body.add_body(name=f"link{i}", pos=[start - origin, 0, 0]), start
-        _set_inertia(body, rig, start, end, last=i == links - 1)
-        hinge = {"type": mujoco.mjtJoint.mjJNT_HINGE, "axis": [0, -1, 0], "name": f"hinge{i}"}
-        body.add_joint(**hinge, stiffness=[stiffness, 0, 0], damping=[beam.rayleigh[1] * stiffness, 0, 0])
-        _visual(body, f"link{i}", end - start, depth)
-        _add_sensors(spec, rig, body, start, end, last=i == links - 1)
-    _add_sensors(spec, rig, spec.worldbody, 0.0, shaft.hinges[0], last=False)
-    _add_bushings(spec, rig, shaft.hinges, depth)
+    for i in range(len(whole.chains)):
+        _add_chain(spec, whole, i)
+    _add_supports(spec, whole)
+    for j, bushing in enumerate(rig.bushings):
+        _add_site(spec, whole, f"bushing{j}", bushing.position, size=0.003)
+        if bushing.to is None:
+            _add_bushing(spec, whole, j)
+        else:
+            _add_clearance(spec, whole, j)
     _set_softness(spec, rig)
     return spec
 
 
-def _set_softness(spec: mujoco.MjSpec, rig: Rig) -> None:
-    """Give every pair the datasheet stiffness and damping, with the inverse inertia that MuJoCo computes."""
-    model = spec.compile()
-    for pair in spec.pairs:
-        bushing = rig.bushings[int(pair.geomname1.removeprefix("bushing").partition("_")[0])]
-        inverse_inertia = model.body_invweight0[model.geom(pair.geomname2).bodyid[0], 0]
-        k, c = bushing.contact.stiffness / 2, bushing.contact.damping / 2  # two ends share them
-        pair.solref, pair.solimp = solref_solimp(k, c, inverse_inertia)
+def _add_chain(spec: mujoco.MjSpec, whole: Linkage, i: int) -> None:
+    """One shaft: its links, joints and sensors."""
+    chain, names, aside = whole.chains[i], _names(whole, i), _aside(whole, i)
+    shaft, prefix = chain.shaft, _prefix(whole, i)
+    if chain.starts[0] > shaft.start:
+        at = shaft.start, aside, chain.starts[0] - shaft.start
+        _visual(spec.worldbody, f"{prefix}clamped", *at, _half_depth(shaft, shaft.start))
+    joints = iter(zip(_joints(whole, i), chain.stiffness, chain.damping))
+    body, origin = spec.worldbody, (0.0, 0.0)
+    for n, (name, link) in enumerate(zip(names, chain.links)):
+        body, origin = body.add_body(name=name, pos=[link.start - origin[0], aside - origin[1], 0]), (link.start, aside)
+        _set_inertia(body, link)
+        for _ in range(chain.slides + chain.turns if name.endswith("root") else 1):
+            _add_joint(body, *next(joints))
+        _visual(body, name, 0.0, 0.0, link.end - link.start, _half_depth(shaft, (link.start + link.end) / 2))
+        _add_sensors(spec, whole, i, n)
+    _add_sensors(spec, whole, i, -1)
 
 
-def _visual(body: mujoco.MjsBody, name: str, length: float, depth: float) -> None:
+def _prefix(whole: Linkage, i: int) -> str:
+    return f"{whole.chains[i].shaft.name}_" if len(whole.chains) > 1 else ""
+
+
+def _names(whole: Linkage, i: int) -> list[str]:
+    """Of a shaft's links; the first one is the root if it can only slide or turn."""
+    chain, prefix = whole.chains[i], _prefix(whole, i)
+    return [f"{prefix}root"] * (chain.slides or chain.turns) + [f"{prefix}link{n}" for n in range(chain.hinges.size)]
+
+
+def _joints(whole: Linkage, i: int) -> list[str]:
+    chain, prefix = whole.chains[i], _prefix(whole, i)
+    root = [f"{prefix}slide"] * chain.slides + [f"{prefix}turn"] * chain.turns
+    return root + [f"{prefix}hinge{n}" for n in range(chain.hinges.size)]
+
+
+def _aside(whole: Linkage, i: int) -> float:
+    """Where a shaft is along y, m: each beside the others."""
+    return i * APART * max(_half_depth(c.shaft, x) for c in whole.chains for x in c.shaft.edges)
+
+
+def _half_depth(shaft: Shaft, x: float) -> float:
+    """Of a shaft at x, m, in the direction of vibration; at a step that of what follows."""
+    edges = shaft.edges
+    i = int(np.clip(np.searchsorted(edges, x, side="right") - 1, 0, len(shaft.sections) - 1))
+    section = shaft.sections[i]
+    return float(np.interp(x, edges[i : i + 2], section.diameter or section.height or (0.0, 0.0))) / 2
+
+
+def _visual(body: mujoco.MjsBody, name: str, x: float, y: float, length: float, depth: float) -> None:
     body.add_geom(
-        name=name, type=mujoco.mjtGeom.mjGEOM_CAPSULE, fromto=[0, 0, 0, length, 0, 0], size=[depth, 0, 0],
+        name=name, type=mujoco.mjtGeom.mjGEOM_CAPSULE, fromto=[x, y, 0, x + length, y, 0], size=[depth, 0, 0],
         contype=0, conaffinity=0, rgba=[0.55, 0.6, 0.66, 1],
     )  # fmt: skip
 
 
-def _set_inertia(body: mujoco.MjsBody, rig: Rig, start: float, end: float, last: bool) -> None:
-    """Uniform rod plus the point masses it carries, about their common centre."""
-    length = end - start
-    mass = rig.beam.mass_per_length * length
-    parts = [(mass, length / 2, mass * length**2 / 12)]
-    parts += [(p.mass, p.position - start, 0.0) for p in rig.point_masses if _on(p.position, start, end, last)]
-    total = sum(m for m, _, _ in parts)
-    centre = sum(m * x for m, x, _ in parts) / total
-    inertia = sum(i + m * (x - centre) ** 2 for m, x, i in parts)
-    body.mass, body.ipos = total, [centre, 0, 0]
-    body.inertia = [1e-6 * inertia, inertia, inertia]
+def _set_inertia(body: mujoco.MjsBody, link: Link) -> None:
+    body.mass, body.ipos = link.mass, [link.centre - link.start, 0, 0]
+    body.inertia = [1e-6 * link.inertia, link.inertia, link.inertia]
     body.explicitinertial = True
 
 
-def _on(position: float, start: float, end: float, last: bool) -> bool:
-    return start <= position < end or (last and position >= end)
+def _add_joint(body: mujoco.MjsBody, name: str, stiffness: float, damping: float) -> None:
+    kind, axis = mujoco.mjtJoint.mjJNT_HINGE, [0, -1, 0]
+    if name.endswith("slide"):
+        kind, axis = mujoco.mjtJoint.mjJNT_SLIDE, [0, 0, 1]
+    body.add_joint(type=kind, axis=axis, name=name, stiffness=[stiffness, 0, 0], damping=[damping, 0, 0])
 
 
-def _add_sensors(spec: mujoco.MjSpec, rig: Rig, body: mujoco.MjsBody, start: float, end: float, last: bool) -> None:
-    for sensor in rig.sensors:
-        if not _on(sensor.position, start, end, last):
+def _add_sensors(spec: mujoco.MjSpec, whole: Linkage, i: int, n: int) -> None:
+    """Accelerometers on link n of shaft i; -1 for its clamped start."""
+    for sensor in whole.rig.sensors:
+        if _link(whole, sensor.position) != (i, n):
             continue
         name = f"sensor{sensor.node}"
-        body.add_site(name=name, pos=[sensor.position - start, 0, 0], size=[0.004, 0, 0], rgba=[0.9, 0.6, 0, 1])
+        _add_site(spec, whole, name, sensor.position, size=0.004, rgba=[0.9, 0.6, 0, 1])
         site = {"objtype": mujoco.mjtObj.mjOBJ_SITE, "objname": name}
         spec.add_sensor(name=name, type=mujoco.mjtSensor.mjSENS_ACCELEROMETER, **site)
 
 
-def _add_bushings(spec: mujoco.MjSpec, rig: Rig, starts: np.ndarray, depth: float) -> None:
-    for j, bushing in enumerate(rig.bushings):
-        _add_plates(spec, j, bushing, depth)
-        _add_site(spec, starts, f"bushing{j}", bushing.position)
-        site = {"objtype": mujoco.mjtObj.mjOBJ_SITE, "objname": f"bushing{j}"}
-        spec.add_sensor(name=f"displacement{j}", type=mujoco.mjtSensor.mjSENS_FRAMEPOS, **site)
-        for e, x in enumerate(bushing.ends):
-            body, at = _carrier(spec, starts, x)
-            if body is None:
-                continue  # in the clamped half cell nothing moves
-            collar = f"collar{j}{'ab'[e]}"
-            body.add_geom(
-                name=collar, type=mujoco.mjtGeom.mjGEOM_SPHERE, pos=[at, 0, 0], size=[depth, 0, 0],
-                contype=0, conaffinity=0, rgba=[0.35, 0.4, 0.46, 1],
-            )  # fmt: skip
-            for side in _sides(bushing):
-                pair = {"geomname1": f"bushing{j}_{side}", "geomname2": collar, "condim": 1}
-                spec.add_pair(name=f"{collar}_{side}", **pair)
+def _link(whole: Linkage, point: float | str) -> tuple[int, int]:
+    """Number of the shaft and of the link that carry a point; link -1 before the first one of a clamped shaft."""
+    i, x = whole.place(point)
+    return i, int(np.searchsorted(whole.chains[i].starts, x, side="right")) - 1
 
 
-def _add_plates(spec: mujoco.MjSpec, j: int, bushing: Bushing, depth: float) -> None:
+def _carrier(spec: mujoco.MjSpec, whole: Linkage, point: float | str) -> tuple[mujoco.MjsBody, list[float]]:
+    """Body that carries a point, and its place there."""
+    i, n = _link(whole, point)
+    x = whole.place(point)[1]
+    if n < 0:
+        return spec.worldbody, [x, _aside(whole, i), 0]
+    return spec.body(_names(whole, i)[n]), [x - whole.chains[i].starts[n], 0, 0]
+
+
+def _add_site(
+    spec: mujoco.MjSpec, whole: Linkage, name: str, point: float | str, size: float, rgba: list[float] | None = None
+) -> None:
+    body, at = _carrier(spec, whole, point)
+    body.add_site(name=name, pos=at, size=[size, 0, 0], **({"rgba": rgba} if rgba else {}))
+
+
+def _add_tendon(spec: mujoco.MjSpec, whole: Linkage, name: str, row: np.ndarray) -> mujoco.MjsTendon:
+    """A fixed tendon over all joints of the shafts that it belongs to."""
+    tendon, first = spec.add_tendon(name=name, springlength=[0, 0]), 0
+    for i, chain in enumerate(whole.chains):
+        part = row[first : first + chain.stiffness.size]
+        first += part.size
+        if part.any():
+            for joint, share in zip(_joints(whole, i), part):
+                tendon.wrap_joint(joint, share)
+    return tendon
+
+
+def _add_supports(spec: mujoco.MjSpec, whole: Linkage) -> None:
+    """Rigid supports that are no joints, as equality constraints, and springs."""
+    for i, row in enumerate(whole.fixed):
+        _add_tendon(spec, whole, f"support{i}", row)
+        tendon = {"type": mujoco.mjtEq.mjEQ_TENDON, "objtype": mujoco.mjtObj.mjOBJ_TENDON, "name1": f"support{i}"}
+        spec.add_equality(name=f"support{i}", solimp=[0.9999, 0.9999, 1, 0.5, 1], **tendon)
+    for i, (row, stiffness, damping) in enumerate(zip(*whole.springs)):
+        spring = _add_tendon(spec, whole, f"spring{i}", row)
+        spring.stiffness, spring.damping = [stiffness, 0, 0], [damping, 0, 0]
+    if spec.equalities or spec.tendons:  # MuJoCo's implicit damping of joints alone would not hold supports still
+        spec.option.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_EULERDAMP)
+    if spec.equalities:
+        spec.option.iterations = 100  # rows as they are; engines make them orthogonal
+
+
+def _add_bushing(spec: mujoco.MjSpec, whole: Linkage, j: int) -> None:
+    """Plates, and collars at both ends."""
+    bushing = whole.rig.bushings[j]
+    i, x = whole.place(bushing.position)
+    depth = _half_depth(whole.chains[i].shaft, x)
+    _add_plates(spec, j, bushing, x, _aside(whole, i), depth)
+    site = {"objtype": mujoco.mjtObj.mjOBJ_SITE, "objname": f"bushing{j}"}
+    spec.add_sensor(name=f"displacement{j}", type=mujoco.mjtSensor.mjSENS_FRAMEPOS, **site)
+    for end, point in zip("ab", bushing.ends):
+        if _link(whole, point)[1] < 0:
+            continue  # in the clamped half cell nothing moves
+        body, at = _carrier(spec, whole, point)
+        collar = f"collar{j}{end}"
+        body.add_geom(
+            name=collar, type=mujoco.mjtGeom.mjGEOM_SPHERE, pos=at, size=[depth, 0, 0],
+            contype=0, conaffinity=0, rgba=[0.35, 0.4, 0.46, 1],
+        )  # fmt: skip
+        for side in _sides(bushing):
+            pair = {"geomname1": f"bushing{j}_{side}", "geomname2": collar, "condim": 1}
+            spec.add_pair(name=f"{collar}_{side}", **pair)
+
+
+def _add_plates(spec: mujoco.MjSpec, j: int, bushing: Bushing, x: float, y: float, depth: float) -> None:
     """Two plates, a gap away from the shaft; longer than the bushing, so that collars meet only their faces."""
     thickness = depth
     for side, sign in _sides(bushing).items():
         spec.worldbody.add_geom(
             name=f"bushing{j}_{side}", type=mujoco.mjtGeom.mjGEOM_BOX,
-            pos=[bushing.position, 0, sign * (depth + bushing.gap + thickness) - bushing.offset],
+            pos=[x, y, sign * (depth + bushing.gap + thickness) - bushing.offset],
             size=[bushing.length / 2 + depth, 2 * depth, thickness],
             contype=0, conaffinity=0, rgba=[0.8, 0.5, 0.2, 0.5],
         )  # fmt: skip
@@ -153,17 +246,35 @@ def _sides(bushing: Bushing) -> dict[str, int]:
     return {side: sign for side, sign in (("lower", -1), ("upper", 1)) if bushing.stops in ("both", side)}
 
 
-def _carrier(spec: mujoco.MjSpec, starts: np.ndarray, x: float) -> tuple[mujoco.MjsBody | None, float]:
-    """Link that carries position x of the shaft (None before the first hinge), and x in its frame."""
-    i = np.searchsorted(starts, x, side="right") - 1
-    if i < 0:
-        return None, x
-    return spec.body(f"link{i}"), x - starts[i]
+def _add_clearance(spec: mujoco.MjSpec, whole: Linkage, j: int) -> None:
+    """Limits of the relative motion of two points that both move, at both ends."""
+    walls = np.clip(whole.rig.bushings[j].walls, -FAR, FAR)
+    for end, row in zip("ab", whole.at_ends[2 * j :]):
+        tendon = _add_tendon(spec, whole, f"clearance{j}{end}", row)
+        tendon.limited, tendon.range = 1, walls
+        name = {"objtype": mujoco.mjtObj.mjOBJ_TENDON, "objname": tendon.name}
+        spec.add_sensor(name=tendon.name, type=mujoco.mjtSensor.mjSENS_TENDONPOS, **name)
 
 
-def _add_site(spec: mujoco.MjSpec, starts: np.ndarray, name: str, x: float) -> None:
-    body, at = _carrier(spec, starts, x)
-    (body or spec.worldbody).add_site(name=name, pos=[at, 0, 0], size=[0.003, 0, 0])
+def _set_softness(spec: mujoco.MjSpec, rig: Rig) -> None:
+    """Give pairs and limits the datasheet stiffness and damping, with the inverse inertia that MuJoCo computes.
+
+    Rigid supports get a time constant of ten steps.
+    """
+    model = spec.compile()
+
+    def softness(name: str, inverse_inertia: float) -> tuple[np.ndarray, np.ndarray]:
+        contact = rig.bushings[int("".join(c for c in name.partition("_")[0] if c.isdigit()))].contact
+        return solref_solimp(contact.stiffness / 2, contact.damping / 2, inverse_inertia)  # two ends share them
+
+    for pair in spec.pairs:
+        inverse_inertia = model.body_invweight0[model.geom(pair.geomname2).bodyid[0], 0]
+        pair.solref, pair.solimp = softness(pair.geomname1, inverse_inertia)
+    for tendon in (t for t in spec.tendons if t.limited):
+        inverse_inertia = model.tendon(tendon.name).invweight0[0]
+        tendon.solref_limit, tendon.solimp_limit = softness(tendon.name, inverse_inertia)
+    for support in spec.equalities:
+        support.solref = held_softness(spec.option.timestep)
 
 
 def _reduce_to_face(plate: mujoco.MjsGeom) -> None:
@@ -176,29 +287,30 @@ def _reduce_to_face(plate: mujoco.MjsGeom) -> None:
 
 @functools.lru_cache(maxsize=32)
 def _plant(rig: Rig, links: int) -> Plant:
-    shaft, spec = chain(rig, links), build_links(rig, links)
+    whole, spec = linkage(rig, links), build_links(rig, links)
     # What only takes time: the links' shapes, all of a plate but its face, and sensors, which sit on straight links.
     spec.compiler.discardvisual = True
     spec.option.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_SENSOR)
+    spec.option.iterations = ITERATIONS
     for plate in (geom for geom in spec.geoms if geom.type == mujoco.mjtGeom.mjGEOM_BOX):
         _reduce_to_face(plate)
     model = spec.compile()
-    n_bushings = len(rig.bushings)
+    ends = [f"{j}{end}" for j in range(len(rig.bushings)) for end in "ab"]
     model.body_invweight0[1:] = INVERSE_INERTIA  # Â of every contact is then known; see softness.py
+    model.tendon_invweight0[:] = INVERSE_INERTIA
     pairs = {model.pair(i).name: i for i in range(model.npair)}  # MuJoCo sorts them
-    middles = shaft.deflection([b.position for b in rig.bushings])
-    at_points = np.vstack((middles, shaft.lever([end for b in rig.bushings for end in b.ends])))
-    at_shaker = np.zeros(links)
-    if rig.shaker.position is not None:
-        at_shaker = shaft.deflection([rig.shaker.position])[0]
-    eta1 = rig.beam.rayleigh[0]
-    viscous = eta1 * shaft.mass if eta1 else np.zeros((0, 0))
-    rows = [
-        [pairs.get(f"collar{j}{end}_{side}", -1) for side in ("lower", "upper")]
-        for j in range(n_bushings)
-        for end in "ab"
-    ]
-    of_ends = np.array(rows, dtype=int).reshape(2 * n_bushings, 2)
-    output = np.ascontiguousarray(shaft.deflection([s.position for s in rig.sensors]))
-    points = np.ascontiguousarray(at_points.reshape(3 * n_bushings, links))
-    return Plant(model, Maps(points, at_shaker, viscous, output, np.ones(len(output)), of_ends), "pair_solref")
+    limits = {model.tendon(i).name: i for i in range(model.ntendon)}
+    touching = [[pairs.get(f"collar{end}_{side}", -1) for side in ("lower", "upper")] for end in ends]
+    maps = Maps(
+        at_points=np.ascontiguousarray(np.vstack((whole.at_bushings, whole.at_ends))),
+        at_shaker=sum((factor * whole.deflection([p])[0] for p, factor in rig.shaker.forces), np.zeros(whole.size)),
+        viscous=whole.viscous,
+        output=np.ascontiguousarray(whole.deflection([s.position for s in rig.sensors])),
+        on_base=np.full(len(rig.sensors), rig.shaker.unit_direction[2]),
+        pairs=np.array(
+            [[pairs.get(f"collar{end}_{side}", -1) for side in ("lower", "upper")] for end in ends], int
+        ).reshape(-1, 2),
+        limits=np.array([limits.get(f"clearance{end}", -1) for end in ends], dtype=int),
+    )
+    eta1 = {chain.shaft.rayleigh[0] for chain in whole.chains}
+    return Plant(model, maps, float(rig.shaker.unit_direction[2]), decay=eta1.pop() if len(eta1) == 1 else 0.0)

@@ -21,13 +21,10 @@ from ..rig import Rig
 from ..validation import Positive, Whole
 from .base import Engine, Run, register
 from .mujoco_loop import MujocoRun
-from .plant import Maps, Plant, set_solver, stable_step
+from .plant import FAR, Maps, Plant, set_solver, stable_step
 from .softness import INVERSE_INERTIA, solref_solimp
 
 __all__ = ["ModalMujoco", "build_modes"]
-
-FAR = 1e3
-"""m, limit of a tendon where a bushing has no wall"""
 
 
 @register
@@ -97,9 +94,10 @@ def _plant(rig: Rig, modes: int) -> Plant:
     model.tendon_invweight0[:] = INVERSE_INERTIA  # Â of every limit is then known; see softness.py
     at_shaker = root * ritz.input("force") if rig.shaker.forces else np.zeros(ritz.size)
     viscous = mass * ritz.coupling  # the joints have the rest of the damping
-    rows = np.arange(2 * len(rig.bushings))[:, None]
-    maps = Maps(root * ritz.at_points, at_shaker, viscous, root * ritz.at_sensors, ritz.sensors_on_base, rows)
-    return Plant(model, maps, "tendon_solref_lim")
+    limits = np.arange(2 * len(rig.bushings))
+    pairs = np.zeros((limits.size, 0), dtype=int)
+    maps = Maps(root * ritz.at_points, at_shaker, viscous, root * ritz.at_sensors, ritz.sensors_on_base, pairs, limits)
+    return Plant(model, maps)
 
 
 def _mass(rig: Rig, modes: int) -> float:

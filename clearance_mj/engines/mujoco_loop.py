@@ -26,7 +26,7 @@ from ..clearance.law import Law
 from ..errors import LawError, SimulationError
 from ..rig import Rig
 from .base import Engine, Equations, Run, diverged, location
-from .plant import Maps, Plant
+from .plant import Maps, Plant, hold, tendon_rows
 from .softness import IMPEDANCE, INVERSE_INERTIA
 
 __all__ = ["MujocoRun"]
@@ -78,7 +78,8 @@ class _Views(NamedTuple):
     model: int  # address
     data: int  # address
     gravity: np.ndarray  # (3,)
-    softness: np.ndarray  # (n, 2) solref of the contacts
+    pair_softness: np.ndarray  # (n, 2) solref of the pairs of geoms
+    limit_softness: np.ndarray  # (n, 2) solref of the tendons' limits
     position: np.ndarray  # (nv,)
     velocity: np.ndarray  # (nv,)
     applied: np.ndarray  # (nv,) forces
@@ -101,19 +102,24 @@ class MujocoRun(Run):
         self.model = copy.copy(plant.model)
         self.model.opt.timestep = step
         self.model.dof_armature[:] = plant.armature * step**2 * plant.model.jnt_stiffness
-        # Mass-proportional damping is explicit, half a step late; so much more mass makes up for it.
-        self.heavier = 1 + step / 2 * rig.beam.rayleigh[0] if plant.maps.viscous.size else 1.0
+        # Explicit dampers of joints act half a step late; so much more inertia makes up for it.
+        self.explicit = bool(plant.model.opt.disableflags & mujoco.mjtDisableBit.mjDSBL_EULERDAMP)
+        if self.explicit:
+            self.model.dof_armature[:] += step / 2 * plant.model.dof_damping
+        # The same of damping in proportion to the mass.
+        self.heavier = 1 + step / 2 * plant.decay
         for field in ("body_mass", "body_subtreemass", "body_inertia"):
             getattr(self.model, field)[:] *= self.heavier
-        self.data = mujoco.MjData(self.model)
-        ends = plant.maps.at_points[n_bushings:]
-        # The contact forces are what the solver's joint forces come from; a bushing's is the sum over its ends.
-        from_constraint = -np.linalg.pinv(ends.T).reshape(n_bushings, 2, self.model.nv).sum(axis=1)
         self.base = kind == "base"
+        ends, held = plant.maps.at_points[n_bushings:], hold(self.model)
+        # The solver's joint forces come from contacts and rigid supports; a bushing's contact force is its ends' sum.
+        from_each = -np.linalg.pinv(np.vstack((ends, held)).T)[: len(ends)]
+        from_constraint = np.ascontiguousarray(from_each.reshape(n_bushings, 2, self.model.nv).sum(axis=1))
+        self.data, self.gravity = mujoco.MjData(self.model), -plant.vertical / self.heavier
         model, data = self.model, self.data
         self.views = _Views(
-            model._address, data._address, model.opt.gravity, getattr(model, plant.softness), data.qpos, data.qvel,
-            data.qfrc_applied, data.qfrc_constraint, data.qacc, from_constraint,
+            model._address, data._address, model.opt.gravity, model.pair_solref, model.tendon_solref_lim, data.qpos,
+            data.qvel, data.qfrc_applied, data.qfrc_constraint, data.qacc, from_constraint,
         )  # fmt: skip
 
     def advance(self, excitation: np.ndarray) -> np.ndarray:
@@ -121,7 +127,7 @@ class MujocoRun(Run):
         out = np.empty((excitation.size, len(self.maps.output) + len(self.maps.at_points)))
         with _warnings_counted():
             failed, bushing = _advance(
-                self.steps, excitation, self.base, self.heavier, self.views, self.maps, self.clearance, out
+                self.steps, excitation, self.base, self.gravity, self.views, self.maps, self.clearance, out
             )
         if failed >= 0:
             raise diverged(self.rig, self.engine, (self.steps + failed) * self.step, bushing)
@@ -132,21 +138,24 @@ class MujocoRun(Run):
     def equations(self) -> Equations:
         """Return the equations of the steps; see `Run.equations`.
 
-        v₊ = v + h M⁻¹ (b a - Pᵀ f - K q - D v₊ - E v), q₊ = q + h v₊, with the joints' D and the plant's viscous E.
+        v₊ = v + h M⁻¹ (b a - Pᵀ f - K q - D v₊ - E v), q₊ = q + h v₊, with an implicit D, the joints' unless the model
+        disables it, and an explicit E. Reactions of rigid supports are left out, as they do no work.
         """
         model, nv = copy.copy(self.model), self.model.nv
-        model.opt.gravity[:] = 0, 0, -1 / self.heavier
+        model.opt.gravity[:] = 0, 0, self.gravity
         data = mujoco.MjData(model)
         mujoco.mj_forward(model, data)
         mass = np.zeros((nv, nv))
         mujoco.mj_fullM(model, data, mass)
-        implicit, explicit = np.diag(model.dof_damping), np.zeros((nv, nv))
+        joints, rows = np.diag(model.dof_damping), tendon_rows(model)
+        implicit, explicit = (np.zeros((nv, nv)), joints) if self.explicit else (joints, np.zeros((nv, nv)))
+        explicit = explicit + (rows.T * model.tendon_damping) @ rows
         if self.maps.viscous.size:
-            explicit = self.maps.viscous
+            explicit = explicit + self.maps.viscous
         mass += self.step / 2 * (implicit - explicit)
         shape = -data.qfrc_bias if self.base else self.maps.at_shaker
         speed = np.outer((-1, 1, 0), np.ones(nv)) / self.step
-        stiffness = np.diag(model.jnt_stiffness)
+        stiffness = np.diag(model.jnt_stiffness) + (rows.T * model.tendon_stiffness) @ rows
         return Equations(mass, implicit + explicit, stiffness, shape, self.maps.at_points, speed)
 
     def snapshot(self) -> tuple[np.ndarray, np.ndarray]:
@@ -165,12 +174,12 @@ class MujocoRun(Run):
 
 @kernel_loop(**OPTIONS)
 def _advance(
-    steps: int, excitation: np.ndarray, base: bool, heavier: float, views: _Views, maps: Maps, clearance: Clearance,
+    steps: int, excitation: np.ndarray, base: bool, along: float, views: _Views, maps: Maps, clearance: Clearance,
     out: np.ndarray,
 ) -> tuple[int, int]:  # fmt: skip
     """Advance the state by ``excitation.size`` steps; return (step, bushing) of a divergence, or (-1, -1)."""
-    model, data, gravity, softness, qpos, qvel, applied, constraint, acceleration, from_constraint = views
-    at_points, at_shaker, viscous, output, on_base, rows = maps
+    model, data, gravity, of_pairs, of_limits, qpos, qvel, applied, constraint, acceleration, from_constraint = views
+    at_points, at_shaker, viscous, output, on_base, pairs, limits = maps
     bushings, states, numbers = clearance
     nv, n_bushings, n_sensors = qvel.size, bushings.size, output.shape[0]
     grease_force = np.zeros(n_bushings)
@@ -178,7 +187,7 @@ def _advance(
     for i in range(excitation.size):
         a = excitation[i]
         if base:
-            gravity[2] = -a / heavier
+            gravity[2] = along * a
             applied[:] = 0.0
         else:
             for m in range(nv):
@@ -201,11 +210,14 @@ def _advance(
             for end in range(2):
                 x, speed = _point(at_points, n_bushings + 2 * j + end, qpos, qvel)
                 _, k, c = contact_step(bushing, state, numbers, end, x, speed, True)
-                for side in range(rows.shape[1]):
-                    row = rows[2 * j + end, side]
+                k = max(k, 0.5e-9)  # zero would mean MuJoCo's default
+                for side in range(pairs.shape[1]):
+                    row = pairs[2 * j + end, side]
                     if row >= 0:
-                        softness[row, 0] = -hardness * max(k, 0.5e-9)  # zero would mean MuJoCo's default
-                        softness[row, 1] = -hardness * c
+                        of_pairs[row, 0], of_pairs[row, 1] = -hardness * k, -hardness * c
+                row = limits[2 * j + end]
+                if row >= 0:
+                    of_limits[row, 0], of_limits[row, 1] = -hardness * k, -hardness * c
         _mj_step(model, data)
         for s in range(n_sensors):
             value = on_base[s] * a if base else 0.0

@@ -13,7 +13,17 @@ from ..clearance.kernel import greases_of
 from ..clearance.law import Law
 from ..rig import Rig
 
-__all__ = ["ARMATURE", "Maps", "Plant", "set_solver", "stable_step"]
+__all__ = [
+    "ARMATURE",
+    "ITERATIONS",
+    "Maps",
+    "Plant",
+    "held_softness",
+    "hold",
+    "set_solver",
+    "stable_step",
+    "tendon_rows",
+]
 
 ARMATURE = 1 / 7
 """Inertia added to each joint, as a share of its stiffness times the step squared
@@ -23,6 +33,16 @@ stiffness slows it by a (ωh)²/2, and lets the stable step grow by 1/√(1 - 4a
 left, as in Numerov's method; at 1/6 it is Euler's with the other sign, and the step √3 times as long. Statics do not
 change.
 """
+
+
+ITERATIONS = 3
+"""sweeps of the solver, of which the first is nearly exact"""
+FAR = 1e3
+"""m, limit of a tendon where a bushing has no wall"""
+HELD = 1e-8
+"""1/kg; inverse inertia written over MuJoCo's for rigid supports, whose softness is 1e-4 of it"""
+SETTLES = 10.0
+"""steps, time constant of what rounding leaves of a rigid support's motion"""
 
 
 def set_solver(spec: mujoco.MjSpec) -> None:
@@ -35,10 +55,46 @@ def set_solver(spec: mujoco.MjSpec) -> None:
     spec.compiler.inertiafromgeom = mujoco.mjtInertiaFromGeom.mjINERTIAFROMGEOM_FALSE
     spec.option.integrator = mujoco.mjtIntegrator.mjINT_EULER
     spec.option.solver = mujoco.mjtSolver.mjSOL_PGS
-    spec.option.iterations = 3
+    spec.option.iterations = ITERATIONS
     spec.option.gravity = [0, 0, 0]
     # No islands to look for, and a simulation that goes wrong must stop, not start again.
     spec.option.disableflags = int(mujoco.mjtDisableBit.mjDSBL_ISLAND | mujoco.mjtDisableBit.mjDSBL_AUTORESET)
+
+
+def held_softness(step: float) -> tuple[float, float]:
+    """Give the solref of rigid supports, whose errors decay critically damped."""
+    return -1 / (SETTLES * step) ** 2, -2 / (SETTLES * step)
+
+
+def hold(model: mujoco.MjModel) -> np.ndarray:
+    """Make a model's tendon equalities exact, for the step that it has: return their rows (n, nv).
+
+    A support's row may be replaced by any combination of all. With rows that are orthogonal in the inverse of the mass
+    matrix every reaction follows from its own row, so that the projected Gauss-Seidel solver finds it in one sweep.
+    A very small inverse inertia leaves next to no softness.
+    """
+    held = tendon_rows(model)[model.eq_obj1id]
+    if not len(held):
+        return held
+    data, mass = mujoco.MjData(model), np.zeros((model.nv, model.nv))
+    mujoco.mj_forward(model, data)
+    mujoco.mj_fullM(model, data, mass)
+    held = np.linalg.solve(np.linalg.cholesky(held @ np.linalg.solve(mass, held.T)), held)
+    for tendon, row in zip(model.eq_obj1id, held):
+        wraps = slice(model.tendon_adr[tendon], model.tendon_adr[tendon] + model.tendon_num[tendon])
+        model.wrap_prm[wraps] = row[model.jnt_dofadr[model.wrap_objid[wraps]]]
+    model.tendon_invweight0[model.eq_obj1id] = HELD
+    model.eq_solref[:] = held_softness(model.opt.timestep)
+    return held
+
+
+def tendon_rows(model: mujoco.MjModel) -> np.ndarray:
+    """(ntendon, nv) lengths of a model's fixed tendons per coordinate."""
+    rows = np.zeros((model.ntendon, model.nv))
+    for row, first, count in zip(rows, model.tendon_adr, model.tendon_num):
+        wraps = slice(first, first + count)
+        row[model.jnt_dofadr[model.wrap_objid[wraps]]] = model.wrap_prm[wraps]
+    return rows
 
 
 class Maps(NamedTuple):
@@ -49,7 +105,8 @@ class Maps(NamedTuple):
     viscous: np.ndarray  # (nv, nv) damping that the model's joints do not have; (0, 0) where they have all
     output: np.ndarray  # (n_sensors, nv) acceleration of the sensors, relative to the base, per coordinate's
     on_base: np.ndarray  # (n_sensors,) what they read per unit acceleration of the base itself
-    rows: np.ndarray  # (2 n_bushings, n) rows of the contacts' solref that belong to each bushing end; -1 for none
+    pairs: np.ndarray  # (2 n_bushings, n) pairs of geoms that touch at each bushing end; -1 for none
+    limits: np.ndarray  # (2 n_bushings,) tendon whose limits are the gap at each bushing end; -1 for none
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,26 +115,35 @@ class Plant:
 
     model: mujoco.MjModel  # compiled, not to be changed
     maps: Maps  # between its coordinates and the rig's points
-    softness: str  # field of mjModel that holds the solref of the contacts
+    vertical: float = 1.0  # share of the base's motion that is along Z, in which gravity acts
+    decay: float = 0.0  # η1, 1/s, of damping in proportion to the mass that is among the viscous
     armature: float = ARMATURE  # inertia of each joint, as a share of its stiffness times the step squared
 
 
 def stable_step(
-    mass: np.ndarray, stiffness: np.ndarray, at_points: np.ndarray, rig: Rig, law: Law, armature: float = ARMATURE
-) -> float:
+    mass: np.ndarray, joints: np.ndarray, at_points: np.ndarray, rig: Rig, law: Law, armature: float = ARMATURE,
+    other: tuple[np.ndarray, np.ndarray] | None = None, free: np.ndarray | None = None,
+) -> float:  # fmt: skip
     """Longest stable step, s, of the Euler integrator with every contact and film at its hardest.
 
     Springs are explicit, so h < 2/ω_max; the bushings' dampers are explicit too, which shortens it to
-    2 / (δ + √(δ² + ω²)) with 2δ the largest eigenvalue of M⁻¹C. The mass (nv, nv) is without armatures.
+    2 / (δ + √(δ² + ω²)) with 2δ the largest eigenvalue of M⁻¹C. The mass (nv, nv) is without armatures, which the
+    joints of stiffness (nv,) have; ``other`` is the stiffness and damping, each (nv, nv), of all else, and ``free``
+    (nv, n) a basis of the motions that supports allow.
     """
     grease = np.array([g.largest() for g in greases_of(rig, law)]).reshape(-1, 2)
     contact_k, contact_c = law.largest([b.gap for b in rig.bushings])
     k = np.concatenate((grease[:, 0], np.repeat(contact_k / 2, 2)))
     c = np.concatenate((grease[:, 1], np.repeat(contact_c / 2, 2)))
-    springs, dampers = np.diag(stiffness) + (at_points.T * k) @ at_points, (at_points.T * c) @ at_points
+    springs, dampers = np.diag(joints) + (at_points.T * k) @ at_points, (at_points.T * c) @ at_points
+    if other:
+        springs, dampers = springs + other[0], dampers + other[1]
+    carrier = np.diag(joints)
+    if free is not None:
+        mass, carrier, springs, dampers = (free.T @ m @ free for m in (mass, carrier, springs, dampers))
     step = 0.0
     for _ in range(20):  # from below: what is missing falls to the share 4 armature, or less, each time
-        inertia = mass + np.diag(armature * step**2 * stiffness)
+        inertia = mass + armature * step**2 * carrier
         decay = _largest_eigenvalue(dampers, inertia) / 2
         step = 2 / (decay + np.sqrt(decay**2 + _largest_eigenvalue(springs, inertia)))
     return float(step)

@@ -240,15 +240,28 @@ class Shaft(Structure):
             material.density * across.second_moment,
         )
 
+    def integration(self, start: float, end: float) -> tuple[np.ndarray, np.ndarray, Rigidity]:
+        """Return Gauss points between two positions, eight in every section, their weights, m, and rigidities there.
+
+        Parameters
+        ----------
+        start, end : float
+            m.
+        """
+        node, weight = leggauss(8)
+        at, weights, parts = [], [], []
+        for i, edges in enumerate(pairwise(self.edges)):
+            first, last = max(edges[0], start), min(edges[1], end)
+            if first < last:
+                at.append(first + (node + 1) * (last - first) / 2)
+                weights.append(weight * (last - first) / 2)
+                parts.append(self._rigidity(i, at[-1]))
+        return np.concatenate(at), np.concatenate(weights), Rigidity(*map(np.concatenate, zip(*parts)))
+
     @functools.cached_property
     def _integration(self) -> tuple[np.ndarray, np.ndarray, Rigidity]:
         """Gauss points of all sections, m, their weights, m, and rigidities."""
-        node, weight = leggauss(8)
-        halves = [section.length / 2 for section in self.sections]
-        at = [start + (node + 1) * half for start, half in zip(self.edges, halves)]
-        parts = [self._rigidity(i, x) for i, x in enumerate(at)]
-        rigidity = Rigidity(*(np.concatenate(field) for field in zip(*parts)))
-        return np.concatenate(at), np.concatenate([weight * half for half in halves]), rigidity
+        return self.integration(self.start, self.end)
 
 
 def _positions(points: Sequence[float | str]) -> np.ndarray:

@@ -140,7 +140,7 @@ class FreeMass:
         model = spec.compile()
         model.tendon_invweight0[:] = INVERSE_INERTIA
         nowhere = np.zeros((0, 0)), np.zeros((0, 1)), np.zeros(0)
-        maps = Maps(np.ones((3, 1)), np.zeros(1), *nowhere, np.arange(2)[:, None])
+        maps = Maps(np.ones((3, 1)), np.zeros(1), *nowhere, np.zeros((2, 0), int), np.arange(2))
         plant = dataclasses.replace(modal_mj._plant(self.rig, 8), model=model, maps=maps)
         run = mujoco_loop.MujocoRun(ModalMujoco(), self.rig, law, "force", self.step, plant)
         run.data.qpos[0], run.data.qvel[0] = position, speed

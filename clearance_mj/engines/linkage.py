@@ -1,0 +1,227 @@
+"""A rig's shafts as chains of rigid links, with what holds and joins them; matrices in the joints' coordinates.
+
+Supports at the left end of a shaft are joints of its chain. All others, and springs, act on linear combinations of the
+coordinates: the rows of the curved shaft's deflection or slope.
+"""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+import scipy.linalg
+from numpy.typing import ArrayLike
+
+from ..errors import RigError
+from ..rig import Rig
+from ..structure.base import parse_place
+from ..structure.reduction import vibration_modes
+from .chain import Chain, chain_of
+
+__all__ = ["Linkage", "Springs", "linkage"]
+
+
+class Springs(NamedTuple):
+    """Springs and dampers between shafts and base, or two shafts."""
+
+    rows: np.ndarray
+    """(n, nv) their elongation per coordinate"""
+    stiffness: np.ndarray
+    """(n,) N/m, or N m/rad"""
+    damping: np.ndarray
+    """(n,) N s/m, or N m s/rad"""
+
+
+@dataclass(frozen=True, eq=False)
+class Linkage:
+    """A rig's shafts as chains, in the coordinates of all their joints."""
+
+    rig: Rig
+    chains: tuple[Chain, ...]
+
+    def lever(self, points: ArrayLike | Sequence[float | str]) -> np.ndarray:
+        """(n_points, nv) deflection of points on the straight links per coordinate."""
+        return self._rows("lever", points)
+
+    def deflection(self, points: ArrayLike | Sequence[float | str]) -> np.ndarray:
+        """(n_points, nv) deflection of points on the curved shafts per coordinate."""
+        return self._rows("deflection", points)
+
+    def _rows(self, kind: str, points: ArrayLike | Sequence[float | str]) -> np.ndarray:
+        points = points.tolist() if isinstance(points, np.ndarray) else list(points)  # type: ignore[arg-type]
+        places = [self.place(p) for p in points]
+        blocks = []
+        for i, chain in enumerate(self.chains):
+            here = np.array([index == i for index, _ in places], dtype=bool)
+            block = np.zeros((len(places), chain.stiffness.size))
+            block[here] = getattr(chain, kind)([x for index, x in places if index == i])
+            blocks.append(block)
+        return np.hstack(blocks)
+
+    def place(self, point: float | str) -> tuple[int, float]:
+        """Number of the shaft that a point is on, and its position there, m."""
+        return _place(self.rig, point)
+
+    @functools.cached_property
+    def at_bushings(self) -> np.ndarray:
+        """(n_bushings, nv) relative displacement in the middle of each clearance."""
+        return np.array([self._relative(b.joined, "deflection") for b in self.rig.bushings]).reshape(-1, self.size)
+
+    @functools.cached_property
+    def at_ends(self) -> np.ndarray:
+        """(2 n_bushings, nv) relative displacement at both ends of each clearance, of links or, between two, shafts."""
+        ends = [
+            self._relative(points, "lever" if b.to is None else "deflection")
+            for b in self.rig.bushings
+            for points in zip(*(b.ends_of(p) for p in b.joined))
+        ]
+        return np.array(ends).reshape(-1, self.size)
+
+    def _relative(self, joined: Sequence[float | str], kind: str) -> np.ndarray:
+        rows = self._rows(kind, joined)
+        return rows[0] - rows[1] if len(rows) > 1 else rows[0]
+
+    @property
+    def size(self) -> int:
+        """Number of coordinates."""
+        return self.stiffness.size
+
+    @functools.cached_property
+    def stiffness(self) -> np.ndarray:
+        """(nv,) of the joints."""
+        return np.concatenate([c.stiffness for c in self.chains])
+
+    @functools.cached_property
+    def damping(self) -> np.ndarray:
+        """(nv,) of the joints."""
+        return np.concatenate([c.damping for c in self.chains])
+
+    @functools.cached_property
+    def mass(self) -> np.ndarray:
+        """(nv, nv) mass matrix."""
+        return scipy.linalg.block_diag(*(c.mass for c in self.chains))
+
+    @functools.cached_property
+    def fixed(self) -> np.ndarray:
+        """(n, nv) rows of deflections and slopes that supports hold at zero."""
+        rows = {}
+        for chain in self.chains:
+            for support in (s for s in chain.shaft.supports if not chain.at_start(s)):
+                if support.kind in ("clamped", "pinned"):
+                    rows[chain, support.position, "z"] = self._of(chain, chain.deflection(support.position))
+                if support.kind in ("clamped", "guided"):
+                    rows[chain, support.position, "turn"] = self._of(chain, chain.slope(support.position))
+        found = np.array(list(rows.values())).reshape(-1, self.size)
+        if np.linalg.matrix_rank(found, 1e-9) < len(found):
+            raise RigError(
+                f"rig {self.rig.name!r}: supports are too close together for the links between them; use more links, "
+                "or the modal engine"
+            )
+        return found
+
+    @functools.cached_property
+    def springs(self) -> Springs:
+        """What is elastic beside the joints."""
+        found = []
+        for chain in self.chains:
+            eta2 = chain.shaft.rayleigh[1]
+            for s in (s for s in chain.shaft.supports if not chain.at_start(s)):
+                for k, c, row in (
+                    (s.translation, s.translation_damping, chain.deflection(s.position)),
+                    (s.rotation, s.rotation_damping, chain.slope(s.position)),
+                ):
+                    if k or c:
+                        found.append((self._of(chain, row), k, c + eta2 * k))
+        rows, stiffness, damping = zip(*found) if found else ((), (), ())
+        return Springs(np.array(rows).reshape(-1, self.size), np.array(stiffness), np.array(damping))
+
+    def _of(self, chain: Chain, row: np.ndarray) -> np.ndarray:
+        """A row of one chain's coordinates in those of all."""
+        return np.concatenate([(row if c is chain else np.zeros((1, c.stiffness.size)))[0] for c in self.chains])
+
+    @functools.cached_property
+    def free(self) -> np.ndarray:
+        """(nv, n) basis of the motions that the supports allow."""
+        return scipy.linalg.null_space(self.fixed) if len(self.fixed) else np.eye(self.size)
+
+    @property
+    def beside(self) -> tuple[tuple[np.ndarray, np.ndarray], np.ndarray] | tuple[()]:
+        """Stiffness and damping of what is no joint, and `free`; nothing for joints alone."""
+        if not len(self.springs.rows) and not len(self.fixed) and not any(self.chains[0].shaft.damping_ratios):
+            return ()
+        rows, stiffness, damping = self.springs
+        viscous = self.viscous if self.viscous.size else 0.0
+        return ((rows.T * stiffness) @ rows, (rows.T * damping) @ rows + viscous), self.free
+
+    @functools.cached_property
+    def whole_stiffness(self) -> np.ndarray:
+        """(nv, nv) of joints and springs."""
+        rows, stiffness, _ = self.springs
+        return np.diag(self.stiffness) + (rows.T * stiffness) @ rows
+
+    @functools.cached_property
+    def viscous(self) -> np.ndarray:
+        """(nv, nv) damping that neither joints nor springs have: η1 M and that of the modes; (0, 0) for none."""
+        eta1 = [chain.shaft.rayleigh[0] for chain in self.chains]
+        ratios = self.chains[0].shaft.damping_ratios
+        if not any(eta1) and not any(ratios):
+            return np.zeros((0, 0))
+        found = scipy.linalg.block_diag(*(eta * chain.mass for eta, chain in zip(eta1, self.chains)))
+        if any(ratios):
+            project = self.free.T
+            modes = vibration_modes(project @ self.mass @ self.free, project @ self.whole_stiffness @ self.free)
+            of_modes = 2 * modes.omega * np.resize(ratios[-1], modes.omega.size)
+            count = min(len(ratios), modes.omega.size)
+            of_modes[:count] = 2 * modes.omega[:count] * np.array(ratios[:count])
+            pull = self.mass @ self.free @ modes.shapes
+            found = found + (pull * of_modes) @ pull.T
+        return found
+
+
+@functools.lru_cache(maxsize=32)
+def linkage(rig: Rig, links: int) -> Linkage:
+    """Cut every shaft of a rig into so many links.
+
+    Parameters
+    ----------
+    rig : Rig
+        The rig.
+    links : int
+        Of each shaft.
+
+    Raises
+    ------
+    RigError
+        If the rig's structure has no shafts, or shafts with shear flexibility.
+    """
+    shafts = rig.linear.shafts
+    if not shafts:
+        raise RigError(f"rig {rig.name!r}: links needs a shaft; use modal or modal-mj")
+    if any(shaft.bending_theory == "timoshenko" for shaft in shafts):
+        raise RigError(
+            f'rig {rig.name!r}: links has no shear flexibility; use modal, or theory = "euler" for the shaft'
+        )
+    masses: list[list[tuple[float, float, float]]] = [
+        [(d.position, d.mass, d.inertia) for d in shaft.discs] for shaft in shafts
+    ]
+    for mass in rig.point_masses:
+        i, x = _place(rig, mass.position)
+        masses[i].append((x, mass.mass, 0.0))
+    middles = [p for b in rig.bushings for p in b.joined]
+    of_clearances = middles + [end for b in rig.bushings for p in b.joined for end in b.ends_of(p)]
+    chains = []
+    for i, shaft in enumerate(shafts):
+        wanted = [s.position for s in shaft.supports]
+        wanted += [x for index, x in (_place(rig, p) for p in of_clearances) if index == i]
+        wanted += [x for x, _, _ in sorted(masses[i], key=lambda m: -m[1])]
+        chains.append(chain_of(shaft, links, wanted, masses[i]))
+    return Linkage(rig, tuple(chains))
+
+
+def _place(rig: Rig, point: float | str) -> tuple[int, float]:
+    place, names = parse_place(point), [shaft.name for shaft in rig.linear.shafts]
+    assert place is not None  # the rig has checked its points
+    return names.index(place[0]) if place[0] in names else 0, place[1]
