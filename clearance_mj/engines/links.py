@@ -307,9 +307,7 @@ def _plant(rig: Rig, links: int) -> Plant:
         viscous=whole.viscous,
         output=np.ascontiguousarray(whole.deflection([s.position for s in rig.sensors])),
         on_base=np.full(len(rig.sensors), rig.shaker.unit_direction[2]),
-        pairs=np.array(
-            [[pairs.get(f"collar{end}_{side}", -1) for side in ("lower", "upper")] for end in ends], int
-        ).reshape(-1, 2),
+        pairs=np.array(touching, int).reshape(-1, 2),
         limits=np.array([limits.get(f"clearance{end}", -1) for end in ends], dtype=int),
     )
     eta1 = {chain.shaft.rayleigh[0] for chain in whole.chains}

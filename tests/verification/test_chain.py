@@ -57,7 +57,7 @@ def test_convergence(rig, measured):
 
 def test_hinges():
     """Gauss's two points in ten elements of a bare shaft, each with half of an element's compliance."""
-    shaft = linkage(BARE, 20)
+    shaft = linkage(BARE, 20).chains[0]
     element = BARE.beam.length / 10
     first = element * (1 - 1 / np.sqrt(3)) / 2
     np.testing.assert_allclose(shaft.hinges[:4], [first, element - first, element + first, 2 * element - first])
@@ -71,7 +71,7 @@ def test_statics(rig, n):
 
     Links and shaft meet at the ends of elements, in place and slope, and the bushings' middles are such ends.
     """
-    shaft, length = linkage(rig, n), rig.beam.length
+    shaft, length = linkage(rig, n).chains[0], rig.beam.length
 
     def expected(x):
         return x**2 * (3 * length - x) / (6 * rig.beam.bending_stiffness)
@@ -178,7 +178,7 @@ def test_bushing_over_a_hinge():
 def test_a_long_bushing():
     """Its ends are ends of elements too, so that chain and shaft meet where the contacts are."""
     bushing = dataclasses.replace(RIG.bushings[0], length=0.16)
-    ends = [e.end for e in linkage(RIG.replace(bushings=(bushing,)), 20).elements]
+    ends = [e.end for e in linkage(RIG.replace(bushings=(bushing,)), 20).chains[0].elements]
     assert all(np.isclose(ends, x).any() for x in (*bushing.ends, bushing.position))
 
 
