@@ -170,6 +170,20 @@ class Bushing:
         """
         return moved(point, -self.length / 2), moved(point, self.length / 2)
 
+    def holds(self, point: float | str) -> bool:
+        """Return whether a point of the structure lies in the bushing, on the side of ``position``.
+
+        Parameters
+        ----------
+        point : Point
+            Such as a sensor's position.
+        """
+        dof, own = parse_dof(point), parse_dof(self.position)
+        if dof or own:
+            return dof is not None and own is not None and dof[:2] == own[:2]
+        (shaft, x), (bushing, middle) = parse_place(point) or ("", 0.0), parse_place(self.position) or ("", 0.0)
+        return shaft == bushing and middle - self.length / 2 <= x <= middle + self.length / 2
+
     @property
     def where(self) -> str:
         """Where it is, for messages and tables."""

@@ -165,15 +165,12 @@ def finite(values: np.ndarray) -> np.ndarray:
 
 def at_bushings(rig: Rig) -> list[int]:
     """Return the rows of the sensors that sit in a bushing."""
-    return [
-        row
-        for row, sensor in enumerate(rig.sensors)
-        if any(b.ends[0] <= sensor.position <= b.ends[1] for b in rig.bushings)
-    ]
+    return [row for row, sensor in enumerate(rig.sensors) if any(b.holds(sensor.position) for b in rig.bushings)]
 
 
 def sensor_title(rig: Rig, row: int) -> str:
     """Return a sensor in words: its number, and its bushing or position."""
     sensor = rig.sensors[row]
-    inside = [i + 1 for i, b in enumerate(rig.bushings) if b.ends[0] <= sensor.position <= b.ends[1]]
-    return f"sensor {sensor.node}" + (f", bushing {inside[0]}" if inside else f", {sensor.position:g} m")
+    inside = [i + 1 for i, b in enumerate(rig.bushings) if b.holds(sensor.position)]
+    at = sensor.position if isinstance(sensor.position, str) else f"{sensor.position:g} m"
+    return f"sensor {sensor.node}" + (f", bushing {inside[0]}" if inside else f", {at}")

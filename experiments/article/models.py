@@ -116,7 +116,7 @@ def decibel(frf: FRF) -> np.ndarray:
 
 def clearance_of(rig: Rig, sensor: Sensor) -> int | None:
     """Return the number, from 1, of the clearance in which a sensor sits."""
-    within = (i for i, b in enumerate(rig.bushings, 1) if b.ends[0] <= sensor.position <= b.ends[1])
+    within = (i for i, b in enumerate(rig.bushings, 1) if b.holds(sensor.position))
     return next(within, None)
 
 
