@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Annotated, Any, NamedTuple, TypeAlias
 
 import numpy as np
@@ -105,6 +106,16 @@ class Section:
         hollow = (20 + 12 * nu) * (inner / outer) ** 2
         shear = 6 * (1 + nu) * square / ((7 + 6 * nu) * square + hollow)
         return CrossSection(np.pi * (outer**2 - inner**2) / 4, np.pi * (outer**4 - inner**4) / 64, shear)
+
+    @property
+    def cuts(self) -> np.ndarray:
+        """Positions, shares of the length, between which no dimension changes by more than a factor 2."""
+        sizes = [size for size in (self.diameter, self.width, self.height) if size]
+        if self.diameter and self.inner_diameter:
+            sizes.append((self.diameter[0] - self.inner_diameter[0], self.diameter[1] - self.inner_diameter[1]))
+        ratio = max((end / start for start, end in sizes), key=lambda change: max(change, 1 / change))
+        pieces = math.ceil(abs(math.log2(ratio)))
+        return (ratio ** (np.arange(1, pieces) / pieces) - 1) / (ratio - 1) if pieces > 1 else np.zeros(0)
 
 
 def _along(ends: tuple[float, float] | None, share: np.ndarray) -> np.ndarray:

@@ -28,8 +28,6 @@ NEAR = 1e-3
 """of a shaft's length: a load this close to a node needs none of its own"""
 WAVE = 4.0
 """rad: most of a bending wave in an element, with the highest mode asked for"""
-TAPER = 3.0
-"""largest ratio of the areas at an element's ends"""
 FEWEST = 3
 """bubble functions of an element"""
 
@@ -197,22 +195,23 @@ class Shaft(Structure):
         )
 
     def _elements(self, points: np.ndarray, modes: int) -> list[Element]:
-        """Elements between steps, supports, discs and loads, shorter where waves of the highest mode or tapers ask."""
+        """Elements between steps, supports, discs and loads, shorter where waves of the highest mode ask for it."""
         wave, edges, pieces = self._highest_wave(modes), np.array(self.edges), []
         for start, end in pairwise(self._nodes(points)):
             i = int(np.clip(np.searchsorted(edges, (start + end) / 2) - 1, 0, len(self.sections) - 1))
             rigidity = functools.partial(self._rigidity, i)
             ends = rigidity(np.array([start, end]))
-            taper = float(ends.mass.max() / ends.mass.min())
+            tapered = not math.isclose(*ends.bending)
             phase = wave * (end - start) * float(np.max(ends.mass / ends.bending)) ** 0.25
-            n = math.ceil(max(phase / WAVE, math.log(taper) / math.log(TAPER), 1.0))
-            bubbles = FEWEST + math.ceil(1.5 * phase / n) + (4 if taper > 1 else 0)
+            n = math.ceil(phase / WAVE)
+            bubbles = FEWEST + math.ceil(1.5 * phase / n) + (4 if tapered else 0)
             pieces += [Element(a, b, bubbles, rigidity) for a, b in pairwise(np.linspace(start, end, n + 1))]
         return pieces
 
     def _nodes(self, points: np.ndarray) -> list[float]:
-        """Positions of sections' ends, supports and discs, then those of loads that are not at one of them."""
-        own = [*self.edges, *(s.position for s in self.supports), *(disc.position for disc in self.discs)]
+        """Positions of sections' ends and cuts, supports and discs, and those of loads that are not at one of them."""
+        cuts = (edge + s.length * cut for edge, s in zip(self.edges, self.sections) for cut in s.cuts)
+        own = [*self.edges, *cuts, *(s.position for s in self.supports), *(disc.position for disc in self.discs)]
         nodes: list[float] = []
         for x, slack in [*((x, SAME_PLACE) for x in own), *((x, NEAR) for x in points)]:
             if all(abs(x - other) > slack * self.length for other in nodes):

@@ -1,0 +1,262 @@
+"""Shafts of any sections and supports against closed forms and exact dynamic stiffness."""
+
+import numpy as np
+import pytest
+import scipy.optimize
+import scipy.special
+
+from clearance_mj import beam
+from clearance_mj.rig import PointMass, Rig, Sensor
+from clearance_mj.structure import Disc, Material, Section, Shaft, Shafts, Spring, Support
+
+from ..structure.dynamic_stiffness import frequencies, round_piece
+
+STEEL = Material(210e9, 7850.0)
+LENGTH, DIAMETER = 0.8, 0.012
+BENDING, MASS = 210e9 * np.pi * DIAMETER**4 / 64, 7850.0 * np.pi * DIAMETER**2 / 4
+SCALE = np.sqrt(BENDING / MASS) / LENGTH**2
+EXACT = "exact dynamic stiffness"
+MODES = 6
+
+
+UNIFORM_SECTION = (Section(LENGTH, DIAMETER),)
+
+
+def shaft(*supports, sections=UNIFORM_SECTION, discs=(), theory="euler", **more):
+    """Supports are (kind, position) or whole."""
+    supports = tuple(s if isinstance(s, Support) else Support(s[1], s[0]) for s in supports)
+    return Shaft(sections, supports, discs, STEEL, theory=theory, **more)
+
+
+def found(structure, n=MODES, masses=()):
+    """Circular frequencies of the structure, 1/s."""
+    first = structure.shafts[0]
+    at = f"{first.name}@{first.end}" if first.name else first.end
+    rig = Rig("shaft", None, (), (Sensor(1, at),), masses, structure=structure)
+    return 2 * np.pi * beam.natural_frequencies(rig, n)
+
+
+def roots(equation, starts):
+    """Roots of an equation in λ between neighbouring starts."""
+    return np.array([scipy.optimize.brentq(equation, a, b, xtol=1e-14) for a, b in zip(starts, starts[1:])])
+
+
+def tan_tanh(sign):
+    """Roots of tan λ = ± tanh λ, free of poles."""
+    centres = (np.arange(1, MODES + 1) + sign / 4) * np.pi
+    return np.array([
+        scipy.optimize.brentq(lambda x: np.sin(x) - sign * np.cos(x) * np.tanh(x), c - 0.5, c + 0.5, xtol=1e-14)
+        for c in centres
+    ])  # fmt: skip
+
+
+def cos_cosh(sign):
+    """Roots of cos λ cosh λ = ± 1; of the clamped and of the clamped-free shaft."""
+    centres = (np.arange(1, MODES + 1) + sign / 2) * np.pi
+    return np.array(
+        [scipy.optimize.brentq(lambda x: np.cos(x) - sign / np.cosh(x), c - 0.5, c + 0.5, xtol=1e-14) for c in centres]
+    )
+
+
+N = np.arange(1, MODES + 1)
+UNIFORM = {
+    "pinned-pinned": ([("pinned", 0.0), ("pinned", LENGTH)], 0, N * np.pi, "nπ"),
+    "clamped-free": ([("clamped", 0.0)], 0, cos_cosh(-1), "cos λ cosh λ = -1"),
+    "free-free": ([], 2, cos_cosh(1), "cos λ cosh λ = 1"),
+    "clamped-clamped": ([("clamped", 0.0), ("clamped", LENGTH)], 0, cos_cosh(1), "cos λ cosh λ = 1"),
+    "clamped-pinned": ([("clamped", 0.0), ("pinned", LENGTH)], 0, tan_tanh(1), "tan λ = tanh λ"),
+    "pinned-free": ([("pinned", 0.0)], 1, tan_tanh(1), "tan λ = tanh λ"),
+    "clamped-guided": ([("clamped", 0.0), ("guided", LENGTH)], 0, tan_tanh(-1), "tan λ = -tanh λ"),
+    "guided-free": ([("guided", 0.0)], 1, tan_tanh(-1), "tan λ = -tanh λ"),
+    "guided-pinned": ([("guided", 0.0), ("pinned", LENGTH)], 0, (N - 0.5) * np.pi, "(n - 1/2)π"),
+    "guided-guided": ([("guided", 0.0), ("guided", LENGTH)], 1, N * np.pi, "nπ"),
+}
+
+
+@pytest.mark.parametrize("name", UNIFORM)
+def test_uniform(name, measured):
+    """λ² √(EI/ρA)/l² (Blevins, Formulas for Natural Frequency and Mode Shape, 1979, table 8-1); rigid bodies at 0."""
+    supports, rigid, root, equation = UNIFORM[name]
+    omega = found(shaft(*supports), rigid + MODES)
+    assert np.array_equal(omega[:rigid], np.zeros(rigid))
+    error = np.max(np.abs(omega[rigid:] / (root**2 * SCALE) - 1))
+    measured.below(f"{name}, f1 to f6: error", error, 1e-9, f"{equation} (Blevins, table 8-1)")
+
+
+def test_tube_and_rectangle(measured):
+    """Pinned: n²π² √(EI/ρA)/l² with I = π(D⁴ - d⁴)/64, A = π(D² - d²)/4; and b h³/12, b h."""
+    for name, section, radius2 in (
+        ("tube", Section(LENGTH, 0.03, 0.024), (0.03**2 + 0.024**2) / 16),
+        ("rectangle", Section(LENGTH, width=0.03, height=0.008), 0.008**2 / 12),
+    ):
+        omega = found(shaft(("pinned", 0.0), ("pinned", LENGTH), sections=(section,)))
+        expected = (N * np.pi / LENGTH) ** 2 * np.sqrt(210e9 * radius2 / 7850.0)
+        error = np.max(np.abs(omega / expected - 1))
+        measured.below(f"{name}, pinned-pinned, f1 to f6: error", error, 1e-9, "(nπ)² √(EI/ρA)/l²")
+
+
+def test_two_equal_spans(measured):
+    """Antisymmetric modes are those of one span pinned at both ends, symmetric ones of one clamped in the middle."""
+    omega = found(shaft(("pinned", 0.0), ("pinned", LENGTH / 2), ("pinned", LENGTH)))
+    expected = np.sort(np.concatenate((N[:3] * np.pi, tan_tanh(1)[:3]))) ** 2 * SCALE * 4
+    error = np.max(np.abs(omega / expected - 1))
+    measured.below("two equal spans, f1 to f6: error", error, 1e-9, "nπ and tan λ = tanh λ (Blevins, table 8-7)")
+
+
+def test_springs_and_end_mass(measured):
+    """Closed forms (Blevins, 1979, tables 8-9 and 8-8): springs at the ends, and a mass on the tip."""
+    stiff, mass, inertia = 3.0, 0.7, 0.02
+    spring, rotation = stiff * BENDING / LENGTH**3, stiff * BENDING / LENGTH
+    tip_mass = Disc(LENGTH, mass * MASS * LENGTH, inertia * MASS * LENGTH**3)
+
+    def hinge(x):
+        return (np.sin(x) * np.cosh(x) - np.cos(x) * np.sinh(x)) * stiff + 2 * x * np.sin(x) * np.sinh(x)
+
+    def tip_spring(x):
+        return x**3 * (1 + np.cos(x) * np.cosh(x)) + stiff * (np.sin(x) * np.cosh(x) - np.cos(x) * np.sinh(x))
+
+    def disc(x):  # with mass μ and rotary inertia j of the disc: Blevins, table 8-8; Laura, Pombo & Susemihl, 1974
+        c, s, ch, sh = np.cos(x), np.sin(x), np.cosh(x), np.sinh(x)
+        free = 1 + c * ch - mass * x * (s * ch - c * sh)
+        return free - inertia * x**3 * (s * ch + c * sh) + mass * inertia * x**4 * (1 - c * ch)
+
+    cases = {
+        "pinned with a rotation spring, pinned": (
+            shaft(Support(0.0, "pinned", rotation=rotation), ("pinned", LENGTH)),
+            hinge,
+        ),
+        "clamped, spring at the tip": (shaft(("clamped", 0.0), Support(LENGTH, translation=spring)), tip_spring),
+        "clamped, disc at the tip": (shaft(("clamped", 0.0), discs=(tip_mass,)), disc),
+    }
+    for name, (structure, equation) in cases.items():
+        grid = np.linspace(0.3, 20, 4000)
+        value = equation(grid)
+        signs = np.nonzero(value[:-1] * value[1:] < 0)[0][:MODES]
+        root = np.array([scipy.optimize.brentq(equation, grid[i], grid[i + 1], xtol=1e-14) for i in signs])
+        error = np.max(np.abs(found(structure, len(root)) / (root**2 * SCALE) - 1))
+        measured.below(f"{name}, f1 to f6: error", error, 1e-9, "frequency equation (Blevins, tables 8-8, 8-9)")
+
+
+def stepped(theory="euler"):
+    """A pump shaft: five steps, three of them tubes or of bronze, two springs, a disc between and one outside."""
+    nu = None if theory == "euler" else STEEL.poisson_ratio
+    steps = [(0.12, 0.03), (0.2, 0.045), (0.15, 0.06), (0.18, 0.045), (0.15, 0.03)]
+    supports = (Support(0.12, "elastic", 4e7, 2e4), Support(0.65, "pinned", rotation=5e3))
+    discs = (Disc(0.395, 6.0, 0.03), Disc(0.8, 2.5, 0.008))
+    structure = shaft(*supports, sections=tuple(Section(*s) for s in steps), discs=discs, theory=theory)
+    pieces = [round_piece(*s, nu=nu) for s in (*steps[:2], (0.075, 0.06), (0.075, 0.06), *steps[3:])]
+    fixed = [2 * 5]
+    springs = [(2 * 1, 4e7), (2 * 1 + 1, 2e4), (2 * 5 + 1, 5e3)]
+    masses = [(2 * 3, 6.0), (2 * 3 + 1, 0.03), (2 * 6, 2.5), (2 * 6 + 1, 0.008)]
+    return structure, frequencies([pieces], MODES, fixed, springs, masses)
+
+
+def two_materials():
+    """Free; steel, then an aluminium tube that starts at x = 0.1 m."""
+    aluminium = Material(70e9, 2700.0)
+    sections = (Section(0.3, 0.02), Section(0.5, 0.05, 0.04, material=aluminium))
+    pieces = [round_piece(0.3, 0.02), round_piece(0.5, 0.05, 0.04, 70e9, 2700.0)]
+    return shaft(sections=sections, start=0.1), frequencies([pieces], 2 + MODES)
+
+
+def three_spans():
+    """Clamped, pinned twice at unequal distances, with a point mass on the overhang."""
+    at = (0.0, 0.25, 0.61, 0.8)
+    structure = shaft(("clamped", at[0]), ("pinned", at[1]), ("pinned", at[2]))
+    pieces = [round_piece(length, DIAMETER) for length in np.diff(at)]
+    return structure, frequencies([pieces], MODES, [0, 1, 2, 4], (), [(6, 0.3)])
+
+
+def two_shafts():
+    """A shaft in a tube, both pinned, joined by a spring; and a spring from the tube to the base."""
+    inner = shaft(("pinned", 0.0), ("pinned", 0.8), sections=(Section(0.8, 0.02),), name="inner")
+    outer = shaft(("pinned", 0.1), ("guided", 0.7), sections=(Section(0.6, 0.05, 0.044),), start=0.1, name="outer")
+    springs = (Spring("inner@0.3", 2e6, "outer@0.3"), Spring("outer@0.5", 5e5))
+    chains = [
+        [round_piece(0.3, 0.02), round_piece(0.5, 0.02)],
+        [round_piece(length, 0.05, 0.044) for length in (0.2, 0.2, 0.2)],
+    ]
+    expected = frequencies(chains, MODES, [0, 4, 6, 13], [(10, 5e5)], (), [(2, 8, 2e6)])
+    return Shafts((inner, outer), springs), expected
+
+
+def softly_held():
+    """On springs so soft that its frequencies as a rigid body are 1e-4 of the bending's."""
+    springs = [Support(x, translation=2e-3) for x in (0.0, LENGTH)]
+    exact = frequencies([[round_piece(LENGTH, DIAMETER)]], MODES, springs=[(0, 2e-3), (2, 2e-3)])
+    # Rigid on springs, to 1e-8: the determinant has no digits left for them.
+    exact[:2] = np.sqrt(np.array([2.0, 6.0]) * 2e-3 / (MASS * LENGTH))
+    return shaft(*springs), exact
+
+
+NOT_UNIFORM = {
+    "stepped, discs, elastic supports": (lambda: stepped(), ()),
+    "two materials, free": (two_materials, ()),
+    "three spans and a mass": (three_spans, (PointMass(0.8, 0.3),)),
+    "two shafts and springs": (two_shafts, ()),
+    "free on soft springs": (softly_held, ()),
+    "stepped, discs, elastic supports, Timoshenko": (lambda: stepped("timoshenko"), ()),
+}
+
+
+@pytest.mark.parametrize("name", NOT_UNIFORM)
+def test_against_dynamic_stiffness(name, measured):
+    make, masses = NOT_UNIFORM[name]
+    structure, expected = make()
+    omega = found(structure, len(expected), masses)
+    bending = expected > 1.0 if name != "free on soft springs" else expected > 0
+    error = np.max(np.abs(omega[bending] / expected[bending] - 1))
+    measured.below(f"{name}, f1 to f6: error", error, 1e-7 if name != "free on soft springs" else 1e-5, EXACT)
+
+
+def bessel_frequencies(order, ratio, n=3):
+    """ω l² √(ρA/EI) at the thick end of a wedge (order 1) or cone (2), clamped there, its thin end of ``ratio``.
+
+    With x from the apex, A = x^n and I = x^(n+2) solve as x^(-n/2) of J, Y, I and K of order n of 2 √(ω x) (Kirchhoff,
+    1879; Cranch & Adler, J. Appl. Mech. 23, 1956), x and ω scaled so that the thick end is at x = 1.
+    """
+
+    def conditions(omega):
+        rows = []
+        for x, kind in ((ratio, "free"), (1.0, "clamped")):
+            z = 2 * np.sqrt(omega * x)
+            # With f = x^(-n/2) B_n(z): f' = ∓ √ω x^(-(n+1)/2) B_(n+1), and so on for I f'' and its derivative.
+            bessel = scipy.special.jv, scipy.special.yv, scipy.special.iv, scipy.special.kv
+            signs = (-1, -1, 1, -1)
+            deflection = [x ** (-order / 2) * b(order, z) for b in bessel]
+            slope = [s * np.sqrt(omega) * x ** (-(order + 1) / 2) * b(order + 1, z) for b, s in zip(bessel, signs)]
+            curvature = [omega * x ** (-(order + 2) / 2) * b(order + 2, z) for b in bessel]
+            # d/dz (z^m B_m) = z^m B_(m-1) with sign + for J, Y, I and - for K; x^(n+2) f'' = ω x^((n+2)/2) B_(n+2).
+            up = (1, 1, 1, -1)
+            shear = [omega * np.sqrt(omega) * x ** ((order + 1) / 2) * u * b(order + 1, z) for b, u in zip(bessel, up)]
+            rows += [deflection, slope] if kind == "clamped" else [curvature, shear]
+        rows = np.array(rows)
+        return np.linalg.det(rows / np.linalg.norm(rows, axis=0))
+
+    length = 1 - ratio
+    grid = np.linspace(1.0, 60.0, 1500) / length**2
+    value = np.array([conditions(omega) for omega in grid])
+    signs = np.nonzero(value[:-1] * value[1:] < 0)[0][:n]
+    return np.array([scipy.optimize.brentq(conditions, grid[i], grid[i + 1], xtol=1e-12) for i in signs]) * length**2
+
+
+PUBLISHED_POINTS = {1: (5.315, 15.207, 30.02), 2: (8.719, 21.146, 38.453)}
+
+
+@pytest.mark.parametrize("order", [1, 2], ids=["wedge", "cone"])
+def test_tapered(order, measured):
+    """Truncated at a quarter against Bessel functions, and almost to the point against the published figures."""
+    name, dimension = {1: ("wedge", "height"), 2: ("cone", "diameter")}[order]
+    thick, length = 0.02, 0.6
+    slender2 = thick**2 / (12 if order == 1 else 16)
+    scale = np.sqrt(210e9 * slender2 / 7850.0) / length**2
+
+    def omega(ratio):
+        size = {dimension: (thick, ratio * thick)} | ({"width": 0.03} if order == 1 else {})
+        return found(shaft(("clamped", 0.0), sections=(Section(length, **size),)), 3) / scale
+
+    error = np.max(np.abs(omega(0.25) / bessel_frequencies(order, 0.25) - 1))
+    measured.below(f"{name} truncated at a quarter, f1 to f3: error", error, 1e-8, "Bessel functions (Kirchhoff, 1879)")
+    for i, (value, published) in enumerate(zip(omega(1e-4), PUBLISHED_POINTS[order]), 1):
+        source = "Naguleswaran, J. Sound Vib. 172, 1994" if order == 2 else "Kirchhoff, 1879; Blevins, 1979"
+        measured.equal(f"{name} to the point: f{i}, ω l² √(ρA/EI)", value, published, source, rel=3e-4)
