@@ -12,9 +12,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import scipy.sparse
-import scipy.sparse.linalg
 
 from .base import LinearModel
+from .large import factored, lowest, residual_shapes
 
 __all__ = ["Modes", "reduced", "vibration_modes"]
 
@@ -109,11 +109,11 @@ def reduced(
     n = mass.shape[0]
     if linear.reduced or n <= modes + len(loads):
         return vibration_modes(*map(_dense, (mass, stiffness)))
+    if linear.reduction == "craig-bampton":
+        return _craig_bampton(mass, stiffness, [*loads, *(row for _, row in masses)], modes)
     if n <= DENSE:
         return _truncated(vibration_modes(_dense(mass), _dense(stiffness)), loads, modes)
-    basis = _sparse_basis(mass, stiffness, loads, modes)
-    found = vibration_modes(basis.T @ (mass @ basis), basis.T @ (stiffness @ basis))
-    return Modes(found.omega, basis @ found.shapes)
+    return _large(mass, stiffness, loads, modes)
 
 
 def _with(matrix: Any, terms: Sequence[tuple[float, np.ndarray]]) -> Any:
@@ -141,16 +141,39 @@ def _truncated(found: Modes, loads: Sequence[np.ndarray], modes: int) -> Modes:
     return Modes(np.concatenate((found.omega[:modes], rest.omega)), np.hstack((low, high @ rest.shapes)))
 
 
-def _sparse_basis(mass: Any, stiffness: Any, loads: Sequence[np.ndarray], modes: int) -> np.ndarray:
-    """The same of matrices that are too large to be taken whole (Lanczos; Lehoucq, Sorensen & Yang, ARPACK, 1998)."""
-    raise NotImplementedError
-
-
-def _independent(low: np.ndarray, rest: np.ndarray, stiffness: Any) -> np.ndarray:
-    """Modes and those static shapes that do not repeat each other."""
-    energy = rest.T @ (stiffness @ rest)
+def _large(mass: Any, stiffness: Any, loads: Sequence[np.ndarray], modes: int) -> Modes:
+    """The same of matrices that are too large to be taken whole."""
+    squares, shapes, solve, shift = lowest(mass, stiffness, modes)
+    static = residual_shapes(mass, stiffness, shapes, solve, shift, np.reshape(loads, (-1, len(shapes))).T)
+    energy = static.T @ (stiffness @ static)
     size = np.sqrt(np.maximum(energy.diagonal(), 0.0))
-    rest, size = rest[:, size > 0], size[size > 0]
-    value, vector = np.linalg.eigh((rest / size).T @ (stiffness @ (rest / size)))
-    sound = value > REPEATED
-    return np.hstack((low, rest / size @ (vector[:, sound] / np.sqrt(value[sound]))))
+    sound = size > 0
+    value, vector = np.linalg.eigh(energy[np.ix_(sound, sound)] / np.outer(size[sound], size[sound]))
+    basis = static[:, sound] / size[sound] @ (vector / np.sqrt(value))[:, value > REPEATED]
+    rest = _modes(mass, basis)
+    return Modes(np.concatenate((np.sqrt(squares), rest.omega)), np.hstack((shapes, rest.shapes)))
+
+
+def _craig_bampton(mass: Any, stiffness: Any, rows: Sequence[np.ndarray], modes: int) -> Modes:
+    """Modes with the coordinates of ``rows`` held, and static shapes under unit displacements of each (Craig & Bampton,
+    AIAA Journal 6, 1968).
+    """
+    kept = np.any(np.reshape(rows, (-1, mass.shape[0])), axis=0)
+    inside, edge = np.flatnonzero(~kept), np.flatnonzero(kept)
+    inner, across = stiffness[inside][:, inside], _dense(stiffness[inside][:, edge])
+    inner_mass = mass[inside][:, inside]
+    solve, soft = factored(scipy.sparse.csc_array(inner))
+    if soft < SINGULAR:
+        raise ValueError(
+            "the structure can move while its clearances and forces are held, so Craig-Bampton has no static shapes; "
+            'add a support, or use reduction = "residual-flexibility"'
+        )
+    if len(inside) <= DENSE:
+        held = vibration_modes(_dense(inner_mass), _dense(inner)).shapes[:, :modes]
+    else:
+        held = lowest(inner_mass, inner, modes)[1]
+    basis = np.zeros((mass.shape[0], edge.size + held.shape[1]))
+    basis[edge, np.arange(edge.size)] = 1.0
+    basis[inside] = np.hstack((-solve(across), held))
+    found = vibration_modes(basis.T @ (mass @ basis), basis.T @ (stiffness @ basis))
+    return Modes(found.omega, basis @ found.shapes)

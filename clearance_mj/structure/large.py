@@ -1,0 +1,116 @@
+"""Lowest modes and residual static shapes of matrices that are too large to be taken whole.
+
+Shift-invert Lanczos (Lehoucq, Sorensen & Yang, ARPACK Users' Guide, 1998) on one sparse factorisation. A structure that
+can move without bending is held by a little of its own mass, K + σM, and the static shapes of what is left of the
+loads beyond the lowest modes (inertia relief) are found from it by iteration.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, TypeAlias
+
+import numpy as np
+import scipy.sparse
+import scipy.sparse.linalg
+
+__all__ = ["factored", "lowest", "residual_shapes"]
+
+Solve: TypeAlias = Callable[[np.ndarray], np.ndarray]
+
+SINGULAR = 1e-11
+"""of 1: smallest eigenvalue of a scaled stiffness, below which it is not factored by itself"""
+NEAR = 0.05
+"""of the highest eigenvalue wanted: largest shift, with which static shapes converge fast"""
+STILL = 1e-14
+"""of the largest ratio of stiffness to mass: eigenvalues that rounding leaves of 0"""
+EXACT = 1e-13
+"""of a static shape: the last change"""
+
+
+def factored(matrix: Any) -> tuple[Solve, float]:
+    """Return what solves a symmetric sparse matrix, and the smallest eigenvalue of the matrix with a unit diagonal.
+
+    The function is not to be used where the eigenvalue is 0: the matrix is singular.
+    """
+    diagonal = matrix.diagonal()
+    if not np.all(diagonal > 0):
+        return np.zeros_like, 0.0
+    scale = 1 / np.sqrt(diagonal)
+    scaled = scipy.sparse.csc_array(matrix.multiply(scale[:, None]).multiply(scale))
+    try:
+        factors: Any = scipy.sparse.linalg.splu(
+            scaled, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True}
+        )
+    except RuntimeError:  # exactly singular
+        return np.zeros_like, 0.0
+    vector, size = np.random.default_rng(0).standard_normal(len(scale)), 1.0
+    for _ in range(3):
+        vector = factors.solve(vector / np.linalg.norm(vector))
+        size = float(np.linalg.norm(vector))
+    if not np.isfinite(size):
+        return np.zeros_like, 0.0
+
+    def solve(right: np.ndarray) -> np.ndarray:
+        return (factors.solve((right.T * scale).T).T * scale).T
+
+    return solve, 1 / size
+
+
+def lowest(mass: Any, stiffness: Any, modes: int) -> tuple[np.ndarray, np.ndarray, Solve, float]:
+    """Find the lowest modes.
+
+    Returns
+    -------
+    squares : ndarray, shape (modes,)
+        ω², 1/s²; 0 of a rigid body.
+    shapes : ndarray, shape (n, modes)
+        Of unit modal mass.
+    solve : callable
+        Of K + σM.
+    shift : float
+        σ, 1/s²; 0 for a structure that cannot move without bending.
+    """
+    heavy = mass.diagonal() > 0
+    fastest = float(np.max(stiffness.diagonal()[heavy] / mass.diagonal()[heavy]))
+    solve, soft = factored(stiffness)
+    shift = 0.0 if soft > SINGULAR else 1e-10 * fastest
+    while True:
+        if shift:
+            solve, soft = factored(stiffness + shift * mass)
+            if soft < 1e-3 * SINGULAR:
+                raise ValueError("a motion has neither stiffness nor mass; check M and K, and the supports")
+        shapes = _lanczos(mass, stiffness, solve, shift, modes)
+        squares, rotation = np.linalg.eigh(shapes.T @ (stiffness @ shapes))
+        if shift <= NEAR * squares[-1] or shift <= STILL * fastest:
+            break
+        shift = NEAR / 2 * max(squares[-1], 1e-3 * shift)
+    if squares[0] < -max(1e2 * STILL * fastest, 1e-6 * shift):
+        raise ValueError("the structure's stiffness is negative in some motion; check the signs in K")
+    return np.where(squares < STILL * fastest, 0.0, squares), shapes @ rotation, solve, shift
+
+
+def _lanczos(mass: Any, stiffness: Any, solve: Solve, shift: float, modes: int) -> np.ndarray:
+    """Shapes (n, modes) of the lowest modes, of unit modal mass."""
+    inverse = scipy.sparse.linalg.LinearOperator(mass.shape, solve, dtype=float)
+    start = solve(mass @ np.random.default_rng(0).standard_normal(mass.shape[0]))
+    _, shapes = scipy.sparse.linalg.eigsh(stiffness, modes, mass, sigma=-shift, OPinv=inverse, v0=start)
+    # Rounding leaves modes of one frequency, such as a rigid body's, a little short of orthogonal.
+    size, vector = np.linalg.eigh(shapes.T @ (mass @ shapes))
+    return shapes @ (vector / np.sqrt(size))
+
+
+def residual_shapes(
+    mass: Any, stiffness: Any, shapes: np.ndarray, solve: Solve, shift: float, loads: np.ndarray
+) -> np.ndarray:
+    """Return the static shapes (n, n_loads) under loads (n, n_loads) less the share of the modes ``shapes`` in them."""
+    inertia = mass @ shapes
+    rest = loads - inertia @ (shapes.T @ loads)
+    found = np.zeros_like(rest)
+    for _ in range(30):
+        change = solve(rest - stiffness @ found)
+        change -= shapes @ (inertia.T @ change)
+        found += change
+        if np.all(np.linalg.norm(change, axis=0) <= EXACT * np.linalg.norm(found, axis=0)):
+            break
+    return found
