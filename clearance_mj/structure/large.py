@@ -77,6 +77,7 @@ def lowest(mass: Any, stiffness: Any, modes: int) -> tuple[np.ndarray, np.ndarra
     shift = 0.0 if soft > SINGULAR else 1e-10 * fastest
     while True:
         if shift:
+            del solve  # before the next one takes as much memory
             solve, soft = factored(stiffness + shift * mass)
             if soft < 1e-3 * SINGULAR:
                 raise ValueError("a motion has neither stiffness nor mass; check M and K, and the supports")

@@ -13,7 +13,7 @@ from typing import Annotated, Any, ClassVar, Literal, NamedTuple, TypeAlias, Typ
 
 import numpy as np
 import scipy.sparse
-from pydantic import Field, PlainValidator, WithJsonSchema
+from pydantic import BeforeValidator, Field, PlainValidator, WithJsonSchema
 
 from ..errors import RigError
 from ..files import replacing
@@ -21,7 +21,7 @@ from ..validation import NotNegative, Share, Text, checked
 from .base import LinearModel, Structure, register
 from .dofs import Dofs, dof_table, read_dofs
 from .files import absolute, content
-from .matrix_checks import check_mass, check_stiffness, symmetric
+from .matrix_checks import check_mass_and_stiffness, symmetric
 from .matrix_files import NAMES, Matrix, as_matrix, read_matrix, read_model, write_model
 from .reduction import DENSE
 
@@ -40,7 +40,7 @@ UNITS = {
 """Systems of units of FE programs: m, kg and s in their units of length, mass and time. Forces are in N for m-kg-s and
 mm-t-s, kN for mm-kg-ms, mN for mm-kg-s, N for mm-g-ms, dyn for cm-g-s."""
 Units: TypeAlias = Literal["m-kg-s", "mm-t-s", "mm-kg-ms", "mm-kg-s", "mm-g-ms", "cm-g-s", "in-lbf-s", "ft-lbf-s"]
-INLINE = 20
+INLINE = 12
 """degrees of freedom up to which arrays stand in the rig file itself"""
 
 CACHE = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "clearance_mj"
@@ -71,6 +71,12 @@ def _table(value: object) -> Any:
     raise ValueError(f'must be the name of a CSV file, or a list of texts such as "12:Z", got {value!r}')
 
 
+def _file_name(value: object) -> object:
+    return str(value) if isinstance(value, Path) else value
+
+
+FileName: TypeAlias = Annotated[Text, BeforeValidator(_file_name)]
+"""A text, or a pathlib.Path"""
 _ROWS = {"type": "array", "items": {"type": "array", "items": {"type": "number"}}}
 Source: TypeAlias = Annotated[
     str | tuple[tuple[float, ...], ...], PlainValidator(_source), WithJsonSchema({"anyOf": [{"type": "string"}, _ROWS]})
@@ -102,13 +108,13 @@ class Matrices(Structure):
     """Mass, stiffness and damping matrices, dense or sparse, with a table of their degrees of freedom.
 
     Give either ``file``, which holds everything, or ``mass`` and ``stiffness``: names of files, or arrays. Arrays of
-    more than 20 degrees of freedom are kept in a file in the user's cache folder, which `Rig.save` copies to the rig
+    more than 12 degrees of freedom are kept in a file in the user's cache folder, which `Rig.save` copies to the rig
     file. Two are equal if what they hold is, wherever the files are.
     """
 
     units: Units | None = None
     """of length, mass (or force) and time in the matrices and coordinates; never guessed, so one must be given"""
-    file: Text | None = None
+    file: FileName | None = None
     """.npz or .mat with M, K, perhaps C, and dofs"""
     mass: Source | None = None
     """M: file .mtx, .npz, .npy or .mat, or rows of numbers"""
@@ -287,8 +293,7 @@ def _free(structure: Matrices) -> _Free:
         raise ValueError("fixed holds every degree of freedom; nothing is left to move")
     part = {what: matrix[keep][:, keep] for what, matrix in whole.items()}
     names = tuple(np.array(dofs.names)[keep])
-    check_mass(part["mass"], names)
-    check_stiffness(part["stiffness"], part["mass"], names)
+    check_mass_and_stiffness(part["mass"], part["stiffness"], names)
     rigid = (dofs.axes[:, None] == np.arange(3)).astype(float)
     inertia = whole["mass"] @ rigid  # the base carries the fixed ones, whose share of the coupling is part of it
     masses = np.sum(rigid * inertia, axis=0)

@@ -11,7 +11,7 @@ import scipy.sparse.linalg
 from .dofs import Dofs
 from .matrix_files import Matrix
 
-__all__ = ["check_mass", "check_stiffness", "symmetric"]
+__all__ = ["check_mass_and_stiffness", "symmetric"]
 
 ASYMMETRIC = 1e-6
 """of the geometric mean of the two diagonal terms: difference between the halves that rounding in a file leaves"""
@@ -35,39 +35,46 @@ def symmetric(what: str, matrix: Matrix, dofs: Dofs) -> Matrix:
     return (matrix + matrix.T) / 2
 
 
-def check_mass(mass: Matrix, names: tuple[str, ...]) -> None:
-    """Refuse a mass that is not positive definite; the message names the degree of freedom."""
-    diagonal = mass.diagonal()
-    if not diagonal[at := int(np.argmin(diagonal))] > 0:
-        raise ValueError(
-            f"mass of {names[at]} is {diagonal[at]:g} (row {at + 1}); needs > 0: give it a mass or a rotary inertia, "
-            "export a consistent mass matrix, or condense it (Guyan) in the FE program"
-        )
-    if (worst := _worst(mass, diagonal)) is not None:
-        raise ValueError(
-            f"mass is not positive definite: some motion of {names[worst]} has no positive kinetic energy; look at the "
-            "coupling terms of that row, and whether the file holds the whole matrix"
-        )
+def check_mass_and_stiffness(mass: Matrix, stiffness: Matrix, names: tuple[str, ...]) -> None:
+    """Refuse a mass that is not positive and a stiffness that is negative; the message names the degree of freedom.
 
-
-def check_stiffness(stiffness: Matrix, mass: Matrix, names: tuple[str, ...]) -> None:
-    """Refuse a stiffness that is negative in some motion; the message names the degree of freedom."""
-    diagonal = stiffness.diagonal()
-    if diagonal[at := int(np.argmin(diagonal))] < 0:
+    A rotation may have no mass, as in lumped mass matrices, if it has a stiffness.
+    """
+    heavy, stiff = mass.diagonal(), stiffness.diagonal()
+    light = (heavy == 0) & (abs(mass).sum(axis=0) == 0) & np.array([":R" in name for name in names])
+    if not np.all(sound := (stiff > 0) | ~light):
+        at = int(np.argmin(sound))
         raise ValueError(
-            f"stiffness of {names[at]} is {diagonal[at]:g} (row {at + 1}); needs >= 0, check the sign of K"
+            f"mass of {names[at]} and its stiffness are 0 (row {at + 1}); leave it out, or hold it by fixed"
         )
-    little = 1e-9 * float(np.max(diagonal / mass.diagonal())) or 1.0
-    if (worst := _worst(stiffness + little * mass, diagonal + little * mass.diagonal())) is not None:
+    if not np.all(sound := (heavy > 0) | light):
+        at = int(np.argmin(sound))
+        raise ValueError(
+            f"mass of {names[at]} is {heavy[at]:g} (row {at + 1}); needs > 0: give it a mass, export a consistent mass "
+            "matrix, or condense it (Guyan) in the FE program"
+        )
+    if light.all():
+        raise ValueError("mass is 0; needs a translation with a mass")
+    rows = np.flatnonzero(~light)
+    if (worst := _worst(mass[rows][:, rows])) is not None:
+        raise ValueError(
+            f"mass is not positive definite: some motion of {names[rows[worst]]} has no positive kinetic energy; look "
+            "at the coupling terms of that row, and whether the file holds the whole matrix"
+        )
+    if np.any(stiff < 0):
+        at = int(np.argmin(stiff))
+        raise ValueError(f"stiffness of {names[at]} is {stiff[at]:g} (row {at + 1}); needs >= 0: check K's sign")
+    little = 1e-9 * float(np.max(stiff[rows] / heavy[rows])) or 1.0
+    if (worst := _worst(stiffness + little * mass)) is not None:
         raise ValueError(
             f"stiffness is negative in some motion of {names[worst]}; check the signs of K, and whether the file holds "
             "the whole matrix"
         )
 
 
-def _worst(matrix: Matrix, diagonal: np.ndarray) -> int | None:
+def _worst(matrix: Matrix) -> int | None:
     """Where a matrix of positive diagonal fails to be positive definite; None if it does not."""
-    scale = 1 / np.sqrt(diagonal)
+    scale = 1 / np.sqrt(matrix.diagonal())
     if isinstance(matrix, np.ndarray):
         value, vector = np.linalg.eigh(matrix * np.outer(scale, scale))
         return None if value[0] > 1e-14 else int(np.argmax(np.abs(vector[:, 0])))

@@ -1,0 +1,361 @@
+"""Structures from matrices: files of every kind and unit, base motion, supports, and every input that is refused."""
+
+import csv
+import hashlib
+import pickle
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+import scipy.io
+import scipy.linalg
+import scipy.sparse
+
+import clearance_mj as cm
+from clearance_mj.errors import RigError
+from clearance_mj.rig import Bushing, Contact, Grease, PointMass, Rig, Sensor, Shaker
+from clearance_mj.structure import Matrices
+from clearance_mj.structure import matrices as module
+
+LENGTH, COUNT = 1.0, 8
+BENDING, LINE_MASS = 210e9 * np.pi * 0.01**4 / 64, 7850 * np.pi * 0.01**2 / 4
+MOVES = [f"{node}:{axis}" for node in range(1, COUNT + 2) for axis in ("Z", "RY")]
+MASS_2 = ((2.0, 0.0), (0.0, 1.0))
+STIFFNESS_2 = ((300.0, -100.0), (-100.0, 100.0))
+
+
+@pytest.fixture(autouse=True)
+def cache(tmp_path, monkeypatch):
+    monkeypatch.setattr(module, "CACHE", tmp_path / "cache")
+
+
+def hermite(count=COUNT):
+    """M and K of a free beam of Hermite elements: deflection along Z and slope at each node (SI)."""
+    h, n = LENGTH / count, 2 * count + 2
+    k = np.array([[12, 6 * h, -12, 6 * h], [6 * h, 4 * h**2, -6 * h, 2 * h**2]])
+    k = np.vstack((k, -k[0], [6 * h, 2 * h**2, -6 * h, 4 * h**2])) * BENDING / h**3
+    m = [[156, 22 * h, 54, -13 * h], [22 * h, 4 * h**2, 13 * h, -3 * h**2]]
+    m = np.vstack((m, [54, 13 * h, 156, -22 * h], [-13 * h, -3 * h**2, -22 * h, 4 * h**2])) * LINE_MASS * h / 420
+    mass, stiffness = np.zeros((2, n, n))
+    for i in range(0, n - 2, 2):
+        mass[i : i + 4, i : i + 4] += m
+        stiffness[i : i + 4, i : i + 4] += k
+    return mass, stiffness
+
+
+def in_millimetres(matrix, per_mass_and_time):
+    """The same in mm, t (or kg) and s: forces per displacement, moments per rotation in the units of the system."""
+    unit = np.where([":R" in name for name in MOVES], 1e-3, 1.0)
+    return matrix / np.outer(unit, unit) / per_mass_and_time
+
+
+def small(**changes):
+    """Two masses on springs."""
+    given = {"mass": MASS_2, "stiffness": STIFFNESS_2, "dofs": ("1:X", "2:X"), "units": "m-kg-s"}
+    return Matrices(**(given | changes))
+
+
+def held(structure, sensors=("9:Z",), **more):
+    return Rig("test", None, (), tuple(Sensor(i + 1, at) for i, at in enumerate(sensors)), structure=structure, **more)
+
+
+def cantilever(**changes):
+    mass, stiffness = hermite()
+    return Matrices(
+        **({"mass": mass, "stiffness": stiffness, "dofs": MOVES, "units": "m-kg-s", "fixed": ("1",)} | changes)
+    )
+
+
+def frequencies(structure, n=4, at="9:Z"):
+    return cm.beam.natural_frequencies(held(structure, (at,)), n)
+
+
+# Where matrices come from
+
+
+def files_of(folder, kind, mass, stiffness):
+    """Write matrices in a kind of file; return the fields of the structure."""
+    dofs = folder / "dofs.csv"
+    with dofs.open("w", newline="") as file:
+        csv.writer(file).writerows([["node", "direction"], *(name.split(":") for name in MOVES)])
+    if kind == "mtx":
+        scipy.io.mmwrite(folder / "M.mtx", scipy.sparse.coo_array(mass), symmetry="symmetric")
+        scipy.io.mmwrite(folder / "K.mtx", scipy.sparse.coo_array(stiffness), symmetry="general", precision=17)
+        return {"mass": folder / "M.mtx", "stiffness": folder / "K.mtx", "dofs": dofs}
+    if kind == "lower half":
+        scipy.sparse.save_npz(folder / "M.npz", scipy.sparse.csr_array(np.tril(mass)))
+        np.save(folder / "K.npy", stiffness)
+        return {"mass": folder / "M.npz", "stiffness": folder / "K.npy", "dofs": dofs}
+    if kind == "npz":
+        sparse = scipy.sparse.csr_array(mass)
+        parts = {f"M_{part}": getattr(sparse, part) for part in ("data", "indices", "indptr", "shape")}
+        np.savez(folder / "all.npz", K=stiffness, dofs=np.array(MOVES), **parts)
+    elif kind == "mat":
+        cells = np.array(MOVES, dtype=object)
+        variables = {"M": scipy.sparse.csc_matrix(mass), "K": stiffness, "dofs": cells}
+        scipy.io.savemat(folder / "all.mat", variables)
+    elif kind == "mat with numbers":
+        numbers = [[int(name.split(":")[0]), 3 if ":Z" in name else 5] for name in MOVES]
+        scipy.io.savemat(folder / "all.mat", {"mass": mass, "stiffness": stiffness, "dofs": numbers})
+    return {"file": folder / ("all.npz" if kind == "npz" else "all.mat")}
+
+
+@pytest.mark.parametrize("kind", ["mtx", "lower half", "npz", "mat", "mat with numbers"])
+def test_files_of_every_kind_hold_the_same_cantilever(tmp_path, kind):
+    structure = Matrices(**files_of(tmp_path, kind, *hermite()), units="m-kg-s", fixed=("1",))
+    mass, stiffness = (matrix[2:, 2:] for matrix in hermite())
+    exact = np.sqrt(scipy.linalg.eigvalsh(stiffness, mass)) / (2 * np.pi)
+    np.testing.assert_allclose(frequencies(structure), exact[:4], rtol=1e-9)
+
+
+@pytest.mark.parametrize(
+    "units, mass, stiffness",
+    [("mm-t-s", 1e3, 1e3), ("mm-kg-ms", 1.0, 1e6), ("mm-kg-s", 1.0, 1.0), ("mm-g-ms", 1e-3, 1e3)],
+)
+def test_units_of_fe_programs(units, mass, stiffness):
+    """1 t/mm² ... of rotary inertia, 1 t mm/s² = 1 N: kg, N/m and rad from each system."""
+    m, k = hermite()
+    structure = cantilever(mass=in_millimetres(m, mass), stiffness=in_millimetres(k, stiffness), units=units)
+    np.testing.assert_allclose(frequencies(structure), frequencies(cantilever()), rtol=1e-10)
+    assert structure.total_mass == pytest.approx(LINE_MASS * LENGTH)
+    tip = Rig("tip", None, (), (Sensor(1, "9:Z"),), structure=structure, shaker=Shaker("force", "9:Z"))
+    model = cm.beam.ritz_model(tip)
+    compliance = model.static_deflection(["9:Z", "9:RY"], model.shapes(["9:Z"]))[:, 0]
+    np.testing.assert_allclose(compliance, [1 / (3 * BENDING), 1 / (2 * BENDING)], rtol=1e-8)  # l³/3EI and l²/2EI
+
+
+def test_inches_and_pounds():
+    """A 386.09 lbf weight is 1 lbf s²/in, 175.13 kg; 1 lbf/in is 175.13 N/m."""
+    structure = small(units="in-lbf-s")
+    np.testing.assert_allclose(frequencies(structure, 1, "1:X"), frequencies(small(), 1, "1:X"), rtol=1e-12)
+    assert structure.total_mass == pytest.approx(3 * 175.126835, rel=1e-8)
+
+
+def test_directions_may_be_called_as_programs_call_them():
+    names = ["1:UX", "1:2", "1:-Z", "2:ROTX", "2:RY", "2:6"]
+    structure = Matrices(mass=np.eye(6), stiffness=np.diag(np.arange(1.0, 7.0)), dofs=names, units="m-kg-s")
+    for point in ("1:X", "1:Y", "1:Z", "2:RX", "2:+RY", "2:-RZ"):
+        structure.check(point)
+    rows = structure.assemble((), 8).rows(["1:X", "1:Z", "2:-RZ"])
+    np.testing.assert_array_equal(rows[:, [0, 2, 5]], [[1, 0, 0], [0, 1, 0], [0, 0, -1]])
+
+
+def test_places_of_nodes(tmp_path):
+    (tmp_path / "dofs.csv").write_text("node;direction;x;y;z\n1;X;0;0;0\n7;X;250;0;10\n", encoding="utf-8")
+    structure = small(dofs=tmp_path / "dofs.csv", units="mm-t-s")
+    np.testing.assert_allclose(structure.coordinates("7:+X"), [0.25, 0.0, 0.01])
+
+
+# Rig files, copies, other processes
+
+
+def rig_of(structure):
+    bushing = Bushing("9:Z", 1e-4, 0.0, Grease(10.0, 0.1), Contact(1e4, 1.0))
+    return Rig("matrices", None, (bushing,), (Sensor(1, "9:+Z"),), (PointMass("5:Z", 0.1),), structure=structure)
+
+
+@pytest.mark.parametrize("kind", ["mtx", "npz", "memory"])
+def test_rig_comes_back_from_its_file_and_its_plain_data(tmp_path, kind):
+    if kind == "memory":
+        structure = cantilever(damping_ratios=(0.01,))
+        assert Path(structure.file).parent == module.CACHE
+    else:
+        files = files_of(tmp_path, kind, *hermite())
+        structure = Matrices(**files, units="m-kg-s", fixed=("1",), damping_ratios=(0.01,))
+    rig = rig_of(structure)
+    assert len(str(rig.to_dict())) < 2000
+    assert Rig.from_dict(rig.to_dict()) == rig
+    assert pickle.loads(pickle.dumps(rig)) == rig
+    (tmp_path / "rigs").mkdir()
+    rig.save(tmp_path / "rigs" / "rig.toml")
+    text = (tmp_path / "rigs" / "rig.toml").read_text(encoding="utf-8")
+    assert str(tmp_path) not in text
+    read = Rig.load(tmp_path / "rigs" / "rig.toml")
+    assert read == rig and hash(read) == hash(rig) and read.content() == rig.content()
+    if kind == "memory":
+        assert Path(read.structure.file) == tmp_path / "rigs" / "rig_matrices.npz"
+
+
+def test_arrays_of_lumped_models_stand_in_the_rig_itself(tmp_path):
+    rig = held(small(mass=np.array(MASS_2), stiffness=scipy.sparse.csr_array(np.array(STIFFNESS_2))), ("1:X",))
+    assert rig.to_dict()["structure"]["mass"] == [[2.0, 0.0], [0.0, 1.0]]
+    rig.save(tmp_path / "rig.toml")
+    assert Rig.load(tmp_path / "rig.toml") == rig == held(small(), ("1:X",))
+    assert rig != held(small(mass=((2.0, 0.0), (0.0, 1.1))), ("1:X",))
+
+
+def test_equal_arrays_make_equal_structures_and_other_ones_do_not():
+    _, stiffness = hermite()
+    assert cantilever() == cantilever() and hash(cantilever()) == hash(cantilever())
+    assert cantilever() != cantilever(stiffness=1.001 * stiffness)
+    assert cantilever() != cantilever(fixed=("1", "9:Z"))
+
+
+def test_a_file_that_changed_is_refused(tmp_path):
+    structure = Matrices(**files_of(tmp_path, "npz", *hermite()), units="m-kg-s", fixed=("1",))
+    assert structure.sha256 == hashlib.sha256((tmp_path / "all.npz").read_bytes()).hexdigest()
+    rig = held(structure)
+    rig.save(tmp_path / "rig.toml")
+    mass, stiffness = hermite()
+    files_of(tmp_path, "npz", mass, 2 * stiffness)
+    with pytest.raises(
+        RigError, match=r"rig.toml: structure.sha256 is not that of .*all.npz, which changed .*take sha256 out"
+    ):
+        Rig.load(tmp_path / "rig.toml")
+    again = Matrices(file=tmp_path / "all.npz", units="m-kg-s", fixed=("1",))
+    np.testing.assert_allclose(frequencies(again), np.sqrt(2) * frequencies(cantilever()), rtol=1e-9)
+
+
+# Base motion and supports
+
+
+def test_free_matrices_with_fixed_nodes_are_shaken_as_clamped_ones_in_relative_coordinates():
+    """Absolute displacements of the free matrices with a prescribed support: M_ff ü_f + K_ff u_f = -M_fs ü_s - K_fs u_s.
+
+    The library solves for u_f - (rigid translation); the two agree at any frequency, coupling of masses included.
+    """
+    mass, stiffness = hermite()
+    rig = held(cantilever(), ("9:Z", "4:Z"))
+    frequency = np.array([3.0, 20.0, 61.0])
+    model = cm.beam.ritz_model(rig, 30)
+    relative = model.receptance(2 * np.pi * frequency) * -model.participation
+    absolute = 1 - (2 * np.pi * frequency[:, None]) ** 2 * relative @ model.at_sensors.T  # per unit base acceleration
+    for f, found in zip(frequency, absolute):
+        dynamic = stiffness - (2 * np.pi * f) ** 2 * mass
+        expected = np.linalg.solve(dynamic[2:, 2:], -dynamic[2:, 0])  # node 1 moves by 1 along Z and does not turn
+        np.testing.assert_allclose(found, expected[[14, 4]], rtol=1e-8)
+
+
+def test_base_moves_in_any_direction():
+    names = ("1:X", "1:Y", "1:Z", "1:RX")
+    mass = np.diag([2.0, 3.0, 4.0, 0.5])
+    mass[1, 3] = mass[3, 1] = 0.3
+    structure = Matrices(mass=mass, stiffness=np.eye(4), dofs=names, units="m-kg-s")
+    influence = structure.assemble((), 4).influence
+    np.testing.assert_array_equal(influence, [[2, 0, 0], [0, 3, 0], [0, 0, 4], [0, 0.3, 0]])
+
+
+def test_massless_rotations_follow_statically():
+    """Lumped masses, as many programs write them, against the exact condensation of the rotations (Guyan)."""
+    mass, stiffness = hermite(24)
+    lumped = np.diag(np.where(np.arange(len(mass)) % 2, 0.0, mass[::2, ::2].sum(axis=1).repeat(2)))
+    names = [f"{node}:{axis}" for node in range(1, 26) for axis in ("Z", "RY")]
+    structure = Matrices(mass=lumped, stiffness=stiffness, dofs=names, units="m-kg-s", fixed=("1",))
+    z, r = np.arange(2, 50, 2), np.arange(3, 50, 2)
+    condensed = stiffness[np.ix_(z, z)] - stiffness[np.ix_(z, r)] @ np.linalg.solve(
+        stiffness[np.ix_(r, r)], stiffness[np.ix_(r, z)]
+    )
+    omega2 = scipy.linalg.eigvalsh(condensed, lumped[np.ix_(z, z)])
+    np.testing.assert_allclose(frequencies(structure, 6), np.sqrt(omega2[:6]) / (2 * np.pi), rtol=1e-9)
+
+
+def test_damping_matrix_ratios_and_rayleigh_add_up():
+    """Modes of the two masses on springs: K has the same eigenvectors as M⁻¹K, so C = 0.1 M + 0.01 K stays modal."""
+    viscous = 0.1 * np.array(MASS_2) + 0.01 * np.array(STIFFNESS_2)
+    rig = held(small(damping=viscous, rayleigh=(0.2, 0.0), damping_ratios=(0.02, 0.03)), ("1:X",))
+    model = cm.beam.ritz_model(rig)
+    np.testing.assert_allclose(model.damping, 0.3 + 0.01 * model.omega**2 + 2 * np.array([0.02, 0.03]) * model.omega)
+    assert not model.coupling.size
+
+
+# What is refused
+
+
+def refused(**changes):
+    with pytest.raises(RigError) as caught:
+        small(**changes)
+    assert "\n" not in str(caught.value)
+    return str(caught.value)
+
+
+MECHANISM = ((1.0, -1.0), (-1.0, 1.0))
+REFUSED = {
+    "units is missing; write \"m-kg-s\" for matrices in m, kg, N, \"mm-t-s\"": {"units": None},
+    'units "mm" is unknown; use m-kg-s': {"units": "mm"},
+    "mass of 2:X is 0 (row 2); needs > 0": {"mass": ((1.0, 0.0), (0.0, 0.0))},
+    "mass of 1:X is -1 (row 1)": {"mass": ((-1.0, 0.0), (0.0, 1.0))},
+    "mass is not positive definite: some motion of": {"mass": ((1.0, 2.0), (2.0, 1.0))},
+    "mass of 2:RX and its stiffness are 0 (row 2)": {
+        "mass": ((1.0, 0.0), (0.0, 0.0)), "stiffness": ((1.0, 0.0), (0.0, 0.0)), "dofs": ("1:X", "2:RX")
+    },
+    "stiffness is not symmetric: -90 between 1:X and 2:X (row 1, column 2), -100 between 2:X and 1:X": {
+        "stiffness": ((300.0, -90.0), (-100.0, 100.0))
+    },
+    "damping is not symmetric": {"damping": ((0.0, 1.0), (-1.0, 0.0))},
+    "stiffness of 1:X is -300 (row 1)": {"stiffness": ((-300.0, -100.0), (-100.0, 100.0))},
+    "stiffness is negative in some motion of": {"stiffness": ((1.0, -100.0), (-100.0, 1.0))},
+    "stiffness is 3 x 3, but there are 2 degrees of freedom in dofs": {"stiffness": np.eye(3)},
+    "mass must be square, got 1 x 2": {"mass": ((1.0, 0.0),)},
+    "mass the number in row 2, column 2 is not finite": {"mass": ((1.0, 0.0), (0.0, float("nan")))},
+    "stiffness is complex": {"stiffness": np.array(STIFFNESS_2) * (1 + 0.02j)},
+    "mass must be the name of a file, or rows of numbers": {"mass": 7},
+    "dofs row 2: 1:X stands in row 1 already": {"dofs": ("1:X", "1:UX")},
+    "dofs row 1: 'tip' is no degree of freedom": {"dofs": ("tip", "1:X")},
+    "dofs is missing; give a CSV table": {"dofs": None},
+    "stiffness is missing": {"stiffness": None},
+    "give either file, or mass and stiffness": {"mass": None},
+    "mass nowhere.mtx: there is no such file": {"mass": "nowhere.mtx"},
+    'fixed[0] "3:X" is no degree of freedom of the structure; the nearest nodes are 1 and 2': {"fixed": ("3:X",)},
+    'fixed[0] "1:Y" is no degree of freedom of the structure; node 1 has X': {"fixed": ("1:Y",)},
+    "fixed holds every degree of freedom": {"fixed": ("1", "2")},
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("message", REFUSED)
+def test_impossible_matrices_are_refused_in_one_line(message):
+    assert message in refused(**REFUSED[message])
+
+
+@pytest.mark.parametrize(
+    "position, message",
+    [
+        (
+            "12:Z",
+            r'sensors\[0\].position "12:Z" is no degree of freedom of the structure; the nearest nodes are 8 and 9',
+        ),
+        ("9:X", r'sensors\[0\].position "9:X" is no degree of freedom of the structure; node 9 has Z, RY'),
+        ("1:Z", r'sensors\[0\].position "1:Z" is fixed to the base'),
+        (0.5, r'sensors\[0\].position "0.5" is no degree of freedom, a text such as "1:Z"'),
+    ],
+)
+def test_points_that_do_not_exist_are_refused(position, message):
+    with pytest.raises(RigError, match=message):
+        held(cantilever(), (position,))
+
+
+def test_mechanism_has_modes_but_no_static_deflection():
+    rig = held(small(stiffness=MECHANISM), ("1:X",), shaker=Shaker("force", "1:X"))
+    model = cm.beam.ritz_model(rig)
+    np.testing.assert_allclose(model.omega, [0.0, np.sqrt(1.5)], atol=1e-12)
+    with pytest.raises(RigError, match="can move without bending, so it has no static deflection; add a support"):
+        model.static_deflection(["1:X"], model.shapes(["1:X"]))
+
+
+def damaged(folder, name, content):
+    path = folder / name
+    path.write_bytes(content)
+    return path
+
+
+@pytest.mark.parametrize(
+    "name, content, message",
+    [
+        ("M.mtx", b"%%MatrixMarket matrix coordinate real symmetric\n2 2 2\n1 1 1.0\n", "not a Matrix Market file"),
+        ("M.mtx", b"hello", "not a Matrix Market file"),
+        ("M.npz", b"PK\x03\x04 no archive", "not a whole .npz file"),
+        ("M.mat", b"MATLAB 5.0 MAT-file" + b" " * 200, "not a whole MATLAB file"),
+        ("M.xls", b"x", "matrices are read from .npz, .mat, .mtx, .npy files"),
+    ],
+)
+def test_damaged_files_are_refused(tmp_path, name, content, message):
+    assert re.search(rf"mass.*{re.escape(name)}: {re.escape(message)}", refused(mass=damaged(tmp_path, name, content)))
+
+
+def test_file_without_a_matrix_names_what_it_holds(tmp_path):
+    np.savez(tmp_path / "a.npz", M=np.eye(2), dofs=np.array(["1:X", "2:X"]))
+    with pytest.raises(RigError, match=r"file .*a.npz: holds no stiffness matrix \(stiffness or K\); it holds M, dofs"):
+        Matrices(file=tmp_path / "a.npz", units="m-kg-s")
+    np.savez(tmp_path / "b.npz", M=np.eye(2), K=np.eye(2))
+    with pytest.raises(RigError, match=r"dofs is missing, and .*b.npz holds none"):
+        Matrices(file=tmp_path / "b.npz", units="m-kg-s")
