@@ -77,9 +77,9 @@ class Shafts(Structure):
         return self.parts
 
     @property
-    def mass(self) -> float:
+    def total_mass(self) -> float:
         """Mass in kg, with the discs."""
-        return sum(part.mass for part in self.parts)
+        return sum(part.total_mass for part in self.parts)
 
     def check(self, point: float | str) -> None:
         """Refuse what is on none of the shafts; see `Structure.check`."""

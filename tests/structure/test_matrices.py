@@ -211,7 +211,7 @@ def test_a_file_that_changed_is_refused(tmp_path):
 
 
 def test_free_matrices_with_fixed_nodes_are_shaken_as_clamped_ones_in_relative_coordinates():
-    """Absolute displacements of the free matrices with a prescribed support: M_ff ü_f + K_ff u_f = -M_fs ü_s - K_fs u_s.
+    """Absolute motion of the free matrices on a prescribed support: M_ff ü_f + K_ff u_f = -M_fs ü_s - K_fs u_s.
 
     The library solves for u_f - (rigid translation); the two agree at any frequency, coupling of masses included.
     """
