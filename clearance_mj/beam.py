@@ -109,7 +109,14 @@ class ModalModel:
         ----------
         kind : str
             Of the excitation: "base" or "force".
+
+        Raises
+        ------
+        RigError
+            If the structure does not tell what the excitation does to it.
         """
+        if refusal := self.rig.linear.refusal(kind):
+            raise RigError(f"rig {self.rig.name!r}: {refusal}")
         if kind == "base":
             return -self.participation
         points, factors = zip(*self.rig.shaker.forces)

@@ -109,6 +109,8 @@ class Simulation:
     def __init__(self, rig: Rig, excitation: Excitation, law: Law, engine: Engine):
         if excitation.kind == "force" and rig.shaker.position is None:
             raise ExcitationError(f"rig {rig.name!r} has no shaker.position, so a force cannot be applied")
+        if refusal := rig.linear.refusal(excitation.kind):
+            raise ExcitationError(f"rig {rig.name!r}: {refusal}")
         self.rig, self.excitation, self.engine = rig, excitation, engine
         self.columns = len(rig.sensors) + 3 * len(rig.bushings)
         factor = _affordable(rig, law, engine, excitation.fs)

@@ -207,6 +207,16 @@ class Structure(ABC):
         """
         return self
 
+    def refusal(self, kind: str) -> str:
+        """Return why an excitation's effect on the structure is not known, and what would help; "" where it is.
+
+        Parameters
+        ----------
+        kind : str
+            Of the excitation: "base" or "force".
+        """
+        return ""
+
     @property
     def shafts(self) -> tuple[Any, ...]:
         """The `Shaft` or shafts that it is made of, for drawings and chains of links; none for matrices and modes."""
