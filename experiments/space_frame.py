@@ -6,10 +6,8 @@ Matrix Structural Analysis, 1968, chapters 5 and 11).
 
 from __future__ import annotations
 
-import csv
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from pathlib import Path
 
 import numpy as np
 import scipy.io

@@ -1,0 +1,135 @@
+"""Reduced models against the whole one: sparse and dense routes, residual flexibility and Craig-Bampton."""
+
+import time
+
+import numpy as np
+import pytest
+import scipy.linalg
+import scipy.sparse
+import scipy.sparse.linalg
+
+from clearance_mj.structure import reduction
+from clearance_mj.structure.base import LinearModel
+from clearance_mj.structure.large import lowest
+from clearance_mj.structure.reduction import Modes, reduced
+from experiments.space_frame import Bar, Frame
+
+MODES = 20
+
+
+def lattice(nx, ny, held=True):
+    """M and K of a grid of 20 mm steel bars in the plane X-Y, 100 mm apart, clamped on one side (SI)."""
+    frame, bar = Frame(), Bar(0.02, 0.0, 210e9, 7850.0)
+    frame.nodes = [np.array([0.1 * i, 0.1 * j, 0.0]) for i in range(nx) for j in range(ny)]
+    across = [(k, k + ny) for k in range((nx - 1) * ny)]
+    along = [(k, k + 1) for k in range(nx * ny) if (k + 1) % ny]
+    frame.elements = [(a, b, bar) for a, b in across + along]
+    mass, stiffness = frame.matrices()
+    first = 6 * ny if held else 0
+    return mass[first:, first:], stiffness[first:, first:]
+
+
+def loads_of(size):
+    """A corner's deflection, and one node's less another's."""
+    corner, middle, other = size - 4, size // 12 * 6 + 2, size // 24 * 6 + 2
+    rows = np.zeros((2, size))
+    rows[0, corner], rows[1, middle], rows[1, other] = 1.0, 1.0, -1.0
+    return rows
+
+
+def receptance_of_all(mass, stiffness, loads, omega):
+    solve = scipy.sparse.linalg.splu(scipy.sparse.csc_array(stiffness - omega**2 * mass)).solve
+    return loads @ solve(loads.T)
+
+
+def receptance(found, loads, omega):
+    at = loads @ found.shapes
+    return at / (found.omega**2 - omega**2) @ at.T
+
+
+def of(mass, stiffness, loads, kind="residual-flexibility", modes=MODES):
+    linear = LinearModel(mass, stiffness, np.zeros((mass.shape[0], 3)), lambda points: loads, reduction=kind)
+    return reduced(linear, [], [], list(loads), modes)
+
+
+@pytest.fixture
+def sparse(monkeypatch):
+    """Every model takes the route of large ones."""
+    monkeypatch.setattr(reduction, "DENSE", 0)
+
+
+@pytest.mark.parametrize("held", [True, False])
+def test_lowest_modes_are_those_of_a_dense_solver(held):
+    """LAPACK's generalized eigensolver; a free structure has six modes of frequency 0."""
+    mass, stiffness = lattice(9, 8, held)
+    expected = scipy.linalg.eigh(stiffness.toarray(), mass.toarray(), eigvals_only=True)[:MODES]
+    squares, shapes, _, _ = lowest(mass, stiffness, MODES)
+    rigid = 0 if held else 6
+    assert np.all(squares[:rigid] == 0)
+    np.testing.assert_allclose(squares[rigid:], expected[rigid:], rtol=1e-7)
+    np.testing.assert_allclose(shapes.T @ (mass @ shapes), np.eye(MODES), atol=1e-10)
+
+
+def test_static_shapes_make_a_held_structure_exact_at_rest(sparse):
+    mass, stiffness = lattice(9, 8)
+    loads = loads_of(mass.shape[0])
+    found = of(mass, stiffness, loads)
+    np.testing.assert_allclose(receptance(found, loads, 0.0), receptance_of_all(mass, stiffness, loads, 0.0), rtol=1e-8)
+
+
+@pytest.mark.parametrize("held", [True, False])
+@pytest.mark.parametrize("route", ["dense", "sparse"])
+def test_residual_flexibility_against_the_whole_model(held, route, monkeypatch):
+    """Between the lowest resonances of bending; modes alone miss a hundred times as much."""
+    monkeypatch.setattr(reduction, "DENSE", 0 if route == "sparse" else 1500)
+    mass, stiffness = lattice(9, 8, held)
+    loads = loads_of(mass.shape[0])
+    found = of(mass, stiffness, loads)
+    modal = Modes(found.omega[:MODES], found.shapes[:, :MODES])
+    for k in (7, 9):
+        omega = (found.omega[k] + found.omega[k + 1]) / 2
+        whole = receptance_of_all(mass, stiffness, loads, omega)
+        error, without = (np.abs(receptance(m, loads, omega) - whole).max() for m in (found, modal))
+        assert error < 1e-3 * np.abs(whole).max() and error < 1e-2 * without
+
+
+@pytest.mark.parametrize("route", ["dense", "sparse"])
+def test_craig_bampton_against_the_whole_model(route, monkeypatch):
+    """Frequencies fall to the whole model's as modes are added; the flexibility at rest is exact with any number."""
+    monkeypatch.setattr(reduction, "DENSE", 0 if route == "sparse" else 1500)
+    mass, stiffness = lattice(9, 8)
+    loads = loads_of(mass.shape[0])
+    expected = np.sqrt(scipy.linalg.eigh(stiffness.toarray(), mass.toarray(), eigvals_only=True)[:10])
+    for modes, error in (MODES, 3e-3), (3 * MODES, 2e-4):
+        found = of(mass, stiffness, loads, "craig-bampton", modes)
+        assert found.omega.size == modes + 3  # three degrees of freedom are kept
+        excess = found.omega[:10] / expected - 1
+        assert np.all(excess > -1e-8) and np.all(excess < error)
+        flexible = receptance_of_all(mass, stiffness, loads, 0.0)
+        np.testing.assert_allclose(receptance(found, loads, 0.0), flexible, rtol=1e-8)
+
+
+def test_craig_bampton_needs_a_structure_that_is_held_at_its_clearances():
+    mass, stiffness = lattice(4, 4, held=False)
+    with pytest.raises(ValueError, match=r'can move while its clearances and forces are held.*"residual-flexibility"'):
+        of(mass, stiffness, loads_of(mass.shape[0]), "craig-bampton")
+
+
+def test_thirty_thousand_degrees_of_freedom_take_seconds():
+    """A simply supported plate by finite differences: K = L², whose eigenvalues and eigenvectors are known sines."""
+    n = 175
+    second = scipy.sparse.diags_array([-np.ones(n - 1), 2 * np.ones(n), -np.ones(n - 1)], offsets=(-1, 0, 1))
+    laplacian = scipy.sparse.kronsum(second, second).tocsr()
+    stiffness, mass = laplacian @ laplacian, scipy.sparse.eye_array(n * n, format="csr")
+    load = np.zeros((1, n * n))
+    load[0, n * 60 + 87] = 1.0
+    start = time.process_time()
+    found = of(mass, stiffness, load)
+    assert time.process_time() - start < 10
+    step = np.arange(1, n + 1)
+    line = 4 * np.sin(step * np.pi / (2 * (n + 1))) ** 2
+    exact = line[:, None] + line
+    np.testing.assert_allclose(found.omega[:MODES], np.sort(exact.ravel())[:MODES], rtol=1e-8)
+    sines = np.sqrt(2 / (n + 1)) * np.sin(np.pi * np.outer([61, 88], step) / (n + 1))
+    static = np.sum((sines[0][:, None] * sines[1] / exact) ** 2)
+    np.testing.assert_allclose(receptance(found, load, 0.0), static, rtol=1e-8)
