@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Callable, Sequence
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -45,9 +46,10 @@ class Element(NamedTuple):
 
 
 class Mesh:
-    """Elements in a row, with the deflections and rotations of their ends and their bubbles as coordinates.
+    """Elements in a row: how a shaft moves as a rigid body with its start, and what each element adds by its strains.
 
-    Coordinate 2i is the deflection of node i, 2i + 1 its rotation; the elements' own follow.
+    Elements' own coordinates are strained shapes of unit energy: no stiffness of a short element hides the small one of
+    the whole (the natural approach of Argyris, 1966).
 
     Parameters
     ----------
@@ -55,82 +57,127 @@ class Mesh:
         One after the other.
     shear : bool
         Whether they are Timoshenko's, with shear deformation and rotary inertia.
+    held : sequence of (float, int)
+        Positions, m, of nodes without deflection (0) or rotation (1).
     """
 
-    def __init__(self, elements: Sequence[Element], shear: bool) -> None:
+    def __init__(self, elements: Sequence[Element], shear: bool, held: Sequence[tuple[float, int]] = ()) -> None:
         self.elements = elements
-        self.shear = shear
         self.nodes = np.array([elements[0].start, *(e.end for e in elements)])
-        inner = [2 * (e.bubbles + 2) if shear else e.bubbles for e in elements]
-        first = 2 * len(self.nodes) + np.cumsum([0, *inner])
-        self.size = int(first[-1])
-        self._places = [np.r_[2 * i : 2 * i + 4, first[i] : first[i + 1]] for i in range(len(elements))]
+        self._shear = shear
+        parts = [_strained(e, shear) for e in elements]
+        first = 2 + np.cumsum([0, *(part.shapes.shape[1] for part in parts)])
+        size = int(first[-1])
+        self._own = [slice(a, b) for a, b in pairwise(first)]
+        self._shapes = [part.shapes for part in parts]
+        motion = np.zeros((len(self.nodes), 2, size))  # deflection and rotation of the nodes
+        motion[0, :, :2] = np.eye(2)
+        for i, (element, own, part) in enumerate(zip(elements, self._own, parts)):
+            motion[i + 1] = motion[i]
+            motion[i + 1, 0] += (element.end - element.start) * motion[i, 1]
+            motion[i + 1, :, own] += part.shapes[:2]
+        motion[:, :, :2] *= np.linalg.norm(motion[-1, 0, 2:]) * np.array([1.0, 1 / (self.nodes[-1] - self.nodes[0])])
+        rows = np.array([motion[self._node(x), which] for x, which in held]).reshape(-1, size)
+        self._free = _null_space(rows)
+        self._motion = motion @ self._free
+        energy = np.ones(size)
+        energy[:2] = 0.0
+        self.stiffness = (self._free.T * energy) @ self._free
+        self.mass = np.zeros_like(self.stiffness)
+        self.influence = np.zeros(len(self.mass))
+        for start, own, part in zip(self._motion, self._own, parts):
+            moves = np.vstack((start, self._free[own]))
+            self.mass += moves.T @ part.mass @ moves
+            self.influence += part.influence @ moves
 
-    def matrices(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return mass and stiffness, each (n, n), and the inertia forces (n,) of a unit acceleration of the base."""
-        mass, stiffness, influence = (
-            np.zeros((self.size, self.size)),
-            np.zeros((self.size, self.size)),
-            np.zeros(self.size),
-        )
-        for element, place in zip(self.elements, self._places):
-            at = np.ix_(place, place)
-            own = _element_matrices(element, self.shear)
-            mass[at] += own[0]
-            stiffness[at] += own[1]
-            influence[place] += own[2]
-        return mass, stiffness, influence
+    def motion(self, x: float) -> np.ndarray:
+        """Return deflection and rotation (2, n) of the node nearest to a position, m, per unit of each coordinate."""
+        return self._motion[self._node(x)]
 
     def deflections(self, x: np.ndarray) -> np.ndarray:
         """Return the deflections (n_x, n) at positions (n_x,), m, per unit of each coordinate."""
-        rows = np.zeros((x.size, self.size))
+        rows = np.zeros((x.size, len(self.mass)))
         which = np.clip(np.searchsorted(self.nodes, x, side="right") - 1, 0, len(self.elements) - 1)
         for i in np.unique(which):
             element, here = self.elements[i], np.nonzero(which == i)[0]
             length = element.end - element.start
-            xi = 2 * (x[here] - element.start) / length - 1
-            functions = _timoshenko(xi, element.bubbles + 2) if self.shear else _euler(xi, element.bubbles)
-            rows[np.ix_(here, self._places[i])] = functions[0] * _lengths(element, self.shear)
+            along = x[here] - element.start
+            value = _functions(2 * along / length - 1, element, self._shear)[0][:, 2:]
+            rows[here] = self._motion[i, 0] + np.outer(along, self._motion[i, 1])
+            rows[here] += value @ self._shapes[i] @ self._free[self._own[i]]
         return rows
 
-    def node(self, x: float) -> int:
-        """Return the number of the node nearest to a position, m."""
+    def _node(self, x: float) -> int:
         return int(np.argmin(np.abs(self.nodes - x)))
 
 
-def _element_matrices(element: Element, shear: bool) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    node, weight, (value, slope, rotation, curvature) = _integration(element.bubbles, shear)
+class _Strained(NamedTuple):
+    """An element in the motion of its start and strained shapes of unit energy."""
+
+    shapes: np.ndarray  # (2 + bubbles, n): end relative to the start, bubbles
+    mass: np.ndarray  # (2 + n, 2 + n)
+    influence: np.ndarray  # (2 + n,)
+
+
+def _strained(element: Element, shear: bool) -> _Strained:
+    node, weight = _integration(element.bubbles)
     half = (element.end - element.start) / 2
-    weight = weight * half
-    section = element.rigidity(element.start + (node + 1) * half)
-    size = _lengths(element, shear)
-    value, slope = value * size, slope * size / half
-    if not shear:
-        curvature = curvature * size / half**2
-        stiffness = (curvature.T * (weight * section.bending)) @ curvature
-        mass = (value.T * (weight * section.mass)) @ value
-        return mass, stiffness, (weight * section.mass) @ value
-    curvature = curvature / half
-    angle = slope - rotation
+    along, weight = (node + 1) * half, weight * half
+    section = element.rigidity(element.start + along)
+    value, slope, rotation, curvature = (f[:, 2:] for f in _tabulated(element, shear))
     stiffness = (curvature.T * (weight * section.bending)) @ curvature
-    stiffness += (angle.T * (weight * section.shear)) @ angle
-    mass = (value.T * (weight * section.mass)) @ value + (rotation.T * (weight * section.rotary)) @ rotation
-    return mass, stiffness, (weight * section.mass) @ value
+    if shear:
+        stiffness += ((slope - rotation).T * (weight * section.shear)) @ (slope - rotation)
+    scale = np.sqrt(stiffness.diagonal())
+    energy, vector = np.linalg.eigh(stiffness / np.outer(scale, scale))
+    shapes = vector / np.sqrt(energy) / scale[:, None]
+    moves = np.hstack((np.ones((along.size, 1)), along[:, None], value @ shapes))
+    mass = (moves.T * (weight * section.mass)) @ moves
+    if shear:
+        turns = np.hstack((np.zeros((along.size, 1)), np.ones((along.size, 1)), rotation @ shapes))
+        mass += (turns.T * (weight * section.rotary)) @ turns
+    return _Strained(shapes, mass, (weight * section.mass) @ moves)
 
 
-def _lengths(element: Element, shear: bool) -> np.ndarray:
-    """Factors of the functions of an element from those of one that reaches from -1 to 1."""
-    half = (element.end - element.start) / 2
-    return (
-        np.ones(4 + 2 * (element.bubbles + 2)) if shear else np.r_[1.0, half, 1.0, half, np.full(element.bubbles, half)]
-    )
+def _null_space(rows: np.ndarray) -> np.ndarray:
+    """(n, n - n_rows) orthonormal motions in which independent rows are zero."""
+    if not len(rows):
+        return np.eye(rows.shape[1])
+    rows = rows / np.linalg.norm(rows, axis=1)[:, None]
+    return np.linalg.qr(rows.T, mode="complete").Q[:, len(rows) :]
 
 
 @functools.cache
-def _integration(bubbles: int, shear: bool) -> tuple[np.ndarray, np.ndarray, tuple[np.ndarray, ...]]:
-    """Gauss points and weights, exact for tapers of four powers more than a constant section has, and functions."""
-    node, weight = leggauss(bubbles + 8)
-    return node, weight, _timoshenko(node, bubbles + 2) if shear else _euler(node, bubbles)
+def _integration(bubbles: int) -> tuple[np.ndarray, np.ndarray]:
+    """Gauss points and weights, exact for eight powers more than a constant section has."""
+    return leggauss(bubbles + 8)
+
+
+@functools.cache
+def _reference(bubbles: int, shear: bool) -> tuple[np.ndarray, ...]:
+    """The functions at the points of integration of an element from -1 to 1."""
+    xi = _integration(bubbles)[0]
+    return _timoshenko(xi, bubbles + 1) if shear else _euler(xi, bubbles)
+
+
+def _tabulated(element: Element, shear: bool) -> list[np.ndarray]:
+    return _stretched(_reference(element.bubbles, shear), element, shear)
+
+
+def _functions(xi: np.ndarray, element: Element, shear: bool) -> list[np.ndarray]:
+    """Deflection, slope, rotation and curvature of an element, as functions of its coordinates -1 to 1."""
+    found = _timoshenko(xi, element.bubbles + 1) if shear else _euler(xi, element.bubbles)
+    return _stretched(found, element, shear)
+
+
+def _stretched(functions: Sequence[np.ndarray], element: Element, shear: bool) -> list[np.ndarray]:
+    """From an element from -1 to 1 to its length, with rotations of the ends in rad."""
+    half = (element.end - element.start) / 2
+    value, slope, rotation, curvature = functions
+    if shear:
+        return [value, slope / half, rotation, curvature / half]
+    size = np.array([1.0, half, 1.0, half, *[half] * element.bubbles])
+    return [value * size, slope * (size / half), rotation * (size / half), curvature * (size / half**2)]
 
 
 def _euler(xi: np.ndarray, bubbles: int) -> tuple[np.ndarray, ...]:

@@ -24,6 +24,8 @@ SOFT = 1e-7
 """of 1: those below which the other modes would lose their digits"""
 MASSLESS = 1e-15
 """of the mass of the slowest motion of unit stiffness: what one without mass is given, for a finite frequency"""
+MUCH_SLOWER = 1e-2
+"""of the next frequency: motions on soft springs"""
 SLOW = 1e-3
 """of the square of the lowest bending frequency: motions on soft springs are below"""
 STILL = 1e-11
@@ -61,7 +63,7 @@ def vibration_modes(mass: np.ndarray, stiffness: np.ndarray) -> Modes:
     if value[0] < -SINGULAR:
         raise ValueError("the structure's stiffness is negative in some motion; check the signs in K")
     if value[0] > SOFT:
-        return _modes(mass, vector / np.sqrt(value))
+        return _without_slow(mass, _modes(mass, vector / np.sqrt(value)))
     stiff = value > SOFT
     basis = vector[:, stiff] / np.sqrt(value[stiff])
     shift = 1 / np.linalg.eigvalsh(basis.T @ mass @ basis)[-1] if stiff.any() else 1.0
@@ -74,6 +76,17 @@ def vibration_modes(mass: np.ndarray, stiffness: np.ndarray) -> Modes:
     squares[slow], rotation = np.linalg.eigh(shapes[:, slow].T @ stiffness @ shapes[:, slow])
     shapes[:, slow] = shapes[:, slow] @ rotation
     return Modes(np.sqrt(np.where(squares < STILL * shift, 0.0, squares)), shapes)
+
+
+def _without_slow(mass: np.ndarray, found: Modes) -> Modes:
+    """The same modes; those above much slower ones, in whose flexibility theirs is lost, found again without them."""
+    jumps = np.flatnonzero(found.omega[:-1] < MUCH_SLOWER * found.omega[1:])
+    if not jumps.size:
+        return found
+    n = jumps[0] + 1
+    slow, basis = found.shapes[:, :n], found.shapes[:, n:] / found.omega[n:]
+    rest = _without_slow(mass, _modes(mass, basis - slow @ (slow.T @ mass @ basis)))
+    return Modes(np.concatenate((found.omega[:n], rest.omega)), np.hstack((slow, rest.shapes)))
 
 
 def _principal(stiffness: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

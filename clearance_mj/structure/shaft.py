@@ -28,7 +28,9 @@ NEAR = 1e-3
 """of a shaft's length: a load this close to a node needs none of its own"""
 WAVE = 4.0
 """rad: most of a bending wave in an element, with the highest mode asked for"""
-FEWEST = 3
+HELD = {"clamped": (0, 1), "pinned": (0,), "guided": (1,), "elastic": ()}
+"""what a kind of support holds: deflection (0), rotation (1)"""
+FEWEST = 2
 """bubble functions of an element"""
 
 
@@ -168,30 +170,25 @@ class Shaft(Structure):
 
     def assemble(self, points: tuple[float | str, ...], modes: int) -> LinearModel:
         """Return mass and stiffness of beam elements, fine enough for the modes asked for."""
-        mesh = Mesh(self._elements(_positions(points), modes), self.bending_theory == "timoshenko")
-        mass, stiffness, influence = mesh.matrices()
+        held = {(s.position, i) for s in self.supports for i in HELD[s.kind]}
+        mesh = Mesh(self._elements(_positions(points), modes), self.bending_theory == "timoshenko", sorted(held))
+        mass, stiffness, influence, viscous = mesh.mass, mesh.stiffness, mesh.influence, np.zeros_like(mesh.mass)
         for disc in self.discs:
-            node = 2 * mesh.node(disc.position)
-            mass[node, node] += disc.mass
-            influence[node] += disc.mass
-            mass[node + 1, node + 1] += disc.inertia
-        viscous, free = np.zeros(mesh.size), np.ones(mesh.size, dtype=bool)
+            moves = mesh.motion(disc.position)
+            mass += (moves.T * [disc.mass, disc.inertia]) @ moves
+            influence += disc.mass * moves[0]
         for support in self.supports:
-            node = 2 * mesh.node(support.position)
-            stiffness[node, node] += support.translation
-            stiffness[node + 1, node + 1] += support.rotation
-            viscous[node : node + 2] += support.translation_damping, support.rotation_damping
-            free[node] &= support.kind not in ("clamped", "pinned")
-            free[node + 1] &= support.kind not in ("clamped", "guided")
-        kept = np.ix_(free, free)
+            moves = mesh.motion(support.position)
+            stiffness += (moves.T * [support.translation, support.rotation]) @ moves
+            viscous += (moves.T * [support.translation_damping, support.rotation_damping]) @ moves
         return LinearModel(
-            mass[kept],
-            stiffness[kept],
-            influence[free, None] * [0.0, 0.0, 1.0],
-            lambda at: mesh.deflections(_positions(at))[:, free],
+            mass,
+            stiffness,
+            influence[:, None] * [0.0, 0.0, 1.0],
+            lambda at: mesh.deflections(_positions(at)),
             self.rayleigh,
             self.damping_ratios,
-            np.diag(viscous[free]) if viscous[free].any() else None,
+            viscous if viscous.any() else None,
         )
 
     def _elements(self, points: np.ndarray, modes: int) -> list[Element]:
@@ -204,7 +201,7 @@ class Shaft(Structure):
             tapered = not math.isclose(*ends.bending)
             phase = wave * (end - start) * float(np.max(ends.mass / ends.bending)) ** 0.25
             n = math.ceil(phase / WAVE)
-            bubbles = FEWEST + math.ceil(1.5 * phase / n) + (4 if tapered else 0)
+            bubbles = FEWEST + math.ceil(phase / n) + (4 if tapered else 0)
             pieces += [Element(a, b, bubbles, rigidity) for a, b in pairwise(np.linspace(start, end, n + 1))]
         return pieces
 
@@ -220,8 +217,7 @@ class Shaft(Structure):
 
     def _highest_wave(self, modes: int) -> float:
         """Upper bound of sqrt(ω), ω of the highest mode wanted: every support raises a free shaft's by one at most."""
-        held = {"clamped": 2, "pinned": 1, "guided": 1, "elastic": 0}
-        more = sum(held[s.kind] + (s.translation > 0) + (s.rotation > 0) for s in self.supports)
+        more = sum(len(HELD[s.kind]) + (s.translation > 0) + (s.rotation > 0) for s in self.supports)
         _, weight, rigidity = self._integration
         return max(modes + more, 3) * math.pi / float(weight @ (rigidity.mass / rigidity.bending) ** 0.25)
 
