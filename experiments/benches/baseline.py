@@ -1,0 +1,85 @@
+"""What identification predicts on the named benches: RMSE and FRAC at five levels, against each bench's own repeat.
+
+    python -m experiments.benches.baseline --out results/benches [--benches all exact] [--methods output-error constant]
+
+Rows of benches that the table already holds are replaced, others stay.
+"""
+
+from __future__ import annotations
+
+import argparse
+import time
+from collections.abc import Sequence
+from pathlib import Path
+
+import pandas as pd
+
+from clearance_mj.io.dataset import Dataset
+from clearance_mj.study import Study
+
+from .bench import NAMED
+from .records import write_bench
+
+METHODS = ("output-error", "constant")
+COLUMNS = ("bench", "law", "level", "rmse_db", "frac", "repeat_rmse_db", "repeat_frac", "seconds")
+
+
+def judge(folder: Path, methods: Sequence[str]) -> pd.DataFrame:
+    """One row per law and level of a bench's dataset, on engine modal; ``seconds``: of the identification."""
+    study = Study(Dataset.load(folder), methods, ("modal",))
+    seconds = {}
+    for method in methods:
+        start = time.perf_counter()
+        study.law(method)
+        seconds[method] = round(time.perf_counter() - start, 1)
+    rows = pd.DataFrame(study.rows())[["level", "law", "rmse_db", "frac"]]
+    repeat = rows[rows["law"] == "repeat"].drop(columns="law")
+    found = rows[rows["law"] != "repeat"].merge(repeat, on="level", suffixes=("", "_of_repeat"))
+    found = found.rename(columns={"rmse_db_of_repeat": "repeat_rmse_db", "frac_of_repeat": "repeat_frac"})
+    return found.assign(bench=folder.name, seconds=found["law"].map(seconds))[list(COLUMNS)]
+
+
+def markdown(rows: pd.DataFrame) -> str:
+    """A line for each bench and law: RMSE in dB / FRAC at each level."""
+    levels = sorted(rows["level"].unique())
+    lines = [
+        "| bench | law | " + " | ".join(f"{level:g}" for level in levels) + " |",
+        "| --- " * (2 + len(levels)) + "|",
+    ]
+
+    def line(bench: str, law: str, found: pd.DataFrame, prefix: str) -> str:
+        at = found.set_index("level")
+        cells = [f"{at.at[v, f'{prefix}rmse_db']:.2f} / {at.at[v, f'{prefix}frac']:.3f}" for v in levels]
+        return f"| {bench} | {law} | " + " | ".join(cells) + " |"
+
+    for bench in rows["bench"].unique():
+        of_bench = rows[rows["bench"] == bench]
+        laws = list(of_bench["law"].unique())
+        lines.append(line(bench, "(repeat)", of_bench[of_bench["law"] == laws[0]], "repeat_"))
+        lines += [line(bench, law, of_bench[of_bench["law"] == law], "") for law in laws]
+    return "\n".join(lines) + "\n"
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Make what datasets are missing, judge them and write baseline.csv and baseline.md."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("--out", type=Path, default=Path("results/benches"), help="folder; holds the datasets too")
+    parser.add_argument("--benches", nargs="+", choices=NAMED, default=tuple(NAMED))
+    parser.add_argument("--methods", nargs="+", default=METHODS)
+    options = parser.parse_args(arguments)
+    table = options.out / "baseline.csv"
+    for name in options.benches:
+        folder = options.out / name
+        if not (folder / "truth.toml").exists():
+            write_bench(NAMED[name](), folder)
+        rows = judge(folder, options.methods)
+        if table.exists():
+            old = pd.read_csv(table)
+            rows = pd.concat([old[(old["bench"] != name) | ~old["law"].isin(options.methods)], rows])
+        rows.to_csv(table, index=False, float_format="%.4f")
+        (options.out / "baseline.md").write_text(markdown(rows), encoding="utf-8")
+        print(markdown(rows[rows["bench"] == name]), flush=True)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,41 @@
+"""Make the records of a virtual bench.
+
+python experiments/benches/make.py all --out results/benches/all
+python experiments/benches/make.py 17 --out results/benches/17 --short
+python experiments/benches/make.py cubic+maxwell-slip+4 --out results/benches/family
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import time
+from collections.abc import Sequence
+from pathlib import Path
+
+from experiments.benches.bench import CONTACTS, GREASES, IGNORANCES, NAMED, find_bench
+from experiments.benches.records import write_bench
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Write a dataset with truth.toml; status 2 for an unknown bench."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    families = f"CONTACT ({', '.join(CONTACTS)})+GREASE ({', '.join(GREASES)})+SEED"
+    parser.add_argument("bench", help=f"{', '.join(NAMED)}; a seed; or {families}")
+    parser.add_argument("--out", type=Path, required=True, help="folder of the dataset")
+    parser.add_argument("--ignorance", nargs="*", choices=IGNORANCES, help="of a bench drawn from a seed; default: all")
+    parser.add_argument("--short", action="store_true", help="two levels, and half of the time")
+    options = parser.parse_args(arguments)
+    start = time.perf_counter()
+    try:
+        bench = find_bench(options.bench, options.ignorance)
+    except ValueError as error:
+        print(error, file=sys.stderr)
+        return 2
+    write_bench(bench, options.out, options.short)
+    print(f"{options.out}: bench {bench.name}, {time.perf_counter() - start:.1f} s")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,103 @@
+"""The dataset of a bench: its records in the package's format, and truth.toml beside them, which nothing reads."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import tomli_w
+
+from clearance_mj.io.channels import Channel
+from clearance_mj.io.dataset import Record, bushing_nodes, write_dataset
+from clearance_mj.signals import excitation, sampling
+from clearance_mj.signals.excitation import Excitation
+from clearance_mj.testrig.records import BAND, FS, NOISE, digitise
+
+from . import motion
+from .bench import Bench
+
+FACTOR = 16
+"""time steps per sample: 32 768 a second"""
+BLOCK = 2048
+"""samples between two filterings"""
+LEVELS = (0.5, 1.0, 2.0, 5.0, 8.0)
+"""m/s² RMS"""
+STREAM = 7
+"""second word of the seeds of excitation and noise"""
+
+
+def plans(bench: Bench, short: bool = False) -> list[tuple[str, str, Excitation, str, float | None]]:
+    """Name, role, excitation, words and level of each record; ``short``: two levels, and half of the time."""
+    time = 0.5 if short else 1.0
+    seed = iter(np.random.default_rng((bench.seed, STREAM)).integers(1, 2**31, 20).tolist())
+    peaks = (8.0, 25.0, 60.0, 140.0)
+    hits = tuple((0.5 + 4 * i) * time for i in range(4))
+    taken = [
+        ("ramp", "identify", excitation.level_ramp(32 * time, FS, BAND, start_rms=0.3, end_rms=9.0, seed=next(seed)),
+         "random 5-220 Hz, level rising from 0.3 to 9 m/s² RMS", None),
+        ("hammer", "identify", excitation.hammer(16 * time, FS, peak=peaks, width=0.006, times=hits),
+         "free decays after half-sine base pulses of 6 ms and 8, 25, 60, 140 m/s²", None),
+    ]  # fmt: skip
+    for level in (1.0, 5.0) if short else LEVELS:
+        for letter in "ab":
+            shake = excitation.random(24 * time, FS, BAND, rms=level, seed=next(seed))
+            taken.append((f"level_{level:g}_{letter}", "validate", shake, "stationary random 5-220 Hz", level))
+    return taken
+
+
+def shake(bench: Bench, base: np.ndarray, fs: float = FS, factor: int = FACTOR) -> tuple[np.ndarray, np.ndarray]:
+    """Simulate a bench under accelerations (n_t,) of its base, with ideal sensors at their true places.
+
+    Returns absolute accelerations (n_accelerometers, n_t), m/s², and displacements (n_probes, n_t) from rest, m.
+    """
+    ends = np.array([(h.position - h.length / 2, h.position + h.length / 2) for h in bench.holes]).reshape(-1, 2)
+    accelerometers, probes = ([i.position for i in part] for part in (bench.accelerometers, bench.probes))
+    modes = bench.shaft.modes([*ends.ravel(), *ends.mean(axis=1)])
+    scheme = motion.scheme(modes, ends, accelerometers, probes, 1 / (fs * factor))
+    state, bushings = motion.at_rest(scheme, bench.bushings())
+    rest = scheme.probes @ state.q
+    fast, channels = sampling.interpolate(base, factor), len(accelerometers) + len(probes)
+    decimator, slow = sampling.Decimator(channels, factor), []
+    for start in range(0, fast.size, BLOCK * factor):
+        block = fast[start : start + BLOCK * factor]
+        out = np.empty((block.size, channels))
+        done = motion.march(scheme, state, bushings, block, out)
+        if done < block.size or not np.isfinite(out[-1]).all():
+            raise ArithmeticError(f"bench {bench.name}: no convergence at {(start + done) * scheme.step:.6f} s")
+        out[:, len(accelerometers) :] -= rest
+        slow.append(decimator.push(out))
+    found = np.concatenate((*slow, decimator.flush()))[: base.size].T
+    return found[: len(accelerometers)], found[len(accelerometers) :]
+
+
+def _measure(bench: Bench, base: np.ndarray, rng: np.random.Generator) -> list[Channel]:
+    """What the converter writes: gains, noise and 24 bits."""
+    accelerations, displacements = shake(bench, base)
+    signals = [("base", 100, "acceleration", base)]
+    for sensor, real, value in zip(bench.rig.sensors, bench.accelerometers, accelerations):
+        signals.append((f"accelerometer {sensor.node}", sensor.node, "acceleration", real.gain * value))
+    for j, (node, real, value) in enumerate(zip(bushing_nodes(bench.rig), bench.probes, displacements), 1):
+        signals.append((f"probe in bushing {j}", node, "displacement", real.gain * value))
+    channels = []
+    for name, node, quantity, signal in signals:
+        value, full = digitise(signal, NOISE, rng)
+        unit = {"acceleration": "m/s^2", "displacement": "m"}[quantity]
+        channels.append(Channel(f"{name}, synthetic, range +-{full:.9g} {unit}", node, "+Z", quantity, value, FS))
+    return channels
+
+
+def write_bench(bench: Bench, folder: str | Path, short: bool = False) -> None:
+    """Simulate all records of a bench and write dataset and truth."""
+    records = []
+    for i, (name, role, base, words, level) in enumerate(plans(bench, short)):
+        channels = _measure(bench, base.value, np.random.default_rng((bench.seed, STREAM, i)))
+        provenance = {
+            "source": f"synthetic: virtual bench {bench.name}, not measured",
+            "noise": f"white, {NOISE:.0%} RMS of each channel",
+        }
+        record = Record(
+            name, role, bench.rig, FS, channels, level=level, description=words, band=base.band, provenance=provenance
+        )
+        records.append(record)
+    write_dataset(folder, bench.rig, records)
+    (Path(folder) / "truth.toml").write_text(tomli_w.dumps(bench.truth()), encoding="utf-8")

@@ -1,0 +1,148 @@
+"""The linear bench: a shaft on an elastic clamp as Hermite finite elements, reduced to its modes.
+
+Cubic Euler-Bernoulli elements with consistent mass (Przemieniecki, Theory of Matrix Structural Analysis, 1968, sections
+5.6 and 11.3). Modes up to `HIGHEST` are kept; the flexibility of the rest is below 1e-3 of that of any contact here.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.linalg
+
+HIGHEST = 1e4
+"""Hz"""
+ELEMENTS = 60
+"""at least so many, of about equal length, between the points that are nodes"""
+
+
+@dataclass(frozen=True)
+class Clamp:
+    """Springs between the shaft's end and the base; see `Clamp.longer` for a scale."""
+
+    rotation: float
+    """N m/rad"""
+    translation: float
+    """N/m"""
+
+    @classmethod
+    def longer(cls, bending_stiffness: float, by: float) -> Clamp:
+        """Each gives as the free end of ``by`` m more shaft does, under a moment and under a force alone."""
+        return cls(bending_stiffness / by, 3 * bending_stiffness / by**3)
+
+
+@dataclass(frozen=True)
+class Shaft:
+    """A round shaft as it really is, SI."""
+
+    length: float
+    diameter: float
+    young_modulus: float
+    density: float
+    masses: tuple[tuple[float, float], ...]
+    """(position, kg)"""
+    clamp: Clamp | None
+    """None: rigid"""
+    damping: tuple[float, ...]
+    """ratios of the modes without grease, the last for all that follow"""
+
+    @property
+    def bending_stiffness(self) -> float:
+        """E I in N m²."""
+        return self.young_modulus * math.pi * self.diameter**4 / 64
+
+    @property
+    def mass_per_length(self) -> float:
+        """ρ A in kg/m."""
+        return self.density * math.pi * self.diameter**2 / 4
+
+    def modes(self, nodes: Iterable[float] = (), springs: Iterable[tuple[float, float]] = ()) -> Modes:
+        """Modes of the shaft with springs (position, N/m) to the base; forces act exactly at ``nodes``, m."""
+        springs = tuple(springs)
+        x = _mesh(self.length, [*nodes, *(p for p, _ in self.masses), *(p for p, _ in springs)])
+        mass, stiffness = np.zeros((2, 2 * x.size, 2 * x.size))
+        for e, h in enumerate(np.diff(x)):
+            at = slice(2 * e, 2 * e + 4)
+            mass[at, at] += self.mass_per_length * _element_mass(h)
+            stiffness[at, at] += self.bending_stiffness * _element_stiffness(h)
+        for place, value in self.masses:
+            row = _rows(x, [place])[0]
+            mass += value * np.outer(row, row)
+        for place, value in springs:
+            row = _rows(x, [place])[0]
+            stiffness += value * np.outer(row, row)
+        if self.clamp:
+            stiffness[0, 0] += self.clamp.translation
+            stiffness[1, 1] += self.clamp.rotation
+        free = slice(0 if self.clamp else 2, None)
+        squares, vectors = scipy.linalg.eigh(stiffness[free, free], mass[free, free])
+        omega = np.sqrt(squares)
+        keep = omega < 2 * np.pi * HIGHEST
+        shape = np.zeros((2 * x.size, int(keep.sum())))
+        shape[free] = vectors[:, keep]
+        translation = np.tile([1.0, 0.0], x.size)
+        ratios = np.full(omega[keep].size, self.damping[-1])
+        given = self.damping[: ratios.size]
+        ratios[: len(given)] = given
+        return Modes(x, shape, omega[keep], ratios, shape.T @ mass @ translation)
+
+    def frequencies(self, count: int, springs: Iterable[tuple[float, float]] = ()) -> np.ndarray:
+        """(count,) Hz."""
+        return self.modes(springs=springs).omega[:count] / (2 * np.pi)
+
+    def replace(self, **changes: object) -> Shaft:
+        """A copy with other values."""
+        return dataclasses.replace(self, **changes)
+
+
+@dataclass(frozen=True)
+class Modes:
+    """Modes of unit modal mass, relative to the base."""
+
+    mesh: np.ndarray  # (n_nodes,) m
+    shape: np.ndarray  # (2 n_nodes, n) deflection and slope at each node
+    omega: np.ndarray  # (n,) rad/s
+    damping: np.ndarray  # (n,) ratios
+    participation: np.ndarray  # (n,) Φᵀ M r: the modal force per acceleration of the base is its negative
+
+    def at(self, positions: Sequence[float]) -> np.ndarray:
+        """(n_positions, n) deflections of the modes."""
+        return _rows(self.mesh, positions) @ self.shape
+
+
+def _mesh(length: float, nodes: Sequence[float]) -> np.ndarray:
+    """Nodes at the ends and at the given points, and enough between them."""
+    fixed = np.unique(np.round([0.0, length, *nodes], 9))
+    parts = [
+        np.linspace(a, b, 1 + math.ceil((b - a) * ELEMENTS / length), endpoint=False)
+        if math.ceil((b - a) * ELEMENTS / length) > 1
+        else np.array([a])
+        for a, b in zip(fixed[:-1], fixed[1:])
+    ]
+    return np.concatenate((*parts, [length]))
+
+
+def _element_stiffness(h: float) -> np.ndarray:
+    matrix = np.array([[12.0, 6, -12, 6], [6, 4, -6, 2], [-12, -6, 12, -6], [6, 2, -6, 4]])
+    return matrix * np.outer([1, h, 1, h], [1, h, 1, h]) / h**3
+
+
+def _element_mass(h: float) -> np.ndarray:
+    matrix = np.array([[156.0, 22, 54, -13], [22, 4, 13, -3], [54, 13, 156, -22], [-13, -3, -22, 4]])
+    return matrix * np.outer([1, h, 1, h], [1, h, 1, h]) * h / 420
+
+
+def _rows(mesh: np.ndarray, positions: Sequence[float]) -> np.ndarray:
+    """(n_positions, 2 n_nodes) cubic shape functions."""
+    rows = np.zeros((len(positions), 2 * mesh.size))
+    for row, x in zip(rows, positions):
+        e = min(int(np.searchsorted(mesh, x, side="right")) - 1, mesh.size - 2)
+        h = mesh[e + 1] - mesh[e]
+        s = (x - mesh[e]) / h
+        values = (1 - 3 * s**2 + 2 * s**3, h * (s - 2 * s**2 + s**3), 3 * s**2 - 2 * s**3, h * (s**3 - s**2))
+        row[2 * e : 2 * e + 4] = values
+    return rows
