@@ -1,7 +1,8 @@
 """Parameters: what a fit, a calibration or a sweep varies, where it stands in a rig or law, and how well it is known.
 
 A parameter is named in words or by a path into nested plain data, as TOML and JSON hold it: `bushings[0].gap`, or
-`bushings.gap` for one value in all entries. `Estimates` are the values and the covariance that every fit returns.
+`bushings.gap` for one value in all entries. The 0.4 of a place such as "inner@0.4" is a number too. `Estimates` are the
+values and the covariance that every fit returns.
 """
 
 from __future__ import annotations
@@ -29,6 +30,7 @@ REDUCED = 0.5
 """share of the prior standard deviation below which the data identify a parameter"""
 COUNTS = 0.1
 """exponent from which on a parameter counts to a combination"""
+_PLACE = re.compile(r"(.+@)([+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]{1,3})?)")
 _STEP = re.compile(r"(?:^|\.)([A-Za-z_]\w*)|\[(\d{1,9})\]")
 
 
@@ -202,7 +204,7 @@ def _found(data: Any, steps: list[str | int], before: Key, path: str) -> Iterato
         for i, item in enumerate(data):
             yield from _found(item, steps, (*before, i), path)
     elif not steps:
-        if isinstance(data, bool) or not isinstance(data, int | float):
+        if number_in(data) is None:
             raise ClearanceError(f"{path} holds {data!r}; only numbers can vary")
         yield before
     elif isinstance(data, dict) and steps[0] not in data and len(steps) == 1 and isinstance(steps[0], str):
@@ -232,15 +234,28 @@ def numbers(data: dict | list) -> Iterator[Key]:
     for step, item in data.items() if isinstance(data, dict) else enumerate(data):
         if isinstance(item, dict | list):
             yield from ((step, *key) for key in numbers(item))
-        elif isinstance(item, int | float) and not isinstance(item, bool):
+        elif number_in(item) is not None:
             yield (step,)
+
+
+def number_in(item: object) -> float | None:
+    """The number that plain data is, or holds behind an @; None if there is none."""
+    if isinstance(item, str) and (place := _PLACE.fullmatch(item)):
+        return float(place[2])
+    return item if isinstance(item, int | float) and not isinstance(item, bool) else None
+
+
+def with_number(item: object, number: float) -> float | str:
+    """The same plain data with another number."""
+    place = _PLACE.fullmatch(item) if isinstance(item, str) else None
+    return f"{place[1]}{number!r}" if place else number
 
 
 def get_number(data: Any, key: Key) -> float | None:
     """Number at a key, None where an optional field is left out."""
     for step in key[:-1]:
         data = data[step]
-    return data.get(key[-1]) if isinstance(data, dict) else data[key[-1]]
+    return number_in(data.get(key[-1]) if isinstance(data, dict) else data[key[-1]])
 
 
 def with_numbers(data: dict, changes: Mapping[Key, float]) -> dict:
@@ -250,5 +265,5 @@ def with_numbers(data: dict, changes: Mapping[Key, float]) -> dict:
         part: Any = data
         for step in key[:-1]:
             part = part[step]
-        part[key[-1]] = value
+        part[key[-1]] = with_number(part.get(key[-1]) if isinstance(part, dict) else part[key[-1]], value)
     return data

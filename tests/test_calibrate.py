@@ -1,19 +1,22 @@
 """Calibration: known rigs are recovered, deviations are those of repeated tests, and what data leave open is said."""
 
 import csv
+import dataclasses
 import json
 
 import numpy as np
 import pytest
 import scipy.linalg
+from scipy.optimize import brentq
 
 from clearance_mj.beam import linear_frf, mode_shapes, natural_frequencies
 from clearance_mj.calibrate import FRFTarget, ModalTarget, calibrate, modal_target, profile, read_frequencies, value_of
 from clearance_mj.cli import main
 from clearance_mj.errors import RecordError, RigError
 from clearance_mj.io.uff import write_uff
-from clearance_mj.rig import Beam, PointMass, Rig, Sensor
+from clearance_mj.rig import Beam, Bushing, Contact, Grease, PointMass, Rig, Sensor
 from clearance_mj.signals.frf import FRF
+from clearance_mj.structure import Disc, Material, Matrices, Section, Shaft, Shafts, Support
 from clearance_mj.structure.beam import cantilever_roots
 from clearance_mj.testrig._fem import FiniteElements
 
@@ -165,6 +168,129 @@ def test_modes_out_of_frfs(rig):
 def test_bushings_keep_their_order(rig):
     found = calibrate(rig, [modes_of(natural_frequencies(rig, 4))], dict.fromkeys(EQUAL), starts=3, seed=2)
     assert all(s.value[0] < s.value[1] for s in found.solutions)
+
+
+# Rigs of other structures.
+
+STEEL = Material(2e11, 7800.0)
+ROD = Section(0.8, diameter=0.01)
+BENDING, PER_LENGTH = 2e11 * np.pi * 0.01**4 / 64, 7800 * np.pi * 0.01**2 / 4
+
+
+def shaft_rig(supports, discs=(), sections=(ROD,)):
+    shaft = Shaft(sections, supports, discs, STEEL, theory="euler")
+    return Rig("shaft", None, (), (Sensor(1, 0.5),), structure=shaft)
+
+
+def characteristic_frequencies(characteristic, n):
+    """λ² √(EI/ρA) / (2π l²) of the first n roots of an equation of λ, looked for in steps of 0.01."""
+    trial = np.arange(0.1, 14.0, 0.01)
+    sign = np.flatnonzero(np.diff(np.sign([characteristic(x) for x in trial])))[:n]
+    roots = np.array([brentq(characteristic, trial[i], trial[i + 1], xtol=1e-13) for i in sign])
+    return roots**2 * np.sqrt(BENDING / PER_LENGTH) / (2 * np.pi * 0.8**2)
+
+
+def elastic_clamp(rotation):
+    """Hinged at a spring of N m/rad, free at the other end (Blevins, Formulas for Natural Frequency, table 8-2)."""
+    k = rotation * 0.8 / BENDING
+    return lambda x: k * (1 + np.cos(x) * np.cosh(x)) - x * (np.sin(x) * np.cosh(x) - np.cos(x) * np.sinh(x))
+
+
+def disc_at_the_tip(mass):
+    """Clamped, with a point mass at the free end (Blevins, table 8-8)."""
+    m = mass / (PER_LENGTH * 0.8)
+    return lambda x: 1 + np.cos(x) * np.cosh(x) + m * x * (np.cos(x) * np.sinh(x) - np.sin(x) * np.cosh(x))
+
+
+def test_diameter_of_a_pinned_shaft_and_its_deviation_in_closed_form():
+    """f_n = n² π/2 √(E I / ρ A l⁴) ~ d, so n frequencies of relative deviation s tell ln d to s / √n."""
+    supports = Support(0.0, "pinned"), Support(0.8, "pinned")
+    target = modes_of(1.05 * np.arange(1, 5) ** 2 * np.pi / 2 * np.sqrt(BENDING / PER_LENGTH) / 0.8**2)
+    halves = (Section(0.3, diameter=0.01), Section(0.5, diameter=0.01))
+    for path, sections in (("structure.sections[0].diameter", (ROD,)), ("structure.sections.diameter", halves)):
+        found = calibrate(shaft_rig(supports, (), sections), [target], {path: None}, starts=1)
+        assert found.estimates.value[0] == pytest.approx(0.0105, rel=1e-6)
+        assert found.estimates.varied_std[0] == pytest.approx(1e-3 / np.sqrt(4), rel=1e-4)
+        assert {s.diameter for s in found.rig.structure.sections} == {(found.estimates.value[0],) * 2}
+        assert found.estimates.parameters[0].unit == "m"
+
+
+@pytest.mark.parametrize(
+    ("rig", "free", "characteristic", "value", "unit"),
+    [
+        (
+            shaft_rig((Support(0.0, "pinned", rotation=100.0),)),
+            {"structure.supports[0].rotation": (10.0, 1e4)}, elastic_clamp, 420.0, "N m/rad",
+        ),
+        (
+            shaft_rig((Support(0.0, "clamped"),), (Disc(0.8, 0.1),)),
+            {"structure.discs[0].mass": None}, disc_at_the_tip, 0.25, "kg",
+        ),
+    ],
+    ids=["rotation", "disc"],
+)  # fmt: skip
+def test_supports_and_discs_are_found_from_the_roots_of_their_equations(rig, free, characteristic, value, unit):
+    frequency = characteristic_frequencies(characteristic(value), 4)
+    found = calibrate(rig, [modes_of(frequency)], free, starts=2)
+    assert found.estimates.value[0] == pytest.approx(value, rel=1e-5)
+    assert found.estimates.parameters[0].unit == unit
+    assert found.warnings == ()
+
+
+def test_positions_on_any_shaft():
+    """The number behind the @ of a place varies, within the shaft that it is on."""
+    inner = Shaft((ROD,), (Support(0.0, "clamped"),), (), STEEL, start=0.0, name="inner")
+    outer = Shaft((Section(0.5, diameter=0.03, inner_diameter=0.02),), (Support(0.2, "clamped"),), (), STEEL,
+                  start=0.2, name="outer")  # fmt: skip
+    bushings = (Bushing("inner@0.4", 1e-4, 0.0, Grease(4e3), Contact(1e4), to="outer@0.45"),)
+    rig = Rig("two", None, bushings, (Sensor(1, "inner@0.8"),), structure=Shafts((inner, outer)))
+    assert value_of(rig, "bushings[0].position") == 0.4
+    target = modes_of(natural_frequencies(rig, 4))
+    away = rig.replace(bushings=(dataclasses.replace(bushings[0], position="inner@0.35"),))
+    found = calibrate(away, [target], {"bushings[0].position": None}, starts=1)
+    assert found.rig.bushings[0].position.startswith("inner@0.")
+    assert found.estimates.value[0] == pytest.approx(0.4, rel=1e-5)
+    (parameter,) = found.estimates.parameters
+    assert (parameter.low, parameter.high, parameter.unit) == (pytest.approx(0.016), 0.8, "m")
+    end = calibrate(rig, [target], {"bushings[0].to": None}, starts=1).estimates.parameters[0]
+    assert (end.low, end.high) == (pytest.approx(0.21), 0.7)
+
+
+def test_shapes_of_sensors_in_any_direction(tmp_path):
+    """Two masses of 1 kg on springs along X (closed form); columns name degrees of freedom, in either sign."""
+    matrices = Matrices(
+        units="m-kg-s", mass=[[1.0, 0], [0, 1]], stiffness=[[2e4, -1e4], [-1e4, 1e4]], dofs=["1:X", "2:X"]
+    )
+    masses = (PointMass("2:X", 0.3),)
+    rig = Rig("masses", None, (), (Sensor(1, "1:X"), Sensor(2, "2:-X")), masses, structure=matrices)
+    square, shape = scipy.linalg.eigh([[2e4, -1e4], [-1e4, 1e4]], np.diag([1.0, 1.5]))
+    heading = "frequency_hz,shape_1:+X,shape_2:+X"
+    rows = [f"{f},{a},{b}" for f, (a, b) in zip(np.sqrt(square) / (2 * np.pi), shape.T)]
+    (tmp_path / "modes.csv").write_text("\n".join((heading, *rows)))
+    target = read_frequencies(tmp_path / "modes.csv")
+    found = calibrate(rig, [target], {"masses[0].mass": None}, starts=1)
+    assert found.estimates.value[0] == pytest.approx(0.5, rel=1e-6)
+    assert np.abs(found.residual).max() < 1e-6
+    with pytest.raises(RecordError, match=r"degree of freedom 2:\+Z is no sensor of rig 'masses': 1:\+X, 2:-X"):
+        calibrate(rig, [modes_of([9.0], shape=np.ones((1, 1)), nodes=("2:+Z",))], {"masses[0].mass": None})
+
+
+@pytest.mark.parametrize(
+    ("free", "message"),
+    [
+        (
+            {"structure.sections[0].diametr": None},
+            r"known: .*structure.sections\[N\].length, structure.sections\[N\].diameter, ",
+        ),
+        ({"structure.supports[0].position": None}, "starts at 0 and has no bounds; give them"),
+        ({"structure.supports[0].rotation": None}, "starts at 0 and has no bounds; give them"),
+        ({"structure.rayleigh": None}, "is no free parameter"),
+        ({"structure.kind": None}, "is no free parameter"),
+    ],
+)
+def test_impossible_parameters_of_a_shaft(free, message):
+    with pytest.raises(RigError, match=message):
+        calibrate(shaft_rig((Support(0.0, "clamped"),)), [modes_of([9.0, 40.0])], free)
 
 
 @pytest.mark.parametrize(

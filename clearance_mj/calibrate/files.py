@@ -11,6 +11,7 @@ import numpy as np
 from ..errors import RecordError
 from ..io.uff import read_uff
 from ..signals.frf import FRF
+from ..structure.base import parse_dof
 from .targets import FREQUENCY_STD, FRFTarget, ModalTarget
 
 __all__ = ["read_frequencies", "read_frf"]
@@ -23,7 +24,7 @@ def read_frequencies(path: str | PathLike[str], std: float = FREQUENCY_STD) -> M
     ----------
     path : str or Path
         Its heading names the columns: ``frequency_hz`` (or ``test_hz``), and if known ``mode`` (else 1, 2, ...),
-        ``std_hz``, and ``shape_NODE`` for the shape at each sensor.
+        ``std_hz``, and ``shape_NODE`` or ``shape_12:-X`` for the shape at each sensor.
     std : float
         Relative standard deviation of a frequency where there is no ``std_hz``.
 
@@ -43,14 +44,15 @@ def read_frequencies(path: str | PathLike[str], std: float = FREQUENCY_STD) -> M
     name = next((n for n in ("frequency_hz", "test_hz") if n in table), None)
     if name is None:
         raise RecordError(f"{path}: lacks a column frequency_hz (or test_hz); its columns: {', '.join(header)}")
-    nodes = tuple(int(c[6:]) for c in header if c.startswith("shape_") and c[6:].isdigit())
+    named = [(c[6:], c) for c in header if c.startswith("shape_") and (c[6:].isdigit() or parse_dof(c[6:]))]
+    nodes = tuple(int(text) if text.isdigit() else text for text, _ in named)
     frequency = table[name]
     try:
         return ModalTarget(
             frequency,
             table.get("mode", np.arange(1.0, frequency.size + 1)),
             table.get("std_hz", std * frequency),
-            np.array([table[f"shape_{node}"] for node in nodes]) if nodes else None,
+            np.array([table[column] for _, column in named]) if named else None,
             nodes,
         )
     except RecordError as error:
@@ -79,6 +81,4 @@ def read_frf(path: str | PathLike[str], band: tuple[float, float] | None = None)
     frf = frf.within(band) if band else frf
     if not (np.isfinite(frf.value) & (frf.value != 0)).all():
         raise RecordError(f"{path}: an FRF is zero or not finite at a line; cut it off with a band")
-    if other := [label for label in frf.responses if not label.endswith(":+Z")]:
-        raise RecordError(f"{path}: response {other[0]} is not in the direction of vibration, NODE:+Z")
     return FRFTarget(frf)

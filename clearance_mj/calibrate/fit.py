@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -16,8 +17,9 @@ from ..parameters import Combination, Estimates, principal_deviations, unidentif
 from ..rig import Rig
 from ..signals.correlation import relative_error
 from ..signals.frf import QUANTITY
+from ..structure.base import parse_place
 from .free import Free, free_parameter, keys_of, with_values
-from .targets import FRFTarget, ModalTarget
+from .targets import FRFTarget, ModalTarget, sensor_rows
 
 __all__ = ["Calibration", "Solution", "calibrate", "profile"]
 
@@ -237,17 +239,19 @@ class _Problem:
             raise RigError(f"a free parameter is named twice: {', '.join(self.paths)}")
         self.parameters = [free_parameter(rig, path, bounds) for path, bounds in free.items()]
         self.low, self.high = np.log([(p.low, p.high) for p in self.parameters]).T
-        self.order = np.argsort([b.position for b in rig.bushings])
+        order = sorted((place, i) for i, b in enumerate(rig.bushings) if (place := parse_place(b.position)))
+        self.order = [(i, j) for (a, i), (b, j) in pairwise(order) if a[0] == b[0]]
+        """neighbours on one shaft"""
         self._check_targets()
         self.impossible = np.full_like(self._compare(rig), np.inf)
         """what `least_squares` answers with a shorter step"""
 
     def _check_targets(self) -> None:
-        rig, size, known = self.start, sum(t.size for t in self.targets), {s.node for s in self.start.sensors}
+        rig, size = self.start, sum(t.size for t in self.targets)
         if size < len(self.paths):
             raise RecordError(f"{len(self.paths)} free parameters need as many data; the targets hold {size}")
-        if missing := sorted({node for t in self.targets for node in t.nodes} - known):
-            raise RecordError(f"the data's node {missing[0]} is no sensor of rig {rig.name!r}: {sorted(known)}")
+        for target in self.targets:
+            sensor_rows(rig, target.nodes)
         for target in self.targets:
             if isinstance(target, FRFTarget) and target.frf.quantity != QUANTITY[rig.shaker.kind]:
                 raise RecordError(
@@ -264,7 +268,8 @@ class _Problem:
             rig = self.rig(x)
         except RigError:
             return self.impossible
-        if np.any(np.diff([rig.bushings[i].position for i in self.order]) <= 0):
+        at = [parse_place(b.position) or ("", 0.0) for b in rig.bushings]
+        if any(at[i] >= at[j] for i, j in self.order):
             return self.impossible
         return self._compare(rig)
 

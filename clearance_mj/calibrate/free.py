@@ -11,14 +11,21 @@ from typing import Any
 import numpy as np
 
 from ..errors import ClearanceError, RigError
-from ..parameters import Key, Parameter, find_numbers, get_number, numbers, path_of
+from ..parameters import Key, Parameter, find_numbers, get_number, numbers, path_of, with_number
 from ..rig import Rig
+from ..structure.base import parse_place
 
 __all__ = ["Free", "value_of"]
 
-SHAFT = {"length": "m", "young_modulus": "Pa", "density": "kg/m³", "diameter": "m", "width": "m", "height": "m"}
-POINTS = {"position": "m", "mass": "kg", "stiffness": "N/m", "damping": "N s/m"}
-"""units of what the linear rig depends on: of its shaft, and of masses, sensors and bushings with their grease"""
+TAPERED = {"diameter": "m", "inner_diameter": "m", "width": "m", "height": "m"}
+SHAFT = {"length": "m", "young_modulus": "Pa", "density": "kg/m³", "poisson_ratio": "", **TAPERED}
+POINTS = {"position": "m", "to": "m", "mass": "kg", "stiffness": "N/m", "damping": "N s/m"}
+SUPPORTS = {
+    "translation": "N/m", "rotation": "N m/rad", "translation_damping": "N s/m", "rotation_damping": "N m s/rad",
+    "inertia": "kg m²", "start": "m",
+}  # fmt: skip
+"""units of what the linear rig depends on: of its shafts, of masses, sensors and bushings with their grease, and of
+supports and discs"""
 NEAR, FAR = 1.2, 10.0
 """default bounds are start / factor to start × factor: NEAR for the shaft, FAR for the rest but positions"""
 NEAREST = 0.02
@@ -35,9 +42,9 @@ def keys_of(rig: Rig, path: str) -> list[Key]:
     known = [key for key in numbers(data) if _counts(key)]
     with contextlib.suppress(ClearanceError):
         found = find_numbers(data, path)
-        if found and found[0] in known and path in (path_of(found[0]), _shared(found[0])):
+        if found and set(found) <= set(known) and (_share_a_value(found[0]) or path == path_of(found[0])):
             return found
-    names = dict.fromkeys(re.sub(r"\[\d+\]", "[N]", path_of(key)) for key in known)
+    names = dict.fromkeys(re.sub(r"\[\d+\]", "[N]", path_of(key)) for key in map(_field_of, known))
     counts = {k: len(getattr(rig, k)) for k in ("masses", "bushings", "sensors")}
     having = ", ".join(f"{n} {kind}" for kind, n in counts.items())
     raise RigError(f"{path!r} is no free parameter of rig {rig.name!r} ({having}); known: {', '.join(names)}")
@@ -45,14 +52,19 @@ def keys_of(rig: Rig, path: str) -> list[Key]:
 
 def _counts(key: Key) -> bool:
     """Whether the linear rig depends on a number."""
-    if key[0] == "beam":
-        return key[1] in SHAFT or key[1] == "rayleigh"
+    if key[0] in ("beam", "structure"):
+        return True
     return key[0] in ("masses", "bushings", "sensors") and key[-1] in POINTS and "contact" not in key
 
 
-def _shared(key: Key) -> str:
-    """Path of a field of all entries of a list; the numbers of beam.rayleigh share no value, their units differ."""
-    return path_of((*(step for step in key[:-1] if isinstance(step, str)), key[-1]))
+def _field_of(key: Key) -> Key:
+    """Key of a field; both ends of a section have one."""
+    return key[:-1] if len(key) > 1 and key[-2] in TAPERED else key
+
+
+def _share_a_value(key: Key) -> bool:
+    """Whether several numbers of a field may: those of beam.rayleigh may not, their units differ."""
+    return isinstance(_field_of(key)[-1], str)
 
 
 def value_of(rig: Rig, path: str) -> float:
@@ -76,21 +88,36 @@ def value_of(rig: Rig, path: str) -> float:
 
 def free_parameter(rig: Rig, path: str, bounds: tuple[float, float] | None) -> Parameter:
     """Parameter of a path, which starts at the rig's value; without bounds, the default ones."""
-    value, field = value_of(rig, path), path.rpartition(".")[2]
-    if bounds is None and field == "position":
-        bounds = NEAREST * rig.beam.length, rig.beam.length
-    elif bounds is None:
-        factor = NEAR if field in SHAFT else FAR
-        bounds = value / factor, value * factor
+    value, last = value_of(rig, path), path.rpartition(".")[2]
+    field = last.partition("[")[0]
+    if bounds is None:
         if value <= 0:
-            raise RigError(f"{path} starts at 0 and has no bounds; give them, as in {path}=1:10")
+            raise RigError(f"{path} starts at {value:g} and has no bounds; give them, as in {path}=1:10")
+        factor = NEAR if field in SHAFT else FAR
+        bounds = (
+            _on_shaft(rig, keys_of(rig, path)[0]) if field in ("position", "to") else (value / factor, value * factor)
+        )
     low, high = bounds
     if not 0 < low < high < np.inf:
         raise RigError(f"the bounds of {path} must be 0 < low < high, got {low:g} and {high:g}")
     if value > 0 and not (1 - ROUNDING) * low <= value <= (1 + ROUNDING) * high:
         raise RigError(f"{path} starts at {value:g}, outside its bounds {low:g} to {high:g}")
-    unit = (SHAFT | POINTS | {"rayleigh[0]": "1/s", "rayleigh[1]": "s"})[field]
-    return Parameter(path, unit, value, low, high)
+    units = SHAFT | POINTS | SUPPORTS | {"rayleigh[0]": "1/s", "rayleigh[1]": "s"}
+    return Parameter(path, units.get(last, units.get(field, "")), value, low, high)
+
+
+def _on_shaft(rig: Rig, key: Key) -> tuple[float, float]:
+    """Default bounds of a position: the shaft that it is on, but for what is near its start."""
+    data: Any = rig.to_dict()
+    shafts = {shaft.name: shaft for shaft in rig.linear.shafts}
+    if key[:2] == ("structure", "parts"):
+        shaft = rig.linear.shafts[int(key[2])]
+    else:
+        for step in key:
+            data = data[step]
+        name, _ = parse_place(data) or ("", 0.0)
+        shaft = shafts.get(name, rig.linear.shafts[0])
+    return max(shaft.start, 0.0) + NEAREST * shaft.length, shaft.end
 
 
 def with_values(rig: Rig, values: Mapping[Key, float]) -> Rig:
@@ -100,7 +127,7 @@ def with_values(rig: Rig, values: Mapping[Key, float]) -> Rig:
 
 def _replaced(part: Any, values: Mapping[Key, float]) -> Any:
     if () in values:
-        return values[()]
+        return with_number(part, values[()])
     inner: dict[Any, dict[Key, float]] = {}
     for (first, *rest), value in values.items():
         inner.setdefault(first, {})[tuple(rest)] = value

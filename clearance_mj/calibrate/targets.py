@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -40,8 +41,8 @@ class ModalTarget:
     """(n,) standard deviation, Hz"""
     shape: np.ndarray | None = None
     """(n_sensors, n) real, any scale"""
-    nodes: tuple[int, ...] = ()
-    """nodes of the sensors that the shape's rows belong to"""
+    nodes: tuple[int | str, ...] = ()
+    """sensors that the shape's rows belong to: nodes, or degrees of freedom such as "7:-X" """
     shape_std: float = SHAPE_STD
     """of a component of a shape of unit length"""
 
@@ -94,8 +95,8 @@ class ModalTarget:
         """
         modes = np.asarray(self.mode, dtype=int) - 1
         model = ritz_model(rig, int(modes.max()) + 9, grease=True)
-        position = {s.node: s.position for s in rig.sensors}
-        return model.omega[modes] / (2 * np.pi), model.shapes([position[node] for node in self.nodes])[:, modes]
+        rows, sign = sensor_rows(rig, self.nodes)
+        return model.omega[modes] / (2 * np.pi), sign[:, None] * model.at_sensors[rows][:, modes]
 
 
 def _listed(values: np.ndarray) -> str:
@@ -112,9 +113,9 @@ class FRFTarget:
     """standard deviation of a line, dB"""
 
     @property
-    def nodes(self) -> tuple[int, ...]:
-        """Nodes of the responses."""
-        return tuple(int(label.split(":")[0]) for label in self.frf.responses)
+    def nodes(self) -> tuple[int | str, ...]:
+        """Sensors of the responses: nodes, of those that are not along +Z degrees of freedom."""
+        return tuple(int(label[:-3]) if label.endswith(":+Z") else label for label in self.frf.responses)
 
     @property
     def size(self) -> int:
@@ -139,8 +140,26 @@ class FRFTarget:
         rig : Rig
             The rig.
         """
-        rows = [[s.node for s in rig.sensors].index(node) for node in self.nodes]
-        return linear_frf(rig, self.frf.frequency)[rows]
+        rows, sign = sensor_rows(rig, self.nodes)
+        return sign[:, None] * linear_frf(rig, self.frf.frequency)[rows]
+
+
+def sensor_rows(rig: Rig, names: Sequence[int | str]) -> tuple[list[int], np.ndarray]:
+    """Rows of sensors among the rig's and the sign (n,) of each, by nodes or degrees of freedom of any sign."""
+    labels, nodes = rig.sensor_labels, [s.node for s in rig.sensors]
+    rows, sign = [], []
+    for name in names:
+        label = f"{name}:+Z" if isinstance(name, int) else name
+        turned = label.translate(str.maketrans("+-", "-+"))
+        if label in labels or turned in labels:
+            rows.append(labels.index(label if label in labels else turned))
+        elif isinstance(name, int) and nodes.count(name) == 1:
+            rows.append(nodes.index(name))
+        else:
+            what = "node" if isinstance(name, int) else "degree of freedom"
+            raise RecordError(f"the data's {what} {name} is no sensor of rig {rig.name!r}: {', '.join(labels)}")
+        sign.append(1.0 if isinstance(name, int) or label in labels else -1.0)
+    return rows, np.array(sign)
 
 
 def modal_target(target: FRFTarget, n_modes: int = 4, std: float = FREQUENCY_STD) -> ModalTarget:

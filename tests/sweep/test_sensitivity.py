@@ -105,6 +105,32 @@ def test_sweep_of_a_cantilever(tmp_path, capsys, in_this_process):  # noqa: F811
     assert (tmp_path / "out" / "sensitivity.png").read_bytes()[:4] == b"\x89PNG"
 
 
+def test_sweep_of_a_shaft_of_sections(tmp_path, capsys, in_this_process):  # noqa: F811
+    """f = π/2 √(E I/(ρ A l⁴)) of a pinned rod that is given as two sections: f ~ d E^½, at every point."""
+    steel = {"young_modulus": 2e11, "density": 7800.0}
+    sections = [{"length": length, "diameter": 0.01} for length in (0.3, 0.5)]
+    supports = [{"position": x, "kind": "pinned"} for x in (0.0, 0.8)]
+    shaft = {"kind": "shaft", "theory": "euler", "material": steel, "sections": sections, "supports": supports}
+    rig = {"name": "rod", "structure": shaft, "bushings": [], "sensors": [{"node": 1, "position": 0.4}]}
+    Rig.from_dict(rig).save(tmp_path / "rig.toml")
+    tables = [
+        f'[[vary]]\npath = "rig.structure.{path}"\nlow = {low}\nhigh = {high}\n'
+        for path, low, high in (("sections.diameter", 0.008, 0.012), ("material.young_modulus", 1.8e11, 2.2e11))
+    ]
+    design = DESIGN.format(samples=16).replace("latin-hypercube", "saltelli")
+    plan = tmp_path / "plan.toml"
+    plan.write_text('rig = "rig.toml"\n' + design + "".join(tables), encoding="utf-8")
+    assert main(["sweep", str(plan), "--out", str(tmp_path / "out"), "--quiet", "--json"]) == 0
+    results = xr.open_dataset(tmp_path / "out" / "results.nc", engine="scipy")
+    diameter, modulus = results["parameter"].values.T
+    known = pi / 2 * np.sqrt(modulus / 7800) * diameter / 4 / 0.8**2
+    np.testing.assert_allclose(results["natural_frequency"][:, 0], known, rtol=1e-6)
+    first, total, *_ = sobol_indices(known[:, None], 2)
+    rows = json.loads(capsys.readouterr().out)["sensitivity"]
+    np.testing.assert_allclose([row["first_order"] for row in rows[:2]], first[0], rtol=1e-4)
+    np.testing.assert_allclose([row["total_order"] for row in rows[:2]], total[0], rtol=1e-4)
+
+
 def test_peaks_and_rmse_are_among_the_quantities(tmp_path, in_this_process):  # noqa: F811
     results = run_sweep(loaded(tmp_path, small(4)), tmp_path / "out", progress=False)
     results["rmse"] = (("case", "compared"), np.arange(8.0).reshape(4, 2))
