@@ -6,6 +6,7 @@ from ..validation import OneOf
 from .base import LinearModel, Point, Structure, register
 from .beam import Beam
 from .matrices import Matrices
+from .mjcf import Mjcf
 from .modes import ModalStructure
 from .shaft import Disc, Material, Section, Shaft, Support
 from .shafts import Shafts, Spring
@@ -17,6 +18,7 @@ __all__ = [
     "LinearModel",
     "Material",
     "Matrices",
+    "Mjcf",
     "ModalStructure",
     "Point",
     "Section",

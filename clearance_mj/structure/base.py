@@ -1,7 +1,7 @@
 """What a linear structure is: matrices in some coordinates, and what any of its points does in them.
 
-A point is a number, m along a shaft, or a text: a degree of freedom such as "12:+Z" (node, direction), or "inner@0.4",
-0.4 m along the shaft called inner.
+A point is a number, m along a shaft, or a text: a degree of freedom such as "12:+Z" or "tip:+Z" (node or name of a
+place, direction), or "inner@0.4", 0.4 m along the shaft called inner.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ __all__ = [
 AXES = ("X", "Y", "Z", "RX", "RY", "RZ")
 """Directions of degrees of freedom: translations, then rotations; numbers 1 to 6 in universal files"""
 
-_DOF = re.compile(r"([0-9]{1,9}):([+-]?)(R?[XYZ])")
+_DOF = re.compile(r"([0-9]{1,9}|[A-Za-z_][\w.-]*):([+-]?)(R?[XYZ])")
 SHAFT_NAME = r"\w[\w -]*"
 """of one of several shafts"""
 _PLACE = re.compile(rf"({SHAFT_NAME})@([+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]{{1,3}})?)")
@@ -90,10 +90,12 @@ def register(structure: Made) -> Made:
 Rows: TypeAlias = Callable[[Sequence[float | str]], np.ndarray]
 
 
-def parse_dof(point: float | str) -> tuple[int, str, int] | None:
+def parse_dof(point: float | str) -> tuple[int | str, str, int] | None:
     """Node, axis (of `AXES`) and sign of a degree of freedom such as "12:-RZ"; None for another point."""
     found = _DOF.fullmatch(point) if isinstance(point, str) else None
-    return (int(found[1]), found[3], -1 if found[2] == "-" else 1) if found else None
+    return (
+        (int(found[1]) if found[1].isdigit() else found[1], found[3], -1 if found[2] == "-" else 1) if found else None
+    )
 
 
 def parse_place(point: float | str) -> tuple[str, float] | None:

@@ -7,8 +7,21 @@ import hashlib
 import os
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Annotated, TypeAlias
 
-__all__ = ["absolute", "content"]
+from pydantic import BeforeValidator
+
+from ..validation import Text
+
+__all__ = ["FileName", "absolute", "content"]
+
+
+def _text(value: object) -> object:
+    return str(value) if isinstance(value, Path) else value
+
+
+FileName: TypeAlias = Annotated[Text, BeforeValidator(_text)]
+"""A text, or a pathlib.Path"""
 
 
 def absolute(name: str) -> str:

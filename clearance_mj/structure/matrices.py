@@ -13,14 +13,14 @@ from typing import Annotated, Any, ClassVar, Literal, NamedTuple, TypeAlias, Typ
 
 import numpy as np
 import scipy.sparse
-from pydantic import BeforeValidator, Field, PlainValidator, WithJsonSchema
+from pydantic import Field, PlainValidator, WithJsonSchema
 
 from ..errors import RigError
 from ..files import replacing
 from ..validation import NotNegative, Share, Text, checked
 from .base import LinearModel, Structure, register
 from .dofs import Dofs, dof_table, read_dofs
-from .files import absolute, content
+from .files import FileName, absolute, content
 from .matrix_checks import check_mass_and_stiffness, symmetric
 from .matrix_files import NAMES, Matrix, as_matrix, read_matrix, read_model, write_model
 from .reduction import DENSE
@@ -71,12 +71,6 @@ def _table(value: object) -> Any:
     raise ValueError(f'must be the name of a CSV file, or a list of texts such as "12:Z", got {value!r}')
 
 
-def _file_name(value: object) -> object:
-    return str(value) if isinstance(value, Path) else value
-
-
-FileName: TypeAlias = Annotated[Text, BeforeValidator(_file_name)]
-"""A text, or a pathlib.Path"""
 _ROWS = {"type": "array", "items": {"type": "array", "items": {"type": "number"}}}
 Source: TypeAlias = Annotated[
     str | tuple[tuple[float, ...], ...], PlainValidator(_source), WithJsonSchema({"anyOf": [{"type": "string"}, _ROWS]})

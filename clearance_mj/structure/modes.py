@@ -149,7 +149,7 @@ class ModalStructure(Structure):
             )
 
     @functools.cached_property
-    def _index(self) -> dict[tuple[int, str], tuple[int, int]]:
+    def _index(self) -> dict[tuple[int | str, str], tuple[int, int]]:
         """Row and sign of each degree of freedom, by node and axis."""
         found = {}
         for row, dof in enumerate(self.dofs):
@@ -167,7 +167,16 @@ class ModalStructure(Structure):
             return
         node, axis, _ = parsed
         like = difflib.SequenceMatcher
-        near = min(self._index, key=lambda at: (abs(at[0] - node), -like(None, at[1], axis).ratio(), AXES.index(at[1])))
+
+        def distance(at: tuple[int | str, str]) -> tuple[float, float, int]:
+            own = at[0]
+            if isinstance(own, int) and isinstance(node, int):
+                apart = float(abs(own - node))
+            else:
+                apart = -like(None, str(own), str(node)).ratio()
+            return apart, -like(None, at[1], axis).ratio(), AXES.index(at[1])
+
+        near = min(self._index, key=distance)
         raise ValueError(
             f'"{point}" is not among the {len(self.dofs)} degrees of freedom of the modes; the nearest is '
             f'"{self.dofs[self._index[near][0]]}"'

@@ -40,27 +40,29 @@ def scheme(rig: Rig) -> Drawing:
     return Drawing("rig", figure, caption, alt)
 
 
-def _key(point: float | str) -> tuple[int, str]:
+def _key(point: float | str) -> tuple[int | str, str]:
     node, axis, _ = parse_dof(point) or (0, "", 1)
     return node, axis
 
 
-def _text(dof: tuple[int, str]) -> str:
+def _text(dof: tuple[int | str, str]) -> str:
     return f"{dof[0]}:+{dof[1]}"
 
 
-def _slots(rig: Rig) -> dict[tuple[int, str], float]:
+def _slots(rig: Rig) -> dict[tuple[int | str, str], float]:
     """Degrees of freedom in use and their places along the box; each clearance has room of its own."""
     points = [p for b in rig.bushings for p in b.joined] + [m.position for m in rig.masses]
     points += [p for p, _ in rig.shaker.forces] + [s.position for s in rig.sensors]
-    dofs = sorted({_key(p) for p in points}, key=lambda dof: (*rig.linear.coordinates(_text(dof)), dof))
+    dofs = sorted(
+        {_key(p) for p in points}, key=lambda dof: (*rig.linear.coordinates(_text(dof)), str(dof[0]).zfill(9), dof[1])
+    )
     on = [_key(b.position) for b in rig.bushings]
     width = [max(1, on.count(dof)) for dof in dofs]
     starts = np.cumsum([0, *width[:-1]])
     return {dof: float(start + w / 2) for dof, start, w in zip(dofs, starts, width)}
 
 
-def _draw_scheme(ax: Axes, rig: Rig, slots: dict[tuple[int, str], float]) -> None:
+def _draw_scheme(ax: Axes, rig: Rig, slots: dict[tuple[int | str, str], float]) -> None:
     on = [_key(b.position) for b in rig.bushings]
     whole = sum(max(1, on.count(dof)) for dof in slots)
     ax.add_patch(Rectangle((0, 0), whole, BOX, facecolor="#dddddd", edgecolor="#444444", lw=0.8))
@@ -105,7 +107,7 @@ def _clearance(ax: Axes, j: int, bushing: Bushing, at: tuple[float, float], to: 
         ax.text(x + reach + 0.04, (low + high) / 2, words, va="center", fontsize=FONT - 1.5, bbox=WIDE)
 
 
-def _sensors_and_masses(ax: Axes, rig: Rig, slots: dict[tuple[int, str], float]) -> None:
+def _sensors_and_masses(ax: Axes, rig: Rig, slots: dict[tuple[int | str, str], float]) -> None:
     box = {"boxstyle": "square,pad=0.25", "facecolor": "white", "edgecolor": COLOURS[0], "linewidth": 0.9}
     for sensor in rig.sensors:
         x = slots[_key(sensor.position)]
@@ -118,7 +120,7 @@ def _sensors_and_masses(ax: Axes, rig: Rig, slots: dict[tuple[int, str], float])
         ax.text(x, BOX + 0.13, words, ha="center", va="bottom", fontsize=FONT - 1.5)
 
 
-def _shaker(ax: Axes, rig: Rig, slots: dict[tuple[int, str], float], whole: float) -> None:
+def _shaker(ax: Axes, rig: Rig, slots: dict[tuple[int | str, str], float], whole: float) -> None:
     ax.add_patch(Rectangle((0, PLATE - 0.14), whole, 0.14, facecolor="#bbbbbb", edgecolor=DARK, lw=0.6))
     arrow = {"arrowstyle": "<->", "color": COLOURS[1], "linewidth": 1.4}
     if rig.shaker.kind == "force":
@@ -134,14 +136,14 @@ def _shaker(ax: Axes, rig: Rig, slots: dict[tuple[int, str], float], whole: floa
             color=COLOURS[1])  # fmt: skip
 
 
-def _draw_places(ax: Axes, places: dict[tuple[int, str], np.ndarray]) -> None:
+def _draw_places(ax: Axes, places: dict[tuple[int | str, str], np.ndarray]) -> None:
     """Nodes and directions, seen along the axis in which they spread least."""
     points = np.array(list(places.values()))
     across = int(np.argmin(np.ptp(points, axis=0) * (1, 1.001, 0.999) + (0, 0, 1e-12)))
     shown = [i for i in range(3) if i != across]
     size = np.maximum(np.ptp(points, axis=0)[shown], 1e-9)
     ax.plot(*points[:, shown].T, "o", color=DARK, ms=4)
-    named: set[int] = set()
+    named: set[int | str] = set()
     for (node, axis), point in places.items():
         along, at = dof_vector(_text((node, axis)))[shown], (point[shown[0]], point[shown[1]])
         if along.any():

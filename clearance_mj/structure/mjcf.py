@@ -1,0 +1,131 @@
+"""Structures that are MuJoCo models, linearised about their equilibrium."""
+
+from __future__ import annotations
+
+import dataclasses
+import difflib
+import functools
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Annotated, ClassVar, Literal
+
+import mujoco
+import numpy as np
+from pydantic import Field
+
+from ..errors import RigError
+from ..validation import NotNegative, Share, Text, checked
+from .base import LinearModel, Structure, parse_dof, register
+from .files import FileName, absolute, content
+from .linearise import Linearised, linearised
+
+__all__ = ["Mjcf"]
+
+
+@register
+@checked(RigError)
+class Mjcf(Structure):
+    """A MuJoCo model, linearised about its equilibrium: M, C and K of small motions of its joints.
+
+    Points are sites or bodies by name, such as "tip:+Z", in the world's directions. Springs, tendons, gravity, fluid,
+    actuators at their control, and equality constraints count; contacts, joint limits and dry friction do not, for the
+    rig's own clearances stand for them. Two are equal if the files' contents are.
+    """
+
+    file: FileName
+    """MJCF (.xml), or a compiled model (.mjb)"""
+    keyframe: Text | None = None
+    """of the model, from which the equilibrium is looked for, and whose controls act; None: the initial position"""
+    rayleigh: tuple[NotNegative, NotNegative] = (0.0, 0.0)
+    """(η1 in 1/s, η2 in s): damping η1 M + η2 K, in addition"""
+    damping_ratios: tuple[Share, ...] = ()
+    """of the modes, in addition; the last one holds for all that follow"""
+    sha256: Annotated[Text, Field(pattern="^[0-9a-f]{64}$")] | None = None
+    """of the file's bytes; if it is given, a changed file is refused"""
+    kind: Literal["mjcf"] = "mjcf"
+    """of structure"""
+    files: ClassVar[tuple[str, ...]] = ("file",)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "file", absolute(self.file))
+        object.__setattr__(self, "sha256", content([self.file], self.sha256))
+        _linearised(self)
+
+    def _values(self) -> tuple[object, ...]:
+        return tuple(getattr(self, f.name) for f in dataclasses.fields(self) if f.name != "file")
+
+    def __eq__(self, other: object) -> bool:
+        return self._values() == other._values() if isinstance(other, Mjcf) else NotImplemented
+
+    def __hash__(self) -> int:
+        return hash(self._values())
+
+    @property
+    def total_mass(self) -> float:
+        """Mass in kg of all bodies that can move or not."""
+        return float(mujoco.mj_getTotalmass(_linearised(self).model))
+
+    def check(self, point: float | str) -> None:
+        """Refuse what is no site or body, or cannot move; see `Structure.check`."""
+        if not self._row(point).any():
+            raise ValueError(f'"{point}" cannot move; a clearance to the base has no "to"')
+
+    def coordinates(self, point: float | str) -> np.ndarray:
+        """Return where a site or body is at equilibrium; see `Structure.coordinates`."""
+        return _linearised(self).place(*self._named(point))
+
+    def assemble(self, points: tuple[float | str, ...], modes: int) -> LinearModel:
+        """Return the matrices of small motions; see `Structure.assemble`."""
+        found = _linearised(self)
+
+        def rows(at: Sequence[float | str]) -> np.ndarray:
+            return np.reshape([self._row(point) for point in at], (len(at), len(found.mass)))
+
+        return LinearModel(
+            found.mass, found.stiffness, found.influence, rows, self.rayleigh, self.damping_ratios, found.damping
+        )
+
+    def _row(self, point: float | str) -> np.ndarray:
+        """Displacement of a point along its direction, per coordinate."""
+        dof = parse_dof(point)
+        if dof is None:
+            raise ValueError(f'"{point}" is no point of a MuJoCo model, such as "tip:+Z" (site or body, direction)')
+        return dof[2] * _linearised(self).row(*self._named(point), dof[1])
+
+    def _named(self, point: float | str) -> tuple[mujoco.mjtObj, int]:
+        """Kind and number of the site or body of a point."""
+        dof, model = parse_dof(point), _linearised(self).model
+        name = str(dof[0]) if dof else ""
+        kinds = mujoco.mjtObj.mjOBJ_SITE, mujoco.mjtObj.mjOBJ_BODY
+        for kind in kinds:
+            if (number := mujoco.mj_name2id(model, kind, name)) >= 0:
+                return kind, number
+        counts = model.nsite, model.nbody
+        known = [mujoco.mj_id2name(model, kind, i) for kind, count in zip(kinds, counts) for i in range(count)]
+        near = difflib.get_close_matches(name, [n for n in known if n and n != "world"], 3, 0.0)
+        raise ValueError(
+            f'"{point}" is at no site or body of {Path(self.file).name}; '
+            + (f"the nearest names are {', '.join(near)}" if near else "name one in the model")
+        )
+
+
+@functools.lru_cache(maxsize=32)
+def _linearised(structure: Mjcf) -> Linearised:
+    name = structure.file
+    content([name], structure.sha256)
+    try:
+        binary = name.endswith(".mjb")
+        model = mujoco.MjModel.from_binary_path(name) if binary else mujoco.MjModel.from_xml_path(name)
+    except ValueError as error:
+        raise ValueError(f"file {name}: {' '.join(str(error).split())}") from None
+    key = -1
+    if structure.keyframe is not None:
+        key = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_KEY, structure.keyframe)
+        if key < 0:
+            known = [mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_KEY, i) for i in range(model.nkey)]
+            has = f"it has {', '.join(filter(None, known))}" if any(known) else "it has none with a name"
+            raise ValueError(f'keyframe "{structure.keyframe}" is none of {name}; {has}')
+    try:
+        return linearised(model, key)
+    except ValueError as error:
+        raise ValueError(f"file {name}: {error}") from None

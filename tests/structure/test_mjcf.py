@@ -1,0 +1,198 @@
+"""MuJoCo models linearised: closed forms, marched small motions, closed loops, and models that have no equilibrium."""
+
+import dataclasses
+import pickle
+
+import mujoco
+import numpy as np
+import pytest
+import scipy.integrate
+import scipy.optimize
+
+import clearance_mj as cm
+from clearance_mj.errors import RigError
+from clearance_mj.rig import Bushing, Contact, Grease, Rig, Sensor, Shaker
+from clearance_mj.structure import Matrices, Mjcf
+
+POINT = '<inertial mass="1" pos="{0}" diaginertia="1e-9 1e-9 1e-9"/>'
+DOUBLE_PENDULUM = f"""<mujoco><option gravity="0 0 -9.81" integrator="RK4" timestep="5e-4"/><worldbody>
+<body name="upper"><joint name="shoulder" axis="0 1 0" damping="0.02"/>{POINT.format("0 0 -1")}
+<site name="elbow" pos="0 0 -1"/>
+<body name="lower" pos="0 0 -1"><joint name="bend" axis="0 1 0" {{spring}}/>{POINT.format("0 0 -1")}
+<site name="tip" pos="0 0 -1"/></body></body></worldbody>
+<keyframe><key name="aside" qpos="0.8 -2"/><key name="upright" qpos="3.141592653589793 0"/></keyframe></mujoco>"""
+CHAIN = """<mujoco><option gravity="0 0 0"/><worldbody>
+<body name="m1"><joint name="j1" axis="0 0 1" type="slide" stiffness="300" damping="0.5"/><inertial mass="2" pos="0 0 0"
+ diaginertia="1 1 1"/></body>
+<body name="m2"><joint name="j2" axis="0 0 1" type="slide"/><inertial mass="1" pos="0 0 0" diaginertia="1 1 1"/></body>
+</worldbody><tendon><fixed stiffness="100"><joint joint="j1" coef="1"/><joint joint="j2" coef="-1"/></fixed></tendon>
+</mujoco>"""
+PARALLELOGRAM = """<mujoco><worldbody>
+<body name="left"><joint name="a" axis="0 1 0"/><inertial mass="1e-6" pos="0 0 -1" diaginertia="1e-9 1e-9 1e-9"/>
+ <body name="bar" pos="0 0 -1"><joint name="b" axis="0 1 0"/><inertial mass="3" pos="0.2 0 0"
+  diaginertia="0.01 0.3 0.3"/><site name="end" pos="0.5 0 0"/></body></body>
+<body name="right" pos="0.5 0 0"><joint name="c" axis="0 1 0"/><inertial mass="1e-6" pos="0 0 -1"
+ diaginertia="1e-9 1e-9 1e-9"/><site name="foot" pos="0 0 -1"/></body></worldbody>
+<equality><connect site1="end" site2="foot"/></equality></mujoco>"""
+
+
+def structure_of(folder, text, **fields):
+    (folder / "model.xml").write_text(text, encoding="utf-8")
+    return Mjcf(file=folder / "model.xml", **fields)
+
+
+def rig_of(structure, sensor="tip:+X", **more):
+    return Rig("mjcf", None, (), (Sensor(1, sensor),), structure=structure, **more)
+
+
+@pytest.mark.parametrize("keyframe", [None, "aside"])
+def test_double_pendulum(tmp_path, keyframe):
+    """ω² = (2 ∓ √2) g/l of equal point masses (Landau & Lifshitz, Mechanics, § 23), hanging or let go from aside."""
+    structure = structure_of(tmp_path, DOUBLE_PENDULUM.format(spring=""), keyframe=keyframe)
+    model = cm.beam.ritz_model(rig_of(structure))
+    np.testing.assert_allclose(model.omega**2, 9.81 * (2 + np.array([-1, 1]) * np.sqrt(2)), rtol=2e-8)
+    assert structure.total_mass == 2.0
+    np.testing.assert_allclose(structure.coordinates("tip:+X"), [0.0, 0.0, -2.0], atol=1e-8)
+    influence = structure.assemble(
+        (), 8
+    ).influence  # about Y: M R of X is -(2 + 1) and -1 for angles from above to below
+    np.testing.assert_allclose(np.abs(influence), [[3, 0, 0], [1, 0, 0]], atol=1e-8)
+
+
+def test_masses_on_springs_are_the_same_as_their_matrices(tmp_path):
+    chain = structure_of(tmp_path, CHAIN)
+    lumped = Matrices(
+        mass=[[2.0, 0.0], [0.0, 1.0]], stiffness=[[400.0, -100.0], [-100.0, 100.0]], damping=[[0.5, 0.0], [0.0, 0.0]],
+        dofs=["1:Z", "2:Z"], units="m-kg-s",
+    )  # fmt: skip
+    models = [
+        cm.beam.ritz_model(rig_of(chain, "m2:+Z", shaker=Shaker("force", "m1:Z"))),
+        cm.beam.ritz_model(rig_of(lumped, "2:+Z", shaker=Shaker("force", "1:Z"))),
+    ]
+    omega = np.array([3.0, 9.0, 20.0])
+    for kind in ("base", "force"):
+        found, expected = (np.squeeze(m.receptance(omega) @ m.input(kind)[:, None]) @ m.at_sensors[0] for m in models)
+        np.testing.assert_allclose(found, expected, rtol=1e-8)
+
+
+def test_small_motions_marched_by_mujoco(tmp_path):
+    """MuJoCo steps (RK4) the pendulum, held aside by a spring, on a base that shakes by 1 mm/s².
+
+    The base's acceleration is a change of gravity; what is not linear is of the order of the motion, 1e-5 rad.
+    """
+    text = DOUBLE_PENDULUM.format(spring='stiffness="15" springref="60" damping="0.05"')
+    structure = structure_of(tmp_path, text)
+    linear = structure.assemble((), 8)
+    model = mujoco.MjModel.from_xml_path(structure.file)
+    data = mujoco.MjData(model)
+    row = linear.rows(["tip:+X"])[0]
+
+    def shaken(t):
+        return 1e-3 * np.sin(7.0 * t)
+
+    def motion(t, state):
+        force = -linear.influence[:, 0] * shaken(t) - linear.viscous @ state[2:] - linear.stiffness @ state[:2]
+        return np.concatenate((state[2:], np.linalg.solve(linear.mass, force)))
+
+    times = np.arange(1, 4001) * model.opt.timestep
+    expected = (
+        row
+        @ scipy.integrate.solve_ivp(motion, (0, times[-1]), np.zeros(4), "DOP853", times, rtol=1e-10, atol=1e-16).y[:2]
+    )
+    at_rest = structure.coordinates("tip:+X")[0]
+    data.qpos[:] = equilibrium(structure)
+    found = []
+    for t in times:
+        model.opt.gravity[0] = -shaken(t - model.opt.timestep / 2)  # RK4 holds gravity over its stages
+        mujoco.mj_step(model, data)
+        mujoco.mj_kinematics(model, data)
+        found.append(data.site("tip").xpos[0] - at_rest)
+    assert abs(at_rest) > 0.2
+    assert np.abs(np.array(found) - expected).max() < 3e-4 * np.abs(expected).max()
+
+
+def equilibrium(structure):
+    """Joint angles at which MuJoCo itself feels no force, found by a general solver."""
+    model = mujoco.MjModel.from_xml_path(structure.file)
+    data = mujoco.MjData(model)
+
+    def acceleration(angles):
+        data.qpos[:], data.qvel[:] = angles, 0.0
+        mujoco.mj_forward(model, data)
+        return data.qacc.copy()
+
+    return scipy.optimize.fsolve(acceleration, [0.1, 0.1], xtol=1e-12)
+
+
+def test_closed_loop_of_a_parallelogram(tmp_path):
+    """The bar of a hanging parallelogram moves without turning, as a simple pendulum: ω² = g/l."""
+    structure = structure_of(tmp_path, PARALLELOGRAM)
+    model = cm.beam.ritz_model(rig_of(structure, "end:+X"))
+    np.testing.assert_allclose(model.omega**2, [9.81], rtol=1e-5)
+    np.testing.assert_allclose(model.shapes(["end:+X"]) ** 2, [[1 / 3]], rtol=1e-5)
+
+
+def test_clearance_between_sites_in_a_rig_file(tmp_path):
+    """The same contact as with the closed form's matrices: M = 1, K = g/l [[3, -1], [-1, 1]] for horizontal motions."""
+    structure = structure_of(tmp_path, DOUBLE_PENDULUM.format(spring=""))
+    bushing = Bushing("tip:+X", 1e-3, 0.0, Grease(0.0), Contact(1e4, 1.0), to="elbow:+X")
+    rig = Rig(
+        "backlash", None, (bushing,), (Sensor(1, "tip:+X"),), structure=structure, shaker=Shaker(direction=(1, 0, 0))
+    )
+    rig.save(tmp_path / "rig.toml")
+    assert 'file = "model.xml"' in (tmp_path / "rig.toml").read_text(encoding="utf-8")
+    read = Rig.load(tmp_path / "rig.toml")
+    assert read == rig and hash(read) == hash(rig) and pickle.loads(pickle.dumps(read)) == rig
+    excitation = cm.excitation.random(3.0, 512, band=(0.3, 5), rms=0.5, seed=0)
+    response = cm.simulate(rig, excitation, cm.ConstantLaw(1e4, 1.0), engine="modal")
+    weights = Matrices(
+        mass=[[1.0, 0.0], [0.0, 1.0]], stiffness=[[29.43, -9.81], [-9.81, 9.81]], damping=[[0.02, 0.0], [0.0, 0.0]],
+        dofs=["1:X", "2:X"], units="m-kg-s",
+    )  # fmt: skip
+    bushing = dataclasses.replace(bushing, position="2:X", to="1:X")
+    lumped = rig.replace(structure=weights, bushings=(bushing,), sensors=(Sensor(1, "2:+X"),))
+    expected = cm.simulate(lumped, excitation, cm.ConstantLaw(1e4, 1.0), engine="modal")
+    assert response.contact_force.any()
+    size = np.abs(expected.displacement).max()
+    np.testing.assert_allclose(response.displacement, expected.displacement, rtol=0, atol=1e-4 * size)
+
+
+FREE = '<mujoco><worldbody><body name="box"><freejoint/><geom size="0.1"/></body></worldbody></mujoco>'
+
+
+@pytest.mark.parametrize(
+    "text, fields, message",
+    [
+        (FREE, {}, "no equilibrium is found: forces stay unbalanced at joint number 0; hold it by a spring"),
+        (
+            DOUBLE_PENDULUM.format(spring=""),
+            {"keyframe": "upright"},
+            "the equilibrium is unstable, joint .* moves away",
+        ),
+        (DOUBLE_PENDULUM.format(spring=""), {"keyframe": "up"}, 'keyframe "up" is none of .*; it has aside, upright'),
+        ("<mujoco><worldbody/></mujoco>", {}, "the model has no joints, so nothing moves"),
+        ("<mujoco><worldbdy/></mujoco>", {}, "file .*model.xml: .*worldbdy"),
+    ],
+)
+def test_models_without_an_equilibrium_are_refused(tmp_path, text, fields, message):
+    with pytest.raises(RigError, match=message):
+        structure_of(tmp_path, text, **fields)
+
+
+@pytest.mark.parametrize(
+    "point, message",
+    [
+        ("tips:+X", '"tips:\\+X" is at no site or body of model.xml; the nearest names are tip'),
+        ("tip:+Y", '"tip:\\+Y" cannot move'),
+        (0.3, '"0.3" is no point of a MuJoCo model, such as "tip:\\+Z"'),
+    ],
+)
+def test_points_that_do_not_exist_are_refused(tmp_path, point, message):
+    with pytest.raises(RigError, match=rf"sensors\[0\].position {message}"):
+        rig_of(structure_of(tmp_path, DOUBLE_PENDULUM.format(spring="")), point)
+
+
+def test_free_body_without_gravity_is_free(tmp_path):
+    weightless = FREE.replace("<worldbody>", '<option gravity="0 0 0"/><worldbody>')
+    structure = structure_of(tmp_path, weightless)
+    assert np.all(cm.beam.ritz_model(rig_of(structure, "box:+Z")).omega == 0)
