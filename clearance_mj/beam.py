@@ -93,14 +93,18 @@ class ModalModel:
 
     @functools.cached_property
     def at_sensors(self) -> np.ndarray:
-        """(n_sensors, n) displacement of the sensors relative to the base."""
-        return self.shapes([s.position for s in self.rig.sensors])
+        """(n_sensors, n) displacement of the sensors relative to the base, times their gains."""
+        return self._gains[:, None] * self.shapes([s.position for s in self.rig.sensors])
+
+    @property
+    def _gains(self) -> np.ndarray:
+        return np.array([s.gain for s in self.rig.sensors])
 
     @functools.cached_property
     def sensors_on_base(self) -> np.ndarray:
         """(n_sensors,) what each sensor would read per unit acceleration of the base if nothing moved on it."""
         along = self.rig.shaker.unit_direction
-        return np.array([dof_vector(s.position) @ along for s in self.rig.sensors])
+        return self._gains * [dof_vector(s.position) @ along for s in self.rig.sensors]
 
     def input(self, kind: str) -> np.ndarray:
         """Return the force (n,) on the modes per unit of excitation: N per m/s² of the base, or per N of the shaker.

@@ -215,6 +215,8 @@ class Sensor:
     """m along the shaft, or a degree of freedom such as "12:+X" """
     mass: NotNegative = 0.0
     """kg, loads the structure like a point mass"""
+    gain: Positive = 1.0
+    """what it reads over the acceleration"""
 
     @property
     def label(self) -> str:

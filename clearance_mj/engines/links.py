@@ -301,12 +301,13 @@ def _plant(rig: Rig, links: int) -> Plant:
     pairs = {model.pair(i).name: i for i in range(model.npair)}  # MuJoCo sorts them
     limits = {model.tendon(i).name: i for i in range(model.ntendon)}
     touching = [[pairs.get(f"collar{end}_{side}", -1) for side in ("lower", "upper")] for end in ends]
+    gains = np.array([s.gain for s in rig.sensors])
     maps = Maps(
         at_points=np.ascontiguousarray(np.vstack((whole.at_bushings, whole.at_ends))),
         at_shaker=sum((factor * whole.deflection([p])[0] for p, factor in rig.shaker.forces), np.zeros(whole.size)),
         viscous=whole.viscous,
-        output=np.ascontiguousarray(whole.deflection([s.position for s in rig.sensors])),
-        on_base=np.full(len(rig.sensors), rig.shaker.unit_direction[2]),
+        output=np.ascontiguousarray(gains[:, None] * whole.deflection([s.position for s in rig.sensors])),
+        on_base=gains * rig.shaker.unit_direction[2],
         pairs=np.array(touching, int).reshape(-1, 2),
         limits=np.array([limits.get(f"clearance{end}", -1) for end in ends], dtype=int),
     )

@@ -4,7 +4,7 @@ from typing import Annotated, TypeAlias
 
 from ..validation import OneOf
 from .base import LinearModel, Point, Structure, register
-from .beam import Beam
+from .beam import Beam, Clamp
 from .matrices import Matrices
 from .mjcf import Mjcf
 from .modes import ModalStructure
@@ -14,6 +14,7 @@ from .shafts import Shafts, Spring
 __all__ = [
     "AnyStructure",
     "Beam",
+    "Clamp",
     "Disc",
     "LinearModel",
     "Material",

@@ -12,17 +12,18 @@ from __future__ import annotations
 
 import functools
 import math
+from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ..errors import RigError
-from ..validation import NotNegative, Positive, checked
+from ..validation import NotNegative, Positive, Share, checked
 from .base import LinearModel, Structure
 from .section import Material, Section
 from .shaft import Shaft, Support
 
-__all__ = ["Beam"]
+__all__ = ["Beam", "Clamp"]
 
 _EITHER_SECTION = {
     "oneOf": [
@@ -30,6 +31,16 @@ _EITHER_SECTION = {
         {"required": ["width", "height"], "properties": {"diameter": False}},
     ]
 }
+
+
+@checked(RigError)
+class Clamp:
+    """A clamp that gives: what it does not name is rigid."""
+
+    rotation: Positive | None = None
+    """N m/rad"""
+    translation: Positive | None = None
+    """N/m"""
 
 
 @checked(RigError, schema=_EITHER_SECTION)
@@ -54,6 +65,10 @@ class Beam(Structure):
     """m, in the direction of vibration"""
     rayleigh: tuple[NotNegative, NotNegative] = (0.0, 0.0)
     """(η1 in 1/s, η2 in s): damping η1 M + η2 K, Eq. 6"""
+    damping_ratios: tuple[Share, ...] | None = None
+    """of the modes, in addition; the last one holds for all that follow"""
+    clamp: Clamp | None = None
+    """if it gives; None: rigid"""
 
     def __post_init__(self) -> None:
         rectangle = (self.width is not None, self.height is not None)
@@ -96,8 +111,15 @@ class Beam(Structure):
         """The same as a shaft of one section; see `Structure.shafts`."""
         material = Material(self.young_modulus, self.density)
         size = {name: getattr(self, name) for name in ("diameter", "width", "height")}
-        section, clamp = Section(self.length, **size), Support(0.0, "clamped")
-        return (Shaft((section,), (clamp,), (), material, self.rayleigh, theory="euler"),)
+        clamp = self.clamp or Clamp()
+        kind: Literal["clamped", "pinned", "guided", "elastic"] = "clamped"
+        if clamp.rotation:
+            kind = "elastic" if clamp.translation else "pinned"
+        elif clamp.translation:
+            kind = "guided"
+        support = Support(0.0, kind, clamp.translation or 0.0, clamp.rotation or 0.0)
+        damping = self.rayleigh, self.damping_ratios or ()
+        return (Shaft((Section(self.length, **size),), (support,), (), material, *damping, theory="euler"),)
 
     def check(self, point: float | str) -> None:
         """Refuse what is not on the shaft; see `Structure.check`."""
@@ -107,7 +129,12 @@ class Beam(Structure):
             raise ValueError(f"{point:g} m lies outside the beam (0 < x <= {self.length:g} m)")
 
     def assemble(self, points: tuple[float | str, ...], modes: int) -> LinearModel:
-        """Return mass and stiffness of cantilever modes and of the static shapes under a unit force at each point."""
+        """Return mass and stiffness of cantilever modes and of the static shapes under a unit force at each point.
+
+        With a clamp that gives, those of the shaft's elements.
+        """
+        if self.clamp:
+            return self.shafts[0].assemble(points, modes)
         forces = np.array(sorted(set(points)), dtype=float)
         x, weight = _quadrature(self.length, forces, modes)
         y, curvature = _functions(self, x, modes, forces), _curvatures(self, x, modes, forces)
@@ -120,6 +147,7 @@ class Beam(Structure):
             influence,
             lambda at: _functions(self, np.asarray(at, dtype=float), modes, forces),
             self.rayleigh,
+            self.damping_ratios or (),
             reduced=True,
         )
 

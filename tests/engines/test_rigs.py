@@ -14,7 +14,8 @@ from clearance_mj.beam import state_space
 from clearance_mj.clearance import ConstantLaw
 from clearance_mj.engines import Links, Modal, ModalMujoco, get_engine, simulate
 from clearance_mj.rig import Beam, Bushing, Contact, Grease, PointMass, Rig, Sensor, Shaker
-from clearance_mj.signals.excitation import Excitation
+from clearance_mj.signals.excitation import Excitation, random
+from clearance_mj.structure import Clamp
 
 from ..conftest import TABLE1
 
@@ -124,3 +125,22 @@ def test_sensor_near_the_clamp(engine):
     excitation = Excitation(drive(np.arange(400) / FS), FS)
     found = simulate(rig, excitation, LAW, engine)
     assert error(found.acceleration[0], excitation.value) < 1e-2
+
+
+@pytest.mark.parametrize("engine", ["links", "modal", "modal-mj"])
+def test_gain_of_a_sensor_scales_what_it_reads(engine):
+    sensors = TABLE1.sensors
+    rig = TABLE1.replace(sensors=(dataclasses.replace(sensors[0], gain=1.03), *sensors[1:]))
+    excitation = random(0.3, 2048, rms=2.0)
+    plain, scaled = (simulate(r, excitation, LAW, engine).acceleration for r in (TABLE1, rig))
+    np.testing.assert_allclose(scaled[0], 1.03 * plain[0], rtol=1e-12)
+    np.testing.assert_array_equal(scaled[1:], plain[1:])
+
+
+@pytest.mark.parametrize("engine", ["links", "modal-mj"])
+def test_engines_agree_on_a_clamp_that_gives(engine):
+    beam = dataclasses.replace(TABLE1.beam, clamp=Clamp(rotation=800.0, translation=2e6), damping_ratios=(0.01,))
+    rig = TABLE1.replace(beam=beam)
+    excitation = random(2.0, 2048, rms=0.5, seed=3)
+    found, expected = (simulate(rig, excitation, LAW, e).displacement for e in (engine, "modal"))
+    assert np.abs(found - expected).max() < 0.03 * np.abs(expected).max()

@@ -1,10 +1,15 @@
 """The uniform cantilever's roots, shapes and static deflection against closed forms."""
 
+import dataclasses
+
 import numpy as np
 import pytest
+import scipy.optimize
 
+import clearance_mj as cm
+from clearance_mj.rig import Rig, Sensor
 from clearance_mj.structure import beam
-from clearance_mj.structure.beam import Beam
+from clearance_mj.structure.beam import Beam, Clamp
 
 
 def integrate(function, length, pieces=100):
@@ -73,3 +78,35 @@ def test_static_deflection_of_the_tip():
     rigidity = 70e9 * 0.02 * 0.005**3 / 12
     assert beam.static_deflection(shaft, [1.2], [1.2])[0, 0] == pytest.approx(1.2**3 / (3 * rigidity), rel=1e-14)
     assert beam.static_deflection(shaft, [1.2], [0.5])[0, 0] == pytest.approx(0.25 * 3.1 / (6 * rigidity), rel=1e-14)
+
+
+def elastic_clamp_roots(rotation, translation, n):
+    """First n roots λ of the cantilever whose clamp gives, k l/(EI) and k l³/(EI) of its springs; inf: rigid.
+
+    Four conditions on a cosh + b sinh + c cos + d sin: moment and shear of the springs at 0, none at l (Blevins, table
+    8-1, derives its cases alike).
+    """
+
+    def determinant(z):
+        c, s, ch, sh = np.cos(z), np.sin(z), np.cosh(z), np.sinh(z)
+        moment = [1 / z, -rotation / z**2, -1 / z, -rotation / z**2] if np.isfinite(rotation) else [0, 1, 0, 1]
+        shear = [translation / z**3, 1, translation / z**3, -1] if np.isfinite(translation) else [1, 0, 1, 0]
+        return np.linalg.det([moment, shear, [ch, sh, -c, -s], [sh, ch, s, -c]]) / ch
+
+    grid = np.arange(0.05, 4 * n, 0.01)
+    values = [determinant(z) for z in grid]
+    crossings = [i for i in range(grid.size - 1) if values[i] * values[i + 1] < 0][:n]
+    return np.array([scipy.optimize.brentq(determinant, grid[i], grid[i + 1], xtol=1e-14) for i in crossings])
+
+
+@pytest.mark.parametrize(("rotation", "translation"), [(20.0, np.inf), (np.inf, 300.0), (80.0, 5e4), (2.0, 40.0)])
+def test_frequencies_with_a_clamp_that_gives(rotation, translation):
+    stiff = Beam(0.7, 70e9, 2700.0, diameter=0.01)
+    springs = {
+        "rotation": rotation * stiff.bending_stiffness / 0.7 if np.isfinite(rotation) else None,
+        "translation": translation * stiff.bending_stiffness / 0.7**3 if np.isfinite(translation) else None,
+    }
+    rig = Rig("bench", dataclasses.replace(stiff, clamp=Clamp(**springs)), (), (Sensor(1, 0.7),))
+    scale = np.sqrt(stiff.bending_stiffness / stiff.mass_per_length) / 0.7**2 / (2 * np.pi)
+    expected = elastic_clamp_roots(rotation, translation, 5) ** 2 * scale
+    np.testing.assert_allclose(cm.beam.natural_frequencies(rig, 5), expected, rtol=1e-9)
