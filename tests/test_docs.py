@@ -6,11 +6,16 @@ import shlex
 import shutil
 import subprocess
 import sys
+import textwrap
+import tomllib
 from pathlib import Path
 
+import numpy as np
 import pytest
 
+from clearance_mj.beam import natural_frequencies
 from clearance_mj.io.dataset import Dataset
+from clearance_mj.rig import Rig
 
 from .conftest import ROOT
 
@@ -78,11 +83,10 @@ def test_extending(clone):
     assert (clone / "first.uff").is_file()
 
 
-@pytest.mark.slow
-def test_tutorial(clone):
-    """Commands and Python in the order of the page, and the figures that the page names."""
+def follow(page, clone):
+    """Run a page's commands in their order, then its Python; return what that printed."""
     script = []
-    for language, text in blocks("tutorial.md"):
+    for language, text in blocks(page):
         if language == "python":
             script.append(text)
             continue
@@ -94,7 +98,13 @@ def test_tutorial(clone):
                 assert program == "clearance-mj"
                 run(clone, "-m", "clearance_mj", *arguments)
     (clone / "page.py").write_text("\n".join(script), encoding="utf-8")
-    out = run(clone, "page.py")
+    return run(clone, "page.py")
+
+
+@pytest.mark.slow
+def test_tutorial(clone):
+    """Commands and Python in the order of the page, and the figures that the page names."""
+    out = follow("tutorial.md", clone)
     figures = re.findall(r"RMSE ([\d.]+) dB, FRAC ([\d.]+)", out)
     page = (DOCS / "tutorial.md").read_text(encoding="utf-8")
     assert re.search(r"records: ([\d.]+) dB and ([\d.]+) with", page).groups() == figures[0]
@@ -102,3 +112,26 @@ def test_tutorial(clone):
     for path in ("law_figures/contact_over_amplitude.png", "law_figures/hysteresis_ramp.png", "comparison", "mydata"):
         assert (clone / path).exists()
     assert [r.role for r in Dataset.load(clone / "mydata").records] == ["identify", "validate"]
+
+
+@pytest.mark.slow
+def test_tutorial_of_the_stepped_shaft(clone):
+    """What the page says is printed and drawn."""
+    out = follow("tutorial_stepped_shaft.md", clone)
+    page = (DOCS / "tutorial_stepped_shaft.md").read_text(encoding="utf-8")
+    shown = re.findall(r"^prints\n\n((?:    .+\n)+)", page, re.MULTILINE)
+    assert out == textwrap.dedent("".join(shown))
+    for path in ("rig.png", "motion/waterfall.png", "comparison"):
+        assert (clone / path).exists()
+    pump = (ROOT / "models" / "stepped_shaft.toml").read_text(encoding="utf-8")
+    for lines in re.findall(r"((?:^    (?:\[|\w+ = ).+\n)+)", page, re.MULTILINE):
+        assert textwrap.dedent(lines) in pump
+
+
+def test_structures():
+    """Its rig files are read, and their natural frequencies found."""
+    files = [text for language, text in blocks("structures.md") if language == "toml"]
+    assert len(files) >= 2
+    for text in files:
+        rig = Rig.from_dict(tomllib.loads(text))
+        assert np.all(natural_frequencies(rig, 3) > 1)
