@@ -4,7 +4,7 @@ One way through: a `Rig` and a `Dataset` of records, `identify.law` for the clea
 engine, `estimate_frf`, and `compare` with the test.
 """
 
-from . import beam, identify
+from . import beam, identify, structure
 from ._version import __version__
 from .beam import ModalModel
 from .clearance import AmplitudeLaw, ConstantLaw, ContactLaw, Law, TimeLaw, load_law
@@ -78,6 +78,7 @@ __all__ = [
     "simulate_blocks",
     "simulate_each",
     "solref_solimp",
+    "structure",
     "write",
     "write_dataset",
     "write_uff",

@@ -18,7 +18,7 @@ from .command import COMMANDS, Parser
 __all__ = ["main"]
 
 for _module in (
-    *("new", "study", "identify", "simulate", "animate", "motion", "compare", "convert", "moved", "calibrate"),
+    *("new", "study", "identify", "simulate", "animate", "motion", "compare", "convert", "modes", "moved", "calibrate"),
     *("place", "sweep", "vehicle"),
 ):  # each registers its command; in the order of the help
     import_module(f".{_module}", __name__)

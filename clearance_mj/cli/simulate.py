@@ -5,12 +5,17 @@ from __future__ import annotations
 import argparse
 import sys
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from .command import command, out_folder
 from .options import add_plugin, add_simulation, excitation, load, load_plugin
 
+if TYPE_CHECKING:  # a command imports what it needs when it runs
+    from ..rig import Rig
+
 GOOD_BALANCE = 0.01
+LARGEST_ERROR = 0.03
+"""of a contact's stiffness, from modes that are left out, beyond which it is said"""
 
 
 def _options(parser: argparse.ArgumentParser) -> None:
@@ -40,11 +45,26 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
     folder = options.energy or options.ledger
     out_folder(folder, "--energy")
     case = rig, excitation(options, rig.shaker.kind, options.rms), law, options.engine
+    _warn_of_truncation(rig)
     response, more = _with_energy(options.quiet, folder, case) if folder else (simulate(*case), {})
     save(options.out, response)
     print(f"response: {options.out}")
     rms = dict(zip(response.responses, response.acceleration.std(axis=1).tolist()))
     return {"out": str(options.out), "acceleration_rms": rms} | more
+
+
+def _warn_of_truncation(rig: Rig) -> None:
+    """Say where modes that a structure lacks make a contact too stiff."""
+    from ..structure import truncation
+
+    for found in truncation(rig):
+        if not found.stiffness_error < LARGEST_ERROR:
+            share = f"about {100 * found.stiffness_error:.0f} %" if found.missing >= 0 else "an unknown share"
+            print(
+                f"clearance-mj: warning: clearance at {found.where}: the modes lack flexibility there, so its contact "
+                f"is too stiff by {share}; give residual_flexibility, or more modes",
+                file=sys.stderr,
+            )
 
 
 def _with_energy(quiet: bool, folder: Path, case: tuple[Any, Any, Any, Any]) -> tuple[Any, dict[str, Any]]:

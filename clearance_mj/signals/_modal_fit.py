@@ -6,11 +6,12 @@ from collections.abc import Callable
 
 import numpy as np
 
-__all__ = ["ModalFit", "damping_of", "least_squares", "poles_of", "qr"]
+__all__ = ["ModalFit", "damping_of", "least_squares", "line_weight", "poles_of", "qr"]
 
 UPPER = 2, 4  # powers of s for the modes above the band; a constant stands for those below, and for a moving base
 ITERATIONS, CONVERGED = 40, 1e-9  # change of the sum of squares over itself, or of the logarithms
 BLOCK = 2048  # numbers in a matrix that is still small for BLAS
+QUIETEST = 1e-3  # level over the largest, below which lines get no more weight
 SMOOTH = 6  # coefficients of a smooth curve
 
 
@@ -23,14 +24,15 @@ class ModalFit:
     def __init__(self, frequency: np.ndarray, value: np.ndarray, weight: np.ndarray) -> None:
         self.s = 1j * frequency[:, None] / frequency[-1]
         self.weight = weight[:, None]
-        self.target = self._real(value.T)
+        self.target = self.weighted(value.T)
         """(2 n_f, n_sensors)"""
-        self.background = self._real(np.hstack([self.s**power for power in (0, *UPPER)]))
+        self.background = self.weighted(np.hstack([self.s**power for power in (0, *UPPER)]))
         """(2 n_f, 3)"""
         self.chance = 2 * (value.shape[0] + 1) / self.target.size
         """share of pure noise that a mode explains: two numbers for each response and two for the pole"""
 
-    def _real(self, value: np.ndarray) -> np.ndarray:
+    def weighted(self, value: np.ndarray) -> np.ndarray:
+        """(2 n_f, n) real and imaginary parts of columns (n_f, n), weighted."""
         value = self.weight * value
         return np.concatenate((value.real, value.imag))
 
@@ -38,7 +40,7 @@ class ModalFit:
         """(2 n_f, n, 2) columns that the real and the imaginary part of each residue multiply."""
         size = -poles.real * self.s**2  # so that the columns of sharp and of broad modes are alike in length
         pairs = np.stack((size * (ahead + mirror), 1j * size * (ahead - mirror)), axis=-1)
-        return self._real(pairs.reshape(self.s.size, 2 * poles.size)).reshape(2 * self.s.size, poles.size, 2)
+        return self.weighted(pairs.reshape(self.s.size, 2 * poles.size)).reshape(2 * self.s.size, poles.size, 2)
 
     def pairs(self, poles: np.ndarray) -> np.ndarray:
         """(2 n_f, n, 2) columns of the poles in the model."""
@@ -48,7 +50,7 @@ class ModalFit:
         """(2 n_f, 2 SMOOTH) polynomials over the band with complex coefficients."""
         place = np.linspace(-1, 1, self.s.size)
         curves = np.polynomial.chebyshev.chebvander(place, SMOOTH - 1)
-        return self._real(np.hstack((curves, 1j * curves)))
+        return self.weighted(np.hstack((curves, 1j * curves)))
 
     def project(self, poles: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Orthonormal basis (2 n_f, 2 n + 3) of the model, its triangle, and the target in that basis."""
@@ -91,6 +93,12 @@ class ModalFit:
         ]
         slope = np.concatenate(slopes)
         return self.target - basis @ part, basis @ (basis.T @ slope) - slope
+
+
+def line_weight(value: np.ndarray) -> np.ndarray:
+    """Weights (n_f,) of lines half way between equal and relative: noise is partly in proportion to the response."""
+    level = np.sqrt(np.mean(np.abs(value) ** 2, axis=0))
+    return np.maximum(level / level.max(), QUIETEST) ** -0.5
 
 
 def damping_of(poles: np.ndarray) -> np.ndarray:

@@ -21,7 +21,7 @@ import scipy.ndimage
 
 from ..errors import RecordError
 from . import _labelled as labelled
-from ._modal_fit import ModalFit, damping_of, least_squares, poles_of, qr
+from ._modal_fit import ModalFit, damping_of, least_squares, line_weight, poles_of, qr
 from .arrays import ArrayData, read_only
 from .frf import FRF
 
@@ -35,7 +35,6 @@ LINES_PER_ORDER = 3
 LEAST_LINES = LINES_PER_ORDER * (MIN_ORDER + 1)
 CIRCLE = 0.9  # share of the unit circle that the band covers; the rest takes up the jump from its end to its start
 RIDGE = 1e-12
-QUIETEST = 1e-3  # level over the largest, below which lines get no more weight
 LARGEST_DAMPING = 0.3  # what is broader is background
 STABLE = 0.01, 0.2  # largest change of the logarithms of frequency and damping from one order to the next
 ALIKE = 0.015, 0.5  # the same, between the poles of one mode
@@ -119,9 +118,7 @@ def extract_modes(frf: FRF, n_modes: int = 4, band: tuple[float, float] | None =
     frf = frf.within(band) if band else frf
     max_order = _usable_order(frf, n_modes, max_order)
     value = frf.functions
-    level = np.sqrt(np.mean(np.abs(value) ** 2, axis=0))
-    # Half way between equal and relative weights: the noise of a test is partly in proportion to the response.
-    fit = ModalFit(frf.frequency, value, np.maximum(level / level.max(), QUIETEST) ** -0.5)
+    fit = ModalFit(frf.frequency, value, line_weight(value))
 
     candidates, persistence = _cluster(_stable_poles(frf.frequency, value, max_order), max_order - MIN_ORDER)
     poles = _refine(fit, _strongest(fit, candidates, persistence, n_modes))

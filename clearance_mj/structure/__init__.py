@@ -6,10 +6,12 @@ from ..validation import OneOf
 from .base import LinearModel, Point, Structure, register
 from .beam import Beam, Clamp
 from .matrices import Matrices
+from .measured import MeasuredModes, modes_from_frf
 from .mjcf import Mjcf
 from .modes import ModalStructure
 from .shaft import Disc, Material, Section, Shaft, Support
 from .shafts import Shafts, Spring
+from .truncation import Truncation, truncation
 
 __all__ = [
     "AnyStructure",
@@ -19,6 +21,7 @@ __all__ = [
     "LinearModel",
     "Material",
     "Matrices",
+    "MeasuredModes",
     "Mjcf",
     "ModalStructure",
     "Point",
@@ -28,7 +31,10 @@ __all__ = [
     "Spring",
     "Structure",
     "Support",
+    "Truncation",
+    "modes_from_frf",
     "register",
+    "truncation",
 ]
 
 AnyStructure: TypeAlias = Annotated[Structure, OneOf(Structure.known)]

@@ -25,7 +25,7 @@ from ..validation import NotNegative, Number, Positive, Share, Text, checked
 from .base import AXES, LinearModel, Structure, dof_vector, parse_dof, register
 from .mode_files import DAMPING, FREQUENCY, MODAL_MASS, PARTICIPATION, RESIDUAL, read_mode_file
 
-__all__ = ["ModalStructure"]
+__all__ = ["ModalStructure", "flexibility_root"]
 
 ABOVE = 3.0
 """Ω over the highest frequency"""
@@ -219,7 +219,7 @@ class ModalStructure(Structure):
         if self.residual_flexibility is None:
             return np.zeros((len(self.dofs), 0))
         columns = np.array(self.residual_flexibility)
-        return _root(columns, self._rows(self._residual_at, columns))
+        return flexibility_root(columns, self._rows(self._residual_at, columns))
 
     def flexibility(self, points: Sequence[float | str]) -> tuple[np.ndarray, np.ndarray]:
         """Return the static flexibility of the modes, and the residual one, each (n_points, n_points) in m/N.
@@ -233,6 +233,18 @@ class ModalStructure(Structure):
         shapes = self._rows(points, self.unit_shapes[:, bending]) / self.omega[bending]
         rest = self._rows(points, self.residual_root)
         return shapes @ shapes.T, rest @ rest.T
+
+    def has_residual(self, point: float | str) -> bool:
+        """Return whether the residual flexibility of a point itself is known.
+
+        Parameters
+        ----------
+        point : Point
+            Degree of freedom.
+        """
+        dof = parse_dof(point)
+        known = [parse_dof(at) for at in (self._residual_at if self.residual_flexibility else ())]
+        return dof is not None and dof[:2] in [at[:2] for at in known if at]
 
     def assemble(self, points: tuple[float | str, ...], modes: int) -> LinearModel:
         """Return the modes as coordinates, with modes of high frequency that carry the residual flexibility."""
@@ -254,7 +266,7 @@ class ModalStructure(Structure):
         """S of as few columns as there are loads, which is exact for these."""
         root = self.residual_root
         at = self._rows(list(dict.fromkeys(points)), root)
-        return root if len(at) >= root.shape[1] else _root(root @ at.T, at @ at.T)
+        return root if len(at) >= root.shape[1] else flexibility_root(root @ at.T, at @ at.T)
 
     def write_csv(self, path: str | Path) -> None:
         """Write the modes as a table, which ``file`` may name: a row per quantity and degree of freedom.
@@ -294,8 +306,18 @@ class ModalStructure(Structure):
         return found
 
 
-def _root(columns: np.ndarray, own: np.ndarray) -> np.ndarray:
-    """S with S Sᵀ = columns own⁻¹ columnsᵀ: columns of a flexibility, and their rows at their own points."""
+def flexibility_root(columns: np.ndarray, own: np.ndarray, floor: float = 0.0) -> np.ndarray:
+    """Return S with S Sᵀ = columns own⁻¹ columnsᵀ, the least symmetric matrix that has these columns.
+
+    Parameters
+    ----------
+    columns : ndarray, shape (n, r)
+        Deflections under unit loads.
+    own : ndarray, shape (r, r)
+        The same at the loads.
+    floor : float
+        Eigenvalues of ``own`` below this are taken for zero.
+    """
     value, vector = np.linalg.eigh((own + own.T) / 2)
-    kept = value > EMPTY * max(value.max(initial=0.0), 0.0)
+    kept = value > max(EMPTY * value.max(initial=0.0), floor)
     return columns @ (vector[:, kept] / np.sqrt(value[kept]))
