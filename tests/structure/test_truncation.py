@@ -12,7 +12,7 @@ from .test_modes import BEAM, DOFS, X, cantilever, residual, rig_of
 
 
 @pytest.mark.parametrize("n", [3, 4, 6, 8, 12])
-@pytest.mark.parametrize(("dof", "x"), zip(DOFS, X))
+@pytest.mark.parametrize(("dof", "x"), [*zip(DOFS, X)])
 def test_estimate_at_points_of_a_cantilever(n, dof, x):
     """What n closed-form modes leave of Roark's deflection (table 8.1, case 1a), within a factor of three."""
     structure = cantilever(n)
