@@ -12,7 +12,7 @@ from __future__ import annotations
 import functools
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 import scipy.optimize
@@ -37,6 +37,8 @@ VISIBLE = 1e-3
 """least share of a driving point's weighted energy that modes below the band explain"""
 BELOW = 0.2
 """of the lowest line: frequency of the modes that stand for those below the band; 4 % more inertia at that line"""
+Pair: TypeAlias = tuple[tuple[int | str, str], tuple[int | str, str], int]
+"""node and axis of response and reference, and the sign of their directions"""
 INTEGRATED = {"acceleration": 0, "velocity": 1, "displacement": 2}
 
 
@@ -173,7 +175,7 @@ def _accelerance(frf: FRF, names: dict[str, str]) -> FRF:
     )  # fmt: skip
 
 
-def _pairs(frf: FRF) -> list[tuple[tuple[int, str], tuple[int, str], int]]:
+def _pairs(frf: FRF) -> list[Pair]:
     """Node and axis of response and reference of each function, and the sign of their directions."""
     dofs = {label: parse_dof(label) for label in (*frf.responses, *frf.references)}
     if bad := [label for label, dof in dofs.items() if dof is None]:
@@ -187,7 +189,7 @@ def _pairs(frf: FRF) -> list[tuple[tuple[int, str], tuple[int, str], int]]:
     return found
 
 
-def _structure(frf: FRF, pairs: list[Any], frequency: np.ndarray, damping: np.ndarray) -> MeasuredModes:
+def _structure(frf: FRF, pairs: list[Pair], frequency: np.ndarray, damping: np.ndarray) -> MeasuredModes:
     """Scale shapes, add what the modes leave, and synthesise."""
     places = {place: i for i, place in enumerate(dict.fromkeys([a for a, _, _ in pairs] + [b for _, b, _ in pairs]))}
     at = np.array([(places[a], places[b]) for a, b, _ in pairs])

@@ -166,17 +166,7 @@ class ModalStructure(Structure):
         if parsed[:2] in self._index:
             return
         node, axis, _ = parsed
-        like = difflib.SequenceMatcher
-
-        def distance(at: tuple[int | str, str]) -> tuple[float, float, int]:
-            own = at[0]
-            if isinstance(own, int) and isinstance(node, int):
-                apart = float(abs(own - node))
-            else:
-                apart = -like(None, str(own), str(node)).ratio()
-            return apart, -like(None, at[1], axis).ratio(), AXES.index(at[1])
-
-        near = min(self._index, key=distance)
+        near = min(self._index, key=lambda at: (_unlike(at[0], node), axis not in at[1], AXES.index(at[1])))
         raise ValueError(
             f'"{point}" is not among the {len(self.dofs)} degrees of freedom of the modes; the nearest is '
             f'"{self.dofs[self._index[near][0]]}"'
@@ -304,6 +294,13 @@ class ModalStructure(Structure):
         if self.participation is not None:
             found[: self.omega.size] = self.participation
         return found
+
+
+def _unlike(node: int | str, other: int | str) -> float:
+    """How far two nodes are from each other: numbers by their difference, names by their letters."""
+    if isinstance(node, int) and isinstance(other, int):
+        return abs(node - other)
+    return 1e9 - difflib.SequenceMatcher(None, str(node), str(other)).ratio()
 
 
 def flexibility_root(columns: np.ndarray, own: np.ndarray, floor: float = 0.0) -> np.ndarray:

@@ -279,7 +279,9 @@ def test_impossible_modes(changes, message):
     assert "\n" not in str(caught.value)
 
 
-@pytest.mark.parametrize(("point", "nearest"), [("3:+X", "3:-Z"), ("7:+Z", "4:+Z"), ("2:+RZ", "2:+Z")])
+@pytest.mark.parametrize(
+    ("point", "nearest"), [("3:+X", "3:-Z"), ("7:+Z", "4:+Z"), ("2:+RZ", "2:+Z"), ("tip:+Z", "1:+Z")]
+)
 def test_unknown_degree_of_freedom_names_the_nearest(point, nearest):
     with pytest.raises(ValueError, match=f'the nearest is "{nearest}"'.replace("+", r"\+")):
         cantilever().check(point)
