@@ -26,6 +26,7 @@ from .law import Law
 
 __all__ = [
     "Clearance", "clearance_records", "contact_force", "contact_step", "follow_law", "grease_step", "greases_of",
+    "side_by_side",
 ]  # fmt: skip
 
 
@@ -120,6 +121,18 @@ def clearance_records(rig: Rig, law: Law, step: float) -> Clearance:
         states["contact"][j] = place(table.parameters[0, j])
         states["out"][j] = place([0.0, 0.0])
     return Clearance(bushings, states, np.array(numbers, dtype=float))
+
+
+def side_by_side(parts: Sequence[Clearance]) -> Clearance:
+    """Return copies of the records of several rigs as those of one, rig after rig."""
+    bushings, states, numbers = (np.concatenate(arrays) for arrays in zip(*parts))
+    starts = np.cumsum([0, *(part.numbers.size for part in parts[:-1])])
+    start = np.repeat(starts, [part.bushings.size for part in parts])
+    for name in ("abscissa", "table", "grease"):
+        bushings[name] += start
+    for name in ("impact", "grease", "contact", "out"):
+        states[name] += start
+    return Clearance(bushings, states, numbers)
 
 
 @numba.njit(cache=True, nogil=True, inline="always")

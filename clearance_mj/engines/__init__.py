@@ -11,6 +11,7 @@ from .modal import Modal
 from .modal_mj import ModalMujoco, build_modes
 from .simulation import simulate, simulate_blocks
 from .softness import solref_solimp
+from .together import simulate_together
 
 __all__ = [
     "Engine",
@@ -24,6 +25,7 @@ __all__ = [
     "simulate_batch",
     "simulate_blocks",
     "simulate_each",
+    "simulate_together",
     "solref_solimp",
 ]
 

@@ -111,7 +111,7 @@ class Simulation:
             raise ExcitationError(f"rig {rig.name!r} has no shaker.position, so a force cannot be applied")
         if refusal := rig.linear.refusal(excitation.kind):
             raise ExcitationError(f"rig {rig.name!r}: {refusal}")
-        self.rig, self.excitation, self.engine = rig, excitation, engine
+        self.rig, self.excitation, self.engine, self.block = rig, excitation, engine, BLOCK
         self.columns = len(rig.sensors) + 3 * len(rig.bushings)
         factor = _affordable(rig, law, engine, excitation.fs)
         self.step = 1 / (excitation.fs * factor)
@@ -129,7 +129,7 @@ class Simulation:
 
     def outputs(self, excitations: Iterable[Excitation]) -> Iterator[tuple[np.ndarray, np.ndarray]]:
         """Yield excitation and outputs, (n,) and (n, columns), of consecutive samples at the record's rate."""
-        waiting, steps, count = np.empty(0), 0, BLOCK * self.interpolator.factor
+        waiting, steps, count = np.empty(0), 0, self.block * self.interpolator.factor
         for excitation in self._blocks(excitations):
             waiting, fast = np.append(waiting, excitation), self.interpolator.push(excitation)
             for start in range(0, fast.size, count):

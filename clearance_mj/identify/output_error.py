@@ -23,7 +23,7 @@ from tqdm import tqdm
 
 from ..clearance.gap import penetration
 from ..clearance.law import Law
-from ..engines import simulate_batch
+from ..engines import simulate_together
 from ..errors import LawError, RecordError, SimulationError
 from ..io.dataset import Record
 from ..parameters import Estimates, Parameter
@@ -195,17 +195,14 @@ class _Problem:
     def residuals(self, thetas: Sequence[np.ndarray] | np.ndarray) -> np.ndarray:
         """(n, n_residuals) for several parameter sets at once: weighted differences in dB, FRF lines first."""
         laws = [self.make(*np.exp(theta)) for theta in thetas]
-        n = len(self.excitations)
         try:
-            responses = simulate_batch(
-                self.rig, self.excitations * len(laws), [law for law in laws for _ in range(n)], "modal"
-            )
+            responses = zip(*(simulate_together([(self.rig, law) for law in laws], e) for e in self.excitations))
+            differences = [self._residual(of_records) for of_records in responses]
         except (SimulationError, LawError):
             # A trial set that diverges is a very bad one, not an error of the user's.
             return np.full((len(laws), self.weight.size + self.prior_std.size), 60.0)
         self.bar.update(len(laws))
         self.evaluations += len(laws)
-        differences = [self._residual(responses[n * i : n * i + n]) for i in range(len(laws))]
         # A parameter off its start by its prior standard deviation weighs as much as one line that is off by 1 dB.
         return np.hstack((differences, (np.reshape(thetas, (len(laws), -1)) - self.start) / self.prior_std))
 

@@ -26,7 +26,8 @@ from clearance_mj.clearance import (
     MaxwellSlip,
 )  # fmt: skip
 from clearance_mj.clearance.kernel import clearance_records
-from clearance_mj.engines import ModalMujoco, modal, modal_mj, mujoco_loop
+from clearance_mj.engines import ModalMujoco, modal_mj, mujoco_loop
+from clearance_mj.engines._modal_loop import Motion, Shaft, advance
 from clearance_mj.engines.plant import Maps, set_solver
 from clearance_mj.engines.softness import INVERSE_INERTIA
 from clearance_mj.rig import Bushing, Contact, Grease
@@ -117,14 +118,14 @@ class FreeMass:
     def _start_modal(self, law, position, speed):
         flow = np.array([[1.0], [self.step], [0.0], [1.0]])  # of a free mass: rows q→q, v→q, q→v, v→v
         parts = np.ones((3, 1)), np.zeros((0, 1)), np.zeros(1), np.zeros(0), np.zeros((0, 0))
-        shaft = modal._Shaft(np.ones(1), flow, *parts)
-        motion = modal._Motion(np.array([position]), np.array([speed]), np.array([position]))
+        shaft = Shaft(*(part[..., None] for part in (np.ones(1), flow, *parts, np.ones((3, 3)), np.zeros(3))))
+        motion = Motion(*np.array([[[position]], [[speed]], [[position]]]))
         clearance = clearance_records(self.rig, law, self.step)
 
         def simulate(n):
-            out = np.full((n, 3), np.nan)
-            assert modal._advance(0, np.zeros(n), self.step, shaft, motion, clearance, out) == (-1, -1)
-            return out
+            out = np.full((n, 3, 1), np.nan)
+            assert advance(0, np.zeros(n), self.step, (0,), shaft, motion, clearance, out) == (-1, -1)
+            return out[:, :, 0]
 
         self.simulate = simulate
 

@@ -1,0 +1,142 @@
+"""The compiled loop of the modal engine, for one simulation or several side by side; see modal.py.
+
+Every array has the lanes (see _lanes.py) as its last axis; the bushings' records stand lane after lane.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ..clearance._pointers import OPTIONS, kernel_loop
+from ..clearance.kernel import Clearance, contact_step, follow_law, grease_step
+from ._lanes import larger, load, spread, store
+
+__all__ = ["Motion", "Shaft", "advance"]
+
+
+class Shaft(NamedTuple):
+    """The linear part of the equations, in modal coordinates."""
+
+    inverse_mass: np.ndarray  # (n,) smaller for high modes, see modal.py
+    flow: np.ndarray  # (4, n) exact motion of the free modes over one step: rows q→q, v→q, q→v, v→v
+    at_points: np.ndarray  # (3 n_bushings, n) the bushings' middles (grease), then both ends of each (contact)
+    at_sensors: np.ndarray  # (n_sensors, n)
+    input: np.ndarray  # (n,) force on the modes per unit of excitation
+    base: np.ndarray  # (n_sensors,) what sensors read of the excitation itself: of a shaken base, with which they move
+    coupling: np.ndarray  # (n, n) damping between modes; (0, 0) for none
+    compliance: np.ndarray  # (3 n_bushings, 3 n_bushings) velocity of each point per unit impulse at each other
+    at_input: np.ndarray  # (3 n_bushings,) velocity of the points per unit impulse of the excitation
+
+
+class Motion(NamedTuple):
+    """Modal coordinates, changed in place."""
+
+    q: np.ndarray  # (n,) now
+    v: np.ndarray  # (n,) velocity before the kick
+    q_before: np.ndarray  # (n,) a step ago
+
+
+@kernel_loop(**OPTIONS)
+def advance(
+    steps: int, excitation: np.ndarray, h: float, lanes: tuple[int, ...], shaft: Shaft, motion: Motion,
+    clearance: Clearance, out: np.ndarray,
+) -> tuple[int, int]:  # fmt: skip
+    """Advance the state by ``excitation.size`` steps; return (step, record of the bushing) of a divergence, or -1, -1.
+
+    ``out``: (excitation.size, columns, lanes), filled with what `Run.advance` returns.
+    """
+    inverse_mass, flow, at_points, at_sensors, shape, base, coupling, compliance, at_input = shaft
+    q, v, q_before = motion
+    bushings, states, numbers = clearance
+    count, n, n_sensors, n_points = len(lanes), q.shape[0], at_sensors.shape[0], at_points.shape[0]
+    n_bushings, columns = n_points // 3, out.shape[1]
+    x, w, force = np.zeros((n_points, count)), np.zeros((n_points, count)), np.zeros((n_points, count))
+    elastic, viscous = np.zeros((n_points, count)), np.zeros((n_points, count))
+    side, least, share = np.ones((n_points, count)), np.full((n_points, count), -np.inf), np.zeros((n_points, count))
+    total, acceleration, middle = np.zeros((n, count)), np.zeros((n, count)), np.zeros((n, count))
+    acts = np.ones(n_points, np.bool_)
+    half, per_step2, nothing = 0.5 * h, 1.0 / (h * h), spread(0.0, lanes)
+    for i in range(excitation.size):
+        a = excitation[i]
+        for p in range(n_points):
+            position, speed = nothing, half * a * load(at_input, p, lanes)
+            for m in range(n):
+                at = load(at_points, p * n + m, lanes)
+                position += at * load(q, m, lanes)
+                speed += at * load(v, m, lanes)
+            store(x, p, position, lanes)
+            store(w, p, speed, lanes)
+            store(force, p, nothing, lanes)
+        for j in range(n_bushings):
+            for end in range(2):
+                acts[n_bushings + 2 * j + end] = False
+            for lane in range(count):
+                record = lane * n_bushings + j
+                bushing, state, here = bushings[record], states[record], x[j, lane]
+                if not abs(here) < 1e3 * bushing.gap + 1.0:
+                    return i, record
+                elastic[j, lane], viscous[j, lane] = grease_step(bushing, state, numbers, here)
+                follow_law(bushing, state, numbers, here, (steps + i) * h)
+                for end in range(2):
+                    p = n_bushings + 2 * j + end
+                    g, k, c = contact_step(bushing, state, numbers, end, x[p, lane], w[p, lane], False)
+                    elastic[p, lane], viscous[p, lane] = k * g, c
+                    if g != 0.0:
+                        acts[p], side[p, lane] = True, 1.0 if g > 0.0 else -1.0
+                        least[p, lane] = -np.inf if bushing.adhesion else 0.0
+        for p in range(n_points):
+            if acts[p]:
+                own = half * load(compliance, p * n_points + p, lanes)
+                store(share, p, 1.0 / (1.0 + load(viscous, p, lanes) * own), lanes)
+        for _ in range(2):  # Gauss-Seidel: every force at the velocity that the other forces leave
+            for p in range(n_points):
+                if not acts[p]:
+                    continue
+                now, own = load(force, p, lanes), half * load(compliance, p * n_points + p, lanes)
+                free = load(w, p, lanes) + own * now
+                new = (load(elastic, p, lanes) + load(viscous, p, lanes) * free) * load(share, p, lanes)
+                if p >= n_bushings:  # without adhesion a wall never pulls
+                    new = load(side, p, lanes) * larger(load(side, p, lanes) * new, load(least, p, lanes))
+                change = half * (new - now)
+                for r in range(n_points):
+                    store(w, r, load(w, r, lanes) - load(compliance, r * n_points + p, lanes) * change, lanes)
+                store(force, p, new, lanes)
+        for m in range(n):
+            store(total, m, load(shape, m, lanes) * a, lanes)
+        for p in range(n_points):
+            if acts[p]:
+                push = load(force, p, lanes)
+                for m in range(n):
+                    store(total, m, load(total, m, lanes) - load(at_points, p * n + m, lanes) * push, lanes)
+        if coupling.size:  # at the velocity in the middle of the kick of all other forces
+            for m in range(n):
+                kick = half * load(inverse_mass, m, lanes) * load(total, m, lanes)
+                store(middle, m, load(v, m, lanes) + kick, lanes)
+            for m in range(n):
+                damped = load(total, m, lanes)
+                for r in range(n):
+                    damped = damped - load(coupling, m * n + r, lanes) * load(middle, r, lanes)
+                store(total, m, damped, lanes)
+        for m in range(n):
+            place = load(q, m, lanes)
+            kicked = load(v, m, lanes) + h * load(inverse_mass, m, lanes) * load(total, m, lanes)
+            store(v, m, load(flow, 2 * n + m, lanes) * place + load(flow, 3 * n + m, lanes) * kicked, lanes)
+            after = load(flow, m, lanes) * place + load(flow, n + m, lanes) * kicked
+            # Force less ω² q would be the same, but a small difference of large numbers for high modes.
+            store(acceleration, m, (after - 2.0 * place + load(q_before, m, lanes)) * per_step2, lanes)
+            store(q_before, m, place, lanes)
+            store(q, m, after, lanes)
+        row = i * columns
+        for s in range(n_sensors):
+            value = load(base, s, lanes) * a
+            for m in range(n):
+                value += load(at_sensors, s * n + m, lanes) * load(acceleration, m, lanes)
+            store(out, row + s, value, lanes)
+        for j in range(n_bushings):
+            ends, column = n_bushings + 2 * j, row + n_sensors + j
+            store(out, column, load(x, j, lanes), lanes)
+            store(out, column + n_bushings, load(force, ends, lanes) + load(force, ends + 1, lanes), lanes)
+            store(out, column + 2 * n_bushings, load(force, j, lanes), lanes)
+    return -1, -1

@@ -1,0 +1,67 @@
+"""Cases side by side in the lanes of a register are what each is alone."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from clearance_mj.beam import ritz_model
+from clearance_mj.clearance import AmplitudeLaw, ConstantLaw, ContactLaw, HuntCrossley, KelvinVoigt, MaxwellSlip
+from clearance_mj.engines import simulate, simulate_together
+from clearance_mj.errors import SimulationError
+from clearance_mj.rig import Grease
+from clearance_mj.signals.excitation import random
+from clearance_mj.structure.shaft import Material, Section, Shaft, Support
+
+from ..conftest import TABLE1
+
+GREASE = Grease(4365.0, 4.0, 0.8, 1.0, 1.1e7, 1.0e7, 2.02, 7.5e-4)
+LAWS = [
+    ContactLaw(HuntCrossley(8e5, 0.9, 1.6), GREASE),
+    ConstantLaw(2e4, 3.0),
+    AmplitudeLaw([1e-4, 6e-4], [1e4, 3e4], [3.0, 9.0], grease=GREASE),
+    ContactLaw(KelvinVoigt(2e4, 30.0, adhesion=True), MaxwellSlip((2e3, 1e3), (0.2, 0.4), 1e3, 4.0)),
+]
+
+
+def other_rig():
+    """Another shaft, other gaps, off centre."""
+    bushings = tuple(dataclasses.replace(b, gap=2e-4, offset=5e-5) for b in TABLE1.bushings)
+    return TABLE1.replace(beam=dataclasses.replace(TABLE1.beam, young_modulus=2.0e11), bushings=bushings)
+
+
+HISTORIES = ("acceleration", "displacement", "contact_force", "grease_force")
+
+
+@pytest.mark.parametrize("count", [1, 3, 11])
+def test_what_each_is_alone(count):
+    cases = [(other_rig() if i % 3 == 1 else TABLE1, LAWS[i % 4]) for i in range(count)]
+    drive = random(0.5, 2048.0, rms=8.0, seed=3)
+    found = simulate_together(cases, drive)
+    assert len(found) == count
+    for (rig, law), response in zip(cases, found):
+        alone = simulate(rig, drive, law, "modal")
+        assert np.any(alone.contact_force) and response.provenance == alone.provenance
+        for name in HISTORIES:
+            expected = getattr(alone, name)
+            np.testing.assert_allclose(getattr(response, name), expected, atol=1e-9 * np.abs(expected).max())
+
+
+def test_damping_that_couples_modes():
+    """A damper at the tip of the shaft, beside rigs without."""
+    supports = Support(0.0, "clamped"), Support(1.0, translation_damping=20.0)
+    steel = Material(young_modulus=2.1e11, density=7850.0)
+    shaft = Shaft((Section(length=1.0, diameter=0.0086),), supports, material=steel, rayleigh=(0.5, 1e-5))
+    rig = TABLE1.replace(beam=None, structure=shaft)
+    assert ritz_model(rig).coupling.any()
+    drive = random(0.3, 2048.0, rms=8.0, seed=3)
+    for response in simulate_together([(TABLE1, LAWS[1]), (rig, LAWS[1]), (rig, LAWS[1])], drive)[1:]:
+        expected = simulate(rig, drive, LAWS[1], "modal").acceleration
+        np.testing.assert_allclose(response.acceleration, expected, atol=1e-9 * np.abs(expected).max())
+
+
+def test_a_divergence_names_its_rig():
+    wild = TABLE1.replace(name="wild", beam=dataclasses.replace(TABLE1.beam, young_modulus=1e3))
+    law = ContactLaw(HuntCrossley(8e5, 0.9))
+    with pytest.raises(SimulationError, match="'wild'"):
+        simulate_together([(TABLE1, law), (wild, law)], random(0.5, 2048.0, rms=1e5, seed=3))
