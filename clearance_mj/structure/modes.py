@@ -9,7 +9,6 @@ need not be shorter than a third of what the modes ask for.
 
 from __future__ import annotations
 
-import difflib
 import functools
 from collections.abc import Sequence
 from pathlib import Path
@@ -22,7 +21,8 @@ from pydantic import AfterValidator
 from ..errors import RigError
 from ..files import write_text
 from ..validation import NotNegative, Number, Positive, Share, Text, checked
-from .base import AXES, LinearModel, Structure, dof_vector, parse_dof, register
+from .base import LinearModel, Structure, dof_vector, parse_dof, register
+from .dofs import Dofs, dof_table
 from .mode_files import DAMPING, FREQUENCY, MODAL_MASS, PARTICIPATION, RESIDUAL, read_mode_file
 
 __all__ = ["ModalStructure", "flexibility_root"]
@@ -98,8 +98,7 @@ class ModalStructure(Structure):
         for i, (low, high) in enumerate(zip(self.frequencies, self.frequencies[1:])):
             if high < low:
                 raise ValueError(f"frequencies[{i + 1}] {high:g} Hz must not be less than the one before, {low:g} Hz")
-        if len(self._index) < rows:
-            raise ValueError("dofs must differ from each other in node or axis")
+        dof_table(self.dofs)
         if len(self.damping_ratios) > n:
             raise ValueError(
                 f"damping_ratios must hold at most {n} ratios, one per frequency, got {len(self.damping_ratios)}"
@@ -149,39 +148,17 @@ class ModalStructure(Structure):
             )
 
     @functools.cached_property
-    def _index(self) -> dict[tuple[int | str, str], tuple[int, int]]:
-        """Row and sign of each degree of freedom, by node and axis."""
-        found = {}
-        for row, dof in enumerate(self.dofs):
-            parsed = parse_dof(dof)
-            assert parsed is not None
-            found[parsed[:2]] = row, parsed[2]
-        return found
+    def _table(self) -> Dofs:
+        return dof_table(self.dofs)
 
     def check(self, point: float | str) -> None:
-        """Refuse what is not among ``dofs``, and name the nearest; see `Structure.check`."""
-        parsed = parse_dof(point)
-        if parsed is None:
-            raise ValueError(f'"{point}" is no degree of freedom of the modes, such as "{self.dofs[0]}"')
-        if parsed[:2] in self._index:
-            return
-        node, axis, _ = parsed
-        near = min(self._index, key=lambda at: (_unlike(at[0], node), axis not in at[1], AXES.index(at[1])))
-        raise ValueError(
-            f'"{point}" is not among the {len(self.dofs)} degrees of freedom of the modes; the nearest is '
-            f'"{self.dofs[self._index[near][0]]}"'
-        )
+        """Refuse what is not among ``dofs``, and say what comes nearest; see `Structure.check`."""
+        self._table.find(point)
 
     def _rows(self, points: Sequence[float | str], values: np.ndarray) -> np.ndarray:
         """Rows of values, given per degree of freedom, at points."""
-        found = np.zeros((len(points), values.shape[1]))
-        for i, point in enumerate(points):
-            self.check(point)
-            parsed = parse_dof(point)
-            assert parsed is not None
-            row, sign = self._index[parsed[:2]]
-            found[i] = parsed[2] * sign * values[row]
-        return found
+        found = [sign * values[row] for row, sign in map(self._table.find, points)]
+        return np.reshape(found, (len(found), values.shape[1]))
 
     @functools.cached_property
     def omega(self) -> np.ndarray:
@@ -232,9 +209,8 @@ class ModalStructure(Structure):
         point : Point
             Degree of freedom.
         """
-        dof = parse_dof(point)
-        known = [parse_dof(at) for at in (self._residual_at if self.residual_flexibility else ())]
-        return dof is not None and dof[:2] in [at[:2] for at in known if at]
+        known = self._residual_at if self.residual_flexibility else ()
+        return self._table.find(point)[0] in [self._table.find(at)[0] for at in known]
 
     def assemble(self, points: tuple[float | str, ...], modes: int) -> LinearModel:
         """Return the modes as coordinates, with modes of high frequency that carry the residual flexibility."""
@@ -294,13 +270,6 @@ class ModalStructure(Structure):
         if self.participation is not None:
             found[: self.omega.size] = self.participation
         return found
-
-
-def _unlike(node: int | str, other: int | str) -> float:
-    """How far two nodes are from each other: numbers by their difference, names by their letters."""
-    if isinstance(node, int) and isinstance(other, int):
-        return abs(node - other)
-    return 1e9 - difflib.SequenceMatcher(None, str(node), str(other)).ratio()
 
 
 def flexibility_root(columns: np.ndarray, own: np.ndarray, floor: float = 0.0) -> np.ndarray:
