@@ -43,9 +43,13 @@ def check_length(records: Sequence[Record], needed: float, methods: Mapping[str,
 
 
 def ridge_band(rig: Rig) -> tuple[float, float]:
-    """Hz, where the ridge of the lowest mode is looked for: it stiffens in contact."""
-    first, second = natural_frequencies(rig, 2)
-    return float(first / 2), float((first + second) / 2)
+    """Hz, where the ridge of the lowest mode is looked for: it stiffens in contact.
+
+    Motion without a restoring force is no mode; a structure of one mode is followed up to twice its frequency.
+    """
+    found = natural_frequencies(rig, 8)
+    first, *others = found[found > 0]
+    return float(first / 2), float((first + (others[0] if others else 3 * first)) / 2)
 
 
 def warn_of_no_ridge(record: Record) -> None:

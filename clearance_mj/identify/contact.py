@@ -47,7 +47,7 @@ class ContactParameters:
     c: np.ndarray
     """(n, n_bushings) N s/m"""
     k_std: np.ndarray
-    """(n, n_bushings) standard deviation, N/m, for the grease as given; its error and the beam's come on top"""
+    """(n, n_bushings) standard deviation, N/m, for the grease as given; its error and the structure's come on top"""
     c_std: np.ndarray
     """(n, n_bushings) N s/m"""
     contact: np.ndarray

@@ -1,8 +1,8 @@
-"""Restoring force of every bushing from what was measured and the known beam.
+"""Restoring force of every bushing from what was measured and the known structure.
 
-The shaft without grease and contact is linear and known, so every sensor reads y(ω) = G(ω) θ(ω), with θ the forces at
-the bushings and the excitation. Ten sensors give two forces: weighted least squares at each frequency, without any
-assumption on what makes the forces, under random excitation as well as in decays.
+The structure without grease and contact is linear and known, so every sensor reads y(ω) = G(ω) θ(ω), with θ the
+forces at the bushings and the excitation. Ten sensors give two forces: weighted least squares at each frequency,
+without any assumption on what makes the forces, under random excitation as well as in decays.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from .channels import check_channel
 __all__ = ["RestoringForce", "restoring_force", "restoring_forces"]
 
 MODES = 16
-"""cantilever modes of the known beam, to which the static shapes are added"""
+"""of the known structure, to which the static shapes are added"""
 BAND = 0.4
 """of fs: up to here the anti-alias filters of engines and rig are flat"""
 TAPER = 0.1

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from ..clearance.law import Law
-from ..errors import ClearanceError
+from ..errors import ClearanceError, RecordError
 from ..io.dataset import Dataset
 from ..parameters import Estimates
 from ..rig import Rig
@@ -51,6 +51,8 @@ class Method:
         """Check the records to identify, then find the law; records to validate are never opened."""
         if self.shortest:
             records, rig = dataset.to_identify(), dataset.rig
+            if not rig.bushings:
+                raise RecordError(f"rig {rig.name!r} has no bushings, so there is no clearance to identify")
             check_length(records, self.shortest(rig), {n: m.shortest(rig) for n, m in METHODS.items() if m.shortest})
             check_records(records)
         return self.find(dataset, progress)

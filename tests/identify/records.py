@@ -5,23 +5,26 @@ import dataclasses
 import numpy as np
 
 from clearance_mj.engines import simulate
-from clearance_mj.io.dataset import BASE_NODE, Record
-from clearance_mj.io.uff import Channel
+from clearance_mj.io.dataset import Record
+from clearance_mj.io.formats import to_channels
 
 FS = 2048.0
 
 
 def record_of(rig, excitation, law, engine="modal", noise=0.01, name="simulated"):
     """A simulated record with white noise on every channel, and the simulation."""
-    response, rng = simulate(rig, excitation, law, engine), np.random.default_rng(7)
-    columns = [(BASE_NODE, "acceleration", response.excitation)]
-    columns += [(s.node, "acceleration", a) for s, a in zip(rig.sensors, response.acceleration, strict=True)]
-    columns += [(node, "displacement", x) for node, x in zip((6, 7), response.displacement, strict=True)]
+    response = simulate(rig, excitation, law, engine)
+    return noisy(rig, response, noise, name), response
+
+
+def noisy(rig, response, noise=0.01, name="simulated"):
+    """A record of what a rig's sensors and probes would measure of a response, with white noise on every channel."""
+    rng = np.random.default_rng(7)
     channels = [
-        Channel(f"{quantity} {node}", node, "+Z", quantity, v + noise * v.std() * rng.standard_normal(v.size), FS)
-        for node, quantity, v in columns
+        dataclasses.replace(c, value=c.value + noise * c.value.std() * rng.standard_normal(c.size))
+        for c in to_channels(response, rig)
     ]
-    return Record(name, "identify", rig, FS, channels), response
+    return Record(name, "identify", rig, response.fs, channels, response.kind, band=response.band)
 
 
 def with_channel(record, node, quantity, change):

@@ -84,11 +84,12 @@ def fit_output_error(dataset: Dataset, progress: str | None = None) -> Fit:
 
 def _parameters(rig: Rig) -> list[Parameter]:
     first, gap = rig.bushings[0], rig.bushings[0].gap
+    narrowest, widest = min(b.gap for b in rig.bushings), max(b.gap for b in rig.bushings)
     return [
         *linear_grease(first.grease),
         Parameter("grease elastic ratio", "1", 0.85, 0.02, 1.0),
-        Parameter("grease yield displacement", "m", gap, 0.05 * gap, 50 * gap),
-        Parameter("grease film height", "m", 3 * gap, 1.02 * gap, 100 * gap),
+        Parameter("grease yield displacement", "m", gap, 0.05 * narrowest, 50 * widest),
+        Parameter("grease film height", "m", 3 * widest, 1.02 * widest, 100 * widest),
         Parameter("grease exponent", "1", 2.0, 1.0, 3.0),
         Parameter("grease beta / (beta + gamma)", "1", 0.5, 0.5, 3.0),
         Parameter("contact force at one gap", "N", first.contact.stiffness * gap / 1.5, 1e-2 * gap, 1e7 * gap),

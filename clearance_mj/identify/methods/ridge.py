@@ -47,7 +47,7 @@ def ridge_law(
     record = max(dataset.to_identify(), key=lambda r: r.duration)
     rig, probes = record.rig, measured_channels(record)[:, len(record.rig.sensors) : -1]
     model = ritz_model(rig, MODES, grease=True)
-    band = model.omega[0] / (4 * np.pi), (model.omega[0] + model.omega[1]) / (4 * np.pi)
+    band = ridge_band(rig)
     columns = tqdm(probes.T, desc=progress, unit="bushing", disable=progress is None)
     tracks = [_forced_ridge(signal, record.fs, band, correction, damping) for signal in columns]
     rows = np.arange(0, probes.shape[0], max(1, round(STEP * record.fs)))
@@ -99,8 +99,9 @@ def _contact_stiffness(model: ModalModel, rig: Rig, omega: np.ndarray, share: np
 
 def _contact_damping(model: ModalModel, rig: Rig, modal: np.ndarray, share: np.ndarray) -> np.ndarray:
     """C (n,) >= 0 from the modal damping 2ζω (n,) of the lowest mode, the rig's own subtracted."""
-    at = model.at_bushings[:, 0] ** 2
-    own = model.damping[0] + at @ [b.grease.damping for b in rig.bushings]
+    lowest = np.flatnonzero(model.omega)[0]
+    at = model.at_bushings[:, lowest] ** 2
+    own = model.damping[lowest] + at @ [b.grease.damping for b in rig.bushings]
     return np.maximum((modal - own) / (share @ at), 0.0)
 
 
