@@ -1,5 +1,5 @@
-"""Identification on structures that are no cantilevers. Truth: the laws of synthetic records, made by a chain of links
-(the stepped shaft), by a Runge-Kutta march written here (the chain of masses), or by the modal engine."""
+"""Identification on structures that are no cantilevers. Truth: the laws of synthetic records, made by a
+Runge-Kutta march written here (the chain of masses) or by the modal engine."""
 
 import dataclasses
 
@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from clearance_mj.clearance import ConstantLaw
-from clearance_mj.engines import Links, simulate
+from clearance_mj.engines import Modal, simulate
 from clearance_mj.errors import RecordError
 from clearance_mj.identify.checks import ridge_band
 from clearance_mj.identify.forces import restoring_force
@@ -94,17 +94,16 @@ def of_chain():
 
 @pytest.fixture(scope="module")
 def of_stepped():
-    return record_of(stepped(), random(8.0, FS, rms=5.0, seed=5), LAW, Links(24))
+    return record_of(stepped(), random(8.0, FS, rms=5.0, seed=5), LAW, Modal(modes=10))
 
 
 def test_restoring_forces_of_a_stepped_shaft(of_stepped):
-    """Against those that the chain of links recorded: 5 % of their RMS, most of it the chain's, which is another
-    shaft."""
+    """Against those that were simulated with fewer modes: 3 % of their RMS, as for the cantilever."""
     record, response = of_stepped
     found = restoring_force(record)
     truth = (response.contact_force + response.grease_force)[:, found.valid]
     error = found.force[:, found.valid] - truth
-    assert np.all(error.std(axis=1) < 0.05 * truth.std(axis=1))
+    assert np.all(error.std(axis=1) < 0.03 * truth.std(axis=1))
 
 
 @pytest.mark.parametrize("which", ["stepped", "chain"])
