@@ -117,4 +117,4 @@ class SideBySide(Run):
             lane, bushing = divmod(record, len(first.rig.bushings))
             raise diverged(self.runs[lane].rig, first.engine, (self.steps + failed) * first.step, bushing)
         self.steps += excitation.size
-        return out.reshape(excitation.size, -1)
+        return out.reshape(excitation.size, out.shape[1] * len(lanes))
