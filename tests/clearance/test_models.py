@@ -160,6 +160,19 @@ def test_maxwell_slip_is_the_test_rig_s_iwan():
     np.testing.assert_allclose(loop(ConstantLaw(0.0, 0.0), x, v, slip)[1], expected, rtol=1e-10, atol=1e-12)
 
 
+def test_friction_falls_with_speed():
+    """In steady sliding Σ Wᵢ (1 + (r - 1) exp(-(v/v_s)²)); Iwan's force where no Stribeck speed is given."""
+    grease = MaxwellSlip((4000.0, 2000.0, 1000.0), (0.4, 0.6, 0.5), static_ratio=1.5, stribeck_speed=0.02)
+    for speed in (1e-4, 0.01, 0.02, 0.5):
+        for side in (1, -1):
+            x, v = side * np.linspace(0, 0.01, 2000), np.full(2000, side * speed)
+            force = loop(ConstantLaw(0.0, 0.0), x, v, grease, step=0.01 / 1999 / speed)[1]
+            expected = side * 1.5 * (1 + 0.5 * np.exp(-((speed / 0.02) ** 2)))
+            assert force[-1] == pytest.approx(expected, rel=1e-9)
+    with pytest.raises(LawError, match="stribeck_speed is missing"):
+        MaxwellSlip((4000.0,), (0.4,), static_ratio=1.5)
+
+
 def test_maxwell_slip_loop(measured):
     """A cycle ± X loses 4 Wᵢ (X - Wᵢ/kᵢ) in each element that slides (Iwan 1966); at its end the force is known."""
     amplitude, turn = 6e-4, 2 * np.pi * 5

@@ -190,6 +190,9 @@ LAWS = {
     "Hunt-Crossley 1975": ContactLaw(HuntCrossley1975(8e5, 1.2e6)),
     "linear and cubic": ContactLaw((Cubic(1e4, 2e10, 3.0), Cubic(2e4, 1e10, 3.0))),
     "Maxwell-slip": ConstantLaw(2e4, 3.0, MaxwellSlip((2500.0, 1000.0), (0.3, 0.4), 800.0, 4.0, 7e-4)),
+    "Maxwell-slip, Stribeck": ConstantLaw(
+        2e4, 3.0, MaxwellSlip((2500.0, 1000.0, 500.0), (0.2, 0.3, 0.1), 800.0, 4.0, 7e-4, 0.2, 1.4, 0.01)
+    ),
     "over time": TimeLaw([0.0, 0.2, 0.4], [1e4, 4e4, 5e3], [3.0, 9.0, 0.0]),
     "over amplitude": AmplitudeLaw([2e-4, 8e-4, 3e-3], [5e3, 4e4, 1e4], [3.0, 1.0, 9.0], release=0.02),
     "Bouc-Wen and squeeze film": ContactLaw(HuntCrossley(8e5, 0.6), grease=SLUDGE),

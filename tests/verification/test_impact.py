@@ -282,6 +282,35 @@ def test_maxwell_slip_in_the_loops(loop, tolerance, measured):
     measured.below(what, largest_error(loop, 1e-3, SLIP, 0.05, exact), tolerance, "ODE solver at 1e-9", "m")
 
 
+STRIBECK = dataclasses.replace(SLIP, static_ratio=1.5, stribeck_speed=0.4)
+
+
+def stribeck_rate(_, y):
+    """Sliders that creep at 1e5 times the excess of their springs' deflection: a penalty, not a limit."""
+    springs, limits = np.array(SLIP.springs), np.array([0.4, 1.0, 1.5])
+    limits = limits * (1 + 0.5 * np.exp(-((y[1] / 0.4) ** 2)))
+    excess = y[2:] - np.clip(y[2:], -limits, limits)
+    return [y[1], -(0.4 * y[0] + springs @ y[2:] + 0.05 * y[1]), *(y[1] - 1e5 * excess)]
+
+
+@functools.cache
+def rung_down_with_stribeck(step):
+    t = np.arange(round(20 / step)) * step
+    options = {"rtol": 1e-8, "atol": 1e-10, "t_eval": t, "method": "LSODA", "max_step": 0.01}
+    return scipy.integrate.solve_ivp(stribeck_rate, (0, t[-1]), (0.0, 1.9, 0.0, 0.0, 0.0), **options).y[0]
+
+
+@pytest.mark.parametrize("loop", ["modal", "mujoco"])
+def test_stribeck_in_the_loops(loop, measured):
+    """A mass rings out in sliding springs whose friction falls with speed, against sliders by a stiff penalty."""
+    exact = rung_down_with_stribeck(1e-3)
+    assert np.max(np.abs(exact - rung_down(slip_rate, 3, 1e-3, 1e-9, 2e-3))) > 0.1  # what Stribeck's law changes
+    what = f"ring-down in Maxwell-slip grease with Stribeck's law, {loop} loop: largest error"
+    measured.below(
+        what, largest_error(loop, 1e-3, STRIBECK, 0.05, exact), tolerance, "LSODA with a penalty of 1e5", "m"
+    )
+
+
 def ring_down_error(loop, step):
     """Largest error, in m, of a mass that rings out in Bouc-Wen grease with a squeeze film, against an ODE solver."""
     exact = rung_down(film_rate, 1, step, 1e-10, 0.02)
