@@ -124,7 +124,7 @@ def test_tutorial_of_the_stepped_shaft(clone):
     for path in ("rig.png", "motion/waterfall.png", "comparison"):
         assert (clone / path).exists()
     pump = (ROOT / "models" / "stepped_shaft.toml").read_text(encoding="utf-8")
-    for lines in re.findall(r"((?:^    (?:\[|\w+ = ).+\n)+)", page, re.MULTILINE):
+    for lines in re.findall(r"(^    \[.+\n(?:    \w+ = .+\n)+)", page, re.MULTILINE):
         assert textwrap.dedent(lines) in pump
 
 

@@ -193,7 +193,8 @@ def _words(shaft: Shaft) -> str:
     stuff += f"ρ\N{NO-BREAK SPACE}= {_range([m.density for m in materials])} kg/m³"
     sections = [f"{len(shaft.sections)} sections"] if len(shaft.sections) > 1 else []
     name = f"Shaft{f' “{shaft.name}”' if shaft.name else ''}: length {shaft.end - shaft.start:.4g} m"
-    return f"{', '.join([name, *sections, *dimensions])}, {stuff}."
+    theory = {"euler": "Euler-Bernoulli's", "timoshenko": "Timoshenko's"}[shaft.bending_theory]
+    return f"{', '.join([name, *sections, *dimensions])}, {stuff}, {theory} theory."
 
 
 _SIZES = ("diameter", "inner diameter", "width", "height")
