@@ -1,0 +1,119 @@
+"""One rig as shaft, as matrices and as modes. The shaft of Table 1 hits its bushings; all three give the same FRFs.
+
+Matrices and modes are of Hermite elements that are written here (Przemieniecki, Theory of Matrix Structural Analysis,
+1968, sections 5.6 and 11.5). Modes are those of the shaft with the lever's mass, as a test would find them: the lowest
+14, and the flexibility that they leave at the clearances and the shaker.
+Matrices are of the bare shaft, as the shaft is.
+"""
+
+import dataclasses
+import functools
+
+import numpy as np
+import pytest
+import scipy.linalg
+
+from clearance_mj.clearance import ConstantLaw
+from clearance_mj.engines import Modal, simulate
+from clearance_mj.rig import Rig, Shaker
+from clearance_mj.signals.excitation import random
+from clearance_mj.signals.frf import estimate_frf
+from clearance_mj.structure import Material, Matrices, ModalStructure, Section, Shaft, Support
+
+from ..conftest import TABLE1
+
+BEAM = TABLE1.beam
+PUSHED = 0.30
+NODES = np.unique(np.round(np.append(np.linspace(0, BEAM.length, 81), [0.5484, 0.7918]), 9))
+MODES = 14
+ENGINE = Modal(resolution=0.2)
+LAW = ConstantLaw(7.8e3, 4.0)
+"""the datasheet's contact"""
+
+
+def elements():
+    """Mass and stiffness of deflections and slopes of all nodes but the clamped one."""
+    size = 2 * NODES.size
+    mass, stiffness = np.zeros((size, size)), np.zeros((size, size))
+    for i, h in enumerate(np.diff(NODES)):
+        at = np.s_[2 * i : 2 * i + 4, 2 * i : 2 * i + 4]
+        m = np.array([[156, 22, 54, -13], [22, 4, 13, -3], [54, 13, 156, -22], [-13, -3, -22, 4]]) / 420.0
+        k = np.array([[12, 6, -12, 6], [6, 4, -6, 2], [-12, -6, 12, -6], [6, 2, -6, 4]], dtype=float)
+        scale = np.outer([1, h, 1, h], [1, h, 1, h])
+        mass[at] += BEAM.mass_per_length * h * m * scale
+        stiffness[at] += BEAM.bending_stiffness / h**3 * k * scale
+    return mass[2:, 2:], stiffness[2:, 2:]
+
+
+def dof(x):
+    """Degree of freedom of the deflection at a node: positive slope is a rotation about -Y."""
+    return f"{int(np.argmin(np.abs(NODES - x)))}:+Z"
+
+
+def shaft():
+    steel = Material(BEAM.young_modulus, BEAM.density)
+    section = Section(BEAM.length, diameter=BEAM.diameter)
+    return Shaft((section,), (Support(0.0, "clamped"),), (), steel, BEAM.rayleigh, theory="euler")
+
+
+def matrices(folder):
+    mass, stiffness = elements()
+    names = [f"{node}:{axis}" for node in range(1, NODES.size) for axis in ("+Z", "-RY")]
+    np.savez(folder / "fe.npz", M=mass, K=stiffness, dofs=names)
+    return Matrices("m-kg-s", file=str(folder / "fe.npz"), rayleigh=BEAM.rayleigh)
+
+
+def modes():
+    mass, stiffness = elements()
+    (lever,) = TABLE1.masses
+    mass[-2, -2] += lever.mass
+    value, vector = scipy.linalg.eigh(mass, stiffness)  # for 1/ω², which keeps the digits of the lowest
+    omega = 1 / np.sqrt(value[::-1][:MODES])
+    shapes = vector[:, ::-1][:, :MODES] * omega
+    measured = [0.15, 0.30, 0.40, 0.5484, 0.65, 0.7918, 0.90, 1.0]
+    loads = [0.30, 0.5484, 0.7918]
+    rows = {x: 2 * (int(dof(x).split(":")[0]) - 1) for x in measured}
+    at, under = [rows[x] for x in measured], [rows[x] for x in loads]
+    static = np.linalg.solve(stiffness, np.eye(len(mass))[:, under])
+    rest = static[at] - (shapes[at] / omega**2) @ shapes[under].T
+    moved = np.tile([1.0, 0.0], len(mass) // 2)
+    return ModalStructure(
+        frequencies=tuple(omega / (2 * np.pi)),
+        damping_ratios=tuple((BEAM.rayleigh[0] / omega + BEAM.rayleigh[1] * omega) / 2),
+        dofs=tuple(map(dof, measured)),
+        shapes=tuple(map(tuple, shapes[at])),
+        participation=tuple((0.0, 0.0, g) for g in moved @ mass @ shapes),
+        residual_flexibility=tuple(map(tuple, rest)),
+        residual_dofs=tuple(map(dof, loads)),
+    )
+
+
+def rig_of(structure, kind):
+    """The rig of Table 1, its bushings short: a degree of freedom is one point."""
+    place = float if structure.shafts else dof
+
+    def moved(items):
+        return tuple(dataclasses.replace(item, position=place(item.position)) for item in items)
+
+    bushings = tuple(dataclasses.replace(b, length=0.0) for b in TABLE1.bushings)
+    shaker = Shaker() if kind == "base" else Shaker("force", place(PUSHED))
+    masses = () if isinstance(structure, ModalStructure) else moved(TABLE1.masses)
+    return Rig("3 ways", None, moved(bushings), moved(TABLE1.sensors), masses, shaker, structure=structure)
+
+
+@functools.cache
+def frf(structure, kind, level):
+    rig = rig_of(structure, kind)
+    response = simulate(rig, random(12.0, 2048.0, (5.0, 220.0), level, 4, kind), LAW, ENGINE)
+    assert np.any(response.contact_force[-1])
+    return estimate_frf(response, resolution=2.0).functions
+
+
+@pytest.mark.parametrize(("kind", "level"), [("base", 1.0), ("base", 5.0), ("force", 1.0)])
+def test_the_same_frfs_in_contact(kind, level, measured, tmp_path_factory):
+    """RMS over sensors and lines (2 Hz); base in m/s², force in N, rms."""
+    expected = frf(shaft(), kind, level)
+    for name, structure in (("matrices", matrices(tmp_path_factory.mktemp("fe"))), ("modes", modes())):
+        error = np.sqrt(np.mean((20 * np.log10(np.abs(frf(structure, kind, level) / expected))) ** 2))
+        what = f"{name} and shaft, FRFs in contact, {kind} at {level:g} {'m/s²' if kind == 'base' else 'N'}"
+        measured.below(what, error, 0.05, "kind shaft", "dB")
