@@ -25,7 +25,7 @@ class Shaft(NamedTuple):
     at_sensors: np.ndarray  # (n_sensors, n)
     input: np.ndarray  # (n,) force on the modes per unit of excitation
     base: np.ndarray  # (n_sensors,) what sensors read of the excitation itself: of a shaken base, with which they move
-    coupling: np.ndarray  # (n, n) damping between modes; (0, 0) for none
+    coupling: np.ndarray  # (n, n) damping per velocity in the middle of all other kicks; (0, 0) where it couples none
     compliance: np.ndarray  # (3 n_bushings, 3 n_bushings) velocity of each point per unit impulse at each other
     at_input: np.ndarray  # (3 n_bushings,) velocity of the points per unit impulse of the excitation
 

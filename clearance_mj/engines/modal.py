@@ -54,17 +54,18 @@ class Modal(Engine):
 @functools.lru_cache(maxsize=64)
 def _shaft(rig: Rig, modes: int, kind: str, step: float) -> Shaft:
     model = ritz_model(rig, modes)
-    half, decay = model.omega * step / 2, model.damping / 2
+    half, decay = model.omega * step / 2, np.zeros(model.size) if model.coupling.size else model.damping / 2
     w = np.emath.sqrt(model.omega**2 - decay**2)  # imaginary for an overdamped mode
     cos, sin = np.cos(w * step).real, step * np.sinc(w * step / np.pi).real
     flow = np.exp(-decay * step) * np.array([cos + decay * sin, sin, -(model.omega**2) * sin, cos - decay * sin])
     inverse_mass = np.divide(np.tan(half), half, out=np.ones_like(half), where=half > 0)
+    viscous = np.diag(model.damping) + model.coupling if model.coupling.size else model.coupling
+    # Damping that couples modes is a kick, at the velocity in its own middle: stable however strong a dashpot is.
+    kicked = np.linalg.solve(np.eye(len(viscous)) + step / 2 * (viscous * inverse_mass[: len(viscous)]), viscous)
     on_base = model.sensors_on_base * float(kind == "base")
     points, push = model.at_points, model.input(kind)
     light = points * inverse_mass
-    return Shaft(
-        inverse_mass, flow, points, model.at_sensors, push, on_base, model.coupling, light @ points.T, light @ push
-    )
+    return Shaft(inverse_mass, flow, points, model.at_sensors, push, on_base, kicked, light @ points.T, light @ push)
 
 
 class ModalRun(Run):
@@ -89,7 +90,10 @@ class ModalRun(Run):
         kick = vq * self.step * shaft.inverse_mass
         mass = self.step**2 * (1 + det) / (2 * kick)
         damping, stiffness = self.step * (1 - det) / kick, (1 + det - qq - vv) / kick
-        viscous = np.diag(damping) + shaft.coupling if shaft.coupling.size else np.diag(damping)
+        viscous = np.diag(damping)
+        if shaft.coupling.size:  # at the mean velocity (q₊ - q₋)/(2 F₀₁): nothing else damps
+            half_kick = self.step / 2 * shaft.inverse_mass[:, None] * shaft.coupling
+            viscous = shaft.coupling @ np.linalg.inv(np.eye(det.size) - half_kick) * (self.step / vq)
         speed = np.array([-det, vv - qq, np.ones(det.size)]) / (2 * vq)  # the mean of before and after the kick
         return Equations(np.diag(mass), viscous, np.diag(stiffness), shaft.input, shaft.at_points, speed)
 
