@@ -13,7 +13,7 @@ import numpy as np
 import scipy.linalg
 
 WAVE = 2.0
-"""rad of bending wave in a piece; held at both ends, its first frequency is at 4.73"""
+"""rad of bending or shear wave in a piece; held at both ends, its first frequency is at 4.73 or π"""
 
 
 class Piece(NamedTuple):
@@ -78,8 +78,10 @@ def frequencies(chains, n, fixed=(), springs=(), masses=(), joints=()):
 
 def _condensed(piece, omega):
     """Stiffness (n, 4, 4) of a piece at its ends, and how many frequencies it has below ω when they are held."""
-    waves = piece.length * np.sqrt(omega.max()) * (piece.mass / piece.bending) ** 0.25
-    parts = math.ceil(waves / WAVE)
+    fastest = omega.max()
+    bending = np.sqrt(fastest) * (piece.mass / piece.bending) ** 0.25
+    shear = fastest * np.sqrt(max(piece.mass * piece.softness, piece.rotary / piece.bending))
+    parts = math.ceil(piece.length * max(bending, shear) / WAVE)
     part = _stiffness(piece._replace(length=piece.length / parts), omega)
     whole = np.zeros((len(omega), 2 * parts + 2, 2 * parts + 2))
     for i in range(0, 2 * parts, 2):
