@@ -1,9 +1,9 @@
-"""Beam elements of any order: the ends carry deflection and rotation, bubble functions what lies between.
+"""Beam elements of any order: the end moves relative to the start, bubble functions give what lies between.
 
-Cubic Hermite functions at the ends and twice integrated Legendre polynomials inside, whose curvatures are orthogonal
+Cubic Hermite functions for the end and twice integrated Legendre polynomials inside, whose curvatures are orthogonal
 (Babuška & Szabó, Finite Element Analysis, 1991, section 3; Bardell, J. Sound Vib. 151, 1991): with the order,
 frequencies converge faster than any power. A Timoshenko element interpolates deflection and section rotation each by
-hats and once integrated Legendre polynomials (Timoshenko, Phil. Mag. 41, 1921; no locking at this order).
+a hat and once integrated Legendre polynomials (Timoshenko, Phil. Mag. 41, 1921; no locking at this order).
 """
 
 from __future__ import annotations
@@ -59,36 +59,46 @@ class Mesh:
         Whether they are Timoshenko's, with shear deformation and rotary inertia.
     held : sequence of (float, int)
         Positions, m, of nodes without deflection (0) or rotation (1).
+
+    Attributes
+    ----------
+    mass, stiffness : ndarray, shape (n, n)
+        In coordinates that leave the held nodes where they are.
+    influence : ndarray, shape (n,)
+        Inertia forces per unit acceleration of the base.
     """
 
     def __init__(self, elements: Sequence[Element], shear: bool, held: Sequence[tuple[float, int]] = ()) -> None:
         self.elements = elements
         self.nodes = np.array([elements[0].start, *(e.end for e in elements)])
         self._shear = shear
-        parts = [_strained(e, shear) for e in elements]
-        first = 2 + np.cumsum([0, *(part.shapes.shape[1] for part in parts)])
-        size = int(first[-1])
-        self._own = [slice(a, b) for a, b in pairwise(first)]
+        parts = [_strained(element, shear) for element in elements]
         self._shapes = [part.shapes for part in parts]
-        motion = np.zeros((len(self.nodes), 2, size))  # deflection and rotation of the nodes
-        motion[0, :, :2] = np.eye(2)
-        for i, (element, own, part) in enumerate(zip(elements, self._own, parts)):
-            motion[i + 1] = motion[i]
-            motion[i + 1, 0] += (element.end - element.start) * motion[i, 1]
-            motion[i + 1, :, own] += part.shapes[:2]
-        motion[:, :, :2] *= np.linalg.norm(motion[-1, 0, 2:]) * np.array([1.0, 1 / (self.nodes[-1] - self.nodes[0])])
-        rows = np.array([motion[self._node(x), which] for x, which in held]).reshape(-1, size)
-        self._free = _null_space(rows)
+        first = 2 + np.cumsum([0, *(shapes.shape[1] for shapes in self._shapes)])
+        self._own = [slice(a, b) for a, b in pairwise(first)]
+        motion = self._motion_of_nodes(int(first[-1]))
+        zero = sorted({(self._node(x), which) for x, which in held})
+        self._free = _null_space([motion[node, which] for node, which in zero], int(first[-1]))
         self._motion = motion @ self._free
-        energy = np.ones(size)
-        energy[:2] = 0.0
-        self.stiffness = (self._free.T * energy) @ self._free
+        self.stiffness = self._free[2:].T @ self._free[2:]
         self.mass = np.zeros_like(self.stiffness)
         self.influence = np.zeros(len(self.mass))
         for start, own, part in zip(self._motion, self._own, parts):
             moves = np.vstack((start, self._free[own]))
             self.mass += moves.T @ part.mass @ moves
             self.influence += part.influence @ moves
+
+    def _motion_of_nodes(self, size: int) -> np.ndarray:
+        """(n_nodes, 2, size) deflection and rotation; first two rigid motions, as large as what the strains add."""
+        motion = np.zeros((len(self.nodes), 2, size))
+        motion[0, :, :2] = np.eye(2)
+        for i, (length, own, shapes) in enumerate(zip(np.diff(self.nodes), self._own, self._shapes)):
+            motion[i + 1] = motion[i]
+            motion[i + 1, 0] += length * motion[i, 1]
+            motion[i + 1, :, own] += shapes[:2]
+        bending = np.linalg.norm(motion[-1, 0, 2:])
+        motion[:, :, :2] *= bending * np.array([1.0, 1 / (self.nodes[-1] - self.nodes[0])])
+        return motion
 
     def motion(self, x: float) -> np.ndarray:
         """Return deflection and rotation (2, n) of the node nearest to a position, m, per unit of each coordinate."""
@@ -102,7 +112,7 @@ class Mesh:
             element, here = self.elements[i], np.nonzero(which == i)[0]
             length = element.end - element.start
             along = x[here] - element.start
-            value = _functions(2 * along / length - 1, element, self._shear)[0][:, 2:]
+            value = _functions(2 * along / length - 1, element, self._shear)[0]
             rows[here] = self._motion[i, 0] + np.outer(along, self._motion[i, 1])
             rows[here] += value @ self._shapes[i] @ self._free[self._own[i]]
         return rows
@@ -124,7 +134,7 @@ def _strained(element: Element, shear: bool) -> _Strained:
     half = (element.end - element.start) / 2
     along, weight = (node + 1) * half, weight * half
     section = element.rigidity(element.start + along)
-    value, slope, rotation, curvature = (f[:, 2:] for f in _tabulated(element, shear))
+    value, slope, rotation, curvature = _stretched(_reference(element.bubbles, shear), element, shear)
     stiffness = (curvature.T * (weight * section.bending)) @ curvature
     if shear:
         stiffness += ((slope - rotation).T * (weight * section.shear)) @ (slope - rotation)
@@ -139,12 +149,12 @@ def _strained(element: Element, shear: bool) -> _Strained:
     return _Strained(shapes, mass, (weight * section.mass) @ moves)
 
 
-def _null_space(rows: np.ndarray) -> np.ndarray:
-    """(n, n - n_rows) orthonormal motions in which independent rows are zero."""
-    if not len(rows):
-        return np.eye(rows.shape[1])
-    rows = rows / np.linalg.norm(rows, axis=1)[:, None]
-    return np.linalg.qr(rows.T, mode="complete").Q[:, len(rows) :]
+def _null_space(zero: Sequence[np.ndarray], n: int) -> np.ndarray:
+    """(n, n - n_zero) orthonormal motions in which independent rows are zero."""
+    if not zero:
+        return np.eye(n)
+    rows = np.array(zero)
+    return np.linalg.qr((rows / np.linalg.norm(rows, axis=1)[:, None]).T, mode="complete").Q[:, len(rows) :]
 
 
 @functools.cache
@@ -160,10 +170,6 @@ def _reference(bubbles: int, shear: bool) -> tuple[np.ndarray, ...]:
     return _timoshenko(xi, bubbles + 1) if shear else _euler(xi, bubbles)
 
 
-def _tabulated(element: Element, shear: bool) -> list[np.ndarray]:
-    return _stretched(_reference(element.bubbles, shear), element, shear)
-
-
 def _functions(xi: np.ndarray, element: Element, shear: bool) -> list[np.ndarray]:
     """Deflection, slope, rotation and curvature of an element, as functions of its coordinates -1 to 1."""
     found = _timoshenko(xi, element.bubbles + 1) if shear else _euler(xi, element.bubbles)
@@ -171,39 +177,37 @@ def _functions(xi: np.ndarray, element: Element, shear: bool) -> list[np.ndarray
 
 
 def _stretched(functions: Sequence[np.ndarray], element: Element, shear: bool) -> list[np.ndarray]:
-    """From an element from -1 to 1 to its length, with rotations of the ends in rad."""
+    """From an element from -1 to 1 to its length, with the end's rotation in rad."""
     half = (element.end - element.start) / 2
     value, slope, rotation, curvature = functions
     if shear:
         return [value, slope / half, rotation, curvature / half]
-    size = np.array([1.0, half, 1.0, half, *[half] * element.bubbles])
+    size = np.array([1.0, half, *[half] * element.bubbles])
     return [value * size, slope * (size / half), rotation * (size / half), curvature * (size / half**2)]
 
 
 def _euler(xi: np.ndarray, bubbles: int) -> tuple[np.ndarray, ...]:
-    """Deflection, slope, rotation and curvature (n_xi, 4 + bubbles) of an element from -1 to 1."""
+    """Deflection, slope, rotation and curvature (n_xi, 2 + bubbles) of an element from -1 to 1."""
     k = np.arange(2, bubbles + 2)
     legendre, size = legvander(xi, bubbles + 3), np.sqrt(2 * k + 1)
     once = (legendre[:, k + 1] - legendre[:, k - 1]) / (2 * k + 1)
     upper, lower = legendre[:, k + 2] - legendre[:, k], legendre[:, k] - legendre[:, k - 2]
     twice = (upper / (2 * k + 3) - lower / (2 * k - 1)) / (2 * k + 1)
     x2, x3 = xi**2, xi**3
-    value = np.stack([2 - 3 * xi + x3, 1 - xi - x2 + x3, 2 + 3 * xi - x3, -1 - xi + x2 + x3], -1) / 4
-    slope = np.stack([3 * x2 - 3, 3 * x2 - 2 * xi - 1, 3 - 3 * x2, 3 * x2 + 2 * xi - 1], -1) / 4
-    curvature = np.stack([6 * xi, 6 * xi - 2, -6 * xi, 6 * xi + 2], -1) / 4
-    slope = np.hstack((slope, once * size))
+    value = np.stack((2 + 3 * xi - x3, -1 - xi + x2 + x3), -1) / 4
+    slope = np.hstack((np.stack((3 - 3 * x2, 3 * x2 + 2 * xi - 1), -1) / 4, once * size))
+    curvature = np.stack((-6 * xi, 6 * xi + 2), -1) / 4
     return np.hstack((value, twice * size)), slope, slope, np.hstack((curvature, legendre[:, k] * size))
 
 
 def _timoshenko(xi: np.ndarray, bubbles: int) -> tuple[np.ndarray, ...]:
-    """The same (n_xi, 4 + 2 bubbles): deflection, its slope, section rotation, its slope."""
+    """The same (n_xi, 2 + 2 bubbles): deflection, its slope, section rotation, its slope."""
     k = np.arange(1, bubbles + 1)
     legendre, size = legvander(xi, bubbles + 1), np.sqrt(2 * k + 1)
     bubble, rate = (legendre[:, k + 1] - legendre[:, k - 1]) / (2 * k + 1) * size, legendre[:, k] * size
-    value, slope, rotation, curvature = np.zeros((4, xi.size, 4 + 2 * bubbles))
-    hats = np.stack(((1 - xi) / 2, (1 + xi) / 2), -1)
-    value[:, [0, 2]], slope[:, [0, 2]] = hats, [-0.5, 0.5]
-    rotation[:, [1, 3]], curvature[:, [1, 3]] = hats, [-0.5, 0.5]
-    value[:, 4 : 4 + bubbles], slope[:, 4 : 4 + bubbles] = bubble, rate
-    rotation[:, 4 + bubbles :], curvature[:, 4 + bubbles :] = bubble, rate
+    value, slope, rotation, curvature = np.zeros((4, xi.size, 2 + 2 * bubbles))
+    value[:, 0], slope[:, 0] = (1 + xi) / 2, 0.5
+    rotation[:, 1], curvature[:, 1] = (1 + xi) / 2, 0.5
+    value[:, 2 : 2 + bubbles], slope[:, 2 : 2 + bubbles] = bubble, rate
+    rotation[:, 2 + bubbles :], curvature[:, 2 + bubbles :] = bubble, rate
     return value, slope, rotation, curvature

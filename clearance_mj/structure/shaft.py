@@ -170,8 +170,8 @@ class Shaft(Structure):
 
     def assemble(self, points: tuple[float | str, ...], modes: int) -> LinearModel:
         """Return mass and stiffness of beam elements, fine enough for the modes asked for."""
-        held = {(s.position, i) for s in self.supports for i in HELD[s.kind]}
-        mesh = Mesh(self._elements(_positions(points), modes), self.bending_theory == "timoshenko", sorted(held))
+        held = [(s.position, i) for s in self.supports for i in HELD[s.kind]]
+        mesh = Mesh(self._elements(_positions(points), modes), self.bending_theory == "timoshenko", held)
         mass, stiffness, influence, viscous = mesh.mass, mesh.stiffness, mesh.influence, np.zeros_like(mesh.mass)
         for disc in self.discs:
             moves = mesh.motion(disc.position)

@@ -77,6 +77,12 @@ def test_lengths_that_do_not_add_up_to_the_last_digit():
     np.testing.assert_allclose(beam.natural_frequencies(split, 6), beam.natural_frequencies(whole, 6), rtol=1e-12)
 
 
+def test_supports_at_one_place():
+    once, again = Support(0.3, "pinned"), Support(0.3 + 1e-9, "clamped")
+    twice = rig(simple(once, once, again))
+    np.testing.assert_allclose(beam.natural_frequencies(twice, 6), beam.natural_frequencies(rig(simple(again)), 6))
+
+
 @pytest.mark.parametrize("length", [1e-2, 1e-4, 1e-5])
 def test_short_sections(length):
     """A groove of the shaft's own diameter changes nothing, however short; free, so that no support helps."""
