@@ -109,7 +109,12 @@ def frf(structure, kind, level):
     return estimate_frf(response, resolution=2.0).functions
 
 
-@pytest.mark.parametrize(("kind", "level"), [("base", 1.0), ("base", 5.0), ("force", 1.0)])
+slow = pytest.mark.slow
+
+
+@pytest.mark.parametrize(
+    ("kind", "level"), [pytest.param("base", 1.0, marks=slow), ("base", 5.0), pytest.param("force", 1.0, marks=slow)]
+)
 def test_the_same_frfs_in_contact(kind, level, measured, tmp_path_factory):
     """RMS over sensors and lines (2 Hz); base in m/s², force in N, rms."""
     expected = frf(shaft(), kind, level)
