@@ -15,6 +15,7 @@ import pytest
 
 from clearance_mj.beam import natural_frequencies
 from clearance_mj.io.dataset import Dataset
+from clearance_mj.io.uff import read_uff
 from clearance_mj.rig import Rig
 
 from .conftest import ROOT
@@ -126,6 +127,19 @@ def test_tutorial_of_the_stepped_shaft(clone):
     pump = (ROOT / "models" / "stepped_shaft.toml").read_text(encoding="utf-8")
     for lines in re.findall(r"(^    \[.+\n(?:    \w+ = .+\n)+)", page, re.MULTILINE):
         assert textwrap.dedent(lines) in pump
+
+
+@pytest.mark.slow
+def test_tutorial_of_the_modal_test(clone):
+    """What the page says is printed; its universal file is what its script makes."""
+    out = follow("tutorial_modal_test.md", clone)
+    page = (DOCS / "tutorial_modal_test.md").read_text(encoding="utf-8")
+    shown = re.findall(r"^prints\n\n((?:    .+\n)+)", page, re.MULTILINE)
+    assert out == textwrap.dedent("".join(shown))
+    assert (clone / "pipe" / "synthesis.png").exists() and Rig.load(clone / "pipe.toml").structure.dofs
+    run(ROOT, "-m", "experiments.modal_test", str(clone / "again.uff"))
+    again, committed = read_uff(clone / "again.uff"), read_uff(ROOT / "models" / "modal_test.uff")
+    np.testing.assert_allclose(again.value, committed.value, rtol=1e-9)
 
 
 def test_structures():

@@ -99,8 +99,9 @@ class MeasuredModes:
             ax.set_title(f"{label}: FRAC {share:.3f}, RMSE {error:.2f} dB", fontsize=8)
         for ax in axes.flat[len(labels) :]:
             ax.set_visible(False)
-        for ax in axes[-1]:
+        for ax in axes.flat[len(labels) - columns : len(labels)]:
             ax.set_xlabel("frequency (Hz)")
+            ax.tick_params(labelbottom=True)
         for ax in axes[:, 0]:
             ax.set_ylabel("accelerance (m/s²/N)")
         axes[0, 0].legend(fontsize=7)
