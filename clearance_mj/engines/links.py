@@ -270,8 +270,8 @@ def _set_softness(spec: mujoco.MjSpec, rig: Rig) -> None:
     for pair in spec.pairs:
         inverse_inertia = model.body_invweight0[model.geom(pair.geomname2).bodyid[0], 0]
         pair.solref, pair.solimp = softness(pair.geomname1, inverse_inertia)
-    for tendon in (t for t in spec.tendons if t.limited):
-        inverse_inertia = model.tendon(tendon.name).invweight0[0]
+    for tendon in (t for t in spec.tendons if t.limited == mujoco.mjtLimited.mjLIMITED_TRUE):
+        inverse_inertia = model.tendon_invweight0[model.tendon(tendon.name).id]
         tendon.solref_limit, tendon.solimp_limit = softness(tendon.name, inverse_inertia)
     for support in spec.equalities:
         support.solref = held_softness(spec.option.timestep)
