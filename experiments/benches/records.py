@@ -8,7 +8,7 @@ import numpy as np
 import tomli_w
 
 from clearance_mj.io.channels import Channel
-from clearance_mj.io.dataset import Record, bushing_nodes, write_dataset
+from clearance_mj.io.dataset import Record, write_dataset
 from clearance_mj.signals import excitation, sampling
 from clearance_mj.signals.excitation import Excitation
 from clearance_mj.testrig.records import BAND, FS, NOISE, digitise
@@ -76,8 +76,9 @@ def _measure(bench: Bench, base: np.ndarray, rng: np.random.Generator) -> list[C
     signals = [("base", 100, "acceleration", base)]
     for sensor, real, value in zip(bench.rig.sensors, bench.accelerometers, accelerations):
         signals.append((f"accelerometer {sensor.node}", sensor.node, "acceleration", real.gain * value))
-    for j, (node, real, value) in enumerate(zip(bushing_nodes(bench.rig), bench.probes, displacements), 1):
-        signals.append((f"probe in bushing {j}", node, "displacement", real.gain * value))
+    for j, (bushing, real, value) in enumerate(zip(bench.rig.bushings, bench.probes, displacements), 1):
+        nearest = min(bench.rig.sensors, key=lambda s: abs(s.position - bushing.position))
+        signals.append((f"probe in bushing {j}", nearest.node, "displacement", real.gain * value))
     channels = []
     for name, node, quantity, signal in signals:
         value, full = digitise(signal, NOISE, rng)
