@@ -7,6 +7,7 @@ import contextlib
 import difflib
 import io
 import sys
+import warnings
 from collections.abc import Iterable, Sequence
 from importlib import import_module
 
@@ -39,7 +40,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """
     options = _parsed(sys.argv[1:] if arguments is None else list(arguments))
     try:
-        with contextlib.redirect_stdout(io.StringIO() if options.json else sys.stdout):
+        with contextlib.redirect_stdout(io.StringIO() if options.json else sys.stdout), warnings.catch_warnings():
+            warnings.showwarning = lambda message, *_, **__: print(f"clearance-mj: warning: {message}", file=sys.stderr)
             result = options.run(options)
     except ClearanceError as error:
         print(f"clearance-mj: {error}", file=sys.stderr)

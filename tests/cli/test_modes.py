@@ -5,13 +5,14 @@ import json
 
 import numpy as np
 import pytest
+import pyuff
 
 from clearance_mj.cli import main
 from clearance_mj.io.uff import write_uff
 from clearance_mj.rig import Contact, Rig
 
 from ..structure.test_measured import OMEGA, frf
-from ..structure.test_modes import cantilever, rig_of
+from ..structure.test_modes import cantilever, normal_modes, rig_of
 
 
 def test_structure_of_a_universal_file(tmp_path, capsys):
@@ -58,3 +59,16 @@ def test_simulate_says_what_truncation_costs(tmp_path, capsys):
         assert main([*arguments, "--out", str(tmp_path / "r.nc")]) == 0
         said = capsys.readouterr().err
         assert said.count("the modes lack flexibility there") == lines
+
+
+def test_what_a_file_of_modes_does_not_say(tmp_path, capsys):
+    """No units (data set 164): one line, of the command."""
+    sets = list(normal_modes(cantilever(), 55))
+    pyuff.UFF(str(tmp_path / "modes.uff")).write_sets(sets, "overwrite")
+    rig_of(cantilever()).save(tmp_path / "whole.toml")
+    text = (tmp_path / "whole.toml").read_text().partition("[structure]")[0]
+    (tmp_path / "rig.toml").write_text(text + '[structure]\nkind = "modes"\nfile = "modes.uff"\n')
+    arguments = ["simulate", str(tmp_path / "rig.toml"), "--engine", "modal", "--duration", "0.1"]
+    assert main([*arguments, "--out", str(tmp_path / "r.nc")]) == 0
+    said = capsys.readouterr().err
+    assert said == f"clearance-mj: warning: {tmp_path / 'modes.uff'}: has no units (data set 164); taken for SI\n"
