@@ -17,7 +17,15 @@ from numba.extending import intrinsic
 OPTIONS: dict[str, Any] = {"error_model": "numpy", "fastmath": {"contract", "reassoc", "nsz"}}
 """How engines and models are compiled: no change of their arithmetic hides an infinity or a NaN"""
 
-_KERNEL = tuple((p.stat().st_mtime, p.stat().st_size) for p in (Path(__file__), Path(__file__).with_name("kernel.py")))
+_FILES = [Path(__file__).with_name(f"{name}.py") for name in ("_lanes", "_pointers", "kernel", "lane_greases")]
+_KERNEL = tuple((path.stat().st_mtime, path.stat().st_size) for path in _FILES)
+
+
+def _kept_with_the_kernel(made: Any) -> Any:
+    """Let what is kept of a compiled function on disk count until its own file or the kernel changes."""
+    if kept := getattr(getattr(made, "_cache", None), "_cache_file", None):
+        kept._source_stamp = (kept._source_stamp, _KERNEL)
+    return made
 
 
 def kernel_loop(**options: Any) -> Callable[[Callable[..., Any]], Any]:
@@ -27,10 +35,7 @@ def kernel_loop(**options: Any) -> Callable[[Callable[..., Any]], Any]:
     """
 
     def compiled(function: Callable[..., Any]) -> Any:
-        made = numba.njit(cache=True, nogil=True, **options)(function)
-        if kept := getattr(getattr(made, "_cache", None), "_cache_file", None):
-            kept._source_stamp = (kept._source_stamp, _KERNEL)
-        return made
+        return _kept_with_the_kernel(numba.njit(cache=True, nogil=True, **options)(function))
 
     return compiled
 
@@ -41,20 +46,21 @@ CONTACT_ENERGY = types.float64(_NUMBERS, _NUMBER)
 GREASE_LAW = types.void(_NUMBERS, _NUMBERS, _NUMBER, _NUMBER, _NUMBER, _NUMBERS)
 GREASE_ENERGY = types.void(_NUMBERS, _NUMBERS, _NUMBERS, _NUMBER, _NUMBER, _NUMBERS)
 
-_COMPILED: dict[Callable[..., Any], tuple[int, Any]] = {}
+_COMPILED: dict[tuple[Callable[..., Any], Any], tuple[int, Any]] = {}
 
 
 def address(function: Callable[..., Any], signature: Any) -> int:
     """Address of a function, compiled at its first use; from then on kept on disk, if it stands in a file."""
-    if function not in _COMPILED:
+    if (function, signature) not in _COMPILED:
         try:
-            compiled = numba.njit(signature, cache=True, nogil=True, **OPTIONS)(function)
+            compiled = _kept_with_the_kernel(numba.njit(cache=True, nogil=True, **OPTIONS)(function))
         except RuntimeError:  # it stands in no file, so nothing can be kept for it
-            compiled = numba.njit(signature, nogil=True, **OPTIONS)(function)
+            compiled = numba.njit(nogil=True, **OPTIONS)(function)
+        compiled.compile(signature)
         found = compiled.overloads[signature.args]
         where = found.library.get_pointer_to_function(found.fndesc.llvm_func_name)
-        _COMPILED.setdefault(function, (where, compiled))  # one of them for all threads, never to be freed
-    return _COMPILED[function][0]
+        _COMPILED.setdefault((function, signature), (where, compiled))  # one for all threads, never to be freed
+    return _COMPILED[function, signature][0]
 
 
 def _caller(signature: Any) -> Any:

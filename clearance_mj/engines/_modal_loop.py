@@ -9,9 +9,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..clearance._lanes import larger, load, spread, store
 from ..clearance._pointers import OPTIONS, kernel_loop
 from ..clearance.kernel import Clearance, contact_step, follow_law, grease_step
-from ._lanes import larger, load, spread, store
+from ..clearance.lane_greases import LaneGreases, grease_in_lanes
 
 __all__ = ["Motion", "Shaft", "advance"]
 
@@ -41,7 +42,7 @@ class Motion(NamedTuple):
 @kernel_loop(**OPTIONS)
 def advance(
     steps: int, excitation: np.ndarray, h: float, lanes: tuple[int, ...], shaft: Shaft, motion: Motion,
-    clearance: Clearance, out: np.ndarray,
+    clearance: Clearance, greases: LaneGreases, out: np.ndarray,
 ) -> tuple[int, int]:  # fmt: skip
     """Advance the state by ``excitation.size`` steps; return (step, record of the bushing) of a divergence, or -1, -1.
 
@@ -50,6 +51,7 @@ def advance(
     inverse_mass, flow, at_points, at_sensors, shape, base, coupling, compliance, at_input = shaft
     q, v, q_before = motion
     bushings, states, numbers = clearance
+    together = greases.law
     count, n, n_sensors, n_points = len(lanes), q.shape[0], at_sensors.shape[0], at_points.shape[0]
     n_bushings, columns = n_points // 3, out.shape[1]
     x, w, force = np.zeros((n_points, count)), np.zeros((n_points, count)), np.zeros((n_points, count))
@@ -72,12 +74,15 @@ def advance(
         for j in range(n_bushings):
             for end in range(2):
                 acts[n_bushings + 2 * j + end] = False
+            if together[j]:
+                grease_in_lanes(greases, j, x, h, lanes, elastic, viscous)
             for lane in range(count):
                 record = lane * n_bushings + j
                 bushing, state, here = bushings[record], states[record], x[j, lane]
                 if not abs(here) < 1e3 * bushing.gap + 1.0:
                     return i, record
-                elastic[j, lane], viscous[j, lane] = grease_step(bushing, state, numbers, here)
+                if not together[j]:
+                    elastic[j, lane], viscous[j, lane] = grease_step(bushing, state, numbers, here)
                 follow_law(bushing, state, numbers, here, (steps + i) * h)
                 for end in range(2):
                     p = n_bushings + 2 * j + end

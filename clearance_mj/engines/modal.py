@@ -18,7 +18,8 @@ import numpy as np
 from pydantic import Field
 
 from ..beam import MOST_MODES, ritz_model
-from ..clearance.kernel import clearance_records, side_by_side
+from ..clearance.kernel import clearance_records, greases_of, side_by_side
+from ..clearance.lane_greases import lane_greases
 from ..clearance.law import Law
 from ..rig import Rig
 from ..validation import Positive, Whole
@@ -74,6 +75,7 @@ class ModalRun(Run):
     def __init__(self, engine: Modal, rig: Rig, law: Law, kind: str, step: float):
         self.engine, self.rig, self.step = engine, rig, step
         self.shaft, self.clearance = _shaft(rig, engine.modes, kind, step), clearance_records(rig, law, step)
+        self.greases = greases_of(rig, law)
         self.alone = SideBySide([self])
 
     def advance(self, excitation: np.ndarray) -> np.ndarray:
@@ -111,12 +113,16 @@ class SideBySide(Run):
         self.shaft = Shaft(*(np.ascontiguousarray(np.stack(part, axis=-1)) for part in parts))
         self.motion = Motion(*np.zeros((3, *self.shaft.input.shape)))
         self.clearance = side_by_side([run.clearance for run in runs])
+        offsets = np.array([[b.offset for b in run.rig.bushings] for run in runs])
+        self.greases = lane_greases([run.greases for run in runs], offsets)
 
     def advance(self, excitation: np.ndarray) -> np.ndarray:
         """Simulate one block; see `Run.advance`. Every column has n_runs neighbours: (n, columns * n_runs)."""
         first, lanes, shaft = self.runs[0], self.lanes, self.shaft
         out = np.empty((excitation.size, len(shaft.at_sensors) + len(shaft.at_points), len(lanes)))
-        failed, record = advance(self.steps, excitation, first.step, lanes, shaft, self.motion, self.clearance, out)
+        failed, record = advance(
+            self.steps, excitation, first.step, lanes, shaft, self.motion, self.clearance, self.greases, out
+        )
         if failed >= 0:
             lane, bushing = divmod(record, len(first.rig.bushings))
             raise diverged(self.runs[lane].rig, first.engine, (self.steps + failed) * first.step, bushing)

@@ -25,7 +25,8 @@ from clearance_mj.clearance import (
     LankaraniNikravesh,
     MaxwellSlip,
 )  # fmt: skip
-from clearance_mj.clearance.kernel import clearance_records
+from clearance_mj.clearance.kernel import clearance_records, greases_of
+from clearance_mj.clearance.lane_greases import lane_greases
 from clearance_mj.engines import ModalMujoco, modal_mj, mujoco_loop
 from clearance_mj.engines._modal_loop import Motion, Shaft, advance
 from clearance_mj.engines.plant import Maps, set_solver
@@ -122,9 +123,11 @@ class FreeMass:
         motion = Motion(*np.array([[[position]], [[speed]], [[position]]]))
         clearance = clearance_records(self.rig, law, self.step)
 
+        greases = lane_greases([greases_of(self.rig, law)], np.zeros((1, 1)))
+
         def simulate(n):
             out = np.full((n, 3, 1), np.nan)
-            assert advance(0, np.zeros(n), self.step, (0,), shaft, motion, clearance, out) == (-1, -1)
+            assert advance(0, np.zeros(n), self.step, (0,), shaft, motion, clearance, greases, out) == (-1, -1)
             return out[:, :, 0]
 
         self.simulate = simulate

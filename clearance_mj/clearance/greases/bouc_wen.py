@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numba
 
 from ...rig import Grease
+from .._lanes import any_below, larger, power, signed
 from ..contact import Numbers
 from ..grease import GreaseModel
 
@@ -28,14 +29,13 @@ def bouc_wen_step(z: float, dx: float, a: float, beta: float, gamma: float, expo
 @numba.njit(cache=True, nogil=True, inline="always")
 def _slope(z: float, dx: float, a: float, beta: float, gamma: float, exponent: float) -> float:
     """dz/dx = A - |z|ⁿ (γ + β sign(dx z))."""
-    size = z * z if exponent == 2.0 else abs(z) ** exponent
-    return a - size * (gamma + (beta if dx * z > 0.0 else -beta))
+    return a - power(abs(z), exponent) * (gamma + signed(beta, dx * z))
 
 
 @numba.njit(cache=True, nogil=True, inline="always")
 def film_damping(x: float, damping: float, inverse_film: float, limit: float) -> float:
     """Return the squeeze-film damping c / max(1 - |x|/h, ε)², N s/m, at a displacement x, m; 1/h is 0 without film."""
-    thin = max(1.0 - abs(x) * inverse_film, limit)
+    thin = larger(1.0 - abs(x) * inverse_film, limit)
     return damping / (thin * thin)
 
 
@@ -64,7 +64,7 @@ class BoucWen(GreaseModel):
     @staticmethod
     def law(p: Sequence[float], state: Numbers, x: float, dx: float, step: float, out: Numbers) -> None:
         """Bouc-Wen does not depend on rate: its state is advanced over the displacement."""
-        if p[1] < 1.0:  # else nothing slides
+        if any_below(p[1], 1.0):  # else nothing slides
             state[0] = bouc_wen_step(state[0], dx, p[2], p[3], p[4], p[5])
         out[0] = p[0] * (p[1] * x + (1.0 - p[1]) * state[0])
         out[1] = film_damping(x, p[6], p[7], p[8])

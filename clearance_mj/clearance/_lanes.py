@@ -1,0 +1,333 @@
+"""Numbers of compiled loops that stand for one case, or for several side by side in a SIMD register.
+
+A loop is given ``lanes``, the tuple (0, 1, ... n-1). Its arrays are contiguous, with the lanes as their last axis. For
+n = 1 the numbers that it loads are plain ones, otherwise registers of n numbers, for which + - * /, abs and the
+functions of this file are defined: one source serves single simulations and batches of them.
+"""
+
+from __future__ import annotations
+
+import operator
+from collections.abc import Callable
+from typing import Any
+
+from llvmlite import ir
+from numba import types
+from numba.extending import intrinsic, models, overload, register_model
+
+__all__ = ["any_below", "call_in_lanes", "larger", "load", "power", "register_law", "rows", "signed", "spread", "store"]
+
+
+class _Register(types.Type):
+    def __init__(self, count: int):
+        self.count = count
+        super().__init__(name=f"Register({count})")
+
+
+@register_model(_Register)
+class _RegisterModel(models.PrimitiveModel):
+    def __init__(self, manager: Any, kind: _Register):
+        super().__init__(manager, kind, ir.VectorType(ir.DoubleType(), kind.count))
+
+
+def _number(lanes: Any) -> types.Type:
+    return types.float64 if lanes.count == 1 else _Register(lanes.count)
+
+
+def _pointer(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+    """Where the numbers of an array's row begin, row i at i times the number of lanes."""
+    view, count = context.make_array(signature.args[0])(context, builder, values[0]), signature.args[-1].count
+    place = builder.gep(view.data, [builder.mul(values[1], ir.Constant(values[1].type, count))])
+    return place if count == 1 else builder.bitcast(place, context.get_value_type(_Register(count)).as_pointer())
+
+
+@intrinsic
+def _load(_: Any, array: Any, row: Any, lanes: Any) -> Any:
+    def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+        return builder.load(_pointer(context, builder, signature, values), align=8)
+
+    return _number(lanes)(array, types.intp, lanes), generate
+
+
+@intrinsic
+def _store(_: Any, array: Any, row: Any, number: Any, lanes: Any) -> Any:
+    def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+        builder.store(values[2], _pointer(context, builder, signature, values), align=8)
+        return context.get_dummy_value()
+
+    return types.void(array, types.intp, _number(lanes), lanes), generate
+
+
+@intrinsic
+def _spread(_: Any, number: Any, lanes: Any) -> Any:
+    def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+        return _in_all_lanes(builder, values[0], lanes.count)
+
+    return _number(lanes)(types.float64, lanes), generate
+
+
+def _in_all_lanes(builder: Any, number: Any, count: int) -> Any:
+    if count == 1:
+        return number
+    nothing = ir.Constant(ir.VectorType(ir.DoubleType(), count), ir.Undefined)
+    first = builder.insert_element(nothing, number, ir.Constant(ir.IntType(32), 0))
+    return builder.shuffle_vector(first, nothing, ir.Constant(ir.VectorType(ir.IntType(32), count), [0] * count))
+
+
+load: Any = _load
+"""load(array, row, lanes): the numbers in a row of an array"""
+store: Any = _store
+"""store(array, row, numbers, lanes)"""
+spread: Any = _spread
+"""spread(number, lanes): one number for all lanes"""
+
+
+def _of_plain_numbers(function: Callable[..., Any]) -> Callable[..., Any]:
+    """Let compiled code call a function of two plain numbers; a decorator."""
+
+    @overload(function)
+    def plain(a, b):  # type: ignore[no-untyped-def]
+        return None if isinstance(a, _Register) or isinstance(b, _Register) else function
+
+    return function
+
+
+@_of_plain_numbers
+def larger(a, b):  # type: ignore[no-untyped-def]
+    """The larger of two numbers, lane by lane."""
+    return max(a, b)
+
+
+@_of_plain_numbers
+def signed(a, b):  # type: ignore[no-untyped-def]
+    """The number a where b is above 0, and -a elsewhere."""
+    return a if b > 0.0 else -a
+
+
+@_of_plain_numbers
+def any_below(a, b):  # type: ignore[no-untyped-def]
+    """Whether a number a is below a plain number b, in any lane."""
+    return a < b
+
+
+@_of_plain_numbers
+def power(a, b):  # type: ignore[no-untyped-def]
+    """A number a, not negative, to the power b; of registers to a relative error of 1e-14."""
+    return a * a if b == 2.0 else a**b
+
+
+def _define(function: Callable[..., Any], generate_one: Callable[..., Any]) -> None:
+    """Let a function of two numbers work on registers; a plain number stands in all lanes."""
+
+    @intrinsic
+    def operate(_: Any, a: Any, b: Any) -> Any:
+        kind = a if isinstance(a, _Register) else b
+
+        def generate(_: Any, builder: Any, signature: Any, values: Any) -> Any:
+            pairs = zip(values, signature.args)
+            both = [v if k == kind else _in_all_lanes(builder, v, kind.count) for v, k in pairs]
+            return generate_one(builder, *both)
+
+        return kind(*(k if k == kind else types.float64 for k in (a, b))), generate
+
+    @overload(function)
+    def of_registers(a, b):  # type: ignore[no-untyped-def]
+        if isinstance(a, _Register) or isinstance(b, _Register):
+            return lambda a, b: operate(a, b)
+        return None
+
+
+_define(operator.add, lambda builder, a, b: builder.fadd(a, b))
+_define(operator.iadd, lambda builder, a, b: builder.fadd(a, b))
+_define(operator.sub, lambda builder, a, b: builder.fsub(a, b))
+_define(operator.mul, lambda builder, a, b: builder.fmul(a, b))
+_define(operator.truediv, lambda builder, a, b: builder.fdiv(a, b))
+_define(larger, lambda builder, a, b: builder.select(builder.fcmp_ordered(">", a, b), a, b))
+
+
+def _define_one(kind_of: Callable[[_Register], types.Type], generate_one: Callable[..., Any]) -> Any:
+    """An intrinsic function of one register."""
+
+    @intrinsic
+    def operate(_: Any, a: Any) -> Any:
+        def generate(_: Any, builder: Any, __: Any, values: Any) -> Any:
+            return generate_one(builder, values[0], a.count)
+
+        return (kind_of(a)(a), generate) if isinstance(a, _Register) else None
+
+    return operate
+
+
+def _same(kind: _Register) -> types.Type:
+    return kind
+
+
+def _bits(builder: Any, number: Any, count: int) -> tuple[Any, Any]:
+    """The bits of a register's numbers, and their exponents of 2, the rest of the number between √½ and √2."""
+    whole = ir.VectorType(ir.IntType(64), count)
+    bits = builder.bitcast(number, whole)
+    half = ir.Constant(whole, [0x3FE6A09E667F3BCD] * count)
+    return bits, builder.ashr(builder.sub(bits, half), ir.Constant(whole, [52] * count))
+
+
+def _exponent_bits(builder: Any, number: Any, count: int) -> Any:
+    return builder.sitofp(_bits(builder, number, count)[1], ir.VectorType(ir.DoubleType(), count))
+
+
+def _rest_bits(builder: Any, number: Any, count: int) -> Any:
+    bits, exponent = _bits(builder, number, count)
+    shifted = builder.shl(exponent, ir.Constant(exponent.type, [52] * count))
+    return builder.bitcast(builder.sub(bits, shifted), ir.VectorType(ir.DoubleType(), count))
+
+
+def _rounded(builder: Any, number: Any, count: int) -> Any:
+    """The nearest whole number, above -2000."""
+    real, whole = ir.VectorType(ir.DoubleType(), count), ir.VectorType(ir.IntType(64), count)
+    above = builder.fadd(number, ir.Constant(real, [2000.5] * count))
+    shifted = builder.sub(builder.fptosi(above, whole), ir.Constant(whole, [2000] * count))
+    return builder.sitofp(shifted, real)
+
+
+def _power_of_two(builder: Any, number: Any, count: int) -> Any:
+    whole = ir.VectorType(ir.IntType(64), count)
+    exponent = builder.add(builder.fptosi(number, whole), ir.Constant(whole, [1023] * count))
+    return builder.bitcast(builder.shl(exponent, ir.Constant(whole, [52] * count)), number.type)
+
+
+def _size(builder: Any, number: Any, count: int) -> Any:
+    whole = ir.VectorType(ir.IntType(64), count)
+    bits = builder.and_(builder.bitcast(number, whole), ir.Constant(whole, [2**63 - 1] * count))
+    return builder.bitcast(bits, number.type)
+
+
+_exponent_of, _rest_of = _define_one(_same, _exponent_bits), _define_one(_same, _rest_bits)
+_nearest, _two_to, _absolute = (_define_one(_same, g) for g in (_rounded, _power_of_two, _size))
+
+
+def _sign_of(builder: Any, size: Any, like: Any) -> Any:
+    nothing = ir.Constant(like.type, [0.0] * like.type.count)
+    return builder.select(builder.fcmp_ordered(">", like, nothing), size, builder.fsub(nothing, size))
+
+
+_define(signed, _sign_of)
+
+
+@intrinsic
+def _below(_: Any, a: Any, b: Any) -> Any:
+    def generate(_: Any, builder: Any, __: Any, values: Any) -> Any:
+        found = builder.fcmp_ordered("<", values[0], _in_all_lanes(builder, values[1], a.count))
+        return builder.icmp_unsigned("!=", builder.bitcast(found, ir.IntType(a.count)), ir.IntType(a.count)(0))
+
+    return types.boolean(a, types.float64), generate
+
+
+@overload(any_below)
+def _any_below_of_registers(a, b):  # type: ignore[no-untyped-def]
+    return (lambda a, b: _below(a, b)) if isinstance(a, _Register) else None
+
+
+@overload(abs)
+def _abs_of_registers(a):  # type: ignore[no-untyped-def]
+    return (lambda a: _absolute(a)) if isinstance(a, _Register) else None
+
+
+@overload(power)
+def _power_of_registers(a, b):  # type: ignore[no-untyped-def]
+    """2^(n log2 x): log2 by the series of artanh, 2^f by that of exp, both to the last digit."""
+    if not isinstance(a, _Register):
+        return None
+
+    def of_registers(a, b):  # type: ignore[no-untyped-def]
+        rest = _rest_of(a)
+        s = (rest - 1.0) / (rest + 1.0)
+        t = s * s
+        series = 1 / 17 + t * (1 / 19 + t * (1 / 21))
+        series = 1 / 11 + t * (1 / 13 + t * (1 / 15 + t * series))
+        series = 1 / 5 + t * (1 / 7 + t * (1 / 9 + t * series))
+        log2 = _exponent_of(a) + 2.8853900817779268 * (s + s * t * (1 / 3 + t * series))
+        y = larger(b * log2, -1020.0)
+        whole = _nearest(y)
+        f = 0.6931471805599453 * (y - whole)
+        e = 1 / 3628800 + f * (1 / 39916800 + f * (1 / 479001600 + f * (1 / 6227020800)))
+        e = 1 / 5040 + f * (1 / 40320 + f * (1 / 362880 + f * e))
+        e = 1 / 24 + f * (1 / 120 + f * (1 / 720 + f * e))
+        return _two_to(whole) * (1.0 + f * (1.0 + f * (1 / 2 + f * (1 / 6 + f * e))))
+
+    return of_registers
+
+
+class _Rows(types.Type):
+    """Where numbers of all lanes stand, row after row: what laws index."""
+
+    def __init__(self, count: int):
+        self.count = count
+        super().__init__(name=f"Rows({count})")
+
+
+@register_model(_Rows)
+class _RowsModel(models.PrimitiveModel):
+    def __init__(self, manager: Any, kind: _Rows):
+        super().__init__(manager, kind, ir.VectorType(ir.DoubleType(), kind.count).as_pointer())
+
+
+@intrinsic
+def _rows(_: Any, array: Any, row: Any, lanes: Any) -> Any:
+    def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+        view = context.make_array(signature.args[0])(context, builder, values[0])
+        place = builder.gep(view.data, [builder.mul(values[1], ir.Constant(values[1].type, lanes.count))])
+        return builder.bitcast(place, context.get_value_type(_Rows(lanes.count)))
+
+    return _Rows(lanes.count)(array, types.intp, lanes), generate
+
+
+@intrinsic
+def _get(_: Any, numbers: Any, row: Any) -> Any:
+    def generate(_: Any, builder: Any, __: Any, values: Any) -> Any:
+        return builder.load(builder.gep(values[0], [values[1]]), align=8)
+
+    return _Register(numbers.count)(numbers, types.intp), generate
+
+
+@intrinsic
+def _set(_: Any, numbers: Any, row: Any, value: Any) -> Any:
+    def generate(context: Any, builder: Any, __: Any, values: Any) -> Any:
+        builder.store(values[2], builder.gep(values[0], [values[1]]), align=8)
+        return context.get_dummy_value()
+
+    return types.void(numbers, types.intp, _Register(numbers.count)), generate
+
+
+@overload(operator.getitem)
+def _get_row(numbers, row):  # type: ignore[no-untyped-def]
+    return (lambda numbers, row: _get(numbers, row)) if isinstance(numbers, _Rows) else None
+
+
+@overload(operator.setitem)
+def _set_row(numbers, row, value):  # type: ignore[no-untyped-def]
+    return (lambda numbers, row, value: _set(numbers, row, value)) if isinstance(numbers, _Rows) else None
+
+
+def register_law(count: int) -> Any:
+    """Signature of a grease's law that works on all lanes at once."""
+    numbers, register = _Rows(count), _Register(count)
+    return types.void(numbers, numbers, register, register, types.float64, numbers)
+
+
+@intrinsic
+def _call(_: Any, where: Any, p: Any, state: Any, x: Any, dx: Any, step: Any, out: Any) -> Any:
+    kind = types.void(p, state, x, dx, step, out)
+
+    def generate(context: Any, builder: Any, __: Any, values: Any) -> Any:
+        function = builder.inttoptr(
+            values[0], context.call_conv.get_function_type(kind.return_type, kind.args).as_pointer()
+        )
+        context.call_conv.call_function(builder, function, kind.return_type, kind.args, values[1:])
+        return context.get_dummy_value()
+
+    return types.void(where, *kind.args), generate
+
+
+rows: Any = _rows
+"""rows(array, row, lanes): what a law reads and writes from a row on"""
+call_in_lanes: Any = _call
+"""call_in_lanes(address, p, state, x, dx, step, out): a law of the signature `register_law`"""

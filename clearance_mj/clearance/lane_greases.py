@@ -1,0 +1,92 @@
+"""Greases of several rigs side by side: their laws work on all lanes at once where they are written so that they can.
+
+A law can if it is made of + - * /, abs and the functions of _lanes.py, without branches; other laws are called lane by
+lane, by `kernel.grease_step`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numba
+import numpy as np
+from numba.core.errors import NumbaError
+
+from ._lanes import call_in_lanes, load, register_law, rows, store
+from ._pointers import address
+from .grease import GreaseModel
+
+__all__ = ["LaneGreases", "grease_in_lanes", "lane_greases"]
+
+OFFSET, PRELOAD, DISPLACEMENT, OUT, PARAMETERS = 0, 1, 2, 3, 5
+"""rows of a bushing's numbers; the states follow the parameters"""
+
+
+class LaneGreases(NamedTuple):
+    """Greases as compiled loops with lanes know them, at rest; ``numbers`` are changed in place."""
+
+    law: np.ndarray  # (n_bushings,) addresses; 0 where the law is called lane by lane
+    first: np.ndarray  # (n_bushings,) row of the numbers in which a bushing's begin
+    states: np.ndarray  # (n_bushings,) row in which its states begin
+    numbers: np.ndarray  # (rows, lanes)
+
+
+def lane_greases(models: Sequence[Sequence[GreaseModel]], offsets: np.ndarray) -> LaneGreases:
+    """Put together the greases (lanes, n_bushings) of bushings with offsets (lanes, n_bushings), m."""
+    lanes, n = offsets.shape
+    law, first, states, numbers = np.zeros(n, dtype=np.int64), np.zeros(n, dtype=np.int64), np.zeros(n, np.int64), []
+    row = 0
+    for j, of_lanes in enumerate(zip(*models)):
+        law[j] = 0 if lanes == 1 else _law(of_lanes)
+        if law[j]:
+            parameters = np.transpose([model.parameters() for model in of_lanes])
+            rest = [model.at_rest(offset)[0] for model, offset in zip(of_lanes, offsets[:, j])]
+            block = np.zeros((PARAMETERS + len(parameters) + of_lanes[0].states(), lanes))
+            block[OFFSET], block[PRELOAD], block[PARAMETERS : PARAMETERS + len(parameters)] = (
+                offsets[:, j], rest, parameters
+            )  # fmt: skip
+            first[j], states[j] = row, row + PARAMETERS + len(parameters)
+            row += len(block)
+            numbers.append(block)
+    return LaneGreases(law, first, states, np.concatenate([np.zeros((0, lanes)), *numbers]))
+
+
+def _law(models: Sequence[GreaseModel]) -> int:
+    """Address of the one law of models that work on all lanes at once, or 0."""
+    kinds = {(type(model), len(model.parameters()), model.states()) for model in models}
+    if len(kinds) > 1:
+        return 0
+    kind = type(models[0])
+    if (kind, len(models)) not in _BY_LANE:
+        try:
+            return address(kind.law, register_law(len(models)))
+        except NumbaError:
+            _BY_LANE.add((kind, len(models)))
+    return 0
+
+
+_BY_LANE: set[tuple[type, int]] = set()
+"""models, and numbers of lanes, whose laws are called lane by lane"""
+
+
+@numba.njit(cache=True, nogil=True, inline="always")
+def grease_in_lanes(
+    greases: LaneGreases,
+    j: int,
+    x: np.ndarray,
+    step: float,
+    lanes: tuple[int, ...],
+    elastic: np.ndarray,
+    viscous: np.ndarray,
+) -> None:
+    """Move the greases of bushing j to row j of x; fill that of their elastic forces and dampings."""
+    law, firsts, states, numbers = greases
+    first, here = firsts[j], load(x, j, lanes)
+    dx = here - load(numbers, first + DISPLACEMENT, lanes)
+    store(numbers, first + DISPLACEMENT, here, lanes)
+    parameters, memory = rows(numbers, first + PARAMETERS, lanes), rows(numbers, states[j], lanes)
+    place, out = here + load(numbers, first + OFFSET, lanes), rows(numbers, first + OUT, lanes)
+    call_in_lanes(law[j], parameters, memory, place, dx, step, out)
+    store(elastic, j, load(numbers, first + OUT, lanes) - load(numbers, first + PRELOAD, lanes), lanes)
+    store(viscous, j, load(numbers, first + OUT + 1, lanes), lanes)
