@@ -6,8 +6,10 @@ Matrix Structural Analysis, 1968, chapters 5 and 11).
 
 from __future__ import annotations
 
+import csv
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from pathlib import Path
 
 import numpy as np
 import scipy.io
@@ -117,3 +119,44 @@ def _bending(h: float) -> tuple[np.ndarray, np.ndarray]:
         [-13 * h, -3 * h * h, -22 * h, 4 * h * h],
     ]
     return np.array(stiffness) / h**3, np.array(mass) * h / 420
+
+
+def pump_frame() -> tuple[Frame, dict[str, int]]:
+    """A table of tubes with a pump on it, and a pipe whose end passes a ring on a bracket: mm, t, s, N. Synthetic."""
+    frame, named = Frame(), {}
+    tube, pipe, bracket = Bar(40.0, 34.0), Bar(17.2, 13.2), Bar(22.0)
+    corners = [(0.0, 0.0), (600.0, 0.0), (600.0, 400.0), (0.0, 400.0)]
+    feet = [frame.node((*corner, 0.0)) for corner in corners]  # nodes 1 to 4
+    for corner in corners:
+        frame.line((*corner, 0.0), (*corner, 500.0), 3, tube)
+    rails = [frame.line((*a, 500.0), (*b, 500.0), 4, tube) for a, b in zip(corners, corners[1:] + corners[:1])]
+    named["pump"], named["bracket foot"], named["pipe foot"] = rails[0][2], rails[1][2], rails[3][2]
+    frame.line((0.0, 200.0, 500.0), (0.0, 200.0, 650.0), 2, pipe)
+    run = frame.line((0.0, 200.0, 650.0), (600.0, 200.0, 650.0), 6, pipe)
+    arm = frame.line((600.0, 200.0, 500.0), (600.0, 200.0, 640.0), 2, bracket)
+    named |= {"valve": run[3], "pipe end": run[-1], "ring": arm[-1]}
+    frame.lumps += [(named["pump"], 8e-3), (named["valve"], 0.6e-3)]
+    assert feet == [0, 1, 2, 3]
+    return frame, named
+
+
+def export(frame: Frame, folder: Path) -> None:
+    """Write M.mtx, K.mtx (symmetric, the lower half) and dofs.csv, as FE programs export them."""
+    folder.mkdir(parents=True, exist_ok=True)
+    for name, matrix in zip(("M", "K"), frame.matrices()):
+        whole = matrix.tocoo()
+        small = np.abs(whole.data) < 1e-12 * np.abs(whole.data).max()
+        whole.data[small] = 0.0
+        whole.eliminate_zeros()
+        scipy.io.mmwrite(folder / f"{name}.mtx", whole, "synthetic, mm t s N", precision=9, symmetry="symmetric")
+    with (folder / "dofs.csv").open("w", newline="", encoding="utf-8") as file:
+        table = csv.writer(file, lineterminator="\n")
+        table.writerow(["node", "direction", "x", "y", "z"])
+        for number, place in enumerate(frame.nodes, 1):
+            table.writerows([number, direction, *(f"{x:g}" for x in place)] for direction in DIRECTIONS)
+
+
+if __name__ == "__main__":
+    made, places = pump_frame()
+    export(made, Path(__file__).parents[1] / "models" / "pump_frame")
+    print({name: index + 1 for name, index in places.items()})
