@@ -466,28 +466,31 @@ class Rig:
         RigError
             If the file is missing, is not TOML, has unknown or missing keys or impossible values.
         """
-        folder = Path(path).parent
-        data = _with_files(read_plain(path, RigError), lambda name: str(folder / name))
+        data = read_plain(path, RigError)
         try:
-            return cls.from_dict(data)
+            return cls.from_dict(data, Path(path).parent)
         except RigError as error:
             raise RigError(f"{path}: {error}") from None
 
     @classmethod
-    def from_dict(cls, data: dict[str, Any]) -> Rig:
+    def from_dict(cls, data: dict[str, Any], folder: str | Path = ".") -> Rig:
         """Build a rig from the nested dictionary that a rig file holds.
 
         Parameters
         ----------
         data : dict
             Nested plain data.
+        folder : str or Path
+            What names of files in it are relative to.
 
         Raises
         ------
         RigError
             If it has unknown or missing keys or impossible values.
         """
-        return from_plain(cls, {"beam": None, **data} if isinstance(data, dict) else data, "", RigError)
+        if isinstance(data, dict):
+            data = {"beam": None, **_with_files(data, lambda name: str(Path(folder) / name))}
+        return from_plain(cls, data, "", RigError)
 
     def to_dict(self) -> dict[str, Any]:
         """Return the rig as nested plain data."""

@@ -3,29 +3,52 @@
 from __future__ import annotations
 
 import argparse
-import dataclasses
 import os
-from collections.abc import Iterator
+import sys
+import tomllib
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 from ..clearance.law_files import law_schema
-from ..errors import ClearanceError
+from ..errors import ClearanceError, RigError
 from ..files import to_json, write_text
 from ..io.dataset import dataset_schema
 from ..rig import Beam, Bushing, Contact, Grease, PointMass, Rig, Sensor, Shaker, rig_schema
-from ..validation import descriptions
+from ..structure import Material, Section, Shaft, Shafts, Structure, Support
+from ..structure.base import parse_dof
+from ..validation import from_plain
 from .command import command
+from .rig_text import rig_lines
+
+KINDS = ("beam", "shaft", "shafts", "matrices", "modes", "mjcf")
+WORDS = {
+    "beam": "a uniform cantilever",
+    "shaft": "a shaft of sections, with supports and discs",
+    "shafts": "several parallel shafts",
+    "matrices": "mass and stiffness matrices out of files",
+    "modes": "the modes of a test or of a finite element program, out of a file",
+    "mjcf": "a MuJoCo model",
+}
+FILES = {"matrices": ["model.npz"], "modes": ["modes.uff"], "mjcf": ["model.xml"]}
+"""examples"""
 
 
 def _options(parser: argparse.ArgumentParser) -> None:
     option = parser.add_argument
     option("name", nargs="?", help="name of the rig")
+    option("--kind", choices=KINDS, help="of structure (default: beam; asked for at a terminal if there is no name)")
+    option(
+        "--file", type=Path, nargs="+",
+        help="of kind matrices: a .npz or .mat, or files of M, K and perhaps C, and a .csv of degrees of freedom; of "
+        "modes: a .uff or .csv; of mjcf: a .xml",
+    )  # fmt: skip
+    option("--units", help="of kind matrices: such as m-kg-s or mm-t-s")
     option("--schema", type=Path, help="also write a JSON Schema here, for editors")
     option(
         "--schema-of", choices=("rig", "dataset", "law"), default="rig", help="of which files (default: %(default)s)"
     )
-    shaft = parser.add_argument_group("shaft")
+    shaft = parser.add_argument_group("shaft (of kinds beam, shaft and shafts)")
     shaft.add_argument("--length", type=float, default=1.0, help="m (default: %(default)s)")
     section = shaft.add_mutually_exclusive_group()
     section.add_argument("--diameter", type=float, default=0.01, help="m (default: %(default)s)")
@@ -40,12 +63,17 @@ def _options(parser: argparse.ArgumentParser) -> None:
         help="damping, 1/s and s (default: 0.5 1e-5)",
     )  # fmt: skip
     shaft.add_argument(
-        "--mass", type=float, nargs=2, action="append", default=[], metavar=("POSITION", "MASS"),
-        help="m and kg of a mass on the shaft; may be repeated",
+        "--mass", type=_point, nargs=2, action="append", default=[], metavar=("POINT", "MASS"),
+        help="kg of a mass at a point; may be repeated",
     )  # fmt: skip
     bushings = parser.add_argument_group("bushings, all alike")
     bushings.add_argument(
-        "--bushings", type=float, nargs="+", metavar="POSITION", help="m from the clamp (default: 0.55 and 0.8 lengths)"
+        "--bushings",
+        type=_point,
+        nargs="+",
+        metavar="POINT",
+        help='m along the shaft, or a text: a degree of freedom "12:+Z" or a shaft\'s "rod@0.4" (default: 0.55 and 0.8 '
+        "lengths, or the first degree of freedom)",
     )
     bushings.add_argument("--gap", type=float, default=3e-4, help="radial clearance, m (default: %(default)s)")
     bushings.add_argument("--bushing-length", type=float, default=0.012, help="m (default: %(default)s)")
@@ -56,10 +84,11 @@ def _options(parser: argparse.ArgumentParser) -> None:
         )  # fmt: skip
     test = parser.add_argument_group("test")
     test.add_argument(
-        "--sensors", type=float, nargs="+", metavar="POSITION",
-        help="m from the clamp, nodes 1, 2, ... (default: a quarter of the length, every bushing, the tip)",
+        "--sensors", type=_point, nargs="+", metavar="POINT",
+        help="with nodes 1, 2, ... or those of degrees of freedom (default: a quarter of the length, every bushing, the "
+        "tip)",
     )  # fmt: skip
-    test.add_argument("--force-at", type=float, metavar="POSITION", help="m: driven by a force, not by its base")
+    test.add_argument("--force-at", type=_point, metavar="POINT", help="driven by a force, not by its base")
 
 
 @command(
@@ -81,6 +110,8 @@ def _files(options: argparse.Namespace) -> dict[Path, str]:
     """Texts to write, by file."""
     schemas = {"rig": rig_schema, "dataset": dataset_schema, "law": law_schema}
     files = {options.schema: to_json(schemas[options.schema_of]())} if options.schema else {}
+    if not (options.name or options.out or options.schema) and sys.stdin.isatty():
+        _asked(options)
     if options.name is None:
         if options.out or not options.schema:
             raise ClearanceError("a rig needs a name: clearance-mj new myrig")
@@ -88,57 +119,145 @@ def _files(options: argparse.Namespace) -> dict[Path, str]:
     if Path(options.name).name != options.name:
         raise ClearanceError(f"name {options.name!r} must not hold a folder; give that to --out")
     out = options.out or Path(f"{options.name}.toml")
+    rig = _fields(options, out)
     head = ["# SI units. A line that begins with # holds a default, or a key that may be added."]
     if options.schema and options.schema_of == "rig":
         head.insert(0, f"#:schema ./{Path(os.path.relpath(options.schema, out.parent)).as_posix()}")
-    return {out: "\n".join([*head, *_lines(_rig(options))]) + "\n"} | files
+    text = "\n".join([*head, *rig_lines(rig)]) + "\n"
+    _check(text, out)
+    return {out: text} | files
 
 
-def _rig(options: argparse.Namespace) -> Rig:
-    """Rig of the options."""
-    length = options.length
-    section = dict(zip(("width", "height"), options.section)) if options.section else {"diameter": options.diameter}
-    positions = options.bushings or [0.55 * length, 0.8 * length]
-    sensors = options.sensors or sorted({0.25 * length, *positions, length})
+def _point(text: str) -> float | str:
+    try:
+        return float(text)
+    except ValueError:
+        return text
+
+
+def _asked(options: argparse.Namespace) -> None:
+    """Ask at a terminal for what is not given."""
+    options.name = input("Name of the rig: ").strip() or None
+    if options.kind is None:
+        print("\n".join(f"  {kind:10s}{WORDS[kind]}" for kind in KINDS))
+        options.kind = input("Kind of structure [beam]: ").strip() or None
+        if options.kind not in (*KINDS, None):
+            raise ClearanceError(f'kind "{options.kind}" is unknown; use {", ".join(KINDS)}')
+    if options.kind in FILES and not options.file:
+        options.file = [Path(name) for name in input(f"File [{FILES[options.kind][0]}]: ").split()] or None
+    if options.kind == "matrices" and not options.units:
+        options.units = input("Units of the matrices, such as m-kg-s or mm-t-s: ").strip() or None
+
+
+def _fields(options: argparse.Namespace, out: Path) -> dict[str, Any]:
+    """Fields of the rig of the options, the structure an object or plain data."""
+    kind, length = options.kind or "beam", options.length
+    if kind != "beam" and kind not in Structure.known:
+        raise ClearanceError(f'kind "{kind}" is not installed; use beam, {", ".join(Structure.known)}')
+    if kind in FILES:
+        structure: Any = _of_files(kind, options, out)
+        points = options.sensors or _first_points(structure, out)
+        clearances: Sequence[float | str] = options.bushings or points[:1]
+    else:
+        structure = {"beam": _beam, "shaft": _shaft, "shafts": _shafts}[kind](options)
+        on = "rod@" if kind == "shafts" else ""
+        clearances = options.bushings or [_on(on, share * length) for share in (0.55, 0.8)]
+        last = [] if kind == "shaft" else [_on(on, length)]
+        points = options.sensors or _sorted([_on(on, 0.25 * length), *clearances, *last])
     grease, contact = Grease(*options.grease), Contact(*options.contact)
-    return Rig(
-        options.name,
-        Beam(length, options.young_modulus, options.density, rayleigh=tuple(options.rayleigh), **section),
-        tuple(Bushing(x, options.gap, options.bushing_length, grease, contact) for x in positions),
-        tuple(Sensor(node, x) for node, x in enumerate(sensors, 1)),
-        tuple(PointMass(x, mass) for x, mass in options.mass),
-        Shaker() if options.force_at is None else Shaker("force", options.force_at),
+    to = {x: x.replace("rod@", "tube@") if kind == "shafts" and isinstance(x, str) else None for x in clearances}
+    bushing_length = 0.0 if kind in FILES else options.bushing_length
+    return {
+        "name": options.name,
+        "beam" if kind == "beam" else "structure": structure,
+        "bushings": tuple(Bushing(x, options.gap, bushing_length, grease, contact, to=to[x]) for x in clearances),
+        "sensors": tuple(Sensor(dof[0] if (dof := parse_dof(x)) else i, x) for i, x in enumerate(points, 1)),
+        "masses": tuple(PointMass(x, mass) for x, mass in options.mass),
+        "shaker": Shaker() if options.force_at is None else Shaker("force", options.force_at),
+    }
+
+
+def _on(shaft: str, x: float) -> float | str:
+    return f"{shaft}{x:g}" if shaft else x
+
+
+def _sorted(points: Sequence[float | str]) -> list[float | str]:
+    """Each once, along the shaft."""
+    return sorted(set(points), key=lambda point: float(str(point).rpartition("@")[2]))
+
+
+def _section(options: argparse.Namespace, factor: float = 1.0) -> dict[str, Any]:
+    names = ("width", "height") if options.section else ("diameter",)
+    return {name: factor * size for name, size in zip(names, options.section or [options.diameter])}
+
+
+def _beam(options: argparse.Namespace) -> Beam:
+    material = options.young_modulus, options.density
+    return Beam(options.length, *material, rayleigh=tuple(options.rayleigh), **_section(options))
+
+
+def _shaft(options: argparse.Namespace) -> Shaft:
+    """A stepped shaft on two pins."""
+    lengths, factors = (0.6 * options.length, 0.4 * options.length), (1.0, 0.8)
+    sections = tuple(Section(length, **_section(options, factor)) for length, factor in zip(lengths, factors))
+    supports = Support(0.0, "pinned"), Support(options.length, "pinned")
+    material = Material(options.young_modulus, options.density)
+    return Shaft(sections, supports, material=material, rayleigh=tuple(options.rayleigh))
+
+
+def _shafts(options: argparse.Namespace) -> Shafts:
+    """A rod in a tube, or a bar beside another, clamped both."""
+    material = Material(options.young_modulus, options.density)
+    rod = Section(options.length, **_section(options))
+    tube = Section(options.length, **_section(options, 3.0))
+    if not options.section:
+        tube = Section(options.length, diameter=3 * options.diameter, inner_diameter=2 * options.diameter)
+    parts = (
+        Shaft((section,), (Support(0.0, "clamped"),), material=material, rayleigh=tuple(options.rayleigh), name=name)
+        for name, section in (("rod", rod), ("tube", tube))
     )
+    return Shafts(tuple(parts))
 
 
-def _lines(table: Any, name: str = "", plural: bool = False) -> Iterator[str]:
-    """Lines of a table of the file: its own keys, then its tables; what is left at its default as a comment."""
-    words = descriptions(table.__class__)
-    if name:
-        yield from ("", f"[[{name}]]" if plural else f"[{name}]")
-    tables = []
-    for field in dataclasses.fields(table):
-        value = getattr(table, field.name)
-        if field.name in ("beam", "structure") and value is None:
-            continue
-        items = value if isinstance(value, tuple) else (value,)
-        if all(map(dataclasses.is_dataclass, items)):
-            tables.append((field.name, value, items))
-            continue
-        line = f"{'# ' if value == field.default else ''}{field.name} = {_toml(value)}"
-        yield f"{line:32s}# {words[field.name]}"
-    for key, value, items in tables:
-        for item in items:
-            yield from _lines(item, f"{name}.{key}" if name else key, value is items)
-        if not items:  # what may be added
-            kind = {"bushings": Bushing, "masses": PointMass}[key]
-            yield from ("", f"# [[{key}]]", *(f"{f'# {n} =':32s}# {text}" for n, text in descriptions(kind).items()))
+def _of_files(kind: str, options: argparse.Namespace, out: Path) -> dict[str, Any]:
+    """Plain data of a structure that is read from files, named from the rig file."""
+    files = options.file or [Path(name) for name in FILES[kind]]
+    names = [Path(os.path.relpath(path, out.parent)).as_posix() for path in files]
+    if kind != "matrices":
+        if len(names) > 1:
+            raise ClearanceError(f"--file: kind {kind} is read from one file, got {len(names)}")
+        return {"kind": kind, "file": names[0]}
+    if not options.units:
+        raise ClearanceError("--units is missing: of matrices, such as m-kg-s for m, kg, N or mm-t-s for mm, t, N")
+    tables = [name for name in names if name.endswith(".csv")]
+    matrices = [name for name in names if name not in tables]
+    if len(matrices) not in (1, 2, 3) or len(tables) != int(len(matrices) > 1):
+        raise ClearanceError("--file: give one file that holds all, or those of M, K and perhaps C, and a .csv of dofs")
+    fields = dict(zip(("mass", "stiffness", "damping"), matrices)) | {"dofs": tables[0]} if tables else {}
+    return {"kind": kind, "units": options.units, **(fields or {"file": matrices[0]})}
 
 
-def _toml(value: object) -> str:
-    """Value as TOML writes it, numbers short."""
-    if isinstance(value, float):
-        return f"{value:g}" if float(f"{value:g}") == value else repr(value)
-    if isinstance(value, tuple):
-        return f"[{', '.join(map(_toml, value))}]"
-    return "" if value is None else to_json(value).strip()
+def _first_points(structure: dict[str, Any], out: Path) -> list[float | str]:
+    """One of the structure's degrees of freedom, along Z if there is one, where its files are there already."""
+    if _missing(structure, out):
+        return ["1:+Z"]
+    kind = Structure.known[structure["kind"]]
+    named = {name: str(out.parent / structure[name]) for name in kind.files if name in structure}
+    points = from_plain(kind, structure | named, "structure", RigError).named_points
+    return [next((point for point in points if point.endswith("Z") and "R" not in point), points[0])]
+
+
+def _missing(structure: dict[str, Any], out: Path) -> list[Path]:
+    """Files that are not there yet."""
+    files = Structure.known[structure["kind"]].files
+    paths = [out.parent / structure[name] for name in files if isinstance(structure.get(name), str)]
+    return [path for path in paths if not path.exists()]
+
+
+def _check(text: str, out: Path) -> None:
+    """Refuse a rig file that cannot be loaded, unless files are still to come."""
+    data = tomllib.loads(text)
+    if "structure" in data and (missing := _missing(data["structure"], out)):
+        print(f"note: {missing[0]} is not there yet; the rig can be loaded once it is")
+        return
+    Rig.from_dict(data, out.parent)

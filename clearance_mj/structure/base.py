@@ -220,6 +220,11 @@ class Structure(ABC):
         return ""
 
     @property
+    def named_points(self) -> tuple[str, ...]:
+        """Its degrees of freedom, for examples; none where points are positions on shafts."""
+        return ()
+
+    @property
     def shafts(self) -> tuple[Any, ...]:
         """The `Shaft` or shafts that it is made of, for drawings and chains of links; none for matrices and modes."""
         return ()

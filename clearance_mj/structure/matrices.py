@@ -205,6 +205,12 @@ class Matrices(Structure):
             raise ValueError(f'"{point}" is fixed to the base; a clearance to the base has no "to"')
 
     @property
+    def named_points(self) -> tuple[str, ...]:
+        """Degrees of freedom that can move; see `Structure.named_points`."""
+        free = _free(self)
+        return tuple(name for name, column in zip(free.dofs.names, free.columns) if column >= 0)
+
+    @property
     def total_mass(self) -> float | None:
         """Mass in kg of what moves along one axis; see `Structure.total_mass`."""
         return _free(self).total

@@ -151,6 +151,11 @@ class ModalStructure(Structure):
     def _table(self) -> Dofs:
         return dof_table(self.dofs)
 
+    @property
+    def named_points(self) -> tuple[str, ...]:
+        """Degrees of freedom of the shapes; see `Structure.named_points`."""
+        return self.dofs
+
     def check(self, point: float | str) -> None:
         """Refuse what is not among ``dofs``, and say what comes nearest; see `Structure.check`."""
         self._table.find(point)

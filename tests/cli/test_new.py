@@ -6,6 +6,7 @@ import re
 import tomllib
 
 import jsonschema
+import numpy as np
 import pytest
 
 from clearance_mj.cli import main
@@ -66,6 +67,57 @@ def test_comments_hold_the_defaults(tmp_path):
     assert all(line.split("# ")[-1].strip() for line in text.splitlines() if "=" in line)
 
 
+@pytest.mark.parametrize("kind", ["shaft", "shafts"])
+def test_kinds_of_shafts(tmp_path, kind):
+    """The example loads, follows the editor's schema, and its comments hold the defaults."""
+    rig = new(tmp_path, "mine", "--kind", kind, "--length", 0.5)
+    assert rig.structure.kind == kind and {round(shaft.end, 12) for shaft in rig.linear.shafts} == {0.5}
+    text = (tmp_path / "rig.toml").read_text(encoding="utf-8")
+    VALIDATOR.validate(tomllib.loads(text))
+    assert Rig.from_dict(tomllib.loads(re.sub(r"(?m)^# (\w+ = [^ ])", r"\1", text))) == rig
+    for word in ("poisson_ratio", "inner_diameter", "theory", "damping_ratios", "translation", "inertia", "offset"):
+        assert re.search(rf"(?m)^(# )?{word} =.*# .", text), word
+
+
+def test_shafts_rattle_in_each_other(tmp_path):
+    rig = new(tmp_path, "mine", "--kind", "shafts")
+    assert [b.joined for b in rig.bushings] == [("rod@0.55", "tube@0.55"), ("rod@0.8", "tube@0.8")]
+
+
+def test_matrices_out_of_files(tmp_path):
+    """Files are named from the rig file's folder; the first degree of freedom along Z is the example's."""
+    np.save(tmp_path / "m.npy", np.eye(2))
+    np.save(tmp_path / "k.npy", [[2e4, -1e4], [-1e4, 1e4]])
+    (tmp_path / "dofs.csv").write_text("node,direction\n7,X\n8,Z\n")
+    files = [tmp_path / name for name in ("m.npy", "k.npy", "dofs.csv")]
+    (tmp_path / "rigs").mkdir()
+    rig = new(tmp_path / "rigs", "mine", "--kind", "matrices", "--units", "m-kg-s", "--file", *files)
+    assert rig.sensor_labels == ["8:+Z"] and rig.bushings[0].position == "8:Z"
+    tables = tomllib.loads((tmp_path / "rigs" / "rig.toml").read_text())
+    assert tables["structure"] == {
+        "kind": "matrices", "units": "m-kg-s", "mass": "../m.npy", "stiffness": "../k.npy", "dofs": "../dofs.csv",
+    }  # fmt: skip
+    VALIDATOR.validate(tables)
+
+
+def test_modes_out_of_a_file_that_is_still_to_come(tmp_path, capsys, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert main(["new", "mine", "--kind", "modes", "--file", "test.csv"]) == 0
+    assert "test.csv is not there yet; the rig can be loaded once it is" in capsys.readouterr().out
+    tables = tomllib.loads((tmp_path / "mine.toml").read_text())
+    assert tables["structure"] == {"kind": "modes", "file": "test.csv"}
+    VALIDATOR.validate(tables)
+
+
+def test_kind_is_asked_for_at_a_terminal(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("sys.stdin.isatty", lambda: True, raising=False)
+    answers = iter(["mine", "modes", ""])
+    monkeypatch.setattr("builtins.input", lambda question: next(answers))
+    assert main(["new"]) == 0
+    assert tomllib.loads((tmp_path / "mine.toml").read_text())["structure"] == {"kind": "modes", "file": "modes.uff"}
+
+
 def test_schema_is_named_in_the_file(tmp_path):
     schema = tmp_path / "editor" / "rig.schema.json"
     new(tmp_path, "mine", "--schema", schema)
@@ -97,6 +149,14 @@ def test_refusals(tmp_path, monkeypatch, refused):
     assert "must not hold a folder" in refused("new", "some/where")
     assert "beam.length must be > 0" in refused("new", "mine", "--length", -1)
     assert "bushings[1] overlaps" in refused("new", "mine", "--bushings", 0.5, 0.505)
+    assert "--units is missing" in refused("new", "mine", "--kind", "matrices")
+    assert "--file: give one file that holds all" in refused(
+        "new", "mine", "--kind", "matrices", "--units", "m-kg-s", "--file", "m.mtx", "k.mtx"
+    )
+    assert "--file: kind modes is read from one file" in refused("new", "mine", "--kind", "modes", "--file", "a", "b")
+    assert 'sensors[0].position "3:Z" is no position on the shaft' in refused(
+        "new", "mine", "--kind", "shaft", "--sensors", "3:Z"
+    )
     assert not list(tmp_path.iterdir())
 
 

@@ -1,0 +1,79 @@
+"""A commented rig file: every field with its unit and, as a comment, its default."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from ..files import to_json
+from ..rig import AppliedForce, Bushing, PointMass, Rig
+from ..structure import Disc, Spring, Structure, Support
+from ..validation import descriptions
+
+MAY_BE_ADDED = {
+    "bushings": Bushing, "masses": PointMass, "also": AppliedForce, "supports": Support, "discs": Disc,
+    "springs": Spring,
+}  # fmt: skip
+"""what empty lists may hold"""
+TAPERED = ("diameter", "inner_diameter", "width", "height")
+WIDTH = 32
+
+
+def rig_lines(rig: Mapping[str, Any]) -> Iterator[str]:
+    """Lines of a rig file from its fields; what is not among them, or at its default, is a comment."""
+    return _lines(Rig, rig)
+
+
+def _lines(kind: type, values: Mapping[str, Any], name: str = "", plural: bool = False) -> Iterator[str]:
+    """Lines of a table of the file: its own keys, ``kind`` first, then its tables."""
+    words = descriptions(kind)
+    if name:
+        yield from ("", f"[[{name}]]" if plural else f"[{name}]")
+    fields = {f.name: f.default for f in dataclasses.fields(kind) if f.name not in ("beam", "structure")}
+    if name == "structure":
+        yield _line(f'kind = "{fields.pop("kind")}"', f"one of {', '.join(Structure.known)}")
+    tables = {key: values[key] for key in ("beam", "structure") if values.get(key) is not None}
+    for key, default in fields.items():
+        value = values.get(key, default)
+        value = None if value is dataclasses.MISSING else value
+        if _is_table(value) or _is_list_of_tables(key, value):
+            tables[key] = value
+            continue
+        if key in TAPERED and isinstance(value, tuple) and value[0] == value[1]:
+            value = value[0]
+        comment = "# " if value is None or value == default else ""
+        yield _line(f"{comment}{key} = {_toml(value)}", words[key])
+    for key, value in tables.items():
+        path = f"{name}.{key}" if name else key
+        for item in value if isinstance(value, tuple) else (value,):
+            yield from _lines(*_parts(item), path, isinstance(value, tuple))
+        if value == ():
+            yield from ("", f"# [[{path}]]")
+            yield from (_line(f"# {n} =", text) for n, text in descriptions(MAY_BE_ADDED[key]).items())
+
+
+def _line(text: str, words: str) -> str:
+    return f"{text:{WIDTH - 1}s} # {' '.join(words.split())}"
+
+
+def _is_list_of_tables(key: str, value: object) -> bool:
+    return isinstance(value, tuple) and (all(map(_is_table, value)) if value else key in MAY_BE_ADDED)
+
+
+def _is_table(value: object) -> bool:
+    return dataclasses.is_dataclass(value) or (isinstance(value, dict) and "kind" in value)
+
+
+def _parts(item: Any) -> tuple[type, Mapping[str, Any]]:
+    """Type and fields of an object, or of a structure's plain data."""
+    return (Structure.known[item["kind"]], item) if isinstance(item, dict) else (type(item), vars(item))
+
+
+def _toml(value: object) -> str:
+    """Value as TOML writes it, numbers short."""
+    if isinstance(value, float):
+        return f"{value:g}" if float(f"{value:g}") == value else repr(value)
+    if isinstance(value, tuple | list):
+        return f"[{', '.join(map(_toml, value))}]"
+    return "" if value is None else to_json(value).strip()
