@@ -85,8 +85,8 @@ def _options(parser: argparse.ArgumentParser) -> None:
     test = parser.add_argument_group("test")
     test.add_argument(
         "--sensors", type=_point, nargs="+", metavar="POINT",
-        help="with nodes 1, 2, ... or those of degrees of freedom (default: a quarter of the length, every bushing, the "
-        "tip)",
+        help="with nodes 1, 2, ... or those of degrees of freedom (default: a quarter of the length, every bushing, "
+        "the tip)",
     )  # fmt: skip
     test.add_argument("--force-at", type=_point, metavar="POINT", help="driven by a force, not by its base")
 
