@@ -374,15 +374,9 @@ class Rig:
                 if b.length:
                     raise ValueError(f"bushings[{i}].length must be 0, as its position is a degree of freedom")
                 continue
+            for point in b.joined:
+                self._check_ends(i, point)
             first, last = place[1] - b.length / 2, place[1] + b.length / 2
-            try:
-                for end in b.ends:
-                    self.linear.check(end)
-            except ValueError as error:
-                past = str(error).partition("lies outside ")[2] or str(error)
-                raise ValueError(
-                    f"bushings[{i}].length {b.length:g} m makes it reach from {first:g} to {last:g} m, past {past}"
-                ) from None
             on_shafts.setdefault(place[0], []).append((first, last, i))
         for spans in on_shafts.values():
             for (_, end, i), (start, _, j) in pairwise(sorted(spans)):
@@ -390,6 +384,18 @@ class Rig:
                     raise ValueError(
                         f"bushings[{j}] overlaps bushings[{i}]: it starts at {start:g} m, the other ends at {end:g} m"
                     )
+
+    def _check_ends(self, i: int, point: float | str) -> None:
+        """Refuse a bushing that reaches past the shaft on which a point of it is."""
+        length, place = self.bushings[i].length, parse_place(point)
+        try:
+            for end in self.bushings[i].ends_of(point):
+                self.linear.check(end)
+        except ValueError as error:
+            middle = place[1] if place else 0.0
+            reach = f"from {middle - length / 2:g} to {middle + length / 2:g} m"
+            past = str(error).partition("lies outside ")[2] or str(error)
+            raise ValueError(f"bushings[{i}].length {length:g} m makes it reach {reach}, past {past}") from None
 
     @property
     def linear(self) -> Structure:

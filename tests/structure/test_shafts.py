@@ -24,8 +24,8 @@ def part(name, supports=PINS, **more):
 PAIR = Shafts((part("inner"), part("outer")))
 
 
-def rig(structure, at="inner@0.5", **more):
-    return Rig("shafts", None, (), (Sensor(1, at),), structure=structure, **more)
+def rig(structure, at="inner@0.5", bushings=(), **more):
+    return Rig("shafts", None, bushings, (Sensor(1, at),), structure=structure, **more)
 
 
 @pytest.mark.parametrize(
@@ -109,3 +109,11 @@ def test_clearance_moves_relatively():
     assert relative[0] == pytest.approx(-(0.4**2 * 0.6**2) / (3 * rigidity), rel=1e-10)  # Roark, table 8.1, 1e
     at_ends = model.shapes(["inner@0.39", "inner@0.41"]) - model.shapes(["outer@0.39", "outer@0.41"])
     np.testing.assert_allclose(model.at_ends, at_ends, atol=1e-12 * np.abs(at_ends).max())
+
+
+def test_clearance_reaches_past_the_other_shaft():
+    outer = part("outer", (Support(0.2, "pinned"), Support(1.2, "pinned")), start=0.2)
+    bushing = Bushing("inner@0.205", 1e-3, 0.02, Grease(0.0), Contact(1e5), to="outer@0.205")
+    message = r'bushings\[0\].length 0.02 m makes it reach from 0.195 to 0.215 m, past the shaft "outer" \(0.2 <= x <='
+    with pytest.raises(RigError, match=message):
+        rig(Shafts((part("inner"), outer)), bushings=(bushing,))
