@@ -167,6 +167,9 @@ def _accelerance(frf: FRF, names: dict[str, str]) -> FRF:
     if unknown := [name for name in names if name not in frf.references]:
         raise RecordError(f"driving point of {unknown[0]}: the FRFs are to {', '.join(frf.references)}")
     lines = frf.frequency > 0
+    finite = np.isfinite(frf.functions[:, lines]).all(axis=0)
+    if not finite.all():
+        raise RecordError(f"the FRF is not finite at {frf.frequency[lines][np.argmin(finite)]:g} Hz")
     power = (2j * np.pi * frf.frequency[lines]) ** INTEGRATED[above]
     references = tuple(names.get(name, name) for name in frf.references)
     value = frf.value[..., lines] * power

@@ -106,6 +106,10 @@ def test_what_cannot_be_a_structure():
     base = dataclasses.replace(frf((3,)), quantity="acceleration/acceleration")
     with pytest.raises(RecordError, match='"acceleration/acceleration"; modes of unit mass need "acceleration/force"'):
         modes_from_frf(base)
+    value = frf((3,)).value.copy()
+    value[1, 0, 8] = np.nan
+    with pytest.raises(RecordError, match="the FRF is not finite at 4 Hz"):
+        modes_from_frf(dataclasses.replace(base, value=value, quantity="acceleration/force"), poles=([6.0], [0.01]))
     upside_down = dataclasses.replace(frf((3,)), value=-frf((3,)).value)
     with pytest.raises(RecordError, match="negative mass; check the directions"):
         modes_from_frf(upside_down)
