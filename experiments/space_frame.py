@@ -148,7 +148,7 @@ def export(frame: Frame, folder: Path) -> None:
         small = np.abs(whole.data) < 1e-12 * np.abs(whole.data).max()
         whole.data[small] = 0.0
         whole.eliminate_zeros()
-        scipy.io.mmwrite(folder / f"{name}.mtx", whole, "synthetic, mm t s N", precision=9, symmetry="symmetric")
+        scipy.io.mmwrite(folder / f"{name}.mtx", whole, "synthetic, mm t s N", precision=12, symmetry="symmetric")
     with (folder / "dofs.csv").open("w", newline="", encoding="utf-8") as file:
         table = csv.writer(file, lineterminator="\n")
         table.writerow(["node", "direction", "x", "y", "z"])

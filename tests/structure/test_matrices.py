@@ -17,6 +17,9 @@ from clearance_mj.errors import RigError
 from clearance_mj.rig import Bushing, Contact, Grease, PointMass, Rig, Sensor, Shaker
 from clearance_mj.structure import Matrices
 from clearance_mj.structure import matrices as module
+from experiments.space_frame import export, pump_frame
+
+MODELS = Path(__file__).parents[2] / "models"
 
 LENGTH, COUNT = 1.0, 8
 BENDING, LINE_MASS = 210e9 * np.pi * 0.01**4 / 64, 7850 * np.pi * 0.01**2 / 4
@@ -359,3 +362,16 @@ def test_file_without_a_matrix_names_what_it_holds(tmp_path):
     np.savez(tmp_path / "b.npz", M=np.eye(2), K=np.eye(2))
     with pytest.raises(RigError, match=r"dofs is missing, and .*b.npz holds none"):
         Matrices(file=tmp_path / "b.npz", units="m-kg-s")
+
+
+def test_the_shipped_frame_is_what_its_script_writes(tmp_path):
+    frame, _ = pump_frame()
+    export(frame, tmp_path / "pump_frame")
+    for name in ("M.mtx", "K.mtx", "dofs.csv"):
+        shipped = (MODELS / "pump_frame" / name).read_text(encoding="utf-8")
+        assert (tmp_path / "pump_frame" / name).read_text(encoding="utf-8") == shipped
+    rig = Rig.load(MODELS / "pump_frame.toml")
+    keep = slice(24, None)  # the feet are nodes 1 to 4
+    mass, stiffness = (matrix.toarray()[keep, keep] for matrix in frame.matrices())
+    expected = np.sqrt(scipy.linalg.eigvalsh(stiffness, mass)[:6]) / (2 * np.pi)
+    np.testing.assert_allclose(cm.beam.natural_frequencies(rig, 6), expected, rtol=1e-6)
