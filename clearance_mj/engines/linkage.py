@@ -214,7 +214,7 @@ def linkage(rig: Rig, links: int) -> Linkage:
     of_clearances = middles + [end for b in rig.bushings for p in b.joined for end in b.ends_of(p)]
     chains = []
     for i, shaft in enumerate(shafts):
-        wanted = [s.position for s in shaft.supports]
+        wanted = [s.position for s in shaft.supports] + [d.position for d in shaft.discs if d.inertia]
         wanted += [x for index, x in (_place(rig, p) for p in of_clearances) if index == i]
         wanted += [x for x, _, _ in sorted(masses[i], key=lambda m: -m[1])]
         chains.append(chain_of(shaft, links, wanted, masses[i]))
