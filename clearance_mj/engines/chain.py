@@ -13,6 +13,7 @@ A chain begins at the shaft's left end, where its first link can slide or turn u
 
 from __future__ import annotations
 
+import dataclasses
 import functools
 from dataclasses import dataclass
 from itertools import pairwise
@@ -23,7 +24,7 @@ from numpy.typing import ArrayLike
 
 from ..structure import Shaft, Support
 
-__all__ = ["Chain", "Link", "chain_of"]
+__all__ = ["Chain", "Link", "chain_of", "of_discs"]
 
 
 class Link(NamedTuple):
@@ -108,13 +109,12 @@ class Chain:
         return np.concatenate((root, *(1 / e.compliance for e in self.elements)))
 
     @functools.cached_property
-    def damping(self) -> np.ndarray:
-        """(nv,) of the joints, N s/m of the slide and N m s/rad of the others."""
+    def dashpots(self) -> np.ndarray:
+        """(nv,) of the joints, N s/m of the slide and N m s/rad of the turn."""
         own = [s for s in self.shaft.supports if self.at_start(s)]
         slide, turn = sum(s.translation_damping for s in own), sum(s.rotation_damping for s in own)
-        dashpots = np.zeros(self.stiffness.size)
-        dashpots[: self.slides + self.turns] = [slide] * self.slides + [turn] * self.turns
-        return dashpots + self.shaft.rayleigh[1] * self.stiffness
+        root = [slide] * self.slides + [turn] * self.turns
+        return np.concatenate((root, np.zeros(self.hinges.size)))
 
     @functools.cached_property
     def starts(self) -> np.ndarray:
@@ -160,6 +160,11 @@ class Chain:
         inertia = mass @ (at - centre) ** 2 + sum(own + m * (x - centre) ** 2 for m, x, own in parts)
         return Link(start, end, float(total), float(centre), float(inertia))
 
+    @property
+    def without_load(self) -> Chain:
+        """The same with nothing but the shaft's own discs on it."""
+        return dataclasses.replace(self, masses=of_discs(self.shaft))
+
     @functools.cached_property
     def mass(self) -> np.ndarray:
         """(nv, nv) mass matrix of the straight chain, with what sits on it."""
@@ -171,6 +176,11 @@ class Chain:
 
 def _column(x: ArrayLike) -> np.ndarray:
     return np.reshape(np.asarray(x, dtype=float), (-1, 1))
+
+
+def of_discs(shaft: Shaft) -> tuple[tuple[float, float, float], ...]:
+    """Position, m, mass, kg, and inertia, kg m², of a shaft's discs."""
+    return tuple((disc.position, disc.mass, disc.inertia) for disc in shaft.discs)
 
 
 def chain_of(shaft: Shaft, links: int, wanted: list[float], masses: list[tuple[float, float, float]]) -> Chain:

@@ -9,19 +9,25 @@ from __future__ import annotations
 import functools
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from itertools import pairwise
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 import scipy.linalg
-from numpy.typing import ArrayLike
 
 from ..errors import RigError
 from ..rig import Rig
+from ..structure import Beam, Shaft, Shafts
 from ..structure.base import parse_place
 from ..structure.reduction import vibration_modes
-from .chain import Chain, chain_of
+from ..structure.shafts import Spring
+from .chain import Chain, chain_of, of_discs
 
 __all__ = ["Linkage", "Springs", "linkage"]
+
+
+Points: TypeAlias = Sequence[float | str] | np.ndarray
+"""Positions, m, or named points on shafts"""
 
 
 class Springs(NamedTuple):
@@ -42,24 +48,37 @@ class Linkage:
     rig: Rig
     chains: tuple[Chain, ...]
 
-    def lever(self, points: ArrayLike | Sequence[float | str]) -> np.ndarray:
+    @functools.cached_property
+    def rayleigh(self) -> tuple[float, float]:
+        """Of the whole, point masses and springs included."""
+        whole = self.rig.linear
+        return whole.rayleigh if isinstance(whole, Beam | Shaft | Shafts) else (0.0, 0.0)
+
+    def _own_rayleigh(self, chain: Chain) -> tuple[float, float]:
+        """Of one of several shafts, in addition."""
+        return chain.shaft.rayleigh if isinstance(self.rig.linear, Shafts) else (0.0, 0.0)
+
+    @functools.cached_property
+    def slices(self) -> tuple[slice, ...]:
+        """The coordinates of each chain."""
+        ends = np.cumsum([0, *(chain.stiffness.size for chain in self.chains)]).tolist()
+        return tuple(slice(*pair) for pair in pairwise(ends))
+
+    def lever(self, points: Points) -> np.ndarray:
         """(n_points, nv) deflection of points on the straight links per coordinate."""
         return self._rows("lever", points)
 
-    def deflection(self, points: ArrayLike | Sequence[float | str]) -> np.ndarray:
+    def deflection(self, points: Points) -> np.ndarray:
         """(n_points, nv) deflection of points on the curved shafts per coordinate."""
         return self._rows("deflection", points)
 
-    def _rows(self, kind: str, points: ArrayLike | Sequence[float | str]) -> np.ndarray:
-        points = points.tolist() if isinstance(points, np.ndarray) else list(points)  # type: ignore[arg-type]
-        places = [self.place(p) for p in points]
-        blocks = []
-        for i, chain in enumerate(self.chains):
-            here = np.array([index == i for index, _ in places], dtype=bool)
-            block = np.zeros((len(places), chain.stiffness.size))
-            block[here] = getattr(chain, kind)([x for index, x in places if index == i])
-            blocks.append(block)
-        return np.hstack(blocks)
+    def _rows(self, kind: str, points: Points) -> np.ndarray:
+        places = [self.place(point) for point in points]
+        found = np.zeros((len(places), self.size))
+        for i, (chain, part) in enumerate(zip(self.chains, self.slices)):
+            here = [n for n, (index, _) in enumerate(places) if index == i]
+            found[here, part] = getattr(chain, kind)([places[n][1] for n in here])
+        return found
 
     def place(self, point: float | str) -> tuple[int, float]:
         """Number of the shaft that a point is on, and its position there, m."""
@@ -97,7 +116,8 @@ class Linkage:
     @functools.cached_property
     def damping(self) -> np.ndarray:
         """(nv,) of the joints."""
-        return np.concatenate([c.damping for c in self.chains])
+        eta2 = self.rayleigh[1]
+        return np.concatenate([c.dashpots + (eta2 + self._own_rayleigh(c)[1]) * c.stiffness for c in self.chains])
 
     @functools.cached_property
     def mass(self) -> np.ndarray:
@@ -125,9 +145,12 @@ class Linkage:
     @functools.cached_property
     def springs(self) -> Springs:
         """What is elastic beside the joints."""
-        found = []
+        found = [
+            (self._relative(s.joined, "deflection"), s.stiffness, s.damping + self.rayleigh[1] * s.stiffness)
+            for s in _joining(self.rig)
+        ]
         for chain in self.chains:
-            eta2 = chain.shaft.rayleigh[1]
+            eta2 = self.rayleigh[1] + self._own_rayleigh(chain)[1]
             for s in (s for s in chain.shaft.supports if not chain.at_start(s)):
                 for k, c, row in (
                     (s.translation, s.translation_damping, chain.deflection(s.position)),
@@ -140,7 +163,9 @@ class Linkage:
 
     def _of(self, chain: Chain, row: np.ndarray) -> np.ndarray:
         """A row of one chain's coordinates in those of all."""
-        return np.concatenate([(row if c is chain else np.zeros((1, c.stiffness.size)))[0] for c in self.chains])
+        found = np.zeros(self.size)
+        found[self.slices[self.chains.index(chain)]] = row[0]
+        return found
 
     @functools.cached_property
     def free(self) -> np.ndarray:
@@ -148,9 +173,14 @@ class Linkage:
         return scipy.linalg.null_space(self.fixed) if len(self.fixed) else np.eye(self.size)
 
     @property
+    def ratios(self) -> tuple[float, ...]:
+        """Damping ratios of the modes; the last one holds for all that follow."""
+        return self.rig.linear.damping_ratios if isinstance(self.rig.linear, Shaft | Shafts) else ()
+
+    @property
     def beside(self) -> tuple[tuple[np.ndarray, np.ndarray], np.ndarray] | tuple[()]:
         """Stiffness and damping of what is no joint, and `free`; nothing for joints alone."""
-        if not len(self.springs.rows) and not len(self.fixed) and not any(self.chains[0].shaft.damping_ratios):
+        if not len(self.springs.rows) and not len(self.fixed) and not any(self.ratios):
             return ()
         rows, stiffness, damping = self.springs
         viscous = self.viscous if self.viscous.size else 0.0
@@ -165,11 +195,12 @@ class Linkage:
     @functools.cached_property
     def viscous(self) -> np.ndarray:
         """(nv, nv) damping that neither joints nor springs have: η1 M and that of the modes; (0, 0) for none."""
-        eta1 = [chain.shaft.rayleigh[0] for chain in self.chains]
-        ratios = self.chains[0].shaft.damping_ratios
-        if not any(eta1) and not any(ratios):
+        own, ratios = [self._own_rayleigh(chain)[0] for chain in self.chains], self.ratios
+        if not self.rayleigh[0] and not any(own) and not any(ratios):
             return np.zeros((0, 0))
-        found = scipy.linalg.block_diag(*(eta * chain.mass for eta, chain in zip(eta1, self.chains)))
+        found = self.rayleigh[0] * self.mass
+        if any(own):
+            found = found + scipy.linalg.block_diag(*(eta * c.without_load.mass for eta, c in zip(own, self.chains)))
         if any(ratios):
             project = self.free.T
             modes = vibration_modes(project @ self.mass @ self.free, project @ self.whole_stiffness @ self.free)
@@ -204,21 +235,24 @@ def linkage(rig: Rig, links: int) -> Linkage:
         raise RigError(
             f'rig {rig.name!r}: links has no shear flexibility; use modal, or theory = "euler" for the shaft'
         )
-    masses: list[list[tuple[float, float, float]]] = [
-        [(d.position, d.mass, d.inertia) for d in shaft.discs] for shaft in shafts
-    ]
+    masses = [list(of_discs(shaft)) for shaft in shafts]
     for mass in rig.point_masses:
         i, x = _place(rig, mass.position)
         masses[i].append((x, mass.mass, 0.0))
+    joined = [p for spring in _joining(rig) for p in spring.joined]
     middles = [p for b in rig.bushings for p in b.joined]
     of_clearances = middles + [end for b in rig.bushings for p in b.joined for end in b.ends_of(p)]
     chains = []
     for i, shaft in enumerate(shafts):
         wanted = [s.position for s in shaft.supports] + [d.position for d in shaft.discs if d.inertia]
-        wanted += [x for index, x in (_place(rig, p) for p in of_clearances) if index == i]
+        wanted += [x for index, x in (_place(rig, p) for p in joined + of_clearances) if index == i]
         wanted += [x for x, _, _ in sorted(masses[i], key=lambda m: -m[1])]
         chains.append(chain_of(shaft, links, wanted, masses[i]))
     return Linkage(rig, tuple(chains))
+
+
+def _joining(rig: Rig) -> tuple[Spring, ...]:
+    return rig.linear.springs if isinstance(rig.linear, Shafts) else ()
 
 
 def _place(rig: Rig, point: float | str) -> tuple[int, float]:

@@ -86,7 +86,7 @@ def _add_chain(spec: mujoco.MjSpec, whole: Linkage, i: int) -> None:
     if chain.starts[0] > shaft.start:
         at = shaft.start, aside, chain.starts[0] - shaft.start
         _visual(spec.worldbody, f"{prefix}clamped", *at, _half_depth(shaft, shaft.start))
-    joints = iter(zip(_joints(whole, i), chain.stiffness, chain.damping))
+    joints = iter(zip(_joints(whole, i), chain.stiffness, whole.damping[whole.slices[i]]))
     body, origin = spec.worldbody, (0.0, 0.0)
     for n, (name, link) in enumerate(zip(names, chain.links)):
         body, origin = body.add_body(name=name, pos=[link.start - origin[0], aside - origin[1], 0]), (link.start, aside)
@@ -182,12 +182,10 @@ def _add_site(
 
 def _add_tendon(spec: mujoco.MjSpec, whole: Linkage, name: str, row: np.ndarray) -> mujoco.MjsTendon:
     """A fixed tendon over all joints of the shafts that it belongs to."""
-    tendon, first = spec.add_tendon(name=name, springlength=[0, 0]), 0
-    for i, chain in enumerate(whole.chains):
-        part = row[first : first + chain.stiffness.size]
-        first += part.size
-        if part.any():
-            for joint, share in zip(_joints(whole, i), part):
+    tendon = spec.add_tendon(name=name, springlength=[0, 0])
+    for i, part in enumerate(whole.slices):
+        if row[part].any():
+            for joint, share in zip(_joints(whole, i), row[part]):
                 tendon.wrap_joint(joint, share)
     return tendon
 
@@ -311,5 +309,4 @@ def _plant(rig: Rig, links: int) -> Plant:
         pairs=np.array(touching, int).reshape(-1, 2),
         limits=np.array([limits.get(f"clearance{end}", -1) for end in ends], dtype=int),
     )
-    eta1 = {chain.shaft.rayleigh[0] for chain in whole.chains}
-    return Plant(model, maps, float(rig.shaker.unit_direction[2]), decay=eta1.pop() if len(eta1) == 1 else 0.0)
+    return Plant(model, maps, float(rig.shaker.unit_direction[2]), decay=whole.rayleigh[0])

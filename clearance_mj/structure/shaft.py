@@ -236,7 +236,9 @@ class Shaft(Structure):
         )
 
     def integration(self, start: float, end: float) -> tuple[np.ndarray, np.ndarray, Rigidity]:
-        """Return Gauss points between two positions, eight in every section, their weights, m, and rigidities there.
+        """Return Gauss points between two positions, their weights, m, and rigidities there.
+
+        There are eight in every section, or in every piece of one that is cut.
 
         Parameters
         ----------
@@ -245,12 +247,13 @@ class Shaft(Structure):
         """
         node, weight = leggauss(8)
         at, weights, parts = [], [], []
-        for i, edges in enumerate(pairwise(self.edges)):
-            first, last = max(edges[0], start), min(edges[1], end)
-            if first < last:
-                at.append(first + (node + 1) * (last - first) / 2)
-                weights.append(weight * (last - first) / 2)
-                parts.append(self._rigidity(i, at[-1]))
+        for i, section in enumerate(self.sections):
+            ends = self.edges[i] + section.length * np.array([0.0, *section.cuts, 1.0])
+            for first, last in pairwise(np.clip(ends, start, end)):
+                if first < last:
+                    at.append(first + (node + 1) * (last - first) / 2)
+                    weights.append(weight * (last - first) / 2)
+                    parts.append(self._rigidity(i, at[-1]))
         return np.concatenate(at), np.concatenate(weights), Rigidity(*map(np.concatenate, zip(*parts)))
 
     @functools.cached_property
