@@ -21,7 +21,7 @@ import numba
 import numpy as np
 
 from ..clearance._pointers import OPTIONS, kernel_loop
-from ..clearance.kernel import Clearance, clearance_records, contact_step, follow_law, grease_step
+from ..clearance.kernel import Clearance, clearance_records, contact_force, contact_step, follow_law, grease_step
 from ..clearance.law import Law
 from ..errors import LawError, SimulationError
 from ..rig import Rig
@@ -85,7 +85,7 @@ class _Views(NamedTuple):
     applied: np.ndarray  # (nv,) forces
     constraint: np.ndarray  # (nv,) forces of the contacts
     acceleration: np.ndarray  # (nv,)
-    from_constraint: np.ndarray  # (n_bushings, nv) contact forces of the bushings, per the constraint's
+    from_constraint: np.ndarray  # (n_bushings, nv) contact forces of the bushings, per the constraint's; or (0, nv)
 
 
 class MujocoRun(Run):
@@ -111,10 +111,7 @@ class MujocoRun(Run):
         for field in ("body_mass", "body_subtreemass", "body_inertia"):
             getattr(self.model, field)[:] *= self.heavier
         self.base = kind == "base"
-        ends, held = plant.maps.at_points[n_bushings:], hold(self.model)
-        # The solver's joint forces come from contacts and rigid supports; a bushing's contact force is its ends' sum.
-        from_each = -np.linalg.pinv(np.vstack((ends, held)).T)[: len(ends)]
-        from_constraint = np.ascontiguousarray(from_each.reshape(n_bushings, 2, self.model.nv).sum(axis=1))
+        from_constraint = _from_constraint(plant.maps.at_points[n_bushings:], hold(self.model))
         self.data, self.gravity = mujoco.MjData(self.model), -plant.vertical / self.heavier
         model, data = self.model, self.data
         self.views = _Views(
@@ -172,6 +169,19 @@ class MujocoRun(Run):
             )
 
 
+def _from_constraint(ends: np.ndarray, held: np.ndarray) -> np.ndarray:
+    """(n_bushings, nv) contact force of each bushing, the sum over its ends, per joint force of the solver's.
+
+    These come from contacts at ``ends`` and reactions of supports ``held``. (0, nv) where the joints' forces do not
+    tell them apart, as where a support and a bushing are on one rigid link.
+    """
+    rows, n_bushings = np.vstack((ends, held)), len(ends) // 2
+    found = np.linalg.pinv(rows.T)[: len(ends)].reshape(n_bushings, 2, rows.shape[1]).sum(axis=1)
+    wanted = np.hstack((np.repeat(np.eye(n_bushings), 2, axis=1), np.zeros((n_bushings, len(held)))))
+    told = np.allclose(found @ rows.T, wanted * rows.any(axis=1), rtol=0, atol=1e-6)
+    return np.ascontiguousarray(-found) if told else np.zeros((0, rows.shape[1]))
+
+
 @kernel_loop(**OPTIONS)
 def _advance(
     steps: int, excitation: np.ndarray, base: bool, along: float, views: _Views, maps: Maps, clearance: Clearance,
@@ -182,7 +192,8 @@ def _advance(
     at_points, at_shaker, viscous, output, on_base, pairs, limits = maps
     bushings, states, numbers = clearance
     nv, n_bushings, n_sensors = qvel.size, bushings.size, output.shape[0]
-    grease_force = np.zeros(n_bushings)
+    grease_force, push = np.zeros((2, n_bushings))
+    told = from_constraint.shape[0] == n_bushings  # else the forces are those that the law asks for
     hardness = (1.0 - IMPEDANCE) * INVERSE_INERTIA
     for i in range(excitation.size):
         a = excitation[i]
@@ -207,9 +218,11 @@ def _advance(
             for m in range(nv):
                 applied[m] -= at_points[j, m] * grease_force[j]
             follow_law(bushing, state, numbers, x, (steps + i) * bushing.step)
+            push[j] = 0.0
             for end in range(2):
                 x, speed = _point(at_points, n_bushings + 2 * j + end, qpos, qvel)
-                _, k, c = contact_step(bushing, state, numbers, end, x, speed, True)
+                g, k, c = contact_step(bushing, state, numbers, end, x, speed, True)
+                push[j] += np.sign(g) * contact_force(k, c, abs(g), np.sign(g) * speed, False)
                 k = max(k, 0.5e-9)  # zero would mean MuJoCo's default
                 for side in range(pairs.shape[1]):
                     row = pairs[2 * j + end, side]
@@ -227,11 +240,12 @@ def _advance(
                 return i, 0
             out[i, s] = value
         for j in range(n_bushings):
-            contact = 0.0
-            for m in range(nv):
-                contact += from_constraint[j, m] * constraint[m]
+            if told:
+                push[j] = 0.0
+                for m in range(nv):
+                    push[j] += from_constraint[j, m] * constraint[m]
             out[i, n_sensors + j] = states[j].displacement
-            out[i, n_sensors + n_bushings + j] = contact
+            out[i, n_sensors + n_bushings + j] = push[j]
             out[i, n_sensors + 2 * n_bushings + j] = grease_force[j]
     return -1, -1
 
