@@ -175,7 +175,8 @@ class Linkage:
     @property
     def ratios(self) -> tuple[float, ...]:
         """Damping ratios of the modes; the last one holds for all that follow."""
-        return self.rig.linear.damping_ratios if isinstance(self.rig.linear, Shaft | Shafts) else ()
+        whole = self.rig.linear
+        return (whole.damping_ratios or ()) if isinstance(whole, Beam | Shaft | Shafts) else ()
 
     @property
     def beside(self) -> tuple[tuple[np.ndarray, np.ndarray], np.ndarray] | tuple[()]:
