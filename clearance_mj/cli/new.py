@@ -244,7 +244,8 @@ def _first_points(structure: dict[str, Any], out: Path) -> list[float | str]:
     kind = Structure.known[structure["kind"]]
     named = {name: str(out.parent / structure[name]) for name in kind.files if name in structure}
     points = from_plain(kind, structure | named, "structure", RigError).named_points
-    return [next((point for point in points if point.endswith("Z") and "R" not in point), points[0])]
+    along_z = [point for point in points if point.endswith("Z") and "R" not in point]
+    return list((along_z or points)[:1]) or ["1:+Z"]
 
 
 def _missing(structure: dict[str, Any], out: Path) -> list[Path]:
