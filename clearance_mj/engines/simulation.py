@@ -19,7 +19,7 @@ from ..errors import ClearanceError, ExcitationError, LawError
 from ..rig import Grease, Rig
 from ..signals.excitation import Excitation
 from ..signals.response import Response
-from ..signals.sampling import Decimator, Interpolator
+from ..signals.sampling import Decimator, Interpolator, WideDecimator
 from .base import Engine, diverged, get_engine, step_factor
 
 __all__ = ["Simulation", "simulate", "simulate_blocks"]
@@ -116,7 +116,8 @@ class Simulation:
         factor = _affordable(rig, law, engine, excitation.fs)
         self.step = 1 / (excitation.fs * factor)
         self.run = engine.start(rig, law, excitation.kind, self.step)
-        self.interpolator, self.decimator = Interpolator(factor), Decimator(self.columns, factor)
+        self.interpolator = Interpolator(factor)
+        self.decimator: Decimator | WideDecimator = Decimator(self.columns, factor)
         self.provenance = {
             "engine": engine.name,
             "settings": dataclasses.asdict(engine),

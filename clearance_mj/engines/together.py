@@ -18,7 +18,7 @@ from ..clearance.law import Law
 from ..rig import Rig
 from ..signals.excitation import Excitation
 from ..signals.response import Response
-from ..signals.sampling import Decimator
+from ..signals.sampling import WideDecimator
 from .modal import Modal, ModalRun, SideBySide
 from .simulation import Simulation
 
@@ -74,7 +74,7 @@ def _side_by_side(simulations: Sequence[Simulation]) -> list[Response]:
     first, runs = copy.copy(simulations[0]), [_run(simulation) for simulation in simulations]
     first.run = SideBySide(runs + runs[-1:] * (lanes - len(runs)))
     first.block //= lanes
-    first.decimator = Decimator(first.columns * lanes, first.interpolator.factor)
+    first.decimator = WideDecimator(first.columns * lanes, first.interpolator.factor)
     output = np.concatenate([block for _, block in first.outputs([first.excitation])])
     output = output.reshape(len(output), first.columns, lanes)
     return [s.response(s.excitation.value, output[:, :, lane]) for lane, s in enumerate(simulations)]
