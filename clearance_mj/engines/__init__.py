@@ -45,6 +45,7 @@ def mjcf(rig: Rig) -> dict[str, str]:
     Returns
     -------
     dict of str
-        "links" and "modes".
+        "links", where the structure has shafts, and "modes".
     """
-    return {"links": build_links(rig).to_xml(), "modes": build_modes(rig).to_xml()}
+    links = {"links": build_links(rig).to_xml()} if rig.linear.shafts else {}
+    return links | {"modes": build_modes(rig).to_xml()}

@@ -201,6 +201,8 @@ def _add_supports(spec: mujoco.MjSpec, whole: Linkage) -> None:
         spring.stiffness, spring.damping = [stiffness, 0, 0], [damping, 0, 0]
     if spec.equalities or spec.tendons:  # MuJoCo's implicit damping of joints alone would not hold supports still
         spec.option.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_EULERDAMP)
+        for joint in spec.joints:  # explicit dampers act half a step late: so much more inertia makes up for it
+            joint.armature = spec.option.timestep / 2 * joint.damping[0]
     if spec.equalities:
         spec.option.iterations = 100  # rows as they are; engines make them orthogonal
 
