@@ -171,7 +171,7 @@ def _fields(options: argparse.Namespace, out: Path) -> dict[str, Any]:
         "name": options.name,
         "beam" if kind == "beam" else "structure": structure,
         "bushings": tuple(Bushing(x, options.gap, bushing_length, grease, contact, to=to[x]) for x in clearances),
-        "sensors": tuple(Sensor(dof[0] if (dof := parse_dof(x)) else i, x) for i, x in enumerate(points, 1)),
+        "sensors": tuple(Sensor(int(dof[0]) if (dof := parse_dof(x)) else i, x) for i, x in enumerate(points, 1)),
         "masses": tuple(PointMass(x, mass) for x, mass in options.mass),
         "shaker": Shaker() if options.force_at is None else Shaker("force", options.force_at),
     }

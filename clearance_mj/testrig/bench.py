@@ -148,10 +148,12 @@ def greases(truths: Sequence[Truth], offsets: Sequence[float] = ()) -> integrato
     for row, model in zip(parameters, models):
         row[: model.parameters.size] = model.parameters
     kinds, states = np.array([(m.model, m.states) for m in models], dtype=np.int64).reshape(-1, 2).T.copy()
-    film = (column(name) for name in ("film_damping", "film_height", "film_limit"))
+    film_damping, film_height, film_limit = map(column, ("film_damping", "film_height", "film_limit"))
     offset = np.array(offsets or [0.0] * len(models), dtype=float)
     stiffness, ratio = column("grease_stiffness"), column("elastic_ratio")
-    return integrator.Greases(stiffness, ratio, kinds, states, parameters, *film, offset)
+    return integrator.Greases(
+        stiffness, ratio, kinds, states, parameters, film_damping, film_height, film_limit, offset
+    )
 
 
 def _drift(truths: Sequence[Truth], time: np.ndarray, seed: int) -> np.ndarray:
