@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.patches import Rectangle
 
 from ...rig import Bushing, PointMass, Rig
-from ...structure import Disc, Shaft
+from ...structure import Disc, Shaft, Spring
 from ..outline import outline, place, span, starts_clamped
 from ..style import COLOURS, FONT, Drawing, sheet, tidy
 from ._rig_scheme import scheme
@@ -104,11 +104,16 @@ class _SideView:
         under: dict[str, Any] = {"ha": "center", "va": "bottom", "fontsize": FONT - 1, "bbox": BEHIND_WORDS}
         self.ax.text(disc.position, y + high + 0.04, words, **under)
 
-    def _spring(self, spring: Any) -> None:
-        """A spring from shaft to shaft."""
-        (i, x), (j, to) = (place(self.rig, point) for point in (spring.position, spring.to))
-        ends = self._faces((i, x), (j, to))
-        draw_spring(self.pen, x, *ends, bool(getattr(spring, "damping", 0.0)))
+    def _spring(self, spring: Spring) -> None:
+        """A spring from shaft to shaft, or to the base."""
+        i, x = place(self.rig, spring.position)
+        if spring.to is None:
+            surface = self.level(i) - self.half(i, x)
+            draw_spring(self.pen, x, surface, surface - 0.42, bool(spring.damping), bool(spring.stiffness))
+            self.pen.ground(x, surface - 0.42)
+        else:
+            ends = self._faces((i, x), place(self.rig, spring.to))
+            draw_spring(self.pen, x, *ends, bool(spring.damping), bool(spring.stiffness))
 
     def _faces(self, one: tuple[int, float], other: tuple[int, float]) -> tuple[float, float]:
         """Heights of two shafts' surfaces that look at each other."""
