@@ -13,6 +13,7 @@ from clearance_mj.errors import ClearanceError
 from clearance_mj.placement import Candidates, candidates, evaluate, grid, place_sensors
 
 from .conftest import ROOT
+from .structures import chain, stepped, two_shafts
 
 RIG = str(ROOT / "models" / "table1_rig.toml")
 HEURISTICS = ("backward", "forward", "exchange")
@@ -150,6 +151,23 @@ def test_candidates_of_the_rig(rig):
     disturbed = candidates(rig, x, (1,), noise=np.full(30, 0.2), unwanted=(4,))
     fourth = mode_shapes(rig, x, 4)[:, 3]
     np.testing.assert_allclose(disturbed.noise, 0.04 * np.eye(30) + np.outer(fourth, fourth), rtol=1e-6, atol=1e-9)
+
+
+def test_candidates_of_other_structures():
+    """Pinned ends carry no sensor, free ones may; several shafts share the candidates by their lengths, 0.9 : 0.7."""
+    x = grid(stepped(), 24)
+    assert x.size == 24 and 0 < x[0] and x[-1] < 1.1
+    points = grid(two_shafts(), 16).tolist()
+    assert [sum(p.startswith(name) for p in points) for name in ("inner", "outer")] == [9, 7]
+    assert points[0] != "inner@0" and "outer@0.25" in points and "outer@0.95" in points
+    found = place_sensors(candidates(two_shafts(), points), 6)
+    assert set(found.position) <= set(points)
+    named = candidates(chain(), ["1:+Z", "2:-Z", "3:+Z"], (1, 2))
+    assert evaluate(named, [0, 1]).labels == ["1:+Z", "2:-Z"]
+    with pytest.raises(ClearanceError, match="no shaft to spread candidates over"):
+        grid(chain(), 5)
+    with pytest.raises(ClearanceError, match=r'a candidate must lie on the structure: .*"9:'):
+        candidates(chain(), ["1:+Z", "9:+Z"], (1, 2))
 
 
 def test_weights_do_not_move_the_determinant(rig):

@@ -176,7 +176,7 @@ class Stage:
         numbers = [self.shown.shaft == i for i in range(len(self.shafts))]
         self.lines = [(on, ax.fill_between(self.shown.position[on], 0, 0, color=STEEL, lw=0)) for on in numbers]
         on_shafts = self.masses_on_shafts()
-        self.of_masses = np.array([height for _, height in on_shafts]).reshape(len(on_shafts), -1)
+        self.of_masses = np.array([height for _, height in on_shafts]).reshape(len(on_shafts), self.shown.time.size)
         (self.masses,) = ax.plot([x for x, _ in on_shafts], [0] * len(on_shafts), "o", color=MASS, ms=9)
         self.plates = [
             [ax.add_patch(Rectangle((x - b.length / 2, 0), b.length, side * plate, facecolor=HALF, lw=0))

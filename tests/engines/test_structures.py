@@ -1,0 +1,69 @@
+"""Excitations and sensors at degrees of freedom of any direction, against the inverse of the dynamic stiffness."""
+
+import numpy as np
+import pytest
+
+from clearance_mj.clearance import ConstantLaw
+from clearance_mj.engines import Modal, ModalMujoco, simulate, simulate_batch
+from clearance_mj.rig import AppliedForce, Bushing, Rig, Sensor, Shaker
+from clearance_mj.signals.excitation import Excitation, random
+from clearance_mj.signals.frf import estimate_frf
+from clearance_mj.structure import Matrices
+
+from ..structures import CONTACT, GREASE, chain
+
+MASS = np.diag([0.5, 0.5, 0.3, 0.3])
+DAMPING = np.array([[3.0, 0.5, -1.0, 0.0], [0.5, 4.0, 0.0, -1.0], [-1.0, 0.0, 2.0, 0.0], [0.0, -1.0, 0.0, 3.0]])
+STIFFNESS = 1e3 * np.array(
+    [[9.0, 2.0, -3.0, 0.0], [2.0, 12.0, 1.0, -4.0], [-3.0, 1.0, 5.0, 1.0], [0.0, -4.0, 1.0, 7.0]]
+)
+DOFS = ("1:X", "1:Z", "2:X", "2:Z")
+SENSED = np.array([[1.0, 0, 0, 0], [0, 0, 0, -1.0]])
+
+
+def frame(shaker) -> Rig:
+    """Two nodes that move along X and Z, and a clearance between them whose grease acts all the time."""
+    structure = Matrices("m-kg-s", mass=MASS, stiffness=STIFFNESS, damping=DAMPING, dofs=DOFS)
+    bushing = Bushing("2:+X", 0.1, 0.0, GREASE, CONTACT, to="1:+X")
+    return Rig("frame", None, (bushing,), (Sensor(1, "1:+X"), Sensor(2, "2:-Z")), shaker=shaker, structure=structure)
+
+
+SHAKERS = {
+    "base": (
+        Shaker(direction=(3.0, 0.0, 4.0)), MASS @ (-0.6, -0.8, -0.6, -0.8), np.array([0.6, -0.8]), "100:+Z",
+    ),
+    "force": (
+        Shaker("force", "1:-X", also=(AppliedForce("2:+Z", 2.0),)), np.array([-1.0, 0, 0, 2.0]), np.zeros(2), "200:-X",
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("engine", [Modal(), ModalMujoco(safety=0.05)])
+@pytest.mark.parametrize("kind", SHAKERS)
+def test_frfs_to_a_base_or_forces_in_any_direction(kind, engine):
+    shaker, load, on_base, reference = SHAKERS[kind]
+    rig = frame(shaker)
+    pulse = Excitation(np.where(np.arange(8192) < 8, 1.0, 0.0), 1024.0, kind)
+    response = simulate(rig, pulse, ConstantLaw(8e3, 5.0), engine)
+    frf = estimate_frf(response, resolution=1.0)
+    assert (frf.responses, frf.reference) == (("1:+X", "2:-Z"), reference)
+    frequency = np.fft.rfftfreq(pulse.value.size, 1 / pulse.fs)
+    near = (frequency > 3) & (frequency < 40)
+    found = np.fft.rfft(response.acceleration)[:, near] / np.fft.rfft(pulse.value)[near]
+    omega = 2 * np.pi * frequency[near][:, None, None]
+    between = np.outer((-1.0, 0, 1.0, 0), (-1.0, 0, 1.0, 0))
+    stiffness, damping = STIFFNESS + GREASE.stiffness * between, DAMPING + GREASE.damping * between
+    moved = np.linalg.solve(stiffness + 1j * omega * damping - omega**2 * MASS, load[:, None])[..., 0]
+    known = (-(omega[:, 0] ** 2) * moved) @ SENSED.T + on_base
+    error = np.abs(found - known.T).max(axis=1)
+    assert np.all(error < 0.005 * np.abs(known).max(axis=0))
+
+
+@pytest.mark.parametrize("engine", ["modal", "modal-mj"])
+def test_a_batch_is_its_simulations(engine):
+    rig, excitations = chain(), [random(0.5, 1024.0, rms=rms, seed=2) for rms in (2.0, 6.0)]
+    laws = [ConstantLaw(8e3, 5.0), ConstantLaw(2e4, 2.0)]
+    for alone, excitation, law in zip(simulate_batch(rig, excitations, laws, engine), excitations, laws):
+        np.testing.assert_allclose(
+            simulate(rig, excitation, law, engine).displacement, alone.displacement, rtol=0, atol=1e-12
+        )
