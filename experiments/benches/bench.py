@@ -8,12 +8,14 @@ bushings and sensors 2 mm, gains 1 %, clamp as of 0 to 2 diameters more shaft, m
 from __future__ import annotations
 
 import dataclasses
+import functools
 from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
 
 from clearance_mj.rig import Beam, Bushing, Contact, Grease, PointMass, Rig, Sensor
+from clearance_mj.structure.beam import Clamp as RigClamp
 
 from . import physics
 from .shaft import Clamp, Shaft
@@ -175,6 +177,7 @@ def _normal(rng: np.random.Generator) -> float:
     return float(np.clip(rng.standard_normal(), -2, 2))
 
 
+@functools.lru_cache(maxsize=16)
 def _nominal_shaft(rig: Rig) -> Shaft:
     """The rig file's, with its Rayleigh damping as ratios of the modes."""
     beam = rig.beam
@@ -260,6 +263,33 @@ def _named(rig: Rig, ignorance: Iterable[str], probes: bool = True, seed: int = 
     return _bench(rig, seed, shaft, holes, 0.015 * wrong[0], 3e-3 * wrong[1], probes)
 
 
+def exact_rig(bench: Bench) -> Rig:
+    """What a rig file would say that knows everything but the sensors' gains and the physics of the bushings."""
+    shaft, rig = bench.shaft, bench.rig
+    clamp = shaft.clamp and RigClamp(shaft.clamp.rotation, shaft.clamp.translation)
+    beam = dataclasses.replace(
+        rig.beam, young_modulus=shaft.young_modulus, density=shaft.density, rayleigh=(0.0, 0.0),
+        damping_ratios=shaft.damping, clamp=clamp,
+    )  # fmt: skip
+    bushings = [
+        dataclasses.replace(b, position=h.position, gap=h.gap, offset=h.offset)
+        for b, h in zip(rig.bushings, bench.holes)
+    ]
+    sensors = [dataclasses.replace(s, position=a.position) for s, a in zip(rig.sensors, bench.accelerometers)]
+    masses = tuple(PointMass(x, m) for x, m in shaft.masses)
+    return rig.replace(beam=beam, bushings=tuple(bushings), sensors=tuple(sensors), masses=masses)
+
+
+def known(bench: Bench) -> Bench:
+    """The same bench with an exact rig file and exact gains: what identification could reach."""
+    gains = {
+        part: tuple(dataclasses.replace(i, gain=1.0) for i in getattr(bench, part))
+        for part in ("accelerometers", "probes")
+    }
+    name = f"{bench.name}-known"
+    return dataclasses.replace(bench, name=name, rig=exact_rig(bench).replace(name=name), **gains)
+
+
 ALL = ("gaps", "offsets", "sensors", "linear")
 """What the named benches do not know together; bushings stand where the rig file says"""
 NAMED = {
@@ -280,8 +310,11 @@ NAMED = {
 def find_bench(name: str, ignorance: Iterable[str] | None = None) -> Bench:
     """A named bench; one drawn from a seed, such as "17"; or one of a family, such as "cubic+maxwell-slip+4".
 
+    "-known" behind the name: the same bench with an exact rig file.
     ``ignorance`` of a drawn one: all by default, none for a family.
     """
+    if name.endswith("-known"):
+        return known(find_bench(name.removesuffix("-known"), ignorance))
     if name in NAMED and ignorance is None:
         return NAMED[name]()
     if name.isdecimal():

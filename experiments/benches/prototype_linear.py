@@ -11,6 +11,7 @@ the distance of every parameter from its prior. truth.toml is read only to print
 from __future__ import annotations
 
 import argparse
+import dataclasses
 import tomllib
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -22,8 +23,7 @@ import scipy.optimize
 from clearance_mj.beam import ritz_model
 from clearance_mj.io.dataset import Dataset, Record
 from clearance_mj.rig import PointMass, Rig
-from clearance_mj.structure.section import Material, Section
-from clearance_mj.structure.shaft import Shaft, Support
+from clearance_mj.structure.beam import Clamp
 
 BAND = (5.0, 220.0)
 """Hz"""
@@ -78,16 +78,14 @@ def priors(rig: Rig, probes: bool) -> list[Prior]:
 
 def rig_of(rig: Rig, v: dict[str, float]) -> Rig:
     """The rig with an elastic clamp and the values of parameters by name."""
-    beam = rig.beam
-    stiffness = v["E"] * beam.second_moment
-    clamp = Support(
-        0.0, translation=3 * stiffness / v["clamp translation"] ** 3, rotation=stiffness / v["clamp rotation"]
-    )
-    ratios = tuple(float(v[f"damping ratio {i + 1}"]) for i in range(RATIOS))
-    section = Section(beam.length, diameter=beam.diameter)
-    shaft = Shaft((section,), (clamp,), material=Material(v["E"], v["density"]), damping_ratios=ratios, theory="euler")
+    stiffness = v["E"] * rig.beam.second_moment
+    beam = dataclasses.replace(
+        rig.beam, young_modulus=v["E"], density=v["density"], rayleigh=(0.0, 0.0),
+        damping_ratios=tuple(float(v[f"damping ratio {i + 1}"]) for i in range(RATIOS)),
+        clamp=Clamp(stiffness / v["clamp rotation"], 3 * stiffness / v["clamp translation"] ** 3),
+    )  # fmt: skip
     masses = tuple(PointMass(m.position, v[f"mass {m.name}"], m.name) for m in rig.masses)
-    return rig.replace(beam=None, structure=shaft, masses=masses)
+    return rig.replace(beam=beam, masses=masses)
 
 
 def frf(rig: Rig, v: dict[str, float], frequency: np.ndarray, probes: bool) -> np.ndarray:

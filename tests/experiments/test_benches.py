@@ -8,10 +8,16 @@ import pytest
 import scipy.optimize
 import scipy.signal
 
+from clearance_mj.clearance.contacts.cubic import Cubic
+from clearance_mj.clearance.contacts.hunt_crossley_1975 import HuntCrossley1975
+from clearance_mj.clearance.greases.maxwell_slip import MaxwellSlip
+from clearance_mj.clearance.law import ContactLaw
+from clearance_mj.engines import simulate
 from clearance_mj.io.dataset import Dataset
+from clearance_mj.rig import Grease
 from clearance_mj.signals import excitation
 from experiments.benches import make, motion, physics
-from experiments.benches.bench import CONTACTS, GREASES, NAMED, Instrument, find_bench, make_bench
+from experiments.benches.bench import CONTACTS, GREASES, IGNORANCES, NAMED, Instrument, find_bench, known, make_bench
 from experiments.benches.records import FS, shake
 from experiments.benches.shaft import Clamp, Shaft
 
@@ -166,6 +172,43 @@ def test_step_size():
     assert np.abs(fine).max() > 5e-4  # beyond the gap
     assert np.all(np.abs(fine - coarse).max(axis=1) < 0.01 * scale)
     np.testing.assert_allclose(first.std(axis=1), second.std(axis=1), rtol=5e-4)
+
+
+def package_law(holes):
+    """A family's contact and grease in the package's terms."""
+    contacts = [
+        Cubic(h.contact[0], h.contact[2], h.contact[4])
+        if h.contact[1] == 1.0
+        else HuntCrossley1975(h.contact[0], h.contact[0] * h.contact[3], h.contact[1])
+        for h in holes
+    ]
+    greases = []
+    for h in holes:
+        _, damping, height, limit = h.film
+        film = {"damping": damping, "film_height": height, "film_limit": limit}
+        if h.slip[0]:
+            forces = tuple(k * y for k, y in zip(*h.slip))
+            greases.append(MaxwellSlip(h.slip[0], forces, h.elastic, **film))
+        else:
+            k, beta, gamma, exponent = h.bouc_wen
+            shape = {"beta": beta, "gamma": gamma, "exponent": exponent}
+            greases.append(Grease(h.elastic + k, elastic_ratio=h.elastic / (h.elastic + k), **shape, **film))
+    return ContactLaw(contacts, greases)
+
+
+@pytest.mark.parametrize("family", ["power+bouc-wen", "cubic+maxwell-slip", "linear+linear"])
+def test_a_family_moves_as_the_package_says(family):
+    """Everything known and drawn at random, two independent simulators: the same motion, rattling."""
+    drawn = known(find_bench(f"{family}+2", IGNORANCES))
+    b = dataclasses.replace(drawn, probes=tuple(Instrument(h.position, 1.0) for h in drawn.holes))
+    base = excitation.random(1.0, FS, rms=6.0, seed=5)
+    _, moved = shake(b, base.value)
+    other = simulate(b.rig, base, package_law(b.holes), "modal").displacement
+    assert np.abs(moved).max() > 2 * b.holes[1].gap
+    whole = slice(0, int(0.9 * FS))  # the end of a record rings in the filters
+    scale = moved.std(axis=1)
+    assert np.all(np.abs(other - moved)[:, whole].max(axis=1) < 0.01 * scale)
+    np.testing.assert_allclose(other[:, whole].std(axis=1), moved[:, whole].std(axis=1), rtol=1e-3)
 
 
 @pytest.mark.parametrize("contact", CONTACTS)
