@@ -106,8 +106,7 @@ def advance(
                     new = load(side, p, lanes) * larger(load(side, p, lanes) * new, load(least, p, lanes))
                 change = half * (new - now)
                 for r in range(n_points):
-                    if acts[r]:
-                        store(w, r, load(w, r, lanes) - load(compliance, r * n_points + p, lanes) * change, lanes)
+                    store(w, r, load(w, r, lanes) - load(compliance, r * n_points + p, lanes) * change, lanes)
                 store(force, p, new, lanes)
         for m in range(n):
             store(total, m, load(shape, m, lanes) * a, lanes)
