@@ -22,6 +22,7 @@ from clearance_mj.signals.frf import estimate_frf
 from clearance_mj.structure import Disc, Material, Section, Shaft, Shafts, Spring, Support
 from clearance_mj.structure.reduction import vibration_modes
 
+from ..structures import chain
 from .test_frf_engines import BAND, FS, noise, rms_db
 
 STEEL, ROUND = Material(210e9, 7850.0), (Section(1.0, diameter=0.0086),)
@@ -142,7 +143,10 @@ def test_models_for_a_viewer_are_stable():
 
 
 def test_what_links_cannot_do():
-    """One line says what can."""
+    """One line says what can; models for a viewer are then those of the modes alone."""
+    with pytest.raises(RigError, match="links needs a shaft; use modal or modal-mj"):
+        simulate(chain(), Excitation(noise(0.1, 1.0, 1), FS, "base", BAND), LAW, "links")
+    assert list(mjcf(chain())) == ["modes"]
     of = rig("propped")
     with pytest.raises(RigError, match=r'no shear flexibility; use modal, or theory = "euler"'):
         build_links(of.replace(structure=dataclasses.replace(of.structure, theory="timoshenko")))
