@@ -138,12 +138,13 @@ def _peak(frequency: np.ndarray, magnitude: np.ndarray, i: int) -> tuple[float, 
 
 
 def linear_frequencies(rig: Rig, law: Law, n: int) -> np.ndarray:
-    """Natural frequencies (n,), Hz, within the gap, with the law's grease if it brings its own."""
+    """Natural frequencies (n,), Hz, within the gap, with the law's grease if it brings its own; nan for none."""
     if law.grease is not None:
         greases = (Grease(*model.small_motion()) for model in greases_of(rig, law))
         bushings = (dataclasses.replace(b, grease=g) for b, g in zip(rig.bushings, greases))
         rig = rig.replace(bushings=tuple(bushings))
-    return natural_frequencies(rig, n)
+    found = natural_frequencies(rig, n)
+    return np.pad(found, (0, n - found.size), constant_values=np.nan)
 
 
 def _lines(rig: Rig, excitation: Excitation, resolution: float, band: tuple[float, float]) -> np.ndarray:
@@ -156,7 +157,8 @@ def _lines(rig: Rig, excitation: Excitation, resolution: float, band: tuple[floa
 
 def _around_modes(rig: Rig, n: int, band: tuple[float, float]) -> tuple[tuple[float, float], ...]:
     modes = natural_frequencies(rig, n + 1)
-    edges = np.clip([band[0], *np.sqrt(modes[1:] * modes[:-1])], *band)
+    last = [band[1]] if modes.size <= n else []  # the structure has no more
+    edges = np.clip([band[0], *np.sqrt(modes[1:] * modes[:-1]), *last], *band)
     return tuple((float(low), float(high)) for low, high in zip(edges, edges[1:]) if low < high)
 
 
