@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import tomli_w
 
+from clearance_mj.errors import SimulationError
 from clearance_mj.io.channels import Channel
 from clearance_mj.io.dataset import Record, write_dataset
 from clearance_mj.signals import excitation, sampling
@@ -63,7 +64,7 @@ def shake(bench: Bench, base: np.ndarray, fs: float = FS, factor: int = FACTOR) 
         out = np.empty((block.size, channels))
         done = motion.march(scheme, state, bushings, block, out)
         if done < block.size or not np.isfinite(out[-1]).all():
-            raise ArithmeticError(f"bench {bench.name}: no convergence at {(start + done) * scheme.step:.6f} s")
+            raise SimulationError(f"bench {bench.name}: no convergence at {(start + done) * scheme.step:.6f} s")
         out[:, len(accelerometers) :] -= rest
         slow.append(decimator.push(out))
     found = np.concatenate((*slow, decimator.flush()))[: base.size].T
