@@ -18,7 +18,6 @@ from dataclasses import dataclass
 
 import numpy as np
 import scipy.signal
-from numpy.typing import ArrayLike
 
 from ..beam import ModalModel, ritz_model
 from ..errors import ClearanceError, RecordError
@@ -78,7 +77,7 @@ class Clip:
         return np.array([np.interp(x, self.position[on], lift[on]) for lift in self.lift])
 
 
-def deflection(rig: Rig, response: Response, x: ArrayLike | Sequence[float | str]) -> np.ndarray:
+def deflection(rig: Rig, response: Response, x: Sequence[float | str] | np.ndarray) -> np.ndarray:
     """Displacement (n_t, n_x), m, of points x relative to the base, from the forces of a response from rest.
 
     At the bushings it is as recorded. The modes' motion is exact for forces that are straight lines between samples
