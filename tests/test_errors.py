@@ -191,9 +191,6 @@ def test_targets_of_a_calibration(tmp_path):
     write_uff(tmp_path / "zero.uff", frf(value=0.0))
     with pytest.raises(RecordError, match="an FRF is zero or not finite at a line; cut it off with a band"):
         calibrate.read_frf(tmp_path / "zero.uff")
-    write_uff(tmp_path / "x.uff", frf(responses=("1:+Z", "2:+X")))
-    with pytest.raises(RecordError, match=r"response 2:\+X is not in the direction of vibration"):
-        calibrate.read_frf(tmp_path / "x.uff")
     write_uff(tmp_path / "two.uff", join_references([frf(references=(r,)) for r in ("1:+Z", "2:+Z")]))
     with pytest.raises(RecordError, match=r"holds FRFs to 1:\+Z, 2:\+Z, calibration needs FRFs to one reference"):
         calibrate.read_frf(tmp_path / "two.uff")
