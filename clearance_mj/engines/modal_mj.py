@@ -38,10 +38,13 @@ class ModalMujoco(Engine):
     """time step as a share of its stability limit, contacts at their hardest"""
 
     def largest_step(self, rig: Rig, law: Law) -> float:
-        """``safety`` times the stability limit of the modes with every contact and film at its hardest."""
-        omega, mass = ritz_model(rig, self.modes).omega, _mass(rig, self.modes)
-        points = _plant(rig, self.modes).maps.at_points
-        return self.safety * stable_step(mass * np.eye(omega.size), mass * omega**2, points, rig, law)
+        """``safety`` times the stability limit of the modes with every contact, film and dashpot at its hardest."""
+        ritz, mass, maps = ritz_model(rig, self.modes), _mass(rig, self.modes), _plant(rig, self.modes).maps
+        other = None
+        if maps.viscous.size:  # explicit, so that with the joints' own it must not be too strong for the step
+            other = np.zeros_like(maps.viscous), maps.viscous + mass * np.diag(ritz.damping)
+        joints = mass * ritz.omega**2
+        return self.safety * stable_step(mass * np.eye(ritz.size), joints, maps.at_points, rig, law, other=other)
 
     def start(self, rig: Rig, law: Law, kind: str, step: float) -> Run:
         """Begin a simulation at rest; see `Engine.start`."""

@@ -46,3 +46,11 @@ def test_a_strong_dashpot_is_stable_and_exact(measured):
     measured.below("dashpot of 2e4 N s/m, modal: imbalance", balance.imbalance, 1e-3, "conservation of energy")
     fine = simulate(rig, base, LAW, Modal(resolution=0.1))
     np.testing.assert_allclose(coarse.displacement.std(axis=1), fine.displacement.std(axis=1), rtol=0.01)
+
+
+@pytest.mark.parametrize("dashpot", [2e2, 2e3, 2e4])
+def test_modes_in_mujoco_follow_strong_dashpots(dashpot):
+    """Within the gaps, against the modal engine, which takes them implicitly."""
+    rig, base = damped(dashpot), random(0.3, 2048.0, rms=0.05, seed=3)
+    found, expected = (simulate(rig, base, LAW, engine).displacement for engine in ("modal-mj", "modal"))
+    assert np.abs(found - expected).max() < 0.005 * np.abs(expected).max()
