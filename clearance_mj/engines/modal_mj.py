@@ -17,6 +17,7 @@ from pydantic import Field
 
 from ..beam import MOST_MODES, ritz_model
 from ..clearance.law import Law
+from ..errors import ClearanceError
 from ..rig import Rig
 from ..validation import Positive, Whole
 from .base import Engine, Run, register
@@ -25,6 +26,9 @@ from .plant import FAR, Maps, Plant, set_solver, stable_step
 from .softness import INVERSE_INERTIA, solref_solimp
 
 __all__ = ["ModalMujoco", "build_modes"]
+
+STRONG = 0.6
+"""of the step without them: dashpots that shorten it further are refused, their damping would be wrong by percents"""
 
 
 @register
@@ -40,11 +44,18 @@ class ModalMujoco(Engine):
     def largest_step(self, rig: Rig, law: Law) -> float:
         """``safety`` times the stability limit of the modes with every contact, film and dashpot at its hardest."""
         ritz, mass, maps = ritz_model(rig, self.modes), _mass(rig, self.modes), _plant(rig, self.modes).maps
-        other = None
-        if maps.viscous.size:  # explicit, so that with the joints' own it must not be too strong for the step
-            other = np.zeros_like(maps.viscous), maps.viscous + mass * np.diag(ritz.damping)
-        joints = mass * ritz.omega**2
-        return self.safety * stable_step(mass * np.eye(ritz.size), joints, maps.at_points, rig, law, other=other)
+        inertia, joints = mass * np.eye(ritz.size), mass * ritz.omega**2
+        step = stable_step(inertia, joints, maps.at_points, rig, law)
+        if maps.viscous.size:  # explicit in the loop
+            viscous = np.zeros_like(maps.viscous), maps.viscous + mass * np.diag(ritz.damping)
+            damped = stable_step(inertia, joints, maps.at_points, rig, law, other=viscous)
+            if damped < STRONG * step:
+                raise ClearanceError(
+                    f"rig {rig.name!r}: its dashpots couple the modes too strongly for the modal-mj engine, which "
+                    "takes them explicitly; use modal"
+                )
+            step = damped
+        return self.safety * step
 
     def start(self, rig: Rig, law: Law, kind: str, step: float) -> Run:
         """Begin a simulation at rest; see `Engine.start`."""
