@@ -11,13 +11,14 @@ from __future__ import annotations
 import functools
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from .errors import RigError
 from .rig import Rig
+from .structure import Structure
 from .structure.base import LinearModel, Rows, dof_vector
 from .structure.reduction import reduced
 
@@ -177,6 +178,8 @@ class ModalModel:
 def ritz_model(rig: Rig, modes: int = 8, grease: bool = False) -> ModalModel:
     """Reduce the rig's structure, with its point masses, to modes and static shapes (Eqs 1-6).
 
+    Rigs that differ in gaps, contacts or, without ``grease``, in the grease alone share one reduction.
+
     Parameters
     ----------
     rig : Rig
@@ -191,35 +194,61 @@ def ritz_model(rig: Rig, modes: int = 8, grease: bool = False) -> ModalModel:
     RigError
         If the structure's mass is not positive or its stiffness negative.
     """
-    pairs = [b.joined for b in rig.bushings]
-    forces = [rig.shaker.forces] if rig.shaker.kind == "force" else []
-    points = [p for pair in pairs for p in pair] + [m.position for m in rig.point_masses]
-    points += [p for of_one in forces for p, _ in of_one]
-    linear = rig.linear.assemble(tuple(dict.fromkeys(points)), modes)
-    rows = linear.rows
-    clearances = [rows(pair[:1])[0] - (rows(pair[1:])[0] if len(pair) > 1 else 0.0) for pair in pairs]
-    loads = clearances + [factor * rows([p])[0] for of_one in forces for p, factor in of_one]
-    masses, springs = [], []
-    influence = linear.influence.copy()
-    for point in rig.point_masses:
-        at = rows([point.position])[0]
-        masses.append((point.mass, at))
-        influence += point.mass * np.outer(at, dof_vector(point.position))
-    if grease:
-        springs = [(b.grease.stiffness, at) for b, at in zip(rig.bushings, clearances)]
+    masses = tuple((m.position, m.mass) for m in rig.point_masses)
+    forces = rig.shaker.forces if rig.shaker.kind == "force" else ()
+    springs = tuple(b.grease.stiffness for b in rig.bushings) if grease else ()
     try:
-        found = reduced(linear, masses, springs, loads, modes)
+        found = _reduction(rig.linear, tuple(b.joined for b in rig.bushings), masses, forces, springs, modes)
     except ValueError as error:
         raise RigError(f"rig {rig.name!r}: {error}") from None
+    participation = (found.influence @ rig.shaker.unit_direction) @ found.transform
+    return ModalModel(
+        rig, found.omega, found.damping, found.coupling, participation, grease, found.rows, found.transform
+    )
+
+
+_Loads: TypeAlias = tuple[tuple[float | str, float], ...]
+"""Points, each with a factor"""
+
+
+class _Reduction(NamedTuple):
+    """A structure with point masses, reduced to modes and static shapes; fields as of `ModalModel`."""
+
+    omega: np.ndarray
+    damping: np.ndarray
+    coupling: np.ndarray
+    influence: np.ndarray  # (n_coordinates, 3) as of `LinearModel`, with the point masses
+    rows: Rows
+    transform: np.ndarray  # (n_coordinates, n)
+
+
+@functools.lru_cache(maxsize=16)  # a large structure's holds megabytes
+def _reduction(
+    structure: Structure,
+    joined: tuple[tuple[float | str, ...], ...],
+    masses: _Loads,
+    forces: _Loads,
+    springs: tuple[float, ...],
+    modes: int,
+) -> _Reduction:
+    """Reduce a structure with masses, and springs at its clearances, which join one point to the base or two points."""
+    points = [point for pair in joined for point in pair] + [point for point, _ in (*masses, *forces)]
+    linear = structure.assemble(tuple(dict.fromkeys(points)), modes)
+    rows = linear.rows
+    clearances = [rows(pair[:1])[0] - (rows(pair[1:])[0] if len(pair) > 1 else 0.0) for pair in joined]
+    loads = clearances + [factor * rows([point])[0] for point, factor in forces]
+    held, influence = [], linear.influence.copy()
+    for point, mass in masses:
+        at = rows([point])[0]
+        held.append((mass, at))
+        influence += mass * np.outer(at, dof_vector(point))
+    found = reduced(linear, held, [*zip(springs, clearances)], loads, modes)
     transform = found.shapes
-    if rig.linear.shafts:
-        last = rig.linear.shafts[-1]
+    if structure.shafts:
+        last = structure.shafts[-1]
         tip = rows([f"{last.name}@{last.end!r}" if last.name else last.end])[0] @ transform
         transform = transform * np.where(tip < 0, -1.0, 1.0)
-    damping, coupling = _damping(linear, found.omega, transform)
-    along = rig.shaker.unit_direction
-    participation = (influence @ along) @ transform
-    return ModalModel(rig, found.omega, damping, coupling, participation, grease, rows, transform)
+    return _Reduction(found.omega, *_damping(linear, found.omega, transform), influence, rows, transform)
 
 
 def _damping(linear: LinearModel, omega: np.ndarray, shapes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

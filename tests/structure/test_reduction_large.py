@@ -1,5 +1,6 @@
 """Reduced models against the whole one: sparse and dense routes, residual flexibility and Craig-Bampton."""
 
+import dataclasses
 import time
 
 import numpy as np
@@ -8,11 +9,14 @@ import scipy.linalg
 import scipy.sparse
 import scipy.sparse.linalg
 
+from clearance_mj.beam import ritz_model
+from clearance_mj.rig import Contact, Grease, PointMass
 from clearance_mj.structure import reduction
 from clearance_mj.structure.base import LinearModel
 from clearance_mj.structure.large import lowest
 from clearance_mj.structure.reduction import Modes, reduced
 from experiments.space_frame import Bar, Frame
+from tests.structures import chain
 
 MODES = 20
 
@@ -133,3 +137,18 @@ def test_thirty_thousand_degrees_of_freedom_take_seconds():
     sines = np.sqrt(2 / (n + 1)) * np.sin(np.pi * np.outer([61, 88], step) / (n + 1))
     static = np.sum((sines[0][:, None] * sines[1] / exact) ** 2)
     np.testing.assert_allclose(receptance(found, load, 0.0), static, rtol=1e-8)
+
+
+def test_rigs_that_differ_in_their_clearances_alone_share_one_reduction():
+    """Gap, contact, offset and grease act outside of the modes; point masses, loads and springs within them."""
+    rig = chain()
+    first, second = rig.bushings
+    here = dataclasses.replace(first, gap=7e-4, offset=1e-4, contact=Contact(1e5), grease=Grease(50.0))
+    other, same = rig.replace(bushings=(here, second)), ritz_model(rig)
+    assert ritz_model(other).rig is other and ritz_model(other).omega is same.omega
+    stiffer = ritz_model(other, grease=True).omega, ritz_model(rig, grease=True).omega
+    assert not np.allclose(*stiffer)
+    heavier = rig.replace(masses=(PointMass("3:+Z", 0.1),))
+    assert ritz_model(heavier).omega[0] < same.omega[0]
+    moved = rig.replace(bushings=(dataclasses.replace(first, to="3:+Z"), second))
+    np.testing.assert_allclose(ritz_model(moved).at_bushings[0], same.at_sensors[1] - same.at_sensors[2], atol=1e-12)
