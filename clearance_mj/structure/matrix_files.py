@@ -62,7 +62,7 @@ def read_matrix(what: str, name: str) -> Matrix:
         except (ValueError, OverflowError) as error:
             raise ValueError(f"{path}: not a Matrix Market file ({error})") from None
     if path.suffix.lower() == ".npy":
-        return as_matrix(str(path), np.load(path, allow_pickle=False))
+        return as_matrix(str(path), np.load(path))
     variables = _variables(path)
     if {"data", "indices", "indptr", "shape"} <= variables.keys():
         return as_matrix(str(path), scipy.sparse.load_npz(path))
@@ -93,7 +93,7 @@ def _variables(path: Path) -> dict[str, Any]:
     """What a .npz or .mat file holds, by name."""
     if path.suffix.lower() == ".npz":
         try:
-            with np.load(path, allow_pickle=False) as file:
+            with np.load(path) as file:
                 return dict(file)
         except (ValueError, EOFError, zipfile.BadZipFile) as error:
             raise ValueError(f"{path}: not a whole .npz file of numbers and texts ({error})") from None
