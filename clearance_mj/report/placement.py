@@ -36,7 +36,8 @@ def draw(rig: Rig, places: Candidates, found: Placement, modes: Sequence[int]) -
         f"candidates{'; grey: bushings' * on_one_shaft}. Below: the share of the information that goes with each "
         "sensor, and how many times the least standard deviation of each mode grows without it."
     )
-    return Drawing("placement", figure, caption, f"Layout of {len(found.chosen)} sensors{' along the shaft' * on_one_shaft}.")
+    alt = f"Layout of {len(found.chosen)} sensors{' along the shaft' * on_one_shaft}."
+    return Drawing("placement", figure, caption, alt)
 
 
 def _shaft(ax: Axes, rig: Rig, places: Candidates, found: Placement, modes: Sequence[int]) -> None:
