@@ -7,7 +7,6 @@ Plain frozen data in SI units, read from and written to TOML. Every impossible v
 from __future__ import annotations
 
 import dataclasses
-import hashlib
 import itertools
 import math
 import os
@@ -24,6 +23,7 @@ from .errors import RigError
 from .files import replacing
 from .structure import AnyStructure, Beam, Point, Structure
 from .structure.base import AXES, moved, parse_dof, parse_place
+from .structure.files import content, is_embedded
 from .validation import (
     NotNegative,
     Number,
@@ -495,7 +495,7 @@ class Rig:
             If it has unknown or missing keys or impossible values.
         """
         if isinstance(data, dict):
-            data = {"beam": None, **_with_files(data, lambda name: str(Path(folder) / name))}
+            data = {"beam": None, **_with_files(data, lambda n: n if is_embedded(n) else str(Path(folder) / n))}
         return from_plain(cls, data, "", RigError)
 
     def to_dict(self) -> dict[str, Any]:
@@ -504,7 +504,7 @@ class Rig:
 
     def content(self) -> dict[str, Any]:
         """Return plain data that two rigs share if they are the same, for caches: `to_dict` with digests of files."""
-        return _with_files(self.to_dict(), _sha256)
+        return _with_files(self.to_dict(), _digest)
 
     def copied(self, folder: str | Path) -> Rig:
         """Return the same rig, its structure read from copies of its files.
@@ -536,9 +536,9 @@ class Rig:
             temporary.write_text(tomli_w.dumps(data), encoding="utf-8")
 
 
-def _sha256(name: str) -> str:
+def _digest(name: str) -> str:
     try:
-        return hashlib.sha256(Path(name).read_bytes()).hexdigest()
+        return content([name], None)
     except OSError as error:
         raise RigError(f"{name}: cannot be read ({error.strerror})") from None
 

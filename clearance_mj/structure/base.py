@@ -6,6 +6,7 @@ place, direction), or "inner@0.4", 0.4 m along the shaft called inner.
 
 from __future__ import annotations
 
+import dataclasses
 import math
 import re
 import shutil
@@ -21,6 +22,7 @@ from pydantic import PlainValidator, WithJsonSchema
 from ..errors import RigError
 from ..files import replacing
 from ..validation import from_plain, to_plain
+from .files import is_embedded
 
 __all__ = [
     "AXES",
@@ -29,6 +31,7 @@ __all__ = [
     "Point",
     "Rows",
     "Structure",
+    "StructureOfFiles",
     "dof_vector",
     "moved",
     "parse_dof",
@@ -190,7 +193,7 @@ class Structure(ABC):
         """
         data, taken = to_plain(self), set[str]()
         for field in self.files:
-            if isinstance(name := getattr(self, field), str):
+            if isinstance(name := getattr(self, field), str) and not is_embedded(name):
                 own = Path(name).name
                 copy = folder / (f"{field}_{own}" if own in taken else own)
                 taken.add(own)
@@ -244,3 +247,17 @@ class Structure(ABC):
         """
         place = parse_place(point)
         return np.array([place[1] if place else 0.0, 0.0, 0.0])
+
+
+class StructureOfFiles(Structure):
+    """A structure that keeps names of files, of fields in `files`: two are equal if all but these names is."""
+
+    def _values(self) -> tuple[object, ...]:
+        names = (f.name for f in dataclasses.fields(self))  # type: ignore[arg-type]
+        return tuple(value for n in names if not (isinstance(value := getattr(self, n), str) and n in self.files))
+
+    def __eq__(self, other: object) -> bool:
+        return self._values() == other._values() if isinstance(other, type(self)) else NotImplemented
+
+    def __hash__(self) -> int:
+        return hash(self._values())

@@ -1,19 +1,26 @@
-"""Files that a structure is read from: found from the rig file's folder, and known by their content."""
+"""Files that a structure is read from: found from the rig file's folder, and known by their content.
+
+What was never in a file is named by a data URI (RFC 2397), its content itself as text.
+"""
 
 from __future__ import annotations
 
+import base64
 import functools
 import hashlib
+import io
 import os
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated, TypeAlias
+from typing import Annotated, BinaryIO, TypeAlias
 
 from pydantic import BeforeValidator
 
 from ..validation import Text
 
-__all__ = ["FileName", "absolute", "content"]
+__all__ = ["FileName", "absolute", "content", "embedded", "is_embedded", "opened"]
+
+_EMBEDDED = "data:application/octet-stream;base64,"
 
 
 def _text(value: object) -> object:
@@ -24,8 +31,25 @@ FileName: TypeAlias = Annotated[Text, BeforeValidator(_text)]
 """A text, or a pathlib.Path"""
 
 
+def embedded(data: bytes) -> str:
+    """Return the data URI of a content that is in no file."""
+    return _EMBEDDED + base64.b64encode(data).decode()
+
+
+def is_embedded(name: str) -> bool:
+    """Return whether a name is a content itself."""
+    return name.startswith(_EMBEDDED)
+
+
+def opened(name: str) -> BinaryIO:
+    """Open a file, or what its name holds."""
+    return io.BytesIO(base64.b64decode(name[len(_EMBEDDED) :])) if is_embedded(name) else open(name, "rb")
+
+
 def absolute(name: str) -> str:
     """Return a file's name from the root; a ValueError says that there is no such file."""
+    if is_embedded(name):
+        return name
     path = Path(name).expanduser().absolute()
     if not path.is_file():
         raise ValueError(f"{name}: {'is a folder' if path.is_dir() else 'there is no such file'}")
@@ -34,21 +58,22 @@ def absolute(name: str) -> str:
 
 def content(names: Sequence[str], known: str | None) -> str:
     """Return the SHA-256 of the files' bytes, one after another; a ValueError if it is not the ``known`` one."""
-    stats = [os.stat(name) for name in names]
-    found = _sha256(tuple(names), tuple((s.st_mtime_ns, s.st_size) for s in stats))
+    stats = [None if is_embedded(name) else os.stat(name) for name in names]
+    found = _sha256(tuple(names), tuple(s and (s.st_mtime_ns, s.st_size) for s in stats))
     if known not in (None, found):
+        own = ("the arrays" if is_embedded(name) else name for name in names)
         raise ValueError(
-            f"sha256 is not that of {' and '.join(names)}, which changed since the rig was written; take sha256 out of "
+            f"sha256 is not that of {' and '.join(own)}, which changed since the rig was written; take sha256 out of "
             "the rig file to use the changed one"
         )
     return found
 
 
-@functools.lru_cache(maxsize=256)
-def _sha256(names: tuple[str, ...], states: tuple[tuple[int, int], ...]) -> str:
+@functools.lru_cache(maxsize=16)  # names may hold megabytes
+def _sha256(names: tuple[str, ...], states: tuple[tuple[int, int] | None, ...]) -> str:
     found = hashlib.sha256()
     for name in names:
-        with open(name, "rb") as file:
+        with opened(name) as file:
             while block := file.read(2**20):
                 found.update(block)
     return found.hexdigest()

@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import functools
-import os
-import shutil
-import tempfile
+import io
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Literal, NamedTuple, TypeAlias, TypeVar
@@ -18,9 +16,9 @@ from pydantic import Field, PlainValidator, WithJsonSchema
 from ..errors import RigError
 from ..files import replacing
 from ..validation import NotNegative, Share, Text, checked
-from .base import LinearModel, Structure, register
+from .base import LinearModel, StructureOfFiles, register
 from .dofs import Dofs, dof_table, read_dofs
-from .files import FileName, absolute, content
+from .files import FileName, absolute, content, embedded, is_embedded, opened
 from .matrix_checks import check_mass_and_stiffness, symmetric
 from .matrix_files import NAMES, Matrix, as_matrix, read_matrix, read_model, write_model
 from .reduction import DENSE
@@ -43,8 +41,6 @@ Units: TypeAlias = Literal["m-kg-s", "mm-t-s", "mm-kg-ms", "mm-kg-s", "mm-g-ms",
 INLINE = 12
 """degrees of freedom up to which arrays stand in the rig file itself"""
 
-CACHE = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "clearance_mj"
-"""Where files of arrays are kept, each named by its content"""
 T = TypeVar("T")
 
 
@@ -97,18 +93,19 @@ class _Free(NamedTuple):
 
 
 @register
-@checked(RigError)
-class Matrices(Structure):
+@checked(RigError, eq=False)
+class Matrices(StructureOfFiles):
     """Mass, stiffness and damping matrices, dense or sparse, with a table of their degrees of freedom.
 
     Give either ``file``, which holds everything, or ``mass`` and ``stiffness``: names of files, or arrays. Arrays of
-    more than 12 degrees of freedom are kept in a file in the user's cache folder, which `Rig.save` copies to the rig
-    file. Two are equal if what they hold is, wherever the files are.
+    more than 12 degrees of freedom become a ``file`` in memory, part of the rig's plain data as a text, which
+    `Rig.save` writes beside the rig file; name files where matrices are large. Two are equal if what they hold is,
+    wherever the files are.
     """
 
     units: Units | None = None
     """of length, mass (or force) and time in the matrices and coordinates; never guessed, so one must be given"""
-    file: FileName | None = None
+    file: FileName | None = dataclasses.field(default=None, repr=False)
     """.npz or .mat with M, K, perhaps C, and dofs"""
     mass: Source | None = None
     """M: file .mtx, .npz, .npy or .mat, or rows of numbers"""
@@ -164,37 +161,20 @@ class Matrices(Structure):
         return [name for name in self.files if isinstance(getattr(self, name), str)]
 
     def _keep(self) -> None:
-        """Put arrays into a file, so that the structure stays small, plain data."""
-        matrices, dofs = _read(self)
-        with tempfile.TemporaryDirectory() as folder:
-            written = Path(folder) / "matrices.npz"
-            write_model(written, matrices, dofs)
-            kept = CACHE / f"matrices_{content([str(written)], None)[:16]}.npz"
-            if not kept.exists():
-                with replacing(kept) as temporary:
-                    shutil.copyfile(written, temporary)
+        """Put arrays into a file in memory, so that the structure stays plain data."""
+        written = io.BytesIO()
+        write_model(written, *_read(self))
         for name in self.files:
             self._set(name, None)
-        self._set("file", str(kept))
-
-    def _values(self) -> tuple[object, ...]:
-        """What makes two the same: the content of files, not their names."""
-        names = (f.name for f in dataclasses.fields(self) if f.name not in self._files)
-        return tuple(getattr(self, name) for name in names)
-
-    def __eq__(self, other: object) -> bool:
-        return self._values() == other._values() if isinstance(other, Matrices) else NotImplemented
-
-    def __hash__(self) -> int:
-        return hash(self._values())
+        self._set("file", embedded(written.getvalue()))
 
     def saved_beside(self, path: Path) -> Matrices:
         """Return the same, arrays' file beside the rig file; see `Structure.saved_beside`."""
-        if self.file is None or Path(self.file).parent != CACHE:
+        if self.file is None or not is_embedded(self.file):
             return self
         beside = path.with_name(f"{path.stem}_matrices.npz")
         with replacing(beside) as temporary:
-            shutil.copyfile(self.file, temporary)
+            temporary.write_bytes(opened(self.file).read())
         return dataclasses.replace(self, file=str(beside))
 
     def check(self, point: float | str) -> None:

@@ -6,13 +6,14 @@ import re
 import zipfile
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, NamedTuple, TypeAlias
+from typing import Any, BinaryIO, NamedTuple, TypeAlias
 
 import numpy as np
 import scipy.io
 import scipy.sparse
 
 from .dofs import Dofs, dof_table
+from .files import is_embedded, opened
 
 __all__ = ["Found", "Matrix", "as_matrix", "read_matrix", "read_model", "write_model"]
 
@@ -39,8 +40,8 @@ def read_model(name: str) -> Found:
     6), with ``coordinates`` (n, 3) if they are known. A sparse matrix of an .npz file is four variables, as those of
     scipy.sparse.save_npz behind the matrix's name: ``M_data``, ``M_indices``, ``M_indptr``, ``M_shape`` (CSR).
     """
-    path = Path(name)
-    variables = _variables(path)
+    path = "arrays" if is_embedded(name) else name
+    variables = _variables(name)
     matrices = {}
     for what, names in NAMES.items():
         found = [name for name in names if name in variables or f"{name}_data" in variables]
@@ -63,7 +64,7 @@ def read_matrix(what: str, name: str) -> Matrix:
             raise ValueError(f"{path}: not a Matrix Market file ({error})") from None
     if path.suffix.lower() == ".npy":
         return as_matrix(str(path), np.load(path))
-    variables = _variables(path)
+    variables = _variables(name)
     if {"data", "indices", "indptr", "shape"} <= variables.keys():
         return as_matrix(str(path), scipy.sparse.load_npz(path))
     held = ", ".join(variables) or "nothing"
@@ -73,7 +74,7 @@ def read_matrix(what: str, name: str) -> Matrix:
     return as_matrix(f"{path}: {named[0]}", _variable(variables, named[0]))
 
 
-def write_model(path: Path, matrices: Mapping[str, Matrix], dofs: Dofs) -> None:
+def write_model(file: BinaryIO, matrices: Mapping[str, Matrix], dofs: Dofs) -> None:
     """Write what `read_model` reads, as .npz: the same bytes for the same numbers."""
     variables: dict[str, Any] = {}
     for what, matrix in matrices.items():
@@ -86,14 +87,15 @@ def write_model(path: Path, matrices: Mapping[str, Matrix], dofs: Dofs) -> None:
     variables["dofs"] = np.array(signed)
     if dofs.places is not None:
         variables["coordinates"] = dofs.places
-    np.savez_compressed(path, **variables)
+    np.savez_compressed(file, **variables)
 
 
-def _variables(path: Path) -> dict[str, Any]:
+def _variables(name: str) -> dict[str, Any]:
     """What a .npz or .mat file holds, by name."""
+    path = Path("arrays.npz" if is_embedded(name) else name)
     if path.suffix.lower() == ".npz":
         try:
-            with np.load(path) as file:
+            with opened(name) as stream, np.load(stream) as file:
                 return dict(file)
         except (ValueError, EOFError, zipfile.BadZipFile) as error:
             raise ValueError(f"{path}: not a whole .npz file of numbers and texts ({error})") from None
@@ -146,7 +148,7 @@ def as_matrix(where: str, value: Any) -> Matrix:
     return scipy.sparse.csr_array(value + lower.T + upper.T) if (lower.nnz == 0) != (upper.nnz == 0) else value
 
 
-def _dofs(path: Path, variables: Mapping[str, Any]) -> Dofs | None:
+def _dofs(path: str, variables: Mapping[str, Any]) -> Dofs | None:
     """Degrees of freedom that stand in the file of the matrices."""
     found = variables.get("dofs")
     if found is None:

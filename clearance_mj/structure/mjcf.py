@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import difflib
 import functools
 from collections.abc import Sequence
@@ -15,7 +14,7 @@ from pydantic import Field
 
 from ..errors import RigError
 from ..validation import NotNegative, Share, Text, checked
-from .base import LinearModel, Structure, parse_dof, register
+from .base import LinearModel, StructureOfFiles, parse_dof, register
 from .files import FileName, absolute, content
 from .linearise import Linearised, linearised
 
@@ -23,8 +22,8 @@ __all__ = ["Mjcf"]
 
 
 @register
-@checked(RigError)
-class Mjcf(Structure):
+@checked(RigError, eq=False)
+class Mjcf(StructureOfFiles):
     """A MuJoCo model, linearised about its equilibrium: M, C and K of small motions of its joints.
 
     Points are sites or bodies by name, such as "tip:+Z", in the world's directions. Springs, tendons, gravity, fluid,
@@ -50,15 +49,6 @@ class Mjcf(Structure):
         object.__setattr__(self, "file", absolute(self.file))
         object.__setattr__(self, "sha256", content([self.file], self.sha256))
         _linearised(self)
-
-    def _values(self) -> tuple[object, ...]:
-        return tuple(getattr(self, f.name) for f in dataclasses.fields(self) if f.name != "file")
-
-    def __eq__(self, other: object) -> bool:
-        return self._values() == other._values() if isinstance(other, Mjcf) else NotImplemented
-
-    def __hash__(self) -> int:
-        return hash(self._values())
 
     @property
     def total_mass(self) -> float:

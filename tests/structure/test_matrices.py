@@ -2,6 +2,7 @@
 
 import csv
 import hashlib
+import json
 import pickle
 import re
 from pathlib import Path
@@ -16,7 +17,6 @@ import clearance_mj as cm
 from clearance_mj.errors import RigError
 from clearance_mj.rig import Bushing, Contact, Grease, PointMass, Rig, Sensor, Shaker
 from clearance_mj.structure import Matrices
-from clearance_mj.structure import matrices as module
 from experiments.space_frame import export, pump_frame
 
 MODELS = Path(__file__).parents[2] / "models"
@@ -26,11 +26,6 @@ BENDING, LINE_MASS = 210e9 * np.pi * 0.01**4 / 64, 7850 * np.pi * 0.01**2 / 4
 MOVES = [f"{node}:{axis}" for node in range(1, COUNT + 2) for axis in ("Z", "RY")]
 MASS_2 = ((2.0, 0.0), (0.0, 1.0))
 STIFFNESS_2 = ((300.0, -100.0), (-100.0, 100.0))
-
-
-@pytest.fixture(autouse=True)
-def cache(tmp_path, monkeypatch):
-    monkeypatch.setattr(module, "CACHE", tmp_path / "cache")
 
 
 def hermite(count=COUNT):
@@ -162,13 +157,12 @@ def rig_of(structure):
 def test_rig_comes_back_from_its_file_and_its_plain_data(tmp_path, kind):
     if kind == "memory":
         structure = cantilever(damping_ratios=(0.01,))
-        assert Path(structure.file).parent == module.CACHE
+        assert structure.file not in repr(structure)
     else:
         files = files_of(tmp_path, kind, *hermite())
         structure = Matrices(**files, units="m-kg-s", fixed=("1",), damping_ratios=(0.01,))
     rig = rig_of(structure)
-    assert len(str(rig.to_dict())) < 2000
-    assert Rig.from_dict(rig.to_dict()) == rig
+    assert Rig.from_dict(json.loads(json.dumps(rig.to_dict()))) == rig
     assert pickle.loads(pickle.dumps(rig)) == rig
     (tmp_path / "rigs").mkdir()
     rig.save(tmp_path / "rigs" / "rig.toml")
