@@ -18,7 +18,6 @@ import scipy.linalg
 from ..errors import RigError
 from ..rig import Rig
 from ..structure import Beam, Shaft, Shafts
-from ..structure.base import parse_place
 from ..structure.reduction import vibration_modes
 from ..structure.shafts import Spring
 from .chain import Chain, chain_of, of_discs
@@ -73,16 +72,12 @@ class Linkage:
         return self._rows("deflection", points)
 
     def _rows(self, kind: str, points: Points) -> np.ndarray:
-        places = [self.place(point) for point in points]
+        places = [self.rig.linear.place(point) for point in points]
         found = np.zeros((len(places), self.size))
         for i, (chain, part) in enumerate(zip(self.chains, self.slices)):
             here = [n for n, (index, _) in enumerate(places) if index == i]
             found[here, part] = getattr(chain, kind)([places[n][1] for n in here])
         return found
-
-    def place(self, point: float | str) -> tuple[int, float]:
-        """Number of the shaft that a point is on, and its position there, m."""
-        return _place(self.rig, point)
 
     @functools.cached_property
     def at_bushings(self) -> np.ndarray:
@@ -238,7 +233,7 @@ def linkage(rig: Rig, links: int) -> Linkage:
         )
     masses = [list(of_discs(shaft)) for shaft in shafts]
     for mass in rig.point_masses:
-        i, x = _place(rig, mass.position)
+        i, x = rig.linear.place(mass.position)
         masses[i].append((x, mass.mass, 0.0))
     joined = [p for spring in _joining(rig) for p in spring.joined]
     middles = [p for b in rig.bushings for p in b.joined]
@@ -246,7 +241,7 @@ def linkage(rig: Rig, links: int) -> Linkage:
     chains = []
     for i, shaft in enumerate(shafts):
         wanted = [s.position for s in shaft.supports] + [d.position for d in shaft.discs if d.inertia]
-        wanted += [x for index, x in (_place(rig, p) for p in joined + of_clearances) if index == i]
+        wanted += [x for index, x in (rig.linear.place(p) for p in joined + of_clearances) if index == i]
         wanted += [x for x, _, _ in sorted(masses[i], key=lambda m: -m[1])]
         chains.append(chain_of(shaft, links, wanted, masses[i]))
     return Linkage(rig, tuple(chains))
@@ -254,9 +249,3 @@ def linkage(rig: Rig, links: int) -> Linkage:
 
 def _joining(rig: Rig) -> tuple[Spring, ...]:
     return rig.linear.springs if isinstance(rig.linear, Shafts) else ()
-
-
-def _place(rig: Rig, point: float | str) -> tuple[int, float]:
-    place, names = parse_place(point), [shaft.name for shaft in rig.linear.shafts]
-    assert place is not None  # the rig has checked its points
-    return names.index(place[0]) if place[0] in names else 0, place[1]

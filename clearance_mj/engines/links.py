@@ -160,14 +160,14 @@ def _add_sensors(spec: mujoco.MjSpec, whole: Linkage, i: int, n: int) -> None:
 
 def _link(whole: Linkage, point: float | str) -> tuple[int, int]:
     """Number of the shaft and of the link that carry a point; link -1 before the first one of a clamped shaft."""
-    i, x = whole.place(point)
+    i, x = whole.rig.linear.place(point)
     return i, int(np.searchsorted(whole.chains[i].starts, x, side="right")) - 1
 
 
 def _carrier(spec: mujoco.MjSpec, whole: Linkage, point: float | str) -> tuple[mujoco.MjsBody, list[float]]:
     """Body that carries a point, and its place there."""
     i, n = _link(whole, point)
-    x = whole.place(point)[1]
+    x = whole.rig.linear.place(point)[1]
     if n < 0:
         return spec.worldbody, [x, _aside(whole, i), 0]
     return spec.body(_names(whole, i)[n]), [x - whole.chains[i].starts[n], 0, 0]
@@ -210,7 +210,7 @@ def _add_supports(spec: mujoco.MjSpec, whole: Linkage) -> None:
 def _add_bushing(spec: mujoco.MjSpec, whole: Linkage, j: int) -> None:
     """Plates, and collars at both ends."""
     bushing = whole.rig.bushings[j]
-    i, x = whole.place(bushing.position)
+    i, x = whole.rig.linear.place(bushing.position)
     depth = _half_depth(whole.chains[i].shaft, x)
     _add_plates(spec, j, bushing, x, _aside(whole, i), depth)
     site = {"objtype": mujoco.mjtObj.mjOBJ_SITE, "objname": f"bushing{j}"}

@@ -24,7 +24,7 @@ from ..errors import ClearanceError, RecordError
 from ..rig import Rig
 from ..signals.response import Response
 from ..structure import Shaft
-from .outline import outline, place, span
+from .outline import outline
 
 __all__ = ["Clip", "clip", "deflection"]
 
@@ -67,12 +67,12 @@ class Clip:
     @property
     def length(self) -> float:
         """From the start of the first shaft to the end of the last one, m."""
-        first, last = span(self.rig.linear.shafts)
+        first, last = self.rig.linear.span
         return last - first
 
     def lift_at(self, point: float | str) -> np.ndarray:
         """(n,) displacement of a point relative to the base, m."""
-        shaft, x = place(self.rig, point)
+        shaft, x = self.rig.linear.place(point)
         on = self.shaft == shaft
         return np.array([np.interp(x, self.position[on], lift[on]) for lift in self.lift])
 
@@ -137,8 +137,8 @@ def clip(rig: Rig, response: Response, start: float | None = None, seconds: floa
     first, last = _window(response, start, seconds)
     shown = np.linspace(first, last, count).round().astype(int)
     largest = max(np.abs(lift[first : last + 1]).max(), max(b.gap for b in rig.bushings))
-    first_end, last_end = span(shafts)
-    length = last_end - first_end
+    left, right = rig.linear.span
+    length = right - left
     if exaggeration is None:
         exaggeration = float(f"{DRAWN_LIFT * length / largest:.2g}")
     if not 0 < exaggeration * largest <= MOST_LIFT * length:

@@ -1,4 +1,4 @@
-"""Outlines of shafts and where points are on them, for drawings."""
+"""Outlines of shafts, for drawings."""
 
 from __future__ import annotations
 
@@ -6,11 +6,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ..rig import Rig
 from ..structure import Shaft
-from ..structure.base import parse_place
 
-__all__ = ["outline", "place", "span", "starts_clamped"]
+__all__ = ["outline", "starts_clamped"]
 
 
 def outline(shaft: Shaft) -> np.ndarray:
@@ -19,17 +17,6 @@ def outline(shaft: Shaft) -> np.ndarray:
     outer = [s.diameter or s.height or (0.0, 0.0) for s in shaft.sections]
     bore = [s.inner_diameter or (0.0, 0.0) for s in shaft.sections]
     return np.array((np.repeat(edges, 2)[1:-1], np.ravel(outer) / 2, np.ravel(bore) / 2))
-
-
-def span(shafts: Sequence[Shaft]) -> tuple[float, float]:
-    """Where the first shaft begins and the last one ends, m."""
-    return min(s.start for s in shafts), max(s.end for s in shafts)
-
-
-def place(rig: Rig, point: float | str) -> tuple[int, float]:
-    """Number of the shaft that a point is on, and its position, m."""
-    name, x = parse_place(point) or ("", 0.0)
-    return next((i for i, shaft in enumerate(rig.linear.shafts) if shaft.name == name), 0), x
 
 
 def starts_clamped(shafts: Sequence[Shaft]) -> bool:

@@ -12,7 +12,7 @@ from matplotlib.patches import Rectangle
 from ..beam import mode_shapes
 from ..placement import Candidates, Placement
 from ..rig import Rig
-from .outline import place, starts_clamped
+from .outline import starts_clamped
 from .style import FONT, REPEAT, TEST, Drawing, canvas, tidy
 
 __all__ = ["draw"]
@@ -45,7 +45,7 @@ def _shaft(ax: Axes, rig: Rig, places: Candidates, found: Placement, modes: Sequ
     start, end = shaft.start, shaft.end
     length = end - start
     for bushing in rig.bushings:
-        left = place(rig, bushing.position)[1] - bushing.length / 2
+        left = rig.linear.place(bushing.position)[1] - bushing.length / 2
         ax.add_patch(Rectangle((left, -1.25), bushing.length, 2.5, facecolor="#dddddd", edgecolor="none"))
     for support in shaft.supports:
         if support.kind == "clamped":

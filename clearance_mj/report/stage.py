@@ -19,7 +19,7 @@ from matplotlib.patches import Polygon, Rectangle
 
 from ..structure import Support
 from .clip import Clip
-from .outline import outline, place, span, starts_clamped
+from .outline import outline, starts_clamped
 from .style import COLOURS, FONT, tidy
 
 __all__ = ["CLAMP", "DPI", "HALF", "MASS", "PLATE", "STEEL", "WALL", "Stage"]
@@ -49,7 +49,7 @@ class Stage:
         self.radii = np.concatenate(
             [np.interp(shown.position[shown.shaft == i], *edges[:2]) for i, edges in enumerate(outlines)]
         )
-        self.places = [place(shown.rig, b.position) for b in shown.rig.bushings]
+        self.places = [shown.rig.linear.place(b.position) for b in shown.rig.bushings]
         self.at_bushings = [np.interp(x, *outlines[i][:2]) for i, x in self.places]
         self.level = np.zeros(len(self.shafts))
         highest = shown.exaggeration * max(np.abs(shown.lift).max(), *(b.gap for b in shown.rig.bushings))
@@ -57,7 +57,7 @@ class Stage:
         lane = max(LEAST_HEIGHT * self.length, 1.1 * highest, 1.05 * np.nanmax(np.abs(self.arrows()[..., 1])))
         self.level = lane * np.arange(len(self.shafts) - 1.0, -len(self.shafts), -2.0)
         self.half_height = lane * len(self.shafts)
-        first, last = span(self.shafts)
+        first, last = shown.rig.linear.span
         self.left, self.right = first - 0.04 * self.length, last + 0.03 * self.length
         across = WIDTH - LEFT - RIGHT
         self.size = across, across * 2 * self.half_height / (self.right - self.left)
@@ -123,7 +123,7 @@ class Stage:
         """Position of every point mass and disc, and its drawn height in every picture, (n,), m."""
         points = [m.position for m in self.shown.rig.masses]
         points += [f"{s.name}@{d.position!r}" if s.name else d.position for s in self.shafts for d in s.discs]
-        lanes = [place(self.shown.rig, point) for point in points]
+        lanes = [self.shown.rig.linear.place(point) for point in points]
         lifts = [self.shown.exaggeration * self.shown.lift_at(point) for point in points]
         return [(x, self.level[i] + lift) for (i, x), lift in zip(lanes, lifts)]
 

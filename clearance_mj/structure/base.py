@@ -233,6 +233,22 @@ class Structure(ABC):
         return ()
 
     @property
+    def span(self) -> tuple[float, float]:
+        """Where the first of its shafts begins and the last one ends, m."""
+        return min(shaft.start for shaft in self.shafts), max(shaft.end for shaft in self.shafts)
+
+    def place(self, point: float | str) -> tuple[int, float]:
+        """Return the number of the shaft that a point is on, and its position there, m.
+
+        Parameters
+        ----------
+        point : Point
+            One that `check` takes, of a structure of shafts.
+        """
+        name, x = parse_place(point) or ("", 0.0)
+        return next((i for i, shaft in enumerate(self.shafts) if shaft.name == name), 0), x
+
+    @property
     def total_mass(self) -> float | None:
         """Mass in kg; None where a structure does not tell it."""
         return None

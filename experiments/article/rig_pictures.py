@@ -8,7 +8,6 @@ import pandas as pd
 
 from clearance_mj.engines import mjcf
 from clearance_mj.report.figures import rig_drawing
-from clearance_mj.report.outline import place, span
 from clearance_mj.report.rendering import View, render
 from clearance_mj.report.style import Drawing
 from clearance_mj.report.tables import Column
@@ -40,8 +39,8 @@ def structure(item: Item, rig: Rig) -> Result:
 
 def rendering(item: Item, rig: Rig) -> Result:
     """Render the rig off screen."""
-    first, last = span(rig.linear.shafts)
-    middle, near = (first + last) / 2, place(rig, rig.bushings[0].position)[1]
+    first, last = rig.linear.span
+    middle, near = (first + last) / 2, rig.linear.place(rig.bushings[0].position)[1]
     views = {
         "(a) the whole rig": View((middle, 0.0, 0.0), 1.12 * (last - first), 90.0, -20.0, 8.0, 0.008, (1500, 220)),
         "(b) clearance 1": View((near, 0.0, 0.0), 0.12, 70.0, 0.0, 15.0, 0.001, (1500, 560)),

@@ -10,7 +10,7 @@ from matplotlib.patches import Rectangle
 
 from ...rig import Bushing, PointMass, Rig
 from ...structure import Disc, Shaft, Spring
-from ..outline import outline, place, span, starts_clamped
+from ..outline import outline, starts_clamped
 from ..style import COLOURS, FONT, Drawing, sheet, tidy
 from ._rig_scheme import scheme
 from ._rig_symbols import BLOCK, DARK, GREY, Pen, draw_spring, draw_support
@@ -32,7 +32,7 @@ class _SideView:
 
     def __init__(self, rig: Rig):
         self.rig, self.shafts = rig, rig.linear.shafts
-        self.first, self.last = span(self.shafts)
+        self.first, self.last = rig.linear.span
         self.length = self.last - self.first
         self.outlines = [outline(shaft) for shaft in self.shafts]
         heights = np.concatenate([edges[1] for edges in self.outlines])
@@ -106,13 +106,13 @@ class _SideView:
 
     def _spring(self, spring: Spring) -> None:
         """A spring from shaft to shaft, or to the base."""
-        i, x = place(self.rig, spring.position)
+        i, x = self.rig.linear.place(spring.position)
         if spring.to is None:
             surface = self.level(i) - self.half(i, x)
             draw_spring(self.pen, x, surface, surface - 0.42, bool(spring.damping), bool(spring.stiffness))
             self.pen.ground(x, surface - 0.42)
         else:
-            ends = self._faces((i, x), place(self.rig, spring.to))
+            ends = self._faces((i, x), self.rig.linear.place(spring.to))
             draw_spring(self.pen, x, *ends, bool(spring.damping), bool(spring.stiffness))
 
     def _faces(self, one: tuple[int, float], other: tuple[int, float]) -> tuple[float, float]:
@@ -121,7 +121,7 @@ class _SideView:
         return self.level(one[0]) + up * self.half(*one), self.level(other[0]) - up * self.half(*other)
 
     def _bushing(self, number: int, bushing: Bushing) -> None:
-        (i, x), ax = place(self.rig, bushing.position), self.ax
+        (i, x), ax = self.rig.linear.place(bushing.position), self.ax
         y, left, width = self.level(i), x - bushing.length / 2, max(bushing.length, 0.004 * self.length)
         half = float(np.max(self.half(i, np.array([left, x, left + width]))))
         inner = half + DRAWN_GAP
@@ -132,7 +132,7 @@ class _SideView:
         if bushing.to is None:
             self.pen.post(x, y - inner - BLOCK)
         else:
-            self._carrier(i, x, inner + BLOCK, *place(self.rig, bushing.to))
+            self._carrier(i, x, inner + BLOCK, *self.rig.linear.place(bushing.to))
         words = f"bushing {number + 1}\ngap {1e3 * bushing.gap:.3g} mm\nlength {1e3 * bushing.length:.3g} mm"
         corner: dict[str, Any] = {"ha": "right", "va": "top", "bbox": BEHIND_WORDS}
         ax.text(x - 0.01 * self.length, y - inner - BLOCK - 0.06, words, fontsize=FONT - 1, **corner)
@@ -150,7 +150,8 @@ class _SideView:
         y = self.level(i)
         box = {"boxstyle": "square,pad=0.25", "facecolor": "white", "edgecolor": COLOURS[0], "linewidth": 0.9}
         row, previous = 0, -np.inf
-        places = [(x, s.node) for s in self.rig.sensors for shaft, x in (place(self.rig, s.position),) if shaft == i]
+        on_shafts = ((*self.rig.linear.place(s.position), s.node) for s in self.rig.sensors)
+        places = [(x, node) for shaft, x, node in on_shafts if shaft == i]
         for x, node in sorted(places):
             row, previous = (row + 1) % 2 if x - previous < 0.035 * self.length else 0, x
             half = self.half(i, x)
@@ -159,7 +160,7 @@ class _SideView:
             self.ax.text(x, height, f"{node}", ha="center", va="bottom", fontsize=FONT - 0.5, bbox=box)
 
     def _mass(self, mass: PointMass) -> None:
-        i, x = place(self.rig, mass.position)
+        i, x = self.rig.linear.place(mass.position)
         self.ax.plot([x], [self.level(i)], "o", markersize=15, markerfacecolor="#999999", markeredgecolor=DARK)
         words = f"{mass.name or 'mass'}\n{mass.mass:.3g} kg"
         self.ax.text(x, self.level(i) - 0.33, words, ha="center", va="top", fontsize=FONT - 1)
@@ -172,12 +173,12 @@ class _SideView:
         words_at = self.first + 0.52 * length
         if rig.shaker.kind == "force":
             for point, factor in rig.shaker.forces:
-                i, x = place(rig, point)
+                i, x = rig.linear.place(point)
                 foot = PLATE if self.level(i) == 0 else self.level(i) - 0.75
                 ax.annotate("", (x, self.level(i) - self.half(i, x)), (x, foot), arrowprops=arrow, zorder=2)
                 if factor != 1:
                     ax.text(x + 0.01 * length, foot + 0.06, f"× {factor:g}", fontsize=FONT - 1, color=COLOURS[1])
-            words, words_at = "shaker force", place(rig, rig.shaker.forces[0][0])[1] + 0.02 * length
+            words, words_at = "shaker force", rig.linear.place(rig.shaker.forces[0][0])[1] + 0.02 * length
         else:
             held = "clamp and bushings" if rig.beam else "supports and bushings"
             words, along = f"base acceleration: plate, {held} move together", rig.shaker.unit_direction
