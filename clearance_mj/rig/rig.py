@@ -1,57 +1,28 @@
-"""The rig: a linear structure, point masses on it, bushings or other clearances, sensors and shaker.
-
-Plain frozen data in SI units, read from and written to TOML. Every impossible value is refused by
-`RigError` with a message that names the field.
-"""
+"""The whole of a rig, its file and its plain data."""
 
 from __future__ import annotations
 
 import dataclasses
 import itertools
-import math
 import os
 from collections.abc import Callable
 from itertools import pairwise
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any
 
-import numpy as np
 import tomli_w
-from pydantic import AfterValidator, Field
+from pydantic import Field
 
-from .errors import RigError
-from .files import replacing
-from .structure import AnyStructure, Beam, Point, Structure
-from .structure.base import AXES, moved, parse_dof, parse_place
-from .structure.files import content, is_embedded
-from .validation import (
-    NotNegative,
-    Number,
-    Positive,
-    Share,
-    Text,
-    Whole,
-    checked,
-    from_plain,
-    json_schema,
-    read_plain,
-    to_plain,
-)
+from ..errors import RigError
+from ..files import replacing
+from ..structure import AnyStructure, Beam, Point, Structure
+from ..structure.base import parse_place
+from ..structure.files import content, is_embedded
+from ..validation import Positive, Text, checked, from_plain, json_schema, read_plain, to_plain
+from .clearance import Bushing
+from .instruments import PROBE_NODE, Sensor, Shaker, dof_label
 
-__all__ = ["AppliedForce", "Beam", "Bushing", "Contact", "Grease", "PointMass", "Rig", "Sensor", "Shaker", "rig_schema"]
-
-BASE_NODE = 100
-"""Node of the base acceleration in records."""
-SHAKER_NODE = 200
-"""Node of the shaker's (or hammer's) force in records."""
-PROBE_NODE = 301
-"""First node in records of displacement probes that are at no sensor's."""
-
-
-def _label(node: int, point: float | str) -> str:
-    """Node in records and the direction of a point, such as "7:+Z"; shafts vibrate along Z."""
-    dof = parse_dof(point)
-    return f"{node}:{'-' if dof[2] < 0 else '+'}{dof[1]}" if dof else f"{node}:+Z"
+__all__ = ["PointMass", "Rig", "rig_schema"]
 
 
 @checked(RigError)
@@ -64,229 +35,6 @@ class PointMass:
     """kg"""
     name: Text = ""
     """for people"""
-
-
-@checked(RigError)
-class Grease:
-    """Grease in a bushing: Bouc-Wen hysteresis (Eq. 9) and a squeeze film (physics of the thinning film).
-
-    The force on the shaft is φ = λ k x + (1-λ) k z + c ẋ / max(1-|x|/h, ε)², with
-    ż = A ẋ - β|ẋ||z|ⁿ⁻¹z - γ ẋ|z|ⁿ. The default λ = 1 without film height is a linear spring and damper.
-    """
-
-    stiffness: NotNegative
-    """k, N/m"""
-    damping: NotNegative = 0.0
-    """c, N s/m, of the centred shaft"""
-    elastic_ratio: Share = 1.0
-    """λ, share of the stiffness that does not slide"""
-    amplitude: Positive = 1.0
-    """A"""
-    beta: NotNegative = 0.0
-    """β, 1/mⁿ (the article's ζ)"""
-    gamma: Number = 0.0
-    """γ, 1/mⁿ"""
-    exponent: Annotated[Number, Field(ge=1)] = 2.0
-    """n"""
-    film_height: Positive | None = None
-    """h, m: film thickness at which the squeeze film would close; None: damping does not grow"""
-    film_limit: Annotated[Positive, Field(le=1)] = 0.2
-    """ε, smallest relative film thickness (the asperities' share of h)"""
-
-    def __post_init__(self) -> None:
-        if abs(self.gamma) > self.beta:
-            raise ValueError(
-                f"gamma {self.gamma:g} makes the Bouc-Wen element create energy "
-                f"(needs -beta <= gamma <= beta, beta = {self.beta:g})"
-            )
-        if self.elastic_ratio < 1 and self.beta + self.gamma <= 0:
-            raise ValueError("beta + gamma must be > 0 when elastic_ratio < 1, or the loop never yields")
-
-    @property
-    def yield_displacement(self) -> float:
-        """z_ult = (A/(β+γ))^(1/n) in m; infinite for a linear grease."""
-        total = self.beta + self.gamma
-        return (self.amplitude / total) ** (1 / self.exponent) if total > 0 else math.inf
-
-
-@checked(RigError)
-class Contact:
-    """Datasheet contact of shaft and bushing, linearised at one gap of penetration."""
-
-    stiffness: Positive
-    """k, N/m"""
-    damping: NotNegative = 0.0
-    """c, N s/m"""
-
-
-@checked(RigError)
-class Bushing:
-    """A clearance: a bushing around a shaft, or a degree of freedom that meets a stop, or another one, beyond a gap.
-
-    A bushing touches at its two ends once the shaft has moved by the radial gap.
-    """
-
-    position: Point
-    """m along the shaft to the bushing's middle, or a degree of freedom such as "12:+Z" """
-    gap: Positive
-    """radial clearance d, m"""
-    length: NotNegative
-    """m along the shaft, 0 for a degree of freedom; contact happens at both ends, each with half of k and c"""
-    grease: Grease
-    """what fills the gap"""
-    contact: Contact
-    """what happens beyond it"""
-    to: Point | None = None
-    """the point, of another shaft or part, relative to which ``position`` moves; None: the base"""
-    offset: Number = 0.0
-    """m from the bushing's middle to where the shaft stands at rest, within the gap; the film is thinner there"""
-    stops: Literal["both", "upper", "lower"] = "both"
-    """where there is a wall: on both sides, or on that of positive or negative displacement alone"""
-
-    def __post_init__(self) -> None:
-        if abs(self.offset) >= self.gap:
-            raise ValueError(
-                f"offset {self.offset:g} m lies beyond the gap {self.gap:g} m: at rest the shaft touches neither wall"
-            )
-
-    @property
-    def walls(self) -> tuple[float, float]:
-        """Displacements from rest at which the shaft meets the lower and the upper wall, m; infinite without a wall."""
-        lower, upper = -self.gap - self.offset, self.gap - self.offset
-        return -math.inf if self.stops == "upper" else lower, math.inf if self.stops == "lower" else upper
-
-    @property
-    def ends(self) -> tuple[float | str, float | str]:
-        """The two points of contact."""
-        return self.ends_of(self.position)
-
-    def ends_of(self, point: float | str) -> tuple[float | str, float | str]:
-        """Return the two points half the bushing's length before and behind another one.
-
-        Parameters
-        ----------
-        point : Point
-            ``position`` or ``to``.
-        """
-        return moved(point, -self.length / 2), moved(point, self.length / 2)
-
-    def holds(self, point: float | str) -> bool:
-        """Return whether a point of the structure lies in the bushing, on the side of ``position``.
-
-        Parameters
-        ----------
-        point : Point
-            Such as a sensor's position.
-        """
-        dof, own = parse_dof(point), parse_dof(self.position)
-        if dof or own:
-            return dof is not None and own is not None and dof[:2] == own[:2]
-        (shaft, x), (bushing, middle) = parse_place(point) or ("", 0.0), parse_place(self.position) or ("", 0.0)
-        return shaft == bushing and middle - self.length / 2 <= x <= middle + self.length / 2
-
-    @property
-    def where(self) -> str:
-        """Where it is, for messages and tables."""
-        at = [f"x = {p:g} m" if isinstance(p, float) else p for p in self.joined]
-        return " to ".join(at)
-
-    @property
-    def joined(self) -> tuple[float | str, ...]:
-        """The points whose relative motion the clearance limits: ``position`` and, unless it is the base, ``to``."""
-        return (self.position,) if self.to is None else (self.position, self.to)
-
-
-def _free_node(node: int) -> int:
-    if node in (BASE_NODE, SHAKER_NODE):
-        raise ValueError(f"must not be {BASE_NODE} (base) or {SHAKER_NODE} (shaker)")
-    return node
-
-
-_NOT_TAKEN: dict[str, Any] = {"not": {"enum": [BASE_NODE, SHAKER_NODE]}}
-
-
-@checked(RigError)
-class Sensor:
-    """An accelerometer on the structure, identified by its node number in files."""
-
-    node: Annotated[Whole, Field(ge=1, le=999_999_999, json_schema_extra=_NOT_TAKEN), AfterValidator(_free_node)]
-    """positive, unique in the rig; 100 (base) and 200 (shaker) are taken"""
-    position: Point
-    """m along the shaft, or a degree of freedom such as "12:+X" """
-    mass: NotNegative = 0.0
-    """kg, loads the structure like a point mass"""
-    gain: Positive = 1.0
-    """what it reads over the acceleration"""
-
-    @property
-    def label(self) -> str:
-        """Node and direction, such as "7:+Z"."""
-        return _label(self.node, self.position)
-
-
-@checked(RigError)
-class AppliedForce:
-    """A point at which the shaker's force acts too, with a factor."""
-
-    position: Point
-    """m along the shaft, or a degree of freedom such as "12:+Z" """
-    factor: Number = 1.0
-    """of the excitation, N/N"""
-
-
-_FORCE_NEEDS_POSITION = {
-    "if": {"properties": {"kind": {"const": "force"}}, "required": ["kind"]},
-    "then": {"required": ["position"]},
-}
-
-
-@checked(RigError, schema=_FORCE_NEEDS_POSITION)
-class Shaker:
-    """How the rig is excited: at the base that carries supports and bushings, or by a force."""
-
-    kind: Literal["base", "force"] = "base"
-    """ "base" or "force" """
-    position: Point | None = None
-    """m along the shaft, or a degree of freedom such as "12:+Z"; for a force"""
-    direction: tuple[Number, Number, Number] | None = None
-    """(x, y, z) along which the base moves, of any length; None: along z, in which shafts vibrate"""
-    also: tuple[AppliedForce, ...] | None = None
-    """further points at which the force acts at the same time"""
-
-    def __post_init__(self) -> None:
-        if self.kind == "force" and self.position is None:
-            raise ValueError('position is missing; a shaker of kind "force" pushes at one point')
-        if self.direction is not None and not any(self.direction):
-            raise ValueError("direction must not be zero")
-        if self.also and self.position is None:
-            raise ValueError("position is missing; also adds points to it")
-
-    @property
-    def forces(self) -> tuple[tuple[float | str, float], ...]:
-        """Points at which the force acts, and its factor at each."""
-        return (
-            () if self.position is None else ((self.position, 1.0), *((f.position, f.factor) for f in self.also or ()))
-        )
-
-    @property
-    def unit_direction(self) -> np.ndarray:
-        """(3,) unit vector along which the base moves."""
-        direction = np.array(self.direction or (0.0, 0.0, 1.0))
-        return direction / np.linalg.norm(direction)
-
-    def label(self, kind: str) -> str:
-        """Return node and direction of an excitation, such as "100:+Z".
-
-        Parameters
-        ----------
-        kind : str
-            "base" or "force".
-        """
-        if kind == "base":
-            along = self.unit_direction
-            axis = int(np.argmax(np.abs(along)))
-            return f"{BASE_NODE}:{'-' if along[axis] < 0 else '+'}{AXES[axis]}"
-        return _label(SHAKER_NODE, 0.0 if self.position is None else self.position)
 
 
 _ON_BEAM = {"type": "number", "exclusiveMinimum": 0}
@@ -431,8 +179,8 @@ class Rig:
         found: dict[str, None] = {}
         for bushing in self.bushings:
             node = self._node_in(bushing)
-            label = _label(next(free) if node is None else node, bushing.position)
-            found[label if label not in found else _label(next(free), bushing.position)] = None
+            label = dof_label(next(free) if node is None else node, bushing.position)
+            found[label if label not in found else dof_label(next(free), bushing.position)] = None
         return list(found)
 
     def _node_in(self, bushing: Bushing) -> int | None:
@@ -440,13 +188,8 @@ class Rig:
         place = parse_place(bushing.position)
         if place is None or bushing.to is not None:
             return None
-        places = ((s.node, parse_place(s.position)) for s in self.sensors)
-        inside = [
-            (abs(at[1] - place[1]), node)
-            for node, at in places
-            if at and at[0] == place[0] and place[1] - bushing.length / 2 <= at[1] <= place[1] + bushing.length / 2
-        ]
-        return min(inside)[1] if inside else None
+        inside = [(parse_place(s.position), s.node) for s in self.sensors if bushing.holds(s.position)]
+        return min(((abs(at[1] - place[1]), node) for at, node in inside if at), default=(0.0, None))[1]
 
     def replace(self, **changes: Any) -> Rig:
         """Return a copy with other values; it is checked again.

@@ -1,0 +1,26 @@
+"""The rig: a linear structure, point masses on it, bushings or other clearances, sensors and shaker.
+
+Plain frozen data in SI units, read from and written to TOML. Every impossible value is refused by
+`RigError` with a message that names the field.
+"""
+
+from ..structure import Beam
+from .clearance import Bushing, Contact, Grease
+from .instruments import BASE_NODE, PROBE_NODE, SHAKER_NODE, AppliedForce, Sensor, Shaker
+from .rig import PointMass, Rig, rig_schema
+
+__all__ = [
+    "BASE_NODE",
+    "PROBE_NODE",
+    "SHAKER_NODE",
+    "AppliedForce",
+    "Beam",
+    "Bushing",
+    "Contact",
+    "Grease",
+    "PointMass",
+    "Rig",
+    "Sensor",
+    "Shaker",
+    "rig_schema",
+]

@@ -1,0 +1,145 @@
+"""Clearances: bushings around shafts, stops of degrees of freedom, what fills their gaps and what happens beyond."""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from ..errors import RigError
+from ..structure import Point
+from ..structure.base import moved, parse_dof, parse_place
+from ..validation import NotNegative, Number, Positive, Share, checked
+
+__all__ = ["Bushing", "Contact", "Grease"]
+
+
+@checked(RigError)
+class Grease:
+    """Grease in a bushing: Bouc-Wen hysteresis (Eq. 9) and a squeeze film (physics of the thinning film).
+
+    The force on the shaft is φ = λ k x + (1-λ) k z + c ẋ / max(1-|x|/h, ε)², with
+    ż = A ẋ - β|ẋ||z|ⁿ⁻¹z - γ ẋ|z|ⁿ. The default λ = 1 without film height is a linear spring and damper.
+    """
+
+    stiffness: NotNegative
+    """k, N/m"""
+    damping: NotNegative = 0.0
+    """c, N s/m, of the centred shaft"""
+    elastic_ratio: Share = 1.0
+    """λ, share of the stiffness that does not slide"""
+    amplitude: Positive = 1.0
+    """A"""
+    beta: NotNegative = 0.0
+    """β, 1/mⁿ (the article's ζ)"""
+    gamma: Number = 0.0
+    """γ, 1/mⁿ"""
+    exponent: Annotated[Number, Field(ge=1)] = 2.0
+    """n"""
+    film_height: Positive | None = None
+    """h, m: film thickness at which the squeeze film would close; None: damping does not grow"""
+    film_limit: Annotated[Positive, Field(le=1)] = 0.2
+    """ε, smallest relative film thickness (the asperities' share of h)"""
+
+    def __post_init__(self) -> None:
+        if abs(self.gamma) > self.beta:
+            raise ValueError(
+                f"gamma {self.gamma:g} makes the Bouc-Wen element create energy "
+                f"(needs -beta <= gamma <= beta, beta = {self.beta:g})"
+            )
+        if self.elastic_ratio < 1 and self.beta + self.gamma <= 0:
+            raise ValueError("beta + gamma must be > 0 when elastic_ratio < 1, or the loop never yields")
+
+    @property
+    def yield_displacement(self) -> float:
+        """z_ult = (A/(β+γ))^(1/n) in m; infinite for a linear grease."""
+        total = self.beta + self.gamma
+        return (self.amplitude / total) ** (1 / self.exponent) if total > 0 else math.inf
+
+
+@checked(RigError)
+class Contact:
+    """Datasheet contact of shaft and bushing, linearised at one gap of penetration."""
+
+    stiffness: Positive
+    """k, N/m"""
+    damping: NotNegative = 0.0
+    """c, N s/m"""
+
+
+@checked(RigError)
+class Bushing:
+    """A clearance: a bushing around a shaft, or a degree of freedom that meets a stop, or another one, beyond a gap.
+
+    A bushing touches at its two ends once the shaft has moved by the radial gap.
+    """
+
+    position: Point
+    """m along the shaft to the bushing's middle, or a degree of freedom such as "12:+Z" """
+    gap: Positive
+    """radial clearance d, m"""
+    length: NotNegative
+    """m along the shaft, 0 for a degree of freedom; contact happens at both ends, each with half of k and c"""
+    grease: Grease
+    """what fills the gap"""
+    contact: Contact
+    """what happens beyond it"""
+    to: Point | None = None
+    """the point, of another shaft or part, relative to which ``position`` moves; None: the base"""
+    offset: Number = 0.0
+    """m from the bushing's middle to where the shaft stands at rest, within the gap; the film is thinner there"""
+    stops: Literal["both", "upper", "lower"] = "both"
+    """where there is a wall: on both sides, or on that of positive or negative displacement alone"""
+
+    def __post_init__(self) -> None:
+        if abs(self.offset) >= self.gap:
+            raise ValueError(
+                f"offset {self.offset:g} m lies beyond the gap {self.gap:g} m: at rest the shaft touches neither wall"
+            )
+
+    @property
+    def walls(self) -> tuple[float, float]:
+        """Displacements from rest at which the shaft meets the lower and the upper wall, m; infinite without a wall."""
+        lower, upper = -self.gap - self.offset, self.gap - self.offset
+        return -math.inf if self.stops == "upper" else lower, math.inf if self.stops == "lower" else upper
+
+    @property
+    def ends(self) -> tuple[float | str, float | str]:
+        """The two points of contact."""
+        return self.ends_of(self.position)
+
+    def ends_of(self, point: float | str) -> tuple[float | str, float | str]:
+        """Return the two points half the bushing's length before and behind another one.
+
+        Parameters
+        ----------
+        point : Point
+            ``position`` or ``to``.
+        """
+        return moved(point, -self.length / 2), moved(point, self.length / 2)
+
+    def holds(self, point: float | str) -> bool:
+        """Return whether a point of the structure lies in the bushing, on the side of ``position``.
+
+        Parameters
+        ----------
+        point : Point
+            Such as a sensor's position.
+        """
+        dof, own = parse_dof(point), parse_dof(self.position)
+        if dof or own:
+            return dof is not None and own is not None and dof[:2] == own[:2]
+        (shaft, x), (bushing, middle) = parse_place(point) or ("", 0.0), parse_place(self.position) or ("", 0.0)
+        return shaft == bushing and middle - self.length / 2 <= x <= middle + self.length / 2
+
+    @property
+    def where(self) -> str:
+        """Where it is, for messages and tables."""
+        at = [f"x = {p:g} m" if isinstance(p, float) else p for p in self.joined]
+        return " to ".join(at)
+
+    @property
+    def joined(self) -> tuple[float | str, ...]:
+        """The points whose relative motion the clearance limits: ``position`` and, unless it is the base, ``to``."""
+        return (self.position,) if self.to is None else (self.position, self.to)

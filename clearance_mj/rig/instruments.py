@@ -1,0 +1,121 @@
+"""Sensors and shaker: where a structure is measured and how it is driven."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Literal
+
+import numpy as np
+from pydantic import AfterValidator, Field
+
+from ..errors import RigError
+from ..structure import Point
+from ..structure.base import AXES, parse_dof
+from ..validation import NotNegative, Number, Positive, Whole, checked
+
+__all__ = ["BASE_NODE", "PROBE_NODE", "SHAKER_NODE", "AppliedForce", "Sensor", "Shaker", "dof_label"]
+
+BASE_NODE = 100
+"""Node of the base acceleration in records."""
+SHAKER_NODE = 200
+"""Node of the shaker's (or hammer's) force in records."""
+PROBE_NODE = 301
+"""First node in records of displacement probes that are at no sensor's."""
+
+
+def dof_label(node: int, point: float | str) -> str:
+    """Node in records and the direction of a point, such as "7:+Z"; shafts vibrate along Z."""
+    dof = parse_dof(point)
+    return f"{node}:{'-' if dof[2] < 0 else '+'}{dof[1]}" if dof else f"{node}:+Z"
+
+
+def _free_node(node: int) -> int:
+    if node in (BASE_NODE, SHAKER_NODE):
+        raise ValueError(f"must not be {BASE_NODE} (base) or {SHAKER_NODE} (shaker)")
+    return node
+
+
+_NOT_TAKEN: dict[str, Any] = {"not": {"enum": [BASE_NODE, SHAKER_NODE]}}
+
+
+@checked(RigError)
+class Sensor:
+    """An accelerometer on the structure, identified by its node number in files."""
+
+    node: Annotated[Whole, Field(ge=1, le=999_999_999, json_schema_extra=_NOT_TAKEN), AfterValidator(_free_node)]
+    """positive, unique in the rig; 100 (base) and 200 (shaker) are taken"""
+    position: Point
+    """m along the shaft, or a degree of freedom such as "12:+X" """
+    mass: NotNegative = 0.0
+    """kg, loads the structure like a point mass"""
+    gain: Positive = 1.0
+    """what it reads over the acceleration"""
+
+    @property
+    def label(self) -> str:
+        """Node and direction, such as "7:+Z"."""
+        return dof_label(self.node, self.position)
+
+
+@checked(RigError)
+class AppliedForce:
+    """A point at which the shaker's force acts too, with a factor."""
+
+    position: Point
+    """m along the shaft, or a degree of freedom such as "12:+Z" """
+    factor: Number = 1.0
+    """of the excitation, N/N"""
+
+
+_FORCE_NEEDS_POSITION = {
+    "if": {"properties": {"kind": {"const": "force"}}, "required": ["kind"]},
+    "then": {"required": ["position"]},
+}
+
+
+@checked(RigError, schema=_FORCE_NEEDS_POSITION)
+class Shaker:
+    """How the rig is excited: at the base that carries supports and bushings, or by a force."""
+
+    kind: Literal["base", "force"] = "base"
+    """ "base" or "force" """
+    position: Point | None = None
+    """m along the shaft, or a degree of freedom such as "12:+Z"; for a force"""
+    direction: tuple[Number, Number, Number] | None = None
+    """(x, y, z) along which the base moves, of any length; None: along z, in which shafts vibrate"""
+    also: tuple[AppliedForce, ...] | None = None
+    """further points at which the force acts at the same time"""
+
+    def __post_init__(self) -> None:
+        if self.kind == "force" and self.position is None:
+            raise ValueError('position is missing; a shaker of kind "force" pushes at one point')
+        if self.direction is not None and not any(self.direction):
+            raise ValueError("direction must not be zero")
+        if self.also and self.position is None:
+            raise ValueError("position is missing; also adds points to it")
+
+    @property
+    def forces(self) -> tuple[tuple[float | str, float], ...]:
+        """Points at which the force acts, and its factor at each."""
+        return (
+            () if self.position is None else ((self.position, 1.0), *((f.position, f.factor) for f in self.also or ()))
+        )
+
+    @property
+    def unit_direction(self) -> np.ndarray:
+        """(3,) unit vector along which the base moves."""
+        direction = np.array(self.direction or (0.0, 0.0, 1.0))
+        return direction / np.linalg.norm(direction)
+
+    def label(self, kind: str) -> str:
+        """Return node and direction of an excitation, such as "100:+Z".
+
+        Parameters
+        ----------
+        kind : str
+            "base" or "force".
+        """
+        if kind == "base":
+            along = self.unit_direction
+            axis = int(np.argmax(np.abs(along)))
+            return f"{BASE_NODE}:{'-' if along[axis] < 0 else '+'}{AXES[axis]}"
+        return dof_label(SHAKER_NODE, 0.0 if self.position is None else self.position)
