@@ -19,7 +19,7 @@ from numpy.typing import ArrayLike
 from .errors import RigError
 from .rig import Rig
 from .structure import Structure
-from .structure.base import LinearModel, Rows, dof_vector
+from .structure.base import LinearModel, Rows, dof_vector, ratios_of_modes
 from .structure.reduction import reduced
 
 if TYPE_CHECKING:
@@ -84,8 +84,7 @@ class ModalModel:
     @functools.cached_property
     def at_ends(self) -> np.ndarray:
         """(2 n_bushings, n) relative displacement at both ends of each clearance."""
-        bushings = self.rig.bushings
-        return self._relative([points for b in bushings for points in zip(*(b.ends_of(p) for p in b.joined))])
+        return self._relative([points for b in self.rig.bushings for points in b.joined_ends])
 
     @functools.cached_property
     def at_points(self) -> np.ndarray:
@@ -255,9 +254,7 @@ def _damping(linear: LinearModel, omega: np.ndarray, shapes: np.ndarray) -> tupl
     """Damping of each mode, and what couples them."""
     eta1, eta2 = linear.rayleigh
     damping = eta1 + eta2 * omega**2
-    if linear.ratios:
-        last = len(linear.ratios) - 1
-        damping = damping + 2 * omega * np.array([linear.ratios[min(i, last)] for i in range(omega.size)])
+    damping = damping + 2 * omega * ratios_of_modes(linear.ratios, omega.size)
     if linear.viscous is None:
         return damping, np.zeros((0, 0))
     viscous = shapes.T @ (linear.viscous @ shapes)

@@ -18,6 +18,7 @@ import scipy.linalg
 from ..errors import RigError
 from ..rig import Rig
 from ..structure import Beam, Shaft, Shafts
+from ..structure.base import ratios_of_modes
 from ..structure.reduction import vibration_modes
 from ..structure.shafts import Spring
 from .chain import Chain, chain_of, of_discs
@@ -90,7 +91,7 @@ class Linkage:
         ends = [
             self._relative(points, "lever" if b.to is None else "deflection")
             for b in self.rig.bushings
-            for points in zip(*(b.ends_of(p) for p in b.joined))
+            for points in b.joined_ends
         ]
         return np.array(ends).reshape(-1, self.size)
 
@@ -200,9 +201,7 @@ class Linkage:
         if any(ratios):
             project = self.free.T
             modes = vibration_modes(project @ self.mass @ self.free, project @ self.whole_stiffness @ self.free)
-            of_modes = 2 * modes.omega * np.resize(ratios[-1], modes.omega.size)
-            count = min(len(ratios), modes.omega.size)
-            of_modes[:count] = 2 * modes.omega[:count] * np.array(ratios[:count])
+            of_modes = 2 * modes.omega * ratios_of_modes(ratios, modes.omega.size)
             pull = self.mass @ self.free @ modes.shapes
             found = found + (pull * of_modes) @ pull.T
         return found

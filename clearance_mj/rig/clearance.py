@@ -143,3 +143,8 @@ class Bushing:
     def joined(self) -> tuple[float | str, ...]:
         """The points whose relative motion the clearance limits: ``position`` and, unless it is the base, ``to``."""
         return (self.position,) if self.to is None else (self.position, self.to)
+
+    @property
+    def joined_ends(self) -> tuple[tuple[float | str, ...], ...]:
+        """The same of both ends of the bushing."""
+        return tuple(zip(*map(self.ends_of, self.joined)))

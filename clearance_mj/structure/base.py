@@ -19,6 +19,7 @@ from typing import Annotated, Any, ClassVar, Literal, Self, TypeAlias, TypeVar
 import numpy as np
 from pydantic import PlainValidator, WithJsonSchema
 
+from ..checks import AXES
 from ..errors import RigError
 from ..files import replacing
 from ..validation import from_plain, to_plain
@@ -36,10 +37,8 @@ __all__ = [
     "moved",
     "parse_dof",
     "parse_place",
+    "ratios_of_modes",
 ]
-
-AXES = ("X", "Y", "Z", "RX", "RY", "RZ")
-"""Directions of degrees of freedom: translations, then rotations; numbers 1 to 6 in universal files"""
 
 _DOF = re.compile(r"([0-9]{1,9}|[A-Za-z_][\w.-]*):([+-]?)(R?[XYZ])")
 SHAFT_NAME = r"\w[\w -]*"
@@ -123,6 +122,11 @@ def moved(point: float | str, distance: float) -> float | str:
         return point + distance
     place = parse_place(point)
     return f"{place[0]}@{place[1] + distance!r}" if place else point
+
+
+def ratios_of_modes(ratios: Sequence[float], n: int) -> np.ndarray:
+    """(n,) damping ratios of modes: the last one holds for all that follow, none for none."""
+    return np.array(ratios or (0.0,))[np.minimum(np.arange(n), max(len(ratios) - 1, 0))]
 
 
 @dataclass(frozen=True, eq=False)

@@ -20,7 +20,7 @@ from numpy.typing import ArrayLike
 from ..errors import RigError
 from ..validation import NotNegative, Positive, Share, checked
 from .base import LinearModel, Structure
-from .section import Material, Section
+from .section import Material, Section, check_sizes
 from .shaft import Shaft, Support
 
 __all__ = ["Beam", "Clamp"]
@@ -71,9 +71,7 @@ class Beam(Structure):
     """if it gives; None: rigid"""
 
     def __post_init__(self) -> None:
-        rectangle = (self.width is not None, self.height is not None)
-        if any(rectangle) != all(rectangle) or any(rectangle) == (self.diameter is not None):
-            raise ValueError("give either diameter, or width and height")
+        check_sizes(self.diameter, self.width, self.height)
 
     @property
     def area(self) -> float:

@@ -14,7 +14,7 @@ import numpy as np
 import scipy.sparse
 import scipy.sparse.linalg
 
-__all__ = ["factored", "lowest", "residual_shapes"]
+__all__ = ["factored", "lowest", "residual_shapes", "symmetric_factors"]
 
 Solve: TypeAlias = Callable[[np.ndarray], np.ndarray]
 
@@ -28,21 +28,35 @@ EXACT = 1e-13
 """of a static shape: the last change"""
 
 
+def symmetric_factors(matrix: Any) -> tuple[Any, scipy.sparse.csc_array, np.ndarray]:
+    """Factor a symmetric matrix of positive diagonal, which is scaled to 1: pivots stay on the diagonal.
+
+    Returns
+    -------
+    factors : scipy.sparse.linalg.SuperLU or None
+        Of the scaled matrix; None if it is exactly singular.
+    scaled : scipy.sparse.csc_array
+    scale : ndarray, shape (n,)
+        Of its rows and columns.
+    """
+    scale = 1 / np.sqrt(matrix.diagonal())
+    scaled = scipy.sparse.csc_array(matrix.multiply(scale[:, None]).multiply(scale))
+    options = {"permc_spec": "MMD_AT_PLUS_A", "diag_pivot_thresh": 0.0, "options": {"SymmetricMode": True}}
+    try:
+        return scipy.sparse.linalg.splu(scaled, **options), scaled, scale
+    except RuntimeError:
+        return None, scaled, scale
+
+
 def factored(matrix: Any) -> tuple[Solve, float]:
     """Return what solves a symmetric sparse matrix, and the smallest eigenvalue of the matrix with a unit diagonal.
 
     The function is not to be used where the eigenvalue is 0: the matrix is singular.
     """
-    diagonal = matrix.diagonal()
-    if not np.all(diagonal > 0):
+    if not np.all(matrix.diagonal() > 0):
         return np.zeros_like, 0.0
-    scale = 1 / np.sqrt(diagonal)
-    scaled = scipy.sparse.csc_array(matrix.multiply(scale[:, None]).multiply(scale))
-    try:
-        factors: Any = scipy.sparse.linalg.splu(
-            scaled, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True}
-        )
-    except RuntimeError:  # exactly singular
+    factors, _, scale = symmetric_factors(matrix)
+    if factors is None:
         return np.zeros_like, 0.0
     vector, size = np.random.default_rng(0).standard_normal(len(scale)), 1.0
     for _ in range(3):

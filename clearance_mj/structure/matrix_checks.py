@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 import scipy.sparse
-import scipy.sparse.linalg
 
 from .dofs import Dofs
+from .large import symmetric_factors
 from .matrix_files import Matrix
 
 __all__ = ["check_mass_and_stiffness", "symmetric"]
@@ -74,16 +72,12 @@ def check_mass_and_stiffness(mass: Matrix, stiffness: Matrix, names: tuple[str, 
 
 def _worst(matrix: Matrix) -> int | None:
     """Where a matrix of positive diagonal fails to be positive definite; None if it does not."""
-    scale = 1 / np.sqrt(matrix.diagonal())
     if isinstance(matrix, np.ndarray):
+        scale = 1 / np.sqrt(matrix.diagonal())
         value, vector = np.linalg.eigh(matrix * np.outer(scale, scale))
         return None if value[0] > 1e-14 else int(np.argmax(np.abs(vector[:, 0])))
-    scaled = scipy.sparse.csc_array(matrix.multiply(scale[:, None]).multiply(scale))
-    try:
-        factors: Any = scipy.sparse.linalg.splu(
-            scaled, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True}
-        )
-    except RuntimeError:  # exactly singular
+    factors, scaled, _ = symmetric_factors(matrix)
+    if factors is None:
         return int(np.argmin(abs(scaled).sum(axis=0)))
     # By Sylvester's law the pivots on the diagonal have the signs of the eigenvalues.
     pivots = factors.U.diagonal()

@@ -21,7 +21,7 @@ from pydantic import AfterValidator
 from ..errors import RigError
 from ..files import write_text
 from ..validation import NotNegative, Number, Positive, Share, Text, checked
-from .base import LinearModel, Structure, dof_vector, parse_dof, register
+from .base import LinearModel, Structure, dof_vector, parse_dof, ratios_of_modes, register
 from .dofs import Dofs, dof_table
 from .mode_files import DAMPING, FREQUENCY, MODAL_MASS, PARTICIPATION, RESIDUAL, read_mode_file
 
@@ -173,8 +173,7 @@ class ModalStructure(Structure):
     @functools.cached_property
     def ratios(self) -> np.ndarray:
         """(n,) damping ratios."""
-        known = np.array(self.damping_ratios or (0.0,))
-        return known[np.minimum(np.arange(self.omega.size), known.size - 1)]
+        return ratios_of_modes(self.damping_ratios, self.omega.size)
 
     @functools.cached_property
     def unit_shapes(self) -> np.ndarray:

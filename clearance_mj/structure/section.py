@@ -11,7 +11,7 @@ from pydantic import BeforeValidator, Field, WithJsonSchema
 from ..errors import RigError
 from ..validation import Number, Positive, Text, checked
 
-__all__ = ["CrossSection", "Material", "Section"]
+__all__ = ["CrossSection", "Material", "Section", "check_sizes"]
 
 
 class CrossSection(NamedTuple):
@@ -37,6 +37,12 @@ _TAPER_SCHEMA = {
 }
 Taper: TypeAlias = Annotated[tuple[Positive, Positive], BeforeValidator(_both_ends), WithJsonSchema(_TAPER_SCHEMA)]
 """A dimension of a section, m: one number, or two where it changes linearly from the section's start to its end"""
+
+
+def check_sizes(diameter: object, width: object, height: object) -> None:
+    """Refuse what is neither a round section nor a rectangle."""
+    if (width is None) != (height is None) or (width is None) == (diameter is None):
+        raise ValueError("give either diameter, or width and height")
 
 
 @checked(RigError)
@@ -71,9 +77,7 @@ class Section:
     """if it is not the shaft's"""
 
     def __post_init__(self) -> None:
-        rectangle = (self.width is not None, self.height is not None)
-        if any(rectangle) != all(rectangle) or any(rectangle) == (self.diameter is not None):
-            raise ValueError("give either diameter, or width and height")
+        check_sizes(self.diameter, self.width, self.height)
         if self.inner_diameter is not None:
             if self.diameter is None:
                 raise ValueError("inner_diameter needs a diameter")
