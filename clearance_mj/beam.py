@@ -117,11 +117,17 @@ class ModalModel:
         Raises
         ------
         RigError
-            If the structure does not tell what the excitation does to it.
+            If the structure does not tell what the excitation does to it, or the base moves none of its masses.
         """
         if refusal := self.rig.linear.refusal(kind):
             raise RigError(f"rig {self.rig.name!r}: {refusal}")
         if kind == "base":
+            if not self.participation.any():
+                along = tuple(self.rig.shaker.unit_direction.tolist())
+                raise RigError(
+                    f"rig {self.rig.name!r}: the base moves along {along}, which moves no mass of the structure; "
+                    "give another shaker.direction"
+                )
             return -self.participation
         points, factors = zip(*self.rig.shaker.forces)
         return np.array(factors) @ self.shapes(points)
@@ -198,6 +204,10 @@ def ritz_model(rig: Rig, modes: int = 8, grease: bool = False) -> ModalModel:
     springs = tuple(b.grease.stiffness for b in rig.bushings) if grease else ()
     try:
         found = _reduction(rig.linear, tuple(b.joined for b in rig.bushings), masses, forces, springs, modes)
+    except np.linalg.LinAlgError:
+        raise RigError(
+            f"rig {rig.name!r}: its masses and stiffnesses are too large or too small to compute with"
+        ) from None
     except ValueError as error:
         raise RigError(f"rig {rig.name!r}: {error}") from None
     participation = (found.influence @ rig.shaker.unit_direction) @ found.transform

@@ -12,7 +12,7 @@ import clearance_mj
 PACKAGE = Path(clearance_mj.__file__).parent
 LAYERS = (
     ("_version", "errors"),
-    ("cache", "checks", "files", "messages", "output_folder", "parameters", "tasks", "units", "validation"),
+    ("cache", "checks", "files", "matlab", "messages", "output_folder", "parameters", "tasks", "units", "validation"),
     ("signals",),
     ("universal",),
     ("structure",),

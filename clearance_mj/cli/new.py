@@ -156,7 +156,10 @@ def _fields(options: argparse.Namespace, out: Path) -> dict[str, Any]:
         raise ClearanceError(f'kind "{kind}" is not installed; use beam, {", ".join(Structure.known)}')
     if kind in FILES:
         structure: Any = _of_files(kind, options, out)
-        points = options.sensors or _first_points(structure, out)
+        loaded = None if _missing(structure, out) else _loaded(structure, out)
+        points = options.sensors or _first_points(loaded)
+        if loaded and options.force_at is None and loaded.refusal("base"):
+            options.force_at = points[0]
         clearances: Sequence[float | str] = options.bushings or points[:1]
     else:
         structure = {"beam": _beam, "shaft": _shaft, "shafts": _shafts}[kind](options)
@@ -171,10 +174,16 @@ def _fields(options: argparse.Namespace, out: Path) -> dict[str, Any]:
         "name": options.name,
         "beam" if kind == "beam" else "structure": structure,
         "bushings": tuple(Bushing(x, options.gap, bushing_length, grease, contact, to=to[x]) for x in clearances),
-        "sensors": tuple(Sensor(int(dof[0]) if (dof := parse_dof(x)) else i, x) for i, x in enumerate(points, 1)),
+        "sensors": tuple(Sensor(_node(x, i), x) for i, x in enumerate(points, 1)),
         "masses": tuple(PointMass(x, mass) for x, mass in options.mass),
         "shaker": Shaker() if options.force_at is None else Shaker("force", options.force_at),
     }
+
+
+def _node(point: float | str, number: int) -> int:
+    """That of a degree of freedom; of other points and of places with names the number of the sensor."""
+    dof = parse_dof(point)
+    return dof[0] if dof and isinstance(dof[0], int) else number
 
 
 def _on(shaft: str, x: float) -> float | str:
@@ -211,7 +220,7 @@ def _shafts(options: argparse.Namespace) -> Shafts:
     rod = Section(options.length, **_section(options))
     tube = Section(options.length, **_section(options, 3.0))
     if not options.section:
-        tube = Section(options.length, diameter=3 * options.diameter, inner_diameter=2 * options.diameter)
+        tube = Section(options.length, diameter=2 * options.diameter, inner_diameter=1.6 * options.diameter)
     parts = (
         Shaft((section,), (Support(0.0, "clamped"),), material=material, rayleigh=tuple(options.rayleigh), name=name)
         for name, section in (("rod", rod), ("tube", tube))
@@ -237,13 +246,15 @@ def _of_files(kind: str, options: argparse.Namespace, out: Path) -> dict[str, An
     return {"kind": kind, "units": options.units, **(fields or {"file": matrices[0]})}
 
 
-def _first_points(structure: dict[str, Any], out: Path) -> list[float | str]:
-    """One of the structure's degrees of freedom, along Z if there is one, where its files are there already."""
-    if _missing(structure, out):
-        return ["1:+Z"]
+def _loaded(structure: dict[str, Any], out: Path) -> Structure:
     kind = Structure.known[structure["kind"]]
     named = {name: str(out.parent / structure[name]) for name in kind.files if name in structure}
-    points = from_plain(kind, structure | named, "structure", RigError).named_points
+    return from_plain(kind, structure | named, "structure", RigError)
+
+
+def _first_points(structure: Structure | None) -> list[float | str]:
+    """One of the structure's degrees of freedom, along Z if there is one, where its files are there already."""
+    points = structure.named_points if structure else ()
     along_z = [point for point in points if point.endswith("Z") and "R" not in point]
     return list((along_z or points)[:1]) or ["1:+Z"]
 

@@ -45,12 +45,13 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
     folder = options.energy or options.ledger
     out_folder(folder, "--energy")
     case = rig, excitation(options, rig.shaker.kind, options.rms), law, options.engine
-    _warn_of_truncation(rig)
     response, more = _with_energy(options.quiet, folder, case) if folder else (simulate(*case), {})
+    _warn_of_truncation(rig)
     save(options.out, response)
     print(f"response: {options.out}")
     rms = dict(zip(response.responses, response.acceleration.std(axis=1).tolist()))
-    return {"out": str(options.out), "acceleration_rms": rms} | more
+    used = {name: response.provenance[name] for name in ("bending_theory", "truncation") if name in response.provenance}
+    return {"out": str(options.out), "acceleration_rms": rms} | used | more
 
 
 def _warn_of_truncation(rig: Rig) -> None:

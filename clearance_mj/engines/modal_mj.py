@@ -59,6 +59,7 @@ class ModalMujoco(Engine):
 
     def start(self, rig: Rig, law: Law, kind: str, step: float) -> Run:
         """Begin a simulation at rest; see `Engine.start`."""
+        ritz_model(rig, self.modes).input(kind)  # refuses what cannot be excited so
         return MujocoRun(self, rig, law, kind, step, _plant(rig, self.modes))
 
 

@@ -10,6 +10,7 @@ from __future__ import annotations
 import dataclasses
 import itertools
 from collections.abc import Iterable, Iterator
+from typing import Any
 
 import numpy as np
 
@@ -20,6 +21,7 @@ from ..rig import Grease, Rig
 from ..signals.excitation import Excitation
 from ..signals.response import Response
 from ..signals.sampling import Decimator, Interpolator, WideDecimator
+from ..structure import truncation
 from .base import Engine, diverged, get_engine, step_factor
 
 __all__ = ["Simulation", "simulate", "simulate_blocks"]
@@ -103,6 +105,26 @@ def simulate_blocks(
         yield simulation.response(excited, block)
 
 
+def _structure_in_use(rig: Rig) -> dict[str, Any]:
+    """Return what of a structure's model its rig file does not say, as plain data.
+
+    Parameters
+    ----------
+    rig : Rig
+        The rig.
+
+    Returns
+    -------
+    dict
+        ``bending_theory`` of each shaft; ``truncation`` of modes, at each clearance. Empty where there is neither.
+    """
+    shafts = rig.structure.shafts if rig.structure else ()
+    found: dict[str, Any] = {"bending_theory": [shaft.bending_theory for shaft in shafts]} if shafts else {}
+    if lost := truncation(rig):
+        found["truncation"] = [dataclasses.asdict(at) for at in lost]
+    return found
+
+
 class Simulation:
     """A run between interpolation and decimation, and what its response says of it."""
 
@@ -126,7 +148,7 @@ class Simulation:
             "law": law.to_dict(),
             "excitation": dict(excitation.description),
             "version": __version__,
-        }
+        } | _structure_in_use(rig)
 
     def outputs(self, excitations: Iterable[Excitation]) -> Iterator[tuple[np.ndarray, np.ndarray]]:
         """Yield excitation and outputs, (n,) and (n, columns), of consecutive samples at the record's rate."""

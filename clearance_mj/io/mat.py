@@ -20,8 +20,8 @@ import scipy.io
 from ..checks import even_rate, naming
 from ..errors import RecordError
 from ..files import replacing
+from ..matlab import Value, arrays
 from ..signals.frf import FRF
-from ._mat_elements import Value, arrays
 from .channels import Channel
 from .columns import Column, Contents, frf_names, listed, resolve, table_of_channels, to_frf
 from .registry import Format, register

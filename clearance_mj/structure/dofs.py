@@ -12,10 +12,13 @@ from pathlib import Path
 
 import numpy as np
 
+from ..errors import RecordError
+from ..files import read_lines
 from .base import AXES, parse_dof
 
 __all__ = ["Dofs", "dof_table", "read_dofs"]
 
+EMPTY = "dofs is empty; needs a node and a direction for each row of the matrices"
 _DIRECTION = re.compile(r"([+-]?)(?:(U|T|R|ROT|)([XYZ])|([1-6]))")
 
 
@@ -80,7 +83,7 @@ def dof_table(texts: Iterable[str], places: np.ndarray | None = None) -> Dofs:
         names.append(f"{node}:{AXES[int(number) - 1] if number else ('R' if kind in ('R', 'ROT') else '') + letter}")
         signs.append(-1.0 if sign == "-" else 1.0)
     if not names:
-        raise ValueError("dofs is empty; needs a node and a direction for each row of the matrices")
+        raise ValueError(EMPTY)
     if len(set(names)) < len(names):
         first = {name: row for row, name in reversed([*enumerate(names, 1)])}
         row, name = next((row, name) for row, name in enumerate(names, 1) if first[name] != row)
@@ -93,13 +96,19 @@ def dof_table(texts: Iterable[str], places: np.ndarray | None = None) -> Dofs:
 def read_dofs(name: str) -> Dofs:
     """Read a CSV table with the columns node, direction and, if known, x, y, z."""
     path = Path(name)
-    with path.open(newline="", encoding="utf-8-sig") as file:
-        sample = file.read(4096)
-        file.seek(0)
-        rows = [[cell.strip() for cell in row] for row in csv.reader(file, delimiter=_delimiter(sample)) if any(row)]
+    try:
+        lines = read_lines(path)
+        table = csv.reader(lines, delimiter=_delimiter(lines[0] if lines else ""))
+        rows = [[cell.strip() for cell in row] for row in table if any(row)]
+    except RecordError as error:  # names the file
+        raise ValueError(str(error)) from None
+    except csv.Error as error:
+        raise ValueError(f"{path}: not a table of text (CSV): {error}") from None
     header = [cell.lower() for cell in rows[0]] if rows else []
     if "node" not in header or "direction" not in header:
         raise ValueError(f"{path}: the first line must name the columns node, direction and, if known, x, y, z")
+    if len(rows) < 2:
+        raise ValueError(f"{path}: {EMPTY}")
     for i, row in enumerate(rows[1:], 1):
         if len(row) != len(header):
             raise ValueError(f"{path}: row {i} has {len(row)} cells, the first line {len(header)}")
@@ -114,7 +123,6 @@ def read_dofs(name: str) -> Dofs:
         raise ValueError(f"{path}: {error}") from None
 
 
-def _delimiter(sample: str) -> str:
+def _delimiter(line: str) -> str:
     """Comma, semicolon or tab, whichever the first line has."""
-    line = sample.partition("\n")[0]
     return max(",;\t", key=line.count)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import io
+import math
 import re
 import zipfile
 from collections.abc import Mapping
@@ -12,6 +14,8 @@ import numpy as np
 import scipy.io
 import scipy.sparse
 
+from ..errors import RecordError
+from ..matlab import arrays
 from .dofs import Dofs, dof_table
 from .files import is_embedded, opened
 
@@ -22,7 +26,14 @@ Matrix: TypeAlias = np.ndarray | scipy.sparse.csr_array
 
 NAMES = {"mass": ("mass", "M"), "stiffness": ("stiffness", "K"), "damping": ("damping", "C", "D")}
 """Variables in which a file holds each matrix"""
+_BODY = re.compile(rb"[^\n]*\n(?:[ \t\r]*(?:%[^\n]*)?\n)*")
+"""what comes before a Matrix Market file's size and numbers: its first line and comments"""
+_NUMERALS = b"0123456789+-.eEnaifNAIF \t\r\n"
 SUFFIXES = (".npz", ".mat", ".mtx", ".npy")
+MOST_UNPACKED = 2**31
+"""bytes of a compressed MATLAB file: a full matrix of zeros packs well"""
+MOST = 1_000_000
+"""rows of a matrix; ten times what can be reduced in reasonable time"""
 
 
 class Found(NamedTuple):
@@ -46,7 +57,7 @@ def read_model(name: str) -> Found:
     for what, names in NAMES.items():
         found = [name for name in names if name in variables or f"{name}_data" in variables]
         if found:
-            matrices[what] = as_matrix(f"{path}: {found[0]}", _variable(variables, found[0]))
+            matrices[what] = as_matrix(f"{path}: {found[0]}", _variable(path, variables, found[0]))
     for what in ("mass", "stiffness"):
         if what not in matrices:
             known = ", ".join(sorted(variables)) or "nothing"
@@ -58,20 +69,20 @@ def read_matrix(what: str, name: str) -> Matrix:
     """Read the matrix that a file holds: the only one, or that with the name of ``what`` it is."""
     path = Path(name)
     if path.suffix.lower() == ".mtx":
-        try:
-            return as_matrix(str(path), scipy.io.mmread(path, spmatrix=False))
-        except (ValueError, OverflowError) as error:
-            raise ValueError(f"{path}: not a Matrix Market file ({error})") from None
+        return as_matrix(str(path), _matrix_market(path))
     if path.suffix.lower() == ".npy":
-        return as_matrix(str(path), np.load(path))
+        try:
+            return as_matrix(str(path), np.load(path, mmap_mode="r", allow_pickle=False))
+        except (ValueError, EOFError) as error:
+            raise ValueError(f"{path}: not a whole .npy file of numbers ({error})") from None
     variables = _variables(name)
     if {"data", "indices", "indptr", "shape"} <= variables.keys():
-        return as_matrix(str(path), scipy.sparse.load_npz(path))
+        return as_matrix(str(path), _saved_by_scipy(path))
     held = ", ".join(variables) or "nothing"
     named = [n for n in NAMES[what] if n in variables or f"{n}_data" in variables] or [*variables]
     if len(named) != 1:
         raise ValueError(f"{path}: holds {held}; which is the {what} matrix? Call it {what}")
-    return as_matrix(f"{path}: {named[0]}", _variable(variables, named[0]))
+    return as_matrix(f"{path}: {named[0]}", _variable(path, variables, named[0]))
 
 
 def write_model(file: BinaryIO, matrices: Mapping[str, Matrix], dofs: Dofs) -> None:
@@ -90,40 +101,99 @@ def write_model(file: BinaryIO, matrices: Mapping[str, Matrix], dofs: Dofs) -> N
     np.savez_compressed(file, **variables)
 
 
+def _matrix_market(path: Path) -> Any:
+    """The matrix of a file, after a look at how large it says it is."""
+    data = path.read_bytes() + b"\n"  # scipy 1.17 reads on behind a number that ends the file
+    try:
+        if strange := _BODY.sub(b"", data, count=1).translate(None, _NUMERALS):  # and behind what is none
+            raise ValueError(f"it holds {strange[:10]!r} among the numbers")
+        rows, columns, entries, _, field, _ = scipy.io.mminfo(io.BytesIO(data))
+        if field == "pattern":
+            raise ValueError("it says where numbers are, but not which: field pattern")
+        _check_rows(rows, columns)
+        if entries > len(data):
+            raise ValueError(f"it declares {entries} numbers, which do not follow")
+        return scipy.io.mmread(io.BytesIO(data), spmatrix=False)
+    except (ValueError, OverflowError, TypeError, MemoryError) as error:
+        raise ValueError(f"{path}: not a Matrix Market file that can be used ({error})") from None
+
+
+def _saved_by_scipy(path: Path) -> Any:
+    try:
+        return scipy.sparse.load_npz(path)
+    except Exception as error:  # scipy raises errors of many kinds over damaged files
+        raise ValueError(f"{path}: not a sparse matrix of scipy.sparse.save_npz ({error})") from None
+
+
+def _check_rows(rows: int, columns: int) -> None:
+    if max(rows, columns) > MOST:
+        raise ValueError(f"{rows} x {columns}; at most {MOST} rows are read")
+
+
 def _variables(name: str) -> dict[str, Any]:
     """What a .npz or .mat file holds, by name."""
     path = Path("arrays.npz" if is_embedded(name) else name)
     if path.suffix.lower() == ".npz":
         try:
-            with opened(name) as stream, np.load(stream) as file:
-                return dict(file)
-        except (ValueError, EOFError, zipfile.BadZipFile) as error:
+            with opened(name) as stream, zipfile.ZipFile(stream) as file:
+                return {member.filename.removesuffix(".npy"): _array(file, member) for member in file.infolist()}
+        except Exception as error:  # zipfile, zlib and numpy raise errors of many kinds over damaged files
             raise ValueError(f"{path}: not a whole .npz file of numbers and texts ({error})") from None
     if path.suffix.lower() != ".mat":
         raise ValueError(f"{path}: matrices are read from {', '.join(SUFFIXES)} files")
     try:
-        return {k: v for k, v in scipy.io.loadmat(path).items() if not k.startswith("__")}
-    except NotImplementedError:
-        raise ValueError(f"{path}: is a MATLAB file of version 7.3; save it with save(file, '-v7')") from None
-    except Exception as error:  # scipy raises errors of many kinds over damaged files
+        data = path.read_bytes()
+        if data[124:128] in (b"\x00\x02IM", b"\x02\x00MI"):
+            raise ValueError("version 7.3; save it in MATLAB with save(file, '-v7')")
+        return arrays(data, MOST_UNPACKED)
+    except (RecordError, ValueError) as error:  # ValueError: a shape beyond what numpy can
         raise ValueError(f"{path}: not a whole MATLAB file ({error})") from None
 
 
-def _variable(variables: Mapping[str, Any], name: str) -> Any:
+def _array(file: zipfile.ZipFile, member: zipfile.ZipInfo) -> np.ndarray:
+    """An array of a .npz file, after a look at whether it is as large as it says it is."""
+    with file.open(member) as stream:
+        version = np.lib.format.read_magic(stream)
+        read = np.lib.format.read_array_header_1_0 if version == (1, 0) else np.lib.format.read_array_header_2_0
+        shape, _, dtype = read(stream)
+        if math.prod(shape) * dtype.itemsize > member.file_size:
+            raise ValueError(f"{member.filename} declares {shape} numbers, which do not follow")
+    with file.open(member) as stream:
+        return np.lib.format.read_array(stream, allow_pickle=False)
+
+
+def _variable(path: str | Path, variables: Mapping[str, Any], name: str) -> Any:
     if name in variables:
         return variables[name]
     data, indices, indptr, shape = (variables.get(f"{name}_{part}") for part in ("data", "indices", "indptr", "shape"))
     if indices is None or indptr is None or shape is None:
-        raise ValueError(f"{name}_data needs {name}_indices, {name}_indptr and {name}_shape beside it")
-    return scipy.sparse.csr_array((data, indices, indptr), shape=tuple(shape))
+        raise ValueError(f"{path}: {name}_data needs {name}_indices, {name}_indptr and {name}_shape beside it")
+    try:
+        rows, columns = (int(n) for n in np.asarray(shape).tolist())
+        _check_rows(rows, columns)
+        return scipy.sparse.csr_array((data, indices, indptr), shape=(rows, columns))
+    except Exception as error:  # scipy raises errors of many kinds over parts that do not fit
+        parts = f"{name}_data, {name}_indices, {name}_indptr and {name}_shape"
+        raise ValueError(f"{path}: {parts} do not fit: {error}") from None
 
 
 def as_matrix(where: str, value: Any) -> Matrix:
     """A real square matrix of finite numbers; of a triangular one, which is half of a symmetric one, the whole."""
     if not scipy.sparse.issparse(value):
-        value = np.asarray(value)
+        try:
+            value = np.asarray(value)
+        except ValueError:
+            raise ValueError(f"{where}: must have as many numbers in every row") from None
         if value.ndim != 2 or value.dtype.kind not in "fiuc":
             raise ValueError(f"{where}: must be a matrix of numbers, got {value.dtype} of shape {value.shape}")
+    elif value.format in ("csr", "csc", "bsr"):
+        try:
+            _check_rows(*value.shape)
+            value.check_format(full_check=True)  # compiled functions trust the indices
+            if np.any(np.diff(value.indptr) < 0):  # not looked at where the last one is 0
+                raise ValueError("indptr must not fall")
+        except ValueError as error:
+            raise ValueError(f"{where}: no matrix that can be used ({error})") from None
     if value.shape[0] != value.shape[1] or not value.shape[0]:
         raise ValueError(f"{where}: must be square, got {value.shape[0]} x {value.shape[1]}")
     if value.dtype.kind == "c":
@@ -153,13 +223,12 @@ def _dofs(path: str, variables: Mapping[str, Any]) -> Dofs | None:
     found = variables.get("dofs")
     if found is None:
         return None
-    found = np.asarray(found)
     places = variables.get("coordinates")
-    if found.ndim == 2 and found.shape[1] == 2 and found.dtype.kind in "iuf":
+    if isinstance(found, np.ndarray) and found.ndim == 2 and found.shape[1] == 2 and found.dtype.kind in "iuf":
         texts = [f"{node:.0f}:{direction:.0f}" for node, direction in found]
     else:
-        texts = [re.sub(r"[\[\]']", "", str(text)).strip() for text in found.ravel()]  # MATLAB's cells hold arrays
+        texts = [str(text).strip() for text in ([found] if isinstance(found, str) else np.ravel(found).tolist())]
     try:
         return dof_table(texts, None if places is None else np.asarray(places, dtype=float))
-    except ValueError as error:
+    except (TypeError, ValueError) as error:
         raise ValueError(f"{path}: {error}") from None

@@ -14,11 +14,14 @@ from pydantic import Field
 
 from ..errors import RigError
 from ..validation import NotNegative, Share, Text, checked
-from .base import LinearModel, StructureOfFiles, parse_dof, register
+from .base import AXES, LinearModel, StructureOfFiles, parse_dof, register
 from .files import FileName, absolute, content
 from .linearise import Linearised, linearised
 
 __all__ = ["Mjcf"]
+
+KINDS = mujoco.mjtObj.mjOBJ_SITE, mujoco.mjtObj.mjOBJ_BODY
+"""of places, in the order in which a name is looked for"""
 
 
 @register
@@ -57,8 +60,25 @@ class Mjcf(StructureOfFiles):
 
     def check(self, point: float | str) -> None:
         """Refuse what is no site or body, or cannot move; see `Structure.check`."""
-        if not self._row(point).any():
+        row = self._row(point)
+        if not np.isfinite(row).all():
+            raise ValueError(f'"{point}" is at no finite position')
+        if not row.any():
             raise ValueError(f'"{point}" cannot move; a clearance to the base has no "to"')
+
+    @property
+    def named_points(self) -> tuple[str, ...]:
+        """Degrees of freedom of sites and bodies that can move; see `Structure.named_points`."""
+        names = dict.fromkeys(name for kind in KINDS for name in self._names(kind) if parse_dof(f"{name}:X"))
+        points = (f"{name}:{axis}" for name in names for axis in AXES)
+        return tuple(point for point in points if self._row(point).any())
+
+    def _names(self, kind: mujoco.mjtObj) -> list[str]:
+        """Names of the model's sites or bodies, the world's apart."""
+        model = _linearised(self).model
+        count = model.nsite if kind == mujoco.mjtObj.mjOBJ_SITE else model.nbody
+        names = (mujoco.mj_id2name(model, kind, i) for i in range(count))
+        return [name for name in names if name and name != "world"]
 
     def coordinates(self, point: float | str) -> np.ndarray:
         """Return where a site or body is at equilibrium; see `Structure.coordinates`."""
@@ -86,13 +106,10 @@ class Mjcf(StructureOfFiles):
         """Kind and number of the site or body of a point."""
         dof, model = parse_dof(point), _linearised(self).model
         name = str(dof[0]) if dof else ""
-        kinds = mujoco.mjtObj.mjOBJ_SITE, mujoco.mjtObj.mjOBJ_BODY
-        for kind in kinds:
+        for kind in KINDS:
             if (number := mujoco.mj_name2id(model, kind, name)) >= 0:
                 return kind, number
-        counts = model.nsite, model.nbody
-        known = [mujoco.mj_id2name(model, kind, i) for kind, count in zip(kinds, counts) for i in range(count)]
-        near = difflib.get_close_matches(name, [n for n in known if n and n != "world"], 3, 0.0)
+        near = difflib.get_close_matches(name, [known for kind in KINDS for known in self._names(kind)], 3, 0.0)
         raise ValueError(
             f'"{point}" is at no site or body of {Path(self.file).name}; '
             + (f"the nearest names are {', '.join(near)}" if near else "name one in the model")

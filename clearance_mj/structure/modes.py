@@ -16,7 +16,7 @@ from typing import Annotated, Any, ClassVar, Literal, TypeAlias
 
 import numpy as np
 import pydantic
-from pydantic import AfterValidator
+from pydantic import AfterValidator, Field
 
 from ..errors import RigError
 from ..files import write_text
@@ -31,6 +31,8 @@ ABOVE = 3.0
 """Ω over the highest frequency"""
 MOST = 60
 """modes that are all kept; of more, the lowest and the others' static shapes at the loads"""
+LARGEST = 1e30
+"""1/sqrt(kg): of a shape, far above any structure's"""
 NEGATIVE = 1e-3
 """of the largest eigenvalue of a residual flexibility: how far below zero rounding may take the least"""
 EMPTY = 1e-9
@@ -58,7 +60,7 @@ class ModalStructure(Structure):
 
     files: ClassVar[tuple[str, ...]] = ("file",)
 
-    frequencies: tuple[NotNegative, ...] = ()
+    frequencies: tuple[Annotated[NotNegative, Field(le=1e9)], ...] = ()
     """(n,) Hz, undamped, rising; 0 of a rigid body"""
     damping_ratios: tuple[Share, ...] = ()
     """damping ratios; the last one holds for all that follow, none for none"""
@@ -111,6 +113,8 @@ class ModalStructure(Structure):
                 raise ValueError(f"{name} must hold {length}, one per {of}, got {len(value)}")
         if not np.any(self.shapes, axis=0).all():
             raise ValueError(f"shapes are zero in mode {int(np.argmin(np.any(self.shapes, axis=0))) + 1}")
+        if (size := np.abs(self.unit_shapes).max()) > LARGEST:
+            raise ValueError(f"shapes reach {size:.3g} 1/sqrt(kg) at unit modal mass, needs <= {LARGEST:g}")
         if n > 1 and self.modal_masses is None and np.all(np.abs(self.shapes).max(axis=0) == 1):
             raise ValueError(
                 "shapes have a largest component of 1 in every mode, so their scaling is not known; give modal_masses "

@@ -32,6 +32,7 @@ STILL = 1e-11
 """of the same: rigid bodies' motions are below"""
 REPEATED = 1e-10
 """of 1: a static shape that adds less than this to the others is left out"""
+NEGATIVE = "the structure's stiffness is negative in some motion; check the signs in K"
 DENSE = 1500
 """coordinates up to which matrices are taken whole"""
 
@@ -60,8 +61,8 @@ def vibration_modes(mass: np.ndarray, stiffness: np.ndarray) -> Modes:
         If the stiffness is negative in some motion, or the mass, or both are zero in one.
     """
     value, vector = _principal(stiffness)
-    if value[0] < -SINGULAR:
-        raise ValueError("the structure's stiffness is negative in some motion; check the signs in K")
+    if value[0] < -SOFT:
+        raise ValueError(NEGATIVE)
     if value[0] > SOFT:
         return _without_slow(mass, _modes(mass, vector / np.sqrt(value)))
     stiff = value > SOFT
@@ -74,6 +75,8 @@ def vibration_modes(mass: np.ndarray, stiffness: np.ndarray) -> Modes:
     squares, shapes = held.omega**2 - shift, held.shapes
     slow = squares < SLOW * shift
     squares[slow], rotation = np.linalg.eigh(shapes[:, slow].T @ stiffness @ shapes[:, slow])
+    if squares.min(initial=0.0) < -SLOW * shift:  # more than the digits of a file leave out
+        raise ValueError(NEGATIVE)
     shapes[:, slow] = shapes[:, slow] @ rotation
     return Modes(np.sqrt(np.where(squares < STILL * shift, 0.0, squares)), shapes)
 

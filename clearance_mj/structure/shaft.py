@@ -51,6 +51,19 @@ class Support:
     rotation_damping: NotNegative = 0.0
     """N m s/rad"""
 
+    def __post_init__(self) -> None:
+        for held, motion in enumerate(("translation", "rotation")):
+            for name in (motion, f"{motion}_damping"):
+                if held in HELD[self.kind] and getattr(self, name):
+                    raise ValueError(
+                        f'{name} has no effect, as a support of kind "{self.kind}" allows no {motion}; one that gives '
+                        'is of kind "elastic", with springs'
+                    )
+        if self.kind == "elastic" and not any(
+            (self.translation, self.rotation, self.translation_damping, self.rotation_damping)
+        ):
+            raise ValueError("holds nothing; give kind (clamped, pinned or guided), or springs or dampers")
+
 
 @checked(RigError)
 class Disc:

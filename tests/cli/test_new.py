@@ -9,9 +9,13 @@ import jsonschema
 import numpy as np
 import pytest
 
+from clearance_mj.clearance import ConstantLaw
 from clearance_mj.cli import main
+from clearance_mj.engines import simulate
 from clearance_mj.errors import RigError
 from clearance_mj.rig import Beam, Bushing, Contact, Grease, PointMass, Rig, Sensor, Shaker, rig_schema
+from clearance_mj.signals.excitation import random
+from clearance_mj.structure import ModalStructure
 
 from ..conftest import ROOT
 
@@ -98,6 +102,25 @@ def test_matrices_out_of_files(tmp_path):
         "kind": "matrices", "units": "m-kg-s", "mass": "../m.npy", "stiffness": "../k.npy", "dofs": "../dofs.csv",
     }  # fmt: skip
     VALIDATOR.validate(tables)
+
+
+def test_places_of_a_mujoco_model(tmp_path):
+    """A site that moves along Z is the example; places with names have sensors 1, 2, ..."""
+    arm = '<joint axis="0 1 0" stiffness="9"/><geom size=".1" pos="1 0 0"/><site name="tip" pos="1 0 0"/>'
+    (tmp_path / "model.xml").write_text(
+        f'<mujoco><option gravity="0 0 0"/><worldbody><body>{arm}</body></worldbody></mujoco>'
+    )
+    rig = new(tmp_path, "mine", "--kind", "mjcf", "--file", tmp_path / "model.xml")
+    assert rig.bushings[0].position == "tip:Z" and rig.sensor_labels == ["1:+Z"]
+    assert simulate(rig, random(0.1, 512, (5, 100), 1.0, 0), ConstantLaw(1e4, 4.0), "modal").acceleration.any()
+
+
+def test_modes_of_a_hammer_test_are_driven_by_a_force(tmp_path):
+    """They do not tell how a shaken base drives them."""
+    tested = ModalStructure((9.0,), (0.01,), ("3:+Z", "4:+Z"), ((0.5,), (1.0,)))
+    tested.write_csv(tmp_path / "modes.csv")
+    rig = new(tmp_path, "mine", "--kind", "modes", "--file", tmp_path / "modes.csv")
+    assert rig.shaker == Shaker("force", "3:+Z")
 
 
 def test_modes_out_of_a_file_that_is_still_to_come(tmp_path, capsys, monkeypatch):

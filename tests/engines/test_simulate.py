@@ -9,11 +9,13 @@ import pytest
 from clearance_mj.clearance import AmplitudeLaw, ConstantLaw, ContactLaw, HuntCrossley, TimeLaw
 from clearance_mj.engines import Links, Modal, ModalMujoco, batch, get_engine, simulate, simulate_batch, simulate_each
 from clearance_mj.engines.base import step_factor
-from clearance_mj.errors import ClearanceError, ExcitationError, LawError, SimulationError
-from clearance_mj.rig import Rig, Shaker
+from clearance_mj.errors import ClearanceError, ExcitationError, LawError, RigError, SimulationError
+from clearance_mj.rig import Bushing, Contact, Grease, Rig, Sensor, Shaker
 from clearance_mj.signals.excitation import Excitation
+from clearance_mj.structure import ModalStructure
 
 from ..conftest import TABLE1 as RIG
+from ..structures import chain, stepped
 
 BARE = RIG.replace(name="bare", bushings=())
 LAW = ConstantLaw(2e4, 3.0)
@@ -51,6 +53,28 @@ def test_response(engine):
     # A whole number of steps in a sample, none longer than the engine allows.
     assert 1 / (FS * inputs["step"]) == pytest.approx(round(1 / (FS * inputs["step"])), abs=1e-9)
     assert inputs["step"] <= get_engine(engine).largest_step(RIG, LAW)
+
+
+def test_response_says_what_the_rig_file_does_not():
+    """The theory that "auto" took, of each shaft; what modes that are left out cost."""
+    law = ConstantLaw(8e3, 5.0)
+    found = simulate(stepped(), noise(0.05), law, "modal").provenance
+    assert found["bending_theory"] == ["euler"] and "truncation" not in found
+    modes = ModalStructure((20.0, 90.0, 200.0), (0.01,), ("1:+Z",), ((0.5, 0.4, 0.3),))
+    bushing = Bushing("1:+Z", 3e-4, 0.0, Grease(0.0), Contact(1e5))
+    rig = Rig("modes", None, (bushing,), (Sensor(1, "1:+Z"),), shaker=Shaker("force", "1:+Z"), structure=modes)
+    (lost,) = simulate(rig, noise(0.05, kind="force"), ConstantLaw(1e5, 0.0), "modal").provenance["truncation"]
+    assert lost["stiffness_error"] == pytest.approx(1e5 * lost["missing"]) and lost["missing"] > 0
+    assert "bending_theory" not in simulate(RIG, noise(0.05), LAW, "modal").provenance
+
+
+@pytest.mark.parametrize("engine", ["modal", "modal-mj"])
+def test_a_base_that_moves_no_mass(engine):
+    rig = chain(shaker=Shaker(direction=(0.0, 1.0, 0.0)))
+    with pytest.raises(
+        RigError, match=r"along \(0.0, 1.0, 0.0\), which moves no mass .*; give another shaker.direction"
+    ):
+        simulate(rig, noise(0.05), ConstantLaw(1e4, 1.0), engine)
 
 
 def test_sensors_keep_the_order_of_the_rig():

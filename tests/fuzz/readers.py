@@ -13,9 +13,10 @@ import h5netcdf
 import numpy as np
 import scipy.io
 
+from clearance_mj.beam import natural_frequencies
 from clearance_mj.calibrate.files import read_frequencies
 from clearance_mj.clearance.law_files import law_from_dict, load_law
-from clearance_mj.errors import ClearanceError, LawError
+from clearance_mj.errors import ClearanceError, LawError, RigError
 from clearance_mj.io import formats, lvm
 from clearance_mj.io.dataset import Dataset
 from clearance_mj.io.registry import FORMATS, Format
@@ -215,6 +216,53 @@ def read_rig(path, rng):
     assert Rig.from_dict(rig.to_dict()) == rig, "an accepted rig is not the same after a round trip"
 
 
+def read_structure(path, rng):
+    """Through the rig file beside it, as users do; its frequencies are numbers, whatever was read."""
+    rig = Rig.load(path.with_name("rig.toml"))
+    with contextlib.suppress(RigError):
+        assert np.isfinite(natural_frequencies(rig, 2)).all(), "frequencies of an accepted structure are not finite"
+
+
+def make_npz(rng, whole):
+    """Damaged bytes, or whole files of damaged arrays."""
+    if rng.random() < 0.5:
+        return damaged(rng, rng.choice(whole), whole)
+    with np.load(io.BytesIO(rng.choice(whole))) as file:
+        held = _changed(rng, dict(file))
+    buffer = io.BytesIO()
+    np.savez(buffer, **{name: np.asarray(value) for name, value in held.items()})
+    return buffer.getvalue()
+
+
+def make_model_mat(rng, whole):
+    """Damaged bytes, or whole files of damaged arrays."""
+    if rng.random() < 0.5:
+        return damaged(rng, rng.choice(whole), whole)
+    held = scipy.io.loadmat(io.BytesIO(rng.choice(whole)))
+    buffer = io.BytesIO()
+    scipy.io.savemat(buffer, _changed(rng, {k: v for k, v in held.items() if not k.startswith("__")}))
+    return buffer.getvalue()
+
+
+def _changed(rng, held):
+    """Arrays of a file with one or two left out, replaced, given another name or other numbers."""
+    for _ in range(rng.choice((1, 1, 2))):
+        name, change = rng.choice([*held]), rng.random()
+        if change < 0.15:
+            del held[name]
+        elif change < 0.3:
+            held[rng.choice(("C", "M", "K", "x", "mass_data", "coordinates"))] = held[name]
+        elif change < 0.5:
+            held[name] = _array(rng)
+        elif isinstance(held[name], np.ndarray) and held[name].size and held[name].dtype.kind in "fiu":
+            numbers = held[name].copy()
+            numbers.flat[rng.randrange(numbers.size)] = rng.choice((0, 1, -1, 3, 100, 2**31 - 1))
+            if numbers.dtype.kind == "f" and rng.random() < 0.5:
+                numbers.flat[rng.randrange(numbers.size)] = rng.choice((np.nan, np.inf, 1e308, -1e9, 1e-320))
+            held[name] = numbers if rng.random() < 0.8 else numbers[:-1]
+    return held
+
+
 def read_law(path, rng):
     law = load_law(path)
     assert law_from_dict(law.to_dict()).to_dict() == law.to_dict(), "an accepted law is not the same after a round trip"
@@ -263,9 +311,22 @@ def readers() -> dict[str, Reader]:
         "DROPBEAR (text)": ("a.txt", samples.DROPBEAR, real.read_dropbear),
         "damper (JSON)": ("a.json", samples.DAMPER, real.read_damper),
     }
+    structures = {
+        "matrix (.mtx)": ("M.mtx", make_text, samples.matrix_market, 6_000),
+        "degrees of freedom (CSV)": ("dofs.csv", make_text, lambda: [samples.DOFS], 6_000),
+        "matrices (.npz)": ("model.npz", make_npz, samples.npz, 6_000),
+        "matrices (.mat)": ("model.mat", make_model_mat, samples.model_mat, 6_000),
+        "modes (UFF)": ("modes.uff", make_text, samples.modes_uff, 6_000),
+        "modes (CSV)": ("modes.csv", make_text, lambda: samples.MODES_CSV, 6_000),
+        "MuJoCo model": ("model.xml", make_text, lambda: samples.MJCF, 6_000),
+    }
     found = [
         *(of_format(known) for known in dict.fromkeys(FORMATS.values()) if known.name not in ("TOML", "JSON")),
         Reader("rig (TOML)", "rig.toml", rigs, read_rig, 20_000),
+        Reader("rig of a structure (TOML)", "rig.toml", make_plain(samples.structure_rigs(), toml), read_rig, 10_000),
+        *(Reader(name, file, functools.partial(make, whole=whole()), read_structure, inputs,
+                 functools.partial(samples.beside_structure, file))
+          for name, (file, make, whole, inputs) in structures.items()),
         Reader("law (JSON)", "law.json", laws, read_law, 20_000),
         Reader("sweep plan (TOML)", "plan.toml", make_plain(samples.PLANS, toml), plainly(load_plan), 6_000,
                samples.beside_plan),

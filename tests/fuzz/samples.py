@@ -11,6 +11,8 @@ from pathlib import Path
 
 import numpy as np
 import scipy.io
+import scipy.sparse
+import tomli_w
 
 from clearance_mj.clearance import AmplitudeLaw, ConstantLaw, ContactLaw, HuntCrossley, KelvinVoigt, TimeLaw
 from clearance_mj.clearance.law import Law
@@ -23,10 +25,13 @@ from clearance_mj.rig import Beam, Bushing, Contact, Grease, PointMass, Rig, Sen
 from clearance_mj.signals.ema import Modes
 from clearance_mj.signals.frf import FRF
 from clearance_mj.signals.response import Response
+from clearance_mj.structure import ModalStructure
 from clearance_mj.sweep.store import Table
 from tests.io.test_lvm import BODY
 from tests.io.test_lvm import text as lvm_text
 from tests.io.test_uff import by_hand, units_by_hand
+from tests.structure.test_modes import cantilever, normal_modes, units, write
+from tests.structures import chain, stepped, two_shafts
 
 N = 6
 T = np.arange(N) / 64
@@ -212,6 +217,117 @@ def beside_plan() -> dict[str, bytes]:
         LAWS[0].save(folder / "law.json")
         write_uff(folder / "record.uff", channels(64))
         return {path.name: path.read_bytes() for path in folder.iterdir()}
+
+
+MASS, STIFFNESS = np.diag([2.0, 1.0, 0.5]), np.array([[6e4, -2e4, 0.0], [-2e4, 3e4, -1e4], [0.0, -1e4, 1e4]])
+DOFS = b"node,direction,x,y,z\n1,Z,0,0,0\n2,Z,0.5,0,0\n3,-UX,1,0,0\n"
+MODES_CSV = [
+    b"dof,mode 1,mode 2,residual at 2:+Z [m/N]\nfrequency [Hz],28.3,62.3\ndamping,0.02,0.01\nmodal mass [kg],1,2\n"
+    b"1:+Z,0.19,0.39,-1e-8\n2:+Z,0.59,-0.75,2e-8\nparticipation X [sqrt(kg)],0.1,0.2\n",
+    b"dof,mode 1\n2:Z,1\nfrequency [Hz],9\nmodal mass [kg],3\n",
+]
+MJCF = [
+    b"""<mujoco><option gravity="0 0 -9.81"/><worldbody><body name="a" pos="0 0 1">
+<joint name="j" type="hinge" axis="0 1 0" stiffness="20" damping="0.1"/><geom type="capsule" size=".02"
+fromto="0 0 0 0 0 -.5" mass="1"/><site name="tip" pos="0 0 -.5"/><body name="b" pos="0 0 -.5"><joint type="slide"
+axis="1 0 0" stiffness="500"/><geom size=".05" mass=".2"/></body></body></worldbody>
+<keyframe><key name="up" qpos="0.1 0"/></keyframe></mujoco>""",
+    b"""<mujoco><worldbody><body name="tip"><joint type="slide" axis="1 0 0" stiffness="1e4" damping="2"/>
+<geom type="box" size=".1 .1 .1" mass="3"/></body></worldbody></mujoco>""",
+]
+NAMED_FILES = {
+    "M.mtx": {"kind": "matrices", "units": "m-kg-s", "mass": "M.mtx", "stiffness": "K.mtx", "dofs": "dofs.csv"},
+    "model.npz": {"kind": "matrices", "units": "mm-t-s", "file": "model.npz", "damping_ratios": [0.01]},
+    "model.mat": {"kind": "matrices", "units": "in-lbf-s", "file": "model.mat"},
+    "modes.uff": {"kind": "modes", "file": "modes.uff"},
+    "modes.csv": {"kind": "modes", "file": "modes.csv"},
+    "model.xml": {"kind": "mjcf", "file": "model.xml"},
+}
+"""A structure that is read from each"""
+
+
+def structure_rigs() -> list[dict]:
+    """Rigs of every kind of structure whose numbers stand in the rig file."""
+    tested = ModalStructure(
+        (28.3, 62.3), (0.02,), ("1:+Z", "2:+Z"), ((0.19, 0.39), (0.59, -0.75)), participation=((1, 0, 2), (0, 0, 1)),
+        residual_flexibility=((-1e-8,), (2e-8,)), residual_dofs=("2:+Z",),
+    )  # fmt: skip
+    modal = Rig("tested", None, (Bushing("2:+Z", 1e-4, 0.0, GREASE, Contact(1e5)),), (Sensor(1, "1:-Z"),),
+                shaker=Shaker("force", "1:+Z"), structure=tested)  # fmt: skip
+    return [rig.to_dict() for rig in (stepped(), two_shafts(), chain(), modal)]
+
+
+def named(file: str) -> bytes:
+    """A rig file whose structure is read from a file."""
+    point = {"model.xml": "tip:+X"}.get(file, "2:+Z")
+    bushing = {"position": point, "gap": 1e-4, "length": 0.0, "grease": {"stiffness": 0.0}}
+    bushing["contact"] = {"stiffness": 1e5}
+    structure, sensors = NAMED_FILES[file], [{"node": 1, "position": point}]
+    return tomli_w.dumps({"name": "a", "structure": structure, "bushings": [bushing], "sensors": sensors}).encode()
+
+
+def beside_structure(file: str) -> dict[str, bytes]:
+    """The rig file, and what it names besides."""
+    rig = named("M.mtx" if file == "dofs.csv" else file)
+    if file not in ("M.mtx", "dofs.csv"):
+        return {"rig.toml": rig}
+    whole = {"M.mtx": matrix_market()[0], "K.mtx": matrix_market()[2], "dofs.csv": DOFS}
+    return {"rig.toml": rig, **{name: data for name, data in whole.items() if name != file}}
+
+
+def _bytes(write_to) -> bytes:
+    file = io.BytesIO()
+    write_to(file)
+    return file.getvalue()
+
+
+@functools.cache
+def matrix_market() -> list[bytes]:
+    """Dense and sparse, whole and one half."""
+    forms = (MASS, scipy.sparse.coo_array(MASS), scipy.sparse.coo_array(STIFFNESS))
+    found = [_bytes(functools.partial(scipy.io.mmwrite, a=form, symmetry="general")) for form in forms]
+    return [*found, _bytes(functools.partial(scipy.io.mmwrite, a=forms[2], symmetry="symmetric"))]
+
+
+@functools.cache
+def npz() -> list[bytes]:
+    """Dense, sparse and compressed."""
+    dofs = np.array(["1:Z", "2:Z", "3:X"])
+    sparse: dict[str, np.ndarray] = {"dofs": dofs}
+    for name, matrix in (("mass", MASS), ("stiffness", STIFFNESS)):
+        rows = scipy.sparse.csr_array(matrix)
+        parts = {"data": rows.data, "indices": rows.indices, "indptr": rows.indptr, "shape": np.array(rows.shape)}
+        sparse |= {f"{name}_{part}": value for part, value in parts.items()}
+    held = {"M": MASS, "K": STIFFNESS, "C": 1e-4 * STIFFNESS, "dofs": dofs, "coordinates": np.eye(3)}
+    return [
+        _bytes(lambda file: np.savez(file, **held)),
+        _bytes(lambda file: np.savez_compressed(file, **held)),
+        _bytes(lambda file: np.savez(file, **sparse)),
+    ]
+
+
+@functools.cache
+def model_mat() -> list[bytes]:
+    """Dense with numbered degrees of freedom, sparse with cells of texts."""
+    dense = {"M": MASS, "K": STIFFNESS, "dofs": np.array([[1, 3], [2, 3], [3, 1]])}
+    cells = {"dofs": np.array(["1:Z", "2:Z", "3:X"], dtype=object), "coordinates": np.eye(3)}
+    sparse = {"mass": scipy.sparse.csc_array(MASS), "stiffness": scipy.sparse.csc_array(STIFFNESS)} | cells
+    return [
+        _bytes(functools.partial(scipy.io.savemat, mdict=held, do_compression=packed))
+        for held in (dense, sparse)
+        for packed in (False, True)
+    ]
+
+
+@functools.cache
+def modes_uff() -> list[bytes]:
+    """Data sets 55 and 2414 of real modes with modal masses and of complex ones with modal A."""
+    normal = {kind: [*normal_modes(cantilever(2), kind, 1e3)] for kind in (55, 2414)}
+    from_a = {"data_type": 5, "analysis_type": 3, "eig": -2 + 90j, "modal_a": 3j, "modal_b": 0.0}
+    complex_modes = [mode | from_a | {r: mode[r] * (1 + 0.1j) for r in ("r1", "r2", "r3")} for mode in normal[55]]
+    with tempfile.TemporaryDirectory() as name:
+        sets = ([units(1e3), *normal[55]], [units(1e3), *normal[2414]], [units(), *complex_modes], normal[55])
+        return [write(Path(name) / "m.uff", found).read_bytes() for found in sets]
 
 
 FREQUENCIES = [

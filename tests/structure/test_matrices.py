@@ -329,6 +329,9 @@ def test_mechanism_has_modes_but_no_static_deflection():
         model.static_deflection(["1:X"], model.shapes(["1:X"]))
 
 
+MARKET = b"%%MatrixMarket matrix "
+
+
 def damaged(folder, name, content):
     path = folder / name
     path.write_bytes(content)
@@ -340,6 +343,22 @@ def damaged(folder, name, content):
     [
         ("M.mtx", b"%%MatrixMarket matrix coordinate real symmetric\n2 2 2\n1 1 1.0\n", "not a Matrix Market file"),
         ("M.mtx", b"hello", "not a Matrix Market file"),
+        (
+            "M.mtx",
+            MARKET + b"coordinate pattern general\n2 2 2\n1 1\n2 2\n",
+            "not a Matrix Market file that can be used",
+        ),
+        (
+            "M.mtx",
+            MARKET + b"array real general\n99999999 99999999\n1\n",
+            "not a Matrix Market file that can be used (9",
+        ),
+        (
+            "M.mtx",
+            MARKET + b"array real general\n3 3\n0\n0\n1d5#",
+            "not a Matrix Market file that can be used (it holds",
+        ),
+        ("M.mtx", MARKET + b"coordinate real symmetric\n3 3 5\n1 1 6E", "not a Matrix Market file that can be used"),
         ("M.npz", b"PK\x03\x04 no archive", "not a whole .npz file"),
         ("M.mat", b"MATLAB 5.0 MAT-file" + b" " * 200, "not a whole MATLAB file"),
         ("M.xls", b"x", "matrices are read from .npz, .mat, .mtx, .npy files"),
@@ -347,6 +366,65 @@ def damaged(folder, name, content):
 )
 def test_damaged_files_are_refused(tmp_path, name, content, message):
     assert re.search(rf"mass.*{re.escape(name)}: {re.escape(message)}", refused(mass=damaged(tmp_path, name, content)))
+
+
+@pytest.mark.parametrize(
+    "part, value, message",
+    [
+        ("indices", [0, 7], "can be used"),
+        ("indptr", [0, 2, 0], "indptr must not fall"),
+        ("shape", [2, 2**31 - 1], "at most 1000000 rows"),
+        ("shape", [1j, 2], "do not fit"),
+        ("data", [1.0], "do not fit"),
+    ],
+)
+def test_damaged_sparse_matrices_are_refused(tmp_path, part, value, message):
+    """Compiled functions would follow them anywhere."""
+    mass = {"data": [2.0, 1.0], "indices": [0, 1], "indptr": [0, 1, 2], "shape": [2, 2]} | {part: value}
+    np.savez(
+        tmp_path / "a.npz", K=STIFFNESS_2, dofs=["1:X", "2:X"], **{f"M_{name}": held for name, held in mass.items()}
+    )
+    with pytest.raises(RigError, match=rf"a.npz.*{message}"):
+        Matrices(file=tmp_path / "a.npz", units="m-kg-s")
+
+
+@pytest.mark.parametrize("dofs", [["1:X", "2:X"], np.array(["1:X", "2:X"], dtype=object), [[1.0, 1.0], [2.0, 1.0]]])
+@pytest.mark.parametrize("packed", [False, True])
+def test_matlab_files_of_scipy(tmp_path, dofs, packed):
+    """Sparse mass, full stiffness; degrees of freedom as rows of characters, cells, numbers."""
+    held = {"M": scipy.sparse.csc_array(np.array(MASS_2)), "K": np.array(STIFFNESS_2), "dofs": dofs}
+    scipy.io.savemat(tmp_path / "a.mat", held, do_compression=packed)
+    found = Matrices(file=tmp_path / "a.mat", units="m-kg-s")
+    np.testing.assert_allclose(frequencies(found, 2, "1:X"), frequencies(small(), 2, "1:X"), rtol=1e-14)
+
+
+def test_free_frame_in_twelve_digits():
+    """Rounding in the files makes some rigid motions a little negative; scipy's eigenvalues are those of the file."""
+    folder = MODELS / "pump_frame"
+    free = Matrices(mass=folder / "M.mtx", stiffness=folder / "K.mtx", dofs=folder / "dofs.csv", units="mm-t-s")
+    mass, stiffness = (scipy.io.mmread(folder / name).toarray() for name in ("M.mtx", "K.mtx"))
+    squares = scipy.linalg.eigvalsh(stiffness, mass)
+    assert squares[0] < 0
+    found = frequencies(free, 10, "18:Z")
+    assert np.all(found[:6] < 0.01)
+    np.testing.assert_allclose(found[6:], np.sqrt(squares[6:10]) / (2 * np.pi), rtol=1e-6)
+
+
+@pytest.mark.parametrize(
+    "table, message",
+    [
+        (b"node,direction\n", "d.csv: dofs is empty"),
+        (b"node,direction,x,y,z\n\n", "d.csv: dofs is empty"),
+        (b"node,direction\n1,X\n2,\xe4\n", "d.csv: dofs row 2: '2:\xe4' is no degree of freedom"),
+        (b"node,direction\n1,X\0\n", "d.csv: not a text file"),
+    ],
+)
+def test_damaged_tables_name_the_file(tmp_path, table, message):
+    assert message in refused(dofs=damaged(tmp_path, "d.csv", table))
+
+
+def test_rows_of_different_length():
+    assert "stiffness must have as many numbers in every row" in refused(stiffness=[[1.0, 0.0], [1.0]])
 
 
 def test_file_without_a_matrix_names_what_it_holds(tmp_path):

@@ -157,6 +157,12 @@ def test_clearance_between_sites_in_a_rig_file(tmp_path):
     np.testing.assert_allclose(response.displacement, expected.displacement, rtol=0, atol=1e-4 * size)
 
 
+def test_named_points_are_those_that_move(tmp_path):
+    structure = structure_of(tmp_path, DOUBLE_PENDULUM.format(spring=""))
+    assert {"tip:X", "elbow:X", "tip:RY"} <= set(structure.named_points)
+    assert not {"tip:Y", "tip:Z"} & set(structure.named_points)
+
+
 FREE = '<mujoco><worldbody><body name="box"><freejoint/><geom size="0.1"/></body></worldbody></mujoco>'
 
 

@@ -144,9 +144,10 @@ MASSES = np.array([0.2, 1.0, 3.0, 0.5, 2.0, 0.1])
 
 def normal_modes(structure, kind, kilogram=1.0):
     """Normal modes as dictionaries of pyuff: shapes that belong to modal masses, in a unit of so many kg."""
-    shapes = SIGNS[:, None] * structure.unit_shapes * np.sqrt(MASSES)
+    masses = MASSES[: len(structure.frequencies)]
+    shapes = SIGNS[:, None] * structure.unit_shapes * np.sqrt(masses)
     nodes, names = np.arange(1, 5), dict.fromkeys(("id1", "id2", "id3", "id4", "id5"), "NONE")
-    for i, (frequency, mass) in enumerate(zip(structure.frequencies, MASSES / kilogram)):
+    for i, (frequency, mass) in enumerate(zip(structure.frequencies, masses / kilogram)):
         along = np.column_stack((np.zeros((4, 2)), shapes[:, i]))
         if kind == 55:
             yield names | {

@@ -34,7 +34,7 @@ def simple(*supports, **more):
     ("changes", "message"),
     [
         ({"material": None}, "sections[0].material is missing, and the shaft has no material for all sections"),
-        ({"supports": (Support(1.1),)}, "supports[0].position 1.1 m lies outside the shaft (0 <= x <= 1 m)"),
+        ({"supports": (Support(1.1, "pinned"),)}, "supports[0].position 1.1 m lies outside the shaft (0 <= x <= 1 m)"),
         ({"discs": (Disc(-0.1, 1.0),)}, "discs[0].position -0.1 m lies outside the shaft (0 <= x <= 1 m)"),
         ({"sections": ()}, "sections must hold 1 or more, got none"),
         ({"theory": "bernoulli"}, 'theory "bernoulli" is unknown; use auto, euler or timoshenko'),
@@ -44,6 +44,24 @@ def test_refused(changes, message):
     with pytest.raises(RigError) as caught:
         dataclasses.replace(simple(), **changes)
     assert str(caught.value).removeprefix("shaft.").removeprefix("shaft: ") == message
+
+
+@pytest.mark.parametrize(
+    ("fields", "message"),
+    [
+        ({}, "support: holds nothing; give kind (clamped, pinned or guided), or springs or dampers"),
+        ({"kind": "pinned", "translation": 1e5}, 'translation has no effect, as a support of kind "pinned" allows no'),
+        (
+            {"kind": "clamped", "rotation_damping": 1.0},
+            'rotation_damping has no effect, as a support of kind "clamped"',
+        ),
+        ({"kind": "guided", "rotation": 1e5}, 'rotation has no effect, as a support of kind "guided" allows no'),
+    ],
+)
+def test_supports_refused(fields, message):
+    with pytest.raises(RigError) as caught:
+        Support(0.5, **fields)
+    assert message in str(caught.value)
 
 
 @pytest.mark.parametrize(

@@ -150,16 +150,16 @@ def _draw_places(ax: Axes, places: dict[tuple[int | str, str], np.ndarray]) -> N
     shown = [i for i in range(3) if i != across]
     size = np.maximum(np.ptp(points, axis=0)[shown], 1e-9)
     ax.plot(*points[:, shown].T, "o", color=DARK, ms=4)
-    named: set[int | str] = set()
+    named: dict[tuple[float, float], list[str]] = {}
     for (node, axis), point in places.items():
         along, at = dof_vector(_text((node, axis)))[shown], (point[shown[0]], point[shown[1]])
         if along.any():
             look = {"arrowstyle": "<-", "color": COLOURS[1], "lw": 1}
             ax.annotate("", at, xytext=(24 * along[0], 24 * along[1]), textcoords="offset points", arrowprops=look)
-        if node not in named:
-            ax.annotate(f"{node}", at, (-5, -5), textcoords="offset points", fontsize=FONT - 1, ha="right",
-                        va="top")  # fmt: skip
-        named.add(node)
+        named.setdefault(at, []).append(f"{node}")
+    for at, nodes in named.items():
+        ax.annotate(", ".join(dict.fromkeys(nodes)), at, (-5, -5), textcoords="offset points", fontsize=FONT - 1,
+                    ha="right", va="top")  # fmt: skip
     names = [f"{'XYZ'[i]} (m)" for i in shown]
     tidy(ax, xlabel=names[0], ylabel=names[1])
     ax.margins(0.08, 0.3 if size[1] > 1e-9 else 0.5)

@@ -1,4 +1,4 @@
-"""The data elements of MATLAB files of version 5 to 7: numbers, text and cells of them.
+"""The data elements of MATLAB files of version 5 to 7: numbers, sparse matrices, text and cells of them.
 
 MathWorks, MAT-File Format, 2023: a header of 128 bytes, then elements of a tag (type, size) and their data; an array
 (type 14) is made of elements itself: flags, size, name, then numbers. Read here because scipy 1.17 takes the type of a
@@ -11,31 +11,36 @@ import math
 import struct
 import zlib
 from collections.abc import Iterator
+from typing import TypeAlias
 
 import numpy as np
+import scipy.sparse
 
-from ..errors import RecordError
-from ..files import TOO_DENSE, most_unpacked
+from .errors import RecordError
+from .files import TOO_DENSE, most_unpacked
 
 ARRAY, COMPRESSED = 14, 15
 NUMBERS = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 9: "f8", 12: "i8", 13: "u8"}
 TEXT = {1: "utf-8", 2: "utf-8", 16: "utf-8", 4: "utf-16", 17: "utf-16", 18: "utf-32"}
-CELL, CHARACTERS, NUMERIC = 1, 4, range(6, 16)
-"""Classes of arrays; structures, objects, sparse matrices and functions are passed over"""
+CELL, CHARACTERS, SPARSE, NUMERIC = 1, 4, 5, range(6, 16)
+"""Classes of arrays; structures, objects and functions are passed over"""
 COMPLEX = 0x800
 HEADER = 128
 DEPTH = 8
-Value = np.ndarray | str | list | None
+Value: TypeAlias = np.ndarray | scipy.sparse.csc_array | str | list | None
 Element = tuple[int, bytes]
 """type and data"""
 
 
-def arrays(data: bytes) -> dict[str, Value]:
-    """Return the numbers, texts and cells (lists) of a file by name; None for all else."""
+def arrays(data: bytes, room: int | None = None) -> dict[str, Value]:
+    """Return the numbers, sparse matrices, texts and cells (lists) of a file by name; None for all else.
+
+    Compressed elements may unpack to ``room`` bytes; None: to what records do.
+    """
     order = {b"IM": "<", b"MI": ">"}.get(data[126:HEADER])
     if order is None or data[124:126] not in (b"\x00\x01", b"\x01\x00"):
         raise RecordError("has no header of version 5 to 7")
-    found, room = {}, most_unpacked(len(data))
+    found, room = {}, most_unpacked(len(data)) if room is None else room
     for kind, content in _elements(data[HEADER:], order, padded=False):
         if kind == COMPRESSED:
             content = _unpacked(content, room)
@@ -92,7 +97,7 @@ def _array(data: bytes, order: str, depth: int) -> tuple[str, Value]:
         raise RecordError("an array does not begin with its flags")
     flags = struct.unpack_from(f"{order}I", parts[0][1])[0]
     kind = flags & 0xFF
-    if kind not in (CELL, CHARACTERS, *NUMERIC) or len(parts) < 3:
+    if kind not in (CELL, CHARACTERS, SPARSE, *NUMERIC) or len(parts) < 3:
         return "", None
     (_, size), (_, name), *content = parts[1:]
     shape = struct.unpack(f"{order}{len(size) // 4}I", size[: len(size) // 4 * 4])
@@ -100,11 +105,15 @@ def _array(data: bytes, order: str, depth: int) -> tuple[str, Value]:
     if kind == CELL:
         _require_all(shape, len(content))
         value = [_array(cell, order, depth - 1)[1] for cell_kind, cell in content if cell_kind == ARRAY]
+    elif kind == SPARSE:
+        value = _sparse(content, shape, order)
     elif len(content) != 1 + bool(flags & COMPLEX):
         raise RecordError("an array does not hold its flags, size, name and numbers")
     elif kind == CHARACTERS:
         encoding = TEXT.get(content[0][0], "utf-8")
-        value = content[0][1].decode(encoding + {"<": "-le", ">": "-be"}[order] * (encoding != "utf-8"), "replace")
+        text = content[0][1].decode(encoding + {"<": "-le", ">": "-be"}[order] * (encoding != "utf-8"), "replace")
+        rows = shape[0] if len(shape) == 2 and len(text) == math.prod(shape) else 1
+        value = text if rows < 2 else [text[row::rows] for row in range(rows)]  # a list of texts of equal length
     else:
         value = _numbers(content[0], shape, order)
         if flags & COMPLEX:
@@ -112,14 +121,30 @@ def _array(data: bytes, order: str, depth: int) -> tuple[str, Value]:
     return name.decode("latin-1").rstrip("\0"), value
 
 
-def _numbers(part: Element, shape: tuple[int, ...], order: str) -> np.ndarray:
+def _sparse(content: list[Element], shape: tuple[int, ...], order: str) -> scipy.sparse.csc_array:
+    """Rows and beginnings of the columns, then the numbers; room for more of them may follow."""
+    if len(content) not in (3, 4) or len(shape) != 2:
+        raise RecordError("a sparse matrix does not hold its size, rows, columns and numbers")
+    rows, columns, *values = (_numbers(part, None, order) for part in content)
+    if columns.size != shape[1] + 1 or not 0 <= (count := int(columns[-1])) <= min(rows.size, values[0].size):
+        raise RecordError(f"a sparse matrix of {shape[1]} columns does not hold its columns or numbers")
+    numbers = values[0] if len(values) == 1 else values[0] + 1j * values[1]
+    found = scipy.sparse.csc_array((numbers[:count], rows[:count].astype(int), columns.astype(int)), shape=shape)
+    found.check_format(full_check=True)
+    return found
+
+
+def _numbers(part: Element, shape: tuple[int, ...] | None, order: str) -> np.ndarray:
     kind, data = part
     if kind not in NUMBERS:
         raise RecordError(f"holds numbers of the unknown type {kind}")
     dtype = np.dtype(order + NUMBERS[kind])
     values = np.frombuffer(data, dtype, len(data) // dtype.itemsize)
+    values = values.astype(dtype.newbyteorder("="))
+    if shape is None:
+        return values
     _require_all(shape, values.size)
-    return values.astype(dtype.newbyteorder("=")).reshape(shape, order="F")
+    return values.reshape(shape, order="F")
 
 
 def _require_all(shape: tuple[int, ...], present: int) -> None:
