@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..checks import naming
+from ..checks import AXES, naming
 from ..errors import RecordError
 from ..signals.ema import Modes
 from .fields import Block, fields, read_integer, read_real, text_set
@@ -20,7 +20,6 @@ NORMAL, COMPLEX = (2,), (3, 7)
 REAL_DATA, COMPLEX_DATA = 2, 5
 KINDS = (55, 2414)
 AT_NODES = 1
-AXES = ("X", "Y", "Z", "RX", "RY", "RZ")
 _TRANSLATION = re.compile(r"(\d{1,9}):([+-])([XYZ])")
 Shape = dict[int, np.ndarray]
 """(6,) complex displacement along X, Y, Z and rotation about them by node"""

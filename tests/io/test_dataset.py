@@ -13,6 +13,7 @@ import tomli_w
 
 from clearance_mj.errors import RecordError, RigError
 from clearance_mj.io import dataset as dataset_module
+from clearance_mj.io import record as record_module
 from clearance_mj.io.dataset import Dataset, Record, write_dataset
 from clearance_mj.io.uff import Channel, read_uff, write_uff
 from clearance_mj.rig import Rig
@@ -193,7 +194,7 @@ def test_excitation(folder):
 
 
 def test_loading_parses_no_samples(folder, monkeypatch):
-    monkeypatch.setattr(dataset_module, "read_uff", lambda path: pytest.fail(f"{path} was read"))
+    monkeypatch.setattr(record_module, "read_uff", lambda path: pytest.fail(f"{path} was read"))
     ds = Dataset.load(folder)
     assert [(r.size, r.duration, len(r.channels)) for r in ds.records] == 3 * [(N, 0.5, 11)]
     assert opened(ds) == []
@@ -201,7 +202,7 @@ def test_loading_parses_no_samples(folder, monkeypatch):
 
 def test_only_the_records_that_are_used_are_opened(folder, monkeypatch):
     read = []
-    monkeypatch.setattr(dataset_module, "read_uff", lambda path: read.append(path.name) or read_uff(path))
+    monkeypatch.setattr(record_module, "read_uff", lambda path: read.append(path.name) or read_uff(path))
     ds = Dataset.load(folder)
     for used in ds.identify:
         used.response(), used.excitation(), list(used.channels)

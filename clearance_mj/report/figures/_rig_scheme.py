@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.patches import Rectangle
@@ -49,11 +47,6 @@ def _key(point: float | str) -> tuple[int | str, str]:
 
 def _text(dof: tuple[int | str, str]) -> str:
     return f"{dof[0]}:+{dof[1]}"
-
-
-def _along(rig: Rig) -> Callable[[tuple[int | str, str]], tuple[float | str, ...]]:
-    """Key by which degrees of freedom are sorted: where they are, numbers, names, directions."""
-    return lambda dof: (*rig.linear.coordinates(_text(dof)), f"{dof[0]:>9}", dof[1])
 
 
 def _slots(rig: Rig) -> dict[tuple[int | str, str], float]:

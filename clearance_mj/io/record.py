@@ -1,0 +1,218 @@
+"""Records: what was measured on a rig in one test."""
+
+from __future__ import annotations
+
+import dataclasses
+import re
+from collections.abc import Sequence
+from dataclasses import field
+from pathlib import Path
+from typing import Annotated, Any, Literal, overload
+
+import numpy as np
+from pydantic import AfterValidator, Field, SkipValidation
+
+from ..errors import RecordError
+from ..rig import Rig
+from ..signals.excitation import Excitation
+from ..signals.response import Response
+from ..validation import NotNegative, Positive, Text, Whole, checked
+from .channels import Channel, ChannelHeader
+from .uff import read_uff
+
+__all__ = ["Band", "FileChannels", "Kind", "Record", "RecordName", "Role"]
+
+_QUANTITIES = {"base": "acceleration", "force": "force"}
+_OTHER_SIGN = str.maketrans("+-", "-+")
+_RATE_TOLERANCE = 1e-5  # A universal file writes six digits of the time step.
+
+
+def _record_name(name: str) -> str:
+    if not re.fullmatch(_NAME, name):
+        raise ValueError("must be letters, digits, '.', '_' and '-', at most 64")
+    return name
+
+
+def _rising(band: tuple[float, float]) -> tuple[float, float]:
+    if not band[0] < band[1]:
+        raise ValueError(f"{band[0]:g} to {band[1]:g} must be two increasing frequencies in Hz")
+    return band
+
+
+_NAME = "[A-Za-z0-9][A-Za-z0-9._-]{0,63}"
+RecordName = Annotated[Text, Field(json_schema_extra={"pattern": f"^{_NAME}$"}), AfterValidator(_record_name)]
+Role = Literal["identify", "validate"]
+Kind = Literal["base", "force"]
+Band = Annotated[tuple[NotNegative, NotNegative], AfterValidator(_rising)]
+
+
+@checked(RecordError, eq=False)
+class Record:
+    """One test: what was measured on a rig, and how it was excited.
+
+    Raises
+    ------
+    RecordError
+        If the channels do not fit each other, the rig or the excitation; the message names the record.
+    """
+
+    name: RecordName
+    """letters, digits, ".", "_", "-": it is also the name of its file"""
+    role: Role
+    """ "identify" or "validate" """
+    rig: Rig
+    """what was measured"""
+    fs: Positive
+    """samples per second"""
+    channels: SkipValidation[Sequence[Channel]]
+    """time functions of one length and rate"""
+    excitation_kind: Kind = "base"
+    """ "base": acceleration of node 100; "force": force of node 200"""
+    description: Text = ""
+    """the excitation in words"""
+    level: NotNegative | None = None
+    """RMS of the excitation, m/s² or N"""
+    seed: Whole | None = None
+    """of the excitation, if it was random"""
+    band: Band | None = None
+    """of the excitation, Hz"""
+    provenance: dict[str, Any] = field(default_factory=dict)
+    """where it comes from; plain data"""
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.channels, FileChannels):
+            object.__setattr__(self, "channels", tuple(self.channels))
+        try:
+            if self.band and self.fs < 2 * self.band[1]:
+                raise RecordError(f"fs {self.fs:g} Hz is below twice the band's upper end {self.band[1]:g} Hz")
+            self._check_channels(self._headers)
+        except RecordError as error:
+            raise RecordError(f'record "{self.name}": {error}') from None
+
+    def _check_channels(self, headers: Sequence[Channel | ChannelHeader]) -> None:
+        if not headers:
+            raise RecordError("has no channels")
+        first, seen = headers[0], dict[tuple[int, str, str], Channel | ChannelHeader]()
+        for h in headers:
+            if abs(h.fs / self.fs - 1) > _RATE_TOLERANCE:
+                raise RecordError(f'channel "{h.name}" is sampled at {h.fs:g} Hz, the record at {self.fs:g} Hz')
+            if h.size != first.size:
+                raise RecordError(
+                    f'channel "{h.name}" has {h.size} samples, channel "{first.name}" has {first.size}; '
+                    "needs one length"
+                )
+            if abs(h.start - first.start) * self.fs > 0.01:
+                raise RecordError(
+                    f'channel "{h.name}" starts at {h.start:g} s, channel "{first.name}" at {first.start:g} s'
+                )
+            other = seen.setdefault((h.node, h.direction.lstrip("+-"), h.quantity), h)
+            if other is not h:
+                raise RecordError(
+                    f'channels "{other.name}" and "{h.name}" both are {h.quantity} at node {h.node} along '
+                    f"{h.direction.lstrip('+-')}"
+                )
+        label, quantity = self._driven
+        needed = {(label, quantity): f'the excitation of a record of kind "{self.excitation_kind}"'}
+        needed |= {(label, "acceleration"): "a sensor of the rig" for label in self.rig.sensor_labels}
+        for (label, quantity), what in needed.items():
+            node, _, axis = _split(label)
+            if (node, axis, quantity) not in seen:
+                raise RecordError(f"has no {quantity} at node {node} along {axis}, {what}")
+
+    @property
+    def _driven(self) -> tuple[str, str]:
+        """Degree of freedom and quantity of the excitation."""
+        return self.rig.shaker.label(self.excitation_kind), _QUANTITIES[self.excitation_kind]
+
+    @property
+    def _headers(self) -> Sequence[Channel | ChannelHeader]:
+        return self.channels.headers if isinstance(self.channels, FileChannels) else self.channels
+
+    @property
+    def opened(self) -> bool:
+        """Whether the samples have been read from their file; always true of a record made in memory."""
+        return not isinstance(self.channels, FileChannels) or self.channels.opened
+
+    @property
+    def size(self) -> int:
+        """Number of samples of each channel."""
+        return self._headers[0].size
+
+    @property
+    def duration(self) -> float:
+        """Duration in s."""
+        return self.size / self.fs
+
+    def excitation(self) -> Excitation:
+        """Return the measured excitation, to simulate with."""
+        description = {"generator": "record", "record": self.name, "excitation": self.description}
+        description |= {k: v for k in ("level", "seed") if (v := getattr(self, k)) is not None}
+        value = self._measured(self.channels)[self._driven]
+        return Excitation(value, self.fs, self.excitation_kind, self.band, description)
+
+    def response(self) -> Response:
+        """Return what the rig's sensors measured.
+
+        Returns
+        -------
+        Response
+            ``acceleration`` (n_sensors, n_t) in the order of the rig's sensors; ``displacement`` (n_bushings, n_t) if
+            every clearance has a probe, a displacement channel at its `Rig.probe_labels`. A channel of the other sign
+            is turned round.
+        """
+        measured = self._measured(self.channels)
+        probed = [(label, "displacement") for label in self.rig.probe_labels]
+        has_probes = bool(probed) and all(probe in measured for probe in probed)
+        return Response(
+            fs=self.fs,
+            excitation=measured[self._driven],
+            acceleration=np.stack([measured[label, "acceleration"] for label in self.rig.sensor_labels]),
+            displacement=np.stack([measured[probe] for probe in probed]) if has_probes else None,
+            kind=self.excitation_kind,
+            band=self.band,
+            responses=tuple(self.rig.sensor_labels),
+            reference=self._driven[0],
+            provenance={"record": self.name, "rig": self.rig.name, **self.provenance},
+        )
+
+    @staticmethod
+    def _measured(channels: Sequence[Channel]) -> dict[tuple[str, str], np.ndarray]:
+        """(n_t,) samples of each degree of freedom, in either sign, and quantity."""
+        found = {(c.label, c.quantity): c.value for c in channels}
+        turned = {(f"{c.node}:{c.direction.translate(_OTHER_SIGN)}", c.quantity): -c.value for c in channels}
+        return turned | found
+
+
+def _split(label: str) -> tuple[int, str, str]:
+    """Node, sign and axis of a degree of freedom."""
+    node, direction = label.split(":")
+    return int(node), direction[0], direction[1:]
+
+
+class FileChannels(Sequence[Channel]):
+    """Channels of a file, read when the first of them is used."""
+
+    def __init__(self, path: Path, headers: list[ChannelHeader], fs: float) -> None:
+        self.path, self.headers, self.fs = path, headers, fs
+        self._channels: tuple[Channel, ...] | None = None
+
+    @property
+    def opened(self) -> bool:
+        """Whether the file has been read."""
+        return self._channels is not None
+
+    def __len__(self) -> int:
+        return len(self.headers)
+
+    @overload
+    def __getitem__(self, index: int) -> Channel: ...
+    @overload
+    def __getitem__(self, index: slice) -> Sequence[Channel]: ...
+    def __getitem__(self, index: int | slice) -> Channel | Sequence[Channel]:
+        if self._channels is None:
+            found = read_uff(self.path)
+            if not isinstance(found, list):
+                raise RecordError(f"{self.path}: no longer holds time functions")
+            # The list holds every digit of the rate, the file six.
+            self._channels = tuple(dataclasses.replace(c, fs=self.fs) for c in found)
+        return self._channels[index]
