@@ -15,6 +15,7 @@ import numpy as np
 import scipy.linalg
 from pydantic import Field
 
+from ..beam import ritz_model
 from ..clearance.law import Law
 from ..rig import Bushing, Rig
 from ..structure import Shaft
@@ -49,6 +50,7 @@ class Links(Engine):
 
     def start(self, rig: Rig, law: Law, kind: str, step: float) -> Run:
         """Begin a simulation at rest; see `Engine.start`."""
+        ritz_model(rig).input(kind)  # refuses what cannot be excited so
         return MujocoRun(self, rig, law, kind, step, _plant(rig, self.links))
 
 

@@ -68,9 +68,8 @@ def test_response_says_what_the_rig_file_does_not():
     assert "bending_theory" not in simulate(RIG, noise(0.05), LAW, "modal").provenance
 
 
-@pytest.mark.parametrize("engine", ["modal", "modal-mj"])
 def test_a_base_that_moves_no_mass(engine):
-    rig = chain(shaker=Shaker(direction=(0.0, 1.0, 0.0)))
+    rig = (stepped if engine == "links" else chain)(shaker=Shaker(direction=(0.0, 1.0, 0.0)))
     with pytest.raises(
         RigError, match=r"along \(0.0, 1.0, 0.0\), which moves no mass .*; give another shaker.direction"
     ):
