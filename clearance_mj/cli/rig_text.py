@@ -7,13 +7,13 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from ..files import to_json
-from ..rig import AppliedForce, Bushing, PointMass, Rig
+from ..rig import AppliedForce, Bushing, PointMass, Rig, Tolerance
 from ..structure import Disc, Spring, Structure, Support
 from ..validation import descriptions
 
 MAY_BE_ADDED = {
     "bushings": Bushing, "masses": PointMass, "also": AppliedForce, "supports": Support, "discs": Disc,
-    "springs": Spring,
+    "springs": Spring, "tolerances": Tolerance,
 }  # fmt: skip
 """what empty lists may hold"""
 TAPERED = ("diameter", "inner_diameter", "width", "height")

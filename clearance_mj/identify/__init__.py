@@ -4,19 +4,24 @@ from . import methods
 from .hysteresis import bouc_wen
 from .methods.nominal import nominal
 from .oscillator import sdof
+from .priors import priors
 from .registry import METHODS, Identified, get_method, law, register
+from .updating import RigUpdate, update_rig
 from .wavelet import ridge, ridges
 
 __all__ = [
     "METHODS",
     "Identified",
+    "RigUpdate",
     "bouc_wen",
     "get_method",
     "law",
     "methods",
     "nominal",
+    "priors",
     "register",
     "ridge",
     "ridges",
     "sdof",
+    "update_rig",
 ]

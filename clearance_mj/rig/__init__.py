@@ -8,6 +8,7 @@ from ..structure import Beam
 from .clearance import Bushing, Contact, Grease
 from .instruments import BASE_NODE, PROBE_NODE, SHAKER_NODE, AppliedForce, Sensor, Shaker
 from .rig import PointMass, Rig, rig_schema
+from .tolerance import Tolerance
 
 __all__ = [
     "BASE_NODE",
@@ -22,5 +23,6 @@ __all__ = [
     "Rig",
     "Sensor",
     "Shaker",
+    "Tolerance",
     "rig_schema",
 ]

@@ -13,14 +13,16 @@ from typing import Annotated, Any
 import tomli_w
 from pydantic import Field
 
-from ..errors import RigError
+from ..errors import ClearanceError, RigError
 from ..files import replacing
+from ..parameters import find_numbers
 from ..structure import AnyStructure, Beam, Point, Structure
 from ..structure.base import parse_place
 from ..structure.files import content, is_embedded
 from ..validation import Positive, Text, checked, from_plain, json_schema, read_plain, to_plain
 from .clearance import Bushing
 from .instruments import PROBE_NODE, Sensor, Shaker, dof_label
+from .tolerance import CLAMP, Tolerance
 
 __all__ = ["PointMass", "Rig", "rig_schema"]
 
@@ -80,6 +82,8 @@ class Rig:
     """for people"""
     structure: AnyStructure | None = None
     """the structure, where it is not a ``beam``"""
+    tolerances: tuple[Tolerance, ...] = ()
+    """how well numbers are known; others have defaults, see `identify.priors`"""
 
     def __post_init__(self) -> None:
         if (self.beam is None) == (self.structure is None):
@@ -105,6 +109,16 @@ class Rig:
                 raise ValueError(f"sensors[{i}].node {sensor.node} is used twice; each sensor needs its own node")
             taken.add(label)
         self._check_bushings()
+        for i, tolerance in enumerate(self.tolerances):
+            self._check_path(f"tolerances[{i}].of", tolerance.of)
+
+    def _check_path(self, name: str, path: str) -> None:
+        if self.beam and path in CLAMP:
+            return
+        try:
+            find_numbers(to_plain(dataclasses.replace(self, tolerances=())), path)
+        except ClearanceError as error:
+            raise ValueError(f"{name}: {error}") from None
 
     def _check(self, name: str, point: float | str) -> None:
         try:

@@ -1,0 +1,89 @@
+"""How well a number of a rig is known: its standard deviation, with a unit, as a rig file says it."""
+
+from __future__ import annotations
+
+import re
+
+from ..errors import RigError
+from ..validation import Text, checked
+
+__all__ = ["Tolerance", "unit_of"]
+
+LENGTHS = (
+    "position", "to", "gap", "length", "offset", "diameter", "inner_diameter", "width", "height", "film_height",
+    "start",
+)  # fmt: skip
+FIELDS = dict.fromkeys(LENGTHS, "m") | {
+    "young_modulus": "Pa", "density": "kg/m³", "mass": "kg", "inertia": "kg m²", "stiffness": "N/m",
+    "damping": "N s/m", "translation": "N/m", "rotation": "N m/rad", "gain": "", "damping_ratios": "",
+    "poisson_ratio": "",
+}  # fmt: skip
+"""SI units of the fields that may be uncertain"""
+UNITS: dict[str, dict[str, float]] = {
+    "m": {"m": 1.0, "mm": 1e-3, "um": 1e-6},
+    "Pa": {"Pa": 1.0, "MPa": 1e6, "GPa": 1e9},
+    "kg/m³": {"kg/m3": 1.0},
+    "kg": {"kg": 1.0, "g": 1e-3},
+    "kg m²": {"kg m2": 1.0},
+    "N/m": {"N/m": 1.0, "N/mm": 1e3, "kN/m": 1e3},
+    "N s/m": {"N s/m": 1.0},
+    "N m/rad": {"N m/rad": 1.0},
+}
+"""in SI units"""
+_STD = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(.*?)\s*")
+CLAMP = ("beam.clamp.rotation", "beam.clamp.translation")
+"""known as a length: it gives as so much more shaft would"""
+
+
+@checked(RigError)
+class Tolerance:
+    """How well a number of the rig is known."""
+
+    of: Text
+    """path to a number of the rig, such as "bushings[0].position", or "sensors.gain" for that of every sensor"""
+    std: Text
+    """standard deviation with its unit: "2 mm", or "3 %" of the value (of an offset: of the gap); "0 %": exact"""
+
+    def __post_init__(self) -> None:
+        unit = unit_of(self.of)
+        match = _STD.fullmatch(self.std)
+        known = ["%", *UNITS.get(unit, {})]
+        if self.of in CLAMP:
+            known.remove("%")
+        use = f"a number and one of the units {', '.join(known)}"
+        if not match:
+            raise ValueError(f'std "{self.std}" is no standard deviation: {use}')
+        if not match[2]:
+            raise ValueError(f'std "{self.std}" has no unit: {use}')
+        if float(match[1]) < 0:
+            raise ValueError(f'std "{self.std}" is negative; 0 stands for an exact value')
+        if _plain(match[2]) not in known:
+            raise ValueError(f'std "{self.std}" has a unit that {self.of} has not: {use}')
+
+    @property
+    def relative(self) -> bool:
+        """Whether it is a share of the value."""
+        return self.std.rstrip().endswith("%")
+
+    @property
+    def size(self) -> float:
+        """Standard deviation, SI units, or the share."""
+        match = _STD.fullmatch(self.std)
+        assert match
+        return float(match[1]) * (0.01 if self.relative else UNITS[unit_of(self.of)][_plain(match[2])])
+
+
+def _plain(unit: str) -> str:
+    return unit.translate(str.maketrans("³²µμ", "32uu"))
+
+
+def unit_of(path: str) -> str:
+    """SI unit of the number that a path leads to; a ValueError for a field that is known exactly."""
+    if path in CLAMP:
+        return "m"
+    field = re.sub(r"\[\d+\]$", "", path).rpartition(".")[2]
+    above = re.sub(r"\[\d+\]$", "", path.rpartition(".")[0]).rpartition(".")[2]
+    field = above if above in FIELDS and field not in FIELDS else field  # one end of a tapered section
+    if field not in FIELDS:
+        raise ValueError(f'of "{path}" names no number with a tolerance; known: {", ".join(FIELDS)}')
+    return FIELDS[field]
