@@ -168,6 +168,8 @@ def test_candidates_of_other_structures():
         grid(chain(), 5)
     with pytest.raises(ClearanceError, match=r'a candidate must lie on the structure: .*"9:'):
         candidates(chain(), ["1:+Z", "9:+Z"], (1, 2))
+    with pytest.raises(ClearanceError, match="rig 'chain' has 3 modes, so there is no mode 4"):
+        candidates(chain(), ["1:+Z", "2:+Z"])
 
 
 def test_weights_do_not_move_the_determinant(rig):

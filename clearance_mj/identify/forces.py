@@ -104,7 +104,13 @@ def restoring_force(record: Record, high: float | None = None) -> RestoringForce
     spectrum = np.fft.rfft(measured * _flanks(n, fs)[:, None], size, axis=0)[inside]
     omega = 2 * np.pi * frequency[inside]
     seen, moved = _gains(rig, record.excitation_kind, omega)
-    sigma, theta, covariance = _solve(seen, spectrum, np.sqrt(np.mean(measured**2, axis=0)), n)
+    try:
+        sigma, theta, covariance = _solve(seen, spectrum, np.sqrt(np.mean(measured**2, axis=0)), n)
+    except np.linalg.LinAlgError:
+        raise RecordError(
+            f'record "{record.name}": its channels do not tell the forces in the clearances from each other and '
+            "from the excitation at every frequency; needs more sensors, away from the shaker"
+        ) from None
 
     def back(values: np.ndarray) -> np.ndarray:
         full = np.zeros((frequency.size, values.shape[1]), dtype=complex)

@@ -168,6 +168,10 @@ def candidates(
         if values.shape not in ((), (size,)) or not np.all((values > 0) & np.isfinite(values)):
             raise ClearanceError(f"{name}: give one number > 0 or {size}, got {values.tolist()}")
     shapes = ritz_model(rig, max(wanted + others) + 16, grease=True).shapes(points)
+    if max(wanted + others) > shapes.shape[1]:
+        raise ClearanceError(
+            f"rig {rig.name!r} has {shapes.shape[1]} modes, so there is no mode {max(wanted + others)}"
+        )
     disturbing = shapes[:, np.array(others, dtype=int) - 1] * weight.max()
     covariance = np.diag(np.broadcast_to(noise**2, x.size)) + disturbing @ disturbing.T
     return Candidates(x, shapes[:, np.array(wanted) - 1] * weight, covariance)

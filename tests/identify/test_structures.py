@@ -107,6 +107,14 @@ def test_restoring_forces_of_a_stepped_shaft(of_stepped):
     assert np.all(error.std(axis=1) < 0.03 * truth.std(axis=1))
 
 
+def test_clearances_that_no_record_tells_apart():
+    """Two of them between the same two points."""
+    twice = chain(bushings=2 * chain().bushings[1:])
+    record, _ = record_of(twice, random(2.0, FS, rms=1.0, seed=5), LAW, Modal())
+    with pytest.raises(RecordError, match="do not tell the forces in the clearances from each other"):
+        restoring_force(record)
+
+
 @pytest.mark.parametrize("which", ["stepped", "chain"])
 def test_force_balance_and_amplitude(which, request, measured):
     record = request.getfixturevalue(f"of_{which}")
