@@ -25,7 +25,7 @@ from .messages import WORDS, descriptions, either, message, names_of, shown, wro
 
 __all__ = [
     "Flag", "NotNegative", "Number", "OneOf", "Positive", "Registered", "Share", "Text", "Whole", "checked",
-    "descriptions", "from_plain", "json_schema", "read_plain", "register", "to_plain",
+    "descriptions", "from_plain", "json_schema", "read_plain", "register", "seldom", "to_plain",
 ]  # fmt: skip
 
 Number = Annotated[float, Field(strict=True)]
@@ -38,9 +38,15 @@ Text = Annotated[str, Field(strict=True)]
 Flag = Annotated[bool, Field(strict=True)]
 
 T = TypeVar("T")
+SELDOM = "seldom"
 
 
-@typing.dataclass_transform(frozen_default=True, field_specifiers=(dataclasses.field, Field))
+def seldom(*, default: Any) -> Any:
+    """Make a field of a `checked` class that plain data hold only if it is not at its default."""
+    return dataclasses.field(default=default, metadata={SELDOM: True})
+
+
+@typing.dataclass_transform(frozen_default=True, field_specifiers=(dataclasses.field, Field, seldom))
 def checked(
     error: type[ClearanceError], name: str | None = None, eq: bool = True, schema: dict[str, Any] | None = None
 ) -> Callable[[type[T]], type[T]]:
@@ -176,10 +182,14 @@ def from_plain(kind: type[T], data: object, where: str, error: type[ClearanceErr
 
 
 def to_plain(value: Any) -> Any:
-    """Return a dataclass as nested dictionaries and lists, without the fields that are None."""
+    """Return a dataclass as nested dictionaries and lists, without the fields that are None or of `seldom`."""
     if dataclasses.is_dataclass(value):
-        pairs = ((f.name, getattr(value, f.name)) for f in dataclasses.fields(value))
-        return {name: to_plain(item) for name, item in pairs if item is not None}
+        pairs = ((f, getattr(value, f.name)) for f in dataclasses.fields(value))
+        return {
+            f.name: to_plain(item)
+            for f, item in pairs
+            if item is not None and not (SELDOM in f.metadata and item == f.default)
+        }
     if isinstance(value, tuple):
         return [to_plain(item) for item in value]
     return value

@@ -126,5 +126,8 @@ class SideBySide(Run):
         if failed >= 0:
             lane, bushing = divmod(record, len(first.rig.bushings))
             raise diverged(self.runs[lane].rig, first.engine, (self.steps + failed) * first.step, bushing)
+        if not np.isfinite(out).all():  # without bushings nothing else would stop it
+            failed, _, lane = np.argwhere(~np.isfinite(out))[0]
+            raise diverged(self.runs[lane].rig, first.engine, (self.steps + failed) * first.step, 0)
         self.steps += excitation.size
         return out.reshape(excitation.size, out.shape[1] * len(lanes))

@@ -10,7 +10,7 @@ from pydantic import Field
 from ..errors import RigError
 from ..structure import Point
 from ..structure.base import moved, parse_dof, parse_place
-from ..validation import NotNegative, Number, Positive, Share, checked
+from ..validation import NotNegative, Number, Positive, Share, checked, seldom
 
 __all__ = ["Bushing", "Contact", "Grease"]
 
@@ -87,9 +87,9 @@ class Bushing:
     """what happens beyond it"""
     to: Point | None = None
     """the point, of another shaft or part, relative to which ``position`` moves; None: the base"""
-    offset: Number = 0.0
+    offset: Number = seldom(default=0.0)
     """m from the bushing's middle to where the shaft stands at rest, within the gap; the film is thinner there"""
-    stops: Literal["both", "upper", "lower"] = "both"
+    stops: Literal["both", "upper", "lower"] = seldom(default="both")
     """where there is a wall: on both sides, or on that of positive or negative displacement alone"""
 
     def __post_init__(self) -> None:

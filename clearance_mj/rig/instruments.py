@@ -10,7 +10,7 @@ from pydantic import AfterValidator, Field
 from ..errors import RigError
 from ..structure import Point
 from ..structure.base import AXES, parse_dof
-from ..validation import NotNegative, Number, Positive, Whole, checked
+from ..validation import NotNegative, Number, Positive, Whole, checked, seldom
 
 __all__ = ["BASE_NODE", "PROBE_NODE", "SHAKER_NODE", "AppliedForce", "Sensor", "Shaker", "dof_label"]
 
@@ -47,7 +47,7 @@ class Sensor:
     """m along the shaft, or a degree of freedom such as "12:+X" """
     mass: NotNegative = 0.0
     """kg, loads the structure like a point mass"""
-    gain: Positive = 1.0
+    gain: Positive = seldom(default=1.0)
     """what it reads over the acceleration"""
 
     @property

@@ -19,7 +19,7 @@ from ..parameters import find_numbers
 from ..structure import AnyStructure, Beam, Point, Structure
 from ..structure.base import parse_place
 from ..structure.files import content, is_embedded
-from ..validation import Positive, Text, checked, from_plain, json_schema, read_plain, to_plain
+from ..validation import Positive, Text, checked, from_plain, json_schema, read_plain, seldom, to_plain
 from .clearance import Bushing
 from .instruments import PROBE_NODE, Sensor, Shaker, dof_label
 from .tolerance import CLAMP, Tolerance
@@ -82,7 +82,7 @@ class Rig:
     """for people"""
     structure: AnyStructure | None = None
     """the structure, where it is not a ``beam``"""
-    tolerances: tuple[Tolerance, ...] = ()
+    tolerances: tuple[Tolerance, ...] = seldom(default=())
     """how well numbers are known; others have defaults, see `identify.priors`"""
 
     def __post_init__(self) -> None:
