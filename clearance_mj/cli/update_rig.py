@@ -1,0 +1,50 @@
+"""clearance-mj update-rig: the linear rig out of the quiet beginnings of records."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from ..errors import ClearanceError
+from ..files import to_json, write_text
+from .command import command, out_folder
+
+if TYPE_CHECKING:
+    from ..identify import RigUpdate
+
+
+def _options(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("dataset", type=Path, help="dataset folder; only its records to identify from are opened")
+
+
+@command(
+    "update-rig", "correct the rig file by the quiet part of the records, and say how well it is known", _options,
+    out=Path("results/updated_rig"),
+    out_help="folder for rig.toml, updated_rig.json and updated_rig.png (default: %(default)s)",
+)  # fmt: skip
+def _run(options: argparse.Namespace) -> dict[str, Any]:
+    from ..identify import update_rig
+    from ..io.dataset import Dataset
+    from ..report.updated_rig import draw
+
+    out_folder(options.out)
+    if options.out.resolve() == options.dataset.resolve():
+        raise ClearanceError(f"--out {options.out}: rig.toml would replace the dataset's; give another folder")
+    found = update_rig(Dataset.load(options.dataset))
+    found.rig.save(options.out / "rig.toml")
+    write_text(options.out / "updated_rig.json", to_json(found.to_dict()))
+    draw(found).write(options.out)
+    _print(found, options.out)
+    return found.to_dict() | {"out": str(options.out)}
+
+
+def _print(found: RigUpdate, out: Path) -> None:
+    for piece in found.misfit:
+        print(f"record {piece.record}: quiet for {piece.duration:.2f} s, misfit up to {100 * piece.share.max():.1f} %")
+    print(f"{'parameter':32s} {'before':>11s} {'now':>11s}   std  (posterior over prior)")
+    for row in found.rows():
+        print("{name:32s} {before:11.5g} {value:11.5g} ± {std:.2g} {unit} ({told:.2f})".format(**row))
+    for words in found.warnings:
+        print(f"warning: {words}")
+    print(f"rig: {out / 'rig.toml'}")

@@ -1,0 +1,47 @@
+"""The command update-rig: what it writes and prints, and what it refuses."""
+
+import json
+
+import numpy as np
+import pytest
+
+from clearance_mj.cli import main
+from clearance_mj.io.dataset import Record, write_dataset
+from clearance_mj.rig import Rig
+from clearance_mj.signals.excitation import level_ramp
+from experiments.benches.bench import NAMED
+from experiments.benches.records import FS, _measure
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    bench = NAMED["one-bushing"]()
+    base = level_ramp(4.0, FS, (5.0, 220.0), start_rms=0.3, end_rms=0.6, seed=4).value
+    channels = _measure(bench, base, np.random.default_rng(4))
+    record = Record("ramp", "identify", bench.rig, FS, channels, band=(5.0, 220.0))
+    path = tmp_path_factory.mktemp("bench") / "dataset"
+    write_dataset(path, bench.rig, [record])
+    return path
+
+
+def test_files_and_json(folder, tmp_path, capsys):
+    out = tmp_path / "out"
+    assert main(["update-rig", str(folder), "--out", str(out), "--json"]) == 0
+    printed = json.loads(capsys.readouterr().out)
+    stored = json.loads((out / "updated_rig.json").read_text(encoding="utf-8"))
+    assert printed == stored | {"out": str(out)}
+    rows = {row["name"]: row for row in stored["parameters"]}
+    rig = Rig.load(out / "rig.toml")
+    assert rig.beam.young_modulus == pytest.approx(rows["beam.young_modulus"]["value"])
+    assert rig.bushings[0].gap == NAMED["one-bushing"]().rig.bushings[0].gap  # not a matter of the quiet part
+    assert rows["masses[0].mass"]["told"] == pytest.approx(
+        rows["masses[0].mass"]["posterior_std"] / rows["masses[0].mass"]["prior_std"]
+    )
+    assert np.array(stored["covariance"]).shape == (len(rows), len(rows))
+    assert set(stored["pieces"][0]["misfit"]) >= {"accelerometer 1:+Z", "accelerometer 2:+Z"}
+    assert (out / "updated_rig.png").stat().st_size > 10_000
+
+
+def test_the_datasets_rig_is_not_replaced(folder, capsys):
+    assert main(["update-rig", str(folder), "--out", str(folder)]) == 2
+    assert "rig.toml would replace the dataset's; give another folder" in capsys.readouterr().err
