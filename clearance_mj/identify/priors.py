@@ -42,6 +42,8 @@ SPARSEST = 1e-3
 """lowest damping ratio to start from"""
 LARGEST = 0.9
 """of the gap: the largest offset"""
+LEFT_OUT = {"gain": 1.0, "offset": 0.0}
+"""values of fields that plain data leave out"""
 LOSS = "loss_factor"
 """share of its stiffness that the grease loses by friction: about 0.1 within a decade"""
 COMPLIANCE = {"1/beam.clamp.rotation": "rad/(N m)", "1/beam.clamp.translation": "m/N"}
@@ -154,6 +156,7 @@ def _open_keys(data: dict, damped: int) -> Iterator[Key]:
 def _parameter(rig: Rig, data: dict, key: Key, told: Tolerance | None) -> Parameter | None:
     """A number with what is known of it; None if it is exact, or no number."""
     path, value = path_of(key), get_number(data, key)
+    value = LEFT_OUT.get(str(key[-1])) if value is None else value
     if value is None or (told and told.size == 0):
         return None
     field = str(key[-1] if isinstance(key[-1], str) else key[-2])
