@@ -145,7 +145,9 @@ def test_best_constants_of_the_chain(measured):
 @pytest.mark.slow
 @pytest.mark.parametrize("make", [stepped, two_shafts])
 def test_best_constants_of_shafts(make):
-    record, _ = record_of(make(), random(10.0, FS, rms=6.0, seed=5), ConstantLaw(6e3, 10.0, grease=GREASE))
+    """Of records with other modes than those that the fit has."""
+    excitation, law = random(10.0, FS, rms=6.0, seed=5), ConstantLaw(6e3, 10.0, grease=GREASE)
+    record, _ = record_of(make(), excitation, law, Modal(modes=10))
     fit = fit_constant(Dataset(record.rig, (record,)))
     np.testing.assert_allclose(fit.estimates.value, (6e3, 10.0, 2500.0, 6.0), rtol=0.05)
 
