@@ -113,6 +113,8 @@ def pytest_configure(config):
 
 
 def pytest_collection_modifyitems(config, items):
+    # Files of one long test go first, or the last of them would keep one worker busy while the others wait.
+    items.sort(key=lambda item: not item.path.name.startswith("test_docs"))
     if not config.getoption("verification"):
         return
     items[:] = [item for item in items if "measured" in item.fixturenames]

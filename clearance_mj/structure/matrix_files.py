@@ -72,7 +72,7 @@ def read_matrix(what: str, name: str) -> Matrix:
         return as_matrix(str(path), _matrix_market(path))
     if path.suffix.lower() == ".npy":
         try:
-            return as_matrix(str(path), np.load(path, mmap_mode="r", allow_pickle=False))
+            return as_matrix(str(path), np.load(path, mmap_mode="r"))
         except (ValueError, EOFError) as error:
             raise ValueError(f"{path}: not a whole .npy file of numbers ({error})") from None
     variables = _variables(name)
@@ -159,7 +159,7 @@ def _array(file: zipfile.ZipFile, member: zipfile.ZipInfo) -> np.ndarray:
         if math.prod(shape) * dtype.itemsize > member.file_size:
             raise ValueError(f"{member.filename} declares {shape} numbers, which do not follow")
     with file.open(member) as stream:
-        return np.lib.format.read_array(stream, allow_pickle=False)
+        return np.lib.format.read_array(stream)
 
 
 def _variable(path: str | Path, variables: Mapping[str, Any], name: str) -> Any:

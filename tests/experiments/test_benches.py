@@ -89,6 +89,7 @@ def test_static_preload_of_a_shaft_beyond_its_gap(side):
     assert tip[0] == pytest.approx(-side * force * 0.6**2 * (3 - 0.6) / (6 * EI), rel=1e-3)
 
 
+@pytest.mark.slow
 def test_a_preloaded_shaft_stays_at_rest():
     b = bench(hole(position=0.6, gap=3e-4, offset=5e-4, contact=KELVIN_VOIGT))
     accelerations, displacements = shake(b, np.zeros(400))
@@ -96,6 +97,7 @@ def test_a_preloaded_shaft_stays_at_rest():
     assert np.abs(displacements).max() < 1e-12
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("offset", [1e-4, -1e-4])
 def test_contact_begins_at_gap_minus_and_plus_offset(offset):
     """A slow push both ways against stiff stops: the motion is limited to just beyond ±gap - offset."""
@@ -142,6 +144,7 @@ def test_film_slopes_are_its_derivatives(kind, limit):
     assert physics.film(0.0, 1.0, film, 0)[0] == 3.0
 
 
+@pytest.mark.slow
 def test_linear_bench_against_its_frequency_response():
     """Springs and dampers alone, k + i ω c at each point on the modes' receptance, under one tone of the base."""
     holes = [
@@ -164,6 +167,7 @@ def test_linear_bench_against_its_frequency_response():
     np.testing.assert_allclose(value, exact, rtol=2e-3, atol=2e-3 * np.abs(exact).max())
 
 
+@pytest.mark.slow
 def test_step_size():
     """Half of the step changes motion that rattles by less than 1 % of its RMS, and its RMS by less than 0.05 %."""
     base = excitation.random(1.0, FS, rms=4.0, seed=3).value
@@ -196,6 +200,7 @@ def package_law(holes):
     return ContactLaw(contacts, greases)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("family", ["power+bouc-wen", "cubic+maxwell-slip", "linear+linear"])
 def test_a_family_moves_as_the_package_says(family):
     """Everything known and drawn at random, two independent simulators: the same motion, rattling."""
@@ -249,6 +254,7 @@ def test_draws_have_the_spread_of_the_priors():
         assert np.std(drawn) == pytest.approx(0.96 * sigma, rel=0.1)
 
 
+@pytest.mark.slow
 def test_dataset(tmp_path, monkeypatch, capsys):
     monkeypatch.setattr("experiments.benches.records.LEVELS", (2.0,))
     taken = {}

@@ -115,7 +115,7 @@ def test_clearances_that_no_record_tells_apart():
         restoring_force(record)
 
 
-@pytest.mark.parametrize("which", ["stepped", "chain"])
+@pytest.mark.parametrize("which", ["stepped", pytest.param("chain", marks=pytest.mark.slow)])
 def test_force_balance_and_amplitude(which, request, measured):
     record = request.getfixturevalue(f"of_{which}")
     record = record[0] if isinstance(record, tuple) else record
