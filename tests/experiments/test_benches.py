@@ -216,6 +216,7 @@ def test_a_family_moves_as_the_package_says(family):
     np.testing.assert_allclose(other[:, whole].std(axis=1), moved[:, whole].std(axis=1), rtol=1e-3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("contact", CONTACTS)
 @pytest.mark.parametrize("grease", GREASES)
 def test_families_lose_energy(contact, grease):
