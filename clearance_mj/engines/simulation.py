@@ -106,18 +106,7 @@ def simulate_blocks(
 
 
 def _structure_in_use(rig: Rig) -> dict[str, Any]:
-    """Return what of a structure's model its rig file does not say, as plain data.
-
-    Parameters
-    ----------
-    rig : Rig
-        The rig.
-
-    Returns
-    -------
-    dict
-        ``bending_theory`` of each shaft; ``truncation`` of modes, at each clearance. Empty where there is neither.
-    """
+    """What the model adds to a rig file: bending theory of each shaft, truncation of modes at each clearance."""
     shafts = rig.structure.shafts if rig.structure else ()
     found: dict[str, Any] = {"bending_theory": [shaft.bending_theory for shaft in shafts]} if shafts else {}
     if lost := truncation(rig):
