@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+import numba
 import numpy as np
 
 from ..clearance._lanes import larger, load, spread, store
@@ -14,7 +15,12 @@ from ..clearance._pointers import OPTIONS, kernel_loop
 from ..clearance.kernel import Clearance, contact_step, follow_law, grease_step
 from ..clearance.lane_greases import LaneGreases, grease_in_lanes
 
-__all__ = ["Motion", "Shaft", "advance"]
+__all__ = ["Motion", "Shaft", "advance", "advance_whole"]
+
+SAMPLES = 64
+"""that are simulated between two decimations: what lies between them stays in the processor's cache"""
+TOGETHER = 4
+"""samples that are decimated at once"""
 
 
 class Shaft(NamedTuple):
@@ -144,4 +150,64 @@ def advance(
             store(out, column, load(x, j, lanes), lanes)
             store(out, column + n_bushings, load(force, ends, lanes) + load(force, ends + 1, lanes), lanes)
             store(out, column + 2 * n_bushings, load(force, j, lanes), lanes)
+    for lane in range(count):  # without bushings nothing else would stop it
+        for m in range(n):
+            if not abs(q[m, lane]) < np.inf:
+                return excitation.size, lane * max(n_bushings, 1)
     return -1, -1
+
+
+@kernel_loop(**OPTIONS)
+def advance_whole(
+    excitation: np.ndarray, factor: int, taps: np.ndarray, h: float, lanes: tuple[int, ...], shaft: Shaft,
+    motion: Motion, clearance: Clearance, greases: LaneGreases, out: np.ndarray,
+) -> tuple[int, int]:  # fmt: skip
+    """Advance by a whole excitation, decimated by a factor; return what `advance` returns.
+
+    ``taps`` are those of `lowpass`; ``out``: (lanes, columns, n) samples at the record's rate.
+    """
+    padded = np.zeros(taps.size + 2 * (TOGETHER - 1) * factor)
+    padded[(TOGETHER - 1) * factor : (TOGETHER - 1) * factor + taps.size] = taps
+    # Rows of all lanes: those under the next sample's filter, then those of the next steps, then some that count zero.
+    rows = np.zeros((padded.size + (SAMPLES + 1) * factor, out.shape[1], out.shape[0]))
+    flat, row, filled, done, samples = rows.ravel(), out.shape[1] * out.shape[0], taps.size // 2, 0, 0
+    while samples < out.shape[2] and done < excitation.size:
+        steps = min(SAMPLES * factor, excitation.size - done)
+        part, now = excitation[done : done + steps], rows[filled : filled + steps]
+        failed, record = advance(done, part, h, lanes, shaft, motion, clearance, greases, now)
+        if failed >= 0:
+            return done + failed, record
+        done, filled = done + steps, filled + steps
+        ready = min(max(0, (filled - taps.size) // factor + 1), out.shape[2] - samples)
+        for i in range(0, ready, TOGETHER):
+            for column in range(out.shape[1]):
+                _decimate(rows, i * factor, column, padded, factor, lanes, out, samples + i, min(TOGETHER, ready - i))
+        samples, start = samples + ready, ready * factor
+        for i in range((filled - start) * row):
+            flat[i] = flat[i + start * row]
+        filled -= start
+    return -1, -1
+
+
+@numba.njit(cache=True, nogil=True, inline="always")
+def _decimate(
+    rows: np.ndarray, start: int, column: int, padded: np.ndarray, factor: int, lanes: tuple[int, ...],
+    out: np.ndarray, sample: int, count: int,
+) -> None:  # fmt: skip
+    """Fill up to `TOGETHER` samples of a column, of which the first begins at a row."""
+    columns, first = rows.shape[1], (TOGETHER - 1) * factor
+    a = b = c = d = spread(0.0, lanes)
+    for j in range(padded.size - first):
+        x, tap = load(rows, (start + j) * columns + column, lanes), first + j
+        a += padded[tap] * x
+        b += padded[tap - factor] * x
+        c += padded[tap - 2 * factor] * x
+        d += padded[tap - 3 * factor] * x
+    found = np.empty((TOGETHER, len(lanes)))
+    store(found, 0, a, lanes)
+    store(found, 1, b, lanes)
+    store(found, 2, c, lanes)
+    store(found, 3, d, lanes)
+    for k in range(count):
+        for lane in range(len(lanes)):
+            out[lane, column, sample + k] = found[k, lane]

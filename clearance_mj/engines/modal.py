@@ -22,8 +22,9 @@ from ..clearance.kernel import clearance_records, greases_of, side_by_side
 from ..clearance.lane_greases import lane_greases
 from ..clearance.law import Law
 from ..rig import Rig
+from ..signals.sampling import lowpass
 from ..validation import Positive, Whole
-from ._modal_loop import Motion, Shaft, advance
+from ._modal_loop import Motion, Shaft, advance, advance_whole
 from .base import Engine, Equations, Run, diverged, register
 
 __all__ = ["Modal", "ModalRun", "SideBySide"]
@@ -108,26 +109,35 @@ class SideBySide(Run):
     """Runs, from their start, of the same step and size under one excitation, advanced together; see _lanes.py."""
 
     def __init__(self, runs: Sequence[ModalRun]):
-        self.runs, self.steps, self.lanes = runs, 0, tuple(range(len(runs)))
-        parts = zip(*(run.shaft for run in runs))
-        self.shaft = Shaft(*(np.ascontiguousarray(np.stack(part, axis=-1)) for part in parts))
-        self.motion = Motion(*np.zeros((3, *self.shaft.input.shape)))
+        self.runs, self.steps, self.step, self.lanes = runs, 0, runs[0].step, tuple(range(len(runs)))
+        shaft = Shaft(*(np.ascontiguousarray(np.stack(part, axis=-1)) for part in zip(*(run.shaft for run in runs))))
+        self.columns = len(shaft.at_sensors) + len(shaft.at_points)
+        self.motion = Motion(*np.zeros((3, *shaft.input.shape)))
         self.clearance = side_by_side([run.clearance for run in runs])
         offsets = np.array([[b.offset for b in run.rig.bushings] for run in runs])
-        self.greases = lane_greases([run.greases for run in runs], offsets)
+        greases = lane_greases([run.greases for run in runs], offsets)
+        self.parts = self.lanes, shaft, self.motion, self.clearance, greases
 
     def advance(self, excitation: np.ndarray) -> np.ndarray:
         """Simulate one block; see `Run.advance`. Every column has n_runs neighbours: (n, columns * n_runs)."""
-        first, lanes, shaft = self.runs[0], self.lanes, self.shaft
-        out = np.empty((excitation.size, len(shaft.at_sensors) + len(shaft.at_points), len(lanes)))
-        failed, record = advance(
-            self.steps, excitation, first.step, lanes, shaft, self.motion, self.clearance, self.greases, out
-        )
-        if failed >= 0:
-            lane, bushing = divmod(record, len(first.rig.bushings))
-            raise diverged(self.runs[lane].rig, first.engine, (self.steps + failed) * first.step, bushing)
-        if not np.isfinite(out).all():  # without bushings nothing else would stop it
-            failed, _, lane = np.argwhere(~np.isfinite(out))[0]
-            raise diverged(self.runs[lane].rig, first.engine, (self.steps + failed) * first.step, 0)
+        out = np.empty((excitation.size, self.columns, len(self.lanes)))
+        self._go_on(*advance(self.steps, excitation, self.step, *self.parts, out))
         self.steps += excitation.size
-        return out.reshape(excitation.size, out.shape[1] * len(lanes))
+        return out.reshape(excitation.size, self.columns * len(self.lanes))
+
+    def whole(self, excitation: np.ndarray, factor: int, samples: int) -> np.ndarray:
+        """Simulate a whole excitation; return (n_runs, columns, samples): what `Run.advance` returns, decimated.
+
+        Every sample stands for a factor of steps; the excitation goes on for as long as the last one's filter looks
+        ahead.
+        """
+        out = np.empty((len(self.lanes), self.columns, samples))
+        self._go_on(*advance_whole(excitation, factor, lowpass(factor), self.step, *self.parts, out))
+        return out
+
+    def _go_on(self, failed: int, record: int) -> None:
+        """Raise a SimulationError if a loop stopped early."""
+        if failed >= 0:
+            first = self.runs[0]
+            lane, bushing = divmod(record, max(len(first.rig.bushings), 1))
+            raise diverged(self.runs[lane].rig, first.engine, (self.steps + failed) * self.step, bushing)

@@ -20,7 +20,7 @@ from ..errors import ClearanceError, ExcitationError, LawError
 from ..rig import Grease, Rig
 from ..signals.excitation import Excitation
 from ..signals.response import Response
-from ..signals.sampling import Decimator, Interpolator, WideDecimator
+from ..signals.sampling import Decimator, Interpolator
 from ..structure import truncation
 from .base import Engine, diverged, get_engine, step_factor
 
@@ -62,12 +62,7 @@ def simulate(rig: Rig, excitation: Excitation, law: Law, engine: str | Engine = 
     ExcitationError
         If the rig has no position for a force.
     """
-    simulation = Simulation(rig, excitation, law, get_engine(engine))
-    output, done = np.empty((excitation.value.size, simulation.columns)), 0
-    for _, block in simulation.outputs([excitation]):
-        output[done : done + len(block)] = block
-        done += len(block)
-    return simulation.response(excitation.value, output)
+    return Simulation(rig, excitation, law, get_engine(engine)).whole()
 
 
 def simulate_blocks(
@@ -128,7 +123,7 @@ class Simulation:
         self.step = 1 / (excitation.fs * factor)
         self.run = engine.start(rig, law, excitation.kind, self.step)
         self.interpolator = Interpolator(factor)
-        self.decimator: Decimator | WideDecimator = Decimator(self.columns, factor)
+        self.decimator = Decimator(self.columns, factor)
         self.provenance = {
             "engine": engine.name,
             "settings": dataclasses.asdict(engine),
@@ -138,6 +133,14 @@ class Simulation:
             "excitation": dict(excitation.description),
             "version": __version__,
         } | _structure_in_use(rig)
+
+    def whole(self) -> Response:
+        """Return the response to the whole excitation."""
+        output, done = np.empty((self.excitation.value.size, self.columns)), 0
+        for _, block in self.outputs([self.excitation]):
+            output[done : done + len(block)] = block
+            done += len(block)
+        return self.response(self.excitation.value, output)
 
     def outputs(self, excitations: Iterable[Excitation]) -> Iterator[tuple[np.ndarray, np.ndarray]]:
         """Yield excitation and outputs, (n,) and (n, columns), of consecutive samples at the record's rate."""

@@ -5,7 +5,6 @@ For whoever compares many variants of one rig: a fit needs one simulation for ev
 
 from __future__ import annotations
 
-import copy
 import os
 from collections import defaultdict
 from collections.abc import Sequence
@@ -18,13 +17,12 @@ from ..clearance.law import Law
 from ..rig import Rig
 from ..signals.excitation import Excitation
 from ..signals.response import Response
-from ..signals.sampling import WideDecimator
 from .modal import Modal, ModalRun, SideBySide
 from .simulation import Simulation
 
 __all__ = ["simulate_together"]
 
-LANES = (1, 4, 8)
+LANES = (4, 8)
 """cases that are simulated side by side; each number is compiled once"""
 
 
@@ -70,14 +68,16 @@ def simulate_together(
 
 def _side_by_side(simulations: Sequence[Simulation]) -> list[Response]:
     """Responses of simulations of the same step and sizes; the lanes that are left over repeat the last one."""
+    if len(simulations) == 1:
+        return [simulations[0].whole()]
     lanes = next(count for count in LANES if count >= len(simulations))
-    first, runs = copy.copy(simulations[0]), [_run(simulation) for simulation in simulations]
-    first.run = SideBySide(runs + runs[-1:] * (lanes - len(runs)))
-    first.block //= lanes
-    first.decimator = WideDecimator(first.columns * lanes, first.interpolator.factor)
-    output = np.concatenate([block for _, block in first.outputs([first.excitation])])
-    output = output.reshape(len(output), first.columns, lanes)
-    return [s.response(s.excitation.value, output[:, :, lane]) for lane, s in enumerate(simulations)]
+    first, runs = simulations[0], [_run(simulation) for simulation in simulations]
+    value, interpolator = first.excitation.value, first.interpolator
+    fast = interpolator.push(np.append(value, np.zeros(2 * interpolator.ahead)))
+    together = SideBySide(runs + runs[-1:] * (lanes - len(runs)))
+    outputs = together.whole(fast, interpolator.factor, value.size)
+    outputs.flags.writeable = False
+    return [s.response(s.excitation.value, output.T) for s, output in zip(simulations, outputs)]
 
 
 def _run(simulation: Simulation) -> ModalRun:

@@ -14,11 +14,9 @@ import numba
 import numpy as np
 import scipy.signal
 
-__all__ = ["Decimator", "Interpolator", "WideDecimator", "decimate", "interpolate", "lowpass"]
+__all__ = ["Decimator", "Interpolator", "decimate", "interpolate", "lowpass"]
 
 PASS, STOP, ATTENUATION = 0.4, 0.6, 80.0
-TOGETHER = 8
-"""outputs of a `WideDecimator` that are one matrix product"""
 
 
 @functools.cache
@@ -92,31 +90,6 @@ class Decimator:
     def flush(self) -> np.ndarray:
         """Return the samples that still wait for input, as if zeros followed."""
         return self.push(np.zeros((self.half, self._held.shape[0])))
-
-
-class WideDecimator:
-    """A `Decimator` for many channels, several times faster by matrix products; its sums have another order."""
-
-    def __init__(self, channels: int, factor: int) -> None:
-        self.factor, taps = factor, lowpass(factor)
-        self._rows = np.zeros((TOGETHER, taps.size + (TOGETHER - 1) * factor))
-        for i, row in enumerate(self._rows):
-            row[i * factor : i * factor + taps.size] = taps
-        self._held = np.zeros((taps.size // 2, channels))
-        self._taps = taps.size
-
-    def push(self, block: np.ndarray) -> np.ndarray:
-        """Take the next fast samples (n, channels), n whole times the factor; see `Decimator.push`."""
-        held = np.concatenate((self._held, block))
-        count = max(0, (len(held) - self._taps) // self.factor + 1)
-        out = np.empty((count, held.shape[1]))
-        for i in range(0, count, TOGETHER):
-            n = min(TOGETHER, count - i)
-            width = self._taps + (n - 1) * self.factor
-            start = i * self.factor
-            np.dot(self._rows[:n, :width], held[start : start + width], out=out[i : i + n])
-        self._held = held[count * self.factor :]
-        return out
 
 
 def decimate(value: np.ndarray, factor: int) -> np.ndarray:

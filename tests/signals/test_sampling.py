@@ -8,7 +8,7 @@ import scipy.signal
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from clearance_mj.signals.sampling import Decimator, WideDecimator, decimate, interpolate, lowpass
+from clearance_mj.signals.sampling import Decimator, decimate, interpolate, lowpass
 
 FS = 2048.0
 
@@ -120,14 +120,3 @@ def test_ragged_blocks(factor, sizes, seed):
     parts = [decimator.push(signal[start:end]) for start, end in itertools.pairwise(edges)]
     slow = np.concatenate((*parts, decimator.flush()))
     np.testing.assert_allclose(slow[: -(-signal.shape[0] // factor)], decimate(signal, factor), rtol=0, atol=1e-14)
-
-
-@pytest.mark.parametrize("factor", [1, 3, 9])
-def test_a_wide_decimator_is_a_decimator(factor, rng):
-    """Blocks shorter and longer than the filter."""
-    value = rng.standard_normal((60 * factor, 5))
-    one, wide = Decimator(5, factor), WideDecimator(5, factor)
-    blocks = np.split(value, np.array([1, 2, 40]) * factor)
-    expected, found = (np.concatenate([d.push(block) for block in blocks]) for d in (one, wide))
-    assert len(found) > 20
-    np.testing.assert_allclose(found, expected, atol=1e-13)
