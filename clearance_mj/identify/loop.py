@@ -10,6 +10,7 @@ from ..clearance._pointers import kernel_loop
 from ..clearance.contact import ContactModel
 from ..clearance.kernel import Clearance, clearance_records, contact_force, contact_step, follow_law, grease_step
 from ..clearance.law import ContactLaw, Law
+from ..rig import Rig
 from .forces import RestoringForce
 
 __all__ = ["equivalent_contact", "law_force"]
@@ -29,8 +30,13 @@ def law_force(measured: RestoringForce, law: Law) -> np.ndarray:
     points = np.concatenate((measured.displacement[:, None], measured.ends), axis=1)
     x = scipy.signal.resample(points, n * FINER, axis=2)
     v, fine = np.gradient(x, axis=2) * (measured.fs * FINER), np.zeros((len(x), n * FINER))
-    _along(x, v, clearance_records(rig, law, step), fine)
+    along(x, v, rig, law, step, fine)
     return scipy.signal.resample(fine, n, axis=1)
+
+
+def along(x: np.ndarray, v: np.ndarray, rig: Rig, law: Law, step: float, out: np.ndarray) -> None:
+    """Fill (n_bushings, n_t) with a law's forces, N, along motions (n_bushings, 3, n_t) of the middles and the ends."""
+    _along(x, v, clearance_records(rig, law, step), out)
 
 
 @kernel_loop()

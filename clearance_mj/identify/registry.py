@@ -24,6 +24,8 @@ class Identified:
     """the law found"""
     estimates: Estimates | None = None
     """of the fitted parameters; None: the method fits none, or not with one covariance"""
+    rig: Rig | None = None
+    """that the law belongs to; None: the rig file's"""
 
     @property
     def parameters(self) -> tuple[dict[str, Any], ...]:

@@ -124,6 +124,11 @@ class RigUpdate:
             )
         return tuple(words)
 
+    def draw(self, n: int, seed: int = 0) -> list[Rig]:
+        """Draw n rigs from the covariance, gaps and offsets those of the rig file; ``seed``: of the random numbers."""
+        names = self.estimates.names
+        return [rig_with(self.start, dict(zip(names, row))) for row in self.estimates.draw(n, seed).tolist()]
+
     def rows(self) -> list[dict[str, Any]]:
         """Return one row of plain data for each parameter: value, before, standard deviations, what records told."""
         found = self.estimates

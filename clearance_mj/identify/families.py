@@ -1,0 +1,145 @@
+"""Families of laws that identification compares: what is free in a contact or a grease, and the model of its values.
+
+Contacts: linear (spring and damper), power law (Hunt and Crossley 1975), linear + cubic. Greases: linear, Bouc-Wen,
+Maxwell-slip elements (Iwan 1966) with or without the Stribeck effect; all with a squeeze film. What is known before is
+wide, within decades; springs and forces begin where the rig file puts them.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from ..clearance import Cubic, HuntCrossley, KelvinVoigt, MaxwellSlip
+from ..parameters import Parameter
+from ..rig import Bushing, Grease
+
+__all__ = ["CONTACTS", "GREASES", "Family"]
+
+DECADE = math.log(10.0)
+FAR = 5.0
+"""standard deviations, from the start to a parameter's bounds"""
+ELEMENTS = 4
+"""Maxwell-slip elements"""
+APART = 3.0
+"""ratio of their slip displacements"""
+
+
+@dataclass(frozen=True)
+class Family:
+    """Contacts or greases of one kind, by their free numbers."""
+
+    name: str
+    """in words"""
+    parameters: Callable[[Bushing], list[Parameter]]
+    """of a bushing as the rig file has it, with what is known of them before"""
+    make: Callable[..., Any]
+    """the bushing and a value for each parameter; returns the contact or grease"""
+
+
+def _free(name: str, unit: str, start: float, std: float, low: float = 0.0, high: float = math.inf) -> Parameter:
+    far = math.exp(FAR * std)
+    return Parameter(name, unit, start, max(low, start / far), min(high, start * far), std)
+
+
+def _contact_spring(bushing: Bushing) -> list[Parameter]:
+    contact = bushing.contact
+    return [
+        _free("contact stiffness", "N/m", contact.stiffness, DECADE),
+        _free("contact damping", "N s/m", contact.damping or 1e-4 * contact.stiffness, DECADE),
+    ]
+
+
+def _power_law(bushing: Bushing) -> list[Parameter]:
+    return [
+        _free("contact force at one gap", "N", bushing.contact.stiffness * bushing.gap, DECADE),
+        _free("contact restitution", "1", 0.6, 0.5, high=0.999),
+        _free("contact exponent", "1", 1.5, 0.3, 1.0, 3.0),
+    ]
+
+
+def _make_power_law(bushing: Bushing, force: float, restitution: float, exponent: float) -> HuntCrossley:
+    return HuntCrossley(force / bushing.gap**exponent, restitution, exponent)
+
+
+def _cubic(bushing: Bushing) -> list[Parameter]:
+    k3 = bushing.contact.stiffness / bushing.gap**2
+    return [*_contact_spring(bushing), _free("contact cubic stiffness", "N/m³", k3, DECADE)]
+
+
+CONTACTS = (
+    Family("linear", _contact_spring, lambda bushing, k, c: KelvinVoigt(k, c)),
+    Family("power law", _power_law, _make_power_law),
+    Family("linear + cubic", _cubic, lambda bushing, k, c, k3: Cubic(k, k3, c)),
+)
+"""what can happen beyond the gap"""
+
+
+def _grease_spring(bushing: Bushing) -> list[Parameter]:
+    grease = bushing.grease
+    stiffness = grease.stiffness or 0.1 * bushing.contact.stiffness
+    return [
+        _free("grease stiffness", "N/m", stiffness, DECADE),
+        _free("grease damping", "N s/m", grease.damping or 1e-3 * stiffness, DECADE),
+        _free("grease film height", "m", 3 * bushing.gap, 0.7, 0.5 * bushing.gap),
+    ]
+
+
+def _bouc_wen(bushing: Bushing) -> list[Parameter]:
+    return [
+        *_grease_spring(bushing),
+        _free("grease elastic ratio", "1", 0.8, 0.5, high=1.0),
+        _free("grease yield displacement", "m", 0.5 * bushing.gap, 1.0),
+        _free("grease exponent", "1", 1.5, 0.3, 1.0, 3.0),
+        _free("grease beta / (beta + gamma)", "1", 0.7, 0.3, 0.5, 3.0),
+    ]
+
+
+def _make_bouc_wen(
+    bushing: Bushing, k: float, c: float, height: float, ratio: float, yield_: float, exponent: float, share: float
+) -> Grease:
+    """Bouc-Wen with A = 1: k, λ and z_ult = (β+γ)^(-1/n) give the loop's size, n and β/(β+γ) its shape."""
+    total = yield_**-exponent
+    shape = {"beta": share * total, "gamma": (1 - share) * total, "exponent": exponent, "film_height": height}
+    return Grease(stiffness=k, damping=c, elastic_ratio=ratio, **shape)
+
+
+def _maxwell_slip(bushing: Bushing) -> list[Parameter]:
+    elastic, *viscous = _grease_spring(bushing)
+    slipping = [
+        _free(f"grease slipping stiffness {i + 1}", "N/m", 0.1 * elastic.start, 1.5) for i in range(ELEMENTS)
+    ]
+    return [elastic, *viscous, _free("grease first slip displacement", "m", bushing.gap / 20, 0.7), *slipping]
+
+
+def _make_maxwell_slip(
+    bushing: Bushing, k: float, c: float, height: float, slip: float, *springs: float, **stribeck: float
+) -> MaxwellSlip:
+    forces = tuple(spring * slip * APART**i for i, spring in enumerate(springs))
+    return MaxwellSlip(springs, forces, k, c, height, **stribeck)
+
+
+def _stribeck(bushing: Bushing) -> list[Parameter]:
+    excess = _free("grease static friction over sliding, less 1", "1", 0.3, 1.0)
+    return [excess, _free("grease Stribeck speed", "m/s", 0.01, 1.5), *_maxwell_slip(bushing)]
+
+
+def _make_stribeck(bushing: Bushing, excess: float, speed: float, *values: float) -> MaxwellSlip:
+    return _make_maxwell_slip(bushing, *values, static_ratio=1 + excess, stribeck_speed=speed)
+
+
+GREASES = (
+    Family("linear", _grease_spring, lambda bushing, k, c, height: Grease(k, c, film_height=height)),
+    Family("Bouc-Wen", _bouc_wen, _make_bouc_wen),
+    Family("Maxwell-slip", _maxwell_slip, _make_maxwell_slip),
+    Family("Maxwell-slip, Stribeck", _stribeck, _make_stribeck),
+)
+"""what can fill the gap"""
+
+
+def split(values: Sequence[float], bushing: Bushing, contact: Family, grease: Family) -> tuple[Any, Any]:
+    """Contact and grease of the values of both families' parameters, one after the other."""
+    n = len(contact.parameters(bushing))
+    return contact.make(bushing, *values[:n]), grease.make(bushing, *values[n:])
