@@ -17,7 +17,10 @@ from numba.extending import intrinsic
 OPTIONS: dict[str, Any] = {"error_model": "numpy", "fastmath": {"contract", "reassoc", "nsz"}}
 """How engines and models are compiled: no change of their arithmetic hides an infinity or a NaN"""
 
-_FILES = [Path(__file__).with_name(f"{name}.py") for name in ("_lanes", "_pointers", "kernel", "lane_greases")]
+_FILES = [
+    Path(__file__).with_name(f"{name}.py")
+    for name in ("_lanes", "_pointers", "kernel", "lane_contacts", "lane_greases")
+]
 _KERNEL = tuple((path.stat().st_mtime, path.stat().st_size) for path in _FILES)
 
 

@@ -6,8 +6,8 @@ lane, by `kernel.grease_step`.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import NamedTuple
+from collections.abc import Callable, Sequence
+from typing import Any, NamedTuple
 
 import numba
 import numpy as np
@@ -17,7 +17,7 @@ from ._lanes import call_in_lanes, load, register_law, rows, store
 from ._pointers import address
 from .grease import GreaseModel
 
-__all__ = ["LaneGreases", "grease_in_lanes", "lane_greases"]
+__all__ = ["LaneGreases", "grease_in_lanes", "lane_greases", "law_in_lanes"]
 
 OFFSET, PRELOAD, DISPLACEMENT, OUT, PARAMETERS = 0, 1, 2, 3, 5
 """rows of a bushing's numbers; the states follow the parameters"""
@@ -55,19 +55,21 @@ def lane_greases(models: Sequence[Sequence[GreaseModel]], offsets: np.ndarray) -
 def _law(models: Sequence[GreaseModel]) -> int:
     """Address of the one law of models that work on all lanes at once, or 0."""
     kinds = {(type(model), len(model.parameters()), model.states()) for model in models}
-    if len(kinds) > 1:
-        return 0
-    kind = type(models[0])
-    if (kind, len(models)) not in _BY_LANE:
+    return 0 if len(kinds) > 1 else law_in_lanes(models[0].law, register_law(len(models)))
+
+
+def law_in_lanes(law: Callable[..., None], signature: Any) -> int:
+    """Address of a law that works on all lanes at once, or 0 if it is not written so that it can."""
+    if (law, signature) not in _BY_LANE:
         try:
-            return address(kind.law, register_law(len(models)))
+            return address(law, signature)
         except NumbaError:
-            _BY_LANE.add((kind, len(models)))
+            _BY_LANE.add((law, signature))
     return 0
 
 
-_BY_LANE: set[tuple[type, int]] = set()
-"""models, and numbers of lanes, whose laws are called lane by lane"""
+_BY_LANE: set[tuple[Callable[..., None], Any]] = set()
+"""laws, and signatures of registers, that are called lane by lane"""
 
 
 @numba.njit(cache=True, nogil=True, inline="always")

@@ -42,6 +42,7 @@ class LawTable(NamedTuple):
     adhesion: np.ndarray  # (n_bushings,) whether the contact may pull
     contact_law: np.ndarray  # (n_bushings,) addresses of the models' laws
     contact_energy: np.ndarray  # (n_bushings,) addresses of the models' energies
+    kinds: tuple[type[ContactModel], ...]  # (n_bushings,) of the models
 
 
 class Law(ABC):
@@ -275,8 +276,9 @@ def _table(
     parameters = np.array(np.broadcast_to(rows, (len(rows), n, rows.shape[2])))
     law, energy = np.array([m.addresses() for m in models], dtype=np.int64).T
     adhesion = np.array([m.adhesion for m in models])
-    of_bushings = (np.array(np.broadcast_to(values, n)) for values in (adhesion, law, energy))
-    return LawTable(by_amplitude, abscissa.copy(), parameters, float(release), *of_bushings)
+    adhesion, law, energy = (np.array(np.broadcast_to(values, n)) for values in (adhesion, law, energy))
+    kinds = tuple(type(model) for model in models) * (n if len(models) == 1 else 1)
+    return LawTable(by_amplitude, abscissa.copy(), parameters, float(release), adhesion, law, energy, kinds)
 
 
 def _plain_model(model: ContactModel | AnyGrease) -> dict[str, Any]:

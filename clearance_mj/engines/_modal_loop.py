@@ -10,9 +10,10 @@ from typing import NamedTuple
 import numba
 import numpy as np
 
-from ..clearance._lanes import larger, load, spread, store
+from ..clearance._lanes import all_below, larger, load, spread, store
 from ..clearance._pointers import OPTIONS, kernel_loop
 from ..clearance.kernel import Clearance, contact_step, follow_law, grease_step
+from ..clearance.lane_contacts import LaneContacts, contact_in_lanes, penetration_in_lanes
 from ..clearance.lane_greases import LaneGreases, grease_in_lanes
 
 __all__ = ["Motion", "Shaft", "advance", "advance_whole"]
@@ -48,7 +49,7 @@ class Motion(NamedTuple):
 @kernel_loop(**OPTIONS)
 def advance(
     steps: int, excitation: np.ndarray, h: float, lanes: tuple[int, ...], shaft: Shaft, motion: Motion,
-    clearance: Clearance, greases: LaneGreases, out: np.ndarray,
+    clearance: Clearance, greases: LaneGreases, contacts: LaneContacts, out: np.ndarray,
 ) -> tuple[int, int]:  # fmt: skip
     """Advance the state by ``excitation.size`` steps; return (step, record of the bushing) of a divergence, or -1, -1.
 
@@ -57,46 +58,68 @@ def advance(
     inverse_mass, flow, at_points, at_sensors, shape, base, coupling, compliance, at_input = shaft
     q, v, q_before = motion
     bushings, states, numbers = clearance
-    together = greases.law
+    grease_law, contact_law = greases.law, contacts.law
     count, n, n_sensors, n_points = len(lanes), q.shape[0], at_sensors.shape[0], at_points.shape[0]
     n_bushings, columns = n_points // 3, out.shape[1]
     x, w, force = np.zeros((n_points, count)), np.zeros((n_points, count)), np.zeros((n_points, count))
     elastic, viscous = np.zeros((n_points, count)), np.zeros((n_points, count))
     side, least, share = np.ones((n_points, count)), np.full((n_points, count), -np.inf), np.zeros((n_points, count))
+    depth, limit = np.zeros((n_points, count)), np.zeros((n_bushings, count))
+    for j in range(n_bushings):
+        for lane in range(count):
+            bushing = bushings[lane * n_bushings + j]
+            limit[j, lane] = 1e3 * bushing.gap + 1.0
+            for end in range(2):  # without adhesion a wall never pulls
+                least[n_bushings + 2 * j + end, lane] = -np.inf if bushing.adhesion else 0.0
     total, acceleration, middle = np.zeros((n, count)), np.zeros((n, count)), np.zeros((n, count))
     acts = np.ones(n_points, np.bool_)
     half, per_step2, nothing = 0.5 * h, 1.0 / (h * h), spread(0.0, lanes)
     for i in range(excitation.size):
         a = excitation[i]
         for p in range(n_points):
-            position, speed = nothing, half * a * load(at_input, p, lanes)
+            position = nothing
             for m in range(n):
-                at = load(at_points, p * n + m, lanes)
-                position += at * load(q, m, lanes)
-                speed += at * load(v, m, lanes)
+                position += load(at_points, p * n + m, lanes) * load(q, m, lanes)
             store(x, p, position, lanes)
-            store(w, p, speed, lanes)
             store(force, p, nothing, lanes)
         for j in range(n_bushings):
+            if not all_below(abs(load(x, j, lanes)), load(limit, j, lanes)):
+                for lane in range(count):
+                    if not abs(x[j, lane]) < limit[j, lane]:
+                        return i, lane * n_bushings + j
             for end in range(2):
-                acts[n_bushings + 2 * j + end] = False
-            if together[j]:
+                p = n_bushings + 2 * j + end
+                acts[p] = contact_law[j] == 0 or penetration_in_lanes(contacts, j, end, x, p, lanes, depth)
+        for p in range(n_points):
+            if acts[p]:
+                speed = half * a * load(at_input, p, lanes)
+                for m in range(n):
+                    speed += load(at_points, p * n + m, lanes) * load(v, m, lanes)
+                store(w, p, speed, lanes)
+        for j in range(n_bushings):
+            if grease_law[j]:
                 grease_in_lanes(greases, j, x, h, lanes, elastic, viscous)
-            for lane in range(count):
-                record = lane * n_bushings + j
-                bushing, state, here = bushings[record], states[record], x[j, lane]
-                if not abs(here) < 1e3 * bushing.gap + 1.0:
-                    return i, record
-                if not together[j]:
-                    elastic[j, lane], viscous[j, lane] = grease_step(bushing, state, numbers, here)
-                follow_law(bushing, state, numbers, here, (steps + i) * h)
-                for end in range(2):
-                    p = n_bushings + 2 * j + end
+            else:
+                for lane in range(count):
+                    record = lane * n_bushings + j
+                    found = grease_step(bushings[record], states[record], numbers, x[j, lane])
+                    elastic[j, lane], viscous[j, lane] = found
+            for end in range(2):
+                p = n_bushings + 2 * j + end
+                if contact_law[j]:
+                    if acts[p]:
+                        contact_in_lanes(contacts, j, end, depth, w, p, lanes, elastic, viscous, side)
+                    continue
+                acts[p] = False
+                for lane in range(count):
+                    record = lane * n_bushings + j
+                    bushing, state = bushings[record], states[record]
+                    if end == 0:
+                        follow_law(bushing, state, numbers, x[j, lane], (steps + i) * h)
                     g, k, c = contact_step(bushing, state, numbers, end, x[p, lane], w[p, lane], False)
                     elastic[p, lane], viscous[p, lane] = k * g, c
                     if g != 0.0:
                         acts[p], side[p, lane] = True, 1.0 if g > 0.0 else -1.0
-                        least[p, lane] = -np.inf if bushing.adhesion else 0.0
         for p in range(n_points):
             if acts[p]:
                 own = half * load(compliance, p * n_points + p, lanes)
@@ -108,11 +131,12 @@ def advance(
                 now, own = load(force, p, lanes), half * load(compliance, p * n_points + p, lanes)
                 free = load(w, p, lanes) + own * now
                 new = (load(elastic, p, lanes) + load(viscous, p, lanes) * free) * load(share, p, lanes)
-                if p >= n_bushings:  # without adhesion a wall never pulls
+                if p >= n_bushings:
                     new = load(side, p, lanes) * larger(load(side, p, lanes) * new, load(least, p, lanes))
                 change = half * (new - now)
                 for r in range(n_points):
-                    store(w, r, load(w, r, lanes) - load(compliance, r * n_points + p, lanes) * change, lanes)
+                    if acts[r]:
+                        store(w, r, load(w, r, lanes) - load(compliance, r * n_points + p, lanes) * change, lanes)
                 store(force, p, new, lanes)
         for m in range(n):
             store(total, m, load(shape, m, lanes) * a, lanes)
@@ -160,7 +184,7 @@ def advance(
 @kernel_loop(**OPTIONS)
 def advance_whole(
     excitation: np.ndarray, factor: int, taps: np.ndarray, h: float, lanes: tuple[int, ...], shaft: Shaft,
-    motion: Motion, clearance: Clearance, greases: LaneGreases, out: np.ndarray,
+    motion: Motion, clearance: Clearance, greases: LaneGreases, contacts: LaneContacts, out: np.ndarray,
 ) -> tuple[int, int]:  # fmt: skip
     """Advance by a whole excitation, decimated by a factor; return what `advance` returns.
 
@@ -174,7 +198,7 @@ def advance_whole(
     while samples < out.shape[2] and done < excitation.size:
         steps = min(SAMPLES * factor, excitation.size - done)
         part, now = excitation[done : done + steps], rows[filled : filled + steps]
-        failed, record = advance(done, part, h, lanes, shaft, motion, clearance, greases, now)
+        failed, record = advance(done, part, h, lanes, shaft, motion, clearance, greases, contacts, now)
         if failed >= 0:
             return done + failed, record
         done, filled = done + steps, filled + steps

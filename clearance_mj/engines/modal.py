@@ -19,6 +19,7 @@ from pydantic import Field
 
 from ..beam import MOST_MODES, ritz_model
 from ..clearance.kernel import clearance_records, greases_of, side_by_side
+from ..clearance.lane_contacts import lane_contacts
 from ..clearance.lane_greases import lane_greases
 from ..clearance.law import Law
 from ..rig import Rig
@@ -76,7 +77,7 @@ class ModalRun(Run):
     def __init__(self, engine: Modal, rig: Rig, law: Law, kind: str, step: float):
         self.engine, self.rig, self.step = engine, rig, step
         self.shaft, self.clearance = _shaft(rig, engine.modes, kind, step), clearance_records(rig, law, step)
-        self.greases = greases_of(rig, law)
+        self.greases, self.contacts = greases_of(rig, law), law.table(len(rig.bushings)).kinds
         self.alone = SideBySide([self])
 
     def advance(self, excitation: np.ndarray) -> np.ndarray:
@@ -116,7 +117,8 @@ class SideBySide(Run):
         self.clearance = side_by_side([run.clearance for run in runs])
         offsets = np.array([[b.offset for b in run.rig.bushings] for run in runs])
         greases = lane_greases([run.greases for run in runs], offsets)
-        self.parts = self.lanes, shaft, self.motion, self.clearance, greases
+        contacts = lane_contacts([run.contacts for run in runs], [run.clearance for run in runs])
+        self.parts = self.lanes, shaft, self.motion, self.clearance, greases, contacts
 
     def advance(self, excitation: np.ndarray) -> np.ndarray:
         """Simulate one block; see `Run.advance`. Every column has n_runs neighbours: (n, columns * n_runs)."""

@@ -10,6 +10,7 @@ from pydantic import Field
 
 from ...errors import LawError
 from ...validation import Number, Positive, checked
+from .._lanes import larger, power, where_above
 from ..contact import SLOWEST_IMPACT, ContactModel, Numbers, register
 
 __all__ = ["Flores", "HertzDamped", "HuntCrossley", "LankaraniNikravesh"]
@@ -38,12 +39,8 @@ class HertzDamped(ContactModel):
     @staticmethod
     def law(p: Sequence[float], depth: float, speed: float, impact_speed: float, out: Numbers) -> None:
         """Stiffness K δⁿ⁻¹, damping κ K δⁿ/v."""
-        if depth <= 0.0:  # the power of n = 1 would be 1
-            out[0] = 0.0
-            out[1] = 0.0
-            return
-        out[0] = p[0] * depth ** (p[1] - 1.0)
-        out[1] = p[2] * out[0] * depth / max(impact_speed, SLOWEST_IMPACT)
+        out[0] = where_above(p[0] * power(depth, p[1] - 1.0), depth)  # in the gap the power of n = 1 would be 1
+        out[1] = p[2] * out[0] * depth / larger(impact_speed, SLOWEST_IMPACT)
 
     @staticmethod
     def energy(p: Sequence[float], depth: float) -> float:

@@ -8,6 +8,7 @@ from typing import Annotated, ClassVar
 from pydantic import Field
 
 from ...validation import NotNegative, Number, Positive
+from .._lanes import power
 from ..contact import ContactModel, Numbers, register
 
 __all__ = ["HuntCrossley1975"]
@@ -32,9 +33,9 @@ class HuntCrossley1975(ContactModel):
     @staticmethod
     def law(p: Sequence[float], depth: float, speed: float, impact_speed: float, out: Numbers) -> None:
         """Stiffness K δⁿ⁻¹, damping λ δⁿ."""
-        power = depth ** (p[2] - 1.0)
-        out[0] = p[0] * power
-        out[1] = p[1] * power * depth
+        risen = power(depth, p[2] - 1.0)
+        out[0] = p[0] * risen
+        out[1] = p[1] * risen * depth
 
     @staticmethod
     def energy(p: Sequence[float], depth: float) -> float:

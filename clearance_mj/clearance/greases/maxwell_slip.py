@@ -6,13 +6,13 @@ that friction falls with speed: R. Stribeck, Z. VDI 46, 1902, in the form of Bo 
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from typing import Annotated, ClassVar
 
 from pydantic import Field
 
 from ...validation import NotNegative, Number, Positive
+from .._lanes import any_below, exponential, larger, smaller, whole
 from ..contact import Numbers
 from ..grease import GreaseModel, register
 from .bouc_wen import film_damping
@@ -72,15 +72,13 @@ class MaxwellSlip(GreaseModel):
     @staticmethod
     def law(p: Sequence[float], state: Numbers, x: float, dx: float, step: float, out: Numbers) -> None:
         """Each spring follows the motion up to its limit: exact for any step."""
-        n = int(p[0])
-        force = p[1] * x
-        harder = 1.0
-        if p[5] > 0.0:
+        n, force, more = whole(p[0]), p[1] * x, p[5]
+        if any_below(0.0 - more, 0.0):
             ratio = dx / step * p[6]
-            harder += p[5] * math.exp(-ratio * ratio)
+            more = more * exponential(0.0 - ratio * ratio)
         for i in range(n):
-            limit = harder * p[7 + n + i] / p[7 + i]
-            state[i] = min(max(state[i] + dx, -limit), limit)
+            limit = (1.0 + more) * p[7 + n + i] / p[7 + i]
+            state[i] = smaller(larger(state[i] + dx, 0.0 - limit), limit)
             force += p[7 + i] * state[i]
         out[0] = force
         out[1] = film_damping(x, p[2], p[3], p[4])
