@@ -11,7 +11,7 @@ from ..files import to_json, write_text
 from .command import command, out_folder
 
 if TYPE_CHECKING:
-    from ..identify import RigUpdate
+    from ..identify import Diagnosis, RigUpdate
 
 
 def _options(parser: argparse.ArgumentParser) -> None:
@@ -24,27 +24,28 @@ def _options(parser: argparse.ArgumentParser) -> None:
     out_help="folder for rig.toml, updated_rig.json and updated_rig.png (default: %(default)s)",
 )  # fmt: skip
 def _run(options: argparse.Namespace) -> dict[str, Any]:
-    from ..identify import update_rig
+    from ..identify import diagnosed_update
     from ..io.dataset import Dataset
     from ..report.updated_rig import draw
 
     out_folder(options.out)
     if options.out.resolve() == options.dataset.resolve():
         raise ClearanceError(f"--out {options.out}: rig.toml would replace the dataset's; give another folder")
-    found = update_rig(Dataset.load(options.dataset))
+    found, diagnosis = diagnosed_update(Dataset.load(options.dataset))
+    stored = found.to_dict() | {"diagnosis": list(diagnosis.words)}
     found.rig.save(options.out / "rig.toml")
-    write_text(options.out / "updated_rig.json", to_json(found.to_dict()))
+    write_text(options.out / "updated_rig.json", to_json(stored))
     draw(found).write(options.out)
-    _print(found, options.out)
-    return found.to_dict() | {"out": str(options.out)}
+    _print(found, diagnosis, options.out)
+    return stored | {"out": str(options.out)}
 
 
-def _print(found: RigUpdate, out: Path) -> None:
+def _print(found: RigUpdate, diagnosis: Diagnosis, out: Path) -> None:
     for piece in found.misfit:
         print(f"record {piece.record}: quiet for {piece.duration:.2f} s, misfit up to {100 * piece.share.max():.1f} %")
     print(f"{'parameter':32s} {'before':>11s} {'now':>11s}   std  (posterior over prior)")
     for row in found.rows():
         print("{name:32s} {before:11.5g} {value:11.5g} ± {std:.2g} {unit} ({told:.2f})".format(**row))
-    for words in found.warnings:
+    for words in (*found.warnings, *diagnosis.words):
         print(f"warning: {words}")
     print(f"rig: {out / 'rig.toml'}")

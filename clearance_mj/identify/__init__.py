@@ -1,6 +1,7 @@
 """Identification of the clearance from test records."""
 
 from . import methods
+from .diagnosis import Diagnosis, diagnose, diagnosed_update
 from .hysteresis import bouc_wen
 from .methods.nominal import nominal
 from .oscillator import sdof
@@ -11,9 +12,12 @@ from .wavelet import ridge, ridges
 
 __all__ = [
     "METHODS",
+    "Diagnosis",
     "Identified",
     "RigUpdate",
     "bouc_wen",
+    "diagnose",
+    "diagnosed_update",
     "get_method",
     "law",
     "methods",

@@ -27,7 +27,7 @@ from .channels import check_channel
 from .priors import LOSS, RATIOS, prepared, priors, rig_with
 from .quiet import Piece, Reading, motion, quiet_pieces, with_rows
 
-__all__ = ["Misfit", "RigUpdate", "update_rig"]
+__all__ = ["Misfit", "QuietError", "RigUpdate", "update_rig"]
 
 MODES = 10
 """of the structure, to which the static shapes are added"""
@@ -52,6 +52,10 @@ STEP = 1e-3
 REUSED = 0.02
 """prior standard deviations, within which slopes are those of another point"""
 CHANNELWISE = ("gain", "position")
+
+
+class QuietError(RecordError):
+    """No record has a quiet piece."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -117,11 +121,6 @@ class RigUpdate:
             )
         if self.only_prior:
             words.append(f"only the prior holds {', '.join(self.only_prior)}")
-        if self.scale > 3:
-            words.append(
-                f"the updated rig misses the quiet part by {self.scale:.1f} times what noise and grease explain: the "
-                "rig file is wrong in something that it takes for exact, or a sensor is"
-            )
         return tuple(words)
 
     def draw(self, n: int, seed: int = 0) -> list[Rig]:
@@ -178,7 +177,7 @@ def update_rig(dataset: Dataset) -> RigUpdate:
     for record in records:
         check_channel(f'record "{record.name}": excitation', record.excitation().value, record.fs)
     probes = all(record.response().displacement is not None for record in records) and bool(rig.bushings)
-    pieces = quiet_pieces(records, _reading(rig, prepared(rig), probes, {}))
+    pieces = quiet_pieces(records, linear_reading(rig, prepared(rig), probes, {}))
     fit = _Fit(rig, _some(pieces), probes)
     if not probes:  # the updated model knows better where the shaft was
         fit.run(1)
@@ -188,14 +187,14 @@ def update_rig(dataset: Dataset) -> RigUpdate:
 
 def _some(pieces: Sequence[Piece]) -> Sequence[Piece]:
     if not pieces:
-        raise RecordError(
+        raise QuietError(
             "no record to identify from begins with 1 s or more in which the shaft stays clear of its bushings; "
             "record a level that rises from rest, or a low one"
         )
     return pieces
 
 
-def _reading(rig: Rig, whole: Rig, probes: bool, values: dict[str, float]) -> Reading:
+def linear_reading(rig: Rig, whole: Rig, probes: bool, values: dict[str, float]) -> Reading:
     """The linear rig of values by name; ``whole`` is the rig that has them."""
     linear = whole.linear
     ratios = linear.damping_ratios or () if isinstance(linear, Beam | Shaft) else ()
@@ -246,7 +245,9 @@ class _Fit:
         ends = np.array([[p._forward(p.low), p._forward(p.high)] for p in self.parameters])
         self.bounds = (ends - self.origin[:, None]) / self.width[:, None]
         self.at = np.clip(np.zeros(self.width.size), self.bounds[:, 0] + STEP, self.bounds[:, 1] - STEP)
-        self.weights = [1 / np.hypot(FLOOR * _rms(p.measured)[:, None], MODEL * _level(p.measured)) for p in pieces]
+        self.weights = [
+            1 / np.hypot(FLOOR * _rms(p.measured)[:, None], MODEL * local_level(p.measured)) for p in pieces
+        ]
 
     def values(self, at: np.ndarray) -> dict[str, float]:
         """By name, SI units."""
@@ -257,7 +258,7 @@ class _Fit:
     def reading(self, at: np.ndarray) -> Reading:
         """The linear rig at a point."""
         values = self.values(at)
-        return _reading(self.rig, rig_with(self.rig, values), self.probes, values)
+        return linear_reading(self.rig, rig_with(self.rig, values), self.probes, values)
 
     def _evaluated(self, at: tuple[float, ...]) -> tuple[list[np.ndarray], list[np.ndarray]]:
         reading = self.reading(np.array(at))
@@ -365,7 +366,7 @@ class _Fit:
             band = np.digitize(piece.frequency, EDGES)
             for b in np.unique(band):
                 noise[:, band == b] = np.sqrt(np.median(left[:, band == b] ** 2, axis=1, keepdims=True) / np.log(2))
-            spread = np.hypot(noise, MODEL * _level(piece.measured))
+            spread = np.hypot(noise, MODEL * local_level(piece.measured))
             self.weights[i] = 1 / (spread * np.sqrt(np.maximum(left / (OUTLYING * spread), 1.0)))
 
 
@@ -380,7 +381,7 @@ def _rms(spectra: np.ndarray) -> np.ndarray:
     return np.sqrt(np.mean(np.abs(spectra) ** 2, axis=1))
 
 
-def _level(spectra: np.ndarray) -> np.ndarray:
+def local_level(spectra: np.ndarray) -> np.ndarray:
     """(n_channels, n_f) local RMS."""
     box = np.ones(LOCAL) / LOCAL
     return np.sqrt(np.array([np.convolve(np.abs(y) ** 2, box, "same") for y in spectra]))

@@ -1,0 +1,133 @@
+"""A dataset with its updated rig, and how far that is from what noise, grease and priors explain."""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..errors import ClearanceError
+from ..io.dataset import Dataset, Record
+from ..rig import Rig
+from .updating import FLOOR, MODEL, RigUpdate, local_level, update_rig
+
+__all__ = ["Fault", "Trial", "channel_of", "trial_of", "weight", "with_records", "with_rig"]
+
+MISFIT = 7.0
+"""times what noise and grease explain, from which on a channel is suspicious"""
+FAR = 4.0
+"""prior standard deviations, from which on a parameter is suspicious"""
+ALIKE = 20.0
+"""lines that count as one"""
+MOST = 0.7
+"""of the channels, which must fit for the rig to be sound"""
+
+
+@dataclass(frozen=True)
+class Fault:
+    """A cause of what a dataset misses, in words."""
+
+    cause: str
+    """what is wrong, and where"""
+    evidence: str
+    """what would be right, and how much that explains"""
+    factor: float | None = None
+    """by which the number in question is to be multiplied, if it is one"""
+
+    def __str__(self) -> str:
+        return f"{self.cause}: {self.evidence}"
+
+
+@dataclass(frozen=True, eq=False)
+class Trial:
+    """A dataset, all of its records to identify from, and what its updated rig misses."""
+
+    dataset: Dataset
+    """as it is, or with a hypothesis put right"""
+    update: RigUpdate
+    """of this dataset"""
+
+    @functools.cached_property
+    def misfit(self) -> np.ndarray:
+        """(n_channels,) RMS of what is missed, over 1 % of the channel and 5 % of each line's level."""
+        squares = [np.abs((m.fitted - m.measured) * weight(m.measured)) ** 2 for m in self.update.misfit]
+        return np.sqrt(np.mean(np.hstack(squares), axis=1))
+
+    @functools.cached_property
+    def far(self) -> dict[str, float]:
+        """Of each parameter, from its prior's mean in prior standard deviations."""
+        found = self.update.estimates
+        return {
+            p.name: (p._forward(v) - p._forward(p.start)) / p.prior_std for p, v in zip(found.parameters, found.value)
+        }
+
+    @functools.cached_property
+    def cost(self) -> float:
+        """-2 ln of the posterior at its maximum, the noise of each channel being open: Σ n ln(misfit²) + Σ z²."""
+        lines = 2 * max(m.frequency.size for m in self.update.misfit) / ALIKE
+        return float(lines * np.sum(np.log(self.misfit**2)) + sum(z**2 for z in self.far.values()))
+
+    @functools.cached_property
+    def suspects(self) -> tuple[int, ...]:
+        """Channels that stand out, by themselves or by their place or gain."""
+        far = {channel_of(name, self.dataset.rig) for name, z in self.far.items() if abs(z) > FAR}
+        return tuple(i for i, misfit in enumerate(self.misfit) if misfit > MISFIT or i in far)
+
+    @functools.cached_property
+    def wrong(self) -> tuple[str, ...]:
+        """Parameters of the rig itself that stand out."""
+        rig = self.dataset.rig
+        return tuple(name for name, z in self.far.items() if abs(z) > FAR and channel_of(name, rig) is None)
+
+    @property
+    def sound(self) -> bool:
+        """Whether most channels fit and the rig itself is near what its file says."""
+        return float(np.quantile(self.misfit, MOST)) <= MISFIT and not self.wrong
+
+    def missed(self) -> str:
+        """In words, what stands out; "" if nothing does."""
+        parts = []
+        if self.suspects:
+            names = ", ".join(self.update.channels[i] for i in self.suspects)
+            worst = self.misfit[list(self.suspects)].max()
+            parts.append(f"{names}, by up to {worst:.1f} times what noise and grease explain")
+        if self.wrong:
+            moved = ", ".join(f"{name} by {abs(self.far[name]):.1f}" for name in self.wrong)
+            parts.append(f"prior standard deviations from the rig file: {moved}")
+        return "; ".join(parts)
+
+
+def trial_of(dataset: Dataset) -> Trial | None:
+    """Update the rig of a dataset; None if that cannot be."""
+    try:
+        return Trial(dataset, update_rig(dataset))
+    except ClearanceError:
+        return None
+
+
+def weight(measured: np.ndarray) -> np.ndarray:
+    """(n_channels, n_f) one over what noise and grease explain of spectra (n_channels, n_f)."""
+    rms = np.sqrt(np.mean(np.abs(measured) ** 2, axis=1, keepdims=True))
+    return 1 / np.hypot(FLOOR * rms, MODEL * local_level(measured))
+
+
+def channel_of(name: str, rig: Rig) -> int | None:
+    """Channel, accelerometers and then probes, that a parameter of an instrument belongs to."""
+    where, _, rest = name.partition("[")
+    number, _, field = rest.partition("].")
+    if where not in ("sensors", "probes") or field not in ("gain", "position"):
+        return None
+    return int(number) + (len(rig.sensors) if where == "probes" else 0)
+
+
+def with_records(dataset: Dataset, change: Callable[[Record], Record]) -> Dataset:
+    """The dataset with other records."""
+    return Dataset(dataset.rig, tuple(map(change, dataset.records)), dataset.path)
+
+
+def with_rig(dataset: Dataset, rig: Rig) -> Dataset:
+    """The dataset as of another rig."""
+    return Dataset(rig, tuple(dataclasses.replace(r, rig=rig) for r in dataset.records), dataset.path)
