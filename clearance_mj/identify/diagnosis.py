@@ -25,9 +25,9 @@ from ..io.dataset import Dataset, Record
 from ..rig import Rig
 from .forces import RestoringForce, restoring_force
 from .misbuilt import Change, changes, longer
-from .misread import Correction, corrections, gain_of, snapped, spectra, words_of
+from .misread import EXPLAINED, Correction, corrections, gain_of, snapped, spectra, words_of
 from .quiet import Piece
-from .trial import Fault, Trial, trial_of, with_records, with_rig
+from .trial import Fault, Trial, trial_of, weight, with_records, with_rig
 from .updating import QuietError, RigUpdate, update_rig
 
 __all__ = ["Diagnosis", "Fault", "diagnose", "diagnosed_update"]
@@ -42,6 +42,8 @@ GAPS = (0.6, 1.9)
 """gap of the loud part over the one told, beyond which it is a fault; of sound benches 0.85 to 1.5"""
 BENT = 0.9
 """of the square of what a straight line leaves of a restoring force, below which it bends"""
+REFINED = 3
+"""lengths beside that of the grid"""
 HIGH = 440.0
 """Hz, up to which restoring forces are taken"""
 STRIDE = 8
@@ -50,6 +52,10 @@ FACTOR = 2.0
 """from which on a probe reads in other units, if only accelerometers say where the shaft is"""
 WIDER = (1.0, 2.0, 4.0, 8.0, 16.0)
 """times the gap, with which a quiet piece is looked for if there is none"""
+
+
+Found = tuple[list[Fault], Trial] | None
+"""faults in words, and the dataset with them put right"""
 
 
 @dataclass(frozen=True, eq=False)
@@ -135,16 +141,19 @@ def diagnosed_update(dataset: Dataset) -> tuple[RigUpdate, Diagnosis]:
     return update, diagnose(dataset, update)
 
 
-def _next_fault(trial: Trial) -> tuple[list[Fault], Trial] | None:
+def _next_fault(trial: Trial) -> Found:
     """The likeliest fault, in words, and the dataset with it put right."""
-    if trial.suspects and (found := _misread(trial)):
-        return found
-    if found := _gap_fault(trial, trial.dataset.rig):
-        return found
-    return None if trial.sound else _misbuilt(trial)
+    misread = _misread(trial) if trial.suspects else None
+    if misread and not misread[1].missed():
+        return misread
+    gap = _gap_fault(trial, trial.dataset.rig)
+    if trial.sound or (gap and not gap[1].missed()):
+        return misread or gap
+    found = [one for one in (misread, gap, _misbuilt(trial), _mislabelled(trial)) if one]
+    return min(found, key=lambda one: one[1].cost, default=None)
 
 
-def _misread(trial: Trial) -> tuple[list[Fault], Trial] | None:
+def _misread(trial: Trial) -> Found:
     """Signs, swaps or units of instruments."""
     good: list[tuple[Correction, Trial]] = []
     for correction in corrections(trial):
@@ -161,7 +170,7 @@ def _misread(trial: Trial) -> tuple[list[Fault], Trial] | None:
     return words_of(correction, trial, after), after
 
 
-def _misbuilt(trial: Trial) -> tuple[list[Fault], Trial] | None:
+def _misbuilt(trial: Trial) -> Found:
     """Dimensions, material or masses of the rig file."""
     found: list[tuple[Change, Trial]] = []
     for change in changes(trial)[:TRIED]:
@@ -179,20 +188,41 @@ def _misbuilt(trial: Trial) -> tuple[list[Fault], Trial] | None:
 
 def _finer(trial: Trial, change: Change, after: Trial) -> tuple[Change, Trial]:
     """A length between the grid's: what the modulus takes up, the length does by its inverse fourth power."""
-    rig, beam = trial.dataset.rig, after.update.rig.beam
-    assert rig.beam and beam and change.rig.beam
-    factor = beam.length / rig.beam.length * (change.rig.beam.young_modulus / beam.young_modulus) ** 0.25
-    better = longer(rig, factor, change.kind)
-    finer = trial_of(with_rig(trial.dataset, better)) if better else None
-    if better is None or finer is None or finer.cost > after.cost:
-        return change, after
-    return dataclasses.replace(change, rig=better), finer
+    rig = trial.dataset.rig
+    for _ in range(REFINED):
+        beam, told = after.update.rig.beam, change.rig.beam
+        assert rig.beam and beam and told
+        factor = told.length / rig.beam.length * (told.young_modulus / beam.young_modulus) ** 0.25
+        better = longer(rig, factor, change.kind)
+        finer = trial_of(with_rig(trial.dataset, better)) if better else None
+        if better is None or finer is None or finer.cost > after.cost:
+            break
+        change, after = dataclasses.replace(change, rig=better), finer
+    return change, after
+
+
+def _mislabelled(trial: Trial) -> Found:
+    """A record that does not fit the rig of the others."""
+    pieces = trial.update.misfit
+    if len(pieces) < 2:
+        return None
+    worst = max(
+        pieces, key=lambda m: float(np.sqrt(np.mean(np.abs((m.fitted - m.measured) * weight(m.measured)) ** 2)))
+    )
+    rest = dataclasses.replace(trial.dataset, records=tuple(r for r in trial.dataset.records if r.name != worst.record))
+    after = trial_of(rest)
+    if after is None or after.missed():
+        return None
+    far = float(np.sqrt(np.mean(trial.misfit**2)))
+    now = float(np.sqrt(np.mean(after.misfit**2)))
+    words = f'record "{worst.record}" is not of the rig, the level or the set-up that the others are of'
+    return [Fault(words, f"without it, the misfit falls from {far:.1f} to {now:.1f} times {EXPLAINED}")], after
 
 
 # Gaps.
 
 
-def _gap_fault(trial: Trial, file: Rig) -> tuple[list[Fault], Trial] | None:
+def _gap_fault(trial: Trial, file: Rig) -> Found:
     """Gaps far from those at which the restoring force bends."""
     update = trial.update
     if not update.probes:
@@ -217,6 +247,8 @@ def _gap_fault(trial: Trial, file: Rig) -> tuple[list[Fault], Trial] | None:
 
 def _bends(record: Record, rig: Rig) -> np.ndarray:
     """(n_bushings,) displacement at which the restoring force bends, m; infinite where it does not."""
+    if rig.probe_labels != record.rig.probe_labels:  # a sensor has moved out of its bushing, or into one
+        rig = rig.replace(sensors=record.rig.sensors, bushings=record.rig.bushings)
     force = restoring_force(dataclasses.replace(record, rig=rig), min(HIGH, 0.4 * record.fs))
     return np.array([_bend(force, j) for j in range(len(rig.bushings))])
 

@@ -208,11 +208,11 @@ def _fault(words: str, factor: float | None, group: Sequence[int], before: Trial
     if before is None:
         quiet = max(m.duration for m in after.update.misfit)
         return Fault(
-            words, f"{put}, records are quiet for {quiet:.1f} s, missed by {now:.1f} times {EXPLAINED}", factor
+            words, f"{put}, records are quiet for {quiet:.1f} s and missed by {now:.1f} times {EXPLAINED}", factor
         )
     was = float(np.sqrt(np.mean(before.misfit[channels] ** 2)))
     if was > MISFIT:
-        return Fault(words, f"{put}, its misfit falls from {was:.1f} to {now:.1f} times {EXPLAINED}", factor)
+        return Fault(words, f"{put}, the misfit there falls from {was:.1f} to {now:.1f} times {EXPLAINED}", factor)
     far, near = (_farthest(trial, channels) for trial in (before, after))
     return Fault(words, f"{put}, gain and place come from {far:.1f} to {near:.1f} prior standard deviations", factor)
 

@@ -1,0 +1,162 @@
+"""Gross faults put into a record that was sound are named, with what would be right."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from clearance_mj.clearance.law import ConstantLaw
+from clearance_mj.errors import RecordError
+from clearance_mj.identify import diagnose, diagnosed_update, update_rig
+from clearance_mj.identify.diagnosis import _bend
+from clearance_mj.identify.misbuilt import longer
+from clearance_mj.identify.misread import Correction, snapped
+from clearance_mj.io.dataset import Dataset
+from clearance_mj.rig import Beam, Bushing, Contact, Grease, PointMass, Rig, Sensor
+from clearance_mj.signals import excitation
+
+from .records import record_of, with_channel
+
+STIFFNESS, GAP = 2e4, 2e-4
+RIG = Rig(
+    name="small",
+    beam=Beam(length=0.6, young_modulus=2.1e11, density=7850.0, diameter=0.008, rayleigh=(1.0, 2e-5)),
+    bushings=(Bushing(0.4, GAP, 0.01, Grease(3000.0, 3.0), Contact(STIFFNESS, 5.0)),),
+    sensors=tuple(Sensor(i, x) for i, x in enumerate((0.15, 0.3, 0.45, 0.6), 1)),
+    masses=(PointMass(0.6, 0.2),),
+)
+PROBE = (301, "displacement")
+
+
+@pytest.fixture(scope="module")
+def sound():
+    """A level ramp on a rig whose modulus is 2.4 % below that of its file; about 1.3 s of it are quiet."""
+    real = RIG.replace(beam=dataclasses.replace(RIG.beam, young_modulus=2.05e11))
+    push = excitation.level_ramp(8.0, 512.0, (5.0, 100.0), start_rms=0.3, end_rms=8.0, seed=1)
+    record, _ = record_of(real, push, ConstantLaw(np.array([STIFFNESS]), np.array([5.0])))
+    return Dataset(RIG, (dataclasses.replace(record, rig=RIG),))
+
+
+def scaled(dataset, channel, factor):
+    return Dataset(dataset.rig, (with_channel(dataset.records[0], *channel, lambda value: factor * value),))
+
+
+def told(dataset, rig):
+    return Dataset(rig, (dataclasses.replace(dataset.records[0], rig=rig),))
+
+
+def beam(**fields):
+    return RIG.replace(beam=dataclasses.replace(RIG.beam, **fields))
+
+
+def gap(factor):
+    return RIG.replace(bushings=(dataclasses.replace(RIG.bushings[0], gap=factor * GAP),))
+
+
+def swapped(dataset):
+    return Correction({0: (2, 1.0), 2: (0, 1.0)}).applied(dataset)
+
+
+def test_a_sound_bench_gives_no_words_and_costs_nothing(sound, monkeypatch):
+    update = update_rig(sound)
+    monkeypatch.setattr("clearance_mj.identify.trial.update_rig", None)  # no hypothesis is tried
+    found = diagnose(sound, update)
+    assert found.words == ()
+    assert found.update is update
+
+
+def test_wrong_sign(sound):
+    found = diagnose(scaled(sound, (4, "acceleration"), -1.0))
+    (fault,) = found.faults
+    assert fault.cause == "accelerometer 4:+Z reads with the wrong sign"
+    assert fault.factor == -1.0
+    assert not found.unexplained
+
+
+@pytest.mark.slow
+def test_swapped_sensors(sound):
+    (fault,) = diagnose(swapped(sound)).faults
+    assert fault.cause == "accelerometers 1:+Z and 3:+Z are swapped"
+
+
+@pytest.mark.slow
+def test_probe_in_millimetres(sound):
+    """Without it nothing is quiet: the error of the update says why."""
+    wrong = scaled(sound, PROBE, 1e3)
+    cause = "probe 301:+Z reads in mm instead of SI units: times 0.001"
+    assert str(diagnose(wrong).faults[0]).startswith(cause)
+    with pytest.raises(RecordError, match=f"no record to identify from begins.*likeliest cause: {cause}"):
+        diagnosed_update(wrong)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("channel", "factor", "cause"),
+    [
+        (PROBE, -1.0, "probe 301:+Z reads with the wrong sign"),
+        ((3, "acceleration"), 1 / 9.80665, "accelerometer 3:+Z reads in g instead of SI units"),
+        ((3, "acceleration"), -1e3, "accelerometer 3:+Z reads in mm/s² instead of SI units and with the wrong sign"),
+        ((100, "acceleration"), -1.0, "the excitation reads with the wrong sign"),
+    ],
+)
+def test_signs_and_units(sound, channel, factor, cause):
+    (fault,) = diagnose(scaled(sound, channel, factor)).faults
+    assert fault.cause == cause
+    assert fault.factor == pytest.approx(1 / factor)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("factor", "words"), [(1 / 3, "too small"), (3.0, "too large")])
+def test_gap_told_wrong(sound, factor, words):
+    (fault,) = diagnose(told(sound, gap(factor))).faults
+    assert fault.cause.startswith("bushings[0].gap is told ")
+    assert fault.cause.endswith(words)
+    assert fault.factor == pytest.approx(1 / factor, rel=0.15)  # of the bend, on a grid of 12 %
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("rig", "cause"),
+    [
+        (longer(RIG, 1.1, "length"), "beam.length is 0.6"),
+        (longer(RIG, 1.1, "lengths"), "beam.length is 0.60"),
+        (beam(diameter=0.0092), "beam.diameter is 0.0080"),
+        (RIG.replace(masses=()), "a mass of 0.19"),
+    ],
+)
+def test_wrong_rig_file(sound, rig, cause):
+    (fault,) = diagnose(told(sound, rig)).faults
+    assert fault.cause.startswith(cause)
+
+
+def test_correction_moves_samples_between_channels(sound):
+    before = sound.records[0].response().acceleration
+    after = Correction({0: (2, -1.0), 2: (0, 0.5)}).applied(sound).records[0].response().acceleration
+    np.testing.assert_array_equal(after, [-before[2], before[1], 0.5 * before[0], before[3]])
+
+
+@pytest.mark.parametrize(
+    ("gain", "read"), [(1.03, 1.0), (-0.9, -1.0), (0.11, 1 / 9.80665), (-1100.0, -1e3), (2.0344, 2.03)]
+)
+def test_gains_near_a_unit_are_that_units(gain, read):
+    assert snapped(gain, "accelerometer") == read
+
+
+@dataclasses.dataclass
+class Force:
+    displacement: np.ndarray
+    velocity: np.ndarray
+    force: np.ndarray
+    valid: np.ndarray
+
+
+@pytest.mark.parametrize("wall", [1e-4, 2e-4, 3e-4, np.inf])
+def test_restoring_force_bends_at_the_wall(wall):
+    """F = k x + c v + k_c p(x), p beyond the wall."""
+    t = np.linspace(0, 20, 40_000)
+    x = 6e-4 * t / 20 * np.sin(2 * np.pi * 7 * t)
+    v = np.gradient(x, t)
+    f = 4e3 * x + 3 * v + 1e4 * np.sign(x) * np.maximum(np.abs(x) - wall, 0)
+    f += 0.02 * f.std() * np.random.default_rng(0).standard_normal(t.size)
+    found = _bend(Force(x[None], v[None], f[None], np.ones(t.size, dtype=bool)), 0)
+    assert found == pytest.approx(wall, rel=0.1)  # the grid's step is 12 %
