@@ -12,7 +12,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from ..clearance import Cubic, HuntCrossley, KelvinVoigt, MaxwellSlip
+from ..clearance import Cubic, HuntCrossley1975, KelvinVoigt, MaxwellSlip
 from ..parameters import Parameter
 from ..rig import Bushing, Grease
 
@@ -55,13 +55,15 @@ def _contact_spring(bushing: Bushing) -> list[Parameter]:
 def _power_law(bushing: Bushing) -> list[Parameter]:
     return [
         _free("contact force at one gap", "N", bushing.contact.stiffness * bushing.gap, DECADE),
-        _free("contact restitution", "1", 0.6, 0.5, high=0.999),
+        _free("contact loss", "s/m", 2.0, 0.5 * DECADE),
         _free("contact exponent", "1", 1.5, 0.3, 1.0, 3.0),
     ]
 
 
-def _make_power_law(bushing: Bushing, force: float, restitution: float, exponent: float) -> HuntCrossley:
-    return HuntCrossley(force / bushing.gap**exponent, restitution, exponent)
+def _make_power_law(bushing: Bushing, force: float, loss: float, exponent: float) -> HuntCrossley1975:
+    """K δⁿ (1 + α δ̇)."""
+    stiffness = force / bushing.gap**exponent
+    return HuntCrossley1975(stiffness, loss * stiffness, exponent)
 
 
 def _cubic(bushing: Bushing) -> list[Parameter]:
@@ -102,15 +104,14 @@ def _make_bouc_wen(
 ) -> Grease:
     """Bouc-Wen with A = 1: k, λ and z_ult = (β+γ)^(-1/n) give the loop's size, n and β/(β+γ) its shape."""
     total = yield_**-exponent
-    shape = {"beta": share * total, "gamma": (1 - share) * total, "exponent": exponent, "film_height": height}
+    beta = max(share, 0.5) * total
+    shape = {"beta": beta, "gamma": total - beta, "exponent": exponent, "film_height": height}
     return Grease(stiffness=k, damping=c, elastic_ratio=ratio, **shape)
 
 
 def _maxwell_slip(bushing: Bushing) -> list[Parameter]:
     elastic, *viscous = _grease_spring(bushing)
-    slipping = [
-        _free(f"grease slipping stiffness {i + 1}", "N/m", 0.1 * elastic.start, 1.5) for i in range(ELEMENTS)
-    ]
+    slipping = [_free(f"grease slipping stiffness {i + 1}", "N/m", 0.1 * elastic.start, 1.5) for i in range(ELEMENTS)]
     return [elastic, *viscous, _free("grease first slip displacement", "m", bushing.gap / 20, 0.7), *slipping]
 
 

@@ -3,41 +3,118 @@
 The motion is measured, so nothing is simulated and impacts are not chaotic: a law's force along the motion is compared
 with the restoring force instant by instant. Families of laws compete by their evidence in Laplace's approximation, for
 errors of unknown size that hang together in time, and by a piece of each record that no fit sees.
+
+What hangs together in time tells less than as many samples that do not. How much less shows in the gradients of the
+misfit over short blocks, which would be as large as the slopes say if it were noise: the likelihood counts as so many
+observations (Ribatet, Cooley and Davison, Bayesian inference from composite likelihoods, Statistica Sinica 22, 2012).
 """
 
 from __future__ import annotations
 
 import dataclasses
+import functools
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 import scipy.fft
 import scipy.ndimage
-import scipy.optimize
 import scipy.signal
 
 from ..clearance import ContactLaw
+from ..clearance.gap import penetration
 from ..parameters import Estimates, Parameter
 from ..rig import Bushing, Rig
+from .along import Path, forces_along
 from .families import Family, split
 from .forces import RestoringForce
-from .loop import FINER, along
 
 __all__: list[str] = []
 
+FINER = 2
+"""factor by which motions are interpolated: contact begins and ends between samples"""
+COARSER = 2
+"""factor by which forces are decimated"""
+PASS, STOP, ATTENUATION = 0.17, 0.33, 60.0
+"""of fs: up to here forces are compared, from there on they are down by so many dB"""
 MODEL = 0.05
 """of the force's local RMS: error that a law is expected to have"""
 LOCAL = 0.02
 """s over which that RMS is taken"""
-ALIKE = 0.5
-"""s of a record that count as one observation: what a law misses, it misses again in every cycle"""
+BLOCK = 0.5
+"""s over which what a law misses may hang together"""
+MANY = 1e9
+"""blocks, more than in a record"""
 HELD_OUT = (0.72, 0.86)
 """of a record's duration: the piece that no fit sees"""
 STEP = 1e-3
 """prior standard deviations, for differences"""
 NEAREST = 0.95
 """of the gap: the largest offset"""
+DAMPINGS = (0.0, 1e-3, 1e-2, 0.05, 0.25, 1.0, 5.0, 50.0)
+"""Levenberg's and Marquardt's, all tried at once"""
+SMALLEST = 0.1
+"""gain of the log-posterior below which a fit ends"""
+MOST = 30
+"""steps of a fit"""
+KNOWN = 1e-6
+"""of the largest information, from which on a direction counts as known"""
+
+
+class Motion:
+    """Measured motion and restoring force of one bushing in all records, ready to compare laws with."""
+
+    def __init__(self, forces: Sequence[RestoringForce], rig: Rig, number: int, gap: Sequence[Parameter]) -> None:
+        self.rig, self.told, self.gap = rig, rig.bushings[number], tuple(gap)
+        self.paths = [_path(f, number) for f in forces]
+        pieces = [_compared(f, number, i) for i, f in enumerate(forces)]
+        self.force, level, noise, block, kept, held = (np.concatenate(arrays) for arrays in zip(*pieces))
+        self.kept, self.held = np.flatnonzero(kept), np.flatnonzero(held)
+        self.weight = 1 / np.hypot(MODEL * np.hypot(level, np.median(level[self.kept])), noise)
+        self.blocks = np.flatnonzero(np.diff(block[self.kept], prepend=-1))
+        """(n_blocks,) where they begin among what is kept"""
+
+    def left(self, cases: Sequence[tuple[Bushing, ContactLaw]]) -> np.ndarray:
+        """(n_t, n_cases) weighted differences of laws' forces along the motion from the restoring force."""
+        found = forces_along(self.paths, _taps(), FINER * COARSER, self.rig, cases)
+        return (found - self.force[:, None]) * self.weight[:, None]
+
+    def with_reach(self, parameter: Parameter, bushing: Bushing) -> Parameter:
+        """The gap's parameter, at least half of the way that the shaft went, if it never left the gap found."""
+        ends = np.concatenate([path.x[:, 1:].ravel() for path in self.paths])
+        if not parameter.name.endswith(".gap") or penetration(ends, *bushing.walls).any():
+            return parameter
+        return dataclasses.replace(parameter, low=max(parameter.low, 0.5 * float(np.ptp(ends))))
+
+
+def _path(f: RestoringForce, number: int) -> Path:
+    n = f.time.size
+    spectrum = FINER * scipy.fft.rfft(np.concatenate((f.displacement[number : number + 1], f.ends[number])), axis=1)
+    omega = 2 * np.pi * scipy.fft.rfftfreq(n, 1 / f.fs)
+    x, v = (np.ascontiguousarray(scipy.fft.irfft(s, n * FINER).T) for s in (spectrum, 1j * omega * spectrum))
+    return Path(x, v, 1 / (f.fs * FINER))
+
+
+def _compared(f: RestoringForce, number: int, record: int) -> tuple[np.ndarray, ...]:
+    """Force as `forces_along` gives it, its local RMS, its noise, number of the block, whether kept or held out."""
+    taps = _taps()
+    fine = scipy.signal.resample(f.force[number], f.time.size * FINER)
+    time, valid = f.time[::COARSER], f.valid[::COARSER]
+    force = scipy.signal.upfirdn(taps, fine, 1, FINER * COARSER)[taps.size // 2 // (FINER * COARSER) :][: time.size]
+    level = np.sqrt(scipy.ndimage.uniform_filter1d(force**2, max(1, int(LOCAL * f.fs / COARSER))))
+    _, gain = scipy.signal.freqz(taps, worN=f.noise_frequency, fs=f.fs * FINER)
+    density = np.abs(gain) * f.noise_density[number]
+    noise = np.full(time.size, np.sqrt(np.sum(density**2) * f.noise_frequency[1]))
+    aside = (time > HELD_OUT[0] * f.time[-1]) & (time < HELD_OUT[1] * f.time[-1])
+    return force, level, noise, time // BLOCK + record * MANY, valid & ~aside, valid & aside
+
+
+@functools.cache
+def _taps() -> np.ndarray:
+    """Of the low-pass, an odd number, centred on a sample that is kept."""
+    count, beta = scipy.signal.kaiserord(ATTENUATION, 2 * (STOP - PASS) / FINER)
+    half = FINER * COARSER * -(-count // (2 * FINER * COARSER))
+    return scipy.signal.firwin(2 * half + 1, (PASS + STOP) / 2, window=("kaiser", beta), fs=FINER)
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,14 +131,27 @@ class ForceFit:
     """with the gap and offset found"""
     estimates: Estimates
     """of gap and offset, where the rig file leaves them open, then of contact and grease"""
-    log_evidence: float
-    """logarithm of the probability of the records given the family, but for a constant of the bushing"""
+    at: np.ndarray
+    """(n,) values in prior standard deviations: where another fit can start"""
+    information: np.ndarray
+    """(n, n) of `at`, as if the misfit were noise, without the priors"""
+    size: int
+    """samples that were fitted"""
+    alike: float
+    """samples that tell as much as one, see the module"""
     misfit: float
     """of the force, over `MODEL` of its local RMS: robust mean over what was fitted"""
     held_out: float
     """the same over what was not"""
-    varied: np.ndarray
-    """(n,) values in prior standard deviations: where another fit can start"""
+
+    def log_evidence(self, alike: float) -> float:
+        """Logarithm of the probability of the records given the family, but for a constant of the bushing.
+
+        ``alike``: the number of samples that tell as much as one, the same for all families.
+        """
+        precision = self.information / alike + np.eye(self.at.size)
+        data = self.size / alike * np.log(self.misfit**2)
+        return float(-0.5 * (data + self.at @ self.at + np.linalg.slogdet(precision)[1]))
 
     def drawn(self, bushing: Bushing, seed: int) -> tuple[Bushing, ContactLaw]:
         """Draw gap, offset and law from their covariance; ``bushing`` has the rest."""
@@ -73,44 +163,16 @@ class ForceFit:
         return self.contact, self.grease
 
 
-class Motion:
-    """Measured motion and restoring force of one bushing in all records."""
-
-    def __init__(self, forces: Sequence[RestoringForce], rig: Rig, number: int, gap: Sequence[Parameter]) -> None:
-        self.rig, self.told, self.number, self.gap = rig, rig.bushings[number], number, tuple(gap)
-        self.parts, kept, held, weights = [], [], [], []
-        self.alike = ALIKE * forces[0].fs
-        for f in forces:
-            n = f.time.size
-            points = np.concatenate((f.displacement[number : number + 1], f.ends[number]))
-            x = scipy.signal.resample(points, n * FINER, axis=1)
-            v = np.gradient(x, axis=1) * (f.fs * FINER)
-            lines = int(f.band[1] * n / f.fs)
-            self.parts.append((x[None], v[None], 1 / (f.fs * FINER), n, lines))
-            aside = (f.time > HELD_OUT[0] * f.time[-1]) & (f.time < HELD_OUT[1] * f.time[-1])
-            kept.append(f.valid & ~aside)
-            held.append(f.valid & aside)
-            level = np.sqrt(scipy.ndimage.uniform_filter1d(f.force[number] ** 2, max(1, int(LOCAL * f.fs))))
-            weights.append(np.array([level, np.full(n, f.force_std[number])]))
-        self.force = np.concatenate([f.force[number] for f in forces])
-        self.kept, self.held = np.concatenate(kept), np.concatenate(held)
-        level, noise = np.concatenate(weights, axis=1)
-        self.weight = 1 / np.hypot(MODEL * np.hypot(level, np.median(level[self.kept])), noise)
-
-    def left(self, bushing: Bushing, law: ContactLaw) -> np.ndarray:
-        """(n_t,) weighted difference of a law's force along the motion from the restoring force."""
-        rig, found = self.rig.replace(bushings=(bushing,)), []
-        for x, v, step, n, lines in self.parts:
-            fine = np.zeros((1, x.shape[2]))
-            along(x, v, rig, law, step, fine)
-            spectrum = scipy.fft.rfft(fine[0])[: n // 2 + 1]
-            spectrum[lines + 1 :] = 0
-            found.append(scipy.fft.irfft(spectrum, n) / FINER)
-        return (np.concatenate(found) - self.force) * self.weight
+def _size(left: np.ndarray) -> np.ndarray:
+    """Soft L1 of what is left (n, ...): its mean."""
+    return np.mean(2 * (np.sqrt(1 + left**2) - 1), axis=0)
 
 
 class _Fit:
-    """Robust least squares of a family's parameters, in prior standard deviations from where they start."""
+    """Posterior of a family's parameters, in prior standard deviations from where they start.
+
+    Errors are of unknown size, of which a robust mean is taken, and of them several tell as much as one.
+    """
 
     def __init__(self, motion: Motion, contact: Family, grease: Family) -> None:
         self.motion, self.contact, self.grease = motion, contact, grease
@@ -119,53 +181,71 @@ class _Fit:
         self.origin = np.array([p._forward(p.start) for p in self.parameters])
         self.width = np.array([p.prior_std for p in self.parameters])
         ends = np.array([[p._forward(p.low), p._forward(p.high)] for p in self.parameters])
-        self.bounds = ((ends - self.origin[:, None]) / self.width[:, None]).T
-        self._latest: tuple[np.ndarray, np.ndarray] | None = None
+        self.low, self.high = ((ends - self.origin[:, None]) / self.width[:, None]).T
 
     def values(self, at: np.ndarray) -> list[float]:
-        varied = self.origin + self.width * np.clip(at, *self.bounds)
-        return [float(p._inverse(v)) for p, v in zip(self.parameters, varied)]
+        varied = self.origin + self.width * at
+        return [float(np.clip(p._inverse(v), p.low, p.high)) for p, v in zip(self.parameters, varied)]
 
     def law(self, at: np.ndarray) -> tuple[Bushing, ContactLaw]:
         """Bushing and law of values."""
         told, names = self.motion.told, [p.name for p in self.parameters]
         return of_values(self.values(at), names, told, told, self.contact, self.grease)
 
-    def left(self, at: np.ndarray) -> np.ndarray:
-        return self.motion.left(*self.law(at))
+    def left(self, points: Sequence[np.ndarray]) -> np.ndarray:
+        """(n_kept, n_points)."""
+        return self.motion.left([self.law(at) for at in points])[self.motion.kept]
 
-    def run(self, start: np.ndarray, most: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Where the fit ends, what is left there (n_t,), and its slopes (n_kept, n)."""
-        kept, share = self.motion.kept, self.motion.alike**-0.5
-        size = int(kept.sum())
+    def likely(self, points: Sequence[np.ndarray], left: np.ndarray, alike: float) -> np.ndarray:
+        """(n_points,) logarithm of the posterior."""
+        found = -0.5 * (len(left) / alike * np.log(_size(left)) + np.sum(np.square(points), axis=1))
+        return np.where(np.isfinite(found), found, -np.inf)
 
-        def residual(at: np.ndarray) -> np.ndarray:
-            left = self.left(at)
-            self._latest = at.copy(), left
-            return np.concatenate((left[kept], at))
+    def slopes(self, at: np.ndarray, left: np.ndarray) -> np.ndarray:
+        """(n_kept, n)."""
+        steps = np.where(at + STEP > self.high, -STEP, STEP)
+        return (self.left(at + np.diag(steps)) - left[:, None]) / steps
 
-        def jacobian(at: np.ndarray) -> np.ndarray:
-            if self._latest is None or not np.array_equal(self._latest[0], at):
-                residual(at)
-            assert self._latest is not None
-            here = self._latest[1]
-            steps = np.where(at + STEP > self.bounds[1], -STEP, STEP)
-            slopes = [(self.left(at + step) - here)[kept] for step in np.diag(steps)]
-            return np.vstack((np.array(slopes).T / steps, np.eye(at.size)))
+    def told(self, slopes: np.ndarray, left: np.ndarray) -> tuple[np.ndarray, np.ndarray, float]:
+        """Gradient of the misfit, information (n, n), and how many samples tell as much as one."""
+        size = _size(left)
+        weighted = slopes / np.sqrt(1 + left**2)[:, None]
+        scores = weighted * (left / size)[:, None]
+        information = weighted.T @ slopes / size
+        found, direction = np.linalg.eigh(information)
+        known = found > KNOWN * found[-1]
+        of_blocks = np.add.reduceat(scores @ direction[:, known], self.motion.blocks, axis=0)
+        alike = np.mean(np.sum(of_blocks**2, axis=0) / found[known]) if known.any() else 1.0
+        return scores.sum(axis=0), information, max(1.0, float(alike))
 
-        def loss(squares: np.ndarray) -> np.ndarray:
-            """Soft L1 for the data, of which several count as one; the priors are squared."""
-            root = np.sqrt(1 + squares[:size])
-            data = np.array([2 * (root - 1), 1 / root, -0.5 / root**3]) * share**2
-            return np.hstack((data, [squares[size:], np.ones(at_size), np.zeros(at_size)]))
+    def steps(self, at: np.ndarray, slope: np.ndarray, precision: np.ndarray) -> list[np.ndarray]:
+        """Points to go to, Gauss and Newton's first; what is at a bound and would pass it stays there."""
+        free = ~((at <= self.low) & (slope > 0) | (at >= self.high) & (slope < 0))
+        points = np.tile(at, (len(DAMPINGS), 1))
+        for point, damping in zip(points, DAMPINGS):
+            damped = precision + damping * np.diag(np.diag(precision))
+            point[free] -= np.linalg.solve(damped[np.ix_(free, free)], slope[free])
+        return list(np.clip(points, self.low, self.high))
 
-        at_size = start.size
-        inside = np.clip(start, self.bounds[0] + STEP, self.bounds[1] - STEP)
-        found = scipy.optimize.least_squares(
-            residual, inside, jacobian, self.bounds, loss=loss, xtol=1e-3, ftol=1e-3, max_nfev=most
-        )
-        left = self.left(found.x)
-        return found.x, left, jacobian(found.x)[:size]
+    def run(self, starts: Sequence[np.ndarray]) -> tuple[np.ndarray, np.ndarray, np.ndarray, float]:
+        """Where the fit ends, what is left there (n_kept,), the information and how many samples tell as one."""
+        starts = [np.clip(start, self.low, self.high) for start in starts]
+        found, gain = self.left(starts), np.inf
+        i = int(np.argmax(self.likely(starts, found, BLOCK / self.motion.paths[0].step)))
+        at, left = starts[i], found[:, i]
+        for _ in range(MOST):
+            gradient, information, alike = self.told(self.slopes(at, left), left)
+            if gain < SMALLEST:
+                break
+            points = self.steps(at, gradient / alike + at, information / alike + np.eye(at.size))
+            found = self.left(points)
+            likely = self.likely(points, found, alike)
+            i = int(np.argmax(likely))
+            gain = likely[i] - self.likely([at], left[:, None], alike)[0]
+            if not gain > 0:
+                break
+            at, left = points[i], found[:, i]
+        return at, left, information, alike
 
 
 def of_values(
@@ -179,23 +259,18 @@ def of_values(
     return dataclasses.replace(bushing, gap=gap, offset=offset), law
 
 
-def fit(motion: Motion, contact: Family, grease: Family, start: ForceFit | None = None, most: int = 30) -> ForceFit:
-    """Fit a family at a bushing, beginning with what another fit had alike."""
+def fit(motion: Motion, contact: Family, grease: Family, starts: Sequence[ForceFit] = ()) -> ForceFit:
+    """Fit a family at a bushing, from what other fits had alike or from the priors, whichever is likeliest."""
     problem = _Fit(motion, contact, grease)
-    at = np.zeros(len(problem.parameters))
-    if start is not None:
-        known = dict(zip(start.estimates.names, start.varied))
-        at = np.array([known.get(p.name, 0.0) for p in problem.parameters])
-    at, left, slopes = problem.run(at, most)
-    kept = motion.kept
-    root = np.sqrt(1 + left[kept] ** 2)
-    scale = float(np.mean(2 * (root - 1)))
-    precision = (slopes / root[:, None]).T @ slopes / (motion.alike * scale) + np.eye(at.size)
-    covariance = np.linalg.inv(precision)
-    evidence = -0.5 * (kept.sum() / motion.alike * np.log(scale) + at @ at + np.linalg.slogdet(precision)[1])
+    names = [p.name for p in problem.parameters]
+    known = [dict(zip(start.estimates.names, start.at)) for start in starts]
+    points = [np.array([values.get(name, 0.0) for name in names]) for values in (*known, {})]
+    at, left, information, alike = problem.run(points)
+    covariance = np.linalg.inv(information / alike + np.eye(at.size)) * np.outer(problem.width, problem.width)
     bushing, law = problem.law(at)
-    values = problem.values(at)
-    estimates = Estimates.of(problem.parameters, values, covariance * np.outer(problem.width, problem.width))
-    outside = float(np.mean(2 * (np.sqrt(1 + left[motion.held] ** 2) - 1)))
-    return ForceFit(contact, grease, motion.told, law, bushing, estimates, float(evidence), scale**0.5, outside**0.5, at)
-
+    parameters = [motion.with_reach(p, bushing) for p in problem.parameters]
+    outside = motion.left([(bushing, law)])[motion.held, 0]
+    return ForceFit(
+        contact, grease, motion.told, law, bushing, Estimates.of(parameters, problem.values(at), covariance), at,
+        information, left.size, alike, float(_size(left)) ** 0.5, float(_size(outside)) ** 0.5,
+    )  # fmt: skip

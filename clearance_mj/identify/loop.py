@@ -30,13 +30,8 @@ def law_force(measured: RestoringForce, law: Law) -> np.ndarray:
     points = np.concatenate((measured.displacement[:, None], measured.ends), axis=1)
     x = scipy.signal.resample(points, n * FINER, axis=2)
     v, fine = np.gradient(x, axis=2) * (measured.fs * FINER), np.zeros((len(x), n * FINER))
-    along(x, v, rig, law, step, fine)
+    _along(x, v, clearance_records(rig, law, step), fine)
     return scipy.signal.resample(fine, n, axis=1)
-
-
-def along(x: np.ndarray, v: np.ndarray, rig: Rig, law: Law, step: float, out: np.ndarray) -> None:
-    """Fill (n_bushings, n_t) with a law's forces, N, along motions (n_bushings, 3, n_t) of the middles and the ends."""
-    _along(x, v, clearance_records(rig, law, step), out)
 
 
 @kernel_loop()

@@ -38,6 +38,8 @@ class FamilyFit:
     """name"""
     fits: tuple[ForceFit, ...]
     """(n_bushings,)"""
+    log_evidence: float
+    """logarithm of the probability of the records given the family, but for a constant of the dataset"""
     weight: float
     """probability of the family among those that were compared"""
 
@@ -45,11 +47,6 @@ class FamilyFit:
     def name(self) -> str:
         """Contact and grease in words."""
         return f"contact {self.contact}, grease {self.grease}"
-
-    @property
-    def log_evidence(self) -> float:
-        """Of all bushings."""
-        return sum(f.log_evidence for f in self.fits)
 
     @property
     def misfit(self) -> float:
@@ -127,38 +124,42 @@ def fit_bench(dataset: Dataset, progress: str | None = None) -> BenchFit:
         Motion(forces, update.rig, j, [p for name, p in gaps.items() if name.startswith(f"bushings[{j}]")])
         for j in range(len(update.rig.bushings))
     ]
-    found = _compared(motions, progress)
+    found = compared(motions, progress)
     best = found[0]
     return BenchFit(
         law=best.law, rig=best.rig(update.rig), estimates=_together(update, best), update=update, families=found
     )
 
 
-def _compared(motions: Sequence[Motion], progress: str | None) -> tuple[FamilyFit, ...]:
-    """Fit every grease with the last contact, then every other contact with the likeliest grease; likeliest first."""
-    bar = tqdm(desc=progress and f"{progress} (families)", unit="fit", disable=progress is None)
+def compared(motions: Sequence[Motion], progress: str | None = None) -> tuple[FamilyFit, ...]:
+    """Fit every grease with every contact, the other contacts starting from the last one; likeliest first."""
+    total = len(CONTACTS) * len(GREASES) * len(motions)
+    bar = tqdm(desc=progress and f"{progress} (families)", total=total, unit="fit", disable=progress is None)
+    *others, first = CONTACTS
     with bar, ThreadPoolExecutor(WORKERS) as pool:
 
-        def fitted(pairs: Sequence[tuple[Family, Family]], starts: Sequence[ForceFit | None]) -> list[list[ForceFit]]:
-            tasks = [(pair, m, start) for pair in pairs for m, start in zip(motions, starts)]
+        def fitted(contact: Family, grease: Family, number: int, start: Sequence[ForceFit] = ()) -> ForceFit:
+            result = fit(motions[number], contact, grease, start)
+            bar.update()
+            return result
 
-            def one(task: tuple[tuple[Family, Family], Motion, ForceFit | None]) -> ForceFit:
-                result = fit(task[1], *task[0], task[2])
-                bar.update()
-                return result
-
-            results = list(pool.map(one, tasks))
-            return [results[i : i + len(motions)] for i in range(0, len(results), len(motions))]
-
-        *others, contact = CONTACTS
-        found = fitted([(contact, grease) for grease in GREASES], [None] * len(motions))
-        best = max(found, key=lambda fits: sum(f.log_evidence for f in fits))
-        found += fitted([(other, best[0].grease) for other in others], best)
-    evidence = np.array([sum(f.log_evidence for f in fits) for fits in found])
+        numbers = range(len(motions))
+        begun = {(grease, j): pool.submit(fitted, first, grease, j) for j in numbers for grease in GREASES}
+        of_first = {key: task.result() for key, task in begun.items()}
+        tasks = [
+            [pool.submit(fitted, contact, grease, j, [of_first[grease, j]]) for j in numbers]
+            for contact in others
+            for grease in GREASES
+        ]
+        found = [tuple(of_first[grease, j] for j in numbers) for grease in GREASES]
+        found += [tuple(task.result() for task in of_family) for of_family in tasks]
+    # What hangs together in time is what the best family misses.
+    alike = [min(fits, key=lambda f: f.misfit).alike for fits in zip(*found)]
+    evidence = np.array([sum(f.log_evidence(a) for f, a in zip(fits, alike)) for fits in found])
     weight = np.exp(evidence - evidence.max())
     weight /= weight.sum()
     return tuple(
-        FamilyFit(found[i][0].contact.name, found[i][0].grease.name, tuple(found[i]), float(weight[i]))
+        FamilyFit(found[i][0].contact.name, found[i][0].grease.name, found[i], float(evidence[i]), float(weight[i]))
         for i in np.argsort(-evidence)
     )
 
