@@ -17,10 +17,12 @@ Gaps show in the loud part: the restoring force of each bushing bends where the 
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
+from ..errors import RecordError
 from ..io.dataset import Dataset, Record
 from ..rig import Rig
 from .forces import RestoringForce, restoring_force
@@ -38,12 +40,14 @@ BESIDE = 4
 """faults that may stand beside each other"""
 TRIED = 4
 """changes of the structure with which the rig is updated"""
-GAPS = (0.6, 1.9)
-"""gap of the loud part over the one told, beyond which it is a fault; of sound benches 0.85 to 1.5"""
+GAPS = (0.6, 2.1)
+"""gap of the loud part over the one told, beyond which it is a fault; of sound benches 0.75 to 1.9"""
 BENT = 0.9
 """of the square of what a straight line leaves of a restoring force, below which it bends"""
 REFINED = 3
 """lengths beside that of the grid"""
+PEAKED = 9.0
+"""kurtosis of a motion, above which it is in contact too seldom to tell the wall, as after hits"""
 HIGH = 440.0
 """Hz, up to which restoring forces are taken"""
 STRIDE = 8
@@ -52,6 +56,10 @@ FACTOR = 2.0
 """from which on a probe reads in other units, if only accelerometers say where the shaft is"""
 WIDER = (1.0, 2.0, 4.0, 8.0, 16.0)
 """times the gap, with which a quiet piece is looked for if there is none"""
+NARROWER = (1.0, 0.5, 0.25, 0.1)
+"""times the gap, up to which the rig may be linear where nothing else explains what it misses without probes"""
+LINEAR = 1.5
+"""times the least misfit, below which the rig is linear"""
 
 
 Found = tuple[list[Fault], Trial] | None
@@ -97,11 +105,12 @@ def diagnose(dataset: Dataset, update: RigUpdate | None = None) -> Diagnosis:
     """
     dataset = dataclasses.replace(dataset, records=dataset.to_identify())
     faults: list[Fault] = []
-    trial = Trial(dataset, update) if update else trial_of(dataset)
-    if trial is None:
+    try:
+        trial: Trial | None = Trial(dataset, update or update_rig(dataset))
+    except QuietError:
         faults, trial = _quiet(dataset)
     if trial is None:
-        return Diagnosis((), "no record has a quiet part, even with probes left out and gaps 16 times as large", None)
+        return Diagnosis((), "no record has a quiet part, whatever is assumed of probes and gaps", None)
     for _ in range(BESIDE):
         found = _next_fault(trial)
         if found is None:
@@ -136,8 +145,10 @@ def diagnosed_update(dataset: Dataset) -> tuple[RigUpdate, Diagnosis]:
     try:
         update = update_rig(dataset)
     except QuietError as error:
-        words = diagnose(dataset).words
-        raise QuietError(f"{error}; likeliest cause: {'; '.join(words)}") from None
+        faults = diagnose(dataset).faults
+        if not faults:
+            raise
+        raise QuietError(f"{error}; likeliest cause: {'; '.join(map(str, faults))}") from None
     return update, diagnose(dataset, update)
 
 
@@ -226,14 +237,14 @@ def _gap_fault(trial: Trial, file: Rig) -> Found:
     """Gaps far from those at which the restoring force bends."""
     update = trial.update
     if not update.probes:
-        return None
+        return None if trial.sound else _linear_gap(trial.dataset, NARROWER, trial)
     told = np.array([b.gap for b in file.bushings])
     bends = np.min([_bends(r, update.rig) for r in trial.dataset.records], axis=0)
     wrong = [j for j, bend in enumerate(bends) if not GAPS[0] * told[j] <= bend <= GAPS[1] * told[j] and bend < np.inf]
     if not wrong:
         return None
-    right = [dataclasses.replace(b, gap=float(bends[j])) if j in wrong else b for j, b in enumerate(file.bushings)]
-    after = trial_of(with_rig(trial.dataset, file.replace(bushings=tuple(right))))
+    factors = [bends[j] / told[j] if j in wrong else 1.0 for j in range(told.size)]
+    after = trial_of(with_rig(trial.dataset, _wider(file, factors)))
     if after is None or not after.sound:
         return None
     faults = []
@@ -245,17 +256,52 @@ def _gap_fault(trial: Trial, file: Rig) -> Found:
     return faults, after
 
 
+def _linear_gap(dataset: Dataset, factors: Sequence[float], before: Trial | None = None) -> Found:
+    """Without probes: the part of the gaps, or the multiple, up to which the rig is linear."""
+    tried = {f: found for f in factors if (found := trial_of(_all_wider(dataset, f)))}
+    if not tried:
+        return None
+    misfit = {f: float(np.sqrt(np.mean(found.misfit**2))) for f, found in tried.items()}
+    factor = max(f for f, missed in misfit.items() if missed < LINEAR * min(misfit.values()))
+    after = tried[factor]
+    if not after.sound or (before and after.cost > before.cost - NAMED):
+        return None
+    small = "small" if factor > 1 else "large"
+    words = f"the gaps are told about {max(factor, 1 / factor):.2g} times too {small}, or one of them is"
+    where = (
+        f"the rig is linear while its shaft moves by {factor:g} of the gaps told, missed by {misfit[factor]:.1f} times"
+    )
+    return [Fault(words, f"{where} {EXPLAINED}", factor)], after
+
+
+def _wider(rig: Rig, factors: Sequence[float]) -> Rig:
+    """The rig with the gap and offset of each bushing times a factor."""
+    bushings = [
+        dataclasses.replace(b, gap=float(f * b.gap), offset=float(f * b.offset)) for b, f in zip(rig.bushings, factors)
+    ]
+    return rig.replace(bushings=tuple(bushings))
+
+
+def _all_wider(dataset: Dataset, factor: float) -> Dataset:
+    return with_rig(dataset, _wider(dataset.rig, [factor] * len(dataset.rig.bushings)))
+
+
 def _bends(record: Record, rig: Rig) -> np.ndarray:
     """(n_bushings,) displacement at which the restoring force bends, m; infinite where it does not."""
     if rig.probe_labels != record.rig.probe_labels:  # a sensor has moved out of its bushing, or into one
         rig = rig.replace(sensors=record.rig.sensors, bushings=record.rig.bushings)
-    force = restoring_force(dataclasses.replace(record, rig=rig), min(HIGH, 0.4 * record.fs))
+    try:
+        force = restoring_force(dataclasses.replace(record, rig=rig), min(HIGH, 0.4 * record.fs))
+    except RecordError:  # too short, or too few sensors
+        return np.full(len(rig.bushings), np.inf)
     return np.array([_bend(force, j) for j in range(len(rig.bushings))])
 
 
 def _bend(force: RestoringForce, bushing: int) -> float:
     """Wall at which a spring leaves least of the force, beside a spring, a dashpot and friction of the grease."""
     x, v, f = (part[bushing, force.valid][::STRIDE] for part in (force.displacement, force.velocity, force.force))
+    if np.mean((x - x.mean()) ** 4) > PEAKED * np.var(x) ** 2:
+        return np.inf
     grease = np.column_stack((x, v, np.clip(v / np.std(v), -0.1, 0.1)))
     most = float(np.abs(x).max())
     walls = most * np.geomspace(0.03, 0.95, 30)
@@ -273,9 +319,10 @@ def _left(columns: np.ndarray, target: np.ndarray) -> float:
 
 def _quiet(dataset: Dataset) -> tuple[list[Fault], Trial | None]:
     """Probes put right, and gaps, so that a dataset has a quiet part: accelerometers alone say where it is."""
+    if any(record.response().displacement is None for record in dataset.records):
+        return _linear_gap(dataset, WIDER) or ([], None)
     for wider in WIDER:
-        bushings = [dataclasses.replace(b, gap=wider * b.gap, offset=wider * b.offset) for b in dataset.rig.bushings]
-        whole = with_rig(dataset, dataset.rig.replace(bushings=tuple(bushings)))
+        whole = _all_wider(dataset, wider)
         blind = trial_of(with_records(whole, _without_probes))
         if blind is None:
             continue
@@ -288,8 +335,8 @@ def _quiet(dataset: Dataset) -> tuple[list[Fault], Trial | None]:
         faults = words_of(correction, None, after)
         if wider > 1.0:
             found = _gap_fault(after, dataset.rig)
-            if found is None:
-                continue
+            if found is None:  # gaps are as told: it was loud from the start
+                break
             faults, after = faults + found[0], found[1]
         return faults, after
     return [], None
