@@ -41,7 +41,7 @@ BESIDE = 4
 TRIED = 4
 """changes of the structure with which the rig is updated"""
 GAPS = (0.6, 2.1)
-"""gap of the loud part over the one told, beyond which it is a fault; of sound benches 0.75 to 1.9"""
+"""gap of the loud part over the one told, beyond which it is a fault; of sound benches 0.73 to 1.5"""
 BENT = 0.9
 """of the square of what a straight line leaves of a restoring force, below which it bends"""
 REFINED = 3
