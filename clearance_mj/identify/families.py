@@ -24,7 +24,7 @@ FAR = 5.0
 ELEMENTS = 4
 """Maxwell-slip elements"""
 APART = 3.0
-"""ratio of their slip displacements"""
+"""ratio of their slip displacements, to begin with"""
 
 
 @dataclass(frozen=True)
@@ -110,15 +110,18 @@ def _make_bouc_wen(
 
 
 def _maxwell_slip(bushing: Bushing) -> list[Parameter]:
-    elastic, *viscous = _grease_spring(bushing)
-    slipping = [_free(f"grease slipping stiffness {i + 1}", "N/m", 0.1 * elastic.start, 1.5) for i in range(ELEMENTS)]
-    return [elastic, *viscous, _free("grease first slip displacement", "m", bushing.gap / 20, 0.7), *slipping]
+    spring = _grease_spring(bushing)[0].start
+    first, numbers = bushing.gap / 20, range(ELEMENTS)
+    slips = [_free(f"grease slip displacement {i + 1}", "m", first * APART**i, 0.5) for i in numbers]
+    springs = [_free(f"grease slipping stiffness {i + 1}", "N/m", 0.1 * spring, 1.5) for i in numbers]
+    return [*_grease_spring(bushing), *slips, *springs]
 
 
 def _make_maxwell_slip(
-    bushing: Bushing, k: float, c: float, height: float, slip: float, *springs: float, **stribeck: float
+    bushing: Bushing, k: float, c: float, height: float, *elements: float, **stribeck: float
 ) -> MaxwellSlip:
-    forces = tuple(spring * slip * APART**i for i, spring in enumerate(springs))
+    slips, springs = elements[:ELEMENTS], elements[ELEMENTS:]
+    forces = tuple(slip * spring for slip, spring in zip(slips, springs))
     return MaxwellSlip(springs, forces, k, c, height, **stribeck)
 
 

@@ -164,8 +164,9 @@ class ForceFit:
 
 
 def _size(left: np.ndarray) -> np.ndarray:
-    """Soft L1 of what is left (n, ...): its mean."""
-    return np.mean(2 * (np.sqrt(1 + left**2) - 1), axis=0)
+    """Soft L1 of what is left (n, ...): its mean; infinite where a trial law diverges."""
+    with np.errstate(over="ignore"):
+        return np.mean(2 * (np.sqrt(1 + left**2) - 1), axis=0)
 
 
 class _Fit:

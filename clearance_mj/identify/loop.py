@@ -10,7 +10,6 @@ from ..clearance._pointers import kernel_loop
 from ..clearance.contact import ContactModel
 from ..clearance.kernel import Clearance, clearance_records, contact_force, contact_step, follow_law, grease_step
 from ..clearance.law import ContactLaw, Law
-from ..rig import Rig
 from .forces import RestoringForce
 
 __all__ = ["equivalent_contact", "law_force"]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -88,10 +89,14 @@ def _measure(bench: Bench, base: np.ndarray, rng: np.random.Generator) -> list[C
     return channels
 
 
-def write_bench(bench: Bench, folder: str | Path, short: bool = False) -> None:
-    """Simulate all records of a bench and write dataset and truth."""
+def write_bench(
+    bench: Bench, folder: str | Path, short: bool = False, roles: Sequence[str] = ("identify", "validate")
+) -> None:
+    """Simulate the records of a bench that have one of the roles, and write dataset and truth."""
     records = []
     for i, (name, role, base, words, level) in enumerate(plans(bench, short)):
+        if role not in roles:
+            continue
         channels = _measure(bench, base.value, np.random.default_rng((bench.seed, STREAM, i)))
         provenance = {
             "source": f"synthetic: virtual bench {bench.name}, not measured",

@@ -49,12 +49,11 @@ def test_linear_and_cubic_contacts_are_springs_and_dampers():
 
 
 def test_the_elements_of_maxwell_slip_slide_from_their_displacements_on():
-    springs = (400.0, 300.0, 200.0, 100.0)
-    grease = by_name(GREASES, "Maxwell-slip").make(TOLD, K, C, HEIGHT, 2e-5, *springs)
-    yields = 2e-5 * 3.0 ** np.arange(ELEMENTS)
+    springs, yields = (400.0, 300.0, 200.0, 100.0), (2e-5, 6e-5, 1e-4, 3e-4)
+    grease = by_name(GREASES, "Maxwell-slip").make(TOLD, K, C, HEIGHT, *yields, *springs)
     np.testing.assert_allclose(np.divide(grease.forces, grease.springs), yields, rtol=1e-12)
     assert grease.small_motion() == (pytest.approx(K + 1000.0), C)
-    falling = by_name(GREASES, "Maxwell-slip, Stribeck").make(TOLD, 0.4, 0.02, K, C, HEIGHT, 2e-5, *springs)
+    falling = by_name(GREASES, "Maxwell-slip, Stribeck").make(TOLD, 0.4, 0.02, K, C, HEIGHT, *yields, *springs)
     assert (falling.static_ratio, falling.stribeck_speed, falling.forces) == (1.4, 0.02, grease.forces)
 
 
@@ -147,7 +146,7 @@ def motion(rig, contact, slips=False, level=1e-3, noise=2e-3):
     x, v = shaken(level)
     force = K * x[0] + film(x, v) + wall_force(x, v, CONTACT_FORCES[contact])
     if slips:
-        force += sliding(x, np.full(4, 500.0), 2e-5 * 3.0 ** np.arange(4))
+        force += sliding(x, np.full(4, 500.0), 3e-4 * np.array([0.1, 0.3, 0.7, 1.4]))
     return Motion([recorded(x, v, force, noise)], rig.replace(bushings=(TOLD,)), 0, GAPS)
 
 
