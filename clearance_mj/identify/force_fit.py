@@ -232,7 +232,7 @@ class _Fit:
         """Where the fit ends, what is left there (n_kept,), the information and how many samples tell as one."""
         starts = [np.clip(start, self.low, self.high) for start in starts]
         found, gain = self.left(starts), np.inf
-        i = int(np.argmax(self.likely(starts, found, BLOCK / self.motion.paths[0].step)))
+        i = int(np.argmax(self.likely(starts, found, len(found) / self.motion.blocks.size)))
         at, left = starts[i], found[:, i]
         for _ in range(MOST):
             gradient, information, alike = self.told(self.slopes(at, left), left)

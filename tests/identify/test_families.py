@@ -77,7 +77,7 @@ def test_bounds_and_starts_make_laws(contact, grease):
 # Fits.
 
 
-def shaken(level, seed=1, seconds=SECONDS):
+def shaken(level, seed, seconds):
     """Displacements (3, n) of middle and ends, m, and velocities, at FINE x FS: random from 5 to 150 Hz, rising."""
     n = int(seconds * FS)
     rng = np.random.default_rng(seed)
@@ -142,12 +142,15 @@ CONTACT_FORCES = {
 }
 
 
-def motion(rig, contact, slips=False, level=1e-3, noise=2e-3):
-    x, v = shaken(level)
-    force = K * x[0] + film(x, v) + wall_force(x, v, CONTACT_FORCES[contact])
-    if slips:
-        force += sliding(x, np.full(4, 500.0), 3e-4 * np.array([0.1, 0.3, 0.7, 1.4]))
-    return Motion([recorded(x, v, force, noise)], rig.replace(bushings=(TOLD,)), 0, GAPS)
+def motion(rig, contact, slips=False, level=1e-3, noise=2e-3, records=(SECONDS,)):
+    found = []
+    for seed, seconds in enumerate(records, 1):
+        x, v = shaken(level, seed, seconds)
+        force = K * x[0] + film(x, v) + wall_force(x, v, CONTACT_FORCES[contact])
+        if slips:
+            force += sliding(x, np.full(4, 500.0), 3e-4 * np.array([0.1, 0.3, 0.7, 1.4]))
+        found.append(recorded(x, v, force, noise))
+    return Motion(found, rig.replace(bushings=(TOLD,)), 0, GAPS)
 
 
 @pytest.mark.parametrize("name", CONTACT_FORCES)
@@ -181,8 +184,18 @@ def test_what_never_met_a_wall_keeps_its_prior_and_a_gap_beyond_its_reach(rig):
     gap, _, k, *_ = found.estimates.parameters
     assert value[2] == pytest.approx(k.start, rel=1e-3)
     assert std[2] == pytest.approx(k.prior_std, rel=0.05)
-    ends = shaken(2.4e-4)[0][1:]
+    ends = shaken(2.4e-4, 1, SECONDS)[0][1:]
     assert gap.low == pytest.approx(0.5 * (ends.max() - ends.min()), rel=1e-3)
     assert found.estimates.interval(0.99)[0, 0] == pytest.approx(gap.low)
     assert found.estimates.draw(50)[:, 0].min() == pytest.approx(gap.low)
     assert np.isfinite(found.log_evidence(found.alike))
+
+
+def test_several_short_records_are_enough(rig):
+    """1.25 s of which 0.3 s at both ends do not count, and a part is held out."""
+    of_records = motion(rig, "linear", records=(1.25, 1.5, 1.25))
+    found = fit(of_records, by_name(CONTACTS, "linear"), by_name(GREASES, "linear"))
+    assert found.bushing.gap == pytest.approx(GAP, rel=3e-3)
+    assert found.bushing.offset == pytest.approx(OFFSET, abs=1e-6)
+    assert found.held_out < 0.1
+    assert of_records.kept.size + of_records.held.size == pytest.approx((0.65 + 0.9 + 0.65) * FS / 2, abs=6)
