@@ -179,7 +179,7 @@ class ModalModel:
         return rows
 
 
-@functools.lru_cache(maxsize=64)
+@functools.lru_cache(maxsize=128)  # a fit's Jacobian draws on some 70 rigs, one record after the other
 def ritz_model(rig: Rig, modes: int = 8, grease: bool = False) -> ModalModel:
     """Reduce the rig's structure, with its point masses, to modes and static shapes (Eqs 1-6).
 

@@ -309,10 +309,14 @@ def _power_of_registers(a, b):  # type: ignore[no-untyped-def]
         rest = _rest_of(a)
         s = (rest - 1.0) / (rest + 1.0)
         t = s * s
-        series = 1 / 17 + t * (1 / 19 + t * (1 / 21))
-        series = 1 / 11 + t * (1 / 13 + t * (1 / 15 + t * series))
-        series = 1 / 5 + t * (1 / 7 + t * (1 / 9 + t * series))
-        log2 = _exponent_of(a) + 2.8853900817779268 * (s + s * t * (1 / 3 + t * series))
+        t2 = t * t
+        t4 = t2 * t2
+        low, high = (
+            (1 / 3 + t * (1 / 5)) + t2 * (1 / 7 + t * (1 / 9)),
+            (1 / 11 + t * (1 / 13)) + t2 * (1 / 15 + t * (1 / 17)),
+        )
+        series = low + t4 * (high + t4 * (1 / 19 + t * (1 / 21)))
+        log2 = _exponent_of(a) + 2.8853900817779268 * (s + s * t * series)
         return _exponential_2(larger(b * log2, -1020.0))
 
     return of_registers
@@ -323,10 +327,12 @@ def _exponential_2(y):  # type: ignore[no-untyped-def]
     """2^y of a register, by the series of e^f."""
     whole = _nearest(y)
     f = 0.6931471805599453 * (y - whole)
-    e = 1 / 3628800 + f * (1 / 39916800 + f * (1 / 479001600 + f * (1 / 6227020800)))
-    e = 1 / 5040 + f * (1 / 40320 + f * (1 / 362880 + f * e))
-    e = 1 / 24 + f * (1 / 120 + f * (1 / 720 + f * e))
-    return _two_to(whole) * (1.0 + f * (1.0 + f * (1 / 2 + f * (1 / 6 + f * e))))
+    f2 = f * f
+    f4 = f2 * f2
+    low = (1.0 + f) + f2 * (1 / 2 + f * (1 / 6))
+    middle = (1 / 24 + f * (1 / 120)) + f2 * (1 / 720 + f * (1 / 5040))
+    high = (1 / 40320 + f * (1 / 362880)) + f2 * (1 / 3628800 + f * (1 / 39916800))
+    return _two_to(whole) * (low + f4 * (middle + f4 * (high + f4 * (1 / 479001600 + f * (1 / 6227020800)))))
 
 
 @overload(exponential)

@@ -11,7 +11,7 @@ from .modal import Modal
 from .modal_mj import ModalMujoco, build_modes
 from .simulation import simulate, simulate_blocks
 from .softness import solref_solimp
-from .together import simulate_together
+from .together import simulate_and_keep, simulate_together
 
 __all__ = [
     "Engine",
@@ -22,6 +22,7 @@ __all__ = [
     "mjcf",
     "register",
     "simulate",
+    "simulate_and_keep",
     "simulate_batch",
     "simulate_blocks",
     "simulate_each",

@@ -49,18 +49,19 @@ class Motion(NamedTuple):
 @kernel_loop(**OPTIONS)
 def advance(
     steps: int, excitation: np.ndarray, h: float, lanes: tuple[int, ...], shaft: Shaft, motion: Motion,
-    clearance: Clearance, greases: LaneGreases, contacts: LaneContacts, out: np.ndarray,
+    clearance: Clearance, greases: LaneGreases, contacts: LaneContacts, out: np.ndarray, first: int,
 ) -> tuple[int, int]:  # fmt: skip
     """Advance the state by ``excitation.size`` steps; return (step, record of the bushing) of a divergence, or -1, -1.
 
-    ``out``: (excitation.size, columns, lanes), filled with what `Run.advance` returns.
+    ``out``: (columns, n, lanes), filled from its row ``first`` on with what `Run.advance` returns, the forces of the
+    bushings if there are columns for them.
     """
     inverse_mass, flow, at_points, at_sensors, shape, base, coupling, compliance, at_input = shaft
     q, v, q_before = motion
     bushings, states, numbers = clearance
     grease_law, contact_law = greases.law, contacts.law
     count, n, n_sensors, n_points = len(lanes), q.shape[0], at_sensors.shape[0], at_points.shape[0]
-    n_bushings, columns = n_points // 3, out.shape[1]
+    n_bushings, size = n_points // 3, out.shape[1]
     x, w, force = np.zeros((n_points, count)), np.zeros((n_points, count)), np.zeros((n_points, count))
     elastic, viscous = np.zeros((n_points, count)), np.zeros((n_points, count))
     side, least, share = np.ones((n_points, count)), np.full((n_points, count), -np.inf), np.zeros((n_points, count))
@@ -76,22 +77,29 @@ def advance(
     half, per_step2, nothing = 0.5 * h, 1.0 / (h * h), spread(0.0, lanes)
     for i in range(excitation.size):
         a = excitation[i]
-        for p in range(n_points):
-            position = nothing
+        for j in range(n_bushings):  # its middle and both ends at once, so that less is loaded
+            left = n_bushings + 2 * j
+            middle_at, left_at, right_at, speed = nothing, nothing, nothing, half * a * load(at_input, j, lanes)
             for m in range(n):
-                position += load(at_points, p * n + m, lanes) * load(q, m, lanes)
-            store(x, p, position, lanes)
-            store(force, p, nothing, lanes)
-        for j in range(n_bushings):
+                place, shape_there = load(q, m, lanes), load(at_points, j * n + m, lanes)
+                middle_at += shape_there * place
+                speed += shape_there * load(v, m, lanes)
+                left_at += load(at_points, left * n + m, lanes) * place
+                right_at += load(at_points, (left + 1) * n + m, lanes) * place
+            store(w, j, speed, lanes)
+            store(x, j, middle_at, lanes)
+            store(x, left, left_at, lanes)
+            store(x, left + 1, right_at, lanes)
             if not all_below(abs(load(x, j, lanes)), load(limit, j, lanes)):
                 for lane in range(count):
                     if not abs(x[j, lane]) < limit[j, lane]:
                         return i, lane * n_bushings + j
             for end in range(2):
-                p = n_bushings + 2 * j + end
+                p = left + end
                 acts[p] = contact_law[j] == 0 or penetration_in_lanes(contacts, j, end, x, p, lanes, depth)
         for p in range(n_points):
-            if acts[p]:
+            store(force, p, nothing, lanes)
+            if p >= n_bushings and acts[p]:
                 speed = half * a * load(at_input, p, lanes)
                 for m in range(n):
                     speed += load(at_points, p * n + m, lanes) * load(v, m, lanes)
@@ -163,17 +171,27 @@ def advance(
             store(acceleration, m, (after - 2.0 * place + load(q_before, m, lanes)) * per_step2, lanes)
             store(q_before, m, place, lanes)
             store(q, m, after, lanes)
-        row = i * columns
-        for s in range(n_sensors):
+        row = first + i
+        for s in range(0, n_sensors, 3):  # three at once, the last one twice if need be
+            second, third = min(s + 1, n_sensors - 1), min(s + 2, n_sensors - 1)
             value = load(base, s, lanes) * a
+            value_2, value_3 = load(base, second, lanes) * a, load(base, third, lanes) * a
             for m in range(n):
-                value += load(at_sensors, s * n + m, lanes) * load(acceleration, m, lanes)
-            store(out, row + s, value, lanes)
+                moved = load(acceleration, m, lanes)
+                value += load(at_sensors, s * n + m, lanes) * moved
+                value_2 += load(at_sensors, second * n + m, lanes) * moved
+                value_3 += load(at_sensors, third * n + m, lanes) * moved
+            store(out, s * size + row, value, lanes)
+            store(out, second * size + row, value_2, lanes)
+            store(out, third * size + row, value_3, lanes)
         for j in range(n_bushings):
-            ends, column = n_bushings + 2 * j, row + n_sensors + j
-            store(out, column, load(x, j, lanes), lanes)
-            store(out, column + n_bushings, load(force, ends, lanes) + load(force, ends + 1, lanes), lanes)
-            store(out, column + 2 * n_bushings, load(force, j, lanes), lanes)
+            ends, column = n_bushings + 2 * j, n_sensors + j
+            store(out, column * size + row, load(x, j, lanes), lanes)
+            if out.shape[0] == n_sensors + n_bushings:
+                continue
+            contact = load(force, ends, lanes) + load(force, ends + 1, lanes)
+            store(out, (column + n_bushings) * size + row, contact, lanes)
+            store(out, (column + 2 * n_bushings) * size + row, load(force, j, lanes), lanes)
     for lane in range(count):  # without bushings nothing else would stop it
         for m in range(n):
             if not abs(q[m, lane]) < np.inf:
@@ -192,46 +210,47 @@ def advance_whole(
     """
     padded = np.zeros(taps.size + 2 * (TOGETHER - 1) * factor)
     padded[(TOGETHER - 1) * factor : (TOGETHER - 1) * factor + taps.size] = taps
-    # Rows of all lanes: those under the next sample's filter, then those of the next steps, then some that count zero.
-    rows = np.zeros((padded.size + (SAMPLES + 1) * factor, out.shape[1], out.shape[0]))
-    flat, row, filled, done, samples = rows.ravel(), out.shape[1] * out.shape[0], taps.size // 2, 0, 0
-    while samples < out.shape[2] and done < excitation.size:
-        steps = min(SAMPLES * factor, excitation.size - done)
-        part, now = excitation[done : done + steps], rows[filled : filled + steps]
-        failed, record = advance(done, part, h, lanes, shaft, motion, clearance, greases, contacts, now)
+    count, columns, last = out.shape
+    # Of each column, and all lanes: steps under the next sample's filter, those that follow, some that count zero.
+    size = padded.size + (SAMPLES + 1) * factor
+    steps = np.zeros((columns, size, count))
+    filled, done, samples = taps.size // 2, 0, 0
+    while samples < last and done < excitation.size:
+        part = excitation[done : done + SAMPLES * factor]
+        failed, record = advance(done, part, h, lanes, shaft, motion, clearance, greases, contacts, steps, filled)
         if failed >= 0:
             return done + failed, record
-        done, filled = done + steps, filled + steps
-        ready = min(max(0, (filled - taps.size) // factor + 1), out.shape[2] - samples)
-        for i in range(0, ready, TOGETHER):
-            for column in range(out.shape[1]):
-                _decimate(rows, i * factor, column, padded, factor, lanes, out, samples + i, min(TOGETHER, ready - i))
-        samples, start = samples + ready, ready * factor
-        for i in range((filled - start) * row):
-            flat[i] = flat[i + start * row]
-        filled -= start
+        done, filled = done + part.size, filled + part.size
+        ready = min(max(0, (filled - taps.size) // factor + 1), last - samples)
+        for column in range(columns):
+            for i in range(0, ready, TOGETHER):
+                row, few = column * size + i * factor, min(TOGETHER, ready - i)
+                _decimate(steps, row, padded, factor, lanes, out[:, column, samples + i : samples + i + few])
+            row = column * size
+            for i in range(row, row + filled - ready * factor):
+                store(steps, i, load(steps, i + ready * factor, lanes), lanes)
+        samples, filled = samples + ready, filled - ready * factor
     return -1, -1
 
 
 @numba.njit(cache=True, nogil=True, inline="always")
 def _decimate(
-    rows: np.ndarray, start: int, column: int, padded: np.ndarray, factor: int, lanes: tuple[int, ...],
-    out: np.ndarray, sample: int, count: int,
-) -> None:  # fmt: skip
-    """Fill up to `TOGETHER` samples of a column, of which the first begins at a row."""
-    columns, first = rows.shape[1], (TOGETHER - 1) * factor
+    steps: np.ndarray, row: int, padded: np.ndarray, factor: int, lanes: tuple[int, ...], out: np.ndarray
+) -> None:
+    """Fill (lanes, n) up to `TOGETHER` samples, under the filter of the first of which the steps begin at a row."""
+    first = (TOGETHER - 1) * factor
     a = b = c = d = spread(0.0, lanes)
-    for j in range(padded.size - first):
-        x, tap = load(rows, (start + j) * columns + column, lanes), first + j
-        a += padded[tap] * x
-        b += padded[tap - factor] * x
-        c += padded[tap - 2 * factor] * x
-        d += padded[tap - 3 * factor] * x
+    for j in range(first, padded.size):
+        x = load(steps, row + j - first, lanes)
+        a += padded[j] * x
+        b += padded[j - factor] * x
+        c += padded[j - 2 * factor] * x
+        d += padded[j - 3 * factor] * x
     found = np.empty((TOGETHER, len(lanes)))
     store(found, 0, a, lanes)
     store(found, 1, b, lanes)
     store(found, 2, c, lanes)
     store(found, 3, d, lanes)
-    for k in range(count):
-        for lane in range(len(lanes)):
-            out[lane, column, sample + k] = found[k, lane]
+    for lane in range(out.shape[0]):
+        for k in range(out.shape[1]):
+            out[lane, k] = found[k, lane]

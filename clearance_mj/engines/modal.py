@@ -54,7 +54,7 @@ class Modal(Engine):
         return ModalRun(self, rig, law, kind, step)
 
 
-@functools.lru_cache(maxsize=64)
+@functools.lru_cache(maxsize=128)
 def _shaft(rig: Rig, modes: int, kind: str, step: float) -> Shaft:
     model = ritz_model(rig, modes)
     half, decay = model.omega * step / 2, np.zeros(model.size) if model.coupling.size else model.damping / 2
@@ -82,7 +82,7 @@ class ModalRun(Run):
 
     def advance(self, excitation: np.ndarray) -> np.ndarray:
         """Simulate one block; see `Run.advance`."""
-        return self.alone.advance(excitation)
+        return self.alone.advance(excitation)[0]
 
     def equations(self) -> Equations:
         """Return the equations of the steps; see `Run.equations`.
@@ -121,19 +121,20 @@ class SideBySide(Run):
         self.parts = self.lanes, shaft, self.motion, self.clearance, greases, contacts
 
     def advance(self, excitation: np.ndarray) -> np.ndarray:
-        """Simulate one block; see `Run.advance`. Every column has n_runs neighbours: (n, columns * n_runs)."""
-        out = np.empty((excitation.size, self.columns, len(self.lanes)))
-        self._go_on(*advance(self.steps, excitation, self.step, *self.parts, out))
+        """Simulate one block; see `Run.advance`, whose columns each run has here: (n_runs, n, columns)."""
+        out = np.empty((self.columns, excitation.size, len(self.lanes)))
+        self._go_on(*advance(self.steps, excitation, self.step, *self.parts, out, 0))
         self.steps += excitation.size
-        return out.reshape(excitation.size, self.columns * len(self.lanes))
+        return out.T
 
-    def whole(self, excitation: np.ndarray, factor: int, samples: int) -> np.ndarray:
+    def whole(self, excitation: np.ndarray, factor: int, samples: int, forces: bool = True) -> np.ndarray:
         """Simulate a whole excitation; return (n_runs, columns, samples): what `Run.advance` returns, decimated.
 
         Every sample stands for a factor of steps; the excitation goes on for as long as the last one's filter looks
-        ahead.
+        ahead. Without ``forces`` their columns are left out.
         """
-        out = np.empty((len(self.lanes), self.columns, samples))
+        left_out = 0 if forces else 2 * len(self.runs[0].rig.bushings)
+        out = np.empty((len(self.lanes), self.columns - left_out, samples))
         self._go_on(*advance_whole(excitation, factor, lowpass(factor), self.step, *self.parts, out))
         return out
 

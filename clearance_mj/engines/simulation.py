@@ -171,13 +171,17 @@ class Simulation:
         yield np.zeros(2 * self.interpolator.ahead)
 
     def response(self, excitation: np.ndarray, output: np.ndarray) -> Response:
-        """Return the response of samples of the excitation, (n,), and what `Run.advance` returns, at their rate."""
+        """Return the response of samples of the excitation, (n,), and what `Run.advance` returns, at their rate.
+
+        The columns of forces may be missing.
+        """
         n_sensors, n_bushings = len(self.rig.sensors), len(self.rig.bushings)
         histories = np.split(output.T, n_sensors + n_bushings * np.arange(3))
         names = ("acceleration", "displacement", "contact_force", "grease_force")
+        known = names if output.shape[1] == self.columns else names[:2]
         kind = self.excitation.kind
         return Response(
-            self.excitation.fs, excitation, **dict(zip(names, histories)), kind=kind, band=self.excitation.band,
+            self.excitation.fs, excitation, **dict(zip(known, histories)), kind=kind, band=self.excitation.band,
             responses=tuple(self.rig.sensor_labels), reference=self.rig.shaker.label(kind),
             provenance=self.provenance,
         )  # fmt: skip

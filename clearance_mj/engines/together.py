@@ -7,9 +7,9 @@ from __future__ import annotations
 
 import os
 from collections import defaultdict
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from typing import cast
+from typing import TypeVar, cast
 
 import numpy as np
 
@@ -17,13 +17,15 @@ from ..clearance.law import Law
 from ..rig import Rig
 from ..signals.excitation import Excitation
 from ..signals.response import Response
+from ..signals.sampling import Interpolator
 from .modal import Modal, ModalRun, SideBySide
 from .simulation import Simulation
 
-__all__ = ["simulate_together"]
+__all__ = ["simulate_and_keep", "simulate_together"]
 
 LANES = (4, 8)
 """cases that are simulated side by side; each number is compiled once"""
+T = TypeVar("T")
 
 
 def simulate_together(
@@ -54,30 +56,68 @@ def simulate_together(
     ClearanceError
         Whatever `simulate` raises.
     """
+    return simulate_and_keep(cases, excitation, lambda response: response, engine, workers)
+
+
+def simulate_and_keep(
+    cases: Sequence[tuple[Rig, Law]], excitation: Excitation, keep: Callable[[Response], T],
+    engine: Modal | None = None, workers: int | None = None, forces: bool = True,
+) -> list[T]:  # fmt: skip
+    """Simulate as `simulate_together` and keep of each response what a function makes of it, in the same threads.
+
+    Parameters
+    ----------
+    cases, excitation, engine, workers
+        As in `simulate_together`.
+    keep : callable
+        Takes a response; the response is gone once it has returned.
+    forces : bool
+        Whether it looks at the forces of the bushings; without, responses have none, as those of tests.
+
+    Returns
+    -------
+    list
+        What it returned, in the order of the cases.
+
+    Raises
+    ------
+    ClearanceError
+        Whatever `simulate` raises.
+    """
     simulations = [Simulation(rig, excitation, law, engine or Modal()) for rig, law in cases]
     alike: dict[object, list[int]] = defaultdict(list)
     for i, simulation in enumerate(simulations):
         alike[simulation.step, tuple(part.shape for part in _run(simulation).shaft)].append(i)
     groups = [group[i : i + LANES[-1]] for group in alike.values() for i in range(0, len(group), LANES[-1])]
-    found: dict[int, Response] = {}
+
+    drives = {factor: _drive(excitation, factor) for factor in {s.interpolator.factor for s in simulations}}
+
+    def kept(group: Sequence[int]) -> list[T]:
+        of_group = [simulations[i] for i in group]
+        responses = _side_by_side(of_group, drives[of_group[0].interpolator.factor], forces)
+        return [keep(response) for response in responses]
+
+    found: dict[int, T] = {}
     with ThreadPoolExecutor(workers or os.cpu_count()) as pool:
-        for group, responses in zip(groups, pool.map(_side_by_side, ([simulations[i] for i in g] for g in groups))):
-            found |= zip(group, responses)
+        for group, of_group in zip(groups, pool.map(kept, groups)):
+            found |= zip(group, of_group)
     return [found[i] for i in range(len(cases))]
 
 
-def _side_by_side(simulations: Sequence[Simulation]) -> list[Response]:
+def _drive(excitation: Excitation, factor: int) -> np.ndarray:
+    """An excitation at the steps, with zeros for as long as the last sample's filter looks ahead."""
+    interpolator = Interpolator(factor)
+    return interpolator.push(np.append(excitation.value, np.zeros(2 * interpolator.ahead)))
+
+
+def _side_by_side(simulations: Sequence[Simulation], drive: np.ndarray, forces: bool) -> Iterator[Response]:
     """Responses of simulations of the same step and sizes; the lanes that are left over repeat the last one."""
-    if len(simulations) == 1:
-        return [simulations[0].whole()]
     lanes = next(count for count in LANES if count >= len(simulations))
     first, runs = simulations[0], [_run(simulation) for simulation in simulations]
-    value, interpolator = first.excitation.value, first.interpolator
-    fast = interpolator.push(np.append(value, np.zeros(2 * interpolator.ahead)))
     together = SideBySide(runs + runs[-1:] * (lanes - len(runs)))
-    outputs = together.whole(fast, interpolator.factor, value.size)
+    outputs = together.whole(drive, first.interpolator.factor, first.excitation.value.size, forces)
     outputs.flags.writeable = False
-    return [s.response(s.excitation.value, output.T) for s, output in zip(simulations, outputs)]
+    return (s.response(s.excitation.value, output.T) for s, output in zip(simulations, outputs))
 
 
 def _run(simulation: Simulation) -> ModalRun:

@@ -23,7 +23,7 @@ from tqdm import tqdm
 
 from ..clearance.gap import penetration
 from ..clearance.law import Law
-from ..engines import simulate_together
+from ..engines import simulate_and_keep
 from ..errors import LawError, RecordError, SimulationError
 from ..io.dataset import Record
 from ..parameters import Estimates, Parameter
@@ -31,6 +31,7 @@ from ..rig import Rig
 from ..signals.excitation import Excitation
 from ..signals.frf import estimate_frf, random_error
 from ..signals.response import Response
+from ..signals.welch import SegmentAverages
 from .registry import Identified
 
 __all__ = ["Fit", "fit_law"]
@@ -173,7 +174,7 @@ class _Problem:
     ):  # fmt: skip
         self.rig, self.make = rig, make
         self.excitations = [item.excitation for item in found]
-        self.probes = [item.response.displacement is not None for item in found]
+        self.sights = [Sight(item.response) for item in found]
         self.measured = [_features(item.response) for item in found]
         random = np.concatenate([m.frf_error for m in self.measured] + [m.rms_error for m in self.measured])
         self.weight = 1 / np.hypot(1, random / model_error)
@@ -196,8 +197,9 @@ class _Problem:
         """(n, n_residuals) for several parameter sets at once: weighted differences in dB, FRF lines first."""
         laws = [self.make(*np.exp(theta)) for theta in thetas]
         try:
-            responses = zip(*(simulate_together([(self.rig, law) for law in laws], e) for e in self.excitations))
-            differences = [self._residual(of_records) for of_records in responses]
+            cases, records = [(self.rig, law) for law in laws], zip(self.excitations, self.sights)
+            seen = zip(*(simulate_and_keep(cases, e, sight.look, forces=False) for e, sight in records))
+            differences = [self._residual(of_records) for of_records in seen]
         except (SimulationError, LawError):
             # A trial set that diverges is a very bad one, not an error of the user's.
             return np.full((len(laws), self.weight.size + self.prior_std.size), 60.0)
@@ -212,11 +214,9 @@ class _Problem:
         self.latest = theta.copy(), found
         return found
 
-    def _residual(self, responses: Sequence[Response]) -> np.ndarray:
-        seen = [r if p else dataclasses.replace(r, displacement=None) for r, p in zip(responses, self.probes)]
-        pairs = [(_features(r), m) for r, m in zip(seen, self.measured)]
-        frf = [20 * np.log10(model.frf / test.frf) for model, test in pairs]
-        rms = [RMS_WEIGHT * 20 * np.log10(model.rms / test.rms) for model, test in pairs]
+    def _residual(self, seen: Sequence[tuple[np.ndarray, np.ndarray]]) -> np.ndarray:
+        frf = [20 * np.log10(model / test.frf) for (model, _), test in zip(seen, self.measured)]
+        rms = [RMS_WEIGHT * 20 * np.log10(model / test.rms) for (_, model), test in zip(seen, self.measured)]
         return self.weight * np.concatenate((*frf, *rms))
 
     def difference_db(self, residual: np.ndarray) -> float:
@@ -258,19 +258,66 @@ class _Features(NamedTuple):
 
 
 def _features(response: Response) -> _Features:
-    count = max(1, int(response.duration / PIECE))
-    edges = np.linspace(0, response.excitation.size, count + 1).astype(int)
-    pieces = [_piece_features(response, slice(*edge)) for edge in itertools.pairwise(edges)]
+    pieces = [_piece_features(response, piece) for piece in _pieces(response)]
     frf, rms, frf_error, rms_error, band = (np.concatenate(values) for values in zip(*pieces))
-    piece = np.repeat(np.arange(count), [len(piece[1]) for piece in pieces])
-    return _Features(frf, rms, frf_error, rms_error, band, piece)
+    number = np.repeat(np.arange(len(pieces)), [len(piece[1]) for piece in pieces])
+    return _Features(frf, rms, frf_error, rms_error, band, number)
+
+
+def _pieces(response: Response) -> list[slice]:
+    edges = np.linspace(0, response.excitation.size, max(1, int(response.duration / PIECE)) + 1).astype(int)
+    return [slice(*edge) for edge in itertools.pairwise(edges)]
+
+
+def _holds_hits(excitation: np.ndarray) -> bool:
+    return bool(np.abs(excitation).max() > CREST * excitation.std())
+
+
+class Sight:
+    """How responses to a record's excitation are seen: as `_features`, whose spectra of the excitation are found once.
+
+    Parameters
+    ----------
+    measured : Response
+        The record. Probes are looked at if it has some.
+    """
+
+    def __init__(self, measured: Response):
+        self.probes = measured.displacement is not None
+        self.pieces = [(piece, self._averages(measured, measured.excitation[piece])) for piece in _pieces(measured)]
+
+    @staticmethod
+    def _averages(measured: Response, excitation: np.ndarray) -> SegmentAverages | None:
+        """What estimates a piece's FRFs; none between hits."""
+        if _holds_hits(excitation):
+            return None
+        return SegmentAverages(excitation, measured.fs, RESOLUTION, measured.band)
+
+    def look(self, response: Response) -> tuple[np.ndarray, np.ndarray]:
+        """Return FRF magnitudes (n_lines,) and RMS (n_rms,) of a response to the same excitation.
+
+        Parameters
+        ----------
+        response : Response
+            Of as many sensors as the record's.
+        """
+        frf, squares = [np.empty(0)], [np.empty(0)]
+        for piece, averages in self.pieces:
+            signals = [response.displacement[:, piece]] if self.probes and response.displacement is not None else []
+            acceleration = response.acceleration[:, piece]
+            if averages:
+                frf.append(np.abs(averages.frf(acceleration)).ravel())
+            else:
+                signals.append(acceleration)
+            squares += [np.einsum("ij,ij->i", signal, signal) / signal.shape[1] for signal in signals]
+        return np.concatenate(frf), np.sqrt(np.concatenate(squares))
 
 
 def _piece_features(response: Response, piece: slice) -> tuple[np.ndarray, ...]:
     excitation, acceleration = response.excitation[piece], response.acceleration[:, piece]
     signals = [] if response.displacement is None else [response.displacement[:, piece]]
     frf, frf_error, band = np.empty(0), np.empty(0), np.empty(0, dtype=int)
-    if np.abs(excitation).max() > CREST * excitation.std():
+    if _holds_hits(excitation):
         signals.append(acceleration)
     else:
         part = Response(response.fs, excitation, acceleration, kind=response.kind, band=response.band)

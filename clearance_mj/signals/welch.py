@@ -11,7 +11,7 @@ import scipy.signal
 from ..errors import RecordError
 from .response import Response
 
-__all__ = ["ESTIMATORS", "WINDOWS", "Welch", "lines_within"]
+__all__ = ["ESTIMATORS", "WINDOWS", "SegmentAverages", "Welch", "lines_within"]
 
 WINDOWS = ("hann", "boxcar")
 Band = tuple[float, float]
@@ -99,6 +99,45 @@ class Welch:
         with np.errstate(divide="ignore", invalid="ignore"):
             coherence = np.abs(syx) ** 2 / (sxx * syy) if self.averages > 1 else None
             return estimator(sxx, syy, syx), coherence
+
+
+class SegmentAverages:
+    """The H1 estimates of `estimate_frf` of many responses to one excitation, whose spectra are found once.
+
+    Parameters
+    ----------
+    excitation : ndarray, shape (n_t,)
+        At least one segment.
+    fs : float
+        Samples per second.
+    resolution : float
+        Hz; segments are periodic Hann windows, half overlapping.
+    band : (float, float) or None
+        Lines to return, Hz; None: all.
+    """
+
+    def __init__(self, excitation: np.ndarray, fs: float, resolution: float, band: Band | None) -> None:
+        welch = Welch(fs, resolution, 0.5, band, "hann")
+        welch._prepare()
+        self._window, self._lines, self._hop = welch.window, welch.lines, welch.hop
+        self.frequency = welch.frequency
+        x = self._spectra(excitation)
+        self._share = x.conj() / np.sum(x.real**2 + x.imag**2, axis=0)
+
+    def _spectra(self, signals: np.ndarray) -> np.ndarray:
+        """(..., n_segments, n_f) of signals (..., n_t)."""
+        segments = np.lib.stride_tricks.sliding_window_view(signals, self._window.size, axis=-1)[..., :: self._hop, :]
+        return scipy.fft.rfft(segments * self._window, overwrite_x=True)[..., self._lines]
+
+    def frf(self, responses: np.ndarray) -> np.ndarray:
+        """Return the FRFs (n_outputs, n_f) of responses.
+
+        Parameters
+        ----------
+        responses : ndarray, shape (n_outputs, n_t)
+            Samples at the same times as the excitation's.
+        """
+        return np.einsum("osf,sf->of", self._spectra(responses), self._share)
 
 
 def lines_within(frequency: np.ndarray, band: Band) -> slice:

@@ -7,7 +7,7 @@ import pytest
 
 from clearance_mj.beam import ritz_model
 from clearance_mj.clearance import AmplitudeLaw, ConstantLaw, ContactLaw, HuntCrossley, KelvinVoigt, MaxwellSlip
-from clearance_mj.engines import simulate, simulate_together
+from clearance_mj.engines import simulate, simulate_and_keep, simulate_together
 from clearance_mj.errors import SimulationError
 from clearance_mj.rig import Grease
 from clearance_mj.signals.excitation import random
@@ -45,6 +45,17 @@ def test_what_each_is_alone(count):
         for name in HISTORIES:
             expected = getattr(alone, name)
             np.testing.assert_allclose(getattr(response, name), expected, atol=1e-9 * np.abs(expected).max())
+
+
+def test_what_is_kept_of_each():
+    """In the order of the cases; without forces the rest is the same."""
+    cases, drive = [(TABLE1, LAWS[i % 2]) for i in range(10)], random(0.5, 2048.0, rms=8.0, seed=3)
+    whole = simulate_together(cases, drive)
+    kept = simulate_and_keep(cases, drive, lambda r: (r.acceleration, r.displacement, r.grease_force), forces=False)
+    for (acceleration, displacement, force), response in zip(kept, whole):
+        np.testing.assert_array_equal(acceleration, response.acceleration)
+        np.testing.assert_array_equal(displacement, response.displacement)
+        assert force is None
 
 
 def test_damping_that_couples_modes():

@@ -13,7 +13,15 @@ from clearance_mj.errors import ClearanceError, RecordError
 from clearance_mj.identify.methods.constant import fit_constant
 from clearance_mj.identify.methods.nominal import nominal
 from clearance_mj.identify.methods.physical import fit_output_error
-from clearance_mj.identify.output_error import _piece_features, _Problem, before_contact, evidence, fit_law
+from clearance_mj.identify.output_error import (
+    Sight,
+    _features,
+    _piece_features,
+    _Problem,
+    before_contact,
+    evidence,
+    fit_law,
+)
 from clearance_mj.io.dataset import Dataset
 from clearance_mj.parameters import Parameter
 from clearance_mj.signals.correlation import csac, csf, frac, rmse_db
@@ -123,6 +131,20 @@ def test_random_error_of_a_piece_is_its_scatter(rng, measured):
     told = np.sqrt(np.mean([error**2 for _, _, error, *_ in found], axis=0))
     what, source = "random error of an FRF of half-overlapping segments over its scatter", "repeated records"
     measured.equal(what, np.median(scatter / told), 1.0, source, rel=0.05)
+
+
+@pytest.mark.parametrize("probes", [True, False])
+def test_a_record_seen_as_its_own_response(rng, probes):
+    """Two pieces, of which the second holds hits, estimated by `estimate_frf` and by the excitation's kept spectra."""
+    fs, size = 512.0, 2 * 2600
+    x, y, z = rng.standard_normal((3, size))
+    x[size // 2 :] = 0.0
+    x[size // 2 + 100 :: 700] = 30.0
+    record = Response(fs, x, np.array([x + y, 2 * x + z]), y[None] if probes else None, band=(20, 200))
+    expected, (frf, rms) = _features(record), Sight(record).look(record)
+    assert frf.size == 2 * 181 and rms.size == (4 if probes else 2)
+    np.testing.assert_allclose(frf, expected.frf, rtol=1e-12)
+    np.testing.assert_allclose(rms, expected.rms, rtol=1e-12)
 
 
 @pytest.mark.slow
