@@ -28,7 +28,7 @@ __all__ = ["OutputFolder", "output_folder"]
 WORK = ".clearance-mj"
 """Name of the hidden folder"""
 MARK, MARK_TEXT = "README", "Working folder of clearance-mj: result cache, lock and manifest of what it wrote beside.\n"
-LAST = ("summary.json", "report.html")
+LAST = ("summary.json", "report.html", "identified.json", "index.html")
 """Files that a reader starts from: while they are there, the others belong to them"""
 
 

@@ -28,6 +28,8 @@ UNIDENTIFIED = 0.5
 """standard deviation of a logarithm, or a share, from which on the data do not identify it"""
 REDUCED = 0.5
 """share of the prior standard deviation below which the data identify a parameter"""
+HARDLY = 0.9
+"""share of it above which the data told nothing worth the name"""
 COUNTS = 0.1
 """exponent from which on a parameter counts to a combination"""
 _PLACE = re.compile(r"(.+@)([+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]{1,3})?)")
@@ -127,11 +129,34 @@ class Estimates:
         known = [REDUCED * p.known_std for p in self.parameters]
         return (self.varied_std > 0) & (self.varied_std < known)
 
+    @property
+    def told(self) -> np.ndarray:
+        """(n,) standard deviation over the one that was known before: 1 where the data told nothing."""
+        return self.varied_std / np.array([p.known_std for p in self.parameters])
+
+    @property
+    def only_prior(self) -> tuple[str, ...]:
+        """Parameters that the data hardly told: their standard deviation is over 0.9 of what was known before."""
+        return tuple(name for name, told in zip(self.names, self.told) if told > HARDLY)
+
     def interval(self, confidence: float = 0.95) -> np.ndarray:
         """Limits (2, n) within which each value lies with this probability, cut to the bounds."""
         half = scipy.stats.norm.ppf(0.5 + confidence / 2) * np.where(self.varied_std > 0, self.varied_std, np.inf)
         varied = self._forward(self.value)
         return self._inverse(np.array([varied - half, varied + half]))
+
+    def widened(self, factor: float) -> Estimates:
+        """Take standard deviations of the data to be larger by a factor; what was known before stays.
+
+        C' = (P⁻¹ + (C⁻¹ - P⁻¹) / factor²)⁻¹, with the covariances C and, before the fit, P: what the data tell grows
+        less, so that none is known worse than before.
+        """
+        width = np.array([p.prior_std for p in self.parameters])
+        finite = np.isfinite(width)
+        scale = np.where(finite, width, self.varied_std)
+        told = np.linalg.inv(self.covariance / np.outer(scale, scale)) / factor**2
+        precision = told + np.diag(np.where(finite, 1 - 1 / factor**2, 0.0))
+        return Estimates.of(self.parameters, self.value, np.linalg.inv(precision) * np.outer(scale, scale))
 
     def draw(self, n: int, seed: int = 0) -> np.ndarray:
         """Draw values (n, n_parameters) from the normal distribution of what varies, cut to the bounds."""
@@ -146,6 +171,21 @@ class Estimates:
             | ({"prior_std": p.prior_std} if math.isfinite(p.prior_std) else {})
             for p, v, s, r in zip(self.parameters, self.value, self.varied_std, self.correlation)
         )
+
+    def beside_priors(self) -> list[dict[str, Any]]:
+        """Return one row of plain data for each parameter: found, with a 95 % interval, beside what was known before.
+
+        Names, units and values in SI; "prior_std" and "posterior_std" are of what "varies", "told" is their ratio.
+        """
+        low, high = self.interval()
+        return [
+            {"name": p.name, "unit": p.unit, "value": float(v), "std": float(s), "low": float(a), "high": float(b),
+             "before": p.start, "varies": p.transform, "prior_std": p.known_std, "posterior_std": float(w),
+             "told": float(t)}
+            for p, v, s, a, b, w, t in zip(
+                self.parameters, self.value, self.std, low, high, self.varied_std, self.told
+            )
+        ]  # fmt: skip
 
     @classmethod
     def from_rows(cls, rows: Sequence[Mapping[str, Any]]) -> Estimates:

@@ -44,7 +44,7 @@ def _print(found: RigUpdate, diagnosis: Diagnosis, out: Path) -> None:
     for piece in found.misfit:
         print(f"record {piece.record}: quiet for {piece.duration:.2f} s, misfit up to {100 * piece.share.max():.1f} %")
     print(f"{'parameter':32s} {'before':>11s} {'now':>11s}   std  (posterior over prior)")
-    for row in found.rows():
+    for row in found.estimates.beside_priors():
         print("{name:32s} {before:11.5g} {value:11.5g} ± {std:.2g} {unit} ({told:.2f})".format(**row))
     for words in (*found.warnings, *diagnosis.words):
         print(f"warning: {words}")

@@ -103,12 +103,12 @@ class RigUpdate:
     @property
     def told(self) -> np.ndarray:
         """(n,) posterior over prior standard deviation: 1 where the records told nothing."""
-        return self.estimates.varied_std / np.array([p.prior_std for p in self.estimates.parameters])
+        return self.estimates.told
 
     @property
     def only_prior(self) -> tuple[str, ...]:
         """Parameters that the records hardly told: their standard deviation is over 0.9 of the prior's."""
-        return tuple(name for name, told in zip(self.estimates.names, self.told) if told > 0.9)
+        return self.estimates.only_prior
 
     @property
     def warnings(self) -> tuple[str, ...]:
@@ -128,19 +128,10 @@ class RigUpdate:
         names = self.estimates.names
         return [rig_with(self.start, dict(zip(names, row))) for row in self.estimates.draw(n, seed).tolist()]
 
-    def rows(self) -> list[dict[str, Any]]:
-        """Return one row of plain data for each parameter: value, before, standard deviations, what records told."""
-        found = self.estimates
-        return [
-            {"name": p.name, "unit": p.unit, "value": float(v), "std": float(s), "before": p.start,
-             "varies": p.transform, "prior_std": p.prior_std, "posterior_std": float(w), "told": float(t)}
-            for p, v, s, w, t in zip(found.parameters, found.value, found.std, found.varied_std, self.told)
-        ]  # fmt: skip
-
     def to_dict(self) -> dict[str, Any]:
         """Return parameters, covariance, misfit and warnings as plain data."""
         return {
-            "parameters": self.rows(),
+            "parameters": self.estimates.beside_priors(),
             "covariance": self.estimates.covariance.tolist(),
             "scale": self.scale,
             "pieces": [

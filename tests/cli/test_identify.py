@@ -158,7 +158,7 @@ def test_a_record_without_probes_leaves_the_figures_of_the_others(seen, ramp, ri
 
 
 def test_refused(small_dataset, ramp, csv_file, tmp_path, refused):
-    out = ["--out", tmp_path / "law.json"]
+    out = ["--out", tmp_path / "found"]
     assert "which needs its rig too: --rig rig.toml" in refused("identify", csv_file, *out)
     assert "--rig, --column and --fs are for the file of" in refused("identify", small_dataset, "--rig", RIG, *out)
     assert 'no column "Acel"' in refused("identify", csv_file, "--rig", RIG, "--column", "Acel=acc:1", *out)
@@ -170,13 +170,13 @@ def test_refused(small_dataset, ramp, csv_file, tmp_path, refused):
         "identify", tmp_path / "a.uff", "--rig", RIG, "--fs", "2048", *out
     )
     assert 'method "guess" is unknown' in refused("identify", small_dataset, "--method", "guess", *out)
-    assert not (tmp_path / "law.json").exists()
+    assert not (tmp_path / "found").exists()
 
 
 def test_typo_in_a_header(csv_file, tmp_path, refused):
     bad = tmp_path / "typo.csv"
     bad.write_text(csv_file.read_text().replace("disp:6", "dips:6", 1))
-    message = refused("identify", bad, "--rig", RIG, "--out", tmp_path / "law.json")
+    message = refused("identify", bad, "--rig", RIG, "--rig-exact", "--out", tmp_path / "law.json")
     assert message.startswith(f'clearance-mj: {bad}: line 1, column 11 "dips:6"')
     assert 'did you mean "disp:6"?' in message
 
@@ -184,5 +184,5 @@ def test_typo_in_a_header(csv_file, tmp_path, refused):
 def test_missing_sensor(csv_file, tmp_path, refused):
     lines = csv_file.read_text().splitlines()
     (tmp_path / "a.csv").write_text("\n".join(line.rsplit(",", 3)[0] for line in lines))
-    message = refused("identify", tmp_path / "a.csv", "--rig", RIG, "--out", tmp_path / "law.json")
+    message = refused("identify", tmp_path / "a.csv", "--rig", RIG, "--rig-exact", "--out", tmp_path / "law.json")
     assert "has no acceleration at node 8 along Z, a sensor of the rig" in message

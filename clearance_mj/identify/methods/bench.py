@@ -6,6 +6,7 @@ import dataclasses
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import scipy.linalg
@@ -15,12 +16,14 @@ from ...clearance import ContactLaw
 from ...io.dataset import Dataset
 from ...parameters import Estimates
 from ...rig import Rig
+from ..diagnosis import Diagnosis, diagnosed_update
 from ..families import CONTACTS, GREASES, Family
 from ..force_fit import ForceFit, Motion, fit
 from ..forces import SETTLE, restoring_force
+from ..law_misfit import LawMisfit, law_misfit
 from ..priors import priors
 from ..registry import Identified, register
-from ..updating import RigUpdate, update_rig
+from ..updating import RigUpdate
 
 __all__ = ["BenchFit", "FamilyFit", "fit_bench"]
 
@@ -74,12 +77,49 @@ def _law(laws: Sequence[ContactLaw]) -> ContactLaw:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class BenchFit(Identified):
-    """A rig and its law: ``rig``, ``law`` and ``estimates`` are of the likeliest family."""
+    """A rig and its law: ``rig``, ``law`` and ``estimates`` are of the likeliest family.
+
+    ``estimates`` are those of the rig and of all bushings together, widened by what rig and law miss.
+    """
+
+    rig: Rig
+    """as found"""
+    estimates: Estimates
+    """of the rig, then of gap, offset, contact and grease of each bushing; `LawMisfit.widening` is in them"""
 
     update: RigUpdate
     """the linear rig"""
     families: tuple[FamilyFit, ...]
     """compared, likeliest first"""
+    misfit: LawMisfit
+    """what rig and law miss of the records"""
+    diagnosis: Diagnosis
+    """what is grossly wrong with the dataset"""
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """Plain words on what not to rely on."""
+        return (*self.diagnosis.words, *self.update.warnings, *self.misfit.warnings)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return parameters with what was known before, correlations, families, misfit and warnings as plain data."""
+        return {
+            "parameters": self.estimates.beside_priors(),
+            "correlation": self.estimates.correlation.tolist(),
+            "only_prior": list(self.estimates.only_prior),
+            "families": [
+                {"contact": f.contact, "grease": f.grease, "weight": f.weight, "log_evidence": f.log_evidence,
+                 "misfit": f.misfit, "held_out": f.held_out}
+                for f in self.families
+            ],
+            "misfit": {
+                "widening": self.misfit.widening,
+                "frf": self.misfit.rows(),
+                "decays": self.misfit.decay_rows(),
+                "quiet": self.update.to_dict()["pieces"],
+            },
+            "warnings": list(self.warnings),
+        }  # fmt: skip
 
     def draw(self, n: int, seed: int = 0) -> list[tuple[Rig, ContactLaw]]:
         """Draw rigs with laws: families by their weights, numbers from their covariances.
@@ -111,10 +151,11 @@ def _drawn(family: FamilyFit, rig: Rig, seed: int) -> tuple[Rig, ContactLaw]:
 def fit_bench(dataset: Dataset, progress: str | None = None) -> BenchFit:
     """Identify the rig and its law where the rig file is not exact.
 
-    First the linear rig (`update_rig`), then the restoring forces on it, then gap, offset, contact and grease of each
-    bushing along the measured motion, for one family of contact and grease after the other.
+    First the linear rig (`update_rig`), with a look for gross faults, then the restoring forces on it, then gap,
+    offset, contact and grease of each bushing along the measured motion, for one family of contact and grease after the
+    other. Last, rig and law are simulated under the records' excitation, to see what they miss.
     """
-    update = update_rig(dataset)
+    update, diagnosis = diagnosed_update(dataset)
     forces = [
         restoring_force(dataclasses.replace(record, rig=update.rig))
         for record in tqdm(dataset.to_identify(), desc=progress and f"{progress} (forces)", disable=progress is None)
@@ -125,9 +166,11 @@ def fit_bench(dataset: Dataset, progress: str | None = None) -> BenchFit:
         for j in range(len(update.rig.bushings))
     ]
     found = compared(motions, progress)
-    best = found[0]
+    best, rig = found[0], found[0].rig(update.rig)
+    misfit = law_misfit(dataset.to_identify(), rig, best.law, progress and f"{progress} (misfit)")
+    estimates = _together(update, best).widened(misfit.widening)
     return BenchFit(
-        law=best.law, rig=best.rig(update.rig), estimates=_together(update, best), update=update, families=found
+        law=best.law, rig=rig, estimates=estimates, update=update, families=found, misfit=misfit, diagnosis=diagnosis
     )
 
 

@@ -1,0 +1,158 @@
+"""Figures of an identified bench: restoring forces between the walls, and what rig and law miss of the records."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import matplotlib
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.colors import BoundaryNorm, ListedColormap, Normalize
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.ticker import NullLocator
+
+from ..identify.forces import RestoringForce
+from ..identify.law_misfit import TOO_FAR, LawMisfit, Stretch
+from ..identify.loop import law_force
+from ..identify.methods.bench import BenchFit
+from .style import COLOURS, FONT, TEST, Drawing, canvas, tidy
+
+__all__ = ["draw_forces", "draw_misfit"]
+
+LAW, WALL = COLOURS[0], COLOURS[1]
+MM = 1e3
+EVERY = 6
+"""points of the law, of which one is drawn: what was measured shows between them"""
+DRAWN = 2000
+"""gaps and offsets, for the walls' intervals"""
+INTERVAL = (2.5, 97.5)
+"""%"""
+MOST = 99.9
+"""% of the forces between the walls that the right panels show"""
+INSIDE = 1.15
+"""of the way to the walls: the right panels end there"""
+PANELS = 6
+"""levels that are drawn"""
+RATIOS = (0.0, 1.0, 2.0, TOO_FAR, 2 * TOO_FAR, 4 * TOO_FAR)
+COLOURS_OF_RATIOS, FAR = ("#f7f7f7", "#d9d9d9", "#b3b3b3", "#e69f00", "#d55e00"), "#882255"
+"""grey below what a warning needs, warm colours above"""
+
+
+def draw_forces(fit: BenchFit, forces: Sequence[RestoringForce]) -> Drawing:
+    """Draw the restoring force of every bushing over its displacement, measured and of the law, and both walls."""
+    bushings = fit.rig.bushings
+    figure = canvas(0.3 + 2.5 * len(bushings))
+    axes = figure.subplots(len(bushings), 2, squeeze=False)
+    laws = [law_force(force, fit.law) for force in forces]
+    drawn = dict(zip(fit.estimates.names, fit.estimates.draw(DRAWN).T))
+    for j, (line, bushing) in enumerate(zip(axes, bushings)):
+        x, measured, law = (
+            np.concatenate(parts)
+            for parts in zip(*((f.displacement[j, f.valid], f.force[j, f.valid], of[j, f.valid])
+                               for f, of in zip(forces, laws)))
+        )  # fmt: skip
+        gap, offset = (drawn.get(f"bushings[{j}].{n}", getattr(bushing, n)) for n in ("gap", "offset"))
+        walls = [w for w in zip(bushing.walls, (-gap - offset, gap - offset)) if np.isfinite(w[0])]
+        for ax in line:
+            ax.plot(MM * x, measured, ".", color=TEST, ms=1.5, mew=0, alpha=0.35, rasterized=True)
+            ax.plot(MM * x[::EVERY], law[::EVERY], ".", color=LAW, ms=1.5, mew=0, alpha=0.5, rasterized=True)
+            for wall, spread in walls:
+                ax.axvspan(*(MM * np.percentile(spread, INTERVAL)), color=WALL, alpha=0.3, lw=0)
+                ax.axvline(MM * wall, color=WALL, lw=1.0)
+        tidy(line[0], f"bushing {j + 1}: {_in_words(fit, j)}", "Restoring force (N)")
+        tidy(line[1], f"bushing {j + 1}, between the walls")
+        _between(line[1], x, measured, bushing.walls)
+    for ax in axes[-1]:
+        ax.set_xlabel("Displacement at the bushing’s middle (mm)", fontsize=FONT)
+    _key(figure)
+    names = ", ".join(f.name for f in forces)
+    caption = (
+        f"Restoring force of grease and contact over displacement, records {names}: measured on the updated rig, and "
+        "what the likeliest law gives along the same motion. The walls are where the shaft meets the bushing, at plus "
+        "and minus the gap less the offset, shaded over their 95 % intervals; contact happens at the bushing’s ends, "
+        "whose motion differs a little from that of the middle."
+    )
+    alt = "Restoring force over displacement of every bushing, bending where the shaft meets the walls."
+    return Drawing("restoring_force", figure, caption, alt, sharp=False)
+
+
+def _in_words(fit: BenchFit, j: int) -> str:
+    rows = {r["name"]: r for r in fit.estimates.beside_priors()}
+    words = []
+    for name in ("gap", "offset"):
+        value = 1e6 * getattr(fit.rig.bushings[j], name)
+        std = rows.get(f"bushings[{j}].{name}", {}).get("std", 0.0)
+        words.append(f"{name} {value:.0f} ± {2e6 * std:.0f} µm")
+    return ", ".join(words)
+
+
+def _between(ax: Axes, x: np.ndarray, force: np.ndarray, walls: tuple[float, float]) -> None:
+    lower, upper = (w if np.isfinite(w) else INSIDE * end for w, end in zip(walls, (x.min(), x.max())))
+    inside = (x > lower) & (x < upper)
+    ax.set_xlim(MM * INSIDE * lower, MM * INSIDE * upper)
+    if inside.any():
+        most = 1.5 * np.percentile(np.abs(force[inside]), MOST)
+        ax.set_ylim(-most, most)
+
+
+def _key(figure: Figure) -> None:
+    handles = [
+        Line2D([], [], color=TEST, ls="none", marker=".", label="measured"),
+        Line2D([], [], color=LAW, ls="none", marker=".", label="law"),
+        Line2D([], [], color=WALL, label="walls, 95 % interval"),
+    ]
+    figure.legend(handles=handles, loc="outside upper center", ncols=3, fontsize=FONT, frameon=False)
+
+
+def draw_misfit(found: LawMisfit) -> Drawing | None:
+    """Draw what rig and law miss by sensor, frequency and level, in dB and over its random error; None without FRFs."""
+    if not found.stretches:
+        return None
+    shown = np.unique(np.linspace(0, len(found.stretches) - 1, PANELS).astype(int))
+    stretches = [found.stretches[i] for i in shown]
+    figure = canvas(1.0 + 2 * (0.55 + 0.11 * len(found.sensors)), 8.5)
+    axes = figure.subplots(2, len(stretches), squeeze=False, sharex=True, sharey=True)
+    missed, ratio = np.array([s.missed for s in stretches]), ListedColormap(COLOURS_OF_RATIOS).with_extremes(over=FAR)
+    rows = (
+        (
+            axes[0],
+            "missed",
+            "Missed (dB)",
+            matplotlib.colormaps["cividis"],
+            Normalize(0, max(1.0, float(np.nanmax(missed)))),
+        ),
+        (axes[1], "ratio", "Over random error (1)", ratio, BoundaryNorm(RATIOS, ratio.N)),
+    )
+    for line, name, label, colours, norm in rows:
+        for ax, stretch in zip(line, stretches):
+            image = ax.pcolormesh(found.edges, np.arange(len(found.sensors) + 1), getattr(stretch, name), norm=norm,
+                                  cmap=colours)  # fmt: skip
+            _cell_axes(ax, found, stretch)
+        extend = "max" if name == "ratio" else "neither"
+        bar = figure.colorbar(image, ax=list(line), pad=0.01, aspect=15, extend=extend)
+        bar.set_label(label, fontsize=FONT - 1)
+        bar.ax.tick_params(labelsize=FONT - 2)
+    for ax in axes[0]:
+        ax.tick_params(labelbottom=False)
+        ax.set_xlabel("")
+    for ax in axes[1]:
+        ax.set_title("", loc="left")
+    caption = (
+        "FRF magnitudes of the records to identify against those of the found rig and law under the same excitation, "
+        f"in pieces of {stretches[0].duration:.2g} s: typical difference of each sensor (accelerometer) and band, and "
+        f"that difference over its random error, in which noise is, and what rig and law miss without relation to the "
+        f"excitation. Warm colours: beyond {TOO_FAR:g} times, which the warnings name."
+    )
+    alt = f"Heat maps of what the law misses by sensor and frequency at {len(stretches)} levels."
+    return Drawing("misfit", figure, caption, alt)
+
+
+def _cell_axes(ax: Axes, found: LawMisfit, stretch: Stretch) -> None:
+    tidy(ax, f"{stretch.level:.2g} {found.unit}", "", "Frequency (Hz)")
+    ax.grid(False)
+    ax.set_xscale("log")
+    ends = (found.edges[0], float(np.sqrt(found.edges[0] * found.edges[-1])), found.edges[-1])
+    ax.set_xticks(ends, [f"{hz:.0f}" for hz in ends], fontsize=FONT - 2)
+    ax.xaxis.set_minor_locator(NullLocator())
+    ax.set_yticks(np.arange(len(found.sensors)) + 0.5, found.sensors, fontsize=FONT - 2)

@@ -1,0 +1,67 @@
+"""clearance-mj identify where the rig file is not exact: the folder it writes, its page, and what is refused."""
+
+import json
+import re
+
+import numpy as np
+import pytest
+
+from clearance_mj import Rig, load_law
+from clearance_mj.cli import main
+from clearance_mj.io.dataset import Record, write_dataset
+from clearance_mj.signals.excitation import level_ramp
+from experiments.benches.bench import NAMED
+from experiments.benches.records import FS, _measure
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """One bushing, foreign physics; the shaft meets both walls in the second half of 6 s."""
+    bench = NAMED["one-bushing"]()
+    base = level_ramp(6.0, FS, (5.0, 220.0), start_rms=0.3, end_rms=6.0, seed=4).value
+    channels = _measure(bench, base, np.random.default_rng(4))
+    record = Record("ramp", "identify", bench.rig, FS, channels, band=(5.0, 220.0), provenance={"source": "synthetic"})
+    path = tmp_path_factory.mktemp("bench") / "dataset"
+    write_dataset(path, bench.rig, [record])
+    return path
+
+
+def test_rig_law_numbers_and_page(folder, tmp_path, capsys):
+    out, truth = tmp_path / "found", NAMED["one-bushing"]()
+    (tmp_path / "found").mkdir()
+    (out / "mine.txt").write_text("stays")
+    assert main(["identify", str(folder), "--out", str(out), "--json", "--quiet"]) == 0
+    printed = json.loads(capsys.readouterr().out)
+    stored = json.loads((out / "identified.json").read_text(encoding="utf-8"))
+    assert printed["parameters"] == stored["parameters"]
+    assert (out / "mine.txt").read_text() == "stays"
+
+    rows = {row["name"]: row for row in stored["parameters"]}
+    rig = Rig.load(out / "rig.toml")
+    assert rig.bushings[0].gap == pytest.approx(rows["bushings[0].gap"]["value"])
+    assert rig.bushings[0].gap == pytest.approx(truth.bushings[0].gap, rel=0.06)  # the rig file is 22 % off
+    assert rows["bushings[0].gap"]["before"] == truth.rig.bushings[0].gap
+    assert load_law(out / "law.json").to_dict() == printed["law"]
+    assert np.array(stored["correlation"]).shape == (len(rows), len(rows))
+    assert all(0 < row["told"] < 1.01 and row["low"] <= row["value"] <= row["high"] for row in rows.values())
+    assert sum(family["weight"] for family in stored["families"]) == pytest.approx(1)
+    assert {row["sensor"] for row in stored["misfit"]["frf"]} == set(rig.sensor_labels)
+
+    page = (out / "index.html").read_text(encoding="utf-8")
+    assert "SYNTHETIC" in page and not re.search(r'(src|href)="https?:', page)
+    assert all(words.split("; most at")[0] in page for words in stored["warnings"])
+    assert {p.stem for p in (out / "figures").iterdir()} == {"restoring_force", "parameters", "spectra", "misfit"}
+
+
+def test_refused(folder, tmp_path, refused):
+    message = refused("identify", folder, "--out", folder)
+    assert "rig.toml would replace the records' own; give another folder" in message
+    assert "give a folder, or --rig-exact for a law file" in refused("identify", folder, "--out", tmp_path / "law.json")
+    assert "did you mean --rig-exact?" in refused("identify", folder, "--rig-exactly")
+    assert "--rig-exact is --method output-error, and not --method bench" in refused(
+        "identify", folder, "--rig-exact", "--method", "bench"
+    )
+    (tmp_path / "out").mkdir()
+    (tmp_path / "out" / "rig.toml").write_text("mine")
+    assert "rig.toml is there and not listed as written" in refused("identify", folder, "--out", tmp_path / "out")
+    assert (tmp_path / "out" / "rig.toml").read_text() == "mine"
