@@ -51,3 +51,20 @@ def test_a_product_that_the_data_do_not_identify():
     assert std[0] == pytest.approx(1 / (10 * np.sqrt(2)))
     (open_,) = unidentified_combinations(("a", "b"), direction, std)
     assert open_.exponent == pytest.approx({"a": 0.5**0.5, "b": 0.5**0.5})
+
+
+def test_wider_data_never_tell_less_than_the_prior():
+    """Data of standard deviation 0.1 beside a prior of 0.1: C = 0.005; data twice as wide: 1/(100 + 25) = 0.008."""
+    wider = Estimates.of((X,), [0.4], np.array([[0.005]])).widened(2.0)
+    assert wider.covariance[0, 0] == pytest.approx(0.008)
+    assert Estimates.of((X,), [0.4], np.array([[0.005]])).widened(1e6).told == pytest.approx(1.0)
+    assert Estimates.of((K,), [200.0], np.array([[0.04]])).widened(3.0).covariance[0, 0] == pytest.approx(0.36)
+
+
+def test_beside_priors():
+    """K has no prior: uniform over ln 1e4, 2.66; its 95 % interval is 200 exp(±1.96 · 0.2)."""
+    k, x = Estimates.of((K, X), [200.0, 0.4], COVARIANCE).beside_priors()
+    assert k["told"] == pytest.approx(0.2 / (np.log(1e4) / np.sqrt(12)))
+    assert (k["low"], k["high"]) == pytest.approx((200 * np.exp(-0.391993), 200 * np.exp(0.391993)), rel=1e-5)
+    assert (x["before"], x["prior_std"], x["posterior_std"], x["told"]) == pytest.approx((0.5, 0.1, 0.03, 0.3))
+    assert Estimates.of((X,), [0.4], np.array([[0.0095]])).only_prior == ("x",)

@@ -14,8 +14,8 @@ from .command import command, out_folder
 from .options import add_columns, add_plugin, load_plugin, parse_columns
 
 if TYPE_CHECKING:
-    from ..identify import Identified, Method
     from ..identify.methods.bench import BenchFit
+    from ..identify.registry import Identified, Method
     from ..io.dataset import Dataset
     from ..report.identified import Findings
 

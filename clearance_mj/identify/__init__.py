@@ -6,7 +6,7 @@ from .hysteresis import bouc_wen
 from .methods.nominal import nominal
 from .oscillator import sdof
 from .priors import priors
-from .registry import METHODS, Identified, Method, get_method, law, register
+from .registry import METHODS, Identified, get_method, law, register
 from .updating import RigUpdate, update_rig
 from .wavelet import ridge, ridges
 
@@ -14,7 +14,6 @@ __all__ = [
     "METHODS",
     "Diagnosis",
     "Identified",
-    "Method",
     "RigUpdate",
     "bouc_wen",
     "diagnose",

@@ -147,11 +147,17 @@ class LawMisfit:
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """Plain words on where the law misses by more than three times its random error, and by 0.1 dB or more."""
+        """Plain words on where the law misses by more than three times its random error, and by more than 0.1 dB.
+
+        What shows in one band of one sensor at one level, and nowhere beside it, counts as chance.
+        """
         if not self.stretches:
             return ()
         ratio = np.array([np.where(s.missed > LEAST, s.ratio, 0.0) for s in self.stretches])
-        too_far = (ratio > TOO_FAR).any(axis=(0, 1))
+        far = ratio > TOO_FAR
+        alone = sum(far.sum(axis=axis, keepdims=True) for axis in range(3)) == 3
+        ratio[far & alone] = 0.0  # the chance of one cell out of hundreds
+        too_far = np.any(ratio > TOO_FAR, axis=(0, 1)).tolist()
         runs = [
             [band for band, _ in run]
             for missed, run in itertools.groupby(enumerate(too_far), key=lambda item: item[1])
@@ -230,7 +236,7 @@ def law_misfit(records: Sequence[Record], rig: Rig, law: Law, progress: str | No
     decays = [d for pair in pairs if _is_of_hits(pair[1]) for d in _decays(*pair)]
     unit = "N" if records[0].excitation_kind == "force" else "m/s²"
     stretches.sort(key=lambda s: s.level)
-    return LawMisfit(rig.sensor_labels, unit, edges, tuple(stretches), tuple(decays))
+    return LawMisfit(tuple(rig.sensor_labels), unit, edges, tuple(stretches), tuple(decays))
 
 
 def _is_of_hits(response: Response) -> bool:

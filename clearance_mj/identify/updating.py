@@ -124,7 +124,15 @@ class RigUpdate:
         return tuple(words)
 
     def draw(self, n: int, seed: int = 0) -> list[Rig]:
-        """Draw n rigs from the covariance, gaps and offsets those of the rig file; ``seed``: of the random numbers."""
+        """Draw rigs from the covariance, gaps and offsets those of the rig file.
+
+        Parameters
+        ----------
+        n : int
+            How many.
+        seed : int
+            Of the random numbers.
+        """
         names = self.estimates.names
         return [rig_with(self.start, dict(zip(names, row))) for row in self.estimates.draw(n, seed).tolist()]
 

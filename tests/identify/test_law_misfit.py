@@ -1,0 +1,83 @@
+"""What a rig and its law miss, where it is known: gains of sensors, noise, decays."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from clearance_mj.identify.law_misfit import law_misfit
+from clearance_mj.io.dataset import BASE_NODE
+from clearance_mj.io.uff import Channel
+from clearance_mj.signals.excitation import Excitation
+
+from ..conftest import SMALL_LAW, TABLE1, record_of
+
+GAIN = 2.0  # dB
+
+
+def changed(record, factors=(), noise=0.0):
+    """The record with accelerometers by node times a factor, all with noise, as a share of their RMS."""
+    rng, channels = np.random.default_rng(1), []
+    for c in record.channels:
+        value = c.value * dict(factors).get(c.node, 1.0)
+        if c.node != BASE_NODE:
+            value = value + noise * value.std() * rng.standard_normal(value.size)
+        channels.append(Channel(c.name, c.node, c.direction, c.quantity, value, c.fs))
+    return dataclasses.replace(record, channels=channels)
+
+
+@pytest.fixture(scope="module")
+def ramp():
+    return record_of(TABLE1, "ramp", "identify", 2.0, 1, 10.0, start=0.3)
+
+
+def test_a_gain_is_missed_at_its_sensor_and_said(ramp):
+    node = TABLE1.sensors[2].node
+    found = law_misfit([changed(ramp, {node: 10 ** (GAIN / 20)}, 0.01)], TABLE1, SMALL_LAW)
+    assert [s.duration for s in found.stretches] == [5.0, 5.0]
+    missed = np.array([s.missed for s in found.stretches])
+    # The typical size of a constant difference counts 1.48 times, as the standard deviation of a normal one.
+    assert missed[:, 2] == pytest.approx(1.4826 * GAIN, rel=0.05)
+    others = np.delete(np.array([s.ratio for s in found.stretches]), 2, axis=1)
+    assert np.sqrt(np.mean(others**2)) == pytest.approx(1.0, abs=0.3)  # noise alone: as much as it explains
+    (words,) = found.warnings
+    label = TABLE1.sensor_labels[2]
+    assert words.startswith(
+        f"the law misses FRFs between 5 and 220 Hz by more than 3 times their random error at sensors {label}, at "
+    )
+    assert f"most at sensor {label}, by 3" in words
+    assert found.widening > 3
+
+
+def test_noise_is_no_misfit_and_its_error_falls_with_the_duration(ramp):
+    found = law_misfit([changed(ramp, noise=0.05)], TABLE1, SMALL_LAW)
+    assert found.warnings == ()
+    assert found.widening < 1.3
+    line, level = np.array([100.0]), found.stretches[0].level
+    short, long = (found.spread(line, level, duration, 1.0) for duration in (5.0, 80.0))
+    s = found.stretches[0]
+    band = np.searchsorted(found.edges, 100.0) - 1
+    beyond = np.maximum(0, s.missed**2 - s.random**2)[:, band]
+    assert (8.6859 * short[:, 0]) ** 2 == pytest.approx(beyond + s.random[:, band] ** 2, rel=1e-3)
+    assert (8.6859 * long[:, 0]) ** 2 == pytest.approx(beyond + s.random[:, band] ** 2 / 16, rel=1e-3)
+
+
+def test_decays_are_compared_from_hit_to_hit():
+    value = np.zeros(int(4 * 2048.0))
+    value[[1024, 5120]] = 60.0, 120.0
+    hits = record_of(TABLE1, "hits", "identify", 1.0, 1, 4.0)
+    from clearance_mj.engines import simulate
+
+    response = simulate(TABLE1, Excitation(value, 2048.0, "base"), SMALL_LAW, "modal")
+    signals = {BASE_NODE: value} | {s.node: a for s, a in zip(TABLE1.sensors, response.acceleration)}
+    channels = [
+        dataclasses.replace(c, value=2.0 * signals[c.node] if c.node != BASE_NODE else value)
+        for c in hits.channels
+        if c.quantity == "acceleration"
+    ]
+    record = dataclasses.replace(hits, channels=channels, band=None, level=None)
+    found = law_misfit([record], TABLE1, SMALL_LAW)
+    assert found.stretches == () and found.widening == 1.0 and found.warnings == ()
+    assert [(d.start, d.peak) for d in found.decays] == [(0.5, 60.0), (2.5, 120.0)]
+    for decay in found.decays:
+        assert decay.missed == pytest.approx(-6.0206, abs=1e-3)  # the record is twice the model
