@@ -7,7 +7,7 @@ engine, `estimate_frf`, and `compare` with the test.
 from . import beam, identify, structure
 from ._version import __version__
 from .beam import ModalModel
-from .clearance import AmplitudeLaw, ConstantLaw, ContactLaw, Law, TimeLaw, load_law
+from .clearance import AmplitudeLaw, ConstantLaw, ContactLaw, Law, TimeLaw, load_law, load_rig_and_law
 from .engines import Links, Modal, ModalMujoco, simulate, simulate_batch, simulate_blocks, simulate_each, solref_solimp
 from .engines.energy import EnergyBalance, energy_balance
 from .errors import ClearanceError, ExcitationError, LawError, RecordError, RigError, SimulationError
@@ -67,6 +67,7 @@ __all__ = [
     "frac",
     "identify",
     "load_law",
+    "load_rig_and_law",
     "mac",
     "mre",
     "read",

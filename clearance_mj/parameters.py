@@ -164,10 +164,15 @@ class Estimates:
         return self._inverse(rng.multivariate_normal(self._forward(self.value), self.covariance, size=n, method="eigh"))
 
     def rows(self) -> tuple[dict[str, Any], ...]:
-        """Return one row of plain data for each parameter, which `from_rows` takes."""
+        """Return one row of plain data for each parameter, which `from_rows` takes.
+
+        "relative_std" is the standard deviation of what varies: a share of the value, or, where the row has "varies":
+        "linear", in the value's unit.
+        """
         return tuple(
             {"name": p.name, "unit": p.unit, "value": float(v), "low": p.low, "high": p.high}
             | {"relative_std": float(s), "correlation": r.tolist()}
+            | ({"varies": p.transform} if p.transform != "log" else {})
             | ({"prior_std": p.prior_std} if math.isfinite(p.prior_std) else {})
             for p, v, s, r in zip(self.parameters, self.value, self.varied_std, self.correlation)
         )
@@ -189,10 +194,14 @@ class Estimates:
 
     @classmethod
     def from_rows(cls, rows: Sequence[Mapping[str, Any]]) -> Estimates:
-        """Take the plain data, as `rows` returns it, of parameters that varied by their logarithms."""
+        """Take the plain data that `rows` returns."""
         parameters = tuple(
-            Parameter(r["name"], r["unit"], r["value"], r["low"], r["high"], r.get("prior_std", math.inf)) for r in rows
-        )
+            Parameter(
+                r["name"], r["unit"], r["value"], r["low"], r["high"], r.get("prior_std", math.inf),
+                r.get("varies", "log"),
+            )
+            for r in rows
+        )  # fmt: skip
         value, std, correlation = (np.array([r[k] for r in rows]) for k in ("value", "relative_std", "correlation"))
         return cls(parameters, value, std, correlation)
 

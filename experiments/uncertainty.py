@@ -15,7 +15,7 @@ from clearance_mj.errors import ClearanceError
 from clearance_mj.identify import get_method
 from clearance_mj.report.figures import band_drawing
 from clearance_mj.signals.frf import random_error
-from clearance_mj.statistics.frf_bands import draw_laws, frf_band, inside, paired_error
+from clearance_mj.statistics.frf_bands import draw_cases, frf_band, inside, paired_error
 
 ENGINE = "modal"
 
@@ -27,12 +27,12 @@ def run(dataset, level, methods, draws, out):
     shown, rows = {}, []
     for method in methods:
         found = get_method(method).run(dataset, f"identifying: {method}")
-        laws = draw_laws(dataset.rig, method, found.parameters, draws)
+        fitted, drawn = (found.rig or dataset.rig, found.law), draw_cases(dataset.rig, method, found, draws)
         bands, errors = {}, {}
         for record in dataset.validate:
-            under = record.rig, record.excitation(), found.law
-            bands[record.name] = frf_band(*under, laws, ENGINE, progress=f"band: {method}, {record.name}")
-            errors[record.name] = paired_error(record.response(), simulate(*under, ENGINE))
+            bands[record.name] = frf_band(fitted, drawn, record.excitation())
+            model = simulate(fitted[0], record.excitation(), fitted[1], ENGINE)
+            errors[record.name] = paired_error(record.response(), model)
         rows += [_row(method, record, dataset.validate, tests, bands, errors) for record in dataset.validate]
         shown[method] = bands, errors
     record = next(record for record in dataset.validate if record.level == level)

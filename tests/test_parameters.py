@@ -39,7 +39,7 @@ def test_identifiable_is_what_the_data_halve(std, identifiable):
 
 def test_rows_and_back():
     prior = Parameter("c", "N s/m", 3.0, 0.1, 50.0, prior_std=0.5)
-    found = Estimates.of((K, prior), [200.0, 4.0], COVARIANCE)
+    found = Estimates.of((prior, X), [4.0, 0.4], COVARIANCE)
     again = Estimates.from_rows(found.rows())
     assert again.rows() == found.rows()
     np.testing.assert_array_equal(again.draw(3), found.draw(3))

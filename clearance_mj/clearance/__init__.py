@@ -10,7 +10,7 @@ from .gap import describing_function, gap
 from .grease import GreaseModel
 from .greases.maxwell_slip import MaxwellSlip
 from .law import AmplitudeLaw, ConstantLaw, ContactLaw, Law, TimeLaw
-from .law_files import load_law
+from .law_files import load_law, load_rig_and_law
 
 __all__ = [
     "AmplitudeLaw",
@@ -32,4 +32,5 @@ __all__ = [
     "gap",
     "greases",
     "load_law",
+    "load_rig_and_law",
 ]

@@ -61,8 +61,8 @@ def parse_columns(pairs: Sequence[str], option: str = "--column") -> Iterator[tu
 def add_simulation(parser: argparse.ArgumentParser, duration: float, fs: float = 8192.0) -> None:
     """Add the options of a command that simulates a rig."""
     option = parser.add_argument
-    option("rig", type=Path, help="rig file (TOML)")
-    option("--law", type=Path, help="law file (default: the rig's datasheet contact)")
+    option("rig", type=Path, help="rig file (TOML), or a folder with rig.toml and, if one was identified, law.json")
+    option("--law", type=Path, help="law file (default: the folder's, or the rig's datasheet contact)")
     option("--engine", default="links", help="links, modal or modal-mj (default: %(default)s)")
     option("--sine", type=float, metavar="HZ", help="drive with a sine (default: with noise)")
     option("--band", type=float, nargs=2, default=(5.0, 220.0), metavar=("LOW", "HIGH"), help="of noise, Hz (5 220)")
@@ -73,12 +73,11 @@ def add_simulation(parser: argparse.ArgumentParser, duration: float, fs: float =
 
 def load(options: argparse.Namespace) -> tuple[Rig, Law]:
     """Return the rig and the law that the options name."""
-    from ..clearance import load_law
+    from ..clearance import load_rig_and_law
     from ..identify import nominal
-    from ..rig import Rig
 
-    rig = Rig.load(options.rig)
-    return rig, load_law(options.law) if options.law else nominal(rig)
+    rig, law = load_rig_and_law(options.rig, options.law)
+    return rig, law or nominal(rig)
 
 
 def excitation(options: argparse.Namespace, kind: str, rms: float) -> Excitation:

@@ -24,7 +24,7 @@ from .base import Engine, Run, register
 from .chain import Link
 from .linkage import Linkage, linkage
 from .mujoco_loop import MujocoRun
-from .plant import ARMATURE, FAR, ITERATIONS, Maps, Plant, held_softness, set_solver, stable_step
+from .plant import ARMATURE, FAR, ITERATIONS, STIFF_ROOT, Maps, Plant, held_softness, set_solver, stable_step
 from .softness import INVERSE_INERTIA, solref_solimp
 
 __all__ = ["Links", "build_links"]
@@ -46,7 +46,7 @@ class Links(Engine):
     def largest_step(self, rig: Rig, law: Law) -> float:
         """``safety`` times the stability limit of the chain with every contact and film at its hardest."""
         whole, points = linkage(rig, self.links), _plant(rig, self.links).maps.at_points
-        return self.safety * stable_step(whole.mass, whole.stiffness, points, rig, law, ARMATURE, *whole.beside)
+        return self.safety * stable_step(whole.mass, whole.stiffness, points, rig, law, _armature(whole), *whole.beside)
 
     def start(self, rig: Rig, law: Law, kind: str, step: float) -> Run:
         """Begin a simulation at rest; see `Engine.start`."""
@@ -287,6 +287,17 @@ def _reduce_to_face(plate: mujoco.MjsGeom) -> None:
     plate.quat = [0, 1, 0, 0] if side > 0 else [1, 0, 0, 0]
 
 
+def _armature(whole: Linkage) -> np.ndarray:
+    """(nv,) of the joints, see `ARMATURE` and `STIFF_ROOT`."""
+    found = np.full(whole.size, ARMATURE)
+    for chain, part in zip(whole.chains, whole.slices):
+        roots = chain.slides + chain.turns
+        first, reach = chain.stiffness[roots], chain.hinges[0] - chain.elements[0].start
+        gives = np.array([first / reach**2] * chain.slides + [first] * chain.turns)
+        found[part][:roots][chain.stiffness[:roots] > gives] = STIFF_ROOT
+    return found
+
+
 @functools.lru_cache(maxsize=32)
 def _plant(rig: Rig, links: int) -> Plant:
     whole, spec = linkage(rig, links), build_links(rig, links)
@@ -313,4 +324,4 @@ def _plant(rig: Rig, links: int) -> Plant:
         pairs=np.array(touching, int).reshape(-1, 2),
         limits=np.array([limits.get(f"clearance{end}", -1) for end in ends], dtype=int),
     )
-    return Plant(model, maps, float(rig.shaker.unit_direction[2]), decay=whole.rayleigh[0])
+    return Plant(model, maps, float(rig.shaker.unit_direction[2]), whole.rayleigh[0], _armature(whole))

@@ -34,6 +34,12 @@ left, as in Numerov's method; at 1/6 it is Euler's with the other sign, and the 
 change.
 """
 
+STIFF_ROOT = 1 / 3
+"""The same of springs at a shaft's left end that give less than its first hinge
+
+From 1/4 on a spring is stable at any step, so the nearly rigid clamp of a bench does not shorten it. What such a spring
+gives is small, and at the frequency ω too large by (ωh)²/3.
+"""
 
 ITERATIONS = 3
 """sweeps of the solver, of which the first is nearly exact"""
@@ -117,19 +123,20 @@ class Plant:
     maps: Maps  # between its coordinates and the rig's points
     vertical: float = 1.0  # share of the base's motion that is along Z, in which gravity acts
     decay: float = 0.0  # η1, 1/s, of damping in proportion to the mass that is among the viscous
-    armature: float = ARMATURE  # inertia of each joint, as a share of its stiffness times the step squared
+    armature: float | np.ndarray = ARMATURE  # of joints, (nv,): inertia over stiffness times the step squared
 
 
 def stable_step(
-    mass: np.ndarray, joints: np.ndarray, at_points: np.ndarray, rig: Rig, law: Law, armature: float = ARMATURE,
-    other: tuple[np.ndarray, np.ndarray] | None = None, free: np.ndarray | None = None,
+    mass: np.ndarray, joints: np.ndarray, at_points: np.ndarray, rig: Rig, law: Law,
+    armature: float | np.ndarray = ARMATURE, other: tuple[np.ndarray, np.ndarray] | None = None,
+    free: np.ndarray | None = None,
 ) -> float:  # fmt: skip
     """Longest stable step, s, of the Euler integrator with every contact and film at its hardest.
 
     Springs are explicit, so h < 2/ω_max; the bushings' dampers are explicit too, which shortens it to
     2 / (δ + √(δ² + ω²)) with 2δ the largest eigenvalue of M⁻¹C. The mass (nv, nv) is without armatures, which the
-    joints of stiffness (nv,) have; ``other`` is the stiffness and damping, each (nv, nv), of all else, and ``free``
-    (nv, n) a basis of the motions that supports allow.
+    joints of stiffness (nv,) have in these shares; ``other`` is the stiffness and damping, each (nv, nv), of all else,
+    and ``free`` (nv, n) a basis of the motions that supports allow.
     """
     grease = np.array([g.largest() for g in greases_of(rig, law)]).reshape(-1, 2)
     contact_k, contact_c = law.largest([b.gap for b in rig.bushings])
@@ -138,12 +145,12 @@ def stable_step(
     springs, dampers = np.diag(joints) + (at_points.T * k) @ at_points, (at_points.T * c) @ at_points
     if other:
         springs, dampers = springs + other[0], dampers + other[1]
-    carrier = np.diag(joints)
+    carrier = np.diag(armature * joints)
     if free is not None:
         mass, carrier, springs, dampers = (free.T @ m @ free for m in (mass, carrier, springs, dampers))
     step = 0.0
-    for _ in range(20):  # from below: what is missing falls to the share 4 armature, or less, each time
-        inertia = mass + armature * step**2 * carrier
+    for _ in range(40):  # from below: what is missing falls to the share 4/7, or less, each time
+        inertia = mass + step**2 * carrier
         decay = _largest_eigenvalue(dampers, inertia) / 2
         step = 2 / (decay + np.sqrt(decay**2 + _largest_eigenvalue(springs, inertia)))
     return float(step)

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 from ..clearance.law import Law
-from ..errors import ClearanceError, RecordError
+from ..errors import ClearanceError, LawError, RecordError
 from ..io.dataset import Dataset
 from ..parameters import Estimates
 from ..rig import Rig
@@ -31,6 +31,25 @@ class Identified:
     def parameters(self) -> tuple[dict[str, Any], ...]:
         """Fitted parameters as plain data, see `Estimates.rows`."""
         return self.estimates.rows() if self.estimates else ()
+
+    def draw(self, n: int, seed: int = 0) -> Sequence[tuple[Rig, Law]]:
+        """Draw rigs with laws that the records do not distinguish from those found.
+
+        Only of methods whose result says how; laws of others are drawn by `statistics.frf_bands.draw_cases`.
+
+        Parameters
+        ----------
+        n : int
+            How many.
+        seed : int
+            Of the random numbers.
+
+        Raises
+        ------
+        LawError
+            If it is of another method.
+        """
+        raise LawError("the method gives no covariance of its parameters; use one that fits them")
 
 
 Find = Callable[[Dataset, str | None], Identified]

@@ -10,6 +10,10 @@ import numpy as np
 import pandas as pd
 
 from ..engines import get_engine
+from ..errors import ClearanceError
+from ..io.dataset import Record
+from ..parameters import find_numbers, get_number
+from ..rig import Rig
 from ..signals.comparison import Comparison
 from ..statistics import repeatability
 from ..statistics.intervals import Interval, ratio
@@ -17,8 +21,8 @@ from ..study import N_MODES, Study
 from .tables import MEASURES, REPEAT
 
 __all__ = [
-    "contact", "engines", "improvements", "interval", "modes", "parameters", "records", "seeds", "sensor_means",
-    "sensors",
+    "contact", "engines", "families", "improvements", "interval", "laws", "modes", "parameters", "records", "seeds",
+    "sensor_means", "sensors",
 ]  # fmt: skip
 
 IMPROVED = {
@@ -94,24 +98,28 @@ def sensor_means(study: Study) -> pd.DataFrame:
 
 
 def contact(study: Study) -> pd.DataFrame:
-    """Return motion and contact in every bushing: a row per record, law, engine and bushing."""
-    gaps = [b.gap for b in study.dataset.rig.bushings]
-    parts = []
+    """Return motion and contact in every bushing: a row per record, law, engine and bushing.
+
+    Gaps are those of the rig that the law is simulated on; those of the test are the rig file's.
+    """
+    parts: list[tuple[Record, str, str, Rig, dict]] = []
     for record in study.dataset.validate:
         probes = record.response().displacement
         if probes is not None:
             seen = {"displacement_rms": probes.std(axis=1), "displacement_peak": np.abs(probes).max(axis=1)}
-            parts.append((record, "test", REPEAT[1], seen | dict.fromkeys(("contact_share", "contact_peak"), np.nan)))
-    parts += [(c.record, c.law, c.engine, c.statistics) for c in study.cases]
+            seen |= dict.fromkeys(("contact_share", "contact_peak"), np.nan)
+            parts.append((record, "test", REPEAT[1], study.dataset.rig, seen))
+    parts += [(c.record, c.law, c.engine, study.rig_of(c.law), c.statistics) for c in study.cases]
     return pd.concat(
         [
             pd.DataFrame({
                 "level": record.level, "record": record.name, "law": law, "engine": engine,
-                "bushing": range(1, len(gaps) + 1), "gap_m": gaps, "displacement_rms_m": found["displacement_rms"],
+                "bushing": range(1, len(rig.bushings) + 1), "gap_m": [b.gap for b in rig.bushings],
+                "displacement_rms_m": found["displacement_rms"],
                 "displacement_peak_m": found["displacement_peak"], "contact_share": found["contact_share"],
                 "contact_peak_n": found["contact_peak"],
             })
-            for record, law, engine, found in parts
+            for record, law, engine, rig, found in parts
         ],
         ignore_index=True,
     )  # fmt: skip
@@ -132,25 +140,47 @@ def improvements(study: Study) -> pd.DataFrame:
 
 
 def parameters(study: Study) -> pd.DataFrame:
-    """Return fitted parameters with their standard deviations, and the rig file's value at the first bushing."""
+    """Return fitted parameters with their standard deviations, and the rig file's values.
 
-    def in_rig_file(name: str) -> float:
-        """Of a parameter named like "grease stiffness"; nan if it is not there."""
-        part, _, field = name.partition(" ")
-        value = getattr(getattr(study.dataset.rig.bushings[0], part, None), field.replace(" ", "_"), None)
-        return value if isinstance(value, float) else np.nan
-
+    That of a parameter of all bushings is the first bushing's.
+    """
+    data = study.dataset.rig.to_dict()
     rows = [
         {
             "law": law.name, "parameter": p["name"], "unit": p["unit"], "value": p["value"],
-            "standard_deviation": p["value"] * p["relative_std"], "relative_std_pct": 100 * p["relative_std"],
-            "rig_file": in_rig_file(p["name"]),
+            "standard_deviation": std, "relative_std_pct": 100 * std / abs(p["value"]) if p["value"] else np.nan,
+            "rig_file": _in_rig_file(data, p["name"]),
         }
         for law in study.laws
         for p in law.parameters
+        for std in [p["relative_std"] * (1.0 if p.get("varies") == "linear" else abs(p["value"]))]
     ]  # fmt: skip
     columns = ["law", "parameter", "unit", "value", "standard_deviation", "relative_std_pct", "rig_file"]
     return pd.DataFrame(rows, columns=columns)
+
+
+def _in_rig_file(data: dict, name: str) -> float:
+    """Value of a path, or of words such as "grease stiffness" or "grease stiffness, bushings[1]"; nan if not there."""
+    words, _, place = name.partition(", ")
+    path = f"{place or 'bushings[0]'}.{words.replace(' ', '.', 1).replace(' ', '_')}" if " " in words else words
+    try:
+        value = get_number(data, find_numbers(data, path)[0])
+    except ClearanceError:
+        return np.nan
+    return np.nan if value is None else value
+
+
+def laws(study: Study) -> pd.DataFrame:
+    """Return what each law was given, and the rig that it is simulated on: a row per law."""
+    return pd.DataFrame(
+        [{"law": k.name, "given": k.prior_information, "simulated_on": k.simulated_on} for k in study.laws]
+    )
+
+
+def families(study: Study) -> pd.DataFrame:
+    """Return the families of contact and grease that methods compared: a row per law and family, likeliest first."""
+    columns = ["law", "contact", "grease", "weight", "log_evidence", "misfit", "held_out"]
+    return pd.DataFrame([{"law": k.name, **family} for k in study.laws for family in k.families], columns=columns)
 
 
 def engines(study: Study) -> pd.DataFrame:

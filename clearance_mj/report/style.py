@@ -35,7 +35,7 @@ WIDTH = 7.5
 FONT = 8
 """pt"""
 TEST, REPEAT, FAINT = "#000000", "#8c8c8c", "#d9d9d9"
-COLOURS = ("#0072b2", "#d55e00", "#882255", "#009e73", "#cc79a7", "#e69f00", "#56b4e9")
+COLOURS = ("#0072b2", "#d55e00", "#882255", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#6b4f2a")
 """of laws, bushings and whatever else is distinguished"""
 ENGINE_LINES = ("-", (0, (4, 1.5)), (0, (1, 1.2)))
 MARKERS = ("o", "s", "^", "D")

@@ -1,10 +1,10 @@
 """What a law's uncertainty makes of a prediction: bands of FRFs by Monte Carlo over the fitted parameters.
 
-The logarithms of the parameters are drawn from a normal distribution with the fit's covariance (`Estimates.draw`),
-cut to the fit's bounds, and every drawn law is simulated under the same excitation. The band of the drawn FRFs holds
-what the records leave open about the parameters. A measured FRF has a random error besides, which `Band.prediction`
-adds: `frf.random_error` between two excitations, `paired_error` where the rig and its model see the same one. No band
-holds what the law's form cannot say.
+Parameters, or their logarithms, are drawn from a normal distribution with the fit's covariance (`Estimates.draw`), cut
+to the fit's bounds, and every drawn law is simulated under the same excitation, on the rig that was drawn with it where
+the method finds both. The band of the drawn FRFs holds what the records leave open about the parameters. A measured FRF
+has a random error besides, which `Band.prediction` adds: `frf.random_error` between two excitations, `paired_error`
+where the rig and its model see the same one. No band holds what the law's form cannot say.
 
 JCGM 101:2008, Propagation of distributions using a Monte Carlo method.
 """
@@ -20,17 +20,16 @@ import numpy as np
 import scipy.stats
 
 from ..clearance.law import Law
-from ..engines import Engine, simulate_each
+from ..engines import Modal, simulate_together
 from ..errors import LawError
-from ..identify.registry import get_method
-from ..parameters import Estimates
+from ..identify.registry import Identified, get_method
 from ..rig import Rig
 from ..signals.arrays import ArrayData, read_only
 from ..signals.excitation import Excitation
 from ..signals.frf import FRF, estimate_frf, random_error
 from ..signals.response import Response
 
-__all__ = ["CONFIDENCE", "Band", "draw_laws", "frf_band", "inside", "paired_error"]
+__all__ = ["CONFIDENCE", "Band", "draw_cases", "frf_band", "inside", "paired_error"]
 
 CONFIDENCE = 0.95
 DB = 20 / np.log(10)
@@ -131,57 +130,53 @@ def paired_error(test: Response, model: Response, resolution: float = 0.5) -> np
     return random_error(rest, test.duration) * np.abs(rest.value) / np.abs(frf.value)
 
 
-def draw_laws(rig: Rig, method: str, parameters: Sequence[dict], n: int, seed: int = 0) -> list[Law]:
-    """Draw laws that the records do not distinguish from the fitted one.
+def draw_cases(rig: Rig, method: str, found: Identified, n: int, seed: int = 0) -> Sequence[tuple[Rig, Law]]:
+    """Draw rigs with laws that the records do not distinguish from what was found.
 
     Parameters
     ----------
     rig : Rig
-        The rig.
+        The rig file's, on which laws of methods without a rig of their own are simulated.
     method : str
         How the law was identified, see `identify.law`.
-    parameters : sequence of dict
-        Its fitted parameters, as `identify.Identified` has them.
+    found : Identified
+        What it found.
     n, seed : int
         How many, and the seed of the random numbers.
 
     Raises
     ------
     LawError
-        If the method fits no parameters, or the records do not identify one of them.
+        If the method gives no covariance, or the records do not identify one of the parameters.
     """
     make = get_method(method).make
-    if make is None or not parameters or any("correlation" not in p for p in parameters):
-        raise LawError(f'method "{method}" gives no covariance of its parameters; use one that fits them')
-    estimates = Estimates.from_rows(parameters)
-    for name, std in zip(estimates.names, estimates.varied_std):
+    if make is None or found.estimates is None:
+        return found.draw(n, seed)
+    for name, std in zip(found.estimates.names, found.estimates.varied_std):
         if not std < WIDEST:
             raise LawError(f"the records do not identify the {name}, so there is no band")
-    return [make(rig, *row) for row in estimates.draw(n, seed).tolist()]
+    return [(found.rig or rig, make(rig, *row)) for row in found.estimates.draw(n, seed).tolist()]
 
 
 def frf_band(
-    rig: Rig, excitation: Excitation, law: Law, laws: Sequence[Law], engine: str | Engine = "modal",
-    resolution: float = 0.5, progress: str | None = None,
+    fitted: tuple[Rig, Law], drawn: Sequence[tuple[Rig, Law]], excitation: Excitation, engine: Modal | None = None,
+    resolution: float = 0.5,
 ) -> Band:  # fmt: skip
-    """Simulate a fitted law and the laws drawn around it under one excitation.
+    """Simulate a fitted law and the laws drawn around it, each on its rig, under one excitation.
 
     Parameters
     ----------
-    rig : Rig
-        The rig.
+    fitted : tuple of Rig and Law
+        What was identified.
+    drawn : sequence of tuples of Rig and Law
+        Those of `draw_cases`.
     excitation : Excitation
         Of every simulation.
-    law, laws : Law and sequence of Law
-        The fitted law, and those of `draw_laws`.
-    engine : str or Engine
-        As in `simulate`, whose errors it raises.
+    engine : Modal, optional
+        As in `simulate_together`, whose errors it raises.
     resolution : float
         Of the FRFs, Hz.
-    progress : str, optional
-        Show a progress bar with this name.
     """
-    every, frfs = [law, *laws], []
-    for response in simulate_each(rig, excitation, every, engine, progress=progress):
-        frfs.append(estimate_frf(response, resolution=resolution))
-    return Band(frfs[0], np.abs([frf.value for frf in frfs[1:]]))
+    responses = simulate_together([fitted, *drawn], excitation, engine)
+    first, *others = (estimate_frf(response, resolution=resolution) for response in responses)
+    return Band(first, np.abs([frf.value for frf in others]))

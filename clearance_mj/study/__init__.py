@@ -1,12 +1,13 @@
 """What each kind of prior information about the clearance is worth in predicting the FRFs of a rig.
 
 Every law is simulated on every engine under the measured excitation of every validation record, and its FRFs are
-compared with the record's. The same record level with another seed gives the repeatability: how closely the rig
-repeats itself.
+compared with the record's. A law is simulated on the rig that was identified with it, or else on the rig file's. The
+same record level with another seed gives the repeatability: how closely the rig repeats itself.
 """
 
 from .files import study_summary, write_results
-from .study import ENGINES, METHODS, N_MODES, RESOLUTION, Case, IdentifiedLaw, Study
+from .identified import IdentifiedLaw
+from .study import ENGINES, METHODS, N_MODES, RESOLUTION, Case, Study
 
 __all__ = [
     "ENGINES", "METHODS", "N_MODES", "RESOLUTION", "Case", "IdentifiedLaw", "Study", "study_summary", "write_results",

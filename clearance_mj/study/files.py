@@ -19,6 +19,8 @@ __all__ = ["study_summary", "write_results"]
 def write_results(study: Study, folder: Path) -> None:
     """Write ``laws/``, ``results.nc`` (FRFs of test and models) and ``summary.json``.
 
+    A law that has a rig of its own stands beside its rig file: ``laws/bench.json``, ``laws/bench_rig.toml``.
+
     Parameters
     ----------
     study : Study
@@ -28,6 +30,8 @@ def write_results(study: Study, folder: Path) -> None:
     """
     for law in study.laws:
         law.law.save(folder / "laws" / f"{law.name}.json")
+        if law.rig:
+            law.rig.copied(folder / "laws" / "structure").save(folder / "laws" / f"{law.name}_rig.toml")
     models = [
         with_parts(c.frf.to_xarray()).expand_dims(law=[c.law], engine=[c.engine], record=[c.record.name])
         for c in study.cases
@@ -56,9 +60,19 @@ def study_summary(study: Study) -> dict:
         "rig": study.dataset.rig.name,
         "synthetic": study.is_synthetic,
         "laws": [
-            {"name": k.name, "knows": k.prior_information, "law": k.law.to_dict(), "parameters": list(k.parameters)}
+            {
+                "name": k.name,
+                "knows": k.prior_information,
+                "simulated_on": k.simulated_on,
+                "rig": k.rig and k.rig.to_dict(),
+                "law": k.law.to_dict(),
+                "parameters": list(k.parameters),
+                "families": list(k.families),
+                "warnings": list(k.warnings),
+            }
             for k in study.laws
         ],
+        "best_law": study.best_law,
         "identified_from": [r.name for r in study.dataset.identify],
         "validated_on": [r.name for r in study.dataset.validate],
         "results": study.rows(),

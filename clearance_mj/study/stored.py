@@ -13,14 +13,13 @@ import pandas as pd
 import xarray as xr
 
 from ..cache import ResultCache, digest
-from ..clearance.law_files import law_from_dict
-from ..identify import Identified
 from ..io.dataset import Record
 from ..io.results import with_parts, without_parts
-from ..parameters import Estimates
+from ..rig import Rig
 from ..signals.comparison import Comparison, with_modes
 from ..signals.frf import FRF
 from ..statistics.frf_bands import Band
+from .identified import IdentifiedLaw
 
 __all__ = ["CaseResult", "band", "case", "law", "record_digest"]
 
@@ -48,23 +47,16 @@ def record_digest(record: Record) -> str:
     return digest(*facts, *samples)
 
 
-IdentifiedWithWarnings = tuple[Identified, tuple[str, ...]]
-
-
 def law(
-    cache: ResultCache | None, name: str, inputs: object, compute: Callable[[], IdentifiedWithWarnings]
-) -> IdentifiedWithWarnings:
-    """Return an identified law and the warnings of its identification from the cache, or compute it."""
+    cache: ResultCache | None, name: str, inputs: object, rig: Rig, compute: Callable[[], IdentifiedLaw]
+) -> IdentifiedLaw:
+    """Return an identified law from the cache, or compute it; ``rig`` is the rig file's."""
 
-    def save(found: IdentifiedWithWarnings, path: Path) -> None:
-        law, texts = found
-        path.write_text(json.dumps({"law": law.law.to_dict(), "parameters": law.parameters, "warnings": texts}))
+    def save(found: IdentifiedLaw, path: Path) -> None:
+        path.write_text(json.dumps(found.to_dict()))
 
-    def load(path: Path) -> IdentifiedWithWarnings:
-        data = json.loads(path.read_text())
-        rows = data["parameters"]
-        found = Identified(law_from_dict(data["law"]), Estimates.from_rows(rows) if rows else None)
-        return found, tuple(data["warnings"])
+    def load(path: Path) -> IdentifiedLaw:
+        return IdentifiedLaw.from_dict(json.loads(path.read_text()), rig)
 
     return compute() if cache is None else cache.get(name, inputs, compute, save, load, ".json")
 

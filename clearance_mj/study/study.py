@@ -15,43 +15,29 @@ import numpy as np
 from ..cache import ResultCache, code_outside
 from ..clearance.law import Law
 from ..engines import get_engine, simulate
-from ..errors import LawError, RecordError
-from ..identify import Identified, get_method
+from ..errors import RecordError
+from ..identify import get_method
 from ..identify.checks import IdentifiabilityWarning
 from ..io.dataset import Dataset, Record
+from ..rig import Rig
 from ..signals.comparison import Comparison, compare
 from ..signals.frf import FRF, estimate_frf
 from ..statistics import repeatability
 from ..statistics.contact import contact_statistics
-from ..statistics.frf_bands import Band, draw_laws, frf_band, paired_error
+from ..statistics.frf_bands import Band, frf_band, paired_error
 from ..tasks import run_tasks
 from . import stored
+from .identified import IdentifiedLaw
 
-__all__ = ["ENGINES", "METHODS", "N_MODES", "RESOLUTION", "Case", "IdentifiedLaw", "Study"]
+__all__ = ["ENGINES", "METHODS", "N_MODES", "RESOLUTION", "Case", "Study"]
 
 ENGINES = ("links", "modal")
-METHODS = ("nominal", "constant", "ridge-as-printed", "ridge", "force-balance", "amplitude", "output-error")
+METHODS = ("nominal", "constant", "ridge-as-printed", "ridge", "force-balance", "amplitude", "output-error", "bench")
 RESOLUTION = 0.5
 """Hz, of the FRFs that are compared"""
 N_MODES = 4
-BAND_ENGINE, DRAWN = "modal", 12
-"""of FRF bands: the cheapest engine; a width out of so many laws has a standard deviation of a fifth"""
-
-
-@dataclass(frozen=True, eq=False)
-class IdentifiedLaw:
-    """A law and the prior information that it was identified with."""
-
-    name: str
-    """the method's"""
-    law: Law
-    """what was found"""
-    prior_information: str
-    """in words"""
-    parameters: tuple[dict, ...] = ()
-    """fitted parameters: name, unit, value, relative_std"""
-    warnings: tuple[str, ...] = ()
-    """what the identification warned of"""
+BAND_ENGINE = "modal"
+"""of FRF bands: the cheapest"""
 
 
 @dataclass(frozen=True, eq=False)
@@ -160,22 +146,32 @@ class Study:
             inputs = [name, self.dataset.rig.content(), *map(stored.record_digest, self.dataset.identify)]
             inputs += code_outside(method.find)
 
-            def compute() -> tuple[Identified, tuple[str, ...]]:
+            def compute() -> IdentifiedLaw:
                 with warnings.catch_warnings(record=True) as caught:
                     warnings.simplefilter("always")
                     found = method.run(self.dataset, words)
-                return found, tuple(dict.fromkeys(str(w.message) for w in caught))
+                texts = tuple(dict.fromkeys(str(w.message) for w in caught))
+                return IdentifiedLaw.of(name, found, texts, self.dataset.rig)
 
-            found, texts = stored.law(self.cache, name, inputs, compute)
-            for text in texts:
+            found = self._laws[name] = stored.law(self.cache, name, inputs, self.dataset.rig, compute)
+            for text in found.warnings:
                 warnings.warn(text, IdentifiabilityWarning, stacklevel=2)
-            self._laws[name] = IdentifiedLaw(name, found.law, method.prior_information, found.parameters, texts)
         return self._laws[name]
 
     @property
     def laws(self) -> tuple[IdentifiedLaw, ...]:
         """The laws of all methods."""
         return tuple(self.law(name) for name in self.methods)
+
+    def rig_of(self, name: str) -> Rig:
+        """Return the rig on which a law is simulated.
+
+        Parameters
+        ----------
+        name : str
+            The law's.
+        """
+        return self.law(name).rig or self.dataset.rig
 
     def test(self, record: Record) -> FRF:
         """Return the measured FRFs of a record.
@@ -226,10 +222,10 @@ class Study:
         return self.simulated()
 
     def _case(self, name: str, engine: str, record: Record) -> Case:
-        law, test = self._laws[name].law, self._tests[record.name]
+        rig, law, test = self.rig_of(name), self._laws[name].law, self._tests[record.name]
 
         def compute() -> stored.CaseResult:
-            response = simulate(record.rig, record.excitation(), law, engine)
+            response = simulate(rig, record.excitation(), law, engine)
             frf = estimate_frf(response, resolution=RESOLUTION)
             return stored.CaseResult(
                 frf, compare(test, frf, N_MODES), contact_statistics(response), response.provenance
@@ -237,7 +233,7 @@ class Study:
 
         engine_used = get_engine(engine)
         settings = dataclasses.asdict(engine_used)
-        inputs = [law.to_dict(), engine, settings, RESOLUTION, N_MODES, stored.record_digest(record)]
+        inputs = [rig.content(), law.to_dict(), engine, settings, RESOLUTION, N_MODES, stored.record_digest(record)]
         inputs += code_outside(engine_used, *_models(law))
         found = stored.case(self.cache, f"{name}_{engine}_{record.name}", inputs, test, compute)
         return Case(name, engine, record, found.frf, found.comparison, found.statistics)
@@ -257,24 +253,21 @@ class Study:
         """By law with a covariance, at `main_record`: FRF band, and the record's random error about the fitted law."""
         found = {}
         for law in self.laws:
-            try:
-                drawn = draw_laws(self.dataset.rig, law.name, law.parameters, DRAWN)
-            except LawError:  # it has no covariance, or the records do not tell one of its parameters
-                continue
-            found[law.name] = self._band(law, drawn)
+            if law.drawn:
+                found[law.name] = self._band(law)
         return found
 
-    def _band(self, law: IdentifiedLaw, drawn: Sequence[Law]) -> tuple[Band, np.ndarray]:
-        record = self.main_record
-        under = record.rig, record.excitation(), law.law
+    def _band(self, law: IdentifiedLaw) -> tuple[Band, np.ndarray]:
+        record, fitted = self.main_record, (self.rig_of(law.name), law.law)
 
         def compute() -> tuple[Band, np.ndarray]:
-            words = f"band: {law.name}" if self._progress else None
-            band = frf_band(*under, drawn, BAND_ENGINE, RESOLUTION, words)
-            return band, paired_error(record.response(), simulate(*under, BAND_ENGINE), RESOLUTION)
+            excitation = record.excitation()
+            band = frf_band(fitted, law.drawn, excitation, resolution=RESOLUTION)
+            response = simulate(fitted[0], excitation, fitted[1], BAND_ENGINE)
+            return band, paired_error(record.response(), response, RESOLUTION)
 
-        inputs = [[x.to_dict() for x in (law.law, *drawn)], BAND_ENGINE, RESOLUTION, stored.record_digest(record)]
-        inputs += code_outside(*_models(law.law))
+        cases = [[rig.content(), drawn.to_dict()] for rig, drawn in (fitted, *law.drawn)]
+        inputs = [cases, RESOLUTION, stored.record_digest(record), *code_outside(*_models(law.law))]
         return stored.band(self.cache, f"band_{law.name}", inputs, compute)
 
     # What it says.
@@ -304,12 +297,13 @@ class Study:
         """The law that others are compared with: the best constants, else the first."""
         return "constant" if "constant" in self.methods else self.methods[0]
 
-    @functools.cached_property
+    @property
     def best_law(self) -> str:
-        """The law with the least RMSE at the main level on the main engine; the last if none has one."""
-        rows = (r for r in self.rows() if (r["level"], r["engine"]) == (self.main_level, self.main_engine))
-        found = {r["law"]: r["rmse_db"] for r in rows if np.isfinite(r["rmse_db"])}
-        return min(found, key=lambda law: found[law], default=self.methods[-1])
+        """The law that is shown where there is room for one: "bench" if it was identified, else the last.
+
+        Records to validate have no say in it.
+        """
+        return "bench" if "bench" in self.methods else self.methods[-1]
 
     @property
     def unit(self) -> str:

@@ -14,7 +14,7 @@ import numpy as np
 
 from ..cache import digest
 from ..clearance.law import Law
-from ..clearance.law_files import law_from_dict, load_law
+from ..clearance.law_files import law_from_dict, load_rig_and_law
 from ..engines import Engine, get_engine
 from ..errors import ClearanceError, RecordError
 from ..identify import nominal
@@ -33,7 +33,8 @@ __all__ = ["Plan", "load_plan"]
 
 FILE, TABLE = (str, "the name of a file"), (dict, "a table")
 KEYS: dict[str, tuple[Any, str]] = {
-    **{"rig": FILE, "law": FILE, "reference": FILE, "excitation": TABLE, "outputs": TABLE, "design": TABLE},
+    **{"rig": (str, "the name of a file or folder"), "law": FILE, "reference": FILE},
+    **{"excitation": TABLE, "outputs": TABLE, "design": TABLE},
     **{"engine": (str | dict, "a name or a table"), "vary": (list, "a list of tables ([[vary]])")},
 }
 """of a plan's file, and what they hold"""
@@ -293,14 +294,14 @@ def _plan(data: dict, folder: Path) -> Plan:
             raise ClearanceError(f"{key} must be {words}, got {value!r}")
     if "rig" not in data:
         raise ClearanceError('rig is missing: rig = "rig.toml"')
-    rig = Rig.load(folder / data["rig"])
+    rig, law = load_rig_and_law(folder / data["rig"], folder / data["law"] if "law" in data else None)
     outputs = from_plain(Outputs, data.get("outputs", {}), "outputs", ClearanceError)
     reference, measured = _reference(folder / data["reference"], rig, outputs) if "reference" in data else (None, None)
     return Plan(
         rig=rig,
         vary=tuple(from_plain(Vary, one, f"vary[{i}]", ClearanceError) for i, one in enumerate(data.get("vary", []))),
         design=from_plain(Design, data.get("design", {}), "design", ClearanceError),
-        law=load_law(folder / data["law"]) if "law" in data else None,
+        law=law,
         engine=_engine(data.get("engine", "modal")),
         excitation=data.get("excitation", measured),
         reference=reference,

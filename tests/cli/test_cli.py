@@ -1,16 +1,22 @@
 """The command line: exit statuses, one clear line for bad input, nothing left behind."""
 
+import dataclasses
 import json
 import shutil
 import subprocess
 import sys
 
+import numpy as np
 import pytest
 
+from clearance_mj.clearance import ConstantLaw
 from clearance_mj.cli import main
 from clearance_mj.cli.command import COMMANDS, command
+from clearance_mj.engines import simulate
+from clearance_mj.identify import nominal
 from clearance_mj.io.results import load
 from clearance_mj.rig import Rig
+from clearance_mj.signals import excitation
 
 from ..conftest import ROOT
 
@@ -64,6 +70,27 @@ def test_simulate_writes_a_response(answer, tmp_path):
     rms = answer("simulate", RIG, "--engine", "modal", "--duration", 2, "--rms", 0.5, "--out", out)["acceleration_rms"]
     assert list(rms) == [f"{n}:+Z" for n in range(1, 9)]
     assert rms["8:+Z"] == pytest.approx(load(out).acceleration[7].std())
+
+
+def test_simulate_takes_a_folder_with_rig_and_law(answer, rig, tmp_path):
+    """A rig of another gap and its law, as an identification leaves them; with another law; or the datasheet's."""
+    found = rig.replace(bushings=tuple(dataclasses.replace(b, gap=2 * b.gap, offset=5e-5) for b in rig.bushings))
+    law, other = ConstantLaw(6e3, 12.0), ConstantLaw(9e3, 1.0)
+    found.save(tmp_path / "rig.toml")
+    law.save(tmp_path / "law.json")
+    other.save(tmp_path / "other.json")
+
+    def simulated(*arguments):
+        answer("simulate", *arguments, "--engine", "modal", "--duration", 1, "--rms", 5, "--out", tmp_path / "x.nc")
+        return load(tmp_path / "x.nc")
+
+    excited = excitation.random(1.0, 2048.0, (5.0, 220.0), 5.0, 0)
+    of_folder = simulated(tmp_path)
+    np.testing.assert_array_equal(of_folder.displacement, simulate(found, excited, law, "modal").displacement)
+    assert of_folder == simulated(tmp_path / "rig.toml", "--law", tmp_path / "law.json")
+    assert simulated(tmp_path, "--law", tmp_path / "other.json").provenance["law"] == other.to_dict()
+    (tmp_path / "law.json").unlink()
+    assert simulated(tmp_path).provenance["law"] == nominal(found).to_dict()
 
 
 def test_simulate_refuses(tmp_path, refused):

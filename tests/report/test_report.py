@@ -62,7 +62,7 @@ def test_every_figure_is_there_and_not_blank(folder):
 
 def test_every_table_is_there(folder, study):
     names = {path.stem for path in (folder / "tables").glob("*.csv")}
-    known = {"verdict", "natural_frequencies", "sensors", "contact", "parameters", "engines", "records"}
+    known = {"verdict", "natural_frequencies", "sensors", "contact", "parameters", "engines", "laws", "records"}
     assert names == known | {"sensor_means", "seeds", "seed_scatter", "improvements"}
     with (folder / "tables" / "verdict.csv").open(newline="", encoding="utf-8") as file:
         rows = list(csv.DictReader(file))

@@ -21,7 +21,7 @@ from clearance_mj.rig import Grease
 from clearance_mj.signals.excitation import multisine
 from clearance_mj.signals.frf import FRF, estimate_frf, random_error
 from clearance_mj.signals.response import Response
-from clearance_mj.statistics.frf_bands import Band, draw_laws, frf_band, inside, paired_error
+from clearance_mj.statistics.frf_bands import Band, draw_cases, frf_band, inside, paired_error
 from clearance_mj.study import IdentifiedLaw, Study
 
 NAMES = ("contact stiffness", "contact damping", "grease stiffness", "grease damping")
@@ -35,7 +35,8 @@ def fitted(value, std, correlation=None, low=1e-6, high=1e9):
     return Identified(law, Estimates(parameters, np.array(value), np.array(std), correlation))
 
 
-def logarithms(laws):
+def logarithms(cases):
+    laws = [law for _, law in cases]
     return np.log([(law.k[0], law.c[0], law.grease[0].stiffness, law.grease[0].damping) for law in laws])
 
 
@@ -44,7 +45,7 @@ def test_drawn_laws_have_the_covariance(rig):
     correlation[0, 1] = correlation[1, 0] = -0.9
     std = np.array((0.2, 0.1, 0.05, 0.3))
     found = fitted((7e3, 4.0, 4e3, 3.0), std, correlation)
-    drawn = logarithms(draw_laws(rig, "constant", found.parameters, 4000, seed=2))
+    drawn = logarithms(draw_cases(rig, "constant", found, 4000, seed=2))
     # Standard errors of 4000 draws: σ/√4000 of a mean, about 2 % of a covariance's scale.
     np.testing.assert_allclose(drawn.mean(axis=0), np.log((7e3, 4.0, 4e3, 3.0)), atol=4 * 0.3 / np.sqrt(4000))
     np.testing.assert_allclose(np.cov(drawn.T) / np.outer(std, std), correlation, atol=0.08)
@@ -52,7 +53,7 @@ def test_drawn_laws_have_the_covariance(rig):
 
 def test_same_seed_same_laws_within_the_bounds(rig):
     found = fitted((7e3, 4.0, 4e3, 3.0), (0.5, 0.5, 0.5, 0.5), low=2.9, high=7.1e3)
-    laws, again = (logarithms(draw_laws(rig, "constant", found.parameters, 50, seed=4)) for _ in range(2))
+    laws, again = (logarithms(draw_cases(rig, "constant", found, 50, seed=4)) for _ in range(2))
     np.testing.assert_array_equal(laws, again)
     assert laws.min() == pytest.approx(np.log(2.9))
     assert laws.max() == pytest.approx(np.log(7.1e3))
@@ -61,9 +62,9 @@ def test_same_seed_same_laws_within_the_bounds(rig):
 def test_band_of_a_linear_rig(rig):
     """Below contact only the grease stiffness matters: the magnitudes that go into the band are in closed form."""
     found = fitted((7e3, 4.0, 4369.0, 3.0), (1e-9, 1e-9, 0.04, 1e-9))
-    laws = draw_laws(rig, "constant", found.parameters, 30, seed=1)
+    laws = draw_cases(rig, "constant", found, 30, seed=1)
     drive = multisine(8.0, 1024.0, band=(5, 220), rms=0.02, period=2.0)
-    band = frf_band(rig, drive, found.law, laws)
+    band = frf_band((rig, found.law), laws, drive)
 
     def exact(k):
         grease = Grease(k, damping=3.0)
@@ -91,17 +92,17 @@ def test_physical_law_is_made_again(rig):
 
 
 def test_methods_without_covariance_and_parameters_that_are_not_identifiable(rig):
-    with pytest.raises(LawError, match='method "nominal" gives no covariance'):
-        draw_laws(rig, "nominal", (), 10)
+    with pytest.raises(LawError, match="the method gives no covariance"):
+        draw_cases(rig, "nominal", Identified(nominal(rig)), 10)
     found = fitted((7e3, 4.0, 4e3, 3.0), (0.1, np.inf, 0.1, 0.1))
     with pytest.raises(LawError, match="do not identify the contact damping"):
-        draw_laws(rig, "constant", found.parameters, 10)
+        draw_cases(rig, "constant", found, 10)
 
 
 def test_figure_holds_bands_and_test(rig):
     drive = multisine(4.0, 1024.0, band=(5, 220), rms=2.0)
-    laws = [ConstantLaw(k, 4.0) for k in (6e3, 8e3, 1e4)]
-    band = frf_band(rig, drive, laws[1], laws)
+    cases = [(rig, ConstantLaw(k, 4.0)) for k in (6e3, 8e3, 1e4)]
+    band = frf_band(cases[1], cases, drive)
     drawing = band_drawing(rig, {"constant": band}, {"constant": np.full(band.half_width_db.shape, 0.01)}, band.fitted)
     axes = drawing.figure.axes
     assert len(axes) == 4  # two bushings, magnitude and deviation
@@ -114,7 +115,7 @@ def test_bands_of_a_study(small_dataset, tmp_path):
     """Of the laws that have a covariance, at the middle level's first record; the second time out of the cache."""
     dataset = Dataset.load(small_dataset)
     found = fitted((7e3, 4.0, 4e3, 3.0), (0.1, 0.1, 0.02, 0.1))
-    constant = IdentifiedLaw("constant", found.law, "", found.parameters)
+    constant = IdentifiedLaw.of("constant", found, (), dataset.rig)
     laws = (constant, IdentifiedLaw("nominal", nominal(dataset.rig), ""))
     (record,) = (r for r in dataset.validate if r.name == "level_4_1")
     assert study_bands(Study.from_results(dataset, laws[1:])) == []

@@ -9,6 +9,7 @@ import pytest
 import xarray as xr
 
 from clearance_mj import cache, report
+from clearance_mj.clearance import ConstantLaw
 from clearance_mj.engines import simulate
 from clearance_mj.errors import ClearanceError, RecordError
 from clearance_mj.identify import METHODS as METHODS_BY_NAME
@@ -17,11 +18,14 @@ from clearance_mj.identify.checks import IdentifiabilityWarning
 from clearance_mj.identify.registry import Method
 from clearance_mj.io.dataset import Dataset, write_dataset
 from clearance_mj.output_folder import WORK
+from clearance_mj.parameters import Estimates, Parameter
 from clearance_mj.report import report_study
+from clearance_mj.rig import Rig
 from clearance_mj.signals.frf import estimate_frf
+from clearance_mj.structure import Clamp
 from clearance_mj.study import study as study_module
 
-from ..conftest import SMALL_LAW
+from ..conftest import SMALL_LAW, TABLE1, record_of
 
 ENGINES = ("modal", "modal-mj")
 METHODS = ("nominal", "constant")
@@ -233,3 +237,85 @@ def test_warnings_of_an_identification_stay_with_its_law(small_dataset, tmp_path
             (law,) = study_module.Study(*of).laws
         assert law.warnings == ("one bushing never touches",)
     assert len(runs) == 1
+
+
+def as_it_stands(rig):
+    """The rig with a clamp that gives, a shaft off centre, another modulus, and sensors that are 2 % and 2 mm wrong."""
+    beam = dataclasses.replace(
+        rig.beam, young_modulus=0.97 * rig.beam.young_modulus, clamp=Clamp(rotation=3e3), rayleigh=(0.0, 0.0),
+        damping_ratios=(0.01, 0.006, 0.004, 0.003),
+    )  # fmt: skip
+    first, second = rig.bushings
+    sensors = (dataclasses.replace(s, gain=1.02, position=s.position - 2e-3) for s in rig.sensors)
+    bushings = dataclasses.replace(first, gap=1.2 * first.gap, offset=6e-5), dataclasses.replace(second, offset=-4e-5)
+    return rig.replace(beam=beam, bushings=bushings, sensors=tuple(sensors))
+
+
+@pytest.fixture(scope="module")
+def bench(tmp_path_factory):
+    """A dataset whose rig file knows nothing of the bench that was shaken, and that bench."""
+    folder, rig = tmp_path_factory.mktemp("data") / "bench", as_it_stands(TABLE1)
+    records = [record_of(rig, name, role, 2.0, 3) for name, role in (("noise", "identify"), ("level", "validate"))]
+    write_dataset(folder, TABLE1, [dataclasses.replace(r, rig=TABLE1) for r in records])
+    return folder, rig
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Both(Identified):
+    """Rig and law found together, of which two others are as likely."""
+
+    def draw(self, n, seed=0):
+        return [(self.rig, ConstantLaw(k, 12.0, grease=SMALL_LAW.grease)) for k in (5e3, 7e3)]
+
+
+@pytest.fixture
+def finding(bench, monkeypatch):
+    """Methods "told", which finds the law alone, and "bench", which finds the bench too."""
+    offset = Parameter("bushings[0].offset", "m", 0.0, -2e-4, 2e-4, 9e-5, "linear")
+    found = Estimates.of([offset], [6e-5], np.array([[1e-12]]))
+    monkeypatch.setitem(METHODS_BY_NAME, "told", Method("rig file", lambda *_: Identified(SMALL_LAW)))
+    monkeypatch.setitem(METHODS_BY_NAME, "bench", Method("both", lambda *_: Both(SMALL_LAW, found, bench[1])))
+
+
+def test_a_law_is_simulated_on_the_rig_that_was_identified_with_it(bench, finding):
+    """The records are those of the bench, on the modal engine: all of clamp, gains, places and offset is in them.
+
+    Other engines miss them by what the engines differ, the rig file's rig by far more.
+    """
+    engines = ("modal", "links", "modal-mj")
+    study = study_module.Study(Dataset.load(bench[0]), ("bench", "told"), engines)
+    error = {(c.law, c.engine): c.comparison.summary()["rmse_db"] for c in study.cases}
+    assert error["bench", "modal"] < 1e-3  # the file holds single precision
+    assert max(error["bench", engine] for engine in engines) < 0.15
+    assert min(error["told", engine] for engine in engines) > 1.0
+    assert study.best_law == "bench", "though it is not the last"
+
+
+def test_rig_and_drawn_laws_come_out_of_the_cache(bench, finding, tmp_path, monkeypatch):
+    """The band is that of the laws that were drawn, each on its rig."""
+    results = cache.ResultCache(tmp_path)
+    first = study_module.Study(Dataset.load(bench[0]), ("bench",), ("modal",), results)
+    assert first.cases and first.bands
+    done = counted(monkeypatch)
+    again = study_module.Study(Dataset.load(bench[0]), ("bench",), ("modal",), results)
+    assert again.law("bench").to_dict() == first.law("bench").to_dict()
+    assert again.rig_of("bench") == bench[1]
+    assert json.dumps(again.rows()) == json.dumps(first.rows())
+    band, _ = again.bands["bench"]
+    assert not done
+    record = again.main_record
+    for drawn, (rig, law) in zip(band.drawn, again.law("bench").drawn):
+        frf = estimate_frf(simulate(rig, record.excitation(), law, "modal"), resolution=0.5)
+        np.testing.assert_allclose(drawn, np.abs(frf.value), rtol=1e-3)
+
+
+def test_files_of_a_rig_that_was_identified(bench, finding, tmp_path, monkeypatch, answer):
+    """They go into a simulation as they are; the summary says which rig a law belongs to."""
+    monkeypatch.setattr(report, "write_report", lambda study, folder, progress: None)
+    report_study(bench[0], tmp_path / "out", ("modal",), ("told", "bench"), progress=False)
+    laws = tmp_path / "out" / "laws"
+    assert sorted(p.name for p in laws.iterdir()) == ["bench.json", "bench_rig.toml", "told.json"]
+    assert Rig.load(laws / "bench_rig.toml") == bench[1]
+    told, found = json.loads((tmp_path / "out" / "summary.json").read_text())["laws"]
+    assert told["rig"] is None and found["rig"]["beam"]["clamp"] == {"rotation": 3e3}
+    assert (told["simulated_on"], found["simulated_on"]) == ("the rig file’s rig", "the rig identified with it")

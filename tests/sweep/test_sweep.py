@@ -23,6 +23,7 @@ from clearance_mj.rig import Grease
 from clearance_mj.signals import excitation
 from clearance_mj.signals.correlation import rmse_db
 from clearance_mj.signals.frf import estimate_frf
+from clearance_mj.structure import Clamp
 from clearance_mj.sweep import Design, Vary, run_sweep
 from clearance_mj.sweep.store import Table
 
@@ -51,6 +52,32 @@ def here(function, cases, workers):
 @pytest.fixture
 def in_this_process(monkeypatch):
     monkeypatch.setattr(tasks, "_on_processes", here)
+
+
+def test_a_plan_of_an_identified_rig_and_its_law(rig, tmp_path):
+    """The folder of both; the rig's own numbers vary, clamp and offset among them."""
+    found = rig.replace(
+        beam=dataclasses.replace(rig.beam, clamp=Clamp(rotation=3e3)),
+        bushings=tuple(dataclasses.replace(b, offset=5e-5) for b in rig.bushings),
+    )
+    law = ConstantLaw(6e3, 12.0, grease=Grease(4000.0, 5.0))
+    (tmp_path / "found").mkdir()
+    found.save(tmp_path / "found" / "rig.toml")
+    law.save(tmp_path / "found" / "law.json")
+    varied = """
+    [[vary]]
+    path = "rig.beam.clamp.rotation"
+    values = [3e3, 1e5]
+    [[vary]]
+    path = "rig.bushings[0].offset"
+    values = [-5e-5, 5e-5]
+    """
+    plan = loaded(tmp_path, text(EXCITATION, OUTPUTS, varied, rig="found"))
+    assert plan.law == law
+    case = plan.case(1)
+    assert case[0] == found
+    response = simulate(*(case[i] for i in (0, 2, 1)), "modal")
+    np.testing.assert_array_equal(plan.evaluate(1)["displacement_rms"], response.displacement.std(axis=1))
 
 
 # Paths and designs.

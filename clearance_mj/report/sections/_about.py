@@ -15,6 +15,10 @@ from ..writer import ReportWriter
 from . import section
 
 PACKAGES = ("mujoco-core", "numpy", "scipy", "numba", "matplotlib")
+LAWS = (
+    "Laws: what each model was allowed to know, and the rig on which it is simulated. A rig that was identified "
+    "has the sensors’ gains and places that were found, so its model predicts what they read."
+)
 ENGINES = (
     "Time step that each engine chose, from the highest frequency of its model. Safety: share of the stability limit "
     "2/ω; resolution: phase in rad that the fastest mode or contact may turn in a step."
@@ -23,13 +27,17 @@ ENGINES = (
 
 @section("about", "What this is", 10)
 def about(study: Study, writer: ReportWriter) -> str:
-    """Return rig, laws and records; writes records.csv and engines.csv."""
-    records, engines = frames.records(study), frames.engines(study)
+    """Return rig, laws and records; writes laws.csv, records.csv and engines.csv."""
+    laws, records, engines = frames.laws(study), frames.records(study), frames.engines(study)
+    writer.csv("laws", laws)
     writer.csv("records", records)
     writer.csv("engines", engines)
     return render(
         "about.html.j2",
         study=study, drawing=writer.figure(rig_drawing(study.dataset.rig)), versions=_versions(),
+        laws=Table.of("laws", LAWS, laws, {
+            "law": Column("Law"), "given": Column("Was given"), "simulated_on": Column("Is simulated on"),
+        }),
         records=Table.of("records", "Records: what each was used for.", records, {
             "record": Column("Record"), "role": Column("Used to"), "excitation": Column("Excitation"),
             "level": Column("Level", "RMS", "g"), "unit": Column("Unit"), "duration_s": Column("Duration", "s", "g"),

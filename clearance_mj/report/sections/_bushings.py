@@ -13,20 +13,34 @@ from ..tables import REPEAT, Column, Table
 from ..writer import ReportWriter
 from . import section
 
+FAMILIES = (
+    "Families of contact and grease that were compared. Weight: probability of the family among them, with which they "
+    "are mixed in the bands below. Misfit: what the law misses of the restoring forces over what a law is expected to "
+    "miss, mean of the bushings."
+)
+
 
 @section("bushings", "Parameters, contact and modes", 60)
 def bushings(study: Study, writer: ReportWriter) -> str:
-    """Return parameters, contact and modes; writes parameters.csv and contact.csv."""
-    parameters = frames.parameters(study)
+    """Return parameters, contact and modes; writes parameters.csv, families.csv (if there are any) and contact.csv."""
+    parameters, families = frames.parameters(study), frames.families(study)
     writer.csv("parameters", parameters)
+    if len(families):
+        writer.csv("families", families)
     writer.csv("contact", frames.contact(study))
-    shown = Table.of("parameters", "Fitted parameters, the same at every bushing.", parameters, {
+    shown = Table.of("parameters", "Fitted parameters; where no bushing is named, the same at all.", parameters, {
         "law": Column("Law"), "parameter": Column("Parameter"), "unit": Column("Unit"),
         "value": Column("Fitted", "", ".5g"), "standard_deviation": Column("± standard deviation", "", ".2g"),
         "relative_std_pct": Column("relative", "%", ".2g"), "rig_file": Column("Rig file", "", ".5g"),
     })  # fmt: skip
+    compared = Table.of("families", FAMILIES, families, {
+        "law": Column("Law"), "contact": Column("Contact"), "grease": Column("Grease"),
+        "weight": Column("Weight", "", ".3f"), "misfit": Column("Misfit", "", ".2f"),
+        "held_out": Column("of what no fit saw", "", ".2f"),
+    })  # fmt: skip
     return render(
-        "bushings.html.j2", parameters=shown, bands=[writer.figure(drawing) for drawing in figures.study_bands(study)],
+        "bushings.html.j2", parameters=shown, families=compared,
+        bands=[writer.figure(drawing) for drawing in figures.study_bands(study)],
         contact=writer.figure(figures.contact(study)), contact_table=contact_table(study),
         modes=writer.figure(figures.modes(study)),
     )  # fmt: skip
@@ -54,7 +68,8 @@ def contact_table(study: Study) -> Table:
             body.append((level, law, *(x for own in cells for x in ([*own[:2], None, None] if law == "test" else own))))
     caption = (
         f"Motion and contact in the bushings, engine {study.main_engine}. RMS, peak and contact are means over a "
-        "level’s records; probes at the bushings give the test’s motion, its contact is not measured. The other "
-        "engines are in tables/contact.csv."
+        "level’s records; probes at the bushings give the test’s motion, its contact is not measured. Gaps are those "
+        "of the rig that a law is simulated on, for the test those of the rig file. The other engines are in "
+        "tables/contact.csv."
     )
     return Table("contact", caption, tuple(columns), tuple(body))

@@ -45,13 +45,22 @@ def agreement_table(study: Study, engine: str) -> Table:
         body.append((r["level"], r["law"], *(interval(r, m.key) for m in OVERALL), share))
     caption = (
         f"Agreement with the validation records, engine {engine}: means over all sensors (modes) and over the records "
-        "of a level; below each, its 95 % interval over seeds."
+        f"of a level; below each, its 95 % interval over seeds. {_rigs(study)}"
     )
     return Table(f"agreement_{engine}", caption, tuple(columns), tuple(body))
 
 
+def _rigs(study: Study) -> str:
+    """Which laws are simulated on which rig, in a sentence."""
+    own = " and ".join(f"“{law.name}”" for law in study.laws if law.rig)
+    if not own:
+        return "All laws are simulated on the rig file’s rig."
+    others = ", all others on the rig file’s" if len(study.laws) > own.count("“") else ""
+    return f"Law {own} is simulated on the rig that was identified with it{others}."
+
+
 def sentences(study: Study) -> list[str]:
-    """Return the result in sentences: the best law at the main level, all laws at all levels, the engines."""
+    """Return the result in sentences: the study's best law at the main level, all laws at all levels, the engines."""
     rmse = pd.DataFrame(study.rows()).set_index(["level", "law", "engine"])["rmse_db"]
     shown = [(law, study.main_engine) for law in study.methods]
     on_main = rmse.unstack(["law", "engine"]).reindex(columns=pd.MultiIndex.from_tuples([*shown, REPEAT]))
@@ -71,10 +80,8 @@ def _at_main_level(study: Study, rmse: pd.DataFrame) -> str:
     level = f"At {study.main_level:g} {study.unit} RMS"
     least, repeat = rmse.loc[study.main_level, (study.best_law, study.main_engine)], rmse.loc[study.main_level, REPEAT]
     if not np.isfinite(least):
-        return f"{level} no law has an RMSE on engine {study.main_engine}."
-    sentence = (
-        f"{level} the best law, “{study.best_law}”, misses the rig by {least:.2f} dB RMS on engine {study.main_engine}"
-    )
+        return f"{level}, law “{study.best_law}” has no RMSE on engine {study.main_engine}."
+    sentence = f"{level}, law “{study.best_law}” misses the rig by {least:.2f} dB RMS on engine {study.main_engine}"
     if not repeat > 0:
         return f"{sentence}; no second record shows how closely the rig repeats itself."
     return f"{sentence}, {least / repeat:.2g} times what the rig repeats itself ({repeat:.2f} dB)."
