@@ -12,15 +12,15 @@ JCGM 101:2008, Propagation of distributions using a Monte Carlo method.
 from __future__ import annotations
 
 import dataclasses
+import functools
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 import scipy.stats
 
 from ..clearance.law import Law
-from ..engines import Modal, simulate_together
+from ..engines import Modal, simulate_and_keep
 from ..errors import LawError
 from ..identify.registry import Identified, get_method
 from ..rig import Rig
@@ -51,7 +51,7 @@ class Band(ArrayData):
     def __post_init__(self) -> None:
         self._set(drawn=read_only(self.drawn))
 
-    @cached_property
+    @functools.cached_property
     def limits(self) -> np.ndarray:
         """(2, n_outputs, n_inputs, n_f) lower and upper limit of the magnitude of another drawn law.
 
@@ -60,7 +60,7 @@ class Band(ArrayData):
         """
         return self._about(self._half_width)
 
-    @cached_property
+    @functools.cached_property
     def half_width_db(self) -> np.ndarray:
         """(n_outputs, n_inputs, n_f) half the width between the limits."""
         return DB * self._half_width
@@ -81,7 +81,7 @@ class Band(ArrayData):
         quantile = scipy.stats.norm.ppf(0.5 + self.confidence / 2)
         return self._about(np.hypot(self._half_width, quantile * error))
 
-    @cached_property
+    @functools.cached_property
     def _half_width(self) -> np.ndarray:
         n = len(self.drawn)
         quantile = scipy.stats.t.ppf(0.5 + self.confidence / 2, n - 1)
@@ -177,6 +177,6 @@ def frf_band(
     resolution : float
         Of the FRFs, Hz.
     """
-    responses = simulate_together([fitted, *drawn], excitation, engine)
-    first, *others = (estimate_frf(response, resolution=resolution) for response in responses)
-    return Band(first, np.abs([frf.value for frf in others]))
+    frf = functools.partial(estimate_frf, resolution=resolution)
+    first, *others = simulate_and_keep([fitted, *drawn], excitation, frf, engine, forces=False)
+    return Band(first, np.abs([found.value for found in others]))
