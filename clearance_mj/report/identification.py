@@ -156,8 +156,8 @@ def hysteresis(title: str, measured: RestoringForce, fitted: np.ndarray) -> Figu
             ax.plot(MM * x[part], force[part], color=TEST, linewidth=1.3, label="measured")
             ax.plot(MM * x[part], fitted[j, part], color=LAW, linewidth=0.9, linestyle=(0, (3, 1)), label="law")
             if np.abs(x[part]).max() > 0.8 * gap:
-                for side in (-gap, gap):
-                    ax.axvline(MM * side, color=REPEAT, linewidth=0.9, linestyle=":", label="gap")
+                for wall in filter(np.isfinite, measured.rig.bushings[j].walls):
+                    ax.axvline(MM * wall, color=REPEAT, linewidth=0.9, linestyle=":", label="walls")
             begin = measured.time[part][0]
             tidy(ax, f"bushing {j + 1}, {name}, {begin:.2f} s: {error:.2g} % off", "Restoring force (N)")
         for ax in line[len(stretches) :]:

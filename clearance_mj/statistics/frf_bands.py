@@ -4,7 +4,8 @@ Parameters, or their logarithms, are drawn from a normal distribution with the f
 to the fit's bounds, and every drawn law is simulated under the same excitation, on the rig that was drawn with it where
 the method finds both. The band of the drawn FRFs holds what the records leave open about the parameters. A measured FRF
 has a random error besides, which `Band.prediction` adds: `frf.random_error` between two excitations, `paired_error`
-where the rig and its model see the same one. No band holds what the law's form cannot say.
+where the rig and its model see the same one. What the law's form cannot say is in a band as far as the records' misfit
+shows it (`LawMisfit.spread`).
 
 JCGM 101:2008, Propagation of distributions using a Monte Carlo method.
 """
@@ -22,6 +23,7 @@ import scipy.stats
 from ..clearance.law import Law
 from ..engines import Modal, simulate_and_keep
 from ..errors import LawError
+from ..identify.law_misfit import LawMisfit
 from ..identify.registry import Identified, get_method
 from ..rig import Rig
 from ..signals.arrays import ArrayData, read_only
@@ -47,16 +49,20 @@ class Band(ArrayData):
     """(n_laws, n_outputs, n_inputs, n_f) magnitudes"""
     confidence: float = CONFIDENCE
     """probability that an FRF lies between the limits, line by line"""
+    missed: np.ndarray | None = None
+    """(n_outputs, n_inputs, n_f) relative standard deviation of a test's magnitude about that of the law, beside that
+    of the drawn laws; None: not known"""
 
     def __post_init__(self) -> None:
-        self._set(drawn=read_only(self.drawn))
+        self._set(drawn=read_only(self.drawn), missed=None if self.missed is None else read_only(self.missed))
 
     @functools.cached_property
     def limits(self) -> np.ndarray:
         """(2, n_outputs, n_inputs, n_f) lower and upper limit of the magnitude of another drawn law.
 
         The prediction interval of a lognormal variable, of which there are as many samples as laws: exp(m ± t s
-        √(1 + 1/n)), t of Student's distribution with n - 1 degrees of freedom.
+        √(1 + 1/n)), t of Student's distribution with n - 1 degrees of freedom. Where it is known what the law misses,
+        σ relative, the half width is that of both, the root of the sum of the squares.
         """
         return self._about(self._half_width)
 
@@ -85,7 +91,10 @@ class Band(ArrayData):
     def _half_width(self) -> np.ndarray:
         n = len(self.drawn)
         quantile = scipy.stats.t.ppf(0.5 + self.confidence / 2, n - 1)
-        return quantile * np.sqrt(1 + 1 / n) * np.log(self.drawn).std(axis=0, ddof=1)
+        drawn = quantile * np.sqrt(1 + 1 / n) * np.log(self.drawn).std(axis=0, ddof=1)
+        if self.missed is None:
+            return np.asarray(drawn)
+        return np.hypot(drawn, scipy.stats.norm.ppf(0.5 + self.confidence / 2) * self.missed)
 
     def _about(self, half_width: np.ndarray) -> np.ndarray:
         middle = np.log(self.drawn).mean(axis=0)
@@ -160,7 +169,7 @@ def draw_cases(rig: Rig, method: str, found: Identified, n: int, seed: int = 0) 
 
 def frf_band(
     fitted: tuple[Rig, Law], drawn: Sequence[tuple[Rig, Law]], excitation: Excitation, engine: Modal | None = None,
-    resolution: float = 0.5,
+    resolution: float = 0.5, misfit: LawMisfit | None = None,
 ) -> Band:  # fmt: skip
     """Simulate a fitted law and the laws drawn around it, each on its rig, under one excitation.
 
@@ -176,7 +185,14 @@ def frf_band(
         As in `simulate_together`, whose errors it raises.
     resolution : float
         Of the FRFs, Hz.
+    misfit : LawMisfit, optional
+        What rig and law missed of the records that they were found from, which widens the band of FRFs measured under
+        this excitation.
     """
     frf = functools.partial(estimate_frf, resolution=resolution)
     first, *others = simulate_and_keep([fitted, *drawn], excitation, frf, engine, forces=False)
-    return Band(first, np.abs([found.value for found in others]))
+    missed = None
+    if misfit is not None:
+        duration, level = excitation.value.size / excitation.fs, float(np.std(excitation.value))
+        missed = misfit.spread(first.frequency, level, duration, resolution)[:, None]
+    return Band(first, np.abs([found.value for found in others]), missed=missed)

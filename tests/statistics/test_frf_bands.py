@@ -13,16 +13,19 @@ from clearance_mj.cache import ResultCache
 from clearance_mj.clearance import ConstantLaw, ContactLaw, HuntCrossley
 from clearance_mj.errors import LawError, RecordError
 from clearance_mj.identify import METHODS, Identified, nominal
+from clearance_mj.identify.law_misfit import LawMisfit, Stretch
 from clearance_mj.identify.output_error import _covariance
 from clearance_mj.io.dataset import Dataset
 from clearance_mj.parameters import Estimates, Parameter
 from clearance_mj.report.figures import band_drawing, study_bands
 from clearance_mj.rig import Grease
-from clearance_mj.signals.excitation import multisine
+from clearance_mj.signals.excitation import multisine, random
 from clearance_mj.signals.frf import FRF, estimate_frf, random_error
 from clearance_mj.signals.response import Response
 from clearance_mj.statistics.frf_bands import Band, draw_cases, frf_band, inside, paired_error
 from clearance_mj.study import IdentifiedLaw, Study
+
+from ..conftest import SMALL_LAW
 
 NAMES = ("contact stiffness", "contact damping", "grease stiffness", "grease damping")
 
@@ -158,6 +161,18 @@ def records(rng, n, shared, noise, size=8192):
         y = scipy.signal.lfilter([1.0], [1, -0.5], x) + shared * (x**2 - 1)
         test = (y + noise * rng.standard_normal(size))[None]
         yield Response(1024.0, x, test, band=(20, 500)), Response(1024.0, x, y[None], band=(20, 500))
+
+
+def test_band_of_a_bench_holds_what_the_records_missed(rig):
+    """All drawn benches are the found one: half a width is 1.96 times what was missed, 0.3 dB beyond random error."""
+    ones = np.ones((len(rig.sensors), 1))
+    found = Stretch("ramp", 0.0, 5.0, 1.0, 0.5 * ones, 0.4 * ones)
+    misfit = LawMisfit(tuple(rig.sensor_labels), "m/s²", np.array([5.0, 220.0]), (found,), ())
+    case = rig, SMALL_LAW
+    band = frf_band(case, [case] * 3, random(5.0, 2048.0, (5, 220), 1.0, 1), resolution=1.0, misfit=misfit)
+    assert band.half_width_db == pytest.approx(1.959964 * 0.5, rel=1e-6)  # as long as the stretch, as many averages
+    longer = frf_band(case, [case] * 3, random(20.0, 2048.0, (5, 220), 1.0, 1), resolution=1.0, misfit=misfit)
+    assert longer.half_width_db == pytest.approx(1.959964 * np.hypot(0.3, 0.2), rel=1e-6)
 
 
 def test_random_error_is_the_scatter_from_record_to_record(rng):

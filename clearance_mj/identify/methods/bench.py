@@ -122,7 +122,9 @@ class BenchFit(Identified):
         }  # fmt: skip
 
     def draw(self, n: int, seed: int = 0) -> list[tuple[Rig, ContactLaw]]:
-        """Draw rigs with laws: families by their weights, numbers from their covariances.
+        """Draw rigs with laws: families by their weights, numbers from the covariances of the fits.
+
+        These are not widened by what rig and law miss: of FRFs, `LawMisfit.spread` says that.
 
         Parameters
         ----------
