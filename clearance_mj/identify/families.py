@@ -12,11 +12,11 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from ..clearance import Cubic, HuntCrossley1975, KelvinVoigt, MaxwellSlip
+from ..clearance import ContactLaw, Cubic, HuntCrossley1975, KelvinVoigt, MaxwellSlip
 from ..parameters import Parameter
 from ..rig import Bushing, Grease
 
-__all__ = ["CONTACTS", "GREASES", "Family"]
+__all__ = ["CONTACTS", "GREASES", "Family", "power_law_start"]
 
 DECADE = math.log(10.0)
 FAR = 5.0
@@ -55,7 +55,7 @@ def _contact_spring(bushing: Bushing) -> list[Parameter]:
 def _power_law(bushing: Bushing) -> list[Parameter]:
     return [
         _free("contact force at one gap", "N", bushing.contact.stiffness * bushing.gap, DECADE),
-        _free("contact loss", "s/m", 2.0, 0.5 * DECADE),
+        _loss(),
         _free("contact exponent", "1", 1.5, 0.3, 1.0, 3.0),
     ]
 
@@ -66,15 +66,25 @@ def _make_power_law(bushing: Bushing, force: float, loss: float, exponent: float
     return HuntCrossley1975(stiffness, loss * stiffness, exponent)
 
 
+def power_law_start(law: ContactLaw, bushing: Bushing) -> dict[str, float]:
+    """Values of a power law that comes near to another contact."""
+    half, whole = (law.contact[0].force(share * bushing.gap, 0.0) for share in (0.5, 1.0))
+    return {"contact force at one gap": whole, "contact exponent": math.log2(whole / half)}
+
+
 def _cubic(bushing: Bushing) -> list[Parameter]:
     k3 = bushing.contact.stiffness / bushing.gap**2
-    return [*_contact_spring(bushing), _free("contact cubic stiffness", "N/m³", k3, DECADE)]
+    return [*_contact_spring(bushing), _free("contact cubic stiffness", "N/m³", k3, DECADE), _loss()]
+
+
+def _loss() -> Parameter:
+    return _free("contact loss", "s/m", 2.0, 0.5 * DECADE)
 
 
 CONTACTS = (
     Family("linear", _contact_spring, lambda bushing, k, c: KelvinVoigt(k, c)),
     Family("power law", _power_law, _make_power_law),
-    Family("linear + cubic", _cubic, lambda bushing, k, c, k3: Cubic(k, k3, c)),
+    Family("linear + cubic", _cubic, lambda bushing, k, c, k3, loss: Cubic(k, k3, c, loss)),
 )
 """what can happen beyond the gap"""
 

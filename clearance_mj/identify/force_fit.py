@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import dataclasses
 import functools
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -53,9 +53,9 @@ NEAREST = 0.95
 """of the gap: the largest offset"""
 DAMPINGS = (0.0, 1e-3, 1e-2, 0.05, 0.25, 1.0, 5.0, 50.0)
 """Levenberg's and Marquardt's, all tried at once"""
-SMALLEST = 0.1
+SMALLEST = 0.2
 """gain of the log-posterior below which a fit ends"""
-MOST = 30
+MOST = 24
 """steps of a fit"""
 KNOWN = 1e-6
 """of the largest information, from which on a direction counts as known"""
@@ -66,7 +66,7 @@ class Motion:
 
     def __init__(self, forces: Sequence[RestoringForce], rig: Rig, number: int, gap: Sequence[Parameter]) -> None:
         self.rig, self.told, self.gap = rig, rig.bushings[number], tuple(gap)
-        self.paths = [_path(f, number) for f in forces]
+        self.paths, self.factor = [_path(f, number) for f in forces], FINER * COARSER
         pieces = [_compared(f, number, i) for i, f in enumerate(forces)]
         self.force, level, noise, block, kept, held = (np.concatenate(arrays) for arrays in zip(*pieces))
         self.kept, self.held = np.flatnonzero(kept), np.flatnonzero(held)
@@ -74,10 +74,13 @@ class Motion:
         self.blocks = np.flatnonzero(np.diff(block[self.kept], prepend=-1))
         """(n_blocks,) where they begin among what is kept"""
 
+    def forces(self, cases: Sequence[tuple[Bushing, ContactLaw]]) -> np.ndarray:
+        """(n_t, n_cases) forces of laws along the motion, N."""
+        return forces_along(self.paths, _taps(), self.factor, self.rig, cases)
+
     def left(self, cases: Sequence[tuple[Bushing, ContactLaw]]) -> np.ndarray:
         """(n_t, n_cases) weighted differences of laws' forces along the motion from the restoring force."""
-        found = forces_along(self.paths, _taps(), FINER * COARSER, self.rig, cases)
-        return (found - self.force[:, None]) * self.weight[:, None]
+        return (self.forces(cases) - self.force[:, None]) * self.weight[:, None]
 
     def with_reach(self, parameter: Parameter, bushing: Bushing) -> Parameter:
         """The gap's parameter, at least half of the way that the shaft went, if it never left the gap found."""
@@ -132,7 +135,7 @@ class ForceFit:
     estimates: Estimates
     """of gap and offset, where the rig file leaves them open, then of contact and grease"""
     at: np.ndarray
-    """(n,) values in prior standard deviations: where another fit can start"""
+    """(n,) values in prior standard deviations"""
     information: np.ndarray
     """(n, n) of `at`, as if the misfit were noise, without the priors"""
     size: int
@@ -156,6 +159,11 @@ class ForceFit:
     def drawn(self, bushing: Bushing, seed: int) -> tuple[Bushing, ContactLaw]:
         """Draw gap, offset and law from their covariance; ``bushing`` has the rest."""
         return of_values(self.estimates.draw(1, seed)[0], self.estimates.names, self.told, bushing, *self.families)
+
+    @property
+    def values(self) -> dict[str, float]:
+        """By name, SI: where another fit can start."""
+        return dict(zip(self.estimates.names, self.estimates.value.tolist()))
 
     @property
     def families(self) -> tuple[Family, Family]:
@@ -187,6 +195,11 @@ class _Fit:
     def values(self, at: np.ndarray) -> list[float]:
         varied = self.origin + self.width * at
         return [float(np.clip(p._inverse(v), p.low, p.high)) for p, v in zip(self.parameters, varied)]
+
+    def at(self, values: Mapping[str, float]) -> np.ndarray:
+        """Where values by name are; those that are not given, at their priors."""
+        inside = [np.clip(values.get(p.name, p.start), p.low, p.high) for p in self.parameters]
+        return (np.array([p._forward(float(v)) for p, v in zip(self.parameters, inside)]) - self.origin) / self.width
 
     def law(self, at: np.ndarray) -> tuple[Bushing, ContactLaw]:
         """Bushing and law of values."""
@@ -260,12 +273,10 @@ def of_values(
     return dataclasses.replace(bushing, gap=gap, offset=offset), law
 
 
-def fit(motion: Motion, contact: Family, grease: Family, starts: Sequence[ForceFit] = ()) -> ForceFit:
-    """Fit a family at a bushing, from what other fits had alike or from the priors, whichever is likeliest."""
+def fit(motion: Motion, contact: Family, grease: Family, starts: Sequence[Mapping[str, float]] = ()) -> ForceFit:
+    """Fit a family at a bushing, beginning with the likeliest of some values by name, or else with the priors."""
     problem = _Fit(motion, contact, grease)
-    names = [p.name for p in problem.parameters]
-    known = [dict(zip(start.estimates.names, start.at)) for start in starts]
-    points = [np.array([values.get(name, 0.0) for name in names]) for values in (*known, {})]
+    points = [problem.at(values) for values in (*starts, {})]
     at, left, information, alike = problem.run(points)
     covariance = np.linalg.inv(information / alike + np.eye(at.size)) * np.outer(problem.width, problem.width)
     bushing, law = problem.law(at)

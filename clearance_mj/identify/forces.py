@@ -7,17 +7,19 @@ without any assumption on what makes the forces, under random excitation as well
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 import scipy.fft
 from tqdm import tqdm
 
-from ..beam import ritz_model
+from ..beam import ModalModel, ritz_model
 from ..clearance.gap import penetration
 from ..errors import RecordError
 from ..io.dataset import Dataset, Record
 from ..rig import Rig
+from ..structure.base import parse_place
 from .channels import check_channel
 
 __all__ = ["RestoringForce", "restoring_force", "restoring_forces"]
@@ -87,13 +89,17 @@ class RestoringForce:
         return np.array([penetration(x, *b.walls).any() for x, b in zip(ends, self.rig.bushings)], dtype=bool)
 
 
-def restoring_force(record: Record, high: float | None = None) -> RestoringForce:
+def restoring_force(
+    record: Record, high: float | None = None, rig: Rig | None = None, probes: Mapping[str, float] | None = None
+) -> RestoringForce:
     """Reconstruct the force of every bushing on the shaft from a record with a probe at each.
 
-    ``high``: Hz, upper end of the band, from 0 Hz on. Default: 0.4 fs, where anti-alias filters begin.
+    ``high``: Hz, upper end of the band, from 0 Hz on. Default: 0.4 fs, where anti-alias filters begin. ``rig``: the
+    record's, as it is known now; default: as the record has it. ``probes``: what is known now of the probes, by names
+    such as "probes[0].gain" and "probes[0].position"; default: gains of 1, in the bushings' middles.
     """
-    rig, fs = record.rig, record.fs
-    measured = measured_channels(record)
+    measured, fs = measured_channels(record), record.fs
+    rig = rig or record.rig
     high = BAND * fs if high is None else float(high)
     if not 0 < high <= fs / 2:
         raise RecordError(f'record "{record.name}": band up to {high:g} Hz must end in 0..{fs / 2:g} Hz, half its rate')
@@ -103,7 +109,7 @@ def restoring_force(record: Record, high: float | None = None) -> RestoringForce
     inside = frequency <= high
     spectrum = np.fft.rfft(measured * _flanks(n, fs)[:, None], size, axis=0)[inside]
     omega = 2 * np.pi * frequency[inside]
-    seen, moved = _gains(rig, record.excitation_kind, omega)
+    seen, moved = _gains(rig, record.excitation_kind, omega, probes or {})
     try:
         sigma, theta, covariance = _solve(seen, spectrum, np.sqrt(np.mean(measured**2, axis=0)), n)
     except np.linalg.LinAlgError:
@@ -174,7 +180,7 @@ def measured_channels(record: Record) -> np.ndarray:
     return measured
 
 
-def _gains(rig: Rig, kind: str, omega: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _gains(rig: Rig, kind: str, omega: np.ndarray, probes: Mapping[str, float]) -> tuple[np.ndarray, np.ndarray]:
     """Gains on θ = (forces at the bushings, excitation): of the sensors, probes and excitation; of displacements.
 
     Returns arrays (n_f, n_channels, n_bushings + 1) and, at the bushings' middles and ends, (n_f, 3 n_bushings,
@@ -193,9 +199,22 @@ def _gains(rig: Rig, kind: str, omega: np.ndarray) -> tuple[np.ndarray, np.ndarr
     accelerations = -(omega[:, None, None] ** 2) * displacement(model.at_sensors)
     accelerations[:, :, -1] += model.sensors_on_base * float(kind == "base")
     moved = displacement(model.at_points)
+    read = displacement(_probe_rows(model, probes)) if probes else moved[:, : len(rig.bushings)]
     itself = np.zeros((omega.size, 1, inputs.shape[1]))
     itself[:, :, -1] = 1.0
-    return np.concatenate((accelerations, moved[:, : len(rig.bushings)], itself), axis=1), moved
+    return np.concatenate((accelerations, read, itself), axis=1), moved
+
+
+def _probe_rows(model: ModalModel, probes: Mapping[str, float]) -> np.ndarray:
+    """(n_bushings, n_modes) displacement that the probes read."""
+    rows = model.at_bushings.copy()
+    for j, bushing in enumerate(model.rig.bushings):
+        place = parse_place(bushing.position)
+        at = probes.get(f"probes[{j}].position")
+        if place and at is not None:
+            rows[j] = model.shapes([f"{place[0]}@{at!r}" if place[0] else at])[0]
+        rows[j] *= probes.get(f"probes[{j}].gain", 1.0)
+    return rows
 
 
 def _solve(

@@ -164,7 +164,7 @@ def records(laws):
 
 CONTACTS = {
     "kelvin-voigt": [KelvinVoigt(1e4 * i, 3.0 * i, adhesion=i == 2) for i in range(1, 5)],
-    "cubic": [Cubic(1e4, 1e11 * i, 2.0 * i) for i in range(4)],
+    "cubic": [Cubic(1e4, 1e11 * i, 2.0 * i, 1.5 * i) for i in range(4)],
     "hertz": [HuntCrossley(1e6, 0.9), HuntCrossley(1e5, 0.5, 1.0), HuntCrossley(1e8, 0.7, 2.1), Flores(1e6, 0.8)],
     "hunt-crossley-1975": [HuntCrossley1975(1e6, 1e4 * i, 1.0 + i / 2) for i in range(4)],
 }

@@ -10,7 +10,7 @@ from clearance_mj.clearance import AmplitudeLaw, ConstantLaw, TimeLaw
 from clearance_mj.engines import Links, simulate
 from clearance_mj.errors import RecordError
 from clearance_mj.identify.contact import contact_parameters, envelope
-from clearance_mj.identify.forces import restoring_force
+from clearance_mj.identify.forces import _gains, restoring_force
 from clearance_mj.identify.grease import grease_parameters
 from clearance_mj.identify.methods.amplitude import amplitude_law
 from clearance_mj.identify.methods.force_balance import force_balance_law
@@ -85,6 +85,36 @@ def test_force_drives_as_well_as_base(rig):
     found = restoring_force(dataclasses.replace(base, channels=[force, *base.channels[1:]], excitation_kind="force"))
     truth = response.contact_force + response.grease_force
     assert np.all(rms((found.force - truth).T[found.valid]) < 1.25 * found.force_std)
+
+
+def test_a_probe_s_gain_counts_and_the_rig_known_now_may_have_other_probe_labels(quiet):
+    """The sensor in a bushing has moved out of it; the record still has its probe there, which reads 3 % too much."""
+    response = quiet.response()
+    node = int(quiet.rig.probe_labels[1].split(":")[0])
+    bushings = tuple(dataclasses.replace(b, length=0.002) for b in quiet.rig.bushings)
+    moved = [dataclasses.replace(s, position=s.position + 0.0015 * (s.node == node)) for s in quiet.rig.sensors]
+    known = quiet.rig.replace(bushings=bushings, sensors=tuple(moved))
+    assert known.probe_labels != quiet.rig.probe_labels
+    record = with_channel(quiet, node, "displacement", lambda x: 1.03 * x)
+    found = restoring_force(record, rig=known, probes={"probes[1].gain": 1.03})
+    error = rms((found.displacement - response.displacement).T[found.valid])
+    wrong = rms((restoring_force(record).displacement - response.displacement).T[found.valid])
+    assert np.all(error < 0.012 * rms(response.displacement.T))  # the readings themselves have 1 % of noise
+    assert wrong[1] > 2 * error[1]
+
+
+def test_a_probe_reads_at_its_place(rig, quiet):
+    """Beside the bushing by as much as the rig known now has the bushing on the other side: the readings are alike."""
+    aside = {f"probes[{j}].position": b.position + 0.03 for j, b in enumerate(rig.bushings)}
+    moved = rig.replace(bushings=tuple(dataclasses.replace(b, position=b.position + 0.03) for b in rig.bushings))
+    omega = 2 * np.pi * np.array([8.0, 40.0, 90.0])
+    count = len(rig.sensors)
+    probes = slice(count, count + 2)
+    here, _ = _gains(rig, "base", omega, aside)
+    there, _ = _gains(moved, "base", omega, {})
+    np.testing.assert_allclose(here[:, probes, -1], there[:, probes, -1], rtol=1e-5)  # static shapes differ
+    with pytest.raises(AssertionError):
+        np.testing.assert_allclose(_gains(rig, "base", omega, {})[0][:, probes, -1], there[:, probes, -1], rtol=0.01)
 
 
 def test_bouc_wen_grease_is_recovered_inside_the_gap(ramp, measured):

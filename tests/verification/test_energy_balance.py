@@ -188,7 +188,7 @@ LAWS = {
     "Hunt-Crossley": ContactLaw(HuntCrossley(8e5, 0.6)),
     "Hunt-Crossley, n = 1": ContactLaw(HuntCrossley(2e4, 0.5, exponent=1.0)),
     "Hunt-Crossley 1975": ContactLaw(HuntCrossley1975(8e5, 1.2e6)),
-    "linear and cubic": ContactLaw((Cubic(1e4, 2e10, 3.0), Cubic(2e4, 1e10, 3.0))),
+    "linear and cubic": ContactLaw((Cubic(1e4, 2e10, 3.0, 2.0), Cubic(2e4, 1e10, 3.0))),
     "Maxwell-slip": ConstantLaw(2e4, 3.0, MaxwellSlip((2500.0, 1000.0), (0.3, 0.4), 800.0, 4.0, 7e-4)),
     "Maxwell-slip, Stribeck": ConstantLaw(
         2e4, 3.0, MaxwellSlip((2500.0, 1000.0, 500.0), (0.2, 0.3, 0.1), 800.0, 4.0, 7e-4, 0.2, 1.4, 0.01)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import Any
@@ -17,12 +17,13 @@ from ...io.dataset import Dataset
 from ...parameters import Estimates
 from ...rig import Rig
 from ..diagnosis import Diagnosis, diagnosed_update
-from ..families import CONTACTS, GREASES, Family
+from ..families import CONTACTS, GREASES, Family, power_law_start
 from ..force_fit import ForceFit, Motion, fit
 from ..forces import SETTLE, restoring_force
 from ..law_misfit import LawMisfit, law_misfit
 from ..priors import priors
 from ..registry import Identified, register
+from ..slip_start import slip_start
 from ..updating import RigUpdate
 
 __all__ = ["BenchFit", "FamilyFit", "fit_bench"]
@@ -158,8 +159,9 @@ def fit_bench(dataset: Dataset, progress: str | None = None) -> BenchFit:
     other. Last, rig and law are simulated under the records' excitation, to see what they miss.
     """
     update, diagnosis = diagnosed_update(dataset)
+    probes = {n: float(v) for n, v in zip(update.estimates.names, update.estimates.value) if n.startswith("probes")}
     forces = [
-        restoring_force(dataclasses.replace(record, rig=update.rig))
+        restoring_force(record, rig=update.rig, probes=probes)
         for record in tqdm(dataset.to_identify(), desc=progress and f"{progress} (forces)", disable=progress is None)
     ]
     gaps = {p.name: p for p in priors(dataset.rig) if p.name.endswith((".gap", ".offset"))}
@@ -177,26 +179,37 @@ def fit_bench(dataset: Dataset, progress: str | None = None) -> BenchFit:
 
 
 def compared(motions: Sequence[Motion], progress: str | None = None) -> tuple[FamilyFit, ...]:
-    """Fit every grease with every contact, the other contacts starting from the last one; likeliest first."""
+    """Fit every contact with every grease; likeliest first.
+
+    Greases one after the other with the last contact, then each with the other contacts from there.
+    """
     total = len(CONTACTS) * len(GREASES) * len(motions)
-    bar = tqdm(desc=progress and f"{progress} (families)", total=total, unit="fit", disable=progress is None)
     *others, first = CONTACTS
+    bar = tqdm(desc=progress and f"{progress} (families)", total=total, unit="fit", disable=progress is None)
     with bar, ThreadPoolExecutor(WORKERS) as pool:
 
-        def fitted(contact: Family, grease: Family, number: int, start: Sequence[ForceFit] = ()) -> ForceFit:
-            result = fit(motions[number], contact, grease, start)
+        def fitted(motion: Motion, contact: Family, grease: Family, *starts: Mapping[str, float]) -> ForceFit:
+            result = fit(motion, contact, grease, starts)
             bar.update()
             return result
 
-        numbers = range(len(motions))
-        begun = {(grease, j): pool.submit(fitted, first, grease, j) for j in numbers for grease in GREASES}
-        of_first = {key: task.result() for key, task in begun.items()}
+        def with_first(motion: Motion) -> list[ForceFit]:
+            linear, bouc_wen, slip, stribeck = GREASES
+            begun = fitted(motion, first, linear)
+            sliding = fitted(motion, first, slip, begun.values | slip_start(motion, begun))
+            more = fitted(motion, first, stribeck, sliding.values)
+            return [begun, fitted(motion, first, bouc_wen, begun.values), sliding, more]
+
+        def with_other(motion: Motion, contact: Family, start: ForceFit) -> ForceFit:
+            return fitted(motion, contact, start.grease, start.values | power_law_start(start.law, motion.told))
+
+        of_first = list(pool.map(with_first, motions))
         tasks = [
-            [pool.submit(fitted, contact, grease, j, [of_first[grease, j]]) for j in numbers]
-            for contact in others
-            for grease in GREASES
+            [pool.submit(with_other, m, other, fits[i]) for m, fits in zip(motions, of_first)]
+            for other in others
+            for i in range(len(GREASES))
         ]
-        found = [tuple(of_first[grease, j] for j in numbers) for grease in GREASES]
+        found = [tuple(fits) for fits in zip(*of_first)]
         found += [tuple(task.result() for task in of_family) for of_family in tasks]
     # What hangs together in time is what the best family misses.
     alike = [min(fits, key=lambda f: f.misfit).alike for fits in zip(*found)]
