@@ -51,12 +51,14 @@ STEP = 1e-3
 """prior standard deviations, for differences"""
 NEAREST = 0.95
 """of the gap: the largest offset"""
-DAMPINGS = (0.0, 1e-3, 1e-2, 0.05, 0.25, 1.0, 5.0, 50.0)
+DAMPINGS = (0.0, 0.01, 0.1, 0.3, 1.0, 3.0, 10.0, 50.0)
 """Levenberg's and Marquardt's, all tried at once"""
 SMALLEST = 0.2
 """gain of the log-posterior below which a fit ends"""
 MOST = 24
 """steps of a fit"""
+CAREFUL = 10.0
+"""samples, at most, that count as one on the way: far from the optimum all that is missed hangs together"""
 KNOWN = 1e-6
 """of the largest information, from which on a direction counts as known"""
 
@@ -251,11 +253,12 @@ class _Fit:
             gradient, information, alike = self.told(self.slopes(at, left), left)
             if gain < SMALLEST:
                 break
-            points = self.steps(at, gradient / alike + at, information / alike + np.eye(at.size))
+            count = min(alike, CAREFUL)
+            points = self.steps(at, gradient / count + at, information / count + np.eye(at.size))
             found = self.left(points)
-            likely = self.likely(points, found, alike)
+            likely = self.likely(points, found, count)
             i = int(np.argmax(likely))
-            gain = likely[i] - self.likely([at], left[:, None], alike)[0]
+            gain = likely[i] - self.likely([at], left[:, None], count)[0]
             if not gain > 0:
                 break
             at, left = points[i], found[:, i]

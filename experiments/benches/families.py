@@ -2,8 +2,8 @@
 
     python -m experiments.benches.families --out results/benches
 
-Twenty benches, one row each: every second one differs from its rig file in everything (" ~"). Their records to identify are
-made first, where they are not in the folder yet. truth.toml is read only to say what was found of gaps and offsets.
+Twenty benches, one row each: every second one differs from its rig file in everything (" ~"). Their records to identify
+are made first, where they are not in the folder yet. truth.toml is read only to say what was found of gaps and offsets.
 """
 
 from __future__ import annotations
