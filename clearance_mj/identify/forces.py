@@ -90,26 +90,30 @@ class RestoringForce:
 
 
 def restoring_force(
-    record: Record, high: float | None = None, rig: Rig | None = None, probes: Mapping[str, float] | None = None
-) -> RestoringForce:
-    """Reconstruct the force of every bushing on the shaft from a record with a probe at each.
+    record: Record, high: float | None = None, low: float = 0.0, rig: Rig | None = None,
+    probes: Mapping[str, float] | None = None,
+) -> RestoringForce:  # fmt: skip
+    """Reconstruct the force of every bushing on the shaft.
 
-    ``high``: Hz, upper end of the band, from 0 Hz on. Default: 0.4 fs, where anti-alias filters begin. ``rig``: the
-    record's, as it is known now; default: as the record has it. ``probes``: what is known now of the probes, by names
-    such as "probes[0].gain" and "probes[0].position"; default: gains of 1, in the bushings' middles.
+    ``low``, ``high``: Hz, the band, by default up to 0.4 fs, where anti-alias filters begin. A band from 0 Hz on needs a
+    probe at each bushing: accelerometers do not tell slow motion. ``rig``: updated, instead of the record's.
+    ``probes``: their gains and places by the names of `priors`, if they are not 1 and the bushings' middles.
     """
-    measured, fs = measured_channels(record), record.fs
-    rig = rig or record.rig
+    rig, fs = rig or record.rig, record.fs
+    measured = measured_channels(record, low > 0)
     high = BAND * fs if high is None else float(high)
-    if not 0 < high <= fs / 2:
+    if not low < high <= fs / 2:
         raise RecordError(f'record "{record.name}": band up to {high:g} Hz must end in 0..{fs / 2:g} Hz, half its rate')
     n, m = measured.shape[0], len(rig.bushings)
     size = scipy.fft.next_fast_len(n + int(TAPER * fs), real=True)
     frequency = np.fft.rfftfreq(size, 1 / fs)
-    inside = frequency <= high
+    inside = (frequency >= low) & (frequency <= high)
     spectrum = np.fft.rfft(measured * _flanks(n, fs)[:, None], size, axis=0)[inside]
     omega = 2 * np.pi * frequency[inside]
-    seen, moved = _gains(rig, record.excitation_kind, omega, probes or {})
+    model = ritz_model(rig, MODES)
+    rows = probe_rows(model, probes or {}) if measured.shape[1] > len(rig.sensors) + 1 else np.zeros((0, model.size))
+    seen = channel_gains(model, rows, record.excitation_kind, omega)
+    moved = displacement_gains(model, model.at_points, record.excitation_kind, omega)
     try:
         sigma, theta, covariance = _solve(seen, spectrum, np.sqrt(np.mean(measured**2, axis=0)), n)
     except np.linalg.LinAlgError:
@@ -137,7 +141,7 @@ def restoring_force(
         name=record.name,
         rig=rig,
         fs=fs,
-        band=(0.0, high),
+        band=(float(low), high),
         time=time,
         displacement=back(motion[:, :m]),
         velocity=back(1j * omega[:, None] * motion[:, :m]),
@@ -158,13 +162,13 @@ def restoring_forces(dataset: Dataset, progress: str | None = None) -> list[Rest
     return [restoring_force(record) for record in records]
 
 
-def measured_channels(record: Record) -> np.ndarray:
-    """(n_t, n_sensors + n_bushings + 1) accelerations, probes and the excitation, checked."""
+def measured_channels(record: Record, without_probes: bool = False) -> np.ndarray:
+    """(n_t, n_sensors + n_bushings + 1) accelerations, probes and the excitation, checked; probes only if there are."""
     where = f'record "{record.name}"'
     if not record.rig.bushings:
         raise RecordError(f"{where}: its rig has no bushings, so there is no restoring force to find")
     response = record.response()
-    if response.displacement is None:
+    if response.displacement is None and not without_probes:
         raise RecordError(
             f"{where}: has no displacement probe at every bushing; without them neither gap nor grease can be "
             "identified. Output error on the accelerometers alone still can be used"
@@ -172,49 +176,48 @@ def measured_channels(record: Record) -> np.ndarray:
     if response.duration <= 4 * SETTLE:
         raise RecordError(f"{where}: lasts {response.duration:g} s, force balance needs more than {4 * SETTLE:g} s")
     labels = [f"accelerometer {name}" for name in response.responses]
-    labels += [f"probe at bushings[{j}]" for j in range(len(record.rig.bushings))] + ["excitation"]
+    displacement = [] if response.displacement is None else [response.displacement]
+    labels += [f"probe at bushings[{j}]" for j in range(len(record.rig.bushings)) if displacement] + ["excitation"]
     # Channels side by side, so that sums over time are taken sample by sample.
-    measured = np.ascontiguousarray(np.vstack((response.acceleration, response.displacement, response.excitation)).T)
+    measured = np.ascontiguousarray(np.vstack((response.acceleration, *displacement, response.excitation)).T)
     for label, signal in zip(labels, measured.T, strict=True):
         check_channel(f"{where}: {label}", signal, response.fs)
     return measured
 
 
-def _gains(rig: Rig, kind: str, omega: np.ndarray, probes: Mapping[str, float]) -> tuple[np.ndarray, np.ndarray]:
-    """Gains on θ = (forces at the bushings, excitation): of the sensors, probes and excitation; of displacements.
-
-    Returns arrays (n_f, n_channels, n_bushings + 1) and, at the bushings' middles and ends, (n_f, 3 n_bushings,
-    n_bushings + 1).
-    """
-    model = ritz_model(rig, MODES)
-    receptance = model.receptance(omega)
-    inputs = np.vstack((-model.at_bushings, model.input(kind))).T  # (n_modes, n_bushings + 1)
-
-    def displacement(at: np.ndarray) -> np.ndarray:
-        if receptance.ndim == 3:
-            return at @ receptance @ inputs
-        products = at[:, None, :] * inputs.T[None]
-        return (receptance @ products.reshape(-1, model.size).T).reshape(omega.size, len(at), -1)
-
-    accelerations = -(omega[:, None, None] ** 2) * displacement(model.at_sensors)
-    accelerations[:, :, -1] += model.sensors_on_base * float(kind == "base")
-    moved = displacement(model.at_points)
-    read = displacement(_probe_rows(model, probes)) if probes else moved[:, : len(rig.bushings)]
-    itself = np.zeros((omega.size, 1, inputs.shape[1]))
-    itself[:, :, -1] = 1.0
-    return np.concatenate((accelerations, read, itself), axis=1), moved
-
-
-def _probe_rows(model: ModalModel, probes: Mapping[str, float]) -> np.ndarray:
-    """(n_bushings, n_modes) displacement that the probes read."""
-    rows = model.at_bushings.copy()
-    for j, bushing in enumerate(model.rig.bushings):
-        place = parse_place(bushing.position)
-        at = probes.get(f"probes[{j}].position")
-        if place and at is not None:
-            rows[j] = model.shapes([f"{place[0]}@{at!r}" if place[0] else at])[0]
-        rows[j] *= probes.get(f"probes[{j}].gain", 1.0)
+def probe_rows(model: ModalModel, values: Mapping[str, float]) -> np.ndarray:
+    """(n_bushings, n_modes) displacement that probes read, of gains and places by the names of `priors`."""
+    rows, bushings = model.at_bushings.copy(), model.rig.bushings
+    for j in range(len(rows)):
+        if f"probes[{j}].position" in values:
+            name = (parse_place(bushings[j].position) or ("", 0.0))[0]
+            at = values[f"probes[{j}].position"]
+            rows[j] = model.shapes([f"{name}@{at!r}" if name else at])[0]
+        rows[j] *= values.get(f"probes[{j}].gain", 1.0)
     return rows
+
+
+def channel_gains(model: ModalModel, probes: np.ndarray, kind: str, omega: np.ndarray) -> np.ndarray:
+    """Gains (n_f, n_channels, n_bushings + 1) of accelerometers, probes and excitation on θ.
+
+    θ: the forces at the bushings and the excitation.
+    """
+    sensors = len(model.at_sensors)
+    seen = displacement_gains(model, np.vstack((model.at_sensors, probes)), kind, omega)
+    seen[:, :sensors] *= -(omega[:, None, None] ** 2)
+    seen[:, :sensors, -1] += model.sensors_on_base * float(kind == "base")
+    itself = np.zeros((omega.size, 1, seen.shape[2]))
+    itself[:, :, -1] = 1.0
+    return np.concatenate((seen, itself), axis=1)
+
+
+def displacement_gains(model: ModalModel, rows: np.ndarray, kind: str, omega: np.ndarray) -> np.ndarray:
+    """Gains (n_f, n, n_bushings + 1) of displacements with rows (n, n_modes) on θ."""
+    inputs, receptance = np.vstack((-model.at_bushings, model.input(kind))).T, model.receptance(omega)
+    if receptance.ndim == 3:
+        return rows @ receptance @ inputs
+    products = rows[:, None, :] * inputs.T[None]
+    return (receptance @ products.reshape(-1, model.size).T).reshape(omega.size, len(rows), -1)
 
 
 def _solve(

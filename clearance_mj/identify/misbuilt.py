@@ -14,7 +14,7 @@ from ..rig import PointMass, Rig, Tolerance
 from .misread import spectra
 from .quiet import quiet_pieces
 from .trial import Fault, Trial
-from .updating import linear_reading
+from .quiet_update import linear_reading
 
 __all__ = ["Change", "changes"]
 

@@ -15,7 +15,7 @@ from ..rig import Rig
 from .priors import rig_with
 from .quiet import Piece, motion, quiet_pieces
 from .trial import MISFIT, Fault, Trial, channel_of, weight, with_records
-from .updating import linear_reading
+from .quiet_update import linear_reading
 
 __all__ = ["Correction", "corrections", "gain_of", "words_of"]
 

@@ -12,7 +12,7 @@ import numpy as np
 from ..errors import ClearanceError
 from ..io.dataset import Dataset, Record
 from ..rig import Rig
-from .updating import FLOOR, MODEL, RigUpdate, local_level, update_rig
+from .quiet_update import FLOOR, MODEL, RigUpdate, local_level, update_rig
 
 __all__ = ["Fault", "Trial", "channel_of", "trial_of", "weight", "with_records", "with_rig"]
 

@@ -1,71 +1,84 @@
-"""The linear rig out of the quiet beginnings of records: model updating by weighted Gauss-Newton with priors.
+"""The linear rig out of whole records, whatever its clearances do: model updating by weighted Gauss-Newton with priors.
 
-What `priors` leaves open varies until the spectra of all accelerometers and probes fit, in the sense of least squares
-with the distance of every parameter from its prior. A line weighs by the noise found in its channel and band and by
-5 % of its level, which stands for what a spring and a dashpot miss of the grease. Friswell and Mottershead, Finite
-Element Model Updating in Structural Dynamics, 1995, chapter 8.
+The structure without grease and contact is linear. Whatever acts in the clearances, a few forces enter it there, and
+more sensors than forces were recorded: at every frequency the forces and the excitation are those that meet the
+sensors best (variable projection; Golub and Pereyra, SIAM J. Numer. Anal. 10, 1973), and what the sensors then
+contradict each other in is the rig's error. So neither a law of the clearance nor quiet records are needed. What
+`priors` leaves open varies until that is least, together with the distance of every parameter from its prior
+(Friswell and Mottershead, Finite Element Model Updating in Structural Dynamics, 1995, chapter 8).
 """
 
 from __future__ import annotations
 
+import dataclasses
 import functools
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import scipy.optimize
+import scipy.fft
 
-from ..beam import natural_frequencies, ritz_model
+from ..beam import ModalModel, ritz_model
 from ..errors import RecordError
-from ..io.dataset import Dataset
+from ..io.dataset import Dataset, Record
 from ..parameters import Estimates, Parameter
 from ..rig import Rig
 from ..structure import Beam, Shaft
-from ..structure.base import parse_place, ratios_of_modes
+from ..structure.base import ratios_of_modes
 from .channels import check_channel
-from .priors import LOSS, RATIOS, prepared, priors, rig_with
-from .quiet import Piece, Reading, motion, quiet_pieces, with_rows
+from .forces import channel_gains, probe_rows
+from .priors import RATIOS, prepared, priors, rig_with
 
-__all__ = ["Misfit", "QuietError", "RigUpdate", "update_rig"]
+__all__ = ["Misfit", "RigUpdate", "update_rig"]
 
-MODES = 10
+MODES = 16
 """of the structure, to which the static shapes are added"""
 BEYOND = 1.3
 """of the highest line: modes below have a damping ratio of their own"""
-MODEL = 0.05
-"""of a line's level: what a linear grease misses"""
-LOCAL = 9
-"""lines over which the level is taken"""
+WIDER = 1.35
+"""upper end of the band over that of the excitation: impacts reach beyond it"""
+HIGHEST = 0.15
+"""of fs: upper end of the band where that of the excitation is not known"""
+LOWEST = 4
+"""whole periods in a record, of the slowest line"""
+FADE = 2.0
+"""s, cosine flanks at both ends of a record"""
+LEFT = 0.25
+"""of a signal at the record's end, by the damping of the complex frequencies (Wilcox, Int. J. Control 27, 1978)"""
+LINES = 3000
+"""of a record, at most"""
+ALIKE = 10.0
+"""of the record's own lines that count as one: errors of neighbours are alike"""
+MODEL = 0.01
+"""of a line's level: what the model misses"""
 FLOOR = 0.01
 """of a channel's level: its noise, to start with"""
-ROUNDS = 3
-"""fits, each with the weights that the last one showed"""
-OUTLYING = 3.0
+QUIETEST = 1e-4
+"""of a channel's level: no channel is taken to be quieter"""
+ROUNDS, STEPS = 3, 8
+"""fits, each with the weights that the last one showed, and Gauss-Newton steps of each"""
+NEAR = 0.05
+"""prior standard deviations: a fit ends with a smaller step"""
+OUTLYING = 2.0
 """standard deviations from which on a line counts less"""
-EDGES = (0.0, 20.0, 60.0, 130.0, np.inf)
-"""Hz, bands in which the noise is found"""
-ALIKE = 5.0
-"""Hz, bands in which residuals may be alike"""
+EDGES = (20.0, 60.0, 130.0)
+"""Hz, between bands in which the noise is found"""
 STEP = 1e-3
 """prior standard deviations, for differences"""
-REUSED = 0.02
-"""prior standard deviations, within which slopes are those of another point"""
 CHANNELWISE = ("gain", "position")
-
-
-class QuietError(RecordError):
-    """No record has a quiet piece."""
+SUSPECT = 0.1
+"""of a channel: a larger misfit is said"""
 
 
 @dataclass(frozen=True, eq=False)
 class Misfit:
-    """One record's quiet piece: spectra as measured and as the updated rig has them."""
+    """One record: spectra as measured, and as rigs under the forces that meet all sensors best have them."""
 
     record: str
     """its name"""
     duration: float
-    """s, of the quiet piece"""
+    """s"""
     frequency: np.ndarray
     """(n_f,) Hz"""
     measured: np.ndarray
@@ -78,25 +91,23 @@ class Misfit:
     @property
     def share(self) -> np.ndarray:
         """(n_channels,) RMS of what is left over that of the channel."""
-        return _rms(self.fitted - self.measured) / _rms(self.measured)
+        return _rms((self.fitted - self.measured).T) / _rms(self.measured.T)
 
 
 @dataclass(frozen=True, eq=False)
 class RigUpdate:
-    """A rig updated to the quiet part of its records, and how well it is known."""
+    """A rig updated to its records, and how well it is known."""
 
     rig: Rig
-    """updated; gaps and offsets are those of the rig file"""
+    """updated; gaps, offsets and grease are those of the rig file"""
     start: Rig
     """the rig file"""
     estimates: Estimates
     """of all that varied, with what was known before as priors; those of probes are no part of the rig"""
     misfit: tuple[Misfit, ...]
-    """of each record with a quiet piece"""
+    """of each record"""
     channels: tuple[str, ...]
     """names of the misfits' channels"""
-    scale: float
-    """residuals over their weights, RMS; the covariance is widened by it where it exceeds 1"""
     probes: bool
     """whether displacement probes took part"""
 
@@ -111,17 +122,30 @@ class RigUpdate:
         return self.estimates.only_prior
 
     @property
+    def share(self) -> np.ndarray:
+        """(n_channels,) what is left of each channel over its level, RMS over the records."""
+        return np.sqrt(np.mean([m.share**2 for m in self.misfit], axis=0))
+
+    @property
     def warnings(self) -> tuple[str, ...]:
         """Plain words on what not to rely on."""
         words = []
         if not self.probes:
-            words.append(
-                "without probes: the quiet part was found by the model, and what the grease does is known by the "
-                "accelerometers alone"
-            )
+            words.append("without probes: the motion in the clearances is known by the accelerometers alone")
         if self.only_prior:
             words.append(f"only the prior holds {', '.join(self.only_prior)}")
+        worst = int(np.argmax(self.share))
+        if self.share[worst] > SUSPECT:
+            words.append(
+                f"the updated rig misses {self.channels[worst]} by {100 * self.share[worst]:.0f} % of its level: the "
+                "rig file is wrong in something that it takes for exact, or a sensor is"
+            )
         return tuple(words)
+
+    @property
+    def values(self) -> dict[str, float]:
+        """Estimates by name, SI units."""
+        return dict(zip(self.estimates.names, self.estimates.value.tolist()))
 
     def draw(self, n: int, seed: int = 0) -> list[Rig]:
         """Draw rigs from the covariance, gaps and offsets those of the rig file.
@@ -141,8 +165,7 @@ class RigUpdate:
         return {
             "parameters": self.estimates.beside_priors(),
             "covariance": self.estimates.covariance.tolist(),
-            "scale": self.scale,
-            "pieces": [
+            "records": [
                 {"record": m.record, "duration": m.duration, "misfit": dict(zip(self.channels, m.share.tolist()))}
                 for m in self.misfit
             ],
@@ -152,10 +175,7 @@ class RigUpdate:
 
 
 def update_rig(dataset: Dataset) -> RigUpdate:
-    """Update a rig to the part of its records in which the shaft stays clear of the walls.
-
-    Each record to identify from counts from its beginning, at which the rig must be at rest, to where a probe first
-    comes to three quarters of the way to a wall of the rig file; 16 s at most.
+    """Update a rig to its records to identify, with unknown forces in its clearances.
 
     Parameters
     ----------
@@ -170,140 +190,153 @@ def update_rig(dataset: Dataset) -> RigUpdate:
     Raises
     ------
     RecordError
-        If no record has a quiet piece of 1 s or more, or a channel cannot be used.
+        If there are no more sensors than clearances, or a channel cannot be used.
     """
     records, rig = dataset.to_identify(), dataset.rig
     for record in records:
         check_channel(f'record "{record.name}": excitation', record.excitation().value, record.fs)
     probes = all(record.response().displacement is not None for record in records) and bool(rig.bushings)
-    pieces = quiet_pieces(records, linear_reading(rig, prepared(rig), probes, {}))
-    fit = _Fit(rig, _some(pieces), probes)
-    if not probes:  # the updated model knows better where the shaft was
-        fit.run(1)
-        fit = _Fit(rig, _some(quiet_pieces(records, fit.reading(fit.at))), probes)
-    return fit.run(ROUNDS)
-
-
-def _some(pieces: Sequence[Piece]) -> Sequence[Piece]:
-    if not pieces:
-        raise QuietError(
-            "no record to identify from begins with 1 s or more in which the shaft stays clear of its bushings; "
-            "record a level that rises from rest, or a low one"
+    sensors = len(rig.sensors) + len(rig.bushings) * probes
+    if sensors <= len(rig.bushings):
+        raise RecordError(
+            f"{sensors} sensors cannot tell the rig from the unknown forces in {len(rig.bushings)} clearances; needs "
+            "more sensors than clearances"
         )
-    return pieces
+    return _Fit(rig, [_Spectra(record, probes) for record in records], probes).run()
 
 
-def linear_reading(rig: Rig, whole: Rig, probes: bool, values: dict[str, float]) -> Reading:
-    """The linear rig of values by name; ``whole`` is the rig that has them."""
-    linear = whole.linear
-    ratios = linear.damping_ratios or () if isinstance(linear, Beam | Shaft) else ()
-    model = ritz_model(_undamped(rig, values), MODES)
-    model = with_rows(model, whole, model.damping + 2 * model.omega * ratios_of_modes(ratios, model.size))
-    small = np.array(
-        [b.grease.elastic_ratio + (1 - b.grease.elastic_ratio) * b.grease.amplitude for b in whole.bushings]
-    )
-    stiffness, damping = np.array([(b.grease.stiffness, b.grease.damping) for b in whole.bushings]).reshape(-1, 2).T
-    loss = np.array([values.get(f"bushings[{j}].grease.{LOSS}", 0.0) for j in range(small.size)])
-    lowest = float(2 * np.pi * natural_frequencies(rig, 1)[0])
-    rows = model.at_bushings.copy() if probes else np.zeros((0, model.size))
-    for j in range(len(rows)):
-        if f"probes[{j}].position" in values:
-            name = (parse_place(rig.bushings[j].position) or ("", 0.0))[0]
-            at = values[f"probes[{j}].position"]
-            rows[j] = model.shapes([f"{name}@{at!r}" if name else at])[0]
-        rows[j] *= values.get(f"probes[{j}].gain", 1.0)
-    return Reading(model, stiffness * small, damping, loss, lowest, rows)
+class _Spectra:
+    """Channels of a record at complex frequencies."""
 
-
-def _undamped(rig: Rig, values: dict[str, float]) -> Rig:
-    """The rig with what its modes depend on alone, and no damping ratios: few different ones are reduced to modes."""
-    structural = {n: v for n, v in values.items() if _structural(n)}
-    base = prepared(rig)
-    if isinstance(base.linear, Beam | Shaft):
-        field = "beam" if base.beam else "structure"
-        structural |= {f"{field}.damping_ratios[{i}]": 0.0 for i in range(len(base.linear.damping_ratios or ()))}
-    return rig_with(rig, structural)
-
-
-def _structural(name: str) -> bool:
-    return name.startswith(("beam", "1/", "structure", "masses")) and "damping_ratios" not in name
+    def __init__(self, record: Record, probes: bool) -> None:
+        response, fs = record.response(), record.fs
+        self.name, self.kind, self.duration = record.name, response.kind, response.duration
+        displacement = [] if response.displacement is None or not probes else [response.displacement]
+        signals = np.vstack([response.acceleration, *displacement, response.excitation])
+        n = signals.shape[1]
+        count, time = scipy.fft.next_fast_len(2 * n, real=True), np.arange(n) / fs
+        fade = int(min(FADE * fs, n / 4))
+        window = np.exp(np.log(LEFT) * time / self.duration)
+        flank = 0.5 - 0.5 * np.cos(np.pi * (np.arange(fade) + 0.5) / fade)
+        window[:fade] *= flank
+        window[n - fade :] *= flank[::-1]
+        low, high = response.band or (0.0, HIGHEST * fs / WIDER)
+        frequency = np.fft.rfftfreq(count, 1 / fs)
+        inside = np.flatnonzero(
+            (frequency >= max(low, LOWEST / self.duration)) & (frequency <= min(WIDER * high, 0.4 * fs))
+        )
+        kept = inside[:: -(-inside.size // LINES)]
+        self.frequency = frequency[kept]
+        """(n_f,) Hz"""
+        self.omega = 2 * np.pi * self.frequency + 1j * np.log(LEFT) / self.duration
+        self.measured = scipy.fft.rfft(signals * window, count, axis=1)[:, kept].T
+        """(n_f, n_channels) accelerometers, probes, excitation"""
+        self.alike = max(1.0, ALIKE * self.frequency.size / (self.duration * np.ptp(self.frequency)))
 
 
 class _Fit:
     """Weighted least squares of what is open, in prior standard deviations from where it starts."""
 
-    def __init__(self, rig: Rig, pieces: Sequence[Piece], probes: bool) -> None:
-        self.rig, self.pieces, self.probes = rig, pieces, probes
-        highest = max(p.frequency[-1] for p in pieces)
+    def __init__(self, rig: Rig, spectra: Sequence[_Spectra], probes: bool) -> None:
+        self.rig, self.spectra, self.probes = rig, spectra, probes
+        highest = max(s.frequency[-1] for s in spectra)
         damped = int(np.sum(ritz_model(rig, 2 * RATIOS).omega < 2 * np.pi * BEYOND * highest)) + 1
-        self.parameters = [p for p in priors(rig, damped, probes) if not p.name.endswith((".gap", ".offset"))]
-        self._model = functools.lru_cache(maxsize=2)(self._evaluated)
-        self._slopes: tuple[np.ndarray, list[list[np.ndarray]]] | None = None
+        self.parameters = [p for p in priors(rig, damped, probes) if not _clearance(p.name)]
         self.width = np.array([p.prior_std for p in self.parameters])
         self.origin = np.array([p._forward(p.start) for p in self.parameters])
-        ends = np.array([[p._forward(p.low), p._forward(p.high)] for p in self.parameters])
-        self.bounds = (ends - self.origin[:, None]) / self.width[:, None]
-        self.at = np.clip(np.zeros(self.width.size), self.bounds[:, 0] + STEP, self.bounds[:, 1] - STEP)
-        self.weights = [
-            1 / np.hypot(FLOOR * _rms(p.measured)[:, None], MODEL * local_level(p.measured)) for p in pieces
-        ]
+        ends = np.array([[p._forward(p.low), p._forward(p.high)] for p in self.parameters]).reshape(-1, 2)
+        self.low, self.high = ((ends - self.origin[:, None]) / self.width[:, None]).T
+        self.weights = [1 / np.hypot(FLOOR * _rms(s.measured), 3 * MODEL * np.abs(s.measured)) for s in spectra]
 
     def values(self, at: np.ndarray) -> dict[str, float]:
         """By name, SI units."""
-        inside = np.clip(at, *self.bounds.T)
-        varied = self.origin + self.width * inside
+        varied = self.origin + self.width * np.clip(at, self.low, self.high)
         return {p.name: float(p._inverse(v)) for p, v in zip(self.parameters, varied)}
 
-    def reading(self, at: np.ndarray) -> Reading:
-        """The linear rig at a point."""
+    def gains(self, at: np.ndarray) -> list[np.ndarray]:
+        """Of forces in the clearances and of the excitation: (n_f, n_channels, n_bushings + 1) for each record."""
         values = self.values(at)
-        return linear_reading(self.rig, rig_with(self.rig, values), self.probes, values)
+        model = _model(self.rig, values)
+        rows = probe_rows(model, values) if self.probes else np.zeros((0, model.size))
+        return [channel_gains(model, rows, s.kind, s.omega) for s in self.spectra]
 
-    def _evaluated(self, at: tuple[float, ...]) -> tuple[list[np.ndarray], list[np.ndarray]]:
-        reading = self.reading(np.array(at))
-        moved = [motion(reading, p.kind, p.omega) for p in self.pieces]
-        return [p.predicted(reading, q) for p, q in zip(self.pieces, moved)], moved
+    def run(self) -> RigUpdate:
+        """Fit, find the noise, fit again."""
+        at = self._inside(np.zeros(self.width.size))
+        before = self._projected(self.gains(at))
+        for i in range(ROUNDS):
+            if i:
+                self._reweigh(found)
+            at, found, covariance = self._solved(at)
+        covariance = covariance * np.outer(self.width, self.width)
+        values = self.values(at)
+        channels = [f"accelerometer {label}" for label in self.rig.sensor_labels]
+        channels += [f"probe {label}" for label in self.rig.probe_labels] if self.probes else []
+        estimates = Estimates.of(self.parameters, list(values.values()), covariance)
+        whole = rig_with(self.rig, values).replace(tolerances=self.rig.tolerances)
+        misfit = [
+            Misfit(s.name, s.duration, s.frequency, *(y.T[: len(channels)] for y in (s.measured, b.fitted, f.fitted)))
+            for s, b, f in zip(self.spectra, before, found)
+        ]
+        return RigUpdate(whole, self.rig, estimates, tuple(misfit), tuple(channels), self.probes)
 
-    def spectra(self, at: np.ndarray) -> list[np.ndarray]:
-        """(n_channels, n_f) of each piece."""
-        return self._model(tuple(at))[0]
+    def _inside(self, at: np.ndarray) -> np.ndarray:
+        return np.clip(at, self.low + STEP, self.high - STEP)
 
-    def residual(self, at: np.ndarray) -> np.ndarray:
-        """Of the data over their standard deviations, then the priors'."""
-        left = [(y - p.measured) * w for y, p, w in zip(self.spectra(at), self.pieces, self.weights)]
-        return np.concatenate((_real(left), at))
+    def _solved(self, at: np.ndarray) -> tuple[np.ndarray, list[_Projection], np.ndarray]:
+        """Gauss-Newton steps, halved where they lead up: where it ends, what is left there, covariance."""
+        found = self._projected(self.gains(at))
+        cost = self._cost(at, found)
+        for _ in range(STEPS):
+            slopes = self._slopes(at, found)
+            precision, gradient = np.eye(at.size), at.copy()
+            for f, s, spectra in zip(found, slopes, self.spectra):
+                counts = f.counts[:, None] / spectra.alike
+                rows = s.reshape(at.size, -1).conj() * np.broadcast_to(counts, f.left.shape).ravel()
+                precision += (rows @ s.reshape(at.size, -1).T).real
+                gradient += (rows @ f.left.ravel()).real
+            step = self._inside(at - np.linalg.solve(precision, gradient)) - at
+            for _ in range(STEPS):
+                there = self._projected(self.gains(at + step))
+                if (new := self._cost(at + step, there)) <= cost:
+                    break
+                step = step / 2
+            else:
+                break
+            at, found, cost = at + step, there, new
+            if np.max(np.abs(step), initial=0.0) < NEAR:
+                break
+        return at, found, np.linalg.inv(precision)
 
-    def jacobian(self, at: np.ndarray) -> np.ndarray:
-        """Of the residuals; the spectra's slopes are those of the last point, if that is near."""
-        if self._slopes is None or np.max(np.abs(at - self._slopes[0])) > REUSED:
-            self._slopes = at.copy(), self._differences(at)
-        data = [_real([slope * w for slope, w in zip(of, self.weights)]) for of in self._slopes[1]]
-        return np.vstack((np.array(data).T, np.eye(at.size)))
+    def _cost(self, at: np.ndarray, found: Sequence[_Projection]) -> float:
+        return float(at @ at) + sum(f.cost / s.alike for f, s in zip(found, self.spectra))
 
-    def _differences(self, at: np.ndarray) -> list[list[np.ndarray]]:
-        """Slopes of every piece's spectra for each parameter; instruments, each in its own channel, move together."""
-        here, moved = self._model(tuple(at))
-        found: dict[int, list[np.ndarray]] = {}
+    def _projected(self, gains: Sequence[np.ndarray]) -> list[_Projection]:
+        return [_Projection(g, s.measured, w) for g, s, w in zip(gains, self.spectra, self.weights)]
+
+    def _slopes(self, at: np.ndarray, found: Sequence[_Projection]) -> list[np.ndarray]:
+        """Of what is left, (n, n_f, n_channels) for each record (Kaufman, BIT 15, 1975); instruments move together."""
+        own: dict[int, int] = {}
+        slopes = [np.empty((at.size, *f.left.shape), dtype=complex) for f in found]
         for kind in CHANNELWISE:
             group = {i: c for i, p in enumerate(self.parameters) if (c := self._channel(p, kind)) is not None}
             steps = self._steps(at, list(group))
-            reading = self.reading(at + steps)
-            there = [p.predicted(reading, q) for p, q in zip(self.pieces, moved)]
-            for i, channel in group.items():
-                found[i] = [np.zeros_like(y) for y in here]
-                for slope, y, z in zip(found[i], there, here):
-                    slope[channel] = (y[channel] - z[channel]) / steps[i]
-        for i in range(at.size):
-            if i not in found:
-                step = self._steps(at, [i])
-                there = self._evaluated(tuple(at + step))[0]
-                found[i] = [(y - z) / step[i] for y, z in zip(there, here)]
-        return [found[i] for i in range(at.size)]
+            for slope, f, moved in zip(slopes, found, self.gains(at + steps)):
+                change = f.changed(moved)
+                for i, channel in group.items():
+                    slope[i] = 0.0
+                    slope[i, :, channel] = change[:, channel] / steps[i]
+            own |= group
+        for i in sorted(set(range(at.size)) - set(own)):
+            steps = self._steps(at, [i])
+            for slope, f, moved in zip(slopes, found, self.gains(at + steps)):
+                slope[i] = f.changed(moved) / steps[i]
+        return [-f.without_forces(slope) for f, slope in zip(found, slopes)]
 
     def _steps(self, at: np.ndarray, which: list[int]) -> np.ndarray:
         """(n,) inwards from a bound."""
         steps = np.zeros(at.size)
-        steps[which] = np.where(at[which] + STEP > self.bounds[which, 1], -STEP, STEP)
+        steps[which] = np.where(at[which] + 2 * STEP > self.high[which], -STEP, STEP)
         return steps
 
     def _channel(self, parameter: Parameter, kind: str) -> int | None:
@@ -317,70 +350,72 @@ class _Fit:
             return None
         return int(number) + (0 if sensor else len(self.rig.sensors))
 
-    def run(self, rounds: int) -> RigUpdate:
-        """Fit, find the noise, fit again."""
-        before = self.spectra(np.clip(np.zeros(self.at.size), *self.bounds.T))
-        for i in range(rounds):
-            if i:
-                self._reweigh()
-            found = scipy.optimize.least_squares(
-                self.residual, self.at, self.jacobian, self.bounds.T, xtol=1e-4, ftol=1e-4, max_nfev=20
-            )
-            self.at = found.x
-        data = found.fun[: -self.at.size]
-        scale = float(np.sqrt(np.mean(data**2)))
-        wider = max(1.0, scale) * np.sqrt(self._alike())
-        rows = found.jac / np.where(np.arange(found.fun.size) < data.size, wider, 1.0)[:, None]
-        covariance = np.linalg.inv(rows.T @ rows) * np.outer(self.width, self.width)
-        values = self.values(self.at)
-        after = self.spectra(self.at)
-        misfit = [
-            Misfit(p.name, p.duration, p.frequency, p.measured, b, y) for p, b, y in zip(self.pieces, before, after)
-        ]
-        channels = [f"accelerometer {label}" for label in self.rig.sensor_labels]
-        channels += [f"probe {label}" for label in self.rig.probe_labels] if self.probes else []
-        estimates = Estimates.of(self.parameters, list(values.values()), covariance)
-        whole = rig_with(self.rig, values).replace(tolerances=self.rig.tolerances)
-        return RigUpdate(whole, self.rig, estimates, tuple(misfit), tuple(channels), scale, self.probes)
-
-    def _alike(self) -> float:
-        """How many lines count as one for the covariance: a rig that misses a mode misses it on many of them.
-
-        Residuals over the phases of what was measured: the variance of their sums in bands of all channels, over that
-        of sums of independent ones (the design effect of cluster sampling, Kish 1965).
-        """
-        sums, squares = 0.0, 0.0
-        for piece, y, weight in zip(self.pieces, self.spectra(self.at), self.weights):
-            left = (y - piece.measured) * weight * np.exp(-1j * np.angle(piece.measured))
-            band = (piece.frequency / ALIKE).astype(int)
-            sums += float(sum(abs(left[:, band == b].sum()) ** 2 for b in np.unique(band)))
-            squares += float(np.sum(np.abs(left) ** 2))
-        return max(1.0, sums / squares)
-
-    def _reweigh(self) -> None:
-        """Weights from what the last fit left: its median in every band of a channel, and less for what stands out."""
-        for i, (piece, y) in enumerate(zip(self.pieces, self.spectra(self.at))):
-            left = np.abs(y - piece.measured)
-            noise = np.empty_like(left)
-            band = np.digitize(piece.frequency, EDGES)
+    def _reweigh(self, found: Sequence[_Projection]) -> None:
+        """Weights from what the last fit left: its median in every band of a channel."""
+        for i, (s, f) in enumerate(zip(self.spectra, found)):
+            left = np.abs(s.measured - f.fitted) ** 2 / f.freedom
+            noise, band = np.empty_like(left), np.digitize(s.frequency, EDGES)
             for b in np.unique(band):
-                noise[:, band == b] = np.sqrt(np.median(left[:, band == b] ** 2, axis=1, keepdims=True) / np.log(2))
-            spread = np.hypot(noise, MODEL * local_level(piece.measured))
-            self.weights[i] = 1 / (spread * np.sqrt(np.maximum(left / (OUTLYING * spread), 1.0)))
+                noise[band == b] = np.median(left[band == b], axis=0) / np.log(2)
+            noise = np.maximum(noise, (QUIETEST * _rms(s.measured)) ** 2)
+            self.weights[i] = 1 / np.sqrt(noise + (MODEL * np.abs(s.measured)) ** 2)
 
 
-def _real(parts: Sequence[np.ndarray]) -> np.ndarray:
-    """Real, then imaginary parts, in one row; each has half of the variance."""
-    whole = np.concatenate([part.ravel() for part in parts]) * np.sqrt(2)
-    return np.concatenate((whole.real, whole.imag))
+class _Projection:
+    """Forces that meet weighted channels best, and what is left."""
+
+    def __init__(self, gains: np.ndarray, measured: np.ndarray, weight: np.ndarray) -> None:
+        self.weight = weight
+        rows = gains * weight[:, :, None]
+        self._basis, upper = np.linalg.qr(rows)
+        target = measured * weight
+        along = self._basis.conj().transpose(0, 2, 1) @ target[:, :, None]
+        self.forces = np.linalg.solve(upper, along)
+        """(n_f, n_bushings + 1, 1)"""
+        met = (self._basis @ along)[:, :, 0]
+        self.left = target - met
+        """(n_f, n_channels) weighted"""
+        self.fitted = met / weight
+        """the same, of what the forces explain, in the channels' units"""
+        channels = gains.shape[1]
+        self.freedom = (channels - gains.shape[2]) / channels
+        size = np.sqrt(np.mean(np.abs(self.left) ** 2, axis=1) / self.freedom) / OUTLYING
+        self.counts = 1 / np.maximum(size, 1.0)
+        """(n_f,) less than 1 for a line that stands out"""
+        self.cost = float(np.sum(np.where(size > 1, 2 * size - 1, size**2)) * OUTLYING**2 * channels * self.freedom)
+
+    def changed(self, gains: np.ndarray) -> np.ndarray:
+        """(n_f, n_channels) change of what the same forces explain, weighted."""
+        return (gains @ self.forces)[:, :, 0] * self.weight - (self.fitted * self.weight)
+
+    def without_forces(self, values: np.ndarray) -> np.ndarray:
+        """Part of weighted values (n, n_f, n_channels) that no forces explain."""
+        columns = values.transpose(1, 2, 0)
+        return values - (self._basis @ (self._basis.conj().transpose(0, 2, 1) @ columns)).transpose(2, 0, 1)
+
+
+def _clearance(name: str) -> bool:
+    """Whether a parameter is what happens in a clearance, not where it is."""
+    return name.startswith("bushings[") and not name.endswith((".position", ".to"))
+
+
+def _model(rig: Rig, values: dict[str, float]) -> ModalModel:
+    """Modes of the structure with values by name, without grease; few different ones are reduced to modes."""
+    whole, structural = rig_with(rig, values), {n: v for n, v in values.items() if _structural(n)}
+    linear, base = whole.linear, prepared(rig)
+    ratios = linear.damping_ratios or () if isinstance(linear, Beam | Shaft) else ()
+    if isinstance(linear, Beam | Shaft):
+        field = "beam" if base.beam else "structure"
+        structural |= {f"{field}.damping_ratios[{i}]": 0.0 for i in range(len(ratios))}
+    model = ritz_model(rig_with(rig, structural), MODES)
+    damping = model.damping + 2 * model.omega * ratios_of_modes(ratios, model.size)
+    return dataclasses.replace(model, rig=whole, damping=damping)
+
+
+def _structural(name: str) -> bool:
+    return name.startswith(("beam", "1/", "structure", "masses")) and "damping_ratios" not in name
 
 
 def _rms(spectra: np.ndarray) -> np.ndarray:
-    """(n_channels,) over the lines."""
-    return np.sqrt(np.mean(np.abs(spectra) ** 2, axis=1))
-
-
-def local_level(spectra: np.ndarray) -> np.ndarray:
-    """(n_channels, n_f) local RMS."""
-    box = np.ones(LOCAL) / LOCAL
-    return np.sqrt(np.array([np.convolve(np.abs(y) ** 2, box, "same") for y in spectra]))
+    """(n_channels,) over the lines (n_f, n_channels)."""
+    return np.sqrt(np.mean(np.abs(spectra) ** 2, axis=0))

@@ -28,6 +28,8 @@ from ..updating import RigUpdate
 
 __all__ = ["BenchFit", "FamilyFit", "fit_bench"]
 
+SLOWEST = 4.0
+"""Hz: without probes, slower motion is not known"""
 WORKERS = 2
 """threads"""
 
@@ -159,9 +161,8 @@ def fit_bench(dataset: Dataset, progress: str | None = None) -> BenchFit:
     other. Last, rig and law are simulated under the records' excitation, to see what they miss.
     """
     update, diagnosis = diagnosed_update(dataset)
-    probes = {n: float(v) for n, v in zip(update.estimates.names, update.estimates.value) if n.startswith("probes")}
     forces = [
-        restoring_force(record, rig=update.rig, probes=probes)
+        restoring_force(record, low=0.0 if update.probes else SLOWEST, rig=update.rig, probes=update.values)
         for record in tqdm(dataset.to_identify(), desc=progress and f"{progress} (forces)", disable=progress is None)
     ]
     gaps = {p.name: p for p in priors(dataset.rig) if p.name.endswith((".gap", ".offset"))}
