@@ -1,4 +1,4 @@
-"""clearance-mj update-rig: the linear rig out of the quiet beginnings of records."""
+"""clearance-mj update-rig: the linear rig out of records."""
 
 from __future__ import annotations
 
@@ -19,19 +19,20 @@ def _options(parser: argparse.ArgumentParser) -> None:
 
 
 @command(
-    "update-rig", "correct the rig file by the quiet part of the records, and say how well it is known", _options,
+    "update-rig", "correct the rig file by the records, and say how well it is known", _options,
     out=Path("results/updated_rig"),
     out_help="folder for rig.toml, updated_rig.json and updated_rig.png (default: %(default)s)",
 )  # fmt: skip
 def _run(options: argparse.Namespace) -> dict[str, Any]:
-    from ..identify import diagnosed_update
+    from ..identify import diagnose, update_rig
     from ..io.dataset import Dataset
     from ..report.updated_rig import draw
 
     out_folder(options.out)
     if options.out.resolve() == options.dataset.resolve():
         raise ClearanceError(f"--out {options.out}: rig.toml would replace the dataset's; give another folder")
-    found, diagnosis = diagnosed_update(Dataset.load(options.dataset))
+    dataset = Dataset.load(options.dataset)
+    found, diagnosis = update_rig(dataset), diagnose(dataset)
     stored = found.to_dict() | {"diagnosis": list(diagnosis.words)}
     found.rig.save(options.out / "rig.toml")
     write_text(options.out / "updated_rig.json", to_json(stored))
@@ -42,7 +43,7 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
 
 def _print(found: RigUpdate, diagnosis: Diagnosis, out: Path) -> None:
     for piece in found.misfit:
-        print(f"record {piece.record}: quiet for {piece.duration:.2f} s, misfit up to {100 * piece.share.max():.1f} %")
+        print(f"record {piece.record}: misfit up to {100 * piece.share.max():.1f} %")
     print(f"{'parameter':32s} {'before':>11s} {'now':>11s}   std  (posterior over prior)")
     for row in found.estimates.beside_priors():
         print("{name:32s} {before:11.5g} {value:11.5g} ± {std:.2g} {unit} ({told:.2f})".format(**row))

@@ -29,8 +29,8 @@ from .forces import RestoringForce, restoring_force
 from .misbuilt import Change, changes, longer
 from .misread import EXPLAINED, Correction, corrections, gain_of, snapped, spectra, words_of
 from .quiet import Piece
-from .trial import Fault, Trial, trial_of, weight, with_records, with_rig
 from .quiet_update import QuietError, RigUpdate, update_rig
+from .trial import Fault, Trial, trial_of, weight, with_records, with_rig
 
 __all__ = ["Diagnosis", "Fault", "diagnose", "diagnosed_update"]
 

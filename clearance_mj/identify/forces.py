@@ -95,8 +95,8 @@ def restoring_force(
 ) -> RestoringForce:  # fmt: skip
     """Reconstruct the force of every bushing on the shaft.
 
-    ``low``, ``high``: Hz, the band, by default up to 0.4 fs, where anti-alias filters begin. A band from 0 Hz on needs a
-    probe at each bushing: accelerometers do not tell slow motion. ``rig``: updated, instead of the record's.
+    ``low``, ``high``: Hz, the band, by default up to 0.4 fs, where anti-alias filters begin. A band from 0 Hz on needs
+    a probe at each bushing: accelerometers do not tell slow motion. ``rig``: updated, instead of the record's.
     ``probes``: their gains and places by the names of `priors`, if they are not 1 and the bushings' middles.
     """
     rig, fs = rig or record.rig, record.fs

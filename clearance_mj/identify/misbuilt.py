@@ -13,8 +13,8 @@ from ..errors import ClearanceError
 from ..rig import PointMass, Rig, Tolerance
 from .misread import spectra
 from .quiet import quiet_pieces
-from .trial import Fault, Trial
 from .quiet_update import linear_reading
+from .trial import Fault, Trial
 
 __all__ = ["Change", "changes"]
 

@@ -14,8 +14,8 @@ from ..io.dataset import Dataset, Record
 from ..rig import Rig
 from .priors import rig_with
 from .quiet import Piece, motion, quiet_pieces
-from .trial import MISFIT, Fault, Trial, channel_of, weight, with_records
 from .quiet_update import linear_reading
+from .trial import MISFIT, Fault, Trial, channel_of, weight, with_records
 
 __all__ = ["Correction", "corrections", "gain_of", "words_of"]
 

@@ -11,7 +11,6 @@ contradict each other in is the rig's error. So neither a law of the clearance n
 from __future__ import annotations
 
 import dataclasses
-import functools
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -264,9 +263,9 @@ class _Fit:
         """Fit, find the noise, fit again."""
         at = self._inside(np.zeros(self.width.size))
         before = self._projected(self.gains(at))
-        for i in range(ROUNDS):
-            if i:
-                self._reweigh(found)
+        at, found, covariance = self._solved(at)
+        for _ in range(ROUNDS - 1):
+            self._reweigh(found)
             at, found, covariance = self._solved(at)
         covariance = covariance * np.outer(self.width, self.width)
         values = self.values(at)

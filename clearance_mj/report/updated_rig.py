@@ -1,4 +1,4 @@
-"""Figures of an updated rig: measured and fitted spectra of its quiet record, parameters before and after."""
+"""Figures of an updated rig: measured and fitted spectra of its longest record, parameters before and after."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ ROW = 0.13
 
 
 def draw(found: RigUpdate) -> Drawing:
-    """Draw spectra of the longest quiet piece, and every parameter in prior standard deviations."""
+    """Draw spectra of the longest record, and every parameter in prior standard deviations."""
     count = len(found.estimates.names)
     figure = canvas(4.2 + ROW * count)
     upper, lower = np.asarray(figure.subfigures(2, 1, height_ratios=(4.2, ROW * count))).tolist()
@@ -31,9 +31,9 @@ def draw(found: RigUpdate) -> Drawing:
 
 
 def draw_spectra(found: RigUpdate) -> Drawing:
-    """Draw spectra of the longest quiet piece: measured, of the rig file, of the updated rig."""
+    """Draw spectra of the longest record: measured, of the rig file, of the updated rig."""
     figure = canvas(4.2)
-    return Drawing("spectra", figure, _spectra(figure, found), f"Spectra of the quiet part, rig {found.rig.name}.")
+    return Drawing("spectra", figure, _spectra(figure, found), f"Spectra, rig {found.rig.name}.")
 
 
 def draw_parameters(found: Estimates) -> Drawing:
@@ -69,7 +69,7 @@ def _spectra(figure: FigureBase, found: RigUpdate) -> str:
         )
     axes[0].legend(fontsize=FONT - 1, frameon=False)
     return (
-        f"Quiet beginning of record {piece.record}, {piece.duration:.1f} s: measured, of the rig file and of the "
+        f"Record {piece.record}, {piece.duration:.1f} s: measured, of the rig file and of the "
         "updated rig."
     )
 

@@ -1,4 +1,4 @@
-"""The linear rig out of quiet records: on benches of foreign physics, and its parts against other methods."""
+"""The linear rig out of records whose clearances do as they like: on benches of foreign physics, and on loud ones."""
 
 import dataclasses
 import functools
@@ -8,10 +8,8 @@ import pytest
 
 from clearance_mj.beam import natural_frequencies, ritz_model
 from clearance_mj.clearance.law import ConstantLaw
-from clearance_mj.engines import simulate
 from clearance_mj.errors import RecordError
 from clearance_mj.identify import update_rig
-from clearance_mj.identify.quiet import Piece, Reading, motion
 from clearance_mj.io.dataset import Dataset, Record
 from clearance_mj.rig import Shaker
 from clearance_mj.signals import excitation
@@ -22,7 +20,7 @@ from .records import record_of
 
 
 @functools.cache
-def quiet_record(bench, seconds=7.0):
+def ramp_record(bench, seconds=7.0):
     """The first seconds of a ramp from 0.3 to 9 m/s² in 32 s."""
     base = excitation.level_ramp(32.0, FS, (5.0, 220.0), start_rms=0.3, end_rms=9.0, seed=bench.seed).value
     channels = _measure(bench, base[: int(seconds * FS)], np.random.default_rng(bench.seed))
@@ -30,7 +28,7 @@ def quiet_record(bench, seconds=7.0):
 
 
 def updated(bench, seconds=7.0):
-    return update_rig(Dataset(bench.rig, (quiet_record(bench, seconds),)))
+    return update_rig(Dataset(bench.rig, (ramp_record(bench, seconds),)))
 
 
 def truth_of(bench):
@@ -88,68 +86,42 @@ def test_gains_are_found(everything):
     assert np.sqrt(np.mean((gains / real - 1) ** 2)) < 0.6 * np.sqrt(np.mean((real - 1) ** 2))
 
 
-def test_only_the_quiet_part_counts(everything):
-    bench, found = everything
-    moved = quiet_record(bench).response().displacement
-    (piece,) = found.misfit
-    gap = np.array([b.gap for b in bench.rig.bushings])[:, None]
-    at = int(piece.duration * FS)
-    assert np.all(np.abs(moved[:, :at]) <= 0.75 * gap)
-    assert np.any(np.abs(moved[:, at : at + 8]) > 0.75 * gap)
-    assert np.all(piece.share < 0.2)
-
-
 def linear(rig):
     """The rig with gaps out of reach and a linear grease."""
     bushings = [dataclasses.replace(b, gap=0.05) for b in rig.bushings]
     return rig.replace(bushings=tuple(bushings))
 
 
-def reading_of(rig):
-    model = ritz_model(rig, 16)
-    k, c = np.array([(b.grease.stiffness, b.grease.damping) for b in rig.bushings]).T
-    return Reading(model, k, c, np.zeros(2), 1.0, model.at_bushings)
+def test_a_loud_record_tells_as_much_as_a_quiet_one(rig):
+    """Whatever the clearances do, the rig is found: hard contact on both sides, of which the update knows nothing."""
+    beam = dataclasses.replace(rig.beam, young_modulus=0.96 * rig.beam.young_modulus)
+    real = rig.replace(beam=beam)
+    loud = excitation.random(6.0, FS, (5.0, 220.0), rms=8.0, seed=1)
+    record, response = record_of(real, loud, ConstantLaw(np.full(2, 1e4), np.full(2, 4.0)))
+    assert np.abs(response.displacement).max(axis=1).min() > 1.3 * max(b.gap for b in rig.bushings)
+    found = update_rig(Dataset(rig, (dataclasses.replace(record, rig=rig),)))
+    np.testing.assert_allclose(natural_frequencies(found.rig, 4), natural_frequencies(real, 4), rtol=3e-3)
+    assert np.all(found.share < 0.05)
 
 
-@pytest.mark.parametrize("kind", ["base", "force"])
-def test_spectra_from_rest_are_those_of_a_simulation(rig, kind):
-    """Complex frequencies against integration over time: nothing wraps round, however little the rig is damped."""
-    rig = linear(rig).replace(shaker=Shaker(kind, 0.9 if kind == "force" else None))
-    push = excitation.random(2.0, FS, (5.0, 220.0), rms=0.5, seed=3, kind=kind)
-    law = ConstantLaw(np.full(2, 1e4), np.zeros(2))
-    piece = Piece("simulated", simulate(rig, push, law, "modal"), int(1.6 * FS))
-    reading = reading_of(rig)
-    predicted = piece.predicted(reading, motion(reading, kind, piece.omega))
-    left = np.sqrt(np.mean(np.abs(predicted - piece.measured) ** 2, axis=1))
-    assert np.all(left < 0.01 * np.sqrt(np.mean(np.abs(piece.measured) ** 2, axis=1)))
-
-
-def test_motion_solves_the_equations_of_motion(rig):
-    """(Ω² - ω² + iωC + Bᵀ (k + ik η + iωc) B) q = g, solved whole; above the lowest mode η falls as 1/ω."""
-    reading = dataclasses.replace(reading_of(rig), loss=np.array([0.2, 0.1]), lowest=50.0)
-    model, omega = reading.model, 200.0 - 0.5j
-    b = model.at_bushings
-    kappa = reading.stiffness * (1 + 1j * reading.loss * 50 / 200) + 1j * omega * reading.damping
-    dynamic = np.diag(model.omega**2 - omega**2 + 1j * omega * model.damping) + (b.T * kappa) @ b
-    exact = np.linalg.solve(dynamic, model.input("base"))
-    np.testing.assert_allclose(motion(reading, "base", np.array([omega]))[0], exact, rtol=1e-9)
-
-
-def test_a_record_without_a_quiet_part_is_refused(rig):
-    loud = excitation.random(3.0, FS, (5.0, 220.0), rms=8.0, seed=1)
-    record, _ = record_of(rig, loud, ConstantLaw(np.full(2, 1e4), np.full(2, 4.0)))
-    with pytest.raises(RecordError, match="begins with 1 s or more in which the shaft stays clear of its bushings"):
-        update_rig(Dataset(rig, (record,)))
+def test_no_more_sensors_than_clearances_is_refused(rig):
+    few = rig.replace(sensors=rig.sensors[:2])
+    push = excitation.random(3.0, FS, (5.0, 220.0), rms=1.0, seed=1)
+    record, _ = record_of(few, push, ConstantLaw(np.full(2, 1e4), np.full(2, 4.0)))
+    channels = [c for c in record.channels if c.quantity == "acceleration"]
+    record = Record("ramp", "identify", few, FS, channels, band=(5.0, 220.0))
+    with pytest.raises(RecordError, match="2 sensors cannot tell the rig from the unknown forces in 2 clearances"):
+        update_rig(Dataset(few, (record,)))
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["no-probes", "one-bushing", "three-bushings", "other-shaft"])
 def test_other_benches(name):
-    """The first mode hangs on the grease, whose friction is no spring; the others are found as on the whole bench."""
+    """As on the whole bench."""
     bench = NAMED[name]()
     found = updated(bench, 12.0)
     errors = np.abs(frequency_errors(bench, found.rig))
-    assert errors[0] < 0.01
+    assert errors[0] < 0.005
     assert errors[1:].max() < 0.002
     assert found.probes == bool(bench.probes)
     assert bool(bench.probes) != any("without probes" in words for words in found.warnings)
@@ -157,7 +129,7 @@ def test_other_benches(name):
 
 @pytest.mark.slow
 def test_force_excitation(rig):
-    """A rig of its own kind, driven by a force: what differs from the rig file is found."""
+    """A rig of its own kind, driven by a force: E is 4 % less than in the rig file, frequencies 2 %."""
     real = linear(rig).replace(shaker=Shaker("force", 0.9))
     beam = dataclasses.replace(real.beam, young_modulus=0.96 * real.beam.young_modulus)
     push = excitation.random(8.0, FS, (5.0, 220.0), rms=0.3, seed=2, kind="force")
@@ -165,7 +137,10 @@ def test_force_excitation(rig):
     record = Record("ramp", "identify", real, FS, record.channels, "force", band=(5.0, 220.0))
     found = update_rig(Dataset(real, (record,)))
     truth = natural_frequencies(real.replace(beam=beam), 4)
-    np.testing.assert_allclose(natural_frequencies(found.rig, 4), truth, rtol=1e-3)
+    np.testing.assert_allclose(natural_frequencies(found.rig, 4), truth, rtol=6e-3)
+    distance = np.log(found.values["beam.young_modulus"] / beam.young_modulus)
+    std = dict(zip(found.estimates.names, found.estimates.varied_std))["beam.young_modulus"]
+    assert abs(distance) < 2 * std < 0.02
 
 
 @pytest.mark.slow

@@ -16,7 +16,7 @@ from ...clearance import ContactLaw
 from ...io.dataset import Dataset
 from ...parameters import Estimates
 from ...rig import Rig
-from ..diagnosis import Diagnosis, diagnosed_update
+from ..diagnosis import Diagnosis, diagnose
 from ..families import CONTACTS, GREASES, Family, power_law_start
 from ..force_fit import ForceFit, Motion, fit
 from ..forces import SETTLE, restoring_force
@@ -24,7 +24,7 @@ from ..law_misfit import LawMisfit, law_misfit
 from ..priors import priors
 from ..registry import Identified, register
 from ..slip_start import slip_start
-from ..updating import RigUpdate
+from ..updating import RigUpdate, update_rig
 
 __all__ = ["BenchFit", "FamilyFit", "fit_bench"]
 
@@ -119,7 +119,7 @@ class BenchFit(Identified):
                 "widening": self.misfit.widening,
                 "frf": self.misfit.rows(),
                 "decays": self.misfit.decay_rows(),
-                "quiet": self.update.to_dict()["pieces"],
+                "rig": self.update.to_dict()["records"],
             },
             "warnings": list(self.warnings),
         }  # fmt: skip
@@ -160,7 +160,7 @@ def fit_bench(dataset: Dataset, progress: str | None = None) -> BenchFit:
     offset, contact and grease of each bushing along the measured motion, for one family of contact and grease after the
     other. Last, rig and law are simulated under the records' excitation, to see what they miss.
     """
-    update, diagnosis = diagnosed_update(dataset)
+    update, diagnosis = update_rig(dataset), diagnose(dataset)
     forces = [
         restoring_force(record, low=0.0 if update.probes else SLOWEST, rig=update.rig, probes=update.values)
         for record in tqdm(dataset.to_identify(), desc=progress and f"{progress} (forces)", disable=progress is None)
