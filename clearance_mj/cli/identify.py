@@ -107,7 +107,7 @@ def _bench(options: argparse.Namespace, method: Method) -> dict[str, Any]:
         folder.refuse_others("rig.toml", "law.json", "identified.json", "index.html")
         found, warned = _found(options, BENCH, method, dataset)
         fit = cast("BenchFit", found)
-        write_bench(fit, folder.new)
+        write_bench(fit, dataset, folder.new)
         if not options.no_figures:
             write_page(fit, dataset, folder.new, out, not options.quiet)
     _print_bench(fit, out)

@@ -18,7 +18,6 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from tqdm import tqdm
 
 from ..clearance.law import Law
 from ..engines import simulate
@@ -26,6 +25,7 @@ from ..io.dataset import Record
 from ..rig import Rig
 from ..signals.frf import estimate_frf, random_error
 from ..signals.response import Response
+from ..tasks import run_tasks
 from .output_error import CREST, DB, PIECE, RESOLUTION
 
 __all__ = ["Decay", "LawMisfit", "Stretch", "law_misfit"]
@@ -227,9 +227,11 @@ def law_misfit(records: Sequence[Record], rig: Rig, law: Law, progress: str | No
     ClearanceError
         Whatever `simulate` raises.
     """
-    pairs = []
-    for record in tqdm(records, desc=progress, unit="record", disable=progress is None):
-        pairs.append((record.name, record.response(), simulate(rig, record.excitation(), law, "modal")))
+    excitations = [record.excitation() for record in records]
+    models = dict(
+        run_tasks(lambda i: simulate(rig, excitations[i], law, "modal"), range(len(records)), progress=progress or "")
+    )
+    pairs = [(record.name, record.response(), models[i]) for i, record in enumerate(records)]
     bands = [_band(test) for _, test, _ in pairs if not _is_of_hits(test)]
     edges = np.geomspace(min(b[0] for b in bands), max(b[1] for b in bands), BANDS + 1) if bands else np.empty(0)
     stretches = [s for pair in pairs if not _is_of_hits(pair[1]) for s in _stretches(*pair, edges)]

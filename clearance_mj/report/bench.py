@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
+from .._version import __version__
 from ..errors import RecordError
 from ..files import to_json, write_text
 from ..identify.forces import RestoringForce, restoring_force
@@ -27,11 +28,18 @@ TIED = 0.5
 """from which on"""
 
 
-def write_bench(fit: BenchFit, folder: Path) -> None:
+def write_bench(fit: BenchFit, dataset: Dataset, folder: Path) -> None:
     """Write ``rig.toml``, ``law.json`` and ``identified.json``."""
     fit.rig.copied(folder / "structure").save(folder / "rig.toml")
     fit.law.save(folder / "law.json")
-    write_text(folder / "identified.json", to_json(fit.to_dict()))
+    about = {
+        "version": __version__,
+        "dataset": str(dataset.path),
+        "rig": dataset.rig.name,
+        "synthetic": _synthetic(dataset),
+        "identified_from": [r.name for r in dataset.identify],
+    }
+    write_text(folder / "identified.json", to_json(about | fit.to_dict()))
 
 
 def write_page(fit: BenchFit, dataset: Dataset, folder: Path, shown: Path, progress: bool = False) -> None:
@@ -48,6 +56,10 @@ def write_page(fit: BenchFit, dataset: Dataset, folder: Path, shown: Path, progr
     write_text(folder / "index.html", html.page(f"Identified bench “{fit.rig.name}”", sections))
 
 
+def _synthetic(dataset: Dataset) -> bool:
+    return any("synthetic" in str(r.provenance).lower() for r in dataset.identify)
+
+
 def _summary(fit: BenchFit, dataset: Dataset, shown: Path) -> str:
     sources = dict.fromkeys(str(r.provenance["source"]) for r in dataset.identify if "source" in r.provenance)
     best = fit.families[0]
@@ -61,7 +73,7 @@ def _summary(fit: BenchFit, dataset: Dataset, shown: Path) -> str:
         sentence += f" FRFs of the records are met within {min(missed):.2g} to {max(missed):.2g} dB, by level."
     return html.render(
         "bench_summary.html.j2", sentence=sentence, warnings=fit.warnings, folder=shown, gaps=_gaps(fit, dataset),
-        synthetic=any("synthetic" in str(r.provenance).lower() for r in dataset.identify),
+        synthetic=_synthetic(dataset),
         source="; ".join(sources) or "the dataset does not say", records=[r.name for r in dataset.identify],
     )  # fmt: skip
 

@@ -34,6 +34,7 @@ def test_rig_law_numbers_and_page(folder, tmp_path, capsys):
     assert main(["identify", str(folder), "--out", str(out), "--json", "--quiet"]) == 0
     printed = json.loads(capsys.readouterr().out)
     stored = json.loads((out / "identified.json").read_text(encoding="utf-8"))
+    assert (stored["synthetic"], stored["identified_from"]) == (True, ["ramp"])
     assert printed["parameters"] == stored["parameters"]
     assert (out / "mine.txt").read_text() == "stays"
 
