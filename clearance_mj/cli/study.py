@@ -14,21 +14,23 @@ from .options import add_plugin, load_plugin
 def _options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("dataset", type=Path, help="dataset folder: rig.toml, dataset.toml, one .uff per record")
     parser.add_argument("--engines", default="links,modal", help="comma-separated; modal-mj too (default: %(default)s)")
-    parser.add_argument("--methods", help=f"comma-separated, of {', '.join(LAWS)} (default: all)")
+    parser.add_argument(
+        "--methods", default="nominal,constant,amplitude,bench",
+        help=f"comma-separated, of {', '.join(LAWS)} (default: %(default)s)",
+    )  # fmt: skip
     add_plugin(parser, "a method, an engine, a contact, a grease or a section of the report")
     parser.add_argument("--workers", type=int, help="threads (default: one for each processor)")
 
 
 @command(
-    "study", "compare every law on every engine with a dataset's validation records", _options,
+    "study", "compare laws on engines with a dataset's validation records", _options,
     out=Path("results/study"), out_help="folder of the report (default: %(default)s)",
 )  # fmt: skip
 def _run(options: argparse.Namespace) -> dict[str, Any]:
     from ..report import report_study
-    from ..study import METHODS
 
     load_plugin(options.plugin)
-    engines, methods = options.engines.split(","), options.methods.split(",") if options.methods else METHODS
+    engines, methods = options.engines.split(","), options.methods.split(",")
     study = report_study(options.dataset, options.out, engines, methods, options.workers, not options.quiet)
     print(f"report: {options.out / 'report.html'}")
     return {"out": str(options.out), "results": study.rows()}

@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 import dataclasses
+import json
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Self
+
+import numpy as np
 
 from ..clearance.law import Law
 from ..clearance.law_files import law_from_dict
 from ..errors import LawError
 from ..identify import Identified, get_method
+from ..identify.law_misfit import Decay, LawMisfit, Stretch
 from ..identify.methods.bench import BenchFit
 from ..rig import Rig
 from ..statistics.frf_bands import draw_cases
@@ -45,6 +49,8 @@ class IdentifiedLaw:
     families: tuple[dict, ...] = ()
     """of contact and grease that the method compared, likeliest first: contact, grease, weight, log_evidence, misfit,
     held_out (see `FamilyFit`)"""
+    misfit: LawMisfit | None = None
+    """what rig and law missed of the records that they were found from; None: not known"""
 
     @classmethod
     def of(cls, name: str, found: Identified, warnings: tuple[str, ...], rig: Rig) -> Self:
@@ -65,10 +71,13 @@ class IdentifiedLaw:
             drawn = tuple(draw_cases(rig, name, found, DRAWN))
         except LawError:
             drawn = ()
-        families = found.families if isinstance(found, BenchFit) else ()
-        rows = tuple({key: getattr(family, key) for key in FAMILY} for family in families)
         words = get_method(name).prior_information
-        return cls(name, found.law, words, found.parameters, warnings, found.rig, drawn, rows)
+        law = cls(name, found.law, words, found.parameters, warnings, found.rig, drawn)
+        if not isinstance(found, BenchFit):
+            return law
+        rows = tuple({key: getattr(family, key) for key in FAMILY} for family in found.families)
+        said = tuple(dict.fromkeys((*warnings, *found.warnings)))
+        return dataclasses.replace(law, families=rows, misfit=found.misfit, warnings=said)
 
     @property
     def simulated_on(self) -> str:
@@ -79,7 +88,9 @@ class IdentifiedLaw:
         """Return it as plain data."""
         data = {field.name: getattr(self, field.name) for field in dataclasses.fields(self)}
         drawn = [[rig.to_dict(), law.to_dict()] for rig, law in self.drawn]
-        return data | {"law": self.law.to_dict(), "rig": self.rig and self.rig.to_dict(), "drawn": drawn}
+        data |= {"law": self.law.to_dict(), "rig": self.rig and self.rig.to_dict(), "drawn": drawn}
+        misfit = self.misfit and json.dumps(dataclasses.asdict(self.misfit), default=np.ndarray.tolist)
+        return data | {"misfit": misfit and json.loads(misfit)}
 
     @classmethod
     def from_dict(cls, data: Mapping[str, Any], rig: Rig) -> Self:
@@ -95,7 +106,17 @@ class IdentifiedLaw:
         drawn = tuple((_rig(of, rig), law_from_dict(law)) for of, law in data["drawn"])
         own = data["rig"] and _rig(data["rig"], rig)
         tuples = {key: tuple(data[key]) for key in ("parameters", "warnings", "families")}
-        return cls(**{**data, **tuples, "law": law_from_dict(data["law"]), "rig": own, "drawn": drawn})
+        return cls(**{**data, **tuples, "law": law_from_dict(data["law"]), "rig": own, "drawn": drawn,
+                      "misfit": data["misfit"] and _misfit(data["misfit"])})  # fmt: skip
+
+
+def _misfit(data: dict[str, Any]) -> LawMisfit:
+    """Of plain data."""
+    stretches = tuple(
+        Stretch(**{**s, "missed": np.array(s["missed"]), "random": np.array(s["random"])}) for s in data["stretches"]
+    )
+    decays = tuple(Decay(**{**d, "missed": np.array(d["missed"])}) for d in data["decays"])
+    return LawMisfit(tuple(data["sensors"]), data["unit"], np.array(data["edges"]), stretches, decays)
 
 
 def _rig(data: dict[str, Any], known: Rig) -> Rig:

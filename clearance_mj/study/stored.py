@@ -89,12 +89,16 @@ def band(
     lines = ("response", "reference", "frequency")
 
     def save(found: tuple[Band, np.ndarray], path: Path) -> None:
-        drawn = ("draw", *lines), found[0].drawn
-        _to_netcdf(with_parts(found[0].fitted.to_xarray()).assign(drawn=drawn, error=(lines, found[1])), path)
+        kept = {"drawn": (("draw", *lines), found[0].drawn), "error": (lines, found[1])}
+        if found[0].missed is not None:
+            kept["missed"] = lines, found[0].missed
+        _to_netcdf(with_parts(found[0].fitted.to_xarray()).assign(kept), path)
 
     def load(path: Path) -> tuple[Band, np.ndarray]:
         with xr.open_dataset(path, engine="scipy") as data:
-            return Band(FRF.from_xarray(without_parts(data.load())), data["drawn"].values), data["error"].values
+            missed = data["missed"].values if "missed" in data else None
+            band = Band(FRF.from_xarray(without_parts(data.load())), data["drawn"].values, missed=missed)
+            return band, data["error"].values
 
     return compute() if cache is None else cache.get(name, inputs, compute, save, load)
 

@@ -32,7 +32,8 @@ from .identified import IdentifiedLaw
 __all__ = ["ENGINES", "METHODS", "N_MODES", "RESOLUTION", "Case", "Study"]
 
 ENGINES = ("links", "modal")
-METHODS = ("nominal", "constant", "ridge-as-printed", "ridge", "force-balance", "amplitude", "output-error", "bench")
+METHODS = ("nominal", "constant", "amplitude", "bench")
+"""of a study that is not told which: rig file alone, constants, a law with the rig taken for exact, rig and law"""
 RESOLUTION = 0.5
 """Hz, of the FRFs that are compared"""
 N_MODES = 4
@@ -262,12 +263,18 @@ class Study:
 
         def compute() -> tuple[Band, np.ndarray]:
             excitation = record.excitation()
-            band = frf_band(fitted, law.drawn, excitation, resolution=RESOLUTION)
+            band = frf_band(fitted, law.drawn, excitation, resolution=RESOLUTION, misfit=law.misfit)
             response = simulate(fitted[0], excitation, fitted[1], BAND_ENGINE)
             return band, paired_error(record.response(), response, RESOLUTION)
 
         cases = [[rig.content(), drawn.to_dict()] for rig, drawn in (fitted, *law.drawn)]
-        inputs = [cases, RESOLUTION, stored.record_digest(record), *code_outside(*_models(law.law))]
+        inputs = [
+            cases,
+            law.to_dict()["misfit"],
+            RESOLUTION,
+            stored.record_digest(record),
+            *code_outside(*_models(law.law)),
+        ]
         return stored.band(self.cache, f"band_{law.name}", inputs, compute)
 
     # What it says.

@@ -17,6 +17,7 @@ from clearance_mj.identify import nominal
 from clearance_mj.io.results import load
 from clearance_mj.rig import Rig
 from clearance_mj.signals import excitation
+from clearance_mj.study import ENGINES, METHODS
 
 from ..conftest import ROOT
 
@@ -168,6 +169,13 @@ def test_every_command_has_help_json_and_out(capsys):
             main([name, "--help"])
         said = capsys.readouterr().out
         assert stopped.value.code == 0 and "--json" in said and "--out" in said
+
+
+def test_the_command_studies_what_the_library_does(capsys):
+    with pytest.raises(SystemExit):
+        main(["study", "--help"])
+    words = "".join(capsys.readouterr().out.split())
+    assert f"(default:{','.join(METHODS)})" in words and f"(default:{','.join(ENGINES)})" in words
 
 
 def test_a_command_is_one_registration(capsys):

@@ -6,6 +6,7 @@ import warnings
 
 import numpy as np
 import pytest
+import scipy.stats
 import xarray as xr
 
 from clearance_mj import cache, report
@@ -15,6 +16,7 @@ from clearance_mj.errors import ClearanceError, RecordError
 from clearance_mj.identify import METHODS as METHODS_BY_NAME
 from clearance_mj.identify import Identified, nominal
 from clearance_mj.identify.checks import IdentifiabilityWarning
+from clearance_mj.identify.law_misfit import Decay, LawMisfit, Stretch
 from clearance_mj.identify.registry import Method
 from clearance_mj.io.dataset import Dataset, write_dataset
 from clearance_mj.output_folder import WORK
@@ -23,6 +25,7 @@ from clearance_mj.report import report_study
 from clearance_mj.rig import Rig
 from clearance_mj.signals.frf import estimate_frf
 from clearance_mj.structure import Clamp
+from clearance_mj.study import IdentifiedLaw
 from clearance_mj.study import study as study_module
 
 from ..conftest import SMALL_LAW, TABLE1, record_of
@@ -307,6 +310,25 @@ def test_rig_and_drawn_laws_come_out_of_the_cache(bench, finding, tmp_path, monk
     for drawn, (rig, law) in zip(band.drawn, again.law("bench").drawn):
         frf = estimate_frf(simulate(rig, record.excitation(), law, "modal"), resolution=0.5)
         np.testing.assert_allclose(drawn, np.abs(frf.value), rtol=1e-3)
+
+
+def test_what_a_law_missed_widens_its_band_from_the_cache_too(bench, finding, tmp_path):
+    """Missed by 1 dB, with no random error to speak of: ±1.96 dB beside the drawn laws."""
+    dataset, edges = Dataset.load(bench[0]), np.array([5.0, 50.0, 220.0])
+    missed = np.full((8, 2), 1.0)
+    missed[0, 0] = np.nan  # a band that the record does not have
+    stretch = Stretch("noise", 0.0, 5.0, 2.0, missed, np.full((8, 2), 1e-6))
+    decay = Decay("hammer", 0.5, 2.0, 60.0, np.zeros((8, 2)))
+    misfit = LawMisfit(tuple(dataset.rig.sensor_labels), "m/s²", edges, (stretch,), (decay,))
+    found = study_module.Study(dataset, ("bench",), ("modal",)).law("bench")
+    law = IdentifiedLaw.from_dict(json.loads(json.dumps(dataclasses.replace(found, misfit=misfit).to_dict())), TABLE1)
+    kept = {"engines": ["modal"], "cache": cache.ResultCache(tmp_path)}
+    plain, first, again = (
+        study_module.Study.from_results(dataset, [of], **kept).bands["bench"][0] for of in (found, law, law)
+    )
+    wide = np.sqrt(first.half_width_db[1:] ** 2 - plain.half_width_db[1:] ** 2)
+    np.testing.assert_allclose(wide, scipy.stats.norm.ppf(0.975), rtol=1e-4)
+    np.testing.assert_array_equal(again.missed, first.missed)
 
 
 def test_files_of_a_rig_that_was_identified(bench, finding, tmp_path, monkeypatch, answer):

@@ -72,9 +72,15 @@ def band_drawing(rig: Rig, bands: Mapping[str, Band], errors: Mapping[str, np.nd
     caption = (
         f"What the records leave open: deviations from the fitted law of {n} laws drawn from the fit’s covariance, and "
         "of a test with its random error, 95 % bands line by line; law and test under the same excitation, whose "
-        f"scatter they share. {words}. What lies outside is what the law’s form cannot say."
+        f"scatter they share. {words}. {_missed(bands)}"
     )
     return Drawing("uncertainty", figure, caption, "FRF bands from the covariance of the identified laws.")
+
+
+def _missed(bands: Mapping[str, Band]) -> str:
+    widened = " and ".join(f"“{name}”" for name, band in bands.items() if band.missed is not None)
+    outside = "What lies outside is what the law’s form cannot say."
+    return f"Bands of {widened} hold what it missed of the records to identify, too. {outside}" if widened else outside
 
 
 def _words(name: str, band: Band, prediction: np.ndarray, test: FRF) -> str:
