@@ -16,7 +16,8 @@ from pathlib import Path
 
 import numpy as np
 
-from clearance_mj.identify.methods.bench import FamilyFit, fit_bench
+from clearance_mj.identify import update_rig
+from clearance_mj.identify.methods.bench import FamilyFit, compare_families
 from clearance_mj.io.dataset import Dataset
 from experiments.benches.bench import CONTACTS, GREASES, IGNORANCES, find_bench
 from experiments.benches.records import write_bench
@@ -40,14 +41,14 @@ def main(arguments: Sequence[str] | None = None) -> None:
     print("| bench | preferred | weight | of the truth | held out | of the truth | gaps, % | offsets, µm | time, s |")
     print("| --- | --- | --- | --- | --- | --- | --- | --- | --- |")
     right = []
-    for i in range(options.count):
-        contact, grease = CONTACTS[i % 3], GREASES[i // 3 % 3]
-        name, wrong = f"{contact}+{grease}+{options.first + i}", i % 2 == 1
+    for seed in range(options.first, options.first + options.count):
+        contact, grease = CONTACTS[(seed - FIRST) % 3], GREASES[(seed - FIRST) // 3 % 3]
+        name, wrong = f"{contact}+{grease}+{seed}", (seed - FIRST) % 2 == 1
         folder = options.out / (name + "~" * wrong)
         if not folder.exists():
             write_bench(find_bench(name, IGNORANCES if wrong else None), folder, roles=("identify",))
-        start = time.perf_counter()
-        families = fit_bench(Dataset.load(folder)).families
+        dataset, start = Dataset.load(folder), time.perf_counter()
+        families = compare_families(dataset, update_rig(dataset))
         spent, best = time.perf_counter() - start, families[0]
         truth = WORDS.get(contact, contact), WORDS.get(grease, grease)
         own = next(f for f in families if (f.contact, f.grease) == truth)

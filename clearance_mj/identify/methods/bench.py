@@ -161,6 +161,17 @@ def fit_bench(dataset: Dataset, progress: str | None = None) -> BenchFit:
     other. Last, rig and law are simulated under the records' excitation, to see what they miss.
     """
     update, diagnosis = update_rig(dataset), diagnose(dataset)
+    found = compare_families(dataset, update, progress)
+    best, rig = found[0], found[0].rig(update.rig)
+    misfit = law_misfit(dataset.to_identify(), rig, best.law, progress and f"{progress} (misfit)")
+    estimates = _together(update, best).widened(misfit.widening)
+    return BenchFit(
+        law=best.law, rig=rig, estimates=estimates, update=update, families=found, misfit=misfit, diagnosis=diagnosis
+    )
+
+
+def compare_families(dataset: Dataset, update: RigUpdate, progress: str | None = None) -> tuple[FamilyFit, ...]:
+    """Fit every family of contact and grease to the restoring forces on an updated rig; likeliest first."""
     forces = [
         restoring_force(record, low=0.0 if update.probes else SLOWEST, rig=update.rig, probes=update.values)
         for record in tqdm(dataset.to_identify(), desc=progress and f"{progress} (forces)", disable=progress is None)
@@ -170,13 +181,7 @@ def fit_bench(dataset: Dataset, progress: str | None = None) -> BenchFit:
         Motion(forces, update.rig, j, [p for name, p in gaps.items() if name.startswith(f"bushings[{j}]")])
         for j in range(len(update.rig.bushings))
     ]
-    found = compared(motions, progress)
-    best, rig = found[0], found[0].rig(update.rig)
-    misfit = law_misfit(dataset.to_identify(), rig, best.law, progress and f"{progress} (misfit)")
-    estimates = _together(update, best).widened(misfit.widening)
-    return BenchFit(
-        law=best.law, rig=rig, estimates=estimates, update=update, families=found, misfit=misfit, diagnosis=diagnosis
-    )
+    return compared(motions, progress)
 
 
 def compared(motions: Sequence[Motion], progress: str | None = None) -> tuple[FamilyFit, ...]:
