@@ -13,6 +13,8 @@ from __future__ import annotations
 
 import dataclasses
 import functools
+import itertools
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
@@ -71,14 +73,20 @@ class Motion:
         self.paths, self.factor = [_path(f, number) for f in forces], FINER * COARSER
         pieces = [_compared(f, number, i) for i, f in enumerate(forces)]
         self.force, level, noise, block, kept, held = (np.concatenate(arrays) for arrays in zip(*pieces))
+        self.slow = _slow_lines(forces, [len(piece[0]) for piece in pieces])
         self.kept, self.held = np.flatnonzero(kept), np.flatnonzero(held)
         self.weight = 1 / np.hypot(MODEL * np.hypot(level, np.median(level[self.kept])), noise)
         self.blocks = np.flatnonzero(np.diff(block[self.kept], prepend=-1))
         """(n_blocks,) where they begin among what is kept"""
 
     def forces(self, cases: Sequence[tuple[Bushing, ContactLaw]]) -> np.ndarray:
-        """(n_t, n_cases) forces of laws along the motion, N."""
-        return forces_along(self.paths, _taps(), self.factor, self.rig, cases)
+        """(n_t, n_cases) forces of laws along the motion, in the band in which that of the records is known, N."""
+        found = forces_along(self.paths, _taps(), self.factor, self.rig, cases)
+        for part, unknown in self.slow:
+            spectrum = scipy.fft.rfft(found[part], axis=0)
+            spectrum[:unknown] = 0
+            found[part] = scipy.fft.irfft(spectrum, part.stop - part.start, axis=0)
+        return found
 
     def left(self, cases: Sequence[tuple[Bushing, ContactLaw]]) -> np.ndarray:
         """(n_t, n_cases) weighted differences of laws' forces along the motion from the restoring force."""
@@ -112,6 +120,13 @@ def _compared(f: RestoringForce, number: int, record: int) -> tuple[np.ndarray, 
     noise = np.full(time.size, np.sqrt(np.sum(density**2) * f.noise_frequency[1]))
     aside = (time > HELD_OUT[0] * f.time[-1]) & (time < HELD_OUT[1] * f.time[-1])
     return force, level, noise, time // BLOCK + record * MANY, valid & ~aside, valid & aside
+
+
+def _slow_lines(forces: Sequence[RestoringForce], sizes: Sequence[int]) -> list[tuple[slice, int]]:
+    """Samples of records whose slow forces are not known, and how many lines of their spectra are not."""
+    ends = np.cumsum([0, *sizes]).tolist()
+    lines = [math.ceil(f.band[0] * size * COARSER / f.fs) for f, size in zip(forces, sizes)]
+    return [(slice(*part), count) for part, count in zip(itertools.pairwise(ends), lines) if count]
 
 
 @functools.cache
