@@ -1,0 +1,130 @@
+"""How near identified benches are to what stands there, and how often 90 % intervals hold the truth.
+
+    python -m experiments.benches.coverage results/benches/200 results/benches/201 --out results/benches/coverage.csv
+
+One row for each parameter and for the FRFs of each level of each bench. truth.toml and the records to validate are read
+only to judge. Benches that the table already holds are not identified again.
+"""
+
+from __future__ import annotations
+
+import argparse
+import dataclasses
+import time
+import tomllib
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import scipy.stats
+
+from clearance_mj.beam import ritz_model
+from clearance_mj.identify.methods.bench import BenchFit, fit_bench
+from clearance_mj.io.dataset import Dataset
+from clearance_mj.rig import Rig
+from clearance_mj.signals.comparison import compare
+from clearance_mj.signals.frf import FRF, estimate_frf
+from clearance_mj.statistics.frf_bands import frf_band, inside
+
+CONFIDENCE = 0.9
+DRAWN = 12
+RESOLUTION = 0.5
+
+
+def judge(folder: Path) -> pd.DataFrame:
+    """Identify one bench and compare it with its truth and its records to validate."""
+    dataset = Dataset.load(folder)
+    truth = tomllib.loads((folder / "truth.toml").read_text(encoding="utf-8"))
+    start = time.perf_counter()
+    found = fit_bench(dataset)
+    rows = [*_parameters(found, exact(truth)), *_frequencies(found.rig, truth), *_frfs(found, dataset)]
+    return pd.DataFrame(rows).assign(bench=folder.name, seconds=round(time.perf_counter() - start, 1))
+
+
+def _parameters(found: BenchFit, truth: dict[str, float]) -> Iterator[dict]:
+    fit = found.estimates
+    for p, value, std in zip(fit.parameters, fit.value, fit.varied_std):
+        if p.name in truth:
+            z = (p._forward(value) - p._forward(truth[p.name])) / std
+            held = abs(z) < scipy.stats.norm.ppf(0.5 + CONFIDENCE / 2)
+            yield {"what": p.name, "value": value, "truth": truth[p.name], "z": z, "held": float(held)}
+
+
+def _frequencies(rig: Rig, truth: dict) -> Iterator[dict]:
+    """Without grease."""
+    real = truth["shaft"]["frequencies_without_grease"]
+    for i, (value, exact) in enumerate(zip(ritz_model(rig, 16).omega / (2 * np.pi), real)):
+        yield {"what": f"frequency {i + 1}", "value": value, "truth": exact}
+
+
+def _frfs(found: BenchFit, dataset: Dataset) -> Iterator[dict]:
+    """Of each level's first record: ``value`` is the RMSE in dB, ``truth`` that of the repeat, ``held`` a share."""
+    levels = sorted({r.level for r in dataset.validate if r.level is not None})
+    for level in levels:
+        first, second = (r for r in dataset.validate if r.level == level)
+        cases = (found.rig, found.law), found.draw(DRAWN)
+        band = frf_band(*cases, first.excitation(), resolution=RESOLUTION, misfit=found.misfit)
+        band = dataclasses.replace(band, confidence=CONFIDENCE)
+        test, repeat = (estimate_frf(r.response(), resolution=RESOLUTION) for r in (first, second))
+        held = inside(band.limits, test)
+        rmse, floor = (_rmse(test, other) for other in (band.fitted, repeat))
+        yield {"what": f"FRF at {level:g} m/s²", "value": rmse, "truth": floor, "held": held}
+
+
+def _rmse(test: FRF, model: FRF) -> float:
+    return float(compare(test, model, 4).summary()["rmse_db"])
+
+
+def exact(truth: dict) -> dict[str, float]:
+    """Truth by the names of the parameters."""
+    shaft = truth["shaft"]
+    clamp = {"rotation": np.inf, "translation": np.inf} if shaft["clamp"] == "rigid" else shaft["clamp"]
+    known = {f"1/beam.clamp.{name}": 1 / clamp[name] for name in ("rotation", "translation")}
+    known |= {"beam.young_modulus": shaft["young_modulus"], "beam.density": shaft["density"]}
+    known["masses[0].mass"] = shaft["tip_mass"]
+    last = len(shaft["damping"]) - 1
+    known |= {f"beam.damping_ratios[{i}]": shaft["damping"][min(i, last)] for i in range(8)}
+    for j, bushing in enumerate(truth["bushings"]):
+        known |= {f"bushings[{j}].{name}": bushing[name] for name in ("position", "gap", "offset")}
+    for kind, name in (("sensors", "accelerometers"), ("probes", "probes")):
+        for i, item in enumerate(truth[name]):
+            known |= {f"{kind}[{i}].{field}": item[field] for field in ("gain", "position")}
+    return known
+
+
+def markdown(rows: pd.DataFrame) -> str:
+    """A line for each parameter: error, distance in standard deviations, and how often the interval held."""
+    rows = rows.assign(kind=rows["what"].str.replace(r"\[\d+\]", "", regex=True))
+    lines = ["| what | number | RMS error | RMS z | 90 % interval held, % |", "| --- | --- | --- | --- | --- |"]
+    for kind, of in rows.groupby("kind", sort=False):
+        error = np.sqrt(np.mean((of["value"] - of["truth"]) ** 2))
+        cells = [f"{error:.3g}"]
+        if kind.startswith("FRF"):
+            cells = [f"{of['value'].mean():.2f} dB (repeat {of['truth'].mean():.2f})"]
+        elif (of["truth"] > 0).all() and not kind.startswith("1/"):
+            cells = [f"{np.sqrt(np.mean((of['value'] / of['truth'] - 1) ** 2)):.2%}"]
+        cells.append(f"{np.sqrt(np.mean(of['z'] ** 2)):.2f}" if of["z"].notna().any() else "")
+        cells.append(f"{100 * of['held'].mean():.0f}" if of["held"].notna().any() else "")
+        lines.append(f"| {kind} | {len(of)} | " + " | ".join(cells) + " |")
+    return "\n".join(lines) + "\n"
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Judge benches that the table does not hold yet, write it, print the summary."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("datasets", type=Path, nargs="+")
+    parser.add_argument("--out", type=Path, default=Path("results/benches/coverage.csv"))
+    options = parser.parse_args(arguments)
+    rows = pd.read_csv(options.out, dtype={"bench": str}) if options.out.exists() else pd.DataFrame({"bench": []})
+    for folder in options.datasets:
+        if folder.name not in set(rows["bench"]):
+            rows = pd.concat([rows, judge(folder)])
+            options.out.parent.mkdir(parents=True, exist_ok=True)
+            rows.to_csv(options.out, index=False, float_format="%.6g")
+            print(f"{folder.name}: {rows['seconds'].iloc[-1]:g} s", flush=True)
+    print(markdown(rows))
+
+
+if __name__ == "__main__":
+    main()
