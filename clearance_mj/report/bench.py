@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 from pathlib import Path
 
 import numpy as np
@@ -10,8 +9,8 @@ import numpy as np
 from .._version import __version__
 from ..errors import RecordError
 from ..files import to_json, write_text
-from ..identify.forces import RestoringForce, restoring_force
-from ..identify.methods.bench import BenchFit
+from ..identify.forces import RestoringForce
+from ..identify.methods.bench import BenchFit, force_on
 from ..io.dataset import Dataset
 from ..statistics.intervals import Interval
 from . import html
@@ -97,7 +96,7 @@ def _gaps(fit: BenchFit, dataset: Dataset) -> Table:
 def _forces(fit: BenchFit, dataset: Dataset, writer: ReportWriter) -> str:
     forces = _restoring_forces(fit, dataset)
     if not forces:
-        return html.paragraph("Without a displacement probe at every bushing no restoring force can be drawn.", "note")
+        return html.paragraph("No record to identify gives restoring forces on the found rig.", "note")
     return writer.figure(draw_forces(fit, forces))
 
 
@@ -106,7 +105,7 @@ def _restoring_forces(fit: BenchFit, dataset: Dataset) -> list[RestoringForce]:
     found = []
     for record in dataset.identify:
         try:
-            found.append(restoring_force(dataclasses.replace(record, rig=fit.rig)))
+            found.append(force_on(fit.rig, fit.update, record))
         except RecordError:
             continue
     return found

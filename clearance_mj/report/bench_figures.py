@@ -73,6 +73,8 @@ def draw_forces(fit: BenchFit, forces: Sequence[RestoringForce]) -> Drawing:
         "and minus the gap less the offset, shaded over their 95 % intervals; contact happens at the bushing’s ends, "
         "whose motion differs a little from that of the middle."
     )
+    if slow := max(f.band[0] for f in forces):
+        caption += f" Without probes, motion below {slow:g} Hz is not known, and not in the displacements."
     alt = "Restoring force over displacement of every bushing, bending where the shaft meets the walls."
     return Drawing("restoring_force", figure, caption, alt, sharp=False)
 

@@ -68,10 +68,7 @@ def _spectra(figure: FigureBase, found: RigUpdate) -> str:
             "Frequency (Hz)",
         )
     axes[0].legend(fontsize=FONT - 1, frameon=False)
-    return (
-        f"Record {piece.record}, {piece.duration:.1f} s: measured, of the rig file and of the "
-        "updated rig."
-    )
+    return f"Record {piece.record}, {piece.duration:.1f} s: measured, of the rig file and of the updated rig."
 
 
 def _parameters(ax: Axes, fit: Estimates) -> None:

@@ -13,13 +13,13 @@ import scipy.linalg
 from tqdm import tqdm
 
 from ...clearance import ContactLaw
-from ...io.dataset import Dataset
+from ...io.dataset import Dataset, Record
 from ...parameters import Estimates
 from ...rig import Rig
 from ..diagnosis import Diagnosis, diagnose
 from ..families import CONTACTS, GREASES, Family, power_law_start
 from ..force_fit import ForceFit, Motion, fit
-from ..forces import SETTLE, restoring_force
+from ..forces import SETTLE, RestoringForce, restoring_force
 from ..law_misfit import LawMisfit, law_misfit
 from ..priors import priors
 from ..registry import Identified, register
@@ -173,7 +173,7 @@ def fit_bench(dataset: Dataset, progress: str | None = None) -> BenchFit:
 def compare_families(dataset: Dataset, update: RigUpdate, progress: str | None = None) -> tuple[FamilyFit, ...]:
     """Fit every family of contact and grease to the restoring forces on an updated rig; likeliest first."""
     forces = [
-        restoring_force(record, low=0.0 if update.probes else SLOWEST, rig=update.rig, probes=update.values)
+        force_on(update.rig, update, record)
         for record in tqdm(dataset.to_identify(), desc=progress and f"{progress} (forces)", disable=progress is None)
     ]
     gaps = {p.name: p for p in priors(dataset.rig) if p.name.endswith((".gap", ".offset"))}
@@ -182,6 +182,11 @@ def compare_families(dataset: Dataset, update: RigUpdate, progress: str | None =
         for j in range(len(update.rig.bushings))
     ]
     return compared(motions, progress)
+
+
+def force_on(rig: Rig, update: RigUpdate, record: Record) -> RestoringForce:
+    """Restoring forces of a record on a rig, with probes as an update found them; without probes, of quick motion."""
+    return restoring_force(record, low=0.0 if update.probes else SLOWEST, rig=rig, probes=update.values)
 
 
 def compared(motions: Sequence[Motion], progress: str | None = None) -> tuple[FamilyFit, ...]:
