@@ -59,6 +59,8 @@ SMALLEST = 0.2
 """gain of the log-posterior below which a fit ends"""
 MOST = 24
 """steps of a fit"""
+DIVERGED = 1e6
+"""of the expected error: nothing is counted as more"""
 CAREFUL = 10.0
 """samples, at most, that count as one on the way: far from the optimum all that is missed hangs together"""
 KNOWN = 1e-6
@@ -189,9 +191,8 @@ class ForceFit:
 
 
 def _size(left: np.ndarray) -> np.ndarray:
-    """Soft L1 of what is left (n, ...): its mean; infinite where a trial law diverges."""
-    with np.errstate(over="ignore"):
-        return np.mean(2 * (np.sqrt(1 + left**2) - 1), axis=0)
+    """Soft L1 of what is left (n, ...): its mean."""
+    return np.mean(2 * (np.sqrt(1 + left**2) - 1), axis=0)
 
 
 class _Fit:
@@ -224,18 +225,19 @@ class _Fit:
         return of_values(self.values(at), names, told, told, self.contact, self.grease)
 
     def left(self, points: Sequence[np.ndarray]) -> np.ndarray:
-        """(n_kept, n_points)."""
-        return self.motion.left([self.law(at) for at in points])[self.motion.kept]
+        """(n_kept, n_points); no more than `DIVERGED`, where a trial law diverges."""
+        found = self.motion.left([self.law(at) for at in points])[self.motion.kept]
+        return np.clip(np.nan_to_num(found, nan=DIVERGED), -DIVERGED, DIVERGED)
 
     def likely(self, points: Sequence[np.ndarray], left: np.ndarray, alike: float) -> np.ndarray:
         """(n_points,) logarithm of the posterior."""
-        found = -0.5 * (len(left) / alike * np.log(_size(left)) + np.sum(np.square(points), axis=1))
-        return np.where(np.isfinite(found), found, -np.inf)
+        return -0.5 * (len(left) / alike * np.log(_size(left)) + np.sum(np.square(points), axis=1))
 
     def slopes(self, at: np.ndarray, left: np.ndarray) -> np.ndarray:
-        """(n_kept, n)."""
+        """(n_kept, n); zeros where a step already leads to a law that diverges."""
         steps = np.where(at + STEP > self.high, -STEP, STEP)
-        return (self.left(at + np.diag(steps)) - left[:, None]) / steps
+        moved = self.left(at + np.diag(steps))
+        return np.where(np.abs(moved).max(axis=0) < DIVERGED, (moved - left[:, None]) / steps, 0.0)
 
     def told(self, slopes: np.ndarray, left: np.ndarray) -> tuple[np.ndarray, np.ndarray, float]:
         """Gradient of the misfit, information (n, n), and how many samples tell as much as one."""
