@@ -43,7 +43,7 @@ MODEL = 0.05
 """of the force's local RMS: error that a law is expected to have"""
 LOCAL = 0.02
 """s over which that RMS is taken"""
-BLOCK = 0.5
+BLOCK = 2.0
 """s over which what a law misses may hang together"""
 MANY = 1e9
 """blocks, more than in a record"""
