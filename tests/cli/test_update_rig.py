@@ -39,7 +39,7 @@ def test_files_and_json(folder, tmp_path, capsys):
     )
     assert stored["diagnosis"] == []
     assert np.array(stored["covariance"]).shape == (len(rows), len(rows))
-    assert set(stored["pieces"][0]["misfit"]) >= {"accelerometer 1:+Z", "accelerometer 2:+Z"}
+    assert set(stored["records"][0]["misfit"]) >= {"accelerometer 1:+Z", "accelerometer 2:+Z"}
     assert (out / "updated_rig.png").stat().st_size > 10_000
 
 
