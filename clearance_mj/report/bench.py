@@ -16,7 +16,7 @@ from ..statistics.intervals import Interval
 from . import html
 from .bench_figures import draw_forces, draw_misfit
 from .tables import Column, Table
-from .updated_rig import draw_parameters, draw_spectra
+from .updated_rig import draw_parameters
 from .writer import ReportWriter
 
 __all__ = ["write_bench", "write_page"]
@@ -151,7 +151,6 @@ def _parameters(fit: BenchFit, writer: ReportWriter) -> str:
         + html.paragraph(f"{html.formula(held)} {widened}")
         + f'<details id="values"><summary>All {len(rows)} parameters</summary>\n{table}</details>\n'
         + _correlations(fit)
-        + writer.figure(draw_spectra(fit.update))
     )
 
 

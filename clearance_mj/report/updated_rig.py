@@ -10,7 +10,7 @@ from ..identify import RigUpdate
 from ..parameters import Estimates
 from .style import COLOURS, FONT, REPEAT, TEST, Drawing, canvas, decibel, frequency_axis, tidy
 
-__all__ = ["draw", "draw_parameters", "draw_spectra"]
+__all__ = ["draw", "draw_parameters"]
 
 START, FOUND = "#e69f00", COLOURS[0]
 MOST_CHANNELS = 4
@@ -28,12 +28,6 @@ def draw(found: RigUpdate) -> Drawing:
     _parameters(lower.subplots(), found.estimates)
     caption = f"{spectra_words} Below, {PARAMETER_WORDS}"
     return Drawing("updated_rig", figure, caption, f"Updated rig {found.rig.name}: spectra and {count} parameters.")
-
-
-def draw_spectra(found: RigUpdate) -> Drawing:
-    """Draw spectra of the longest record: measured, of the rig file, of the updated rig."""
-    figure = canvas(4.2)
-    return Drawing("spectra", figure, _spectra(figure, found), f"Spectra, rig {found.rig.name}.")
 
 
 def draw_parameters(found: Estimates) -> Drawing:
