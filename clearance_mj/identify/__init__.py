@@ -3,6 +3,7 @@
 from . import methods
 from .diagnosis import Diagnosis, diagnose, diagnosed_update
 from .hysteresis import bouc_wen
+from .methods.bench import BenchFit, FamilyFit, fit_bench
 from .methods.nominal import nominal
 from .oscillator import sdof
 from .priors import priors
@@ -12,12 +13,15 @@ from .wavelet import ridge, ridges
 
 __all__ = [
     "METHODS",
+    "BenchFit",
     "Diagnosis",
+    "FamilyFit",
     "Identified",
     "RigUpdate",
     "bouc_wen",
     "diagnose",
     "diagnosed_update",
+    "fit_bench",
     "get_method",
     "law",
     "methods",

@@ -162,6 +162,23 @@ def fit_bench(dataset: Dataset, progress: str | None = None) -> BenchFit:
     First the linear rig (`update_rig`), with a look for gross faults, then the restoring forces on it, then gap,
     offset, contact and grease of each bushing along the measured motion, for one family of contact and grease after the
     other. Last, rig and law are simulated under the records' excitation, to see what they miss.
+
+    Parameters
+    ----------
+    dataset : Dataset
+        Rig and records; records with role "validate" are never opened.
+    progress : str, optional
+        Show progress bars with this name.
+
+    Returns
+    -------
+    BenchFit
+        Rig and law of the likeliest family, how well they are known, and the other families.
+
+    Raises
+    ------
+    RecordError
+        If there are no more sensors than clearances, or a channel cannot be used.
     """
     update, diagnosis = update_rig(dataset), diagnose(dataset)
     found = compare_families(dataset, update, progress)
