@@ -70,7 +70,13 @@ class FamilyFit:
         return _law([f.law for f in self.fits])
 
     def rig(self, rig: Rig) -> Rig:
-        """The rig with the gaps and offsets found."""
+        """Return a rig with the gaps and offsets found.
+
+        Parameters
+        ----------
+        rig : Rig
+            The updated rig.
+        """
         return rig.replace(bushings=tuple(f.bushing for f in self.fits))
 
 
