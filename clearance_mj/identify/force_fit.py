@@ -45,6 +45,9 @@ LOCAL = 0.02
 """s over which that RMS is taken"""
 BLOCK = 2.0
 """s over which what a law misses may hang together"""
+CYCLE = 0.1
+"""s that tell no more than one observation: about a cycle of the lowest mode, since rig and sensors are a little wrong too
+"""
 MANY = 1e9
 """blocks, more than in a record"""
 HELD_OUT = (0.72, 0.86)
@@ -73,6 +76,8 @@ class Motion:
     def __init__(self, forces: Sequence[RestoringForce], rig: Rig, number: int, gap: Sequence[Parameter]) -> None:
         self.rig, self.told, self.gap = rig, rig.bushings[number], tuple(gap)
         self.paths, self.factor = [_path(f, number) for f in forces], FINER * COARSER
+        self.rate = forces[0].fs / COARSER
+        """samples compared per second"""
         pieces = [_compared(f, number, i) for i, f in enumerate(forces)]
         self.force, level, noise, block, kept, held = (np.concatenate(arrays) for arrays in zip(*pieces))
         self.slow = _slow_lines(forces, [len(piece[0]) for piece in pieces])
@@ -248,8 +253,8 @@ class _Fit:
         found, direction = np.linalg.eigh(information)
         known = found > KNOWN * found[-1]
         of_blocks = np.add.reduceat(scores @ direction[:, known], self.motion.blocks, axis=0)
-        alike = np.mean(np.sum(of_blocks**2, axis=0) / found[known]) if known.any() else 1.0
-        return scores.sum(axis=0), information, max(1.0, float(alike))
+        alike = np.mean(np.sum(of_blocks**2, axis=0) / found[known]) if known.any() else 0.0
+        return scores.sum(axis=0), information, max(CYCLE * self.motion.rate, float(alike))
 
     def steps(self, at: np.ndarray, slope: np.ndarray, precision: np.ndarray) -> list[np.ndarray]:
         """Points to go to, Gauss and Newton's first; what is at a bound and would pass it stays there."""
