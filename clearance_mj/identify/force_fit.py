@@ -46,8 +46,7 @@ LOCAL = 0.02
 BLOCK = 2.0
 """s over which what a law misses may hang together"""
 CYCLE = 0.1
-"""s that tell no more than one observation: about a cycle of the lowest mode, since rig and sensors are a little wrong too
-"""
+"""s that tell no more than one observation, about a cycle of the lowest mode: rig and sensors are a little wrong too"""
 MANY = 1e9
 """blocks, more than in a record"""
 HELD_OUT = (0.72, 0.86)
