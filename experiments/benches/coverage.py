@@ -110,6 +110,23 @@ def markdown(rows: pd.DataFrame) -> str:
     return "\n".join(lines) + "\n"
 
 
+def by_bench(rows: pd.DataFrame) -> str:
+    """A line for each bench: worst errors of gaps, offsets and frequencies, RMSE of FRFs and repeat by level."""
+    levels = sorted({w for w in rows["what"] if w.startswith("FRF")}, key=lambda w: float(w.split()[2]))
+    names = ["bench", "gap, %", "offset, µm", "mode 1 / modes 2 to 5, %", *(w.removeprefix("FRF at ") for w in levels)]
+    lines = [f"| {' | '.join(names)} |", "| --- " * len(names) + "|"]
+    for name, of in rows.groupby("bench", sort=False):
+        error = of.set_index("what").eval("value / truth - 1")
+        far = of[of["what"].str.endswith(".offset")].eval("value - truth").abs().max()
+        modes = [100 * error[f"frequency {i + 1}"] for i in range(5)]
+        cells = [f"{100 * error[error.index.str.endswith('.gap')].abs().max():.1f}", f"{1e6 * far:.1f}"]
+        cells.append(f"{modes[0]:+.2f} / {max(modes[1:], key=abs):+.2f}")
+        at = of.set_index("what")
+        cells += [f"{at.at[w, 'value']:.2f} ({at.at[w, 'truth']:.2f})" if w in at.index else "" for w in levels]
+        lines.append(f"| {name} | {' | '.join(cells)} |")
+    return "\n".join(lines) + "\n"
+
+
 def main(arguments: Sequence[str] | None = None) -> None:
     """Judge benches that the table does not hold yet, write it, print the summary."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
@@ -123,7 +140,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
             options.out.parent.mkdir(parents=True, exist_ok=True)
             rows.to_csv(options.out, index=False, float_format="%.6g")
             print(f"{folder.name}: {rows['seconds'].iloc[-1]:g} s", flush=True)
-    print(markdown(rows))
+    print(by_bench(rows), markdown(rows), sep="\n")
 
 
 if __name__ == "__main__":
