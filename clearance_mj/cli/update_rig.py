@@ -32,7 +32,8 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
     if options.out.resolve() == options.dataset.resolve():
         raise ClearanceError(f"--out {options.out}: rig.toml would replace the dataset's; give another folder")
     dataset = Dataset.load(options.dataset)
-    found, diagnosis = update_rig(dataset), diagnose(dataset)
+    found = update_rig(dataset)
+    diagnosis = diagnose(dataset, found)
     stored = found.to_dict() | {"diagnosis": list(diagnosis.words)}
     found.rig.save(options.out / "rig.toml")
     write_text(options.out / "updated_rig.json", to_json(stored))

@@ -1,7 +1,7 @@
 """Identification of the clearance from test records."""
 
 from . import methods
-from .diagnosis import Diagnosis, diagnose, diagnosed_update
+from .diagnosis import Diagnosis, diagnose
 from .hysteresis import bouc_wen
 from .methods.bench import BenchFit, FamilyFit, fit_bench
 from .methods.nominal import nominal
@@ -20,7 +20,6 @@ __all__ = [
     "RigUpdate",
     "bouc_wen",
     "diagnose",
-    "diagnosed_update",
     "fit_bench",
     "get_method",
     "law",

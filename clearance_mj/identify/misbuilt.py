@@ -7,14 +7,10 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-import scipy.ndimage
 
 from ..errors import ClearanceError
 from ..rig import PointMass, Rig, Tolerance
-from .misread import spectra
-from .quiet import quiet_pieces
-from .quiet_update import linear_reading
-from .trial import Fault, Trial
+from .trial import Fault, Trial, distance
 
 __all__ = ["Change", "changes"]
 
@@ -26,10 +22,6 @@ SHARES = (0.1, 0.2, 0.4, 0.8, 1.6)
 """of the shaft's mass that may be missing"""
 PLACES = (0.25, 0.5, 0.75, 1.0)
 """of the length, where it may be missing"""
-BANDS = 80
-"""of the spectra, equal in the logarithm of frequency"""
-BLUR = 1.5
-"""bands by which resonances may be off"""
 OPEN = "10 %"
 """tolerance of what was found on a grid"""
 
@@ -75,38 +67,24 @@ def _evidence(before: Trial, after: Trial) -> str:
         (float(np.sqrt(np.mean(t.misfit**2))), max(map(abs, t.far.values()))) for t in (before, after)
     )
     if was > 2 * now:
-        parts.append(
-            f"the misfit of the quiet part falls from {was:.1f} to {now:.1f} times what noise and grease explain"
-        )
+        parts.append(f"the misfit falls from {was:.1f} to {now:.1f} % of the level")
     parts.append(f"the parameter farthest from the rig file comes from {far:.1f} to {near:.1f} standard deviations")
     return ", ".join(parts)
 
 
 def changes(trial: Trial) -> list[Change]:
-    """Of each kind the change that brings the rig file's resonances nearest to those measured, the nearest first."""
-    rig, update = trial.dataset.rig, trial.update
-    values = dict(zip(update.estimates.names, update.estimates.value.tolist()))
-    pieces = quiet_pieces(trial.dataset.records, linear_reading(rig, update.rig, update.probes, values))
-    measured = _bands(np.hstack([p.measured for p in pieces]), pieces)
+    """Of each kind the change with which the sensors contradict each other least, the best first."""
+    rig = trial.dataset.rig
 
-    def distance(changed: Rig) -> float:
-        return float(np.mean((_bands(spectra(changed, pieces, update.probes, {}), pieces) - measured) ** 2))
+    def far(changed: Rig) -> float:
+        return distance(trial.gains(changed, {}), trial.measured)
 
+    told = far(rig)
     best: dict[str, tuple[float, Change]] = {}
     for change in _candidates(rig):
-        far = distance(change.rig)
-        if far < best.get(change.kind, (distance(rig) if change.kind not in best else np.inf, change))[0]:
-            best[change.kind] = far, change
+        if (now := far(change.rig)) < best.get(change.kind, (told, change))[0]:
+            best[change.kind] = now, change
     return [change for _, change in sorted(best.values(), key=lambda pair: pair[0])]
-
-
-def _bands(rows: np.ndarray, pieces: list) -> np.ndarray:
-    """(n_channels, BANDS) logarithm of the power in blurred bands."""
-    frequency = np.hstack([p.frequency for p in pieces])
-    edges = np.geomspace(frequency.min(), frequency.max() * 1.0001, BANDS + 1)
-    band = np.digitize(frequency, edges) - 1
-    power = np.array([np.bincount(band, np.abs(row) ** 2, BANDS)[:BANDS] for row in rows])
-    return np.log(scipy.ndimage.gaussian_filter1d(power, BLUR, axis=1) + 1e-300)
 
 
 def _candidates(rig: Rig) -> Iterator[Change]:

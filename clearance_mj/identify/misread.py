@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping, Sequence
+import itertools
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -11,13 +12,10 @@ import scipy.optimize
 
 from ..io.channels import Channel
 from ..io.dataset import Dataset, Record
-from ..rig import Rig
-from .priors import rig_with
-from .quiet import Piece, motion, quiet_pieces
-from .quiet_update import linear_reading
-from .trial import MISFIT, Fault, Trial, channel_of, weight, with_records
+from .trial import MISFIT, Fault, Trial, channel_of, distance, projected, with_records
+from .updating import EXCITATION
 
-__all__ = ["Correction", "corrections", "gain_of", "words_of"]
+__all__ = ["Correction", "corrections", "words_of"]
 
 ALONE = 0.7
 """of what is left of a channel by its own instrument at most: another's explains it only if it leaves less"""
@@ -27,15 +25,14 @@ SNAP = 1.2
 """factor within which a gain is that of a unit or a sign"""
 LARGE = 1e3
 """times what is left, that stands for no explanation"""
-COMMON = 1.5
-"""factor within which gains of many channels are the same"""
+BETTER = 1.0
+"""by which the distance must fall for a correction to be tried"""
 UNITS = {
     "accelerometer": {1e3: "mm/s²", 1 / 9.80665: "g", 100 / 2.54: "in/s²", 1e6: "µm/s²"},
     "probe": {1e3: "mm", 1e6: "µm", 100 / 2.54: "inches", 1e5 / 2.54: "thousandths of an inch", 100.0: "cm"},
     "force": {1e-3: "kN", 1e3: "mN", 1 / 9.80665: "kgf", 1 / 4.4482216: "lbf"},
 }
 """what an instrument reads over the value in SI units, and the unit in which it does"""
-EXPLAINED = "what noise and grease explain"
 Key = tuple[int, str, str]
 
 
@@ -44,28 +41,31 @@ class Correction:
     """Readings put right."""
 
     channels: Mapping[int, tuple[int, float]] = field(default_factory=dict)
-    """of each channel concerned, the one that holds its samples, and their factor"""
-    excitation: float = 1.0
-    """its factor"""
+    """of each channel concerned, the one that holds its samples, and their factor; the excitation is the last"""
 
     def applied(self, dataset: Dataset) -> Dataset:
         """The dataset as it would be."""
-        rig = dataset.rig
-        keys = [_key(label, "acceleration") for label in rig.sensor_labels]
-        keys += [_key(label, "displacement") for label in rig.probe_labels]
-        return with_records(dataset, lambda record: self._record(record, keys))
+        return with_records(dataset, self._record)
 
-    def _record(self, record: Record, keys: Sequence[Key]) -> Record:
+    def of(self, measured: Sequence[np.ndarray]) -> list[np.ndarray]:
+        """Spectra (n_f, n_channels) as they would be."""
+        corrected = [m.copy() for m in measured]
+        for new, m in zip(corrected, measured):
+            for i, (source, factor) in self.channels.items():
+                new[:, i] = factor * m[:, source]
+        return corrected
+
+    def _record(self, record: Record) -> Record:
+        rig, kind = record.rig, record.excitation_kind
         held = {_key(c.label, c.quantity): c for c in record.channels}
+        keys = [_key(label, "acceleration") for label in rig.sensor_labels]
+        keys += [k for label in rig.probe_labels if (k := _key(label, "displacement")) in held]
+        keys.append(_key(rig.shaker.label(kind), "acceleration" if kind == "base" else "force"))
         new: dict[Key, Channel] = {}
         for i, (source, factor) in self.channels.items():
             here, there = held[keys[i]], held[keys[source]]
             turned = -1.0 if here.direction[0] != there.direction[0] else 1.0
             new[keys[i]] = dataclasses.replace(here, value=turned * factor * there.value)
-        if self.excitation != 1.0:
-            kind = record.excitation_kind
-            key = _key(record.rig.shaker.label(kind), "acceleration" if kind == "base" else "force")
-            new[key] = dataclasses.replace(held[key], value=self.excitation * held[key].value)
         return dataclasses.replace(record, channels=tuple((held | new).values()))
 
 
@@ -76,57 +76,80 @@ def _key(label: str, quantity: str) -> Key:
 
 
 def corrections(trial: Trial) -> list[Correction]:
-    """What would explain the suspects, by the spectra of the updated rig and by those of the rig file, units first."""
-    rig, update = trial.dataset.rig, trial.update
-    values = dict(zip(update.estimates.names, update.estimates.value.tolist()))
-    kept = {name: v for name, v in values.items() if channel_of(name, rig) not in trial.suspects}
-    reading = linear_reading(rig, rig_with(rig, values), update.probes, values)
-    pieces = quiet_pieces(trial.dataset.records, reading)
-    measured = np.hstack([p.measured for p in pieces])
-    weights = np.hstack([weight(p.measured) for p in pieces])
-    found: list[Correction] = []
-    for given in (kept, {p.name: p.start for p in update.estimates.parameters}):
-        predicted = spectra(rig, pieces, update.probes, given)
-        for one in (*_common(measured, predicted, weights, trial), _assigned(measured, predicted, weights, trial)):
-            if one != Correction() and one not in found:
-                found.append(one)
+    """What makes the sensors contradict each other less, on the updated rig and on that of the rig file, best first."""
+    rig, update, measured = trial.dataset.rig, trial.update, trial.measured
+    kept = {name: v for name, v in update.values.items() if channel_of(name, rig) not in trial.suspects}
+    found: list[tuple[float, Correction]] = []
+    for given in (kept, {}):
+        gains = trial.gains(rig, given)
+        told = distance(gains, measured)
+        for out in _outvoted(trial):
+            for one in _explained(gains, trial, out):
+                if one.channels and (far := distance(gains, one.of(measured))) < told - BETTER:
+                    found.append((far, one))
+    unique: list[Correction] = []
+    for _, one in sorted(found, key=lambda pair: pair[0]):
+        if one not in unique:
+            unique.append(one)
+    return unique
+
+
+def kinds_of(trial: Trial) -> list[str]:
+    """Of every channel, what measures it."""
+    driven = "force" if trial.dataset.records[0].excitation_kind == "force" else "accelerometer"
+    return [driven if name == EXCITATION else name.split()[0] for name in trial.update.channels]
+
+
+def _outvoted(trial: Trial) -> Iterator[tuple[int, ...]]:
+    """Channels that may be wrong together: each, two of a kind, all of a kind, those that stand out."""
+    kinds = kinds_of(trial)[:-1]
+    count, forces = len(kinds) + 1, len(trial.dataset.rig.bushings) + 1
+    groups = [tuple(i for i, k in enumerate(kinds) if k == kind) for kind in dict.fromkeys(kinds)]
+    pairs = [pair for group in groups for pair in itertools.combinations(group, 2)]
+    sets: list[tuple[int, ...]] = [*((i,) for i in range(count)), *pairs, *groups, trial.suspects]
+    yield from (one for one in dict.fromkeys(sets) if one and count - len(one) >= forces)
+
+
+def _explained(gains: list[np.ndarray], trial: Trial, out: tuple[int, ...]) -> Iterator[Correction]:
+    """Of channels that the others outvote, instruments and signs, or factors, that explain them best."""
+    weights, predicted = projected(gains, trial.measured, out)
+    measured, kinds = np.vstack(trial.measured) * weights, kinds_of(trial)
+    *own, last = range(len(kinds))
+    if len(out) > 1 and out == tuple(i for i in own if kinds[i] == kinds[out[0]]):  # all of a kind, one factor
+        read = np.median([_gain_of(measured[:, i], predicted[:, i] * weights[:, i]) for i in out])
+        yield Correction({i: (i, 1 / snapped(float(read), kinds[i])) for i in out})
+    found: dict[int, tuple[int, float]] = {}
+    for group in (*([i for i in own if kinds[i] == k and i in out] for k in dict.fromkeys(kinds)), [last]):
+        if set(group) <= set(out):
+            found |= _assigned(group, measured, weights, predicted, kinds)
+    yield Correction(found)
+
+
+def _assigned(
+    group: Sequence[int], measured: np.ndarray, weights: np.ndarray, predicted: np.ndarray, kinds: Sequence[str]
+) -> dict[int, tuple[int, float]]:
+    """Which instrument of a group each of its channels holds, and with what factor."""
+    found: dict[int, tuple[int, float]] = {}
+    alone, left, signs, read = np.zeros(len(group)), *np.zeros((2, len(group), len(group))), np.ones(len(group))
+    for a, i in enumerate(group):
+        here = predicted[:, group] * weights[:, [i]]
+        read[a] = snapped(_gain_of(measured[:, i], here[:, a]), kinds[i])
+        alone[a] = np.median(np.abs(measured[:, i] - read[a] * here[:, a]))
+        turned = [np.median(np.abs(measured[:, [i]] - sign * here), axis=0) for sign in (1, -1)]
+        left[a], signs[a] = np.minimum(*turned), np.where(turned[1] < turned[0], -1.0, 1.0)
+        left[a] = np.where(left[a] < ALONE * alone[a], left[a], LARGE * alone[a])
+        left[a, a] = alone[a]
+    for a, b in zip(*scipy.optimize.linear_sum_assignment(np.log(left))):
+        if a != b:  # the samples of channel a are those of instrument b
+            found[group[b]] = group[a], float(signs[a, b])
+        elif read[a] != 1.0:
+            found[group[a]] = group[a], 1 / float(read[a])
     return found
 
 
-def spectra(rig: Rig, pieces: Sequence[Piece], probes: bool, values: Mapping[str, float]) -> np.ndarray:
-    """(n_channels, n_f) of all pieces side by side, of the rig with other values of its open parameters."""
-    reading = linear_reading(rig, rig_with(rig, values), probes, dict(values))
-    return np.hstack([p.predicted(reading, motion(reading, p.kind, p.omega)) for p in pieces])
-
-
-def gain_of(measured: np.ndarray, predicted: np.ndarray) -> float:
-    """Factor between spectra, by least squares of the real number."""
-    return float(np.vdot(predicted, measured).real / np.vdot(predicted, predicted).real)
-
-
-def _common(measured: np.ndarray, predicted: np.ndarray, weights: np.ndarray, trial: Trial) -> list[Correction]:
-    """One factor of all accelerometers, of all probes, or of all channels, which then is the excitation's."""
-    gains = np.array([gain_of(m * w, y * w) for m, y, w in zip(measured, predicted, weights)])
-    own, count = len(trial.dataset.rig.sensors), len(gains)
-    driven = driven_by(trial)
-    found = []
-    for first, last, kind in ((0, count, driven), (0, own, "accelerometer"), (own, count, "probe")):
-        group = gains[first:last]
-        middle = float(np.median(group)) if last - first > 1 else 1.0
-        if np.any(group / middle < 1 / COMMON) or np.any(group / middle > COMMON):
-            continue
-        whole = (first, last) == (0, count) and kind == driven
-        read = snapped(1 / middle if whole else middle, kind)
-        if read != 1.0:
-            found.append(
-                Correction(excitation=1 / read) if whole else Correction({i: (i, 1 / read) for i in range(first, last)})
-            )
-    return found
-
-
-def driven_by(trial: Trial) -> str:
-    """What measures the excitation."""
-    return "force" if trial.dataset.records[0].excitation_kind == "force" else "accelerometer"
+def _gain_of(measured: np.ndarray, predicted: np.ndarray) -> float:
+    """Factor between spectra: the median over the lines, some of which few channels predict badly."""
+    return float(np.median((measured / predicted).real))
 
 
 def snapped(gain: float, kind: str) -> float:
@@ -139,39 +162,13 @@ def snapped(gain: float, kind: str) -> float:
     return sign * (near[0] if near else float(f"{size:.3g}"))
 
 
-def _assigned(measured: np.ndarray, predicted: np.ndarray, weights: np.ndarray, trial: Trial) -> Correction:
-    """Of each suspect the instrument and the sign, or the factor, that explain it best."""
-    own = len(trial.dataset.rig.sensors)
-    found: dict[int, tuple[int, float]] = {}
-    for kind, low, high in (("accelerometer", 0, own), ("probe", own, len(measured))):
-        group = np.array([i for i in trial.suspects if low <= i < high], dtype=int)
-        m, w, y = measured[group], weights[group], predicted[group]
-        gains = np.array([snapped(gain_of(a * b, c * b), kind) for a, b, c in zip(m, w, y)])
-        # (n, n) what is left of each channel by each instrument, right way round and turned.
-        turned = np.array([np.linalg.norm((m - s * y[:, None]) * w, axis=2).T for s in (1, -1)])
-        left, signs = turned.min(axis=0), np.where(turned[1] < turned[0], -1.0, 1.0)
-        alone = np.linalg.norm((m - gains[:, None] * y) * w, axis=1)
-        left = np.where(left < ALONE * alone[:, None], left, LARGE * alone[:, None])
-        left[range(group.size), range(group.size)] = alone
-        for a, b in zip(*scipy.optimize.linear_sum_assignment(np.log(left))):
-            if a != b:  # the samples of channel a are those of instrument b
-                found[int(group[b])] = int(group[a]), float(signs[a, b])
-            elif gains[a] != 1.0:
-                found[int(group[a])] = int(group[a]), 1 / float(gains[a])
-    return Correction(found)
-
-
-def words_of(correction: Correction, before: Trial | None, after: Trial) -> list[Fault]:
+def words_of(correction: Correction, before: Trial, after: Trial) -> list[Fault]:
     """One fault for each cycle of swapped channels, and for each factor."""
-    names, own = after.update.channels, len(after.dataset.rig.sensors)
-    if correction.excitation != 1.0:
-        who = "the excitation" if len(names) > own else "the excitation (or every accelerometer the other way round)"
-        words = f"{who} reads {_read(1 / correction.excitation, driven_by(after))}"
-        return [_fault(words, correction.excitation, range(len(names)), before, after)]
-    faults, alike, done = [], dict[tuple[str, float], list[int]](), set[int]()
+    names, kinds = after.update.channels, kinds_of(after)
+    faults, alike, done = [], dict[tuple[str, float, bool], list[int]](), set[int]()
     for i, (source, factor) in sorted(correction.channels.items()):
         if i == source:
-            alike.setdefault(("probe" if i >= own else "accelerometer", factor), []).append(i)
+            alike.setdefault((kinds[i], factor, names[i] == EXCITATION), []).append(i)
         elif i not in done:
             cycle = [i]
             while (source := correction.channels[cycle[-1]][0]) != i:
@@ -181,10 +178,14 @@ def words_of(correction: Correction, before: Trial | None, after: Trial) -> list
             turned = [correction.channels[k][0] for k in cycle if correction.channels[k][1] < 0]
             words += f" and {_named(turned, names)} wired with the wrong sign" if turned else ""
             faults.append(_fault(words, None, cycle, before, after))
-    for (kind, factor), group in alike.items():
-        every = len(group) == (len(names) - own if kind == "probe" else own) > 1
+    for (kind, factor, driven), group in alike.items():
+        every = len(group) == kinds[:-1].count(kind) > 1
         who = f"every {kind} reads" if every else f"{_named(group, names)} {'read' if len(group) > 1 else 'reads'}"
-        faults.append(_fault(f"{who} {_read(1 / factor, kind)}", factor, group, before, after))
+        if driven:
+            other = "" if after.update.probes else " (or every accelerometer the other way round)"
+            who = f"the excitation{other} reads"
+        missed = range(len(names)) if driven else group
+        faults.append(_fault(f"{who} {_read(1 / factor, kind)}", factor, missed, before, after))
     return faults
 
 
@@ -202,20 +203,15 @@ def _read(read: float, kind: str) -> str:
     return " and ".join([size] * (abs(read) != 1.0) + ["with the wrong sign"] * (read < 0))
 
 
-def _fault(words: str, factor: float | None, group: Sequence[int], before: Trial | None, after: Trial) -> Fault:
+def _fault(words: str, factor: float | None, group: Sequence[int], before: Trial, after: Trial) -> Fault:
     put, channels = "exchanged" if factor is None else f"times {factor:.4g}", list(group)
-    now = float(np.sqrt(np.mean(after.misfit[channels] ** 2)))
-    if before is None:
-        quiet = max(m.duration for m in after.update.misfit)
-        return Fault(
-            words, f"{put}, records are quiet for {quiet:.1f} s and missed by {now:.1f} times {EXPLAINED}", factor
-        )
-    was = float(np.sqrt(np.mean(before.misfit[channels] ** 2)))
+    was, now = (float(np.sqrt(np.mean(trial.misfit[channels] ** 2))) for trial in (before, after))
     if was > MISFIT:
-        return Fault(words, f"{put}, the misfit there falls from {was:.1f} to {now:.1f} times {EXPLAINED}", factor)
+        return Fault(words, f"{put}, the misfit there falls from {was:.0f} to {now:.1f} % of the level", factor)
     far, near = (_farthest(trial, channels) for trial in (before, after))
     return Fault(words, f"{put}, gain and place come from {far:.1f} to {near:.1f} prior standard deviations", factor)
 
 
 def _farthest(trial: Trial, channels: Sequence[int]) -> float:
-    return max(abs(z) for name, z in trial.far.items() if channel_of(name, trial.dataset.rig) in channels)
+    far = (abs(z) for name, z in trial.far.items() if channel_of(name, trial.dataset.rig) in channels)
+    return max(far, default=0.0)

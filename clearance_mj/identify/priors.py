@@ -44,8 +44,6 @@ LARGEST = 0.9
 """of the gap: the largest offset"""
 LEFT_OUT = {"gain": 1.0, "offset": 0.0}
 """values of fields that plain data leave out"""
-LOSS = "loss_factor"
-"""share of its stiffness that the grease loses by friction: about 0.1 within a decade"""
 COMPLIANCE = {"1/beam.clamp.rotation": "rad/(N m)", "1/beam.clamp.translation": "m/N"}
 
 
@@ -72,11 +70,6 @@ def priors(rig: Rig, damped: int = RATIOS, probes: bool = False) -> tuple[Parame
     told = {key: tolerance for tolerance in rig.tolerances for key in _stands_for(data, tolerance)}
     keys = [key for key in _open_keys(data, damped) if key not in told]
     found = [*_clamp(rig), *(p for key in (*keys, *told) if (p := _parameter(base, data, key, told.get(key))))]
-    found += [
-        _logarithm(f"bushings[{j}].grease.{LOSS}", "", 0.1, DEFAULTS["stiffness"])
-        for j, b in enumerate(rig.bushings)
-        if b.grease.stiffness
-    ]
     for j, bushing in enumerate(rig.bushings if probes else ()):
         found.append(_logarithm(f"probes[{j}].gain", "", 1.0, PROBE))
         if parse_place(bushing.position) and bushing.to is None:
@@ -119,13 +112,8 @@ def rig_with(rig: Rig, values: Mapping[str, float]) -> Rig:
         clamp = Clamp(**{name: 1 / c for name, c in compliance.items() if c})
         base = base.replace(beam=dataclasses.replace(base.beam, clamp=clamp if clamp != Clamp() else None))
     data = base.to_dict()
-    paths = [name for name in values if name not in COMPLIANCE and not _beside(name)]
+    paths = [name for name in values if name not in COMPLIANCE and not name.startswith("probes[")]
     return with_values(base, {find_numbers(data, path)[0]: values[path] for path in paths})
-
-
-def _beside(name: str) -> bool:
-    """Whether a parameter is no part of a rig."""
-    return name.startswith("probes[") or name.endswith(LOSS)
 
 
 def _stands_for(data: dict, tolerance: Tolerance) -> Sequence[Key]:

@@ -1,10 +1,10 @@
-"""A dataset with its updated rig, and how far that is from what noise, grease and priors explain."""
+"""A dataset with its updated rig, and how far that is from what noise and priors explain."""
 
 from __future__ import annotations
 
 import dataclasses
 import functools
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,16 +12,18 @@ import numpy as np
 from ..errors import ClearanceError
 from ..io.dataset import Dataset, Record
 from ..rig import Rig
-from .quiet_update import FLOOR, MODEL, RigUpdate, local_level, update_rig
+from .updating import FLOOR, MODEL, RigUpdate, gains_of, update_rig
 
-__all__ = ["Fault", "Trial", "channel_of", "trial_of", "weight", "with_records", "with_rig"]
+__all__ = ["Fault", "Trial", "channel_of", "distance", "projected", "trial_of", "with_records", "with_rig"]
 
-MISFIT = 7.0
-"""times what noise and grease explain, from which on a channel is suspicious"""
+MISFIT = 4.0
+"""% of a channel's level, from which on it is suspicious; of sound benches 0.6 to 1.5"""
 FAR = 4.0
-"""prior standard deviations, from which on a parameter is suspicious"""
+"""prior standard deviations, from which on a parameter is suspicious; of sound benches up to 2.1"""
 ALIKE = 20.0
 """lines that count as one"""
+FEW = 1500
+"""lines of all records, by which hypotheses are compared before the rig is updated with them"""
 MOST = 0.7
 """of the channels, which must fit for the rig to be sound"""
 
@@ -52,9 +54,22 @@ class Trial:
 
     @functools.cached_property
     def misfit(self) -> np.ndarray:
-        """(n_channels,) RMS of what is missed, over 1 % of the channel and 5 % of each line's level."""
-        squares = [np.abs((m.fitted - m.measured) * weight(m.measured)) ** 2 for m in self.update.misfit]
-        return np.sqrt(np.mean(np.hstack(squares), axis=1))
+        """(n_channels,) % of each channel's level that is missed."""
+        return 100 * self.update.share
+
+    @functools.cached_property
+    def measured(self) -> list[np.ndarray]:
+        """(n_f, n_channels) some lines of each record."""
+        return [m.measured.T[:: self._step] for m in self.update.misfit]
+
+    @property
+    def _step(self) -> int:
+        return -(-sum(m.frequency.size for m in self.update.misfit) // FEW)
+
+    def gains(self, rig: Rig, values: Mapping[str, float]) -> list[np.ndarray]:
+        """Of unknown forces and the excitation on the same lines, of a rig with values of its open parameters."""
+        lines = [(m.kind, m.omega[:: self._step]) for m in self.update.misfit]
+        return gains_of(rig, dict(values), self.update.probes, lines)
 
     @functools.cached_property
     def far(self) -> dict[str, float]:
@@ -66,9 +81,9 @@ class Trial:
 
     @functools.cached_property
     def cost(self) -> float:
-        """-2 ln of the posterior at its maximum, the noise of each channel being open: Σ n ln(misfit²) + Σ z²."""
+        """-2 ln of the posterior at its maximum, the noise of each channel being open: Σ n ln(1 + misfit²) + Σ z²."""
         lines = 2 * max(m.frequency.size for m in self.update.misfit) / ALIKE
-        return float(lines * np.sum(np.log(self.misfit**2)) + sum(z**2 for z in self.far.values()))
+        return float(lines * np.sum(np.log1p(self.misfit**2)) + sum(z**2 for z in self.far.values()))
 
     @functools.cached_property
     def suspects(self) -> tuple[int, ...]:
@@ -93,7 +108,7 @@ class Trial:
         if self.suspects:
             names = ", ".join(self.update.channels[i] for i in self.suspects)
             worst = self.misfit[list(self.suspects)].max()
-            parts.append(f"{names}, by up to {worst:.1f} times what noise and grease explain")
+            parts.append(f"{names}, by up to {worst:.0f} % of the level")
         if self.wrong:
             moved = ", ".join(f"{name} by {abs(self.far[name]):.1f}" for name in self.wrong)
             parts.append(f"prior standard deviations from the rig file: {moved}")
@@ -108,10 +123,24 @@ def trial_of(dataset: Dataset) -> Trial | None:
         return None
 
 
-def weight(measured: np.ndarray) -> np.ndarray:
-    """(n_channels, n_f) one over what noise and grease explain of spectra (n_channels, n_f)."""
-    rms = np.sqrt(np.mean(np.abs(measured) ** 2, axis=1, keepdims=True))
-    return 1 / np.hypot(FLOOR * rms, MODEL * local_level(measured))
+def projected(
+    gains: list[np.ndarray], measured: list[np.ndarray], without: tuple[int, ...] = ()
+) -> tuple[np.ndarray, np.ndarray]:
+    """(n_f, n_channels) weights, and spectra under the forces that meet the other channels best, all records' lines."""
+    seen, found = np.vstack(gains), np.vstack(measured)
+    rms = [np.broadcast_to(np.sqrt(np.mean(np.abs(m) ** 2, axis=0)), m.shape) for m in measured]
+    weights = 1 / np.hypot(FLOOR * np.vstack(rms), 3 * MODEL * np.abs(found))
+    kept = np.setdiff1d(np.arange(found.shape[1]), without)
+    basis, upper = np.linalg.qr(seen[:, kept] * weights[:, kept, None])
+    along = basis.conj().transpose(0, 2, 1) @ (found * weights)[:, kept, None]
+    return weights, (seen @ np.linalg.solve(upper, along))[:, :, 0]
+
+
+def distance(gains: list[np.ndarray], measured: list[np.ndarray]) -> float:
+    """Sum over the channels of the logarithm of what is missed, over weights."""
+    weights, predicted = projected(gains, measured)
+    left = np.abs((predicted - np.vstack(measured)) * weights) ** 2
+    return float(np.sum(np.log1p(np.mean(left, axis=0))))
 
 
 def channel_of(name: str, rig: Rig) -> int | None:

@@ -66,6 +66,7 @@ EDGES = (20.0, 60.0, 130.0)
 STEP = 1e-3
 """prior standard deviations, for differences"""
 CHANNELWISE = ("gain", "position")
+EXCITATION = "excitation"
 SUSPECT = 0.1
 """of a channel: a larger misfit is said"""
 
@@ -76,16 +77,23 @@ class Misfit:
 
     record: str
     """its name"""
+    kind: str
+    """of excitation"""
     duration: float
     """s"""
     frequency: np.ndarray
     """(n_f,) Hz"""
     measured: np.ndarray
-    """(n_channels, n_f) complex, accelerometers, then probes"""
+    """(n_channels, n_f) complex, accelerometers, then probes, then the excitation"""
     before: np.ndarray
     """the same of the rig file"""
     fitted: np.ndarray
     """the same of the updated rig"""
+
+    @property
+    def omega(self) -> np.ndarray:
+        """(n_f,) rad/s, the complex frequencies at which the spectra were taken."""
+        return _complex(self.frequency, self.duration)
 
     @property
     def share(self) -> np.ndarray:
@@ -227,7 +235,7 @@ class _Spectra:
         kept = inside[:: -(-inside.size // LINES)]
         self.frequency = frequency[kept]
         """(n_f,) Hz"""
-        self.omega = 2 * np.pi * self.frequency + 1j * np.log(LEFT) / self.duration
+        self.omega = _complex(self.frequency, self.duration)
         self.measured = scipy.fft.rfft(signals * window, count, axis=1)[:, kept].T
         """(n_f, n_channels) accelerometers, probes, excitation"""
         self.alike = max(1.0, ALIKE * self.frequency.size / (self.duration * np.ptp(self.frequency)))
@@ -254,10 +262,7 @@ class _Fit:
 
     def gains(self, at: np.ndarray) -> list[np.ndarray]:
         """Of forces in the clearances and of the excitation: (n_f, n_channels, n_bushings + 1) for each record."""
-        values = self.values(at)
-        model = _model(self.rig, values)
-        rows = probe_rows(model, values) if self.probes else np.zeros((0, model.size))
-        return [channel_gains(model, rows, s.kind, s.omega) for s in self.spectra]
+        return gains_of(self.rig, self.values(at), self.probes, [(s.kind, s.omega) for s in self.spectra])
 
     def run(self) -> RigUpdate:
         """Fit, find the noise, fit again."""
@@ -271,10 +276,11 @@ class _Fit:
         values = self.values(at)
         channels = [f"accelerometer {label}" for label in self.rig.sensor_labels]
         channels += [f"probe {label}" for label in self.rig.probe_labels] if self.probes else []
+        channels.append(EXCITATION)
         estimates = Estimates.of(self.parameters, list(values.values()), covariance)
         whole = rig_with(self.rig, values).replace(tolerances=self.rig.tolerances)
         misfit = [
-            Misfit(s.name, s.duration, s.frequency, *(y.T[: len(channels)] for y in (s.measured, b.fitted, f.fitted)))
+            Misfit(s.name, s.kind, s.duration, s.frequency, s.measured.T, b.fitted.T, f.fitted.T)
             for s, b, f in zip(self.spectra, before, found)
         ]
         return RigUpdate(whole, self.rig, estimates, tuple(misfit), tuple(channels), self.probes)
@@ -391,6 +397,19 @@ class _Projection:
         """Part of weighted values (n, n_f, n_channels) that no forces explain."""
         columns = values.transpose(1, 2, 0)
         return values - (self._basis @ (self._basis.conj().transpose(0, 2, 1) @ columns)).transpose(2, 0, 1)
+
+
+def gains_of(
+    rig: Rig, values: dict[str, float], probes: bool, lines: Sequence[tuple[str, np.ndarray]]
+) -> list[np.ndarray]:
+    """Of forces in the clearances and of the excitation: (n_f, n_channels, n_bushings + 1) for each kind and omega."""
+    model = _model(rig, values)
+    rows = probe_rows(model, values) if probes else np.zeros((0, model.size))
+    return [channel_gains(model, rows, kind, omega) for kind, omega in lines]
+
+
+def _complex(frequency: np.ndarray, duration: float) -> np.ndarray:
+    return 2 * np.pi * frequency + 1j * np.log(LEFT) / duration
 
 
 def _clearance(name: str) -> bool:

@@ -8,7 +8,7 @@ import pytest
 
 from clearance_mj.clearance.law import ConstantLaw
 from clearance_mj.errors import RecordError
-from clearance_mj.identify import diagnose, diagnosed_update, update_rig
+from clearance_mj.identify import diagnose, update_rig
 from clearance_mj.identify.diagnosis import _bend
 from clearance_mj.identify.misbuilt import longer
 from clearance_mj.identify.misread import Correction, snapped
@@ -31,7 +31,7 @@ PROBE = (301, "displacement")
 
 @pytest.fixture(scope="module")
 def sound():
-    """A level ramp on a rig whose modulus is 2.4 % below that of its file; about 1.3 s of it are quiet."""
+    """A level ramp on a rig whose modulus is 2.4 % below that of its file."""
     real = RIG.replace(beam=dataclasses.replace(RIG.beam, young_modulus=2.05e11))
     push = excitation.level_ramp(8.0, 512.0, (5.0, 100.0), start_rms=0.3, end_rms=8.0, seed=1)
     record, _ = record_of(real, push, ConstantLaw(np.array([STIFFNESS]), np.array([5.0])))
@@ -82,12 +82,8 @@ def test_swapped_sensors(sound):
 
 @pytest.mark.slow
 def test_probe_in_millimetres(sound):
-    """Without it nothing is quiet: the error of the update says why."""
-    wrong = scaled(sound, PROBE, 1e3)
-    cause = "probe 301:+Z reads in mm instead of SI units: times 0.001"
-    assert str(diagnose(wrong).faults[0]).startswith(cause)
-    with pytest.raises(RecordError, match=f"no record to identify from begins.*likeliest cause: {re.escape(cause)}"):
-        diagnosed_update(wrong)
+    (fault,) = diagnose(scaled(sound, PROBE, 1e3)).faults
+    assert str(fault).startswith("probe 301:+Z reads in mm instead of SI units: times 0.001")
 
 
 @pytest.mark.slow
@@ -116,12 +112,12 @@ def test_gap_told_wrong(sound, factor, words):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("factor", "words"), [(1 / 3, "4 times too small"), (3.0, "2 times too large")])
+@pytest.mark.parametrize(("factor", "words"), [(1 / 3, "too small"), (3.0, "too large")])
 def test_gap_told_wrong_without_probes(sound, factor, words):
-    """From where the rig stops being linear, by factors of two."""
     wrong = told(sound, gap(factor))
     (fault,) = diagnose(Dataset(wrong.rig, (with_channel(wrong.records[0], *PROBE, None),))).faults
-    assert words in fault.cause
+    assert fault.cause.endswith(words)
+    assert fault.factor == pytest.approx(1 / factor, rel=0.3)
 
 
 def test_a_channel_that_cannot_be_used_is_refused(sound):
@@ -133,23 +129,24 @@ def test_a_channel_that_cannot_be_used_is_refused(sound):
 def test_a_record_that_is_loud_from_the_start_has_no_fault(sound):
     push = excitation.random(4.0, 512.0, (5.0, 100.0), rms=8.0, seed=1)
     record, _ = record_of(RIG, push, ConstantLaw(np.array([STIFFNESS]), np.array([5.0])))
-    found = diagnose(Dataset(RIG, (record,)))
-    assert found.words == ("no record has a quiet part, whatever is assumed of probes and gaps",)
+    assert diagnose(Dataset(RIG, (record,))).words == ()
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("rig", "cause"),
+    ("rig", "cause", "value"),
     [
-        (longer(RIG, 1.1, "length"), "beam.length is 0.6"),
-        (longer(RIG, 1.1, "lengths"), "beam.length is 0.60"),
-        (beam(diameter=0.0092), "beam.diameter is 0.0080"),
-        (RIG.replace(masses=()), "a mass of 0.19"),
+        (longer(RIG, 1.1, "length"), "beam.length is {} m", 0.6),
+        (longer(RIG, 1.1, "lengths"), "beam.length is {} m", 0.6),
+        (beam(diameter=0.0092), "beam.diameter is {} m", 0.008),
+        (RIG.replace(masses=()), "a mass of {} kg near x = 0.6 m is missing", 0.2),
     ],
 )
-def test_wrong_rig_file(sound, rig, cause):
+def test_wrong_rig_file(sound, rig, cause, value):
     (fault,) = diagnose(told(sound, rig)).faults
-    assert fault.cause.startswith(cause)
+    found = re.match(re.escape(cause).replace(r"\{\}", "([0-9.]+)"), fault.cause)
+    assert found
+    assert float(found[1]) == pytest.approx(value, rel=0.02)  # the modulus, known to 3 %, is 2.4 % off
 
 
 def test_correction_moves_samples_between_channels(sound):

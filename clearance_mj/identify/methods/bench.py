@@ -186,7 +186,8 @@ def fit_bench(dataset: Dataset, progress: str | None = None) -> BenchFit:
     RecordError
         If there are no more sensors than clearances, or a channel cannot be used.
     """
-    update, diagnosis = update_rig(dataset), diagnose(dataset)
+    update = update_rig(dataset)
+    diagnosis = diagnose(dataset, update)
     found = compare_families(dataset, update, progress)
     best, rig = found[0], found[0].rig(update.rig)
     misfit = law_misfit(dataset.to_identify(), rig, best.law, progress and f"{progress} (misfit)")
