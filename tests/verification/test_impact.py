@@ -26,6 +26,7 @@ from clearance_mj.clearance import (
     MaxwellSlip,
 )  # fmt: skip
 from clearance_mj.clearance.kernel import clearance_records, greases_of
+from clearance_mj.clearance.lane_contacts import lane_contacts
 from clearance_mj.clearance.lane_greases import lane_greases
 from clearance_mj.engines import ModalMujoco, modal_mj, mujoco_loop
 from clearance_mj.engines._modal_loop import Motion, Shaft, advance
@@ -124,11 +125,12 @@ class FreeMass:
         clearance = clearance_records(self.rig, law, self.step)
 
         greases = lane_greases([greases_of(self.rig, law)], np.zeros((1, 1)))
+        contacts = lane_contacts([law.table(1).kinds], [clearance])
 
         def simulate(n):
-            out = np.full((n, 3, 1), np.nan)
-            assert advance(0, np.zeros(n), self.step, (0,), shaft, motion, clearance, greases, out) == (-1, -1)
-            return out[:, :, 0]
+            out, parts = np.full((3, n, 1), np.nan), (shaft, motion, clearance, greases, contacts)
+            assert advance(0, np.zeros(n), self.step, (0,), *parts, out, 0) == (-1, -1)
+            return out[:, :, 0].T
 
         self.simulate = simulate
 
