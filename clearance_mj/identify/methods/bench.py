@@ -108,7 +108,7 @@ class BenchFit(Identified):
     @property
     def warnings(self) -> tuple[str, ...]:
         """Plain words on what not to rely on."""
-        of_rig = set(self.update.only_prior)
+        of_rig = set(self.update.estimates.names)
         of_law = [name for name in self.estimates.only_prior if name not in of_rig]
         held = (f"only the prior holds, of the law, {', '.join(of_law)}",) if of_law else ()
         return (*self.diagnosis.words, *self.update.warnings, *held, *self.misfit.warnings)
