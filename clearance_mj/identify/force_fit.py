@@ -253,7 +253,7 @@ class _Fit:
         known = found > KNOWN * found[-1]
         of_blocks = np.add.reduceat(scores @ direction[:, known], self.motion.blocks, axis=0)
         alike = np.mean(np.sum(of_blocks**2, axis=0) / found[known]) if known.any() else 0.0
-        return scores.sum(axis=0), information, max(CYCLE * self.motion.rate, float(alike))
+        return scores.sum(axis=0), information, max(1.0, float(alike))
 
     def steps(self, at: np.ndarray, slope: np.ndarray, precision: np.ndarray) -> list[np.ndarray]:
         """Points to go to, Gauss and Newton's first; what is at a bound and would pass it stays there."""

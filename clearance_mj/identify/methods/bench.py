@@ -18,7 +18,7 @@ from ...parameters import Estimates
 from ...rig import Rig
 from ..diagnosis import Diagnosis, diagnose
 from ..families import CONTACTS, GREASES, Family, power_law_start
-from ..force_fit import ForceFit, Motion, fit
+from ..force_fit import CYCLE, ForceFit, Motion, fit
 from ..forces import SETTLE, RestoringForce, restoring_force
 from ..law_misfit import LawMisfit, law_misfit
 from ..priors import priors
@@ -249,8 +249,9 @@ def compared(motions: Sequence[Motion], progress: str | None = None) -> tuple[Fa
         ]
         found = [tuple(fits) for fits in zip(*of_first)]
         found += [tuple(task.result() for task in of_family) for of_family in tasks]
-    # What hangs together in time is what the best family misses.
-    alike = [min(fits, key=lambda f: f.misfit).alike for fits in zip(*found)]
+    # What hangs together in time is what the best family misses, and what rig and sensors miss.
+    least = [min(fits, key=lambda f: f.misfit).alike for fits in zip(*found)]
+    alike = [max(CYCLE * motion.rate, one) for motion, one in zip(motions, least)]
     evidence = np.array([sum(f.log_evidence(a) for f, a in zip(fits, alike)) for fits in found])
     weight = np.exp(evidence - evidence.max())
     weight /= weight.sum()
