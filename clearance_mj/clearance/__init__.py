@@ -9,6 +9,7 @@ from .contacts.kelvin_voigt import KelvinVoigt
 from .gap import describing_function, gap
 from .grease import GreaseModel
 from .greases.maxwell_slip import MaxwellSlip
+from .harmonic import harmonic_stiffness, periodic_amplitudes, slip_stiffness
 from .law import AmplitudeLaw, ConstantLaw, ContactLaw, Law, TimeLaw
 from .law_files import load_law, load_rig_and_law
 
@@ -31,6 +32,9 @@ __all__ = [
     "describing_function",
     "gap",
     "greases",
+    "harmonic_stiffness",
     "load_law",
     "load_rig_and_law",
+    "periodic_amplitudes",
+    "slip_stiffness",
 ]

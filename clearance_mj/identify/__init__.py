@@ -1,8 +1,10 @@
 """Identification of the clearance from test records."""
 
 from . import methods
+from .decay import decay
 from .diagnosis import Diagnosis, diagnose
 from .hysteresis import bouc_wen
+from .joint import ForcedCurve, fit_joint
 from .methods.bench import BenchFit, FamilyFit, fit_bench
 from .methods.nominal import nominal
 from .oscillator import sdof
@@ -16,11 +18,14 @@ __all__ = [
     "BenchFit",
     "Diagnosis",
     "FamilyFit",
+    "ForcedCurve",
     "Identified",
     "RigUpdate",
     "bouc_wen",
+    "decay",
     "diagnose",
     "fit_bench",
+    "fit_joint",
     "get_method",
     "law",
     "methods",

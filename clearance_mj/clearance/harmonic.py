@@ -1,0 +1,140 @@
+"""Harmonic balance of one degree of freedom: what an element with memory is under a harmonic motion, and the response.
+
+M. Krack and J. Gross, Harmonic Balance for Nonlinear Vibration Problems, Springer 2019, chapter 2. One harmonic is
+kept: that of a lightly damped mode near its resonance, whose own filter leaves nothing of the others.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..errors import LawError
+from .grease import GreaseModel
+
+__all__ = ["harmonic_stiffness", "periodic_amplitudes", "slip_stiffness"]
+
+SAMPLES = 1024
+"""of a period"""
+PERIODS = 2
+"""the second one has forgotten how the first one began (Masing's elements: after a quarter of it)"""
+
+
+def slip_stiffness(amplitude: ArrayLike, springs: ArrayLike, forces: ArrayLike) -> np.ndarray:
+    """Return the complex stiffness, N/m, of springs in series with Coulomb sliders under a harmonic motion.
+
+    Parameters
+    ----------
+    amplitude : array_like
+        (...) of the motion, m, > 0.
+    springs : array_like
+        (n,) stiffness of each, N/m.
+    forces : array_like
+        (n,) at which each slides, N.
+
+    Returns
+    -------
+    numpy.ndarray
+        (...) fundamental of the force over the motion: stiffness and, as imaginary part, ω times the damping.
+
+    Raises
+    ------
+    LawError
+        If an amplitude is not positive, or springs and forces are not as many.
+
+    Notes
+    -----
+    Of one element that slips from u = F/k < X on, with cos θ = 1 - 2u/X: (k/π) (θ - sin 2θ / 2 + 4j (u/X)(1 - u/X));
+    π X² times the imaginary part is the energy of a cycle, 4 F (X - u). T. K. Caughey, "Sinusoidal excitation of a
+    system with bilinear hysteresis", J. Appl. Mech. 27, 1960, 640.
+    """
+    amplitude, springs, forces = (np.asarray(value, dtype=float) for value in (amplitude, springs, forces))
+    if springs.shape != forces.shape or springs.ndim != 1:
+        raise LawError(f"springs and forces are (n,) each, got {springs.shape} and {forces.shape}")
+    if not (amplitude > 0).all():
+        raise LawError(f"the amplitude of a motion must be > 0 m, got {amplitude.min():.6g}")
+    ratio = np.minimum(forces / springs / amplitude[..., None], 1.0)
+    angle = np.arccos(1 - 2 * ratio)
+    return (angle - np.sin(2 * angle) / 2 + 4j * ratio * (1 - ratio)) @ springs / np.pi
+
+
+def harmonic_stiffness(model: GreaseModel, amplitude: ArrayLike, omega: float, samples: int = SAMPLES) -> np.ndarray:
+    """Return the complex stiffness, N/m, of any element with memory under a harmonic motion, by its own law.
+
+    Alternating frequency-time: the law is marched over two periods of X cos ωt, of the second the fundamental is taken.
+
+    Parameters
+    ----------
+    model : GreaseModel
+        Any element with memory, such as `MaxwellSlip`.
+    amplitude : array_like
+        (...) of the motion, m, > 0.
+    omega : float
+        rad/s.
+    samples : int
+        Of a period.
+
+    Returns
+    -------
+    numpy.ndarray
+        (...) fundamental of the force over the motion.
+
+    Raises
+    ------
+    LawError
+        If an amplitude or the frequency is not positive.
+    """
+    amplitude = np.asarray(amplitude, dtype=float)
+    if not ((amplitude > 0).all() and 0 < omega < np.inf):
+        raise LawError(f"amplitude and frequency must be > 0, got {amplitude.min():.6g} m and {omega:.6g} rad/s")
+    found = [_marched(model, each, omega, samples) for each in amplitude.ravel()]
+    return np.array(found).reshape(amplitude.shape)
+
+
+def _marched(model: GreaseModel, amplitude: float, omega: float, samples: int) -> complex:
+    phase = 2 * np.pi * np.arange(PERIODS * samples + 1) / samples
+    x, step = amplitude * np.cos(phase), 2 * np.pi / omega / samples
+    p, state, out, force = model.parameters(), [0.0] * model.states(), [0.0, 0.0], np.empty(x.size)
+    model.law(p, state, x[0], x[0], step, out)  # out of the middle at once
+    for i in range(1, x.size):
+        model.law(p, state, x[i], x[i] - x[i - 1], step, out)
+        force[i] = out[0] - out[1] * amplitude * omega * np.sin(phase[i])
+    return complex(2 * np.mean(force[-samples:] * np.exp(-1j * phase[-samples:])) / amplitude)
+
+
+def periodic_amplitudes(
+    amplitude: np.ndarray, stiffness: np.ndarray, mass: float, omega: float, force: float
+) -> np.ndarray:
+    """Return the amplitudes, m, rising, at which m x'' + f(x, ..) = F cos ωt can vibrate harmonically.
+
+    Parameters
+    ----------
+    amplitude : numpy.ndarray
+        (n,) m, rising: solutions are looked for between its neighbours.
+    stiffness : numpy.ndarray
+        (n,) complex stiffness K of these amplitudes, N/m, as from `slip_stiffness`.
+    mass : float
+        m, kg.
+    omega : float
+        rad/s.
+    force : float
+        Amplitude F, N.
+
+    Returns
+    -------
+    numpy.ndarray
+        Solutions X of abs(K(X) - m ω²) X = F: one, or where resonance bends three, or none between the ends.
+
+    Raises
+    ------
+    LawError
+        If amplitude and stiffness are not as many, or the amplitudes do not rise from above 0.
+    """
+    if np.shape(amplitude) != np.shape(stiffness) or np.ndim(amplitude) != 1:
+        raise LawError(f"amplitude and stiffness are (n,) each, got {np.shape(amplitude)} and {np.shape(stiffness)}")
+    if not (amplitude[0] > 0 and (np.diff(amplitude) > 0).all()):
+        raise LawError("amplitudes among which a response is looked for must rise, and be > 0 m")
+    excess = np.abs(stiffness - mass * omega**2) * amplitude - force
+    at = np.flatnonzero((excess[:-1] < 0) != (excess[1:] < 0))
+    share = excess[at] / (excess[at] - excess[at + 1])  # exact for a linear oscillator
+    return amplitude[at] + share * (amplitude[at + 1] - amplitude[at])
