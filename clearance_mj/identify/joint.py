@@ -9,7 +9,7 @@ between 2 and 3 where little slips (D. J. Segalman, J. Appl. Mech. 72, 2005, 752
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -27,6 +27,8 @@ __all__ = ["ForcedCurve", "ForcedTest", "JointFit", "JointedMode", "fit_joint"]
 ELEMENTS = 80
 LEAST, MOST = 1e-3, 5.0
 """displacements at which the first and the last element slips, as shares of the reach"""
+GRID = 1000
+"""amplitudes from the first to the last of these displacements among which a response is looked for"""
 SHIFT_STD, PHASE_STD = 2.5e-3, 0.02
 """before the fit: of a frequency from test to test (share), and of a phase, rad"""
 FREQUENCY_MISS, DAMPING_MISS, CURVE_MISS = 1.25e-4, 5e-5, 0.04
@@ -56,10 +58,6 @@ class JointedMode:
         density = np.polynomial.polynomial.polyval(slip / self.reach, (self.even, self.linear, self.quadratic))
         slips = density > 0
         return density[slips] * np.log(slip[1] / slip[0]), slip[slips]
-
-    def grid(self) -> np.ndarray:
-        """(1000,) amplitudes, m, rising, between which responses are looked for."""
-        return self.reach * np.geomspace(LEAST, MOST, 1000)
 
     def stiffness(self, amplitude: np.ndarray, omega: np.ndarray | float) -> np.ndarray:
         """(n,) complex stiffness over mass, rad²/s², of harmonic motions of (n,) m at frequencies, rad/s."""
@@ -121,11 +119,10 @@ class ForcedTest:
         """The mode as it was on the day of this test."""
         return dataclasses.replace(mode, frequency=mode.frequency + self.shift)
 
-    def accelerance(self, mode: JointedMode, frequency: ArrayLike, amplitude: np.ndarray) -> np.ndarray:
-        """(n,) complex acceleration over force, 1/kg, where the mode vibrates with amplitudes (n,), m."""
-        omega = 2 * np.pi * np.asarray(frequency)
-        own = omega**2 / (self.mass * (self.mode(mode).stiffness(amplitude, omega) - omega**2))
-        return (own + self.residual) * np.exp(1j * self.phase)
+    def accelerance(self, mode: JointedMode, frequency: np.ndarray, amplitude: np.ndarray) -> np.ndarray:
+        """(n,) complex acceleration over force, 1/kg, at (n,) Hz where the mode vibrates with amplitudes (n,), m."""
+        omega = 2 * np.pi * frequency
+        return (self._own(self.mode(mode).stiffness(amplitude, omega), omega) + self.residual) * np.exp(1j * self.phase)
 
     def response(self, mode: JointedMode, frequency: np.ndarray, force: np.ndarray) -> np.ndarray:
         """(n,) complex acceleration, m/s², under forces (n,), N, by harmonic balance from one frequency to the next.
@@ -133,11 +130,10 @@ class ForcedTest:
         Where the resonance bends so far that there are several, the one nearest the last; nan where the motion is
         below 0.001 or above 5 times the reach.
         """
-        grid, last, found = mode.grid(), 0.0, np.full(len(frequency), np.nan)
-        still = self.mode(mode).stiffness(grid, 0.0)
-        viscous = 2j * mode.damping * 2 * np.pi * (mode.frequency + self.shift)
-        for i, (omega, drive) in enumerate(zip(2 * np.pi * np.asarray(frequency), force)):
-            every = periodic_amplitudes(grid, still + viscous * omega, 1.0, omega, drive / self.mass)
+        grid, stiffness, last = *self._on_grid(mode), 0.0
+        found = np.full(len(frequency), np.nan)
+        for i, (omega, drive) in enumerate(zip(2 * np.pi * frequency, force)):
+            every = periodic_amplitudes(grid, stiffness(omega), 1.0, omega, drive / self.mass)
             if every.size:
                 found[i] = last = every[np.argmin(np.abs(every - last))]
         inside = np.isfinite(found)
@@ -146,13 +142,24 @@ class ForcedTest:
 
     def force(self, mode: JointedMode, frequency: np.ndarray, amplitude: np.ndarray) -> np.ndarray:
         """(n,) force, N, that holds the acceleration's amplitude at (n,) m/s²; nan beyond what elements span."""
-        grid, found = mode.grid(), []
-        for f, wanted in zip(frequency, amplitude):
-            seen = np.abs(self.accelerance(mode, f, grid))
-            own = np.abs(self.accelerance(mode, f, grid) * np.exp(-1j * self.phase) - self.residual)
-            need = grid * (2 * np.pi * f) ** 2 / own
-            found.append(np.interp(wanted, need * seen, need, left=np.nan, right=np.nan))
+        (grid, stiffness), found = self._on_grid(mode), []
+        for omega, wanted in zip(2 * np.pi * frequency, amplitude):
+            own = self._own(stiffness(omega), omega)
+            need = grid * omega**2 / np.abs(own)
+            found.append(np.interp(wanted, need * np.abs(own + self.residual), need, left=np.nan, right=np.nan))
         return np.array(found)
+
+    def _own(self, stiffness: np.ndarray, omega: ArrayLike) -> np.ndarray:
+        """(n,) complex acceleration of the mode alone over force, 1/kg, where its stiffness over mass is (n,)."""
+        square = np.square(omega)
+        return square / (self.mass * (stiffness - square))
+
+    def _on_grid(self, mode: JointedMode) -> tuple[np.ndarray, Callable[[float], np.ndarray]]:
+        """(1000,) amplitudes, m, among which solutions are looked for; their stiffness over mass at any frequency."""
+        grid = mode.reach * np.geomspace(LEAST, MOST, GRID)
+        there = self.mode(mode)
+        still = there.stiffness(grid, 0.0)
+        return grid, lambda omega: still + 2j * there.damping * 2 * np.pi * there.frequency * omega
 
     def seen(self, curve: ForcedCurve) -> Decay:
         """Amplitude, m, frequency, Hz, and damping of the free mode that each measured point stands for (no time).
@@ -183,14 +190,19 @@ class JointFit:
     """RMS of the damping ratio in the same way"""
 
     def draw(self, n: int, seed: int = 0) -> list[tuple[JointedMode, ForcedTest]]:
-        """Draw n modes and tests from the covariance, their frequency and damping off by what the law misses."""
+        """Draw n modes and tests as another forced test may find them.
+
+        From the covariance; frequency and damping off by what the law misses, and the frequency once more by as much as
+        this test's was from the decays.
+        """
         rng = np.random.default_rng(seed)
-        missed = rng.standard_normal((n, 2)) * (self.frequency_miss, self.damping_miss)
+        off = rng.standard_normal((n, 3)) * (self.frequency_miss, self.damping_miss, abs(self.test.shift))
         found = []
-        for values, (frequency, damping) in zip(self.estimates.draw(n, seed), missed):
+        for values, (frequency, damping, shift) in zip(self.estimates.draw(n, seed), off):
             mode, test = _read(values, self.mode.reach)
             changed = mode.frequency + frequency, max(mode.damping + damping, 0.0)
-            found.append((dataclasses.replace(mode, frequency=changed[0], damping=changed[1]), test))
+            mode = dataclasses.replace(mode, frequency=changed[0], damping=changed[1])
+            found.append((mode, dataclasses.replace(test, shift=test.shift + shift)))
         return found
 
 

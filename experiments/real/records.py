@@ -2,8 +2,10 @@
 
 - DROPBEAR: High-Rate-SHM-Working-Group, Dataset-8 DROPBEAR Acceleration vs Roller Displacement (2023), text.
 - Friction damper with backlash: ARTS-Laboratory, Dataset-Friction-Damper-with-Backlash (2022), JSON.
+- Brake-Reuss beam: Cenedese, BRBtesting (Chen et al., Mech. Syst. Signal Process. 166, 2022, 108401), MATLAB, and its
+  stepped-sine curves rewritten as CSV.
 
-Both are on GitHub under those names (CC BY-SA 4.0) and no part of this project. Files may be compressed by gzip.
+All are on GitHub under those names and no part of this project. Text and JSON files may be compressed by gzip.
 """
 
 from __future__ import annotations
@@ -14,11 +16,15 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+import scipy.io
 
 from clearance_mj.errors import RecordError
 from clearance_mj.files import read_lines
 
-__all__ = ["DamperRecord", "DropbearRecord", "read_damper", "read_dropbear", "real_folder"]
+__all__ = [
+    "DamperRecord", "DropbearRecord", "HammerRecord", "SteppedSine", "read_damper", "read_dropbear", "read_hammer",
+    "read_stepped_sines", "real_folder",
+]  # fmt: skip
 
 INCH = 0.0254
 """m"""
@@ -26,6 +32,8 @@ POUND = 4.4482216152605
 """N"""
 HEADER_LINES = 9
 """of a DROPBEAR file; the sixth names the columns"""
+STEPPED = ("control", "index", "frequency_Hz", "force_N", "amplitude_m_s2", "phase_rad")
+"""columns of a file of stepped-sine curves"""
 ACCELERATION, POSITION, TIME = "Low G Accel", "PinLoc", "Time"
 
 
@@ -55,6 +63,33 @@ class DamperRecord:
     """(n,) N"""
     fs: float
     """samples per second"""
+
+
+@dataclass(frozen=True, eq=False)
+class HammerRecord:
+    """Ring-down of the Brake-Reuss beam after a hammer's hit."""
+
+    acceleration: np.ndarray
+    """(3, n) m/s²"""
+    fs: float
+    """samples per second"""
+
+
+@dataclass(frozen=True, eq=False)
+class SteppedSine:
+    """One stepped-sine curve of the Brake-Reuss beam, in the order of the file."""
+
+    control: str
+    """what the controller held: "ForceControl" or "ResponseControl\""""
+    index: int
+    frequency: np.ndarray
+    """(n,) Hz"""
+    force: np.ndarray
+    """(n,) N"""
+    amplitude: np.ndarray
+    """(n,) m/s²"""
+    phase: np.ndarray
+    """(n,) rad, of the reversed acceleration over the force"""
 
 
 def real_folder() -> Path | None:
@@ -109,6 +144,56 @@ def read_damper(path) -> DamperRecord:
     fs = _rate(path, time, first=1, unit="row")
     _finite(path, 1, "row", displacement=displacement, force=force)
     return DamperRecord(time, displacement * INCH, force * 1000 * POUND, fs)
+
+
+def read_hammer(path) -> HammerRecord:
+    """Read the ring-down of the Brake-Reuss beam: a structure HIdata with time, acc1, acc2, acc3 in m/s².
+
+    RecordError names the file if it is not there or holds something else.
+    """
+    try:
+        with open(path, "rb") as file:
+            content = scipy.io.loadmat(file, squeeze_me=True, struct_as_record=False)
+    except OSError as error:
+        raise RecordError(f"{path}: {error.strerror or error}") from None
+    except (ValueError, TypeError, NotImplementedError) as error:
+        raise RecordError(f"{path}: not a MATLAB file of version 5 to 7 ({error})") from None
+    names = ("time", "acc1", "acc2", "acc3")
+    held = [getattr(content.get("HIdata"), name, None) for name in names]
+    missing = [name for name, value in zip(names, held) if np.size(value) < 2]
+    if missing:
+        raise RecordError(f"{path}: needs HIdata with {', '.join(names)}; it has no {', '.join(missing)}")
+    rows = [np.asarray(value, dtype=float) for value in held]
+    if len({row.shape for row in rows}) > 1:
+        raise RecordError(f"{path}: {', '.join(names)} have {[row.size for row in rows]} samples")
+    fs = _rate(path, rows[0], first=1, unit="sample")
+    _finite(path, 1, "sample", **dict(zip(names[1:], rows[1:])))
+    return HammerRecord(np.stack(rows[1:]), fs)
+
+
+def read_stepped_sines(path) -> list[SteppedSine]:
+    """Read the stepped-sine curves of the Brake-Reuss beam: CSV with the columns of `STEPPED`, curve after curve.
+
+    RecordError names file and line if a column is missing or a line is not numbers.
+    """
+    header, *lines = read_lines(path) or [""]
+    names = header.strip().split(",")
+    missing = [name for name in STEPPED if name not in names]
+    if missing:
+        raise RecordError(f"{path}, line 1: no column {', '.join(missing)} among {', '.join(names)}")
+    at = [names.index(name) for name in STEPPED]
+    curves: dict[tuple[str, int], list[list[float]]] = {}
+    for i, line in enumerate(lines):
+        fields = line.strip().split(",")
+        try:
+            control, index, *numbers = (fields[j] for j in at)
+            row = [float(number) for number in numbers]
+            curves.setdefault((control, int(index)), []).append(row)
+        except (ValueError, IndexError):
+            raise RecordError(f"{path}, line {i + 2}: a control and {len(STEPPED) - 1} numbers expected") from None
+        if not (np.isfinite(row).all() and min(row[:3]) > 0):
+            raise RecordError(f"{path}, line {i + 2}: frequency, force and amplitude must be > 0, all finite")
+    return [SteppedSine(*key, *np.array(rows).T) for key, rows in curves.items()]
 
 
 def _rate(path, time, first, unit="line"):

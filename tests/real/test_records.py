@@ -5,9 +5,16 @@ import json
 
 import numpy as np
 import pytest
+import scipy.io
 
 from clearance_mj.errors import RecordError
-from experiments.real.records import read_damper, read_dropbear, real_folder
+from experiments.real.records import (
+    read_damper,
+    read_dropbear,
+    read_hammer,
+    read_stepped_sines,
+    real_folder,
+)
 
 NAMES = "Low G Accel\tSG_300_a\tAccel\tPinLoc\tTime"
 DROPBEAR = (
@@ -68,6 +75,67 @@ def test_damper(tmp_path):
 def test_damaged_damper(tmp_path, content, message):
     with pytest.raises(RecordError, match=f"bad.json.*{message}"):
         read_damper(write(tmp_path / "bad.json", content))
+
+
+HIT = {"time": [0.0, 0.5, 1.0], "acc1": [1.0, 2.0, 3.0], "acc2": [0.0, 0.1, 0.2], "acc3": [4.0, 5.0, 6.0]}
+STEPPED = (
+    "control,index,frequency_Hz,force_N,amplitude_m_s2,phase_rad\n"
+    "ForceControl,0,79.5,0.2,3.5,-0.1\nForceControl,0,80,0.25,8,-1.5\nResponseControl,1,80,0.1,20,-1.6\n"
+)
+
+
+def hit(path, **changed):
+    scipy.io.savemat(path, {"HIdata": HIT | changed})
+    return path
+
+
+def test_hammer(tmp_path):
+    record = read_hammer(hit(tmp_path / "a.mat"))
+    np.testing.assert_array_equal(record.acceleration, [HIT["acc1"], HIT["acc2"], HIT["acc3"]])
+    assert record.fs == 2.0
+
+
+@pytest.mark.parametrize(
+    ("changed", "message"),
+    [
+        ({"acc2": [[]]}, "it has no acc2"),
+        ({"acc3": [1.0, 2.0]}, r"have \[3, 3, 3, 2\] samples"),
+        ({"time": [0.0, 0.5, 0.5]}, "sample 3: the time does not rise"),
+        ({"acc1": [1.0, np.nan, 2.0]}, "sample 2: acc1 is not finite"),
+    ],
+)
+def test_damaged_hammer(tmp_path, changed, message):
+    with pytest.raises(RecordError, match=f"bad.mat.*{message}"):
+        read_hammer(hit(tmp_path / "bad.mat", **changed))
+
+
+def test_no_matlab_file(tmp_path):
+    with pytest.raises(RecordError, match="not a MATLAB file of version"):
+        read_hammer(write(tmp_path / "bad.mat", "text, but long enough to be a header of a MATLAB file" * 8))
+
+
+def test_stepped_sines(tmp_path):
+    first, second = read_stepped_sines(write(tmp_path / "a.csv", STEPPED))
+    assert (first.control, first.index, second.control, second.index) == ("ForceControl", 0, "ResponseControl", 1)
+    np.testing.assert_array_equal(first.frequency, [79.5, 80])
+    np.testing.assert_array_equal(first.force, [0.2, 0.25])
+    np.testing.assert_array_equal(first.amplitude, [3.5, 8])
+    np.testing.assert_array_equal(second.phase, [-1.6])
+
+
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [
+        ("", "line 1: no column control"),
+        (STEPPED.replace("force_N", "F"), "line 1: no column force_N"),
+        (STEPPED.replace(",0.25,", ",x,"), "line 3: a control and 5 numbers"),
+        (STEPPED.replace(",20,-1.6", ""), "line 4: a control and 5 numbers"),
+        (STEPPED.replace(",0.25,", ",-0.25,"), "line 3: frequency, force and amplitude must be > 0"),
+    ],
+)
+def test_damaged_stepped_sines(tmp_path, content, message):
+    with pytest.raises(RecordError, match=f"bad.csv.*{message}"):
+        read_stepped_sines(write(tmp_path / "bad.csv", content))
 
 
 def test_folder(tmp_path, monkeypatch):

@@ -7,12 +7,13 @@ from pathlib import Path
 
 import pytest
 
-from experiments.real import cantilever, damper, dropbear
+from experiments import real_brb
+from experiments.real import brb, cantilever, damper, dropbear
 
 ROOT = Path(__file__).parents[2]
 
 
-@pytest.mark.parametrize("script", [dropbear, damper, cantilever])
+@pytest.mark.parametrize("script", [brb, dropbear, damper, cantilever])
 def test_without_the_data(script, tmp_path, monkeypatch, capsys):
     monkeypatch.setenv("CLEARANCE_REAL_DATA", str(tmp_path / "nowhere"))
     with pytest.raises(SystemExit) as stopped:
@@ -22,13 +23,22 @@ def test_without_the_data(script, tmp_path, monkeypatch, capsys):
     assert not (tmp_path / "out").exists()
 
 
-@pytest.mark.parametrize("script", [dropbear, damper, cantilever])
+@pytest.mark.parametrize("script", [brb, dropbear, damper, cantilever])
 def test_folder_without_the_files(script, tmp_path, monkeypatch, capsys):
     monkeypatch.setenv("CLEARANCE_REAL_DATA", str(tmp_path))
     with pytest.raises(SystemExit) as stopped:
         script.main(["--out", str(tmp_path / "out")])
     assert stopped.value.code == 2
-    assert ".gz: No such file" in capsys.readouterr().err
+    assert ": No such file" in capsys.readouterr().err
+
+
+def test_folder_by_name(tmp_path, monkeypatch, capsys):
+    """A folder on the command line goes before that of the environment."""
+    monkeypatch.setenv("CLEARANCE_REAL_DATA", str(tmp_path / "nowhere"))
+    with pytest.raises(SystemExit) as stopped:
+        real_brb.main([str(tmp_path), "--out", str(tmp_path / "out")])
+    assert stopped.value.code == 2
+    assert f"{tmp_path / 'HammerImpact.mat'}: No such file" in capsys.readouterr().err
 
 
 def test_runs_alone(tmp_path, real_data):
