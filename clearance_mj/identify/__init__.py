@@ -1,6 +1,7 @@
 """Identification of the clearance from test records."""
 
 from . import methods
+from .band_brake import band_brake, travel_since_reversal
 from .decay import decay
 from .diagnosis import Diagnosis, diagnose
 from .hysteresis import bouc_wen
@@ -21,6 +22,7 @@ __all__ = [
     "ForcedCurve",
     "Identified",
     "RigUpdate",
+    "band_brake",
     "bouc_wen",
     "decay",
     "diagnose",
@@ -35,5 +37,6 @@ __all__ = [
     "ridge",
     "ridges",
     "sdof",
+    "travel_since_reversal",
     "update_rig",
 ]

@@ -102,7 +102,7 @@ class BoucWenFit:
 
         ``offset``: m, x0 of this record if it is not the fitted one; see `offset_of`.
         """
-        _, x, _ = _checked(time, displacement, np.zeros(np.shape(time)), "the motion")
+        _, x, _ = checked(time, displacement, np.zeros(np.shape(time)), "the motion")
         offset = self.offset if offset is None else offset
         z_ult, reopening = self.yield_displacement, self.dead_travel == "reopening"
         shape = self.gamma / self.beta
@@ -152,7 +152,7 @@ def bouc_wen(
     """
     if dead_travel not in DEAD_TRAVEL:
         raise RecordError(f'dead_travel "{dead_travel}" is unknown; use {", ".join(DEAD_TRAVEL)}')
-    problem = _Problem(_records(time, displacement, force), gap, dead_travel == "reopening")
+    problem = _Problem(checked_records(time, displacement, force), gap, dead_travel == "reopening")
     rough = sorted((problem.solve(start, 1e-3) for start in problem.starts()), key=lambda s: s.cost)
     polished = [problem.solve(s.x, 1e-10) for s in rough[:POLISHED]]
     solutions = sorted([*polished, *rough[POLISHED:]], key=lambda s: s.cost)
@@ -236,7 +236,7 @@ class _Problem:
     def estimates(self, solution: scipy.optimize.OptimizeResult) -> tuple[Estimates, tuple[str, ...]]:
         """Of the natural parameters, and the names of those that the records do not identify."""
         residual = self.residual(solution.x)
-        spread = residual.var() * _correlation_time(residual) + NOISE_FLOOR**2
+        spread = residual.var() * correlation_time(residual) + NOISE_FLOOR**2
         direction, std = principal_deviations(solution.jac)
         scaled = (direction.T * std**2) @ direction * spread
         sigma = np.zeros(7)
@@ -269,7 +269,7 @@ class _Problem:
         return tuple(name for name, unknown in zip(NAMES, open_) if unknown)
 
 
-def _correlation_time(residual: np.ndarray) -> float:
+def correlation_time(residual: np.ndarray) -> float:
     """Samples that count as one: 1 + 2 Σρ up to its first lag below 0.05, at least 1."""
     r = residual - residual.mean()
     spectrum = np.abs(np.fft.rfft(r, 2 * r.size)) ** 2
@@ -281,15 +281,16 @@ def _correlation_time(residual: np.ndarray) -> float:
     return float(1 + 2 * np.sum(rho[1:end]))
 
 
-def _records(time: Any, displacement: Any, force: Any) -> list[tuple[np.ndarray, ...]]:
+def checked_records(time: Any, displacement: Any, force: Any) -> list[tuple[np.ndarray, ...]]:
+    """Return time, displacement and force of each of one or several records, or say what is wrong with them."""
     if not (isinstance(time, Sequence) and len(time) and np.ndim(time[0]) == 1):
-        return [_checked(time, displacement, force, "the record", constant=False)]
+        return [checked(time, displacement, force, "the record", constant=False)]
     if not len(time) == len(displacement) == len(force):
         raise RecordError(f"{len(time)} times, {len(displacement)} displacements and {len(force)} forces")
-    return [_checked(*each, f"record {i + 1}", constant=False) for i, each in enumerate(zip(time, displacement, force))]
+    return [checked(*each, f"record {i + 1}", constant=False) for i, each in enumerate(zip(time, displacement, force))]
 
 
-def _checked(
+def checked(
     time: ArrayLike, displacement: ArrayLike, force: ArrayLike, where: str, constant: bool = True
 ) -> tuple[np.ndarray, ...]:
     """Return the channels as float arrays, or say what is wrong with them."""

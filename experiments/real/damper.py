@@ -1,23 +1,26 @@
 """Friction damper with backlash: its force under an earthquake's motion, predicted from characterisation records only.
 
-Four elements are fitted to the sinusoidal records and then predict KocaeliDBE: Kelvin-Voigt with gap, Bouc-Wen without
-gap, Bouc-Wen with a gap that stays where it is, and Bouc-Wen with dead travel that starts anew at each reversal.
+Five elements are fitted to the sinusoidal records. Each record is predicted from the other four; the element that does
+so best predicts KocaeliDBE, whose force plays no part in that choice.
 
     python -m experiments.real.damper --out results/real_damper
 """
 
 from __future__ import annotations
 
+import json
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
-import scipy.optimize
 from matplotlib.figure import Figure
 
-from clearance_mj.clearance import gap as penetration
-from clearance_mj.identify import bouc_wen
+from clearance_mj.identify import band_brake, bouc_wen, travel_since_reversal
+from clearance_mj.identify.band_brake import speed
+from clearance_mj.tasks import run_tasks
 
 from .records import DamperRecord, read_damper
 from .script import run
@@ -28,66 +31,50 @@ CHARACTERISATION = (
 )  # fmt: skip
 PREDICT = "KocaeliDBE"
 EVERY = 4
-"""samples: the loops are fitted at 256 Hz, the prediction is made at the record's own rate"""
+"""samples: the elements are fitted at 256 Hz, the prediction is made at the record's own rate"""
+REVERSAL = 5e-4
+"""m, by which a reversal of the motion is left before it counts"""
+SPEED_OVER = 0.015
+"""s, to each side"""
 BLOCK = 1.0
 """s, of the bootstrap"""
 DRAWS = 2000
-COLORS = {"Kelvin-Voigt, gap": "#8c8c8c", "Bouc-Wen, no gap": "#56b4e9", "Bouc-Wen, fixed gap": "#e69f00",
-          "Bouc-Wen, re-opening gap": "#d55e00"}  # fmt: skip
+NO_CHARGE = {"start_pull": 1.0, "start_push": 1.0, "rise_pull": 1.0, "rise_push": 1.0, "charge_travel": 1e-3,
+             "charge": 0.5}  # fmt: skip
+BRAKES: dict[str, dict[str, float]] = {
+    "band brake, no damper": {"damping": 0.0}, "band brake, no charge": NO_CHARGE, "band brake": {},
+}  # fmt: skip
+BOUC_WEN: dict[str, dict[str, Any]] = {
+    "Bouc-Wen, no gap": {"gap": 0.0}, "Bouc-Wen, re-opening gap": {"dead_travel": "reopening"},
+}  # fmt: skip
+ELEMENTS = (*BOUC_WEN, *BRAKES)
+COLORS = {"Bouc-Wen, re-opening gap": "#56b4e9", "band brake": "#d55e00"}
 
 
-@dataclass(frozen=True)
-class KelvinVoigtGap:
-    """f = k g + c ġ while in contact, with g the penetration beyond ± gap around offset."""
+@dataclass(frozen=True, eq=False)
+class Task:
+    """One element to fit."""
 
-    k: float
-    c: float
-    gap: float
-    offset: float
-
-    def force(self, record: DamperRecord) -> np.ndarray:
-        """(n,) N."""
-        g, rate = _gap_motion(record, self.gap, self.offset)
-        return self.k * g + self.c * rate
+    element: str
+    records: Sequence[DamperRecord]
+    """to fit"""
+    targets: Sequence[DamperRecord]
+    """to predict"""
+    reach: float
+    """m, travel since a reversal up to which samples count"""
 
 
-def _gap_motion(record, gap, offset):
-    g = penetration(record.displacement - offset, gap)
-    return g, np.where(g != 0, np.gradient(record.displacement, record.time), 0.0)
-
-
-def fit_kelvin_voigt(records) -> KelvinVoigtGap:
-    """Least squares: k and c >= 0 are linear, gap and offset searched for from several starts."""
-    force = np.concatenate([r.force for r in records])
-    speed = max(np.abs(np.gradient(r.displacement, r.time)).max() for r in records)
-    reach = max(np.abs(r.displacement).max() for r in records)
-
-    def linear(theta):
-        motion = [np.concatenate(m) for m in zip(*(_gap_motion(r, abs(theta[0]), theta[1]) for r in records))]
-        (k, c), residual = scipy.optimize.nnls(np.column_stack((motion[0] / reach, motion[1] / speed)), force)
-        return residual, k / reach, c / speed
-
-    starts = [(share * reach, 0.0) for share in (0.005, 0.02, 0.05, 0.1, 0.3)]
-    best = min((scipy.optimize.minimize(lambda t: linear(t)[0], s, method="Nelder-Mead") for s in starts),
-               key=lambda s: s.fun)  # fmt: skip
-    _, k, c = linear(best.x)
-    return KelvinVoigtGap(float(k), float(c), abs(float(best.x[0])), float(best.x[1]))
-
-
-def predict(records, target) -> dict:
-    """Fit the four elements to records; {name: (element, predicted force of the target)}."""
-    channels = [[getattr(r, name)[::EVERY] for r in records] for name in ("time", "displacement", "force")]
-    kelvin = fit_kelvin_voigt(records)
-    found = {"Kelvin-Voigt, gap": (kelvin, kelvin.force(target))}
-    options = {"Bouc-Wen, no gap": {"gap": 0.0}, "Bouc-Wen, fixed gap": {},
-               "Bouc-Wen, re-opening gap": {"dead_travel": "reopening"}}  # fmt: skip
-    for name, option in options.items():
-        fit = bouc_wen(*channels, **option)
-        # of the target only the first sample's force is used: it says at which end of the dead travel the slider stood
-        reopening = fit.dead_travel == "reopening"
-        start = fit.offset_of(target.displacement[0], target.force[0]) if reopening else None
-        found[name] = (fit, fit.force(target.time, target.displacement, start))
-    return found
+def fit_and_predict(task: Task) -> tuple[Any, list[np.ndarray]]:
+    """Fit an element; it and the targets' forces. Of a target's force only the first sample is used, for the start."""
+    time, x, f = ([getattr(r, name)[::EVERY] for r in task.records] for name in ("time", "displacement", "force"))
+    if task.element in BRAKES:
+        use = [travel_since_reversal(each, REVERSAL) <= task.reach for each in x]
+        brake = band_brake(time, x, f, use, SPEED_OVER, BRAKES[task.element])
+        return brake, [brake.force(r.time, r.displacement, r.force[0]) for r in task.targets]
+    fit = bouc_wen(time, x, f, **BOUC_WEN[task.element])
+    reopening = fit.dead_travel == "reopening"
+    starts = [fit.offset_of(r.displacement[0], r.force[0]) if reopening else None for r in task.targets]
+    return fit, [fit.force(r.time, r.displacement, s) for r, s in zip(task.targets, starts)]
 
 
 def nrmse(predicted, measured) -> float:
@@ -108,31 +95,59 @@ def block_bootstrap(predictions: dict, record: DamperRecord, seed: int = 0) -> d
     return {n: np.sqrt(e[draws].mean(axis=1) / variance) for n, e in errors.items()}
 
 
+def motion(record: DamperRecord) -> dict[str, float]:
+    """Largest travel since a reversal (m) and largest speed (m/s)."""
+    v = speed(record.time, record.displacement, SPEED_OVER)
+    travel = travel_since_reversal(record.displacement, REVERSAL)
+    return {"travel": float(travel.max()), "speed": float(np.abs(v).max())}
+
+
 def error_shares(predicted, record: DamperRecord) -> dict:
-    """Shares of the squared error while pulling, while pushing and in the dead travel (force below 10 % of peak)."""
+    """Shares of the squared error in the dead travel (force below 10 % of peak), as a pull or push grows or falls."""
     squared = (predicted - record.force) ** 2
+    v = speed(record.time, record.displacement, SPEED_OVER)
     small = np.abs(record.force) < 0.1 * np.abs(record.force).max()
-    parts = {"dead travel": small, "pulling (f > 0)": ~small & (record.force > 0),
-             "pushing (f < 0)": ~small & (record.force < 0)}  # fmt: skip
+    pull, loading = record.force > 0, record.force * v > 0
+    parts = {"dead travel": small,
+             "pull, loading": ~small & pull & loading, "pull, unloading": ~small & pull & ~loading,
+             "push, loading": ~small & ~pull & loading, "push, unloading": ~small & ~pull & ~loading}  # fmt: skip
     return {name: float(squared[at].sum() / squared.sum()) for name, at in parts.items()}
+
+
+def left_out(records: Sequence[DamperRecord], reach: float) -> dict[str, dict[str, tuple[float, float]]]:
+    """NRMSE of each record predicted from the others, by element: within reach of a reversal, and of all of it."""
+    tasks = [Task(e, [r for r in records if r is not out], [out], reach) for e in ELEMENTS for out in records]
+    found: dict[str, dict[str, tuple[float, float]]] = {e: {} for e in ELEMENTS}
+    for task, (_, (force,)) in run_tasks(fit_and_predict, tasks):
+        (out,) = task.targets
+        near = travel_since_reversal(out.displacement, REVERSAL) <= reach
+        name = next(n for n, r in zip(CHARACTERISATION, records) if r is out)
+        found[task.element][name] = nrmse(force[near], out.force[near]), nrmse(force, out.force)
+    return found
 
 
 def analyse(folder: Path) -> dict:
     """Everything this experiment finds."""
     records = [read_damper(folder / "backlash_damper" / f"{n}.json.gz") for n in CHARACTERISATION]
     target = read_damper(folder / "backlash_damper" / f"{PREDICT}.json.gz")
-    found = predict(records, target)
-    predictions = {name: force for name, (_, force) in found.items()}
+    motions = {name: motion(r) for name, r in zip((*CHARACTERISATION, PREDICT), (*records, target))}
+    reach = motions[PREDICT]["travel"]
+    errors = left_out(records, reach)
+    means = {e: np.mean([errors[e][n] for n in CHARACTERISATION], axis=0) for e in ELEMENTS}
+    chosen = min(ELEMENTS, key=lambda e: means[e][0])
+    found = {t.element: done for t, done in run_tasks(
+        fit_and_predict, [Task(e, records, [target, *records], reach) for e in ELEMENTS])}  # fmt: skip
+    predictions = {e: found[e][1][0] for e in ELEMENTS}
     draws = block_bootstrap(predictions, target)
-    best = "Bouc-Wen, re-opening gap"
     rows = []
-    for name, force in predictions.items():
+    for name in ELEMENTS:
         low, high = np.percentile(draws[name], (2.5, 97.5))
-        worse = np.percentile(draws[name] - draws[best], (2.5, 97.5))
-        rows.append({"element": name, "nrmse": nrmse(force, target.force), "low": low, "high": high,
-                     "above_reopening_low": worse[0], "above_reopening_high": worse[1]})  # fmt: skip
-    return {"records": records, "target": target, "found": found, "rows": rows,
-            "shares": error_shares(predictions[best], target)}  # fmt: skip
+        more, most = np.percentile(draws[name] - draws[chosen], (2.5, 97.5))
+        rows.append({"element": name, "left_out": means[name][0], "left_out_whole": means[name][1],
+                     "nrmse": nrmse(predictions[name], target.force), "low": low, "high": high,
+                     "above_chosen_low": more, "above_chosen_high": most})  # fmt: skip
+    return {"records": records, "target": target, "motions": motions, "left_out": errors, "chosen": chosen,
+            "found": found, "rows": rows, "shares": error_shares(predictions[chosen], target)}  # fmt: skip
 
 
 def draw(result) -> Figure:
@@ -141,46 +156,51 @@ def draw(result) -> Figure:
     ax, target = over_time.subplots(), result["target"]
     part = (target.time > 5) & (target.time < 14)
     ax.plot(target.time[part], target.force[part] / 1e3, "k", lw=1.2, label="measured")
-    for name, (_, force) in result["found"].items():
-        ax.plot(target.time[part], force[part] / 1e3, color=COLORS[name], lw=0.8, label=name)
+    for name, color in COLORS.items():
+        ax.plot(target.time[part], result["found"][name][1][0][part] / 1e3, color=color, lw=0.9, label=name)
     ax.set(title=f"{PREDICT}, predicted", xlabel="time (s)", ylabel="force (kN)")
-    ax.legend(ncols=5, fontsize=8)
-    loops = below.subplots(1, 3)
-    shown = [
-        (target, PREDICT),
-        (result["records"][1], CHARACTERISATION[1]),
-        (result["records"][2], CHARACTERISATION[2]),
-    ]
-    for ax, (record, title) in zip(loops, shown):
+    ax.legend(ncols=3, fontsize=8)
+    shown = ((target, PREDICT, "predicted", 0), (result["records"][0], "0.5 Hz, 1 in", "fitted", 1),
+             (result["records"][4], "2 Hz, 0.5 in", "fitted", 5))  # fmt: skip
+    for ax, (record, title, how, place) in zip(below.subplots(1, 3), shown):
         ax.plot(1e3 * record.displacement, record.force / 1e3, "k", lw=0.5)
-        for name in ("Bouc-Wen, fixed gap", "Bouc-Wen, re-opening gap"):
-            fit, force = result["found"][name]
-            force = force if record is target else fit.force(record.time, record.displacement)
-            ax.plot(1e3 * record.displacement, force / 1e3, color=COLORS[name], lw=0.8)
-        ax.set(title=title, xlabel="displacement (mm)", ylabel="force (kN)")
+        for name, color in COLORS.items():
+            ax.plot(1e3 * record.displacement, result["found"][name][1][place] / 1e3, color=color, lw=0.8)
+        ax.set(title=f"{title}, {how}", xlabel="displacement (mm)", ylabel="force (kN)")
     return figure
 
 
+def summary(result: dict) -> dict:
+    """Plain data for the JSON file."""
+    brake = result["found"][result["chosen"]][0].estimates
+    parameters = [
+        {"name": n, "unit": p.unit, "value": float(v), "std": float(s)}
+        for n, p, v, s in zip(brake.names, brake.parameters, brake.value, brake.std)
+    ]
+    folds = [{"element": e, "record": n, "within_reach": near, "whole": whole}
+             for e, by in result["left_out"].items() for n, (near, whole) in sorted(by.items())]  # fmt: skip
+    return {"chosen": result["chosen"], "rows": result["rows"], "left_out": folds, "motions": result["motions"],
+            "shares_of_squared_error": result["shares"], "parameters": parameters}  # fmt: skip
+
+
 def write(result: dict, out: Path) -> None:
-    """Write the table and the figure into a folder and print what was found."""
+    """Write the table, the figure and the numbers into a folder and print what was found."""
     out.mkdir(parents=True, exist_ok=True)
+    numbers = summary(result)
     pd.DataFrame(result["rows"]).to_csv(out / "damper.csv", index=False)
+    (out / "damper.json").write_text(json.dumps(numbers, indent=1) + "\n", encoding="utf-8")
     draw(result).savefig(out / "damper.png", dpi=120)
     for row in result["rows"]:
         print(
-            f"{row['element']}: NRMSE {row['nrmse']:.3f} (95 % {row['low']:.3f} to {row['high']:.3f}), above the "
-            f"re-opening gap by {row['above_reopening_low']:.3f} to {row['above_reopening_high']:.3f}"
+            f"{row['element']}: left-out records {row['left_out']:.3f} (all samples {row['left_out_whole']:.3f}); "
+            f"{PREDICT} NRMSE {row['nrmse']:.3f} (95 % {row['low']:.3f} to {row['high']:.3f}), above the chosen by "
+            f"{row['above_chosen_low']:.3f} to {row['above_chosen_high']:.3f}"
         )
-    for name, (element, _) in result["found"].items():
-        if isinstance(element, KelvinVoigtGap):
-            print(name, element)
-            continue
-        fit = element.estimates
-        values = ", ".join(f"{n} {v:.3g} ± {s:.1g}" for n, v, s in zip(fit.names, fit.value, fit.std))
-        print(
-            f"{name}: {values}; slides at {element.yield_force:.0f} N; unidentified: {element.unidentified or 'none'}"
-        )
-    print("squared error left by the re-opening gap:", {n: round(s, 2) for n, s in result["shares"].items()})
+    print(f"chosen by left-out records: {result['chosen']}")
+    print(", ".join(f"{p['name']} {p['value']:.3g} ± {p['std']:.1g} {p['unit']}" for p in numbers["parameters"]))
+    print("its squared error:", {n: round(s, 2) for n, s in result["shares"].items()})
+    for name, m in result["motions"].items():
+        print(f"{name}: up to {1e3 * m['travel']:.1f} mm from a reversal, {1e3 * m['speed']:.0f} mm/s")
 
 
 def main(arguments=None) -> int:
