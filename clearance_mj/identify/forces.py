@@ -197,13 +197,15 @@ def probe_rows(model: ModalModel, values: Mapping[str, float]) -> np.ndarray:
     return rows
 
 
-def channel_gains(model: ModalModel, probes: np.ndarray, kind: str, omega: np.ndarray) -> np.ndarray:
-    """Gains (n_f, n_channels, n_bushings + 1) of accelerometers, probes and excitation on θ.
+def channel_gains(
+    model: ModalModel, probes: np.ndarray, kind: str, omega: np.ndarray, at: np.ndarray | None = None
+) -> np.ndarray:
+    """Gains (n_f, n_channels, n_forces + 1) of accelerometers, probes and excitation on θ.
 
-    θ: the forces at the bushings and the excitation.
+    θ: the forces and the excitation. ``at``: (n_forces, n_modes) where they act, by default in the bushings' middles.
     """
     sensors = len(model.at_sensors)
-    seen = displacement_gains(model, np.vstack((model.at_sensors, probes)), kind, omega)
+    seen = displacement_gains(model, np.vstack((model.at_sensors, probes)), kind, omega, at)
     seen[:, :sensors] *= -(omega[:, None, None] ** 2)
     seen[:, :sensors, -1] += model.sensors_on_base * float(kind == "base")
     itself = np.zeros((omega.size, 1, seen.shape[2]))
@@ -211,9 +213,12 @@ def channel_gains(model: ModalModel, probes: np.ndarray, kind: str, omega: np.nd
     return np.concatenate((seen, itself), axis=1)
 
 
-def displacement_gains(model: ModalModel, rows: np.ndarray, kind: str, omega: np.ndarray) -> np.ndarray:
-    """Gains (n_f, n, n_bushings + 1) of displacements with rows (n, n_modes) on θ."""
-    inputs, receptance = np.vstack((-model.at_bushings, model.input(kind))).T, model.receptance(omega)
+def displacement_gains(
+    model: ModalModel, rows: np.ndarray, kind: str, omega: np.ndarray, at: np.ndarray | None = None
+) -> np.ndarray:
+    """Gains (n_f, n, n_forces + 1) of displacements with rows (n, n_modes) on θ, as `channel_gains` has it."""
+    inputs = np.vstack((-(model.at_bushings if at is None else at), model.input(kind))).T
+    receptance = model.receptance(omega)
     if receptance.ndim == 3:
         return rows @ receptance @ inputs
     products = rows[:, None, :] * inputs.T[None]

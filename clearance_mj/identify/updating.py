@@ -17,6 +17,7 @@ from typing import Any
 
 import numpy as np
 import scipy.fft
+import scipy.ndimage
 
 from ..beam import ModalModel, ritz_model
 from ..errors import RecordError
@@ -41,14 +42,14 @@ HIGHEST = 0.15
 """of fs: upper end of the band where that of the excitation is not known"""
 LOWEST = 4
 """whole periods in a record, of the slowest line"""
-FADE = 2.0
-"""s, cosine flanks at both ends of a record"""
+FADE = 0.5
+"""s, cosine flanks at both ends of a record; longer ones pass for damping of modes that ring for seconds"""
 LEFT = 0.25
 """of a signal at the record's end, by the damping of the complex frequencies (Wilcox, Int. J. Control 27, 1978)"""
 LINES = 3000
 """of a record, at most"""
-ALIKE = 10.0
-"""of the record's own lines that count as one: errors of neighbours are alike"""
+ALIKE = 3.0
+"""of the record's own lines that count as one: what its ends cut off reaches the neighbours on both sides"""
 MODEL = 0.01
 """of a line's level: what the model misses"""
 FLOOR = 0.01
@@ -65,6 +66,11 @@ EDGES = (20.0, 60.0, 130.0)
 """Hz, between bands in which the noise is found"""
 STEP = 1e-3
 """prior standard deviations, for differences"""
+APART = 0.5
+"""of a force, RMS: half the difference of what acts at both ends of a clearance, and of what acts at its ends and in
+its middle, if these are independent and alike"""
+BROAD = 50.0
+"""Hz, over which the size of a force is a mean: what impacts do is broad, and follows no single resonance"""
 CHANNELWISE = ("gain", "position")
 EXCITATION = "excitation"
 SUSPECT = 0.1
@@ -238,6 +244,8 @@ class _Spectra:
         self.omega = _complex(self.frequency, self.duration)
         self.measured = scipy.fft.rfft(signals * window, count, axis=1)[:, kept].T
         """(n_f, n_channels) accelerometers, probes, excitation"""
+        self.broad = 1 + int(BROAD * self.frequency.size / np.ptp(self.frequency))
+        """lines"""
         self.alike = max(1.0, ALIKE * self.frequency.size / (self.duration * np.ptp(self.frequency)))
 
 
@@ -253,7 +261,10 @@ class _Fit:
         self.origin = np.array([p._forward(p.start) for p in self.parameters])
         ends = np.array([[p._forward(p.low), p._forward(p.high)] for p in self.parameters]).reshape(-1, 2)
         self.low, self.high = ((ends - self.origin[:, None]) / self.width[:, None]).T
-        self.weights = [1 / np.hypot(FLOOR * _rms(s.measured), 3 * MODEL * np.abs(s.measured)) for s in spectra]
+        self.noise = [np.hypot(FLOOR * _rms(s.measured), 3 * MODEL * np.abs(s.measured)) for s in spectra]
+        """(n_f, n_channels) of each record, as standard deviation"""
+        self.whitening = [1 / noise[:, :, None] * np.eye(noise.shape[1]) for noise in self.noise]
+        """(n_f, n_channels, n_channels) of each record: makes noise and what couples do of unit variance"""
 
     def values(self, at: np.ndarray) -> dict[str, float]:
         """By name, SI units."""
@@ -262,15 +273,22 @@ class _Fit:
 
     def gains(self, at: np.ndarray) -> list[np.ndarray]:
         """Of forces in the clearances and of the excitation: (n_f, n_channels, n_bushings + 1) for each record."""
-        return gains_of(self.rig, self.values(at), self.probes, [(s.kind, s.omega) for s in self.spectra])
+        return gains_of(self.rig, self.values(at), self.probes, self._lines)
+
+    @property
+    def _lines(self) -> list[tuple[str, np.ndarray]]:
+        return [(s.kind, s.omega) for s in self.spectra]
 
     def run(self) -> RigUpdate:
         """Fit, find the noise, fit again."""
         at = self._inside(np.zeros(self.width.size))
-        before = self._projected(self.gains(at))
+        first = self._projected(self.gains(at))
+        before = [f.fitted(noise) for f, noise in zip(first, self.noise)]
+        self._whiten(at, first)
         at, found, covariance = self._solved(at)
         for _ in range(ROUNDS - 1):
-            self._reweigh(found)
+            self._find_noise(found)
+            self._whiten(at, found)
             at, found, covariance = self._solved(at)
         covariance = covariance * np.outer(self.width, self.width)
         values = self.values(at)
@@ -280,8 +298,8 @@ class _Fit:
         estimates = Estimates.of(self.parameters, list(values.values()), covariance)
         whole = rig_with(self.rig, values).replace(tolerances=self.rig.tolerances)
         misfit = [
-            Misfit(s.name, s.kind, s.duration, s.frequency, s.measured.T, b.fitted.T, f.fitted.T)
-            for s, b, f in zip(self.spectra, before, found)
+            Misfit(s.name, s.kind, s.duration, s.frequency, s.measured.T, b.T, f.fitted(noise).T)
+            for s, b, f, noise in zip(self.spectra, before, found, self.noise)
         ]
         return RigUpdate(whole, self.rig, estimates, tuple(misfit), tuple(channels), self.probes)
 
@@ -317,7 +335,7 @@ class _Fit:
         return float(at @ at) + sum(f.cost / s.alike for f, s in zip(found, self.spectra))
 
     def _projected(self, gains: Sequence[np.ndarray]) -> list[_Projection]:
-        return [_Projection(g, s.measured, w) for g, s, w in zip(gains, self.spectra, self.weights)]
+        return [_Projection(g, s.measured, w) for g, s, w in zip(gains, self.spectra, self.whitening)]
 
     def _slopes(self, at: np.ndarray, found: Sequence[_Projection]) -> list[np.ndarray]:
         """Of what is left, (n, n_f, n_channels) for each record (Kaufman, BIT 15, 1975); instruments move together."""
@@ -355,57 +373,93 @@ class _Fit:
             return None
         return int(number) + (0 if sensor else len(self.rig.sensors))
 
-    def _reweigh(self, found: Sequence[_Projection]) -> None:
-        """Weights from what the last fit left: its median in every band of a channel."""
+    def _find_noise(self, found: Sequence[_Projection]) -> None:
+        """What the last fit left: its median in every band of a channel."""
         for i, (s, f) in enumerate(zip(self.spectra, found)):
-            left = np.abs(s.measured - f.fitted) ** 2 / f.freedom
+            left = np.abs(s.measured - f.fitted(self.noise[i])) ** 2 / f.freedom(self.noise[i])
             noise, band = np.empty_like(left), np.digitize(s.frequency, EDGES)
             for b in np.unique(band):
                 noise[band == b] = np.median(left[band == b], axis=0) / np.log(2)
             noise = np.maximum(noise, (QUIETEST * _rms(s.measured)) ** 2)
-            self.weights[i] = 1 / np.sqrt(noise + (MODEL * np.abs(s.measured)) ** 2)
+            self.noise[i] = np.sqrt(noise + (MODEL * np.abs(s.measured)) ** 2)
+
+    def _whiten(self, at: np.ndarray, found: Sequence[_Projection]) -> None:
+        """Noise, and what depends on where in a clearance the last fit's forces acted, on the last fit's rig.
+
+        That it is of the last fit matters: a fit that could make it grow would take it for its errors.
+        """
+        values = self.values(at)
+        model = _model(self.rig, values)
+        middle, ends = model.at_bushings, _ends(model)
+        shifts = np.vstack((ends[:, 1] - ends[:, 0], ends.mean(axis=1) - middle))
+        gains = _gains(model, values, self.probes, self._lines, shifts)
+        for i, (g, f, noise) in enumerate(zip(gains, found, self.noise)):
+            power = scipy.ndimage.uniform_filter1d(np.abs(f.forces[:, :-1, 0]) ** 2, self.spectra[i].broad, axis=0)
+            moved = g[:, :, :-1] * APART * np.sqrt(np.tile(power, 2))[:, None, :] / noise[:, :, None]
+            covariance = np.eye(noise.shape[1]) + moved @ moved.conj().transpose(0, 2, 1)
+            self.whitening[i] = np.linalg.inv(np.linalg.cholesky(covariance)) / noise[:, None, :]
 
 
 class _Projection:
-    """Forces that meet weighted channels best, and what is left."""
+    """Forces that meet whitened channels best, and what is left."""
 
-    def __init__(self, gains: np.ndarray, measured: np.ndarray, weight: np.ndarray) -> None:
-        self.weight = weight
-        rows = gains * weight[:, :, None]
-        self._basis, upper = np.linalg.qr(rows)
-        target = measured * weight
-        along = self._basis.conj().transpose(0, 2, 1) @ target[:, :, None]
+    def __init__(self, gains: np.ndarray, measured: np.ndarray, whitening: np.ndarray) -> None:
+        self.whitening, self._gains, self._measured = whitening, gains, measured
+        self._basis, upper = np.linalg.qr(whitening @ gains)
+        target = whitening @ measured[:, :, None]
+        along = self._basis.conj().transpose(0, 2, 1) @ target
         self.forces = np.linalg.solve(upper, along)
         """(n_f, n_bushings + 1, 1)"""
-        met = (self._basis @ along)[:, :, 0]
-        self.left = target - met
-        """(n_f, n_channels) weighted"""
-        self.fitted = met / weight
-        """the same, of what the forces explain, in the channels' units"""
-        channels = gains.shape[1]
-        self.freedom = (channels - gains.shape[2]) / channels
-        size = np.sqrt(np.mean(np.abs(self.left) ** 2, axis=1) / self.freedom) / OUTLYING
+        self.left = (target - self._basis @ along)[:, :, 0]
+        """(n_f, n_channels) whitened"""
+        free = gains.shape[1] - gains.shape[2]
+        size = np.sqrt(np.sum(np.abs(self.left) ** 2, axis=1) / free) / OUTLYING
         self.counts = 1 / np.maximum(size, 1.0)
         """(n_f,) less than 1 for a line that stands out"""
-        self.cost = float(np.sum(np.where(size > 1, 2 * size - 1, size**2)) * OUTLYING**2 * channels * self.freedom)
+        self.cost = float(np.sum(np.where(size > 1, 2 * size - 1, size**2)) * OUTLYING**2 * free)
+
+    def fitted(self, noise: np.ndarray) -> np.ndarray:
+        """(n_f, n_channels) what forces and couples explain, for noise of a standard deviation (n_f, n_channels)."""
+        return self._measured - noise**2 * (self.left[:, None, :] @ self.whitening.conj())[:, 0]
+
+    def freedom(self, noise: np.ndarray) -> float:
+        """Share of the noise, of a standard deviation (n_f, n_channels), that neither forces nor couples explain."""
+        own = self.whitening * noise[:, None, :]
+        taken = self._basis.conj().transpose(0, 2, 1) @ own
+        return float(np.sum(np.abs(own) ** 2) - np.sum(np.abs(taken) ** 2)) / noise.size
 
     def changed(self, gains: np.ndarray) -> np.ndarray:
-        """(n_f, n_channels) change of what the same forces explain, weighted."""
-        return (gains @ self.forces)[:, :, 0] * self.weight - (self.fitted * self.weight)
+        """(n_f, n_channels) change of what the same forces do."""
+        return ((gains - self._gains) @ self.forces)[:, :, 0]
 
     def without_forces(self, values: np.ndarray) -> np.ndarray:
-        """Part of weighted values (n, n_f, n_channels) that no forces explain."""
-        columns = values.transpose(1, 2, 0)
-        return values - (self._basis @ (self._basis.conj().transpose(0, 2, 1) @ columns)).transpose(2, 0, 1)
+        """Part of values (n, n_f, n_channels) that no forces explain, whitened."""
+        columns = self.whitening @ values.transpose(1, 2, 0)
+        return (columns - self._basis @ (self._basis.conj().transpose(0, 2, 1) @ columns)).transpose(2, 0, 1)
 
 
 def gains_of(
     rig: Rig, values: dict[str, float], probes: bool, lines: Sequence[tuple[str, np.ndarray]]
 ) -> list[np.ndarray]:
-    """Of forces in the clearances and of the excitation: (n_f, n_channels, n_bushings + 1) for each kind and omega."""
+    """Of forces in the clearances and of the excitation: (n_f, n_channels, n_bushings + 1) for each kind and omega.
+
+    A force acts half in the clearance's middle, where grease does, and half at its ends, where contact does.
+    """
     model = _model(rig, values)
+    middle, ends = model.at_bushings, _ends(model)
+    return _gains(model, values, probes, lines, (middle + ends.mean(axis=1)) / 2)
+
+
+def _gains(
+    model: ModalModel, values: dict[str, float], probes: bool, lines: Sequence[tuple[str, np.ndarray]], at: np.ndarray
+) -> list[np.ndarray]:
     rows = probe_rows(model, values) if probes else np.zeros((0, model.size))
-    return [channel_gains(model, rows, kind, omega) for kind, omega in lines]
+    return [channel_gains(model, rows, kind, omega, at) for kind, omega in lines]
+
+
+def _ends(model: ModalModel) -> np.ndarray:
+    """(n_bushings, 2, n_modes) displacement at both ends of each clearance."""
+    return model.at_ends.reshape(-1, 2, model.size)
 
 
 def _complex(frequency: np.ndarray, duration: float) -> np.ndarray:

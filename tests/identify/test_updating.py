@@ -104,6 +104,25 @@ def test_a_loud_record_tells_as_much_as_a_quiet_one(rig):
     assert np.all(found.share < 0.05)
 
 
+def test_forces_at_the_ends_of_a_long_bushing(rig):
+    """Two short bushings 30 mm apart, grease six times as stiff in one, that the rig file takes for one of 30 mm."""
+    one = dataclasses.replace(rig.bushings[0], position=0.7, length=0.03)
+    told = rig.replace(bushings=(one,), sensors=tuple(s for s in rig.sensors if s.node != 7))
+    short = [
+        dataclasses.replace(one, position=x, length=0.0, gap=gap, grease=dataclasses.replace(one.grease, stiffness=k))
+        for x, gap, k in ((0.685, 2.5e-4, 2000.0), (0.715, 3.5e-4, 12000.0))
+    ]
+    beam = dataclasses.replace(rig.beam, young_modulus=0.96 * rig.beam.young_modulus)
+    real = told.replace(bushings=tuple(short), beam=beam)
+    loud = excitation.random(6.0, FS, (5.0, 220.0), rms=5.0, seed=1)
+    record, _ = record_of(real, loud, ConstantLaw(np.full(2, 1e4), np.full(2, 4.0)))
+    channels = [c for c in record.channels if c.quantity == "acceleration"]
+    found = update_rig(Dataset(told, (Record("loud", "identify", told, FS, channels, band=(5.0, 220.0)),)))
+    error = ritz_model(found.rig, 16).omega[:5] / ritz_model(real, 16).omega[:5] - 1
+    assert abs(error[0]) < 5e-3
+    assert np.abs(error[1:]).max() < 2e-3
+
+
 def test_no_more_sensors_than_clearances_is_refused(rig):
     few = rig.replace(sensors=rig.sensors[:2])
     push = excitation.random(3.0, FS, (5.0, 220.0), rms=1.0, seed=1)
