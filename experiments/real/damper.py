@@ -19,7 +19,7 @@ import pandas as pd
 from matplotlib.figure import Figure
 
 from clearance_mj.identify import band_brake, bouc_wen, travel_since_reversal
-from clearance_mj.identify.band_brake import speed
+from clearance_mj.identify.band_brake import BandBrakeFit, speed
 from clearance_mj.tasks import run_tasks
 
 from .records import DamperRecord, read_damper
@@ -36,6 +36,8 @@ REVERSAL = 5e-4
 """m, by which a reversal of the motion is left before it counts"""
 SPEED_OVER = 0.015
 """s, to each side"""
+FIRST_PULLS = 7.7
+"""s, when the first two large pulls of the earthquake are over"""
 BLOCK = 1.0
 """s, of the bootstrap"""
 DRAWS = 2000
@@ -102,16 +104,36 @@ def motion(record: DamperRecord) -> dict[str, float]:
     return {"travel": float(travel.max()), "speed": float(np.abs(v).max())}
 
 
-def error_shares(predicted, record: DamperRecord) -> dict:
-    """Shares of the squared error in the dead travel (force below 10 % of peak), as a pull or push grows or falls."""
+def error_shares(predicted, record: DamperRecord) -> tuple[dict, float]:
+    """Shares of the squared error, by phase and until the first large pulls are over.
+
+    Phases: dead travel (force below 10 % of peak), and as a pull or push grows or falls.
+    """
     squared = (predicted - record.force) ** 2
     v = speed(record.time, record.displacement, SPEED_OVER)
+    early = record.time < FIRST_PULLS
     small = np.abs(record.force) < 0.1 * np.abs(record.force).max()
     pull, loading = record.force > 0, record.force * v > 0
     parts = {"dead travel": small,
              "pull, loading": ~small & pull & loading, "pull, unloading": ~small & pull & ~loading,
              "push, loading": ~small & ~pull & loading, "push, unloading": ~small & ~pull & ~loading}  # fmt: skip
-    return {name: float(squared[at].sum() / squared.sum()) for name, at in parts.items()}
+    shares = {name: float(squared[at].sum() / squared.sum()) for name, at in parts.items()}
+    return shares, float(squared[early].sum() / squared.sum())
+
+
+def doubts(brake: BandBrakeFit, target: DamperRecord) -> dict:
+    """What the prediction owes to what the records leave open; NRMSE.
+
+    "drawn": 95 % limits over parameters drawn from their covariance; "uncharged" and "charged": with the band at the
+    start as slid in full to push or to pull, which the first force does not tell.
+    """
+    values = brake.estimates.draw(200, seed=0)
+    uncharged, charged = brake.value, brake.value
+    uncharged[-1], charged[-1] = 0.0, 1.0
+    motion_and_start = target.time, target.displacement, target.force[0]
+    brakes = [BandBrakeFit.of(value, brake.speed_over) for value in (uncharged, charged, *values)]
+    errors = [nrmse(each.force(*motion_and_start), target.force) for each in brakes]
+    return {"drawn": np.percentile(errors[2:], (2.5, 97.5)).tolist(), "uncharged": errors[0], "charged": errors[1]}
 
 
 def left_out(records: Sequence[DamperRecord], reach: float) -> dict[str, dict[str, tuple[float, float]]]:
@@ -146,8 +168,10 @@ def analyse(folder: Path) -> dict:
         rows.append({"element": name, "left_out": means[name][0], "left_out_whole": means[name][1],
                      "nrmse": nrmse(predictions[name], target.force), "low": low, "high": high,
                      "above_chosen_low": more, "above_chosen_high": most})  # fmt: skip
+    shares, early = error_shares(predictions[chosen], target)
     return {"records": records, "target": target, "motions": motions, "left_out": errors, "chosen": chosen,
-            "found": found, "rows": rows, "shares": error_shares(predictions[chosen], target)}  # fmt: skip
+            "found": found, "rows": rows, "shares": shares, "share_of_first_pulls": early,
+            "doubts": doubts(found["band brake"][0], target)}  # fmt: skip
 
 
 def draw(result) -> Figure:
@@ -180,7 +204,8 @@ def summary(result: dict) -> dict:
     folds = [{"element": e, "record": n, "within_reach": near, "whole": whole}
              for e, by in result["left_out"].items() for n, (near, whole) in sorted(by.items())]  # fmt: skip
     return {"chosen": result["chosen"], "rows": result["rows"], "left_out": folds, "motions": result["motions"],
-            "shares_of_squared_error": result["shares"], "parameters": parameters}  # fmt: skip
+            "shares_of_squared_error": result["shares"], "share_of_first_pulls": result["share_of_first_pulls"],
+            "doubts": result["doubts"], "parameters": parameters}  # fmt: skip
 
 
 def write(result: dict, out: Path) -> None:
@@ -199,6 +224,9 @@ def write(result: dict, out: Path) -> None:
     print(f"chosen by left-out records: {result['chosen']}")
     print(", ".join(f"{p['name']} {p['value']:.3g} ± {p['std']:.1g} {p['unit']}" for p in numbers["parameters"]))
     print("its squared error:", {n: round(s, 2) for n, s in result["shares"].items()})
+    print(
+        f"its share until {FIRST_PULLS} s: {result['share_of_first_pulls']:.2f}; NRMSE, what is open:", result["doubts"]
+    )
     for name, m in result["motions"].items():
         print(f"{name}: up to {1e3 * m['travel']:.1f} mm from a reversal, {1e3 * m['speed']:.0f} mm/s")
 
