@@ -8,6 +8,7 @@ provenance.
 from __future__ import annotations
 
 import dataclasses
+import functools
 import itertools
 from collections.abc import Iterable, Iterator
 from typing import Any
@@ -117,22 +118,26 @@ class Simulation:
             raise ExcitationError(f"rig {rig.name!r} has no shaker.position, so a force cannot be applied")
         if refusal := rig.linear.refusal(excitation.kind):
             raise ExcitationError(f"rig {rig.name!r}: {refusal}")
-        self.rig, self.excitation, self.engine, self.block = rig, excitation, engine, BLOCK
+        self.rig, self.law, self.excitation, self.engine, self.block = rig, law, excitation, engine, BLOCK
         self.columns = len(rig.sensors) + 3 * len(rig.bushings)
         factor = _affordable(rig, law, engine, excitation.fs)
         self.step = 1 / (excitation.fs * factor)
         self.run = engine.start(rig, law, excitation.kind, self.step)
         self.interpolator = Interpolator(factor)
         self.decimator = Decimator(self.columns, factor)
-        self.provenance = {
-            "engine": engine.name,
-            "settings": dataclasses.asdict(engine),
+
+    @functools.cached_property
+    def provenance(self) -> dict[str, Any]:
+        """Inputs of the run; plain data."""
+        return {
+            "engine": self.engine.name,
+            "settings": dataclasses.asdict(self.engine),
             "step": self.step,
-            "rig": rig.to_dict(),
-            "law": law.to_dict(),
-            "excitation": dict(excitation.description),
+            "rig": self.rig.to_dict(),
+            "law": self.law.to_dict(),
+            "excitation": dict(self.excitation.description),
             "version": __version__,
-        } | _structure_in_use(rig)
+        } | _structure_in_use(self.rig)
 
     def whole(self) -> Response:
         """Return the response to the whole excitation."""
@@ -173,17 +178,18 @@ class Simulation:
     def response(self, excitation: np.ndarray, output: np.ndarray) -> Response:
         """Return the response of samples of the excitation, (n,), and what `Run.advance` returns, at their rate.
 
-        The columns of forces may be missing.
+        The columns of forces may be missing: then it has no provenance either.
         """
         n_sensors, n_bushings = len(self.rig.sensors), len(self.rig.bushings)
         histories = np.split(output.T, n_sensors + n_bushings * np.arange(3))
         names = ("acceleration", "displacement", "contact_force", "grease_force")
-        known = names if output.shape[1] == self.columns else names[:2]
+        whole = output.shape[1] == self.columns
+        known = names if whole else names[:2]
         kind = self.excitation.kind
         return Response(
             self.excitation.fs, excitation, **dict(zip(known, histories)), kind=kind, band=self.excitation.band,
             responses=tuple(self.rig.sensor_labels), reference=self.rig.shaker.label(kind),
-            provenance=self.provenance,
+            provenance=self.provenance if whole else {},
         )  # fmt: skip
 
 

@@ -72,7 +72,7 @@ def simulate_and_keep(
     keep : callable
         Takes a response; the response is gone once it has returned.
     forces : bool
-        Whether it looks at the forces of the bushings; without, responses have none, as those of tests.
+        Whether it looks at the forces of the bushings or the provenance; without, responses have neither.
 
     Returns
     -------

@@ -6,6 +6,7 @@ from .decay import decay
 from .diagnosis import Diagnosis, diagnose
 from .hysteresis import bouc_wen
 from .joint import ForcedCurve, fit_joint
+from .jointed_structure import JointedStructure, fit_jointed_structure
 from .methods.bench import BenchFit, FamilyFit, fit_bench
 from .methods.nominal import nominal
 from .oscillator import sdof
@@ -21,6 +22,7 @@ __all__ = [
     "FamilyFit",
     "ForcedCurve",
     "Identified",
+    "JointedStructure",
     "RigUpdate",
     "band_brake",
     "bouc_wen",
@@ -28,6 +30,7 @@ __all__ = [
     "diagnose",
     "fit_bench",
     "fit_joint",
+    "fit_jointed_structure",
     "get_method",
     "law",
     "methods",

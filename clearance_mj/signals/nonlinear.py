@@ -14,7 +14,7 @@ from .frf import FRF, QUANTITY
 from .response import Response
 from .welch import lines_within
 
-__all__ = ["BestLinear", "best_linear", "stepped_harmonics"]
+__all__ = ["BestLinear", "best_linear", "periods", "stepped_harmonics"]
 
 SILENT = 1e-9
 """Share of the strongest line below which a line of the excitation counts as left out"""
@@ -70,7 +70,7 @@ def best_linear(responses: Sequence[Response], period: float, drop: int = 1) -> 
     realisations beyond that is stochastic nonlinear distortion. A motion that does not repeat itself from period to
     period, as chaos, counts as noise.
     """
-    signals = np.stack([_periods(response, period, drop) for response in _alike(responses)])
+    signals = np.stack([periods(response, period, drop) for response in _alike(responses)])
     first, samples = responses[0], signals.shape[-1]
     frequency = np.arange(samples // 2 + 1) * (first.fs / samples)
     lines = np.r_[lines_within(frequency, first.band or (frequency[1], frequency[-1]))]
@@ -99,8 +99,28 @@ def _alike(responses: Sequence[Response]) -> Sequence[Response]:
     return responses
 
 
-def _periods(response: Response, period: float, drop: int) -> np.ndarray:
-    """Excitation and responses as (1 + n_sensors, P, samples of a period), the first periods left out."""
+def periods(response: Response, period: float, drop: int = 1) -> np.ndarray:
+    """Return the excitation and the accelerations of a periodic record, period by period.
+
+    Parameters
+    ----------
+    response : Response
+        Record of whole periods.
+    period : float
+        s.
+    drop : int
+        Periods at the start that are left out until the transient has died.
+
+    Returns
+    -------
+    ndarray, shape (1 + n_sensors, n_periods, n_samples)
+        Excitation first.
+
+    Raises
+    ------
+    RecordError
+        If the record does not hold whole periods, fewer than two are left, or samples are not finite.
+    """
     samples = round(period * response.fs)
     signals = np.vstack((response.excitation, response.acceleration))
     if samples < 2 or abs(samples - period * response.fs) > 1e-6 or signals.shape[1] % samples:
