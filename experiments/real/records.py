@@ -2,10 +2,12 @@
 
 - DROPBEAR: High-Rate-SHM-Working-Group, Dataset-8 DROPBEAR Acceleration vs Roller Displacement (2023), text.
 - Friction damper with backlash: ARTS-Laboratory, Dataset-Friction-Damper-with-Backlash (2022), JSON.
+- F-16: Noël and Schoukens, F-16 aircraft benchmark based on ground vibration test data (2017), MATLAB, on
+  nonlinearbenchmark.org.
 - Brake-Reuss beam: Cenedese, BRBtesting (Chen et al., Mech. Syst. Signal Process. 166, 2022, 108401), MATLAB, and its
   stepped-sine curves rewritten as CSV.
 
-All are on GitHub under those names and no part of this project. Text and JSON files may be compressed by gzip.
+All but the F-16 are on GitHub under those names, and none is part of this project. Text and JSON files may be compressed by gzip.
 """
 
 from __future__ import annotations
@@ -20,10 +22,11 @@ import scipy.io
 
 from clearance_mj.errors import RecordError
 from clearance_mj.files import read_lines
+from clearance_mj.signals.response import Response
 
 __all__ = [
-    "DamperRecord", "DropbearRecord", "HammerRecord", "SteppedSine", "read_damper", "read_dropbear", "read_hammer",
-    "read_stepped_sines", "real_folder",
+    "DamperRecord", "DropbearRecord", "HammerRecord", "SteppedSine", "read_damper", "read_dropbear", "read_f16",
+    "read_hammer", "read_stepped_sines", "real_folder",
 ]  # fmt: skip
 
 INCH = 0.0254
@@ -146,18 +149,28 @@ def read_damper(path) -> DamperRecord:
     return DamperRecord(time, displacement * INCH, force * 1000 * POUND, fs)
 
 
+def read_f16(path) -> Response:
+    """Read a record of the F-16: Force (N), Acceleration (m/s²) at shaker, wing and payload, Fs (Hz).
+
+    Force and first acceleration are at one point, node 1; wing and payload are nodes 2 and 3. RecordError names the
+    file if it is not there or holds something else.
+    """
+    content = _matlab(path)
+    force, rows, fs = (np.asarray(content.get(name, ()), dtype=float) for name in ("Force", "Acceleration", "Fs"))
+    if force.ndim != 1 or not force.size or rows.shape != (3, force.size) or fs.size != 1:
+        raise RecordError(
+            f"{path}: needs Force (n,), Acceleration (3, n) and Fs; it has {force.shape}, {rows.shape} and {fs.shape}"
+        )
+    return Response(float(fs), force, rows, kind="force", band=(2.0, 15.0), responses=("1:+Z", "2:+Z", "3:+Z"),
+                    reference="1:+Z")  # fmt: skip
+
+
 def read_hammer(path) -> HammerRecord:
     """Read the ring-down of the Brake-Reuss beam: a structure HIdata with time, acc1, acc2, acc3 in m/s².
 
     RecordError names the file if it is not there or holds something else.
     """
-    try:
-        with open(path, "rb") as file:
-            content = scipy.io.loadmat(file, squeeze_me=True, struct_as_record=False)
-    except OSError as error:
-        raise RecordError(f"{path}: {error.strerror or error}") from None
-    except (ValueError, TypeError, NotImplementedError) as error:
-        raise RecordError(f"{path}: not a MATLAB file of version 5 to 7 ({error})") from None
+    content = _matlab(path)
     names = ("time", "acc1", "acc2", "acc3")
     held = [getattr(content.get("HIdata"), name, None) for name in names]
     missing = [name for name, value in zip(names, held) if np.size(value) < 2]
@@ -194,6 +207,17 @@ def read_stepped_sines(path) -> list[SteppedSine]:
         if not (np.isfinite(row).all() and min(row[:3]) > 0):
             raise RecordError(f"{path}, line {i + 2}: frequency, force and amplitude must be > 0, all finite")
     return [SteppedSine(*key, *np.array(rows).T) for key, rows in curves.items()]
+
+
+def _matlab(path) -> dict:
+    """Content of a MATLAB file of version 5 to 7, or an error that names it."""
+    try:
+        with open(path, "rb") as file:
+            return scipy.io.loadmat(file, squeeze_me=True, struct_as_record=False)
+    except OSError as error:
+        raise RecordError(f"{path}: {error.strerror or error}") from None
+    except (ValueError, TypeError, NotImplementedError) as error:
+        raise RecordError(f"{path}: not a MATLAB file of version 5 to 7 ({error})") from None
 
 
 def _rate(path, time, first, unit="line"):

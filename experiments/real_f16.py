@@ -1,0 +1,6 @@
+"""F-16: `python experiments/real_f16.py FOLDER --identify 1,3,5,7 --predict 2,4,6 --out OUT`; see `experiments.real.f16`."""
+
+from experiments.real.f16 import main
+
+if __name__ == "__main__":
+    raise SystemExit(main())
