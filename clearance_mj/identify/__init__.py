@@ -5,7 +5,7 @@ from .band_brake import band_brake, travel_since_reversal
 from .decay import decay
 from .diagnosis import Diagnosis, diagnose
 from .hysteresis import bouc_wen
-from .joint import ForcedCurve, fit_joint
+from .jointed_mode import ForcedCurve, fit_jointed_mode
 from .jointed_structure import JointedStructure, fit_jointed_structure
 from .methods.bench import BenchFit, FamilyFit, fit_bench
 from .methods.nominal import nominal
@@ -29,7 +29,7 @@ __all__ = [
     "decay",
     "diagnose",
     "fit_bench",
-    "fit_joint",
+    "fit_jointed_mode",
     "fit_jointed_structure",
     "get_method",
     "law",

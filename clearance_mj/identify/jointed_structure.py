@@ -59,7 +59,7 @@ DIFFERENCE = 1e-3
 RATIOS = 3e-4, 0.4
 """damping ratios that are possible"""
 ROUGH, FINE = 1e-2, 1e-3
-"""share of the cost below which a step ends the fit: to the lowest levels, from which the next one starts, and to all"""
+"""share of the cost that a step must save: in fits to the lowest levels, from which the next one starts, and to all"""
 EARLY = 8
 """most steps of the fits to the lowest levels"""
 Joint = tuple[str, str] | None
@@ -185,7 +185,7 @@ class _Problem:
     def lowest_modes(self) -> ModalStructure:
         """Return the modes of the lowest level's FRFs, and those that stand for the flexibility of others."""
         value = self.measured[0] / self.force[0]
-        frf = FRF(self.frequency, value, None, self.sensors, self.drive, QUANTITY["force"])
+        frf = FRF(self.frequency, value, None, self.sensors, (self.drive,), QUANTITY["force"])
         found = modes_from_frf(frf).structure.assemble((self.drive,), 0)
         omega = np.sqrt(found.stiffness.diagonal())
         return _structure(omega / (2 * np.pi), found.viscous.diagonal() / (2 * omega), self.sensors,
@@ -206,7 +206,8 @@ class _Problem:
         psi = np.array([pull * omega if joint is None else row[joint[0]] - row[joint[1]]
                         for pull, joint in zip(pulls, self.joints)])  # fmt: skip
         free = np.array([joint is None for joint in self.joints])
-        psi[free] *= (np.linalg.norm(row[self.drive] @ moved[0]) / np.linalg.norm(psi[free] @ moved[0], axis=1))[:, None]
+        size = np.linalg.norm(psi[free] @ moved[0], axis=1, keepdims=True)
+        psi[free] *= np.linalg.norm(row[self.drive] @ moved[0]) / size
         low, high = (np.sqrt(2) / self.size * np.linalg.norm(psi @ q, axis=1) for q in moved)
         self.slip_lengths = np.geomspace(NARROWEST * low, WIDEST * high, self.slips, axis=1)
         stiffness = 2 * SOFTENING / len(psi) / np.mean((psi / omega) ** 2, axis=1)
@@ -288,6 +289,7 @@ class _Problem:
             (response,) = simulate_and_keep([(rig, law)], excitation, lambda response: response)
             missed = self.spectrum(response) - measured
             error[place] = np.linalg.norm(missed, axis=1) / np.linalg.norm(measured, axis=1)
+            assert response.displacement is not None
             motion[place] = np.abs(response.displacement[:, -self.size :]).max(axis=1)
         return JointedStructure(rig, law, linear, 2 * solution.cost, error, motion, self.simulations)
 

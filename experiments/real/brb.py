@@ -19,9 +19,9 @@ import pandas as pd
 from matplotlib.figure import Figure
 
 from clearance_mj.errors import RecordError
-from clearance_mj.identify import ForcedCurve, decay, fit_joint, ridge
+from clearance_mj.identify import ForcedCurve, decay, fit_jointed_mode, ridge
 from clearance_mj.identify.decay import Decay
-from clearance_mj.identify.joint import ForcedTest, JointedMode, JointFit
+from clearance_mj.identify.jointed_mode import ForcedTest, JointedMode, JointedModeFit
 
 from .records import HammerRecord, SteppedSine, read_hammer, read_stepped_sines
 from .script import run
@@ -114,7 +114,7 @@ def scaled(sine: SteppedSine, known: SteppedSine) -> np.ndarray:
 
 
 def rows_of(
-    sine: SteppedSine, fit: JointFit, draws, known: SteppedSine, reached: float
+    sine: SteppedSine, fit: JointedModeFit, draws, known: SteppedSine, reached: float
 ) -> tuple[list[dict], pd.DataFrame]:
     """Two rows of peaks, measured and predicted, and a table of all lines."""
     best = predicted(sine, fit.mode, fit.test)
@@ -137,7 +137,7 @@ def rows_of(
     return rows, table
 
 
-def along_decay(decays: dict[int, Decay], fit: JointFit) -> pd.DataFrame:
+def along_decay(decays: dict[int, Decay], fit: JointedModeFit) -> pd.DataFrame:
     """Measured and modelled frequency and damping, accelerometer by accelerometer."""
     parts = []
     for sensor, found in decays.items():
@@ -168,7 +168,7 @@ def analyse(folder: Path) -> dict:
     sines = read_stepped_sines(folder / "forced.csv")
     known = fitted_sine(sines)
     shaken = [in_metres(decays[sensor], ratio(decays, sensor)) for sensor in FITTED]
-    fit = fit_joint(shaken, as_curve(known), float(max(d.amplitude.max() for d in shaken)))
+    fit = fit_jointed_mode(shaken, as_curve(known), float(max(d.amplitude.max() for d in shaken)))
     draws = fit.draw(DRAWS)
     reached = max(float(decays[sensor].amplitude.max() * ratio(decays, sensor)) for sensor in FITTED)
     parts = [rows_of(sine, fit, draws, known, reached) for sine in sines]

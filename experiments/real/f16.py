@@ -37,7 +37,13 @@ RELATIVE = ("3:+Z", "2:+Z")
 """payload less wing"""
 FREE, AT_SENSORS = "free", "payload-wing"
 SWEEP, MULTISINE = "SineSw", "FullMSine"
-COLORS = {"measured": "#000000", "law": "#d55e00", "linear": "#8c8c8c", "interpolation": "#0072b2", "nearest": "#56b4e9"}
+COLORS = {
+    "measured": "#000000",
+    "law": "#d55e00",
+    "linear": "#8c8c8c",
+    "interpolation": "#0072b2",
+    "nearest": "#56b4e9",
+}
 
 
 def numbers(text: str) -> list[int]:
@@ -48,7 +54,12 @@ def numbers(text: str) -> list[int]:
 def record_of(folder: Path, kind: str, level: int) -> Response | None:
     """The record of a level, None if it is not in the folder; those of the benchmark's tests have longer names."""
     paths = sorted(folder.glob(f"F16Data_{kind}_Level{level}[!0-9]*mat"))
-    return read_f16(paths[0]) if paths else None
+    if not paths:
+        return None
+    record = read_f16(paths[0])
+    if kind == MULTISINE and record.excitation.size % SAMPLES:
+        raise RecordError(f"{paths[0]}: {record.excitation.size} samples are no whole periods of {SAMPLES}")
+    return record
 
 
 class Levels:
@@ -273,10 +284,14 @@ def draw_sweeps(result: dict) -> Figure | None:
     figure = Figure(figsize=(11, 2 * len(sweeps)), layout="constrained")
     for ax, (level, record) in zip(np.atleast_1d(figure.subplots(len(sweeps), 1, sharex=True)), sweeps.items()):
         for name, signal in (("measured", record.acceleration), ("law", simulate(result["fit"], record).acceleration)):
-            ax.plot(record.time, signal[1], color=COLORS[name], lw=0.3, label=name, alpha=1 if name == "measured" else 0.6)
+            ax.plot(
+                record.time, signal[1], color=COLORS[name], lw=0.3, label=name, alpha=1 if name == "measured" else 0.6
+            )
         missed = {row["method"]: row["relative"] for row in result["swept"]
                   if (row["level"], row["output"]) == (level, "wing")}  # fmt: skip
-        ax.set_title(f"level {level}: error {missed['law']:.2f}, of the linear model {missed['linear']:.2f}", fontsize=9)
+        ax.set_title(
+            f"level {level}: error {missed['law']:.2f}, of the linear model {missed['linear']:.2f}", fontsize=9
+        )
         ax.set_ylabel("wing (m/s²)")
     ax.set_xlabel("time (s)")
     for line in ax.legend(fontsize=8, loc="upper right").get_lines():
@@ -293,7 +308,13 @@ def draw_rattle(result: dict) -> Figure:
     for ax, level in zip(figure.subplots(1, 2, sharey=True), (at[0], at[-1])):
         record = levels.records[level]
         for name, signal in (("measured", record.acceleration), ("law", simulate(result["fit"], record).acceleration)):
-            ax.semilogy(frequency, np.abs(np.fft.rfft(signal[2, -SAMPLES:])) * 2 / SAMPLES, color=COLORS[name], lw=0.4, label=name)
+            ax.semilogy(
+                frequency,
+                np.abs(np.fft.rfft(signal[2, -SAMPLES:])) * 2 / SAMPLES,
+                color=COLORS[name],
+                lw=0.4,
+                label=name,
+            )
         ax.set(title=f"level {level} ({levels.rms[level]:.0f} N)", xlabel="frequency (Hz)", ylim=(1e-7, 2))
     figure.axes[0].set_ylabel("payload (m/s²)")
     for line in figure.axes[0].legend(fontsize=8).get_lines():
@@ -310,7 +331,13 @@ def write(result: dict, out: Path) -> None:
     fit = result["fit"]
     fit.rig.save(out / "rig.toml")
     fit.law.save(out / "law.json")
-    drawn = {"frfs": draw_frfs, "errors": draw_errors, "joints": draw_joints, "sweeps": draw_sweeps, "rattle": draw_rattle}
+    drawn = {
+        "frfs": draw_frfs,
+        "errors": draw_errors,
+        "joints": draw_joints,
+        "sweeps": draw_sweeps,
+        "rattle": draw_rattle,
+    }
     for name, draw in drawn.items():
         if figure := draw(result):
             figure.savefig(out / f"f16_{name}.png", dpi=110)

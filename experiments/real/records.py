@@ -7,7 +7,8 @@
 - Brake-Reuss beam: Cenedese, BRBtesting (Chen et al., Mech. Syst. Signal Process. 166, 2022, 108401), MATLAB, and its
   stepped-sine curves rewritten as CSV.
 
-All but the F-16 are on GitHub under those names, and none is part of this project. Text and JSON files may be compressed by gzip.
+All but the F-16 are on GitHub under those names, and none is part of this project. Text and JSON files may be
+compressed by gzip.
 """
 
 from __future__ import annotations

@@ -8,12 +8,12 @@ from pathlib import Path
 import pytest
 
 from experiments import real_brb
-from experiments.real import brb, cantilever, damper, dropbear
+from experiments.real import brb, cantilever, damper, dropbear, f16
 
 ROOT = Path(__file__).parents[2]
 
 
-@pytest.mark.parametrize("script", [brb, dropbear, damper, cantilever])
+@pytest.mark.parametrize("script", [brb, dropbear, damper, cantilever, f16])
 def test_without_the_data(script, tmp_path, monkeypatch, capsys):
     monkeypatch.setenv("CLEARANCE_REAL_DATA", str(tmp_path / "nowhere"))
     with pytest.raises(SystemExit) as stopped:
@@ -23,7 +23,7 @@ def test_without_the_data(script, tmp_path, monkeypatch, capsys):
     assert not (tmp_path / "out").exists()
 
 
-@pytest.mark.parametrize("script", [brb, dropbear, damper, cantilever])
+@pytest.mark.parametrize("script", [brb, dropbear, damper, cantilever, f16])
 def test_folder_without_the_files(script, tmp_path, monkeypatch, capsys):
     monkeypatch.setenv("CLEARANCE_REAL_DATA", str(tmp_path))
     with pytest.raises(SystemExit) as stopped:

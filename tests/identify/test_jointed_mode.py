@@ -8,7 +8,7 @@ import pytest
 from clearance_mj import RecordError, identify
 from clearance_mj.clearance.harmonic import harmonic_stiffness
 from clearance_mj.identify.decay import Decay, decay
-from clearance_mj.identify.joint import ForcedCurve, ForcedTest, JointedMode, fit_joint
+from clearance_mj.identify.jointed_mode import ForcedCurve, ForcedTest, JointedMode, fit_jointed_mode
 
 MODE = JointedMode(80.0, 0.0012, 6e-4, 8e-3, 4e-3, 1.2e-4)
 TEST = ForcedTest(mass=1.9, residual=-0.8, shift=-0.1, phase=0.01)
@@ -97,7 +97,7 @@ def test_recovered_and_predicts_another_force(measured):
     decays = [seen(MODE, amplitude, rng, 1e-5), seen(MODE, 0.9 * amplitude, rng, 1e-5)]
     force = np.full(LINES.size, 0.2)
     noise = 1 + 0.01 * (rng.standard_normal((2, LINES.size)) * np.array([[1], [1j]])).sum(axis=0)
-    fit = fit_joint(decays, ForcedCurve(LINES, force, TEST.response(MODE, LINES, force) * noise), 1.2e-4)
+    fit = fit_jointed_mode(decays, ForcedCurve(LINES, force, TEST.response(MODE, LINES, force) * noise), 1.2e-4)
     known = np.array([*dataclasses.astuple(MODE)[:5], *dataclasses.astuple(TEST)])
     off = np.abs(fit.estimates.value - known) / fit.estimates.std
     measured.below("joint from decays and one curve: parameters' error in standard deviations", off.max(), 3, "its own")
@@ -109,7 +109,7 @@ def test_recovered_and_predicts_another_force(measured):
 
 
 def test_draws_repeat():
-    fit = fit_joint(
+    fit = fit_jointed_mode(
         [seen(MODE, np.geomspace(1e-4, 1e-5, 20))],
         ForcedCurve(LINES, np.full(LINES.size, 0.2), TEST.response(MODE, LINES, np.full(LINES.size, 0.2))),
         1.2e-4,
@@ -124,4 +124,4 @@ def test_refused():
     with pytest.raises(RecordError, match="forces > 0"):
         ForcedCurve(line, 0 * line, line)
     with pytest.raises(RecordError, match="got 0 decays"):
-        fit_joint([], ForcedCurve(line, line, line), 1e-4)
+        fit_jointed_mode([], ForcedCurve(line, line, line), 1e-4)

@@ -22,7 +22,7 @@ from ..errors import RecordError
 from ..parameters import Estimates, Parameter
 from .decay import Decay
 
-__all__ = ["ForcedCurve", "ForcedTest", "JointFit", "JointedMode", "fit_joint"]
+__all__ = ["ForcedCurve", "ForcedTest", "JointedMode", "JointedModeFit", "fit_jointed_mode"]
 
 ELEMENTS = 80
 LEAST, MOST = 1e-3, 5.0
@@ -175,7 +175,7 @@ class ForcedTest:
 
 
 @dataclass(frozen=True, eq=False)
-class JointFit:
+class JointedModeFit:
     """A mode with its joint, the forced test it was seen in, and how well both are known."""
 
     mode: JointedMode
@@ -206,7 +206,7 @@ class JointFit:
         return found
 
 
-def fit_joint(decays: Sequence[Decay], curve: ForcedCurve, reach: float) -> JointFit:
+def fit_jointed_mode(decays: Sequence[Decay], curve: ForcedCurve, reach: float) -> JointedModeFit:
     """Fit one mode with a joint to free decays and to one forced curve, taken together.
 
     Parameters
@@ -220,7 +220,7 @@ def fit_joint(decays: Sequence[Decay], curve: ForcedCurve, reach: float) -> Join
 
     Returns
     -------
-    JointFit
+    JointedModeFit
         Weighted least squares. Frequency and damping of the decays count with what a law of so few numbers is expected
         to miss; so does the forced curve, whose measured amplitudes are put into the law and whose accelerations over
         force are compared (equation error: no branch has to be chosen). The covariance takes the misfit of each kind
@@ -256,7 +256,7 @@ def fit_joint(decays: Sequence[Decay], curve: ForcedCurve, reach: float) -> Join
     jacobian = solution.jac / counted[:, None]
     estimates = Estimates.of(parameters, value, np.linalg.inv(jacobian.T @ jacobian))
     mode, test = _read(value, reach)
-    return JointFit(mode, test, estimates, *_missed(mode, [*decays, test.seen(curve)]))
+    return JointedModeFit(mode, test, estimates, *_missed(mode, [*decays, test.seen(curve)]))
 
 
 def _read(values: np.ndarray, reach: float) -> tuple[JointedMode, ForcedTest]:
