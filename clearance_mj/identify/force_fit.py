@@ -45,8 +45,9 @@ LOCAL = 0.02
 """s over which that RMS is taken"""
 BLOCK = 2.0
 """s over which what a law misses may hang together"""
-CYCLE = 0.1
-"""s that tell no more than one observation, about a cycle of the lowest mode: rig and sensors are a little wrong too"""
+CYCLE = 0.03
+"""s that tell no more than one observation where families are compared, a cycle in the middle of 5 to 220 Hz: rig and
+sensors are a little wrong too"""
 MANY = 1e9
 """blocks, more than in a record"""
 HELD_OUT = (0.72, 0.86)

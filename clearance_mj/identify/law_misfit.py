@@ -103,7 +103,7 @@ class LawMisfit:
 
     @cached_property
     def widening(self) -> float:
-        """Factor by which standard deviations of parameters grow: the RMS of `Stretch.ratio`, or 1 if that is less.
+        """Factor by which standard deviations of gaps, offsets and laws grow: RMS of `Stretch.ratio`, not below 1.
 
         Birge's ratio: residuals beyond what their random errors allow are taken to say that all of those are too small
         by one factor (R. T. Birge, The calculation of errors by the method of least squares, Physical Review 40, 1932).

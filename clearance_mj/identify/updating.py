@@ -48,8 +48,8 @@ LEFT = 0.25
 """of a signal at the record's end, by the damping of the complex frequencies (Wilcox, Int. J. Control 27, 1978)"""
 LINES = 3000
 """of a record, at most"""
-ALIKE = 3.0
-"""of the record's own lines that count as one: what its ends cut off reaches the neighbours on both sides"""
+ALIKE = 10.0
+"""of the record's own lines that count as one: errors of neighbours are alike"""
 MODEL = 0.01
 """of a line's level: what the model misses"""
 FLOOR = 0.01

@@ -142,8 +142,8 @@ def _parameters(fit: BenchFit, writer: ReportWriter) -> str:
     only = fit.estimates.only_prior
     held = f"Only the prior holds {', '.join(only)}." if only else "The records told something of every parameter."
     widened = (
-        f"Standard deviations of the records are widened by {fit.misfit.widening:.2f}, the RMS of what rig and law "
-        "miss over its random error (Birge’s ratio)."
+        f"Standard deviations of gaps, offsets and laws are widened by {fit.misfit.widening:.2f}, the RMS of what rig "
+        "and law miss over its random error (Birge’s ratio)."
     )
     table = html.table(Table("parameters", caption, columns, rows))
     return (

@@ -88,13 +88,13 @@ def _law(laws: Sequence[ContactLaw]) -> ContactLaw:
 class BenchFit(Identified):
     """A rig and its law: ``rig``, ``law`` and ``estimates`` are of the likeliest family.
 
-    ``estimates`` are those of the rig and of all bushings together, widened by what rig and law miss.
+    ``estimates`` are those of the rig and of all bushings together, these widened by what rig and law miss.
     """
 
     rig: Rig
     """as found"""
     estimates: Estimates
-    """of the rig, then of gap, offset, contact and grease of each bushing; `LawMisfit.widening` is in them"""
+    """of the rig, then of gap, offset, contact and grease of each bushing; `LawMisfit.widening` is in the latter"""
 
     update: RigUpdate
     """the linear rig"""
@@ -191,7 +191,7 @@ def fit_bench(dataset: Dataset, progress: str | None = None) -> BenchFit:
     found = compare_families(dataset, update, progress)
     best, rig = found[0], found[0].rig(update.rig)
     misfit = law_misfit(dataset.to_identify(), rig, best.law, progress and f"{progress} (misfit)")
-    estimates = _together(update, best).widened(misfit.widening)
+    estimates = _together(update, best, misfit.widening)
     return BenchFit(
         law=best.law, rig=rig, estimates=estimates, update=update, families=found, misfit=misfit, diagnosis=diagnosis
     )
@@ -261,13 +261,16 @@ def compared(motions: Sequence[Motion], progress: str | None = None) -> tuple[Fa
     )
 
 
-def _together(update: RigUpdate, family: FamilyFit) -> Estimates:
-    """Of the rig and of all bushings, which do not depend on each other."""
+def _together(update: RigUpdate, family: FamilyFit, widening: float) -> Estimates:
+    """Of the rig and of all bushings, which do not depend on each other; what was found with the law is widened.
+
+    The rig's fit finds its noise in what it leaves, so what the rig misses is in its covariance already.
+    """
     own = [
         dataclasses.replace(p, name=p.name if p.name.startswith("bushings[") else f"{p.name}, bushings[{j}]")
         for j, f in enumerate(family.fits)
         for p in f.estimates.parameters
     ]
-    parts = [update.estimates, *(f.estimates for f in family.fits)]
+    parts = [update.estimates, *(f.estimates.widened(widening) for f in family.fits)]
     covariance = scipy.linalg.block_diag(*(e.covariance for e in parts))
     return Estimates.of([*update.estimates.parameters, *own], np.concatenate([e.value for e in parts]), covariance)
