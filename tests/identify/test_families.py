@@ -9,7 +9,7 @@ from clearance_mj.clearance import ContactLaw
 from clearance_mj.identify.families import CONTACTS, GREASES, split
 from clearance_mj.identify.force_fit import Motion, fit
 from clearance_mj.identify.forces import RestoringForce
-from clearance_mj.identify.methods.bench import compared
+from clearance_mj.identify.methods.bench import _again, compared
 from clearance_mj.parameters import Parameter
 from clearance_mj.rig import Bushing, Contact, Grease
 
@@ -179,6 +179,17 @@ def test_the_family_that_made_the_forces_is_preferred(rig, contact, slips):
     assert families[0].weight > 0.9
     assert sum(f.weight for f in families) == pytest.approx(1.0)
     assert max(families[0].misfit, families[0].held_out) < 0.1
+
+
+def test_a_fit_that_misses_more_than_a_rival_begins_again_from_there(rig):
+    """Contact linear + cubic holds the linear one that made the forces, so it need not miss more."""
+    here, grease = motion(rig, "linear"), by_name(GREASES, "linear")
+    rival = fit(here, by_name(CONTACTS, "linear"), grease)
+    found = fit(here, by_name(CONTACTS, "linear + cubic"), grease)
+    wrong = dataclasses.replace(found.bushing, gap=1.3 * GAP)
+    stuck = dataclasses.replace(found, bushing=wrong, misfit=2 * rival.misfit)
+    assert _again(here, stuck, rival).bushing.gap == pytest.approx(GAP, rel=3e-3)
+    assert _again(here, dataclasses.replace(found, misfit=rival.misfit), rival).at is found.at
 
 
 def test_what_never_met_a_wall_keeps_its_prior_and_a_gap_beyond_its_reach(rig):
