@@ -4,7 +4,7 @@ One way through: a `Rig` and a `Dataset` of records, `identify.law` for the clea
 engine, `estimate_frf`, and `compare` with the test.
 """
 
-from . import beam, identify, structure
+from . import beam, identify, periodic, structure
 from ._version import __version__
 from .beam import ModalModel
 from .clearance import AmplitudeLaw, ConstantLaw, ContactLaw, Law, TimeLaw, load_law, load_rig_and_law
@@ -70,6 +70,7 @@ __all__ = [
     "load_rig_and_law",
     "mac",
     "mre",
+    "periodic",
     "read",
     "read_uff",
     "relative_error",

@@ -19,6 +19,7 @@ LAYERS = (
     ("rig",),
     ("beam", "clearance"),
     ("engines",),
+    ("periodic",),
     ("io",),
     ("calibrate", "identify", "placement"),
     ("statistics",),

@@ -1,0 +1,228 @@
+"""The condensed harmonic balance: what is left of x = x_lin - R F(x), and its derivatives; compiled.
+
+Harmonics are real: the mean, then cosine and sine of each, c cos hθ + s sin hθ with θ = ωt; K = 2 H + 1 of them. The
+unknowns are those of coordinates z of the clearances' points, x = B z + y: what B leaves out, the bending of the shaft
+within a bushing, is so stiff that it follows by substitution.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ..clearance._pointers import OPTIONS, kernel_loop
+from ._forces import Laws, Slopes, along
+
+__all__ = ["Grid", "Linear", "balance"]
+
+
+class Linear(NamedTuple):
+    """The in-gap linear system by its poles: displacement = Σ residue / (iω - pole)."""
+
+    poles: np.ndarray  # (J,) complex, 1/s
+    residues: np.ndarray  # (J, n_points, n_points) of the points' displacements per unit force on them
+    driven: np.ndarray  # (J, n_points) of the points' displacements per unit of excitation
+    excitation: np.ndarray  # (H + 1,) complex amplitudes of the excitation
+    basis: np.ndarray  # (n_points, r) B, orthonormal; every column is of one bushing
+    owner: np.ndarray  # (r,) which
+
+
+class Grid(NamedTuple):
+    """Samples of a period."""
+
+    basis: np.ndarray  # (N, K) harmonic functions
+    rate: np.ndarray  # (N, K) their derivatives by the angle
+    project: np.ndarray  # (K, N) harmonics of samples
+    moments: np.ndarray  # (N, 4 H + 1) the functions of twice as many harmonics over N: means of products
+
+
+@kernel_loop(**OPTIONS)
+def _receptances(
+    linear: Linear, omega: float, compliance: np.ndarray, by_omega: np.ndarray, driven: np.ndarray, driven_by: np.ndarray
+) -> None:
+    """Fill (H + 1, n_points, n_points) receptances and (H + 1, n_points) driven displacements, and derivatives by ω."""
+    poles, residues, of_drive, excitation = linear.poles, linear.residues, linear.driven, linear.excitation
+    points = residues.shape[1]
+    for h in range(compliance.shape[0]):
+        compliance[h] = 0.0
+        by_omega[h] = 0.0
+        driven[h] = 0.0
+        driven_by[h] = 0.0
+        for j in range(poles.size):
+            near = 1.0 / (1j * h * omega - poles[j])
+            change = -1j * h * near * near
+            for p in range(points):
+                for q in range(points):
+                    compliance[h, p, q] += residues[j, p, q] * near
+                    by_omega[h, p, q] += residues[j, p, q] * change
+            if excitation[h] != 0.0:
+                for p in range(points):
+                    driven[h, p] += of_drive[j, p] * near * excitation[h]
+                    driven_by[h, p] += of_drive[j, p] * change * excitation[h]
+
+
+@kernel_loop(**OPTIONS)
+def _times(matrices: np.ndarray, values: np.ndarray, out: np.ndarray) -> None:
+    """Add complex matrices (H + 1, n, m) times harmonics (m, K) to out (n, K)."""
+    for a in range(out.shape[0]):
+        for b in range(values.shape[0]):
+            out[a, 0] += matrices[0, a, b].real * values[b, 0]
+            for h in range(1, matrices.shape[0]):
+                re, im = matrices[h, a, b].real, matrices[h, a, b].imag
+                c, s = values[b, 2 * h - 1], values[b, 2 * h]
+                out[a, 2 * h - 1] += re * c + im * s
+                out[a, 2 * h] += re * s - im * c
+
+
+@kernel_loop(**OPTIONS)
+def _real(complex_: np.ndarray) -> np.ndarray:
+    """Harmonics (n, K) of complex amplitudes (H + 1, n), of which the real part is meant."""
+    highest = complex_.shape[0] - 1
+    found = np.empty((complex_.shape[1], 2 * highest + 1))
+    for p in range(complex_.shape[1]):
+        found[p, 0] = complex_[0, p].real
+        for h in range(1, highest + 1):
+            found[p, 2 * h - 1], found[p, 2 * h] = complex_[h, p].real, -complex_[h, p].imag
+    return found
+
+
+@kernel_loop(**OPTIONS)
+def _blocks(linear: Linear, grid: Grid, omega: float, slopes: Slopes) -> np.ndarray:
+    """(r, r, K, K) derivatives of the forces' harmonics by those of the coordinates z; of one bushing each."""
+    basis, owner = linear.basis, linear.owner
+    points, r = basis.shape
+    samples, harmonics = grid.basis.shape
+    blocks = np.zeros((r, r, harmonics, harmonics))
+    means = np.zeros((2, 2 * harmonics - 1))
+    series = np.zeros((2, samples))
+    for a in range(r):
+        for b in range(a, r):
+            if owner[a] != owner[b]:
+                continue
+            series[:] = 0.0
+            block = blocks[a, b]
+            for p in range(points):
+                weight = basis[p, a] * basis[p, b]
+                if weight == 0.0:
+                    continue
+                for i in range(samples):
+                    series[0, i] += weight * slopes.x[p, i]
+                    series[1, i] += weight * slopes.v[p, i]
+                if slopes.remembers[p]:
+                    block += weight * slopes.whole[p]
+            np.dot(series, grid.moments, means)
+            _add_products(means, omega, block)
+            if a != b:
+                blocks[b, a] = block
+    return blocks
+
+
+@kernel_loop(**OPTIONS)
+def _add_products(means: np.ndarray, omega: float, block: np.ndarray) -> None:
+    """Add the harmonics of f_x(θ) x + f_v(θ) ẋ by those of x to (K, K), from the means of f times cos and sin mθ."""
+    highest = block.shape[0] // 2
+    a_x, a_v = np.zeros(2 * highest + 1), np.zeros(2 * highest + 1)
+    b_x, b_v = np.zeros(2 * highest + 1), np.zeros(2 * highest + 1)
+    a_x[0], a_v[0] = means[0, 0], means[1, 0]
+    for m in range(1, 2 * highest + 1):
+        a_x[m], b_x[m] = means[0, 2 * m - 1], means[0, 2 * m]
+        a_v[m], b_v[m] = means[1, 2 * m - 1], means[1, 2 * m]
+    for l in range(highest + 1):
+        pace = l * omega
+        for k in range(highest + 1):
+            total, apart = k + l, abs(k - l)
+            sign = 1.0 if k >= l else -1.0
+            weight = 0.5 if k == 0 else 1.0
+            # means over a period, times two, of cos cos, sin sin, sin cos, cos sin of k (row) and l (column)
+            cc_x, ss_x = a_x[apart] + a_x[total], a_x[apart] - a_x[total]
+            cc_v, ss_v = a_v[apart] + a_v[total], a_v[apart] - a_v[total]
+            sc_x, cs_x = b_x[total] + sign * b_x[apart], b_x[total] - sign * b_x[apart]
+            sc_v, cs_v = b_v[total] + sign * b_v[apart], b_v[total] - sign * b_v[apart]
+            if k == 0 and l == 0:
+                block[0, 0] += a_x[0]
+            elif k == 0:
+                block[0, 2 * l - 1] += weight * (cc_x - pace * cs_v)
+                block[0, 2 * l] += weight * (cs_x + pace * cc_v)
+            elif l == 0:
+                block[2 * k - 1, 0] += cc_x
+                block[2 * k, 0] += sc_x
+            else:
+                block[2 * k - 1, 2 * l - 1] += cc_x - pace * cs_v
+                block[2 * k - 1, 2 * l] += cs_x + pace * cc_v
+                block[2 * k, 2 * l - 1] += sc_x - pace * ss_v
+                block[2 * k, 2 * l] += ss_x + pace * sc_v
+
+
+@kernel_loop(**OPTIONS)
+def _add_jacobian(compliance: np.ndarray, blocks: np.ndarray, owner: np.ndarray, out: np.ndarray) -> None:
+    """Fill the (r K, r K) corner of out with 1 + R D."""
+    r, harmonics = blocks.shape[0], blocks.shape[2]
+    for a in range(r):
+        for c in range(r):
+            for k in range(harmonics):
+                row = out[a * harmonics + k]
+                for l in range(harmonics):
+                    row[c * harmonics + l] = 1.0 if a == c and k == l else 0.0
+            for b in range(r):
+                if owner[b] != owner[c]:
+                    continue
+                block = blocks[b, c]
+                re = compliance[0, a, b].real
+                row = out[a * harmonics]
+                for l in range(harmonics):
+                    row[c * harmonics + l] += re * block[0, l]
+                for h in range(1, compliance.shape[0]):
+                    re, im = compliance[h, a, b].real, compliance[h, a, b].imag
+                    cosine, sine = out[a * harmonics + 2 * h - 1], out[a * harmonics + 2 * h]
+                    of_cosine, of_sine = block[2 * h - 1], block[2 * h]
+                    for l in range(harmonics):
+                        cosine[c * harmonics + l] += re * of_cosine[l] + im * of_sine[l]
+                        sine[c * harmonics + l] += re * of_sine[l] - im * of_cosine[l]
+
+
+@kernel_loop(**OPTIONS)
+def balance(
+    linear: Linear, grid: Grid, laws: Laws, slopes: Slopes, omega: float, z: np.ndarray, y: np.ndarray, want: bool,
+    jacobian: np.ndarray,
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:  # fmt: skip
+    """Return what z (r, K) leaves of the balance, forces (n_points, K) and the displacements y beside B z, and B.
+
+    If wanted, the (r K, r K) corner of ``jacobian`` is filled with the derivative by z, its column r K with that by ω
+    (1/s), and ``slopes`` changed.
+    """
+    highest, points = linear.excitation.size - 1, linear.residues.shape[1]
+    r, harmonics = z.shape
+    compliance = np.empty((highest + 1, points, points), np.complex128)
+    by_omega = np.empty_like(compliance)
+    driven, driven_by = np.empty((highest + 1, points), np.complex128), np.empty((highest + 1, points), np.complex128)
+    _receptances(linear, omega, compliance, by_omega, driven, driven_by)
+    x = np.dot(linear.basis, z) + y
+    place, speed = np.dot(x, grid.basis.T), omega * np.dot(x, grid.rate.T)
+    samples = np.empty_like(place)
+    along(laws, place, speed, omega, grid.basis, grid.rate, grid.project, want, samples, slopes)
+    force = np.dot(samples, grid.project.T)
+    answer = np.zeros_like(x)
+    _times(compliance, force, answer)
+    found = _real(driven) - answer
+    reduced = np.dot(linear.basis.T, found)
+    beside = found - np.dot(linear.basis, reduced)
+    if want:
+        blocks = _blocks(linear, grid, omega, slopes)
+        small = np.empty((highest + 1, r, r), np.complex128)
+        wide = linear.basis.astype(np.complex128)
+        for h in range(highest + 1):
+            small[h] = np.dot(wide.T, np.dot(compliance[h], wide))
+        _add_jacobian(small, blocks, linear.owner, jacobian)
+        nearby = omega * (1.0 + 1e-6)
+        shifted = np.empty_like(samples)
+        along(laws, place, speed * (nearby / omega), nearby, grid.basis, grid.rate, grid.project, False, shifted, slopes)
+        changed = np.zeros_like(x)
+        _times(by_omega, force, changed)
+        _times(compliance, np.dot((shifted - samples) / (nearby - omega), grid.project.T), changed)
+        changed -= _real(driven_by)
+        column = np.dot(linear.basis.T, changed)
+        for a in range(r):
+            for k in range(harmonics):
+                jacobian[a * harmonics + k, r * harmonics] = column[a, k]
+    return z - reduced, force, beside, place

@@ -1,0 +1,252 @@
+"""Forces of the clearances along one period of a motion, and their derivatives; compiled.
+
+Laws are marched over two periods, of which the second counts: elements with memory have forgotten how the first began.
+Their derivatives by displacement, speed and memory are differences. Points stand as in the engines: the bushings'
+middles (grease), then both ends of each (contact). Forces are those that the in-gap linear system has not: the grease's
+beyond its stiffness and damping of small motions.
+
+In the step in which a contact begins or ends its force counts for the share in which it acts: so the balance follows the
+motion smoothly, damping that makes a force begin with a jump included.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numba
+import numpy as np
+
+from ..clearance._pointers import OPTIONS, at, call_contact_law, call_grease_law, kernel_loop
+from ..clearance.gap import penetration
+
+__all__ = ["Laws", "Slopes", "along"]
+
+PERIODS = 2
+DIFFERENCE = 1e-7
+"""of the motion: the difference quotients' step"""
+
+
+class Laws(NamedTuple):
+    """What acts in the clearances."""
+
+    bushings: np.ndarray  # (n_bushings,) records of the kernel
+    states: np.ndarray  # (n_bushings,) records of the kernel: where numbers begin
+    numbers: np.ndarray  # of the records
+    spring: np.ndarray  # (n_bushings,) stiffness that the linear system has already, N/m
+    damper: np.ndarray  # (n_bushings,) and damping, N s/m
+    memory: np.ndarray  # (n_bushings,) numbers that the grease remembers, 0 if they never change
+    room: int  # for the numbers of any grease
+
+
+class Slopes(NamedTuple):
+    """Derivatives of the forces at every sample of a period; changed in place."""
+
+    x: np.ndarray  # (n_points, N) by the displacement then, N/m
+    v: np.ndarray  # (n_points, N) by the speed then, N s/m
+    begun: np.ndarray  # (n_points, N) by the speed at which the contact began, N s/m
+    entry: np.ndarray  # (n_points, N) whether it began at this sample
+    memory: np.ndarray  # (n_bushings, N, m + 1, m + 2) of the grease's memory, then of its force, by memory, x and dx
+    whole: np.ndarray  # (n_points, K, K) of the force's harmonics by those of the displacement: what remembers
+    remembers: np.ndarray  # (n_points,) whether the latter is not zero
+
+
+@numba.njit(cache=True, nogil=True, inline="always")
+def _contact(law: int, parameters: object, out: object, depth: float, speed: float, begun: float, pulls: bool) -> float:
+    """Force of one end of a bushing against its penetration, N."""
+    call_contact_law(law, parameters, depth, speed, begun, out)
+    force = 0.5 * (out[0] * depth + out[1] * speed)
+    return force if pulls else max(force, 0.0)
+
+
+@kernel_loop(**OPTIONS)
+def _along_contact(
+    laws: Laws, j: int, p: int, x: np.ndarray, v: np.ndarray, omega: float, basis: np.ndarray, rate: np.ndarray,
+    project: np.ndarray, want: bool, force: np.ndarray, slopes: Slopes,
+) -> None:  # fmt: skip
+    """Fill row p of force and slopes with the contact of bushing j at point p."""
+    bushing, state = laws.bushings[j], laws.states[j]
+    n, harmonics = x.shape[1], basis.shape[1]
+    of_x, of_v, of_begun, entry, whole = slopes.x, slopes.v, slopes.begun, slopes.entry, slopes.whole
+    lower, upper, law, pulls = bushing.lower, bushing.upper, bushing.contact_law, bushing.adhesion
+    parameters, out = at(laws.numbers, state.contact), at(laws.numbers, state.out)
+    reach, touches = 0.0, False
+    for i in range(n):
+        reach = max(reach, abs(x[p, i]))
+        touches = touches or penetration(x[p, i], lower, upper) != 0.0
+    if not touches:
+        return
+    dx, dv = DIFFERENCE * reach, DIFFERENCE * reach * omega
+    side, begun, before, now, by_x, by_v = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    row, sums, pending = np.zeros(harmonics), np.zeros(harmonics), False
+    for m in range(PERIODS * n):
+        i, last, counts = m % n, (m - 1) % n, m >= n
+        g, step, climb = penetration(x[p, i], lower, upper), x[p, i] - x[p, last], v[p, i] - v[p, last]
+        if g == 0.0:
+            if before != 0.0:  # over since the sample before, at a share of the step
+                share = ((upper if before > 0.0 else lower) - x[p, last]) / step
+                jump = 0.0
+                if pulls:
+                    jump = _contact(law, parameters, out, 0.0, side * (v[p, last] + share * climb), begun, pulls)
+                if counts:
+                    rest = 1.0 - share
+                    force[p, last] -= side * 0.5 * rest * (now - jump + rest * jump)
+                    force[p, i] += side * 0.5 * share * share * jump
+                    of_x[p, last] -= 0.5 * rest * by_x
+                    of_v[p, last] -= 0.5 * rest * by_v
+                    sooner = -side * (0.5 * (now - jump) + jump) / step
+                    of_x[p, last] += rest * sooner
+                    of_x[p, i] += share * sooner
+                    if pending:
+                        _add_event(sums, row, whole[p])
+                        slopes.remembers[p] = True
+                pending = False
+            before = 0.0
+            continue
+        began, share, met, jump = before == 0.0, 0.0, 0.0, 0.0
+        if began:
+            side = 1.0 if g > 0.0 else -1.0
+            met = side * v[p, i]
+            if m > 0:
+                share = ((upper if g > 0.0 else lower) - x[p, last]) / step
+                met = side * (v[p, last] + share * climb)
+            begun = max(met, 1e-12)
+            jump = _contact(law, parameters, out, 0.0, met, begun, pulls)
+            sums[:] = 0.0
+            for k in range(harmonics):
+                place = (1.0 - share) * basis[last, k] + share * basis[i, k]
+                row[k] = omega * ((1.0 - share) * rate[last, k] + share * rate[i, k]) - climb / step * place
+        before = g
+        if m < n - 1:
+            continue
+        depth, inwards = abs(g), side * v[p, i]
+        now, by_begun = _contact(law, parameters, out, depth, inwards, begun, pulls), 0.0
+        by_x, by_v = 0.0, 0.0
+        if want and now != 0.0:
+            by_x = (_contact(law, parameters, out, depth + dx, inwards, begun, pulls) - now) / dx
+            by_v = (_contact(law, parameters, out, depth, inwards + dv, begun, pulls) - now) / dv
+            by_begun = (_contact(law, parameters, out, depth, inwards, begun + dv, pulls) - now) / dv
+        if not counts:
+            continue
+        force[p, i] += side * now
+        of_x[p, i] += by_x
+        of_v[p, i] += by_v
+        if by_begun != 0.0:
+            of_begun[p, i] = by_begun
+            pending = True
+            for k in range(harmonics):
+                sums[k] += by_begun * project[k, i]
+        if began:
+            entry[p, i] = 1.0
+            rest = 1.0 - share
+            force[p, i] -= side * 0.5 * share * (now - jump + share * jump)
+            force[p, last] += side * 0.5 * rest * rest * jump
+            of_x[p, i] -= 0.5 * share * by_x
+            of_v[p, i] -= 0.5 * share * by_v
+            sooner = side * (0.5 * (now - jump) + jump) / step
+            of_x[p, last] += rest * sooner
+            of_x[p, i] += share * sooner
+    if pending:
+        _add_event(sums, row, whole[p])
+        slopes.remembers[p] = True
+
+
+@kernel_loop(**OPTIONS)
+def _add_event(sums: np.ndarray, row: np.ndarray, out: np.ndarray) -> None:
+    """Add to (K, K) what the speed at which a contact began does to the harmonics of its force."""
+    for k in range(sums.size):
+        for r in range(row.size):
+            out[k, r] += sums[k] * row[r]
+
+
+@kernel_loop(**OPTIONS)
+def _along_grease(
+    laws: Laws, j: int, x: np.ndarray, v: np.ndarray, omega: float, basis: np.ndarray, project: np.ndarray, want: bool,
+    force: np.ndarray, slopes: Slopes,
+) -> None:  # fmt: skip
+    """Fill row j of force and slopes with the grease of bushing j."""
+    bushing, state, numbers = laws.bushings[j], laws.states[j], laws.numbers
+    n, harmonics, size = x.shape[1], basis.shape[1], laws.memory[j]
+    parameters, law, offset = at(numbers, bushing.grease), bushing.grease_law, bushing.offset
+    spring, damper, step = laws.spring[j], laws.damper[j], 2.0 * np.pi / (omega * n)
+    reach = 0.0
+    for i in range(n):
+        reach = max(reach, abs(x[j, i]))
+    eps = DIFFERENCE * max(reach, 1e-6 * bushing.gap)
+    held, moved, answers = np.zeros(laws.room), np.zeros(laws.room), np.zeros(2)
+    memory, trial, out = at(held, 0), at(moved, 0), at(answers, 0)
+    sensitive, later = np.zeros((size, harmonics)), np.zeros((size, harmonics))
+    of_force = np.zeros((n, harmonics))
+    slope = np.zeros((size + 1, size + 2))
+    for m in range(PERIODS * n):
+        i, counts = m % n, m >= n
+        last = (m - 1) % n
+        here, speed = x[j, i], v[j, i]
+        dx = here - x[j, last] if m > 0 else here
+        if not size and not counts:
+            continue
+        old = held.copy()
+        call_grease_law(law, parameters, memory, here + offset, dx, step, out)
+        now = answers[0] + answers[1] * speed
+        viscous = answers[1]
+        if counts:
+            force[j, i] = now - bushing.preload - spring * here - damper * speed
+        if not want:
+            continue
+        for d in range(size + 2):
+            moved[:] = old
+            if d < size:
+                moved[d] += eps
+            further, longer = eps if d == size else 0.0, eps if d == size + 1 else 0.0
+            call_grease_law(law, parameters, trial, here + offset + further, dx + longer, step, out)
+            for k in range(size):
+                slope[k, d] = (moved[k] - held[k]) / eps
+            slope[size, d] = (answers[0] + answers[1] * speed - now) / eps
+        if not size:
+            slopes.x[j, i] = slope[0, 0] - spring
+            slopes.v[j, i] = viscous + slope[0, 1] * step - damper
+            continue
+        if counts:
+            slopes.v[j, i] = viscous - damper
+            slope[size, size] -= spring
+            slopes.memory[j, i, : size, : size] = slope[:size, :size]
+            slopes.memory[j, i, : size, -2:] = slope[:size, size:]
+            slopes.memory[j, i, -1, : size] = slope[size, :size]
+            slopes.memory[j, i, -1, -2:] = slope[size, size:]
+        for k in range(size + 1):
+            row = later[k] if k < size else of_force[i]
+            for r in range(harmonics):
+                change = basis[i, r] - (basis[last, r] if m > 0 else 0.0)
+                row[r] = slope[k, size] * basis[i, r] + slope[k, size + 1] * change
+            for d in range(size):
+                if slope[k, d] != 0.0:
+                    for r in range(harmonics):
+                        row[r] += slope[k, d] * sensitive[d, r]
+        sensitive, later = later, sensitive
+    if want and size:
+        slopes.whole[j] += np.dot(project, of_force)
+        slopes.remembers[j] = True
+
+
+@kernel_loop(**OPTIONS)
+def along(
+    laws: Laws, x: np.ndarray, v: np.ndarray, omega: float, basis: np.ndarray, rate: np.ndarray, project: np.ndarray,
+    want: bool, force: np.ndarray, slopes: Slopes,
+) -> None:  # fmt: skip
+    """Fill force (n_points, N) and, if wanted, slopes along displacements and speeds (n_points, N) of one period.
+
+    ``basis`` and ``rate`` (N, K) are the harmonic functions and their derivatives by the angle, ``project`` (K, N) takes
+    the harmonics of N samples.
+    """
+    force[:] = 0.0
+    slopes.x[:] = 0.0
+    slopes.v[:] = 0.0
+    slopes.begun[:] = 0.0
+    slopes.entry[:] = 0.0
+    slopes.whole[:] = 0.0
+    slopes.remembers[:] = False
+    n_bushings = laws.bushings.size
+    for j in range(n_bushings):
+        _along_grease(laws, j, x, v, omega, basis, project, want, force, slopes)
+        for end in range(2):
+            p = n_bushings + 2 * j + end
+            _along_contact(laws, j, p, x, v, omega, basis, rate, project, want, force, slopes)

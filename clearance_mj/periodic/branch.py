@@ -1,0 +1,167 @@
+"""A branch of periodic vibrations over frequency."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ..errors import ClearanceError
+from ..signals import _labelled as labelled
+from ..signals.arrays import ArrayData, read_only
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.figure import Figure
+
+__all__ = ["Branch", "SpecialPoint"]
+
+MARKERS = {"fold": "o", "period doubling": "s", "Neimark-Sacker": "^", "branch point": "D"}
+UNITS = {"acceleration": "m/s²", "displacement": "m", "clearance_displacement": "m", "contact_force": "N",
+         "grease_force": "N"}  # fmt: skip
+
+
+@dataclass(frozen=True)
+class SpecialPoint:
+    """Where a branch folds or its stability changes."""
+
+    kind: str
+    """ "fold", "period doubling", "Neimark-Sacker", or "branch point", where another branch crosses"""
+    frequency: float
+    """Hz"""
+    index: int
+    """of the branch's point"""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Branch(ArrayData):
+    """Periodic vibrations of one excitation, in the order in which they follow each other along the curve.
+
+    Harmonics are complex amplitudes, X_h in x(t) = Re Σ X_h exp(2πi h f t), from the mean, h = 0, on.
+    """
+
+    frequency: np.ndarray
+    """(n,) of the excitation's first harmonic, Hz"""
+    level: np.ndarray
+    """(n_levels,) complex amplitudes of the excitation's harmonics from the first on, m/s² or N"""
+    kind: str
+    """ "base" or "force": what the excitation is"""
+    acceleration: np.ndarray
+    """(n, n_sensors, H + 1) harmonics of what the sensors read, m/s²"""
+    displacement: np.ndarray
+    """(n, n_sensors, H + 1) of the sensors' points relative to the base, m"""
+    clearance_displacement: np.ndarray
+    """(n, n_bushings, H + 1) of the clearances' middles from rest, m"""
+    contact_force: np.ndarray
+    """(n, n_bushings, H + 1) of both ends, positive against positive displacement, N"""
+    grease_force: np.ndarray
+    """(n, n_bushings, H + 1) same sign, N"""
+    multipliers: np.ndarray | None
+    """(n, m) Floquet's, the largest first; None if stability was not asked for"""
+    special: tuple[SpecialPoint, ...]
+    """along the curve"""
+    ended: str
+    """why the branch ends before the last frequency: "" if it does not"""
+    responses: tuple[str, ...]
+    """degree of freedom of each sensor, such as "3:+Z" """
+    clearances: tuple[str, ...]
+    """and of each clearance"""
+
+    def __post_init__(self) -> None:
+        self._set(frequency=read_only(self.frequency))
+        for name in ("level", *UNITS):
+            self._set(**{name: read_only(getattr(self, name), complex)})
+        if self.multipliers is not None:
+            self._set(multipliers=read_only(self.multipliers, complex))
+
+    @property
+    def stable(self) -> np.ndarray | None:
+        """(n,) whether a vibration comes back after a small disturbance; None if stability was not asked for."""
+        from .stability import ROUNDING
+
+        return None if self.multipliers is None else np.abs(self.multipliers[:, 0]) <= 1 + ROUNDING
+
+    def amplitude(self, quantity: str = "acceleration") -> np.ndarray:
+        """Return half of the way from the lowest to the highest value of a period, (n, n_sensors or n_bushings).
+
+        Parameters
+        ----------
+        quantity : str
+            "acceleration", "displacement", "clearance_displacement", "contact_force" or "grease_force".
+
+        Raises
+        ------
+        ClearanceError
+            For another quantity.
+        """
+        if quantity not in UNITS:
+            raise ClearanceError(f'quantity "{quantity}" is unknown; use one of {", ".join(UNITS)}')
+        harmonics = getattr(self, quantity)
+        padded = harmonics * np.where(np.arange(harmonics.shape[-1]) > 0, 0.5, 1.0)
+        samples = 16 * harmonics.shape[-1]
+        history = np.fft.irfft(padded, samples) * samples
+        return np.ptp(history, axis=-1) / 2
+
+    def plot(self, quantity: str = "acceleration", rows: Sequence[int] | None = None) -> Figure:
+        """Draw amplitudes over frequency: stable vibrations as lines, unstable ones dashed, special points marked.
+
+        Parameters
+        ----------
+        quantity : str
+            As in `amplitude`.
+        rows : sequence of int, optional
+            Which sensors or clearances; None: all.
+
+        Raises
+        ------
+        ClearanceError
+            For another quantity, or a row that is not there.
+        """
+        from matplotlib.figure import Figure
+
+        amplitude = self.amplitude(quantity)
+        names = self.responses if amplitude.shape[1] == len(self.responses) and quantity in (
+            "acceleration", "displacement") else self.clearances  # fmt: skip
+        rows = range(len(names)) if rows is None else rows
+        if not all(0 <= row < len(names) for row in rows):
+            raise ClearanceError(f"rows must be between 0 and {len(names) - 1}, got {list(rows)}")
+        figure = Figure(figsize=(8, 4.5), layout="constrained")
+        axes = figure.subplots()
+        stable = self.stable if self.stable is not None else np.ones(self.frequency.size, dtype=bool)
+        for i, row in enumerate(rows):
+            colour = f"C{i % 10}"
+            axes.plot(self.frequency, amplitude[:, row], "--", color=colour, lw=1)
+            axes.plot(self.frequency, np.where(stable, amplitude[:, row], np.nan), color=colour, label=names[row])
+        for kind, marker in MARKERS.items():
+            at = [point.index for point in self.special if point.kind == kind]
+            for i, row in enumerate(rows):
+                label = kind if at and not i else None
+                axes.plot(self.frequency[at], amplitude[at, row], marker, color="k", mfc="w", ms=5, label=label)
+        axes.set_xlabel("frequency (Hz)")
+        axes.set_ylabel(f"amplitude of the {quantity.replace('_', ' ')} ({UNITS[quantity]})")
+        axes.set_yscale("log")
+        axes.legend()
+        return figure
+
+    def to_xarray(self) -> xr.Dataset:
+        """Return everything with labels and units: harmonics over (point, response or clearance, harmonic)."""
+        variables = {"frequency": ("point", self.frequency, "Hz")}
+        for name, unit in UNITS.items():
+            rows = "response" if name in ("acceleration", "displacement") else "clearance"
+            variables[name] = (("point", rows, "harmonic"), getattr(self, name), unit.replace("/s²", " s-2"))
+        if self.multipliers is not None:
+            variables["multipliers"] = (("point", "multiplier"), self.multipliers, "1")
+            variables["stable"] = ("point", self.stable, "1")
+        special = np.full(self.frequency.size, "", dtype="U16")
+        for point in self.special:
+            special[point.index] = point.kind
+        variables["special"] = ("point", special, "1")
+        coordinates = {
+            "response": self.responses,
+            "clearance": self.clearances,
+            "harmonic": range(self.acceleration.shape[-1]),
+        }
+        attributes = {"kind": self.kind, "level": self.level, "ended": self.ended}
+        return labelled.dataset("branch", variables, coordinates, attributes)

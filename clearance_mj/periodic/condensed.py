@@ -1,0 +1,198 @@
+"""A rig condensed to its clearances: poles and residues of what is linear, the laws of what is not."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from ..beam import ModalModel, ritz_model
+from ..clearance.grease import GreaseModel
+from ..clearance.kernel import clearance_records, greases_of
+from ..clearance.law import AmplitudeLaw, Law, TimeLaw
+from ..errors import ExcitationError, LawError, RigError
+from ..rig import Rig
+from ._balance import Grid, Linear
+from ._forces import Laws, Slopes
+
+__all__ = ["Condensed", "Poles", "condensed", "grid", "poles", "slopes"]
+
+STIFF = 1e-3
+"""of a contact's stiffness times the compliance of a motion of the points: what is less follows by substitution"""
+
+
+class Poles(NamedTuple):
+    """The linear system in the gap, M q̈ + C q̇ + K q = b a - Pᵀ f in modes of unit mass, by its poles."""
+
+    model: ModalModel
+    stiffness: np.ndarray  # (n, n) K, the greases' of small motions included
+    values: np.ndarray  # (2 n,) complex, 1/s
+    vectors: np.ndarray  # (2 n, 2 n) displacements and velocities of the modes per pole
+    inverse: np.ndarray  # (2 n, 2 n)
+
+    @property
+    def shapes(self) -> np.ndarray:
+        """(n, 2 n) displacements of the modes per pole."""
+        return self.vectors[: self.model.size]
+
+    @property
+    def forced(self) -> np.ndarray:
+        """(2 n, n) the poles' share of a force on the modes."""
+        return self.inverse[:, self.model.size :]
+
+    def flow(self, step: float) -> np.ndarray:
+        """Return the motion (2 n, 2 n) of displacements and velocities over a step, s."""
+        return np.ascontiguousarray(((self.vectors * np.exp(self.values * step)) @ self.inverse).real)
+
+
+class Condensed(NamedTuple):
+    """What the harmonic balance of a rig, a law and an excitation works with."""
+
+    rig: Rig
+    kind: str
+    poles: Poles
+    linear: Linear
+    laws: Laws
+    size: float
+    """m, that motions are measured by: the smallest gap"""
+    stiffest: float
+    """1/s², the largest stiffness of a contact on the modes"""
+
+
+def poles(rig: Rig, law: Law, modes: int) -> Poles:
+    """Return the in-gap linear system of a rig, each grease a spring and a damper as in small motions.
+
+    Raises
+    ------
+    RigError
+        If it can move without stiffness: its mean position is then not defined.
+    """
+    model = ritz_model(rig, modes)
+    k, c = np.array([grease.small_motion() for grease in greases_of(rig, law)]).T
+    at = model.at_bushings
+    stiffness = np.diag(model.omega**2) + (at.T * k) @ at
+    damping = np.diag(model.damping) + (at.T * c) @ at
+    if model.coupling.size:
+        damping = damping + model.coupling
+    n = model.size
+    state = np.block([[np.zeros((n, n)), np.eye(n)], [-stiffness, -damping]])
+    values, vectors = np.linalg.eig(state)
+    if np.abs(values).min() < 1e-9 * np.abs(values).max() or np.linalg.eigvalsh(stiffness)[0] <= 0:
+        raise RigError(
+            f"rig {rig.name!r}: in its gaps it can move without any stiffness, so the middle of a vibration is not "
+            "defined; add a support, or grease with stiffness"
+        )
+    return Poles(model, stiffness, values, vectors, np.linalg.inv(vectors))
+
+
+def condensed(rig: Rig, law: Law, kind: str, levels: Sequence[complex], harmonics: int, modes: int) -> Condensed:
+    """Condense a rig to its clearances.
+
+    Parameters
+    ----------
+    rig : Rig
+        The rig.
+    law : Law
+        What acts in its clearances.
+    kind : str
+        Of the excitation: "base" or "force".
+    levels : sequence of complex
+        Amplitudes of the excitation's harmonics from the first on, m/s² or N.
+    harmonics : int
+        H, of the motion.
+    modes : int
+        In the Ritz basis.
+
+    Raises
+    ------
+    RigError
+        If the rig has no clearance, or can move without stiffness.
+    LawError
+        For a law over time or amplitude.
+    ExcitationError
+        If the rig has no position for a force.
+    """
+    if not rig.bushings:
+        raise RigError(f"rig {rig.name!r} has no clearance, so its vibration is linear; use cm.beam.linear_frf")
+    if isinstance(law, TimeLaw):
+        raise LawError("a law over time has no periodic vibration; give a ConstantLaw or a ContactLaw")
+    if isinstance(law, AmplitudeLaw):
+        raise LawError(
+            "a law over amplitude remembers the envelope for longer than a period, and harmonic balance does not "
+            "follow that; give a ConstantLaw or a ContactLaw"
+        )
+    if kind == "force" and rig.shaker.position is None:
+        raise ExcitationError(f"rig {rig.name!r} has no shaker.position, where the force acts")
+    linear = poles(rig, law, modes)
+    model = linear.model
+    points = model.at_points @ linear.shapes
+    forced = linear.forced @ model.at_points.T
+    residues = np.ascontiguousarray(np.einsum("pj,jq->jpq", points, forced))
+    driven = np.ascontiguousarray((points * (linear.forced @ model.input(kind))).T)
+    excitation = np.zeros(harmonics + 1, dtype=complex)
+    excitation[1 : len(levels) + 1] = levels
+    stiffest = np.broadcast_to(law.largest([b.gap for b in rig.bushings])[0], len(rig.bushings))
+    basis, owner = _coordinates(linear, stiffest)
+    greases = greases_of(rig, law)
+    records = clearance_records(rig, law, 1.0)
+    k, c = np.ascontiguousarray(np.transpose([grease.small_motion() for grease in greases]))
+    memory = np.array([_memory(g, b.gap) for g, b in zip(greases, rig.bushings)])
+    room = max(grease.states() for grease in greases)
+    laws = Laws(*records, k, c, memory, max(room, 1))
+    on_modes = float(np.max(stiffest * np.sum(model.at_bushings**2, axis=1)))
+    return Condensed(
+        rig, kind, linear, Linear(linear.values, residues, driven, excitation, basis, owner), laws,
+        min(b.gap for b in rig.bushings), on_modes,
+    )  # fmt: skip
+
+
+def _coordinates(linear: Poles, stiffest: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Orthonormal coordinates (n_points, r) of the points in which they move enough to matter, and whose they are."""
+    at, count = linear.model.at_points, len(stiffest)
+    compliance = at @ np.linalg.solve(linear.stiffness, at.T)
+    columns, owner = [], []
+    for j, contact in enumerate(stiffest):
+        rows = [j, count + 2 * j, count + 2 * j + 1]
+        values, vectors = np.linalg.eigh(compliance[np.ix_(rows, rows)])
+        least = min(STIFF / contact if contact else np.inf, 1e-3 * values[-1])
+        for value, vector in zip(values, vectors.T):
+            if value > least and value > 1e-12 * values[-1]:
+                column = np.zeros(len(at))
+                column[rows] = vector
+                columns.append(column)
+                owner.append(j)
+    return np.ascontiguousarray(np.array(columns).T), np.array(owner)
+
+
+def _memory(grease: GreaseModel, gap: float) -> int:
+    """How many numbers a grease remembers: none if a motion to and fro through the gap leaves them as they were."""
+    state, out, x = [0.0] * grease.states(), [0.0, 0.0], gap * np.sin(np.arange(1, 20))
+    for now, before in zip(x, [0.0, *x]):
+        grease.law(grease.parameters(), state, now, now - before, 1e-3, out)
+    return grease.states() if any(state) else 0
+
+
+@functools.lru_cache(maxsize=16)
+def grid(harmonics: int, samples: int) -> Grid:
+    """Return the harmonic functions at the samples of a period."""
+    angle = 2 * np.pi * np.arange(samples) / samples
+    order = np.arange(1, 2 * harmonics + 1)
+    products = np.ones((samples, 4 * harmonics + 1))
+    products[:, 1::2], products[:, 2::2] = np.cos(np.outer(angle, order)), np.sin(np.outer(angle, order))
+    basis, rate = products[:, : 2 * harmonics + 1].copy(), np.zeros((samples, 2 * harmonics + 1))
+    rate[:, 1::2] = -order[:harmonics] * basis[:, 2::2]
+    rate[:, 2::2] = order[:harmonics] * basis[:, 1::2]
+    weights = np.full(2 * harmonics + 1, 2 / samples)
+    weights[0] = 1 / samples
+    return Grid(basis, rate, np.ascontiguousarray((basis * weights).T), products / samples)
+
+
+def slopes(laws: Laws, points: int, samples: int, harmonics: int) -> Slopes:
+    """Return room for the derivatives of the forces at samples of a period."""
+    most = int(laws.memory.max())
+    by_sample = np.zeros((4, points, samples))
+    memory = np.zeros((len(laws.memory), samples, most + 1, most + 2))
+    whole = np.zeros((points, 2 * harmonics + 1, 2 * harmonics + 1))
+    return Slopes(*by_sample, memory, whole, np.zeros(points, dtype=bool))

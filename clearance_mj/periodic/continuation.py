@@ -1,0 +1,214 @@
+"""Periodic motions one after the other: Newton's method at one, pseudo-arclength continuation along many.
+
+E. L. Allgower and K. Georg, Introduction to Numerical Continuation Methods, SIAM 2003. Unknowns are the coordinates'
+harmonics over a size that grows with the motion, and the frequency over that of the point before.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.linalg.lapack import dgetrf, dgetrs
+
+from ._balance import balance
+from .condensed import Condensed, grid, slopes
+
+__all__ = ["Motion", "NoConvergence", "Solver", "difference"]
+
+TOLERANCE = 1e-9
+"""of the motion: what the balance may leave"""
+ITERATIONS = 25
+"""of Newton's method"""
+SLOW = 0.1
+"""ratio of what two steps leave: above, the derivative is found anew"""
+SMALLEST_DAMPING = 1 / 32
+BENT = 0.005
+"""how far a motion may lie from where the tangent led, over its size"""
+LONGEST = 0.05
+"""of a step, as a share of frequency and motion"""
+SHORTEST = 1e-8
+SHARPEST = 0.3
+"""cosine of the largest angle between two tangents"""
+SHARP_CORNER = 1e-4
+"""steps below which the branch has a corner, as where a contact begins"""
+MOST_POINTS = 20000
+
+
+class NoConvergence(Exception):
+    """No motion was found at or beyond a frequency, 1/s, its only argument."""
+
+
+@dataclass(frozen=True, eq=False)
+class Motion:
+    """A periodic motion."""
+
+    omega: float
+    """1/s"""
+    z: np.ndarray
+    """(r, K) harmonics of the coordinates, m"""
+    y: np.ndarray
+    """(n_points, K) of the points beside them, m"""
+    force: np.ndarray
+    """(n_points, K) of the clearances' forces beyond the linear grease's, N"""
+    tangent: np.ndarray
+    """(r K + 1,) direction of the branch, in metres over `scale` and 1/s over ω"""
+    scale: float
+    """m"""
+
+
+class Solver:
+    """Harmonic balance of one condensed rig with so many harmonics and samples."""
+
+    def __init__(self, system: Condensed, harmonics: int, samples: int):
+        self.system, self.harmonics, self.samples = system, harmonics, samples
+        self.grid = grid(harmonics, samples)
+        self.points = system.linear.residues.shape[1]
+        self.size = system.linear.basis.shape[1] * (2 * harmonics + 1)
+        self.slopes = slopes(system.laws, self.points, samples, harmonics)
+        self.jacobian = np.zeros((self.size + 1, self.size + 1))
+        self.linear = system.linear
+
+    def solve(
+        self, omega: float, z: np.ndarray, y: np.ndarray, row: np.ndarray, scale: float, fresh: bool = False
+    ) -> Motion | None:
+        """Return the motion near a guess on the plane across ``row`` through it; None if Newton's method fails.
+
+        ``fresh``: the tangent is that of the motion found, not of one nearby that served to find it.
+        """
+        pace, old = omega, np.inf
+        left, force, beside, _ = self._left(omega, z, y, True)
+        factors = self._factors(row, scale, pace)
+        for _ in range(ITERATIONS):
+            now = self._norm(left, beside - y, scale)
+            if now < TOLERANCE:
+                if fresh:
+                    self._left(omega, z, y, True)
+                    factors = self._factors(row, scale, pace)
+                return self._motion(omega, z, y, force, factors, scale, pace)
+            if now > SLOW * old and old < np.inf:
+                self._left(omega, z, y, True)
+                factors = self._factors(row, scale, pace)
+            step = self._solved(factors, np.append(-left.ravel() / scale, 0.0))
+            share = 1.0
+            while True:
+                ahead = omega + share * step[-1] * pace
+                moved = z + share * scale * step[:-1].reshape(z.shape)
+                if ahead > 0:
+                    found = self._left(ahead, moved, beside, False)
+                    then = self._norm(found[0], found[2] - beside, scale)
+                    if then < (1 - share / 4) * now or then < TOLERANCE:
+                        break
+                share /= 2
+                if share < SMALLEST_DAMPING:
+                    return None
+            omega, z, y, old = ahead, moved, beside, now
+            left, force, beside, _ = found
+        return None
+
+    def _left(self, omega: float, z: np.ndarray, y: np.ndarray, want: bool) -> tuple[np.ndarray, ...]:
+        return balance(self.linear, self.grid, self.system.laws, self.slopes, omega, z, y, want, self.jacobian)
+
+    def _norm(self, left: np.ndarray, moved: np.ndarray, scale: float) -> float:
+        found = float(np.sqrt(np.sum(left**2) + np.sum(moved**2))) / scale
+        return found if np.isfinite(found) else np.inf
+
+    def _factors(self, row: np.ndarray, scale: float, pace: float) -> tuple[np.ndarray, np.ndarray]:
+        matrix = self.jacobian.copy()
+        matrix[:-1, -1] *= pace / scale
+        matrix[-1] = row
+        factors, pivots, _ = dgetrf(matrix.T, overwrite_a=True)
+        return factors, pivots
+
+    def _solved(self, factors: tuple[np.ndarray, np.ndarray], right: np.ndarray) -> np.ndarray:
+        return dgetrs(*factors, right, trans=1)[0]
+
+    def _motion(
+        self, omega: float, z: np.ndarray, y: np.ndarray, force: np.ndarray, factors: tuple[np.ndarray, np.ndarray],
+        scale: float, pace: float,
+    ) -> Motion:  # fmt: skip
+        ahead = self._solved(factors, np.append(np.zeros(self.size), 1.0))
+        own = max(float(np.linalg.norm(z)), 1e-3 * self.system.size)
+        tangent = np.append(ahead[:-1] * scale / own, ahead[-1] * pace / omega)
+        return Motion(omega, z, y, force, tangent / np.linalg.norm(tangent), own)
+
+    def first(self, omega: float) -> Motion | None:
+        """Return a motion at a frequency: that in the gap, or what it becomes while the excitation grows to its level."""
+        row = np.append(np.zeros(self.size), 1.0)
+        full, level, step = self.system.linear.excitation, 0.0, 1.0
+        z = np.zeros((self.size // (2 * self.harmonics + 1), 2 * self.harmonics + 1))
+        y, motion = np.zeros((self.points, z.shape[1])), None
+        while level < 1.0:
+            self.linear = self.system.linear._replace(excitation=min(level + step, 1.0) * full)
+            guess = -self._left(omega, 0 * z, 0 * y, False)[0] if not level else z * (level + step) / level
+            scale = max(float(np.linalg.norm(guess)), 1e-3 * self.system.size)
+            found = self.solve(omega, guess, y, row, scale)
+            if found is None:
+                step /= 2
+                if step < 1e-4:
+                    break
+                continue
+            level, z, y, motion = level + step, found.z, found.y, found
+            step = min(2 * step, 1.0 - level)
+        self.linear = self.system.linear
+        return motion if level >= 1.0 else None
+
+    def ahead(self, motion: Motion, step: float, tangent: np.ndarray | None = None, fresh: bool = False) -> Motion | None:
+        """Return the motion a step away along a tangent, its own if none is given."""
+        along = motion.tangent if tangent is None else tangent
+        omega = motion.omega * (1 + step * along[-1])
+        if not omega > 0:
+            return None
+        z = motion.z + step * motion.scale * along[:-1].reshape(motion.z.shape)
+        row = along * np.append(np.ones(self.size), 1 + step * along[-1])
+        found = self.solve(omega, z, motion.y, row, motion.scale, fresh)
+        return found and self._turned(found, motion, along, step)
+
+    def _turned(self, found: Motion, before: Motion, along: np.ndarray, step: float) -> Motion:
+        sign = np.sign(found.tangent @ difference(before, found)) * np.sign(step) or 1.0
+        return replace(found, tangent=sign * found.tangent)
+
+    def branch(self, start: float, stop: float) -> Iterator[Motion]:
+        """Yield motions from a frequency, 1/s, on until the branch leaves the range between it and another one.
+
+        Raises
+        ------
+        NoConvergence
+            Where Newton's method finds no next motion; what was yielded stays.
+        """
+        motion = self.first(start)
+        if motion is None:
+            raise NoConvergence(start)
+        motion = replace(motion, tangent=motion.tangent * np.sign(motion.tangent[-1] * (stop - start) or 1.0))
+        yield motion
+        step, low, high = 1e-3, min(start, stop), max(start, stop)
+        for _ in range(MOST_POINTS):
+            found = self.ahead(motion, step)
+            if found is None or not (found.tangent @ motion.tangent > SHARPEST or step < SHARP_CORNER):
+                step /= 2
+                if step < SHORTEST:
+                    raise NoConvergence(motion.omega)
+                continue
+            if not low <= found.omega <= high:
+                yield self._at(high if found.omega > high else low, motion, found)
+                return
+            bent = float(np.linalg.norm(difference(motion, found) - step * motion.tangent))
+            motion = found
+            yield motion
+            step = min(step * min(max(np.sqrt(BENT / max(bent, 1e-12)), 0.3), 2.0), LONGEST)
+        raise NoConvergence(motion.omega)
+
+    def _at(self, omega: float, before: Motion, after: Motion) -> Motion:
+        """Return the motion at a frequency between two neighbours."""
+        share = (omega - before.omega) / (after.omega - before.omega)
+        z = before.z + share * (after.z - before.z)
+        found = self.solve(omega, z, after.y, np.append(np.zeros(self.size), 1.0), after.scale)
+        if found is None:
+            raise NoConvergence(omega)
+        return replace(found, tangent=found.tangent * np.sign(found.tangent @ after.tangent))
+
+
+def difference(a: Motion, b: Motion) -> np.ndarray:
+    """Return the way from one motion to another, in the units of the first."""
+    return np.append((b.z - a.z).ravel() / a.scale, b.omega / a.omega - 1)
