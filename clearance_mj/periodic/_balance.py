@@ -39,8 +39,9 @@ class Grid(NamedTuple):
 
 @kernel_loop(**OPTIONS)
 def _receptances(
-    linear: Linear, omega: float, compliance: np.ndarray, by_omega: np.ndarray, driven: np.ndarray, driven_by: np.ndarray
-) -> None:
+    linear: Linear, omega: float, compliance: np.ndarray, by_omega: np.ndarray, driven: np.ndarray,
+    driven_by: np.ndarray,
+) -> None:  # fmt: skip
     """Fill (H + 1, n_points, n_points) receptances and (H + 1, n_points) driven displacements, and derivatives by ω."""
     poles, residues, of_drive, excitation = linear.poles, linear.residues, linear.driven, linear.excitation
     points = residues.shape[1]
@@ -215,8 +216,8 @@ def balance(
             small[h] = np.dot(wide.T, np.dot(compliance[h], wide))
         _add_jacobian(small, blocks, linear.owner, jacobian)
         nearby = omega * (1.0 + 1e-6)
-        shifted = np.empty_like(samples)
-        along(laws, place, speed * (nearby / omega), nearby, grid.basis, grid.rate, grid.project, False, shifted, slopes)
+        shifted, faster = np.empty_like(samples), speed * (nearby / omega)
+        along(laws, place, faster, nearby, grid.basis, grid.rate, grid.project, False, shifted, slopes)
         changed = np.zeros_like(x)
         _times(by_omega, force, changed)
         _times(compliance, np.dot((shifted - samples) / (nearby - omega), grid.project.T), changed)

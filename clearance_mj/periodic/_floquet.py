@@ -38,6 +38,7 @@ def monodromy(flow: np.ndarray, at_points: np.ndarray, step: float, memory: np.n
     state = np.eye(size)
     compliance = np.dot(at_points, at_points.T)
     x, v, force = np.empty((points, size)), np.empty((points, size)), np.empty((points, size))
+    x_old, v_old = np.empty((points, size)), np.empty((points, size))
     moved = np.empty((2 * n, size))
     for i in range(samples):
         acts = False
@@ -45,14 +46,21 @@ def monodromy(flow: np.ndarray, at_points: np.ndarray, step: float, memory: np.n
             if slopes.x[p, i] != 0.0 or slopes.v[p, i] != 0.0 or begun[p] >= 0 or (p < memory.size and first[p] >= 0):
                 acts = True
         if acts:
+            x_old[:], v_old[:] = x, v
             np.dot(at_points, state[:n], x)
             np.dot(at_points, state[n : 2 * n], v)
             for p in range(points):
                 for c in range(size):
                     force[p, c] = slopes.x[p, i] * x[p, c] + slopes.v[p, i] * v[p, c]
                 if begun[p] >= 0:
-                    if slopes.entry[p, i] != 0.0:
-                        state[begun[p]] = v[p]
+                    share = slopes.entry[p, i]
+                    if share >= 0.0:
+                        for c in range(size):
+                            x_before = x_old[p, c] if i > 0 else x[p, c] - step * v[p, c]
+                            v_before = v_old[p, c] if i > 0 else v[p, c]
+                            place = (1.0 - share) * x_before + share * x[p, c]
+                            speed = (1.0 - share) * v_before + share * v[p, c]
+                            state[begun[p], c] = speed - slopes.climb[p, i] * place
                     if slopes.begun[p, i] != 0.0:
                         for c in range(size):
                             force[p, c] += slopes.begun[p, i] * state[begun[p], c]

@@ -1,17 +1,17 @@
 """Forces of the clearances along one period of a motion, and their derivatives; compiled.
 
-Laws are marched over two periods, of which the second counts: elements with memory have forgotten how the first began.
-Their derivatives by displacement, speed and memory are differences. Points stand as in the engines: the bushings'
-middles (grease), then both ends of each (contact). Forces are those that the in-gap linear system has not: the grease's
-beyond its stiffness and damping of small motions.
+Laws are marched over periods, of which the last counts, until they have forgotten how the first one began. Their
+derivatives by displacement, speed and memory are differences. Points stand as in the engines: the bushings' middles
+(grease), then both ends of each (contact). Forces are those that the in-gap linear system has not: the grease's beyond
+its stiffness and damping of small motions.
 
-In the step in which a contact begins or ends its force counts for the share in which it acts: so the balance follows the
-motion smoothly, damping that makes a force begin with a jump included.
+In the step in which a contact begins or ends its force counts for the share in which it acts: so the balance follows
+the motion smoothly, damping that makes a force begin with a jump included.
 """
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numba
 import numpy as np
@@ -22,6 +22,11 @@ from ..clearance.gap import penetration
 __all__ = ["Laws", "Slopes", "along"]
 
 PERIODS = 2
+"""of a contact, which begins anew in each"""
+MOST_PERIODS = 32
+"""of greases, until what they remember is periodic: springs with sliders after one, Bouc-Wen's mean in some"""
+PERIODIC = 1e-11
+"""of the motion"""
 DIFFERENCE = 1e-7
 """of the motion: the difference quotients' step"""
 
@@ -44,14 +49,15 @@ class Slopes(NamedTuple):
     x: np.ndarray  # (n_points, N) by the displacement then, N/m
     v: np.ndarray  # (n_points, N) by the speed then, N s/m
     begun: np.ndarray  # (n_points, N) by the speed at which the contact began, N s/m
-    entry: np.ndarray  # (n_points, N) whether it began at this sample
+    entry: np.ndarray  # (n_points, N) share of the step before this sample at which a contact began, -1 if none did
+    climb: np.ndarray  # (n_points, N) acceleration over speed there, 1/s
     memory: np.ndarray  # (n_bushings, N, m + 1, m + 2) of the grease's memory, then of its force, by memory, x and dx
     whole: np.ndarray  # (n_points, K, K) of the force's harmonics by those of the displacement: what remembers
     remembers: np.ndarray  # (n_points,) whether the latter is not zero
 
 
 @numba.njit(cache=True, nogil=True, inline="always")
-def _contact(law: int, parameters: object, out: object, depth: float, speed: float, begun: float, pulls: bool) -> float:
+def _contact(law: int, parameters: Any, out: Any, depth: float, speed: float, begun: float, pulls: bool) -> float:
     """Force of one end of a bushing against its penetration, N."""
     call_contact_law(law, parameters, depth, speed, begun, out)
     force = 0.5 * (out[0] * depth + out[1] * speed)
@@ -136,7 +142,7 @@ def _along_contact(
             for k in range(harmonics):
                 sums[k] += by_begun * project[k, i]
         if began:
-            entry[p, i] = 1.0
+            entry[p, i], slopes.climb[p, i] = share, climb / step
             rest = 1.0 - share
             force[p, i] -= side * 0.5 * share * (now - jump + share * jump)
             force[p, last] += side * 0.5 * rest * rest * jump
@@ -164,7 +170,7 @@ def _along_grease(
     force: np.ndarray, slopes: Slopes,
 ) -> None:  # fmt: skip
     """Fill row j of force and slopes with the grease of bushing j."""
-    bushing, state, numbers = laws.bushings[j], laws.states[j], laws.numbers
+    bushing, numbers = laws.bushings[j], laws.numbers
     n, harmonics, size = x.shape[1], basis.shape[1], laws.memory[j]
     parameters, law, offset = at(numbers, bushing.grease), bushing.grease_law, bushing.offset
     spring, damper, step = laws.spring[j], laws.damper[j], 2.0 * np.pi / (omega * n)
@@ -177,14 +183,21 @@ def _along_grease(
     sensitive, later = np.zeros((size, harmonics)), np.zeros((size, harmonics))
     of_force = np.zeros((n, harmonics))
     slope = np.zeros((size + 1, size + 2))
-    for m in range(PERIODS * n):
+    first, old, begun = (0 if size else n), np.zeros(laws.room), np.zeros(laws.room)
+    for m in range(first, MOST_PERIODS * n):
         i, counts = m % n, m >= n
         last = (m - 1) % n
         here, speed = x[j, i], v[j, i]
         dx = here - x[j, last] if m > 0 else here
-        if not size and not counts:
-            continue
-        old = held.copy()
+        if i == 0 and m > n:
+            change = 0.0
+            for k in range(size):
+                change = max(change, abs(held[k] - begun[k]))
+            if change <= PERIODIC * reach:
+                break
+        if i == 0:
+            begun[:] = held
+        old[:] = held
         call_grease_law(law, parameters, memory, here + offset, dx, step, out)
         now = answers[0] + answers[1] * speed
         viscous = answers[1]
@@ -208,10 +221,11 @@ def _along_grease(
         if counts:
             slopes.v[j, i] = viscous - damper
             slope[size, size] -= spring
-            slopes.memory[j, i, : size, : size] = slope[:size, :size]
-            slopes.memory[j, i, : size, -2:] = slope[:size, size:]
-            slopes.memory[j, i, -1, : size] = slope[size, :size]
-            slopes.memory[j, i, -1, -2:] = slope[size, size:]
+            shown = slopes.memory[j, i]
+            for k in range(size + 1):
+                to = k if k < size else shown.shape[0] - 1
+                for d in range(size + 2):
+                    shown[to, d if d < size else shown.shape[1] - 2 + d - size] = slope[k, d]
         for k in range(size + 1):
             row = later[k] if k < size else of_force[i]
             for r in range(harmonics):
@@ -234,14 +248,14 @@ def along(
 ) -> None:  # fmt: skip
     """Fill force (n_points, N) and, if wanted, slopes along displacements and speeds (n_points, N) of one period.
 
-    ``basis`` and ``rate`` (N, K) are the harmonic functions and their derivatives by the angle, ``project`` (K, N) takes
-    the harmonics of N samples.
+    ``basis`` and ``rate`` (N, K) are the harmonic functions and their derivatives by the angle, ``project`` (K, N)
+    takes the harmonics of N samples.
     """
     force[:] = 0.0
     slopes.x[:] = 0.0
     slopes.v[:] = 0.0
     slopes.begun[:] = 0.0
-    slopes.entry[:] = 0.0
+    slopes.entry[:] = -1.0
     slopes.whole[:] = 0.0
     slopes.remembers[:] = False
     n_bushings = laws.bushings.size

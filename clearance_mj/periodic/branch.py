@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -147,7 +147,7 @@ class Branch(ArrayData):
 
     def to_xarray(self) -> xr.Dataset:
         """Return everything with labels and units: harmonics over (point, response or clearance, harmonic)."""
-        variables = {"frequency": ("point", self.frequency, "Hz")}
+        variables: dict[str, Any] = {"frequency": ("point", self.frequency, "Hz")}
         for name, unit in UNITS.items():
             rows = "response" if name in ("acceleration", "displacement") else "clearance"
             variables[name] = (("point", rows, "harmonic"), getattr(self, name), unit.replace("/s²", " s-2"))

@@ -192,7 +192,7 @@ def grid(harmonics: int, samples: int) -> Grid:
 def slopes(laws: Laws, points: int, samples: int, harmonics: int) -> Slopes:
     """Return room for the derivatives of the forces at samples of a period."""
     most = int(laws.memory.max())
-    by_sample = np.zeros((4, points, samples))
+    x, v, begun, entry, climb = np.zeros((5, points, samples))
     memory = np.zeros((len(laws.memory), samples, most + 1, most + 2))
     whole = np.zeros((points, 2 * harmonics + 1, 2 * harmonics + 1))
-    return Slopes(*by_sample, memory, whole, np.zeros(points, dtype=bool))
+    return Slopes(x, v, begun, entry, climb, memory, whole, np.zeros(points, dtype=bool))

@@ -70,12 +70,10 @@ class Solver:
         self.jacobian = np.zeros((self.size + 1, self.size + 1))
         self.linear = system.linear
 
-    def solve(
-        self, omega: float, z: np.ndarray, y: np.ndarray, row: np.ndarray, scale: float, fresh: bool = False
-    ) -> Motion | None:
+    def solve(self, omega: float, z: np.ndarray, y: np.ndarray, row: np.ndarray, scale: float) -> Motion | None:
         """Return the motion near a guess on the plane across ``row`` through it; None if Newton's method fails.
 
-        ``fresh``: the tangent is that of the motion found, not of one nearby that served to find it.
+        The tangent is found with the last derivative that served to find the motion.
         """
         pace, old = omega, np.inf
         left, force, beside, _ = self._left(omega, z, y, True)
@@ -83,9 +81,6 @@ class Solver:
         for _ in range(ITERATIONS):
             now = self._norm(left, beside - y, scale)
             if now < TOLERANCE:
-                if fresh:
-                    self._left(omega, z, y, True)
-                    factors = self._factors(row, scale, pace)
                 return self._motion(omega, z, y, force, factors, scale, pace)
             if now > SLOW * old and old < np.inf:
                 self._left(omega, z, y, True)
@@ -134,7 +129,7 @@ class Solver:
         return Motion(omega, z, y, force, tangent / np.linalg.norm(tangent), own)
 
     def first(self, omega: float) -> Motion | None:
-        """Return a motion at a frequency: that in the gap, or what it becomes while the excitation grows to its level."""
+        """Return the motion at a frequency that begins in the gap and grows with the level of the excitation."""
         row = np.append(np.zeros(self.size), 1.0)
         full, level, step = self.system.linear.excitation, 0.0, 1.0
         z = np.zeros((self.size // (2 * self.harmonics + 1), 2 * self.harmonics + 1))
@@ -154,7 +149,7 @@ class Solver:
         self.linear = self.system.linear
         return motion if level >= 1.0 else None
 
-    def ahead(self, motion: Motion, step: float, tangent: np.ndarray | None = None, fresh: bool = False) -> Motion | None:
+    def ahead(self, motion: Motion, step: float, tangent: np.ndarray | None = None) -> Motion | None:
         """Return the motion a step away along a tangent, its own if none is given."""
         along = motion.tangent if tangent is None else tangent
         omega = motion.omega * (1 + step * along[-1])
@@ -162,7 +157,7 @@ class Solver:
             return None
         z = motion.z + step * motion.scale * along[:-1].reshape(motion.z.shape)
         row = along * np.append(np.ones(self.size), 1 + step * along[-1])
-        found = self.solve(omega, z, motion.y, row, motion.scale, fresh)
+        found = self.solve(omega, z, motion.y, row, motion.scale)
         return found and self._turned(found, motion, along, step)
 
     def _turned(self, found: Motion, before: Motion, along: np.ndarray, step: float) -> Motion:

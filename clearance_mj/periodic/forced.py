@@ -14,7 +14,7 @@ from ..rig import Rig
 from .branch import Branch, SpecialPoint
 from .condensed import Condensed, condensed
 from .continuation import NoConvergence, Solver
-from .stability import BRANCH_POINT, FOLD, Located, multipliers, special_motions
+from .stability import BRANCH_POINT, FOLD, Located, changes, multipliers, with_fold
 
 __all__ = ["response"]
 
@@ -89,13 +89,17 @@ def response(
     system = condensed(rig, law, kind, levels, harmonics, modes)
     solver = Solver(system, harmonics, samples)
     points: list[Located] = []
-    ended = ""
+    ended, recent = "", 0
     try:
         for motion in solver.branch(2 * np.pi * start, 2 * np.pi * stop):
             point = Located(motion, multipliers(solver, motion) if stability else None)
-            if points:
-                points += special_motions(solver, points[-1], point)
-            points.append(point)
+            if not points:
+                points.append(point)
+                continue
+            before = points[-1].motion
+            points += [*changes(solver, points[-1], point), point]
+            points[recent:] = with_fold(solver, points[recent:])
+            recent = next(i for i, each in enumerate(points) if each.motion is before)
     except NoConvergence as end:
         unit = "m/s²" if kind == "base" else "N"
         at = f"{end.args[0] / (2 * np.pi):.6g} Hz and level {abs(levels[0]):g} {unit}"

@@ -10,13 +10,17 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.optimize import minimize_scalar
 
 from ._floquet import monodromy
 from ._forces import along
 from .condensed import grid, slopes
 from .continuation import Motion, Solver, difference
 
-__all__ = ["BRANCH_POINT", "FOLD", "NEIMARK_SACKER", "PERIOD_DOUBLING", "multipliers", "special_motions", "unstable"]
+__all__ = [
+    "BRANCH_POINT", "FOLD", "NEIMARK_SACKER", "PERIOD_DOUBLING", "Located", "changes", "multipliers", "unstable",
+    "with_fold",
+]  # fmt: skip
 
 FOLD, PERIOD_DOUBLING = "fold", "period doubling"
 NEIMARK_SACKER, BRANCH_POINT = "Neimark-Sacker", "branch point"
@@ -24,6 +28,8 @@ ROUNDING = 1e-5
 """of 1: multipliers that do not leave the unit circle, such as those of springs whose sliders stand still"""
 TURN = 0.5
 """rad by which the stiffest contact may turn from sample to sample"""
+FEWEST = 256
+"""samples of a period"""
 EXACT = 1e-6
 """of the frequency: how closely special points are located"""
 HALVINGS = 40
@@ -36,7 +42,7 @@ def multipliers(solver: Solver, motion: Motion) -> np.ndarray:
     """
     system = solver.system
     turn = 2 * np.pi / (motion.omega * solver.samples) * math.sqrt(system.stiffest)
-    samples = solver.samples * 2 ** max(0, math.ceil(math.log2(turn / TURN))) if turn else solver.samples
+    samples = solver.samples * 2 ** math.ceil(math.log2(max(1.0, turn / TURN, FEWEST / solver.samples)))
     fine = grid(solver.harmonics, samples)
     room = slopes(system.laws, solver.points, samples, solver.harmonics)
     x = system.linear.basis @ motion.z + motion.y
@@ -63,42 +69,59 @@ class Located:
     kind: str = ""
 
 
-def special_motions(solver: Solver, before: Located, after: Located) -> Iterator[Located]:
-    """Yield where the branch folds or its stability changes between two neighbours, in their order.
+def changes(solver: Solver, before: Located, after: Located) -> Iterator[Located]:
+    """Yield where the stability changes between two neighbours that know their multipliers, in order."""
+    at = _between(solver, before, after)
+    low, last = 0.0, before
+    while last.multipliers is not None and after.multipliers is not None:
+        count = unstable(last.multipliers)
+        if unstable(after.multipliers) == count:
+            return
+        inner, low, beyond = _bisected(at, count, low, last, after)
+        yield replace(beyond, kind=_crossing(inner, beyond))
+        last = beyond
 
-    Stability is looked at if the neighbours know their multipliers.
-    """
+
+def with_fold(solver: Solver, points: list[Located]) -> list[Located]:
+    """Return neighbours with the motion among them at which the frequency turns, if it does."""
+    omega = [point.motion.omega for point in points]
+    middle = max(range(len(points)), key=lambda i: abs(omega[i] - (omega[0] + omega[-1]) / 2))
+    if middle in (0, len(points) - 1) or points[middle].kind == FOLD:
+        return points
+    at, sign = _between(solver, points[0], points[-1]), 1.0 if omega[middle] > omega[0] else -1.0
+
+    def missed(share: float) -> float:
+        found = at(share, False)
+        return np.inf if found is None else -sign * found.motion.omega / omega[0]
+
+    found = at(float(minimize_scalar(missed, bounds=(0.0, 1.0), method="bounded", options={"xatol": 1e-5}).x))
+    if found is None or sign * (found.motion.omega - omega[middle]) < 0:
+        return [replace(point, kind=FOLD) if i == middle else point for i, point in enumerate(points)]
+    way = difference(points[0].motion, points[-1].motion)
+    passed = [difference(points[0].motion, point.motion) @ way for point in points]
+    place = int(np.searchsorted(passed, difference(points[0].motion, found.motion) @ way))
+    return [*points[:place], replace(found, kind=FOLD), *points[place:]]
+
+
+def _between(solver: Solver, before: Located, after: Located) -> Callable[..., Located | None]:
+    """What finds the motion at a share of the way from one to another, with multipliers if they have some."""
     way = difference(before.motion, after.motion)
     length = float(np.linalg.norm(way))
 
-    def at(share: float) -> Located | None:
-        motion = solver.ahead(before.motion, share * length, way / length, fresh=True)
+    def at(share: float, stability: bool = True) -> Located | None:
+        motion = solver.ahead(before.motion, share * length, way / length)
         if motion is None:
             return None
-        return Located(motion, None if before.multipliers is None else multipliers(solver, motion))
+        known = stability and before.multipliers is not None
+        return Located(motion, multipliers(solver, motion) if known else None)
 
-    found: list[tuple[float, Located]] = []
-    if before.motion.tangent[-1] * after.motion.tangent[-1] < 0:
-        rising = before.motion.tangent[-1] > 0
-        _, place, inside = _bisected(at, lambda each: (each.motion.tangent[-1] > 0) == rising, 0.0, before, after)
-        found.append((place, replace(inside, kind=FOLD)))
-    low, last = 0.0, before
-    while after.multipliers is not None and last.multipliers is not None:
-        count = unstable(last.multipliers)
-        if unstable(after.multipliers) == count:
-            break
-        inner, place, beyond = _bisected(
-            at, lambda each: each.multipliers is not None and unstable(each.multipliers) == count, low, last, after
-        )
-        found.append((place, replace(beyond, kind=_crossing(inner, beyond))))
-        low, last = place, beyond
-    yield from (each for _, each in sorted(found, key=lambda pair: pair[0]))
+    return at
 
 
 def _bisected(
-    at: Callable[[float], Located | None], alike: Callable[[Located], bool], low: float, first: Located, last: Located
+    at: Callable[..., Located | None], count: int, low: float, first: Located, last: Located
 ) -> tuple[Located, float, Located]:
-    """Motions on both sides of a change, close together, and how far the second one is along the way."""
+    """Motions before and after the first one with another count of unstable multipliers, and how far the latter is."""
     high = 1.0
     for _ in range(HALVINGS):
         if high - low < EXACT and abs(first.motion.omega / last.motion.omega - 1) < EXACT:
@@ -107,7 +130,7 @@ def _bisected(
         found = at(middle)
         if found is None:
             break
-        if alike(found):
+        if found.multipliers is not None and unstable(found.multipliers) == count:
             low, first = middle, found
         else:
             high, last = middle, found

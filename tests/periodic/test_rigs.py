@@ -1,0 +1,191 @@
+"""Periodic responses of rigs. Truth: the modal engine's long marches, the linear FRF, and harmonic stiffnesses."""
+
+import numpy as np
+import pytest
+
+from clearance_mj import periodic
+from clearance_mj.beam import linear_frf
+from clearance_mj.clearance import (
+    AmplitudeLaw,
+    ConstantLaw,
+    ContactLaw,
+    HuntCrossley,
+    MaxwellSlip,
+    TimeLaw,
+    harmonic,
+)
+from clearance_mj.clearance.greases.bouc_wen import BoucWen
+from clearance_mj.engines import Modal, simulate
+from clearance_mj.errors import ClearanceError, ExcitationError, LawError, RigError
+from clearance_mj.periodic import continuation
+from clearance_mj.rig import Bushing, Contact, Grease, Rig, Sensor, Shaker
+from clearance_mj.signals.excitation import Excitation
+from clearance_mj.structure import Matrices
+
+from ..conftest import TABLE1
+
+LAW = ConstantLaw(7.8e3, 4.0)
+LEVEL = 6.0
+"""m/s²"""
+GREASE = Grease(4369.0, 3.0, elastic_ratio=0.5, beta=9e6, gamma=3e6, film_height=6e-4)
+SLIDERS = MaxwellSlip(springs=(1500.0, 1500.0), forces=(0.1, 0.25), elastic=1500.0, damping=3.0)
+
+
+def marched(rig, law, frequency):
+    """Amplitudes of the fundamental of sensors and clearances after a long march."""
+    period = 128
+    fs = period * frequency
+    time = np.arange(int(6 * fs) // period * period) / fs
+    excitation = Excitation(LEVEL * np.cos(2 * np.pi * frequency * time) * np.minimum(time, 1), fs)
+    found = simulate(rig, excitation, law, Modal(resolution=0.25))
+    rows = np.vstack((found.acceleration, found.displacement))[:, -40 * period : -20 * period]
+    return np.abs(np.fft.rfft(rows)[:, 20]) / (10 * period)
+
+
+@pytest.mark.parametrize(
+    "law",
+    [
+        LAW,
+        ContactLaw(HuntCrossley(5e5, 0.6)),
+        ConstantLaw(7.8e3, 4.0, grease=GREASE),
+        ConstantLaw(7.8e3, 4.0, grease=SLIDERS),
+    ],
+    ids=["kelvin-voigt", "hunt-crossley", "bouc-wen", "maxwell-slip"],
+)
+def test_stable_vibrations_are_those_of_a_long_march(law, measured, request):
+    branch = periodic.response(TABLE1, law, LEVEL, (36, 52))
+    off = []
+    for frequency in (41.0, 50.0):
+        at = np.flatnonzero(branch.stable)
+        i = at[np.argmin(np.abs(branch.frequency[at] - frequency))]
+        known = marched(TABLE1, law, branch.frequency[i])
+        found = np.abs(np.concatenate((branch.acceleration[i, :, 1], branch.clearance_displacement[i, :, 1])))
+        off.append(np.abs(found / known - 1).max())
+    name = request.node.callspec.id
+    measured.below(f"harmonic balance, {name}: fundamental of every channel", max(off), 1e-3, "modal engine's march")
+
+
+def test_in_the_gap_it_is_the_linear_response():
+    """Two harmonics at once, at a level that never touches."""
+    branch = periodic.response(TABLE1, LAW, (0.1, 0.05j), (20, 60), 4, modes=16)
+    assert not branch.contact_force.any() and branch.stable.all() and not branch.special
+    for order, level in ((1, 0.1), (2, 0.05j)):
+        known = linear_frf(TABLE1, order * branch.frequency).T * level
+        np.testing.assert_allclose(branch.acceleration[:, :, order], known, rtol=1e-6)
+
+
+def test_contact_begins_when_the_linear_response_fills_the_gap():
+    quiet = periodic.response(TABLE1, LAW, 1e-3, (30, 40), 1)
+    middle = np.abs(quiet.clearance_displacement[:, :, 1]).max()
+    level = 1e-3 * TABLE1.bushings[0].gap / middle
+    below = periodic.response(TABLE1, LAW, 0.95 * level, (30, 40))
+    above = periodic.response(TABLE1, LAW, 1.05 * level, (30, 40))
+    assert not below.contact_force.any()
+    assert above.contact_force.any()
+
+
+def oscillator(grease):
+    """1 kg on a spring of 4 kN/m and a grease."""
+    return Rig(
+        "oscillator",
+        None,
+        (Bushing("1:X", 1.0, 0.0, grease, Contact(1.0)),),
+        (Sensor(1, "1:X"),),
+        shaker=Shaker("force", "1:X"),
+        structure=Matrices("m-kg-s", mass=[[1.0]], stiffness=[[4e3]], damping=[[0.5]], dofs=["1:X"]),
+    )
+
+
+@pytest.mark.parametrize("level", [1e-4, 0.3])
+def test_bouc_wen_is_what_its_describing_function_says(level, monkeypatch):
+    """With one harmonic force over displacement is `harmonic_stiffness`; in the small it is the stiffness k."""
+    monkeypatch.setattr(harmonic, "PERIODS", 20)  # its mean has not died away after two
+    grease = Grease(1000.0, elastic_ratio=0.3, beta=400.0, gamma=200.0, exponent=1.0)
+    branch = periodic.response(oscillator(grease), ConstantLaw(0.0, 0.0), level, (9, 13), 1, 1024, stability=False)
+    i = np.abs(branch.clearance_displacement[:, 0, 1]).argmax()
+    x, omega = branch.clearance_displacement[i, 0, 1], 2 * np.pi * branch.frequency[i]
+    stiffness = branch.grease_force[i, 0, 1] / x
+    assert stiffness == pytest.approx(harmonic.harmonic_stiffness(BoucWen(grease), [abs(x)], omega)[0], rel=2e-4)
+    if level < 1e-3:
+        assert stiffness == pytest.approx(1000.0, rel=1e-2)
+    assert x * (stiffness + 4e3 - omega**2 + 0.5j * omega) == pytest.approx(level, rel=1e-6)
+
+
+def test_it_jumps_where_a_slow_sweep_does():
+    """Folds of the table-1 rig at 6 m/s², between which three vibrations are possible, the middle one unstable."""
+    branch = periodic.response(TABLE1, LAW, LEVEL, (30, 60))
+    up, down = (point for point in branch.special if point.kind == "fold")
+    assert up.frequency > down.frequency
+    between = (down.frequency + up.frequency) / 2
+    crossings = np.flatnonzero(np.diff(np.sign(branch.frequency - between)))
+    assert list(branch.stable[crossings]) == [True, False, True]
+    back = periodic.response(TABLE1, LAW, LEVEL, (60, 30))
+    assert [p.frequency for p in back.special[::-1]] == pytest.approx([up.frequency, down.frequency], rel=1e-6)
+
+
+def test_where_no_next_vibration_is_found_the_branch_so_far_is_kept(monkeypatch):
+    ahead = continuation.Solver.ahead
+    monkeypatch.setattr(
+        continuation.Solver, "ahead", lambda self, at, *more, **names: (
+            ahead(self, at, *more, **names) if at.omega < 2 * np.pi * 35 else None
+        ),
+    )  # fmt: skip
+    branch = periodic.response(TABLE1, LAW, 2.0, (30, 60), 3, stability=False)
+    last = branch.frequency[-1]
+    assert branch.frequency[0] == pytest.approx(30) and last >= 35
+    assert branch.ended == f"no further periodic vibration was found beyond {last:.6g} Hz and level 2 m/s²"
+
+
+BARE = TABLE1.replace(bushings=())
+RIGID = Rig(
+    "free",
+    None,
+    (Bushing("1:X", 1e-3, 0.0, Grease(0.0), Contact(1e3)),),
+    (Sensor(1, "1:X"),),
+    shaker=Shaker("force", "1:X"),
+    structure=Matrices("m-kg-s", mass=np.eye(2), stiffness=[[1.0, -1.0], [-1.0, 1.0]], dofs=["1:X", "2:X"]),
+)
+
+
+@pytest.mark.parametrize(
+    ("change", "error", "words"),
+    [
+        ({"harmonics": 0}, ClearanceError, "harmonics must be 1 or more"),
+        ({"harmonics": 2.5}, ClearanceError, "harmonics must be a whole number"),
+        ({"level": (1.0, 1.0), "harmonics": 1}, ClearanceError, "harmonics must be 2 or more"),
+        ({"samples": 84}, ClearanceError, r"samples must be 85 or more for 21 harmonics \(4 H \+ 1\), got 84"),
+        ({"modes": 0}, ClearanceError, "modes must be between 1 and 60"),
+        ({"level": 0.0}, ExcitationError, "level must be finite and not zero"),
+        ({"level": float("nan")}, ExcitationError, "level must be finite"),
+        ({"level": "loud"}, ExcitationError, "level must be one amplitude"),
+        ({"frequencies": (0, 10)}, ExcitationError, "frequencies must be two different ones > 0 Hz"),
+        ({"frequencies": 10}, ExcitationError, "frequencies are a pair"),
+        ({"kind": "sound"}, ExcitationError, 'kind must be "base" or "force"'),
+        ({"kind": "force"}, ExcitationError, "rig 'table1' has no shaker.position"),
+        ({"rig": BARE}, RigError, "rig 'table1' has no clearance"),
+        ({"rig": RIGID}, RigError, "can move without any stiffness"),
+        ({"law": TimeLaw([0, 1], [1e3, 2e3], [1, 1])}, LawError, "a law over time has no periodic vibration"),
+        ({"law": AmplitudeLaw([0, 1], [1e3, 2e3], [1, 1])}, LawError, "a law over amplitude remembers"),
+        ({"law": ConstantLaw([1e3] * 3, 1.0)}, LawError, "3 bushings, the rig has 2"),
+    ],
+)
+def test_refusals(change, error, words):
+    with pytest.raises(error, match=words):
+        periodic.response(**{"rig": TABLE1, "law": LAW, "level": 1.0, "frequencies": (10, 20), **change})
+
+
+def test_figure_and_dataset():
+    branch = periodic.response(TABLE1, LAW, LEVEL, (42, 50), 5)
+    axes = branch.plot("displacement", rows=[7]).axes[0]
+    whole, stable = (line.get_ydata() for line in axes.lines[:2])
+    np.testing.assert_array_equal(whole, branch.amplitude("displacement")[:, 7])
+    np.testing.assert_array_equal(np.isnan(stable), ~branch.stable)
+    with pytest.raises(ClearanceError, match='quantity "speed" is unknown'):
+        branch.plot("speed")
+    with pytest.raises(ClearanceError, match="rows must be between 0 and 1"):
+        branch.plot("contact_force", rows=[2])
+    found = branch.to_xarray()
+    assert found.acceleration.dims == ("point", "response", "harmonic")
+    assert found.sel(response="8:+Z", harmonic=1).displacement.values == pytest.approx(branch.displacement[:, 7, 1])
+    assert list(found.special.values[[p.index for p in branch.special]]) == [p.kind for p in branch.special]
+    assert found.acceleration.attrs["units"] == "m s-2" and found.attrs["kind"] == "base"
