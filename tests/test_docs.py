@@ -60,6 +60,14 @@ def test_get_started(clone):
     assert float(re.search(r"RMSE ([\d.]+) dB", out)[1]) < 0.5
 
 
+def test_periodic(clone):
+    """What the page says is printed."""
+    out = run_python("periodic.md", clone)
+    page = (DOCS / "periodic.md").read_text(encoding="utf-8")
+    shown = re.findall(r"^prints\n\n((?:    .+\n)+)", page, re.MULTILINE)
+    assert out == textwrap.dedent("".join(shown))
+
+
 def test_data_model(clone):
     """Its asserts hold."""
     run_python("data_model.md", clone)

@@ -20,6 +20,8 @@ __all__ = ["response"]
 
 SAMPLES = 12
 """per harmonic: contacts are not smooth"""
+SAME_FOLD = 1e-3
+"""of the frequency: how far from a fold its multiplier may pass 1"""
 
 
 def response(
@@ -169,12 +171,11 @@ def _branch(system: Condensed, levels: list[complex], points: list[Located], end
     at = model.shapes([sensor.position for sensor in rig.sensors])
     ends = force[:, count:].reshape(len(omega), count, 2, -1).sum(axis=2)
     own = (system.laws.spring[:, None] + system.laws.damper[:, None] * turning[:, None, :]) * x[:, :count]
-    folds = [i for i, point in enumerate(points) if point.kind == FOLD]
+    of_folds = _of_folds(omega, [point.kind for point in points])
     special = tuple(
         SpecialPoint(point.kind, float(omega[i] / (2 * np.pi)), i)
         for i, point in enumerate(points)
-        # The multiplier 1 of a fold crosses the circle there, but for what the samples of the two methods differ.
-        if point.kind and not (point.kind == BRANCH_POINT and any(abs(i - fold) <= 2 for fold in folds))
+        if point.kind and i not in of_folds
     )
     known = [point.multipliers for point in points if point.multipliers is not None]
     return Branch(
@@ -182,6 +183,18 @@ def _branch(system: Condensed, levels: list[complex], points: list[Located], end
         x[:, :count], ends, force[:, :count] + own, np.array(known) if known else None, special, ended,
         tuple(rig.sensor_labels), tuple(rig.probe_labels),
     )  # fmt: skip
+
+
+def _of_folds(omega: np.ndarray, kinds: list[str]) -> set[int]:
+    """Which changes of stability are those of folds, whose multiplier passes 1 there but for rounding of both."""
+    found: set[int] = set()
+    for fold in (i for i, kind in enumerate(kinds) if kind == FOLD):
+        near = [
+            i for i, kind in enumerate(kinds)
+            if kind == BRANCH_POINT and i not in found and abs(omega[i] / omega[fold] - 1) < SAME_FOLD
+        ]  # fmt: skip
+        found.update(sorted(near, key=lambda i: abs(i - fold))[:1])
+    return found
 
 
 def _complex(values: np.ndarray) -> np.ndarray:
