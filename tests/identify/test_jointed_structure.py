@@ -16,7 +16,7 @@ from clearance_mj.structure import ModalStructure
 
 FREQUENCY, RATIOS = np.array([3.0, 4.6, 7.3]), np.array([0.012, 0.01, 0.015])
 SHAPES = np.array([[0.05, 0.06, 0.04], [0.07, -0.05, 0.06], [0.06, -0.02, -0.08]])
-JOINT = np.array([0.01, -0.03, 0.012])
+JOINT = np.array([0.01, 0.03, -0.012])
 STIFFNESS, YIELD = 5e4, 1.5e-4
 """N/m and m of the Bouc-Wen joint, which slides smoothly, as no Jenkins elements do"""
 PERIOD, FS, FINE = 20.48, 50.0, 8
@@ -72,7 +72,7 @@ MODES = ModalStructure(tuple(1.01 * FREQUENCY), (0.015,), LABELS, tuple(map(tupl
 
 @pytest.fixture(scope="module")
 def fit(records):
-    return fit_jointed_structure(records, PERIOD, joints=[None], modes=MODES, seed=1, tries=4)
+    return fit_jointed_structure(records, PERIOD, joints=[None], modes=MODES, steps=10)
 
 
 def relative_error(fit, record):
@@ -103,15 +103,15 @@ def test_deformation_of_the_joint(fit):
 
 def test_modes_of_the_lowest_level(records):
     """Without modes to begin with, those of the lowest level's FRFs serve, of which there are more than three."""
-    fit = fit_jointed_structure(records[:2], PERIOD, joints=[None], steps=10)
+    fit = fit_jointed_structure(records[:2], PERIOD, joints=[None], steps=6)
     assert len(fit.linear.frequencies) > 3
     assert fit.error.max() < 0.05
 
 
 def test_joint_between_two_responses(records):
     """A joint whose place is given is a clearance between two points; at the wrong ones it serves less well."""
-    wrong = fit_jointed_structure(records[:2], PERIOD, joints=[("2:+Z", "3:+Z")], modes=MODES)
-    right = fit_jointed_structure(records[:2], PERIOD, joints=[None], modes=MODES, seed=1, tries=4)
+    wrong = fit_jointed_structure(records[:2], PERIOD, joints=[("2:+Z", "3:+Z")], modes=MODES, steps=8)
+    right = fit_jointed_structure(records[:2], PERIOD, joints=[None], modes=MODES, steps=8)
     assert wrong.rig.bushings[0].joined == ("2:+Z", "3:+Z")
     assert wrong.cost > 4 * right.cost
 
