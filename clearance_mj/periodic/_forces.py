@@ -87,26 +87,26 @@ def _along_contact(
     for m in range(PERIODS * n):
         i, last, counts = m % n, (m - 1) % n, m >= n
         g, step, climb = penetration(x[p, i], lower, upper), x[p, i] - x[p, last], v[p, i] - v[p, last]
-        if g == 0.0:
-            if before != 0.0:  # over since the sample before, at a share of the step
-                share = ((upper if before > 0.0 else lower) - x[p, last]) / step
-                jump = 0.0
-                if pulls:
-                    jump = _contact(law, parameters, out, 0.0, side * (v[p, last] + share * climb), begun, pulls)
-                if counts:
-                    rest = 1.0 - share
-                    force[p, last] -= side * 0.5 * rest * (now - jump + rest * jump)
-                    force[p, i] += side * 0.5 * share * share * jump
-                    of_x[p, last] -= 0.5 * rest * by_x
-                    of_v[p, last] -= 0.5 * rest * by_v
-                    sooner = -side * (0.5 * (now - jump) + jump) / step
-                    of_x[p, last] += rest * sooner
-                    of_x[p, i] += share * sooner
-                    if pending:
-                        _add_event(sums, row, whole[p])
-                        slopes.remembers[p] = True
-                pending = False
+        if before != 0.0 and g * before <= 0.0:  # over since the sample before, at a share of the step
+            share = ((upper if before > 0.0 else lower) - x[p, last]) / step
+            jump = 0.0
+            if pulls:
+                jump = _contact(law, parameters, out, 0.0, side * (v[p, last] + share * climb), begun, pulls)
+            if counts:
+                rest = 1.0 - share
+                force[p, last] -= side * 0.5 * rest * (now - jump + rest * jump)
+                force[p, i] += side * 0.5 * share * share * jump
+                of_x[p, last] -= 0.5 * rest * by_x
+                of_v[p, last] -= 0.5 * rest * by_v
+                sooner = -side * (0.5 * (now - jump) + jump) / step
+                of_x[p, last] += rest * sooner
+                of_x[p, i] += share * sooner
+                if pending:
+                    _add_event(sums, row, whole[p])
+                    slopes.remembers[p] = True
+            pending = False
             before = 0.0
+        if g == 0.0:
             continue
         began, share, met, jump = before == 0.0, 0.0, 0.0, 0.0
         if began:

@@ -56,7 +56,7 @@ class Condensed(NamedTuple):
     linear: Linear
     laws: Laws
     size: float
-    """m, that motions are measured by: the smallest gap"""
+    """m, that motions are measured by: the smallest distance of a wall"""
     stiffest: float
     """1/s², the largest stiffness of a contact on the modes"""
 
@@ -144,7 +144,7 @@ def condensed(rig: Rig, law: Law, kind: str, levels: Sequence[complex], harmonic
     on_modes = float(np.max(stiffest * np.sum(model.at_bushings**2, axis=1)))
     return Condensed(
         rig, kind, linear, Linear(linear.values, residues, driven, excitation, basis, owner), laws,
-        min(b.gap for b in rig.bushings), on_modes,
+        min(b.gap - abs(b.offset) for b in rig.bushings), on_modes,
     )  # fmt: skip
 
 

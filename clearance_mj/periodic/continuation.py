@@ -33,6 +33,10 @@ SHARPEST = 0.3
 """cosine of the largest angle between two tangents"""
 SHARP_CORNER = 1e-4
 """steps below which the branch has a corner, as where a contact begins"""
+CORNERS = (1e-2, 3e-3, 1e-3, 3e-4, 1e-4)
+"""steps around one"""
+BEFORE_CONTACT = 0.9
+"""of the smallest gap: where a motion begins that grows with the level"""
 MOST_POINTS = 20000
 
 
@@ -45,7 +49,7 @@ class Motion:
     """A periodic motion."""
 
     omega: float
-    """1/s"""
+    """1/s; where the level is the branch's parameter, its share"""
     z: np.ndarray
     """(r, K) harmonics of the coordinates, m"""
     y: np.ndarray
@@ -68,7 +72,8 @@ class Solver:
         self.size = system.linear.basis.shape[1] * (2 * harmonics + 1)
         self.slopes = slopes(system.laws, self.points, samples, harmonics)
         self.jacobian = np.zeros((self.size + 1, self.size + 1))
-        self.linear = system.linear
+        self.at: float | None = None  # the frequency, 1/s, at which the level is the parameter in its place
+        self.driven = np.zeros(self.size)  # what z is by the excitation alone, then
 
     def solve(self, omega: float, z: np.ndarray, y: np.ndarray, row: np.ndarray, scale: float) -> Motion | None:
         """Return the motion near a guess on the plane across ``row`` through it; None if Newton's method fails.
@@ -102,8 +107,16 @@ class Solver:
             left, force, beside, _ = found
         return None
 
-    def _left(self, omega: float, z: np.ndarray, y: np.ndarray, want: bool) -> tuple[np.ndarray, ...]:
-        return balance(self.linear, self.grid, self.system.laws, self.slopes, omega, z, y, want, self.jacobian)
+    def _left(self, parameter: float, z: np.ndarray, y: np.ndarray, want: bool) -> tuple[np.ndarray, ...]:
+        """What is left of the balance, and its derivatives, at a frequency, or at a share of the level."""
+        linear, laws = self.system.linear, self.system.laws
+        if self.at is None:
+            return balance(linear, self.grid, laws, self.slopes, parameter, z, y, want, self.jacobian)
+        linear = linear._replace(excitation=parameter * linear.excitation)
+        found = balance(linear, self.grid, laws, self.slopes, self.at, z, y, want, self.jacobian)
+        if want:
+            self.jacobian[:-1, -1] = -self.driven
+        return found
 
     def _norm(self, left: np.ndarray, moved: np.ndarray, scale: float) -> float:
         found = float(np.sqrt(np.sum(left**2) + np.sum(moved**2))) / scale
@@ -128,26 +141,39 @@ class Solver:
         tangent = np.append(ahead[:-1] * scale / own, ahead[-1] * pace / omega)
         return Motion(omega, z, y, force, tangent / np.linalg.norm(tangent), own)
 
-    def first(self, omega: float) -> Motion | None:
-        """Return the motion at a frequency that begins in the gap and grows with the level of the excitation."""
+    def first(self, omega: float) -> Motion:
+        """Return the motion at a frequency that begins in the gap and grows with the level of the excitation.
+
+        Raises
+        ------
+        NoConvergence
+            If it does not reach the level.
+        """
+        still = np.zeros((self.system.linear.basis.shape[1], 2 * self.harmonics + 1))
+        beside = np.zeros((self.points, still.shape[1]))
+        left, _, moved, _ = self._left(omega, still, beside, False)
+        self.at, self.driven = omega, -left.ravel()
+        try:
+            farthest = np.abs((self.system.linear.basis @ -left + moved) @ self.grid.basis.T).max()
+            least = min(1.0, BEFORE_CONTACT * self.system.size / farthest)
+            row = np.append(np.zeros(self.size), 1.0)
+            scale = max(least * float(np.linalg.norm(left)), 1e-3 * self.system.size)
+            motion = self.solve(least, -least * left, least * moved, row, scale)
+            if motion is None:
+                raise NoConvergence(omega)
+            if least < 1.0:
+                *_, motion = self._branch(motion, 1e-3 * least, 1.0)  # folds may lead below where it began
+                if abs(motion.omega - 1.0) > 1e-9:
+                    raise NoConvergence(omega)
+        except NoConvergence:
+            raise NoConvergence(omega) from None
+        finally:
+            self.at = None
         row = np.append(np.zeros(self.size), 1.0)
-        full, level, step = self.system.linear.excitation, 0.0, 1.0
-        z = np.zeros((self.size // (2 * self.harmonics + 1), 2 * self.harmonics + 1))
-        y, motion = np.zeros((self.points, z.shape[1])), None
-        while level < 1.0:
-            self.linear = self.system.linear._replace(excitation=min(level + step, 1.0) * full)
-            guess = -self._left(omega, 0 * z, 0 * y, False)[0] if not level else z * (level + step) / level
-            scale = max(float(np.linalg.norm(guess)), 1e-3 * self.system.size)
-            found = self.solve(omega, guess, y, row, scale)
-            if found is None:
-                step /= 2
-                if step < 1e-4:
-                    break
-                continue
-            level, z, y, motion = level + step, found.z, found.y, found
-            step = min(2 * step, 1.0 - level)
-        self.linear = self.system.linear
-        return motion if level >= 1.0 else None
+        found = self.solve(omega, motion.z, motion.y, row, motion.scale)
+        if found is None:
+            raise NoConvergence(omega)
+        return found
 
     def ahead(self, motion: Motion, step: float, tangent: np.ndarray | None = None) -> Motion | None:
         """Return the motion a step away along a tangent, its own if none is given."""
@@ -159,6 +185,18 @@ class Solver:
         row = along * np.append(np.ones(self.size), 1 + step * along[-1])
         found = self.solve(omega, z, motion.y, row, motion.scale)
         return found and self._turned(found, motion, along, step)
+
+    def _around_corner(self, motion: Motion) -> Motion | None:
+        """Return a motion that is larger or smaller, as the branch goes, at any frequency.
+
+        Where a contact begins with a jump the branch may turn back so sharply that no motion lies ahead.
+        """
+        along = motion.tangent.copy()
+        along[-1] = 0.0
+        if not along.any():
+            return None
+        along /= np.linalg.norm(along)
+        return next((found for step in CORNERS if (found := self.ahead(motion, step, along))), None)
 
     def _turned(self, found: Motion, before: Motion, along: np.ndarray, step: float) -> Motion:
         sign = np.sign(found.tangent @ difference(before, found)) * np.sign(step) or 1.0
@@ -172,14 +210,16 @@ class Solver:
         NoConvergence
             Where Newton's method finds no next motion; what was yielded stays.
         """
-        motion = self.first(start)
-        if motion is None:
-            raise NoConvergence(start)
+        yield from self._branch(self.first(start), start, stop)
+
+    def _branch(self, motion: Motion, start: float, stop: float) -> Iterator[Motion]:
         motion = replace(motion, tangent=motion.tangent * np.sign(motion.tangent[-1] * (stop - start) or 1.0))
         yield motion
         step, low, high = 1e-3, min(start, stop), max(start, stop)
         for _ in range(MOST_POINTS):
             found = self.ahead(motion, step)
+            if found is None and step < SHARP_CORNER:
+                found = self._around_corner(motion)
             if found is None or not (found.tangent @ motion.tangent > SHARPEST or step < SHARP_CORNER):
                 step /= 2
                 if step < SHORTEST:

@@ -92,7 +92,7 @@ def with_fold(solver: Solver, points: list[Located]) -> list[Located]:
 
     def missed(share: float) -> float:
         found = at(share, False)
-        return np.inf if found is None else -sign * found.motion.omega / omega[0]
+        return 1.0 if found is None else -sign * found.motion.omega / omega[0]
 
     found = at(float(minimize_scalar(missed, bounds=(0.0, 1.0), method="bounded", options={"xatol": 1e-5}).x))
     if found is None or sign * (found.motion.omega - omega[middle]) < 0:
