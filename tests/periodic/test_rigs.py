@@ -67,7 +67,7 @@ def test_stable_vibrations_are_those_of_a_long_march(law, measured, request):
 
 def test_in_the_gap_it_is_the_linear_response():
     """Two harmonics at once, at a level that never touches."""
-    branch = periodic.response(TABLE1, LAW, (0.1, 0.05j), (20, 60), 4, modes=16)
+    branch = periodic.response(TABLE1, LAW, (0.1, 0.05j), (35, 50), 4, modes=16)
     assert not branch.contact_force.any() and branch.stable.all() and not branch.special
     for order, level in ((1, 0.1), (2, 0.05j)):
         known = linear_frf(TABLE1, order * branch.frequency).T * level
@@ -121,6 +121,26 @@ def test_it_jumps_where_a_slow_sweep_does():
     assert list(branch.stable[crossings]) == [True, False, True]
     back = periodic.response(TABLE1, LAW, LEVEL, (60, 30))
     assert [p.frequency for p in back.special[::-1]] == pytest.approx([up.frequency, down.frequency], rel=1e-6)
+
+
+def test_it_begins_with_the_vibration_that_grows_out_of_rest():
+    """Where three are possible, the smallest one: it is below the gap's end, as the branch from above comes to it."""
+    branch = periodic.response(TABLE1, LAW, LEVEL, (46.2, 46.3), stability=False)
+    whole = periodic.response(TABLE1, LAW, LEVEL, (60, 46.2), stability=False)
+    np.testing.assert_allclose(branch.acceleration[0], whole.acceleration[-1], atol=1e-6)
+    # At 11 Hz the fourth harmonic is resonant, and the level folds twice on its way.
+    assert not periodic.response(TABLE1, LAW, 20.0, (11, 11.2), stability=False).ended
+
+
+def test_a_motion_from_wall_to_wall_within_a_sample():
+    """Two stiff walls with next to no gap between them are a spring: amplitude of the linear oscillator with it."""
+    rig = oscillator(Grease(0.0)).replace(
+        bushings=(Bushing("1:X", 1e-7, 0.0, Grease(0.0), Contact(1.0)),),
+    )  # fmt: skip
+    branch = periodic.response(rig, ConstantLaw(1000.0, 0.0), 1.0, (12, 13), 3, stability=False)
+    omega = 2 * np.pi * branch.frequency
+    known = 1.0 / np.abs(5000.0 - omega**2 + 0.5j * omega)
+    np.testing.assert_allclose(np.abs(branch.displacement[:, 0, 1]), known, rtol=1e-3)
 
 
 def test_where_no_next_vibration_is_found_the_branch_so_far_is_kept(monkeypatch):
