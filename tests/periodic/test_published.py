@@ -95,6 +95,7 @@ def test_two_masses_and_a_one_sided_spring(measured):
     assert branch.special[1].frequency * TURN == pytest.approx(0.755632, rel=1e-4)  # the last of NLvib's frequencies
 
 
+@pytest.mark.slow
 def test_where_it_doubles_its_period_and_becomes_quasiperiodic():
     """NLvib by shooting: multipliers, leaving the circle at -1 from Ω = 0.7556 on, and as pairs about 0.6 and 0.58."""
     rows = np.genfromtxt(HERE / "nlvib_unilateral.csv", delimiter=",", names=True, dtype=None, encoding="utf-8")
