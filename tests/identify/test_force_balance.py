@@ -225,6 +225,7 @@ def test_ridge_law_in_a_free_decay(rig, measured):
         ridge_law(dataset, correction="Eq. 12")
 
 
+@pytest.mark.slow
 def test_laws_predict_the_rig_and_open_no_validation_record(measured):
     """data/table1_rig. Best constants (`fit_constant`): 0.59, 0.64, 0.89 dB at 0.5, 1, 2 m/s², 2.39 dB at 8 m/s²."""
     dataset = Dataset.load(ROOT / "data" / "table1_rig")

@@ -39,6 +39,7 @@ def test_nominal_law_is_the_datasheet(rig):
     assert law.grease is None
 
 
+@pytest.mark.slow
 def test_constants_are_recovered_and_validation_records_stay_closed(small_dataset, measured):
     dataset = Dataset.load(small_dataset)
     fit = fit_constant(dataset)

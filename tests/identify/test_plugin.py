@@ -60,6 +60,7 @@ def test_on_the_command_line_and_in_the_library(plugin, small_dataset, tmp_path,
     assert get_method("half-grease").prior_information.startswith("the rig file only")
 
 
+@pytest.mark.slow
 def test_in_a_study_and_its_report(plugin, small_dataset, tmp_path, capsys):
     options = ["--plugin", str(plugin), "--engines", "modal", "--methods", "nominal,half-grease"]
     assert main(["study", str(small_dataset), *options, "--out", str(tmp_path / "out"), "--json", "--quiet"]) == 0

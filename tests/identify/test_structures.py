@@ -132,6 +132,7 @@ def test_force_balance_and_amplitude(which, request, measured):
         measured.equal(f"amplitude, {which}[{j}]: k at three gaps (N/m)", most, LAW.k[j], source, rel=0.05)
 
 
+@pytest.mark.slow
 def test_best_constants_of_the_chain(measured):
     record = noisy(chain(), marched(chain(), WITHIN_BAND, ConstantLaw([8e3] * 2, [10.0] * 2)))
     fit = fit_constant(Dataset(record.rig, (record,)))

@@ -110,6 +110,7 @@ def test_the_page_says_what_it_is(page):
     assert "clearance-mj study DATASET --engines links,modal" in text and "python -m clearance_mj.testrig" in text
 
 
+@pytest.mark.slow
 def test_measured_records_are_not_called_synthetic(build, tmp_path):
     write_report(build(floors=(), source="bench 3"), tmp_path, progress=False)
     text = (tmp_path / "report.html").read_text(encoding="utf-8")
