@@ -1,4 +1,4 @@
-"""The data elements of MATLAB files of version 5 to 7: numbers, sparse matrices, text and cells of them.
+"""The data elements of MATLAB files of version 5 to 7: numbers, sparse matrices, text, cells and structures of them.
 
 MathWorks, MAT-File Format, 2023: a header of 128 bytes, then elements of a tag (type, size) and their data; an array
 (type 14) is made of elements itself: flags, size, name, then numbers. Read here because scipy 1.17 takes the type of a
@@ -22,18 +22,18 @@ from .files import TOO_DENSE, most_unpacked
 ARRAY, COMPRESSED = 14, 15
 NUMBERS = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 9: "f8", 12: "i8", 13: "u8"}
 TEXT = {1: "utf-8", 2: "utf-8", 16: "utf-8", 4: "utf-16", 17: "utf-16", 18: "utf-32"}
-CELL, CHARACTERS, SPARSE, NUMERIC = 1, 4, 5, range(6, 16)
-"""Classes of arrays; structures, objects and functions are passed over"""
+CELL, STRUCTURE, CHARACTERS, SPARSE, NUMERIC = 1, 2, 4, 5, range(6, 16)
+"""Classes of arrays; arrays of structures, objects and functions are passed over"""
 COMPLEX = 0x800
 HEADER = 128
 DEPTH = 8
-Value: TypeAlias = np.ndarray | scipy.sparse.csc_array | str | list | None
+Value: TypeAlias = np.ndarray | scipy.sparse.csc_array | str | list | dict | None
 Element = tuple[int, bytes]
 """type and data"""
 
 
 def arrays(data: bytes, room: int | None = None) -> dict[str, Value]:
-    """Return the numbers, sparse matrices, texts and cells (lists) of a file by name; None for all else.
+    """Return numbers, sparse matrices, texts, cells (lists) and structures (dict) of a file by name; None for all else.
 
     Compressed elements may unpack to ``room`` bytes; None: to what records do.
     """
@@ -97,7 +97,7 @@ def _array(data: bytes, order: str, depth: int) -> tuple[str, Value]:
         raise RecordError("an array does not begin with its flags")
     flags = struct.unpack_from(f"{order}I", parts[0][1])[0]
     kind = flags & 0xFF
-    if kind not in (CELL, CHARACTERS, SPARSE, *NUMERIC) or len(parts) < 3:
+    if kind not in (CELL, STRUCTURE, CHARACTERS, SPARSE, *NUMERIC) or len(parts) < 3:
         return "", None
     (_, size), (_, name), *content = parts[1:]
     shape = struct.unpack(f"{order}{len(size) // 4}I", size[: len(size) // 4 * 4])
@@ -105,6 +105,8 @@ def _array(data: bytes, order: str, depth: int) -> tuple[str, Value]:
     if kind == CELL:
         _require_all(shape, len(content))
         value = [_array(cell, order, depth - 1)[1] for cell_kind, cell in content if cell_kind == ARRAY]
+    elif kind == STRUCTURE:
+        value = _structure(content, order, depth) if math.prod(shape) == 1 else None
     elif kind == SPARSE:
         value = _sparse(content, shape, order)
     elif len(content) != 1 + bool(flags & COMPLEX):
@@ -119,6 +121,15 @@ def _array(data: bytes, order: str, depth: int) -> tuple[str, Value]:
         if flags & COMPLEX:
             value = value + 1j * _numbers(content[1], shape, order)
     return name.decode("latin-1").rstrip("\0"), value
+
+
+def _structure(content: list[Element], order: str, depth: int) -> dict[str, Value]:
+    """Length and names of the fields, then an array for each."""
+    (_, length), (_, names), *fields = content if len(content) > 1 else [(0, b"")] * 2
+    width = struct.unpack(f"{order}i", length[:4].ljust(4, b"\0"))[0]
+    keys = [names[i : i + width].split(b"\0")[0].decode("latin-1") for i in range(0, len(names), max(width, 1))]
+    _require_all((len(keys),), len(fields))
+    return {key: _array(field, order, depth - 1)[1] for key, (kind, field) in zip(keys, fields) if kind == ARRAY}
 
 
 def _sparse(content: list[Element], shape: tuple[int, ...], order: str) -> scipy.sparse.csc_array:

@@ -5,7 +5,7 @@ An address is a number in a record, so that one compiled loop, cached on disk, r
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any
 
@@ -21,13 +21,23 @@ _FILES = [
     Path(__file__).with_name(f"{name}.py")
     for name in ("_lanes", "_pointers", "kernel", "lane_contacts", "lane_greases")
 ]
-_KERNEL = tuple((path.stat().st_mtime, path.stat().st_size) for path in _FILES)
+
+
+def _stamp(paths: Iterable[Path]) -> tuple[tuple[float, int], ...]:
+    return tuple((path.stat().st_mtime, path.stat().st_size) for path in paths)
+
+
+_KERNEL = _stamp(_FILES)
 
 
 def _kept_with_the_kernel(made: Any) -> Any:
-    """Let what is kept of a compiled function on disk count until its own file or the kernel changes."""
+    """Let what is kept of a compiled function on disk count until its own file, the kernel or a file beside it changes.
+
+    Beside it: the compiled parts of its package, whose names begin with an underscore.
+    """
     if kept := getattr(getattr(made, "_cache", None), "_cache_file", None):
-        kept._source_stamp = (kept._source_stamp, _KERNEL)
+        own = Path(made.py_func.__code__.co_filename)
+        kept._source_stamp = (kept._source_stamp, _KERNEL, _stamp(sorted(own.parent.glob("_[!_]*.py"))))
     return made
 
 

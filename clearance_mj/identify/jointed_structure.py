@@ -160,6 +160,8 @@ class _Problem:
     ):  # fmt: skip
         if len(responses) < 2:
             raise RecordError(f"joints are told by what changes with the level: {len(responses)} records, needs two")
+        if not joints or slips < 1:
+            raise RecordError(f"needs one joint or more with one slip length or more, got {len(joints)} and {slips}")
         first = responses[0]
         if len({(r.fs, r.kind, r.band, r.responses, r.reference) for r in responses}) > 1 or first.kind != "force":
             raise RecordError("the records must be of one sampling rate, band, set of responses and force")

@@ -26,7 +26,7 @@ from .channels import Channel
 from .columns import Column, Contents, frf_names, listed, resolve, table_of_channels, to_frf
 from .registry import Format, register
 
-__all__ = ["read_mat", "write_mat"]
+__all__ = ["read_mat", "read_variables", "write_mat"]
 
 _CHANNEL = re.compile(r"(acc|vel|disp|force)_(\d+)")
 _NAMED = ("data", "frf", "coherence")
@@ -40,7 +40,7 @@ def read_mat(path: str | PathLike[str], columns: Mapping[str, str] | None = None
     "skip"}``; others are named after their channel. Text, structures and scalars are passed over. ``fs`` (Hz) is of a
     file without the variable ``time`` or ``fs``.
     """
-    variables = _load(path)
+    variables = read_variables(path)
     with naming(path):
         return _contents(variables, columns or {}, fs)
 
@@ -78,7 +78,8 @@ def _frf_variables(frf: FRF) -> dict[str, Any]:
     return variables
 
 
-def _load(path: str | PathLike[str]) -> dict[str, Value]:
+def read_variables(path: str | PathLike[str]) -> dict[str, Value]:
+    """Return what `matlab.arrays` finds in a file; a RecordError names the file if it cannot be read."""
     try:
         data = Path(path).read_bytes()
     except OSError as error:

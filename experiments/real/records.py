@@ -19,10 +19,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-import scipy.io
 
 from clearance_mj.errors import RecordError
 from clearance_mj.files import read_lines
+from clearance_mj.io.mat import read_variables
 from clearance_mj.signals.response import Response
 
 __all__ = [
@@ -156,13 +156,13 @@ def read_f16(path) -> Response:
     Force and first acceleration are at one point, node 1; wing and payload are nodes 2 and 3. RecordError names the
     file if it is not there or holds something else.
     """
-    content = _matlab(path)
+    content = read_variables(path)
     force, rows, fs = (np.asarray(content.get(name, ()), dtype=float) for name in ("Force", "Acceleration", "Fs"))
-    if force.ndim != 1 or not force.size or rows.shape != (3, force.size) or fs.size != 1:
+    if not force.size or rows.shape != (3, force.size) or fs.size != 1:
         raise RecordError(
-            f"{path}: needs Force (n,), Acceleration (3, n) and Fs; it has {force.shape}, {rows.shape} and {fs.shape}"
+            f"{path}: needs Force (n), Acceleration (3, n) and Fs; it has {force.shape}, {rows.shape} and {fs.shape}"
         )
-    return Response(float(fs), force, rows, kind="force", band=(2.0, 15.0), responses=("1:+Z", "2:+Z", "3:+Z"),
+    return Response(fs.item(), force.ravel(), rows, kind="force", band=(2.0, 15.0), responses=("1:+Z", "2:+Z", "3:+Z"),
                     reference="1:+Z")  # fmt: skip
 
 
@@ -171,13 +171,12 @@ def read_hammer(path) -> HammerRecord:
 
     RecordError names the file if it is not there or holds something else.
     """
-    content = _matlab(path)
-    names = ("time", "acc1", "acc2", "acc3")
-    held = [getattr(content.get("HIdata"), name, None) for name in names]
+    content, names = read_variables(path).get("HIdata"), ("time", "acc1", "acc2", "acc3")
+    held = [content.get(name) if isinstance(content, dict) else None for name in names]
     missing = [name for name, value in zip(names, held) if np.size(value) < 2]
     if missing:
         raise RecordError(f"{path}: needs HIdata with {', '.join(names)}; it has no {', '.join(missing)}")
-    rows = [np.asarray(value, dtype=float) for value in held]
+    rows = [np.asarray(value, dtype=float).ravel() for value in held]
     if len({row.shape for row in rows}) > 1:
         raise RecordError(f"{path}: {', '.join(names)} have {[row.size for row in rows]} samples")
     fs = _rate(path, rows[0], first=1, unit="sample")
@@ -208,17 +207,6 @@ def read_stepped_sines(path) -> list[SteppedSine]:
         if not (np.isfinite(row).all() and min(row[:3]) > 0):
             raise RecordError(f"{path}, line {i + 2}: frequency, force and amplitude must be > 0, all finite")
     return [SteppedSine(*key, *np.array(rows).T) for key, rows in curves.items()]
-
-
-def _matlab(path) -> dict:
-    """Content of a MATLAB file of version 5 to 7, or an error that names it."""
-    try:
-        with open(path, "rb") as file:
-            return scipy.io.loadmat(file, squeeze_me=True, struct_as_record=False)
-    except OSError as error:
-        raise RecordError(f"{path}: {error.strerror or error}") from None
-    except (ValueError, TypeError, NotImplementedError) as error:
-        raise RecordError(f"{path}: not a MATLAB file of version 5 to 7 ({error})") from None
 
 
 def _rate(path, time, first, unit="line"):

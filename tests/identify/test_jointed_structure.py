@@ -129,3 +129,9 @@ def test_joint_between_two_responses(records):
 def test_records_that_do_not_serve(records, change, message):
     with pytest.raises(RecordError, match=message):
         fit_jointed_structure(change(records), PERIOD)
+
+
+@pytest.mark.parametrize("options", [{"joints": []}, {"slips": 0}])
+def test_joints_that_are_none(records, options):
+    with pytest.raises(RecordError, match="one joint or more with one slip length or more"):
+        fit_jointed_structure(records, PERIOD, **options)

@@ -8,7 +8,7 @@ import pytest
 import scipy.io
 
 from clearance_mj.errors import RecordError
-from clearance_mj.io.mat import read_mat, write_mat
+from clearance_mj.io.mat import read_mat, read_variables, write_mat
 from clearance_mj.io.uff import Channel
 
 FS, N = 2048.0, 300
@@ -113,3 +113,14 @@ def test_files_that_are_none(tmp_path, save):
         assert "\n" not in str(caught.value)
     with pytest.raises(RecordError, match="No such file"):
         read_mat(tmp_path / "absent.mat")
+
+
+def test_structure_of_variables(tmp_path):
+    """As scipy writes it; within one, and many of them, which are passed over."""
+    inner = {"x": TIME, "name": "a", "deep": {"y": 2.0}}
+    many = np.array([(1.0,), (2.0,)], dtype=[("z", object)])
+    scipy.io.savemat(tmp_path / "a.mat", {"one": inner, "many": many})
+    held = read_variables(tmp_path / "a.mat")
+    assert held["many"] is None and list(held["one"]) == ["x", "name", "deep"]
+    np.testing.assert_array_equal(held["one"]["x"], TIME[None])
+    assert held["one"]["name"] == "a" and held["one"]["deep"]["y"] == 2.0

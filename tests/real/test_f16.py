@@ -63,7 +63,10 @@ def test_tests_of_the_benchmark_have_longer_names(tmp_path):
 
 @pytest.mark.parametrize(
     ("changes", "message"),
-    [({"samples": 9000}, "9000 samples are no whole periods"), ({"Acceleration": np.ones((2, 5))}, "needs Force .n,.")],
+    [
+        ({"samples": 9000}, "9000 samples are no whole periods"),
+        ({"Acceleration": np.ones((2, 5))}, "needs Force .n., Acceleration"),
+    ],
 )
 def test_damaged_record(tmp_path, changes, message):
     record(tmp_path / "F16Data_FullMSine_Level1.mat", **changes)

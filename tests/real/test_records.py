@@ -110,7 +110,7 @@ def test_damaged_hammer(tmp_path, changed, message):
 
 
 def test_no_matlab_file(tmp_path):
-    with pytest.raises(RecordError, match="not a MATLAB file of version"):
+    with pytest.raises(RecordError, match=r"bad\.mat: not a whole MATLAB file"):
         read_hammer(write(tmp_path / "bad.mat", "text, but long enough to be a header of a MATLAB file" * 8))
 
 
