@@ -1,4 +1,4 @@
-"""A branch of periodic vibrations over frequency."""
+"""A branch of periodic vibrations over frequency or level."""
 
 from __future__ import annotations
 
@@ -8,7 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..clearance.law import Law
 from ..errors import ClearanceError
+from ..rig import Rig
 from ..signals import _labelled as labelled
 from ..signals.arrays import ArrayData, read_only
 
@@ -31,6 +33,8 @@ class SpecialPoint:
     """ "fold", "period doubling", "Neimark-Sacker", or "branch point", where another branch crosses"""
     frequency: float
     """Hz"""
+    level: float
+    """of the excitation's first harmonic that is not zero, m/s² or N"""
     index: int
     """of the branch's point"""
 
@@ -39,21 +43,33 @@ class SpecialPoint:
 class Branch(ArrayData):
     """Periodic vibrations of one excitation, in the order in which they follow each other along the curve.
 
-    Harmonics are complex amplitudes, X_h in x(t) = Re Σ X_h exp(2πi h f t), from the mean, h = 0, on.
+    Harmonics are complex amplitudes, X_h in x(t) = Re Σ X_h exp(2πi h f t / periods), from the mean, h = 0, on.
     """
 
+    rig: Rig
+    law: Law
+    kind: str
+    """ "base" or "force": what the excitation is"""
+    over: str
+    """ "frequency" or "level": what changes along the curve"""
+    periods: int
+    """of the excitation, after which a vibration comes again"""
+    modes: int
+    """of the Ritz basis"""
+    samples: int
+    """of one vibration"""
     frequency: np.ndarray
     """(n,) of the excitation's first harmonic, Hz"""
     level: np.ndarray
-    """(n_levels,) complex amplitudes of the excitation's harmonics from the first on, m/s² or N"""
-    kind: str
-    """ "base" or "force": what the excitation is"""
+    """(n, n_levels) complex amplitudes of the excitation's harmonics from the first on, m/s² or N"""
     acceleration: np.ndarray
     """(n, n_sensors, H + 1) harmonics of what the sensors read, m/s²"""
     displacement: np.ndarray
     """(n, n_sensors, H + 1) of the sensors' points relative to the base, m"""
     clearance_displacement: np.ndarray
     """(n, n_bushings, H + 1) of the clearances' middles from rest, m"""
+    end_displacement: np.ndarray
+    """(n, 2 n_bushings, H + 1) of both ends of each clearance from rest, m"""
     contact_force: np.ndarray
     """(n, n_bushings, H + 1) of both ends, positive against positive displacement, N"""
     grease_force: np.ndarray
@@ -71,7 +87,7 @@ class Branch(ArrayData):
 
     def __post_init__(self) -> None:
         self._set(frequency=read_only(self.frequency))
-        for name in ("level", *UNITS):
+        for name in ("level", "end_displacement", *UNITS):
             self._set(**{name: read_only(getattr(self, name), complex)})
         if self.multipliers is not None:
             self._set(multipliers=read_only(self.multipliers, complex))
@@ -148,6 +164,7 @@ class Branch(ArrayData):
     def to_xarray(self) -> xr.Dataset:
         """Return everything with labels and units: harmonics over (point, response or clearance, harmonic)."""
         variables: dict[str, Any] = {"frequency": ("point", self.frequency, "Hz")}
+        variables["level"] = (("point", "excited"), self.level, "m s-2" if self.kind == "base" else "N")
         for name, unit in UNITS.items():
             rows = "response" if name in ("acceleration", "displacement") else "clearance"
             variables[name] = (("point", rows, "harmonic"), getattr(self, name), unit.replace("/s²", " s-2"))
@@ -161,7 +178,7 @@ class Branch(ArrayData):
         coordinates = {
             "response": self.responses,
             "clearance": self.clearances,
-            "harmonic": range(self.acceleration.shape[-1]),
+            "harmonic": np.arange(self.acceleration.shape[-1]) / self.periods,
         }
-        attributes = {"kind": self.kind, "level": self.level, "ended": self.ended}
+        attributes = {"kind": self.kind, "over": self.over, "periods": self.periods, "ended": self.ended}
         return labelled.dataset("branch", variables, coordinates, attributes)

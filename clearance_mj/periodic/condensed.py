@@ -51,7 +51,11 @@ class Condensed(NamedTuple):
     """What the harmonic balance of a rig, a law and an excitation works with."""
 
     rig: Rig
+    law: Law
     kind: str
+    periods: int
+    """of the excitation, after which a motion comes again"""
+    modes: int
     poles: Poles
     linear: Linear
     laws: Laws
@@ -87,7 +91,9 @@ def poles(rig: Rig, law: Law, modes: int) -> Poles:
     return Poles(model, stiffness, values, vectors, np.linalg.inv(vectors))
 
 
-def condensed(rig: Rig, law: Law, kind: str, levels: Sequence[complex], harmonics: int, modes: int) -> Condensed:
+def condensed(
+    rig: Rig, law: Law, kind: str, levels: Sequence[complex], harmonics: int, modes: int, periods: int = 1
+) -> Condensed:
     """Condense a rig to its clearances.
 
     Parameters
@@ -104,6 +110,8 @@ def condensed(rig: Rig, law: Law, kind: str, levels: Sequence[complex], harmonic
         H, of the motion.
     modes : int
         In the Ritz basis.
+    periods : int
+        Of the excitation, after which the motion comes again.
 
     Raises
     ------
@@ -132,7 +140,7 @@ def condensed(rig: Rig, law: Law, kind: str, levels: Sequence[complex], harmonic
     residues = np.ascontiguousarray(np.einsum("pj,jq->jpq", points, forced))
     driven = np.ascontiguousarray((points * (linear.forced @ model.input(kind))).T)
     excitation = np.zeros(harmonics + 1, dtype=complex)
-    excitation[1 : len(levels) + 1] = levels
+    excitation[periods : periods * len(levels) + 1 : periods] = levels
     stiffest = np.broadcast_to(law.largest([b.gap for b in rig.bushings])[0], len(rig.bushings))
     basis, owner = _coordinates(linear, stiffest)
     greases = greases_of(rig, law)
@@ -143,7 +151,7 @@ def condensed(rig: Rig, law: Law, kind: str, levels: Sequence[complex], harmonic
     laws = Laws(*records, k, c, memory, max(room, 1))
     on_modes = float(np.max(stiffest * np.sum(model.at_bushings**2, axis=1)))
     return Condensed(
-        rig, kind, linear, Linear(linear.values, residues, driven, excitation, basis, owner), laws,
+        rig, law, kind, periods, modes, linear, Linear(linear.values, residues, driven, excitation, basis, owner), laws,
         min(b.gap - abs(b.offset) for b in rig.bushings), on_modes,
     )  # fmt: skip
 

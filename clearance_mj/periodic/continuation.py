@@ -75,6 +75,14 @@ class Solver:
         self.at: float | None = None  # the frequency, 1/s, at which the level is the parameter in its place
         self.driven = np.zeros(self.size)  # what z is by the excitation alone, then
 
+    def frequency(self, motion: Motion) -> float:
+        """Return the angular frequency of a motion's first harmonic, 1/s."""
+        return motion.omega if self.at is None else self.at
+
+    def share(self, motion: Motion) -> float:
+        """Return the share of the excitation's level at which a motion is."""
+        return 1.0 if self.at is None else motion.omega
+
     def solve(self, omega: float, z: np.ndarray, y: np.ndarray, row: np.ndarray, scale: float) -> Motion | None:
         """Return the motion near a guess on the plane across ``row`` through it; None if Newton's method fails.
 
@@ -141,6 +149,14 @@ class Solver:
         tangent = np.append(ahead[:-1] * scale / own, ahead[-1] * pace / omega)
         return Motion(omega, z, y, force, tangent / np.linalg.norm(tangent), own)
 
+    def over_level(self, omega: float) -> tuple[np.ndarray, np.ndarray]:
+        """Make the share of the level the parameter, at a frequency; return what rest leaves, and what lies beside."""
+        still = np.zeros((self.system.linear.basis.shape[1], 2 * self.harmonics + 1))
+        self.at = None
+        left, _, moved, _ = self._left(omega, still, np.zeros((self.points, still.shape[1])), False)
+        self.at, self.driven = omega, -left.ravel()
+        return left, moved
+
     def first(self, omega: float) -> Motion:
         """Return the motion at a frequency that begins in the gap and grows with the level of the excitation.
 
@@ -149,10 +165,7 @@ class Solver:
         NoConvergence
             If it does not reach the level.
         """
-        still = np.zeros((self.system.linear.basis.shape[1], 2 * self.harmonics + 1))
-        beside = np.zeros((self.points, still.shape[1]))
-        left, _, moved, _ = self._left(omega, still, beside, False)
-        self.at, self.driven = omega, -left.ravel()
+        left, moved = self.over_level(omega)
         try:
             farthest = np.abs((self.system.linear.basis @ -left + moved) @ self.grid.basis.T).max()
             least = min(1.0, BEFORE_CONTACT * self.system.size / farthest)

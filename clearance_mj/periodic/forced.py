@@ -11,17 +11,15 @@ from ..beam import MOST_MODES
 from ..clearance.law import Law
 from ..errors import ClearanceError, ExcitationError
 from ..rig import Rig
-from .branch import Branch, SpecialPoint
-from .condensed import Condensed, condensed
-from .continuation import NoConvergence, Solver
-from .stability import BRANCH_POINT, FOLD, Located, changes, multipliers, with_fold
+from .branch import Branch
+from .condensed import condensed
+from .continuation import Solver
+from .following import follow
 
 __all__ = ["response"]
 
 SAMPLES = 12
 """per harmonic: contacts are not smooth"""
-SAME_FOLD = 1e-3
-"""of the frequency: how far from a fold its multiplier may pass 1"""
 
 
 def response(
@@ -90,28 +88,7 @@ def response(
         raise ExcitationError(f'kind must be "base" or "force", got {kind!r}')
     system = condensed(rig, law, kind, levels, harmonics, modes)
     solver = Solver(system, harmonics, samples)
-    points: list[Located] = []
-    ended, recent = "", 0
-    try:
-        for motion in solver.branch(2 * np.pi * start, 2 * np.pi * stop):
-            point = Located(motion, multipliers(solver, motion) if stability else None)
-            if not points:
-                points.append(point)
-                continue
-            before = points[-1].motion
-            points += [*changes(solver, points[-1], point), point]
-            points[recent:] = with_fold(solver, points[recent:])
-            recent = next(i for i, each in enumerate(points) if each.motion is before)
-    except NoConvergence as end:
-        unit = "m/s²" if kind == "base" else "N"
-        at = f"{end.args[0] / (2 * np.pi):.6g} Hz and level {abs(levels[0]):g} {unit}"
-        if not points:
-            raise ClearanceError(
-                f"rig {rig.name!r}: no periodic vibration was found at {at}; begin at another frequency, or with "
-                "more harmonics and samples"
-            ) from None
-        ended = f"no further periodic vibration was found beyond {at}"
-    return _branch(system, levels, points, ended)
+    return follow(solver, solver.branch(2 * np.pi * start, 2 * np.pi * stop), stability)
 
 
 def _levels(level: complex | Sequence[complex]) -> list[complex]:
@@ -150,56 +127,3 @@ def _resolution(harmonics: int, samples: int | None, excited: int, modes: int) -
             f"samples must be {4 * harmonics + 1} or more for {harmonics} harmonics (4 H + 1), got {samples}"
         )
     return int(harmonics), int(samples)
-
-
-def _branch(system: Condensed, levels: list[complex], points: list[Located], ended: str) -> Branch:
-    """Expand motions at the clearances to everything that a branch knows."""
-    rig, poles, linear = system.rig, system.poles, system.linear
-    model, count, motions = poles.model, len(system.rig.bushings), [point.motion for point in points]
-    omega = np.array([motion.omega for motion in motions])
-    x = _complex(np.array([linear.basis @ motion.z + motion.y for motion in motions]))
-    force = _complex(np.array([motion.force for motion in motions]))
-    turning = 1j * np.arange(linear.excitation.size) * omega[:, None]  # (n, H + 1)
-    driven = poles.forced @ model.input(system.kind)
-    from_points = poles.forced @ model.at_points.T
-    of_poles = driven[:, None] * linear.excitation - np.einsum("jp,nph->njh", from_points, force)
-    of_poles /= turning[:, None, :] - poles.values[:, None]
-    modes = np.einsum("mj,njh->nmh", poles.shapes, of_poles)
-    acceleration = np.einsum("sm,nmh->nsh", model.at_sensors, modes) * (turning**2)[:, None, :]
-    if system.kind == "base":
-        acceleration += model.sensors_on_base[:, None] * linear.excitation
-    at = model.shapes([sensor.position for sensor in rig.sensors])
-    ends = force[:, count:].reshape(len(omega), count, 2, -1).sum(axis=2)
-    own = (system.laws.spring[:, None] + system.laws.damper[:, None] * turning[:, None, :]) * x[:, :count]
-    of_folds = _of_folds(omega, [point.kind for point in points])
-    special = tuple(
-        SpecialPoint(point.kind, float(omega[i] / (2 * np.pi)), i)
-        for i, point in enumerate(points)
-        if point.kind and i not in of_folds
-    )
-    known = [point.multipliers for point in points if point.multipliers is not None]
-    return Branch(
-        omega / (2 * np.pi), np.array(levels), system.kind, acceleration, np.einsum("sm,nmh->nsh", at, modes),
-        x[:, :count], ends, force[:, :count] + own, np.array(known) if known else None, special, ended,
-        tuple(rig.sensor_labels), tuple(rig.probe_labels),
-    )  # fmt: skip
-
-
-def _of_folds(omega: np.ndarray, kinds: list[str]) -> set[int]:
-    """Which changes of stability are those of folds, whose multiplier passes 1 there but for rounding of both."""
-    found: set[int] = set()
-    for fold in (i for i, kind in enumerate(kinds) if kind == FOLD):
-        near = [
-            i for i, kind in enumerate(kinds)
-            if kind == BRANCH_POINT and i not in found and abs(omega[i] / omega[fold] - 1) < SAME_FOLD
-        ]  # fmt: skip
-        found.update(sorted(near, key=lambda i: abs(i - fold))[:1])
-    return found
-
-
-def _complex(values: np.ndarray) -> np.ndarray:
-    """Complex amplitudes (n, n_points, H + 1) of real harmonics (n, n_points, K)."""
-    found = np.empty((*values.shape[:2], values.shape[2] // 2 + 1), dtype=complex)
-    found[..., 0] = values[..., 0]
-    found[..., 1:] = values[..., 1::2] - 1j * values[..., 2::2]
-    return found

@@ -40,16 +40,16 @@ def multipliers(solver: Solver, motion: Motion) -> np.ndarray:
 
     What greases and contacts remember adds multipliers, of which the smallest are left out.
     """
-    system = solver.system
-    turn = 2 * np.pi / (motion.omega * solver.samples) * math.sqrt(system.stiffest)
+    system, omega = solver.system, solver.frequency(motion)
+    turn = 2 * np.pi / (omega * solver.samples) * math.sqrt(system.stiffest)
     samples = solver.samples * 2 ** math.ceil(math.log2(max(1.0, turn / TURN, FEWEST / solver.samples)))
     fine = grid(solver.harmonics, samples)
     room = slopes(system.laws, solver.points, samples, solver.harmonics)
     x = system.linear.basis @ motion.z + motion.y
-    place, speed = x @ fine.basis.T, motion.omega * (x @ fine.rate.T)
+    place, speed = x @ fine.basis.T, omega * (x @ fine.rate.T)
     force = np.empty_like(place)
-    along(system.laws, place, speed, motion.omega, fine.basis, fine.rate, fine.project, True, force, room)
-    step = 2 * np.pi / (motion.omega * samples)
+    along(system.laws, place, speed, omega, fine.basis, fine.rate, fine.project, True, force, room)
+    step = 2 * np.pi / (omega * samples)
     points = np.ascontiguousarray(system.poles.model.at_points)
     found = np.linalg.eigvals(monodromy(system.poles.flow(step), points, step, system.laws.memory, room))
     return found[np.argsort(-np.abs(found), kind="stable")][: 2 * points.shape[1]]

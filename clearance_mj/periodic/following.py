@@ -1,0 +1,146 @@
+"""What a branch of motions is to a user: special points located, everything that sensors and clearances do."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from ..errors import ClearanceError
+from .branch import Branch, SpecialPoint
+from .condensed import condensed
+from .continuation import Motion, NoConvergence, Solver
+from .stability import BRANCH_POINT, FOLD, Located, changes, multipliers, with_fold
+
+__all__ = ["follow", "resumed"]
+
+SAME_FOLD = 1e-3
+"""of the frequency: how far from a fold its multiplier may pass 1"""
+
+
+def follow(solver: Solver, motions: Iterator[Motion], stability: bool) -> Branch:
+    """Return the branch of motions that follow each other, with what is special about them.
+
+    Raises
+    ------
+    ClearanceError
+        If not even the first motion was found.
+    """
+    points: list[Located] = []
+    ended, recent = "", 0
+    try:
+        for motion in motions:
+            point = Located(motion, multipliers(solver, motion) if stability else None)
+            if not points:
+                points.append(point)
+                continue
+            before = points[-1].motion
+            points += [*changes(solver, points[-1], point), point]
+            points[recent:] = with_fold(solver, points[recent:])
+            recent = next(i for i, each in enumerate(points) if each.motion is before)
+    except NoConvergence as end:
+        at = _place(solver, end.args[0])
+        if not points:
+            raise ClearanceError(
+                f"rig {solver.system.rig.name!r}: no periodic vibration was found at {at}; begin at another frequency, "
+                "or with more harmonics and samples"
+            ) from None
+        ended = f"no further periodic vibration was found beyond {at}"
+    return _branch(solver, points, ended)
+
+
+def resumed(branch: Branch, index: int, times: int = 1) -> tuple[Solver, float, np.ndarray, np.ndarray]:
+    """Return what finds motions near a point of a branch, and where it is: ω, z and y of a `Motion`.
+
+    Parameters
+    ----------
+    branch : Branch
+        The branch.
+    index : int
+        Of its point.
+    times : int
+        How many of its periods a motion may last.
+    """
+    harmonics = times * (branch.acceleration.shape[-1] - 1)
+    levels = list(branch.level[index])
+    periods = times * branch.periods
+    system = condensed(branch.rig, branch.law, branch.kind, levels, harmonics, branch.modes, periods)
+    x = np.concatenate((branch.clearance_displacement[index], branch.end_displacement[index]))
+    spread = np.zeros((len(x), 2 * harmonics + 1))
+    spread[:, 0] = x[:, 0].real
+    spread[:, 2 * times - 1 :: 2 * times], spread[:, 2 * times :: 2 * times] = x[:, 1:].real, -x[:, 1:].imag
+    z = system.linear.basis.T @ spread
+    omega = 2 * np.pi * branch.frequency[index] / periods
+    return Solver(system, harmonics, times * branch.samples), omega, z, spread - system.linear.basis @ z
+
+
+def _place(solver: Solver, parameter: float) -> str:
+    """Return frequency and level in words."""
+    system = solver.system
+    omega, share = (parameter, 1.0) if solver.at is None else (solver.at, parameter)
+    unit = "m/s²" if system.kind == "base" else "N"
+    level = share * abs(_strongest(system.linear.excitation))
+    return f"{omega * system.periods / (2 * np.pi):.6g} Hz and level {level:g} {unit}"
+
+
+def _strongest(excitation: np.ndarray) -> complex:
+    """The first amplitude that is not zero."""
+    return complex(excitation[np.flatnonzero(excitation)[0]])
+
+
+def _branch(solver: Solver, points: list[Located], ended: str) -> Branch:
+    """Expand motions at the clearances to everything that a branch knows."""
+    system = solver.system
+    rig, poles, linear, periods = system.rig, system.poles, system.linear, system.periods
+    model, count, motions = poles.model, len(system.rig.bushings), [point.motion for point in points]
+    omega = np.array([solver.frequency(motion) for motion in motions])
+    excitation = np.outer([solver.share(motion) for motion in motions], linear.excitation)
+    x = _complex(np.array([linear.basis @ motion.z + motion.y for motion in motions]))
+    force = _complex(np.array([motion.force for motion in motions]))
+    turning = 1j * np.arange(linear.excitation.size) * omega[:, None]  # (n, H + 1)
+    driven = poles.forced @ model.input(system.kind)
+    from_points = poles.forced @ model.at_points.T
+    of_poles = driven[:, None] * excitation[:, None] - np.einsum("jp,nph->njh", from_points, force)
+    of_poles /= turning[:, None, :] - poles.values[:, None]
+    modes = np.einsum("mj,njh->nmh", poles.shapes, of_poles)
+    acceleration = np.einsum("sm,nmh->nsh", model.at_sensors, modes) * (turning**2)[:, None, :]
+    if system.kind == "base":
+        acceleration += model.sensors_on_base[:, None] * excitation[:, None]
+    at = model.shapes([sensor.position for sensor in rig.sensors])
+    ends = force[:, count:].reshape(len(omega), count, 2, -1).sum(axis=2)
+    own = (system.laws.spring[:, None] + system.laws.damper[:, None] * turning[:, None, :]) * x[:, :count]
+    of_folds = _of_folds(np.array([motion.omega for motion in motions]), [point.kind for point in points])
+    highest = int(np.flatnonzero(linear.excitation)[-1])
+    frequency, level = periods * omega / (2 * np.pi), excitation[:, periods : highest + 1 : periods]
+    special = tuple(
+        SpecialPoint(point.kind, float(frequency[i]), abs(_strongest(level[i])), i)
+        for i, point in enumerate(points)
+        if point.kind and i not in of_folds
+    )
+    known = [point.multipliers for point in points if point.multipliers is not None]
+    return Branch(
+        rig, system.law, system.kind, "frequency" if solver.at is None else "level", periods, system.modes,
+        solver.samples, frequency, level, acceleration, np.einsum("sm,nmh->nsh", at, modes), x[:, :count],
+        x[:, count:], ends, force[:, :count] + own, np.array(known) if known else None, special, ended,
+        tuple(rig.sensor_labels), tuple(rig.probe_labels),
+    )  # fmt: skip
+
+
+def _of_folds(omega: np.ndarray, kinds: list[str]) -> set[int]:
+    """Which changes of stability are those of folds, whose multiplier passes 1 there but for rounding of both."""
+    found: set[int] = set()
+    for fold in (i for i, kind in enumerate(kinds) if kind == FOLD):
+        near = [
+            i for i, kind in enumerate(kinds)
+            if kind == BRANCH_POINT and i not in found and abs(omega[i] / omega[fold] - 1) < SAME_FOLD
+        ]  # fmt: skip
+        found.update(sorted(near, key=lambda i: abs(i - fold))[:1])
+    return found
+
+
+def _complex(values: np.ndarray) -> np.ndarray:
+    """Complex amplitudes (n, n_points, H + 1) of real harmonics (n, n_points, K)."""
+    found = np.empty((*values.shape[:2], values.shape[2] // 2 + 1), dtype=complex)
+    found[..., 0] = values[..., 0]
+    found[..., 1:] = values[..., 1::2] - 1j * values[..., 2::2]
+    return found
