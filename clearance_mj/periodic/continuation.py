@@ -6,6 +6,7 @@ harmonics over a size that grows with the motion, and the frequency over that of
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
@@ -15,7 +16,7 @@ from scipy.linalg.lapack import dgetrf, dgetrs
 from ._balance import balance
 from .condensed import Condensed, grid, slopes
 
-__all__ = ["Motion", "NoConvergence", "Solver", "difference"]
+__all__ = ["Follower", "Motion", "NoConvergence", "Solver", "difference"]
 
 TOLERANCE = 1e-9
 """of the motion: what the balance may leave"""
@@ -62,26 +63,19 @@ class Motion:
     """m"""
 
 
-class Solver:
-    """Harmonic balance of one condensed rig with so many harmonics and samples."""
+class Follower(ABC):
+    """Newton's method and continuation for as many equations in as many unknowns and a parameter."""
 
-    def __init__(self, system: Condensed, harmonics: int, samples: int):
-        self.system, self.harmonics, self.samples = system, harmonics, samples
-        self.grid = grid(harmonics, samples)
-        self.points = system.linear.residues.shape[1]
-        self.size = system.linear.basis.shape[1] * (2 * harmonics + 1)
-        self.slopes = slopes(system.laws, self.points, samples, harmonics)
-        self.jacobian = np.zeros((self.size + 1, self.size + 1))
-        self.at: float | None = None  # the frequency, 1/s, at which the level is the parameter in its place
-        self.driven = np.zeros(self.size)  # what z is by the excitation alone, then
+    size: int
+    """how many unknowns"""
+    least: float
+    """m: smaller motions are measured by it"""
+    jacobian: np.ndarray
+    """(size + 1, size + 1) derivatives by the unknowns and the parameter; the last row is room"""
 
-    def frequency(self, motion: Motion) -> float:
-        """Return the angular frequency of a motion's first harmonic, 1/s."""
-        return motion.omega if self.at is None else self.at
-
-    def share(self, motion: Motion) -> float:
-        """Return the share of the excitation's level at which a motion is."""
-        return 1.0 if self.at is None else motion.omega
+    @abstractmethod
+    def _left(self, parameter: float, z: np.ndarray, y: np.ndarray, want: bool) -> tuple[np.ndarray, ...]:
+        """Return what is left of the equations, forces, and what y should be; fill ``jacobian`` if wanted."""
 
     def solve(self, omega: float, z: np.ndarray, y: np.ndarray, row: np.ndarray, scale: float) -> Motion | None:
         """Return the motion near a guess on the plane across ``row`` through it; None if Newton's method fails.
@@ -89,7 +83,7 @@ class Solver:
         The tangent is found with the last derivative that served to find the motion.
         """
         pace, old = omega, np.inf
-        left, force, beside, _ = self._left(omega, z, y, True)
+        left, force, beside, *_ = self._left(omega, z, y, True)
         factors = self._factors(row, scale, pace)
         for _ in range(ITERATIONS):
             now = self._norm(left, beside - y, scale)
@@ -112,19 +106,8 @@ class Solver:
                 if share < SMALLEST_DAMPING:
                     return None
             omega, z, y, old = ahead, moved, beside, now
-            left, force, beside, _ = found
+            left, force, beside, *_ = found
         return None
-
-    def _left(self, parameter: float, z: np.ndarray, y: np.ndarray, want: bool) -> tuple[np.ndarray, ...]:
-        """What is left of the balance, and its derivatives, at a frequency, or at a share of the level."""
-        linear, laws = self.system.linear, self.system.laws
-        if self.at is None:
-            return balance(linear, self.grid, laws, self.slopes, parameter, z, y, want, self.jacobian)
-        linear = linear._replace(excitation=parameter * linear.excitation)
-        found = balance(linear, self.grid, laws, self.slopes, self.at, z, y, want, self.jacobian)
-        if want:
-            self.jacobian[:-1, -1] = -self.driven
-        return found
 
     def _norm(self, left: np.ndarray, moved: np.ndarray, scale: float) -> float:
         found = float(np.sqrt(np.sum(left**2) + np.sum(moved**2))) / scale
@@ -145,48 +128,9 @@ class Solver:
         scale: float, pace: float,
     ) -> Motion:  # fmt: skip
         ahead = self._solved(factors, np.append(np.zeros(self.size), 1.0))
-        own = max(float(np.linalg.norm(z)), 1e-3 * self.system.size)
+        own = max(float(np.linalg.norm(z)), self.least)
         tangent = np.append(ahead[:-1] * scale / own, ahead[-1] * pace / omega)
         return Motion(omega, z, y, force, tangent / np.linalg.norm(tangent), own)
-
-    def over_level(self, omega: float) -> tuple[np.ndarray, np.ndarray]:
-        """Make the share of the level the parameter, at a frequency; return what rest leaves, and what lies beside."""
-        still = np.zeros((self.system.linear.basis.shape[1], 2 * self.harmonics + 1))
-        self.at = None
-        left, _, moved, _ = self._left(omega, still, np.zeros((self.points, still.shape[1])), False)
-        self.at, self.driven = omega, -left.ravel()
-        return left, moved
-
-    def first(self, omega: float) -> Motion:
-        """Return the motion at a frequency that begins in the gap and grows with the level of the excitation.
-
-        Raises
-        ------
-        NoConvergence
-            If it does not reach the level.
-        """
-        left, moved = self.over_level(omega)
-        try:
-            farthest = np.abs((self.system.linear.basis @ -left + moved) @ self.grid.basis.T).max()
-            least = min(1.0, BEFORE_CONTACT * self.system.size / farthest)
-            row = np.append(np.zeros(self.size), 1.0)
-            scale = max(least * float(np.linalg.norm(left)), 1e-3 * self.system.size)
-            motion = self.solve(least, -least * left, least * moved, row, scale)
-            if motion is None:
-                raise NoConvergence(omega)
-            if least < 1.0:
-                *_, motion = self._branch(motion, 1e-3 * least, 1.0)  # folds may lead below where it began
-                if abs(motion.omega - 1.0) > 1e-9:
-                    raise NoConvergence(omega)
-        except NoConvergence:
-            raise NoConvergence(omega) from None
-        finally:
-            self.at = None
-        row = np.append(np.zeros(self.size), 1.0)
-        found = self.solve(omega, motion.z, motion.y, row, motion.scale)
-        if found is None:
-            raise NoConvergence(omega)
-        return found
 
     def ahead(self, motion: Motion, step: float, tangent: np.ndarray | None = None) -> Motion | None:
         """Return the motion a step away along a tangent, its own if none is given."""
@@ -214,16 +158,6 @@ class Solver:
     def _turned(self, found: Motion, before: Motion, along: np.ndarray, step: float) -> Motion:
         sign = np.sign(found.tangent @ difference(before, found)) * np.sign(step) or 1.0
         return replace(found, tangent=sign * found.tangent)
-
-    def branch(self, start: float, stop: float) -> Iterator[Motion]:
-        """Yield motions from a frequency, 1/s, on until the branch leaves the range between it and another one.
-
-        Raises
-        ------
-        NoConvergence
-            Where Newton's method finds no next motion; what was yielded stays.
-        """
-        yield from self._branch(self.first(start), start, stop)
 
     def _branch(self, motion: Motion, start: float, stop: float) -> Iterator[Motion]:
         motion = replace(motion, tangent=motion.tangent * np.sign(motion.tangent[-1] * (stop - start) or 1.0))
@@ -255,6 +189,89 @@ class Solver:
         if found is None:
             raise NoConvergence(omega)
         return replace(found, tangent=found.tangent * np.sign(found.tangent @ after.tangent))
+
+
+class Solver(Follower):
+    """Harmonic balance of one condensed rig with so many harmonics and samples."""
+
+    def __init__(self, system: Condensed, harmonics: int, samples: int):
+        self.system, self.harmonics, self.samples = system, harmonics, samples
+        self.grid = grid(harmonics, samples)
+        self.points = system.linear.residues.shape[1]
+        self.least = 1e-3 * system.size
+        self.size = system.linear.basis.shape[1] * (2 * harmonics + 1)
+        self.slopes = slopes(system.laws, self.points, samples, harmonics)
+        self.jacobian = np.zeros((self.size + 1, self.size + 1))
+        self.at: float | None = None  # the frequency, 1/s, at which the level is the parameter in its place
+        self.driven = np.zeros(self.size)  # what z is by the excitation alone, then
+
+    def frequency(self, motion: Motion) -> float:
+        """Return the angular frequency of a motion's first harmonic, 1/s."""
+        return motion.omega if self.at is None else self.at
+
+    def share(self, motion: Motion) -> float:
+        """Return the share of the excitation's level at which a motion is."""
+        return 1.0 if self.at is None else motion.omega
+
+    def _left(self, parameter: float, z: np.ndarray, y: np.ndarray, want: bool) -> tuple[np.ndarray, ...]:
+        """What is left of the balance, and its derivatives, at a frequency, or at a share of the level."""
+        linear, laws = self.system.linear, self.system.laws
+        if self.at is None:
+            return balance(linear, self.grid, laws, self.slopes, parameter, z, y, want, self.jacobian)
+        linear = linear._replace(excitation=parameter * linear.excitation)
+        found = balance(linear, self.grid, laws, self.slopes, self.at, z, y, want, self.jacobian)
+        if want:
+            self.jacobian[:-1, -1] = -self.driven
+        return found
+
+    def over_level(self, omega: float) -> tuple[np.ndarray, np.ndarray]:
+        """Make the share of the level the parameter, at a frequency; return what rest leaves, and what lies beside."""
+        still = np.zeros((self.system.linear.basis.shape[1], 2 * self.harmonics + 1))
+        self.at = None
+        left, _, moved, _ = self._left(omega, still, np.zeros((self.points, still.shape[1])), False)
+        self.at, self.driven = omega, -left.ravel()
+        return left, moved
+
+    def first(self, omega: float) -> Motion:
+        """Return the motion at a frequency that begins in the gap and grows with the level of the excitation.
+
+        Raises
+        ------
+        NoConvergence
+            If it does not reach the level.
+        """
+        left, moved = self.over_level(omega)
+        try:
+            farthest = np.abs((self.system.linear.basis @ -left + moved) @ self.grid.basis.T).max()
+            least = min(1.0, BEFORE_CONTACT * self.system.size / farthest)
+            row = np.append(np.zeros(self.size), 1.0)
+            scale = max(least * float(np.linalg.norm(left)), self.least)
+            motion = self.solve(least, -least * left, least * moved, row, scale)
+            if motion is None:
+                raise NoConvergence(omega)
+            if least < 1.0:
+                *_, motion = self._branch(motion, 1e-3 * least, 1.0)  # folds may lead below where it began
+                if abs(motion.omega - 1.0) > 1e-9:
+                    raise NoConvergence(omega)
+        except NoConvergence:
+            raise NoConvergence(omega) from None
+        finally:
+            self.at = None
+        row = np.append(np.zeros(self.size), 1.0)
+        found = self.solve(omega, motion.z, motion.y, row, motion.scale)
+        if found is None:
+            raise NoConvergence(omega)
+        return found
+
+    def branch(self, start: float, stop: float) -> Iterator[Motion]:
+        """Yield motions from a frequency, 1/s, on until the branch leaves the range between it and another one.
+
+        Raises
+        ------
+        NoConvergence
+            Where Newton's method finds no next motion; what was yielded stays.
+        """
+        yield from self._branch(self.first(start), start, stop)
 
 
 def difference(a: Motion, b: Motion) -> np.ndarray:
