@@ -14,7 +14,7 @@ import numpy as np
 from ..clearance._pointers import OPTIONS, kernel_loop
 from ._forces import Laws, Slopes, along
 
-__all__ = ["Grid", "Linear", "balance"]
+__all__ = ["Grid", "Linear", "balance", "blocks"]
 
 
 class Linear(NamedTuple):
@@ -89,12 +89,14 @@ def _real(complex_: np.ndarray) -> np.ndarray:
 
 
 @kernel_loop(**OPTIONS)
-def _blocks(linear: Linear, grid: Grid, omega: float, slopes: Slopes) -> np.ndarray:
-    """(r, r, K, K) derivatives of the forces' harmonics by those of the coordinates z; of one bushing each."""
-    basis, owner = linear.basis, linear.owner
+def blocks(basis: np.ndarray, owner: np.ndarray, grid: Grid, omega: float, slopes: Slopes) -> np.ndarray:
+    """Return (r, r, K, K) derivatives of the forces' harmonics by those of coordinates, 0 between those of two owners.
+
+    ``basis`` (n_points, r) and ``owner`` (r,) are those of `Linear`.
+    """
     points, r = basis.shape
     samples, harmonics = grid.basis.shape
-    blocks = np.zeros((r, r, harmonics, harmonics))
+    found = np.zeros((r, r, harmonics, harmonics))
     means = np.zeros((2, 2 * harmonics - 1))
     series = np.zeros((2, samples))
     for a in range(r):
@@ -102,7 +104,7 @@ def _blocks(linear: Linear, grid: Grid, omega: float, slopes: Slopes) -> np.ndar
             if owner[a] != owner[b]:
                 continue
             series[:] = 0.0
-            block = blocks[a, b]
+            block = found[a, b]
             for p in range(points):
                 weight = basis[p, a] * basis[p, b]
                 if weight == 0.0:
@@ -115,8 +117,8 @@ def _blocks(linear: Linear, grid: Grid, omega: float, slopes: Slopes) -> np.ndar
             np.dot(series, grid.moments, means)
             _add_products(means, omega, block)
             if a != b:
-                blocks[b, a] = block
-    return blocks
+                found[b, a] = block
+    return found
 
 
 @kernel_loop(**OPTIONS)
@@ -209,12 +211,12 @@ def balance(
     reduced = np.dot(linear.basis.T, found)
     beside = found - np.dot(linear.basis, reduced)
     if want:
-        blocks = _blocks(linear, grid, omega, slopes)
+        by_coordinates = blocks(linear.basis, linear.owner, grid, omega, slopes)
         small = np.empty((highest + 1, r, r), np.complex128)
         wide = linear.basis.astype(np.complex128)
         for h in range(highest + 1):
             small[h] = np.dot(wide.T, np.dot(compliance[h], wide))
-        _add_jacobian(small, blocks, linear.owner, jacobian)
+        _add_jacobian(small, by_coordinates, linear.owner, jacobian)
         nearby = omega * (1.0 + 1e-6)
         shifted, faster = np.empty_like(samples), speed * (nearby / omega)
         along(laws, place, faster, nearby, grid.basis, grid.rate, grid.project, False, shifted, slopes)

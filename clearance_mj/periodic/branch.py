@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..clearance.law import Law
-from ..errors import ClearanceError
 from ..rig import Rig
 from ..signals import _labelled as labelled
-from ..signals.arrays import ArrayData, read_only
+from ..signals.arrays import read_only
+from .vibrations import UNITS, Vibrations
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -21,8 +21,6 @@ if TYPE_CHECKING:
 __all__ = ["Branch", "SpecialPoint"]
 
 MARKERS = {"fold": "o", "period doubling": "s", "Neimark-Sacker": "^", "branch point": "D"}
-UNITS = {"acceleration": "m/s²", "displacement": "m", "clearance_displacement": "m", "contact_force": "N",
-         "grease_force": "N"}  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -40,7 +38,7 @@ class SpecialPoint:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Branch(ArrayData):
+class Branch(Vibrations):
     """Periodic vibrations of one excitation, in the order in which they follow each other along the curve.
 
     Harmonics are complex amplitudes, X_h in x(t) = Re Σ X_h exp(2πi h f t / periods), from the mean, h = 0, on.
@@ -99,27 +97,6 @@ class Branch(ArrayData):
 
         return None if self.multipliers is None else np.abs(self.multipliers[:, 0]) <= 1 + ROUNDING
 
-    def amplitude(self, quantity: str = "acceleration") -> np.ndarray:
-        """Return half of the way from the lowest to the highest value of a period, (n, n_sensors or n_bushings).
-
-        Parameters
-        ----------
-        quantity : str
-            "acceleration", "displacement", "clearance_displacement", "contact_force" or "grease_force".
-
-        Raises
-        ------
-        ClearanceError
-            For another quantity.
-        """
-        if quantity not in UNITS:
-            raise ClearanceError(f'quantity "{quantity}" is unknown; use one of {", ".join(UNITS)}')
-        harmonics = getattr(self, quantity)
-        padded = harmonics * np.where(np.arange(harmonics.shape[-1]) > 0, 0.5, 1.0)
-        samples = 16 * harmonics.shape[-1]
-        history = np.fft.irfft(padded, samples) * samples
-        return np.ptp(history, axis=-1) / 2
-
     def plot(self, quantity: str = "acceleration", rows: Sequence[int] | None = None) -> Figure:
         """Draw amplitudes over frequency: stable vibrations as lines, unstable ones dashed, special points marked.
 
@@ -138,21 +115,17 @@ class Branch(ArrayData):
         from matplotlib.figure import Figure
 
         amplitude = self.amplitude(quantity)
-        names = self.responses if amplitude.shape[1] == len(self.responses) and quantity in (
-            "acceleration", "displacement") else self.clearances  # fmt: skip
-        rows = range(len(names)) if rows is None else rows
-        if not all(0 <= row < len(names) for row in rows):
-            raise ClearanceError(f"rows must be between 0 and {len(names) - 1}, got {list(rows)}")
+        names = self._names(quantity, rows)
         figure = Figure(figsize=(8, 4.5), layout="constrained")
         axes = figure.subplots()
         stable = self.stable if self.stable is not None else np.ones(self.frequency.size, dtype=bool)
-        for i, row in enumerate(rows):
+        for i, (row, name) in enumerate(names.items()):
             colour = f"C{i % 10}"
             axes.plot(self.frequency, amplitude[:, row], "--", color=colour, lw=1)
-            axes.plot(self.frequency, np.where(stable, amplitude[:, row], np.nan), color=colour, label=names[row])
+            axes.plot(self.frequency, np.where(stable, amplitude[:, row], np.nan), color=colour, label=name)
         for kind, marker in MARKERS.items():
             at = [point.index for point in self.special if point.kind == kind]
-            for i, row in enumerate(rows):
+            for i, row in enumerate(names):
                 label = kind if at and not i else None
                 axes.plot(self.frequency[at], amplitude[at, row], marker, color="k", mfc="w", ms=5, label=label)
         axes.set_xlabel("frequency (Hz)")
@@ -165,9 +138,7 @@ class Branch(ArrayData):
         """Return everything with labels and units: harmonics over (point, response or clearance, harmonic)."""
         variables: dict[str, Any] = {"frequency": ("point", self.frequency, "Hz")}
         variables["level"] = (("point", "excited"), self.level, "m s-2" if self.kind == "base" else "N")
-        for name, unit in UNITS.items():
-            rows = "response" if name in ("acceleration", "displacement") else "clearance"
-            variables[name] = (("point", rows, "harmonic"), getattr(self, name), unit.replace("/s²", " s-2"))
+        variables |= self._variables()
         if self.multipliers is not None:
             variables["multipliers"] = (("point", "multiplier"), self.multipliers, "1")
             variables["stable"] = ("point", self.stable, "1")

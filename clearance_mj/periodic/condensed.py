@@ -28,6 +28,7 @@ class Poles(NamedTuple):
 
     model: ModalModel
     stiffness: np.ndarray  # (n, n) K, the greases' of small motions included
+    damping: np.ndarray  # (n, n) C, likewise
     values: np.ndarray  # (2 n,) complex, 1/s
     vectors: np.ndarray  # (2 n, 2 n) displacements and velocities of the modes per pole
     inverse: np.ndarray  # (2 n, 2 n)
@@ -88,7 +89,7 @@ def poles(rig: Rig, law: Law, modes: int) -> Poles:
             f"rig {rig.name!r}: in its gaps it can move without any stiffness, so the middle of a vibration is not "
             "defined; add a support, or grease with stiffness"
         )
-    return Poles(model, stiffness, values, vectors, np.linalg.inv(vectors))
+    return Poles(model, stiffness, damping, values, vectors, np.linalg.inv(vectors))
 
 
 def condensed(

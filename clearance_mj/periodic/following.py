@@ -11,6 +11,7 @@ from .branch import Branch, SpecialPoint
 from .condensed import condensed
 from .continuation import Motion, NoConvergence, Solver
 from .stability import BRANCH_POINT, FOLD, Located, changes, multipliers, with_fold
+from .vibrations import complex_amplitudes
 
 __all__ = ["follow", "resumed"]
 
@@ -95,8 +96,8 @@ def _branch(solver: Solver, points: list[Located], ended: str) -> Branch:
     model, count, motions = poles.model, len(system.rig.bushings), [point.motion for point in points]
     omega = np.array([solver.frequency(motion) for motion in motions])
     excitation = np.outer([solver.share(motion) for motion in motions], linear.excitation)
-    x = _complex(np.array([linear.basis @ motion.z + motion.y for motion in motions]))
-    force = _complex(np.array([motion.force for motion in motions]))
+    x = complex_amplitudes(np.array([linear.basis @ motion.z + motion.y for motion in motions]))
+    force = complex_amplitudes(np.array([motion.force for motion in motions]))
     turning = 1j * np.arange(linear.excitation.size) * omega[:, None]  # (n, H + 1)
     driven = poles.forced @ model.input(system.kind)
     from_points = poles.forced @ model.at_points.T
@@ -135,12 +136,4 @@ def _of_folds(omega: np.ndarray, kinds: list[str]) -> set[int]:
             if kind == BRANCH_POINT and i not in found and abs(omega[i] / omega[fold] - 1) < SAME_FOLD
         ]  # fmt: skip
         found.update(sorted(near, key=lambda i: abs(i - fold))[:1])
-    return found
-
-
-def _complex(values: np.ndarray) -> np.ndarray:
-    """Complex amplitudes (n, n_points, H + 1) of real harmonics (n, n_points, K)."""
-    found = np.empty((*values.shape[:2], values.shape[2] // 2 + 1), dtype=complex)
-    found[..., 0] = values[..., 0]
-    found[..., 1:] = values[..., 1::2] - 1j * values[..., 2::2]
     return found

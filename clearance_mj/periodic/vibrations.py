@@ -1,0 +1,71 @@
+"""What periodic vibrations of rigs have in common: harmonics of what sensors read and clearances do."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from ..errors import ClearanceError
+from ..signals.arrays import ArrayData
+
+__all__ = ["UNITS", "Vibrations", "complex_amplitudes"]
+
+UNITS = {"acceleration": "m/s²", "displacement": "m", "clearance_displacement": "m", "contact_force": "N",
+         "grease_force": "N"}  # fmt: skip
+
+
+class Vibrations(ArrayData):
+    """Base of frozen dataclasses with harmonics (n, n_sensors or n_bushings, H + 1) of the quantities of `UNITS`."""
+
+    responses: tuple[str, ...]
+    clearances: tuple[str, ...]
+
+    def amplitude(self, quantity: str = "acceleration") -> np.ndarray:
+        """Return half of the way from the lowest to the highest value of a period, (n, n_sensors or n_bushings).
+
+        Parameters
+        ----------
+        quantity : str
+            "acceleration", "displacement", "clearance_displacement", "contact_force" or "grease_force".
+
+        Raises
+        ------
+        ClearanceError
+            For another quantity.
+        """
+        if quantity not in UNITS:
+            raise ClearanceError(f'quantity "{quantity}" is unknown; use one of {", ".join(UNITS)}')
+        harmonics = getattr(self, quantity)
+        padded = harmonics * np.where(np.arange(harmonics.shape[-1]) > 0, 0.5, 1.0)
+        samples = 16 * harmonics.shape[-1]
+        history = np.fft.irfft(padded, samples) * samples
+        return np.ptp(history, axis=-1) / 2
+
+    def _names(self, quantity: str, rows: Sequence[int] | None) -> dict[int, str]:
+        """Rows of a quantity that are asked for, by default all, with their names."""
+        names = self.responses if quantity in ("acceleration", "displacement") else self.clearances
+        rows = range(len(names)) if rows is None else rows
+        if not all(0 <= row < len(names) for row in rows):
+            raise ClearanceError(f"rows must be between 0 and {len(names) - 1}, got {list(rows)}")
+        return {row: names[row] for row in rows}
+
+    def _variables(self) -> dict[str, Any]:
+        """Harmonics as variables of a labelled dataset."""
+        return {
+            name: (
+                ("point", "response" if name in ("acceleration", "displacement") else "clearance", "harmonic"),
+                getattr(self, name),
+                unit.replace("/s²", " s-2"),
+            )
+            for name, unit in UNITS.items()
+        }
+
+
+def complex_amplitudes(values: np.ndarray) -> np.ndarray:
+    """Return complex amplitudes (..., H + 1) of real harmonics (..., K)."""
+    found = np.empty((*values.shape[:-1], values.shape[-1] // 2 + 1), dtype=complex)
+    found[..., 0] = values[..., 0]
+    found[..., 1:] = values[..., 1::2] - 1j * values[..., 2::2]
+    return found
