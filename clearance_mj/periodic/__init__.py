@@ -2,5 +2,6 @@
 
 from .branch import Branch, SpecialPoint
 from .forced import response
+from .rattle_map import Jump, RattleMap, rattle_map
 
-__all__ = ["Branch", "SpecialPoint", "response"]
+__all__ = ["Branch", "Jump", "RattleMap", "SpecialPoint", "rattle_map", "response"]

@@ -159,10 +159,17 @@ class Follower(ABC):
         sign = np.sign(found.tangent @ difference(before, found)) * np.sign(step) or 1.0
         return replace(found, tangent=sign * found.tangent)
 
-    def _branch(self, motion: Motion, start: float, stop: float) -> Iterator[Motion]:
-        motion = replace(motion, tangent=motion.tangent * np.sign(motion.tangent[-1] * (stop - start) or 1.0))
+    def within(self, motion: Motion, low: float, high: float, up: bool = True) -> Iterator[Motion]:
+        """Yield a motion and those that follow it, upwards first or downwards, until they leave a range.
+
+        Raises
+        ------
+        NoConvergence
+            Where Newton's method finds no next motion; what was yielded stays.
+        """
+        motion = replace(motion, tangent=motion.tangent * np.sign(motion.tangent[-1] * (1 if up else -1) or 1.0))
         yield motion
-        step, low, high = 1e-3, min(start, stop), max(start, stop)
+        step = 1e-3
         for _ in range(MOST_POINTS):
             found = self.ahead(motion, step)
             if found is None and step < SHARP_CORNER:
@@ -250,7 +257,7 @@ class Solver(Follower):
             if motion is None:
                 raise NoConvergence(omega)
             if least < 1.0:
-                *_, motion = self._branch(motion, 1e-3 * least, 1.0)  # folds may lead below where it began
+                *_, motion = self.within(motion, 1e-3 * least, 1.0)  # folds may lead below where it began
                 if abs(motion.omega - 1.0) > 1e-9:
                     raise NoConvergence(omega)
         except NoConvergence:
@@ -271,7 +278,7 @@ class Solver(Follower):
         NoConvergence
             Where Newton's method finds no next motion; what was yielded stays.
         """
-        yield from self._branch(self.first(start), start, stop)
+        yield from self.within(self.first(start), min(start, stop), max(start, stop), stop > start)
 
 
 def difference(a: Motion, b: Motion) -> np.ndarray:

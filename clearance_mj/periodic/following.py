@@ -13,7 +13,7 @@ from .continuation import Motion, NoConvergence, Solver
 from .stability import BRANCH_POINT, FOLD, Located, changes, multipliers, with_fold
 from .vibrations import complex_amplitudes
 
-__all__ = ["follow", "resumed"]
+__all__ = ["expanded", "follow", "resumed"]
 
 SAME_FOLD = 1e-3
 """of the frequency: how far from a fold its multiplier may pass 1"""
@@ -47,7 +47,7 @@ def follow(solver: Solver, motions: Iterator[Motion], stability: bool) -> Branch
                 "or with more harmonics and samples"
             ) from None
         ended = f"no further periodic vibration was found beyond {at}"
-    return _branch(solver, points, ended)
+    return expanded(solver, points, ended)
 
 
 def resumed(branch: Branch, index: int, times: int = 1) -> tuple[Solver, float, np.ndarray, np.ndarray]:
@@ -89,7 +89,7 @@ def _strongest(excitation: np.ndarray) -> complex:
     return complex(excitation[np.flatnonzero(excitation)[0]])
 
 
-def _branch(solver: Solver, points: list[Located], ended: str) -> Branch:
+def expanded(solver: Solver, points: list[Located], ended: str) -> Branch:
     """Expand motions at the clearances to everything that a branch knows."""
     system = solver.system
     rig, poles, linear, periods = system.rig, system.poles, system.linear, system.periods

@@ -1,0 +1,287 @@
+"""All vibrations over frequency that hang together with the one in the gap, at one level.
+
+As long as no wall is touched the vibration of linear greases is known in closed form; the curve leaves it where the gap
+is filled and comes back to it at another such frequency. These arcs are continued; gaps and arcs in turn are the whole
+curve, from the lowest frequency to the highest one, and loops beside it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from .continuation import Motion, NoConvergence, Solver, difference
+from .in_gap import driven, edges, filled, linear_in_gap
+
+__all__ = ["Curve", "Vibrations", "curve"]
+
+LOW, HIGH, BROKEN = -1, -2, -3
+"""ends of an arc that are not where the gap is filled: the range's, and where no next motion was found"""
+PARTS = 8
+"""of the way between two motions"""
+MARGIN = 1e-6
+"""of the frequency: beyond the range"""
+SAME = 1e-2
+"""of the motion: two that differ by less at one frequency are one"""
+SAME_FOLD = 1e-5
+"""of the frequency: neighbours that are closer are those of the parabola"""
+
+
+@dataclass(frozen=True, eq=False)
+class Vibrations:
+    """Those of one stretch of the curve, in its order."""
+
+    cell: np.ndarray
+    """(m,) index of the frequency"""
+    z: np.ndarray
+    """(m, r, K) harmonics of the coordinates, m"""
+    y: np.ndarray
+    """(m, n_points, K) of the points beside them, m"""
+
+    def __getitem__(self, which: np.ndarray | slice) -> Vibrations:
+        """Those of some indices."""
+        return Vibrations(self.cell[which], self.z[which], self.y[which])
+
+
+@dataclass(frozen=True, eq=False)
+class Curve:
+    """What is known of the vibrations at one level."""
+
+    order: Vibrations
+    """from the lowest frequency along the curve to the highest one"""
+    beside: Vibrations
+    """of loops that a sweep does not meet"""
+    folds: tuple[tuple[float, bool], ...]
+    """1/s, and whether a sweep upwards ends there, or one downwards"""
+    ended: tuple[float, ...]
+    """1/s: where no further motion was found"""
+
+
+@dataclass(frozen=True, eq=False)
+class _Link:
+    """A stretch of the curve between two of its ends."""
+
+    ends: tuple[int, int]
+    vibrations: Vibrations
+    folds: tuple[tuple[float, bool], ...] = ()
+
+
+def curve(solver: Solver, omega: np.ndarray) -> Curve:
+    """Return the vibrations at increasing frequencies, 1/s, of an excitation with one harmonic."""
+    ended: list[float] = []
+    if linear_in_gap(solver):
+        known = edges(solver.system, omega)
+        links = [*_gaps(solver, omega, known), *_arcs(solver, omega, known, ended)]
+    else:
+        links = list(_whole(solver, omega, ended))
+    folds = tuple(fold for link in links for fold in link.folds)
+    up = _walk(links, LOW)
+    down = _walk(links, HIGH)
+    order = _joined(solver, [*up, *(_reversed(link) for link in reversed(down))])
+    return Curve(order, _joined(solver, links), folds, tuple(ended))
+
+
+def _gaps(solver: Solver, omega: np.ndarray, known: list[tuple[float, bool]]) -> Iterator[_Link]:
+    """The stretches without contact, in closed form."""
+    inside = filled(solver.system, omega) <= 1
+    bounds = [LOW, *range(len(known)), HIGH]
+    for left, right in zip(bounds, bounds[1:]):
+        opens = left == LOW or not known[left][1]
+        closes = right == HIGH or known[right][1]
+        if not (opens and closes) or (left == LOW and right == HIGH and not inside.any()):
+            continue
+        low, high = -np.inf if left == LOW else known[left][0], np.inf if right == HIGH else known[right][0]
+        cells = np.flatnonzero(inside & (omega > low) & (omega < high))
+        yield _Link((left, right), Vibrations(cells, *_linear(solver, omega[cells])))
+
+
+def _linear(solver: Solver, omega: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Harmonics of the coordinates and of the points beside them, by the excitation alone."""
+    system = solver.system
+    of_points = driven(system, omega)
+    x = np.zeros((*of_points.shape, 2 * solver.harmonics + 1))
+    x[..., 2 * system.periods - 1], x[..., 2 * system.periods] = of_points.real, -of_points.imag
+    z = np.einsum("pr,npk->nrk", system.linear.basis, x)
+    return z, x - np.einsum("pr,nrk->npk", system.linear.basis, z)
+
+
+def _arcs(
+    solver: Solver, omega: np.ndarray, known: list[tuple[float, bool]], ended: list[float]
+) -> Iterator[_Link]:  # fmt: skip
+    """The stretches with contact, each from an end that no other one has reached."""
+    low, high = omega[0] * (1 - MARGIN), omega[-1] * (1 + MARGIN)
+    starts = [(i, above) for i, (_, above) in enumerate(known)]
+    if filled(solver.system, omega[:1])[0] > 1:
+        starts.insert(0, (LOW, True))
+    if filled(solver.system, omega[-1:])[0] > 1:
+        starts.append((HIGH, False))
+    reached: set[int] = set()
+    for start, up in starts:
+        if start in reached:
+            continue
+        motions: list[Motion] = []
+        end = BROKEN
+        try:
+            for motion in _from(solver, start, up, known, low, high):
+                if len(motions) > 1 and not _touches(solver, motion) and _touches(solver, motions[-1]):
+                    end = _edge(motion, known)
+                    motion = _at_edge(solver, known[end][0])
+                motions.append(motion)
+                if end != BROKEN:
+                    break
+            else:
+                end = LOW if motions[-1].omega < (low + high) / 2 else HIGH
+        except NoConvergence as failed:
+            ended.append(failed.args[0])
+        reached.update((start, end))
+        if motions:
+            yield _link((start, end), motions, omega)
+
+
+def _from(
+    solver: Solver, start: int, up: bool, known: list[tuple[float, bool]], low: float, high: float
+) -> Iterator[Motion]:  # fmt: skip
+    first = solver.first(low if start == LOW else high) if start < 0 else _at_edge(solver, known[start][0])
+    yield from solver.within(first, low, high, up)
+
+
+def _at_edge(solver: Solver, omega: float) -> Motion:
+    """The motion at which the gap is just filled."""
+    (z,), (y,) = _linear(solver, np.array([omega]))
+    scale = max(float(np.linalg.norm(z)), solver.least)
+    motion = solver.solve(omega, z, y, np.append(np.zeros(solver.size), 1.0), scale)
+    if motion is None:
+        raise NoConvergence(omega)
+    return motion
+
+
+def _touches(solver: Solver, motion: Motion) -> bool:
+    system = solver.system
+    place = (system.linear.basis @ motion.z + motion.y) @ solver.grid.basis.T
+    lower, upper = np.repeat([bushing.walls for bushing in system.rig.bushings], 2, axis=0).T
+    ends = place[len(system.rig.bushings) :]
+    return bool(np.any(ends.max(axis=1) > upper) or np.any(ends.min(axis=1) < lower))
+
+
+def _edge(motion: Motion, known: list[tuple[float, bool]]) -> int:
+    """Where a motion that left contact came into the gap."""
+    upwards = motion.tangent[-1] > 0
+    return min(
+        (i for i, (_, above) in enumerate(known) if above != upwards),
+        key=lambda i: abs(known[i][0] - motion.omega),
+        default=min(range(len(known)), key=lambda i: abs(known[i][0] - motion.omega)),
+    )
+
+
+def _whole(solver: Solver, omega: np.ndarray, ended: list[float]) -> Iterator[_Link]:
+    """The curve of greases that are not linear in the gap, from below and, if it does not get through, from above."""
+    low, high = omega[0] * (1 - MARGIN), omega[-1] * (1 + MARGIN)
+    for start, stop, ends in ((low, high, (LOW, HIGH)), (high, low, (HIGH, LOW))):
+        motions: list[Motion] = []
+        end = BROKEN
+        try:
+            for motion in solver.branch(start, stop):
+                motions.append(motion)
+            end = LOW if motions[-1].omega < (low + high) / 2 else HIGH
+        except NoConvergence as failed:
+            ended.append(failed.args[0])
+        yield _link((ends[0], end), motions, omega)
+        if end == ends[1]:
+            return
+
+
+def _walk(left: list[_Link], start: int) -> list[_Link]:
+    """Take stretches from a list, one after the other from an end of the range on, each turned the way that is gone."""
+    found: list[_Link] = []
+    at = start
+    while at >= 0 or (not found and at != BROKEN):
+        link = next((link for link in left if at in link.ends), None)
+        if link is None:
+            break
+        left.remove(link)
+        found.append(link if link.ends[0] == at else _reversed(link))
+        at = found[-1].ends[1]
+    return found
+
+
+def _reversed(link: _Link) -> _Link:
+    return _Link(link.ends[::-1], link.vibrations[::-1], link.folds)
+
+
+def _link(ends: tuple[int, int], motions: list[Motion], omega: np.ndarray) -> _Link:
+    """Motions that follow each other, as vibrations at the frequencies that they pass.
+
+    Between two motions go cubic parabolas along their tangents (Hermite).
+    """
+    if len(motions) < 2:
+        shape = (0, *np.shape(motions[0].z)) if motions else (0, 0, 0)
+        beside = (0, *np.shape(motions[0].y)) if motions else (0, 0, 0)
+        return _Link(ends, Vibrations(np.zeros(0, dtype=int), np.zeros(shape), np.zeros(beside)))
+    z, y = np.array([motion.z for motion in motions]), np.array([motion.y for motion in motions])
+    w, scale = np.array([(motion.omega, motion.scale) for motion in motions]).T
+    along = np.array([motion.tangent for motion in motions])
+    of_z, of_w = along[:, :-1].reshape(z.shape) * scale[:, None, None], along[:, -1] * w
+    length = np.array([np.linalg.norm(difference(a, b)) for a, b in zip(motions, motions[1:])])
+    # A tangent is of length 1 in the units of its own motion; what is passed is measured in those of the first.
+    later = np.sqrt(np.sum(of_z[1:] ** 2, axis=(1, 2)) / scale[:-1] ** 2 + (of_w[1:] / w[:-1]) ** 2)
+    bends = np.stack((length, length / later))
+    s = np.arange(PARTS) / PARTS
+    fine = np.append(
+        _hermite(w[:-1, None], w[1:, None], (bends[0] * of_w[:-1])[:, None], (bends[1] * of_w[1:])[:, None], s), w[-1]
+    )
+    low, high = np.minimum(fine[:-1], fine[1:]), np.maximum(fine[:-1], fine[1:])
+    first, last = np.searchsorted(omega, low), np.searchsorted(omega, high)
+    part = np.repeat(np.arange(low.size), last - first)
+    cell = np.concatenate([np.arange(a, b)[:: 1 if up else -1] for a, b, up in zip(first, last, np.diff(fine) > 0)])
+    share = (part % PARTS + (omega[cell] - fine[part]) / (fine[part + 1] - fine[part])) / PARTS
+    i, share = part // PARTS, share[:, None, None]
+    bent = bends[:, i, None, None]
+    found = _hermite(z[i], z[i + 1], bent[0] * of_z[i], bent[1] * of_z[i + 1], share)
+    vibrations = Vibrations(cell.astype(int), found, y[i] + share * (y[i + 1] - y[i]))
+    return _Link(ends, vibrations, tuple(_folds(fine)))
+
+
+def _hermite(a: np.ndarray, b: np.ndarray, at_a: np.ndarray, at_b: np.ndarray, s: np.ndarray) -> np.ndarray:
+    """Cubic parabola from a to b with these derivatives, at shares of the way."""
+    rest = 1 - s
+    return rest**2 * ((1 + 2 * s) * a + s * at_a) + s**2 * ((1 + 2 * rest) * b - rest * at_b)
+
+
+def _folds(w: np.ndarray) -> Iterator[tuple[float, bool]]:
+    """Where frequencies along a curve turn, by the parabola through three, and whether from up to down."""
+    step = np.diff(w)
+    turns = [
+        (float(w[i + 1] - (w[i + 2] - w[i]) ** 2 / (8 * (step[i + 1] - step[i]))), bool(step[i] > 0))
+        for i in np.flatnonzero(step[:-1] * step[1:] < 0)
+    ]
+    while len(turns) > 1:
+        closest = min(range(len(turns) - 1), key=lambda i: abs(turns[i + 1][0] - turns[i][0]))
+        if abs(turns[closest + 1][0] / turns[closest][0] - 1) > SAME_FOLD:
+            break
+        del turns[closest : closest + 2]
+    yield from turns
+
+
+def _joined(solver: Solver, links: list[_Link]) -> Vibrations:
+    """The vibrations of stretches, those that several have once."""
+    k = 2 * solver.harmonics + 1
+    known = Vibrations(
+        np.zeros(0, dtype=int), np.zeros((0, solver.size // k, k)), np.zeros((0, solver.points, k))
+    )  # fmt: skip
+    for link in links:
+        new = link.vibrations
+        if not new.cell.size:
+            continue
+        fresh = np.array([not _holds(known, new.cell[i], new.z[i]) for i in range(new.cell.size)])
+        new = new[fresh]
+        known = Vibrations(
+            np.concatenate((known.cell, new.cell)), np.concatenate((known.z, new.z)), np.concatenate((known.y, new.y))
+        )
+    return known
+
+
+def _holds(known: Vibrations, cell: int, z: np.ndarray) -> bool:
+    there = known.z[known.cell == cell]
+    return bool(there.size and np.any(np.linalg.norm(there - z, axis=(1, 2)) < SAME * np.linalg.norm(z)))

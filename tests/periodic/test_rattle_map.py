@@ -1,0 +1,101 @@
+"""Rattle maps of the Table-1 rig. Truth: branches of single levels, the linear response, the modal engine's marches."""
+
+import numpy as np
+import pytest
+
+from clearance_mj import periodic
+from clearance_mj.beam import linear_frf
+from clearance_mj.clearance import ConstantLaw
+from clearance_mj.errors import ClearanceError, ExcitationError, LawError, RigError
+
+from ..conftest import TABLE1
+from .test_rigs import BARE, LAW
+
+LEVELS = (1.0, 6.0)
+FREQUENCIES = np.sort(np.append(np.linspace(30, 60, 31), (46.2, 46.8)))
+"""Hz; between the last two there are three vibrations at 6 m/s²"""
+
+
+@pytest.fixture(scope="module")
+def found():
+    return periodic.rattle_map(TABLE1, LAW, LEVELS, FREQUENCIES, workers=1, progress=False)
+
+
+@pytest.mark.parametrize("frequency", [36.0, 46.2, 46.8])
+def test_a_cell_is_what_a_branch_comes_to(found, frequency, measured):
+    """From below for a sweep upwards, from above for one downwards: branches end where they leave their range."""
+    i = np.flatnonzero(FREQUENCIES == frequency)[0]
+    off = []
+    for sweep, start in enumerate((30, 60)):
+        branch = periodic.response(TABLE1, LAW, 6.0, (start, frequency), stability=False)
+        for name in ("acceleration", "clearance_displacement"):
+            of_map = getattr(found, name.replace("clearance_", ""))[sweep, 0, 1, i]
+            off.append(np.abs(of_map / branch.amplitude(name)[-1] - 1).max())
+    what = f"rattle map at {frequency:g} Hz: amplitudes beside those of the branch"
+    measured.below(what, max(off), 1e-3, "harmonic balance")
+
+
+def test_it_rattles_where_the_linear_response_fills_the_gap(found):
+    """At 1 m/s² nowhere; at 6 m/s² within the curve of first contact, and beyond it as far as the jump."""
+    assert not found.rattles[0, 0].any() and found.unknown == 0 and not found.ended
+    inside = found.first_contact[0] < 6.0
+    jump = max(jump.frequency for jump in found.jumps)
+    np.testing.assert_array_equal(found.rattles[0, 1], inside | ((FREQUENCIES > 40) & (FREQUENCIES < jump)))
+    known = linear_frf(TABLE1, FREQUENCIES[:5]).T
+    np.testing.assert_allclose(found.acceleration[0, 0, 0, :5], np.abs(known), rtol=1e-3)
+
+
+def test_it_jumps_where_the_branch_folds(found):
+    branch = periodic.response(TABLE1, LAW, 6.0, (30, 60), stability=False)
+    up, down = (point.frequency for point in branch.special)
+    jumps = {jump.sweep: jump for jump in found.jumps}
+    assert jumps["up"].frequency == pytest.approx(up, rel=1e-4) and jumps["up"].level == 6.0
+    assert jumps["down"].frequency == pytest.approx(down, rel=1e-4)
+    between = (FREQUENCIES > down) & (FREQUENCIES < up)
+    np.testing.assert_array_equal(found.vibrations[0, 1], np.where(between, 3, 1))
+    np.testing.assert_array_equal(
+        np.any(found.penetration[0] != found.penetration[1], axis=-1)[0, 1], between
+    )  # a sweep upwards rattles there, one downwards does not
+    assert found.contact_share[0, 0, 1, between].all() and not found.contact_share[1, 0, 1, between].any()
+
+
+def test_figure_and_dataset(found):
+    axes = found.plot().axes
+    assert axes[0].get_title() == "gap 0.3 mm" and axes[0].get_xlabel() == "frequency (Hz)"
+    np.testing.assert_array_equal(axes[0].lines[0].get_ydata(), found.first_contact[0])
+    with pytest.raises(ClearanceError, match='quantity "speed" is unknown'):
+        found.plot("speed")
+    with pytest.raises(ClearanceError, match="row must be between 0 and 7"):
+        found.plot("acceleration", row=8)
+    with pytest.raises(ClearanceError, match='sweep must be "up", "down" or "larger"'):
+        found.plot(sweep="left")
+    data = found.to_xarray()
+    assert data.acceleration.dims == ("sweep", "gaps", "level", "frequency", "response")
+    assert data.sel(sweep="down", level=6.0, response="8:+Z").acceleration.values[0] == pytest.approx(
+        found.acceleration[1, 0, 1, :, 7]
+    )
+
+
+@pytest.mark.parametrize(
+    ("change", "error", "words"),
+    [
+        ({"levels": 1.0}, ExcitationError, "levels must be 1 or more numbers in a row"),
+        ({"levels": (2.0, 1.0)}, ExcitationError, "levels must be finite, > 0 and increasing"),
+        ({"frequencies": (10.0,)}, ExcitationError, "frequencies must be 2 or more numbers in a row"),
+        ({"frequencies": (0.0, 1.0)}, ExcitationError, "frequencies must be finite, > 0 and increasing"),
+        ({"gaps": []}, ClearanceError, "gaps is empty"),
+        ({"gaps": [(1e-4, 1e-4, 1e-4)]}, ClearanceError, "each of gaps must be one number or 2, one per bushing"),
+        ({"gaps": [0.0]}, RigError, "gap"),
+        ({"kind": "sound"}, ExcitationError, 'kind must be "base" or "force"'),
+        ({"kind": "force"}, ExcitationError, "rig 'table1' has no shaker.position"),
+        ({"workers": 0}, ClearanceError, "workers must be 1 or more, got 0"),
+        ({"harmonics": 0}, ClearanceError, "harmonics must be 1 or more"),
+        ({"rig": BARE}, RigError, "rig 'table1' has no clearance"),
+        ({"law": ConstantLaw([1e3] * 3, 1.0)}, LawError, "3 bushings, the rig has 2"),
+    ],
+)
+def test_refusals(change, error, words):
+    with pytest.raises(error, match=words):
+        periodic.rattle_map(
+            **{"rig": TABLE1, "law": LAW, "levels": (1.0,), "frequencies": (10.0, 20.0), "workers": 1, **change}
+        )
