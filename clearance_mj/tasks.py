@@ -31,6 +31,8 @@ MOST_LOSSES = 3
 """times that a task may lose its worker"""
 PATIENCE = 10.0
 """s to wait for a scheduler's answer"""
+DELAY = 1.0
+"""s until a bar shows: what is refused at once says so in one line"""
 SMOOTHING = 0.1
 """of the time left: a little more weight to the latest tasks, for a machine that gets busier"""
 
@@ -54,8 +56,9 @@ def run_tasks(
     else:
         results = _on_threads(function, tasks, workers)
     bar = tqdm(
-        total=len(tasks) + done, initial=done, desc=progress, unit="run", smoothing=SMOOTHING, disable=not progress
-    )
+        total=len(tasks) + done, initial=done, desc=progress, unit="run", smoothing=SMOOTHING, disable=not progress,
+        delay=DELAY,
+    )  # fmt: skip
     with bar, contextlib.closing(results):
         for task, result in results:
             yield task, result

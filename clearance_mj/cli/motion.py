@@ -8,27 +8,17 @@ from typing import Any
 
 from ..errors import ClearanceError
 from .command import command, out_folder
-from .options import add_simulation, excitation, load
+from .options import add_simulation, excitation, load, numbers
 
 
 def _options(parser: argparse.ArgumentParser) -> None:
     add_simulation(parser, duration=24.0)
     parser.add_argument(
-        "--levels", type=_levels, default=(0.5, 1.0, 2.0, 5.0, 8.0), metavar="RMS,...",
+        "--levels", type=numbers, default=(0.5, 1.0, 2.0, 5.0, 8.0), metavar="RMS,...",
         help="m/s², or N for a force shaker (default: 0.5,1,2,5,8)",
     )  # fmt: skip
     parser.add_argument("--drop", type=float, help="s left out until the motion is steady (default: a quarter)")
     parser.add_argument("--workers", type=int, help="threads (default: one for each processor)")
-
-
-def _levels(text: str) -> tuple[float, ...]:
-    try:
-        found = tuple(float(part) for part in text.split(","))
-    except ValueError:
-        found = ()
-    if not found or not all(0 < level < float("inf") for level in found):
-        raise argparse.ArgumentTypeError(f"{text!r} is not a list of levels above 0, such as 0.5,1,2")
-    return found
 
 
 @command(

@@ -8,7 +8,7 @@ import math
 import sys
 from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from ..errors import ClearanceError
 
@@ -17,7 +17,13 @@ if TYPE_CHECKING:  # the command line starts without the library
     from ..rig import Rig
     from ..signals.excitation import Excitation
 
-__all__ = ["add_columns", "add_plugin", "add_simulation", "excitation", "load", "load_plugin", "parse_columns"]
+__all__ = [
+    "add_columns", "add_periodic", "add_plugin", "add_rig", "add_simulation", "excitation", "load", "load_plugin",
+    "numbers", "parse_columns", "settings",
+]  # fmt: skip
+
+MOST_NUMBERS = 10_000
+"""of a range"""
 
 
 def add_plugin(parser: argparse.ArgumentParser, what: str) -> None:
@@ -58,17 +64,65 @@ def parse_columns(pairs: Sequence[str], option: str = "--column") -> Iterator[tu
         yield header.strip(), channel.strip()
 
 
-def add_simulation(parser: argparse.ArgumentParser, duration: float, fs: float = 8192.0) -> None:
-    """Add the options of a command that simulates a rig."""
+def add_rig(parser: argparse.ArgumentParser) -> None:
+    """Add the options that name a rig and its law, see `load`."""
     option = parser.add_argument
     option("rig", type=Path, help="rig file (TOML), or a folder with rig.toml and, if one was identified, law.json")
     option("--law", type=Path, help="law file (default: the folder's, or the rig's datasheet contact)")
+
+
+def add_simulation(parser: argparse.ArgumentParser, duration: float, fs: float = 8192.0) -> None:
+    """Add the options of a command that simulates a rig."""
+    add_rig(parser)
+    option = parser.add_argument
     option("--engine", default="links", help="links, modal or modal-mj (default: %(default)s)")
     option("--sine", type=float, metavar="HZ", help="drive with a sine (default: with noise)")
     option("--band", type=float, nargs=2, default=(5.0, 220.0), metavar=("LOW", "HIGH"), help="of noise, Hz (5 220)")
     option("--seed", type=int, default=0, help="of noise (default: %(default)s)")
     option("--duration", type=float, default=duration, help="s that are simulated (default: %(default)s)")
     option("--fs", type=float, default=fs, help="samples per second (default: %(default)s)")
+
+
+def add_periodic(parser: argparse.ArgumentParser) -> None:
+    """Add the options of a command that finds periodic vibrations: rig and law, see `load`, and how they are found."""
+    add_rig(parser)
+    option = parser.add_argument
+    option("--harmonics", type=int, default=21, help="of the motion (default: %(default)s)")
+    option("--samples", type=int, help="of a period (default: the power of two from 12 for each harmonic on)")
+    option("--modes", type=int, default=8, help="of the rig's Ritz basis (default: %(default)s)")
+    option("--kind", choices=("base", "force"), help="what excites (default: as the rig's shaker)")
+
+
+def settings(rig: Rig, law: Law) -> dict[str, Any]:
+    """Return what results of a rig and a law carry: both, the version, and the digest of the program's sources."""
+    from .._version import __version__
+    from ..cache import code
+
+    return {"version": __version__, "code": code(), "rig": rig.to_dict(), "law": law.to_dict()}
+
+
+def numbers(text: str) -> tuple[float, ...]:
+    """Numbers above 0 of a list, such as 0.5,1,2, or of a range FROM:TO:COUNT, such as 0.5:10:50."""
+    try:
+        if ":" in text:
+            low, high, count = text.split(":")
+            found = tuple(_evenly(float(low), float(high), int(count)))
+        else:
+            found = tuple(float(part) for part in text.split(","))
+    except ValueError:
+        found = ()
+    if not found or not all(0 < number < math.inf for number in found):
+        raise argparse.ArgumentTypeError(
+            f"{text!r} is neither a list of numbers above 0, such as 0.5,1,2, nor a range FROM:TO:COUNT of up to "
+            f"{MOST_NUMBERS}, such as 0.5:10:50"
+        )
+    return found
+
+
+def _evenly(low: float, high: float, count: int) -> Iterator[float]:
+    if not 2 <= count <= MOST_NUMBERS:
+        raise ValueError
+    return ((low * (count - 1 - i) + high * i) / (count - 1) for i in range(count))
 
 
 def load(options: argparse.Namespace) -> tuple[Rig, Law]:

@@ -1,0 +1,83 @@
+"""clearance-mj response: periodic vibrations over frequency, the unstable ones too."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from ..errors import ClearanceError
+from ..files import to_json, write_text
+from .command import command, out_folder
+from .options import add_periodic, add_plugin, load, load_plugin, numbers, settings
+
+if TYPE_CHECKING:  # a command imports what it needs when it runs
+    from ..periodic import Branch
+    from ..rig import Rig
+
+
+def _options(parser: argparse.ArgumentParser) -> None:
+    option = parser.add_argument
+    add_periodic(parser)
+    option(
+        "--level", type=numbers, required=True, metavar="A,...",
+        help="amplitudes of a sine, m/s² of the base or N: a list, or a range FROM:TO:COUNT",
+    )  # fmt: skip
+    option("--from", dest="start", type=float, default=5.0, metavar="HZ", help="(default: %(default)s)")
+    option("--to", dest="stop", type=float, default=220.0, metavar="HZ", help="downwards too (default: %(default)s)")
+    option("--sensors", type=_nodes, metavar="NODE,...", help="to draw (default: those in the bushings)")
+    option("--workers", type=int, help="threads (default: one for each core)")
+    add_plugin(parser, "a contact or a grease")
+
+
+def _nodes(text: str) -> list[int]:
+    try:
+        return [int(part) for part in text.split(",")]
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"{text!r} is not a list of sensors' nodes such as 6,7") from None
+
+
+@command(
+    "response", "follow periodic vibrations over frequency, around folds, without marching in time", _options,
+    out=Path("results/response"), out_help="folder for response.csv, .json and .png (default: %(default)s)",
+)  # fmt: skip
+def _run(options: argparse.Namespace) -> dict[str, Any]:
+    from ..report.responses import draw, plain, rows, words
+    from ..report.tables import write_csv
+
+    load_plugin(options.plugin)
+    out_folder(options.out)
+    rig, law = load(options)
+    sensors = _rows_of(rig, options.sensors)
+    branches = _followed(options, rig, law)
+    result = settings(rig, law) | {"branches": [plain(branch) for branch in branches]}
+    drawing = draw(branches, sensors)
+    write_csv(options.out / "response.csv", rows(branches))
+    drawing.write(options.out)
+    write_text(options.out / "response.json", to_json(result))
+    for branch in branches:
+        print("\n  ".join(words(branch)))
+    print(f"response: {options.out / 'response.csv'}")
+    return result | {"out": str(options.out)}
+
+
+def _rows_of(rig: Rig, nodes: list[int] | None) -> list[int] | None:
+    known = [sensor.node for sensor in rig.sensors]
+    for node in nodes or ():
+        if node not in known:
+            raise ClearanceError(f"--sensors: the rig has no sensor {node}; it has {', '.join(map(str, known))}")
+    return None if nodes is None else [known.index(node) for node in nodes]
+
+
+def _followed(options: argparse.Namespace, rig: Rig, law: Any) -> list[Branch]:
+    from ..periodic import response
+    from ..tasks import run_tasks
+
+    shared = {name: getattr(options, name) for name in ("harmonics", "samples", "kind", "modes")}
+    ends = options.start, options.stop
+
+    def follow(level: float) -> Branch:
+        return response(rig, law, level, ends, **shared)
+
+    found = dict(run_tasks(follow, options.level, options.workers, progress="" if options.quiet else "levels"))
+    return [found[level] for level in options.level]

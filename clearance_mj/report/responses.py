@@ -1,0 +1,267 @@
+"""Periodic vibrations over frequency or level: figure, rows for CSV, and in numbers where they fold and jump."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import matplotlib
+import numpy as np
+import pandas as pd
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+from matplotlib.lines import Line2D
+
+from ..periodic import Branch
+from ..periodic.branch import MARKERS
+from ..rig import Rig
+from .style import FONT, TEST, Drawing, at_bushings, frequency_axis, letters, sensor_title, sheet, tidy
+
+__all__ = ["Jump", "draw", "draw_branches", "jumps", "plain", "rows", "unit", "words"]
+
+WIDE = 3.0
+"""ratio of frequencies from which their axis is logarithmic"""
+NEAR = 3
+"""points beside a fold of which one is stable if a vibration ends there: stability changes where it does but for
+rounding"""
+PANEL = 1.9
+"""in, height"""
+
+
+@dataclass(frozen=True)
+class Jump:
+    """A fold at which a vibration that was stable until then goes over to another one."""
+
+    upwards: bool
+    """whether it is met with rising frequency, or level"""
+    at: float
+    """frequency of the fold, Hz; over level, the level"""
+    clearance: int
+    """the one with the largest motion there"""
+    before: float
+    """amplitude at it, m"""
+    after: tuple[float, ...]
+    """and those of the stable vibrations of the branch at the same frequency or level; none: they are elsewhere"""
+
+
+def unit(branch: Branch) -> str:
+    """Unit of the excitation's level."""
+    return "m/s²" if branch.kind == "base" else "N"
+
+
+def parameter(branch: Branch) -> np.ndarray:
+    """(n,) frequency, Hz, or level of a branch's points, whichever changes along it."""
+    return branch.frequency if branch.over == "frequency" else np.abs(branch.level[:, 0])
+
+
+def jumps(branch: Branch) -> list[Jump]:
+    """Return the folds at which a stable vibration ends, in the order of the curve."""
+    x, stable, found = parameter(branch), branch.stable, []
+    if stable is None:
+        return []
+    amplitude = branch.amplitude("clearance_displacement")
+    folds = [point.index for point in branch.special if point.kind == "fold"]
+    for last, i, following in zip([-1, *folds], folds, [*folds[1:], x.size]):
+        before, after = slice(max(last + 1, i - NEAR), i), slice(i + 1, min(following, i + 1 + NEAR))
+        if not (stable[before].any() or stable[after].any()):
+            continue
+        j = int(np.argmax(amplitude[i]))
+        landing = tuple(float(value) for value in _elsewhere(x, amplitude[:, j], stable, i))
+        found.append(Jump(bool(x[i] > x[i - 1]), float(x[i]), j, float(amplitude[i, j]), landing))
+    return found
+
+
+def _elsewhere(x: np.ndarray, amplitude: np.ndarray, stable: np.ndarray, fold: int) -> Iterator[float]:
+    """Amplitudes where the branch passes a fold's parameter between two stable points."""
+    crossing = (x[:-1] - x[fold]) * (x[1:] - x[fold]) <= 0
+    for k in np.flatnonzero(crossing & stable[:-1] & stable[1:]):
+        if fold not in (k, k + 1):
+            share = (x[fold] - x[k]) / (x[k + 1] - x[k])
+            yield float(amplitude[k] + share * (amplitude[k + 1] - amplitude[k]))
+
+
+def words(branch: Branch) -> list[str]:
+    """Say in lines what is special about a branch: folds and jumps, where stability changes, whether it ends early."""
+    over_level, own = branch.over == "level", unit(branch)
+    x, stable = parameter(branch), branch.stable
+    fixed = f"{branch.frequency[0]:g} Hz" if over_level else f"{abs(branch.level[0, 0]):g} {own}"
+    measure = own if over_level else "Hz"
+    share = "" if stable is None else f", {np.sum(~stable)} of them not stable"
+    said = [f"{fixed}: {x.size} points from {x[0]:.6g} to {x[-1]:.6g} {measure}{share}"]
+    leaves = {jump.at: jump for jump in jumps(branch)}
+    for point in branch.special:
+        at = point.level if over_level else point.frequency
+        line = f"{point.kind} at {at:.6g} {measure}"
+        if jump := leaves.get(float(x[point.index])) if point.kind == "fold" else None:
+            line += f": {'upwards' if jump.upwards else 'downwards'} the vibration jumps"
+            if jump.after:
+                to = " or ".join(f"{1e3 * value:.4g}" for value in jump.after)
+                line += f" from {1e3 * jump.before:.4g} to {to} mm at {branch.clearances[jump.clearance]}"
+        said.append(line)
+    return [*said, branch.ended] if branch.ended else said
+
+
+def rows(branches: Sequence[Branch]) -> pd.DataFrame:
+    """Return a row per point: amplitudes, and the excitation's harmonic, at all sensors and clearances; SI units."""
+    return pd.concat([_rows(branch, number) for number, branch in enumerate(branches, 1)], ignore_index=True)
+
+
+def _rows(branch: Branch, number: int) -> pd.DataFrame:
+    special = np.full(branch.frequency.size, "", dtype=object)
+    for point in branch.special:
+        special[point.index] = point.kind
+    columns: dict[str, Any] = {
+        "branch": number,
+        "level": np.abs(branch.level[:, 0]),
+        "level_unit": unit(branch),
+        "frequency_hz": branch.frequency,
+        "stable": "" if branch.stable is None else branch.stable,
+        "special": special,
+    }
+    for quantity, labels, of in (
+        ("acceleration", branch.responses, "m_s2"), ("clearance_displacement", branch.clearances, "m"),
+        ("contact_force", branch.clearances, "n"),
+    ):  # fmt: skip
+        amplitude, first = branch.amplitude(quantity), getattr(branch, quantity)[..., branch.periods]
+        for i, label in enumerate(labels):
+            columns[f"{quantity}_{label}_amplitude_{of}"] = amplitude[:, i]
+            columns[f"{quantity}_{label}_fundamental_{of}"] = np.abs(first[:, i])
+            columns[f"{quantity}_{label}_fundamental_phase_deg"] = np.degrees(np.angle(first[:, i]))
+    return pd.DataFrame(columns)
+
+
+def plain(branch: Branch) -> dict[str, Any]:
+    """Return what a branch is and what is special about it as plain data."""
+    x, stable = parameter(branch), branch.stable
+    return {
+        "over": branch.over,
+        "kind": branch.kind,
+        "periods": branch.periods,
+        "harmonics": branch.acceleration.shape[-1] - 1,
+        "samples": branch.samples,
+        "modes": branch.modes,
+        "level": float(abs(branch.level[0, 0])) if branch.over == "frequency" else None,
+        "frequency": float(branch.frequency[0]) if branch.over == "level" else None,
+        "from": float(x[0]),
+        "to": float(x[-1]),
+        "points": int(x.size),
+        "unstable": None if stable is None else int(np.sum(~stable)),
+        "special": [
+            {"kind": p.kind, "frequency": p.frequency, "level": p.level, "point": p.index} for p in branch.special
+        ],
+        "jumps": [
+            {
+                "upwards": jump.upwards, "at": jump.at, "clearance": branch.clearances[jump.clearance],
+                "before": jump.before, "after": list(jump.after),
+            }
+            for jump in jumps(branch)
+        ],
+        "ended": branch.ended,
+    }  # fmt: skip
+
+
+def draw(branches: Sequence[Branch], sensors: Sequence[int] | None = None) -> Drawing:
+    """Draw amplitudes of sensors (rows; default: those at the bushings) and clearances over frequency or level."""
+    first = branches[0]
+    figure, caption = draw_branches(branches, sensors)
+    what = "level" if first.over == "level" else "frequency"
+    return Drawing("response", figure, caption, f"Amplitudes of periodic vibrations over {what}.")
+
+
+def draw_branches(branches: Sequence[Branch], sensors: Sequence[int] | None = None) -> tuple[Any, str]:
+    """Return the figure of branches, and its caption."""
+    first = branches[0]
+    rig = first.rig
+    shown = list((at_bushings(rig) or [len(rig.sensors) - 1]) if sensors is None else sensors)
+    panels: list[tuple[str, int]] = [("acceleration", row) for row in shown]
+    panels += [("clearance_displacement", j) for j in range(len(rig.bushings))]
+    colours = _colours(branches)
+    height = -(-len(panels) // 2)
+    figure = sheet(PANEL * height + 0.3 * (height - 1), _key(branches, colours))
+    axes = figure.subplots(height, 2, squeeze=False, gridspec_kw={"hspace": 0.26, "wspace": 0.24}).ravel()
+    for ax in axes[len(panels) :]:
+        ax.axis("off")
+    for i, (ax, letter, (quantity, row)) in enumerate(zip(axes, letters(len(panels)), panels)):
+        for branch, colour in zip(branches, colours):
+            _curve(ax, branch, quantity, row, colour)
+        _label(ax, f"{letter} {_title(rig, quantity, row)}", quantity)
+        _abscissa(ax, branches, i >= len(panels) - 2)
+    figure.align_ylabels(axes[: len(panels)])
+    return figure, _caption(branches)
+
+
+def _curve(ax: Axes, branch: Branch, quantity: str, row: int, colour: Any) -> None:
+    x, y = parameter(branch), branch.amplitude(quantity)[:, row]
+    if quantity == "clearance_displacement":
+        y = y / branch.rig.bushings[row].gap
+    stable = np.ones(x.size, dtype=bool) if branch.stable is None else branch.stable
+    ax.plot(x, y, ls=(0, (3, 1.5)), color=colour, lw=0.8)
+    ax.plot(x, np.where(stable, y, np.nan), color=colour, lw=1.1)
+    for kind, marker in MARKERS.items():
+        at = [point.index for point in branch.special if point.kind == kind]
+        ax.plot(x[at], y[at], marker, color=TEST, mfc="white", ms=3.5, mew=0.7)
+    if branch.ended:
+        ax.plot(x[-1], y[-1], "x", color=TEST, ms=4.5, mew=0.9)
+
+
+def _title(rig: Rig, quantity: str, row: int) -> str:
+    return sensor_title(rig, row) if quantity == "acceleration" else f"clearance {row + 1}"
+
+
+def _label(ax: Axes, title: str, quantity: str) -> None:
+    acceleration = quantity == "acceleration"
+    tidy(ax, title, "Acceleration (m/s²)" if acceleration else "Displacement / gap (1)")
+    ax.set_yscale("log")
+    if not acceleration:
+        ax.axhline(1.0, color=TEST, lw=0.6)
+
+
+def _abscissa(ax: Axes, branches: Sequence[Branch], labelled: bool) -> None:
+    ends = [float(end) for branch in branches for end in (parameter(branch).min(), parameter(branch).max())]
+    low, high = min(ends), max(ends)
+    if branches[0].over == "frequency" and high >= WIDE * low:
+        frequency_axis(ax, (low, high), labelled)
+        return
+    words = (
+        "Frequency (Hz)" if branches[0].over == "frequency" else f"Amplitude of the excitation ({unit(branches[0])})"
+    )
+    ax.set_xlim(low, high)
+    ax.set_xlabel(words if labelled else "", fontsize=FONT)
+
+
+def _colours(branches: Sequence[Branch]) -> list[Any]:
+    """Of levels or frequencies; branches of one have the same."""
+    known = sorted({_fixed(branch) for branch in branches})
+    shades = matplotlib.colormaps["viridis"](np.linspace(0, 0.85, len(known)))
+    return [shades[known.index(_fixed(branch))] for branch in branches]
+
+
+def _fixed(branch: Branch) -> float:
+    return float(branch.frequency[0] if branch.over == "level" else abs(branch.level[0, 0]))
+
+
+def _key(branches: Sequence[Branch], colours: Sequence[Any]) -> list[Artist]:
+    measure = "Hz" if branches[0].over == "level" else unit(branches[0])
+    named = {_fixed(branch): colour for branch, colour in zip(branches, colours)}
+    handles = [Line2D([], [], color=named[value], label=f"{value:g} {measure}") for value in sorted(named)]
+    if any(branch.stable is not None and not branch.stable.all() for branch in branches):
+        handles.append(Line2D([], [], color="#555555", ls=(0, (3, 1.5)), lw=0.8, label="not stable"))
+    kinds = {point.kind for branch in branches for point in branch.special}
+    look: dict[str, Any] = {"ls": "", "color": TEST, "mfc": "white", "ms": 4, "mew": 0.7}
+    handles += [Line2D([], [], marker=mark, label=kind, **look) for kind, mark in MARKERS.items() if kind in kinds]
+    if any(branch.ended for branch in branches):
+        handles.append(Line2D([], [], marker="x", ls="", color=TEST, ms=4.5, mew=0.9, label="not found further"))
+    return list(handles)
+
+
+def _caption(branches: Sequence[Branch]) -> str:
+    first = branches[0]
+    what = "level at several frequencies" if first.over == "level" else "frequency at several levels"
+    what = what.partition(" at ")[0] if len({_fixed(branch) for branch in branches}) == 1 else what
+    excited = "a shaken base" if first.kind == "base" else "a force"
+    return (
+        f"Periodic vibrations of rig “{first.rig.name}” under {excited} over {what}: half of the way from the lowest "
+        "to the highest value of a period. Dashed vibrations are not stable: a test does not meet them. Levels are "
+        "amplitudes."
+    )

@@ -1,0 +1,106 @@
+"""clearance-mj response: what the Python call finds, as files; folds and jumps in words; bad input is one line."""
+
+import csv
+import json
+
+import numpy as np
+import pytest
+
+from clearance_mj import periodic
+from clearance_mj.clearance import ConstantLaw
+from clearance_mj.rig import Rig
+
+from ..conftest import ROOT
+
+RIG = ROOT / "models" / "table1_rig.toml"
+LAW = ConstantLaw(7.8e3, 4.0)
+
+
+@pytest.fixture(scope="module")
+def law(tmp_path_factory):
+    path = tmp_path_factory.mktemp("law") / "law.json"
+    LAW.save(path)
+    return path
+
+
+def test_files_hold_what_the_call_finds(law, tmp_path, answer):
+    """Of the Table-1 rig at 6 m/s²: folds at 46.9 Hz upwards and 45.7 Hz downwards (docs/periodic.md)."""
+    ends, out = (43.0, 49.0), tmp_path / "out"
+    told = ("--from", ends[0], "--to", ends[1], "--harmonics", 9, "--quiet")
+    printed = answer("response", RIG, "--law", law, "--level", "6,2", *told, "--sensors", 8, "--out", out)
+    stored = json.loads((out / "response.json").read_text(encoding="utf-8"))
+    assert printed == stored | {"out": str(out)}
+    assert stored["law"] == LAW.to_dict() and Rig.from_dict(stored["rig"]) == Rig.load(RIG)
+    branch = periodic.response(Rig.load(RIG), LAW, 6.0, ends, 9)
+    first, second = stored["branches"]
+    assert (first["level"], second["level"]) == (6.0, 2.0)
+    assert [(p["kind"], p["frequency"]) for p in first["special"]] == [(p.kind, p.frequency) for p in branch.special]
+    up, down = first["jumps"]
+    assert up["upwards"] and up["at"] == pytest.approx(46.9, abs=0.1) and up["after"][0] < 0.5 * up["before"]
+    assert not down["upwards"] and down["at"] == pytest.approx(45.7, abs=0.1) and down["after"][0] > 2 * down["before"]
+    assert second["special"] == second["jumps"] == []
+    with (out / "response.csv").open(newline="", encoding="utf-8") as file:
+        rows = [row for row in csv.DictReader(file) if row["level"] == "6.0"]
+    np.testing.assert_array_equal([float(row["frequency_hz"]) for row in rows], branch.frequency)
+    assert [row["stable"] == "True" for row in rows] == branch.stable.tolist()
+    for column, expected in (
+        ("acceleration_8:+Z_amplitude_m_s2", branch.amplitude()[:, 7]),
+        ("acceleration_8:+Z_fundamental_m_s2", np.abs(branch.acceleration[:, 7, 1])),
+        ("clearance_displacement_6:+Z_amplitude_m", branch.amplitude("clearance_displacement")[:, 0]),
+        ("contact_force_7:+Z_amplitude_n", branch.amplitude("contact_force")[:, 1]),
+    ):
+        np.testing.assert_allclose([float(row[column]) for row in rows], expected, rtol=1e-12)
+    assert (out / "response.png").stat().st_size > 20_000
+
+
+def test_it_says_folds_and_jumps_and_how_far(law, tmp_path, capsys):
+    from clearance_mj.cli import main
+
+    told = [str(RIG), "--law", str(law), "--level", "6", "--from", "49", "--to", "43", "--harmonics", "7", "--quiet"]
+    assert main(["response", *told, "--out", str(tmp_path)]) == 0
+    said = capsys.readouterr()
+    assert said.err == ""
+    lines = said.out.splitlines()
+    assert lines[0].startswith("6 m/s²: ") and " from 49 to 43 Hz, " in lines[0]
+    assert "fold at 45.6" in lines[1] and ": downwards the vibration jumps from 0.3" in lines[1]
+    assert "fold at 46.9" in lines[2] and ": upwards the vibration jumps from 0.6" in lines[2]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["--level", "2", "--from", "nan"], "frequencies must be two different ones > 0 Hz"),
+        (["--level", "2", "--harmonics", "0"], "harmonics must be 1 or more"),
+        (["--level", "2", "--harmonics", "21", "--samples", "84"], "samples must be 85 or more"),
+        (["--level", "2", "--modes", "0"], "modes must be between 1 and"),
+        (["--level", "2", "--kind", "force"], "shaker"),
+        (["--level", "2", "--sensors", "6,11"], "the rig has no sensor 11; it has 1, 2, 3, 4, 5, 6, 7, 8"),
+        (["--level", "2", "--law", "TYPO"], "typo.json"),
+    ],
+)
+def test_refusals(law, tmp_path, refused, arguments, words):
+    (tmp_path / "typo.json").write_text('{"kind": "constnt", "k": 1, "c": 0}')
+    arguments = [str(tmp_path / "typo.json") if a == "TYPO" else a for a in arguments]
+    out = tmp_path / "out"
+    assert words in refused("response", RIG, "--law", law, "--quiet", "--out", out, *arguments)
+    assert not out.exists()
+
+
+@pytest.mark.parametrize("level", ["-2", "0", "2,x", "inf", "1:2", "1:2:1", "1:2:1000000000"])
+def test_impossible_levels(capsys, level):
+    from clearance_mj.cli import main
+
+    with pytest.raises(SystemExit) as stopped:
+        main(["response", str(RIG), f"--level={level}"])
+    said = capsys.readouterr().err
+    assert stopped.value.code == 2 and said.count("\n") == 1 and "such as 0.5:10:50" in said
+
+
+def test_a_law_over_time_is_refused(tmp_path, refused):
+    from clearance_mj.clearance import TimeLaw
+
+    TimeLaw([0.0, 1.0], [[1e3], [2e3]], [[1.0], [1.0]]).save(tmp_path / "law.json")
+    assert "over time" in refused(
+        "response", RIG, "--law", tmp_path / "law.json", "--level", "2", "--out", tmp_path / "o"
+    )
+    assert not (tmp_path / "o").exists()
