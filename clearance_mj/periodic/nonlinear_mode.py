@@ -1,0 +1,165 @@
+"""Nonlinear modes: periodic motions of the free rig, kept going by damping of their own.
+
+The extended periodic motion concept: M. Krack, Nonlinear modal analysis of nonconservative systems, Computers &
+Structures 154 (2015) 59-71. In M x'' + C x' + K x + f(x, x') = 2ζω M x' the damping ratio ζ is what makes the motion
+periodic: it gives back what is dissipated. Here it gives it to the fundamental of x' alone. Given to all harmonics it
+also takes their damping from the modes that these meet, and the curve runs off into one after the other, which neither
+forced vibrations nor decays do.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+
+from ..errors import ClearanceError
+from ._balance import blocks
+from ._forces import along
+from .condensed import Condensed, grid, slopes
+from .continuation import Follower, Motion, NoConvergence
+
+__all__ = ["FreeMotion", "NonlinearMode"]
+
+WITHIN = 0.5
+"""of the way to the nearest wall: where the mode begins, linear but for the grease"""
+STILL = 1e-9
+"""of the largest displacement in a mode: clearances that move less do not move"""
+
+
+class FreeMotion(NamedTuple):
+    """A periodic motion of a nonlinear mode."""
+
+    omega: float
+    """1/s"""
+    damping: float
+    """ζ"""
+    modes: np.ndarray
+    """(n, K) harmonics of the in-gap modes, of unit mass, m sqrt(kg)"""
+    force: np.ndarray
+    """(n_points, K) of the clearances' forces beyond the linear grease's, N"""
+
+
+class NonlinearMode(Follower):
+    """Harmonic balance of one nonlinear mode, in the coordinates of the linear modes in the gap.
+
+    Unknown are, in metres, the coordinates' harmonics, such that the mode itself has the displacement at the clearance
+    that it moves most, and A ω/ω_0 and A ζ; the parameter is A, the amplitude of that displacement's fundamental. In
+    the gap all grow alike.
+    """
+
+    def __init__(self, system: Condensed, mode: int, harmonics: int, samples: int):
+        model, laws = system.poles.model, system.laws
+        squares, self.vectors = np.linalg.eigh(system.poles.stiffness)
+        self.system, self.harmonics, self.samples, self.mode = system, harmonics, samples, mode
+        self.at_points = np.ascontiguousarray(model.at_points @ self.vectors)
+        moved = np.abs(self.at_points[: len(system.rig.bushings), mode])
+        self.clearance = int(moved.argmax())
+        if moved.max() <= STILL * np.abs(self.at_points).max():
+            raise ClearanceError(
+                f"rig {system.rig.name!r}: mode {mode + 1} moves no clearance, so it is linear; take another mode"
+            )
+        self.metres = self.at_points[self.clearance, mode]
+        self.stiffness, self.own = squares, float(np.sqrt(squares[mode]))
+        self.damping = self.vectors.T @ system.poles.damping @ self.vectors
+        self.grid = grid(harmonics, samples)
+        self.order = np.append(0, np.repeat(np.arange(1, harmonics + 1), 2))
+        self.given = np.where(self.order == 1, 2.0, 0.0)
+        self.weight = 1 / (squares[:, None] + (self.order * self.own) ** 2)
+        self.slopes = slopes(laws, len(self.at_points), samples, harmonics)
+        self.size, self.least = squares.size * self.order.size + 2, 0.0
+        self.jacobian = np.zeros((self.size + 1, self.size + 1))
+
+    def motion(self, found: Motion) -> FreeMotion:
+        """Return the motion in physical units."""
+        omega, zeta, q = self._parts(found.omega, found.z)
+        return FreeMotion(omega, zeta, q, found.force)
+
+    def branch(self, start: float, stop: float) -> Iterator[Motion]:
+        """Yield motions from an amplitude, m, on until it leaves the range between that and a larger one.
+
+        Raises
+        ------
+        NoConvergence
+            Where Newton's method finds no next motion; what was yielded stays.
+        """
+        within = min(start, WITHIN * self.system.size)
+        z = np.zeros(self.size)
+        z[self.mode * self.order.size + 1] = within
+        z[-2:] = within, within * self.damping[self.mode, self.mode] / (2 * self.own)
+        first = self.solve(within, z, np.zeros(0), np.append(np.zeros(self.size), 1.0), within)
+        if first is None:
+            raise NoConvergence(within)
+        if within < start:
+            *_, first = self.within(first, within, start)
+            if first.omega != start:
+                raise NoConvergence(first.omega)
+        yield from self.within(first, start, stop)
+
+    def _parts(self, amplitude: float, z: np.ndarray) -> tuple[float, float, np.ndarray]:
+        """Frequency, damping ratio and the modes' harmonics."""
+        q = z[:-2].reshape(self.stiffness.size, self.order.size) / self.metres
+        return self.own * z[-2] / amplitude, z[-1] / amplitude, q
+
+    def _left(self, parameter: float, z: np.ndarray, y: np.ndarray, want: bool) -> tuple[np.ndarray, ...]:
+        omega, zeta, q = self._parts(parameter, z)
+        if not omega > 0:
+            return np.full(self.size, np.inf), y, y
+        x = self.at_points @ q
+        place, pace = x @ self.grid.basis.T, x @ self.grid.rate.T
+        samples = np.empty_like(place)
+        self._along(place, pace, omega, want, samples)
+        force = samples @ self.grid.project.T
+        spring = self.stiffness[:, None] - (self.order * omega) ** 2
+        quarter = self._turned_by_a_quarter(q)
+        damped = self.damping @ quarter - zeta * omega * self.given * quarter
+        left = (spring * q + omega * damped + self.at_points.T @ force) * self.weight * self.metres
+        if want:
+            self._fill_square(omega, zeta, spring)
+            shift = 1e-6 * omega
+            shifted = np.empty_like(samples)
+            self._along(place, pace, omega + shift, False, shifted)  # leaves no slopes
+            change = (shifted - samples) @ self.grid.project.T / shift
+            returned = self.given * quarter
+            by_omega = damped - 2 * self.order**2 * omega * q - zeta * omega * returned + self.at_points.T @ change
+            self._fill_border(parameter, omega, zeta, by_omega, -(omega**2) * returned)
+        return np.append(left, x[self.clearance, 1:3] - (parameter, 0.0)), force, y
+
+    def _along(self, place: np.ndarray, pace: np.ndarray, omega: float, want: bool, force: np.ndarray) -> None:
+        functions = (self.grid.basis, self.grid.rate, self.grid.project)
+        along(self.system.laws, place, omega * pace, omega, *functions, want, force, self.slopes)
+
+    def _turned_by_a_quarter(self, q: np.ndarray) -> np.ndarray:
+        """Harmonics of the derivatives by the angle."""
+        found = np.zeros_like(q)
+        found[:, 1::2] = self.order[2::2] * q[:, 2::2]
+        found[:, 2::2] = -self.order[1::2] * q[:, 1::2]
+        return found
+
+    def _fill_square(self, omega: float, zeta: float, spring: np.ndarray) -> None:
+        """Fill the Jacobian's corner with the derivatives of the balance by the harmonics."""
+        n, harmonics = spring.shape
+        found = blocks(self.at_points, np.zeros(n, dtype=int), self.grid, omega, self.slopes)
+        square = np.ascontiguousarray(found.transpose(0, 2, 1, 3))
+        square.reshape(n * harmonics, -1)[np.diag_indices(n * harmonics)] += spring.ravel()
+        for h in range(1, self.harmonics + 1):
+            damping = omega * (self.damping - zeta * omega * self.given[2 * h] * np.eye(n))
+            square[:, 2 * h - 1, :, 2 * h] += h * damping
+            square[:, 2 * h, :, 2 * h - 1] -= h * damping
+        square *= self.weight[:, :, None, None]
+        self.jacobian[: n * harmonics, : n * harmonics] = square.reshape(n * harmonics, -1)
+
+    def _fill_border(
+        self, amplitude: float, omega: float, zeta: float, by_omega: np.ndarray, by_zeta: np.ndarray
+    ) -> None:
+        """Fill the Jacobian's columns of frequency, damping and amplitude, and the rows of amplitude and phase."""
+        inner, harmonics, full = self.size - 2, self.order.size, self.jacobian
+        weight = self.weight * self.metres
+        of_omega, of_zeta = (weight * by_omega).ravel(), (weight * by_zeta).ravel()
+        full[:inner, inner], full[:inner, inner + 1] = self.own / amplitude * of_omega, of_zeta / amplitude
+        full[:inner, -1] = -(omega * of_omega + zeta * of_zeta) / amplitude
+        full[inner:] = 0.0
+        full[inner, 1:inner:harmonics] = self.at_points[self.clearance] / self.metres
+        full[inner + 1, 2:inner:harmonics] = self.at_points[self.clearance] / self.metres
+        full[inner, -1] = -1.0
