@@ -39,7 +39,9 @@ class Backbone(Vibrations):
     """
 
     rig: Rig
+    """the rig"""
     law: Law
+    """what acts in its clearances"""
     mode: int
     """the linear mode in the gap that it begins with, 1 the lowest"""
     clearance: int

@@ -45,7 +45,9 @@ class Branch(Vibrations):
     """
 
     rig: Rig
+    """the rig"""
     law: Law
+    """what acts in its clearances"""
     kind: str
     """ "base" or "force": what the excitation is"""
     over: str
