@@ -64,13 +64,36 @@ def _receptances(
 
 
 @kernel_loop(**OPTIONS)
-def _times(matrices: np.ndarray, values: np.ndarray, out: np.ndarray) -> None:
-    """Add complex matrices (H + 1, n, m) times harmonics (m, K) to out (n, K)."""
+def _reduced(matrices: np.ndarray, basis: np.ndarray) -> np.ndarray:
+    """Bᵀ M B of matrices (H + 1, n_points, n_points)."""
+    points, r = basis.shape
+    found = np.zeros((matrices.shape[0], r, r), np.complex128)
+    for h in range(matrices.shape[0]):
+        for p in range(points):
+            for b in range(r):
+                total = 0.0j
+                for q in range(points):
+                    total += matrices[h, p, q] * basis[q, b]
+                for a in range(r):
+                    found[h, a, b] += basis[p, a] * total
+    return found
+
+
+@kernel_loop(**OPTIONS)
+def _add(numbers: np.ndarray, to: np.ndarray) -> None:
+    for a in range(to.shape[0]):
+        for k in range(to.shape[1]):
+            to[a, k] += numbers[a, k]
+
+
+@kernel_loop(**OPTIONS)
+def _times(factor: float, matrices: np.ndarray, values: np.ndarray, out: np.ndarray) -> None:
+    """Add a factor times complex matrices (H + 1, n, m) times harmonics (m, K) to out (n, K)."""
     for a in range(out.shape[0]):
         for b in range(values.shape[0]):
-            out[a, 0] += matrices[0, a, b].real * values[b, 0]
+            out[a, 0] += factor * matrices[0, a, b].real * values[b, 0]
             for h in range(1, matrices.shape[0]):
-                re, im = matrices[h, a, b].real, matrices[h, a, b].imag
+                re, im = factor * matrices[h, a, b].real, factor * matrices[h, a, b].imag
                 c, s = values[b, 2 * h - 1], values[b, 2 * h]
                 out[a, 2 * h - 1] += re * c + im * s
                 out[a, 2 * h] += re * s - im * c
@@ -113,11 +136,15 @@ def blocks(basis: np.ndarray, owner: np.ndarray, grid: Grid, omega: float, slope
                     series[0, i] += weight * slopes.x[p, i]
                     series[1, i] += weight * slopes.v[p, i]
                 if slopes.remembers[p]:
-                    block += weight * slopes.whole[p]
+                    for k in range(harmonics):
+                        for l in range(harmonics):
+                            block[k, l] += weight * slopes.whole[p, k, l]
             np.dot(series, grid.moments, means)
             _add_products(means, omega, block)
             if a != b:
-                found[b, a] = block
+                for k in range(harmonics):
+                    for l in range(harmonics):
+                        found[b, a, k, l] = block[k, l]
     return found
 
 
@@ -200,32 +227,27 @@ def balance(
     by_omega = np.empty_like(compliance)
     driven, driven_by = np.empty((highest + 1, points), np.complex128), np.empty((highest + 1, points), np.complex128)
     _receptances(linear, omega, compliance, by_omega, driven, driven_by)
-    x = np.dot(linear.basis, z) + y
-    place, speed = np.dot(x, grid.basis.T), omega * np.dot(x, grid.rate.T)
+    x = np.dot(linear.basis, z)
+    _add(y, x)
+    place, speed = np.dot(x, grid.basis.T), np.dot(omega * x, grid.rate.T)
     samples = np.empty_like(place)
     along(laws, place, speed, omega, grid.basis, grid.rate, grid.project, want, samples, slopes)
     force = np.dot(samples, grid.project.T)
-    answer = np.zeros_like(x)
-    _times(compliance, force, answer)
-    found = _real(driven) - answer
+    found = _real(driven)
+    _times(-1.0, compliance, force, found)
     reduced = np.dot(linear.basis.T, found)
     beside = found - np.dot(linear.basis, reduced)
     if want:
         by_coordinates = blocks(linear.basis, linear.owner, grid, omega, slopes)
-        small = np.empty((highest + 1, r, r), np.complex128)
-        wide = linear.basis.astype(np.complex128)
-        for h in range(highest + 1):
-            small[h] = np.dot(wide.T, np.dot(compliance[h], wide))
-        _add_jacobian(small, by_coordinates, linear.owner, jacobian)
+        _add_jacobian(_reduced(compliance, linear.basis), by_coordinates, linear.owner, jacobian)
         nearby = omega * (1.0 + 1e-6)
         shifted, faster = np.empty_like(samples), speed * (nearby / omega)
-        along(laws, place, faster, nearby, grid.basis, grid.rate, grid.project, False, shifted, slopes)
-        changed = np.zeros_like(x)
-        _times(by_omega, force, changed)
-        _times(compliance, np.dot((shifted - samples) / (nearby - omega), grid.project.T), changed)
-        changed -= _real(driven_by)
+        along(laws, place, faster, nearby, grid.basis, grid.rate, grid.project, np.bool_(False), shifted, slopes)
+        changed = _real(driven_by)
+        _times(-1.0, by_omega, force, changed)
+        _times(-1.0 / (nearby - omega), compliance, np.dot(shifted - samples, grid.project.T), changed)
         column = np.dot(linear.basis.T, changed)
         for a in range(r):
             for k in range(harmonics):
-                jacobian[a * harmonics + k, r * harmonics] = column[a, k]
+                jacobian[a * harmonics + k, r * harmonics] = -column[a, k]
     return z - reduced, force, beside, place

@@ -15,6 +15,23 @@ __all__ = ["monodromy"]
 
 
 @kernel_loop(**OPTIONS)
+def _solve(matrix: np.ndarray, right: np.ndarray) -> None:
+    """Solve a small system of equations in place by Gauss's elimination; rows of points without damping are of 1."""
+    n = matrix.shape[0]
+    for k in range(n):
+        for a in range(n):
+            if a != k and matrix[a, k] != 0.0:
+                share = matrix[a, k] / matrix[k, k]
+                for b in range(k, n):
+                    matrix[a, b] -= share * matrix[k, b]
+                for c in range(right.shape[1]):
+                    right[a, c] -= share * right[k, c]
+    for k in range(n):
+        for c in range(right.shape[1]):
+            right[k, c] /= matrix[k, k]
+
+
+@kernel_loop(**OPTIONS)
 def monodromy(flow: np.ndarray, at_points: np.ndarray, step: float, memory: np.ndarray, slopes: Slopes) -> np.ndarray:
     """Return the derivative of the state after a period by that before.
 
@@ -39,14 +56,15 @@ def monodromy(flow: np.ndarray, at_points: np.ndarray, step: float, memory: np.n
     compliance = np.dot(at_points, at_points.T)
     x, v, force = np.empty((points, size)), np.empty((points, size)), np.empty((points, size))
     x_old, v_old = np.empty((points, size)), np.empty((points, size))
-    moved = np.empty((2 * n, size))
+    moved, damped = np.empty((2 * n, size)), np.empty((points, points))
+    old = np.empty((np.max(memory) + 1, size))
     for i in range(samples):
         acts = False
         for p in range(points):
             if slopes.x[p, i] != 0.0 or slopes.v[p, i] != 0.0 or begun[p] >= 0 or (p < memory.size and first[p] >= 0):
                 acts = True
         if acts:
-            x_old[:], v_old[:] = x, v
+            x, x_old, v, v_old = x_old, x, v_old, v
             np.dot(at_points, state[:n], x)
             np.dot(at_points, state[n : 2 * n], v)
             for p in range(points):
@@ -69,7 +87,9 @@ def monodromy(flow: np.ndarray, at_points: np.ndarray, step: float, memory: np.n
                     continue
                 start, m = first[j], memory[j]
                 slope = slopes.memory[j, i]
-                old = state[start : start + m + 1].copy()
+                for k in range(m + 1):
+                    for c in range(size):
+                        old[k, c] = state[start + k, c]
                 for k in range(m + 1):
                     row = k if k < m else slope.shape[0] - 1
                     for c in range(size):
@@ -80,13 +100,18 @@ def monodromy(flow: np.ndarray, at_points: np.ndarray, step: float, memory: np.n
                             state[start + k, c] = total
                         else:
                             force[j, c] += total
-                state[start + m] = x[j]
-            damped = np.eye(points)
+                for c in range(size):
+                    state[start + m, c] = x[j, c]
             for p in range(points):
                 for q in range(points):
-                    damped[p, q] += 0.5 * step * slopes.v[p, i] * compliance[p, q]
-            push = np.linalg.solve(damped, force)
-            state[n : 2 * n] -= step * np.dot(at_points.T, push)
+                    damped[p, q] = 0.5 * step * slopes.v[p, i] * compliance[p, q] + (1.0 if p == q else 0.0)
+            _solve(damped, force)
+            for a in range(n):
+                for p in range(points):
+                    for c in range(size):
+                        state[n + a, c] -= step * at_points[p, a] * force[p, c]
         np.dot(flow, state[: 2 * n], moved)
-        state[: 2 * n] = moved
+        for a in range(2 * n):
+            for c in range(size):
+                state[a, c] = moved[a, c]
     return state

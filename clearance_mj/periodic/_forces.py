@@ -165,6 +165,12 @@ def _add_event(sums: np.ndarray, row: np.ndarray, out: np.ndarray) -> None:
 
 
 @kernel_loop(**OPTIONS)
+def _copy(numbers: np.ndarray, to: np.ndarray) -> None:
+    for k in range(numbers.size):
+        to[k] = numbers[k]
+
+
+@kernel_loop(**OPTIONS)
 def _along_grease(
     laws: Laws, j: int, x: np.ndarray, v: np.ndarray, omega: float, basis: np.ndarray, project: np.ndarray, want: bool,
     force: np.ndarray, slopes: Slopes,
@@ -196,8 +202,8 @@ def _along_grease(
             if change <= PERIODIC * reach:
                 break
         if i == 0:
-            begun[:] = held
-        old[:] = held
+            _copy(held, begun)
+        _copy(held, old)
         call_grease_law(law, parameters, memory, here + offset, dx, step, out)
         now = answers[0] + answers[1] * speed
         viscous = answers[1]
@@ -206,7 +212,7 @@ def _along_grease(
         if not want:
             continue
         for d in range(size + 2):
-            moved[:] = old
+            _copy(old, moved)
             if d < size:
                 moved[d] += eps
             further, longer = eps if d == size else 0.0, eps if d == size + 1 else 0.0
@@ -237,7 +243,11 @@ def _along_grease(
                         row[r] += slope[k, d] * sensitive[d, r]
         sensitive, later = later, sensitive
     if want and size:
-        slopes.whole[j] += np.dot(project, of_force)
+        whole = slopes.whole[j]
+        for k in range(harmonics):
+            for i in range(n):
+                for r in range(harmonics):
+                    whole[k, r] += project[k, i] * of_force[i, r]
         slopes.remembers[j] = True
 
 
