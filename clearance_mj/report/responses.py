@@ -16,12 +16,10 @@ from matplotlib.lines import Line2D
 from ..periodic import Branch
 from ..periodic.branch import MARKERS
 from ..rig import Rig
-from .style import FONT, TEST, Drawing, at_bushings, frequency_axis, letters, sensor_title, sheet, tidy
+from .style import FONT, TEST, WIDE, Drawing, at_bushings, frequency_axis, letters, sensor_title, sheet, tidy
 
 __all__ = ["Jump", "draw", "draw_branches", "jumps", "plain", "rows", "unit", "words"]
 
-WIDE = 3.0
-"""ratio of frequencies from which their axis is logarithmic"""
 NEAR = 3
 """points beside a fold of which one is stable if a vibration ends there: stability changes where it does but for
 rounding"""

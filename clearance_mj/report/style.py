@@ -25,8 +25,9 @@ from ..files import replacing
 from ..rig import Rig
 
 __all__ = [
-    "COLOURS", "ENGINE_LINES", "FAINT", "FONT", "MARKERS", "REPEAT", "TEST", "WIDTH", "Drawing", "at_bushings",
-    "canvas", "decibel", "finite", "frequency_axis", "letters", "level_axis", "phase", "sensor_title", "sheet", "tidy",
+    "COLOURS", "ENGINE_LINES", "FAINT", "FONT", "MARKERS", "REPEAT", "TEST", "WIDE", "WIDTH", "Drawing",
+    "at_bushings", "canvas", "decibel", "finite", "frequency_axis", "letters", "level_axis", "phase", "sensor_title",
+    "sheet", "tidy",
 ]  # fmt: skip
 
 DPI = 150
@@ -42,6 +43,8 @@ MARKERS = ("o", "s", "^", "D")
 LEGEND_COLUMNS = 5
 FREQUENCIES = (5, 10, 20, 50, 100, 200)
 """Hz, labelled on the frequency axis"""
+WIDE = 3.0
+"""ratio of frequencies from which the axis of periodic vibrations is logarithmic"""
 _POINT = re.compile(rb"\b([ML]) (-?[0-9.]+) (-?[0-9.]+) \n")
 
 

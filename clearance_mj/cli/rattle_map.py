@@ -1,0 +1,57 @@
+"""clearance-mj rattle-map: where a rig rattles and jumps, over level, frequency and gap."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import Any
+
+from ..errors import ClearanceError
+from ..files import to_json, write_text
+from .command import command, out_folder
+from .options import MOST_NUMBERS, add_periodic, add_plugin, load, load_plugin, numbers, settings
+
+
+def _options(parser: argparse.ArgumentParser) -> None:
+    option = parser.add_argument
+    add_periodic(parser)
+    option(
+        "--levels", type=numbers, default="0.5:10:20", metavar="A,...",
+        help="amplitudes of a sine, m/s² of the base or N: a list, or a range FROM:TO:COUNT (default: %(default)s)",
+    )  # fmt: skip
+    option("--from", dest="start", type=float, default=5.0, metavar="HZ", help="(default: %(default)s)")
+    option("--to", dest="stop", type=float, default=220.0, metavar="HZ", help="(default: %(default)s)")
+    option("--steps", type=int, default=400, help="frequencies, evenly spaced (default: %(default)s)")
+    option("--gaps", type=numbers, metavar="M,...", help="of all bushings, m: list or range (default: the rig's)")
+    option("--workers", type=int, help="processes (default: one for each core)")
+    add_plugin(parser, "a contact or a grease")
+
+
+@command(
+    "rattle-map", "map where a rig rattles and jumps, over level and frequency, for several gaps", _options,
+    out=Path("results/rattle_map"), out_help="folder for rattle_map.csv, .json and .png (default: %(default)s)",
+)  # fmt: skip
+def _run(options: argparse.Namespace) -> dict[str, Any]:
+    import numpy as np
+
+    from ..periodic import rattle_map
+    from ..report.rattle_maps import draw, plain, rows, words
+    from ..report.tables import write_csv
+
+    load_plugin(options.plugin)
+    out_folder(options.out)
+    if not 2 <= options.steps <= MOST_NUMBERS:
+        raise ClearanceError(f"--steps must be between 2 and {MOST_NUMBERS}, got {options.steps}")
+    rig, law = load(options)
+    shared = {name: getattr(options, name) for name in ("kind", "harmonics", "samples", "modes", "workers", "gaps")}
+    frequencies = np.linspace(options.start, options.stop, options.steps)
+    found = rattle_map(rig, law, options.levels, frequencies, **shared, progress=not options.quiet)
+    chosen = {name: shared[name] for name in ("harmonics", "samples", "modes")}
+    result = settings(rig, law) | chosen | plain(found)
+    write_csv(options.out / "rattle_map.csv", rows(found))
+    draw(found).write(options.out)
+    write_text(options.out / "rattle_map.json", to_json(result))
+    for line in words(found):
+        print(line)
+    print(f"rattle map: {options.out / 'rattle_map.png'}")
+    return result | {"out": str(options.out)}

@@ -1,0 +1,160 @@
+"""Rattle maps: figure, rows for CSV, and in words where a rig begins to rattle and where it jumps."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import matplotlib
+import numpy as np
+import pandas as pd
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+from matplotlib.colors import ListedColormap
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+
+from ..periodic import RattleMap
+from .style import COLOURS, FONT, REPEAT, TEST, WIDE, Drawing, canvas, frequency_axis, tidy
+
+__all__ = ["draw", "plain", "rows", "words"]
+
+COLUMNS = {"contact_share": "", "penetration": "_m", "contact_force": "_n", "displacement": "_m"}
+"""quantities at the clearances, and the ends of their columns' names"""
+JUMPS = {"up": "^", "down": "v"}
+"""markers"""
+_COLOURS = ListedColormap(np.vstack(([1, 1, 1, 1], matplotlib.colormaps["YlOrRd"](np.linspace(0.1, 0.9, 40)))))
+
+
+def unit(found: RattleMap) -> str:
+    """Unit of the levels."""
+    return "m/s²" if found.kind == "base" else "N"
+
+
+def draw(found: RattleMap) -> Drawing:
+    """Draw the share of time in contact over frequency and level, a panel for each gap."""
+    count = len(found.gap)
+    figure = canvas(2.9 * -(-count // 2))
+    axes = np.ravel(figure.subplots(-(-count // 2), min(count, 2), sharex=True, sharey=True, squeeze=False))
+    share = np.nanmax(np.where(np.isnan(found.contact_share), 0, found.contact_share), axis=(0, -1))
+    for i, ax in enumerate(axes[:count]):
+        image = ax.pcolormesh(found.frequency, found.level, share[i], cmap=_COLOURS, vmin=0, vmax=1, shading="nearest")
+        _cells(ax, found, i)
+        last_row = i >= count - 2
+        tidy(ax, _gap(found, i), f"Amplitude of the excitation ({unit(found)})" if i % 2 == 0 else "")
+        ax.grid(False)
+        ax.set_ylim(found.level[0], found.level[-1])
+        ends = float(found.frequency[0]), float(found.frequency[-1])
+        if ends[1] >= WIDE * ends[0]:
+            frequency_axis(ax, ends, last_row)
+        else:
+            ax.set_xlim(*ends)
+            ax.tick_params(labelbottom=last_row)
+            ax.set_xlabel("Frequency (Hz)" if last_row else "", fontsize=FONT)
+    for ax in axes[count:]:
+        ax.set_axis_off()
+    bar = figure.colorbar(image, ax=list(axes), pad=0.01, aspect=30)
+    bar.set_label("Time in contact over the period (1)", fontsize=FONT)
+    bar.ax.tick_params(labelsize=FONT - 1)
+    handles = _key(found)
+    figure.legend(handles=handles, loc="outside upper center", ncols=len(handles), fontsize=FONT - 0.5, frameon=False)
+    caption = (
+        f"Rattle map of rig “{found.rig.name}”: share of a period in which the clearance that touches most does, over "
+        "frequency and amplitude of a sine, the larger one of sweeps up and down. Line: first contact in a sweep over "
+        "level. Hatched: more than one vibration, of which the direction of a sweep decides."
+    )
+    return Drawing("rattle_map", figure, caption, "Share of time in contact over frequency and level.", False)
+
+
+def _cells(ax: Axes, found: RattleMap, gap: int) -> None:
+    """Mark what is unknown, what has several vibrations, first contact and jumps."""
+    count = found.vibrations[gap]
+    if not count.all():
+        lost = np.ma.masked_where(count > 0, count)
+        ax.pcolormesh(found.frequency, found.level, lost, cmap=ListedColormap([REPEAT]), shading="nearest")
+    if np.any(count > 1) and min(count.shape) > 1:
+        ax.contourf(found.frequency, found.level, count, levels=[1.5, 1e9], colors="none", hatches=["//////"])
+    ax.plot(found.frequency, found.first_contact[gap], color=TEST, lw=0.9)
+    for sweep, marker in JUMPS.items():
+        at = [(jump.frequency, jump.level) for jump in found.jumps if jump.gap == gap and jump.sweep == sweep]
+        ax.plot(*np.reshape(at, (-1, 2)).T, marker, color=COLOURS[0], ms=4.5, mec="white", mew=0.5)
+
+
+def _key(found: RattleMap) -> list[Artist]:
+    handles: list[Artist] = [Line2D([], [], color=TEST, lw=0.9, label="first contact")]
+    for sweep, marker in JUMPS.items():
+        if any(jump.sweep == sweep for jump in found.jumps):
+            look: dict[str, Any] = {"ls": "", "marker": marker, "color": COLOURS[0], "ms": 4.5, "mew": 0}
+            handles.append(Line2D([], [], label=f"jump in a sweep {sweep}", **look))
+    if np.any(found.vibrations > 1):
+        handles.append(Patch(facecolor="white", edgecolor=TEST, hatch="//////", lw=0.3, label="several vibrations"))
+    if found.unknown:
+        handles.append(Patch(facecolor=REPEAT, lw=0, label="none was found"))
+    return handles
+
+
+def _gap(found: RattleMap, gap: int) -> str:
+    return "gap " + ", ".join(f"{1e3 * value:g}" for value in np.unique(found.gap[gap])) + " mm"
+
+
+def rows(found: RattleMap) -> pd.DataFrame:
+    """Return a row per gap, level, frequency and direction of a sweep, SI units; empty where none was found."""
+    shape = found.contact_share.shape[:-1]
+    sweep, gap, level, frequency = (index.ravel() for index in np.indices(shape))
+    columns: dict[str, Any] = {}
+    for j, label in enumerate(found.clearances):
+        columns[f"gap_{label}_m"] = found.gap[gap, j]
+    columns |= {
+        "level": found.level[level],
+        "level_unit": unit(found),
+        "frequency_hz": found.frequency[frequency],
+        "sweep": np.array(["up", "down"])[sweep],
+        "vibrations": found.vibrations[gap, level, frequency],
+    }
+    for quantity, ending in COLUMNS.items():
+        values = getattr(found, quantity).reshape(-1, len(found.clearances))
+        columns |= {f"{quantity}_{label}{ending}": values[:, j] for j, label in enumerate(found.clearances)}
+    return pd.DataFrame(columns)
+
+
+def plain(found: RattleMap) -> dict[str, Any]:
+    """Return a map's axes, first contact and jumps as plain data."""
+    return {
+        "kind": found.kind,
+        "gap": found.gap.tolist(),
+        "level": found.level.tolist(),
+        "frequency": found.frequency.tolist(),
+        "first_contact": found.first_contact.tolist(),
+        "rattles": [float(share) for share in np.mean(found.rattles, axis=(1, 2))],
+        "several": [float(share) for share in np.mean(found.vibrations > 1, axis=(1, 2))],
+        "jumps": [jump._asdict() for jump in found.jumps],
+        "unknown": found.unknown,
+        "ended": list(found.ended),
+    }
+
+
+def words(found: RattleMap) -> Iterator[str]:
+    """Say in lines, for each gap, where it touches first, how much of the map rattles, and where it jumps."""
+    for i in range(len(found.gap)):
+        yield f"{_gap(found, i)}: {_first(found, i)}; rattles in {100 * np.mean(found.rattles[i]):.0f} % of the map"
+        for sweep in ("up", "down"):
+            jumps = [jump for jump in found.jumps if jump.gap == i and jump.sweep == sweep]
+            if jumps:
+                yield f"  {len(jumps)} jumps in sweeps {sweep}: {_span(jumps, unit(found))}"
+    if found.unknown:
+        yield f"no vibration was found in {100 * found.unknown:.2g} % of the map:"
+        yield from (f"  {end}" for end in found.ended)
+
+
+def _first(found: RattleMap, gap: int) -> str:
+    first = found.first_contact[gap]
+    if not np.isfinite(first).any() or np.nanmin(first) > found.level[-1]:
+        return "touches no wall"
+    least = int(np.nanargmin(first))
+    return f"touches first from {first[least]:.3g} {unit(found)} on, at {found.frequency[least]:.5g} Hz"
+
+
+def _span(jumps: list, unit: str) -> str:
+    low, high = (pick(jumps, key=lambda jump: jump.level) for pick in (min, max))
+    first = f"at {low.level:.3g} {unit} and {low.frequency:.5g} Hz"
+    return first if len(jumps) == 1 else f"{first} to {high.level:.3g} {unit} and {high.frequency:.5g} Hz"

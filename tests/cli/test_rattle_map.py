@@ -1,0 +1,77 @@
+"""clearance-mj rattle-map: what the Python call finds, as files; first contact and jumps in words; bad input."""
+
+import csv
+import json
+
+import numpy as np
+import pytest
+
+from clearance_mj import periodic
+from clearance_mj.clearance import ConstantLaw
+from clearance_mj.rig import Rig
+
+from ..conftest import ROOT
+
+RIG = ROOT / "models" / "table1_rig.toml"
+LAW = ConstantLaw(7.8e3, 4.0)
+LEVELS, FREQUENCIES, GAPS = (1.0, 3.5, 6.0), np.linspace(40, 49, 19), (3e-4, 6e-4)
+
+
+@pytest.fixture
+def law(tmp_path):
+    LAW.save(tmp_path / "law.json")
+    return tmp_path / "law.json"
+
+
+def test_files_hold_what_the_call_finds(law, tmp_path, answer, capsys):
+    """At 6 m/s² the Table-1 rig jumps at 46.9 Hz upwards and 45.7 Hz downwards (docs/periodic.md)."""
+    out = tmp_path / "out"
+    told = ["rattle-map", RIG, "--law", law, "--levels", "1:6:3", "--from", 40, "--to", 49, "--steps", 19]
+    told += ["--gaps", "3e-4,6e-4", "--harmonics", 7, "--workers", 1, "--quiet", "--out", out]
+    printed = answer(*told)
+    stored = json.loads((out / "rattle_map.json").read_text(encoding="utf-8"))
+    assert printed == stored | {"out": str(out)}
+    settings = {"harmonics": 7, "workers": 1, "progress": False}
+    found = periodic.rattle_map(Rig.load(RIG), LAW, LEVELS, FREQUENCIES, GAPS, **settings)
+    assert stored["law"] == LAW.to_dict() and stored["level"] == list(LEVELS) and stored["unknown"] == 0
+    np.testing.assert_allclose(np.array(stored["first_contact"], dtype=float), found.first_contact, rtol=1e-12)
+    jumps = {(j["gap"], j["level"], j["sweep"]): j["frequency"] for j in stored["jumps"]}
+    assert jumps[0, 6.0, "up"] == pytest.approx(46.9, abs=0.1)
+    assert jumps[0, 6.0, "down"] == pytest.approx(45.7, abs=0.1)
+    with (out / "rattle_map.csv").open(newline="", encoding="utf-8") as file:
+        rows = list(csv.DictReader(file))
+    assert len(rows) == 2 * 2 * 3 * 19
+    of = [r for r in rows if (r["gap_7:+Z_m"], r["level"], r["sweep"]) == ("0.0006", "3.5", "down")]
+    np.testing.assert_allclose([float(r["frequency_hz"]) for r in of], FREQUENCIES)
+    np.testing.assert_allclose([float(r["displacement_6:+Z_m"]) for r in of], found.displacement[1, 1, 1, :, 0], 1e-12)
+    np.testing.assert_allclose(
+        [float(r["contact_share_7:+Z"]) for r in rows], found.contact_share[..., 1].ravel(), rtol=1e-12
+    )
+    assert (out / "rattle_map.png").stat().st_size > 20_000
+
+
+def test_it_says_where_it_touches_and_jumps(law, tmp_path, capsys):
+    from clearance_mj.cli import main
+
+    told = ["--levels", "2,6", "--from", "36", "--to", "49", "--steps", "27", "--harmonics", "5", "--workers", "1"]
+    assert main(["rattle-map", str(RIG), "--law", str(law), *told, "--quiet", "--out", str(tmp_path)]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[0].startswith("gap 0.3 mm: touches first from 1.5") and "at 39.5 Hz; rattles in " in lines[0]
+    assert any("jumps in sweeps up" in line and "to 6 m/s² and 46.9" in line for line in lines), lines
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["--levels", "2,1"], "levels must be finite, > 0 and increasing"),
+        (["--gaps", "1e-4,1e3", "--modes", "0"], "modes must be between 1 and"),
+        (["--from", "60", "--to", "40"], "frequencies must be finite, > 0 and increasing"),
+        (["--steps", "1"], "--steps must be between 2 and"),
+        (["--steps", "1000000000"], "--steps must be between 2 and"),
+        (["--workers", "0"], "workers must be 1 or more"),
+    ],
+)
+def test_refusals(law, tmp_path, refused, arguments, words):
+    out = tmp_path / "out"
+    assert words in refused("rattle-map", RIG, "--law", law, "--out", out, *arguments)
+    assert not out.exists()
