@@ -20,7 +20,7 @@ __all__ = ["main"]
 
 for _module in (
     *("new", "study", "identify", "simulate", "animate", "motion", "compare", "convert", "modes", "moved", "calibrate"),
-    *("update_rig", "place", "sweep", "response", "rattle_map", "vehicle"),
+    *("update_rig", "place", "sweep", "response", "backbone", "rattle_map", "vehicle"),
 ):  # each registers its command; in the order of the help
     import_module(f".{_module}", __name__)
 

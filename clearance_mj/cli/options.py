@@ -18,8 +18,8 @@ if TYPE_CHECKING:  # the command line starts without the library
     from ..signals.excitation import Excitation
 
 __all__ = [
-    "add_columns", "add_periodic", "add_plugin", "add_rig", "add_simulation", "excitation", "load", "load_plugin",
-    "numbers", "parse_columns", "settings",
+    "add_columns", "add_kind", "add_periodic", "add_plugin", "add_rig", "add_simulation", "excitation", "load",
+    "load_plugin", "numbers", "parse_columns", "settings",
 ]  # fmt: skip
 
 MOST_NUMBERS = 10_000
@@ -90,7 +90,11 @@ def add_periodic(parser: argparse.ArgumentParser) -> None:
     option("--harmonics", type=int, default=21, help="of the motion (default: %(default)s)")
     option("--samples", type=int, help="of a period (default: the power of two from 12 for each harmonic on)")
     option("--modes", type=int, default=8, help="of the rig's Ritz basis (default: %(default)s)")
-    option("--kind", choices=("base", "force"), help="what excites (default: as the rig's shaker)")
+
+
+def add_kind(parser: argparse.ArgumentParser) -> None:
+    """Add the option that says what excites."""
+    parser.add_argument("--kind", choices=("base", "force"), help="what excites (default: as the rig's shaker)")
 
 
 def settings(rig: Rig, law: Law) -> dict[str, Any]:

@@ -9,12 +9,13 @@ from typing import Any
 from ..errors import ClearanceError
 from ..files import to_json, write_text
 from .command import command, out_folder
-from .options import MOST_NUMBERS, add_periodic, add_plugin, load, load_plugin, numbers, settings
+from .options import MOST_NUMBERS, add_kind, add_periodic, add_plugin, load, load_plugin, numbers, settings
 
 
 def _options(parser: argparse.ArgumentParser) -> None:
     option = parser.add_argument
     add_periodic(parser)
+    add_kind(parser)
     option(
         "--levels", type=numbers, default="0.5:10:20", metavar="A,...",
         help="amplitudes of a sine, m/s² of the base or N: a list, or a range FROM:TO:COUNT (default: %(default)s)",

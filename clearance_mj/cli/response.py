@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from ..errors import ClearanceError
 from ..files import to_json, write_text
 from .command import command, out_folder
-from .options import add_periodic, add_plugin, load, load_plugin, numbers, settings
+from .options import add_kind, add_periodic, add_plugin, load, load_plugin, numbers, settings
 
 if TYPE_CHECKING:  # a command imports what it needs when it runs
     from ..periodic import Branch
@@ -19,6 +19,7 @@ if TYPE_CHECKING:  # a command imports what it needs when it runs
 def _options(parser: argparse.ArgumentParser) -> None:
     option = parser.add_argument
     add_periodic(parser)
+    add_kind(parser)
     option(
         "--level", type=numbers, required=True, metavar="A,...",
         help="amplitudes of a sine, m/s² of the base or N: a list, or a range FROM:TO:COUNT",

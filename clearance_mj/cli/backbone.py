@@ -1,0 +1,67 @@
+"""clearance-mj backbone: frequency and damping of nonlinear modes over amplitude."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from ..errors import ClearanceError
+from ..files import to_json, write_text
+from .command import command, out_folder
+from .options import add_periodic, add_plugin, load, load_plugin, settings
+
+if TYPE_CHECKING:  # a command imports what it needs when it runs
+    from ..periodic import Backbone
+
+
+def _options(parser: argparse.ArgumentParser) -> None:
+    option = parser.add_argument
+    add_periodic(parser)
+    option("--mode", type=_modes, default=[1], metavar="MODE,...", help="modes in the gap, 1 the lowest (default: 1)")
+    option("--from", dest="start", type=float, metavar="M", help="amplitude, m (default: 0.1 of the gap)")
+    option("--to", dest="stop", type=float, metavar="M", help="amplitude, m (default: 5 times the gap)")
+    option("--workers", type=int, help="threads (default: one for each core)")
+    add_plugin(parser, "a contact or a grease")
+
+
+def _modes(text: str) -> list[int]:
+    try:
+        return list(dict.fromkeys(int(part) for part in text.split(",")))
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"{text!r} is not a list of modes such as 1,2") from None
+
+
+@command(
+    "backbone", "follow nonlinear modes: frequency and damping over amplitude", _options,
+    out=Path("results/backbone"), out_help="folder for backbone.csv, .json and .png (default: %(default)s)",
+)  # fmt: skip
+def _run(options: argparse.Namespace) -> dict[str, Any]:
+    from ..periodic import backbone
+    from ..report.backbones import draw, plain, rows, words
+    from ..report.tables import write_csv
+    from ..tasks import run_tasks
+
+    load_plugin(options.plugin)
+    out_folder(options.out)
+    if (options.start is None) != (options.stop is None):
+        raise ClearanceError("--from and --to are the ends of the amplitudes: give both or none")
+    rig, law = load(options)
+    amplitudes = None if options.start is None else (options.start, options.stop)
+    shared = {name: getattr(options, name) for name in ("harmonics", "samples", "modes")}
+    progress = "" if options.quiet else "modes"
+
+    def follow(mode: int) -> Backbone:
+        return backbone(rig, law, mode, amplitudes, **shared)
+
+    by_mode = dict(run_tasks(follow, options.mode, options.workers, progress=progress))
+    found = [by_mode[mode] for mode in options.mode]
+    result = settings(rig, law) | shared | {"backbones": [plain(each) for each in found]}
+    drawing = draw(found)
+    write_csv(options.out / "backbone.csv", rows(found))
+    drawing.write(options.out)
+    write_text(options.out / "backbone.json", to_json(result))
+    for each in found:
+        print("\n".join(words(each)))
+    print(f"backbone: {options.out / 'backbone.csv'}")
+    return result | {"out": str(options.out)}

@@ -1,0 +1,114 @@
+"""Backbones: figure, rows for CSV, and in words how frequency and damping of nonlinear modes change."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from matplotlib.axes import Axes
+from matplotlib.ticker import LogLocator, ScalarFormatter
+
+from ..periodic import Backbone
+from .style import COLOURS, TEST, Drawing, canvas, letters, tidy
+
+__all__ = ["draw", "plain", "rows", "words"]
+
+PANEL = 1.9
+"""in, height"""
+
+
+def motion(found: Backbone) -> np.ndarray:
+    """(n,) amplitude of the displacement at the clearance that the mode moves most, m."""
+    return np.abs(found.clearance_displacement[:, found.clearance, 1])
+
+
+def draw(found: Sequence[Backbone]) -> Drawing:
+    """Draw frequency, damping ratio and the level that holds resonance over the amplitude, a row for each mode."""
+    figure = canvas(0.3 + PANEL * len(found))
+    axes = figure.subplots(len(found), 3, squeeze=False)
+    names = iter(letters(axes.size))
+    for row, (panels, each) in enumerate(zip(axes, found)):
+        label = "Displacement / gap (1)" if row == len(found) - 1 else ""
+        unit = "m/s²" if each.rig.shaker.kind == "base" else "N"
+        shown = {
+            "Frequency (Hz)": each.frequency, "Damping ratio (%)": 100 * each.damping, f"Level ({unit})": each.level,
+        }  # fmt: skip
+        for ax, (words, values) in zip(panels, shown.items()):
+            _panel(ax, each, values)
+            tidy(ax, f"{next(names)} mode {each.mode}", words, label)
+        panels[-1].set_yscale("log")
+    of = "; ".join(f"mode {each.mode}: clearance {each.clearance + 1}" for each in found)
+    caption = (
+        f"Nonlinear modes of rig “{found[0].rig.name}” over amplitude: frequency, damping ratio, and the amplitude of "
+        "a sine that would hold the vibration in resonance. The displacement is that of the clearance that a mode "
+        f"moves most ({of}), its fundamental; beyond the gap it touches."
+    )
+    return Drawing("backbone", figure, caption, f"Frequency and damping of {len(found)} modes over amplitude.")
+
+
+def _panel(ax: Axes, found: Backbone, values: np.ndarray) -> None:
+    amplitude = motion(found) / found.rig.bushings[found.clearance].gap
+    ax.plot(amplitude, np.where(np.isfinite(values), values, np.nan), color=COLOURS[0], lw=1.1)
+    if found.ended:
+        ax.plot(amplitude[-1], values[-1], "x", color=TEST, ms=4.5, mew=0.9)
+    ax.axvline(1.0, color=TEST, lw=0.6)
+    ax.set_xscale("log")
+    ax.xaxis.set_major_locator(LogLocator(10, (1.0, 2.0, 5.0)))
+    ax.xaxis.set_major_formatter(ScalarFormatter())
+    ax.xaxis.set_minor_locator(LogLocator(10, ()))
+    ax.ticklabel_format(axis="y", useOffset=False)
+
+
+def rows(found: Sequence[Backbone]) -> pd.DataFrame:
+    """Return a row per point: frequency, damping, level of resonance, harmonics' amplitudes at sensors; SI units."""
+    return pd.concat([_rows(each) for each in found], ignore_index=True)
+
+
+def _rows(found: Backbone) -> pd.DataFrame:
+    columns: dict[str, Any] = {
+        "mode": found.mode,
+        "frequency_hz": found.frequency,
+        "damping_ratio": found.damping,
+        "level": found.level,
+        "level_unit": "m/s²" if found.rig.shaker.kind == "base" else "N",
+    }
+    for quantity, labels, unit in (
+        ("acceleration", found.responses, "m_s2"), ("clearance_displacement", found.clearances, "m"),
+        ("contact_force", found.clearances, "n"),
+    ):  # fmt: skip
+        amplitude, first = found.amplitude(quantity), np.abs(getattr(found, quantity)[..., 1])
+        for i, label in enumerate(labels):
+            columns[f"{quantity}_{label}_amplitude_{unit}"] = amplitude[:, i]
+            columns[f"{quantity}_{label}_fundamental_{unit}"] = first[:, i]
+    return pd.DataFrame(columns)
+
+
+def plain(found: Backbone) -> dict[str, Any]:
+    """Return a backbone as plain data."""
+    return {
+        "mode": found.mode,
+        "clearance": found.clearances[found.clearance],
+        "harmonics": found.acceleration.shape[-1] - 1,
+        "amplitude": motion(found).tolist(),
+        "frequency": found.frequency.tolist(),
+        "damping": found.damping.tolist(),
+        "level": found.level.tolist(),
+        "ended": found.ended,
+    }
+
+
+def words(found: Backbone) -> Iterator[str]:
+    """Say in lines where a backbone begins and ends, and whether it ends early."""
+    ends = (
+        f"{found.frequency[i]:.5g} Hz, {100 * found.damping[i]:.3g} % at {1e3 * motion(found)[i]:.3g} mm"
+        for i in (0, -1)
+    )
+    low, high = found.frequency.min(), found.frequency.max()
+    yield (
+        f"mode {found.mode}, amplitudes at {found.clearances[found.clearance]}: {' to '.join(ends)}; "
+        f"between {low:.5g} and {high:.5g} Hz"
+    )
+    if found.ended:
+        yield f"  {found.ended}"

@@ -1,0 +1,68 @@
+"""clearance-mj backbone: what the Python call finds, as files; bad input is one line."""
+
+import csv
+import json
+
+import numpy as np
+import pytest
+
+from clearance_mj import periodic
+from clearance_mj.beam import natural_frequencies
+from clearance_mj.clearance import ConstantLaw
+from clearance_mj.rig import Rig
+
+from ..conftest import ROOT
+
+RIG = ROOT / "models" / "table1_rig.toml"
+LAW = ConstantLaw(7.8e3, 4.0)
+
+
+@pytest.fixture
+def law(tmp_path):
+    LAW.save(tmp_path / "law.json")
+    return tmp_path / "law.json"
+
+
+def test_files_hold_what_the_call_finds(law, tmp_path, capsys):
+    """Below the gap the linear mode's frequency; contact of a stop raises it (M. Krack, 2015)."""
+    from clearance_mj.cli import main
+
+    out, ends = tmp_path / "out", (1e-4, 6e-4)
+    told = ["--mode", "2,1", "--from", str(ends[0]), "--to", str(ends[1]), "--harmonics", "7", "--quiet"]
+    assert main(["backbone", str(RIG), "--law", str(law), *told, "--out", str(out)]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    stored = json.loads((out / "backbone.json").read_text(encoding="utf-8"))
+    rig = Rig.load(RIG)
+    found = periodic.backbone(rig, LAW, 2, ends, 7)
+    second, first = stored["backbones"]
+    assert (second["mode"], first["mode"]) == (2, 1) and second["ended"] == ""
+    assert second["frequency"] == found.frequency.tolist() and second["damping"] == found.damping.tolist()
+    np.testing.assert_allclose([second["amplitude"][0], second["amplitude"][-1]], ends, rtol=1e-6)
+    linear = natural_frequencies(rig, 2)
+    np.testing.assert_allclose([first["frequency"][0], second["frequency"][0]], linear, rtol=2e-3)
+    assert second["frequency"][-1] > 1.1 * linear[1]
+    assert lines[0].startswith(f"mode 2, amplitudes at 6:+Z: {second['frequency'][0]:.5g} Hz, ")
+    with (out / "backbone.csv").open(newline="", encoding="utf-8") as file:
+        rows = [row for row in csv.DictReader(file) if row["mode"] == "2"]
+    np.testing.assert_array_equal([float(row["frequency_hz"]) for row in rows], found.frequency)
+    np.testing.assert_allclose(
+        [float(row["acceleration_8:+Z_amplitude_m_s2"]) for row in rows],
+        found.amplitude("acceleration")[:, 7],
+        rtol=1e-12,
+    )
+    assert (out / "backbone.png").stat().st_size > 20_000
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["--mode", "0"], "mode must be between 1 and"),
+        (["--from", "1e-4"], "give both or none"),
+        (["--from", "-1", "--to", "1"], "amplitudes must be > 0 m"),
+        (["--harmonics", "0"], "harmonics must be 1 or more"),
+    ],
+)
+def test_refusals(law, tmp_path, refused, arguments, words):
+    out = tmp_path / "out"
+    assert words in refused("backbone", RIG, "--law", law, "--out", out, *arguments)
+    assert not out.exists()
