@@ -88,6 +88,7 @@ def test_every_picture_is_shown():
     assert {p.resolve() for p in (ROOT / "docs").glob("**/*.png") if "_build" not in p.parts} <= shown
 
 
+@pytest.mark.slow
 def test_build(tmp_path):
     """Every page in a table of contents, every reference and picture found; the pages are not written."""
     pytest.importorskip("furo", reason="the extra docs is not installed")

@@ -284,6 +284,7 @@ def test_dataset(tmp_path, monkeypatch, capsys):
         assert np.std(value - real.gain * ideal) == pytest.approx(0.01 * np.std(ideal), rel=0.1)
 
 
+@pytest.mark.slow
 def test_without_probes():
     assert not NAMED["no-probes"]().probes
     assert shake(NAMED["no-probes"](), np.ones(64))[1].shape == (0, 64)
