@@ -56,7 +56,14 @@ $(VENV)/.bench: $(VENV)/.ready
 	$(BIN)/pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[exudyn]'
 	touch $@
 
-bench: $(VENV)/.bench
+# pyHarm, which periodic responses are compared with, needs pandas < 3: an environment of its own.
+$(VENV)-pyharm/.ready:
+	$(PYTHON) -m venv $(VENV)-pyharm
+	$(VENV)-pyharm/bin/pip install --quiet --disable-pip-version-check pyharm-os==1.2.2 jax==0.5.3
+	touch $@
+
+bench: export PYHARM_PYTHON = $(VENV)-pyharm/bin/python
+bench: $(VENV)/.bench $(VENV)-pyharm/.ready
 	$(BIN)/python -m benchmarks --out results/bench.json
 
 lint: setup
@@ -78,4 +85,4 @@ verification: setup
 	$(BIN)/python -m pytest tests/verification tests/testrig tests/identify tests/real tests/experiments/test_free_decays.py --verification docs/verification.md
 
 clean:
-	rm -rf $(VENV) results docs/_build docs/api/generated
+	rm -rf $(VENV) $(VENV)-pyharm results docs/_build docs/api/generated

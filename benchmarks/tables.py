@@ -22,6 +22,15 @@ def speed(rows):
     return _table(("what", "median", "range"), cells)
 
 
+def periodic(found):
+    cells = [
+        (r["name"], f"{r['median']:.3g} {r['unit']}", f"{r['low']:.3g} to {r['high']:.3g}", r["target"])
+        for r in found["rows"]
+    ]
+    cells += [(name, why, "", "") for name, why in found["skipped"].items()]
+    return {"periodic": _table(("what", "median", "range", "target"), cells)}
+
+
 def alternatives(found):
     links = found["best"]["links"]["cost"]
     best = sorted(found["best"].values(), key=lambda row: row["cost"])

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..clearance._pointers import OPTIONS, kernel_loop
-from ._forces import Laws, Slopes, along
+from ._forces import Laws, Slopes, along, equal
 
 __all__ = ["Grid", "Linear", "balance", "blocks"]
 
@@ -39,7 +39,7 @@ class Grid(NamedTuple):
 
 @kernel_loop(**OPTIONS)
 def _receptances(
-    linear: Linear, omega: float, compliance: np.ndarray, by_omega: np.ndarray, driven: np.ndarray,
+    linear: Linear, omega: float, want: bool, compliance: np.ndarray, by_omega: np.ndarray, driven: np.ndarray,
     driven_by: np.ndarray,
 ) -> None:  # fmt: skip
     """Fill (H + 1, n_points, n_points) receptances and (H + 1, n_points) driven displacements, and derivatives by ω."""
@@ -56,7 +56,10 @@ def _receptances(
             for p in range(points):
                 for q in range(points):
                     compliance[h, p, q] += residues[j, p, q] * near
-                    by_omega[h, p, q] += residues[j, p, q] * change
+            if want:
+                for p in range(points):
+                    for q in range(points):
+                        by_omega[h, p, q] += residues[j, p, q] * change
             if excitation[h] != 0.0:
                 for p in range(points):
                     driven[h, p] += of_drive[j, p] * near * excitation[h]
@@ -212,6 +215,74 @@ def _add_jacobian(compliance: np.ndarray, blocks: np.ndarray, owner: np.ndarray,
 
 
 @kernel_loop(**OPTIONS)
+def _first_equal(values: np.ndarray, p: int) -> int:
+    """Return the first row that is equal to row p: a bushing without length has its ends in its middle."""
+    for q in range(p):
+        if equal(values, q, p):
+            return q
+    return p
+
+
+@kernel_loop(**OPTIONS)
+def _along_period(grid: Grid, omega: float, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return displacements and speeds (n_points, N) of harmonics (n_points, K)."""
+    points, harmonics = x.shape
+    samples = grid.basis.shape[0]
+    first, count = np.zeros(points, np.int64), 0
+    rows = np.zeros((2 * points, harmonics))
+    for p in range(points):
+        first[p] = _first_equal(x, p)
+        if first[p] < p:
+            continue
+        rows[2 * count, 0] = x[p, 0]
+        for k in range(1, harmonics, 2):
+            rows[2 * count, k], rows[2 * count, k + 1] = x[p, k], x[p, k + 1]
+            pace = (k + 1) // 2 * omega
+            rows[2 * count + 1, k], rows[2 * count + 1, k + 1] = pace * x[p, k + 1], -pace * x[p, k]
+        count += 1
+    histories = np.dot(rows[: 2 * count], grid.basis.T)
+    place, speed = np.empty((points, samples)), np.empty((points, samples))
+    count = 0
+    for p in range(points):
+        q = first[p]
+        for i in range(samples):
+            place[p, i] = histories[2 * count, i] if q == p else place[q, i]
+            speed[p, i] = histories[2 * count + 1, i] if q == p else speed[q, i]
+        count += int(q == p)
+    return place, speed
+
+
+@kernel_loop(**OPTIONS)
+def _projected(grid: Grid, samples: np.ndarray) -> np.ndarray:
+    """Return harmonics (n_points, K) of forces (n_points, N), of which some are zero or equal."""
+    points, n = samples.shape
+    first, count = np.full(points, -1), 0
+    rows = np.empty_like(samples)
+    for p in range(points):
+        acts = False
+        for i in range(n):
+            acts = acts or samples[p, i] != 0.0
+        if not acts:
+            continue
+        first[p] = _first_equal(samples, p)
+        if first[p] == p:
+            for i in range(n):
+                rows[count, i] = samples[p, i]
+            count += 1
+    of_rows = np.dot(rows[:count], grid.project.T)
+    found = np.zeros((points, of_rows.shape[1]))
+    count = 0
+    for p in range(points):
+        q = first[p]
+        if q < 0:
+            continue
+        for k in range(of_rows.shape[1]):
+            found[p, k] = of_rows[count, k] if q == p else found[q, k]
+        count += int(q == p)
+    return found
+
+
+@kernel_loop(**OPTIONS)
 def balance(
     linear: Linear, grid: Grid, laws: Laws, slopes: Slopes, omega: float, z: np.ndarray, y: np.ndarray, want: bool,
     jacobian: np.ndarray,
@@ -226,13 +297,13 @@ def balance(
     compliance = np.empty((highest + 1, points, points), np.complex128)
     by_omega = np.empty_like(compliance)
     driven, driven_by = np.empty((highest + 1, points), np.complex128), np.empty((highest + 1, points), np.complex128)
-    _receptances(linear, omega, compliance, by_omega, driven, driven_by)
+    _receptances(linear, omega, want, compliance, by_omega, driven, driven_by)
     x = np.dot(linear.basis, z)
     _add(y, x)
-    place, speed = np.dot(x, grid.basis.T), np.dot(omega * x, grid.rate.T)
+    place, speed = _along_period(grid, omega, x)
     samples = np.empty_like(place)
     along(laws, place, speed, omega, grid.basis, grid.rate, grid.project, want, samples, slopes)
-    force = np.dot(samples, grid.project.T)
+    force = _projected(grid, samples)
     found = _real(driven)
     _times(-1.0, compliance, force, found)
     reduced = np.dot(linear.basis.T, found)
@@ -240,12 +311,13 @@ def balance(
     if want:
         by_coordinates = blocks(linear.basis, linear.owner, grid, omega, slopes)
         _add_jacobian(_reduced(compliance, linear.basis), by_coordinates, linear.owner, jacobian)
-        nearby = omega * (1.0 + 1e-6)
-        shifted, faster = np.empty_like(samples), speed * (nearby / omega)
-        along(laws, place, faster, nearby, grid.basis, grid.rate, grid.project, np.bool_(False), shifted, slopes)
         changed = _real(driven_by)
         _times(-1.0, by_omega, force, changed)
-        _times(-1.0 / (nearby - omega), compliance, np.dot(shifted - samples, grid.project.T), changed)
+        if np.any(slopes.v != 0.0) or np.any(slopes.remembers):  # else forces know nothing of time
+            nearby = omega * (1.0 + 1e-6)
+            shifted, faster = np.empty_like(samples), speed * (nearby / omega)
+            along(laws, place, faster, nearby, grid.basis, grid.rate, grid.project, np.bool_(False), shifted, slopes)
+            _times(-1.0 / (nearby - omega), compliance, _projected(grid, shifted - samples), changed)
         column = np.dot(linear.basis.T, changed)
         for a in range(r):
             for k in range(harmonics):

@@ -19,7 +19,7 @@ import numpy as np
 from ..clearance._pointers import OPTIONS, at, call_contact_law, call_grease_law, kernel_loop
 from ..clearance.gap import penetration
 
-__all__ = ["Laws", "Slopes", "along"]
+__all__ = ["Laws", "Slopes", "along", "equal"]
 
 PERIODS = 2
 """of a contact, which begins anew in each"""
@@ -75,17 +75,21 @@ def _along_contact(
     of_x, of_v, of_begun, entry, whole = slopes.x, slopes.v, slopes.begun, slopes.entry, slopes.whole
     lower, upper, law, pulls = bushing.lower, bushing.upper, bushing.contact_law, bushing.adhesion
     parameters, out = at(laws.numbers, state.contact), at(laws.numbers, state.out)
-    reach, touches = 0.0, False
+    reach, touches, start = 0.0, False, 0
     for i in range(n):
         reach = max(reach, abs(x[p, i]))
-        touches = touches or penetration(x[p, i], lower, upper) != 0.0
+        if penetration(x[p, i], lower, upper) != 0.0:
+            touches = True
+        else:
+            start = i  # no contact lasts from before
     if not touches:
         return
     dx, dv = DIFFERENCE * reach, DIFFERENCE * reach * omega
     side, begun, before, now, by_x, by_v = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     row, sums, pending = np.zeros(harmonics), np.zeros(harmonics), False
-    for m in range(PERIODS * n):
-        i, last, counts = m % n, (m - 1) % n, m >= n
+    for m in range(start, PERIODS * n):
+        i, counts = m if m < n else m - n, m >= n
+        last = i - 1 if i > 0 else n - 1
         g, step, climb = penetration(x[p, i], lower, upper), x[p, i] - x[p, last], v[p, i] - v[p, last]
         if before != 0.0 and g * before <= 0.0:  # over since the sample before, at a share of the step
             share = ((upper if before > 0.0 else lower) - x[p, last]) / step
@@ -190,9 +194,10 @@ def _along_grease(
     of_force = np.zeros((n, harmonics))
     slope = np.zeros((size + 1, size + 2))
     first, old, begun = (0 if size else n), np.zeros(laws.room), np.zeros(laws.room)
+    i = n - 1
     for m in range(first, MOST_PERIODS * n):
-        i, counts = m % n, m >= n
-        last = (m - 1) % n
+        last, counts = i, m >= n
+        i = i + 1 if i < n - 1 else 0
         here, speed = x[j, i], v[j, i]
         dx = here - x[j, last] if m > 0 else here
         if i == 0 and m > n:
@@ -252,6 +257,29 @@ def _along_grease(
 
 
 @kernel_loop(**OPTIONS)
+def equal(values: np.ndarray, p: int, q: int) -> bool:
+    """Return whether two rows are equal."""
+    for k in range(values.shape[1]):
+        if values[p, k] != values[q, k]:
+            return False
+    return True
+
+
+@kernel_loop(**OPTIONS)
+def _copy_end(force: np.ndarray, slopes: Slopes, source: int) -> None:
+    """Fill the row after one of force and slopes with it: both ends of a bushing without length."""
+    p = source + 1
+    for i in range(force.shape[1]):
+        force[p, i], slopes.x[p, i], slopes.v[p, i] = force[source, i], slopes.x[source, i], slopes.v[source, i]
+        slopes.begun[p, i], slopes.entry[p, i] = slopes.begun[source, i], slopes.entry[source, i]
+        slopes.climb[p, i] = slopes.climb[source, i]
+    for k in range(slopes.whole.shape[1]):
+        for l in range(slopes.whole.shape[2]):
+            slopes.whole[p, k, l] = slopes.whole[source, k, l]
+    slopes.remembers[p] = slopes.remembers[source]
+
+
+@kernel_loop(**OPTIONS)
 def along(
     laws: Laws, x: np.ndarray, v: np.ndarray, omega: float, basis: np.ndarray, rate: np.ndarray, project: np.ndarray,
     want: bool, force: np.ndarray, slopes: Slopes,
@@ -271,6 +299,9 @@ def along(
     n_bushings = laws.bushings.size
     for j in range(n_bushings):
         _along_grease(laws, j, x, v, omega, basis, project, want, force, slopes)
-        for end in range(2):
-            p = n_bushings + 2 * j + end
-            _along_contact(laws, j, p, x, v, omega, basis, rate, project, want, force, slopes)
+        p = n_bushings + 2 * j
+        _along_contact(laws, j, p, x, v, omega, basis, rate, project, want, force, slopes)
+        if equal(x, p, p + 1):
+            _copy_end(force, slopes, p)
+        else:
+            _along_contact(laws, j, p + 1, x, v, omega, basis, rate, project, want, force, slopes)

@@ -6,6 +6,7 @@ harmonics over a size that grows with the motion, and the frequency over that of
 
 from __future__ import annotations
 
+import math
 from abc import ABC, abstractmethod
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
@@ -82,7 +83,7 @@ class Follower(ABC):
 
         The tangent is found with the last derivative that served to find the motion.
         """
-        pace, old = omega, np.inf
+        pace, old, right = omega, np.inf, np.zeros(self.size + 1)
         left, force, beside, *_ = self._left(omega, z, y, True)
         factors = self._factors(row, scale, pace)
         for _ in range(ITERATIONS):
@@ -92,7 +93,8 @@ class Follower(ABC):
             if now > SLOW * old and old < np.inf:
                 self._left(omega, z, y, True)
                 factors = self._factors(row, scale, pace)
-            step = self._solved(factors, np.append(-left.ravel() / scale, 0.0))
+            right[:-1] = left.ravel()
+            step = self._solved(factors, right) / -scale
             share = 1.0
             while True:
                 ahead = omega + share * step[-1] * pace
@@ -110,8 +112,8 @@ class Follower(ABC):
         return None
 
     def _norm(self, left: np.ndarray, moved: np.ndarray, scale: float) -> float:
-        found = float(np.sqrt(np.sum(left**2) + np.sum(moved**2))) / scale
-        return found if np.isfinite(found) else np.inf
+        found = math.sqrt(np.vdot(left, left) + np.vdot(moved, moved)) / scale
+        return found if math.isfinite(found) else np.inf
 
     def _factors(self, row: np.ndarray, scale: float, pace: float) -> tuple[np.ndarray, np.ndarray]:
         matrix = self.jacobian.copy()

@@ -1,25 +1,15 @@
-"""Periodic responses of rigs. Truth: the modal engine's long marches, the linear FRF, and harmonic stiffnesses."""
+"""Periodic responses of rigs. Truth: the linear FRF, and harmonic stiffnesses."""
 
 import numpy as np
 import pytest
 
 from clearance_mj import periodic
 from clearance_mj.beam import linear_frf
-from clearance_mj.clearance import (
-    AmplitudeLaw,
-    ConstantLaw,
-    ContactLaw,
-    HuntCrossley,
-    MaxwellSlip,
-    TimeLaw,
-    harmonic,
-)
+from clearance_mj.clearance import AmplitudeLaw, ConstantLaw, TimeLaw, harmonic
 from clearance_mj.clearance.greases.bouc_wen import BoucWen
-from clearance_mj.engines import Modal, simulate
 from clearance_mj.errors import ClearanceError, ExcitationError, LawError, RigError
 from clearance_mj.periodic import continuation
 from clearance_mj.rig import Bushing, Contact, Grease, Rig, Sensor, Shaker
-from clearance_mj.signals.excitation import Excitation
 from clearance_mj.structure import Matrices
 
 from ..conftest import TABLE1
@@ -27,42 +17,6 @@ from ..conftest import TABLE1
 LAW = ConstantLaw(7.8e3, 4.0)
 LEVEL = 6.0
 """m/s²"""
-GREASE = Grease(4369.0, 3.0, elastic_ratio=0.5, beta=9e6, gamma=3e6, film_height=6e-4)
-SLIDERS = MaxwellSlip(springs=(1500.0, 1500.0), forces=(0.1, 0.25), elastic=1500.0, damping=3.0)
-
-
-def marched(rig, law, frequency):
-    """Amplitudes of the fundamental of sensors and clearances after a long march."""
-    period = 128
-    fs = period * frequency
-    time = np.arange(int(6 * fs) // period * period) / fs
-    excitation = Excitation(LEVEL * np.cos(2 * np.pi * frequency * time) * np.minimum(time, 1), fs)
-    found = simulate(rig, excitation, law, Modal(resolution=0.25))
-    rows = np.vstack((found.acceleration, found.displacement))[:, -40 * period : -20 * period]
-    return np.abs(np.fft.rfft(rows)[:, 20]) / (10 * period)
-
-
-@pytest.mark.parametrize(
-    "law",
-    [
-        LAW,
-        ContactLaw(HuntCrossley(5e5, 0.6)),
-        ConstantLaw(7.8e3, 4.0, grease=GREASE),
-        ConstantLaw(7.8e3, 4.0, grease=SLIDERS),
-    ],
-    ids=["kelvin-voigt", "hunt-crossley", "bouc-wen", "maxwell-slip"],
-)
-def test_stable_vibrations_are_those_of_a_long_march(law, measured, request):
-    branch = periodic.response(TABLE1, law, LEVEL, (36, 52))
-    off = []
-    for frequency in (41.0, 50.0):
-        at = np.flatnonzero(branch.stable)
-        i = at[np.argmin(np.abs(branch.frequency[at] - frequency))]
-        known = marched(TABLE1, law, branch.frequency[i])
-        found = np.abs(np.concatenate((branch.acceleration[i, :, 1], branch.clearance_displacement[i, :, 1])))
-        off.append(np.abs(found / known - 1).max())
-    name = request.node.callspec.id
-    measured.below(f"harmonic balance, {name}: fundamental of every channel", max(off), 1e-3, "modal engine's march")
 
 
 def test_in_the_gap_it_is_the_linear_response():

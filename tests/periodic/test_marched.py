@@ -1,0 +1,59 @@
+"""Stable vibrations of the Table-1 rig stay when they are marched in time; a stepped sine jumps at the folds.
+
+Truth: the modal engine's and links' marches, and the virtual rig, which shares no code with harmonic balance.
+"""
+
+import numpy as np
+import pytest
+
+from clearance_mj import periodic
+from experiments.periodic_verification import (
+    BAND,
+    CLOSE,
+    LAWS,
+    LEVELS,
+    TRUTHS,
+    by_links,
+    jump,
+    marched,
+    of_links,
+    rig_s_law,
+    steep,
+)
+
+from ..conftest import TABLE1
+
+SOME = [pytest.param(*case, marks=[] if case[1] == 6.0 else pytest.mark.slow) for case in
+        ((law, level) for law in LAWS for level in LEVELS)]  # fmt: skip
+
+
+@pytest.mark.parametrize(("name", "level"), SOME)
+def test_stable_vibrations_stay_when_marched(name, level, measured, request):
+    """Fundamentals of every sensor and clearance; at 6 m/s² of a few points, else of every one that is not steep."""
+    branch = periodic.response(TABLE1, LAWS[name], level, BAND)
+    at = np.flatnonzero(branch.stable & ~steep(branch))
+    if level == 6.0:
+        at = at[(at.size - 1) * np.array([1, 4, 9]) // 10]
+    off = max(marched(branch, i)["fundamental"] for i in at)
+    what = f"harmonic balance, {name}, {level:g} m/s², {at.size} points: fundamental of every channel"
+    measured.below(what, off, CLOSE, "modal engine's march")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", LAWS)
+def test_links_march_the_same_vibrations(name, measured):
+    branch = periodic.response(TABLE1, LAWS[name], 6.0, BAND)
+    off = max(by_links(branch, i) for i in of_links(branch))
+    measured.below(f"harmonic balance, {name}, 6 m/s²: fundamental of every channel", off, 0.01, "links' march")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", TRUTHS)
+def test_the_virtual_rig_jumps_at_the_folds(name, measured):
+    """A stepped sine upwards and downwards, in steps of 0.05 Hz."""
+    truth = TRUTHS[name]
+    branch = periodic.response(TABLE1, rig_s_law(truth), 6.0, (35, 60))
+    up, down = (point.frequency for point in branch.special if point.kind == "fold")
+    for way, fold, outside in (("up", up, down - 1), ("down", down, up + 1)):
+        _, _, at = jump(TABLE1, truth, 6.0, fold, outside)
+        measured.below(f"fold {way}, {name}: frequency", abs(at / fold - 1), 5e-3, "virtual rig's stepped sine")
