@@ -12,10 +12,11 @@ from clearance_mj.periodic import condensed, continuation
 from clearance_mj.rig import Bushing, Contact, Grease, Rig, Sensor, Shaker
 from clearance_mj.signals.excitation import Excitation
 from clearance_mj.structure import Matrices
+from experiments.periodic_verification import SLIDERS
 
 from ..conftest import TABLE1
 from .test_published import DUFFING, HARDENING
-from .test_rigs import BARE, LAW, RIGID, SLIDERS
+from .test_rigs import BARE, LAW, RIGID
 
 TURN = 2 * np.pi
 KAPPA = 0.1
