@@ -3,8 +3,11 @@
 from .backbone import Backbone, backbone
 from .branch import Branch, SpecialPoint
 from .forced import response
+from .isolated import Isolas, isolas
 from .rattle_map import Jump, RattleMap, rattle_map
+from .subharmonic import doubled
 
 __all__ = [
-    "Backbone", "Branch", "Jump", "RattleMap", "SpecialPoint", "backbone", "rattle_map", "response",
+    "Backbone", "Branch", "Isolas", "Jump", "RattleMap", "SpecialPoint", "backbone", "doubled", "isolas", "rattle_map",
+    "response",
 ]  # fmt: skip

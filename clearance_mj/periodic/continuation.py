@@ -17,7 +17,7 @@ from scipy.linalg.lapack import dgetrf, dgetrs
 from ._balance import balance
 from .condensed import Condensed, grid, slopes
 
-__all__ = ["Follower", "Motion", "NoConvergence", "Solver", "difference"]
+__all__ = ["CameBack", "Follower", "Motion", "NoConvergence", "Solver", "difference"]
 
 TOLERANCE = 1e-9
 """of the motion: what the balance may leave"""
@@ -44,6 +44,10 @@ MOST_POINTS = 20000
 
 class NoConvergence(Exception):
     """No motion was found at or beyond a frequency, 1/s, its only argument."""
+
+
+class CameBack(Exception):
+    """The branch came back to where it began or to half its period, as its only argument says."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -169,7 +173,17 @@ class Follower(ABC):
         NoConvergence
             Where Newton's method finds no next motion; what was yielded stays.
         """
-        motion = replace(motion, tangent=motion.tangent * np.sign(motion.tangent[-1] * (1 if up else -1) or 1.0))
+        up_or_down = np.sign(motion.tangent[-1] * (1 if up else -1) or 1.0)
+        yield from self.onwards(replace(motion, tangent=up_or_down * motion.tangent), low, high)
+
+    def onwards(self, motion: Motion, low: float, high: float) -> Iterator[Motion]:
+        """Yield a motion and those that follow it along its tangent, until they leave a range.
+
+        Raises
+        ------
+        NoConvergence
+            Where Newton's method finds no next motion; what was yielded stays.
+        """
         yield motion
         step = 1e-3
         for _ in range(MOST_POINTS):
@@ -232,6 +246,11 @@ class Solver(Follower):
         if want:
             self.jacobian[:-1, -1] = -self.driven
         return found
+
+    def derivative(self, parameter: float, z: np.ndarray, y: np.ndarray) -> np.ndarray:
+        """Return the derivative (size, size) of what is left of the balance by the unknowns."""
+        self._left(parameter, z, y, True)
+        return self.jacobian[:-1, :-1]
 
     def over_level(self, omega: float) -> tuple[np.ndarray, np.ndarray]:
         """Make the share of the level the parameter, at a frequency; return what rest leaves, and what lies beside."""

@@ -9,11 +9,11 @@ import numpy as np
 from ..errors import ClearanceError
 from .branch import Branch, SpecialPoint
 from .condensed import condensed
-from .continuation import Motion, NoConvergence, Solver
+from .continuation import CameBack, Motion, NoConvergence, Solver
 from .stability import BRANCH_POINT, FOLD, Located, changes, multipliers, with_fold
 from .vibrations import complex_amplitudes
 
-__all__ = ["expanded", "follow", "resumed"]
+__all__ = ["expanded", "follow", "place", "resumed"]
 
 SAME_FOLD = 1e-3
 """of the frequency: how far from a fold its multiplier may pass 1"""
@@ -40,13 +40,15 @@ def follow(solver: Solver, motions: Iterator[Motion], stability: bool) -> Branch
             points[recent:] = with_fold(solver, points[recent:])
             recent = next(i for i, each in enumerate(points) if each.motion is before)
     except NoConvergence as end:
-        at = _place(solver, end.args[0])
+        at = place(solver, end.args[0])
         if not points:
             raise ClearanceError(
                 f"rig {solver.system.rig.name!r}: no periodic vibration was found at {at}; begin at another frequency, "
                 "or with more harmonics and samples"
             ) from None
         ended = f"no further periodic vibration was found beyond {at}"
+    except CameBack as end:
+        ended = str(end)
     return expanded(solver, points, ended)
 
 
@@ -75,8 +77,8 @@ def resumed(branch: Branch, index: int, times: int = 1) -> tuple[Solver, float, 
     return Solver(system, harmonics, times * branch.samples), omega, z, spread - system.linear.basis @ z
 
 
-def _place(solver: Solver, parameter: float) -> str:
-    """Return frequency and level in words."""
+def place(solver: Solver, parameter: float) -> str:
+    """Return frequency and level of a solver's parameter in words."""
     system = solver.system
     omega, share = (parameter, 1.0) if solver.at is None else (solver.at, parameter)
     unit = "m/s²" if system.kind == "base" else "N"

@@ -1,0 +1,428 @@
+"""Branches that no sweep meets: random starts marched in time, and every new vibration followed all around."""
+
+from __future__ import annotations
+
+import itertools
+import math
+import numbers
+import os
+from collections.abc import Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any, cast
+
+import numpy as np
+from tqdm import tqdm
+
+from ..beam import ritz_model
+from ..engines.modal import Modal, ModalRun, SideBySide
+from ..errors import ClearanceError, ExcitationError
+from ..signals import _labelled as labelled
+from ..signals.arrays import ArrayData, read_only
+from .branch import Branch
+from .condensed import condensed, poles
+from .continuation import CameBack, Motion, NoConvergence, Solver, difference
+from .following import follow, place
+from .subharmonic import until_halved
+from .vibrations import UNITS, complex_amplitudes
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.figure import Figure
+
+__all__ = ["Isolas", "isolas"]
+
+LANES = 8
+"""starts that are marched side by side"""
+REACH = 3.0
+"""times the largest motion of the known branches: where starts begin at most"""
+PERIODIC = 1e-5
+"""of the state: how nearly it must come again"""
+DECAYED, FEWEST, MOST = 20.0, 200, 20000
+"""powers of e of a decay that leaves nothing; periods that a march waits for it at least and at most"""
+SAME = 0.02
+"""of the motion: how far it may lie from a branch between two of its points"""
+CLOSED = 1e-4
+"""of the motion: how nearly a branch meets its beginning"""
+ROUND, BACKWARDS = "it comes back to its beginning", "it turns back along itself"
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Isolas(ArrayData):
+    """Vibrations that random starts came to, and the branches they lie on."""
+
+    known: tuple[Branch, ...]
+    """as given"""
+    branches: tuple[Branch, ...]
+    """new ones; a closed one is an isola: its ``ended`` is "it comes back to its beginning" """
+    frequency: np.ndarray
+    """(n,) of the starts, Hz"""
+    branch: np.ndarray
+    """(n, n_starts) which branch a start came to, the known ones counted first; -1 if to no vibration that repeats, as
+    with chaotic and quasi-periodic ones"""
+
+    def __post_init__(self) -> None:
+        self._set(frequency=read_only(self.frequency), branch=read_only(self.branch, int))
+
+    @property
+    def basins(self) -> np.ndarray:
+        """(n, n_branches + 1) share of the starts that came to each branch; last, to no vibration that repeats."""
+        count = len(self.known) + len(self.branches)
+        columns = [(self.branch == i).mean(axis=1) for i in (*range(count), -1)]
+        return np.stack(columns, axis=1)
+
+    def plot(self, quantity: str = "acceleration", row: int = 0) -> Figure:
+        """Draw amplitudes over frequency, known branches black, and below what share of the starts came to each.
+
+        Parameters
+        ----------
+        quantity : str
+            As in `Branch.amplitude`.
+        row : int
+            Which sensor or clearance.
+
+        Raises
+        ------
+        ClearanceError
+            For another quantity, or a row that is not there.
+        """
+        from matplotlib.figure import Figure
+
+        branches = (*self.known, *self.branches)
+        amplitudes = [branch.amplitude(quantity) for branch in branches]
+        if not 0 <= row < amplitudes[0].shape[1]:
+            raise ClearanceError(f"row must be between 0 and {amplitudes[0].shape[1] - 1}, got {row}")
+        figure = Figure(figsize=(8, 5.5), layout="constrained")
+        upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=(3, 1))
+        width = 0.5 * np.min(np.diff(np.sort(self.frequency)), initial=np.ptp(branches[0].frequency) / 4)
+        base = np.zeros(self.frequency.size)
+        for i, (branch, amplitude, share) in enumerate(zip(branches, amplitudes, self.basins.T)):
+            new = i - len(self.known)
+            colour = f"C{new}" if new >= 0 else f"{0.5 * i / len(branches)}"
+            name = f"new {new + 1}" if new >= 0 else f"known {i + 1}"
+            stable = branch.stable if branch.stable is not None else np.ones(branch.frequency.size, dtype=bool)
+            upper.plot(branch.frequency, amplitude[:, row], "--", color=colour, lw=1)
+            label = f"{name}, repeats after {branch.periods}"
+            upper.plot(branch.frequency, np.where(stable, amplitude[:, row], np.nan), color=colour, label=label)
+            lower.bar(self.frequency, share, width, base, color=colour)
+            base = base + share
+        lower.bar(self.frequency, 1 - base, width, base, color="w", edgecolor="k", hatch="//", label="do not repeat")
+        upper.set_ylabel(f"amplitude of the {quantity.replace('_', ' ')} ({UNITS[quantity]})")
+        upper.set_yscale("log")
+        lower.set_xlabel("frequency (Hz)")
+        lower.set_ylabel("share of the starts (-)")
+        upper.legend()
+        lower.legend()
+        return figure
+
+    def to_xarray(self) -> xr.Dataset:
+        """Return which branch every start came to; the branches have datasets of their own."""
+        variables: dict[str, Any] = {
+            "branch": (("frequency", "start"), self.branch, "1"),
+            "basin": (("frequency", "attractor"), self.basins, "1"),
+        }
+        count = len(self.known)
+        names = [f"known {i + 1}" for i in range(count)] + [f"new {i + 1}" for i in range(len(self.branches))]
+        coordinates = {"frequency": self.frequency, "attractor": (*names, "none")}
+        return labelled.dataset("isolas", variables, coordinates, {"known": count})
+
+
+def isolas(
+    branch: Branch | Sequence[Branch],
+    starts: int = 16,
+    frequencies: int | Sequence[float] = 9,
+    seed: int = 0,
+    periods: int = 6,
+    longest: int | None = None,
+    reach: float | None = None,
+    workers: int | None = None,
+    progress: str | None = None,
+) -> Isolas:
+    """Find vibrations that lie on no known branch, and follow their branches all around.
+
+    At several frequencies the modal engine marches from random states until the motion repeats after some periods of
+    the excitation. What lies on no known branch, up to a shift by periods, is followed in both directions: until it
+    comes back to its beginning, which makes it an isola, to half its period, or to an end of the known branches'
+    range.
+
+    Parameters
+    ----------
+    branch : Branch or sequence of Branch
+        Those known, over frequency, of one rig, law and level; doubled ones too.
+    starts : int
+        At every frequency.
+    frequencies : int or sequence of float
+        Hz, or how many, spread evenly over the range of the known branches.
+    seed : int
+        Of the random states.
+    periods : int
+        Of the excitation, after which a motion must repeat at the latest.
+    longest : int, optional
+        Periods of the excitation to wait for that; None: until nothing is left of a motion that never touches.
+    reach : float, optional
+        Largest displacement of the starts at the clearances, m; None: three times that of the known branches.
+    workers : int, optional
+        Threads. Default: one for each processor.
+    progress : str, optional
+        Show a progress bar with this name.
+
+    Returns
+    -------
+    Isolas
+        The new branches, and what share of the starts came to each.
+
+    Raises
+    ------
+    ClearanceError
+        For impossible numbers, or branches over level or of different rigs, laws or levels.
+    ExcitationError
+        For frequencies outside of the known branches'.
+    SimulationError
+        If a march diverges.
+    """
+    known = (branch,) if isinstance(branch, Branch) else tuple(branch)
+    _check(known, starts, periods, longest, reach)
+    decay = -poles(known[0].rig, known[0].law, known[0].modes).values.real.max()
+    at = _frequencies(known, frequencies)
+    random = np.random.default_rng(seed)
+    groups = [(f, min(LANES, starts - i)) for f in at for i in range(0, starts, LANES)]
+    marches = [_March(known, f, lanes, random, reach) for f, lanes in groups]
+    with ThreadPoolExecutor(workers or os.cpu_count()) as pool:
+        jobs = pool.map(lambda march: march.settled(periods, longest or march.waits(decay)), marches)
+        settled = list(tqdm(jobs, desc=progress, total=len(marches), unit="march", disable=progress is None))
+    found: list[Branch] = []
+    came_to = [
+        _came_to((*known, *found), found, frequency, *start)
+        for (frequency, _), group in zip(groups, settled)
+        for start in group
+    ]
+    return Isolas(known, tuple(found), at, np.reshape(came_to, (at.size, starts)))
+
+
+def _check(known: tuple[Branch, ...], starts: int, periods: int, longest: int | None, reach: float | None) -> None:
+    for name, value in (("starts", starts), ("periods", periods), ("longest", 1 if longest is None else longest)):
+        if not isinstance(value, numbers.Integral) or isinstance(value, bool) or value < 1:
+            raise ClearanceError(f"{name} must be a whole number from 1 on, got {value!r}")
+    if reach is not None and not 0 < reach < np.inf:
+        raise ClearanceError(f"reach must be a displacement > 0 m, got {reach!r}")
+    if not known:
+        raise ClearanceError("isolas are searched beside known branches; give one, such as that of periodic.response")
+    first = known[0]
+    for each in known:
+        if each.over != "frequency":
+            raise ClearanceError("isolas are searched over frequency; give branches of periodic.response")
+        same = each.rig == first.rig and each.law == first.law and each.kind == first.kind and each.modes == first.modes
+        if not (same and np.array_equal(each.level[0], first.level[0])):
+            raise ClearanceError("known branches must be of one rig, law, level and number of modes")
+
+
+def _frequencies(known: tuple[Branch, ...], frequencies: int | Sequence[float]) -> np.ndarray:
+    low = min(each.frequency.min() for each in known)
+    high = max(each.frequency.max() for each in known)
+    if isinstance(frequencies, int) and not isinstance(frequencies, bool) and frequencies >= 1:
+        return np.linspace(low, high, frequencies + 2)[1:-1]
+    at = np.asarray(frequencies, dtype=float)
+    if at.ndim != 1 or not at.size or not ((at >= low) & (at <= high)).all():
+        raise ExcitationError(
+            f"frequencies must be their number, 1 or more, or Hz between {low:.6g} and {high:.6g}, the known branches' "
+            f"range, got {frequencies!r}"
+        )
+    return at
+
+
+class _March:
+    """Random states under one excitation, side by side."""
+
+    def __init__(
+        self, known: tuple[Branch, ...], frequency: float, lanes: int, random: np.random.Generator, reach: float | None
+    ):
+        first, self.lanes = known[0], lanes
+        self.samples, self.omega = first.samples // first.periods, 2 * np.pi * frequency
+        engine, period = Modal(modes=first.modes), 1 / frequency
+        self.steps = math.ceil(period / self.samples / engine.largest_step(first.rig, first.law))
+        self.step = period / self.samples / self.steps
+        run = cast(ModalRun, engine.start(first.rig, first.law, first.kind, self.step))
+        others = [engine.start(first.rig, first.law, first.kind, self.step) for _ in range(LANES - 1)]
+        self.together = SideBySide([run, *(cast(ModalRun, other) for other in others)])
+        self.at_points = run.shaft.at_points
+        self.modes = ritz_model(first.rig, first.modes).omega
+        angle = 2 * np.pi * np.arange(self.samples * self.steps) / (self.samples * self.steps)
+        turning = np.exp(1j * np.outer(np.arange(1, first.level.shape[1] + 1), angle))
+        self.excitation = (first.level[0] @ turning).real
+        if reach is None:
+            most = max(each.amplitude("clearance_displacement").max() for each in known)
+            reach = REACH * max(most, min(b.gap - abs(b.offset) for b in first.rig.bushings))
+        self._begin(random, reach)
+
+    def _begin(self, random: np.random.Generator, reach: float) -> None:
+        """Set states of as much energy in every mode, on average, with displacements up to a reach, m."""
+        q, v, before = self.together.motion
+        speed = random.standard_normal(q.shape)
+        place = random.standard_normal(q.shape) / np.maximum(self.modes, self.omega)[:, None]
+        far = np.hypot(self.at_points @ place, self.at_points @ speed / self.omega).max(axis=0)
+        share = reach * random.uniform(size=q.shape[1]) / far
+        q[:], v[:] = share * place, share * speed
+        before[:] = q - self.step * v
+
+    def waits(self, decay: float) -> int:
+        """Return how many periods of the excitation a motion takes to vanish that decays at a rate, 1/s."""
+        return int(np.clip(DECAYED * self.omega / (2 * np.pi * max(decay, 1e-12)), FEWEST, MOST))
+
+    def settled(self, periods: int, longest: int) -> list[tuple[int, np.ndarray]]:
+        """Return of each start after how many periods its motion repeats, 0 for none, and that motion at the points.
+
+        The motion: (n_points, samples) of so many periods.
+        """
+        memory = 2 * max(periods, 2)
+        states = np.full((memory, 2 * len(self.together.motion.q), LANES), np.nan)
+        after = np.zeros(LANES, dtype=int)
+        for _ in range(longest):
+            states = np.roll(states, 1, axis=0)
+            self.together.advance(self.excitation)
+            q, v, _ = self.together.motion
+            states[0] = np.concatenate((q * self.omega, v))
+            after = _repeats(states, periods)
+            if after[: self.lanes].all():
+                break
+        motion = np.empty((periods * self.samples, len(self.at_points), LANES))
+        for i in range(len(motion)):
+            motion[i] = self.at_points @ self.together.motion.q
+            j = i % self.samples * self.steps
+            self.together.advance(self.excitation[j : j + self.steps])
+        return [(nu, motion[: nu * self.samples, :, lane].T) for lane, nu in enumerate(after[: self.lanes])]
+
+
+def _repeats(states: np.ndarray, periods: int) -> np.ndarray:
+    """(lanes,) after how many periods states (last first, n, lanes) come again, 0 for none up to so many."""
+    size = np.linalg.norm(states, axis=1).max(axis=0)
+    found = np.zeros(states.shape[2], dtype=int)
+    for nu in range(periods, 0, -1):
+        off = np.linalg.norm(states[:-nu] - states[nu:], axis=1)[:periods]
+        found[(off <= PERIODIC * size).all(axis=0)] = nu
+    return found
+
+
+def _came_to(
+    branches: tuple[Branch, ...], found: list[Branch], frequency: float, periods: int, motion: np.ndarray
+) -> int:
+    """Which branch a motion lies on; -1 for none that repeats. A new branch is added to those found."""
+    if not periods:
+        return -1
+    first = branches[0]
+    harmonics = periods * (first.acceleration.shape[-1] - 1) // first.periods
+    levels = list(first.level[0])
+    system = condensed(first.rig, first.law, first.kind, levels, harmonics, first.modes, periods)
+    solver = Solver(system, harmonics, periods * first.samples // first.periods)
+    x = motion @ solver.grid.project.T
+    z = system.linear.basis.T @ x
+    row, scale = np.append(np.zeros(solver.size), 1.0), float(np.linalg.norm(z))
+    omega = 2 * np.pi * frequency / periods
+    exact = solver.solve(omega, z, x - system.linear.basis @ z, row, scale)
+    if exact is None:
+        return -1
+    here = complex_amplitudes((system.linear.basis @ exact.z + exact.y)[None])[0]
+    for nu in (nu for nu in range(1, periods) if periods % nu == 0):  # a slow end of a transient repeats sooner
+        others = np.arange(harmonics + 1) % (periods // nu) != 0
+        if np.linalg.norm(here[:, others]) < PERIODIC * np.linalg.norm(here):
+            return _came_to(branches, found, frequency, nu, motion[:, : nu * motion.shape[1] // periods])
+    for i, branch in enumerate(branches):
+        if branch.periods == periods and _lies_on(branch, frequency, here):
+            return i
+    low, high = (f(each.frequency.min() if f is min else each.frequency.max() for each in branches) for f in (min, max))
+    ends = 2 * np.pi * low / periods, 2 * np.pi * high / periods
+    found.append(follow(solver, _all_around(solver, exact, *ends), True))
+    return len(branches)
+
+
+def _lies_on(branch: Branch, frequency: float, x: np.ndarray) -> bool:
+    """Whether a motion (n_points, H + 1) is the branch's at a frequency, some periods of the excitation later."""
+    turns = np.exp(2j * np.pi * np.outer(np.arange(branch.periods), np.arange(x.shape[1])) / branch.periods)
+    off = branch.frequency - frequency
+    for i in np.flatnonzero(off[:-1] * off[1:] <= 0):
+        share = off[i] / (off[i] - off[i + 1]) if off[i] != off[i + 1] else 0.0
+        ends = [np.concatenate((branch.clearance_displacement[k], branch.end_displacement[k])) for k in (i, i + 1)]
+        there = ends[0] + share * (ends[1] - ends[0])
+        if min(np.linalg.norm(turn * x - there) for turn in turns) < SAME * np.linalg.norm(x):
+            return True
+    return False
+
+
+def _all_around(solver: Solver, motion: Motion, low: float, high: float) -> Iterator[Motion]:
+    """Yield the motions of the branch on which one is, from one end to the other.
+
+    Raises
+    ------
+    CameBack
+        At the end, if the branch is closed or does not end at an end of the range.
+    """
+    forth, why = _until_end(solver, motion, low, high)
+    back, whence = ([], "") if why == ROUND else _until_end(solver, _turned(motion), low, high)
+    if whence == ROUND:
+        forth, why = [], ROUND
+    yield from (_turned(each) for each in reversed(back[1:] if forth else back))
+    yield from forth
+    if why == ROUND:
+        raise CameBack(why)
+    if why or whence:
+        raise CameBack("; ".join([*([why] if why else []), *([f"before its first point {whence}"] if whence else [])]))
+
+
+def _until_end(solver: Solver, motion: Motion, low: float, high: float) -> tuple[list[Motion], str]:
+    """Motions from one on along its tangent, and why they end, "" at an end of the range."""
+    found: list[Motion] = []
+    try:
+        for each in until_halved(solver, _until_closed(solver, solver.onwards(motion, low, high))):
+            found.append(each)
+    except CameBack as end:
+        if str(end) != BACKWARDS:
+            return found, str(end)
+        way = np.cumsum([np.linalg.norm(difference(a, b)) for a, b in itertools.pairwise(found)])
+        found = found[: int(np.searchsorted(way, way[-1] / 2)) + 1]
+        return found, f"{BACKWARDS} at {place(solver, found[-1].omega)}"
+    except NoConvergence as end:
+        return found, f"no further periodic vibration was found beyond {place(solver, end.args[0])}"
+    return found, ""
+
+
+def _until_closed(solver: Solver, motions: Iterator[Motion]) -> Iterator[Motion]:
+    """Yield motions until the first one comes again, some periods of the excitation later.
+
+    Raises
+    ------
+    CameBack
+        Then.
+    """
+    first = before = next(motions)
+    yield first
+    copies = [_shifted(first, k / solver.system.periods) for k in range(solver.system.periods)]
+    for i, motion in enumerate(motions):
+        way = difference(before, motion)
+        for copy in copies if i else ():
+            gone = difference(before, copy)
+            share = float(gone @ way / (way @ way))
+            if 0 <= share <= 1 and np.linalg.norm(gone - share * way) < np.linalg.norm(way):
+                near = solver.ahead(before, share * float(np.linalg.norm(way)), way / np.linalg.norm(way))
+                if near is not None and np.linalg.norm(difference(near, copy)) < CLOSED:
+                    if copy.tangent @ way < 0:  # as at a corner where a contact is lost
+                        raise CameBack(BACKWARDS)
+                    yield copy
+                    raise CameBack(ROUND)
+        yield motion
+        before = motion
+
+
+def _shifted(motion: Motion, share: float) -> Motion:
+    """A motion a share of its period later; its tangent stays as it was."""
+
+    def later(real: np.ndarray) -> np.ndarray:
+        order = np.arange(1, real.shape[1] // 2 + 1)
+        turned = (real[:, 1::2] - 1j * real[:, 2::2]) * np.exp(2j * np.pi * share * order)
+        found = real.copy()
+        found[:, 1::2], found[:, 2::2] = turned.real, -turned.imag
+        return found
+
+    return replace(motion, z=later(motion.z), y=later(motion.y), force=later(motion.force))
+
+
+def _turned(motion: Motion) -> Motion:
+    return replace(motion, tangent=-motion.tangent)
