@@ -58,7 +58,9 @@ class RattleMap(ArrayData):
     """
 
     rig: Rig
+    """the rig"""
     law: Law
+    """what acts in its clearances"""
     kind: str
     """ "base" or "force": what the excitation is"""
     gap: np.ndarray
