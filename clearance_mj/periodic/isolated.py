@@ -2,28 +2,25 @@
 
 from __future__ import annotations
 
-import itertools
-import math
 import numbers
 import os
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, cast
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from tqdm import tqdm
 
-from ..beam import ritz_model
-from ..engines.modal import Modal, ModalRun, SideBySide
 from ..errors import ClearanceError, ExcitationError
 from ..signals import _labelled as labelled
 from ..signals.arrays import ArrayData, read_only
+from .around import all_around
 from .branch import Branch
 from .condensed import condensed, poles
-from .continuation import CameBack, Motion, NoConvergence, Solver, difference
-from .following import follow, place
-from .subharmonic import until_halved
+from .continuation import Solver
+from .following import follow
+from .random_starts import LANES, PERIODIC, March
 from .vibrations import UNITS, complex_amplitudes
 
 if TYPE_CHECKING:
@@ -32,19 +29,8 @@ if TYPE_CHECKING:
 
 __all__ = ["Isolas", "isolas"]
 
-LANES = 8
-"""starts that are marched side by side"""
-REACH = 3.0
-"""times the largest motion of the known branches: where starts begin at most"""
-PERIODIC = 1e-5
-"""of the state: how nearly it must come again"""
-DECAYED, FEWEST, MOST = 20.0, 200, 20000
-"""powers of e of a decay that leaves nothing; periods that a march waits for it at least and at most"""
 SAME = 0.02
 """of the motion: how far it may lie from a branch between two of its points"""
-CLOSED = 1e-4
-"""of the motion: how nearly a branch meets its beginning"""
-ROUND, BACKWARDS = "it comes back to its beginning", "it turns back along itself"
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -186,16 +172,14 @@ def isolas(
     at = _frequencies(known, frequencies)
     random = np.random.default_rng(seed)
     groups = [(f, min(LANES, starts - i)) for f in at for i in range(0, starts, LANES)]
-    marches = [_March(known, f, lanes, random, reach) for f, lanes in groups]
+    marches = [March(known, f, lanes, random, reach) for f, lanes in groups]
     with ThreadPoolExecutor(workers or os.cpu_count()) as pool:
         jobs = pool.map(lambda march: march.settled(periods, longest or march.waits(decay)), marches)
         settled = list(tqdm(jobs, desc=progress, total=len(marches), unit="march", disable=progress is None))
     found: list[Branch] = []
-    came_to = [
-        _came_to((*known, *found), found, frequency, *start)
-        for (frequency, _), group in zip(groups, settled)
-        for start in group
-    ]
+    ends = [(frequency, *start) for (frequency, _), group in zip(groups, settled) for start in group]
+    bar = tqdm(ends, desc=progress and f"{progress} (branches)", unit="start", disable=progress is None)
+    came_to = [_came_to((*known, *found), found, *end) for end in bar]
     return Isolas(known, tuple(found), at, np.reshape(came_to, (at.size, starts)))
 
 
@@ -230,78 +214,6 @@ def _frequencies(known: tuple[Branch, ...], frequencies: int | Sequence[float]) 
     return at
 
 
-class _March:
-    """Random states under one excitation, side by side."""
-
-    def __init__(
-        self, known: tuple[Branch, ...], frequency: float, lanes: int, random: np.random.Generator, reach: float | None
-    ):
-        first, self.lanes = known[0], lanes
-        self.samples, self.omega = first.samples // first.periods, 2 * np.pi * frequency
-        engine, period = Modal(modes=first.modes), 1 / frequency
-        self.steps = math.ceil(period / self.samples / engine.largest_step(first.rig, first.law))
-        self.step = period / self.samples / self.steps
-        run = cast(ModalRun, engine.start(first.rig, first.law, first.kind, self.step))
-        others = [engine.start(first.rig, first.law, first.kind, self.step) for _ in range(LANES - 1)]
-        self.together = SideBySide([run, *(cast(ModalRun, other) for other in others)])
-        self.at_points = run.shaft.at_points
-        self.modes = ritz_model(first.rig, first.modes).omega
-        angle = 2 * np.pi * np.arange(self.samples * self.steps) / (self.samples * self.steps)
-        turning = np.exp(1j * np.outer(np.arange(1, first.level.shape[1] + 1), angle))
-        self.excitation = (first.level[0] @ turning).real
-        if reach is None:
-            most = max(each.amplitude("clearance_displacement").max() for each in known)
-            reach = REACH * max(most, min(b.gap - abs(b.offset) for b in first.rig.bushings))
-        self._begin(random, reach)
-
-    def _begin(self, random: np.random.Generator, reach: float) -> None:
-        """Set states of as much energy in every mode, on average, with displacements up to a reach, m."""
-        q, v, before = self.together.motion
-        speed = random.standard_normal(q.shape)
-        place = random.standard_normal(q.shape) / np.maximum(self.modes, self.omega)[:, None]
-        far = np.hypot(self.at_points @ place, self.at_points @ speed / self.omega).max(axis=0)
-        share = reach * random.uniform(size=q.shape[1]) / far
-        q[:], v[:] = share * place, share * speed
-        before[:] = q - self.step * v
-
-    def waits(self, decay: float) -> int:
-        """Return how many periods of the excitation a motion takes to vanish that decays at a rate, 1/s."""
-        return int(np.clip(DECAYED * self.omega / (2 * np.pi * max(decay, 1e-12)), FEWEST, MOST))
-
-    def settled(self, periods: int, longest: int) -> list[tuple[int, np.ndarray]]:
-        """Return of each start after how many periods its motion repeats, 0 for none, and that motion at the points.
-
-        The motion: (n_points, samples) of so many periods.
-        """
-        memory = 2 * max(periods, 2)
-        states = np.full((memory, 2 * len(self.together.motion.q), LANES), np.nan)
-        after = np.zeros(LANES, dtype=int)
-        for _ in range(longest):
-            states = np.roll(states, 1, axis=0)
-            self.together.advance(self.excitation)
-            q, v, _ = self.together.motion
-            states[0] = np.concatenate((q * self.omega, v))
-            after = _repeats(states, periods)
-            if after[: self.lanes].all():
-                break
-        motion = np.empty((periods * self.samples, len(self.at_points), LANES))
-        for i in range(len(motion)):
-            motion[i] = self.at_points @ self.together.motion.q
-            j = i % self.samples * self.steps
-            self.together.advance(self.excitation[j : j + self.steps])
-        return [(nu, motion[: nu * self.samples, :, lane].T) for lane, nu in enumerate(after[: self.lanes])]
-
-
-def _repeats(states: np.ndarray, periods: int) -> np.ndarray:
-    """(lanes,) after how many periods states (last first, n, lanes) come again, 0 for none up to so many."""
-    size = np.linalg.norm(states, axis=1).max(axis=0)
-    found = np.zeros(states.shape[2], dtype=int)
-    for nu in range(periods, 0, -1):
-        off = np.linalg.norm(states[:-nu] - states[nu:], axis=1)[:periods]
-        found[(off <= PERIODIC * size).all(axis=0)] = nu
-    return found
-
-
 def _came_to(
     branches: tuple[Branch, ...], found: list[Branch], frequency: float, periods: int, motion: np.ndarray
 ) -> int:
@@ -330,7 +242,7 @@ def _came_to(
             return i
     low, high = (f(each.frequency.min() if f is min else each.frequency.max() for each in branches) for f in (min, max))
     ends = 2 * np.pi * low / periods, 2 * np.pi * high / periods
-    found.append(follow(solver, _all_around(solver, exact, *ends), True))
+    found.append(follow(solver, all_around(solver, exact, *ends), True))
     return len(branches)
 
 
@@ -338,6 +250,7 @@ def _lies_on(branch: Branch, frequency: float, x: np.ndarray) -> bool:
     """Whether a motion (n_points, H + 1) is the branch's at a frequency, some periods of the excitation later."""
     turns = np.exp(2j * np.pi * np.outer(np.arange(branch.periods), np.arange(x.shape[1])) / branch.periods)
     off = branch.frequency - frequency
+    off[np.abs(off) < 1e-9 * frequency] = 0.0
     for i in np.flatnonzero(off[:-1] * off[1:] <= 0):
         share = off[i] / (off[i] - off[i + 1]) if off[i] != off[i + 1] else 0.0
         ends = [np.concatenate((branch.clearance_displacement[k], branch.end_displacement[k])) for k in (i, i + 1)]
@@ -345,84 +258,3 @@ def _lies_on(branch: Branch, frequency: float, x: np.ndarray) -> bool:
         if min(np.linalg.norm(turn * x - there) for turn in turns) < SAME * np.linalg.norm(x):
             return True
     return False
-
-
-def _all_around(solver: Solver, motion: Motion, low: float, high: float) -> Iterator[Motion]:
-    """Yield the motions of the branch on which one is, from one end to the other.
-
-    Raises
-    ------
-    CameBack
-        At the end, if the branch is closed or does not end at an end of the range.
-    """
-    forth, why = _until_end(solver, motion, low, high)
-    back, whence = ([], "") if why == ROUND else _until_end(solver, _turned(motion), low, high)
-    if whence == ROUND:
-        forth, why = [], ROUND
-    yield from (_turned(each) for each in reversed(back[1:] if forth else back))
-    yield from forth
-    if why == ROUND:
-        raise CameBack(why)
-    if why or whence:
-        raise CameBack("; ".join([*([why] if why else []), *([f"before its first point {whence}"] if whence else [])]))
-
-
-def _until_end(solver: Solver, motion: Motion, low: float, high: float) -> tuple[list[Motion], str]:
-    """Motions from one on along its tangent, and why they end, "" at an end of the range."""
-    found: list[Motion] = []
-    try:
-        for each in until_halved(solver, _until_closed(solver, solver.onwards(motion, low, high))):
-            found.append(each)
-    except CameBack as end:
-        if str(end) != BACKWARDS:
-            return found, str(end)
-        way = np.cumsum([np.linalg.norm(difference(a, b)) for a, b in itertools.pairwise(found)])
-        found = found[: int(np.searchsorted(way, way[-1] / 2)) + 1]
-        return found, f"{BACKWARDS} at {place(solver, found[-1].omega)}"
-    except NoConvergence as end:
-        return found, f"no further periodic vibration was found beyond {place(solver, end.args[0])}"
-    return found, ""
-
-
-def _until_closed(solver: Solver, motions: Iterator[Motion]) -> Iterator[Motion]:
-    """Yield motions until the first one comes again, some periods of the excitation later.
-
-    Raises
-    ------
-    CameBack
-        Then.
-    """
-    first = before = next(motions)
-    yield first
-    copies = [_shifted(first, k / solver.system.periods) for k in range(solver.system.periods)]
-    for i, motion in enumerate(motions):
-        way = difference(before, motion)
-        for copy in copies if i else ():
-            gone = difference(before, copy)
-            share = float(gone @ way / (way @ way))
-            if 0 <= share <= 1 and np.linalg.norm(gone - share * way) < np.linalg.norm(way):
-                near = solver.ahead(before, share * float(np.linalg.norm(way)), way / np.linalg.norm(way))
-                if near is not None and np.linalg.norm(difference(near, copy)) < CLOSED:
-                    if copy.tangent @ way < 0:  # as at a corner where a contact is lost
-                        raise CameBack(BACKWARDS)
-                    yield copy
-                    raise CameBack(ROUND)
-        yield motion
-        before = motion
-
-
-def _shifted(motion: Motion, share: float) -> Motion:
-    """A motion a share of its period later; its tangent stays as it was."""
-
-    def later(real: np.ndarray) -> np.ndarray:
-        order = np.arange(1, real.shape[1] // 2 + 1)
-        turned = (real[:, 1::2] - 1j * real[:, 2::2]) * np.exp(2j * np.pi * share * order)
-        found = real.copy()
-        found[:, 1::2], found[:, 2::2] = turned.real, -turned.imag
-        return found
-
-    return replace(motion, z=later(motion.z), y=later(motion.y), force=later(motion.force))
-
-
-def _turned(motion: Motion) -> Motion:
-    return replace(motion, tangent=-motion.tangent)

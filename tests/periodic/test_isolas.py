@@ -70,6 +70,11 @@ def test_an_isola_is_what_long_marches_come_to(measured):
     assert not again.branches and again.basins[:, 1].min() > 0
 
 
+def test_what_has_not_settled_is_counted():
+    found = searched(1, 16, longest=1)
+    assert not found.branches and found.basins.tolist() == [[0, 1]]
+
+
 def marched(isola, index):
     """Harmonics of the displacement after 40 vibrations from a point of an isola, disturbed by a hundredth."""
     omega = TURN * isola.frequency[index] / 3

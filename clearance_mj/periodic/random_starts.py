@@ -1,0 +1,95 @@
+"""Random states marched in time by the modal engine until their motion repeats."""
+
+from __future__ import annotations
+
+import math
+from typing import cast
+
+import numpy as np
+
+from ..beam import ritz_model
+from ..engines.modal import Modal, ModalRun, SideBySide
+from .branch import Branch
+
+__all__ = ["LANES", "PERIODIC", "March"]
+
+LANES = 8
+"""starts that are marched side by side"""
+REACH = 3.0
+"""times the largest motion of the known branches: where starts begin at most"""
+PERIODIC = 1e-5
+"""of the state: how nearly it must come again"""
+DECAYED, FEWEST, MOST = 20.0, 200, 20000
+"""powers of e of a decay that leaves nothing; periods that a march waits for it at least and at most"""
+
+
+class March:
+    """Random states under one excitation, side by side."""
+
+    def __init__(
+        self, known: tuple[Branch, ...], frequency: float, lanes: int, random: np.random.Generator, reach: float | None
+    ):
+        first, self.lanes = known[0], lanes
+        self.samples, self.omega = first.samples // first.periods, 2 * np.pi * frequency
+        engine, period = Modal(modes=first.modes), 1 / frequency
+        self.steps = math.ceil(period / self.samples / engine.largest_step(first.rig, first.law))
+        self.step = period / self.samples / self.steps
+        run = cast(ModalRun, engine.start(first.rig, first.law, first.kind, self.step))
+        others = [engine.start(first.rig, first.law, first.kind, self.step) for _ in range(LANES - 1)]
+        self.together = SideBySide([run, *(cast(ModalRun, other) for other in others)])
+        self.at_points = run.shaft.at_points
+        self.modes = ritz_model(first.rig, first.modes).omega
+        angle = 2 * np.pi * np.arange(self.samples * self.steps) / (self.samples * self.steps)
+        turning = np.exp(1j * np.outer(np.arange(1, first.level.shape[1] + 1), angle))
+        self.excitation = (first.level[0] @ turning).real
+        if reach is None:
+            most = max(each.amplitude("clearance_displacement").max() for each in known)
+            reach = REACH * max(most, min(b.gap - abs(b.offset) for b in first.rig.bushings))
+        self._begin(random, reach)
+
+    def _begin(self, random: np.random.Generator, reach: float) -> None:
+        """Set states of as much energy in every mode, on average, with displacements up to a reach, m."""
+        q, v, before = self.together.motion
+        speed = random.standard_normal(q.shape)
+        place = random.standard_normal(q.shape) / np.maximum(self.modes, self.omega)[:, None]
+        far = np.hypot(self.at_points @ place, self.at_points @ speed / self.omega).max(axis=0)
+        share = reach * random.uniform(size=q.shape[1]) / far
+        q[:], v[:] = share * place, share * speed
+        before[:] = q - self.step * v
+
+    def waits(self, decay: float) -> int:
+        """Return how many periods of the excitation a motion takes to vanish that decays at a rate, 1/s."""
+        return int(np.clip(DECAYED * self.omega / (2 * np.pi * max(decay, 1e-12)), FEWEST, MOST))
+
+    def settled(self, periods: int, longest: int) -> list[tuple[int, np.ndarray]]:
+        """Return of each start after how many periods its motion repeats, 0 for none, and that motion at the points.
+
+        The motion: (n_points, samples) of so many periods.
+        """
+        memory = 2 * max(periods, 2)
+        states = np.full((memory, 2 * len(self.together.motion.q), LANES), np.nan)
+        after = np.zeros(LANES, dtype=int)
+        for _ in range(longest):
+            states = np.roll(states, 1, axis=0)
+            self.together.advance(self.excitation)
+            q, v, _ = self.together.motion
+            states[0] = np.concatenate((q * self.omega, v))
+            after = _repeats(states, periods)
+            if after[: self.lanes].all():
+                break
+        motion = np.empty((periods * self.samples, len(self.at_points), LANES))
+        for i in range(len(motion)):
+            motion[i] = self.at_points @ self.together.motion.q
+            j = i % self.samples * self.steps
+            self.together.advance(self.excitation[j : j + self.steps])
+        return [(nu, motion[: nu * self.samples, :, lane].T) for lane, nu in enumerate(after[: self.lanes])]
+
+
+def _repeats(states: np.ndarray, periods: int) -> np.ndarray:
+    """(lanes,) after how many periods states (last first, n, lanes) come again, 0 for none up to so many."""
+    size = np.linalg.norm(states, axis=1).max(axis=0)
+    found = np.zeros(states.shape[2], dtype=int)
+    for nu in range(periods, 0, -1):
+        off = np.linalg.norm(states[:-nu] - states[nu:], axis=1)[:periods]
+        found[(off <= PERIODIC * size).all(axis=0)] = nu
+    return found
