@@ -38,7 +38,8 @@ def _modes(text: str) -> list[int]:
 )  # fmt: skip
 def _run(options: argparse.Namespace) -> dict[str, Any]:
     from ..periodic import backbone
-    from ..report.backbones import draw, plain, rows, words
+    from ..periodic.summaries import of_backbone
+    from ..report.backbones import draw, rows, words
     from ..report.tables import write_csv
     from ..tasks import run_tasks
 
@@ -56,7 +57,7 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
 
     by_mode = dict(run_tasks(follow, options.mode, options.workers, progress=progress))
     found = [by_mode[mode] for mode in options.mode]
-    result = settings(rig, law) | shared | {"backbones": [plain(each) for each in found]}
+    result = settings(rig, law) | shared | {"backbones": [of_backbone(each) for each in found]}
     drawing = draw(found)
     write_csv(options.out / "backbone.csv", rows(found))
     drawing.write(options.out)

@@ -36,7 +36,8 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
     import numpy as np
 
     from ..periodic import rattle_map
-    from ..report.rattle_maps import draw, plain, rows, words
+    from ..periodic.summaries import of_map
+    from ..report.rattle_maps import draw, rows, words
     from ..report.tables import write_csv
 
     load_plugin(options.plugin)
@@ -48,11 +49,10 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
     frequencies = np.linspace(options.start, options.stop, options.steps)
     found = rattle_map(rig, law, options.levels, frequencies, **shared, progress=not options.quiet)
     chosen = {name: shared[name] for name in ("harmonics", "samples", "modes")}
-    result = settings(rig, law) | chosen | plain(found)
+    result = settings(rig, law) | chosen | of_map(found)
     write_csv(options.out / "rattle_map.csv", rows(found))
     draw(found).write(options.out)
     write_text(options.out / "rattle_map.json", to_json(result))
-    for line in words(found):
-        print(line)
+    print("\n  ".join(words(found)))
     print(f"rattle map: {options.out / 'rattle_map.png'}")
     return result | {"out": str(options.out)}

@@ -43,7 +43,8 @@ def _nodes(text: str) -> list[int]:
     out=Path("results/response"), out_help="folder for response.csv, .json and .png (default: %(default)s)",
 )  # fmt: skip
 def _run(options: argparse.Namespace) -> dict[str, Any]:
-    from ..report.responses import draw, plain, rows, words
+    from ..periodic.summaries import of_branch
+    from ..report.responses import draw, rows, words
     from ..report.tables import write_csv
 
     load_plugin(options.plugin)
@@ -51,7 +52,7 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
     rig, law = load(options)
     sensors = _rows_of(rig, options.sensors)
     branches = _followed(options, rig, law)
-    result = settings(rig, law) | {"branches": [plain(branch) for branch in branches]}
+    result = settings(rig, law) | {"branches": [of_branch(branch) for branch in branches]}
     drawing = draw(branches, sensors)
     write_csv(options.out / "response.csv", rows(branches))
     drawing.write(options.out)
@@ -71,14 +72,13 @@ def _rows_of(rig: Rig, nodes: list[int] | None) -> list[int] | None:
 
 
 def _followed(options: argparse.Namespace, rig: Rig, law: Any) -> list[Branch]:
-    from ..periodic import response
+    from ..study.periodic import from_both_ends
     from ..tasks import run_tasks
 
     shared = {name: getattr(options, name) for name in ("harmonics", "samples", "kind", "modes")}
-    ends = options.start, options.stop
 
-    def follow(level: float) -> Branch:
-        return response(rig, law, level, ends, **shared)
+    def follow(level: float) -> tuple[Branch, ...]:
+        return from_both_ends(rig, law, level, (options.start, options.stop), **shared)
 
     found = dict(run_tasks(follow, options.level, options.workers, progress="" if options.quiet else "levels"))
-    return [found[level] for level in options.level]
+    return [branch for level in options.level for branch in found[level]]

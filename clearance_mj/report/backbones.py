@@ -11,17 +11,13 @@ from matplotlib.axes import Axes
 from matplotlib.ticker import LogLocator, ScalarFormatter
 
 from ..periodic import Backbone
+from ..periodic.summaries import motion
 from .style import COLOURS, TEST, Drawing, canvas, letters, tidy
 
-__all__ = ["draw", "plain", "rows", "words"]
+__all__ = ["draw", "rows", "words"]
 
 PANEL = 1.9
 """in, height"""
-
-
-def motion(found: Backbone) -> np.ndarray:
-    """(n,) amplitude of the displacement at the clearance that the mode moves most, m."""
-    return np.abs(found.clearance_displacement[:, found.clearance, 1])
 
 
 def draw(found: Sequence[Backbone]) -> Drawing:
@@ -83,20 +79,6 @@ def _rows(found: Backbone) -> pd.DataFrame:
             columns[f"{quantity}_{label}_amplitude_{unit}"] = amplitude[:, i]
             columns[f"{quantity}_{label}_fundamental_{unit}"] = first[:, i]
     return pd.DataFrame(columns)
-
-
-def plain(found: Backbone) -> dict[str, Any]:
-    """Return a backbone as plain data."""
-    return {
-        "mode": found.mode,
-        "clearance": found.clearances[found.clearance],
-        "harmonics": found.acceleration.shape[-1] - 1,
-        "amplitude": motion(found).tolist(),
-        "frequency": found.frequency.tolist(),
-        "damping": found.damping.tolist(),
-        "level": found.level.tolist(),
-        "ended": found.ended,
-    }
 
 
 def words(found: Backbone) -> Iterator[str]:

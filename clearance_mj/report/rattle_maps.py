@@ -15,20 +15,16 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from ..periodic import RattleMap
+from ..periodic.summaries import unit
 from .style import COLOURS, FONT, REPEAT, TEST, WIDE, Drawing, canvas, frequency_axis, tidy
 
-__all__ = ["draw", "plain", "rows", "words"]
+__all__ = ["draw", "rows", "words"]
 
 COLUMNS = {"contact_share": "", "penetration": "_m", "contact_force": "_n", "displacement": "_m"}
 """quantities at the clearances, and the ends of their columns' names"""
 JUMPS = {"up": "^", "down": "v"}
 """markers"""
 _COLOURS = ListedColormap(np.vstack(([1, 1, 1, 1], matplotlib.colormaps["YlOrRd"](np.linspace(0.1, 0.9, 40)))))
-
-
-def unit(found: RattleMap) -> str:
-    """Unit of the levels."""
-    return "m/s²" if found.kind == "base" else "N"
 
 
 def draw(found: RattleMap) -> Drawing:
@@ -94,7 +90,7 @@ def _key(found: RattleMap) -> list[Artist]:
 
 
 def _gap(found: RattleMap, gap: int) -> str:
-    return "gap " + ", ".join(f"{1e3 * value:g}" for value in np.unique(found.gap[gap])) + " mm"
+    return "gap " + ", ".join(f"{1e3 * value:.4g}" for value in np.unique(np.round(found.gap[gap], 7))) + " mm"
 
 
 def rows(found: RattleMap) -> pd.DataFrame:
@@ -117,22 +113,6 @@ def rows(found: RattleMap) -> pd.DataFrame:
     return pd.DataFrame(columns)
 
 
-def plain(found: RattleMap) -> dict[str, Any]:
-    """Return a map's axes, first contact and jumps as plain data."""
-    return {
-        "kind": found.kind,
-        "gap": found.gap.tolist(),
-        "level": found.level.tolist(),
-        "frequency": found.frequency.tolist(),
-        "first_contact": found.first_contact.tolist(),
-        "rattles": [float(share) for share in np.mean(found.rattles, axis=(1, 2))],
-        "several": [float(share) for share in np.mean(found.vibrations > 1, axis=(1, 2))],
-        "jumps": [jump._asdict() for jump in found.jumps],
-        "unknown": found.unknown,
-        "ended": list(found.ended),
-    }
-
-
 def words(found: RattleMap) -> Iterator[str]:
     """Say in lines, for each gap, where it touches first, how much of the map rattles, and where it jumps."""
     for i in range(len(found.gap)):
@@ -140,10 +120,10 @@ def words(found: RattleMap) -> Iterator[str]:
         for sweep in ("up", "down"):
             jumps = [jump for jump in found.jumps if jump.gap == i and jump.sweep == sweep]
             if jumps:
-                yield f"  {len(jumps)} jumps in sweeps {sweep}: {_span(jumps, unit(found))}"
+                yield f"{len(jumps)} jumps in sweeps {sweep}: {_span(jumps, unit(found))}"
     if found.unknown:
-        yield f"no vibration was found in {100 * found.unknown:.2g} % of the map:"
-        yield from (f"  {end}" for end in found.ended)
+        more = f", and {len(found.ended) - 1} more" if len(found.ended) > 1 else ""
+        yield f"no vibration was found in {100 * found.unknown:.2g} % of the map ({found.ended[0]}{more})"
 
 
 def _first(found: RattleMap, gap: int) -> str:
@@ -151,6 +131,8 @@ def _first(found: RattleMap, gap: int) -> str:
     if not np.isfinite(first).any() or np.nanmin(first) > found.level[-1]:
         return "touches no wall"
     least = int(np.nanargmin(first))
+    if first[least] == found.level[0]:
+        return f"touches already at the lowest level, at {found.frequency[least]:.5g} Hz"
     return f"touches first from {first[least]:.3g} {unit(found)} on, at {found.frequency[least]:.5g} Hz"
 
 

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
 from typing import Any
 
 import matplotlib
@@ -15,78 +14,23 @@ from matplotlib.lines import Line2D
 
 from ..periodic import Branch
 from ..periodic.branch import MARKERS
+from ..periodic.summaries import jumps, parameter, stable_points, unit
 from ..rig import Rig
 from .style import FONT, TEST, WIDE, Drawing, at_bushings, frequency_axis, letters, sensor_title, sheet, tidy
 
-__all__ = ["Jump", "draw", "draw_branches", "jumps", "plain", "rows", "unit", "words"]
+__all__ = ["draw", "rows", "words"]
 
-NEAR = 3
-"""points beside a fold of which one is stable if a vibration ends there: stability changes where it does but for
-rounding"""
 PANEL = 1.9
 """in, height"""
-
-
-@dataclass(frozen=True)
-class Jump:
-    """A fold at which a vibration that was stable until then goes over to another one."""
-
-    upwards: bool
-    """whether it is met with rising frequency, or level"""
-    at: float
-    """frequency of the fold, Hz; over level, the level"""
-    clearance: int
-    """the one with the largest motion there"""
-    before: float
-    """amplitude at it, m"""
-    after: tuple[float, ...]
-    """and those of the stable vibrations of the branch at the same frequency or level; none: they are elsewhere"""
-
-
-def unit(branch: Branch) -> str:
-    """Unit of the excitation's level."""
-    return "m/s²" if branch.kind == "base" else "N"
-
-
-def parameter(branch: Branch) -> np.ndarray:
-    """(n,) frequency, Hz, or level of a branch's points, whichever changes along it."""
-    return branch.frequency if branch.over == "frequency" else np.abs(branch.level[:, 0])
-
-
-def jumps(branch: Branch) -> list[Jump]:
-    """Return the folds at which a stable vibration ends, in the order of the curve."""
-    x, stable, found = parameter(branch), branch.stable, []
-    if stable is None:
-        return []
-    amplitude = branch.amplitude("clearance_displacement")
-    folds = [point.index for point in branch.special if point.kind == "fold"]
-    for last, i, following in zip([-1, *folds], folds, [*folds[1:], x.size]):
-        before, after = slice(max(last + 1, i - NEAR), i), slice(i + 1, min(following, i + 1 + NEAR))
-        if not (stable[before].any() or stable[after].any()):
-            continue
-        j = int(np.argmax(amplitude[i]))
-        landing = tuple(float(value) for value in _elsewhere(x, amplitude[:, j], stable, i))
-        found.append(Jump(bool(x[i] > x[i - 1]), float(x[i]), j, float(amplitude[i, j]), landing))
-    return found
-
-
-def _elsewhere(x: np.ndarray, amplitude: np.ndarray, stable: np.ndarray, fold: int) -> Iterator[float]:
-    """Amplitudes where the branch passes a fold's parameter between two stable points."""
-    crossing = (x[:-1] - x[fold]) * (x[1:] - x[fold]) <= 0
-    for k in np.flatnonzero(crossing & stable[:-1] & stable[1:]):
-        if fold not in (k, k + 1):
-            share = (x[fold] - x[k]) / (x[k + 1] - x[k])
-            yield float(amplitude[k] + share * (amplitude[k + 1] - amplitude[k]))
 
 
 def words(branch: Branch) -> list[str]:
     """Say in lines what is special about a branch: folds and jumps, where stability changes, whether it ends early."""
     over_level, own = branch.over == "level", unit(branch)
-    x, stable = parameter(branch), branch.stable
+    x, stable = parameter(branch), stable_points(branch)
     fixed = f"{branch.frequency[0]:g} Hz" if over_level else f"{abs(branch.level[0, 0]):g} {own}"
     measure = own if over_level else "Hz"
-    share = "" if stable is None else f", {np.sum(~stable)} of them not stable"
-    said = [f"{fixed}: {x.size} points from {x[0]:.6g} to {x[-1]:.6g} {measure}{share}"]
+    said = [f"{fixed}: {x.size} points from {x[0]:.6g} to {x[-1]:.6g} {measure}, {np.sum(~stable)} of them not stable"]
     leaves = {jump.at: jump for jump in jumps(branch)}
     for point in branch.special:
         at = point.level if over_level else point.frequency
@@ -114,7 +58,7 @@ def _rows(branch: Branch, number: int) -> pd.DataFrame:
         "level": np.abs(branch.level[:, 0]),
         "level_unit": unit(branch),
         "frequency_hz": branch.frequency,
-        "stable": "" if branch.stable is None else branch.stable,
+        "stable": stable_points(branch),
         "special": special,
     }
     for quantity, labels, of in (
@@ -127,36 +71,6 @@ def _rows(branch: Branch, number: int) -> pd.DataFrame:
             columns[f"{quantity}_{label}_fundamental_{of}"] = np.abs(first[:, i])
             columns[f"{quantity}_{label}_fundamental_phase_deg"] = np.degrees(np.angle(first[:, i]))
     return pd.DataFrame(columns)
-
-
-def plain(branch: Branch) -> dict[str, Any]:
-    """Return what a branch is and what is special about it as plain data."""
-    x, stable = parameter(branch), branch.stable
-    return {
-        "over": branch.over,
-        "kind": branch.kind,
-        "periods": branch.periods,
-        "harmonics": branch.acceleration.shape[-1] - 1,
-        "samples": branch.samples,
-        "modes": branch.modes,
-        "level": float(abs(branch.level[0, 0])) if branch.over == "frequency" else None,
-        "frequency": float(branch.frequency[0]) if branch.over == "level" else None,
-        "from": float(x[0]),
-        "to": float(x[-1]),
-        "points": int(x.size),
-        "unstable": None if stable is None else int(np.sum(~stable)),
-        "special": [
-            {"kind": p.kind, "frequency": p.frequency, "level": p.level, "point": p.index} for p in branch.special
-        ],
-        "jumps": [
-            {
-                "upwards": jump.upwards, "at": jump.at, "clearance": branch.clearances[jump.clearance],
-                "before": jump.before, "after": list(jump.after),
-            }
-            for jump in jumps(branch)
-        ],
-        "ended": branch.ended,
-    }  # fmt: skip
 
 
 def draw(branches: Sequence[Branch], sensors: Sequence[int] | None = None) -> Drawing:
@@ -193,7 +107,7 @@ def _curve(ax: Axes, branch: Branch, quantity: str, row: int, colour: Any) -> No
     x, y = parameter(branch), branch.amplitude(quantity)[:, row]
     if quantity == "clearance_displacement":
         y = y / branch.rig.bushings[row].gap
-    stable = np.ones(x.size, dtype=bool) if branch.stable is None else branch.stable
+    stable = stable_points(branch)
     ax.plot(x, y, ls=(0, (3, 1.5)), color=colour, lw=0.8)
     ax.plot(x, np.where(stable, y, np.nan), color=colour, lw=1.1)
     for kind, marker in MARKERS.items():
@@ -243,7 +157,7 @@ def _key(branches: Sequence[Branch], colours: Sequence[Any]) -> list[Artist]:
     measure = "Hz" if branches[0].over == "level" else unit(branches[0])
     named = {_fixed(branch): colour for branch, colour in zip(branches, colours)}
     handles = [Line2D([], [], color=named[value], label=f"{value:g} {measure}") for value in sorted(named)]
-    if any(branch.stable is not None and not branch.stable.all() for branch in branches):
+    if not all(stable_points(branch).all() for branch in branches):
         handles.append(Line2D([], [], color="#555555", ls=(0, (3, 1.5)), lw=0.8, label="not stable"))
     kinds = {point.kind for branch in branches for point in branch.special}
     look: dict[str, Any] = {"ls": "", "color": TEST, "mfc": "white", "ms": 4, "mew": 0.7}

@@ -10,7 +10,9 @@ import xarray as xr
 from .._version import __version__
 from ..files import replacing, to_json, write_text
 from ..io.results import with_parts
+from ..periodic.summaries import of_branch, of_map
 from ..statistics.intervals import CONFIDENCE
+from .periodic import PeriodicVibrations
 from .study import Study
 
 __all__ = ["study_summary", "write_results"]
@@ -82,4 +84,14 @@ def study_summary(study: Study) -> dict:
             {"law": c.law, "engine": c.engine, "record": c.record.name, "level": c.record.level, **c.statistics}
             for c in study.cases
         ],
+        "periodic": _periodic(study.periodic),
+    }
+
+
+def _periodic(found: PeriodicVibrations) -> dict:
+    return {
+        "law": found.law,
+        "missing": found.missing,
+        "branches": [of_branch(branch) for branch in found.branches],
+        "rattle_map": found.map and of_map(found.map),
     }

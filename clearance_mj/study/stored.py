@@ -2,26 +2,31 @@
 
 from __future__ import annotations
 
+import dataclasses
 import hashlib
 import json
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
 import xarray as xr
 
 from ..cache import ResultCache, digest
+from ..clearance.law import Law
 from ..io.dataset import Record
 from ..io.results import with_parts, without_parts
+from ..periodic import Branch, Jump, RattleMap, SpecialPoint
 from ..rig import Rig
 from ..signals.comparison import Comparison, with_modes
 from ..signals.frf import FRF
 from ..statistics.frf_bands import Band
 from .identified import IdentifiedLaw
+from .periodic import PeriodicVibrations
 
-__all__ = ["CaseResult", "band", "case", "law", "record_digest"]
+__all__ = ["CaseResult", "band", "case", "law", "periodic", "record_digest"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,6 +106,43 @@ def band(
             return band, data["error"].values
 
     return compute() if cache is None else cache.get(name, inputs, compute, save, load)
+
+
+def periodic(
+    cache: ResultCache | None, name: str, inputs: object, rig: Rig, law: Law, compute: Callable[[], PeriodicVibrations]
+) -> PeriodicVibrations:
+    """Return the periodic vibrations of a rig with a law from the cache, or compute them."""
+
+    def save(found: PeriodicVibrations, path: Path) -> None:
+        parts: list[Branch | RattleMap] = [*found.branches, *([found.map] if found.map else [])]
+        fields = [{f.name: getattr(part, f.name) for f in dataclasses.fields(part)} for part in parts]
+        arrays: dict[str, np.ndarray] = {}
+        others = []
+        for i, values in enumerate(fields):
+            arrays |= {f"{i}.{key}": value for key, value in values.items() if isinstance(value, np.ndarray)}
+            others.append({k: v for k, v in values.items() if not isinstance(v, np.ndarray | Rig | Law)})
+        kept = {"law": found.law, "missing": found.missing, "map": found.map is not None, "parts": others}
+        with path.open("wb") as file:
+            np.savez(file, allow_pickle=False, kept=json.dumps(kept, default=dataclasses.asdict), **arrays)
+
+    def load(path: Path) -> PeriodicVibrations:
+        parts: list[dict[str, Any]] = []
+        with np.load(path, allow_pickle=False) as data:
+            kept = json.loads(str(data["kept"]))
+            for i, values in enumerate(kept["parts"]):
+                values |= {key.partition(".")[2]: data[key] for key in data if key.startswith(f"{i}.")}
+                parts.append({k: tuple(v) if isinstance(v, list) else v for k, v in values.items()})
+        found = None
+        if kept["map"]:
+            values = parts.pop()
+            found = RattleMap(rig, law, **values | {"jumps": tuple(Jump(*jump) for jump in values["jumps"])})
+        for values in parts:
+            values["special"] = tuple(SpecialPoint(**point) for point in values["special"])
+        return PeriodicVibrations(
+            kept["law"], tuple(Branch(rig, law, **values) for values in parts), found, kept["missing"]
+        )
+
+    return compute() if cache is None else cache.get(name, inputs, compute, save, load, ".npz")
 
 
 def _to_netcdf(data: xr.Dataset, path: Path) -> None:

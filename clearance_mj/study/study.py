@@ -28,6 +28,7 @@ from ..statistics.frf_bands import Band, frf_band, paired_error
 from ..tasks import run_tasks
 from . import stored
 from .identified import IdentifiedLaw
+from .periodic import PeriodicVibrations, has_periodic_vibrations, periodic_vibrations
 
 __all__ = ["ENGINES", "METHODS", "N_MODES", "RESOLUTION", "Case", "Study"]
 
@@ -108,6 +109,7 @@ class Study:
         tests: dict[str, FRF] | None = None, engines: Sequence[str] = (),
         repeatability: dict[float, Comparison] | None = None,
         bands: dict[str, tuple[Band, np.ndarray]] | None = None, cache: ResultCache | None = None,
+        periodic: PeriodicVibrations | None = None,
     ) -> Self:  # fmt: skip
         """Return a study of given laws; what is given is not computed.
 
@@ -115,7 +117,7 @@ class Study:
         ----------
         dataset, cache
             As for `Study`.
-        laws, cases, tests, repeatability, bands
+        laws, cases, tests, repeatability, bands, periodic
             As the properties; what is left out is computed.
         engines : sequence of str
             Default: those of the cases.
@@ -129,6 +131,8 @@ class Study:
             study.repeatability = repeatability
         if bands is not None:
             study.bands = bands
+        if periodic is not None:
+            study.periodic = periodic
         return study
 
     # What is computed.
@@ -276,6 +280,25 @@ class Study:
             *code_outside(*_models(law.law)),
         ]
         return stored.band(self.cache, f"band_{law.name}", inputs, compute)
+
+    @functools.cached_property
+    def periodic(self) -> PeriodicVibrations:
+        """What the best law that has periodic vibrations does under sines of the study's levels, and beyond them."""
+        names = sorted(self.methods, key=lambda name: name == self.best_law)
+        name = next((name for name in reversed(names) if has_periodic_vibrations(self.law(name).law)), None)
+        if name is None:
+            why = "laws over time or amplitude have no periodic vibrations, and the study has no other"
+            return PeriodicVibrations("", (), None, why)
+        record, rig, law = self.main_record, self.rig_of(name), self.law(name).law
+        band = record.band or (RESOLUTION, record.fs / 2)
+        words = "periodic vibrations" if self._progress else ""
+
+        def compute() -> PeriodicVibrations:
+            kind = record.excitation_kind
+            return periodic_vibrations(name, rig, law, self.levels, band, kind, self._workers, words)
+
+        inputs = [rig.content(), law.to_dict(), self.levels, band, record.excitation_kind, *code_outside(*_models(law))]
+        return stored.periodic(self.cache, f"periodic_{name}", inputs, rig, law, compute)
 
     # What it says.
 

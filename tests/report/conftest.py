@@ -1,8 +1,11 @@
 """A small study with analytic FRFs: three sensors, two levels, two laws, two engines, two seeds of each level."""
 
+from functools import cache
+
 import numpy as np
 import pytest
 
+from clearance_mj import periodic
 from clearance_mj.clearance.law import ConstantLaw
 from clearance_mj.io.dataset import Dataset, Record
 from clearance_mj.io.uff import Channel
@@ -12,6 +15,7 @@ from clearance_mj.signals.comparison import Comparison
 from clearance_mj.signals.correlation import csac, csac_per_sensor, csf, csf_per_sensor, frac, mre, rmse_db
 from clearance_mj.signals.frf import FRF
 from clearance_mj.study import Case, IdentifiedLaw, Study
+from clearance_mj.study.periodic import PeriodicVibrations
 
 FREQUENCY = np.arange(5.0, 220.5, 0.5)
 BUSHING = {"gap": 3e-4, "length": 0.012, "grease": Grease(4000.0, 3.0), "contact": Contact(7.8e3, 4.0)}
@@ -72,6 +76,20 @@ def statistics(level, step):
     }
 
 
+LAW = ConstantLaw(8.1e3, 4.0)
+
+
+@cache
+def under_sines() -> PeriodicVibrations:
+    """Of the fitted law, with few harmonics and frequencies: it folds at 4 m/s²."""
+    levels, settings = (1.0, 4.0), {"harmonics": 5}
+    branches = tuple(periodic.response(RIG, LAW, v, (5.0, 90.0), stability=False, **settings) for v in levels)
+    of_map = levels, np.linspace(5.0, 90.0, 86)
+    return PeriodicVibrations(
+        "constant", branches, periodic.rattle_map(RIG, LAW, *of_map, workers=1, progress=False, **settings), ""
+    )
+
+
 def make_study(offset=0.0, floors=(1.0, 4.0), source="synthetic: virtual test rig, not measured") -> Study:
     """``offset`` detunes the fitted law; a level has a second record if it is in ``floors``."""
     records, shifts, floor = [record("ramp", "identify", seed=9, source=source)], {}, {}
@@ -90,7 +108,7 @@ def make_study(offset=0.0, floors=(1.0, 4.0), source="synthetic: virtual test ri
     )
     laws = (
         IdentifiedLaw("nominal", ConstantLaw(7.8e3, 4.0), "rig file only"),
-        IdentifiedLaw("constant", ConstantLaw(8.1e3, 4.0), "rig file and the records to identify", parameters),
+        IdentifiedLaw("constant", LAW, "rig file and the records to identify", parameters),
     )
     cases = []
     for law, shift in (("nominal", 1.0), ("constant", 0.955 + offset)):
@@ -99,12 +117,12 @@ def make_study(offset=0.0, floors=(1.0, 4.0), source="synthetic: virtual test ri
             for r in dataset.validate:
                 comparison = compared(tests[r.name], model, shifts[r.name], shift * small)
                 cases.append(Case(law, engine, r, model, comparison, statistics(r.level, step)))
-    return Study.from_results(dataset, laws, cases, tests, repeatability=floor, bands={})
+    return Study.from_results(dataset, laws, cases, tests, repeatability=floor, bands={}, periodic=under_sines())
 
 
 def changed(study, **changes) -> Study:
     """A study with other laws, cases or tests."""
-    names = ("laws", "cases", "tests", "engines", "repeatability", "bands")
+    names = ("laws", "cases", "tests", "engines", "repeatability", "bands", "periodic")
     return Study.from_results(study.dataset, **({name: getattr(study, name) for name in names} | changes))
 
 

@@ -52,7 +52,7 @@ def page(folder):
 def test_every_figure_is_there_and_not_blank(folder):
     names = {path.stem for path in (folder / "figures").glob("*.png")}
     kinds = ("frf_bushings", "frf_others", "correlation", "csac_sensors", "csf_sensors")
-    assert names == {"rig", "verdict", "waterfall", "contact", "modes"} | {
+    assert names == {"rig", "verdict", "waterfall", "contact", "modes", "response", "rattle_map"} | {
         f"{k}_level_{v}" for k in kinds for v in (1, 4)
     }
     for path in (folder / "figures").glob("*.png"):
@@ -63,7 +63,7 @@ def test_every_figure_is_there_and_not_blank(folder):
 def test_every_table_is_there(folder, study):
     names = {path.stem for path in (folder / "tables").glob("*.csv")}
     known = {"verdict", "natural_frequencies", "sensors", "contact", "parameters", "engines", "laws", "records"}
-    assert names == known | {"sensor_means", "seeds", "seed_scatter", "improvements"}
+    assert names == known | {"sensor_means", "seeds", "seed_scatter", "improvements", "response", "rattle_map"}
     with (folder / "tables" / "verdict.csv").open(newline="", encoding="utf-8") as file:
         rows = list(csv.DictReader(file))
     assert [float(row["rmse_db"]) for row in rows] == [row["rmse_db"] for row in study.rows()]
@@ -71,7 +71,7 @@ def test_every_table_is_there(folder, study):
 
 def test_every_image_is_inside_the_page_and_has_words(page):
     images = page.all("img")
-    assert len(images) == 15
+    assert len(images) == 17
     assert all(image["src"].startswith("data:image/") and len(image["alt"]) > 20 for image in images)
     assert {i["src"][:18] for i in images} == {"data:image/svg+xml", "data:image/png;bas"}
 
@@ -99,7 +99,7 @@ def test_the_main_level_is_open_and_the_others_are_folded(page, study):
 
 def test_figures_are_numbered_in_the_order_of_the_page(folder):
     text = (folder / "report.html").read_text(encoding="utf-8")
-    assert [int(n) for n in re.findall(r"<b>Figure (\d+)\.</b>", text)] == list(range(1, 16))
+    assert [int(n) for n in re.findall(r"<b>Figure (\d+)\.</b>", text)] == list(range(1, 18))
 
 
 def test_the_page_says_what_it_is(page):

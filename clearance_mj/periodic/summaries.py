@@ -1,0 +1,148 @@
+"""Branches, backbones and rattle maps as plain data, and where the vibrations of a branch jump."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from .backbone import Backbone
+from .branch import Branch
+from .rattle_map import RattleMap
+
+__all__ = ["JumpAtFold", "jumps", "motion", "of_backbone", "of_branch", "of_map", "parameter", "stable_points", "unit"]
+
+NEAR = 3
+"""points beside a fold of which one is stable if a vibration ends there: stability changes where it does but for
+rounding"""
+
+
+@dataclass(frozen=True)
+class JumpAtFold:
+    """A fold at which a vibration that was stable until then goes over to another one."""
+
+    upwards: bool
+    """whether it is met with rising frequency, or level"""
+    at: float
+    """frequency of the fold, Hz; over level, the level"""
+    clearance: int
+    """the one with the largest motion there"""
+    before: float
+    """amplitude at it, m"""
+    after: tuple[float, ...]
+    """and those of the stable vibrations of the branch at the same frequency or level; none: they are elsewhere"""
+
+
+def unit(found: Branch | RattleMap) -> str:
+    """Unit of the excitation's level."""
+    return "m/s²" if found.kind == "base" else "N"
+
+
+def parameter(branch: Branch) -> np.ndarray:
+    """(n,) frequency, Hz, or level of a branch's points, whichever changes along it."""
+    return branch.frequency if branch.over == "frequency" else np.abs(branch.level[:, 0])
+
+
+def stable_points(branch: Branch) -> np.ndarray:
+    """(n,) whether a point is stable: by Floquet's multipliers, or, without them, as far as folds tell.
+
+    At a fold one multiplier passes 1, so that every second part of a branch that begins stable is not.
+    """
+    if branch.stable is not None:
+        return branch.stable
+    passed = np.zeros(branch.frequency.size, dtype=int)
+    folds = [point.index for point in branch.special if point.kind == "fold"]
+    np.add.at(passed, folds, 1)
+    return np.cumsum(passed) % 2 == 0
+
+
+def jumps(branch: Branch) -> list[JumpAtFold]:
+    """Return the folds at which a stable vibration ends, in the order of the curve."""
+    x, stable, found = parameter(branch), stable_points(branch), []
+    amplitude = branch.amplitude("clearance_displacement")
+    folds = [point.index for point in branch.special if point.kind == "fold"]
+    for last, i, following in zip([-1, *folds], folds, [*folds[1:], x.size]):
+        before, after = slice(max(last + 1, i - NEAR), i), slice(i + 1, min(following, i + 1 + NEAR))
+        if not (stable[before].any() or stable[after].any()):
+            continue
+        j = int(np.argmax(amplitude[i]))
+        landing = tuple(float(value) for value in _elsewhere(x, amplitude[:, j], stable, i))
+        found.append(JumpAtFold(bool(x[i] > x[i - 1]), float(x[i]), j, float(amplitude[i, j]), landing))
+    return found
+
+
+def _elsewhere(x: np.ndarray, amplitude: np.ndarray, stable: np.ndarray, fold: int) -> Iterator[float]:
+    """Amplitudes where the branch passes a fold's parameter between two stable points."""
+    crossing = (x[:-1] - x[fold]) * (x[1:] - x[fold]) <= 0
+    for k in np.flatnonzero(crossing & stable[:-1] & stable[1:]):
+        if fold not in (k, k + 1):
+            share = (x[fold] - x[k]) / (x[k + 1] - x[k])
+            yield float(amplitude[k] + share * (amplitude[k + 1] - amplitude[k]))
+
+
+def motion(found: Backbone) -> np.ndarray:
+    """(n,) amplitude of the displacement at the clearance that the mode moves most, m."""
+    return np.abs(found.clearance_displacement[:, found.clearance, 1])
+
+
+def of_branch(branch: Branch) -> dict[str, Any]:
+    """Return what a branch is and what is special about it as plain data."""
+    x, stable = parameter(branch), stable_points(branch)
+    return {
+        "over": branch.over,
+        "kind": branch.kind,
+        "periods": branch.periods,
+        "harmonics": branch.acceleration.shape[-1] - 1,
+        "samples": branch.samples,
+        "modes": branch.modes,
+        "level": float(abs(branch.level[0, 0])) if branch.over == "frequency" else None,
+        "frequency": float(branch.frequency[0]) if branch.over == "level" else None,
+        "from": float(x[0]),
+        "to": float(x[-1]),
+        "points": int(x.size),
+        "unstable": int(np.sum(~stable)),
+        "floquet": branch.multipliers is not None,
+        "special": [
+            {"kind": p.kind, "frequency": p.frequency, "level": p.level, "point": p.index} for p in branch.special
+        ],
+        "jumps": [
+            {
+                "upwards": jump.upwards, "at": jump.at, "clearance": branch.clearances[jump.clearance],
+                "before": jump.before, "after": list(jump.after),
+            }
+            for jump in jumps(branch)
+        ],
+        "ended": branch.ended,
+    }  # fmt: skip
+
+
+def of_backbone(found: Backbone) -> dict[str, Any]:
+    """Return a backbone as plain data."""
+    return {
+        "mode": found.mode,
+        "clearance": found.clearances[found.clearance],
+        "harmonics": found.acceleration.shape[-1] - 1,
+        "amplitude": motion(found).tolist(),
+        "frequency": found.frequency.tolist(),
+        "damping": found.damping.tolist(),
+        "level": found.level.tolist(),
+        "ended": found.ended,
+    }
+
+
+def of_map(found: RattleMap) -> dict[str, Any]:
+    """Return a map's axes, first contact and jumps as plain data."""
+    return {
+        "kind": found.kind,
+        "gap": found.gap.tolist(),
+        "level": found.level.tolist(),
+        "frequency": found.frequency.tolist(),
+        "first_contact": found.first_contact.tolist(),
+        "rattles": [float(share) for share in np.mean(found.rattles, axis=(1, 2))],
+        "several": [float(share) for share in np.mean(found.vibrations > 1, axis=(1, 2))],
+        "jumps": [jump._asdict() for jump in found.jumps],
+        "unknown": found.unknown,
+        "ended": list(found.ended),
+    }

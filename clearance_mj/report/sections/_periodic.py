@@ -1,0 +1,64 @@
+"""What the identified law does under sines: amplitudes over frequency, folds and jumps, and where it rattles."""
+
+from __future__ import annotations
+
+from itertools import groupby
+
+from ...periodic import Branch
+from ...periodic.summaries import jumps, unit
+from ...study import Study
+from .. import rattle_maps, responses
+from ..html import render
+from ..tables import Column, Table
+from ..writer import ReportWriter
+from . import section
+
+CAPTION = (
+    "Where the branches fold or their stability changes. A sweep in the direction named jumps at a fold, from the one "
+    "amplitude to the other, those of the clearance that moves most there."
+)
+
+
+@section("sines", "Sines: jumps and rattle", 62)
+def sines(study: Study, writer: ReportWriter) -> str:
+    """Return the law's response over frequency and its rattle map; writes response.csv and rattle_map.csv."""
+    found = study.periodic
+    if found.map is None:
+        return render("sines.html.j2", study=study, found=found)
+    writer.csv("response", responses.rows(found.branches))
+    writer.csv("rattle_map", rattle_maps.rows(found.map))
+    return render(
+        "sines.html.j2", study=study, found=found,
+        response=writer.figure(responses.draw(found.branches)), special=special_points(found.branches),
+        unknown=unknown(found.branches),
+        map=writer.figure(rattle_maps.draw(found.map)), lines=list(rattle_maps.words(found.map)),
+    )  # fmt: skip
+
+
+def unknown(branches: tuple[Branch, ...]) -> list[str]:
+    """Say for each level at which branches end early between which frequencies nothing was found."""
+    said = []
+    for level, of_level in groupby(branches, key=lambda branch: abs(branch.level[0, 0])):
+        if ends := sorted(branch.frequency[-1] for branch in of_level if branch.ended):
+            to = f" to {ends[1]:.4g}" if len(ends) > 1 else " on"
+            said.append(f"{level:g} {unit(branches[0])} from {ends[0]:.4g}{to} Hz".replace(" on Hz", " Hz on"))
+    return said
+
+
+def special_points(branches: tuple[Branch, ...]) -> Table:
+    """Return every special point of branches, with the jumps of their folds."""
+    body = []
+    for branch in branches:
+        leaves = {jump.at: jump for jump in jumps(branch)}
+        for point in branch.special:
+            jump = leaves.get(point.frequency) if point.kind == "fold" else None
+            after = 1e3 * jump.after[0] if jump and jump.after else None
+            way = ("upwards" if jump.upwards else "downwards") if jump else ""
+            at = branch.clearances[jump.clearance] if jump else ""
+            body.append((point.level, point.kind, point.frequency, way, at, 1e3 * jump.before if jump else None, after))
+    columns = (
+        Column("Level", unit(branches[0]), "g"), Column("Point"), Column("Frequency", "Hz", ".3f"),
+        Column("Direction", "", "", "Jump of a sweep"), Column("Clearance", "", "", "Jump of a sweep"),
+        Column("from", "mm", ".3f", "Jump of a sweep"), Column("to", "mm", ".3f", "Jump of a sweep"),
+    )  # fmt: skip
+    return Table("special_points", CAPTION, columns, tuple(sorted(body, key=lambda row: (row[0], row[2]))))

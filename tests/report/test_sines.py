@@ -1,0 +1,109 @@
+"""The section on sines: what the study's periodic vibrations are, as figures, tables and words."""
+
+import dataclasses
+import json
+import re
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from clearance_mj import periodic
+from clearance_mj.clearance.law import TimeLaw
+from clearance_mj.files import to_json
+from clearance_mj.periodic.summaries import stable_points
+from clearance_mj.report.html import Section, page
+from clearance_mj.report.sections._periodic import sines, special_points, unknown
+from clearance_mj.report.writer import ReportWriter
+from clearance_mj.study import IdentifiedLaw, Study, study_summary
+from clearance_mj.study import periodic as of_study
+
+from .conftest import LAW, RIG, under_sines
+
+
+def text_of(study, folder):
+    markup = sines(study, ReportWriter(folder))
+    page("sines", [Section("sines", "Sines", markup)])
+    return " ".join(re.sub("<[^>]+>", " ", re.sub('src="[^"]*"', "", markup)).split())
+
+
+def test_tables_hold_branches_and_map(study, folder):
+    rows = pd.read_csv(folder / "tables" / "response.csv")
+    branch = under_sines().branches[1]
+    of_level = rows[rows["level"] == 4.0]
+    np.testing.assert_array_equal(of_level["frequency_hz"], branch.frequency)
+    np.testing.assert_allclose(of_level["acceleration_3:+Z_amplitude_m_s2"], branch.amplitude()[:, 2], rtol=1e-12)
+    assert of_level["special"].tolist().count("fold") == len(branch.special) == 2
+    assert len(pd.read_csv(folder / "tables" / "rattle_map.csv")) == 2 * 2 * 86
+
+
+def test_folds_are_told_with_their_jumps():
+    table = special_points(under_sines().branches)
+    rows = {row[3]: row for row in table.rows}
+    up, down = rows["upwards"], rows["downwards"]
+    folds = sorted(point.frequency for point in under_sines().branches[1].special)
+    assert (down[2], up[2]) == tuple(folds)
+    assert up[5] > up[6] and down[5] < down[6], "a hardening curve: down upwards, up downwards"
+
+
+def test_stability_by_folds_is_that_of_the_multipliers():
+    """Where a branch has folds only; a multiplier passes 1 at each (Seydel 2010, chapter 2), but for rounding."""
+    branch = periodic.response(RIG, LAW, 4.0, (30.0, 60.0), 5)
+    folds = [point.index for point in branch.special]
+    assert {point.kind for point in branch.special} == {"fold"} and (~branch.stable).sum() > 3
+    off = np.flatnonzero(stable_points(dataclasses.replace(branch, multipliers=None)) != branch.stable)
+    assert all(min(abs(i - fold) for fold in folds) <= 1 for i in off)
+
+
+def test_the_section_says_which_law_and_what_it_does(study, tmp_path):
+    said = text_of(study, tmp_path)
+    assert "What law “constant” does where the excitation is a sine" in said
+    assert "(5 harmonics)" in said and "gap 0.3 mm: touches first from" in said
+
+
+def test_branches_that_end_early_are_said():
+    whole, other = under_sines().branches
+    short = dataclasses.replace(other, ended="no further")
+    assert unknown((whole, other)) == []
+    assert unknown((whole, short)) == [f"4 m/s² from {other.frequency[-1]:.4g} Hz on"]
+
+
+def test_why_nothing_is_shown(study, tmp_path):
+    law = TimeLaw([0.0, 1.0], [[1e3], [2e3]], [[1.0], [1.0]])
+    bare = Study.from_results(study.dataset, [IdentifiedLaw("ridge", law, "everything")])
+    said = text_of(bare, tmp_path)
+    assert said.startswith("No periodic vibrations are shown: laws over time or amplitude have no periodic vibrations")
+    assert not (tmp_path / "tables").exists()
+
+
+def test_the_law_is_the_best_one_that_has_periodic_vibrations(study, monkeypatch):
+    asked = []
+    monkeypatch.setattr("clearance_mj.study.study.periodic_vibrations", lambda *given: asked.append(given) or "found")
+    law = IdentifiedLaw("ridge", TimeLaw([0.0, 1.0], [[1e3], [2e3]], [[1.0], [1.0]]), "everything")
+    bare = Study.from_results(study.dataset, [*study.laws, law])
+    assert bare.best_law == "ridge" and bare.periodic == "found"
+    name, rig, found, levels, band, kind, *_ = asked[0]
+    assert (name, rig, found, levels, band, kind) == ("constant", RIG, LAW, [1.0, 4.0], (5.0, 220.0), "base")
+
+
+def test_the_summary_holds_jumps_and_first_contact(study):
+    found = json.loads(to_json(study_summary(study)))["periodic"]
+    folds = [point["frequency"] for point in found["branches"][1]["special"]]
+    assert folds == [point.frequency for point in under_sines().branches[1].special]
+    assert found["law"] == "constant" and found["missing"] == "" and not found["branches"][0]["floquet"]
+    known = under_sines().map.first_contact
+    np.testing.assert_allclose(np.array(found["rattle_map"]["first_contact"], dtype=float), known)
+
+
+@pytest.mark.parametrize("known", ["levels", "refused"])
+def test_of_a_law(known, monkeypatch):
+    """Levels go on beyond the records'; what harmonic balance refuses is said, not raised."""
+    for name, value in {"HARMONICS": 3, "MAP_HARMONICS": 2, "MAP_LEVELS": 2, "MAP_FREQUENCIES": 4}.items():
+        monkeypatch.setattr(of_study, name, value)
+    band = (60.0, 70.0) if known == "levels" else (60.0, 60.0)
+    found = of_study.periodic_vibrations("constant", RIG, LAW, [1.0, 4.0], band, "base", 2)
+    if known == "refused":
+        assert found.map is None and found.branches == () and "frequencies must be" in found.missing
+        return
+    assert [abs(branch.level[0, 0]) for branch in found.branches] == [1.0, 4.0, 6.0]
+    assert found.map.level.tolist() == [1.0, 6.0] and found.map.frequency[[0, -1]] == pytest.approx(band)
