@@ -62,6 +62,17 @@ def small_dataset(rig, tmp_path_factory) -> Path:
     return folder
 
 
+@pytest.fixture(scope="session", autouse=True)
+def no_sines():
+    """Studies of tests leave out periodic vibrations, which take half a minute: tests/report/test_sines.py has them."""
+    from clearance_mj.study.periodic import PeriodicVibrations
+
+    with pytest.MonkeyPatch.context() as patch:
+        left_out = lambda name, *_: PeriodicVibrations(name, (), None, "tests leave them out")  # noqa: E731
+        patch.setattr("clearance_mj.study.study.periodic_vibrations", left_out)
+        yield
+
+
 def dense(band: np.ndarray) -> np.ndarray:
     """(n, n) full symmetric matrix of (4, n) lower bands."""
     n = band.shape[1]

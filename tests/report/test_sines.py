@@ -9,6 +9,7 @@ import pandas as pd
 import pytest
 
 from clearance_mj import periodic
+from clearance_mj.cache import ResultCache
 from clearance_mj.clearance.law import TimeLaw
 from clearance_mj.files import to_json
 from clearance_mj.periodic.summaries import stable_points
@@ -93,6 +94,19 @@ def test_the_summary_holds_jumps_and_first_contact(study):
     assert found["law"] == "constant" and found["missing"] == "" and not found["branches"][0]["floquet"]
     known = under_sines().map.first_contact
     np.testing.assert_allclose(np.array(found["rattle_map"]["first_contact"], dtype=float), known)
+
+
+def test_a_study_keeps_them_in_its_cache(study, monkeypatch, tmp_path):
+    """Computed once; another study of the same law reads equal branches and an equal map."""
+    computed = iter([under_sines()])
+    monkeypatch.setattr("clearance_mj.study.study.periodic_vibrations", lambda *_: next(computed))
+    first, second = (
+        Study.from_results(study.dataset, study.laws, cache=ResultCache(tmp_path)).periodic for _ in range(2)
+    )
+    assert first is under_sines() and second is not first
+    assert second.branches == first.branches and second.map == first.map
+    assert (second.law, second.missing) == ("constant", "")
+    assert second.branches[1].special == first.branches[1].special and second.map.jumps == first.map.jumps
 
 
 @pytest.mark.parametrize("known", ["levels", "refused"])
