@@ -59,9 +59,10 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
     found = [by_mode[mode] for mode in options.mode]
     result = settings(rig, law) | shared | {"backbones": [of_backbone(each) for each in found]}
     drawing = draw(found)
+    text = to_json(result)
     write_csv(options.out / "backbone.csv", rows(found))
     drawing.write(options.out)
-    write_text(options.out / "backbone.json", to_json(result))
+    write_text(options.out / "backbone.json", text)
     for each in found:
         print("\n".join(words(each)))
     print(f"backbone: {options.out / 'backbone.csv'}")

@@ -50,9 +50,11 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
     found = rattle_map(rig, law, options.levels, frequencies, **shared, progress=not options.quiet)
     chosen = {name: shared[name] for name in ("harmonics", "samples", "modes")}
     result = settings(rig, law) | chosen | of_map(found)
+    text = to_json(result)
+    drawing = draw(found)
     write_csv(options.out / "rattle_map.csv", rows(found))
-    draw(found).write(options.out)
-    write_text(options.out / "rattle_map.json", to_json(result))
+    drawing.write(options.out)
+    write_text(options.out / "rattle_map.json", text)
     print("\n  ".join(words(found)))
     print(f"rattle map: {options.out / 'rattle_map.png'}")
     return result | {"out": str(options.out)}

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import argparse
+import sys
+from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -12,8 +14,12 @@ from .command import command, out_folder
 from .options import add_kind, add_periodic, add_plugin, load, load_plugin, numbers, settings
 
 if TYPE_CHECKING:  # a command imports what it needs when it runs
+    from ..clearance.law import Law
     from ..periodic import Branch
     from ..rig import Rig
+
+SAME = 1e-3
+"""of the frequency: how near to the end of a doubled branch a period doubling is that branch's own"""
 
 
 def _options(parser: argparse.ArgumentParser) -> None:
@@ -27,6 +33,11 @@ def _options(parser: argparse.ArgumentParser) -> None:
     option("--from", dest="start", type=float, default=5.0, metavar="HZ", help="(default: %(default)s)")
     option("--to", dest="stop", type=float, default=220.0, metavar="HZ", help="downwards too (default: %(default)s)")
     option("--sensors", type=_nodes, metavar="NODE,...", help="to draw (default: those in the bushings)")
+    option("--period-doublings", action="store_true", help="leave branches where the period doubles, and follow on")
+    option(
+        "--isolas", type=int, default=0, metavar="N",
+        help="random starts at each of nine frequencies, from which vibrations on no known branch are followed",
+    )  # fmt: skip
     option("--workers", type=int, help="threads (default: one for each core)")
     add_plugin(parser, "a contact or a grease")
 
@@ -51,12 +62,16 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
     out_folder(options.out)
     rig, law = load(options)
     sensors = _rows_of(rig, options.sensors)
-    branches = _followed(options, rig, law)
+    by_level = _followed(options, rig, law)
+    basins = [_with_isolas(options, known) for known in by_level] if options.isolas else []
+    branches = [branch for known in by_level for branch in known]
     result = settings(rig, law) | {"branches": [of_branch(branch) for branch in branches]}
+    result |= {"isolas": basins} if basins else {}
     drawing = draw(branches, sensors)
+    text = to_json(result)
     write_csv(options.out / "response.csv", rows(branches))
     drawing.write(options.out)
-    write_text(options.out / "response.json", to_json(result))
+    write_text(options.out / "response.json", text)
     for branch in branches:
         print("\n  ".join(words(branch)))
     print(f"response: {options.out / 'response.csv'}")
@@ -71,14 +86,45 @@ def _rows_of(rig: Rig, nodes: list[int] | None) -> list[int] | None:
     return None if nodes is None else [known.index(node) for node in nodes]
 
 
-def _followed(options: argparse.Namespace, rig: Rig, law: Any) -> list[Branch]:
+def _followed(options: argparse.Namespace, rig: Rig, law: Law) -> list[list[Branch]]:
+    """The branches of each level."""
     from ..study.periodic import from_both_ends
     from ..tasks import run_tasks
 
     shared = {name: getattr(options, name) for name in ("harmonics", "samples", "kind", "modes")}
 
-    def follow(level: float) -> tuple[Branch, ...]:
-        return from_both_ends(rig, law, level, (options.start, options.stop), **shared)
+    def follow(level: float) -> list[Branch]:
+        found = from_both_ends(rig, law, level, (options.start, options.stop), **shared)
+        return (
+            [*found, *(new for branch in found for new in _doubled(branch))] if options.period_doublings else [*found]
+        )
 
     found = dict(run_tasks(follow, options.level, options.workers, progress="" if options.quiet else "levels"))
-    return [branch for level in options.level for branch in found[level]]
+    return [found[level] for level in options.level]
+
+
+def _doubled(branch: Branch) -> Iterator[Branch]:
+    """What leaves a branch where its period doubles; where one comes back to the branch, it is not left again."""
+    from ..periodic import doubled
+
+    met: list[float] = []
+    for point in branch.special:
+        if point.kind == "period doubling" and all(abs(point.frequency / end - 1) > SAME for end in met):
+            try:
+                new = doubled(branch, point)
+            except ClearanceError as error:
+                print(f"clearance-mj: note: {error}", file=sys.stderr)
+                continue
+            met.append(float(new.frequency[-1]))
+            yield new
+
+
+def _with_isolas(options: argparse.Namespace, known: list[Branch]) -> dict[str, Any]:
+    """Add to the branches of a level those that random starts find; return the shares of the starts."""
+    from ..periodic import isolas
+
+    words = None if options.quiet else f"random starts, {abs(known[0].level[0, 0]):g}"
+    found = isolas(known, options.isolas, workers=options.workers, progress=words)
+    known += found.branches
+    level = float(abs(known[0].level[0, 0]))
+    return {"level": level, "frequency": found.frequency.tolist(), "shares": found.basins.tolist()}

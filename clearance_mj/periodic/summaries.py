@@ -12,7 +12,18 @@ from .backbone import Backbone
 from .branch import Branch
 from .rattle_map import RattleMap
 
-__all__ = ["JumpAtFold", "jumps", "motion", "of_backbone", "of_branch", "of_map", "parameter", "stable_points", "unit"]
+__all__ = [
+    "JumpAtFold",
+    "is_cut",
+    "jumps",
+    "motion",
+    "of_backbone",
+    "of_branch",
+    "of_map",
+    "parameter",
+    "stable_points",
+    "unit",
+]
 
 NEAR = 3
 """points beside a fold of which one is stable if a vibration ends there: stability changes where it does but for
@@ -56,6 +67,11 @@ def stable_points(branch: Branch) -> np.ndarray:
     folds = [point.index for point in branch.special if point.kind == "fold"]
     np.add.at(passed, folds, 1)
     return np.cumsum(passed) % 2 == 0
+
+
+def is_cut(branch: Branch) -> bool:
+    """Whether a branch ends where no next point was found, not where it comes back to its beginning or to another."""
+    return branch.ended.startswith("no further")
 
 
 def jumps(branch: Branch) -> list[JumpAtFold]:
@@ -105,7 +121,8 @@ def of_branch(branch: Branch) -> dict[str, Any]:
         "unstable": int(np.sum(~stable)),
         "floquet": branch.multipliers is not None,
         "special": [
-            {"kind": p.kind, "frequency": p.frequency, "level": p.level, "point": p.index} for p in branch.special
+            {"kind": p.kind, "frequency": float(p.frequency), "level": float(p.level), "point": int(p.index)}
+            for p in branch.special
         ],
         "jumps": [
             {

@@ -14,7 +14,7 @@ from matplotlib.lines import Line2D
 
 from ..periodic import Branch
 from ..periodic.branch import MARKERS
-from ..periodic.summaries import jumps, parameter, stable_points, unit
+from ..periodic.summaries import is_cut, jumps, parameter, stable_points, unit
 from ..rig import Rig
 from .style import FONT, TEST, WIDE, Drawing, at_bushings, frequency_axis, letters, sensor_title, sheet, tidy
 
@@ -30,7 +30,9 @@ def words(branch: Branch) -> list[str]:
     x, stable = parameter(branch), stable_points(branch)
     fixed = f"{branch.frequency[0]:g} Hz" if over_level else f"{abs(branch.level[0, 0]):g} {own}"
     measure = own if over_level else "Hz"
-    said = [f"{fixed}: {x.size} points from {x[0]:.6g} to {x[-1]:.6g} {measure}, {np.sum(~stable)} of them not stable"]
+    again = f", repeats after {branch.periods} periods" if branch.periods > 1 else ""
+    span = f"{x.size} points from {x[0]:.6g} to {x[-1]:.6g} {measure}"
+    said = [f"{fixed}{again}: {span}, {np.sum(~stable)} of them not stable"]
     leaves = {jump.at: jump for jump in jumps(branch)}
     for point in branch.special:
         at = point.level if over_level else point.frequency
@@ -55,6 +57,7 @@ def _rows(branch: Branch, number: int) -> pd.DataFrame:
         special[point.index] = point.kind
     columns: dict[str, Any] = {
         "branch": number,
+        "periods": branch.periods,
         "level": np.abs(branch.level[:, 0]),
         "level_unit": unit(branch),
         "frequency_hz": branch.frequency,
@@ -113,7 +116,7 @@ def _curve(ax: Axes, branch: Branch, quantity: str, row: int, colour: Any) -> No
     for kind, marker in MARKERS.items():
         at = [point.index for point in branch.special if point.kind == kind]
         ax.plot(x[at], y[at], marker, color=TEST, mfc="white", ms=3.5, mew=0.7)
-    if branch.ended:
+    if is_cut(branch):
         ax.plot(x[-1], y[-1], "x", color=TEST, ms=4.5, mew=0.9)
 
 
@@ -162,7 +165,7 @@ def _key(branches: Sequence[Branch], colours: Sequence[Any]) -> list[Artist]:
     kinds = {point.kind for branch in branches for point in branch.special}
     look: dict[str, Any] = {"ls": "", "color": TEST, "mfc": "white", "ms": 4, "mew": 0.7}
     handles += [Line2D([], [], marker=mark, label=kind, **look) for kind, mark in MARKERS.items() if kind in kinds]
-    if any(branch.ended for branch in branches):
+    if any(is_cut(branch) for branch in branches):
         handles.append(Line2D([], [], marker="x", ls="", color=TEST, ms=4.5, mew=0.9, label="not found further"))
     return list(handles)
 

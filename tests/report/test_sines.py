@@ -64,7 +64,7 @@ def test_the_section_says_which_law_and_what_it_does(study, tmp_path):
 
 def test_branches_that_end_early_are_said():
     whole, other = under_sines().branches
-    short = dataclasses.replace(other, ended="no further")
+    short = dataclasses.replace(other, ended="no further one was found")
     assert unknown((whole, other)) == []
     assert unknown((whole, short)) == [f"4 m/s² from {other.frequency[-1]:.4g} Hz on"]
 

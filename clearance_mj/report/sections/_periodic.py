@@ -5,7 +5,7 @@ from __future__ import annotations
 from itertools import groupby
 
 from ...periodic import Branch
-from ...periodic.summaries import jumps, unit
+from ...periodic.summaries import is_cut, jumps, unit
 from ...study import Study
 from .. import rattle_maps, responses
 from ..html import render
@@ -39,7 +39,7 @@ def unknown(branches: tuple[Branch, ...]) -> list[str]:
     """Say for each level at which branches end early between which frequencies nothing was found."""
     said = []
     for level, of_level in groupby(branches, key=lambda branch: abs(branch.level[0, 0])):
-        if ends := sorted(branch.frequency[-1] for branch in of_level if branch.ended):
+        if ends := sorted(branch.frequency[-1] for branch in of_level if is_cut(branch)):
             to = f" to {ends[1]:.4g}" if len(ends) > 1 else " on"
             said.append(f"{level:g} {unit(branches[0])} from {ends[0]:.4g}{to} Hz".replace(" on Hz", " Hz on"))
     return said
