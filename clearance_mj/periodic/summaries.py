@@ -109,10 +109,10 @@ def of_branch(branch: Branch) -> dict[str, Any]:
     return {
         "over": branch.over,
         "kind": branch.kind,
-        "periods": branch.periods,
+        "periods": int(branch.periods),
         "harmonics": branch.acceleration.shape[-1] - 1,
-        "samples": branch.samples,
-        "modes": branch.modes,
+        "samples": int(branch.samples),
+        "modes": int(branch.modes),
         "level": float(abs(branch.level[0, 0])) if branch.over == "frequency" else None,
         "frequency": float(branch.frequency[0]) if branch.over == "level" else None,
         "from": float(x[0]),
