@@ -26,7 +26,7 @@ ITERATIONS = 25
 SLOW = 0.1
 """ratio of what two steps leave: above, the derivative is found anew"""
 SMALLEST_DAMPING = 1 / 32
-BENT = 0.005
+BENT = 0.002
 """how far a motion may lie from where the tangent led, over its size"""
 LONGEST = 0.05
 """of a step, as a share of frequency and motion"""
