@@ -39,8 +39,8 @@ BLOCK, FEWEST, LONGEST = 100, 500, 3000
 """periods, over which amplitudes are means; that are marched at least; and at most"""
 CLOSE = 1e-3
 """relative difference of fundamentals that is asked for"""
-STEEP = 100.0
-"""relative change of a fundamental over that of the frequency: above, as about folds, 1e-5 of the latter are 0.1 %"""
+STEEP = 50.0
+"""relative change of a fundamental over that of the frequency: above, as about folds, 2e-5 of the latter are 0.1 %"""
 RESOLUTIONS = (0.25, 0.05, 0.02)
 """rad per step of the modal engine: the next one where a point is not close, since steps miss when contacts begin"""
 LEFT = 0.1
@@ -48,7 +48,7 @@ LEFT = 0.1
 BESIDE = 0.3
 """Hz, from a fold to the nearest point that links march: there a small error of the model decides"""
 FS = 2048.0
-FOLDED = (6.0, 8.0, 12.0)
+FOLDED = (6.0, 12.0)
 """m/s², of the stepped sine"""
 FINE, HOLD = 0.05, 3.0
 """Hz and s of the steps of the stepped sine about a fold"""
