@@ -4,10 +4,11 @@ from .backbone import Backbone, backbone
 from .branch import Branch, SpecialPoint
 from .forced import response
 from .isolated import Isolas, isolas
+from .over_level import response_over_level
 from .rattle_map import Jump, RattleMap, rattle_map
 from .subharmonic import doubled
 
 __all__ = [
     "Backbone", "Branch", "Isolas", "Jump", "RattleMap", "SpecialPoint", "backbone", "doubled", "isolas", "rattle_map",
-    "response",
+    "response", "response_over_level",
 ]  # fmt: skip

@@ -21,12 +21,14 @@ LOW, HIGH, BROKEN = -1, -2, -3
 """ends of an arc that are not where the gap is filled: the range's, and where no next motion was found"""
 PARTS = 8
 """of the way between two motions"""
+MOST_MOTIONS = 2000
+"""of an arc: one that goes on is lost in turns that no sweep resolves"""
 MARGIN = 1e-6
 """of the frequency: beyond the range"""
 SAME = 1e-2
 """of the motion: two that differ by less at one frequency are one"""
-SAME_FOLD = 1e-5
-"""of the frequency: neighbours that are closer are those of the parabola"""
+SAME_FOLD = 3e-4
+"""of the frequency: of neighbours that are closer a map says nothing"""
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,8 +79,11 @@ def curve(solver: Solver, omega: np.ndarray) -> Curve:
     else:
         links = list(_whole(solver, omega, ended))
     folds = tuple(fold for link in links for fold in link.folds)
+    whole = list(links)
     up = _walk(links, LOW)
     down = _walk(links, HIGH)
+    if up and up[-1].ends[1] == BROKEN and (other := _walk(whole, HIGH))[-1].ends[1] == LOW:
+        links, up, down = whole, [], other
     order = _joined(solver, [*up, *(_reversed(link) for link in reversed(down))])
     return Curve(order, _joined(solver, links), folds, tuple(ended))
 
@@ -144,7 +149,7 @@ def _from(
     solver: Solver, start: int, up: bool, known: list[tuple[float, bool]], low: float, high: float
 ) -> Iterator[Motion]:  # fmt: skip
     first = solver.first(low if start == LOW else high) if start < 0 else _at_edge(solver, known[start][0])
-    yield from solver.within(first, low, high, up)
+    yield from solver.within(first, low, high, up, MOST_MOTIONS)
 
 
 def _at_edge(solver: Solver, omega: float) -> Motion:
@@ -182,7 +187,7 @@ def _whole(solver: Solver, omega: np.ndarray, ended: list[float]) -> Iterator[_L
         motions: list[Motion] = []
         end = BROKEN
         try:
-            for motion in solver.branch(start, stop):
+            for motion in solver.within(solver.first(start), low, high, stop > start, MOST_MOTIONS):
                 motions.append(motion)
             end = LOW if motions[-1].omega < (low + high) / 2 else HIGH
         except NoConvergence as failed:

@@ -17,7 +17,7 @@ from ..signals.arrays import read_only
 from .branch import Branch
 from .condensed import condensed
 from .continuation import NoConvergence
-from .forced import _resolution
+from .forced import resolution
 from .nonlinear_mode import FreeMotion, NonlinearMode
 from .vibrations import UNITS, Vibrations, complex_amplitudes
 
@@ -183,7 +183,7 @@ def backbone(
     -----
     M. Krack, Nonlinear modal analysis of nonconservative systems, Computers & Structures 154 (2015) 59-71.
     """
-    harmonics, samples = _resolution(harmonics, samples, 1, modes)
+    harmonics, samples = resolution(harmonics, samples, 1, modes)
     if not isinstance(mode, numbers.Integral) or isinstance(mode, bool):
         raise ClearanceError(f"mode must be a whole number, got {mode!r}")
     system = condensed(rig, law, rig.shaker.kind, (), harmonics, modes)

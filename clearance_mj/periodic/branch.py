@@ -100,7 +100,7 @@ class Branch(Vibrations):
         return None if self.multipliers is None else np.abs(self.multipliers[:, 0]) <= 1 + ROUNDING
 
     def plot(self, quantity: str = "acceleration", rows: Sequence[int] | None = None) -> Figure:
-        """Draw amplitudes over frequency: stable vibrations as lines, unstable ones dashed, special points marked.
+        """Draw amplitudes over frequency or level: stable vibrations as lines, unstable dashed, special points marked.
 
         Parameters
         ----------
@@ -121,16 +121,18 @@ class Branch(Vibrations):
         figure = Figure(figsize=(8, 4.5), layout="constrained")
         axes = figure.subplots()
         stable = self.stable if self.stable is not None else np.ones(self.frequency.size, dtype=bool)
+        x = self.frequency if self.over == "frequency" else np.abs(self.level).max(axis=1)
         for i, (row, name) in enumerate(names.items()):
             colour = f"C{i % 10}"
-            axes.plot(self.frequency, amplitude[:, row], "--", color=colour, lw=1)
-            axes.plot(self.frequency, np.where(stable, amplitude[:, row], np.nan), color=colour, label=name)
+            axes.plot(x, amplitude[:, row], "--", color=colour, lw=1)
+            axes.plot(x, np.where(stable, amplitude[:, row], np.nan), color=colour, label=name)
         for kind, marker in MARKERS.items():
             at = [point.index for point in self.special if point.kind == kind]
             for i, row in enumerate(names):
                 label = kind if at and not i else None
-                axes.plot(self.frequency[at], amplitude[at, row], marker, color="k", mfc="w", ms=5, label=label)
-        axes.set_xlabel("frequency (Hz)")
+                axes.plot(x[at], amplitude[at, row], marker, color="k", mfc="w", ms=5, label=label)
+        unit = "m/s²" if self.kind == "base" else "N"
+        axes.set_xlabel("frequency (Hz)" if self.over == "frequency" else f"level ({unit})")
         axes.set_ylabel(f"amplitude of the {quantity.replace('_', ' ')} ({UNITS[quantity]})")
         axes.set_yscale("log")
         axes.legend()

@@ -20,7 +20,6 @@ from .condensed import Condensed, grid, slopes
 __all__ = ["CameBack", "Follower", "Motion", "NoConvergence", "Solver", "difference"]
 
 TOLERANCE = 1e-9
-"""of the motion: what the balance may leave"""
 ITERATIONS = 25
 """of Newton's method"""
 SLOW = 0.1
@@ -77,6 +76,8 @@ class Follower(ABC):
     """m: smaller motions are measured by it"""
     jacobian: np.ndarray
     """(size + 1, size + 1) derivatives by the unknowns and the parameter; the last row is room"""
+    tolerance = TOLERANCE
+    """of the motion: what the equations may leave"""
 
     @abstractmethod
     def _left(self, parameter: float, z: np.ndarray, y: np.ndarray, want: bool) -> tuple[np.ndarray, ...]:
@@ -92,7 +93,7 @@ class Follower(ABC):
         factors = self._factors(row, scale, pace)
         for _ in range(ITERATIONS):
             now = self._norm(left, beside - y, scale)
-            if now < TOLERANCE:
+            if now < self.tolerance:
                 return self._motion(omega, z, y, force, factors, scale, pace)
             if now > SLOW * old and old < np.inf:
                 self._left(omega, z, y, True)
@@ -106,7 +107,7 @@ class Follower(ABC):
                 if ahead > 0:
                     found = self._left(ahead, moved, beside, False)
                     then = self._norm(found[0], found[2] - beside, scale)
-                    if then < (1 - share / 4) * now or then < TOLERANCE:
+                    if then < (1 - share / 4) * now or then < self.tolerance:
                         break
                 share /= 2
                 if share < SMALLEST_DAMPING:
@@ -165,7 +166,9 @@ class Follower(ABC):
         sign = np.sign(found.tangent @ difference(before, found)) * np.sign(step) or 1.0
         return replace(found, tangent=sign * found.tangent)
 
-    def within(self, motion: Motion, low: float, high: float, up: bool = True) -> Iterator[Motion]:
+    def within(
+        self, motion: Motion, low: float, high: float, up: bool = True, most: int = MOST_POINTS
+    ) -> Iterator[Motion]:  # fmt: skip
         """Yield a motion and those that follow it, upwards first or downwards, until they leave a range.
 
         Raises
@@ -186,7 +189,7 @@ class Follower(ABC):
         """
         yield motion
         step = 1e-3
-        for _ in range(MOST_POINTS):
+        for _ in range(most):
             found = self.ahead(motion, step)
             if found is None and step < SHARP_CORNER:
                 found = self._around_corner(motion)

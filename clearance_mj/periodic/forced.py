@@ -16,7 +16,7 @@ from .condensed import condensed
 from .continuation import Solver
 from .following import follow
 
-__all__ = ["response"]
+__all__ = ["excitation_kind", "resolution", "response"]
 
 SAMPLES = 12
 """per harmonic: contacts are not smooth"""
@@ -82,13 +82,19 @@ def response(
     """
     levels = _levels(level)
     start, stop = _frequencies(frequencies)
-    harmonics, samples = _resolution(harmonics, samples, len(levels), modes)
-    kind = rig.shaker.kind if kind is None else kind
-    if kind not in ("base", "force"):
-        raise ExcitationError(f'kind must be "base" or "force", got {kind!r}')
+    harmonics, samples = resolution(harmonics, samples, len(levels), modes)
+    kind = excitation_kind(rig, kind)
     system = condensed(rig, law, kind, levels, harmonics, modes)
     solver = Solver(system, harmonics, samples)
     return follow(solver, solver.branch(2 * np.pi * start, 2 * np.pi * stop), stability)
+
+
+def excitation_kind(rig: Rig, kind: str | None) -> str:
+    """Return the kind of an excitation that was asked for, or the shaker's."""
+    kind = rig.shaker.kind if kind is None else kind
+    if kind not in ("base", "force"):
+        raise ExcitationError(f'kind must be "base" or "force", got {kind!r}')
+    return kind
 
 
 def _levels(level: complex | Sequence[complex]) -> list[complex]:
@@ -111,7 +117,8 @@ def _frequencies(frequencies: tuple[float, float]) -> tuple[float, float]:
     return start, stop
 
 
-def _resolution(harmonics: int, samples: int | None, excited: int, modes: int) -> tuple[int, int]:
+def resolution(harmonics: int, samples: int | None, excited: int, modes: int) -> tuple[int, int]:
+    """Return numbers of harmonics and samples after a check."""
     for name, value in (("harmonics", harmonics), ("samples", samples), ("modes", modes)):
         whole = isinstance(value, numbers.Integral) and not isinstance(value, bool)
         if not (whole or (value is None and name == "samples")):

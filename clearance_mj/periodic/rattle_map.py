@@ -20,7 +20,7 @@ from .arcs import Vibrations, curve
 from .condensed import condensed
 from .continuation import Motion, Solver
 from .following import expanded
-from .forced import _resolution
+from .forced import excitation_kind, resolution
 from .in_gap import filled, linear_in_gap
 from .stability import Located
 
@@ -35,6 +35,8 @@ QUANTITIES = {
     "displacement": ("clearance", "m"), "acceleration": ("response", "m s-2"),
 }  # fmt: skip
 SWEEPS = ("up", "down")
+TOLERANCE = 1e-6
+"""of the motion: what the balance may leave"""
 
 
 class Jump(NamedTuple):
@@ -262,10 +264,8 @@ def rattle_map(
     Processes start by importing the calling script: start a map below ``if __name__ == "__main__"``.
     """
     levels, frequencies = _increasing(levels, "levels", 1), _increasing(frequencies, "frequencies", 2)
-    harmonics, samples = _resolution(harmonics, samples, 1, modes)
-    kind = rig.shaker.kind if kind is None else kind
-    if kind not in ("base", "force"):
-        raise ExcitationError(f'kind must be "base" or "force", got {kind!r}')
+    harmonics, samples = resolution(harmonics, samples, 1, modes)
+    kind = excitation_kind(rig, kind)
     if workers is not None and workers < 1:
         raise ClearanceError(f"workers must be 1 or more, got {workers}")
     rigs = [rig] if gaps is None else [_with_gaps(rig, gap) for gap in gaps]
@@ -353,6 +353,7 @@ def _row(case: _Case) -> _Row:
     frequency = np.frombuffer(case.frequencies)
     system = condensed(case.rig, case.law, case.kind, [case.level], case.harmonics, case.modes)
     solver = Solver(system, case.harmonics, case.samples)
+    solver.tolerance = TOLERANCE
     found = curve(solver, 2 * np.pi * frequency)
     cells = np.concatenate((found.order.cell, found.beside.cell))
     vibrations = np.bincount(cells, minlength=frequency.size)
