@@ -177,9 +177,9 @@ class Follower(ABC):
             Where Newton's method finds no next motion; what was yielded stays.
         """
         up_or_down = np.sign(motion.tangent[-1] * (1 if up else -1) or 1.0)
-        yield from self.onwards(replace(motion, tangent=up_or_down * motion.tangent), low, high)
+        yield from self.onwards(replace(motion, tangent=up_or_down * motion.tangent), low, high, most)
 
-    def onwards(self, motion: Motion, low: float, high: float) -> Iterator[Motion]:
+    def onwards(self, motion: Motion, low: float, high: float, most: int = MOST_POINTS) -> Iterator[Motion]:
         """Yield a motion and those that follow it along its tangent, until they leave a range.
 
         Raises
