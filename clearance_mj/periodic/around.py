@@ -43,7 +43,7 @@ def _until_end(solver: Solver, motion: Motion, low: float, high: float) -> tuple
     """Motions from one on along its tangent, and why they end, "" at an end of the range."""
     found: list[Motion] = []
     try:
-        for each in until_halved(solver, _until_closed(solver, solver.onwards(motion, low, high))):
+        for each in _until_closed(solver, until_halved(solver, motion, low, high)):
             found.append(each)
     except CameBack as end:
         if str(end) != BACKWARDS:

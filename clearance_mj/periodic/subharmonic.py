@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 
@@ -19,6 +20,8 @@ AWAY = (1e-2, 3e-3, 3e-2, 1e-1)
 """of the motion: how much the doubled one has of what changes its sign from period to period, where it begins"""
 NEAR = 0.02
 """of the frequency, by which it may lie beside the doubling"""
+FALLEN, RESTARTS = 1e-2, 4
+"""share of what changes its sign that a step leaves if it falls onto the undoubled vibration; how often it may"""
 SAME_POINT = 1e-3
 """of the frequency: how far from its ends a doubled branch's multiplier may pass 1, but for rounding of both"""
 
@@ -73,7 +76,7 @@ def doubled(branch: Branch, point: SpecialPoint, stability: bool = True) -> Bran
             f"beside the period doubling at {point.frequency:.6g} Hz no doubled vibration was found; follow the branch "
             "with more harmonics"
         )
-    motions = until_halved(solver, solver.onwards(motion, values.min(), values.max()))
+    motions = until_halved(solver, motion, values.min(), values.max())
     return _without_ends(follow(solver, motions, stability))
 
 
@@ -119,8 +122,8 @@ def _doublings(
     yield state(index)
 
 
-def until_halved(solver: Solver, motions: Iterator[Motion]) -> Iterator[Motion]:
-    """Yield motions until one comes again after half its period.
+def until_halved(solver: Solver, motion: Motion, low: float, high: float) -> Iterator[Motion]:
+    """Yield a motion and those along its tangent until one comes again after half its period, or leaves a range.
 
     There the part that changes its sign from half to half passes zero, and the branch would go back along itself.
 
@@ -128,16 +131,36 @@ def until_halved(solver: Solver, motions: Iterator[Motion]) -> Iterator[Motion]:
     ------
     CameBack
         Then.
+    NoConvergence
+        Where Newton's method finds no next motion; what was yielded stays.
     """
     changing = _changing(solver.harmonics)
     before: Motion | None = None
-    for motion in motions:
-        if before is not None and np.sum(changing * before.z * motion.z) < 0:
-            last = _last(solver, before, motion)
+    for each in _beside_halved(solver, motion, low, high):
+        if before is not None and np.sum(changing * before.z * each.z) < 0:
+            last = _last(solver, before, each)
             yield last
             raise CameBack(f"its period is halved at {place(solver, last.omega)}")
-        yield motion
-        before = motion
+        yield each
+        before = each
+
+
+def _beside_halved(solver: Solver, motion: Motion, low: float, high: float) -> Iterator[Motion]:
+    """Yield a motion and those along its tangent; where a step falls onto the halved period, go on with short ones.
+
+    If they fall as well, the period is halved there: with contacts the doubled part may end with a jump.
+    """
+    changing = _changing(solver.harmonics)
+    yield motion
+    for _ in range(RESTARTS):
+        for each in itertools.islice(solver.onwards(motion, low, high), 1, None):
+            if np.linalg.norm(changing * each.z) < FALLEN * np.linalg.norm(changing * motion.z):
+                break
+            yield each
+            motion = each
+        else:
+            return
+    raise CameBack(f"its period is halved at {place(solver, motion.omega)}")
 
 
 def _last(solver: Solver, before: Motion, after: Motion) -> Motion:

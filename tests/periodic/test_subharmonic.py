@@ -14,7 +14,7 @@ from clearance_mj.periodic import SpecialPoint
 from clearance_mj.rig import Bushing, Contact, Grease, Rig, Sensor, Shaker
 from clearance_mj.structure import Matrices
 
-from .test_published import TURN
+from .test_published import STIFFNESS, STOP, TURN, UNILATERAL
 
 DAMPING, SQUARE, CUBIC, FORCE = 0.05, 0.1, 0.03, 2.4
 
@@ -134,6 +134,26 @@ def test_a_doubled_branch_doubles_again():
     assert again.frequency[0] == pytest.approx(doublings(twice)[0].frequency, rel=1e-3)
     x = again.displacement[:, 0]
     assert np.linalg.norm(x[-1, 1::2]) > 0.1 * np.linalg.norm(x[-1])  # orders 1/4, 3/4, ...
+
+
+@pytest.mark.slow
+def test_two_masses_and_a_one_sided_spring_with_twice_the_period(measured):
+    """NLvib's third example, with twice the period between its two doublings."""
+    branch = periodic.response(UNILATERAL, STOP, 0.1, (0.8 / TURN, 0.5 / TURN), 61, 1024)
+    first, second = doublings(branch)
+    twice = periodic.doubled(branch, second)
+    assert twice.ended.startswith("its period is halved")
+    # The multiplier passes -1 where the balance doubles but for the few samples of the contact.
+    assert twice.frequency[[-1, 0]] == pytest.approx([first.frequency, second.frequency], rel=5e-3)
+
+    def force(x, v):
+        return -STIFFNESS @ x - 0.03 * STIFFNESS @ v - np.array([100.0 * max(x[0] - 1, 0), 0])
+
+    index = np.argmin(np.abs(TURN * twice.frequency - 0.745))
+    assert twice.stable[index]
+    known = marched(force, twice, index, np.array([0.0, 1.0]), 250)
+    off = np.abs(twice.displacement[index, :, 1:3] / known[:, 1:] - 1).max()
+    measured.below("doubled period, one-sided spring: orders 1/2 and 1", off, 1e-3, "DOP853's march")
 
 
 def test_refusals():
