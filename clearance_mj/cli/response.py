@@ -74,6 +74,9 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
     write_text(options.out / "response.json", text)
     for branch in branches:
         print("\n  ".join(words(branch)))
+    for level in basins:
+        lost = 100 * sum(shares[-1] for shares in level["shares"]) / len(level["shares"])
+        print(f"{level['new']} more branches from random starts, of which {lost:.0f} % came to none that repeats")
     print(f"response: {options.out / 'response.csv'}")
     return result | {"out": str(options.out)}
 
@@ -127,4 +130,5 @@ def _with_isolas(options: argparse.Namespace, known: list[Branch]) -> dict[str, 
     found = isolas(known, options.isolas, workers=options.workers, progress=words)
     known += found.branches
     level = float(abs(known[0].level[0, 0]))
-    return {"level": level, "frequency": found.frequency.tolist(), "shares": found.basins.tolist()}
+    new = len(found.branches)
+    return {"level": level, "new": new, "frequency": found.frequency.tolist(), "shares": found.basins.tolist()}

@@ -2,6 +2,7 @@
 
 import csv
 import json
+from functools import partial
 
 import numpy as np
 import pytest
@@ -104,3 +105,17 @@ def test_a_law_over_time_is_refused(tmp_path, refused):
         "response", RIG, "--law", tmp_path / "law.json", "--level", "2", "--out", tmp_path / "o"
     )
     assert not (tmp_path / "o").exists()
+
+
+def test_random_starts_and_period_doublings(law, tmp_path, capsys, monkeypatch):
+    """At 48 Hz and 6 m/s² the Table-1 rig has one vibration, which every start comes to; its period doubles nowhere."""
+    from clearance_mj.cli import main
+
+    monkeypatch.setattr(periodic, "isolas", partial(periodic.isolas, frequencies=[48.0]))
+    told = ["--level", "6", "--from", "47.5", "--to", "49", "--harmonics", "5", "--isolas", "2", "--period-doublings"]
+    out = tmp_path / "out"
+    assert main(["response", str(RIG), "--law", str(law), *told, "--quiet", "--out", str(out)]) == 0
+    assert "0 more branches from random starts, of which 0 % came to none that repeats" in capsys.readouterr().out
+    stored = json.loads((out / "response.json").read_text(encoding="utf-8"))
+    assert len(stored["branches"]) == 1
+    assert stored["isolas"] == [{"level": 6.0, "new": 0, "frequency": [48.0], "shares": [[1.0, 0.0]]}]
