@@ -37,7 +37,7 @@ def _options(parser: argparse.ArgumentParser) -> None:
     option("--frf", type=float, metavar="HZ", help="write a record's FRFs (H1, Hann) with lines this far apart")
     option("--reference", metavar="DOF", help="of FRFs to several references write those to one, such as 5:+Z")
     option("--band", type=float, nargs=2, metavar=("LO", "HI"), help="band of the excitation, Hz")
-    option("--role", help="of the records of a dataset: identify or validate (default: identify)")
+    option("--role", help="of the records of a dataset: identify, validate or sine (default: identify)")
     option(
         "--level", type=float, help="RMS of the excitation of records that validate, m/s² or N (default: as measured)"
     )

@@ -23,7 +23,7 @@ from .uff import scan_uff, write_uff
 
 __all__ = ["BASE_NODE", "ROLES", "SHAKER_NODE", "Dataset", "Record", "dataset_schema", "write_dataset"]
 
-ROLES = ("identify", "validate")
+ROLES = ("identify", "validate", "sine")
 
 _NEEDS = "a dataset is a folder with rig.toml, dataset.toml and the .uff file of each record that it lists"
 
@@ -82,6 +82,11 @@ class Dataset:
     def validate(self) -> tuple[Record, ...]:
         """Records kept back, to test predictions on."""
         return tuple(r for r in self.records if r.role == "validate")
+
+    @property
+    def sines(self) -> tuple[Record, ...]:
+        """Records under stepped sines, to show beside what a law does under sines."""
+        return tuple(r for r in self.records if r.role == "sine")
 
     @classmethod
     def load(cls, path: str | Path) -> Dataset:
@@ -170,7 +175,8 @@ class _Entry:
     file: Annotated[Text, AfterValidator(_file_name)]
     """universal file in the folder"""
     role: Role
-    """identify: the clearance is identified from it; validate: kept back to test predictions on"""
+    """identify: the clearance is identified from it; validate: kept back to test predictions on; sine: under a
+    stepped sine, shown beside what a law does under sines"""
     fs: Positive
     """samples per second"""
     excitation: Text = ""

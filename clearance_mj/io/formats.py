@@ -113,7 +113,7 @@ def read_channels(
 def read_record(
     path: str | PathLike[str],
     rig: Rig,
-    role: Literal["identify", "validate"],
+    role: Literal["identify", "validate", "sine"],
     columns: Columns | None = None,
     fs: float | None = None,
     **described: Any,

@@ -41,7 +41,7 @@ def _rising(band: tuple[float, float]) -> tuple[float, float]:
 
 _NAME = "[A-Za-z0-9][A-Za-z0-9._-]{0,63}"
 RecordName = Annotated[Text, Field(json_schema_extra={"pattern": f"^{_NAME}$"}), AfterValidator(_record_name)]
-Role = Literal["identify", "validate"]
+Role = Literal["identify", "validate", "sine"]
 Kind = Literal["base", "force"]
 Band = Annotated[tuple[NotNegative, NotNegative], AfterValidator(_rising)]
 
@@ -59,7 +59,7 @@ class Record:
     name: RecordName
     """letters, digits, ".", "_", "-": it is also the name of its file"""
     role: Role
-    """ "identify" or "validate" """
+    """ "identify", "validate" or "sine" """
     rig: Rig
     """what was measured"""
     fs: Positive

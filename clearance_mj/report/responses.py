@@ -16,10 +16,14 @@ from ..periodic import Branch
 from ..periodic.branch import MARKERS
 from ..periodic.summaries import is_cut, jumps, parameter, stable_points, unit
 from ..rig import Rig
+from ..signals.sine_steps import SineSteps
 from .style import FONT, TEST, WIDE, Drawing, at_bushings, frequency_axis, letters, sensor_title, sheet, tidy
 
 __all__ = ["draw", "rows", "words"]
 
+WAYS = {True: "^", False: "v"}
+"""markers of stepped sines, upwards or not"""
+STEPS_WORDS = " Triangles: the record under a stepped sine, the end of every step, upwards and downwards."
 PANEL = 1.9
 """in, height"""
 
@@ -76,34 +80,45 @@ def _rows(branch: Branch, number: int) -> pd.DataFrame:
     return pd.DataFrame(columns)
 
 
-def draw(branches: Sequence[Branch], sensors: Sequence[int] | None = None) -> Drawing:
-    """Draw amplitudes of sensors (rows; default: those at the bushings) and clearances over frequency or level."""
-    first = branches[0]
-    figure, caption = draw_branches(branches, sensors)
-    what = "level" if first.over == "level" else "frequency"
-    return Drawing("response", figure, caption, f"Amplitudes of periodic vibrations over {what}.")
+def draw(
+    branches: Sequence[Branch], sensors: Sequence[int] | None = None, measured: Sequence[SineSteps] = ()
+) -> Drawing:
+    """Draw amplitudes of sensors (rows; default: those at the bushings) and clearances over frequency or level.
 
-
-def draw_branches(branches: Sequence[Branch], sensors: Sequence[int] | None = None) -> tuple[Any, str]:
-    """Return the figure of branches, and its caption."""
-    first = branches[0]
-    rig = first.rig
+    Steps of stepped sines are drawn over branches over frequency.
+    """
+    rig = branches[0].rig
     shown = list((at_bushings(rig) or [len(rig.sensors) - 1]) if sensors is None else sensors)
     panels: list[tuple[str, int]] = [("acceleration", row) for row in shown]
     panels += [("clearance_displacement", j) for j in range(len(rig.bushings))]
     colours = _colours(branches)
     height = -(-len(panels) // 2)
-    figure = sheet(PANEL * height + 0.3 * (height - 1), _key(branches, colours))
+    figure = sheet(PANEL * height + 0.3 * (height - 1), _key(branches, colours, measured))
     axes = figure.subplots(height, 2, squeeze=False, gridspec_kw={"hspace": 0.26, "wspace": 0.24}).ravel()
     for ax in axes[len(panels) :]:
         ax.axis("off")
     for i, (ax, letter, (quantity, row)) in enumerate(zip(axes, letters(len(panels)), panels)):
         for branch, colour in zip(branches, colours):
             _curve(ax, branch, quantity, row, colour)
+        for steps in measured:
+            _steps(ax, steps, rig, quantity, row)
         _label(ax, f"{letter} {_title(rig, quantity, row)}", quantity)
         _abscissa(ax, branches, i >= len(panels) - 2)
     figure.align_ylabels(axes[: len(panels)])
-    return figure, _caption(branches)
+    what = "level" if branches[0].over == "level" else "frequency"
+    alt = f"Amplitudes of periodic vibrations over {what}."
+    return Drawing("response", figure, _caption(branches) + (STEPS_WORDS if measured else ""), alt)
+
+
+def _steps(ax: Axes, steps: SineSteps, rig: Rig, quantity: str, row: int) -> None:
+    """Draw the steps of a stepped sine, up and down."""
+    values = steps.acceleration if quantity == "acceleration" else steps.displacement
+    if values is None:
+        return
+    y = values[:, row] / (1.0 if quantity == "acceleration" else rig.bushings[row].gap)
+    for upwards, marker in WAYS.items():
+        at = steps.upwards == upwards
+        ax.plot(steps.frequency[at], y[at], marker, color=TEST, mfc="none", ms=3.5, mew=0.6)
 
 
 def _curve(ax: Axes, branch: Branch, quantity: str, row: int, colour: Any) -> None:
@@ -156,7 +171,7 @@ def _fixed(branch: Branch) -> float:
     return float(branch.frequency[0] if branch.over == "level" else abs(branch.level[0, 0]))
 
 
-def _key(branches: Sequence[Branch], colours: Sequence[Any]) -> list[Artist]:
+def _key(branches: Sequence[Branch], colours: Sequence[Any], measured: Sequence[SineSteps]) -> list[Artist]:
     measure = "Hz" if branches[0].over == "level" else unit(branches[0])
     named = {_fixed(branch): colour for branch, colour in zip(branches, colours)}
     handles = [Line2D([], [], color=named[value], label=f"{value:g} {measure}") for value in sorted(named)]
@@ -167,6 +182,11 @@ def _key(branches: Sequence[Branch], colours: Sequence[Any]) -> list[Artist]:
     handles += [Line2D([], [], marker=mark, label=kind, **look) for kind, mark in MARKERS.items() if kind in kinds]
     if any(is_cut(branch) for branch in branches):
         handles.append(Line2D([], [], marker="x", ls="", color=TEST, ms=4.5, mew=0.9, label="not found further"))
+    if measured:
+        handles += [
+            Line2D([], [], marker=marker, label=f"stepped {'up' if upwards else 'down'}", **look | {"mfc": "none"})
+            for upwards, marker in WAYS.items()
+        ]
     return list(handles)
 
 

@@ -15,10 +15,11 @@ from .excitation import Excitation
 from .frf import FRF, estimate_frf, estimate_frf_blocks, join_references, random_error
 from .nonlinear import BestLinear, best_linear, stepped_harmonics
 from .response import Response
+from .sine_steps import SineSteps, sine_steps
 
 __all__ = [
-    "FRF", "Alignment", "BestLinear", "Comparison", "Excitation", "Modes", "Response", "accelerance", "align",
-    "best_linear", "compare", "convert_quantity", "csac", "csf", "estimate_frf", "estimate_frf_blocks", "excitation",
-    "extract_modes", "frac", "join_references", "mac", "mre", "random_error", "relative_error", "rmse_db",
-    "stepped_harmonics",
+    "FRF", "Alignment", "BestLinear", "Comparison", "Excitation", "Modes", "Response", "SineSteps", "accelerance",
+    "align", "best_linear", "compare", "convert_quantity", "csac", "csf", "estimate_frf", "estimate_frf_blocks",
+    "excitation", "extract_modes", "frac", "join_references", "mac", "mre", "random_error", "relative_error",
+    "rmse_db", "sine_steps", "stepped_harmonics",
 ]  # fmt: skip

@@ -12,7 +12,7 @@ from ..files import replacing, to_json, write_text
 from ..io.results import with_parts
 from ..periodic.summaries import of_branch, of_map
 from ..statistics.intervals import CONFIDENCE
-from .periodic import PeriodicVibrations
+from .periodic import missed
 from .study import Study
 
 __all__ = ["study_summary", "write_results"]
@@ -84,14 +84,26 @@ def study_summary(study: Study) -> dict:
             {"law": c.law, "engine": c.engine, "record": c.record.name, "level": c.record.level, **c.statistics}
             for c in study.cases
         ],
-        "periodic": _periodic(study.periodic),
+        "periodic": _periodic(study),
     }
 
 
-def _periodic(found: PeriodicVibrations) -> dict:
+def _periodic(study: Study) -> dict:
+    found = study.periodic
     return {
         "law": found.law,
         "missing": found.missing,
         "branches": [of_branch(branch) for branch in found.branches],
         "rattle_map": found.map and of_map(found.map),
+        "stepped_sines": [
+            {
+                "record": name,
+                "frequency": steps.frequency.tolist(),
+                "level": steps.level.tolist(),
+                "upwards": steps.upwards.tolist(),
+                "acceleration": steps.acceleration.tolist(),
+                "missed": missed(found.branches, steps).tolist() if found.branches else None,
+            }
+            for name, steps in study.sine_steps.items()
+        ],
     }

@@ -11,10 +11,12 @@ import numpy as np
 from ..clearance.law import ConstantLaw, ContactLaw, Law
 from ..errors import ClearanceError
 from ..periodic import Branch, RattleMap, rattle_map, response
+from ..periodic.summaries import stable_points
 from ..rig import Rig
+from ..signals.sine_steps import SineSteps
 from ..tasks import run_tasks
 
-__all__ = ["PeriodicVibrations", "from_both_ends", "has_periodic_vibrations", "periodic_vibrations"]
+__all__ = ["PeriodicVibrations", "from_both_ends", "has_periodic_vibrations", "missed", "periodic_vibrations"]
 
 HARMONICS, MAP_HARMONICS = 9, 7
 """of the branches and of the map; of the Table-1 rig's study 9 find folds as 21 do within 0.002 %, fundamentals within
@@ -36,6 +38,33 @@ class PeriodicVibrations:
     """over level and frequency"""
     missing: str
     """why there is nothing to show; "" if there is"""
+
+
+def missed(branches: tuple[Branch, ...], steps: SineSteps) -> np.ndarray:
+    """Return by which share the amplitude at each sensor misses that of a step, (n, n_sensors).
+
+    It is that of the stable vibrations at the step's frequency, of the branch whose level is nearest; nan beyond its
+    ends.
+
+    Parameters
+    ----------
+    branches : tuple of Branch
+        Over frequency.
+    steps : SineSteps
+        Steps of a record.
+    """
+    found = np.full(steps.acceleration.shape, np.nan)
+    levels = np.array([abs(branch.level[0, 0]) for branch in branches])
+    for i, (frequency, level) in enumerate(zip(steps.frequency, steps.level)):
+        nearest = levels[np.argmin(np.abs(levels - level))]
+        for branch in (branch for branch, own in zip(branches, levels) if own == nearest):
+            stable = stable_points(branch)
+            order = np.flatnonzero(stable)[np.argsort(branch.frequency[stable])]
+            x, y = branch.frequency[order], branch.amplitude()[order] * level / nearest
+            if x.size and x[0] <= frequency <= x[-1]:
+                model = np.array([np.interp(frequency, x, row) for row in y.T])
+                found[i] = model / steps.acceleration[i] - 1
+    return found
 
 
 def has_periodic_vibrations(law: Law) -> bool:

@@ -22,6 +22,7 @@ from ..io.dataset import Dataset, Record
 from ..rig import Rig
 from ..signals.comparison import Comparison, compare
 from ..signals.frf import FRF, estimate_frf
+from ..signals.sine_steps import SineSteps, sine_steps
 from ..statistics import repeatability
 from ..statistics.contact import contact_statistics
 from ..statistics.frf_bands import Band, frf_band, paired_error
@@ -299,6 +300,11 @@ class Study:
 
         inputs = [rig.content(), law.to_dict(), self.levels, band, record.excitation_kind, *code_outside(*_models(law))]
         return stored.periodic(self.cache, f"periodic_{name}", inputs, rig, law, compute)
+
+    @functools.cached_property
+    def sine_steps(self) -> dict[str, SineSteps]:
+        """By record under a stepped sine: frequencies and amplitudes of its steps."""
+        return {record.name: sine_steps(record.response()) for record in self.dataset.sines}
 
     # What it says.
 

@@ -28,6 +28,12 @@ FS = 2048.0
 """Hz"""
 BAND = (5.0, 220.0)
 """Hz"""
+SINE = 1.0
+"""m/s², amplitude of the stepped sine"""
+STEPS = (7.0, 8.5, 9.5, 10.1, 10.4, 10.6, 10.8, 11.0, 12.0, 20.0, 34.0, 40.0, 46.0, 55.0)
+"""Hz, closest where the lowest mode jumps"""
+HOLD = 1.5
+"""s of each"""
 NOISE = 0.01
 """RMS of a sensor's noise over the RMS of its signal"""
 NOISE_STREAM = 2
@@ -41,7 +47,7 @@ class Plan:
     """A record to take: the base's excitation, and the seed of excitation and noise."""
 
     name: str
-    role: Literal["identify", "validate"]
+    role: Literal["identify", "validate", "sine"]
     excitation: Excitation
     description: str
     seed: int
@@ -55,6 +61,8 @@ def plans() -> tuple[Plan, ...]:
     peaks, times = (8.0, 25.0, 60.0, 140.0), (0.5, 4.5, 8.5, 12.5)
     hammer = excitation.hammer(16.0, FS, peak=peaks, width=0.006, times=times, kind="base")
     words = "free decays after half-sine base pulses of 6 ms and 8, 25, 60, 140 m/s² at 0.5, 4.5, 8.5, 12.5 s"
+    sine = excitation.stepped_sine(2 * HOLD * len(STEPS), FS, [*STEPS, *STEPS[::-1]], SINE, kind="base")
+    of_sine = "stepped sine of 1 m/s², 7 to 55 Hz up and down again, 1.5 s each"
     stationary = (
         _stationary(level, letter, 10 * i + j)
         for i, level in enumerate((0.5, 1.0, 2.0, 5.0, 8.0), 1)
@@ -64,6 +72,7 @@ def plans() -> tuple[Plan, ...]:
         Plan("ramp", "identify", ramp, "random 5-220 Hz, level rising from 0.3 to 9 m/s² RMS", 1),
         Plan("hammer", "identify", hammer, words, 2),
         *stationary,
+        Plan("sine_1", "sine", sine, of_sine, 3, SINE / math.sqrt(2)),
     )
 
 

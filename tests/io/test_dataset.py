@@ -300,7 +300,7 @@ def test_list_in_another_encoding(folder):
 @pytest.mark.parametrize(
     ("changes", "part"),
     [
-        ({"role": "train"}, 'role "train" is unknown; use identify or validate'),
+        ({"role": "train"}, 'role "train" is unknown; use identify, validate or sine'),
         ({"kind": "shock"}, 'kind "shock" is unknown; use base or force'),
         ({"kind": "force"}, "has no force at node 200 along Z, the excitation of a record of kind"),
         ({"fs": 1024.0}, "is sampled at 512 Hz, the record at 1024 Hz"),

@@ -16,8 +16,10 @@ from clearance_mj.periodic.summaries import stable_points
 from clearance_mj.report.html import Section, page
 from clearance_mj.report.sections._periodic import sines, special_points, unknown
 from clearance_mj.report.writer import ReportWriter
+from clearance_mj.signals import SineSteps
 from clearance_mj.study import IdentifiedLaw, Study, study_summary
 from clearance_mj.study import periodic as of_study
+from clearance_mj.study.periodic import missed
 
 from .conftest import LAW, RIG, under_sines
 
@@ -60,6 +62,30 @@ def test_the_section_says_which_law_and_what_it_does(study, tmp_path):
     said = text_of(study, tmp_path)
     assert "What law “constant” does where the excitation is a sine" in said
     assert "(5 harmonics)" in said and "gap 0.3 mm: touches first from" in said
+
+
+def steps_of(branch, frequencies, factor):
+    """What a stepped sine of the branch's level would show if the rig moved by a factor more."""
+    at = [int(np.argmin(np.abs(branch.frequency - f))) for f in frequencies]
+    accelerations = factor * branch.amplitude()[at]
+    up = np.ones(len(at), dtype=bool)
+    return SineSteps(branch.frequency[at], np.full(len(at), abs(branch.level[0, 0])), up, accelerations, None)
+
+
+def test_a_stepped_sine_is_compared_with_the_branch_of_its_level():
+    """1.1 times the branch's amplitudes: the law misses -1/11; nothing beyond the branch's ends."""
+    branches = under_sines().branches
+    steps = steps_of(branches[0], [10.0, 30.0, 39.0, 80.0], 1.1)
+    np.testing.assert_allclose(missed(branches, steps), -1 / 11, rtol=1e-9)
+    assert np.isnan(missed(branches, dataclasses.replace(steps, frequency=steps.frequency + 100.0))).all()
+
+
+def test_a_stepped_sine_is_drawn_and_said(study, tmp_path):
+    beside = Study.from_results(study.dataset, study.laws, periodic=under_sines())
+    beside.sine_steps = {"sine_4": steps_of(under_sines().branches[1], [10.0, 20.0, 80.0], 1 / 1.05)}
+    said = text_of(beside, tmp_path)
+    assert "record sine_4, 3 steps of 4 m/s²" in said and "by 5 % in the median" in said
+    assert "Triangles: the record under a stepped sine" in said
 
 
 def test_branches_that_end_early_are_said():

@@ -4,9 +4,13 @@ from __future__ import annotations
 
 from itertools import groupby
 
+import numpy as np
+
 from ...periodic import Branch
 from ...periodic.summaries import is_cut, jumps, unit
+from ...signals.sine_steps import SineSteps
 from ...study import Study
+from ...study.periodic import missed
 from .. import rattle_maps, responses
 from ..html import render
 from ..tables import Column, Table
@@ -27,12 +31,27 @@ def sines(study: Study, writer: ReportWriter) -> str:
         return render("sines.html.j2", study=study, found=found)
     writer.csv("response", responses.rows(found.branches))
     writer.csv("rattle_map", rattle_maps.rows(found.map))
+    steps = study.sine_steps
     return render(
-        "sines.html.j2", study=study, found=found,
-        response=writer.figure(responses.draw(found.branches)), special=special_points(found.branches),
-        unknown=unknown(found.branches),
-        map=writer.figure(rattle_maps.draw(found.map)), lines=list(rattle_maps.words(found.map)),
+        "sines.html.j2", study=study, found=found, special=special_points(found.branches),
+        response=writer.figure(responses.draw(found.branches, measured=list(steps.values()))),
+        beside=[_beside(name, found.branches, of_record) for name, of_record in steps.items()],
+        unknown=unknown(found.branches), map=writer.figure(rattle_maps.draw(found.map)),
+        lines=list(rattle_maps.words(found.map)),
     )  # fmt: skip
+
+
+def _beside(name: str, branches: tuple[Branch, ...], steps: SineSteps) -> str:
+    """Say by how much the law misses a stepped sine."""
+    off = np.abs(missed(branches, steps))
+    known = off[np.isfinite(off)]
+    if not known.size:
+        return f"record {name} has no step within the law’s branches"
+    return (
+        f"record {name}, {steps.frequency.size} steps of {np.median(steps.level):.3g} {unit(branches[0])}: the law’s "
+        f"amplitudes at the sensors miss those measured by {100 * np.median(known):.2g} % in the median, nine tenths "
+        f"by less than {100 * np.quantile(known, 0.9):.2g} %"
+    )
 
 
 def unknown(branches: tuple[Branch, ...]) -> list[str]:
