@@ -61,7 +61,7 @@ def test_stability_by_folds_is_that_of_the_multipliers():
 def test_the_section_says_which_law_and_what_it_does(study, tmp_path):
     said = text_of(study, tmp_path)
     assert "What law “constant” does where the excitation is a sine" in said
-    assert "(5 harmonics)" in said and "gap 0.3 mm: touches first from" in said
+    assert "(9 harmonics)" in said and "gap 0.3 mm: touches first from" in said
 
 
 def steps_of(branch, frequencies, factor):
