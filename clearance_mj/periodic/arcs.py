@@ -85,7 +85,8 @@ def curve(solver: Solver, omega: np.ndarray) -> Curve:
     if up and up[-1].ends[1] == BROKEN and (other := _walk(whole, HIGH))[-1].ends[1] == LOW:
         links, up, down = whole, [], other
     order = _joined(solver, [*up, *(_reversed(link) for link in reversed(down))])
-    return Curve(order, _joined(solver, links), folds, tuple(ended))
+    beside = _joined(solver, links, order)[order.cell.size :]
+    return Curve(order, beside, folds, tuple(ended))
 
 
 def _gaps(solver: Solver, omega: np.ndarray, known: list[tuple[float, bool]]) -> Iterator[_Link]:
@@ -269,10 +270,10 @@ def _folds(w: np.ndarray) -> Iterator[tuple[float, bool]]:
     yield from turns
 
 
-def _joined(solver: Solver, links: list[_Link]) -> Vibrations:
-    """The vibrations of stretches, those that several have once."""
+def _joined(solver: Solver, links: list[_Link], known: Vibrations | None = None) -> Vibrations:
+    """The vibrations of stretches behind those known already, those that several have once."""
     k = 2 * solver.harmonics + 1
-    known = Vibrations(
+    known = known or Vibrations(
         np.zeros(0, dtype=int), np.zeros((0, solver.size // k, k)), np.zeros((0, solver.points, k))
     )  # fmt: skip
     for link in links:
