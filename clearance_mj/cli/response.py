@@ -1,4 +1,4 @@
-"""clearance-mj response: periodic vibrations over frequency, the unstable ones too."""
+"""clearance-mj response: periodic vibrations over frequency or level, the unstable ones too."""
 
 from __future__ import annotations
 
@@ -18,20 +18,24 @@ if TYPE_CHECKING:  # a command imports what it needs when it runs
     from ..periodic import Branch
     from ..rig import Rig
 
+START, STOP = 5.0, 220.0
+"""Hz"""
 SAME = 1e-3
-"""of the frequency: how near to the end of a doubled branch a period doubling is that branch's own"""
+"""of the frequency or level: how near to the end of a doubled branch a period doubling is that branch's own"""
 
 
 def _options(parser: argparse.ArgumentParser) -> None:
     option = parser.add_argument
     add_periodic(parser)
     add_kind(parser)
-    option(
-        "--level", type=numbers, required=True, metavar="A,...",
-        help="amplitudes of a sine, m/s² of the base or N: a list, or a range FROM:TO:COUNT",
+    over = parser.add_mutually_exclusive_group(required=True)
+    over.add_argument(
+        "--level", type=numbers, metavar="A,...",
+        help="amplitudes of a sine, m/s² of the base or N: a list, or a range FROM:TO:COUNT; follows over frequency",
     )  # fmt: skip
-    option("--from", dest="start", type=float, default=5.0, metavar="HZ", help="(default: %(default)s)")
-    option("--to", dest="stop", type=float, default=220.0, metavar="HZ", help="downwards too (default: %(default)s)")
+    over.add_argument("--frequency", type=numbers, metavar="HZ,...", help="Hz, a list or range; follows over level")
+    option("--from", dest="start", type=float, metavar="X", help="first frequency, Hz (default: 5), or level")
+    option("--to", dest="stop", type=float, metavar="X", help="last frequency, Hz (default: 220), or level")
     option("--sensors", type=_nodes, metavar="NODE,...", help="to draw (default: those in the bushings)")
     option("--period-doublings", action="store_true", help="leave branches where the period doubles, and follow on")
     option(
@@ -50,7 +54,7 @@ def _nodes(text: str) -> list[int]:
 
 
 @command(
-    "response", "follow periodic vibrations over frequency, around folds, without marching in time", _options,
+    "response", "follow periodic vibrations over frequency or level, around folds, without marching in time", _options,
     out=Path("results/response"), out_help="folder for response.csv, .json and .png (default: %(default)s)",
 )  # fmt: skip
 def _run(options: argparse.Namespace) -> dict[str, Any]:
@@ -90,35 +94,51 @@ def _rows_of(rig: Rig, nodes: list[int] | None) -> list[int] | None:
 
 
 def _followed(options: argparse.Namespace, rig: Rig, law: Law) -> list[list[Branch]]:
-    """The branches of each level."""
+    """The branches of each level, or frequency."""
+    from ..periodic import response_over_level
     from ..study.periodic import from_both_ends
     from ..tasks import run_tasks
 
     shared = {name: getattr(options, name) for name in ("harmonics", "samples", "kind", "modes")}
 
-    def follow(level: float) -> list[Branch]:
-        found = from_both_ends(rig, law, level, (options.start, options.stop), **shared)
-        return (
-            [*found, *(new for branch in found for new in _doubled(branch))] if options.period_doublings else [*found]
-        )
+    ends = _ends(options)
 
-    found = dict(run_tasks(follow, options.level, options.workers, progress="" if options.quiet else "levels"))
-    return [found[level] for level in options.level]
+    def follow(value: float) -> list[Branch]:
+        if options.frequency:
+            found = [response_over_level(rig, law, value, ends, **shared)]
+        else:
+            found = list(from_both_ends(rig, law, value, ends, **shared))
+        return found + [new for branch in found for new in _doubled(branch)] if options.period_doublings else found
+
+    wanted = options.frequency or options.level
+    found = dict(run_tasks(follow, wanted, options.workers, progress="" if options.quiet else "branches"))
+    return [found[value] for value in wanted]
+
+
+def _ends(options: argparse.Namespace) -> tuple[float, float]:
+    """Frequencies, or levels, from and to."""
+    if options.frequency and (options.start is None or options.stop is None):
+        raise ClearanceError("--frequency follows over level, from --from to --to: give both")
+    if options.frequency and options.isolas:
+        raise ClearanceError("--isolas are looked for over frequency: give --level")
+    return START if options.start is None else options.start, STOP if options.stop is None else options.stop
 
 
 def _doubled(branch: Branch) -> Iterator[Branch]:
     """What leaves a branch where its period doubles; where one comes back to the branch, it is not left again."""
     from ..periodic import doubled
+    from ..periodic.summaries import parameter
 
     met: list[float] = []
     for point in branch.special:
-        if point.kind == "period doubling" and all(abs(point.frequency / end - 1) > SAME for end in met):
+        at = point.frequency if branch.over == "frequency" else point.level
+        if point.kind == "period doubling" and all(abs(at / end - 1) > SAME for end in met):
             try:
                 new = doubled(branch, point)
             except ClearanceError as error:
                 print(f"clearance-mj: note: {error}", file=sys.stderr)
                 continue
-            met.append(float(new.frequency[-1]))
+            met.append(float(parameter(new)[-1]))
             yield new
 
 

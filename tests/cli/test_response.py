@@ -77,6 +77,8 @@ def test_it_says_folds_and_jumps_and_how_far(law, tmp_path, capsys):
         (["--level", "2", "--kind", "force"], "shaker"),
         (["--level", "2", "--sensors", "6,11"], "the rig has no sensor 11; it has 1, 2, 3, 4, 5, 6, 7, 8"),
         (["--level", "2", "--law", "TYPO"], "typo.json"),
+        (["--frequency", "46", "--from", "2"], "from --from to --to: give both"),
+        (["--frequency", "46", "--from", "2", "--to", "3", "--isolas", "2"], "over frequency: give --level"),
     ],
 )
 def test_refusals(law, tmp_path, refused, arguments, words):
@@ -105,6 +107,26 @@ def test_a_law_over_time_is_refused(tmp_path, refused):
         "response", RIG, "--law", tmp_path / "law.json", "--level", "2", "--out", tmp_path / "o"
     )
     assert not (tmp_path / "o").exists()
+
+
+def test_over_level(law, tmp_path, capsys):
+    """At 46.5 Hz, between the folds at 6 m/s², the rig jumps up and down over level, too."""
+    from clearance_mj.cli import main
+
+    out = tmp_path / "out"
+    told = ["--frequency", "46.5", "--from", "3", "--to", "8", "--harmonics", "9", "--quiet", "--out", str(out)]
+    assert main(["response", str(RIG), "--law", str(law), *told]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    branch = periodic.response_over_level(Rig.load(RIG), LAW, 46.5, (3.0, 8.0), 9)
+    stored = json.loads((out / "response.json").read_text(encoding="utf-8"))["branches"][0]
+    assert stored["over"] == "level" and stored["frequency"] == pytest.approx(46.5) and stored["level"] is None
+    folds = [point.level for point in branch.special if point.kind == "fold"]
+    assert [jump["at"] for jump in stored["jumps"]] == pytest.approx(folds) and len(folds) == 2
+    assert lines[0].startswith("46.5 Hz: ") and "from 3 to 8 m/s²" in lines[0]
+    assert f"fold at {folds[0]:.6g} m/s²: upwards the vibration jumps from" in lines[1]
+    with (out / "response.csv").open(newline="", encoding="utf-8") as file:
+        np.testing.assert_allclose([float(row["level"]) for row in csv.DictReader(file)], np.abs(branch.level[:, 0]))
+    assert (out / "response.png").stat().st_size > 20_000
 
 
 def test_random_starts_and_period_doublings(law, tmp_path, capsys, monkeypatch):
