@@ -9,7 +9,7 @@ import matplotlib.image
 import numpy as np
 import pytest
 
-from clearance_mj.report import figures, style
+from clearance_mj.report import figures, rattle_maps, responses, style
 
 from .conftest import changed
 
@@ -24,6 +24,8 @@ DRAW = {
     "csf_sensors": lambda s: figures.csf_sensors(s, LEVEL),
     "contact": figures.contact,
     "modes": figures.modes,
+    "response": lambda s: responses.draw(s.periodic.branches),
+    "rattle_map": lambda s: rattle_maps.draw(s.periodic.map),
 }
 
 
@@ -44,7 +46,7 @@ def test_nothing_is_cut_off_at_the_edge(drawings, name):
 def test_every_quantity_on_an_axis_has_its_unit(drawings, name):
     labels = [text for ax in drawings[name].figure.axes for text in (ax.get_xlabel(), ax.get_ylabel()) if text]
     assert labels
-    assert all(re.search(r"\((1|%|°|Hz|N|m|dB re 1|m/s² RMS)\)$", text) for text in labels), labels
+    assert all(re.search(r"\((1|%|°|Hz|N|m|dB re 1|m/s²|m/s² RMS)\)$", text) for text in labels), labels
 
 
 @pytest.mark.parametrize("name", ["frf_bushings", "verdict"])
