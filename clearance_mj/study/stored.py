@@ -116,18 +116,18 @@ def periodic(
     def save(found: PeriodicVibrations, path: Path) -> None:
         parts: list[Branch | RattleMap] = [*found.branches, *([found.map] if found.map else [])]
         fields = [{f.name: getattr(part, f.name) for f in dataclasses.fields(part)} for part in parts]
-        arrays: dict[str, np.ndarray] = {}
+        arrays: dict[str, Any] = {}
         others = []
         for i, values in enumerate(fields):
             arrays |= {f"{i}.{key}": value for key, value in values.items() if isinstance(value, np.ndarray)}
             others.append({k: v for k, v in values.items() if not isinstance(v, np.ndarray | Rig | Law)})
         kept = {"law": found.law, "missing": found.missing, "map": found.map is not None, "parts": others}
         with path.open("wb") as file:
-            np.savez(file, allow_pickle=False, kept=json.dumps(kept, default=dataclasses.asdict), **arrays)
+            np.savez(file, kept=json.dumps(kept, default=dataclasses.asdict), **arrays)
 
     def load(path: Path) -> PeriodicVibrations:
         parts: list[dict[str, Any]] = []
-        with np.load(path, allow_pickle=False) as data:
+        with np.load(path) as data:
             kept = json.loads(str(data["kept"]))
             for i, values in enumerate(kept["parts"]):
                 values |= {key.partition(".")[2]: data[key] for key in data if key.startswith(f"{i}.")}
