@@ -34,6 +34,8 @@ class Grid(NamedTuple):
     basis: np.ndarray  # (N, K) harmonic functions
     rate: np.ndarray  # (N, K) their derivatives by the angle
     project: np.ndarray  # (K, N) harmonics of samples
+    even: np.ndarray  # (H + 1, N // 2 + 1) cosines of the first half, which the second half mirrors
+    odd: np.ndarray  # (H + 1, N // 2 + 1) sines of the first half
     moments: np.ndarray  # (N, 4 H + 1) the functions of twice as many harmonics over N: means of products
 
 
@@ -226,29 +228,37 @@ def _first_equal(values: np.ndarray, p: int) -> int:
 @kernel_loop(**OPTIONS)
 def _along_period(grid: Grid, omega: float, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return displacements and speeds (n_points, N) of harmonics (n_points, K)."""
-    points, harmonics = x.shape
-    samples = grid.basis.shape[0]
+    points, n, half = x.shape[0], grid.basis.shape[0], grid.even.shape[1]
     first, count = np.zeros(points, np.int64), 0
-    rows = np.zeros((2 * points, harmonics))
+    even, odd = np.zeros((2 * points, grid.even.shape[0])), np.zeros((2 * points, grid.even.shape[0]))
     for p in range(points):
         first[p] = _first_equal(x, p)
         if first[p] < p:
             continue
-        rows[2 * count, 0] = x[p, 0]
-        for k in range(1, harmonics, 2):
-            rows[2 * count, k], rows[2 * count, k + 1] = x[p, k], x[p, k + 1]
-            pace = (k + 1) // 2 * omega
-            rows[2 * count + 1, k], rows[2 * count + 1, k + 1] = pace * x[p, k + 1], -pace * x[p, k]
-        count += 1
-    histories = np.dot(rows[: 2 * count], grid.basis.T)
-    place, speed = np.empty((points, samples)), np.empty((points, samples))
+        even[count, 0] = x[p, 0]
+        for h in range(1, even.shape[1]):
+            c, s = x[p, 2 * h - 1], x[p, 2 * h]
+            even[count, h], odd[count, h] = c, s
+            even[count + 1, h], odd[count + 1, h] = h * omega * s, -h * omega * c
+        count += 2
+    mirrored, turned = np.dot(even[:count], grid.even), np.dot(odd[:count], grid.odd)
+    place, speed = np.empty((points, n)), np.empty((points, n))
     count = 0
     for p in range(points):
         q = first[p]
-        for i in range(samples):
-            place[p, i] = histories[2 * count, i] if q == p else place[q, i]
-            speed[p, i] = histories[2 * count + 1, i] if q == p else speed[q, i]
-        count += int(q == p)
+        if q < p:
+            for i in range(n):
+                place[p, i], speed[p, i] = place[q, i], speed[q, i]
+            continue
+        for i in range(half):
+            place[p, i], speed[p, i] = (
+                mirrored[count, i] + turned[count, i],
+                mirrored[count + 1, i] + turned[count + 1, i],
+            )
+        for i in range(half, n):
+            place[p, i] = mirrored[count, n - i] - turned[count, n - i]
+            speed[p, i] = mirrored[count + 1, n - i] - turned[count + 1, n - i]
+        count += 2
     return place, speed
 
 
@@ -256,8 +266,9 @@ def _along_period(grid: Grid, omega: float, x: np.ndarray) -> tuple[np.ndarray, 
 def _projected(grid: Grid, samples: np.ndarray) -> np.ndarray:
     """Return harmonics (n_points, K) of forces (n_points, N), of which some are zero or equal."""
     points, n = samples.shape
+    half, weight = grid.even.shape[1], 2.0 / n
     first, count = np.full(points, -1), 0
-    rows = np.empty_like(samples)
+    even, odd = np.zeros((points, half)), np.zeros((points, half))
     for p in range(points):
         acts = False
         for i in range(n):
@@ -266,19 +277,28 @@ def _projected(grid: Grid, samples: np.ndarray) -> np.ndarray:
             continue
         first[p] = _first_equal(samples, p)
         if first[p] == p:
-            for i in range(n):
-                rows[count, i] = samples[p, i]
+            even[count, 0] = samples[p, 0]
+            for i in range(1, half):
+                if 2 * i == n:
+                    even[count, i] = samples[p, i]
+                else:
+                    even[count, i], odd[count, i] = samples[p, i] + samples[p, n - i], samples[p, i] - samples[p, n - i]
             count += 1
-    of_rows = np.dot(rows[:count], grid.project.T)
-    found = np.zeros((points, of_rows.shape[1]))
+    cosines, sines = np.dot(even[:count], grid.even.T), np.dot(odd[:count], grid.odd.T)
+    found = np.zeros((points, 2 * cosines.shape[1] - 1))
     count = 0
     for p in range(points):
         q = first[p]
         if q < 0:
             continue
-        for k in range(of_rows.shape[1]):
-            found[p, k] = of_rows[count, k] if q == p else found[q, k]
-        count += int(q == p)
+        if q < p:
+            for k in range(found.shape[1]):
+                found[p, k] = found[q, k]
+            continue
+        found[p, 0] = 0.5 * weight * cosines[count, 0]
+        for h in range(1, cosines.shape[1]):
+            found[p, 2 * h - 1], found[p, 2 * h] = weight * cosines[count, h], weight * sines[count, h]
+        count += 1
     return found
 
 

@@ -195,7 +195,9 @@ def grid(harmonics: int, samples: int) -> Grid:
     rate[:, 2::2] = order[:harmonics] * basis[:, 1::2]
     weights = np.full(2 * harmonics + 1, 2 / samples)
     weights[0] = 1 / samples
-    return Grid(basis, rate, np.ascontiguousarray((basis * weights).T), products / samples)
+    half = np.outer(np.arange(harmonics + 1), angle[: samples // 2 + 1])
+    project = np.ascontiguousarray((basis * weights).T)
+    return Grid(basis, rate, project, np.cos(half), np.sin(half), products / samples)
 
 
 def slopes(laws: Laws, points: int, samples: int, harmonics: int) -> Slopes:

@@ -31,7 +31,7 @@ def linear_in_gap(solver: Solver) -> bool:
     way, speed = (np.cos(angle) + np.cos(2 * angle)) / 2, -omega * (np.sin(angle) + 2 * np.sin(2 * angle)) / 2
     size = np.tile([INNER * (b.gap - abs(b.offset)) for b in system.rig.bushings], 3)[:, None]
     force = np.empty((solver.points, solver.samples))
-    basis, rate, project, _ = solver.grid
+    basis, rate, project = solver.grid[:3]
     along(system.laws, size * way, size * speed, omega, basis, rate, project, False, force, solver.slopes)
     known = (system.laws.spring + system.laws.damper * omega) * size[:count, 0]
     return bool(np.all(np.abs(force[:count]) <= LINEAR * np.maximum(known, 1e-300)[:, None]))

@@ -378,7 +378,7 @@ def _measured(solver: Solver, omega: np.ndarray, vibrations: Vibrations) -> dict
     depth = np.maximum(np.maximum(place[:, count:] - upper, lower - place[:, count:]), 0.0)
     depth = depth.reshape(len(depth), count, 2, -1).max(axis=2)
     force, most = np.zeros_like(x), np.zeros((len(x), count))
-    basis, rate, project, _ = solver.grid
+    basis, rate, project = solver.grid[:3]
     samples = np.empty(place.shape[1:])
     nonlinear = not linear_in_gap(solver)
     for i, cell in enumerate(vibrations.cell):
