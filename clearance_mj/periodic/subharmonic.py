@@ -22,6 +22,8 @@ NEAR = 0.02
 """of the frequency, by which it may lie beside the doubling"""
 FALLEN, RESTARTS = 1e-2, 4
 """share of what changes its sign that a step leaves if it falls onto the undoubled vibration; how often it may"""
+HALVED = 5e-3
+"""of the motion: how little of what changes its sign is nothing, after there was twice as much"""
 SAME_POINT = 1e-3
 """of the frequency: how far from its ends a doubled branch's multiplier may pass 1, but for rounding of both"""
 
@@ -136,7 +138,13 @@ def until_halved(solver: Solver, motion: Motion, low: float, high: float) -> Ite
     """
     changing = _changing(solver.harmonics)
     before: Motion | None = None
+    largest = 0.0
     for each in _beside_halved(solver, motion, low, high):
+        share = float(np.linalg.norm(changing * each.z) / np.linalg.norm(each.z))
+        largest = max(largest, share)
+        if share < min(HALVED, largest / 2):  # with contacts the rest may take endless short steps
+            yield each
+            raise CameBack(f"its period is halved at {place(solver, each.omega)}")
         if before is not None and np.sum(changing * before.z * each.z) < 0:
             last = _last(solver, before, each)
             yield last
