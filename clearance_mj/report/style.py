@@ -114,6 +114,7 @@ def sheet(
 def tidy(ax: Axes, title: str = "", ylabel: str = "", xlabel: str = "") -> None:
     """Give axes the report's fonts, lines and grid, and their words; labels have quantity and unit."""
     ax.tick_params(labelsize=FONT - 1, width=0.6, length=3)
+    ax.tick_params(which="minor", labelsize=FONT - 2)
     ax.grid(True, color=FAINT, linewidth=0.5)
     ax.set_axisbelow(True)
     for spine in ax.spines.values():

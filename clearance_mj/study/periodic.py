@@ -20,7 +20,7 @@ __all__ = ["PeriodicVibrations", "from_both_ends", "has_periodic_vibrations", "m
 
 HARMONICS, MAP_HARMONICS = 9, 7
 """of the branches and of the map; of the Table-1 rig's study 9 find folds as 21 do within 0.002 %, fundamentals within
-0.1 %, amplitudes within 3 %"""
+0.15 %, amplitudes within 3 %"""
 MAP_LEVELS, MAP_FREQUENCIES = 8, 150
 BEYOND = 1.5
 """times the highest level of the records, to which levels go on"""
