@@ -1,27 +1,35 @@
 """Predict how a shaft that runs through bushings with clearance vibrates.
 
 One way through: a `Rig` and a `Dataset` of records, `identify.law` for the clearance's parameters, `simulate` with an
-engine, `estimate_frf`, and `compare` with the test.
+engine, `estimate_frf`, and `compare` with the test. `physical` is for any MuJoCo model.
+
+Names are imported when they are used, so that a part such as `physical` needs no library that only others need.
 """
 
-from . import beam, identify, periodic, structure
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
 from ._version import __version__
-from .beam import ModalModel
-from .clearance import AmplitudeLaw, ConstantLaw, ContactLaw, Law, TimeLaw, load_law, load_rig_and_law
-from .engines import Links, Modal, ModalMujoco, simulate, simulate_batch, simulate_blocks, simulate_each, solref_solimp
-from .engines.energy import EnergyBalance, energy_balance
-from .errors import ClearanceError, ExcitationError, LawError, RecordError, RigError, SimulationError
-from .io.dataset import Dataset, Record, write_dataset
-from .io.formats import read, write
-from .io.uff import read_uff, write_uff
-from .rig import Beam, Bushing, Contact, Grease, PointMass, Rig, Sensor, Shaker
-from .signals import excitation
-from .signals.comparison import Comparison, compare
-from .signals.correlation import csac, csf, frac, mac, mre, relative_error, rmse_db
-from .signals.ema import extract_modes
-from .signals.excitation import Excitation
-from .signals.frf import FRF, estimate_frf, estimate_frf_blocks
-from .signals.response import Response
+
+if TYPE_CHECKING:  # the same as below, for editors and type checkers
+    from . import beam, identify, periodic, physical, structure
+    from .beam import ModalModel
+    from .clearance import AmplitudeLaw, ConstantLaw, ContactLaw, Law, TimeLaw, load_law, load_rig_and_law
+    from .engines import Links, Modal, ModalMujoco, simulate, simulate_batch, simulate_blocks, simulate_each
+    from .engines.energy import EnergyBalance, energy_balance
+    from .errors import ClearanceError, ExcitationError, LawError, ModelError, RecordError, RigError, SimulationError
+    from .io.dataset import Dataset, Record, write_dataset
+    from .io.formats import read, write
+    from .io.uff import read_uff, write_uff
+    from .physical import solref_solimp
+    from .rig import Beam, Bushing, Contact, Grease, PointMass, Rig, Sensor, Shaker
+    from .signals import excitation
+    from .signals.comparison import Comparison, compare
+    from .signals.correlation import csac, csf, frac, mac, mre, relative_error, rmse_db
+    from .signals.ema import extract_modes
+    from .signals.excitation import Excitation
+    from .signals.frf import FRF, estimate_frf, estimate_frf_blocks
+    from .signals.response import Response
 
 __all__ = [
     "FRF",
@@ -44,6 +52,7 @@ __all__ = [
     "Modal",
     "ModalModel",
     "ModalMujoco",
+    "ModelError",
     "PointMass",
     "Record",
     "RecordError",
@@ -71,6 +80,7 @@ __all__ = [
     "mac",
     "mre",
     "periodic",
+    "physical",
     "read",
     "read_uff",
     "relative_error",
@@ -85,3 +95,43 @@ __all__ = [
     "write_dataset",
     "write_uff",
 ]
+
+_NAMES = {
+    "beam": "ModalModel",
+    "clearance": "AmplitudeLaw ConstantLaw ContactLaw Law TimeLaw load_law load_rig_and_law",
+    "engines": "Links Modal ModalMujoco simulate simulate_batch simulate_blocks simulate_each",
+    "engines.energy": "EnergyBalance energy_balance",
+    "errors": "ClearanceError ExcitationError LawError ModelError RecordError RigError SimulationError",
+    "io.dataset": "Dataset Record write_dataset",
+    "io.formats": "read write",
+    "io.uff": "read_uff write_uff",
+    "physical": "solref_solimp",
+    "rig": "Beam Bushing Contact Grease PointMass Rig Sensor Shaker",
+    "signals.comparison": "Comparison compare",
+    "signals.correlation": "csac csf frac mac mre relative_error rmse_db",
+    "signals.ema": "extract_modes",
+    "signals.excitation": "Excitation",
+    "signals.frf": "FRF estimate_frf estimate_frf_blocks",
+    "signals.response": "Response",
+}
+_HOMES = {name: module for module, names in _NAMES.items() for name in names.split()}
+
+
+def __getattr__(name: str) -> Any:
+    """Import a public name, or a part of the package."""
+    if name in _HOMES:
+        found = getattr(import_module(f"{__name__}.{_HOMES[name]}"), name)
+    else:
+        home = f"{__name__}.{'signals.excitation' if name == 'excitation' else name}"
+        try:
+            found = import_module(home)
+        except ModuleNotFoundError as error:
+            if error.name != home:
+                raise
+            raise AttributeError(f"module {__name__!r} has no attribute {name!r}") from None
+    globals()[name] = found
+    return found
+
+
+def __dir__() -> list[str]:
+    return __all__

@@ -38,5 +38,9 @@ class SimulationError(ClearanceError):
     """A simulation diverged or its solver warned; the message names rig, time and bushing."""
 
 
+class ModelError(ClearanceError):
+    """A MuJoCo model cannot have the contact, limit or clearance that is asked; the message names the element."""
+
+
 class ManoeuvreError(ClearanceError):
     """A path, vehicle, steering or controller setting is impossible; the message says what would be possible."""

@@ -13,7 +13,7 @@ PACKAGE = Path(clearance_mj.__file__).parent
 LAYERS = (
     ("_version", "errors"),
     ("cache", "checks", "files", "matlab", "messages", "output_folder", "parameters", "tasks", "units", "validation"),
-    ("signals",),
+    ("physical", "signals"),
     ("universal",),
     ("structure",),
     ("rig",),

@@ -10,7 +10,6 @@ from .links import Links, build_links
 from .modal import Modal
 from .modal_mj import ModalMujoco, build_modes
 from .simulation import simulate, simulate_blocks
-from .softness import solref_solimp
 from .together import simulate_and_keep, simulate_together
 
 __all__ = [
@@ -27,7 +26,6 @@ __all__ = [
     "simulate_blocks",
     "simulate_each",
     "simulate_together",
-    "solref_solimp",
 ]
 
 for _module in pkgutil.iter_modules(__path__):

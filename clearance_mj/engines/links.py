@@ -17,6 +17,7 @@ from pydantic import Field
 
 from ..beam import ritz_model
 from ..clearance.law import Law
+from ..physical.softness import INVERSE_INERTIA, solref_solimp
 from ..rig import Bushing, Rig
 from ..structure import Shaft
 from ..validation import Positive, Whole
@@ -25,7 +26,6 @@ from .chain import Link
 from .linkage import Linkage, linkage
 from .mujoco_loop import MujocoRun
 from .plant import ARMATURE, FAR, ITERATIONS, STIFF_ROOT, Maps, Plant, held_softness, set_solver, stable_step
-from .softness import INVERSE_INERTIA, solref_solimp
 
 __all__ = ["Links", "build_links"]
 
@@ -309,7 +309,7 @@ def _plant(rig: Rig, links: int) -> Plant:
         _reduce_to_face(plate)
     model = spec.compile()
     ends = [f"{j}{end}" for j in range(len(rig.bushings)) for end in "ab"]
-    model.body_invweight0[1:] = INVERSE_INERTIA  # Â of every contact is then known; see softness.py
+    model.body_invweight0[1:] = INVERSE_INERTIA  # Â of every contact is then known; see physical.softness
     model.tendon_invweight0[:] = INVERSE_INERTIA
     pairs = {model.pair(i).name: i for i in range(model.npair)}  # MuJoCo sorts them
     limits = {model.tendon(i).name: i for i in range(model.ntendon)}

@@ -18,12 +18,12 @@ from pydantic import Field
 from ..beam import MOST_MODES, ritz_model
 from ..clearance.law import Law
 from ..errors import ClearanceError
+from ..physical.softness import INVERSE_INERTIA, solref_solimp
 from ..rig import Rig
 from ..validation import Positive, Whole
 from .base import Engine, Run, register
 from .mujoco_loop import MujocoRun
 from .plant import FAR, Maps, Plant, set_solver, stable_step
-from .softness import INVERSE_INERTIA, solref_solimp
 
 __all__ = ["ModalMujoco", "build_modes"]
 
@@ -106,7 +106,7 @@ def _plant(rig: Rig, modes: int) -> Plant:
     model = spec.compile()
     ritz, mass = ritz_model(rig, modes), _mass(rig, modes)
     root = np.sqrt(mass)
-    model.tendon_invweight0[:] = INVERSE_INERTIA  # Â of every limit is then known; see softness.py
+    model.tendon_invweight0[:] = INVERSE_INERTIA  # Â of every limit is then known; see physical.softness
     at_shaker = root * ritz.input("force") if rig.shaker.forces else np.zeros(ritz.size)
     viscous = mass * ritz.coupling  # the joints have the rest of the damping
     limits = np.arange(2 * len(rig.bushings))

@@ -24,10 +24,10 @@ from ..clearance._pointers import OPTIONS, kernel_loop
 from ..clearance.kernel import Clearance, clearance_records, contact_force, contact_step, follow_law, grease_step
 from ..clearance.law import Law
 from ..errors import LawError, SimulationError
+from ..physical.softness import IMPEDANCE, INVERSE_INERTIA
 from ..rig import Rig
 from .base import Engine, Equations, Run, diverged, location
 from .plant import Maps, Plant, hold, tendon_rows
-from .softness import IMPEDANCE, INVERSE_INERTIA
 
 __all__ = ["MujocoRun"]
 

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from clearance_mj.beam import natural_frequencies
-from clearance_mj.engines import mjcf, solref_solimp
+from clearance_mj.engines import mjcf
+from clearance_mj.physical import solref_solimp
 
 from ..conftest import TABLE1 as RIG
 

@@ -7,8 +7,8 @@ import mujoco
 import numpy as np
 import pytest
 
-from clearance_mj.engines import solref_solimp
 from clearance_mj.errors import LawError
+from clearance_mj.physical import solref_solimp
 
 RELEASED = {0.1: 0.744079, 0.2: 0.571740, 0.3: 0.450975, 0.5: 0.298436}
 MASS, STIFFNESS = 0.7, 2e4

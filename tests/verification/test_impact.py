@@ -31,7 +31,7 @@ from clearance_mj.clearance.lane_greases import lane_greases
 from clearance_mj.engines import ModalMujoco, modal_mj, mujoco_loop
 from clearance_mj.engines._modal_loop import Motion, Shaft, advance
 from clearance_mj.engines.plant import Maps, set_solver
-from clearance_mj.engines.softness import INVERSE_INERTIA
+from clearance_mj.physical.softness import INVERSE_INERTIA
 from clearance_mj.rig import Bushing, Contact, Grease
 
 from ..conftest import TABLE1

@@ -14,10 +14,13 @@ from numpy.typing import ArrayLike
 
 from ..errors import LawError
 
-__all__ = ["IMPEDANCE", "INVERSE_INERTIA", "solref_solimp"]
+__all__ = ["IMPEDANCE", "INVERSE_INERTIA", "solref_solimp", "stiffness_damping", "written"]
 
 IMPEDANCE = 1e-4
 """Smallest impedance that MuJoCo does not clamp."""
+
+LARGEST_IMPEDANCE = 5e-4
+"""Up to which `written` looks for numbers of few digits"""
 
 INVERSE_INERTIA = 1e4
 """1/kg; engines write it over MuJoCo's frozen estimate Â, so that it is known and the parasitic mass is 1e-8 kg."""
@@ -66,3 +69,58 @@ def solref_solimp(
         raise LawError(f"impedance {impedance:g} lies outside 1e-4..0.9999, to which MuJoCo clamps it")
     scale = (1 - impedance) * inverse_inertia
     return np.stack((-k * scale, -c * scale), axis=-1), np.array([impedance, impedance, 1.0, 0.5, 1.0])
+
+
+def stiffness_damping(solref: ArrayLike, impedance: ArrayLike, inverse_inertia: ArrayLike) -> np.ndarray:
+    """Read stiffness and damping out of solver parameters: the inverse of `solref_solimp`.
+
+    Parameters
+    ----------
+    solref : array_like, shape (..., 2)
+        Direct format.
+    impedance : array_like, shape (...)
+        d, constant over the penetration.
+    inverse_inertia : array_like, shape (...)
+        Â of the row, 1/kg.
+
+    Returns
+    -------
+    ndarray, shape (..., 2)
+        k, N/m, and c, N s/m.
+    """
+    scale = (1 - np.asarray(impedance, dtype=float)) * np.asarray(inverse_inertia, dtype=float)
+    return -np.asarray(solref, dtype=float) / scale[..., None]
+
+
+def written(k: float, c: float, inverse_inertia: float) -> tuple[np.ndarray, np.ndarray]:
+    """Solver parameters of six digits, which is what MJCF files keep, that give k and c within 1e-6.
+
+    The impedance may be anything small, so it is chosen, from `IMPEDANCE` up, such that rounding loses nothing of the
+    stiffness and less than 5e-7 of the damping.
+
+    Parameters
+    ----------
+    k, c : float
+        Stiffness, N/m, > 0, and damping, N s/m, >= 0.
+    inverse_inertia : float
+        Â of the row, 1/kg.
+
+    Returns
+    -------
+    solref, solimp : ndarray, shapes (2,) and (5,)
+        As of `solref_solimp`, which says what is refused.
+    """
+    largest = -solref_solimp(k, c, inverse_inertia)[0][0]
+    digit = 10.0 ** (np.floor(np.log10(largest)) - 5)
+    count = int(largest / digit * (LARGEST_IMPEDANCE - IMPEDANCE))
+    stiffness = digit * (np.floor(largest / digit) - np.arange(count + 1))
+    impedance = _six_digits(np.maximum(1 - stiffness / (k * inverse_inertia), IMPEDANCE))
+    exact = c * (1 - impedance) * inverse_inertia
+    lost = np.abs(_six_digits(exact) - exact) / np.maximum(exact, np.finfo(float).tiny)
+    best = int(np.argmax(lost < 5e-7)) if np.any(lost < 5e-7) else int(np.argmin(lost))
+    solref = _six_digits(-np.array([stiffness[best], exact[best]]))
+    return solref, np.array([impedance[best], impedance[best], 1.0, 0.5, 1.0])
+
+
+def _six_digits(values: np.ndarray) -> np.ndarray:
+    return np.array([float(f"{v:.6g}") for v in values])

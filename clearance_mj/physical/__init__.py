@@ -1,0 +1,28 @@
+"""Contacts, limits and backlash of any MuJoCo model with stiffness and damping in physical units.
+
+MuJoCo is the only thing that this part needs, and NumPy: a specification (``mujoco.MjSpec``) gets softness and
+clearances by one call each, `compile` makes the model of it, `check` says what in a model spoils them.
+"""
+
+from .checks import check, compile
+from .clearances import add_annular_clearance, add_backlash
+from .elements import apply
+from .limits import contact, joint_limit, tendon_limit
+from .softness import IMPEDANCE, INVERSE_INERTIA, solref_solimp, stiffness_damping
+from .step import largest_step
+
+__all__ = [
+    "IMPEDANCE",
+    "INVERSE_INERTIA",
+    "add_annular_clearance",
+    "add_backlash",
+    "apply",
+    "check",
+    "compile",
+    "contact",
+    "joint_limit",
+    "largest_step",
+    "solref_solimp",
+    "stiffness_damping",
+    "tendon_limit",
+]

@@ -1,0 +1,160 @@
+"""What in a model spoils the softness that was asked of its contacts, limits and clearances."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import mujoco
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..errors import ModelError
+from .elements import KINDS, apply, asked, compiled, inverse_inertia
+from .softness import LARGEST_IMPEDANCE
+from .step import hardest, softness_of
+
+__all__ = ["check", "compile"]
+
+_SAME = 1e-5
+"""Share up to which the softness of a model is what was asked, after MJCF's six digits"""
+_POINTS = {
+    ("PLANE", "CAPSULE"): 2, ("PLANE", "CYLINDER"): 4, ("PLANE", "BOX"): 4, ("PLANE", "MESH"): 4,
+    ("CAPSULE", "CAPSULE"): 2, ("CAPSULE", "CYLINDER"): 4, ("CAPSULE", "BOX"): 2, ("CAPSULE", "MESH"): 4,
+    ("CYLINDER", "CYLINDER"): 4, ("CYLINDER", "BOX"): 4, ("CYLINDER", "MESH"): 4, ("BOX", "BOX"): 8,
+    ("BOX", "MESH"): 4, ("MESH", "MESH"): 4,
+}  # fmt: skip
+"""In how many points geoms may touch at once, if in more than one"""
+
+
+def compile(spec: mujoco.MjSpec, poses: ArrayLike | None = None) -> mujoco.MjModel:
+    """Compile a specification with the softness that was asked of it, whatever has changed since.
+
+    Parameters
+    ----------
+    spec : mujoco.MjSpec
+        Its contacts, limits and clearances get their solver parameters anew.
+    poses : array_like, shape (n, nq), optional
+        Poses at which the step must be stable; without them the model's initial pose and its keyframes.
+
+    Returns
+    -------
+    mujoco.MjModel
+        The model.
+
+    Raises
+    ------
+    ModelError
+        If the specification does not compile, an element is gone, or the time step is too long.
+    """
+    apply(spec)
+    model = compiled(spec)
+    apply(model)
+    for problem in _step_too_long(model, poses):
+        raise ModelError(problem)
+    return model
+
+
+def check(model: mujoco.MjModel, poses: ArrayLike | None = None) -> tuple[str, ...]:
+    """Say what in a model spoils the stiffness and damping of its contacts and limits.
+
+    Parameters
+    ----------
+    model : mujoco.MjModel
+        Not changed.
+    poses : array_like, shape (n, nq), optional
+        Poses at which the step must be stable; without them the model's initial pose and its keyframes.
+
+    Returns
+    -------
+    tuple of str
+        One line each; empty if all is well. Contacts and limits whose solref is not in physical units are left alone.
+    """
+    return (*_settings(model), *_elements(model), *_geoms(model), *_step_too_long(model, poses))
+
+
+def _soft(model: mujoco.MjModel) -> Iterator[tuple[str, int, str]]:
+    """Yield kind, index and a name of each contact and limit in physical units, or that was asked to be."""
+    known = {(kind, name) for kind, name, _, _ in asked(model)}
+    for kind, there in KINDS.items():
+        solref = getattr(model, there.model[0])
+        for i in range(len(solref)):
+            name = mujoco.mj_id2name(model, there.object, i) or str(i)
+            if solref[i, 0] < 0 or (kind, name) in known:
+                yield kind, i, name
+
+
+def _settings(model: mujoco.MjModel) -> Iterator[str]:
+    kinds = {kind for kind, _, _ in _soft(model)}
+    off, on, bits, more = model.opt.disableflags, model.opt.enableflags, mujoco.mjtDisableBit, mujoco.mjtEnableBit
+    limits, contacts = bool(kinds & {"joint", "tendon"}), "pair" in kinds
+    for wrong, says in (
+        (kinds and off & bits.mjDSBL_CONSTRAINT, "flag constraint is disabled: no contact or limit acts"),
+        (limits and off & bits.mjDSBL_LIMIT, "flag limit is disabled: no joint or tendon limit acts"),
+        (contacts and off & bits.mjDSBL_CONTACT, "flag contact is disabled: no contact acts"),
+        (contacts and on & more.mjENBL_OVERRIDE, "flag override replaces the softness of every contact; disable it"),
+        (kinds and on & more.mjENBL_DIAGEXACT, "flag diagexact scales stiffness with the pose; disable it"),
+        (
+            kinds and model.opt.integrator == mujoco.mjtIntegrator.mjINT_DISCRETE,
+            "integrator discrete scales stiffness with the step; use Euler, implicitfast or RK4",
+        ),
+    ):
+        if wrong:
+            yield says
+
+
+def _elements(model: mujoco.MjModel) -> Iterator[str]:
+    wanted = {(kind, name): (k, c) for kind, name, k, c in asked(model)}
+    for kind, i, name in _soft(model):
+        where = f'{KINDS[kind].noun} "{name}"'
+        solimp = getattr(model, KINDS[kind].model[1])[i]
+        if inverse_inertia(model, kind, i) <= 0:
+            yield f"{where} is rigid, since MuJoCo finds no inertia behind it in the initial pose; apply() gives it one"
+        elif solimp[0] != solimp[1]:
+            yield f"{where}: impedance changes from {solimp[0]:g} to {solimp[1]:g} with depth, and so does stiffness"
+        elif solimp[0] > 10 * LARGEST_IMPEDANCE:
+            yield f"{where}: impedance {solimp[0]:g} adds a mass that makes it ring too slow; 1e-4 does not"
+        elif (kind, name) in wanted:
+            has, ask = softness_of(model, kind, i) or (np.nan, np.nan), wanted[kind, name]
+            if not np.allclose(has, ask, rtol=_SAME, atol=0):
+                yield (
+                    f"{where} has k = {has[0]:.6g}, c = {has[1]:.6g}, but k = {ask[0]:.6g}, c = {ask[1]:.6g} "
+                    "was asked; use compile() or apply()"
+                )
+        starts = [getattr(model, field)[i] for field in KINDS[kind].starts.values()]
+        offset = starts[0] - sum(starts[1:])
+        if offset:
+            yield f"{where}: its margin lets the force begin {offset:g} before zero; set margin to 0"
+        if kind == "pair":
+            yield from _pair(model, i, where)
+
+
+def _pair(model: mujoco.MjModel, pair: int, where: str) -> Iterator[str]:
+    if model.pair_dim[pair] > 1:
+        cone, what = "a pyramidal", "multiplies its normal stiffness"
+        if model.opt.cone == mujoco.mjtCone.mjCONE_ELLIPTIC:
+            cone, what = "an elliptic", "changes its normal force while it slides"
+        yield f"{where}: friction (condim {model.pair_dim[pair]}) in {cone} cone {what}; use condim 1"
+    geoms = model.geom_type[[model.pair_geom1[pair], model.pair_geom2[pair]]]
+    first, second = (mujoco.mjtGeom(int(g)).name.removeprefix("mjGEOM_") for g in sorted(geoms))
+    points = _POINTS.get((first, second), 1)
+    if points > 1:
+        yield f"{where}: {first.lower()} and {second.lower()} touch in up to {points} points, each with this stiffness"
+
+
+def _geoms(model: mujoco.MjModel) -> Iterator[str]:
+    collide = model.geom_contype | model.geom_conaffinity
+    for i in np.flatnonzero((model.geom_solref[:, 0] < 0) & (collide != 0)):
+        name = model.geom(i).name or f"{i} of body {model.body(model.geom_bodyid[i]).name}"
+        yield (
+            f'geom "{name}" has a solref of its own, which is mixed with that of whatever it touches, and scaled with '
+            "that one's inertia; contact() makes explicit pairs of it"
+        )
+
+
+def _step_too_long(model: mujoco.MjModel, poses: ArrayLike | None) -> Iterator[str]:
+    stable = hardest(model, poses)
+    if model.opt.timestep >= stable.step:
+        yield (
+            f"timestep {model.opt.timestep:g} s is too long: {stable.element} is stable below {stable.step:.3g} s "
+            f"(pose {stable.pose}); accuracy takes about {stable.step / 10:.1g} s"
+        )

@@ -1,0 +1,190 @@
+"""Clearances that a specification gets: play between a joint and its drive, and a shaft in a bushing."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import mujoco
+import numpy as np
+
+from ..errors import ModelError
+from .elements import compiled, find, give, name_of
+from .softness import solref_solimp
+
+__all__ = ["add_annular_clearance", "add_backlash"]
+
+_TINY = 1e-9
+"""kg and kg m², of a body that only carries a drive's inertia"""
+
+
+def add_backlash(
+    spec: mujoco.MjSpec, joint: Any, gap: float, k: float, c: float, inertia: float | None = None
+) -> mujoco.MjsJoint:
+    """Put play between a joint and its drive, which becomes a joint of its own.
+
+    The joint stays what it was, the load's position, with its limits, springs, dampers and sensors. The drive, a new
+    joint "NAME drive", takes over the actuators and the armature. Tendon "NAME backlash", the load's position less
+    the drive's, is limited to ±gap: the teeth press with k r + c ṙ, never pulling, r what it is beyond the gap.
+
+    Parameters
+    ----------
+    spec : mujoco.MjSpec
+        Changed in place; its keyframes get the drive at the load's position.
+    joint : str or mujoco.MjsJoint
+        A hinge or slide.
+    gap : float
+        To either side, rad (m for a slide), > 0: half the backlash that makers of gears state.
+    k : float
+        Stiffness of the teeth at the joint, N m/rad (N/m), > 0.
+    c : float
+        Their damping, N m s/rad (N s/m), >= 0.
+    inertia : float, optional
+        Of the drive at the joint (rotor times gear ratio squared), kg m² (kg), > 0. Without it the joint's armature,
+        which moves to the drive.
+
+    Returns
+    -------
+    mujoco.MjsJoint
+        The drive, to give it friction and damping of its own.
+
+    Raises
+    ------
+    ModelError
+        For a joint that the model does not have, or of another type, a gap that is not > 0, and a drive without
+        inertia.
+    LawError
+        For a stiffness or damping out of range.
+    """
+    _check(gap, k, c)
+    name, model = name_of(joint), compiled(_specification(spec))
+    kind = mujoco.mjtJoint(int(model.jnt_type[find(model, mujoco.mjtObj.mjOBJ_JOINT, name)]))
+    if kind not in (mujoco.mjtJoint.mjJNT_HINGE, mujoco.mjtJoint.mjJNT_SLIDE):
+        raise ModelError(
+            f'joint "{name}" is {kind.name.removeprefix("mjJNT_").lower()}; backlash needs a hinge or slide'
+        )
+    if spec.joint(f"{name} drive"):
+        raise ModelError(f'joint "{name}" has backlash already')
+    load = spec.joint(name)
+    if inertia is None:
+        inertia, load.armature = _positive(load.armature, f'joint "{name}" has no armature: give'), 0.0
+    else:
+        inertia = _positive(inertia, f'joint "{name}":')
+    positions = [_position(key.qpos, model, name) for key in spec.keys]
+    saved = [np.array(key.qpos) for key in spec.keys], [np.array(key.qvel) for key in spec.keys]
+    drive = _add_drive(spec, load, kind, inertia)
+    for actuator in spec.actuators:
+        if actuator.target == name and actuator.trntype in (
+            mujoco.mjtTrn.mjTRN_JOINT, mujoco.mjtTrn.mjTRN_JOINTINPARENT
+        ):  # fmt: skip
+            actuator.target = drive.name
+    tendon = _add_tendon(spec, f"{name} backlash", (-gap, gap))
+    tendon.wrap_joint(name, 1.0)
+    tendon.wrap_joint(drive.name, -1.0)
+    _extend_keys(spec, drive.name, positions, *saved)
+    give(spec, "tendon", [tendon.name], k, c)
+    return drive
+
+
+def add_annular_clearance(
+    spec: mujoco.MjSpec, site_a: Any, site_b: Any, gap: float, k: float, c: float
+) -> mujoco.MjsTendon:
+    """Let two sites move apart freely up to a gap: a bushing or a ball joint with play.
+
+    Tendon "A in B", the distance of the sites, is limited to [0, gap]: a radial contact without friction in any
+    direction, of force k r + c ṙ, never pulling, r what the distance is beyond the gap. For sites that coincide in the
+    model's initial pose use `compile`, or `apply` to the model: MuJoCo knows the inertia behind them in one direction
+    only, and may make the limit rigid.
+
+    Parameters
+    ----------
+    spec : mujoco.MjSpec
+        Changed in place.
+    site_a, site_b : str or mujoco.MjsSite
+        On two bodies, such as the shaft's axis and the bushing's centre.
+    gap : float
+        Radial clearance, m, > 0.
+    k : float
+        Stiffness, N/m, > 0.
+    c : float
+        Damping, N s/m, >= 0.
+
+    Returns
+    -------
+    mujoco.MjsTendon
+        The tendon.
+
+    Raises
+    ------
+    ModelError
+        For a site that the model does not have, sites on one body, and a gap that is not > 0.
+    LawError
+        For a stiffness or damping out of range.
+    """
+    _check(gap, k, c)
+    model, names = compiled(_specification(spec)), [name_of(site) for site in (site_a, site_b)]
+    bodies = [model.body_weldid[model.site_bodyid[find(model, mujoco.mjtObj.mjOBJ_SITE, name)]] for name in names]
+    if bodies[0] == bodies[1]:
+        raise ModelError(f'sites "{names[0]}" and "{names[1]}" are on one rigid body, so there is no clearance')
+    tendon = _add_tendon(spec, " in ".join(names), (0.0, gap))
+    for name in names:
+        tendon.wrap_site(name)
+    give(spec, "tendon", [tendon.name], k, c)
+    return tendon
+
+
+def _specification(spec: mujoco.MjSpec) -> mujoco.MjSpec:
+    if not isinstance(spec, mujoco.MjSpec):
+        raise ModelError(f"got {type(spec).__name__}, needs a mujoco.MjSpec: a compiled model cannot get new elements")
+    return spec
+
+
+def _check(gap: float, k: float, c: float) -> None:
+    solref_solimp(k, c, 1.0)
+    if not 0 < gap < np.inf:
+        raise ModelError(f"gap {gap:g} must be > 0 and finite; it is the play to one side")
+
+
+def _positive(inertia: float, what: str) -> float:
+    if not 0 < inertia < np.inf:
+        raise ModelError(f"{what} inertia of the drive > 0, got {inertia:g}")
+    return float(inertia)
+
+
+def _add_drive(spec: mujoco.MjSpec, load: Any, kind: mujoco.mjtJoint, inertia: float) -> mujoco.MjsJoint:
+    """Add a joint of this inertia alone; whatever the specification's defaults say of others does not hold for it."""
+    name, body = f"{load.name} drive", load.parent
+    carrier = body.parent.add_body(
+        name=name, pos=body.pos, mass=_TINY, ipos=[0, 0, 0], inertia=[_TINY] * 3, explicitinertial=True
+    )
+    return carrier.add_joint(
+        name=name, type=kind, axis=load.axis, ref=load.ref, armature=inertia, limited=mujoco.mjtLimited.mjLIMITED_FALSE,
+        stiffness=[0, 0, 0], damping=[0, 0, 0], frictionloss=0, margin=0, actfrclimited=load.actfrclimited,
+        actfrcrange=load.actfrcrange, actgravcomp=0,
+    )  # fmt: skip
+
+
+def _add_tendon(spec: mujoco.MjSpec, name: str, limits: tuple[float, float]) -> mujoco.MjsTendon:
+    return spec.add_tendon(
+        name=name, limited=mujoco.mjtLimited.mjLIMITED_TRUE, range=limits, margin=0, stiffness=[0, 0, 0],
+        damping=[0, 0, 0], frictionloss=0, armature=0, actfrclimited=mujoco.mjtLimited.mjLIMITED_FALSE,
+    )  # fmt: skip
+
+
+def _position(qpos: Any, model: mujoco.MjModel, joint: str) -> float:
+    """Position of a joint in a keyframe, which may hold none."""
+    qpos = np.asarray(qpos)
+    return float((qpos if qpos.size else model.qpos0)[model.joint(joint).qposadr[0]])
+
+
+def _extend_keys(
+    spec: mujoco.MjSpec, drive: str, positions: list[float], qpos: list[np.ndarray], qvel: list[np.ndarray]
+) -> None:
+    """Put the drive into the keyframes, which MuJoCo would refuse without it."""
+    if not positions:
+        return
+    for key in spec.keys:
+        key.qpos, key.qvel = np.zeros(0), np.zeros(0)
+    joint = compiled(spec).joint(drive)
+    for key, position, place, speed in zip(spec.keys, positions, qpos, qvel):
+        key.qpos = np.insert(place, joint.qposadr[0], position) if place.size else place
+        key.qvel = np.insert(speed, joint.dofadr[0], 0.0) if speed.size else speed

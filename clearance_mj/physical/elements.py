@@ -1,0 +1,237 @@
+"""Elements of a MuJoCo model that have a softness: their names, Â, solver parameters, and what was asked of them.
+
+What is asked stands in the model itself, as ``<custom><text name="physical:joint:elbow" data="k=500.0 c=2.0"/>``: it is
+saved and attached with the model, and `apply` can give it anew after any change of the inertias, on which Â depends.
+"""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any, TypeAlias
+
+import mujoco
+import numpy as np
+
+from ..errors import LawError, ModelError
+from .softness import solref_solimp, written
+
+__all__ = ["KINDS", "Kind", "Target", "apply", "asked", "compiled", "find", "give", "inverse_inertia", "name_of"]
+
+Target: TypeAlias = mujoco.MjSpec | mujoco.MjModel
+
+
+@dataclass(frozen=True)
+class Kind:
+    """Where a kind of element has its solver parameters, in a specification and in a model."""
+
+    noun: str
+    object: mujoco.mjtObj
+    spec: tuple[str, str]  # solref and solimp
+    model: tuple[str, str]
+    starts: dict[str, str]  # in the specification: in the model; where else than at zero violation the force begins
+
+
+KINDS = {
+    "joint": Kind(
+        "joint limit", mujoco.mjtObj.mjOBJ_JOINT, ("solref_limit", "solimp_limit"), ("jnt_solref", "jnt_solimp"),
+        {"margin": "jnt_margin"},
+    ),
+    "tendon": Kind(
+        "tendon limit", mujoco.mjtObj.mjOBJ_TENDON, ("solref_limit", "solimp_limit"),
+        ("tendon_solref_lim", "tendon_solimp_lim"), {"margin": "tendon_margin"},
+    ),
+    "pair": Kind(
+        "contact", mujoco.mjtObj.mjOBJ_PAIR, ("solref", "solimp"), ("pair_solref", "pair_solimp"),
+        {"margin": "pair_margin", "gap": "pair_gap"},
+    ),
+}  # fmt: skip
+"""By the names that records of them have"""
+_MARK = "physical:"
+
+
+def compiled(target: Target) -> mujoco.MjModel:
+    """Return the model itself, or what a specification compiles to.
+
+    Raises
+    ------
+    ModelError
+        If it does not compile, or is neither.
+    """
+    if isinstance(target, mujoco.MjModel):
+        return target
+    if not isinstance(target, mujoco.MjSpec):
+        raise ModelError(f"got {type(target).__name__}, needs a mujoco.MjSpec or a mujoco.MjModel")
+    try:
+        return target.compile()
+    except ValueError as error:
+        raise ModelError(f"the specification does not compile: {error}") from None
+
+
+def name_of(element: Any) -> str:
+    """Return the name of an element that is given by its name or itself."""
+    name = element if isinstance(element, str) else getattr(element, "name", None)
+    if not isinstance(name, str) or not name:
+        raise ModelError(f"{element!r} has no name; give the element a name and use that")
+    return name
+
+
+def find(model: mujoco.MjModel, object_type: mujoco.mjtObj, name: str) -> int:
+    """Return the index of an element of a model.
+
+    Raises
+    ------
+    ModelError
+        If there is none; names those that are like it.
+    """
+    index = mujoco.mj_name2id(model, object_type, name)
+    if index >= 0:
+        return index
+    noun, known = object_type.name.removeprefix("mjOBJ_").lower(), list(_names(model, object_type))
+    near = difflib.get_close_matches(name, known, n=1)
+    there = ", ".join(known[:20]) + (", ..." if len(known) > 20 else "")
+    raise ModelError(
+        f'the model has no {noun} "{name}"'
+        + (f'; did you mean "{near[0]}"?' if near else f"; it has {there or 'none with a name'}")
+    )
+
+
+def _names(model: mujoco.MjModel, object_type: mujoco.mjtObj) -> Iterator[str]:
+    count = {"JOINT": model.njnt, "TENDON": model.ntendon, "PAIR": model.npair, "GEOM": model.ngeom}
+    number = count.get(object_type.name.removeprefix("mjOBJ_"), model.nsite)
+    return filter(None, (mujoco.mj_id2name(model, object_type, i) for i in range(number)))
+
+
+def inverse_inertia(model: mujoco.MjModel, kind: str, index: int) -> float:
+    """Â of an element's row, 1/kg or 1/(kg m²): the constant of the model with which MuJoCo scales its softness.
+
+    Parameters
+    ----------
+    model : mujoco.MjModel
+        The model.
+    kind : str
+        "joint", "tendon" or "pair".
+    index : int
+        Of the joint, tendon or pair.
+
+    Returns
+    -------
+    float
+        Zero for a tendon that no coordinate lengthens in the model's initial pose, such as one between two sites
+        that coincide there.
+    """
+    if kind == "joint":
+        return float(model.dof_invweight0[model.jnt_dofadr[index]])
+    if kind == "tendon":
+        return float(model.tendon_invweight0[index])
+    bodies = model.geom_bodyid[[model.pair_geom1[index], model.pair_geom2[index]]]
+    return float(model.body_invweight0[bodies, 0].sum())
+
+
+def asked(model: mujoco.MjModel) -> Iterator[tuple[str, str, float, float]]:
+    """Yield kind, name, stiffness and damping of every element that was given a softness in its specification."""
+    for i in range(model.ntext):
+        before, mark, after = (mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_TEXT, i) or "").partition(_MARK)
+        kind, _, name = after.partition(":")
+        if mark and kind in KINDS:
+            begin = model.text_adr[i]
+            text = bytes(model.text_data[begin : begin + model.text_size[i]]).rstrip(b"\0").decode()
+            try:
+                k, c = (float(part.split("=")[1]) for part in text.split())
+            except (IndexError, ValueError):
+                raise ModelError(f'text "{mark}{after}" holds "{text}", needs "k=STIFFNESS c=DAMPING"') from None
+            yield kind, before + name, k, c  # a specification that is attached has its prefix before both
+
+
+def give(target: Target, kind: str, names: list[str], k: float, c: float) -> None:
+    """Give elements a stiffness and a damping: at once in a model, with a record in a specification.
+
+    Raises
+    ------
+    LawError
+        If the stiffness is not > 0 or the damping not >= 0.
+    """
+    solref_solimp(k, c, 1.0)  # refuses what cannot be
+    if isinstance(target, mujoco.MjModel):
+        for name in names:
+            _write_model(target, kind, name, k, c)
+        return
+    texts = {text.name: text for text in target.texts}
+    for name in names:
+        key, data = f"{_MARK}{kind}:{name}", f"k={float(k)!r} c={float(c)!r}"
+        if key in texts:
+            texts[key].data = data
+        else:
+            target.add_text(name=key, data=data)
+    apply(target)
+
+
+def apply(target: Target) -> None:
+    """Give all contacts, limits and clearances anew the stiffness and damping that were asked of them.
+
+    MuJoCo scales softness by inverse inertias that it computes when it compiles: whoever changes bodies, joints or
+    masses afterwards, or loads a saved model, calls this (or `compile`).
+
+    Parameters
+    ----------
+    target : mujoco.MjSpec or mujoco.MjModel
+        Changed in place.
+
+    Raises
+    ------
+    ModelError
+        If an element is gone, or has no inertia behind it.
+    """
+    model = compiled(target)
+    for kind, name, k, c in asked(model):
+        if isinstance(target, mujoco.MjModel):
+            _write_model(model, kind, name, k, c)
+        else:
+            _write_spec(target, model, kind, name, k, c)
+
+
+def _write_model(model: mujoco.MjModel, kind: str, name: str, k: float, c: float) -> None:
+    there, index = KINDS[kind], find(model, KINDS[kind].object, name)
+    inverse = inverse_inertia(model, kind, index)
+    if kind == "tendon" and not model.tendon_length0[index]:  # whose direction there is arbitrary
+        inverse = model.tendon_invweight0[index] = max(inverse, _of_its_ends(model, index))
+    inverse = _usable(inverse, kind, name)
+    solref, solimp = there.model
+    getattr(model, solref)[index], getattr(model, solimp)[index] = _checked(kind, name, solref_solimp, k, c, inverse)
+    for field in there.starts.values():
+        getattr(model, field)[index] = 0
+
+
+def _of_its_ends(model: mujoco.MjModel, tendon: int) -> float:
+    """1/kg, sum over the bodies whose sites a tendon passes."""
+    first = model.tendon_adr[tendon]
+    wraps = slice(first, first + model.tendon_num[tendon])
+    sites = model.wrap_objid[wraps][model.wrap_type[wraps] == int(mujoco.mjtWrap.mjWRAP_SITE)]
+    return float(model.body_invweight0[model.site_bodyid[sites], 0].sum())
+
+
+def _write_spec(spec: mujoco.MjSpec, model: mujoco.MjModel, kind: str, name: str, k: float, c: float) -> None:
+    there, index = KINDS[kind], find(model, KINDS[kind].object, name)
+    element = getattr(spec, kind)(name)
+    inverse = inverse_inertia(model, kind, index)
+    if inverse <= 0 and kind == "tendon":
+        return  # no number would do; `apply` to the compiled model
+    inverse = _usable(inverse, kind, name)
+    for field, value in zip(there.spec, _checked(kind, name, written, k, c, inverse)):
+        setattr(element, field, value)
+    for field in there.starts:
+        setattr(element, field, 0)
+
+
+def _checked(kind: str, name: str, mapping: Any, k: float, c: float, inverse: float) -> tuple[np.ndarray, np.ndarray]:
+    try:
+        return mapping(k, c, inverse)
+    except LawError as error:
+        raise ModelError(f'{KINDS[kind].noun} "{name}": {error}') from None
+
+
+def _usable(inverse: float, kind: str, name: str) -> float:
+    if inverse <= 0:
+        raise ModelError(f'{KINDS[kind].noun} "{name}" moves nothing that has an inertia, so it cannot be soft')
+    return inverse
