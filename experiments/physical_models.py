@@ -8,7 +8,9 @@ a = J M⁻¹ Jᵀ of the pose, and beside it what MuJoCo makes of its default so
 from __future__ import annotations
 
 import argparse
+import copy
 import importlib.util
+import json
 import warnings
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -128,6 +130,7 @@ def _solid(model: mujoco.MjModel) -> list[int]:
     """Round geoms that collide, on bodies that move: their distance to a sphere is known in closed form."""
     round_ones = (int(mujoco.mjtGeom.mjGEOM_SPHERE), int(mujoco.mjtGeom.mjGEOM_CAPSULE))
     moves, collides = model.body_weldid[model.geom_bodyid] > 0, model.geom_contype | model.geom_conaffinity
+    moves &= model.body_invweight0[model.geom_bodyid, 0] > 0
     return [i for i in np.flatnonzero(moves & (collides > 0)) if model.geom_type[i] in round_ones]
 
 
@@ -145,7 +148,7 @@ def poses(model: mujoco.MjModel, count: int, seed: int = 0) -> Iterator[np.ndarr
 
 def alone(model: mujoco.MjModel, row: Row) -> mujoco.MjModel:
     """Copy a model in which nothing acts but this limit or contact."""
-    model = mujoco.MjModel.from_xml_string("<mujoco/>") if model is None else model.__copy__()
+    model = copy.copy(model)
     bits = _BITS.mjDSBL_EQUALITY | _BITS.mjDSBL_FRICTIONLOSS | _BITS.mjDSBL_SPRING | _BITS.mjDSBL_DAMPER
     model.opt.disableflags |= int(bits | _BITS.mjDSBL_GRAVITY | _BITS.mjDSBL_ACTUATION)
     model.opt.viscosity, model.opt.density = 0, 0
@@ -304,9 +307,7 @@ class Errors:
     ringing: float = 0.0
 
 
-def measure(
-    model: mujoco.MjModel, rows: list[Row], count: int, ringing: bool = True, check: bool = True
-) -> dict[str, Errors]:
+def measure(model: mujoco.MjModel, rows: list[Row], count: int, ringing: bool = True) -> dict[str, Errors]:
     """Largest relative errors of the static force and of the ringing frequency, by kind of row."""
     found = {kind: Errors() for kind in ("joint", "tendon", "pair")}
     data, places = mujoco.MjData(model), list(poses(model, count))
@@ -329,16 +330,143 @@ def measure(
     return found
 
 
+def driven(model: mujoco.MjModel, most: int = 6) -> list[str]:
+    """Hinges that actuators drive."""
+    joint = int(mujoco.mjtTrn.mjTRN_JOINT)
+    ids = [int(i) for i, trn in zip(model.actuator_trnid[:, 0], model.actuator_trntype) if trn == joint]
+    hinges = [i for i in dict.fromkeys(ids) if model.jnt_type[i] == int(mujoco.mjtJoint.mjJNT_HINGE)]
+    return [model.joint(i).name for i in hinges[:most]]
+
+
+def geared(name: str, recipe: bool, scale: float = 1.0) -> tuple[mujoco.MjModel, list[Row]]:
+    """A model with play in its driven hinges: ours, or by a second hinge with a limit of the default softness."""
+    spec = load(name)
+    _name_all(spec)
+    plain, rows = _compiled(spec), []
+    for joint in driven(plain):
+        row = _row(plain, "joint", joint)
+        inertia = row.k / RINGS**2  # of the drive: the load's own in the initial pose
+        if recipe:
+            load_joint, degrees = spec.joint(joint), spec.compiler.degree
+            limits = np.array([-GAP, GAP])
+            load_joint.parent.add_joint(
+                name=f"{joint} play", axis=load_joint.axis, pos=load_joint.pos, armature=1e-3 * inertia, margin=0,
+                limited=mujoco.mjtLimited.mjLIMITED_TRUE, range=np.rad2deg(limits) if degrees else limits,
+                solref_limit=[0.02, 1], solimp_limit=[0.9, 0.95, 0.001, 0.5, 2],
+            )  # fmt: skip
+            rows.append(Row("joint", f"{joint} play", row.k, row.c))
+        else:
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore")
+                physical.add_backlash(spec, joint, GAP, row.k, row.c, inertia=inertia)
+            rows.append(Row("tendon", f"{joint} backlash", row.k, row.c))
+    model = _compiled(spec)
+    if scale != 1:  # heavier links, the same k and c
+        model.body_mass[:] *= scale
+        model.body_inertia[:] *= scale
+        mujoco.mj_setConst(model, mujoco.MjData(model))
+    physical.apply(model)
+    return model, rows
+
+
+def teeth(model: mujoco.MjModel, row: Row, pose: np.ndarray, side: int) -> tuple[float, float]:
+    """Stiffness and play to a side, from the static forces at two depths."""
+    data, forces, depths = mujoco.MjData(model), [], []
+    for depth in (1e-4, 2e-4):
+        mujoco.mj_resetData(model, data)
+        data.qpos[:] = pose
+        r = violate(model, data, row, depth, side)
+        depths.append(-data.efc_pos[r])
+        forces.append(static_force(model, data, row, r))
+    stiffness = (forces[1] - forces[0]) / (depths[1] - depths[0])
+    return stiffness, GAP + depths[0] - forces[0] / stiffness
+
+
+def measure_backlash(name: str, count: int) -> dict[str, float]:
+    """Largest errors of stiffness and play over poses and over links ten times as heavy; and what the recipe gives."""
+    found = {"joints": 0, "stiffness": 0.0, "play": 0.0, "ringing": 0.0}
+    values: dict[str, list[float]] = {}
+    for scale in (1.0, 10.0):
+        for recipe in (False, True):
+            model, rows = geared(name, recipe, scale)
+            if recipe:
+                model = alone_in_force(model)
+            for row in rows:
+                for n, pose in enumerate(poses(model, count)):
+                    stiffness, play = teeth(model, row, pose, 1 if n % 2 else -1)
+                    if recipe:
+                        values.setdefault(row.name, []).append(stiffness / row.k)
+                        continue
+                    found["stiffness"] = max(found["stiffness"], abs(stiffness / row.k - 1))
+                    found["play"] = max(found["play"], abs(play / GAP - 1))
+            if not recipe and scale == 1:
+                found["joints"] = len(rows)
+                found["ringing"] = max((e.ringing for e in measure(model, rows, count).values()), default=0.0)
+    ratios = [max(v) / min(v) for v in values.values()]
+    return found | {"two hinges, stiffest over softest": max(ratios, default=np.nan)}
+
+
+def alone_in_force(model: mujoco.MjModel) -> mujoco.MjModel:
+    """The model without contacts, whose hard ones in a random pose would hide what a default limit does."""
+    model.opt.disableflags |= int(_BITS.mjDSBL_CONTACT)
+    return model
+
+
+def defaults(name: str, count: int) -> dict[str, float]:
+    """What the limits of a model are, as it comes, in N m/rad: the softest and the stiffest."""
+    model, rows = softened(name)
+    rows = [row for row in rows if row.kind == "joint"]
+    model.jnt_solref[:], model.jnt_solimp[:] = (0.02, 1), (0.9, 0.95, 0.001, 0.5, 2)
+    model, found = alone_in_force(model), []
+    data = mujoco.MjData(model)
+    for row in rows:
+        for pose in poses(model, count):
+            mujoco.mj_resetData(model, data)
+            data.qpos[:] = pose
+            r = violate(model, data, row, 1e-3, 1)
+            if r is not None:
+                found.append(static_force(model, data, row, r) / 1e-3)
+    return {"softest": min(found, default=np.nan), "stiffest": max(found, default=np.nan)}
+
+
+def table(found: dict[str, dict]) -> str:
+    """Write the results as Markdown."""
+    lines = [
+        "| model | limits and contacts | cases | static error | ringing error | default limits, N m/rad | backlash in "
+        "| its stiffness | its play | its ringing | two hinges: stiffest/softest |",
+        "|---|---|---|---|---|---|---|---|---|---|---|",
+    ]
+    for name, row in found.items():
+        kinds, teeth_of, default = row["rows"].values(), row["backlash"], row["default"]
+        lines.append(
+            f"| {name} | {sum(e['rows'] for e in kinds)} | {sum(e['cases'] for e in kinds)} "
+            f"| {max(e['static'] for e in kinds):.1e} | {max(e['ringing'] for e in kinds):.1e} "
+            f"| {default['softest']:.3g} to {default['stiffest']:.3g} | {teeth_of['joints']} "
+            f"| {teeth_of['stiffness']:.1e} | {teeth_of['play']:.1e} | {teeth_of['ringing']:.1e} "
+            f"| {teeth_of['two hinges, stiffest over softest']:.3g} |"
+        )
+    return "\n".join(lines) + "\n"
+
+
 def main(arguments: list[str] | None = None) -> int:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--out", type=Path, default=Path("results/physical_models"))
     parser.add_argument("--poses", type=int, default=20)
     parser.add_argument("--models", nargs="*", default=list(MODELS))
     options = parser.parse_args(arguments)
+    options.out.mkdir(parents=True, exist_ok=True)
+    found: dict[str, dict] = {}
     for name in options.models:
-        if path_of(name):
-            model, rows = softened(name)
-            print(name, len(rows), {k: v for k, v in measure(model, rows, options.poses).items() if v.rows}, flush=True)
+        if not path_of(name):
+            print(f"{name}: its package is not installed")
+            continue
+        rows = {kind: vars(errors) for kind, errors in measure(*softened(name), options.poses).items()}
+        found[name] = {
+            "rows": rows, "backlash": measure_backlash(name, options.poses), "default": defaults(name, options.poses)
+        }  # fmt: skip
+        (options.out / "physical_models.json").write_text(json.dumps(found, indent=1, default=float))
+        (options.out / "physical_models.md").write_text(table(found))
+        print(name, found[name], flush=True)
     return 0
 
 

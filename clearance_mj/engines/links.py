@@ -17,7 +17,7 @@ from pydantic import Field
 
 from ..beam import ritz_model
 from ..clearance.law import Law
-from ..physical.softness import INVERSE_INERTIA, solref_solimp
+from ..physical import INVERSE_INERTIA, solref_solimp
 from ..rig import Bushing, Rig
 from ..structure import Shaft
 from ..validation import Positive, Whole

@@ -18,7 +18,7 @@ from pydantic import Field
 from ..beam import MOST_MODES, ritz_model
 from ..clearance.law import Law
 from ..errors import ClearanceError
-from ..physical.softness import INVERSE_INERTIA, solref_solimp
+from ..physical import INVERSE_INERTIA, solref_solimp
 from ..rig import Rig
 from ..validation import Positive, Whole
 from .base import Engine, Run, register

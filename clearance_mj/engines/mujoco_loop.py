@@ -24,7 +24,7 @@ from ..clearance._pointers import OPTIONS, kernel_loop
 from ..clearance.kernel import Clearance, clearance_records, contact_force, contact_step, follow_law, grease_step
 from ..clearance.law import Law
 from ..errors import LawError, SimulationError
-from ..physical.softness import IMPEDANCE, INVERSE_INERTIA
+from ..physical import INVERSE_INERTIA, solref_solimp
 from ..rig import Rig
 from .base import Engine, Equations, Run, diverged, location
 from .plant import Maps, Plant, hold, tendon_rows
@@ -66,6 +66,9 @@ def _warnings_counted() -> Iterator[None]:
 def _ignore(_: Any) -> None:
     pass
 
+
+_PER_UNIT = float(solref_solimp(1.0, 1.0, INVERSE_INERTIA)[0][0])
+"""solref of 1 N/m or 1 N s/m, to which it is proportional"""
 
 _HANDLER = ctypes.c_void_p.in_dll(_LIBRARY, "mju_user_warning")
 _PREVIOUS = ctypes.c_void_p()
@@ -124,7 +127,7 @@ class MujocoRun(Run):
         out = np.empty((excitation.size, len(self.maps.output) + len(self.maps.at_points)))
         with _warnings_counted():
             failed, bushing = _advance(
-                self.steps, excitation, self.base, self.gravity, self.views, self.maps, self.clearance, out
+                self.steps, excitation, self.base, self.gravity, self.views, self.maps, self.clearance, _PER_UNIT, out
             )
         if failed >= 0:
             raise diverged(self.rig, self.engine, (self.steps + failed) * self.step, bushing)
@@ -185,7 +188,7 @@ def _from_constraint(ends: np.ndarray, held: np.ndarray) -> np.ndarray:
 @kernel_loop(**OPTIONS)
 def _advance(
     steps: int, excitation: np.ndarray, base: bool, along: float, views: _Views, maps: Maps, clearance: Clearance,
-    out: np.ndarray,
+    per_unit: float, out: np.ndarray,
 ) -> tuple[int, int]:  # fmt: skip
     """Advance the state by ``excitation.size`` steps; return (step, bushing) of a divergence, or (-1, -1)."""
     model, data, gravity, of_pairs, of_limits, qpos, qvel, applied, constraint, acceleration, from_constraint = views
@@ -194,7 +197,6 @@ def _advance(
     nv, n_bushings, n_sensors = qvel.size, bushings.size, output.shape[0]
     grease_force, push = np.zeros((2, n_bushings))
     told = from_constraint.shape[0] == n_bushings  # else the forces are those that the law asks for
-    hardness = (1.0 - IMPEDANCE) * INVERSE_INERTIA
     for i in range(excitation.size):
         a = excitation[i]
         if base:
@@ -227,10 +229,10 @@ def _advance(
                 for side in range(pairs.shape[1]):
                     row = pairs[2 * j + end, side]
                     if row >= 0:
-                        of_pairs[row, 0], of_pairs[row, 1] = -hardness * k, -hardness * c
+                        of_pairs[row, 0], of_pairs[row, 1] = per_unit * k, per_unit * c
                 row = limits[2 * j + end]
                 if row >= 0:
-                    of_limits[row, 0], of_limits[row, 1] = -hardness * k, -hardness * c
+                    of_limits[row, 0], of_limits[row, 1] = per_unit * k, per_unit * c
         _mj_step(model, data)
         for s in range(n_sensors):
             value = on_base[s] * a if base else 0.0

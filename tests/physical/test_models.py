@@ -1,0 +1,62 @@
+"""Limits, contacts and backlash of models that nobody here wrote: static force, ringing and play in random poses.
+
+The models come with gymnasium, dm_control and gymnasium-robotics, of which only the files are read; a model whose
+package is not installed is skipped.
+"""
+
+import mujoco
+import numpy as np
+import pytest
+
+from clearance_mj import physical
+from clearance_mj.physical.step import softness_of
+from experiments.physical_models import MODELS, load, measure, measure_backlash, path_of, softened
+
+QUICK = ("gymnasium reacher", "gymnasium ant", "dm_control ball_in_cup")
+
+
+def foreign(name):
+    if not path_of(name):
+        package = MODELS[name].partition("/")[0]
+        pytest.skip(f"{package} is not installed; its files are enough: pip install --no-deps {package}")
+    return name
+
+
+def right(name, poses):
+    """Static error <= 1e-6, √(k a - (c a/2)²) within 0.1 %, a = J M⁻¹ Jᵀ of the pose; play and teeth within 1e-6."""
+    errors = measure(*softened(name), poses)
+    assert sum(e.cases for e in errors.values()) >= poses
+    assert max(e.static for e in errors.values()) <= 1e-6
+    assert max(e.ringing for e in errors.values()) <= 1e-3
+    backlash = measure_backlash(name, poses)
+    assert backlash["stiffness"] <= 1e-6
+    assert backlash["play"] <= 1e-6
+    assert backlash["ringing"] <= 1e-3
+    return backlash["joints"], backlash["two hinges, stiffest over softest"]
+
+
+@pytest.mark.parametrize("name", QUICK)
+def test_model(name):
+    """Two poses; teeth by the recipe of two hinges depend on the link's mass and the pose."""
+    joints, recipe = right(foreign(name), 2)
+    assert np.isnan(recipe) if not joints else recipe > 1.5
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", MODELS)
+def test_model_in_many_poses(name):
+    right(foreign(name), 20)
+
+
+@pytest.mark.parametrize("name", QUICK)
+def test_file_of_a_foreign_model(name):
+    """MJCF saved as it is written keeps k and c within 1e-6."""
+    spec = load(foreign(name))
+    model = spec.compile()
+    kind, limited = ("joint", model.jnt_limited) if model.jnt_limited.any() else ("tendon", model.tendon_limited)
+    names = [getattr(model, kind)(i).name for i in np.flatnonzero(limited)]
+    getattr(physical, f"{kind}_limit")(spec, names, 730.1234567, 1.9876543)
+    spec.compiler.savecompiled = spec.compiler.savecanonical = False
+    model = mujoco.MjModel.from_xml_string(spec.to_xml(), spec.assets)
+    for i in np.flatnonzero(limited):
+        np.testing.assert_allclose(softness_of(model, kind, i), (730.1234567, 1.9876543), rtol=1e-6)
