@@ -54,6 +54,15 @@ def run_python(page, folder):
     return run(folder, "page.py")
 
 
+def test_physical(tmp_path):
+    """An arm that its weight and motor press into its limit, through teeth: statics by hand."""
+    *angles, step = run_python("physical.md", tmp_path).splitlines()
+    for line in angles:
+        found, expected = map(float, re.findall(r"(-?[\d.]+)°", line))
+        assert found == pytest.approx(expected, abs=2e-5)
+    assert re.fullmatch(r"stable below [\d.e-]+ s; nothing spoils it", step)
+
+
 def test_get_started(clone):
     out = run_python("get_started.md", clone)
     assert out.startswith("[  9.25  39.75  92.85 188.85]\n")
