@@ -127,7 +127,6 @@ def _ends(options: argparse.Namespace) -> tuple[float, float]:
 def _doubled(branch: Branch) -> Iterator[Branch]:
     """What leaves a branch where its period doubles; where one comes back to the branch, it is not left again."""
     from ..periodic import doubled
-    from ..periodic.summaries import parameter
 
     met: list[float] = []
     for point in branch.special:
@@ -138,7 +137,7 @@ def _doubled(branch: Branch) -> Iterator[Branch]:
             except ClearanceError as error:
                 print(f"clearance-mj: note: {error}", file=sys.stderr)
                 continue
-            met.append(float(parameter(new)[-1]))
+            met.append(float(new.parameter[-1]))
             yield new
 
 

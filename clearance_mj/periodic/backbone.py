@@ -183,7 +183,7 @@ def backbone(
     -----
     M. Krack, Nonlinear modal analysis of nonconservative systems, Computers & Structures 154 (2015) 59-71.
     """
-    harmonics, samples = resolution(harmonics, samples, 1, modes)
+    harmonics, (samples, *_) = resolution(harmonics, samples, 1, modes)
     if not isinstance(mode, numbers.Integral) or isinstance(mode, bool):
         raise ClearanceError(f"mode must be a whole number, got {mode!r}")
     system = condensed(rig, law, rig.shaker.kind, (), harmonics, modes)

@@ -93,6 +93,11 @@ class Branch(Vibrations):
             self._set(multipliers=read_only(self.multipliers, complex))
 
     @property
+    def parameter(self) -> np.ndarray:
+        """(n,) frequency, Hz, or level of the excitation's strongest harmonic, whichever changes along the curve."""
+        return self.frequency if self.over == "frequency" else np.abs(self.level).max(axis=1)
+
+    @property
     def stable(self) -> np.ndarray | None:
         """(n,) whether a vibration comes back after a small disturbance; None if stability was not asked for."""
         from .stability import ROUNDING
@@ -121,7 +126,7 @@ class Branch(Vibrations):
         figure = Figure(figsize=(8, 4.5), layout="constrained")
         axes = figure.subplots()
         stable = self.stable if self.stable is not None else np.ones(self.frequency.size, dtype=bool)
-        x = self.frequency if self.over == "frequency" else np.abs(self.level).max(axis=1)
+        x = self.parameter
         for i, (row, name) in enumerate(names.items()):
             colour = f"C{i % 10}"
             axes.plot(x, amplitude[:, row], "--", color=colour, lw=1)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
 
@@ -75,6 +75,30 @@ def resumed(branch: Branch, index: int, times: int = 1) -> tuple[Solver, float, 
     z = system.linear.basis.T @ spread
     omega = 2 * np.pi * branch.frequency[index] / periods
     return Solver(system, harmonics, times * branch.samples), omega, z, spread - system.linear.basis @ z
+
+
+def farthest(found: Callable[[int], Branch], samples: Sequence[int]) -> Branch:
+    """Return the branch with the fewest samples with which it does not end early, else the one that goes farthest.
+
+    Raises
+    ------
+    ClearanceError
+        If not even the first motion was found with any of them.
+    """
+    best: Branch | None = None
+    for count in samples:
+        try:
+            branch = found(count)
+        except ClearanceError:
+            if best is None and count == samples[-1]:
+                raise
+            continue
+        if not branch.ended:
+            return branch
+        if best is None or np.ptp(branch.parameter[[0, -1]]) > np.ptp(best.parameter[[0, -1]]):
+            best = branch
+    assert best is not None
+    return best
 
 
 def place(solver: Solver, parameter: float) -> str:

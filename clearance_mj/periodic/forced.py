@@ -14,12 +14,14 @@ from ..rig import Rig
 from .branch import Branch
 from .condensed import condensed
 from .continuation import Solver
-from .following import follow
+from .following import farthest, follow
 
 __all__ = ["excitation_kind", "resolution", "response"]
 
 SAMPLES = 12
 """per harmonic: contacts are not smooth"""
+FINER = 4
+"""times as many samples for branches that end early with so many"""
 
 
 def response(
@@ -52,7 +54,8 @@ def response(
     harmonics : int
         H, of the motion.
     samples : int, optional
-        Of a period; None: the power of two from 12 H on. At least 4 H + 1.
+        Of a period, at least 4 H + 1; None: the power of two from 12 H on, and four times as many if the branch ends
+        early with them.
     kind : str, optional
         "base" or "force"; None: as the rig's shaker.
     modes : int
@@ -82,11 +85,15 @@ def response(
     """
     levels = _levels(level)
     start, stop = _frequencies(frequencies)
-    harmonics, samples = resolution(harmonics, samples, len(levels), modes)
+    harmonics, counts = resolution(harmonics, samples, len(levels), modes)
     kind = excitation_kind(rig, kind)
     system = condensed(rig, law, kind, levels, harmonics, modes)
-    solver = Solver(system, harmonics, samples)
-    return follow(solver, solver.branch(2 * np.pi * start, 2 * np.pi * stop), stability)
+
+    def found(count: int) -> Branch:
+        solver = Solver(system, harmonics, count)
+        return follow(solver, solver.branch(2 * np.pi * start, 2 * np.pi * stop), stability)
+
+    return farthest(found, counts)
 
 
 def excitation_kind(rig: Rig, kind: str | None) -> str:
@@ -117,8 +124,8 @@ def _frequencies(frequencies: tuple[float, float]) -> tuple[float, float]:
     return start, stop
 
 
-def resolution(harmonics: int, samples: int | None, excited: int, modes: int) -> tuple[int, int]:
-    """Return numbers of harmonics and samples after a check."""
+def resolution(harmonics: int, samples: int | None, excited: int, modes: int) -> tuple[int, tuple[int, ...]]:
+    """Return numbers of harmonics and, each for where those before do not do, of samples; after a check."""
     for name, value in (("harmonics", harmonics), ("samples", samples), ("modes", modes)):
         whole = isinstance(value, numbers.Integral) and not isinstance(value, bool)
         if not (whole or (value is None and name == "samples")):
@@ -128,9 +135,10 @@ def resolution(harmonics: int, samples: int | None, excited: int, modes: int) ->
     if not 1 <= modes <= MOST_MODES:
         raise ClearanceError(f"modes must be between 1 and {MOST_MODES}, got {modes}")
     if samples is None:
-        return int(harmonics), 2 ** int(np.ceil(np.log2(SAMPLES * harmonics)))
+        least = 2 ** int(np.ceil(np.log2(SAMPLES * harmonics)))
+        return int(harmonics), (least, FINER * least)
     if samples < 4 * harmonics + 1:
         raise ClearanceError(
             f"samples must be {4 * harmonics + 1} or more for {harmonics} harmonics (4 H + 1), got {samples}"
         )
-    return int(harmonics), int(samples)
+    return int(harmonics), (int(samples),)

@@ -12,7 +12,7 @@ from ..rig import Rig
 from .branch import Branch
 from .condensed import condensed
 from .continuation import Motion, NoConvergence, Solver
-from .following import follow
+from .following import farthest, follow
 from .forced import excitation_kind, resolution
 
 __all__ = ["response_over_level"]
@@ -47,7 +47,8 @@ def response_over_level(
     harmonics : int
         Of the motion.
     samples : int, optional
-        Of a period; None: the power of two from 12 times the harmonics on.
+        Of a period; None: the power of two from 12 times the harmonics on, and four times as many where vibrations
+        end early with them.
     kind : str, optional
         "base" or "force"; None: as the rig's shaker.
     modes : int
@@ -80,10 +81,14 @@ def response_over_level(
         raise ExcitationError(f"levels must be two different ones > 0, got {start:g} and {stop:g}")
     if not 0 < frequency < np.inf:
         raise ExcitationError(f"frequency must be > 0 Hz, got {frequency!r}")
-    harmonics, samples = resolution(harmonics, samples, 1, modes)
+    harmonics, counts = resolution(harmonics, samples, 1, modes)
     system = condensed(rig, law, excitation_kind(rig, kind), [start], harmonics, modes)
-    solver = Solver(system, harmonics, samples)
-    return follow(solver, _louder(solver, 2 * np.pi * frequency, stop / start), stability)
+
+    def found(count: int) -> Branch:
+        solver = Solver(system, harmonics, count)
+        return follow(solver, _louder(solver, 2 * np.pi * frequency, stop / start), stability)
+
+    return farthest(found, counts)
 
 
 def _louder(solver: Solver, omega: float, stop: float) -> Iterator[Motion]:

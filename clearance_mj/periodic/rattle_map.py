@@ -235,7 +235,8 @@ def rattle_map(
     harmonics : int
         Of the motion.
     samples : int, optional
-        Of a period; None: the power of two from 12 times the harmonics on.
+        Of a period; None: the power of two from 12 times the harmonics on, and four times as many where vibrations
+        end early with them.
     modes : int
         Of the Ritz basis, as in the modal engine.
     workers : int, optional
@@ -264,7 +265,7 @@ def rattle_map(
     Processes start by importing the calling script: start a map below ``if __name__ == "__main__"``.
     """
     levels, frequencies = _increasing(levels, "levels", 1), _increasing(frequencies, "frequencies", 2)
-    harmonics, samples = resolution(harmonics, samples, 1, modes)
+    harmonics, counts = resolution(harmonics, samples, 1, modes)
     kind = excitation_kind(rig, kind)
     if workers is not None and workers < 1:
         raise ClearanceError(f"workers must be 1 or more, got {workers}")
@@ -274,7 +275,7 @@ def rattle_map(
     for each in rigs:
         condensed(each, law, kind, [1.0], harmonics, modes)  # refuses what cannot be
     cases = [
-        _Case(i, j, each, law, kind, float(level), frequencies.tobytes(), harmonics, samples, modes)
+        _Case(i, j, each, law, kind, float(level), frequencies.tobytes(), harmonics, counts, modes)
         for i, each in enumerate(rigs)
         for j, level in enumerate(levels)
     ]
@@ -298,7 +299,7 @@ def rattle_map(
         f"vibration was found beyond {frequency:.6g} Hz"
         for i, level, frequency in sorted(ended)
     ]
-    first = np.array([_first_contact(each, law, kind, levels, frequencies, harmonics, samples, modes,
+    first = np.array([_first_contact(each, law, kind, levels, frequencies, harmonics, counts[0], modes,
                                      arrays["contact_share"][0, i]) for i, each in enumerate(rigs)])  # fmt: skip
     return RattleMap(
         rig, law, kind, gap, levels, frequencies, vibrations, **arrays, first_contact=first,
@@ -336,7 +337,7 @@ class _Case(NamedTuple):
     level: float
     frequencies: bytes
     harmonics: int
-    samples: int
+    samples: tuple[int, ...]
     modes: int
 
 
@@ -352,9 +353,14 @@ class _Row(NamedTuple):
 def _row(case: _Case) -> _Row:
     frequency = np.frombuffer(case.frequencies)
     system = condensed(case.rig, case.law, case.kind, [case.level], case.harmonics, case.modes)
-    solver = Solver(system, case.harmonics, case.samples)
-    solver.tolerance = TOLERANCE
-    found = curve(solver, 2 * np.pi * frequency)
+    tried = []
+    for count in case.samples:
+        solver = Solver(system, case.harmonics, count)
+        solver.tolerance = TOLERANCE
+        tried.append((solver, curve(solver, 2 * np.pi * frequency)))
+        if not tried[-1][1].ended:
+            break
+    solver, found = max(tried, key=lambda each: (not each[1].ended, np.unique(each[1].order.cell).size))
     cells = np.concatenate((found.order.cell, found.beside.cell))
     vibrations = np.bincount(cells, minlength=frequency.size)
     known, first = np.unique(found.order.cell, return_index=True)

@@ -20,7 +20,6 @@ __all__ = [
     "of_backbone",
     "of_branch",
     "of_map",
-    "parameter",
     "stable_points",
     "unit",
 ]
@@ -51,11 +50,6 @@ def unit(found: Branch | RattleMap) -> str:
     return "m/s²" if found.kind == "base" else "N"
 
 
-def parameter(branch: Branch) -> np.ndarray:
-    """(n,) frequency, Hz, or level of a branch's points, whichever changes along it."""
-    return branch.frequency if branch.over == "frequency" else np.abs(branch.level[:, 0])
-
-
 def stable_points(branch: Branch) -> np.ndarray:
     """(n,) whether a point is stable: by Floquet's multipliers, or, without them, as far as folds tell.
 
@@ -76,7 +70,7 @@ def is_cut(branch: Branch) -> bool:
 
 def jumps(branch: Branch) -> list[JumpAtFold]:
     """Return the folds at which a stable vibration ends, in the order of the curve."""
-    x, stable, found = parameter(branch), stable_points(branch), []
+    x, stable, found = branch.parameter, stable_points(branch), []
     amplitude = branch.amplitude("clearance_displacement")
     folds = [point.index for point in branch.special if point.kind == "fold"]
     for last, i, following in zip([-1, *folds], folds, [*folds[1:], x.size]):
@@ -105,7 +99,7 @@ def motion(found: Backbone) -> np.ndarray:
 
 def of_branch(branch: Branch) -> dict[str, Any]:
     """Return what a branch is and what is special about it as plain data."""
-    x, stable = parameter(branch), stable_points(branch)
+    x, stable = branch.parameter, stable_points(branch)
     return {
         "over": branch.over,
         "kind": branch.kind,

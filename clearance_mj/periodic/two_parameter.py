@@ -404,7 +404,7 @@ def first_contact(
     frequency = np.atleast_1d(np.asarray(frequencies, dtype=float))
     if frequency.ndim != 1 or not frequency.size or not np.all((frequency > 0) & (frequency < np.inf)):
         raise ExcitationError("frequencies must be numbers > 0 Hz")
-    harmonics, samples = resolution(harmonics, samples, 1, modes)
+    harmonics, (samples, *_) = resolution(harmonics, samples, 1, modes)
     kind = excitation_kind(rig, kind)
     solver = Solver(condensed(rig, law, kind, [1.0], harmonics, modes), harmonics, samples)
     omega = 2 * np.pi * frequency

@@ -14,7 +14,7 @@ from matplotlib.lines import Line2D
 
 from ..periodic import Branch
 from ..periodic.branch import MARKERS
-from ..periodic.summaries import is_cut, jumps, parameter, stable_points, unit
+from ..periodic.summaries import is_cut, jumps, stable_points, unit
 from ..rig import Rig
 from ..signals.sine_steps import SineSteps
 from .style import FONT, TEST, WIDE, Drawing, at_bushings, frequency_axis, letters, sensor_title, sheet, tidy
@@ -23,7 +23,7 @@ __all__ = ["draw", "rows", "words"]
 
 WAYS = {True: "^", False: "v"}
 """markers of stepped sines, upwards or not"""
-STEPS_WORDS = " Triangles: the record under a stepped sine, the end of every step, upwards and downwards."
+STEPS_WORDS = " Triangles: the {} under a stepped sine, the end of every step, upwards and downwards."
 PANEL = 1.9
 """in, height"""
 
@@ -31,7 +31,7 @@ PANEL = 1.9
 def words(branch: Branch) -> list[str]:
     """Say in lines what is special about a branch: folds and jumps, where stability changes, whether it ends early."""
     over_level, own = branch.over == "level", unit(branch)
-    x, stable = parameter(branch), stable_points(branch)
+    x, stable = branch.parameter, stable_points(branch)
     fixed = f"{branch.frequency[0]:g} Hz" if over_level else f"{abs(branch.level[0, 0]):g} {own}"
     measure = own if over_level else "Hz"
     again = f", repeats after {branch.periods} periods" if branch.periods > 1 else ""
@@ -81,11 +81,12 @@ def _rows(branch: Branch, number: int) -> pd.DataFrame:
 
 
 def draw(
-    branches: Sequence[Branch], sensors: Sequence[int] | None = None, measured: Sequence[SineSteps] = ()
-) -> Drawing:
+    branches: Sequence[Branch], sensors: Sequence[int] | None = None, measured: Sequence[SineSteps] = (),
+    test: str = "test",
+) -> Drawing:  # fmt: skip
     """Draw amplitudes of sensors (rows; default: those at the bushings) and clearances over frequency or level.
 
-    Steps of stepped sines are drawn over branches over frequency.
+    Steps of stepped sines, of what ``test`` names, are drawn over branches over frequency.
     """
     rig = branches[0].rig
     shown = list((at_bushings(rig) or [len(rig.sensors) - 1]) if sensors is None else sensors)
@@ -107,7 +108,7 @@ def draw(
     figure.align_ylabels(axes[: len(panels)])
     what = "level" if branches[0].over == "level" else "frequency"
     alt = f"Amplitudes of periodic vibrations over {what}."
-    return Drawing("response", figure, _caption(branches) + (STEPS_WORDS if measured else ""), alt)
+    return Drawing("response", figure, _caption(branches) + (STEPS_WORDS.format(test) if measured else ""), alt)
 
 
 def _steps(ax: Axes, steps: SineSteps, rig: Rig, quantity: str, row: int) -> None:
@@ -122,7 +123,7 @@ def _steps(ax: Axes, steps: SineSteps, rig: Rig, quantity: str, row: int) -> Non
 
 
 def _curve(ax: Axes, branch: Branch, quantity: str, row: int, colour: Any) -> None:
-    x, y = parameter(branch), branch.amplitude(quantity)[:, row]
+    x, y = branch.parameter, branch.amplitude(quantity)[:, row]
     if quantity == "clearance_displacement":
         y = y / branch.rig.bushings[row].gap
     stable = stable_points(branch)
@@ -148,7 +149,7 @@ def _label(ax: Axes, title: str, quantity: str) -> None:
 
 
 def _abscissa(ax: Axes, branches: Sequence[Branch], labelled: bool) -> None:
-    ends = [float(end) for branch in branches for end in (parameter(branch).min(), parameter(branch).max())]
+    ends = [float(end) for branch in branches for end in (branch.parameter.min(), branch.parameter.max())]
     low, high = min(ends), max(ends)
     if branches[0].over == "frequency" and high >= WIDE * low:
         frequency_axis(ax, (low, high), labelled)

@@ -85,7 +85,7 @@ def test_a_stepped_sine_is_drawn_and_said(study, tmp_path):
     beside.sine_steps = {"sine_4": steps_of(under_sines().branches[1], [10.0, 20.0, 80.0], 1 / 1.05)}
     said = text_of(beside, tmp_path)
     assert "record sine_4, 3 steps of 4 m/s²" in said and "by 5 % in the median" in said
-    assert "Triangles: the record under a stepped sine" in said
+    assert "Triangles: the synthetic test under a stepped sine" in said
 
 
 def test_branches_that_end_early_are_said():

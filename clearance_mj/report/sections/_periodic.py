@@ -31,10 +31,10 @@ def sines(study: Study, writer: ReportWriter) -> str:
         return render("sines.html.j2", study=study, found=found)
     writer.csv("response", responses.rows(found.branches))
     writer.csv("rattle_map", rattle_maps.rows(found.map))
-    steps = study.sine_steps
+    steps, test = study.sine_steps, "synthetic test" if study.is_synthetic else "test"
     return render(
         "sines.html.j2", study=study, found=found, special=special_points(found.branches),
-        response=writer.figure(responses.draw(found.branches, measured=list(steps.values()))),
+        response=writer.figure(responses.draw(found.branches, measured=list(steps.values()), test=test)),
         beside=[_beside(name, found.branches, of_record) for name, of_record in steps.items()],
         unknown=unknown(found.branches), map=writer.figure(rattle_maps.draw(found.map)),
         lines=list(rattle_maps.words(found.map)),
