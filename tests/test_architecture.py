@@ -7,6 +7,8 @@ from functools import cache
 from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 
+import pytest
+
 import clearance_mj
 
 PACKAGE = Path(clearance_mj.__file__).parent
@@ -80,6 +82,19 @@ def test_libraries_of_tables_and_figures_are_loaded_when_they_are_used():
     program = f"import sys, clearance_mj; print(*{later} & sys.modules.keys())"
     found = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
     assert found.stdout.split() == []
+
+
+def test_public_names_are_the_same_for_type_checkers():
+    """What `__init__` shows to them, what it imports when it is used, and `__all__`."""
+    block = next(n for n in ast.parse((PACKAGE / "__init__.py").read_text()).body if isinstance(n, ast.If))
+    shown = {(node.module, alias.name) for node in block.body for alias in node.names}
+    modules = {(None, name) for name in ("beam", "identify", "periodic", "physical", "structure")}
+    homes = {(module, name) for name, module in clearance_mj._HOMES.items()}
+    assert shown == homes | modules | {("signals", "excitation")}
+    assert {name for _, name in shown} | {"__version__"} == set(clearance_mj.__all__)
+    assert all(getattr(clearance_mj, name) is not None for name in clearance_mj.__all__)
+    with pytest.raises(AttributeError, match="has no attribute 'nothing'"):
+        _ = clearance_mj.nothing
 
 
 def test_no_circles():
