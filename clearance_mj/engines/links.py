@@ -17,7 +17,7 @@ from pydantic import Field
 
 from ..beam import ritz_model
 from ..clearance.law import Law
-from ..physical import INVERSE_INERTIA, solref_solimp
+from ..physical import INVERSE_INERTIA, inverse_inertia, solref_solimp
 from ..rig import Bushing, Rig
 from ..structure import Shaft
 from ..validation import Positive, Whole
@@ -265,16 +265,15 @@ def _set_softness(spec: mujoco.MjSpec, rig: Rig) -> None:
     """
     model = spec.compile()
 
-    def softness(name: str, inverse_inertia: float) -> tuple[np.ndarray, np.ndarray]:
-        contact = rig.bushings[int("".join(c for c in name.partition("_")[0] if c.isdigit()))].contact
-        return solref_solimp(contact.stiffness / 2, contact.damping / 2, inverse_inertia)  # two ends share them
+    def softness(kind: str, name: str, bushing: str) -> tuple[np.ndarray, np.ndarray]:
+        contact = rig.bushings[int("".join(c for c in bushing.partition("_")[0] if c.isdigit()))].contact
+        inverse = inverse_inertia(model, kind, getattr(model, kind)(name).id)
+        return solref_solimp(contact.stiffness / 2, contact.damping / 2, inverse)  # two ends share them
 
     for pair in spec.pairs:
-        inverse_inertia = model.body_invweight0[model.geom(pair.geomname2).bodyid[0], 0]
-        pair.solref, pair.solimp = softness(pair.geomname1, inverse_inertia)
+        pair.solref, pair.solimp = softness("pair", pair.name, pair.geomname1)
     for tendon in (t for t in spec.tendons if t.limited == mujoco.mjtLimited.mjLIMITED_TRUE):
-        inverse_inertia = model.tendon_invweight0[model.tendon(tendon.name).id]
-        tendon.solref_limit, tendon.solimp_limit = softness(tendon.name, inverse_inertia)
+        tendon.solref_limit, tendon.solimp_limit = softness("tendon", tendon.name, tendon.name)
     for support in spec.equalities:
         support.solref = held_softness(spec.option.timestep)
 

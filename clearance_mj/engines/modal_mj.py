@@ -18,7 +18,7 @@ from pydantic import Field
 from ..beam import MOST_MODES, ritz_model
 from ..clearance.law import Law
 from ..errors import ClearanceError
-from ..physical import INVERSE_INERTIA, solref_solimp
+from ..physical import INVERSE_INERTIA, inverse_inertia, solref_solimp
 from ..rig import Rig
 from ..validation import Positive, Whole
 from .base import Engine, Run, register
@@ -94,7 +94,8 @@ def _set_softness(spec: mujoco.MjSpec, rig: Rig) -> None:
     model = spec.compile()
     for i, tendon in enumerate(spec.tendons):
         contact = rig.bushings[i // 2].contact  # two ends share it
-        softness = solref_solimp(contact.stiffness / 2, contact.damping / 2, model.tendon_invweight0[i])
+        inverse = inverse_inertia(model, "tendon", i)
+        softness = solref_solimp(contact.stiffness / 2, contact.damping / 2, inverse)
         tendon.solref_limit, tendon.solimp_limit = softness
 
 

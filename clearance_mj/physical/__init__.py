@@ -6,7 +6,7 @@ clearances by one call each, `compile` makes the model of it, `check` says what 
 
 from .checks import check, compile
 from .clearances import add_annular_clearance, add_backlash
-from .elements import apply
+from .elements import apply, inverse_inertia
 from .limits import contact, joint_limit, tendon_limit
 from .softness import IMPEDANCE, INVERSE_INERTIA, solref_solimp, stiffness_damping
 from .step import largest_step
@@ -20,6 +20,7 @@ __all__ = [
     "check",
     "compile",
     "contact",
+    "inverse_inertia",
     "joint_limit",
     "largest_step",
     "solref_solimp",
