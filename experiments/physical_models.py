@@ -372,16 +372,20 @@ def geared(name: str, recipe: bool, scale: float = 1.0) -> tuple[mujoco.MjModel,
 
 
 def teeth(model: mujoco.MjModel, row: Row, pose: np.ndarray, side: int) -> tuple[float, float]:
-    """Stiffness and play to a side, from the static forces at two depths."""
-    data, forces, depths = mujoco.MjData(model), [], []
+    """Stiffness and play to a side, from the static forces at two angles between load and drive."""
+    data, forces, angles = mujoco.MjData(model), [], []
+    load, _, how = row.name.rpartition(" ")
     for depth in (1e-4, 2e-4):
         mujoco.mj_resetData(model, data)
         data.qpos[:] = pose
         r = violate(model, data, row, depth, side)
-        depths.append(-data.efc_pos[r])
+        turned = data.joint(row.name).qpos[0] if how == "play" else (
+            data.joint(load).qpos[0] - data.joint(f"{load} drive").qpos[0]
+        )  # fmt: skip
+        angles.append(abs(turned))
         forces.append(static_force(model, data, row, r))
-    stiffness = (forces[1] - forces[0]) / (depths[1] - depths[0])
-    return stiffness, GAP + depths[0] - forces[0] / stiffness
+    stiffness = (forces[1] - forces[0]) / (angles[1] - angles[0])
+    return stiffness, angles[0] - forces[0] / stiffness
 
 
 def measure_backlash(name: str, count: int) -> dict[str, float]:
