@@ -347,7 +347,7 @@ def geared(name: str, recipe: bool, scale: float = 1.0) -> tuple[mujoco.MjModel,
         row = _row(plain, "joint", joint)
         inertia = row.k / RINGS**2  # of the drive: the load's own in the initial pose
         if recipe:
-            if plain.body_dofnum[plain.jnt_bodyid[plain.joint(joint).id]] > 5:
+            if len(spec.joint(joint).parent.joints) > 5:
                 continue  # MuJoCo allows six in one body
             load_joint, degrees = spec.joint(joint), spec.compiler.degree
             limits = np.array([-GAP, GAP])
