@@ -69,6 +69,7 @@ def test_get_started(clone):
     assert float(re.search(r"RMSE ([\d.]+) dB", out)[1]) < 0.5
 
 
+@pytest.mark.slow
 def test_periodic(clone):
     """What the page says is printed."""
     out = run_python("periodic.md", clone)

@@ -37,6 +37,10 @@ class GreaseModel(Registered, ABC):
     def small_motion(self) -> tuple[float, float]:
         """Return stiffness, N/m, and damping, N s/m, of small motions about the centre."""
 
+    def is_linear(self) -> bool:
+        """Return whether nothing but stiffness and damping of small motions ever acts."""
+        return False
+
     def largest(self) -> tuple[float, float]:
         """Return the largest stiffness, N/m, and damping, N s/m, that time steps must follow."""
         return self.small_motion()

@@ -40,6 +40,7 @@ class Laws(NamedTuple):
     spring: np.ndarray  # (n_bushings,) stiffness that the linear system has already, N/m
     damper: np.ndarray  # (n_bushings,) and damping, N s/m
     memory: np.ndarray  # (n_bushings,) numbers that the grease remembers, 0 if they never change
+    linear: np.ndarray  # (n_bushings,) whether the grease adds nothing to its spring and damper
     room: int  # for the numbers of any grease
 
 
@@ -298,7 +299,8 @@ def along(
     slopes.remembers[:] = False
     n_bushings = laws.bushings.size
     for j in range(n_bushings):
-        _along_grease(laws, j, x, v, omega, basis, project, want, force, slopes)
+        if not laws.linear[j]:
+            _along_grease(laws, j, x, v, omega, basis, project, want, force, slopes)
         p = n_bushings + 2 * j
         _along_contact(laws, j, p, x, v, omega, basis, rate, project, want, force, slopes)
         if equal(x, p, p + 1):

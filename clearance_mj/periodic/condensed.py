@@ -148,8 +148,9 @@ def condensed(
     records = clearance_records(rig, law, 1.0)
     k, c = np.ascontiguousarray(np.transpose([grease.small_motion() for grease in greases]))
     memory = np.array([_memory(g, b.gap) for g, b in zip(greases, rig.bushings)])
+    linear_greases = np.array([grease.is_linear() for grease in greases])
     room = max(grease.states() for grease in greases)
-    laws = Laws(*records, k, c, memory, max(room, 1))
+    laws = Laws(*records, k, c, memory, linear_greases, max(room, 1))
     on_modes = float(np.max(stiffest * np.sum(model.at_bushings**2, axis=1)))
     return Condensed(
         rig, law, kind, periods, modes, linear, Linear(linear.values, residues, driven, excitation, basis, owner), laws,

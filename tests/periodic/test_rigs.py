@@ -65,6 +65,15 @@ def test_bouc_wen_is_what_its_describing_function_says(level, monkeypatch):
     assert x * (stiffness + 4e3 - omega**2 + 0.5j * omega) == pytest.approx(level, rel=1e-6)
 
 
+def test_a_linear_grease_need_not_be_sampled(monkeypatch):
+    branch = periodic.response(TABLE1, LAW, LEVEL, (44, 48), stability=False)
+    monkeypatch.setattr(BoucWen, "is_linear", lambda self: False)
+    sampled = periodic.response(TABLE1, LAW, LEVEL, (44, 48), stability=False)
+    ends = [0, -1]  # both at one frequency
+    np.testing.assert_allclose(branch.acceleration[ends], sampled.acceleration[ends], atol=1e-6)
+    assert branch.contact_force[ends].any()
+
+
 def test_it_jumps_where_a_slow_sweep_does():
     """Folds of the table-1 rig at 6 m/s², between which three vibrations are possible, the middle one unstable."""
     branch = periodic.response(TABLE1, LAW, LEVEL, (30, 60))

@@ -56,6 +56,11 @@ class BoucWen(GreaseModel):
         """Stiffness k and damping c."""
         return self.grease.stiffness, self.grease.damping
 
+    def is_linear(self) -> bool:
+        """Whether there is neither a hysteretic share nor a film."""
+        g = self.grease
+        return (g.elastic_ratio == 1 or g.stiffness == 0) and not (g.film_height and g.damping)
+
     def largest(self) -> tuple[float, float]:
         """k, and the damping of the thinnest film."""
         g = self.grease
