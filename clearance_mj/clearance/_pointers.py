@@ -6,6 +6,7 @@ An address is a number in a record, so that one compiled loop, cached on disk, r
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -30,14 +31,19 @@ def _stamp(paths: Iterable[Path]) -> tuple[tuple[float, int], ...]:
 _KERNEL = _stamp(_FILES)
 
 
+@cache
+def _compiled_parts(folder: Path) -> tuple[tuple[float, int], ...]:
+    return _stamp(sorted(folder.glob("_[!_]*.py")))
+
+
 def _kept_with_the_kernel(made: Any) -> Any:
     """Let what is kept of a compiled function on disk count until its own file, the kernel or a file beside it changes.
 
     Beside it: the compiled parts of its package, whose names begin with an underscore.
     """
     if kept := getattr(getattr(made, "_cache", None), "_cache_file", None):
-        own = Path(made.py_func.__code__.co_filename)
-        kept._source_stamp = (kept._source_stamp, _KERNEL, _stamp(sorted(own.parent.glob("_[!_]*.py"))))
+        folder = Path(made.py_func.__code__.co_filename).parent
+        kept._source_stamp = (kept._source_stamp, _KERNEL, _compiled_parts(folder))
     return made
 
 

@@ -164,10 +164,8 @@ def _at_edge(solver: Solver, omega: float) -> Motion:
 
 
 def _touches(solver: Solver, motion: Motion) -> bool:
-    system = solver.system
-    place = (system.linear.basis @ motion.z + motion.y) @ solver.grid.basis.T
-    lower, upper = np.repeat([bushing.walls for bushing in system.rig.bushings], 2, axis=0).T
-    ends = place[len(system.rig.bushings) :]
+    lower, upper = np.repeat([bushing.walls for bushing in solver.system.rig.bushings], 2, axis=0).T
+    ends = solver.ends(motion)
     return bool(np.any(ends.max(axis=1) > upper) or np.any(ends.min(axis=1) < lower))
 
 

@@ -17,7 +17,7 @@ from ..rig import Rig
 from ._balance import Grid, Linear
 from ._forces import Laws, Slopes
 
-__all__ = ["Condensed", "Poles", "condensed", "grid", "poles", "slopes"]
+__all__ = ["Condensed", "Poles", "condensed", "grid", "laws_of", "poles", "slopes"]
 
 STIFF = 1e-3
 """of a contact's stiffness times the compliance of a motion of the points: what is less follows by substitution"""
@@ -144,18 +144,21 @@ def condensed(
     excitation[periods : periods * len(levels) + 1 : periods] = levels
     stiffest = np.broadcast_to(law.largest([b.gap for b in rig.bushings])[0], len(rig.bushings))
     basis, owner = _coordinates(linear, stiffest)
+    on_modes = float(np.max(stiffest * np.sum(model.at_bushings**2, axis=1)))
+    shifted = Linear(linear.values, residues, driven, excitation, basis, owner)
+    room = min(b.gap - abs(b.offset) for b in rig.bushings)
+    return Condensed(rig, law, kind, periods, modes, linear, shifted, laws_of(rig, law), room, on_modes)
+
+
+def laws_of(rig: Rig, law: Law) -> Laws:
+    """Return what acts in the clearances of a rig."""
     greases = greases_of(rig, law)
     records = clearance_records(rig, law, 1.0)
     k, c = np.ascontiguousarray(np.transpose([grease.small_motion() for grease in greases]))
     memory = np.array([_memory(g, b.gap) for g, b in zip(greases, rig.bushings)])
-    linear_greases = np.array([grease.is_linear() for grease in greases])
+    linear = np.array([grease.is_linear() for grease in greases])
     room = max(grease.states() for grease in greases)
-    laws = Laws(*records, k, c, memory, linear_greases, max(room, 1))
-    on_modes = float(np.max(stiffest * np.sum(model.at_bushings**2, axis=1)))
-    return Condensed(
-        rig, law, kind, periods, modes, linear, Linear(linear.values, residues, driven, excitation, basis, owner), laws,
-        min(b.gap - abs(b.offset) for b in rig.bushings), on_modes,
-    )  # fmt: skip
+    return Laws(*records, k, c, memory, linear, max(room, 1))
 
 
 def _coordinates(linear: Poles, stiffest: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

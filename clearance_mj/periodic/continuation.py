@@ -239,6 +239,11 @@ class Solver(Follower):
         """Return the share of the excitation's level at which a motion is."""
         return 1.0 if self.at is None else motion.omega
 
+    def ends(self, motion: Motion) -> np.ndarray:
+        """Return the displacements (2 n_bushings, N) of both ends of every bushing along a period, m."""
+        place = (self.system.linear.basis @ motion.z + motion.y) @ self.grid.basis.T
+        return place[len(self.system.rig.bushings) :]
+
     def _left(self, parameter: float, z: np.ndarray, y: np.ndarray, want: bool) -> tuple[np.ndarray, ...]:
         """What is left of the balance, and its derivatives, at a frequency, or at a share of the level."""
         linear, laws = self.system.linear, self.system.laws

@@ -24,7 +24,7 @@ from ..signals import _labelled as labelled
 from ..signals.arrays import ArrayData, read_only
 from ._balance import balance
 from .branch import Branch, SpecialPoint
-from .condensed import condensed
+from .condensed import Condensed, condensed, laws_of
 from .continuation import Motion, NoConvergence, Solver
 from .following import resumed
 from .forced import excitation_kind, resolution
@@ -130,28 +130,21 @@ class _Folds:
 
     def left(self, at: _State, want: bool) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """What the balance leaves (m,), what y should be, and the derivatives (m, m + 1) by z and ω if wanted."""
-        s, linear, laws = self.solver, self.system.linear, self.system.laws
-        if self.over == "level":
-            linear = linear._replace(excitation=at.share * linear.excitation)
-        else:
-            rig = self.system.rig
-            scaled = rig.replace(bushings=tuple(replace(b, gap=at.share * b.gap) for b in rig.bushings))
-            kind, modes = self.system.kind, self.system.modes
-            laws = condensed(scaled, self.system.law, kind, [1.0], s.harmonics, modes).laws
-        found = balance(linear, s.grid, laws, s.slopes, at.omega, at.z, at.y, want, s.jacobian)
+        s, system = self.solver, self._system_at(at.share)
+        found = balance(system.linear, s.grid, system.laws, s.slopes, at.omega, at.z, at.y, want, s.jacobian)
         return found[0].ravel(), found[2], s.jacobian[:-1].copy() if want else s.jacobian[:0]
 
     def solver_at(self, share: float) -> Solver:
         """What finds motions at a share of level or gap."""
-        system, s = self.system, self.solver
+        return Solver(self._system_at(share), self.solver.harmonics, self.solver.samples)
+
+    def _system_at(self, share: float) -> Condensed:
+        system = self.system
         if self.over == "level":
-            system = system._replace(linear=system.linear._replace(excitation=share * system.linear.excitation))
-        else:
-            rig = system.rig
-            scaled = rig.replace(bushings=tuple(replace(b, gap=share * b.gap) for b in rig.bushings))
-            laws = condensed(scaled, system.law, system.kind, [1.0], s.harmonics, system.modes).laws
-            system = system._replace(laws=laws)
-        return Solver(system, s.harmonics, s.samples)
+            return system._replace(linear=system.linear._replace(excitation=share * system.linear.excitation))
+        rig = system.rig
+        scaled = rig.replace(bushings=tuple(replace(b, gap=share * b.gap) for b in rig.bushings))
+        return system._replace(laws=laws_of(scaled, system.law))
 
     def begin(self, at: _State) -> None:
         """Border the derivative with its own singular vectors."""
@@ -427,7 +420,7 @@ def _level_of_contact(solver: Solver, omega: float) -> float:
     walls = np.repeat(np.abs([bushing.walls for bushing in solver.system.rig.bushings]).min(axis=1), 2)
 
     def reach(motion: Motion) -> float:
-        return float(np.max(np.abs(_ends(solver, motion)) / walls[:, None]))
+        return float(np.max(np.abs(solver.ends(motion)) / walls[:, None]))
 
     row = np.append(np.zeros(solver.size), 1.0)
     linear = solver.system.linear.basis @ -left + moved
@@ -456,8 +449,3 @@ def _level_of_contact(solver: Solver, omega: float) -> float:
         if (high - low) * abs(way[1]) < 1e-9 * at:
             break
     return float(before.omega + (low + high) / 2 * way[1])
-
-
-def _ends(solver: Solver, motion: Motion) -> np.ndarray:
-    place = (solver.system.linear.basis @ motion.z + motion.y) @ solver.grid.basis.T
-    return place[len(solver.system.rig.bushings) :]

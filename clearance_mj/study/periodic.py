@@ -43,8 +43,8 @@ class PeriodicVibrations:
 def missed(branches: tuple[Branch, ...], steps: SineSteps) -> np.ndarray:
     """Return by which share the amplitude at each sensor misses that of a step, (n, n_sensors).
 
-    It is that of the stable vibrations at the step's frequency, of the branch whose level is nearest; nan beyond its
-    ends.
+    It is that of the vibration on which a sweep in the step's direction comes to its frequency, of the branch whose
+    level is nearest; nan where that has none that is stable.
 
     Parameters
     ----------
@@ -57,14 +57,24 @@ def missed(branches: tuple[Branch, ...], steps: SineSteps) -> np.ndarray:
     levels = np.array([abs(branch.level[0, 0]) for branch in branches])
     for i, (frequency, level) in enumerate(zip(steps.frequency, steps.level)):
         nearest = levels[np.argmin(np.abs(levels - level))]
-        for branch in (branch for branch, own in zip(branches, levels) if own == nearest):
-            stable = stable_points(branch)
-            order = np.flatnonzero(stable)[np.argsort(branch.frequency[stable])]
-            x, y = branch.frequency[order], branch.amplitude()[order] * level / nearest
-            if x.size and x[0] <= frequency <= x[-1]:
-                model = np.array([np.interp(frequency, x, row) for row in y.T])
-                found[i] = model / steps.acceleration[i] - 1
+        met = [
+            amplitude
+            for branch in (branch for branch, own in zip(branches, levels) if own == nearest)
+            for amplitude in _stable_amplitudes(branch, frequency)
+        ]
+        if met:
+            found[i] = met[0 if steps.upwards[i] else -1] * level / nearest / steps.acceleration[i] - 1
     return found
+
+
+def _stable_amplitudes(branch: Branch, frequency: float) -> list[np.ndarray]:
+    """Of the sensors at a frequency, in the order in which they follow each other from low frequencies on."""
+    x, y, stable = branch.frequency, branch.amplitude(), stable_points(branch)
+    found = []
+    for j in np.flatnonzero(((x[:-1] - frequency) * (x[1:] - frequency) <= 0) & stable[:-1] & stable[1:]):
+        share = (frequency - x[j]) / (x[j + 1] - x[j]) if x[j + 1] != x[j] else 0.0
+        found.append(y[j] + share * (y[j + 1] - y[j]))
+    return found if x[0] <= x[-1] else found[::-1]
 
 
 def has_periodic_vibrations(law: Law) -> bool:

@@ -80,6 +80,17 @@ def test_a_stepped_sine_is_compared_with_the_branch_of_its_level():
     assert np.isnan(missed(branches, dataclasses.replace(steps, frequency=steps.frequency + 100.0))).all()
 
 
+def test_a_step_between_folds_is_compared_with_the_vibration_its_sweep_is_on():
+    """A hardening curve: the high vibration upwards, which the sweep came along, the low one downwards."""
+    branch = under_sines().branches[1]
+    first, last = sorted(point.index for point in branch.special)
+    x, y = branch.frequency, branch.amplitude()
+    high, low = ([np.interp(41.2, x[arm], row) for row in y[arm].T] for arm in (slice(first), slice(last + 1, None)))
+    steps = SineSteps(np.full(2, 41.2), np.full(2, 4.0), np.array([True, False]), np.array([high, low]), None)
+    assert high[2] > 3 * low[2]
+    np.testing.assert_allclose(missed(under_sines().branches, steps), 0, atol=1e-9)
+
+
 def test_a_stepped_sine_is_drawn_and_said(study, tmp_path):
     beside = Study.from_results(study.dataset, study.laws, periodic=under_sines())
     beside.sine_steps = {"sine_4": steps_of(under_sines().branches[1], [10.0, 20.0, 80.0], 1 / 1.05)}
