@@ -118,8 +118,7 @@ class Changed(cm.engines.Engine):
             return built
         build = cm.engines.build_links if self.base == "links" else cm.engines.build_modes
         model = build(rig, self.size).compile()
-        for field in ("body_invweight0", "tendon_invweight0"):
-            getattr(model, field)[:] = getattr(built.model, field)
+        cm.physical.set_inverse_inertia(model)
         return dataclasses.replace(built, model=model)
 
 

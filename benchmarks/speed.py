@@ -79,7 +79,7 @@ def _model(rig, law, engine):
     model.opt.timestep = step = 1 / (2048.0 * factor)
     model.dof_armature[:] = plant.armature * step**2 * model.jnt_stiffness
     field = model.pair_solref if engine.name == "links" else model.tendon_solref_lim
-    field[:] = cm.solref_solimp(law.k[0] / 2, law.c[0] / 2, cm.physical.INVERSE_INERTIA)[0]
+    field[:] = cm.physical.SOLREF_PER_UNIT * law.k[0] / 2, cm.physical.SOLREF_PER_UNIT * law.c[0] / 2
     return model, factor
 
 

@@ -17,7 +17,7 @@ from pydantic import Field
 
 from ..beam import ritz_model
 from ..clearance.law import Law
-from ..physical import INVERSE_INERTIA, inverse_inertia, solref_solimp
+from ..physical import apply, set_inverse_inertia
 from ..rig import Bushing, Rig
 from ..structure import Shaft
 from ..validation import Positive, Whole
@@ -25,7 +25,7 @@ from .base import Engine, Run, register
 from .chain import Link
 from .linkage import Linkage, linkage
 from .mujoco_loop import MujocoRun
-from .plant import ARMATURE, FAR, ITERATIONS, STIFF_ROOT, Maps, Plant, held_softness, set_solver, stable_step
+from .plant import ARMATURE, FAR, ITERATIONS, STIFF_ROOT, Maps, Plant, set_solver, settling, soften, stable_step
 
 __all__ = ["Links", "build_links"]
 
@@ -77,7 +77,7 @@ def build_links(rig: Rig, links: int = 16) -> mujoco.MjSpec:
             _add_bushing(spec, whole, j)
         else:
             _add_clearance(spec, whole, j)
-    _set_softness(spec, rig)
+    apply(spec)
     return spec
 
 
@@ -197,7 +197,8 @@ def _add_supports(spec: mujoco.MjSpec, whole: Linkage) -> None:
     for i, row in enumerate(whole.fixed):
         _add_tendon(spec, whole, f"support{i}", row)
         tendon = {"type": mujoco.mjtEq.mjEQ_TENDON, "objtype": mujoco.mjtObj.mjOBJ_TENDON, "name1": f"support{i}"}
-        spec.add_equality(name=f"support{i}", solimp=[0.9999, 0.9999, 1, 0.5, 1], **tendon)
+        solref = settling(spec.option.timestep)
+        spec.add_equality(name=f"support{i}", solref=solref, solimp=[0.9999, 0.9999, 1, 0.5, 1], **tendon)
     for i, (row, stiffness, damping) in enumerate(zip(*whole.springs)):
         spring = _add_tendon(spec, whole, f"spring{i}", row)
         spring.stiffness, spring.damping = [stiffness, 0, 0], [damping, 0, 0]
@@ -229,6 +230,7 @@ def _add_bushing(spec: mujoco.MjSpec, whole: Linkage, j: int) -> None:
         for side in _sides(bushing):
             pair = {"geomname1": f"bushing{j}_{side}", "geomname2": collar, "condim": 1}
             spec.add_pair(name=f"{collar}_{side}", **pair)
+            soften(spec, "pair", f"{collar}_{side}", bushing)
 
 
 def _add_plates(spec: mujoco.MjSpec, j: int, bushing: Bushing, x: float, y: float, depth: float) -> None:
@@ -250,32 +252,14 @@ def _sides(bushing: Bushing) -> dict[str, int]:
 
 def _add_clearance(spec: mujoco.MjSpec, whole: Linkage, j: int) -> None:
     """Limits of the relative motion of two points that both move, at both ends."""
-    walls = np.clip(whole.rig.bushings[j].walls, -FAR, FAR)
+    bushing = whole.rig.bushings[j]
+    walls = np.clip(bushing.walls, -FAR, FAR)
     for end, row in zip("ab", whole.at_ends[2 * j :]):
         tendon = _add_tendon(spec, whole, f"clearance{j}{end}", row)
         tendon.limited, tendon.range = 1, walls
         name = {"objtype": mujoco.mjtObj.mjOBJ_TENDON, "objname": tendon.name}
         spec.add_sensor(name=tendon.name, type=mujoco.mjtSensor.mjSENS_TENDONPOS, **name)
-
-
-def _set_softness(spec: mujoco.MjSpec, rig: Rig) -> None:
-    """Give pairs and limits the datasheet stiffness and damping, with the inverse inertia that MuJoCo computes.
-
-    Rigid supports get a time constant of ten steps.
-    """
-    model = spec.compile()
-
-    def softness(kind: str, name: str, bushing: str) -> tuple[np.ndarray, np.ndarray]:
-        contact = rig.bushings[int("".join(c for c in bushing.partition("_")[0] if c.isdigit()))].contact
-        inverse = inverse_inertia(model, kind, getattr(model, kind)(name).id)
-        return solref_solimp(contact.stiffness / 2, contact.damping / 2, inverse)  # two ends share them
-
-    for pair in spec.pairs:
-        pair.solref, pair.solimp = softness("pair", pair.name, pair.geomname1)
-    for tendon in (t for t in spec.tendons if t.limited == mujoco.mjtLimited.mjLIMITED_TRUE):
-        tendon.solref_limit, tendon.solimp_limit = softness("tendon", tendon.name, tendon.name)
-    for support in spec.equalities:
-        support.solref = held_softness(spec.option.timestep)
+        soften(spec, "tendon", tendon.name, bushing)
 
 
 def _reduce_to_face(plate: mujoco.MjsGeom) -> None:
@@ -308,8 +292,7 @@ def _plant(rig: Rig, links: int) -> Plant:
         _reduce_to_face(plate)
     model = spec.compile()
     ends = [f"{j}{end}" for j in range(len(rig.bushings)) for end in "ab"]
-    model.body_invweight0[1:] = INVERSE_INERTIA  # Â of every contact is then known; see physical.softness
-    model.tendon_invweight0[:] = INVERSE_INERTIA
+    set_inverse_inertia(model)
     pairs = {model.pair(i).name: i for i in range(model.npair)}  # MuJoCo sorts them
     limits = {model.tendon(i).name: i for i in range(model.ntendon)}
     touching = [[pairs.get(f"collar{end}_{side}", -1) for side in ("lower", "upper")] for end in ends]

@@ -18,12 +18,12 @@ from pydantic import Field
 from ..beam import MOST_MODES, ritz_model
 from ..clearance.law import Law
 from ..errors import ClearanceError
-from ..physical import INVERSE_INERTIA, inverse_inertia, solref_solimp
+from ..physical import apply, set_inverse_inertia
 from ..rig import Rig
 from ..validation import Positive, Whole
 from .base import Engine, Run, register
 from .mujoco_loop import MujocoRun
-from .plant import FAR, Maps, Plant, set_solver, stable_step
+from .plant import FAR, Maps, Plant, set_solver, soften, stable_step
 
 __all__ = ["ModalMujoco", "build_modes"]
 
@@ -85,18 +85,9 @@ def build_modes(rig: Rig, modes: int = 8) -> mujoco.MjSpec:
                 tendon.wrap_joint(f"mode{i}", np.sqrt(mass) * y)
             name = {"objtype": mujoco.mjtObj.mjOBJ_TENDON, "objname": tendon.name}
             spec.add_sensor(name=tendon.name, type=mujoco.mjtSensor.mjSENS_TENDONPOS, **name)
-    _set_softness(spec, rig)
+            soften(spec, "tendon", tendon.name, bushing)
+    apply(spec)
     return spec
-
-
-def _set_softness(spec: mujoco.MjSpec, rig: Rig) -> None:
-    """Give every limit the datasheet stiffness and damping, with the inverse inertia that MuJoCo computes."""
-    model = spec.compile()
-    for i, tendon in enumerate(spec.tendons):
-        contact = rig.bushings[i // 2].contact  # two ends share it
-        inverse = inverse_inertia(model, "tendon", i)
-        softness = solref_solimp(contact.stiffness / 2, contact.damping / 2, inverse)
-        tendon.solref_limit, tendon.solimp_limit = softness
 
 
 @functools.lru_cache(maxsize=32)
@@ -107,7 +98,7 @@ def _plant(rig: Rig, modes: int) -> Plant:
     model = spec.compile()
     ritz, mass = ritz_model(rig, modes), _mass(rig, modes)
     root = np.sqrt(mass)
-    model.tendon_invweight0[:] = INVERSE_INERTIA  # Â of every limit is then known; see physical.softness
+    set_inverse_inertia(model)
     at_shaker = root * ritz.input("force") if rig.shaker.forces else np.zeros(ritz.size)
     viscous = mass * ritz.coupling  # the joints have the rest of the damping
     limits = np.arange(2 * len(rig.bushings))

@@ -24,7 +24,7 @@ from ..clearance._pointers import OPTIONS, kernel_loop
 from ..clearance.kernel import Clearance, clearance_records, contact_force, contact_step, follow_law, grease_step
 from ..clearance.law import Law
 from ..errors import LawError, SimulationError
-from ..physical import INVERSE_INERTIA, solref_solimp
+from ..physical import SOLREF_PER_UNIT
 from ..rig import Rig
 from .base import Engine, Equations, Run, diverged, location
 from .plant import Maps, Plant, hold, tendon_rows
@@ -66,9 +66,6 @@ def _warnings_counted() -> Iterator[None]:
 def _ignore(_: Any) -> None:
     pass
 
-
-_PER_UNIT = float(solref_solimp(1.0, 1.0, INVERSE_INERTIA)[0][0])
-"""solref of 1 N/m or 1 N s/m, to which it is proportional"""
 
 _HANDLER = ctypes.c_void_p.in_dll(_LIBRARY, "mju_user_warning")
 _PREVIOUS = ctypes.c_void_p()
@@ -125,10 +122,9 @@ class MujocoRun(Run):
     def advance(self, excitation: np.ndarray) -> np.ndarray:
         """Simulate one block; see `Run.advance`."""
         out = np.empty((excitation.size, len(self.maps.output) + len(self.maps.at_points)))
+        models = self.base, self.gravity, self.views, self.maps, self.clearance
         with _warnings_counted():
-            failed, bushing = _advance(
-                self.steps, excitation, self.base, self.gravity, self.views, self.maps, self.clearance, _PER_UNIT, out
-            )
+            failed, bushing = _advance(self.steps, excitation, *models, SOLREF_PER_UNIT, out)
         if failed >= 0:
             raise diverged(self.rig, self.engine, (self.steps + failed) * self.step, bushing)
         self._check_warnings()

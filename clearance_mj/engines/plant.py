@@ -11,16 +11,18 @@ import scipy.linalg
 
 from ..clearance.kernel import greases_of
 from ..clearance.law import Law
-from ..rig import Rig
+from ..physical.elements import ask
+from ..rig import Bushing, Rig
 
 __all__ = [
     "ARMATURE",
     "ITERATIONS",
     "Maps",
     "Plant",
-    "held_softness",
     "hold",
     "set_solver",
+    "settling",
+    "soften",
     "stable_step",
     "tendon_rows",
 ]
@@ -67,8 +69,13 @@ def set_solver(spec: mujoco.MjSpec) -> None:
     spec.option.disableflags = int(mujoco.mjtDisableBit.mjDSBL_ISLAND | mujoco.mjtDisableBit.mjDSBL_AUTORESET)
 
 
-def held_softness(step: float) -> tuple[float, float]:
-    """Give the solref of rigid supports, whose errors decay critically damped."""
+def soften(spec: mujoco.MjSpec, kind: str, name: str, bushing: Bushing) -> None:
+    """Ask for the datasheet's stiffness and damping at one of a bushing's two ends, which share them."""
+    ask(spec, kind, [name], bushing.contact.stiffness / 2, bushing.contact.damping / 2)
+
+
+def settling(step: float) -> tuple[float, float]:
+    """Give the solref of rigid supports, which have no stiffness: what errors they have decay critically damped."""
     return -1 / (SETTLES * step) ** 2, -2 / (SETTLES * step)
 
 
@@ -90,7 +97,7 @@ def hold(model: mujoco.MjModel) -> np.ndarray:
         wraps = slice(model.tendon_adr[tendon], model.tendon_adr[tendon] + model.tendon_num[tendon])
         model.wrap_prm[wraps] = row[model.jnt_dofadr[model.wrap_objid[wraps]]]
     model.tendon_invweight0[model.eq_obj1id] = HELD
-    model.eq_solref[:] = held_softness(model.opt.timestep)
+    model.eq_solref[:] = settling(model.opt.timestep)
     return held
 
 

@@ -7,13 +7,15 @@ clearances by one call each, `compile` makes the model of it, `check` says what 
 from .checks import check, compile
 from .clearances import add_annular_clearance, add_backlash
 from .elements import apply, inverse_inertia
+from .inertia import set_inverse_inertia
 from .limits import contact, joint_limit, tendon_limit
-from .softness import IMPEDANCE, INVERSE_INERTIA, solref_solimp, stiffness_damping
+from .softness import IMPEDANCE, INVERSE_INERTIA, SOLREF_PER_UNIT, solref_solimp, stiffness_damping
 from .step import largest_step
 
 __all__ = [
     "IMPEDANCE",
     "INVERSE_INERTIA",
+    "SOLREF_PER_UNIT",
     "add_annular_clearance",
     "add_backlash",
     "apply",
@@ -23,6 +25,7 @@ __all__ = [
     "inverse_inertia",
     "joint_limit",
     "largest_step",
+    "set_inverse_inertia",
     "solref_solimp",
     "stiffness_damping",
     "tendon_limit",

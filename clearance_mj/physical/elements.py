@@ -17,7 +17,7 @@ import numpy as np
 from ..errors import LawError, ModelError
 from .softness import solref_solimp, written
 
-__all__ = ["KINDS", "Kind", "Target", "apply", "asked", "compiled", "find", "give", "inverse_inertia", "name_of"]
+__all__ = ["KINDS", "Kind", "Target", "apply", "ask", "asked", "compiled", "find", "give", "inverse_inertia", "name_of"]
 
 Target: TypeAlias = mujoco.MjSpec | mujoco.MjModel
 
@@ -157,14 +157,19 @@ def give(target: Target, kind: str, names: list[str], k: float, c: float) -> Non
         for name in names:
             _write_model(target, kind, name, k, c)
         return
-    texts = {text.name: text for text in target.texts}
+    ask(target, kind, names, k, c)
+    apply(target)
+
+
+def ask(spec: mujoco.MjSpec, kind: str, names: list[str], k: float, c: float) -> None:
+    """Record a stiffness and a damping of elements, which `apply` or `compile` gives them."""
+    texts = {text.name: text for text in spec.texts}
     for name in names:
         key, data = f"{_MARK}{kind}:{name}", f"k={float(k)!r} c={float(c)!r}"
         if key in texts:
             texts[key].data = data
         else:
-            target.add_text(name=key, data=data)
-    apply(target)
+            spec.add_text(name=key, data=data)
 
 
 def apply(target: Target) -> None:

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 
 from ..errors import LawError
 
-__all__ = ["IMPEDANCE", "INVERSE_INERTIA", "solref_solimp", "stiffness_damping", "written"]
+__all__ = ["IMPEDANCE", "INVERSE_INERTIA", "SOLREF_PER_UNIT", "solref_solimp", "stiffness_damping", "written"]
 
 IMPEDANCE = 1e-4
 """Smallest impedance that MuJoCo does not clamp."""
@@ -23,7 +23,10 @@ LARGEST_IMPEDANCE = 5e-4
 """Up to which `written` looks for numbers of few digits"""
 
 INVERSE_INERTIA = 1e4
-"""1/kg; engines write it over MuJoCo's frozen estimate Â, so that it is known and the parasitic mass is 1e-8 kg."""
+"""1/kg; `set_inverse_inertia` writes it over MuJoCo's frozen estimate: a known Â, and a parasitic mass of 1e-8 kg"""
+
+SOLREF_PER_UNIT = -(1 - IMPEDANCE) * INVERSE_INERTIA
+"""of 1 N/m or 1 N s/m, to which solref is proportional, where Â is `INVERSE_INERTIA`"""
 
 
 def solref_solimp(
@@ -113,14 +116,20 @@ def written(k: float, c: float, inverse_inertia: float) -> tuple[np.ndarray, np.
     largest = -solref_solimp(k, c, inverse_inertia)[0][0]
     digit = 10.0 ** (np.floor(np.log10(largest)) - 5)
     count = int(largest / digit * (LARGEST_IMPEDANCE - IMPEDANCE))
-    stiffness = digit * (np.floor(largest / digit) - np.arange(count + 1))
-    impedance = _six_digits(np.maximum(1 - stiffness / (k * inverse_inertia), IMPEDANCE))
-    exact = c * (1 - impedance) * inverse_inertia
-    lost = np.abs(_six_digits(exact) - exact) / np.maximum(exact, np.finfo(float).tiny)
-    best = int(np.argmax(lost < 5e-7)) if np.any(lost < 5e-7) else int(np.argmin(lost))
-    solref = _six_digits(-np.array([stiffness[best], exact[best]]))
-    return solref, np.array([impedance[best], impedance[best], 1.0, 0.5, 1.0])
+    least, found = np.inf, (0.0, 0.0, IMPEDANCE)
+    for n in range(count + 1):
+        stiffness = digit * (np.floor(largest / digit) - n)
+        impedance = _six_digits(max(1 - stiffness / (k * inverse_inertia), IMPEDANCE))
+        exact = c * (1 - impedance) * inverse_inertia
+        damping = _six_digits(exact)
+        lost = abs(damping - exact) / max(exact, np.finfo(float).tiny)
+        if lost < least:
+            least, found = lost, (_six_digits(stiffness), damping, impedance)
+        if lost < 5e-7:
+            break
+    stiffness, damping, impedance = found
+    return np.array([-stiffness, -damping]), np.array([impedance, impedance, 1.0, 0.5, 1.0])
 
 
-def _six_digits(values: np.ndarray) -> np.ndarray:
-    return np.array([float(f"{v:.6g}") for v in values])
+def _six_digits(value: float) -> float:
+    return float(f"{value:.6g}")

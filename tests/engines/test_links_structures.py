@@ -3,8 +3,8 @@
 import mujoco
 import numpy as np
 
-import clearance_mj as cm
 from clearance_mj.engines import build_links
+from clearance_mj.physical.step import softness_of
 from clearance_mj.rig import Bushing, Contact, Grease, Rig, Sensor
 from clearance_mj.structure import Material, Section, Shaft, Shafts, Spring, Support
 
@@ -32,5 +32,4 @@ def test_springs_are_no_clearances():
         limited = np.flatnonzero(model.tendon_limited == mujoco.mjtLimited.mjLIMITED_TRUE)
         assert (limited.size, model.ntendon > limits) == (limits, True)
         for i in limited:
-            expected, _ = cm.solref_solimp(5e4 / 2, 5.0 / 2, model.tendon_invweight0[i])
-            np.testing.assert_allclose(model.tendon_solref_lim[i], expected, rtol=1e-6)
+            np.testing.assert_allclose(softness_of(model, "tendon", i), (5e4 / 2, 5.0 / 2), rtol=1e-6)

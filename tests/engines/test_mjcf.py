@@ -7,9 +7,10 @@ import mujoco
 import numpy as np
 import pytest
 
+from clearance_mj import physical
 from clearance_mj.beam import natural_frequencies
 from clearance_mj.engines import mjcf
-from clearance_mj.physical import solref_solimp
+from clearance_mj.physical.step import softness_of
 
 from ..conftest import TABLE1 as RIG
 
@@ -91,13 +92,11 @@ def test_links_touch_their_bushings():
 
 @pytest.mark.parametrize("name", ["links", "modes"])
 def test_datasheet_softness(name):
-    """k and c of the rig, half at each end, for the inverse inertia that MuJoCo computes itself."""
+    """k and c of the rig, half at each end; of six digits as the masses are, exact once the file is in memory."""
     model, _ = load(name)
-    if name == "links":
-        bodies = model.geom_bodyid[model.pair_geom2]
-        inverse_inertia, solref, solimp = model.body_invweight0[bodies, 0], model.pair_solref, model.pair_solimp
-    else:
-        inverse_inertia, solref, solimp = model.tendon_invweight0, model.tendon_solref_lim, model.tendon_solimp_lim
-    expected, impedance = solref_solimp(7.8e3 / 2, 4.0 / 2, inverse_inertia)
-    np.testing.assert_allclose(solref, expected, rtol=1e-5)
-    np.testing.assert_allclose(solimp, np.tile(impedance, (len(solimp), 1)), rtol=1e-12)
+    rows = [("pair", i) for i in range(model.npair)] + [("tendon", i) for i in range(model.ntendon)]
+    assert len(rows) == (8 if name == "links" else 4)
+    assert physical.check(model) == ()
+    np.testing.assert_allclose([softness_of(model, *row) for row in rows], [(3.9e3, 2.0)] * len(rows), rtol=1e-5)
+    physical.apply(model)
+    np.testing.assert_allclose([softness_of(model, *row) for row in rows], [(3.9e3, 2.0)] * len(rows), rtol=1e-14)

@@ -14,6 +14,7 @@ import pytest
 import scipy.integrate
 import scipy.optimize
 
+from clearance_mj import physical
 from clearance_mj.clearance import (
     ConstantLaw,
     ContactLaw,
@@ -31,7 +32,6 @@ from clearance_mj.clearance.lane_greases import lane_greases
 from clearance_mj.engines import ModalMujoco, modal_mj, mujoco_loop
 from clearance_mj.engines._modal_loop import Motion, Shaft, advance
 from clearance_mj.engines.plant import Maps, set_solver
-from clearance_mj.physical.softness import INVERSE_INERTIA
 from clearance_mj.rig import Bushing, Contact, Grease
 
 from ..conftest import TABLE1
@@ -139,12 +139,12 @@ class FreeMass:
         set_solver(spec)
         body = spec.worldbody.add_body(mass=1.0, inertia=[1, 1, 1], explicitinertial=True)
         body.add_joint(type=mujoco.mjtJoint.mjJNT_SLIDE, axis=[0, 0, 1], name="z")
-        for _ in range(2):
-            tendon = spec.add_tendon(limited=1, range=np.clip(self.rig.bushings[0].walls, -1e3, 1e3))
-            tendon.solimp_limit = [1e-4, 1e-4, 1, 0.5, 1]
+        for end in "ab":
+            tendon = spec.add_tendon(name=end, limited=1, range=np.clip(self.rig.bushings[0].walls, -1e3, 1e3))
             tendon.wrap_joint("z", 1.0)
+        physical.tendon_limit(spec, ["a", "b"], 1.0, 0.0)  # the loop writes those of the law
         model = spec.compile()
-        model.tendon_invweight0[:] = INVERSE_INERTIA
+        physical.set_inverse_inertia(model)
         nowhere = np.zeros((0, 0)), np.zeros((0, 1)), np.zeros(0)
         maps = Maps(np.ones((3, 1)), np.zeros(1), *nowhere, np.zeros((2, 0), int), np.arange(2))
         plant = dataclasses.replace(modal_mj._plant(self.rig, 8), model=model, maps=maps)
