@@ -156,8 +156,9 @@ def robot(recipe: bool = False, braked: Sequence[str] = (), timestep: float = 2e
     for joint in braked:
         spec.delete(spec.actuator(joint))
         spec.delete(spec.joint(joint))
-    for joint in TEETH.keys() - set(braked):
-        gap, k, c = TEETH[joint]
+    for joint, (gap, k, c) in TEETH.items():
+        if joint in braked:
+            continue
         if recipe:
             _second_hinge(spec, joint, gap)
         else:
@@ -349,7 +350,7 @@ def _draw_arm(axes) -> None:
     out = points[:, :2] @ (np.cos(REACH[0]), np.sin(REACH[0]))  # within the plane of the upper arm
     axes.plot(out, points[:, 2], "-", color="0.6", linewidth=7, solid_capstyle="round", solid_joinstyle="round")
     axes.plot(out[1:-1], points[1:-1, 2], "o", color="k", markersize=5)
-    sides = {"base": (0.03, -0.05), "shoulder": (0.05, -0.01), "elbow": (-0.02, -0.06), "roll": (-0.04, 0.05)}
+    sides = {"base": (0.03, -0.05), "shoulder": (0.05, -0.01), "elbow": (-0.15, -0.02), "roll": (-0.04, 0.05)}
     for i, joint in enumerate(TEETH):
         dx, dz = sides.get(joint, (0.04, 0.0))
         axes.annotate(joint, (out[i + 1] + dx, points[i + 1, 2] + dz))

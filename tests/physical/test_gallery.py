@@ -68,6 +68,17 @@ def test_first_contact_of_the_latch():
     assert below == 0 < above
 
 
+def test_force_of_the_latch():
+    """While it rattles, k r + c ṙ and never pulling; a step's sensors belong to the state before it."""
+    motion = gallery.rattle(gallery.latch(), [2 * gallery.first_contact()], 0.4)
+    place, (turns, slides) = gallery.bolt(motion)[0], motion.qvel[0].T
+    speed = place / np.tan(motion.qpos[0, :, 0]) * turns + np.sin(motion.qpos[0, :, 0]) * slides
+    force = gallery.LATCH_K * (np.abs(place) - LATCH_GAP) + gallery.LATCH_C * np.sign(place) * speed
+    force = np.where(np.abs(place) > LATCH_GAP, np.maximum(force, 0), 0)[:-1]
+    np.testing.assert_allclose(motion.sensors[0, 1:, 0], force, atol=1e-3 * force.max())
+    assert force.max() > 200
+
+
 def test_door_pressed_on_the_stop():
     _, depth, frequency = gallery.pressed()
     np.testing.assert_allclose((depth, frequency), gallery.pressed_expected(), rtol=1e-3)
