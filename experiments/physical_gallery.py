@@ -7,7 +7,7 @@ form and beside what MuJoCo's default solref, two hinges or a tube of boxes give
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
@@ -325,9 +325,16 @@ def limit_cycle(loop: Loop = SPIN) -> tuple[float, float]:
     else:
         raise RuntimeError(f"no limit cycle of {loop}")
     start, meets = states(times)
-    flight = [(expm(free * t) @ start)[2] for t in np.linspace(0, times[0], 500)]
-    tooth = [(expm(met * t) @ np.append(meets, 1))[2] for t in np.linspace(0, times[1], 500)]
-    return 1 / (2 * times.sum()), float(np.abs([*flight, *tooth]).max())
+    swings = [*_follow(free, start, times[0]), *_follow(met, np.append(meets, 1), times[1])]
+    return 1 / (2 * times.sum()), float(np.abs([state[2] for state in swings]).max())
+
+
+def _follow(matrix: np.ndarray, state: np.ndarray, seconds: float, steps: int = 500) -> Iterator[np.ndarray]:
+    """Yield the states of a linear system at equal steps."""
+    step = expm(matrix * seconds / steps)
+    for _ in range(steps):
+        state = step @ state
+        yield state
 
 
 def draw_robot() -> Figure:
