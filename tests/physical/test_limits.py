@@ -135,14 +135,15 @@ def test_attached_with_a_prefix():
 
 @pytest.mark.parametrize("damping", [0.0, 40.0])
 def test_largest_step(damping):
-    """2/(δ + √(δ² + ω²)) of the inertia behind the limit; a hundredth above it what rings grows, below it does not."""
+    """2/(δ + √(δ² + ω²)) of the inertia behind the limit and μ; ringing grows a hundredth above it, not below."""
     spec = arm()
     physical.joint_limit(spec, "elbow", 1e5, damping)
     model = spec.compile()
     data, mass = mujoco.MjData(model), np.zeros((model.nv, model.nv))
     mujoco.mj_forward(model, data)
     mujoco.mj_fullM(model, data, mass)
-    inverse = np.linalg.inv(mass)[1, 1]
+    d = model.jnt_solimp[1, 0]
+    inverse = 1 / (1 / np.linalg.inv(mass)[1, 1] + d / (1 - d) / model.dof_invweight0[1])
     decay = damping * inverse / 2
     expected = 2 / (decay + np.sqrt(decay**2 + 1e5 * inverse))
     bent = model.qpos0.copy()
@@ -164,13 +165,14 @@ def test_largest_step(damping):
 
 
 def test_step_of_contacts():
-    """A free ball: ω² = k/m touching or not; without softness in physical units there is no limit."""
+    """A free ball: ω² = k/(m + μ) touching or not; without softness in physical units there is no limit."""
     spec = arm()
     physical.contact(spec, ("ball", "ground"), 1e6, 0.0)
     model = spec.compile()
     poses = np.tile(model.qpos0, (2, 1))
     poses[1, 4] = -1.91
-    expected = 2 / np.sqrt(1e6 / model.body("ball").mass[0])
+    d, inverse = model.pair_solimp[0, 0], model.body_invweight0[model.body("ball").id, 0]
+    expected = 2 / np.sqrt(1e6 / (model.body("ball").mass[0] + d / (1 - d) / inverse))
     for pose in poses:
         assert physical.largest_step(model, pose) == pytest.approx(expected, rel=1e-6)
     assert physical.largest_step(arm().compile()) == np.inf
@@ -185,8 +187,8 @@ CHANGES = {
     "discrete": (lambda m: setattr(m.opt, "integrator", 4), "integrator discrete"),
     "step": (lambda m: setattr(m.opt, "timestep", 0.1), r"timestep 0\.1 s is too long: .* is stable below 0\.0"),
     "varies": (
-        lambda m: m.jnt_solimp.__setitem__((1, 0), 0.5),
-        r'joint limit "elbow": impedance changes from 0\.5 to 0\.0001',
+        lambda m: m.jnt_solimp.__setitem__((1, 0), 5e-4),
+        r'joint limit "elbow": impedance changes from 0\.0005 to 0\.0001',
     ),
     "impedance": (lambda m: m.jnt_solimp.__setitem__((1, [0, 1]), 0.9), r'"elbow": impedance 0\.9 adds a mass'),
     "margin": (lambda m: m.jnt_margin.__setitem__(1, 0.1), r'"elbow": its margin lets the force begin 0\.1 before'),
