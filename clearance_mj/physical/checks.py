@@ -11,12 +11,14 @@ from numpy.typing import ArrayLike
 from ..errors import ModelError
 from .elements import KINDS, apply, asked, compiled, inverse_inertia
 from .softness import LARGEST_IMPEDANCE
-from .step import hardest, softness_of
+from .step import hardest, slow, softness_of
 
 __all__ = ["check", "compile"]
 
 _SAME = 1e-5
 """Share up to which the softness of a model is what was asked, after MJCF's six digits"""
+_SLOWER = 1e-3
+"""Share up to which ringing may be too slow"""
 _POINTS = {
     ("PLANE", "CAPSULE"): 2, ("PLANE", "CYLINDER"): 4, ("PLANE", "BOX"): 4, ("PLANE", "MESH"): 4,
     ("CAPSULE", "CAPSULE"): 2, ("CAPSULE", "CYLINDER"): 4, ("CAPSULE", "BOX"): 2, ("CAPSULE", "MESH"): 4,
@@ -69,7 +71,8 @@ def check(model: mujoco.MjModel, poses: ArrayLike | None = None) -> tuple[str, .
     tuple of str
         One line each; empty if all is well. Contacts and limits whose solref is not in physical units are left alone.
     """
-    return (*_settings(model), *_elements(model), *_geoms(model), *_step_too_long(model, poses))
+    found = *_settings(model), *_elements(model), *_slow(model, poses), *_geoms(model)
+    return *found, *_step_too_long(model, poses)
 
 
 def _soft(model: mujoco.MjModel) -> Iterator[tuple[str, int, str]]:
@@ -139,6 +142,20 @@ def _pair(model: mujoco.MjModel, pair: int, where: str) -> Iterator[str]:
     points = _POINTS.get((first, second), 1)
     if points > 1:
         yield f"{where}: {first.lower()} and {second.lower()} touch in up to {points} points, each with this stiffness"
+
+
+def _slow(model: mujoco.MjModel, poses: ArrayLike | None) -> Iterator[str]:
+    cases = slow(model, poses)
+    for kind, i, name in _soft(model):
+        heavier, behind, pose = cases.get(f'{kind} "{name}"', (0.0, 0.0, 0))
+        slower = 1 - 1 / np.sqrt(1 + heavier)
+        there = KINDS[kind]
+        if slower > _SLOWER and getattr(model, there.model[1])[i, 0] <= 10 * LARGEST_IMPEDANCE:
+            yield (
+                f'{there.noun} "{name}" rings {100 * slower:.2g} % too slow in pose {pose}, where the inertia behind '
+                f"it is {behind / inverse_inertia(model, kind, i):.0f} times less than MuJoCo's estimate: write more "
+                f"into model.{there.inverse} and apply()"
+            )
 
 
 def _geoms(model: mujoco.MjModel) -> Iterator[str]:

@@ -31,20 +31,21 @@ class Kind:
     spec: tuple[str, str]  # solref and solimp
     model: tuple[str, str]
     starts: dict[str, str]  # in the specification: in the model; where else than at zero violation the force begins
+    inverse: str  # where the model has Â
 
 
 KINDS = {
     "joint": Kind(
         "joint limit", mujoco.mjtObj.mjOBJ_JOINT, ("solref_limit", "solimp_limit"), ("jnt_solref", "jnt_solimp"),
-        {"margin": "jnt_margin"},
+        {"margin": "jnt_margin"}, "dof_invweight0",
     ),
     "tendon": Kind(
         "tendon limit", mujoco.mjtObj.mjOBJ_TENDON, ("solref_limit", "solimp_limit"),
-        ("tendon_solref_lim", "tendon_solimp_lim"), {"margin": "tendon_margin"},
+        ("tendon_solref_lim", "tendon_solimp_lim"), {"margin": "tendon_margin"}, "tendon_invweight0",
     ),
     "pair": Kind(
         "contact", mujoco.mjtObj.mjOBJ_PAIR, ("solref", "solimp"), ("pair_solref", "pair_solimp"),
-        {"margin": "pair_margin", "gap": "pair_gap"},
+        {"margin": "pair_margin", "gap": "pair_gap"}, "body_invweight0",
     ),
 }  # fmt: skip
 """By the names that records of them have"""

@@ -1,4 +1,6 @@
-"""Inverse inertias: one that is known behind every contact and limit."""
+"""Inverse inertias behind contacts and limits: one that is known, and those that MuJoCo's estimate misses."""
+
+import re
 
 import mujoco
 import numpy as np
@@ -28,3 +30,49 @@ def test_known_inverse_inertia():
     assert data.qfrc_constraint[1] == pytest.approx(-(K * 0.01 + C * 0.3), rel=1e-6)
     mass = 1e-4 / (1 - 1e-4) / physical.INVERSE_INERTIA
     assert data.qfrc_constraint[1] == pytest.approx(-(K * 0.01 + C * 0.3) - mass * data.qacc[1], rel=1e-12)
+
+
+NEARLY_DEAD = """
+<mujoco><compiler angle="radian"/><option timestep="5e-5" gravity="0 0 0"/>
+  <worldbody><site name="wall" pos="1.5 0 0.05"/>
+    <body><joint name="swing" axis="0 1 0"/><geom type="capsule" fromto="0 0 0 .5 0 0" size=".02"/>
+      <site name="tip" pos=".5 0 0"/></body></worldbody>
+  <tendon><spatial name="rope" range="0 1"><site site="tip"/><site site="wall"/></spatial></tendon>
+</mujoco>"""
+
+
+def frequency(model, angle):
+    """Of a pendulum on its rope, Hz, stretched by 1e-4 m in a pose."""
+    data = mujoco.MjData(model)
+    data.qpos[0] = angle
+    mujoco.mj_forward(model, data)
+    model.tendon_range[0, 1] = data.ten_length[0] - 1e-4
+    mujoco.mj_forward(model, data)
+    data.qfrc_applied[:], data.qvel[:] = -data.qfrc_constraint, 1e-3
+    moved = []
+    for _ in range(8000):
+        mujoco.mj_step(model, data)
+        moved.append(data.qpos[0] - angle)
+    moved = np.array(moved)
+    up = np.flatnonzero((moved[:-1] < 0) & (moved[1:] >= 0))
+    at = up + moved[up] / (moved[up] - moved[up + 1])
+    return (len(at) - 1) / ((at[-1] - at[0]) * model.opt.timestep)
+
+
+def test_slow_ringing_is_named():
+    """A rope that hardly moves the pendulum where MuJoCo computes Â: by the share that `check` says, and the cure."""
+    spec = mujoco.MjSpec.from_string(NEARLY_DEAD)
+    physical.tendon_limit(spec, "rope", 1e4, 0.0)
+    model = physical.compile(spec)
+    assert physical.check(model) == ()
+    (line,) = physical.check(model, poses=[(0.0,), (1.2,)])
+    said = re.match(
+        r'tendon limit "rope" rings ([\d.]+) % too slow in pose 1, where the inertia behind it is (\d+) ti', line
+    )
+    slow = frequency(model, 1.2)
+    model.tendon_invweight0[0] *= 1e4
+    physical.apply(model)
+    assert physical.check(model, poses=[(0.0,), (1.2,)]) == ()
+    right = frequency(model, 1.2)
+    assert 100 * (1 - slow / right) == pytest.approx(float(said[1]), rel=0.05)
+    assert float(said[1]) > 1
