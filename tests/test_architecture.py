@@ -15,11 +15,12 @@ PACKAGE = Path(clearance_mj.__file__).parent
 LAYERS = (
     ("_version", "errors"),
     ("cache", "checks", "files", "matlab", "messages", "output_folder", "parameters", "tasks", "units", "validation"),
-    ("physical", "signals"),
+    ("signals",),
     ("universal",),
     ("structure",),
     ("rig",),
     ("beam", "clearance"),
+    ("physical",),
     ("engines",),
     ("periodic",),
     ("io",),

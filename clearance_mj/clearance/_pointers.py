@@ -54,7 +54,7 @@ def kernel_loop(**options: Any) -> Callable[[Callable[..., Any]], Any]:
     """
 
     def compiled(function: Callable[..., Any]) -> Any:
-        return _kept_with_the_kernel(numba.njit(cache=True, nogil=True, **options)(function))
+        return _kept_with_the_kernel(numba.njit(**{"cache": True, "nogil": True, **options})(function))
 
     return compiled
 

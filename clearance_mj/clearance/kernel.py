@@ -9,15 +9,15 @@ with the shaft's static load, so that only what they change by moves it.
 
 from __future__ import annotations
 
-import functools
 from collections.abc import Iterable, Sequence
-from typing import NamedTuple, get_type_hints
+from typing import NamedTuple, Protocol, get_type_hints
 
 import numba
 import numpy as np
 
 from ..errors import LawError
-from ..rig import Grease, Rig
+from ..rig import Bushing as OfRig
+from ..rig import Grease
 from ._pointers import at, call_contact_law, call_grease_law
 from .gap import penetration
 from .grease import GreaseModel
@@ -65,9 +65,8 @@ class State:
     out: int  # where models write their two answers
 
 
-@functools.cache
-def _record(kind: type) -> np.dtype:
-    return np.dtype(list(get_type_hints(kind).items()), align=True)
+BUSHING, STATE = (np.dtype(list(get_type_hints(kind).items()), align=True) for kind in (Bushing, State))
+"""The records as arrays have them"""
 
 
 class Clearance(NamedTuple):
@@ -81,7 +80,15 @@ class Clearance(NamedTuple):
     numbers: np.ndarray  # (n,) speeds of impact of all ends, then what the records point at; changed in place
 
 
-def greases_of(rig: Rig, law: Law) -> list[GreaseModel]:
+class WithBushings(Protocol):
+    """A rig, or what else has bushings."""
+
+    @property
+    def bushings(self) -> Sequence[OfRig]:
+        """Bushings."""
+
+
+def greases_of(rig: WithBushings, law: Law) -> list[GreaseModel]:
     """Return the grease model of each bushing: the law's, if it has one, or else the rig's."""
     n = len(rig.bushings)
     greases: Sequence[Grease | GreaseModel] = [b.grease for b in rig.bushings] if law.grease is None else law.grease
@@ -91,10 +98,10 @@ def greases_of(rig: Rig, law: Law) -> list[GreaseModel]:
     return models * n if len(models) == 1 else models
 
 
-def clearance_records(rig: Rig, law: Law, step: float) -> Clearance:
+def clearance_records(rig: WithBushings, law: Law, step: float) -> Clearance:
     """Put together what compiled loops with a step, s, know of a rig's bushings, at rest."""
     n = len(rig.bushings)
-    table, bushings, states = law.table(n), np.zeros(n, _record(Bushing)), np.zeros(n, _record(State))
+    table, bushings, states = law.table(n), np.zeros(n, BUSHING), np.zeros(n, STATE)
     numbers: list[float] = [0.0] * 2 * n
 
     def place(values: Iterable[float]) -> int:

@@ -11,7 +11,7 @@ import scipy.linalg
 
 from ..clearance.kernel import greases_of
 from ..clearance.law import Law
-from ..physical.elements import ask
+from ..physical.elements import Softness, ask
 from ..rig import Bushing, Rig
 
 __all__ = [
@@ -71,7 +71,7 @@ def set_solver(spec: mujoco.MjSpec) -> None:
 
 def soften(spec: mujoco.MjSpec, kind: str, name: str, bushing: Bushing) -> None:
     """Ask for the datasheet's stiffness and damping at one of a bushing's two ends, which share them."""
-    ask(spec, kind, [name], bushing.contact.stiffness / 2, bushing.contact.damping / 2)
+    ask(spec, kind, [name], Softness(bushing.contact.stiffness / 2, bushing.contact.damping / 2))
 
 
 def settling(step: float) -> tuple[float, float]:

@@ -1,32 +1,52 @@
 """Contacts, limits and backlash of any MuJoCo model with stiffness and damping in physical units.
 
-MuJoCo is the only thing that this part needs, and NumPy: a specification (``mujoco.MjSpec``) gets softness and
-clearances by one call each, `compile` makes the model of it, `check` says what in a model spoils them.
+A specification (``mujoco.MjSpec``) gets softness and clearances by one call each, `compile` makes the model of it,
+`check` says what in a model spoils them. All this needs MuJoCo and NumPy alone; laws that change at every step and
+friction (`Softener`) load what compiles their loop.
 """
+
+from typing import TYPE_CHECKING, Any
 
 from .checks import check, compile
 from .clearances import add_annular_clearance, add_backlash
 from .elements import apply, inverse_inertia
+from .friction import friction, joint_friction, tendon_friction
 from .inertia import set_inverse_inertia
 from .limits import contact, joint_limit, tendon_limit
 from .softness import IMPEDANCE, INVERSE_INERTIA, SOLREF_PER_UNIT, solref_solimp, stiffness_damping
 from .step import largest_step
 
+if TYPE_CHECKING:
+    from .softener import Softener
+
 __all__ = [
     "IMPEDANCE",
     "INVERSE_INERTIA",
     "SOLREF_PER_UNIT",
+    "Softener",
     "add_annular_clearance",
     "add_backlash",
     "apply",
     "check",
     "compile",
     "contact",
+    "friction",
     "inverse_inertia",
+    "joint_friction",
     "joint_limit",
     "largest_step",
     "set_inverse_inertia",
     "solref_solimp",
     "stiffness_damping",
+    "tendon_friction",
     "tendon_limit",
 ]
+
+
+def __getattr__(name: str) -> Any:
+    """Import `Softener` when it is used."""
+    if name != "Softener":
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    from .softener import Softener
+
+    return Softener

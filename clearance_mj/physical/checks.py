@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..errors import ModelError
-from .elements import KINDS, apply, asked, compiled, inverse_inertia
+from .elements import KINDS, apply, asked, compiled, inverse_inertia, texts
 from .softness import LARGEST_IMPEDANCE
 from .step import hardest, slow, softness_of
 
@@ -50,6 +50,11 @@ def compile(spec: mujoco.MjSpec, poses: ArrayLike | None = None) -> mujoco.MjMod
     """
     apply(spec)
     model = compiled(spec)
+    if any(kind == "memory" or "friction" in kind or data.startswith("{") for kind, _, data in texts(model)):
+        from .softener import reserve  # loads what compiles
+
+        if reserve(spec, model):
+            model = compiled(spec)
     apply(model)
     for problem in _step_too_long(model, poses):
         raise ModelError(problem)
@@ -77,7 +82,7 @@ def check(model: mujoco.MjModel, poses: ArrayLike | None = None) -> tuple[str, .
 
 def _soft(model: mujoco.MjModel) -> Iterator[tuple[str, int, str]]:
     """Yield kind, index and a name of each contact and limit in physical units, or that was asked to be."""
-    known = {(kind, name) for kind, name, _, _ in asked(model)}
+    known = {(kind, name) for kind, name, _ in asked(model)}
     for kind, there in KINDS.items():
         solref = getattr(model, there.model[0])
         for i in range(len(solref)):
@@ -106,7 +111,7 @@ def _settings(model: mujoco.MjModel) -> Iterator[str]:
 
 
 def _elements(model: mujoco.MjModel) -> Iterator[str]:
-    wanted = {(kind, name): (k, c) for kind, name, k, c in asked(model)}
+    wanted = {(kind, name): (k, c) for kind, name, (k, c, *_) in asked(model)}
     for kind, i, name in _soft(model):
         where = f'{KINDS[kind].noun} "{name}"'
         solimp = getattr(model, KINDS[kind].model[1])[i]

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import mujoco
 import numpy as np
 
 from ..errors import ModelError
-from .elements import compiled, find, give, name_of
-from .softness import solref_solimp
+from .elements import Softness, compiled, find, give, name_of, softness
+
+if TYPE_CHECKING:
+    from ..clearance.law import Law
 
 __all__ = ["add_annular_clearance", "add_backlash"]
 
@@ -18,8 +20,9 @@ _TINY = 1e-9
 
 
 def add_backlash(
-    spec: mujoco.MjSpec, joint: Any, gap: float, k: float, c: float, inertia: float | None = None
-) -> mujoco.MjsJoint:
+    spec: mujoco.MjSpec, joint: Any, gap: float, k: float | None = None, c: float | None = None,
+    inertia: float | None = None, *, law: Law | None = None,
+) -> mujoco.MjsJoint:  # fmt: skip
     """Put play between a joint and its drive, which becomes a joint of its own.
 
     The joint stays what it was, the load's position, with its limits, springs, dampers and sensors. The drive, a new
@@ -41,6 +44,8 @@ def add_backlash(
     inertia : float, optional
         Of the drive at the joint (rotor times gear ratio squared), kg m² (kg), > 0. Without it the joint's armature,
         which moves to the drive.
+    law : Law, optional
+        Instead of k and c, with grease too; a `Softener` makes the teeth follow it.
 
     Returns
     -------
@@ -55,7 +60,7 @@ def add_backlash(
     LawError
         For a stiffness or damping out of range.
     """
-    _check(gap, k, c)
+    wanted = _check(gap, k, c, law)
     name, model = name_of(joint), compiled(_specification(spec))
     kind = mujoco.mjtJoint(int(model.jnt_type[find(model, mujoco.mjtObj.mjOBJ_JOINT, name)]))
     if kind not in (mujoco.mjtJoint.mjJNT_HINGE, mujoco.mjtJoint.mjJNT_SLIDE):
@@ -81,13 +86,14 @@ def add_backlash(
     tendon.wrap_joint(name, 1.0)
     tendon.wrap_joint(drive.name, -1.0)
     _extend_keys(spec, drive.name, positions, *saved)
-    give(spec, "tendon", [tendon.name], k, c)
+    give(spec, "tendon", [tendon.name], wanted)
     return drive
 
 
 def add_annular_clearance(
-    spec: mujoco.MjSpec, site_a: Any, site_b: Any, gap: float, k: float, c: float
-) -> mujoco.MjsTendon:
+    spec: mujoco.MjSpec, site_a: Any, site_b: Any, gap: float, k: float | None = None, c: float | None = None, *,
+    law: Law | None = None,
+) -> mujoco.MjsTendon:  # fmt: skip
     """Let two sites move apart freely up to a gap: a bushing or a ball joint with play.
 
     Tendon "A in B", the distance of the sites, is limited to [0, gap]: a radial contact without friction in any
@@ -107,6 +113,8 @@ def add_annular_clearance(
         Stiffness, N/m, > 0.
     c : float
         Damping, N s/m, >= 0.
+    law : Law, optional
+        Instead of k and c; a `Softener` makes the contact follow it. Its grease acts along the tendon.
 
     Returns
     -------
@@ -120,7 +128,7 @@ def add_annular_clearance(
     LawError
         For a stiffness or damping out of range.
     """
-    _check(gap, k, c)
+    wanted = _check(gap, k, c, law)
     model, names = compiled(_specification(spec)), [name_of(site) for site in (site_a, site_b)]
     bodies = [model.body_weldid[model.site_bodyid[find(model, mujoco.mjtObj.mjOBJ_SITE, name)]] for name in names]
     if bodies[0] == bodies[1]:
@@ -128,7 +136,7 @@ def add_annular_clearance(
     tendon = _add_tendon(spec, " in ".join(names), (0.0, gap))
     for name in names:
         tendon.wrap_site(name)
-    give(spec, "tendon", [tendon.name], k, c)
+    give(spec, "tendon", [tendon.name], wanted)
     return tendon
 
 
@@ -138,10 +146,10 @@ def _specification(spec: mujoco.MjSpec) -> mujoco.MjSpec:
     return spec
 
 
-def _check(gap: float, k: float, c: float) -> None:
-    solref_solimp(k, c, 1.0)
+def _check(gap: float, k: float | None, c: float | None, law: Law | None) -> Softness:
     if not 0 < gap < np.inf:
         raise ModelError(f"gap {gap:g} must be > 0 and finite; it is the play to one side")
+    return softness(k, c, law, gap)
 
 
 def _positive(inertia: float, what: str) -> float:

@@ -1,15 +1,17 @@
 """Elements of a MuJoCo model that have a softness: their names, Â, solver parameters, and what was asked of them.
 
 What is asked stands in the model itself, as ``<custom><text name="physical:joint:elbow" data="k=500.0 c=2.0"/>``: it is
-saved and attached with the model, and `apply` can give it anew after any change of the inertias, on which Â depends.
+saved and attached with the model, and `apply` can give it anew after any change of the inertias, on which Â depends. A
+law stands there as in its file, with the depth at which it is linearised, until a `Softener` follows it.
 """
 
 from __future__ import annotations
 
 import difflib
+import json
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any, TypeAlias
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 import mujoco
 import numpy as np
@@ -17,7 +19,13 @@ import numpy as np
 from ..errors import LawError, ModelError
 from .softness import solref_solimp, written
 
-__all__ = ["KINDS", "Kind", "Target", "apply", "ask", "asked", "compiled", "find", "give", "inverse_inertia", "name_of"]
+if TYPE_CHECKING:
+    from ..clearance.law import Law
+
+__all__ = [
+    "KINDS", "MARK", "Asked", "Kind", "Softness", "Target", "apply", "ask", "asked", "compiled", "find", "give",
+    "inverse_inertia", "name_of", "softness", "texts", "write_text",
+]  # fmt: skip
 
 Target: TypeAlias = mujoco.MjSpec | mujoco.MjModel
 
@@ -49,7 +57,8 @@ KINDS = {
     ),
 }  # fmt: skip
 """By the names that records of them have"""
-_MARK = "physical:"
+MARK = "physical:"
+"""begins the names of texts that hold what was asked"""
 
 
 def compiled(target: Target) -> mujoco.MjModel:
@@ -130,47 +139,119 @@ def inverse_inertia(model: mujoco.MjModel, kind: str, index: int) -> float:
     return float(model.body_invweight0[bodies, 0].sum())
 
 
-def asked(model: mujoco.MjModel) -> Iterator[tuple[str, str, float, float]]:
-    """Yield kind, name, stiffness and damping of every element that was given a softness in its specification."""
-    for i in range(model.ntext):
-        before, mark, after = (mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_TEXT, i) or "").partition(_MARK)
-        kind, _, name = after.partition(":")
-        if mark and kind in KINDS:
-            begin = model.text_adr[i]
-            text = bytes(model.text_data[begin : begin + model.text_size[i]]).rstrip(b"\0").decode()
-            try:
-                k, c = (float(part.split("=")[1]) for part in text.split())
-            except (IndexError, ValueError):
-                raise ModelError(f'text "{mark}{after}" holds "{text}", needs "k=STIFFNESS c=DAMPING"') from None
-            yield kind, before + name, k, c  # a specification that is attached has its prefix before both
+class Softness(NamedTuple):
+    """Stiffness and damping of an element, and the law that they are the hardest of, if there is one."""
+
+    k: float  # N/m, or N m/rad
+    c: float
+    law: Law | None = None
+    depth: float = 0.0  # m or rad, of the penetration at which a law that hardens is linearised
+
+    @property
+    def data(self) -> str:
+        """What a model holds of it."""
+        if self.law is None:
+            return f"k={float(self.k)!r} c={float(self.c)!r}"
+        return json.dumps({"law": self.law.to_dict(), "depth": self.depth})
 
 
-def give(target: Target, kind: str, names: list[str], k: float, c: float) -> None:
-    """Give elements a stiffness and a damping: at once in a model, with a record in a specification.
+def softness(k: float | None, c: float | None, law: Law | None, depth: float) -> Softness:
+    """Return what a user asked: a stiffness and a damping, or a law.
 
     Raises
     ------
     LawError
-        If the stiffness is not > 0 or the damping not >= 0.
+        For both or neither, a stiffness that is not > 0, a damping that is not >= 0, and laws that engines cannot
+        have as a limit.
     """
-    solref_solimp(k, c, 1.0)  # refuses what cannot be
+    if law is None:
+        if k is None or c is None:
+            raise LawError("give a stiffness k and a damping c, or a law")
+        found = Softness(k, c)
+    else:
+        if k is not None or c is not None:
+            raise LawError("give a stiffness k and a damping c, or a law, not both")
+        if np.any(law.table(1).adhesion):
+            raise LawError("MuJoCo's contacts and limits never pull, so a law with adhesion cannot be theirs")
+        hardest_k, hardest_c = (float(most[0]) for most in law.largest([depth]))
+        found = Softness(hardest_k, hardest_c, law, depth)
+    solref_solimp(found.k, found.c, 1.0)  # refuses what cannot be
+    return found
+
+
+class Asked(NamedTuple):
+    """An element of which a softness was asked."""
+
+    kind: str
+    name: str
+    softness: Softness
+
+
+def asked(model: mujoco.MjModel) -> Iterator[Asked]:
+    """Yield every element that was given a softness in its specification."""
+    for kind, name, data in texts(model):
+        if kind in KINDS:
+            try:
+                yield Asked(kind, name, _read(data))
+            except (IndexError, TypeError, ValueError, KeyError):
+                raise ModelError(
+                    f'text "{MARK}{kind}:{name}" holds "{data}", needs "k=STIFFNESS c=DAMPING" or a law'
+                ) from None
+
+
+def _read(data: str) -> Softness:
+    if data.startswith("{"):
+        from ..clearance.law_files import law_from_dict
+
+        values = json.loads(data)
+        return softness(None, None, law_from_dict(values["law"]), float(values["depth"]))
+    k, c = (float(part.split("=")[1]) for part in data.split())
+    return Softness(k, c)
+
+
+def texts(model: mujoco.MjModel) -> Iterator[tuple[str, str, str]]:
+    """Yield kind, name and data of every text of a model that was written by this package."""
+    for i in range(model.ntext):
+        before, mark, after = (mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_TEXT, i) or "").partition(MARK)
+        kind, _, name = after.partition(":")
+        if mark:
+            begin = model.text_adr[i]
+            data = bytes(model.text_data[begin : begin + model.text_size[i]]).rstrip(b"\0").decode()
+            yield kind, before + name, data  # a specification that is attached has its prefix before both
+
+
+def write_text(spec: mujoco.MjSpec, kind: str, name: str, data: str) -> None:
+    """Write, or write anew, what is asked of an element of a specification."""
+    key = f"{MARK}{kind}:{name}"
+    for text in spec.texts:
+        if text.name == key:
+            text.data = data
+            return
+    spec.add_text(name=key, data=data)
+
+
+def give(target: Target, kind: str, names: list[str], wanted: Softness) -> None:
+    """Give elements a softness: at once in a model, with a record in a specification.
+
+    Raises
+    ------
+    ModelError
+        For a law that a model, which has no room for its record, is to follow.
+    """
     if isinstance(target, mujoco.MjModel):
+        if wanted.law:
+            raise ModelError("a law must be given to the MjSpec: a compiled model has no room for its record")
         for name in names:
-            _write_model(target, kind, name, k, c)
+            _write_model(target, kind, name, wanted.k, wanted.c)
         return
-    ask(target, kind, names, k, c)
+    ask(target, kind, names, wanted)
     apply(target)
 
 
-def ask(spec: mujoco.MjSpec, kind: str, names: list[str], k: float, c: float) -> None:
-    """Record a stiffness and a damping of elements, which `apply` or `compile` gives them."""
-    texts = {text.name: text for text in spec.texts}
+def ask(spec: mujoco.MjSpec, kind: str, names: list[str], wanted: Softness) -> None:
+    """Record a softness of elements, which `apply` or `compile` gives them."""
     for name in names:
-        key, data = f"{_MARK}{kind}:{name}", f"k={float(k)!r} c={float(c)!r}"
-        if key in texts:
-            texts[key].data = data
-        else:
-            spec.add_text(name=key, data=data)
+        write_text(spec, kind, name, wanted.data)
 
 
 def apply(target: Target) -> None:
@@ -190,7 +271,7 @@ def apply(target: Target) -> None:
         If an element is gone, or has no inertia behind it.
     """
     model = compiled(target)
-    for kind, name, k, c in asked(model):
+    for kind, name, (k, c, *_) in asked(model):
         if isinstance(target, mujoco.MjModel):
             _write_model(model, kind, name, k, c)
         else:

@@ -3,17 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import mujoco
 
-from ..errors import ModelError
-from .elements import Target, compiled, find, give, name_of
+from ..errors import LawError, ModelError
+from .elements import Target, compiled, find, give, name_of, softness
+
+if TYPE_CHECKING:
+    from ..clearance.law import Law
 
 __all__ = ["contact", "joint_limit", "tendon_limit"]
 
 
-def joint_limit(target: Target, joint: Any, k: float, c: float) -> None:
+def joint_limit(
+    target: Target, joint: Any, k: float | None = None, c: float | None = None, *, law: Law | None = None
+) -> None:
     """Make a joint's limits springs and dampers: torque k r + c ṙ, never pulling, r beyond the range.
 
     Parameters
@@ -26,18 +31,23 @@ def joint_limit(target: Target, joint: Any, k: float, c: float) -> None:
         Stiffness, N m/rad (N/m for a slide), > 0, whichever unit the range is in.
     c : float
         Damping, N m s/rad (N s/m), >= 0.
+    law : Law, optional
+        Instead of k and c, such as ``ContactLaw(HuntCrossley(...))``; a `Softener` makes the limit follow it. Its
+        amplitude and its grease are those of the motion about the middle of the range.
 
     Raises
     ------
     ModelError
         For a joint that the model does not have, or one without limits.
     LawError
-        For a stiffness or damping out of range.
+        For a stiffness or damping out of range, or a law that cannot be a limit's.
     """
-    _limits(target, "joint", "jnt_limited", joint, k, c)
+    _limits(target, "joint", joint, k, c, law)
 
 
-def tendon_limit(target: Target, tendon: Any, k: float, c: float) -> None:
+def tendon_limit(
+    target: Target, tendon: Any, k: float | None = None, c: float | None = None, *, law: Law | None = None
+) -> None:
     """Make a tendon's limits springs and dampers: force k r + c ṙ, never pulling, r beyond the range.
 
     Parameters
@@ -50,30 +60,42 @@ def tendon_limit(target: Target, tendon: Any, k: float, c: float) -> None:
         Stiffness, N/m (of a fixed tendon: force per its length, which has the unit of coefficient times joint), > 0.
     c : float
         Damping, N s/m, >= 0.
+    law : Law, optional
+        Instead of k and c; see `joint_limit`. Lengths of a spatial tendon whose range begins at 0 count from there.
 
     Raises
     ------
     ModelError
         For a tendon that the model does not have, or one without limits.
     LawError
-        For a stiffness or damping out of range.
+        For a stiffness or damping out of range, or a law that cannot be a limit's.
     """
-    _limits(target, "tendon", "tendon_limited", tendon, k, c)
+    _limits(target, "tendon", tendon, k, c, law)
 
 
-def _limits(target: Target, kind: str, limited: str, elements: Any, k: float, c: float) -> None:
-    model = compiled(target)
+def _limits(target: Target, kind: str, elements: Any, k: float | None, c: float | None, law: Law | None) -> None:
+    model, (limited, ranges, object_type) = compiled(target), _FIELDS[kind]
     names = [name_of(e) for e in (elements if isinstance(elements, list | tuple) else [elements])]
-    for name in names:
-        if not getattr(model, limited)[find(model, _OBJECT[kind], name)]:
+    ids = [find(model, object_type, name) for name in names]
+    for name, i in zip(names, ids):
+        if not getattr(model, limited)[i]:
             raise ModelError(f'{kind} "{name}" has no limits; give it a range (and limited="true")')
-    give(target, kind, names, k, c)
+    widths = getattr(model, ranges)[ids] @ (-0.5, 0.5)
+    wanted = [softness(k, c, law, float(width)) for width in (widths if law else widths[:1])]
+    for some, softest in zip([[name] for name in names] if law else [names], wanted):
+        give(target, kind, some, softest)
 
 
-_OBJECT = {"joint": mujoco.mjtObj.mjOBJ_JOINT, "tendon": mujoco.mjtObj.mjOBJ_TENDON}
+_FIELDS = {
+    "joint": ("jnt_limited", "jnt_range", mujoco.mjtObj.mjOBJ_JOINT),
+    "tendon": ("tendon_limited", "tendon_range", mujoco.mjtObj.mjOBJ_TENDON),
+}
 
 
-def contact(target: Target, geoms: Any, k: float, c: float, frictionless: bool = False) -> None:
+def contact(
+    target: Target, geoms: Any, k: float | None = None, c: float | None = None, frictionless: bool = False, *,
+    law: Law | None = None, depth: float = 1e-3,
+) -> None:  # fmt: skip
     """Make contacts springs and dampers: normal force k r + c ṙ, never pulling, r the depth; no friction.
 
     In a specification each contact becomes an explicit pair, which begins where the surfaces touch. Geoms that meet
@@ -91,15 +113,23 @@ def contact(target: Target, geoms: Any, k: float, c: float, frictionless: bool =
         Damping, N s/m, >= 0.
     frictionless : bool
         Must be True if the model has friction at such a contact (``condim`` above 1, MuJoCo's default): it is then
-        left out, since MuJoCo's rows of friction change the normal stiffness.
+        left out, since MuJoCo's rows of friction change the normal stiffness. `friction` gives bristles instead.
+    law : Law, optional
+        Instead of k and c; a `Softener` makes the contact follow it. Without grease and not over amplitude, which
+        only a clearance has.
+    depth : float
+        Penetration, m, up to which a law that hardens is to be stable.
 
     Raises
     ------
     ModelError
         For a geom that the model does not have, geoms that cannot touch, and friction.
     LawError
-        For a stiffness or damping out of range.
+        For a stiffness or damping out of range, or a law that cannot be a contact's.
     """
+    wanted_softness = softness(k, c, law, depth)
+    if law is not None and (law.grease is not None or law.table(1).by_amplitude):
+        raise LawError("a contact of geoms has no grease and no amplitude; give such laws to a clearance")
     model = compiled(target)
     one = isinstance(geoms, str) or not isinstance(geoms, Iterable)
     names = [name_of(g) for g in ([geoms] if one else geoms)]
@@ -125,9 +155,9 @@ def contact(target: Target, geoms: Any, k: float, c: float, frictionless: bool =
             raise ModelError(f'the model has no pair of geoms "{names[0]}" and "{names[1]}"; give it to the MjSpec')
         for pair in wanted:
             model.pair_dim[pairs[pair]] = 1
-        give(model, "pair", [_pair_name(model, pairs[pair]) for pair in wanted], k, c)
+        give(model, "pair", [_pair_name(model, pairs[pair]) for pair in wanted], wanted_softness)
     else:
-        give(target, "pair", _explicit(target, model, wanted), k, c)
+        give(target, "pair", _explicit(target, model, wanted), wanted_softness)
 
 
 def _touching(model: mujoco.MjModel, geom: int) -> list[frozenset[int]]:

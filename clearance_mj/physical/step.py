@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..errors import ModelError
-from .elements import KINDS, inverse_inertia
+from .elements import KINDS, find, inverse_inertia
+from .friction import frictions
 from .softness import stiffness_damping
 
 __all__ = ["Stable", "hardest", "largest_step", "slow", "softness_of"]
@@ -62,12 +63,12 @@ def largest_step(model: mujoco.MjModel, poses: ArrayLike | None = None) -> float
     a pose. Joint dampers are implicit in Euler; those of tendons and servos too in implicit and implicitfast, where
     they fit into the pattern of M; constraints in none. RK4 has its own limit, discrete none.
 
-    Counted at once are all limits, springs, dampers and servos (actuators with an affine bias, the gains of others at
-    the end of their ctrlrange) and all contacts that touch; each other pair of geoms as if it touched too, where it is
-    nearest. Not counted are constraints whose solref is a time constant, since MuJoCo keeps those stable itself (unless
-    flag refsafe is disabled: then they count), geoms without a pair that do not touch in the pose, friction, muscles,
-    DC motors, activations, delays, flexes, fluids and what callbacks do; of polynomial springs and dampers the linear
-    coefficient counts. Accuracy takes a tenth of this step or less.
+    Counted at once are all limits, springs, dampers, bristles and servos (actuators with an affine bias, the gains of
+    others at the end of their ctrlrange) and all contacts that touch; each other pair of geoms as if it touched too,
+    where it is nearest. Not counted are constraints whose solref is a time constant, since MuJoCo keeps those stable
+    itself (unless flag refsafe is disabled: then they count), geoms without a pair that do not touch in the pose,
+    MuJoCo's own friction, muscles, DC motors, activations, delays, flexes, fluids and what callbacks do; of polynomial
+    springs and dampers the linear coefficient counts. Accuracy takes a tenth of this step or less.
 
     Parameters
     ----------
@@ -227,7 +228,10 @@ def _poses(model: mujoco.MjModel, poses: ArrayLike | None) -> Iterator[_Pose]:
         mujoco.mj_fwdPosition(model, data)
         mujoco.mj_fullM(model, data, mass)
         inverse = np.linalg.inv(mass)
-        together = [*_passive(model, data), *_servos(model, data), *_limits(model, data), *_active(model, data)]
+        together = [
+            *_passive(model, data), *_servos(model, data), *_limits(model, data), *_bristles(model, data),
+            *_active(model, data),
+        ]  # fmt: skip
         yield _Pose(number, mass.copy(), inverse, [_softened(row, inverse) for row in together], _apart(model, data))
 
 
@@ -283,6 +287,21 @@ def _limits(model: mujoco.MjModel, data: mujoco.MjData) -> Iterator[_Row]:
         yield from _element(model, "joint", i, unit[first : first + (3 if ball else 1)])
     for i in np.flatnonzero(model.tendon_limited).tolist():
         yield from _element(model, "tendon", i, _lengthening(model, data, i))
+
+
+def _bristles(model: mujoco.MjModel, data: mujoco.MjData) -> Iterator[_Row]:
+    """Yield the friction of joints and tendons, and that of pairs of geoms where they are nearest."""
+    for kind, name, _, k, c in frictions(model):
+        index = find(model, KINDS[kind].object, name)
+        if kind == "joint":
+            along = np.eye(model.nv)[model.jnt_dofadr[index]][None]
+        elif kind == "tendon":
+            along = _lengthening(model, data, index)
+        else:
+            normal, between = _nearest(model, data, index)
+            along = np.linalg.svd(normal[None])[2][1:] @ between
+        for row in along:
+            yield _Row(f'friction of {kind} "{name}"', row, k, c)
 
 
 def _element(model: mujoco.MjModel, kind: str, index: int, along: np.ndarray) -> Iterator[_Row]:
@@ -341,18 +360,25 @@ def _apart(model: mujoco.MjModel, data: mujoco.MjData) -> list[_Row]:
     if model.opt.disableflags & (_Bits.mjDSBL_CONSTRAINT | _Bits.mjDSBL_CONTACT):
         return rows
     touching = {frozenset(c.geom.tolist()) for c in data.contact[: data.ncon] if c.efc_address >= 0}
-    ends = np.zeros(6)
     for i in range(model.npair):
         geoms = int(model.pair_geom1[i]), int(model.pair_geom2[i])
-        if frozenset(geoms) in touching or not _counts(model, model.pair_solref[i]):
-            continue
-        distance = mujoco.mj_geomDistance(model, data, *geoms, _FAR, ends)
-        normal = ends[3:] - ends[:3]
-        length = np.linalg.norm(normal)
-        if abs(distance) < _FAR and length > 0:
-            between = _between(model, data, model.geom_bodyid[list(geoms)], ends.reshape(2, 3))
-            rows += _element(model, "pair", i, (normal / length @ between)[None])
+        if frozenset(geoms) not in touching and _counts(model, model.pair_solref[i]):
+            normal, between = _nearest(model, data, i)
+            if normal.any():
+                rows += _element(model, "pair", i, (normal @ between)[None])
     return rows
+
+
+def _nearest(model: mujoco.MjModel, data: mujoco.MjData, pair: int) -> tuple[np.ndarray, np.ndarray]:
+    """Normal (3,) of a pair of geoms where they are nearest, 0 if that is far, and (3, nv) what moves them apart."""
+    geoms, ends = [int(model.pair_geom1[pair]), int(model.pair_geom2[pair])], np.zeros(6)
+    distance = mujoco.mj_geomDistance(model, data, *geoms, _FAR, ends)
+    normal = ends[3:] - ends[:3]
+    length = np.linalg.norm(normal)
+    known = abs(distance) < _FAR and length > 0
+    return normal / length if known else np.zeros(3), _between(
+        model, data, model.geom_bodyid[geoms], ends.reshape(2, 3)
+    )
 
 
 def _lengthening(model: mujoco.MjModel, data: mujoco.MjData, tendon: int) -> np.ndarray:

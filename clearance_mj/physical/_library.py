@@ -1,0 +1,68 @@
+"""MuJoCo's library for compiled code: its functions by name, and where its structures keep their fields."""
+
+from __future__ import annotations
+
+import ctypes
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import llvmlite.binding
+import mujoco
+import numba
+from mujoco.introspect import ast_nodes, structs
+
+__all__ = ["CONTACT", "CONTACT_SIZE", "DATA", "LIBRARY", "MODEL", "OPTION", "external"]
+
+LIBRARY = ctypes.CDLL(
+    str(next(p for p in Path(mujoco.__file__).parent.iterdir() if p.name.startswith(("libmujoco", "mujoco.dll"))))
+)
+"""The MuJoCo library that the Python module has loaded"""
+
+
+def external(name: str, *arguments: Any) -> Any:
+    """Return a function of the library, without a result, for compiled code.
+
+    Code that is cached between sessions knows it by name and not by address.
+    """
+    llvmlite.binding.add_symbol(name, ctypes.cast(getattr(LIBRARY, name), ctypes.c_void_p).value)
+    return numba.types.ExternalFunction(name, numba.types.void(*arguments))
+
+
+_NUMBERS: dict[str, Any] = {
+    "mjtNum": ctypes.c_double, "mjtSize": ctypes.c_int64, "mjtBool": ctypes.c_bool, "mjtByte": ctypes.c_uint8,
+    "int": ctypes.c_int, "float": ctypes.c_float, "char": ctypes.c_char, "unsigned char": ctypes.c_ubyte,
+    "size_t": ctypes.c_size_t, "uint64_t": ctypes.c_uint64, "uintptr_t": ctypes.c_size_t,
+}  # fmt: skip
+
+
+@cache
+def _structure(name: str) -> Any:
+    fields = [(field.name, _kind(field.type)) for field in structs.STRUCTS[name].fields]
+    return type(name, (ctypes.Structure,), {"_fields_": fields})
+
+
+def _kind(declared: Any) -> Any:
+    if isinstance(declared, ast_nodes.PointerType):
+        return ctypes.c_void_p
+    if isinstance(declared, ast_nodes.ArrayType):
+        kind = _kind(declared.inner_type)
+        for extent in reversed(declared.extents):
+            kind *= extent
+        return kind
+    if isinstance(declared, ast_nodes.AnonymousStructDecl):
+        return type("inner", (ctypes.Structure,), {"_fields_": [(f.name, _kind(f.type)) for f in declared.fields]})
+    name = declared.name
+    if name in structs.STRUCTS:
+        return _structure(name)
+    return _NUMBERS.get(name, ctypes.c_int)  # what is left are enumerations
+
+
+def _offsets(name: str) -> dict[str, int]:
+    whole = _structure(name)
+    return {field: getattr(whole, field).offset for field, _ in whole._fields_}
+
+
+MODEL, OPTION, DATA, CONTACT = (_offsets(name) for name in ("mjModel", "mjOption", "mjData", "mjContact"))
+"""Offsets of their fields, bytes"""
+CONTACT_SIZE = ctypes.sizeof(_structure("mjContact"))

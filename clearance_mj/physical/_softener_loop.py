@@ -1,0 +1,364 @@
+"""What `Softener` does between a step's velocities and its forces, compiled."""
+
+from __future__ import annotations
+
+import ctypes
+from typing import Any
+
+import llvmlite.binding
+import mujoco
+import numba
+import numpy as np
+from llvmlite import ir
+from numba import types
+from numba.core import cgutils
+from numba.extending import intrinsic
+
+from ..clearance._pointers import OPTIONS, kernel_loop
+from ..clearance.kernel import BUSHING, STATE, contact_force, contact_step, follow_law, grease_step
+from . import _library
+from ._library import external
+
+__all__ = ["BUSHING_SIZE", "ELEMENT", "FRICTION", "HEAD", "JOINT", "OF_FRICTION", "PAIR", "ROW", "TENDON", "soften"]
+
+JOINT, TENDON, ROW, PAIR = range(4)
+"""Kinds: a coordinate, a tendon's length, a row of the constraints alone (of a ball joint's limit), a pair of geoms"""
+
+DATA = (
+    "time", "userdata", "qpos", "qvel", "qfrc_passive", "ten_length", "ten_velocity", "ten_J", "cvel", "subtree_com",
+    "ncon", "nefc", "contact", "efc_type", "efc_id", "efc_pos", "efc_R", "efc_aref", "efc_vel",
+)  # fmt: skip
+MODEL = ("signature", "numeric_data", "jnt_range", "tendon_range", "ten_J_colind", "body_rootid")
+CONTACT = ("pos", "frame", "geom", "efc_address")
+PLACES = {
+    **{f"d_{name}": _library.DATA[name] for name in DATA},
+    **{f"m_{name}": _library.MODEL[name] for name in MODEL},
+    **{f"c_{name}": _library.CONTACT[name] for name in CONTACT},
+    "m_timestep": _library.MODEL["opt"] + _library.OPTION["timestep"],
+    "contact_size": _library.CONTACT_SIZE,
+}
+"""Offsets in MuJoCo's structures, bytes"""
+
+_OWN = (
+    "signature", "numeric",  # of the models that this is for, and where in their custom numbers the key is
+    "elements", "n_elements", "first_pair",  # address and number of ELEMENT, and the first of them that is a pair
+    "bushings", "states",  # addresses of their records of the kernel
+    "frictions", "n_frictions", "first_friction",  # of FRICTION, and where in the memory their bristles begin
+    "joints", "tendons",  # addresses: which element a joint or tendon is, -1 for none
+    "template", "first", "size",  # the memory's beginning, and where it is in the user's data: numbers of 8 bytes
+    "records", "numbers", "n_numbers",  # where in the memory; records are those of the element that is looked at
+)  # fmt: skip
+HEAD = np.dtype([("key", np.float64, 2), *((name, np.int64) for name in (*_OWN, *PLACES))])
+"""All that a compiled loop needs to know, by one address"""
+
+_INTEGERS = ("kind", "index", "place", "dof", "geom1", "geom2", "impact", "grease", "always", "from_zero")
+ELEMENT = np.dtype([*((name, np.int64) for name in _INTEGERS), ("release", np.float64)])
+"""A contact or limit with a law: ``place`` and ``dof`` are where a coordinate is in qpos and qvel, or where a tendon's
+row of the Jacobian begins and its length; ``impact``: where in the numbers its speed is; ``always``: something happens
+in the gap too, or over time"""
+KEPT = np.dtype([("displacement", np.float64), ("envelope", np.float64), ("row", np.int64)])
+"""What is remembered of an element's state, and the row of its constraint, -1 for none"""
+BUSHING_SIZE = BUSHING.itemsize
+OF_FRICTION = 12
+"""numbers of memory: the bristles' deflection, their force, no torque, and the point where it acts"""
+FRICTION = np.dtype(
+    [(name, np.int64) for name in ("kind", "dof", "size", "geom1", "geom2", "body1", "body2")]
+    + [(name, np.float64) for name in ("largest", "k", "c")]
+)
+"""Bristles: ``largest`` is a force, or for pairs its ratio to the normal force"""
+
+_LIMIT_JOINT = int(mujoco.mjtConstraint.mjCNSTR_LIMIT_JOINT)
+_LIMIT_TENDON = int(mujoco.mjtConstraint.mjCNSTR_LIMIT_TENDON)
+
+ROOM = 64
+IN_USE = np.zeros(ROOM, dtype=np.int64)
+"""Addresses of the HEADs that `control` knows; 0 for none"""
+_IN_USE = "clearance_mj_softeners_in_use"
+llvmlite.binding.add_symbol(_IN_USE, IN_USE.ctypes.data)
+_apply_force = external("mj_applyFT", *(types.intp,) * 5, types.int32, types.intp)
+
+
+@intrinsic
+def _to_pointer(_: Any, place: Any) -> Any:
+    def generate(context: Any, builder: Any, __: Any, values: Any) -> Any:
+        return builder.inttoptr(values[0], cgutils.voidptr_t)
+
+    return types.voidptr(types.intp), generate
+
+
+_pointer: Any = _to_pointer
+"""Address as a pointer, for compiled code"""
+
+
+@intrinsic
+def _place_in_use(_: Any) -> Any:
+    """Address of `IN_USE`, which code that is cached between sessions knows by name."""
+
+    def generate(context: Any, builder: Any, __: Any, ___: Any) -> Any:
+        kind = ir.FunctionType(ir.VoidType(), ())
+        symbol = cgutils.get_or_insert_function(builder.module, kind, _IN_USE)
+        return builder.ptrtoint(symbol, cgutils.intp_t)
+
+    return types.intp(), generate
+
+
+_in_use: Any = _place_in_use
+
+
+@numba.njit(**OPTIONS)
+def _numbers(place: int, n: int) -> np.ndarray:
+    return numba.carray(_pointer(place), n, np.float64)
+
+
+@numba.njit(**OPTIONS)
+def _integers(place: int, n: int) -> np.ndarray:
+    return numba.carray(_pointer(place), n, np.int32)
+
+
+@numba.njit(**OPTIONS)
+def _field(place: int) -> int:
+    """A pointer that a structure holds."""
+    return numba.carray(_pointer(place), 1, np.int64)[0]
+
+
+@kernel_loop(**OPTIONS)
+def soften(where: int, model: int, data: int) -> None:
+    """Give every contact and limit the force of its law, and add grease and friction to the passive forces.
+
+    To be called with the address of a HEAD when a step's positions, velocities and constraints are known and its
+    forces are not, as a control callback is.
+    """
+    head = numba.carray(_pointer(where), 1, HEAD)[0]
+    here = _field(data + head.d_userdata) + 8 * head.first
+    memory, n = _numbers(here, head.size), head.n_elements
+    time = _numbers(data + head.d_time, 1)[0]
+    step = time - memory[1]
+    begins = memory[0] == 0.0 or step < 0.0 or step > 1.5 * memory[0]
+    if begins:
+        memory[:] = _numbers(head.template, head.size)
+        step = 0.0
+    memory[0], memory[1] = _numbers(model + head.m_timestep, 1)[0], time
+    n_rows, n_contacts = _integers(data + head.d_nefc, 1)[0], _integers(data + head.d_ncon, 1)[0]
+    if n > 0:
+        elements = numba.carray(_pointer(head.elements), n, ELEMENT)
+        kept = numba.carray(_pointer(here + 16), n, KEPT)
+        for e in range(n):
+            kept[e].row = -1
+        joints, tendons = _integers(head.joints, 1), _integers(head.tendons, 1)
+        kinds = _integers(_field(data + head.d_efc_type), n_rows)
+        ids = _integers(_field(data + head.d_efc_id), n_rows)
+        for r in range(n_rows):
+            e = -1
+            if kinds[r] == _LIMIT_JOINT:
+                e = joints[ids[r]]
+            elif kinds[r] == _LIMIT_TENDON:
+                e = tendons[ids[r]]
+            if e >= 0:
+                kept[e].row = r
+        for i in range(n_contacts):
+            contact = _field(data + head.d_contact) + i * head.contact_size
+            geoms, r = _integers(contact + head.c_geom, 2), _integers(contact + head.c_efc_address, 1)[0]
+            if r >= 0:
+                for e in range(head.first_pair, n):
+                    if _between(geoms, elements[e].geom1, elements[e].geom2):
+                        kept[e].row = r
+        numbers = memory[head.numbers :]
+        for e in range(n):
+            if kept[e].row >= 0 or elements[e].always:
+                _follow(head, model, data, here, e, elements[e], kept[e], begins, time, step, n_rows, n_contacts)
+            elif numbers[elements[e].impact] != 0.0:
+                numbers[elements[e].impact] = 0.0
+        memory[head.records : head.numbers] = 0.0
+    frictions = numba.carray(_pointer(head.frictions), head.n_frictions, FRICTION)
+    qvel, passive = _numbers(_field(data + head.d_qvel), 1), _numbers(_field(data + head.d_qfrc_passive), 1)
+    for i in range(head.n_frictions):
+        friction, start = frictions[i], head.first_friction + i * OF_FRICTION
+        bristles = memory[start : start + OF_FRICTION]
+        if friction.kind == JOINT:
+            passive[friction.dof] -= _bend(friction, bristles, step, qvel[friction.dof])
+        elif friction.kind == TENDON:
+            speed = _numbers(_field(data + head.d_ten_velocity) + 8 * friction.geom1, 1)[0]
+            _pull(head, model, data, friction.dof, friction.size, _bend(friction, bristles, step, speed), passive)
+        else:
+            _rub(head, model, data, friction, bristles, here + 8 * start, step)
+
+
+@numba.njit(**OPTIONS)
+def _follow(
+    head: Any, model: int, data: int, here: int, e: int, element: Any, kept: Any, begins: bool, time: float,
+    step: float, n_rows: int, n_contacts: int,
+) -> None:  # fmt: skip
+    """Let an element follow its law."""
+    bushings = numba.carray(_pointer(here + 8 * head.records), 1, BUSHING)
+    states = numba.carray(_pointer(here + 8 * head.records + BUSHING_SIZE), 1, STATE)
+    bushings[0] = numba.carray(_pointer(head.bushings), head.n_elements, BUSHING)[e]
+    states[0] = numba.carray(_pointer(head.states), head.n_elements, STATE)[e]
+    bushing, state, numbers = bushings[0], states[0], _numbers(here + 8 * head.numbers, head.n_numbers)
+    depths = _numbers(_field(data + head.d_efc_pos), n_rows)
+    speeds = _numbers(_field(data + head.d_efc_vel), n_rows)
+    softness = _numbers(_field(data + head.d_efc_R), n_rows)
+    wanted = _numbers(_field(data + head.d_efc_aref), n_rows)
+    passive = _numbers(_field(data + head.d_qfrc_passive), 1)
+    x, speed = -1.0, 0.0
+    if element.kind <= TENDON:
+        if element.kind == JOINT:
+            walls = _numbers(_field(model + head.m_jnt_range) + 16 * element.index, 2)
+            x = _numbers(_field(data + head.d_qpos), 1)[element.place]
+            speed = _numbers(_field(data + head.d_qvel), 1)[element.dof]
+        else:
+            walls = _numbers(_field(model + head.m_tendon_range) + 16 * element.index, 2)
+            x = _numbers(_field(data + head.d_ten_length), 1)[element.index]
+            speed = _numbers(_field(data + head.d_ten_velocity), 1)[element.index]
+        middle = 0.0 if element.from_zero else 0.5 * (walls[0] + walls[1])
+        x -= middle
+        bushing.upper = walls[1] - middle
+        bushing.lower = -np.inf if element.from_zero else walls[0] - middle
+    elif element.kind == ROW and kept.row >= 0:
+        x, speed = -depths[kept.row], -speeds[kept.row]
+    state.displacement, state.envelope = x if begins else kept.displacement, kept.envelope
+    if step > 0.0:
+        bushing.step = step
+    if step > 0.0 or begins:
+        if bushing.by_amplitude:
+            bushing.decay = np.exp(-step / element.release)
+        follow_law(bushing, state, numbers, x, time)
+    if element.grease:
+        elastic, film = grease_step(bushing, state, numbers, x)
+        force = elastic + film * speed
+        if element.kind == JOINT:
+            passive[element.dof] -= force
+        else:
+            _pull(head, model, data, element.place, element.dof, force, passive)
+    kept.displacement, kept.envelope = x, state.envelope
+    if element.kind == PAIR and kept.row >= 0:
+        for i in range(n_contacts):
+            contact = _field(data + head.d_contact) + i * head.contact_size
+            geoms, r = _integers(contact + head.c_geom, 2), _integers(contact + head.c_efc_address, 1)[0]
+            if r >= 0 and _between(geoms, element.geom1, element.geom2):
+                wanted[r] = softness[r] * _press(bushing, state, numbers, -depths[r], -speeds[r])
+    else:
+        force = _press(bushing, state, numbers, x, speed)
+        if kept.row >= 0:
+            wanted[kept.row] = softness[kept.row] * force
+
+
+@numba.njit(**OPTIONS)
+def _press(bushing: Any, state: Any, numbers: np.ndarray, x: float, speed: float) -> float:
+    """Follow a contact, and return its force."""
+    g, k, c = contact_step(bushing, state, numbers, 0, x, speed, False)
+    return contact_force(2.0 * k, 2.0 * c, abs(g), np.sign(g) * speed, False)
+
+
+@kernel_loop(**OPTIONS)
+def control(model: int, data: int) -> None:
+    """Call `soften` with the HEAD in use that is the model's; MuJoCo's control callback."""
+    for where in numba.carray(_pointer(_in_use()), ROOM, np.int64):
+        if where != 0:
+            head = numba.carray(_pointer(where), 1, HEAD)[0]
+            if head.signature == _field(model + head.m_signature):
+                key = _numbers(_field(model + head.m_numeric_data) + 8 * head.numeric, 2)
+                if key[0] == head.key[0] and key[1] == head.key[1]:
+                    soften(where, model, data)
+                    return
+
+
+@kernel_loop(nogil=False, **OPTIONS)  # to let go of the interpreter's lock would take longer than the call
+def soften_at(places: int) -> None:
+    """Call `soften` with the three places at an address; one argument is passed faster than three."""
+    given = numba.carray(_pointer(places), 3, np.int64)
+    soften(given[0], given[1], given[2])
+
+
+def as_c(function: Any) -> Any:
+    """Return a function of two places, compiled by numba, as one of C."""
+    signature = types.intp, types.intp
+    function.compile(signature)
+    made = function.overloads[signature]
+    address = made.library.get_pointer_to_function(made.fndesc.llvm_cfunc_wrapper_name)
+    return ctypes.CFUNCTYPE(None, ctypes.c_ssize_t, ctypes.c_ssize_t)(address)
+
+
+@numba.njit(**OPTIONS)
+def _between(geoms: np.ndarray, geom1: int, geom2: int) -> bool:
+    return (geoms[0] == geom1 and geoms[1] == geom2) or (geoms[0] == geom2 and geoms[1] == geom1)
+
+
+@numba.njit(**OPTIONS)
+def _pull(head: Any, model: int, data: int, first: int, size: int, force: float, passive: np.ndarray) -> None:
+    """Let a force resist a tendon's lengthening."""
+    row = _numbers(_field(data + head.d_ten_J) + 8 * first, size)
+    columns = _integers(_field(model + head.m_ten_J_colind) + 4 * first, size)
+    for i in range(size):
+        passive[columns[i]] -= row[i] * force
+
+
+@numba.njit(**OPTIONS)
+def _bend(friction: Any, bristles: np.ndarray, step: float, speed: float) -> float:
+    """Bend the bristles of a coordinate and return their force: elastic up to the largest, where they slip."""
+    slips = friction.largest / friction.k
+    bristles[0] = min(max(bristles[0] + step * speed, -slips), slips)
+    force = friction.k * bristles[0] + friction.c * speed
+    return min(max(force, -friction.largest), friction.largest)
+
+
+@numba.njit(**OPTIONS)
+def _rub(head: Any, model: int, data: int, friction: Any, bristles: np.ndarray, here: int, step: float) -> None:
+    """Bend the bristles between two bodies in the plane of their contact, and let their force act on both.
+
+    Several points of contact have one bristle at the centre of their pressure.
+    """
+    contacts, n_contacts = _field(data + head.d_contact), _integers(data + head.d_ncon, 1)[0]
+    wanted, softness = _field(data + head.d_efc_aref), _field(data + head.d_efc_R)
+    pressed, body1, body2 = 0.0, friction.body1, friction.body2
+    x, y, z, nx, ny, nz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    for i in range(n_contacts):
+        contact = contacts + i * head.contact_size
+        geoms, r = _integers(contact + head.c_geom, 2), _integers(contact + head.c_efc_address, 1)[0]
+        if r >= 0 and _between(geoms, friction.geom1, friction.geom2):
+            force = max(_numbers(wanted + 8 * r, 1)[0] / _numbers(softness + 8 * r, 1)[0], 0.0)
+            place, frame = _numbers(contact + head.c_pos, 3), _numbers(contact + head.c_frame, 3)
+            pressed += force
+            x, y, z = x + force * place[0], y + force * place[1], z + force * place[2]
+            nx, ny, nz = nx + force * frame[0], ny + force * frame[1], nz + force * frame[2]
+            if geoms[0] != friction.geom1:
+                body1, body2 = friction.body2, friction.body1
+    length = np.sqrt(nx * nx + ny * ny + nz * nz)
+    if length == 0.0:
+        bristles[:6] = 0.0
+        return
+    nx, ny, nz = nx / length, ny / length, nz / length
+    x, y, z = x / pressed, y / pressed, z / pressed
+    ux, uy, uz = _velocity(head, model, data, body1, x, y, z)
+    vx, vy, vz = _velocity(head, model, data, body2, x, y, z)
+    vx, vy, vz = vx - ux, vy - uy, vz - uz
+    along = vx * nx + vy * ny + vz * nz
+    vx, vy, vz = vx - along * nx, vy - along * ny, vz - along * nz
+    bx, by, bz = bristles[0] + step * vx, bristles[1] + step * vy, bristles[2] + step * vz
+    along = bx * nx + by * ny + bz * nz
+    bx, by, bz = bx - along * nx, by - along * ny, bz - along * nz
+    largest = friction.largest * pressed
+    share = min(1.0, largest / max(friction.k * np.sqrt(bx * bx + by * by + bz * bz), 1e-300))
+    bx, by, bz = share * bx, share * by, share * bz
+    fx, fy, fz = friction.k * bx + friction.c * vx, friction.k * by + friction.c * vy, friction.k * bz + friction.c * vz
+    share = min(1.0, largest / max(np.sqrt(fx * fx + fy * fy + fz * fz), 1e-300))
+    bristles[0], bristles[1], bristles[2] = bx, by, bz
+    bristles[9], bristles[10], bristles[11] = x, y, z
+    passive = _field(data + head.d_qfrc_passive)
+    for sign, body in ((-share, body2), (share, body1)):
+        bristles[3], bristles[4], bristles[5] = sign * fx, sign * fy, sign * fz
+        if body > 0:
+            _apply_force(model, data, here + 24, here + 48, here + 72, body, passive)
+
+
+@numba.njit(**OPTIONS)
+def _velocity(head: Any, model: int, data: int, body: int, x: float, y: float, z: float) -> tuple[float, float, float]:
+    """Velocity of a body's point, m/s."""
+    root = _integers(_field(model + head.m_body_rootid) + 4 * body, 1)[0]
+    centre = _numbers(_field(data + head.d_subtree_com) + 24 * root, 3)
+    moves = _numbers(_field(data + head.d_cvel) + 48 * body, 6)
+    rx, ry, rz = x - centre[0], y - centre[1], z - centre[2]
+    return (
+        moves[3] + moves[1] * rz - moves[2] * ry,
+        moves[4] + moves[2] * rx - moves[0] * rz,
+        moves[5] + moves[0] * ry - moves[1] * rx,
+    )

@@ -1,0 +1,161 @@
+"""Friction that does not creep: bristles that bend elastically and slip at the largest force."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any, NamedTuple
+
+import mujoco
+import numpy as np
+
+from ..errors import LawError, ModelError
+from .elements import compiled, find, name_of, texts, write_text
+
+__all__ = ["Friction", "friction", "frictions", "joint_friction", "tendon_friction"]
+
+
+class Friction(NamedTuple):
+    """Bristles that were asked of an element."""
+
+    kind: str  # "joint", "tendon" or "pair"
+    name: str
+    largest: float  # force, or for a pair its ratio to the normal force
+    k: float
+    c: float
+
+
+def friction(spec: mujoco.MjSpec, geoms: Any, coefficient: float, k: float, c: float = 0.0) -> None:
+    """Give a contact dry friction: sticking is a spring and damper, sliding a force in proportion to the normal force.
+
+    Elastic Coulomb friction: bristles between the surfaces bend by the distance slid, up to coefficient times normal
+    force over stiffness. A body that sticks rests; MuJoCo's own friction creeps, for its rows have no stiffness.
+    Several points of contact between two geoms have one bristle, at the centre of their pressure, and so resist no
+    spin about their normal.
+
+    Parameters
+    ----------
+    spec : mujoco.MjSpec
+        Changed in place; a `Softener` makes the friction act.
+    geoms : tuple of two str or mujoco.MjsGeom
+        Their contact has been given a softness with `contact`.
+    coefficient : float
+        μ, > 0.
+    k : float
+        Tangential stiffness, N/m, > 0.
+    c : float
+        Damping while it sticks, N s/m, >= 0.
+
+    Raises
+    ------
+    ModelError
+        For geoms that the model does not have, or without a contact in physical units.
+    LawError
+        For values out of range.
+    """
+    _check("coefficient", coefficient, k, c)
+    model, names = compiled(_specification(spec)), [name_of(geom) for geom in geoms]
+    if len(names) != 2:
+        raise ModelError(f"a contact has two geoms, got {len(names)}")
+    ids = {find(model, mujoco.mjtObj.mjOBJ_GEOM, name) for name in names}
+    for i, pair in enumerate(zip(model.pair_geom1, model.pair_geom2)):
+        if set(pair) == ids and model.pair_dim[i] == 1 and model.pair(i).name:
+            write_text(spec, "pair friction", model.pair(i).name, _data(coefficient, k, c))
+            return
+    raise ModelError(
+        f'geoms "{names[0]}" and "{names[1]}" have no contact without MuJoCo\'s friction; '
+        "give it a softness first: contact(..., frictionless=True)"
+    )
+
+
+def joint_friction(spec: mujoco.MjSpec, joint: Any, force: float, k: float, c: float = 0.0) -> None:
+    """Give a joint dry friction: sticking is a spring and damper, sliding a constant torque.
+
+    Parameters
+    ----------
+    spec : mujoco.MjSpec
+        Changed in place; a `Softener` makes the friction act.
+    joint : str or mujoco.MjsJoint
+        Hinge or slide.
+    force : float
+        Torque, N m (force, N, of a slide), at which it slips, > 0.
+    k : float
+        Stiffness while it sticks, N m/rad (N/m), > 0.
+    c : float
+        Damping while it sticks, N m s/rad (N s/m), >= 0.
+
+    Raises
+    ------
+    ModelError
+        For a joint that the model does not have, or of another type.
+    LawError
+        For values out of range.
+    """
+    _check("force", force, k, c)
+    model, name = compiled(_specification(spec)), name_of(joint)
+    kind = mujoco.mjtJoint(int(model.jnt_type[find(model, mujoco.mjtObj.mjOBJ_JOINT, name)]))
+    if kind not in (mujoco.mjtJoint.mjJNT_HINGE, mujoco.mjtJoint.mjJNT_SLIDE):
+        raise ModelError(
+            f'joint "{name}" is {kind.name.removeprefix("mjJNT_").lower()}; friction needs a hinge or slide'
+        )
+    write_text(spec, "joint friction", name, _data(force, k, c))
+
+
+def tendon_friction(spec: mujoco.MjSpec, tendon: Any, force: float, k: float, c: float = 0.0) -> None:
+    """Give a tendon dry friction: sticking is a spring and damper, sliding a constant force.
+
+    Between the teeth of `add_backlash`, whose tendon is "NAME backlash", it is the friction of the gear's two sides
+    against each other.
+
+    Parameters
+    ----------
+    spec : mujoco.MjSpec
+        Changed in place; a `Softener` makes the friction act.
+    tendon : str or mujoco.MjsTendon
+        Fixed or spatial.
+    force : float
+        At which it slips, N (N m for a tendon of hinges), > 0.
+    k : float
+        Stiffness while it sticks, N/m (N m/rad), > 0.
+    c : float
+        Damping while it sticks, N s/m (N m s/rad), >= 0.
+
+    Raises
+    ------
+    ModelError
+        For a tendon that the model does not have.
+    LawError
+        For values out of range.
+    """
+    _check("force", force, k, c)
+    name = name_of(tendon)
+    find(compiled(_specification(spec)), mujoco.mjtObj.mjOBJ_TENDON, name)
+    write_text(spec, "tendon friction", name, _data(force, k, c))
+
+
+def frictions(model: mujoco.MjModel) -> Iterator[Friction]:
+    """Yield the bristles that were asked of a model's elements."""
+    for kind, name, data in texts(model):
+        element, _, what = kind.partition(" ")
+        if what == "friction":
+            try:
+                yield Friction(element, name, *(float(part.split("=")[1]) for part in data.split()))
+            except (IndexError, TypeError, ValueError):
+                raise ModelError(
+                    f'text "physical:{kind}:{name}" holds "{data}", needs "largest=FORCE k=STIFFNESS c=DAMPING"'
+                ) from None
+
+
+def _data(largest: float, k: float, c: float) -> str:
+    return f"largest={float(largest)!r} k={float(k)!r} c={float(c)!r}"
+
+
+def _check(what: str, largest: float, k: float, c: float) -> None:
+    for name, value, ok in ((what, largest, largest > 0), ("k", k, k > 0), ("c", c, c >= 0)):
+        if not (ok and np.isfinite(value)):
+            raise LawError(f"{name} = {value:g} of friction must be finite and {'>=' if name == 'c' else '>'} 0")
+
+
+def _specification(spec: mujoco.MjSpec) -> mujoco.MjSpec:
+    if not isinstance(spec, mujoco.MjSpec):
+        raise ModelError(f"got {type(spec).__name__}, needs a mujoco.MjSpec: a compiled model cannot get new elements")
+    return spec

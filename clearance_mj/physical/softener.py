@@ -1,0 +1,302 @@
+"""Contacts and limits whose stiffness and damping follow a law at every step, and friction that does not creep."""
+
+from __future__ import annotations
+
+import threading
+import zlib
+from collections.abc import Sequence
+from functools import cache
+from typing import Any, NamedTuple
+
+import mujoco
+import numpy as np
+
+from ..clearance.kernel import BUSHING, STATE, Clearance, clearance_records, side_by_side
+from ..errors import ModelError
+from ..rig import Bushing, Contact, Grease
+from ._softener_loop import (
+    ELEMENT,
+    FRICTION,
+    HEAD,
+    IN_USE,
+    JOINT,
+    KEPT,
+    OF_FRICTION,
+    PAIR,
+    PLACES,
+    ROW,
+    TENDON,
+    as_c,
+    control,
+    soften_at,
+)  # fmt: skip
+from .elements import KINDS, MARK, Asked, asked, find
+from .friction import Friction, frictions
+
+__all__ = ["Softener", "reserve"]
+
+_MEMORY = f"{MARK}memory"
+"""name of the custom number that says where in the user data laws remember"""
+
+
+class Softener:
+    """What lets a model's contacts, limits and friction follow their laws, at every step.
+
+    Between ``mj_step1`` and ``mj_step2`` of a loop of your own call `update`; or use it as a context, in which every
+    ``mj_step``, ``mujoco.rollout`` and ``mujoco.batch`` of such models follows the laws, on any number of threads::
+
+        with physical.Softener(model):
+            mujoco.mj_step(model, data, 1000)
+
+    Forces are those of the step's own positions and velocities, exact but for the parasitic mass of all softness
+    here. What laws remember (impact speeds, envelopes, hysteresis, bristles) is in ``data.userdata``, where `compile`
+    has reserved room: it is copied, saved, restored and reset with the data.
+
+    Parameters
+    ----------
+    model : mujoco.MjModel
+        Compiled with `compile`. Changes of its numbers, such as ranges, act; laws are read once.
+
+    Raises
+    ------
+    ModelError
+        If nothing in the model follows a law or has friction, there is no room reserved, or the integrator would ask
+        for forces between the steps (``RK4``) or changes stiffness (``discrete``).
+    """
+
+    def __init__(self, model: mujoco.MjModel):
+        laws, bristles = _laws(model), list(frictions(model))
+        if not laws and not bristles:
+            raise ModelError("no contact or limit follows a law and none has friction; constant ones need no Softener")
+        _refuse_integrator(model)
+        self.model = model
+        self._parts = _parts(model, laws, bristles)
+        room, key = _reserved(model), _key(laws, bristles)
+        if room[1:] != (self._parts.template.size, *key) or room.first + room.size > model.nuserdata:
+            raise ModelError(
+                "the model has no room in its userdata for what these laws and friction remember; "
+                "make it with clearance_mj.physical.compile()"
+            )
+        self._head = np.zeros(1, HEAD)
+        index = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_NUMERIC, _MEMORY)
+        values = {**self._parts.places(), **PLACES, "first": room.first, "numeric": model.numeric_adr[index] + 2}
+        for name, value in values.items():
+            self._head[name] = value
+        self._head["signature"], self._head["key"] = np.uint64(model.signature).view(np.int64), key
+        self._address = self._head.ctypes.data
+        self._called: tuple[Any, ...] = (None, None)
+
+    def update(self, model: mujoco.MjModel, data: mujoco.MjData) -> None:
+        """Let forces follow the laws; to be called between ``mj_step1`` and ``mj_step2``, or as a control callback.
+
+        Parameters
+        ----------
+        model : mujoco.MjModel
+            This one, or a copy of it.
+        data : mujoco.MjData
+            Its constraint forces, passive forces and user data are changed.
+
+        Raises
+        ------
+        ModelError
+            For another model.
+        """
+        called = self._called
+        if called[0] is not model or called[1] is not data:
+            called = self._called = self._call(model, data)
+        soften_at(called[2])
+
+    def _call(self, model: mujoco.MjModel, data: mujoco.MjData) -> tuple[mujoco.MjModel, mujoco.MjData, int, Any]:
+        """Return what `update` was given, and the address of their addresses in an array, and the array."""
+        if model.signature != self.model.signature or _reserved(model) != _reserved(self.model):
+            raise ModelError("the Softener was made for another model")
+        places = np.array([self._address, model._address, data._address])
+        return model, data, places.ctypes.data, places
+
+    def __enter__(self) -> Softener:
+        """Let MuJoCo call it in every step of such a model."""
+        _install(self)
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        """Take it away again."""
+        _remove(self)
+
+
+class _Parts(NamedTuple):
+    """Arrays that compiled code reads at their addresses."""
+
+    elements: np.ndarray  # (n,) ELEMENT; pairs last
+    frictions: np.ndarray  # (m,) FRICTION
+    joints: np.ndarray  # (njnt,) which element each one is, or -1
+    tendons: np.ndarray  # (ntendon,)
+    records: Clearance  # of the elements
+    template: np.ndarray  # (size,) the memory's beginning
+    first_friction: int
+    first_record: int
+
+    def places(self) -> dict[str, int]:
+        """Return what a HEAD holds of them."""
+        arrays = {
+            "elements": self.elements, "frictions": self.frictions, "joints": self.joints, "tendons": self.tendons,
+            "bushings": self.records.bushings, "states": self.records.states, "template": self.template,
+        }  # fmt: skip
+        n_numbers = self.records.numbers.size
+        return {name: array.ctypes.data for name, array in arrays.items()} | {
+            "n_elements": len(self.elements), "first_pair": int(np.sum(self.elements["kind"] != PAIR)),
+            "n_frictions": len(self.frictions), "first_friction": self.first_friction, "size": self.template.size,
+            "records": self.first_record, "numbers": self.template.size - n_numbers, "n_numbers": n_numbers,
+        }  # fmt: skip
+
+
+def _laws(model: mujoco.MjModel) -> list[Asked]:
+    """Elements with a law, pairs last."""
+    return sorted((e for e in asked(model) if e.softness.law), key=lambda e: (e.kind == "pair", e.kind, e.name))
+
+
+def _parts(model: mujoco.MjModel, laws: Sequence[Asked], bristles: Sequence[Friction]) -> _Parts:
+    elements, records = np.zeros(len(laws), ELEMENT), []
+    joints, tendons = (np.full(max(n, 1), -1, dtype=np.int32) for n in (model.njnt, model.ntendon))
+    for e, (kind, name, softness) in enumerate(laws):
+        law, index = softness.law, find(model, KINDS[kind].object, name)
+        assert law is not None
+        _describe(model, kind, index, elements[e])
+        table = law.table(1)
+        elements[e]["index"], elements[e]["grease"], elements[e]["release"] = (
+            index,
+            law.grease is not None,
+            table.release,
+        )
+        elements[e]["always"] = law.grease is not None or len(table.abscissa) > 1
+        if kind != "pair":
+            (joints if kind == "joint" else tendons)[index] = e
+        records.append(clearance_records(_Opening.of(softness.depth), law, model.opt.timestep))
+    whole = side_by_side(records) if laws else Clearance(np.zeros(0, BUSHING), np.zeros(0, STATE), np.zeros(0))
+    elements["impact"] = whole.states["impact"]
+    whole.bushings["lower"], whole.bushings["upper"] = -np.inf, 0.0  # where the model's range is not read
+    found = np.zeros(len(bristles), FRICTION)
+    for row, friction in zip(found, bristles):
+        _describe_friction(model, friction, row)
+    first_friction = 2 + len(laws) * KEPT.itemsize // 8
+    first_record = first_friction + OF_FRICTION * len(bristles)
+    own = np.zeros(first_record + (BUSHING.itemsize + STATE.itemsize) // 8)
+    memory = np.concatenate((own, whole.numbers))
+    return _Parts(elements, found, joints, tendons, whole, memory, first_friction, first_record)
+
+
+class _Opening(NamedTuple):
+    """What laws are told of a clearance."""
+
+    bushings: list[Bushing]
+
+    @classmethod
+    def of(cls, gap: float) -> _Opening:
+        """Empty but for what a law puts in."""
+        return cls([Bushing(0.0, gap, 0.0, Grease(0.0), Contact(1.0))])
+
+
+def _describe(model: mujoco.MjModel, kind: str, index: int, element: Any) -> None:
+    """Say where compiled code finds an element."""
+    if kind == "joint":
+        ball = mujoco.mjtJoint(int(model.jnt_type[index])) == mujoco.mjtJoint.mjJNT_BALL
+        element["kind"] = ROW if ball else JOINT
+        element["place"], element["dof"] = model.jnt_qposadr[index], model.jnt_dofadr[index]
+    elif kind == "tendon":
+        element["kind"] = TENDON
+        element["place"], element["dof"] = model.ten_J_rowadr[index], model.ten_J_rownnz[index]
+        spatial = model.wrap_type[model.tendon_adr[index]] != int(mujoco.mjtWrap.mjWRAP_JOINT)
+        element["from_zero"] = spatial and model.tendon_range[index, 0] == 0
+    else:
+        element["kind"] = PAIR
+        element["geom1"], element["geom2"] = model.pair_geom1[index], model.pair_geom2[index]
+
+
+def _describe_friction(model: mujoco.MjModel, friction: Friction, row: Any) -> None:
+    index = find(model, KINDS[friction.kind].object, friction.name)
+    row["largest"], row["k"], row["c"] = friction.largest, friction.k, friction.c
+    if friction.kind == "joint":
+        row["kind"], row["dof"] = JOINT, model.jnt_dofadr[index]
+    elif friction.kind == "tendon":
+        row["kind"], row["geom1"] = TENDON, index
+        row["dof"], row["size"] = model.ten_J_rowadr[index], model.ten_J_rownnz[index]
+    else:
+        row["kind"] = PAIR
+        row["geom1"], row["geom2"] = model.pair_geom1[index], model.pair_geom2[index]
+        row["body1"], row["body2"] = model.geom_bodyid[[row["geom1"], row["geom2"]]]
+
+
+def reserve(spec: mujoco.MjSpec, model: mujoco.MjModel) -> bool:
+    """Reserve room in a specification's user data for what laws and friction remember; say whether it has changed."""
+    laws, bristles = _laws(model), list(frictions(model))
+    size = _parts(model, laws, bristles).template.size if laws or bristles else 0
+    before = _reserved(model)
+    first = before.first if before.first + before.size == spec.nuserdata else max(spec.nuserdata, 0)  # others have come
+    now = _Reserved(first, size, *_key(laws, bristles))
+    if now == before or not (size or before.size):
+        return False
+    spec.nuserdata = first + size
+    for numeric in spec.numerics:
+        if numeric.name == _MEMORY:
+            numeric.data = now
+            return True
+    spec.add_numeric(name=_MEMORY, data=now, size=len(now))
+    return True
+
+
+class _Reserved(NamedTuple):
+    """The room in the user data of a model, and for which laws it is, as a custom number of the model."""
+
+    first: int
+    size: int
+    key: int
+    other_key: int
+
+
+def _reserved(model: mujoco.MjModel) -> _Reserved:
+    index = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_NUMERIC, _MEMORY)
+    if index < 0:
+        return _Reserved(0, 0, 0, 0)
+    begin = model.numeric_adr[index]
+    return _Reserved(*(int(value) for value in model.numeric_data[begin : begin + model.numeric_size[index]]))
+
+
+def _key(laws: Sequence[Asked], bristles: Sequence[Friction]) -> tuple[int, int]:
+    """Two numbers of six digits, as many as MJCF keeps, that tell laws and friction from others."""
+    content = [(element.kind, element.name, element.softness.data) for element in laws], bristles
+    key = zlib.crc32(repr(content).encode())
+    return key % 1_000_000, key // 1_000_000
+
+
+def _refuse_integrator(model: mujoco.MjModel) -> None:
+    integrators = mujoco.mjtIntegrator
+    integrator = integrators(int(model.opt.integrator))
+    if integrator in (integrators.mjINT_RK4, integrators.mjINT_DISCRETE):
+        name = integrator.name.removeprefix("mjINT_")
+        raise ModelError(f"integrator {name}: laws and friction need Euler, implicit or implicitfast")
+
+
+@cache
+def _control() -> Any:
+    """Return MuJoCo's control callback, which looks for the Softener of the model that is stepped."""
+    return as_c(control)
+
+
+_CHANGING = threading.Lock()
+
+
+def _install(softener: Softener) -> None:
+    with _CHANGING:
+        if IN_USE.all():
+            raise ModelError(f"{IN_USE.size} Softeners are in use, no more can be")
+        if not IN_USE.any():
+            if mujoco.get_mjcb_control() is not None:
+                raise ModelError("MuJoCo has a control callback already; call update() in it instead")
+            mujoco.set_mjcb_control(_control())
+        IN_USE[np.argmin(IN_USE != 0)] = softener._address
+
+
+def _remove(softener: Softener) -> None:
+    with _CHANGING:
+        IN_USE[IN_USE == softener._address] = 0
+        if not IN_USE.any():
+            mujoco.set_mjcb_control(None)

@@ -1,0 +1,153 @@
+"""Bristle friction: what sticks rests by force over stiffness, what slides is slowed by the coefficient alone."""
+
+import mujoco
+import numpy as np
+import pytest
+
+from clearance_mj import physical
+from clearance_mj.clearance import ConstantLaw, ContactLaw, HuntCrossley
+from clearance_mj.errors import LawError, ModelError
+
+GRAVITY, MASS, MU, BRISTLE = 9.81, 2.0, 0.5, 1e5
+BODY = """
+<mujoco>
+  <option timestep="1e-4"/>
+  <worldbody>
+    <geom name="floor" type="plane" size="5 5 1" condim="{condim}"/>
+    <body pos="0 0 0.1"><freejoint/>{geom}</body>
+  </worldbody>
+</mujoco>"""
+BALL = '<geom name="body" size="0.1" mass="2" condim="{condim}"/>'
+BOX = '<geom name="body" type="box" size="0.2 0.2 0.1" mass="2" condim="{condim}"/>'
+
+
+def rest(geom, angle, seconds, condim=1, friction=True, speed=0.0):
+    """A body on a floor, gravity leaning by an angle: its path and speeds along the floor, m and m/s."""
+    spec = mujoco.MjSpec.from_string(BODY.format(geom=geom.format(condim=condim), condim=condim))
+    spec.option.gravity = [GRAVITY * np.sin(angle), 0, -GRAVITY * np.cos(angle)]
+    if friction:
+        physical.contact(spec, ("body", "floor"), 1e5, 200.0)
+        physical.friction(spec, ("body", "floor"), MU, BRISTLE, 50.0)
+    model = physical.compile(spec)
+    data, speeds = mujoco.MjData(model), []
+    data.qvel[0] = speed
+    softener = physical.Softener(model) if friction else None
+    for _ in range(round(seconds / model.opt.timestep)):
+        mujoco.mj_step1(model, data)
+        if softener:
+            softener.update(model, data)
+        mujoco.mj_step2(model, data)
+        speeds.append(data.qvel[0])
+    return data, np.array(speeds)
+
+
+@pytest.mark.parametrize("law", [None, ContactLaw(HuntCrossley(stiffness=1e7, restitution=0.3))])
+def test_what_sticks_rests(law):
+    """Leaning slowly to less than the angle of friction, 0.46, bends the bristles by m g sin/k; nothing creeps."""
+    spec = mujoco.MjSpec.from_string(BODY.format(geom=BALL.format(condim=1), condim=1).replace(
+        "<freejoint/>", '<joint type="slide" axis="1 0 0"/><joint type="slide" axis="0 0 1" damping="200"/>'
+    ))  # fmt: skip
+    physical.contact(spec, ("body", "floor"), **({"law": law} if law else {"k": 1e5, "c": 200.0}))
+    physical.friction(spec, ("body", "floor"), MU, BRISTLE, 50.0)
+    model = physical.compile(spec)
+    data = mujoco.MjData(model)
+    with physical.Softener(model):
+        for angle in np.append(np.zeros(100), np.linspace(0, 0.4, 200)):
+            model.opt.gravity[:] = GRAVITY * np.sin(angle), 0, -GRAVITY * np.cos(angle)
+            mujoco.mj_step(model, data, 20)
+        mujoco.mj_step(model, data, 20000)
+    assert data.qpos[0] == pytest.approx(MASS * GRAVITY * np.sin(0.4) / BRISTLE, rel=1e-6)
+    assert np.abs(data.qvel).max() < 1e-10
+
+
+def test_a_box_stays_on_a_slope():
+    """Four corners, one bristle: all is at rest, where MuJoCo's own friction creeps."""
+    data, _ = rest(BOX, 0.4, 2.5)
+    assert np.abs(data.qvel).max() < 1e-8
+    creeping, _ = rest(BOX, 0.4, 2.5, condim=3, friction=False)
+    assert creeping.qvel[0] > 1e-6
+
+
+def test_what_slides_is_slowed_by_the_coefficient():
+    """Above the angle of friction: a = g (sin - μ cos)."""
+    angle = 0.7
+    _, speeds = rest(BOX, angle, 0.6)
+    slope = np.polyfit(np.arange(2000) * 1e-4, speeds[-2000:], 1)[0]
+    assert slope == pytest.approx(GRAVITY * (np.sin(angle) - MU * np.cos(angle)), rel=1e-4)
+
+
+def test_a_sliding_box_stops_after_its_way():
+    """v²/(2 μ g)."""
+    data, _ = rest(BOX, 0.0, 0.6, speed=1.0)
+    assert np.abs(data.qvel).max() < 1e-3
+    assert data.qpos[0] == pytest.approx(1 / (2 * MU * GRAVITY), rel=0.01)
+
+
+def test_a_sliding_ball_rolls_at_five_sevenths():
+    """Without rolling resistance, of any friction: v → 5/7 v (I = 2/5 m r²)."""
+    _, speeds = rest(BALL, 0.0, 0.6, speed=1.0)
+    assert speeds[-1000:].mean() == pytest.approx(5 / 7, rel=1e-3)
+
+
+SLIDE = """
+<mujoco>
+  <option timestep="1e-4" gravity="0 0 0"/>
+  <worldbody><body>
+    <joint name="slide" type="slide" axis="0 0 1"/><geom size="0.1" mass="2" contype="0" conaffinity="0"/>
+  </body></worldbody>
+  <tendon><fixed name="tendon"><joint joint="slide" coef="3"/></fixed></tendon>
+</mujoco>"""
+
+
+@pytest.mark.parametrize(("name", "lever"), [("joint", 1.0), ("tendon", 3.0)])
+def test_a_joint_or_tendon_sticks_and_slips(name, lever):
+    """Pulled with less than its force it rests by force/k, with more it gains speed by what is left."""
+    spec = mujoco.MjSpec.from_string(SLIDE)
+    {"joint": physical.joint_friction, "tendon": physical.tendon_friction}[name](
+        spec, {"joint": "slide", "tendon": "tendon"}[name], 12.0 / lever, 1e4 / lever**2, 100.0 / lever**2
+    )
+    model = physical.compile(spec)
+    for pull in (5.0, 15.0):
+        data = mujoco.MjData(model)
+        data.qfrc_applied[0] = pull
+        with physical.Softener(model):
+            mujoco.mj_step(model, data, 10000)
+            if pull < 12:
+                assert data.qpos[0] == pytest.approx(pull / 1e4, rel=1e-9)
+                assert abs(data.qvel[0]) < 1e-12
+            else:
+                before = data.qvel[0]
+                mujoco.mj_step(model, data, 1000)
+                assert data.qvel[0] - before == pytest.approx((pull - 12) / MASS * 0.1, rel=1e-9)
+
+
+def test_friction_shortens_the_stable_step():
+    """Bristles are springs: h < 2/√(k/m), with what else there is."""
+    spec = mujoco.MjSpec.from_string(SLIDE)
+    physical.joint_friction(spec, "slide", 1.0, 1e6)
+    assert physical.largest_step(physical.compile(spec)) == pytest.approx(2 / np.sqrt(1e6 / MASS), rel=1e-9)
+    spec.option.timestep = 3e-3
+    with pytest.raises(ModelError, match=r'timestep 0\.003 s is too long: friction of joint "slide"'):
+        physical.compile(spec)
+
+
+@pytest.mark.parametrize(("wrong", "error", "says"), [
+    (lambda spec: physical.friction(spec, ("body", "floor"), 0.5, 1e5), ModelError, "give it a softness first"),
+    (lambda spec: physical.friction(spec, ("body",), 0.5, 1e5), ModelError, "a contact has two geoms, got 1"),
+    (lambda spec: physical.friction(spec, ("bdy", "floor"), 0.5, 1e5), ModelError, 'did you mean "body"'),
+    (lambda spec: physical.friction(spec, ("body", "floor"), -0.5, 1e5), LawError, "coefficient = -0.5 of friction"),
+    (lambda spec: physical.friction(spec, ("body", "floor"), 0.5, 0.0), LawError, "k = 0 of friction"),
+    (lambda spec: physical.joint_friction(spec, spec.joints[0], 1.0, 1.0), ModelError, "has no name"),
+    (lambda spec: physical.tendon_friction(spec, "rope", 1.0, 1.0), ModelError, 'no tendon "rope"'),
+    (lambda spec: physical.joint_friction(spec.compile(), "a", 1.0, 1.0), ModelError, "needs a mujoco.MjSpec"),
+])  # fmt: skip
+def test_friction_that_cannot_be(wrong, error, says):
+    with pytest.raises(error, match=says):
+        wrong(mujoco.MjSpec.from_string(BODY.format(geom=BALL.format(condim=1), condim=1)))
+
+
+def test_friction_beside_laws_is_told_by_name():
+    spec = mujoco.MjSpec.from_string(BODY.format(geom=BALL.format(condim=1), condim=1))
+    physical.contact(spec, ("body", "floor"), law=ConstantLaw(1e4, 1.0))
+    physical.friction(spec, ("body", "floor"), MU, BRISTLE)
+    assert [text.data for text in spec.texts][-1] == f"largest={MU} k={BRISTLE} c=0.0"
