@@ -1,4 +1,4 @@
-# make study | reproduce | audit | test | test-slow | fuzz | bench | lint | data | models | readme | docs | gallery | verification     PYTHON=python3.13 picks the interpreter
+# make study | reproduce | audit | test | test-slow | test-models | fuzz | bench | lint | data | models | readme | docs | gallery | verification     PYTHON=python3.13 picks the interpreter
 PYTHON ?= python3
 VENV   ?= .venv-$(notdir $(PYTHON))
 BIN    := $(VENV)/bin
@@ -6,7 +6,7 @@ export MPLBACKEND = Agg
 # Small matrices: threads inside BLAS only get into the way of those over simulations.
 export OPENBLAS_NUM_THREADS = 1
 
-.PHONY: setup study reproduce audit test test-slow fuzz coverage bench lint data models readme docs gallery verification clean
+.PHONY: setup study reproduce audit test test-slow test-models fuzz coverage bench lint data models readme docs gallery verification clean
 
 setup: $(VENV)/.ready
 
@@ -35,8 +35,17 @@ gallery: reproduce
 test: setup
 	$(BIN)/python -m pytest -n auto --dist loadfile -m 'not slow'
 
-test-slow: setup
+test-slow: $(VENV)/.models
 	$(BIN)/python -m pytest -m slow
+
+# Only the files of foreign models are read. gymnasium-robotics and dm_control depend on the package mujoco 3, which would
+# overwrite mujoco-core: hence none of what they depend on.
+$(VENV)/.models: $(VENV)/.ready
+	$(BIN)/pip install --quiet --disable-pip-version-check --no-deps -c constraints.txt gymnasium gymnasium-robotics dm_control
+	touch $@
+
+test-models: $(VENV)/.models
+	$(BIN)/python -m pytest -m '' tests/physical/test_models.py
 
 fuzz: setup
 	$(BIN)/python -m tests.fuzz --out results/fuzz
