@@ -162,7 +162,7 @@ _COMPILED = {}
 def _calls(name):
     """A compiled loop over a function of the MuJoCo library that takes model and data."""
     if name not in _COMPILED:
-        address = ctypes.cast(getattr(mujoco_loop._LIBRARY, name), ctypes.c_void_p).value
+        address = ctypes.cast(getattr(mujoco_loop.LIBRARY, name), ctypes.c_void_p).value
         llvmlite.binding.add_symbol(name, address)
         function = numba.types.ExternalFunction(name, numba.types.void(numba.types.intp, numba.types.intp))
 

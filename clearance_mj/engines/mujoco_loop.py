@@ -12,10 +12,8 @@ import ctypes
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
-from pathlib import Path
 from typing import Any, NamedTuple
 
-import llvmlite.binding
 import mujoco
 import numba
 import numpy as np
@@ -25,6 +23,7 @@ from ..clearance.kernel import Clearance, clearance_records, contact_force, cont
 from ..clearance.law import Law
 from ..errors import LawError, SimulationError
 from ..physical import SOLREF_PER_UNIT
+from ..physical._library import LIBRARY, external
 from ..rig import Rig
 from .base import Engine, Equations, Run, diverged, location
 from .plant import Maps, Plant, hold, tendon_rows
@@ -32,17 +31,7 @@ from .plant import Maps, Plant, hold, tendon_rows
 __all__ = ["MujocoRun"]
 
 
-def _library() -> ctypes.CDLL:
-    """The MuJoCo library that the Python module has loaded."""
-    folder = Path(mujoco.__file__).parent
-    found = [p for p in folder.iterdir() if p.name.startswith(("libmujoco", "mujoco.dll"))]
-    return ctypes.CDLL(str(found[0]))
-
-
-# The compiled loop is cached between sessions, so it knows mj_step by name and not by address.
-_LIBRARY = _library()
-llvmlite.binding.add_symbol("mj_step", ctypes.cast(_LIBRARY.mj_step, ctypes.c_void_p).value)
-_mj_step: Any = numba.types.ExternalFunction("mj_step", numba.types.void(numba.types.intp, numba.types.intp))
+_mj_step: Any = external("mj_step", numba.types.intp, numba.types.intp)
 
 
 @contextmanager
@@ -67,7 +56,7 @@ def _ignore(_: Any) -> None:
     pass
 
 
-_HANDLER = ctypes.c_void_p.in_dll(_LIBRARY, "mju_user_warning")
+_HANDLER = ctypes.c_void_p.in_dll(LIBRARY, "mju_user_warning")
 _PREVIOUS = ctypes.c_void_p()
 _COUNTING, _counting = threading.Lock(), 0
 
