@@ -72,7 +72,7 @@ $(VENV)-pyharm/.ready:
 	touch $@
 
 bench: export PYHARM_PYTHON = $(VENV)-pyharm/bin/python
-bench: $(VENV)/.bench $(VENV)-pyharm/.ready
+bench: $(VENV)/.bench $(VENV)/.models $(VENV)-pyharm/.ready
 	$(BIN)/python -m benchmarks --out results/bench.json
 
 lint: setup

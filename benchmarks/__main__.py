@@ -9,10 +9,11 @@ from pathlib import Path
 from clearance_mj import __version__
 from clearance_mj.files import replacing
 
-from . import alternatives, memory, options, periodic, ridge, scaling, speed
+from . import alternatives, memory, options, periodic, ridge, scaling, softener, speed
 
 PARTS = {
-    part.__name__.rpartition(".")[2]: part for part in (speed, alternatives, scaling, options, memory, ridge, periodic)
+    part.__name__.rpartition(".")[2]: part
+    for part in (speed, alternatives, scaling, options, memory, ridge, periodic, softener)
 }
 
 

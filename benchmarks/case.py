@@ -8,6 +8,7 @@ middle stands for. There is no mass-proportional damping, which a chain of finit
 
 import dataclasses
 import functools
+import statistics
 import time
 
 import numpy as np
@@ -59,3 +60,9 @@ def timed(call, repeats=3):
         result = call()
         times.append(time.perf_counter() - start)
     return min(times), result
+
+
+def row(name, values, unit, target):
+    """Median and range of repeated measurements, for a table."""
+    ends = {"median": statistics.median(values), "low": min(values), "high": max(values)}
+    return {"name": name, "unit": unit, "target": target} | ends

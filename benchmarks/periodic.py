@@ -8,7 +8,6 @@ Points per second are of the processor's time, which other work on the machine d
 
 import json
 import os
-import statistics
 import subprocess
 import tempfile
 import time
@@ -19,6 +18,8 @@ from scipy.interpolate import CubicSpline
 
 import clearance_mj as cm
 from experiments.periodic_response import one_sided
+
+from .case import row
 
 RIG, LAW, LEVEL = cm.Rig.load("models/table1_rig.toml"), cm.ConstantLaw(7.8e3, 4.0), 6.0
 STOP, FORCE, HARMONICS, SAMPLES = cm.ConstantLaw(100.0, 0.0), 0.1, 21, 1024
@@ -34,25 +35,20 @@ def measure():
     rows, peaks = [], {}
     for stability, target in ((False, ">= 500"), (True, ">= 200")):
         rates = [_table1(stability) for _ in range(ROUNDS + 1)][1:]  # the first one compiles
-        rows.append(_row(f"table-1 rig, {'with' if stability else 'without'} stability", rates, "points/s", target))
+        rows.append(row(f"table-1 rig, {'with' if stability else 'without'} stability", rates, "points/s", target))
     pairs = [(_own(), _pyharm()) for _ in range(ROUNDS + 1)][1:] if _interpreter() else []
     if pairs:
         for name, runs in zip(("clearance_mj", "pyHarm"), zip(*pairs)):
             rates = [run["omega"].size / run["seconds"] for run in runs]
-            rows.append(_row(f"one-sided spring, {name}", rates, "points/s", ""))
+            rows.append(row(f"one-sided spring, {name}", rates, "points/s", ""))
             top = runs[0]["amplitude"].argmax()
             peaks[name] = {"omega": runs[0]["omega"][top], "amplitude": runs[0]["amplitude"][top]}
         ratios = [_rate(own) / _rate(other) for own, other in pairs]
-        rows.append(_row("one-sided spring, clearance_mj / pyHarm", ratios, "x", ">= 10"))
+        rows.append(row("one-sided spring, clearance_mj / pyHarm", ratios, "x", ">= 10"))
         peaks["largest difference of amplitudes"] = _apart(*pairs[0])
-    rows.append(_row("rattle map, 50 levels x 400 frequencies x 3 gaps", [_map()], "s", "<= 60"))
+    rows.append(row("rattle map, 50 levels x 400 frequencies x 3 gaps", [_map()], "s", "<= 60"))
     skipped = {} if pairs else {"pyHarm": "PYHARM_PYTHON names no interpreter that has it; make bench makes one"}
     return {"rows": rows, "peaks": peaks, "skipped": skipped}
-
-
-def _row(name, values, unit, target):
-    ends = {"median": statistics.median(values), "low": min(values), "high": max(values)}
-    return {"name": name, "unit": unit, "target": target} | ends
 
 
 def _rate(run):

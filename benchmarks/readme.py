@@ -22,7 +22,7 @@ def main():
         shutil.copyfile(STUDY / "figures" / "frf_bushings_level_2.png", "docs/frf_bushings.png")
     _put(README, blocks)
     blocks = {}
-    for part in ("alternatives", "scaling", "options", "memory", "periodic"):
+    for part in ("alternatives", "scaling", "options", "memory", "periodic", "softener"):
         if part in bench:
             blocks |= getattr(tables, part)(bench[part])
     _put(PAGE, blocks)

@@ -23,12 +23,20 @@ def speed(rows):
 
 
 def periodic(found):
+    return {"periodic": _rows(found)}
+
+
+def softener(found):
+    return {"softener": _rows(found)}
+
+
+def _rows(found):
     cells = [
         (r["name"], f"{r['median']:.3g} {r['unit']}", f"{r['low']:.3g} to {r['high']:.3g}", r["target"])
         for r in found["rows"]
     ]
     cells += [(name, why, "", "") for name, why in found["skipped"].items()]
-    return {"periodic": _table(("what", "median", "range", "target"), cells)}
+    return _table(("what", "median", "range", "target"), cells)
 
 
 def alternatives(found):
