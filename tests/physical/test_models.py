@@ -60,3 +60,44 @@ def test_file_of_a_foreign_model(name):
     model = mujoco.MjModel.from_xml_string(spec.to_xml(), spec.assets)
     for i in np.flatnonzero(limited):
         np.testing.assert_allclose(softness_of(model, kind, i), (730.1234567, 1.9876543), rtol=1e-6)
+
+
+def eigenvalues(model, step):
+    """Of one step about the initial pose, in which forces hold the model at rest, by central differences."""
+    model.opt.timestep, data = step, mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    data.qacc[:] = 0
+    mujoco.mj_inverse(model, data)
+    data.qfrc_applied[:] = data.qfrc_inverse - data.qfrc_actuator
+    rest, activations, columns = data.qpos.copy(), data.act.copy(), []
+    for move in 1e-6 * np.eye(2 * model.nv):
+        after = []
+        for sign in (1, -1):
+            data.qpos[:], data.qvel[:], data.act[:] = rest, sign * move[model.nv :], activations
+            mujoco.mj_integratePos(model, data.qpos, sign * move[: model.nv], 1.0)
+            mujoco.mj_step(model, data)
+            moved = np.zeros(model.nv)
+            mujoco.mj_differentiatePos(model, moved, 1.0, rest, data.qpos)
+            after.append(np.concatenate((moved, data.qvel)))
+        columns.append((after[0] - after[1]) / 2e-6)
+    return np.linalg.eigvals(np.transpose(columns))
+
+
+@pytest.mark.filterwarnings("ignore::UserWarning")
+@pytest.mark.parametrize("name", MODELS)
+def test_step_of_a_foreign_model(name):
+    """Its springs, dampers and servos: an eigenvalue of the step is -1 at the limit, of Runge-Kutta's 1 in size."""
+    model = load(foreign(name)).compile()
+    bits = mujoco.mjtDisableBit
+    nothing_else = bits.mjDSBL_CONTACT | bits.mjDSBL_LIMIT | bits.mjDSBL_EQUALITY | bits.mjDSBL_FRICTIONLOSS
+    model.opt.disableflags |= int(nothing_else | bits.mjDSBL_GRAVITY)
+    step = physical.largest_step(model)
+    if step == np.inf:
+        assert not model.jnt_stiffness.any() and not model.actuator_biasprm[:, 1:3].any()
+        return
+    if model.opt.integrator == mujoco.mjtIntegrator.mjINT_RK4:
+        largest = [np.abs(eigenvalues(model, share * step)).max() for share in (0.99, 1.0, 1.01)]
+    else:
+        largest = [-eigenvalues(model, share * step).real.min() for share in (0.99, 1.0, 1.01)]
+    assert largest[1] == pytest.approx(1, abs=1e-5)
+    assert largest[0] < 1 + 1e-5 < 1.01 < largest[2]
