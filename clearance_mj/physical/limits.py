@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import mujoco
 
-from ..errors import LawError, ModelError
+from ..errors import ModelError
 from .elements import Target, compiled, find, give, name_of, softness
 
 if TYPE_CHECKING:
@@ -128,8 +128,6 @@ def contact(
         For a stiffness or damping out of range, or a law that cannot be a contact's.
     """
     wanted_softness = softness(k, c, law, depth)
-    if law is not None and (law.grease is not None or law.table(1).by_amplitude):
-        raise LawError("a contact of geoms has no grease and no amplitude; give such laws to a clearance")
     model = compiled(target)
     one = isinstance(geoms, str) or not isinstance(geoms, Iterable)
     names = [name_of(g) for g in ([geoms] if one else geoms)]

@@ -114,7 +114,15 @@ class Softener:
         return model, data, places.ctypes.data, places
 
     def __enter__(self) -> Softener:
-        """Let MuJoCo call it in every step of such a model."""
+        """Let MuJoCo call it in every step of such a model.
+
+        Raises
+        ------
+        ModelError
+            If MuJoCo calls something else, or nothing, since the model's flag actuation is disabled.
+        """
+        if self.model.opt.disableflags & mujoco.mjtDisableBit.mjDSBL_ACTUATION:
+            raise ModelError("flag actuation is disabled, so MuJoCo would not call it; call update() instead")
         _install(self)
         return self
 
@@ -157,17 +165,18 @@ def _laws(model: mujoco.MjModel) -> list[Asked]:
 def _parts(model: mujoco.MjModel, laws: Sequence[Asked], bristles: Sequence[Friction]) -> _Parts:
     elements, records = np.zeros(len(laws), ELEMENT), []
     joints, tendons = (np.full(max(n, 1), -1, dtype=np.int32) for n in (model.njnt, model.ntendon))
-    for e, (kind, name, softness) in enumerate(laws):
+    for e, (element, (kind, name, softness)) in enumerate(zip(elements, laws)):
         law, index = softness.law, find(model, KINDS[kind].object, name)
         assert law is not None
-        _describe(model, kind, index, elements[e])
-        table = law.table(1)
-        elements[e]["index"], elements[e]["grease"], elements[e]["release"] = (
-            index,
-            law.grease is not None,
-            table.release,
-        )
-        elements[e]["always"] = law.grease is not None or len(table.abscissa) > 1
+        _describe(model, kind, index, element)
+        table, greased = law.table(1), law.grease is not None
+        if element["kind"] in (ROW, PAIR) and (greased or table.by_amplitude):
+            raise ModelError(
+                f'{KINDS[kind].noun} "{name}": a ball joint or a pair of geoms has no place in its gap, so its law can '
+                "have no grease and not be over amplitude; give such a law to a clearance"
+            )
+        element["index"], element["grease"], element["release"] = index, greased, table.release
+        element["always"] = greased or len(table.abscissa) > 1
         if kind != "pair":
             (joints if kind == "joint" else tendons)[index] = e
         records.append(clearance_records(_Opening.of(softness.depth), law, model.opt.timestep))

@@ -269,13 +269,26 @@ ADHESIVE = ContactLaw(KelvinVoigt(1e4, 1.0, adhesion=True))
     (lambda spec: physical.joint_limit(spec.compile(), "elbow", law=HERTZ), ModelError, "given to the MjSpec"),
     (lambda spec: physical.joint_limit(spec, "elbow", law=ADHESIVE), LawError, "never pull"),
     (lambda spec: physical.joint_limit(spec, "elbow", law=ConstantLaw([1.0, 2.0], 1.0)), LawError, "2 bushings"),
-    (lambda spec: physical.contact(spec, ("ball", "ground"), law=AmplitudeLaw([0, 1], [1, 2], [1, 1])), LawError,
-     "no grease and no amplitude"),
     (lambda spec: physical.Softener(spec.compile()), ModelError, "need no Softener"),
 ])  # fmt: skip
 def test_laws_that_cannot_be(wrong, error, says):
     with pytest.raises(error, match=says):
         wrong(arm())
+
+
+@pytest.mark.parametrize(
+    "law", [AmplitudeLaw([0, 1], [1, 2], [1, 1]), ConstantLaw(1.0, 1.0, grease=MaxwellSlip((3.0,), (2.0,)))]
+)
+def test_what_has_no_place_in_its_gap(law):
+    """A ball joint and a pair of geoms know how deep, not where in the gap."""
+    for give in (
+        lambda spec: physical.contact(spec, ("ball", "floor"), law=law),
+        lambda spec: physical.joint_limit(spec, "ball joint", law=law),
+    ):
+        spec = mujoco.MjSpec.from_string(ALL)
+        give(spec)
+        with pytest.raises(ModelError, match=r'ball.*no place in its gap'):
+            physical.compile(spec)
 
 
 def test_softeners_that_cannot_be():
@@ -294,6 +307,9 @@ def test_softeners_that_cannot_be():
             pass
     finally:
         mujoco.set_mjcb_control(None)
+    model.opt.disableflags = mujoco.mjtDisableBit.mjDSBL_ACTUATION
+    with pytest.raises(ModelError, match="flag actuation is disabled"), softener:
+        pass
     spec.option.integrator = mujoco.mjtIntegrator.mjINT_RK4
     with pytest.raises(ModelError, match="integrator RK4"):
         physical.Softener(physical.compile(spec))
