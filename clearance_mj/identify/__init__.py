@@ -9,6 +9,7 @@ from .jointed_mode import ForcedCurve, fit_jointed_mode
 from .jointed_structure import JointedStructure, fit_jointed_structure
 from .methods.bench import BenchFit, FamilyFit, fit_bench
 from .methods.nominal import nominal
+from .mujoco_model import ModelFit, ModelRecord, Prediction, model
 from .oscillator import sdof
 from .priors import priors
 from .registry import METHODS, Identified, get_method, law, register
@@ -23,6 +24,9 @@ __all__ = [
     "ForcedCurve",
     "Identified",
     "JointedStructure",
+    "ModelFit",
+    "ModelRecord",
+    "Prediction",
     "RigUpdate",
     "band_brake",
     "bouc_wen",
@@ -34,6 +38,7 @@ __all__ = [
     "get_method",
     "law",
     "methods",
+    "model",
     "nominal",
     "priors",
     "register",

@@ -1,0 +1,141 @@
+"""Identification of any MuJoCo model: a drive with play against an ODE of its own, and what is refused."""
+
+import mujoco
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from clearance_mj import identify, physical
+from clearance_mj.errors import ModelError, RecordError
+
+LOAD, DRIVE, SPRING = 0.02, 0.01, 3.0  # kg m², kg m², N m/rad
+GAP, K, C = 0.02, 400.0, 0.4  # rad, N m/rad, N m s/rad
+FS, DURATION, NOISE = 500.0, 3.0, 2e-4  # Hz, s, rad
+TIME = np.arange(int(FS * DURATION)) / FS
+
+
+def torque(t):
+    return 1.2 * np.sin(2 * np.pi * 0.9 * t) + 0.8 * np.sin(2 * np.pi * 2.3 * t + 1) + 0.5 * np.sin(2 * np.pi * 5.1 * t)
+
+
+def rate(t, x):
+    """Of load and drive on springs and dampers to ground, with play between."""
+    load, drive, load_speed, drive_speed = x
+    beyond = max(drive - load - GAP, 0.0) + min(drive - load + GAP, 0.0)
+    tooth = K * beyond + C * (drive_speed - load_speed) if beyond else 0.0
+    tooth = tooth if tooth * beyond > 0 else 0.0
+    motor = torque(t) - 0.05 * drive_speed
+    return load_speed, drive_speed, (tooth - SPRING * load - 0.1 * load_speed) / LOAD, (motor - tooth) / DRIVE
+
+
+@pytest.fixture(scope="module")
+def record():
+    """Of scipy's Runge-Kutta method of order eight, with noise."""
+    path = solve_ivp(rate, (0, DURATION), np.zeros(4), "DOP853", TIME, rtol=1e-8, atol=1e-10, max_step=2e-3).y
+    noisy = path[0] + np.random.default_rng(3).normal(0, NOISE, TIME.size)
+    return identify.ModelRecord(FS, {"motor": torque(TIME)}, {"angle": noisy})
+
+
+def drive(gap=GAP, k=K, c=C):
+    """The MuJoCo model of it."""
+    spec = mujoco.MjSpec.from_string(f"""
+<mujoco>
+  <compiler angle="radian"/>
+  <option timestep="5e-4" gravity="0 0 0"/>
+  <worldbody>
+    <body>
+      <joint name="joint" axis="0 1 0" stiffness="{SPRING}" damping="0.1"/>
+      <inertial pos="0 0 0" mass="1" diaginertia="{LOAD} {LOAD} {LOAD}"/>
+    </body>
+  </worldbody>
+  <actuator><motor name="motor" joint="joint"/></actuator>
+  <sensor><jointpos name="angle" joint="joint"/></sensor>
+</mujoco>""")
+    physical.add_backlash(spec, "joint", gap, k, c, inertia=DRIVE).damping = [0.05, 0, 0]
+    return spec
+
+
+def test_gap_and_stiffness_from_wrong_starts(record):
+    """Both starts off by half and more; the record is of another integrator."""
+    fit = identify.model(drive(1.5 * GAP, K / 2.5), record, ["joint backlash.gap", "joint backlash.k"])
+    found = fit.values
+    assert found["joint backlash.gap"] == pytest.approx(GAP, rel=0.01)
+    assert found["joint backlash.k"] == pytest.approx(K, rel=0.03)
+    low, high = fit.estimates.interval()
+    assert np.all((low < [GAP, K]) & ([GAP, K] < high))
+    assert np.all(fit.estimates.varied_std < 0.05)
+    assert fit.noise["angle"] == pytest.approx(NOISE, rel=0.1)
+    assert "joint backlash.gap" in fit.summary()
+    assert physical.compile(fit.spec).tendon_range[0, 1] == pytest.approx(found["joint backlash.gap"])
+
+
+@pytest.mark.parametrize(
+    ("names", "says"),
+    [
+        (["joint backlsh.gap"], 'no clearance "joint backlsh"; did you mean "joint backlash"'),
+        (["joint backlash.kk"], 'parameter "joint backlash.kk": did you mean "k"'),
+        (["joint.k"], 'no contact, limit or clearance "joint"'),
+        (["jiont.damping"], 'no joint "jiont"; did you mean "joint"'),
+        (["joint.frictionloss"], "start with a value > 0"),
+        (["gap"], "needs an element and a quantity"),
+        ([], "parameters are none"),
+        ({"joint backlash.k": (500.0, 600.0)}, "about its start 400"),
+    ],
+)
+def test_parameters_that_cannot_be(record, names, says):
+    with pytest.raises(ModelError, match=says):
+        identify.model(drive(), record, names)
+
+
+def test_a_parameter_that_the_record_says_nothing_about():
+    """Of teeth that never meet."""
+    still = identify.ModelRecord(FS, {"motor": 1e-3 * TIME[:300]}, {"angle": 0.01 * np.sin(7 * TIME[:300])})
+    with pytest.raises(ModelError, match=r"nothing about joint backlash\.k"):
+        identify.model(drive(gap=1.0), still, ["joint backlash.k"])
+
+
+@pytest.mark.parametrize(
+    ("change", "says"),
+    [
+        ({"control": {"moter": TIME}}, 'no actuator "moter"; did you mean "motor"'),
+        ({"control": {}}, 'no control of actuator "motor"'),
+        ({"sensors": {"angel": TIME}}, 'no sensor "angel"; did you mean "angle"'),
+        ({"sensors": {"angle": TIME[:-1]}}, '"motor" has 1500 samples'),
+        ({"sensors": {"angle": np.where(TIME == 1.0, np.nan, TIME)}}, r"not finite at sample 500 \(1 s\)"),
+        ({"sensors": {"angle": TIME[:9]}, "control": {"motor": TIME[:9]}}, "9 samples is too short"),
+        ({"sensors": {"angle": np.ones((1500, 2))}}, 'sensor "angle" has 1 numbers, the record 2'),
+        ({"fs": 0.0}, "must be > 0"),
+        ({"hold": "cubic"}, 'use "linear" or "zero"'),
+        ({"pose": [0.0]}, "needs 2 numbers"),
+    ],
+)
+def test_records_that_cannot_be(change, says):
+    given = {"fs": FS, "control": {"motor": TIME}, "sensors": {"angle": TIME}} | change
+    with pytest.raises(RecordError, match=says):
+        identify.model(drive(), identify.ModelRecord(**given), ["joint backlash.k"])
+
+
+def test_csv(tmp_path, record):
+    """Columns are told apart by the model's names."""
+    path = tmp_path / "run.csv"
+    table = np.stack((TIME, record.control["motor"], record.sensors["angle"]), axis=1)
+    np.savetxt(path, table, delimiter=",", header="time,motor,angle", comments="")
+    read = identify.ModelRecord.read_csv(path, drive())
+    assert read.fs == pytest.approx(FS)
+    np.testing.assert_allclose(read.sensors["angle"], record.sensors["angle"])
+    np.testing.assert_allclose(read.control["motor"], record.control["motor"])
+    np.savetxt(path, table, delimiter=",", header="time,motor,angl", comments="")
+    with pytest.raises(RecordError, match='neither an actuator nor a sensor; did you mean "angle"'):
+        identify.ModelRecord.read_csv(path, drive())
+    np.savetxt(path, table[[0, 2, 3]], delimiter=",", header="time,motor,angle", comments="")
+    with pytest.raises(RecordError, match="not evenly spaced"):
+        identify.ModelRecord.read_csv(path, drive())
+
+
+def test_step_of_a_sensor_that_counts_is_seen():
+    """Of 4096 counts per turn."""
+    step = 2 * np.pi / 4096
+    counted = step * np.round(np.sin(3 * TIME) / step)
+    found = identify.ModelRecord(FS, {}, {"counted": counted, "other": np.sin(TIME)}).quantisation
+    assert found["counted"] == pytest.approx(step)
+    assert found["other"] == 0
