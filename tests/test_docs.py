@@ -64,6 +64,15 @@ def test_physical(clone):
         assert found == pytest.approx(expected, rel=2e-4)
 
 
+@pytest.mark.slow
+def test_identify_model(tmp_path):
+    """Gap and stiffness that the record was made with: 0.02 rad, 400 N m/rad."""
+    out = run_python("identify_model.md", tmp_path)
+    gap, k = (float(re.search(rf"backlash\.{name} +([\d.]+)", out)[1]) for name in ("gap", "k"))
+    assert gap == pytest.approx(0.02, rel=0.02)
+    assert k == pytest.approx(400, rel=0.05)
+
+
 def test_get_started(clone):
     out = run_python("get_started.md", clone)
     assert out.startswith("[  9.25  39.75  92.85 188.85]\n")

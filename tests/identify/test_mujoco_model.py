@@ -7,6 +7,7 @@ from scipy.integrate import solve_ivp
 
 from clearance_mj import identify, physical
 from clearance_mj.errors import ModelError, RecordError
+from experiments import elbow
 
 LOAD, DRIVE, SPRING = 0.02, 0.01, 3.0  # kg m², kg m², N m/rad
 GAP, K, C = 0.02, 400.0, 0.4  # rad, N m/rad, N m s/rad
@@ -87,6 +88,22 @@ def test_parameters_that_cannot_be(record, names, says):
         identify.model(drive(), record, names)
 
 
+def test_what_needs_a_softener_is_refused(record):
+    spec = drive()
+    physical.joint_friction(spec, "joint", force=0.1, k=100.0)
+    with pytest.raises(ModelError, match='"joint" follows a law or has elastic friction'):
+        identify.model(spec, record, ["joint backlash.k"])
+
+
+@pytest.mark.slow
+def test_elbow():
+    """Gap within 3 %, stiffness within 10 %, another excitation within 1.5 times the noise; own equations."""
+    row, _, _ = elbow.case(0, motor_side=False)
+    assert abs(row["error"]["elbow backlash.gap"]) < 0.03
+    assert abs(row["error"]["elbow backlash.k"]) < 0.10
+    assert max(row["prediction over noise"].values()) < 1.5
+
+
 def test_a_parameter_that_the_record_says_nothing_about():
     """Of teeth that never meet."""
     still = identify.ModelRecord(FS, {"motor": 1e-3 * TIME[:300]}, {"angle": 0.01 * np.sin(7 * TIME[:300])})
@@ -135,7 +152,7 @@ def test_csv(tmp_path, record):
 def test_step_of_a_sensor_that_counts_is_seen():
     """Of 4096 counts per turn."""
     step = 2 * np.pi / 4096
-    counted = step * np.round(np.sin(3 * TIME) / step)
+    counted = step * np.round(0.2 * np.sin(3 * TIME) / step)
     found = identify.ModelRecord(FS, {}, {"counted": counted, "other": np.sin(TIME)}).quantisation
     assert found["counted"] == pytest.approx(step)
     assert found["other"] == 0

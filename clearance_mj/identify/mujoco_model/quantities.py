@@ -103,8 +103,6 @@ def _place(spec: Target, name: str) -> _Place:
 
 def _softness(model: mujoco.MjModel, quantity: str, element: Asked) -> _Place:
     kind, name, softness = element
-    if softness.law:
-        raise ModelError(f'parameter "{name}.{quantity}": "{name}" follows a law; only its gap can be found')
     hinge = _angular(model, name) if kind == "tendon" else kind == "joint" and _hinge(model, _index(model, kind, name))
 
     def write(target: Target, value: float) -> None:

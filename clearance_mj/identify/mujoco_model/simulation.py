@@ -19,9 +19,11 @@ import mujoco.rollout
 import numpy as np
 import scipy.signal
 
-from ...errors import RecordError
+from ...errors import ModelError, RecordError
 from ...parameters import Parameter
 from ...physical.checks import compile as physical_compile
+from ...physical.elements import asked
+from ...physical.friction import frictions
 from ...physical.step import largest_step
 from .quantities import put
 from .record import ModelRecord, nearest
@@ -78,6 +80,7 @@ class Simulator:
     def __init__(self, spec: mujoco.MjSpec, parameters: Sequence[Parameter], record: ModelRecord):
         self.parameters, self.record = parameters, record
         own = physical_compile(spec)
+        _refuse_laws(own)
         self.substeps = max(1, math.ceil(1 / (record.fs * own.opt.timestep) - 1e-6))
         self.controls = [own.actuator(i).name for i in range(own.nu)]
         _check_names(record, own, self.controls)
@@ -179,6 +182,14 @@ def _state(model: mujoco.MjModel, pose: np.ndarray) -> np.ndarray:
     data.qpos[:] = pose
     mujoco.mj_getState(model, data, state, FULL)
     return state
+
+
+def _refuse_laws(model: mujoco.MjModel) -> None:
+    """What a Softener remembers is not in the state that a rollout begins with, so records cannot be cut for it."""
+    for name in (*(e.name for e in asked(model) if e.softness.law), *(f.name for f in frictions(model))):
+        raise ModelError(
+            f'"{name}" follows a law or has elastic friction, which is not identified; give k and c, and frictionloss'
+        )
 
 
 def _check_names(record: ModelRecord, model: mujoco.MjModel, controls: list[str]) -> None:
