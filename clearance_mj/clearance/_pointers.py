@@ -82,8 +82,8 @@ def address(function: Callable[..., Any], signature: Any) -> int:
     return _COMPILED[function, signature][0]
 
 
-def _caller(signature: Any) -> Any:
-    """A function for compiled code that calls the compiled function of the signature at an address."""
+def caller(signature: Any) -> Any:
+    """Return a function for compiled code that calls the compiled function of the signature at an address."""
 
     @intrinsic
     def call(_: Any, where: Any, *arguments: Any) -> Any:
@@ -100,10 +100,10 @@ def _caller(signature: Any) -> Any:
     return call
 
 
-call_contact_law = _caller(CONTACT_LAW)
-call_contact_energy = _caller(CONTACT_ENERGY)
-call_grease_law = _caller(GREASE_LAW)
-call_grease_energy = _caller(GREASE_ENERGY)
+call_contact_law = caller(CONTACT_LAW)
+call_contact_energy = caller(CONTACT_ENERGY)
+call_grease_law = caller(GREASE_LAW)
+call_grease_energy = caller(GREASE_ENERGY)
 
 
 @intrinsic

@@ -14,7 +14,7 @@ from numba import types
 from numba.core import cgutils
 from numba.extending import intrinsic
 
-from ..clearance._pointers import OPTIONS, kernel_loop
+from ..clearance._pointers import OPTIONS, caller, kernel_loop
 from ..clearance.kernel import BUSHING, STATE, contact_force, contact_step, follow_law, grease_step
 from . import _library
 from ._library import external
@@ -40,6 +40,7 @@ PLACES = {
 """Offsets in MuJoCo's structures, bytes"""
 
 _OWN = (
+    "soften",  # address of the compiled function
     "signature", "numeric",  # of the models that this is for, and where in their custom numbers the key is
     "elements", "n_elements", "first_pair",  # address and number of ELEMENT, and the first of them that is a pair
     "bushings", "states",  # addresses of their records of the kernel
@@ -70,6 +71,8 @@ FRICTION = np.dtype(
 _LIMIT_JOINT = int(mujoco.mjtConstraint.mjCNSTR_LIMIT_JOINT)
 _LIMIT_TENDON = int(mujoco.mjtConstraint.mjCNSTR_LIMIT_TENDON)
 
+SOFTEN = types.void(types.intp, types.intp, types.intp)
+call_soften = caller(SOFTEN)
 ROOM = 64
 IN_USE = np.zeros(ROOM, dtype=np.int64)
 """Addresses of the HEADs that `control` knows; 0 for none"""
@@ -121,7 +124,6 @@ def _field(place: int) -> int:
     return numba.carray(_pointer(place), 1, np.int64)[0]
 
 
-@kernel_loop(**OPTIONS)
 def soften(where: int, model: int, data: int) -> None:
     """Give every contact and limit the force of its law, and add grease and friction to the passive forces.
 
@@ -258,7 +260,7 @@ def control(model: int, data: int) -> None:
             if head.signature == _field(model + head.m_signature):
                 key = _numbers(_field(model + head.m_numeric_data) + 8 * head.numeric, 2)
                 if key[0] == head.key[0] and key[1] == head.key[1]:
-                    soften(where, model, data)
+                    call_soften(head.soften, where, model, data)
                     return
 
 
@@ -266,7 +268,8 @@ def control(model: int, data: int) -> None:
 def soften_at(places: int) -> None:
     """Call `soften` with the three places at an address; one argument is passed faster than three."""
     given = numba.carray(_pointer(places), 3, np.int64)
-    soften(given[0], given[1], given[2])
+    head = numba.carray(_pointer(given[0]), 1, HEAD)[0]
+    call_soften(head.soften, given[0], given[1], given[2])
 
 
 def as_c(function: Any) -> Any:

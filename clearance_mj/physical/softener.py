@@ -11,25 +11,11 @@ from typing import Any, NamedTuple
 import mujoco
 import numpy as np
 
+from ..clearance._pointers import address
 from ..clearance.kernel import BUSHING, STATE, Clearance, clearance_records, side_by_side
 from ..errors import ModelError
 from ..rig import Bushing, Contact, Grease
-from ._softener_loop import (
-    ELEMENT,
-    FRICTION,
-    HEAD,
-    IN_USE,
-    JOINT,
-    KEPT,
-    OF_FRICTION,
-    PAIR,
-    PLACES,
-    ROW,
-    TENDON,
-    as_c,
-    control,
-    soften_at,
-)  # fmt: skip
+from . import _softener_loop as loop
 from .elements import KINDS, MARK, Asked, asked, find
 from .friction import Friction, frictions
 
@@ -77,9 +63,11 @@ class Softener:
                 "the model has no room in its userdata for what these laws and friction remember; "
                 "make it with clearance_mj.physical.compile()"
             )
-        self._head = np.zeros(1, HEAD)
+        self._head = np.zeros(1, loop.HEAD)
         index = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_NUMERIC, _MEMORY)
-        values = {**self._parts.places(), **PLACES, "first": room.first, "numeric": model.numeric_adr[index] + 2}
+        own = {"first": room.first, "numeric": model.numeric_adr[index] + 2}
+        own["soften"] = address(loop.soften, loop.SOFTEN)
+        values = {**self._parts.places(), **loop.PLACES, **own}
         for name, value in values.items():
             self._head[name] = value
         self._head["signature"], self._head["key"] = np.uint64(model.signature).view(np.int64), key
@@ -104,7 +92,7 @@ class Softener:
         called = self._called
         if called[0] is not model or called[1] is not data:
             called = self._called = self._call(model, data)
-        soften_at(called[2])
+        loop.soften_at(called[2])
 
     def _call(self, model: mujoco.MjModel, data: mujoco.MjData) -> tuple[mujoco.MjModel, mujoco.MjData, int, Any]:
         """Return what `update` was given, and the address of their addresses in an array, and the array."""
@@ -151,7 +139,7 @@ class _Parts(NamedTuple):
         }  # fmt: skip
         n_numbers = self.records.numbers.size
         return {name: array.ctypes.data for name, array in arrays.items()} | {
-            "n_elements": len(self.elements), "first_pair": int(np.sum(self.elements["kind"] != PAIR)),
+            "n_elements": len(self.elements), "first_pair": int(np.sum(self.elements["kind"] != loop.PAIR)),
             "n_frictions": len(self.frictions), "first_friction": self.first_friction, "size": self.template.size,
             "records": self.first_record, "numbers": self.template.size - n_numbers, "n_numbers": n_numbers,
         }  # fmt: skip
@@ -163,14 +151,14 @@ def _laws(model: mujoco.MjModel) -> list[Asked]:
 
 
 def _parts(model: mujoco.MjModel, laws: Sequence[Asked], bristles: Sequence[Friction]) -> _Parts:
-    elements, records = np.zeros(len(laws), ELEMENT), []
+    elements, records = np.zeros(len(laws), loop.ELEMENT), []
     joints, tendons = (np.full(max(n, 1), -1, dtype=np.int32) for n in (model.njnt, model.ntendon))
     for e, (element, (kind, name, softness)) in enumerate(zip(elements, laws)):
         law, index = softness.law, find(model, KINDS[kind].object, name)
         assert law is not None
         _describe(model, kind, index, element)
         table, greased = law.table(1), law.grease is not None
-        if element["kind"] in (ROW, PAIR) and (greased or table.by_amplitude):
+        if element["kind"] in (loop.ROW, loop.PAIR) and (greased or table.by_amplitude):
             raise ModelError(
                 f'{KINDS[kind].noun} "{name}": a ball joint or a pair of geoms has no place in its gap, so its law can '
                 "have no grease and not be over amplitude; give such a law to a clearance"
@@ -183,11 +171,11 @@ def _parts(model: mujoco.MjModel, laws: Sequence[Asked], bristles: Sequence[Fric
     whole = side_by_side(records) if laws else Clearance(np.zeros(0, BUSHING), np.zeros(0, STATE), np.zeros(0))
     elements["impact"] = whole.states["impact"]
     whole.bushings["lower"], whole.bushings["upper"] = -np.inf, 0.0  # where the model's range is not read
-    found = np.zeros(len(bristles), FRICTION)
+    found = np.zeros(len(bristles), loop.FRICTION)
     for row, friction in zip(found, bristles):
         _describe_friction(model, friction, row)
-    first_friction = 2 + len(laws) * KEPT.itemsize // 8
-    first_record = first_friction + OF_FRICTION * len(bristles)
+    first_friction = 2 + len(laws) * loop.KEPT.itemsize // 8
+    first_record = first_friction + loop.OF_FRICTION * len(bristles)
     own = np.zeros(first_record + (BUSHING.itemsize + STATE.itemsize) // 8)
     memory = np.concatenate((own, whole.numbers))
     return _Parts(elements, found, joints, tendons, whole, memory, first_friction, first_record)
@@ -208,15 +196,15 @@ def _describe(model: mujoco.MjModel, kind: str, index: int, element: Any) -> Non
     """Say where compiled code finds an element."""
     if kind == "joint":
         ball = mujoco.mjtJoint(int(model.jnt_type[index])) == mujoco.mjtJoint.mjJNT_BALL
-        element["kind"] = ROW if ball else JOINT
+        element["kind"] = loop.ROW if ball else loop.JOINT
         element["place"], element["dof"] = model.jnt_qposadr[index], model.jnt_dofadr[index]
     elif kind == "tendon":
-        element["kind"] = TENDON
+        element["kind"] = loop.TENDON
         element["place"], element["dof"] = model.ten_J_rowadr[index], model.ten_J_rownnz[index]
         spatial = model.wrap_type[model.tendon_adr[index]] != int(mujoco.mjtWrap.mjWRAP_JOINT)
         element["from_zero"] = spatial and model.tendon_range[index, 0] == 0
     else:
-        element["kind"] = PAIR
+        element["kind"] = loop.PAIR
         element["geom1"], element["geom2"] = model.pair_geom1[index], model.pair_geom2[index]
 
 
@@ -224,12 +212,12 @@ def _describe_friction(model: mujoco.MjModel, friction: Friction, row: Any) -> N
     index = find(model, KINDS[friction.kind].object, friction.name)
     row["largest"], row["k"], row["c"] = friction.largest, friction.k, friction.c
     if friction.kind == "joint":
-        row["kind"], row["dof"] = JOINT, model.jnt_dofadr[index]
+        row["kind"], row["dof"] = loop.JOINT, model.jnt_dofadr[index]
     elif friction.kind == "tendon":
-        row["kind"], row["geom1"] = TENDON, index
+        row["kind"], row["geom1"] = loop.TENDON, index
         row["dof"], row["size"] = model.ten_J_rowadr[index], model.ten_J_rownnz[index]
     else:
-        row["kind"] = PAIR
+        row["kind"] = loop.PAIR
         row["geom1"], row["geom2"] = model.pair_geom1[index], model.pair_geom2[index]
         row["body1"], row["body2"] = model.geom_bodyid[[row["geom1"], row["geom2"]]]
 
@@ -287,7 +275,7 @@ def _refuse_integrator(model: mujoco.MjModel) -> None:
 @cache
 def _control() -> Any:
     """Return MuJoCo's control callback, which looks for the Softener of the model that is stepped."""
-    return as_c(control)
+    return loop.as_c(loop.control)
 
 
 _CHANGING = threading.Lock()
@@ -295,17 +283,17 @@ _CHANGING = threading.Lock()
 
 def _install(softener: Softener) -> None:
     with _CHANGING:
-        if IN_USE.all():
-            raise ModelError(f"{IN_USE.size} Softeners are in use, no more can be")
-        if not IN_USE.any():
+        if loop.IN_USE.all():
+            raise ModelError(f"{loop.IN_USE.size} Softeners are in use, no more can be")
+        if not loop.IN_USE.any():
             if mujoco.get_mjcb_control() is not None:
                 raise ModelError("MuJoCo has a control callback already; call update() in it instead")
             mujoco.set_mjcb_control(_control())
-        IN_USE[np.argmin(IN_USE != 0)] = softener._address
+        loop.IN_USE[np.argmin(loop.IN_USE != 0)] = softener._address
 
 
 def _remove(softener: Softener) -> None:
     with _CHANGING:
-        IN_USE[IN_USE == softener._address] = 0
-        if not IN_USE.any():
+        loop.IN_USE[loop.IN_USE == softener._address] = 0
+        if not loop.IN_USE.any():
             mujoco.set_mjcb_control(None)
