@@ -63,10 +63,9 @@ BUSHING_SIZE = BUSHING.itemsize
 OF_FRICTION = 12
 """numbers of memory: the bristles' deflection, their force, no torque, and the point where it acts"""
 FRICTION = np.dtype(
-    [(name, np.int64) for name in ("kind", "dof", "size", "geom1", "geom2", "body1", "body2")]
-    + [(name, np.float64) for name in ("largest", "k", "c")]
+    [(name, np.int64) for name in ("kind", "numeric", "dof", "size", "geom1", "geom2", "body1", "body2")]
 )
-"""Bristles: ``largest`` is a force, or for pairs its ratio to the normal force"""
+"""Bristles; where in the custom numbers the largest force is (for pairs its ratio to the normal force), k and c"""
 
 _LIMIT_JOINT = int(mujoco.mjtConstraint.mjCNSTR_LIMIT_JOINT)
 _LIMIT_TENDON = int(mujoco.mjtConstraint.mjCNSTR_LIMIT_TENDON)
@@ -176,13 +175,14 @@ def soften(where: int, model: int, data: int) -> None:
     for i in range(head.n_frictions):
         friction, start = frictions[i], head.first_friction + i * OF_FRICTION
         bristles = memory[start : start + OF_FRICTION]
+        numbers = _numbers(_field(model + head.m_numeric_data) + 8 * friction.numeric, 3)
         if friction.kind == JOINT:
-            passive[friction.dof] -= _bend(friction, bristles, step, qvel[friction.dof])
+            passive[friction.dof] -= _bend(numbers, bristles, step, qvel[friction.dof])
         elif friction.kind == TENDON:
             speed = _numbers(_field(data + head.d_ten_velocity) + 8 * friction.geom1, 1)[0]
-            _pull(head, model, data, friction.dof, friction.size, _bend(friction, bristles, step, speed), passive)
+            _pull(head, model, data, friction.dof, friction.size, _bend(numbers, bristles, step, speed), passive)
         else:
-            _rub(head, model, data, friction, bristles, here + 8 * start, step)
+            _rub(head, model, data, friction, numbers, bristles, here + 8 * start, step)
 
 
 @numba.njit(**OPTIONS)
@@ -296,16 +296,18 @@ def _pull(head: Any, model: int, data: int, first: int, size: int, force: float,
 
 
 @numba.njit(**OPTIONS)
-def _bend(friction: Any, bristles: np.ndarray, step: float, speed: float) -> float:
+def _bend(numbers: np.ndarray, bristles: np.ndarray, step: float, speed: float) -> float:
     """Bend the bristles of a coordinate and return their force: elastic up to the largest, where they slip."""
-    slips = friction.largest / friction.k
+    largest, k, c = numbers[0], numbers[1], numbers[2]
+    slips = largest / k
     bristles[0] = min(max(bristles[0] + step * speed, -slips), slips)
-    force = friction.k * bristles[0] + friction.c * speed
-    return min(max(force, -friction.largest), friction.largest)
+    return min(max(k * bristles[0] + c * speed, -largest), largest)
 
 
 @numba.njit(**OPTIONS)
-def _rub(head: Any, model: int, data: int, friction: Any, bristles: np.ndarray, here: int, step: float) -> None:
+def _rub(
+    head: Any, model: int, data: int, friction: Any, numbers: np.ndarray, bristles: np.ndarray, here: int, step: float
+) -> None:
     """Bend the bristles between two bodies in the plane of their contact, and let their force act on both.
 
     Several points of contact have one bristle at the centre of their pressure.
@@ -339,10 +341,10 @@ def _rub(head: Any, model: int, data: int, friction: Any, bristles: np.ndarray, 
     bx, by, bz = bristles[0] + step * vx, bristles[1] + step * vy, bristles[2] + step * vz
     along = bx * nx + by * ny + bz * nz
     bx, by, bz = bx - along * nx, by - along * ny, bz - along * nz
-    largest = friction.largest * pressed
-    share = min(1.0, largest / max(friction.k * np.sqrt(bx * bx + by * by + bz * bz), 1e-300))
+    largest, k, c = numbers[0] * pressed, numbers[1], numbers[2]
+    share = min(1.0, largest / max(k * np.sqrt(bx * bx + by * by + bz * bz), 1e-300))
     bx, by, bz = share * bx, share * by, share * bz
-    fx, fy, fz = friction.k * bx + friction.c * vx, friction.k * by + friction.c * vy, friction.k * bz + friction.c * vz
+    fx, fy, fz = k * bx + c * vx, k * by + c * vy, k * bz + c * vz
     share = min(1.0, largest / max(np.sqrt(fx * fx + fy * fy + fz * fz), 1e-300))
     bristles[0], bristles[1], bristles[2] = bx, by, bz
     bristles[9], bristles[10], bristles[11] = x, y, z

@@ -50,7 +50,7 @@ def compile(spec: mujoco.MjSpec, poses: ArrayLike | None = None) -> mujoco.MjMod
     """
     apply(spec)
     model = compiled(spec)
-    if any(kind == "memory" or "friction" in kind or data.startswith("{") for kind, _, data in texts(model)):
+    if model.nnumeric or any(data.startswith("{") for _, _, data in texts(model)):
         from .softener import reserve  # loads what compiles
 
         if reserve(spec, model):

@@ -1,4 +1,8 @@
-"""Friction that does not creep: bristles that bend elastically and slip at the largest force."""
+"""Friction that does not creep: bristles that bend elastically and slip at the largest force.
+
+It stands in the model as ``<custom><numeric name="physical:friction:joint:elbow" data="1.5 1e5 10"/>``, force, k and c,
+and is read there at every step: a compiled model's ``numeric("...").data`` may be changed.
+"""
 
 from __future__ import annotations
 
@@ -9,19 +13,17 @@ import mujoco
 import numpy as np
 
 from ..errors import LawError, ModelError
-from .elements import compiled, find, name_of, texts, write_text
+from .elements import MARK, compiled, find, name_of
 
 __all__ = ["Friction", "friction", "frictions", "joint_friction", "tendon_friction"]
 
 
 class Friction(NamedTuple):
-    """Bristles that were asked of an element."""
+    """Bristles that were asked of an element, as a custom number of the model has them."""
 
     kind: str  # "joint", "tendon" or "pair"
     name: str
-    largest: float  # force, or for a pair its ratio to the normal force
-    k: float
-    c: float
+    numeric: int  # where in the model's numeric_data: largest force (of a pair its ratio to the normal force), k and c
 
 
 def friction(spec: mujoco.MjSpec, geoms: Any, coefficient: float, k: float, c: float = 0.0) -> None:
@@ -59,7 +61,7 @@ def friction(spec: mujoco.MjSpec, geoms: Any, coefficient: float, k: float, c: f
     ids = {find(model, mujoco.mjtObj.mjOBJ_GEOM, name) for name in names}
     for i, pair in enumerate(zip(model.pair_geom1, model.pair_geom2)):
         if set(pair) == ids and model.pair_dim[i] == 1 and model.pair(i).name:
-            write_text(spec, "pair friction", model.pair(i).name, _data(coefficient, k, c))
+            _write(spec, "pair", model.pair(i).name, coefficient, k, c)
             return
     raise ModelError(
         f'geoms "{names[0]}" and "{names[1]}" have no contact without MuJoCo\'s friction; '
@@ -97,7 +99,7 @@ def joint_friction(spec: mujoco.MjSpec, joint: Any, force: float, k: float, c: f
         raise ModelError(
             f'joint "{name}" is {kind.name.removeprefix("mjJNT_").lower()}; friction needs a hinge or slide'
         )
-    write_text(spec, "joint friction", name, _data(force, k, c))
+    _write(spec, "joint", name, force, k, c)
 
 
 def tendon_friction(spec: mujoco.MjSpec, tendon: Any, force: float, k: float, c: float = 0.0) -> None:
@@ -129,24 +131,31 @@ def tendon_friction(spec: mujoco.MjSpec, tendon: Any, force: float, k: float, c:
     _check("force", force, k, c)
     name = name_of(tendon)
     find(compiled(_specification(spec)), mujoco.mjtObj.mjOBJ_TENDON, name)
-    write_text(spec, "tendon friction", name, _data(force, k, c))
+    _write(spec, "tendon", name, force, k, c)
 
 
 def frictions(model: mujoco.MjModel) -> Iterator[Friction]:
     """Yield the bristles that were asked of a model's elements."""
-    for kind, name, data in texts(model):
-        element, _, what = kind.partition(" ")
-        if what == "friction":
-            try:
-                yield Friction(element, name, *(float(part.split("=")[1]) for part in data.split()))
-            except (IndexError, TypeError, ValueError):
-                raise ModelError(
-                    f'text "physical:{kind}:{name}" holds "{data}", needs "largest=FORCE k=STIFFNESS c=DAMPING"'
-                ) from None
+    for i in range(model.nnumeric):
+        before, _, after = (mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_NUMERIC, i) or "").partition(
+            f"{MARK}friction:"
+        )
+        kind, _, name = after.partition(":")
+        if kind and model.numeric_size[i] != 3:
+            raise ModelError(
+                f'numeric "{model.numeric(i).name}" has {model.numeric_size[i]} numbers, needs 3: force k c'
+            )
+        if kind:
+            yield Friction(kind, before + name, int(model.numeric_adr[i]))
 
 
-def _data(largest: float, k: float, c: float) -> str:
-    return f"largest={float(largest)!r} k={float(k)!r} c={float(c)!r}"
+def _write(spec: mujoco.MjSpec, kind: str, name: str, *numbers: float) -> None:
+    key = f"{MARK}friction:{kind}:{name}"
+    for numeric in spec.numerics:
+        if numeric.name == key:
+            numeric.data = numbers
+            return
+    spec.add_numeric(name=key, data=numbers, size=3)
 
 
 def _check(what: str, largest: float, k: float, c: float) -> None:

@@ -210,7 +210,7 @@ def _describe(model: mujoco.MjModel, kind: str, index: int, element: Any) -> Non
 
 def _describe_friction(model: mujoco.MjModel, friction: Friction, row: Any) -> None:
     index = find(model, KINDS[friction.kind].object, friction.name)
-    row["largest"], row["k"], row["c"] = friction.largest, friction.k, friction.c
+    row["numeric"] = friction.numeric
     if friction.kind == "joint":
         row["kind"], row["dof"] = loop.JOINT, model.jnt_dofadr[index]
     elif friction.kind == "tendon":
@@ -259,7 +259,7 @@ def _reserved(model: mujoco.MjModel) -> _Reserved:
 
 def _key(laws: Sequence[Asked], bristles: Sequence[Friction]) -> tuple[int, int]:
     """Two numbers of six digits, as many as MJCF keeps, that tell laws and friction from others."""
-    content = [(element.kind, element.name, element.softness.data) for element in laws], bristles
+    content = [(e.kind, e.name, e.softness.data) for e in laws], [(f.kind, f.name) for f in bristles]
     key = zlib.crc32(repr(content).encode())
     return key % 1_000_000, key // 1_000_000
 

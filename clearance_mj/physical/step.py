@@ -291,7 +291,8 @@ def _limits(model: mujoco.MjModel, data: mujoco.MjData) -> Iterator[_Row]:
 
 def _bristles(model: mujoco.MjModel, data: mujoco.MjData) -> Iterator[_Row]:
     """Yield the friction of joints and tendons, and that of pairs of geoms where they are nearest."""
-    for kind, name, _, k, c in frictions(model):
+    for kind, name, at in frictions(model):
+        k, c = model.numeric_data[at + 1 : at + 3]
         index = find(model, KINDS[kind].object, name)
         if kind == "joint":
             along = np.eye(model.nv)[model.jnt_dofadr[index]][None]

@@ -150,4 +150,6 @@ def test_friction_beside_laws_is_told_by_name():
     spec = mujoco.MjSpec.from_string(BODY.format(geom=BALL.format(condim=1), condim=1))
     physical.contact(spec, ("body", "floor"), law=ConstantLaw(1e4, 1.0))
     physical.friction(spec, ("body", "floor"), MU, BRISTLE)
-    assert [text.data for text in spec.texts][-1] == f"largest={MU} k={BRISTLE} c=0.0"
+    model = physical.compile(spec)
+    numeric = model.numeric("physical:friction:pair:floor - body")
+    np.testing.assert_array_equal(numeric.data, (MU, BRISTLE, 0))
