@@ -6,6 +6,7 @@ import dataclasses
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import mujoco
 import numpy as np
@@ -17,7 +18,7 @@ from ...errors import ModelError, RecordError, SimulationError
 from ...parameters import COUNTS, UNIDENTIFIED, Combination, Estimates, Parameter, principal_deviations
 from .quantities import open_parameters, written_into
 from .record import ModelRecord
-from .simulation import FULL, Simulator
+from .simulation import Simulator, moved
 
 __all__ = ["ModelFit", "model"]
 
@@ -138,12 +139,13 @@ def model(
     nobody measures follows by the model's own physics. Then the model moves by itself over the whole record, from a
     state that is estimated too, and an autoregressive model of each sensor's residual weighs its frequencies.
     Derivatives are differences over wide steps, for trajectories jump where teeth meet between two steps of the
-    model. The covariance is a jackknife over blocks of the records, within which residuals may depend on each other.
+    model. The covariance is a jackknife over blocks of the records, within which residuals may depend on each other,
+    and that of these jumps.
 
     Controls are linear between samples (or held, see `ModelRecord`), the model's step is the nearest below its own of
     which the sampling interval is a multiple. Counting sensors are taken as rounded to the nearest count, evenly
     distributed within it. ``mujoco.sysid`` has no guidance, no unmeasured states, no intervals for residuals that
-    depend on each other, and needs one more library; what is used of MuJoCo is ``mujoco.rollout``, on all threads.
+    depend on each other, and needs one more library; what is used of MuJoCo is ``mujoco.batch``, on all threads.
 
     Parameters
     ----------
@@ -152,8 +154,9 @@ def model(
     records : ModelRecord or sequence of ModelRecord
         All with the same sensors.
     parameters : sequence of str or Parameter, or Mapping of str to (low, high)
-        "ELEMENT.QUANTITY": k or c of a contact, limit or clearance, gap of a clearance; damping, frictionloss,
-        stiffness or armature of a hinge or slide. Bounds are a factor of 100 to both sides unless given.
+        "ELEMENT.QUANTITY": k or c of a contact, limit or clearance, gap of a clearance, friction of what has bristles;
+        damping, frictionloss, stiffness or armature of a hinge or slide. Bounds are a factor of 100 to both sides
+        unless given.
 
     Returns
     -------
@@ -195,6 +198,17 @@ class _Stage:
     """of each channel, coefficients that make its residual white"""
 
 
+class _Linear(NamedTuple):
+    """Residuals near a point, and how they change."""
+
+    residual: np.ndarray
+    """(n,) means over all points of the differences"""
+    jacobian: np.ndarray
+    """(n, n_open)"""
+    jumps: list[np.ndarray]
+    """of each record, (n_pairs, n_open): gradient of what the mean of two opposite points has beyond all others'"""
+
+
 class _Problem:
     """Residuals of records as a function of what is open: logarithms of parameters, then each record's first state."""
 
@@ -221,7 +235,7 @@ class _Problem:
                 states = self._approached(number, models, stage.bandwidth)
             else:
                 moves = deviations[good] * stage.spread
-                states = np.array([_moved(m, stage.begin[number], move) for m, move in zip(models, moves)])
+                states = np.array([moved(m, stage.begin[number], move) for m, move in zip(models, moves)])
             run = simulator.guided(models, states, slice(first, n), stage.bandwidth)
             left[good] = simulator.measured[first:n] - run.sensors
             self.simulations += len(models)
@@ -261,8 +275,8 @@ class _Problem:
                 costs += np.sum(self._counted(left, stage) ** 2, axis=1)
         return np.where(np.isfinite(costs), costs, np.inf)
 
-    def _linearised(self, at: np.ndarray, stage: _Stage) -> tuple[np.ndarray, np.ndarray]:
-        """Counted residuals (n,) of all records and their derivatives (n, n_open), by points to both sides of all.
+    def _linearised(self, at: np.ndarray, stage: _Stage) -> _Linear:
+        """Counted residuals of all records and their derivatives, by points to both sides of all.
 
         The residuals are means over these points: where teeth meet between two steps, the trajectory jumps with the
         parameters, and one point alone would show the jumps and not the slope.
@@ -271,7 +285,7 @@ class _Problem:
         count, wide = len(theta), deviations.shape[1]
         step = ROUGH * STEP if stage.bandwidth else STEP
         ends = np.array([np.minimum(theta + step, self.high), np.maximum(theta - step, self.low)])
-        residuals, jacobians = [], []
+        residuals, jacobians, jumps = [], [], []
         for number, own in enumerate(deviations):
             thetas, moved = np.tile(theta, (2, count + wide, 1)), np.tile(own, (2, count + wide, 1))
             for side, sign in enumerate((1.0, -1.0)):
@@ -291,14 +305,16 @@ class _Problem:
             jacobian[:, :count], jacobian[:, where : where + wide] = slope[:, :count], slope[:, count:]
             residuals.append(counted.mean(axis=(0, 1)))
             jacobians.append(jacobian)
-        return np.concatenate(residuals), np.vstack(jacobians)
+            jumps.append((counted.mean(axis=0) - residuals[-1]) @ jacobian)
+        return _Linear(np.concatenate(residuals), np.vstack(jacobians), jumps)
 
-    def _solved(self, at: np.ndarray, stage: _Stage, tolerance: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    def _solved(self, at: np.ndarray, stage: _Stage, tolerance: float) -> tuple[np.ndarray, _Linear]:
         """Where the sum of squares is least, with residuals and derivatives there (Levenberg and Marquardt)."""
         prior = np.r_[np.zeros(len(self.parameters)), np.ones(at.size - len(self.parameters))]
-        residual, jacobian = self._linearised(at, stage)
-        cost = residual @ residual + at @ (prior * at)
+        linear = self._linearised(at, stage)
+        cost = linear.residual @ linear.residual + at @ (prior * at)
         for _ in range(STEPS):
+            residual, jacobian, _ = linear
             information = jacobian.T @ jacobian + np.diag(prior)
             size = np.maximum(np.diag(information), 1e-9 * (np.diag(information).max() or 1.0))
             steps = [
@@ -307,13 +323,13 @@ class _Problem:
             candidates = [self._inside(at + step * FAR / max(FAR, np.abs(step).max())) for step in steps]
             there = candidates[int(np.argmin(self._costs(candidates, stage)))]
             found = self._linearised(there, stage)
-            lower = found[0] @ found[0] + there @ (prior * there)
+            lower = found.residual @ found.residual + there @ (prior * there)
             if lower >= cost:
                 break
-            at, (residual, jacobian), decrease, cost = there, found, cost - lower, lower
+            at, linear, decrease, cost = there, found, cost - lower, lower
             if decrease < tolerance * cost:
                 break
-        return at, residual, jacobian
+        return at, linear
 
     def _inside(self, at: np.ndarray) -> np.ndarray:
         return np.r_[np.clip(at[: len(self.parameters)], self.low, self.high), at[len(self.parameters) :]]
@@ -377,10 +393,10 @@ class _Problem:
             )
             stage.filters.append(taps / max(innovation, least))
 
-    def _result(self, at: np.ndarray, residual: np.ndarray, jacobian: np.ndarray, stage: _Stage) -> ModelFit:
+    def _result(self, at: np.ndarray, linear: _Linear, stage: _Stage) -> ModelFit:
         count = len(self.parameters)
-        self._refuse_unknown(jacobian)
-        covariance = _jackknife(residual, jacobian, at.size - count)
+        self._refuse_unknown(linear.jacobian)
+        covariance = _covariance(linear, at.size - count)
         theta, deviations = self._split(at)
         estimates = Estimates.of(self.parameters, np.exp(theta), covariance[:count, :count])
         noise = {c: float(1 / f[0]) for c, f in zip(self.channels, stage.filters or [])}
@@ -428,26 +444,18 @@ class _Problem:
         return self._seen(0, left)
 
 
-def _moved(model: mujoco.MjModel, state: np.ndarray, move: np.ndarray) -> np.ndarray:
-    """A full state with positions and velocities moved by (2 nv,)."""
-    data, moved = mujoco.MjData(model), np.empty(state.size)
-    mujoco.mj_setState(model, data, state, FULL)
-    mujoco.mj_integratePos(model, data.qpos, move[: model.nv], 1.0)
-    data.qvel += move[model.nv :]
-    mujoco.mj_getState(model, data, moved, FULL)
-    return moved
-
-
 def _autocovariance(x: np.ndarray) -> np.ndarray:
     return np.array([x[: x.size - lag] @ x[lag:] / x.size for lag in range(ORDER + 1)])
 
 
-def _jackknife(residual: np.ndarray, jacobian: np.ndarray, states: int) -> np.ndarray:
-    """Covariance of what is open by leaving out blocks of the records, wider by Student's t of so many blocks.
+def _covariance(linear: _Linear, states: int) -> np.ndarray:
+    """Covariance of what is open: by leaving out blocks of the records, wider by Student's t, and of the jumps.
 
     Without block g the optimum moves by (A - A_g)⁻¹ s_g, A = JᵀJ and s_g the block's part of the gradient (MacKinnon,
-    Nielsen and Webb, Journal of Applied Econometrics 38, 2023: CV3).
+    Nielsen and Webb, Journal of Applied Econometrics 38, 2023: CV3). A record is one trajectory, and the optimum that
+    of their mean, from which each jumps away: as far as those of the points do, √2 times what the mean of two does.
     """
+    residual, jacobian, jumps = linear
     information = jacobian.T @ jacobian
     information[-states:, -states:] += np.eye(states) if states else 0
     parts = np.array_split(np.arange(residual.size), BLOCKS)
@@ -455,4 +463,7 @@ def _jackknife(residual: np.ndarray, jacobian: np.ndarray, states: int) -> np.nd
         [np.linalg.solve(information - jacobian[p].T @ jacobian[p], jacobian[p].T @ residual[p]) for p in parts]
     )
     wide = scipy.stats.t.ppf(0.975, BLOCKS - 1) / scipy.stats.norm.ppf(0.975)
-    return wide**2 * (BLOCKS - 1) * np.cov(moved.T, bias=True)
+    found = wide**2 * (BLOCKS - 1) * np.cov(moved.T, bias=True)
+    for each in jumps:
+        found += 2 * np.cov(np.linalg.solve(information, each.T))
+    return found

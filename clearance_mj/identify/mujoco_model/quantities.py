@@ -13,7 +13,8 @@ import numpy as np
 
 from ...errors import ModelError
 from ...parameters import Parameter
-from ...physical.elements import KINDS, Asked, Softness, Target, apply, asked, compiled, find, give
+from ...physical.elements import KINDS, MARK, Asked, Softness, Target, apply, asked, compiled, find, give
+from ...physical.friction import frictions
 from ...physical.step import softness_of
 from .record import nearest
 
@@ -96,13 +97,17 @@ def _place(spec: Target, name: str) -> _Place:
         if element not in tendons:
             raise ModelError(f'parameter "{name}": no clearance "{element}"; {nearest(element, tendons)}')
         return _gap(model, element)
+    if quantity == "friction":
+        return _friction(model, element)
     if quantity in JOINT:
         return _joint(model, element, quantity)
-    raise ModelError(f'parameter "{name}": {nearest(quantity, [*SOFTNESS, "gap", *JOINT])}')
+    raise ModelError(f'parameter "{name}": {nearest(quantity, [*SOFTNESS, "gap", "friction", *JOINT])}')
 
 
 def _softness(model: mujoco.MjModel, quantity: str, element: Asked) -> _Place:
     kind, name, softness = element
+    if softness.law:
+        raise ModelError(f'parameter "{name}.{quantity}": "{name}" follows a law; give it k and c to identify them')
     hinge = _angular(model, name) if kind == "tendon" else kind == "joint" and _hinge(model, _index(model, kind, name))
 
     def write(target: Target, value: float) -> None:
@@ -128,6 +133,28 @@ def _gap(model: mujoco.MjModel, element: str) -> _Place:
             target.tendon(element).range = ends
 
     return _Place(_unit("rad", _angular(model, element)), float(high), write)
+
+
+def _friction(model: mujoco.MjModel, element: str) -> _Place:
+    """The force at which bristles slip, of a pair its ratio to the normal force."""
+    known = {f.name: f for f in frictions(model)}
+    if element not in known:
+        raise ModelError(f'parameter "{element}.friction": no friction of "{element}"; {nearest(element, known)}')
+    kind, _, at = known[element]
+    hinge = (
+        _angular(model, element)
+        if kind == "tendon"
+        else kind == "joint" and _hinge(model, _index(model, kind, element))
+    )
+
+    def write(target: Target, value: float) -> None:
+        if isinstance(target, mujoco.MjModel):
+            target.numeric_data[at] = value
+            return
+        numeric = next(n for n in target.numerics if n.name == f"{MARK}friction:{kind}:{element}")
+        numeric.data = [value, *list(numeric.data)[1:]]
+
+    return _Place("" if kind == "pair" else _unit("N m", hinge), float(model.numeric_data[at]), write)
 
 
 def _joint(model: mujoco.MjModel, element: str, quantity: str) -> _Place:

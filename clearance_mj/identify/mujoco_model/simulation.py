@@ -12,18 +12,20 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Sequence
+from contextlib import nullcontext
 from typing import NamedTuple
 
 import mujoco
-import mujoco.rollout
+import mujoco.batch
 import numpy as np
 import scipy.signal
 
-from ...errors import ModelError, RecordError
+from ...errors import RecordError
 from ...parameters import Parameter
 from ...physical.checks import compile as physical_compile
 from ...physical.elements import asked
 from ...physical.friction import frictions
+from ...physical.softener import Softener
 from ...physical.step import largest_step
 from .quantities import put
 from .record import ModelRecord, nearest
@@ -36,7 +38,8 @@ APPROACH = 1.5
 """s, in which a guided simulation comes from the initial pose to the record's beginning"""
 SMOOTH = 0.02
 """s, over which measured positions are smoothed for their velocity"""
-FULL = mujoco.mjtState.mjSTATE_FULLPHYSICS
+STATE = ("time", "qpos", "qvel", "act", "userdata")
+"""where simulations begin; laws and friction remember in the user data"""
 
 
 class _Guide(NamedTuple):
@@ -80,7 +83,6 @@ class Simulator:
     def __init__(self, spec: mujoco.MjSpec, parameters: Sequence[Parameter], record: ModelRecord):
         self.parameters, self.record = parameters, record
         own = physical_compile(spec)
-        _refuse_laws(own)
         self.substeps = max(1, math.ceil(1 / (record.fs * own.opt.timestep) - 1e-6))
         self.controls = [own.actuator(i).name for i in range(own.nu)]
         _check_names(record, own, self.controls)
@@ -99,7 +101,8 @@ class Simulator:
         # Euler's method, velocities first, is the leapfrog of order two, if controls are those where a step begins.
         self._ahead = 0.5 if own.opt.integrator == mujoco.mjtIntegrator.mjINT_RK4 else 0.0
         self._threads = min(8, os.cpu_count() or 1)
-        self._data: list[mujoco.MjData] = []
+        follows = any(e.softness.law for e in asked(self._model)) or any(frictions(self._model))
+        self._softener = Softener(self._model) if follows else nullcontext()
 
     def model(self, values: np.ndarray) -> mujoco.MjModel | None:
         """Return the model with values (n_parameters,); None where the step is too long for them."""
@@ -111,7 +114,7 @@ class Simulator:
         pose = models[0].qpos0 if self.record.pose is None else np.asarray(self.record.pose, dtype=float)
         if pose.shape != (models[0].nq,):
             raise RecordError(f"pose of shape {pose.shape}; the model's needs {models[0].nq} numbers")
-        states = np.array([_state(model, pose) for model in models])
+        states = np.tile(state_of(models[0], pose), (len(models), 1))
         if not self.guides:
             return states
         n = int(APPROACH * self.record.fs)
@@ -154,19 +157,18 @@ class Simulator:
         after = wide[-1:] if follow is None or follow >= self.record.size else np.hstack(
             (self._control[follow : follow + 1], pull[-1:])
         )  # fmt: skip
-        while len(self._data) < min(self._threads, len(models)):
-            self._data.append(mujoco.MjData(models[0]))
+        batch = mujoco.batch.Batch(models[0], len(models), min(self._threads, len(models)))
+        batch.set_models(models)
+        parts = [batch.bind(name).reshape(len(models), -1) for name in STATE]
+        for part, values in zip(parts, np.split(states, np.cumsum([part.shape[1] for part in parts])[:-1], axis=1)):
+            part[:] = values
         shown = np.empty((len(models), len(wide), len(self.columns)))
-        for begin in range(0, len(wide), CHUNK):
-            part = np.vstack((wide[begin : begin + CHUNK + 1], after))[: CHUNK + 1]
-            fine = self._between(part)
-            state, sensors = mujoco.rollout.rollout(
-                list(models), self._data[: len(models)], states, np.broadcast_to(fine, (len(models), *fine.shape)),
-                persistent_pool=True,
-            )  # fmt: skip
-            states = state[:, -1]
-            shown[:, begin : begin + CHUNK] = sensors[:, :: self.substeps, self.columns]
-        return Run(shown, states)
+        with self._softener:
+            for begin in range(0, len(wide), CHUNK):
+                fine = self._between(np.vstack((wide[begin : begin + CHUNK + 1], after))[: CHUNK + 1])
+                found = batch.rollout(len(fine), fine, record=("sensordata",))["sensordata"]
+                shown[:, begin : begin + CHUNK] = found[:, :: self.substeps, self.columns]
+        return Run(shown, np.hstack([part.copy() for part in parts]))
 
     def _between(self, samples: np.ndarray) -> np.ndarray:
         """Controls ((n - 1) substeps, n_controls) of the steps between samples (n, n_controls)."""
@@ -177,19 +179,17 @@ class Simulator:
         return fine.reshape(-1, samples.shape[1])
 
 
-def _state(model: mujoco.MjModel, pose: np.ndarray) -> np.ndarray:
-    data, state = mujoco.MjData(model), np.empty(mujoco.mj_stateSize(model, FULL))
-    data.qpos[:] = pose
-    mujoco.mj_getState(model, data, state, FULL)
-    return state
+def state_of(model: mujoco.MjModel, pose: np.ndarray) -> np.ndarray:
+    """Return the state at rest in a pose, at time 0."""
+    return np.r_[0.0, pose, np.zeros(model.nv + model.na + model.nuserdata)]
 
 
-def _refuse_laws(model: mujoco.MjModel) -> None:
-    """What a Softener remembers is not in the state that a rollout begins with, so records cannot be cut for it."""
-    for name in (*(e.name for e in asked(model) if e.softness.law), *(f.name for f in frictions(model))):
-        raise ModelError(
-            f'"{name}" follows a law or has elastic friction, which is not identified; give k and c, and frictionloss'
-        )
+def moved(model: mujoco.MjModel, state: np.ndarray, move: np.ndarray) -> np.ndarray:
+    """Return a state with positions and velocities moved by (2 nv,)."""
+    found, places = state.copy(), slice(1, 1 + model.nq)
+    mujoco.mj_integratePos(model, found[places], move[: model.nv], 1.0)
+    found[places.stop : places.stop + model.nv] += move[model.nv :]
+    return found
 
 
 def _check_names(record: ModelRecord, model: mujoco.MjModel, controls: list[str]) -> None:
