@@ -8,7 +8,7 @@ import mujoco
 import numpy as np
 
 from ..errors import ModelError
-from .elements import Softness, compiled, find, give, name_of, softness
+from .elements import Softness, compiled, find, give, name_of, softness, specification
 
 if TYPE_CHECKING:
     from ..clearance.law import Law
@@ -61,7 +61,7 @@ def add_backlash(
         For a stiffness or damping out of range.
     """
     wanted = _check(gap, k, c, law)
-    name, model = name_of(joint), compiled(_specification(spec))
+    name, model = name_of(joint), compiled(specification(spec))
     kind = mujoco.mjtJoint(int(model.jnt_type[find(model, mujoco.mjtObj.mjOBJ_JOINT, name)]))
     if kind not in (mujoco.mjtJoint.mjJNT_HINGE, mujoco.mjtJoint.mjJNT_SLIDE):
         raise ModelError(
@@ -129,7 +129,7 @@ def add_annular_clearance(
         For a stiffness or damping out of range.
     """
     wanted = _check(gap, k, c, law)
-    model, names = compiled(_specification(spec)), [name_of(site) for site in (site_a, site_b)]
+    model, names = compiled(specification(spec)), [name_of(site) for site in (site_a, site_b)]
     bodies = [model.body_weldid[model.site_bodyid[find(model, mujoco.mjtObj.mjOBJ_SITE, name)]] for name in names]
     if bodies[0] == bodies[1]:
         raise ModelError(f'sites "{names[0]}" and "{names[1]}" are on one rigid body, so there is no clearance')
@@ -138,12 +138,6 @@ def add_annular_clearance(
         tendon.wrap_site(name)
     give(spec, "tendon", [tendon.name], wanted)
     return tendon
-
-
-def _specification(spec: mujoco.MjSpec) -> mujoco.MjSpec:
-    if not isinstance(spec, mujoco.MjSpec):
-        raise ModelError(f"got {type(spec).__name__}, needs a mujoco.MjSpec: a compiled model cannot get new elements")
-    return spec
 
 
 def _check(gap: float, k: float | None, c: float | None, law: Law | None) -> Softness:

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "KINDS", "MARK", "Asked", "Kind", "Softness", "Target", "apply", "ask", "asked", "compiled", "find", "give",
-    "inverse_inertia", "name_of", "softness", "texts", "write_text",
+    "inverse_inertia", "name_of", "softness", "specification", "texts", "write_text",
 ]  # fmt: skip
 
 Target: TypeAlias = mujoco.MjSpec | mujoco.MjModel
@@ -77,6 +77,13 @@ def compiled(target: Target) -> mujoco.MjModel:
         return target.compile()
     except ValueError as error:
         raise ModelError(f"the specification does not compile: {error}") from None
+
+
+def specification(spec: mujoco.MjSpec) -> mujoco.MjSpec:
+    """Return a specification, or raise a ModelError if it is none."""
+    if not isinstance(spec, mujoco.MjSpec):
+        raise ModelError(f"got {type(spec).__name__}, needs a mujoco.MjSpec: a compiled model cannot get new elements")
+    return spec
 
 
 def name_of(element: Any) -> str:

@@ -13,7 +13,7 @@ import mujoco
 import numpy as np
 
 from ..errors import LawError, ModelError
-from .elements import MARK, compiled, find, name_of
+from .elements import MARK, compiled, find, name_of, specification
 
 __all__ = ["Friction", "friction", "frictions", "joint_friction", "tendon_friction"]
 
@@ -55,7 +55,7 @@ def friction(spec: mujoco.MjSpec, geoms: Any, coefficient: float, k: float, c: f
         For values out of range.
     """
     _check("coefficient", coefficient, k, c)
-    model, names = compiled(_specification(spec)), [name_of(geom) for geom in geoms]
+    model, names = compiled(specification(spec)), [name_of(geom) for geom in geoms]
     if len(names) != 2:
         raise ModelError(f"a contact has two geoms, got {len(names)}")
     ids = {find(model, mujoco.mjtObj.mjOBJ_GEOM, name) for name in names}
@@ -93,7 +93,7 @@ def joint_friction(spec: mujoco.MjSpec, joint: Any, force: float, k: float, c: f
         For values out of range.
     """
     _check("force", force, k, c)
-    model, name = compiled(_specification(spec)), name_of(joint)
+    model, name = compiled(specification(spec)), name_of(joint)
     kind = mujoco.mjtJoint(int(model.jnt_type[find(model, mujoco.mjtObj.mjOBJ_JOINT, name)]))
     if kind not in (mujoco.mjtJoint.mjJNT_HINGE, mujoco.mjtJoint.mjJNT_SLIDE):
         raise ModelError(
@@ -130,7 +130,7 @@ def tendon_friction(spec: mujoco.MjSpec, tendon: Any, force: float, k: float, c:
     """
     _check("force", force, k, c)
     name = name_of(tendon)
-    find(compiled(_specification(spec)), mujoco.mjtObj.mjOBJ_TENDON, name)
+    find(compiled(specification(spec)), mujoco.mjtObj.mjOBJ_TENDON, name)
     _write(spec, "tendon", name, force, k, c)
 
 
@@ -162,9 +162,3 @@ def _check(what: str, largest: float, k: float, c: float) -> None:
     for name, value, ok in ((what, largest, largest > 0), ("k", k, k > 0), ("c", c, c >= 0)):
         if not (ok and np.isfinite(value)):
             raise LawError(f"{name} = {value:g} of friction must be finite and {'>=' if name == 'c' else '>'} 0")
-
-
-def _specification(spec: mujoco.MjSpec) -> mujoco.MjSpec:
-    if not isinstance(spec, mujoco.MjSpec):
-        raise ModelError(f"got {type(spec).__name__}, needs a mujoco.MjSpec: a compiled model cannot get new elements")
-    return spec

@@ -38,12 +38,12 @@ def record():
     return identify.ModelRecord(FS, {"motor": torque(TIME)}, {"angle": noisy})
 
 
-def drive(gap=GAP, k=K, c=C):
-    """The MuJoCo model of it."""
-    spec = mujoco.MjSpec.from_string(f"""
+def load(timestep=5e-4):
+    """The MuJoCo model of a load on a spring."""
+    return mujoco.MjSpec.from_string(f"""
 <mujoco>
   <compiler angle="radian"/>
-  <option timestep="5e-4" gravity="0 0 0"/>
+  <option timestep="{timestep}" gravity="0 0 0"/>
   <worldbody>
     <body>
       <joint name="joint" axis="0 1 0" stiffness="{SPRING}" damping="0.1"/>
@@ -53,6 +53,11 @@ def drive(gap=GAP, k=K, c=C):
   <actuator><motor name="motor" joint="joint"/></actuator>
   <sensor><jointpos name="angle" joint="joint"/></sensor>
 </mujoco>""")
+
+
+def drive(gap=GAP, k=K, c=C):
+    """The same with a drive behind play."""
+    spec = load()
     physical.add_backlash(spec, "joint", gap, k, c, inertia=DRIVE).damping = [0.05, 0, 0]
     return spec
 
@@ -104,18 +109,7 @@ def test_friction_of_bristles():
     """Found from a start three times too small; the record is of an ODE solver."""
     path = solve_ivp(rubbing, (0, 2), np.zeros(3), "RK45", TIME[:1000], rtol=1e-7, atol=1e-10, max_step=1e-3).y
     noisy = path[0] + np.random.default_rng(4).normal(0, NOISE, 1000)
-    spec = mujoco.MjSpec.from_string(f"""
-<mujoco>
-  <option timestep="1e-3" gravity="0 0 0"/>
-  <worldbody>
-    <body>
-      <joint name="joint" axis="0 1 0" stiffness="{SPRING}" damping="0.1"/>
-      <inertial pos="0 0 0" mass="1" diaginertia="{LOAD} {LOAD} {LOAD}"/>
-    </body>
-  </worldbody>
-  <actuator><motor name="motor" joint="joint"/></actuator>
-  <sensor><jointpos name="angle" joint="joint"/></sensor>
-</mujoco>""")
+    spec = load(timestep=1e-3)
     physical.joint_friction(spec, "joint", FRICTION / 3, BRISTLE)
     record = identify.ModelRecord(FS, {"motor": torque(TIME[:1000])}, {"angle": noisy})
     fit = identify.model(spec, record, ["joint.friction", "joint.damping"])

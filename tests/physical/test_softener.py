@@ -287,7 +287,7 @@ def test_what_has_no_place_in_its_gap(law):
     ):
         spec = mujoco.MjSpec.from_string(ALL)
         give(spec)
-        with pytest.raises(ModelError, match=r'ball.*no place in its gap'):
+        with pytest.raises(ModelError, match=r"ball.*no place in its gap"):
             physical.compile(spec)
 
 
