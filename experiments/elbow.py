@@ -270,7 +270,8 @@ def draw(rows: list[dict[str, Any]], fit: ModelFit, prediction: Any) -> Figure:
         for i, colour in enumerate(colours):
             axes[key].errorbar(i, error[i], 1.96 * std[i], fmt="o", color=colour, ms=4)
         axes[key].axhline(0, color="k", lw=0.8)
-        axes[key].set(xlabel="record (green: encoder at the motor)", ylabel="error (%)", title=title)
+        beside = " (green: encoder at the motor)" if "C2" in colours else ""
+        axes[key].set(xlabel=f"record{beside}", ylabel="error (%)", title=title)
     return figure
 
 
