@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import numbers
 from typing import TYPE_CHECKING, Any
 
 import mujoco
@@ -141,8 +142,8 @@ def add_annular_clearance(
 
 
 def _check(gap: float, k: float | None, c: float | None, law: Law | None) -> Softness:
-    if not 0 < gap < np.inf:
-        raise ModelError(f"gap {gap:g} must be > 0 and finite; it is the play to one side")
+    if not isinstance(gap, numbers.Real) or not 0 < gap < np.inf:
+        raise ModelError(f"gap {gap} must be > 0 and finite; it is the play to one side")
     return softness(k, c, law, gap)
 
 

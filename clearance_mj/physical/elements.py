@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import difflib
 import json
+import numbers
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
@@ -174,10 +175,15 @@ def softness(k: float | None, c: float | None, law: Law | None, depth: float) ->
     if law is None:
         if k is None or c is None:
             raise LawError("give a stiffness k and a damping c, or a law")
+        for label, value in (("k", k), ("c", c)):
+            if not isinstance(value, numbers.Real):
+                raise LawError(f"{label} must be a number, got {value!r}")
         found = Softness(k, c)
     else:
         if k is not None or c is not None:
             raise LawError("give a stiffness k and a damping c, or a law, not both")
+        if not hasattr(law, "largest"):
+            raise LawError(f"law must be a law such as clearance_mj.clearance.ContactLaw, got {law!r}")
         if np.any(law.table(1).adhesion):
             raise LawError("MuJoCo's contacts and limits never pull, so a law with adhesion cannot be theirs")
         hardest_k, hardest_c = (float(most[0]) for most in law.largest([depth]))

@@ -51,6 +51,10 @@ class Softener:
     """
 
     def __init__(self, model: mujoco.MjModel):
+        if not isinstance(model, mujoco.MjModel):
+            raise ModelError(
+                f"got {type(model).__name__}, needs a mujoco.MjModel; compile() makes it of an MjSpec"
+            )
         laws, bristles = _laws(model), list(frictions(model))
         if not laws and not bristles:
             raise ModelError("no contact or limit follows a law and none has friction; constant ones need no Softener")

@@ -265,6 +265,10 @@ ADHESIVE = ContactLaw(KelvinVoigt(1e4, 1.0, adhesion=True))
 @pytest.mark.parametrize(("wrong", "error", "says"), [
     (lambda spec: physical.joint_limit(spec, "elbow", 1.0, 1.0, law=HERTZ), LawError, "or a law, not both"),
     (lambda spec: physical.joint_limit(spec, "elbow"), LawError, "or a law"),
+    (lambda spec: physical.joint_limit(spec, "elbow", "1e4", 1.0), LawError, "k must be a number, got '1e4'"),
+    (lambda spec: physical.joint_limit(spec, "elbow", law="hertz"), LawError, "law must be a law such as"),
+    (lambda spec: physical.add_backlash(spec, "elbow", "1", 1.0, 1.0), ModelError, "gap 1 must be > 0"),
+    (lambda spec: physical.Softener(spec), ModelError, "needs a mujoco.MjModel"),
     (lambda spec: physical.joint_limit(spec, "elbow", 1.0), LawError, "a damping c, or a law"),
     (lambda spec: physical.joint_limit(spec.compile(), "elbow", law=HERTZ), ModelError, "given to the MjSpec"),
     (lambda spec: physical.joint_limit(spec, "elbow", law=ADHESIVE), LawError, "never pull"),
