@@ -52,9 +52,7 @@ class Softener:
 
     def __init__(self, model: mujoco.MjModel):
         if not isinstance(model, mujoco.MjModel):
-            raise ModelError(
-                f"got {type(model).__name__}, needs a mujoco.MjModel; compile() makes it of an MjSpec"
-            )
+            raise ModelError(f"got {type(model).__name__}, needs a mujoco.MjModel; compile() makes it of an MjSpec")
         laws, bristles = _laws(model), list(frictions(model))
         if not laws and not bristles:
             raise ModelError("no contact or limit follows a law and none has friction; constant ones need no Softener")
