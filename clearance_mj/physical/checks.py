@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..errors import ModelError
-from .elements import KINDS, apply, asked, compiled, inverse_inertia, texts
+from .elements import KINDS, apply, asked, compiled, inverse_inertia
+from .friction import frictions
 from .softness import LARGEST_IMPEDANCE
 from .step import hardest, slow, softness_of
 
@@ -50,7 +51,7 @@ def compile(spec: mujoco.MjSpec, poses: ArrayLike | None = None) -> mujoco.MjMod
     """
     apply(spec)
     model = compiled(spec)
-    if model.nnumeric or any(data.startswith("{") for _, _, data in texts(model)):
+    if any(frictions(model)) or any(element.softness.law for element in asked(model)):
         from .softener import reserve  # loads what compiles
 
         if reserve(spec, model):
