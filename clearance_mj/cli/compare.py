@@ -15,8 +15,9 @@ from .command import command, out_folder
 from .options import add_columns, add_plugin, load_plugin, parse_columns
 
 if TYPE_CHECKING:  # a command imports what it needs when it runs
-    from ..report.figures import Drawing
+    from ..report.style import Drawing
     from ..signals.alignment import Alignment
+    from ..signals.comparison import Comparison
 
 NAMED = 8
 """responses that a warning lists"""
@@ -35,7 +36,7 @@ def _options(parser: argparse.ArgumentParser) -> None:
 
 @command(
     "compare", "compare the FRFs of two files, whatever wrote them (test first)", _options,
-    out_help="folder for comparison.json and the figures (default: none is written)",
+    out_help="folder for comparison.json, comparison.html and the figures (default: none is written)",
 )  # fmt: skip
 def _run(options: argparse.Namespace) -> dict[str, Any]:
     from ..io.formats import read_frf
@@ -49,12 +50,16 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
         aligned = align(test, model)
         if options.band:
             aligned = aligned.within(options.band)
-        result, drawings = _compared(aligned, options)
+        result, comparison, drawings = _compared(aligned, options)
     except ClearanceError as error:
         raise type(error)(f"{options.test}, {options.model}: {error}") from None
     _tell(result)
     if options.out:
-        result["figures"] = [str(drawing.write(options.out)) for drawing in drawings()]
+        from ..report.comparison import write_page
+
+        drawn = drawings()
+        result["figures"] = [str(drawing.write(options.out)) for drawing in drawn]
+        result["report"] = str(write_page(comparison, drawn, result["notes"], options.out))
         write_text(options.out / "comparison.json", to_json(result))
     _print(result)
     return result
@@ -71,8 +76,10 @@ def _tell(result: dict[str, Any]) -> None:
             )
 
 
-def _compared(aligned: Alignment, options: argparse.Namespace) -> tuple[dict[str, Any], Callable[[], list[Drawing]]]:
-    """The comparison as plain data, and how to draw it."""
+def _compared(
+    aligned: Alignment, options: argparse.Namespace
+) -> tuple[dict[str, Any], Comparison, Callable[[], list[Drawing]]]:
+    """The comparison as plain data, itself, and how to draw it."""
     from ..report.comparison import draw
     from ..signals.alignment import accelerance
     from ..signals.comparison import compare, mac_of_modes, with_modes
@@ -112,7 +119,7 @@ def _compared(aligned: Alignment, options: argparse.Namespace) -> tuple[dict[str
             "mac": matrix.tolist(),
         },
     }
-    return result, lambda: draw(aligned, comparison, test_modes, model_modes, matrix)
+    return result, comparison, lambda: draw(aligned, comparison, test_modes, model_modes, matrix)
 
 
 MEASURES = ("rmse_db", "mre", "frac", "csac", "csf")
@@ -139,6 +146,8 @@ def _print(result: dict[str, Any]) -> None:
         )
     for path in result.get("figures", []):
         print(f"figure: {path}")
+    if "report" in result:
+        print(f"report: {result['report']}")
 
 
 def _number(value: float) -> str:

@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import argparse
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from ..files import to_json, write_text
 from .command import command
+
+if TYPE_CHECKING:  # a command imports what it needs when it runs
+    from ..report.style import Drawing
 
 
 def _options(parser: argparse.ArgumentParser) -> None:
@@ -19,27 +22,33 @@ def _options(parser: argparse.ArgumentParser) -> None:
 
 @command(
     "sweep", "simulate the cases of a plan; an interrupted sweep goes on where it stopped", _options,
-    out=Path("results/sweep"), out_help="folder for results.nc, figures and sensitivities (default: %(default)s)",
+    out=Path("results/sweep"),
+    out_help="folder for results.nc, sweep.html, figures and sensitivities (default: %(default)s)",
 )  # fmt: skip
 def _run(options: argparse.Namespace) -> dict[str, Any]:
-    from ..report.sweep import draw_results
+    from ..report.sweep import draw_frfs, draw_results, write_page
     from ..sweep import load_plan, run_sweep
 
     plan = load_plan(options.plan)
     results = run_sweep(plan, options.out, options.workers, options.scheduler, not options.quiet)
     errors = {int(case): str(error) for case, error in zip(results["case"], results["error"].values) if error}
     summary = {"out": str(options.out), "cases": results.sizes["case"], "without_results": errors}
-    if drawing := draw_results(results, plan.vary):
-        drawing.write(options.out)
+    drawings = [drawing for drawing in (draw_results(results, plan.vary), draw_frfs(results)) if drawing]
     print(f"results: {options.out / 'results.nc'} ({results.sizes['case']} cases)")
     for case, error in list(errors.items())[:1]:
         print(f"{len(errors)} cases have no results; case {case}: {error}")
     if plan.design.method == "saltelli" and not errors:
-        summary["sensitivity"] = _sensitivity(plan, results, options)
+        summary["sensitivity"], drawing = _sensitivity(plan, results, options)
+        drawings.append(drawing)
+    for drawing in drawings:
+        drawing.write(options.out)
+    if drawings:
+        print(f"report: {write_page(drawings, options.out, results.sizes['case'])}")
     return summary
 
 
-def _sensitivity(plan: Any, results: Any, options: argparse.Namespace) -> list[dict]:
+def _sensitivity(plan: Any, results: Any, options: argparse.Namespace) -> tuple[list[dict], Drawing]:
+    """Sobol indices, written and told, and how they are drawn."""
     from ..report.sweep import draw_sensitivity
     from ..report.tables import write_csv
     from ..sweep.sensitivity import sensitivity
@@ -48,9 +57,8 @@ def _sensitivity(plan: Any, results: Any, options: argparse.Namespace) -> list[d
     rows = found.rows()
     write_text(options.out / "sensitivity.json", to_json(rows))
     write_csv(options.out / "sensitivity.csv", rows)
-    draw_sensitivity(found).write(options.out)
     print("Sobol indices, first order / total")
     for row in rows:
         indices = f"{row['first_order']:6.3f} / {row['total_order']:.3f}"
         print(f"  {row['quantity']:28s} {row['parameter']:36s} {indices}")
-    return rows
+    return rows, draw_sensitivity(found)

@@ -55,8 +55,10 @@ def draw_forces(fit: BenchFit, forces: Sequence[RestoringForce]) -> Drawing:
         gap, offset = (drawn.get(f"bushings[{j}].{n}", getattr(bushing, n)) for n in ("gap", "offset"))
         walls = [w for w in zip(bushing.walls, (-gap - offset, gap - offset)) if np.isfinite(w[0])]
         for ax in line:
-            ax.plot(MM * x, measured, ".", color=TEST, ms=1.5, mew=0, alpha=0.35, rasterized=True)
-            ax.plot(MM * x[::EVERY], law[::EVERY], ".", color=LAW, ms=1.5, mew=0, alpha=0.5, rasterized=True)
+            ax.plot(MM * x, measured, ".", color=TEST, ms=1.5, mew=0, alpha=0.35, rasterized=True, label="measured")
+            ax.plot(
+                MM * x[::EVERY], law[::EVERY], ".", color=LAW, ms=1.5, mew=0, alpha=0.5, rasterized=True, label="law"
+            )
             for wall, spread in walls:
                 ax.axvspan(*(MM * np.percentile(spread, INTERVAL)), color=WALL, alpha=0.3, lw=0)
                 ax.axvline(MM * wall, color=WALL, lw=1.0)
@@ -76,7 +78,7 @@ def draw_forces(fit: BenchFit, forces: Sequence[RestoringForce]) -> Drawing:
     if slow := max(f.band[0] for f in forces):
         caption += f" Without probes, motion below {slow:g} Hz is not known, and not in the displacements."
     alt = "Restoring force over displacement of every bushing, bending where the shaft meets the walls."
-    return Drawing("restoring_force", figure, caption, alt, sharp=False)
+    return Drawing("restoring_force", figure, caption, alt, sharp=False, chart=True)
 
 
 def _in_words(fit: BenchFit, j: int) -> str:

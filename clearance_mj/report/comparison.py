@@ -1,21 +1,27 @@
-"""Figures of two FRFs: overlaid with coherence, correlation over frequency, MAC matrix, measures by sensor."""
+"""Figures and page of two FRFs: overlaid with coherence, correlation over frequency, MAC matrix, measures by sensor."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from pathlib import Path
 from typing import Any
 
 import matplotlib
 import numpy as np
+from markupsafe import escape
 from matplotlib.axes import Axes
 from matplotlib.figure import SubFigure
 from matplotlib.lines import Line2D
 
+from ..files import write_text
 from ..signals.alignment import Alignment
 from ..signals.comparison import Comparison
 from ..signals.ema import Modes
+from . import html
 from .style import COLOURS, FONT, TEST, Drawing, canvas, decibel, phase, tidy
+from .tables import Column, Table
 
-__all__ = ["draw"]
+__all__ = ["draw", "write_page"]
 
 MODEL = COLOURS[1]
 PER_PAGE = 6
@@ -42,6 +48,26 @@ def draw(
     return drawings
 
 
+def write_page(comparison: Comparison, drawings: Sequence[Drawing], notes: Sequence[str], folder: Path) -> Path:
+    """Write ``comparison.html`` with the figures, the measures of sensors and modes, and notes; return its path."""
+    figures = "".join(html.figure(drawing, number, drawing.svg()) for number, drawing in enumerate(drawings, 1))
+    sensors = Table.of("sensors", "Measures by sensor", comparison.per_sensor, {
+        "sensor": Column("Sensor"), "rmse_db": Column("RMSE", "dB", ".2f"), "mre": Column("MRE", "", ".3f"),
+        **{name: Column(name.upper(), "", ".3f") for name in SHARES},
+    })  # fmt: skip
+    modes = Table.of("modes", "Modes", comparison.per_mode, {
+        "mode": Column("Mode"), "test_hz": Column("Test", "Hz", ".3f"), "model_hz": Column("Model", "Hz", ".3f"),
+        "mac": Column("MAC", "", ".3f"), "test_damping": Column("Damping, test", "", ".4f"),
+        "model_damping": Column("Damping, model", "", ".4f"),
+    })  # fmt: skip
+    said = "".join(html.paragraph(str(escape(note)), "note") for note in notes)
+    tables = html.table(sensors) + (html.table(modes) if len(comparison.per_mode) else "")
+    sections = (html.Section("measures", "Measures", said + tables), html.Section("figures", "Figures", figures))
+    path = folder / "comparison.html"
+    write_text(path, html.page("FRFs of test and model", sections))
+    return path
+
+
 def _frfs(aligned: Alignment, rows: np.ndarray, number: int) -> Drawing:
     columns = min(2, rows.size)
     figure = canvas(0.35 + 2.8 * -(-rows.size // columns))
@@ -54,14 +80,15 @@ def _frfs(aligned: Alignment, rows: np.ndarray, number: int) -> Drawing:
     caption = (
         f"{aligned.test.quantity} to {', '.join(aligned.test.references)} at {labels}: magnitude, phase, coherence."
     )
-    return Drawing(f"frf_{number}", figure, caption, f"FRFs of test and model at {labels}.")
+    return Drawing(f"frf_{number}", figure, caption, f"FRFs of test and model at {labels}.", chart=True)
 
 
 def _overlay(cell: SubFigure, aligned: Alignment, row: int) -> None:
     above, below = aligned.test.quantity.split("/")
     unit = "1" if above == below else f"1 {UNITS[above]}/{UNITS[below]}"
     axes = cell.subplots(3, 1, sharex=True, height_ratios=(3, 1.4, 1))
-    for frf, style in ((aligned.test, {"color": TEST, "lw": 2.0}), (aligned.model, {"color": MODEL, "lw": 1.1})):
+    for frf, style in ((aligned.test, {"color": TEST, "lw": 2.0, "label": "test"}),
+                       (aligned.model, {"color": MODEL, "lw": 1.1, "label": "model"})):  # fmt: skip
         style |= _dots(frf.frequency)
         axes[0].plot(frf.frequency, decibel(frf.functions[row]), **style)
         axes[1].plot(frf.frequency, phase(frf.functions[row]), **style)
@@ -109,7 +136,7 @@ def _correlation(comparison: Comparison) -> Drawing:
     _from_first_to_last(ax, comparison.frequency)
     figure.legend(loc="outside upper center", ncols=3, fontsize=FONT, frameon=False)
     caption = "Agreement over the responses at each line, 1 is perfect; dotted: natural frequencies of the test."
-    return Drawing("correlation", figure, caption, "CSAC and CSF over frequency.")
+    return Drawing("correlation", figure, caption, "CSAC and CSF over frequency.", chart=True)
 
 
 def _sensors(comparison: Comparison) -> Drawing:

@@ -1,6 +1,7 @@
 """Pages that need nothing else: no network, no script to read them. Templates are in the folder ``templates``.
 
-A script of the page's own sorts tables and opens what a link leads to. Templates escape text; what is markup already,
+A script of the page's own sorts tables, opens what a link leads to, and makes charts of figures with uPlot (MIT), which
+is in the folder ``vendor`` as its authors published it. Templates escape text; what is markup already,
 as all that these functions return, goes through the filter ``safe``.
 """
 
@@ -13,10 +14,11 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import groupby
 
-from jinja2 import Environment, PackageLoader, StrictUndefined
+from jinja2 import ChoiceLoader, Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup, escape
 
 from ..statistics.intervals import Interval
+from .interactive import embedded
 from .style import Drawing
 from .tables import Table
 
@@ -24,6 +26,7 @@ __all__ = ["Section", "figure", "formula", "heading", "page", "paragraph", "rend
 
 MISSING = "–"
 """Shown for nan"""
+_CHART = '<script type="application/json">'
 _HEADING = re.compile(r'<h3 id="([^"]*)">(.*?)</h3>')
 
 
@@ -62,12 +65,16 @@ def heading(anchor: str, title: str) -> str:
 
 
 def figure(drawing: Drawing, number: int, image: bytes) -> str:
-    """Return a numbered figure with its caption and its image, SVG or PNG, inside."""
+    """Return a numbered figure with its caption and its image, SVG or PNG, inside; with a chart, the chart's data too.
+
+    The image is what shows in print and where scripts are off.
+    """
     kind = "png" if image.startswith(b"\x89PNG") else "svg+xml"
     source = f"data:image/{kind};base64,{base64.b64encode(image).decode('ascii')}"
+    data = f"{_CHART}{embedded(drawing.figure)}</script>" if drawing.chart else ""
     return (
         f'<figure id="figure-{drawing.name}"><img src="{source}" alt="{escape(drawing.alt)}">\n'
-        f"<figcaption><b>Figure {number}.</b> {escape(drawing.caption)}</figcaption></figure>\n"
+        f"<figcaption><b>Figure {number}.</b> {escape(drawing.caption)}</figcaption>{data}</figure>\n"
     )
 
 
@@ -84,7 +91,9 @@ def table(shown: Table, label: str = "", breaks: bool = False) -> str:
 
 def page(title: str, sections: Sequence[Section], top: str = "") -> str:
     """Return the whole page: title, markup ``top``, table of contents and numbered sections."""
-    return render("page.html.j2", title=title, sections=[(s, _entries(s.body)) for s in sections], top=top)
+    charts = any(_CHART in section.body for section in sections)
+    entries = [(section, _entries(section.body)) for section in sections]
+    return render("page.html.j2", title=title, sections=entries, top=top, charts=charts)
 
 
 def _entries(body: str) -> list[tuple[str, str]]:
@@ -104,7 +113,8 @@ def _number(value: float | None, form: str) -> str:
 
 
 _ENVIRONMENT = Environment(
-    loader=PackageLoader("clearance_mj.report"), undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True,
+    loader=ChoiceLoader([PackageLoader("clearance_mj.report", folder) for folder in ("templates", "vendor")]),
+    undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True,
     keep_trailing_newline=True, autoescape=lambda name: name is None or not name.endswith((".css", ".js")),
 )  # fmt: skip
 _TESTS: dict[str, Callable[..., bool]] = {

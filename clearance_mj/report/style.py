@@ -62,6 +62,8 @@ class Drawing:
     """text for those who cannot see it"""
     sharp: bool = True
     """to be shown as SVG: the figures of the lesser levels are many and stay PNG"""
+    chart: bool = False
+    """to be an interactive chart on pages, by `interactive.chart`: its lines have labels then"""
 
     def png(self) -> bytes:
         """Return the figure as PNG with 150 dots per inch, in 16 shades of each colour: half the size."""

@@ -1,19 +1,23 @@
-"""Figures of a sweep: its results over the varied parameters, and where their spread comes from."""
+"""Figures and page of a sweep: its results over the varied parameters, its FRFs, and where the spread comes from."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from pathlib import Path
 
+import matplotlib
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.ticker import NullLocator
 
+from ..files import write_text
 from ..sweep.design import Vary
 from ..sweep.sensitivity import Sensitivity, quantities
-from .style import FONT, Drawing, canvas, tidy
+from . import html
+from .style import FONT, Drawing, canvas, decibel, phase, tidy
 
-__all__ = ["draw_results", "draw_sensitivity"]
+__all__ = ["draw_frfs", "draw_results", "draw_sensitivity", "write_page"]
 
 FIRST, TOTAL = "#0072b2", "#e69f00"
 DOT = "#0072b2"
@@ -28,6 +32,9 @@ UNITS = {
 """of a field by its name; others are said to be in SI units"""
 MOST_ROWS = 8
 """results that are drawn"""
+MOST_FRFS = 12
+"""cases whose FRFs are drawn, of the first `MOST_KEPT` sensors"""
+MOST_KEPT = 4
 
 
 def draw_results(results: xr.Dataset, varied: tuple[Vary, ...]) -> Drawing | None:
@@ -48,7 +55,55 @@ def draw_results(results: xr.Dataset, varied: tuple[Vary, ...]) -> Drawing | Non
         ax.set_xlabel(_with_unit(vary.path), fontsize=FONT)
         _mark_ends(ax, vary.values or (vary.low or 0.0, vary.high or 0.0))
     caption = f"Every case of the sweep ({results.sizes['case']}): results over the varied parameters, SI units."
-    return Drawing("sweep", figure, caption, "Scatter of results over the varied parameters.", sharp=False)
+    return Drawing("sweep", figure, caption, "Scatter of results over the varied parameters.", sharp=False,
+                   chart=True)  # fmt: skip
+
+
+def draw_frfs(results: xr.Dataset) -> Drawing | None:
+    """Draw FRFs that the sweep kept, of cases from its first to its last; None if it kept none."""
+    if "frf" not in results:
+        return None
+    known = np.flatnonzero(np.isfinite(results["frf"].values).all(axis=(1, 2, 3)))
+    if not known.size:
+        return None
+    cases = known[np.unique(np.linspace(0, known.size - 1, MOST_FRFS).round().astype(int))]
+    kept = [str(name) for name in results["kept"].values[:MOST_KEPT]]
+    colours = matplotlib.colormaps["cividis"](np.linspace(0, 0.9, cases.size))
+    figure = canvas(2.6 * len(kept) + 0.3 * -(-cases.size // 3))
+    axes = figure.subplots(2 * len(kept), 1, squeeze=False, sharex=True, height_ratios=[2, 1] * len(kept))[:, 0]
+    frequency = results["frequency"].values
+    for i, sensor in enumerate(kept):
+        for case, colour in zip(cases, colours):
+            value = results["frf"].values[case, i] @ np.array([1, 1j])
+            for ax, shown in zip(axes[2 * i :], (decibel(value), phase(value))):
+                ax.plot(frequency, shown, color=colour, lw=0.9, label=_case(results, case))
+        unit = results["frf"].attrs.get("units", "1")
+        tidy(axes[2 * i], sensor, f"|H| (dB re {unit})")
+        tidy(axes[2 * i + 1], "", "Phase (°)", "Frequency (Hz)" if i == len(kept) - 1 else "")
+        axes[2 * i + 1].set(ylim=(-190, 190), yticks=(-180, 0, 180))
+    axes[0].set_xlim(frequency[0], frequency[-1])
+    figure.legend(*axes[0].get_legend_handles_labels(), loc="outside upper center", ncols=3, fontsize=FONT - 1.5,
+                  frameon=False)  # fmt: skip
+    caption = f"FRFs of {cases.size} of the sweep's {results.sizes['case']} cases at the sensors it kept."
+    return Drawing("sweep_frf", figure, caption, "FRF magnitude and phase of cases of the sweep.", chart=True)
+
+
+def _case(results: xr.Dataset, case: int) -> str:
+    """A case in words: its number and its parameters."""
+    fields = [str(path).rpartition(".")[2] for path in results["varied"].values]
+    values = (f"{field} {value:.4g}" for field, value in zip(fields, results["parameter"].values[case]))
+    return f"case {results['case'].values[case]}: {', '.join(values)}"
+
+
+def write_page(drawings: Sequence[Drawing], folder: Path, n_cases: int) -> Path:
+    """Write ``sweep.html`` with the drawings of a sweep of ``n_cases`` and return its path."""
+    body = "".join(
+        html.figure(drawing, number, drawing.svg() if drawing.sharp else drawing.png())
+        for number, drawing in enumerate(drawings, 1)
+    )
+    path = folder / "sweep.html"
+    write_text(path, html.page(f"Sweep of {n_cases} cases", [html.Section("figures", "Figures", body)]))
+    return path
 
 
 def _mark_ends(ax: Axes, values: Sequence[float]) -> None:

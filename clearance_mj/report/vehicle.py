@@ -106,12 +106,16 @@ def histories(outcomes: Sequence[Outcome], name: str, quantities: Sequence[str] 
             ax.plot(outcome.run.time, values, **look(outcome.case.controller))
         tidy(ax, f"({letter})", f"{shown.label} ({shown.unit})")
     _contact_strip(axes[-1], outcomes)
+    sides_as_lines = axes[-1].twinx()  # of the page's chart, which has no strips
+    for outcome in outcomes:
+        sides_as_lines.plot(outcome.run.time, outcome.run.contact, **look(outcome.case.controller))
+    sides_as_lines.set(visible=False, ylim=(-1.2, 1.2), ylabel="Contact (−1 right, 1 left)", xlabel="Time (s)")
     figure.align_ylabels(axes[:-1])
     sides = [Patch(color=colour, label=label) for label, colour in SIDES.items()]
     _legend(figure, [*axes[0].get_legend_handles_labels()[0], *sides])
     words = ", ".join(HISTORIES[q].label.lower() for q in quantities)
     caption = f"Over time: {words}; at the bottom the side of the clearance in contact. {_words(outcomes[0])}."
-    return Drawing(name, figure, caption, f"Histories of {len(outcomes)} controllers: {words}.")
+    return Drawing(name, figure, caption, f"Histories of {len(outcomes)} controllers: {words}.", chart=True)
 
 
 def _contact_strip(ax: Axes, outcomes: Sequence[Outcome]) -> None:
@@ -137,7 +141,7 @@ def _paths(outcomes: Sequence[Outcome]) -> Drawing:
     tidy(ax, "", "Y (m)", "X (m)")
     _legend(figure, ax.get_legend_handles_labels()[0])
     caption = f"Paths of the vehicle; Y is drawn larger than X. {_words(outcomes[0])}."
-    return Drawing("paths", figure, caption, f"Paths of {len(outcomes)} controllers on the X-Y plane.")
+    return Drawing("paths", figure, caption, f"Paths of {len(outcomes)} controllers on the X-Y plane.", chart=True)
 
 
 def _metrics_table(outcomes: Sequence[Outcome]) -> Table:

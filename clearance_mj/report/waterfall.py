@@ -67,7 +67,7 @@ def draw_levels(
     """Draw curves of every level at the bushings' sensors (or the last), the lowest level below.
 
     Curves are (frequency, values of every sensor in dB) with their unit ``reference``, ``step`` dB apart and drawn to
-    ``dynamic`` dB below their peak; ``looks`` are their lines, by default a colour for each level.
+    ``dynamic`` dB below their peak; ``looks`` are their lines, with label, by default a colour for each level.
     """
     rows = at_bushings(rig) or [len(rig.sensors) - 1]
     figure = canvas(1.4 + 0.62 * len(curves))
@@ -75,10 +75,11 @@ def draw_levels(
     axes = figure.subplots(1, len(rows), squeeze=False, sharey=True)[0]
     for ax, row in zip(axes, rows):
         for i, (level, of_level) in enumerate(curves.items()):
-            own = looks or [{"color": colours[i], "lw": 1.0}] * len(of_level)
+            own = looks or [{"color": colours[i], "lw": 1.0, "label": ""}] * len(of_level)
             for (frequency, value), look in zip(of_level, own):
                 shown = np.maximum(value[row], value[row].max() - dynamic)
-                ax.plot(frequency, shown + step * i, **look)
+                label = ", ".join(filter(None, (look["label"], f"{level:g} {unit}")))
+                ax.plot(frequency, shown + step * i, **look | {"label": label})
             if ax is axes[-1]:
                 ax.annotate(f"{level:g} {unit}", (1, shown[-1] + step * i), xycoords=("axes fraction", "data"),
                             xytext=(3, 0), textcoords="offset points", va="center", fontsize=FONT - 1)  # fmt: skip

@@ -20,7 +20,10 @@ from .store import Table
 __all__ = ["RESULTS", "run_sweep"]
 
 PLAN, TABLE, RESULTS, LOCK = "plan.json", "cases.npy", "results.nc", "lock"
-FILES = {PLAN, TABLE, RESULTS, LOCK, "sweep.png", "sensitivity.csv", "sensitivity.json", "sensitivity.png"}
+FILES = {
+    PLAN, TABLE, RESULTS, LOCK, "sweep.html", "sweep.png", "sweep_frf.png", "sensitivity.csv", "sensitivity.json",
+    "sensitivity.png",
+}  # fmt: skip
 """What a sweep leaves in its folder"""
 LARGEST = 2**32 - 8
 """bytes of one variable in a netCDF-3 file with 64-bit offsets"""

@@ -92,7 +92,7 @@ def test_folder_of_figures_and_numbers(capsys, tmp_path, measured):
     assert "warning: only the model has 9:+X: left out" in captured.err
     assert "interpolated onto" in captured.err
     assert "mode 1: 12.5 Hz, model 12.75 Hz (+2 %)" in captured.out
-    names = {"frf_1.png", "correlation.png", "sensors.png", "mac.png", "comparison.json"}
+    names = {"frf_1.png", "correlation.png", "sensors.png", "mac.png", "comparison.json", "comparison.html"}
     assert {p.name for p in out.iterdir()} == names
     assert all(p.stat().st_size > 5000 for p in out.glob("*.png"))
     written = json.loads((out / "comparison.json").read_text())
@@ -148,7 +148,13 @@ def test_one_common_response(capsys, tmp_path, measured, answer):
     assert main(["compare", str(measured), str(tmp_path / "one.uff"), "--modes", "3", "--out", str(out)]) == 0
     said = capsys.readouterr().out
     assert "CSAC undefined, CSF 0.8" in said and "MAC undefined" in said
-    assert {p.name for p in out.iterdir()} == {"frf_1.png", "correlation.png", "sensors.png", "comparison.json"}
+    assert {p.name for p in out.iterdir()} == {
+        "frf_1.png",
+        "correlation.png",
+        "sensors.png",
+        "comparison.json",
+        "comparison.html",
+    }
 
 
 def test_one_common_line(capsys, tmp_path, measured, answer):

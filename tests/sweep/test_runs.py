@@ -80,7 +80,7 @@ def disturbed(plan, folder) -> xr.Dataset:
     summary = second.wait()
     assert (summary["cases"], summary["without_results"]) == (n, {})
     assert left > 0
-    assert {p.name for p in second.out.iterdir()} == {"lock", "plan.json", "results.nc", "sweep.png"}
+    assert {p.name for p in second.out.iterdir()} == {"lock", "plan.json", "results.nc", "sweep.html", "sweep.png"}
     return xr.load_dataset(second.out / "results.nc", engine="scipy")
 
 

@@ -14,7 +14,7 @@ def correlation(study: Study, level: float) -> Drawing:
     axes = figure.subplots(2, 1, gridspec_kw={"hspace": 0.1})
     for ax, field in zip(axes, ("csac", "csf")):
         if repeat := study.repeatability.get(level):
-            ax.plot(repeat.frequency, getattr(repeat, field), color=REPEAT, linewidth=1.5)
+            ax.plot(repeat.frequency, getattr(repeat, field), color=REPEAT, linewidth=1.5, label="repeatability")
         for case in looks.cases(level):
             of_case = case.comparison
             ax.plot(of_case.frequency, getattr(of_case, field), **looks.line(case.law, case.engine))
@@ -23,7 +23,7 @@ def correlation(study: Study, level: float) -> Drawing:
         frequency_axis(ax, _band(study, level), field == "csf")
     caption = f"CSAC and CSF as published, over all sensors at each line. {looks.words(level)}"
     alt = f"CSAC and CSF over all sensors against frequency, laws {looks.laws}, {looks.level_words(level)}."
-    return Drawing(f"correlation_level_{level:g}", figure, caption, alt, level == study.main_level)
+    return Drawing(f"correlation_level_{level:g}", figure, caption, alt, level == study.main_level, chart=True)
 
 
 def csac_sensors(study: Study, level: float) -> Drawing:
@@ -42,13 +42,16 @@ def _per_sensor(study: Study, level: float, name: str) -> Drawing:
     n_lines = -(-n // 2)
     figure = sheet(1.45 * n_lines, looks.repeat_key(level, engines=False))
     grid = figure.add_gridspec(n_lines, 2, hspace=0.28, wspace=0.14)
-    shown = [(looks.colour(law), study.case(law, study.main_engine, level).comparison) for law in study.methods]
+    shown = [
+        (looks.line(law, study.main_engine), study.case(law, study.main_engine, level).comparison)
+        for law in study.methods
+    ]
     if repeat := study.repeatability.get(level):
-        shown.insert(0, (REPEAT, repeat))
+        shown.insert(0, ({"color": REPEAT, "label": "repeatability"}, repeat))
     for row, letter in enumerate(letters(n)):
         ax = figure.add_subplot(grid[row // 2, row % 2])
-        for colour, of_case in shown:
-            ax.plot(of_case.frequency, getattr(of_case, f"{name}_per_sensor")[row], color=colour, linewidth=1.0)
+        for look, of_case in shown:
+            ax.plot(of_case.frequency, getattr(of_case, f"{name}_per_sensor")[row], **look | {"linewidth": 1.0})
         tidy(ax, f"{letter} {sensor_title(looks.rig, row)}", f"{label} (1)" if row % 2 == 0 else "")
         ax.set_ylim(0, 1.04)
         frequency_axis(ax, _band(study, level), row >= n - 2)
@@ -58,7 +61,7 @@ def _per_sensor(study: Study, level: float, name: str) -> Drawing:
         f"{study.records(level)[0].name}."
     )
     alt = f"{label} over frequency for each of {n} sensors, laws {looks.laws}, {looks.level_words(level)}."
-    return Drawing(f"{name}_sensors_level_{level:g}", figure, caption, alt, level == study.main_level)
+    return Drawing(f"{name}_sensors_level_{level:g}", figure, caption, alt, level == study.main_level, chart=True)
 
 
 def _band(study: Study, level: float) -> tuple[float, float]:

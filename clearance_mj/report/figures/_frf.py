@@ -30,6 +30,7 @@ from ..waterfall import STEP, draw_levels
 from ._looks import Looks
 
 _PAIR: tuple[dict[str, Any], ...] = ({"color": TEST, "lw": 2.0}, {"color": COLOURS[1], "lw": 0.9})
+SECOND = "test, other seed"
 CUT = "the coherence γ² of the test. Dips of a model far below the test are cut."
 
 
@@ -44,10 +45,7 @@ def frf_bushings(study: Study, level: float) -> Drawing | None:
     axes = figure.subplots(3, len(rows), squeeze=False, gridspec_kw=ratios)
     for letter, row, (magnitude, angle, coherence) in zip(letters(len(rows)), rows, axes.T):
         panels.magnitude(magnitude, row, letter)
-        panels.overlay(angle, row, phase)
-        tidy(angle)
-        angle.set_ylim(-190, 190)
-        angle.set_yticks([-180, -90, 0, 90, 180])
+        panels.phase(angle, row)
         panels.coherence(coherence, row)
         for ax in (magnitude, angle, coherence):
             frequency_axis(ax, panels.band, ax is coherence)
@@ -56,7 +54,7 @@ def frf_bushings(study: Study, level: float) -> Drawing | None:
     figure.align_ylabels(axes[:, 0])
     caption = f"FRFs at the bushings: magnitude, phase, and {CUT} {panels.looks.words(level)}"
     alt = f"FRF overlay at the bushings: test and laws {panels.looks.laws}, {panels.looks.level_words(level)}."
-    return Drawing(f"frf_bushings_level_{level:g}", figure, caption, alt, level == study.main_level)
+    return Drawing(f"frf_bushings_level_{level:g}", figure, caption, alt, level == study.main_level, chart=True)
 
 
 def frf_others(study: Study, level: float) -> Drawing | None:
@@ -75,12 +73,16 @@ def frf_others(study: Study, level: float) -> Drawing | None:
         first = i % 2 == 0
         panels.magnitude(magnitude, row, letter, f"|H| ({panels.looks.magnitude})" if first else "")
         panels.coherence(coherence, row, "γ² (1)" if first else "")
-        frequency_axis(magnitude, panels.band, False)
+        angle = figure.add_subplot(cell[0], visible=False)  # on the page's chart only
+        panels.phase(angle, row)
+        angle.set_ylabel("Phase (°)")
+        for ax in (magnitude, angle):
+            frequency_axis(ax, panels.band, False)
         frequency_axis(coherence, panels.band, i >= len(rows) - 2)
         figure.align_ylabels((magnitude, coherence))
     caption = f"FRFs at the other sensors: magnitude; strips: {CUT} {panels.looks.words(level)}"
     alt = f"FRF overlay at the other sensors: test and laws {panels.looks.laws}, {panels.looks.level_words(level)}."
-    return Drawing(f"frf_others_level_{level:g}", figure, caption, alt, level == study.main_level)
+    return Drawing(f"frf_others_level_{level:g}", figure, caption, alt, level == study.main_level, chart=True)
 
 
 class _Panels:
@@ -94,14 +96,14 @@ class _Panels:
         self.band = float(frequency[0]), float(frequency[-1])
 
     def key(self) -> list[Line2D]:
-        return self.looks.key("test", "test, other seed" if len(self.tests) > 1 else "")
+        return self.looks.key("test", SECOND if len(self.tests) > 1 else "")
 
     def overlay(self, ax: Axes, row: int, transform: Callable[[np.ndarray], np.ndarray]) -> None:
         """One response of test, repeat and all models."""
         test = self.tests[0]
         for other in self.tests[1:]:
-            ax.plot(test.frequency, transform(other.functions[row]), color=REPEAT, linewidth=0.8)
-        ax.plot(test.frequency, transform(test.functions[row]), color=TEST, linewidth=2.4)
+            ax.plot(test.frequency, transform(other.functions[row]), color=REPEAT, linewidth=0.8, label=SECOND)
+        ax.plot(test.frequency, transform(test.functions[row]), color=TEST, linewidth=2.4, label="test")
         for frf, look in self.models:
             ax.plot(test.frequency, transform(frf.functions[row]), **look)
 
@@ -115,10 +117,16 @@ class _Panels:
         ax.set_ylim(low - 2, high + 2)
         tidy(ax, f"{letter} {sensor_title(self.looks.rig, row)}", ylabel)
 
+    def phase(self, ax: Axes, row: int) -> None:
+        self.overlay(ax, row, phase)
+        tidy(ax)
+        ax.set_ylim(-190, 190)
+        ax.set_yticks([-180, -90, 0, 90, 180])
+
     def coherence(self, ax: Axes, row: int, ylabel: str = "") -> None:
         test = self.tests[0]
         if test.coherence is not None:
-            ax.plot(test.frequency, test.coherence[row, 0], color=TEST, linewidth=0.7)
+            ax.plot(test.frequency, test.coherence[row, 0], color=TEST, linewidth=0.7, label="test")
         tidy(ax, ylabel=ylabel)
         ax.set_ylim(0, 1.1)
         ax.set_yticks([0, 1])
@@ -128,16 +136,17 @@ def study_waterfall(study: Study) -> Drawing:
     """Draw FRFs of the test and of the best law at the bushings' sensors over the levels of a study."""
     law, engine, curves = study.best_law, study.main_engine, {}
     for level in study.levels:
-        pair = study.test(study.records(level)[0]), study.case(law, engine, level).frf
-        curves[level] = [(frf.frequency, decibel(frf.functions)) for frf in pair]
+        both = study.test(study.records(level)[0]), study.case(law, engine, level).frf
+        curves[level] = [(frf.frequency, decibel(frf.functions)) for frf in both]
     looks = Looks(study)
-    figure = draw_levels(study.dataset.rig, curves, "|H|", looks.magnitude, study.unit, looks=_PAIR)
     of, labels = looks.test, (looks.test, f"law “{law}”, engine {engine}")
-    handles = [Line2D([], [], **look, label=label) for look, label in zip(_PAIR, labels)]
+    pair = [look | {"label": label} for look, label in zip(_PAIR, labels)]
+    figure = draw_levels(study.dataset.rig, curves, "|H|", looks.magnitude, study.unit, looks=pair)
+    handles = [Line2D([], [], **look) for look in pair]
     figure.legend(handles=handles, loc="outside upper center", ncols=2, fontsize=FONT, frameon=False)
     caption = (
         f"FRFs over level, {of} and the best law: each pair {STEP:g} dB above the one of the level before. Resonances "
         "shift and flatten where the shaft begins to touch its bushings."
     )
     alt = f"FRF magnitudes of the {of} and law {law} at {len(study.levels)} levels, one above the other."
-    return Drawing("waterfall", figure, caption, alt)
+    return Drawing("waterfall", figure, caption, alt, chart=True)

@@ -34,7 +34,8 @@ class Looks:
         i = self.study.engines.index(engine)
         look = {"linestyle": ENGINE_LINES[i % len(ENGINE_LINES)], "linewidth": 1.0 if i == 0 else 0.8}
         look |= {"marker": MARKERS[i % 3], "markersize": 3} if marker else {}
-        return look | {"color": self.colour(law)}
+        label = f"law “{law}”" + ("" if engine == self.study.main_engine else f", engine {engine}")
+        return look | {"color": self.colour(law), "label": label}
 
     def cases(self, level: float) -> list[Case]:
         """First case of what is drawn."""
@@ -47,9 +48,9 @@ class Looks:
             handles.append(Line2D([], [], color=REPEAT, linewidth=1.5, label=repeat))
         handles += [Line2D([], [], color=self.colour(law), label=f"law “{law}”") for law in self.study.methods]
         for engine in self.study.engines if engines else ():
-            look = self.line(self.study.methods[0], engine, markers) | {"color": "#555555"}
+            look = self.line(self.study.methods[0], engine, markers) | {"color": "#555555", "label": f"engine {engine}"}
             look |= {"markersize": 3.5} if markers else {}
-            handles.append(Line2D([], [], **look, label=f"engine {engine}"))
+            handles.append(Line2D([], [], **look))
         return handles
 
     def repeat_key(self, level: float, engines: bool = True) -> list[Line2D]:

@@ -1,0 +1,203 @@
+"""Interactive charts out of figures: the lines of a matplotlib figure as data that the page's script draws with uPlot.
+
+A figure is described once: what `chart` finds in it (panels, lines with label, colour and dashes, axes with words and
+limits) is what its picture shows. Panels one below the other, up to the next with a title, are a cell: an FRF's
+magnitude, phase and coherence. Axes that are not visible are panels of the chart alone. Only lines are taken, no images
+and no filled areas.
+"""
+
+from __future__ import annotations
+
+import base64
+import itertools
+import json
+import re
+from collections.abc import Iterable
+from typing import Any
+
+import numpy as np
+from markupsafe import Markup
+from matplotlib.axes import Axes
+from matplotlib.colors import to_hex
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+__all__ = ["MOST_POINTS", "chart", "decimated", "embedded"]
+
+MOST_POINTS = 4000
+"""of a line; more cannot be seen"""
+PIXELS = 118
+"""of a chart for an inch of its figure"""
+_DECIBEL = re.compile(r"\bdB re (.+)\)")
+
+
+def embedded(figure: Figure) -> str:
+    """Return a figure's chart as JSON for a script element, where words that look like markup end nothing."""
+    return Markup(json.dumps(chart(figure), separators=(",", ":"), ensure_ascii=False).replace("<", "\\u003c"))
+
+
+def chart(figure: Figure) -> dict[str, Any]:
+    """Return a figure's lines as plain data.
+
+    Parameters
+    ----------
+    figure : Figure
+        Its lines have labels; those over a logarithmic or linear x that never steps back are drawn as they are, points
+        without a line in any order.
+
+    Returns
+    -------
+    dict
+        "arrays": numbers, as ``from``, ``step`` and ``n`` or as little-endian float32 in base64; "series": label,
+        colour, width, dashes; "cells": title, column and panels, whose lines point into the two others.
+
+    Raises
+    ------
+    ValueError
+        If the x of a line steps back.
+    """
+    found = _Data()
+    cells: list[dict[str, Any]] = []
+    for column, axes in enumerate(_columns(figure)):
+        own: list[dict[str, Any]] = []
+        for ax in axes:
+            title = ax.get_title(loc="left")
+            if title or not own:
+                own.append({"title": title, "column": column, "top": _place(ax)[1], "panels": []})
+            own[-1]["panels"].append(_panel(ax, figure, found))
+        cells += own
+    cells.sort(key=lambda cell: (-round(cell["top"], 2), cell["column"]))
+    return {"arrays": found.arrays, "series": found.series, "cells": cells}
+
+
+class _Data:
+    """Arrays and series of a chart, each stored once."""
+
+    def __init__(self) -> None:
+        self.arrays: list[dict[str, Any]] = []
+        self.series: list[dict[str, Any]] = []
+        self._known: dict[str, int] = {}
+
+    def array(self, values: np.ndarray) -> int:
+        step = (values[-1] - values[0]) / (values.size - 1) if values.size > 1 else 0.0
+        even = values[0] + step * np.arange(values.size)
+        if step > 0 and np.allclose(values, even, rtol=0, atol=1e-6 * step):
+            return self._number(self.arrays, {"from": float(values[0]), "step": float(step), "n": values.size})
+        return self._number(self.arrays, {"f4": base64.b64encode(values.astype("<f4").tobytes()).decode("ascii")})
+
+    def line(self, line: Line2D) -> int:
+        # matplotlib has no public way to the dashes of a line.
+        dashes = getattr(line, "_dash_pattern", (0, None))[1]
+        joined = line.get_linestyle() not in ("None", "none", "", " ")
+        return self._number(
+            self.series,
+            {
+                "label": str(line.get_label()),
+                "colour": to_hex(line.get_color()),
+                "width": line.get_linewidth(),
+                "dash": [round(float(length), 2) for length in dashes] if joined and dashes else [],
+                "joined": joined,
+                "points": line.get_marker() not in ("None", "none", "", " ", None),
+            },
+        )
+
+    def _number(self, entries: list[dict[str, Any]], entry: dict[str, Any]) -> int:
+        key = json.dumps(entry)
+        if key not in self._known:
+            self._known[key] = len(entries)
+            entries.append(entry)
+        return self._known[key]
+
+
+def _columns(figure: Figure) -> list[list[Axes]]:
+    """Axes with lines, from left to right and each column from its top."""
+    shown = [ax for ax in figure.axes if any(_is_curve(ax, line) for line in ax.lines)]
+    shown.sort(key=lambda ax: round(_place(ax)[0], 2))
+    groups = itertools.groupby(shown, key=lambda ax: round(_place(ax)[0], 2))
+    return [sorted(group, key=lambda ax: -round(_place(ax)[1], 3)) for _, group in groups]
+
+
+def _place(ax: Axes) -> tuple[float, float]:
+    """Left and top, as shares of the whole figure."""
+    whole = ax.get_figure(root=True).bbox  # type: ignore[union-attr]
+    return ax.bbox.x0 / whole.width, ax.bbox.y1 / whole.height
+
+
+def _is_curve(ax: Axes, line: Line2D) -> bool:
+    """Whether both of its coordinates are data: those of marks across the axes are not."""
+    return line.get_transform() == ax.transData and np.size(line.get_xdata()) > 0
+
+
+def _panel(ax: Axes, figure: Figure, found: _Data) -> dict[str, Any]:
+    words = _first(other.get_ylabel() for other in _beside(ax, figure))
+    decibel = _DECIBEL.search(words.replace("\n", " "))
+    (left, right), (bottom, top) = sorted(ax.get_xlim()), sorted(ax.get_ylim())
+    return {
+        "height": max(70, round(PIXELS * ax.bbox.height / figure.dpi)),
+        "x": _first(other.get_xlabel() for other in _below(ax, figure)).replace("\n", " "),
+        "y": words.replace("\n", " "),
+        "log": [ax.get_xscale() == "log", ax.get_yscale() == "log"],
+        "limits": [[float(left), float(right)], [float(bottom), float(top)]],
+        "decibel": decibel[1] if decibel and " up per " not in words else "",
+        "lines": [_line(line, found) for line in ax.lines if _is_curve(ax, line)],
+        "marks": [_mark(line) for line in ax.lines if not _is_curve(ax, line)],
+    }
+
+
+def _line(line: Line2D, found: _Data) -> dict[str, Any]:
+    series = found.line(line)
+    x, y = (np.asarray(values, dtype=float) for values in line.get_data())
+    if not found.series[series]["joined"]:
+        order = np.argsort(x, kind="stable")[:: -(-x.size // MOST_POINTS)]
+        x, y = x[order], y[order]
+    elif np.any(np.diff(x) < 0):
+        raise ValueError(f"the x of line “{line.get_label()}” steps back: no cursor could read it")
+    x, y = decimated(x, y)
+    return {"series": series, "x": found.array(x), "y": found.array(y)}
+
+
+def decimated(x: np.ndarray, y: np.ndarray, most: int = MOST_POINTS) -> tuple[np.ndarray, np.ndarray]:
+    """Return the least and the largest value of each of ``most / 2`` pieces, in their order, at their own x.
+
+    Parameters
+    ----------
+    x, y : ndarray (n,)
+        A line; returned as it is if it has no more than ``most`` points.
+    most : int
+        Points to return at most.
+    """
+    if x.size <= most:
+        return x, y
+    kept = set()
+    for piece in np.array_split(np.arange(x.size), most // 2):
+        values = y[piece]
+        if np.isnan(values).any():
+            kept.add(int(piece[np.isnan(values).argmax()]))
+        if np.isfinite(values).any():
+            kept |= {int(piece[np.nanargmin(values)]), int(piece[np.nanargmax(values)])}
+    order = sorted(kept)
+    return x[order], y[order]
+
+
+def _mark(line: Line2D) -> dict[str, Any]:
+    """A line across the axes, at one x or one y."""
+    x, y = (np.asarray(values, dtype=float) for values in line.get_data())
+    across = x[0] == x[-1]
+    return {"x" if across else "y": float(x[0] if across else y[0]), "colour": to_hex(line.get_color())}
+
+
+def _beside(ax: Axes, figure: Figure) -> list[Axes]:
+    """Itself, and those of the same height to its left: panels of a row share the words of the first."""
+    top, left = round(_place(ax)[1], 2), _place(ax)[0]
+    row = [o for o in figure.axes if round(_place(o)[1], 2) == top and o.bbox.height == ax.bbox.height]
+    return [ax, *sorted((o for o in row if _place(o)[0] < left), key=lambda o: _place(o)[0])]
+
+
+def _below(ax: Axes, figure: Figure) -> list[Axes]:
+    """Itself, and those of its column below: the lowest has the words."""
+    left, top = round(_place(ax)[0], 2), _place(ax)[1]
+    return [ax, *(o for o in figure.axes if round(_place(o)[0], 2) == left and _place(o)[1] < top)]
+
+
+def _first(words: Iterable[str]) -> str:
+    return next(filter(None, words), "")
