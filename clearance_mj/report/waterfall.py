@@ -9,6 +9,7 @@ import matplotlib
 import numpy as np
 import scipy.signal
 from matplotlib.figure import Figure
+from matplotlib.transforms import Affine2D
 
 from ..rig import Rig
 from ..signals.frf import FRF
@@ -79,7 +80,8 @@ def draw_levels(
             for (frequency, value), look in zip(of_level, own):
                 shown = np.maximum(value[row], value[row].max() - dynamic)
                 label = ", ".join(filter(None, (look["label"], f"{level:g} {unit}")))
-                ax.plot(frequency, shown + step * i, **look | {"label": label})
+                up = Affine2D().translate(0, step * i) + ax.transData
+                ax.plot(frequency, shown, **look | {"label": label}, transform=up)
             if ax is axes[-1]:
                 ax.annotate(f"{level:g} {unit}", (1, shown[-1] + step * i), xycoords=("axes fraction", "data"),
                             xytext=(3, 0), textcoords="offset points", va="center", fontsize=FONT - 1)  # fmt: skip

@@ -97,6 +97,10 @@ def test_folder_of_figures_and_numbers(capsys, tmp_path, measured):
     assert all(p.stat().st_size > 5000 for p in out.glob("*.png"))
     written = json.loads((out / "comparison.json").read_text())
     assert written["band"] == [10, 100]
+    page = (out / "comparison.html").read_text(encoding="utf-8")
+    assert all(f'id="figure-{name}"' in page for name in ("frf_1", "correlation", "sensors", "mac"))
+    assert page.count('<script type="application/json">') == 2, "FRFs and agreement over frequency"
+    assert page.count('class="note"') == len(written["notes"])
     assert len(written["notes"]) == 4
 
 

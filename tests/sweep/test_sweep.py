@@ -3,6 +3,7 @@
 import dataclasses
 import itertools
 import json
+import re
 
 import numpy as np
 import pytest
@@ -398,5 +399,8 @@ def test_command(tmp_path, capsys, in_this_process):
     assert main(["sweep", str(plan), "--out", str(out), "--quiet", "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["cases"] == 6
     assert (out / "sweep.png").read_bytes()[:4] == b"\x89PNG"
+    page = (out / "sweep.html").read_text(encoding="utf-8")
+    shown = [json.loads(text) for text in re.findall(r'<script type="application/json">(.*?)</script>', page)]
+    assert len(shown) == 1 + (out / "sweep_frf.png").exists()
     assert xr.open_dataset(out / "results.nc", engine="scipy").sizes["case"] == 6
     assert Modal(modes=4) == loaded(tmp_path, small(6)).engine

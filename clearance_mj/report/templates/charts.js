@@ -28,12 +28,20 @@ function element(name, properties = {}, ...children) {
   return made;
 }
 
-function decoded(array) {
-  if ("n" in array) return Array.from({length: array.n}, (_, i) => array.from + i * array.step);
-  const bytes = Uint8Array.from(atob(array.f4), character => character.charCodeAt(0));
-  return Array.from(new Float32Array(bytes.buffer), value => Number.isFinite(value) ? value : null);
+// Arrays of a figure's data, null where a value is not finite.
+async function decoded({arrays, numbers}) {
+  const compressed = Uint8Array.from(atob(numbers), character => character.charCodeAt(0));
+  const stream = new Blob([compressed]).stream().pipeThrough(new DecompressionStream("deflate"));
+  const planes = new Uint8Array(await new Response(stream).arrayBuffer()), n = planes.length / 4;
+  const bytes = new Uint8Array(planes.length);
+  for (let i = 0; i < n; i++) for (let k = 0; k < 4; k++) bytes[4 * i + k] = planes[k * n + i];
+  const floats = Array.from(new Float32Array(bytes.buffer), value => Number.isFinite(value) ? value : null);
+  return arrays.map(({from, step, at, n}) => at == null ? Array.from({length: n}, (_, i) => from + i * step)
+    : floats.slice(at, at + n));
 }
 
+// A word without its unit, where both have no room.
+const fitting = (words, pixels) => words.length * 7 < pixels ? words : words.split(" (")[0];
 const told = value => value == null ? "–" : String(Number(value.toPrecision(5)));
 const short = value => String(Number(value.toPrecision(4)));
 
@@ -53,12 +61,11 @@ function ticks(low, high, log, room, angle = false) {
 }
 
 class Chart {
-  constructor(figure, data) {
+  constructor(figure, data, arrays) {
     this.figure = figure;
     this.series = data.series;
     this.names = [...new Set(data.series.map(one => one.label))];
     this.hidden = new Set();
-    const arrays = data.arrays.map(decoded);
     this.panels = [];
     this.cells = data.cells.map((cell, number) => {
       const own = {title: cell.title, column: cell.column, panels: [], hidden: false};
@@ -84,6 +91,8 @@ class Chart {
     const same = lines.every(line => line.x === lines[0].x);
     panel.data = same ? [arrays[lines[0].x], ...lines.map(line => arrays[line.y])]
       : uPlot.join(lines.map(line => [arrays[line.x], arrays[line.y]]));
+    panel.drawn = [panel.data[0], ...panel.data.slice(1).map((values, i) => lines[i].up
+      ? values.map(v => v == null ? v : v + lines[i].up) : values)];
     panel.window = panel.limits[1];
     panel.span = panel.limits[0];
     panel.level = panel.log[1];
@@ -151,14 +160,14 @@ class Chart {
         width: this.width(), height: panel.height + (last ? BELOW : 8),
         legend: {show: false}, padding: [6, 12, 0, 0],
         scales: {
-          x: {time: false, distr: this.log ? 3 : 1, range: () => panel.span},
+          x: {time: false, distr: this.log ? 3 : 1, range: (_, low, high) => [low, high]},
           y: {distr: levelled ? 3 : 1, range: () => panel.window}},
         axes: [
           {...axis, size: last ? BELOW - LABEL : 8, label: last ? panel.x : null, labelSize: LABEL,
             splits: (plot, _, low, high) => ticks(low, high, this.log, plot.width / 80), filter: (_, found) => found,
             values: (_, found) => found.map(value => last ? short(value) : "")},
-          {...axis, size: LEFT - LABEL, label: this.quantity(panel), labelSize: LABEL,
-            splits: (plot, _, low, high) => ticks(low, high, levelled, panel.height / 34, angle), filter: (_, found) => found,
+          {...axis, size: LEFT - LABEL, label: fitting(this.quantity(panel, panel.y), panel.height), labelSize: LABEL,
+            splits: (plot, _, low, high) => ticks(low, high, levelled, panel.height / 26, angle), filter: (_, found) => found,
             values: (_, found) => found.map(short)}],
         series: [{}, ...panel.lines.map(drawn => {
           const {label, colour, width, dash, joined, points} = this.series[drawn.series];
@@ -170,7 +179,7 @@ class Chart {
               fill: stroke}};
         })],
         cursor: {y: false, move: (plot, left, top) => [left < 0 ? left : snapped(plot, left), top], drag: {x: true, y: true, uni: 30, setScale: true}, focus: {prox: -1},
-          bind: {dblclick: () => () => this.reset()}, points: {size: 7, width: 1.5}},
+          bind: {dblclick: () => () => this.reset(), mouseleave: () => null}, points: {size: 7, width: 1.5}},
         hooks: {
           setCursor: [plot => this.moved(panel, plot)],
           setScale: [(plot, key) => this.scaled(panel, plot, key)],
@@ -179,6 +188,7 @@ class Chart {
       this.busy = true;
       panel.plot = new uPlot(options, this.data(panel), cell.body);
       this.busy = false;
+      panel.plot.setScale("x", {min: panel.span[0], max: panel.span[1]});
       this.touch(panel);
       panel.plot.over.style.touchAction = "pan-y";
     }
@@ -186,13 +196,13 @@ class Chart {
     this.read();
   }
 
-  quantity(panel) {
-    if (!this.linear || !panel.decibel) return panel.y;
-    return panel.y.replace(/ ?\(dB re .*\)/, ` (${panel.decibel})`);
+  quantity(panel, words = panel.read) {
+    if (!this.linear || !panel.decibel) return words;
+    return words.replace(/ ?\(dB re .*\)/, ` (${panel.decibel})`);
   }
 
   data(panel) {
-    if (!this.linear || !panel.decibel) return panel.data;
+    if (!this.linear || !panel.decibel) return panel.drawn;
     return [panel.data[0], ...panel.data.slice(1).map(values => values.map(v => v == null ? v : 10 ** (v / 20)))];
   }
 
@@ -267,7 +277,7 @@ class Chart {
   }
 
   // Value of a line of a panel at the cursor; the nearest where lines have points of their own.
-  value(panel, line, values) {
+  value(panel, values) {
     const at = nearest(panel.data[0], this.x);
     for (let away = 0; away < SEARCHED; away++)
       for (const index of [at - away, at + away])
@@ -284,11 +294,11 @@ class Chart {
       .filter(Boolean).join(" · ");
     this.head.replaceChildren(element("th", {scope: "col"}, "Show"),
       ...cell.panels.map(panel => element("th", {scope: "col", className: "number"}, this.quantity(panel))));
-    const shown = cell.panels.map(panel => this.data(panel));
+    const shown = cell.panels.map(panel => this.linear && panel.decibel ? this.data(panel) : panel.data);
     for (const [name, row] of this.rows) {
       const cells = cell.panels.map((panel, i) => {
         const k = panel.lines.findIndex(line => this.series[line.series].label === name);
-        const text = k < 0 ? "" : here ? told(this.value(panel, k, shown[i][k + 1])) : "";
+        const text = k < 0 ? "" : here ? told(this.value(panel, shown[i][k + 1])) : "";
         return element("td", {className: "number"}, text);
       });
       row.replaceChildren(row.firstElementChild, ...cells);
@@ -339,21 +349,19 @@ class Chart {
 
   // Somebody has drawn a box: panels with the same x follow.
   scaled(panel, plot, key) {
-    if (this.busy) return;
     const {min, max} = plot.scales[key];
     if (key === "y") panel.window = [min, max];
-    else this.span(panel, [min, max]);
+    else if (min !== panel.span[0] || max !== panel.span[1]) this.span(panel, [min, max]);
   }
 
   span(panel, [low, high]) {
     const [least, most] = panel.limits[0];
     const range = [Math.max(low, least), Math.min(high, most)];
-    this.busy = true;
+    if (range[0] >= range[1]) return;
     for (const other of this.panels) if (other.group === panel.group) {
       other.span = range;
       other.plot.setScale("x", {min: range[0], max: range[1]});
     }
-    this.busy = false;
   }
 
   zoom(factor) {
@@ -365,7 +373,6 @@ class Chart {
   }
 
   reset() {
-    this.busy = true;
     for (const panel of this.panels) {
       [panel.span, panel.window] = [panel.limits[0], this.limits(panel)];
       panel.plot.batch(() => {
@@ -373,7 +380,6 @@ class Chart {
         panel.plot.setScale("y", {min: panel.window[0], max: panel.window[1]});
       });
     }
-    this.busy = false;
   }
 
   // What is shown.
@@ -408,7 +414,8 @@ function nearest(x, value) {
 const near = new IntersectionObserver(entries => {
   for (const {target, isIntersecting} of entries) if (isIntersecting) {
     near.unobserve(target);
-    target.chart = new Chart(target, JSON.parse(target.querySelector("script").textContent));
+    const data = JSON.parse(target.querySelector("script").textContent);
+    decoded(data).then(arrays => { target.chart = new Chart(target, data, arrays); });
   }
 }, {rootMargin: "800px"});
 for (const script of document.querySelectorAll("figure > script")) near.observe(script.parentElement);
