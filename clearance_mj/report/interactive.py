@@ -23,7 +23,7 @@ from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-__all__ = ["MOST_POINTS", "chart", "decimated", "embedded"]
+__all__ = ["MOST_POINTS", "chart", "decimated", "embedded", "thinned"]
 
 MOST_POINTS = 4000
 """of a line; more cannot be seen"""
@@ -166,11 +166,11 @@ def _line(ax: Axes, line: Line2D, found: _Data) -> dict[str, Any]:
     series = found.line(line)
     x, y = (np.asarray(values, dtype=float) for values in line.get_data())
     if not found.series[series]["joined"]:
-        order = np.argsort(x, kind="stable")[:: -(-x.size // MOST_POINTS)]
-        x, y = x[order], y[order]
+        x, y = thinned(*_within(x, y, ax.get_xlim()))
     elif np.any(np.diff(x) < 0):
         raise ValueError(f"the x of line “{line.get_label()}” steps back: no cursor could read it")
-    x, y = decimated(x, y)
+    else:
+        x, y = decimated(x, y)
     up = float((line.get_transform() - ax.transData).transform((0, 0))[1]) if ax.get_yscale() == "linear" else 0.0
     return {"series": series, "x": found.array(x), "y": found.array(y), "up": round(up, 9)}
 
@@ -196,6 +196,38 @@ def decimated(x: np.ndarray, y: np.ndarray, most: int = MOST_POINTS) -> tuple[np
             kept |= {int(piece[np.nanargmin(values)]), int(piece[np.nanargmax(values)])}
     order = sorted(kept)
     return x[order], y[order]
+
+
+def _within(x: np.ndarray, y: np.ndarray, limits: tuple[float, float]) -> tuple[np.ndarray, np.ndarray]:
+    inside = (x >= min(limits)) & (x <= max(limits))
+    return x[inside], y[inside]
+
+
+def thinned(x: np.ndarray, y: np.ndarray, most: int = MOST_POINTS) -> tuple[np.ndarray, np.ndarray]:
+    """Return points in the order of their x, of many the outer ones and some between them in each piece of the axis.
+
+    Parameters
+    ----------
+    x, y : ndarray (n,)
+        Points in any order.
+    most : int
+        Points to return at most: four in each of equal pieces of the axis, the least and the largest y among them.
+    """
+    order = np.lexsort((y, x))
+    x, y = x[order], y[order]
+    if x.size <= most:
+        return x, y
+    edges = np.searchsorted(x, np.linspace(x[0], x[-1], most // 4 + 1)[1:-1])
+    kept: set[int] = set()
+    for piece in np.split(np.arange(x.size), edges):
+        by_size = piece[np.argsort(y[piece])]
+        kept |= (
+            set(by_size[np.linspace(0, piece.size - 1, min(piece.size, 4)).astype(int)].tolist())
+            if piece.size
+            else set()
+        )
+    chosen = sorted(kept)
+    return x[chosen], y[chosen]
 
 
 def _mark(line: Line2D) -> dict[str, Any]:

@@ -141,7 +141,8 @@ def _paths(outcomes: Sequence[Outcome]) -> Drawing:
     tidy(ax, "", "Y (m)", "X (m)")
     _legend(figure, ax.get_legend_handles_labels()[0])
     caption = f"Paths of the vehicle; Y is drawn larger than X. {_words(outcomes[0])}."
-    return Drawing("paths", figure, caption, f"Paths of {len(outcomes)} controllers on the X-Y plane.", chart=True)
+    ahead = all((np.diff(outcome.run.position[:, 0]) >= 0).all() for outcome in outcomes)
+    return Drawing("paths", figure, caption, f"Paths of {len(outcomes)} controllers on the X-Y plane.", chart=ahead)
 
 
 def _metrics_table(outcomes: Sequence[Outcome]) -> Table:

@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from matplotlib.transforms import Affine2D
 
 from clearance_mj.report import html
-from clearance_mj.report.interactive import chart, decimated, embedded
+from clearance_mj.report.interactive import chart, decimated, embedded, thinned
 from clearance_mj.report.style import Drawing, decibel
 
 X = np.arange(5.0, 105.0, 0.5)
@@ -97,6 +97,16 @@ def test_decimation_keeps_extremes_and_gaps():
     np.testing.assert_array_equal(short_y, y[short_x.astype(int)])
     assert (np.nanmax(short_y), np.nanmin(short_y), np.isnan(short_y).sum()) == (9, -9, 1)
     assert decimated(x, y, 10_000)[0] is x
+
+
+def test_thinned_points_keep_what_lies_outside():
+    rng = np.random.default_rng(0)
+    x, y = rng.standard_normal((2, 50_000))
+    y[7], x[8] = 30, -9
+    few_x, few_y = thinned(x, y, 400)
+    assert 100 < few_x.size <= 400 and (np.diff(few_x) >= 0).all()
+    assert (few_y.max(), few_y.min(), few_x[0], few_x[-1]) == (30, y.min(), -9, x.max())
+    assert {*zip(few_x, few_y)} <= {*zip(x, y)}
 
 
 def test_words_with_markup_stay_words():

@@ -164,7 +164,7 @@ class Chart {
           y: {distr: levelled ? 3 : 1, range: () => panel.window}},
         axes: [
           {...axis, size: last ? BELOW - LABEL : 8, label: last ? panel.x : null, labelSize: LABEL,
-            splits: (plot, _, low, high) => ticks(low, high, this.log, plot.width / 80), filter: (_, found) => found,
+            splits: (plot, _, low, high) => ticks(low, high, this.log, plot.width / 60), filter: (_, found) => found,
             values: (_, found) => found.map(value => last ? short(value) : "")},
           {...axis, size: LEFT - LABEL, label: fitting(this.quantity(panel, panel.y), panel.height), labelSize: LABEL,
             splits: (plot, _, low, high) => ticks(low, high, levelled, panel.height / 26, angle), filter: (_, found) => found,
@@ -175,7 +175,7 @@ class Chart {
           return {label, stroke, width: joined ? Math.max(1, 1.2 * width) : 0, dash: dash.map(v => 1.4 * v),
             show: !this.hidden.has(label), paths: joined ? undefined : () => null,
             gaps: (_plot, _number, _from, _to, gaps) => gaps.map(([left, right]) => [left - 2, right + 2]),
-            points: joined && !points ? {show: panel.data[0].length === 1} : {show: true, size: joined ? 4 : 3, width: 0,
+            points: joined && !points ? {show: panel.data[0].length === 1} : {show: true, size: 4, width: 0,
               fill: stroke}};
         })],
         cursor: {y: false, move: (plot, left, top) => [left < 0 ? left : snapped(plot, left), top], drag: {x: true, y: true, uni: 30, setScale: true}, focus: {prox: -1},
