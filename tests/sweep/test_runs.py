@@ -80,7 +80,8 @@ def disturbed(plan, folder) -> xr.Dataset:
     summary = second.wait()
     assert (summary["cases"], summary["without_results"]) == (n, {})
     assert left > 0
-    assert {p.name for p in second.out.iterdir()} == {"lock", "plan.json", "results.nc", "sweep.html", "sweep.png"}
+    figures = {"sweep.html", "sweep.png", "sweep_frf.png"}
+    assert {p.name for p in second.out.iterdir()} == {"lock", "plan.json", "results.nc"} | figures
     return xr.load_dataset(second.out / "results.nc", engine="scipy")
 
 
