@@ -201,7 +201,7 @@ def test_sweep_over_gap(session):
     again = session.sweep(session.setting(SHORT), "level", 2.0, 4.0, 2, lambda share: None)
     np.testing.assert_allclose(again.arrays["rms"][:, 0], rms)
     for name, count in (("engine", 3), ("nothing", 3), ("level", 1), ("level", 1000)):
-        with pytest.raises(ClearanceError, match="swept|sweep has"):
+        with pytest.raises(ClearanceError, match=r"swept|sweep has"):
             session.sweep(session.identified, name, 1.0, 2.0, count, lambda share: None)
 
 

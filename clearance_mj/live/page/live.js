@@ -138,7 +138,8 @@ function figures(head, arrays) {
   document.body.classList.toggle("with-record", Boolean(head.record));
   draw();
   const since = state.pending.get(head.id);
-  told(`Simulated ${sig(head.duration, 3)} s in ${sig(head.seconds, 2)} s`);
+  const rattling = head.clearances.filter((c) => c.rattle === "rattles").map((c) => c.where);
+  told(`Simulated ${sig(head.duration, 3)} s in ${sig(head.seconds, 2)} s; ${rattling.length ? `rattles at ${rattling.join(" and ")}` : "no rattle"}`);
   requestAnimationFrame(() => setTimeout(() => { // after the picture is painted
     window.live.milliseconds = performance.now() - since;
     window.live.drawn = head.id;
@@ -238,8 +239,8 @@ function contact(head) {
     const mark = make("span", { className: "swatch" });
     mark.style.background = colour(i);
     return make("tr", {}, make("th", { scope: "row" }, mark, c.where),
-      make("td", { textContent: c.rattle, className: c.rattle.startsWith("rattles") ? "rattles" : "" }),
-      ...[`${sig(100 * c.share, 3)} %`, `${sig(c.impacts, 3)} /s`, `${sig(c.force, 3)} N`, `${sig(1e6 * c.peak, 3)} µm`, `${sig(1e6 * c.rms, 3)} µm`].map((textContent) => make("td", { className: "n", textContent })));
+      make("td", { textContent: c.rattle, className: c.rattle === "rattles" ? "rattles" : "" }),
+      ...[`${sig(100 * c.share, 3)} %`, `${sig(c.impacts, 3)} /s`, `${sig(c.force, 3)} N`, `${sig(1e6 * c.peak, 3)}, ${sig(1e6 * c.rms, 3)} µm`].map((textContent) => make("td", { className: "n", textContent })));
   }));
   const none = head.clearances.length ? "" : "The rig has no clearance. ";
   $("natural").textContent = `${none}Natural frequencies in the gaps: ${head.natural.map((f) => sig(f, 4)).join(", ")} Hz. Time step ${sig(1e6 * head.step, 3)} µs.`;
