@@ -21,7 +21,7 @@ RECORD = "record: "
 """before the name of a record whose measured excitation drives the rig"""
 SPAN = 10.0
 """ratio of a slider's ends to the identified value"""
-MOST_SAMPLES = 400_000
+MOST_SAMPLES = 250_000
 """of one simulation; the page stays a page"""
 MOST = 1e300
 """of any number"""

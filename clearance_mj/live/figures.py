@@ -75,11 +75,9 @@ def thinned(values: np.ndarray, most: int = POINTS) -> tuple[np.ndarray, np.ndar
 
 
 def frf_numbers(frf: FRF, prefix: str = "") -> Numbers:
-    """Magnitude, phase (degrees, a gap where it wraps) and coherence of FRFs to one reference, with a name's prefix."""
+    """Magnitude, phase (degrees) and coherence of FRFs to one reference, with a prefix of the arrays' names."""
     value = frf.value[:, 0]
-    phase = np.degrees(np.angle(value))
-    phase[:, 1:][np.abs(np.diff(phase)) > 180] = np.nan
-    arrays = {"frequency": frf.frequency, "magnitude": np.abs(value), "phase": phase}
+    arrays = {"frequency": frf.frequency, "magnitude": np.abs(value), "phase": np.degrees(np.angle(value))}
     if frf.coherence is not None:
         arrays["coherence"] = frf.coherence[:, 0]
     return Numbers({}, {prefix + name: array for name, array in arrays.items()})

@@ -82,9 +82,11 @@ class Page:
             path: (package.joinpath(folder, name).read_bytes(), f"{KINDS[name.rpartition('.')[2]]}; charset=utf-8")
             for path, (folder, name) in FILES.items()
         }
+        if not 0 <= port <= 65535:
+            raise ClearanceError(f"--port {port}: needs a number from 0 to 65535")
         try:
             self.sockets = bind_sockets(port, HOST)
-        except (OSError, OverflowError) as error:
+        except OSError as error:
             raise ClearanceError(f"--port {port}: cannot be listened on ({error})") from None
         self.port = self.sockets[0].getsockname()[1]
         self.hosts = {f"{name}:{self.port}" for name in (HOST, "localhost")}

@@ -43,19 +43,21 @@ function curve(u, i) {
   return null;
 }
 
-// A line over rising points, with a gap where there is none: uPlot's own clips gaps, which leaves slivers in dense ones.
-function line(u, i, first, last) {
+// A line over rising points, with a gap where there is none or where it jumps by more than `most`, as a phase that wraps.
+// uPlot's own line clips gaps, which leaves slivers of dense ones.
+const line = (most) => (u, i, first, last) => {
   const stroke = new Path2D();
   uPlot.orient(u, i, (series, x, y, sx, sy, toX, toY, left, top, width, height, moveTo, lineTo) => {
     let down = false;
     for (let k = first; k <= last; k++) {
       if (y[k] === null || y[k] === undefined) { down = false; continue; }
+      if (down && Math.abs(y[k] - y[k - 1]) > most) down = false;
       (down ? lineTo : moveTo)(stroke, toX(x[k], sx, width, left), toY(y[k], sy, height, top));
       down = true;
     }
   });
   return { stroke, fill: null, clip: null, band: null, gaps: null, flags: 1 };
-}
+};
 
 const padded = (u, low, high) => {
   if (low === null || high === null) return [0, 1];
@@ -64,7 +66,7 @@ const padded = (u, low, high) => {
 };
 
 class Chart {
-  // options: label, x, y (axis labels), height, logX, logY, free (points in any order), sync, range, onCursor, onZoom
+  // options: label, x, y (axis labels), height, logX, logY, free (points in any order), sync, range, jump, onCursor, onZoom
   constructor(id, options) {
     this.host = document.getElementById(id);
     this.options = options;
@@ -100,12 +102,12 @@ class Chart {
     const plain = o.free ? [{}] : [{ label: o.x }];
     this.plot = new uPlot({
       ...this.size(), mode: o.free ? 2 : 1, legend: { show: false }, padding: [8, 10, 0, 0],
-      cursor: { drag: { x: true, y: false, setScale: true }, focus: { prox: 20 }, points: { show: !o.free }, ...(o.sync ? { sync: { key: o.sync } } : {}) },
+      cursor: { drag: { x: true, y: false, setScale: true }, points: { show: !o.free }, ...(o.sync ? { sync: { key: o.sync } } : {}) },
       scales: { x: { time: false, distr: o.logX ? 3 : 1, ...(o.free ? { range: padded } : {}) },
         y: { distr: o.logY ? 3 : 1, ...(o.range ? { range: o.range } : o.free && !o.logY ? { range: (u, a, b) => uPlot.rangeNum(a, b, 0.06, true) } : {}) } },
       axes: [axis(o.x, { size: 34, values: short }), axis(o.y, { size: 58, ...(o.logY ? {} : { values: short }), ...(o.splits ? { splits: () => o.splits } : {}) })],
       series: [...plain, ...series.map((s) => ({ ...s, width: s.width || 1.3, points: { show: false }, spanGaps: false,
-        ...(o.free ? { facets: [{ scale: "x", auto: true }, { scale: "y", auto: true }], paths: curve } : { paths: line }) }))],
+        ...(o.free ? { facets: [{ scale: "x", auto: true }, { scale: "y", auto: true }], paths: curve } : { paths: line(o.jump || Infinity) }) }))],
       hooks: {
         setCursor: [(u) => o.onCursor && o.onCursor(u.cursor.idx)],
         setScale: [(u, name) => name === "x" && this.scaled(u)],

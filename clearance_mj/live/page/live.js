@@ -103,6 +103,13 @@ function widget(control) {
   control.put(control.value);
   return box;
 }
+// Which controls of the excitation do nothing with its kind.
+function idle() {
+  const kind = state.values.excitation, record = kind.startsWith(state.prefix);
+  const off = { level: record, kind: record, duration: record, fs: record, frequency: kind !== "sine", seed: record || kind === "sine" || kind === "sweep",
+    band_low: record || kind === "sine", band_high: record || kind === "sine", resolution: kind === "sine" || kind === "burst random" };
+  for (const control of state.controls) if (control.name in off) for (const part of control.box.querySelectorAll("input, select")) part.disabled = off[control.name];
+}
 const tidy = (control, value) => (control.whole ? Math.round(value) : Number(value.toPrecision(4)));
 
 function set(control, value, from) {
@@ -125,6 +132,7 @@ function putAll(values) {
   changed();
 }
 function changed() {
+  idle();
   state.order += 1;
   state.pending.set(state.order, performance.now());
   send({ type: "set", id: state.order, values: state.values, record: $("record").value });
@@ -151,7 +159,7 @@ function build() {
   const cursor = (idx) => reading(idx);
   const unit = () => state.last && state.last.head.spectrum ? "Amplitude (m/s²)" : state.last && state.last.head.kind === "force" ? "|H| ((m/s²)/N)" : "|H| (1)";
   charts.magnitude = new Chart("magnitude", { label: "Magnitude of the frequency response functions over frequency", x: "Frequency (Hz)", get y() { return unit(); }, height: 290, logY: true, sync: "f", onCursor: cursor });
-  charts.phase = new Chart("phase", { label: "Phase over frequency", x: "Frequency (Hz)", y: "Phase (°)", height: 170, sync: "f", range: [-190, 190], splits: [-180, -90, 0, 90, 180] });
+  charts.phase = new Chart("phase", { label: "Phase over frequency", x: "Frequency (Hz)", y: "Phase (°)", height: 170, sync: "f", range: [-190, 190], jump: 180, splits: [-180, -90, 0, 90, 180] });
   charts.coherence = new Chart("coherence", { label: "Coherence over frequency", x: "Frequency (Hz)", y: "Coherence", height: 140, sync: "f", range: [0, 1.03] });
   charts.history = new Chart("history", { label: "Displacement at the clearances over time", x: "Time (s)", y: "Displacement (mm)", height: 230, onZoom: finely });
   charts.portrait = new Chart("portrait", { label: "Velocity over displacement at the clearances", x: "Displacement (mm)", y: "Velocity (mm/s)", height: 260, free: true });
