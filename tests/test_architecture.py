@@ -29,6 +29,7 @@ LAYERS = (
     ("sweep", "testrig", "vehicle"),
     ("study",),
     ("report",),
+    ("live",),
     ("cli",),
     ("__main__",),
 )

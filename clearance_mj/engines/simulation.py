@@ -10,7 +10,7 @@ from __future__ import annotations
 import dataclasses
 import functools
 import itertools
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from typing import Any
 
 import numpy as np
@@ -139,12 +139,13 @@ class Simulation:
             "version": __version__,
         } | _structure_in_use(self.rig)
 
-    def whole(self) -> Response:
-        """Return the response to the whole excitation."""
+    def whole(self, watch: Callable[[float], None] = lambda share: None) -> Response:
+        """Return the response to the whole excitation; ``watch`` hears after every block which share is done."""
         output, done = np.empty((self.excitation.value.size, self.columns)), 0
         for _, block in self.outputs([self.excitation]):
             output[done : done + len(block)] = block
             done += len(block)
+            watch(done / len(output))
         return self.response(self.excitation.value, output)
 
     def outputs(self, excitations: Iterable[Excitation]) -> Iterator[tuple[np.ndarray, np.ndarray]]:

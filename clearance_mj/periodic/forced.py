@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numbers
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
 
@@ -13,7 +13,7 @@ from ..errors import ClearanceError, ExcitationError
 from ..rig import Rig
 from .branch import Branch
 from .condensed import condensed
-from .continuation import Solver
+from .continuation import Motion, Solver
 from .following import farthest, follow
 
 __all__ = ["excitation_kind", "resolution", "response"]
@@ -34,6 +34,7 @@ def response(
     kind: str | None = None,
     modes: int = 8,
     stability: bool = True,
+    watch: Callable[[float], None] | None = None,
 ) -> Branch:
     """Follow the periodic vibration of a rig from one frequency to another, around folds.
 
@@ -62,6 +63,8 @@ def response(
         Of the Ritz basis, as in the modal engine.
     stability : bool
         Find Floquet's multipliers of every point, and locate where the stability changes.
+    watch : callable, optional
+        Called with the frequency, Hz, of every point that is found; what it raises ends the search.
 
     Returns
     -------
@@ -91,9 +94,16 @@ def response(
 
     def found(count: int) -> Branch:
         solver = Solver(system, harmonics, count)
-        return follow(solver, solver.branch(2 * np.pi * start, 2 * np.pi * stop), stability)
+        motions = solver.branch(2 * np.pi * start, 2 * np.pi * stop)
+        return follow(solver, motions if watch is None else _watched(motions, watch), stability)
 
     return farthest(found, counts)
+
+
+def _watched(motions: Iterator[Motion], watch: Callable[[float], None]) -> Iterator[Motion]:
+    for motion in motions:
+        watch(motion.omega / (2 * np.pi))
+        yield motion
 
 
 def excitation_kind(rig: Rig, kind: str | None) -> str:

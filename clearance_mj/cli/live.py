@@ -1,0 +1,68 @@
+"""clearance-mj live: a local page on which gaps, laws and the excitation are sliders."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+import threading
+import webbrowser
+from pathlib import Path
+from typing import Any
+
+from ..errors import ClearanceError
+from .command import command
+from .options import add_plugin, add_rig, load, load_plugin
+
+
+def _options(parser: argparse.ArgumentParser) -> None:
+    option = parser.add_argument
+    add_rig(parser)
+    option(
+        "--dataset", type=Path, metavar="FOLDER",
+        help="records to lay over the figures and to drive the rig with (default: those in the rig's folder)",
+    )  # fmt: skip
+    option("--port", type=int, default=0, help="on which the page is, on this machine alone (default: any free one)")
+    option("--no-browser", action="store_true", help="open no browser; the page's address is printed")
+    add_plugin(parser, "an engine, a contact or a grease")
+
+
+@command(
+    "live", "open a local page on which gaps, laws and the excitation are sliders and the figures follow", _options,
+    out_help="file for the page's address, which only you can read (default: none); it ends with the page",
+)  # fmt: skip
+def _run(options: argparse.Namespace) -> dict[str, Any]:
+    try:
+        from ..live.server import Page, serve
+    except ModuleNotFoundError as error:
+        if error.name != "tornado":
+            raise
+        raise ClearanceError('live needs Tornado: pip install "clearance-mj[live]"') from None
+    from ..io.dataset import Dataset
+
+    load_plugin(options.plugin)
+    rig, law = load(options)
+    folder = options.dataset or (options.rig if (options.rig / "dataset.toml").is_file() else None)
+    page = Page(rig, law, Dataset.load(folder) if folder else None, options.port)
+
+    def ready() -> None:
+        print(f"live: {page.address}\nCtrl-C ends it", file=sys.stderr if options.json else sys.stdout, flush=True)
+        if options.out:
+            _write_privately(options.out, page.address + "\n")
+        if not options.no_browser:
+            threading.Thread(target=webbrowser.open, args=(page.address,), daemon=True).start()
+
+    try:
+        serve(page, ready)
+    except KeyboardInterrupt:
+        print("closed")
+    finally:
+        if options.out:
+            options.out.unlink(missing_ok=True)
+    return {"port": page.port}
+
+
+def _write_privately(path: Path, text: str) -> None:
+    path.unlink(missing_ok=True)
+    with os.fdopen(os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600), "w", encoding="utf-8") as file:
+        file.write(text)

@@ -1,0 +1,215 @@
+"""What can be moved: every number of the clearances and the law, the excitation and the engine, each by a name."""
+
+from __future__ import annotations
+
+import dataclasses
+import re
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from ..clearance import ConstantLaw, ContactLaw, Law
+from ..errors import ClearanceError
+from ..io.dataset import Dataset
+from ..rig import Bushing, Grease, Rig
+from ..validation import json_schema
+
+__all__ = ["RECORD", "Control", "Value", "built", "checked_values", "controls"]
+
+Value = float | str
+RECORD = "record: "
+"""before the name of a record whose measured excitation drives the rig"""
+SPAN = 10.0
+"""ratio of a slider's ends to the identified value"""
+MOST_SAMPLES = 250_000
+"""of one simulation; the page stays a page"""
+MOST = 1e300
+"""of any number"""
+LENGTHS = ("gap", "offset", "film_height")
+"""fields in m, shown in µm"""
+ENGINES = ("modal", "links", "modal-mj")
+EXCITATIONS = ("random", "multisine", "burst random", "level ramp", "sweep", "sine")
+_UNIT = re.compile(r"^[^,:]*, ([^,:;]+)")
+
+
+@dataclass(frozen=True)
+class Control:
+    """A slider with a field, or a choice."""
+
+    name: str
+    """such as "bushings[0].gap" """
+    group: str
+    """under whose heading it stands"""
+    label: str
+    """in words"""
+    value: Value
+    """as the rig and the law were given: what "reset" brings back"""
+    unit: str = ""
+    """as shown"""
+    scale: float = 1.0
+    """shown value over the value in SI units"""
+    low: float = 0.0
+    """left end of the slider; the field takes what the rig or the law takes"""
+    high: float = 0.0
+    """right end"""
+    log: bool = False
+    """the slider moves the logarithm"""
+    whole: bool = False
+    """takes whole numbers only"""
+    choices: tuple[str, ...] = ()
+    """of a choice; empty: a number"""
+
+
+def controls(rig: Rig, law: Law, dataset: Dataset | None = None) -> tuple[Control, ...]:
+    """Return everything that can be moved, in the order of the page."""
+    found = [*_of_excitation(rig, dataset)]
+    for i, bushing in enumerate(rig.bushings):
+        found += _of_bushing(rig, law, i, bushing)
+    return tuple(found)
+
+
+def _of_excitation(rig: Rig, dataset: Dataset | None) -> Iterator[Control]:
+    group = "Excitation"
+    kinds = tuple(k for k in ("base", "force") if not rig.linear.refusal(k) and (k == "base" or rig.shaker.forces))
+    records = tuple(RECORD + r.name for r in dataset.records) if dataset else ()
+    fs = dataset.records[0].fs if dataset else 2048.0
+    yield Control("excitation", group, "Kind", "random", choices=EXCITATIONS + records)
+    if len(kinds) > 1:
+        yield Control("kind", group, "Drives the", rig.shaker.kind, choices=kinds)
+    unit = "m/s² or N" if len(kinds) > 1 else "N" if "force" in kinds else "m/s²"
+    yield Control("level", group, "Level, RMS", 2.0, unit, 1.0, 0.1, 40.0, log=True)
+    yield Control("frequency", group, "Frequency of the sine", 20.0, "Hz", 1.0, 1.0, 250.0, log=True)
+    yield Control("band_low", group, "Band from", 5.0, "Hz", 1.0, 1.0, 100.0, log=True)
+    yield Control("band_high", group, "Band to", 220.0, "Hz", 1.0, 50.0, 900.0, log=True)
+    yield Control("seed", group, "Seed", 0.0, "", 1.0, 0.0, 99.0, whole=True)
+    yield Control("duration", group, "Duration", 10.0, "s", 1.0, 4.0, 60.0)
+    yield Control("fs", group, "Samples per second", fs, "Hz", 1.0, 512.0, 8192.0, log=True, whole=True)
+    yield Control("resolution", group, "Lines every", 0.5, "Hz", 1.0, 0.2, 5.0, log=True)
+    yield Control("engine", group, "Engine", "modal", choices=ENGINES if rig.linear.shafts else ("modal", "modal-mj"))
+
+
+def _of_bushing(rig: Rig, law: Law, i: int, bushing: Bushing) -> Iterator[Control]:
+    group, name = f"Clearance {i + 1}, {bushing.where}", f"bushings[{i}]"
+    gap = bushing.gap
+    yield Control(f"{name}.gap", group, "Gap", gap, "µm", 1e6, gap / SPAN, gap * SPAN, log=True)
+    yield Control(f"{name}.offset", group, "Offset at rest", bushing.offset, "µm", 1e6, -gap, gap)
+    for field, value in _contact(law, i, len(rig.bushings)).items():
+        yield _number(f"{name}.contact.{field}", group, "Contact", field, value, _contact_units(law, i))
+    grease = _grease(rig, law, i)
+    for field, value in _numbers(grease).items():
+        yield _number(f"{name}.grease.{field}", group, "Grease", field, value, _units(type(grease)))
+
+
+def _number(name: str, group: str, of: str, field: str, value: float, units: Mapping[str, str]) -> Control:
+    """A slider over a decade each way, or where the value is zero or a share, over what makes sense."""
+    unit, scale = ("µm", 1e6) if field in LENGTHS else (units.get(field, ""), 1.0)
+    label = f"{of}: {field.replace('_', ' ')}"
+    if field in ("elastic_ratio", "film_limit", "restitution"):
+        return Control(name, group, label, value, unit, scale, 0.0 if field == "elastic_ratio" else 0.01, 1.0)
+    if field in ("exponent", "static_ratio"):
+        return Control(name, group, label, value, unit, scale, 1.0, max(4.0, value))
+    if value > 0:
+        return Control(name, group, label, value, unit, scale, value / SPAN, value * SPAN, log=True)
+    reach = 100.0 if "stiffness" not in field else 1e5
+    return Control(name, group, label, value, unit, scale, value - reach if value < 0 else 0.0, value + reach)
+
+
+def _units(model: type) -> dict[str, str]:
+    """Units of a model's fields, from the words that document them."""
+    fields = json_schema(model, "model")["properties"]
+    found = {name: _UNIT.match(field.get("description", "")) for name, field in fields.items()}
+    return {name: match[1].strip() for name, match in found.items() if match}
+
+
+def _contact_units(law: Law, i: int) -> dict[str, str]:
+    if isinstance(law, ContactLaw):
+        return _units(type(_own(law.contact, i)))
+    return {"k": "N/m", "c": "N s/m"} if isinstance(law, ConstantLaw) else {"k": "×", "c": "×"}
+
+
+def _contact(law: Law, i: int, n: int) -> dict[str, float]:
+    """Numbers of a clearance's contact; of a schedule over time or amplitude factors on its k and c."""
+    if isinstance(law, ContactLaw):
+        return _numbers(_own(law.contact, i))
+    if isinstance(law, ConstantLaw):
+        table = law.table(n).parameters[0, i]
+        return {"k": float(table[0]), "c": float(table[1])}
+    return {"k": 1.0, "c": 1.0}
+
+
+def _numbers(model: Any) -> dict[str, float]:
+    """The numbers of a contact or grease model; of several in one field a factor on all."""
+    linear = isinstance(model, Grease) and model.beta + model.gamma <= 0
+    left_out = {"elastic_ratio", "amplitude", "beta", "gamma", "exponent"} if linear else set()
+    left_out |= {"film_limit"} if getattr(model, "film_height", 1.0) is None else set()
+    found = {}
+    for field in dataclasses.fields(model):
+        value = getattr(model, field.name)
+        if field.name in left_out or isinstance(value, bool | str) or value is None:
+            continue
+        found[field.name] = 1.0 if isinstance(value, tuple) else float(value)
+    return found
+
+
+def _own(models: tuple[Any, ...], i: int) -> Any:
+    return models[i if len(models) > 1 else 0]
+
+
+def _grease(rig: Rig, law: Law, i: int) -> Any:
+    return rig.bushings[i].grease if law.grease is None else _own(law.grease, i)
+
+
+def checked_values(known: Mapping[str, Control], changes: Mapping[str, Any]) -> dict[str, Value]:
+    """Return changes whose names and values controls have; a ClearanceError says which one is none."""
+    found: dict[str, Value] = {}
+    for name, value in changes.items():
+        if name not in known:
+            raise ClearanceError(f"{name!r} is nothing that can be moved")
+        control = known[name]
+        if control.choices:
+            if value not in control.choices:
+                raise ClearanceError(f"{control.label}: {value!r} is unknown; use {', '.join(control.choices)}")
+            found[name] = value
+            continue
+        if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) < MOST:
+            raise ClearanceError(f"{control.label}: needs a number, got {value!r}")
+        if control.whole and (value != round(value) or not 0 <= value < 2**31):
+            raise ClearanceError(f"{control.label}: needs a whole number from 0 to 2147483647, got {value!r}")
+        found[name] = float(value)
+    return found
+
+
+def built(rig: Rig, law: Law, values: Mapping[str, Value]) -> tuple[Rig, Law]:
+    """Return the rig and the law with the values of controls; what is impossible is a ClearanceError."""
+    n = len(rig.bushings)
+    if not n:
+        return rig, law
+    greases = [_changed(_grease(rig, law, i), values, f"bushings[{i}].grease.") for i in range(n)]
+    own = law.grease is None
+    bushings = tuple(
+        dataclasses.replace(
+            b, gap=float(values[f"bushings[{i}].gap"]), offset=float(values[f"bushings[{i}].offset"]),
+            grease=greases[i] if own else b.grease,
+        )
+        for i, b in enumerate(rig.bushings)
+    )  # fmt: skip
+    return rig.replace(bushings=bushings), _law(law, values, n, None if own else tuple(greases))
+
+
+def _law(law: Law, values: Mapping[str, Value], n: int, grease: tuple[Any, ...] | None) -> Law:
+    if isinstance(law, ContactLaw):
+        contacts = tuple(_changed(_own(law.contact, i), values, f"bushings[{i}].contact.") for i in range(n))
+        return ContactLaw(contacts, grease=grease)
+    k, c = ([float(values[f"bushings[{i}].contact.{field}"]) for i in range(n)] for field in "kc")
+    if isinstance(law, ConstantLaw):
+        return ConstantLaw(k, c, grease=grease)
+    return dataclasses.replace(law, k=law.k * k, c=law.c * c, grease=grease)  # type: ignore[type-var, attr-defined]
+
+
+def _changed(model: Any, values: Mapping[str, Value], prefix: str) -> Any:
+    new: dict[str, Any] = {}
+    scaled: Callable[[tuple[float, ...], float], tuple[float, ...]] = lambda v, by: tuple(by * x for x in v)  # noqa: E731
+    for name in _numbers(model):
+        value, before = float(values[prefix + name]), getattr(model, name)
+        new[name] = scaled(before, value) if isinstance(before, tuple) else value
+    return dataclasses.replace(model, **new)

@@ -1,0 +1,94 @@
+"""What is shown, as files: rig and law to go on with, the FRFs as numbers, and figures to print."""
+
+from __future__ import annotations
+
+import io
+import json
+import tempfile
+import zipfile
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from ..report.style import COLOURS, FONT, TEST, canvas, phase, sensor_title, tidy
+from ..signals.frf import FRF
+from .session import Shown
+
+__all__ = ["exported"]
+
+README = """Made by clearance-mj live. rig.toml and law.json belong together: clearance-mj simulate FOLDER
+setting.json: every slider, SI units. frf.csv: magnitude, phase (degrees) and coherence of every sensor.
+"""
+
+
+def exported(shown: Shown, test: FRF | None = None) -> bytes:
+    """Return a zip archive of what is shown, with a test's FRFs in its figures if there are any.
+
+    It holds rig.toml, law.json, setting.json, the numbers as CSV, and figures as SVG and PNG.
+    """
+    buffer = io.BytesIO()
+    with tempfile.TemporaryDirectory() as name, zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED) as archive:
+        folder = Path(name)
+        shown.rig.copied(folder / "structure").save(folder / "rig.toml")
+        shown.law.save(folder / "law.json")
+        (folder / "setting.json").write_text(json.dumps(shown.values, indent=1) + "\n", encoding="utf-8")
+        (folder / "README.txt").write_text(README, encoding="utf-8")
+        figures = {"displacement": _displacement(shown)}
+        if shown.frf is not None:
+            (folder / "frf.csv").write_text(_table(shown.frf), encoding="utf-8")
+            figures["frf"] = _frf(shown, shown.frf, test)
+        for title, figure in figures.items():
+            for kind in ("svg", "png"):
+                figure.savefig(folder / f"{title}.{kind}", dpi=150)
+        for path in sorted(folder.rglob("*")):
+            if path.is_file():
+                archive.write(path, path.relative_to(folder).as_posix())
+    return buffer.getvalue()
+
+
+def _table(frf: FRF) -> str:
+    columns: dict[str, Any] = {"frequency_hz": frf.frequency}
+    for i, label in enumerate(frf.responses):
+        columns[f"{label}_magnitude"] = np.abs(frf.value[i, 0])
+        columns[f"{label}_phase_deg"] = np.degrees(np.angle(frf.value[i, 0]))
+        if frf.coherence is not None:
+            columns[f"{label}_coherence"] = frf.coherence[i, 0]
+    rows = (",".join(f"{x:.10g}" for x in row) for row in zip(*columns.values()))
+    return "\n".join((",".join(columns), *rows)) + "\n"
+
+
+def _frf(shown: Shown, frf: FRF, test: FRF | None) -> Figure:
+    """A column of magnitude, phase and coherence for every sensor would be too wide: all sensors in each panel."""
+    figure = canvas(6.5)
+    above, middle, below = figure.subplots(3, sharex=True, height_ratios=(3, 2, 1.4))
+    for i, label in enumerate(frf.responses):
+        colour, name = COLOURS[i % len(COLOURS)], sensor_title(shown.rig, i)
+        if test is not None and label in test.responses:
+            row = test.responses.index(label)
+            words = "test, same colours" if not i else None
+            above.semilogy(test.frequency, np.abs(test.value[row, 0]), ":", color=colour, lw=0.9, label=words)
+        above.semilogy(frf.frequency, np.abs(frf.value[i, 0]), color=colour, lw=0.9, label=name)
+        middle.plot(frf.frequency, phase(frf.value[i, 0]), color=colour, lw=0.7)
+        if frf.coherence is not None:
+            below.plot(frf.frequency, frf.coherence[i, 0], color=colour, lw=0.7)
+    unit = "1" if frf.quantity.endswith("acceleration") else "(m/s²)/N"
+    tidy(above, shown.rig.name, f"Magnitude ({unit})")
+    tidy(middle, "", "Phase (°)")
+    tidy(below, "", "Coherence", "Frequency (Hz)")
+    above.legend(fontsize=FONT - 2, ncols=3, frameon=False)
+    return figure
+
+
+def _displacement(shown: Shown) -> Figure:
+    response = shown.response
+    count = max(len(shown.rig.bushings), 1)
+    figure = canvas(0.6 + 1.6 * count)
+    axes = figure.subplots(count, sharex=True, squeeze=False)[:, 0]
+    for i, bushing in enumerate(shown.rig.bushings):
+        axes[i].plot(response.time, 1e3 * np.asarray(response.displacement)[i], color=COLOURS[i % len(COLOURS)], lw=0.4)
+        for wall in filter(np.isfinite, bushing.walls):
+            axes[i].axhline(1e3 * wall, color=TEST, lw=0.7, ls="--")
+        tidy(axes[i], bushing.where, "Displacement (mm)", "Time (s)" if i == count - 1 else "")
+    return figure

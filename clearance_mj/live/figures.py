@@ -1,0 +1,150 @@
+"""The numbers of the page's figures, out of a response: few enough to be drawn at once, and none of a peak lost."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+
+from ..beam import natural_frequencies
+from ..clearance import Law
+from ..errors import ClearanceError
+from ..report.clip import clip
+from ..rig import Grease, Rig
+from ..signals.frf import FRF
+from ..signals.response import Response
+from ..statistics.contact import contact_statistics
+
+__all__ = ["Numbers", "frequencies_in_gap", "frf_numbers", "history", "motion", "shaft", "spectrum", "thinned"]
+
+POINTS = 1600
+"""of a history over time: what a screen has across"""
+PORTRAIT = 1.0
+"""s of a phase portrait"""
+SHOWN, SLOW, PICTURES = 0.2, 40.0, 20.0
+"""s of the shaft's motion that are shown, how many times slower, and pictures per second"""
+MODES = 6
+"""natural frequencies that are told"""
+HIGHEST = 250.0
+"""Hz, of a spectrum"""
+
+
+@dataclass
+class Numbers:
+    """Facts, plain data, and arrays by their names."""
+
+    facts: dict[str, Any] = field(default_factory=dict)
+    """in words and single numbers"""
+    arrays: dict[str, np.ndarray] = field(default_factory=dict)
+    """of figures"""
+
+    def add(self, other: Numbers) -> None:
+        """Take over the facts and arrays of another one."""
+        self.facts |= other.facts
+        self.arrays |= other.arrays
+
+
+def thinned(values: np.ndarray, most: int = POINTS) -> tuple[np.ndarray, np.ndarray]:
+    """Leave out samples, but no row's highest and lowest one.
+
+    Parameters
+    ----------
+    values : ndarray, shape (n_rows, n)
+        Samples at equal distances.
+    most : int
+        How many may be left, even.
+
+    Returns
+    -------
+    tuple of ndarray
+        Places (m,), in samples, and values (n_rows, m): of every stretch of samples the lowest and the highest, in
+        their order, at a quarter and at three quarters of it. As they came, if there are no more than ``most``.
+    """
+    n = values.shape[1]
+    if n <= most:
+        return np.arange(n, dtype=float), values
+    length = -(-n // (most // 2))
+    count = -(-n // length)
+    padded = np.pad(values, ((0, 0), (0, count * length - n)), mode="edge").reshape(len(values), count, length)
+    low, high = padded.argmin(axis=2), padded.argmax(axis=2)
+    both = np.stack((np.minimum(low, high), np.maximum(low, high)), axis=2)
+    found = np.take_along_axis(padded, both, axis=2).reshape(len(values), 2 * count)
+    places = length * (np.arange(count)[:, None] + [0.25, 0.75]).ravel() - 0.5
+    return np.minimum(places, n - 1), found
+
+
+def frf_numbers(frf: FRF, prefix: str = "") -> Numbers:
+    """Magnitude, phase (degrees) and coherence of FRFs to one reference, with a prefix of the arrays' names."""
+    value = frf.value[:, 0]
+    arrays = {"frequency": frf.frequency, "magnitude": np.abs(value), "phase": np.degrees(np.angle(value))}
+    if frf.coherence is not None:
+        arrays["coherence"] = frf.coherence[:, 0]
+    return Numbers({}, {prefix + name: array for name, array in arrays.items()})
+
+
+def spectrum(response: Response) -> Numbers:
+    """Amplitudes of the accelerations' sines in the second half of a response, under a Hann window."""
+    half = response.acceleration[:, response.acceleration.shape[1] // 2 :]
+    window = np.hanning(half.shape[1] + 1)[:-1]
+    amplitude = np.abs(np.fft.rfft((half - half.mean(axis=1, keepdims=True)) * window)) * 2 / window.sum()
+    frequency = np.fft.rfftfreq(half.shape[1], 1 / response.fs)
+    lines = (frequency > 0) & (frequency <= HIGHEST)
+    return Numbers({"spectrum": True}, {"frequency": frequency[lines], "magnitude": amplitude[:, lines]})
+
+
+def history(response: Response, first: float = 0.0, last: float = np.inf) -> Numbers:
+    """Displacements at the clearances between two times, s, thinned."""
+    shown = slice(*np.searchsorted(response.time, (first, last)))
+    if response.displacement is None or shown.stop - shown.start < 2:
+        return Numbers()
+    places, x = thinned(response.displacement[:, shown])
+    return Numbers({}, {"time": (places + shown.start) / response.fs, "displacement": x})
+
+
+def motion(rig: Rig, response: Response) -> Numbers:
+    """How each clearance is touched, in words and numbers, and its phase portrait about the strongest contact."""
+    x, force = response.displacement, response.contact_force
+    if x is None or force is None or not len(x):
+        return Numbers({"clearances": []})
+    found = contact_statistics(response)
+    touch = np.abs(force) > np.maximum(0.01 * np.abs(force).max(axis=1, keepdims=True), 1e-3)
+    rows = []
+    for i, bushing in enumerate(rig.bushings):
+        walls = sum(bool((touch[i] & (sign * force[i] > 0)).any()) for sign in (1, -1))
+        rows.append(
+            {
+                "where": bushing.where, "share": found["contact_share"][i], "rms": found["displacement_rms"][i],
+                "peak": found["displacement_peak"][i], "force": found["contact_peak"][i],
+                "impacts": float(np.count_nonzero(np.diff(touch[i].astype(int)) > 0) / response.duration),
+                "rattle": ("free", "touches one wall", "rattles")[walls],
+                "walls": list(bushing.walls),
+            }
+        )  # fmt: skip
+    strongest = int(np.argmax(np.abs(force).max(axis=0)))
+    count = min(int(PORTRAIT * response.fs), x.shape[1])
+    start = min(max(strongest - count // 2, 0), x.shape[1] - count)
+    part = slice(start, start + count)
+    return Numbers({"clearances": rows}, {"x": x[:, part], "v": np.gradient(x, 1 / response.fs, axis=1)[:, part]})
+
+
+def shaft(rig: Rig, response: Response) -> Numbers:
+    """The shafts' deflection about the strongest contact, a picture after the other; why there is none, if so."""
+    try:
+        seconds = min(SHOWN, response.duration / 2)
+        seen = clip(rig, response, seconds=seconds, slow=SLOW, rate=PICTURES)
+    except ClearanceError as error:
+        return Numbers({"shaft": str(error)})
+    places = [[*rig.linear.place(b.position), b.length] for b in rig.bushings]
+    facts = {"slow": seen.slow, "rate": seen.rate, "places": places, "starts": float(seen.time[0])}
+    arrays = {"position": seen.position, "number": seen.shaft.astype(float), "lift": seen.lift, "pressed": seen.force}
+    return Numbers({"shaft": facts}, arrays)
+
+
+def frequencies_in_gap(rig: Rig, law: Law) -> list[float]:
+    """Natural frequencies, Hz, of small motions in the gaps, on the law's grease where it has one."""
+    if law.grease is not None:
+        greases = law.grease * (len(rig.bushings) if len(law.grease) == 1 else 1)
+        small = [g if isinstance(g, Grease) else Grease(*g.small_motion()) for g in greases]
+        rig = rig.replace(bushings=tuple(replace(b, grease=g) for b, g in zip(rig.bushings, small)))
+    return natural_frequencies(rig, MODES).tolist()

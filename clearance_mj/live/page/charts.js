@@ -1,0 +1,269 @@
+"use strict";
+// Figures: uPlot with the page's colours, zoom and cursor by mouse and keyboard.
+
+const DASHES = { model: [], record: [2, 3], A: [9, 4], B: [9, 3, 2, 3] };
+const LIGHT = ["#0072b2", "#d55e00", "#882255", "#00805c", "#b3508f", "#a06a00", "#2f86b8", "#6b4f2a"];
+const DARK = ["#56b4e9", "#ff9a4d", "#e58bb5", "#3ddc9f", "#f0b7d6", "#ffc940", "#9ad4ff", "#d2a679"];
+const darkness = matchMedia("(prefers-color-scheme: dark)");
+const colour = (i) => (darkness.matches ? DARK : LIGHT)[i % LIGHT.length];
+const ink = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
+const nulls = (values) => Array.from(values, (v) => (Number.isFinite(v) ? v : null));
+const positive = (values) => Array.from(values, (v) => (v > 0 && Number.isFinite(v) ? v : null));
+function sig(value, digits = 4) {
+  if (value === null || value === undefined || !Number.isFinite(value)) return "–";
+  const size = Math.abs(value);
+  return size && (size < 1e-3 || size >= 1e6) ? value.toExponential(digits - 1) : String(Number(value.toPrecision(digits)));
+}
+
+// Lines through points in any order: solid where the third row is not 0, dashed elsewhere.
+function curve(u, i) {
+  uPlot.orient(u, i, (series, dx, dy, sx, sy, toX, toY, left, top, width, height) => {
+    const [x, y, solid] = u.data[i], ctx = u.ctx;
+    ctx.save();
+    ctx.beginPath();
+    ctx.rect(u.bbox.left, u.bbox.top, u.bbox.width, u.bbox.height);
+    ctx.clip();
+    ctx.strokeStyle = typeof series.stroke === "function" ? series.stroke(u, i) : series.stroke;
+    ctx.lineWidth = series.width * devicePixelRatio;
+    for (const wanted of solid ? [true, false] : [true]) {
+      ctx.setLineDash(wanted ? (series.dash || []).map((d) => d * devicePixelRatio) : [4 * devicePixelRatio, 4 * devicePixelRatio]);
+      ctx.beginPath();
+      let down = false;
+      for (let k = 0; k < x.length; k++) {
+        const on = x[k] !== null && y[k] !== null && (!solid || (solid[k] !== 0) === wanted);
+        if (!on) { if (down && solid && y[k] !== null) ctx.lineTo(toX(x[k], sx, width, left), toY(y[k], sy, height, top)); down = false; continue; }
+        const px = toX(x[k], sx, width, left), py = toY(y[k], sy, height, top);
+        if (down) ctx.lineTo(px, py); else ctx.moveTo(px, py);
+        down = true;
+      }
+      ctx.stroke();
+    }
+    ctx.restore();
+  });
+  return null;
+}
+
+// A line over rising points, with a gap where there is none or where it jumps by more than `most`, as a phase that wraps.
+// uPlot's own line clips gaps, which leaves slivers of dense ones.
+const line = (most) => (u, i, first, last) => {
+  const stroke = new Path2D();
+  uPlot.orient(u, i, (series, x, y, sx, sy, toX, toY, left, top, width, height, moveTo, lineTo) => {
+    let down = false;
+    for (let k = first; k <= last; k++) {
+      if (y[k] === null || y[k] === undefined) { down = false; continue; }
+      if (down && Math.abs(y[k] - y[k - 1]) > most) down = false;
+      (down ? lineTo : moveTo)(stroke, toX(x[k], sx, width, left), toY(y[k], sy, height, top));
+      down = true;
+    }
+  });
+  return { stroke, fill: null, clip: null, band: null, gaps: null, flags: 1 };
+};
+
+const padded = (u, low, high) => {
+  if (low === null || high === null) return [0, 1];
+  if (low === high) return [low - 1, high + 1];
+  return [low, high];
+};
+
+class Chart {
+  // options: label, x, y (axis labels), height, logX, logY, free (points in any order), sync, range, jump, onCursor, onZoom
+  constructor(id, options) {
+    this.host = document.getElementById(id);
+    this.options = options;
+    this.key = "";
+    this.host.tabIndex = 0;
+    this.host.setAttribute("role", "img");
+    this.host.setAttribute("aria-label", options.label);
+    this.host.addEventListener("keydown", (event) => this.pressed(event));
+    new ResizeObserver(() => this.plot && this.plot.setSize(this.size())).observe(this.host);
+  }
+  size() {
+    return { width: Math.max(this.host.clientWidth, 200), height: this.options.height || 200 };
+  }
+  // series: [{label, stroke, dash, width}], data as uPlot takes it
+  show(series, data, lines = []) {
+    const o = this.options;
+    this.lines = lines;
+    const key = JSON.stringify([series, o.logX, o.logY, o.y, darkness.matches]);
+    const empty = o.free ? !data.slice(1).some((d) => d[0].length) : !data[0].length;
+    if (empty) { this.clear(); return; }
+    this.data = data;
+    if (this.plot && key === this.key) {
+      const zoom = this.zoom;
+      this.plot.setData(data, !zoom);
+      if (zoom) this.plot.setScale("x", zoom);
+      return;
+    }
+    if (this.plot) this.plot.destroy();
+    this.key = key;
+    const axis = (label, more) => ({ label, stroke: ink("--ink"), labelSize: 18, labelFont: "12px system-ui, sans-serif", font: "11px system-ui, sans-serif",
+      grid: { stroke: ink("--line"), width: 1 }, ticks: { stroke: ink("--line"), width: 1, size: 4 }, ...more });
+    const short = (u, splits) => splits.map((v) => (v === null ? "" : sig(v, 5)));
+    const plain = o.free ? [{}] : [{ label: o.x }];
+    this.plot = new uPlot({
+      ...this.size(), mode: o.free ? 2 : 1, legend: { show: false }, padding: [8, 10, 0, 0],
+      cursor: { drag: { x: true, y: false, setScale: true }, points: { show: !o.free }, ...(o.sync ? { sync: { key: o.sync } } : {}) },
+      scales: { x: { time: false, distr: o.logX ? 3 : 1, ...(o.free ? { range: padded } : {}) },
+        y: { distr: o.logY ? 3 : 1, ...(o.range ? { range: o.range } : o.free && !o.logY ? { range: (u, a, b) => uPlot.rangeNum(a, b, 0.06, true) } : {}) } },
+      axes: [axis(o.x, { size: 34, values: short }), axis(o.y, { size: 58, ...(o.logY ? {} : { values: short }), ...(o.splits ? { splits: () => o.splits } : {}) })],
+      series: [...plain, ...series.map((s) => ({ ...s, width: s.width || 1.3, points: { show: false }, spanGaps: false,
+        ...(o.free ? { facets: [{ scale: "x", auto: true }, { scale: "y", auto: true }], paths: curve } : { paths: line(o.jump || Infinity) }) }))],
+      hooks: {
+        setCursor: [(u) => o.onCursor && o.onCursor(u.cursor.idx)],
+        setScale: [(u, name) => name === "x" && this.scaled(u)],
+        draw: [(u) => this.draw(u)],
+      },
+    }, data, this.host);
+    this.zoom = null;
+    this.plot.over.addEventListener("dblclick", () => this.whole());
+  }
+  clear() {
+    if (this.plot) this.plot.destroy();
+    this.plot = null;
+    this.key = "";
+  }
+  ends() {
+    const x = this.options.free ? this.data.slice(1).flatMap((d) => [Math.min(...d[0]), Math.max(...d[0])]) : this.data[0];
+    return this.options.free ? [Math.min(...x), Math.max(...x)] : [x[0], x[x.length - 1]];
+  }
+  scaled(u) {
+    const { min, max } = u.scales.x, [low, high] = this.full || this.ends();
+    const slack = 1e-6 * (high - low);
+    const zoom = min > low + slack || max < high - slack ? { min, max } : null;
+    if (JSON.stringify(zoom) === JSON.stringify(this.zoom || null)) return;
+    this.zoom = zoom;
+    if (this.options.onZoom) this.options.onZoom(zoom);
+  }
+  whole() {
+    this.zoom = null;
+    const [min, max] = this.full || this.ends();
+    this.plot.setScale("x", { min, max });
+  }
+  // Horizontal or vertical lines, such as walls: [{x} or {y}]
+  draw(u) {
+    const ctx = u.ctx;
+    ctx.save();
+    ctx.strokeStyle = ink("--soft");
+    ctx.setLineDash([6, 4]);
+    ctx.lineWidth = devicePixelRatio;
+    for (const line of this.lines) {
+      const across = line.y !== undefined, at = u.valToPos(across ? line.y : line.x, across ? "y" : "x", true);
+      const { left, top, width, height } = u.bbox;
+      if (across ? at < top || at > top + height : at < left || at > left + width) continue;
+      ctx.beginPath();
+      ctx.moveTo(across ? left : at, across ? at : top);
+      ctx.lineTo(across ? left + width : at, across ? at : top + height);
+      ctx.stroke();
+    }
+    ctx.restore();
+  }
+  pressed(event) {
+    if (!this.plot || event.ctrlKey || event.metaKey || event.altKey) return;
+    const u = this.plot, { min, max } = u.scales.x, log = this.options.logX;
+    const zoomed = (by) => {
+      const [a, b] = log ? [Math.log(min), Math.log(max)] : [min, max];
+      const idx = u.cursor.idx;
+      const middle = !this.options.free && idx !== null && idx !== undefined ? (log ? Math.log(u.data[0][idx]) : u.data[0][idx]) : (a + b) / 2;
+      const [low, high] = this.full || this.ends();
+      const to = [middle - by * (b - a) / 2, middle + by * (b - a) / 2].map((v) => (log ? Math.exp(v) : v));
+      u.setScale("x", { min: Math.max(low, to[0]), max: Math.min(high, to[1]) });
+    };
+    if (event.key === "+" || event.key === "=") zoomed(0.5);
+    else if (event.key === "-") zoomed(2);
+    else if (event.key === "0") this.whole();
+    else if ((event.key === "ArrowLeft" || event.key === "ArrowRight") && !this.options.free) {
+      const by = (event.key === "ArrowLeft" ? -1 : 1) * (event.shiftKey ? 10 : 1), n = u.data[0].length;
+      const first = u.valToIdx(min), last = u.valToIdx(max), now = u.cursor.idx;
+      const idx = Math.min(Math.max((now === null || now === undefined ? Math.round((first + last) / 2) : now) + by, first), Math.min(last, n - 1));
+      u.setCursor({ left: u.valToPos(u.data[0][idx], "x"), top: u.over.clientHeight / 2 }, true, true);
+    } else return;
+    event.preventDefault();
+  }
+}
+
+// The shafts, bending, and the walls of their clearances.
+class Shaft {
+  constructor() {
+    this.canvas = document.getElementById("shaft");
+    this.slider = document.getElementById("picture");
+    this.button = document.getElementById("play");
+    this.picture = 0;
+    this.playing = false;
+    this.slider.addEventListener("input", () => { this.play(false); this.picture = Number(this.slider.value); this.draw(); });
+    this.button.addEventListener("click", () => this.play(!this.playing));
+    new ResizeObserver(() => this.draw()).observe(this.canvas);
+    if (!matchMedia("(prefers-reduced-motion: reduce)").matches) this.play(true);
+  }
+  play(on) {
+    this.playing = on;
+    this.button.textContent = on ? "Pause" : "Play";
+    this.button.setAttribute("aria-pressed", String(on));
+    clearInterval(this.timer);
+    if (on) this.timer = setInterval(() => this.next(), 50);
+  }
+  next() {
+    if (!this.lift || document.hidden) return;
+    this.picture = (this.picture + 1) % this.count;
+    this.slider.value = this.picture;
+    this.draw();
+  }
+  show(facts, arrays, walls) {
+    const words = document.getElementById("shaft-words");
+    this.lift = null;
+    if (typeof facts === "string") { words.textContent = facts; this.draw(); return; }
+    this.facts = facts;
+    this.walls = walls;
+    this.position = arrays.position;
+    this.number = arrays.number;
+    this.lift = arrays.lift;
+    this.pressed = arrays.pressed;
+    this.count = this.lift.length / this.position.length;
+    this.picture %= this.count;
+    this.slider.max = this.count - 1;
+    this.largest = 0;
+    for (const v of this.lift) this.largest = Math.max(this.largest, Math.abs(v));
+    for (const pair of walls) for (const wall of pair) if (wall !== null) this.largest = Math.max(this.largest, Math.abs(wall));
+    this.force = 1e-9;
+    for (const v of this.pressed) this.force = Math.max(this.force, Math.abs(v));
+    words.textContent = `${facts.slow} times slower, from ${sig(facts.starts)} s on, about the strongest contact; relative to the base. ` +
+      `Height of the picture: ±${sig(1e3 * this.largest, 3)} mm. Dashed: the clearances’ walls; arrows: contact forces, up to ${sig(this.force, 3)} N.`;
+    this.draw();
+  }
+  draw() {
+    const box = this.canvas.getBoundingClientRect(), ratio = devicePixelRatio || 1;
+    const width = Math.round(box.width * ratio), height = Math.round(box.height * ratio);
+    if (this.canvas.width !== width || this.canvas.height !== height) { this.canvas.width = width; this.canvas.height = height; }
+    const ctx = this.canvas.getContext("2d");
+    ctx.clearRect(0, 0, width, height);
+    if (!this.lift) return;
+    const n = this.position.length, lanes = this.number[n - 1] + 1;
+    const low = Math.min(...this.position), high = Math.max(...this.position), edge = 12 * ratio;
+    const x = (at) => edge + (at - low) / (high - low) * (width - 2 * edge);
+    const y = (lane, v) => height * (lane + 0.5) / lanes - v / this.largest * (height / lanes / 2 - edge);
+    ctx.lineWidth = ratio;
+    ctx.strokeStyle = ink("--line");
+    for (let lane = 0; lane < lanes; lane++) { ctx.beginPath(); ctx.moveTo(x(low), y(lane, 0)); ctx.lineTo(x(high), y(lane, 0)); ctx.stroke(); }
+    ctx.lineWidth = 2 * ratio;
+    this.facts.places.forEach(([lane, at, length], i) => {
+      const half = Math.max(length / 2, 0.02 * (high - low));
+      ctx.setLineDash([5 * ratio, 3 * ratio]);
+      ctx.strokeStyle = ink("--soft");
+      for (const wall of this.walls[i]) if (wall !== null) { ctx.beginPath(); ctx.moveTo(x(at - half), y(lane, wall)); ctx.lineTo(x(at + half), y(lane, wall)); ctx.stroke(); }
+      ctx.setLineDash([]);
+      const force = this.pressed[this.picture * this.facts.places.length + i];
+      if (Math.abs(force) > 0.01 * this.force) {
+        const wall = this.walls[i][force > 0 ? 1 : 0], from = y(lane, wall === null ? 0 : wall), tip = from + Math.sign(force) * (8 + 22 * Math.abs(force) / this.force) * ratio;
+        ctx.strokeStyle = ctx.fillStyle = colour(1);
+        ctx.beginPath(); ctx.moveTo(x(at), from); ctx.lineTo(x(at), tip); ctx.stroke();
+        ctx.beginPath(); ctx.arc(x(at), from, 3.5 * ratio, 0, 7); ctx.fill();
+      }
+    });
+    ctx.strokeStyle = colour(0);
+    ctx.lineWidth = 2.5 * ratio;
+    for (let k = 0; k < n; k++) {
+      const lane = this.number[k], px = x(this.position[k]), py = y(lane, this.lift[this.picture * n + k]);
+      if (k === 0 || this.number[k - 1] !== lane) { if (k) ctx.stroke(); ctx.beginPath(); ctx.moveTo(px, py); } else ctx.lineTo(px, py);
+    }
+    ctx.stroke();
+  }
+}

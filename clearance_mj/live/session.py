@@ -1,0 +1,283 @@
+"""The model of the page, without any web in it: settings in, the numbers of figures out."""
+
+from __future__ import annotations
+
+import functools
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ..clearance import Law
+from ..engines import get_engine
+from ..engines.simulation import Simulation
+from ..errors import ClearanceError
+from ..io.dataset import Dataset
+from ..periodic import response as periodic_response
+from ..report.style import sensor_title
+from ..rig import Rig
+from ..signals.correlation import csac, rmse_db
+from ..signals.frf import FRF, estimate_frf
+from ..signals.response import Response
+from . import figures
+from .controls import RECORD, Control, Value, built, checked_values, controls
+from .excite import excited, record_named
+from .figures import Numbers
+
+__all__ = ["Session", "Shown", "Watch"]
+
+Watch = Callable[[float], None]
+"""hears which share is done, 0 to 1; what it raises ends the computation"""
+HARMONICS = 9
+"""of response branches: what finds folds within 0.002 % on the Table-1 rig"""
+MOST_CASES = 200
+"""of a sweep"""
+
+
+@dataclass(frozen=True, eq=False)
+class Shown:
+    """What a setting gave."""
+
+    values: dict[str, Value]
+    """the setting"""
+    rig: Rig
+    """with these values"""
+    law: Law
+    """with these values"""
+    response: Response
+    """of the simulation"""
+    frf: FRF | None
+    """estimated from it; None under a single sine"""
+
+
+class Session:
+    """What one user moves and sees; sessions of one rig share nothing that changes.
+
+    Parameters
+    ----------
+    rig : Rig
+        The rig as identified.
+    law : Law
+        Its law.
+    dataset : Dataset, optional
+        Records to lay over the figures and to drive the rig with.
+
+    Raises
+    ------
+    ClearanceError
+        If the law does not fit the rig.
+    """
+
+    def __init__(self, rig: Rig, law: Law, dataset: Dataset | None = None) -> None:
+        law.table(len(rig.bushings))
+        self.rig, self.law, self.dataset = rig, law, dataset
+        self.controls: dict[str, Control] = {c.name: c for c in controls(rig, law, dataset)}
+        self.shown: Shown | None = None
+
+    @property
+    def identified(self) -> dict[str, Value]:
+        """The setting in which rig and law were given."""
+        return {name: control.value for name, control in self.controls.items()}
+
+    def setting(self, changes: Mapping[str, Any]) -> dict[str, Value]:
+        """Return the identified setting with changes.
+
+        Parameters
+        ----------
+        changes : mapping
+            New values of controls by their names.
+
+        Raises
+        ------
+        ClearanceError
+            For a name that no control has, or a value that it cannot have.
+        """
+        return self.identified | checked_values(self.controls, changes)
+
+    def simulated(self, values: Mapping[str, Value], watch: Watch = lambda share: None) -> Shown:
+        """Simulate a setting: what `simulate` and `estimate_frf` give for its rig, law and excitation.
+
+        Parameters
+        ----------
+        values : mapping
+            As `setting` returns.
+        watch : callable
+            Hears which share is done.
+
+        Raises
+        ------
+        ClearanceError
+            For impossible values, or a simulation that diverges.
+        """
+        rig, law = built(self.rig, self.law, values)
+        excitation = excited(rig, values, self.dataset)
+        response = Simulation(rig, excitation, law, get_engine(str(values["engine"]))).whole(watch)
+        return Shown(dict(values), rig, law, response, _frf(response, values))
+
+    def show(self, values: Mapping[str, Value], watch: Watch = lambda share: None) -> Numbers:
+        """Simulate a setting and return the numbers of all figures.
+
+        Parameters
+        ----------
+        values, watch
+            As in `simulated`, whose errors it raises.
+        """
+        began = time.perf_counter()
+        shown = self.simulated(values, watch)
+        rig, response = shown.rig, shown.response
+        numbers = Numbers({"values": shown.values, "kind": response.kind, "duration": response.duration})
+        numbers.add(figures.spectrum(response) if shown.frf is None else figures.frf_numbers(shown.frf))
+        numbers.add(figures.history(response))
+        numbers.add(figures.motion(rig, response))
+        numbers.add(figures.shaft(rig, response))
+        numbers.facts["natural"] = figures.frequencies_in_gap(rig, shown.law)
+        numbers.facts["step"] = response.provenance["step"]
+        self.shown = shown
+        numbers.facts["seconds"] = time.perf_counter() - began
+        return numbers
+
+    def window(self, first: float, last: float) -> Numbers:
+        """Return the displacements of the last simulation between two times, s, as finely as can be drawn.
+
+        Parameters
+        ----------
+        first, last : float
+            s.
+        """
+        return Numbers() if self.shown is None else figures.history(self.shown.response, first, last)
+
+    def overlay(self, name: str, resolution: float) -> Numbers:
+        """Return the FRFs of a record of the dataset, and how near those of the last simulation are to them.
+
+        Parameters
+        ----------
+        name : str
+            The record's.
+        resolution : float
+            Distance of the lines, Hz.
+
+        Raises
+        ------
+        ClearanceError
+            If the dataset has no record of this name, or it is too short.
+        """
+        test = _of_record(self.dataset, name, resolution)
+        numbers = figures.frf_numbers(test, "test_")
+        rows = {label: i for i, label in enumerate(test.responses)}
+        order = [rows.get(label, -1) for label in self.rig.sensor_labels]
+        for key in ("test_magnitude", "test_phase", "test_coherence"):
+            if key in numbers.arrays:
+                found = numbers.arrays[key]
+                numbers.arrays[key] = np.where(np.array(order)[:, None] < 0, np.nan, found[order])
+        numbers.facts["record"] = name
+        model = self.shown.frf if self.shown else None
+        same = model is not None and (model.responses, model.reference) == (test.responses, test.reference)
+        if model is not None and same and np.array_equal(model.frequency, test.frequency):
+            pair = test.value[:, 0], model.value[:, 0]
+            numbers.facts["agreement"] = {"rmse_db": rmse_db(*pair).tolist(), "csac": float(np.mean(csac(*pair)))}
+        return numbers
+
+    def branch(self, values: Mapping[str, Value], low: float, high: float, watch: Watch) -> Numbers:
+        """Follow the periodic vibration of a setting from one frequency to another, at √2 times its level.
+
+        Parameters
+        ----------
+        values : mapping
+            As `setting` returns.
+        low, high : float
+            From and to, Hz.
+        watch : callable
+            Hears which share is done.
+
+        Raises
+        ------
+        ClearanceError
+            As `periodic.response`.
+        """
+        rig, law = built(self.rig, self.law, values)
+        kind, level = str(values.get("kind", rig.shaker.kind)), np.sqrt(2) * float(values["level"])
+        heard = lambda f: watch(min(max((f - low) / (high - low), 0.0), 1.0) if high != low else 0.0)  # noqa: E731
+        found = periodic_response(rig, law, level, (low, high), HARMONICS, kind=kind, watch=heard)
+        stable = np.ones(found.frequency.size) if found.stable is None else found.stable.astype(float)
+        special = [{"kind": p.kind, "frequency": p.frequency, "index": p.index} for p in found.special]
+        return Numbers(
+            {"special": special, "ended": found.ended, "level": float(level)},
+            {"frequency": found.frequency, "amplitude": found.amplitude().T, "stable": stable},
+        )
+
+    def sweep(
+        self, values: Mapping[str, Value], name: str, low: float, high: float, count: int, watch: Watch
+    ) -> Numbers:
+        """Simulate a setting with one control at several values.
+
+        Parameters
+        ----------
+        values : mapping
+            As `setting` returns.
+        name : str
+            Of the control, a number.
+        low, high : float
+            First and last value, SI units; between them as the slider goes.
+        count : int
+            How many, 2 to 200.
+        watch : callable
+            Hears which share is done.
+
+        Raises
+        ------
+        ClearanceError
+            For an unknown name or impossible numbers. Values at which a simulation fails are nan.
+        """
+        control = self.controls.get(name)
+        if control is None or control.choices:
+            raise ClearanceError(f"{name!r} is no number that can be swept")
+        if not 2 <= count <= MOST_CASES:
+            raise ClearanceError(f"a sweep has 2 to {MOST_CASES} values, got {count}")
+        log = control.log and low > 0 and high > 0
+        at = np.geomspace(low, high, count) if log else np.linspace(low, high, count)
+        share = np.full((len(self.rig.bushings), count), np.nan)
+        rms, failed = np.full((len(self.rig.sensors), count), np.nan), ""
+        for i, value in enumerate(at):
+            part: Watch = functools.partial(_part_of, watch, i, count)
+            part(0.0)
+            try:
+                response = self.simulated({**values, name: float(value)}, part).response
+            except ClearanceError as error:
+                failed = str(error)
+                continue
+            found = figures.motion(self.rig, response).facts["clearances"]
+            share[:, i] = [row["share"] for row in found]
+            rms[:, i] = response.acceleration.std(axis=1)
+        return Numbers({"name": name, "failed": failed, "log": log}, {"at": at, "share": share, "rms": rms})
+
+    def described(self) -> dict[str, Any]:
+        """Return what a page needs once: the controls and the names of everything; plain data."""
+        return {
+            "rig": self.rig.name,
+            "description": self.rig.description,
+            "law": self.law.kind,
+            "controls": [vars(control) for control in self.controls.values()],
+            "sensors": [sensor_title(self.rig, i) for i in range(len(self.rig.sensors))],
+            "clearances": [f"clearance {i + 1}, {b.where}" for i, b in enumerate(self.rig.bushings)],
+            "records": [r.name for r in self.dataset.records] if self.dataset else [],
+            "record_prefix": RECORD,
+        }
+
+
+def _part_of(watch: Watch, done: int, count: int, share: float) -> None:
+    watch((done + share) / count)
+
+
+def _frf(response: Response, values: Mapping[str, Value]) -> FRF | None:
+    if values["excitation"] == "sine":
+        return None
+    if values["excitation"] == "burst random":  # one burst and its decay in every segment
+        return estimate_frf(response, resolution=0.5, overlap=0.0, window="boxcar")
+    return estimate_frf(response, resolution=float(values["resolution"]))
+
+
+@functools.lru_cache(maxsize=64)
+def _of_record(dataset: Dataset | None, name: str, resolution: float) -> FRF:
+    return estimate_frf(record_named(dataset, name).response(), resolution=resolution)

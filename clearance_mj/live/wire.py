@@ -1,0 +1,106 @@
+"""What page and server tell each other: checked messages one way, packed numbers the other."""
+
+from __future__ import annotations
+
+import json
+from typing import Annotated, Any, Literal
+
+import numpy as np
+import pydantic
+from pydantic import ConfigDict, Field
+from pydantic.dataclasses import dataclass
+
+from ..files import to_json
+from .figures import Numbers
+
+__all__ = ["MOST_BYTES", "Cancel", "Export", "Follow", "Message", "Set", "Sweep", "Window", "packed", "parsed"]
+
+MOST_BYTES = 65_536
+"""of a message to the server"""
+_STRICT = ConfigDict(strict=True, extra="forbid", allow_inf_nan=False)
+Name = Annotated[str, Field(max_length=200)]
+Number = Annotated[int | float, Field(union_mode="left_to_right")]
+Values = Annotated[dict[Name, Number | Name], Field(max_length=2000)]
+Order = Annotated[int, Field(ge=0, lt=2**53)]
+
+
+@dataclass(config=_STRICT)
+class Set:
+    """Show a setting, and a record over it."""
+
+    type: Literal["set"]
+    id: Order
+    values: Values
+    record: Name = ""
+
+
+@dataclass(config=_STRICT)
+class Window:
+    """Show a stretch of time more finely."""
+
+    type: Literal["window"]
+    low: Number
+    high: Number
+
+
+@dataclass(config=_STRICT)
+class Follow:
+    """Follow a branch of periodic vibrations over frequency."""
+
+    type: Literal["branch"]
+    values: Values
+    low: Number
+    high: Number
+
+
+@dataclass(config=_STRICT)
+class Sweep:
+    """Simulate with one control at several values."""
+
+    type: Literal["sweep"]
+    values: Values
+    name: Name
+    low: Number
+    high: Number
+    count: Order
+
+
+@dataclass(config=_STRICT)
+class Cancel:
+    """End a branch or a sweep."""
+
+    type: Literal["cancel"]
+
+
+@dataclass(config=_STRICT)
+class Export:
+    """Send what is shown as files."""
+
+    type: Literal["export"]
+
+
+Message = Set | Window | Follow | Sweep | Cancel | Export
+_MESSAGE: pydantic.TypeAdapter[Message] = pydantic.TypeAdapter(Annotated[Message, Field(discriminator="type")])
+
+
+def parsed(text: str | bytes) -> Message | None:
+    """Return the message that a text is, None if it is none: such a one does nothing."""
+    try:
+        return _MESSAGE.validate_json(text)
+    except (pydantic.ValidationError, RecursionError):
+        return None
+
+
+def packed(kind: str, numbers: Numbers, **more: Any) -> bytes:
+    """Return facts and arrays as bytes.
+
+    Length of the head (4 bytes, little-endian), the head (JSON, padded to whole numbers of 4 bytes) with names and
+    shapes of the arrays, and their numbers one array after the other (4-byte floats, little-endian).
+    """
+    shapes = [[name, list(array.shape)] for name, array in numbers.arrays.items()]
+    head = json.loads(to_json({"type": kind, **more, **numbers.facts, "arrays": shapes}))
+    text = json.dumps(head, separators=(",", ":"), allow_nan=False).encode()
+    text += b" " * (-len(text) % 4)
+    with np.errstate(over="ignore"):
+        body = b"".join(np.ascontiguousarray(array, dtype="<f4").tobytes() for array in numbers.arrays.values())
+    return len(text).to_bytes(4, "little") + text + body

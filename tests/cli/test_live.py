@@ -1,0 +1,39 @@
+"""clearance-mj live: the page's address is told and kept private; bad input is one line."""
+
+import stat
+
+import pytest
+
+from clearance_mj.cli import main
+
+from ..conftest import ROOT, SMALL_LAW
+
+pytest.importorskip("tornado", reason="the live page needs Tornado (the extra live)")
+
+RIG = ROOT / "models" / "table1_rig.toml"
+
+
+def test_the_address_is_told_until_the_page_ends(monkeypatch, capsys, tmp_path, small_dataset):
+    seen = {}
+
+    def serve(page, ready):
+        ready()
+        out = tmp_path / "address"
+        seen.update(page=page, text=out.read_text(), mode=stat.S_IMODE(out.stat().st_mode))
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("clearance_mj.live.server.serve", serve)
+    SMALL_LAW.save(tmp_path / "law.json")
+    told = ["live", str(small_dataset), "--law", str(tmp_path / "law.json"), "--no-browser", "--out"]
+    assert main([*told, str(tmp_path / "address")]) == 0
+    printed = capsys.readouterr().out
+    assert seen["text"] == seen["page"].address + "\n" and f"live: {seen['text']}" in printed
+    assert seen["mode"] == 0o600 and not (tmp_path / "address").exists()
+    session = seen["page"].session()
+    assert session.law == SMALL_LAW and session.dataset.path == small_dataset  # the rig's folder is a dataset's
+
+
+def test_bad_input(refused, tmp_path):
+    assert "cannot be read" in refused("live", tmp_path / "rig.toml")
+    assert "does not exist" in refused("live", RIG, "--dataset", tmp_path / "none", "--no-browser")
+    assert "--port 70000: needs a number from 0 to 65535" in refused("live", RIG, "--port", 70000, "--no-browser")

@@ -1,0 +1,206 @@
+"""The live page's server: who it refuses, what it never reads, and that bad messages do nothing."""
+
+import asyncio
+import http.client
+import json
+import threading
+
+import numpy as np
+import pytest
+
+pytest.importorskip("tornado", reason="the live page needs Tornado (the extra live)")
+
+from tornado.httpclient import HTTPClientError, HTTPRequest
+from tornado.websocket import websocket_connect
+
+from clearance_mj.clearance import ConstantLaw
+from clearance_mj.errors import ClearanceError
+from clearance_mj.live.figures import Numbers
+from clearance_mj.live.server import Page
+from clearance_mj.live.wire import MOST_BYTES, packed, parsed
+
+from ..conftest import TABLE1
+
+LAW = ConstantLaw(7.8e3, 4.0)
+SET = {"type": "set", "id": 1, "values": {"duration": 4.0}}
+
+
+@pytest.fixture(scope="module")
+def page():
+    made = Page(TABLE1.replace(name="<script>alert(1)</script>"), LAW)
+    loop, ready = asyncio.new_event_loop(), threading.Event()
+    task = loop.create_task(made.run(ready.set))
+    thread = threading.Thread(target=lambda: loop.run_until_complete(asyncio.wait([task])))
+    thread.start()
+    ready.wait()
+    yield made
+    loop.call_soon_threadsafe(task.cancel)
+    thread.join()
+    loop.close()
+
+
+def unpacked(data):
+    size = int.from_bytes(data[:4], "little")
+    head, at = json.loads(data[4 : 4 + size]), 4 + size
+    for name, shape in head["arrays"]:
+        count = int(np.prod(shape))
+        head[name] = np.frombuffer(data, "<f4", count, at).reshape(shape)
+        at += 4 * count
+    return head
+
+
+def fetched(page, path, method="GET", body=None, **headers):
+    connection = http.client.HTTPConnection("127.0.0.1", page.port, timeout=10)
+    try:
+        connection.request(method, path, body, {k.replace("_", "-"): v for k, v in headers.items()})
+        answer = connection.getresponse()
+        return answer.status, answer.read(), answer.headers
+    except (ConnectionError, http.client.RemoteDisconnected):
+        return 0, b"", {}
+    finally:
+        connection.close()
+
+
+def talk(page, *messages, until=1, origin=None, token=None, **headers):
+    """Send messages after the greeting, and return the greeting and ``until`` answers."""
+
+    async def run():
+        url = f"ws://127.0.0.1:{page.port}/{token or page.token}/socket"
+        origins = {"Origin": origin or f"http://127.0.0.1:{page.port}"} if origin != "" else {}
+        socket = await websocket_connect(HTTPRequest(url, headers=origins | headers))
+        found = [unpacked(await socket.read_message())]
+        for message in messages:
+            await socket.write_message(message if isinstance(message, str | bytes) else json.dumps(message))
+        while len(found) <= until:
+            data = await asyncio.wait_for(socket.read_message(), 120)
+            if data is None:
+                found.append(None)
+                break
+            if (head := unpacked(data))["type"] != "progress":
+                found.append(head)
+        socket.close()
+        return found
+
+    return asyncio.run(run())
+
+
+def test_the_page_and_nothing_else(page):
+    status, body, headers = fetched(page, f"/{page.token}/")
+    assert status == 200 and b"<title>clearance-mj live</title>" in body
+    assert "default-src 'none'" in headers["Content-Security-Policy"] and headers["Referrer-Policy"] == "no-referrer"
+    assert fetched(page, f"/{page.token}/uPlot.iife.min.js")[0] == 200
+    for path in ("server.py", "../server.py", "..%2f..%2ferrors.py", "/etc/passwd", "%2fetc%2fpasswd", "page/live.js",
+                 "....//live.css", "live.js%00", "rig.toml"):  # fmt: skip
+        assert fetched(page, f"/{page.token}/{path}")[0] in (403, 404)
+    for name in page.files:  # nothing that loads from elsewhere
+        text = fetched(page, f"/{page.token}/{name}")[1].decode()
+        assert 'src="http' not in text and 'href="http' not in text and "url(http" not in text and "//cdn" not in text
+
+
+def test_only_this_machine_is_listened_to(page):
+    assert [s.getsockname()[0] for s in page.sockets] == ["127.0.0.1"]
+    assert len(page.token) >= 43 and Page(TABLE1, LAW).token != page.token
+    with pytest.raises(ClearanceError, match=f"--port {page.port}: cannot be listened on"):
+        Page(TABLE1, LAW, port=page.port)
+
+
+def test_who_is_refused(page):
+    own = f"/{page.token}/"
+    for path in ("/", "//", "/x/", "/live.js", f"/{page.token[:-1]}/", f"/{page.token}", "/%C3%A9/"):
+        assert fetched(page, path)[0] == 403
+    assert fetched(page, own, Host="evil.example")[0] == 403
+    assert fetched(page, own, Host=f"evil.example:{page.port}")[0] == 403
+    assert fetched(page, own, Origin="http://evil.example")[0] == 403
+    assert fetched(page, own, Origin="null")[0] == 403
+    assert fetched(page, own, Sec_Fetch_Site="cross-site")[0] == 403
+    assert fetched(page, own, Host=f"localhost:{page.port}", Origin=f"http://localhost:{page.port}")[0] == 200
+    assert fetched(page, own, "POST")[0] == 405
+    assert fetched(page, own, "POST", b"x" * 100_000)[0] in (0, 400, 413)
+    assert fetched(page, own, X="x" * 100_000)[0] in (0, 400, 431)
+
+
+@pytest.mark.parametrize(
+    "who", [{"token": "wrong"}, {"origin": ""}, {"origin": "http://evil.example"}, {"origin": "null"},
+            {"origin": "http://127.0.0.1:1"}, {"Host": "evil.example"}]
+)  # fmt: skip
+def test_whose_websocket_is_refused(page, who):
+    with pytest.raises(HTTPClientError) as refused:
+        talk(page, SET, **who)
+    assert refused.value.code == 403
+
+
+def test_large_messages_close_their_connection_only(page):
+    assert talk(page, json.dumps(SET | {"record": "x" * MOST_BYTES}))[-1] is None
+    assert talk(page, SET)[-1]["type"] == "figures"
+
+
+def test_figures_come_as_packed_numbers(page):
+    hello, figures = talk(page, SET)
+    assert hello["rig"] == "<script>alert(1)</script>" and len(hello["sensors"]) == 8
+    session = page.session()
+    expected = session.show(session.setting(SET["values"])).arrays["magnitude"]
+    np.testing.assert_array_equal(figures["magnitude"], expected.astype("<f4"))
+    assert figures["id"] == 1
+
+
+MALFORMED = [
+    "", "{", "[]", "null", "7", '"set"', "[" * 50_000, b"\xff\xfe", '{"type": "set"}',
+    '{"type": "open", "path": "/etc/passwd"}',
+    '{"type": "set", "id": 1, "values": {"level": NaN}}', '{"type": "set", "id": -1, "values": {}}',
+    '{"type": "set", "id": 1, "values": {"level": [1]}}', '{"type": "set", "id": 1, "values": {}, "more": 1}',
+    '{"type": "set", "id": 1.5, "values": {}}', '{"type": "set", "id": 1, "values": {"level": true}}',
+    '{"type": "sweep", "values": {}, "name": "level", "low": 1, "high": 2, "count": "3"}',
+    '{"type": "set", "id": 1, "values": {"level": 1e999}}',
+]  # fmt: skip
+
+
+def test_malformed_messages_do_nothing(page):
+    assert [parsed(text) for text in MALFORMED] == [None] * len(MALFORMED)
+    _, answer = talk(page, *(text for text in MALFORMED if isinstance(text, str)), SET)
+    assert answer["type"] == "figures"
+
+
+def test_what_cannot_be_shown_is_said_and_the_page_goes_on(page):
+    first = talk(page, SET | {"values": {"duration": 4.0, "level": 1e200}})[-1]
+    assert first["type"] == "problem" and "diverged" in first["text"] and first["id"] == 1
+    assert talk(page, SET | {"record": "ramp"})[-1]["text"] == "the opened dataset has no record 'ramp'"
+    assert talk(page, {"type": "export"})[-1]["text"] == "nothing is shown yet"
+    huge = SET | {"values": {"level": 10**400}}
+    assert talk(page, json.dumps(huge), SET | {"id": 5}, until=1)[-1]["type"] in ("figures", "problem")
+    assert talk(page, SET | {"id": 2})[-1]["type"] == "figures"
+
+
+def test_the_newest_setting_wins(page):
+    many = [SET | {"id": i, "values": {"duration": 4.0, "level": 1.0 + 0.01 * i}} for i in range(1, 40)]
+
+    async def run():
+        socket = await websocket_connect(
+            HTTPRequest(
+                f"ws://127.0.0.1:{page.port}/{page.token}/socket", headers={"Origin": f"http://localhost:{page.port}"}
+            )
+        )
+        for message in many:
+            await socket.write_message(json.dumps(message))
+        seen = []
+        while not seen or seen[-1] != 39:
+            head = unpacked(await asyncio.wait_for(socket.read_message(), 120))
+            seen += [head["id"]] if head["type"] == "figures" else []
+        return seen
+
+    seen = asyncio.run(run())
+    assert seen == sorted(seen) and len(seen) < 10
+
+
+def test_a_branch_is_cancelled(page):
+    follow = {"type": "branch", "values": {"level": 4.0}, "low": 5, "high": 220}
+    assert talk(page, follow, {"type": "cancel"})[-1] == {"type": "ended", "of": "branch", "arrays": []}
+    sweep = {"type": "sweep", "values": {"duration": 4}, "name": "level", "low": 1, "high": 2, "count": 2}
+    answer = talk(page, sweep)[-1]
+    assert answer["type"] == "sweep" and answer["rms"].shape == (8, 2)
+
+
+def test_packed_numbers():
+    data = packed("x", Numbers({"a": float("nan"), "b": "ü"}, {"n": np.arange(6.0).reshape(2, 3)}), id=7)
+    head = unpacked(data)
+    assert (int.from_bytes(data[:4], "little") % 4, head["a"], head["b"], head["id"]) == (0, None, "ü", 7)
+    np.testing.assert_array_equal(head["n"], [[0, 1, 2], [3, 4, 5]])

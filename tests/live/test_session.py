@@ -1,0 +1,225 @@
+"""The model of the live page: its figures hold what the library's calls give; what is impossible says so."""
+
+import io
+import json
+import zipfile
+
+import numpy as np
+import pytest
+
+from clearance_mj import periodic
+from clearance_mj.clearance import AmplitudeLaw, ConstantLaw, ContactLaw, load_rig_and_law
+from clearance_mj.clearance.contacts.hertz import HuntCrossley
+from clearance_mj.engines import simulate
+from clearance_mj.errors import ClearanceError, SimulationError
+from clearance_mj.io.dataset import Dataset
+from clearance_mj.live import Session
+from clearance_mj.live.controls import built
+from clearance_mj.live.export import exported
+from clearance_mj.live.figures import thinned
+from clearance_mj.rig import Grease
+from clearance_mj.signals import excitation
+from clearance_mj.signals.correlation import csac, rmse_db
+from clearance_mj.signals.frf import estimate_frf
+
+from ..conftest import TABLE1
+
+LAW = ConstantLaw(7.8e3, 4.0)
+SHORT = {"duration": 4.0}
+
+
+@pytest.fixture
+def session():
+    return Session(TABLE1, LAW)
+
+
+def with_gap(rig, gap):
+    first, *others = rig.to_dict()["bushings"]
+    return type(rig).from_dict(rig.to_dict() | {"bushings": [first | {"gap": gap}, *others]})
+
+
+def test_figures_hold_what_the_library_gives(session):
+    values = session.setting(SHORT | {"bushings[0].gap": 1.5e-4, "level": 3.0, "seed": 4})
+    numbers = session.show(values)
+    response = simulate(with_gap(TABLE1, 1.5e-4), excitation.random(4.0, 2048.0, rms=3.0, seed=4), LAW, "modal")
+    frf = estimate_frf(response)
+    np.testing.assert_array_equal(numbers.arrays["magnitude"], np.abs(frf.value[:, 0]))
+    np.testing.assert_array_equal(numbers.arrays["coherence"], frf.coherence[:, 0])
+    np.testing.assert_array_equal(numbers.arrays["frequency"], frf.frequency)
+    x = numbers.arrays["displacement"]
+    np.testing.assert_array_equal(x.max(axis=1), response.displacement.max(axis=1))
+    np.testing.assert_array_equal(x.min(axis=1), response.displacement.min(axis=1))
+    # the natural frequencies of docs/theory.md, which the rig reproduces
+    np.testing.assert_allclose(numbers.facts["natural"][:4], [9.25, 39.75, 92.85, 188.85], rtol=1e-4)
+    assert numbers.facts["clearances"][0]["walls"] == [-1.5e-4, 1.5e-4]
+
+
+def test_identified_settings_are_the_rig_and_law_that_were_given():
+    grease = Grease(stiffness=4000.0, damping=5.0, film_height=3.5e-4)
+    for law in (
+        ConstantLaw(6e3, 12.0, grease=grease), AmplitudeLaw([1e-4, 5e-4], [6e3, 8e3], [3.0, 9.0]),
+        ContactLaw(HuntCrossley(5e5, 0.6)),
+    ):  # fmt: skip
+        session = Session(TABLE1, law)
+        rig, same = built(TABLE1, law, session.identified)
+        assert rig == TABLE1
+        for of_given, of_built in zip(law.table(2)[:5], same.table(2)[:5]):
+            np.testing.assert_array_equal(of_built, of_given)
+        one = same.grease[1] if same.grease else None
+        assert one == (law.grease[0] if law.grease else None)
+
+
+def test_every_number_of_a_law_can_be_moved():
+    law = ContactLaw(HuntCrossley(5e5, 0.6), grease=Grease(4e3, 5.0, film_height=3.5e-4))
+    session = Session(TABLE1, law)
+    moved = {"contact.restitution": 0.3, "grease.film_height": 4e-4, "offset": 1e-4}
+    rig, new = built(TABLE1, law, session.setting({f"bushings[1].{k}": v for k, v in moved.items()}))
+    assert new.contact == (HuntCrossley(5e5, 0.6), HuntCrossley(5e5, 0.3))
+    assert [g.film_height for g in new.grease] == [3.5e-4, 4e-4]
+    assert [b.offset for b in rig.bushings] == [0.0, 1e-4]
+    factors = Session(TABLE1, AmplitudeLaw([1e-4, 5e-4], [6e3, 8e3], [3.0, 9.0]))
+    assert factors.controls["bushings[0].contact.k"].unit == "×"
+    _, twice = built(TABLE1, factors.law, factors.setting({"bushings[0].contact.k": 2.0}))
+    np.testing.assert_array_equal(twice.k, [[12e3, 6e3], [16e3, 8e3]])
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"bushings[7].gap": 1e-4}, "'bushings\\[7\\].gap' is nothing that can be moved"),
+        ({"level": "high"}, "Level, RMS: needs a number"),
+        ({"level": float("nan")}, "needs a number"),
+        ({"level": True}, "needs a number"),
+        ({"seed": 1.5}, "whole number"),
+        ({"seed": -1}, "whole number"),
+        ({"engine": "warp"}, "'warp' is unknown; use modal"),
+        ({"bushings[0].offset": 4e-4}, "beyond the gap"),
+        ({"bushings[0].gap": -1.0}, "gap"),
+        ({"bushings[0].contact.k": -1.0}, "k must be"),
+        ({"bushings[0].contact.k": 1e16}, "stiff"),
+        ({"duration": 1e9}, "samples; take fewer"),
+        ({"resolution": 0.01}, "shorter than one segment"),
+        ({"band_low": 300.0}, "band"),
+    ],
+)
+def test_impossible_settings_say_what_is_wrong(session, changes, words):
+    with pytest.raises(ClearanceError, match=words):
+        session.simulated(session.setting(SHORT | changes))
+
+
+def test_a_simulation_that_diverges_leaves_the_session_working(session):
+    with pytest.raises(SimulationError, match="diverged"):
+        session.show(session.setting(SHORT | {"level": 1e200}))
+    assert session.shown is None
+    assert session.show(session.setting(SHORT)).facts["values"]["level"] == 2.0
+
+
+def test_kinds_of_excitation(session):
+    def of(kind):
+        values = session.setting(SHORT | {"excitation": kind, "level": 1.0})
+        return session.simulated(values).response.provenance["excitation"]["generator"]
+
+    made = [of(k) for k in session.controls["excitation"].choices]
+    assert made == ["random", "multisine", "burst_random", "level_ramp", "sweep", "stepped_sine"]
+
+
+def test_a_sine_shows_amplitudes():
+    """Below contact the tip of the linear rig moves as `linear_frf` says."""
+    from clearance_mj.beam import linear_frf
+
+    session = Session(TABLE1, LAW)
+    setting = {"excitation": "sine", "frequency": 20.0, "level": 0.1, "duration": 20.0}
+    numbers = session.show(session.setting(setting))
+    assert numbers.facts["spectrum"] and numbers.facts["clearances"][1]["rattle"] == "free"
+    at = np.argmin(np.abs(numbers.arrays["frequency"] - 20.0))
+    expected = np.sqrt(2) * 0.1 * np.abs(linear_frf(TABLE1, [20.0]))[:, 0]
+    np.testing.assert_allclose(numbers.arrays["magnitude"][:, at], expected, rtol=0.01)
+
+
+def test_overlay_measures_agreement(small_dataset):
+    dataset = Dataset.load(small_dataset)
+    session = Session(dataset.rig, LAW, dataset)
+    numbers = session.show(session.setting({"excitation": "record: level_4_1"}))
+    numbers.add(session.overlay("level_4_1", 0.5))
+    record = dataset.records[3]
+    test, model = (
+        estimate_frf(record.response()),
+        estimate_frf(simulate(dataset.rig, record.excitation(), LAW, "modal")),
+    )
+    np.testing.assert_array_equal(numbers.arrays["test_magnitude"], np.abs(test.value[:, 0]))
+    pair = test.value[:, 0], model.value[:, 0]
+    assert numbers.facts["agreement"]["rmse_db"] == pytest.approx(rmse_db(*pair).tolist())
+    assert numbers.facts["agreement"]["csac"] == pytest.approx(np.mean(csac(*pair)))
+    for name in ("../ramp", "/etc/passwd", ""):
+        with pytest.raises(ClearanceError, match="no record"):
+            session.overlay(name, 0.5)
+
+
+def test_thinned_keeps_peaks():
+    values = np.zeros((2, 100_001))
+    values[0, 77_777], values[1, 33_333], values[1, 100_000] = 5.0, -3.0, 7.0
+    places, found = thinned(values, 1000)
+    assert found.shape[1] == places.size <= 1000 and np.all(np.diff(places) > 0)
+    assert (found[0].max(), found[1].min(), found[1].max()) == (5.0, -3.0, 7.0)
+    assert places[found[0].argmax()] == pytest.approx(77_777, abs=101)
+    same_places, same = thinned(values[:, :1000], 1000)
+    assert same.shape == (2, 1000) and same_places[-1] == 999
+
+
+def test_a_window_shows_every_sample(session):
+    session.show(session.setting(SHORT))
+    numbers = session.window(1.0, 1.25)
+    x = session.shown.response.displacement[:, 2048 : 2048 + 512]
+    np.testing.assert_array_equal(numbers.arrays["displacement"], x)
+    np.testing.assert_allclose(numbers.arrays["time"][[0, -1]], [1.0, 1.25 - 1 / 2048])
+    assert not session.window(5.0, 6.0).arrays
+
+
+def test_branch_is_that_of_periodic_response_and_can_be_cancelled(session):
+    heard = []
+    numbers = session.branch(session.setting({"level": 6.0 / np.sqrt(2)}), 43.0, 49.0, heard.append)
+    branch = periodic.response(TABLE1, LAW, 6.0, (43.0, 49.0), 9)
+    np.testing.assert_allclose(numbers.arrays["frequency"], branch.frequency, rtol=1e-9)
+    np.testing.assert_allclose(numbers.arrays["amplitude"], branch.amplitude().T, rtol=1e-6)
+    assert [p["kind"] for p in numbers.facts["special"]] == [p.kind for p in branch.special]
+    assert 0 <= min(heard) and max(heard) <= 1 and len(heard) > 5
+
+    def stop(share):
+        raise KeyError
+
+    with pytest.raises(KeyError):
+        session.branch(session.identified, 43.0, 49.0, stop)
+
+
+def test_sweep_over_gap(session):
+    """A wider gap is touched less; far beyond the motion, never."""
+    numbers = session.sweep(session.setting(SHORT), "bushings[1].gap", 2e-4, 2e-2, 3, lambda share: None)
+    np.testing.assert_allclose(numbers.arrays["at"], [2e-4, 2e-3, 2e-2])
+    share = numbers.arrays["share"][1]
+    assert share[0] > share[1] >= share[2] == 0
+    rms = simulate(TABLE1, excitation.random(4.0, 2048.0, rms=2.0), LAW, "modal").acceleration.std(axis=1)
+    again = session.sweep(session.setting(SHORT), "level", 2.0, 4.0, 2, lambda share: None)
+    np.testing.assert_allclose(again.arrays["rms"][:, 0], rms)
+    for name, count in (("engine", 3), ("nothing", 3), ("level", 1), ("level", 1000)):
+        with pytest.raises(ClearanceError, match=r"swept|sweep has"):
+            session.sweep(session.identified, name, 1.0, 2.0, count, lambda share: None)
+
+
+def test_export_goes_on_where_the_page_was(session, tmp_path):
+    session.show(session.setting(SHORT | {"bushings[0].gap": 2e-4, "bushings[1].contact.k": 9e3}))
+    with zipfile.ZipFile(io.BytesIO(exported(session.shown))) as archive:
+        archive.extractall(tmp_path)
+    rig, law = load_rig_and_law(tmp_path)
+    assert rig == with_gap(TABLE1, 2e-4) and law == ConstantLaw([7.8e3, 9e3], [4.0, 4.0])
+    assert json.loads((tmp_path / "setting.json").read_text())["bushings[0].gap"] == 2e-4
+    table = np.genfromtxt(tmp_path / "frf.csv", delimiter=",", names=True, deletechars="")
+    np.testing.assert_allclose(table["8:+Z_magnitude"], np.abs(session.shown.frf.value[7, 0]), rtol=1e-9)
+    assert {p.name for p in tmp_path.glob("*.svg")} == {"frf.svg", "displacement.svg"}
+
+
+def test_sessions_share_nothing_that_changes():
+    one, other = Session(TABLE1, LAW), Session(TABLE1, LAW)
+    before = other.show(other.setting(SHORT)).arrays["magnitude"]
+    one.show(one.setting(SHORT | {"bushings[0].gap": 5e-5, "level": 9.0}))
+    np.testing.assert_array_equal(other.show(other.setting(SHORT)).arrays["magnitude"], before)
+    assert other.shown.rig == TABLE1
