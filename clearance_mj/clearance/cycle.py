@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Sequence
 
 import numpy as np
@@ -75,6 +76,7 @@ def equivalent_contact(
     return k, c
 
 
+@functools.lru_cache(maxsize=1000)  # bushings are often alike
 def _equivalent(model: ContactModel, gap: float, amplitude: float, omega: float) -> np.ndarray:
     # Half a cycle, from one reversal to the next, holds one contact from its beginning to its end.
     within = np.arccos(gap / amplitude)

@@ -20,7 +20,7 @@ __all__ = ["QUANTITIES", "AmplitudeCurve", "draw_curves", "draw_walls", "law_fig
 
 MM = 1e3
 QUANTITIES = ("Stiffness k (N/m)", "Damping c (N s/m)")
-CURVE = 200
+POINTS = 75
 """amplitudes of a law's curve"""
 
 
@@ -73,7 +73,7 @@ def law_figure(law: LawToDraw, rig: Rig, cycles: dict[str, np.ndarray], frequenc
     grid = figure.subplots(n, 3, squeeze=False, width_ratios=(1.4, 1, 1))
     looks = {f"cycle of {name}": {"color": colour} for name, colour in zip(cycles, COLOURS[1:] * len(cycles))}
     along = [cycle_force(rig, law, amplitude, frequency) for amplitude in cycles.values()]
-    reach = np.linspace(0, max(amplitude.max() for amplitude in cycles.values()), CURVE + 1)[1:]
+    reach = np.linspace(0, max(amplitude.max() for amplitude in cycles.values()), POINTS + 1)[1:]
     omega = np.full(n, 2 * np.pi * frequency)
     curve = AmplitudeCurve("", reach, *law.over_amplitude([b.gap for b in rig.bushings], reach, omega))
     for j, (line, bushing) in enumerate(zip(grid, rig.bushings)):

@@ -9,7 +9,7 @@ from typing import Any, TypeVar
 import numpy as np
 from matplotlib.figure import Figure
 
-from ..clearance.figures import CURVE, AmplitudeCurve
+from ..clearance.figures import AmplitudeCurve
 from ..clearance.law import AmplitudeLaw, ConstantLaw, ContactLaw, TimeLaw
 from ..errors import RecordError
 from ..identify.checks import ridge_band
@@ -24,6 +24,9 @@ from ..io.dataset import Dataset, Record
 from . import identification as draw
 
 __all__ = ["Findings"]
+
+CURVE = 200
+"""amplitudes of a law's curve"""
 
 T = TypeVar("T")
 

@@ -267,7 +267,8 @@ class Rig(Shown):
         if isinstance(self.linear, StructureOfFiles):
             return ""
         try:
-            omega = self.reduction(16 + FREQUENCIES, grease=True).omega[:FREQUENCIES]
+            with np.errstate(all="ignore"):
+                omega = self.reduction(16 + FREQUENCIES, grease=True).omega[:FREQUENCIES]
         except RigError:
             return ""
         return f"{few([f'{w / (2 * np.pi):.4g}' for w in omega])} Hz in the gaps"
