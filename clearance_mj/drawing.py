@@ -33,7 +33,7 @@ COLUMNS = 1000
 """of a history that are drawn: the lowest and the highest sample of each"""
 _COLOUR = re.compile(r"(stroke|fill): (#[0-9a-f]{6})")
 _MIXED = 70
-"""% of a colour in a notebook; the rest is the text's, so that dark ones show on dark pages"""
+"""% of a line's colour in a notebook; the rest is the text's, so that dark ones show on dark pages"""
 
 
 class NotebookFigure(Figure):
@@ -59,15 +59,15 @@ class NotebookFigure(Figure):
 
 
 def _follow_page(match: re.Match[str]) -> str:
-    """A colour of an image as one that is seen on light and dark pages."""
+    """A colour of an image as one that is seen on light and dark pages; fills other than black may be of a scale."""
     kind, colour = match.groups()
     if colour == TEST:
         return f"{kind}: currentColor"
-    if colour == FAINT:
-        return f"{kind}: currentColor; {kind}-opacity: 0.15"
-    if colour == "#ffffff":
+    if kind == "fill" or colour == "#ffffff":
         return match[0]
-    return f"{match[0]}; {kind}: color-mix(in srgb, {colour} {_MIXED}%, currentColor)"
+    if colour == FAINT:
+        return "stroke: currentColor; stroke-opacity: 0.15"
+    return f"{match[0]}; stroke: color-mix(in srgb, {colour} {_MIXED}%, currentColor)"
 
 
 def canvas(height: float, width: float = WIDTH) -> NotebookFigure:

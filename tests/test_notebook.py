@@ -9,6 +9,7 @@ from html.parser import HTMLParser
 
 import numpy as np
 import pytest
+from matplotlib.colors import ListedColormap
 from PIL import Image
 
 import clearance_mj as cm
@@ -214,6 +215,7 @@ def page_figure():
     ax.plot([0, 1], color="#000000")
     ax.plot([1, 0], color="#882255")
     ax.bar([0.5], [0.5], color="none", edgecolor="#000000", hatch="//")
+    ax.pcolormesh([0, 0.1], [0, 0.1], [[1.0]], cmap=ListedColormap(["#123456"]))
     return figure
 
 
@@ -223,6 +225,7 @@ def test_a_figure_takes_colours_and_background_of_the_page():
     outside = re.sub(r"<pattern.*?</pattern>", "", markup, flags=re.DOTALL)
     assert hatches and "<style" not in markup and "http" not in re.sub(r'xmlns\S*="[^"]*"', "", markup)
     assert "#000000" not in outside and "#ffffff" not in outside
+    assert re.search(r'fill: #123456"', outside)  # of a scale: as it is
     assert "stroke: #882255; stroke: color-mix(in srgb, #882255 70%, currentColor)" in outside
     image = Image.open(io.BytesIO(page_figure()._repr_png_())).convert("RGB")
     assert image.getpixel((0, 0)) == (255, 255, 255)
