@@ -18,7 +18,7 @@ from matplotlib.figure import Figure, FigureBase
 from matplotlib.lines import Line2D
 
 __all__ = [
-    "COLOURS", "FAINT", "FONT", "REPEAT", "TEST", "WIDTH", "NotebookFigure", "canvas", "decibel", "envelope",
+    "COLOURS", "FAINT", "FONT", "REPEAT", "TEST", "WIDTH", "canvas", "decibel", "envelope",
     "key", "of_curves", "phase", "tidy",
 ]  # fmt: skip
 
@@ -36,7 +36,7 @@ _MIXED = 70
 """% of a line's colour in a notebook; the rest is the text's, so that dark ones show on dark pages"""
 
 
-class NotebookFigure(Figure):
+class _NotebookFigure(Figure):
     """A figure that notebooks show by themselves, in the page's text colour and on its background, light or dark."""
 
     def _repr_html_(self) -> str:
@@ -70,9 +70,9 @@ def _follow_page(match: re.Match[str]) -> str:
     return f"{match[0]}; stroke: color-mix(in srgb, {colour} {_MIXED}%, currentColor)"
 
 
-def canvas(height: float, width: float = WIDTH) -> NotebookFigure:
+def canvas(height: float, width: float = WIDTH) -> Figure:
     """Return an empty figure of a height and a width in inches, whose panels are laid out when it is drawn."""
-    return NotebookFigure(figsize=(width, height), layout="constrained", facecolor="white")
+    return _NotebookFigure(figsize=(width, height), layout="constrained", facecolor="white")
 
 
 def tidy(ax: Axes, title: str = "", ylabel: str = "", xlabel: str = "") -> None:
