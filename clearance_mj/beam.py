@@ -11,16 +11,14 @@ from __future__ import annotations
 import functools
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, NamedTuple, TypeAlias
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from .errors import RigError
 from .rig import Rig
-from .structure import Structure
-from .structure.base import LinearModel, Rows, dof_vector, ratios_of_modes
-from .structure.reduction import reduced
+from .structure.base import Rows, dof_vector
 
 if TYPE_CHECKING:
     import control
@@ -29,8 +27,6 @@ __all__ = ["ModalModel", "linear_frf", "mode_shapes", "natural_frequencies", "ri
 
 MOST_MODES = 60
 """Modes in a Ritz basis beyond which nothing is gained"""
-COUPLED = 1e-12
-"""of the largest damping: damping between modes that is not looked at"""
 
 
 @dataclass(frozen=True, eq=False)
@@ -199,78 +195,11 @@ def ritz_model(rig: Rig, modes: int = 8, grease: bool = False) -> ModalModel:
     RigError
         If the structure's mass is not positive or its stiffness negative.
     """
-    masses = tuple((m.position, m.mass) for m in rig.point_masses)
-    forces = rig.shaker.forces if rig.shaker.kind == "force" else ()
-    springs = tuple(b.grease.stiffness for b in rig.bushings) if grease else ()
-    try:
-        found = _reduction(rig.linear, tuple(b.joined for b in rig.bushings), masses, forces, springs, modes)
-    except np.linalg.LinAlgError:
-        raise RigError(
-            f"rig {rig.name!r}: its masses and stiffnesses are too large or too small to compute with"
-        ) from None
-    except ValueError as error:
-        raise RigError(f"rig {rig.name!r}: {error}") from None
+    found = rig.reduction(modes, grease)
     participation = (found.influence @ rig.shaker.unit_direction) @ found.transform
     return ModalModel(
         rig, found.omega, found.damping, found.coupling, participation, grease, found.rows, found.transform
     )
-
-
-_Loads: TypeAlias = tuple[tuple[float | str, float], ...]
-"""Points, each with a factor"""
-
-
-class _Reduction(NamedTuple):
-    """A structure with point masses, reduced to modes and static shapes; fields as of `ModalModel`."""
-
-    omega: np.ndarray
-    damping: np.ndarray
-    coupling: np.ndarray
-    influence: np.ndarray  # (n_coordinates, 3) as of `LinearModel`, with the point masses
-    rows: Rows
-    transform: np.ndarray  # (n_coordinates, n)
-
-
-@functools.lru_cache(maxsize=16)  # a large structure's holds megabytes
-def _reduction(
-    structure: Structure,
-    joined: tuple[tuple[float | str, ...], ...],
-    masses: _Loads,
-    forces: _Loads,
-    springs: tuple[float, ...],
-    modes: int,
-) -> _Reduction:
-    """Reduce a structure with masses, and springs at its clearances, which join one point to the base or two points."""
-    points = [point for pair in joined for point in pair] + [point for point, _ in (*masses, *forces)]
-    linear = structure.assemble(tuple(dict.fromkeys(points)), modes)
-    rows = linear.rows
-    clearances = [rows(pair[:1])[0] - (rows(pair[1:])[0] if len(pair) > 1 else 0.0) for pair in joined]
-    loads = clearances + [factor * rows([point])[0] for point, factor in forces]
-    held, influence = [], linear.influence.copy()
-    for point, mass in masses:
-        at = rows([point])[0]
-        held.append((mass, at))
-        influence += mass * np.outer(at, dof_vector(point))
-    found = reduced(linear, held, [*zip(springs, clearances)], loads, modes)
-    transform = found.shapes
-    if structure.shafts:
-        last = structure.shafts[-1]
-        tip = rows([f"{last.name}@{last.end!r}" if last.name else last.end])[0] @ transform
-        transform = transform * np.where(tip < 0, -1.0, 1.0)
-    return _Reduction(found.omega, *_damping(linear, found.omega, transform), influence, rows, transform)
-
-
-def _damping(linear: LinearModel, omega: np.ndarray, shapes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Damping of each mode, and what couples them."""
-    eta1, eta2 = linear.rayleigh
-    damping = eta1 + eta2 * omega**2
-    damping = damping + 2 * omega * ratios_of_modes(linear.ratios, omega.size)
-    if linear.viscous is None:
-        return damping, np.zeros((0, 0))
-    viscous = shapes.T @ (linear.viscous @ shapes)
-    damping = damping + viscous.diagonal()
-    viscous = (viscous + viscous.T) / 2 - np.diag(viscous.diagonal())
-    return damping, viscous if np.any(np.abs(viscous) > COUPLED * damping.max(initial=0.0)) else np.zeros((0, 0))
 
 
 def natural_frequencies(rig: Rig, n: int) -> np.ndarray:

@@ -24,7 +24,7 @@ from .files import replacing
 
 __all__ = ["ResultCache", "code", "code_outside", "digest", "file_lock"]
 
-NOT_IN_RESULTS = ("cli", "report", "testrig", "vehicle")
+NOT_IN_RESULTS = ("cli", "drawing.py", "overview.py", "report", "testrig", "vehicle")
 """Parts of the package whose sources do not touch simulations, laws and FRFs"""
 _PACKAGE = Path(__file__).parent
 _LIBRARIES = ("mujoco-core", "numba", "numpy", "pywavelets", "scipy")

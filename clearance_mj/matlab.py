@@ -11,7 +11,7 @@ import math
 import struct
 import zlib
 from collections.abc import Iterator
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 import scipy.sparse
@@ -27,7 +27,7 @@ CELL, STRUCTURE, CHARACTERS, SPARSE, NUMERIC = 1, 2, 4, 5, range(6, 16)
 COMPLEX = 0x800
 HEADER = 128
 DEPTH = 8
-Value: TypeAlias = np.ndarray | scipy.sparse.csc_array | str | list | dict | None
+Value: TypeAlias = np.ndarray | scipy.sparse.csc_array | str | list[Any] | dict[str, Any] | None
 Element = tuple[int, bytes]
 """type and data"""
 

@@ -18,6 +18,7 @@ import shutil
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path, PurePosixPath
+from typing import Any
 
 from .cache import ResultCache, file_lock
 from .errors import ClearanceError
@@ -150,7 +151,7 @@ def _write_json(path: Path, data: object) -> None:
     write_text(path, json.dumps(data, indent=1) + "\n")
 
 
-def _read_json(path: Path, *keys: str) -> dict[str, dict]:
+def _read_json(path: Path, *keys: str) -> dict[str, dict[str, Any]]:
     """A manifest or a list of moves, which may not lead out of the folder."""
     try:
         data = json.loads(path.read_text(encoding="utf-8"))

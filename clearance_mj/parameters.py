@@ -237,7 +237,7 @@ def unidentified_combinations(names: Sequence[str], direction: np.ndarray, std: 
     return tuple(found)
 
 
-def find_numbers(data: dict, path: str) -> list[Key]:
+def find_numbers(data: dict[str, Any], path: str) -> list[Key]:
     """Keys of every number that a path stands for; the last name may be an optional field that is left out.
 
     Names are joined by dots, with [i] for one entry of a list; a list without it stands for all its entries.
@@ -278,7 +278,7 @@ def path_of(key: Key) -> str:
     return "".join(f"[{step}]" if isinstance(step, int) else f".{step}" for step in key)[1:]
 
 
-def numbers(data: dict | list) -> Iterator[Key]:
+def numbers(data: dict[str, Any] | list[Any]) -> Iterator[Key]:
     """Yield the key of every number."""
     for step, item in data.items() if isinstance(data, dict) else enumerate(data):
         if isinstance(item, dict | list):
@@ -307,7 +307,7 @@ def get_number(data: Any, key: Key) -> float | None:
     return number_in(data.get(key[-1]) if isinstance(data, dict) else data[key[-1]])
 
 
-def with_numbers(data: dict, changes: Mapping[Key, float]) -> dict:
+def with_numbers(data: dict[str, Any], changes: Mapping[Key, float]) -> dict[str, Any]:
     """Copy of nested plain data with other numbers by their keys."""
     data = copy.deepcopy(data)
     for key, value in changes.items():

@@ -14,6 +14,7 @@ import clearance_mj
 PACKAGE = Path(clearance_mj.__file__).parent
 LAYERS = (
     ("_version", "errors"),
+    ("drawing", "overview"),
     ("cache", "checks", "files", "matlab", "messages", "output_folder", "parameters", "tasks", "units", "validation"),
     ("signals",),
     ("universal",),

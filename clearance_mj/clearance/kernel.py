@@ -10,7 +10,7 @@ with the shaft's static load, so that only what they change by moves it.
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from typing import NamedTuple, Protocol, get_type_hints
+from typing import Any, NamedTuple, Protocol, get_type_hints
 
 import numba
 import numpy as np
@@ -22,7 +22,7 @@ from ._pointers import at, call_contact_law, call_grease_law
 from .gap import penetration
 from .grease import GreaseModel
 from .greases.bouc_wen import BoucWen
-from .law import Law
+from .table import LawTable
 
 __all__ = [
     "Clearance", "clearance_records", "contact_force", "contact_step", "follow_law", "grease_step", "greases_of",
@@ -88,7 +88,18 @@ class WithBushings(Protocol):
         """Bushings."""
 
 
-def greases_of(rig: WithBushings, law: Law) -> list[GreaseModel]:
+class WithTable(Protocol):
+    """A law."""
+
+    @property
+    def grease(self) -> Any:
+        """Grease of the bushings, or None."""
+
+    def table(self, n_bushings: int) -> LawTable:
+        """As `Law.table`."""
+
+
+def greases_of(rig: WithBushings, law: WithTable) -> list[GreaseModel]:
     """Return the grease model of each bushing: the law's, if it has one, or else the rig's."""
     n = len(rig.bushings)
     greases: Sequence[Grease | GreaseModel] = [b.grease for b in rig.bushings] if law.grease is None else law.grease
@@ -98,7 +109,7 @@ def greases_of(rig: WithBushings, law: Law) -> list[GreaseModel]:
     return models * n if len(models) == 1 else models
 
 
-def clearance_records(rig: WithBushings, law: Law, step: float) -> Clearance:
+def clearance_records(rig: WithBushings, law: WithTable, step: float) -> Clearance:
     """Put together what compiled loops with a step, s, know of a rig's bushings, at rest."""
     n = len(rig.bushings)
     table, bushings, states = law.table(n), np.zeros(n, BUSHING), np.zeros(n, STATE)

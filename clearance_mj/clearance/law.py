@@ -8,44 +8,39 @@ holds. `ContactLaw` uses a contact model instead, whose stiffness follows the pe
 
 from __future__ import annotations
 
+import dataclasses
 import json
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, ClassVar, NamedTuple, TypeAlias
+from typing import TYPE_CHECKING, Any, ClassVar, TypeAlias
 
 import numpy as np
 
 from ..errors import LawError
 from ..files import replacing
-from ..rig import Grease
+from ..overview import Overview, Shown, few, span
+from ..rig import Grease, Rig
 from ..validation import to_plain
 from .contact import ContactModel
 from .contacts.kelvin_voigt import KelvinVoigt
 from .grease import GreaseModel
+from .table import LawTable
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 __all__ = ["AmplitudeLaw", "ConstantLaw", "ContactLaw", "Law", "LawTable", "TimeLaw"]
 
+CYCLES = (0.9, 1.5, 2.5)
+"""amplitudes over the gap that a plot shows"""
 AnyGrease = Grease | GreaseModel
 Values: TypeAlias = np.ndarray | Any  # given as whatever numpy makes an array of, kept as a read-only array
 Greases: TypeAlias = tuple[AnyGrease, ...] | Any  # given as one or several, kept as a tuple or None
 
 
-class LawTable(NamedTuple):
-    """A law as arrays: parameters of contact models, of which compiled loops interpolate the rows before every step."""
-
-    by_amplitude: bool  # the abscissa is the envelope of the motion (m) instead of time (s)
-    abscissa: np.ndarray  # (n_rows,) increasing
-    parameters: np.ndarray  # (n_rows, n_bushings, n_numbers) of the models (Kelvin-Voigt: k, c), padded with zeros
-    release: float  # s, time constant with which the envelope falls after a peak
-    adhesion: np.ndarray  # (n_bushings,) whether the contact may pull
-    contact_law: np.ndarray  # (n_bushings,) addresses of the models' laws
-    contact_energy: np.ndarray  # (n_bushings,) addresses of the models' energies
-    kinds: tuple[type[ContactModel], ...]  # (n_bushings,) of the models
-
-
-class Law(ABC):
+class Law(Shown, ABC):
     """What all laws share; use one of the subclasses. Laws of the same content are equal."""
 
     kind: ClassVar[str]
@@ -76,6 +71,29 @@ class Law(ABC):
             Of the bushings, m: contacts that harden are looked at at one gap of penetration.
         """
 
+    def over_amplitude(
+        self, gaps: Sequence[float], amplitude: np.ndarray, omega: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Return the contact's stiffness, N/m, and damping, N s/m, over amplitude: (n, n_bushings) each.
+
+        Of a contact model they are those with which a spring and damper beyond the gap come closest to it in a
+        harmonic cycle, nan where that stays in the gap; of a law over time those at its start.
+
+        Parameters
+        ----------
+        gaps : sequence of float
+            Of the bushings, m.
+        amplitude : ndarray, shape (n,)
+            m.
+        omega : ndarray, shape (n_bushings,)
+            rad/s, of the cycle.
+        """
+        table = self.table(len(gaps))
+        at = amplitude if table.by_amplitude else np.zeros(amplitude.size)
+        rows = np.moveaxis(table.parameters[..., :2], 0, -1)  # (n_bushings, 2, n_rows)
+        k, c = (np.column_stack([np.interp(at, table.abscissa, row) for row in rows[:, i]]) for i in (0, 1))
+        return k, c
+
     def to_dict(self) -> dict[str, Any]:
         """Return the law as plain data."""
         data: dict[str, Any] = {"kind": self.kind}
@@ -96,6 +114,62 @@ class Law(ABC):
         """
         with replacing(path) as temporary:
             temporary.write_text(json.dumps(self.to_dict(), indent=1) + "\n", encoding="utf-8")
+
+    def plot(self, rig: Rig, amplitudes: Sequence[float] | None = None, frequency: float | None = None) -> Figure:
+        """Draw harmonic cycles of the force over displacement, and contact stiffness and damping over amplitude.
+
+        Of a law over time, stiffness and damping over time. Contact models have the stiffness and damping with which a
+        spring and damper beyond the gap come closest to them in a cycle.
+
+        Parameters
+        ----------
+        rig : Rig
+            Whose gaps, and grease where the law has none.
+        amplitudes : sequence of float, optional
+            Of the cycles, m; None: 0.9, 1.5 and 2.5 gaps.
+        frequency : float, optional
+            Of the cycles, Hz; None: the rig's lowest natural frequency in the gaps.
+
+        Raises
+        ------
+        LawError
+            If the rig has no bushings, the law does not fit their number, or a number is not positive.
+        """
+        from ..beam import natural_frequencies
+        from .figures import law_figure, over_time_figure
+
+        gaps = np.array([b.gap for b in rig.bushings])
+        if not gaps.size:
+            raise LawError(f"rig {rig.name!r} has no bushings, so a law has nothing to act in")
+        if frequency is None:
+            hz = natural_frequencies(rig, gaps.size + 6)
+            frequency = float(hz[hz > 0][0])
+        given = CYCLES if amplitudes is None else amplitudes
+        if not (len(given) and all(0 < a < np.inf for a in given) and 0 < frequency < np.inf):
+            raise LawError(f"amplitudes and frequency must be > 0, got {amplitudes} m and {frequency} Hz")
+        if self.table(gaps.size).by_time:
+            return over_time_figure(self.table(gaps.size))
+        if amplitudes is None:
+            cycles = {f"{share:g} gaps": share * gaps for share in CYCLES}
+        else:
+            cycles = {f"{1e3 * a:.4g} mm": np.full(gaps.size, float(a)) for a in amplitudes}
+        return law_figure(self, rig, cycles, frequency)
+
+    def _overview(self) -> Overview:
+        columns = self._by_bushing()
+        columns["grease"] = ["the rig's"] if self.grease is None else [_in_words(model) for model in self.grease]
+        n = max(map(len, columns.values()))
+        numbers = [str(j + 1) for j in range(n)] if n > 1 else ["each"]
+        rows = zip(numbers, *(cells if len(cells) == n else cells * n for cells in columns.values()))
+        return Overview(f"Law, {self.kind}", self._over(), [("bushing", *columns), *rows])
+
+    def _over(self) -> dict[str, str]:
+        """What the parameters follow, in words."""
+        return {}
+
+    def _by_bushing(self) -> dict[str, list[str]]:
+        """Parameters in words, one for all bushings or one for each."""
+        return {}
 
     def _content(self) -> tuple[Any, ...]:
         values = (v.tolist() if isinstance(v, np.ndarray) else v for v in vars(self).values())
@@ -129,8 +203,14 @@ class _KelvinVoigtLaw(Law):
         most = self.table(len(gaps)).parameters.max(axis=0)
         return most[:, 0], most[:, 1]
 
+    def _by_bushing(self) -> dict[str, list[str]]:
+        return {
+            f"{name} ({unit})": [span(values) for values in np.atleast_2d(getattr(self, name)).T]
+            for name, unit in (("k", "N/m"), ("c", "N s/m"))
+        }
 
-@dataclass(frozen=True, eq=False)
+
+@dataclass(frozen=True, eq=False, repr=False)
 class ConstantLaw(_KelvinVoigtLaw):
     """Constant contact stiffness and damping.
 
@@ -161,7 +241,7 @@ class ConstantLaw(_KelvinVoigtLaw):
         self._set(k=k, c=c, grease=_greases(self.grease))
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class TimeLaw(_KelvinVoigtLaw):
     """Contact stiffness and damping scheduled over time, linear between the given instants.
 
@@ -191,8 +271,11 @@ class TimeLaw(_KelvinVoigtLaw):
         t, k, c = _schedule(self.t, self.k, self.c, "t")
         self._set(t=t, k=k, c=c, grease=_greases(self.grease))
 
+    def _over(self) -> dict[str, str]:
+        return {"over time": f"{span(self.t, 's')}, {len(self.t)} rows"}
 
-@dataclass(frozen=True, eq=False)
+
+@dataclass(frozen=True, eq=False, repr=False)
 class AmplitudeLaw(_KelvinVoigtLaw):
     """Contact stiffness and damping over the envelope of the motion at each bushing.
 
@@ -229,8 +312,14 @@ class AmplitudeLaw(_KelvinVoigtLaw):
             raise LawError(f"release must be a time > 0 s, got {self.release!r}")
         self._set(amplitude=amplitude, k=k, c=c, release=float(self.release), grease=_greases(self.grease))
 
+    def _over(self) -> dict[str, str]:
+        return {
+            "over amplitude": f"{span(self.amplitude, 'mm', 1e3)}, {len(self.amplitude)} rows",
+            "envelope's release": f"{self.release:g} s",
+        }
 
-@dataclass(frozen=True, eq=False)
+
+@dataclass(frozen=True, eq=False, repr=False)
 class ContactLaw(Law):
     """A contact model in place of scheduled parameters.
 
@@ -262,6 +351,25 @@ class ContactLaw(Law):
         models = self.contact * (len(gaps) if len(self.contact) == 1 else 1)
         k, c = np.array([model.largest(gap) for model, gap in zip(models, gaps)]).reshape(-1, 2).T
         return k, c
+
+    def over_amplitude(
+        self, gaps: Sequence[float], amplitude: np.ndarray, omega: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Return what the models are equivalent to in a cycle; see `Law.over_amplitude`."""
+        from .cycle import equivalent_contact
+
+        return equivalent_contact(self.contact * (len(gaps) if len(self.contact) == 1 else 1), gaps, amplitude, omega)
+
+    def _by_bushing(self) -> dict[str, list[str]]:
+        return {"contact": [_in_words(model) for model in self.contact]}
+
+
+def _in_words(model: ContactModel | AnyGrease) -> str:
+    """A model's name and those of its numbers that are not at their defaults."""
+    usual = {field.name: field.default for field in dataclasses.fields(model)}  # type: ignore[arg-type]
+    plain = {name: value for name, value in to_plain(model).items() if value != usual.get(name)}
+    numbers = (f"{name} {f'{value:.4g}' if isinstance(value, float) else value}" for name, value in plain.items())
+    return f"{getattr(model, 'name', 'Bouc-Wen')}: {few(list(numbers), 9)}"
 
 
 def _table(

@@ -189,7 +189,7 @@ def energy_balance(
 class _BalancedRun(Run):
     """A run that is advanced step by step, and the energies found in its steps."""
 
-    def __init__(self, run: Run, rig: Rig, law: Law, step: float, factor: int, bar: tqdm):
+    def __init__(self, run: Run, rig: Rig, law: Law, step: float, factor: int, bar: tqdm[Any]):
         self.run, self.step, self.factor, self.bar, self.steps = run, step, factor, bar, 0
         self.scheme, n = run.equations(), len(rig.bushings)
         self.clearance = clearance_records(rig, law, step)

@@ -227,7 +227,7 @@ def _used(use: Any, records: Sequence[tuple[np.ndarray, ...]]) -> list[np.ndarra
 
 
 def _parameters(
-    records: Sequence[tuple[np.ndarray, ...]], measured: np.ndarray, motions: Sequence[tuple], share: float,
+    records: Sequence[tuple[np.ndarray, ...]], measured: np.ndarray, motions: Sequence[tuple[Any, ...]], share: float,
     charge: float,
 ) -> tuple[Parameter, ...]:  # fmt: skip
     """Starts and bounds from the ranges of the records; share: travel over half the range of the displacement."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numba
 import numpy as np
@@ -80,7 +81,7 @@ def contact_parameters(
     return ContactParameters(time, k, c, k_std, c_std, contact, amplitude, greases)
 
 
-def _windowed(force: RestoringForce, bushing: int, grease: Grease, edges: np.ndarray, hop: int) -> tuple:
+def _windowed(force: RestoringForce, bushing: int, grease: Grease, edges: np.ndarray, hop: int) -> tuple[Any, ...]:
     """Columns (n,) of `ContactParameters` for one bushing."""
     target = force.valid * (force.force[bushing] - grease_force(force, bushing, grease))
     g, speed, touching = _contact_motion(force, bushing)

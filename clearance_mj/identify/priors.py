@@ -11,6 +11,7 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
 
 import numpy as np
 
@@ -116,11 +117,11 @@ def rig_with(rig: Rig, values: Mapping[str, float]) -> Rig:
     return with_values(base, {find_numbers(data, path)[0]: values[path] for path in paths})
 
 
-def _stands_for(data: dict, tolerance: Tolerance) -> Sequence[Key]:
+def _stands_for(data: dict[str, Any], tolerance: Tolerance) -> Sequence[Key]:
     return () if tolerance.of in CLAMP else find_numbers(data, tolerance.of)
 
 
-def _open_keys(data: dict, damped: int) -> Iterator[Key]:
+def _open_keys(data: dict[str, Any], damped: int) -> Iterator[Key]:
     """What is uncertain where the rig file says nothing."""
     if "beam" in data:
         yield from (("beam", "young_modulus"), ("beam", "density"))
@@ -141,7 +142,7 @@ def _open_keys(data: dict, damped: int) -> Iterator[Key]:
     yield from (("sensors", i, name) for i in range(len(data["sensors"])) for name in ("position", "gain"))
 
 
-def _parameter(rig: Rig, data: dict, key: Key, told: Tolerance | None) -> Parameter | None:
+def _parameter(rig: Rig, data: dict[str, Any], key: Key, told: Tolerance | None) -> Parameter | None:
     """A number with what is known of it; None if it is exact, or no number."""
     path, value = path_of(key), get_number(data, key)
     value = LEFT_OUT.get(str(key[-1])) if value is None else value
@@ -166,7 +167,7 @@ def _parameter(rig: Rig, data: dict, key: Key, told: Tolerance | None) -> Parame
     return _logarithm(path, unit, value, size) if value > 0 else None
 
 
-def _at(data: dict, key: Key) -> float | str:
+def _at(data: dict[str, Any], key: Key) -> float | str:
     part: object = data
     for step in key:
         part = part[step]  # type: ignore[index]

@@ -16,6 +16,7 @@ from pydantic import AfterValidator, Field
 
 from ..errors import RecordError
 from ..files import replacing
+from ..overview import Overview, Shown
 from ..rig import BASE_NODE, SHAKER_NODE, Rig
 from ..validation import NotNegative, Positive, Text, Whole, checked, from_plain, json_schema, read_plain
 from .record import Band, FileChannels, Kind, Record, RecordName, Role
@@ -23,6 +24,9 @@ from .uff import scan_uff, write_uff
 
 __all__ = ["BASE_NODE", "ROLES", "SHAKER_NODE", "Dataset", "Record", "dataset_schema", "write_dataset"]
 
+SHOWN = 20
+"""records that a dataset shows of itself"""
+HEAD = ("record", "role", "level RMS", "duration", "rate", "band", "excitation")
 ROLES = ("identify", "validate", "sine")
 
 _NEEDS = "a dataset is a folder with rig.toml, dataset.toml and the .uff file of each record that it lists"
@@ -34,8 +38,8 @@ def _file_name(file: str) -> str:
     return file
 
 
-@dataclass(frozen=True, eq=False)
-class Dataset:
+@dataclass(frozen=True, eq=False, repr=False)
+class Dataset(Shown):
     """A rig and its records.
 
     Raises
@@ -60,6 +64,17 @@ class Dataset:
             if record.name.lower() in seen:
                 raise RecordError(f'record name "{record.name}" is used twice')
             seen.add(record.name.lower())
+
+    def _overview(self) -> Overview:
+        rows = [record.row() for record in self.records[:SHOWN]]
+        left = len(self.records) - len(rows)
+        facts = {
+            "rig": f"{len(self.rig.bushings)} clearances, {len(self.rig.sensors)} sensors",
+            "folder": "" if self.path is None else str(self.path),
+            "records": f"{len(self.identify)} to identify, {len(self.validate)} to validate, {len(self.sines)} of sines"
+            + (f"; the first {SHOWN}:" if left else ""),
+        }
+        return Overview(f"Dataset of rig “{self.rig.name}”", facts, [HEAD, *rows])
 
     @property
     def identify(self) -> tuple[Record, ...]:

@@ -13,6 +13,7 @@ import numpy as np
 from pydantic import AfterValidator, Field, SkipValidation
 
 from ..errors import RecordError
+from ..overview import Overview, Shown
 from ..rig import Rig
 from ..signals.excitation import Excitation
 from ..signals.response import Response
@@ -47,7 +48,7 @@ Band = Annotated[tuple[NotNegative, NotNegative], AfterValidator(_rising)]
 
 
 @checked(RecordError, eq=False)
-class Record:
+class Record(Shown):
     """One test: what was measured on a rig, and how it was excited.
 
     Raises
@@ -118,6 +119,28 @@ class Record:
             node, _, axis = _split(label)
             if (node, axis, quantity) not in seen:
                 raise RecordError(f"has no {quantity} at node {node} along {axis}, {what}")
+
+    __repr__ = Shown.__repr__
+
+    def row(self) -> tuple[str, ...]:
+        """Return name, role, level, duration, rate, band and excitation in words."""
+        unit = "m/s²" if self.excitation_kind == "base" else "N"
+        return (
+            self.name,
+            self.role,
+            "" if self.level is None else f"{self.level:.4g} {unit}",
+            f"{self.duration:.4g} s",
+            f"{self.fs:g} Hz",
+            f"{self.band[0]:g} to {self.band[1]:g} Hz" if self.band else "",
+            self.description or self.excitation_kind,
+        )
+
+    def _overview(self) -> Overview:
+        _, *values = self.row()
+        facts = dict(zip(("role", "level RMS", "duration", "rate", "band", "excitation"), values))
+        facts["channels"] = str(len(self._headers))
+        facts["from"] = ", ".join(f"{name}: {value}" for name, value in self.provenance.items())
+        return Overview(f"Record “{self.name}” of rig “{self.rig.name}”", facts)
 
     @property
     def _driven(self) -> tuple[str, str]:

@@ -94,12 +94,12 @@ class Backbone(Vibrations):
         ClearanceError
             For another quantity, or a row that is not there.
         """
-        from matplotlib.figure import Figure
+        from ..drawing import canvas
 
         amplitudes = self.amplitude(quantity)
         row = int(amplitudes[-1].argmax()) if row is None else row
         name = self._names(quantity, [row])[row]
-        figure = Figure(figsize=(8, 5), layout="constrained")
+        figure = canvas(5, 8)
         above, below = figure.subplots(2, 1, sharex=True)
         for branch in branches:
             level = f"{abs(branch.level[0, 0]):g} {'m/s²' if branch.kind == 'base' else 'N'}"
@@ -107,7 +107,7 @@ class Backbone(Vibrations):
         above.plot(amplitudes[:, row], self.frequency, "k", label=f"mode {self.mode}")
         below.plot(amplitudes[:, row], 100 * self.damping, "k")
         above.set_ylabel("frequency (Hz)")
-        above.legend()
+        above.legend(frameon=False)
         below.set_ylabel("damping ratio (%)")
         below.set_xlabel(f"amplitude of the {quantity.replace('_', ' ')} of {name} ({UNITS[quantity]})")
         return figure

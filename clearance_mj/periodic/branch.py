@@ -119,11 +119,11 @@ class Branch(Vibrations):
         ClearanceError
             For another quantity, or a row that is not there.
         """
-        from matplotlib.figure import Figure
+        from ..drawing import canvas
 
         amplitude = self.amplitude(quantity)
         names = self._names(quantity, rows)
-        figure = Figure(figsize=(8, 4.5), layout="constrained")
+        figure = canvas(4.5, 8)
         axes = figure.subplots()
         stable = self.stable if self.stable is not None else np.ones(self.frequency.size, dtype=bool)
         x = self.parameter
@@ -140,7 +140,7 @@ class Branch(Vibrations):
         axes.set_xlabel("frequency (Hz)" if self.over == "frequency" else f"level ({unit})")
         axes.set_ylabel(f"amplitude of the {quantity.replace('_', ' ')} ({UNITS[quantity]})")
         axes.set_yscale("log")
-        axes.legend()
+        axes.legend(frameon=False)
         return figure
 
     def to_xarray(self) -> xr.Dataset:

@@ -72,13 +72,13 @@ class Isolas(ArrayData):
         ClearanceError
             For another quantity, or a row that is not there.
         """
-        from matplotlib.figure import Figure
+        from ..drawing import canvas
 
         branches = (*self.known, *self.branches)
         amplitudes = [branch.amplitude(quantity) for branch in branches]
         if not 0 <= row < amplitudes[0].shape[1]:
             raise ClearanceError(f"row must be between 0 and {amplitudes[0].shape[1] - 1}, got {row}")
-        figure = Figure(figsize=(8, 5.5), layout="constrained")
+        figure = canvas(5.5, 8)
         upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=(3, 1))
         width = 0.5 * np.min(np.diff(np.sort(self.frequency)), initial=np.ptp(branches[0].frequency) / 4)
         base = np.zeros(self.frequency.size)
@@ -97,8 +97,8 @@ class Isolas(ArrayData):
         upper.set_yscale("log")
         lower.set_xlabel("frequency (Hz)")
         lower.set_ylabel("share of the starts (-)")
-        upper.legend()
-        lower.legend()
+        upper.legend(frameon=False)
+        lower.legend(frameon=False)
         return figure
 
     def to_xarray(self) -> xr.Dataset:

@@ -126,11 +126,12 @@ class RattleMap(ArrayData):
             For another quantity or sweep, or a row that is not there.
         """
         from matplotlib.colors import ListedColormap
-        from matplotlib.figure import Figure
+
+        from ..drawing import canvas, key
 
         values = self._shown(quantity, row, sweep)
         count, unit = len(self.gap), QUANTITIES[quantity][1].replace(" s-2", "/s²")
-        figure = Figure(figsize=(3 + 4 * count, 4.2), layout="constrained")
+        figure = canvas(4.2, 3 + 4 * count)
         most = float(np.nanmax(values)) if np.isfinite(values).any() else 1.0
         panels = figure.subplots(1, count, sharey=True, squeeze=False)[0]
         for i, axes in enumerate(panels):
@@ -144,7 +145,7 @@ class RattleMap(ArrayData):
                 axes.contourf(
                     self.frequency, self.level, self.vibrations[i], levels=[1.5, 1e9], colors="none", hatches=["////"]
                 )
-            axes.plot(self.frequency, self.first_contact[i], color="k", lw=1, label="first contact")
+            axes.plot(self.frequency, self.first_contact[i], color="#222222", lw=1, label="first contact")
             for way, marker in zip(SWEEPS, "^v"):
                 at = [(jump.frequency, jump.level) for jump in self.jumps if jump.gap == i and jump.sweep == way]
                 if at:
@@ -156,7 +157,7 @@ class RattleMap(ArrayData):
                 "gap " + ", ".join(f"{1e3 * gap:.3g}" for gap in np.unique(self.gap[i])) + " mm", fontsize=10
             )
         panels[0].set_ylabel("level (m/s²)" if self.kind == "base" else "level (N)")
-        panels[0].legend(fontsize=7, loc="upper right")
+        key(figure, panels[0].get_legend_handles_labels()[0])
         name = quantity.replace("_", " ") + ("" if unit == "1" else f" ({unit})")
         figure.colorbar(mesh, ax=list(panels), label=name)
         return figure

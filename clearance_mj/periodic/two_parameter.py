@@ -89,16 +89,16 @@ class Curve(ArrayData):
 
     def plot(self) -> Figure:
         """Draw level or gap over frequency; turns of a curve of folds are marked."""
-        from matplotlib.figure import Figure
+        from ..drawing import canvas
 
-        figure = Figure(figsize=(6, 4.5), layout="constrained")
+        figure = canvas(4.5, 6)
         axes = figure.subplots()
         axes.plot(self.frequency, self.value, label=self.what)
         if self.what == "fold" and self.turns.size:
             axes.plot(self.frequency[self.turns], self.value[self.turns], "o", color="k", mfc="w", label="cusp")
         axes.set_xlabel("frequency (Hz)")
         axes.set_ylabel(f"{self.over} ({self._unit})")
-        axes.legend()
+        axes.legend(frameon=False)
         return figure
 
     def to_xarray(self) -> xr.Dataset:

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from ..errors import ClearanceError
-from ..signals.arrays import ArrayData
+from ..signals.arrays import ArrayData, rows_of
 
 __all__ = ["UNITS", "Vibrations", "complex_amplitudes"]
 
@@ -46,10 +46,7 @@ class Vibrations(ArrayData):
     def _names(self, quantity: str, rows: Sequence[int] | None) -> dict[int, str]:
         """Rows of a quantity that are asked for, by default all, with their names."""
         names = self.responses if quantity in ("acceleration", "displacement") else self.clearances
-        rows = range(len(names)) if rows is None else rows
-        if not all(0 <= row < len(names) for row in rows):
-            raise ClearanceError(f"rows must be between 0 and {len(names) - 1}, got {list(rows)}")
-        return {row: names[row] for row in rows}
+        return {row: names[row] for row in rows_of(names, rows)}
 
     def _variables(self) -> dict[str, Any]:
         """Harmonics as variables of a labelled dataset."""

@@ -6,7 +6,6 @@ Black is what was measured, blue the law, orange the wavelet ridge (Okabe and It
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -15,13 +14,14 @@ from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 
+from ..clearance.figures import QUANTITIES, AmplitudeCurve, draw_curves, draw_walls
 from ..clearance.law import TimeLaw
 from ..identify.contact import ContactParameters
 from ..identify.forces import RestoringForce
 from ..identify.wavelet import Ridge, Scalogram
 from .style import COLOURS, FONT, REPEAT, TEST, WIDTH, tidy
 
-__all__ = ["AmplitudeCurve"]
+__all__ = ["contact_over_amplitude", "contact_over_time", "hysteresis", "scalograms"]
 
 LAW, RIDGE = COLOURS[:2]
 MM = 1e3
@@ -34,23 +34,8 @@ LOOP = 0.25
 WITHIN = 0.95
 """of the gap, which the motion of a loop without contact stays below"""
 WINDOWS = "force balance, windows of 0.5 s"
-QUANTITIES = ("Stiffness k (N/m)", "Damping c (N s/m)")
 LIMIT = 1.6
 """axes end at so many times the 95th percentile of a curve: single windows scatter far"""
-
-
-@dataclass(frozen=True, eq=False)
-class AmplitudeCurve:
-    """Contact stiffness and damping over amplitude, out of a law."""
-
-    label: str
-    """name in the legend"""
-    amplitude: np.ndarray
-    """(n,) m"""
-    k: np.ndarray
-    """(n, n_bushings) N/m"""
-    c: np.ndarray
-    """(n, n_bushings) N s/m"""
 
 
 def scalograms(title: str, planes: Sequence[Scalogram], ridges: Sequence[Ridge], gaps: Sequence[float]) -> Figure:
@@ -123,18 +108,16 @@ def contact_over_amplitude(
     figure = _sheet("", 1.9 * len(gaps))
     axes = figure.subplots(len(gaps), 2, squeeze=False, sharex=True)
     for j, line in enumerate(axes):
-        for ax, name, label in zip(line, "kc", QUANTITIES):
+        for ax, name in zip(line, "kc"):
             columns = ("amplitude", name, f"{name}_std")
             x, y, std = (np.concatenate([getattr(p, column)[:, j] for p in measured]) for column in columns)
             look = {"fmt": ".", "color": TEST, "ecolor": REPEAT, "markersize": 3, "elinewidth": 0.5}
             ax.errorbar(MM * x, y, std, label=f"{WINDOWS} (mean amplitude)", **look)
-            for curve, colour in zip(curves, COLOURS):
-                ax.plot(MM * curve.amplitude, getattr(curve, name)[:, j], color=colour, linewidth=1.6, zorder=3,
-                        label=curve.label)  # fmt: skip
-            ax.axvline(MM * gaps[j], color=TEST, linewidth=0.9, linestyle="--", label="gap")
-            tidy(ax, f"bushing {j + 1}", label, "Amplitude (mm)" if j == len(gaps) - 1 else "")
             reached = [getattr(c, name)[c.amplitude <= np.nanmax(x), j] for c in curves if np.isfinite(x).any()]
             _limit(ax, y, *reached)
+        draw_curves(line, j, curves, gaps[j])
+    for ax in axes[-1]:
+        ax.set_xlabel("Amplitude (mm)", fontsize=FONT)
     _key(figure, axes)
     return figure
 
@@ -156,8 +139,7 @@ def hysteresis(title: str, measured: RestoringForce, fitted: np.ndarray) -> Figu
             ax.plot(MM * x[part], force[part], color=TEST, linewidth=1.3, label="measured")
             ax.plot(MM * x[part], fitted[j, part], color=LAW, linewidth=0.9, linestyle=(0, (3, 1)), label="law")
             if np.abs(x[part]).max() > 0.8 * gap:
-                for wall in filter(np.isfinite, measured.rig.bushings[j].walls):
-                    ax.axvline(MM * wall, color=REPEAT, linewidth=0.9, linestyle=":", label="walls")
+                draw_walls(ax, measured.rig.bushings[j].walls)
             begin = measured.time[part][0]
             tidy(ax, f"bushing {j + 1}, {name}, {begin:.2f} s: {error:.2g} % off", "Restoring force (N)")
         for ax in line[len(stretches) :]:

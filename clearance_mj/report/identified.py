@@ -9,13 +9,14 @@ from typing import Any, TypeVar
 import numpy as np
 from matplotlib.figure import Figure
 
+from ..clearance.figures import AmplitudeCurve
 from ..clearance.law import AmplitudeLaw, ConstantLaw, ContactLaw, TimeLaw
 from ..errors import RecordError
 from ..identify.checks import ridge_band
 from ..identify.contact import OVERLAP, ContactParameters, contact_parameters
 from ..identify.forces import RestoringForce, restoring_force
 from ..identify.grease import GreaseFit, grease_parameters
-from ..identify.loop import equivalent_contact, law_force
+from ..identify.loop import law_force
 from ..identify.methods.ridge import ridge_law
 from ..identify.registry import Identified
 from ..identify.wavelet import scalogram, skeleton
@@ -24,10 +25,10 @@ from . import identification as draw
 
 __all__ = ["Findings"]
 
-T = TypeVar("T")
-
 CURVE = 200
 """amplitudes of a law's curve"""
+
+T = TypeVar("T")
 
 
 class Findings:
@@ -124,21 +125,18 @@ class Findings:
     def _contact_over_amplitude(self) -> Figure:
         return draw.contact_over_amplitude(_found(self._contact), self._curves(), [b.gap for b in self.rig.bushings])
 
-    def _curves(self) -> list[draw.AmplitudeCurve]:
+    def _curves(self) -> list[AmplitudeCurve]:
         """The law's stiffness and damping over the amplitudes that each bushing reached."""
         law, gaps, forces = self.found.law, np.array([b.gap for b in self.rig.bushings]), _found(self._forces)
         if isinstance(law, TimeLaw):
             return []
         largest = np.max([np.abs(f.displacement[:, f.valid]).max(axis=1) for f in forces], axis=0)
         amplitude = np.linspace(gaps.min(), largest.max(), CURVE + 1)[1:]
-        if isinstance(law, ContactLaw):
-            omega = np.mean([np.std(f.velocity, axis=1) / np.std(f.displacement, axis=1) for f in forces], axis=0)
-            label, (k, c) = f"{self.method} law, equivalent in a cycle", equivalent_contact(law, gaps, amplitude, omega)
-        else:
-            label, table = f"{self.method} law", law.table(gaps.size)
-            k, c = (_at(amplitude, table.abscissa, table.parameters[..., i]) for i in (0, 1))
+        omega = np.mean([np.std(f.velocity, axis=1) / np.std(f.displacement, axis=1) for f in forces], axis=0)
+        label = f"{self.method} law{', equivalent in a cycle' if isinstance(law, ContactLaw) else ''}"
+        k, c = law.over_amplitude(gaps.tolist(), amplitude, omega)
         reached = amplitude[:, None] <= largest
-        return [draw.AmplitudeCurve(label, amplitude, *(np.where(reached, v, np.nan) for v in (k, c)))]
+        return [AmplitudeCurve(label, amplitude, *(np.where(reached, v, np.nan) for v in (k, c)))]
 
     def _hysteresis(self, record: Record) -> Figure:
         force = self._forces[record.name]
@@ -161,11 +159,6 @@ def _found(attempts: Mapping[str, T | RecordError]) -> list[T]:
     if not found:
         raise next(result for result in attempts.values() if isinstance(result, RecordError))
     return found
-
-
-def _at(amplitude: np.ndarray, abscissa: np.ndarray, rows: np.ndarray) -> np.ndarray:
-    """(n, n_bushings) rows (n_rows, n_bushings) of a law's table between its abscissas; the ends hold beyond."""
-    return np.column_stack([np.interp(amplitude, abscissa, row) for row in rows.T])
 
 
 def _row(name: str, unit: str, value: float, std: float) -> dict[str, Any]:

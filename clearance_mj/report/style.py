@@ -1,7 +1,7 @@
 """How figures look: colours, line styles, sizes, axes. A figure is a `matplotlib.figure.Figure` of its own: no state.
 
-Black is the test, grey the test repeated with another seed; a law keeps its colour (Okabe and Ito's palette, with the
-wine red of Tol's) and an engine its line style from figure to figure.
+Black is the test, grey the test repeated with another seed; a law keeps its colour and an engine its line style from
+figure to figure. What notebooks draw too is in `drawing`.
 """
 
 from __future__ import annotations
@@ -21,6 +21,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.ticker import NullLocator, ScalarFormatter
 
+from ..drawing import COLOURS, FAINT, FONT, REPEAT, TEST, WIDTH, canvas, decibel, phase, tidy
 from ..files import replacing
 from ..rig import Rig
 
@@ -31,13 +32,6 @@ __all__ = [
 ]  # fmt: skip
 
 DPI = 150
-WIDTH = 7.5
-"""in"""
-FONT = 8
-"""pt"""
-TEST, REPEAT, FAINT = "#000000", "#8c8c8c", "#d9d9d9"
-COLOURS = ("#0072b2", "#d55e00", "#882255", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#6b4f2a")
-"""of laws, bushings and whatever else is distinguished"""
 ENGINE_LINES = ("-", (0, (4, 1.5)), (0, (1, 1.2)))
 MARKERS = ("o", "s", "^", "D")
 LEGEND_COLUMNS = 5
@@ -90,11 +84,6 @@ class Drawing:
         return path
 
 
-def canvas(height: float, width: float = WIDTH) -> Figure:
-    """Return an empty figure of a height and a width in inches, whose panels are laid out when it is drawn."""
-    return Figure(figsize=(width, height), layout="constrained", facecolor="white")
-
-
 def sheet(
     height: float, handles: Sequence[Artist] = (), left: float = 0.58, right: float = 0.12, bottom: float = 0.42,
     titled: float = 0.26,
@@ -111,19 +100,6 @@ def sheet(
             frameon=False, handlelength=2.4, columnspacing=1.6, labelspacing=0.3, borderaxespad=0.1,
         )  # fmt: skip
     return figure
-
-
-def tidy(ax: Axes, title: str = "", ylabel: str = "", xlabel: str = "") -> None:
-    """Give axes the report's fonts, lines and grid, and their words; labels have quantity and unit."""
-    ax.tick_params(labelsize=FONT - 1, width=0.6, length=3)
-    ax.tick_params(which="minor", labelsize=FONT - 2)
-    ax.grid(True, color=FAINT, linewidth=0.5)
-    ax.set_axisbelow(True)
-    for spine in ax.spines.values():
-        spine.set_linewidth(0.6)
-    ax.set_title(title, fontsize=FONT, loc="left", pad=3)
-    ax.set_ylabel(ylabel, fontsize=FONT)
-    ax.set_xlabel(xlabel, fontsize=FONT)
 
 
 def frequency_axis(ax: Axes, band: tuple[float, float], labelled: bool) -> None:
@@ -148,19 +124,6 @@ def level_axis(ax: Axes, levels: Sequence[float]) -> None:
 def letters(n: int) -> list[str]:
     """Return (a), (b) and so on for n panels."""
     return [f"({chr(ord('a') + i)})" if i < 26 else f"({i + 1})" for i in range(n)]
-
-
-def decibel(value: np.ndarray) -> np.ndarray:
-    """Return magnitudes in dB."""
-    with np.errstate(divide="ignore"):
-        return 20 * np.log10(np.abs(value))
-
-
-def phase(value: np.ndarray) -> np.ndarray:
-    """Return the phase in degrees, -180 to 180, with a gap where it wraps."""
-    degrees = np.degrees(np.angle(value))
-    degrees[1:][np.abs(np.diff(degrees)) > 180] = np.nan
-    return degrees
 
 
 def finite(values: np.ndarray) -> np.ndarray:

@@ -10,21 +10,28 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Annotated, Any
 
+import numpy as np
 import tomli_w
 from pydantic import Field
 
 from ..errors import ClearanceError, RigError
 from ..files import replacing
+from ..overview import Overview, Shown, few
 from ..parameters import find_numbers
 from ..structure import AnyStructure, Beam, Point, Structure
-from ..structure.base import parse_place
+from ..structure.base import StructureOfFiles, parse_place
 from ..structure.files import content, is_embedded
+from ..structure.modal import Reduction, reduction
 from ..validation import Positive, Text, checked, from_plain, json_schema, read_plain, seldom, to_plain
 from .clearance import Bushing
 from .instruments import PROBE_NODE, Sensor, Shaker, dof_label
 from .tolerance import CLAMP, Tolerance
 
 __all__ = ["PointMass", "Rig", "rig_schema"]
+
+DRIVEN = {"base": "base acceleration", "force": "force"}
+FREQUENCIES = 4
+"""natural frequencies that a rig shows of itself"""
 
 
 @checked(RigError)
@@ -57,7 +64,7 @@ _BEAM_OR_STRUCTURE = {
 
 
 @checked(RigError, name="", schema=_BEAM_OR_STRUCTURE)
-class Rig:
+class Rig(Shown):
     """A complete rig.
 
     Raises
@@ -204,6 +211,67 @@ class Rig:
             return None
         inside = [(parse_place(s.position), s.node) for s in self.sensors if bushing.holds(s.position)]
         return min(((abs(at[1] - place[1]), node) for at, node in inside if at), default=(0.0, None))[1]
+
+    def reduction(self, modes: int, grease: bool = False) -> Reduction:
+        """Return the structure with its point masses reduced to modes and static shapes; see `beam.ritz_model`.
+
+        Parameters
+        ----------
+        modes : int
+            Number of modes; one static shape for every bushing and point of a force shaker is added.
+        grease : bool
+            Count the in-gap stiffness of the grease to the structure's.
+
+        Raises
+        ------
+        RigError
+            If the structure's mass is not positive or its stiffness negative.
+        """
+        masses = tuple((m.position, m.mass) for m in self.point_masses)
+        forces = self.shaker.forces if self.shaker.kind == "force" else ()
+        springs = tuple(b.grease.stiffness for b in self.bushings) if grease else ()
+        try:
+            return reduction(self.linear, tuple(b.joined for b in self.bushings), masses, forces, springs, modes)
+        except np.linalg.LinAlgError:
+            raise RigError(
+                f"rig {self.name!r}: its masses and stiffnesses are too large or too small to compute with"
+            ) from None
+        except ValueError as error:
+            raise RigError(f"rig {self.name!r}: {error}") from None
+
+    __repr__ = Shown.__repr__
+
+    def _overview(self) -> Overview:
+        shafts, mass = self.linear.shafts, self.total_mass
+        kind = "cantilever" if self.beam else f"{len(shafts)} shafts" if len(shafts) > 1 else "shaft" if shafts else ""
+        length = f", {self.linear.span[1] - self.linear.span[0]:.4g} m" if shafts else ""
+        facts = {
+            "structure": (kind or str(getattr(self.linear, "kind", type(self.linear).__name__))) + length,
+            "mass": "" if mass is None else f"{mass:.4g} kg with point masses",
+            "natural frequencies": self._frequencies_in_words(),
+            "shaker": f"{DRIVEN[self.shaker.kind]}, {self.shaker.label(self.shaker.kind)}",
+            "sensors": f"{len(self.sensors)}: {few(self.sensor_labels)}",
+        }
+        head = ("bushing", "at", "gap (mm)", "contact (N/m, N s/m)", "grease (N/m, N s/m)")
+        rows = [
+            (
+                label, b.where, f"{1e3 * b.gap:.4g}", f"{b.contact.stiffness:.4g}, {b.contact.damping:.4g}",
+                f"{b.grease.stiffness:.4g}, {b.grease.damping:.4g}",
+            )
+            for label, b in zip(self.probe_labels, self.bushings)
+        ]  # fmt: skip
+        return Overview(f"Rig “{self.name}”", facts, [head, *rows] if rows else ())
+
+    def _frequencies_in_words(self) -> str:
+        """The lowest natural frequencies, where they are found at once: matrices may be large."""
+        if isinstance(self.linear, StructureOfFiles):
+            return ""
+        try:
+            with np.errstate(all="ignore"):
+                omega = self.reduction(16 + FREQUENCIES, grease=True).omega[:FREQUENCIES]
+        except RigError:
+            return ""
+        return f"{few([f'{w / (2 * np.pi):.4g}' for w in omega])} Hz in the gaps"
 
     def replace(self, **changes: Any) -> Rig:
         """Return a copy with other values; it is checked again.

@@ -12,7 +12,7 @@ from ..errors import RecordError
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["KIND", "UNITS", "attribute", "dataset", "labels", "plain_json", "require_kind", "values"]
+__all__ = ["KIND", "UNITS", "attribute", "dataset", "from_json", "labels", "plain_json", "require_kind", "values"]
 
 KIND = "clearance_mj"
 """attribute that says what a dataset holds"""
@@ -75,9 +75,17 @@ def labels(ds: xr.Dataset, name: str) -> tuple[str, ...]:
     return tuple(str(label) for label in ds[name].values)
 
 
-def plain_json(provenance: dict) -> str:
+def plain_json(data: dict[str, Any], name: str) -> str:
     """Plain data as JSON, or say that it is none."""
     try:
-        return json.dumps(provenance)
+        return json.dumps(data)
     except (TypeError, ValueError) as error:
-        raise RecordError(f"provenance is not plain data: {error}") from None
+        raise RecordError(f"{name} is not plain data: {error}") from None
+
+
+def from_json(ds: xr.Dataset, name: str) -> Any:
+    """Plain data of an attribute that holds them as JSON."""
+    try:
+        return json.loads(attribute(ds, name))
+    except ValueError as error:
+        raise RecordError(f"its {name} is not JSON: {error}") from None

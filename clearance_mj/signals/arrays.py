@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence, Sized
 from dataclasses import Field, fields
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-__all__ = ["ArrayData", "read_only", "same"]
+from ..errors import ClearanceError
+from ..overview import Shown
+
+__all__ = ["ArrayData", "read_only", "rows_of", "same"]
 
 LONGEST = 60
 """characters of a field in a repr"""
@@ -41,6 +45,14 @@ def same(a: object, b: object) -> bool:
     return bool(a == b)
 
 
+def rows_of(values: Sized, rows: Sequence[int] | None, error: type[ClearanceError] = ClearanceError) -> Sequence[int]:
+    """Return the rows that are asked for, all if None; refuses one that is not there."""
+    found = list(range(len(values)) if rows is None else rows)
+    if not found or not all(0 <= row < len(values) for row in found):
+        raise error(f"rows must be between 0 and {len(values) - 1}, got {found}")
+    return found
+
+
 class ArrayData:
     """Base of frozen dataclasses that hold arrays; decorate them with ``dataclass(frozen=True, eq=False, repr=False)``.
 
@@ -53,7 +65,7 @@ class ArrayData:
         for name, value in values.items():
             object.__setattr__(self, name, value)
 
-    def _fields(self) -> tuple[Field, ...]:
+    def _fields(self) -> tuple[Field[Any], ...]:
         return fields(self)  # type: ignore[arg-type]
 
     def __eq__(self, other: object) -> bool:
@@ -62,7 +74,7 @@ class ArrayData:
         return all(same(getattr(self, f.name), getattr(other, f.name)) for f in self._fields())
 
     def __hash__(self) -> int:
-        content: list = [type(self)]
+        content: list[object] = [type(self)]
         for value in (getattr(self, f.name) for f in self._fields()):
             if isinstance(value, np.ndarray):
                 numbers = np.where(np.isnan(value), np.nan, value) + 0.0  # -0 equals 0, and nan any nan
@@ -77,6 +89,8 @@ class ArrayData:
 
 
 def _short(value: Any) -> str:
+    if isinstance(value, Shown):
+        return f"<{value._overview().title}>"
     if isinstance(value, np.ndarray):
         ends = f"[{value[0]:g} ... {value[-1]:g}]" if value.ndim == 1 and value.size > 1 else "array"
         return f"{ends} {value.shape}"

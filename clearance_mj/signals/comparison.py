@@ -10,6 +10,7 @@ import numpy as np
 import scipy.optimize
 
 from ..errors import RecordError
+from ..overview import Overview, Shown, few, span
 from . import _labelled as labelled
 from .arrays import ArrayData, read_only
 from .correlation import csac, csac_per_sensor, csf, csf_per_sensor, frac, mac, mre, relative_error, rmse_db
@@ -19,6 +20,7 @@ from .frf import FRF
 if TYPE_CHECKING:
     import pandas as pd
     import xarray as xr
+    from matplotlib.figure import Figure
 
 __all__ = ["Comparison", "compare", "mac_of_modes", "with_modes"]
 
@@ -32,7 +34,7 @@ TABLES = (("per_sensor", "response", "sensor"), ("per_mode", "mode", "mode"))
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Comparison(ArrayData):
+class Comparison(Shown, ArrayData):
     """Agreement of the FRFs of a test and a model, over frequency, by sensor and by mode.
 
     With several references each measured pair of response and reference counts as a sensor, as in `FRF.functions`.
@@ -74,6 +76,30 @@ class Comparison(ArrayData):
         for name in self.per_mode.columns.drop("mode"):
             found |= {f"mode_{mode}_{name}": v for mode, v in zip(self.per_mode["mode"], self.per_mode[name])}
         return {name: float(value) for name, value in found.items()}
+
+    def _overview(self) -> Overview:
+        mean = self.summary()
+        sensors = list(self.per_sensor["sensor"])
+        facts = {
+            "lines": f"{self.frequency.size}: {span(self.frequency, 'Hz')}",
+            "sensors": few(sensors),
+            "by sensor": f"RMSE {mean['rmse_db']:.3g} dB, MRE {mean['mre']:.3g}, FRAC {mean['frac']:.3f} (means)",
+            "by line": f"CSAC {mean['csac']:.3f}, CSF {mean['csf']:.3f} (means)",
+        }
+        head = ("mode", "test (Hz)", "model (Hz)", "difference (%)", "MAC", "test damping (%)", "model damping (%)")
+        forms = (("test_hz", 1, ".2f"), ("model_hz", 1, ".2f"), ("relative_error", 100, ".2f"), ("mac", 1, ".3f"),
+                 ("test_damping", 100, ".2f"), ("model_damping", 100, ".2f"))  # fmt: skip
+        rows = []
+        for _, row in self.per_mode.iterrows():
+            cells = [f"{scale * row[name]:{form}}" if np.isfinite(row[name]) else "–" for name, scale, form in forms]
+            rows += [(f"{row['mode']:.0f}", *cells)] if set(cells) != {"–"} else []
+        return Overview(f"Comparison of FRFs at {len(sensors)} sensors", facts, [head, *rows] if rows else ())
+
+    def plot(self) -> Figure:
+        """Draw CSAC and CSF over frequency, with the test's modes, and all measures by sensor."""
+        from .figures import comparison_figure
+
+        return comparison_figure(self)
 
     def to_xarray(self) -> xr.Dataset:
         """Return the measures over frequency, response and mode, with labels and units.

@@ -20,6 +20,7 @@ import numpy as np
 import scipy.ndimage
 
 from ..errors import RecordError
+from ..overview import Overview, Shown, few
 from . import _labelled as labelled
 from ._modal_fit import ModalFit, damping_of, least_squares, line_weight, poles_of, qr
 from .arrays import ArrayData, read_only
@@ -49,7 +50,7 @@ SCAN_LINES, SCAN_DAMPING = 100, (0.01, 0.03, 0.1, 0.2)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Modes(ArrayData):
+class Modes(Shown, ArrayData):
     """Natural frequencies in rising order, with damping and shapes as columns."""
 
     frequency: np.ndarray
@@ -65,6 +66,11 @@ class Modes(ArrayData):
         self._set(
             frequency=read_only(self.frequency), damping=read_only(self.damping), shape=read_only(self.shape, complex)
         )
+
+    def _overview(self) -> Overview:
+        rows = [(str(i), f"{f:.4g}", f"{100 * d:.3g}") for i, (f, d) in enumerate(zip(self.frequency, self.damping), 1)]
+        table = [("mode", "frequency (Hz)", "damping (%)"), *rows] if rows else ()
+        return Overview(f"Modes: {len(rows)}", {"responses": few(self.responses)}, table)
 
     def to_xarray(self) -> xr.Dataset:
         """Return ``natural_frequency``, ``damping`` (mode,) and ``shape`` (response, mode), with labels and units."""

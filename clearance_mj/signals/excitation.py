@@ -7,12 +7,18 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ..errors import ExcitationError
+from ..overview import Overview, Shown
+from . import _labelled as labelled
 from .arrays import ArrayData, read_only
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 __all__ = [
     "Excitation",
@@ -33,7 +39,7 @@ HALF = 8.0  # s of the noise of random_blocks that are made at once
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Excitation(ArrayData):
+class Excitation(Shown, ArrayData):
     """A sampled excitation.
 
     Raises
@@ -50,7 +56,7 @@ class Excitation(ArrayData):
     """ "base" or "force" """
     band: tuple[float, float] | None = None
     """Hz"""
-    description: dict = field(default_factory=dict)
+    description: dict[str, Any] = field(default_factory=dict)
     """generator, its parameters and seed; plain data"""
 
     def __post_init__(self) -> None:
@@ -73,6 +79,45 @@ class Excitation(ArrayData):
     def time(self) -> np.ndarray:
         """(n_t,) s"""
         return np.arange(self.value.size) / self.fs
+
+    def _overview(self) -> Overview:
+        of = {name: value for name, value in self.description.items() if isinstance(value, str | int | float)}
+        facts = {
+            "level": f"{np.sqrt(np.mean(self.value**2)):.4g} {'m/s²' if self.kind == 'base' else 'N'} RMS, "
+            f"at most {np.abs(self.value).max():.4g}",
+            "band": f"{self.band[0]:g} to {self.band[1]:g} Hz" if self.band else "",
+            "from": ", ".join(f"{name} {value}" for name, value in of.items()),
+        }
+        what = "base acceleration" if self.kind == "base" else "force"
+        return Overview(f"Excitation, {what}, {self.value.size / self.fs:g} s at {self.fs:g} Hz", facts)
+
+    def to_xarray(self) -> xr.Dataset:
+        """Return ``value`` (time,) with units; the description (plain data) as JSON in an attribute."""
+        units = "m s-2" if self.kind == "base" else "N"
+        attributes: dict[str, Any] = {"fs": float(self.fs), "kind": self.kind}
+        attributes["description"] = labelled.plain_json(self.description, "description")
+        if self.band is not None:
+            attributes["band"] = np.array(self.band, dtype=float)
+        return labelled.dataset("excitation", {"value": ("time", self.value, units)}, {"time": self.time}, attributes)
+
+    @classmethod
+    def from_xarray(cls, ds: xr.Dataset) -> Excitation:
+        """Return the excitation of a dataset that `to_xarray` made; refuses others.
+
+        Parameters
+        ----------
+        ds : xarray.Dataset
+            The dataset.
+        """
+        labelled.require_kind(ds, "excitation")
+        band = ds.attrs.get("band")
+        return cls(
+            labelled.values(ds, "value", "time"),
+            float(labelled.attribute(ds, "fs")),
+            str(labelled.attribute(ds, "kind")),
+            None if band is None else (float(band[0]), float(band[1])),
+            labelled.from_json(ds, "description"),
+        )
 
 
 def random(

@@ -10,22 +10,25 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..errors import RecordError
+from ..overview import Overview, Shown, few, span
 from . import _labelled as labelled
 from ._labelled import UNITS
-from .arrays import ArrayData, read_only
+from .arrays import ArrayData, read_only, rows_of
 from .response import Response
 from .welch import ESTIMATORS, WINDOWS, Band, Welch, lines_within
 
 if TYPE_CHECKING:
     import xarray as xr
+    from matplotlib.figure import Figure
 
 __all__ = ["FRF", "estimate_frf", "estimate_frf_blocks", "join_references", "random_error"]
 
+WORDS = {"displacement": "m", "velocity": "m/s", "acceleration": "m/s²", "force": "N"}
 QUANTITY = {"base": "acceleration/acceleration", "force": "acceleration/force"}
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class FRF(ArrayData):
+class FRF(Shown, ArrayData):
     """Frequency response functions of several responses to one or several references.
 
     ``value`` and ``coherence`` may be given as (n_outputs, n_f) where there is one reference. A pair of response and
@@ -133,6 +136,54 @@ class FRF(ArrayData):
             coherence = None
         responses = tuple(self.responses[i] for i in rows)
         return FRF(self.frequency, self.value[rows, j], coherence, responses, (reference,), self.quantity)
+
+    def _overview(self) -> Overview:
+        step = np.diff(self.frequency)
+        apart = f", {step.mean():.4g} Hz apart" if step.size and np.ptp(step) < 1e-6 * step.mean() else ""
+        known = np.empty(0) if self.coherence is None else self.coherence[np.isfinite(self.coherence)]
+        size = np.where(np.isfinite(self.value), np.abs(self.value), -1.0)
+        i, j, line = np.unravel_index(size.argmax(), size.shape)
+        peak = f"{size.max():.4g} at {self.frequency[line]:.4g} Hz, {self.responses[i]}"
+        to = self.references[0] if len(self.references) == 1 else f"{len(self.references)} references"
+        facts = {
+            "quantity": f"{self.quantity}, {self.unit}",
+            "lines": f"{self.frequency.size}: {span(self.frequency, 'Hz')}{apart}",
+            "responses": few(self.responses),
+            "references": few(self.references) if len(self.references) > 1 else "",
+            "largest": "" if size.max() < 0 else peak + ("" if len(self.references) == 1 else f"/{self.references[j]}"),
+            "coherence": f"median {np.median(known):.3f}" if known.size else "unknown",
+        }
+        return Overview(f"FRF of {len(self.responses)} responses to {to}", facts)
+
+    @property
+    def unit(self) -> str:
+        """Unit of ``value`` in words, such as "m/s²/N"; "1" of a ratio of like quantities."""
+        above, _, below = self.quantity.partition("/")
+        return "1" if above == below else "/".join(WORDS.get(name, name) for name in (above, below))
+
+    def plot(self, rows: Sequence[int] | None = None, **others: FRF) -> Figure:
+        """Draw magnitude, phase and coherence of every function, alone or over those of other FRFs.
+
+        Parameters
+        ----------
+        rows : sequence of int, optional
+            Which rows of ``functions``; None: all.
+        **others : FRF
+            FRFs of the same functions by their names in the legend, such as ``test.plot(model=model)``.
+
+        Raises
+        ------
+        RecordError
+            If the others are of another quantity or other functions, or a row is not there.
+        """
+        from .figures import frf_figure
+
+        for name, other in others.items():
+            if (other.quantity, other.labels) != (self.quantity, self.labels):
+                raise RecordError(
+                    f"{name} is {other.quantity} at {few(other.labels)}, this FRF {self.quantity} at {few(self.labels)}"
+                )
+        return frf_figure({"this FRF": self} | others, rows_of(self.labels, rows, RecordError))
 
     def to_xarray(self) -> xr.Dataset:
         """Return ``value`` and ``coherence`` (response, reference, frequency), with labels, units and the quantity."""

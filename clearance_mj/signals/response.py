@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
-import json
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ..errors import RecordError
+from ..overview import Overview, Shown, few
 from . import _labelled as labelled
-from .arrays import ArrayData, read_only
+from .arrays import ArrayData, read_only, rows_of
 
 if TYPE_CHECKING:
     import xarray as xr
+    from matplotlib.figure import Figure
 
 __all__ = ["Response"]
 
@@ -28,7 +30,7 @@ HISTORIES = {
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Response(ArrayData):
+class Response(Shown, ArrayData):
     """Time histories of one run, sampled at ``fs``; time is the last axis.
 
     Simulations fill every field; a test record has no forces, and no displacement where no probe was fitted.
@@ -59,7 +61,7 @@ class Response(ArrayData):
     """degree of freedom of each row of the acceleration, such as "3:+Z" """
     reference: str = "100:+Z"
     """degree of freedom of the excitation"""
-    provenance: dict = field(default_factory=dict)
+    provenance: dict[str, Any] = field(default_factory=dict)
     """inputs that made it: rig, law, engine, excitation, seed, versions; plain data"""
 
     def __post_init__(self) -> None:
@@ -86,6 +88,44 @@ class Response(ArrayData):
         """S"""
         return self.excitation.size / self.fs
 
+    def _overview(self) -> Overview:
+        (what, unit), band = ("base acceleration", "m/s²") if self.kind == "base" else ("force", "N"), self.band
+        facts = {
+            "excitation": f"{what} at {self.reference}, {np.std(self.excitation):.4g} {unit} RMS"
+            + (f", {band[0]:g} to {band[1]:g} Hz" if band else ""),
+            "responses": few(self.responses),
+            "acceleration": _largest(self.acceleration, "m/s²"),
+            "displacement": _largest(self.displacement, "mm", 1e3),
+            "contact force": _largest(self.contact_force, "N"),
+            "grease force": _largest(self.grease_force, "N"),
+            "from": _origin(self.provenance),
+        }
+        if self.contact_force is not None and self.contact_force.size:
+            shares = (f"{100 * share:.3g} %" for share in np.mean(self.contact_force != 0, axis=1))
+            facts["contact force"] += f", in contact {few(list(shares))} of the time"
+        count = f"{len(self.acceleration)} sensors"
+        return Overview(f"Response of {count}, {self.duration:g} s at {self.fs:g} Hz", facts)
+
+    def plot(self, sensors: Sequence[int] | None = None, time: tuple[float, float] | None = None) -> Figure:
+        """Draw excitation and accelerations over time, and displacement and forces at the bushings where known.
+
+        Parameters
+        ----------
+        sensors : sequence of int, optional
+            Which rows of the acceleration; None: all.
+        time : (float, float), optional
+            From and to, s; None: all.
+
+        Raises
+        ------
+        RecordError
+            If a row is not there, or no sample in the time.
+        """
+        from .figures import response_figure
+
+        shown = rows_of(self.acceleration, sensors, RecordError)
+        return response_figure(self, shown, time or (0.0, self.duration))
+
     def to_xarray(self) -> xr.Dataset:
         """Return the histories with labels and units, the provenance (plain data) as JSON in an attribute.
 
@@ -96,7 +136,11 @@ class Response(ArrayData):
             raise RecordError(f'kind "{self.kind}" is unknown; use {" or ".join(EXCITATION_UNITS)}')
         variables: dict[str, Any] = {"excitation": ("time", self.excitation, EXCITATION_UNITS[self.kind])}
         variables |= {name: ((rows, "time"), getattr(self, name), units) for name, (rows, units) in HISTORIES.items()}
-        attributes = {"fs": float(self.fs), "kind": self.kind, "provenance": labelled.plain_json(self.provenance)}
+        attributes = {
+            "fs": float(self.fs),
+            "kind": self.kind,
+            "provenance": labelled.plain_json(self.provenance, "provenance"),
+        }
         if self.band is not None:
             attributes["band"] = np.array(self.band, dtype=float)
         coordinates = {"time": self.time, "response": self.responses}
@@ -117,10 +161,7 @@ class Response(ArrayData):
         if "acceleration" not in ds:
             raise RecordError('holds no "acceleration"')
         band = ds.attrs.get("band")
-        try:
-            provenance = json.loads(labelled.attribute(ds, "provenance"))
-        except ValueError as error:
-            raise RecordError(f"its provenance is not JSON: {error}") from None
+        provenance = labelled.from_json(ds, "provenance")
         histories = {
             name: labelled.values(ds, name, rows, "time") for name, (rows, _) in HISTORIES.items() if name in ds
         }
@@ -134,3 +175,19 @@ class Response(ArrayData):
             provenance=provenance,
             **histories,
         )
+
+
+def _largest(values: np.ndarray | None, unit: str, factor: float = 1.0) -> str:
+    if values is None or not values.size:
+        return ""
+    return f"{len(values)} rows, up to {factor * np.abs(values).max():.4g} {unit}"
+
+
+def _origin(provenance: dict[str, Any]) -> str:
+    """What made a response, in words, of what its provenance says."""
+    found = []
+    for name in ("record", "rig", "law", "engine"):
+        value = provenance.get(name)
+        value = value.get("name", value.get("kind")) if isinstance(value, dict) else value
+        found += [f"{name} {value}"] if isinstance(value, str) else []
+    return ", ".join(found)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from ..errors import RecordError
@@ -10,7 +12,7 @@ from ..signals.response import Response
 __all__ = ["contact_statistics"]
 
 
-def contact_statistics(response: Response) -> dict:
+def contact_statistics(response: Response) -> dict[str, Any]:
     """RMS and peak displacement (m), share of time in contact, peak contact force (N) of each bushing; time step (s).
 
     Parameters

@@ -85,12 +85,12 @@ class MeasuredModes:
 
     def figure(self) -> Figure:
         """Return a figure of every measured function with its synthesis: magnitude over frequency."""
-        from matplotlib.figure import Figure
+        from ..drawing import canvas
 
         labels = self.measured.labels
         columns = min(len(labels), 3)
         rows = -(-len(labels) // columns)
-        figure = Figure((3.2 * columns, 0.4 + 2.2 * rows), layout="constrained")
+        figure = canvas(0.4 + 2.2 * rows, 3.2 * columns)
         axes = figure.subplots(rows, columns, squeeze=False, sharex=True)
         both = zip(self.measured.functions, self.synthesised.functions)
         for ax, label, (test, model), share, error in zip(axes.flat, labels, both, self.frac, self.rmse_db):
@@ -104,7 +104,7 @@ class MeasuredModes:
             ax.tick_params(labelbottom=True)
         for ax in axes[:, 0]:
             ax.set_ylabel("accelerance (m/s²/N)")
-        axes[0, 0].legend(fontsize=7)
+        axes[0, 0].legend(fontsize=7, frameon=False)
         return figure
 
 

@@ -1,0 +1,81 @@
+"""What an object shows of itself in a terminal and in a notebook: a heading, what it is like, perhaps a table."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from html import escape
+from typing import NamedTuple
+
+__all__ = ["Overview", "Shown", "few", "span"]
+
+LONGEST = 100
+"""characters of a value"""
+CELL = 'style="text-align:left;vertical-align:top"'
+
+
+class Overview(NamedTuple):
+    """A heading, facts by name, and a table with its head as first row."""
+
+    title: str
+    facts: dict[str, str]  # those that are empty are left out
+    table: Sequence[Sequence[str]] = ()
+
+    def text(self) -> str:
+        """Return it as lines of text, free of characters that a terminal would obey."""
+        facts = [(name, value) for name, value in self.facts.items() if value]
+        width = max((len(name) for name, _ in facts), default=0)
+        lines = [self.title, *(f"  {name:<{width}}  {_cut(value)}" for name, value in facts)]
+        table = [[_cut(cell) for cell in row] for row in self.table]
+        widths = [max(map(len, column)) for column in zip(*table)]
+        lines += ["  " + "  ".join(f"{c:<{w}}" for c, w in zip(row, widths)).rstrip() for row in table]
+        return "\n".join(map(_printable, lines))
+
+    def html(self) -> str:
+        """Return it as markup; all texts are escaped."""
+        facts = "".join(
+            f"<tr><th {CELL}>{escape(name)}</th><td {CELL}>{escape(_cut(value))}</td></tr>"
+            for name, value in self.facts.items()
+            if value
+        )
+        head, *rows = self.table or [()]
+        table = _row("th", head) + "".join(_row("td", row) for row in rows) if head else ""
+        shown = [f"<table>{part}</table>" for part in (facts, table) if part]
+        return f"<div><strong>{escape(self.title)}</strong>{''.join(shown)}</div>"
+
+
+def _row(cell: str, values: Sequence[str]) -> str:
+    return f"<tr>{''.join(f'<{cell} {CELL}>{escape(_cut(value))}</{cell}>' for value in values)}</tr>"
+
+
+class Shown:
+    """Base of what prints as its `Overview`; dataclasses need ``repr=False``."""
+
+    def _overview(self) -> Overview:
+        raise NotImplementedError
+
+    def __repr__(self) -> str:
+        return self._overview().text()
+
+    def _repr_html_(self) -> str:
+        return self._overview().html()
+
+
+def few(items: Sequence[object], most: int = 8) -> str:
+    """Return the first of many things, separated by commas, and how many there are besides."""
+    shown = ", ".join(map(str, items[:most]))
+    return shown if len(items) <= most else f"{shown} and {len(items) - most} more"
+
+
+def span(values: Iterable[float], unit: str = "", factor: float = 1.0) -> str:
+    """Return the lowest and the highest of numbers with their unit, or the only one."""
+    values = list(values)
+    low, high = (f"{factor * float(value):.4g}" for value in (min(values), max(values)))
+    return f"{low if low == high else f'{low} to {high}'} {unit}".rstrip()
+
+
+def _cut(value: str) -> str:
+    return value if len(value) <= LONGEST else f"{value[: LONGEST - 3]}..."
+
+
+def _printable(text: str) -> str:
+    return "".join(c if c.isprintable() else repr(c)[1:-1] for c in text)

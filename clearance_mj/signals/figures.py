@@ -1,0 +1,216 @@
+"""Figures of FRFs, comparisons and responses: what their `plot` returns, and panels that the reports draw too."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any, Protocol
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure, FigureBase
+
+from ..drawing import COLOURS, FONT, REPEAT, canvas, decibel, envelope, key, of_curves, phase, tidy
+from ..errors import RecordError
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+__all__ = [
+    "CELL", "comparison_figure", "draw_correlation", "draw_functions", "draw_measures", "frf_figure",
+    "measures_height", "response_figure",
+]  # fmt: skip
+
+CELL = 2.8
+"""in, height of a function's magnitude, phase and coherence"""
+MEASURES = {"rmse_db": "RMSE (dB)", "mre": "MRE (1)", "frac": "FRAC (1)", "csac": "CSAC (1)", "csf": "CSF (1)"}
+SHARES = ("frac", "csac", "csf")
+"""measures from 0 to 1"""
+HISTORIES = (("acceleration", "Acceleration", "m/s²", 1.0), ("displacement", "Displacement", "mm", 1e3),
+             ("contact_force", "Contact force", "N", 1.0), ("grease_force", "Grease force", "N", 1.0))  # fmt: skip
+Look = dict[str, Any]
+
+
+class Functions(Protocol):
+    """An FRF."""
+
+    @property
+    def frequency(self) -> np.ndarray: ...
+    @property
+    def functions(self) -> np.ndarray: ...
+    @property
+    def coherence(self) -> np.ndarray | None: ...
+    @property
+    def measured(self) -> np.ndarray: ...
+    @property
+    def labels(self) -> tuple[str, ...]: ...
+    @property
+    def unit(self) -> str: ...
+
+
+class Agreement(Protocol):
+    """A comparison."""
+
+    @property
+    def frequency(self) -> np.ndarray: ...
+    @property
+    def csac(self) -> np.ndarray: ...
+    @property
+    def csf(self) -> np.ndarray: ...
+    @property
+    def per_sensor(self) -> pd.DataFrame: ...
+    @property
+    def per_mode(self) -> pd.DataFrame: ...
+
+
+class Histories(Protocol):
+    """A response."""
+
+    @property
+    def fs(self) -> float: ...
+    @property
+    def kind(self) -> str: ...
+    @property
+    def time(self) -> np.ndarray: ...
+    @property
+    def excitation(self) -> np.ndarray: ...
+    @property
+    def acceleration(self) -> np.ndarray: ...
+    @property
+    def responses(self) -> tuple[str, ...]: ...
+    @property
+    def reference(self) -> str: ...
+
+
+def frf_figure(frfs: Mapping[str, Functions], rows: Sequence[int]) -> Figure:
+    """Draw magnitude, phase and coherence of functions, in each panel one curve of each of the named FRFs."""
+    widths = np.linspace(1.8, 1.0, len(frfs)) if len(frfs) > 1 else [1.1]
+    looks = [{"color": colour, "lw": width} for colour, width in zip(COLOURS * len(frfs), widths)]
+    figure = canvas((0.35 if len(frfs) > 1 else 0.1) + CELL * -(-len(rows) // 2))
+    if len(frfs) > 1:
+        key(figure, of_curves(dict(zip(frfs, looks))))
+    draw_functions(figure, list(zip(frfs.values(), looks)), rows)
+    return figure
+
+
+def draw_functions(figure: Figure, curves: Sequence[tuple[Functions, Look]], rows: Sequence[int]) -> None:
+    """Draw magnitude, phase and coherence of functions of like FRFs, two functions in a line."""
+    columns = min(2, len(rows))
+    cells = figure.subfigures(-(-len(rows) // columns), columns, squeeze=False)
+    for cell, row in zip(cells.flat, rows):
+        _draw_function(cell, curves, row)
+
+
+def _draw_function(cell: FigureBase, curves: Sequence[tuple[Functions, Look]], row: int) -> None:
+    axes = cell.subplots(3, 1, sharex=True, height_ratios=(3, 1.4, 1))
+    first = curves[0][0]
+    for frf, look in curves:
+        style = look | _dots(frf.frequency)
+        axes[0].plot(frf.frequency, decibel(frf.functions[row]), **style)
+        axes[1].plot(frf.frequency, phase(frf.functions[row]), **style)
+        if frf.coherence is not None:
+            coherence = frf.coherence.swapaxes(0, 1)[frf.measured.T]
+            axes[2].plot(frf.frequency, coherence[row], **style | {"lw": 0.8})
+    tidy(axes[0], first.labels[row], f"Magnitude\n(dB re {'1' if first.unit == '1' else f'1 {first.unit}'})")
+    tidy(axes[1], ylabel="Phase (°)")
+    axes[1].set_ylim(-190, 190)
+    axes[1].set_yticks([-180, 0, 180])
+    tidy(axes[2], ylabel="Coh. (1)", xlabel="Frequency (Hz)")
+    axes[2].set_ylim(0, 1.1)
+    axes[2].set_yticks([0, 1])
+    if all(frf.coherence is None for frf, _ in curves):
+        axes[2].text(0.5, 0.5, "no coherence is known", transform=axes[2].transAxes, ha="center", va="center",
+                     fontsize=FONT - 1)  # fmt: skip
+    _from_first_to_last(axes[2], first.frequency)
+    cell.align_ylabels(axes)
+
+
+def _dots(frequency: np.ndarray) -> Look:
+    """Style of a curve: one line alone would not show."""
+    return {"marker": "o"} if frequency.size == 1 else {}
+
+
+def _from_first_to_last(ax: Axes, frequency: np.ndarray) -> None:
+    if frequency.size > 1:
+        ax.set_xlim(*frequency[[0, -1]])
+
+
+def comparison_figure(comparison: Agreement) -> Figure:
+    """Draw agreement over frequency, and the measures by sensor below."""
+    height = measures_height(comparison)
+    figure = canvas(2.6 + height)
+    upper, lower = np.ravel(np.asarray(figure.subfigures(2, 1, height_ratios=(2.6, height))))
+    draw_correlation(upper, comparison)
+    draw_measures(lower, comparison)
+    return figure
+
+
+def draw_correlation(figure: FigureBase, comparison: Agreement) -> None:
+    """Draw CSAC and CSF over frequency, with the natural frequencies of the test."""
+    ax = figure.subplots()
+    for values, label, color, style in (
+        (comparison.csac, "CSAC (shape)", COLOURS[0], "-"),
+        (comparison.csf, "CSF (shape and level)", COLOURS[1], "--"),
+    ):
+        if np.isfinite(values).any():
+            dots = _dots(comparison.frequency)
+            ax.plot(comparison.frequency, values, lw=1.3, label=label, color=color, ls=style, **dots)
+    for i, hz in enumerate(hz for hz in comparison.per_mode["test_hz"] if np.isfinite(hz)):
+        ax.axvline(hz, color=REPEAT, lw=0.8, ls=":", label="mode of the test" if i == 0 else None)
+    tidy(ax, ylabel="CSAC, CSF (1)", xlabel="Frequency (Hz)")
+    ax.set_ylim(0, 1.05)
+    _from_first_to_last(ax, comparison.frequency)
+    key(figure, ax.get_legend_handles_labels()[0], 3)
+
+
+def measures_height(comparison: Agreement) -> float:
+    """Height, in, that bars of all sensors need."""
+    return max(2.9, 0.8 + 0.15 * len(comparison.per_sensor))
+
+
+def draw_measures(figure: FigureBase, comparison: Agreement) -> None:
+    """Draw bars of the measures by sensor."""
+    labels = comparison.per_sensor["sensor"]
+    axes = figure.subplots(1, len(MEASURES))
+    for ax, (name, title) in zip(axes, MEASURES.items()):
+        ax.barh(np.arange(len(labels)), comparison.per_sensor[name], color=COLOURS[0])
+        tidy(ax, xlabel=title)
+        ax.set_yticks(np.arange(len(labels)), labels if ax is axes[0] else [""] * len(labels))
+        ax.invert_yaxis()
+        if name in SHARES:
+            ax.set_xlim(0, 1)
+        if not np.isfinite(comparison.per_sensor[name]).any():
+            ax.text(0.5, 0.5, "undefined", transform=ax.transAxes, ha="center", va="center", fontsize=FONT - 1)
+    of_pairs = any("/" in label for label in labels)
+    axes[0].set_ylabel(f"Sensor{'/reference' if of_pairs else ''} (node:direction)", fontsize=FONT)
+
+
+def response_figure(response: Histories, sensors: Sequence[int], time: tuple[float, float]) -> Figure:
+    """Draw excitation, accelerations, and what is known at the bushings, over a stretch of time, s."""
+    part = slice(*np.searchsorted(response.time, (time[0], np.nextafter(time[1], np.inf))))
+    moments = response.time[part]
+    if not moments.size:
+        raise RecordError(f"no sample from {time[0]:g} to {time[1]:g} s; the response ends at {response.time[-1]:g} s")
+    kind, unit = ("Base acc.", "m/s²") if response.kind == "base" else ("Force", "N")
+    panels = [(f"{kind} ({unit})", {response.reference: response.excitation})]
+    names = [*response.responses] or [f"row {i + 1}" for i in range(len(response.acceleration))]
+    for field, words, unit, factor in HISTORIES:
+        values = getattr(response, field)
+        if values is None or not len(values):
+            continue
+        at = {names[i]: values[i] for i in sensors} if field == "acceleration" else {
+            f"bushing {j + 1}": row for j, row in enumerate(values)
+        }  # fmt: skip
+        panels.append((f"{words} ({unit})", {name: factor * row for name, row in at.items()}))
+    figure = canvas(0.4 + 1.5 * len(panels))
+    axes = np.ravel(figure.subplots(len(panels), 1, sharex=True))
+    for ax, (label, curves) in zip(axes, panels):
+        for (name, values), colour in zip(curves.items(), COLOURS * len(curves)):
+            ax.plot(*envelope(moments, values[part]), color=colour, lw=0.6, label=name)
+        tidy(ax, ylabel=label)
+        legend = ax.legend(loc="upper left", bbox_to_anchor=(1, 1.05), fontsize=FONT - 1, frameon=False, handlelength=1)
+        for line in legend.get_lines():
+            line.set_linewidth(2)
+    axes[-1].set_xlabel("Time (s)", fontsize=FONT)
+    axes[-1].set_xlim(moments[0], moments[-1] if moments.size > 1 else moments[0] + 1 / response.fs)
+    figure.align_ylabels(axes)
+    return figure
