@@ -35,13 +35,18 @@ gallery: reproduce
 test: setup
 	$(BIN)/python -m pytest -n auto --dist loadfile -m 'not slow'
 
-test-slow: $(VENV)/.models
+test-slow: $(VENV)/.models $(VENV)/.browser
 	$(BIN)/python -m pytest -m slow
 
 # Only the files of foreign models are read. gymnasium-robotics and dm_control depend on the package mujoco 3, which would
 # overwrite mujoco-core: hence none of what they depend on.
 $(VENV)/.models: $(VENV)/.ready
 	$(BIN)/pip install --quiet --disable-pip-version-check --no-deps -c constraints.txt gymnasium gymnasium-robotics dm_control
+	touch $@
+
+# Pages are tried in the machine's own Chromium; without one their tests are skipped.
+$(VENV)/.browser: $(VENV)/.ready
+	$(BIN)/pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[browser]'
 	touch $@
 
 test-models: $(VENV)/.models
