@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Iterable, Sequence
 from html import escape
 from typing import NamedTuple
@@ -47,11 +48,12 @@ def _row(cell: str, values: Sequence[str]) -> str:
     return f"<tr>{''.join(f'<{cell} {CELL}>{escape(_cut(value))}</{cell}>' for value in values)}</tr>"
 
 
-class Shown:
+class Shown(ABC):
     """Base of what prints as its `Overview`; dataclasses need ``repr=False``."""
 
+    @abstractmethod
     def _overview(self) -> Overview:
-        raise NotImplementedError
+        """Return what it shows."""
 
     def __repr__(self) -> str:
         return self._overview().text()
