@@ -42,7 +42,7 @@ class Registration:
     tuned: Mapping[str, Any] | None = None
     """settings; None: those of `TUNED`, the class's defaults if it has none"""
     tuned_as: str = ""
-    """controller whose settings of `TUNED` are taken; default: its own name"""
+    """controller whose settings of `TUNED` are taken where it has none of its own"""
     adapt: Callable[[Controller, Task, ClearancePrior], Controller] | None = None
     """takes prior information on the clearance into account"""
     prior: str = "nothing"
@@ -54,8 +54,8 @@ class Registration:
 
     def tuned_controller(self) -> Controller:
         """Return the controller with its tuned settings, without prior information on the clearance."""
-        found = _tuned().get(self.tuned_as or self.name, {}).get("settings", {})
-        return self.controller(**(found if self.tuned is None else self.tuned))
+        found = _tuned().get(self.name) or _tuned().get(self.tuned_as, {})
+        return self.controller(**(found.get("settings", {}) if self.tuned is None else self.tuned))
 
     def make(self, task: Task, prior: ClearancePrior) -> Controller:
         """Return the controller for a task, with what it may know of the clearance."""

@@ -1,0 +1,125 @@
+"""Disturbance observer: whatever turns the vehicle otherwise than the design model, as an angle of the road wheels.
+
+The yaw equation of the design model with an unknown steering angle d beside the servo's,
+
+    dr/dt = A_rv v_y + A_rr r + b (δ + d),    dd/dt = 0,
+
+is observed from the yaw rate with both poles of the observer at -ω, its bandwidth: d̂ follows d as ω²/(s + ω)² does and
+is exact for one that stays. d̂ is subtracted from a controller's command. Nothing is known of the clearance: lost
+motion, other tyres and other axle loads are all the same to it.
+
+Chen, Yang, Guo and Li, Disturbance-observer-based control and related methods, IEEE Trans. Ind. Electron. 63, 2016;
+the bandwidth as only setting: Gao, Scaling and bandwidth-parameterization based controller tuning, ACC 2003.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from . import mpc, smc
+from .base import ControllerRun, Observation, Task, limited
+from .design import DesignModel
+from .mpc import DASHED, ModelPredictive
+from .registry import Registration, register
+from .smc import SlidingMode
+
+__all__ = ["PredictiveWithObserver", "ServoModel", "SlidingWithObserver", "YawObserver"]
+
+
+class ServoModel:
+    """The servo's angle during a run, from its commands."""
+
+    def __init__(self, model: DesignModel):
+        A, B, _ = model.discrete
+        self._A, self._B, self._state = A[4:, 4:], B[4:], np.zeros(2)
+
+    @property
+    def angle(self) -> float:
+        """Angle now, rad at the road wheel."""
+        return float(self._state[0])
+
+    def follow(self, command: float) -> None:
+        """Go on by one period under a command, rad."""
+        self._state = self._A @ self._state + self._B * command
+
+
+class YawObserver:
+    """Disturbance observer on the yaw equation, from yaw rate, lateral speed and servo angle."""
+
+    def __init__(self, model: DesignModel, bandwidth: float):
+        A, _, _ = model.continuous
+        keep, pole = math.exp(A[3, 3] * model.period), math.exp(-bandwidth * model.period)
+        held = (keep - 1) / A[3, 3]  # yaw rate after a period over an acceleration held in it
+        self._keep, self._drift, self._gain = keep, held * A[3, 2], held * A[3, 4]
+        # Gains that place both poles of the corrected estimate's error at exp(-ωT).
+        self._angle_gain = (1 - pole) ** 2 / self._gain
+        self._rate_gain = 1 - pole**2 / keep
+        self._rate, self._disturbance = 0.0, 0.0
+
+    def advance(self, yaw_rate: float, lateral_speed: float, angle: float) -> float:
+        """Return d̂, rad, with a sample of the yaw rate, rad/s, and predict the next.
+
+        Lateral speed (m/s) and servo angle (rad) are those of the coming period's start.
+        """
+        surprise = yaw_rate - self._rate
+        self._disturbance += self._angle_gain * surprise
+        rate = self._rate + self._rate_gain * surprise
+        self._rate = self._keep * rate + self._drift * lateral_speed + self._gain * (angle + self._disturbance)
+        return self._disturbance
+
+
+class ObservedRun(ControllerRun):
+    """A run in which the observed disturbance is subtracted from another controller's commands."""
+
+    def __init__(self, task: Task, inner: ControllerRun, bandwidth: float):
+        model = DesignModel(task.vehicle, task.servo, task.speed, task.period)
+        self._task, self._inner, self._last = task, inner, 0.0
+        self._servo, self._observer = ServoModel(model), YawObserver(model, bandwidth)
+
+    def command(self, seen: Observation) -> float:
+        """Return the other controller's command less d̂."""
+        disturbance = self._observer.advance(seen.yaw_rate, seen.lateral_speed, self._servo.angle)
+        self._last = limited(self._inner.command(seen) - disturbance, self._last, self._task)
+        self._servo.follow(self._last)
+        return self._last
+
+
+@dataclass(frozen=True)
+class SlidingWithObserver(SlidingMode):
+    """Sliding mode control less the observed disturbance."""
+
+    bandwidth: float = 16.0  # ω, rad/s
+
+    def start(self, task: Task) -> ControllerRun:  # type: ignore[override]
+        """Begin a run."""
+        return ObservedRun(task, super().start(task), self.bandwidth)
+
+
+@dataclass(frozen=True)
+class PredictiveWithObserver(ModelPredictive):
+    """Model predictive control less the observed disturbance."""
+
+    bandwidth: float = 16.0  # ω, rad/s
+
+    def start(self, task: Task) -> ControllerRun:  # type: ignore[override]
+        """Begin a run."""
+        return ObservedRun(task, super().start(task), self.bandwidth)
+
+
+BANDWIDTH = {"bandwidth": (1.0, 60.0)}
+PRIOR = "nothing; estimates what turns the vehicle otherwise than expected"
+register(
+    Registration(
+        "smc-dob", "SMC-DOB", SlidingWithObserver, bounds=smc.BOUNDS | BANDWIDTH, tuned_as="smc", prior=PRIOR,
+        colour="#332288",
+    )
+)  # fmt: skip
+register(
+    Registration(
+        "mpc-dob", "MPC-DOB", PredictiveWithObserver, bounds=mpc.BOUNDS | BANDWIDTH, tuned_as="mpc", prior=PRIOR,
+        colour="#882255", line=DASHED,
+    )
+)  # fmt: skip

@@ -1,0 +1,56 @@
+"""The disturbance observer against the transfer function that its poles are placed for."""
+
+import numpy as np
+import pytest
+
+from clearance_mj.vehicle.controllers import DesignModel, Observation, Task
+from clearance_mj.vehicle.controllers.disturbance_observer import (
+    PredictiveWithObserver,
+    SlidingWithObserver,
+    YawObserver,
+)
+from clearance_mj.vehicle.manoeuvres import straight
+from clearance_mj.vehicle.nominal import Servo
+
+from .test_controller import SPEED, VEHICLE
+
+
+def observed(model, bandwidth, disturbance, seconds):
+    """Estimates while the single track drives with held wheels and an unknown steering angle, rad, on top."""
+    A, B, _ = model.discrete
+    wheel = 0.01 + disturbance
+    observer, x, found = YawObserver(model, bandwidth), np.array([0, 0, 0, 0, wheel, 0.0]), []
+    for _ in range(round(seconds / model.period)):
+        found.append(observer.advance(x[3], x[2], 0.01))
+        x = A @ x + B * wheel
+    return np.array(found)
+
+
+def test_constant_disturbance_is_found():
+    """0.2°, exactly, once the motion has settled."""
+    model = DesignModel(VEHICLE, Servo(), SPEED, 0.01)
+    assert observed(model, 16.0, np.radians(0.2), 5.0)[-1] == pytest.approx(np.radians(0.2), rel=1e-9)
+
+
+@pytest.mark.parametrize("bandwidth", [4.0, 16.0])
+def test_step_response(bandwidth):
+    """Of ω²/(s + ω)²: 1 - (1 + ω t) exp(-ω t), sampled finely."""
+    model = DesignModel(VEHICLE, Servo(), SPEED, 2e-4)
+    t = np.arange(5000) * 2e-4
+    expected = 1 - (1 + bandwidth * t) * np.exp(-bandwidth * t)
+    np.testing.assert_allclose(observed(model, bandwidth, 1e-3, 1.0) / 1e-3, expected, atol=5e-3)
+
+
+@pytest.mark.parametrize("controller", [SlidingWithObserver(), PredictiveWithObserver()], ids=repr)
+def test_offset_of_the_wheels_is_taken_out(controller):
+    """The linear model with wheels that stand 0.3° off: the command ends at -0.3° and the vehicle on its path."""
+    task = Task(VEHICLE, straight(600.0), SPEED)
+    run, offset = controller.start(task), np.radians(0.3)
+    A, B, _ = DesignModel(VEHICLE, Servo(), SPEED, task.period).discrete
+    x = np.zeros(6)
+    x[4] = offset
+    for k in range(1500):
+        command = run.command(Observation(SPEED * k * task.period, *x[:4], SPEED))
+        x = A @ x + B * (command + offset)
+    assert command == pytest.approx(-offset, rel=1e-3)
+    assert abs(x[0]) < 1e-3
