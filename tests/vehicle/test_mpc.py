@@ -1,18 +1,20 @@
 """The quadratic program against methods that share nothing with OSQP."""
 
 import numpy as np
+import osqp
 import pytest
 import scipy.linalg
 import scipy.optimize
 
-from clearance_mj.vehicle.controllers import DesignModel, Observation, Task
-from clearance_mj.vehicle.controllers.mpc import N_STATES, ModelPredictive, program
+from clearance_mj.vehicle.controllers import Observation, Task
+from clearance_mj.vehicle.controllers.mpc import LimitedPlan, ModelPredictive, Weights, program
 from clearance_mj.vehicle.manoeuvres import clothoid_arc, straight
-from clearance_mj.vehicle.nominal import Servo
 
-from .test_controller import MODEL, SPEED, VEHICLE
+from .test_controller import MODEL, SPEED, VEHICLE, solved
 
 LAW = ModelPredictive(horizon=20)
+WEIGHTS = Weights(LAW.course, LAW.yaw, LAW.effort)
+PATH = straight(100.0)
 SEEN = Observation(40.0, 0.4, 0.03, -0.2, 0.1, SPEED)
 
 
@@ -73,16 +75,84 @@ def test_without_limits_it_is_the_linear_quadratic_regulator():
     assert run.command(seen) == pytest.approx(expected, abs=1e-6)
 
 
-def test_size_and_pattern_of_the_program():
-    """20 periods: 21 states and 20 inputs; model, commands and their changes as rows; one pattern for all speeds."""
-    size = 21 * N_STATES + 20
-    assert [m.shape for m in program(LAW, MODEL)[:2]] == [(size, size), (size + 20, size)]
-    at = [program(LAW, DesignModel(VEHICLE, Servo(), speed, 0.01)) for speed in (10.0, 40.0)]
-    for name in ("P", "A"):
-        one, other = (getattr(p, name) for p in at)
-        np.testing.assert_array_equal(one.indices, other.indices)
-        np.testing.assert_array_equal(one.indptr, other.indptr)
-        assert not np.allclose(one.data, other.data)
+@pytest.fixture
+def solved_by_osqp(monkeypatch):
+    """How often OSQP has solved a program."""
+    calls, solve = [], osqp.OSQP.solve
+    monkeypatch.setattr(osqp.OSQP, "solve", lambda self, **options: calls.append(1) or solve(self, **options))
+    return calls
+
+
+@pytest.mark.parametrize(("rate", "angle", "calls"), [(10.0, 10.0, 0), (0.2, 10.0, 1), (10.0, 0.01, 1)])
+def test_osqp_is_called_where_a_limit_is_active(solved_by_osqp, rate, angle, calls):
+    run = LAW.start(Task(VEHICLE, clothoid_arc(), SPEED, largest_rate=rate, largest_angle=angle))
+    run.command(SEEN)
+    assert len(solved_by_osqp) == calls
+
+
+def test_solution_without_limits_is_that_of_osqp(solved_by_osqp):
+    """The same program through the solver, with a rate limit that is just met."""
+    found, rng = program(MODEL, WEIGHTS, 20), np.random.default_rng(0)
+    for _ in range(10):
+        free = found.free(rng.normal(scale=0.1, size=6), 0.02, rng.normal(scale=0.005, size=21))
+        rate = np.abs(free).max() / 0.01
+        wide, narrow = (
+            LimitedPlan(Task(VEHICLE, PATH, SPEED, largest_angle=10.0, largest_rate=factor * rate), found.hessian)
+            for factor in (1.0001, 0.9999)
+        )
+        assert wide.best(free, 0.02) is free
+        np.testing.assert_allclose(narrow.best(free, 0.02), free, atol=1e-5 + 1e-3 * np.abs(free).max())
+    assert len(solved_by_osqp) == 10
+
+
+def test_plan_with_limits_is_that_of_a_dense_solver():
+    """Every change of a plan that meets both limits; the cost from H and the plan without limits, by SLSQP."""
+    found, largest, step = program(MODEL, WEIGHTS, 20), 0.02, 0.002
+    free = found.free(np.array([*SEEN[1:5], 0, 0]), 0.0, np.zeros(21))
+    task = Task(VEHICLE, PATH, SPEED, largest_angle=largest, largest_rate=step / 0.01)
+    plan = LimitedPlan(task, found.hessian).best(free, 0.0)
+    scale = np.linalg.norm(found.hessian, 2)
+    expected = scipy.optimize.minimize(
+        lambda z: (z - free) @ found.hessian @ (z - free) / scale,
+        np.zeros(20),
+        jac=lambda z: 2 * found.hessian @ (z - free) / scale,
+        bounds=[(-step, step)] * 20,
+        constraints=scipy.optimize.LinearConstraint(np.tri(20), -largest, largest),
+        method="SLSQP",
+        options={"maxiter": 1000, "ftol": 1e-16},
+    ).x
+    np.testing.assert_allclose(plan, expected, atol=2e-5)
+    assert np.abs(plan.cumsum()).max() == pytest.approx(largest, abs=1e-5)
+
+
+def test_constant_lost_motion_is_another_zero_of_the_servo():
+    """d in all periods is the same as servo and command that stand d ahead, without."""
+    found, x, d = program(MODEL, WEIGHTS, 20), np.array([0.1, 0.02, -0.3, 0.1, 0.01, 0.05]), 0.004
+    shifted = found.free(x + d * np.eye(6)[4], 0.02 + d, np.full(21, 0.003))
+    with_lost = found.free(x, 0.02, np.full(21, 0.003)) + found.lost @ np.full(20, d)
+    np.testing.assert_allclose(with_lost, shifted, atol=1e-10)
+
+
+def test_lost_motion_that_changes():
+    """The plan's cost, written anew with the single track integrated in time, is least at the plan that is found."""
+    A, B, _, C, W, V = regulator(LAW)
+    D = np.append(solved([0, 0, 0, 0, 1.0, 0], 1.0, 0.0, 0.01)[:4], np.zeros(3))  # servo and command stand still
+    lost = np.where(np.arange(20) < 7, -0.004, 0.004)
+
+    def total(changes):
+        x, J = np.zeros(7), 0.0
+        for change, d in zip(changes, lost):
+            J += (C @ x) @ W @ (C @ x) + LAW.effort * change**2
+            x = A @ x + B * change + D * d
+        x[[4, 6]] += lost[-1]
+        return J + x @ V @ x
+
+    found = program(MODEL, WEIGHTS, 20)
+    plan, rng = found.lost @ lost, np.random.default_rng(0)
+    for _ in range(20):
+        other = rng.normal(scale=1e-3, size=20)
+        # Of a square: J(z* + w) - J(z*) = wᵀ H w.
+        assert total(plan + other) - total(plan) == pytest.approx(other @ found.hessian @ other, rel=1e-6)
 
 
 def test_linearised_anew_when_the_speed_changes():

@@ -1,4 +1,4 @@
-"""Model predictive control: linear time-varying prediction, quadratic cost, limits of angle and rate, OSQP.
+"""Model predictive control: linear time-varying prediction, quadratic cost, limits of angle and rate.
 
 States are those of the design model and the command, x = [e_y, e_ψ, v_y, r, δ, dδ/dt, u]; the input is the change of
 the command, Δu. Over N periods
@@ -6,7 +6,9 @@ the command, Δu. Over N periods
     min Σ q_e e_y² + q_c (de_y/dt)² + q_r (r - vκ)² + q_u Δu² + V(x_N),   |u| ≤ u_max, |Δu| ≤ rate · period,
 
 with V the infinite-horizon cost of the same weights without limits (discrete-time LQR) about the steady turn of the
-last known curvature. The matrices are renewed when the speed has changed, on one sparsity pattern.
+last known curvature. The states are eliminated, so that the program is one in the N changes of the command. Without
+limits its solution is linear in state, curvature ahead and lost motion ahead: a gain, computed once for a speed. Only
+where that solution would exceed a limit OSQP solves the program with limits.
 
 Stellato et al., OSQP: an operator splitting solver for quadratic programs, Mathematical Programming Computation 12,
 2020.
@@ -15,11 +17,12 @@ Stellato et al., OSQP: an operator splitting solver for quadratic programs, Math
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import control
 import numpy as np
 import osqp
+import scipy.linalg
 import scipy.sparse
 
 from .base import Controller, Observation, Task
@@ -27,24 +30,122 @@ from .clearance_model import PRIOR, with_clearance_model
 from .design import DesignModel, ModelRun
 from .registry import Registration, register
 
-__all__ = ["ModelPredictive"]
+__all__ = ["LimitedPlan", "ModelPredictive", "Program", "Weights", "program"]
 
 RENEW = 0.01
 """Relative change of speed after which the model is linearised anew"""
 N_STATES = 7
 
 
-class Program(NamedTuple):
-    """The quadratic program min ½ zᵀ P z + qᵀ z, l ≤ A z ≤ u of z = [x_0 … x_N, Δu_0 … Δu_N-1] at one speed.
+class Weights(NamedTuple):
+    """Weights of the cost, relative to that of the lateral error."""
 
-    q = W κ, and the first (N+1) 7 rows of l and u are [-x_0, -E κ_0, … -E κ_N-1].
+    course: float  # q_c, s²: of the rate of the lateral error
+    yaw: float  # q_r, m² s²/rad²: of the error of the yaw rate
+    effort: float  # q_u, m²/rad²: of the change of the command in a period
+
+
+class Program(NamedTuple):
+    """The quadratic program of the N changes z of the command at one speed.
+
+    The cost is (z - z*)ᵀ H (z - z*) + const, z* = S x_0 + K κ + G d, with κ_0 … κ_N the curvature ahead and d_0 … d_N-1
+    the lost motion of the wheel, rad, in each period.
     """
 
-    P: scipy.sparse.csc_matrix  # upper triangle
-    A: scipy.sparse.csc_matrix
-    E: np.ndarray  # (7,) effect of the curvature over a period
-    yaw: float  # coefficient of q at r_k, over κ_k
-    terminal: np.ndarray  # (7,) coefficients of q at x_N, over κ_N
+    hessian: np.ndarray  # H, (N, N)
+    state: np.ndarray  # S, (N, 7)
+    curvature: np.ndarray  # K, (N, N + 1)
+    lost: np.ndarray  # G, (N, N)
+
+    def free(self, state: np.ndarray, last: float, curvature: np.ndarray) -> np.ndarray:
+        """Return the changes of the command, rad (N,), that are best without limits and lost motion.
+
+        State (6,) of the design model, the last command, rad, and the curvature at N + 1 periods, 1/m.
+        """
+        return self.state[:, :6] @ state + self.state[:, 6] * last + self.curvature @ curvature
+
+
+def program(model: DesignModel, weights: Weights, horizon: int) -> Program:
+    """Eliminate the states: the cost is the square of what is linear in z, x_0, κ and d; least squares solve it."""
+    A, B, E, D = _augmented(model)
+    outputs, N = np.zeros((3, N_STATES)), horizon
+    outputs[0, 0] = 1.0
+    outputs[1, 1:3] = model.speed, 1.0
+    outputs[2, 3] = 1.0
+    roots = np.sqrt((1.0, weights.course, weights.yaw))
+    Q = outputs.T @ np.diag(roots**2) @ outputs
+    _, V, _ = control.dlqr(A, B[:, None], Q, np.array([[weights.effort]]))
+    root_V = np.real(scipy.linalg.sqrtm(V))
+    # x = M (z, x_0, κ, d), period by period; y = √weight · output.
+    at_state, at_curvature, at_lost = N, N + N_STATES, 2 * N + N_STATES + 1
+    M = np.zeros((N_STATES, at_lost + N))
+    M[:, at_state:at_curvature] = np.eye(N_STATES)
+    rows = []
+    for k in range(N):
+        y = outputs @ M
+        y[2, at_curvature + k] -= model.speed
+        rows.append(roots[:, None] * y)
+        M = A @ M
+        for effect, column in ((B, k), (E, at_curvature + k), (D, at_lost + k)):
+            M[:, column] += effect
+    M[:, at_curvature + N] -= _steady_turn(model)
+    M[[4, 6], -1] += 1.0  # the servo stands by the last lost motion ahead of the wheel
+    changes = np.sqrt(weights.effort) * np.eye(N, M.shape[1])
+    y = np.vstack((*rows, root_V @ M, changes))
+    best = -np.linalg.lstsq(y[:, :N], y[:, N:])[0]
+    return Program(y[:, :N].T @ y[:, :N], *np.split(best, [N_STATES, N_STATES + N + 1], axis=1))
+
+
+def _augmented(model: DesignModel) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Design model with the command as a state and its change as the input; D the effect of lost motion in a period."""
+    A6, B6, E6 = model.discrete
+    A, D = np.zeros((N_STATES, N_STATES)), np.zeros(N_STATES)
+    A[:6, :6], A[:6, 6], A[6, 6] = A6, B6, 1.0
+    continuous, _, _ = model.continuous
+    motion = np.zeros((5, 5))  # of e_y, e_ψ, v_y and r under an angle of the wheel that is held
+    motion[:4, :4], motion[2:4, 4] = continuous[:4, :4], continuous[2:4, 4]
+    D[:4] = scipy.linalg.expm(model.period * motion)[:4, 4]
+    return A, np.append(B6, 1.0), np.append(E6, 0.0), D
+
+
+def _steady_turn(model: DesignModel) -> np.ndarray:
+    """State of a steady turn over its curvature, (7,)."""
+    A, B, E = model.continuous
+    others = np.linalg.solve(np.column_stack((A[:, 1:], B)), -E)  # with e_y = 0
+    return np.concatenate(([0.0], others))
+
+
+class LimitedPlan:
+    """Changes of the command within the limits; OSQP is called only where they matter."""
+
+    def __init__(self, task: Task, hessian: np.ndarray):
+        self._largest, self._step, self._hessian = task.largest_angle, task.largest_rate * task.period, hessian
+        N = hessian.shape[0]
+        self._bound = np.concatenate((np.full(N, self._step), np.full(N, self._largest)))
+        self._at = np.concatenate((np.zeros(N), np.ones(N)))
+        self._solver: osqp.OSQP | None = None
+
+    def best(self, free: np.ndarray, last: float) -> np.ndarray:
+        """Return the best changes, rad (N,), given those without limits and the last command, rad."""
+        commands = last + free.cumsum()
+        if np.abs(free).max() <= self._step and np.abs(commands).max() <= self._largest:
+            return free
+        q, low, high = -self._hessian @ free, -self._bound - self._at * last, self._bound - self._at * last
+        if self._solver is None:
+            self._solver = self._set_up(q, low, high)
+        self._solver.update(q=q, l=low, u=high)
+        # Only commands are limited, so that a solution exists; the last iterate is good should it be cut short.
+        return np.asarray(self._solver.solve(raise_error=False).x)
+
+    def _set_up(self, q: np.ndarray, low: np.ndarray, high: np.ndarray) -> osqp.OSQP:
+        N, solver = q.size, osqp.OSQP()
+        rows = scipy.sparse.csc_matrix(np.vstack((np.eye(N), np.tri(N))))
+        cost = scipy.sparse.csc_matrix(np.triu(self._hessian))
+        solver.setup(
+            cost, q, rows, low, high, verbose=False, warm_starting=True, eps_abs=1e-6, eps_rel=1e-6,
+            check_termination=5,
+        )  # fmt: skip
+        return solver
 
 
 @dataclass(frozen=True)
@@ -58,111 +159,34 @@ class ModelPredictive(Controller):
 
     def start(self, task: Task) -> ModelRun:
         """Begin a run."""
-        return _Predictive(task, self)
+        return PredictiveRun(task, Weights(self.course, self.yaw, self.effort), self.horizon)
 
 
-def program(settings: ModelPredictive, model: DesignModel) -> Program:
-    """Matrices of the program at the model's speed; their sparsity pattern does not depend on it."""
-    A, B, E = _augmented(model)
-    outputs = np.zeros((3, N_STATES))
-    outputs[0, 0] = 1.0
-    outputs[1, 1:3] = model.speed, 1.0
-    outputs[2, 3] = 1.0
-    weights = np.diag((1.0, settings.course, settings.yaw))
-    Q, R = outputs.T @ weights @ outputs, np.array([[settings.effort]])
-    _, V, _ = control.dlqr(A, B[:, None], Q, R)
-    terminal = -V @ _steady_turn(model)
-    N = settings.horizon
-    P = scipy.sparse.block_diag([*[_stored(Q)] * N, _stored(V), settings.effort * scipy.sparse.eye_array(N)])
-    return Program(
-        _plain(scipy.sparse.triu(P)), _plain(_constraints(A, B, N)), E, -settings.yaw * model.speed, terminal
-    )
+class PredictiveRun(ModelRun):
+    """A run of MPC."""
 
-
-def _augmented(model: DesignModel) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Design model with the command as a state and its change as the input."""
-    A6, B6, E6 = model.discrete
-    A = np.zeros((N_STATES, N_STATES))
-    A[:6, :6], A[:6, 6], A[6, 6] = A6, B6, 1.0
-    return A, np.append(B6, 1.0), np.append(E6, 0.0)
-
-
-def _steady_turn(model: DesignModel) -> np.ndarray:
-    """State of a steady turn over its curvature, (7,)."""
-    A, B, E = model.continuous
-    others = np.linalg.solve(np.column_stack((A[:, 1:], B)), -E)  # with e_y = 0
-    return np.concatenate(([0.0], others))
-
-
-def _constraints(A: np.ndarray, B: np.ndarray, N: int) -> Any:
-    """Rows: the model over N periods, the commands, their changes."""
-    n, states = N_STATES, N_STATES * (N + 1)
-    model = scipy.sparse.hstack(
-        (
-            scipy.sparse.kron(scipy.sparse.eye_array(N + 1, k=-1), _stored(A)) - scipy.sparse.eye_array(states),
-            scipy.sparse.kron(scipy.sparse.eye_array(N + 1, N, k=-1), _stored(B[:, None])),
-        )
-    )
-    rows = np.arange(N)
-    commands = scipy.sparse.coo_array((np.ones(N), (rows, (rows + 1) * n + 6)), shape=(N, states + N))
-    changes = scipy.sparse.coo_array((np.ones(N), (rows, states + rows)), shape=(N, states + N))
-    return scipy.sparse.vstack((model, commands, changes))
-
-
-def _stored(block: np.ndarray) -> Any:
-    """A block as a sparse array that stores its zeros too."""
-    rows, columns = np.indices(block.shape)
-    return scipy.sparse.coo_array((block.ravel(), (rows.ravel(), columns.ravel())), shape=block.shape)
-
-
-def _plain(array: Any) -> Any:
-    """As OSQP takes it: a CSC matrix with 32-bit indices."""
-    matrix = scipy.sparse.csc_matrix(array)
-    matrix.indices, matrix.indptr = matrix.indices.astype(np.int32), matrix.indptr.astype(np.int32)
-    return matrix
-
-
-class _Predictive(ModelRun):
-    def __init__(self, task: Task, settings: ModelPredictive):
+    def __init__(self, task: Task, weights: Weights, horizon: int):
         super().__init__(task)
-        self._settings, N = settings, settings.horizon
-        self._ahead = np.arange(N + 1) * task.period
-        self._linearised = task.speed
-        self._program = program(settings, self.model)
-        states = N_STATES * (N + 1)
-        self._yaw_at = np.arange(N) * N_STATES + 3
-        self._q = np.zeros(states + N)
-        steer, change = np.full(N, task.largest_angle), np.full(N, task.largest_rate * task.period)
-        self._upper = np.concatenate((np.zeros(states), steer, change))
-        self._lower = -self._upper
-        self._n_states = states
-        self._solver = osqp.OSQP()
-        self._solver.setup(
-            self._program.P, self._q, self._program.A, self._lower, self._upper,
-            verbose=False, warm_starting=True, rho=1.0, eps_abs=1e-5, eps_rel=1e-5, check_termination=5,
-        )  # fmt: skip
+        self._weights, self._horizon = weights, horizon
+        self._ahead = np.arange(horizon + 1) * task.period
+        self._linearise(task.speed)
 
     def wheel_angle(self, seen: Observation) -> float:
+        """Return the first command of the best plan."""
         if abs(seen.speed / self._linearised - 1) > RENEW:
             self._linearise(seen.speed)
-        curvature = self.task.curvature(seen, self._ahead)
-        N, n, now = self._settings.horizon, N_STATES, self._n_states
-        self._q[self._yaw_at] = self._program.yaw * curvature[:N]
-        self._q[n * N : now] = self._program.terminal * curvature[N]
-        self._lower[:6] = -self.predictor.state(seen)
-        self._lower[6] = -self.predictor.last
-        self._lower[n:now] = -np.outer(curvature[:N], self._program.E).ravel()
-        self._upper[:now] = self._lower[:now]
-        self._solver.update(q=self._q, l=self._lower, u=self._upper)
-        found = self._solver.solve(raise_error=False)
-        # Only commands are limited, so that a solution exists; the last iterate is good should it be cut short.
-        return self.predictor.last + float(found.x[now])
+        return self.predictor.last + float(self.changes(seen)[0])
+
+    def changes(self, seen: Observation) -> np.ndarray:
+        """Return the changes of the command in the plan, rad (N,)."""
+        last, curvature = self.predictor.last, self.task.curvature(seen, self._ahead)
+        return self.limited.best(self.program.free(self.predictor.state(seen), last, curvature), last)
 
     def _linearise(self, speed: float) -> None:
-        self._linearised = speed
-        task = self.task
-        self._program = program(self._settings, DesignModel(task.vehicle, task.servo, speed, task.period))
-        self._solver.update(Px=self._program.P.data, Ax=self._program.A.data)
+        task, self._linearised = self.task, speed
+        model = DesignModel(task.vehicle, task.servo, speed, task.period)
+        self.program = program(model, self._weights, self._horizon)
+        self.limited = LimitedPlan(task, self.program.hessian)
 
 
 DASHED = (0, (4, 1.5))
