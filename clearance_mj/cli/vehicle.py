@@ -20,6 +20,7 @@ def _options(parser: argparse.ArgumentParser) -> None:
     option("--told-gap", dest="assumed_gap", help=argparse.SUPPRESS)  # its name in earlier versions
     option("--regime", default="torque", help="torque or friction (default: %(default)s)")
     option("--plant", default="multi-body", help="multi-body or single-track (default: %(default)s)")
+    option("--sensors", default="ideal", help="ideal, or car: those of a car, on its bus (default: %(default)s)")
     option("--length-factor", type=float, help="of the lane change (default: 1.75 to 96 km/h, then 2.5)")
     option("--seed", type=int, default=0, help="of the noise of sensors and road (default: %(default)s)")
 
@@ -38,7 +39,7 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
     settings = {
         "half_gap": parse_gap(options.gap),
         "assumed_gap": parse_gap(options.assumed_gap) if options.assumed_gap else None,
-        **{name: getattr(options, name) for name in ("regime", "plant", "length_factor", "seed")},
+        **{name: getattr(options, name) for name in ("regime", "plant", "length_factor", "seed", "sensors")},
     }
     names = CONTROLLERS if options.controller == "all" else dict.fromkeys(options.controller.split(","))
     cases = [Case(name.strip(), options.speed, **settings) for name in names]

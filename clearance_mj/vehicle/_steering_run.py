@@ -119,6 +119,11 @@ class SteeringRun:
         self._servo, self._shaft, self._road = servo, shaft, road
         self._state, self._steps = np.zeros(2), 0
 
+    @property
+    def angle(self) -> float:
+        """The servo's angle now, rad."""
+        return float(self._state[0])
+
     def advance(self, command: float, aligning_moment: float, duration: float) -> np.ndarray:
         """Road-wheel angle after each millisecond, rad (n,), under a held command (rad) and aligning moment (N m)."""
         n = round(duration / STEP)

@@ -21,7 +21,8 @@ from ..errors import ManoeuvreError
 from .controllers import CONTROLLERS, ClearancePrior, Controller, Registration, Task, get_controller
 from .manoeuvres import check_feasible, double_lane_change
 from .plant import MultiBody, Plant, SingleTrackDrift, Spread
-from .run import Run, Sensors, follow_path, nominal_task
+from .run import Run, follow_path, nominal_task
+from .sensors import Sensors, get_sensors
 from .steering import Steering
 
 __all__ = [
@@ -74,6 +75,7 @@ class Case:
     spread: bool = False  # draw mass, cornering stiffness and friction from the seed
     seed: int = 0  # of the sensors' noise, the road and the spread
     preview: float = 0.2  # s
+    sensors: str | Sensors = "ideal"  # a name of `SENSORS`, or the sensors
 
     @property
     def task(self) -> Task:
@@ -133,6 +135,7 @@ def check(case: Case) -> None:
     if case.plant not in PLANTS:
         raise ManoeuvreError(f'plant "{case.plant}" is unknown; known: {", ".join(PLANTS)}')
     check_feasible(case.task.path, case.task.speed, case.task.vehicle.friction)
+    get_sensors(case.sensors)
     _ = case.steering, case.tuned_controller  # which refuse impossible values
 
 
@@ -141,7 +144,7 @@ def run_case(case: Case) -> Outcome:
     check(case)
     spread = Spread.random(case.seed) if case.spread else Spread()
     plant = PLANTS[case.plant](spread, _regime(case.regime).trail)
-    run = follow_path(plant, case.steering, case.tuned_controller, case.task, Sensors.inertial(), case.seed)
+    run = follow_path(plant, case.steering, case.tuned_controller, case.task, get_sensors(case.sensors), case.seed)
     return Outcome(case, run)
 
 

@@ -13,32 +13,13 @@ from .controllers.base import Controller, Observation, Task
 from .nominal import Vehicle
 from .path import Path
 from .plant import Plant
+from .sensors import IdealSensors, Sensors
 from .steering import Steering
 
-__all__ = ["Run", "Sensors", "follow_path", "nominal_task"]
+__all__ = ["Run", "follow_path", "nominal_task"]
 
 LOST = 5.0
 """m from the path at which a run is given up"""
-
-
-@dataclass(frozen=True)
-class Sensors:
-    """Standard deviations of the white noise on what controllers see."""
-
-    position: float = 0.0  # m, lateral
-    heading: float = 0.0  # rad
-    lateral_speed: float = 0.0  # m/s
-    yaw_rate: float = 0.0  # rad/s
-
-    @classmethod
-    def inertial(cls) -> Sensors:
-        """Inertial navigation with corrected satellite positions: 10 mm, 0.05°, 0.02 m/s, 0.1 °/s."""
-        return cls(0.01, np.radians(0.05), 0.02, np.radians(0.1))
-
-    def _seen(self, true: Observation, noise: np.random.Generator) -> Observation:
-        deviations = self.position, self.heading, self.lateral_speed, self.yaw_rate
-        noisy = [v + deviation * draw for v, deviation, draw in zip(true[1:5], deviations, noise.standard_normal(4))]
-        return Observation._make((true.s, *noisy, true.speed))
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,17 +78,18 @@ def nominal_task(path: Path, speed: float, trail: float = 0.045, **settings: Any
 
 
 def follow_path(
-    plant: Plant, steering: Steering, controller: Controller, task: Task, sensors: Sensors = Sensors(), seed: int = 0
+    plant: Plant, steering: Steering, controller: Controller, task: Task, sensors: Sensors | None = None, seed: int = 0
 ) -> Run:
     """Simulate a vehicle along the task's path, from its start to its end; `SimulationError` if it leaves the path.
 
-    The seed is that of the noise of sensors and road.
+    The seed is that of the noise of sensors and road; without sensors the controller sees the truth.
     """
-    path, period, noise = task.path, task.period, np.random.default_rng([seed, 1])
+    path, period = task.path, task.period
     x, y = path.position(0.0)
     state = plant.start(task.speed, (float(x), float(y), float(path.heading(0.0))))
     wheel, run = steering.start(seed), controller.start(task)
-    s, rows = 0.0, []
+    sensing = (sensors or IdealSensors()).start(task, seed)
+    s, command, rows = 0.0, 0.0, []
     for k in range(int(1.5 * path.length / task.speed / period)):
         now = plant.measure(state)
         s, e_y, heading, curvature = path.locate(now.x, now.y, s)
@@ -118,7 +100,8 @@ def follow_path(
                 f"the vehicle left the path at s = {s:.1f} m, t = {k * period:.2f} s: {e_y:+.1f} m off"
             )
         e_psi = (now.heading - heading + np.pi) % (2 * np.pi) - np.pi
-        seen = sensors._seen(Observation(s, e_y, e_psi, now.lateral_speed, now.yaw_rate, now.speed), noise)
+        true = Observation(s, e_y, e_psi, now.lateral_speed, now.yaw_rate, now.speed)
+        seen = sensing.observe(true, now, wheel.angle, command)
         began = clock.perf_counter()
         command = run.command(seen)
         seconds = clock.perf_counter() - began

@@ -27,7 +27,8 @@ from .controllers import CONTROLLERS, Controller, Registration, get_controller
 from .controllers.registry import TUNED
 from .manoeuvres import double_lane_change
 from .plant import MultiBody
-from .run import Sensors, follow_path, nominal_task
+from .run import follow_path, nominal_task
+from .sensors import IdealSensors
 from .steering import Steering
 
 __all__ = ["MANOEUVRES", "cost", "tune"]
@@ -46,7 +47,7 @@ def cost(controller: Controller) -> float:
     for speed, factor in MANOEUVRES:
         task = nominal_task(double_lane_change(factor), speed)
         try:
-            found = follow_path(MultiBody(), Steering(), controller, task, Sensors.inertial()).metrics()
+            found = follow_path(MultiBody(), Steering(), controller, task, IdealSensors.inertial()).metrics()
         except ClearanceError:
             return FAILED
         costs.append(found["peak_e_y"] / 0.05 + found["rms_e_y"] / 0.015 + found["steer_variation"] / 0.1)

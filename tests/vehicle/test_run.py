@@ -10,7 +10,8 @@ from clearance_mj.vehicle.controllers.mpc import ModelPredictive
 from clearance_mj.vehicle.controllers.smc import SlidingMode
 from clearance_mj.vehicle.manoeuvres import clothoid_arc, double_lane_change, straight
 from clearance_mj.vehicle.plant import MultiBody
-from clearance_mj.vehicle.run import Run, Sensors, follow_path, nominal_task
+from clearance_mj.vehicle.run import Run, follow_path, nominal_task
+from clearance_mj.vehicle.sensors import IdealSensors
 from clearance_mj.vehicle.steering import Steering
 
 GAP = np.radians(0.2)
@@ -42,7 +43,13 @@ def test_clearance_model_takes_out_most_of_the_gap():
 
 
 def test_same_seed_same_run():
-    arguments = (MultiBody(), Steering(half_gap=GAP, road_moment=5.0), SlidingMode(), LANE_CHANGE, Sensors.inertial())
+    arguments = (
+        MultiBody(),
+        Steering(half_gap=GAP, road_moment=5.0),
+        SlidingMode(),
+        LANE_CHANGE,
+        IdealSensors.inertial(),
+    )
     first, again, other = (follow_path(*arguments, seed=seed) for seed in (3, 3, 4))
     assert same(first, again)
     assert not same(first, other)

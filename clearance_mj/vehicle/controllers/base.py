@@ -13,6 +13,7 @@ import numpy as np
 
 from ..nominal import Servo, Vehicle
 from ..path import Path
+from ..signals import Signals
 
 __all__ = ["Controller", "ControllerRun", "Observation", "Task", "limited"]
 
@@ -26,6 +27,7 @@ class Observation(NamedTuple):
     lateral_speed: float  # m/s, at the centre of gravity
     yaw_rate: float  # rad/s
     speed: float  # m/s, longitudinal
+    signals: Signals | None = None  # what it is made of: what the car's bus has delivered
 
 
 @dataclass(frozen=True)

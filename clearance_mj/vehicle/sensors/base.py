@@ -1,0 +1,29 @@
+"""What sensors are: they make what a controller sees out of the true motion."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+
+from ..controllers.base import Observation, Task
+from ..plant import Measurement
+
+__all__ = ["Sensors", "SensorsRun"]
+
+
+class SensorsRun(ABC):
+    """Sensors during one run of the vehicle."""
+
+    @abstractmethod
+    def observe(self, true: Observation, now: Measurement, servo: float, command: float) -> Observation:
+        """Return what the controller sees at the next sample, one period after the last.
+
+        Of the true errors from the path and motion, the servo's angle, rad, and the command since the last sample, rad.
+        """
+
+
+class Sensors(ABC):
+    """Sensors with their errors; subclasses are frozen dataclasses."""
+
+    @abstractmethod
+    def start(self, task: Task, seed: int = 0) -> SensorsRun:
+        """Begin a run of a task; the seed is that of all errors."""

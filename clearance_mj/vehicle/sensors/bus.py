@@ -1,0 +1,51 @@
+"""A car's bus: each message arrives after a delay of its own, in the order in which it was sent."""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from typing import Any
+
+import numpy as np
+
+__all__ = ["Message", "age"]
+
+TOUCH = 1e-9
+"""s, by which a message may be late and still be there"""
+
+
+class Message:
+    """A kind of message on the bus: its delays are uniform between two bounds, s, and it never overtakes itself."""
+
+    def __init__(self, delay: tuple[float, float], noise: np.random.Generator):
+        self._delay, self._noise = delay, noise
+        self._pending: deque[tuple[float, Any]] = deque()
+        self._arrived = -math.inf
+
+    def send(self, time: float, value: Any) -> None:
+        """Put a value on the bus at a time, s."""
+        self._arrived = max(self._arrived, time + self._noise.uniform(*self._delay))
+        self._pending.append((self._arrived, value))
+
+    def read(self, time: float) -> Any | None:
+        """Return the newest value that has arrived since the last reading, None if none has."""
+        value = None
+        while self._pending and self._pending[0][0] <= time + TOUCH:
+            value = self._pending.popleft()[1]
+        return value
+
+
+def age(delay: tuple[float, float], period: float) -> tuple[float, float]:
+    """Mean and standard deviation, s, of the age of the newest value, read once a period, s, and sent at each reading.
+
+    It is at most n periods if all values sent n periods ago and before have arrived. That has the probability
+    F_n = Π_i≥n P(delay ≤ i · period), and E N = Σ_n (1 - F_n), E N² = Σ_n (2 n + 1) (1 - F_n).
+    """
+    low, high = delay
+    periods = np.arange(math.ceil((high - TOUCH) / period) + 1)
+    arrived = np.where(periods * period >= high - TOUCH, 1.0, 0.0)
+    if high > low:
+        arrived = np.clip((periods * period - low) / (high - low), 0.0, 1.0)
+    later = 1 - np.cumprod(arrived[::-1])[::-1]
+    mean, square = later.sum(), ((2 * periods + 1) * later).sum()
+    return period * float(mean), period * math.sqrt(max(square - mean**2, 0.0))

@@ -1,0 +1,121 @@
+"""The sensors of a car: on a bus, noisy, with offsets; what controllers see is an observer's estimate."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...errors import ManoeuvreError
+from ..controllers.base import Observation, Task
+from ..plant import Measurement
+from ..signals import Signals
+from .base import Sensors, SensorsRun
+from .bus import Message, age
+from .observer import Deviations, Observer
+
+__all__ = ["CarSensors"]
+
+HAND_WHEEL_RATIO = 16.0
+"""Hand-wheel over road-wheel angle"""
+
+
+@dataclass(frozen=True)
+class CarSensors(Sensors):
+    """Standard deviations of errors, and the bus; offsets are drawn once in a run, white noise at every sample."""
+
+    steering_resolution: float = math.radians(0.1) / HAND_WHEEL_RATIO  # rad at the road wheel: 0.1° of the hand wheel
+    yaw_rate: float = math.radians(0.1)  # rad/s, white
+    yaw_rate_offset: float = math.radians(0.2)  # rad/s
+    lateral_acceleration: float = 0.05  # m/s², white
+    acceleration_offset: float = 0.1  # m/s²
+    speed: float = 0.02  # m/s, white
+    position: float = 0.02  # m, white, along x and y
+    position_rate: float = 20.0  # Hz, of the fixes
+    delay: tuple[float, float] = (0.01, 0.03)  # s, shortest and longest of a message, uniform between them
+    model_acceleration: float = 0.5  # m/s², error of the nominal vehicle's lateral acceleration for the observer
+
+    def __post_init__(self) -> None:
+        for name, value in vars(self).items():
+            if name not in ("delay", "position_rate") and not 0 <= value < math.inf:
+                raise ManoeuvreError(f"CarSensors.{name} must be finite and >= 0, got {value!r}")
+        if not 0 < self.position_rate < math.inf:
+            raise ManoeuvreError(f"CarSensors.position_rate must be > 0 Hz, got {self.position_rate!r}")
+        if not 0 <= self.delay[0] <= self.delay[1] <= 0.5:
+            raise ManoeuvreError(f"CarSensors.delay must be two delays in order within 0..0.5 s, got {self.delay!r}")
+
+    def start(self, task: Task, seed: int = 0) -> SensorsRun:
+        """Begin a run."""
+        if self.position_rate * task.period > 1:
+            raise ManoeuvreError(
+                f"CarSensors.position_rate must be at most {1 / task.period:g} Hz, once a period of the controller, "
+                f"got {self.position_rate:g}"
+            )
+        return _CarRun(self, task, seed)
+
+
+class _CarRun(SensorsRun):
+    def __init__(self, sensors: CarSensors, task: Task, seed: int):
+        self._sensors, self._period, self._samples = sensors, task.period, 0
+        self._noise = np.random.default_rng([seed, 2])
+        self._offsets = self._noise.normal(0.0, (sensors.yaw_rate_offset, sensors.acceleration_offset))
+        self._fixes_before = -1
+        self._angle, self._motion, self._speed, self._position = (
+            Message(sensors.delay, np.random.default_rng([seed, 2, i])) for i in range(4)
+        )
+        self._delay, deviation = age(sensors.delay, task.period)
+        self._observer = Observer(
+            task,
+            self._delay,
+            Deviations(
+                sensors.steering_resolution / math.sqrt(12),
+                sensors.yaw_rate,
+                math.hypot(sensors.lateral_acceleration, sensors.model_acceleration),
+                sensors.position,
+                sensors.yaw_rate_offset,
+                sensors.acceleration_offset,
+                deviation,
+            ),
+        )
+        self._held = Signals(0.0, 0.0, 0.0, 0.0, task.speed, delay=self._delay)
+
+    def observe(self, true: Observation, now: Measurement, servo: float, command: float) -> Observation:
+        time = self._samples * self._period
+        self._send(time, now, servo)
+        angle, motion, speed, position = (
+            message.read(time) for message in (self._angle, self._motion, self._speed, self._position)
+        )
+        last = self._held
+        yaw_rate, acceleration = motion or (last.yaw_rate, last.lateral_acceleration)
+        self._held = seen = Signals(
+            time,
+            last.steering_angle if angle is None else angle,
+            yaw_rate,
+            acceleration,
+            last.speed if speed is None else speed,
+            position,
+            None,
+            self._delay,
+        )
+        observer = self._observer
+        if self._samples:
+            observer.advance(command, seen.speed)
+        self._samples += 1
+        observer.measure(angle, motion, position)
+        s, (e_y, e_psi, lateral_speed, yaw_rate, *_) = observer.present(seen.speed)
+        return Observation(s, e_y, e_psi, lateral_speed, yaw_rate, seen.speed, seen)
+
+    def _send(self, time: float, now: Measurement, servo: float) -> None:
+        """Put what the sensors measure on the bus."""
+        sensors, draws = self._sensors, self._noise.standard_normal(5).tolist()
+        step = sensors.steering_resolution
+        self._angle.send(time, step * round(servo / step) if step else servo)
+        yaw_rate = now.yaw_rate + self._offsets[0] + sensors.yaw_rate * draws[0]
+        acceleration = now.lateral_acceleration + self._offsets[1] + sensors.lateral_acceleration * draws[1]
+        self._motion.send(time, (yaw_rate, acceleration))
+        self._speed.send(time, now.speed + sensors.speed * draws[2])
+        fixes = math.floor(time * sensors.position_rate + 1e-9)
+        if fixes > self._fixes_before:
+            self._fixes_before = fixes
+            self._position.send(time, (now.x + sensors.position * draws[3], now.y + sensors.position * draws[4]))

@@ -1,0 +1,22 @@
+"""Sensors by name."""
+
+from __future__ import annotations
+
+from ...errors import ManoeuvreError
+from .base import Sensors
+from .car import CarSensors
+from .ideal import IdealSensors
+
+__all__ = ["SENSORS", "get_sensors"]
+
+SENSORS: dict[str, Sensors] = {"ideal": IdealSensors.inertial(), "car": CarSensors()}
+"""As cases and the command line name them"""
+
+
+def get_sensors(sensors: str | Sensors) -> Sensors:
+    """Return the sensors of a name, or those that are given; the message on an unknown name lists the known ones."""
+    if isinstance(sensors, Sensors):
+        return sensors
+    if sensors not in SENSORS:
+        raise ManoeuvreError(f'sensors "{sensors}" are unknown; known: {", ".join(SENSORS)}')
+    return SENSORS[sensors]
