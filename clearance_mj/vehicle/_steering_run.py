@@ -134,5 +134,8 @@ class SteeringRun:
         before = self._state[0]
         self.servo = _serve(self._state, command, self._servo, n)
         self._steps += n
-        lost, self.contact = self._shaft.advance(np.diff(self.servo, prepend=before), moment)
+        turn = self.servo.copy()
+        turn[1:] -= self.servo[:-1]
+        turn[0] -= before
+        lost, self.contact = self._shaft.advance(turn, moment)
         return self.servo + lost

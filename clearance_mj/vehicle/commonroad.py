@@ -10,6 +10,7 @@ drives no straight line but limit-cycles by 10 mm at 72 km/h and 27 mm at 120 km
 from __future__ import annotations
 
 import dataclasses
+import functools
 import types
 from collections import namedtuple
 from collections.abc import Callable
@@ -30,9 +31,12 @@ SHIFTS = ("p_hy1", "p_hy3", "p_vy1", "p_vy3", "r_hy1", "r_vy1", "r_vy3")
 """Tyre parameters that shift the lateral force"""
 
 
+_read = functools.cache(setup_vehicle_parameters)
+
+
 def parameters() -> VehicleParameters:
     """The library's parameters of vehicle 2, a BMW 320i, with the tyres' lateral shifts zeroed."""
-    values = setup_vehicle_parameters(2)
+    values = _read(2)
     return dataclasses.replace(values, tire=dataclasses.replace(values.tire, **dict.fromkeys(SHIFTS, 0.0)))
 
 
