@@ -1,4 +1,4 @@
-"""clearance-mj vehicle: run a lane change with clearance in the steering."""
+"""clearance-mj vehicle: run a manoeuvre with clearance in the steering."""
 
 from __future__ import annotations
 
@@ -12,7 +12,8 @@ from .options import add_plugin, load_plugin
 
 def _options(parser: argparse.ArgumentParser) -> None:
     option = parser.add_argument
-    option("--speed", type=float, default=120.0, help="km/h (default: %(default)s)")
+    option("--manoeuvre", help="lane-change, slalom, obstacle-40, ... (default: a double lane change)")
+    option("--speed", type=float, help="km/h (default: the manoeuvre's, 120 of the double lane change)")
     option("--controller", default="smc,mpc,smc-cm", help="comma-separated, or all (default: %(default)s)")
     add_plugin(parser, "a controller")
     option("--gap", default="0.2deg", help="half-gap: 0.2deg, 3.5mrad at the road wheel, or 0.15mm of the shaft")
@@ -26,23 +27,29 @@ def _options(parser: argparse.ArgumentParser) -> None:
 
 
 @command(
-    "vehicle", "run a double lane change with clearance in the steering", _options,
+    "vehicle", "run a manoeuvre with clearance in the steering", _options,
     out=Path("results/vehicle"), out_help="folder of the report (default: %(default)s)",
 )  # fmt: skip
 def _run(options: argparse.Namespace) -> dict[str, Any]:
     from ..report.vehicle import write_report
     from ..vehicle.controllers import CONTROLLERS
     from ..vehicle.experiment import Case, check, run_all
+    from ..vehicle.manoeuvres import get_manoeuvre
     from ..vehicle.steering import parse_gap
 
     load_plugin(options.plugin)
     settings = {
         "half_gap": parse_gap(options.gap),
         "assumed_gap": parse_gap(options.assumed_gap) if options.assumed_gap else None,
-        **{name: getattr(options, name) for name in ("regime", "plant", "length_factor", "seed", "sensors")},
+        **{
+            name: getattr(options, name)
+            for name in ("regime", "plant", "length_factor", "seed", "sensors", "manoeuvre")
+        },
     }
+    usual = get_manoeuvre(options.manoeuvre).speed if options.manoeuvre else 120.0
+    speed = usual if options.speed is None else options.speed
     names = CONTROLLERS if options.controller == "all" else dict.fromkeys(options.controller.split(","))
-    cases = [Case(name.strip(), options.speed, **settings) for name in names]
+    cases = [Case(name.strip(), speed, **settings) for name in names]
     for case in cases:
         check(case)
     outcomes = run_all(cases, progress=None if options.quiet else "runs")

@@ -16,7 +16,8 @@ from matplotlib.patches import Patch
 
 from ..files import to_json, write_text
 from ..vehicle.controllers import CONTROLLERS, get_controller
-from ..vehicle.experiment import Outcome
+from ..vehicle.experiment import Case, Outcome
+from ..vehicle.manoeuvres import get_manoeuvre
 from ..vehicle.run import Run
 from . import html
 from .style import FONT, Drawing, canvas, tidy
@@ -88,6 +89,12 @@ def _words(outcome: Outcome) -> str:
         f"{case.speed:g} km/h, half-gap {np.degrees(case.half_gap):.3g}° at the road wheel, {case.regime}-driven, "
         f"{case.plant} plant, seed {case.seed}"
     )
+
+
+def _manoeuvre(case: Case) -> str:
+    if case.manoeuvre is None:
+        return f"Double lane change, lengths × {case.task.path.name.split()[-1]}"
+    return get_manoeuvre(case.manoeuvre).label
 
 
 def _legend(figure: Figure, handles: Sequence[Any]) -> None:
@@ -191,9 +198,8 @@ def _page(outcomes: Sequence[Outcome], drawings: Sequence[Drawing]) -> str:
         for known in (get_controller(outcome.case.controller) for outcome in outcomes)
     )
     about = html.paragraph(
-        f"Double lane change, lengths × {case.task.path.name.split()[-1]}, {escape(_words(outcomes[0]))}. Followed "
-        f"exactly it needs {case.task.path.needed_acceleration(case.task.speed):.1f} m/s². All vehicles, sensors and "
-        "roads are simulated."
+        f"{escape(_manoeuvre(case))}, {escape(_words(outcomes[0]))}. Followed exactly it needs "
+        f"{case.task.path.needed_acceleration(case.task.speed):.1f} m/s². All vehicles, sensors and roads are simulated."
     )
     about += "<h3>Prior information of each controller</h3>\n" + html.paragraph(
         "All: the nominal vehicle, the steering servo, the steering's stiffness without clearance, and the road "

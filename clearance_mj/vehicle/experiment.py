@@ -1,7 +1,7 @@
 """The experiments on motion control: which cases they consist of, and how cases are run.
 
 A case is one run of a vehicle with everything that defines it. The reported manoeuvres are the double lane changes of
-`LENGTH_FACTORS`; controllers are tuned on others (`tune.MANOEUVRES`).
+`LENGTH_FACTORS` and `manoeuvres.MANOEUVRES`; controllers are tuned on others (`tune.MANOEUVRES`).
 """
 
 from __future__ import annotations
@@ -19,7 +19,8 @@ from tqdm import tqdm
 
 from ..errors import ManoeuvreError
 from .controllers import CONTROLLERS, ClearancePrior, Controller, Registration, Task, get_controller
-from .manoeuvres import check_feasible, double_lane_change
+from .disturbances import Disturbance
+from .manoeuvres import check_feasible, double_lane_change, get_manoeuvre
 from .plant import MultiBody, Plant, SingleTrackDrift, Spread
 from .run import Run, follow_path, nominal_task
 from .sensors import Sensors, get_sensors
@@ -76,12 +77,17 @@ class Case:
     seed: int = 0  # of the sensors' noise, the road and the spread
     preview: float = 0.2  # s
     sensors: str | Sensors = "ideal"  # a name of `SENSORS`, or the sensors
+    manoeuvre: str | None = None  # a name of `MANOEUVRES`, driven at `speed`; None: the double lane change
 
     @property
     def task(self) -> Task:
         """What the controller knows of vehicle and road."""
-        length_factor = _length_factor(self.speed) if self.length_factor is None else self.length_factor
-        return _task(self.speed, length_factor, _regime(self.regime).trail, self.preview)
+        return _task(self.manoeuvre, self.length_factor, self.speed, _regime(self.regime).trail, self.preview)
+
+    @property
+    def disturbance(self) -> Disturbance | None:
+        """What pushes the vehicle sideways, besides the road's moment on its wheels."""
+        return None if self.manoeuvre is None else get_manoeuvre(self.manoeuvre).disturbance
 
     @property
     def steering(self) -> Steering:
@@ -111,9 +117,15 @@ class Outcome:
         return dataclasses.asdict(self.case) | self.run.metrics()
 
 
-@functools.lru_cache(maxsize=16)
-def _task(speed: float, length_factor: float, trail: float, preview: float) -> Task:
-    return nominal_task(double_lane_change(length_factor), speed / 3.6, trail, preview=preview)
+@functools.lru_cache(maxsize=32)
+def _task(manoeuvre: str | None, length_factor: float | None, speed: float, trail: float, preview: float) -> Task:
+    if manoeuvre is None:
+        path = double_lane_change(_length_factor(speed) if length_factor is None else length_factor)
+    elif length_factor is None:
+        path = get_manoeuvre(manoeuvre).path()
+    else:
+        raise ManoeuvreError(f'length_factor is that of the double lane change; manoeuvre "{manoeuvre}" has none')
+    return nominal_task(path, speed / 3.6, trail, preview=preview)
 
 
 def _length_factor(speed: float) -> float:
@@ -144,7 +156,9 @@ def run_case(case: Case) -> Outcome:
     check(case)
     spread = Spread.random(case.seed) if case.spread else Spread()
     plant = PLANTS[case.plant](spread, _regime(case.regime).trail)
-    run = follow_path(plant, case.steering, case.tuned_controller, case.task, get_sensors(case.sensors), case.seed)
+    run = follow_path(
+        plant, case.steering, case.tuned_controller, case.task, get_sensors(case.sensors), case.seed, case.disturbance
+    )
     return Outcome(case, run)
 
 

@@ -65,7 +65,7 @@ class Measurement(NamedTuple):
     speed: float  # m/s, longitudinal
     lateral_speed: float  # m/s
     yaw_rate: float  # rad/s
-    lateral_acceleration: float  # m/s²
+    lateral_acceleration: float  # m/s², of tyres and wind, as an accelerometer reads it
     sideslip: float  # rad
     aligning_moment: float  # N m about the steering axes; positive: turns the wheels back
 
@@ -105,9 +105,17 @@ class Plant(ABC):
         x, y, heading = pose
         return np.array([*self._states([x, y, 0.0, speed, heading, 0.0, 0.0]), speed], dtype=float)
 
-    def advance(self, state: np.ndarray, wheel_angle: ArrayLike) -> np.ndarray:
-        """Return the state after n ms with road-wheel angles (n,), rad; `SimulationError` if it is no longer finite."""
-        after = _advance(state.copy(), np.ascontiguousarray(wheel_angle, dtype=float), STEP, self._compiled)
+    def advance(self, state: np.ndarray, wheel_angle: ArrayLike, load: ArrayLike | None = None) -> np.ndarray:
+        """Return the state after n ms with road-wheel angles (n,), rad; `SimulationError` if it is no longer finite.
+
+        The load (n, 3), none by default, is that of a `Disturbance`: side force, N, and yaw moment, N m, about the
+        centre of gravity, lateral component of gravity, m/s². The force is spread over the masses as gravity is.
+        """
+        angles = np.ascontiguousarray(wheel_angle, dtype=float)
+        loads = np.zeros((angles.size, 3)) if load is None else np.ascontiguousarray(load, dtype=float)
+        if loads.shape != (angles.size, 3):
+            raise ManoeuvreError(f"load must have shape ({angles.size}, 3), a row for each angle, got {loads.shape}")
+        after = _advance(state.copy(), angles, loads, STEP, self._compiled)
         if not np.isfinite(after).all():
             raise SimulationError(
                 f"plant {self.name}: the motion is no longer finite after x = {state[0]:.1f} m, {state[3]:.1f} m/s: "
@@ -115,11 +123,12 @@ class Plant(ABC):
             )
         return after
 
-    def measure(self, state: np.ndarray) -> Measurement:
-        """Read the sensors."""
+    def measure(self, state: np.ndarray, side_force: float = 0.0) -> Measurement:
+        """Read the sensors, while a side force, N, acts; gravity shows on no accelerometer."""
         lateral_speed, acceleration, front_force = _observe(state, self._compiled)
         speed = math.sqrt(state[3] ** 2 - lateral_speed**2) if state.size < MULTI_BODY_STATES else state[3]
         slip = math.atan2(lateral_speed, speed)
+        acceleration += side_force / self.parameters.m
         moment = self.trail * front_force
         return Measurement(
             *map(float, (state[0], state[1], state[4], speed, lateral_speed, state[5], acceleration, slip, moment))
@@ -147,7 +156,7 @@ class SingleTrackDrift(Plant):
 
 
 @numba.njit(cache=True, nogil=True, error_model="numpy")
-def _derivative(x: np.ndarray, p: Any, u: np.ndarray, out: np.ndarray) -> None:
+def _derivative(x: np.ndarray, p: Any, u: np.ndarray, load: np.ndarray, out: np.ndarray) -> None:
     """Rates of the library's states under the cruise control; the wheel angle and the set speed stand still."""
     n = x.size - 1
     u[0], u[1] = 0.0, CRUISE_GAIN * (x[n] - x[3])
@@ -155,19 +164,27 @@ def _derivative(x: np.ndarray, p: Any, u: np.ndarray, out: np.ndarray) -> None:
     for i in range(n):
         out[i] = rate[i]
     out[n] = 0.0
+    acceleration = load[0] / p.m + load[2]
+    out[5] += load[1] / p.I_z  # no product of inertia: I_xz_s is 0
+    if n == MULTI_BODY_STATES:
+        for i in (10, 15, 20):  # lateral speeds of body and axles
+            out[i] += acceleration
+    elif acceleration != 0.0:
+        out[3] += acceleration * math.sin(x[6])
+        out[6] += acceleration * math.cos(x[6]) / x[3]
 
 
 @numba.njit(cache=True, nogil=True, error_model="numpy")
-def _advance(x: np.ndarray, wheel_angle: np.ndarray, h: float, p: Any) -> np.ndarray:
-    """Classical fourth-order Runge-Kutta steps, one for each wheel angle."""
+def _advance(x: np.ndarray, wheel_angle: np.ndarray, loads: np.ndarray, h: float, p: Any) -> np.ndarray:
+    """Classical fourth-order Runge-Kutta steps, one for each wheel angle and load."""
     k1, k2, k3, k4 = np.empty(x.size), np.empty(x.size), np.empty(x.size), np.empty(x.size)
     u = np.zeros(2)
-    for angle in wheel_angle:
+    for angle, load in zip(wheel_angle, loads):
         x[2] = angle
-        _derivative(x, p, u, k1)
-        _derivative(x + h / 2 * k1, p, u, k2)
-        _derivative(x + h / 2 * k2, p, u, k3)
-        _derivative(x + h * k3, p, u, k4)
+        _derivative(x, p, u, load, k1)
+        _derivative(x + h / 2 * k1, p, u, load, k2)
+        _derivative(x + h / 2 * k2, p, u, load, k3)
+        _derivative(x + h * k3, p, u, load, k4)
         x += h / 6 * (k1 + 2 * k2 + 2 * k3 + k4)
     return x
 
@@ -176,7 +193,7 @@ def _advance(x: np.ndarray, wheel_angle: np.ndarray, h: float, p: Any) -> np.nda
 def _observe(x: np.ndarray, p: Any) -> tuple[float, float, float]:
     """Lateral speed, lateral acceleration and front axle's lateral force."""
     rate = np.empty(x.size)
-    _derivative(x.copy(), p, np.zeros(2), rate)
+    _derivative(x.copy(), p, np.zeros(2), np.zeros(3), rate)
     if x.size - 1 == MULTI_BODY_STATES:
         lateral_speed = x[10]
         force = p.m_s * rate[10] + p.m_uf * rate[15] + p.m_ur * rate[20] + p.m * x[5] * x[3]

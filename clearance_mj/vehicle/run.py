@@ -10,9 +10,10 @@ import numpy as np
 
 from ..errors import SimulationError
 from .controllers.base import Controller, Observation, Task
+from .disturbances import Disturbance
 from .nominal import Vehicle
 from .path import Path
-from .plant import Plant
+from .plant import STEP, Plant
 from .sensors import IdealSensors, Sensors
 from .steering import Steering
 
@@ -78,11 +79,18 @@ def nominal_task(path: Path, speed: float, trail: float = 0.045, **settings: Any
 
 
 def follow_path(
-    plant: Plant, steering: Steering, controller: Controller, task: Task, sensors: Sensors | None = None, seed: int = 0
+    plant: Plant,
+    steering: Steering,
+    controller: Controller,
+    task: Task,
+    sensors: Sensors | None = None,
+    seed: int = 0,
+    disturbance: Disturbance | None = None,
 ) -> Run:
     """Simulate a vehicle along the task's path, from its start to its end; `SimulationError` if it leaves the path.
 
-    The seed is that of the noise of sensors and road; without sensors the controller sees the truth.
+    The seed is that of the noise of sensors, road and disturbance; without sensors the controller sees the
+    truth.
     """
     path, period = task.path, task.period
     x, y = path.position(0.0)
@@ -90,8 +98,11 @@ def follow_path(
     wheel, run = steering.start(seed), controller.start(task)
     sensing = (sensors or IdealSensors()).start(task, seed)
     s, command, rows = 0.0, 0.0, []
-    for k in range(int(1.5 * path.length / task.speed / period)):
-        now = plant.measure(state)
+    samples, each = int(1.5 * path.length / task.speed / period), round(period / STEP)
+    load = disturbance.load(task.speed, samples * each, seed) if disturbance else np.zeros((samples * each, 3))
+    for k in range(samples):
+        loads = load[k * each : (k + 1) * each]
+        now = plant.measure(state, loads[0, 0])
         s, e_y, heading, curvature = path.locate(now.x, now.y, s)
         if s >= path.length - task.speed * period:
             break
@@ -106,7 +117,7 @@ def follow_path(
         command = run.command(seen)
         seconds = clock.perf_counter() - began
         angles = wheel.advance(command, now.aligning_moment, period)
-        state = plant.advance(state, angles)
+        state = plant.advance(state, angles, loads)
         motion = now.yaw_rate, now.yaw_rate - now.speed * curvature, now.lateral_acceleration, now.sideslip
         rows.append((k * period, now.x, now.y, s, e_y, e_psi, *motion, command, angles[-1], wheel.contact[-1], seconds))
     columns = np.array(rows).T
