@@ -199,7 +199,8 @@ def _page(outcomes: Sequence[Outcome], drawings: Sequence[Drawing]) -> str:
     )
     about = html.paragraph(
         f"{escape(_manoeuvre(case))}, {escape(_words(outcomes[0]))}. Followed exactly it needs "
-        f"{case.task.path.needed_acceleration(case.task.speed):.1f} m/s². All vehicles, sensors and roads are simulated."
+        f"{case.task.path.needed_acceleration(case.task.speed):.1f} m/s². All vehicles, sensors and roads are "
+        "simulated."
     )
     about += "<h3>Prior information of each controller</h3>\n" + html.paragraph(
         "All: the nominal vehicle, the steering servo, the steering's stiffness without clearance, and the road "

@@ -13,7 +13,7 @@ import numpy as np
 from ..errors import ManoeuvreError
 from .path import Path, Piece
 
-__all__ = ["Derivatives", "check_positive", "clothoids", "graph", "lane", "lane_changes"]
+__all__ = ["Derivatives", "check_positive", "clothoids", "graph", "lane", "lane_changes", "quintic"]
 
 SPACING = 0.1
 """m between two points"""
@@ -24,6 +24,7 @@ Derivatives = Callable[[np.ndarray], Sequence[np.ndarray]]
 
 
 def check_positive(**values: float) -> None:
+    """Refuse sizes that are not positive numbers; `ManoeuvreError` names the first."""
     for name, value in values.items():
         if not 0 < value < math.inf:
             raise ManoeuvreError(f"{name} must be > 0, got {value:g}")
@@ -58,7 +59,14 @@ def clothoids(parts: Sequence[tuple[float, float, float]]) -> list[Piece]:
 
 
 def lane(y: float) -> Derivatives:
+    """Straight along X at a Y, m."""
     return lambda x: [0 * x + y, *[0 * x] * 3]
+
+
+def quintic(begin: float, end: float, start: float, target: float) -> Derivatives:
+    """Y from start to target, between X = begin and end, with neither slope nor curvature at its ends; in m."""
+    curve, length = start + (target - start) * np.polynomial.Polynomial([0, 0, 0, 10, -15, 6]), end - begin
+    return lambda x: [curve.deriv(k)((x - begin) / length) / length**k for k in range(4)]
 
 
 def lane_changes(name: str, changes: Sequence[tuple[float, float, float]], start: float, end: float) -> Path:
@@ -68,14 +76,11 @@ def lane_changes(name: str, changes: Sequence[tuple[float, float, float]], start
     the path's slope is small).
     """
     pieces, x, y = [], start, 0.0
-    for a, b, target in changes:
-        if b <= a or a < x:
-            raise ManoeuvreError(f"path {name!r}: a lane change from X = {a:g} to {b:g} m cannot follow on X = {x:g} m")
-        quintic = y + (target - y) * np.polynomial.Polynomial([0, 0, 0, 10, -15, 6])
-
-        def change(x: np.ndarray, curve=quintic, a=a, length=b - a) -> list[np.ndarray]:
-            return [curve.deriv(k)((x - a) / length) / length**k for k in range(4)]
-
-        pieces += [graph(lane(y), x, a)] * (a > x) + [graph(change, a, b)]
-        x, y = b, target
+    for begin, finish, target in changes:
+        if finish <= begin or begin < x:
+            raise ManoeuvreError(f"path {name!r}: no lane change from X = {begin:g} to {finish:g} m after {x:g} m")
+        if begin > x:
+            pieces.append(graph(lane(y), x, begin))
+        pieces.append(graph(quintic(begin, finish, y, target), begin, finish))
+        x, y = finish, target
     return Path.of(name, [*pieces, graph(lane(y), x, end)])

@@ -1,6 +1,6 @@
 """What pushes a vehicle sideways besides its tyres: crosswind with gusts, a crowned and uneven road.
 
-A disturbance is made along the path of a vehicle that holds its speed, in steps of `STEP`; the same seed gives the same.
+A disturbance is that of a vehicle which holds its speed along its path, in steps of `STEP`; its seed makes it.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from scipy.special import k1
 from .commonroad import GRAVITY
 from .plant import STEP
 
-__all__ = ["CrownedRoad", "Crosswind", "Disturbance", "coloured_noise"]
+__all__ = ["Crosswind", "CrownedRoad", "Disturbance", "coloured_noise"]
 
 AIR_DENSITY = 1.2
 """kg/m³"""
@@ -60,9 +60,9 @@ class Crosswind(Disturbance):
     """Wind from the right, across the path all along: a mean that rises out of shelter, and turbulence about it.
 
     Turbulence has the lateral Dryden spectrum, σ² L/π (1 + 3 (L Ω)²)/(1 + (L Ω)²)² over Ω in rad/m, frozen while the
-    vehicle drives through it; by MIL-F-8785C at its least height, 3 m, L is 23 m and σ 0.196 of the mean. The side force
-    is ½ ϱ A c (V² + w²) atan(w/V), 2.3 per rad and a centre of pressure 0.5 m ahead of the centre of gravity being
-    those of notchback cars (Hucho, Aerodynamics of Road Vehicles, chapter on directional stability).
+    vehicle drives through it; by MIL-F-8785C at its least height, 3 m, L is 23 m and σ 0.196 of the mean. The side
+    force is ½ ϱ A c (V² + w²) atan(w/V), w the wind. Its slope c and centre of pressure are typical of notchback cars
+    (cf. Hucho, Aerodynamics of Road Vehicles, on directional stability).
     """
 
     mean: float = 10.0  # m/s

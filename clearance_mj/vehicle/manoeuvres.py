@@ -11,7 +11,7 @@ import numpy as np
 from ..errors import ManoeuvreError
 from .commonroad import GRAVITY
 from .curves import check_positive, clothoids, graph, lane, lane_changes
-from .disturbances import CrownedRoad, Crosswind, Disturbance
+from .disturbances import Crosswind, CrownedRoad, Disturbance
 from .iso3888 import Gate, iso3888_gates, iso_lane_change, obstacle_avoidance, swift_obstacle_avoidance
 from .path import Path
 
