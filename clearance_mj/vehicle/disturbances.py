@@ -44,7 +44,7 @@ def coloured_noise(density: Callable[[np.ndarray], np.ndarray], steps: int, seed
     beyond `NOISE_STEPS` they repeat.
     """
     frequency = np.fft.rfftfreq(NOISE_STEPS, STEP)[1:]
-    real, imaginary = np.random.default_rng([seed, 2]).standard_normal((2, frequency.size))
+    real, imaginary = np.random.default_rng([seed, 3]).standard_normal((2, frequency.size))
     lines = np.sqrt(density(frequency) * frequency[0] / 4) * (real + 1j * imaginary)
     noise = np.fft.irfft(np.concatenate(([0.0], lines)), norm="forward")
     return noise.take(np.arange(steps), mode="wrap")
