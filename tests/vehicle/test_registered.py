@@ -1,0 +1,35 @@
+"""What every registered controller does, whichever file it comes from."""
+
+import pytest
+
+from clearance_mj.report.vehicle import look
+from clearance_mj.vehicle import tune as tuning
+from clearance_mj.vehicle.controllers import CONTROLLERS
+from clearance_mj.vehicle.experiment import Case, run_case
+from clearance_mj.vehicle.tune import FAILED, tune
+
+
+@pytest.mark.parametrize("name", CONTROLLERS)
+def test_drives_a_lane_change(name):
+    """Within 0.2 m of a lane change at 72 km/h without clearance."""
+    assert run_case(Case(name, 72.0, half_gap=0.0)).run.metrics()["peak_e_y"] < 0.2
+
+
+@pytest.mark.parametrize("name", CONTROLLERS)
+def test_is_told_apart(name):
+    """No other controller has both its colour and its line; colours are given, not taken from a cycle."""
+    assert CONTROLLERS[name].colour
+    looks = [(look(other)["color"], look(other)["ls"]) for other in CONTROLLERS if other != name]
+    assert (look(name)["color"], look(name)["ls"]) not in looks
+
+
+@pytest.mark.slow
+@pytest.mark.filterwarnings("ignore:The balance properties of Sobol")
+@pytest.mark.parametrize("name", [name for name, known in CONTROLLERS.items() if known.bounds])
+def test_can_be_tuned(name, monkeypatch):
+    """Ten evaluations on one lane change leave settings within the bounds that stay on the road."""
+    monkeypatch.setattr(tuning, "MANOEUVRES", ((20.0, 1.5),))
+    found = tune(name, generations=1, population=5, workers=1)
+    assert found["cost"] < FAILED
+    for setting, (low, high) in CONTROLLERS[name].bounds.items():
+        assert low * 0.999 <= found["settings"][setting] <= high * 1.001
