@@ -56,6 +56,7 @@ class Program(NamedTuple):
     state: np.ndarray  # S, (N, 7)
     curvature: np.ndarray  # K, (N, N + 1)
     lost: np.ndarray  # G, (N, N)
+    terminal: np.ndarray  # V, (7, 7)
 
     def free(self, state: np.ndarray, last: float, curvature: np.ndarray) -> np.ndarray:
         """Return the changes of the command, rad (N,), that are best without limits and lost motion.
@@ -67,7 +68,7 @@ class Program(NamedTuple):
 
 def program(model: DesignModel, weights: Weights, horizon: int) -> Program:
     """Eliminate the states: the cost is the square of what is linear in z, x_0, κ and d; least squares solve it."""
-    A, B, E, D = _augmented(model)
+    A, B, E, D = augmented(model)
     outputs, N = np.zeros((3, N_STATES)), horizon
     outputs[0, 0] = 1.0
     outputs[1, 1:3] = model.speed, 1.0
@@ -88,15 +89,16 @@ def program(model: DesignModel, weights: Weights, horizon: int) -> Program:
         M = A @ M
         for effect, column in ((B, k), (E, at_curvature + k), (D, at_lost + k)):
             M[:, column] += effect
-    M[:, at_curvature + N] -= _steady_turn(model)
+    M[:, at_curvature + N] -= steady_turn(model)
     M[[4, 6], -1] += 1.0  # the servo stands by the last lost motion ahead of the wheel
     changes = np.sqrt(weights.effort) * np.eye(N, M.shape[1])
     y = np.vstack((*rows, root_V @ M, changes))
     best = -np.linalg.lstsq(y[:, :N], y[:, N:])[0]
-    return Program(y[:, :N].T @ y[:, :N], *np.split(best, [N_STATES, N_STATES + N + 1], axis=1))
+    state, curvature, lost = np.split(best, [N_STATES, N_STATES + N + 1], axis=1)
+    return Program(y[:, :N].T @ y[:, :N], state, curvature, lost, V)
 
 
-def _augmented(model: DesignModel) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+def augmented(model: DesignModel) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Design model with the command as a state and its change as the input; D the effect of lost motion in a period."""
     A6, B6, E6 = model.discrete
     A, D = np.zeros((N_STATES, N_STATES)), np.zeros(N_STATES)
@@ -108,7 +110,7 @@ def _augmented(model: DesignModel) -> tuple[np.ndarray, np.ndarray, np.ndarray, 
     return A, np.append(B6, 1.0), np.append(E6, 0.0), D
 
 
-def _steady_turn(model: DesignModel) -> np.ndarray:
+def steady_turn(model: DesignModel) -> np.ndarray:
     """State of a steady turn over its curvature, (7,)."""
     A, B, E = model.continuous
     others = np.linalg.solve(np.column_stack((A[:, 1:], B)), -E)  # with e_y = 0
@@ -137,6 +139,13 @@ class LimitedPlan:
         # Only commands are limited, so that a solution exists; the last iterate is good should it be cut short.
         return np.asarray(self._solver.solve(raise_error=False).x)
 
+    def clipped(self, plans: np.ndarray, last: float) -> np.ndarray:
+        """Return plans, rad (..., N), each change and each command cut off at its limit."""
+        commands = last + np.clip(plans, -self._step, self._step).cumsum(axis=-1)
+        if np.abs(commands).max() > self._largest:
+            commands = np.clip(commands, -self._largest, self._largest)
+        return np.diff(commands, axis=-1, prepend=last)
+
     def _set_up(self, q: np.ndarray, low: np.ndarray, high: np.ndarray) -> osqp.OSQP:
         N, solver = q.size, osqp.OSQP()
         rows = scipy.sparse.csc_matrix(np.vstack((np.eye(N), np.tri(N))))
@@ -157,9 +166,14 @@ class ModelPredictive(Controller):
     effort: float = 500.0  # q_u, m²/rad²: of the change of the command in a period
     horizon: int = 20  # N, periods
 
+    @property
+    def weights(self) -> Weights:
+        """Weights of the cost."""
+        return Weights(self.course, self.yaw, self.effort)
+
     def start(self, task: Task) -> ModelRun:
         """Begin a run."""
-        return PredictiveRun(task, Weights(self.course, self.yaw, self.effort), self.horizon)
+        return PredictiveRun(task, self.weights, self.horizon)
 
 
 class PredictiveRun(ModelRun):
@@ -167,25 +181,34 @@ class PredictiveRun(ModelRun):
 
     def __init__(self, task: Task, weights: Weights, horizon: int):
         super().__init__(task)
-        self._weights, self._horizon = weights, horizon
+        self.weights, self.horizon = weights, horizon
         self._ahead = np.arange(horizon + 1) * task.period
-        self._linearise(task.speed)
+        self.linearise(task.speed)
 
     def wheel_angle(self, seen: Observation) -> float:
         """Return the first command of the best plan."""
         if abs(seen.speed / self._linearised - 1) > RENEW:
-            self._linearise(seen.speed)
+            self.linearise(seen.speed)
         return self.predictor.last + float(self.changes(seen)[0])
 
     def changes(self, seen: Observation) -> np.ndarray:
         """Return the changes of the command in the plan, rad (N,)."""
-        last, curvature = self.predictor.last, self.task.curvature(seen, self._ahead)
-        return self.limited.best(self.program.free(self.predictor.state(seen), last, curvature), last)
+        last = self.predictor.last
+        return self.limited.best(self.free(seen, self.curvature(seen)), last)
 
-    def _linearise(self, speed: float) -> None:
+    def curvature(self, seen: Observation) -> np.ndarray:
+        """Return the curvature ahead, 1/m (N + 1,)."""
+        return self.task.curvature(seen, self._ahead)
+
+    def free(self, seen: Observation, curvature: np.ndarray) -> np.ndarray:
+        """Return the changes that are best without limits, rad (N,)."""
+        return self.program.free(self.predictor.state(seen), self.predictor.last, curvature)
+
+    def linearise(self, speed: float) -> None:
+        """Make the program for a speed, m/s."""
         task, self._linearised = self.task, speed
         model = DesignModel(task.vehicle, task.servo, speed, task.period)
-        self.program = program(model, self._weights, self._horizon)
+        self.program = program(model, self.weights, self.horizon)
         self.limited = LimitedPlan(task, self.program.hessian)
 
 
