@@ -28,7 +28,7 @@ MOST = 1e300
 LENGTHS = ("gap", "offset", "film_height")
 """fields in m, shown in µm"""
 ENGINES = ("modal", "links", "modal-mj")
-EXCITATIONS = ("random", "multisine", "burst random", "level ramp", "sweep", "sine")
+EXCITATIONS = ("random", "multisine", "burst random", "level ramp", "sweep up", "sweep down", "impacts", "sine")
 _UNIT = re.compile(r"^[^,:]*, ([^,:;]+)")
 
 
@@ -79,6 +79,8 @@ def _of_excitation(rig: Rig, dataset: Dataset | None) -> Iterator[Control]:
     unit = "m/s² or N" if len(kinds) > 1 else "N" if "force" in kinds else "m/s²"
     yield Control("level", group, "Level, RMS", 2.0, unit, 1.0, 0.1, 40.0, log=True)
     yield Control("frequency", group, "Frequency of the sine", 20.0, "Hz", 1.0, 1.0, 250.0, log=True)
+    yield Control("peak", group, "Peak of an impact", 50.0, unit, 1.0, 1.0, 1000.0, log=True)
+    yield Control("width", group, "Width of an impact", 5e-3, "ms", 1e3, 1e-3, 5e-2, log=True)
     yield Control("band_low", group, "Band from", 5.0, "Hz", 1.0, 1.0, 100.0, log=True)
     yield Control("band_high", group, "Band to", 220.0, "Hz", 1.0, 50.0, 900.0, log=True)
     yield Control("seed", group, "Seed", 0.0, "", 1.0, 0.0, 99.0, whole=True)

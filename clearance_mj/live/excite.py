@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 from ..errors import ClearanceError, ExcitationError
 from ..io.dataset import Dataset
@@ -13,7 +14,10 @@ from ..signals import excitation
 from ..signals.excitation import Excitation
 from .controls import MOST_SAMPLES, RECORD, Value
 
-__all__ = ["excited", "record_named"]
+__all__ = ["excited", "record_named", "segment", "stepped"]
+
+MOST_STEPPED = 4 * MOST_SAMPLES
+"""samples of a stepped sine, which is asked for on its own"""
 
 
 def excited(rig: Rig, values: Mapping[str, Value], dataset: Dataset | None) -> Excitation:
@@ -29,12 +33,38 @@ def excited(rig: Rig, values: Mapping[str, Value], dataset: Dataset | None) -> E
     band, seed, peak = (low, high), int(float(values["seed"])), math.sqrt(2) * level
     if what == "sine":
         return excitation.stepped_sine(duration, fs, frequency, peak, kind)
-    if what == "sweep":
-        return excitation.sweep(duration, fs, band, peak, kind)
+    if what in ("sweep up", "sweep down"):
+        return excitation.sweep(duration, fs, band if what == "sweep up" else band[::-1], peak, kind)
     if what == "level ramp":
         return excitation.level_ramp(duration, fs, band, level / 4, level, seed, kind)
-    make = {"random": excitation.random, "multisine": excitation.multisine, "burst random": excitation.burst_random}
-    return make[what](duration, fs, band, level, seed, kind)
+    if what == "random":
+        return excitation.random(duration, fs, band, level, seed, kind)
+    period = segment(values)
+    if what == "impacts":
+        times = [period * i for i in range(int(duration / period + 1e-9))]
+        found = excitation.hammer(duration, fs, float(values["peak"]), float(values["width"]), times, kind)
+        return dataclasses.replace(found, band=band)
+    make = {"multisine": excitation.multisine, "burst random": excitation.burst_random}
+    return make[what](duration, fs, band, level, seed, kind, period=period)
+
+
+def segment(values: Mapping[str, Value]) -> float:
+    """Return the duration, s, of what an FRF with the setting's lines is estimated from: a whole number of samples."""
+    fs, resolution = float(values["fs"]), float(values["resolution"])
+    if not 0 < resolution <= fs / 4:
+        raise ExcitationError(f"lines every {resolution:g} Hz: must be above 0 and at most a quarter of {fs:g} Hz")
+    return round(fs / resolution) / fs
+
+
+def stepped(rig: Rig, values: Mapping[str, Value], frequencies: Sequence[float], hold: float) -> Excitation:
+    """Return a sine at the level of the settings that goes through frequencies, Hz, each for ``hold`` s."""
+    fs, kind = float(values["fs"]), str(values.get("kind", rig.shaker.kind))
+    if not 0 < hold * fs * len(frequencies) <= MOST_STEPPED:
+        raise ExcitationError(
+            f"{len(frequencies)} steps of {hold:g} s at {fs:g} Hz are not between 1 and {MOST_STEPPED} samples"
+        )
+    duration = round(hold * fs) / fs * len(frequencies)
+    return excitation.stepped_sine(duration, fs, frequencies, math.sqrt(2) * float(values["level"]), kind)
 
 
 def record_named(dataset: Dataset | None, name: str) -> Record:

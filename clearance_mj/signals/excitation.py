@@ -275,29 +275,30 @@ def sweep(
     duration: float, fs: float, band: Band = BAND, amplitude: float = 1.0, kind: str = "base",
     method: str = "logarithmic",
 ) -> Excitation:  # fmt: skip
-    """A sine that runs once through the band, upwards.
+    """A sine that runs once through the band, upwards or downwards.
 
     Parameters
     ----------
     duration, fs, kind
         As in `random`.
     band : (float, float)
-        First and last frequency, Hz; the upper end at most fs / 2, the lower > 0 for a logarithmic sweep.
+        First and last frequency, Hz, in either order; at most fs / 2, and > 0 for a logarithmic sweep.
     amplitude : float
         m/s² or N.
     method : {"logarithmic", "linear"}
         As many octaves, or as many Hz, in every second.
     """
     time = np.arange(_size(duration, fs)) / fs
-    low, high = _require_band(band, fs)
+    low, high = _require_band((min(band), max(band)), fs)
+    first, last = band
     _require_level(amplitude=amplitude)
     _require(method in ("logarithmic", "linear"), "method", method, 'must be "logarithmic" or "linear"')
     if method == "linear":
-        turns = (low + (high - low) * time / (2 * duration)) * time
+        turns = (first + (last - first) * time / (2 * duration)) * time
     else:
-        _require(low > 0, "band", band, "must start above 0 Hz for a logarithmic sweep")
-        rate = np.log(high / low) / duration
-        turns = low * np.expm1(rate * time) / rate
+        _require(low > 0, "band", band, "must stay above 0 Hz for a logarithmic sweep")
+        rate = np.log(last / first) / duration
+        turns = first * np.expm1(rate * time) / rate
     value = amplitude * np.sin(2 * np.pi * turns)
     return _described("sweep", value, fs, kind, band, duration=duration, amplitude=amplitude, method=method)
 
@@ -418,7 +419,7 @@ def _described(
 ) -> Excitation:
     """Excitation that says how it was made."""
     if band is not None:
-        band = float(band[0]), float(band[1])
-        parameters["band"] = list(band)
+        ends = [float(band[0]), float(band[1])]
+        parameters["band"], band = ends, (min(ends), max(ends))
     parameters = {key: item.item() if isinstance(item, np.generic) else item for key, item in parameters.items()}
     return Excitation(value, fs, kind, band, {"generator": generator, "fs": float(fs), "kind": kind, **parameters})
