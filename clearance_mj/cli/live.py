@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import os
+import signal
 import sys
 import threading
 import webbrowser
@@ -52,11 +53,13 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
         if not options.no_browser:
             threading.Thread(target=webbrowser.open, args=(page.address,), daemon=True).start()
 
+    before = signal.signal(signal.SIGTERM, signal.default_int_handler)  # ends it as Ctrl-C does
     try:
         serve(page, ready)
     except KeyboardInterrupt:
         print("closed")
     finally:
+        signal.signal(signal.SIGTERM, before)
         if options.out:
             options.out.unlink(missing_ok=True)
     return {"port": page.port}

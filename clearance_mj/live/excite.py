@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 from ..errors import ClearanceError, ExcitationError
 from ..io.dataset import Dataset
@@ -44,8 +44,8 @@ def excited(rig: Rig, values: Mapping[str, Value], dataset: Dataset | None) -> E
         times = [period * i for i in range(int(duration / period + 1e-9))]
         found = excitation.hammer(duration, fs, float(values["peak"]), float(values["width"]), times, kind)
         return dataclasses.replace(found, band=band)
-    make = {"multisine": excitation.multisine, "burst random": excitation.burst_random}
-    return make[what](duration, fs, band, level, seed, kind, period=period)
+    make: Callable[..., Excitation] = excitation.multisine if what == "multisine" else excitation.burst_random
+    return make(duration, fs, band, level, seed, kind, period=period)
 
 
 def segment(values: Mapping[str, Value]) -> float:

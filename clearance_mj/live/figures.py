@@ -16,7 +16,9 @@ from ..signals.frf import FRF
 from ..signals.response import Response
 from ..statistics.contact import contact_statistics
 
-__all__ = ["Numbers", "frequencies_in_gap", "frf_numbers", "history", "motion", "shaft", "spectrum", "thinned"]
+__all__ = [
+    "Numbers", "frequencies_in_gap", "frf_numbers", "history", "motion", "orbits", "shaft", "spectrum", "thinned",
+]  # fmt: skip
 
 POINTS = 1600
 """of a history over time: what a screen has across"""
@@ -126,6 +128,15 @@ def motion(rig: Rig, response: Response) -> Numbers:
     start = min(max(strongest - count // 2, 0), x.shape[1] - count)
     part = slice(start, start + count)
     return Numbers({"clearances": rows}, {"x": x[:, part], "v": np.gradient(x, 1 / response.fs, axis=1)[:, part]})
+
+
+def orbits(rig: Rig) -> list[tuple[int, int]]:
+    """Return pairs of clearances between the same two nodes in two directions: an orbit has both displacements."""
+    nodes = [tuple(p.rpartition(":")[0] if isinstance(p, str) else "" for p in b.joined) for b in rig.bushings]
+    return [
+        (i, j) for j, node in enumerate(nodes) for i in range(j)
+        if node == nodes[i] and all(node) and rig.bushings[i].joined != rig.bushings[j].joined
+    ]  # fmt: skip
 
 
 def shaft(rig: Rig, response: Response) -> Numbers:

@@ -1,4 +1,4 @@
-"""The web around a session: one page on 127.0.0.1, and a websocket for everyone who has it open.
+"""The web around a session: one page on 127.0.0.1, which nobody reaches who does not know its address.
 
 Who asks must know the token in the address, and come from this page: other hosts, other origins and large messages are
 refused. Only the files of the page are served, out of memory, so that no path leads anywhere else.
@@ -7,11 +7,8 @@ refused. Only the files of the page are served, out of memory, so that no path l
 from __future__ import annotations
 
 import asyncio
-import functools
 import hmac
 import secrets
-import threading
-import time
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from importlib import resources
@@ -20,15 +17,14 @@ from typing import Any
 from tornado.httpserver import HTTPServer
 from tornado.netutil import bind_sockets
 from tornado.web import Application, RequestHandler
-from tornado.websocket import WebSocketClosedError, WebSocketHandler
 
 from ..clearance import Law
 from ..errors import ClearanceError
 from ..io.dataset import Dataset
 from ..rig import Rig
-from .figures import Numbers
-from .session import Session, Watch
-from .wire import MOST_BYTES, Cancel, Export, Follow, Message, Set, Sweep, Window, packed, parsed
+from .client import Client
+from .session import Session
+from .wire import MOST_BYTES
 
 __all__ = ["Page", "serve"]
 
@@ -44,15 +40,6 @@ FILES = {
     "uPlot.min.css": (VENDORED, "uPlot.min.css"),
 }
 """of the page, by their paths below the token: folder in the package, and name"""
-MOST_CLIENTS = 32
-PATIENCE = 0.7
-"""s that a simulation may go on after a newer setting has come"""
-TOLD_EVERY = 0.1
-"""s between two words about progress"""
-
-
-class Superseded(Exception):
-    """Nobody waits for it any more."""
 
 
 class Page:
@@ -75,7 +62,7 @@ class Page:
         self.session = lambda: Session(rig, law, dataset)
         self.session()
         self.token = secrets.token_urlsafe(32)
-        self.clients: set[Socket] = set()
+        self.clients: set[Client] = set()
         self.quick, self.long = ThreadPoolExecutor(2, "figures"), ThreadPoolExecutor(2, "branches")
         package = resources.files("clearance_mj")
         self.files = {
@@ -98,7 +85,7 @@ class Page:
 
     async def run(self, ready: Callable[[], Any] = lambda: None) -> None:
         """Serve until cancelled; ``ready`` is called once the page answers."""
-        routes = [("/([^/]*)/socket", Socket, {"page": self}), ("/([^/]*)/(.*)", File, {"page": self})]
+        routes = [("/([^/]*)/socket", Client, {"page": self}), ("/([^/]*)/(.*)", File, {"page": self})]
         application = Application(
             routes, default_handler_class=File, default_handler_args={"page": self},
             websocket_max_message_size=MOST_BYTES, log_function=lambda handler: None,
@@ -128,7 +115,7 @@ class Page:
         origin = request.headers.get("Origin")
         if request.headers.get_list("Host")[1:] or request.headers.get("Host", "").lower() not in self.hosts:
             return 403
-        if (origin is None and isinstance(handler, Socket)) or (origin is not None and origin.lower() not in own):
+        if (origin is None and isinstance(handler, Client)) or (origin is not None and origin.lower() not in own):
             return 403
         if request.headers.get("Sec-Fetch-Site", "none") not in ("none", "same-origin"):
             return 403
@@ -173,147 +160,6 @@ class File(RequestHandler):
             "Content-Type": "text/plain; charset=utf-8",
         }.items():  # fmt: skip
             self.set_header(name, value)
-
-
-class Socket(WebSocketHandler):
-    """One open page: its session, the setting that it waits for, and at most one branch or sweep."""
-
-    def initialize(self, page: Page) -> None:
-        """Take the page; Tornado's way of construction."""
-        self.page, self.waiting, self.busy, self.over = page, None, False, False
-        self.began = 0.0
-        self.stop: threading.Event | None = None
-        self.record = "", 0.0
-        self.loop = asyncio.get_running_loop()
-        self.jobs: set[asyncio.Task[None]] = set()
-
-    waiting: Set | None
-
-    def prepare(self) -> None:
-        """Refuse who may not ask."""
-        status = self.page.refusal(self, self.path_args[0])
-        if status or len(self.page.clients) >= MOST_CLIENTS:
-            self.set_status(status or 503)
-            self.finish("refused\n")
-
-    def check_origin(self, origin: str) -> bool:
-        """`Page.refusal` has looked at it."""
-        return True
-
-    def open(self, *args: str, **_: str) -> None:
-        """Tell what can be moved."""
-        self.page.clients.add(self)
-        self.session = self.page.session()
-        self._send(packed("hello", Numbers(self.session.described())))
-
-    def on_close(self) -> None:
-        """End what nobody waits for any more."""
-        self.over, self.waiting = True, None
-        self.page.clients.discard(self)
-        if self.stop:
-            self.stop.set()
-
-    def on_message(self, message: str | bytes) -> None:
-        """Do what a message asks for; one that is malformed does nothing."""
-        wanted: Message | None = parsed(message)
-        if isinstance(wanted, Set):
-            self.waiting = wanted
-            if not self.busy:
-                self._begin(self._show())
-        elif isinstance(wanted, Cancel) and self.stop:
-            self.stop.set()
-        elif isinstance(wanted, Follow | Sweep) and self.stop is None:
-            self.stop = threading.Event()
-            self._begin(self._long(wanted, self.stop))
-        elif isinstance(wanted, Window):
-            self._send(packed("window", self.session.window(float(wanted.low), float(wanted.high))))
-        elif isinstance(wanted, Export):
-            self._begin(self._export())
-
-    def _begin(self, job: Any) -> None:
-        task = asyncio.ensure_future(job)
-        self.jobs.add(task)
-        task.add_done_callback(self.jobs.discard)
-
-    def _send(self, data: bytes) -> None:
-        if not self.over:
-            try:
-                self.write_message(data, binary=True)
-            except WebSocketClosedError:
-                self.over = True
-
-    async def _run(self, pool: ThreadPoolExecutor, work: Callable[[], bytes], **words: Any) -> None:
-        """Send what work gives, or in words why it gives nothing."""
-        try:
-            self._send(await self.loop.run_in_executor(pool, work))
-        except Superseded:
-            self._send(packed("ended", Numbers(words)))
-        except ClearanceError as error:
-            self._send(packed("problem", Numbers({"text": str(error), **words})))
-        except Exception as error:  # the page goes on, whatever happened
-            self._send(packed("problem", Numbers({"text": f"{type(error).__name__}: {error}", **words})))
-
-    async def _show(self) -> None:
-        """Show the newest setting, until there is none that is newer."""
-        self.busy = True
-        while (wanted := self.waiting) is not None:
-            self.waiting, self.began = None, time.monotonic()
-            await self._run(self.page.quick, functools.partial(self._shown, wanted), of="set", id=wanted.id)
-        self.busy = False
-
-    def _shown(self, wanted: Set) -> bytes:
-        session, told = self.session, time.monotonic()
-
-        def watch(share: float) -> None:
-            nonlocal told
-            now = time.monotonic()
-            if self.over or (self.waiting is not None and now - self.began > PATIENCE):
-                raise Superseded
-            if now - told > 2 * TOLD_EVERY:
-                told = now
-                self._tell("progress", of="set", share=share)
-
-        values = session.setting(wanted.values)
-        numbers = session.show(values, watch)
-        if wanted.record:
-            numbers.add(session.overlay(wanted.record, float(values["resolution"])))
-        return packed("figures", numbers, id=wanted.id)
-
-    def _tell(self, kind: str, **facts: Any) -> None:
-        """Send from another thread."""
-        data = packed(kind, Numbers(facts))
-        self.loop.call_soon_threadsafe(self._send, data)
-
-    async def _long(self, wanted: Follow | Sweep, stop: threading.Event) -> None:
-        told = 0.0
-
-        def watch(share: float) -> None:
-            nonlocal told
-            if stop.is_set() or self.over:
-                raise Superseded
-            if time.monotonic() - told > TOLD_EVERY:
-                told = time.monotonic()
-                self._tell("progress", of=wanted.type, share=share)
-
-        await self._run(self.page.long, lambda: self._found(wanted, watch), of=wanted.type)
-        self.stop = None
-
-    def _found(self, wanted: Follow | Sweep, watch: Watch) -> bytes:
-        session, low, high = self.session, float(wanted.low), float(wanted.high)
-        values = session.setting(wanted.values)
-        if isinstance(wanted, Follow):
-            return packed("branch", session.branch(values, low, high, watch))
-        return packed("sweep", session.sweep(values, wanted.name, low, high, wanted.count, watch))
-
-    async def _export(self) -> None:
-        from .export import exported
-
-        def work() -> bytes:
-            if self.session.shown is None:
-                raise ClearanceError("nothing is shown yet")
-            return packed("export", Numbers()) + exported(self.session.shown)
-
-        await self._run(self.page.quick, work, of="export")
 
 
 def serve(page: Page, ready: Callable[[], Any] = lambda: None) -> None:

@@ -13,9 +13,7 @@ import numpy as np
 from ..clearance import Law
 from ..engines import get_engine
 from ..engines.simulation import Simulation
-from ..errors import ClearanceError
 from ..io.dataset import Dataset
-from ..periodic import response as periodic_response
 from ..report.style import sensor_title
 from ..rig import Rig
 from ..signals.correlation import csac, rmse_db
@@ -30,10 +28,8 @@ __all__ = ["Session", "Shown", "Watch"]
 
 Watch = Callable[[float], None]
 """hears which share is done, 0 to 1; what it raises ends the computation"""
-HARMONICS = 9
-"""of response branches: what finds folds within 0.002 % on the Table-1 rig"""
-MOST_CASES = 200
-"""of a sweep"""
+SEGMENTED = ("burst random", "multisine", "impacts")
+"""excitations of which every segment holds a period, so that no window is needed"""
 
 
 @dataclass(frozen=True, eq=False)
@@ -163,7 +159,7 @@ class Session:
         ClearanceError
             If the dataset has no record of this name, or it is too short.
         """
-        test = _of_record(self.dataset, name, resolution)
+        test = self.record_frf(name, resolution)
         numbers = figures.frf_numbers(test, "test_")
         rows = {label: i for i, label in enumerate(test.responses)}
         order = [rows.get(label, -1) for label in self.rig.sensor_labels]
@@ -179,78 +175,15 @@ class Session:
             numbers.facts["agreement"] = {"rmse_db": rmse_db(*pair).tolist(), "csac": float(np.mean(csac(*pair)))}
         return numbers
 
-    def branch(self, values: Mapping[str, Value], low: float, high: float, watch: Watch) -> Numbers:
-        """Follow the periodic vibration of a setting from one frequency to another, at √2 times its level.
+    def record_frf(self, name: str, resolution: float) -> FRF:
+        """Return the FRFs of a record of the dataset; a ClearanceError says why not.
 
         Parameters
         ----------
-        values : mapping
-            As `setting` returns.
-        low, high : float
-            From and to, Hz.
-        watch : callable
-            Hears which share is done.
-
-        Raises
-        ------
-        ClearanceError
-            As `periodic.response`.
+        name, resolution
+            As in `overlay`.
         """
-        rig, law = built(self.rig, self.law, values)
-        kind, level = str(values.get("kind", rig.shaker.kind)), np.sqrt(2) * float(values["level"])
-        heard = lambda f: watch(min(max((f - low) / (high - low), 0.0), 1.0) if high != low else 0.0)  # noqa: E731
-        found = periodic_response(rig, law, level, (low, high), HARMONICS, kind=kind, watch=heard)
-        stable = np.ones(found.frequency.size) if found.stable is None else found.stable.astype(float)
-        special = [{"kind": p.kind, "frequency": p.frequency, "index": p.index} for p in found.special]
-        return Numbers(
-            {"special": special, "ended": found.ended, "level": float(level)},
-            {"frequency": found.frequency, "amplitude": found.amplitude().T, "stable": stable},
-        )
-
-    def sweep(
-        self, values: Mapping[str, Value], name: str, low: float, high: float, count: int, watch: Watch
-    ) -> Numbers:
-        """Simulate a setting with one control at several values.
-
-        Parameters
-        ----------
-        values : mapping
-            As `setting` returns.
-        name : str
-            Of the control, a number.
-        low, high : float
-            First and last value, SI units; between them as the slider goes.
-        count : int
-            How many, 2 to 200.
-        watch : callable
-            Hears which share is done.
-
-        Raises
-        ------
-        ClearanceError
-            For an unknown name or impossible numbers. Values at which a simulation fails are nan.
-        """
-        control = self.controls.get(name)
-        if control is None or control.choices:
-            raise ClearanceError(f"{name!r} is no number that can be swept")
-        if not 2 <= count <= MOST_CASES:
-            raise ClearanceError(f"a sweep has 2 to {MOST_CASES} values, got {count}")
-        log = control.log and low > 0 and high > 0
-        at = np.geomspace(low, high, count) if log else np.linspace(low, high, count)
-        share = np.full((len(self.rig.bushings), count), np.nan)
-        rms, failed = np.full((len(self.rig.sensors), count), np.nan), ""
-        for i, value in enumerate(at):
-            part: Watch = functools.partial(_part_of, watch, i, count)
-            part(0.0)
-            try:
-                response = self.simulated({**values, name: float(value)}, part).response
-            except ClearanceError as error:
-                failed = str(error)
-                continue
-            found = figures.motion(self.rig, response).facts["clearances"]
-            share[:, i] = [row["share"] for row in found]
-            rms[:, i] = response.acceleration.std(axis=1)
-        return Numbers({"name": name, "failed": failed, "log": log}, {"at": at, "share": share, "rms": rms})
+        return _of_record(self.dataset, name, resolution)
 
     def described(self) -> dict[str, Any]:
         """Return what a page needs once: the controls and the names of everything; plain data."""
@@ -261,21 +194,19 @@ class Session:
             "controls": [vars(control) for control in self.controls.values()],
             "sensors": [sensor_title(self.rig, i) for i in range(len(self.rig.sensors))],
             "clearances": [f"clearance {i + 1}, {b.where}" for i, b in enumerate(self.rig.bushings)],
+            "orbits": figures.orbits(self.rig),
             "records": [r.name for r in self.dataset.records] if self.dataset else [],
             "record_prefix": RECORD,
         }
 
 
-def _part_of(watch: Watch, done: int, count: int, share: float) -> None:
-    watch((done + share) / count)
-
-
 def _frf(response: Response, values: Mapping[str, Value]) -> FRF | None:
     if values["excitation"] == "sine":
         return None
-    if values["excitation"] == "burst random":  # one burst and its decay in every segment
-        return estimate_frf(response, resolution=0.5, overlap=0.0, window="boxcar")
-    return estimate_frf(response, resolution=float(values["resolution"]))
+    resolution = float(values["resolution"])
+    if values["excitation"] in SEGMENTED:
+        return estimate_frf(response, resolution=resolution, overlap=0.0, window="boxcar")
+    return estimate_frf(response, resolution=resolution)
 
 
 @functools.lru_cache(maxsize=64)

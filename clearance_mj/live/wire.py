@@ -13,7 +13,7 @@ from pydantic.dataclasses import dataclass
 from ..files import to_json
 from .figures import Numbers
 
-__all__ = ["MOST_BYTES", "Cancel", "Export", "Follow", "Message", "Set", "Sweep", "Window", "packed", "parsed"]
+__all__ = ["MOST_BYTES", "Cancel", "Export", "Follow", "Message", "Set", "Step", "Sweep", "Window", "packed", "parsed"]
 
 MOST_BYTES = 65_536
 """of a message to the server"""
@@ -54,6 +54,18 @@ class Follow:
 
 
 @dataclass(config=_STRICT)
+class Step:
+    """Step a sine through frequencies, upwards and back."""
+
+    type: Literal["steps"]
+    values: Values
+    low: Number
+    high: Number
+    count: Order
+    hold: Number
+
+
+@dataclass(config=_STRICT)
 class Sweep:
     """Simulate with one control at several values."""
 
@@ -67,19 +79,20 @@ class Sweep:
 
 @dataclass(config=_STRICT)
 class Cancel:
-    """End a branch or a sweep."""
+    """End what takes long."""
 
     type: Literal["cancel"]
 
 
 @dataclass(config=_STRICT)
 class Export:
-    """Send what is shown as files."""
+    """Send what is shown as files, with a record over its FRFs."""
 
     type: Literal["export"]
+    record: Name = ""
 
 
-Message = Set | Window | Follow | Sweep | Cancel | Export
+Message = Set | Window | Follow | Step | Sweep | Cancel | Export
 _MESSAGE: pydantic.TypeAdapter[Message] = pydantic.TypeAdapter(Annotated[Message, Field(discriminator="type")])
 
 

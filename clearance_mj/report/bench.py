@@ -16,7 +16,7 @@ from ..statistics.intervals import Interval
 from . import html
 from .bench_figures import draw_forces, draw_misfit
 from .tables import Column, Table
-from .updated_rig import draw_parameters
+from .updated_rig import draw_parameters, draw_spectra
 from .writer import ReportWriter
 
 __all__ = ["write_bench", "write_page"]
@@ -169,7 +169,7 @@ def _correlations(fit: BenchFit) -> str:
 
 def _misfit(fit: BenchFit, writer: ReportWriter) -> str:
     frfs, decays = fit.misfit.rows(), fit.misfit.decay_rows()
-    parts = [writer.figure(draw_misfit(fit.misfit))]
+    parts = [writer.figure(draw_spectra(fit.update)), writer.figure(draw_misfit(fit.misfit))]
     if frfs:
         writer.csv("misfit", frfs)
     parts += [html.paragraph(f"{words}.") for words in fit.misfit.warnings]

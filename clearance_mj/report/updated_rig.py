@@ -10,7 +10,7 @@ from ..identify import RigUpdate
 from ..parameters import Estimates
 from .style import COLOURS, FONT, REPEAT, TEST, Drawing, canvas, decibel, frequency_axis, tidy
 
-__all__ = ["draw", "draw_parameters"]
+__all__ = ["draw", "draw_parameters", "draw_spectra"]
 
 START, FOUND = "#e69f00", COLOURS[0]
 MOST_CHANNELS = 4
@@ -28,6 +28,14 @@ def draw(found: RigUpdate) -> Drawing:
     _parameters(lower.subplots(), found.estimates)
     caption = f"{spectra_words} Below, {PARAMETER_WORDS}"
     return Drawing("updated_rig", figure, caption, f"Updated rig {found.rig.name}: spectra and {count} parameters.")
+
+
+def draw_spectra(found: RigUpdate) -> Drawing:
+    """Draw spectra of the longest record, measured and of the rig before and after."""
+    figure = canvas(4.2)
+    caption = f"{_spectra(figure, found)} Each rig is under the forces in its clearances that meet all sensors best."
+    alt = f"Spectra of record and updated rig {found.rig.name} at some channels."
+    return Drawing("spectra", figure, caption, alt, chart=True)
 
 
 def draw_parameters(found: Estimates) -> Drawing:

@@ -289,8 +289,8 @@ def sweep(
         As many octaves, or as many Hz, in every second.
     """
     time = np.arange(_size(duration, fs)) / fs
-    low, high = _require_band((min(band), max(band)), fs)
     first, last = band
+    low, _ = _require_band((min(band), max(band)), fs)
     _require_level(amplitude=amplitude)
     _require(method in ("logarithmic", "linear"), "method", method, 'must be "logarithmic" or "linear"')
     if method == "linear":

@@ -8,7 +8,7 @@ import numpy as np
 
 from .response import Response
 
-__all__ = ["SineSteps", "sine_steps"]
+__all__ = ["SineSteps", "harmonic_amplitudes", "sine_steps"]
 
 WINDOW = 0.5
 """s, that are looked at at once"""
@@ -63,7 +63,7 @@ def sine_steps(response: Response) -> SineSteps:
         change[0] = change[1]
 
     def amplitudes(histories: np.ndarray) -> np.ndarray:
-        rows = [_amplitudes(histories[:, k * size : (k + 1) * size], response.fs, found[k][0]) for k in ends]
+        rows = [harmonic_amplitudes(histories[:, k * size : (k + 1) * size], response.fs, found[k][0]) for k in ends]
         return np.array(rows).reshape(len(ends), len(histories))
 
     probes = response.displacement
@@ -107,8 +107,23 @@ def _fit(signal: np.ndarray, time: np.ndarray, frequency: float) -> complex:
     return complex(real, imaginary)
 
 
-def _amplitudes(histories: np.ndarray, fs: float, frequency: float) -> np.ndarray:
-    """Half of the way from the lowest to the highest value of a period, of the harmonics of histories (m, n)."""
+def harmonic_amplitudes(histories: np.ndarray, fs: float, frequency: float) -> np.ndarray:
+    """Return half of the way from the lowest to the highest value of a period, of the first nine harmonics.
+
+    Parameters
+    ----------
+    histories : ndarray (m, n)
+        Steady vibrations of at least one period.
+    fs : float
+        Samples per second.
+    frequency : float
+        Of the excitation, Hz.
+
+    Returns
+    -------
+    ndarray (m,)
+        In the unit of the histories; harmonics above 0.4 fs are left out.
+    """
     orders = np.arange(1, min(ORDERS, int(0.4 * fs / frequency)) + 1)
     time, phase = np.arange(histories.shape[1]) / fs, 2 * np.pi * np.arange(POINTS) / POINTS
 

@@ -52,7 +52,10 @@ def test_rig_law_numbers_and_page(folder, tmp_path, capsys):
     page = (out / "index.html").read_text(encoding="utf-8")
     assert "SYNTHETIC" in page and not re.search(r'(src|href)="https?:', page)
     assert all(words.split("; most at")[0] in page for words in stored["warnings"])
-    assert {p.stem for p in (out / "figures").iterdir()} == {"restoring_force", "parameters", "misfit"}
+    assert {p.stem for p in (out / "figures").iterdir()} == {"restoring_force", "parameters", "spectra", "misfit"}
+    charts = [json.loads(text) for text in re.findall(r'<script type="application/json">(.*?)</script>', page)]
+    labels = [{line["label"] for line in chart["series"]} for chart in charts]
+    assert labels == [{"measured", "law"}, {"measured", "rig file", "updated"}]
 
 
 def test_refused(small_dataset, tmp_path, refused, capsys):

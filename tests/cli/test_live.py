@@ -1,6 +1,11 @@
 """clearance-mj live: the page's address is told and kept private; bad input is one line."""
 
+import os
+import signal
 import stat
+import subprocess
+import sys
+import time
 
 import pytest
 
@@ -31,6 +36,30 @@ def test_the_address_is_told_until_the_page_ends(monkeypatch, capsys, tmp_path, 
     assert seen["mode"] == 0o600 and not (tmp_path / "address").exists()
     session = seen["page"].session()
     assert session.law == SMALL_LAW and session.dataset.path == small_dataset  # the rig's folder is a dataset's
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(os.name != "posix", reason="signals of POSIX")
+@pytest.mark.parametrize("ending", [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_ends_the_page_and_removes_its_address(tmp_path, ending):
+    command = [
+        sys.executable,
+        "-m",
+        "clearance_mj",
+        "live",
+        str(RIG),
+        "--no-browser",
+        "--out",
+        str(tmp_path / "address"),
+    ]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
+        assert "live: http://127.0.0.1:" in process.stdout.readline()
+        process.stdout.readline()
+        while not (tmp_path / "address").exists():
+            time.sleep(0.01)
+        process.send_signal(ending)
+        assert process.wait(30) == 0 and process.stdout.read().startswith("closed")
+    assert not (tmp_path / "address").exists()
 
 
 def test_bad_input(refused, tmp_path):

@@ -12,7 +12,8 @@ from clearance_mj.io.dataset import Dataset, write_dataset
 from clearance_mj.signals import excitation
 from clearance_mj.signals.frf import estimate_frf
 
-from ..conftest import TABLE1
+from ..conftest import ROOT, TABLE1
+from ..contrast import FAINT_TEXTS, contrast
 from .browser import CHROMIUM, chromium, opened, served, settled, slide, until
 
 pytest.importorskip("playwright", reason='needs Playwright: pip install "clearance-mj[browser]"')
@@ -129,6 +130,7 @@ def test_memory_of_two_settings(page):
 
 
 def test_export(page, tmp_path):
+    page.select_option("#record", "level_4_1")
     put(page, "bushings[0].gap", 200)
     with page.expect_download() as download:
         page.click("#export")
@@ -136,6 +138,7 @@ def test_export(page, tmp_path):
     with zipfile.ZipFile(tmp_path / "state.zip") as archive:
         assert archive.testzip() is None
         archive.extractall(tmp_path / "state")
+    assert "test, same colours" in (tmp_path / "state" / "frf.svg").read_text()
     rig, law = load_rig_and_law(tmp_path / "state")
     assert rig.bushings[0].gap == 2e-4 and law.table(2).parameters[0].tolist() == [[7.8e3, 4.0], [7.8e3, 4.0]]
     assert json.loads((tmp_path / "state" / "setting.json").read_text())["engine"] == "modal"
@@ -219,6 +222,45 @@ def test_keyboard(page):
     } <= reached
 
 
+def stepped(page):
+    """Step a sine at 2.83 m/s² through 41.75, 42.45 and 43.15 Hz and back."""
+    for name, value in (("branch-low", 41.75), ("branch-high", 43.15), ("steps-count", 3), ("steps-hold", 3)):
+        page.fill(f"#{name}", str(value))
+    page.click("#steps-go")
+    until(page, "Boolean(live.state.steps)")
+
+
+def test_a_stepped_sine_is_drawn_over_the_branch(page):
+    stepped(page)
+    words = page.inner_text("#steps-words")
+    assert "2.828 m/s² amplitude" in words and "at 42.45 Hz" in words  # between the folds at 42.30 and 42.75 Hz
+    page.click("#branch-go")
+    until(page, "Boolean(live.state.branch)")
+    labels = page.evaluate("live.charts.branch.plot.series.slice(1).map((s) => s.label)")
+    assert len(labels) == 3 * 8 and len(set(labels)) == 8
+    up, down = (np.array(page.evaluate(f"Array.from(live.state.steps.{way}.slice(0, 3))")) for way in ("up", "down"))
+    assert np.abs(up / down - 1).argmax() == 1 and up[1] > 1.05 * down[1]
+
+
+def test_an_orbit_is_drawn_where_a_clearance_has_two_directions(browser, page, tmp_path):
+    assert not page.is_visible("#orbits")
+    with served(tmp_path, ROOT / "models" / "pump_frame.toml") as address:
+        other, errors = opened(browser, address)
+        assert other.is_visible("#orbit canvas") and "no shaft" in other.inner_text("#shaft-words")
+        x, y = np.array(other.evaluate("live.charts.orbit.plot.data[2]"))
+        drawn = np.array(other.evaluate("live.charts.portrait.plot.data.slice(1).map((d) => d[0])"))
+        np.testing.assert_array_equal((x, y), drawn)
+        box = other.locator("#orbit .u-over").bounding_box()
+        assert box["width"] == pytest.approx(box["height"], rel=0.02)
+        assert errors == []
+        other.context.close()
+
+
+def test_phases_of_another_grid_go_the_shorter_way_round(page):
+    found = page.evaluate("Array.from(onGrid([1, 1.5, 2], [1, 2], [170, -170], true))")
+    assert found[0] == 170 and abs(found[1]) == 180 and found[2] == -170
+
+
 def test_branch_with_progress_and_cancel(page):
     page.fill("#branch-low", "20")
     page.click("#branch-go")
@@ -238,40 +280,27 @@ def test_looks(browser, address, tmp_path, width, scheme):
     page, errors = opened(browser, address, viewport={"width": width, "height": 900}, color_scheme=scheme)
     page.select_option("#record", "level_1_1")
     settled(page)
+    stepped(page)
     assert page.evaluate("document.documentElement.scrollWidth") <= width  # nothing sticks out
-    assert page.evaluate(CONTRAST) == []
+    assert page.evaluate(FAINT_TEXTS) == []
+    assert [found for found in page.evaluate(STROKES) if contrast(*found) < 3] == []  # 1.4.11
     page.screenshot(path=tmp_path / f"live_{width}_{scheme}.png", full_page=True)
     assert errors == []
     page.context.close()
 
 
-# Texts whose contrast with their background is below 4.5 (WCAG 2.2, 1.4.3), disabled controls aside.
-CONTRAST = """(() => {
-    const rgb = (text) => {
-        const m = text.match(/[\\d.]+/g).map(Number);
-        return m.length > 3 && m[3] === 0 ? null : m;
-    };
-    const light = (colour) => {
-        const linear = (v) => v <= 0.04045 ? v / 12.92 : ((v + 0.055) / 1.055) ** 2.4;
-        const [r, g, b] = colour.slice(0, 3).map((v) => linear(v / 255));
-        return 0.2126 * r + 0.7152 * g + 0.0722 * b;
-    };
-    const behind = (e) => {
-        for (; e; e = e.parentElement) {
-            const colour = rgb(getComputedStyle(e).backgroundColor);
-            if (colour) return colour;
-        }
-        return [255, 255, 255];
-    };
-    const bad = [];
-    const texts = "h1, h2, p, label, th, td, button, select, input, summary, caption, span";
-    for (const e of document.querySelectorAll(texts)) {
-        const own = [...e.childNodes].some((n) => n.nodeType === 3 && n.textContent.trim());
-        const off = e.matches(":disabled") || e.closest("label:has(input:disabled)") || !e.getClientRects().length;
-        if (off || !(own || e.matches("input, select"))) continue;
-        const [a, b] = [light(rgb(getComputedStyle(e).color)), light(behind(e))].sort((x, y) => y - x);
-        const ratio = (a + 0.05) / (b + 0.05);
-        if (ratio < 4.5) bad.push([e.tagName, e.id, e.textContent.slice(0, 30), ratio]);
-    }
-    return bad;
+# Pairs of colours: curves, marks of sensors and borders of what can be pressed, with what is behind them.
+STROKES = """(() => {
+    const paper = getComputedStyle(document.body).backgroundColor, found = [];
+    const context = document.createElement("canvas").getContext("2d");
+    const rgb = (colour) => Object.assign(context, { fillStyle: colour }).fillStyle
+        .replace(/^#(..)(..)(..)$/, (_, ...c) => `rgb(${c.slice(0, 3).map((v) => parseInt(v, 16)).join(", ")})`);
+    for (const chart of Object.values(live.charts))
+        for (const series of chart.plot ? chart.plot.series.slice(1) : [])
+            if (series.label !== "ends") found.push([rgb(series.stroke()), paper]);
+    for (const name of ["--soft", "--link", "--warn"]) found.push([rgb(ink(name)), paper]);
+    for (const e of document.querySelectorAll("input[type=number], select, button:enabled"))
+        if (e.getClientRects().length) found.push([getComputedStyle(e).borderTopColor, paper]);
+    for (const e of document.querySelectorAll(".swatch")) found.push([getComputedStyle(e).backgroundColor, paper]);
+    return found;
 })()"""

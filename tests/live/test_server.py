@@ -193,7 +193,11 @@ def test_the_newest_setting_wins(page):
 
 def test_a_branch_is_cancelled(page):
     follow = {"type": "branch", "values": {"level": 4.0}, "low": 5, "high": 220}
-    assert talk(page, follow, {"type": "cancel"})[-1] == {"type": "ended", "of": "branch", "arrays": []}
+    assert talk(page, follow, {"type": "cancel"})[-1] == {"type": "ended", "arrays": []}
+    again = talk(page, follow, {"type": "cancel"}, follow | {"low": 42, "high": 43.5}, until=2)
+    assert [answer["type"] for answer in again[1:]] == ["ended", "branch"]
+    steps = {"type": "steps", "values": {}, "low": 20, "high": 30, "count": 3, "hold": 1.0}
+    assert talk(page, steps)[-1]["up"].shape == (8, 3)
     sweep = {"type": "sweep", "values": {"duration": 4}, "name": "level", "low": 1, "high": 2, "count": 2}
     answer = talk(page, sweep)[-1]
     assert answer["type"] == "sweep" and answer["rms"].shape == (8, 2)

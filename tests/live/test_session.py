@@ -2,6 +2,7 @@
 
 import io
 import json
+import re
 import zipfile
 
 import numpy as np
@@ -12,17 +13,18 @@ from clearance_mj.clearance import AmplitudeLaw, ConstantLaw, ContactLaw, load_r
 from clearance_mj.clearance.contacts.hertz import HuntCrossley
 from clearance_mj.engines import simulate
 from clearance_mj.errors import ClearanceError, SimulationError
+from clearance_mj.identify import nominal
 from clearance_mj.io.dataset import Dataset
-from clearance_mj.live import Session
+from clearance_mj.live import Session, figures, on_demand
 from clearance_mj.live.controls import built
 from clearance_mj.live.export import exported
 from clearance_mj.live.figures import thinned
-from clearance_mj.rig import Grease
+from clearance_mj.rig import Grease, Rig
 from clearance_mj.signals import excitation
 from clearance_mj.signals.correlation import csac, rmse_db
 from clearance_mj.signals.frf import estimate_frf
 
-from ..conftest import TABLE1
+from ..conftest import ROOT, TABLE1
 
 LAW = ConstantLaw(7.8e3, 4.0)
 SHORT = {"duration": 4.0}
@@ -120,7 +122,9 @@ def test_kinds_of_excitation(session):
         return session.simulated(values).response.provenance["excitation"]["generator"]
 
     made = [of(k) for k in session.controls["excitation"].choices]
-    assert made == ["random", "multisine", "burst_random", "level_ramp", "sweep", "stepped_sine"]
+    assert made == [
+        "random", "multisine", "burst_random", "level_ramp", "sweep", "sweep", "hammer", "stepped_sine",
+    ]  # fmt: skip
 
 
 def test_a_sine_shows_amplitudes():
@@ -134,6 +138,61 @@ def test_a_sine_shows_amplitudes():
     at = np.argmin(np.abs(numbers.arrays["frequency"] - 20.0))
     expected = np.sqrt(2) * 0.1 * np.abs(linear_frf(TABLE1, [20.0]))[:, 0]
     np.testing.assert_allclose(numbers.arrays["magnitude"][:, at], expected, rtol=0.01)
+
+
+@pytest.mark.parametrize("kind", ["impacts", "burst random", "multisine"])
+def test_frfs_of_segments_without_a_window(kind):
+    """Below contact they are those of `linear_frf`, once a segment holds a whole decay or a whole period."""
+    from clearance_mj.beam import linear_frf
+
+    session = Session(TABLE1, LAW)
+    setting = {"excitation": kind, "level": 0.05, "peak": 0.5, "duration": 40.0, "resolution": 0.2}
+    numbers = session.show(session.setting(setting))
+    x, frequency = numbers.arrays["displacement"], numbers.arrays["frequency"]
+    assert np.abs(x).max() < TABLE1.bushings[0].gap and (frequency[0], frequency[-1]) == (5.0, 220.0)
+    expected = np.abs(linear_frf(TABLE1, frequency))
+    np.testing.assert_allclose(numbers.arrays["magnitude"], expected, atol=0.03 * expected.max())
+
+
+def test_a_sine_stepped_up_and_down_jumps_at_the_folds(session):
+    """docs/periodic.md: at 6 m/s² upwards at 46.91 Hz, downwards at 45.67 Hz, on steps 0.25 Hz apart."""
+    values = session.setting({"level": 6.0 / np.sqrt(2)})
+    numbers = on_demand.steps(session, values, 45.0, 48.0, 13, 3.0, lambda share: None)
+    assert numbers.arrays["up"].shape == numbers.arrays["down"].shape == (8, 13)
+    assert numbers.facts["differ"] == [45.75, 46.75] and numbers.facts["level"] == pytest.approx(6.0, rel=1e-3)
+    branch = on_demand.branch(session, values, 45.0, 48.0, lambda share: None)
+    at, amplitude = branch.arrays["frequency"], branch.arrays["amplitude"]
+    for i, way in ((0, "up"), (-1, "down"), (-1, "up")):
+        nearest = np.argmin(np.abs(at - numbers.arrays["frequency"][i]))
+        np.testing.assert_allclose(numbers.arrays[way][:, i], amplitude[:, nearest], rtol=0.03)
+    for low, high, count, hold, words in ((48, 45, 5, 1, "rising"), (1, 2, 5, 1, "cycles"), (5, 50, 200, 9, "samples")):
+        with pytest.raises(ClearanceError, match=words):
+            on_demand.steps(session, values, low, high, count, hold, lambda share: None)
+
+
+def test_orbits_join_two_directions_of_a_clearance():
+    pump = Rig.load(ROOT / "models" / "pump_frame.toml")  # 36:Y to 38:Y and 36:Z to 38:Z
+    assert figures.orbits(pump) == [(0, 1)] and figures.orbits(TABLE1) == []
+
+
+WRITTEN = re.findall(
+    r"```toml\n(name = .*?)```", (ROOT / "docs" / "structures.md").read_text(encoding="utf-8"), re.DOTALL
+)
+
+
+@pytest.mark.parametrize("kind", ["pump_frame", "stepped_shaft", *range(len(WRITTEN))])
+def test_rigs_of_every_kind(kind, tmp_path):
+    """Shafts, parallel shafts, matrices, modes under a force; with and without clearances."""
+    path = ROOT / "models" / f"{kind}.toml"
+    if isinstance(kind, int):
+        path = tmp_path / "rig.toml"
+        path.write_text(WRITTEN[kind], encoding="utf-8")
+    rig = Rig.load(path)
+    session = Session(rig, nominal(rig))
+    numbers = session.show(session.setting(SHORT))
+    expected = simulate(rig, excitation.random(4.0, 2048.0, rms=2.0, kind=rig.shaker.kind), session.law, "modal")
+    np.testing.assert_array_equal(numbers.arrays["magnitude"], np.abs(estimate_frf(expected).value[:, 0]))
+    assert len(numbers.facts["clearances"]) == len(rig.bushings)
 
 
 def test_overlay_measures_agreement(small_dataset):
@@ -177,7 +236,7 @@ def test_a_window_shows_every_sample(session):
 
 def test_branch_is_that_of_periodic_response_and_can_be_cancelled(session):
     heard = []
-    numbers = session.branch(session.setting({"level": 6.0 / np.sqrt(2)}), 43.0, 49.0, heard.append)
+    numbers = on_demand.branch(session, session.setting({"level": 6.0 / np.sqrt(2)}), 43.0, 49.0, heard.append)
     branch = periodic.response(TABLE1, LAW, 6.0, (43.0, 49.0), 9)
     np.testing.assert_allclose(numbers.arrays["frequency"], branch.frequency, rtol=1e-9)
     np.testing.assert_allclose(numbers.arrays["amplitude"], branch.amplitude().T, rtol=1e-6)
@@ -188,21 +247,21 @@ def test_branch_is_that_of_periodic_response_and_can_be_cancelled(session):
         raise KeyError
 
     with pytest.raises(KeyError):
-        session.branch(session.identified, 43.0, 49.0, stop)
+        on_demand.branch(session, session.identified, 43.0, 49.0, stop)
 
 
 def test_sweep_over_gap(session):
     """A wider gap is touched less; far beyond the motion, never."""
-    numbers = session.sweep(session.setting(SHORT), "bushings[1].gap", 2e-4, 2e-2, 3, lambda share: None)
+    numbers = on_demand.sweep(session, session.setting(SHORT), "bushings[1].gap", 2e-4, 2e-2, 3, lambda share: None)
     np.testing.assert_allclose(numbers.arrays["at"], [2e-4, 2e-3, 2e-2])
     share = numbers.arrays["share"][1]
     assert share[0] > share[1] >= share[2] == 0
     rms = simulate(TABLE1, excitation.random(4.0, 2048.0, rms=2.0), LAW, "modal").acceleration.std(axis=1)
-    again = session.sweep(session.setting(SHORT), "level", 2.0, 4.0, 2, lambda share: None)
+    again = on_demand.sweep(session, session.setting(SHORT), "level", 2.0, 4.0, 2, lambda share: None)
     np.testing.assert_allclose(again.arrays["rms"][:, 0], rms)
     for name, count in (("engine", 3), ("nothing", 3), ("level", 1), ("level", 1000)):
         with pytest.raises(ClearanceError, match=r"swept|sweep has"):
-            session.sweep(session.identified, name, 1.0, 2.0, count, lambda share: None)
+            on_demand.sweep(session, session.identified, name, 1.0, 2.0, count, lambda share: None)
 
 
 def test_export_goes_on_where_the_page_was(session, tmp_path):

@@ -15,6 +15,8 @@ from clearance_mj.report import html
 from clearance_mj.report.interactive import chart, decimated, embedded, thinned
 from clearance_mj.report.style import Drawing, decibel
 
+from ..contrast import FAINT_TEXTS, contrast
+
 X = np.arange(5.0, 105.0, 0.5)
 MARKUP = "law “<b>&</script>”"
 
@@ -354,18 +356,10 @@ def test_charts_fit_and_their_curves_stand_out(folder, opened, width, scheme):
     panel(page)
     assert page.evaluate("document.documentElement.scrollWidth") == width
     assert page.locator(f"{FIGURE} .uplot").first.bounding_box()["width"] <= width
+    assert page.evaluate(FAINT_TEXTS) == []
     strokes = page.evaluate(
         "figure => document.querySelector(figure).chart.panels[0].plot.series.slice(1).map(s => s.stroke())", FIGURE
     )
     paper = page.evaluate("getComputedStyle(document.body).backgroundColor")
     assert len(strokes) == 5
     assert min(contrast(stroke, paper) for stroke in strokes) >= 3
-
-
-def contrast(*colours) -> float:
-    bright = []
-    for colour in colours:
-        share = np.array([int(v) / 255 for v in re.findall(r"\d+", colour)[:3]])
-        linear = np.where(share <= 0.04045, share / 12.92, ((share + 0.055) / 1.055) ** 2.4)
-        bright.append(float(linear @ (0.2126, 0.7152, 0.0722)))
-    return (max(bright) + 0.05) / (min(bright) + 0.05)

@@ -15,7 +15,8 @@ function sig(value, digits = 4) {
   return size && (size < 1e-3 || size >= 1e6) ? value.toExponential(digits - 1) : String(Number(value.toPrecision(digits)));
 }
 
-// Lines through points in any order: solid where the third row is not 0, dashed elsewhere.
+// Lines through points in any order: solid where the third row is not 0, dashed elsewhere. Or triangles that point
+// upwards, filled, or downwards, hollow.
 function curve(u, i) {
   uPlot.orient(u, i, (series, dx, dy, sx, sy, toX, toY, left, top, width, height) => {
     const [x, y, solid] = u.data[i], ctx = u.ctx;
@@ -25,6 +26,17 @@ function curve(u, i) {
     ctx.clip();
     ctx.strokeStyle = typeof series.stroke === "function" ? series.stroke(u, i) : series.stroke;
     ctx.lineWidth = series.width * devicePixelRatio;
+    if (series.mark) {
+      const up = series.mark === "up", size = (up ? -4 : 4) * devicePixelRatio;
+      ctx.fillStyle = up ? ctx.strokeStyle : ink("--paper");
+      ctx.beginPath();
+      for (let k = 0; k < x.length; k++) if (y[k] !== null) {
+        const px = toX(x[k], sx, width, left), py = toY(y[k], sy, height, top);
+        ctx.moveTo(px, py + size); ctx.lineTo(px - 4 * devicePixelRatio, py - size); ctx.lineTo(px + 4 * devicePixelRatio, py - size); ctx.closePath();
+      }
+      ctx.fill(); ctx.stroke(); ctx.restore();
+      return;
+    }
     for (const wanted of solid ? [true, false] : [true]) {
       ctx.setLineDash(wanted ? (series.dash || []).map((d) => d * devicePixelRatio) : [4 * devicePixelRatio, 4 * devicePixelRatio]);
       ctx.beginPath();
@@ -66,7 +78,7 @@ const padded = (u, low, high) => {
 };
 
 class Chart {
-  // options: label, x, y (axis labels), height, logX, logY, free (points in any order), sync, range, jump, onCursor, onZoom
+  // options: label, x, y (axis labels), height, square, logX, logY, free (points in any order), sync, range, jump, onCursor, onZoom
   constructor(id, options) {
     this.host = document.getElementById(id);
     this.options = options;
@@ -78,7 +90,8 @@ class Chart {
     new ResizeObserver(() => this.plot && this.plot.setSize(this.size())).observe(this.host);
   }
   size() {
-    return { width: Math.max(this.host.clientWidth, 200), height: this.options.height || 200 };
+    const width = Math.max(this.host.clientWidth, 200);
+    return { width, height: this.options.square ? width - 26 : this.options.height || 200 }; // square within its axes
   }
   // series: [{label, stroke, dash, width}], data as uPlot takes it
   show(series, data, lines = []) {
@@ -123,8 +136,9 @@ class Chart {
     this.key = "";
   }
   ends() {
-    const x = this.options.free ? this.data.slice(1).flatMap((d) => [Math.min(...d[0]), Math.max(...d[0])]) : this.data[0];
-    return this.options.free ? [Math.min(...x), Math.max(...x)] : [x[0], x[x.length - 1]];
+    if (!this.options.free) return [this.data[0][0], this.data[0][this.data[0].length - 1]];
+    const x = this.data.slice(1).flatMap((d) => d[0].filter((v) => v !== null));
+    return [x.reduce((a, b) => Math.min(a, b), Infinity), x.reduce((a, b) => Math.max(a, b), -Infinity)];
   }
   scaled(u) {
     const { min, max } = u.scales.x, [low, high] = this.full || this.ends();
@@ -210,6 +224,7 @@ class Shaft {
   show(facts, arrays, walls) {
     const words = document.getElementById("shaft-words");
     this.lift = null;
+    this.canvas.parentElement.classList.toggle("shaftless", typeof facts === "string");
     if (typeof facts === "string") { words.textContent = facts; this.draw(); return; }
     this.facts = facts;
     this.walls = walls;

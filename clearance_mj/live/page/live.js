@@ -8,7 +8,7 @@ const make = (tag, properties = {}, ...children) => {
   return element;
 };
 const state = { values: {}, controls: [], sensors: [], shown: new Set(), memory: {}, order: 0, last: null, pending: new Map(), busy: "" };
-const charts = {};
+const charts = {}, LONG = ["branch", "steps", "sweep"];
 let shaft, socket;
 window.live = { drawn: 0, milliseconds: null, state, charts };
 
@@ -34,7 +34,7 @@ function connect() {
   socket.binaryType = "arraybuffer";
   socket.onmessage = (event) => {
     const { head, arrays, rest } = unpacked(event.data);
-    ({ hello, figures, window: finer, problem, progress, branch, sweep, ended, export: saved })[head.type](head, arrays, rest);
+    ({ hello, figures, window: finer, problem, progress, branch, steps, sweep, ended, export: saved })[head.type](head, arrays, rest);
   };
   socket.onclose = () => { told("Not connected"); trouble("The connection to clearance-mj live is lost. Start it again if it has ended, then open its new address."); };
 }
@@ -47,7 +47,7 @@ function trouble(text) {
 
 // ---- controls ----
 function hello(head) {
-  Object.assign(state, { controls: head.controls, sensors: head.sensors, clearances: head.clearances, prefix: head.record_prefix });
+  Object.assign(state, { controls: head.controls, sensors: head.sensors, clearances: head.clearances, orbits: head.orbits, prefix: head.record_prefix });
   $("rig").textContent = head.rig;
   document.title = `${head.rig} – clearance-mj live`;
   state.shown = new Set(head.sensors.map((_, i) => i).slice(0, 8));
@@ -105,9 +105,9 @@ function widget(control) {
 }
 // Which controls of the excitation do nothing with its kind.
 function idle() {
-  const kind = state.values.excitation, record = kind.startsWith(state.prefix);
-  const off = { level: record, kind: record, duration: record, fs: record, frequency: kind !== "sine", seed: record || kind === "sine" || kind === "sweep",
-    band_low: record || kind === "sine", band_high: record || kind === "sine", resolution: kind === "sine" || kind === "burst random" };
+  const kind = state.values.excitation, record = kind.startsWith(state.prefix), sine = kind === "sine", impacts = kind === "impacts";
+  const off = { level: record || impacts, kind: record, duration: record, fs: record, frequency: !sine, seed: record || sine || impacts || kind.startsWith("sweep"),
+    peak: !impacts, width: !impacts, band_low: record || sine, band_high: record || sine, resolution: sine };
   for (const control of state.controls) if (control.name in off) for (const part of control.box.querySelectorAll("input, select")) part.disabled = off[control.name];
 }
 const tidy = (control, value) => (control.whole ? Math.round(value) : Number(value.toPrecision(4)));
@@ -163,6 +163,8 @@ function build() {
   charts.coherence = new Chart("coherence", { label: "Coherence over frequency", x: "Frequency (Hz)", y: "Coherence", height: 140, sync: "f", range: [0, 1.03] });
   charts.history = new Chart("history", { label: "Displacement at the clearances over time", x: "Time (s)", y: "Displacement (mm)", height: 230, onZoom: finely });
   charts.portrait = new Chart("portrait", { label: "Velocity over displacement at the clearances", x: "Displacement (mm)", y: "Velocity (mm/s)", height: 260, free: true });
+  $("orbits").hidden = !state.orbits.length;
+  charts.orbit = new Chart("orbit", { label: "Displacement over displacement in two directions", get x() { return `${orbitOf(0)} (mm)`; }, get y() { return `${orbitOf(1)} (mm)`; }, square: true, free: true, range: () => [-charts.orbit.reach, charts.orbit.reach] });
   charts.branch = new Chart("branch", { label: "Amplitude of the periodic vibration over frequency", x: "Frequency (Hz)", y: "Amplitude (m/s²)", height: 260, free: true, logY: true });
   charts.share = new Chart("sweep-share", { label: "Share of time in contact over the swept value", get x() { return state.sweptLabel || ""; }, y: "In contact (%)", height: 180, free: true });
   charts.rms = new Chart("sweep-rms", { label: "RMS of the acceleration over the swept value", get x() { return state.sweptLabel || ""; }, y: "RMS (m/s²)", height: 180, free: true, logY: true });
@@ -172,18 +174,21 @@ function build() {
       for (const name of key === "logX" ? ["magnitude", "phase", "coherence"] : ["magnitude"]) charts[name].options[key] = $(id).checked;
       draw();
     });
-  darkness.addEventListener("change", () => { draw(); sensorColours(); if (state.branch) drawBranch(); if (state.sweep) drawSweep(); });
+  darkness.addEventListener("change", () => { draw(); sensorColours(); drawBranch(); drawSweep(); });
 }
 
-// Values of another frequency grid on this one; a gap beyond its ends.
-function onGrid(x, from, values) {
+// Values of another frequency grid on this one; a gap beyond its ends. Angles (°) go the shorter way round.
+function onGrid(x, from, values, angles = false) {
   if (from.length === x.length && from[0] === x[0] && from[from.length - 1] === x[x.length - 1]) return values;
   const found = new Float32Array(x.length);
   for (let i = 0, k = 0; i < x.length; i++) {
     while (k + 1 < from.length && from[k + 1] <= x[i]) k++;
     const next = Math.min(k + 1, from.length - 1), width = from[next] - from[k];
     const share = width ? (x[i] - from[k]) / width : 0;
-    found[i] = x[i] < from[0] || x[i] > from[from.length - 1] ? NaN : values[k] + share * (values[next] - values[k]);
+    let step = values[next] - values[k];
+    if (angles) step -= 360 * Math.round(step / 360);
+    found[i] = x[i] < from[0] || x[i] > from[from.length - 1] ? NaN : values[k] + share * step;
+    if (angles) found[i] -= 360 * Math.round(found[i] / 360);
   }
   return found;
 }
@@ -202,7 +207,7 @@ function drawFrf(name, filter) {
     for (const i of state.shown) {
       if (i >= values.rows) continue;
       series.push({ label: `${state.sensors[i]} ${source}`, stroke: colour(i), dash: DASHES[source], width: source === "model" ? 1.5 : 1.2 });
-      data.push(filter(onGrid(x, from[prefix + "frequency"], row(values, i))));
+      data.push(filter(onGrid(x, from[prefix + "frequency"], row(values, i), name === "phase")));
     }
   }
   if (series.length) charts[name].show(series, data); else charts[name].clear();
@@ -223,11 +228,24 @@ function draw() {
     charts.history.full = [arrays.time[0], arrays.time[arrays.time.length - 1]];
     charts.history.show(series, [Array.from(arrays.time), ...series.map((_, i) => milli(row(arrays.displacement, i)))], lines("y"));
     if (charts.history.zoom) finely(charts.history.zoom);
+    drawOrbits(arrays, walls, milli);
     charts.portrait.show(series, [null, ...series.map((_, i) => [milli(row(arrays.x, i)), milli(row(arrays.v, i))])], lines("x"));
   }
   contact(head);
   shaft.show(head.shaft, arrays, walls);
   reading();
+}
+const orbitOf = (k) => (state.orbits.length === 1 ? state.clearances[state.orbits[0][k]].replace(/^.*?, /, "") : k ? "second" : "first");
+// Displacements of one clearance over those of another one, where they are two directions of the same.
+function drawOrbits(arrays, walls, milli) {
+  if (!state.orbits.length) return;
+  const corners = state.orbits.map(([i, j]) => [walls[i], walls[j]].map((pair) => milli(pair.map((w) => (w === null ? NaN : w)))));
+  const boxes = corners.map(([[left, right], [low, high]], k) => ({ label: `walls ${k + 1}`, stroke: ink("--ink"), dash: DASHES.A, data: [[left, right, right, left, left], [low, low, high, high, low]].map(nulls) }));
+  const motions = state.orbits.map(([i, j], k) => ({ label: state.clearances[i], stroke: colour(k), width: 1, data: [milli(row(arrays.x, i)), milli(row(arrays.x, j))] }));
+  const reach = 1.05 * [...boxes, ...motions].reduce((most, one) => one.data.flat().reduce((m, v) => Math.max(m, Math.abs(v)), most), 0);
+  const all = [{ label: "ends", stroke: "transparent", data: [[-reach, reach], [-reach, reach]] }, ...motions, ...boxes];
+  charts.orbit.reach = reach;
+  charts.orbit.show(all.map(({ data, ...one }) => one), [null, ...all.map((one) => one.data)]);
 }
 let waiting;
 function finely(zoom) {
@@ -257,7 +275,7 @@ function contact(head) {
 function sensorTable() {
   $("sensors").tBodies[0].replaceChildren(...state.sensors.map((name, i) => {
     const tick = make("input", { type: "checkbox", checked: state.shown.has(i), id: `s-${i}` });
-    tick.addEventListener("change", () => { tick.checked ? state.shown.add(i) : state.shown.delete(i); draw(); });
+    tick.addEventListener("change", () => { tick.checked ? state.shown.add(i) : state.shown.delete(i); draw(); drawBranch(); drawSweep(); });
     const label = make("label", { htmlFor: tick.id }, make("span", { className: "swatch" }), name);
     return make("tr", {}, make("th", { scope: "row" }, tick, label), ...["n", "n", "n", "n test", "n test"].map((className) => make("td", { className })));
   }));
@@ -285,46 +303,73 @@ function problem(head) {
   if (head.of === "set" && head.id < state.order) return;
   trouble(head.text);
   if (head.of === "set") { told("This setting cannot be shown"); window.live.drawn = head.id; state.pending.delete(head.id); }
-  if (head.of === "branch" || head.of === "sweep") finished(head.of, head.text);
+  if (head.of === state.busy) finished(head.text);
 }
 function progress(head) {
   if (head.of === "set") { told(`Simulating … ${Math.round(100 * head.share)} %`); return; }
-  $(`${head.of}-progress`).value = head.share;
+  if (head.of === state.busy) $(`${head.of}-progress`).value = head.share;
 }
-function ended(head) {
-  if (head.of === "branch" || head.of === "sweep") finished(head.of, "Cancelled.");
+function ended() {
+  if (state.busy) finished("Cancelled.");
 }
-function begun(what) {
-  state.busy = what;
-  $(`${what}-progress`).value = 0;
-  $(`${what}-progress`).hidden = false;
-  for (const id of ["branch-go", "sweep-go"]) $(id).disabled = true;
-  for (const button of document.querySelectorAll(".cancel")) button.disabled = button.parentElement !== $(`${what}-go`).parentElement;
+// Numbers that a long computation needs, if all of them are there.
+const asked = (...ids) => { const found = ids.map((id) => $(id).valueAsNumber); return found.every(Number.isFinite) ? found : null; };
+function begin(type, more) {
+  if (!more) return;
+  state.busy = type;
+  running(true);
+  $(`${type}-words`).textContent = "Working; the first time after an installation some seconds are for compiling.";
+  send({ type, values: state.values, ...more });
 }
-function finished(what, words) {
+function finished(words) {
+  $(`${state.busy}-words`).textContent = words;
+  running(false);
   state.busy = "";
-  $(`${what}-progress`).hidden = true;
-  for (const id of ["branch-go", "sweep-go"]) $(id).disabled = false;
-  for (const button of document.querySelectorAll(".cancel")) button.disabled = true;
-  if (words) $(`${what}-words`).textContent = words;
+}
+function running(on) {
+  $(`${state.busy}-progress`).value = 0;
+  $(`${state.busy}-progress`).hidden = !on;
+  for (const what of LONG) $(`${what}-go`).disabled = on;
+  for (const button of document.querySelectorAll(".cancel")) button.disabled = !on || button.parentElement !== $(`${state.busy}-go`).parentElement;
 }
 function branch(head, arrays) {
   state.branch = { head, arrays };
-  const special = head.special.map((p) => `${p.kind} at ${sig(p.frequency, 5)} Hz`).join(", ");
-  finished("branch", `At ${sig(head.level, 4)} ${state.last.head.kind === "force" ? "N" : "m/s²"} amplitude; dashed: unstable. ${special ? `Special points: ${special}.` : "No folds."} ${head.ended ? `Ended early: ${head.ended}.` : ""}`);
+  const kinds = [...new Set(head.special.map((p) => p.kind))];
+  const special = head.special.length <= 6 ? head.special.map((p) => `${p.kind} at ${sig(p.frequency, 5)} Hz`).join(", ")
+    : kinds.map((kind) => `${kind} ${head.special.filter((p) => p.kind === kind).length} times`).join(", ");
+  finished(`Branch at ${amplitude(head)}; dashed: unstable. ${special ? `Special points: ${special}.` : "No folds."} ${head.ended ? `Ended early: ${head.ended}.` : ""}`);
   drawBranch();
 }
+function steps(head, arrays) {
+  state.steps = arrays;
+  const where = head.differ && [...new Set(head.differ.map((f) => sig(f, 5)))].join(" to ");
+  finished(`Steps at ${amplitude(head)}; ▲ upwards, ▽ downwards. ${where ? `They differ by more than 5 % at ${where} Hz: there it matters where the sine comes from.` : "Both ways show the same."}`);
+  drawBranch();
+}
+const amplitude = (head) => `${sig(head.level, 4)} ${state.last.head.kind === "force" ? "N" : "m/s²"} amplitude`;
 function drawBranch() {
-  const { head, arrays } = state.branch, shown = [...state.shown];
-  charts.branch.show(shown.map((i) => ({ label: state.sensors[i], stroke: colour(i) })),
-    [null, ...shown.map((i) => [Array.from(arrays.frequency), positive(row(arrays.amplitude, i)), Array.from(arrays.stable)])], head.special.map((p) => ({ x: p.frequency })));
+  const series = [], data = [null], lines = state.branch ? state.branch.head.special.filter((p) => p.kind === "fold").map((p) => ({ x: p.frequency })) : [];
+  for (const i of state.shown) {
+    const look = { label: state.sensors[i], stroke: colour(i) };
+    if (state.branch) {
+      const { arrays } = state.branch;
+      series.push(look);
+      data.push([nulls(arrays.frequency), positive(row(arrays.amplitude, i)), Array.from(arrays.stable)]);
+    }
+    for (const way of state.steps ? ["up", "down"] : []) {
+      series.push({ ...look, mark: way });
+      data.push([Array.from(state.steps.frequency), positive(row(state.steps[way], i))]);
+    }
+  }
+  charts.branch.show(series, data, lines);
 }
 function sweep(head, arrays) {
   state.sweep = { head, arrays };
-  finished("sweep", head.failed ? `At some values: ${head.failed}` : "Every value is simulated as the setting above.");
+  finished(head.failed ? `At some values: ${head.failed}` : "Every value is simulated as the setting above.");
   drawSweep();
 }
 function drawSweep() {
+  if (!state.sweep) return;
   const { head, arrays } = state.sweep, control = state.controls.find((c) => c.name === head.name);
   state.sweptLabel = `${control.label}${control.unit ? ` (${control.unit})` : ""}`;
   const x = Array.from(arrays.at, (v) => v * control.scale), shown = [...state.shown];
@@ -348,7 +393,7 @@ addEventListener("DOMContentLoaded", () => {
   $("controls").addEventListener("submit", (event) => event.preventDefault());
   $("reset").addEventListener("click", () => putAll(Object.fromEntries(state.controls.map((c) => [c.name, c.value]))));
   $("record").addEventListener("change", changed);
-  $("export").addEventListener("click", () => send({ type: "export" }));
+  $("export").addEventListener("click", () => send({ type: "export", record: $("record").value }));
   for (const slot of "AB") {
     $(`keep-${slot}`).addEventListener("click", () => {
       if (!state.last) return;
@@ -361,18 +406,18 @@ addEventListener("DOMContentLoaded", () => {
     $(`over-${slot}`).addEventListener("change", draw);
   }
   $("branch-go").addEventListener("click", () => {
-    const low = $("branch-low").valueAsNumber, high = $("branch-high").valueAsNumber;
-    if (!Number.isFinite(low) || !Number.isFinite(high)) return;
-    begun("branch");
-    send({ type: "branch", values: state.values, low, high });
+    const ends = asked("branch-low", "branch-high");
+    begin("branch", ends && { low: ends[0], high: ends[1] });
+  });
+  $("steps-go").addEventListener("click", () => {
+    const found = asked("branch-low", "branch-high", "steps-count", "steps-hold");
+    begin("steps", found && { low: found[0], high: found[1], count: Math.max(0, Math.round(found[2])), hold: found[3] });
   });
   $("sweep-name").addEventListener("change", sweepRange);
   $("sweep-go").addEventListener("click", () => {
     const control = state.controls.find((c) => c.name === $("sweep-name").value);
-    const [low, high, count] = ["sweep-low", "sweep-high", "sweep-count"].map((id) => $(id).valueAsNumber);
-    if (![low, high, count].every(Number.isFinite)) return;
-    begun("sweep");
-    send({ type: "sweep", values: state.values, name: control.name, low: low / control.scale, high: high / control.scale, count: Math.max(0, Math.round(count)) });
+    const found = asked("sweep-low", "sweep-high", "sweep-count");
+    begin("sweep", found && { name: control.name, low: found[0] / control.scale, high: found[1] / control.scale, count: Math.max(0, Math.round(found[2])) });
   });
   for (const button of document.querySelectorAll(".cancel")) button.addEventListener("click", () => send({ type: "cancel" }));
   connect();

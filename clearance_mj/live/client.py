@@ -1,0 +1,189 @@
+"""One open page, by its websocket: what it asks for, what it waits for, and what it is told."""
+
+from __future__ import annotations
+
+import asyncio
+import functools
+import threading
+import time
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from typing import TYPE_CHECKING, Any
+
+from tornado.websocket import WebSocketClosedError, WebSocketHandler
+
+from ..errors import ClearanceError
+from .figures import Numbers
+from .session import Watch
+from .wire import Cancel, Export, Follow, Message, Set, Step, Sweep, Window, packed, parsed
+
+if TYPE_CHECKING:
+    from .server import Page
+
+__all__ = ["Client"]
+
+MOST_CLIENTS = 32
+"""at once"""
+PATIENCE = 0.7
+"""s that a simulation may go on after a newer setting has come"""
+TOLD_EVERY = 0.1
+"""s between two words about progress"""
+
+
+class Superseded(Exception):
+    """Nobody waits for it any more."""
+
+
+class Client(WebSocketHandler):
+    """One open page: its session, the setting that it waits for, and at most one thing that takes long."""
+
+    def initialize(self, page: Page) -> None:
+        """Take the page; Tornado's way of construction."""
+        self.page, self.waiting, self.busy, self.over = page, None, False, False
+        self.began = 0.0
+        self.stop: threading.Event | None = None
+        self.loop = asyncio.get_running_loop()
+        self.jobs: set[asyncio.Task[None]] = set()
+
+    waiting: Set | None
+
+    def prepare(self) -> None:
+        """Refuse who may not ask."""
+        status = self.page.refusal(self, self.path_args[0])
+        if status or len(self.page.clients) >= MOST_CLIENTS:
+            self.set_status(status or 503)
+            self.finish("refused\n")
+
+    def check_origin(self, origin: str) -> bool:
+        """`Page.refusal` has looked at it."""
+        return True
+
+    def open(self, *args: str, **_: str) -> None:
+        """Tell what can be moved."""
+        self.page.clients.add(self)
+        self.session = self.page.session()
+        self._send(packed("hello", Numbers(self.session.described())))
+
+    def on_close(self) -> None:
+        """End what nobody waits for any more."""
+        self.over, self.waiting = True, None
+        self.page.clients.discard(self)
+        if self.stop:
+            self.stop.set()
+
+    def on_message(self, message: str | bytes) -> None:
+        """Do what a message asks for; one that is malformed does nothing."""
+        wanted: Message | None = parsed(message)
+        if isinstance(wanted, Set):
+            self.waiting = wanted
+            if not self.busy:
+                self._begin(self._show())
+        elif isinstance(wanted, Cancel) and self.stop:  # at once: what is being compiled ends unheard
+            self.stop.set()
+            self.stop = None
+            self._send(packed("ended", Numbers()))
+        elif isinstance(wanted, Follow | Step | Sweep) and self.stop is None:
+            self.stop = threading.Event()
+            self._begin(self._long(wanted, self.stop))
+        elif isinstance(wanted, Window):
+            self._send(packed("window", self.session.window(float(wanted.low), float(wanted.high))))
+        elif isinstance(wanted, Export):
+            self._begin(self._export(wanted.record))
+
+    def _begin(self, job: Any) -> None:
+        task = asyncio.ensure_future(job)
+        self.jobs.add(task)
+        task.add_done_callback(self.jobs.discard)
+
+    def _send(self, data: bytes) -> None:
+        if data and not self.over:
+            try:
+                self.write_message(data, binary=True)
+            except WebSocketClosedError:
+                self.over = True
+
+    async def _answer(self, pool: ThreadPoolExecutor, work: Callable[[], bytes], **words: Any) -> bytes:
+        """Return what work gives, in words why it gives nothing, or nothing if nobody waits for it."""
+        try:
+            return await self.loop.run_in_executor(pool, work)
+        except Superseded:
+            return b""
+        except ClearanceError as error:
+            text = str(error)
+        except Exception as error:  # the page goes on, whatever happened
+            text = f"{type(error).__name__}: {error}"
+        return packed("problem", Numbers({"text": text, **words}))
+
+    async def _show(self) -> None:
+        """Show the newest setting, until there is none that is newer."""
+        self.busy = True
+        while (wanted := self.waiting) is not None:
+            self.waiting, self.began = None, time.monotonic()
+            work = functools.partial(self._shown, wanted)
+            self._send(await self._answer(self.page.quick, work, of="set", id=wanted.id))
+        self.busy = False
+
+    def _shown(self, wanted: Set) -> bytes:
+        session, told = self.session, time.monotonic()
+
+        def watch(share: float) -> None:
+            nonlocal told
+            now = time.monotonic()
+            if self.over or (self.waiting is not None and now - self.began > PATIENCE):
+                raise Superseded
+            if now - told > 2 * TOLD_EVERY:
+                told = now
+                self._tell("progress", of="set", share=share)
+
+        values = session.setting(wanted.values)
+        numbers = session.show(values, watch)
+        if wanted.record:
+            numbers.add(session.overlay(wanted.record, float(values["resolution"])))
+        return packed("figures", numbers, id=wanted.id)
+
+    def _tell(self, kind: str, **facts: Any) -> None:
+        """Send from another thread."""
+        data = packed(kind, Numbers(facts))
+        self.loop.call_soon_threadsafe(self._send, data)
+
+    async def _long(self, wanted: Follow | Step | Sweep, stop: threading.Event) -> None:
+        told = 0.0
+
+        def watch(share: float) -> None:
+            nonlocal told
+            if stop.is_set():
+                raise Superseded
+            if time.monotonic() - told > TOLD_EVERY:
+                told = time.monotonic()
+                self._tell("progress", of=wanted.type, share=share)
+
+        answer = await self._answer(self.page.long, lambda: self._found(wanted, watch), of=wanted.type)
+        if not stop.is_set():
+            self.stop = None
+            self._send(answer)
+
+    def _found(self, wanted: Follow | Step | Sweep, watch: Watch) -> bytes:
+        from . import on_demand
+
+        watch(0.0)
+        session, low, high = self.session, float(wanted.low), float(wanted.high)
+        values = session.setting(wanted.values)
+        if isinstance(wanted, Follow):
+            numbers = on_demand.branch(session, values, low, high, watch)
+        elif isinstance(wanted, Step):
+            numbers = on_demand.steps(session, values, low, high, wanted.count, float(wanted.hold), watch)
+        else:
+            numbers = on_demand.sweep(session, values, wanted.name, low, high, wanted.count, watch)
+        return packed(wanted.type, numbers)
+
+    async def _export(self, record: str) -> None:
+        from .export import exported
+
+        def work() -> bytes:
+            shown = self.session.shown
+            if shown is None:
+                raise ClearanceError("nothing is shown yet")
+            test = self.session.record_frf(record, float(shown.values["resolution"])) if record else None
+            return packed("export", Numbers()) + exported(shown, test)
+
+        self._send(await self._answer(self.page.quick, work, of="export"))
