@@ -16,6 +16,7 @@ from matplotlib.patches import Patch
 
 from ..files import to_json, write_text
 from ..vehicle.controllers import CONTROLLERS, get_controller
+from ..vehicle.effort import SEGMENT
 from ..vehicle.experiment import Case, Outcome
 from ..vehicle.manoeuvres import get_manoeuvre
 from ..vehicle.run import Run
@@ -63,11 +64,16 @@ METRICS = {
     "peak_sideslip": Quantity("Peak sideslip", "°", DEGREE, ".2f"),
     "peak_steer_rate": Quantity("Peak steer rate", "°/s", DEGREE, ".1f"),
     "steer_variation": Quantity("Steer variation", "°", DEGREE, ".1f"),
+    "fast_wheel_rate": Quantity("Wheel rate > 3 Hz", "°/s", DEGREE, ".2f"),
+    "servo_rms_rate": Quantity("RMS servo rate", "°/s", DEGREE, ".2f"),
+    "servo_fast_rate": Quantity("Servo rate > 3 Hz", "°/s", DEGREE, ".2f"),
+    "servo_reversals": Quantity("Servo reversals", "", 1.0, ".0f"),
     "contact_reversals": Quantity("Contact reversals", "", 1.0, ".0f"),
 }
 UNITS = {
     "time": "s", "position": "m", "s": "m", "e_y": "m", "e_psi": "rad", "yaw_rate": "rad/s", "yaw_rate_error": "rad/s",
-    "lateral_acceleration": "m/s2", "sideslip": "rad", "command": "rad", "wheel_angle": "rad",
+    "lateral_acceleration": "m/s2", "sideslip": "rad", "command": "rad", "servo_angle": "rad",
+    "wheel_angle": "rad",
 }  # fmt: skip
 
 
@@ -152,6 +158,23 @@ def _paths(outcomes: Sequence[Outcome]) -> Drawing:
     return Drawing("paths", figure, caption, f"Paths of {len(outcomes)} controllers on the X-Y plane.", chart=ahead)
 
 
+def _spectra(outcomes: Sequence[Outcome]) -> Drawing:
+    figure = canvas(4.2)
+    servo, wheel = figure.subplots(2, 1, sharex=True)
+    for outcome in outcomes:
+        for ax, found in ((servo, outcome.run.servo_rate_spectrum()), (wheel, outcome.run.wheel_rate_spectrum())):
+            ax.semilogy(found.frequency[1:], DEGREE**2 * found.density[1:], **look(outcome.case.controller))
+    tidy(servo, "(a)", "Servo rate ((°/s)²/Hz)")
+    tidy(wheel, "(b)", "Wheel rate ((°/s)²/Hz)", "Frequency (Hz)")
+    wheel.set_xlim(0, 30)
+    _legend(figure, servo.get_legend_handles_labels()[0])
+    caption = (
+        "Spectra of the rates of servo and road wheel, between which the clearance and the road's moment are: Welch's "
+        f"method, Hann windows of {SEGMENT} samples. {_words(outcomes[0])}."
+    )
+    return Drawing("spectra", figure, caption, f"Steering-rate spectra of {len(outcomes)} controllers.", chart=True)
+
+
 def _metrics_table(outcomes: Sequence[Outcome]) -> Table:
     columns = [Column("Controller"), *(Column(q.label, q.unit, q.form) for q in METRICS.values())]
     metrics = [(_label(o), o.run.metrics()) for o in outcomes]
@@ -171,7 +194,7 @@ def write_report(outcomes: Sequence[Outcome], folder: str | Path) -> dict[str, A
     Returns what is in ``summary.json``, and the timings, which differ from run to run.
     """
     folder = Path(folder)
-    drawings = (_paths(outcomes), histories(outcomes, "histories"))
+    drawings = (_paths(outcomes), histories(outcomes, "histories"), _spectra(outcomes))
     for drawing in drawings:
         drawing.write(folder / "figures")
     for outcome in outcomes:

@@ -11,6 +11,7 @@ import numpy as np
 from ..errors import SimulationError
 from .controllers.base import Controller, Observation, Task
 from .disturbances import Disturbance
+from .effort import FAST, RateSpectrum, effort, rate_spectrum
 from .nominal import Vehicle
 from .path import Path
 from .plant import STEP, Plant
@@ -37,6 +38,7 @@ class Run:
     lateral_acceleration: np.ndarray  # (n,) m/s²
     sideslip: np.ndarray  # (n,) rad
     command: np.ndarray  # (n,) rad, road-wheel angle that the controller asks for
+    servo_angle: np.ndarray  # (n,) rad, before the clearance, at the end of each period
     wheel_angle: np.ndarray  # (n,) rad, at the end of each period
     contact: np.ndarray  # (n,) -1, 0, 1: the side of the clearance in contact at the end of each period
     controller_time: np.ndarray = field(repr=False)  # (n,) s of computing for each command; differs in a repeated run
@@ -45,8 +47,9 @@ class Run:
         """Return the numbers that controllers are compared by.
 
         Peak, RMS and 95th percentile of |e_y| (m) and |e_ψ| (rad); peak yaw rate and its error (rad/s), lateral
-        acceleration (m/s²) and sideslip (rad); peak rate (rad/s) and total variation (rad) of the wheel angle; number
-        of times the contact changed sides.
+        acceleration (m/s²) and sideslip (rad); peak rate (rad/s) and total variation (rad) of the wheel angle and RMS
+        of its rate above 3 Hz (rad/s); the servo's effort: RMS of its rate, all and above 3 Hz (rad/s), and number of
+        its reversals by more than 1° of the hand wheel; number of times the contact changed sides.
         """
         found = {}
         for name in ("e_y", "e_psi"):
@@ -59,8 +62,19 @@ class Run:
         turns, sides = np.diff(self.wheel_angle), self.contact[self.contact != 0]
         found["peak_steer_rate"] = np.abs(turns / np.diff(self.time)).max()
         found["steer_variation"] = np.abs(turns).sum()
+        period = self.time[1] - self.time[0]
+        found["fast_wheel_rate"] = rate_spectrum(self.wheel_angle, period).rms_above(FAST)
+        found |= {f"servo_{name}": value for name, value in effort(self.servo_angle, period).items()}
         found["contact_reversals"] = np.count_nonzero(np.diff(sides))
         return {name: float(value) for name, value in found.items()}
+
+    def wheel_rate_spectrum(self) -> RateSpectrum:
+        """Estimate the power spectral density of the road wheel's rate, by Welch's method."""
+        return rate_spectrum(self.wheel_angle, self.time[1] - self.time[0])
+
+    def servo_rate_spectrum(self) -> RateSpectrum:
+        """Estimate the power spectral density of the servo's rate, by Welch's method."""
+        return rate_spectrum(self.servo_angle, self.time[1] - self.time[0])
 
     def timing(self) -> dict[str, float]:
         """Return median and worst computing time of a command, s; the first ones, which compile, are left out."""
@@ -119,6 +133,7 @@ def follow_path(
         angles = wheel.advance(command, now.aligning_moment, period)
         state = plant.advance(state, angles, loads)
         motion = now.yaw_rate, now.yaw_rate - now.speed * curvature, now.lateral_acceleration, now.sideslip
-        rows.append((k * period, now.x, now.y, s, e_y, e_psi, *motion, command, angles[-1], wheel.contact[-1], seconds))
+        steered = command, wheel.angle, angles[-1], wheel.contact[-1]
+        rows.append((k * period, now.x, now.y, s, e_y, e_psi, *motion, *steered, seconds))
     columns = np.array(rows).T
     return Run(columns[0], columns[1:3].T, *columns[3:])

@@ -69,12 +69,14 @@ def test_metrics_of_known_histories():
     e_y = np.array([0.0, 0.03, -0.04, 0.0, 0.0])
     wheel = np.array([0.0, 0.01, 0.03, 0.02, 0.02])
     contact = np.array([0, 1, 0, -1, 1])
-    metrics = Run(t, np.zeros((5, 2)), zero, e_y, -e_y, *[zero] * 5, wheel, contact, zero).metrics()
+    metrics = Run(t, np.zeros((5, 2)), zero, e_y, -e_y, *[zero] * 5, 2 * wheel, wheel, contact, zero).metrics()
     assert metrics["peak_e_y"] == pytest.approx(0.04)
     assert metrics["rms_e_psi"] == pytest.approx(0.05 / np.sqrt(5))
     assert metrics["peak_steer_rate"] == pytest.approx(2.0)
     assert metrics["steer_variation"] == pytest.approx(0.04)
     assert metrics["contact_reversals"] == 2
+    assert metrics["servo_rms_rate"] == pytest.approx(2 * np.sqrt((1 + 4 + 1) / 4))
+    assert metrics["servo_reversals"] == 1
 
 
 def test_lost_vehicle():
