@@ -8,19 +8,17 @@ import threading
 import time
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
-from typing import TYPE_CHECKING, Any
+from typing import Any, Protocol
 
+from tornado.web import RequestHandler
 from tornado.websocket import WebSocketClosedError, WebSocketHandler
 
 from ..errors import ClearanceError
 from .figures import Numbers
-from .session import Watch
+from .session import Session, Watch
 from .wire import Cancel, Export, Follow, Message, Set, Step, Sweep, Window, packed, parsed
 
-if TYPE_CHECKING:
-    from .server import Page
-
-__all__ = ["Client"]
+__all__ = ["Client", "Host"]
 
 MOST_CLIENTS = 32
 """at once"""
@@ -34,10 +32,25 @@ class Superseded(Exception):
     """Nobody waits for it any more."""
 
 
+class Host(Protocol):
+    """What is common to all who have the page open."""
+
+    clients: set[Client]
+    quick: ThreadPoolExecutor
+    long: ThreadPoolExecutor
+
+    @property
+    def session(self) -> Callable[[], Session]:
+        """What makes a session for each of them."""
+
+    def refusal(self, handler: RequestHandler, token: str) -> int:
+        """Return the status with which a request is refused, 0 if it is not."""
+
+
 class Client(WebSocketHandler):
     """One open page: its session, the setting that it waits for, and at most one thing that takes long."""
 
-    def initialize(self, page: Page) -> None:
+    def initialize(self, page: Host) -> None:
         """Take the page; Tornado's way of construction."""
         self.page, self.waiting, self.busy, self.over = page, None, False, False
         self.began = 0.0

@@ -103,12 +103,12 @@ function widget(control) {
   control.put(control.value);
   return box;
 }
-// Which controls of the excitation do nothing with its kind.
+// Controls of the excitation that do nothing with its kind are not there.
 function idle() {
   const kind = state.values.excitation, record = kind.startsWith(state.prefix), sine = kind === "sine", impacts = kind === "impacts";
-  const off = { level: record || impacts, kind: record, duration: record, fs: record, frequency: !sine, seed: record || sine || impacts || kind.startsWith("sweep"),
+  const off = { duration: record, fs: record, frequency: !sine, seed: record || sine || impacts || kind.startsWith("sweep"),
     peak: !impacts, width: !impacts, band_low: record || sine, band_high: record || sine, resolution: sine };
-  for (const control of state.controls) if (control.name in off) for (const part of control.box.querySelectorAll("input, select")) part.disabled = off[control.name];
+  for (const control of state.controls) if (control.name in off) control.box.hidden = off[control.name];
 }
 const tidy = (control, value) => (control.whole ? Math.round(value) : Number(value.toPrecision(4)));
 
@@ -266,7 +266,7 @@ function contact(head) {
     mark.style.background = colour(i);
     return make("tr", {}, make("th", { scope: "row" }, mark, c.where),
       make("td", { textContent: c.rattle, className: c.rattle === "rattles" ? "rattles" : "" }),
-      ...[`${sig(100 * c.share, 3)} %`, `${sig(c.impacts, 3)} /s`, `${sig(c.force, 3)} N`, `${sig(1e6 * c.peak, 3)}, ${sig(1e6 * c.rms, 3)} µm`].map((textContent) => make("td", { className: "n", textContent })));
+      ...[100 * c.share, c.impacts, c.force, 1e6 * c.peak, 1e6 * c.rms].map((value) => sig(value, 3)).map((textContent) => make("td", { className: "n", textContent })));
   }));
   const none = head.clearances.length ? "" : "The rig has no clearance. ";
   $("natural").textContent = `${none}Natural frequencies in the gaps: ${head.natural.map((f) => sig(f, 4)).join(", ")} Hz. Time step ${sig(1e6 * head.step, 3)} µs.`;
