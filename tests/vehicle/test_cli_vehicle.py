@@ -29,6 +29,16 @@ def test_report_of_runs(tmp_path, capsys):
     assert all((out / "figures" / f"{name}.png").read_bytes()[:4] == b"\x89PNG" for name in ("paths", "histories"))
 
 
+def test_manoeuvre_at_its_own_speed(tmp_path, capsys):
+    """The crowned road at 100 km/h: gravity's share is held off by the wheels, and the page names the manoeuvre."""
+    out = tmp_path / "out"
+    assert main(["vehicle", "--manoeuvre", "on-centre", "--controller", "smc", "--json", "--out", str(out)]) == 0
+    run = json.loads(capsys.readouterr().out)["runs"][0]
+    assert (run["manoeuvre"], run["speed"]) == ("on-centre", 100.0)
+    assert run["peak_lateral_acceleration"] > 0.025 * 9.81
+    assert "Straight, crowned road, 100 km/h" in (out / "report.html").read_text(encoding="utf-8")
+
+
 BAD = {
     "speed": (["--speed", "400"], "speed must be in 18..180 km/h, got 400"),
     "path": (["--speed", "178"], "needs a lateral acceleration of 11.0 m/s²"),
@@ -40,6 +50,8 @@ BAD = {
     "gap without unit": (["--gap", "0.2"], 'gap "0.2" has no unit; give an angle at the road wheel (0.2deg'),
     "assumed gap": (["--assumed-gap", "much"], 'gap "much" is not a gap'),
     "regime": (["--regime", "wet"], 'regime "wet" is unknown; known: torque, friction'),
+    "manoeuvre": (["--manoeuvre", "moose"], 'manoeuvre "moose" is unknown; known: lane-change, slalom, obstacle-40'),
+    "manoeuvre's length": (["--manoeuvre", "slalom", "--length-factor", "2"], 'manoeuvre "slalom" has none'),
     "plant": (["--plant", "tank"], 'plant "tank" is unknown; known: multi-body, single-track'),
     "length": (["--length-factor", "0"], "length_factor must be > 0"),
     "seed": (["--seed", "-1"], "seed must be >= 0"),
