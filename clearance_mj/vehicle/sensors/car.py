@@ -34,7 +34,6 @@ class CarSensors(Sensors):
     position: float = 0.02  # m, white, along x and y
     position_rate: float = 20.0  # Hz, of the fixes
     delay: tuple[float, float] = (0.01, 0.03)  # s, shortest and longest of a message, uniform between them
-    model_acceleration: float = 0.5  # m/s², error of the nominal vehicle's lateral acceleration for the observer
 
     def __post_init__(self) -> None:
         for name, value in vars(self).items():
@@ -71,7 +70,7 @@ class _CarRun(SensorsRun):
             Deviations(
                 sensors.steering_resolution / math.sqrt(12),
                 sensors.yaw_rate,
-                math.hypot(sensors.lateral_acceleration, sensors.model_acceleration),
+                sensors.lateral_acceleration,
                 sensors.position,
                 sensors.yaw_rate_offset,
                 sensors.acceleration_offset,

@@ -3,10 +3,8 @@
 All measurements are old by the bus's mean delay D. The filter lives at that time, t - D, and the model brings its
 estimate to the present by the commands given since and the curvature driven over since: so the delay is compensated
 (Anderson and Moore, Optimal Filtering, 1979, chapter 7). The state is that of the design model with the offsets of the
-sensors of yaw rate and lateral acceleration, [e_y, e_ψ, v_y, r, δ, dδ/dt, b_r, b_a].
-
-What the nominal model does not know, tyres and mass as they are and the steering's lost motion, is white noise of the
-lateral forces of both axles. There is no disturbance state: no controller gets an estimate of a disturbance from here.
+sensors of yaw rate and lateral acceleration and the unknown lateral forces of both axles,
+[e_y, e_ψ, v_y, r, δ, dδ/dt, b_r, b_a, F_f, F_r].
 """
 
 from __future__ import annotations
@@ -23,7 +21,7 @@ from ..controllers.design import DesignModel
 
 __all__ = ["Deviations", "Observer"]
 
-N_STATES = 8
+N_STATES = 10
 ALONG = 0.1
 """m/√s, of the way over the integrated speed of the wheels"""
 
@@ -33,12 +31,13 @@ class Deviations(NamedTuple):
 
     angle: float  # rad, of the steering angle
     yaw_rate: float  # rad/s
-    acceleration: float  # m/s², with the error of the nominal model's lateral force over the mass
+    acceleration: float  # m/s²
     position: float  # m
     yaw_rate_offset: float  # rad/s
     acceleration_offset: float  # m/s²
     age: float = 0.0  # s, of a measurement's age about its mean
-    axle_force: float = 300.0  # N √s, of the unmodelled lateral force of each axle: a density
+    force: float = 500.0  # N, of the unknown lateral force of each axle
+    force_time: float = 0.5  # s, over which it stays alike
     servo: float = 5.0  # rad/s² √s, of the unmodelled acceleration of the servo: a density
 
 
@@ -50,7 +49,8 @@ class Observer:
         """s, mean age of the measurements"""
         self.state, self.covariance = np.zeros(N_STATES), np.zeros((N_STATES, N_STATES))
         """(8,) and (8, 8), at the time of the measurements"""
-        self.covariance[6, 6], self.covariance[7, 7] = deviations[4] ** 2, deviations[5] ** 2
+        offsets = deviations.yaw_rate_offset, deviations.acceleration_offset
+        np.fill_diagonal(self.covariance, np.square([*[0.0] * 6, *offsets, *[deviations.force] * 2]))
         self.s = -task.speed * delay
         """m, arc length at the time of the measurements"""
         self._task, self._deviations = task, deviations
@@ -113,11 +113,13 @@ class _Model(NamedTuple):
         A6, B6, E6 = DesignModel(p, task.servo, speed, period).continuous
         A, held, G = np.zeros((N_STATES, N_STATES)), np.zeros((N_STATES, 2)), np.zeros((N_STATES, 3))
         A[:6, :6], held[:6, 0], held[:6, 1] = A6, B6, E6
-        G[2, :2], G[3, :2], G[5, 2] = 1 / p.mass, np.array([p.lf, -p.lr]) / p.yaw_inertia, 1.0
-        G *= deviations.axle_force, deviations.axle_force, deviations.servo
+        A[2, 8:], A[3, 8:] = 1 / p.mass, np.array([p.lf, -p.lr]) / p.yaw_inertia
+        A[8, 8] = A[9, 9] = -1 / deviations.force_time
+        G[8, 0] = G[9, 1] = deviations.force * math.sqrt(2 / deviations.force_time)
+        G[5, 2] = deviations.servo
         rows = np.zeros((4, N_STATES))
         rows[0, 4] = rows[1, 3] = rows[1, 6] = rows[2, 7] = rows[3, 0] = 1.0
-        rows[2, :6] += A6[2]
+        rows[2] += A[2]
         rows[2, 3] += speed
         whole = math.floor(delay / period + 1e-9)
         part = max(delay - whole * period, 0.0)
