@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple, Protocol
 
 import numba
@@ -24,30 +25,54 @@ class ServoStep(NamedTuple):
 
     flow: np.ndarray  # (2, 2) exact, of (angle less command, speed)
     rate_limit: float  # rad/s
+    torque_limit: float  # N m
+    inertia: float  # kg m²
+    friction: float  # N m, of the wheel that it turns
 
     @classmethod
-    def of(cls, frequency: float, damping: float, rate_limit: float) -> ServoStep:
+    def of(
+        cls, frequency: float, damping: float, rate_limit: float, torque_limit: float, inertia: float, friction: float
+    ) -> ServoStep:
         """Discretise a servo of a natural frequency, Hz, and a share of the critical damping."""
         natural = 2 * np.pi * frequency
         decay, turn = natural * damping, natural * np.emath.sqrt(1 - damping**2)
         cos, sin = np.cos(turn * STEP).real, (np.sin(turn * STEP) / turn).real if turn else STEP
         flow = np.exp(-decay * STEP) * np.array([[cos + decay * sin, sin], [-(natural**2) * sin, cos - decay * sin]])
-        return cls(flow, float(rate_limit))
+        return cls(flow, float(rate_limit), float(torque_limit), float(inertia), float(friction))
 
 
 @numba.njit(cache=True, nogil=True)
-def _serve(state: np.ndarray, command: float, servo: ServoStep, n: int) -> np.ndarray:
-    """Servo angle after each of n steps; state (angle, speed) moves on."""
-    out = np.empty(n)
-    for i in range(n):
+def _serve(state: np.ndarray, command: float, servo: ServoStep, load: np.ndarray, in_contact: bool) -> np.ndarray:
+    """Servo angle after each step under a load, N m, felt in contact; state (angle, speed) moves on."""
+    out = np.empty(load.size)
+    reach = servo.rate_limit * STEP
+    for i in range(load.size):
         error = state[0] - command
         angle = command + servo.flow[0, 0] * error + servo.flow[0, 1] * state[1]
         speed = servo.flow[1, 0] * error + servo.flow[1, 1] * state[1]
-        reach = servo.rate_limit * STEP
-        state[0] += min(max(angle - state[0], -reach), reach)
-        state[1] = min(max(speed, -servo.rate_limit), servo.rate_limit)
+        turn = min(max(angle - state[0], -reach), reach)
+        speed = min(max(speed, -servo.rate_limit), servo.rate_limit)
+        if servo.torque_limit < np.inf:
+            turn, speed = _held_back(turn, speed, state[1], servo, load[i] if in_contact else 0.0, in_contact)
+        state[0] += turn
+        state[1] = speed
         out[i] = state[0]
     return out
+
+
+@numba.njit(cache=True, nogil=True)
+def _held_back(
+    turn: float, speed: float, before: float, servo: ServoStep, load: float, in_contact: bool
+) -> tuple[float, float]:
+    """Turn, rad, and speed, rad/s, that the motor's torque allows in a step; those that are wanted if it suffices."""
+    friction = servo.friction if in_contact else 0.0
+    torque = servo.inertia * (speed - before) / STEP + load + friction * np.sign(turn)
+    if abs(torque) <= servo.torque_limit:
+        return turn, speed
+    free = before + (math.copysign(servo.torque_limit, torque) - load) / servo.inertia * STEP
+    free = math.copysign(max(abs(free) - friction / servo.inertia * STEP, 0.0), free)
+    speed = min(max(free, -servo.rate_limit), servo.rate_limit)
+    return speed * STEP, speed
 
 
 class Shaft(Protocol):
@@ -117,7 +142,7 @@ class SteeringRun:
     def __init__(self, servo: ServoStep, shaft: Shaft, road: np.ndarray):
         self.contact, self.servo = np.zeros(0, dtype=np.int8), np.zeros(0)
         self._servo, self._shaft, self._road = servo, shaft, road
-        self._state, self._steps = np.zeros(2), 0
+        self._state, self._steps, self._in_contact = np.zeros(2), 0, False
 
     @property
     def angle(self) -> float:
@@ -132,10 +157,11 @@ class SteeringRun:
         steps = np.arange(self._steps, self._steps + n)
         moment = aligning_moment + self._road.take(steps, mode="wrap")
         before = self._state[0]
-        self.servo = _serve(self._state, command, self._servo, n)
+        self.servo = _serve(self._state, command, self._servo, moment, self._in_contact)
         self._steps += n
         turn = self.servo.copy()
         turn[1:] -= self.servo[:-1]
         turn[0] -= before
         lost, self.contact = self._shaft.advance(turn, moment)
+        self._in_contact = bool(self.contact[-1])
         return self.servo + lost

@@ -94,7 +94,9 @@ class Case:
         """The steering with its clearance."""
         nominal = Steering().datasheet_law
         law = dataclasses.replace(nominal, k=nominal.k * self.stiffness) if self.stiffness != 1 else None
-        return Steering(self.half_gap, friction=_regime(self.regime).friction, road_moment=ROAD_MOMENT, law=law)
+        limit = get_sensors(self.sensors).servo_torque
+        friction = _regime(self.regime).friction
+        return Steering(self.half_gap, friction=friction, road_moment=ROAD_MOMENT, torque_limit=limit, law=law)
 
     @property
     def tuned_controller(self) -> Controller:
@@ -147,7 +149,6 @@ def check(case: Case) -> None:
     if case.plant not in PLANTS:
         raise ManoeuvreError(f'plant "{case.plant}" is unknown; known: {", ".join(PLANTS)}')
     check_feasible(case.task.path, case.task.speed, case.task.vehicle.friction)
-    get_sensors(case.sensors)
     _ = case.steering, case.tuned_controller  # which refuse impossible values
 
 

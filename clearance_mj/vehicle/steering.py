@@ -34,6 +34,8 @@ RATIO, PINION = 16.0, 7.1e-3
 """Hand-wheel over road-wheel angle, and the pinion's radius, m"""
 COLUMN_STIFFNESS = 172.0
 """N m/rad, at the pinion"""
+COLUMN_INERTIA = 0.04
+"""kg m², about the hand wheel's axis"""
 RACK_MASS, RACK_DAMPING = 32.0, 3920.0
 """kg and N s/m"""
 LEVER_ARM = RATIO * PINION
@@ -95,6 +97,7 @@ class Steering:
     frequency: float = 6.0  # Hz, natural, of the second-order servo
     damping: float = 0.7  # of the servo, of critical
     rate_limit: float = 0.4  # rad/s at the road wheel, largest speed of the servo; 0.4 is that of commonroad's vehicle
+    torque_limit: float = math.inf  # N m at the road wheel, largest of the servo's motor
     lever_arm: float = LEVER_ARM  # r, m
     shaft: Rig = STEERING_SHAFT  # its shaker's position is the lever's, and one of its bushings is there
     law: Law | None = None  # of the contact, such as an identified one; None: the shaft's own datasheet values
@@ -144,7 +147,8 @@ class Steering:
 
     def start(self, seed: int = 0) -> SteeringRun:
         """Begin a run with the wheels straight and the shaft centred; the seed is that of the road's noise."""
-        servo, engine, road = ServoStep.of(self.frequency, self.damping, self.rate_limit), self._engine(), np.zeros(1)
+        motor = self.rate_limit, self.torque_limit, COLUMN_INERTIA * RATIO**2, self.friction
+        servo, engine, road = ServoStep.of(self.frequency, self.damping, *motor), self._engine(), np.zeros(1)
         shaft: Shaft = QuasiStaticShaft(self.lost_motion)
         if engine:
             shaft = SimulatedShaft(engine, self.rig, self.contact_law, self.shaft, self.lever_arm, self.friction)
@@ -167,5 +171,6 @@ _RANGES = (
     ("frequency", 0.5, 50.0),
     ("damping", 0.1, 2.0),
     ("rate_limit", 0.01, 100.0),
+    ("torque_limit", 1.0, math.inf),
     ("lever_arm", 0.01, 1.0),
 )

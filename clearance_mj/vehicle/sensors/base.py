@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from abc import ABC, abstractmethod
+from typing import ClassVar
 
 from ..controllers.base import Observation, Task
 from ..plant import Measurement
@@ -22,7 +24,10 @@ class SensorsRun(ABC):
 
 
 class Sensors(ABC):
-    """Sensors with their errors; subclasses are frozen dataclasses."""
+    """Sensors with their errors, of a vehicle whose servo has a motor; subclasses are frozen dataclasses."""
+
+    servo_torque: ClassVar[float] = math.inf
+    """N m at the road wheel, largest of the servo's motor: `Steering.torque_limit`"""
 
     @abstractmethod
     def start(self, task: Task, seed: int = 0) -> SensorsRun:

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
 from ...errors import ManoeuvreError
+from ..commonroad import GRAVITY
 from ..controllers.base import Observation, Task
 from ..plant import Measurement
 from ..signals import Signals
@@ -19,17 +21,23 @@ __all__ = ["CarSensors"]
 
 HAND_WHEEL_RATIO = 16.0
 """Hand-wheel over road-wheel angle"""
+CROSS_SLOPE = 0.02
+"""of a road, as the observer expects it: its share of gravity is an offset of the lateral acceleration"""
 
 
 @dataclass(frozen=True)
 class CarSensors(Sensors):
-    """Standard deviations of errors, and the bus; offsets are drawn once in a run, white noise at every sample."""
+    """Standard deviations of errors, and the bus; offsets and scale are drawn once, white noise at every sample."""
+
+    servo_torque: ClassVar[float] = 85.0 * HAND_WHEEL_RATIO
+    """N m: 85 N m at the column, what the largest electric drives at the column give (TRW, 2010)"""
 
     steering_resolution: float = math.radians(0.1) / HAND_WHEEL_RATIO  # rad at the road wheel: 0.1° of the hand wheel
     yaw_rate: float = math.radians(0.1)  # rad/s, white
     yaw_rate_offset: float = math.radians(0.2)  # rad/s
     lateral_acceleration: float = 0.05  # m/s², white
     acceleration_offset: float = 0.1  # m/s²
+    acceleration_scale: float = 0.02  # of the lateral acceleration, with what is left of the body's roll
     speed: float = 0.02  # m/s, white
     position: float = 0.02  # m, white, along x and y
     position_rate: float = 20.0  # Hz, of the fixes
@@ -58,7 +66,10 @@ class _CarRun(SensorsRun):
     def __init__(self, sensors: CarSensors, task: Task, seed: int):
         self._sensors, self._period, self._samples = sensors, task.period, 0
         self._noise = np.random.default_rng([seed, 2])
-        self._offsets = self._noise.normal(0.0, (sensors.yaw_rate_offset, sensors.acceleration_offset))
+        yaw_rate, acceleration, scale = self._noise.standard_normal(3).tolist()
+        self._yaw_rate_offset = sensors.yaw_rate_offset * yaw_rate
+        self._acceleration_offset = sensors.acceleration_offset * acceleration
+        self._acceleration_scale = 1 + sensors.acceleration_scale * scale
         self._fixes_before = -1
         self._angle, self._motion, self._speed, self._position = (
             Message(sensors.delay, np.random.default_rng([seed, 2, i])) for i in range(4)
@@ -73,7 +84,7 @@ class _CarRun(SensorsRun):
                 sensors.lateral_acceleration,
                 sensors.position,
                 sensors.yaw_rate_offset,
-                sensors.acceleration_offset,
+                math.hypot(sensors.acceleration_offset, CROSS_SLOPE * GRAVITY),
                 deviation,
             ),
         )
@@ -110,8 +121,9 @@ class _CarRun(SensorsRun):
         sensors, draws = self._sensors, self._noise.standard_normal(5).tolist()
         step = sensors.steering_resolution
         self._angle.send(time, step * round(servo / step) if step else servo)
-        yaw_rate = now.yaw_rate + self._offsets[0] + sensors.yaw_rate * draws[0]
-        acceleration = now.lateral_acceleration + self._offsets[1] + sensors.lateral_acceleration * draws[1]
+        yaw_rate = now.yaw_rate + self._yaw_rate_offset + sensors.yaw_rate * draws[0]
+        acceleration = self._acceleration_scale * now.lateral_acceleration + self._acceleration_offset
+        acceleration += sensors.lateral_acceleration * draws[1]
         self._motion.send(time, (yaw_rate, acceleration))
         self._speed.send(time, now.speed + sensors.speed * draws[2])
         fixes = math.floor(time * sensors.position_rate + 1e-9)

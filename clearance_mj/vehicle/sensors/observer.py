@@ -36,6 +36,7 @@ class Deviations(NamedTuple):
     yaw_rate_offset: float  # rad/s
     acceleration_offset: float  # m/s²
     age: float = 0.0  # s, of a measurement's age about its mean
+    offset_drift: float = 0.05  # m/s² √s⁻¹, of the offset of the lateral acceleration with the road's cross slope
     force: float = 500.0  # N, of the unknown lateral force of each axle
     force_time: float = 0.5  # s, over which it stays alike
     servo: float = 5.0  # rad/s² √s, of the unmodelled acceleration of the servo: a density
@@ -111,12 +112,12 @@ class _Model(NamedTuple):
     def of(cls, task: Task, delay: float, deviations: Deviations) -> _Model:
         p, speed, period = task.vehicle, task.speed, task.period
         A6, B6, E6 = DesignModel(p, task.servo, speed, period).continuous
-        A, held, G = np.zeros((N_STATES, N_STATES)), np.zeros((N_STATES, 2)), np.zeros((N_STATES, 3))
+        A, held, G = np.zeros((N_STATES, N_STATES)), np.zeros((N_STATES, 2)), np.zeros((N_STATES, 4))
         A[:6, :6], held[:6, 0], held[:6, 1] = A6, B6, E6
         A[2, 8:], A[3, 8:] = 1 / p.mass, np.array([p.lf, -p.lr]) / p.yaw_inertia
         A[8, 8] = A[9, 9] = -1 / deviations.force_time
         G[8, 0] = G[9, 1] = deviations.force * math.sqrt(2 / deviations.force_time)
-        G[5, 2] = deviations.servo
+        G[5, 2], G[7, 3] = deviations.servo, deviations.offset_drift
         rows = np.zeros((4, N_STATES))
         rows[0, 4] = rows[1, 3] = rows[1, 6] = rows[2, 7] = rows[3, 0] = 1.0
         rows[2] += A[2]
