@@ -15,7 +15,8 @@ from ..plant import Measurement
 from ..signals import Signals
 from .base import Sensors, SensorsRun
 from .bus import Message, age
-from .observer import Deviations, Observer
+from .observer import Observer
+from .observer_model import N_STATES, Deviations
 
 __all__ = ["CarSensors"]
 
@@ -23,6 +24,9 @@ HAND_WHEEL_RATIO = 16.0
 """Hand-wheel over road-wheel angle"""
 CROSS_SLOPE = 0.02
 """of a road, as the observer expects it: its share of gravity is an offset of the lateral acceleration"""
+
+DRIVEN = 10.0
+"""s that the vehicle has driven straight before a run"""
 
 
 @dataclass(frozen=True)
@@ -87,7 +91,13 @@ class _CarRun(SensorsRun):
                 math.hypot(sensors.acceleration_offset, CROSS_SLOPE * GRAVITY),
                 deviation,
             ),
+            DRIVEN,
+            sensors.position_rate,
         )
+        # The estimate begins wrong by as much as its covariance says.
+        spread = np.linalg.cholesky(self._observer.covariance + 1e-18 * np.eye(N_STATES))
+        offsets = self._yaw_rate_offset, self._acceleration_offset
+        self._observer.state += [*[0.0] * 6, *offsets, 0.0, 0.0] + spread @ self._noise.standard_normal(N_STATES)
         self._held = Signals(0.0, 0.0, 0.0, 0.0, task.speed, delay=self._delay)
 
     def observe(self, true: Observation, now: Measurement, servo: float, command: float) -> Observation:
