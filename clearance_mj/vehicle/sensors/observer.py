@@ -25,7 +25,7 @@ class Observer:
     """A Kalman filter during a run that begins on the path, wheels straight."""
 
     def __init__(self, task: Task, delay: float, deviations: Deviations, driven: float = 0.0, fixes: float = 20.0):
-        """Measurements have a mean age, s; before, the vehicle drove straight for a time, s, with fixes at a rate, Hz."""
+        """Take the mean age of measurements and the time driven straight before, s, and the rate of fixes, Hz."""
         model = observer_model(task.vehicle, task.servo, task.speed, task.period, delay, deviations)
         self.delay = delay
         """s, mean age of the measurements"""
