@@ -102,8 +102,9 @@ class Case:
     def tuned_controller(self) -> Controller:
         """The controller with its settings and its prior information on the clearance."""
         gap = self.half_gap if self.assumed_gap is None else self.assumed_gap
-        compliance = (1 / self.assumed_stiffness - 1) / Steering().lost_motion.stiffness
-        prior = ClearancePrior(gap, _regime(self.regime).friction, compliance)
+        datasheet = Steering().lost_motion.stiffness
+        compliance = (1 / self.assumed_stiffness - 1) / datasheet
+        prior = ClearancePrior(gap, _regime(self.regime).friction, compliance, self.assumed_stiffness * datasheet)
         return get_controller(self.controller).make(self.task, prior)
 
 
@@ -148,7 +149,7 @@ def check(case: Case) -> None:
         raise ManoeuvreError(f"seed must be >= 0, got {case.seed}")
     if case.plant not in PLANTS:
         raise ManoeuvreError(f'plant "{case.plant}" is unknown; known: {", ".join(PLANTS)}')
-    check_feasible(case.task.path, case.task.speed, case.task.vehicle.friction)
+    check_feasible(case.task.path, case.task.speed, case.task.vehicle.tyre.friction)
     _ = case.steering, case.tuned_controller  # which refuse impossible values
 
 

@@ -1,4 +1,4 @@
-"""What controllers may know of the vehicle: the nominal linear single track and the steering servo."""
+"""What controllers may know of the vehicle: the nominal single track and the steering servo."""
 
 from __future__ import annotations
 
@@ -8,13 +8,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from .commonroad import GRAVITY, parameters
+from .tyre import Tyre
 
 __all__ = ["Servo", "Vehicle"]
 
 
 @dataclass(frozen=True)
 class Vehicle:
-    """Parameters of the linear single-track model."""
+    """Parameters of the single-track model; the axles' stiffness is that of the linear one."""
 
     mass: float  # kg
     yaw_inertia: float  # kg m²
@@ -22,7 +23,7 @@ class Vehicle:
     lr: float  # m, to the rear axle
     cornering_front: float  # N/rad, of the axle
     cornering_rear: float  # N/rad, of the axle
-    friction: float  # largest lateral over vertical tyre force
+    tyre: Tyre  # of both axles
     trail: float = 0.045  # m, of the aligning moment
 
     @property
@@ -30,13 +31,19 @@ class Vehicle:
         """Distance of the axles, m."""
         return self.lf + self.lr
 
+    @property
+    def front_load(self) -> float:
+        """Vertical load of the front axle at rest, N."""
+        return self.mass * GRAVITY * self.lr / self.wheelbase
+
     @classmethod
     def bmw320i(cls, trail: float = 0.045) -> Vehicle:
         """Vehicle 2 of commonroad-vehicle-models; stiffness per axle is the tyre's per load times the static load."""
         p = parameters()
         load = p.m * GRAVITY / (p.a + p.b)
         stiffness = -p.tire.p_ky1 * load * p.b, -p.tire.p_ky1 * load * p.a
-        return cls(p.m, p.I_z, p.a, p.b, *stiffness, friction=p.tire.p_dy1, trail=trail)
+        tyre = Tyre(-p.tire.p_ky1, p.tire.p_dy1, p.tire.p_cy1)
+        return cls(p.m, p.I_z, p.a, p.b, *stiffness, tyre, trail=trail)
 
     def with_steering(self, stiffness: float) -> Vehicle:
         """Return the vehicle with a steering's compliance in its front axle, C_f / (1 + C_f t/k), k in N m/rad.

@@ -41,6 +41,7 @@ class Run:
     servo_angle: np.ndarray  # (n,) rad, before the clearance, at the end of each period
     wheel_angle: np.ndarray  # (n,) rad, at the end of each period
     contact: np.ndarray  # (n,) -1, 0, 1: the side of the clearance in contact at the end of each period
+    depth: np.ndarray  # (n,) |s|/Φ of a sliding mode, NaN without one
     controller_time: np.ndarray = field(repr=False)  # (n,) s of computing for each command; differs in a repeated run
 
     def metrics(self) -> dict[str, float]:
@@ -49,7 +50,8 @@ class Run:
         Peak, RMS and 95th percentile of |e_y| (m) and |e_ψ| (rad); peak yaw rate and its error (rad/s), lateral
         acceleration (m/s²) and sideslip (rad); peak rate (rad/s) and total variation (rad) of the wheel angle and RMS
         of its rate above 3 Hz (rad/s); the servo's effort: RMS of its rate, all and above 3 Hz (rad/s), and number of
-        its reversals by more than 1° of the hand wheel; number of times the contact changed sides.
+        its reversals by more than 1° of the hand wheel; number of times the contact changed sides; share of the time
+        that a sliding mode was outside its boundary layer, NaN for other controllers.
         """
         found = {}
         for name in ("e_y", "e_psi"):
@@ -66,6 +68,7 @@ class Run:
         found["fast_wheel_rate"] = rate_spectrum(self.wheel_angle, period).rms_above(FAST)
         found |= {f"servo_{name}": value for name, value in effort(self.servo_angle, period).items()}
         found["contact_reversals"] = np.count_nonzero(np.diff(sides))
+        found["outside_layer"] = np.mean(np.where(np.isnan(self.depth), np.nan, self.depth > 1))
         return {name: float(value) for name, value in found.items()}
 
     def wheel_rate_spectrum(self) -> RateSpectrum:
@@ -133,7 +136,7 @@ def follow_path(
         angles = wheel.advance(command, now.aligning_moment, period)
         state = plant.advance(state, angles, loads)
         motion = now.yaw_rate, now.yaw_rate - now.speed * curvature, now.lateral_acceleration, now.sideslip
-        steered = command, wheel.angle, angles[-1], wheel.contact[-1]
+        steered = command, wheel.angle, angles[-1], wheel.contact[-1], run.depth
         rows.append((k * period, now.x, now.y, s, e_y, e_psi, *motion, *steered, seconds))
     columns = np.array(rows).T
     return Run(columns[0], columns[1:3].T, *columns[3:])

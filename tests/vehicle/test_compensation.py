@@ -52,7 +52,7 @@ def test_side_follows_the_motion_where_friction_prevails():
 
 def test_moment_is_limited_by_friction_of_the_road():
     """A slip far beyond the tyre's: the force is at most μ times the front axle's load."""
-    largest = VEHICLE.friction * VEHICLE.mass * 9.81 * VEHICLE.lr / VEHICLE.wheelbase
+    largest = VEHICLE.tyre.friction * VEHICLE.mass * 9.81 * VEHICLE.lr / VEHICLE.wheelbase
     lost = ClearanceModel(0.0, compliance=1e-5).start(TASK)(0.5, at())
     assert lost == pytest.approx(-1e-5 * VEHICLE.trail * largest)
 

@@ -1,5 +1,7 @@
 """The design model against the equations of motion, and what every controller holds to."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 import scipy.integrate
@@ -16,6 +18,8 @@ from clearance_mj.vehicle.nominal import Servo, Vehicle
 
 SPEED = 30.0
 VEHICLE = Vehicle.bmw320i()
+LINEAR = dataclasses.replace(VEHICLE, tyre=VEHICLE.tyre._replace(friction=1e6))
+"""Its tyres never slip away: controllers are those of the linear model"""
 MODEL = DesignModel(VEHICLE, Servo(), SPEED, 0.01)
 CONTROLLERS = (
     SlidingMode(),

@@ -10,7 +10,7 @@ from clearance_mj.vehicle.controllers import Observation, Task
 from clearance_mj.vehicle.controllers.mpc import LimitedPlan, ModelPredictive, Weights, program
 from clearance_mj.vehicle.manoeuvres import clothoid_arc, straight
 
-from .test_controller import MODEL, SPEED, VEHICLE, solved
+from .test_controller import LINEAR, MODEL, SPEED, solved
 
 LAW = ModelPredictive(horizon=20)
 WEIGHTS = Weights(LAW.course, LAW.yaw, LAW.effort)
@@ -57,7 +57,7 @@ def dense(law, seen, curvature, task):
 @pytest.mark.parametrize("rate", [10.0, 0.2], ids=["free", "rate-limited"])
 def test_first_command_is_that_of_a_dense_solver(rate):
     path = clothoid_arc()
-    task = Task(VEHICLE, path, SPEED, largest_rate=rate, largest_angle=10.0)
+    task = Task(LINEAR, path, SPEED, largest_rate=rate, largest_angle=10.0)
     curvature = task.curvature(SEEN, np.arange(LAW.horizon + 1) * task.period)
     command = LAW.start(task).command(SEEN)
     expected = dense(LAW, SEEN, curvature, task)
@@ -71,7 +71,7 @@ def test_without_limits_it_is_the_linear_quadratic_regulator():
     K = B @ V @ A / (LAW.effort + B @ V @ B)
     seen = Observation(10.0, 0.05, -0.003, 0.02, 0.01, SPEED)
     expected = -K @ np.array([*seen[1:5], 0, 0, 0])
-    run = LAW.start(Task(VEHICLE, straight(200.0), SPEED, largest_rate=10.0))
+    run = LAW.start(Task(LINEAR, straight(200.0), SPEED, largest_rate=10.0))
     assert run.command(seen) == pytest.approx(expected, abs=1e-6)
 
 
@@ -85,7 +85,7 @@ def solved_by_osqp(monkeypatch):
 
 @pytest.mark.parametrize(("rate", "angle", "calls"), [(10.0, 10.0, 0), (0.2, 10.0, 1), (10.0, 0.01, 1)])
 def test_osqp_is_called_where_a_limit_is_active(solved_by_osqp, rate, angle, calls):
-    run = LAW.start(Task(VEHICLE, clothoid_arc(), SPEED, largest_rate=rate, largest_angle=angle))
+    run = LAW.start(Task(LINEAR, clothoid_arc(), SPEED, largest_rate=rate, largest_angle=angle))
     run.command(SEEN)
     assert len(solved_by_osqp) == calls
 
@@ -97,7 +97,7 @@ def test_solution_without_limits_is_that_of_osqp(solved_by_osqp):
         free = found.free(rng.normal(scale=0.1, size=6), 0.02, rng.normal(scale=0.005, size=21))
         rate = np.abs(free).max() / 0.01
         wide, narrow = (
-            LimitedPlan(Task(VEHICLE, PATH, SPEED, largest_angle=10.0, largest_rate=factor * rate), found.hessian)
+            LimitedPlan(Task(LINEAR, PATH, SPEED, largest_angle=10.0, largest_rate=factor * rate), found.hessian)
             for factor in (1.0001, 0.9999)
         )
         assert wide.best(free, 0.02) is free
@@ -109,7 +109,7 @@ def test_plan_with_limits_is_that_of_a_dense_solver():
     """Every change of a plan that meets both limits; the cost from H and the plan without limits, by SLSQP."""
     found, largest, step = program(MODEL, WEIGHTS, 20), 0.02, 0.002
     free = found.free(np.array([*SEEN[1:5], 0, 0]), 0.0, np.zeros(21))
-    task = Task(VEHICLE, PATH, SPEED, largest_angle=largest, largest_rate=step / 0.01)
+    task = Task(LINEAR, PATH, SPEED, largest_angle=largest, largest_rate=step / 0.01)
     plan = LimitedPlan(task, found.hessian).best(free, 0.0)
     scale = np.linalg.norm(found.hessian, 2)
     expected = scipy.optimize.minimize(
@@ -158,6 +158,6 @@ def test_lost_motion_that_changes():
 def test_linearised_anew_when_the_speed_changes():
     """After a change of speed the commands are those of a program made at that speed."""
     slow = SEEN._replace(speed=20.0)
-    changed = LAW.start(Task(VEHICLE, straight(300.0), SPEED))
-    made = LAW.start(Task(VEHICLE, straight(300.0), 20.0))
+    changed = LAW.start(Task(LINEAR, straight(300.0), SPEED))
+    made = LAW.start(Task(LINEAR, straight(300.0), 20.0))
     assert changed.command(slow) == pytest.approx(made.command(slow), abs=1e-6)

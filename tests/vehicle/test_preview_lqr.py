@@ -7,7 +7,7 @@ from clearance_mj.vehicle.controllers import Observation, Task
 from clearance_mj.vehicle.controllers.preview_lqr import PreviewRegulator
 from clearance_mj.vehicle.manoeuvres import clothoid_arc, double_lane_change
 
-from .test_controller import MODEL, SPEED, VEHICLE
+from .test_controller import LINEAR, MODEL, SPEED
 
 LAW, PERIODS = PreviewRegulator(course=0.05, effort=300.0), 20
 
@@ -37,7 +37,7 @@ def augmented_gain():
 )
 def test_first_command(path, s):
     seen = Observation(s, 0.03, -0.004, 0.05, 0.02, SPEED)
-    task = Task(VEHICLE, path, SPEED, largest_rate=10.0)
+    task = Task(LINEAR, path, SPEED, largest_rate=10.0)
     curvature = path.curvature(s + SPEED * 0.01 * np.arange(PERIODS + 1))
     expected = -augmented_gain() @ np.array([*seen[1:5], 0, 0, 0, *curvature])
     assert LAW.start(task).command(seen) == pytest.approx(expected, rel=1e-6)

@@ -19,7 +19,9 @@ LANE_CHANGE = nominal_task(double_lane_change(1.75), 20.0)
 
 
 def same(one, other):
-    return all(np.array_equal(getattr(one, n), getattr(other, n)) for n in vars(one) if n != "controller_time")
+    return all(
+        np.array_equal(getattr(one, n), getattr(other, n), equal_nan=True) for n in vars(one) if n != "controller_time"
+    )
 
 
 @pytest.mark.parametrize("controller", [SlidingMode(), ModelPredictive()], ids=repr)
@@ -69,7 +71,8 @@ def test_metrics_of_known_histories():
     e_y = np.array([0.0, 0.03, -0.04, 0.0, 0.0])
     wheel = np.array([0.0, 0.01, 0.03, 0.02, 0.02])
     contact = np.array([0, 1, 0, -1, 1])
-    metrics = Run(t, np.zeros((5, 2)), zero, e_y, -e_y, *[zero] * 5, 2 * wheel, wheel, contact, zero).metrics()
+    depth = np.array([0.2, 1.5, 0.9, 3.0, 1.0])
+    metrics = Run(t, np.zeros((5, 2)), zero, e_y, -e_y, *[zero] * 5, 2 * wheel, wheel, contact, depth, zero).metrics()
     assert metrics["peak_e_y"] == pytest.approx(0.04)
     assert metrics["rms_e_psi"] == pytest.approx(0.05 / np.sqrt(5))
     assert metrics["peak_steer_rate"] == pytest.approx(2.0)
@@ -77,6 +80,7 @@ def test_metrics_of_known_histories():
     assert metrics["contact_reversals"] == 2
     assert metrics["servo_rms_rate"] == pytest.approx(2 * np.sqrt((1 + 4 + 1) / 4))
     assert metrics["servo_reversals"] == 1
+    assert metrics["outside_layer"] == pytest.approx(2 / 5)
 
 
 def test_lost_vehicle():

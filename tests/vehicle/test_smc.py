@@ -8,12 +8,12 @@ from clearance_mj.vehicle.controllers.smc import SlidingMode
 from clearance_mj.vehicle.controllers.super_twisting import SuperTwisting
 from clearance_mj.vehicle.manoeuvres import straight
 
-from .test_controller import MODEL, SPEED, VEHICLE
+from .test_controller import LINEAR, MODEL, SPEED
 
 
 def slide(controller, disturbance=0.0, seconds=3.0, error=0.5):
     """Drive the linear model from a lateral error with an unknown acceleration (m/s²): histories of s and e_y."""
-    task = Task(VEHICLE, straight(300.0), SPEED)
+    task = Task(LINEAR, straight(300.0), SPEED)
     run = controller.start(task)
     A, B, _ = MODEL.discrete
     push = np.zeros(6)

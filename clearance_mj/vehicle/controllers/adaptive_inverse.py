@@ -60,7 +60,8 @@ class _AdaptiveRun(ControllerRun):
         self._adapt(seen)
         ahead = self.half_gap * self._direction.advance(float(self._inner.predictor.predicted(seen)[4]))
         self._last = limited(self._inner.command(seen) + ahead, self._last, self._task)
-        self._servo.follow(self._last)
+        self.excess, self.depth = self._inner.excess, self._inner.depth
+        self._servo.follow(self._last - self.excess)
         return self._last
 
     def _adapt(self, seen: Observation) -> None:

@@ -5,6 +5,7 @@ Tracking errors are those of the centre of gravity from its foot point on the pa
 
 from __future__ import annotations
 
+import math
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -70,6 +71,11 @@ def limited(angle: float, last: float, task: Task) -> float:
 
 class ControllerRun(ABC):
     """A controller during one run of the vehicle."""
+
+    excess: float = 0.0
+    """rad of the last command, which the tyres need beyond the linear model: that goes on under what is left"""
+    depth: float = math.nan
+    """|s|/Φ at the last sample: beyond 1 the switching term has all its size; NaN where nothing slides"""
 
     @abstractmethod
     def command(self, seen: Observation) -> float:

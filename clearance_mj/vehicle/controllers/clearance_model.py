@@ -6,7 +6,8 @@ T = T_a + T_f sign(dδ/dt): without friction the side follows the aligning momen
 motion (friction-driven). While the side is not known, σ = 0, the estimate keeps its last value.
 
 The stiffness of a steering without clearance belongs to the nominal vehicle that all controllers know
-(`Vehicle.with_steering`); what is compensated is the rest, so that without clearance nothing is.
+(`Vehicle.with_steering`) as far as the aligning moment goes; what is compensated is the rest, and the twist T_f/k under
+friction. Without clearance and friction nothing is.
 """
 
 from __future__ import annotations
@@ -20,7 +21,6 @@ import scipy.optimize
 from ...clearance.law import ContactLaw, Law
 from ...errors import ManoeuvreError
 from ...rig import Rig
-from ..commonroad import GRAVITY
 from .base import Controller, Task
 from .compensation import Compensated, Direction, Estimate, LostMotionModel
 from .registry import ClearancePrior
@@ -38,6 +38,7 @@ class ClearanceModel(LostMotionModel):
     friction: float = 0.0  # T_f, N m at the road wheel
     threshold: float = 10.0  # N m below which the side is taken as not known
     slack: float = np.radians(0.1)  # rad that the servo turns back before its direction has changed: twice its noise
+    stiffness: float = math.inf  # k, N m/rad at the road wheel, against friction
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -45,6 +46,8 @@ class ClearanceModel(LostMotionModel):
             raise ManoeuvreError(f"ClearanceModel.compliance must be finite, rad/(N m), got {self.compliance!r}")
         if not 0 <= self.friction < math.inf:
             raise ManoeuvreError(f"ClearanceModel.friction must be finite and >= 0 N m, got {self.friction!r}")
+        if not self.stiffness > 0:
+            raise ManoeuvreError(f"ClearanceModel.stiffness must be > 0 N m/rad, got {self.stiffness!r}")
 
     def start(self, task: Task) -> Estimate:
         """Begin a run, in the middle of the gap."""
@@ -55,22 +58,24 @@ class _ClearanceEstimate:
     def __init__(self, model: ClearanceModel, task: Task):
         p, self._model, self._speed = task.vehicle, model, task.speed
         self._lf, self._trail, self._stiffness = p.lf, p.trail, p.cornering_front
-        self._largest = p.friction * p.mass * GRAVITY * p.lr / (p.lf + p.lr)
+        self._largest = p.tyre.friction * p.front_load
         self._direction, self._lost = Direction(model.slack), 0.0
 
     def __call__(self, angle: float, state: np.ndarray) -> float:
-        _, _, lateral_speed, yaw_rate, _, _ = state.tolist()
+        _, _, lateral_speed, yaw_rate, servo, _ = state.tolist()
         force = self._stiffness * (angle - (lateral_speed + self._lf * yaw_rate) / self._speed)
         force = min(max(force, -self._largest), self._largest)
-        moment = self._trail * force + self._model.friction * self._direction.advance(state[4])
-        if abs(moment) > self._model.threshold:
-            self._lost = -math.copysign(self._model.half_gap, moment) - moment * self._model.compliance
+        model, friction = self._model, self._model.friction * self._direction.advance(servo)
+        moment = self._trail * force + friction
+        if abs(moment) > model.threshold:
+            self._lost = -math.copysign(model.half_gap, moment) - moment * model.compliance - friction / model.stiffness
         return self._lost
 
 
 def with_clearance_model(controller: Controller, task: Task, prior: ClearancePrior) -> Controller:
     """Compensate a controller by the clearance model; for `Registration.adapt`."""
-    return Compensated(controller, ClearanceModel(prior.half_gap, prior.compliance, prior.friction))
+    gap, friction, compliance, stiffness = prior
+    return Compensated(controller, ClearanceModel(gap, compliance, friction, stiffness=stiffness))
 
 
 def secant_stiffness(law: Law, rig: Rig, bushing: int, force: float) -> float:

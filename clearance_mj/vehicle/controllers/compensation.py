@@ -18,7 +18,7 @@ __all__ = ["Compensated", "Estimate", "LostMotionModel"]
 
 Estimate = Callable[[float, np.ndarray], float]
 """Lost motion, rad, once the wheel will have answered the next command; called at every sample with the road-wheel
-angle that is wanted by then, rad, and the state of the design model predicted for then, (6,)"""
+angle that is wanted by then, rad, as the linear model takes it, and the state of that model predicted for then, (6,)"""
 
 
 @dataclass(frozen=True)
@@ -58,8 +58,10 @@ class _CompensatedRun(ControllerRun):
     def command(self, seen: Observation) -> float:
         state = self._predictor.predicted(seen)
         angle = self._inner.command(seen)
-        self._predictor.follow(angle)
-        self._last = limited(angle - self._estimate(angle, state), self._last, self._task)
+        self.excess, self.depth = self._inner.excess, self._inner.depth
+        linear = angle - self.excess
+        self._predictor.follow(linear)
+        self._last = limited(angle - self._estimate(linear, state), self._last, self._task)
         return self._last
 
 

@@ -3,6 +3,14 @@
 It is the linear single-track model in path coordinates with the steering servo in it (Rajamani, Vehicle Dynamics and
 Control, 2012, chapters 2 and 3), with lateral speed and yaw rate as states in place of the rates of the errors: the
 same space, but no derivative of the curvature enters.
+
+The front axle's tyres are not linear: with the slip angle α of the wheels, the force F(α) is less than C_f α. A
+controller that is designed on the linear model asks for an angle δ', and with it for the force C_f (δ' - α_k), α_k the
+direction in which the axle moves. The command is the angle that has this force (input linearisation),
+
+    δ = δ' + F⁻¹(C_f (δ' - α_k)) - (δ' - α_k),
+
+and the linear model goes on under δ'. Doing the same for the rear axle, as a force of known size, gained nothing.
 """
 
 from __future__ import annotations
@@ -59,6 +67,18 @@ class DesignModel:
         p = self.vehicle
         return p.lr - p.mass * p.lf * self.speed**2 / ((p.lf + p.lr) * p.cornering_rear)
 
+    @functools.cached_property
+    def steady_turn(self) -> np.ndarray:
+        """State of a steady turn on the path, over its curvature, (6,)."""
+        A, B, E = self.continuous
+        found = np.linalg.solve(np.column_stack((A[:, 1:], B)), -E)  # with e_y = 0, and the command beside the state
+        return np.concatenate(([0.0], found[:5]))
+
+    @property
+    def steady_angle(self) -> float:
+        """Steering angle over curvature in a steady turn, m."""
+        return float(self.steady_turn[4])
+
     def prediction(self, steps: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """P (6, 6), Q (6,), R (6, steps) of x after ``steps`` periods: P x + Q u + R κ, the command held."""
         A, B, E = self.discrete
@@ -75,7 +95,7 @@ class Predictor:
         self.task = task
         self.model = DesignModel(task.vehicle, task.servo, task.speed, task.period)
         self.last = 0.0
-        """last command, rad"""
+        """last command, rad, as the linear model takes it"""
         A, B, _ = self.model.discrete
         self._servo, self._servo_A, self._servo_B = np.zeros(2), A[4:, 4:].copy(), B[4:].copy()
         self._P, self._Q, self._R = self.model.prediction(task.lead)
@@ -90,8 +110,14 @@ class Predictor:
         curvature = self.task.curvature(seen, self._times)
         return self._P @ self.state(seen) + self._Q * self.last + self._R @ curvature
 
+    def excess(self, angle: float, seen: Observation) -> float:
+        """Return what the front tyres need beyond an angle for the force that the linear model has with it, rad."""
+        p, state = self.task.vehicle, self.predicted(seen)
+        slip = angle - (state[2] + p.lf * state[3]) / seen.speed
+        return p.tyre.excess(p.cornering_front * slip / p.front_load)
+
     def follow(self, command: float) -> None:
-        """Let the model of the servo follow the next command, rad."""
+        """Let the model of the servo follow the next command, rad, as the linear model takes it."""
         self.last = command
         self._servo = self._servo_A @ self._servo + self._servo_B * command
 
@@ -101,14 +127,16 @@ class ModelRun(ControllerRun):
 
     def __init__(self, task: Task):
         self.task, self.predictor = task, Predictor(task)
-        self.model = self.predictor.model
+        self.model, self._last = self.predictor.model, 0.0
 
     @abstractmethod
     def wheel_angle(self, seen: Observation) -> float:
-        """Return the road-wheel angle that is wanted, before limits, rad."""
+        """Return the road-wheel angle that is wanted of the linear model, before limits, rad."""
 
     def command(self, seen: Observation) -> float:
-        """Limit the angle that is wanted."""
-        command = limited(self.wheel_angle(seen), self.predictor.last, self.task)
-        self.predictor.follow(command)
-        return command
+        """Limit the angle that is wanted, with what the tyres need beyond it."""
+        angle = self.wheel_angle(seen)
+        self.excess = self.predictor.excess(angle, seen)
+        self._last = limited(angle + self.excess, self._last, self.task)
+        self.predictor.follow(self._last - self.excess)
+        return self._last

@@ -83,7 +83,8 @@ class ObservedRun(ControllerRun):
         """Return the other controller's command less d̂."""
         disturbance = self._observer.advance(seen.yaw_rate, seen.lateral_speed, self._servo.angle)
         self._last = limited(self._inner.command(seen) - disturbance, self._last, self._task)
-        self._servo.follow(self._last)
+        self.excess, self.depth = self._inner.excess, self._inner.depth
+        self._servo.follow(self._last - self.excess)
         return self._last
 
 

@@ -39,6 +39,7 @@ class _DitheredRun(ControllerRun):
         """Return the other controller's command and the dither's."""
         self._phase += self._turn
         dithered = self._inner.command(seen) + self._amplitude * math.sin(self._phase)
+        self.excess, self.depth = self._inner.excess, self._inner.depth
         self._last = limited(dithered, self._last, self._task)
         return self._last
 

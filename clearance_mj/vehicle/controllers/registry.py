@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import math
 import tomllib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
@@ -25,6 +26,7 @@ class ClearancePrior(NamedTuple):
     half_gap: float  # rad
     friction: float  # N m
     compliance: float  # rad/(N m), beyond that of the nominal vehicle
+    stiffness: float = math.inf  # N m/rad, of the steering against friction
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,8 @@ d²e/dt² = f + b δ, b = C_f/m + L_s C_f l_f/I_z, the boundary-layer controller
 
 (Slotine and Li, Applied Nonlinear Control, 1991, chapter 7.) e at the centre of gravity (L_s = 0) has poorly damped
 zeros; a point a few metres ahead has not. Everything is evaluated for the moment when the wheel will have answered
-the command, so that the servo is in the design.
+the command, so that the servo is in the design. Where the path asks for a faster turn of the wheels than the servo has,
+errors are those from an averaged path (`feasible_path`).
 """
 
 from __future__ import annotations
@@ -15,11 +16,10 @@ from __future__ import annotations
 from abc import abstractmethod
 from dataclasses import dataclass
 
-import numpy as np
-
 from .base import Controller, Observation, Task
 from .clearance_model import PRIOR, with_clearance_model
 from .design import DesignModel, ModelRun
+from .feasible_path import FeasiblePath
 from .registry import Registration, register
 
 __all__ = ["SlidingMode"]
@@ -39,14 +39,13 @@ def saturation(value: float) -> float:
 class SlidingRun(ModelRun):
     """What sliding mode controllers share: the surface."""
 
-    def __init__(self, task: Task, look_ahead: float, convergence: float):
+    def __init__(self, task: Task, look_ahead: float, convergence: float, layer: float):
         super().__init__(task)
         A, _, _ = self.model.continuous
         self._lateral, self._yaw = A[2, 2:4].tolist(), A[3, 2:4].tolist()
-        self._look_ahead, self._convergence = look_ahead, convergence
+        self._look_ahead, self._convergence, self._layer = look_ahead, convergence, layer
         self._gain = input_gain(self.model, look_ahead)
-        centre = min(task.lead, task.preview / task.period - 1)  # the differences need one period more
-        self._around = (centre + np.array([-1.0, 0.0, 1.0])) * task.period
+        self._path = FeasiblePath(task, self.model)
         self.sliding = 0.0
         """s at the last sample, m/s"""
 
@@ -54,9 +53,8 @@ class SlidingRun(ModelRun):
         """Return s, m/s, and ds/dt without steering, f + λ de/dt, m/s², for when the wheel will have answered."""
         e_y, e_psi, lateral_speed, yaw_rate, _, _ = self.predictor.predicted(seen).tolist()
         speed, look_ahead, sideslip = seen.speed, self._look_ahead, self.model.steady_sideslip
-        before, curvature, after = self.task.curvature(seen, self._around).tolist()
-        turning = (after - before) / (2 * self.task.period)  # dκ/dt
-        bending = (after - 2 * curvature + before) / self.task.period**2
+        offset, heading, curvature, turning, bending = self._path.ahead(seen)
+        e_y, e_psi = e_y - offset, e_psi - heading
         error = e_y + look_ahead * (e_psi + sideslip * curvature)
         rate = lateral_speed + speed * e_psi + look_ahead * (yaw_rate - speed * curvature + sideslip * turning)
         lateral = self._lateral[0] * lateral_speed + self._lateral[1] * yaw_rate
@@ -68,6 +66,7 @@ class SlidingRun(ModelRun):
     def wheel_angle(self, seen: Observation) -> float:
         """Cancel the drift and approach the surface."""
         self.sliding, drift = self.surface(seen)
+        self.depth = abs(self.sliding) / self._layer
         return (-drift - self.reaching(self.sliding)) / self._gain
 
     @abstractmethod
@@ -92,7 +91,7 @@ class SlidingMode(Controller):
 
 class _BoundaryLayer(SlidingRun):
     def __init__(self, task: Task, settings: SlidingMode):
-        super().__init__(task, settings.look_ahead, settings.convergence)
+        super().__init__(task, settings.look_ahead, settings.convergence, settings.layer)
         self._settings = settings
 
     def reaching(self, value: float) -> float:

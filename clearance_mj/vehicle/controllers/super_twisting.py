@@ -32,7 +32,7 @@ class SuperTwisting(Controller):
 
 class _Twisting(SlidingRun):
     def __init__(self, task: Task, settings: SuperTwisting):
-        super().__init__(task, settings.look_ahead, settings.convergence)
+        super().__init__(task, settings.look_ahead, settings.convergence, settings.layer)
         self._settings, self._integral = settings, 0.0
 
     def reaching(self, value: float) -> float:

@@ -1,0 +1,89 @@
+"""The path as the servo can follow it: averaged over a stretch where it asks for a faster turn of the wheels.
+
+Along a path of curvature κ(t) the wheels turn at about g dκ/dt, g the angle over the curvature of a steady turn. Where
+that is more than the servo's rate limit, a sliding mode that insists on the path saturates, and its feedback with it.
+A path that is averaged over a time W, as 1/W ∫ y dt from t - W/2 to t + W/2, lies κ (W v)²/24 inside the curve and asks
+for g |κ(t + W/2) - κ(t - W/2)|/W. W grows from two periods, which changes nothing, to all of the preview as the largest
+rate nearby grows from a quarter to 60 % of the limit: some of the limit is the feedback's.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numba
+import numpy as np
+
+from .base import Observation, Task
+from .design import DesignModel
+
+__all__ = ["FeasiblePath", "PathAhead"]
+
+EASY, HARD = 0.25, 0.6
+"""Shares of the rate limit between which the path is averaged more and more"""
+
+
+class PathAhead(NamedTuple):
+    """The averaged path at a point ahead, relative to the path there."""
+
+    offset: float  # m, left positive
+    heading: float  # rad
+    curvature: float  # 1/m
+    turning: float  # 1/(m s), dκ/dt
+    bending: float  # 1/(m s²), d²κ/dt²
+
+
+class FeasiblePath:
+    """What a task's path ahead is averaged to, for the moment when the wheel will have answered the next command."""
+
+    def __init__(self, task: Task, model: DesignModel):
+        self._task = task
+        previewed = task.preview / task.period
+        centre = min(task.lead, previewed - 1)  # the differences need one period more
+        self._half = max(int(previewed - centre + 1e-9), 1)
+        self._times = (centre + np.arange(-self._half, self._half + 1.0)) * task.period
+        self._gain = model.steady_angle / task.largest_rate
+
+    def ahead(self, seen: Observation) -> PathAhead:
+        """Return the averaged path."""
+        curvature = self._task.curvature(seen, self._times)
+        return PathAhead(*_averaged(curvature, self._half, self._task.period, seen.speed, self._gain))
+
+
+@numba.njit(cache=True, nogil=True)
+def _averaged(
+    curvature: np.ndarray, half: int, period: float, speed: float, gain: float
+) -> tuple[float, float, float, float, float]:
+    """Averages over 2 w periods about the middle of curvatures sampled at ± half periods, gain in s/rad m."""
+    n = curvature.size
+    slope = np.empty(n)
+    slope[0], slope[n - 1] = curvature[1] - curvature[0], curvature[n - 1] - curvature[n - 2]
+    slope[1 : n - 1] = (curvature[2:] - curvature[: n - 2]) / 2
+    slope /= period
+    need = 0.0  # what is near counts most
+    for i in range(n):
+        need = max(need, gain * abs(slope[i]) * (1 - abs(i - half) / half))
+    share = min(max((need - EASY) / (HARD - EASY), 0.0), 1.0)
+    w = 1 + (half - 1) * share
+    heading, offset, area = np.zeros(n), np.zeros(n), np.zeros(n)
+    for i in range(1, n):
+        heading[i] = heading[i - 1] + speed * period * (curvature[i] + curvature[i - 1]) / 2
+    heading -= heading[half]
+    for i in range(1, n):
+        offset[i] = offset[i - 1] + speed * period * (heading[i] + heading[i - 1]) / 2
+    offset -= offset[half]
+    for i in range(1, n):
+        area[i] = area[i - 1] + period * (offset[i] + offset[i - 1]) / 2
+    window = 2 * w * period
+    at = np.array([half - w, half + w])
+    index = np.arange(n)
+    areas, offsets = np.interp(at, index, area), np.interp(at, index, offset)
+    headings, curvatures = np.interp(at, index, heading), np.interp(at, index, curvature)
+    slopes = np.interp(at, index, slope)
+    return (
+        (areas[1] - areas[0]) / window,
+        (offsets[1] - offsets[0]) / (window * speed),
+        (headings[1] - headings[0]) / (window * speed),
+        (curvatures[1] - curvatures[0]) / window,
+        (slopes[1] - slopes[0]) / window,
+    )

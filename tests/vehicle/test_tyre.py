@@ -1,0 +1,57 @@
+"""The nominal tyre against the plant, and the angle that the tyres need beyond the linear model's."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+import scipy.optimize
+from vehiclemodels.utils.tire_model import formula_lateral
+
+from clearance_mj.vehicle.commonroad import parameters
+from clearance_mj.vehicle.controllers import Observation, Task
+from clearance_mj.vehicle.controllers.design import Predictor
+from clearance_mj.vehicle.manoeuvres import straight
+from clearance_mj.vehicle.nominal import Vehicle
+
+CAR = Vehicle.bmw320i()
+
+
+def test_force_is_that_of_the_plants_tyre():
+    """commonroad-vehicle-models' lateral force at pure slip, without camber; its curvature factor makes 0.3 %."""
+    for slip in np.radians([0.5, 2.0, 5.0, 9.0]):
+        force, _ = formula_lateral(slip, 0.0, 3000.0, parameters().tire)
+        assert CAR.tyre.force(slip) == pytest.approx(-force / 3000.0, rel=3e-3)
+
+
+def test_slip_has_the_force():
+    for force in (-0.9, -0.3, 0.0, 0.5, 0.98):
+        assert CAR.tyre.force(CAR.tyre.slip(force)) == pytest.approx(force, abs=1e-12)
+
+
+def test_slip_ends_short_of_the_largest_force():
+    assert CAR.tyre.slip(5.0) == CAR.tyre.slip(0.95 * CAR.tyre.friction)
+    assert CAR.tyre.excess(5.0) == CAR.tyre.excess(0.95 * CAR.tyre.friction)
+
+
+@pytest.mark.parametrize("stiffness", [np.inf, 4e4], ids=["rigid steering", "compliant steering"])
+def test_excess_makes_the_force_the_linear_models(stiffness):
+    """Statics of the front axle, F = F_z μ sin(C atan(B (δ - F t/k - α_k))), solved for F: that is C_f (δ' - α_k)."""
+    car, speed, angle = CAR.with_steering(stiffness), 30.0, 0.03
+    seen = Observation(10.0, 0.0, 0.0, -0.3, -0.1, speed)
+    predictor = Predictor(Task(car, straight(200.0), speed))
+    direction = (predictor.predicted(seen)[2] + car.lf * predictor.predicted(seen)[3]) / speed
+    steered = angle + predictor.excess(angle, seen)
+
+    def unbalanced(force):
+        slip = steered - direction - force * car.trail / stiffness
+        return force - car.front_load * car.tyre.force(slip)
+
+    force = scipy.optimize.brentq(unbalanced, -2e4, 2e4, xtol=1e-9)
+    assert force == pytest.approx(car.cornering_front * (angle - direction), rel=1e-9)
+    assert steered > 1.05 * angle
+
+
+def test_linear_tyres_need_nothing():
+    car = dataclasses.replace(CAR, tyre=CAR.tyre._replace(friction=1e6))
+    predictor = Predictor(Task(car, straight(200.0), 30.0))
+    assert predictor.excess(0.1, Observation(10.0, 0.1, 0.02, 0.3, 0.2, 30.0)) == pytest.approx(0.0, abs=1e-12)
