@@ -150,7 +150,8 @@ MALFORMED = [
     '{"type": "set", "id": 1, "values": {"level": [1]}}', '{"type": "set", "id": 1, "values": {}, "more": 1}',
     '{"type": "set", "id": 1.5, "values": {}}', '{"type": "set", "id": 1, "values": {"level": true}}',
     '{"type": "sweep", "values": {}, "name": "level", "low": 1, "high": 2, "count": "3"}',
-    '{"type": "set", "id": 1, "values": {"level": 1e999}}',
+    '{"type": "set", "id": 1, "values": {"level": 1e999}}', '{"type": "export", "record": 1}',
+    '{"type": "steps", "values": {}, "low": 1, "high": 2, "count": 3}',
 ]  # fmt: skip
 
 
@@ -165,6 +166,8 @@ def test_what_cannot_be_shown_is_said_and_the_page_goes_on(page):
     assert first["type"] == "problem" and "diverged" in first["text"] and first["id"] == 1
     assert talk(page, SET | {"record": "ramp"})[-1]["text"] == "the opened dataset has no record 'ramp'"
     assert talk(page, {"type": "export"})[-1]["text"] == "nothing is shown yet"
+    steps = {"type": "steps", "values": {}, "low": 2, "high": 1, "count": 3, "hold": 1}
+    assert "rising frequencies" in talk(page, steps)[-1]["text"]
     huge = SET | {"values": {"level": 10**400}}
     assert talk(page, json.dumps(huge), SET | {"id": 5}, until=1)[-1]["type"] in ("figures", "problem")
     assert talk(page, SET | {"id": 2})[-1]["type"] == "figures"
