@@ -105,11 +105,10 @@ def decibel(value: np.ndarray) -> np.ndarray:
     return found
 
 
-def phase(value: np.ndarray) -> np.ndarray:
-    """Return the phase in degrees, -180 to 180, with a gap where it wraps."""
+def phase(value: np.ndarray) -> np.ma.MaskedArray:
+    """Return the phase in degrees, -180 to 180, masked where it wraps: lines have a gap there, charts the value."""
     degrees = np.degrees(np.angle(value))
-    degrees[1:][np.abs(np.diff(degrees)) > 180] = np.nan
-    return degrees
+    return np.ma.masked_array(degrees, np.abs(np.diff(degrees, prepend=degrees[:1])) > 180)
 
 
 def envelope(time: np.ndarray, value: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

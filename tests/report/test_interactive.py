@@ -11,6 +11,7 @@ import pytest
 from matplotlib.figure import Figure
 from matplotlib.transforms import Affine2D
 
+from clearance_mj.drawing import phase
 from clearance_mj.report import html
 from clearance_mj.report.interactive import chart, decimated, embedded, thinned
 from clearance_mj.report.style import Drawing, decibel
@@ -66,6 +67,16 @@ def test_a_chart_is_the_figure():
             assert found["series"][line["series"]]["label"] == "test"
             assert found["series"][line["series"]]["colour"] == "#ff7f0e"
     assert len(found["arrays"]) == 5, "the same numbers are stored once"
+
+
+def test_a_phase_has_its_value_where_it_wraps():
+    angle = np.array([170.0, 179.0, -179.0, -170.0, 175.0])
+    shown = phase(np.exp(1j * np.radians(angle)))
+    np.testing.assert_array_equal(shown.mask, [False, False, True, False, True])  # a gap in the picture
+    drawn = Figure()
+    drawn.subplots().plot(X[:5], shown, label="phase")
+    (line,) = chart(drawn)["cells"][0]["panels"][0]["lines"]
+    np.testing.assert_allclose(arrays(chart(drawn))[line["y"]], angle, rtol=1e-6)
 
 
 def test_a_shifted_line_is_read_as_its_data_are():
@@ -221,6 +232,22 @@ def test_the_cursor_reads_what_the_data_have(study, folder, opened):
             assert magnitude == pytest.approx(decibel(value), rel=1e-4), (name, words)
             assert angle == pytest.approx(np.degrees(np.angle(value)), rel=1e-4), (name, words)
         assert rows["test"][2] == "0.9", "coherence"
+
+
+@pytest.mark.slow
+def test_the_cursor_reads_a_phase_where_it_wraps(study, folder, opened):
+    page = opened(folder / "report.html")
+    panel(page)
+    test = study.tests["level_4_a"]
+    angle = np.degrees(np.angle(test.functions[1]))
+    wraps = np.flatnonzero(np.abs(np.diff(angle)) > 180) + 1
+    assert wraps.size
+    for at in wraps[:3].tolist():
+        page.evaluate("([figure, at]) => { const {chart} = document.querySelector(figure);"
+                      " chart.point(chart.panels[0], at); }", [FIGURE, at])  # fmt: skip
+        words, rows = told(page)
+        assert frequency(words) == test.frequency[at]
+        assert float(rows["test"][1]) == pytest.approx(angle[at], rel=1e-4)
 
 
 @pytest.mark.slow

@@ -173,7 +173,7 @@ class Chart {
           const {label, colour, width, dash, joined, points} = this.series[drawn.series];
           const stroke = readable(colour);
           return {label, stroke, width: joined ? Math.max(1, 1.2 * width) : 0, dash: dash.map(v => 1.4 * v),
-            show: !this.hidden.has(label), paths: joined ? undefined : () => null,
+            show: !this.hidden.has(label), paths: joined ? (angle ? wrapped : undefined) : () => null,
             gaps: (_plot, _number, _from, _to, gaps) => gaps.map(([left, right]) => [left - 2, right + 2]),
             points: joined && !points ? {show: panel.data[0].length === 1} : {show: true, size: 4, width: 0,
               fill: stroke}};
@@ -399,6 +399,20 @@ class Chart {
     this.grid.style.setProperty("--columns", new Set(this.cells.filter(c => !c.hidden).map(c => c.column)).size || 1);
     this.fit();
   }
+}
+
+// A line with gaps where an angle wraps and where values are missing.
+function wrapped(plot, number, first, last) {
+  const stroke = new Path2D();
+  uPlot.orient(plot, number, (_series, x, y, scaleX, scaleY, toX, toY, left, top, width, height, moveTo, lineTo) => {
+    let before = null;
+    for (let i = first; i <= last; i++) if (y[i] !== undefined) {
+      const joined = before != null && y[i] != null && Math.abs(y[i] - before) <= 180;
+      if (y[i] != null) (joined ? lineTo : moveTo)(stroke, toX(x[i], scaleX, width, left), toY(y[i], scaleY, height, top));
+      before = y[i];
+    }
+  });
+  return {stroke, fill: null, clip: null, band: null, gaps: null, flags: 1};
 }
 
 const snapped = (plot, left) => plot.valToPos(plot.data[0][plot.posToIdx(left)], "x");
