@@ -383,6 +383,8 @@ def test_charts_fit_and_their_curves_stand_out(folder, opened, width, scheme):
     panel(page)
     assert page.evaluate("document.documentElement.scrollWidth") == width
     assert page.locator(f"{FIGURE} .uplot").first.bounding_box()["width"] <= width
+    plot, read = (page.locator(f"{FIGURE} {name}").first.bounding_box() for name in (".uplot", ".chart-read"))
+    assert read["y"] >= plot["y"] + plot["height"] or read["y"] + read["height"] <= plot["y"] + 1  # does not cover it
     assert page.evaluate(FAINT_TEXTS) == []
     strokes = page.evaluate(
         "figure => document.querySelector(figure).chart.panels[0].plot.series.slice(1).map(s => s.stroke())", FIGURE

@@ -318,7 +318,7 @@ function begin(type, more) {
   if (!more) return;
   state.busy = type;
   running(true);
-  $(`${type}-words`).textContent = "Working; the first time after an installation some seconds are for compiling.";
+  $(`${type}-words`).textContent = "Working; the first time after an installation it compiles, for up to a minute.";
   send({ type, values: state.values, ...more });
 }
 function finished(words) {
