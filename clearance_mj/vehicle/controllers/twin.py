@@ -1,0 +1,96 @@
+"""The clearance model with what the steering's twin estimates on the way, in place of what it was told.
+
+Half-gap, contact stiffness and friction of the compensation follow the twin's estimates (`vehicle.twin`) from one of
+its windows to the next; it begins with what it was told. Everything else is that of `clearance_model`.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from dataclasses import dataclass
+
+from ...errors import ManoeuvreError
+from ..steering import Steering
+from ..twin import SteeringTwin, twin_of
+from .base import Controller, ControllerRun, Observation, Task
+from .clearance_model import ClearanceModel, _ClearanceEstimate, with_clearance_model
+from .compensation import Compensated, _CompensatedRun
+from .mpc import ModelPredictive
+from .registry import ClearancePrior, Registration, register
+from .smc import SlidingMode
+
+__all__ = ["CompensatedWithTwin", "with_twin"]
+
+SMALLEST = math.radians(0.02)
+"""rad: the half-gap that the twin begins with where it was told of none"""
+
+
+@dataclass(frozen=True)
+class CompensatedWithTwin(Controller):
+    """A controller compensated by the clearance model, which a twin keeps up to date."""
+
+    compensated: Compensated  # with a `ClearanceModel`
+    twin: SteeringTwin  # begins with the same
+
+    def start(self, task: Task) -> ControllerRun:
+        """Begin a run."""
+        return TwinRun(task, self)
+
+
+class TwinRun(_CompensatedRun):
+    """A run whose ``twin`` follows the clearance."""
+
+    def __init__(self, task: Task, settings: CompensatedWithTwin):
+        super().__init__(task, settings.compensated)
+        model = settings.compensated.lost_motion
+        if not isinstance(model, ClearanceModel):
+            raise ManoeuvreError(f"the twin keeps a ClearanceModel up to date, not a {type(model).__name__}")
+        self.twin = settings.twin.start()
+        self._clearance = self._estimate = _ClearanceEstimate(model, task)
+        told = settings.twin.lost_motion.stiffness
+        self._rest = model.compliance - 1 / told
+
+    def command(self, seen: Observation) -> float:
+        """Return the other controller's command, less the lost motion that the twin expects."""
+        if seen.signals is None:
+            raise ManoeuvreError("a controller with a twin needs the car's signals: Observation.signals is None")
+        if self.twin.advance(seen.signals):
+            now = self.twin.lost_motion
+            self._clearance._model = dataclasses.replace(
+                self._clearance._model,
+                half_gap=now.half_gap,
+                compliance=self._rest + 1 / now.stiffness,
+                friction=now.friction,
+            )
+        return super().command(seen)
+
+
+def with_twin(controller: Controller, task: Task, prior: ClearancePrior) -> Controller:
+    """Compensate a controller by the clearance model with a twin; for `Registration.adapt`."""
+    compensated = with_clearance_model(controller, task, prior)
+    assert isinstance(compensated, Compensated)
+    nominal = Steering().lost_motion
+    told = nominal._replace(
+        half_gap=max(prior.half_gap, SMALLEST),
+        stiffness=1 / (1 / nominal.stiffness + prior.compliance),
+        friction=prior.friction,
+    )
+    return CompensatedWithTwin(
+        compensated, twin_of(task.vehicle, told, nominal.stiffness + nominal.shaft_stiffness, task.period)
+    )
+
+
+PRIOR = "half-gap, stiffness and friction, to begin with; then estimates them from the car's signals"
+register(
+    Registration(
+        "smc-twin", "SMC-CM, twin", SlidingMode, tuned_as="smc", adapt=with_twin, prior=PRIOR, colour="#44aadd",
+        line=(0, (5, 1)),
+    )
+)  # fmt: skip
+register(
+    Registration(
+        "mpc-twin", "MPC-CM, twin", ModelPredictive, tuned_as="mpc", adapt=with_twin, prior=PRIOR, colour="#117733",
+        line=(0, (5, 1)),
+    )
+)  # fmt: skip

@@ -1,0 +1,205 @@
+"""The steering's twin: half-gap, contact stiffness and friction, estimated from the car's own signals while it drives.
+
+Every half second a window of steering angle, yaw rate, lateral acceleration and speed refines a belief about the
+clearance and about what else the vehicle's answer depends on: cornering stiffnesses, friction of the tyres, mass,
+inertia, offsets of the sensors, the steering angle's zero and lag, and slow accelerations that nothing explains
+(crown, wind). Their uncertainty is part of that of the half-gap.
+
+What tells the half-gap is the step of twice its size in the wheel's angle when the side changes. How far a steady
+moment turns the wheels tells only stiffness of contact and tyres together, so that priors hold them apart; and where
+friction decides on the side, only the half-gap together with T_f/k shows.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..errors import ManoeuvreError
+from ..identify.recursive import Belief, Refinement, refine
+from ..parameters import Estimates, Parameter
+from ._twin_model import N_PARAMETERS, N_STATES, SOFT, Known, simulate
+from .lost_motion import LostMotion
+from .nominal import Vehicle
+from .signals import Signals
+
+__all__ = ["SteeringTwin", "SteeringTwinRun", "twin_of"]
+
+LARGEST_GAP, SMALLEST_GAP = math.radians(5), math.radians(0.005)
+SETTLING = 0.15
+"""s, in which the yaw rate forgets a wrong wheel angle"""
+FRONT_GAIN = 110.0
+"""m/s² of lateral acceleration per radian of the front wheels"""
+STICKING = 2e-4
+"""rad RMS, by which a wheel creeps that friction holds"""
+CREEP = 1.5
+"""of the road's RMS moment: the largest of the nine independent values it takes while the yaw rate settles is expected
+there, and a wheel that friction holds gives way to it"""
+STATE_NOISE = (0.02, math.radians(0.1), math.radians(0.03))
+"""m/s, rad/s and rad: what the model misses of its states in a window"""
+
+
+@dataclass(frozen=True)
+class SteeringTwin:
+    """What the twin begins with: nominal vehicle, clearance as told, and how far all of it may be wrong."""
+
+    vehicle: Vehicle
+    """nominal, with a rigid steering"""
+    lost_motion: LostMotion
+    """the clearance as told; shaft stiffness and damping are taken as known"""
+    gap_std: float = 0.5
+    """standard deviation of the logarithm of the half-gap"""
+    stiffness_std: float = 0.1
+    """of the logarithm of the contact stiffness"""
+    friction_std: float = 0.1
+    """of the friction, as a share of it"""
+    wear: float = 0.003
+    """standard deviation of the logarithm of the half-gap after a window's random walk"""
+    yaw_rate_noise: float = math.radians(0.1)
+    """rad/s"""
+    acceleration_noise: float = 0.05
+    """m/s²"""
+    age_std: float = 0.006
+    """s, of the age of a signal about its mean"""
+    road_moment: float = 5.0
+    """N m RMS that the road does on the wheels, in `road_bandwidth`"""
+    road_bandwidth: float = 29.5
+    """Hz"""
+    unrest: float = 15.0
+    """1/s: standard deviation of the yaw rate that a wheel rattling by one radian causes"""
+    window: float = 0.5
+    """s"""
+    period: float = 0.01
+    """s, between two samples"""
+
+    def __post_init__(self) -> None:
+        if not 0 < self.lost_motion.half_gap <= LARGEST_GAP:
+            raise ManoeuvreError(
+                f"the twin's half-gap must be in 0..{LARGEST_GAP:.3g} rad to begin with, got "
+                f"{self.lost_motion.half_gap!r}"
+            )
+        for name in ("gap_std", "stiffness_std", "window", "period", "yaw_rate_noise", "acceleration_noise"):
+            if not 0 < getattr(self, name) < math.inf:
+                raise ManoeuvreError(f"SteeringTwin.{name} must be finite and > 0, got {getattr(self, name)!r}")
+
+    @property
+    def parameters(self) -> tuple[Parameter, ...]:
+        """What is estimated, the clearance first, with priors."""
+        p = self.lost_motion
+
+        def offset(name: str, unit: str, std: float, start: float = 0.0) -> Parameter:
+            return Parameter(name, unit, start, -10 * std, 10 * std, std, "linear")
+
+        def factor(name: str, std: float, start: float = 1.0) -> Parameter:
+            return Parameter(name, "1", start, start / 3, start * 3, std)
+
+        return (
+            Parameter("half_gap", "rad", p.half_gap, SMALLEST_GAP, LARGEST_GAP, self.gap_std),
+            Parameter("stiffness", "N m/rad", p.stiffness, p.stiffness / 10, p.stiffness * 10, self.stiffness_std),
+            Parameter("friction", "N m", p.friction, 0.0, max(5 * p.friction, 1.0),
+                      max(self.friction_std * p.friction, 1e-3), "linear"),
+            factor("cornering_front", 0.09),
+            factor("cornering_rear", 0.09),
+            factor("tyre_friction", 0.08, 0.9 * self.vehicle.friction),
+            factor("mass", 0.06),
+            factor("inertia", 0.03),
+            offset("yaw_rate_offset", "rad/s", math.radians(0.2)),
+            offset("acceleration_offset", "m/s²", 0.1),
+            offset("steering_offset", "rad", math.radians(0.02)),
+            offset("lag", "s", 0.003, 0.002),
+            offset("side_acceleration", "m/s²", 0.1),
+            offset("yaw_acceleration", "rad/s²", 0.02),
+        )  # fmt: skip
+
+    def start(self) -> SteeringTwinRun:
+        """Begin a drive, straight ahead."""
+        return SteeringTwinRun(self)
+
+
+class SteeringTwinRun:
+    """A twin during a drive."""
+
+    def __init__(self, settings: SteeringTwin):
+        p, play, self._settings = settings.vehicle, settings.lost_motion, settings
+        self._parameters = settings.parameters
+        heat = settings.road_moment**2 / (4 * settings.road_bandwidth * play.damping) if play.damping else 0.0
+        self._known = Known(
+            p.mass, p.yaw_inertia, p.lf, p.lr, p.cornering_front, p.cornering_rear, p.trail, play.shaft_stiffness,
+            play.damping, heat, CREEP * settings.road_moment, settings.period,
+        )  # fmt: skip
+        states = Belief.independent(np.zeros(N_STATES), (0.03, math.radians(0.3), play.half_gap / 2))
+        self.belief = Belief.of(self._parameters).joined(states)
+        """about parameters and, at the end of the last window, states"""
+        drift = {"half_gap": settings.wear, "friction": 0.01 * play.friction, "yaw_rate_offset": 1e-4}
+        drift |= {"acceleration_offset": 2e-3, "steering_offset": 2e-5, "lag": 2e-4}
+        drift |= {"side_acceleration": 0.03, "yaw_acceleration": 0.01, "stiffness": 0.005, "tyre_friction": 0.005}
+        self._drift = np.array([drift.get(q.name, 0.002) for q in self._parameters] + list(STATE_NOISE))
+        self._samples: list[tuple[float, float, float, float]] = []
+        self._size, self._unrest = round(settings.window / settings.period), 0.0
+        self.last: Refinement | None = None
+        """of the last window"""
+
+    @property
+    def estimates(self) -> Estimates:
+        """Values and covariance of the parameters, the clearance's first."""
+        return self.belief.estimates(self._parameters)
+
+    @property
+    def lost_motion(self) -> LostMotion:
+        """The clearance as it is estimated now."""
+        gap, stiffness, friction = self.estimates.value[:3].tolist()
+        return self._settings.lost_motion._replace(half_gap=gap, stiffness=stiffness, friction=friction)
+
+    def advance(self, seen: Signals) -> bool:
+        """Take the signals of a sample, one period after the last; return whether a window was full and told."""
+        self._samples.append((seen.steering_angle, seen.speed, seen.yaw_rate, seen.lateral_acceleration))
+        if len(self._samples) < self._size + 2:
+            return False
+        self._refine(np.array(self._samples).T)
+        self._samples = self._samples[-2:]
+        return True
+
+    def _refine(self, samples: np.ndarray) -> None:
+        """One window: a sample of the steering before it, one at its beginning whose motion counted already."""
+        servo, speed = np.ascontiguousarray(samples[:2])
+        before, known = self.belief, self._known
+        expected = simulate(before.mean[None], servo, speed, known)[0]
+        noise = self._noise(expected)
+        measured = samples[2:, 2:]
+
+        def residuals(points: np.ndarray) -> np.ndarray:
+            left = simulate(points, servo, speed, known)[:, :2, 1:] - measured
+            return np.asarray((left / noise).reshape(len(points), -1))
+
+        def states(points: np.ndarray) -> np.ndarray:
+            end = simulate(points, servo, speed, known)[:, 2:5, -1]
+            return np.column_stack((points[:, :N_PARAMETERS], end))
+
+        self.last = refine(before, residuals)
+        self.belief = self.last.belief.through(states).drifted(self._drift)
+
+    def _noise(self, expected: np.ndarray) -> np.ndarray:
+        """Standard deviations (2, n - 1) of what is measured: noise, age, and the wheel's rattling in its play."""
+        p, mean = self._settings, self.belief.mean
+        gap, friction = math.exp(mean[0]), mean[2]
+        loose = 1 / (1 + (friction / SOFT) ** 2)
+        rattle = loose / (3 / gap**2 + (expected[5] / max(self._known.heat, 1e-9)) ** 2) + (1 - loose) * STICKING**2
+        keep = math.exp(-p.period / SETTLING)
+        felt = np.empty_like(rattle)
+        for i, value in enumerate(rattle.tolist()):
+            self._unrest = keep * self._unrest + (1 - keep) * value
+            felt[i] = self._unrest
+        late = p.age_std * np.gradient(expected[:2], p.period, axis=1)
+        variance = np.array([[p.yaw_rate_noise], [p.acceleration_noise]]) ** 2 + late**2
+        variance += np.array([p.unrest**2 * felt, FRONT_GAIN**2 * rattle])
+        return np.asarray(np.sqrt(variance)[:, 1:])
+
+
+def twin_of(vehicle: Vehicle, lost_motion: LostMotion, stiffness: float, period: float = 0.01) -> SteeringTwin:
+    """Make a twin of a vehicle whose front axle holds a steering of a stiffness, N m/rad, as `with_steering` has it."""
+    soft = vehicle.cornering_front
+    rigid = dataclasses.replace(vehicle, cornering_front=soft / (1 - soft * vehicle.trail / stiffness))
+    return SteeringTwin(rigid, lost_motion, period=period)
