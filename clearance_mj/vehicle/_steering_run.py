@@ -83,13 +83,15 @@ class Shaft(Protocol):
 
 
 class QuasiStaticShaft:
-    """The reduced clearance, from the middle of the gap."""
+    """The reduced clearance, from the middle of the gap, which wear widens by rad/s."""
 
-    def __init__(self, model: LostMotion):
-        self._model, self._lost = model, np.zeros(1)
+    def __init__(self, model: LostMotion, wear: float = 0.0):
+        self._model, self._wear, self._lost = model, wear, np.zeros(1)
 
     def advance(self, turn: np.ndarray, moment: np.ndarray) -> Lost:
         """Steps of the reduced clearance."""
+        if self._wear:
+            self._model = self._model._replace(half_gap=self._model.half_gap + self._wear * turn.size * STEP)
         return _lost_motion(self._lost, turn, moment, self._model)
 
 

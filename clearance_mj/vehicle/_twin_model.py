@@ -1,8 +1,7 @@
 """The model within the steering's twin: a single track with tyres that saturate, steered through the lost motion.
 
-Lateral force of an axle over its slip angle α by the Magic Formula without curvature factor, D sin(C atan(K α / (C D)))
-with the shape factor C of passenger car tyres (Pacejka, Tire and Vehicle Dynamics, 2012, section 4.3). The front wheels
-stand at servo angle, offset and lost motion together; the aligning moment is the front force times the trail.
+The lateral force of an axle over its slip angle is that of `tyre.Tyre`. The front wheels stand at servo angle, offset
+and lost motion together; the aligning moment is the front force times the trail.
 """
 
 from __future__ import annotations
@@ -18,8 +17,6 @@ from .lost_motion import LostMotion, lost_motion_step
 
 __all__ = ["N_PARAMETERS", "N_STATES", "Known", "simulate"]
 
-SHAPE = 1.35
-"""C, of the Magic Formula's lateral force"""
 SOFT = 5.0
 """N m: the aligning moment below which the side of the contact is not to be relied on"""
 N_PARAMETERS, N_STATES = 14, 3
@@ -36,6 +33,7 @@ class Known(NamedTuple):
     lr: float  # m
     cornering_front: float  # N/rad, of the axle with a rigid steering
     cornering_rear: float  # N/rad
+    shape: float  # C of the tyres
     trail: float  # m
     shaft_stiffness: float  # N m/rad
     damping: float  # N m s/rad
@@ -45,8 +43,8 @@ class Known(NamedTuple):
 
 
 @numba.njit(cache=True, nogil=True)
-def _axle(slip: float, stiffness: float, largest: float) -> float:
-    return largest * math.sin(SHAPE * math.atan(stiffness / (SHAPE * largest) * slip))
+def _axle(slip: float, stiffness: float, largest: float, shape: float) -> float:
+    return largest * math.sin(shape * math.atan(stiffness / (shape * largest) * slip))
 
 
 @numba.njit(cache=True, nogil=True)
@@ -62,7 +60,7 @@ def simulate(points: np.ndarray, servo: np.ndarray, speed: np.ndarray, known: Kn
     n = servo.size - 1
     out = np.empty((points.shape[0], 6, n))
     h, dt = known.period / STEPS, known.period
-    lf, lr, trail = known.lf, known.lr, known.trail
+    lf, lr, trail, shape = known.lf, known.lr, known.trail, known.shape
     for q in range(points.shape[0]):
         x = points[q]
         mass = known.mass * math.exp(x[6])
@@ -82,8 +80,8 @@ def simulate(points: np.ndarray, servo: np.ndarray, speed: np.ndarray, known: Kn
             if i < n - 1:
                 after = servo[i + 2] + lag * (servo[i + 1] - servo[i + 2])
             delta = now + d + x[10]
-            force = _axle(delta - math.atan2(vy + lf * r, v), front, most_front)
-            back = _axle(-math.atan2(vy - lr * r, v), rear, most_rear)
+            force = _axle(delta - math.atan2(vy + lf * r, v), front, most_front, shape)
+            back = _axle(-math.atan2(vy - lr * r, v), rear, most_rear, shape)
             out[q, 0, i] = r + x[8]
             out[q, 1, i] = (force * math.cos(delta) + back) / mass + x[9]
             out[q, 2, i], out[q, 3, i], out[q, 4, i], out[q, 5, i] = vy, r, d, trail * force
@@ -95,13 +93,13 @@ def simulate(points: np.ndarray, servo: np.ndarray, speed: np.ndarray, known: Kn
                 d, _ = lost_motion_step(d, angle - before, moment, h, play)
                 before = angle
                 delta = angle + d + x[10]
-                force = _axle(delta - math.atan2(vy + lf * r, v), front, most_front)
-                back = _axle(-math.atan2(vy - lr * r, v), rear, most_rear)
+                force = _axle(delta - math.atan2(vy + lf * r, v), front, most_front, shape)
+                back = _axle(-math.atan2(vy - lr * r, v), rear, most_rear, shape)
                 c = math.cos(delta)
                 vm = vy + h / 2 * ((force * c + back) / mass - v * r + x[12])
                 rm = r + h / 2 * ((lf * force * c - lr * back) / inertia + x[13])
-                force = _axle(delta - math.atan2(vm + lf * rm, v), front, most_front)
-                back = _axle(-math.atan2(vm - lr * rm, v), rear, most_rear)
+                force = _axle(delta - math.atan2(vm + lf * rm, v), front, most_front, shape)
+                back = _axle(-math.atan2(vm - lr * rm, v), rear, most_rear, shape)
                 vy += h * ((force * c + back) / mass - v * rm + x[12])
                 r += h * ((lf * force * c - lr * back) / inertia + x[13])
     return out

@@ -100,6 +100,7 @@ class Steering:
     torque_limit: float = math.inf  # N m at the road wheel, largest of the servo's motor
     lever_arm: float = LEVER_ARM  # r, m
     shaft: Rig = STEERING_SHAFT  # its shaker's position is the lever's, and one of its bushings is there
+    wear: float = 0.0  # rad/s, by which the half-gap grows on the way; with the fidelity "play" only
     law: Law | None = None  # of the contact, such as an identified one; None: the shaft's own datasheet values
 
     def __post_init__(self) -> None:
@@ -107,6 +108,8 @@ class Steering:
         for name, low, high in _RANGES:
             if not low <= getattr(self, name) <= high:
                 raise ManoeuvreError(f"steering.{name} must be in {low:g}..{high:g}, got {getattr(self, name):g}")
+        if self.wear and self.fidelity != "play":
+            raise ManoeuvreError(f'steering.wear needs the fidelity "play", got {self.fidelity!r}')
         if self.shaft.shaker.position not in [b.position for b in self.shaft.bushings]:
             raise ManoeuvreError(f"rig {self.shaft.name!r}: the lever (shaker.position) must be at one of its bushings")
 
@@ -149,7 +152,7 @@ class Steering:
         """Begin a run with the wheels straight and the shaft centred; the seed is that of the road's noise."""
         motor = self.rate_limit, self.torque_limit, COLUMN_INERTIA * RATIO**2, self.friction
         servo, engine, road = ServoStep.of(self.frequency, self.damping, *motor), self._engine(), np.zeros(1)
-        shaft: Shaft = QuasiStaticShaft(self.lost_motion)
+        shaft: Shaft = QuasiStaticShaft(self.lost_motion, self.wear)
         if engine:
             shaft = SimulatedShaft(engine, self.rig, self.contact_law, self.shaft, self.lever_arm, self.friction)
         if self.road_moment > 0:
@@ -171,6 +174,7 @@ _RANGES = (
     ("frequency", 0.5, 50.0),
     ("damping", 0.1, 2.0),
     ("rate_limit", 0.01, 100.0),
+    ("wear", 0.0, 1.0),
     ("torque_limit", 1.0, math.inf),
     ("lever_arm", 0.01, 1.0),
 )

@@ -103,7 +103,7 @@ class SteeringTwin:
                       max(self.friction_std * p.friction, 1e-3), "linear"),
             factor("cornering_front", 0.09),
             factor("cornering_rear", 0.09),
-            factor("tyre_friction", 0.08, 0.9 * self.vehicle.friction),
+            factor("tyre_friction", 0.08, 0.9 * self.vehicle.tyre.friction),
             factor("mass", 0.06),
             factor("inertia", 0.03),
             offset("yaw_rate_offset", "rad/s", math.radians(0.2)),
@@ -127,8 +127,8 @@ class SteeringTwinRun:
         self._parameters = settings.parameters
         heat = settings.road_moment**2 / (4 * settings.road_bandwidth * play.damping) if play.damping else 0.0
         self._known = Known(
-            p.mass, p.yaw_inertia, p.lf, p.lr, p.cornering_front, p.cornering_rear, p.trail, play.shaft_stiffness,
-            play.damping, heat, CREEP * settings.road_moment, settings.period,
+            p.mass, p.yaw_inertia, p.lf, p.lr, p.cornering_front, p.cornering_rear, p.tyre.shape, p.trail,
+            play.shaft_stiffness, play.damping, heat, CREEP * settings.road_moment, settings.period,
         )  # fmt: skip
         states = Belief.independent(np.zeros(N_STATES), (0.03, math.radians(0.3), play.half_gap / 2))
         self.belief = Belief.of(self._parameters).joined(states)

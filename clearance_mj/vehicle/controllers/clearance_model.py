@@ -51,12 +51,14 @@ class ClearanceModel(LostMotionModel):
 
     def start(self, task: Task) -> Estimate:
         """Begin a run, in the middle of the gap."""
-        return _ClearanceEstimate(self, task)
+        return ClearanceEstimate(self, task)
 
 
-class _ClearanceEstimate:
+class ClearanceEstimate:
+    """The estimate during a run; its ``model`` may be replaced on the way."""
+
     def __init__(self, model: ClearanceModel, task: Task):
-        p, self._model, self._speed = task.vehicle, model, task.speed
+        p, self.model, self._speed = task.vehicle, model, task.speed
         self._lf, self._trail, self._stiffness = p.lf, p.trail, p.cornering_front
         self._largest = p.tyre.friction * p.front_load
         self._direction, self._lost = Direction(model.slack), 0.0
@@ -65,7 +67,7 @@ class _ClearanceEstimate:
         _, _, lateral_speed, yaw_rate, servo, _ = state.tolist()
         force = self._stiffness * (angle - (lateral_speed + self._lf * yaw_rate) / self._speed)
         force = min(max(force, -self._largest), self._largest)
-        model, friction = self._model, self._model.friction * self._direction.advance(servo)
+        model, friction = self.model, self.model.friction * self._direction.advance(servo)
         moment = self._trail * force + friction
         if abs(moment) > model.threshold:
             self._lost = -math.copysign(model.half_gap, moment) - moment * model.compliance - friction / model.stiffness

@@ -47,10 +47,12 @@ class Compensated(Controller):
 
     def start(self, task: Task) -> ControllerRun:
         """Begin a run."""
-        return _CompensatedRun(task, self)
+        return CompensatedRun(task, self)
 
 
-class _CompensatedRun(ControllerRun):
+class CompensatedRun(ControllerRun):
+    """A run of a compensated controller."""
+
     def __init__(self, task: Task, settings: Compensated):
         self._task, self._last, self._predictor = task, 0.0, Predictor(task)
         self._inner, self._estimate = settings.controller.start(task), settings.lost_motion.start(task)

@@ -14,8 +14,8 @@ from ...errors import ManoeuvreError
 from ..steering import Steering
 from ..twin import SteeringTwin, twin_of
 from .base import Controller, ControllerRun, Observation, Task
-from .clearance_model import ClearanceModel, _ClearanceEstimate, with_clearance_model
-from .compensation import Compensated, _CompensatedRun
+from .clearance_model import ClearanceEstimate, ClearanceModel, with_clearance_model
+from .compensation import Compensated, CompensatedRun
 from .mpc import ModelPredictive
 from .registry import ClearancePrior, Registration, register
 from .smc import SlidingMode
@@ -38,7 +38,7 @@ class CompensatedWithTwin(Controller):
         return TwinRun(task, self)
 
 
-class TwinRun(_CompensatedRun):
+class TwinRun(CompensatedRun):
     """A run whose ``twin`` follows the clearance."""
 
     def __init__(self, task: Task, settings: CompensatedWithTwin):
@@ -47,7 +47,7 @@ class TwinRun(_CompensatedRun):
         if not isinstance(model, ClearanceModel):
             raise ManoeuvreError(f"the twin keeps a ClearanceModel up to date, not a {type(model).__name__}")
         self.twin = settings.twin.start()
-        self._clearance = self._estimate = _ClearanceEstimate(model, task)
+        self._clearance = self._estimate = ClearanceEstimate(model, task)
         told = settings.twin.lost_motion.stiffness
         self._rest = model.compliance - 1 / told
 
@@ -57,11 +57,12 @@ class TwinRun(_CompensatedRun):
             raise ManoeuvreError("a controller with a twin needs the car's signals: Observation.signals is None")
         if self.twin.advance(seen.signals):
             now = self.twin.lost_motion
-            self._clearance._model = dataclasses.replace(
-                self._clearance._model,
+            self._clearance.model = dataclasses.replace(
+                self._clearance.model,
                 half_gap=now.half_gap,
                 compliance=self._rest + 1 / now.stiffness,
                 friction=now.friction,
+                stiffness=now.stiffness,
             )
         return super().command(seen)
 
