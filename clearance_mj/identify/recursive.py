@@ -149,13 +149,18 @@ def refine(belief: Belief, residuals: Function, block: int | None = None) -> Ref
         Residuals at the belief's mean are not finite, or a block is longer than half of them.
     """
     axes = _axes(belief.covariance)
-    z, left, slope, steps = _fit(belief.mean, axes, residuals, 1.0)
+    begun = np.zeros(axes.shape[1]), *_differences(residuals, belief.mean, axes)
+    if not np.isfinite(begun[1]).all():
+        raise RecordError(
+            "the residuals of a window are not finite where its belief begins: the data have gaps, or the model fails"
+        )
+    z, left, slope, steps = _fit(belief.mean, axes, residuals, 1.0, *begun)
     innovation = _innovation(left - slope @ z, slope)
     widening = 1.0
     if block is not None:
         widening = _widening(left, slope, block)
     if widening > 1.0:
-        z, left, slope, more = _fit(belief.mean, axes, residuals, widening)
+        z, left, slope, more = _fit(belief.mean, axes, residuals, widening, z, left, slope)
         steps += more
     information = np.eye(z.size) + slope.T @ slope / widening**2
     spread = axes @ np.linalg.inv(information) @ axes.T
@@ -179,15 +184,11 @@ def _differences(function: Function, at: np.ndarray, axes: np.ndarray) -> tuple[
 
 
 def _fit(
-    mean: np.ndarray, axes: np.ndarray, residuals: Function, width: float
-) -> tuple[np.ndarray, np.ndarray, np.ndarray, int]:
-    """Most probable point along the axes, its residuals and their slopes, and the number of steps."""
-    z, steps = np.zeros(axes.shape[1]), 0
-    left, slope = _differences(residuals, mean, axes)
-    if not np.isfinite(left).all():
-        raise RecordError(
-            "the residuals of a window are not finite where its belief begins: the data have gaps, or the model fails"
-        )
+    mean: np.ndarray, axes: np.ndarray, residuals: Function, width: float, z: np.ndarray, left: np.ndarray,
+    slope: np.ndarray,
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, int]:  # fmt: skip
+    """Most probable point along the axes, its residuals and their slopes, and the number of steps from a point."""
+    steps = 0
     for steps in range(1, ROUNDS + 1):
         slope = np.where(np.isfinite(slope).all(axis=0), slope, 0.0)
         information = np.eye(z.size) + slope.T @ slope / width**2
