@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -19,6 +19,9 @@ from .rigs import Truth
 
 __all__ = ["simulate_rig"]
 
+Course = Callable[[float], tuple[Rig, Sequence[Truth]]]
+"""From time, s, to the rig, of which gaps and offsets count, and its bushings as they are then"""
+
 FACTOR = 32
 """Time steps per sample: 65 536 steps per second at 2048 Hz"""
 BLOCK = 1024
@@ -29,7 +32,9 @@ DRIFT_STREAM = 1
 """Second word of the drift's seed, so that no other generator of the same seed draws the same numbers"""
 
 
-def simulate_rig(rig: Rig, truth: Truth | Sequence[Truth], excitation: Excitation, seed: int) -> Response:
+def simulate_rig(
+    rig: Rig, truth: Truth | Sequence[Truth], excitation: Excitation, seed: int, course: Course | None = None
+) -> Response:
     """Shake the virtual rig.
 
     Parameters
@@ -42,6 +47,8 @@ def simulate_rig(rig: Rig, truth: Truth | Sequence[Truth], excitation: Excitatio
         Base acceleration, or force at the rig's shaker.
     seed : int
         Of the grease's drift.
+    course : callable, optional
+        How gaps and contacts change, such as by wear: from time, s, to rig and truth, every 1024 samples.
 
     Returns
     -------
@@ -73,7 +80,7 @@ def simulate_rig(rig: Rig, truth: Truth | Sequence[Truth], excitation: Excitatio
     )
     scheme = integrator.scheme(elements, load, points, 1 / (excitation.fs * FACTOR))
     motion = integrator.at_rest(elements, load, points, greases(truths, [b.offset for b in rig.bushings]))
-    outputs, touching = _march(rig, truths, scheme, motion, elements, excitation, seed)
+    outputs, touching = _march(rig, truths, scheme, motion, elements, excitation, seed, course)
     bushings, sensors = len(rig.bushings), len(rig.sensors)
     acceleration, displacement, contact, grease = np.split(outputs.T, sensors + bushings * np.arange(3))
     provenance = {
@@ -103,7 +110,7 @@ def _load(rig: Rig, elements: FiniteElements, kind: str) -> np.ndarray:
 
 def _march(
     rig: Rig, truths: Sequence[Truth], scheme: integrator.Scheme, motion: integrator.Motion, elements: FiniteElements,
-    excitation: Excitation, seed: int,
+    excitation: Excitation, seed: int, course: Course | None,
 ) -> tuple[np.ndarray, np.ndarray]:  # fmt: skip
     """Run the integrator block by block; return the filtered outputs and the counts of touching steps."""
     bushings, n = len(rig.bushings), excitation.value.size
@@ -119,6 +126,8 @@ def _march(
         block = fast[first * FACTOR : (first + BLOCK) * FACTOR]
         out = np.zeros((block.size, sensors.start.size + 3 * bushings))
         now = grease._replace(stiffness=grease.stiffness * change)
+        if course:
+            contacts = _contacts(*course(first / excitation.fs))
         done = integrator.march(
             scheme, motion, contacts, now, block, follows, sensors.start, sensors.weight, out, touching
         )
