@@ -49,13 +49,13 @@ def forces_along(
 def _some(
     paths: Sequence[Path], taps: np.ndarray, factor: int, rig: Rig, cases: list[tuple[Bushing, ContactLaw]]
 ) -> np.ndarray:
-    count = len(cases)
-    cases += cases[:1] * (LANES - count)
+    count, rest = len(cases), LANES - len(cases)
     rigs, laws = [rig.replace(bushings=(bushing,)) for bushing, _ in cases], [law for _, law in cases]
-    offsets = np.array([[bushing.offset] for bushing, _ in cases])
-    greases = lane_greases([greases_of(*case) for case in zip(rigs, laws)], offsets)
+    offsets = np.array([[bushing.offset] for bushing, _ in cases + cases[:1] * rest])
+    models = [greases_of(*case) for case in zip(rigs, laws)]
+    greases = lane_greases(models + models[:1] * rest, offsets)
     records = [clearance_records(*case, paths[0].step) for case in zip(rigs, laws)]  # the contacts know no step
-    contacts = lane_contacts([[type(law.contact[0])] for law in laws], records)
+    contacts = lane_contacts([[type(laws[0].contact[0])]] * LANES, records + records[:1] * rest)
     found = [np.empty((-(-len(path.x) // factor), LANES)) for path in paths]
     for path, out in zip(paths, found):
         at_rest = [part._replace(numbers=part.numbers.copy()) for part in (greases, contacts)]

@@ -108,7 +108,7 @@ def restoring_force(
     size = scipy.fft.next_fast_len(n + int(TAPER * fs), real=True)
     frequency = np.fft.rfftfreq(size, 1 / fs)
     inside = (frequency >= low) & (frequency <= high)
-    spectrum = np.fft.rfft(measured * _flanks(n, fs)[:, None], size, axis=0)[inside]
+    spectrum = np.fft.rfft(measured * flanks(n, fs)[:, None], size, axis=0)[inside]
     omega = 2 * np.pi * frequency[inside]
     model = ritz_model(rig, MODES)
     rows = probe_rows(model, probes or {}) if measured.shape[1] > len(rig.sensors) + 1 else np.zeros((0, model.size))
@@ -247,7 +247,7 @@ def _solve(
     return sigma, theta, inverse
 
 
-def _flanks(n: int, fs: float) -> np.ndarray:
+def flanks(n: int, fs: float) -> np.ndarray:
     """(n,) window of ones with cosine flanks."""
     ramp = 0.5 - 0.5 * np.cos(np.pi * (np.arange(int(TAPER * fs)) + 0.5) / int(TAPER * fs))
     window = np.ones(n)
