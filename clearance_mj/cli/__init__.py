@@ -19,8 +19,8 @@ from .command import COMMANDS, Parser
 __all__ = ["main"]
 
 for _module in (
-    *("new", "study", "identify", "live", "simulate", "animate", "motion", "compare", "convert", "modes", "moved"),
-    *("calibrate", "update_rig", "place", "sweep", "response", "backbone", "rattle_map", "vehicle"),
+    *("new", "study", "identify", "twin", "live", "simulate", "animate", "motion", "compare", "convert", "modes"),
+    *("moved", "calibrate", "update_rig", "place", "sweep", "response", "backbone", "rattle_map", "vehicle"),
 ):  # each registers its command; in the order of the help
     import_module(f".{_module}", __name__)
 

@@ -13,11 +13,13 @@ from .mujoco_model import ModelFit, ModelRecord, Prediction, model
 from .oscillator import sdof
 from .priors import priors
 from .registry import METHODS, Identified, get_method, law, register
+from .twin import Alarm, Twin, twin
 from .updating import RigUpdate, update_rig
 from .wavelet import ridge, ridges
 
 __all__ = [
     "METHODS",
+    "Alarm",
     "BenchFit",
     "Diagnosis",
     "FamilyFit",
@@ -28,6 +30,7 @@ __all__ = [
     "ModelRecord",
     "Prediction",
     "RigUpdate",
+    "Twin",
     "band_brake",
     "bouc_wen",
     "decay",
@@ -46,5 +49,6 @@ __all__ = [
     "ridges",
     "sdof",
     "travel_since_reversal",
+    "twin",
     "update_rig",
 ]

@@ -1,0 +1,86 @@
+"""clearance-mj twin: gap, contact stiffness and damping along a record, with alarms where they change."""
+
+from __future__ import annotations
+
+import argparse
+import dataclasses
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from ..errors import ClearanceError
+from .command import command, out_folder
+from .options import add_columns, parse_columns
+
+if TYPE_CHECKING:
+    from ..identify import Twin
+    from ..io.dataset import Record
+    from ..rig import Rig
+
+
+def _options(parser: argparse.ArgumentParser) -> None:
+    option = parser.add_argument
+    option("record", type=Path, help="file with one record: .uff, .csv, .mat, .nc or .h5")
+    option(
+        "--rig", type=Path, required=True,
+        help="rig file (TOML), or a folder with rig.toml and, if one was identified, law.json",
+    )  # fmt: skip
+    option(
+        "--law", type=Path,
+        help="law file: whose contact and grease are followed (default: the folder's; else a power law and the grease "
+        "that the record shows)",
+    )  # fmt: skip
+    option("--window", type=float, default=2.0, metavar="S", help="s between two values (default: %(default)s)")
+    option(
+        "--learn", type=float, default=10.0, metavar="S",
+        help="s of the record from which rig and law are learnt (default: %(default)s)",
+    )  # fmt: skip
+    option("--rig-exact", action="store_true", help="take the rig file for exact instead of correcting it first")
+    add_columns(parser)
+    option("--fs", type=float, help="samples per second of a CSV or MATLAB file without time")
+
+
+@command(
+    "twin", "follow gap, contact stiffness and damping along a record, with alarms where they change", _options,
+    out=Path("results/twin"), out_help="folder for index.html, twin.csv, twin.nc and twin.json (default: %(default)s)",
+)  # fmt: skip
+def _run(options: argparse.Namespace) -> dict[str, Any]:
+    from ..clearance import load_rig_and_law
+    from ..identify import twin
+    from ..output_folder import output_folder
+    from ..report.twin import write_twin
+
+    out_folder(options.out)
+    rig, law = load_rig_and_law(options.rig, options.law)
+    record = _record(options, rig)
+    with output_folder(options.out, "twin") as folder:
+        folder.refuse_others("index.html", "twin.csv", "twin.nc", "twin.json")
+        start = time.perf_counter()
+        progress = None if options.quiet else "twin"
+        found = twin(record, None, law, options.window, options.learn, options.rig_exact, progress)
+        took = time.perf_counter() - start
+        result = write_twin(found, record, law, folder.new)
+    _print(found, record, took, options.out)
+    return result | {"out": str(options.out)}
+
+
+def _record(options: argparse.Namespace, rig: Rig) -> Record:
+    from ..io.formats import read_record
+
+    if options.record.is_dir():
+        raise ClearanceError(f"{options.record} is a folder; give the file of one record, such as level_5_a.uff in it")
+    columns = dict(parse_columns(options.column))
+    record = read_record(options.record, rig, "identify", columns, options.fs)
+    return dataclasses.replace(record, provenance={"file": str(options.record)} | record.provenance)
+
+
+def _print(found: Twin, record: Record, took: float, out: Path) -> None:
+    for words in found.words():
+        print(words)
+    print(f"{len(found.alarms)} alarms" if found.alarms else "no alarm")
+    for alarm in found.alarms:
+        print(f"alarm: {alarm}")
+    for words in found.warnings:
+        print(f"warning: {words}")
+    print(f"{record.duration:.4g} s of record in {took:.3g} s")
+    print(f"report: {out / 'index.html'}")

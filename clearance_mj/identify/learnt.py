@@ -1,0 +1,76 @@
+"""What contact and grease of a clearance are, learnt from the first windows that show it, and how wrong that may be.
+
+What is learnt stays wrong by what the rig is wrong by, and what is followed by that of the parameters that stay as
+learnt: both are alike in all windows, so no number of windows takes them away, and no change shows in them
+(considered parameters; Tapley, Schutz and Born, Statistical Orbit Determination, 2004, section 6.2).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from ..parameters import Parameter
+from ..rig import Rig
+from .families import CONTACTS, GREASES, Family
+from .force_fit import CYCLE, ForceFit, Motion, _Fit, fit
+from .forces import RestoringForce
+from .slip_start import slip_start
+
+__all__ = ["learnt", "of_rigs", "of_the_rest"]
+
+POWER_LAW = CONTACTS[1]
+
+
+def learnt(
+    forces: Sequence[RestoringForce], rig: Rig, number: int, gap: Sequence[Parameter],
+    families: tuple[Family, Family] | None, values: Mapping[str, float],
+) -> tuple[Motion, ForceFit]:  # fmt: skip
+    """Motion of a bushing, and the law fitted along it: of a power-law contact and the likeliest grease, or as told.
+
+    ``values``: of parameters by name, where the fit may begin.
+    """
+    motion = Motion(forces, rig, number, gap)
+    if families:
+        return motion, fit(motion, *families, [values] if values else ())
+    linear, bouc_wen, slip, stribeck = GREASES
+    begun = fit(motion, POWER_LAW, linear)
+    sliding = fit(motion, POWER_LAW, slip, [begun.values | slip_start(motion, begun)])
+    found = [
+        fit(motion, POWER_LAW, bouc_wen, [begun.values]), sliding, fit(motion, POWER_LAW, stribeck, [sliding.values]),
+    ]  # fmt: skip
+    alike = max(CYCLE * motion.rate, min(found, key=lambda f: f.misfit).alike)
+    return motion, max(found, key=lambda f: f.log_evidence(alike))
+
+
+def of_the_rest(found: ForceFit, free: np.ndarray) -> np.ndarray:
+    """Covariance (n_free, n_free) of errors of parameters that are followed by those of the others, which stay.
+
+    In prior standard deviations, as `ForceFit.at`.
+    """
+    rest = np.setdiff1d(np.arange(found.at.size), free)
+    precision = found.information / found.alike + np.eye(found.at.size)
+    slope = -np.linalg.solve(precision[np.ix_(free, free)], precision[np.ix_(free, rest)])
+    covariance = np.linalg.inv(precision)[np.ix_(rest, rest)]
+    return np.asarray(slope @ covariance @ slope.T)
+
+
+def of_rigs(
+    motion: Motion, number: int, found: ForceFit, problem: _Fit, drawn: Sequence[Sequence[RestoringForce]],
+    free: np.ndarray,
+) -> np.ndarray:  # fmt: skip
+    """Covariance (n_free, n_free) of what was learnt by what is not known of the rig, to first order.
+
+    ``drawn``: the same windows' forces on other rigs, drawn from what is known.
+    """
+    at, now = found.at, problem.left([found.at])[:, 0]
+    slopes = problem.slopes(at, now)
+    weighted = slopes / np.sqrt(1 + now**2)[:, None]
+    precision = weighted.T @ slopes + np.eye(at.size) * found.alike * found.misfit**2
+    moved = []
+    for forces in drawn:
+        other = Motion(forces, motion.rig, number, motion.gap)
+        left = other.left([problem.law(at)])[motion.kept, 0]
+        moved.append(-np.linalg.solve(precision, weighted.T @ (left - now))[free])
+    return np.atleast_2d(np.array(moved).T @ np.array(moved) / max(len(moved), 1))
