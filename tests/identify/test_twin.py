@@ -51,9 +51,7 @@ def test_histories_are_the_same_as_arrays_and_rows(found):
 
 
 def test_too_little_to_follow_is_refused(record):
-    with pytest.raises(
-        RecordError, match=r"lasts 24 s; 34.6 s are needed to learn from 30 s and to follow two windows"
-    ):
+    with pytest.raises(RecordError, match=r"lasts 24 s; 34.6 s are needed to learn from 30 s and"):
         twin(record, learn=30.0)
     with pytest.raises(RecordError, match=r"a window of 0.1 s is too short: it must hold 4 periods .* Hz\), 0.5"):
         twin(record, window=0.1)
