@@ -20,25 +20,30 @@ Lost = tuple[np.ndarray, np.ndarray]
 """Lost motion, rad, and contact side after each step"""
 
 
+class Motor(NamedTuple):
+    """The servo's motor, and what loads it besides the aligning moment; at the road wheel."""
+
+    torque_limit: float  # N m
+    inertia: float  # kg m²
+    damping: float  # N m s/rad
+    friction: float  # N m
+
+
 class ServoStep(NamedTuple):
     """Second-order servo over one step."""
 
     flow: np.ndarray  # (2, 2) exact, of (angle less command, speed)
     rate_limit: float  # rad/s
-    torque_limit: float  # N m
-    inertia: float  # kg m²
-    friction: float  # N m, of the wheel that it turns
+    motor: Motor
 
     @classmethod
-    def of(
-        cls, frequency: float, damping: float, rate_limit: float, torque_limit: float, inertia: float, friction: float
-    ) -> ServoStep:
+    def of(cls, frequency: float, damping: float, rate_limit: float, motor: Motor) -> ServoStep:
         """Discretise a servo of a natural frequency, Hz, and a share of the critical damping."""
         natural = 2 * np.pi * frequency
         decay, turn = natural * damping, natural * np.emath.sqrt(1 - damping**2)
         cos, sin = np.cos(turn * STEP).real, (np.sin(turn * STEP) / turn).real if turn else STEP
         flow = np.exp(-decay * STEP) * np.array([[cos + decay * sin, sin], [-(natural**2) * sin, cos - decay * sin]])
-        return cls(flow, float(rate_limit), float(torque_limit), float(inertia), float(friction))
+        return cls(flow, float(rate_limit), Motor(*map(float, motor)))
 
 
 @numba.njit(cache=True, nogil=True)
@@ -52,8 +57,11 @@ def _serve(state: np.ndarray, command: float, servo: ServoStep, load: np.ndarray
         speed = servo.flow[1, 0] * error + servo.flow[1, 1] * state[1]
         turn = min(max(angle - state[0], -reach), reach)
         speed = min(max(speed, -servo.rate_limit), servo.rate_limit)
-        if servo.torque_limit < np.inf:
-            turn, speed = _held_back(turn, speed, state[1], servo, load[i] if in_contact else 0.0, in_contact)
+        if servo.motor.torque_limit < np.inf:
+            speed, wanted = _held_back(speed, state[1], load[i], in_contact, servo.motor), speed
+            if speed != wanted:
+                speed = min(max(speed, -servo.rate_limit), servo.rate_limit)
+                turn = speed * STEP
         state[0] += turn
         state[1] = speed
         out[i] = state[0]
@@ -61,18 +69,15 @@ def _serve(state: np.ndarray, command: float, servo: ServoStep, load: np.ndarray
 
 
 @numba.njit(cache=True, nogil=True)
-def _held_back(
-    turn: float, speed: float, before: float, servo: ServoStep, load: float, in_contact: bool
-) -> tuple[float, float]:
-    """Turn, rad, and speed, rad/s, that the motor's torque allows in a step; those that are wanted if it suffices."""
-    friction = servo.friction if in_contact else 0.0
-    torque = servo.inertia * (speed - before) / STEP + load + friction * np.sign(turn)
-    if abs(torque) <= servo.torque_limit:
-        return turn, speed
-    free = before + (math.copysign(servo.torque_limit, torque) - load) / servo.inertia * STEP
-    free = math.copysign(max(abs(free) - friction / servo.inertia * STEP, 0.0), free)
-    speed = min(max(free, -servo.rate_limit), servo.rate_limit)
-    return speed * STEP, speed
+def _held_back(wanted: float, before: float, load: float, in_contact: bool, motor: Motor) -> float:
+    """Speed after a step, rad/s: the wanted one, or what the motor's torque allows against damping and load."""
+    friction = motor.friction if in_contact else 0.0
+    against = motor.damping * before + (load if in_contact else 0.0)
+    torque = motor.inertia * (wanted - before) / STEP + against + friction * np.sign(wanted)
+    if abs(torque) <= motor.torque_limit:
+        return wanted
+    free = before + (math.copysign(motor.torque_limit, torque) - against) / motor.inertia * STEP
+    return math.copysign(max(abs(free) - friction / motor.inertia * STEP, 0.0), free)
 
 
 class Shaft(Protocol):

@@ -24,7 +24,7 @@ from ..engines import Engine, get_engine
 from ..errors import ClearanceError, ManoeuvreError
 from ..rig import Beam, Bushing, Contact, Grease, PointMass, Rig, Sensor, Shaker
 from ..signals.excitation import random
-from ._steering_run import QuasiStaticShaft, ServoStep, Shaft, SimulatedShaft, SteeringRun
+from ._steering_run import Motor, QuasiStaticShaft, ServoStep, Shaft, SimulatedShaft, SteeringRun
 from .lost_motion import LostMotion
 from .plant import STEP
 
@@ -150,8 +150,10 @@ class Steering:
 
     def start(self, seed: int = 0) -> SteeringRun:
         """Begin a run with the wheels straight and the shaft centred; the seed is that of the road's noise."""
-        motor = self.rate_limit, self.torque_limit, COLUMN_INERTIA * RATIO**2, self.friction
-        servo, engine, road = ServoStep.of(self.frequency, self.damping, *motor), self._engine(), np.zeros(1)
+        rack = RACK_DAMPING * self.lever_arm**2
+        motor = Motor(self.torque_limit, COLUMN_INERTIA * RATIO**2, rack, self.friction)
+        servo = ServoStep.of(self.frequency, self.damping, self.rate_limit, motor)
+        engine, road = self._engine(), np.zeros(1)
         shaft: Shaft = QuasiStaticShaft(self.lost_motion, self.wear)
         if engine:
             shaft = SimulatedShaft(engine, self.rig, self.contact_law, self.shaft, self.lever_arm, self.friction)

@@ -232,3 +232,36 @@ ELSEWHERE = STEERING_SHAFT.replace(bushings=STEERING_SHAFT.bushings[:1])
 def test_refusals(refused, says):
     with pytest.raises(ManoeuvreError, match=says):
         refused()
+
+
+def against_a_spring(steering, spring, ramp, seconds):
+    """Servo angle over time of a command that rises, against a moment in proportion to the angle."""
+    run = steering.start()
+    angles = []
+    for k in range(round(seconds / 0.01)):
+        run.advance(min(ramp * k * 0.01, 0.1), spring * run.angle, 0.01)
+        angles.append(run.angle)
+    return np.array(angles)
+
+
+@pytest.mark.parametrize("friction", [0.0, 30.0])
+def test_motor_stalls_where_the_load_takes_its_torque(friction):
+    """100 N m against 3000 N m/rad and friction: the servo stops at (100 - T_f)/3000 rad, whatever is asked for."""
+    found = against_a_spring(Steering(torque_limit=100.0, friction=friction), 3000.0, 0.01, 14.0)
+    assert found[-1] == pytest.approx((100.0 - friction) / 3000.0, abs=6e-4)
+    assert against_a_spring(Steering(friction=friction), 3000.0, 0.01, 14.0)[-1] == pytest.approx(0.1, abs=1e-3)
+
+
+def test_motor_turns_its_inertia():
+    """A torque T alone on inertia J and damping c: T/c (t - τ (1 - exp(-t/τ))), τ = J/c, from the first command on."""
+    time = 0.01 * np.arange(1, 5)
+    found = against_a_spring(Steering(torque_limit=50.0, rate_limit=10.0), 0.0, 1e3, 0.05)[1:]
+    inertia, damping = 0.04 * 16**2, 3920.0 * LEVER_ARM**2
+    fade = inertia / damping
+    np.testing.assert_allclose(found, 50.0 / damping * (time - fade * (1 - np.exp(-time / fade))), rtol=0.12)
+    assert found[-1] == pytest.approx(50.0 / damping * (0.04 - fade * (1 - np.exp(-0.04 / fade))), rel=0.03)
+
+
+def test_motor_that_suffices_changes_nothing():
+    free, motor = (against_a_spring(Steering(HALF_GAP, torque_limit=t), 3e3, 0.2, 1.0) for t in (np.inf, 1e4))
+    np.testing.assert_array_equal(free, motor)
