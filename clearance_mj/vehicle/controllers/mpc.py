@@ -141,10 +141,11 @@ class LimitedPlan:
 
     def clipped(self, plans: np.ndarray, last: float) -> np.ndarray:
         """Return plans, rad (..., N), each change and each command cut off at its limit."""
+        commands = last + plans.cumsum(axis=-1)
+        if np.abs(plans).max() <= self._step and np.abs(commands).max() <= self._largest:
+            return plans
         commands = last + np.clip(plans, -self._step, self._step).cumsum(axis=-1)
-        if np.abs(commands).max() > self._largest:
-            commands = np.clip(commands, -self._largest, self._largest)
-        return np.diff(commands, axis=-1, prepend=last)
+        return np.diff(np.clip(commands, -self._largest, self._largest), axis=-1, prepend=last)
 
     def _set_up(self, q: np.ndarray, low: np.ndarray, high: np.ndarray) -> osqp.OSQP:
         N, solver = q.size, osqp.OSQP()
