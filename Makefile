@@ -1,4 +1,4 @@
-# make study | reproduce | audit | test | test-slow | test-models | fuzz | bench | lint | data | models | readme | docs | gallery | verification     PYTHON=python3.13 picks the interpreter
+# make study | reproduce | audit | test | test-slow | test-models | fuzz | steering | bench | lint | data | models | readme | docs | gallery | verification     PYTHON=python3.13 picks the interpreter
 PYTHON ?= python3
 VENV   ?= .venv-$(notdir $(PYTHON))
 BIN    := $(VENV)/bin
@@ -6,7 +6,7 @@ export MPLBACKEND = Agg
 # Small matrices: threads inside BLAS only get into the way of those over simulations.
 export OPENBLAS_NUM_THREADS = 1
 
-.PHONY: setup study reproduce audit test test-slow test-models fuzz coverage bench lint data models readme docs gallery verification clean
+.PHONY: setup study reproduce audit test test-slow test-models fuzz steering coverage bench lint data models readme docs gallery verification clean
 
 setup: $(VENV)/.ready
 
@@ -54,6 +54,11 @@ test-models: $(VENV)/.models
 
 fuzz: setup
 	$(BIN)/python -m tests.fuzz --out results/fuzz
+
+# Every steering controller on six manoeuvres: page, figures and every run.
+steering: setup
+	$(BIN)/pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[vehicle]'
+	$(BIN)/python -m experiments.steering_comparison --out results/steering
 
 # Compiled functions do not show: tests of small ones run a second time, interpreted.
 INTERPRETED = tests/clearance tests/testrig/test_physics.py tests/vehicle/test_path.py tests/verification/test_bouc_wen.py

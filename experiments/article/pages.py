@@ -16,7 +16,7 @@ from clearance_mj.statistics.intervals import Interval
 from .items import Item
 from .result import Result
 
-__all__ = ["index", "markdown", "section"]
+__all__ = ["index", "markdown", "markdown_table", "section"]
 
 SVG_LIMIT = 600_000
 """bytes, above which the index page shows the PNG"""
@@ -74,12 +74,12 @@ def markdown(item: Item, result: Result) -> str:
             f"## {PRIOR}\n\n"
             + "\n".join(f"- **{model}**: {words}" for model, words in result.prior_information.items())
         )
-    parts += [_table(table) for table in result.tables]
+    parts += [markdown_table(table) for table in result.tables]
     parts.append(f"Made by `python -m experiments.article {item.name}`.")
     return "\n\n".join(parts) + "\n"
 
 
-def _table(table: Table) -> str:
+def markdown_table(table: Table) -> str:
     heads = [" ".join(filter(None, (c.group, c.label, f"({c.unit})" if c.unit else ""))) for c in table.columns]
     rows = [[_cell(value, c.form) for value, c in zip(row, table.columns)] for row in table.rows]
     rule = ["---:" if c.form else "---" for c in table.columns]
