@@ -57,7 +57,6 @@ fuzz: setup
 
 # Every steering controller on six manoeuvres: page, figures and every run.
 steering: setup
-	$(BIN)/pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[vehicle]'
 	$(BIN)/python -m experiments.steering_comparison --out results/steering
 
 # Compiled functions do not show: tests of small ones run a second time, interpreted.

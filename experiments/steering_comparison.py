@@ -48,7 +48,7 @@ class Group(NamedTuple):
 
 
 def run_group(group: Group) -> pd.DataFrame:
-    """One row for each seed: how the run ended and its metrics, infinite where it did not reach its end."""
+    """One row for each seed: why the run did not reach its end, or nothing, and its metrics, infinite if it did not."""
     rows = []
     for case in group.cases():
         row = {"manoeuvre": case.manoeuvre, "regime": case.regime, "controller": case.controller, "seed": case.seed}
@@ -58,7 +58,7 @@ def run_group(group: Group) -> pd.DataFrame:
             row["left"] = str(error)
         rows.append(row)
     frame = pd.DataFrame(rows)
-    return frame.where(frame["left"] == "", frame.fillna(np.inf))
+    return frame.fillna(np.inf)
 
 
 def run_all(groups: list[Group], folder: Path, workers: int | None = None) -> pd.DataFrame:
@@ -71,7 +71,8 @@ def run_all(groups: list[Group], folder: Path, workers: int | None = None) -> pd
     for group, rows in run_tasks(run_group, missing, workers, processes=True, progress="groups", done=known):
         with replacing(files[group]) as temporary:
             rows.to_csv(temporary, index=False)
-    return pd.concat([pd.read_csv(file, keep_default_na=False) for file in files.values()], ignore_index=True)
+    found = [pd.read_csv(file, keep_default_na=False) for file in files.values()]
+    return pd.concat(found, ignore_index=True).fillna(np.inf)  # of controllers that never reached the end
 
 
 def main() -> int:

@@ -110,8 +110,8 @@ def chatter(rows: pd.DataFrame) -> Drawing:
             axis.set_major_formatter("{x:g}")
             axis.set_minor_formatter("")
     caption = (
-        "Medians over all manoeuvres and vehicles of the ratio to SMC on the same run: error saved by more fast steering is "
-        "to the right, error saved without to the left."
+        "Medians over all manoeuvres and vehicles of the ratio to SMC on the same run: below the line error is saved, "
+        "to the right of the other by more fast steering."
     )
     return Drawing(
         "vehicle_comparison_effort", figure, caption, "Peak error against fast steering of every controller."

@@ -69,8 +69,8 @@ def _method(rows: pd.DataFrame, sensors: str) -> str:
         f"{1e3 * torque.trail:g} mm, no friction; friction-driven: trail {1e3 * friction.trail:g} mm, "
         f"{friction.friction:g} N m of friction. No controller is tuned on any of the manoeuvres. {driven}. "
         "Controllers with a clearance model are told the true gap, those with a twin begin with half of it. A run that "
-        "leaves the path by 5 m, or whose vehicle lifts a wheel, counts as the worst in every median. Intervals are the "
-        "exact 95 % ones of the median (order statistics)."
+        "leaves the path by 5 m, or whose vehicle lifts a wheel, counts as the worst in every median. Intervals "
+        "are the exact 95 % ones of the median (order statistics)."
     )
 
 
