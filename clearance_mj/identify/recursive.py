@@ -26,7 +26,7 @@ Function = Callable[[np.ndarray], np.ndarray]
 """From points (n_points, n) to values (n_points, n_values), all points at once"""
 REACH = 0.2
 """standard deviations of the belief, over which differences are taken"""
-ROUNDS, NEAR = 8, 0.02
+ROUNDS, NEAR = 8, 0.05
 """Gauss-Newton steps at most, and the step, in standard deviations of the result, from which on no other follows"""
 HALVINGS = 6
 """of a step that makes the fit worse"""
@@ -201,11 +201,10 @@ def _fit(
                 break
         else:
             return z, left, slope, steps
-        small = move @ information @ move < NEAR**2 * z.size
-        z = trial
-        left, slope = _differences(residuals, mean + axes @ z, axes)
-        if small:
+        z, left = trial, after
+        if move @ information @ move < NEAR**2 * z.size:
             break
+        left, slope = _differences(residuals, mean + axes @ z, axes)
     return z, left, slope, steps
 
 

@@ -95,7 +95,7 @@ def test_needed_accelerations(name):
     needed, tolerance = CLOSED_FORMS[name]
     found = manoeuvre.path().needed_acceleration(manoeuvre.speed / 3.6)
     assert found == pytest.approx(needed, rel=tolerance)
-    assert found < 0.8 * Vehicle.bmw320i().friction * 9.81
+    assert found < 0.8 * Vehicle.bmw320i().tyre.friction * 9.81
     check(Case("smc", manoeuvre.speed, manoeuvre=name))
 
 
