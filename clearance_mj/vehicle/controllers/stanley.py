@@ -30,7 +30,7 @@ __all__ = ["Stanley"]
 class Stanley(Controller):
     """Stanley's law; no model of the vehicle but its steady slip."""
 
-    gain: float = 4.0  # k, 1/s
+    gain: float = 2.0  # k, 1/s
     softening: float = 1.0  # k_s, m/s
     yaw: float = 0.1  # k_d, s
     steer: float = 0.1  # k_a, share of the servo's last change
