@@ -161,8 +161,11 @@ class SteeringRun:
         n = round(duration / STEP)
         if n < 1 or abs(n * STEP - duration) > 1e-9:
             raise ManoeuvreError(f"steering advances by whole milliseconds, got {duration:g} s")
-        steps = np.arange(self._steps, self._steps + n)
-        moment = aligning_moment + self._road.take(steps, mode="wrap")
+        begin = self._steps % self._road.size
+        road = self._road[begin : begin + n]
+        moment = aligning_moment + (
+            road if road.size == n else self._road.take(np.arange(begin, begin + n), mode="wrap")
+        )
         before = self._state[0]
         self.servo = _serve(self._state, command, self._servo, moment, self._in_contact)
         self._steps += n

@@ -80,7 +80,7 @@ def iso_lane_change(length_factor: float = 1.0) -> Path:
 
 def obstacle_avoidance() -> Path:
     """Path along the centres of the ISO 3888-2 gates; each lane change has a sixth of its length within each gate."""
-    return lane_changes("iso-3888-2 centres", _between_centres(iso3888_2_gates()), -40.0, 120.0)
+    return lane_changes("iso-3888-2 centres", _between_centres(iso3888_2_gates()), -20.0, 90.0)
 
 
 def swift_obstacle_avoidance() -> Path:
@@ -89,7 +89,7 @@ def swift_obstacle_avoidance() -> Path:
     Its two quintic lane changes have the least curvature that leaves a vehicle of 4.51 by 1.61 m at least 0.1 m from
     every cone (found by differential evolution over where they begin, end and lead to).
     """
-    return lane_changes("iso-3888-2", SWIFT_CHANGES, -40.0, 120.0)
+    return lane_changes("iso-3888-2", SWIFT_CHANGES, -20.0, 90.0)
 
 
 def _between_centres(gates: Sequence[Gate]) -> list[tuple[float, float, float]]:

@@ -89,13 +89,13 @@ def double_lane_change(length_factor: float = 1.0) -> Path:
     return Path.of(f"double-lane-change x {length_factor:g}", [graph(derivatives, first, last)])
 
 
-def single_lane_change(length: float = 60.0, offset: float = 3.5, lead: float = 40.0, tail: float = 100.0) -> Path:
+def single_lane_change(length: float = 60.0, offset: float = 3.5, lead: float = 30.0, tail: float = 70.0) -> Path:
     """Quintic lane change to the left over a length, between straights; all in m."""
     check_positive(length=length, offset=offset, lead=lead, tail=tail)
     return lane_changes("single-lane-change", [(0.0, length, offset)], -lead, length + tail)
 
 
-def slalom(spacing: float = 36.0, amplitude: float = 1.2, cones: int = 6) -> Path:
+def slalom(spacing: float = 36.0, amplitude: float = 1.2, cones: int = 5) -> Path:
     """Slalom around cones, Y = A cos(π X/D) from the first to the last of them, D apart; lengths in m.
 
     It needs A (π/D)² of curvature. Quintics over D lead from the straight to the first cone and from the last one back.
@@ -116,11 +116,11 @@ def slalom(spacing: float = 36.0, amplitude: float = 1.2, cones: int = 6) -> Pat
         return [side * (-1) ** k * v for k, v in enumerate(way_in(last - x))]
 
     pieces = [
-        graph(lane(0.0), -spacing - 30, -spacing),
+        graph(lane(0.0), -spacing - 20, -spacing),
         graph(way_in, -spacing, 0.0),
         graph(around, 0.0, last),
         graph(way_out, last, last + spacing),
-        graph(lane(0.0), last + spacing, last + spacing + 30),
+        graph(lane(0.0), last + spacing, last + spacing + 20),
     ]
     return Path.of("slalom", pieces)
 
@@ -139,8 +139,10 @@ MANOEUVRES = {
     "slalom": Manoeuvre("Slalom", slalom, 80.0),
     "obstacle-40": Manoeuvre("ISO 3888-2, gates' centres", obstacle_avoidance, 40.0),
     "obstacle-60": Manoeuvre("ISO 3888-2, least curvature", swift_obstacle_avoidance, 60.0),
-    "gusts": Manoeuvre("Constant radius, crosswind", lambda: clothoid_arc(tail=40.0), 80.0, Crosswind()),
-    "on-centre": Manoeuvre("Straight, crowned road", lambda: straight(300.0), 100.0, CrownedRoad()),
+    "gusts": Manoeuvre(
+        "Constant radius, crosswind", lambda: clothoid_arc(200.0, 50.0, 90.0, 20.0, 20.0), 80.0, Crosswind()
+    ),
+    "on-centre": Manoeuvre("Straight, crowned road", lambda: straight(240.0), 100.0, CrownedRoad()),
 }
 """By name; no controller is tuned on any of them"""
 

@@ -116,7 +116,7 @@ class Plant(ABC):
         if loads.shape != (angles.size, 3):
             raise ManoeuvreError(f"load must have shape ({angles.size}, 3), a row for each angle, got {loads.shape}")
         after = _advance(state.copy(), angles, loads, STEP, self._compiled)
-        if not np.isfinite(after).all():
+        if not math.isfinite(after.sum()):
             raise SimulationError(
                 f"plant {self.name}: the motion is no longer finite after x = {state[0]:.1f} m, {state[3]:.1f} m/s: "
                 "a wheel left the ground or locked; drive more slowly or a longer path"
@@ -125,14 +125,7 @@ class Plant(ABC):
 
     def measure(self, state: np.ndarray, side_force: float = 0.0) -> Measurement:
         """Read the sensors, while a side force, N, acts; gravity shows on no accelerometer."""
-        lateral_speed, acceleration, front_force = _observe(state, self._compiled)
-        speed = math.sqrt(state[3] ** 2 - lateral_speed**2) if state.size < MULTI_BODY_STATES else state[3]
-        slip = math.atan2(lateral_speed, speed)
-        acceleration += side_force / self.parameters.m
-        moment = self.trail * front_force
-        return Measurement(
-            *map(float, (state[0], state[1], state[4], speed, lateral_speed, state[5], acceleration, slip, moment))
-        )
+        return Measurement._make(_observe(state, side_force, self.trail, self._compiled))
 
 
 @dataclass(frozen=True)
@@ -177,28 +170,38 @@ def _derivative(x: np.ndarray, p: Any, u: np.ndarray, load: np.ndarray, out: np.
 @numba.njit(cache=True, nogil=True, error_model="numpy")
 def _advance(x: np.ndarray, wheel_angle: np.ndarray, loads: np.ndarray, h: float, p: Any) -> np.ndarray:
     """Classical fourth-order Runge-Kutta steps, one for each wheel angle and load."""
-    k1, k2, k3, k4 = np.empty(x.size), np.empty(x.size), np.empty(x.size), np.empty(x.size)
-    u = np.zeros(2)
-    for angle, load in zip(wheel_angle, loads):
-        x[2] = angle
+    n = x.size
+    k1, k2, k3, k4, inner, u = np.empty(n), np.empty(n), np.empty(n), np.empty(n), np.empty(n), np.zeros(2)
+    for step in range(wheel_angle.size):
+        x[2], load = wheel_angle[step], loads[step]
         _derivative(x, p, u, load, k1)
-        _derivative(x + h / 2 * k1, p, u, load, k2)
-        _derivative(x + h / 2 * k2, p, u, load, k3)
-        _derivative(x + h * k3, p, u, load, k4)
-        x += h / 6 * (k1 + 2 * k2 + 2 * k3 + k4)
+        for i in range(n):
+            inner[i] = x[i] + h / 2 * k1[i]
+        _derivative(inner, p, u, load, k2)
+        for i in range(n):
+            inner[i] = x[i] + h / 2 * k2[i]
+        _derivative(inner, p, u, load, k3)
+        for i in range(n):
+            inner[i] = x[i] + h * k3[i]
+        _derivative(inner, p, u, load, k4)
+        for i in range(n):
+            x[i] += h / 6 * (k1[i] + 2 * k2[i] + 2 * k3[i] + k4[i])
     return x
 
 
 @numba.njit(cache=True, nogil=True, error_model="numpy")
-def _observe(x: np.ndarray, p: Any) -> tuple[float, float, float]:
-    """Lateral speed, lateral acceleration and front axle's lateral force."""
+def _observe(x: np.ndarray, side_force: float, trail: float, p: Any) -> tuple[float, ...]:
+    """Fields of `Measurement`."""
     rate = np.empty(x.size)
     _derivative(x.copy(), p, np.zeros(2), np.zeros(3), rate)
     if x.size - 1 == MULTI_BODY_STATES:
-        lateral_speed = x[10]
+        speed, lateral_speed = x[3], x[10]
         force = p.m_s * rate[10] + p.m_uf * rate[15] + p.m_ur * rate[20] + p.m * x[5] * x[3]
     else:
-        lateral_speed = x[3] * math.sin(x[6])
         along, across = math.cos(x[6]), math.sin(x[6])
+        lateral_speed = x[3] * across
+        speed = math.sqrt(x[3] ** 2 - lateral_speed**2)
         force = p.m * (rate[3] * across + x[3] * along * (rate[6] + x[5]))
-    return lateral_speed, force / p.m, (p.b * force + p.I_z * rate[5]) / (p.a + p.b)
+    slip, acceleration = math.atan2(lateral_speed, speed), (force + side_force) / p.m
+    moment = trail * (p.b * force + p.I_z * rate[5]) / (p.a + p.b)
+    return x[0], x[1], x[4], speed, lateral_speed, x[5], acceleration, slip, moment
