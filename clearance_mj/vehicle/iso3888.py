@@ -25,7 +25,7 @@ LANE_OFFSET = 3.5
 """m between the centre lines of the two lanes of ISO 3888-1"""
 REACH = 1 / 6
 """share of a lane change that lies within each of the two gates it connects"""
-SWIFT_CHANGES = ((7.15, 33.24, 3.42), (33.24, 59.3, 0.02))
+SWIFT_CHANGES = ((7.13, 33.22, 3.42), (33.22, 59.65, -0.05))
 """m: where the lane changes of `swift_obstacle_avoidance` begin, end and lead to"""
 
 

@@ -47,7 +47,7 @@ def test_gates_of_part_2():
 )
 def test_corners_stay_within_the_gates(path, gates, room):
     """A vehicle that follows the path exactly keeps its four corners at least so far from every cone."""
-    s = np.linspace(0, path.length, 8001)
+    s = np.linspace(0, path.length, 40001)
     heading = path.heading(s)
     ahead, left = np.stack((np.cos(heading), np.sin(heading))), np.stack((-np.sin(heading), np.cos(heading)))
     inside = 0
@@ -84,7 +84,7 @@ CLOSED_FORMS = {
     "on-centre": (0.0, 0.0),
     # A change by h over a length L between gates; slopes of up to 0.3 take a share of it.
     "obstacle-40": (10 / np.sqrt(3) * 3.3155 / 20.25**2 * (40 / 3.6) ** 2, 0.05),
-    "obstacle-60": (10 / np.sqrt(3) * 3.42 / 26.15**2 * (60 / 3.6) ** 2, 0.04),
+    "obstacle-60": (10 / np.sqrt(3) * 3.42 / 26.09**2 * (60 / 3.6) ** 2, 0.04),
 }
 
 
