@@ -13,6 +13,10 @@ from experiments.steering_comparison_statistics import Paired, names_of, values
 
 WIDEST = 1000.0
 """mm, end of the axes: what is beyond, or left the path, is drawn there"""
+RATIOS = (0.3, 0.5, 0.7, 1, 1.5, 2, 3, 5)
+LARGEST = 6.0
+"""ratio, end of the axes"""
+MARKERS = "osDvP"
 
 
 def peaks(rows: pd.DataFrame, regime: str) -> Drawing:
@@ -80,39 +84,30 @@ def worth(found: list[Paired]) -> Drawing:
 
 def chatter(rows: pd.DataFrame) -> Drawing:
     """Error against steering effort, both over those of SMC on the same vehicles."""
-    figure = sheet(3.4)
+    figure = sheet(3.9)
     axes = figure.subplots(1, len(REGIMES), sharey=True, sharex=True)
     index = ["manoeuvre", "regime", "seed"]
     base = rows[rows["controller"] == "smc"].set_index(index)
     for ax, regime in zip(axes, REGIMES):
-        for name in names_of(rows):
+        for i, name in enumerate(names_of(rows)):
             one = rows[(rows["controller"] == name) & (rows["regime"] == regime)].set_index(index)
-            ratio = [
-                np.median(one[m].to_numpy(float) / base[m].reindex(one.index)) for m in ("peak_e_y", "servo_fast_rate")
-            ]
-            if np.isfinite(ratio).all():
-                ax.plot(ratio[1], ratio[0], "o", ms=5, color=look(name)["color"])
-                ax.annotate(
-                    CONTROLLERS[name].label,
-                    (ratio[1], ratio[0]),
-                    xytext=(3, 3),
-                    textcoords="offset points",
-                    fontsize=FONT - 2,
-                )
-        panel(
-            ax, f"{regime}-driven", "Servo rate above 3 Hz over SMC's", "Peak error over SMC's" if ax is axes[0] else ""
-        )
-        ax.set_xscale("log")
-        ax.set_yscale("log")
+            ratios = (one[m] / base[m].reindex(one.index) for m in ("servo_fast_rate", "peak_e_y"))
+            fast, error = (float(np.median(ratio.fillna(1.0))) for ratio in ratios)
+            marker = "^" if max(fast, error) > LARGEST else MARKERS[i % len(MARKERS)]
+            look_of = {"color": look(name)["color"], "label": CONTROLLERS[name].label, "marker": marker}
+            ax.plot(min(fast, LARGEST), min(error, LARGEST), ms=5, ls="none", **look_of)
+        panel(ax, f"{regime}-driven", "Servo rate above 3 Hz over SMC's", "Peak error over SMC's" * (ax is axes[0]))
         ax.axhline(1, color=BLACK, lw=0.6)
         ax.axvline(1, color=BLACK, lw=0.6)
-        for axis in (ax.xaxis, ax.yaxis):
-            axis.set_major_formatter("{x:g}")
-            axis.set_minor_formatter("")
+        ax.set_xscale("log")
+        ax.set_yscale("log")
+        ax.set_xticks(RATIOS, [f"{v:g}" for v in RATIOS])
+        ax.set_yticks(RATIOS, [f"{v:g}" for v in RATIOS])
+        ax.minorticks_off()
+    handles, labels = axes[0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside upper center", ncols=5, fontsize=FONT - 1, frameon=False)
     caption = (
         "Medians over all manoeuvres and vehicles of the ratio to SMC on the same run: below the line error is saved, "
-        "to the right of the other by more fast steering."
+        f"to the right of the other by more fast steering. What is beyond {LARGEST:g} is drawn there, as a triangle."
     )
-    return Drawing(
-        "vehicle_comparison_effort", figure, caption, "Peak error against fast steering of every controller."
-    )
+    return Drawing("vehicle_comparison_effort", figure, caption, "Peak error over fast steering of every controller.")

@@ -17,7 +17,7 @@ from experiments.article.motion import Median, median
 from experiments.article.pages import markdown_table
 from experiments.article.result import to_table
 from experiments.steering_comparison_figures import chatter, peaks, worth
-from experiments.steering_comparison_statistics import PAIRS, Paired, names_of, paired, values
+from experiments.steering_comparison_statistics import OBSERVERS, PAIRS, Paired, below_both, names_of, paired, values
 
 PAGE = "vehicle_comparison"
 EFFORT = ("servo_rms_rate", "servo_fast_rate", "servo_reversals", "contact_reversals")
@@ -37,10 +37,12 @@ def _page(rows: pd.DataFrame, sensors: str, found: list[Paired], drawings: Seque
     yield "# Steering controllers compared"
     yield _method(rows, sensors)
     yield "## Where each controller wins, and where the clearance model does not pay"
-    yield " ".join(_in_words(rows, found))
-    yield markdown_table(_winners(rows, found))
     *errors, pairs, effort = drawings
-    yield _shown(pairs)
+    if found:
+        yield markdown_table(_counts(rows))
+        yield "On the same vehicles and noises:\n\n" + "\n".join(_pairs_in_words(found))
+        yield _shown(pairs)
+    yield markdown_table(_winners(rows, found))
     yield "## Lateral error"
     for regime, drawing in zip(REGIMES, errors):
         yield _shown(drawing)
@@ -84,62 +86,53 @@ def _interval(found: Median, form: str) -> str:
     return f"{_number(found.value, form)} ({_number(found.low, form)} to {_number(found.high, form)})"
 
 
-def _in_words(rows: pd.DataFrame, found: list[Paired]) -> Iterator[str]:
-    """How often the clearance model is below both observers, and each pair's verdicts."""
-    for kind, names in (("told the gap", ("smc-cm", "mpc-cm")), ("with the twin", ("smc-twin", "mpc-twin"))):
-        if not set(names) <= set(rows["controller"]):
-            continue
-        counts = {}
-        for regime in REGIMES:
-            wins = 0
-            for manoeuvre in rows["manoeuvre"].unique():
-                of = {
-                    n: np.median(values(rows, manoeuvre, regime, n, "peak_e_y")) for n in (*names, "smc-dob", "mpc-dob")
-                }
-                wins += min(of[n] for n in names) < min(of["smc-dob"], of["mpc-dob"])
-            counts[regime] = wins
-        total = rows["manoeuvre"].nunique()
-        words = " and ".join(f"on {n} of {total} manoeuvres {regime}-driven" for regime, n in counts.items())
-        yield f"The better of SMC-CM and MPC-CM {kind} has a smaller median peak than both SMC-DOB and MPC-DOB {words}."
-    for new, old in PAIRS:
+def _counts(rows: pd.DataFrame) -> Table:
+    """How often a clearance model is below both observers."""
+    total = rows["manoeuvre"].nunique()
+    columns = [Column("Controller"), Column("Knows of the clearance")]
+    for regime in REGIMES:
+        columns += [Column(f"{regime}-driven", f"of {total}"), Column("without more reversals", f"of {total}")]
+    body = []
+    for name in (name for name, _ in PAIRS if {name, *OBSERVERS} <= set(rows["controller"])):
+        counts = (str(count) for regime in REGIMES for count in below_both(rows, regime, name))
+        body.append([CONTROLLERS[name].label, CONTROLLERS[name].prior, *counts])
+    caption = "Manoeuvres on which the median peak error is below both SMC-DOB's and MPC-DOB's"
+    return to_table("counts", caption, columns, body)
+
+
+def _pairs_in_words(found: list[Paired]) -> Iterator[str]:
+    for new, old in dict.fromkeys((p.new, p.old) for p in found):
         verdicts = [p.verdict for p in found if (p.new, p.old) == (new, old)]
-        if verdicts:
-            counted = ", ".join(f"{v} in {verdicts.count(v)}" for v in dict.fromkeys(sorted(verdicts)))
-            label, other = CONTROLLERS[new].label, CONTROLLERS[old].label
-            yield f"{label} against {other}, on the same vehicles: {counted} of {len(verdicts)} cases."
+        counted = ", ".join(f"{verdict} in {verdicts.count(verdict)}" for verdict in sorted(set(verdicts)))
+        yield f"- {CONTROLLERS[new].label} against {CONTROLLERS[old].label}: {counted} of {len(verdicts)} cases."
 
 
 def _winners(rows: pd.DataFrame, found: list[Paired]) -> Table:
-    pairs = [pair for pair in PAIRS if any((p.new, p.old) == pair for p in found)]
-    columns = [Column("Manoeuvre"), Column("Regime"), Column("Smallest median peak"), Column("Its peak", "mm")]
-    for new, old in pairs:
-        columns.append(Column(f"{CONTROLLERS[new].label} below {CONTROLLERS[old].label}", "%"))
-        columns.append(Column("hence"))
+    pairs = list(dict.fromkeys((p.new, p.old) for p in found))
+    columns = [Column("Manoeuvre"), Column("Regime"), Column("Smallest median peak", "mm")]
+    columns += [Column(f"{CONTROLLERS[new].label} below {CONTROLLERS[old].label}", "%") for new, old in pairs]
     body = []
     for manoeuvre, regime in product(rows["manoeuvre"].unique(), REGIMES):
         peaks = {name: median(1e3 * values(rows, manoeuvre, regime, name, "peak_e_y")) for name in names_of(rows)}
         best = min(peaks, key=lambda name: peaks[name].value)
-        cells = [MANOEUVRES[manoeuvre].label, regime, CONTROLLERS[best].label, _interval(peaks[best], ".0f")]
-        for pair in pairs:
-            one = next(p for p in found if (p.manoeuvre, p.regime, p.new, p.old) == (manoeuvre, regime, *pair))
-            cells += [_interval(one.below, ".0f"), one.verdict]
-        body.append(cells)
-    return to_table(
-        "winners", "Which controller wins where, and paired comparisons on the same vehicles", columns, body
-    )
+        cells = [MANOEUVRES[manoeuvre].label, regime, f"{CONTROLLERS[best].label}: {_interval(peaks[best], '.0f')}"]
+        here = {(p.new, p.old): p for p in found if (p.manoeuvre, p.regime) == (manoeuvre, regime)}
+        body.append([*cells, *(f"{_interval(here[pair].below, '.0f')}: {here[pair].verdict}" for pair in pairs)])
+    return to_table("winners", "Who wins where, and paired comparisons on the same vehicles", columns, body)
 
 
 def _peaks_table(rows: pd.DataFrame, regime: str) -> Table:
     there = list(rows["manoeuvre"].unique())
-    columns = [Column("Controller"), Column("Knows of the clearance")]
-    columns += [Column(MANOEUVRES[m].label, "mm") for m in there] + [Column("Left the path", "runs")]
+    columns = [
+        Column("Controller"),
+        *(Column(MANOEUVRES[m].label, "mm") for m in there),
+        Column("Left the path", "runs"),
+    ]
     body = []
     for name in names_of(rows):
         peaks = [median(1e3 * values(rows, m, regime, name, "peak_e_y")) for m in there]
         left = sum(int(np.isinf(values(rows, m, regime, name, "peak_e_y")).sum()) for m in there)
-        body.append(
-            [CONTROLLERS[name].label, CONTROLLERS[name].prior, *(_interval(p, ".0f") for p in peaks), str(left)]
-        )
+        body.append([CONTROLLERS[name].label, *(_interval(p, ".0f") for p in peaks), str(left)])
     return to_table(
         f"peaks_{regime}", f"Median peak lateral error, {regime}-driven, with 95 % intervals", columns, body
     )

@@ -13,8 +13,16 @@ import pandas as pd
 from clearance_mj.vehicle.experiment import CONTROLLERS, REGIMES
 from experiments.article.motion import Median, median
 
-PAIRS = (("smc-cm", "smc-dob"), ("smc-twin", "smc-dob"), ("mpc-cm", "mpc-dob"), ("mpc-twin", "mpc-dob"))
-"""Controllers with the clearance model and those that do the same by a disturbance observer"""
+OBSERVERS = ("smc-dob", "mpc-dob")
+"""Controllers that take out by a disturbance observer what the others take out by the clearance model"""
+PAIRS = (
+    ("smc-cm", "smc-dob"),
+    ("smc-twin", "smc-dob"),
+    ("mpc-cm", "mpc-dob"),
+    ("mpc-twin", "mpc-dob"),
+    ("mpc-backlash", "mpc-dob"),
+)
+"""Each controller with a clearance model, and the one with an observer that it is compared with in pairs"""
 
 
 def names_of(rows: pd.DataFrame) -> list[str]:
@@ -38,8 +46,8 @@ class Paired(NamedTuple):
         if self.below.high < 0:
             return "worse"
         if self.below.low <= 0:
-            return "no difference shown"
-        return "better" if self.reversals <= 0 else "better, with more reversals"
+            return "no difference"
+        return "better" if self.reversals <= 0 else "better, more reversals"
 
 
 def values(rows: pd.DataFrame, manoeuvre: str, regime: str, controller: str, metric: str) -> np.ndarray:
@@ -65,3 +73,19 @@ def paired(rows: pd.DataFrame) -> list[Paired]:
             more = float(np.median(turns[0][whole] - turns[1][whole])) if whole.any() else np.inf
             found.append(Paired(manoeuvre, regime, new, old, median(below(*peaks)), more))
     return found
+
+
+def below_both(rows: pd.DataFrame, regime: str, controller: str) -> tuple[int, int]:
+    """Return on how many manoeuvres a median peak error is below both observers', and on how many of these it is so
+    with no more reversals of the servo than the better of the two.
+    """
+    below, quiet = 0, 0
+    for manoeuvre in rows["manoeuvre"].unique():
+        peak, turns = (
+            {n: np.median(values(rows, manoeuvre, regime, n, metric)) for n in (controller, *OBSERVERS)}
+            for metric in ("peak_e_y", "servo_reversals")
+        )
+        better = min(OBSERVERS, key=lambda name: peak[name])
+        below += int(peak[controller] < peak[better])
+        quiet += int(peak[controller] < peak[better] and turns[controller] <= turns[better])
+    return below, quiet

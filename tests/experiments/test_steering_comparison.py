@@ -9,7 +9,7 @@ from experiments import steering_comparison
 from experiments.article.motion import median
 from experiments.steering_comparison import Group
 from experiments.steering_comparison_page import write_page
-from experiments.steering_comparison_statistics import below, paired, values
+from experiments.steering_comparison_statistics import below, below_both, paired, values
 
 
 def test_medians_with_runs_that_left_the_path():
@@ -48,20 +48,32 @@ def test_pairs_are_of_the_same_vehicle():
     sliding, predictive = found["friction", "smc-cm"], found["friction", "mpc-cm"]
     np.testing.assert_allclose(sliding.below, 25.0)
     assert sliding.reversals == 1.0
-    assert sliding.verdict == "better, with more reversals"
-    assert predictive.verdict == "no difference shown"
+    assert sliding.verdict == "better, more reversals"
+    assert predictive.verdict == "no difference"
     assert sliding._replace(reversals=0.0).verdict == "better"
     assert sliding._replace(below=median(np.full(30, -5.0))).verdict == "worse"
+
+
+def test_how_often_a_controller_is_below_both_observers():
+    """SMC-CM is below both, but with one reversal more than MPC-DOB, the better one; MPC-CM only below SMC-DOB."""
+    peaks = {"smc-cm": 1.0, "mpc-dob": 2.0, "mpc-cm": 2.5, "smc-dob": 3.0}
+    turns = {"mpc-dob": 4.0, "smc-dob": 9.0}
+    rows = made_rows(lambda name, seed: peaks.get(name, 4.0), lambda name: turns.get(name, 5.0))
+    assert below_both(rows, "torque", "smc-cm") == (1, 0)
+    assert below_both(rows, "friction", "mpc-cm") == (0, 0)
+    rows.loc[rows["controller"] == "smc-cm", "servo_reversals"] = 4.0
+    assert below_both(rows, "torque", "smc-cm") == (1, 1)
 
 
 def test_page_says_who_wins_and_who_left(tmp_path):
     rows = made_rows(lambda name, seed: {"smc-cm": 0.02, "mpc-cm": np.inf}.get(name, 0.05), lambda name: 4.0)
     write_page(rows, "car", tmp_path)
     text = (tmp_path / "vehicle_comparison.md").read_text(encoding="utf-8")
-    row = "| Slalom | torque | SMC-CM | 20 (20 to 20) | 60 (60 to 60) | better | left (left to left) | worse |"
+    row = "| Slalom | torque | SMC-CM: 20 (20 to 20) | 60 (60 to 60): better | left (left to left): worse |"
     assert row in text
-    assert "on 1 of 1 manoeuvres torque-driven and on 1 of 1 manoeuvres friction-driven" in text
-    assert "| MPC-CM | half-gap, stiffness and friction | left (left to left) | 30 |" in text
+    assert "| SMC-CM | half-gap, stiffness and friction | 1 | 1 | 1 | 1 |" in text
+    assert "- MPC-CM against MPC-DOB: worse in 2 of 2 cases." in text
+    assert "| MPC-CM | left (left to left) | 30 |" in text
     for name in ("torque", "friction", "pairs", "effort"):
         assert (tmp_path / f"vehicle_comparison_{name}.png").read_bytes()[:4] == b"\x89PNG"
 
