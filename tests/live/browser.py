@@ -47,7 +47,14 @@ def until(page, expression: str):
     """Wait until a JavaScript expression is true, and return it; the page's policy allows no eval of Playwright's."""
     end = time.monotonic() + PATIENCE
     while not (found := page.evaluate(expression)):
-        assert time.monotonic() < end, (expression, page.inner_text("#status"), page.inner_text("#problem"))
+        assert time.monotonic() < end, (
+            expression,
+            page.inner_text("#status"),
+            page.inner_text("#problem"),
+            page.evaluate(
+                "JSON.stringify([live.drawn, live.state.order, [...live.state.pending.keys()], document.visibilityState])"
+            ),
+        )
         page.wait_for_timeout(10)
     return found
 
