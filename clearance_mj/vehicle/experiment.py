@@ -99,13 +99,18 @@ class Case:
         return Steering(self.half_gap, friction=friction, road_moment=ROAD_MOMENT, torque_limit=limit, law=law)
 
     @property
-    def tuned_controller(self) -> Controller:
-        """The controller with its settings and its prior information on the clearance."""
+    def prior(self) -> ClearancePrior:
+        """What controllers that take the clearance into account are told of it."""
         gap = self.half_gap if self.assumed_gap is None else self.assumed_gap
         datasheet = Steering().lost_motion.stiffness
         compliance = (1 / self.assumed_stiffness - 1) / datasheet
-        prior = ClearancePrior(gap, _regime(self.regime).friction, compliance, self.assumed_stiffness * datasheet)
-        return get_controller(self.controller).make(self.task, prior)
+        return ClearancePrior(gap, _regime(self.regime).friction, compliance, self.assumed_stiffness * datasheet)
+
+    @property
+    def tuned_controller(self) -> Controller:
+        """The controller with its settings and its prior information on the clearance."""
+        known = get_controller(self.controller)
+        return known.informed(known.tuned_controller(get_sensors(self.sensors).tuned), self.task, self.prior)
 
 
 @dataclass(frozen=True, eq=False)
@@ -153,15 +158,18 @@ def check(case: Case) -> None:
     _ = case.steering, case.tuned_controller  # which refuse impossible values
 
 
+def drive(case: Case, controller: Controller) -> Run:
+    """Run a case with a controller of any settings in place of its own."""
+    spread = Spread.random(case.seed) if case.spread else Spread()
+    plant = PLANTS[case.plant](spread, _regime(case.regime).trail)
+    sensors = get_sensors(case.sensors)
+    return follow_path(plant, case.steering, controller, case.task, sensors, case.seed, case.disturbance)
+
+
 def run_case(case: Case) -> Outcome:
     """Run one case; `ManoeuvreError` for what `check` refuses, `SimulationError` if the vehicle leaves the path."""
     check(case)
-    spread = Spread.random(case.seed) if case.spread else Spread()
-    plant = PLANTS[case.plant](spread, _regime(case.regime).trail)
-    run = follow_path(
-        plant, case.steering, case.tuned_controller, case.task, get_sensors(case.sensors), case.seed, case.disturbance
-    )
-    return Outcome(case, run)
+    return Outcome(case, drive(case, case.tuned_controller))
 
 
 def _run_registered(case: Case, registration: Registration) -> Outcome:

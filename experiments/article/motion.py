@@ -34,6 +34,8 @@ __all__ = [
 ]  # fmt: skip
 
 SEEDS, QUICK_SEEDS = 30, 6
+COMPARED = ("smc", "smc-cm", "mpc", "mpc-cm", "smc-dob", "mpc-dob", "smc-inverse")
+"""Others are in `experiments.steering_comparison`"""
 QUICK_CONTROLLERS = ("smc", "smc-cm", "mpc")
 """Those of the article"""
 SHOWN = ("peak_e_y", "rms_e_y", "peak_e_psi", "peak_yaw_rate_error", "peak_yaw_rate", "peak_lateral_acceleration")
@@ -44,8 +46,11 @@ WIDE = 20
 def comparison(
     controllers: Sequence[str] | None = None, speeds: Sequence[float] = tuple(LENGTH_FACTORS), **settings
 ) -> list[Case]:
-    """Return cases of controllers (default: all) at speeds in km/h in both regimes; settings are fields of `Case`."""
-    names = CONTROLLERS if controllers is None else controllers
+    """Return cases of controllers (default: `COMPARED`) at speeds in km/h in both regimes.
+
+    Settings are fields of `Case`.
+    """
+    names = COMPARED if controllers is None else controllers
     return [Case(name, speed, regime=r, **settings) for speed in speeds for r in REGIMES for name in names]
 
 
@@ -74,12 +79,12 @@ def setting(speed: float) -> str:
         f"trail {1e3 * REGIMES['torque'].trail:g} mm, no friction; friction-driven: trail "
         f"{1e3 * REGIMES['friction'].trail:g} mm, as with a servo at the rack that carries the rest of the moment, and "
         f"{REGIMES['friction'].friction:g} N m of friction at the road wheel, more than the moment. Controllers are "
-        "tuned alike on other lane changes without clearance and see the same "
-        f"{case.preview:g} s of road ahead."
+        "tuned alike, with this clearance, on other lane changes, and see the same "
+        f"{case.preview:g} s of road ahead. Sensors are ideal but for white noise."
     )
 
 
-def prior_information(names: Sequence[str] = tuple(CONTROLLERS)) -> dict[str, str]:
+def prior_information(names: Sequence[str] = COMPARED) -> dict[str, str]:
     """Return the prior information of each controller, by its label."""
     nominal = "the nominal vehicle, the servo, the steering's stiffness without clearance"
     return {CONTROLLERS[n].label: f"{nominal}; of the clearance: {CONTROLLERS[n].prior}" for n in names}
@@ -136,7 +141,7 @@ def beside_published(
 
     ``metrics`` has our metric for each of the article's quantities.
     """
-    names = QUICK_CONTROLLERS if quick else tuple(CONTROLLERS)
+    names = QUICK_CONTROLLERS if quick else COMPARED
     seeds = range(1, 1 + (QUICK_SEEDS if quick else SEEDS))
     cases = [case for seed in seeds for case in comparison(names, (speed,), spread=True, seed=seed)]
     rows, printed = pd.DataFrame(o.row() for o in runs(cases)), Printed.load(number).numbers

@@ -27,8 +27,10 @@ __all__ = ["run"]
 CONTROLLERS_SWEPT = ("smc", "smc-cm", "mpc", "mpc-cm")
 GAPS = (0.0, 0.09, 0.18, 0.27, 0.36, 0.45)
 """degrees at the road wheel"""
-ASSUMED = (0.5, 0.75, 1.0, 1.25, 1.5)
+ASSUMED = (0.5, 0.75, 1.0, 1.25, 1.5, 2.0)
 """assumed gap over the true one"""
+NOISES = 4
+"""over which the median is taken where the gap is misestimated"""
 PREVIEWS = (0.0, 0.04, 0.07, 0.1, 0.2)
 """s"""
 MOMENT = 135.0
@@ -41,7 +43,11 @@ def run(item: Item, study: Study, runs: Runs, quick: bool) -> Result:
     sweeps = {
         "gap": _sweep(runs, CONTROLLERS_SWEPT, "half_gap", [float(np.radians(gap)) for gap in GAPS[::-step]]),
         "assumed_gap": _sweep(
-            runs, ("smc", "smc-cm", "mpc-cm"), "assumed_gap", [share * GAP for share in ASSUMED[::step]]
+            runs,
+            ("smc-cm", "mpc-cm"),
+            "assumed_gap",
+            [share * GAP for share in ASSUMED[:: step // 2 or 1]],
+            range(1 if quick else NOISES),
         ),
         "preview": _sweep(runs, CONTROLLERS_SWEPT, "preview", PREVIEWS[::step]),
         "plants": _sweep(runs, CONTROLLERS_SWEPT, "plant", ("multi-body", "single-track")),
@@ -55,7 +61,7 @@ def run(item: Item, study: Study, runs: Runs, quick: bool) -> Result:
     }
     return Result(
         method=" ".join(setting(speed) for speed in LENGTH_FACTORS) + " Nominal vehicle, seed 0. " + _METHOD,
-        shows=_shows(sweeps["plants"], sweeps["identified"]),
+        shows=_assumed_in_words(sweeps["assumed_gap"]) + " " + _shows(sweeps["plants"], sweeps["identified"]),
         drawings=[
             _curves(
                 sweeps[name], f"{item.name}_{name}", column, label,
@@ -77,9 +83,11 @@ _METHOD = (
 )
 
 
-def _sweep(runs: Runs, controllers: Sequence[str], setting: str, values: Sequence) -> pd.DataFrame:
+def _sweep(
+    runs: Runs, controllers: Sequence[str], setting: str, values: Sequence, seeds: Sequence[int] = (0,)
+) -> pd.DataFrame:
     """Rows of what comes out with each value of a setting."""
-    cases = [case for value in values for case in comparison(controllers, **{setting: value})]
+    cases = [c for seed in seeds for value in values for c in comparison(controllers, seed=seed, **{setting: value})]
     return pd.DataFrame(outcome.row() for outcome in runs(cases))
 
 
@@ -113,7 +121,8 @@ def _curves(rows: pd.DataFrame, name: str, column: str, label: str, caption: str
     axes = figure.subplots(-(-len(panels) // 2), 2, squeeze=False, sharex=True)
     for ax, letter, ((speed, regime), here) in zip(axes.flat, "abcdefgh", panels):
         for controller, points in here.sort_values(column, kind="stable").groupby("controller", sort=False):
-            ax.plot(scale * points[column], 1e3 * points["peak_e_y"], marker="o", ms=3, **look(controller))
+            peaks = 1e3 * points.groupby(column)["peak_e_y"].median()
+            ax.plot(scale * peaks.index, peaks, marker="o", ms=3, **look(controller))
         panel(ax, f"({letter}) {speed:g} km/h, {regime}-driven")
         ax.set_ylim(bottom=0)
     for ax in axes[:, 0]:
@@ -123,6 +132,16 @@ def _curves(rows: pd.DataFrame, name: str, column: str, label: str, caption: str
     handles, _ = axes[0, 0].get_legend_handles_labels()
     figure.legend(handles=handles, loc="outside upper center", ncols=4, fontsize=FONT - 0.5, frameon=False)
     return Drawing(name, figure, caption, caption)
+
+
+def _assumed_in_words(rows: pd.DataFrame) -> str:
+    """Median peaks over the share of the gap that is assumed."""
+    words = []
+    for (speed, regime, controller), found in rows.groupby(["speed", "regime", "controller"], sort=False):
+        peaks = 1e3 * found.groupby("assumed")["peak_e_y"].median()
+        parts = ", ".join(f"{value:.1f} ({share:g})" for share, value in peaks.items())
+        words.append(f"{CONTROLLERS[controller].label}, {speed:g} km/h, {regime}-driven: {parts}.")
+    return "Peak e_y in mm (assumed over true gap), medians over noises. " + " ".join(words)
 
 
 def _shows(plants: pd.DataFrame, identified: pd.DataFrame) -> str:

@@ -1,8 +1,10 @@
 """Cases of the experiments, and their statistics against known values."""
 
+import numpy as np
 import pytest
 
-from clearance_mj.vehicle.experiment import GAP, Case, get_controller, run_case
+from clearance_mj.vehicle.experiment import GAP, REGIMES, Case, get_controller, run_all, run_case
+from clearance_mj.vehicle.sensors import IdealSensors
 
 
 def test_clearance_model_is_worth_the_articles_share():
@@ -29,3 +31,14 @@ def test_assumed_stiffness_is_the_clearance_models_compliance():
     case = Case("smc-cm", 72.0, assumed_stiffness=0.5)
     assert case.tuned_controller.lost_motion.compliance == pytest.approx(1 / case.steering.lost_motion.stiffness)
     assert Case("smc-cm", 72.0, stiffness=0.5).tuned_controller.lost_motion.compliance == 0.0
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("regime", REGIMES)
+@pytest.mark.parametrize("name", ["smc-cm", "mpc-cm"])
+def test_true_gap_is_the_best_assumption(name, regime):
+    """At 120 km/h: of gaps from half to twice the steering's, the true one leaves the least peak of e_y."""
+    factors = (0.5, 0.75, 1.0, 1.25, 1.5, 2.0)
+    cases = [Case(name, 120.0, regime=regime, assumed_gap=f * GAP, sensors=IdealSensors()) for f in factors]
+    peaks = [outcome.run.metrics()["peak_e_y"] for outcome in run_all(cases)]
+    assert factors[int(np.argmin(peaks))] == 1.0

@@ -10,7 +10,7 @@ from clearance_mj.errors import ManoeuvreError
 from clearance_mj.vehicle.controllers import Observation, Task
 from clearance_mj.vehicle.controllers.mpc import ModelPredictive
 from clearance_mj.vehicle.controllers.mpc_backlash import Backlash, BacklashPredictive, lost_motion, modes
-from clearance_mj.vehicle.experiment import GAP, Case
+from clearance_mj.vehicle.experiment import GAP, Case, get_controller
 from clearance_mj.vehicle.lost_motion import LostMotion, lost_motion_step
 from clearance_mj.vehicle.manoeuvres import clothoid_arc, straight
 
@@ -118,7 +118,7 @@ def test_softer_contact_is_a_softer_axle():
 def test_takes_what_the_clearance_model_takes():
     known = Case("mpc-backlash", 72.0, regime="friction", assumed_gap=0.5 * GAP).tuned_controller
     assert (known.half_gap, known.friction, known.compliance) == (0.5 * GAP, 30.0, 0.0)
-    assert known.effort == Case("mpc", 72.0).tuned_controller.effort
+    assert known.effort == get_controller("mpc-cm").tuned_controller().effort
 
 
 @pytest.mark.parametrize("settings", [{"half_gap": -0.1}, {"friction": np.inf}])

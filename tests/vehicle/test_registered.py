@@ -28,7 +28,7 @@ def test_is_told_apart(name):
 @pytest.mark.parametrize("name", [name for name, known in CONTROLLERS.items() if known.bounds])
 def test_can_be_tuned(name, monkeypatch):
     """Ten evaluations on one lane change leave settings within the bounds that stay on the road."""
-    monkeypatch.setattr(tuning, "MANOEUVRES", ((20.0, 1.5),))
+    monkeypatch.setattr(tuning, "MANOEUVRES", (tuning.Course(72.0, 1.5, "torque"),))
     found = tune(name, generations=1, population=5, workers=1)
     assert found["cost"] < FAILED
     for setting, (low, high) in CONTROLLERS[name].bounds.items():

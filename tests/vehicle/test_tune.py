@@ -6,54 +6,81 @@ import pytest
 
 from clearance_mj.errors import ManoeuvreError
 from clearance_mj.vehicle import tune as module
-from clearance_mj.vehicle.controllers.registry import CONTROLLERS, TUNED, get_controller
+from clearance_mj.vehicle.controllers.registry import TUNED, get_controller
 from clearance_mj.vehicle.controllers.smc import SlidingMode
-from clearance_mj.vehicle.experiment import LENGTH_FACTORS
-from clearance_mj.vehicle.tune import MANOEUVRES, cost, tune
+from clearance_mj.vehicle.experiment import LENGTH_FACTORS, Case, run_case
+from clearance_mj.vehicle.tune import MANOEUVRES, Course, cost, tunable, tune
 
-BOUNDS = {name: known.bounds for name, known in CONTROLLERS.items() if known.bounds}
-FOUND = tomllib.loads(TUNED.read_text(encoding="utf-8"))
+FOUND = {
+    (tuned, name): found
+    for tuned, controllers in tomllib.loads(TUNED.read_text(encoding="utf-8")).items()
+    for name, found in controllers.items()
+}
+SMC = get_controller("smc")
+COURSE = (Course(72.0, 1.2, "torque"),)
 
 
 @pytest.mark.slow
 @pytest.mark.filterwarnings("ignore:The balance properties of Sobol")
 def test_repeated_on_any_number_of_processes(monkeypatch):
-    monkeypatch.setattr(module, "MANOEUVRES", ((20.0, 1.2),))
+    monkeypatch.setattr(module, "MANOEUVRES", COURSE)
     one, two = (tune("smc", generations=1, population=5, workers=n) for n in (1, 2))
     assert one == two
     assert one["evaluations"] == 10
-    assert cost(SlidingMode(**one["settings"])) == pytest.approx(one["cost"], abs=1e-6)
-    assert one["cost"] < cost(SlidingMode(look_ahead=1.0, convergence=1.0, reaching=0.5, switching=0.05, layer=2.0))
+    assert cost(SMC, SlidingMode(**one["settings"])) == pytest.approx(one["cost"], abs=1e-6)
+    assert one["cost"] < cost(
+        SMC, SlidingMode(look_ahead=1.0, convergence=1.0, reaching=0.5, switching=0.05, layer=2.0)
+    )
 
 
 def test_same_budget_for_all():
-    assert set(FOUND) <= set(BOUNDS)
+    """Every controller with bounds, in both sets."""
+    assert set(FOUND) <= {(tuned, name) for tuned in ("ideal", "car") for name in tunable()}
     assert len({(found["evaluations"], found["seed"]) for found in FOUND.values()}) == 1
 
 
-@pytest.mark.parametrize("name", BOUNDS)
-def test_stored_settings_are_within_bounds(name):
-    for setting, (low, high) in BOUNDS[name].items():
-        assert low <= getattr(get_controller(name).tuned_controller(), setting) <= high
+@pytest.mark.parametrize(("tuned", "name"), FOUND)
+def test_stored_settings_are_within_bounds(tuned, name):
+    for setting, (low, high) in get_controller(name).bounds.items():
+        assert low <= getattr(get_controller(name).tuned_controller(tuned), setting) <= high
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", FOUND)
-def test_stored_cost_is_that_of_the_stored_settings(name):
-    assert cost(get_controller(name).tuned_controller()) == pytest.approx(FOUND[name]["cost"], rel=1e-3)
+@pytest.mark.parametrize(("tuned", "name"), FOUND)
+def test_stored_cost_is_that_of_the_stored_settings(tuned, name):
+    known = get_controller(name)
+    assert cost(known, known.tuned_controller(tuned), tuned) == pytest.approx(FOUND[tuned, name]["cost"], rel=1e-3)
+
+
+def test_cost_is_that_of_the_metrics():
+    """Of one lane change, from the run's own metrics; controllers are told of the clearance."""
+    case = Case("smc-cm", 72.0, length_factor=1.5, regime="friction")
+    found = run_case(case).run.metrics()
+    law = get_controller("smc-cm").tuned_controller()
+    expected = found["peak_e_y"] / 0.05 + found["rms_e_y"] / 0.015 + found["servo_rms_rate"] / 0.03
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(module, "MANOEUVRES", MANOEUVRES[:1])
+        assert cost(get_controller("smc-cm"), law) == pytest.approx(expected)
+        assert cost(SMC, law) > cost(get_controller("smc-cm"), law)
+
+
+def test_settings_go_with_the_sensors():
+    ideal, car = (Case("mpc", 72.0, sensors=name).tuned_controller for name in ("ideal", "car"))
+    assert ideal == get_controller("mpc").tuned_controller("ideal")
+    assert car == get_controller("mpc").tuned_controller("car")
+    assert ideal != car
 
 
 def test_no_manoeuvre_is_tuned_on_and_reported():
-    reported = {(round(speed / 3.6, 6), factor) for speed, factor in LENGTH_FACTORS.items()}
-    assert not reported & {(round(speed, 6), factor) for speed, factor in MANOEUVRES}
+    assert not set(LENGTH_FACTORS.items()) & {(course.speed, course.length_factor) for course in MANOEUVRES}
 
 
 def test_leaving_the_path_costs_most():
-    assert cost(SlidingMode(look_ahead=0.1, convergence=60.0, reaching=200.0)) == module.FAILED
+    assert cost(SMC, SlidingMode(look_ahead=0.1, convergence=60.0, reaching=200.0)) == module.FAILED
 
 
 def test_what_cannot_be_tuned():
     with pytest.raises(ManoeuvreError, match='"pid" is unknown; known: smc, smc-cm, mpc'):
         tune("pid")
-    with pytest.raises(ManoeuvreError, match='"smc-cm" has no bounds'):
-        tune("smc-cm")
+    with pytest.raises(ManoeuvreError, match='"smc-inverse" has no bounds'):
+        tune("smc-inverse")

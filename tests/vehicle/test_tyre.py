@@ -7,11 +7,15 @@ import pytest
 import scipy.optimize
 from vehiclemodels.utils.tire_model import formula_lateral
 
-from clearance_mj.vehicle.commonroad import parameters
+from clearance_mj.vehicle.commonroad import GRAVITY, parameters
 from clearance_mj.vehicle.controllers import Observation, Task
 from clearance_mj.vehicle.controllers.design import Predictor
-from clearance_mj.vehicle.manoeuvres import straight
+from clearance_mj.vehicle.controllers.mpc import ModelPredictive
+from clearance_mj.vehicle.manoeuvres import clothoid_arc, straight
 from clearance_mj.vehicle.nominal import Vehicle
+from clearance_mj.vehicle.plant import SingleTrackDrift
+from clearance_mj.vehicle.run import follow_path, nominal_task
+from clearance_mj.vehicle.steering import Steering
 
 CAR = Vehicle.bmw320i()
 
@@ -55,3 +59,22 @@ def test_linear_tyres_need_nothing():
     car = dataclasses.replace(CAR, tyre=CAR.tyre._replace(friction=1e6))
     predictor = Predictor(Task(car, straight(200.0), 30.0))
     assert predictor.excess(0.1, Observation(10.0, 0.1, 0.02, 0.3, 0.2, 30.0)) == pytest.approx(0.0, abs=1e-12)
+
+
+def test_steady_turn():
+    """Arc of 200 m at 120 km/h, 5.5 m/s²: sideslip l_r/R - α_r and angle L/R + α_f - α_r + t F_f/k, of the tyre's law.
+
+    The single track has the nominal tyres, but for their combined slip. A design model with linear tyres does not ask
+    for enough: its lateral error is many times larger.
+    """
+    task, steering = nominal_task(clothoid_arc(arc=200.0), 120 / 3.6), Steering()
+    found = follow_path(SingleTrackDrift(), steering, ModelPredictive(), task)
+    middle = np.argmin(np.abs(found.s - 230.0))
+    share = found.lateral_acceleration[middle] / GRAVITY
+    assert found.sideslip[middle] == pytest.approx(CAR.lr / 200 - CAR.tyre.slip(share), rel=0.02)
+    twist = CAR.trail * share * CAR.front_load / steering.lost_motion.stiffness
+    assert found.command[middle] == pytest.approx(CAR.wheelbase / 200 + twist, rel=0.05)
+    linear = dataclasses.replace(task.vehicle, tyre=CAR.tyre._replace(friction=1e6))
+    other = follow_path(SingleTrackDrift(), steering, ModelPredictive(), dataclasses.replace(task, vehicle=linear))
+    assert abs(found.e_y[middle]) < 1e-3
+    assert abs(other.e_y[middle]) > 5e-3

@@ -2,7 +2,7 @@
 
 # isort: off
 from . import smc, mpc, disturbance_observer, backlash_inverse, adaptive_inverse, dither, high_gain  # noqa: F401
-from . import mpc_backlash, super_twisting, preview_lqr, stanley, twin  # noqa: F401
+from . import mpc_backlash, thin_layer, super_twisting, preview_lqr, stanley, twin  # noqa: F401
 # isort: on
 
 from .base import Controller, ControllerRun, Observation, Task, limited

@@ -218,7 +218,7 @@ BOUNDS = {"course": (1e-3, 1.0), "yaw": (1e-2, 10.0), "effort": (10.0, 1e5)}
 register(Registration("mpc", "MPC", ModelPredictive, bounds=BOUNDS, colour="#e69f00", line=DASHED))
 register(
     Registration(
-        "mpc-cm", "MPC-CM", ModelPredictive, tuned_as="mpc", adapt=with_clearance_model, prior=PRIOR, colour="#009e73",
-        line=DASHED,
+        "mpc-cm", "MPC-CM", ModelPredictive, bounds=BOUNDS, tuned_as="mpc", adapt=with_clearance_model, prior=PRIOR,
+        colour="#009e73", line=DASHED,
     )
 )  # fmt: skip

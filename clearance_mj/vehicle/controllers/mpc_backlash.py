@@ -179,7 +179,7 @@ def _with_backlash(controller: Controller, task: Task, prior: ClearancePrior) ->
 
 register(
     Registration(
-        "mpc-backlash", "MPC, modes", BacklashPredictive, tuned_as="mpc", adapt=_with_backlash, prior=PRIOR,
+        "mpc-backlash", "MPC, modes", BacklashPredictive, tuned_as="mpc-cm", adapt=_with_backlash, prior=PRIOR,
         colour="#661100", line=DASHED,
     )
 )  # fmt: skip

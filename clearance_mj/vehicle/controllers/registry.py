@@ -16,7 +16,7 @@ from .base import Controller, Task
 __all__ = ["CONTROLLERS", "TUNED", "ClearancePrior", "Registration", "get_controller", "register"]
 
 TUNED = FilePath(__file__).parents[1] / "tuned.toml"
-"""Settings that `tune` found, by name of the controller"""
+"""Settings that `tune` found, by set ("ideal", "car": `Sensors.tuned`) and name of the controller"""
 LineStyle = str | tuple[float, tuple[float, ...]]
 
 
@@ -54,14 +54,15 @@ class Registration:
     line: LineStyle = "-"
     """style in figures"""
 
-    def tuned_controller(self) -> Controller:
-        """Return the controller with its tuned settings, without prior information on the clearance."""
-        found = _tuned().get(self.name) or _tuned().get(self.tuned_as, {})
+    def tuned_controller(self, tuned: str = "ideal") -> Controller:
+        """Return the controller with its settings of a set, without prior information on the clearance."""
+        found = _tuned().get(tuned, {})
+        found = found.get(self.name) or found.get(self.tuned_as, {})
         return self.controller(**(found.get("settings", {}) if self.tuned is None else self.tuned))
 
-    def make(self, task: Task, prior: ClearancePrior) -> Controller:
-        """Return the controller for a task, with what it may know of the clearance."""
-        return self.adapt(self.tuned_controller(), task, prior) if self.adapt else self.tuned_controller()
+    def informed(self, controller: Controller, task: Task, prior: ClearancePrior) -> Controller:
+        """Return a controller of this class for a task, with what it may know of the clearance."""
+        return self.adapt(controller, task, prior) if self.adapt else controller
 
 
 CONTROLLERS: dict[str, Registration] = {}
@@ -88,5 +89,5 @@ def get_controller(name: str) -> Registration:
 
 
 @functools.cache
-def _tuned() -> dict[str, dict[str, Any]]:
+def _tuned() -> dict[str, dict[str, dict[str, Any]]]:
     return tomllib.loads(TUNED.read_text(encoding="utf-8"))

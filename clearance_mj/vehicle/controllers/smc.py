@@ -109,6 +109,7 @@ BOUNDS = {
 register(Registration("smc", "SMC", SlidingMode, bounds=BOUNDS, colour="#d55e00"))
 register(
     Registration(
-        "smc-cm", "SMC-CM", SlidingMode, tuned_as="smc", adapt=with_clearance_model, prior=PRIOR, colour="#0072b2"
+        "smc-cm", "SMC-CM", SlidingMode, bounds=BOUNDS, tuned_as="smc", adapt=with_clearance_model, prior=PRIOR,
+        colour="#0072b2",
     )
-)
+)  # fmt: skip

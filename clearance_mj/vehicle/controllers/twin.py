@@ -85,13 +85,13 @@ def with_twin(controller: Controller, task: Task, prior: ClearancePrior) -> Cont
 PRIOR = "half-gap, stiffness and friction, to begin with; then estimates them from the car's signals"
 register(
     Registration(
-        "smc-twin", "SMC-CM, twin", SlidingMode, tuned_as="smc", adapt=with_twin, prior=PRIOR, colour="#44aadd",
+        "smc-twin", "SMC-CM, twin", SlidingMode, tuned_as="smc-cm", adapt=with_twin, prior=PRIOR, colour="#44aadd",
         line=(0, (5, 1)),
     )
 )  # fmt: skip
 register(
     Registration(
-        "mpc-twin", "MPC-CM, twin", ModelPredictive, tuned_as="mpc", adapt=with_twin, prior=PRIOR, colour="#117733",
+        "mpc-twin", "MPC-CM, twin", ModelPredictive, tuned_as="mpc-cm", adapt=with_twin, prior=PRIOR, colour="#117733",
         line=(0, (5, 1)),
     )
 )  # fmt: skip

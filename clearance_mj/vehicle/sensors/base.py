@@ -29,6 +29,9 @@ class Sensors(ABC):
     servo_torque: ClassVar[float] = math.inf
     """N m at the road wheel, largest of the servo's motor: `Steering.torque_limit`"""
 
+    tuned: ClassVar[str] = "ideal"
+    """set of tuned settings that controllers take with them"""
+
     @abstractmethod
     def start(self, task: Task, seed: int = 0) -> SensorsRun:
         """Begin a run of a task; the seed is that of all errors."""

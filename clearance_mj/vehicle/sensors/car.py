@@ -36,6 +36,8 @@ class CarSensors(Sensors):
     servo_torque: ClassVar[float] = 85.0 * HAND_WHEEL_RATIO
     """N m: 85 N m at the column, what the largest electric drives at the column give (TRW, 2010)"""
 
+    tuned: ClassVar[str] = "car"
+
     steering_resolution: float = math.radians(0.1) / HAND_WHEEL_RATIO  # rad at the road wheel: 0.1° of the hand wheel
     yaw_rate: float = math.radians(0.1)  # rad/s, white
     yaw_rate_offset: float = math.radians(0.2)  # rad/s
