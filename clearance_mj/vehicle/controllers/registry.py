@@ -56,9 +56,14 @@ class Registration:
 
     def tuned_controller(self, tuned: str = "ideal") -> Controller:
         """Return the controller with its settings of a set, without prior information on the clearance."""
-        found = _tuned().get(tuned, {})
-        found = found.get(self.name) or found.get(self.tuned_as, {})
-        return self.controller(**(found.get("settings", {}) if self.tuned is None else self.tuned))
+        return self.controller(**(self._stored(_tuned().get(tuned, {})) if self.tuned is None else self.tuned))
+
+    def _stored(self, found: dict[str, dict[str, Any]]) -> dict[str, Any]:
+        """Settings of a set: its own, or those of what it is tuned as."""
+        if self.name in found:
+            settings: dict[str, Any] = found[self.name]["settings"]
+            return settings
+        return CONTROLLERS[self.tuned_as]._stored(found) if self.tuned_as in CONTROLLERS else {}
 
     def informed(self, controller: Controller, task: Task, prior: ClearancePrior) -> Controller:
         """Return a controller of this class for a task, with what it may know of the clearance."""
