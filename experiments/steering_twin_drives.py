@@ -74,7 +74,8 @@ def drive(
     task = nominal_task(path, SPEED / 3.6, trail)
     steering = Steering(GAP, friction=friction, road_moment=ROAD_MOMENT, wear=wear)
     prior = ClearancePrior(told * GAP, friction, 0.0, steering.lost_motion.stiffness)
-    controller = Recorded(get_controller(name).make(task, prior))
+    known = get_controller(name)
+    controller = Recorded(known.informed(known.tuned_controller("car"), task, prior))
     run = follow_path(MultiBody(Spread.random(seed), trail), steering, controller, task, CarSensors(), seed)
     return run, controller.signals
 
