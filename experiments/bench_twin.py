@@ -13,7 +13,7 @@ import argparse
 import dataclasses
 import math
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -113,57 +113,74 @@ def of_bench(bench: Bench) -> Callable[[int, float], tuple[float, float, float]]
     return values
 
 
-def main(arguments: Sequence[str] | None = None) -> int:
-    """Write tables and figure."""
-    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
-    parser.add_argument("--out", type=Path, default=Path("results/bench_twin"))
-    parser.add_argument("--first", type=int, default=0, help="seed")
-    parser.add_argument("--count", type=int, default=30, help="records of each kind")
-    options = parser.parse_args(arguments)
-    seeds, steady, changed = range(options.first, options.first + options.count), [], []
+def of_rigs(seeds: Sequence[int]) -> Iterator[dict]:
+    """Rows of records of the virtual test rig without a change, with the rig taken for exact and corrected."""
     for seed in tqdm(seeds, desc="rigs"):
         record = shaken(seed, LEVELS[seed % 3], DURATION)
         for exact in (True, False):
             start = time.process_time()
             found = twin(record, rig_exact=exact)
             about = {"kind": "rig exact" if exact else "rig", "seed": seed, "level": LEVELS[seed % 3]}
-            took = {"cpu_s": time.process_time() - start, "windows": found.time.size}
-            steady += rows_of(found, of_rig([(1.0, 1.0)] * 2), **about, **took)
-        write_csv(options.out / "steady.csv", steady)
+            yield from rows_of(found, of_rig([(1.0, 1.0)] * 2), **about, cpu_s=time.process_time() - start)
+
+
+def of_benches(seeds: Sequence[int]) -> Iterator[dict]:
+    """Rows of records of virtual benches without a change."""
     for seed in tqdm(seeds, desc="benches"):
-        bench = make_bench(seed)
-        start = time.process_time()
+        bench, start = make_bench(seed), time.process_time()
         found = twin(bench_record(bench, LEVELS[seed % 3], DURATION))
-        took = {"cpu_s": time.process_time() - start, "windows": found.time.size}
-        steady += rows_of(found, of_bench(bench), kind="bench", seed=seed, level=LEVELS[seed % 3], **took)
-        write_csv(options.out / "steady.csv", steady)
+        took = time.process_time() - start
+        yield from rows_of(found, of_bench(bench), kind="bench", seed=seed, level=LEVELS[seed % 3], cpu_s=took)
+
+
+def of_changes(seeds: Sequence[int], out: Path) -> Iterator[dict]:
+    """Rows of records of the virtual test rig in which the second bushing changes; the first one is drawn."""
     kinds = [*CHANGES, "wear 10 %"]
-    for i, seed in enumerate(tqdm(seeds[: 2 * len(kinds)], desc="changes")):
+    for i, seed in enumerate(tqdm(seeds, desc="changes")):
         change = kinds[i % len(kinds)]
         found = twin(shaken(seed, 5.0, CHANGED, change))
         seen = [a for a in found.alarms if a.bushing == 1]
-        after = CHANGES.get(change, (WEAR, 1.0))
         about = {"seed": seed, "change": change, "all_alarms": len(found.alarms)}
         about |= {"first": seen[0].time, "since": seen[0].since, "quantity": seen[0].quantity} if seen else {}
-        changed += rows_of(found, of_rig([(1.0, 1.0), after]), **about)[-1:]
-        write_csv(options.out / "changes.csv", changed)
-        if change == kinds[0] and i == 0:
-            draw(found).write(options.out)
-    summary(pd.DataFrame(steady), pd.DataFrame(changed))
+        about |= {"size_%": 100 * (seen[0].after / seen[0].before - 1)} if seen else {}
+        yield from rows_of(found, of_rig([(1.0, 1.0), CHANGES.get(change, (WEAR, 1.0))]), **about)[-1:]
+        if i == 0:
+            draw(found).write(out)
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Write tables and figure."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("--out", type=Path, default=Path("results/bench_twin"))
+    parser.add_argument("--first", type=int, default=0, help="seed (default: %(default)s)")
+    parser.add_argument("--count", type=int, default=30, help="records of each kind (default: %(default)s)")
+    parser.add_argument("--only", choices=("rigs", "benches", "changes"), help="one of the tables")
+    options = parser.parse_args(arguments)
+    seeds = range(options.first, options.first + options.count)
+    tables = {"rigs": of_rigs, "benches": of_benches, "changes": lambda some: of_changes(some, options.out)}
+    for name, make in tables.items():
+        if options.only not in (None, name):
+            continue
+        rows: list[dict] = []
+        for row in make(seeds):
+            rows.append(row)
+            write_csv(options.out / f"{name}.csv", rows)
+        summary(pd.DataFrame(rows))
     return 0
 
 
-def summary(steady: pd.DataFrame, changed: pd.DataFrame) -> None:
+def summary(table: pd.DataFrame) -> None:
     """Print how often 95 % intervals hold the truth, typical errors, alarms."""
-    for kind, rows in steady.groupby("kind"):
+    if "kind" not in table:
+        print(table.to_string())
+        return
+    for kind, rows in table.groupby("kind"):
         for q in QUANTITIES:
             inside = np.mean(np.abs(rows[f"{q}_z"]) < 1.96)
             error, std = rows[f"{q}_error_%"].abs().median(), rows[f"{q}_std_%"].median()
-            print(
-                f"{kind:10s} {q:10s} n {len(rows)} inside {100 * inside:.0f} %, |error| {error:.2f} %, std {std:.2f} %"
-            )
+            words = f"inside {100 * inside:.0f} %, |error| {error:.2f} %, std {std:.2f} %"
+            print(f"{kind:10s} {q:10s} n {len(rows)} {words}")
         print(f"{kind:10s} alarms {rows['alarms'].sum()}, {rows['cpu_s'].median():.2f} s a record of {DURATION:g} s")
-    print(changed.to_string())
 
 
 if __name__ == "__main__":

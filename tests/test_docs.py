@@ -98,6 +98,10 @@ def test_data_model(clone):
     run_python("data_model.md", clone)
 
 
+def test_twin(clone):
+    run_python("twin.md", clone)
+
+
 def test_extending(clone):
     """One file for each of the nine kinds, used from Python."""
     run_python("extending.md", clone)

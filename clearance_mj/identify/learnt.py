@@ -13,35 +13,26 @@ import numpy as np
 
 from ..parameters import Parameter
 from ..rig import Rig
-from .families import CONTACTS, GREASES, Family
-from .force_fit import CYCLE, ForceFit, Motion, _Fit, fit
+from .families import Family
+from .force_fit import ForceFit, Motion, _Fit, fit
 from .forces import RestoringForce
-from .slip_start import slip_start
+from .methods.bench import compared
 
 __all__ = ["learnt", "of_rigs", "of_the_rest"]
-
-POWER_LAW = CONTACTS[1]
 
 
 def learnt(
     forces: Sequence[RestoringForce], rig: Rig, number: int, gap: Sequence[Parameter],
     families: tuple[Family, Family] | None, values: Mapping[str, float],
 ) -> tuple[Motion, ForceFit]:  # fmt: skip
-    """Motion of a bushing, and the law fitted along it: of a power-law contact and the likeliest grease, or as told.
+    """Motion of a bushing, and the law fitted along it: of the likeliest families of contact and grease, or as told.
 
     ``values``: of parameters by name, where the fit may begin.
     """
     motion = Motion(forces, rig, number, gap)
     if families:
         return motion, fit(motion, *families, [values] if values else ())
-    linear, bouc_wen, slip, stribeck = GREASES
-    begun = fit(motion, POWER_LAW, linear)
-    sliding = fit(motion, POWER_LAW, slip, [begun.values | slip_start(motion, begun)])
-    found = [
-        fit(motion, POWER_LAW, bouc_wen, [begun.values]), sliding, fit(motion, POWER_LAW, stribeck, [sliding.values]),
-    ]  # fmt: skip
-    alike = max(CYCLE * motion.rate, min(found, key=lambda f: f.misfit).alike)
-    return motion, max(found, key=lambda f: f.log_evidence(alike))
+    return motion, compared([motion])[0].fits[0]
 
 
 def of_the_rest(found: ForceFit, free: np.ndarray) -> np.ndarray:

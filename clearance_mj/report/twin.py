@@ -35,7 +35,7 @@ def draw(found: Twin) -> Drawing:
     for row, (quantity, (factor, label)) in zip(axes, SHOWN.items()):
         for j, ax in enumerate(row):
             _panel(ax, found, quantity, j, factor)
-            title = f"bushing {j + 1} ({found.rig.bushings[j].where})" if quantity == "gap" else ""
+            title = f"bushing {j + 1}" if quantity == "gap" else ""
             tidy(ax, title, label if j == 0 else "", "Time (s)" if quantity == "damping" else "")
     handles = [
         Line2D([], [], color=COLOURS[0], lw=1.2, label="most likely"),

@@ -5,9 +5,11 @@ import dataclasses
 import numpy as np
 import pytest
 
+from clearance_mj.clearance import ContactLaw, HuntCrossley1975
 from clearance_mj.errors import RecordError
 from clearance_mj.identify import twin
 from clearance_mj.io.dataset import Dataset
+from clearance_mj.rig import Grease
 from experiments.bench_twin import shaken
 
 from ..conftest import ROOT
@@ -63,9 +65,13 @@ def test_too_little_to_follow_is_refused(record):
 
 
 def test_command_writes_page_and_histories(record, tmp_path, answer, refused):
+    law = ContactLaw(HuntCrossley1975(3e5, 6e5, 1.5), Grease(4369.0, 4.0, 0.8, 1.0, 1e7, 1e7, film_height=7.5e-4))
+    law.save(tmp_path / "law.json")
     arguments = ["twin", DATA / "level_5_b.uff", "--rig", DATA / "rig.toml", "--rig-exact", "--window", 4, "--quiet"]
-    result = answer(*arguments, "--out", tmp_path / "out")
-    assert result["alarms"] == [] and result["record"] == "level_5_b"
+    result = answer(*arguments, "--law", tmp_path / "law.json", "--out", tmp_path / "out")
+    assert result["alarms"] == [] and result["record"] == "level_5_b" and result["law"] == law.to_dict()
+    last = {row["bushing"]: row["gap_m"] for row in result["last"]}
+    assert last[1] == pytest.approx(3e-4, rel=0.02)
     names = {"index.html", "twin.csv", "twin.nc", "twin.json"}
     assert names <= {p.name for p in (tmp_path / "out").iterdir()}
     assert "Twin of rig" in (tmp_path / "out" / "index.html").read_text(encoding="utf-8")
