@@ -98,6 +98,7 @@ def test_data_model(clone):
     run_python("data_model.md", clone)
 
 
+@pytest.mark.slow
 def test_twin(clone):
     run_python("twin.md", clone)
 

@@ -15,6 +15,8 @@ from experiments.bench_twin import shaken
 from ..conftest import ROOT
 
 DATA = ROOT / "data" / "table1_rig"
+LAW = ContactLaw(HuntCrossley1975(1e5, 1e5, 1.3), Grease(4e3, 5.0, 0.9, 1.0, 5e6, 5e6, film_height=1e-3))
+"""kinds of contact and grease alone are right"""
 
 
 @pytest.fixture(scope="module")
@@ -24,7 +26,7 @@ def record():
 
 @pytest.fixture(scope="module")
 def found(record):
-    return twin(record)
+    return twin(record, law=LAW, rig_exact=True)
 
 
 def test_gaps_of_the_virtual_rig(found):
@@ -65,11 +67,10 @@ def test_too_little_to_follow_is_refused(record):
 
 
 def test_command_writes_page_and_histories(record, tmp_path, answer, refused):
-    law = ContactLaw(HuntCrossley1975(3e5, 6e5, 1.5), Grease(4369.0, 4.0, 0.8, 1.0, 1e7, 1e7, film_height=7.5e-4))
-    law.save(tmp_path / "law.json")
+    LAW.save(tmp_path / "law.json")
     arguments = ["twin", DATA / "level_5_b.uff", "--rig", DATA / "rig.toml", "--rig-exact", "--window", 4, "--quiet"]
     result = answer(*arguments, "--law", tmp_path / "law.json", "--out", tmp_path / "out")
-    assert result["alarms"] == [] and result["record"] == "level_5_b" and result["law"] == law.to_dict()
+    assert result["alarms"] == [] and result["record"] == "level_5_b" and result["law"] == LAW.to_dict()
     last = {row["bushing"]: row["gap_m"] for row in result["last"]}
     assert last[1] == pytest.approx(3e-4, rel=0.02)
     names = {"index.html", "twin.csv", "twin.nc", "twin.json"}
@@ -106,5 +107,5 @@ def test_wear_is_seen_and_followed():
 
 @pytest.mark.slow
 def test_no_alarm_without_a_change():
-    """Six records of 30 s, at three levels."""
+    """Six records of 30 s at three levels, rig corrected and families found."""
     assert [a for seed in range(60, 66) for a in twin(shaken(seed, (2.0, 5.0, 8.0)[seed % 3], 30.0)).alarms] == []
