@@ -55,6 +55,8 @@ LEAST = {"gap": 0.03, "stiffness": 0.05, "damping": 0.3, "grease stiffness": 0.1
 their laws tell it and the film's losses apart"""
 SURE = 4.0
 """standard deviations beyond them from which on a change is an alarm"""
+WINDOWS = 2
+"""that show a change, at least, for its kind to be told"""
 BLOCK = 0.25
 """s over which what a law misses may hang together"""
 KNOWN = 0.1
@@ -225,7 +227,7 @@ class Followed:
     def _alert(self) -> Alert | None:
         """A change that the windows show; what is believed then begins anew with what followed it."""
         found = self.changes.look(self.directions, np.log1p(list(LEAST.values())))
-        if found is None or found[1] < SURE:
+        if found is None or found[1] < SURE or found[0].windows < WINDOWS:
             return None
         change, _ = found
         self.belief = change.after.drifted(self.looks)  # the window in which it happened holds both
