@@ -9,6 +9,8 @@ import sys
 import time
 from pathlib import Path
 
+import pytest
+
 CHROMIUM = next((p for n in ("chromium", "chromium-browser", "google-chrome") if (p := shutil.which(n))), None)
 PATIENCE = 120.0
 """s; numba may have to compile"""
@@ -47,14 +49,9 @@ def until(page, expression: str):
     """Wait until a JavaScript expression is true, and return it; the page's policy allows no eval of Playwright's."""
     end = time.monotonic() + PATIENCE
     while not (found := page.evaluate(expression)):
-        assert time.monotonic() < end, (
-            expression,
-            page.inner_text("#status"),
-            page.inner_text("#problem"),
-            page.evaluate(
-                "JSON.stringify([live.drawn, live.state.order, [...live.state.pending.keys()], document.visibilityState])"
-            ),
-        )
+        if time.monotonic() > end:
+            seen = page.evaluate("[live.drawn, live.state.order, document.visibilityState]")
+            pytest.fail(f"{expression}: {seen}, {page.inner_text('#status')}, {page.inner_text('#problem')}")
         page.wait_for_timeout(10)
     return found
 
