@@ -22,12 +22,13 @@ from ._version import __version__
 from .errors import ClearanceError
 from .files import replacing
 
-__all__ = ["ResultCache", "code", "code_outside", "digest", "file_lock"]
+__all__ = ["LIBRARIES", "ResultCache", "code", "code_outside", "digest", "file_lock", "library_version"]
 
 NOT_IN_RESULTS = ("cli", "drawing.py", "overview.py", "report", "testrig", "vehicle")
 """Parts of the package whose sources do not touch simulations, laws and FRFs"""
 _PACKAGE = Path(__file__).parent
-_LIBRARIES = ("mujoco-core", "numba", "numpy", "pywavelets", "scipy")
+LIBRARIES = ("mujoco-core", "numba", "numpy", "pywavelets", "scipy")
+"""Whose versions results depend on"""
 _OURS = re.compile(r".+_[0-9a-f]{16}\.[a-z.]+")
 T = TypeVar("T")
 
@@ -42,7 +43,7 @@ def code(without: tuple[str, ...] = NOT_IN_RESULTS) -> str:
     """Return the digest of the package's sources, but for these folders and modules, and its libraries' versions."""
     files = [p for p in sorted(_PACKAGE.rglob("*.py")) if p.relative_to(_PACKAGE).parts[0] not in without]
     sources = [(str(p.relative_to(_PACKAGE)), hashlib.sha256(p.read_bytes()).hexdigest()) for p in files]
-    return digest(__version__, sources, [(name, _version(name)) for name in _LIBRARIES])
+    return digest(__version__, sources, [(name, library_version(name)) for name in LIBRARIES])
 
 
 def code_outside(*things: object) -> list[str]:
@@ -52,7 +53,8 @@ def code_outside(*things: object) -> list[str]:
     return [hashlib.sha256(p.read_bytes()).hexdigest() for p in sorted(files) if not p.is_relative_to(_PACKAGE)]
 
 
-def _version(name: str) -> str:
+def library_version(name: str) -> str:
+    """Return the version of an installed library; empty if it is not known."""
     try:
         return version(name)
     except PackageNotFoundError:

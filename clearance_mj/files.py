@@ -1,10 +1,12 @@
 """Files that are whole or not there: written under a temporary name, then renamed. JSON that every reader takes."""
 
+import errno
 import gzip
 import json
 import math
 import os
-import tempfile
+import secrets
+import stat
 import zlib
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -14,11 +16,30 @@ from typing import Any
 
 from .errors import ClearanceError, RecordError
 
-__all__ = ["TOO_DENSE", "most_unpacked", "read_lines", "replacing", "to_json", "write_text"]
+__all__ = ["TOO_DENSE", "most_unpacked", "plain_file", "read_lines", "replacing", "to_json", "write_text"]
 
 DENSEST = 50
 """Times its size that a compressed file may unpack to: measured numbers reach 2 to 10"""
 TOO_DENSE = f"unpacks to more than {DENSEST} times its size, which no record does; unpack it and look what it holds"
+
+LARGEST = 4 * 2**30
+"""bytes of a file that is read at once: more is no record, or fills the memory of most machines"""
+SPECIAL = {
+    stat.S_IFDIR: "a folder", stat.S_IFIFO: "a pipe", stat.S_IFSOCK: "a socket", stat.S_IFCHR: "a device",
+    stat.S_IFBLK: "a device",
+}  # fmt: skip
+"""What is no plain file"""
+
+
+def plain_file(path: str | PathLike[str]) -> Path:
+    """Return the path of a file that can be read to its end; an OSError says what is no file, or too large a one."""
+    found = os.stat(path)
+    if what := SPECIAL.get(stat.S_IFMT(found.st_mode)):
+        raise OSError(errno.EINVAL, f"it is {what}, not a plain file", str(path))
+    if found.st_size > LARGEST:
+        size = f"it has {found.st_size / 2**30:.3g} GiB; at most {LARGEST / 2**30:g} GiB are read"
+        raise OSError(errno.EFBIG, size, str(path))
+    return Path(path)
 
 
 def most_unpacked(size: int) -> int:
@@ -30,7 +51,7 @@ def read_lines(path: str | PathLike[str]) -> list[str]:
     """Read the lines of a text file (UTF-8 or Latin-1), plain or compressed by gzip (seen from its first bytes)."""
     path = Path(path)
     try:
-        data = path.read_bytes()
+        data = plain_file(path).read_bytes()
         if data[:2] == b"\x1f\x8b":
             with gzip.open(path) as file:
                 size, data = len(data), file.read(most_unpacked(len(data)) + 1)
@@ -52,20 +73,27 @@ def read_lines(path: str | PathLike[str]) -> list[str]:
 def replacing(path: str | PathLike[str]) -> Iterator[Path]:
     """Yield a temporary path, which takes the place of ``path`` on success; else the old file stays as it was.
 
-    The folder is made if needed. A ClearanceError says why it cannot be written, such as on a full disk.
+    The folder is made if needed. A link stays one: the file that it leads to is replaced. A file keeps its permissions.
+    A ClearanceError says why it cannot be written, such as on a full disk, or that it is no plain file.
     """
     path = Path(path)
     temporary: Path | None = None
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        handle, name = tempfile.mkstemp(prefix=f".{path.name}.", suffix=path.suffix, dir=path.parent)
-        temporary = Path(name)
-        os.close(handle)
+        target = Path(os.path.realpath(path))
+        known = target.stat().st_mode if os.path.lexists(target) else None
+        if known and (what := SPECIAL.get(stat.S_IFMT(known))):
+            raise ClearanceError(f"{path}: is {what}, not a file; give another name")
+        target.parent.mkdir(parents=True, exist_ok=True)
+        temporary = target.with_name(f".{target.name[:60]}.{secrets.token_hex(4)}{target.suffix[:20]}")
+        temporary.touch(exist_ok=False)
         yield temporary
-        temporary.chmod(0o644)
-        temporary.replace(path)
+        if known:
+            temporary.chmod(stat.S_IMODE(known))
+        temporary.replace(target)
     except OSError as error:
         raise ClearanceError(f"{path}: cannot be written ({error.strerror or error})") from error
+    except UnicodeEncodeError as error:
+        raise ClearanceError(f"{path}: cannot be written: a name or text in it is no text ({error.reason})") from error
     finally:
         if temporary:
             temporary.unlink(missing_ok=True)

@@ -15,14 +15,14 @@ import hashlib
 import json
 import os
 import shutil
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path, PurePosixPath
 from typing import Any
 
 from .cache import ResultCache, file_lock
 from .errors import ClearanceError
-from .files import write_text
+from .files import plain_file, write_text
 
 __all__ = ["OutputFolder", "output_folder"]
 
@@ -36,8 +36,9 @@ LAST = ("summary.json", "report.html", "identified.json", "index.html")
 class OutputFolder:
     """A folder into which the command ``what`` publishes files; made by `output_folder`."""
 
-    def __init__(self, path: Path, what: str):
+    def __init__(self, path: Path, what: str, inputs: Iterable[Path] = ()):
         self.path, self.what, self._work = path, what, path / WORK
+        self._inputs = {os.path.realpath(file) for file in inputs}
         self.new = self._work / "new"
         """Where to write; `publish` moves what is here to its place."""
         self.cache = ResultCache(self._work / "cache")
@@ -52,8 +53,10 @@ class OutputFolder:
                 )
 
     def refuse_others(self, *names: str) -> None:
-        """Refuse to go on if a file or folder is where one of these will be written and is not this program's."""
+        """Refuse to go on if what is where one of these will be written is not this program's, or is being read."""
         for name in names:
+            if os.path.realpath(self.path / name) in self._inputs:
+                raise ClearanceError(f"{self.path / name} is read by this command; give another --out")
             if os.path.lexists(self.path / name) and not self._is_ours(name):
                 raise ClearanceError(
                     f"{self.path / name} is there and not listed as written by this version of clearance-mj; "
@@ -108,12 +111,12 @@ class OutputFolder:
 
 
 @contextmanager
-def output_folder(path: str | Path, what: str) -> Iterator[OutputFolder]:
+def output_folder(path: str | Path, what: str, inputs: Iterable[Path] = ()) -> Iterator[OutputFolder]:
     """Yield a folder, made if needed, for a command to write into; what it wrote is published if the block ends well.
 
-    Write below its ``new``; results in its ``cache`` stay for the next run, also if the block fails. A ClearanceError
-    says if the path is a file, another process writes there, a file of this program was changed, a file that is not
-    this program's is in the way, or the folder cannot be written.
+    Write below its ``new``; results in its ``cache`` stay for the next run, also if the block fails. Files that are
+    ``inputs`` are never replaced. A ClearanceError says if the path is a file, another process writes there, a file of
+    this program was changed, a file that is not this program's is in the way, or the folder cannot be written.
     """
     path = Path(path)
     if path.exists() and not path.is_dir():
@@ -126,7 +129,7 @@ def output_folder(path: str | Path, what: str) -> Iterator[OutputFolder]:
         work.mkdir(parents=True, exist_ok=True)
         (work / MARK).write_text(MARK_TEXT)
         with file_lock(work / "lock", what, path):
-            folder = OutputFolder(path, what)
+            folder = OutputFolder(path, what, inputs)
             yield folder
             folder.publish()
     except OSError as error:
@@ -154,7 +157,7 @@ def _write_json(path: Path, data: object) -> None:
 def _read_json(path: Path, *keys: str) -> dict[str, dict[str, Any]]:
     """A manifest or a list of moves, which may not lead out of the folder."""
     try:
-        data = json.loads(path.read_text(encoding="utf-8"))
+        data = json.loads(plain_file(path).read_text(encoding="utf-8"))
         for name, entry in ((name, entry) for key in keys for name, entry in data[key].items()):
             if PurePosixPath(name).is_absolute() or ".." in PurePosixPath(name).parts:
                 raise ValueError("a path leads out of the folder")

@@ -21,6 +21,7 @@ from pydantic import ConfigDict, Field, ValidationError
 from pydantic_core import core_schema
 
 from .errors import ClearanceError
+from .files import plain_file
 from .messages import WORDS, descriptions, either, message, names_of, shown, wrong_type
 
 __all__ = [
@@ -200,7 +201,7 @@ def read_plain(path: str | Path, error: type[ClearanceError]) -> dict[str, Any]:
     path = Path(path)
     form, parse = ("JSON", json.loads) if path.suffix == ".json" else ("TOML", tomllib.loads)
     try:
-        return parse(path.read_text(encoding="utf-8"))
+        return parse(plain_file(path).read_text(encoding="utf-8"))
     except OSError as found:
         raise error(f"{path}: cannot be read ({found.strerror})") from None
     except (ValueError, RecursionError) as found:

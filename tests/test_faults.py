@@ -112,7 +112,7 @@ def test_killed_study(tmp_path, old, studies):
     out, before, command = old
     Apart(tmp_path, *command, prepare=calls(study_module, "simulate", 3, kill)).ends(-signal.SIGKILL)
     assert shown(out) == before
-    Apart(tmp_path, *command, prepare=calls(Path, "chmod", 1, kill)).ends(-signal.SIGKILL)
+    Apart(tmp_path, *command, prepare=calls(Path, "replace", 1, kill)).ends(-signal.SIGKILL)
     assert shown(out) == before
     goes_on(tmp_path, old, studies, 2)
 

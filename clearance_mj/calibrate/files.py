@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import csv
 from os import PathLike
-from pathlib import Path
 
 import numpy as np
 
 from ..errors import RecordError
+from ..files import plain_file
 from ..io.uff import read_uff
 from ..signals.frf import FRF
 from ..structure.base import parse_dof
@@ -34,7 +34,7 @@ def read_frequencies(path: str | PathLike[str], std: float = FREQUENCY_STD) -> M
         If the file cannot be read, lacks a column or holds an impossible value.
     """
     try:
-        with Path(path).open(newline="", encoding="utf-8-sig") as file:
+        with plain_file(path).open(newline="", encoding="utf-8-sig") as file:
             header, *rows = [row for row in csv.reader(file) if row]
         table = dict(zip(header, np.array(rows, dtype=float).T, strict=True))
     except OSError as error:

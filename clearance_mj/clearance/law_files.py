@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from ..errors import LawError
+from ..files import plain_file
 from ..rig import Grease, Rig
 from ..validation import from_plain, json_schema
 from .contact import CONTACTS
@@ -38,7 +39,7 @@ def load_law(path: str | Path) -> Law:
     """
     path = Path(path)
     try:
-        return law_from_dict(json.loads(path.read_text(encoding="utf-8")))
+        return law_from_dict(json.loads(plain_file(path).read_text(encoding="utf-8")))
     except LawError as error:
         raise LawError(f"{path}: {error}") from None
     except OSError as error:
@@ -78,7 +79,7 @@ def law_from_dict(data: dict[str, Any]) -> Law:
     """Build a law from the plain data that `Law.to_dict` returns; `LawError` if it is none."""
     if not isinstance(data, dict) or str(data.get("kind")) not in _KINDS:
         raise LawError(f'not a law file; needs "kind" to be one of {", ".join(_KINDS)}')
-    values = {name: value for name, value in data.items() if name != "kind"}
+    values = {name: value for name, value in data.items() if name not in ("kind", "provenance")}
     kind = _KINDS[data["kind"]]
     try:
         known: dict[str, Mapping[str, type]] = {"grease": {"bouc-wen": Grease, **GREASES}, "contact": CONTACTS}
@@ -118,7 +119,9 @@ def law_schema() -> dict[str, Any]:
     for name, law in _KINDS.items():
         kind: Any = law
         fields = dataclasses.fields(kind)
-        properties = {"kind": {"const": name}} | {f.name: parts.get(f.name, table) for f in fields}
+        properties = {"kind": {"const": name}, "provenance": {"type": "object"}} | {
+            f.name: parts.get(f.name, table) for f in fields
+        }
         required = ["kind", *(f.name for f in fields if f.default is dataclasses.MISSING)]
         kinds.append({"type": "object", "properties": properties, "required": required, "additionalProperties": False})
     return {"$schema": "https://json-schema.org/draft/2020-12/schema", "title": "clearance_mj law", "oneOf": kinds}

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import contextlib
 import difflib
+import errno
 import io
 import sys
 import warnings
@@ -15,8 +16,13 @@ from .._version import __version__
 from ..errors import ClearanceError
 from ..files import to_json
 from .command import COMMANDS, Parser
+from .streams import prepare, silence
 
 __all__ = ["main"]
+
+MISTAKEN = (errno.ENAMETOOLONG, errno.EACCES, errno.EPERM, errno.EROFS, errno.EISDIR, errno.ENOTDIR, errno.ENOENT,
+            errno.ELOOP, errno.EINVAL, errno.EFBIG)  # fmt: skip
+"""Errors of the system that come of a path that was given"""
 
 for _module in (
     *("new", "study", "identify", "twin", "live", "simulate", "animate", "motion", "compare", "convert", "modes"),
@@ -38,25 +44,35 @@ def main(arguments: Sequence[str] | None = None) -> int:
     int
         0 when done, 1 when interrupted or failed in computing, 2 for bad input.
     """
-    options = _parsed(sys.argv[1:] if arguments is None else list(arguments))
+    prepare()
     try:
+        options = _parsed(sys.argv[1:] if arguments is None else list(arguments))
         with contextlib.redirect_stdout(io.StringIO() if options.json else sys.stdout), warnings.catch_warnings():
             warnings.showwarning = lambda message, *_, **__: print(f"clearance-mj: warning: {message}", file=sys.stderr)
             result = options.run(options)
+        if options.json:
+            print(to_json(result), end="")
+        if sys.stdout:
+            sys.stdout.flush()
     except ClearanceError as error:
-        print(f"clearance-mj: {error}", file=sys.stderr)
-        return 2
+        return _failed(str(error), 2)
     except KeyboardInterrupt:
-        print("clearance-mj: interrupted; run the same command again to go on", file=sys.stderr)
-        return 1
+        return _failed("interrupted; run the same command again to go on", 1)
     except BrokenPipeError:
+        silence()
         return 1
-    except OSError as error:  # a full disk, a folder that may not be written
-        print(f"clearance-mj: {error}", file=sys.stderr)
-        return 1
-    if options.json:
-        print(to_json(result), end="")
+    except OSError as error:  # a full disk, a name that is too long
+        silence()
+        where = f"{error.filename}: " if error.filename else ""
+        return _failed(f"{where}{error.strerror or error}", 2 if error.errno in MISTAKEN else 1)
+    except MemoryError as error:
+        return _failed(f"not enough memory for what was asked ({str(error) or 'no more is told'}); ask for less", 2)
     return 0
+
+
+def _failed(words: str, status: int) -> int:
+    print(f"clearance-mj: {ClearanceError(words)}", file=sys.stderr)
+    return status
 
 
 def _parsed(arguments: list[str]) -> argparse.Namespace:

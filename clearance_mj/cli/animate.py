@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import argparse
+import json
 import sys
 from pathlib import Path
 from typing import Any
 
-from .command import command
+from .command import command, inputs, out_file, provenance
 from .options import add_simulation, excitation, load
 
 
@@ -34,15 +35,18 @@ def _options(parser: argparse.ArgumentParser) -> None:
 )  # fmt: skip
 def _run(options: argparse.Namespace) -> dict[str, Any]:
     from ..engines import simulate
+    from ..provenance import is_marked
     from ..report.animation import check, write
     from ..report.clip import clip
 
     check(options.out, options.renderer)
+    out_file(options.out, (options.out.suffix.lower(),), inputs(options), is_marked)
     rig, law = load(options)
     response = simulate(rig, excitation(options, rig.shaker.kind, options.rms), law, options.engine)
     cut = {"seconds": options.seconds, "slow": options.slow, "rate": options.rate}
     shown = clip(rig, response, options.start, exaggeration=options.exaggeration, **cut)
-    reason = write(shown, options.out, options.renderer, not options.quiet)
+    comment = json.dumps(provenance(options))
+    reason = write(shown, options.out, options.renderer, not options.quiet, comment)
     if reason:
         print(f"clearance-mj: note: drawn by matplotlib: {reason}", file=sys.stderr)
     print(f"animation: {options.out}")

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from ..errors import ClearanceError
 from ..files import to_json, write_text
-from .command import command, out_folder
+from .command import command, provenance
 from .options import add_periodic, add_plugin, load, load_plugin, settings
 
 if TYPE_CHECKING:  # a command imports what it needs when it runs
@@ -35,6 +35,7 @@ def _modes(text: str) -> list[int]:
 @command(
     "backbone", "follow nonlinear modes: frequency and damping over amplitude", _options,
     out=Path("results/backbone"), out_help="folder for backbone.csv, .json and .png (default: %(default)s)",
+    writes=("backbone.csv", "backbone.json", "backbone.png"),
 )  # fmt: skip
 def _run(options: argparse.Namespace) -> dict[str, Any]:
     from ..periodic import backbone
@@ -44,7 +45,6 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
     from ..tasks import run_tasks
 
     load_plugin(options.plugin)
-    out_folder(options.out)
     if (options.start is None) != (options.stop is None):
         raise ClearanceError("--from and --to are the ends of the amplitudes: give both or none")
     rig, law = load(options)
@@ -59,10 +59,11 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
     found = [by_mode[mode] for mode in options.mode]
     result = settings(rig, law) | shared | {"backbones": [of_backbone(each) for each in found]}
     drawing = draw(found)
+    result |= {"provenance": provenance(options)}
     text = to_json(result)
-    write_csv(options.out / "backbone.csv", rows(found))
-    drawing.write(options.out)
-    write_text(options.out / "backbone.json", text)
+    write_csv(options.new / "backbone.csv", rows(found))
+    drawing.write(options.new)
+    write_text(options.new / "backbone.json", text)
     for each in found:
         print("\n".join(words(each)))
     print(f"backbone: {options.out / 'backbone.csv'}")

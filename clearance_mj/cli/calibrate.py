@@ -6,9 +6,9 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ..errors import ClearanceError, RecordError
+from ..errors import RecordError
 from ..files import to_json, write_text
-from .command import command, out_folder
+from .command import command, provenance
 
 if TYPE_CHECKING:
     from ..calibrate import Calibration, FRFTarget, ModalTarget
@@ -56,6 +56,7 @@ def _free(text: str) -> tuple[str, tuple[float, float] | None]:
     "calibrate", "find a rig's parameters from measured natural frequencies, shapes or FRFs", _options,
     out=Path("results/calibration"),
     out_help="folder for rig.toml, calibration.json and calibration.png (default: %(default)s)",
+    writes=("rig.toml", "calibration.json", "calibration.png"),
 )  # fmt: skip
 def _run(options: argparse.Namespace) -> dict[str, Any]:
     from ..calibrate import calibrate
@@ -64,16 +65,13 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
 
     if options.starts < 1 or options.std <= 0:
         raise RecordError(f"--starts must be >= 1 and --std > 0, got {options.starts} and {options.std:g}")
-    out_folder(options.out)
-    if (options.out / "rig.toml").resolve() == options.rig.resolve():
-        raise ClearanceError(f"--out {options.out}: rig.toml would replace {options.rig}; give another folder")
     rig, targets = Rig.load(options.rig), [_target(path, options) for path in options.targets]
     progress = None if options.quiet else "calibrating"
     found = calibrate(rig, targets, dict(options.free), options.starts, options.seed, progress)
-    result = found.to_dict()
-    found.rig.save(options.out / "rig.toml")
-    write_text(options.out / "calibration.json", to_json(result))
-    draw(found).write(options.out)
+    result = found.to_dict() | {"provenance": provenance(options)}
+    found.rig.copied(options.new / "structure").save(options.new / "rig.toml")
+    write_text(options.new / "calibration.json", to_json(result))
+    draw(found).write(options.new)
     _print(found, options.out)
     return result | {"out": str(options.out)}
 

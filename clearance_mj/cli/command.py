@@ -3,14 +3,19 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable
+import contextlib
+import io
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NoReturn
 
 from ..errors import ClearanceError
 
-__all__ = ["COMMANDS", "Command", "Parser", "command", "out_folder"]
+__all__ = ["COMMANDS", "Command", "Parser", "command", "inputs", "out_file", "out_folder", "provenance"]
+
+OUTPUTS = {"out", "new", "energy", "ledger", "figures", "schema"}
+"""Options that name what is written; every other path is read"""
 
 
 class Parser(argparse.ArgumentParser):
@@ -18,7 +23,7 @@ class Parser(argparse.ArgumentParser):
 
     def error(self, message: str) -> NoReturn:
         """End with status 2 and what is wrong."""
-        self.exit(2, f"{self.prog}: {message} (see {self.prog} --help)\n")
+        self.exit(2, f"{ClearanceError(f'{self.prog}: {message}')} (see {self.prog} --help)\n")
 
 
 @dataclass(frozen=True)
@@ -59,17 +64,73 @@ def command(
     options: Callable[[argparse.ArgumentParser], None],
     out: Path | None = None,
     out_help: str | None = None,
+    writes: Sequence[str] = (),
 ) -> Callable[[Run], Run]:
-    """Make a function a command; a decorator. ``options`` adds its own options to its parser, ``out`` is a default."""
+    """Make a function a command; a decorator. ``options`` adds its own options to its parser, ``out`` is a default.
+
+    Where ``writes`` names files, ``--out`` is a folder: the function writes them into ``options.new``, and once all
+    are whole they take their places in the folder, see `output_folder`. Others that are there are not replaced.
+    """
 
     def register(run: Run) -> Run:
-        COMMANDS[name] = Command(name, help, options, run, out, out_help)
+        COMMANDS[name] = Command(name, help, options, _publishing(name, writes, run) if writes else run, out, out_help)
         return run
 
     return register
+
+
+def _publishing(name: str, writes: Sequence[str], run: Run) -> Run:
+    def published(options: argparse.Namespace) -> Any:
+        from ..output_folder import output_folder
+        from ..provenance import files_of
+
+        if options.out is None:
+            return run(options)
+        with output_folder(options.out, name, files_of(inputs(options))) as folder:
+            folder.refuse_others(*writes)
+            options.new = folder.new
+            with contextlib.redirect_stdout(io.StringIO()) as said:
+                found = run(options)
+        print(said.getvalue(), end="")  # where nobody can read, the files are there all the same
+        return found
+
+    return published
+
+
+def inputs(options: argparse.Namespace) -> list[Path]:
+    """Files and folders that a command was given to read."""
+    return [path for name, value in vars(options).items() if name not in OUTPUTS for path in _paths(value)]
+
+
+def _paths(value: object) -> Iterator[Path]:
+    if isinstance(value, Path):
+        yield value
+    elif isinstance(value, list):
+        yield from (path for path in value if isinstance(path, Path))
+
+
+def provenance(options: argparse.Namespace) -> dict[str, Any]:
+    """Return what a command's results come from: versions of the program and its libraries, digests of what it read."""
+    from ..provenance import made_from
+
+    return made_from(inputs(options), options.command)
 
 
 def out_folder(folder: Path | None, option: str = "--out") -> None:
     """Refuse a file that was given by an option where results need a folder."""
     if folder and folder.is_file():
         raise ClearanceError(f"{option} {folder} is a file; give a folder")
+
+
+def out_file(
+    path: Path, suffixes: Sequence[str], read: Sequence[Path], ours: Callable[[Path], bool], option: str = "--out"
+) -> None:
+    """Refuse a file to write that has another suffix, is ``read`` too, or is there already and not ``ours``."""
+    if path.suffix.lower() not in suffixes:
+        raise ClearanceError(f"{option} {path}: give a name that ends in {' or '.join(suffixes)}")
+    if not path.exists():
+        return
+    if any(other.exists() and path.samefile(other) for other in read):
+        raise ClearanceError(f"{option} {path} is read by this command; give another name")
+    if path.is_file() and not ours(path):
+        raise ClearanceError(f"{option} {path} is there and does not say that clearance-mj wrote it; give another name")

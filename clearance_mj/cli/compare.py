@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from ..errors import ClearanceError
 from ..files import to_json, write_text
-from .command import command, out_folder
+from .command import command, provenance
 from .options import add_columns, add_plugin, load_plugin, parse_columns
 
 if TYPE_CHECKING:  # a command imports what it needs when it runs
@@ -37,13 +37,13 @@ def _options(parser: argparse.ArgumentParser) -> None:
 @command(
     "compare", "compare the FRFs of two files, whatever wrote them (test first)", _options,
     out_help="folder for comparison.json, comparison.html and the figures (default: none is written)",
+    writes=("comparison.json", "comparison.html"),
 )  # fmt: skip
 def _run(options: argparse.Namespace) -> dict[str, Any]:
     from ..io.formats import read_frf
     from ..signals.alignment import align
 
     load_plugin(options.plugin)
-    out_folder(options.out)
     test = read_frf(options.test, dict(parse_columns(options.test_column, "--test-column")))
     model = read_frf(options.model, dict(parse_columns(options.model_column, "--model-column")))
     try:
@@ -58,9 +58,10 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
         from ..report.comparison import write_page
 
         drawn = drawings()
-        result["figures"] = [str(drawing.write(options.out)) for drawing in drawn]
-        result["report"] = str(write_page(comparison, drawn, result["notes"], options.out))
-        write_text(options.out / "comparison.json", to_json(result))
+        result["provenance"] = provenance(options)
+        result["figures"] = [str(options.out / drawing.write(options.new).name) for drawing in drawn]
+        result["report"] = str(options.out / write_page(comparison, drawn, result["notes"], options.new).name)
+        write_text(options.new / "comparison.json", to_json(result))
     _print(result)
     return result
 

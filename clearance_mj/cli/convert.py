@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..errors import ClearanceError, RecordError
-from .command import command
+from .command import command, out_file
 from .options import add_columns, add_plugin, load_plugin, parse_columns
 
 if TYPE_CHECKING:  # a command imports what it needs when it runs
@@ -74,7 +74,7 @@ def _to_file(inputs: list[Path], out: Path, columns: dict[str, str], options: ar
         raise ClearanceError(f"{out}: {' and '.join(given)} are for a dataset folder (no suffix)")
     if options.band and not options.frf:
         raise ClearanceError(f"{out}: --band is for --frf and for a dataset folder (no suffix)")
-    formats.format_of(out)
+    out_file(out, [*formats.format_of(out).suffixes], [*inputs, *([options.rig] if options.rig else [])], _is_readable)
     (path,) = inputs
     rig = Rig.load(options.rig) if options.rig else None
     obj: formats.Contents
@@ -86,6 +86,17 @@ def _to_file(inputs: list[Path], out: Path, columns: dict[str, str], options: ar
         obj = _frf(path, obj, rig, options)
     formats.write(out, obj, rig)
     return {"in": str(path), "out": str(out), "holds": _words(obj, out, rig)}
+
+
+def _is_readable(path: Path) -> bool:
+    """Whether a file holds what this program writes, which can be read without options, and so may be replaced."""
+    from ..io import formats
+
+    try:
+        formats.read(path)
+    except ClearanceError:
+        return False
+    return True
 
 
 def _frf(path: Path, obj: Contents, rig: Rig | None, options: argparse.Namespace) -> FRF:

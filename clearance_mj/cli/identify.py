@@ -9,8 +9,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
 from ..errors import ClearanceError, RecordError
+from ..files import to_json, write_text
 from ..identify import METHODS as LAWS
-from .command import command, out_folder
+from .command import command, inputs, out_file, out_folder, provenance
 from .options import add_columns, add_plugin, load_plugin, parse_columns
 
 if TYPE_CHECKING:
@@ -68,11 +69,14 @@ def _found(options: argparse.Namespace, name: str, method: Method, dataset: Data
 
 
 def _law(options: argparse.Namespace, name: str, method: Method) -> dict[str, Any]:
+    from ..provenance import is_marked
     from ..report.identified import Findings
 
-    out, dataset = options.out or Path("law.json"), _dataset(options)
+    out = options.out or Path("law.json")
+    out_file(out, (".json",), inputs(options), is_marked)
+    dataset = _dataset(options)
     found, warned = _found(options, name, method, dataset)
-    found.law.save(out)
+    write_text(out, to_json(found.law.to_dict() | {"provenance": provenance(options)}))
     result: dict[str, Any] = {"out": str(out), "law": found.law.to_dict(), "warnings": warned}
     if method.shortest:  # it was given the records
         findings = Findings(dataset, found, name)
@@ -103,11 +107,11 @@ def _bench(options: argparse.Namespace, method: Method) -> dict[str, Any]:
     from ..report.bench import write_bench, write_page
 
     dataset, out = _dataset(options), options.out or Path("results/identified")
-    with output_folder(out, "identify") as folder:
+    with output_folder(out, "identify", inputs(options)) as folder:
         folder.refuse_others("rig.toml", "law.json", "identified.json", "index.html")
         found, warned = _found(options, BENCH, method, dataset)
         fit = cast("BenchFit", found)
-        write_bench(fit, dataset, folder.new)
+        write_bench(fit, dataset, folder.new, provenance(options))
         if not options.no_figures:
             write_page(fit, dataset, folder.new, out, not options.quiet)
     _print_bench(fit, out)
@@ -157,19 +161,19 @@ def _draw(findings: Findings, out: Path, options: argparse.Namespace) -> dict[st
     """Write the figures; say which the records do not allow."""
     from tqdm import tqdm
 
-    from ..files import replacing
+    from ..output_folder import output_folder
 
-    folder, drawn, missing = options.figures or out.with_name(f"{out.stem}_figures"), [], {}
+    shown, drawn, missing = options.figures or out.with_name(f"{out.stem}_figures"), {}, {}
     for name, draw in tqdm(findings.figures().items(), desc="figures", disable=options.quiet):
         try:
-            figure = draw()
+            drawn[f"{name}.png"] = draw()
         except RecordError as error:
             missing[name] = str(error)
-            continue
-        with replacing(folder / f"{name}.png") as temporary:
-            figure.savefig(temporary, dpi=DPI)
-        drawn.append(str(folder / f"{name}.png"))
-    return {"figures": drawn, "not_drawn": missing}
+    if drawn:
+        with output_folder(shown, "identify --figures", inputs(options)) as folder:
+            for name, figure in drawn.items():
+                figure.savefig(folder.new / name, dpi=DPI)
+    return {"figures": [str(shown / name) for name in drawn], "not_drawn": missing}
 
 
 def _print(result: dict[str, Any]) -> None:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from ..errors import ClearanceError
 from ..files import to_json, write_text
-from .command import command, out_folder
+from .command import command, provenance
 from .options import add_columns, add_plugin, load_plugin, parse_columns
 
 if TYPE_CHECKING:  # a command imports what it needs when it runs
@@ -34,6 +34,7 @@ def _options(parser: argparse.ArgumentParser) -> None:
 @command(
     "modes", "make a structure of measured FRFs: modes of unit mass, residual flexibility, synthesis", _options,
     out=Path("modes"), out_help="folder for modes.csv, modes.json and synthesis.png (default: %(default)s)",
+    writes=("modes.csv", "modes.json", "synthesis.png"),
 )  # fmt: skip
 def _run(options: argparse.Namespace) -> dict[str, Any]:
     from ..io.formats import read_frf
@@ -41,7 +42,6 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
     from ..structure import modes_from_frf
 
     load_plugin(options.plugin)
-    out_folder(options.out)
     columns = dict(parse_columns(options.column))
     names = dict(_driving_points(options.driving_point))
     frfs = [read_frf(path, columns) for path in options.frfs]
@@ -50,11 +50,11 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
         found = modes_from_frf(frfs, options.modes, band, driving_points=names)
     except ClearanceError as error:
         raise type(error)(f"{', '.join(map(str, options.frfs))}: {error}") from None
-    found.structure.write_csv(options.out / "modes.csv")
-    result = found.summary() | {"out": str(options.out)}
-    write_text(options.out / "modes.json", to_json(result))
+    found.structure.write_csv(options.new / "modes.csv")
+    result = found.summary() | {"out": str(options.out), "provenance": provenance(options)}
+    write_text(options.new / "modes.json", to_json(result))
     caption = "Measured FRFs and what the structure gives for them."
-    Drawing("synthesis", found.figure(), caption, caption).write(options.out)
+    Drawing("synthesis", found.figure(), caption, caption).write(options.new)
     _print(found, options.out)
     return result
 

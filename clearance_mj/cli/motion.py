@@ -7,8 +7,9 @@ from pathlib import Path
 from typing import Any
 
 from ..errors import ClearanceError
-from .command import command, out_folder
-from .options import add_simulation, excitation, load, numbers
+from ..files import to_json, write_text
+from .command import command, provenance
+from .options import add_simulation, excitation, load, numbers, settings
 
 
 def _options(parser: argparse.ArgumentParser) -> None:
@@ -23,7 +24,8 @@ def _options(parser: argparse.ArgumentParser) -> None:
 
 @command(
     "motion", "draw phase portraits, Poincaré sections and FRFs (sine: spectra) over level", _options,
-    out=Path("results/motion"), out_help="folder of the figures (default: %(default)s)",
+    out=Path("results/motion"), out_help="folder of the figures and motion.json (default: %(default)s)",
+    writes=("motion.json", "phase_portraits.png", "poincare_sections.png"),
 )  # fmt: skip
 def _run(options: argparse.Namespace) -> dict[str, Any]:
     from ..engines import simulate_batch
@@ -32,7 +34,6 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
     drop = options.duration / 4 if options.drop is None else options.drop
     if not 0 <= drop < options.duration:
         raise ClearanceError(f"--drop {drop:g}: must be in 0 to less than --duration, {options.duration:g} s")
-    out_folder(options.out)
     rig, law = load(options)
     if not rig.bushings:
         raise ClearanceError(f"{options.rig}: the rig has no bushings whose motion could be drawn")
@@ -41,8 +42,11 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
     found = simulate_batch(rig, excitations, law, options.engine, options.workers, progress)
     responses = dict(zip(options.levels, found))
     drawn = drawings(rig, responses, options.sine, drop)
-    paths = [str(drawing.write(options.out)) for drawing in drawn]
+    paths = [str(options.out / drawing.write(options.new).name) for drawing in drawn]
     for path, drawing in zip(paths, drawn):
         print(f"figure: {path}\n  {drawing.caption}")
     peaks = {f"{level:g}": abs(r.displacement).max(axis=1).tolist() for level, r in responses.items()}
-    return {"figures": paths, "peak_displacement": peaks}
+    result = {"figures": paths, "peak_displacement": peaks}
+    used = {"engine": options.engine, "provenance": provenance(options)}
+    write_text(options.new / "motion.json", to_json(settings(rig, law) | result | used))
+    return result

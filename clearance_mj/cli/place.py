@@ -11,10 +11,10 @@ from typing import Any
 import numpy as np
 
 from ..errors import ClearanceError
-from ..files import to_json, write_text
+from ..files import plain_file, to_json, write_text
 from ..placement import Placement, candidates, grid, place_sensors
 from ..rig import Rig
-from .command import command, out_folder
+from .command import command, provenance
 
 
 def _options(parser: argparse.ArgumentParser) -> None:
@@ -68,12 +68,12 @@ def _numbers(kind: type[float]) -> Callable[[str], list[float]]:
 @command(
     "place", "place sensors where they identify the modes best, by Fisher information", _options,
     out=Path("results/placement"), out_help="folder for placement.csv, .json and .png (default: %(default)s)",
+    writes=("placement.csv", "placement.json", "placement.png"),
 )  # fmt: skip
 def _run(options: argparse.Namespace) -> dict[str, Any]:
     from ..report.placement import draw
     from ..report.tables import write_csv
 
-    out_folder(options.out)
     rig = Rig.load(options.rig)
     spread = options.candidates if isinstance(options.candidates, list) else grid(rig, options.candidates).tolist()
     position = sorted({*spread, *options.at}, key=lambda point: (isinstance(point, str), point))
@@ -82,9 +82,10 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
     required = [position.index(point) for point in options.at]
     found = place_sensors(places, options.sensors, options.criterion, options.method, required)
     result = found.to_dict() | {"modes": options.modes, "criterion": options.criterion, "method": options.method}
-    write_text(options.out / "placement.json", to_json(result))
-    write_csv(options.out / "placement.csv", found.table)
-    draw(rig, places, found, options.modes).write(options.out)
+    result |= {"provenance": provenance(options)}
+    write_text(options.new / "placement.json", to_json(result))
+    write_csv(options.new / "placement.csv", found.table)
+    draw(rig, places, found, options.modes).write(options.new)
     _print(found, options.out)
     return result | {"out": str(options.out)}
 
@@ -95,7 +96,7 @@ def _noise(text: str, position: list[float | str]) -> float | np.ndarray:
     except ValueError:
         pass
     try:
-        with Path(text).open(newline="", encoding="utf-8-sig") as file:
+        with plain_file(text).open(newline="", encoding="utf-8-sig") as file:
             rows = [(float(row["position_m"]), float(row["std"])) for row in csv.DictReader(file)]
         known, std = np.array(sorted(rows)).T
     except OSError as error:

@@ -8,7 +8,7 @@ from typing import Any
 
 from ..errors import ClearanceError
 from ..files import to_json, write_text
-from .command import command, out_folder
+from .command import command, provenance
 from .options import MOST_NUMBERS, add_kind, add_periodic, add_plugin, load, load_plugin, numbers, settings
 
 
@@ -31,6 +31,7 @@ def _options(parser: argparse.ArgumentParser) -> None:
 @command(
     "rattle-map", "map where a rig rattles and jumps, over level and frequency, for several gaps", _options,
     out=Path("results/rattle_map"), out_help="folder for rattle_map.csv, .json and .png (default: %(default)s)",
+    writes=("rattle_map.csv", "rattle_map.json", "rattle_map.png"),
 )  # fmt: skip
 def _run(options: argparse.Namespace) -> dict[str, Any]:
     import numpy as np
@@ -41,7 +42,6 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
     from ..report.tables import write_csv
 
     load_plugin(options.plugin)
-    out_folder(options.out)
     if not 2 <= options.steps <= MOST_NUMBERS:
         raise ClearanceError(f"--steps must be between 2 and {MOST_NUMBERS}, got {options.steps}")
     rig, law = load(options)
@@ -50,11 +50,12 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
     found = rattle_map(rig, law, options.levels, frequencies, **shared, progress=not options.quiet)
     chosen = {name: shared[name] for name in ("harmonics", "samples", "modes")}
     result = settings(rig, law) | chosen | of_map(found)
+    result |= {"provenance": provenance(options)}
     text = to_json(result)
     drawing = draw(found)
-    write_csv(options.out / "rattle_map.csv", rows(found))
-    drawing.write(options.out)
-    write_text(options.out / "rattle_map.json", text)
+    write_csv(options.new / "rattle_map.csv", rows(found))
+    drawing.write(options.new)
+    write_text(options.new / "rattle_map.json", text)
     print("\n  ".join(words(found)))
     print(f"rattle map: {options.out / 'rattle_map.png'}")
     return result | {"out": str(options.out)}

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from ..errors import ClearanceError
 from ..files import to_json, write_text
-from .command import command, out_folder
+from .command import command, provenance
 from .options import add_kind, add_periodic, add_plugin, load, load_plugin, numbers, settings
 
 if TYPE_CHECKING:  # a command imports what it needs when it runs
@@ -56,6 +56,7 @@ def _nodes(text: str) -> list[int]:
 @command(
     "response", "follow periodic vibrations over frequency or level, around folds, without marching in time", _options,
     out=Path("results/response"), out_help="folder for response.csv, .json and .png (default: %(default)s)",
+    writes=("response.csv", "response.json", "response.png"),
 )  # fmt: skip
 def _run(options: argparse.Namespace) -> dict[str, Any]:
     from ..periodic.summaries import of_branch
@@ -63,7 +64,6 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
     from ..report.tables import write_csv
 
     load_plugin(options.plugin)
-    out_folder(options.out)
     rig, law = load(options)
     sensors = _rows_of(rig, options.sensors)
     by_level = _followed(options, rig, law)
@@ -72,10 +72,11 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
     result = settings(rig, law) | {"branches": [of_branch(branch) for branch in branches]}
     result |= {"isolas": basins} if basins else {}
     drawing = draw(branches, sensors)
+    result |= {"provenance": provenance(options)}
     text = to_json(result)
-    write_csv(options.out / "response.csv", rows(branches))
-    drawing.write(options.out)
-    write_text(options.out / "response.json", text)
+    write_csv(options.new / "response.csv", rows(branches))
+    drawing.write(options.new)
+    write_text(options.new / "response.json", text)
     for branch in branches:
         print("\n  ".join(words(branch)))
     for level in basins:

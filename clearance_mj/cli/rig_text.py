@@ -6,7 +6,8 @@ import dataclasses
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from ..files import to_json
+import tomli_w
+
 from ..rig import AppliedForce, Bushing, PointMass, Rig, Tolerance
 from ..structure import Disc, Spring, Structure, Support
 from ..validation import descriptions
@@ -76,4 +77,4 @@ def _toml(value: object) -> str:
         return f"{value:g}" if float(f"{value:g}") == value else repr(value)
     if isinstance(value, tuple | list):
         return f"[{', '.join(map(_toml, value))}]"
-    return "" if value is None else to_json(value).strip()
+    return "" if value is None else tomli_w.dumps({"": value}).partition(" = ")[2].strip()

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import argparse
 import sys
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from .command import command, out_folder
+from .command import command, inputs, out_file, provenance
 from .options import add_plugin, add_simulation, excitation, load, load_plugin
 
 if TYPE_CHECKING:  # a command imports what it needs when it runs
@@ -37,17 +38,18 @@ def _options(parser: argparse.ArgumentParser) -> None:
 def _run(options: argparse.Namespace) -> dict[str, Any]:
     from ..engines import simulate
     from ..io.results import save
+    from ..provenance import is_marked
 
+    out_file(options.out, (".nc", ".h5", ".hdf5"), inputs(options), is_marked)
     load_plugin(options.plugin)
     rig, law = load(options)
     if options.ledger:
         print("--ledger is called --energy now; its figure is energy_balance.png", file=sys.stderr)
     folder = options.energy or options.ledger
-    out_folder(folder, "--energy")
     case = rig, excitation(options, rig.shaker.kind, options.rms), law, options.engine
-    response, more = _with_energy(options.quiet, folder, case) if folder else (simulate(*case), {})
+    response, more = _with_energy(options, folder, case) if folder else (simulate(*case), {})
     _warn_of_truncation(rig)
-    save(options.out, response)
+    save(options.out, replace(response, provenance=response.provenance | {"made_from": provenance(options)}))
     print(f"response: {options.out}")
     rms = dict(zip(response.responses, response.acceleration.std(axis=1).tolist()))
     used = {name: response.provenance[name] for name in ("bending_theory", "truncation") if name in response.provenance}
@@ -68,15 +70,18 @@ def _warn_of_truncation(rig: Rig) -> None:
             )
 
 
-def _with_energy(quiet: bool, folder: Path, case: tuple[Any, Any, Any, Any]) -> tuple[Any, dict[str, Any]]:
+def _with_energy(options: argparse.Namespace, out: Path, case: tuple[Any, Any, Any, Any]) -> tuple[Any, dict[str, Any]]:
     from ..engines.energy import energy_balance
+    from ..output_folder import output_folder
     from ..report.energy import write
 
-    response, balance = energy_balance(*case, progress=None if quiet else "energy")
-    write(folder, balance)
+    with output_folder(out, "simulate --energy", inputs(options)) as folder:
+        folder.refuse_others("energy.csv", "impacts.csv", "energy_balance.png")
+        response, balance = energy_balance(*case, progress=None if options.quiet else "energy")
+        write(folder.new, balance)
     _print(balance)
-    print(f"energy balance: {folder}")
-    return response, {"energy": balance.summary() | {"out": str(folder)}}
+    print(f"energy balance: {out}")
+    return response, {"energy": balance.summary() | {"out": str(out)}}
 
 
 def _print(balance: Any) -> None:

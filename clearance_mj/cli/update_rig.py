@@ -6,9 +6,8 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ..errors import ClearanceError
 from ..files import to_json, write_text
-from .command import command, out_folder
+from .command import command, provenance
 
 if TYPE_CHECKING:
     from ..identify import Diagnosis, RigUpdate
@@ -22,22 +21,20 @@ def _options(parser: argparse.ArgumentParser) -> None:
     "update-rig", "correct the rig file by the records, and say how well it is known", _options,
     out=Path("results/updated_rig"),
     out_help="folder for rig.toml, updated_rig.json and updated_rig.png (default: %(default)s)",
+    writes=("rig.toml", "updated_rig.json", "updated_rig.png"),
 )  # fmt: skip
 def _run(options: argparse.Namespace) -> dict[str, Any]:
     from ..identify import diagnose, update_rig
     from ..io.dataset import Dataset
     from ..report.updated_rig import draw
 
-    out_folder(options.out)
-    if options.out.resolve() == options.dataset.resolve():
-        raise ClearanceError(f"--out {options.out}: rig.toml would replace the dataset's; give another folder")
     dataset = Dataset.load(options.dataset)
     found = update_rig(dataset)
     diagnosis = diagnose(dataset, found)
-    stored = found.to_dict() | {"diagnosis": list(diagnosis.words)}
-    found.rig.save(options.out / "rig.toml")
-    write_text(options.out / "updated_rig.json", to_json(stored))
-    draw(found).write(options.out)
+    stored = found.to_dict() | {"diagnosis": list(diagnosis.words), "provenance": provenance(options)}
+    found.rig.copied(options.new / "structure").save(options.new / "rig.toml")
+    write_text(options.new / "updated_rig.json", to_json(stored))
+    draw(found).write(options.new)
     _print(found, diagnosis, options.out)
     return stored | {"out": str(options.out)}
 

@@ -6,6 +6,7 @@ checks every file's structure against its size; the samples of a record are pars
 
 from __future__ import annotations
 
+import os
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -141,9 +142,11 @@ def _what_is_wrong(path: Path) -> str:
 
 
 def write_dataset(path: str | Path, rig: Rig, records: Sequence[Record]) -> None:
-    """Write a dataset; each file is replaced once it is whole, the list of records last.
+    """Write a dataset, or add to one; each file is replaced once it is whole, the list of records last.
 
-    Files that the rig's structure is read from are copied to the folder ``structure`` in it.
+    Records that were read from the folder stay as they are, and so does its rig file if it holds the same rig; what is
+    added is put to the end of the list, whose comments stay. Files that the rig's structure is read from are copied to
+    the folder ``structure`` in it.
 
     Parameters
     ----------
@@ -157,7 +160,8 @@ def write_dataset(path: str | Path, rig: Rig, records: Sequence[Record]) -> None
     Raises
     ------
     RecordError
-        If a record is of another rig, two share a name, or a provenance holds what TOML cannot.
+        If a record is of another rig, two share a name, a provenance holds what TOML cannot, or a file is in the way
+        that the folder's list of records does not name.
     """
     path = Path(path)
     try:
@@ -167,15 +171,57 @@ def write_dataset(path: str | Path, rig: Rig, records: Sequence[Record]) -> None
     for record in records:
         if record.rig != rig:
             raise RecordError(f'{path}: record "{record.name}" was measured on another rig, "{record.rig.name}"')
+    known = Dataset.load(path) if (path / "dataset.toml").exists() else None
+    added = _added(records, known) if known else None
+    new = [record for record in records if not _is_from(record, path)] if added is None else added
+    head = "" if added is None else (path / "dataset.toml").read_text(encoding="utf-8").rstrip() + "\n\n"
     try:
-        text = tomli_w.dumps({"records": [_table(record) for record in records]})
+        text = head + tomli_w.dumps({"records": [_table(record) for record in (records if added is None else added)]})
     except TypeError as error:
         raise RecordError(f"{path}: a provenance holds what TOML cannot: {error}") from None
-    rig.copied(path / "structure").save(path / "rig.toml")
-    for record in records:
+    _refuse_others(path, rig, new, known)
+    if not (path / "rig.toml").exists() or (known and known.rig != rig):
+        rig.copied(path / "structure").save(path / "rig.toml")
+    for record in new:
         write_uff(path / f"{record.name}.uff", record)
     with replacing(path / "dataset.toml") as temporary:
         temporary.write_text(text, encoding="utf-8")
+
+
+def _added(records: Sequence[Record], known: Dataset) -> list[Record] | None:
+    """Records to put to the end of a list whose others stay as they are; None if they do not, or it cannot go on."""
+    kept, new = records[: len(known.records)], list(records[len(known.records) :])
+    if len(kept) < len(known.records) or not new or known.path is None:
+        return None
+    for record, old in zip(kept, known.records):
+        same = isinstance(record.channels, FileChannels) and record.channels.path.samefile(_file_of(old))
+        if not (same and _table(record) == _table(old)):
+            return None
+    last = (known.path / "dataset.toml").read_text(encoding="utf-8").rpartition("[[")[2]
+    return new if last.startswith("records]]") else None
+
+
+def _file_of(record: Record) -> Path:
+    assert isinstance(record.channels, FileChannels)
+    return record.channels.path
+
+
+def _is_from(record: Record, path: Path) -> bool:
+    """Whether the samples of a record are those of its file in a folder."""
+    file = path / f"{record.name}.uff"
+    return isinstance(record.channels, FileChannels) and file.exists() and record.channels.path.samefile(file)
+
+
+def _refuse_others(path: Path, rig: Rig, new: Sequence[Record], known: Dataset | None) -> None:
+    """Refuse to replace files that are not of the dataset in the folder."""
+    listed = {_file_of(record).name for record in known.records} if known else set()
+    for record in new:
+        if os.path.lexists(path / f"{record.name}.uff") and f"{record.name}.uff" not in listed:
+            raise RecordError(
+                f"{path / record.name}.uff is there, but not in dataset.toml; move it away, or give another folder"
+            )
+    if known is None and (path / "rig.toml").exists() and Rig.load(path / "rig.toml") != rig:
+        raise RecordError(f"{path / 'rig.toml'} is there and holds another rig; move it away, or give another folder")
 
 
 # The list of records, dataset.toml.

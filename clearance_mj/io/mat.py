@@ -11,7 +11,6 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from os import PathLike
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -19,7 +18,7 @@ import scipy.io
 
 from ..checks import even_rate, naming
 from ..errors import RecordError
-from ..files import replacing
+from ..files import plain_file, replacing
 from ..matlab import Value, arrays
 from ..signals.frf import FRF
 from .channels import Channel
@@ -81,7 +80,7 @@ def _frf_variables(frf: FRF) -> dict[str, Any]:
 def read_variables(path: str | PathLike[str]) -> dict[str, Value]:
     """Return what `matlab.arrays` finds in a file; a RecordError names the file if it cannot be read."""
     try:
-        data = Path(path).read_bytes()
+        data = plain_file(path).read_bytes()
     except OSError as error:
         raise RecordError(f"{path}: {error.strerror or error}") from None
     if data[124:128] in (b"\x00\x02IM", b"\x02\x00MI"):

@@ -18,7 +18,7 @@ import numpy as np
 
 from ..checks import check_dof, naming
 from ..errors import RecordError
-from ..files import TOO_DENSE, most_unpacked, replacing
+from ..files import TOO_DENSE, most_unpacked, plain_file, replacing
 from ..signals._labelled import KIND, UNITS, attribute, labels, require_kind, values
 from ..signals.ema import Modes
 from ..signals.frf import FRF
@@ -140,6 +140,8 @@ def load(path: str | PathLike[str]) -> FRF | Response | Modes | list[Channel]:
         return _FROM_DATASET[kind](without_parts(dataset))
     except RecordError as error:
         raise RecordError(f"{path}: {error}") from None
+    except OSError as error:
+        raise RecordError(f"{path}: cannot be read ({error.strerror or error})") from None
     except Exception as error:  # xarray and its engines raise whatever a damaged header leads to
         reason = " ".join(str(error).split()) or type(error).__name__
         raise RecordError(f"{path}: not a whole NetCDF file of results: {reason}") from None
@@ -178,7 +180,7 @@ def saving(path: str | PathLike[str], blocks: Iterable[Response]) -> Iterator[Re
 def _dataset(path: Path) -> xr.Dataset:
     import xarray as xr
 
-    data = path.read_bytes()
+    data = plain_file(path).read_bytes()
     if not data.startswith(_HDF5_MAGIC):
         # In memory, where as much can be read as there is: a damaged header may declare any size.
         return xr.load_dataset(io.BytesIO(data), engine="scipy", decode_times=False)

@@ -19,6 +19,7 @@ from tqdm import tqdm
 
 from ..errors import ClearanceError
 from ..files import replacing
+from ..provenance import MARK
 from .clip import Clip
 from .rendering import Stroke, View, render
 from .stage import CLAMP, DPI, HALF, MASS, PLATE, STEEL, WALL, Stage
@@ -47,9 +48,10 @@ def check(path: str | Path, renderer: str) -> None:
         raise ClearanceError(f'renderer "{renderer}" is unknown; use {", ".join(RENDERERS)}')
 
 
-def write(shown: Clip, path: str | Path, renderer: str = "auto", progress: bool = True) -> str:
+def write(shown: Clip, path: str | Path, renderer: str = "auto", progress: bool = True, comment: str = MARK) -> str:
     """Write a ``.gif`` (Pillow) or ``.mp4`` (ffmpeg); return why MuJoCo did not draw it if it might have, else "".
 
+    The file carries the ``comment``, such as what it comes from.
     Renderer "auto" is MuJoCo off screen where there is a GL library for it, else matplotlib.
     """
     path = Path(path)
@@ -64,25 +66,26 @@ def write(shown: Clip, path: str | Path, renderer: str = "auto", progress: bool 
         stage.show_lines()
     numbers = tqdm(range(shown.time.size), desc="drawing", unit="picture", disable=not progress)
     with replacing(path) as temporary:
-        _WRITERS[path.suffix](stage, numbers, temporary)
+        _WRITERS[path.suffix](stage, numbers, temporary, comment)
     return reason
 
 
-def _write_gif(stage: Stage, numbers: Iterable[int], path: Path) -> None:
+def _write_gif(stage: Stage, numbers: Iterable[int], path: Path, comment: str) -> None:
     # One palette for all, out of two pictures: colours do not flicker, and what stands still costs nothing.
     two = np.vstack([stage.picture(i) for i in (0, stage.shown.time.size // 2)])
     palette = Image.fromarray(two).quantize(GIF_COLOURS)
     no_dots: dict[str, Any] = {"palette": palette, "dither": Image.Dither.NONE}
     first, *others = (Image.fromarray(stage.picture(i)).quantize(**no_dots) for i in numbers)
-    first.save(path, save_all=True, append_images=others, duration=round(1000 / stage.shown.rate), loop=0)
+    duration, said = round(1000 / stage.shown.rate), comment.encode()
+    first.save(path, save_all=True, append_images=others, duration=duration, loop=0, comment=said)
 
 
-def _write_mp4(stage: Stage, numbers: Iterable[int], path: Path) -> None:
+def _write_mp4(stage: Stage, numbers: Iterable[int], path: Path, comment: str) -> None:
     height, width, _ = stage.picture(0).shape
     source = f"-f rawvideo -pix_fmt rgb24 -s {width}x{height} -r {stage.shown.rate:g} -i -".split()
     # Players want half as many colours as pixels, and so an even number of these.
     target = "-vf pad=ceil(iw/2)*2:ceil(ih/2)*2:color=white -pix_fmt yuv420p".split()
-    command = ["ffmpeg", "-loglevel", "error", "-y", *source, *target, str(path)]
+    command = ["ffmpeg", "-loglevel", "error", "-y", *source, *target, "-metadata", f"comment={comment}", str(path)]
     with subprocess.Popen(command, stdin=subprocess.PIPE, stderr=subprocess.PIPE) as process:
         assert process.stdin is not None
         with contextlib.suppress(BrokenPipeError):  # ffmpeg says below what it did not like

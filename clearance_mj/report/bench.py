@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -27,8 +28,8 @@ TIED = 0.5
 """from which on"""
 
 
-def write_bench(fit: BenchFit, dataset: Dataset, folder: Path) -> None:
-    """Write ``rig.toml``, ``law.json`` and ``identified.json``."""
+def write_bench(fit: BenchFit, dataset: Dataset, folder: Path, provenance: dict[str, Any]) -> None:
+    """Write ``rig.toml``, ``law.json`` and ``identified.json``, the latter with what they come from."""
     fit.rig.copied(folder / "structure").save(folder / "rig.toml")
     fit.law.save(folder / "law.json")
     about = {
@@ -38,7 +39,7 @@ def write_bench(fit: BenchFit, dataset: Dataset, folder: Path) -> None:
         "synthetic": _synthetic(dataset),
         "identified_from": [r.name for r in dataset.identify],
     }
-    write_text(folder / "identified.json", to_json(about | fit.to_dict()))
+    write_text(folder / "identified.json", to_json(about | fit.to_dict() | {"provenance": provenance}))
 
 
 def write_page(fit: BenchFit, dataset: Dataset, folder: Path, shown: Path, progress: bool = False) -> None:

@@ -7,9 +7,9 @@ from __future__ import annotations
 
 import re
 from os import PathLike
-from pathlib import Path
 
 from ..errors import RecordError
+from ..files import plain_file
 from .dataset_58 import Function, read_function
 from .dataset_164 import read_units
 from .fields import SI, Block, closing_line
@@ -30,7 +30,7 @@ def contents(path: str | PathLike[str]) -> bytes:
         The file.
     """
     try:
-        return Path(path).read_bytes()
+        return plain_file(path).read_bytes()
     except OSError as error:
         raise RecordError(f"{path}: cannot be read ({error.strerror})") from None
 

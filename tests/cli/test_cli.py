@@ -127,7 +127,7 @@ def test_a_calibration_does_not_replace_the_rig_it_started_from(refused, tmp_pat
     (tmp_path / "rig.toml").write_text("my rig")
     (tmp_path / "f.csv").write_text("frequency_hz\n10\n")
     arguments = ("calibrate", tmp_path / "rig.toml", tmp_path / "f.csv", "--free", "bushings[0].position")
-    assert "rig.toml would replace" in refused(*arguments, "--out", tmp_path)
+    assert "rig.toml is read by this command" in refused(*arguments, "--out", tmp_path)
     assert (tmp_path / "rig.toml").read_text() == "my rig"
 
 

@@ -1,6 +1,7 @@
 """clearance-mj identify: a dataset, a universal file and a CSV of one record; figures, parameters, what is refused."""
 
 import dataclasses
+import hashlib
 import json
 
 import numpy as np
@@ -53,7 +54,11 @@ def test_dataset_to_law_to_simulation(small_dataset, tmp_path, capsys):
     result, told = run(capsys, small_dataset, "--method", "force-balance", "--out", law)
     assert told == ""
     assert result["warnings"] == []
-    assert result["law"] == json.loads(law.read_text()) == load_law(law).to_dict()
+    assert result["law"] == load_law(law).to_dict()
+    stored = json.loads(law.read_text())["provenance"]
+    ramp = small_dataset / "ramp.uff"
+    assert stored["inputs"][str(ramp)] == hashlib.sha256(ramp.read_bytes()).hexdigest()
+    assert {str(small_dataset / name) for name in ("rig.toml", "dataset.toml")} < stored["inputs"].keys()
 
     rows = {row["name"]: row for row in result["parameters"]}
     known = {"grease k": 4000.0, "grease c": 5.0, "contact k": SMALL_LAW.k[0], "contact c": SMALL_LAW.c[0]}

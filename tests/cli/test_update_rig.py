@@ -45,4 +45,4 @@ def test_files_and_json(folder, tmp_path, capsys):
 
 def test_the_datasets_rig_is_not_replaced(folder, capsys):
     assert main(["update-rig", str(folder), "--out", str(folder)]) == 2
-    assert "rig.toml would replace the dataset's; give another folder" in capsys.readouterr().err
+    assert "rig.toml is read by this command; give another --out" in capsys.readouterr().err

@@ -151,7 +151,12 @@ def test_command(tmp_path, capsys):
     folder = tmp_path / "energy"
     assert command(tmp_path, "--energy", str(folder), "--json") == 0
     found = json.loads(capsys.readouterr().out)["energy"]
-    assert sorted(p.name for p in folder.iterdir()) == ["energy.csv", "energy_balance.png", "impacts.csv"]
+    assert sorted(p.name for p in folder.iterdir()) == [
+        ".clearance-mj",
+        "energy.csv",
+        "energy_balance.png",
+        "impacts.csv",
+    ]
     energy = np.genfromtxt(folder / "energy.csv", delimiter=",", names=True)
     assert energy.size == 1024
     assert energy["input"][-1] == pytest.approx(found["energy"]["input"], rel=1e-8)

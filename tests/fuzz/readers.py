@@ -27,7 +27,7 @@ from clearance_mj.sweep.store import Table
 from clearance_mj.universal.dataset_58 import Header, function_block
 from experiments.real import records as real
 
-from . import samples
+from . import absurd, command_lines, samples
 from .mutations import NUMBERS, as_json, damaged, packed, replanted, toml
 
 
@@ -47,6 +47,10 @@ class Reader:
     """how many a full run makes"""
     beside: Callable = dict
     """() -> names and bytes of files in the same folder"""
+    memory: int = 500 * 2**20
+    """bytes that reading may take beyond what the process has"""
+    patience: float = 20.0
+    """s for one input; they take milliseconds, but other processes may have the machine"""
 
 
 def make_uff(rng, whole):
@@ -335,6 +339,8 @@ def readers() -> dict[str, Reader]:
         Reader("table of a sweep", "cases.npy", lambda rng: make_bytes(rng, samples.table()), read_cases, 5_000),
         *(Reader(name, file, functools.partial(make_text, whole=whole), plainly(read), 5_000)
           for name, (file, whole, read) in texts.items()),
+        Reader("absurd rig and law", "case.json", absurd.make, absurd.run, 5_000, dict, 2**30, 10.0),
+        Reader("command line", "line.json", command_lines.make, command_lines.run, 20_000, dict, 2**30, 10.0),
     ]  # fmt: skip
     return {reader.name: reader for reader in found}
 

@@ -21,10 +21,6 @@ from clearance_mj.errors import ClearanceError
 
 from .readers import Reader, generator
 
-MEMORY = 500 * 2**20
-"""bytes that reading may take beyond what the process has"""
-PATIENCE = 20.0
-"""s for one input; they take milliseconds, but other processes may have the machine"""
 BATCH = 250
 """inputs of one process"""
 LONGEST = 600
@@ -92,7 +88,7 @@ class _Batch:
         self.stop()
         code = self.process.exitcode
         how = f"by {signal.Signals(-code).name}" if code < 0 else f"with exit status {code}"
-        what, how = ("hung", f"over {PATIENCE:g} s") if hangs else ("crashed", how)
+        what, how = ("hung", f"over {self.reader.patience:g} s") if hangs else ("crashed", how)
         data = self.reader.make(generator(self.reader, self.seed, self.at))
         finding = _kept(self.reader, self.seed, self.at, data, what, how, self.found)
         return False, "", finding, _digest(data), 0
@@ -120,7 +116,7 @@ def fuzz(readers, seed, folder, share=1.0, workers=2, first=0, count=None, progr
                     running[batch.results] = batch
                 ready = multiprocessing.connection.wait([*running], timeout=0.2)
                 for results, batch in list(running.items()):
-                    hangs = time.monotonic() - batch.since > PATIENCE
+                    hangs = time.monotonic() - batch.since > batch.reader.patience
                     if results not in ready and not hangs:
                         continue
                     try:
@@ -156,7 +152,7 @@ def _work(reader, first, last, seed, folder, found, send):
     """The process of a batch."""
     warnings.simplefilter("ignore")
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
-    resource.setrlimit(resource.RLIMIT_AS, (_address_space() + MEMORY,) * 2)
+    resource.setrlimit(resource.RLIMIT_AS, (_address_space() + reader.memory,) * 2)
     before = _peak()
     for file, content in reader.beside().items():
         (folder / file).write_bytes(content)

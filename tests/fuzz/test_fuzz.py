@@ -73,7 +73,7 @@ def misbehaving(path, rng):
         case 7:
             time.sleep(60)
         case 9:
-            np.ones(run.MEMORY // 4)
+            np.ones(2**27)
         case 11:
             raise RecordError("it is wrong")
         case 13:
@@ -84,9 +84,8 @@ def misbehaving(path, rng):
 
 def test_what_no_reader_may_do_is_found_and_kept(tmp_path, monkeypatch):
     """Every other input is read all the same, also those after a crash or a hang in the same batch."""
-    monkeypatch.setattr(run, "PATIENCE", 2.0)
     monkeypatch.setattr(run, "generator", lambda reader, seed, index: index)  # in place of random numbers
-    reader = Reader("odd ones", "a.txt", lambda index: b"%d" % index, misbehaving, 20)
+    reader = Reader("odd ones", "a.txt", lambda index: b"%d" % index, misbehaving, 20, patience=2.0)
     outcome = fuzz([reader], 1, tmp_path, workers=1, progress=False)["odd ones"]
     assert {index: what for index, what, *_ in outcome.findings} == {
         3: "escaped", 5: "crashed", 7: "hung", 9: "memory", 11: "unclear", 13: "memory",

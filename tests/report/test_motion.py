@@ -10,6 +10,7 @@ import pytest
 import clearance_mj as cm
 from clearance_mj.cli import main
 from clearance_mj.errors import RecordError
+from clearance_mj.output_folder import WORK
 from clearance_mj.report import figures, motion, style, waterfall
 
 from ..conftest import ROOT
@@ -133,8 +134,8 @@ def test_the_command_draws_three_figures_and_refuses_what_it_cannot_draw(tmp_pat
     for more in (["--duration", "4"], ["--duration", "2", "--sine", "12"]):
         assert main([*short, *more, "--json"]) == 0
         result = json.loads(capsys.readouterr().out)
-        assert sorted(p.name for p in tmp_path.iterdir()) == [
-            "phase_portraits.png", "poincare_sections.png", "waterfall.png"
+        assert sorted(p.name for p in tmp_path.iterdir() if p.name != WORK) == [
+            "motion.json", "phase_portraits.png", "poincare_sections.png", "waterfall.png"
         ]  # fmt: skip
         assert result["peak_displacement"]["5"][1] > 3e-4 > result["peak_displacement"]["1"][0]
     assert main([*short, "--drop", "99"]) == 2 and main([*short, "--sine", "5000"]) == 2

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ...errors import RecordError
+from ...files import plain_file
 from ...physical.elements import compiled
 
 __all__ = ["ModelRecord"]
@@ -174,7 +175,7 @@ class ModelRecord:
 
 def _read(path: Path) -> tuple[list[str], np.ndarray]:
     try:
-        with path.open(newline="", encoding="utf-8-sig") as file:
+        with plain_file(path).open(newline="", encoding="utf-8-sig") as file:
             rows = [row for row in csv.reader(file) if row]
     except (OSError, UnicodeDecodeError) as error:
         raise RecordError(f"{path} cannot be read: {error}") from None

@@ -1,0 +1,224 @@
+"""Whole command lines: valid ones of every command with options, values and files that nobody should give."""
+
+import argparse
+import contextlib
+import io
+import json
+import os
+import re
+import shutil
+import socket
+import tempfile
+from functools import cache
+from pathlib import Path
+
+from clearance_mj.cli import main
+from clearance_mj.cli.command import COMMANDS, Parser
+from clearance_mj.errors import ClearanceError
+from clearance_mj.io import formats
+
+from . import samples
+from .mutations import toml
+
+ASIDE = re.compile(r"clearance-mj: (warning|note): ")
+LINES = {
+    "new": "new bench --kind beam",
+    "simulate": "simulate rig.toml --engine modal --duration 0.05 --fs 1024 --out response.nc",
+    "animate": "animate rig.toml --engine modal --duration 0.1 --fs 1024 --seconds 0.02 --slow 9 --renderer matplotlib",
+    "motion": "motion rig.toml --engine modal --duration 0.1 --fs 1024 --levels 1 --sine 50",
+    "compare": "compare frf.uff frf.csv --modes 0",
+    "convert": "convert record.uff copy.csv",
+    "modes": "modes frf.uff --modes 1",
+    "calibrate": "calibrate rig.toml frequencies.csv --free beam.length=0.9:1.1 --starts 1",
+    "update-rig": "update-rig data",
+    "identify": "identify data --method nominal --no-figures",
+    "place": "place rig.toml --sensors 4 --candidates 6 --modes 1,2",
+    "sweep": "sweep plan.toml --workers 1",
+    "response": "response rig.toml --level 1 --from 8 --to 9 --harmonics 1 --modes 2",
+    "backbone": "backbone rig.toml --harmonics 1 --modes 2 --from 1e-5 --to 2e-5",
+    "rattle-map": "rattle-map rig.toml --levels 1 --from 8 --to 9 --steps 2 --harmonics 1 --modes 2 --workers 1",
+    "study": "study data --engines modal --methods nominal",
+    "vehicle": "vehicle --speed 0",
+    "reproduce": "reproduce",
+    "audit": "audit",
+}
+"""Of each command one that is cheap; ``live`` is left out, which ends with Ctrl-C only"""
+SELDOM = {
+    "sweep": 0.1,
+    "rattle-map": 0.1,
+    "vehicle": 0.3,
+    "animate": 0.3,
+    "motion": 0.3,
+    "reproduce": 0.1,
+    "audit": 0.1,
+}
+"""Weights of those that take long, or do nothing"""
+NUMBERS = (
+    "nan", "inf", "-inf", "-1", "0", "1", "2", "1e308", "-1e300", "1e-308", "1e12", "1e300", "99999999999", "10000",
+    "99999999999999999999", "1000000", "-0.0", "1_0", "0x10", "١", "0,0", "1,2", "1:2:3", "1:10:100000", "0:1",
+    "5e-324",
+)  # fmt: skip
+TEXTS = (
+    "",
+    " ",
+    "abc",
+    ",",
+    "=",
+    "a=b",
+    "--",
+    "-",
+    "%s",
+    "{}",
+    "a\nb",
+    "\udcff",
+    "𝔘",
+    "ä" * 300,
+    "é",
+    "x" * 5000,
+    "None",
+)
+WORDS = ("modal", "links", "modal-mj", "nominal", "constant", "ridge", "all", "beam", "modes", "frf", "base", "force",
+         "identify", "validate", "trace", "exhaustive", "1:+Z", "6:+Z", "100:+Z", "beam.length=0.9:1.1", "acc 6=skip",
+         "bushings.gap=1e-4:5e-4", "mujoco", "friction")  # fmt: skip
+SPECIAL = ("pipe", "socket", "zero", "full", "null", "loop", "dangling", "huge.csv", "empty.toml", "folder", ".", "..",
+           "link.toml", "nowhere/x.nc", "rig.toml/x", "pipe.uff", "zero.csv", "zero.toml")  # fmt: skip
+FOREIGN = ("placement.csv", "placement.json", "comparison.html", "report.html", "summary.json", "results.nc", "lock",
+           "plan.json", "cases.npy", "rig.toml", "law.json", "response.csv", "backbone.png", "modes.csv", "energy.csv",
+           "motion.json", "calibration.json", "identified.json", "index.html", "sweep.html", ".DS_Store",
+           ".ipynb_checkpoints/a.ipynb", "figures/rig.png", "tables/modes.csv", "thesis.tex")  # fmt: skip
+"""Files of the user's, many with the names of this program's own, in each of two folders"""
+FILES = {"rig.toml", "law.json", "record.uff", "frf.uff", "frf.csv", "frequencies.csv", "plan.toml", "data", "notes.nc",
+         "notes.json", "notes.gif", "notes.csv", "mine", "mine/rig.toml"}  # fmt: skip
+OWN = ("out", "out.nc", "out.json", "out.csv", "out.uff", "out.gif", "out.toml", "mine", "mine/rig.toml", "notes.nc",
+       "rig.toml", "record.uff", "data", "notes.json", "notes.gif", "law.json")  # fmt: skip
+"""Where to write"""
+
+
+def make(rng) -> bytes:
+    """A command line, as JSON."""
+    names = list(LINES)
+    name = rng.choices(names, [SELDOM.get(name, 1.0) for name in names])[0]
+    line = LINES[name].split()
+    for _ in range(rng.choice((1, 1, 1, 2, 2, 3))):
+        rng.choice((_value, _value, _option, _option, _out, _dropped, _put_in))(rng, name, line)
+    return json.dumps([*line, "--quiet"]).encode()
+
+
+def run(path: Path, rng) -> None:
+    """Run a command line among files of the user's; ClearanceError if it is refused as it should be."""
+    with tempfile.TemporaryDirectory(dir=path.parent) as name:
+        world = Path(name) / "world"
+        shutil.copytree(_template(), world, symlinks=True, ignore=lambda *_: {"pipe", "pipe.uff", "socket"})
+        _hostile(world)
+        line, words = json.loads(path.read_bytes()), io.StringIO()
+        before = _kept(world)
+        with contextlib.chdir(world), contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(words):
+            try:
+                status = main(line)
+            except SystemExit as end:
+                status = end.code
+        after = _kept(world)
+        asked = {"data/dataset.toml", *line} if "convert" in line else set()
+        changed = [file for file in before if after.get(file) != before[file] and file not in asked]
+        assert not changed, f"files of the user's were changed: {changed}"
+        said = [text for text in words.getvalue().splitlines() if not ASIDE.match(text)]
+        assert status in (0, None, 2), f"status {status}: {said[-1:]}"
+        if status == 2:
+            assert len(said) == 1 and said[0].isprintable(), f"{len(said)} lines: {said[:3]}"
+            raise ClearanceError(f"{path}: {said[0]}")
+
+
+def _value(rng, name, line):
+    """Another value for a word of the line."""
+    place = rng.randrange(1, len(line)) if len(line) > 1 else 0
+    if place and not line[place].startswith("--"):
+        line[place] = _any(rng)
+
+
+def _option(rng, name, line):
+    """An option of the command, with as many values as it has."""
+    flags = [action for action in _actions(name) if action.option_strings and action.dest not in ("help", "out")]
+    action = rng.choice(flags)
+    line.append(action.option_strings[0])
+    count = {None: 1, "+": rng.choice((1, 2)), "*": 1, "?": 1}.get(action.nargs, action.nargs)
+    line += [
+        rng.choice(list(action.choices)) if action.choices and rng.random() < 0.5 else _any(rng) for _ in range(count)
+    ]
+
+
+def _out(rng, name, line):
+    line += ["--out", rng.choice((rng.choice(OWN), rng.choice(OWN), rng.choice(SPECIAL), rng.choice(TEXTS)))]
+
+
+def _dropped(rng, name, line):
+    del line[rng.randrange(1, len(line)) if len(line) > 1 else 0 :][:1]
+
+
+def _put_in(rng, name, line):
+    line.insert(rng.randrange(1, len(line) + 1), _any(rng))
+
+
+def _any(rng) -> str:
+    pool = rng.choices((NUMBERS, TEXTS, WORDS, SPECIAL, tuple(sorted(FILES))), (6, 2, 2, 2, 2))[0]
+    return rng.choice(pool)
+
+
+@cache
+def _actions(name) -> list[argparse.Action]:
+    parser = Parser()
+    COMMANDS[name].add(parser.add_subparsers())
+    [commands] = [action for action in parser._actions if isinstance(action, argparse._SubParsersAction)]
+    return commands.choices[name]._actions
+
+
+@cache
+def _template() -> Path:
+    """Folder of whole files, and of foreign ones."""
+    folder = Path(tempfile.mkdtemp(prefix="fuzz_world_"))
+    for file, data in samples.beside_plan().items():
+        (folder / file).write_bytes(data)
+    formats.write(folder / "frf.uff", samples.frf())
+    formats.write(folder / "frf.csv", samples.frf())
+    (folder / "frequencies.csv").write_bytes(samples.FREQUENCIES[1])
+    (folder / "plan.toml").write_bytes(toml(samples.PLAN))
+    (folder / "data").mkdir()
+    entries, files = samples.dataset()
+    for file, data in (files | {"dataset.toml": toml(entries)}).items():
+        (folder / "data" / file).write_bytes(data)
+    for place in ("mine", "beside"):
+        for file in FOREIGN:
+            (folder / place / file).parent.mkdir(parents=True, exist_ok=True)
+            (folder / place / file).write_bytes(f"{place} {file}".encode())
+    for kind in ("nc", "json", "gif", "csv"):
+        (folder / f"notes.{kind}").write_bytes(b"the user's\n")
+    return folder
+
+
+def _hostile(world: Path) -> None:
+    """What cannot be copied."""
+    for name in ("pipe", "pipe.uff"):
+        os.mkfifo(world / name)
+    with contextlib.chdir(world), socket.socket(socket.AF_UNIX) as open_one:
+        open_one.bind("socket")
+    for name, target in (("zero", "/dev/zero"), ("zero.csv", "/dev/zero"), ("zero.toml", "/dev/zero"), ("loop", "loop"),
+                         ("full", "/dev/full"), ("null", "/dev/null"), ("dangling", "not-there"),
+                         ("link.toml", "rig.toml")):  # fmt: skip
+        (world / name).symlink_to(target)
+    (world / "empty.toml").touch()
+    (world / "folder").mkdir()
+    with (world / "huge.csv").open("wb") as file:
+        file.truncate(2**40)
+
+
+def _kept(world: Path) -> dict[str, bytes]:
+    """What no command may change: all that was there, but what is this program's own output."""
+    found = {}
+    for path in world.rglob("*"):
+        name = str(path.relative_to(world))
+        if path.is_symlink():
+            found[name] = os.readlink(path).encode()
+        elif path.is_file() and name != "huge.csv":
+            found[name] = path.read_bytes()
+        else:
+            found[name] = str(os.lstat(path).st_mode).encode()
+    return found
