@@ -9,7 +9,10 @@ Names are imported when they are used, so that a part such as `physical` needs n
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
+from . import compile_cache
 from ._version import __version__
+
+compile_cache.choose()
 
 if TYPE_CHECKING:  # the same as below, for editors and type checkers
     from . import beam, identify, periodic, physical, structure

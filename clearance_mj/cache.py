@@ -20,7 +20,7 @@ from typing import TypeVar
 
 from ._version import __version__
 from .errors import ClearanceError
-from .files import replacing
+from .files import SEAL, is_sealed, replacing, seal
 
 __all__ = ["LIBRARIES", "ResultCache", "code", "code_outside", "digest", "file_lock", "library_version"]
 
@@ -80,17 +80,18 @@ class ResultCache:
         file = f"{name}_{digest(code(), inputs)[:16]}{suffix}"
         self._used.add(file)
         path = self.folder / file
-        if path.exists():
+        if is_sealed(path):  # else it is damaged, or was not finished: it is computed anew
             return load(path)
         result = compute()
         with replacing(path) as temporary:
             save(result, temporary)
+        seal(path)
         return result
 
     def drop_unused(self) -> None:
         """Remove results that were neither read nor written, such as an earlier run's with other inputs."""
         for path in self.folder.glob("*"):
-            if path.name not in self._used and _OURS.fullmatch(path.name):
+            if path.name.removesuffix(SEAL) not in self._used and _OURS.fullmatch(path.name.removesuffix(SEAL)):
                 path.unlink()
 
 

@@ -2,6 +2,7 @@
 
 import errno
 import gzip
+import hashlib
 import json
 import math
 import os
@@ -16,12 +17,17 @@ from typing import Any
 
 from .errors import ClearanceError, RecordError
 
-__all__ = ["TOO_DENSE", "most_unpacked", "plain_file", "read_lines", "replacing", "to_json", "write_text"]
+__all__ = [
+    "TOO_DENSE", "is_sealed", "most_unpacked", "plain_file", "read_lines", "replacing", "seal", "sha256", "to_json",
+    "write_text",
+]  # fmt: skip
 
 DENSEST = 50
 """Times its size that a compressed file may unpack to: measured numbers reach 2 to 10"""
 TOO_DENSE = f"unpacks to more than {DENSEST} times its size, which no record does; unpack it and look what it holds"
 
+SEAL = ".sha256"
+"""Suffix of the file that holds the digest of another"""
 LARGEST = 4 * 2**30
 """bytes of a file that is read at once: more is no record, or fills the memory of most machines"""
 SPECIAL = {
@@ -103,6 +109,23 @@ def write_text(path: str | PathLike[str], text: str) -> None:
     """Write text as UTF-8, as `replacing` does."""
     with replacing(path) as temporary:
         temporary.write_text(text, encoding="utf-8")
+
+
+def sha256(path: str | PathLike[str]) -> str:
+    """Return the SHA-256 of a file's bytes."""
+    with open(path, "rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
+
+
+def seal(path: Path) -> None:
+    """Write the digest of a file beside it, so that damage to the file is noticed."""
+    write_text(Path(f"{path}{SEAL}"), sha256(path) + "\n")
+
+
+def is_sealed(path: Path) -> bool:
+    """Return whether a file is there as it was when it was sealed."""
+    seal_of_it = Path(f"{path}{SEAL}")
+    return path.is_file() and seal_of_it.is_file() and seal_of_it.read_bytes().strip() == sha256(path).encode()
 
 
 def to_json(data: Any) -> str:

@@ -11,7 +11,6 @@ The list of moves is written down before the first one: a process that is killed
 
 from __future__ import annotations
 
-import hashlib
 import json
 import os
 import shutil
@@ -22,7 +21,7 @@ from typing import Any
 
 from .cache import ResultCache, file_lock
 from .errors import ClearanceError
-from .files import plain_file, write_text
+from .files import plain_file, sha256, write_text
 
 __all__ = ["OutputFolder", "output_folder"]
 
@@ -36,7 +35,7 @@ LAST = ("summary.json", "report.html", "identified.json", "index.html")
 class OutputFolder:
     """A folder into which the command ``what`` publishes files; made by `output_folder`."""
 
-    def __init__(self, path: Path, what: str, inputs: Iterable[Path] = ()):
+    def __init__(self, path: Path, what: str, inputs: Iterable[Path] = (), aside: str = ""):
         self.path, self.what, self._work = path, what, path / WORK
         self._inputs = {os.path.realpath(file) for file in inputs}
         self.new = self._work / "new"
@@ -48,9 +47,12 @@ class OutputFolder:
         self.new.mkdir()
         for name, entry in self._listed().items():
             if entry["by"] == what and os.path.lexists(path / name) and not self._is_ours(name):
-                raise ClearanceError(
-                    f"{path / name} was changed after clearance-mj wrote it; move it away, or give another --out"
-                )
+                other = path / f"{name}{aside}"
+                if not aside or os.path.lexists(other):
+                    raise ClearanceError(
+                        f"{path / name} was changed after clearance-mj wrote it; move it away, or give another --out"
+                    )
+                (path / name).rename(other)
 
     def refuse_others(self, *names: str) -> None:
         """Refuse to go on if what is where one of these will be written is not this program's, or is being read."""
@@ -76,7 +78,7 @@ class OutputFolder:
         written = {str(p.relative_to(self.new).as_posix()): p for p in sorted(self.new.rglob("*")) if p.is_file()}
         self.refuse_others(*written)
         stale = [n for n, by in self._listed().items() if by["by"] == self.what and n not in written]
-        files = {name: {"sha256": _sha256(path), "by": self.what} for name, path in written.items()}
+        files = {name: {"sha256": sha256(path), "by": self.what} for name, path in written.items()}
         kept = {n: entry for n, entry in self._listed().items() if n not in written and n not in stale}
         _write_json(self._moves, {"new": files, "stale": dict.fromkeys(stale), "files": kept | files})
         self._finish_moves()
@@ -107,16 +109,17 @@ class OutputFolder:
     def _is_ours(self, name: str) -> bool:
         """Whether the manifest lists a file and it is still as it was written."""
         path, entry = self.path / name, self._listed().get(name)
-        return entry is not None and path.is_file() and not path.is_symlink() and _sha256(path) == entry["sha256"]
+        return entry is not None and path.is_file() and not path.is_symlink() and sha256(path) == entry["sha256"]
 
 
 @contextmanager
-def output_folder(path: str | Path, what: str, inputs: Iterable[Path] = ()) -> Iterator[OutputFolder]:
+def output_folder(path: str | Path, what: str, inputs: Iterable[Path] = (), aside: str = "") -> Iterator[OutputFolder]:
     """Yield a folder, made if needed, for a command to write into; what it wrote is published if the block ends well.
 
     Write below its ``new``; results in its ``cache`` stay for the next run, also if the block fails. Files that are
-    ``inputs`` are never replaced. A ClearanceError says if the path is a file, another process writes there, a file of
-    this program was changed, a file that is not this program's is in the way, or the folder cannot be written.
+    ``inputs`` are never replaced. Files of this program that were changed since, or damaged, are refused, or renamed if
+    there is a suffix ``aside`` for them. A ClearanceError says if the path is a file, another process writes there, a
+    file of this program was changed, a file that is not this program's is in the way, or the folder cannot be written.
     """
     path = Path(path)
     if path.exists() and not path.is_dir():
@@ -129,7 +132,7 @@ def output_folder(path: str | Path, what: str, inputs: Iterable[Path] = ()) -> I
         work.mkdir(parents=True, exist_ok=True)
         (work / MARK).write_text(MARK_TEXT)
         with file_lock(work / "lock", what, path):
-            folder = OutputFolder(path, what, inputs)
+            folder = OutputFolder(path, what, inputs, aside)
             yield folder
             folder.publish()
     except OSError as error:
@@ -143,11 +146,6 @@ def output_folder(path: str | Path, what: str, inputs: Iterable[Path] = ()) -> I
 
 def _is_others(work: Path) -> bool:
     return any(work.iterdir()) and not (work / MARK).is_file()
-
-
-def _sha256(path: Path) -> str:
-    with path.open("rb") as file:
-        return hashlib.file_digest(file, "sha256").hexdigest()
 
 
 def _write_json(path: Path, data: object) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import platform
 import tomllib
 from collections.abc import Iterable, Iterator
@@ -11,19 +10,14 @@ from typing import Any
 
 from ._version import __version__
 from .cache import LIBRARIES, code, library_version
+from .files import sha256
 
-__all__ = ["MARK", "files_of", "is_marked", "made_from", "sha256"]
+__all__ = ["MARK", "files_of", "is_marked", "made_from"]
 
 MARK = "clearance_mj"
 """Key of the program's version in everything that it writes"""
 IN_FOLDERS = ("rig.toml", "law.json", "dataset.toml")
 """Files that are read of a folder, beside the records of its list"""
-
-
-def sha256(path: str | Path) -> str:
-    """Return the SHA-256 of a file's bytes."""
-    with open(path, "rb") as file:
-        return hashlib.file_digest(file, "sha256").hexdigest()
 
 
 def made_from(inputs: Iterable[Path], what: str) -> dict[str, Any]:

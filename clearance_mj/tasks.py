@@ -20,7 +20,7 @@ from tqdm import tqdm
 from .cache import code
 from .errors import ClearanceError
 
-__all__ = ["run_tasks"]
+__all__ = ["run_tasks", "workers_to_use"]
 
 Task = TypeVar("Task")
 Result = TypeVar("Result")
@@ -37,6 +37,19 @@ SMOOTHING = 0.1
 """of the time left: a little more weight to the latest tasks, for a machine that gets busier"""
 
 
+MOST_WORKERS = 1024
+"""threads or processes of one machine"""
+
+
+def workers_to_use(workers: int | None) -> int:
+    """Return a number of threads or processes, one for each core by default; a ClearanceError if it is impossible."""
+    if workers is None:
+        return os.cpu_count() or 1
+    if not 1 <= workers <= MOST_WORKERS:
+        raise ClearanceError(f"workers must be 1 to {MOST_WORKERS}, got {workers}")
+    return workers
+
+
 def run_tasks(
     function: Callable[[Task], Result], tasks: Sequence[Task], workers: int | None = None, *, processes: bool = False,
     scheduler: str | None = None, progress: str = "", done: int = 0,
@@ -48,7 +61,7 @@ def run_tasks(
     if not empty, on which ``done`` tasks are done already. A ClearanceError says if a task loses its worker again and
     again; if Dask is not installed, no scheduler answers or it is lost, or a worker runs other code.
     """
-    workers = workers or os.cpu_count() or 1
+    workers = workers_to_use(workers)
     if scheduler:
         results = _on_cluster(function, tasks, scheduler)
     elif processes:

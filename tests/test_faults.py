@@ -312,7 +312,16 @@ def test_the_package_imports_nothing_that_unpickles():
 
 def test_a_study_leaves_data_only(old):
     out, *_ = old
-    assert {p.suffix for p in out.rglob("*") if p.is_file()} <= {".html", ".json", ".nc", ".npz", ".png", ".csv", ""}
+    assert {p.suffix for p in out.rglob("*") if p.is_file()} <= {
+        ".html",
+        ".json",
+        ".nc",
+        ".npz",
+        ".png",
+        ".csv",
+        ".sha256",
+        "",
+    }
     assert {p.name for p in out.rglob("*") if p.is_file() and not p.suffix} == {"README", "lock"}
     json.loads((out / "summary.json").read_text())
 

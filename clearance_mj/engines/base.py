@@ -66,6 +66,8 @@ class Equations(NamedTuple):
     speed: np.ndarray  # (3, n) the bushings' dampers see the velocity speed[0] q₋ + speed[1] q + speed[2] q₊
 
 
+MOST_COUNTED = 2**53
+"""steps per sample, beyond which they are not counted"""
 _ENGINES: dict[str, type[Engine]] = {}
 
 
@@ -126,7 +128,8 @@ def get_engine(engine: str | Engine) -> Engine:
 
 def step_factor(fs: float, largest_step: float) -> int:
     """Steps per sample at fs, Hz: the smallest whole number that keeps the step within ``largest_step``, s."""
-    return max(1, math.ceil(1 / (fs * largest_step) - 1e-9))
+    rate = fs * largest_step
+    return max(1, math.ceil(1 / rate - 1e-9)) if rate > 1 / MOST_COUNTED else MOST_COUNTED
 
 
 def location(rig: Rig, bushing: int) -> str:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import collections
 import itertools
-import os
 from collections.abc import Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from typing import Any, TypeAlias, TypeVar
@@ -16,6 +15,7 @@ from ..errors import ClearanceError
 from ..rig import Rig
 from ..signals.excitation import Excitation
 from ..signals.response import Response
+from ..tasks import workers_to_use
 from .base import Engine, get_engine
 from .simulation import simulate
 
@@ -93,7 +93,7 @@ def simulate_each(
     ClearanceError
         If the sequences differ in length, and whatever `simulate` raises.
     """
-    model, threads = get_engine(engine), workers or os.cpu_count() or 1
+    model, threads = get_engine(engine), workers_to_use(workers)
     cases = _cases(rig, excitations, laws)
     waiting, ahead = iter(cases), collections.deque[Future[Response]]()
     with ThreadPoolExecutor(threads) as pool:

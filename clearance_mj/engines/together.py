@@ -5,7 +5,6 @@ For whoever compares many variants of one rig: a fit needs one simulation for ev
 
 from __future__ import annotations
 
-import os
 from collections import defaultdict
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -18,6 +17,7 @@ from ..rig import Rig
 from ..signals.excitation import Excitation
 from ..signals.response import Response
 from ..signals.sampling import Interpolator
+from ..tasks import workers_to_use
 from .modal import Modal, ModalRun, SideBySide
 from .simulation import Simulation
 
@@ -98,7 +98,7 @@ def simulate_and_keep(
         return [keep(response) for response in responses]
 
     found: dict[int, T] = {}
-    with ThreadPoolExecutor(workers or os.cpu_count()) as pool:
+    with ThreadPoolExecutor(workers_to_use(workers)) as pool:
         for group, of_group in zip(groups, pool.map(kept, groups)):
             found |= zip(group, of_group)
     return [found[i] for i in range(len(cases))]

@@ -18,6 +18,7 @@ from .following import farthest, follow
 
 __all__ = ["excitation_kind", "resolution", "response"]
 
+MOST_HARMONICS, MOST_SAMPLES = 500, 16384
 SAMPLES = 12
 """per harmonic: contacts are not smooth"""
 FINER = 4
@@ -142,6 +143,11 @@ def resolution(harmonics: int, samples: int | None, excited: int, modes: int) ->
             raise ClearanceError(f"{name} must be a whole number, got {value!r}")
     if harmonics < max(excited, 1):
         raise ClearanceError(f"harmonics must be {max(excited, 1)} or more, as the excitation's are, got {harmonics}")
+    if harmonics > MOST_HARMONICS or (samples or 0) > MOST_SAMPLES:
+        raise ClearanceError(
+            f"at most {MOST_HARMONICS} harmonics and {MOST_SAMPLES} samples are computed, got "
+            f" {harmonics} and {samples}"
+        )
     if not 1 <= modes <= MOST_MODES:
         raise ClearanceError(f"modes must be between 1 and {MOST_MODES}, got {modes}")
     if samples is None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numbers
-import os
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
@@ -15,6 +14,7 @@ from tqdm import tqdm
 from ..errors import ClearanceError, ExcitationError
 from ..signals import _labelled as labelled
 from ..signals.arrays import ArrayData, read_only
+from ..tasks import workers_to_use
 from .around import all_around
 from .branch import Branch
 from .condensed import condensed, poles
@@ -173,7 +173,7 @@ def isolas(
     random = np.random.default_rng(seed)
     groups = [(f, min(LANES, starts - i)) for f in at for i in range(0, starts, LANES)]
     marches = [March(known, f, lanes, random, reach) for f, lanes in groups]
-    with ThreadPoolExecutor(workers or os.cpu_count()) as pool:
+    with ThreadPoolExecutor(workers_to_use(workers)) as pool:
         jobs = pool.map(lambda march: march.settled(periods, longest or march.waits(decay)), marches)
         settled = list(tqdm(jobs, desc=progress, total=len(marches), unit="march", disable=progress is None))
     found: list[Branch] = []

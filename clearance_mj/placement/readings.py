@@ -9,13 +9,16 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..beam import ritz_model
+from ..beam import MOST_MODES, ritz_model
 from ..errors import ClearanceError
 from ..rig import Rig
 from ..structure import Shaft
 from ..structure.base import parse_place
 
 __all__ = ["Candidates", "candidates", "grid"]
+
+MOST_CANDIDATES = 1000
+"""that are spread; every one is exchanged with every other"""
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,6 +96,8 @@ def grid(rig: Rig, count: int) -> np.ndarray:
         raise ClearanceError(
             f"rig {rig.name!r}: its structure has no shaft to spread candidates over; name them, as in 1:+Z,2:+Z,3:+Z"
         )
+    if count > MOST_CANDIDATES:
+        raise ClearanceError(f"at most {MOST_CANDIDATES} candidates are compared, each with each; got {count}")
     if count < len(shafts):
         raise ClearanceError(f"give at least {len(shafts)} candidate{'s' * (len(shafts) > 1)}, got {count}")
     if len(shafts) == 1:
@@ -154,6 +159,8 @@ def candidates(
     wanted, others = list(modes), list(unwanted)
     if not points or len(set(points)) < len(points):
         raise ClearanceError(f"candidate positions must differ, and there must be some; got {points}")
+    if max(wanted + others, default=0) > MOST_MODES:
+        raise ClearanceError(f"modes must be 1 to {MOST_MODES}, got {max(wanted + others)}")
     for point in points:
         try:
             rig.linear.check(point)

@@ -24,6 +24,7 @@ from ..structure.files import content, is_embedded
 from ..structure.modal import Reduction, reduction
 from ..validation import Positive, Text, checked, from_plain, json_schema, read_plain, seldom, to_plain
 from .clearance import Bushing
+from .extremes import extremes
 from .instruments import PROBE_NODE, Sensor, Shaker, dof_label
 from .tolerance import CLAMP, Tolerance
 
@@ -232,9 +233,11 @@ class Rig(Shown):
         springs = tuple(b.grease.stiffness for b in self.bushings) if grease else ()
         try:
             return reduction(self.linear, tuple(b.joined for b in self.bushings), masses, forces, springs, modes)
-        except np.linalg.LinAlgError:
+        except (ArithmeticError, np.linalg.LinAlgError):
+            named = extremes(self.to_dict())
             raise RigError(
                 f"rig {self.name!r}: its masses and stiffnesses are too large or too small to compute with"
+                f"{f': {named}' if named else ''}"
             ) from None
         except ValueError as error:
             raise RigError(f"rig {self.name!r}: {error}") from None

@@ -7,12 +7,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from numbers import Integral
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ..errors import ExcitationError
+from ..memory import require_memory
 from ..overview import Overview, Shown
 from . import _labelled as labelled
 from .arrays import ArrayData, read_only
@@ -35,6 +37,9 @@ __all__ = [
 Band = tuple[float, float]
 BAND: Band = (5.0, 220.0)
 TAPER = 0.1  # share of a burst in its two cosine flanks
+MOST_SAMPLES = 2**31
+WORK = 48
+"""bytes of memory for each sample while an excitation is made"""
 HALF = 8.0  # s of the noise of random_blocks that are made at once
 
 
@@ -264,7 +269,7 @@ def multisine(
     lines = _lines(samples, fs, band)
     lines = lines[2 * lines < samples]
     _require(lines.size > 0, "period", period, f"puts no line of {1 / period:g} Hz into the band {tuple(band)}")
-    phase = np.random.default_rng(seed).uniform(0, 2 * np.pi, lines.size)
+    phase = _generator(seed).uniform(0, 2 * np.pi, lines.size)
     spectrum = np.zeros(samples // 2 + 1, dtype=complex)
     spectrum[lines] = samples / np.sqrt(2 * lines.size) * np.exp(1j * phase)
     value = rms * np.resize(np.fft.irfft(spectrum, samples), size)
@@ -373,7 +378,7 @@ def _noise(duration: float, fs: float, band: Band, seed: int | list[int]) -> np.
     lines = _lines(size, fs, band)
     _require(lines.size > 0, "duration", duration, f"puts no line of {fs / size:g} Hz into the band {tuple(band)}")
     spectrum = np.zeros(size // 2 + 1, dtype=complex)
-    spectrum[lines] = np.random.default_rng(seed).standard_normal((2, lines.size)).T @ (1, 1j)
+    spectrum[lines] = _generator(seed).standard_normal((2, lines.size)).T @ (1, 1j)
     value = np.fft.irfft(spectrum, size)
     return value / np.sqrt(np.mean(value**2))
 
@@ -389,8 +394,17 @@ def _lines(samples: int, fs: float, band: Band) -> np.ndarray:
 def _size(duration: float, fs: float) -> int:
     """Return the number of samples, or refuse the duration or the rate."""
     _require(0 < fs < np.inf, "fs", fs, "must be > 0 Hz")
-    _require(0 < duration < np.inf and round(duration * fs) >= 2, "duration", duration, "must be two samples or more")
+    _require(0 < duration < np.inf and duration * fs >= 1.5, "duration", duration, "must be two samples or more")
+    _require(duration * fs < MOST_SAMPLES, "duration", duration, f"must be less than {MOST_SAMPLES} samples of 1/fs")
+    require_memory(WORK * duration * fs, f"{duration:g} s at {fs:g} Hz", "take less, or blocks of it")
     return round(duration * fs)
+
+
+def _generator(seed: int | list[int]) -> np.random.Generator:
+    """The random numbers of a seed, or refuse it."""
+    whole = all(isinstance(part, Integral) and part >= 0 for part in (seed if isinstance(seed, list) else [seed]))
+    _require(whole, "seed", seed, "must be a whole number >= 0")
+    return np.random.default_rng(seed)
 
 
 def _require_level(**levels: float) -> None:

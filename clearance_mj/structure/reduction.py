@@ -129,7 +129,7 @@ def reduced(
         return _craig_bampton(mass, stiffness, [*loads, *(row for _, row in masses)], modes)
     if n <= DENSE:
         return _truncated(vibration_modes(_dense(mass), _dense(stiffness)), loads, modes)
-    return _large(mass, stiffness, loads, modes)
+    return _large(scipy.sparse.csc_array(mass), scipy.sparse.csc_array(stiffness), loads, modes)
 
 
 def _with(matrix: Any, terms: Sequence[tuple[float, np.ndarray]]) -> Any:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 from typing import Any
 
@@ -11,8 +12,8 @@ import xarray as xr
 
 from ..cache import code, file_lock
 from ..errors import ClearanceError
-from ..files import replacing, write_text
-from ..tasks import run_tasks
+from ..files import SEAL, is_sealed, plain_file, replacing, seal, write_text
+from ..tasks import run_tasks, workers_to_use
 from .plan import Plan
 from .results import labelled
 from .store import Table
@@ -21,8 +22,8 @@ __all__ = ["RESULTS", "run_sweep"]
 
 PLAN, TABLE, RESULTS, LOCK = "plan.json", "cases.npy", "results.nc", "lock"
 FILES = {
-    PLAN, TABLE, RESULTS, LOCK, "sweep.html", "sweep.png", "sweep_frf.png", "sensitivity.csv", "sensitivity.json",
-    "sensitivity.png",
+    PLAN, TABLE, RESULTS, f"{RESULTS}{SEAL}", LOCK, "sweep.html", "sweep.png", "sweep_frf.png", "sensitivity.csv",
+    "sensitivity.json", "sensitivity.png",
 }  # fmt: skip
 """What a sweep leaves in its folder"""
 LARGEST = 2**32 - 8
@@ -64,18 +65,18 @@ def run_sweep(
     the time left that is shown: stiff or loud corners of a grid may cost many times what the others do. Processes start
     by importing the calling script: start a sweep below ``if __name__ == "__main__"``.
     """
-    if workers is not None and workers < 1:
-        raise ClearanceError(f"workers must be 1 or more, got {workers}")
+    workers = workers_to_use(workers)
     out = Path(out)
     _check_folder(out)
     with file_lock(out / LOCK, "sweep"):
         _check_plan(plan, out / PLAN)
         results = out / RESULTS
-        if not results.exists():
+        if not is_sealed(results):
             table = Table(out / TABLE, plan.shapes, len(plan.points))
             _compute(plan, table, workers, scheduler, progress)
             with replacing(results) as temporary:
                 labelled(plan, table).to_netcdf(temporary, engine="scipy", format="NETCDF3_64BIT")
+            seal(results)
         (out / TABLE).unlink(missing_ok=True)
     return xr.load_dataset(results, engine="scipy")
 
@@ -83,9 +84,38 @@ def run_sweep(
 def _check_folder(out: Path) -> None:
     if out.exists() and not out.is_dir():
         raise ClearanceError(f"--out {out} is a file; give a folder")
-    if out.is_dir() and (others := sorted(p.name for p in out.iterdir() if p.name not in FILES and p.name[0] != ".")):
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+        found = sorted(p.name for p in out.iterdir() if p.name[0] != ".")
+    except OSError as error:
+        raise ClearanceError(f"--out {out}: cannot be used ({error.strerror})") from None
+    if others := [name for name in found if name not in FILES or not (_is_begun(out) or _is_lock(out, found))]:
         raise ClearanceError(f"--out {out} holds {others[0]!r}, which is not of a sweep; give another folder")
-    out.mkdir(parents=True, exist_ok=True)
+
+
+def _is_begun(out: Path) -> bool:
+    """Whether a folder holds the plan of a sweep, and none of its files is a link."""
+    return "code" in _plan(out / PLAN) and not any((out / name).is_symlink() for name in FILES)
+
+
+def _is_lock(out: Path, found: list[str]) -> bool:
+    """Whether a folder holds nothing but the lock of a sweep that ended before it wrote its plan."""
+    lock = out / LOCK
+    return (
+        found == [LOCK]
+        and lock.is_file()
+        and not lock.is_symlink()
+        and re.fullmatch(rb"\d*", lock.read_bytes()) is not None
+    )
+
+
+def _plan(path: Path) -> dict[str, Any]:
+    """The plan that was written down; empty if it is damaged or not there."""
+    try:
+        found = json.loads(plain_file(path).read_text(encoding="utf-8"))
+    except (OSError, ValueError, RecursionError):
+        return {}
+    return found if isinstance(found, dict) else {}
 
 
 def _check_plan(plan: Plan, path: Path) -> None:
@@ -100,11 +130,7 @@ def _check_plan(plan: Plan, path: Path) -> None:
     if not path.exists():
         write_text(path, json.dumps(data, indent=1) + "\n")
         return
-    try:
-        begun = json.loads(path.read_text(encoding="utf-8"))
-    except ValueError:
-        begun = {}
-    if difference := _difference(begun, data):
+    if difference := _difference(_plan(path), data):
         version, other = "begun with another version of clearance_mj", f"of another plan ({difference})"
         what = version if difference == "code" else other
         raise ClearanceError(f"{path.parent} holds a sweep {what}; give another folder")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -11,7 +10,8 @@ from tqdm import tqdm
 
 from clearance_mj.cache import code, digest
 from clearance_mj.errors import ClearanceError
-from clearance_mj.files import replacing, to_json
+from clearance_mj.files import plain_file, sha256, to_json, write_text
+from clearance_mj.output_folder import output_folder
 from clearance_mj.report.html import Section
 
 from .inputs import DATASET, Inputs
@@ -23,6 +23,8 @@ from .result import Result
 __all__ = ["reproduce"]
 
 SOURCES = Path(__file__).parent
+CHANGED = ".changed"
+"""Suffix under which files are kept that were changed, or damaged, since they were written"""
 
 
 def reproduce(
@@ -75,10 +77,10 @@ def _compute(out: Path, item: Item, inputs: Inputs, inputs_digest: str) -> dict:
     result = item.run(inputs)
     images = {f"{drawing.name}.png": drawing.png() for drawing in result.drawings}
     images |= {f"{drawing.name}.svg": drawing.svg() for drawing in result.drawings}
-    hashes = {file: _hash(out / file) for file in _write(out, item, result, images)}
-    record = {"name": item.name, "title": item.title, "inputs": inputs_digest, "files": hashes}
-    with replacing(out / f"{item.name}.json") as temporary:
-        temporary.write_text(to_json(record | {"section": section(item, result, images)}), encoding="utf-8")
+    with output_folder(out, f"reproduce {item.name}", aside=CHANGED) as folder:
+        hashes = {file: sha256(folder.new / file) for file in _write(folder.new, item, result, images)}
+        record = {"name": item.name, "title": item.title, "inputs": inputs_digest, "files": hashes}
+        write_text(folder.new / f"{item.name}.json", to_json(record | {"section": section(item, result, images)}))
     return record
 
 
@@ -87,38 +89,34 @@ def _write(out: Path, item: Item, result: Result, images: dict[str, bytes]) -> l
     content = {**images, **{f"{name}.csv": table.to_csv(index=False).encode() for name, table in result.data.items()}}
     content[f"{item.name}.md"] = markdown(item, result).encode()
     for file, data in content.items():
-        with replacing(out / file) as temporary:
-            temporary.write_bytes(data)
+        (out / file).write_bytes(data)
     return [*content]
 
 
 def _kept(out: Path, name: str, digests: Mapping[str, str]) -> dict | None:
     """What is known of an item that is whole and was computed from the same inputs."""
     path = out / f"{name}.json"
-    if not path.exists():
+    try:
+        record = json.loads(plain_file(path).read_text(encoding="utf-8"))
+        whole = all(sha256(plain_file(out / file)) == known for file, known in record["files"].items())
+        return record if whole and record["inputs"] == digests[name] else None
+    except (OSError, ValueError, LookupError, TypeError, AttributeError):  # not there, damaged, or somebody else's
         return None
-    record = json.loads(path.read_text(encoding="utf-8"))
-    whole = all((out / file).exists() and _hash(out / file) == known for file, known in record["files"].items())
-    return record if whole and record["inputs"] == digests[name] else None
-
-
-def _hash(path: Path) -> str:
-    return hashlib.sha256(path.read_bytes()).hexdigest()
 
 
 def _write_index(out: Path, quick: bool, digests: Mapping[str, str]) -> None:
     """The page of every item that is there, computed now or before from the same inputs."""
     records = [record for name in ITEMS if (record := _kept(out, name, digests))]
     sections = [Section(r["name"], r["title"], r["section"]) for r in records]
-    with replacing(out / "index.html") as temporary:
-        temporary.write_text(index(sections, quick), encoding="utf-8")
+    with output_folder(out, "reproduce", aside=CHANGED) as folder:
+        write_text(folder.new / "index.html", index(sections, quick))
 
 
 def _digests(dataset: Path, quick: bool) -> dict[str, str]:
     """Of all that each item is computed from: package, libraries, these sources, the article's tables, the records."""
     sources = [*SOURCES.rglob("*.py"), SOURCES / "texts.toml", *FOLDER.glob("*.csv")]
     own, records = (
-        sorted((file.name, _hash(file)) for file in files if file.is_file()) for files in (sources, dataset.glob("*"))
+        sorted((file.name, sha256(file)) for file in files if file.is_file()) for files in (sources, dataset.glob("*"))
     )
     return {
         item.name: digest(code(()), item.name, quick, own, records if {"rig", "study"} & set(item.needs) else [])

@@ -28,8 +28,8 @@ from .mutations import toml
 from .readers import Reader, generator, readers
 from .run import fuzz
 
-RARE = ("NetCDF", "HDF5")
-"""take longer"""
+FEW = {"NetCDF": 3, "HDF5": 3, "command line": 40, "absurd rig and law": 15}
+"""inputs of those that take longer"""
 
 
 def shared(name, count, tmp_path):
@@ -41,13 +41,13 @@ def shared(name, count, tmp_path):
 
 @pytest.mark.parametrize("name", [*readers()])
 def test_a_few_inputs(name, tmp_path):
-    shared(name, 3 if name in RARE else 60, tmp_path)
+    shared(name, FEW.get(name, 60), tmp_path)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", [*readers()])
 def test_a_share_of_the_inputs(name, tmp_path):
-    outcome = shared(name, 25 if name in RARE else 80, tmp_path)
+    outcome = shared(name, 10 * FEW[name] if name in FEW else 80, tmp_path)
     # Damage that stops every file at the door would find nothing.
     assert 0 < outcome.read < outcome.inputs
     assert len(outcome.messages) >= 3

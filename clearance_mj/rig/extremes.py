@@ -1,0 +1,41 @@
+"""Which numbers of a rig are out of all proportion, for messages about rigs that cannot be computed."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from typing import Any
+
+__all__ = ["extremes"]
+
+ORDINARY = {
+    "length": (1e-3, 1e2), "diameter": (1e-4, 1e1), "inner_diameter": (1e-4, 1e1), "width": (1e-4, 1e1),
+    "height": (1e-4, 1e1), "young_modulus": (1e6, 1e13), "density": (1e1, 1e5), "mass": (1e-6, 1e5),
+    "inertia": (1e-12, 1e4), "stiffness": (1e-3, 1e12), "damping": (1e-6, 1e8), "translation": (1e-3, 1e14),
+    "rotation": (1e-6, 1e12), "gap": (1e-7, 1e-1), "rayleigh": (1e-12, 1e4), "position": (1e-4, 1e2),
+}  # fmt: skip
+"""SI units; zero is ordinary wherever it is allowed"""
+MOST = 3
+"""that are named"""
+
+
+def extremes(data: dict[str, Any]) -> str:
+    """Return the numbers of a rig's plain data that are farthest from what is built, in words; empty if none is."""
+    found = sorted(((far, words) for far, words in _strange(data, "")), reverse=True)
+    return ", ".join(words for _, words in found[:MOST])
+
+
+def _strange(data: Any, path: str, field: str = "") -> Iterator[tuple[float, str]]:
+    """How many decades each number is out of its range, and its name and value."""
+    if isinstance(data, dict):
+        for key, value in data.items():
+            yield from _strange(value, f"{path}.{key}" if path else key, key)
+    elif isinstance(data, list | tuple):
+        for i, value in enumerate(data):
+            yield from _strange(value, f"{path}[{i}]", field)
+    elif isinstance(data, int | float) and data and field in ORDINARY:
+        low, high = ORDINARY[field]
+        size = abs(data)
+        if not low <= size <= high:
+            far = math.log10(low / size) if size < low else math.log10(size) - math.log10(high)
+            yield far, f"{path} = {data:g} (ordinary: {low:g} to {high:g})"
