@@ -31,8 +31,10 @@ def choose() -> None:
         return
     warnings.warn("clearance_mj compiles anew in every process: no folder for what is compiled", stacklevel=2)
     from numba.core.dispatcher import Dispatcher
+    from numba.np.ufunc.ufuncbuilder import UFuncDispatcher
 
-    Dispatcher.enable_caching = lambda self: None
+    for kind in (Dispatcher, UFuncDispatcher):
+        kind.enable_caching = lambda self: None
 
 
 def _users() -> Path:
