@@ -117,6 +117,21 @@ def test_killed_study(tmp_path, old, studies):
     goes_on(tmp_path, old, studies, 2)
 
 
+def test_damaged_results_of_a_study(tmp_path, old, studies):
+    """Empty, half, garbage, one bit flipped: each is computed anew."""
+    out, *_ = old
+    kept = [path for path in sorted((out / WORK / "cache").iterdir()) if path.suffix != ".sha256"]
+    damages = [lambda d: b"", lambda d: d[: len(d) // 2], lambda d: b"\1" * len(d), flipped]
+    for i, path in enumerate(kept):
+        path.write_bytes(damages[i % 4](path.read_bytes()))
+    assert len(kept) >= 4
+    goes_on(tmp_path, old, studies, 8)
+
+
+def flipped(data):
+    return data[:-100] + bytes([data[-100] ^ 1]) + data[-99:]
+
+
 @pytest.mark.slow
 def test_two_studies_at_once(tmp_path, old, studies):
     """The second is refused and named the first; a killed one holds nothing."""

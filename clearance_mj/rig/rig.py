@@ -233,14 +233,11 @@ class Rig(Shown):
         springs = tuple(b.grease.stiffness for b in self.bushings) if grease else ()
         try:
             return reduction(self.linear, tuple(b.joined for b in self.bushings), masses, forces, springs, modes)
-        except (ArithmeticError, np.linalg.LinAlgError):
-            named = extremes(self.to_dict())
-            raise RigError(
-                f"rig {self.name!r}: its masses and stiffnesses are too large or too small to compute with"
-                f"{f': {named}' if named else ''}"
-            ) from None
-        except ValueError as error:
-            raise RigError(f"rig {self.name!r}: {error}") from None
+        except (ArithmeticError, ValueError) as error:  # LinAlgError is a ValueError
+            numeric = isinstance(error, ArithmeticError | np.linalg.LinAlgError)
+            words = "its masses and stiffnesses are too large or too small to compute with" if numeric else error
+            odd = extremes(self.to_dict())
+            raise RigError(f"rig {self.name!r}: {words}{f'; look at {odd}' if odd else ''}") from None
 
     __repr__ = Shown.__repr__
 

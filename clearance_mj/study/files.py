@@ -5,12 +5,15 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
+import numpy as np
 import xarray as xr
 
 from .._version import __version__
 from ..files import replacing, to_json, write_text
 from ..io.results import with_parts
 from ..periodic.summaries import of_branch, of_map
+from ..provenance import made_from
+from ..signals.frf import FRF
 from ..statistics.intervals import CONFIDENCE
 from .periodic import missed
 from .study import Study
@@ -34,18 +37,23 @@ def write_results(study: Study, folder: Path) -> None:
         law.law.save(folder / "laws" / f"{law.name}.json")
         if law.rig:
             law.rig.copied(folder / "laws" / "structure").save(folder / "laws" / f"{law.name}_rig.toml")
-    models = [
-        with_parts(c.frf.to_xarray()).expand_dims(law=[c.law], engine=[c.engine], record=[c.record.name])
-        for c in study.cases
-    ]
-    tests = [with_parts(frf.to_xarray()).expand_dims(record=[name]) for name, frf in study.tests.items()]
+    models = [_arrays(c.frf).expand_dims(law=[c.law], engine=[c.engine], record=[c.record.name]) for c in study.cases]
+    tests = [_arrays(frf).expand_dims(record=[name]) for name, frf in study.tests.items()]
     combined = xr.combine_by_coords(models, combine_attrs="override").rename(value="model", coherence="model_coherence")
     measured = xr.concat(tests, "record", combine_attrs="override").rename(value="test", coherence="test_coherence")
     rig = json.dumps(study.dataset.rig.to_dict())
     combined = xr.merge((combined, measured), combine_attrs="override").assign_attrs(rig=rig, version=__version__)
     with replacing(folder / "results.nc") as temporary:
         combined.to_netcdf(temporary, engine="scipy", format="NETCDF3_64BIT")
-    write_text(folder / "summary.json", to_json(study_summary(study)))
+    made = made_from([study.dataset.path] if study.dataset.path else [], "study")
+    write_text(folder / "summary.json", to_json(study_summary(study) | {"provenance": made}))
+
+
+def _arrays(frf: FRF) -> xr.Dataset:
+    """FRFs with a coherence, of nan where records have one segment only."""
+    found = with_parts(frf.to_xarray())
+    nothing = xr.full_like(found["value"].isel(part=0, drop=True), np.nan).assign_attrs(units="1")
+    return found if "coherence" in found else found.assign(coherence=nothing)
 
 
 def study_summary(study: Study) -> dict:

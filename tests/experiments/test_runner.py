@@ -12,6 +12,7 @@ import pytest
 from matplotlib.figure import Figure
 
 from clearance_mj.errors import ClearanceError
+from clearance_mj.output_folder import WORK
 from clearance_mj.report.style import Drawing
 from clearance_mj.report.tables import Column
 from experiments.article import ITEMS, Inputs, Item, Result, register, reproduce
@@ -98,7 +99,7 @@ def test_files_and_pages(calls, tmp_path, records):
     (item,) = run(tmp_path, records)
     out = tmp_path / "out"
     assert set(item["files"]) == {"small.png", "small.svg", "small.csv", "small_errors.csv", "small.md"}
-    assert {path.name for path in out.iterdir()} == {*item["files"], "small.json", "index.html"}
+    assert {path.name for path in out.iterdir()} - {WORK} == {*item["files"], "small.json", "index.html"}
     assert (out / "small_errors.csv").read_text() == "e\n0.3333333333333333\n"
     page = (out / "index.html").read_text()
     assert "Small &amp; simple" in page and "a &lt; b" in page and "synthetic" in page
@@ -114,7 +115,7 @@ def test_what_is_there_is_kept(calls, tmp_path, records):
     assert calls == [False]
 
 
-@pytest.mark.parametrize("change", ["records", "quick", "missing file", "damaged file"])
+@pytest.mark.parametrize("change", ["records", "quick", "missing file", "damaged file", "damaged record"])
 def test_what_changed_is_computed_again(calls, tmp_path, records, change):
     run(tmp_path, records)
     if change == "records":
@@ -123,7 +124,14 @@ def test_what_changed_is_computed_again(calls, tmp_path, records, change):
         (tmp_path / "out" / "small.svg").unlink()
     if change == "damaged file":
         (tmp_path / "out" / "small.csv").write_text("x\n0.6\n")
+    if change == "damaged record":
+        (tmp_path / "out" / "small.json").write_bytes(b"\0")
     run(tmp_path, records, quick=change == "quick")
+    aside = {path.name: path.read_text() for path in (tmp_path / "out").glob("*.changed")}
+    assert aside == {
+        "damaged file": {"small.csv.changed": "x\n0.6\n"},
+        "damaged record": {"small.json.changed": "\0"},
+    }.get(change, {})
     assert calls == [False, change == "quick"]
     assert (tmp_path / "out" / "small.csv").read_text() == "x\n0.5\n"
     assert "--quick" in (tmp_path / "out" / "index.html").read_text() or change != "quick"
@@ -142,6 +150,15 @@ def test_an_interrupted_item_is_not_taken_for_finished(calls, tmp_path, records,
             run(tmp_path, records)
     run(tmp_path, records)
     assert len(calls) == 2
+
+
+@pytest.mark.parametrize("name", ["small.csv", "small.json", "index.html"])
+def test_files_of_others_stay(calls, tmp_path, records, name):
+    (tmp_path / "out").mkdir()
+    (tmp_path / "out" / name).write_text("mine")
+    with pytest.raises(ClearanceError, match=f"{name} is there and not listed as written by this version"):
+        run(tmp_path, records)
+    assert (tmp_path / "out" / name).read_text() == "mine"
 
 
 def test_out_is_a_file(calls, tmp_path, records):

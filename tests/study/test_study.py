@@ -219,6 +219,18 @@ def test_dataset_without_validation_records(small_dataset, tmp_path):
     assert not (tmp_path / "out").exists()
 
 
+def test_one_record_of_one_segment(small_dataset, tmp_path, quick):
+    """It has no coherence."""
+    dataset = Dataset.load(small_dataset)
+    short = record_of(dataset.rig, "short", "validate", 1.0, 3, duration=2.0)
+    write_dataset(tmp_path / "data", dataset.rig, [short])
+    report_study(tmp_path / "data", tmp_path / "out", ("modal",), ("nominal",), progress=False)
+    with xr.open_dataset(tmp_path / "out" / "results.nc", engine="scipy") as found:
+        assert np.isnan(found["model_coherence"]).all() and np.isfinite(found["model"]).all()
+    made = json.loads((tmp_path / "out" / "summary.json").read_text())["provenance"]
+    assert str(tmp_path / "data" / "short.uff") in made["inputs"]
+
+
 def test_unknown_engine_is_refused_before_any_work(small_dataset, tmp_path):
     with pytest.raises(ClearanceError, match='engine "warp" is unknown; known: links, modal, modal-mj'):
         report_study(small_dataset, tmp_path / "out", ("warp",), progress=False)

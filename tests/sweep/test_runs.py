@@ -81,7 +81,7 @@ def disturbed(plan, folder) -> xr.Dataset:
     assert (summary["cases"], summary["without_results"]) == (n, {})
     assert left > 0
     figures = {"sweep.html", "sweep.png", "sweep_frf.png"}
-    assert {p.name for p in second.out.iterdir()} == {"lock", "plan.json", "results.nc"} | figures
+    assert {p.name for p in second.out.iterdir()} == {"lock", "plan.json", "results.nc", "results.nc.sha256"} | figures
     return xr.load_dataset(second.out / "results.nc", engine="scipy")
 
 

@@ -154,7 +154,7 @@ def test_grid_against_simulations_made_here(rig, tmp_path, in_this_process):
 
 def test_store_is_self_describing(tmp_path, in_this_process):
     run_sweep(loaded(tmp_path, text(EXCITATION, OUTPUTS, GRID)), tmp_path / "out", progress=False)
-    assert {p.name for p in (tmp_path / "out").iterdir()} == {"lock", "plan.json", "results.nc"}
+    assert {p.name for p in (tmp_path / "out").iterdir()} == {"lock", "plan.json", "results.nc", "results.nc.sha256"}
     stored = xr.open_dataset(tmp_path / "out" / "results.nc", engine="scipy")
     assert stored["frf"].dims == ("case", "kept", "frequency", "part")
     assert (stored["frf"].attrs["units"], stored["natural_frequency"].attrs["units"]) == ("1", "Hz")
@@ -280,6 +280,15 @@ def test_killed_between_results_and_the_table(tmp_path, in_this_process):
     (out / "cases.npy").write_bytes(b"left over")
     assert run_sweep(plan, out, progress=False).identical(results)
     assert not (out / "cases.npy").exists()
+
+
+@pytest.mark.parametrize("damage", [lambda d: b"", lambda d: d[:300], lambda d: d[:-9] + bytes([d[-9] ^ 1]) + d[-8:]])
+def test_damaged_results_are_computed_anew(tmp_path, in_this_process, damage):
+    plan, out = loaded(tmp_path, small(2)), tmp_path / "out"
+    first = run_sweep(plan, out, progress=False)
+    path = out / "results.nc"
+    path.write_bytes(damage(path.read_bytes()))
+    xr.testing.assert_identical(run_sweep(plan, out, progress=False), first)
 
 
 def test_another_plan_in_the_same_folder(tmp_path, in_this_process):
