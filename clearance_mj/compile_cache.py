@@ -34,7 +34,7 @@ def choose() -> None:
     from numba.np.ufunc.ufuncbuilder import UFuncDispatcher
 
     for kind in (Dispatcher, UFuncDispatcher):
-        kind.enable_caching = lambda self: None
+        kind.enable_caching = lambda self: None  # type: ignore[method-assign]
 
 
 def _users() -> Path:

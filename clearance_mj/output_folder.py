@@ -11,6 +11,7 @@ The list of moves is written down before the first one: a process that is killed
 
 from __future__ import annotations
 
+import contextlib
 import json
 import os
 import shutil
@@ -125,7 +126,8 @@ def output_folder(path: str | Path, what: str, inputs: Iterable[Path] = (), asid
     if path.exists() and not path.is_dir():
         raise ClearanceError(f"--out {path} is a file; give a folder")
     work = Path(os.path.realpath(path)) / WORK
-    is_new, is_first = not path.exists(), not os.path.lexists(work)
+    missing = [folder for folder in (path, *path.parents) if not os.path.lexists(folder)]
+    is_first = not os.path.lexists(work)
     try:
         if os.path.lexists(work) and (work.is_symlink() or not work.is_dir() or _is_others(work)):
             raise ClearanceError(f"{path / WORK} is not a working folder of clearance-mj; give another --out")
@@ -140,8 +142,9 @@ def output_folder(path: str | Path, what: str, inputs: Iterable[Path] = (), asid
     finally:
         if is_first and not (work / "cache").exists() and not (work / "manifest.json").exists():
             shutil.rmtree(work, ignore_errors=True)  # nothing was done
-            if is_new and path.is_dir() and not any(path.iterdir()):
-                path.rmdir()
+            for folder in missing:
+                with contextlib.suppress(OSError):  # others may have put something there
+                    folder.rmdir()
 
 
 def _is_others(work: Path) -> bool:

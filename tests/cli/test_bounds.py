@@ -1,0 +1,69 @@
+"""Arguments beyond what can be computed are refused with the bound, before anything is; odd rigs say what is odd."""
+
+import dataclasses
+import resource
+
+import pytest
+
+from clearance_mj.beam import natural_frequencies
+from clearance_mj.engines.base import step_factor
+from clearance_mj.errors import ClearanceError, RigError
+from clearance_mj.memory import require_memory
+from clearance_mj.rig.extremes import extremes
+from clearance_mj.signals.excitation import random
+
+from ..conftest import ROOT
+
+RIG = str(ROOT / "models" / "table1_rig.toml")
+
+
+@pytest.mark.parametrize(
+    ("line", "words"),
+    [
+        ("simulate {} --engine modal --duration 1e300", "duration 1e+300: must be less than 2147483648 samples"),
+        ("simulate {} --engine modal --duration 1e12", "must be less than 2147483648 samples"),
+        ("simulate {} --engine modal --fs 1e15", "must be less than 2147483648 samples"),
+        ("simulate {} --engine modal --seed -1", "seed -1: must be a whole number >= 0"),
+        ("place {} --candidates 1000000", "at most 1000 candidates are compared"),
+        ("place {} --candidates 10000", "at most 1000 candidates are compared"),
+        ("place {} --modes 99999999999", "modes must be 1 to 60, got 99999999999"),
+        ("response {} --level 1 --harmonics 99999999", "at most 500 harmonics"),
+        ("response {} --level 1 --workers -1", "workers must be 1 to 1024, got -1"),
+        ("backbone {} --workers 0", "workers must be 1 to 1024, got 0"),
+        ("motion {} --engine modal --duration 0.1 --workers -1", "workers must be 1 to 1024, got -1"),
+        ("animate {} --engine modal --duration 0.1 --seconds 0", "seconds 0: must be above 0"),
+        ("study " + str(ROOT / "data" / "table1_rig") + " --methods=", 'method "" is unknown'),
+    ],
+)
+def test_arguments(line, words, refused, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert words in refused(*line.format(RIG).split(), "--quiet")
+    assert not [*tmp_path.iterdir()]
+
+
+def test_memory_is_looked_at_before_it_is_taken():
+    with pytest.raises(ClearanceError, match=r"10 rigs need 1e\+03 GiB of memory, .* GiB are left; take less"):
+        require_memory(1000 * 2**30, "10 rigs", "take less")
+    require_memory(2**20, "one rig", "")
+
+
+def test_memory_within_the_limit_of_the_process():
+    before = resource.getrlimit(resource.RLIMIT_AS)
+    resource.setrlimit(resource.RLIMIT_AS, (8 * 2**30, before[1]))
+    try:
+        with pytest.raises(ClearanceError, match=r"40000 s at 8192 Hz need 14\.6 GiB of memory"):
+            random(40_000.0, 8192.0)
+    finally:
+        resource.setrlimit(resource.RLIMIT_AS, before)
+
+
+def test_a_rig_that_cannot_be_computed_says_what_is_odd(rig):
+    odd = rig.replace(beam=dataclasses.replace(rig.beam, density=1e-300))
+    with pytest.raises(RigError, match=r"; look at beam\.density = 1e-300 \(ordinary: 10 to 100000\)"):
+        natural_frequencies(odd, 5)
+    assert extremes(rig.to_dict()) == ""
+
+
+def test_steps_that_cannot_be_counted():
+    assert step_factor(1024.0, 0.0) == step_factor(1024.0, 1e-320) == 2**53
+    assert step_factor(1000.0, 1e-4) == 10
