@@ -12,6 +12,7 @@ from ..errors import RecordError
 from ..io.dataset import Record
 from ..rig import Rig, Sensor
 from .channels import check_channel
+from .lapses import channels_of, lapses, zero_error
 from .wavelet import ridge
 
 __all__ = ["IdentifiabilityWarning"]
@@ -28,6 +29,8 @@ def check_records(records: Sequence[Record]) -> None:
         sound = ", ".join(f'"{r.name}"' for r in records if r.name not in faults)
         rest = f"; without it, the rest ({sound}) can be identified from" if sound else ""
         raise RecordError(f"{next(iter(faults.values()))}{rest}")
+    for record in records:
+        _warn_of_lapses(record)
     _warn_of_no_contact(records)
 
 
@@ -92,6 +95,21 @@ def _fault(record: Record) -> str:
         except RecordError as error:
             return f"{error}; {remedy}"
     return ""
+
+
+def _warn_of_lapses(record: Record) -> None:
+    """Warn of dropouts and spikes, and of probes whose zero is off: what is found with them is off, too."""
+    names, signals = zip(*channels_of(record))
+    said = [f"{name} {words}" for name, words in zip(names, lapses(signals, record.fs)) if words]
+    if said:
+        _warn(f'record "{record.name}": {", ".join(said)}: as of a loose cable; repair the record, or leave it out')
+    probes = [signal for name, signal in zip(names, signals) if name.startswith("probe")]
+    for j, (signal, bushing) in enumerate(zip(probes, record.rig.bushings)):
+        if words := zero_error(signal, bushing.gap):
+            _warn(
+                f'record "{record.name}": probe at bushings[{j}] {words}, beside a gap of {1e3 * bushing.gap:.3g} mm; '
+                "probes read zero where the shaft rests, and walls are found where they say: subtract it"
+            )
 
 
 def _without(rig: Rig, sensor: Sensor) -> str:

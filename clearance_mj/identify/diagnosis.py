@@ -26,6 +26,7 @@ from ..io.dataset import Dataset, Record
 from .forces import RestoringForce, restoring_force
 from .misbuilt import Change, changes, longer
 from .misread import Correction, corrections, words_of
+from .mistimed import likeliest
 from .trial import Fault, Trial, trial_of, with_rig
 from .updating import RigUpdate, update_rig
 
@@ -105,6 +106,7 @@ def diagnose(dataset: Dataset, update: RigUpdate | None = None) -> Diagnosis:
         faults += _gap_faults(trial)
     missed = trial.missed()
     unexplained = f"no single cause explains what the updated rig misses: {missed}" if missed else ""
+    unexplained += f"; likeliest: {cause}" if missed and (cause := likeliest(trial)) else ""
     return Diagnosis(tuple(faults), unexplained, trial.update)
 
 
