@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from ..errors import ClearanceError
-from .command import command
+from .command import command, inputs, out_file
 from .options import add_plugin, add_rig, load, load_plugin
 
 
@@ -41,6 +41,8 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
         raise ClearanceError('live needs Tornado: pip install "clearance-mj[live]"') from None
     from ..io.dataset import Dataset
 
+    if options.out:
+        out_file(options.out, (options.out.suffix.lower(),), inputs(options), _holds_address)
     load_plugin(options.plugin)
     rig, law = load(options)
     folder = options.dataset or (options.rig if (options.rig / "dataset.toml").is_file() else None)
@@ -63,6 +65,10 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
         if options.out:
             options.out.unlink(missing_ok=True)
     return {"port": page.port}
+
+
+def _holds_address(path: Path) -> bool:
+    return path.read_bytes().startswith(b"http://")
 
 
 def _write_privately(path: Path, text: str) -> None:

@@ -29,6 +29,7 @@ def _options(parser: argparse.ArgumentParser) -> None:
 @command(
     "vehicle", "run a manoeuvre with clearance in the steering", _options,
     out=Path("results/vehicle"), out_help="folder of the report (default: %(default)s)",
+    writes=("report.html", "metrics.csv", "summary.json"),
 )  # fmt: skip
 def _run(options: argparse.Namespace) -> dict[str, Any]:
     from ..report.vehicle import write_report
@@ -53,6 +54,6 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
     for case in cases:
         check(case)
     outcomes = run_all(cases, progress=None if options.quiet else "runs")
-    found = write_report(outcomes, options.out)
+    found = write_report(outcomes, options.new)
     print(f"report: {options.out / 'report.html'}")
     return {"out": str(options.out), **found}

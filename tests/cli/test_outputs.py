@@ -60,6 +60,8 @@ def mine(tmp_path):
         ("study", ROOT / "data" / "table1_rig"),
         ("identify", ROOT / "data" / "table1_rig"),
         ("sweep", "plan.toml"),
+        ("vehicle", "--controller", "smc"),
+        ("twin", ROOT / "data" / "table1_rig" / "hammer.uff", "--rig", RIG),
     ],
     ids=lambda command: command[0],
 )
@@ -79,7 +81,7 @@ def test_energy_beside_files_of_the_users(mine, tmp_path, refused):
 
 @pytest.mark.parametrize("command", [
     ("simulate", *QUICK, "--out", "{}.nc"), ("animate", *QUICK, "--out", "{}.gif"), ("new", "--out", "{}.toml"),
-    ("simulate", *QUICK, "--out", "{}.txt"),
+    ("simulate", *QUICK, "--out", "{}.txt"), ("live", "--no-browser", "--out", "{}.txt"),
 ])  # fmt: skip
 def test_a_file_of_the_users_in_the_way(command, tmp_path, refused):
     name, *options = command

@@ -37,6 +37,7 @@ LINES = {
     "response": "response rig.toml --level 1 --from 8 --to 9 --harmonics 1 --modes 2",
     "backbone": "backbone rig.toml --harmonics 1 --modes 2 --from 1e-5 --to 2e-5",
     "rattle-map": "rattle-map rig.toml --levels 1 --from 8 --to 9 --steps 2 --harmonics 1 --modes 2 --workers 1",
+    "twin": "twin record.uff --rig rig.toml",
     "study": "study data --engines modal --methods nominal",
     "vehicle": "vehicle --speed 0",
     "reproduce": "reproduce",
