@@ -40,6 +40,8 @@ SPECIAL = {
 def plain_file(path: str | PathLike[str]) -> Path:
     """Return the path of a file that can be read to its end; an OSError says what is no file, or too large a one."""
     found = os.stat(path)
+    if stat.S_ISDIR(found.st_mode):
+        raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(path))
     if what := SPECIAL.get(stat.S_IFMT(found.st_mode)):
         raise OSError(errno.EINVAL, f"it is {what}, not a plain file", str(path))
     if found.st_size > LARGEST:

@@ -14,7 +14,7 @@ from ..errors import ClearanceError, ExcitationError
 from ..rig import Rig
 from ..signals import _labelled as labelled
 from ..signals.arrays import ArrayData, read_only
-from ..tasks import run_tasks
+from ..tasks import run_tasks, workers_to_use
 from ._forces import along
 from .arcs import Vibrations, curve
 from .condensed import condensed
@@ -268,8 +268,7 @@ def rattle_map(
     levels, frequencies = _increasing(levels, "levels", 1), _increasing(frequencies, "frequencies", 2)
     harmonics, counts = resolution(harmonics, samples, 1, modes)
     kind = excitation_kind(rig, kind)
-    if workers is not None and workers < 1:
-        raise ClearanceError(f"workers must be 1 or more, got {workers}")
+    workers = workers_to_use(workers)
     rigs = [rig] if gaps is None else [_with_gaps(rig, gap) for gap in gaps]
     if not rigs:
         raise ClearanceError("gaps is empty: give at least one")

@@ -68,7 +68,7 @@ def test_it_says_where_it_touches_and_jumps(law, tmp_path, capsys):
         (["--from", "60", "--to", "40"], "frequencies must be finite, > 0 and increasing"),
         (["--steps", "1"], "--steps must be between 2 and"),
         (["--steps", "1000000000"], "--steps must be between 2 and"),
-        (["--workers", "0"], "workers must be 1 or more"),
+        (["--workers", "0"], "workers must be 1 to 1024"),
     ],
 )
 def test_refusals(law, tmp_path, refused, arguments, words):

@@ -88,7 +88,7 @@ def test_figure_and_dataset(found):
         ({"gaps": [0.0]}, RigError, "gap"),
         ({"kind": "sound"}, ExcitationError, 'kind must be "base" or "force"'),
         ({"kind": "force"}, ExcitationError, "rig 'table1' has no shaker.position"),
-        ({"workers": 0}, ClearanceError, "workers must be 1 or more, got 0"),
+        ({"workers": 0}, ClearanceError, "workers must be 1 to 1024, got 0"),
         ({"harmonics": 0}, ClearanceError, "harmonics must be 1 or more"),
         ({"rig": BARE}, RigError, "rig 'table1' has no clearance"),
         ({"law": ConstantLaw([1e3] * 3, 1.0)}, LawError, "3 bushings, the rig has 2"),

@@ -336,7 +336,7 @@ TABLES = {
     "no count": ('[design]\nmethod = "grid"', "a grid needs values, or low, high and count >= 2"),
     "generator": (EXCITATION.replace("random", "noise"), "excitation.generator 'noise' is unknown"),
     "excitation": (EXCITATION + "level = 3", "excitation.level is unknown"),
-    "negative seed": (EXCITATION + "seed = -1", "excitation: "),
+    "negative seed": (EXCITATION + "seed = -1", "seed -1: must be a whole number >= 0"),
     "text": (EXCITATION.replace("= 1\n", '= "long"\n'), "excitation: "),
     "too short": (EXCITATION.replace("duration = 1", "duration = 0.1"), "the record lasts 0.0996"),
     "sensor": ("[outputs]\nresolution = 2\nfrf = [99]", "outputs.frf: node 99 is no sensor"),
@@ -380,7 +380,7 @@ def test_other_refusals(tmp_path, refused):
     plan = tmp_path / "plan.toml"
     assert "cannot be read" in refused("sweep", plan)
     plan.write_text(small(4), encoding="utf-8")
-    assert "workers must be 1 or more" in refused("sweep", plan, "--out", tmp_path / "o", "--workers", 0)
+    assert "workers must be 1 to 1024" in refused("sweep", plan, "--out", tmp_path / "o", "--workers", 0)
     (tmp_path / "thesis.tex").write_text("precious")
     assert "which is not of a sweep" in refused("sweep", plan, "--out", tmp_path)
     assert "is a file" in refused("sweep", plan, "--out", plan)
