@@ -192,7 +192,14 @@ def _on(shaft: str, x: float) -> float | str:
 
 def _sorted(points: Sequence[float | str]) -> list[float | str]:
     """Each once, along the shaft."""
-    return sorted(set(points), key=lambda point: float(str(point).rpartition("@")[2]))
+    return sorted(set(points), key=_position)
+
+
+def _position(point: float | str) -> float:
+    try:
+        return float(str(point).rpartition("@")[2])
+    except ValueError:
+        raise ClearanceError(f'"{point}" is no place on the shaft; give m, or SHAFT@M') from None
 
 
 def _section(options: argparse.Namespace, factor: float = 1.0) -> dict[str, Any]:

@@ -172,6 +172,7 @@ def test_refusals(tmp_path, monkeypatch, refused):
     assert "needs a name" in refused("new", "--schema", "s.json", "--out", "rig.toml")
     assert "must not hold a folder" in refused("new", "some/where")
     assert "beam.length must be > 0" in refused("new", "mine", "--length", -1)
+    assert '"trace" is no place on the shaft' in refused("new", "mine", "--bushings", "trace")
     assert "bushings[1] overlaps" in refused("new", "mine", "--bushings", 0.5, 0.505)
     assert "--units is missing" in refused("new", "mine", "--kind", "matrices")
     assert "--file: give one file that holds all" in refused(

@@ -1,5 +1,6 @@
 """Rigs and laws that a file may hold and no workshop can build: each is computed, or refused in words."""
 
+import contextlib
 import copy
 import json
 import math
@@ -64,6 +65,14 @@ def make(rng) -> bytes:
     for _ in range(rng.choice((1, 1, 2, 3, 5))):
         _change(rng, law if law and rng.random() < 0.4 else rig)
     return json.dumps({"use": rng.choice([*USES]), "rig": rig, "law": law}).encode()
+
+
+def prepare() -> None:
+    """Compile what is used."""
+    for rig in (samples.RIG, stepped(), two_shafts(), chain()):
+        for use in USES.values():
+            with contextlib.suppress(ClearanceError):
+                use(rig, None)
 
 
 def run(path: Path, rng) -> None:

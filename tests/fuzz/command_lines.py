@@ -12,6 +12,7 @@ import tempfile
 from functools import cache
 from pathlib import Path
 
+from clearance_mj import tasks
 from clearance_mj.cli import main
 from clearance_mj.cli.command import COMMANDS, Parser
 from clearance_mj.errors import ClearanceError
@@ -103,6 +104,17 @@ def make(rng) -> bytes:
     for _ in range(rng.choice((1, 1, 1, 2, 2, 3))):
         rng.choice((_value, _value, _option, _option, _out, _dropped, _put_in))(rng, name, line)
     return json.dumps([*line, "--quiet"]).encode()
+
+
+def prepare() -> None:
+    """Run every valid line once; what would start processes runs in threads from then on."""
+    tasks._on_processes = tasks._on_threads
+    with tempfile.TemporaryDirectory() as name:
+        path = Path(name) / "line.json"
+        for line in LINES.values():
+            path.write_text(json.dumps([*line.split(), "--quiet"]))
+            with contextlib.suppress(ClearanceError):
+                run(path, None)
 
 
 def run(path: Path, rng) -> None:

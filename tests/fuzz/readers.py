@@ -51,6 +51,8 @@ class Reader:
     """bytes that reading may take beyond what the process has"""
     patience: float = 20.0
     """s for one input; they take milliseconds, but other processes may have the machine"""
+    prepare: Callable = lambda: None
+    """compiles and imports what the processes of inputs, which are forked, shall have"""
 
 
 def make_uff(rng, whole):
@@ -339,8 +341,9 @@ def readers() -> dict[str, Reader]:
         Reader("table of a sweep", "cases.npy", lambda rng: make_bytes(rng, samples.table()), read_cases, 5_000),
         *(Reader(name, file, functools.partial(make_text, whole=whole), plainly(read), 5_000)
           for name, (file, whole, read) in texts.items()),
-        Reader("absurd rig and law", "case.json", absurd.make, absurd.run, 5_000, dict, 2**30, 10.0),
-        Reader("command line", "line.json", command_lines.make, command_lines.run, 20_000, dict, 2**30, 10.0),
+        Reader("absurd rig and law", "case.json", absurd.make, absurd.run, 5_000, dict, 2**30, 10.0, absurd.prepare),
+        Reader("command line", "line.json", command_lines.make, command_lines.run, 20_000, dict, 2**30, 10.0,
+               command_lines.prepare),
     ]  # fmt: skip
     return {reader.name: reader for reader in found}
 
