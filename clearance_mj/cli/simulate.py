@@ -44,7 +44,7 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
     load_plugin(options.plugin)
     rig, law = load(options)
     if options.ledger:
-        print("--ledger is called --energy now; its figure is energy_balance.png", file=sys.stderr)
+        print("clearance-mj: note: --ledger is called --energy now; its figure is energy_balance.png", file=sys.stderr)
     folder = options.energy or options.ledger
     case = rig, excitation(options, rig.shaker.kind, options.rms), law, options.engine
     response, more = _with_energy(options, folder, case) if folder else (simulate(*case), {})
