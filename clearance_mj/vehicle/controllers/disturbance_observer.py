@@ -21,6 +21,8 @@ import numpy as np
 
 from . import mpc, smc
 from .base import ControllerRun, Observation, Task, limited
+from .clearance_model import PRIOR as CLEARANCE_PRIOR
+from .clearance_model import with_clearance_model
 from .design import DesignModel
 from .mpc import DASHED, ModelPredictive
 from .registry import Registration, register
@@ -122,5 +124,11 @@ register(
     Registration(
         "mpc-dob", "MPC-DOB", PredictiveWithObserver, bounds=mpc.BOUNDS | BANDWIDTH, tuned_as="mpc", prior=PRIOR,
         colour="#882255", line=DASHED,
+    )
+)  # fmt: skip
+register(
+    Registration(
+        "mpc-cm-dob", "MPC-CM-DOB", PredictiveWithObserver, bounds=mpc.BOUNDS | BANDWIDTH, tuned_as="mpc-dob",
+        adapt=with_clearance_model, prior=CLEARANCE_PRIOR, colour="#ee3377", line=DASHED,
     )
 )  # fmt: skip
