@@ -51,6 +51,7 @@ def _page(rows: pd.DataFrame, sensors: str, found: list[Paired], drawings: Seque
     yield _shown(effort)
     for regime in REGIMES:
         yield markdown_table(_effort_table(rows, regime))
+    yield markdown_table(_layer_table(rows))
     yield "Made by `make steering` (`python -m experiments.steering_comparison`); each run is a row of its runs.csv."
 
 
@@ -149,3 +150,21 @@ def _effort_table(rows: pd.DataFrame, regime: str) -> Table:
         body.append([CONTROLLERS[name].label, *(_number(v, METRICS[m].form) for v, m in zip(medians, shown))])
     caption = f"RMS error and steering effort, {regime}-driven: medians over all manoeuvres and vehicles"
     return to_table(f"effort_{regime}", caption, columns, body)
+
+
+def _layer_table(rows: pd.DataFrame) -> Table:
+    """How much of the time sliding modes are outside their boundary layer, of runs that reached their end."""
+    there = list(rows["manoeuvre"].unique())
+    share = 100 * rows["outside_layer"].replace(np.inf, np.nan)
+    found = share.groupby([rows["controller"], rows["manoeuvre"], rows["regime"]]).median()
+    body = []
+    for name in names_of(rows):
+        if found[name].notna().any():
+            cells = (", ".join(_number(found.get((name, m, r), np.nan), ".0f") for r in REGIMES) for m in there)
+            body.append([CONTROLLERS[name].label, *cells])
+    caption = (
+        f"Share of the time outside the boundary layer, {' and '.join(REGIMES)}-driven: there the switching term has "
+        "all its size, within the law is linear feedback. Medians over vehicles"
+    )
+    columns = [Column("Controller"), *(Column(MANOEUVRES[m].label, "%") for m in there)]
+    return to_table("layer", caption, columns, body)

@@ -20,6 +20,8 @@ PAIRS = (
     ("smc-twin", "smc-dob"),
     ("mpc-cm", "mpc-dob"),
     ("mpc-twin", "mpc-dob"),
+    ("mpc-cm-dob", "mpc-dob"),
+    ("mpc-twin-dob", "mpc-dob"),
     ("mpc-backlash", "mpc-dob"),
 )
 """Each controller with a clearance model, and the one with an observer that it is compared with in pairs"""

@@ -31,7 +31,7 @@ def made_rows(peak, turns):
         {"manoeuvre": "slalom", "regime": regime, "controller": name, "seed": seed, "left": ""}
         | dict.fromkeys(("peak_e_y", "rms_e_y"), peak(name, seed))
         | dict.fromkeys(("servo_rms_rate", "servo_fast_rate", "contact_reversals"), 0.1)
-        | {"servo_reversals": turns(name)}
+        | {"servo_reversals": turns(name), "outside_layer": 0.25 if name.startswith("smc") else np.inf}
         for regime in REGIMES
         for name in ("smc", "smc-cm", "smc-dob", "mpc-cm", "mpc-dob")
         for seed in reversed(range(30))
@@ -74,6 +74,8 @@ def test_page_says_who_wins_and_who_left(tmp_path):
     assert "| SMC-CM | half-gap, stiffness and friction | 1 | 1 | 1 | 1 |" in text
     assert "- MPC-CM against MPC-DOB: worse in 2 of 2 cases." in text
     assert "| MPC-CM | left (left to left) | 30 |" in text
+    assert "| SMC-CM | 25, 25 |" in text
+    assert "| MPC-CM | 25" not in text
     for name in ("torque", "friction", "pairs", "effort"):
         assert (tmp_path / f"vehicle_comparison_{name}.png").read_bytes()[:4] == b"\x89PNG"
 
