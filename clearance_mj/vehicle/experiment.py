@@ -158,12 +158,12 @@ def check(case: Case) -> None:
     _ = case.steering, case.tuned_controller  # which refuse impossible values
 
 
-def drive(case: Case, controller: Controller) -> Run:
-    """Run a case with a controller of any settings in place of its own."""
+def drive(case: Case, controller: Controller, disturbance: Disturbance | None = None) -> Run:
+    """Run a case with a controller of any settings, and a disturbance if one is given, in place of its own."""
     spread = Spread.random(case.seed) if case.spread else Spread()
     plant = PLANTS[case.plant](spread, _regime(case.regime).trail)
     sensors = get_sensors(case.sensors)
-    return follow_path(plant, case.steering, controller, case.task, sensors, case.seed, case.disturbance)
+    return follow_path(plant, case.steering, controller, case.task, sensors, case.seed, disturbance or case.disturbance)
 
 
 def run_case(case: Case) -> Outcome:

@@ -1,10 +1,10 @@
 """Tuning of the controllers: one optimiser, budget, cost and kind of bounds for all, stored with its inputs.
 
-Each controller follows the double lane changes of `MANOEUVRES`, one of them close to the tyres' limit, each with a
-vehicle off the nominal one, in a steering with the clearance that is reported on, and noise of sensors and road: once
-with ideal sensors, once with those of a car. None of these lane changes and vehicles is reported on. The clearance is
-there because a disturbance observer, dither or an adaptive inverse has nothing to be tuned by without; so it is for
-all, and each method is at its best where it is to work. The optimiser is differential evolution over the logarithms of
+Each controller follows the double lane changes of `MANOEUVRES`, on a crowned road, in crosswind, and close to the
+tyres' limit, each with a vehicle off the nominal one, in a steering with the clearance that is reported on, and noise
+of sensors and road: once with ideal sensors, once with those of a car. None of these lane changes, vehicles and winds
+is reported on. Clearance and wind are there because a disturbance observer, dither or an adaptive inverse has nothing
+to be tuned by without; so they are for all, and each method is at its best where it is to work. The optimiser is differential evolution over the logarithms of
 the settings, with the same population and generations whatever the number of settings.
 
 ``python -m clearance_mj.vehicle.tune`` repeats it and writes `TUNED`; ``--repeat`` shows what of it stands
@@ -31,6 +31,7 @@ from ..errors import ClearanceError, ManoeuvreError
 from ..files import replacing
 from .controllers import CONTROLLERS, Controller, Registration, get_controller
 from .controllers.registry import TUNED
+from .disturbances import Crosswind, CrownedRoad, Disturbance
 from .experiment import Case, drive
 from .sensors import SENSORS
 from .tune_again import Repeat, repeat
@@ -44,9 +45,14 @@ class Course(NamedTuple):
     speed: float  # km/h
     length_factor: float
     regime: str  # of the steering
+    disturbance: Disturbance | None = None  # besides the road's moment on the wheels
 
 
-MANOEUVRES = (Course(72.0, 1.5, "friction"), Course(120.0, 2.2, "torque"), Course(56.0, 1.0, "friction"))
+MANOEUVRES = (
+    Course(72.0, 1.5, "friction", CrownedRoad(crown=0.015)),
+    Course(120.0, 2.2, "torque", Crosswind(mean=6.0, turbulence=1.2)),
+    Course(56.0, 1.0, "friction"),
+)
 FIRST_VEHICLE = 1000
 """Seed of the vehicle and the noise of the first course; reported vehicles begin at 0"""
 POPULATION, GENERATIONS, SEED = 16, 7, 0
@@ -62,12 +68,12 @@ def cost(registration: Registration, controller: Controller, sensors: str = "ide
     the registration adds what it may know of the clearance.
     """
     costs = []
-    for seed, (speed, factor, regime) in enumerate(MANOEUVRES, FIRST_VEHICLE):
+    for seed, (speed, factor, regime, disturbance) in enumerate(MANOEUVRES, FIRST_VEHICLE):
         case = Case(
             registration.name, speed, regime=regime, length_factor=factor, sensors=sensors, spread=True, seed=seed
         )
         try:
-            run = drive(case, registration.informed(controller, case.task, case.prior))
+            run = drive(case, registration.informed(controller, case.task, case.prior), disturbance)
         except ClearanceError:
             return FAILED
         found, duration = run.metrics(), run.time[-1]

@@ -8,7 +8,7 @@ from clearance_mj.errors import ManoeuvreError
 from clearance_mj.vehicle import tune as module
 from clearance_mj.vehicle.controllers.registry import TUNED, get_controller
 from clearance_mj.vehicle.controllers.smc import SlidingMode
-from clearance_mj.vehicle.experiment import LENGTH_FACTORS, Case, run_case
+from clearance_mj.vehicle.experiment import LENGTH_FACTORS, Case, drive
 from clearance_mj.vehicle.tune import MANOEUVRES, Course, cost, tunable, tune
 
 FOUND = {
@@ -55,7 +55,7 @@ def test_stored_cost_is_that_of_the_stored_settings(tuned, name):
 def test_cost_is_that_of_the_metrics():
     """Of one lane change, from the run's own metrics; controllers are told of the clearance."""
     case = Case("smc-cm", 72.0, length_factor=1.5, regime="friction", spread=True, seed=module.FIRST_VEHICLE)
-    run = run_case(case).run
+    run = drive(case, case.tuned_controller, MANOEUVRES[0].disturbance)
     found = run.metrics()
     law = get_controller("smc-cm").tuned_controller()
     expected = found["peak_e_y"] / 0.05 + found["rms_e_y"] / 0.015 + found["servo_rms_rate"] / 0.03
