@@ -4,8 +4,9 @@ Each controller follows the double lane changes of `MANOEUVRES`, on a crowned ro
 tyres' limit, each with a vehicle off the nominal one, in a steering with the clearance that is reported on, and noise
 of sensors and road: once with ideal sensors, once with those of a car. None of these lane changes, vehicles and winds
 is reported on. Clearance and wind are there because a disturbance observer, dither or an adaptive inverse has nothing
-to be tuned by without; so they are for all, and each method is at its best where it is to work. The optimiser is differential evolution over the logarithms of
-the settings, with the same population and generations whatever the number of settings.
+to be tuned by without; so they are for all, and each method is at its best where it is to work. The optimiser is
+differential evolution over the logarithms of the settings, with the same population and generations whatever the number
+of settings.
 
 ``python -m clearance_mj.vehicle.tune`` repeats it and writes `TUNED`; ``--repeat`` shows what of it stands
 (`tune_again`).
