@@ -18,6 +18,8 @@ from .plant import STEP
 
 Lost = tuple[np.ndarray, np.ndarray]
 """Lost motion, rad, and contact side after each step"""
+Served = tuple[np.ndarray, np.ndarray]
+"""Servo angle after each step and its turn in it, rad"""
 
 
 class Motor(NamedTuple):
@@ -47,9 +49,9 @@ class ServoStep(NamedTuple):
 
 
 @numba.njit(cache=True, nogil=True)
-def _serve(state: np.ndarray, command: float, servo: ServoStep, load: np.ndarray, in_contact: bool) -> np.ndarray:
-    """Servo angle after each step under a load, N m, felt in contact; state (angle, speed) moves on."""
-    out = np.empty(load.size)
+def _serve(state: np.ndarray, command: float, servo: ServoStep, load: np.ndarray, in_contact: bool) -> Served:
+    """Servo angle after each step under a load, N m, felt in contact, and turns; state (angle, speed) moves on."""
+    out, turns = np.empty(load.size), np.empty(load.size)
     reach = servo.rate_limit * STEP
     for i in range(load.size):
         error = state[0] - command
@@ -62,10 +64,11 @@ def _serve(state: np.ndarray, command: float, servo: ServoStep, load: np.ndarray
             if speed != wanted:
                 speed = min(max(speed, -servo.rate_limit), servo.rate_limit)
                 turn = speed * STEP
+        before = state[0]
         state[0] += turn
         state[1] = speed
-        out[i] = state[0]
-    return out
+        out[i], turns[i] = state[0], state[0] - before
+    return out, turns
 
 
 @numba.njit(cache=True, nogil=True)
@@ -166,12 +169,8 @@ class SteeringRun:
         moment = aligning_moment + (
             road if road.size == n else self._road.take(np.arange(begin, begin + n), mode="wrap")
         )
-        before = self._state[0]
-        self.servo = _serve(self._state, command, self._servo, moment, self._in_contact)
+        self.servo, turn = _serve(self._state, command, self._servo, moment, self._in_contact)
         self._steps += n
-        turn = self.servo.copy()
-        turn[1:] -= self.servo[:-1]
-        turn[0] -= before
         lost, self.contact = self._shaft.advance(turn, moment)
         self._in_contact = bool(self.contact[-1])
         return self.servo + lost

@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike
 
 from ..errors import ManoeuvreError
 
-__all__ = ["Path", "PathPoint", "Piece"]
+__all__ = ["Path", "PathPoint", "Piece", "curvature_ahead"]
 
 X, Y, HEADING, CURVATURE = range(4)
 
@@ -118,6 +118,15 @@ def _value(table: _Table, row: int, s: float) -> float:
     u = (s - node[i]) / h
     v0, d0, v1, d1 = value[row, i, 0], value[row, i, 1], value[row, i, 2], value[row, i, 3]
     return v0 + u * u * (3.0 - 2.0 * u) * (v1 - v0) + h * u * (1.0 - u) * ((1.0 - u) * d0 - u * d1)
+
+
+@numba.njit(cache=True, nogil=True)
+def curvature_ahead(table: _Table, s: float, speed: float, times: np.ndarray, longest: float) -> np.ndarray:
+    """Curvature, 1/m, where a vehicle at s, m, is at times from now, s, at a speed, m/s; after ``longest`` it stays."""
+    out = np.empty(times.size)
+    for i in range(times.size):
+        out[i] = _value(table, CURVATURE, s + speed * min(times[i], longest))
+    return out
 
 
 @numba.njit(cache=True, nogil=True)

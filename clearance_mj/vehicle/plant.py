@@ -93,7 +93,7 @@ class Plant(ABC):
         return dataclasses.replace(p, m=p.m - p.m_s + sprung, m_s=sprung, tire=tire, **inertia)
 
     @functools.cached_property
-    def _compiled(self) -> tuple[Any, ...]:
+    def _compiled(self) -> np.ndarray:
         return compiled_parameters(self.parameters)
 
     @abstractmethod
@@ -115,7 +115,7 @@ class Plant(ABC):
         loads = np.zeros((angles.size, 3)) if load is None else np.ascontiguousarray(load, dtype=float)
         if loads.shape != (angles.size, 3):
             raise ManoeuvreError(f"load must have shape ({angles.size}, 3), a row for each angle, got {loads.shape}")
-        after = _advance(state.copy(), angles, loads, STEP, self._compiled)
+        after = _runge_kutta(state.copy(), angles, loads, STEP, self._compiled)
         if not math.isfinite(after.sum()):
             raise SimulationError(
                 f"plant {self.name}: the motion is no longer finite after x = {state[0]:.1f} m, {state[3]:.1f} m/s: "
@@ -125,7 +125,7 @@ class Plant(ABC):
 
     def measure(self, state: np.ndarray, side_force: float = 0.0) -> Measurement:
         """Read the sensors, while a side force, N, acts; gravity shows on no accelerometer."""
-        return Measurement._make(_observe(state, side_force, self.trail, self._compiled))
+        return Measurement._make(_read_sensors(state, side_force, self.trail, self._compiled))
 
 
 @dataclass(frozen=True)
@@ -149,7 +149,7 @@ class SingleTrackDrift(Plant):
 
 
 @numba.njit(cache=True, nogil=True, error_model="numpy")
-def _derivative(x: np.ndarray, p: Any, u: np.ndarray, load: np.ndarray, out: np.ndarray) -> None:
+def _rates(x: np.ndarray, p: Any, u: np.ndarray, load: np.ndarray, out: np.ndarray) -> None:
     """Rates of the library's states under the cruise control; the wheel angle and the set speed stand still."""
     n = x.size - 1
     u[0], u[1] = 0.0, CRUISE_GAIN * (x[n] - x[3])
@@ -168,32 +168,34 @@ def _derivative(x: np.ndarray, p: Any, u: np.ndarray, load: np.ndarray, out: np.
 
 
 @numba.njit(cache=True, nogil=True, error_model="numpy")
-def _advance(x: np.ndarray, wheel_angle: np.ndarray, loads: np.ndarray, h: float, p: Any) -> np.ndarray:
+def _runge_kutta(
+    x: np.ndarray, wheel_angle: np.ndarray, loads: np.ndarray, h: float, records: np.ndarray
+) -> np.ndarray:
     """Classical fourth-order Runge-Kutta steps, one for each wheel angle and load."""
-    n = x.size
+    n, p = x.size, records[0]
     k1, k2, k3, k4, inner, u = np.empty(n), np.empty(n), np.empty(n), np.empty(n), np.empty(n), np.zeros(2)
     for step in range(wheel_angle.size):
         x[2], load = wheel_angle[step], loads[step]
-        _derivative(x, p, u, load, k1)
+        _rates(x, p, u, load, k1)
         for i in range(n):
             inner[i] = x[i] + h / 2 * k1[i]
-        _derivative(inner, p, u, load, k2)
+        _rates(inner, p, u, load, k2)
         for i in range(n):
             inner[i] = x[i] + h / 2 * k2[i]
-        _derivative(inner, p, u, load, k3)
+        _rates(inner, p, u, load, k3)
         for i in range(n):
             inner[i] = x[i] + h * k3[i]
-        _derivative(inner, p, u, load, k4)
+        _rates(inner, p, u, load, k4)
         for i in range(n):
             x[i] += h / 6 * (k1[i] + 2 * k2[i] + 2 * k3[i] + k4[i])
     return x
 
 
 @numba.njit(cache=True, nogil=True, error_model="numpy")
-def _observe(x: np.ndarray, side_force: float, trail: float, p: Any) -> tuple[float, ...]:
+def _read_sensors(x: np.ndarray, side_force: float, trail: float, records: np.ndarray) -> tuple[float, ...]:
     """Fields of `Measurement`."""
-    rate = np.empty(x.size)
-    _derivative(x.copy(), p, np.zeros(2), np.zeros(3), rate)
+    rate, p = np.empty(x.size), records[0]
+    _rates(x.copy(), p, np.zeros(2), np.zeros(3), rate)
     if x.size - 1 == MULTI_BODY_STATES:
         speed, lateral_speed = x[3], x[10]
         force = p.m_s * rate[10] + p.m_uf * rate[15] + p.m_ur * rate[20] + p.m * x[5] * x[3]

@@ -40,7 +40,7 @@ def test_right_hand_side_is_the_librarys(name, shifted):
     """Random states about driving, among them some with locked wheels and one at rest, and inputs beyond the limits."""
     plant, compiled, original = RIGHT_HAND_SIDES[name]
     values = setup_vehicle_parameters(2) if shifted else parameters()
-    numbers, generator = compiled_parameters(values), np.random.default_rng(0)
+    numbers, generator = compiled_parameters(values)[0], np.random.default_rng(0)
     for i in range(200):
         state = plant.start(generator.uniform(3, 50))[:-1]
         state += generator.normal(0, 0.02, state.size) * np.where(np.abs(state) > 1, state, 1)

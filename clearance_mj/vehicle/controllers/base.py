@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..nominal import Servo, Vehicle
-from ..path import Path
+from ..path import Path, curvature_ahead
 from ..signals import Signals
 
 __all__ = ["Controller", "ControllerRun", "Observation", "Task", "limited"]
@@ -59,7 +59,7 @@ class Task:
 
     def curvature(self, seen: Observation, times: np.ndarray) -> np.ndarray:
         """Curvature, 1/m, where the vehicle will be at times from now, s; beyond the preview it stays as it is."""
-        return self.path.curvature(seen.s + seen.speed * np.minimum(times, self.preview))
+        return curvature_ahead(self.path.table, seen.s, seen.speed, times, self.preview)
 
 
 def limited(angle: float, last: float, task: Task) -> float:

@@ -20,6 +20,7 @@ from abc import abstractmethod
 from dataclasses import dataclass
 
 import control
+import numba
 import numpy as np
 
 from ..nominal import Servo, Vehicle
@@ -98,6 +99,8 @@ class Predictor:
         """last command, rad, as the linear model takes it"""
         A, B, _ = self.model.discrete
         self._servo, self._servo_A, self._servo_B = np.zeros(2), A[4:, 4:].copy(), B[4:].copy()
+        self._seen: Observation | None = None
+        self._predicted = np.zeros(6)
         self._P, self._Q, self._R = self.model.prediction(task.lead)
         self._times = (np.arange(task.lead) + 0.5) * task.period
 
@@ -107,19 +110,29 @@ class Predictor:
 
     def predicted(self, seen: Observation) -> np.ndarray:
         """State when the wheel will have answered the next command, (6,)."""
-        curvature = self.task.curvature(seen, self._times)
-        return self._P @ self.state(seen) + self._Q * self.last + self._R @ curvature
+        if seen is not self._seen:
+            curvature = self.task.curvature(seen, self._times)
+            self._predicted = _after(self._P, self.state(seen), self._Q, self.last, self._R, curvature)
+            self._seen = seen
+        return self._predicted
 
     def excess(self, angle: float, seen: Observation) -> float:
         """Return what the front tyres need beyond an angle for the force that the linear model has with it, rad."""
-        p, state = self.task.vehicle, self.predicted(seen)
-        slip = angle - (state[2] + p.lf * state[3]) / seen.speed
+        p, (_, _, lateral_speed, yaw_rate, _, _) = self.task.vehicle, self.predicted(seen).tolist()
+        slip = angle - (lateral_speed + p.lf * yaw_rate) / seen.speed
         return p.tyre.excess(p.cornering_front * slip / p.front_load)
 
     def follow(self, command: float) -> None:
         """Let the model of the servo follow the next command, rad, as the linear model takes it."""
-        self.last = command
+        self.last, self._seen = command, None
         self._servo = self._servo_A @ self._servo + self._servo_B * command
+
+
+@numba.njit(cache=True, nogil=True)
+def _after(
+    P: np.ndarray, state: np.ndarray, Q: np.ndarray, command: float, R: np.ndarray, curvature: np.ndarray
+) -> np.ndarray:
+    return P @ state + Q * command + R @ curvature
 
 
 class ModelRun(ControllerRun):

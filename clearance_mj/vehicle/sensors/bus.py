@@ -4,27 +4,32 @@ from __future__ import annotations
 
 import math
 from collections import deque
+from collections.abc import Callable, Iterator
 from typing import Any
 
 import numpy as np
 
-__all__ = ["Message", "age"]
+__all__ = ["Message", "age", "draws"]
 
 TOUCH = 1e-9
 """s, by which a message may be late and still be there"""
+
+
+BLOCK = 256
+"""random numbers that are drawn at once"""
 
 
 class Message:
     """A kind of message on the bus: its delays are uniform between two bounds, s, and it never overtakes itself."""
 
     def __init__(self, delay: tuple[float, float], noise: np.random.Generator):
-        self._delay, self._noise = delay, noise
+        self._delays = draws(lambda count: noise.uniform(*delay, count))
         self._pending: deque[tuple[float, Any]] = deque()
         self._arrived = -math.inf
 
     def send(self, time: float, value: Any) -> None:
         """Put a value on the bus at a time, s."""
-        self._arrived = max(self._arrived, time + self._noise.uniform(*self._delay))
+        self._arrived = max(self._arrived, time + next(self._delays))
         self._pending.append((self._arrived, value))
 
     def read(self, time: float) -> Any | None:
@@ -33,6 +38,12 @@ class Message:
         while self._pending and self._pending[0][0] <= time + TOUCH:
             value = self._pending.popleft()[1]
         return value
+
+
+def draws(many: Callable[[int], np.ndarray]) -> Iterator[Any]:
+    """Draw one number, or list of them, after another, from a function that draws many: one by one takes longer."""
+    while True:
+        yield from many(BLOCK).tolist()
 
 
 def age(delay: tuple[float, float], period: float) -> tuple[float, float]:

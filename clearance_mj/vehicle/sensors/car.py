@@ -14,7 +14,7 @@ from ..controllers.base import Observation, Task
 from ..plant import Measurement
 from ..signals import Signals
 from .base import Sensors, SensorsRun
-from .bus import Message, age
+from .bus import Message, age, draws
 from .observer import Observer
 from .observer_model import N_STATES, Deviations
 
@@ -101,6 +101,7 @@ class _CarRun(SensorsRun):
         offsets = self._yaw_rate_offset, self._acceleration_offset
         self._observer.state += [*[0.0] * 6, *offsets, 0.0, 0.0] + spread @ self._noise.standard_normal(N_STATES)
         self._held = Signals(0.0, 0.0, 0.0, 0.0, task.speed, delay=self._delay)
+        self._draws = draws(lambda count: self._noise.standard_normal((count, 5)))
 
     def observe(self, true: Observation, now: Measurement, servo: float, command: float) -> Observation:
         time = self._samples * self._period
@@ -125,20 +126,21 @@ class _CarRun(SensorsRun):
             observer.advance(command, seen.speed)
         self._samples += 1
         observer.measure(angle, motion, position)
-        s, (e_y, e_psi, lateral_speed, yaw_rate, *_) = observer.present(seen.speed)
+        s, state = observer.present(seen.speed)
+        e_y, e_psi, lateral_speed, yaw_rate = state[:4].tolist()
         return Observation(s, e_y, e_psi, lateral_speed, yaw_rate, seen.speed, seen)
 
     def _send(self, time: float, now: Measurement, servo: float) -> None:
         """Put what the sensors measure on the bus."""
-        sensors, draws = self._sensors, self._noise.standard_normal(5).tolist()
+        sensors, noise = self._sensors, next(self._draws)
         step = sensors.steering_resolution
         self._angle.send(time, step * round(servo / step) if step else servo)
-        yaw_rate = now.yaw_rate + self._yaw_rate_offset + sensors.yaw_rate * draws[0]
+        yaw_rate = now.yaw_rate + self._yaw_rate_offset + sensors.yaw_rate * noise[0]
         acceleration = self._acceleration_scale * now.lateral_acceleration + self._acceleration_offset
-        acceleration += sensors.lateral_acceleration * draws[1]
+        acceleration += sensors.lateral_acceleration * noise[1]
         self._motion.send(time, (yaw_rate, acceleration))
-        self._speed.send(time, now.speed + sensors.speed * draws[2])
+        self._speed.send(time, now.speed + sensors.speed * noise[2])
         fixes = math.floor(time * sensors.position_rate + 1e-9)
         if fixes > self._fixes_before:
             self._fixes_before = fixes
-            self._position.send(time, (now.x + sensors.position * draws[3], now.y + sensors.position * draws[4]))
+            self._position.send(time, (now.x + sensors.position * noise[3], now.y + sensors.position * noise[4]))

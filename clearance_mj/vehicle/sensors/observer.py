@@ -13,6 +13,7 @@ import numba
 import numpy as np
 
 from ..controllers.base import Task
+from ..path import curvature_ahead
 from .observer_model import N_STATES, Deviations, observer_model, take
 
 __all__ = ["Observer"]
@@ -34,13 +35,15 @@ class Observer:
         self.s = -task.speed * delay
         """m, arc length at the time of the measurements"""
         self._task, self._deviations, self._model = task, deviations, model
+        self._middle = np.array([task.period / 2])
         self._commands, self._rate, self._s_variance = np.zeros(model.middles.size + 1), np.zeros(N_STATES), 0.0
 
     def advance(self, command: float, speed: float) -> None:
         """Go on by the period in which a command was given, rad, at a measured speed, m/s."""
         model, period = self._model, self._task.period
         self._commands[:-1], self._commands[-1] = self._commands[1:], command
-        inputs = np.array((*self._commands[:2], float(self._task.path.curvature(self.s + speed * period / 2))))
+        curvature = curvature_ahead(self._task.path.table, self.s, speed, self._middle, math.inf)
+        inputs = np.concatenate((self._commands[:2], curvature))
         _predict(self.state, self.covariance, self._rate, inputs, model.flow, model.inputs, model.noise, period)
         self.s += speed * period
         self._s_variance += ALONG**2 * period
@@ -66,7 +69,7 @@ class Observer:
     def present(self, speed: float) -> tuple[float, np.ndarray]:
         """Arc length, m, and state (10,) at the last sample, at a measured speed, m/s."""
         model = self._model
-        curvature = self._task.path.curvature(self.s + speed * model.middles)
+        curvature = curvature_ahead(self._task.path.table, self.s, speed, model.middles, math.inf)
         since = model.since @ np.concatenate((self._commands[1:], curvature))
         return self.s + speed * self.delay, model.ahead @ self.state + since
 

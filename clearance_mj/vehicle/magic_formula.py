@@ -1,0 +1,69 @@
+"""The tyre model of commonroad-vehicle-models, Pacejka's Magic Formula of 2002, in fewer operations.
+
+Functions, arguments and results are those of the library's ``tire_model``, whose place they take in its right-hand
+sides. They differ by rounding: cos(atan z) is 1/√(1 + z²), and a shift of zero is left out. Longitudinal slip κ, slip
+angle α and camber γ in rad, vertical load F_z in N, p the tyre's parameters.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numba
+
+__all__ = ["formula_lateral", "formula_lateral_comb", "formula_longitudinal", "formula_longitudinal_comb"]
+
+_compiled = numba.njit(cache=True, nogil=True, error_model="numpy")
+
+
+@_compiled
+def _turn(slip: float, B: float, C: float, E: float) -> float:
+    """The Magic Formula's angle C atan(Bx - E (Bx - atan Bx))."""
+    z = B * slip
+    return C * math.atan(z - E * (z - math.atan(z)))
+
+
+@_compiled
+def _cos_atan(z: float) -> float:
+    return 1 / math.sqrt(1 + z * z)
+
+
+@_compiled
+def formula_longitudinal(kappa: float, gamma: float, F_z: float, p: Any) -> float:
+    """Longitudinal force at pure slip, N."""
+    largest = p.p_dx1 * (1 - p.p_dx3 * gamma**2) * F_z
+    B = F_z * p.p_kx1 / (p.p_cx1 * largest)
+    return largest * math.sin(_turn(p.p_hx1 - kappa, B, p.p_cx1, p.p_ex1) + F_z * p.p_vx1)
+
+
+@_compiled
+def formula_lateral(alpha: float, gamma: float, F_z: float, p: Any) -> tuple[float, float]:
+    """Lateral force at pure slip, N, and the coefficient of friction."""
+    side = 1.0 if gamma > 0 else -1.0 if gamma < 0 else 0.0
+    friction = p.p_dy1 * (1 - p.p_dy3 * gamma**2)
+    B = F_z * p.p_ky1 / (p.p_cy1 * friction * F_z)
+    turn = _turn(alpha + side * (p.p_hy1 + p.p_hy3 * abs(gamma)), B, p.p_cy1, p.p_ey1)
+    return friction * F_z * math.sin(turn) + side * F_z * (p.p_vy1 + p.p_vy3 * abs(gamma)), friction
+
+
+@_compiled
+def formula_longitudinal_comb(kappa: float, alpha: float, F0_x: float, p: Any) -> float:
+    """Longitudinal force at combined slip, N, from that at pure slip."""
+    B, C, E, shift = p.r_bx1 * _cos_atan(p.r_bx2 * kappa), p.r_cx1, p.r_ex1, p.r_hx1
+    return F0_x * math.cos(_turn(alpha + shift, B, C, E)) / math.cos(_turn(shift, B, C, E))
+
+
+@_compiled
+def formula_lateral_comb(
+    kappa: float, alpha: float, gamma: float, mu_y: float, F_z: float, F0_y: float, p: Any
+) -> float:
+    """Lateral force at combined slip, N, from force and coefficient of friction at pure slip."""
+    B, C, E, shift = p.r_by1 * _cos_atan(p.r_by2 * (alpha - p.r_by3)), p.r_cy1, p.r_ey1, p.r_hy1
+    force = F0_y * math.cos(_turn(kappa + shift, B, C, E))
+    if shift != 0.0:
+        force /= math.cos(_turn(shift, B, C, E))
+    ply_steer = mu_y * F_z * (p.r_vy1 + p.r_vy3 * gamma)
+    if ply_steer != 0.0:
+        force += ply_steer * _cos_atan(p.r_vy4 * alpha) * math.sin(p.r_vy5 * math.atan(p.r_vy6 * kappa))
+    return force
