@@ -24,7 +24,7 @@ from clearance_mj.vehicle.manoeuvres import MANOEUVRES, get_manoeuvre
 from experiments.steering_comparison_page import write_page
 
 SEEDS = 30
-WRONG_START = {"smc-twin": 0.5, "mpc-twin": 0.5, "mpc-twin-dob": 0.5}
+WRONG_START = dict.fromkeys(("smc-twin", "mpc-twin", "smc-twin-dob", "mpc-twin-dob"), 0.5)
 """Half-gap that controllers begin with over the true one, where that is not 1"""
 
 

@@ -16,13 +16,8 @@ from experiments.article.motion import Median, median
 OBSERVERS = ("smc-dob", "mpc-dob")
 """Controllers that take out by a disturbance observer what the others take out by the clearance model"""
 PAIRS = (
-    ("smc-cm", "smc-dob"),
-    ("smc-twin", "smc-dob"),
-    ("mpc-cm", "mpc-dob"),
-    ("mpc-twin", "mpc-dob"),
-    ("mpc-cm-dob", "mpc-dob"),
-    ("mpc-twin-dob", "mpc-dob"),
-    ("mpc-backlash", "mpc-dob"),
+    *((name, "smc-dob") for name in ("smc-cm", "smc-twin", "smc-cm-dob", "smc-twin-dob")),
+    *((name, "mpc-dob") for name in ("mpc-cm", "mpc-twin", "mpc-cm-dob", "mpc-twin-dob", "mpc-backlash")),
 )
 """Each controller with a clearance model, and the one with an observer that it is compared with in pairs"""
 

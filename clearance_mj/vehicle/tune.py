@@ -18,7 +18,6 @@ import argparse
 import functools
 import tomllib
 from concurrent.futures import ProcessPoolExecutor
-from dataclasses import asdict
 from pathlib import Path as FilePath
 from typing import Any, NamedTuple
 
@@ -34,7 +33,7 @@ from .controllers import CONTROLLERS, Controller, Registration, get_controller
 from .controllers.registry import TUNED
 from .disturbances import Crosswind, CrownedRoad, Disturbance
 from .experiment import Case, drive
-from .sensors import SENSORS
+from .sensors import SENSORS, get_sensors
 from .tune_again import Repeat, repeat
 
 __all__ = ["MANOEUVRES", "Course", "cost", "tunable", "tune"]
@@ -119,13 +118,16 @@ def tune(
             workers=pool.map,
         )
     settings = {key: float(f"{value:.4g}") for key, value in zip(registration.bounds, np.exp(found.x))}
-    controller = registration.controller(**settings)
-    lowest = round(cost(registration, controller, sensors), 6)
-    return {"settings": asdict(controller), "cost": lowest, "evaluations": found.nfev, "seed": seed}
+    lowest = round(_cost_with(registration, sensors, settings), 6)
+    return {"settings": settings, "cost": lowest, "evaluations": found.nfev, "seed": seed}
 
 
 def _cost_at(registration: Registration, sensors: str, logarithms: np.ndarray) -> float:
-    return cost(registration, registration.controller(**dict(zip(registration.bounds, np.exp(logarithms)))), sensors)
+    return _cost_with(registration, sensors, dict(zip(registration.bounds, np.exp(logarithms))))
+
+
+def _cost_with(registration: Registration, sensors: str, settings: dict[str, float]) -> float:
+    return cost(registration, registration.with_settings(settings, get_sensors(sensors).tuned), sensors)
 
 
 def store(path: FilePath, sensors: str, name: str, found: dict[str, Any]) -> None:

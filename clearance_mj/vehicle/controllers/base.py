@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ..nominal import Servo, Vehicle
 from ..path import Path, curvature_ahead
@@ -57,9 +58,11 @@ class Task:
         """Periods from a command to the wheel's answer: servo lag and half a period of holding, rounded."""
         return round(self.servo.lag / self.period + 0.5)
 
-    def curvature(self, seen: Observation, times: np.ndarray) -> np.ndarray:
+    def curvature(self, seen: Observation, times: ArrayLike) -> np.ndarray:
         """Curvature, 1/m, where the vehicle will be at times from now, s; beyond the preview it stays as it is."""
-        return curvature_ahead(self.path.table, seen.s, seen.speed, times, self.preview)
+        times = np.asarray(times, dtype=float)
+        found = curvature_ahead(self.path.table, seen.s, seen.speed, times.ravel(), self.preview)
+        return np.asarray(found).reshape(times.shape)
 
 
 def limited(angle: float, last: float, task: Task) -> float:

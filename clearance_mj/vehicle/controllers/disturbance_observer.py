@@ -128,7 +128,13 @@ register(
 )  # fmt: skip
 register(
     Registration(
-        "mpc-cm-dob", "MPC-CM-DOB", PredictiveWithObserver, bounds=mpc.BOUNDS | BANDWIDTH, tuned_as="mpc-dob",
+        "smc-cm-dob", "SMC-CM-DOB", SlidingWithObserver, bounds=BANDWIDTH, tuned_as="smc-cm",
+        adapt=with_clearance_model, prior=CLEARANCE_PRIOR, colour="#aa4499",
+    )
+)  # fmt: skip
+register(
+    Registration(
+        "mpc-cm-dob", "MPC-CM-DOB", PredictiveWithObserver, bounds=BANDWIDTH, tuned_as="mpc-cm",
         adapt=with_clearance_model, prior=CLEARANCE_PRIOR, colour="#ee3377", line=DASHED,
     )
 )  # fmt: skip

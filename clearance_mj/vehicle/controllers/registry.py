@@ -44,7 +44,7 @@ class Registration:
     tuned: Mapping[str, Any] | None = None
     """settings; None: those of `TUNED`, the class's defaults if it has none"""
     tuned_as: str = ""
-    """controller whose settings of `TUNED` are taken where it has none of its own"""
+    """controller whose settings of `TUNED` are taken but for those that `TUNED` has of its own"""
     adapt: Callable[[Controller, Task, ClearancePrior], Controller] | None = None
     """takes prior information on the clearance into account"""
     prior: str = "nothing"
@@ -58,12 +58,17 @@ class Registration:
         """Return the controller with its settings of a set, without prior information on the clearance."""
         return self.controller(**(self._stored(_tuned().get(tuned, {})) if self.tuned is None else self.tuned))
 
-    def _stored(self, found: dict[str, dict[str, Any]]) -> dict[str, Any]:
-        """Settings of a set: its own, or those of what it is tuned as."""
-        if self.name in found:
-            settings: dict[str, Any] = found[self.name]["settings"]
-            return settings
+    def with_settings(self, settings: Mapping[str, Any], tuned: str = "ideal") -> Controller:
+        """Return the controller with settings of its own, and the others of a set of what it is tuned as."""
+        return self.controller(**(self._inherited(_tuned().get(tuned, {})) | dict(settings)))
+
+    def _inherited(self, found: dict[str, dict[str, Any]]) -> dict[str, Any]:
         return CONTROLLERS[self.tuned_as]._stored(found) if self.tuned_as in CONTROLLERS else {}
+
+    def _stored(self, found: dict[str, dict[str, Any]]) -> dict[str, Any]:
+        """Settings of a set: its own, and of the others those of what it is tuned as."""
+        own: dict[str, Any] = found[self.name]["settings"] if self.name in found else {}
+        return self._inherited(found) | own
 
     def informed(self, controller: Controller, task: Task, prior: ClearancePrior) -> Controller:
         """Return a controller of this class for a task, with what it may know of the clearance."""

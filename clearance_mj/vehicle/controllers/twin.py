@@ -16,7 +16,7 @@ from ..twin import SteeringTwin, twin_of
 from .base import Controller, ControllerRun, Observation, Task
 from .clearance_model import ClearanceEstimate, ClearanceModel, with_clearance_model
 from .compensation import Compensated, CompensatedRun
-from .disturbance_observer import PredictiveWithObserver
+from .disturbance_observer import PredictiveWithObserver, SlidingWithObserver
 from .mpc import ModelPredictive
 from .registry import ClearancePrior, Registration, register
 from .smc import SlidingMode
@@ -94,6 +94,12 @@ register(
     Registration(
         "mpc-twin", "MPC-CM, twin", ModelPredictive, tuned_as="mpc-cm", adapt=with_twin, prior=PRIOR, colour="#117733",
         line=(0, (5, 1)),
+    )
+)  # fmt: skip
+register(
+    Registration(
+        "smc-twin-dob", "SMC-CM-DOB, twin", SlidingWithObserver, tuned_as="smc-cm-dob", adapt=with_twin, prior=PRIOR,
+        colour="#7755cc", line=(0, (5, 1)),
     )
 )  # fmt: skip
 register(
