@@ -42,9 +42,9 @@ class Piece(NamedTuple):
     slope: np.ndarray  # (n,) 1/m², of the curvature over arc length
 
 
-class _Table(NamedTuple):
-    node: np.ndarray  # (n + 1,) m, arc length of the points
-    value: np.ndarray  # (4, n, 4): x, y, heading, curvature over each interval; value and slope at its start and end
+Table = tuple[np.ndarray, np.ndarray]
+"""Arc length of the points, m (n + 1,); x, y, heading and curvature over each interval, value and slope at its start
+and end, (4, n, 4). Not a named tuple: compiled functions take these more slowly"""
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,7 +52,7 @@ class Path:
     """A plane curve over its arc length; `manoeuvres` has functions that make some."""
 
     name: str  # in words
-    table: _Table  # its points
+    table: Table  # its points
 
     @classmethod
     def of(cls, name: str, pieces: Sequence[Piece]) -> Path:
@@ -63,17 +63,17 @@ class Path:
             columns.append([np.stack([v[:-1], d[:-1], v[1:], d[1:]], axis=-1) for v, d in pairs])
             nodes.append(begin + s[1:] - s[0])
             begin = nodes[-1][-1]
-        return cls(name, _Table(np.concatenate(nodes), np.ascontiguousarray(np.concatenate(columns, axis=1))))
+        return cls(name, (np.concatenate(nodes), np.ascontiguousarray(np.concatenate(columns, axis=1))))
 
     @property
     def length(self) -> float:
         """Arc length, m."""
-        return float(self.table.node[-1])
+        return float(self.table[0][-1])
 
     @property
     def largest_curvature(self) -> float:
         """Largest |κ|, 1/m."""
-        return float(np.abs(self.table.value[CURVATURE][:, [0, 2]]).max())
+        return float(np.abs(self.table[1][CURVATURE][:, [0, 2]]).max())
 
     def position(self, s: ArrayLike) -> np.ndarray:
         """Points of the path at arc lengths s, m: x and y, m, shape (2, ...)."""
@@ -89,13 +89,13 @@ class Path:
 
     def _evaluate(self, row: int, s: ArrayLike) -> np.ndarray:
         s = np.asarray(s, dtype=float)
-        return _values(self.table, row, s.ravel()).reshape(s.shape)
+        return _hermites(self.table, row, s.ravel()).reshape(s.shape)
 
     def locate(self, x: float, y: float, s_guess: float | None = None) -> PathPoint:
         """Find the foot point of a position, m, near an arc length such as the last one, or on the whole path."""
         if not (math.isfinite(x) and math.isfinite(y)):
             raise ManoeuvreError(f"path {self.name!r}: position ({x:g}, {y:g}) m is not finite")
-        return PathPoint(*_locate(self.table, x, y, math.nan if s_guess is None else s_guess))
+        return PathPoint(*_foot_point(self.table, x, y, math.nan if s_guess is None else s_guess))
 
     def needed_acceleration(self, speed: float) -> float:
         """Largest lateral acceleration |κ| v² of a vehicle that follows the path exactly at a speed, m/s, in m/s²."""
@@ -103,7 +103,7 @@ class Path:
 
 
 @numba.njit(cache=True, nogil=True)
-def _value(table: _Table, row: int, s: float) -> float:
+def _hermite(table: Table, row: int, s: float) -> float:
     """Hermite polynomial of one row of the table; straight beyond the ends."""
     node, value = table
     last = node.size - 1
@@ -121,32 +121,33 @@ def _value(table: _Table, row: int, s: float) -> float:
 
 
 @numba.njit(cache=True, nogil=True)
-def curvature_ahead(table: _Table, s: float, speed: float, times: np.ndarray, longest: float) -> np.ndarray:
+def _hermites(table: Table, row: int, s: np.ndarray) -> np.ndarray:
+    out = np.empty(s.size)
+    for i in range(s.size):
+        out[i] = _hermite(table, row, s[i])
+    return out
+
+
+@numba.njit(cache=True, nogil=True)
+def curvature_ahead(table: Table, s: float, speed: float, times: np.ndarray, longest: float) -> np.ndarray:
     """Curvature, 1/m, where a vehicle at s, m, is at times from now, s, at a speed, m/s; after ``longest`` it stays."""
     out = np.empty(times.size)
     for i in range(times.size):
-        out[i] = _value(table, CURVATURE, s + speed * min(times[i], longest))
+        out[i] = _hermite(table, CURVATURE, s + speed * min(times[i], longest))
     return out
 
 
 @numba.njit(cache=True, nogil=True)
-def _values(table: _Table, row: int, s: np.ndarray) -> np.ndarray:
-    out = np.empty(s.size)
-    for i in range(s.size):
-        out[i] = _value(table, row, s[i])
-    return out
-
-
-@numba.njit(cache=True, nogil=True)
-def _locate(table: _Table, x: float, y: float, guess: float) -> tuple[float, float, float, float]:
+def _foot_point(table: Table, x: float, y: float, guess: float) -> tuple[float, float, float, float]:
     """Foot point by Newton's method from the guess, or from the nearest point of the whole table."""
     for attempt in range(2):
         s = guess
         if attempt == 1 or not np.isfinite(s):
-            s = table.node[np.argmin((table.value[X, :, 0] - x) ** 2 + (table.value[Y, :, 0] - y) ** 2)]
+            node, value = table
+            s = node[np.argmin((value[X, :, 0] - x) ** 2 + (value[Y, :, 0] - y) ** 2)]
         for _ in range(20):
-            heading, curvature = _value(table, HEADING, s), _value(table, CURVATURE, s)
-            dx, dy = x - _value(table, X, s), y - _value(table, Y, s)
+            heading, curvature = _hermite(table, HEADING, s), _hermite(table, CURVATURE, s)
+            dx, dy = x - _hermite(table, X, s), y - _hermite(table, Y, s)
             cos, sin = math.cos(heading), math.sin(heading)
             along, across = dx * cos + dy * sin, dy * cos - dx * sin
             if abs(along) < 1e-9:

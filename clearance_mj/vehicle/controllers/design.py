@@ -24,6 +24,7 @@ import numba
 import numpy as np
 
 from ..nominal import Servo, Vehicle
+from ..path import Table, curvature_ahead
 from .base import ControllerRun, Observation, Task, limited
 
 __all__ = ["DesignModel", "ModelRun", "Predictor"]
@@ -55,12 +56,10 @@ class DesignModel:
         A[5, 4:], B[5] = (-(natural**2), -2 * self.servo.damping * natural), natural**2
         return A, B, E
 
-    @functools.cached_property
+    @property
     def discrete(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """A (6, 6), B (6,), E (6,) of x⁺ = A x + B u + E κ, command and curvature held."""
-        A, B, E = self.continuous
-        sampled = control.c2d(control.ss(A, np.column_stack((B, E)), np.eye(6), 0), self.period)
-        return np.array(sampled.A), np.array(sampled.B[:, 0]), np.array(sampled.B[:, 1])
+        return _discrete(self)
 
     @functools.cached_property
     def steady_sideslip(self) -> float:
@@ -89,6 +88,13 @@ class DesignModel:
         return powers[-1], Q, R
 
 
+@functools.lru_cache(maxsize=64)
+def _discrete(model: DesignModel) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    A, B, E = model.continuous
+    sampled = control.c2d(control.ss(A, np.column_stack((B, E)), np.eye(6), 0), model.period)
+    return np.array(sampled.A), np.array(sampled.B[:, 0]), np.array(sampled.B[:, 1])
+
+
 class Predictor:
     """State of the design model during a run: errors and motion as measured, the servo as modelled."""
 
@@ -98,10 +104,10 @@ class Predictor:
         self.last = 0.0
         """last command, rad, as the linear model takes it"""
         A, B, _ = self.model.discrete
-        self._servo, self._servo_A, self._servo_B = np.zeros(2), A[4:, 4:].copy(), B[4:].copy()
+        self._servo, self._servo_A, self._servo_B = (0.0, 0.0), A[4:, 4:].tolist(), B[4:].tolist()
         self._seen: Observation | None = None
         self._predicted = np.zeros(6)
-        self._P, self._Q, self._R = self.model.prediction(task.lead)
+        self._model_ahead = self.model.prediction(task.lead)
         self._times = (np.arange(task.lead) + 0.5) * task.period
 
     def state(self, seen: Observation) -> np.ndarray:
@@ -111,8 +117,10 @@ class Predictor:
     def predicted(self, seen: Observation) -> np.ndarray:
         """State when the wheel will have answered the next command, (6,)."""
         if seen is not self._seen:
-            curvature = self.task.curvature(seen, self._times)
-            self._predicted = _after(self._P, self.state(seen), self._Q, self.last, self._R, curvature)
+            task, state = self.task, self.state(seen)
+            self._predicted = _after(
+                state, self.last, task.path.table, seen.s, seen.speed, self._times, task.preview, *self._model_ahead
+            )
             self._seen = seen
         return self._predicted
 
@@ -125,14 +133,18 @@ class Predictor:
     def follow(self, command: float) -> None:
         """Let the model of the servo follow the next command, rad, as the linear model takes it."""
         self.last, self._seen = command, None
-        self._servo = self._servo_A @ self._servo + self._servo_B * command
+        angle, rate = self._servo
+        (a, b), (c, d) = self._servo_A
+        by_angle, by_rate = self._servo_B
+        self._servo = a * angle + b * rate + by_angle * command, c * angle + d * rate + by_rate * command
 
 
 @numba.njit(cache=True, nogil=True)
 def _after(
-    P: np.ndarray, state: np.ndarray, Q: np.ndarray, command: float, R: np.ndarray, curvature: np.ndarray
-) -> np.ndarray:
-    return P @ state + Q * command + R @ curvature
+    state: np.ndarray, command: float, table: Table, s: float, speed: float, times: np.ndarray, preview: float,
+    P: np.ndarray, Q: np.ndarray, R: np.ndarray,
+) -> np.ndarray:  # fmt: skip
+    return P @ state + Q * command + R @ curvature_ahead(table, s, speed, times, preview)
 
 
 class ModelRun(ControllerRun):

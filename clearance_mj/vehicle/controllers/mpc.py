@@ -16,10 +16,12 @@ Stellato et al., OSQP: an operator splitting solver for quadratic programs, Math
 
 from __future__ import annotations
 
+import functools
 from dataclasses import dataclass
 from typing import NamedTuple
 
 import control
+import numba
 import numpy as np
 import osqp
 import scipy.linalg
@@ -66,6 +68,7 @@ class Program(NamedTuple):
         return self.state[:, :6] @ state + self.state[:, 6] * last + self.curvature @ curvature
 
 
+@functools.lru_cache(maxsize=64)
 def program(model: DesignModel, weights: Weights, horizon: int) -> Program:
     """Eliminate the states: the cost is the square of what is linear in z, x_0, κ and d; least squares solve it."""
     A, B, E, D = augmented(model)
@@ -117,6 +120,16 @@ def steady_turn(model: DesignModel) -> np.ndarray:
     return np.concatenate(([0.0], others))
 
 
+@numba.njit(cache=True, nogil=True)
+def _is_within(changes: np.ndarray, command: float, step: float, largest: float) -> bool:
+    """Whether changes of a command, and the commands, are within their limits."""
+    for change in changes:
+        command += change
+        if abs(change) > step or abs(command) > largest:
+            return False
+    return True
+
+
 class LimitedPlan:
     """Changes of the command within the limits; OSQP is called only where they matter."""
 
@@ -129,8 +142,7 @@ class LimitedPlan:
 
     def best(self, free: np.ndarray, last: float) -> np.ndarray:
         """Return the best changes, rad (N,), given those without limits and the last command, rad."""
-        commands = last + free.cumsum()
-        if np.abs(free).max() <= self._step and np.abs(commands).max() <= self._largest:
+        if _is_within(free, last, self._step, self._largest):
             return free
         q, low, high = -self._hessian @ free, -self._bound - self._at * last, self._bound - self._at * last
         if self._solver is None:

@@ -13,7 +13,7 @@ import numba
 import numpy as np
 
 from ..controllers.base import Task
-from ..path import curvature_ahead
+from ..path import Table, curvature_ahead
 from .observer_model import N_STATES, Deviations, observer_model, take
 
 __all__ = ["Observer"]
@@ -35,16 +35,15 @@ class Observer:
         self.s = -task.speed * delay
         """m, arc length at the time of the measurements"""
         self._task, self._deviations, self._model = task, deviations, model
-        self._middle = np.array([task.period / 2])
         self._commands, self._rate, self._s_variance = np.zeros(model.middles.size + 1), np.zeros(N_STATES), 0.0
 
     def advance(self, command: float, speed: float) -> None:
         """Go on by the period in which a command was given, rad, at a measured speed, m/s."""
         model, period = self._model, self._task.period
-        self._commands[:-1], self._commands[-1] = self._commands[1:], command
-        curvature = curvature_ahead(self._task.path.table, self.s, speed, self._middle, math.inf)
-        inputs = np.concatenate((self._commands[:2], curvature))
-        _predict(self.state, self.covariance, self._rate, inputs, model.flow, model.inputs, model.noise, period)
+        _predict(
+            self.state, self.covariance, self._rate, self._commands, command, self._task.path.table, self.s, speed,
+            model.flow, model.inputs, model.noise, period,
+        )  # fmt: skip
         self.s += speed * period
         self._s_variance += ALONG**2 * period
 
@@ -69,18 +68,32 @@ class Observer:
     def present(self, speed: float) -> tuple[float, np.ndarray]:
         """Arc length, m, and state (10,) at the last sample, at a measured speed, m/s."""
         model = self._model
-        curvature = curvature_ahead(self._task.path.table, self.s, speed, model.middles, math.inf)
-        since = model.since @ np.concatenate((self._commands[1:], curvature))
-        return self.s + speed * self.delay, model.ahead @ self.state + since
+        now = _present(
+            self.state, self._commands, self._task.path.table, self.s, speed, model.middles, model.ahead, model.since
+        )
+        return self.s + speed * self.delay, now
 
 
 @numba.njit(cache=True, nogil=True)
 def _predict(
-    state: np.ndarray, covariance: np.ndarray, rate: np.ndarray, inputs: np.ndarray,
-    flow: np.ndarray, effect: np.ndarray, noise: np.ndarray, period: float,
+    state: np.ndarray, covariance: np.ndarray, rate: np.ndarray, commands: np.ndarray, command: float, table: Table,
+    s: float, speed: float, flow: np.ndarray, effect: np.ndarray, noise: np.ndarray, period: float,
 ) -> None:  # fmt: skip
     """Go on by one period, in place; the rate is that of the state over it."""
-    after = flow @ state + effect @ inputs
+    commands[:-1] = commands[1:].copy()
+    commands[-1] = command
+    curvature = curvature_ahead(table, s, speed, np.array([period / 2]), np.inf)
+    after = flow @ state + effect @ np.concatenate((commands[:2], curvature))
     rate[:] = (after - state) / period
     state[:] = after
     covariance[:] = flow @ covariance @ flow.T + noise
+
+
+@numba.njit(cache=True, nogil=True)
+def _present(
+    state: np.ndarray, commands: np.ndarray, table: Table, s: float, speed: float, middles: np.ndarray,
+    ahead: np.ndarray, since: np.ndarray,
+) -> np.ndarray:  # fmt: skip
+    """State at the last sample."""
+    curvature = curvature_ahead(table, s, speed, middles, np.inf)
+    return ahead @ state + since @ np.concatenate((commands[1:], curvature))
