@@ -20,15 +20,19 @@ if TYPE_CHECKING:
 
 def _options(parser: argparse.ArgumentParser) -> None:
     option = parser.add_argument
-    option("record", type=Path, help="file with one record: .uff, .csv, .mat, .nc or .h5")
+    option(
+        "record", type=Path,
+        help="file with one record: .uff, .csv, .mat, .nc or .h5; with the excitation, the rig's accelerometers and a "
+        "displacement probe at every clearance",
+    )  # fmt: skip
     option(
         "--rig", type=Path, required=True,
         help="rig file (TOML), or a folder with rig.toml and, if one was identified, law.json",
     )  # fmt: skip
     option(
         "--law", type=Path,
-        help="law file: whose contact and grease are followed (default: the folder's; else a power law and the grease "
-        "that the record shows)",
+        help="law file: whose kinds of contact and grease are followed (default: the folder's; else the likeliest of "
+        "twelve)",
     )  # fmt: skip
     option("--window", type=float, default=2.0, metavar="S", help="s between two values (default: %(default)s)")
     option(

@@ -16,7 +16,7 @@ from .change import Changes, fused, observed
 from .families import Family
 from .force_fit import ForceFit, Motion, _Fit
 from .forces import RestoringForce
-from .learnt import learnt, of_rigs, of_the_rest
+from .learnt import learnt, of_rigs, of_rivals, of_the_rest
 from .recursive import Belief, refine
 from .window_forces import WindowForces
 
@@ -134,7 +134,7 @@ class Followed:
         self.windows, self.seconds, self.drawn = windows, seconds, drawn
         self.recent: list[RestoringForce] = []
         self.fit: ForceFit | None = None
-        self.reach, self.depth = 0.0, math.nan
+        self.reach, self.depth, self.of_family = 0.0, math.nan, np.zeros(3)
 
     def take(self, force: RestoringForce, number: int) -> Seen | None:
         """Take a window's forces, and its number; return what is known then, None as long as the gap is not."""
@@ -157,7 +157,7 @@ class Followed:
         told = self.rig.bushings[self.number]
         if np.abs(ends).max() < 0.5 * told.gap:  # no contact is nearer
             return
-        motion, found = learnt(self.recent, self.rig, self.number, self.gap, self.families, self.values)
+        motion, (found, *rivals) = learnt(self.recent, self.rig, self.number, self.gap, self.families, self.values)
         depth = np.abs(penetration(ends, *found.bushing.walls))
         names = [p.name.rpartition("].")[2] for p in found.estimates.parameters]
         if np.mean(depth > 0) < TOUCHES or found.estimates.varied_std[names.index("gap")] > KNOWN:
@@ -166,6 +166,8 @@ class Followed:
         self.families, self.values = found.families, found.values
         if math.isnan(self.depth):
             self.depth = float(np.sqrt(np.mean(depth[depth > 0] ** 2)))
+        if rivals:
+            self.of_family = of_rivals(np.array([_quantities(f.bushing, f.law, self.depth) for f in (found, *rivals)]))
         self.free = np.array([i for i, name in enumerate(names) if name in VARIES])
         unit = [told.gap if self.problem.parameters[i].transform == "linear" else 1.0 for i in self.free]
         unit /= self.problem.width[self.free]
@@ -190,13 +192,7 @@ class Followed:
 
     def _quantities(self, points: np.ndarray) -> np.ndarray:
         """(n_points, 3) logarithms."""
-        found = []
-        for x in points:
-            bushing, law = self.law(x)
-            contact, d = law.contact[0], self.depth
-            still, fast = contact.force(d, 0.0, PUSH), contact.force(d, PUSH, PUSH)
-            found.append((bushing.gap, still / d, max((fast - still) / PUSH, 1e-6)))
-        return np.log(found)
+        return np.array([_quantities(*self.law(x), self.depth) for x in points])
 
     def _refine(self, force: RestoringForce) -> Seen:
         """Refine what is known by a window's forces."""
@@ -222,7 +218,8 @@ class Followed:
         walls = self.law(self.belief.mean)[0].walls
         touching = penetration(force.ends[self.number][:, force.valid], *walls).any(axis=0)
         misfit = float(np.sqrt(np.mean(found.residuals**2)))
-        return Seen(known.mean, known.std, float(touching.mean()), misfit, alert)
+        std = np.sqrt(known.std**2 + self.of_family)
+        return Seen(known.mean, std, float(touching.mean()), misfit, alert)
 
     def _alert(self) -> Alert | None:
         """A change that the windows show; what is believed then begins anew with what followed it."""
@@ -245,3 +242,10 @@ class Followed:
         at[self.free] = x
         names = [p.name for p in self.problem.parameters]
         return self.problem.values(at)[names.index(kind)]
+
+
+def _quantities(bushing: Bushing, law: ContactLaw, depth: float) -> np.ndarray:
+    """(3,) logarithms of gap, and of stiffness and damping at a depth, m."""
+    contact = law.contact[0]
+    still, fast = contact.force(depth, 0.0, PUSH), contact.force(depth, PUSH, PUSH)
+    return np.log([bushing.gap, still / depth, max((fast - still) / PUSH, 1e-6)])

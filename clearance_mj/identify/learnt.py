@@ -18,21 +18,34 @@ from .force_fit import ForceFit, Motion, _Fit, fit
 from .forces import RestoringForce
 from .methods.bench import compared
 
-__all__ = ["learnt", "of_rigs", "of_the_rest"]
+__all__ = ["learnt", "of_rigs", "of_rivals", "of_the_rest"]
+
+OCCAM = 0.05
+"""of the likeliest family's probability: less likely ones are excluded (Occam's window; Madigan and Raftery, Journal of
+the American Statistical Association 89, 1994)"""
 
 
 def learnt(
     forces: Sequence[RestoringForce], rig: Rig, number: int, gap: Sequence[Parameter],
     families: tuple[Family, Family] | None, values: Mapping[str, float],
-) -> tuple[Motion, ForceFit]:  # fmt: skip
-    """Motion of a bushing, and the law fitted along it: of the likeliest families of contact and grease, or as told.
+) -> tuple[Motion, list[ForceFit]]:  # fmt: skip
+    """Motion of a bushing, and laws fitted along it, the likeliest first: of the families told, or of all not excluded.
 
     ``values``: of parameters by name, where the fit may begin.
     """
     motion = Motion(forces, rig, number, gap)
     if families:
-        return motion, fit(motion, *families, [values] if values else ())
-    return motion, compared([motion])[0].fits[0]
+        return motion, [fit(motion, *families, [values] if values else ())]
+    found = compared([motion])
+    return motion, [each.fits[0] for each in found if each.weight >= OCCAM * found[0].weight]
+
+
+def of_rivals(quantities: np.ndarray) -> np.ndarray:
+    """Variances (n,) of quantities (n_families, n), the likeliest's first, by what other families say.
+
+    How far the furthest family is that is not excluded counts as a standard deviation.
+    """
+    return np.asarray(np.max((quantities - quantities[0]) ** 2, axis=0))
 
 
 def of_the_rest(found: ForceFit, free: np.ndarray) -> np.ndarray:

@@ -21,6 +21,7 @@ from ..io.dataset import Dataset, Record
 from ..parameters import Parameter
 from ..rig import Rig
 from .followed import BLOCK, QUANTITIES, Followed
+from .force_fit import MODEL
 from .forces import SETTLE, measured_channels, restoring_force
 from .law_families import families_of
 from .priors import priors, rig_with
@@ -180,8 +181,8 @@ def twin(
     rig : Rig, optional
         Instead of the record's.
     law : Law, optional
-        Whose kinds of contact and grease are followed, and where learning begins; by default a power law
-        (Hunt and Crossley 1975) and Bouc-Wen grease, from the rig file's values.
+        Whose kinds of contact and grease are followed, and where learning begins; by default the likeliest of the
+        twelve families that method "bench" of `identify` compares.
     window : float
         s, between two values.
     learn : float
@@ -239,9 +240,19 @@ def _along(
                 alarms.append(Alarm(float(time[i]), float(time[i] - since * windows.seconds), j, kind, before, after))
     never = [f"bushings[{j}] hardly touches: gap and contact are not known" for j in range(n) if not followed[j].fit]
     depth = np.array([one.depth for one in followed])
-    words = (*(update.warnings if update else ()), *never)
+    words = (*(update.warnings if update else ()), *never, *filter(None, map(_foreign, followed)))
     return Twin(
         record.name, windows.rig, time, windows.seconds, depth, mean, std, contact, misfit, tuple(alarms), words
+    )
+
+
+def _foreign(one: Followed) -> str:
+    """Say that a clearance's law misses more than laws are expected to."""
+    if one.fit is None or one.fit.misfit <= 1.0:
+        return ""
+    return (
+        f"bushings[{one.number}]: the likeliest law misses {100 * MODEL * one.fit.misfit:.2g} % of the force where it "
+        f"was learnt, over {100 * MODEL:g} %: gap and contact may be wrong by much more than the bands say"
     )
 
 
@@ -279,7 +290,21 @@ def _check(record: Record, window: float, learn: float) -> None:
             f"{where}: lasts {record.duration:.4g} s; {needed:.4g} s are needed to learn from {learn:g} s "
             f"and to follow two windows of {window:g} s"
         )
-    measured_channels(record)  # says what is missing
+    if missing := _without_probe(record):
+        raise RecordError(
+            f"{where}: has no displacement probe at {', '.join(missing)}; each clearance needs one, or its gap is not "
+            'known (in a table, column "disp:NODE")'
+        )
+    measured_channels(record)  # says what else is missing
+
+
+def _without_probe(record: Record) -> list[str]:
+    """Bushings without a probe, and its node."""
+    if record.response().displacement is not None:
+        return []
+    nodes = [label.partition(":")[0] for label in record.rig.probe_labels]
+    seen = {str(c.node) for c in record.channels if c.quantity == "displacement"}
+    return [f"bushings[{j}] (node {node})" for j, node in enumerate(nodes) if node not in seen]
 
 
 def _piece(record: Record, seconds: float) -> Record:

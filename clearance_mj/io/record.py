@@ -112,8 +112,8 @@ class Record(Shown):
                     f'channels "{other.name}" and "{h.name}" both are {h.quantity} at node {h.node} along '
                     f"{h.direction.lstrip('+-')}"
                 )
-        label, quantity = self._driven
-        needed = {(label, quantity): f'the excitation of a record of kind "{self.excitation_kind}"'}
+        (label, quantity), kind = self._driven, self.excitation_kind
+        needed = {(label, quantity): f'the excitation of a record of kind "{kind}" (column "{kind}" of a table)'}
         needed |= {(label, "acceleration"): "a sensor of the rig" for label in self.rig.sensor_labels}
         for (label, quantity), what in needed.items():
             node, _, axis = _split(label)

@@ -16,7 +16,7 @@ from ..files import to_json, write_text
 from ..identify import Twin
 from ..io.dataset import Record
 from . import html
-from .style import COLOURS, FONT, TEST, Drawing, canvas, tidy
+from .style import COLOURS, FONT, Drawing, canvas, tidy
 from .tables import Column, Table, write_csv
 from .writer import ReportWriter
 
@@ -43,7 +43,8 @@ def draw(found: Twin) -> Drawing:
     ]
     if found.alarms:
         handles.append(Line2D([], [], color=ALARM, lw=1.0, label="alarm"))
-    figure.legend(handles=handles, loc="outside upper center", ncols=3, fontsize=FONT - 0.5, frameon=False)
+        handles.append(Line2D([], [], color=ALARM, lw=1.0, ls=":", label="alarm of another quantity"))
+    figure.legend(handles=handles, loc="outside upper center", ncols=4, fontsize=FONT - 0.5, frameon=False)
     caption = (
         f"Gap, contact stiffness and contact damping of the clearances of rig “{found.rig.name}” along record "
         f"“{found.record}”, each value from what was measured by then, with 95 % bands; vertical lines: alarms."
@@ -60,7 +61,7 @@ def _panel(ax: Axes, found: Twin, quantity: str, bushing: int, factor: float) ->
         ax.set_ylim(0.8 * known.min(), 1.2 * known.max())
     for alarm in found.alarms:
         if alarm.bushing == bushing:
-            ax.axvline(alarm.time, color=ALARM if alarm.quantity == quantity else TEST, lw=1.0, alpha=0.8)
+            ax.axvline(alarm.time, color=ALARM, lw=1.0, ls="-" if alarm.quantity == quantity else ":")
 
 
 def write_twin(found: Twin, record: Record, law: Law | None, folder: Path) -> dict[str, Any]:
