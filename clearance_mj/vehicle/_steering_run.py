@@ -18,8 +18,6 @@ from .plant import STEP
 
 Lost = tuple[np.ndarray, np.ndarray]
 """Lost motion, rad, and contact side after each step"""
-Served = tuple[np.ndarray, np.ndarray]
-"""Servo angle after each step and its turn in it, rad"""
 
 
 class Motor(NamedTuple):
@@ -49,7 +47,9 @@ class ServoStep(NamedTuple):
 
 
 @numba.njit(cache=True, nogil=True)
-def _serve(state: np.ndarray, command: float, servo: ServoStep, load: np.ndarray, in_contact: bool) -> Served:
+def _serve(
+    state: np.ndarray, command: float, servo: ServoStep, load: np.ndarray, in_contact: bool
+) -> tuple[np.ndarray, np.ndarray]:
     """Servo angle after each step under a load, N m, felt in contact, and turns; state (angle, speed) moves on."""
     out, turns = np.empty(load.size), np.empty(load.size)
     reach = servo.rate_limit * STEP

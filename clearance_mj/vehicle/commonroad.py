@@ -47,19 +47,16 @@ def _numbers(values: object) -> dict[str, float]:
     return {name: float(value) for name, value in vars(values).items() if isinstance(value, int | float)}
 
 
-def _numeric(values: object) -> list[tuple[str, Any]]:
-    return [(name, float) for name in _numbers(values)]
-
-
 _EXAMPLE = parameters()
 _PARTS = ("steering", "longitudinal", "tire")
-_LAYOUT = np.dtype([*((part, _numeric(getattr(_EXAMPLE, part))) for part in _PARTS), *_numeric(_EXAMPLE)])
+_LAYOUT: list[tuple[str, Any]] = [(name, float) for name in _numbers(_EXAMPLE)]
+_LAYOUT += [(part, [(name, float) for name in _numbers(getattr(_EXAMPLE, part))]) for part in _PARTS]
 
 
 def compiled_parameters(values: VehicleParameters) -> np.ndarray:
     """Parameters as compiled code reads them, a record array (1,): its element has the library's names."""
     parts = (tuple(_numbers(getattr(values, part)).values()) for part in _PARTS)
-    return np.array([(*parts, *_numbers(values).values())], _LAYOUT)
+    return np.array([(*_numbers(values).values(), *parts)], _LAYOUT)
 
 
 def _compiled(function: types.FunctionType, **callees: object) -> Callable[..., Any]:

@@ -1,8 +1,7 @@
 """The tyre model of commonroad-vehicle-models, Pacejka's Magic Formula of 2002, in fewer operations.
 
-Functions, arguments and results are those of the library's ``tire_model``, whose place they take in its right-hand
-sides. They differ by rounding: cos(atan z) is 1/√(1 + z²), and a shift of zero is left out. Longitudinal slip κ, slip
-angle α and camber γ in rad, vertical load F_z in N, p the tyre's parameters.
+Functions, arguments and results are those of the library's ``tire_model``, whose place they take, but for rounding:
+cos(atan z) is 1/√(1 + z²), shifts of zero are left out. Slip κ, slip angle α and camber γ in rad, load F_z in N.
 """
 
 from __future__ import annotations
@@ -19,14 +18,8 @@ _compiled = numba.njit(cache=True, nogil=True, error_model="numpy")
 
 @_compiled
 def _turn(slip: float, B: float, C: float, E: float) -> float:
-    """The Magic Formula's angle C atan(Bx - E (Bx - atan Bx))."""
     z = B * slip
     return C * math.atan(z - E * (z - math.atan(z)))
-
-
-@_compiled
-def _cos_atan(z: float) -> float:
-    return 1 / math.sqrt(1 + z * z)
 
 
 @_compiled
@@ -48,22 +41,18 @@ def formula_lateral(alpha: float, gamma: float, F_z: float, p: Any) -> tuple[flo
 
 
 @_compiled
-def formula_longitudinal_comb(kappa: float, alpha: float, F0_x: float, p: Any) -> float:
+def formula_longitudinal_comb(kappa: float, alpha: float, F0: float, p: Any) -> float:
     """Longitudinal force at combined slip, N, from that at pure slip."""
-    B, C, E, shift = p.r_bx1 * _cos_atan(p.r_bx2 * kappa), p.r_cx1, p.r_ex1, p.r_hx1
-    return F0_x * math.cos(_turn(alpha + shift, B, C, E)) / math.cos(_turn(shift, B, C, E))
+    B, C, E, shift = p.r_bx1 / math.sqrt(1 + (p.r_bx2 * kappa) ** 2), p.r_cx1, p.r_ex1, p.r_hx1
+    return F0 * math.cos(_turn(alpha + shift, B, C, E)) / math.cos(_turn(shift, B, C, E))
 
 
 @_compiled
-def formula_lateral_comb(
-    kappa: float, alpha: float, gamma: float, mu_y: float, F_z: float, F0_y: float, p: Any
-) -> float:
+def formula_lateral_comb(kappa: float, alpha: float, gamma: float, mu: float, F_z: float, F0: float, p: Any) -> float:
     """Lateral force at combined slip, N, from force and coefficient of friction at pure slip."""
-    B, C, E, shift = p.r_by1 * _cos_atan(p.r_by2 * (alpha - p.r_by3)), p.r_cy1, p.r_ey1, p.r_hy1
-    force = F0_y * math.cos(_turn(kappa + shift, B, C, E))
+    B, C, E, shift = p.r_by1 / math.sqrt(1 + (p.r_by2 * (alpha - p.r_by3)) ** 2), p.r_cy1, p.r_ey1, p.r_hy1
+    force = F0 * math.cos(_turn(kappa + shift, B, C, E))
     if shift != 0.0:
         force /= math.cos(_turn(shift, B, C, E))
-    ply_steer = mu_y * F_z * (p.r_vy1 + p.r_vy3 * gamma)
-    if ply_steer != 0.0:
-        force += ply_steer * _cos_atan(p.r_vy4 * alpha) * math.sin(p.r_vy5 * math.atan(p.r_vy6 * kappa))
-    return force
+    ply_steer = mu * F_z * (p.r_vy1 + p.r_vy3 * gamma) / math.sqrt(1 + (p.r_vy4 * alpha) ** 2)
+    return force if ply_steer == 0.0 else force + ply_steer * math.sin(p.r_vy5 * math.atan(p.r_vy6 * kappa))

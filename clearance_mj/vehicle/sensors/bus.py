@@ -15,10 +15,6 @@ TOUCH = 1e-9
 """s, by which a message may be late and still be there"""
 
 
-BLOCK = 256
-"""random numbers that are drawn at once"""
-
-
 class Message:
     """A kind of message on the bus: its delays are uniform between two bounds, s, and it never overtakes itself."""
 
@@ -43,7 +39,7 @@ class Message:
 def draws(many: Callable[[int], np.ndarray]) -> Iterator[Any]:
     """Draw one number, or list of them, after another, from a function that draws many: one by one takes longer."""
     while True:
-        yield from many(BLOCK).tolist()
+        yield from many(256).tolist()
 
 
 def age(delay: tuple[float, float], period: float) -> tuple[float, float]:
