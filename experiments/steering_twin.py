@@ -39,13 +39,13 @@ def main() -> None:
     parser.add_argument("--page", type=Path, default=PAGE, help="page with the tables, beside which the figures go")
     parser.add_argument("--vehicles", type=int, default=30, help="mass, tyres, friction and noise drawn for each")
     parser.add_argument("--controlled", type=int, default=8, help="of them, on which controllers are compared")
-    parser.add_argument("--minutes", type=float, default=30.0, help="length of the drives with wear")
+    parser.add_argument("--minutes", type=float, default=60.0, help="length of the drives with wear")
     parser.add_argument("--workers", type=int, default=os.cpu_count(), help="processes")
     options = parser.parse_args()
     names = [(f"{base}-{kind}", told) for base in ("smc", "mpc") for kind, told in
              (("cm", 1.0), ("cm", 0.5), ("cm", 1.5), ("twin", 1.0), ("twin", 0.5), ("twin", 1.5))]  # fmt: skip
     jobs: list[tuple[Callable[..., Any], Any]] = [
-        *((wear, (regime, seed, options.minutes)) for seed in range(2) for regime in REGIMES),
+        *((wear, (regime, seed, options.minutes)) for seed in range(3) for regime in REGIMES),
         *((converge, (regime, seed)) for regime in REGIMES for seed in range(options.vehicles)),
         *(
             (control, (name, regime, seed, told))

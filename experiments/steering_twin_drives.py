@@ -96,9 +96,9 @@ class History(NamedTuple):
     """What a twin believed in along a drive."""
 
     time: np.ndarray  # (n,) s
-    value: np.ndarray  # (n, 3) half-gap, stiffness, friction
-    low: np.ndarray  # (n, 3) of the 95 % interval
-    high: np.ndarray  # (n, 3)
+    value: np.ndarray  # (n, 4) half-gap, stiffness, friction, rate of wear, rad/s
+    low: np.ndarray  # (n, 4) of the 95 % interval
+    high: np.ndarray  # (n, 4)
     rate: float  # times real time, of the processor's time
 
 
@@ -109,7 +109,8 @@ def follow(settings: SteeringTwin, signals: Iterable[Signals]) -> History:
     for seen in signals:
         if run.advance(seen):
             found = run.estimates
-            rows.append((seen.time, found.value[:3], *(ends[:3] for ends in found.interval())))
+            values = np.vstack((found.value[:3], found.interval()[:, :3]))
+            rows.append((seen.time, *np.column_stack((values, run.wear))))
             last = seen.time
     rate = last / (time.process_time() - began)
     columns = [np.array(column) for column in zip(*rows)]

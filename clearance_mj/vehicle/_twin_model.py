@@ -19,7 +19,7 @@ __all__ = ["N_PARAMETERS", "N_STATES", "Known", "simulate"]
 
 SOFT = 5.0
 """N m: the aligning moment below which the side of the contact is not to be relied on"""
-N_PARAMETERS, N_STATES = 14, 3
+N_PARAMETERS, N_STATES = 15, 3
 STEPS = 2
 """of the integration in a sample"""
 
@@ -54,8 +54,8 @@ def simulate(points: np.ndarray, servo: np.ndarray, speed: np.ndarray, known: Kn
     For points (n_points, `N_PARAMETERS` + `N_STATES`): logarithms of half-gap and contact stiffness, friction,
     logarithms of factors on both cornering stiffnesses, of friction of the tyres, of factors on mass and yaw inertia
     per mass; offsets of yaw rate, acceleration and steering angle, lag of the steering angle, lateral and angular
-    acceleration that nothing else explains; lateral speed, yaw rate and lost motion at the first sample. Servo angles
-    and speeds (n + 1,) begin one sample earlier.
+    acceleration that nothing else explains; rate of wear, of no effect here; lateral speed, yaw rate and lost motion at
+    the first sample. Servo angles and speeds (n + 1,) begin one sample earlier.
     """
     n = servo.size - 1
     out = np.empty((points.shape[0], 6, n))
@@ -71,7 +71,7 @@ def simulate(points: np.ndarray, servo: np.ndarray, speed: np.ndarray, known: Kn
         friction = max(x[2] - known.creep, 0.0)
         play = LostMotion(math.exp(x[0]), math.exp(x[1]), known.shaft_stiffness, known.damping, friction)
         lag = min(max(x[11] / dt, 0.0), 1.0)
-        vy, r, d = x[14], x[15], x[16]
+        vy, r, d = x[15], x[16], x[17]
         before = servo[1] + lag * (servo[0] - servo[1])
         for i in range(n):
             v = speed[i + 1]

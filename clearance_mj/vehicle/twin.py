@@ -40,6 +40,14 @@ CREEP = 1.5
 there, and a wheel that friction holds gives way to it"""
 STATE_NOISE = (0.02, math.radians(0.1), math.radians(0.03))
 """m/s, rad/s and rad: what the model misses of its states in a window"""
+DRIFT = {
+    "lag": 2e-5, "yaw_rate_offset": 2e-5, "acceleration_offset": 2e-4, "steering_offset": 5e-6,
+    "side_acceleration": 0.03, "yaw_acceleration": 0.01,
+}  # fmt: skip
+"""random walk in a window: crown and wind change on the way, offsets hardly"""
+SLOW = 2e-4
+"""that of the logarithms of all else that does not change or with the tyres' temperature only: 1 % in 20 min. What
+wanders faster takes the half-gap along"""
 
 
 @dataclass(frozen=True)
@@ -56,8 +64,14 @@ class SteeringTwin:
     """of the logarithm of the contact stiffness"""
     friction_std: float = 0.1
     """of the friction, as a share of it"""
-    wear: float = 0.003
-    """standard deviation of the logarithm of the half-gap after a window's random walk"""
+    gap_drift: float = 5e-5
+    """of the logarithm of the half-gap, of its random walk in a window"""
+    wear_std: float = 1e-4
+    """1/s, of the rate at which that logarithm grows: no wear is expected"""
+    wear_drift: float = 5e-8
+    """1/s, of that rate's random walk in a window"""
+    model_error: float = 0.019
+    """that of the half-gap which no length of driving takes away: what the model misses of a vehicle"""
     yaw_rate_noise: float = math.radians(0.1)
     """rad/s"""
     acceleration_noise: float = 0.05
@@ -112,6 +126,7 @@ class SteeringTwin:
             offset("lag", "s", 0.003, 0.002),
             offset("side_acceleration", "m/s²", 0.1),
             offset("yaw_acceleration", "rad/s²", 0.02),
+            offset("wear", "1/s", self.wear_std),
         )  # fmt: skip
 
     def start(self) -> SteeringTwinRun:
@@ -133,10 +148,10 @@ class SteeringTwinRun:
         states = Belief.independent(np.zeros(N_STATES), (0.03, math.radians(0.3), play.half_gap / 2))
         self.belief = Belief.of(self._parameters).joined(states)
         """about parameters and, at the end of the last window, states"""
-        drift = {"half_gap": settings.wear, "friction": 0.01 * play.friction, "yaw_rate_offset": 1e-4}
-        drift |= {"acceleration_offset": 2e-3, "steering_offset": 2e-5, "lag": 2e-4}
-        drift |= {"side_acceleration": 0.03, "yaw_acceleration": 0.01, "stiffness": 0.005, "tyre_friction": 0.005}
-        self._drift = np.array([drift.get(q.name, 0.002) for q in self._parameters] + list(STATE_NOISE))
+        drift = {"half_gap": settings.gap_drift, "wear": settings.wear_drift, "friction": SLOW * play.friction} | DRIFT
+        self._drift = np.array([drift.get(q.name, SLOW) for q in self._parameters] + list(STATE_NOISE))
+        self._missed = np.zeros(self._drift.size)
+        self._missed[0] = settings.model_error
         self._samples: list[tuple[float, float, float, float]] = []
         self._size, self._unrest = round(settings.window / settings.period), 0.0
         self.last: Refinement | None = None
@@ -145,13 +160,19 @@ class SteeringTwinRun:
     @property
     def estimates(self) -> Estimates:
         """Values and covariance of the parameters, the clearance's first."""
-        return self.belief.estimates(self._parameters)
+        return self.belief.drifted(self._missed).estimates(self._parameters)
 
     @property
     def lost_motion(self) -> LostMotion:
         """The clearance as it is estimated now."""
         gap, stiffness, friction = self.estimates.value[:3].tolist()
         return self._settings.lost_motion._replace(half_gap=gap, stiffness=stiffness, friction=friction)
+
+    @property
+    def wear(self) -> np.ndarray:
+        """(3,) rate at which the half-gap grows, rad/s, and the ends of its 95 % interval."""
+        found = self.estimates
+        return np.asarray(found.value[0] * np.array([found.value[-1], *found.interval()[:, -1]]))
 
     def advance(self, seen: Signals) -> bool:
         """Take the signals of a sample, one period after the last; return whether a window was full and told."""
@@ -176,7 +197,8 @@ class SteeringTwinRun:
 
         def states(points: np.ndarray) -> np.ndarray:
             end = simulate(points, servo, speed, known)[:, 2:5, -1]
-            return np.column_stack((points[:, :N_PARAMETERS], end))
+            worn = points[:, 0] + points[:, N_PARAMETERS - 1] * self._settings.window
+            return np.column_stack((worn, points[:, 1:N_PARAMETERS], end))
 
         self.last = refine(before, residuals)
         self.belief = self.last.belief.through(states).drifted(self._drift)

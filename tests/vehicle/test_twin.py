@@ -50,6 +50,27 @@ def test_own_data_without_noise_give_the_half_gap(regime, start):
     assert low < GAP < high
 
 
+def test_a_half_gap_that_grows_is_told_from_one_that_is_wrong():
+    """Own data without noise, pieces of 0.5 s whose half-gap grows: its rate is found beside its size."""
+    rate = 4e-3 * GAP  # rad/s, 10 % in 24 s
+    t, servo = steer(24.0)
+    settings = SteeringTwin(Vehicle.bmw320i(), told(0.8, 0.0), wear_std=1e-2)
+    run = settings.start()
+    truth = run.belief.mean.copy()
+    servo, speed = np.concatenate((servo[:1], servo)), np.full(52, 20.0)
+    for begin in range(0, t.size - 50, 50):
+        truth[0] = math.log(GAP + rate * t[begin])
+        out = simulate(truth[None], servo[begin : begin + 52], speed, run._known)[0]
+        for i in range(51 if begin == 0 else 50):
+            k = i if begin == 0 else i + 1
+            run.advance(Signals(0.0, float(servo[begin + k + 1]), float(out[0, k]), float(out[1, k]), 20.0))
+        truth[N_PARAMETERS:] = out[2:5, -1]
+    wear, low, high = run.wear
+    assert wear == pytest.approx(rate, rel=0.1)
+    assert low < rate < high
+    assert run.lost_motion.half_gap == pytest.approx(GAP + rate * t[-1], rel=0.01)
+
+
 def test_small_motion_is_that_of_the_linear_single_track():
     """Without moment and play: yaw rate over a held small angle is v/(L + K v²) (Pacejka 2012, section 1.3.2)."""
     vehicle = dataclasses.replace(Vehicle.bmw320i(), trail=0.0)
@@ -65,7 +86,7 @@ def test_small_motion_is_that_of_the_linear_single_track():
 
 
 def test_without_steering_nothing_is_learnt_of_the_half_gap():
-    run = SteeringTwin(Vehicle.bmw320i(), told(1.0, 0.0), wear=1e-9).start()
+    run = SteeringTwin(Vehicle.bmw320i(), told(1.0, 0.0), gap_drift=1e-9).start()
     for i in range(200):
         run.advance(Signals(0.01 * i, 0.0, 0.0, 0.0, 20.0))
     assert run.estimates.told[0] > 0.9
