@@ -3,7 +3,8 @@
 Everything is first written into the hidden folder ``.clearance-mj`` inside, which also has the lock, the result cache
 and the manifest: path and SHA-256 of every file that was written. Once all files are whole they are moved to their
 places. A file counts as this program's if the manifest lists it and its digest is still the one written there; any
-other file is the user's. Publishing is refused if it would replace such a file.
+other file is the user's. Publishing is refused if it would replace such a file. The manifest also says which versions
+and which inputs, by their digests, each command made its files from.
 
 The list of moves is written down before the first one: a process that is killed in between leaves no
 ``report.html`` or ``summary.json`` (they go first and come last), and the next command finishes the moves.
@@ -23,11 +24,10 @@ from typing import Any
 from .cache import ResultCache, file_lock
 from .errors import ClearanceError
 from .files import plain_file, sha256, write_text
+from .provenance import MANIFEST, WORK, files_of, made_from
 
 __all__ = ["OutputFolder", "output_folder"]
 
-WORK = ".clearance-mj"
-"""Name of the hidden folder"""
 MARK, MARK_TEXT = "README", "Working folder of clearance-mj: result cache, lock and manifest of what it wrote beside.\n"
 LAST = ("summary.json", "report.html", "identified.json", "index.html")
 """Files that a reader starts from: while they are there, the others belong to them"""
@@ -38,11 +38,11 @@ class OutputFolder:
 
     def __init__(self, path: Path, what: str, inputs: Iterable[Path] = (), aside: str = ""):
         self.path, self.what, self._work = path, what, path / WORK
-        self._inputs = {os.path.realpath(file) for file in inputs}
+        self._inputs = [Path(os.path.realpath(file)) for file in files_of(inputs)]
         self.new = self._work / "new"
         """Where to write; `publish` moves what is here to its place."""
         self.cache = ResultCache(self._work / "cache")
-        self._manifest, self._moves = self._work / "manifest.json", self._work / "moves.json"
+        self._manifest, self._moves = path / MANIFEST, self._work / "moves.json"
         self._finish_moves()
         shutil.rmtree(self.new, ignore_errors=True)
         self.new.mkdir()
@@ -58,7 +58,7 @@ class OutputFolder:
     def refuse_others(self, *names: str) -> None:
         """Refuse to go on if what is where one of these will be written is not this program's, or is being read."""
         for name in names:
-            if os.path.realpath(self.path / name) in self._inputs:
+            if Path(os.path.realpath(self.path / name)) in self._inputs:
                 raise ClearanceError(f"{self.path / name} is read by this command; give another --out")
             if os.path.lexists(self.path / name) and not self._is_ours(name):
                 raise ClearanceError(
@@ -81,7 +81,11 @@ class OutputFolder:
         stale = [n for n, by in self._listed().items() if by["by"] == self.what and n not in written]
         files = {name: {"sha256": sha256(path), "by": self.what} for name, path in written.items()}
         kept = {n: entry for n, entry in self._listed().items() if n not in written and n not in stale}
-        _write_json(self._moves, {"new": files, "stale": dict.fromkeys(stale), "files": kept | files})
+        known = _read_json(self._manifest, "files").get("made", {}) if self._manifest.exists() else {}
+        made = {what: found for what, found in known.items() if any(entry["by"] == what for entry in kept.values())}
+        made[self.what] = made_from(self._inputs, self.what)
+        moves = {"new": files, "stale": dict.fromkeys(stale), "files": kept | files, "made": made}
+        _write_json(self._moves, moves)
         self._finish_moves()
 
     def _finish_moves(self) -> None:
@@ -99,7 +103,7 @@ class OutputFolder:
         for name in sorted(waiting, key=lambda name: LAST.index(name) if name in LAST else -1):
             (self.path / name).parent.mkdir(parents=True, exist_ok=True)
             (self.new / name).replace(self.path / name)
-        _write_json(self._manifest, {"files": moves["files"]})
+        _write_json(self._manifest, {"files": moves["files"], "made": moves.get("made", {})})
         self._moves.unlink()
         shutil.rmtree(self.new, ignore_errors=True)
 

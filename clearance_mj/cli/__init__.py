@@ -15,7 +15,8 @@ from importlib import import_module
 from .._version import __version__
 from ..errors import ClearanceError
 from ..files import to_json
-from .command import COMMANDS, Parser
+from ..provenance import stale
+from .command import COMMANDS, Parser, inputs
 from .streams import prepare, silence
 
 __all__ = ["main"]
@@ -47,6 +48,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     prepare()
     try:
         options = _parsed(sys.argv[1:] if arguments is None else list(arguments))
+        for words in stale(inputs(options)):
+            print(f"clearance-mj: note: {words}", file=sys.stderr)
         with contextlib.redirect_stdout(io.StringIO() if options.json else sys.stdout), warnings.catch_warnings():
             warnings.showwarning = lambda message, *_, **__: print(f"clearance-mj: warning: {message}", file=sys.stderr)
             result = options.run(options)

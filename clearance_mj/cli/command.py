@@ -82,11 +82,10 @@ def command(
 def _publishing(name: str, writes: Sequence[str], run: Run) -> Run:
     def published(options: argparse.Namespace) -> Any:
         from ..output_folder import output_folder
-        from ..provenance import files_of
 
         if options.out is None:
             return run(options)
-        with output_folder(options.out, name, files_of(inputs(options))) as folder:
+        with output_folder(options.out, name, inputs(options)) as folder:
             folder.refuse_others(*writes)
             options.new = folder.new
             with contextlib.redirect_stdout(io.StringIO()) as said:

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..errors import ClearanceError, RecordError
+from ..files import sha256, to_json, write_text
 from .command import command, out_file
 from .options import add_columns, add_plugin, load_plugin, parse_columns
 
@@ -66,6 +67,7 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
 
 def _to_file(inputs: list[Path], out: Path, columns: dict[str, str], options: argparse.Namespace) -> dict[str, Any]:
     from ..io import formats
+    from ..provenance import BESIDE, is_marked, made_from
     from ..rig import Rig
 
     if len(inputs) > 1:
@@ -74,7 +76,10 @@ def _to_file(inputs: list[Path], out: Path, columns: dict[str, str], options: ar
         raise ClearanceError(f"{out}: {' and '.join(given)} are for a dataset folder (no suffix)")
     if options.band and not options.frf:
         raise ClearanceError(f"{out}: --band is for --frf and for a dataset folder (no suffix)")
-    out_file(out, [*formats.format_of(out).suffixes], [*inputs, *([options.rig] if options.rig else [])], _is_readable)
+    read = [*inputs, *([options.rig] if options.rig else [])]
+    out_file(out, [*formats.format_of(out).suffixes], read, _is_readable)
+    beside = out.with_name(f"{out.name}{BESIDE}")
+    out_file(beside, (".json",), read, is_marked)
     (path,) = inputs
     rig = Rig.load(options.rig) if options.rig else None
     obj: formats.Contents
@@ -85,6 +90,8 @@ def _to_file(inputs: list[Path], out: Path, columns: dict[str, str], options: ar
     if options.frf is not None:
         obj = _frf(path, obj, rig, options)
     formats.write(out, obj, rig)
+    made = made_from(read, "convert")
+    write_text(beside, to_json(made | {"sha256": sha256(out)}))
     return {"in": str(path), "out": str(out), "holds": _words(obj, out, rig)}
 
 
@@ -181,10 +188,14 @@ def _record(path: Path, rig: Rig, columns: dict[str, str], options: argparse.Nam
 
     import numpy as np
 
+    from .._version import __version__
     from ..io.formats import read_record
+    from ..provenance import MARK
 
     band = tuple(options.band) if options.band else None
     record = read_record(path, rig, options.role or "identify", columns, options.fs, level=options.level, band=band)
+    made = {"file": str(path), "sha256": sha256(path), MARK: __version__}
+    record = dataclasses.replace(record, provenance=made | record.provenance)
     if record.role == "identify" or record.level is not None:
         return record
     rms = float(np.std(record.excitation().value))

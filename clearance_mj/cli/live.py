@@ -46,7 +46,7 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
     load_plugin(options.plugin)
     rig, law = load(options)
     folder = options.dataset or (options.rig if (options.rig / "dataset.toml").is_file() else None)
-    page = Page(rig, law, Dataset.load(folder) if folder else None, options.port)
+    page = Page(rig, law, Dataset.load(folder) if folder else None, options.port, inputs(options))
 
     def ready() -> None:
         print(f"live: {page.address}\nCtrl-C ends it", file=sys.stderr if options.json else sys.stdout, flush=True)

@@ -10,6 +10,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from .._version import __version__
 from ..clearance.law_files import law_schema
 from ..errors import ClearanceError, RigError
 from ..files import to_json, write_text
@@ -120,7 +121,8 @@ def _files(options: argparse.Namespace) -> dict[Path, str]:
         raise ClearanceError(f"name {options.name!r} must not hold a folder; give that to --out")
     out = options.out or Path(f"{options.name}.toml")
     rig = _fields(options, out)
-    head = ["# SI units. A line that begins with # holds a default, or a key that may be added."]
+    head = [f"# Begun by clearance-mj new {__version__}."]
+    head += ["# SI units. A line that begins with # holds a default, or a key that may be added."]
     if options.schema and options.schema_of == "rig":
         head.insert(0, f"#:schema ./{Path(os.path.relpath(options.schema, out.parent)).as_posix()}")
     text = "\n".join([*head, *rig_lines(rig)]) + "\n"

@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ..files import to_json, write_text
+from ..files import sha256, to_json, write_text
 from .command import command
 
 if TYPE_CHECKING:  # a command imports what it needs when it runs
@@ -44,7 +44,17 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
         drawing.write(options.out)
     if drawings:
         print(f"report: {write_page(drawings, options.out, results.sizes['case'])}")
+    _write_provenance(options.out, plan)
     return summary
+
+
+def _write_provenance(out: Path, plan: Any) -> None:
+    """Versions, and the digests of what the sweep was made from and of what is shown of it."""
+    from ..provenance import made_from
+    from ..sweep.run import PROVENANCE, SHOWN
+
+    files = {name: sha256(out / name) for name in sorted(SHOWN) if (out / name).is_file()}
+    write_text(out / PROVENANCE, to_json(made_from(plan.files, "sweep") | {"files": files}))
 
 
 def _sensitivity(plan: Any, results: Any, options: argparse.Namespace) -> tuple[list[dict], Drawing]:

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..errors import ClearanceError
-from .command import command, out_folder
+from .command import command, inputs, out_folder, provenance
 from .options import add_columns, parse_columns
 
 if TYPE_CHECKING:
@@ -57,13 +57,13 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
     out_folder(options.out)
     rig, law = load_rig_and_law(options.rig, options.law)
     record = _record(options, rig)
-    with output_folder(options.out, "twin") as folder:
+    with output_folder(options.out, "twin", inputs(options)) as folder:
         folder.refuse_others("index.html", "twin.csv", "twin.nc", "twin.json")
         start = time.perf_counter()
         progress = None if options.quiet else "twin"
         found = twin(record, None, law, options.window, options.learn, options.rig_exact, progress)
         took = time.perf_counter() - start
-        result = write_twin(found, record, law, folder.new)
+        result = write_twin(found, record, law, folder.new, provenance(options))
     _print(found, record, took, options.out)
     return result | {"out": str(options.out)}
 

@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-from .command import command
+from .command import command, provenance
 from .options import add_plugin, load_plugin
 
 
@@ -54,6 +54,6 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
     for case in cases:
         check(case)
     outcomes = run_all(cases, progress=None if options.quiet else "runs")
-    found = write_report(outcomes, options.new)
+    found = write_report(outcomes, options.new, provenance(options))
     print(f"report: {options.out / 'report.html'}")
     return {"out": str(options.out), **found}

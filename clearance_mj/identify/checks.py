@@ -9,9 +9,10 @@ import numpy as np
 
 from ..beam import natural_frequencies
 from ..errors import RecordError
-from ..io.dataset import Record
+from ..io.dataset import Dataset, Record
 from ..rig import Rig, Sensor
 from .channels import check_channel
+from .contradictions import contradictions
 from .lapses import channels_of, lapses, zero_error
 from .wavelet import ridge
 
@@ -30,8 +31,14 @@ def check_records(records: Sequence[Record]) -> None:
         rest = f"; without it, the rest ({sound}) can be identified from" if sound else ""
         raise RecordError(f"{next(iter(faults.values()))}{rest}")
     for record in records:
-        _warn_of_lapses(record)
+        warn_of_lapses(record)
     _warn_of_no_contact(records)
+
+
+def warn_of_contradictions(dataset: Dataset) -> None:
+    """Warn where the records contradict the rig file, with the likeliest cause."""
+    for words in contradictions(dataset):
+        _warn(words)
 
 
 def check_length(records: Sequence[Record], needed: float, methods: Mapping[str, float]) -> None:
@@ -97,7 +104,7 @@ def _fault(record: Record) -> str:
     return ""
 
 
-def _warn_of_lapses(record: Record) -> None:
+def warn_of_lapses(record: Record) -> None:
     """Warn of dropouts and spikes, and of probes whose zero is off: what is found with them is off, too."""
     names, signals = zip(*channels_of(record))
     said = [f"{name} {words}" for name, words in zip(names, lapses(signals, record.fs)) if words]

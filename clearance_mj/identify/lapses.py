@@ -24,7 +24,7 @@ TOGETHER = 0.05
 PARTS = 4
 """of a record: the quietest shows the zero, the first and the last a drift"""
 SHIFTED = 0.3
-"""of the gap"""
+"""of the gap, and of the motion: of a probe in another unit that is much larger"""
 
 
 def channels_of(record: Record) -> list[tuple[str, np.ndarray]]:
@@ -84,9 +84,11 @@ def zero_error(displacement: ArrayLike, gap: float) -> str:
     """
     parts = np.array_split(np.asarray(displacement, dtype=float), PARTS)
     rests = [float(np.median(part)) for part in parts]
-    quietest = int(np.argmin([np.mean((part - rest) ** 2) for part, rest in zip(parts, rests)]))
-    if abs(rests[-1] - rests[0]) > SHIFTED * gap:
-        return f"drifts by {1e3 * (rests[-1] - rests[0]):.3g} mm"
-    if abs(rests[quietest]) > SHIFTED * gap:
-        return f"has an offset of {1e3 * rests[quietest]:.3g} mm"
+    levels = [float(np.std(part)) for part in parts]
+    quietest = int(np.argmin(levels))
+    drift, offset = rests[-1] - rests[0], rests[quietest]
+    if abs(drift) > SHIFTED * max(gap, levels[0], levels[-1]):
+        return f"drifts by {1e3 * drift:.3g} mm"
+    if abs(offset) > SHIFTED * max(gap, levels[quietest]):
+        return f"has an offset of {1e3 * offset:.3g} mm"
     return ""

@@ -13,12 +13,16 @@ LATEST = 0.05
 """s"""
 DELAYS = 2001
 """that are tried"""
-ALIKE = 0.9
-"""coherence with what the other channels say, from which on a delay explains a channel"""
-NOTHING = 0.3
+CERTAIN = 0.3
+"""of a line's level: standard deviation of what the other channels say of it, up to which it counts"""
+FEWEST = 20
+"""lines that tell something"""
+ALIKE = 0.8
+"""likeness to what the other channels say, from which on a delay explains a channel"""
+NOTHING = 0.2
 """below which it holds nothing of the rig's motion"""
 BETTER = 0.02
-"""least gain of coherence by a delay"""
+"""least gain of likeness by a delay"""
 
 
 def likeliest(trial: Trial) -> str:
@@ -46,18 +50,31 @@ def _lapses(trial: Trial, channel: int) -> str:
 
 
 def _distorted(trial: Trial, gains: list[np.ndarray], channel: int) -> str:
-    """By the coherence of the channel's lines with what the other channels say, over delays."""
+    """By how alike the channel's lines are to what the other channels say, over delays; 1: the same."""
     weights, predicted = projected(gains, trial.measured, (channel,))
-    measured = np.vstack(trial.measured)[:, channel] * weights[:, channel]
-    expected = predicted[:, channel] * weights[:, channel]
-    frequency = np.concatenate([piece.frequency[:: trial._step] for piece in trial.update.misfit])
+    measured, expected = np.vstack(trial.measured)[:, channel], predicted[:, channel]
+    known = _uncertainty(gains, weights, channel) < CERTAIN * np.abs(expected)
+    if np.sum(known) < FEWEST:
+        return "contradicts the others"
+    measured, expected = measured[known], expected[known]
+    frequency = np.concatenate([piece.frequency[:: trial._step] for piece in trial.update.misfit])[known]
     delays = np.linspace(-LATEST, LATEST, DELAYS)
-    product = measured * expected.conj() / (np.linalg.norm(measured) * np.linalg.norm(expected))
-    alike = (np.exp(2j * np.pi * np.outer(delays, frequency)) @ product).real
+    # Of each line alike: else the few at resonances would tell all.
+    product = measured * expected.conj() / np.maximum(np.abs(measured), np.abs(expected)) ** 2
+    alike = (np.exp(2j * np.pi * np.outer(delays, frequency)) @ product).real / product.size
     best, now = float(alike.max()), float(alike[DELAYS // 2])
     if best > ALIKE and best > now + BETTER:
         late = 1e3 * float(delays[np.argmax(alike)])
         return f"is {'late' if late > 0 else 'early'} by {abs(late):.3g} ms, as of another filter or converter"
     if best < NOTHING:
         return "holds noise or another signal: no motion of this rig"
-    return f"follows the others in part only (coherence {best:.2f}): clipped, overloaded or filtered"
+    return f"follows the others in part only (likeness {best:.2f}): clipped, overloaded or filtered"
+
+
+def _uncertainty(gains: list[np.ndarray], weights: np.ndarray, channel: int) -> np.ndarray:
+    """(n_f,) standard deviation of what the other channels' noise, 1 over weights, leaves open of a channel."""
+    seen = np.vstack(gains)
+    kept = np.setdiff1d(np.arange(seen.shape[1]), channel)
+    _, upper = np.linalg.qr(seen[:, kept] * weights[:, kept, None])
+    own = np.linalg.solve(upper.conj().transpose(0, 2, 1), seen[:, channel, :, None].conj())
+    return np.asarray(np.linalg.norm(own[:, :, 0], axis=1))

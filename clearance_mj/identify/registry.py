@@ -11,7 +11,7 @@ from ..errors import ClearanceError, LawError, RecordError
 from ..io.dataset import Dataset
 from ..parameters import Estimates
 from ..rig import Rig
-from .checks import check_length, check_records
+from .checks import check_length, check_records, warn_of_contradictions
 
 __all__ = ["METHODS", "Identified", "Method", "get_method", "law", "register"]
 
@@ -67,6 +67,8 @@ class Method:
     """s, that one record must last; None: it opens no record, or checks them itself"""
     make: Callable[..., Law] | None = None
     """makes the law from a rig and the values of its fitted parameters; None: it fits none"""
+    rig_exact: bool = True
+    """whether it takes the rig file for exact"""
 
     def run(self, dataset: Dataset, progress: str | None = None) -> Identified:
         """Check the records to identify, then find the law; records to validate are never opened."""
@@ -76,6 +78,8 @@ class Method:
                 raise RecordError(f"rig {rig.name!r} has no bushings, so there is no clearance to identify")
             check_length(records, self.shortest(rig), {n: m.shortest(rig) for n, m in METHODS.items() if m.shortest})
             check_records(records)
+            if self.rig_exact:
+                warn_of_contradictions(dataset)
         return self.find(dataset, progress)
 
 
@@ -88,6 +92,7 @@ def register(
     prior_information: str,
     shortest: Callable[[Rig], float] | None = None,
     make: Callable[..., Law] | None = None,
+    rig_exact: bool = True,
 ) -> Callable[[Find], Find]:
     """Make an identification method known by its name; a decorator of its function.
 
@@ -102,6 +107,8 @@ def register(
     make : callable, optional
         Makes the law from a rig and the values of its fitted parameters, so that laws can be drawn from their
         covariance.
+    rig_exact : bool
+        Whether it takes the rig file for exact; records that contradict it are then said.
 
     Returns
     -------
@@ -110,7 +117,7 @@ def register(
     """
 
     def add(find: Find) -> Find:
-        METHODS[name] = Method(prior_information, find, shortest, make)
+        METHODS[name] = Method(prior_information, find, shortest, make, rig_exact)
         return find
 
     return add

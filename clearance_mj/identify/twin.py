@@ -8,6 +8,7 @@ with the last belief, widened by a random walk. A change beyond what the windows
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -20,6 +21,8 @@ from ..errors import RecordError
 from ..io.dataset import Dataset, Record
 from ..parameters import Parameter
 from ..rig import Rig
+from .checks import warn_of_lapses
+from .contradictions import contradictions
 from .followed import BLOCK, QUANTITIES, Followed
 from .force_fit import MODEL
 from .forces import SETTLE, measured_channels, restoring_force
@@ -207,7 +210,10 @@ def twin(
     record = record if rig is None else dataclasses.replace(record, rig=rig)
     _check(record, window, learn)
     first = _piece(record, learn)
-    update = None if rig_exact else update_rig(Dataset(record.rig, (first,)))
+    warn_of_lapses(record)
+    learnt_from = Dataset(record.rig, (first,))
+    update = None if rig_exact else update_rig(learnt_from)
+    said = contradictions(learnt_from, update)
     linear, probes = (update.rig, update.values) if update else (record.rig, {})
     noise = restoring_force(first, rig=linear, probes=probes).noise
     windows = WindowForces(record, linear, probes, noise, window)
@@ -220,11 +226,16 @@ def twin(
         Followed(linear, j, _of_gap(record.rig, j), families, values, wanted, windows.seconds, drawn)
         for j, (families, values) in enumerate(told)
     ]
-    return _along(record, windows, followed, update, progress)
+    return _along(record, windows, followed, update, said, progress)
 
 
 def _along(
-    record: Record, windows: WindowForces, followed: list[Followed], update: RigUpdate | None, progress: str | None
+    record: Record,
+    windows: WindowForces,
+    followed: list[Followed],
+    update: RigUpdate | None,
+    said: Sequence[str],
+    progress: str | None,
 ) -> Twin:
     count, n = len(windows), len(followed)
     mean, std = np.full((2, 3, count, n), np.nan)
@@ -240,7 +251,7 @@ def _along(
                 alarms.append(Alarm(float(time[i]), float(time[i] - since * windows.seconds), j, kind, before, after))
     never = [f"bushings[{j}] hardly touches: gap and contact are not known" for j in range(n) if not followed[j].fit]
     depth = np.array([one.depth for one in followed])
-    words = (*(update.warnings if update else ()), *never, *filter(None, map(_foreign, followed)))
+    words = (*said, *(update.warnings if update else ()), *never, *filter(None, map(_foreign, followed)))
     return Twin(
         record.name, windows.rig, time, windows.seconds, depth, mean, std, contact, misfit, tuple(alarms), words
     )

@@ -6,8 +6,9 @@ import asyncio
 import functools
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
 from typing import Any, Protocol
 
 from tornado.web import RequestHandler
@@ -36,6 +37,7 @@ class Host(Protocol):
     """What is common to all who have the page open."""
 
     clients: set[Client]
+    inputs: Sequence[Path]
     quick: ThreadPoolExecutor
     long: ThreadPoolExecutor
 
@@ -197,6 +199,6 @@ class Client(WebSocketHandler):
             if shown is None:
                 raise ClearanceError("nothing is shown yet")
             test = self.session.record_frf(record, float(shown.values["resolution"])) if record else None
-            return packed("export", Numbers()) + exported(shown, test)
+            return packed("export", Numbers()) + exported(shown, test, self.page.inputs)
 
         self._send(await self._answer(self.page.quick, work, of="export"))

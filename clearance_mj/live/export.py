@@ -6,12 +6,15 @@ import io
 import json
 import tempfile
 import zipfile
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
 
+from ..files import sha256, to_json
+from ..provenance import made_from
 from ..report.style import COLOURS, FONT, TEST, canvas, phase, sensor_title, tidy
 from ..signals.frf import FRF
 from .session import Shown
@@ -19,14 +22,16 @@ from .session import Shown
 __all__ = ["exported"]
 
 README = """Made by clearance-mj live. rig.toml and law.json belong together: clearance-mj simulate FOLDER
-setting.json: every slider, SI units. frf.csv: magnitude, phase (degrees) and coherence of every sensor.
+setting.json: every slider, SI units. provenance.json: versions, digests of all files.
+frf.csv: magnitude, phase (degrees) and coherence of every sensor.
 """
 
 
-def exported(shown: Shown, test: FRF | None = None) -> bytes:
+def exported(shown: Shown, test: FRF | None = None, inputs: Iterable[Path] = ()) -> bytes:
     """Return a zip archive of what is shown, with a test's FRFs in its figures if there are any.
 
-    It holds rig.toml, law.json, setting.json, the numbers as CSV, and figures as SVG and PNG.
+    It holds rig.toml, law.json, setting.json, the numbers as CSV, figures as SVG and PNG, and provenance.json:
+    versions, and the digests of the files that the page was made of, ``inputs``, and of all others in the archive.
     """
     buffer = io.BytesIO()
     with tempfile.TemporaryDirectory() as name, zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED) as archive:
@@ -42,6 +47,9 @@ def exported(shown: Shown, test: FRF | None = None) -> bytes:
         for title, figure in figures.items():
             for kind in ("svg", "png"):
                 figure.savefig(folder / f"{title}.{kind}", dpi=150)
+        digests = {path.relative_to(folder).as_posix(): sha256(path) for path in folder.rglob("*") if path.is_file()}
+        made = made_from(inputs, "live") | {"files": digests}
+        (folder / "provenance.json").write_text(to_json(made), encoding="utf-8")
         for path in sorted(folder.rglob("*")):
             if path.is_file():
                 archive.write(path, path.relative_to(folder).as_posix())

@@ -9,9 +9,10 @@ from __future__ import annotations
 import asyncio
 import hmac
 import secrets
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from importlib import resources
+from pathlib import Path
 from typing import Any
 
 from tornado.httpserver import HTTPServer
@@ -51,6 +52,8 @@ class Page:
         As in `Session`.
     port : int
         To listen on; 0: any that is free.
+    inputs : sequence of Path
+        Files that rig, law and dataset were read from, which exports name.
 
     Raises
     ------
@@ -58,7 +61,10 @@ class Page:
         If the port cannot be had, or the law does not fit the rig.
     """
 
-    def __init__(self, rig: Rig, law: Law, dataset: Dataset | None = None, port: int = 0) -> None:
+    def __init__(
+        self, rig: Rig, law: Law, dataset: Dataset | None = None, port: int = 0, inputs: Sequence[Path] = ()
+    ) -> None:
+        self.inputs = inputs
         self.session = lambda: Session(rig, law, dataset)
         self.session()
         self.token = secrets.token_urlsafe(32)

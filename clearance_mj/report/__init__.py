@@ -48,7 +48,7 @@ def report_study(
         If a file in ``out`` is in the way, or another process is writing there.
     """
     study = Study(Dataset.load(path), methods, engines, workers=workers, progress=progress)
-    with output_folder(out, "study") as folder:
+    with output_folder(out, "study", [Path(path)]) as folder:
         folder.refuse_others("report.html", "summary.json", "results.nc")
         study.cache = folder.cache
         write_results(study, folder.new)

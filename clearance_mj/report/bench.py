@@ -29,9 +29,9 @@ TIED = 0.5
 
 
 def write_bench(fit: BenchFit, dataset: Dataset, folder: Path, provenance: dict[str, Any]) -> None:
-    """Write ``rig.toml``, ``law.json`` and ``identified.json``, the latter with what they come from."""
+    """Write ``rig.toml``, ``law.json`` and ``identified.json``, the last two with what they come from."""
     fit.rig.copied(folder / "structure").save(folder / "rig.toml")
-    fit.law.save(folder / "law.json")
+    write_text(folder / "law.json", to_json(fit.law.to_dict() | {"provenance": provenance}))
     about = {
         "version": __version__,
         "dataset": str(dataset.path),

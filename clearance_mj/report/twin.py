@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -64,16 +66,23 @@ def _panel(ax: Axes, found: Twin, quantity: str, bushing: int, factor: float) ->
             ax.axvline(alarm.time, color=ALARM, lw=1.0, ls="-" if alarm.quantity == quantity else ":")
 
 
-def write_twin(found: Twin, record: Record, law: Law | None, folder: Path) -> dict[str, Any]:
-    """Write ``index.html``, figure, ``twin.csv``, ``twin.nc`` and ``twin.json``; return what the last one holds."""
+def write_twin(
+    found: Twin, record: Record, law: Law | None, folder: Path, made_from: Mapping[str, Any]
+) -> dict[str, Any]:
+    """Write ``index.html``, figure, ``twin.csv``, ``twin.nc`` and ``twin.json``; return what the last one holds.
+
+    The last two say what they were made from.
+    """
     from ..files import replacing
 
     write_csv(folder / "twin.csv", found.rows())
     with replacing(folder / "twin.nc") as temporary:
-        found.to_xarray().to_netcdf(temporary, engine="scipy", format="NETCDF3_64BIT")
+        histories = found.to_xarray().assign_attrs(provenance=json.dumps(made_from))
+        histories.to_netcdf(temporary, engine="scipy", format="NETCDF3_64BIT")
     last = [row for row in found.rows() if row["time_s"] == found.time[-1]]
     result = {
-        "version": __version__, "record": found.record, "provenance": record.provenance, "window": found.window,
+        "version": __version__, "record": found.record, "provenance": record.provenance,
+        "made_from": made_from, "window": found.window,
         "rig": found.rig.to_dict(), "law": law.to_dict() if law else None, "depth": found.depth.tolist(),
         "alarms": [a.to_dict() for a in found.alarms], "last": last,
         "warnings": list(found.warnings),

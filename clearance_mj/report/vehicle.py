@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from html import escape
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -188,10 +188,13 @@ def _timing_table(outcomes: Sequence[Outcome]) -> Table:
     return Table("timing", "Computing time of a command, on the machine that made this page", columns, tuple(rows))
 
 
-def write_report(outcomes: Sequence[Outcome], folder: str | Path) -> dict[str, Any]:
+def write_report(
+    outcomes: Sequence[Outcome], folder: str | Path, provenance: Mapping[str, Any] | None = None
+) -> dict[str, Any]:
     """Write ``report.html``, ``figures/*.png``, ``histories_NAME.csv``, ``metrics.csv`` and ``summary.json``.
 
-    Returns what is in ``summary.json``, and the timings, which differ from run to run.
+    Returns the runs of ``summary.json``, which also says what they come from, and the timings, which differ from run to
+    run.
     """
     folder = Path(folder)
     drawings = (_paths(outcomes), histories(outcomes, "histories"), _spectra(outcomes))
@@ -201,7 +204,10 @@ def write_report(outcomes: Sequence[Outcome], folder: str | Path) -> dict[str, A
         write_csv(folder / f"histories_{outcome.case.controller}.csv", _history(outcome.run))
     rows = [outcome.row() for outcome in outcomes]
     write_csv(folder / "metrics.csv", rows)
-    for name, text in (("summary.json", to_json({"runs": rows})), ("report.html", _page(outcomes, drawings))):
+    for name, text in (
+        ("summary.json", to_json({"runs": rows, "provenance": provenance})),
+        ("report.html", _page(outcomes, drawings)),
+    ):
         write_text(folder / name, text)
     return {"runs": rows, "timing": {o.case.controller: o.run.timing() for o in outcomes}}
 

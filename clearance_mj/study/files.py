@@ -33,8 +33,9 @@ def write_results(study: Study, folder: Path) -> None:
     folder : Path
         Where to.
     """
+    made = made_from([study.dataset.path] if study.dataset.path else [], "study")
     for law in study.laws:
-        law.law.save(folder / "laws" / f"{law.name}.json")
+        write_text(folder / "laws" / f"{law.name}.json", to_json(law.law.to_dict() | {"provenance": made}))
         if law.rig:
             law.rig.copied(folder / "laws" / "structure").save(folder / "laws" / f"{law.name}_rig.toml")
     models = [_arrays(c.frf).expand_dims(law=[c.law], engine=[c.engine], record=[c.record.name]) for c in study.cases]
@@ -42,10 +43,11 @@ def write_results(study: Study, folder: Path) -> None:
     combined = xr.combine_by_coords(models, combine_attrs="override").rename(value="model", coherence="model_coherence")
     measured = xr.concat(tests, "record", combine_attrs="override").rename(value="test", coherence="test_coherence")
     rig = json.dumps(study.dataset.rig.to_dict())
-    combined = xr.merge((combined, measured), combine_attrs="override").assign_attrs(rig=rig, version=__version__)
+    combined = xr.merge((combined, measured), combine_attrs="override").assign_attrs(
+        rig=rig, version=__version__, provenance=json.dumps(made)
+    )
     with replacing(folder / "results.nc") as temporary:
         combined.to_netcdf(temporary, engine="scipy", format="NETCDF3_64BIT")
-    made = made_from([study.dataset.path] if study.dataset.path else [], "study")
     write_text(folder / "summary.json", to_json(study_summary(study) | {"provenance": made}))
 
 

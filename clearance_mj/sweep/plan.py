@@ -76,6 +76,8 @@ class Plan:
     """what each case's FRFs are compared with"""
     outputs: Outputs = field(default_factory=Outputs)
     """what is kept of each case"""
+    files: tuple[Path, ...] = field(default=(), compare=False)
+    """that it was read from, itself and those that it names"""
 
     def __post_init__(self) -> None:
         if not self.vary:
@@ -279,6 +281,8 @@ def load_plan(path: str | Path) -> Plan:
     data = read_plain(path, ClearanceError)
     try:
         plan = _plan(data, path.parent)
+        named = [path.parent / data[key] for key in ("rig", "law", "reference") if key in data]
+        plan = dataclasses.replace(plan, files=(path, *named))
         plan.observer  # noqa: B018 that refuses what cannot be observed
     except ClearanceError as error:
         raise ClearanceError(f"{path}: {error}") from None

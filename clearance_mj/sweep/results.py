@@ -46,7 +46,7 @@ def labelled(plan: Plan, table: Table) -> xr.Dataset:
         "mode": np.arange(1, plan.outputs.natural_frequencies + 1, dtype=np.int32),
     }
     attributes = {"clearance_mj": "sweep", "version": __version__, "plan": json.dumps(plan.to_dict())}
-    attributes["provenance"] = json.dumps(made_from([], "sweep"))  # the plan holds what was read
+    attributes["provenance"] = json.dumps(made_from(plan.files, "sweep"))
     return xr.Dataset(variables, coordinates | _labels(plan), attributes)
 
 

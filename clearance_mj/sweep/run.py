@@ -20,11 +20,12 @@ from .store import Table
 
 __all__ = ["RESULTS", "run_sweep"]
 
-PLAN, TABLE, RESULTS, LOCK = "plan.json", "cases.npy", "results.nc", "lock"
-FILES = {
-    PLAN, TABLE, RESULTS, f"{RESULTS}{SEAL}", LOCK, "sweep.html", "sweep.png", "sweep_frf.png", "sensitivity.csv",
-    "sensitivity.json", "sensitivity.png",
+PLAN, TABLE, RESULTS, LOCK, PROVENANCE = "plan.json", "cases.npy", "results.nc", "lock", "provenance.json"
+SHOWN = {
+    RESULTS, "sweep.html", "sweep.png", "sweep_frf.png", "sensitivity.csv", "sensitivity.json", "sensitivity.png",
 }  # fmt: skip
+"""Results, and what is drawn of them"""
+FILES = {PLAN, TABLE, LOCK, PROVENANCE, f"{RESULTS}{SEAL}", *SHOWN}
 """What a sweep leaves in its folder"""
 LARGEST = 2**32 - 8
 """bytes of one variable in a netCDF-3 file with 64-bit offsets"""

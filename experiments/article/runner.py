@@ -69,7 +69,7 @@ def reproduce(
             records.append(kept or _compute(out, item, inputs, digests[item.name]))
     if computed == len(ITEMS):
         inputs.cache.drop_unused()
-    _write_index(out, quick, digests)
+    _write_index(out, Path(dataset), quick, digests)
     return [{key: r[key] for key in ("name", "title", "files")} for r in records]
 
 
@@ -77,7 +77,7 @@ def _compute(out: Path, item: Item, inputs: Inputs, inputs_digest: str) -> dict:
     result = item.run(inputs)
     images = {f"{drawing.name}.png": drawing.png() for drawing in result.drawings}
     images |= {f"{drawing.name}.svg": drawing.svg() for drawing in result.drawings}
-    with output_folder(out, f"reproduce {item.name}", aside=CHANGED) as folder:
+    with output_folder(out, f"reproduce {item.name}", [inputs.path], aside=CHANGED) as folder:
         hashes = {file: sha256(folder.new / file) for file in _write(folder.new, item, result, images)}
         record = {"name": item.name, "title": item.title, "inputs": inputs_digest, "files": hashes}
         write_text(folder.new / f"{item.name}.json", to_json(record | {"section": section(item, result, images)}))
@@ -104,11 +104,11 @@ def _kept(out: Path, name: str, digests: Mapping[str, str]) -> dict | None:
         return None
 
 
-def _write_index(out: Path, quick: bool, digests: Mapping[str, str]) -> None:
+def _write_index(out: Path, dataset: Path, quick: bool, digests: Mapping[str, str]) -> None:
     """The page of every item that is there, computed now or before from the same inputs."""
     records = [record for name in ITEMS if (record := _kept(out, name, digests))]
     sections = [Section(r["name"], r["title"], r["section"]) for r in records]
-    with output_folder(out, "reproduce", aside=CHANGED) as folder:
+    with output_folder(out, "reproduce", [dataset], aside=CHANGED) as folder:
         write_text(folder.new / "index.html", index(sections, quick))
 
 

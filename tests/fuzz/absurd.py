@@ -67,7 +67,7 @@ def make(rng) -> bytes:
     return json.dumps({"use": rng.choice([*USES]), "rig": rig, "law": law}).encode()
 
 
-def prepare() -> None:
+def prepare(inputs) -> None:
     """Compile what is used."""
     for rig in (samples.RIG, stepped(), two_shafts(), chain()):
         for use in USES.values():

@@ -1,6 +1,7 @@
 """Whole command lines: valid ones of every command with options, values and files that nobody should give."""
 
 import argparse
+import asyncio
 import contextlib
 import io
 import json
@@ -9,6 +10,7 @@ import re
 import shutil
 import socket
 import tempfile
+import webbrowser
 from functools import cache
 from pathlib import Path
 
@@ -17,6 +19,8 @@ from clearance_mj.cli import main
 from clearance_mj.cli.command import COMMANDS, Parser
 from clearance_mj.errors import ClearanceError
 from clearance_mj.io import formats
+from clearance_mj.io.dataset import write_dataset
+from clearance_mj.live import server
 
 from . import samples
 from .mutations import toml
@@ -29,31 +33,30 @@ LINES = {
     "motion": "motion rig.toml --engine modal --duration 0.1 --fs 1024 --levels 1 --sine 50",
     "compare": "compare frf.uff frf.csv --modes 0",
     "convert": "convert record.uff copy.csv",
-    "modes": "modes frf.uff --modes 1",
+    "modes": "modes modal.uff --modes 2",
     "calibrate": "calibrate rig.toml frequencies.csv --free beam.length=0.9:1.1 --starts 1",
-    "update-rig": "update-rig data",
-    "identify": "identify data --method nominal --no-figures",
+    "update-rig": "update-rig bench",
+    "identify": "identify bench --method nominal --no-figures --out new.json",
+    "identify a law": "identify bench --method constant --no-figures --out new.json",
+    "identify a bench": "identify bench --no-figures",
     "place": "place rig.toml --sensors 4 --candidates 6 --modes 1,2",
     "sweep": "sweep plan.toml --workers 1",
     "response": "response rig.toml --level 1 --from 8 --to 9 --harmonics 1 --modes 2",
     "backbone": "backbone rig.toml --harmonics 1 --modes 2 --from 1e-5 --to 2e-5",
     "rattle-map": "rattle-map rig.toml --levels 1 --from 8 --to 9 --steps 2 --harmonics 1 --modes 2 --workers 1",
-    "twin": "twin record.uff --rig rig.toml",
-    "study": "study data --engines modal --methods nominal",
-    "vehicle": "vehicle --speed 0",
+    "twin": "twin bench/ramp.uff --rig bench/rig.toml --learn 2 --window 1 --rig-exact",
+    "study": "study bench --engines modal --methods nominal",
+    "vehicle": "vehicle --controller smc --manoeuvre slalom --speed 60 --plant single-track",
+    "live": "live rig.toml --no-browser --out address.txt",
     "reproduce": "reproduce",
     "audit": "audit",
 }
-"""Of each command one that is cheap; ``live`` is left out, which ends with Ctrl-C only"""
+"""Of each command one that is cheap and ends well, but for the last two, which point to the source tree"""
 SELDOM = {
-    "sweep": 0.1,
-    "rattle-map": 0.1,
-    "vehicle": 0.3,
-    "animate": 0.3,
-    "motion": 0.3,
-    "reproduce": 0.1,
-    "audit": 0.1,
-}
+    "sweep": 0.2, "rattle-map": 0.3, "vehicle": 0.2, "animate": 0.2, "motion": 0.2, "reproduce": 0.1, "audit": 0.1,
+    "calibrate": 0.4, "place": 0.5, "response": 0.4, "backbone": 0.4, "update-rig": 0.2, "identify a law": 0.2,
+    "identify a bench": 0.04, "twin": 0.3, "study": 0.04,
+}  # fmt: skip
 """Weights of those that take long, or do nothing"""
 NUMBERS = (
     "nan", "inf", "-inf", "-1", "0", "1", "2", "1e308", "-1e300", "1e-308", "1e12", "1e300", "99999999999", "10000",
@@ -89,8 +92,9 @@ FOREIGN = ("placement.csv", "placement.json", "comparison.html", "report.html", 
            "motion.json", "calibration.json", "identified.json", "index.html", "sweep.html", ".DS_Store",
            ".ipynb_checkpoints/a.ipynb", "figures/rig.png", "tables/modes.csv", "thesis.tex")  # fmt: skip
 """Files of the user's, many with the names of this program's own, in each of two folders"""
-FILES = {"rig.toml", "law.json", "record.uff", "frf.uff", "frf.csv", "frequencies.csv", "plan.toml", "data", "notes.nc",
-         "notes.json", "notes.gif", "notes.csv", "mine", "mine/rig.toml"}  # fmt: skip
+FILES = ("rig.toml", "law.json", "record.uff", "frf.uff", "frf.csv", "modal.uff", "frequencies.csv", "plan.toml",
+         "data", "bench", "bench/ramp.uff", "bench/rig.toml", "notes.nc", "notes.json", "notes.gif", "notes.csv",
+         "mine", "mine/rig.toml")  # fmt: skip
 OWN = ("out", "out.nc", "out.json", "out.csv", "out.uff", "out.gif", "out.toml", "mine", "mine/rig.toml", "notes.nc",
        "rig.toml", "record.uff", "data", "notes.json", "notes.gif", "law.json")  # fmt: skip
 """Where to write"""
@@ -99,46 +103,63 @@ OWN = ("out", "out.nc", "out.json", "out.csv", "out.uff", "out.gif", "out.toml",
 def make(rng) -> bytes:
     """A command line, as JSON."""
     names = list(LINES)
-    name = rng.choices(names, [SELDOM.get(name, 1.0) for name in names])[0]
-    line = LINES[name].split()
+    line = LINES[rng.choices(names, [SELDOM.get(name, 1.0) for name in names])[0]].split()
+    name = line[0]
     for _ in range(rng.choice((1, 1, 1, 2, 2, 3))):
         rng.choice((_value, _value, _option, _option, _out, _dropped, _put_in))(rng, name, line)
     return json.dumps([*line, "--quiet"]).encode()
 
 
-def prepare() -> None:
-    """Run every valid line once; what would start processes runs in threads from then on."""
+def prepare(inputs) -> None:
+    """Run the valid line of every command among the inputs once.
+
+    What would start processes runs in threads from then on, no browser is opened, and live pages end once they answer.
+    """
     tasks._on_processes = tasks._on_threads
+    webbrowser.open = lambda *_: True
+    server.serve, server.Page._warm = _served, lambda page: None
+    commands = {json.loads(line)[0] for line in inputs}
     with tempfile.TemporaryDirectory() as name:
         path = Path(name) / "line.json"
         for line in LINES.values():
-            path.write_text(json.dumps([*line.split(), "--quiet"]))
-            with contextlib.suppress(ClearanceError):
-                run(path, None)
+            if line.split()[0] in commands:
+                path.write_text(json.dumps([*line.split(), "--quiet"]))
+                with contextlib.suppress(ClearanceError):
+                    run(path, None)
+
+
+def _served(page, ready) -> None:
+    """Serve, and end as by Ctrl-C once the page answers."""
+
+    def end():
+        ready()
+        raise KeyboardInterrupt
+
+    asyncio.run(page.run(end))
 
 
 def run(path: Path, rng) -> None:
     """Run a command line among files of the user's; ClearanceError if it is refused as it should be."""
-    with tempfile.TemporaryDirectory(dir=path.parent) as name:
-        world = Path(name) / "world"
-        shutil.copytree(_template(), world, symlinks=True, ignore=lambda *_: {"pipe", "pipe.uff", "socket"})
+    line, words, world = json.loads(path.read_bytes()), io.StringIO(), path.parent / "world"
+    if not world.exists():
+        shutil.copytree(_template(), world)
         _hostile(world)
-        line, words = json.loads(path.read_bytes()), io.StringIO()
-        before = _kept(world)
-        with contextlib.chdir(world), contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(words):
-            try:
-                status = main(line)
-            except SystemExit as end:
-                status = end.code
-        after = _kept(world)
-        asked = {"data/dataset.toml", *line} if "convert" in line else set()
-        changed = [file for file in before if after.get(file) != before[file] and file not in asked]
-        assert not changed, f"files of the user's were changed: {changed}"
-        said = [text for text in words.getvalue().splitlines() if not ASIDE.match(text)]
-        assert status in (0, None, 2), f"status {status}: {said[-1:]}"
-        if status == 2:
-            assert len(said) == 1 and said[0].isprintable(), f"{len(said)} lines: {said[:3]}"
-            raise ClearanceError(f"{path}: {said[0]}")
+    before = _kept(world)
+    with contextlib.chdir(world), contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(words):
+        try:
+            status = main(line)
+        except SystemExit as end:
+            status = end.code
+    if (after := _kept(world)) != before:
+        shutil.rmtree(world)  # the next line finds it as this one did
+    asked = {"data/dataset.toml", "bench/dataset.toml", *line} if "convert" in line else set()
+    changed = [file for file in before if after.get(file) != before[file] and file not in asked]
+    assert not changed, f"files of the user's were changed: {changed}"
+    said = [text for text in words.getvalue().splitlines() if not ASIDE.match(text)]
+    assert status in (0, None, 2), f"status {status}: {said[-1:]}"
+    if status == 2:
+        assert len(said) == 1 and said[0].isprintable(), f"{len(said)} lines: {said[:3]}"
+        raise ClearanceError(f"{path}: {said[0]}")
 
 
 def _value(rng, name, line):
@@ -172,7 +193,7 @@ def _put_in(rng, name, line):
 
 
 def _any(rng) -> str:
-    pool = rng.choices((NUMBERS, TEXTS, WORDS, SPECIAL, tuple(sorted(FILES))), (6, 2, 2, 2, 2))[0]
+    pool = rng.choices((NUMBERS, TEXTS, WORDS, SPECIAL, FILES), (6, 2, 2, 2, 2))[0]
     return rng.choice(pool)
 
 
@@ -192,12 +213,14 @@ def _template() -> Path:
         (folder / file).write_bytes(data)
     formats.write(folder / "frf.uff", samples.frf())
     formats.write(folder / "frf.csv", samples.frf())
+    formats.write(folder / "modal.uff", samples.modal_frf())
     (folder / "frequencies.csv").write_bytes(samples.FREQUENCIES[1])
     (folder / "plan.toml").write_bytes(toml(samples.PLAN))
     (folder / "data").mkdir()
     entries, files = samples.dataset()
     for file, data in (files | {"dataset.toml": toml(entries)}).items():
         (folder / "data" / file).write_bytes(data)
+    write_dataset(folder / "bench", *samples.bench())
     for place in ("mine", "beside"):
         for file in FOREIGN:
             (folder / place / file).parent.mkdir(parents=True, exist_ok=True)

@@ -51,8 +51,8 @@ class Reader:
     """bytes that reading may take beyond what the process has"""
     patience: float = 20.0
     """s for one input; they take milliseconds, but other processes may have the machine"""
-    prepare: Callable = lambda: None
-    """compiles and imports what the processes of inputs, which are forked, shall have"""
+    prepare: Callable = lambda inputs: None
+    """takes inputs that come; compiles and imports what the processes of inputs, which are forked, shall have"""
 
 
 def make_uff(rng, whole):

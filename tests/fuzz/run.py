@@ -106,8 +106,8 @@ def fuzz(readers, seed, folder, share=1.0, workers=2, first=0, count=None, progr
     outcomes = {reader.name: Outcome() for reader in readers}
     queue, running = collections.deque(), {}
     for reader in readers:
-        reader.prepare()
         last = first + (count if count is not None else round(share * reader.inputs))
+        reader.prepare(reader.make(generator(reader, seed, i)) for i in range(first, min(last, first + BATCH)))
         queue.extend((reader, begin, min(begin + BATCH, last)) for begin in range(first, last, BATCH))
     with tqdm(total=sum(last - begin for _, begin, last in queue), unit="input", disable=not progress) as bar:
         try:

@@ -1,5 +1,6 @@
 """Whole files of every kind, small so that one change is a large one."""
 
+import dataclasses
 import functools
 import io
 import itertools
@@ -11,17 +12,20 @@ from pathlib import Path
 
 import numpy as np
 import scipy.io
+import scipy.linalg
 import scipy.sparse
 import tomli_w
 
 from clearance_mj.clearance import AmplitudeLaw, ConstantLaw, ContactLaw, HuntCrossley, KelvinVoigt, TimeLaw
 from clearance_mj.clearance.law import Law
+from clearance_mj.engines import simulate
 from clearance_mj.io import formats
 from clearance_mj.io.channels import Channel
 from clearance_mj.io.dataset import Record, write_dataset
 from clearance_mj.io.registry import Format
 from clearance_mj.io.uff import write_uff
 from clearance_mj.rig import Beam, Bushing, Contact, Grease, PointMass, Rig, Sensor, Shaker
+from clearance_mj.signals import excitation
 from clearance_mj.signals.ema import Modes
 from clearance_mj.signals.frf import FRF
 from clearance_mj.signals.response import Response
@@ -66,6 +70,35 @@ def frf(even=True, coherence=True):
     frequency = 1.0 + np.arange(4) if even else np.array([1.0, 2.0, 4.0, 5.0])
     value = np.exp(1j * np.arange(8)).reshape(2, 4)
     return FRF(frequency, value, np.full((2, 4), 0.5) if coherence else None, ("6:+Z", "7:+Z"), "100:+Z")
+
+
+def modal_frf():
+    """Accelerance of a chain of three masses on springs to a force at the first, around its first two modes."""
+    squares, shapes = scipy.linalg.eigh(STIFFNESS, MASS)
+    omega = 2 * np.pi * np.arange(2.0, 40.0, 0.25)
+    below = squares[:, None] - omega**2 + 0.04j * np.sqrt(squares)[:, None] * omega
+    value = -(omega**2) * np.einsum("ik,kf->if", shapes * shapes[0], 1 / below)
+    labels = tuple(f"{i}:+Z" for i in (1, 2, 3))
+    return FRF(omega / (2 * np.pi), value, None, labels, "1:+Z", quantity="acceleration/force")
+
+
+@functools.cache
+def bench() -> tuple[Rig, list[Record]]:
+    """A rig whose rig file is right, with records to identify and to validate."""
+    rig = dataclasses.replace(
+        RIG, name="bench", beam=Beam(0.6, 2.1e11, 7850.0, 0.008, rayleigh=(1.0, 2e-5)), description="",
+        bushings=(Bushing(0.4, 2e-4, 0.01, Grease(3000.0, 3.0), Contact(2e4, 5.0)),), masses=(PointMass(0.6, 0.2),),
+        sensors=tuple(Sensor(i, x) for i, x in enumerate((0.15, 0.3, 0.45, 0.6), 1)),
+    )  # fmt: skip
+    records = []
+    for name, role, drive in (
+        ("ramp", "identify", excitation.level_ramp(6.0, 512.0, (5.0, 100.0), start_rms=0.3, end_rms=8.0, seed=1)),
+        ("loud", "validate", excitation.random(4.0, 512.0, (5.0, 100.0), 2.0, 2)),
+    ):
+        measured = formats.to_channels(simulate(rig, drive, ConstantLaw(2e4, 5.0), "modal"), rig)
+        level = 2.0 if role == "validate" else None
+        records.append(Record(name, role, rig, 512.0, measured, "base", "random", level, 1, (5.0, 100.0)))
+    return rig, records
 
 
 def response():

@@ -12,6 +12,8 @@ from clearance_mj.identify import diagnose, update_rig
 from clearance_mj.identify.diagnosis import _bend
 from clearance_mj.identify.misbuilt import longer
 from clearance_mj.identify.misread import Correction, snapped
+from clearance_mj.identify.mistimed import likeliest
+from clearance_mj.identify.trial import Trial
 from clearance_mj.io.dataset import Dataset
 from clearance_mj.rig import Beam, Bushing, Contact, Grease, PointMass, Rig, Sensor
 from clearance_mj.signals import excitation
@@ -180,3 +182,29 @@ def test_restoring_force_bends_at_the_wall(wall):
     f += 0.02 * f.std() * np.random.default_rng(0).standard_normal(t.size)
     found = _bend(Force(x[None], v[None], f[None], np.ones(t.size, dtype=bool)), 0)
     assert found == pytest.approx(wall, rel=0.1)  # the grid's step is 12 %
+
+
+def late(value):
+    return np.concatenate((np.zeros(2), value))[: value.size]
+
+
+def rounded(value):
+    """Clipped, then filtered: no flat top is left."""
+    return np.convolve(np.clip(value, -value.std(), value.std()), np.ones(5) / 5, "same")
+
+
+@pytest.mark.parametrize(
+    ("damage", "words"),
+    [
+        (late, "accelerometer 3:+Z is late by 3.9 ms"),  # two samples
+        pytest.param(
+            lambda value: value[::-1].copy(),
+            "accelerometer 3:+Z holds noise or another signal",
+            marks=pytest.mark.slow,
+        ),
+        pytest.param(rounded, "accelerometer 3:+Z follows the others in part only", marks=pytest.mark.slow),
+    ],
+)
+def test_likeliest_cause_of_a_channel_that_no_factor_explains(sound, damage, words):
+    damaged = Dataset(RIG, (with_channel(sound.records[0], 3, "acceleration", damage),))
+    assert likeliest(Trial(damaged, update_rig(damaged))).startswith(words)

@@ -161,6 +161,7 @@ def _drawn(family: FamilyFit, rig: Rig, seed: int) -> tuple[Rig, ContactLaw]:
     "the rig file with its tolerances and the records to identify: rig, gaps, offsets, and the likeliest of the "
     "families of contact and grease",
     shortest=lambda rig: 4 * SETTLE,
+    rig_exact=False,
 )
 def fit_bench(dataset: Dataset, progress: str | None = None) -> BenchFit:
     """Identify the rig and its law where the rig file is not exact.

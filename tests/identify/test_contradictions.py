@@ -1,0 +1,57 @@
+"""Methods that take the rig file for exact say what contradicts it; records of that rig say nothing."""
+
+import warnings
+
+import numpy as np
+import pytest
+
+from clearance_mj.clearance.law import ConstantLaw
+from clearance_mj.identify import law
+from clearance_mj.identify.checks import IdentifiabilityWarning
+from clearance_mj.identify.contradictions import contradictions, missed_as_told
+from clearance_mj.io.dataset import Dataset
+from clearance_mj.signals import excitation
+
+from ..conftest import ROOT
+from .records import record_of, with_channel
+from .test_diagnosis import PROBE, RIG, STIFFNESS, beam, told
+
+
+@pytest.fixture(scope="module")
+def exact():
+    """A level ramp on the very rig of the file."""
+    push = excitation.level_ramp(8.0, 512.0, (5.0, 100.0), start_rms=0.3, end_rms=8.0, seed=1)
+    record, _ = record_of(RIG, push, ConstantLaw(np.array([STIFFNESS]), np.array([5.0])))
+    return Dataset(RIG, (record,))
+
+
+def reversed_probe(dataset):
+    return Dataset(dataset.rig, (with_channel(dataset.records[0], *PROBE, lambda value: -value),))
+
+
+def test_nothing_contradicts_a_rig_that_is_told_exactly(exact):
+    """1 % of noise on each channel; near the clamp, where little is left of the base's motion, that is 6 %."""
+    assert missed_as_told(exact).max() < 0.06
+    assert contradictions(exact) == ()
+    assert contradictions(Dataset.load(ROOT / "data" / "table1_rig")) == ()
+
+
+def test_without_more_sensors_than_clearances_nothing_can_be_said(exact):
+    bare = RIG.replace(sensors=RIG.sensors[:1])
+    record = with_channel(told(exact, bare).records[0], *PROBE, None)
+    assert missed_as_told(Dataset(bare, (record,))) is None
+    assert contradictions(Dataset(bare, (record,))) == ()
+
+
+@pytest.mark.parametrize(
+    ("lie", "words"),
+    [
+        (reversed_probe, "probe 301:+Z reads with the wrong sign"),
+        pytest.param(lambda d: told(d, beam(diameter=0.0092)), "beam.diameter is 0.008", marks=pytest.mark.slow),
+    ],
+)
+def test_a_method_for_an_exact_rig_says_it(exact, lie, words):
+    with warnings.catch_warnings(record=True) as said:
+        warnings.simplefilter("always", IdentifiabilityWarning)
+        law(lie(exact), "amplitude")
+    assert words in " ".join(str(warning.message) for warning in said)
