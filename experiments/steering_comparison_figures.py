@@ -13,8 +13,8 @@ from experiments.steering_comparison_statistics import Paired, names_of, values
 
 WIDEST = 1000.0
 """mm, end of the axes: what is beyond, or left the path, is drawn there"""
-RATIOS = (0.3, 0.5, 0.7, 1, 1.5, 2, 3, 5)
-LARGEST = 6.0
+RATIOS = (0.5, 0.7, 1, 1.5, 2, 3, 5)
+LARGEST = 4.0
 """ratio, end of the axes"""
 MARKERS = "osDvP"
 
@@ -61,7 +61,7 @@ def worth(found: list[Paired]) -> Drawing:
     for ax, regime in zip(axes, REGIMES):
         for j, (new, old) in enumerate(pairs):
             here = [p for p in found if (p.regime, p.new, p.old) == (regime, new, old)]
-            y = np.arange(len(here)) + (j - (len(pairs) - 1) / 2) * 0.18
+            y = np.arange(len(here)) + (j - (len(pairs) - 1) / 2) * 0.8 / len(pairs)
             value, low, high = np.clip([p.below for p in here], -100, 100).T
             label = f"{CONTROLLERS[new].label} below {CONTROLLERS[old].label}"
             ax.errorbar(
@@ -69,6 +69,9 @@ def worth(found: list[Paired]) -> Drawing:
             )
         ax.axvline(0, color=BLACK, lw=0.8)
         panel(ax, f"{regime}-driven", "Reduction of the peak error (%)")
+        ax.grid(False, axis="y")
+        for boundary in np.arange(1, len(there)) - 0.5:
+            ax.axhline(boundary, color=BLACK, lw=0.3)
         ax.set_ylim(len(there) - 0.5, -0.5)
         ax.set_yticks(range(len(there)), [MANOEUVRES[m].label for m in there])
     handles, labels = axes[0].get_legend_handles_labels()
@@ -105,7 +108,7 @@ def chatter(rows: pd.DataFrame) -> Drawing:
         ax.set_yticks(RATIOS, [f"{v:g}" for v in RATIOS])
         ax.minorticks_off()
     handles, labels = axes[0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside upper center", ncols=5, fontsize=FONT - 1, frameon=False)
+    figure.legend(handles, labels, loc="outside upper center", ncols=4, fontsize=FONT - 1, frameon=False)
     caption = (
         "Medians over all manoeuvres and vehicles of the ratio to SMC on the same run: below the line error is saved, "
         f"to the right of the other by more fast steering. What is beyond {LARGEST:g} is drawn there, as a triangle."
