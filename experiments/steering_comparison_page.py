@@ -163,8 +163,8 @@ def _layer_table(rows: pd.DataFrame) -> Table:
             cells = (", ".join(_number(found.get((name, m, r), np.nan), ".0f") for r in REGIMES) for m in there)
             body.append([CONTROLLERS[name].label, *cells])
     caption = (
-        f"Share of the time outside the boundary layer, {'-driven, '.join(REGIMES)}-driven: there the switching term has "
-        "all its size, within the law is linear feedback. Medians over vehicles"
+        f"Share of the time outside the boundary layer, {'-driven, '.join(REGIMES)}-driven: there the switching term "
+        "has all its size, within the law is linear feedback. Medians over vehicles"
     )
     columns = [Column("Controller"), *(Column(MANOEUVRES[m].label, "%") for m in there)]
     return to_table("layer", caption, columns, body)
