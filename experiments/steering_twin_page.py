@@ -156,11 +156,14 @@ def control_figure(table: pd.DataFrame) -> Figure:
                 ax.plot([low, high], [row + shift] * 2, color=color, lw=1)
                 face = color if column == "second" else "none"
                 ax.plot(middle, row + shift, marker=marker, color=color, mfc=face, ls="none")
-        ax.set(xlabel="Peak lateral error (mm); open: first pass, filled: second", title=f"{regime}-driven")
+        ax.set(title=f"{regime}-driven")
         ax.set_yticks(range(len(groups)), [f"{get_controller(n).label}, told {t:g} × gap" for (n, t), _ in groups])
-        ax.invert_yaxis()
         ax.set_xlim(left=0)
         ax.grid(alpha=0.3, axis="x")
+    ax.invert_yaxis()
+    figure.supxlabel(
+        "Peak lateral error (mm); open: first pass, filled: second; lines: middle half of the vehicles", size=10
+    )
     return figure
 
 
