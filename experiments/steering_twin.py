@@ -45,7 +45,7 @@ def main() -> None:
     names = [(f"{base}-{kind}", told) for base in ("smc", "mpc") for kind, told in
              (("cm", 1.0), ("cm", 0.5), ("cm", 1.5), ("twin", 1.0), ("twin", 0.5), ("twin", 1.5))]  # fmt: skip
     jobs: list[tuple[Callable[..., Any], Any]] = [
-        *((wear, (regime, seed, options.minutes)) for seed in range(2) for regime in REGIMES),
+        *((wear, (regime, seed, options.minutes)) for seed in range(3) for regime in REGIMES),
         *((converge, (regime, seed)) for regime in REGIMES for seed in range(options.vehicles)),
         *(
             (control, (name, regime, seed, told))

@@ -120,7 +120,7 @@ def wear_figure(found: list[tuple[str, int, History]]) -> Figure:
     """Half-gap and its growth over a long drive, with the twin's own 95 % intervals."""
     figure = Figure(figsize=(9, 6), layout="constrained")
     kinds = (
-        (0, math.degrees(1), (0.17, 0.25), "Half-gap at the road wheel (°)"),
+        (0, math.degrees(1), (0.17, 0.26), "Half-gap at the road wheel (°)"),
         (3, 60e6 * LEVER_ARM, (-2, 4), "Wear at the shaft (µm/min)"),
     )
     for row, (which, unit, limits, label) in zip(figure.subplots(2, 2, sharex=True, sharey="row"), kinds):

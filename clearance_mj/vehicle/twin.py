@@ -70,7 +70,7 @@ class SteeringTwin:
     """1/s, of the rate at which that logarithm grows: no wear is expected"""
     wear_drift: float = 5e-8
     """1/s, of that rate's random walk in a window"""
-    model_error: float = 0.019
+    model_error: float = 0.025
     """that of the half-gap which no length of driving takes away: what the model misses of a vehicle"""
     yaw_rate_noise: float = math.radians(0.1)
     """rad/s"""
