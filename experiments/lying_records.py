@@ -208,6 +208,7 @@ LIES: dict[str, Lie] = {
     "probe: spike": changed(PROBE, by=spike),
     "probe: offset of 0.15 mm": changed(PROBE, by=offset(1.5e-4)),
     "probe: offset of 0.03 mm": changed(PROBE, by=offset(3e-5)),
+    "probe: offset of 0.005 mm": changed(PROBE, by=offset(5e-6)),
     "probe drifts by 0.3 mm": changed(PROBE, by=drift(3e-4)),
     "probe: mains hum of 20 %": changed(PROBE, by=hum),
     "probe of 8 bits": changed(PROBE, by=quantised),

@@ -19,6 +19,7 @@ from .._version import __version__
 from ..clearance.law import ConstantLaw, Law
 from ..errors import ClearanceError, ExcitationError, LawError
 from ..rig import Grease, Rig
+from ..rig.extremes import computable
 from ..signals.excitation import Excitation
 from ..signals.response import Response
 from ..signals.sampling import Decimator, Interpolator
@@ -120,9 +121,10 @@ class Simulation:
             raise ExcitationError(f"rig {rig.name!r}: {refusal}")
         self.rig, self.law, self.excitation, self.engine, self.block = rig, law, excitation, engine, BLOCK
         self.columns = len(rig.sensors) + 3 * len(rig.bushings)
-        factor = _affordable(rig, law, engine, excitation.fs)
-        self.step = 1 / (excitation.fs * factor)
-        self.run = engine.start(rig, law, excitation.kind, self.step)
+        with computable(rig):
+            factor = _affordable(rig, law, engine, excitation.fs)
+            self.step = 1 / (excitation.fs * factor)
+            self.run = engine.start(rig, law, excitation.kind, self.step)
         self.interpolator = Interpolator(factor)
         self.decimator = Decimator(self.columns, factor)
 

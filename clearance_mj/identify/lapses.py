@@ -25,6 +25,8 @@ PARTS = 4
 """of a record: the quietest shows the zero, the first and the last a drift"""
 SHIFTED = 0.3
 """of the gap, and of the motion: of a probe in another unit that is much larger"""
+OFF, OFF_CENTRE = 0.02, 0.2
+"""of the gap, and of the motion in the quietest part, where sound records have up to 0.02 and 0.05"""
 
 
 def channels_of(record: Record) -> list[tuple[str, np.ndarray]]:
@@ -89,6 +91,6 @@ def zero_error(displacement: ArrayLike, gap: float) -> str:
     drift, offset = rests[-1] - rests[0], rests[quietest]
     if abs(drift) > SHIFTED * max(gap, levels[0], levels[-1]):
         return f"drifts by {1e3 * drift:.3g} mm"
-    if abs(offset) > SHIFTED * max(gap, levels[quietest]):
+    if abs(offset) > max(OFF * gap, OFF_CENTRE * levels[quietest]):
         return f"has an offset of {1e3 * offset:.3g} mm"
     return ""

@@ -23,6 +23,10 @@ NOTHING = 0.2
 """below which it holds nothing of the rig's motion"""
 BETTER = 0.02
 """least gain of likeness by a delay"""
+HALF, MUCH = 0.5, 0.1
+"""likeness and gain of it by a delay, from which on that explains a channel of which the others tell less"""
+ADDED = 0.95
+"""likeness from which on a channel is whole"""
 
 
 def likeliest(trial: Trial) -> str:
@@ -63,12 +67,14 @@ def _distorted(trial: Trial, gains: list[np.ndarray], channel: int) -> str:
     product = measured * expected.conj() / np.maximum(np.abs(measured), np.abs(expected)) ** 2
     alike = (np.exp(2j * np.pi * np.outer(delays, frequency)) @ product).real / product.size
     best, now = float(alike.max()), float(alike[DELAYS // 2])
-    if best > ALIKE and best > now + BETTER:
+    if (best > ALIKE and best > now + BETTER) or (best > HALF and best > now + MUCH):
         late = 1e3 * float(delays[np.argmax(alike)])
         return f"is {'late' if late > 0 else 'early'} by {abs(late):.3g} ms, as of another filter or converter"
     if best < NOTHING:
         return "holds noise or another signal: no motion of this rig"
-    return f"follows the others in part only (likeness {best:.2f}): clipped, overloaded or filtered"
+    if best > ADDED:
+        return f"follows the others (likeness {best:.2f}) but for what is added to it, as an offset, a drift or hum"
+    return f"follows the others in part only (likeness {best:.2f}): clipped, overloaded, filtered, or hum is added"
 
 
 def _uncertainty(gains: list[np.ndarray], weights: np.ndarray, channel: int) -> np.ndarray:

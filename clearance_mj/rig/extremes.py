@@ -4,9 +4,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from typing import Any
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any
 
-__all__ = ["extremes"]
+import numpy as np
+
+from ..errors import RigError
+
+if TYPE_CHECKING:
+    from .rig import Rig
+
+__all__ = ["computable", "extremes"]
 
 ORDINARY = {
     "length": (1e-3, 1e2), "diameter": (1e-4, 1e1), "inner_diameter": (1e-4, 1e1), "width": (1e-4, 1e1),
@@ -23,6 +31,18 @@ def extremes(data: dict[str, Any]) -> str:
     """Return the numbers of a rig's plain data that are farthest from what is built, in words; empty if none is."""
     found = sorted(((far, words) for far, words in _strange(data, "")), reverse=True)
     return ", ".join(words for _, words in found[:MOST])
+
+
+@contextmanager
+def computable(rig: Rig) -> Iterator[None]:
+    """Turn what arithmetic ends with into a RigError that names the numbers that are out of all proportion."""
+    try:
+        yield
+    except (ArithmeticError, ValueError) as error:  # LinAlgError is a ValueError
+        numeric = isinstance(error, ArithmeticError | np.linalg.LinAlgError)
+        words = "its masses and stiffnesses are too large or too small to compute with" if numeric else error
+        odd = extremes(rig.to_dict())
+        raise RigError(f"rig {rig.name!r}: {words}{f'; look at {odd}' if odd else ''}") from None
 
 
 def _strange(data: Any, path: str, field: str = "") -> Iterator[tuple[float, str]]:

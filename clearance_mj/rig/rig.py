@@ -24,7 +24,7 @@ from ..structure.files import content, is_embedded
 from ..structure.modal import Reduction, reduction
 from ..validation import Positive, Text, checked, from_plain, json_schema, read_plain, seldom, to_plain
 from .clearance import Bushing
-from .extremes import extremes
+from .extremes import computable
 from .instruments import PROBE_NODE, Sensor, Shaker, dof_label
 from .tolerance import CLAMP, Tolerance
 
@@ -231,13 +231,8 @@ class Rig(Shown):
         masses = tuple((m.position, m.mass) for m in self.point_masses)
         forces = self.shaker.forces if self.shaker.kind == "force" else ()
         springs = tuple(b.grease.stiffness for b in self.bushings) if grease else ()
-        try:
+        with computable(self):
             return reduction(self.linear, tuple(b.joined for b in self.bushings), masses, forces, springs, modes)
-        except (ArithmeticError, ValueError) as error:  # LinAlgError is a ValueError
-            numeric = isinstance(error, ArithmeticError | np.linalg.LinAlgError)
-            words = "its masses and stiffnesses are too large or too small to compute with" if numeric else error
-            odd = extremes(self.to_dict())
-            raise RigError(f"rig {self.name!r}: {words}{f'; look at {odd}' if odd else ''}") from None
 
     __repr__ = Shown.__repr__
 

@@ -30,6 +30,8 @@ WAVE = 4.0
 """rad: most of a bending wave in an element, with the highest mode asked for"""
 HELD = {"clamped": (0, 1), "pinned": (0,), "guided": (1,), "elastic": ()}
 """what a kind of support holds: deflection (0), rotation (1)"""
+MOST = 100
+"""divisions of a shaft for short waves: its matrices are dense"""
 FEWEST = 2
 """bubble functions of an element"""
 
@@ -206,7 +208,8 @@ class Shaft(Structure):
 
     def _elements(self, points: np.ndarray, modes: int) -> list[Element]:
         """Elements between steps, supports, discs and loads, shorter where waves of the highest mode ask for it."""
-        wave, edges, pieces = self._highest_wave(modes), np.array(self.edges), []
+        wave, edges, pieces = self._highest_wave(modes), np.array(self.edges), list[Element]()
+        divided = 0
         for start, end in pairwise(self._nodes(points)):
             i = int(np.clip(np.searchsorted(edges, (start + end) / 2) - 1, 0, len(self.sections) - 1))
             rigidity = functools.partial(self._rigidity, i)
@@ -214,6 +217,9 @@ class Shaft(Structure):
             tapered = not math.isclose(*ends.bending)
             phase = wave * (end - start) * float(np.max(ends.mass / ends.bending)) ** 0.25
             n = math.ceil(phase / WAVE)
+            divided += n - 1
+            if divided > MOST:
+                raise ValueError(f"a shaft would be divided more than {MOST} times: its sections differ too much")
             bubbles = FEWEST + math.ceil(phase / n) + (4 if tapered else 0)
             pieces += [Element(a, b, bubbles, rigidity) for a, b in pairwise(np.linspace(start, end, n + 1))]
         return pieces

@@ -6,13 +6,17 @@ import resource
 import pytest
 
 from clearance_mj.beam import natural_frequencies
+from clearance_mj.engines import simulate
 from clearance_mj.engines.base import step_factor
 from clearance_mj.errors import ClearanceError, RigError
+from clearance_mj.identify import nominal
 from clearance_mj.memory import require_memory
+from clearance_mj.rig import Rig
 from clearance_mj.rig.extremes import extremes
 from clearance_mj.signals.excitation import random
 
 from ..conftest import ROOT
+from ..structures import chain, two_shafts
 
 RIG = str(ROOT / "models" / "table1_rig.toml")
 
@@ -62,6 +66,31 @@ def test_a_rig_that_cannot_be_computed_says_what_is_odd(rig):
     with pytest.raises(RigError, match=r"; look at beam\.density = 1e-300 \(ordinary: 10 to 100000\)"):
         natural_frequencies(odd, 5)
     assert extremes(rig.to_dict()) == ""
+
+
+@pytest.mark.parametrize("engine", ["links", "modal"])
+def test_what_arithmetic_ends_with_is_said_of_the_rig(rig, engine):
+    """A length at which all points are one, and a damping matrix that cannot be inverted, ended with tracebacks."""
+    push = random(0.05, 1024.0)
+    if engine == "links":
+        odd, words = (
+            rig.replace(beam=dataclasses.replace(rig.beam, length=1.7e308)),
+            r"look at beam\.length = 1\.7e\+308",
+        )
+    else:
+        damping = [[1.0, 0.0, 1e150], [0.0, 0.2, 0.0], [0.0, 0.0, 0.8]]
+        odd = Rig.from_dict(chain().to_dict() | {"structure": chain().to_dict()["structure"] | {"damping": damping}})
+        words = r"look at structure\.damping\[0\]\[2\] = 1e\+150"
+    with pytest.raises(RigError, match=words):
+        simulate(odd, push, nominal(odd), engine)
+
+
+def test_a_shaft_that_tapers_to_nothing():
+    """From 1e12 m to 8 mm: hundreds of elements, of dense matrices."""
+    data = two_shafts().to_dict()
+    data["structure"]["parts"][0]["sections"] = [{"length": 0.9, "diameter": [1e12, 0.008]}]
+    with pytest.raises(RigError, match=r"would be divided more than 100 times.*diameter\[0\] = 1e\+12"):
+        natural_frequencies(Rig.from_dict(data), 2)
 
 
 def test_steps_that_cannot_be_counted():

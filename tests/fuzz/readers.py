@@ -50,7 +50,7 @@ class Reader:
     memory: int = 500 * 2**20
     """bytes that reading may take beyond what the process has"""
     patience: float = 20.0
-    """s for one input; they take milliseconds, but other processes may have the machine"""
+    """s of the processor's time for one input; they take milliseconds"""
     prepare: Callable = lambda inputs: None
     """takes inputs that come; compiles and imports what the processes of inputs, which are forked, shall have"""
 

@@ -4,6 +4,7 @@ import collections
 import hashlib
 import multiprocessing
 import multiprocessing.connection
+import os
 import re
 import resource
 import signal
@@ -25,6 +26,8 @@ BATCH = 250
 """inputs of one process"""
 LONGEST = 600
 """characters of a message beyond the file's name"""
+IDLE = 6.0
+"""times its processor time that an input may take: other processes have the machine, too"""
 FORK = multiprocessing.get_context("fork")
 FINDINGS = ("crashed", "hung", "memory", "escaped", "unclear")
 
@@ -75,13 +78,25 @@ class _Batch:
     """A process that reads inputs one after another and sends what came of each."""
 
     def __init__(self, reader: Reader, first: int, last: int, seed: int, found: Path):
-        self.reader, self.at, self.last, self.seed, self.found = reader, first, last, seed, found
-        self.since, self.folder = time.monotonic(), tempfile.TemporaryDirectory(prefix="fuzz_")
+        self.reader, self.last, self.seed, self.found = reader, last, seed, found
+        self.folder = tempfile.TemporaryDirectory(prefix="fuzz_")
         self.results, send = FORK.Pipe(duplex=False)
         arguments = (reader, first, last, seed, Path(self.folder.name), found, send)
         self.process = FORK.Process(target=_work, args=arguments, daemon=True)
         self.process.start()
+        self.begin(first)
         send.close()
+
+    def hangs(self) -> bool:
+        """Whether the input at hand has had its time, of the processor, or many times that, waiting."""
+        waited = time.monotonic() - self.since
+        return waited > IDLE * self.reader.patience or (
+            waited > self.reader.patience and _processor_time(self.process.pid) - self.spent > self.reader.patience
+        )
+
+    def begin(self, index: int):
+        """The next input is begun."""
+        self.at, self.since, self.spent = index, time.monotonic(), _processor_time(self.process.pid)
 
     def lost(self, hangs: bool):
         """The input that hangs or has ended the process."""
@@ -117,8 +132,7 @@ def fuzz(readers, seed, folder, share=1.0, workers=2, first=0, count=None, progr
                     running[batch.results] = batch
                 ready = multiprocessing.connection.wait([*running], timeout=0.2)
                 for results, batch in list(running.items()):
-                    hangs = time.monotonic() - batch.since > batch.reader.patience
-                    if results not in ready and not hangs:
+                    if results not in ready and not batch.hangs():
                         continue
                     try:
                         outcome, lost = (results.recv(), False) if results in ready else (batch.lost(True), True)
@@ -126,7 +140,7 @@ def fuzz(readers, seed, folder, share=1.0, workers=2, first=0, count=None, progr
                         outcome, lost = batch.lost(False), True
                     outcomes[batch.reader.name].add(*outcome)
                     bar.update()
-                    batch.at, batch.since = batch.at + 1, time.monotonic()
+                    batch.begin(batch.at + 1)
                     if lost or batch.at == batch.last:
                         batch.stop()
                         del running[results]
@@ -205,6 +219,15 @@ def _place() -> str:
 def _address_space() -> int:
     with open("/proc/self/statm") as file:
         return int(file.read().split()[0]) * resource.getpagesize()
+
+
+def _processor_time(pid: int) -> float:
+    """s, of a process; 0 once it has ended."""
+    try:
+        fields = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
+    except (FileNotFoundError, ProcessLookupError):
+        return 0.0
+    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 
 
 def _peak() -> int:

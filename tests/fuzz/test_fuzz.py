@@ -85,7 +85,7 @@ def misbehaving(path, rng):
 def test_what_no_reader_may_do_is_found_and_kept(tmp_path, monkeypatch):
     """Every other input is read all the same, also those after a crash or a hang in the same batch."""
     monkeypatch.setattr(run, "generator", lambda reader, seed, index: index)  # in place of random numbers
-    reader = Reader("odd ones", "a.txt", lambda index: b"%d" % index, misbehaving, 20, patience=2.0)
+    reader = Reader("odd ones", "a.txt", lambda index: b"%d" % index, misbehaving, 20, patience=0.3)
     outcome = fuzz([reader], 1, tmp_path, workers=1, progress=False)["odd ones"]
     assert {index: what for index, what, *_ in outcome.findings} == {
         3: "escaped", 5: "crashed", 7: "hung", 9: "memory", 11: "unclear", 13: "memory",

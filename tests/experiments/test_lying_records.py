@@ -1,0 +1,32 @@
+"""Lies put into records and rig files: none passes in silence, or it does not matter; the page says what is said."""
+
+import re
+
+import pytest
+
+from experiments.lying_records import LIES, TABLE, _cell, said, sound
+
+from ..conftest import ROOT
+
+MATTERS = 0.1
+"""dB, by which FRFs may be worse than of sound records"""
+ROWS = dict(
+    re.findall(r"^\| (.+?) \| (.+) \|$", TABLE.search((ROOT / "docs" / "robustness.md").read_text("utf-8"))[0], re.M)
+)
+
+
+def test_no_lie_passes_in_silence():
+    """Where nothing is said, FRFs are predicted as without the lie."""
+    rows = {lie: words for lie, words in ROWS.items() if lie in LIES}
+    assert len(rows) > 40
+    silent = {lie: re.search(r"within ([0-9.]+) dB", words) for lie, words in rows.items() if words[:7] == "nothing"}
+    assert "none" in silent
+    assert all(float(found[1]) < float(silent["none"][1]) + MATTERS for found in silent.values())
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("lie", ["probe reversed", "probe 1 ms late", "accelerometer in g", "probe: offset of 0.15 mm"])
+def test_the_page_says_what_is_said(lie):
+    """Numbers may differ in their last digit."""
+    words = _cell({"said": said(LIES[lie](sound())), "rmse_db": None})
+    assert re.sub(r"\d[\d.]*", "…", words) == re.sub(r"\d[\d.]*", "…", ROWS[lie])
