@@ -80,7 +80,7 @@ def test_what_arithmetic_ends_with_is_said_of_the_rig(rig, engine):
     else:
         damping = [[1.0, 0.0, 1e150], [0.0, 0.2, 0.0], [0.0, 0.0, 0.8]]
         odd = Rig.from_dict(chain().to_dict() | {"structure": chain().to_dict()["structure"] | {"damping": damping}})
-        words = r"look at structure\.damping\[0\]\[2\] = 1e\+150"
+        words = r"look at .*structure\.damping\[0\]\[2\] = 1e\+150"
     with pytest.raises(RigError, match=words):
         simulate(odd, push, nominal(odd), engine)
 
