@@ -209,11 +209,11 @@ def _bends(record: Record, update: RigUpdate) -> np.ndarray:
 
 
 def _bend(force: RestoringForce, bushing: int) -> float:
-    """Wall at which a spring leaves least of the force, beside spring, dashpot, friction and preload of the grease."""
+    """Wall at which a spring leaves least of the force, beside a spring, a dashpot and friction of the grease."""
     x, v, f = (part[bushing, force.valid][::STRIDE] for part in (force.displacement, force.velocity, force.force))
     if np.mean((x - x.mean()) ** 4) > PEAKED * np.var(x) ** 2:
         return np.inf
-    grease = np.column_stack((x, v, np.clip(v / np.std(v), -0.1, 0.1), np.ones_like(x)))  # a zero may be off
+    grease = np.column_stack((x, v, np.clip(v / np.std(v), -0.1, 0.1)))
     most = float(np.abs(x).max())
     walls = most * np.geomspace(0.03, 0.95, 30)
     found = [_left(np.column_stack((grease, np.sign(x) * np.maximum(np.abs(x) - w, 0.0))), f) for w in walls]
