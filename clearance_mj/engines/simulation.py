@@ -121,7 +121,7 @@ class Simulation:
             raise ExcitationError(f"rig {rig.name!r}: {refusal}")
         self.rig, self.law, self.excitation, self.engine, self.block = rig, law, excitation, engine, BLOCK
         self.columns = len(rig.sensors) + 3 * len(rig.bushings)
-        with computable(rig):
+        with computable(rig.name, rig.to_dict):
             factor = _affordable(rig, law, engine, excitation.fs)
             self.step = 1 / (excitation.fs * factor)
             self.run = engine.start(rig, law, excitation.kind, self.step)

@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from ..errors import RigError
-
-if TYPE_CHECKING:
-    from .rig import Rig
 
 __all__ = ["computable", "extremes"]
 
@@ -34,15 +31,15 @@ def extremes(data: dict[str, Any]) -> str:
 
 
 @contextmanager
-def computable(rig: Rig) -> Iterator[None]:
-    """Turn what arithmetic ends with into a RigError that names the numbers that are out of all proportion."""
+def computable(name: str, data: Callable[[], dict[str, Any]]) -> Iterator[None]:
+    """Turn what arithmetic ends with into a RigError that names the numbers of a rig that are out of all proportion."""
     try:
         yield
     except (ArithmeticError, ValueError) as error:  # LinAlgError is a ValueError
         numeric = isinstance(error, ArithmeticError | np.linalg.LinAlgError)
         words = "its masses and stiffnesses are too large or too small to compute with" if numeric else error
-        odd = extremes(rig.to_dict())
-        raise RigError(f"rig {rig.name!r}: {words}{f'; look at {odd}' if odd else ''}") from None
+        odd = extremes(data())
+        raise RigError(f"rig {name!r}: {words}{f'; look at {odd}' if odd else ''}") from None
 
 
 def _strange(data: Any, path: str, field: str = "") -> Iterator[tuple[float, str]]:

@@ -231,7 +231,7 @@ class Rig(Shown):
         masses = tuple((m.position, m.mass) for m in self.point_masses)
         forces = self.shaker.forces if self.shaker.kind == "force" else ()
         springs = tuple(b.grease.stiffness for b in self.bushings) if grease else ()
-        with computable(self):
+        with computable(self.name, self.to_dict):
             return reduction(self.linear, tuple(b.joined for b in self.bushings), masses, forces, springs, modes)
 
     __repr__ = Shown.__repr__

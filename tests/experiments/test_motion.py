@@ -6,7 +6,7 @@ import pytest
 import scipy.stats
 
 from clearance_mj.vehicle.experiment import CONTROLLERS, REGIMES
-from experiments.article.motion import comparison, median, over_seeds, reduction, seeds_table
+from experiments.article.motion import COMPARED, comparison, median, over_seeds, reduction, seeds_table
 
 
 def rows(value):
@@ -38,8 +38,8 @@ def test_table_of_medians():
 
 def test_comparison_has_each_once():
     cases = comparison(speeds=(72.0,), seed=3)
-    assert {(c.controller, c.regime) for c in cases} == {(n, r) for n in CONTROLLERS for r in ("torque", "friction")}
-    assert len(cases) == 2 * len(CONTROLLERS)
+    assert {(c.controller, c.regime) for c in cases} == {(n, r) for n in COMPARED for r in ("torque", "friction")}
+    assert len(cases) == 2 * len(COMPARED)
 
 
 def test_median_and_interval():
