@@ -239,6 +239,7 @@ def test_each_ignorance_alone_is_part_of_all_together():
     assert make_bench(5, ("gaps",)).holes[1].gap == everything.holes[1].gap
 
 
+@pytest.mark.slow
 def test_draws_have_the_spread_of_the_priors():
     """Normal, cut at 2 σ: the standard deviation is 0.96 σ, of 300 draws within 8 % (2 standard errors)."""
     benches = [make_bench(seed) for seed in range(300)]

@@ -46,7 +46,7 @@ def test_without_more_sensors_than_clearances_nothing_can_be_said(exact):
 @pytest.mark.parametrize(
     ("lie", "words"),
     [
-        (reversed_probe, "probe 301:+Z reads with the wrong sign"),
+        pytest.param(reversed_probe, "probe 301:+Z reads with the wrong sign", marks=pytest.mark.slow),
         pytest.param(lambda d: told(d, beam(diameter=0.0092)), "beam.diameter is 0.008", marks=pytest.mark.slow),
     ],
 )

@@ -33,7 +33,7 @@ def test_recovered_without_noise(gap, dead_travel, measured):
     np.testing.assert_allclose(fit.force(TIME, MOTION), truth.force(TIME, MOTION), atol=1e-6)
 
 
-@pytest.mark.parametrize("dead_travel", ["fixed", "reopening"])
+@pytest.mark.parametrize("dead_travel", ["fixed", pytest.param("reopening", marks=pytest.mark.slow)])
 def test_recovered_from_noise(dead_travel, measured):
     """1 % noise, 8 seeds: within two standard deviations in 95 % of the 56 cases (3 expected outside), all within 4."""
     truth = element(dead_travel=dead_travel)

@@ -105,6 +105,7 @@ def test_sweep_of_a_cantilever(tmp_path, capsys, in_this_process):  # noqa: F811
     assert (tmp_path / "out" / "sensitivity.png").read_bytes()[:4] == b"\x89PNG"
 
 
+@pytest.mark.slow
 def test_sweep_of_a_shaft_of_sections(tmp_path, capsys, in_this_process):  # noqa: F811
     """f = π/2 √(E I/(ρ A l⁴)) of a pinned rod that is given as two sections: f ~ d E^½, at every point."""
     steel = {"young_modulus": 2e11, "density": 7800.0}

@@ -4,6 +4,7 @@ The reference, written here, has the sine modes of two pinned shafts in closed f
 opposite unit forces on both in the clearance, is the series of the modes left over.
 """
 
+import pytest
 import functools
 
 import numpy as np
@@ -99,6 +100,7 @@ def test_linear_model(measured):
     measured.below("two pinned shafts: error of relative shapes", error, 1e-8, "series")
 
 
+@pytest.mark.slow
 def test_time_history(measured):
     """Displacement over 60 ms; both walls are hit, first after 10 ms."""
     expected = reference()

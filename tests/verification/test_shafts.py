@@ -199,7 +199,12 @@ NOT_UNIFORM = {
 }
 
 
-@pytest.mark.parametrize("name", NOT_UNIFORM)
+LONG = "three spans and a mass"
+
+
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=pytest.mark.slow) if name == LONG else name for name in NOT_UNIFORM]
+)
 def test_against_dynamic_stiffness(name, measured):
     make, masses = NOT_UNIFORM[name]
     structure, expected = make()
@@ -364,6 +369,7 @@ def random_shaft(generator):
     return shaft(*supports, sections=sections, discs=tuple(discs), theory=str(theory)), exact
 
 
+@pytest.mark.slow
 def test_random_shafts(measured):
     """Also that as many modes as are asked for are found to full accuracy: the engines take eight."""
     generator, errors = np.random.default_rng(13), []
