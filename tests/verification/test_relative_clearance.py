@@ -4,10 +4,10 @@ The reference, written here, has the sine modes of two pinned shafts in closed f
 opposite unit forces on both in the clearance, is the series of the modes left over.
 """
 
-import pytest
 import functools
 
 import numpy as np
+import pytest
 import scipy.integrate
 
 from clearance_mj import beam
