@@ -16,6 +16,8 @@ from clearance_mj.study import IdentifiedLaw
 from experiments.article import ITEMS
 from experiments.article.modal_links_rig import GREASE_ONLY, NAME, QUICK, run
 
+pytestmark = pytest.mark.slow
+
 GREASE = Grease(4352.0, 4.02, elastic_ratio=0.8, beta=9.8e6, gamma=9.8e6, film_height=7.5e-4)
 LAW = ContactLaw(HuntCrossley(2.46e5, 0.95, 1.47), grease=GREASE)
 """As identified from the shipped records by output error"""

@@ -21,6 +21,7 @@ def test_regenerating_a_record_gives_the_same_bytes(rig, tmp_path):
         assert (tmp_path / "one" / file).read_bytes() == (tmp_path / "two" / file).read_bytes()
 
 
+@pytest.mark.slow
 def test_a_record_of_the_dataset_can_be_taken_again(rig, tmp_path):
     """To the last bit on the machine that made it; elsewhere libraries may round the excitation differently."""
     plan = plans()[1]
