@@ -6,10 +6,11 @@ import hashlib
 import json
 import math
 import os
+import re
 import secrets
 import stat
 import zlib
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from os import PathLike
 from pathlib import Path
@@ -18,8 +19,8 @@ from typing import Any
 from .errors import ClearanceError, RecordError
 
 __all__ = [
-    "TOO_DENSE", "is_sealed", "most_unpacked", "plain_file", "read_lines", "replacing", "seal", "sha256", "to_json",
-    "write_text",
+    "TOO_DENSE", "is_sealed", "most_unpacked", "plain_file", "read_lines", "remove_leftovers", "replacing", "seal",
+    "sha256", "to_json", "write_text",
 ]  # fmt: skip
 
 DENSEST = 50
@@ -105,6 +106,14 @@ def replacing(path: str | PathLike[str]) -> Iterator[Path]:
     finally:
         if temporary:
             temporary.unlink(missing_ok=True)
+
+
+def remove_leftovers(folder: Path, names: Iterable[str]) -> None:
+    """Remove what `replacing` left behind of files of these names where it was killed."""
+    known = "|".join(re.escape(name[:60]) for name in names)
+    for path in folder.iterdir():
+        if re.fullmatch(rf"\.({known})\.[0-9a-f]{{8}}(\.\w+)?", path.name) and path.is_file() and not path.is_symlink():
+            path.unlink()
 
 
 def write_text(path: str | PathLike[str], text: str) -> None:

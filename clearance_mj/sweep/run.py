@@ -12,7 +12,7 @@ import xarray as xr
 
 from ..cache import code, file_lock
 from ..errors import ClearanceError
-from ..files import SEAL, is_sealed, plain_file, replacing, seal, write_text
+from ..files import SEAL, is_sealed, plain_file, remove_leftovers, replacing, seal, write_text
 from ..tasks import run_tasks, workers_to_use
 from .plan import Plan
 from .results import labelled
@@ -71,6 +71,7 @@ def run_sweep(
     _check_folder(out)
     with file_lock(out / LOCK, "sweep"):
         _check_plan(plan, out / PLAN)
+        remove_leftovers(out, FILES)
         results = out / RESULTS
         if not is_sealed(results):
             table = Table(out / TABLE, plan.shapes, len(plan.points))
