@@ -36,13 +36,14 @@ def test_assumed_stiffness_is_the_clearance_models_compliance():
 @pytest.mark.parametrize("regime", REGIMES)
 @pytest.mark.parametrize("name", ["smc-cm", "mpc-cm"])
 def test_true_gap_is_the_best_assumption(name, regime):
-    """At 120 km/h: of gaps from half to twice the steering's none leaves a peak of e_y 4 mm below the true one's.
+    """At 120 km/h: of gaps from half to twice the steering's the true one leaves the least peak of e_y with SMC-CM.
 
-    Medians over noises. With tyres that do not saturate in the design model it is 12 and 25 mm, torque-driven.
+    With MPC-CM none leaves one that is 4 mm less. Medians over noises; with tyres that do not saturate in the design
+    model it is 25 and 12 mm less, torque-driven.
     """
     factors, seeds = (0.5, 0.75, 1.0, 1.25, 1.5, 2.0), range(8)
     cases = [Case(name, 120.0, regime=regime, assumed_gap=f * GAP, seed=seed) for f in factors for seed in seeds]
     peaks = [outcome.run.metrics()["peak_e_y"] for outcome in run_all(cases)]
     medians = dict(zip(factors, np.median(np.reshape(peaks, (len(factors), -1)), axis=1)))
-    assert medians[1.0] < min(medians.values()) + 0.004
+    assert medians[1.0] <= min(medians.values()) + (0.0 if name == "smc-cm" else 0.004)
     assert medians[1.0] < 0.6 * min(medians[0.5], medians[2.0])

@@ -20,8 +20,8 @@ from dataclasses import dataclass
 from . import smc
 from .base import ControllerRun, Observation, Task, limited
 from .compensation import Direction
-from .design import DesignModel, ModelRun
-from .disturbance_observer import BANDWIDTH, ServoModel, YawObserver
+from .design import DesignModel, ModelRun, ServoModel
+from .disturbance_observer import BANDWIDTH, YawObserver
 from .registry import Registration, register
 from .smc import SlidingMode
 
@@ -65,7 +65,7 @@ class _AdaptiveRun(ControllerRun):
         return self._last
 
     def _adapt(self, seen: Observation) -> None:
-        servo = self._servo.angle
+        servo = self._servo.state[0]
         lost = self._observer.advance(seen.yaw_rate, seen.lateral_speed, servo)
         # Q of the play a period ago: an angle shows in the yaw rate after one.
         self._once += (1 - self._pole) * (self._play - self._once)

@@ -27,7 +27,7 @@ from ..nominal import Servo, Vehicle
 from ..path import Table, curvature_ahead
 from .base import ControllerRun, Observation, Task, limited
 
-__all__ = ["DesignModel", "ModelRun", "Predictor"]
+__all__ = ["DesignModel", "ModelRun", "Predictor", "ServoModel"]
 
 
 @dataclass(frozen=True)
@@ -69,10 +69,9 @@ class DesignModel:
 
     @functools.cached_property
     def steady_turn(self) -> np.ndarray:
-        """State of a steady turn on the path, over its curvature, (6,)."""
+        """State and command of a steady turn on the path, over its curvature, (7,)."""
         A, B, E = self.continuous
-        found = np.linalg.solve(np.column_stack((A[:, 1:], B)), -E)  # with e_y = 0, and the command beside the state
-        return np.concatenate(([0.0], found[:5]))
+        return np.concatenate(([0.0], np.linalg.solve(np.column_stack((A[:, 1:], B)), -E)))  # with e_y = 0
 
     @property
     def steady_angle(self) -> float:
@@ -95,6 +94,23 @@ def _discrete(model: DesignModel) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     return np.array(sampled.A), np.array(sampled.B[:, 0]), np.array(sampled.B[:, 1])
 
 
+class ServoModel:
+    """The servo during a run, from its commands."""
+
+    def __init__(self, model: DesignModel):
+        A, B, _ = model.discrete
+        self._A, self._B = A[4:, 4:].tolist(), B[4:].tolist()
+        self.state = (0.0, 0.0)
+        """angle, rad at the road wheel, and its rate, rad/s"""
+
+    def follow(self, command: float) -> None:
+        """Go on by one period under a command, rad."""
+        angle, rate = self.state
+        (a, b), (c, d) = self._A
+        by_angle, by_rate = self._B
+        self.state = a * angle + b * rate + by_angle * command, c * angle + d * rate + by_rate * command
+
+
 class Predictor:
     """State of the design model during a run: errors and motion as measured, the servo as modelled."""
 
@@ -103,8 +119,7 @@ class Predictor:
         self.model = DesignModel(task.vehicle, task.servo, task.speed, task.period)
         self.last = 0.0
         """last command, rad, as the linear model takes it"""
-        A, B, _ = self.model.discrete
-        self._servo, self._servo_A, self._servo_B = (0.0, 0.0), A[4:, 4:].tolist(), B[4:].tolist()
+        self._servo = ServoModel(self.model)
         self._seen: Observation | None = None
         self._predicted = np.zeros(6)
         self._model_ahead = self.model.prediction(task.lead)
@@ -112,7 +127,7 @@ class Predictor:
 
     def state(self, seen: Observation) -> np.ndarray:
         """State at a sample, (6,)."""
-        return np.array((seen.e_y, seen.e_psi, seen.lateral_speed, seen.yaw_rate, *self._servo))
+        return np.array((seen.e_y, seen.e_psi, seen.lateral_speed, seen.yaw_rate, *self._servo.state))
 
     def predicted(self, seen: Observation) -> np.ndarray:
         """State when the wheel will have answered the next command, (6,)."""
@@ -133,10 +148,7 @@ class Predictor:
     def follow(self, command: float) -> None:
         """Let the model of the servo follow the next command, rad, as the linear model takes it."""
         self.last, self._seen = command, None
-        angle, rate = self._servo
-        (a, b), (c, d) = self._servo_A
-        by_angle, by_rate = self._servo_B
-        self._servo = a * angle + b * rate + by_angle * command, c * angle + d * rate + by_rate * command
+        self._servo.follow(command)
 
 
 @numba.njit(cache=True, nogil=True)

@@ -17,35 +17,16 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-import numpy as np
-
 from . import mpc, smc
 from .base import ControllerRun, Observation, Task, limited
 from .clearance_model import PRIOR as CLEARANCE_PRIOR
 from .clearance_model import with_clearance_model
-from .design import DesignModel
+from .design import DesignModel, ServoModel
 from .mpc import DASHED, ModelPredictive
 from .registry import Registration, register
 from .smc import SlidingMode
 
-__all__ = ["PredictiveWithObserver", "ServoModel", "SlidingWithObserver", "YawObserver"]
-
-
-class ServoModel:
-    """The servo's angle during a run, from its commands."""
-
-    def __init__(self, model: DesignModel):
-        A, B, _ = model.discrete
-        self._A, self._B, self._state = A[4:, 4:], B[4:], np.zeros(2)
-
-    @property
-    def angle(self) -> float:
-        """Angle now, rad at the road wheel."""
-        return float(self._state[0])
-
-    def follow(self, command: float) -> None:
-        """Go on by one period under a command, rad."""
-        self._state = self._A @ self._state + self._B * command
+__all__ = ["PredictiveWithObserver", "SlidingWithObserver", "YawObserver"]
 
 
 class YawObserver:
@@ -83,7 +64,7 @@ class ObservedRun(ControllerRun):
 
     def command(self, seen: Observation) -> float:
         """Return the other controller's command less d̂."""
-        disturbance = self._observer.advance(seen.yaw_rate, seen.lateral_speed, self._servo.angle)
+        disturbance = self._observer.advance(seen.yaw_rate, seen.lateral_speed, self._servo.state[0])
         self._last = limited(self._inner.command(seen) - disturbance, self._last, self._task)
         self.excess, self.depth = self._inner.excess, self._inner.depth
         self._servo.follow(self._last - self.excess)

@@ -92,7 +92,7 @@ def program(model: DesignModel, weights: Weights, horizon: int) -> Program:
         M = A @ M
         for effect, column in ((B, k), (E, at_curvature + k), (D, at_lost + k)):
             M[:, column] += effect
-    M[:, at_curvature + N] -= steady_turn(model)
+    M[:, at_curvature + N] -= model.steady_turn
     M[[4, 6], -1] += 1.0  # the servo stands by the last lost motion ahead of the wheel
     changes = np.sqrt(weights.effort) * np.eye(N, M.shape[1])
     y = np.vstack((*rows, root_V @ M, changes))
@@ -111,13 +111,6 @@ def augmented(model: DesignModel) -> tuple[np.ndarray, np.ndarray, np.ndarray, n
     motion[:4, :4], motion[2:4, 4] = continuous[:4, :4], continuous[2:4, 4]
     D[:4] = scipy.linalg.expm(model.period * motion)[:4, 4]
     return A, np.append(B6, 1.0), np.append(E6, 0.0), D
-
-
-def steady_turn(model: DesignModel) -> np.ndarray:
-    """State of a steady turn over its curvature, (7,)."""
-    A, B, E = model.continuous
-    others = np.linalg.solve(np.column_stack((A[:, 1:], B)), -E)  # with e_y = 0
-    return np.concatenate(([0.0], others))
 
 
 @numba.njit(cache=True, nogil=True)

@@ -29,7 +29,7 @@ from ..nominal import Vehicle
 from .base import Controller, Observation, Task
 from .clearance_model import PRIOR, ClearanceModel
 from .design import ModelRun
-from .mpc import DASHED, ModelPredictive, PredictiveRun, Weights, augmented, steady_turn
+from .mpc import DASHED, ModelPredictive, PredictiveRun, Weights, augmented
 from .registry import ClearancePrior, Registration, register
 
 __all__ = ["Backlash", "BacklashPredictive", "modes", "plan_costs"]
@@ -155,7 +155,7 @@ class _BacklashRun(PredictiveRun):
         model = dataclasses.replace(self.model, speed=speed)
         self._backlash = Backlash.of(p.half_gap, p.friction, task.vehicle, speed)
         self._prediction = Prediction(
-            *augmented(model), speed, self.weights, self.program.terminal, steady_turn(model)
+            *augmented(model), speed, self.weights, self.program.terminal, model.steady_turn
         )  # fmt: skip
 
     def changes(self, seen: Observation) -> np.ndarray:
