@@ -109,7 +109,10 @@ def _lanczos(mass: Any, stiffness: Any, solve: Solve, shift: float, modes: int) 
     """Shapes (n, modes) of the lowest modes, of unit modal mass."""
     inverse = scipy.sparse.linalg.LinearOperator(mass.shape, solve, dtype=float)
     start = solve(mass @ np.random.default_rng(0).standard_normal(mass.shape[0]))
-    _, shapes = scipy.sparse.linalg.eigsh(stiffness, modes, mass, sigma=-shift, OPinv=inverse, v0=start)
+    try:
+        _, shapes = scipy.sparse.linalg.eigsh(stiffness, modes, mass, sigma=-shift, OPinv=inverse, v0=start)
+    except scipy.sparse.linalg.ArpackError:
+        raise ValueError("no modes are found: masses or stiffnesses differ by more than floating point holds") from None
     # Rounding leaves modes of one frequency, such as a rigid body's, a little short of orthogonal.
     size, vector = np.linalg.eigh(shapes.T @ (mass @ shapes))
     return shapes @ (vector / np.sqrt(size))

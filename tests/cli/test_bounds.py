@@ -11,6 +11,7 @@ from clearance_mj.engines.base import step_factor
 from clearance_mj.errors import ClearanceError, RigError
 from clearance_mj.identify import nominal
 from clearance_mj.memory import require_memory
+from clearance_mj.placement import candidates, grid
 from clearance_mj.rig import Rig
 from clearance_mj.rig.extremes import extremes
 from clearance_mj.signals.excitation import random
@@ -91,6 +92,18 @@ def test_a_shaft_that_tapers_to_nothing():
     data["structure"]["parts"][0]["sections"] = [{"length": 0.9, "diameter": [1e12, 0.008]}]
     with pytest.raises(RigError, match=r"would be divided more than 100 times.*diameter\[0\] = 1e\+12"):
         natural_frequencies(Rig.from_dict(data), 2)
+
+
+def test_a_shaft_whose_modes_lanczos_does_not_find():
+    """ARPACK ended with an error of its own."""
+    data = two_shafts().to_dict()
+    data["structure"]["parts"][1]["sections"] = [
+        {"length": 0.7, "diameter": [0.03, 1e12], "inner_diameter": [0.024, 0.024]}
+    ]
+    data["structure"]["parts"][0]["material"]["poisson_ratio"] = 0.03
+    odd = Rig.from_dict(data)
+    with pytest.raises(RigError, match=r"no modes are found.*sections\[0\]\.diameter\[1\] = 1e\+12"):
+        candidates(odd, grid(odd, 8).tolist(), [1, 2], 1.0, 1.0, [])
 
 
 def test_steps_that_cannot_be_counted():
