@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from ..errors import ClearanceError
+from ..files import replacing
 from .command import command, inputs, out_file
 from .options import add_plugin, add_rig, load, load_plugin
 
@@ -47,11 +48,15 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
     rig, law = load(options)
     folder = options.dataset or (options.rig if (options.rig / "dataset.toml").is_file() else None)
     page = Page(rig, law, Dataset.load(folder) if folder else None, options.port, inputs(options))
+    written: list[Path] = []
 
     def ready() -> None:
-        print(f"live: {page.address}\nCtrl-C ends it", file=sys.stderr if options.json else sys.stdout, flush=True)
         if options.out:
-            _write_privately(options.out, page.address + "\n")
+            with replacing(options.out) as temporary:
+                temporary.chmod(0o600)
+                temporary.write_text(page.address + "\n", encoding="utf-8")
+            written.append(Path(os.path.realpath(options.out)))
+        print(f"live: {page.address}\nCtrl-C ends it", file=sys.stderr if options.json else sys.stdout, flush=True)
         if not options.no_browser:
             threading.Thread(target=webbrowser.open, args=(page.address,), daemon=True).start()
 
@@ -62,16 +67,10 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
         print("closed")
     finally:
         signal.signal(signal.SIGTERM, before)
-        if options.out:
-            options.out.unlink(missing_ok=True)
+        for file in written:
+            file.unlink(missing_ok=True)
     return {"port": page.port}
 
 
 def _holds_address(path: Path) -> bool:
     return path.read_bytes().startswith(b"http://")
-
-
-def _write_privately(path: Path, text: str) -> None:
-    path.unlink(missing_ok=True)
-    with os.fdopen(os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600), "w", encoding="utf-8") as file:
-        file.write(text)

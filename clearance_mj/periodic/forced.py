@@ -19,6 +19,8 @@ from .following import farthest, follow
 __all__ = ["excitation_kind", "resolution", "response"]
 
 MOST_HARMONICS, MOST_SAMPLES = 500, 16384
+HIGHEST = 1e6
+"""Hz: no structure of this size vibrates beyond"""
 SAMPLES = 12
 """per harmonic: contacts are not smooth"""
 FINER = 4
@@ -130,8 +132,10 @@ def _frequencies(frequencies: tuple[float, float]) -> tuple[float, float]:
         start, stop = map(float, frequencies)
     except (TypeError, ValueError):
         raise ExcitationError(f"frequencies are a pair (from, to) in Hz, got {frequencies!r}") from None
-    if not (0 < start < np.inf and 0 < stop < np.inf and start != stop):
-        raise ExcitationError(f"frequencies must be two different ones > 0 Hz, got {start:g} and {stop:g}")
+    if not (0 < start <= HIGHEST and 0 < stop <= HIGHEST and start != stop):
+        raise ExcitationError(
+            f"frequencies must be two different ones > 0 Hz and at most {HIGHEST:g} Hz, got {start:g} and {stop:g}"
+        )
     return start, stop
 
 

@@ -150,7 +150,8 @@ class RattleMap(ArrayData):
                 at = [(jump.frequency, jump.level) for jump in self.jumps if jump.gap == i and jump.sweep == way]
                 if at:
                     axes.plot(*np.transpose(at), marker, color="C0", ms=3, label=f"jumps in a sweep {way}")
-            axes.set_ylim(self.level[0], self.level[-1])
+            if self.level.size > 1:
+                axes.set_ylim(self.level[0], self.level[-1])
             axes.set_xlim(self.frequency[0], self.frequency[-1])
             axes.set_xlabel("frequency (Hz)")
             axes.set_title(
@@ -370,7 +371,7 @@ def _row(case: _Case) -> _Row:
     arrays = {}
     for name, values in of_chosen.items():
         arrays[name] = np.full((2, frequency.size, values.shape[1]), np.nan)
-        arrays[name][:, known] = values[where].reshape(2, known.size, -1)
+        arrays[name][:, known] = values[where].reshape(2, known.size, values.shape[1])
     jumps = [(float(w / (2 * np.pi)), "up" if up else "down") for w, up in found.folds]
     return _Row(vibrations, arrays, jumps, [w / (2 * np.pi) for w in found.ended])
 
@@ -382,7 +383,7 @@ def _measured(solver: Solver, omega: np.ndarray, vibrations: Vibrations) -> dict
     place = x @ solver.grid.basis.T
     lower, upper = np.repeat([bushing.walls for bushing in system.rig.bushings], 2, axis=0).T[:, :, None]
     depth = np.maximum(np.maximum(place[:, count:] - upper, lower - place[:, count:]), 0.0)
-    depth = depth.reshape(len(depth), count, 2, -1).max(axis=2)
+    depth = depth.reshape(len(depth), count, 2, place.shape[2]).max(axis=2)
     force, most = np.zeros_like(x), np.zeros((len(x), count))
     basis, rate, project = solver.grid[:3]
     samples = np.empty(place.shape[1:])

@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.optimize import minimize_scalar
 
+from ..errors import ExcitationError
 from ._floquet import monodromy
 from ._forces import along
 from .condensed import grid, slopes
@@ -30,6 +31,8 @@ TURN = 0.5
 """rad by which the stiffest contact may turn from sample to sample"""
 FEWEST = 256
 """samples of a period"""
+MOST = 2**20
+"""samples of a period: more take minutes for one motion"""
 EXACT = 1e-6
 """of the frequency: how closely special points are located"""
 HALVINGS = 40
@@ -38,11 +41,19 @@ HALVINGS = 40
 def multipliers(solver: Solver, motion: Motion) -> np.ndarray:
     """Return Floquet's multipliers (2 n,) of the modal model about a motion, the largest first.
 
-    What greases and contacts remember adds multipliers, of which the smallest are left out.
+    What greases and contacts remember adds multipliers, of which the smallest are left out. An ExcitationError says if
+    the period is too long for the stiffest contact.
     """
     system, omega = solver.system, solver.frequency(motion)
     turn = 2 * np.pi / (omega * solver.samples) * math.sqrt(system.stiffest)
-    samples = solver.samples * 2 ** math.ceil(math.log2(max(1.0, turn / TURN, FEWEST / solver.samples)))
+    finer = max(1.0, turn / TURN, FEWEST / solver.samples)
+    if not finer * solver.samples <= MOST:
+        stiffest = math.sqrt(system.stiffest)
+        raise ExcitationError(
+            f"{omega / (2 * np.pi):g} Hz is too slow beside the stiffest contact at {stiffest:g} rad/s; "
+            f"give frequencies from {stiffest / (TURN * MOST):.2g} Hz on"
+        )
+    samples = solver.samples * 2 ** math.ceil(math.log2(finer))
     fine = grid(solver.harmonics, samples)
     room = slopes(system.laws, solver.points, samples, solver.harmonics)
     x = system.linear.basis @ motion.z + motion.y

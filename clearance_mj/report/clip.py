@@ -34,6 +34,8 @@ POINTS = 81
 """of a shaft's line, to which its steps are added"""
 DRAWN_LIFT, MOST_LIFT = 0.22, 0.4
 """largest lift as it is drawn, as a share of the shaft's length: if no exaggeration is asked for, and at most"""
+LEAST_LIFT = 1e-4
+"""of the most: less cannot be seen"""
 MOST_FRAMES = 600
 
 
@@ -141,10 +143,10 @@ def clip(rig: Rig, response: Response, start: float | None = None, seconds: floa
     length = right - left
     if exaggeration is None:
         exaggeration = float(f"{DRAWN_LIFT * length / largest:.2g}")
-    if not 0 < exaggeration * largest <= MOST_LIFT * length:
-        most = MOST_LIFT * length / largest
+    most = MOST_LIFT * length / largest
+    if not LEAST_LIFT * most <= exaggeration <= most:
         raise ClearanceError(
-            f"exaggeration {exaggeration:g}: must be > 0 and at most {most:.3g}, at which the largest lift, "
+            f"exaggeration {exaggeration:g}: must be {LEAST_LIFT * most:.3g} to {most:.3g}, at which the largest lift, "
             f"{1e3 * largest:.3g} mm, is drawn as {MOST_LIFT:g} of the shaft's length"
         )
     trace, contact = slice(first, last + 1), np.asarray(response.contact_force).T

@@ -39,7 +39,8 @@ def draw(found: RattleMap) -> Drawing:
         last_row = i >= count - 2
         tidy(ax, _gap(found, i), f"Amplitude of the excitation ({unit(found)})" if i % 2 == 0 else "")
         ax.grid(False)
-        ax.set_ylim(found.level[0], found.level[-1])
+        if found.level.size > 1:
+            ax.set_ylim(found.level[0], found.level[-1])
         ends = float(found.frequency[0]), float(found.frequency[-1])
         if ends[1] >= WIDE * ends[0]:
             frequency_axis(ax, ends, last_row)
@@ -123,7 +124,7 @@ def words(found: RattleMap) -> Iterator[str]:
                 yield f"{len(jumps)} jumps in sweeps {sweep}: {_span(jumps, unit(found))}"
     if found.unknown:
         more = f", and {len(found.ended) - 1} more" if len(found.ended) > 1 else ""
-        yield f"no vibration was found in {100 * found.unknown:.2g} % of the map ({found.ended[0]}{more})"
+        yield f"no vibration was found in {100 * found.unknown:.3g} % of the map ({found.ended[0]}{more})"
 
 
 def _first(found: RattleMap, gap: int) -> str:

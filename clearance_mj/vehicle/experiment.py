@@ -8,16 +8,14 @@ from __future__ import annotations
 
 import dataclasses
 import functools
-import os
-from collections.abc import Iterable
-from concurrent.futures import ProcessPoolExecutor
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
-from tqdm import tqdm
 
 from ..errors import ManoeuvreError
+from ..tasks import run_tasks
 from .controllers import CONTROLLERS, ClearancePrior, Controller, Registration, Task, get_controller
 from .disturbances import Disturbance
 from .manoeuvres import check_feasible, double_lane_change, get_manoeuvre
@@ -172,15 +170,15 @@ def run_case(case: Case) -> Outcome:
     return Outcome(case, drive(case, case.tuned_controller))
 
 
-def _run_registered(case: Case, registration: Registration) -> Outcome:
-    """Run a case; unpickling the registration imports, and so registers, a plugin's controller in a new process."""
-    return run_case(case)
+def _run_registered(registrations: Sequence[Registration], numbered: tuple[int, Case]) -> Outcome:
+    """Run a case; unpickling registrations imports, and so registers, a plugin's controllers in a new process."""
+    return run_case(numbered[1])
 
 
-def run_all(cases: Iterable[Case], workers: int | None = None, progress: str | None = None) -> list[Outcome]:
+def run_all(cases: Iterable[Case], workers: int | None = None, progress: str = "") -> list[Outcome]:
     """Run many cases at once, in their order; the results do not depend on the number of processes."""
-    cases = list(cases)
-    registrations = [get_controller(case.controller) for case in cases]
-    with ProcessPoolExecutor(min(workers or os.cpu_count() or 1, len(cases)) or 1) as pool:
-        found = pool.map(_run_registered, cases, registrations)
-        return list(tqdm(found, total=len(cases), desc=progress, unit="run", disable=progress is None))
+    numbered = list(enumerate(cases))
+    names = dict.fromkeys(case.controller for _, case in numbered)
+    run = functools.partial(_run_registered, [get_controller(name) for name in names])
+    found = run_tasks(run, numbered, workers, processes=len(numbered) > 1, progress=progress)
+    return [outcome for _, outcome in sorted(found, key=lambda pair: pair[0][0])]

@@ -34,6 +34,9 @@ def test_the_address_is_told_until_the_page_ends(monkeypatch, capsys, tmp_path, 
     printed = capsys.readouterr().out
     assert seen["text"] == seen["page"].address + "\n" and f"live: {seen['text']}" in printed
     assert seen["mode"] == 0o600 and not (tmp_path / "address").exists()
+    os.mkfifo(tmp_path / "pipe")
+    assert main([*told, str(tmp_path / "pipe")]) == 2 and (tmp_path / "pipe").is_fifo()
+    assert "pipe: is a pipe, not a file; give another name" in capsys.readouterr().err
     session = seen["page"].session()
     assert session.law == SMALL_LAW and session.dataset.path == small_dataset  # the rig's folder is a dataset's
 

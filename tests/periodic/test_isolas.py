@@ -94,6 +94,7 @@ def marched(isola, index):
     ("change", "error", "words"),
     [
         ({"starts": 0}, ClearanceError, "starts must be a whole number from 1 on, got 0"),
+        ({"starts": 10_000}, ClearanceError, "at most 1000 starts at a frequency"),
         ({"periods": 2.5}, ClearanceError, "periods must be a whole number from 1 on, got 2.5"),
         ({"longest": True}, ClearanceError, "longest must be a whole number"),
         ({"reach": -1.0}, ClearanceError, "reach must be a displacement > 0 m"),

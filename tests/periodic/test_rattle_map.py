@@ -7,8 +7,10 @@ from clearance_mj import periodic
 from clearance_mj.beam import linear_frf
 from clearance_mj.clearance import ConstantLaw
 from clearance_mj.errors import ClearanceError, ExcitationError, LawError, RigError
+from clearance_mj.identify import nominal
 
 from ..conftest import TABLE1
+from ..fuzz.samples import RIG
 from .test_rigs import BARE, LAW
 
 LEVELS = (1.0, 6.0)
@@ -99,3 +101,10 @@ def test_refusals(change, error, words):
         periodic.rattle_map(
             **{"rig": TABLE1, "law": LAW, "levels": (1.0,), "frequencies": (10.0, 20.0), "workers": 1, **change}
         )
+
+
+def test_a_level_at_which_no_vibration_is_found():
+    """Contacts of 8000 N/m, without damping, at a billion g: it is told where the row ends, and the others stay."""
+    found = periodic.rattle_map(RIG, nominal(RIG), (1.0, 1e11), (8.0, 9.0), harmonics=1, modes=2, workers=1)
+    assert np.isnan(found.acceleration[:, :, 1]).all() and np.isfinite(found.acceleration[:, :, 0]).all()
+    assert found.ended and all("level 1e+11 m/s²: no further periodic vibration" in words for words in found.ended)

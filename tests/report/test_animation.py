@@ -105,8 +105,9 @@ def test_the_strongest_contact_is_in_the_middle(response):
         ({"start": 0.99}, "it must be in 0 to 0.98 s"),
         ({"slow": 1e4}, "4000 pictures"),
         ({"slow": 0.0}, "slow 0: must be above 0"),
-        ({"exaggeration": 1e5}, "must be > 0 and at most"),
-        ({"exaggeration": -1.0}, "must be > 0 and at most"),
+        ({"exaggeration": 1e5}, r"exaggeration 100000: must be [\d.]+ to \d+"),
+        ({"exaggeration": -1.0}, r"exaggeration -1: must be [\d.]+ to \d+"),
+        ({"exaggeration": 1e-308}, r"exaggeration 1e-308: must be [\d.]+ to \d+"),
     ],
 )
 def test_what_cannot_be_shown_is_refused(response, change, words):
