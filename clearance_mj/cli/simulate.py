@@ -47,7 +47,8 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
         print("clearance-mj: note: --ledger is called --energy now; its figure is energy_balance.png", file=sys.stderr)
     folder = options.energy or options.ledger
     case = rig, excitation(options, rig.shaker.kind, options.rms), law, options.engine
-    response, more = _with_energy(options, folder, case) if folder else (simulate(*case), {})
+    words = None if options.quiet else "simulating"
+    response, more = _with_energy(options, folder, case) if folder else (simulate(*case, progress=words), {})
     _warn_of_truncation(rig)
     save(options.out, replace(response, provenance=response.provenance | {"made_from": provenance(options)}))
     print(f"response: {options.out}")

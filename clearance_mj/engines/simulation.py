@@ -14,6 +14,7 @@ from collections.abc import Callable, Iterable, Iterator
 from typing import Any
 
 import numpy as np
+from tqdm import tqdm
 
 from .._version import __version__
 from ..clearance.law import ConstantLaw, Law
@@ -24,6 +25,7 @@ from ..signals.excitation import Excitation
 from ..signals.response import Response
 from ..signals.sampling import Decimator, Interpolator
 from ..structure import truncation
+from ..tasks import DELAY
 from .base import Engine, diverged, get_engine, step_factor
 
 __all__ = ["Simulation", "simulate", "simulate_blocks"]
@@ -36,7 +38,9 @@ MOST_STEPS = 1000
 """Steps per sample beyond which a law is taken for a mistake"""
 
 
-def simulate(rig: Rig, excitation: Excitation, law: Law, engine: str | Engine = "links") -> Response:
+def simulate(
+    rig: Rig, excitation: Excitation, law: Law, engine: str | Engine = "links", progress: str | None = None
+) -> Response:
     """Simulate a rig under an excitation.
 
     Parameters
@@ -49,6 +53,8 @@ def simulate(rig: Rig, excitation: Excitation, law: Law, engine: str | Engine = 
         Contact stiffness and damping (and grease) at each moment.
     engine : str or Engine
         "links", "modal", "modal-mj", or an engine with settings of its own.
+    progress : str, optional
+        Show a progress bar with this name, over the seconds of the record, if it takes long.
 
     Returns
     -------
@@ -64,7 +70,10 @@ def simulate(rig: Rig, excitation: Excitation, law: Law, engine: str | Engine = 
     ExcitationError
         If the rig has no position for a force.
     """
-    return Simulation(rig, excitation, law, get_engine(engine)).whole()
+    simulation = Simulation(rig, excitation, law, get_engine(engine))
+    seconds = round(excitation.value.size / excitation.fs, 1)
+    with tqdm(total=seconds, desc=progress, unit="s", delay=DELAY, disable=progress is None) as bar:
+        return simulation.whole(lambda share: bar.update(round(share * seconds, 1) - bar.n))
 
 
 def simulate_blocks(

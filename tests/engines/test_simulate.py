@@ -226,3 +226,11 @@ def test_force_of_a_shaken_rig():
 def test_impossible_settings(make, name):
     with pytest.raises(ClearanceError, match=name):
         simulate(RIG, noise(0.05), LAW, make())
+
+
+def test_progress_over_the_seconds_of_the_record(monkeypatch, capsys):
+    monkeypatch.setattr("clearance_mj.engines.simulation.DELAY", 0.0)
+    push = Excitation(np.ones(2048), 1024.0)
+    quiet, told = simulate(RIG, push, LAW, "modal"), simulate(RIG, push, LAW, "modal", progress="simulating")
+    np.testing.assert_array_equal(quiet.acceleration, told.acceleration)
+    assert "simulating: 100%" in (words := capsys.readouterr().err) and "2.0/2.0" in words
