@@ -150,7 +150,7 @@ class Simulation:
             "version": __version__,
         } | _structure_in_use(self.rig)
 
-    def whole(self, watch: Callable[[float], None] = lambda share: None) -> Response:
+    def whole(self, watch: Callable[[float], object] = lambda share: None) -> Response:
         """Return the response to the whole excitation; ``watch`` hears after every block which share is done."""
         output, done = np.empty((self.excitation.value.size, self.columns)), 0
         for _, block in self.outputs([self.excitation]):
