@@ -15,6 +15,7 @@ from .branch import Branch
 from .condensed import condensed
 from .continuation import Motion, Solver
 from .following import farthest, follow
+from .stability import samples_of_period
 
 __all__ = ["excitation_kind", "resolution", "response"]
 
@@ -97,6 +98,8 @@ def response(
 
     def found(count: int) -> Branch:
         solver = Solver(system, harmonics, count)
+        if stability:
+            samples_of_period(solver, 2 * np.pi * min(start, stop))  # refused before a branch is followed there
         motions = solver.branch(2 * np.pi * start, 2 * np.pi * stop)
         return follow(solver, motions if watch is None else _watched(motions, watch), stability)
 

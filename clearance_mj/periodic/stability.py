@@ -19,8 +19,8 @@ from .condensed import grid, slopes
 from .continuation import Motion, Solver, difference
 
 __all__ = [
-    "BRANCH_POINT", "FOLD", "NEIMARK_SACKER", "PERIOD_DOUBLING", "Located", "changes", "multipliers", "unstable",
-    "with_fold",
+    "BRANCH_POINT", "FOLD", "NEIMARK_SACKER", "PERIOD_DOUBLING", "Located", "changes", "multipliers",
+    "samples_of_period", "unstable", "with_fold",
 ]  # fmt: skip
 
 FOLD, PERIOD_DOUBLING = "fold", "period doubling"
@@ -38,22 +38,25 @@ EXACT = 1e-6
 HALVINGS = 40
 
 
-def multipliers(solver: Solver, motion: Motion) -> np.ndarray:
-    """Return Floquet's multipliers (2 n,) of the modal model about a motion, the largest first.
-
-    What greases and contacts remember adds multipliers, of which the smallest are left out. An ExcitationError says if
-    the period is too long for the stiffest contact.
-    """
-    system, omega = solver.system, solver.frequency(motion)
-    turn = 2 * np.pi / (omega * solver.samples) * math.sqrt(system.stiffest)
-    finer = max(1.0, turn / TURN, FEWEST / solver.samples)
+def samples_of_period(solver: Solver, omega: float) -> int:
+    """Return by how many samples contacts are followed over a period; an ExcitationError says if it is too long."""
+    stiffest = math.sqrt(solver.system.stiffest)
+    finer = max(1.0, 2 * np.pi / (omega * solver.samples) * stiffest / TURN, FEWEST / solver.samples)
     if not finer * solver.samples <= MOST:
-        stiffest = math.sqrt(system.stiffest)
         raise ExcitationError(
             f"{omega / (2 * np.pi):g} Hz is too slow beside the stiffest contact at {stiffest:g} rad/s; "
             f"give frequencies from {stiffest / (TURN * MOST):.2g} Hz on"
         )
-    samples = solver.samples * 2 ** math.ceil(math.log2(finer))
+    return int(solver.samples * 2 ** math.ceil(math.log2(finer)))
+
+
+def multipliers(solver: Solver, motion: Motion) -> np.ndarray:
+    """Return Floquet's multipliers (2 n,) of the modal model about a motion, the largest first.
+
+    What greases and contacts remember adds multipliers, of which the smallest are left out.
+    """
+    system, omega = solver.system, solver.frequency(motion)
+    samples = samples_of_period(solver, omega)
     fine = grid(solver.harmonics, samples)
     room = slopes(system.laws, solver.points, samples, solver.harmonics)
     x = system.linear.basis @ motion.z + motion.y

@@ -166,13 +166,13 @@ def _count(seconds: float, slow: float, rate: float) -> int:
     for name, value in (("seconds", seconds), ("slow", slow), ("rate", rate)):
         if not 0 < value < math.inf:
             raise ClearanceError(f"{name} {value:g}: must be above 0")
-    count = round(seconds * slow * rate)
-    if not 2 <= count <= MOST_FRAMES:
+    count = seconds * slow * rate
+    if not 1.5 < count < MOST_FRAMES + 0.5:
         raise ClearanceError(
-            f"{seconds:g} s shown {slow:g} times slower are {count} pictures at {rate:g} per second; from 2 to "
+            f"{seconds:g} s shown {slow:g} times slower are {count:.6g} pictures at {rate:g} per second; from 2 to "
             f"{MOST_FRAMES} can be shown"
         )
-    return count
+    return round(count)
 
 
 def _window(response: Response, start: float | None, seconds: float) -> tuple[int, int]:

@@ -96,7 +96,10 @@ def _principal(stiffness: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Eigenvalues of a stiffness whose diagonal is scaled to 1, and motions of that stiffness."""
     diagonal = stiffness.diagonal()
     scale = np.sqrt(np.where(diagonal > 0, diagonal, 1.0))
-    value, vector = np.linalg.eigh(stiffness / np.outer(scale, scale))
+    scaled = stiffness / np.outer(scale, scale)
+    if not np.isfinite(scaled).all():  # LAPACK finds eigenvalues of it, or does not, by chance
+        raise np.linalg.LinAlgError("the stiffness is not finite")
+    value, vector = np.linalg.eigh(scaled)
     return value, vector / scale[:, None]
 
 

@@ -35,6 +35,7 @@ RIG = str(ROOT / "models" / "table1_rig.toml")
         ("response {} --level 1 --harmonics 99999999", "at most 500 harmonics"),
         ("response {} --level 1 --workers -1", "workers must be 1 to 1024, got -1"),
         ("response {} --level 1 --from 5e-324 --to 9 --harmonics 1 --modes 2", "Hz is too slow beside the stiffest"),
+        ("response {} --level 1 --from 8 --to 5e-324 --harmonics 1 --modes 2", "Hz is too slow beside the stiffest"),
         ("response {} --level 1 --from 1e-6 --to 9 --harmonics 1 --modes 2", "give frequencies from 0.0"),
         ("response {} --level 1 --to 1e308", "two different ones > 0 Hz and at most 1e+06 Hz, got 5 and 1e+308"),
         ("backbone {} --workers 0", "workers must be 1 to 1024, got 0"),
@@ -70,6 +71,10 @@ def test_a_rig_that_cannot_be_computed_says_what_is_odd(rig):
     with pytest.raises(RigError, match=r"; look at beam\.density = 1e-300 \(ordinary: 10 to 100000\)"):
         natural_frequencies(odd, 5)
     assert extremes(rig.to_dict()) == ""
+    data = two_shafts().to_dict()
+    data["structure"]["parts"][1]["material"]["young_modulus"] = 1e-300
+    with pytest.raises(RigError, match=r"look at structure\.parts\[1\]\.material\.young_modulus = 1e-300"):
+        natural_frequencies(Rig.from_dict(data), 5)
 
 
 @pytest.mark.parametrize("engine", ["links", "modal"])

@@ -104,6 +104,7 @@ def test_the_strongest_contact_is_in_the_middle(response):
         ({"seconds": 1.2}, "cannot be shown of a response of 1 s"),
         ({"start": 0.99}, "it must be in 0 to 0.98 s"),
         ({"slow": 1e4}, "4000 pictures"),
+        ({"seconds": 1e308}, "inf pictures"),
         ({"slow": 0.0}, "slow 0: must be above 0"),
         ({"exaggeration": 1e5}, r"exaggeration 100000: must be [\d.]+ to \d+"),
         ({"exaggeration": -1.0}, r"exaggeration -1: must be [\d.]+ to \d+"),
