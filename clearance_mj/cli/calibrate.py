@@ -13,6 +13,9 @@ from .command import command, provenance
 if TYPE_CHECKING:
     from ..calibrate import Calibration, FRFTarget, ModalTarget
 
+MOST_STARTS = 1000
+"""of the search, each of which takes a tenth of a second or more"""
+
 
 def _options(parser: argparse.ArgumentParser) -> None:
     option = parser.add_argument
@@ -63,8 +66,10 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
     from ..report.calibration import draw
     from ..rig import Rig
 
-    if options.starts < 1 or options.std <= 0:
-        raise RecordError(f"--starts must be >= 1 and --std > 0, got {options.starts} and {options.std:g}")
+    if not 1 <= options.starts <= MOST_STARTS or options.std <= 0:
+        raise RecordError(
+            f"--starts must be 1 to {MOST_STARTS} and --std > 0, got {options.starts} and {options.std:g}"
+        )
     rig, targets = Rig.load(options.rig), [_target(path, options) for path in options.targets]
     progress = None if options.quiet else "calibrating"
     found = calibrate(rig, targets, dict(options.free), options.starts, options.seed, progress)
