@@ -28,7 +28,7 @@ from .mutations import toml
 from .readers import Reader, generator, readers
 from .run import fuzz
 
-FEW = {"NetCDF": 3, "HDF5": 3, "command line": 16, "absurd rig and law": 15}
+FEW = {"NetCDF": 3, "HDF5": 3, "command line": 12, "absurd rig and law": 15}
 """inputs of those that take longer"""
 
 
