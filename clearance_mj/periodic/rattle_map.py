@@ -35,6 +35,8 @@ QUANTITIES = {
     "displacement": ("clearance", "m"), "acceleration": ("response", "m s-2"),
 }  # fmt: skip
 SWEEPS = ("up", "down")
+LARGEST = 1e12
+"""level or frequency: figures cannot show larger ones"""
 TOLERANCE = 1e-6
 """of the motion: what the balance may leave"""
 
@@ -313,8 +315,8 @@ def _increasing(values: ArrayLike, name: str, least: int) -> np.ndarray:
     found = np.asarray(values, dtype=float)
     if found.ndim != 1 or found.size < least:
         raise ExcitationError(f"{name} must be {least} or more numbers in a row, got an array of shape {found.shape}")
-    if not np.isfinite(found).all() or found[0] <= 0 or np.any(np.diff(found) <= 0):
-        raise ExcitationError(f"{name} must be finite, > 0 and increasing")
+    if not (found[0] > 0 and found[-1] <= LARGEST and np.all(np.diff(found) > 0)):
+        raise ExcitationError(f"{name} must be > 0, at most {LARGEST:g} and increasing")
     return found
 
 
