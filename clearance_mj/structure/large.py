@@ -24,6 +24,7 @@ NEAR = 0.05
 """of the highest eigenvalue wanted: largest shift, with which static shapes converge fast"""
 STILL = 1e-14
 """of the largest ratio of stiffness to mass: eigenvalues that rounding leaves of 0"""
+BEYOND = "no modes are found: masses or stiffnesses differ by more than floating point holds"
 EXACT = 1e-13
 """of a static shape: the last change"""
 
@@ -109,10 +110,12 @@ def _lanczos(mass: Any, stiffness: Any, solve: Solve, shift: float, modes: int) 
     """Shapes (n, modes) of the lowest modes, of unit modal mass."""
     inverse = scipy.sparse.linalg.LinearOperator(mass.shape, solve, dtype=float)
     start = solve(mass @ np.random.default_rng(0).standard_normal(mass.shape[0]))
+    if not np.isfinite(start @ (mass @ start)):
+        raise ValueError(BEYOND)
     try:
         _, shapes = scipy.sparse.linalg.eigsh(stiffness, modes, mass, sigma=-shift, OPinv=inverse, v0=start)
     except scipy.sparse.linalg.ArpackError:
-        raise ValueError("no modes are found: masses or stiffnesses differ by more than floating point holds") from None
+        raise ValueError(BEYOND) from None
     # Rounding leaves modes of one frequency, such as a rigid body's, a little short of orthogonal.
     size, vector = np.linalg.eigh(shapes.T @ (mass @ shapes))
     return shapes @ (vector / np.sqrt(size))
