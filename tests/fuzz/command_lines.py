@@ -13,6 +13,7 @@ import tempfile
 import webbrowser
 from functools import cache
 from pathlib import Path
+from unittest import mock
 
 from clearance_mj import tasks
 from clearance_mj.cli import main
@@ -111,13 +112,7 @@ def make(rng) -> bytes:
 
 
 def prepare(inputs) -> None:
-    """Run the valid line of every command among the inputs once.
-
-    What would start processes runs in threads from then on, no browser is opened, and live pages end once they answer.
-    """
-    tasks._on_processes = tasks._on_threads
-    webbrowser.open = lambda *_: True
-    server.serve, server.Page._warm = _served, lambda page: None
+    """Run the valid line of every command among the inputs once."""
     commands = {json.loads(line)[0] for line in inputs}
     with tempfile.TemporaryDirectory() as name:
         path = Path(name) / "line.json"
@@ -126,6 +121,17 @@ def prepare(inputs) -> None:
                 path.write_text(json.dumps([*line.split(), "--quiet"]))
                 with contextlib.suppress(ClearanceError):
                     run(path, None)
+
+
+def _tame() -> contextlib.ExitStack:
+    """What would start processes runs in threads, no browser is opened, and live pages end once they answer."""
+    stack = contextlib.ExitStack()
+    for holder, name, instead in (
+        (tasks, "_on_processes", tasks._on_threads), (webbrowser, "open", lambda *_: True), (server, "serve", _served),
+        (server.Page, "_warm", lambda page: None),
+    ):  # fmt: skip
+        stack.enter_context(mock.patch.object(holder, name, instead))
+    return stack
 
 
 def _served(page, ready) -> None:
@@ -145,7 +151,7 @@ def run(path: Path, rng) -> None:
         shutil.copytree(_template(), world)
         _hostile(world)
     before = _kept(world)
-    with contextlib.chdir(world), contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(words):
+    with _tame(), contextlib.chdir(world), contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(words):
         try:
             status = main(line)
         except SystemExit as end:

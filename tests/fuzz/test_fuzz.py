@@ -12,17 +12,19 @@ import numpy as np
 import pytest
 import scipy.io
 
+from clearance_mj import tasks
 from clearance_mj.clearance import load_law
 from clearance_mj.errors import ClearanceError, RecordError
 from clearance_mj.files import most_unpacked
 from clearance_mj.io.csv_tables import read_csv
 from clearance_mj.io.lvm import read_lvm
 from clearance_mj.io.mat import read_mat
+from clearance_mj.live import server
 from clearance_mj.sweep import load_plan
 from clearance_mj.sweep.design import Design, Vary
 from clearance_mj.sweep.store import Table
 
-from . import run, samples
+from . import command_lines, run, samples
 from .__main__ import table
 from .mutations import toml
 from .readers import Reader, generator, readers
@@ -42,6 +44,13 @@ def shared(name, count, tmp_path):
 @pytest.mark.parametrize("name", [*readers()])
 def test_a_few_inputs(name, tmp_path):
     shared(name, FEW.get(name, 60), tmp_path)
+
+
+def test_command_lines_leave_nothing_patched():
+    """Processes that ran as threads of this one took it with them where a later test kills one."""
+    before = tasks._on_processes, server.serve
+    command_lines.prepare([b'["new"]'])
+    assert (tasks._on_processes, server.serve) == before
 
 
 @pytest.mark.slow
