@@ -25,8 +25,8 @@ PARTS = 4
 """of a record: the quietest shows the zero, the first and the last a drift"""
 SHIFTED = 0.3
 """of the gap, and of the motion: of a probe in another unit that is much larger"""
-OFF, OFF_CENTRE = 0.02, 0.2
-"""of the gap, and of the motion in the quietest part, where sound records have up to 0.02 and 0.05"""
+OFF, OFF_CENTRE = 0.01, 0.2
+"""of the gap, and of the motion in the quietest part, both: sound records have up to 0.05 of the motion"""
 
 
 def channels_of(record: Record) -> list[tuple[str, np.ndarray]]:
