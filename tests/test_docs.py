@@ -88,6 +88,7 @@ def test_periodic(clone):
     assert out == textwrap.dedent("".join(shown))
 
 
+@pytest.mark.slow
 def test_live(clone):
     out = run_python("live.md", clone)
     assert "x = 0.7918 m: rattles" in out and "(8, 431) 0.0002" in out

@@ -102,6 +102,7 @@ def test_a_shaft_that_tapers_to_nothing():
         natural_frequencies(Rig.from_dict(data), 2)
 
 
+@pytest.mark.slow
 def test_a_shaft_whose_modes_lanczos_does_not_find():
     """ARPACK ended with an error of its own."""
     data = two_shafts().to_dict()

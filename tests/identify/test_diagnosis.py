@@ -68,6 +68,7 @@ def test_a_sound_bench_gives_no_words_and_costs_nothing(sound, monkeypatch):
     assert found.update is update
 
 
+@pytest.mark.slow
 def test_wrong_sign(sound):
     found = diagnose(scaled(sound, (4, "acceleration"), -1.0))
     (fault,) = found.faults

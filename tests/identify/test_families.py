@@ -171,7 +171,9 @@ def test_gap_offset_and_stiffness_are_those_of_the_force(rig, name, measured):
     assert found.misfit < 0.1
 
 
-@pytest.mark.parametrize(("contact", "slips"), [("linear", False), ("power law", True)])
+@pytest.mark.parametrize(
+    ("contact", "slips"), [pytest.param("linear", False, marks=pytest.mark.slow), ("power law", True)]
+)
 def test_the_family_that_made_the_forces_is_preferred(rig, contact, slips):
     families = compared([motion(rig, contact, slips)])
     assert families[0].contact == contact

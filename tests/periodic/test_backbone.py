@@ -139,6 +139,7 @@ def cycles(signal, fs):
     return 2 * np.abs(rows @ np.exp(-2j * np.pi * share)) / share.size, fs / np.diff(begun)
 
 
+@pytest.mark.slow
 def test_a_free_decay_follows_it(measured):
     """The modal engine's march: swept up along the first mode, then the base stops.
 

@@ -128,6 +128,7 @@ def test_a_study_that_ends_with_its_base_law_shows_no_improvements(study, tmp_pa
     assert ["What the better laws gain" in text for text in shown] == [False, True]
 
 
+@pytest.mark.slow
 def test_a_section_is_one_function_and_one_registration(study, tmp_path):
     """It stands where it says, with its figure numbered, its CSV file and its words."""
 

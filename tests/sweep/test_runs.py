@@ -124,6 +124,7 @@ def kill_own_worker(case):
     return -case
 
 
+@pytest.mark.slow
 def test_case_that_kills_its_worker_is_named():
     done = []
     with pytest.raises(ClearanceError, match="case 3 lost its worker 3 times"):
