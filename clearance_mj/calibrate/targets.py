@@ -17,6 +17,8 @@ __all__ = ["FRFTarget", "ModalTarget", "modal_target"]
 
 FREQUENCY_STD = 1e-3
 """of a measured natural frequency, relative, where the file does not say"""
+EXACTEST = 1e-9
+"""of a frequency: no test knows one better"""
 SHAPE_STD = 0.03
 """of a component of a shape of unit length"""
 FRF_STD = 1.0
@@ -53,8 +55,11 @@ class ModalTarget:
                 raise RecordError(f"{what} must be positive and rise, got {_listed(values)}")
         if np.any(np.mod(self.mode, 1)):
             raise RecordError(f"mode numbers must be whole, got {_listed(self.mode)}")
-        if not (np.isfinite(self.std).all() and np.all(np.asarray(self.std) > 0)):
-            raise RecordError(f"standard deviations must be > 0 Hz, got {_listed(self.std)}")
+        relative = np.asarray(self.std) / self.frequency
+        if not np.all((relative >= EXACTEST) & (relative <= 1)):
+            raise RecordError(
+                f"standard deviations must be > 0 Hz, {EXACTEST:g} to 1 of the frequency, got {_listed(self.std)}"
+            )
         if self.shape is not None and not (np.isfinite(self.shape).all() and np.any(self.shape, axis=0).all()):
             raise RecordError("a shape is not finite or zero at every sensor")
 
