@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..clearance.law import Law
-from ..errors import ClearanceError, ExcitationError
+from ..errors import ClearanceError, ExcitationError, RigError
 from ..rig import Rig
 from ..signals import _labelled as labelled
 from ..signals.arrays import ArrayData, read_only
@@ -35,6 +35,8 @@ QUANTITIES = {
     "displacement": ("clearance", "m"), "acceleration": ("response", "m s-2"),
 }  # fmt: skip
 SWEEPS = ("up", "down")
+SMALLEST = 1e-9
+"""m, of a gap: surfaces are rougher"""
 LARGEST = 1e12
 """level or frequency: figures cannot show larger ones"""
 TOLERANCE = 1e-6
@@ -325,6 +327,8 @@ def _with_gaps(rig: Rig, gap: float | Sequence[float]) -> Rig:
     wanted = np.atleast_1d(np.asarray(gap, dtype=float))
     if wanted.shape not in ((1,), (len(rig.bushings),)):
         raise ClearanceError(f"each of gaps must be one number or {len(rig.bushings)}, one per bushing; got {gap!r}")
+    if np.any((wanted > 0) & (wanted < SMALLEST)):
+        raise RigError(f"each of gaps must be at least {SMALLEST:g} m, got {gap!r}")
     new = np.broadcast_to(wanted, len(rig.bushings))
     return rig.replace(bushings=tuple(replace(b, gap=float(d)) for b, d in zip(rig.bushings, new)))
 

@@ -89,6 +89,7 @@ def test_figure_and_dataset(found):
         ({"gaps": []}, ClearanceError, "gaps is empty"),
         ({"gaps": [(1e-4, 1e-4, 1e-4)]}, ClearanceError, "each of gaps must be one number or 2, one per bushing"),
         ({"gaps": [0.0]}, RigError, "gap"),
+        ({"gaps": [1e-308]}, RigError, "each of gaps must be at least 1e-09 m, got 1e-308"),
         ({"kind": "sound"}, ExcitationError, 'kind must be "base" or "force"'),
         ({"kind": "force"}, ExcitationError, "rig 'table1' has no shaker.position"),
         ({"workers": 0}, ClearanceError, "workers must be 1 to 1024, got 0"),
