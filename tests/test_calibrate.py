@@ -390,10 +390,10 @@ def test_command_takes_frfs(tmp_path, rig, fit):
         (["--free", "beam.colour"], "known: beam.length"),
         (["--free", "bushings[0].position", "--free", "bushings[1].position", "--free", "beam.length", "--free",
           "masses[0].mass", "--free", "beam.diameter"], "5 free parameters need as many data"),
-        (["--free", "masses[0].mass", "--starts", "0"], "--starts must be 1 to 1000"),
+        (["--free", "masses[0].mass", "--starts", "0"], "starts must be 1 to 1000"),
         (["--free", "masses[0].mass", "--std", "1e300"], "must be > 0 Hz, 1e-09 to 1 of the frequency"),
         (["--free", "masses[0].mass", "--std", "1e-308"], "must be > 0 Hz, 1e-09 to 1 of the frequency"),
-        (["--free", "masses[0].mass", "--starts", "10000"], "--starts must be 1 to 1000"),
+        (["--free", "masses[0].mass", "--starts", "10000"], "starts must be 1 to 1000"),
         (["--free", "masses[0].mass", "--out", RIG], "is a file; give a folder"),
     ],
 )  # fmt: skip

@@ -23,6 +23,8 @@ from .targets import FRFTarget, ModalTarget, sensor_rows
 
 __all__ = ["Calibration", "Solution", "calibrate", "profile"]
 
+MOST_STARTS = 1000
+"""each takes a tenth of a second or more"""
 STEP = 1e-4
 """difference of a logarithm for the Jacobian"""
 SAME = 1e-3
@@ -155,8 +157,11 @@ def calibrate(
     RigError
         If a path is unknown, a bound is impossible or does not hold the start.
     RecordError
-        If there are fewer data than free parameters, or data of a sensor or an excitation that the rig lacks.
+        If there are fewer data than free parameters, data of a sensor or an excitation that the rig lacks, or not 1
+        to `MOST_STARTS` starts.
     """
+    if not 1 <= starts <= MOST_STARTS:
+        raise RecordError(f"starts must be 1 to {MOST_STARTS}, got {starts}")
     problem = _Problem(rig, tuple(targets), free)
     points = problem.starts(starts, seed)
     solved = [problem.solve(x) for x in tqdm(points, desc=progress, unit="start", disable=progress is None)]
@@ -301,9 +306,9 @@ class _Problem:
         for _ in range(100):
             if len(points) >= count:
                 break
-            drawn = self._spread(sampler.random(max(count, 1)))
+            drawn = self._spread(sampler.random(count))
             points += [x for x in drawn if np.isfinite(self.residual(x)).all()]
-        return points[: max(count, 1)]
+        return points[:count]
 
     def _spread(self, share: np.ndarray) -> np.ndarray:
         """Even between the bounds for a position, even between their logarithms for the rest."""

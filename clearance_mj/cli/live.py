@@ -52,10 +52,13 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
 
     def ready() -> None:
         if options.out:
-            with replacing(options.out) as temporary:
+            file = Path(os.path.realpath(options.out))
+            if file.is_file():  # of a page that was killed; `replacing` would keep its permissions
+                file.unlink()
+            with replacing(file) as temporary:
                 temporary.chmod(0o600)
                 temporary.write_text(page.address + "\n", encoding="utf-8")
-            written.append(Path(os.path.realpath(options.out)))
+            written.append(file)
         print(f"live: {page.address}\nCtrl-C ends it", file=sys.stderr if options.json else sys.stdout, flush=True)
         if not options.no_browser:
             threading.Thread(target=webbrowser.open, args=(page.address,), daemon=True).start()

@@ -34,6 +34,8 @@ def test_the_address_is_told_until_the_page_ends(monkeypatch, capsys, tmp_path, 
     printed = capsys.readouterr().out
     assert seen["text"] == seen["page"].address + "\n" and f"live: {seen['text']}" in printed
     assert seen["mode"] == 0o600 and not (tmp_path / "address").exists()
+    (tmp_path / "address").write_text("http://127.0.0.1:1/of-a-page-that-was-killed/")  # readable to all
+    assert main([*told, str(tmp_path / "address")]) == 0 and seen["mode"] == 0o600
     os.mkfifo(tmp_path / "pipe")
     assert main([*told, str(tmp_path / "pipe")]) == 2 and (tmp_path / "pipe").is_fifo()
     assert "pipe: is a pipe, not a file; give another name" in capsys.readouterr().err

@@ -17,9 +17,8 @@ ROWS = dict(
 
 def test_no_lie_passes_in_silence():
     """Where nothing is said, FRFs are predicted as without the lie."""
-    rows = {lie: words for lie, words in ROWS.items() if lie in LIES}
-    assert len(rows) > 40
-    silent = {lie: re.search(r"within ([0-9.]+) dB", words) for lie, words in rows.items() if words[:7] == "nothing"}
+    assert LIES.keys() == ROWS.keys() - {"lie"}
+    silent = {lie: re.search(r"within ([0-9.]+) dB", words) for lie, words in ROWS.items() if words[:7] == "nothing"}
     assert "none" in silent
     assert all(float(found[1]) < float(silent["none"][1]) + MATTERS for found in silent.values())
 
