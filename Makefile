@@ -57,10 +57,10 @@ fuzz: setup
 
 # Every steering controller on six manoeuvres: page, figures and every run.
 steering: setup
-	$(BIN)/python -m experiments.steering_comparison --out results/steering
+	$(BIN)/python -m experiments.steering.comparison --out results/steering
 
 # Compiled functions do not show: tests of small ones run a second time, interpreted.
-INTERPRETED = tests/clearance tests/testrig/test_physics.py tests/vehicle/test_path.py tests/verification/test_bouc_wen.py
+INTERPRETED = tests/clearance tests/experiments/testrig/test_physics.py tests/vehicle/test_path.py tests/verification/test_bouc_wen.py
 
 coverage: setup
 	mkdir -p results/coverage
@@ -88,7 +88,7 @@ lint: setup
 	$(BIN)/ruff check . && $(BIN)/ruff format --check . && $(BIN)/mypy
 
 data: setup
-	$(BIN)/python -m clearance_mj.testrig data/table1_rig
+	$(BIN)/python -m experiments.testrig data/table1_rig
 
 models: setup
 	$(BIN)/python -m clearance_mj.engines models/table1_rig.toml
@@ -100,7 +100,7 @@ docs: setup
 	$(BIN)/python -m sphinx -q -W --keep-going -j auto -d docs/_build/doctrees docs docs/_build/html
 
 verification: setup
-	$(BIN)/python -m pytest tests/verification tests/testrig tests/identify tests/real tests/experiments/test_free_decays.py --verification docs/verification.md
+	$(BIN)/python -m pytest tests/verification tests/experiments/testrig tests/identify tests/real tests/experiments/test_free_decays.py --verification docs/verification.md
 
 clean:
 	rm -rf $(VENV) $(VENV)-pyharm results docs/_build docs/api/generated

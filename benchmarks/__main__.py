@@ -7,7 +7,7 @@ import platform
 from pathlib import Path
 
 from clearance_mj import __version__
-from clearance_mj.files import replacing
+from clearance_mj.core.files import replacing
 
 from . import alternatives, memory, options, periodic, ridge, scaling, softener, speed
 

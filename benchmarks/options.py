@@ -14,10 +14,10 @@ from mujoco import mjtDisableBit, mjtIntegrator, mjtJacobian, mjtSolver
 from tqdm import tqdm
 
 import clearance_mj as cm
+from clearance_mj.core.errors import ClearanceError
 from clearance_mj.engines import links, modal_mj, mujoco_loop, plant
 from clearance_mj.engines.base import step_factor
 from clearance_mj.engines.linkage import linkage
-from clearance_mj.errors import ClearanceError
 from clearance_mj.signals.sampling import interpolate
 
 from .case import FS, LAW, RIG, SECONDS, error, excitation, timed

@@ -17,7 +17,7 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 import clearance_mj as cm
-from experiments.periodic_response import one_sided
+from experiments.periodic.responses import one_sided
 
 from .case import row
 

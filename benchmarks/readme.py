@@ -5,7 +5,7 @@ import re
 import shutil
 from pathlib import Path
 
-from clearance_mj.files import replacing
+from clearance_mj.core.files import replacing
 
 from . import figures, tables
 

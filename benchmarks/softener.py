@@ -16,7 +16,7 @@ import numpy as np
 from clearance_mj import physical
 from clearance_mj.clearance import ConstantLaw
 from clearance_mj.physical.elements import asked
-from experiments import physical_models
+from experiments.physical import models as physical_models
 
 from .case import row
 

@@ -9,8 +9,8 @@ Names are imported when they are used, so that a part such as `physical` needs n
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from . import compile_cache
 from ._version import __version__
+from .core import compile_cache
 
 compile_cache.choose()
 
@@ -18,12 +18,21 @@ if TYPE_CHECKING:  # the same as below, for editors and type checkers
     from . import beam, identify, periodic, physical, structure
     from .beam import ModalModel
     from .clearance import AmplitudeLaw, ConstantLaw, ContactLaw, Law, TimeLaw, load_law, load_rig_and_law
+    from .core.errors import (
+        ClearanceError,
+        ExcitationError,
+        LawError,
+        ModelError,
+        RecordError,
+        RigError,
+        SimulationError,
+    )
     from .engines import Links, Modal, ModalMujoco, simulate, simulate_batch, simulate_blocks, simulate_each
     from .engines.energy import EnergyBalance, energy_balance
-    from .errors import ClearanceError, ExcitationError, LawError, ModelError, RecordError, RigError, SimulationError
     from .io.dataset import Dataset, Record, write_dataset
     from .io.formats import read, write
     from .io.uff import read_uff, write_uff
+    from .model import Model
     from .physical import solref_solimp
     from .rig import Beam, Bushing, Contact, Grease, PointMass, Rig, Sensor, Shaker
     from .signals import excitation
@@ -55,6 +64,7 @@ __all__ = [
     "Modal",
     "ModalModel",
     "ModalMujoco",
+    "Model",
     "ModelError",
     "PointMass",
     "Record",
@@ -104,10 +114,11 @@ _NAMES = {
     "clearance": "AmplitudeLaw ConstantLaw ContactLaw Law TimeLaw load_law load_rig_and_law",
     "engines": "Links Modal ModalMujoco simulate simulate_batch simulate_blocks simulate_each",
     "engines.energy": "EnergyBalance energy_balance",
-    "errors": "ClearanceError ExcitationError LawError ModelError RecordError RigError SimulationError",
+    "core.errors": "ClearanceError ExcitationError LawError ModelError RecordError RigError SimulationError",
     "io.dataset": "Dataset Record write_dataset",
     "io.formats": "read write",
     "io.uff": "read_uff write_uff",
+    "model": "Model",
     "physical": "solref_solimp",
     "rig": "Beam Bushing Contact Grease PointMass Rig Sensor Shaker",
     "signals.comparison": "Comparison compare",

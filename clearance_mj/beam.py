@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .errors import RigError
+from .core.errors import RigError
 from .rig import Rig
 from .structure.base import Rows, dof_vector
 

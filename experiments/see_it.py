@@ -5,8 +5,8 @@ import sys
 from pathlib import Path
 
 import clearance_mj as cm
-from clearance_mj.errors import ClearanceError
-from clearance_mj.files import replacing
+from clearance_mj.core.errors import ClearanceError
+from clearance_mj.core.files import replacing
 from clearance_mj.report import animation, clip, motion
 
 FS, LEVELS = 8192.0, (0.5, 1.0, 2.0, 5.0, 8.0)

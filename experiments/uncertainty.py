@@ -11,7 +11,7 @@ import numpy as np
 import pandas as pd
 
 from clearance_mj import Dataset, estimate_frf, rmse_db, simulate
-from clearance_mj.errors import ClearanceError
+from clearance_mj.core.errors import ClearanceError
 from clearance_mj.identify import get_method
 from clearance_mj.report.figures import band_drawing
 from clearance_mj.signals.frf import random_error

@@ -12,13 +12,13 @@ from scipy.optimize import brentq
 from clearance_mj.beam import linear_frf, mode_shapes, natural_frequencies
 from clearance_mj.calibrate import FRFTarget, ModalTarget, calibrate, modal_target, profile, read_frequencies, value_of
 from clearance_mj.cli import main
-from clearance_mj.errors import RecordError, RigError
+from clearance_mj.core.errors import RecordError, RigError
 from clearance_mj.io.uff import write_uff
 from clearance_mj.rig import Beam, Bushing, Contact, Grease, PointMass, Rig, Sensor
 from clearance_mj.signals.frf import FRF
 from clearance_mj.structure import Disc, Material, Matrices, Section, Shaft, Shafts, Support
 from clearance_mj.structure.beam import cantilever_roots
-from clearance_mj.testrig._fem import FiniteElements
+from experiments.testrig._fem import FiniteElements
 
 from .conftest import ROOT, dense
 

@@ -9,13 +9,14 @@ import numpy as np
 import pytest
 import scipy.io
 
-from clearance_mj import calibrate, errors, report, tasks
-from clearance_mj.checks import even_rate
+from clearance_mj import calibrate, report
 from clearance_mj.clearance import AmplitudeLaw
 from clearance_mj.cli import main
+from clearance_mj.core import errors, tasks
+from clearance_mj.core.checks import even_rate
+from clearance_mj.core.errors import ClearanceError, RecordError, SimulationError
 from clearance_mj.engines import simulate_blocks
-from clearance_mj.errors import ClearanceError, RecordError, SimulationError
-from clearance_mj.identify import output_error
+from clearance_mj.identify.laws import output_error
 from clearance_mj.identify.methods import force_balance
 from clearance_mj.io import formats
 from clearance_mj.io.channels import require_one_time
@@ -32,10 +33,10 @@ from clearance_mj.signals.response import Response
 from clearance_mj.sweep import Design, Vary, run
 from clearance_mj.sweep.case import Outputs
 from clearance_mj.sweep.store import Table
-from clearance_mj.testrig import Truth, simulate_rig
-from clearance_mj.testrig import _integrator as integrator
 from experiments.article import Inputs
 from experiments.real.records import read_dropbear
+from experiments.testrig import Truth, simulate_rig
+from experiments.testrig import _integrator as integrator
 
 from .conftest import ROOT, record_of
 from .io.test_uff import by_hand

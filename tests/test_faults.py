@@ -22,11 +22,11 @@ import clearance_mj
 from clearance_mj import report
 from clearance_mj.clearance import ConstantLaw
 from clearance_mj.cli import main
+from clearance_mj.core.errors import ClearanceError, RecordError, SimulationError
+from clearance_mj.core.output_folder import WORK
 from clearance_mj.engines import get_engine
-from clearance_mj.errors import ClearanceError, RecordError, SimulationError
 from clearance_mj.identify import nominal
 from clearance_mj.io import formats, results
-from clearance_mj.output_folder import WORK
 from clearance_mj.report import report_study
 from clearance_mj.rig import Rig
 from clearance_mj.signals.frf import FRF

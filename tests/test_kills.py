@@ -13,7 +13,7 @@ from types import ModuleType
 import pandas as pd
 import pytest
 
-from clearance_mj.output_folder import WORK
+from clearance_mj.core.output_folder import WORK
 from clearance_mj.report import report_study
 from clearance_mj.sweep import load_plan, run_sweep
 from experiments.article import ITEMS, Inputs, Item, Result, register, reproduce

@@ -14,8 +14,8 @@ from PIL import Image
 
 import clearance_mj as cm
 from clearance_mj.clearance import HuntCrossley
-from clearance_mj.drawing import canvas, envelope
-from clearance_mj.overview import Overview
+from clearance_mj.core.drawing import canvas, envelope
+from clearance_mj.core.overview import Overview
 
 F = np.arange(5.0, 100.0)
 BROWSER = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")

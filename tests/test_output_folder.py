@@ -6,9 +6,9 @@ import signal
 
 import pytest
 
-from clearance_mj.cache import file_lock
-from clearance_mj.errors import ClearanceError
-from clearance_mj.output_folder import WORK, OutputFolder, output_folder
+from clearance_mj.core.cache import file_lock
+from clearance_mj.core.errors import ClearanceError
+from clearance_mj.core.output_folder import WORK, OutputFolder, output_folder
 
 from .processes import FORK, content, kill
 

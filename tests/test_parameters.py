@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from clearance_mj.parameters import Estimates, Parameter, principal_deviations, unidentified_combinations
+from clearance_mj.estimate.estimates import Estimates, principal_deviations, unidentified_combinations
+from clearance_mj.estimate.parameter import Parameter
 
 K = Parameter("k", "N/m", 100.0, 1.0, 1e4)
 X = Parameter("x", "m", 0.5, 0.0, 1.0, prior_std=0.1, transform="linear")
@@ -57,14 +58,16 @@ def test_wider_data_never_tell_less_than_the_prior():
     """Data of standard deviation 0.1 beside a prior of 0.1: C = 0.005; data twice as wide: 1/(100 + 25) = 0.008."""
     wider = Estimates.of((X,), [0.4], np.array([[0.005]])).widened(2.0)
     assert wider.covariance[0, 0] == pytest.approx(0.008)
-    assert Estimates.of((X,), [0.4], np.array([[0.005]])).widened(1e6).told == pytest.approx(1.0)
+    assert Estimates.of((X,), [0.4], np.array([[0.005]])).widened(1e6).posterior_over_prior == pytest.approx(1.0)
     assert Estimates.of((K,), [200.0], np.array([[0.04]])).widened(3.0).covariance[0, 0] == pytest.approx(0.36)
 
 
 def test_beside_priors():
     """K has no prior: uniform over ln 1e4, 2.66; its 95 % interval is 200 exp(±1.96 · 0.2)."""
     k, x = Estimates.of((K, X), [200.0, 0.4], COVARIANCE).beside_priors()
-    assert k["told"] == pytest.approx(0.2 / (np.log(1e4) / np.sqrt(12)))
+    assert k["posterior_over_prior"] == pytest.approx(0.2 / (np.log(1e4) / np.sqrt(12)))
     assert (k["low"], k["high"]) == pytest.approx((200 * np.exp(-0.391993), 200 * np.exp(0.391993)), rel=1e-5)
-    assert (x["before"], x["prior_std"], x["posterior_std"], x["told"]) == pytest.approx((0.5, 0.1, 0.03, 0.3))
+    assert (x["before"], x["prior_std"], x["posterior_std"], x["posterior_over_prior"]) == pytest.approx(
+        (0.5, 0.1, 0.03, 0.3)
+    )
     assert Estimates.of((X,), [0.4], np.array([[0.0095]])).only_prior == ("x",)

@@ -9,7 +9,7 @@ import pytest
 
 from clearance_mj.beam import mode_shapes
 from clearance_mj.cli import main
-from clearance_mj.errors import ClearanceError
+from clearance_mj.core.errors import ClearanceError
 from clearance_mj.placement import Candidates, candidates, evaluate, grid, place_sensors
 
 from .conftest import ROOT

@@ -16,8 +16,8 @@ from hypothesis import strategies as st
 from clearance_mj import beam
 from clearance_mj.clearance import AmplitudeLaw, ConstantLaw, ContactLaw, TimeLaw, load_law
 from clearance_mj.clearance.contact import CONTACTS
+from clearance_mj.core.errors import RigError
 from clearance_mj.engines import simulate
-from clearance_mj.errors import RigError
 from clearance_mj.rig import Beam, Bushing, Contact, Grease, PointMass, Rig, Sensor, Shaker
 from clearance_mj.signals import excitation
 from clearance_mj.signals.alignment import convert_quantity

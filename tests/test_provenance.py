@@ -9,11 +9,11 @@ import pytest
 
 from clearance_mj.clearance import ConstantLaw
 from clearance_mj.cli import main
+from clearance_mj.core.provenance import BESIDE, MANIFEST, WORK, stale
 from clearance_mj.io import formats
 from clearance_mj.io.dataset import write_dataset
 from clearance_mj.live.export import exported
 from clearance_mj.live.session import Session
-from clearance_mj.provenance import BESIDE, MANIFEST, WORK, stale
 
 from .fuzz import samples
 from .fuzz.mutations import toml

@@ -15,10 +15,10 @@ import tomli_w
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from clearance_mj.errors import ClearanceError, RigError
+from clearance_mj.core.errors import ClearanceError, RigError
+from clearance_mj.core.validation import Text, checked
 from clearance_mj.rig import Beam, Bushing, Contact, Grease, PointMass, Rig, Sensor, Shaker
 from clearance_mj.structure import LinearModel, Structure
-from clearance_mj.validation import Text, checked
 
 FILE = Path(__file__).parents[1] / "models" / "table1_rig.toml"
 TABLES = tomllib.loads(FILE.read_text(encoding="utf-8"))

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from clearance_mj.errors import RigError
+from clearance_mj.core.errors import RigError
 from clearance_mj.rig import Rig, Tolerance
 
 FILE = Path(__file__).parents[1] / "models" / "table1_rig.toml"

@@ -7,8 +7,8 @@ from os import PathLike
 
 import numpy as np
 
-from ..errors import RecordError
-from ..files import plain_file
+from ..core.errors import RecordError
+from ..core.files import plain_file
 from ..io.uff import read_uff
 from ..signals.frf import FRF
 from ..structure.base import parse_dof

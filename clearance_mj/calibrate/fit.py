@@ -12,8 +12,8 @@ import scipy.optimize
 import scipy.stats
 from tqdm import tqdm
 
-from ..errors import RecordError, RigError
-from ..parameters import Combination, Estimates, principal_deviations, unidentified_combinations
+from ..core.errors import RecordError, RigError
+from ..estimate.estimates import Combination, Estimates, principal_deviations, unidentified_combinations
 from ..rig import Rig
 from ..signals.correlation import relative_error
 from ..signals.frf import QUANTITY

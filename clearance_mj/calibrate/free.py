@@ -10,8 +10,9 @@ from typing import Any
 
 import numpy as np
 
-from ..errors import ClearanceError, RigError
-from ..parameters import Key, Parameter, find_numbers, get_number, numbers, path_of, with_number
+from ..core.errors import ClearanceError, RigError
+from ..core.plain_numbers import Key, find_numbers, get_number, numbers, path_of, with_number
+from ..estimate.parameter import Parameter
 from ..rig import Rig
 from ..structure.base import parse_place
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..beam import linear_frf, ritz_model
-from ..errors import RecordError
+from ..core.errors import RecordError
 from ..rig import Rig
 from ..signals.ema import extract_modes
 from ..signals.frf import FRF

@@ -10,8 +10,8 @@ import dataclasses
 from abc import ABC, abstractmethod
 from collections.abc import MutableSequence, Sequence
 
-from ..errors import LawError
-from ..validation import Registered, register
+from ..core.errors import LawError
+from ..core.validation import Registered, register
 from ._pointers import CONTACT_ENERGY, CONTACT_LAW, address
 
 __all__ = ["CONTACTS", "SLOWEST_IMPACT", "ContactModel", "Numbers", "register"]

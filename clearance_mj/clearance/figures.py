@@ -10,7 +10,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from ..drawing import COLOURS, FONT, REPEAT, TEST, canvas, key, of_curves, tidy
+from ..core.drawing import COLOURS, FONT, REPEAT, TEST, canvas, key, of_curves, tidy
 from ..rig import Rig
 from .cycle import cycle_force
 from .kernel import WithTable

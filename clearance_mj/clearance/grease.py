@@ -5,8 +5,8 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 
-from ..errors import LawError
-from ..validation import Registered, register
+from ..core.errors import LawError
+from ..core.validation import Registered, register
 from ._pointers import GREASE_ENERGY, GREASE_LAW, address
 from .contact import Numbers
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..errors import LawError
+from ..core.errors import LawError
 from .grease import GreaseModel
 
 __all__ = ["harmonic_stiffness", "periodic_amplitudes", "slip_stiffness"]

@@ -15,7 +15,7 @@ from typing import Any, NamedTuple, Protocol, get_type_hints
 import numba
 import numpy as np
 
-from ..errors import LawError
+from ..core.errors import LawError
 from ..rig import Bushing as OfRig
 from ..rig import Grease
 from ._pointers import at, call_contact_law, call_grease_law

@@ -18,11 +18,11 @@ from typing import TYPE_CHECKING, Any, ClassVar, TypeAlias
 
 import numpy as np
 
-from ..errors import LawError
-from ..files import replacing
-from ..overview import Overview, Shown, few, span
+from ..core.errors import LawError
+from ..core.files import replacing
+from ..core.overview import Overview, Shown, few, span
+from ..core.validation import to_plain
 from ..rig import Grease, Rig
-from ..validation import to_plain
 from .contact import ContactModel
 from .contacts.kelvin_voigt import KelvinVoigt
 from .grease import GreaseModel

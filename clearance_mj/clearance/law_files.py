@@ -8,10 +8,10 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from ..errors import LawError
-from ..files import plain_file
+from ..core.errors import LawError
+from ..core.files import plain_file
+from ..core.validation import from_plain, json_schema
 from ..rig import Grease, Rig
-from ..validation import from_plain, json_schema
 from .contact import CONTACTS
 from .grease import GREASES
 from .law import AmplitudeLaw, ConstantLaw, ContactLaw, Law, TimeLaw

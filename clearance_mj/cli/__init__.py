@@ -13,9 +13,9 @@ from collections.abc import Iterable, Sequence
 from importlib import import_module
 
 from .._version import __version__
-from ..errors import ClearanceError
-from ..files import to_json
-from ..provenance import stale
+from ..core.errors import ClearanceError
+from ..core.files import to_json
+from ..core.provenance import stale
 from .command import COMMANDS, Parser, inputs
 from .streams import prepare, silence
 

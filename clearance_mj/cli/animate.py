@@ -34,8 +34,8 @@ def _options(parser: argparse.ArgumentParser) -> None:
     out=Path("rattle.gif"), out_help="file, .gif or (with ffmpeg) .mp4 (default: %(default)s)",
 )  # fmt: skip
 def _run(options: argparse.Namespace) -> dict[str, Any]:
+    from ..core.provenance import is_marked
     from ..engines import simulate
-    from ..provenance import is_marked
     from ..report.animation import check, write
     from ..report.clip import clip
 

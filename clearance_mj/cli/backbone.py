@@ -6,8 +6,8 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ..errors import ClearanceError
-from ..files import to_json, write_text
+from ..core.errors import ClearanceError
+from ..core.files import to_json, write_text
 from .command import command, provenance
 from .options import add_periodic, add_plugin, load, load_plugin, settings
 
@@ -38,11 +38,11 @@ def _modes(text: str) -> list[int]:
     writes=("backbone.csv", "backbone.json", "backbone.png"),
 )  # fmt: skip
 def _run(options: argparse.Namespace) -> dict[str, Any]:
+    from ..core.tasks import run_tasks
     from ..periodic import backbone
     from ..periodic.summaries import of_backbone
     from ..report.backbones import draw, rows, words
     from ..report.tables import write_csv
-    from ..tasks import run_tasks
 
     load_plugin(options.plugin)
     if (options.start is None) != (options.stop is None):

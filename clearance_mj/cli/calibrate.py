@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ..files import to_json, write_text
+from ..core.files import to_json, write_text
 from .command import command, provenance
 
 if TYPE_CHECKING:

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NoReturn
 
-from ..errors import ClearanceError
+from ..core.errors import ClearanceError
 
 __all__ = ["COMMANDS", "Command", "Parser", "command", "inputs", "out_file", "out_folder", "provenance"]
 
@@ -81,7 +81,7 @@ def command(
 
 def _publishing(name: str, writes: Sequence[str], run: Run) -> Run:
     def published(options: argparse.Namespace) -> Any:
-        from ..output_folder import output_folder
+        from ..core.output_folder import output_folder
 
         if options.out is None:
             return run(options)
@@ -110,7 +110,7 @@ def _paths(value: object) -> Iterator[Path]:
 
 def provenance(options: argparse.Namespace) -> dict[str, Any]:
     """Return what a command's results come from: versions of the program and its libraries, digests of what it read."""
-    from ..provenance import made_from
+    from ..core.provenance import made_from
 
     return made_from(inputs(options), options.command)
 

@@ -9,8 +9,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ..errors import ClearanceError
-from ..files import to_json, write_text
+from ..core.errors import ClearanceError
+from ..core.files import to_json, write_text
 from .command import command, provenance
 from .options import add_columns, add_plugin, load_plugin, parse_columns
 

@@ -7,8 +7,8 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ..errors import ClearanceError, RecordError
-from ..files import sha256, to_json, write_text
+from ..core.errors import ClearanceError, RecordError
+from ..core.files import sha256, to_json, write_text
 from .command import command, out_file
 from .options import add_columns, add_plugin, load_plugin, parse_columns
 
@@ -66,8 +66,8 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
 
 
 def _to_file(inputs: list[Path], out: Path, columns: dict[str, str], options: argparse.Namespace) -> dict[str, Any]:
+    from ..core.provenance import BESIDE, is_marked, made_from
     from ..io import formats
-    from ..provenance import BESIDE, is_marked, made_from
     from ..rig import Rig
 
     if len(inputs) > 1:
@@ -189,8 +189,8 @@ def _record(path: Path, rig: Rig, columns: dict[str, str], options: argparse.Nam
     import numpy as np
 
     from .._version import __version__
+    from ..core.provenance import MARK
     from ..io.formats import read_record
-    from ..provenance import MARK
 
     band = tuple(options.band) if options.band else None
     record = read_record(path, rig, options.role or "identify", columns, options.fs, level=options.level, band=band)

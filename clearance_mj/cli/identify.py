@@ -8,8 +8,8 @@ import warnings
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
-from ..errors import ClearanceError, RecordError
-from ..files import to_json, write_text
+from ..core.errors import ClearanceError, RecordError
+from ..core.files import to_json, write_text
 from ..identify import METHODS as LAWS
 from .command import command, inputs, out_file, out_folder, provenance
 from .options import add_columns, add_plugin, load_plugin, parse_columns
@@ -69,7 +69,7 @@ def _found(options: argparse.Namespace, name: str, method: Method, dataset: Data
 
 
 def _law(options: argparse.Namespace, name: str, method: Method) -> dict[str, Any]:
-    from ..provenance import is_marked
+    from ..core.provenance import is_marked
     from ..report.identified import Findings
 
     out = options.out or Path("law.json")
@@ -103,7 +103,7 @@ def _check_folder(options: argparse.Namespace) -> None:
 
 
 def _bench(options: argparse.Namespace, method: Method) -> dict[str, Any]:
-    from ..output_folder import output_folder
+    from ..core.output_folder import output_folder
     from ..report.bench import write_bench, write_page
 
     dataset, out = _dataset(options), options.out or Path("results/identified")
@@ -124,7 +124,7 @@ def _bench(options: argparse.Namespace, method: Method) -> dict[str, Any]:
 def _print_bench(fit: BenchFit, out: Path) -> None:
     print(f"{'parameter':48s} {'before':>11s} {'found':>11s}   std  (over that of before)")
     for row in fit.estimates.beside_priors():
-        print("{name:48s} {before:11.5g} {value:11.5g} ± {std:.2g} {unit} ({told:.2f})".format(**row))
+        print("{name:48s} {before:11.5g} {value:11.5g} ± {std:.2g} {unit} ({posterior_over_prior:.2f})".format(**row))
     print(f"{'family':58s} weight  misfit  held out")
     for family in fit.families:
         print(f"{family.name:58s} {family.weight:6.3f} {family.misfit:7.3f} {family.held_out:9.3f}")
@@ -161,7 +161,7 @@ def _draw(findings: Findings, out: Path, options: argparse.Namespace) -> dict[st
     """Write the figures; say which the records do not allow."""
     from tqdm import tqdm
 
-    from ..output_folder import output_folder
+    from ..core.output_folder import output_folder
 
     shown, drawn, missing = options.figures or out.with_name(f"{out.stem}_figures"), {}, {}
     for name, draw in tqdm(findings.figures().items(), desc="figures", disable=options.quiet):

@@ -11,8 +11,8 @@ import webbrowser
 from pathlib import Path
 from typing import Any
 
-from ..errors import ClearanceError
-from ..files import replacing
+from ..core.errors import ClearanceError
+from ..core.files import replacing
 from .command import command, inputs, out_file
 from .options import add_plugin, add_rig, load, load_plugin
 

@@ -6,8 +6,8 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-from ..errors import ClearanceError
-from ..files import to_json, write_text
+from ..core.errors import ClearanceError
+from ..core.files import to_json, write_text
 from .command import command, provenance
 from .options import add_simulation, excitation, load, numbers, settings
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 
-from ..errors import ClearanceError
+from ..core.errors import ClearanceError
 from .command import command
 
 MOVED = {

@@ -12,13 +12,13 @@ from typing import Any
 
 from .._version import __version__
 from ..clearance.law_files import law_schema
-from ..errors import ClearanceError, RigError
-from ..files import to_json, write_text
+from ..core.errors import ClearanceError, RigError
+from ..core.files import to_json, write_text
+from ..core.validation import from_plain
 from ..io.dataset import dataset_schema
 from ..rig import Beam, Bushing, Contact, Grease, PointMass, Rig, Sensor, Shaker, rig_schema
 from ..structure import Material, Section, Shaft, Shafts, Structure, Support
 from ..structure.base import parse_dof
-from ..validation import from_plain
 from .command import command
 from .rig_text import rig_lines
 

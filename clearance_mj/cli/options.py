@@ -10,7 +10,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ..errors import ClearanceError
+from ..core.errors import ClearanceError
 
 if TYPE_CHECKING:  # the command line starts without the library
     from ..clearance.law import Law
@@ -100,7 +100,7 @@ def add_kind(parser: argparse.ArgumentParser) -> None:
 def settings(rig: Rig, law: Law) -> dict[str, Any]:
     """Return what results of a rig and a law carry: both, the version, and the digest of the program's sources."""
     from .._version import __version__
-    from ..cache import code
+    from ..core.cache import code
 
     return {"version": __version__, "code": code(), "rig": rig.to_dict(), "law": law.to_dict()}
 

@@ -10,8 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from ..errors import ClearanceError
-from ..files import plain_file, to_json, write_text
+from ..core.errors import ClearanceError
+from ..core.files import plain_file, to_json, write_text
 from ..placement import Placement, candidates, grid, place_sensors
 from ..rig import Rig
 from .command import command, provenance

@@ -6,8 +6,8 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-from ..errors import ClearanceError
-from ..files import to_json, write_text
+from ..core.errors import ClearanceError
+from ..core.files import to_json, write_text
 from .command import command, provenance
 from .options import MOST_NUMBERS, add_kind, add_periodic, add_plugin, load, load_plugin, numbers, settings
 

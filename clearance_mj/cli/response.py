@@ -8,8 +8,8 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ..errors import ClearanceError
-from ..files import to_json, write_text
+from ..core.errors import ClearanceError
+from ..core.files import to_json, write_text
 from .command import command, provenance
 from .options import add_kind, add_periodic, add_plugin, load, load_plugin, numbers, settings
 
@@ -96,9 +96,9 @@ def _rows_of(rig: Rig, nodes: list[int] | None) -> list[int] | None:
 
 def _followed(options: argparse.Namespace, rig: Rig, law: Law) -> list[list[Branch]]:
     """The branches of each level, or frequency."""
+    from ..core.tasks import run_tasks
     from ..periodic import response_over_level
     from ..study.periodic import from_both_ends
-    from ..tasks import run_tasks
 
     shared = {name: getattr(options, name) for name in ("harmonics", "samples", "kind", "modes")}
 

@@ -8,9 +8,9 @@ from typing import Any
 
 import tomli_w
 
+from ..core.validation import descriptions
 from ..rig import AppliedForce, Bushing, PointMass, Rig, Tolerance
 from ..structure import Disc, Spring, Structure, Support
-from ..validation import descriptions
 
 MAY_BE_ADDED = {
     "bushings": Bushing, "masses": PointMass, "also": AppliedForce, "supports": Support, "discs": Disc,

@@ -36,9 +36,9 @@ def _options(parser: argparse.ArgumentParser) -> None:
     out=Path("response.nc"), out_help="response file, NetCDF (default: %(default)s)",
 )  # fmt: skip
 def _run(options: argparse.Namespace) -> dict[str, Any]:
+    from ..core.provenance import is_marked
     from ..engines import simulate
     from ..io.results import save
-    from ..provenance import is_marked
 
     out_file(options.out, (".nc", ".h5", ".hdf5"), inputs(options), is_marked)
     load_plugin(options.plugin)
@@ -72,8 +72,8 @@ def _warn_of_truncation(rig: Rig) -> None:
 
 
 def _with_energy(options: argparse.Namespace, out: Path, case: tuple[Any, Any, Any, Any]) -> tuple[Any, dict[str, Any]]:
+    from ..core.output_folder import output_folder
     from ..engines.energy import energy_balance
-    from ..output_folder import output_folder
     from ..report.energy import write
 
     with output_folder(out, "simulate --energy", inputs(options)) as folder:

@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ..files import sha256, to_json, write_text
+from ..core.files import sha256, to_json, write_text
 from .command import command
 
 if TYPE_CHECKING:  # a command imports what it needs when it runs
@@ -50,7 +50,7 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
 
 def _write_provenance(out: Path, plan: Any) -> None:
     """Versions, and the digests of what the sweep was made from and of what is shown of it."""
-    from ..provenance import made_from
+    from ..core.provenance import made_from
     from ..sweep.run import PROVENANCE, SHOWN
 
     files = {name: sha256(out / name) for name in sorted(SHOWN) if (out / name).is_file()}

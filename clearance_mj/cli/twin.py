@@ -8,7 +8,7 @@ import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ..errors import ClearanceError
+from ..core.errors import ClearanceError
 from .command import command, inputs, out_folder, provenance
 from .options import add_columns, parse_columns
 
@@ -50,8 +50,8 @@ def _options(parser: argparse.ArgumentParser) -> None:
 )  # fmt: skip
 def _run(options: argparse.Namespace) -> dict[str, Any]:
     from ..clearance import load_rig_and_law
+    from ..core.output_folder import output_folder
     from ..identify import twin
-    from ..output_folder import output_folder
     from ..report.twin import write_twin
 
     out_folder(options.out)

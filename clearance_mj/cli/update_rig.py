@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ..files import to_json, write_text
+from ..core.files import to_json, write_text
 from .command import command, provenance
 
 if TYPE_CHECKING:
@@ -44,7 +44,7 @@ def _print(found: RigUpdate, diagnosis: Diagnosis, out: Path) -> None:
         print(f"record {piece.record}: misfit up to {100 * piece.share.max():.1f} %")
     print(f"{'parameter':32s} {'before':>11s} {'now':>11s}   std  (posterior over prior)")
     for row in found.estimates.beside_priors():
-        print("{name:32s} {before:11.5g} {value:11.5g} ± {std:.2g} {unit} ({told:.2f})".format(**row))
+        print("{name:32s} {before:11.5g} {value:11.5g} ± {std:.2g} {unit} ({posterior_over_prior:.2f})".format(**row))
     for words in (*found.warnings, *diagnosis.words):
         print(f"warning: {words}")
     print(f"rig: {out / 'rig.toml'}")

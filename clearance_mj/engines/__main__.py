@@ -3,7 +3,7 @@
 import argparse
 from pathlib import Path
 
-from ..files import replacing
+from ..core.files import replacing
 from ..rig import Rig
 from . import mjcf
 

@@ -10,9 +10,9 @@ from typing import NamedTuple
 import numpy as np
 
 from ..clearance.law import Law
-from ..errors import ClearanceError, SimulationError
+from ..core.errors import ClearanceError, SimulationError
+from ..core.validation import Registered, register
 from ..rig import Rig
-from ..validation import Registered, register
 
 __all__ = [
     "Engine",

@@ -11,11 +11,11 @@ from typing import Any, TypeAlias, TypeVar
 from tqdm import tqdm
 
 from ..clearance.law import Law
-from ..errors import ClearanceError
+from ..core.errors import ClearanceError
+from ..core.tasks import workers_to_use
 from ..rig import Rig
 from ..signals.excitation import Excitation
 from ..signals.response import Response
-from ..tasks import workers_to_use
 from .base import Engine, get_engine
 from .simulation import simulate
 

@@ -15,7 +15,7 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 import scipy.linalg
 
-from ..errors import RigError
+from ..core.errors import RigError
 from ..rig import Rig
 from ..structure import Beam, Shaft, Shafts
 from ..structure.base import ratios_of_modes

@@ -17,10 +17,10 @@ from pydantic import Field
 
 from ..beam import ritz_model
 from ..clearance.law import Law
+from ..core.validation import Positive, Whole
 from ..physical import apply, set_inverse_inertia
 from ..rig import Bushing, Rig
 from ..structure import Shaft
-from ..validation import Positive, Whole
 from .base import Engine, Run, register
 from .chain import Link
 from .linkage import Linkage, linkage

@@ -22,9 +22,9 @@ from ..clearance.kernel import clearance_records, greases_of, side_by_side
 from ..clearance.lane_contacts import lane_contacts
 from ..clearance.lane_greases import lane_greases
 from ..clearance.law import Law
+from ..core.validation import Positive, Whole
 from ..rig import Rig
 from ..signals.sampling import lowpass
-from ..validation import Positive, Whole
 from ._modal_loop import Motion, Shaft, advance, advance_whole
 from .base import Engine, Equations, Run, diverged, register
 

@@ -17,10 +17,10 @@ from pydantic import Field
 
 from ..beam import MOST_MODES, ritz_model
 from ..clearance.law import Law
-from ..errors import ClearanceError
+from ..core.errors import ClearanceError
+from ..core.validation import Positive, Whole
 from ..physical import apply, set_inverse_inertia
 from ..rig import Rig
-from ..validation import Positive, Whole
 from .base import Engine, Run, register
 from .mujoco_loop import MujocoRun
 from .plant import FAR, Maps, Plant, set_solver, soften, stable_step

@@ -21,7 +21,7 @@ import numpy as np
 from ..clearance._pointers import OPTIONS, kernel_loop
 from ..clearance.kernel import Clearance, clearance_records, contact_force, contact_step, follow_law, grease_step
 from ..clearance.law import Law
-from ..errors import LawError, SimulationError
+from ..core.errors import LawError, SimulationError
 from ..physical import SOLREF_PER_UNIT
 from ..physical._library import LIBRARY, external
 from ..rig import Rig

@@ -18,14 +18,14 @@ from tqdm import tqdm
 
 from .._version import __version__
 from ..clearance.law import ConstantLaw, Law
-from ..errors import ClearanceError, ExcitationError, LawError
+from ..core.errors import ClearanceError, ExcitationError, LawError
+from ..core.tasks import DELAY
 from ..rig import Grease, Rig
 from ..rig.extremes import computable
 from ..signals.excitation import Excitation
 from ..signals.response import Response
 from ..signals.sampling import Decimator, Interpolator
 from ..structure import truncation
-from ..tasks import DELAY
 from .base import Engine, diverged, get_engine, step_factor
 
 __all__ = ["Simulation", "simulate", "simulate_blocks"]

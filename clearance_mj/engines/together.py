@@ -13,11 +13,11 @@ from typing import TypeVar, cast
 import numpy as np
 
 from ..clearance.law import Law
+from ..core.tasks import workers_to_use
 from ..rig import Rig
 from ..signals.excitation import Excitation
 from ..signals.response import Response
 from ..signals.sampling import Interpolator
-from ..tasks import workers_to_use
 from .modal import Modal, ModalRun, SideBySide
 from .simulation import Simulation
 

@@ -1,21 +1,20 @@
 """Identification of the clearance from test records."""
 
+from ..physical.identification import ModelFit, ModelRecord, Prediction, model
 from . import methods
-from .band_brake import band_brake, travel_since_reversal
-from .decay import decay
-from .diagnosis import Diagnosis, diagnose
-from .hysteresis import bouc_wen
-from .jointed_mode import ForcedCurve, fit_jointed_mode
-from .jointed_structure import JointedStructure, fit_jointed_structure
+from .follow.bench_twin import Alarm, Twin, twin
+from .laws.hysteresis import bouc_wen
+from .laws.jointed_mode import ForcedCurve, fit_jointed_mode
+from .laws.jointed_structure import JointedStructure, fit_jointed_structure
 from .methods.bench import BenchFit, FamilyFit, fit_bench
 from .methods.nominal import nominal
-from .mujoco_model import ModelFit, ModelRecord, Prediction, model
-from .oscillator import sdof
-from .priors import priors
 from .registry import METHODS, Identified, get_method, law, register
-from .twin import Alarm, Twin, twin
-from .updating import RigUpdate, update_rig
-from .wavelet import ridge, ridges
+from .ridges.free_decay import decay
+from .ridges.oscillator import sdof
+from .ridges.wavelet import ridge, ridges
+from .structure.diagnosis import Diagnosis, diagnose
+from .structure.priors import priors
+from .structure.updating import RigUpdate, update_rig
 
 __all__ = [
     "METHODS",
@@ -31,7 +30,6 @@ __all__ = [
     "Prediction",
     "RigUpdate",
     "Twin",
-    "band_brake",
     "bouc_wen",
     "decay",
     "diagnose",
@@ -48,7 +46,6 @@ __all__ = [
     "ridge",
     "ridges",
     "sdof",
-    "travel_since_reversal",
     "twin",
     "update_rig",
 ]

@@ -7,11 +7,11 @@ from dataclasses import dataclass
 from typing import Any
 
 from ..clearance.law import Law
-from ..errors import ClearanceError, LawError, RecordError
+from ..core.errors import ClearanceError, LawError, RecordError
+from ..estimate.estimates import Estimates
 from ..io.dataset import Dataset
-from ..parameters import Estimates
 from ..rig import Rig
-from .checks import check_length, check_records, warn_of_contradictions
+from .records.checks import check_length, check_records, warn_of_contradictions
 
 __all__ = ["METHODS", "Identified", "Method", "get_method", "law", "register"]
 

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..checks import DIRECTIONS, NAME_LIMIT, QUANTITIES, require_finite
-from ..errors import RecordError
+from ..core.checks import DIRECTIONS, NAME_LIMIT, QUANTITIES, require_finite
+from ..core.errors import RecordError
 
 __all__ = ["DIRECTIONS", "QUANTITIES", "Channel", "ChannelHeader"]
 

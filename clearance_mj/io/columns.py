@@ -16,10 +16,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..errors import RecordError
+from ..core.errors import RecordError
+from ..core.units import UNITS, ratio_factor, unit_factor
 from ..rig import BASE_NODE, SHAKER_NODE
 from ..signals.frf import FRF, join_references
-from ..units import UNITS, ratio_factor, unit_factor
 from .channels import Channel, require_one_time
 
 __all__ = ["SKIP", "Column"]

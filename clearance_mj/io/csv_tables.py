@@ -14,9 +14,9 @@ from os import PathLike
 
 import numpy as np
 
-from ..checks import naming, simplest_rate
-from ..errors import RecordError
-from ..files import read_lines, replacing
+from ..core.checks import naming, simplest_rate
+from ..core.errors import RecordError
+from ..core.files import read_lines, replacing
 from ..signals.frf import FRF
 from .channels import Channel
 from .columns import SKIP, Column, Contents, listed, resolve, table_of_channels, table_of_frf, to_frf

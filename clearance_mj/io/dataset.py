@@ -15,11 +15,11 @@ from typing import Annotated, Any
 import tomli_w
 from pydantic import AfterValidator, Field
 
-from ..errors import RecordError
-from ..files import replacing
-from ..overview import Overview, Shown
+from ..core.errors import RecordError
+from ..core.files import replacing
+from ..core.overview import Overview, Shown
+from ..core.validation import NotNegative, Positive, Text, Whole, checked, from_plain, json_schema, read_plain
 from ..rig import BASE_NODE, SHAKER_NODE, Rig
-from ..validation import NotNegative, Positive, Text, Whole, checked, from_plain, json_schema, read_plain
 from .record import Band, FileChannels, Kind, Record, RecordName, Role
 from .uff import scan_uff, write_uff
 

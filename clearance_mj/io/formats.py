@@ -11,10 +11,10 @@ from os import PathLike
 from pathlib import Path
 from typing import Any, Literal
 
-from ..checks import naming
 from ..clearance.law import Law
 from ..clearance.law_files import load_law
-from ..errors import RecordError
+from ..core.checks import naming
+from ..core.errors import RecordError
 from ..rig import Rig
 from ..signals.ema import Modes
 from ..signals.frf import FRF

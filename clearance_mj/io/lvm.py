@@ -13,9 +13,9 @@ from os import PathLike
 
 import numpy as np
 
-from ..checks import even_rate, naming
-from ..errors import RecordError
-from ..files import read_lines
+from ..core.checks import even_rate, naming
+from ..core.errors import RecordError
+from ..core.files import read_lines
 from .channels import Channel
 from .columns import resolve
 from .registry import Format, register

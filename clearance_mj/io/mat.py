@@ -16,10 +16,10 @@ from typing import Any
 import numpy as np
 import scipy.io
 
-from ..checks import even_rate, naming
-from ..errors import RecordError
-from ..files import plain_file, replacing
-from ..matlab import Value, arrays
+from ..core.checks import even_rate, naming
+from ..core.errors import RecordError
+from ..core.files import plain_file, replacing
+from ..core.matlab import Value, arrays
 from ..signals.frf import FRF
 from .channels import Channel
 from .columns import Column, Contents, frf_names, listed, resolve, table_of_channels, to_frf

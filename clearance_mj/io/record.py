@@ -12,12 +12,12 @@ from typing import Annotated, Any, Literal, overload
 import numpy as np
 from pydantic import AfterValidator, Field, SkipValidation
 
-from ..errors import RecordError
-from ..overview import Overview, Shown
+from ..core.errors import RecordError
+from ..core.overview import Overview, Shown
+from ..core.validation import NotNegative, Positive, Text, Whole, checked
 from ..rig import Rig
 from ..signals.excitation import Excitation
 from ..signals.response import Response
-from ..validation import NotNegative, Positive, Text, Whole, checked
 from .channels import Channel, ChannelHeader
 from .uff import read_uff
 

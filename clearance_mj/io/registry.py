@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from ..clearance.law import Law
-from ..errors import RecordError
+from ..core.errors import RecordError
 from ..rig import Rig
 from ..signals.ema import Modes
 from ..signals.frf import FRF

@@ -16,9 +16,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..checks import check_dof, naming
-from ..errors import RecordError
-from ..files import TOO_DENSE, most_unpacked, plain_file, replacing
+from ..core.checks import check_dof, naming
+from ..core.errors import RecordError
+from ..core.files import TOO_DENSE, most_unpacked, plain_file, replacing
 from ..signals._labelled import KIND, UNITS, attribute, labels, require_kind, values
 from ..signals.ema import Modes
 from ..signals.frf import FRF

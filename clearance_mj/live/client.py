@@ -14,7 +14,7 @@ from typing import Any, Protocol
 from tornado.web import RequestHandler
 from tornado.websocket import WebSocketClosedError, WebSocketHandler
 
-from ..errors import ClearanceError
+from ..core.errors import ClearanceError
 from .figures import Numbers
 from .session import Session, Watch
 from .wire import Cancel, Export, Follow, Message, Set, Step, Sweep, Window, packed, parsed

@@ -9,10 +9,10 @@ from dataclasses import dataclass
 from typing import Any
 
 from ..clearance import ConstantLaw, ContactLaw, Law
-from ..errors import ClearanceError
+from ..core.errors import ClearanceError
+from ..core.validation import json_schema
 from ..io.dataset import Dataset
 from ..rig import Bushing, Grease, Rig
-from ..validation import json_schema
 
 __all__ = ["RECORD", "Control", "Value", "built", "checked_values", "controls"]
 

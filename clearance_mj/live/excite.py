@@ -6,7 +6,7 @@ import dataclasses
 import math
 from collections.abc import Callable, Mapping, Sequence
 
-from ..errors import ClearanceError, ExcitationError
+from ..core.errors import ClearanceError, ExcitationError
 from ..io.dataset import Dataset
 from ..io.record import Record
 from ..rig import Rig

@@ -13,8 +13,8 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from ..files import sha256, to_json
-from ..provenance import made_from
+from ..core.files import sha256, to_json
+from ..core.provenance import made_from
 from ..report.style import COLOURS, FONT, TEST, canvas, phase, sensor_title, tidy
 from ..signals.frf import FRF
 from .session import Shown

@@ -9,7 +9,7 @@ import numpy as np
 
 from ..beam import natural_frequencies
 from ..clearance import Law
-from ..errors import ClearanceError
+from ..core.errors import ClearanceError
 from ..report.clip import clip
 from ..rig import Grease, Rig
 from ..signals.frf import FRF

@@ -7,9 +7,9 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from ..core.errors import ClearanceError, ExcitationError
 from ..engines import get_engine
 from ..engines.simulation import Simulation
-from ..errors import ClearanceError, ExcitationError
 from ..periodic.summaries import stable_points
 from ..signals.sine_steps import harmonic_amplitudes
 from ..study.periodic import from_both_ends

@@ -20,7 +20,7 @@ from tornado.netutil import bind_sockets
 from tornado.web import Application, RequestHandler
 
 from ..clearance import Law
-from ..errors import ClearanceError
+from ..core.errors import ClearanceError
 from ..io.dataset import Dataset
 from ..rig import Rig
 from .client import Client

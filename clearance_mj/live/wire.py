@@ -10,7 +10,7 @@ import pydantic
 from pydantic import ConfigDict, Field
 from pydantic.dataclasses import dataclass
 
-from ..files import to_json
+from ..core.files import to_json
 from .figures import Numbers
 
 __all__ = ["MOST_BYTES", "Cancel", "Export", "Follow", "Message", "Set", "Step", "Sweep", "Window", "packed", "parsed"]

@@ -1,11 +1,11 @@
 """Periodic vibrations without marching in time: harmonic balance, continuation, stability."""
 
-from .backbone import Backbone, backbone
+from .backbones import Backbone, backbone
 from .branch import Branch, SpecialPoint
 from .forced import response
 from .isolated import Isolas, isolas
 from .over_level import response_over_level
-from .rattle_map import Jump, RattleMap, rattle_map
+from .rattle_maps import Jump, RattleMap, rattle_map
 from .subharmonic import doubled
 from .two_parameter import Curve, first_contact, fold_curve
 

@@ -119,7 +119,7 @@ class Branch(Vibrations):
         ClearanceError
             For another quantity, or a row that is not there.
         """
-        from ..drawing import canvas
+        from ..core.drawing import canvas
 
         amplitude = self.amplitude(quantity)
         names = self._names(quantity, rows)

@@ -12,7 +12,7 @@ from ..beam import ModalModel, ritz_model
 from ..clearance.grease import GreaseModel
 from ..clearance.kernel import clearance_records, greases_of
 from ..clearance.law import AmplitudeLaw, Law, TimeLaw
-from ..errors import ExcitationError, LawError, RigError
+from ..core.errors import ExcitationError, LawError, RigError
 from ..rig import Rig
 from ._balance import Grid, Linear
 from ._forces import Laws, Slopes

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
 
-from ..errors import ClearanceError
+from ..core.errors import ClearanceError
 from .branch import Branch, SpecialPoint
 from .condensed import condensed
 from .continuation import CameBack, Motion, NoConvergence, Solver

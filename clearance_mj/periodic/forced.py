@@ -9,7 +9,7 @@ import numpy as np
 
 from ..beam import MOST_MODES
 from ..clearance.law import Law
-from ..errors import ClearanceError, ExcitationError
+from ..core.errors import ClearanceError, ExcitationError
 from ..rig import Rig
 from .branch import Branch
 from .condensed import condensed

@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from tqdm import tqdm
 
-from ..errors import ClearanceError, ExcitationError
+from ..core.errors import ClearanceError, ExcitationError
+from ..core.tasks import workers_to_use
 from ..signals import _labelled as labelled
 from ..signals.arrays import ArrayData, read_only
-from ..tasks import workers_to_use
 from .around import all_around
 from .branch import Branch
 from .condensed import condensed, poles
@@ -73,7 +73,7 @@ class Isolas(ArrayData):
         ClearanceError
             For another quantity, or a row that is not there.
         """
-        from ..drawing import canvas
+        from ..core.drawing import canvas
 
         branches = (*self.known, *self.branches)
         amplitudes = [branch.amplitude(quantity) for branch in branches]

@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..errors import ClearanceError
+from ..core.errors import ClearanceError
 from ._balance import blocks
 from ._forces import along
 from .condensed import Condensed, grid, slopes

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from ..clearance.law import Law
-from ..errors import ExcitationError
+from ..core.errors import ExcitationError
 from ..rig import Rig
 from .branch import Branch
 from .condensed import condensed

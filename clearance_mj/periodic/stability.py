@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.optimize import minimize_scalar
 
-from ..errors import ExcitationError
+from ..core.errors import ExcitationError
 from ._floquet import monodromy
 from ._forces import along
 from .condensed import grid, slopes

@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..errors import ClearanceError
+from ..core.errors import ClearanceError
 from .branch import Branch, SpecialPoint
 from .continuation import CameBack, Motion, Solver
 from .following import follow, place, resumed

@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from .backbone import Backbone
+from .backbones import Backbone
 from .branch import Branch
-from .rattle_map import RattleMap
+from .rattle_maps import RattleMap
 
 __all__ = [
     "JumpAtFold",

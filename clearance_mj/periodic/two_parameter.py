@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike
 from scipy.optimize import minimize_scalar
 
 from ..clearance.law import Law
-from ..errors import ClearanceError, ExcitationError
+from ..core.errors import ClearanceError, ExcitationError
 from ..rig import Rig
 from ..signals import _labelled as labelled
 from ..signals.arrays import ArrayData, read_only
@@ -89,7 +89,7 @@ class Curve(ArrayData):
 
     def plot(self) -> Figure:
         """Draw level or gap over frequency; turns of a curve of folds are marked."""
-        from ..drawing import canvas
+        from ..core.drawing import canvas
 
         figure = canvas(4.5, 6)
         axes = figure.subplots()

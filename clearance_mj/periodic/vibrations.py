@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ..errors import ClearanceError
+from ..core.errors import ClearanceError
 from ..signals.arrays import ArrayData, rows_of
 
 __all__ = ["UNITS", "Vibrations", "complex_amplitudes"]

@@ -8,7 +8,7 @@ import mujoco
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..errors import ModelError
+from ..core.errors import ModelError
 from .elements import KINDS, apply, asked, compiled, inverse_inertia
 from .friction import frictions
 from .softness import LARGEST_IMPEDANCE

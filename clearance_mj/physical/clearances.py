@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import mujoco
 import numpy as np
 
-from ..errors import ModelError
+from ..core.errors import ModelError
 from .elements import Softness, compiled, find, give, name_of, softness, specification
 
 if TYPE_CHECKING:

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 import mujoco
 import numpy as np
 
-from ..errors import LawError, ModelError
+from ..core.errors import LawError, ModelError
 from .softness import solref_solimp, written
 
 if TYPE_CHECKING:

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import mujoco
 import numpy as np
 
-from ..errors import LawError, ModelError
+from ..core.errors import LawError, ModelError
 from .elements import MARK, compiled, find, name_of, specification
 
 __all__ = ["Friction", "friction", "frictions", "joint_friction", "tendon_friction"]

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import mujoco
 
-from ..errors import ModelError
+from ..core.errors import ModelError
 from .elements import Target, compiled, find, give, name_of, softness
 
 if TYPE_CHECKING:

@@ -13,7 +13,7 @@ import numpy as np
 
 from ..clearance._pointers import address
 from ..clearance.kernel import BUSHING, STATE, Clearance, clearance_records, side_by_side
-from ..errors import ModelError
+from ..core.errors import ModelError
 from ..rig import Bushing, Contact, Grease
 from . import _softener_loop as loop
 from .elements import KINDS, MARK, Asked, asked, find

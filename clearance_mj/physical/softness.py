@@ -12,7 +12,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..errors import LawError
+from ..core.errors import LawError
 
 __all__ = ["IMPEDANCE", "INVERSE_INERTIA", "SOLREF_PER_UNIT", "solref_solimp", "stiffness_damping", "written"]
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..errors import ClearanceError
+from ..core.errors import ClearanceError
 from ..signals.correlation import mac
 from .readings import Candidates
 

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..beam import MOST_MODES, ritz_model
-from ..errors import ClearanceError
+from ..core.errors import ClearanceError
 from ..rig import Rig
 from ..structure import Shaft
 from ..structure.base import parse_place

@@ -8,7 +8,7 @@ from itertools import combinations, islice
 
 import numpy as np
 
-from ..errors import ClearanceError
+from ..core.errors import ClearanceError
 from .layout import Placement, evaluate, losses
 from .readings import Candidates
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from ..files import write_text
+from ..core.files import write_text
+from ..core.output_folder import output_folder
 from ..io.dataset import Dataset
-from ..output_folder import output_folder
 from ..study import ENGINES, METHODS, Study, write_results
 from . import html
 from .sections import registered_sections, section

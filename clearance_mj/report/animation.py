@@ -17,9 +17,9 @@ from matplotlib.colors import to_rgb
 from PIL import Image
 from tqdm import tqdm
 
-from ..errors import ClearanceError
-from ..files import replacing
-from ..provenance import MARK
+from ..core.errors import ClearanceError
+from ..core.files import replacing
+from ..core.provenance import MARK
 from .clip import Clip
 from .rendering import Stroke, View, render
 from .stage import CLAMP, DPI, HALF, MASS, PLATE, STEEL, WALL, Stage

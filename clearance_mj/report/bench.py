@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 
 from .._version import __version__
-from ..errors import RecordError
-from ..files import to_json, write_text
-from ..identify.forces import RestoringForce
+from ..core.errors import RecordError
+from ..core.files import to_json, write_text
+from ..identify.forces.restoring import RestoringForce
 from ..identify.methods.bench import BenchFit, force_on
 from ..io.dataset import Dataset
 from ..statistics.intervals import Interval
@@ -133,7 +133,8 @@ def _parameters(fit: BenchFit, writer: ReportWriter) -> str:
     found = fit.estimates.beside_priors()
     writer.csv("parameters", found)
     rows = tuple(
-        (r["name"], r["unit"], r["before"], Interval(r["value"], r["low"], r["high"]), r["told"]) for r in found
+        (r["name"], r["unit"], r["before"], Interval(r["value"], r["low"], r["high"]), r["posterior_over_prior"])
+        for r in found
     )
     columns = (
         Column("Parameter"), Column("Unit"), Column("Before", "", ".4g"), Column("Found", "95 %", ".4g"),

@@ -12,9 +12,9 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import NullLocator
 
-from ..identify.forces import RestoringForce
-from ..identify.law_misfit import TOO_FAR, LawMisfit, Stretch
-from ..identify.loop import law_force
+from ..identify.forces.law_force import law_force
+from ..identify.forces.restoring import RestoringForce
+from ..identify.laws.law_misfit import TOO_FAR, LawMisfit, Stretch
 from ..identify.methods.bench import BenchFit
 from .style import COLOURS, FONT, TEST, Drawing, canvas, tidy
 

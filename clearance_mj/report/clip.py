@@ -20,7 +20,7 @@ import numpy as np
 import scipy.signal
 
 from ..beam import ModalModel, ritz_model
-from ..errors import ClearanceError, RecordError
+from ..core.errors import ClearanceError, RecordError
 from ..rig import Rig
 from ..signals.response import Response
 from ..structure import Shaft

@@ -10,8 +10,8 @@ import matplotlib
 import numpy as np
 from markupsafe import escape
 
-from ..drawing import COLOURS, FONT, TEST, canvas, key, of_curves, tidy
-from ..files import write_text
+from ..core.drawing import COLOURS, FONT, TEST, canvas, key, of_curves, tidy
+from ..core.files import write_text
 from ..signals.alignment import Alignment
 from ..signals.comparison import Comparison
 from ..signals.ema import Modes

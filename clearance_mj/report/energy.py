@@ -11,8 +11,8 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.ticker import MaxNLocator
 
+from ..core.files import replacing
 from ..engines.energy import EnergyBalance
-from ..files import replacing
 from .style import COLOURS, FONT, MARKERS, TEST, Drawing, canvas, tidy
 from .tables import write_csv
 

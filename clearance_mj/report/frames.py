@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from ..core.errors import ClearanceError
+from ..core.plain_numbers import find_numbers, get_number
 from ..engines import get_engine
-from ..errors import ClearanceError
 from ..io.dataset import Record
-from ..parameters import find_numbers, get_number
 from ..rig import Rig
 from ..signals.comparison import Comparison
 from ..statistics import repeatability

@@ -16,9 +16,9 @@ from matplotlib.layout_engine import ConstrainedLayoutEngine
 
 from ..clearance.figures import QUANTITIES, AmplitudeCurve, draw_curves, draw_walls
 from ..clearance.law import TimeLaw
-from ..identify.contact import ContactParameters
-from ..identify.forces import RestoringForce
-from ..identify.wavelet import Ridge, Scalogram
+from ..identify.forces.restoring import RestoringForce
+from ..identify.laws.contact_over_time import ContactParameters
+from ..identify.ridges.wavelet import Ridge, Scalogram
 from .style import COLOURS, FONT, REPEAT, TEST, WIDTH, tidy
 
 __all__ = ["contact_over_amplitude", "contact_over_time", "hysteresis", "scalograms"]

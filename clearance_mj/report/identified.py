@@ -11,15 +11,15 @@ from matplotlib.figure import Figure
 
 from ..clearance.figures import AmplitudeCurve
 from ..clearance.law import AmplitudeLaw, ConstantLaw, ContactLaw, TimeLaw
-from ..errors import RecordError
-from ..identify.checks import ridge_band
-from ..identify.contact import OVERLAP, ContactParameters, contact_parameters
-from ..identify.forces import RestoringForce, restoring_force
-from ..identify.grease import GreaseFit, grease_parameters
-from ..identify.loop import law_force
+from ..core.errors import RecordError
+from ..identify.forces.law_force import law_force
+from ..identify.forces.restoring import RestoringForce, restoring_force
+from ..identify.laws.contact_over_time import OVERLAP, ContactParameters, contact_parameters
+from ..identify.laws.grease import GreaseFit, grease_parameters
 from ..identify.methods.ridge import ridge_law
+from ..identify.records.checks import ridge_band
 from ..identify.registry import Identified
-from ..identify.wavelet import scalogram, skeleton
+from ..identify.ridges.wavelet import scalogram, skeleton
 from ..io.dataset import Dataset, Record
 from . import identification as draw
 

@@ -14,7 +14,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from scipy.interpolate import CubicSpline
 
-from ..errors import RecordError
+from ..core.errors import RecordError
 from ..rig import Rig
 from ..signals.frf import estimate_frf
 from ..signals.response import Response

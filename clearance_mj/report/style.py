@@ -21,8 +21,8 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.ticker import NullLocator, ScalarFormatter
 
-from ..drawing import COLOURS, FAINT, FONT, REPEAT, TEST, WIDTH, canvas, decibel, phase, tidy
-from ..files import replacing
+from ..core.drawing import COLOURS, FAINT, FONT, REPEAT, TEST, WIDTH, canvas, decibel, phase, tidy
+from ..core.files import replacing
 from ..rig import Rig
 
 __all__ = [

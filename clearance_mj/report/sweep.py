@@ -11,7 +11,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.ticker import NullLocator
 
-from ..files import write_text
+from ..core.files import write_text
 from ..sweep.design import Vary
 from ..sweep.sensitivity import Sensitivity, quantities
 from . import html

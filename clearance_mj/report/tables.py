@@ -9,7 +9,7 @@ from typing import Self
 
 import pandas as pd
 
-from ..files import replacing
+from ..core.files import replacing
 
 __all__ = ["MEASURES", "OVERALL", "REPEAT", "Column", "Measure", "Table", "write_csv"]
 

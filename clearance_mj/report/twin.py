@@ -14,7 +14,7 @@ from matplotlib.patches import Patch
 
 from .._version import __version__
 from ..clearance.law import Law
-from ..files import to_json, write_text
+from ..core.files import to_json, write_text
 from ..identify import Twin
 from ..io.dataset import Record
 from . import html
@@ -73,7 +73,7 @@ def write_twin(
 
     The last two say what they were made from.
     """
-    from ..files import replacing
+    from ..core.files import replacing
 
     write_csv(folder / "twin.csv", found.rows())
     with replacing(folder / "twin.nc") as temporary:

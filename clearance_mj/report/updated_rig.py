@@ -6,8 +6,8 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import FigureBase
 
+from ..estimate.estimates import Estimates
 from ..identify import RigUpdate
-from ..parameters import Estimates
 from .style import COLOURS, FONT, REPEAT, TEST, Drawing, canvas, decibel, frequency_axis, tidy
 
 __all__ = ["draw", "draw_parameters", "draw_spectra"]
@@ -75,10 +75,12 @@ def _spectra(figure: FigureBase, found: RigUpdate) -> str:
 
 def _parameters(ax: Axes, fit: Estimates) -> None:
     width = np.array([p.known_std for p in fit.parameters])
-    moved = np.array([p._forward(v) - p._forward(p.start) for p, v in zip(fit.parameters, fit.value)]) / width
+    moved = np.array([p.to_varied(v) - p.to_varied(p.start) for p, v in zip(fit.parameters, fit.value)]) / width
     y = np.arange(moved.size)
     ax.errorbar(0 * moved, y, xerr=1.0, fmt="none", ecolor=REPEAT, elinewidth=4, alpha=0.4, label="prior")
-    ax.errorbar(moved, y, xerr=fit.told, fmt="o", color=FOUND, ms=3, elinewidth=1, label="with the records")
+    ax.errorbar(
+        moved, y, xerr=fit.posterior_over_prior, fmt="o", color=FOUND, ms=3, elinewidth=1, label="with the records"
+    )
     tidy(ax, "parameters", "", "From the prior's mean, in its standard deviations (1)")
     ax.set_yticks(y, fit.names, fontsize=FONT - 2)
     ax.set_ylim(moved.size - 0.5, -0.5)

@@ -14,7 +14,7 @@ from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
-from ..files import to_json, write_text
+from ..core.files import to_json, write_text
 from ..vehicle.controllers import CONTROLLERS, get_controller
 from ..vehicle.effort import SEGMENT
 from ..vehicle.experiment import Case, Outcome

@@ -7,10 +7,10 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from ..errors import RigError
+from ..core.errors import RigError
+from ..core.validation import NotNegative, Number, Positive, Share, checked, seldom
 from ..structure import Point
 from ..structure.base import moved, parse_dof, parse_place
-from ..validation import NotNegative, Number, Positive, Share, checked, seldom
 
 __all__ = ["Bushing", "Contact", "Grease"]
 

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from ..errors import RigError
+from ..core.errors import RigError
 
 __all__ = ["computable", "extremes"]
 

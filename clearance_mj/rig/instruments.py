@@ -7,10 +7,10 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from pydantic import AfterValidator, Field
 
-from ..errors import RigError
+from ..core.errors import RigError
+from ..core.validation import NotNegative, Number, Positive, Whole, checked, seldom
 from ..structure import Point
 from ..structure.base import AXES, parse_dof
-from ..validation import NotNegative, Number, Positive, Whole, checked, seldom
 
 __all__ = ["BASE_NODE", "PROBE_NODE", "SHAKER_NODE", "AppliedForce", "Sensor", "Shaker", "dof_label"]
 

@@ -14,15 +14,15 @@ import numpy as np
 import tomli_w
 from pydantic import Field
 
-from ..errors import ClearanceError, RigError
-from ..files import replacing
-from ..overview import Overview, Shown, few
-from ..parameters import find_numbers
+from ..core.errors import ClearanceError, RigError
+from ..core.files import replacing
+from ..core.overview import Overview, Shown, few
+from ..core.plain_numbers import find_numbers
+from ..core.validation import Positive, Text, checked, from_plain, json_schema, read_plain, seldom, to_plain
 from ..structure import AnyStructure, Beam, Point, Structure
 from ..structure.base import StructureOfFiles, parse_place
 from ..structure.files import content, is_embedded
 from ..structure.modal import Reduction, reduction
-from ..validation import Positive, Text, checked, from_plain, json_schema, read_plain, seldom, to_plain
 from .clearance import Bushing
 from .extremes import computable
 from .instruments import PROBE_NODE, Sensor, Shaker, dof_label

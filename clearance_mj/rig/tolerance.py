@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import re
 
-from ..errors import RigError
-from ..validation import Text, checked
+from ..core.errors import RigError
+from ..core.validation import Text, checked
 
 __all__ = ["Tolerance", "unit_of"]
 

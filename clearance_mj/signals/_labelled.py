@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..errors import RecordError
+from ..core.errors import RecordError
 
 if TYPE_CHECKING:
     import xarray as xr

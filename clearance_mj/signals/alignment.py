@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.interpolate
 
-from ..errors import RecordError
+from ..core.errors import RecordError
 from .frf import FRF
 
 __all__ = ["Alignment", "accelerance", "align", "convert_quantity"]

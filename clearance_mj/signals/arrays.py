@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..errors import ClearanceError
-from ..overview import Shown
+from ..core.errors import ClearanceError
+from ..core.overview import Shown
 
 __all__ = ["ArrayData", "read_only", "rows_of", "same"]
 

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import scipy.optimize
 
-from ..errors import RecordError
-from ..overview import Overview, Shown, few, span
+from ..core.errors import RecordError
+from ..core.overview import Overview, Shown, few, span
 from . import _labelled as labelled
 from .arrays import ArrayData, read_only
 from .correlation import csac, csac_per_sensor, csf, csf_per_sensor, frac, mac, mre, relative_error, rmse_db

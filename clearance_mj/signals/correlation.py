@@ -16,7 +16,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..errors import RecordError
+from ..core.errors import RecordError
 
 __all__ = ["csac", "csac_per_sensor", "csf", "csf_per_sensor", "frac", "mac", "mre", "relative_error", "rmse_db"]
 

@@ -19,8 +19,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 import scipy.ndimage
 
-from ..errors import RecordError
-from ..overview import Overview, Shown, few
+from ..core.errors import RecordError
+from ..core.overview import Overview, Shown, few
 from . import _labelled as labelled
 from ._modal_fit import ModalFit, damping_of, least_squares, line_weight, poles_of, qr
 from .arrays import ArrayData, read_only

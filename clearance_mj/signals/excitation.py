@@ -13,9 +13,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..errors import ExcitationError
-from ..memory import require_memory
-from ..overview import Overview, Shown
+from ..core.errors import ExcitationError
+from ..core.memory import require_memory
+from ..core.overview import Overview, Shown
 from . import _labelled as labelled
 from .arrays import ArrayData, read_only
 

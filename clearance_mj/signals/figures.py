@@ -9,8 +9,8 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure, FigureBase
 
-from ..drawing import COLOURS, FONT, REPEAT, canvas, decibel, envelope, key, of_curves, phase, tidy
-from ..errors import RecordError
+from ..core.drawing import COLOURS, FONT, REPEAT, canvas, decibel, envelope, key, of_curves, phase, tidy
+from ..core.errors import RecordError
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..errors import RecordError
-from ..overview import Overview, Shown, few, span
+from ..core.errors import RecordError
+from ..core.overview import Overview, Shown, few, span
 from . import _labelled as labelled
 from ._labelled import UNITS
 from .arrays import ArrayData, read_only, rows_of

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..errors import RecordError
+from ..core.errors import RecordError
 from .arrays import ArrayData, read_only
 from .frf import FRF, QUANTITY
 from .response import Response

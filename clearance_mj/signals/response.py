@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..errors import RecordError
-from ..overview import Overview, Shown, few
+from ..core.errors import RecordError
+from ..core.overview import Overview, Shown, few
 from . import _labelled as labelled
 from .arrays import ArrayData, read_only, rows_of
 

@@ -8,7 +8,7 @@ import numpy as np
 import scipy.fft
 import scipy.signal
 
-from ..errors import RecordError
+from ..core.errors import RecordError
 from .response import Response
 
 __all__ = ["ESTIMATORS", "WINDOWS", "SegmentAverages", "Welch", "lines_within"]

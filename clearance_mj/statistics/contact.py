@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from ..errors import RecordError
+from ..core.errors import RecordError
 from ..signals.response import Response
 
 __all__ = ["contact_statistics"]

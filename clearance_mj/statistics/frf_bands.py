@@ -21,9 +21,9 @@ import numpy as np
 import scipy.stats
 
 from ..clearance.law import Law
+from ..core.errors import LawError
 from ..engines import Modal, simulate_and_keep
-from ..errors import LawError
-from ..identify.law_misfit import LawMisfit
+from ..identify.laws.law_misfit import LawMisfit
 from ..identify.registry import Identified, get_method
 from ..rig import Rig
 from ..signals.arrays import ArrayData, read_only

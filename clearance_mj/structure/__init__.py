@@ -2,7 +2,7 @@
 
 from typing import Annotated, TypeAlias
 
-from ..validation import OneOf
+from ..core.validation import OneOf
 from .base import LinearModel, Point, Structure, register
 from .beam import Beam, Clamp
 from .matrices import Matrices

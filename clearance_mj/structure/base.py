@@ -19,10 +19,10 @@ from typing import Annotated, Any, ClassVar, Literal, Self, TypeAlias, TypeVar
 import numpy as np
 from pydantic import PlainValidator, WithJsonSchema
 
-from ..checks import AXES
-from ..errors import RigError
-from ..files import replacing
-from ..validation import from_plain, to_plain
+from ..core.checks import AXES
+from ..core.errors import RigError
+from ..core.files import replacing
+from ..core.validation import from_plain, to_plain
 from .files import is_embedded
 
 __all__ = [

@@ -17,8 +17,8 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..errors import RigError
-from ..validation import NotNegative, Positive, Share, checked
+from ..core.errors import RigError
+from ..core.validation import NotNegative, Positive, Share, checked
 from .base import LinearModel, Structure
 from .section import Material, Section, check_sizes
 from .shaft import Shaft, Support

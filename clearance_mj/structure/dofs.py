@@ -12,8 +12,8 @@ from pathlib import Path
 
 import numpy as np
 
-from ..errors import RecordError
-from ..files import read_lines
+from ..core.errors import RecordError
+from ..core.files import read_lines
 from .base import AXES, parse_dof
 
 __all__ = ["Dofs", "dof_table", "read_dofs"]

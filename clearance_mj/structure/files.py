@@ -16,7 +16,7 @@ from typing import Annotated, BinaryIO, TypeAlias
 
 from pydantic import BeforeValidator
 
-from ..validation import Text
+from ..core.validation import Text
 
 __all__ = ["FileName", "absolute", "content", "embedded", "is_embedded", "opened"]
 

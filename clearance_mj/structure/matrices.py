@@ -13,9 +13,9 @@ import numpy as np
 import scipy.sparse
 from pydantic import Field, PlainValidator, WithJsonSchema
 
-from ..errors import RigError
-from ..files import replacing
-from ..validation import NotNegative, Share, Text, checked
+from ..core.errors import RigError
+from ..core.files import replacing
+from ..core.validation import NotNegative, Share, Text, checked
 from .base import LinearModel, StructureOfFiles, register
 from .dofs import Dofs, dof_table, read_dofs
 from .files import FileName, absolute, content, embedded, is_embedded, opened

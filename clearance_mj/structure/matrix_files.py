@@ -14,8 +14,8 @@ import numpy as np
 import scipy.io
 import scipy.sparse
 
-from ..errors import RecordError
-from ..matlab import arrays
+from ..core.errors import RecordError
+from ..core.matlab import arrays
 from .dofs import Dofs, dof_table
 from .files import is_embedded, opened
 

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import numpy as np
 import scipy.optimize
 
-from ..errors import RecordError
+from ..core.errors import RecordError
 from ..signals._modal_fit import ModalFit, line_weight
 from ..signals.correlation import frac, rmse_db
 from ..signals.ema import extract_modes
@@ -85,7 +85,7 @@ class MeasuredModes:
 
     def figure(self) -> Figure:
         """Return a figure of every measured function with its synthesis: magnitude over frequency."""
-        from ..drawing import canvas
+        from ..core.drawing import canvas
 
         labels = self.measured.labels
         columns = min(len(labels), 3)

@@ -12,8 +12,8 @@ import mujoco
 import numpy as np
 from pydantic import Field
 
-from ..errors import RigError
-from ..validation import NotNegative, Share, Text, checked
+from ..core.errors import RigError
+from ..core.validation import NotNegative, Share, Text, checked
 from .base import AXES, LinearModel, StructureOfFiles, parse_dof, register
 from .files import FileName, absolute, content
 from .linearise import Linearised, linearised

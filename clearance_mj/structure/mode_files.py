@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from ..checks import naming
-from ..errors import RecordError, RigError
-from ..files import read_lines
+from ..core.checks import naming
+from ..core.errors import RecordError, RigError
+from ..core.files import read_lines
 from ..universal import contents, scan
 from ..universal.mode_shapes import KINDS, ModeShapes, read_modes
 

@@ -18,9 +18,9 @@ import numpy as np
 import pydantic
 from pydantic import AfterValidator, Field
 
-from ..errors import RigError
-from ..files import write_text
-from ..validation import NotNegative, Number, Positive, Share, Text, checked
+from ..core.errors import RigError
+from ..core.files import write_text
+from ..core.validation import NotNegative, Number, Positive, Share, Text, checked
 from .base import LinearModel, Structure, dof_vector, parse_dof, ratios_of_modes, register
 from .dofs import Dofs, dof_table
 from .mode_files import DAMPING, FREQUENCY, MODAL_MASS, PARTICIPATION, RESIDUAL, read_mode_file

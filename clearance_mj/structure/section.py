@@ -8,8 +8,8 @@ from typing import Annotated, Any, NamedTuple, TypeAlias
 import numpy as np
 from pydantic import BeforeValidator, Field, WithJsonSchema
 
-from ..errors import RigError
-from ..validation import Number, Positive, Text, checked
+from ..core.errors import RigError
+from ..core.validation import Number, Positive, Text, checked
 
 __all__ = ["CrossSection", "Material", "Section", "check_sizes"]
 

@@ -12,8 +12,8 @@ import numpy as np
 from numpy.polynomial.legendre import leggauss
 from pydantic import Field
 
-from ..errors import RigError
-from ..validation import NotNegative, Number, Share, Text, checked
+from ..core.errors import RigError
+from ..core.validation import NotNegative, Number, Share, Text, checked
 from .base import LinearModel, Structure, parse_place, register
 from .elements import Element, Mesh, Rigidity
 from .section import Material, Section

@@ -10,8 +10,8 @@ import numpy as np
 import scipy.linalg
 from pydantic import Field
 
-from ..errors import RigError
-from ..validation import NotNegative, Share, checked
+from ..core.errors import RigError
+from ..core.validation import NotNegative, Share, checked
 from .base import SHAFT_NAME, LinearModel, Point, Structure, parse_place, register
 from .shaft import Shaft
 

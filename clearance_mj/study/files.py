@@ -9,10 +9,10 @@ import numpy as np
 import xarray as xr
 
 from .._version import __version__
-from ..files import replacing, to_json, write_text
+from ..core.files import replacing, to_json, write_text
+from ..core.provenance import made_from
 from ..io.results import with_parts
 from ..periodic.summaries import of_branch, of_map
-from ..provenance import made_from
 from ..signals.frf import FRF
 from ..statistics.intervals import CONFIDENCE
 from .periodic import missed

@@ -12,9 +12,9 @@ import numpy as np
 
 from ..clearance.law import Law
 from ..clearance.law_files import law_from_dict
-from ..errors import LawError
+from ..core.errors import LawError
 from ..identify import Identified, get_method
-from ..identify.law_misfit import Decay, LawMisfit, Stretch
+from ..identify.laws.law_misfit import Decay, LawMisfit, Stretch
 from ..identify.methods.bench import BenchFit
 from ..rig import Rig
 from ..statistics.frf_bands import draw_cases

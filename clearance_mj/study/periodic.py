@@ -9,12 +9,12 @@ from typing import Any
 import numpy as np
 
 from ..clearance.law import ConstantLaw, ContactLaw, Law
-from ..errors import ClearanceError
+from ..core.errors import ClearanceError
+from ..core.tasks import run_tasks
 from ..periodic import Branch, RattleMap, rattle_map, response
 from ..periodic.summaries import stable_points
 from ..rig import Rig
 from ..signals.sine_steps import SineSteps
-from ..tasks import run_tasks
 
 __all__ = ["PeriodicVibrations", "from_both_ends", "has_periodic_vibrations", "missed", "periodic_vibrations"]
 

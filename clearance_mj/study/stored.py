@@ -14,8 +14,8 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from ..cache import ResultCache, digest
 from ..clearance.law import Law
+from ..core.cache import ResultCache, digest
 from ..io.dataset import Record
 from ..io.results import with_parts, without_parts
 from ..periodic import Branch, Jump, RattleMap, SpecialPoint

@@ -12,12 +12,13 @@ from typing import Self
 
 import numpy as np
 
-from ..cache import ResultCache, code_outside
 from ..clearance.law import Law
+from ..core.cache import ResultCache, code_outside
+from ..core.errors import RecordError
+from ..core.tasks import run_tasks
 from ..engines import get_engine, simulate
-from ..errors import RecordError
 from ..identify import get_method
-from ..identify.checks import IdentifiabilityWarning
+from ..identify.records.checks import IdentifiabilityWarning
 from ..io.dataset import Dataset, Record
 from ..rig import Rig
 from ..signals.comparison import Comparison, compare
@@ -26,7 +27,6 @@ from ..signals.sine_steps import SineSteps, sine_steps
 from ..statistics import repeatability
 from ..statistics.contact import contact_statistics
 from ..statistics.frf_bands import Band, frf_band, paired_error
-from ..tasks import run_tasks
 from . import stored
 from .identified import IdentifiedLaw
 from .periodic import PeriodicVibrations, has_periodic_vibrations, periodic_vibrations

@@ -12,15 +12,15 @@ from pydantic import Field
 from ..beam import natural_frequencies
 from ..clearance.kernel import greases_of
 from ..clearance.law import Law
+from ..core.errors import ClearanceError, RecordError
+from ..core.validation import Number, Whole, checked
 from ..engines import Engine, simulate
-from ..errors import ClearanceError, RecordError
 from ..rig import BASE_NODE, SHAKER_NODE, Grease, Rig
 from ..signals.correlation import rmse_db
 from ..signals.excitation import Excitation
 from ..signals.frf import FRF, estimate_frf
 from ..signals.response import Response
 from ..statistics.contact import contact_statistics
-from ..validation import Number, Whole, checked
 
 __all__ = ["Observer", "Outputs", "linear_frequencies"]
 

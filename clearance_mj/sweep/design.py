@@ -11,8 +11,8 @@ import numpy as np
 from pydantic import Field
 from scipy.stats import qmc
 
-from ..errors import ClearanceError
-from ..validation import Number, Text, Whole, checked
+from ..core.errors import ClearanceError
+from ..core.validation import Number, Text, Whole, checked
 
 __all__ = ["Design", "Vary"]
 

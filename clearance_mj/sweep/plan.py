@@ -12,20 +12,20 @@ from typing import Any
 
 import numpy as np
 
-from ..cache import digest
 from ..clearance.law import Law
 from ..clearance.law_files import law_from_dict, load_rig_and_law
+from ..core.cache import digest
+from ..core.errors import ClearanceError, RecordError
+from ..core.plain_numbers import find_numbers, get_number, with_numbers
+from ..core.validation import from_plain, read_plain, to_plain
 from ..engines import Engine, get_engine
-from ..errors import ClearanceError, RecordError
 from ..identify import nominal
 from ..io.dataset import Record
 from ..io.uff import read_uff
-from ..parameters import find_numbers, get_number, with_numbers
 from ..rig import Rig
 from ..signals import excitation as excitations
 from ..signals.excitation import Excitation
 from ..signals.frf import FRF, estimate_frf
-from ..validation import from_plain, read_plain, to_plain
 from .case import Observer, Outputs, linear_frequencies
 from .design import Design, Vary
 

@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 
 from .._version import __version__
-from ..provenance import made_from
+from ..core.provenance import made_from
 from .plan import Plan
 from .store import Table
 

@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from ..cache import code, file_lock
-from ..errors import ClearanceError
-from ..files import SEAL, is_sealed, plain_file, remove_leftovers, replacing, seal, write_text
-from ..tasks import run_tasks, workers_to_use
+from ..core.cache import code, file_lock
+from ..core.errors import ClearanceError
+from ..core.files import SEAL, is_sealed, plain_file, remove_leftovers, replacing, seal, write_text
+from ..core.tasks import run_tasks, workers_to_use
 from .plan import Plan
 from .results import labelled
 from .store import Table

@@ -16,7 +16,7 @@ import scipy.stats
 import xarray as xr
 from numpy.typing import ArrayLike
 
-from ..errors import ClearanceError
+from ..core.errors import ClearanceError
 
 __all__ = ["Sensitivity", "quantities", "sensitivity", "sobol_indices"]
 

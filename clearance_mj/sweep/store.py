@@ -14,8 +14,8 @@ from pathlib import Path
 
 import numpy as np
 
-from ..errors import ClearanceError
-from ..files import replacing
+from ..core.errors import ClearanceError
+from ..core.files import replacing
 
 __all__ = ["Table"]
 

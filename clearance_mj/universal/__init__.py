@@ -8,8 +8,8 @@ from __future__ import annotations
 import re
 from os import PathLike
 
-from ..errors import RecordError
-from ..files import plain_file
+from ..core.errors import RecordError
+from ..core.files import plain_file
 from .dataset_58 import Function, read_function
 from .dataset_164 import read_units
 from .fields import SI, Block, closing_line

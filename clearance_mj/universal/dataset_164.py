@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from ..errors import RecordError
-from ..units import ratio_factor, unit_factor
+from ..core.errors import RecordError
+from ..core.units import ratio_factor, unit_factor
 from .dataset_58 import Function
 from .fields import SI, Block, Units, read_real, text_set
 

@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from ..checks import DIRECTIONS, NAME_LIMIT, require_finite
-from ..errors import RecordError
+from ..core.checks import DIRECTIONS, NAME_LIMIT, require_finite
+from ..core.errors import RecordError
 from .fields import CLOSE, DELIMITER, SI, Units, closing_line, read_dof, read_integer, read_real
 
 TIME_FUNCTION, FREQUENCY_RESPONSE, COHERENCE = 1, 4, 6

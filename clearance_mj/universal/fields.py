@@ -8,8 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..checks import DIRECTIONS, QUANTITIES
-from ..errors import RecordError
+from ..core.checks import DIRECTIONS, QUANTITIES
+from ..core.errors import RecordError
 
 DELIMITER = f"{-1:6d}\n"
 CLOSE = re.compile(rb"(?:\r?\n)? {4}-1[ \t]*(?:\r?\n|\Z)")

@@ -11,8 +11,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..checks import AXES, naming
-from ..errors import RecordError
+from ..core.checks import AXES, naming
+from ..core.errors import RecordError
 from ..signals.ema import Modes
 from .fields import Block, fields, read_integer, read_real, text_set
 

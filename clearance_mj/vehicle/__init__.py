@@ -2,7 +2,7 @@
 
 from importlib.util import find_spec
 
-from ..errors import ClearanceError
+from ..core.errors import ClearanceError
 
 if missing := [name for name in ("vehiclemodels", "osqp") if find_spec(name) is None]:
     raise ClearanceError(

@@ -9,9 +9,9 @@ import numba
 import numpy as np
 
 from ..clearance.law import Law
+from ..core.errors import ManoeuvreError
 from ..engines import Engine
 from ..engines.base import step_factor
-from ..errors import ManoeuvreError
 from ..rig import Rig
 from .lost_motion import LostMotion, lost_motion_step
 from .plant import STEP

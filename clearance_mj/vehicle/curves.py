@@ -10,7 +10,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from ..errors import ManoeuvreError
+from ..core.errors import ManoeuvreError
 from .path import Path, Piece
 
 __all__ = ["Derivatives", "check_positive", "clothoids", "graph", "lane", "lane_changes", "quintic"]

@@ -14,8 +14,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..errors import ManoeuvreError
-from ..tasks import run_tasks
+from ..core.errors import ManoeuvreError
+from ..core.tasks import run_tasks
 from .controllers import CONTROLLERS, ClearancePrior, Controller, Registration, Task, get_controller
 from .disturbances import Disturbance
 from .manoeuvres import check_feasible, double_lane_change, get_manoeuvre

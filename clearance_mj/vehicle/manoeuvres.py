@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..errors import ManoeuvreError
+from ..core.errors import ManoeuvreError
 from .commonroad import GRAVITY
 from .curves import check_positive, clothoids, graph, lane, lane_changes
 from .disturbances import Crosswind, CrownedRoad, Disturbance

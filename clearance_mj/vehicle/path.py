@@ -15,7 +15,7 @@ import numba
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..errors import ManoeuvreError
+from ..core.errors import ManoeuvreError
 
 __all__ = ["Path", "PathPoint", "Piece", "curvature_ahead"]
 

@@ -24,7 +24,7 @@ from numpy.typing import ArrayLike
 from vehiclemodels.init_mb import init_mb
 from vehiclemodels.init_std import init_std
 
-from ..errors import ManoeuvreError, SimulationError
+from ..core.errors import ManoeuvreError, SimulationError
 from .commonroad import compiled_parameters, multi_body, parameters, single_track_drift
 
 __all__ = ["STEP", "Measurement", "MultiBody", "Plant", "SingleTrackDrift", "Spread"]

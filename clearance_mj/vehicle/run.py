@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from ..errors import SimulationError
+from ..core.errors import SimulationError
 from .controllers.base import Controller, Observation, Task
 from .disturbances import Disturbance
 from .effort import FAST, RateSpectrum, effort, rate_spectrum

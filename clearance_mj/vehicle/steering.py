@@ -20,8 +20,8 @@ import numpy as np
 from ..beam import ritz_model
 from ..clearance.kernel import greases_of
 from ..clearance.law import ConstantLaw, Law
+from ..core.errors import ClearanceError, ManoeuvreError
 from ..engines import Engine, get_engine
-from ..errors import ClearanceError, ManoeuvreError
 from ..rig import Beam, Bushing, Contact, Grease, PointMass, Rig, Sensor, Shaker
 from ..signals.excitation import random
 from ._steering_run import Motor, QuasiStaticShaft, ServoStep, Shaft, SimulatedShaft, SteeringRun

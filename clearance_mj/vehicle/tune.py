@@ -27,8 +27,8 @@ import scipy.stats
 import tomli_w
 from tqdm import tqdm
 
-from ..errors import ClearanceError, ManoeuvreError
-from ..files import replacing
+from ..core.errors import ClearanceError, ManoeuvreError
+from ..core.files import replacing
 from .controllers import CONTROLLERS, Controller, Registration, get_controller
 from .controllers.registry import TUNED
 from .disturbances import Crosswind, CrownedRoad, Disturbance

@@ -18,9 +18,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..errors import ManoeuvreError
-from ..identify.recursive import Belief, Refinement, refine
-from ..parameters import Estimates, Parameter
+from ..core.errors import ManoeuvreError
+from ..estimate.beliefs import Belief, Refinement, refine
+from ..estimate.estimates import Estimates
+from ..estimate.parameter import Parameter
 from ._twin_model import N_PARAMETERS, N_STATES, SOFT, Known, simulate
 from .lost_motion import LostMotion
 from .nominal import Vehicle

@@ -7,8 +7,8 @@ import sys
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from clearance_mj.errors import ClearanceError
-from clearance_mj.files import to_json
+from clearance_mj.core.errors import ClearanceError
+from clearance_mj.core.files import to_json
 
 __all__ = ["run"]
 

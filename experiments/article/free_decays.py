@@ -9,8 +9,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from clearance_mj.errors import RecordError
-from clearance_mj.identify.oscillator import local_polynomials
+from clearance_mj.core.errors import RecordError
+from clearance_mj.identify.ridges.oscillator import local_polynomials
 
 __all__ = [
     "CONDITIONS",

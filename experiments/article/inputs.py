@@ -6,8 +6,8 @@ from collections.abc import Callable, Sequence
 from functools import cached_property
 from pathlib import Path
 
-from clearance_mj.cache import ResultCache
-from clearance_mj.errors import RecordError
+from clearance_mj.core.cache import ResultCache
+from clearance_mj.core.errors import RecordError
 from clearance_mj.io.dataset import Dataset
 from clearance_mj.rig import Rig
 from clearance_mj.study import Study

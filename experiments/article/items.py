@@ -10,7 +10,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-from clearance_mj.errors import ClearanceError
+from clearance_mj.core.errors import ClearanceError
 
 from .inputs import Inputs
 from .result import Result

@@ -9,6 +9,7 @@ import numpy as np
 import pandas as pd
 
 from clearance_mj.clearance.law import ConstantLaw, Law
+from clearance_mj.core.tasks import run_tasks
 from clearance_mj.engines import simulate
 from clearance_mj.report.style import Drawing
 from clearance_mj.report.tables import Column, Table
@@ -20,9 +21,8 @@ from clearance_mj.signals.excitation import Excitation, multisine, stepped_sine
 from clearance_mj.signals.nonlinear import BestLinear, best_linear, stepped_harmonics
 from clearance_mj.signals.response import Response
 from clearance_mj.study import Study
-from clearance_mj.tasks import run_tasks
-from clearance_mj.testrig import Truth
-from clearance_mj.testrig.records import BAND, FS, Plan, take
+from experiments.testrig import Truth
+from experiments.testrig.records import BAND, FS, Plan, take
 
 from .items import Item
 from .modal_links_rig_figures import draw_backbones, draw_best_linear, draw_harmonics, draw_jumps, draw_shapes

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from clearance_mj.errors import RecordError
+from clearance_mj.core.errors import RecordError
 from clearance_mj.rig import Rig, Sensor
 from clearance_mj.signals.frf import FRF
 from clearance_mj.study import Case, Study

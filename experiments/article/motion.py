@@ -35,7 +35,7 @@ __all__ = [
 
 SEEDS, QUICK_SEEDS = 30, 6
 COMPARED = ("smc", "smc-cm", "mpc", "mpc-cm", "smc-dob", "mpc-dob", "smc-inverse")
-"""Others are in `experiments.steering_comparison`"""
+"""Others are in `experiments.steering.comparison`"""
 QUICK_CONTROLLERS = ("smc", "smc-cm", "mpc")
 """Those of the article"""
 SHOWN = ("peak_e_y", "rms_e_y", "peak_e_psi", "peak_yaw_rate_error", "peak_yaw_rate", "peak_lateral_acceleration")

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pandas as pd
 
-from clearance_mj.errors import RecordError
+from clearance_mj.core.errors import RecordError
 
 __all__ = ["FOLDER", "IMPROVEMENTS", "MODELS", "Printed", "improvements"]
 

@@ -8,10 +8,10 @@ from pathlib import Path
 
 from tqdm import tqdm
 
-from clearance_mj.cache import code, digest
-from clearance_mj.errors import ClearanceError
-from clearance_mj.files import plain_file, sha256, to_json, write_text
-from clearance_mj.output_folder import output_folder
+from clearance_mj.core.cache import code, digest
+from clearance_mj.core.errors import ClearanceError
+from clearance_mj.core.files import plain_file, sha256, to_json, write_text
+from clearance_mj.core.output_folder import output_folder
 from clearance_mj.report.html import Section
 
 from .inputs import DATASET, Inputs

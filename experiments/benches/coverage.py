@@ -46,7 +46,7 @@ def _parameters(found: BenchFit, truth: dict[str, float]) -> Iterator[dict]:
     fit = found.estimates
     for p, value, std in zip(fit.parameters, fit.value, fit.varied_std):
         if p.name in truth:
-            z = (p._forward(value) - p._forward(truth[p.name])) / std
+            z = (p.to_varied(value) - p.to_varied(truth[p.name])) / std
             held = abs(z) < scipy.stats.norm.ppf(0.5 + CONFIDENCE / 2)
             yield {"what": p.name, "value": value, "truth": truth[p.name], "z": z, "held": float(held)}
 

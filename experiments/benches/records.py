@@ -8,12 +8,12 @@ from pathlib import Path
 import numpy as np
 import tomli_w
 
-from clearance_mj.errors import SimulationError
+from clearance_mj.core.errors import SimulationError
 from clearance_mj.io.channels import Channel
 from clearance_mj.io.dataset import Record, write_dataset
 from clearance_mj.signals import excitation, sampling
 from clearance_mj.signals.excitation import Excitation
-from clearance_mj.testrig.records import BAND, FS, NOISE, digitise
+from experiments.testrig.records import BAND, FS, NOISE, digitise
 
 from . import motion
 from .bench import Bench

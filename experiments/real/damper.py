@@ -18,9 +18,9 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
-from clearance_mj.identify import band_brake, bouc_wen, travel_since_reversal
-from clearance_mj.identify.band_brake import BandBrakeFit, speed
-from clearance_mj.tasks import run_tasks
+from clearance_mj.core.tasks import run_tasks
+from clearance_mj.identify import bouc_wen
+from experiments.real.band_brake import BandBrakeFit, band_brake, speed, travel_since_reversal
 
 from .records import DamperRecord, read_damper
 from .script import run

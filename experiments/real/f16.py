@@ -19,7 +19,7 @@ import pandas as pd
 from matplotlib.figure import Figure
 
 import clearance_mj as cm
-from clearance_mj.errors import RecordError
+from clearance_mj.core.errors import RecordError
 from clearance_mj.identify import JointedStructure, fit_jointed_structure
 from clearance_mj.signals.correlation import rmse_db
 from clearance_mj.signals.excitation import Excitation

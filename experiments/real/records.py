@@ -20,8 +20,8 @@ from pathlib import Path
 
 import numpy as np
 
-from clearance_mj.errors import RecordError
-from clearance_mj.files import read_lines
+from clearance_mj.core.errors import RecordError
+from clearance_mj.core.files import read_lines
 from clearance_mj.io.mat import read_variables
 from clearance_mj.signals.response import Response
 

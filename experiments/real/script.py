@@ -6,7 +6,7 @@ import argparse
 from collections.abc import Callable
 from pathlib import Path
 
-from clearance_mj.errors import RecordError
+from clearance_mj.core.errors import RecordError
 
 from .records import real_folder
 

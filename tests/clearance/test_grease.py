@@ -6,7 +6,7 @@ import pytest
 from clearance_mj.clearance import ConstantLaw
 from clearance_mj.clearance.greases.bouc_wen import bouc_wen_step, film_damping
 from clearance_mj.clearance.kernel import greases_of
-from clearance_mj.errors import LawError, RigError
+from clearance_mj.core.errors import LawError, RigError
 from clearance_mj.rig import Grease
 
 from ..conftest import TABLE1 as RIG

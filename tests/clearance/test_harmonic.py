@@ -5,7 +5,7 @@ import pytest
 
 from clearance_mj.clearance import MaxwellSlip
 from clearance_mj.clearance.harmonic import harmonic_stiffness, periodic_amplitudes, slip_stiffness
-from clearance_mj.errors import LawError
+from clearance_mj.core.errors import LawError
 
 SPRINGS, FORCES = (2e4, 5e3, 8e3), (2.0, 1.5, 0.4)
 GRID = np.geomspace(1e-6, 1.0, 2000)

@@ -23,7 +23,7 @@ from clearance_mj.clearance import (
 )  # fmt: skip
 from clearance_mj.clearance.kernel import clearance_records, follow_law
 from clearance_mj.clearance.law_files import law_from_dict, law_schema
-from clearance_mj.errors import LawError
+from clearance_mj.core.errors import LawError
 from clearance_mj.rig import Bushing, Contact, Grease
 
 from ..conftest import TABLE1

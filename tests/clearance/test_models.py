@@ -20,9 +20,9 @@ from clearance_mj.clearance import (
     MaxwellSlip,
 )  # fmt: skip
 from clearance_mj.clearance.kernel import clearance_records, contact_step, follow_law, grease_step
-from clearance_mj.errors import LawError
+from clearance_mj.core.errors import LawError
 from clearance_mj.rig import Bushing, Contact, Grease
-from clearance_mj.testrig import _physics as physics
+from experiments.testrig import _physics as physics
 
 from ..conftest import TABLE1
 

@@ -16,7 +16,7 @@ import math
 from typing import ClassVar
 
 from clearance_mj.clearance import contact, grease
-from clearance_mj.validation import NotNegative, Positive
+from clearance_mj.core.validation import NotNegative, Positive
 
 
 @contact.register

@@ -6,11 +6,11 @@ import resource
 import pytest
 
 from clearance_mj.beam import natural_frequencies
+from clearance_mj.core.errors import ClearanceError, RigError
+from clearance_mj.core.memory import require_memory
 from clearance_mj.engines import simulate
 from clearance_mj.engines.base import step_factor
-from clearance_mj.errors import ClearanceError, RigError
 from clearance_mj.identify import nominal
-from clearance_mj.memory import require_memory
 from clearance_mj.placement import candidates, grid
 from clearance_mj.rig import Rig
 from clearance_mj.rig.extremes import extremes

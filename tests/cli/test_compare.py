@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from clearance_mj.cli import main
+from clearance_mj.core.output_folder import WORK
 from clearance_mj.io import formats
-from clearance_mj.output_folder import WORK
 from clearance_mj.signals.alignment import convert_quantity
 from clearance_mj.signals.frf import FRF
 

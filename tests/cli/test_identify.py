@@ -9,12 +9,13 @@ import pytest
 
 from clearance_mj import load_law
 from clearance_mj.cli import main
+from clearance_mj.estimate.estimates import Estimates
+from clearance_mj.estimate.parameter import Parameter
 from clearance_mj.identify import METHODS, Identified
 from clearance_mj.identify.registry import Method
 from clearance_mj.io.dataset import Dataset, write_dataset
 from clearance_mj.io.results import load
 from clearance_mj.io.uff import write_uff
-from clearance_mj.parameters import Estimates, Parameter
 
 from ..conftest import ROOT, SMALL_LAW, record_of
 

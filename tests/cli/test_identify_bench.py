@@ -45,7 +45,9 @@ def test_rig_law_numbers_and_page(folder, tmp_path, capsys):
     assert rows["bushings[0].gap"]["before"] == truth.rig.bushings[0].gap
     assert load_law(out / "law.json").to_dict() == printed["law"]
     assert np.array(stored["correlation"]).shape == (len(rows), len(rows))
-    assert all(0 < row["told"] < 1.01 and row["low"] <= row["value"] <= row["high"] for row in rows.values())
+    assert all(
+        0 < row["posterior_over_prior"] < 1.01 and row["low"] <= row["value"] <= row["high"] for row in rows.values()
+    )
     assert sum(family["weight"] for family in stored["families"]) == pytest.approx(1)
     assert {row["sensor"] for row in stored["misfit"]["frf"]} == set(rig.sensor_labels)
 

@@ -11,8 +11,8 @@ import pytest
 
 from clearance_mj.clearance import ConstantLaw
 from clearance_mj.cli import main
+from clearance_mj.core.errors import RigError
 from clearance_mj.engines import simulate
-from clearance_mj.errors import RigError
 from clearance_mj.rig import Beam, Bushing, Contact, Grease, PointMass, Rig, Sensor, Shaker, rig_schema
 from clearance_mj.signals.excitation import random
 from clearance_mj.structure import ModalStructure

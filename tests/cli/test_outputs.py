@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 from clearance_mj.cli import main
-from clearance_mj.errors import ClearanceError
-from clearance_mj.files import plain_file, replacing, write_text
+from clearance_mj.core.errors import ClearanceError
+from clearance_mj.core.files import plain_file, replacing, write_text
 from clearance_mj.io import formats
 from clearance_mj.io.dataset import Dataset, write_dataset
 from clearance_mj.rig import Rig

@@ -34,7 +34,7 @@ def test_files_and_json(folder, tmp_path, capsys):
     rig = Rig.load(out / "rig.toml")
     assert rig.beam.young_modulus == pytest.approx(rows["beam.young_modulus"]["value"])
     assert rig.bushings[0].gap == NAMED["one-bushing"]().rig.bushings[0].gap  # not a matter of the linear rig
-    assert rows["masses[0].mass"]["told"] == pytest.approx(
+    assert rows["masses[0].mass"]["posterior_over_prior"] == pytest.approx(
         rows["masses[0].mass"]["posterior_std"] / rows["masses[0].mass"]["prior_std"]
     )
     assert stored["diagnosis"] == []

@@ -14,10 +14,10 @@ import pytest
 
 from clearance_mj.clearance import ConstantLaw
 from clearance_mj.cli import main
+from clearance_mj.core.errors import ClearanceError
 from clearance_mj.engines import Engine, get_engine, simulate
 from clearance_mj.engines.base import Run
 from clearance_mj.engines.energy import energy_balance
-from clearance_mj.errors import ClearanceError
 from clearance_mj.report.energy import draw
 from clearance_mj.rig import Shaker
 from clearance_mj.signals.excitation import random

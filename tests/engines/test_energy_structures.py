@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from clearance_mj.clearance import ConstantLaw
+from clearance_mj.core.errors import ClearanceError
 from clearance_mj.engines import Modal, simulate
 from clearance_mj.engines.energy import energy_balance
-from clearance_mj.errors import ClearanceError
 from clearance_mj.signals.excitation import random
 
 from ..structures import chain, stepped, two_shafts

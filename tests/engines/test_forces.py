@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from clearance_mj.clearance import AmplitudeLaw, ConstantLaw, ContactLaw, HuntCrossley, KelvinVoigt, TimeLaw
+from clearance_mj.core.errors import LawError
 from clearance_mj.engines import get_engine
-from clearance_mj.errors import LawError
 from clearance_mj.rig import Grease
 
 from ..conftest import TABLE1 as LOADED

@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 from clearance_mj.clearance import ConstantLaw
+from clearance_mj.core.errors import RigError
 from clearance_mj.engines import get_engine, simulate
 from clearance_mj.engines.energy import energy_balance
-from clearance_mj.errors import RigError
 from clearance_mj.rig import Grease, Shaker
 from clearance_mj.signals.excitation import Excitation, random
 

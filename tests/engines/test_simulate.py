@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from clearance_mj.clearance import AmplitudeLaw, ConstantLaw, ContactLaw, HuntCrossley, TimeLaw
+from clearance_mj.core.errors import ClearanceError, ExcitationError, LawError, RigError, SimulationError
 from clearance_mj.engines import Links, Modal, ModalMujoco, batch, get_engine, simulate, simulate_batch, simulate_each
 from clearance_mj.engines.base import step_factor
-from clearance_mj.errors import ClearanceError, ExcitationError, LawError, RigError, SimulationError
 from clearance_mj.rig import Bushing, Contact, Grease, Rig, Sensor, Shaker
 from clearance_mj.signals.excitation import Excitation
 from clearance_mj.structure import ModalStructure

@@ -12,8 +12,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from clearance_mj.clearance import AmplitudeLaw, ConstantLaw
+from clearance_mj.core.errors import ExcitationError, RecordError
 from clearance_mj.engines import simulate, simulate_blocks
-from clearance_mj.errors import ExcitationError, RecordError
 from clearance_mj.io.results import load, saving
 from clearance_mj.signals.excitation import random, random_blocks
 from clearance_mj.signals.frf import estimate_frf, estimate_frf_blocks

@@ -7,8 +7,8 @@ import pytest
 
 from clearance_mj.beam import ritz_model
 from clearance_mj.clearance import AmplitudeLaw, ConstantLaw, ContactLaw, HuntCrossley, KelvinVoigt, MaxwellSlip
+from clearance_mj.core.errors import SimulationError
 from clearance_mj.engines import simulate, simulate_and_keep, simulate_together
-from clearance_mj.errors import SimulationError
 from clearance_mj.rig import Grease
 from clearance_mj.signals.excitation import random
 from clearance_mj.structure.shaft import Material, Section, Shaft, Support

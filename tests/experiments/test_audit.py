@@ -7,7 +7,7 @@ import shutil
 import pandas as pd
 import pytest
 
-from clearance_mj.errors import RecordError
+from clearance_mj.core.errors import RecordError
 from experiments.article.audit import audit, to_html, to_markdown
 from experiments.article.audit.__main__ import main
 

@@ -4,7 +4,7 @@ import re
 
 import pytest
 
-from experiments.lying_records import LIES, TABLE, _cell, said, sound
+from experiments.benches.lying_records import LIES, TABLE, _cell, said, sound
 
 from ..conftest import ROOT
 

@@ -11,8 +11,8 @@ import pandas as pd
 import pytest
 from matplotlib.figure import Figure
 
-from clearance_mj.errors import ClearanceError
-from clearance_mj.output_folder import WORK
+from clearance_mj.core.errors import ClearanceError
+from clearance_mj.core.output_folder import WORK
 from clearance_mj.report.style import Drawing
 from clearance_mj.report.tables import Column
 from experiments.article import ITEMS, Inputs, Item, Result, register, reproduce

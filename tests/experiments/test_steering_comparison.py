@@ -5,11 +5,11 @@ import pandas as pd
 
 from clearance_mj.vehicle.experiment import GAP, REGIMES
 from clearance_mj.vehicle.manoeuvres import MANOEUVRES
-from experiments import steering_comparison
 from experiments.article.motion import median
-from experiments.steering_comparison import Group
-from experiments.steering_comparison_page import write_page
-from experiments.steering_comparison_statistics import below, below_both, paired, values
+from experiments.steering import comparison as steering_comparison
+from experiments.steering.comparison import Group
+from experiments.steering.comparison_page import write_page
+from experiments.steering.comparison_statistics import below, below_both, paired, values
 
 
 def test_medians_with_runs_that_left_the_path():

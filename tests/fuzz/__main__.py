@@ -7,7 +7,7 @@ import sys
 from pathlib import Path
 
 from clearance_mj.cli.options import add_plugin, load_plugin
-from clearance_mj.files import replacing
+from clearance_mj.core.files import replacing
 
 from .readers import readers
 from .run import FINDINGS, fuzz

@@ -10,8 +10,8 @@ import numpy as np
 
 from clearance_mj.beam import natural_frequencies
 from clearance_mj.clearance.law_files import law_from_dict
+from clearance_mj.core.errors import ClearanceError
 from clearance_mj.engines import simulate
-from clearance_mj.errors import ClearanceError
 from clearance_mj.identify import nominal
 from clearance_mj.placement import candidates, grid, place_sensors
 from clearance_mj.rig import Rig

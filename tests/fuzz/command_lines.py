@@ -15,10 +15,10 @@ from functools import cache
 from pathlib import Path
 from unittest import mock
 
-from clearance_mj import tasks
 from clearance_mj.cli import main
 from clearance_mj.cli.command import COMMANDS, Parser
-from clearance_mj.errors import ClearanceError
+from clearance_mj.core import tasks
+from clearance_mj.core.errors import ClearanceError
 from clearance_mj.io import formats
 from clearance_mj.io.dataset import write_dataset
 from clearance_mj.live import server

@@ -16,7 +16,7 @@ import scipy.io
 from clearance_mj.beam import natural_frequencies
 from clearance_mj.calibrate.files import read_frequencies
 from clearance_mj.clearance.law_files import law_from_dict, load_law
-from clearance_mj.errors import ClearanceError, LawError, RigError
+from clearance_mj.core.errors import ClearanceError, LawError, RigError
 from clearance_mj.io import formats, lvm
 from clearance_mj.io.dataset import Dataset
 from clearance_mj.io.registry import FORMATS, Format

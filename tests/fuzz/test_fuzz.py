@@ -12,10 +12,10 @@ import numpy as np
 import pytest
 import scipy.io
 
-from clearance_mj import tasks
 from clearance_mj.clearance import load_law
-from clearance_mj.errors import ClearanceError, RecordError
-from clearance_mj.files import most_unpacked
+from clearance_mj.core import tasks
+from clearance_mj.core.errors import ClearanceError, RecordError
+from clearance_mj.core.files import most_unpacked
 from clearance_mj.io.csv_tables import read_csv
 from clearance_mj.io.lvm import read_lvm
 from clearance_mj.io.mat import read_mat

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 import scipy.stats
 
-from clearance_mj.identify.change import Changes, Observation, fused, observed
-from clearance_mj.identify.recursive import Belief, refine
+from clearance_mj.estimate.beliefs import Belief, refine
+from clearance_mj.identify.follow.changes import Changes, Observation, fused, observed
 
 
 def seen(values, std):

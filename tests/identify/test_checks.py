@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from clearance_mj import identify
-from clearance_mj.errors import RecordError
-from clearance_mj.identify.channels import check_channel
-from clearance_mj.identify.checks import IdentifiabilityWarning, check_records, warn_of_no_ridge
+from clearance_mj.core.errors import RecordError
+from clearance_mj.identify.records.channels import check_channel
+from clearance_mj.identify.records.checks import IdentifiabilityWarning, check_records, warn_of_no_ridge
 from clearance_mj.io.dataset import Dataset
 
 from ..conftest import ROOT, SMALL_LAW, record_of

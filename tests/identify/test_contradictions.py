@@ -7,8 +7,8 @@ import pytest
 
 from clearance_mj.clearance.law import ConstantLaw
 from clearance_mj.identify import law
-from clearance_mj.identify.checks import IdentifiabilityWarning
-from clearance_mj.identify.contradictions import contradictions, missed_as_told
+from clearance_mj.identify.records.checks import IdentifiabilityWarning
+from clearance_mj.identify.structure.contradictions import contradictions, missed_as_told
 from clearance_mj.io.dataset import Dataset
 from clearance_mj.signals import excitation
 

@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 
 from clearance_mj.clearance.law import ConstantLaw
-from clearance_mj.errors import RecordError
+from clearance_mj.core.errors import RecordError
 from clearance_mj.identify import diagnose, update_rig
-from clearance_mj.identify.diagnosis import _bend
-from clearance_mj.identify.misbuilt import longer
-from clearance_mj.identify.misread import Correction, snapped
-from clearance_mj.identify.mistimed import likeliest
-from clearance_mj.identify.trial import Trial
+from clearance_mj.identify.structure.channel_faults import Correction, snapped
+from clearance_mj.identify.structure.diagnosis import _bend
+from clearance_mj.identify.structure.hypothesis import Trial
+from clearance_mj.identify.structure.rig_faults import longer
+from clearance_mj.identify.structure.timing_faults import likeliest
 from clearance_mj.io.dataset import Dataset
 from clearance_mj.rig import Beam, Bushing, Contact, Grease, PointMass, Rig, Sensor
 from clearance_mj.signals import excitation
@@ -62,7 +62,7 @@ def swapped(dataset):
 
 def test_a_sound_bench_gives_no_words_and_costs_nothing(sound, monkeypatch):
     update = update_rig(sound)
-    monkeypatch.setattr("clearance_mj.identify.trial.update_rig", None)  # no hypothesis is tried
+    monkeypatch.setattr("clearance_mj.identify.structure.hypothesis.update_rig", None)  # no hypothesis is tried
     found = diagnose(sound, update)
     assert found.words == ()
     assert found.update is update

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from clearance_mj.clearance import ContactLaw
-from clearance_mj.identify.families import CONTACTS, GREASES, split
-from clearance_mj.identify.force_fit import Motion, fit
-from clearance_mj.identify.forces import RestoringForce
+from clearance_mj.estimate.parameter import Parameter
+from clearance_mj.identify.forces.restoring import RestoringForce
+from clearance_mj.identify.laws.families import CONTACTS, GREASES, split
+from clearance_mj.identify.laws.force_fit import Motion, fit
 from clearance_mj.identify.methods.bench import _again, compared
-from clearance_mj.parameters import Parameter
 from clearance_mj.rig import Bushing, Contact, Grease
 
 FS, SECONDS, FINE = 2048.0, 5.0, 8
@@ -69,7 +69,7 @@ def test_bouc_wen_ends_at_its_yield_displacement():
 def test_bounds_and_starts_make_laws(contact, grease):
     parameters = [*contact.parameters(TOLD), *grease.parameters(TOLD)]
     for end in ("low", "start", "high"):
-        values = [float(p._inverse(p._forward(getattr(p, end)))) for p in parameters]
+        values = [float(p.from_varied(p.to_varied(getattr(p, end)))) for p in parameters]
         assert isinstance(ContactLaw(*split(values, TOLD, contact, grease)), ContactLaw)
     assert all(p.low < p.start < p.high and p.prior_std > 0 for p in parameters)
 

@@ -8,11 +8,11 @@ import pytest
 
 from clearance_mj.beam import ritz_model
 from clearance_mj.clearance import AmplitudeLaw, ConstantLaw, TimeLaw
+from clearance_mj.core.errors import RecordError
 from clearance_mj.engines import Links, simulate
-from clearance_mj.errors import RecordError
-from clearance_mj.identify.contact import contact_parameters, envelope
-from clearance_mj.identify.forces import MODES, channel_gains, probe_rows, restoring_force
-from clearance_mj.identify.grease import grease_parameters
+from clearance_mj.identify.forces.restoring import MODES, channel_gains, probe_rows, restoring_force
+from clearance_mj.identify.laws.contact_over_time import contact_parameters, envelope
+from clearance_mj.identify.laws.grease import grease_parameters
 from clearance_mj.identify.methods.amplitude import amplitude_law
 from clearance_mj.identify.methods.force_balance import force_balance_law
 from clearance_mj.identify.methods.ridge import ridge_law

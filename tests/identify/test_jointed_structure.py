@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import clearance_mj as cm
-from clearance_mj.errors import RecordError
+from clearance_mj.core.errors import RecordError
 from clearance_mj.identify import fit_jointed_structure
 from clearance_mj.signals.correlation import mac
 from clearance_mj.signals.excitation import Excitation

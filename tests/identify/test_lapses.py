@@ -6,8 +6,8 @@ import warnings
 import numpy as np
 import pytest
 
-from clearance_mj.identify.checks import IdentifiabilityWarning, check_records
-from clearance_mj.identify.lapses import lapses, zero_error
+from clearance_mj.identify.records.checks import IdentifiabilityWarning, check_records
+from clearance_mj.identify.records.dropouts import lapses, zero_error
 from clearance_mj.io.dataset import Dataset
 
 from ..conftest import ROOT

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from clearance_mj.clearance import AmplitudeLaw, ConstantLaw, ContactLaw, Flores
-from clearance_mj.errors import LawError
-from clearance_mj.identify.families import CONTACTS, GREASES
-from clearance_mj.identify.law_families import families_of
+from clearance_mj.core.errors import LawError
+from clearance_mj.identify.laws.families import CONTACTS, GREASES
+from clearance_mj.identify.laws.law_families import families_of
 from clearance_mj.rig import Grease
 
 

@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from clearance_mj.identify.law_misfit import law_misfit
+from clearance_mj.identify.laws.law_misfit import law_misfit
 from clearance_mj.io.dataset import BASE_NODE
 from clearance_mj.io.uff import Channel
 from clearance_mj.signals.excitation import Excitation

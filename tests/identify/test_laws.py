@@ -8,12 +8,10 @@ import numpy as np
 import pytest
 
 from clearance_mj import identify
+from clearance_mj.core.errors import ClearanceError, RecordError
 from clearance_mj.engines import simulate
-from clearance_mj.errors import ClearanceError, RecordError
-from clearance_mj.identify.methods.constant import fit_constant
-from clearance_mj.identify.methods.nominal import nominal
-from clearance_mj.identify.methods.physical import fit_output_error
-from clearance_mj.identify.output_error import (
+from clearance_mj.estimate.parameter import Parameter
+from clearance_mj.identify.laws.output_error import (
     Sight,
     _features,
     _piece_features,
@@ -22,12 +20,14 @@ from clearance_mj.identify.output_error import (
     evidence,
     fit_law,
 )
+from clearance_mj.identify.methods.constant import fit_constant
+from clearance_mj.identify.methods.nominal import nominal
+from clearance_mj.identify.methods.physical import fit_output_error
 from clearance_mj.io.dataset import Dataset
-from clearance_mj.parameters import Parameter
 from clearance_mj.signals.correlation import csac, csf, frac, rmse_db
 from clearance_mj.signals.frf import estimate_frf
 from clearance_mj.signals.response import Response
-from clearance_mj.testrig import Truth
+from experiments.testrig import Truth
 
 from ..conftest import ROOT, SMALL_LAW, record_of
 

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from clearance_mj.clearance import AmplitudeLaw, ConstantLaw, ContactLaw, HuntCrossley, TimeLaw
-from clearance_mj.identify.forces import restoring_force
-from clearance_mj.identify.loop import law_force
+from clearance_mj.identify.forces.law_force import law_force
+from clearance_mj.identify.forces.restoring import restoring_force
 from clearance_mj.rig import Grease
 from clearance_mj.signals.excitation import random
 

@@ -7,8 +7,8 @@ from scipy.integrate import solve_ivp
 
 from clearance_mj import identify, physical
 from clearance_mj.clearance import ConstantLaw
-from clearance_mj.errors import ModelError, RecordError
-from experiments import elbow
+from clearance_mj.core.errors import ModelError, RecordError
+from experiments.physical import elbow
 
 LOAD, DRIVE, SPRING = 0.02, 0.01, 3.0  # kg m², kg m², N m/rad
 GAP, K, C = 0.02, 400.0, 0.4  # rad, N m/rad, N m s/rad

@@ -7,9 +7,9 @@ import sys
 import pytest
 
 import clearance_mj as cm
-from clearance_mj.cache import ResultCache
 from clearance_mj.cli import main
 from clearance_mj.cli.options import load_plugin
+from clearance_mj.core.cache import ResultCache
 from clearance_mj.identify import METHODS, get_method
 from clearance_mj.study import Study
 
@@ -19,7 +19,8 @@ import numpy as np
 
 from clearance_mj import ConstantLaw
 from clearance_mj.identify import Identified, register
-from clearance_mj.parameters import Estimates, Parameter
+from clearance_mj.estimate.parameter import Parameter
+from clearance_mj.estimate.estimates import Estimates
 from clearance_mj.rig import Grease
 
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from clearance_mj.beam import ritz_model
-from clearance_mj.identify.priors import prepared, priors, rig_with
+from clearance_mj.identify.structure.priors import prepared, priors, rig_with
 from clearance_mj.rig import Bushing, Contact, Grease, PointMass, Rig, Sensor, Tolerance
 from clearance_mj.structure import Disc, Material, Section, Shaft, Support
 

@@ -5,9 +5,9 @@ import pytest
 import scipy.signal
 import scipy.stats
 
-from clearance_mj.errors import RecordError
-from clearance_mj.identify.recursive import Belief, refine
-from clearance_mj.parameters import Parameter
+from clearance_mj.core.errors import RecordError
+from clearance_mj.estimate.beliefs import Belief, refine
+from clearance_mj.estimate.parameter import Parameter
 
 
 def regression(rows, data):

@@ -8,15 +8,15 @@ import numpy as np
 import pytest
 
 from clearance_mj.clearance import ConstantLaw
+from clearance_mj.core.errors import RecordError
 from clearance_mj.engines import Modal, simulate
-from clearance_mj.errors import RecordError
-from clearance_mj.identify.checks import ridge_band
-from clearance_mj.identify.forces import restoring_force
+from clearance_mj.identify.forces.restoring import restoring_force
 from clearance_mj.identify.methods.amplitude import amplitude_law
 from clearance_mj.identify.methods.constant import fit_constant
 from clearance_mj.identify.methods.force_balance import force_balance_law
 from clearance_mj.identify.methods.physical import fit_output_error
 from clearance_mj.identify.methods.ridge import ridge_law
+from clearance_mj.identify.records.checks import ridge_band
 from clearance_mj.identify.registry import get_method
 from clearance_mj.io.dataset import Dataset
 from clearance_mj.rig import Grease, Rig, Sensor

@@ -10,12 +10,12 @@ import xarray as xr
 
 from clearance_mj.clearance import ContactLaw, HuntCrossley1975
 from clearance_mj.cli import main
-from clearance_mj.errors import RecordError
+from clearance_mj.core.errors import RecordError
 from clearance_mj.identify import twin
-from clearance_mj.identify.learnt import of_rivals
+from clearance_mj.identify.follow.initial_fit import of_rivals
 from clearance_mj.io.dataset import Dataset
 from clearance_mj.rig import Grease
-from experiments.bench_twin import shaken
+from experiments.benches.twin import shaken
 
 from ..conftest import ROOT
 

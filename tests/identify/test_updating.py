@@ -8,7 +8,7 @@ import pytest
 
 from clearance_mj.beam import natural_frequencies, ritz_model
 from clearance_mj.clearance.law import ConstantLaw
-from clearance_mj.errors import RecordError
+from clearance_mj.core.errors import RecordError
 from clearance_mj.identify import update_rig
 from clearance_mj.io.dataset import Dataset, Record
 from clearance_mj.rig import Shaker
@@ -46,7 +46,7 @@ def distances(bench, found):
     fit = found.estimates
     at = {p.name: (p, v, s) for p, v, s in zip(fit.parameters, fit.value, fit.varied_std)}
     return {
-        name: float((p._forward(v) - p._forward(true)) / s)
+        name: float((p.to_varied(v) - p.to_varied(true)) / s)
         for name, true in truth_of(bench).items()
         for p, v, s in [at[name]]
     }
@@ -71,12 +71,12 @@ def test_frequencies_of_a_bench_that_the_rig_file_describes_badly(everything):
 def test_what_the_records_told(everything):
     bench, found = everything
     assert all(abs(z) < 3 for z in distances(bench, found).values())
-    told = dict(zip(found.estimates.names, found.told))
+    told = dict(zip(found.estimates.names, found.estimates.posterior_over_prior))
     assert told["masses[0].mass"] < 0.3
     assert told["beam.young_modulus"] < 0.5
     assert "1/beam.clamp.translation" in found.only_prior  # moves frequencies by less than 0.01 %
     assert any("1/beam.clamp.translation" in words for words in found.warnings)
-    assert np.all(found.told < 1.001)
+    assert np.all(found.estimates.posterior_over_prior < 1.001)
 
 
 def test_gains_are_found(everything):

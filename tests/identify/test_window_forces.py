@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from clearance_mj.identify.forces import SETTLE, restoring_force
-from clearance_mj.identify.window_forces import WindowForces
+from clearance_mj.identify.forces.restoring import SETTLE, restoring_force
+from clearance_mj.identify.forces.windows import WindowForces
 
 from ..conftest import record_of
 

@@ -5,7 +5,7 @@ import gzip
 import numpy as np
 import pytest
 
-from clearance_mj.errors import RecordError
+from clearance_mj.core.errors import RecordError
 from clearance_mj.io.csv_tables import read_csv
 
 FS, N = 2048.0, 3000

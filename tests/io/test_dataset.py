@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 import tomli_w
 
-from clearance_mj.errors import RecordError, RigError
+from clearance_mj.core.errors import RecordError, RigError
 from clearance_mj.io import dataset as dataset_module
 from clearance_mj.io import record as record_module
 from clearance_mj.io.dataset import Dataset, Record, write_dataset

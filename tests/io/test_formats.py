@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from clearance_mj.errors import RecordError
+from clearance_mj.core.errors import RecordError
 from clearance_mj.io import formats, results
 from clearance_mj.io.csv_tables import read_csv
 from clearance_mj.io.uff import Channel

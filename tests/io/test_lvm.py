@@ -7,7 +7,7 @@ import pytest
 
 import clearance_mj as cm
 from clearance_mj.cli import main
-from clearance_mj.errors import RecordError
+from clearance_mj.core.errors import RecordError
 from clearance_mj.io.lvm import read_lvm
 
 END = "***End_of_Header***\t\n"

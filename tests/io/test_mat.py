@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import scipy.io
 
-from clearance_mj.errors import RecordError
+from clearance_mj.core.errors import RecordError
 from clearance_mj.io.mat import read_mat, read_variables, write_mat
 from clearance_mj.io.uff import Channel
 

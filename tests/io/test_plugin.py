@@ -10,7 +10,7 @@ import pytest
 import clearance_mj as cm
 from clearance_mj.cli import main
 from clearance_mj.cli.options import load_plugin
-from clearance_mj.errors import RecordError
+from clearance_mj.core.errors import RecordError
 from clearance_mj.io.channels import Channel
 from clearance_mj.io.registry import FORMATS, WORDS, Format, register
 
@@ -21,7 +21,7 @@ FILE = '''
 import numpy as np
 
 from clearance_mj import FRF, RecordError
-from clearance_mj.files import replacing
+from clearance_mj.core.files import replacing
 from clearance_mj.io.registry import Format, register
 
 

@@ -7,7 +7,7 @@ import pytest
 import scipy.io
 import xarray as xr
 
-from clearance_mj.errors import ClearanceError, RecordError
+from clearance_mj.core.errors import ClearanceError, RecordError
 from clearance_mj.io.results import load, save, with_parts, without_parts
 from clearance_mj.signals.frf import FRF
 from clearance_mj.signals.response import Response

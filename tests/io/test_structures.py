@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from clearance_mj.clearance import ConstantLaw
+from clearance_mj.core.errors import RecordError
 from clearance_mj.engines import simulate
-from clearance_mj.errors import RecordError
 from clearance_mj.io import formats
 from clearance_mj.io.dataset import Dataset, Record, write_dataset
 from clearance_mj.io.uff._geometry import rig_geometry

@@ -16,7 +16,7 @@ import pyuff
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from clearance_mj.errors import RecordError
+from clearance_mj.core.errors import RecordError
 from clearance_mj.io.uff import DIRECTIONS, Channel, read_uff, scan_uff, write_uff
 from clearance_mj.signals.frf import FRF, join_references
 

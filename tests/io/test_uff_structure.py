@@ -10,7 +10,7 @@ import pytest
 import pyuff
 
 from clearance_mj.beam import linear_frf
-from clearance_mj.errors import RecordError
+from clearance_mj.core.errors import RecordError
 from clearance_mj.io.uff import Geometry, read_geometry, read_uff, write_uff
 from clearance_mj.rig import BASE_NODE, SHAKER_NODE, Shaker
 from clearance_mj.signals.ema import Modes, extract_modes

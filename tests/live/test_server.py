@@ -14,7 +14,7 @@ from tornado.httpclient import HTTPClientError, HTTPRequest
 from tornado.websocket import websocket_connect
 
 from clearance_mj.clearance import ConstantLaw
-from clearance_mj.errors import ClearanceError
+from clearance_mj.core.errors import ClearanceError
 from clearance_mj.live.figures import Numbers
 from clearance_mj.live.server import Page
 from clearance_mj.live.wire import MOST_BYTES, packed, parsed

@@ -11,8 +11,8 @@ import pytest
 from clearance_mj import periodic
 from clearance_mj.clearance import AmplitudeLaw, ConstantLaw, ContactLaw, load_rig_and_law
 from clearance_mj.clearance.contacts.hertz import HuntCrossley
+from clearance_mj.core.errors import ClearanceError, SimulationError
 from clearance_mj.engines import simulate
-from clearance_mj.errors import ClearanceError, SimulationError
 from clearance_mj.identify import nominal
 from clearance_mj.io.dataset import Dataset
 from clearance_mj.live import Session, figures, on_demand

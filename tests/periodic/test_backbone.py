@@ -6,13 +6,13 @@ from scipy.special import ellipk
 
 from clearance_mj import periodic
 from clearance_mj.clearance import AmplitudeLaw, ConstantLaw, MaxwellSlip, TimeLaw
+from clearance_mj.core.errors import ClearanceError, LawError, RigError
 from clearance_mj.engines import Modal, simulate
-from clearance_mj.errors import ClearanceError, LawError, RigError
 from clearance_mj.periodic import condensed, continuation
 from clearance_mj.rig import Bushing, Contact, Grease, Rig, Sensor, Shaker
 from clearance_mj.signals.excitation import Excitation
 from clearance_mj.structure import Matrices
-from experiments.periodic_verification import SLIDERS
+from experiments.periodic.verification import SLIDERS
 
 from ..conftest import TABLE1
 from .test_published import DUFFING, HARDENING

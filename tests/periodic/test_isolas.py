@@ -5,7 +5,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from clearance_mj import periodic
-from clearance_mj.errors import ClearanceError, ExcitationError
+from clearance_mj.core.errors import ClearanceError, ExcitationError
 from clearance_mj.rig import Bushing, Contact, Grease
 from clearance_mj.structure import Matrices
 

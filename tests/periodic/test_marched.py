@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from clearance_mj import periodic
-from experiments.periodic_verification import (
+from experiments.periodic.verification import (
     BAND,
     CLOSE,
     LAWS,

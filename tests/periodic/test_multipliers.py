@@ -7,7 +7,7 @@ from scipy.integrate import solve_ivp
 from clearance_mj import periodic
 from clearance_mj.clearance import ConstantLaw, ContactLaw, HuntCrossley1975
 from clearance_mj.engines import Modal
-from experiments.periodic_verification import modal_state
+from experiments.periodic.verification import modal_state
 
 from ..conftest import TABLE1
 from .test_published import DUFFING, HARDENING, STIFFNESS, TURN, UNILATERAL

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from clearance_mj import periodic
-from clearance_mj.errors import ClearanceError, ExcitationError
+from clearance_mj.core.errors import ClearanceError, ExcitationError
 
 from ..conftest import TABLE1
 from .test_published import DUFFING, HARDENING, TURN

@@ -6,7 +6,7 @@ import pytest
 from clearance_mj import periodic
 from clearance_mj.beam import linear_frf
 from clearance_mj.clearance import ConstantLaw
-from clearance_mj.errors import ClearanceError, ExcitationError, LawError, RigError
+from clearance_mj.core.errors import ClearanceError, ExcitationError, LawError, RigError
 from clearance_mj.identify import nominal
 
 from ..conftest import TABLE1

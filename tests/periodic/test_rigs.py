@@ -7,7 +7,7 @@ from clearance_mj import periodic
 from clearance_mj.beam import linear_frf
 from clearance_mj.clearance import AmplitudeLaw, ConstantLaw, TimeLaw, harmonic
 from clearance_mj.clearance.greases.bouc_wen import BoucWen
-from clearance_mj.errors import ClearanceError, ExcitationError, LawError, RigError
+from clearance_mj.core.errors import ClearanceError, ExcitationError, LawError, RigError
 from clearance_mj.periodic import continuation
 from clearance_mj.rig import Bushing, Contact, Grease, Rig, Sensor, Shaker
 from clearance_mj.structure import Matrices

@@ -9,7 +9,7 @@ from scipy.integrate import solve_ivp
 from clearance_mj import periodic
 from clearance_mj.clearance import ConstantLaw
 from clearance_mj.clearance.grease import GreaseModel
-from clearance_mj.errors import ClearanceError
+from clearance_mj.core.errors import ClearanceError
 from clearance_mj.periodic import SpecialPoint
 from clearance_mj.rig import Bushing, Contact, Grease, Rig, Sensor, Shaker
 from clearance_mj.structure import Matrices

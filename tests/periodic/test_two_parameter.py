@@ -5,7 +5,7 @@ import pytest
 
 from clearance_mj import periodic
 from clearance_mj.clearance import ConstantLaw, MaxwellSlip
-from clearance_mj.errors import ClearanceError, ExcitationError
+from clearance_mj.core.errors import ClearanceError, ExcitationError
 
 from ..conftest import TABLE1
 from .test_over_level import DAMPING, SPRING, squared_force

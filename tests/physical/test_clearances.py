@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from clearance_mj import physical
-from clearance_mj.errors import LawError, ModelError
+from clearance_mj.core.errors import LawError, ModelError
 
 from .arm import C, K, arm
 

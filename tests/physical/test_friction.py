@@ -6,7 +6,7 @@ import pytest
 
 from clearance_mj import physical
 from clearance_mj.clearance import ConstantLaw, ContactLaw, HuntCrossley
-from clearance_mj.errors import LawError, ModelError
+from clearance_mj.core.errors import LawError, ModelError
 
 GRAVITY, MASS, MU, BRISTLE = 9.81, 2.0, 0.5, 1e5
 BODY = """

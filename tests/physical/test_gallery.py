@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from experiments import physical_gallery as gallery
-from experiments.physical_gallery import ARCMIN, LATCH_GAP, SPIN, TEETH, TUBE_GAP
+from experiments.physical import gallery
+from experiments.physical.gallery import ARCMIN, LATCH_GAP, SPIN, TEETH, TUBE_GAP
 
 
 def test_ball_that_is_set_down():

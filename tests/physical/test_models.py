@@ -10,7 +10,7 @@ import pytest
 
 from clearance_mj import physical
 from clearance_mj.physical.step import softness_of
-from experiments.physical_models import MODELS, load, measure, measure_backlash, path_of, softened
+from experiments.physical.models import MODELS, load, measure, measure_backlash, path_of, softened
 
 QUICK = ("gymnasium reacher", "gymnasium ant", "dm_control ball_in_cup")
 

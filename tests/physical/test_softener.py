@@ -19,8 +19,8 @@ from clearance_mj.clearance import (
     MaxwellSlip,
     TimeLaw,
 )  # fmt: skip
+from clearance_mj.core.errors import LawError, ModelError
 from clearance_mj.engines import Modal
-from clearance_mj.errors import LawError, ModelError
 from clearance_mj.rig import Bushing, Contact, Grease, Sensor, Shaker
 from clearance_mj.structure import Matrices
 

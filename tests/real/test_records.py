@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import scipy.io
 
-from clearance_mj.errors import RecordError
+from clearance_mj.core.errors import RecordError
 from experiments.real.records import (
     read_damper,
     read_dropbear,

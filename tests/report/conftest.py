@@ -62,7 +62,7 @@ def record(name, role, level=None, seed=1, source="synthetic: virtual test rig, 
     noise = np.random.default_rng(seed).standard_normal
     channels = [Channel(f"acceleration {node}", node, "+Z", "acceleration", noise(N), FS) for node in (1, 2, 3, 100)]
     channels.append(Channel("probe 2", 2, "+Z", "displacement", 1e-4 * noise(N), FS))
-    provenance = {"source": source, "command": "python -m clearance_mj.testrig"}
+    provenance = {"source": source, "command": "python -m experiments.testrig"}
     return Record(name, role, RIG, FS, channels, "base", "random & loud", level, seed, (5.0, 220.0), provenance)
 
 

@@ -9,7 +9,7 @@ import pytest
 from PIL import Image
 
 import clearance_mj as cm
-from clearance_mj.errors import ClearanceError, RecordError
+from clearance_mj.core.errors import ClearanceError, RecordError
 from clearance_mj.report import animation
 from clearance_mj.report.clip import clip as cut
 from clearance_mj.report.clip import deflection

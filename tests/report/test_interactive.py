@@ -11,7 +11,7 @@ import pytest
 from matplotlib.figure import Figure
 from matplotlib.transforms import Affine2D
 
-from clearance_mj.drawing import phase
+from clearance_mj.core.drawing import phase
 from clearance_mj.report import html
 from clearance_mj.report.interactive import chart, decimated, embedded, thinned
 from clearance_mj.report.style import Drawing, decibel

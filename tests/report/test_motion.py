@@ -9,8 +9,8 @@ import pytest
 
 import clearance_mj as cm
 from clearance_mj.cli import main
-from clearance_mj.errors import RecordError
-from clearance_mj.output_folder import WORK
+from clearance_mj.core.errors import RecordError
+from clearance_mj.core.output_folder import WORK
 from clearance_mj.report import figures, motion, style, waterfall
 
 from ..conftest import ROOT

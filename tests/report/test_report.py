@@ -108,7 +108,7 @@ def test_the_page_says_what_it_is(page):
     assert "SYNTHETIC." in text and "virtual test rig, not measured" in text
     assert "“small <rig>”" in text and "random & loud" in text
     assert "Used to identify: ramp. Kept back to validate: level_1_a, level_1_b, level_4_a, level_4_b." in text
-    assert "clearance-mj study DATASET --engines links,modal" in text and "python -m clearance_mj.testrig" in text
+    assert "clearance-mj study DATASET --engines links,modal" in text and "python -m experiments.testrig" in text
 
 
 @pytest.mark.slow

@@ -9,9 +9,9 @@ import pandas as pd
 import pytest
 
 from clearance_mj import periodic
-from clearance_mj.cache import ResultCache
 from clearance_mj.clearance.law import TimeLaw
-from clearance_mj.files import to_json
+from clearance_mj.core.cache import ResultCache
+from clearance_mj.core.files import to_json
 from clearance_mj.periodic.summaries import stable_points
 from clearance_mj.report.html import Section, page
 from clearance_mj.report.sections._periodic import sines, special_points, unknown

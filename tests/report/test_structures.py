@@ -7,8 +7,8 @@ import pytest
 from matplotlib.patches import Polygon
 
 from clearance_mj.clearance import ConstantLaw
+from clearance_mj.core.errors import ClearanceError
 from clearance_mj.engines import simulate
-from clearance_mj.errors import ClearanceError
 from clearance_mj.report import animation
 from clearance_mj.report.clip import clip, deflection
 from clearance_mj.report.figures import rig_drawing

@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from clearance_mj.errors import RecordError
+from clearance_mj.core.errors import RecordError
 from clearance_mj.signals.alignment import accelerance, align, convert_quantity
 from clearance_mj.signals.frf import FRF
 

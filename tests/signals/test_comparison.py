@@ -6,7 +6,7 @@ import json
 import numpy as np
 import pytest
 
-from clearance_mj.errors import RecordError
+from clearance_mj.core.errors import RecordError
 from clearance_mj.signals.comparison import compare
 from clearance_mj.signals.correlation import csac, csac_per_sensor, csf, csf_per_sensor, frac, mre, rmse_db
 from clearance_mj.signals.frf import FRF, join_references

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from clearance_mj.errors import RecordError
+from clearance_mj.core.errors import RecordError
 from clearance_mj.signals.correlation import mac
 from clearance_mj.signals.ema import extract_modes
 from clearance_mj.signals.excitation import random

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from clearance_mj.errors import ExcitationError
+from clearance_mj.core.errors import ExcitationError
 from clearance_mj.signals import excitation
 from clearance_mj.signals.excitation import Excitation
 

@@ -6,7 +6,7 @@ import scipy.signal
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from clearance_mj.errors import RecordError
+from clearance_mj.core.errors import RecordError
 from clearance_mj.signals.frf import FRF, estimate_frf
 from clearance_mj.signals.response import Response
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from clearance_mj.clearance.gap import gap
-from clearance_mj.errors import RecordError
+from clearance_mj.core.errors import RecordError
 from clearance_mj.signals import excitation
 from clearance_mj.signals.nonlinear import best_linear, stepped_harmonics
 from clearance_mj.signals.response import Response

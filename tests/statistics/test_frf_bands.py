@@ -9,15 +9,16 @@ import scipy.signal
 import scipy.stats
 
 from clearance_mj.beam import linear_frf
-from clearance_mj.cache import ResultCache
 from clearance_mj.clearance import ConstantLaw, ContactLaw, HuntCrossley
-from clearance_mj.errors import LawError, RecordError
-from clearance_mj.files import SEAL
+from clearance_mj.core.cache import ResultCache
+from clearance_mj.core.errors import LawError, RecordError
+from clearance_mj.core.files import SEAL
+from clearance_mj.estimate.estimates import Estimates
+from clearance_mj.estimate.parameter import Parameter
 from clearance_mj.identify import METHODS, Identified, nominal
-from clearance_mj.identify.law_misfit import LawMisfit, Stretch
-from clearance_mj.identify.output_error import _covariance
+from clearance_mj.identify.laws.law_misfit import LawMisfit, Stretch
+from clearance_mj.identify.laws.output_error import _covariance
 from clearance_mj.io.dataset import Dataset
-from clearance_mj.parameters import Estimates, Parameter
 from clearance_mj.report.figures import band_drawing, study_bands
 from clearance_mj.rig import Grease
 from clearance_mj.signals.excitation import multisine, random

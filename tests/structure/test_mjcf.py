@@ -10,7 +10,7 @@ import scipy.integrate
 import scipy.optimize
 
 import clearance_mj as cm
-from clearance_mj.errors import RigError
+from clearance_mj.core.errors import RigError
 from clearance_mj.rig import Bushing, Contact, Grease, Rig, Sensor, Shaker
 from clearance_mj.structure import Matrices, Mjcf
 

@@ -8,8 +8,8 @@ import pyuff
 
 from clearance_mj.beam import linear_frf, ritz_model
 from clearance_mj.clearance import ConstantLaw
+from clearance_mj.core.errors import ExcitationError, RigError
 from clearance_mj.engines import Modal, ModalMujoco, simulate
-from clearance_mj.errors import ExcitationError, RigError
 from clearance_mj.rig import Bushing, Contact, Grease, Rig, Sensor, Shaker
 from clearance_mj.signals.excitation import random
 from clearance_mj.structure import ModalStructure

@@ -11,7 +11,7 @@ import pytest
 import clearance_mj as cm
 from clearance_mj import beam
 from clearance_mj.clearance import ConstantLaw
-from clearance_mj.errors import RigError
+from clearance_mj.core.errors import RigError
 from clearance_mj.rig import Rig, Sensor, Shaker
 from clearance_mj.structure import Disc, Material, Section, Shaft, Support
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from clearance_mj import beam
-from clearance_mj.errors import RigError
+from clearance_mj.core.errors import RigError
 from clearance_mj.rig import Bushing, Contact, Grease, PointMass, Rig, Sensor, Shaker
 from clearance_mj.structure import Material, Section, Shaft, Shafts, Spring, Support
 

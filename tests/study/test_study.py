@@ -9,18 +9,20 @@ import pytest
 import scipy.stats
 import xarray as xr
 
-from clearance_mj import cache, report
+from clearance_mj import report
 from clearance_mj.clearance import ConstantLaw
+from clearance_mj.core import cache
+from clearance_mj.core.errors import ClearanceError, RecordError
+from clearance_mj.core.output_folder import WORK
 from clearance_mj.engines import simulate
-from clearance_mj.errors import ClearanceError, RecordError
+from clearance_mj.estimate.estimates import Estimates
+from clearance_mj.estimate.parameter import Parameter
 from clearance_mj.identify import METHODS as METHODS_BY_NAME
 from clearance_mj.identify import Identified, nominal
-from clearance_mj.identify.checks import IdentifiabilityWarning
-from clearance_mj.identify.law_misfit import Decay, LawMisfit, Stretch
+from clearance_mj.identify.laws.law_misfit import Decay, LawMisfit, Stretch
+from clearance_mj.identify.records.checks import IdentifiabilityWarning
 from clearance_mj.identify.registry import Method
 from clearance_mj.io.dataset import Dataset, write_dataset
-from clearance_mj.output_folder import WORK
-from clearance_mj.parameters import Estimates, Parameter
 from clearance_mj.report import report_study
 from clearance_mj.rig import Rig
 from clearance_mj.signals.frf import estimate_frf

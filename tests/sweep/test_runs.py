@@ -13,10 +13,10 @@ import pytest
 import xarray as xr
 
 from clearance_mj.cli import main
-from clearance_mj.errors import ClearanceError
+from clearance_mj.core.errors import ClearanceError
+from clearance_mj.core.tasks import run_tasks
 from clearance_mj.sweep import run_sweep
 from clearance_mj.sweep.store import Table
-from clearance_mj.tasks import run_tasks
 
 from .plans import loaded, small
 
@@ -189,7 +189,7 @@ def run_sweep_and(do, plan, out, scheduler):
 
 def test_scheduler_that_does_not_answer(small_plan, tmp_path, capsys, monkeypatch):
     pytest.importorskip("distributed")
-    monkeypatch.setattr("clearance_mj.tasks.PATIENCE", 0.5)
+    monkeypatch.setattr("clearance_mj.core.tasks.PATIENCE", 0.5)
     command = ["sweep", str(tmp_path / "plan.toml"), "--out", str(tmp_path / "out"), "--quiet", "--scheduler"]
     for address in ("tcp://127.0.0.1:9", "nonsense://x"):
         assert main([*command, address]) == 2

@@ -9,7 +9,7 @@ import pytest
 import xarray as xr
 
 from clearance_mj.cli import main
-from clearance_mj.errors import ClearanceError
+from clearance_mj.core.errors import ClearanceError
 from clearance_mj.report.sweep import draw_sensitivity
 from clearance_mj.rig import Rig
 from clearance_mj.sweep import Design, Vary, run_sweep

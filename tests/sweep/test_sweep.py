@@ -10,16 +10,17 @@ import pytest
 import scipy.stats
 import xarray as xr
 
-from clearance_mj import beam, tasks
-from clearance_mj.cache import file_lock
+from clearance_mj import beam
 from clearance_mj.clearance import ConstantLaw
 from clearance_mj.cli import main
+from clearance_mj.core import tasks
+from clearance_mj.core.cache import file_lock
+from clearance_mj.core.errors import ClearanceError
+from clearance_mj.core.plain_numbers import find_numbers, with_numbers
 from clearance_mj.engines import Modal, simulate
-from clearance_mj.errors import ClearanceError
 from clearance_mj.identify import nominal
 from clearance_mj.io.dataset import Dataset
 from clearance_mj.io.uff import write_uff
-from clearance_mj.parameters import find_numbers, with_numbers
 from clearance_mj.rig import Grease
 from clearance_mj.signals import excitation
 from clearance_mj.signals.correlation import rmse_db

@@ -5,7 +5,7 @@ import pytest
 
 from clearance_mj import AmplitudeLaw, ConstantLaw, ContactLaw, TimeLaw
 from clearance_mj.clearance import HuntCrossley
-from clearance_mj.errors import ManoeuvreError
+from clearance_mj.core.errors import ManoeuvreError
 from clearance_mj.vehicle.controllers import Observation, Task
 from clearance_mj.vehicle.controllers.backlash_inverse import BacklashInverse
 from clearance_mj.vehicle.controllers.clearance_model import ClearanceModel, secant_stiffness

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import scipy.linalg
 
-from clearance_mj.errors import ManoeuvreError
+from clearance_mj.core.errors import ManoeuvreError
 from clearance_mj.vehicle.disturbances import Crosswind, CrownedRoad
 from clearance_mj.vehicle.nominal import Vehicle
 from clearance_mj.vehicle.plant import MultiBody, SingleTrackDrift

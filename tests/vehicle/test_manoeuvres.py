@@ -5,7 +5,7 @@ import itertools
 import numpy as np
 import pytest
 
-from clearance_mj.errors import ManoeuvreError
+from clearance_mj.core.errors import ManoeuvreError
 from clearance_mj.vehicle.curves import lane_changes
 from clearance_mj.vehicle.experiment import Case, check
 from clearance_mj.vehicle.iso3888 import (

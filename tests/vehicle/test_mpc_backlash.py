@@ -6,7 +6,7 @@ import itertools
 import numpy as np
 import pytest
 
-from clearance_mj.errors import ManoeuvreError
+from clearance_mj.core.errors import ManoeuvreError
 from clearance_mj.vehicle.controllers import Observation, Task
 from clearance_mj.vehicle.controllers.mpc import ModelPredictive
 from clearance_mj.vehicle.controllers.mpc_backlash import Backlash, BacklashPredictive, lost_motion, modes

@@ -5,7 +5,7 @@ import pytest
 from scipy.integrate import quad
 from scipy.special import fresnel
 
-from clearance_mj.errors import ManoeuvreError
+from clearance_mj.core.errors import ManoeuvreError
 from clearance_mj.vehicle.manoeuvres import (
     check_feasible,
     clothoid_arc,

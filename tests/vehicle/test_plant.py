@@ -9,7 +9,7 @@ from vehiclemodels.vehicle_dynamics_mb import vehicle_dynamics_mb
 from vehiclemodels.vehicle_dynamics_std import vehicle_dynamics_std
 from vehiclemodels.vehicle_parameters import setup_vehicle_parameters
 
-from clearance_mj.errors import ManoeuvreError, SimulationError
+from clearance_mj.core.errors import ManoeuvreError, SimulationError
 from clearance_mj.vehicle.commonroad import SHIFTS, compiled_parameters, multi_body, parameters, single_track_drift
 from clearance_mj.vehicle.nominal import Vehicle
 from clearance_mj.vehicle.plant import STEP, MultiBody, SingleTrackDrift, Spread

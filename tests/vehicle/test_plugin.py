@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from clearance_mj.cli import main
-from clearance_mj.errors import ManoeuvreError
+from clearance_mj.core.errors import ManoeuvreError
 from clearance_mj.report.vehicle import CYCLE, histories, look, write_report
 from clearance_mj.vehicle import tune as tuning
 from clearance_mj.vehicle.controllers import CONTROLLERS, Controller, Registration, get_controller, register

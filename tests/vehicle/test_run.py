@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from clearance_mj.errors import SimulationError
+from clearance_mj.core.errors import SimulationError
 from clearance_mj.vehicle.controllers.clearance_model import ClearanceModel
 from clearance_mj.vehicle.controllers.compensation import Compensated
 from clearance_mj.vehicle.controllers.mpc import ModelPredictive

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import scipy.stats
 
-from clearance_mj.errors import ManoeuvreError
+from clearance_mj.core.errors import ManoeuvreError
 from clearance_mj.vehicle.controllers import Observation
 from clearance_mj.vehicle.experiment import Case
 from clearance_mj.vehicle.manoeuvres import straight

@@ -4,7 +4,7 @@ import tomllib
 
 import pytest
 
-from clearance_mj.errors import ManoeuvreError
+from clearance_mj.core.errors import ManoeuvreError
 from clearance_mj.vehicle import tune as module
 from clearance_mj.vehicle.controllers.registry import TUNED, get_controller
 from clearance_mj.vehicle.controllers.smc import SlidingMode

@@ -6,7 +6,7 @@ import math
 import numpy as np
 import pytest
 
-from clearance_mj.errors import ManoeuvreError
+from clearance_mj.core.errors import ManoeuvreError
 from clearance_mj.vehicle._twin_model import N_PARAMETERS, N_STATES, simulate
 from clearance_mj.vehicle.controllers import CONTROLLERS, ClearancePrior, Observation
 from clearance_mj.vehicle.manoeuvres import single_lane_change
@@ -89,7 +89,7 @@ def test_without_steering_nothing_is_learnt_of_the_half_gap():
     run = SteeringTwin(Vehicle.bmw320i(), told(1.0, 0.0), gap_drift=1e-9).start()
     for i in range(200):
         run.advance(Signals(0.01 * i, 0.0, 0.0, 0.0, 20.0))
-    assert run.estimates.told[0] > 0.9
+    assert run.estimates.posterior_over_prior[0] > 0.9
     assert run.lost_motion.half_gap == pytest.approx(GAP, rel=0.1)
 
 
@@ -128,7 +128,7 @@ def test_what_a_twin_cannot_begin_with():
 @pytest.mark.parametrize("regime", REGIMES)
 def test_multi_body_vehicles_give_the_half_gap(regime):
     """Drawn vehicles and car sensors: within 10 % after 20 s from both wrong starts, by the bounds of the task."""
-    from experiments.steering_twin_drives import STARTS, drive, follow, road, twin
+    from experiments.steering.twin_drives import STARTS, drive, follow, road, twin
 
     for seed in (200, 201):
         _, signals = drive("mpc", road(5), regime, seed)

@@ -7,9 +7,9 @@ files of those tests (astest/sdnl104a.comm, sdnd108b.comm, sdnd101a.comm).
 import numpy as np
 
 from clearance_mj.rig import Beam
-from clearance_mj.testrig import _integrator as integrator
-from clearance_mj.testrig._fem import FiniteElements, Points
-from clearance_mj.testrig.bench import greases
+from experiments.testrig import _integrator as integrator
+from experiments.testrig._fem import FiniteElements, Points
+from experiments.testrig.bench import greases
 
 from ..conftest import dense
 

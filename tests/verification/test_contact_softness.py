@@ -7,7 +7,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from clearance_mj.errors import LawError
+from clearance_mj.core.errors import LawError
 from clearance_mj.physical import solref_solimp
 
 RELEASED = {0.1: 0.744079, 0.2: 0.571740, 0.3: 0.450975, 0.5: 0.298436}

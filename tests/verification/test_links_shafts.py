@@ -12,10 +12,10 @@ import pytest
 
 from clearance_mj.beam import natural_frequencies
 from clearance_mj.clearance import ConstantLaw
+from clearance_mj.core.errors import RigError
 from clearance_mj.engines import Links, Modal, build_links, mjcf, simulate
 from clearance_mj.engines.energy import energy_balance
 from clearance_mj.engines.linkage import linkage
-from clearance_mj.errors import RigError
 from clearance_mj.rig import Bushing, Contact, Grease, Rig, Sensor
 from clearance_mj.signals.excitation import Excitation
 from clearance_mj.signals.frf import estimate_frf

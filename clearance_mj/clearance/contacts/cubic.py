@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import ClassVar
 
-from ...validation import NotNegative, Positive
+from ...core.validation import NotNegative, Positive
 from ..contact import ContactModel, Numbers, register
 
 __all__ = ["Cubic"]

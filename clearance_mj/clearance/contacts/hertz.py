@@ -8,8 +8,8 @@ from typing import Annotated, ClassVar
 
 from pydantic import Field
 
-from ...errors import LawError
-from ...validation import Number, Positive, checked
+from ...core.errors import LawError
+from ...core.validation import Number, Positive, checked
 from .._lanes import larger, power, where_above
 from ..contact import SLOWEST_IMPACT, ContactModel, Numbers, register
 

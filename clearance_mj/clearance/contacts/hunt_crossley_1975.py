@@ -7,7 +7,7 @@ from typing import Annotated, ClassVar
 
 from pydantic import Field
 
-from ...validation import NotNegative, Number, Positive
+from ...core.validation import NotNegative, Number, Positive
 from .._lanes import power
 from ..contact import ContactModel, Numbers, register
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import ClassVar
 
-from ...validation import Flag, NotNegative, Positive
+from ...core.validation import Flag, NotNegative, Positive
 from ..contact import ContactModel, Numbers, register
 
 __all__ = ["KelvinVoigt"]

@@ -11,7 +11,7 @@ from typing import Annotated, ClassVar
 
 from pydantic import Field
 
-from ...validation import NotNegative, Number, Positive
+from ...core.validation import NotNegative, Number, Positive
 from .._lanes import any_below, exponential, larger, smaller, whole
 from ..contact import Numbers
 from ..grease import GreaseModel, register

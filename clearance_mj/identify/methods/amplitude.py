@@ -9,11 +9,11 @@ import numpy as np
 from ...clearance.law import AmplitudeLaw
 from ...io.dataset import Dataset
 from ...rig import Grease
-from ..contact import RELEASES, amplitude_columns, fill_untouched, require_contact
-from ..forces import SETTLE, RestoringForce, restoring_forces
-from ..grease import GreaseFit, grease_force, grease_parameters
+from ..forces.restoring import SETTLE, RestoringForce, restoring_forces
+from ..laws.contact_over_time import RELEASES, amplitude_columns, fill_untouched, require_contact
+from ..laws.grease import GreaseFit, grease_force, grease_parameters
+from ..laws.regression import non_negative, weights
 from ..registry import Identified, register
-from ..regression import non_negative, weights
 
 __all__ = ["amplitude_law"]
 

@@ -13,18 +13,18 @@ import scipy.linalg
 from tqdm import tqdm
 
 from ...clearance import ContactLaw
+from ...estimate.estimates import Estimates
 from ...io.dataset import Dataset, Record
-from ...parameters import Estimates
 from ...rig import Rig
-from ..diagnosis import Diagnosis, diagnose
-from ..families import CONTACTS, GREASES, Family, power_law_start
-from ..force_fit import CYCLE, ForceFit, Motion, fit
-from ..forces import SETTLE, RestoringForce, restoring_force
-from ..law_misfit import LawMisfit, law_misfit
-from ..priors import priors
+from ..forces.restoring import SETTLE, RestoringForce, restoring_force
+from ..laws.families import CONTACTS, GREASES, Family, power_law_start
+from ..laws.force_fit import CYCLE, ForceFit, Motion, fit
+from ..laws.law_misfit import LawMisfit, law_misfit
+from ..laws.slip_start import slip_start
 from ..registry import Identified, register
-from ..slip_start import slip_start
-from ..updating import RigUpdate, update_rig
+from ..structure.diagnosis import Diagnosis, diagnose
+from ..structure.priors import priors
+from ..structure.updating import RigUpdate, update_rig
 
 __all__ = ["BenchFit", "FamilyFit", "fit_bench"]
 

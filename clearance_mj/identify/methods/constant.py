@@ -5,10 +5,10 @@ from __future__ import annotations
 from functools import partial
 
 from ...clearance.law import ConstantLaw
+from ...estimate.parameter import Parameter
 from ...io.dataset import Dataset
-from ...parameters import Parameter
 from ...rig import Grease, Rig
-from ..output_error import PIECE, Fit, evidence, fit_law
+from ..laws.output_error import PIECE, Fit, evidence, fit_law
 from ..registry import register
 
 __all__ = ["fit_constant"]

@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from ...clearance.law import ConstantLaw
-from ...errors import RecordError
+from ...core.errors import RecordError
 from ...io.dataset import Dataset
-from ..contact import contact_parameters, fill_untouched, require_contact
-from ..forces import SETTLE, restoring_forces
-from ..grease import grease_parameters
+from ..forces.restoring import SETTLE, restoring_forces
+from ..laws.contact_over_time import contact_parameters, fill_untouched, require_contact
+from ..laws.grease import grease_parameters
 from ..registry import Identified, register
 
 __all__ = ["force_balance_law"]

@@ -10,13 +10,13 @@ import numpy as np
 
 from ...clearance import HuntCrossley
 from ...clearance.law import AmplitudeLaw, ContactLaw
-from ...errors import RecordError
+from ...core.errors import RecordError
+from ...estimate.parameter import Parameter
 from ...io.dataset import Dataset
-from ...parameters import Parameter
 from ...rig import Grease, Rig
-from ..forces import restoring_forces
-from ..grease import grease_parameters
-from ..output_error import PIECE, Evidence, Fit, before_contact, evidence, fit_law
+from ..forces.restoring import restoring_forces
+from ..laws.grease import grease_parameters
+from ..laws.output_error import PIECE, Evidence, Fit, before_contact, evidence, fit_law
 from ..registry import register
 from .amplitude import amplitude_law
 from .constant import linear_grease

@@ -8,14 +8,14 @@ from tqdm import tqdm
 from ...beam import ModalModel, ritz_model
 from ...clearance.gap import describing_function
 from ...clearance.law import TimeLaw
-from ...errors import RecordError
+from ...core.errors import RecordError
 from ...io.dataset import Dataset
 from ...rig import Rig
-from ..checks import ridge_band, warn_of_no_ridge
-from ..forces import MODES, measured_channels
-from ..oscillator import check_options
+from ..forces.restoring import MODES, measured_channels
+from ..records.checks import ridge_band, warn_of_no_ridge
 from ..registry import Identified, register
-from ..wavelet import scalogram, shortest_record
+from ..ridges.oscillator import check_options
+from ..ridges.wavelet import scalogram, shortest_record
 
 __all__ = ["ridge_law"]
 

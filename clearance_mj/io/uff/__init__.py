@@ -11,9 +11,9 @@ from __future__ import annotations
 from collections.abc import Iterable
 from os import PathLike
 
-from ...checks import DIRECTIONS, QUANTITIES, naming
-from ...errors import RecordError
-from ...files import replacing
+from ...core.checks import DIRECTIONS, QUANTITIES, naming
+from ...core.errors import RecordError
+from ...core.files import replacing
 from ...rig import Rig
 from ...signals.ema import Modes
 from ...signals.frf import FRF

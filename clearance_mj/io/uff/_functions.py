@@ -7,8 +7,8 @@ from decimal import Decimal
 
 import numpy as np
 
-from ...checks import QUANTITIES, check_dof, even_rate, naming, require_finite, simplest_rate
-from ...errors import RecordError
+from ...core.checks import QUANTITIES, check_dof, even_rate, naming, require_finite, simplest_rate
+from ...core.errors import RecordError
 from ...signals.frf import FRF, join_references
 from ...universal.dataset_58 import (
     COHERENCE,

@@ -9,8 +9,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from ...checks import naming
-from ...errors import RecordError
+from ...core.checks import naming
+from ...core.errors import RecordError
 from ...rig import BASE_NODE, SHAKER_NODE, Rig
 from ...structure.base import parse_place
 from ...universal.fields import Block, fields, read_integer, read_real, text_set

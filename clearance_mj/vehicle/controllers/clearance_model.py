@@ -19,7 +19,7 @@ import numpy as np
 import scipy.optimize
 
 from ...clearance.law import ContactLaw, Law
-from ...errors import ManoeuvreError
+from ...core.errors import ManoeuvreError
 from ...rig import Rig
 from .base import Controller, Task
 from .compensation import Compensated, Direction, Estimate, LostMotionModel

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...errors import ManoeuvreError
+from ...core.errors import ManoeuvreError
 from .base import Controller, ControllerRun, Observation, Task, limited
 from .design import Predictor
 

@@ -24,7 +24,7 @@ from typing import NamedTuple
 import numba
 import numpy as np
 
-from ...errors import ManoeuvreError
+from ...core.errors import ManoeuvreError
 from ..nominal import Vehicle
 from .base import Controller, Observation, Task
 from .clearance_model import PRIOR, ClearanceModel

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 from pathlib import Path as FilePath
 from typing import Any, NamedTuple
 
-from ...errors import ManoeuvreError
+from ...core.errors import ManoeuvreError
 from .base import Controller, Task
 
 __all__ = ["CONTROLLERS", "TUNED", "ClearancePrior", "Registration", "get_controller", "register"]

@@ -10,7 +10,7 @@ import dataclasses
 import math
 from dataclasses import dataclass
 
-from ...errors import ManoeuvreError
+from ...core.errors import ManoeuvreError
 from ..steering import Steering
 from ..twin import SteeringTwin, twin_of
 from .base import Controller, ControllerRun, Observation, Task

@@ -8,7 +8,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from ...errors import ManoeuvreError
+from ...core.errors import ManoeuvreError
 from ..commonroad import GRAVITY
 from ..controllers.base import Observation, Task
 from ..plant import Measurement

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ...errors import ManoeuvreError
+from ...core.errors import ManoeuvreError
 from .base import Sensors
 from .car import CarSensors
 from .ideal import IdealSensors

@@ -10,8 +10,8 @@ from pathlib import Path
 
 import pandas as pd
 
-from clearance_mj.errors import RecordError
-from clearance_mj.files import replacing
+from clearance_mj.core.errors import RecordError
+from clearance_mj.core.files import replacing
 
 from .. import command
 from . import audit, to_html, to_markdown

@@ -7,7 +7,7 @@ import math
 from collections import Counter
 from collections.abc import Iterator
 
-from clearance_mj.errors import RecordError
+from clearance_mj.core.errors import RecordError
 
 from ..published import Printed
 from . import judge

@@ -1,0 +1,115 @@
+"""Results kept between runs, in files named by the digest of everything they were computed from, and a file lock.
+
+A file that is there is the right one: other inputs, another version or changed sources have another name.
+"""
+
+from __future__ import annotations
+
+import fcntl
+import functools
+import hashlib
+import json
+import os
+import re
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import TypeVar
+
+from .._version import __version__
+from .errors import ClearanceError
+from .files import SEAL, is_sealed, replacing, seal
+
+__all__ = ["LIBRARIES", "ResultCache", "code", "code_outside", "digest", "file_lock", "library_version"]
+
+NOT_IN_RESULTS = ("cli", "core/drawing.py", "core/overview.py", "report", "vehicle")
+"""Parts of the package whose sources do not touch simulations, laws and FRFs"""
+_PACKAGE = Path(__file__).parents[1]
+LIBRARIES = ("mujoco-core", "numba", "numpy", "pywavelets", "scipy")
+"""Whose versions results depend on"""
+_OURS = re.compile(r".+_[0-9a-f]{16}\.[a-z.]+")
+T = TypeVar("T")
+
+
+def digest(*parts: object) -> str:
+    """Return the digest of anything that JSON can hold."""
+    return hashlib.sha256(json.dumps(parts, sort_keys=True, default=str).encode()).hexdigest()
+
+
+@functools.cache
+def code(without: tuple[str, ...] = NOT_IN_RESULTS) -> str:
+    """Return the digest of the package's sources, but for these folders and modules, and its libraries' versions."""
+    files = [p for p in sorted(_PACKAGE.rglob("*.py")) if not p.relative_to(_PACKAGE).as_posix().startswith(without)]
+    sources = [(str(p.relative_to(_PACKAGE)), hashlib.sha256(p.read_bytes()).hexdigest()) for p in files]
+    return digest(__version__, sources, [(name, library_version(name)) for name in LIBRARIES])
+
+
+def code_outside(*things: object) -> list[str]:
+    """Return the digests of the files outside of the package, such as plugins, that define functions or objects."""
+    modules = {thing.__module__ if hasattr(thing, "__name__") else type(thing).__module__ for thing in things}
+    files = {Path(file).resolve() for name in modules if (file := getattr(sys.modules.get(name), "__file__", None))}
+    return [hashlib.sha256(p.read_bytes()).hexdigest() for p in sorted(files) if not p.is_relative_to(_PACKAGE)]
+
+
+def library_version(name: str) -> str:
+    """Return the version of an installed library; empty if it is not known."""
+    try:
+        return version(name)
+    except PackageNotFoundError:
+        return ""
+
+
+class ResultCache:
+    """Files of results in a folder, by name and the digest of their inputs; it is made when the first is written."""
+
+    def __init__(self, folder: Path):
+        self.folder = folder
+        self._used: set[str] = set()
+
+    def get(
+        self, name: str, inputs: object, compute: Callable[[], T], save: Callable[[T, Path], object],
+        load: Callable[[Path], T], suffix: str = ".nc",
+    ) -> T:  # fmt: skip
+        """Return a result from its file NAME_DIGEST.SUFFIX, or compute it and write the file.
+
+        ``inputs`` is everything that the result depends on beside the package's code, as plain data; ``save`` writes a
+        result to a path and ``load`` reads it from there.
+        """
+        file = f"{name}_{digest(code(), inputs)[:16]}{suffix}"
+        self._used.add(file)
+        path = self.folder / file
+        if is_sealed(path):  # else it is damaged, or was not finished: it is computed anew
+            return load(path)
+        result = compute()
+        with replacing(path) as temporary:
+            save(result, temporary)
+        seal(path)
+        return result
+
+    def drop_unused(self) -> None:
+        """Remove results that were neither read nor written, such as an earlier run's with other inputs."""
+        for path in self.folder.glob("*"):
+            if path.name.removesuffix(SEAL) not in self._used and _OURS.fullmatch(path.name.removesuffix(SEAL)):
+                path.unlink()
+
+
+@contextmanager
+def file_lock(path: Path, what: str, where: Path | None = None) -> Iterator[None]:
+    """Lock a file for ``what`` writes beside it; the system lets go of it when the process ends, however it ends.
+
+    A ClearanceError names the folder, or ``where``, if another process has locked it.
+    """
+    with path.open("a+") as file:
+        try:
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            file.seek(0)
+            raise ClearanceError(
+                f"{where or path.parent}: another {what} (process {file.read() or 'unknown'}) is writing there"
+            ) from None
+        file.truncate(0)
+        file.write(str(os.getpid()))
+        file.flush()
+        yield

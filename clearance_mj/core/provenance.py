@@ -1,0 +1,136 @@
+"""What results come from: versions of the program and its libraries, digests of the files that were read.
+
+Files that this program wrote, and those that these come from, are known again: `stale` says which are not as they were.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import platform
+import tomllib
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+from typing import Any
+
+from .._version import __version__
+from .cache import LIBRARIES, code, library_version
+from .files import sha256
+
+__all__ = ["BESIDE", "MANIFEST", "MARK", "WORK", "files_of", "is_marked", "made_from", "stale"]
+
+MARK = "clearance_mj"
+"""Key of the program's version in everything that it writes"""
+WORK = ".clearance-mj"
+"""Name of the hidden folder in a folder that was written"""
+MANIFEST = f"{WORK}/manifest.json"
+"""What was written into a folder, and from what"""
+BESIDE = ".provenance.json"
+"""Suffix of the file that says what another one beside it, of any format, was made from"""
+LARGEST = 2**22
+"""bytes of a JSON file that is looked into"""
+BELOW = 2
+"""folders that a file may lie in below the one that was written"""
+IN_FOLDERS = ("rig.toml", "law.json", "dataset.toml")
+"""Files that are read of a folder, beside the records of its list"""
+
+
+def made_from(inputs: Iterable[Path], what: str) -> dict[str, Any]:
+    """Return versions, and the digest of every file among ``inputs``, of folders those that are read.
+
+    Parameters
+    ----------
+    inputs : iterable of Path
+        Files, and folders of a dataset, or of a rig and its law.
+    what : str
+        The command, or what else made the results.
+
+    Returns
+    -------
+    dict
+        ``clearance_mj`` (version), ``code`` (digest of the sources), ``python``, ``libraries`` (versions), ``made_by``
+        and ``inputs`` (SHA-256 by path).
+    """
+    return {
+        MARK: __version__,
+        "code": code(),
+        "python": platform.python_version(),
+        "libraries": {name: library_version(name) for name in LIBRARIES},
+        "made_by": what,
+        "inputs": {str(file): sha256(file) for file in files_of(inputs)},
+    }
+
+
+def is_marked(path: Path) -> bool:
+    """Return whether a file names this program, as all that it writes and may replace does."""
+    with path.open("rb") as file:
+        return any(MARK.encode() in block for block in (file.read(2**16), _end(path)))
+
+
+def _end(path: Path) -> bytes:
+    with path.open("rb") as file:
+        file.seek(max(0, path.stat().st_size - 2**16))
+        return file.read()
+
+
+def stale(paths: Iterable[Path]) -> list[str]:
+    """Return in words which files are not as this program wrote them, or were made from files that are others now.
+
+    Parameters
+    ----------
+    paths : iterable of Path
+        Files that are going to be read, and folders as in `made_from`.
+    """
+    words = []
+    for file in files_of(paths):
+        try:
+            written, made = _recorded(file)
+            if written and written["sha256"] != sha256(file):
+                words.append(f"{file} was changed after clearance-mj {written['by']} wrote it")
+            inputs = made.get("inputs", {}).items()
+            changed = [path for path, found in inputs if os.path.isfile(path) and sha256(path) != found]
+        except (OSError, ValueError, KeyError, TypeError, AttributeError, RecursionError):
+            continue  # no record that can be read
+        words += [f"{file} was made from another {path} than is there now" for path in changed]
+    return words
+
+
+def _recorded(file: Path) -> tuple[dict[str, str] | None, dict[str, Any]]:
+    """Digest and command of a file, if a manifest has them, and what it was made from, as far as that is known."""
+    for folder in Path(os.path.abspath(file)).parents[: BELOW + 1]:
+        if (folder / MANIFEST).is_file():
+            manifest = _json(folder / MANIFEST)
+            if entry := manifest["files"].get(Path(os.path.abspath(file)).relative_to(folder).as_posix()):
+                return entry, manifest.get("made", {}).get(entry["by"], {})
+    if (beside := file.with_name(f"{file.name}{BESIDE}")).is_file():
+        made = _json(beside)
+        return {"sha256": made["sha256"], "by": made["made_by"]}, made
+    if file.suffix != ".json" or file.stat().st_size > LARGEST:
+        return None, {}
+    return None, _json(file).get("provenance", {})
+
+
+def _json(path: Path) -> dict[str, Any]:
+    found: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
+    return found
+
+
+def files_of(inputs: Iterable[Path]) -> list[Path]:
+    """Return the files among ``inputs``, and of folders those that are read, each once."""
+    return [*dict.fromkeys(file for path in inputs for file in _files(path))]
+
+
+def _files(path: Path) -> Iterator[Path]:
+    if path.is_file():
+        yield path
+    elif path.is_dir():
+        names = (*IN_FOLDERS, *_listed(path / "dataset.toml"))
+        yield from (path / name for name in names if (path / name).is_file())
+
+
+def _listed(path: Path) -> list[str]:
+    """Records' files of a dataset's list; none if there is no list that can be read."""
+    try:
+        return [str(entry["file"]) for entry in tomllib.loads(path.read_text(encoding="utf-8"))["records"]]
+    except (OSError, ValueError, KeyError, TypeError):
+        return []

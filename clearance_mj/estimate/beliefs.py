@@ -1,0 +1,235 @@
+"""Recursive estimation: a belief about what varies, refined window by window of a record or a drive.
+
+A belief is a mean and a covariance. A window of data refines it by Gauss-Newton on the window's residuals together with
+the distance from the belief (moving horizon estimation with the belief as arrival cost; Rao, Rawlings and Mayne, IEEE
+Transactions on Automatic Control 48, 2003). Everything is done in standard deviations of the belief along its principal
+axes, so that no unit or correlation matters and a difference quotient reaches over a stated share of what is not known
+(Arasaratnam and Haykin, IEEE Transactions on Automatic Control 54, 2009): a model with kinks, as every clearance is,
+has no derivative worth the name. Between windows `Belief.through` carries states onwards and `Belief.drifted` lets
+what is known fade as a random walk does.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..core.errors import RecordError
+from .estimates import Estimates
+from .parameter import Parameter
+
+__all__ = ["Belief", "Refinement", "refine"]
+
+Function = Callable[[np.ndarray], np.ndarray]
+"""From points (n_points, n) to values (n_points, n_values), all points at once"""
+REACH = 0.2
+"""standard deviations of the belief, over which differences are taken"""
+ROUNDS, NEAR = 8, 0.05
+"""Gauss-Newton steps at most, and the step, in standard deviations of the result, from which on no other follows"""
+HALVINGS = 6
+"""of a step that makes the fit worse"""
+
+
+@dataclass(frozen=True, eq=False)
+class Belief:
+    """What is known of parameters and states: a normal distribution of what varies."""
+
+    mean: np.ndarray
+    """(n,)"""
+    covariance: np.ndarray
+    """(n, n)"""
+
+    def __post_init__(self) -> None:
+        mean, covariance = np.array(self.mean, dtype=float), np.array(self.covariance, dtype=float)
+        if mean.ndim != 1 or covariance.shape != (mean.size, mean.size):
+            raise RecordError(f"a belief has a mean (n,) and a covariance (n, n), got {mean.shape}, {covariance.shape}")
+        if not (np.isfinite(mean).all() and np.isfinite(covariance).all() and (np.diag(covariance) >= 0).all()):
+            raise RecordError("a belief's mean and covariance must be finite, its variances not negative")
+        object.__setattr__(self, "mean", mean)
+        object.__setattr__(self, "covariance", (covariance + covariance.T) / 2)
+
+    @classmethod
+    def of(cls, parameters: Sequence[Parameter]) -> Belief:
+        """Take what is known of parameters before any data: their starts and prior standard deviations."""
+        return cls.independent([p.to_varied(p.start) for p in parameters], [p.known_std for p in parameters])
+
+    @classmethod
+    def independent(cls, mean: ArrayLike, std: ArrayLike) -> Belief:
+        """Take means (n,) and standard deviations (n,) that have nothing to do with each other."""
+        return cls(np.asarray(mean, dtype=float), np.diag(np.square(np.asarray(std, dtype=float))))
+
+    @property
+    def std(self) -> np.ndarray:
+        """(n,) standard deviations."""
+        return np.sqrt(np.diag(self.covariance))
+
+    def part(self, which: slice | Sequence[int]) -> Belief:
+        """Return what is known of some of the entries."""
+        return Belief(self.mean[which], self.covariance[which][:, which])
+
+    def joined(self, other: Belief) -> Belief:
+        """Return a belief about both, ``other`` after this one, independent of each other."""
+        n, m = self.mean.size, other.mean.size
+        covariance = np.zeros((n + m, n + m))
+        covariance[:n, :n], covariance[n:, n:] = self.covariance, other.covariance
+        return Belief(np.concatenate((self.mean, other.mean)), covariance)
+
+    def drifted(self, std: ArrayLike) -> Belief:
+        """Return the belief after a step of a random walk with standard deviations (n,)."""
+        return Belief(self.mean, self.covariance + np.diag(np.square(np.broadcast_to(std, self.mean.shape))))
+
+    def through(self, function: Function) -> Belief:
+        """Return the belief about a function's values, linearised over `REACH` standard deviations.
+
+        Parameters
+        ----------
+        function : callable
+            From points (n_points, n) to values (n_points, m).
+
+        Returns
+        -------
+        Belief
+            About the m values: mean at this mean, covariance to first order.
+        """
+        axes = _axes(self.covariance)
+        mean, slope = _differences(function, self.mean, axes)
+        return Belief(mean, slope @ slope.T)
+
+    def estimates(self, parameters: Sequence[Parameter]) -> Estimates:
+        """Return values, SI units, and covariance of the first entries, which are these parameters."""
+        part = self.part(slice(len(parameters)))
+        value = [
+            p.from_varied(np.clip(v, p.to_varied(p.low), p.to_varied(p.high))) for p, v in zip(parameters, part.mean)
+        ]
+        return Estimates.of(parameters, value, part.covariance)
+
+
+@dataclass(frozen=True, eq=False)
+class Refinement:
+    """A belief that a window of data has refined."""
+
+    belief: Belief
+    """after the window"""
+    residuals: np.ndarray
+    """(n_residuals,) at its mean"""
+    innovation: float
+    """squared distance of the window's data from what the belief before expected of them, in standard deviations of
+    noise and belief together: chi-squared with n_residuals degrees of freedom where the model holds"""
+    steps: int
+    """Gauss-Newton steps taken"""
+    widening: float
+    """factor on the standard deviations of what the data tell, for residuals that hang together"""
+
+
+def refine(belief: Belief, residuals: Function, block: int | None = None) -> Refinement:
+    """Refine a belief by a window of data: the most probable point, and the covariance about it.
+
+    Minimises |r(x)|² + (x - m)ᵀ P⁻¹ (x - m) by Gauss-Newton with step halving; the covariance is
+    (P⁻¹ + JᵀJ/w²)⁻¹. w = 1 is for independent residuals of unit variance. If they hang together or are larger because
+    the model misses something, the window tells less than it seems to: w² = tr((JᵀJ)⁻¹ V)/n, V from the scores Jᵀr of
+    blocks of residuals (Rao and Scott, Annals of Statistics 12, 1984), at least 1, and the fit is repeated with
+    residuals over w.
+
+    Parameters
+    ----------
+    belief : Belief
+        Mean m (n,) and covariance P (n, n) before.
+    residuals : callable
+        From points (n_points, n) to residuals (n_points, n_residuals) in standard deviations of the noise.
+    block : int, optional
+        Number of successive residuals that may hang together; without it w = 1.
+
+    Returns
+    -------
+    Refinement
+
+    Raises
+    ------
+    RecordError
+        Residuals at the belief's mean are not finite, or a block is longer than half of them.
+    """
+    axes = _axes(belief.covariance)
+    begun = np.zeros(axes.shape[1]), *_differences(residuals, belief.mean, axes)
+    if not np.isfinite(begun[1]).all():
+        raise RecordError(
+            "the residuals of a window are not finite where its belief begins: the data have gaps, or the model fails"
+        )
+    z, left, slope, steps = _fit(belief.mean, axes, residuals, 1.0, *begun)
+    innovation = _innovation(left - slope @ z, slope)
+    widening = 1.0
+    if block is not None:
+        widening = _widening(left, slope, block)
+    if widening > 1.0:
+        z, left, slope, more = _fit(belief.mean, axes, residuals, widening, z, left, slope)
+        steps += more
+    information = np.eye(z.size) + slope.T @ slope / widening**2
+    spread = axes @ np.linalg.inv(information) @ axes.T
+    return Refinement(Belief(belief.mean + axes @ z, spread), left, innovation, steps, widening)
+
+
+def _axes(covariance: np.ndarray) -> np.ndarray:
+    """Principal axes (n, n_axes) of a covariance, one standard deviation long; none where nothing varies."""
+    scale = np.sqrt(np.diag(covariance))
+    scale = np.where(scale > 0, scale, 1.0)
+    value, vector = np.linalg.eigh(covariance / np.outer(scale, scale))
+    keep = value > 1e-14 * max(value[-1], 1e-300)
+    return np.asarray(scale[:, None] * vector[:, keep] * np.sqrt(value[keep]))
+
+
+def _differences(function: Function, at: np.ndarray, axes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Values (m,) at a point, and their central differences (m, n_axes) along axes, per standard deviation."""
+    n = axes.shape[1]
+    values = function(np.vstack((at, at + REACH * axes.T, at - REACH * axes.T)))
+    return values[0], (values[1 : n + 1] - values[n + 1 :]).T / (2 * REACH)
+
+
+def _fit(
+    mean: np.ndarray, axes: np.ndarray, residuals: Function, width: float, z: np.ndarray, left: np.ndarray,
+    slope: np.ndarray,
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, int]:  # fmt: skip
+    """Most probable point along the axes, its residuals and their slopes, and the number of steps from a point."""
+    steps = 0
+    for steps in range(1, ROUNDS + 1):
+        slope = np.where(np.isfinite(slope).all(axis=0), slope, 0.0)
+        information = np.eye(z.size) + slope.T @ slope / width**2
+        move = -np.linalg.solve(information, z + slope.T @ left / width**2)
+        cost = left @ left / width**2 + z @ z
+        for halving in range(HALVINGS + 1):
+            trial = z + move / 2**halving
+            after = residuals((mean + axes @ trial)[None])[0]
+            if after @ after / width**2 + trial @ trial <= cost:
+                break
+        else:
+            return z, left, slope, steps
+        z, left = trial, after
+        if move @ information @ move < NEAR**2 * z.size:
+            break
+        left, slope = _differences(residuals, mean + axes @ z, axes)
+    return z, left, slope, steps
+
+
+def _innovation(expected: np.ndarray, slope: np.ndarray) -> float:
+    """Squared length of residuals in standard deviations of I + J Jᵀ, by the matrix inversion lemma."""
+    score = slope.T @ expected
+    return float(expected @ expected - score @ np.linalg.solve(np.eye(score.size) + slope.T @ slope, score))
+
+
+def _widening(left: np.ndarray, slope: np.ndarray, block: int) -> float:
+    """How much wider what the data tell is than independent residuals of unit variance would have it."""
+    if not 1 <= block <= left.size // 2:
+        raise RecordError(f"blocks of {block} residuals: at least two of them must lie in a window of {left.size}")
+    starts = np.arange(0, left.size, block)
+    scores = np.add.reduceat(slope * left[:, None], starts)
+    H = slope.T @ slope
+    value, vector = np.linalg.eigh(H)
+    told = value > 1.0  # directions of which the window tells more than was known
+    if not told.any():
+        return 1.0
+    spread = (scores @ vector[:, told]) ** 2 / value[told]
+    # Slopes that the fit has used up leave smaller residuals.
+    directions = int(np.count_nonzero(told))
+    freedom = max(left.size - directions, 1) / left.size
+    return float(np.sqrt(max(float(np.sum(spread)) / directions / freedom, 1.0)))

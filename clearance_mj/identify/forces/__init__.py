@@ -1,0 +1,1 @@
+"""Restoring forces of the clearances, of whole records and window by window."""

@@ -1,0 +1,255 @@
+"""Restoring force of every bushing from what was measured and the known structure.
+
+The structure without grease and contact is linear and known, so every sensor reads y(ω) = G(ω) θ(ω), with θ the
+forces at the bushings and the excitation. Ten sensors give two forces: weighted least squares at each frequency,
+without any assumption on what makes the forces, under random excitation as well as in decays.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.fft
+from tqdm import tqdm
+
+from ...beam import ModalModel, ritz_model
+from ...clearance.gap import penetration
+from ...core.errors import RecordError
+from ...io.dataset import Dataset, Record
+from ...rig import Rig
+from ...structure.base import parse_place
+from ..records.channels import check_channel
+
+__all__ = ["RestoringForce", "restoring_force", "restoring_forces"]
+
+MODES = 16
+"""of the known structure, to which the static shapes are added"""
+BAND = 0.4
+"""of fs: up to here the anti-alias filters of engines and rig are flat"""
+TAPER = 0.1
+"""s, cosine flanks at both ends of a record"""
+SETTLE = 0.3
+"""s at both ends of a record whose forces are not used"""
+NOISE = 0.01
+"""of a channel's RMS: noise with which the weights start"""
+QUIETEST = 1e-4
+"""of a channel's RMS: no channel is taken to be quieter"""
+REWEIGHTINGS = 4
+
+
+@dataclass(frozen=True, eq=False)
+class RestoringForce:
+    """Force of grease and contact at every bushing, positive against positive displacement, as `restoring_force` finds.
+
+    All signals are band-limited to ``band`` and fade to zero where ``valid`` is False, at both ends of the record.
+    """
+
+    name: str
+    """the record's"""
+    rig: Rig
+    """that the record was measured on"""
+    fs: float
+    """samples per second"""
+    band: tuple[float, float]
+    """Hz, in which the forces are known"""
+    time: np.ndarray
+    """(n_t,) s"""
+    displacement: np.ndarray
+    """(n_bushings, n_t) at the bushings' middles, relative, m: probes and accelerometers fused"""
+    velocity: np.ndarray
+    """(n_bushings, n_t) m/s"""
+    force: np.ndarray
+    """(n_bushings, n_t) N"""
+    force_std: np.ndarray
+    """(n_bushings,) standard deviation of the force at any instant, from the sensors' noise, N"""
+    displacement_std: np.ndarray
+    """(n_bushings,) the same of the displacement, m"""
+    ends: np.ndarray
+    """(n_bushings, 2, n_t) displacements at the bushings' ends, where contact happens, m"""
+    valid: np.ndarray
+    """(n_t,) bool"""
+    noise_frequency: np.ndarray
+    """(n_f,) Hz"""
+    noise_density: np.ndarray
+    """(n_bushings, n_f) one-sided density of the force's noise, N/sqrt(Hz)"""
+    noise: np.ndarray
+    """(n_sensors + n_bushings + 1,) noise found in the accelerometers, probes and excitation, in their units"""
+
+    @property
+    def reach(self) -> np.ndarray:
+        """(n_bushings,) largest displacement of a bushing's ends, m."""
+        return np.abs(self.ends[:, :, self.valid]).max(axis=(1, 2))
+
+    @property
+    def touched(self) -> np.ndarray:
+        """(n_bushings,) whether the shaft ever leaves the gap."""
+        ends = self.ends[:, :, self.valid]
+        return np.array([penetration(x, *b.walls).any() for x, b in zip(ends, self.rig.bushings)], dtype=bool)
+
+
+def restoring_force(
+    record: Record, high: float | None = None, low: float = 0.0, rig: Rig | None = None,
+    probes: Mapping[str, float] | None = None,
+) -> RestoringForce:  # fmt: skip
+    """Reconstruct the force of every bushing on the shaft.
+
+    ``low``, ``high``: Hz, the band, by default up to 0.4 fs, where anti-alias filters begin. A band from 0 Hz on needs
+    a probe at each bushing: accelerometers do not tell slow motion. ``rig``: updated, instead of the record's.
+    ``probes``: their gains and places by the names of `priors`, if they are not 1 and the bushings' middles.
+    """
+    rig, fs = rig or record.rig, record.fs
+    measured = measured_channels(record, low > 0)
+    high = BAND * fs if high is None else float(high)
+    if not low < high <= fs / 2:
+        raise RecordError(f'record "{record.name}": band up to {high:g} Hz must end in 0..{fs / 2:g} Hz, half its rate')
+    n, m = measured.shape[0], len(rig.bushings)
+    size = scipy.fft.next_fast_len(n + int(TAPER * fs), real=True)
+    frequency = np.fft.rfftfreq(size, 1 / fs)
+    inside = (frequency >= low) & (frequency <= high)
+    spectrum = np.fft.rfft(measured * flanks(n, fs)[:, None], size, axis=0)[inside]
+    omega = 2 * np.pi * frequency[inside]
+    model = ritz_model(rig, MODES)
+    rows = probe_rows(model, probes or {}) if measured.shape[1] > len(rig.sensors) + 1 else np.zeros((0, model.size))
+    seen = channel_gains(model, rows, record.excitation_kind, omega)
+    moved = displacement_gains(model, model.at_points, record.excitation_kind, omega)
+    try:
+        sigma, theta, covariance = _solve(seen, spectrum, np.sqrt(np.mean(measured**2, axis=0)), n)
+    except np.linalg.LinAlgError:
+        raise RecordError(
+            f'record "{record.name}": its channels do not tell the forces in the clearances from each other and '
+            "from the excitation at every frequency; needs more sensors, away from the shaker"
+        ) from None
+
+    def back(values: np.ndarray) -> np.ndarray:
+        full = np.zeros((frequency.size, values.shape[1]), dtype=complex)
+        full[inside] = values
+        return np.fft.irfft(full, size, axis=0)[:n].T
+
+    def density(rows: np.ndarray) -> np.ndarray:
+        """One-sided density (n_f, n) of the noise of a quantity whose gains on θ are the rows (n_f, n, n_theta)."""
+        return 2 / fs * np.einsum("fij,fjk,fik->fi", rows, covariance, rows.conj()).real
+
+    def spread(power: np.ndarray) -> np.ndarray:
+        return np.sqrt(power.sum(axis=0) * fs / size)
+
+    motion = np.einsum("fij,fj->fi", moved, theta)
+    noise = density(np.broadcast_to(np.eye(m, m + 1), (omega.size, m, m + 1)))
+    time = np.arange(n) / fs
+    return RestoringForce(
+        name=record.name,
+        rig=rig,
+        fs=fs,
+        band=(float(low), high),
+        time=time,
+        displacement=back(motion[:, :m]),
+        velocity=back(1j * omega[:, None] * motion[:, :m]),
+        force=back(theta[:, :m]),
+        force_std=spread(noise),
+        displacement_std=spread(density(moved[:, :m])),
+        ends=back(motion[:, m:]).reshape(m, 2, n),
+        valid=(time >= SETTLE) & (time <= time[-1] - SETTLE),
+        noise_frequency=frequency[inside],
+        noise_density=np.sqrt(noise).T,
+        noise=sigma,
+    )
+
+
+def restoring_forces(dataset: Dataset, progress: str | None = None) -> list[RestoringForce]:
+    """Reconstruct the forces in every record to identify."""
+    records = tqdm(dataset.to_identify(), desc=progress, unit="record", disable=progress is None)
+    return [restoring_force(record) for record in records]
+
+
+def measured_channels(record: Record, without_probes: bool = False) -> np.ndarray:
+    """(n_t, n_sensors + n_bushings + 1) accelerations, probes and the excitation, checked; probes only if there are."""
+    where = f'record "{record.name}"'
+    if not record.rig.bushings:
+        raise RecordError(f"{where}: its rig has no bushings, so there is no restoring force to find")
+    response = record.response()
+    if response.displacement is None and not without_probes:
+        raise RecordError(
+            f"{where}: has no displacement probe at every bushing; without them neither gap nor grease can be "
+            "identified. Output error on the accelerometers alone still can be used"
+        )
+    if response.duration <= 4 * SETTLE:
+        raise RecordError(f"{where}: lasts {response.duration:g} s, force balance needs more than {4 * SETTLE:g} s")
+    labels = [f"accelerometer {name}" for name in response.responses]
+    displacement = [] if response.displacement is None else [response.displacement]
+    labels += [f"probe at bushings[{j}]" for j in range(len(record.rig.bushings)) if displacement] + ["excitation"]
+    # Channels side by side, so that sums over time are taken sample by sample.
+    measured = np.ascontiguousarray(np.vstack((response.acceleration, *displacement, response.excitation)).T)
+    for label, signal in zip(labels, measured.T, strict=True):
+        check_channel(f"{where}: {label}", signal, response.fs)
+    return measured
+
+
+def probe_rows(model: ModalModel, values: Mapping[str, float]) -> np.ndarray:
+    """(n_bushings, n_modes) displacement that probes read, of gains and places by the names of `priors`."""
+    rows, bushings = model.at_bushings.copy(), model.rig.bushings
+    for j in range(len(rows)):
+        if f"probes[{j}].position" in values:
+            name = (parse_place(bushings[j].position) or ("", 0.0))[0]
+            at = values[f"probes[{j}].position"]
+            rows[j] = model.shapes([f"{name}@{at!r}" if name else at])[0]
+        rows[j] *= values.get(f"probes[{j}].gain", 1.0)
+    return rows
+
+
+def channel_gains(
+    model: ModalModel, probes: np.ndarray, kind: str, omega: np.ndarray, at: np.ndarray | None = None
+) -> np.ndarray:
+    """Gains (n_f, n_channels, n_forces + 1) of accelerometers, probes and excitation on θ.
+
+    θ: the forces and the excitation. ``at``: (n_forces, n_modes) where they act, by default in the bushings' middles.
+    """
+    sensors = len(model.at_sensors)
+    seen = displacement_gains(model, np.vstack((model.at_sensors, probes)), kind, omega, at)
+    seen[:, :sensors] *= -(omega[:, None, None] ** 2)
+    seen[:, :sensors, -1] += model.sensors_on_base * float(kind == "base")
+    itself = np.zeros((omega.size, 1, seen.shape[2]))
+    itself[:, :, -1] = 1.0
+    return np.concatenate((seen, itself), axis=1)
+
+
+def displacement_gains(
+    model: ModalModel, rows: np.ndarray, kind: str, omega: np.ndarray, at: np.ndarray | None = None
+) -> np.ndarray:
+    """Gains (n_f, n, n_forces + 1) of displacements with rows (n, n_modes) on θ, as `channel_gains` has it."""
+    inputs = np.vstack((-(model.at_bushings if at is None else at), model.input(kind))).T
+    receptance = model.receptance(omega)
+    if receptance.ndim == 3:
+        return rows @ receptance @ inputs
+    products = rows[:, None, :] * inputs.T[None]
+    return (receptance @ products.reshape(-1, model.size).T).reshape(omega.size, len(rows), -1)
+
+
+def _solve(
+    gains: np.ndarray, spectrum: np.ndarray, rms: np.ndarray, rows: int
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Weighted least squares at each frequency; the channels' noise follows from what is left (white in each).
+
+    Returns the noise (n_channels,), θ (n_f, n_theta) and its covariance (n_f, n_theta, n_theta) for white
+    noise of a two-sided power of one per sample.
+    """
+    sigma = NOISE * rms
+    for _ in range(REWEIGHTINGS):
+        weighted = gains / sigma[None, :, None]
+        normal = np.einsum("fci,fcj->fij", weighted.conj(), weighted)
+        inverse = np.linalg.inv(normal)
+        right = np.einsum("fci,fc->fi", weighted.conj(), spectrum / sigma)
+        theta = np.einsum("fij,fj->fi", inverse, right)
+        left = np.abs(spectrum - np.einsum("fci,fi->fc", gains, theta)) ** 2
+        leverage = np.einsum("fci,fij,fcj->fc", weighted, inverse, weighted.conj()).real
+        variance = left.sum(axis=0) / (rows * np.maximum(1 - leverage, 0).sum(axis=0) + 1e-300)
+        sigma = np.maximum(np.sqrt(variance), QUIETEST * rms)
+    return sigma, theta, inverse
+
+
+def flanks(n: int, fs: float) -> np.ndarray:
+    """(n,) window of ones with cosine flanks."""
+    ramp = 0.5 - 0.5 * np.cos(np.pi * (np.arange(int(TAPER * fs)) + 0.5) / int(TAPER * fs))
+    window = np.ones(n)
+    window[: ramp.size], window[n - ramp.size :] = ramp, ramp[::-1]
+    return window

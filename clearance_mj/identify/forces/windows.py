@@ -1,0 +1,108 @@
+"""Restoring forces of a record window by window, all windows of one length: the structure is inverted once."""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Iterator, Mapping
+
+import numpy as np
+import scipy.fft
+
+from ...beam import ritz_model
+from ...io.dataset import Record
+from ...rig import Rig
+from .restoring import (
+    BAND,
+    MODES,
+    SETTLE,
+    TAPER,
+    RestoringForce,
+    channel_gains,
+    displacement_gains,
+    flanks,
+    measured_channels,
+    probe_rows,
+)
+
+__all__ = ["WindowForces"]
+
+
+class WindowForces:
+    """Forces of the clearances, and the motion in them, in every window of a record.
+
+    As `restoring_force`, with the sensors' noise given: a window's forces are the record's, as they can be known by
+    `SETTLE` seconds after its end.
+
+    Parameters
+    ----------
+    record : Record
+        What was measured.
+    rig : Rig
+        The linear rig.
+    probes : mapping of str to float
+        Their gains and places, by the names of `priors`.
+    noise : ndarray
+        (n_channels,) of `RestoringForce.noise`.
+    window : float
+        s.
+    """
+
+    def __init__(self, record: Record, rig: Rig, probes: Mapping[str, float], noise: np.ndarray, window: float):
+        self.name, self.kind, self.fs, self.noise = record.name, record.excitation_kind, record.fs, noise
+        self.measured = measured_channels(record)
+        self.step, self.margin = round(window * record.fs), round(SETTLE * record.fs)
+        self.seconds, self.size = self.step / self.fs, self.step + 2 * self.margin
+        self.padded = scipy.fft.next_fast_len(self.size + int(TAPER * self.fs), real=True)
+        frequency = np.fft.rfftfreq(self.padded, 1 / self.fs)
+        self.frequency = frequency[frequency <= BAND * self.fs]
+        self._invert(rig, probes)
+
+    def on(self, rig: Rig, probes: Mapping[str, float]) -> WindowForces:
+        """Return the same record's forces on another rig."""
+        other = copy.copy(self)
+        other._invert(rig, probes)
+        return other
+
+    def _invert(self, rig: Rig, probes: Mapping[str, float]) -> None:
+        """Find forces and motion by channels at every line, and what the sensors' noise does to them."""
+        self.rig, omega, model = rig, 2 * np.pi * self.frequency, ritz_model(rig, MODES)
+        seen = channel_gains(model, probe_rows(model, probes), self.kind, omega)
+        moved = displacement_gains(model, model.at_points, self.kind, omega)
+        weighted = seen / self.noise[None, :, None]
+        adjoint = weighted.conj().transpose(0, 2, 1)
+        covariance = np.linalg.inv(adjoint @ weighted)
+        self.theta = covariance @ adjoint / self.noise
+        self.motion = moved @ self.theta
+        m = len(rig.bushings)
+        own, of_motion = covariance[:, :m, :m], moved[:, :m] @ covariance @ moved[:, :m].conj().transpose(0, 2, 1)
+        power, of_motion = (2 / self.fs * np.einsum("fii->fi", part).real for part in (own, of_motion))
+        self.density = np.sqrt(power).T
+        self.spread, self.motion_spread = (np.sqrt(p.sum(axis=0) * self.fs / self.padded) for p in (power, of_motion))
+
+    def __len__(self) -> int:
+        return max(0, (self.measured.shape[0] - 2 * self.margin) // self.step)
+
+    def __iter__(self) -> Iterator[RestoringForce]:
+        for i in range(len(self)):
+            yield self.window(i)
+
+    def window(self, i: int) -> RestoringForce:
+        """Forces of a window, with `SETTLE` seconds before and after it, which are not valid; time from there."""
+        first, m = i * self.step, len(self.rig.bushings)
+        piece = self.measured[first : first + self.size] * flanks(self.size, self.fs)[:, None]
+        spectrum = scipy.fft.rfft(piece, self.padded, axis=0)[: self.frequency.size, :, None]
+        theta, motion = (self.theta @ spectrum)[:, :, 0], (self.motion @ spectrum)[:, :, 0]
+        velocity = 2j * np.pi * self.frequency[:, None] * motion[:, :m]
+        full = np.zeros((self.padded // 2 + 1, 5 * m), dtype=complex)
+        full[: self.frequency.size] = np.hstack((theta[:, :m], motion, velocity))
+        force, middle, ends, speed = np.split(
+            scipy.fft.irfft(full, self.padded, axis=0)[: self.size].T, [m, 2 * m, 4 * m]
+        )
+        sample = np.arange(self.size)
+        return RestoringForce(
+            name=self.name, rig=self.rig, fs=self.fs, band=(0.0, float(self.frequency[-1])),
+            time=sample / self.fs, displacement=middle, velocity=speed, force=force,
+            force_std=self.spread, displacement_std=self.motion_spread, ends=ends.reshape(m, 2, self.size),
+            valid=(sample >= self.margin) & (sample < self.margin + self.step), noise_frequency=self.frequency,
+            noise_density=self.density, noise=self.noise,
+        )  # fmt: skip

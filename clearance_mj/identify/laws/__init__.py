@@ -1,0 +1,1 @@
+"""Fits of contact and grease: along restoring forces, by output error, and what they miss."""

@@ -1,0 +1,106 @@
+"""Forces of several laws along one measured motion, side by side in the lanes of a register, filtered and decimated."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from ...clearance import ContactLaw
+from ...clearance._lanes import larger, load, spread, store
+from ...clearance._pointers import OPTIONS, kernel_loop
+from ...clearance.kernel import clearance_records, greases_of
+from ...clearance.lane_contacts import LaneContacts, contact_in_lanes, lane_contacts, penetration_in_lanes
+from ...clearance.lane_greases import LaneGreases, grease_in_lanes, lane_greases
+from ...rig import Bushing, Rig
+
+__all__ = ["LANES", "Path", "forces_along"]
+
+LANES = 8
+"""laws at a time"""
+BLOCK = 64
+"""samples that are filtered together: what lies between stays in the processor's cache"""
+
+
+class Path(NamedTuple):
+    """Motion of one bushing from rest, at a fine rate."""
+
+    x: np.ndarray
+    """(n, 3) displacements of the middle and both ends, m"""
+    v: np.ndarray
+    """(n, 3) velocities, m/s"""
+    step: float
+    """s"""
+
+
+def forces_along(
+    paths: Sequence[Path], taps: np.ndarray, factor: int, rig: Rig, cases: Sequence[tuple[Bushing, ContactLaw]]
+) -> np.ndarray:
+    """Forces (n, n_cases), N, of laws of one bushing along motions, one motion after the other.
+
+    ``taps``: odd in number and symmetric, of the low-pass; every ``factor``-th sample is kept, the first included. All
+    cases are of the same models of contact and grease, of which both run in lanes; ``rig`` is any.
+    """
+    parts = [_some(paths, taps, factor, rig, [*cases[i : i + LANES]]) for i in range(0, len(cases), LANES)]
+    return np.concatenate(parts, axis=1)
+
+
+def _some(
+    paths: Sequence[Path], taps: np.ndarray, factor: int, rig: Rig, cases: list[tuple[Bushing, ContactLaw]]
+) -> np.ndarray:
+    count, rest = len(cases), LANES - len(cases)
+    rigs, laws = [rig.replace(bushings=(bushing,)) for bushing, _ in cases], [law for _, law in cases]
+    offsets = np.array([[bushing.offset] for bushing, _ in cases + cases[:1] * rest])
+    models = [greases_of(*case) for case in zip(rigs, laws)]
+    greases = lane_greases(models + models[:1] * rest, offsets)
+    records = [clearance_records(*case, paths[0].step) for case in zip(rigs, laws)]  # the contacts know no step
+    contacts = lane_contacts([[type(laws[0].contact[0])]] * LANES, records + records[:1] * rest)
+    found = [np.empty((-(-len(path.x) // factor), LANES)) for path in paths]
+    for path, out in zip(paths, found):
+        at_rest = [part._replace(numbers=part.numbers.copy()) for part in (greases, contacts)]
+        _along(*path, taps, factor, tuple(range(LANES)), *at_rest, out)
+    return np.concatenate(found)[:, :count]
+
+
+@kernel_loop(**OPTIONS)
+def _along(
+    x: np.ndarray, v: np.ndarray, step: float, taps: np.ndarray, factor: int, lanes: tuple[int, ...],
+    greases: LaneGreases, contacts: LaneContacts, out: np.ndarray,
+) -> None:  # fmt: skip
+    """Fill (ceil(n / factor), lanes) forces along x, v (n, 3)."""
+    count, n, half = len(lanes), x.shape[0], taps.size // 2
+    place, speed, depth = np.zeros((3, count)), np.zeros((3, count)), np.zeros((3, count))
+    elastic, viscous, side = np.zeros((3, count)), np.zeros((3, count)), np.ones((3, count))
+    moved = BLOCK * factor
+    # Row r of a block is sample r - half of the motion, from the block's first on; none is beyond the ends.
+    rows, done = np.zeros((moved - factor + taps.size, count)), 0
+    for block in range(0, out.shape[0], BLOCK):
+        first = block * factor - half
+        for r in range(done - first, rows.shape[0]):
+            force = spread(0.0, lanes)
+            i = first + r
+            if i < n:
+                store(place, 0, spread(x[i, 0], lanes), lanes)
+                grease_in_lanes(greases, 0, place, step, lanes, elastic, viscous)
+                force = load(elastic, 0, lanes) + v[i, 0] * load(viscous, 0, lanes)
+                for end in range(2):
+                    p = end + 1
+                    store(place, p, spread(x[i, p], lanes), lanes)
+                    if penetration_in_lanes(contacts, 0, end, place, p, lanes, depth):
+                        store(speed, p, spread(v[i, p], lanes), lanes)
+                        contact_in_lanes(contacts, 0, end, depth, speed, p, lanes, elastic, viscous, side)
+                        towards = load(side, p, lanes)
+                        push = load(elastic, p, lanes) + v[i, p] * load(viscous, p, lanes)
+                        force = force + towards * larger(towards * push, 0.0)
+            store(rows, r, force, lanes)
+        done = first + rows.shape[0]
+        for k in range(min(BLOCK, out.shape[0] - block)):
+            start = k * factor
+            last = start + taps.size - 1
+            total = taps[half] * load(rows, start + half, lanes)
+            for j in range(half):
+                total = total + taps[j] * (load(rows, start + j, lanes) + load(rows, last - j, lanes))
+            store(out, block + k, total, lanes)
+        for r in range(rows.shape[0] - moved):
+            store(rows, r, load(rows, r + moved, lanes), lanes)

@@ -1,0 +1,328 @@
+"""Bouc-Wen hysteresis with a gap, from records of displacement and force (Eqs 9 and 11).
+
+The element is f = λ k y + (1-λ) k z with dz = dy (1 - |z|ⁿ (γ + β sign(z dy))), A = 1 because k scales it. The gap
+enters in one of two ways:
+
+- "fixed": it stays where it is, as in a bushing: y = gap(x - x0, d), Eq. 11.
+- "reopening": dead travel in series with the slider, as in a friction damper with backlash: the slider carries the gap
+  along, so that after every reversal the dead travel 2d is run through anew once the spring is unloaded. y = x - x0 and
+  z is the deflection beyond the dead travel; within it z = 0.
+
+Parameters are found by output error: the loop is computed from the record's displacement and its force compared with
+the measured force, by bounded least squares from several starts.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import scipy.optimize
+from numpy.typing import ArrayLike
+
+from ...core.errors import RecordError
+from ...estimate.estimates import UNIDENTIFIED, Estimates, principal_deviations
+from ...estimate.parameter import Parameter
+from ...rig import Grease
+from .hysteresis_loop import loop_force
+
+__all__ = ["DEAD_TRAVEL", "BoucWenFit", "bouc_wen"]
+
+DEAD_TRAVEL = ("fixed", "reopening")
+NAMES = {"k": "N/m", "elastic_ratio": "1", "beta": "1/mⁿ", "gamma": "1/mⁿ", "exponent": "1", "gap": "m", "offset": "m"}
+"""parameters and their units"""
+POSSIBLE = ((0.0, np.inf), (0.0, 1.0), (0.0, np.inf), (-np.inf, np.inf), (1.0, 6.0), (0.0, np.inf), (-np.inf, np.inf))
+SHORTEST = 20
+"""samples"""
+POLISHED = 2
+"""starts, the best after a rough solution, that are solved to the end"""
+NOISE_FLOOR = 1e-5
+"""residual that is always assumed, as a share of the force's RMS, so that perfect records have a covariance too"""
+UNRELATED = 0.95
+"""NRMSE above which force and displacement have nothing to do with each other"""
+# Fitted: log k X/F, λ, log z_ult/X, γ/β, n, d/X, x0/X, with X half the range of the displacement, F of the force.
+LOW = np.array([np.log(1e-2), 0.0, np.log(1e-3), -0.9, 1.0, 0.0, -1.2])
+HIGH = np.array([np.log(1e4), 1.0, np.log(1e2), 1.0, 6.0, 1.0, 1.2])
+K, RATIO, YIELD, SHAPE, EXPONENT, GAP, OFFSET = range(7)
+
+
+@dataclass(frozen=True, eq=False)
+class BoucWenFit:
+    """Bouc-Wen element with a gap, fitted to records, and how well they identify its parameters."""
+
+    k: float
+    """N/m, stiffness k"""
+    elastic_ratio: float
+    """λ, share of the stiffness that does not slide"""
+    beta: float
+    """β, 1/mⁿ"""
+    gamma: float
+    """γ, 1/mⁿ"""
+    exponent: float
+    """n"""
+    gap: float
+    """m, d: half the dead travel"""
+    offset: float
+    """m, x0: the displacement at which the gap is centred (of a re-opening gap: in the first record's beginning)"""
+    dead_travel: str = "fixed"
+    """ "fixed" or "reopening" """
+    estimates: Estimates | None = None
+    """of these parameters, but a gap that was given; allows for residuals correlated in time. None: not fitted"""
+    unidentified: tuple[str, ...] = ()
+    """parameters the records do not identify, by their standard deviation near the solution; β and γ, whose unit
+    depends on n, count as identified where the yield displacement, γ/β and n are"""
+    nrmse: float = 0.0
+    """RMS of the residual over the RMS of the measured force about its mean"""
+    starts: tuple[float, ...] = ()
+    """nrmse that each start ended with, best first; only the first two are solved to the end"""
+
+    @property
+    def value(self) -> np.ndarray:
+        """(7,) the parameters in the order of the fields."""
+        return np.array([getattr(self, name) for name in NAMES])
+
+    @property
+    def yield_displacement(self) -> float:
+        """z_ult = (β+γ)^(-1/n), m."""
+        return (self.beta + self.gamma) ** (-1 / self.exponent)
+
+    @property
+    def yield_force(self) -> float:
+        """(1-λ) k z_ult, N: what slides at most."""
+        return (1 - self.elastic_ratio) * self.k * self.yield_displacement
+
+    @property
+    def grease(self) -> Grease:
+        """The element without its gap, as the engines take it."""
+        return Grease(self.k, 0.0, self.elastic_ratio, 1.0, self.beta, self.gamma, self.exponent)
+
+    def force(self, time: ArrayLike, displacement: ArrayLike, offset: float | None = None) -> np.ndarray:
+        """Force (n,), N, under a displacement (n,), m, over rising times (n,), s; it does not depend on rate.
+
+        ``offset``: m, x0 of this record if it is not the fitted one; see `offset_of`.
+        """
+        _, x, _ = checked(time, displacement, np.zeros(np.shape(time)), "the motion")
+        offset = self.offset if offset is None else offset
+        z_ult, reopening = self.yield_displacement, self.dead_travel == "reopening"
+        shape = self.gamma / self.beta
+        return loop_force(x, self.k, self.elastic_ratio, z_ult, shape, self.exponent, self.gap, offset, reopening)
+
+    def offset_of(self, displacement: float, force: float) -> float:
+        """Find where a re-opening gap stood when a record began: x0, m, from its first displacement, m, and force, N.
+
+        Within the dead travel the force says nothing: the gap is then taken as centred.
+        """
+        if self.dead_travel != "reopening":
+            raise RecordError("a fixed gap stays where it was fitted; only a re-opening gap starts anew in each record")
+        spring = (1 - self.elastic_ratio) * self.k
+        if spring == 0 or abs(force) < 0.01 * self.yield_force:
+            return displacement
+        deflection = np.clip(force / spring, -0.99 * self.yield_displacement, 0.99 * self.yield_displacement)
+        return float(displacement - deflection - np.sign(force) * self.gap)
+
+
+def bouc_wen(
+    time: ArrayLike, displacement: ArrayLike, force: ArrayLike, gap: float | None = None, dead_travel: str = "fixed"
+) -> BoucWenFit:
+    """Identify a Bouc-Wen element with a gap from measured displacement and force.
+
+    Parameters
+    ----------
+    time, displacement, force : array_like, shape (n,), or sequences of them
+        s, m and N. Several records of one element are given as lists of arrays. Each begins as if the element had
+        been unloaded at x0.
+    gap : float, optional
+        m, d if it is known, 0 for an element without gap; else it is fitted.
+    dead_travel : {"fixed", "reopening"}
+        Whether the gap stays where it is or is carried along by the slider, so that its dead travel starts anew at
+        each reversal. The second needs records that begin at the same point of the dead travel, or loops long
+        enough for that not to matter.
+
+    Raises
+    ------
+    RecordError
+        If a channel is not finite, constant, clipped or too short, if the gap is larger than the motion, or if the
+        force does not follow the displacement; the message says what can still be identified.
+
+    Notes
+    -----
+    Bouc-Wen: Ismail, Ikhouane and Rodellar, The hysteresis Bouc-Wen model, a survey, Arch. Comput. Methods Eng. 16,
+    2009. Covariance of output error with coloured residuals: Ljung, System Identification, 2nd ed., 1999, section 9.4.
+    """
+    if dead_travel not in DEAD_TRAVEL:
+        raise RecordError(f'dead_travel "{dead_travel}" is unknown; use {", ".join(DEAD_TRAVEL)}')
+    problem = _Problem(checked_records(time, displacement, force), gap, dead_travel == "reopening")
+    rough = sorted((problem.solve(start, 1e-3) for start in problem.starts()), key=lambda s: s.cost)
+    polished = [problem.solve(s.x, 1e-10) for s in rough[:POLISHED]]
+    solutions = sorted([*polished, *rough[POLISHED:]], key=lambda s: s.cost)
+    best = solutions[0]
+    nrmse = tuple(float(np.sqrt(2 * s.cost / problem.size)) for s in solutions)
+    if nrmse[0] > UNRELATED:
+        raise RecordError(
+            f"the force does not follow the displacement ({100 * nrmse[0]:.0f} % of it is left): no contact, the "
+            f"gap is larger than the motion of ±{problem.x_scale:.3g} m; the record shows nothing more"
+        )
+    estimates, unidentified = problem.estimates(best)
+    k, ratio, beta, gamma, exponent, d, offset = problem.natural(best.x).tolist()
+    return BoucWenFit(k, ratio, beta, gamma, exponent, d, offset, dead_travel, estimates, unidentified, nrmse[0], nrmse)
+
+
+class _Problem:
+    """Residuals of records as a function of scaled parameters."""
+
+    def __init__(self, records: Sequence[tuple[np.ndarray, ...]], gap: float | None, reopening: bool):
+        self.reopening = reopening
+        self.displacement = [x for _, x, _ in records]
+        self.force = [f for _, _, f in records]
+        self.x_scale = max(np.ptp(x) for x in self.displacement) / 2
+        self.x_middle = 0.0 if reopening else (np.max(self.displacement[0]) + np.min(self.displacement[0])) / 2
+        self.f_scale = max(np.ptp(f) for f in self.force) / 2
+        every = np.concatenate(self.force)
+        self.size, self.f_rms = every.size, np.std(every)
+        self.low, self.high, self.free = LOW.copy(), HIGH.copy(), np.ones(7, dtype=bool)
+        self.fixed = np.zeros(7)
+        if gap is not None:
+            self._fix_gap(gap)
+
+    def _fix_gap(self, gap: float) -> None:
+        if not (np.isfinite(gap) and gap >= 0):
+            raise RecordError(f"gap must be >= 0 m, or None to fit it, got {gap!r}")
+        if gap >= self.x_scale:
+            raise RecordError(
+                f"the gap of {gap:.3g} m is larger than the motion of ±{self.x_scale:.3g} m: no contact in the record, "
+                f"so it shows nothing of the element but its mean force, {np.mean(np.concatenate(self.force)):.3g} N"
+            )
+        self.free[GAP] = False
+        self.fixed[GAP] = gap / self.x_scale
+
+    def starts(self) -> Iterator[np.ndarray]:
+        """Stiff and soft springs, early and late yield, small and large gap."""
+        gaps = (self.fixed[GAP],) if not self.free[GAP] else (0.02, 0.1, 0.35)
+        for d in gaps:
+            rest = max(1 - d, 0.05)
+            for ratio, z_ult in ((0.1, 0.1), (0.5, 0.3), (0.9, 0.3)):
+                k = 1 / (ratio * rest + (1 - ratio) * min(z_ult, rest))
+                yield np.array([np.log(k), ratio, np.log(z_ult * rest), 0.0, 1.5, d, 0.0])[self.free]
+
+    def whole(self, free: np.ndarray) -> np.ndarray:
+        theta = self.fixed.copy()
+        theta[self.free] = free
+        return theta
+
+    def natural(self, free: np.ndarray) -> np.ndarray:
+        """Parameters in the order of `NAMES`, SI units."""
+        log_k, ratio, log_z, shape, n, d, x0 = self.whole(free)
+        total = (np.exp(log_z) * self.x_scale) ** -n
+        beta = total / (1 + shape)
+        k = np.exp(log_k) * self.f_scale / self.x_scale
+        return np.array([k, ratio, beta, shape * beta, n, d * self.x_scale, x0 * self.x_scale + self.x_middle])
+
+    def residual(self, free: np.ndarray) -> np.ndarray:
+        log_k, ratio, log_z, shape, n, d, x0 = self.whole(free)
+        k, x_scale = np.exp(log_k) * self.f_scale / self.x_scale, self.x_scale
+        offset, z_ult = x0 * x_scale + self.x_middle, np.exp(log_z) * x_scale
+        element = k, ratio, z_ult, shape, n, d * x_scale, offset, self.reopening
+        model = [loop_force(x, *element) for x in self.displacement]
+        return (np.concatenate(model) - np.concatenate(self.force)) / self.f_rms
+
+    def solve(self, start: np.ndarray, tolerance: float) -> scipy.optimize.OptimizeResult:
+        low, high = self.low[self.free], self.high[self.free]
+        inside = np.clip(start, low + 1e-6 * (high - low), high - 1e-6 * (high - low))
+        return scipy.optimize.least_squares(
+            self.residual, inside, bounds=(low, high), x_scale="jac", xtol=tolerance, ftol=tolerance, max_nfev=40
+        )
+
+    def estimates(self, solution: scipy.optimize.OptimizeResult) -> tuple[Estimates, tuple[str, ...]]:
+        """Of the natural parameters, and the names of those that the records do not identify."""
+        residual = self.residual(solution.x)
+        spread = residual.var() * correlation_time(residual) + NOISE_FLOOR**2
+        direction, std = principal_deviations(solution.jac)
+        scaled = (direction.T * std**2) @ direction * spread
+        sigma = np.zeros(7)
+        sigma[self.free] = np.sqrt(np.diag(scaled))
+        step = 1e-6
+        jacobian = np.stack(
+            [(self.natural(solution.x + step * e) - self.natural(solution.x - step * e)) / (2 * step)
+             for e in np.eye(solution.x.size)], axis=1
+        )  # fmt: skip
+        value = self.natural(solution.x)
+        every = zip(NAMES.items(), value, POSSIBLE)
+        parameters = [Parameter(*named, v, *limits, transform="linear") for named, v, limits in every]
+        fitted = np.flatnonzero(self.free | (np.arange(7) != GAP))  # all but a gap that is given
+        covariance = (jacobian @ scaled @ jacobian.T)[np.ix_(fitted, fitted)]
+        found = Estimates.of([parameters[i] for i in fitted], value[fitted], covariance)
+        return found, self._unidentified(solution, sigma)
+
+    def _unidentified(self, solution: scipy.optimize.OptimizeResult, sigma: np.ndarray) -> tuple[str, ...]:
+        """Standard deviations above half: relative for k, yield, n; of λ and γ/β; of d and x0 over z."""
+        theta = self.whole(solution.x)
+        at_bound = np.zeros(7, dtype=bool)
+        at_bound[self.free] = solution.active_mask != 0
+        limit = np.full(7, UNIDENTIFIED)
+        limit[EXPONENT] *= theta[EXPONENT]
+        limit[GAP] = limit[OFFSET] = UNIDENTIFIED * max(np.exp(theta[YIELD]), theta[GAP])
+        open_ = sigma > limit
+        for i in (K, YIELD, SHAPE, EXPONENT):  # the ends of λ, d and x0 are real values
+            open_[i] |= at_bound[i]
+        open_[[YIELD, SHAPE]] = open_[[YIELD, SHAPE, EXPONENT]].any()
+        return tuple(name for name, unknown in zip(NAMES, open_) if unknown)
+
+
+def correlation_time(residual: np.ndarray) -> float:
+    """Samples that count as one: 1 + 2 Σρ up to its first lag below 0.05, at least 1."""
+    r = residual - residual.mean()
+    spectrum = np.abs(np.fft.rfft(r, 2 * r.size)) ** 2
+    rho = np.fft.irfft(spectrum)[: r.size]
+    if rho[0] == 0:
+        return 1.0
+    rho = rho / rho[0]
+    end = int(np.argmax(rho < 0.05)) or r.size
+    return float(1 + 2 * np.sum(rho[1:end]))
+
+
+def checked_records(time: Any, displacement: Any, force: Any) -> list[tuple[np.ndarray, ...]]:
+    """Return time, displacement and force of each of one or several records, or say what is wrong with them."""
+    if not (isinstance(time, Sequence) and len(time) and np.ndim(time[0]) == 1):
+        return [checked(time, displacement, force, "the record", constant=False)]
+    if not len(time) == len(displacement) == len(force):
+        raise RecordError(f"{len(time)} times, {len(displacement)} displacements and {len(force)} forces")
+    return [checked(*each, f"record {i + 1}", constant=False) for i, each in enumerate(zip(time, displacement, force))]
+
+
+def checked(
+    time: ArrayLike, displacement: ArrayLike, force: ArrayLike, where: str, constant: bool = True
+) -> tuple[np.ndarray, ...]:
+    """Return the channels as float arrays, or say what is wrong with them."""
+    arrays = [np.asarray(a, dtype=float) for a in (time, displacement, force)]
+    t, x, f = arrays
+    if t.ndim != 1 or not t.shape == x.shape == f.shape:
+        raise RecordError(f"{where}: time, displacement and force are (n,) each, got {t.shape}, {x.shape}, {f.shape}")
+    for name, a in zip(("time", "displacement", "force"), arrays):
+        if not np.isfinite(a).all():
+            raise RecordError(f"{where}: {name} is not finite at sample {int(np.argmin(np.isfinite(a)))}")
+    if not (np.diff(t) > 0).all():
+        raise RecordError(f"{where}: the time does not rise at sample {int(np.argmin(np.diff(t) > 0)) + 1}")
+    if constant:
+        return t, x, f
+    if t.size < SHORTEST:
+        raise RecordError(f"{where}: {t.size} samples are too short a record, at least {SHORTEST} are needed")
+    for name, a in (("displacement", x), ("force", f)):
+        if np.ptp(a) == 0:
+            raise RecordError(f"{where}: the {name} is constant at {a[0]:.6g}: a loop cannot be identified")
+    _refuse_clipped(x, f, where)
+    return t, x, f
+
+
+def _refuse_clipped(x: np.ndarray, f: np.ndarray, where: str) -> None:
+    """A force that moves while the displacement rests exactly at its extreme: the displacement is cut off there."""
+    for extreme in (x.max(), x.min()):
+        at = x == extreme
+        inner = at[1:] & at[:-1]
+        moved = np.abs(np.diff(f))[inner].sum()
+        if inner.sum() > 0.005 * x.size and moved > np.ptp(f) and np.ptp(f[at]) > 0.2 * np.ptp(f):
+            raise RecordError(
+                f"{where}: the displacement is clipped at {extreme:.6g} m ({int(at.sum())} samples) while the force "
+                "goes on; cut the record to the part below"
+            )

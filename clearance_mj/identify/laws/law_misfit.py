@@ -1,0 +1,289 @@
+"""How far a rig and its law miss the records that they were found from: by sensor, level and frequency, and in decays.
+
+The modal engine is driven by each record's own excitation. Records under a lasting excitation count in pieces of 5 s,
+so that a level ramp shows at which level the law misses, and in bands of `BANDS` equal ratios. Test and model see the
+same excitation: the FRF of the difference of their responses is the difference of their FRFs, and its random error
+(`signals.frf.random_error`) comes from its own coherence. Noise, and impacts that the model does not repeat, are in it;
+scatter that both share is not. Impacts of the found law need no allowance of their own: with gaps changed by 1e-5 the
+same FRFs come out, to 0.01 dB. A record of hits is compared by the RMS of both halves of every decay.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import itertools
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from ...clearance.law import Law
+from ...core.tasks import run_tasks
+from ...engines import simulate
+from ...io.dataset import Record
+from ...rig import Rig
+from ...signals.frf import estimate_frf, random_error
+from ...signals.response import Response
+from .output_error import CREST, DB, PIECE, RESOLUTION
+
+__all__ = ["Decay", "LawMisfit", "Stretch", "law_misfit"]
+
+BANDS = 8
+"""of frequency, between the ends of the records' own bands"""
+WIDEST = 0.4
+"""of fs: upper end of a record whose band is not known"""
+NORMAL = 1.4826
+"""standard deviation of a normal variable over the median of its size"""
+TOO_FAR = 3.0
+"""random errors: beyond, a warning says where the law misses"""
+LEAST = 0.1
+"""dB, 1 %, as a sensor's gain may be off: what is missed by less is not worth a warning"""
+REST = 0.1
+"""of an excitation's largest peak: what lies below it is no hit"""
+SHORTEST = 0.5
+"""s, of a decay"""
+
+
+@dataclass(frozen=True, eq=False)
+class Stretch:
+    """A piece of a record, and how far its FRFs are from those of the law."""
+
+    record: str
+    """its name"""
+    start: float
+    """s"""
+    duration: float
+    """s"""
+    level: float
+    """RMS of the excitation, m/s² or N"""
+    missed: np.ndarray
+    """(n_sensors, n_bands) dB, typical difference of the magnitudes: its median size as a standard deviation; nan in
+    bands that the record does not have"""
+    random: np.ndarray
+    """(n_sensors, n_bands) dB, typical random error of that difference"""
+
+    @property
+    def ratio(self) -> np.ndarray:
+        """(n_sensors, n_bands) what is missed over its random error."""
+        return self.missed / self.random
+
+
+@dataclass(frozen=True, eq=False)
+class Decay:
+    """The motion after a hit, and how far that of the law is from it."""
+
+    record: str
+    """its name"""
+    start: float
+    """s"""
+    duration: float
+    """s"""
+    peak: float
+    """of the hit, m/s² or N"""
+    missed: np.ndarray
+    """(n_sensors, 2) dB, RMS of the model over that of the record, first and second half"""
+
+
+@dataclass(frozen=True, eq=False)
+class LawMisfit:
+    """What a rig and its law miss of records."""
+
+    sensors: tuple[str, ...]
+    """(n_sensors,) labels"""
+    unit: str
+    """of the levels"""
+    edges: np.ndarray
+    """(n_bands + 1,) Hz"""
+    stretches: tuple[Stretch, ...]
+    """by rising level; none if all records are hits"""
+    decays: tuple[Decay, ...]
+    """in the order of the records"""
+
+    @cached_property
+    def widening(self) -> float:
+        """Factor by which standard deviations of gaps, offsets and laws grow: RMS of `Stretch.ratio`, not below 1.
+
+        Birge's ratio: residuals beyond what their random errors allow are taken to say that all of those are too small
+        by one factor (R. T. Birge, The calculation of errors by the method of least squares, Physical Review 40, 1932).
+        """
+        ratios = np.array([s.ratio for s in self.stretches])
+        return max(1.0, float(np.sqrt(np.nanmean(ratios**2)))) if ratios.size else 1.0
+
+    def spread(self, frequency: np.ndarray, level: float, duration: float, resolution: float) -> np.ndarray:
+        """Relative standard deviation of a record's FRF magnitudes about those that rig and law predict.
+
+        σ² = max(0, m² - r²) + r² (T Δf) / (T' Δf'), with the miss m and the random error r of the stretches of T = 5 s
+        and the resolution Δf = 1 Hz: what is missed beyond random error stays however long a record is, random error
+        falls with the number of averages. m² and r² are interpolated over the logarithm of the level and taken from the
+        nearest band and level.
+
+        Parameters
+        ----------
+        frequency : ndarray, shape (n_f,)
+            Hz.
+        level : float
+            RMS of the excitation, m/s² or N.
+        duration : float
+            s, T' of the record.
+        resolution : float
+            Hz, Δf' of its FRFs.
+
+        Returns
+        -------
+        ndarray, shape (n_sensors, n_f)
+            0 if all records are hits.
+        """
+        if not self.stretches:
+            return np.zeros((len(self.sensors), np.size(frequency)))
+        levels = np.log([s.level for s in self.stretches])
+        fewer = RESOLUTION * np.array([s.duration for s in self.stretches]) / (duration * resolution)
+        squares = [np.maximum(0, s.missed**2 - s.random**2) + s.random**2 * f for s, f in zip(self.stretches, fewer)]
+        known = np.array(squares).reshape(levels.size, -1)
+        found = np.array([_interpolated(np.log(level), levels, column) for column in known.T])
+        band = np.clip(np.searchsorted(self.edges, frequency, side="right") - 1, 0, self.edges.size - 2)
+        return np.sqrt(found.reshape(len(self.sensors), -1)[:, band]) / DB
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """Plain words on where the law misses by more than three times its random error, and by more than 0.1 dB.
+
+        What shows in one band of one sensor at one level, and nowhere beside it, counts as chance.
+        """
+        if not self.stretches:
+            return ()
+        ratio = np.array([np.where(s.missed > LEAST, s.ratio, 0.0) for s in self.stretches])
+        far = ratio > TOO_FAR
+        alone = sum(far.sum(axis=axis, keepdims=True) for axis in range(3)) == 3
+        ratio[far & alone] = 0.0  # the chance of one cell out of hundreds
+        too_far = np.any(ratio > TOO_FAR, axis=(0, 1)).tolist()
+        runs = [
+            [band for band, _ in run]
+            for missed, run in itertools.groupby(enumerate(too_far), key=lambda item: item[1])
+            if missed
+        ]
+        return tuple(self._in_words(ratio, slice(run[0], run[-1] + 1)) for run in runs)
+
+    def _in_words(self, ratio: np.ndarray, bands: slice) -> str:
+        here = ratio[:, :, bands]
+        sizes = np.where(here > TOO_FAR, [s.missed[:, bands] for s in self.stretches], 0.0)
+        worst = np.unravel_index(np.argmax(sizes), sizes.shape)
+        stretch, missed = self.stretches[worst[0]], sizes[worst]
+        which = np.flatnonzero((here > TOO_FAR).any(axis=(0, 2)))
+        levels = [s.level for s, row in zip(self.stretches, here) if (row > TOO_FAR).any()]
+        names = ", ".join(self.sensors[i] for i in which)
+        sensors = "every sensor" if which.size == len(self.sensors) else f"sensors {names}"
+        at = f"{levels[0]:.2g}" if len(levels) == 1 else f"{levels[0]:.2g} to {levels[-1]:.2g}"
+        return (
+            f"the law misses FRFs between {self.edges[bands.start]:.3g} and {self.edges[bands.stop]:.3g} Hz by more "
+            f"than {TOO_FAR:g} times their random error at {sensors}, at {at} {self.unit} RMS; most at sensor "
+            f"{self.sensors[worst[1]]}, by {missed:.2g} dB, {here[worst]:.1f} times, at {stretch.level:.2g} {self.unit}"
+        )
+
+    def rows(self) -> list[dict[str, Any]]:
+        """Return a row of plain data for each stretch, sensor and band that the record has."""
+        return [
+            {"record": s.record, "start": s.start, "duration": s.duration, "level": s.level, "sensor": sensor,
+             "from_hz": float(low), "to_hz": float(high), "missed_db": float(missed), "random_db": float(random),
+             "ratio": float(missed / random)}
+            for s in self.stretches
+            for sensor, of, error in zip(self.sensors, s.missed, s.random)
+            for (low, high), missed, random in zip(itertools.pairwise(self.edges), of, error)
+            if np.isfinite(missed)
+        ]  # fmt: skip
+
+    def decay_rows(self) -> list[dict[str, Any]]:
+        """Return a row of plain data for each decay and sensor."""
+        return [
+            {"record": d.record, "start": d.start, "duration": d.duration, "peak": d.peak, "sensor": sensor,
+             "first_half_db": float(first), "second_half_db": float(second)}
+            for d in self.decays
+            for sensor, (first, second) in zip(self.sensors, d.missed)
+        ]  # fmt: skip
+
+
+def _interpolated(at: float, levels: np.ndarray, values: np.ndarray) -> float:
+    known = np.isfinite(values)
+    return float(np.interp(at, levels[known], values[known])) if known.any() else 0.0
+
+
+def law_misfit(records: Sequence[Record], rig: Rig, law: Law, progress: str | None = None) -> LawMisfit:
+    """Simulate a rig and its law under the excitation of records, and compare.
+
+    Parameters
+    ----------
+    records : sequence of Record
+        Those that rig and law were found from.
+    rig : Rig
+        As found; its sensors are those of the records.
+    law : Law
+        As found.
+    progress : str, optional
+        Show a progress bar with this name.
+
+    Raises
+    ------
+    ClearanceError
+        Whatever `simulate` raises.
+    """
+    excitations = [record.excitation() for record in records]
+    models = dict(
+        run_tasks(lambda i: simulate(rig, excitations[i], law, "modal"), range(len(records)), progress=progress or "")
+    )
+    pairs = [(record.name, record.response(), models[i]) for i, record in enumerate(records)]
+    bands = [_band(test) for _, test, _ in pairs if not _is_of_hits(test)]
+    edges = np.geomspace(min(b[0] for b in bands), max(b[1] for b in bands), BANDS + 1) if bands else np.empty(0)
+    stretches = [s for pair in pairs if not _is_of_hits(pair[1]) for s in _stretches(*pair, edges)]
+    decays = [d for pair in pairs if _is_of_hits(pair[1]) for d in _decays(*pair)]
+    unit = "N" if records[0].excitation_kind == "force" else "m/s²"
+    stretches.sort(key=lambda s: s.level)
+    return LawMisfit(tuple(rig.sensor_labels), unit, edges, tuple(stretches), tuple(decays))
+
+
+def _is_of_hits(response: Response) -> bool:
+    return bool(np.abs(response.excitation).max() > CREST * response.excitation.std())
+
+
+def _band(response: Response) -> tuple[float, float]:
+    return response.band or (RESOLUTION, WIDEST * response.fs)
+
+
+def _stretches(name: str, test: Response, model: Response, edges: np.ndarray) -> list[Stretch]:
+    count = max(1, int(test.duration / PIECE))
+    ends = np.linspace(0, test.excitation.size, count + 1).astype(int)
+    return [_stretch(name, test, model, slice(*pair), edges) for pair in itertools.pairwise(ends.tolist())]
+
+
+def _stretch(name: str, test: Response, model: Response, part: slice, edges: np.ndarray) -> Stretch:
+    measured = Response(test.fs, test.excitation[part], test.acceleration[:, part], kind=test.kind, band=_band(test))
+    rest = dataclasses.replace(measured, acceleration=(test.acceleration - model.acceleration)[:, part])
+    frf, difference = (estimate_frf(response, resolution=RESOLUTION) for response in (measured, rest))
+    size = np.abs(frf.functions)
+    missed = DB * np.abs(np.log(np.abs(frf.functions - difference.functions) / size))
+    error = DB * random_error(difference, measured.duration)[:, 0] * np.abs(difference.functions) / size
+    band = np.searchsorted(edges, frf.frequency, side="right") - 1
+    shape = len(size), edges.size - 1
+    found = np.full((2, *shape), np.nan)
+    for i in range(shape[1]):
+        if (band == i).any():
+            found[:, :, i] = NORMAL * np.median(missed[:, band == i], axis=1), np.median(error[:, band == i], axis=1)
+    start, level = part.start / test.fs, float(np.std(measured.excitation))
+    return Stretch(name, start, measured.duration, level, found[0], found[1])
+
+
+def _decays(name: str, test: Response, model: Response) -> list[Decay]:
+    """From each hit to the next."""
+    size = np.abs(test.excitation)
+    struck = np.flatnonzero(size > REST * size.max())
+    shortest = int(SHORTEST * test.fs)
+    first = struck[np.diff(struck, prepend=-shortest) >= shortest]
+    found = []
+    for begin, end in itertools.pairwise([*first.tolist(), size.size]):
+        if end - begin >= shortest:
+            halves = np.array_split(np.arange(begin, end), 2)
+            rms = [[np.std(r.acceleration[:, half], axis=1) for half in halves] for r in (model, test)]
+            missed = DB * np.log(np.array(rms[0]) / np.array(rms[1])).T
+            peak = float(size[begin : begin + shortest].max())
+            found.append(Decay(name, begin / test.fs, (end - begin) / test.fs, peak, missed))
+    return found

@@ -1,0 +1,96 @@
+"""What a measured channel shows of a loose cable or a wrong zero: dropouts, spikes, offsets and drifts."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ...io.dataset import Record
+
+__all__ = ["channels_of", "lapses", "zero_error"]
+
+HELD = 10
+"""equal samples in a row, from which on they are a dropout"""
+BEFORE = 20
+"""steps before a dropout, in which a signal that comes to rest would have calmed down"""
+ABRUPT = 10.0
+"""resolutions: steps before a dropout"""
+SPIKE = 12.0
+"""standard deviations by which one sample stands out of both its neighbours"""
+TOGETHER = 0.05
+"""s, within which spikes of several channels are one impact"""
+PARTS = 4
+"""of a record: the quietest shows the zero, the first and the last a drift"""
+SHIFTED = 0.3
+"""of the gap, and of the motion: of a probe in another unit that is much larger"""
+OFF, OFF_CENTRE = 0.01, 0.2
+"""of the gap, and of the motion in the quietest part, both: sound records have up to 0.05 of the motion"""
+
+
+def channels_of(record: Record) -> list[tuple[str, np.ndarray]]:
+    """Return name and samples (n_t,) of accelerometers, then probes, then the excitation."""
+    response = record.response()
+    found = [(f"accelerometer {name}", signal) for name, signal in zip(response.responses, response.acceleration)]
+    probes = [] if response.displacement is None else [*response.displacement]
+    return [
+        *found,
+        *((f"probe at bushings[{j}]", x) for j, x in enumerate(probes)),
+        ("excitation", response.excitation),
+    ]
+
+
+def lapses(signals: Sequence[np.ndarray], fs: float) -> list[str]:
+    """Return of each channel (n_t,) of a record, in words, where it drops out or has a spike of its own; "" if not."""
+    spikes = [_spike(signal) for signal in signals]
+    alone = [
+        at and all(other is None or abs(at - other) > TOGETHER * fs for other in spikes[:i] + spikes[i + 1 :])
+        for i, at in enumerate(spikes)
+    ]
+    return [
+        _dropout(signal, fs) or (f"has a spike of one sample at {(at or 0) / fs:.4g} s" if lone else "")
+        for signal, at, lone in zip(signals, spikes, alone)
+    ]
+
+
+def _dropout(signal: np.ndarray, fs: float) -> str:
+    """Equal samples in a row, to which the signal did not calm down: at rest it steps by its resolution."""
+    steps = np.abs(np.diff(signal))
+    moving = steps[steps > 0]
+    if moving.size < HELD:
+        return ""
+    edges = np.flatnonzero(np.diff(np.concatenate(([False], steps == 0, [False])))).reshape(-1, 2)
+    for begin, end in edges[np.diff(edges, axis=1)[:, 0] >= HELD - 1].tolist():
+        jump = begin and signal[begin] == 0  # into the dropout, if that is to zero
+        before = steps[max(0, begin - BEFORE) : begin - bool(jump)]
+        if before.size and np.median(before) > ABRUPT * moving.min():
+            return f"drops out at {begin / fs:.4g} s for {(end - begin + 1) / fs:.3g} s"
+    return ""
+
+
+def _spike(signal: np.ndarray) -> int | None:
+    """The sample that stands out of both its neighbours most, if by far."""
+    steps = np.diff(signal)
+    up, down = np.minimum(steps[:-1], -steps[1:]), np.minimum(-steps[:-1], steps[1:])
+    out, spread = np.maximum(up, down), float(np.std(signal))
+    at = int(np.argmax(out))
+    rest = np.delete(signal, at + 1)  # the spike itself makes the spread
+    return at + 1 if spread > 0 and out[at] > SPIKE * float(np.std(rest)) else None
+
+
+def zero_error(displacement: ArrayLike, gap: float) -> str:
+    """Return in words how a probe's zero (n_t,) is off or drifts, in m, beside a gap, m; "" if it does not.
+
+    A probe reads zero where the shaft rests: its median in the quietest quarter of a record.
+    """
+    parts = np.array_split(np.asarray(displacement, dtype=float), PARTS)
+    rests = [float(np.median(part)) for part in parts]
+    levels = [float(np.std(part)) for part in parts]
+    quietest = int(np.argmin(levels))
+    drift, offset = rests[-1] - rests[0], rests[quietest]
+    if abs(drift) > SHIFTED * max(gap, levels[0], levels[-1]):
+        return f"drifts by {1e3 * drift:.3g} mm"
+    if abs(offset) > max(OFF * gap, OFF_CENTRE * levels[quietest]):
+        return f"has an offset of {1e3 * offset:.3g} mm"
+    return ""

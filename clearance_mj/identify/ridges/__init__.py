@@ -1,0 +1,1 @@
+"""Ridges of wavelet transforms: the oscillator on them, and free decays."""

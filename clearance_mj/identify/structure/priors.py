@@ -1,0 +1,210 @@
+"""What a rig file leaves open: its uncertain numbers as parameters with priors, and the rig with other values.
+
+A tolerance of the rig file (`Tolerance`) goes before these standard deviations: Young's modulus 3 %, density 1 %,
+masses 5 %, places of bushings and sensors 2 mm, gains 1 %, modal damping a factor of 2, gap 20 %, offset 0.3 of the
+gap; grease is free within decades. A clamp varies by its compliance, so that rigid is a value like others: it gives
+as 0 to 2 diameters more shaft would, unless the rig file says how much.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from ...beam import ritz_model
+from ...calibrate.free import with_values
+from ...core.plain_numbers import Key, find_numbers, get_number, path_of
+from ...estimate.parameter import Parameter
+from ...rig import Rig
+from ...rig.tolerance import CLAMP, Tolerance, unit_of
+from ...structure import Beam, Shaft
+from ...structure.base import parse_place
+from ...structure.beam import Clamp
+
+__all__ = ["priors", "rig_with"]
+
+DEFAULTS = {
+    "young_modulus": 0.03, "density": 0.01, "mass": 0.05, "position": 2e-3, "gain": 0.01, "gap": 0.2, "offset": 0.3,
+    "damping_ratios": math.log(2.0), "stiffness": math.log(10.0), "damping": math.log(10.0),
+}  # fmt: skip
+"""1 σ: of positions in m, of offsets over the gap, of the rest a share or a logarithm"""
+FARTHEST = 6.0
+"""standard deviations, from the start to a parameter's bounds"""
+CLAMP_LENGTH = 2.0
+"""diameters of shaft as which a clamp may give"""
+RATIOS = 8
+"""modes with a damping ratio of their own"""
+PROBE = 0.01
+"""1 σ of a probe's gain"""
+SPARSEST = 1e-3
+"""lowest damping ratio to start from"""
+LARGEST = 0.9
+"""of the gap: the largest offset"""
+LEFT_OUT = {"gain": 1.0, "offset": 0.0}
+"""values of fields that plain data leave out"""
+COMPLIANCE = {"1/beam.clamp.rotation": "rad/(N m)", "1/beam.clamp.translation": "m/N"}
+
+
+def priors(rig: Rig, damped: int = RATIOS, probes: bool = False) -> tuple[Parameter, ...]:
+    """Return what a rig file leaves open, with what is known of it before any record.
+
+    Parameters
+    ----------
+    rig : Rig
+        The rig; numbers that a tolerance says to be exact ("0 %") are left out.
+    damped : int
+        Number of modes, up to 8, whose damping ratio is open.
+    probes : bool
+        Gains and places of the displacement probes too, "probes[0].gain" and "probes[0].position": they are no part of
+        a rig.
+
+    Returns
+    -------
+    tuple of Parameter
+        Named by their paths in ``prepared(rig)``; "1/beam.clamp.rotation" is the compliance of the clamp.
+    """
+    base = prepared(rig)
+    data = base.to_dict()
+    told = {key: tolerance for tolerance in rig.tolerances for key in _stands_for(data, tolerance)}
+    keys = [key for key in _open_keys(data, damped) if key not in told]
+    found = [*_clamp(rig), *(p for key in (*keys, *told) if (p := _parameter(base, data, key, told.get(key))))]
+    for j, bushing in enumerate(rig.bushings if probes else ()):
+        found.append(_logarithm(f"probes[{j}].gain", "", 1.0, PROBE))
+        if parse_place(bushing.position) and bushing.to is None:
+            place = parse_place(bushing.position) or ("", 0.0)
+            found.append(_linear(f"probes[{j}].position", "m", place[1], DEFAULTS["position"], *_shaft(rig, place[0])))
+    return tuple(found)
+
+
+def prepared(rig: Rig) -> Rig:
+    """The same rig, the Rayleigh damping of its shaft as the damping ratios of its lowest modes."""
+    linear = rig.linear
+    if not isinstance(linear, Beam | Shaft):
+        return rig
+    omega = ritz_model(rig, 2 * RATIOS).omega[:RATIOS]
+    own = linear.damping_ratios or (0.0,)
+    eta1, eta2 = linear.rayleigh
+    safe = np.where(omega > 0, omega, np.inf)
+    ratios = eta1 / (2 * safe) + eta2 * omega / 2 + [own[min(i, len(own) - 1)] for i in range(omega.size)]
+    kept = tuple(np.clip(ratios, SPARSEST, 1.0).tolist())
+    if isinstance(linear, Beam):
+        return rig.replace(tolerances=(), beam=dataclasses.replace(linear, rayleigh=(0.0, 0.0), damping_ratios=kept))
+    return rig.replace(tolerances=(), structure=dataclasses.replace(linear, rayleigh=(0.0, 0.0), damping_ratios=kept))
+
+
+def rig_with(rig: Rig, values: Mapping[str, float]) -> Rig:
+    """Return the prepared rig with other values of parameters that `priors` names; those of probes count for nothing.
+
+    Parameters
+    ----------
+    rig : Rig
+        The rig.
+    values : mapping of str to float
+        SI units, by name.
+    """
+    base = prepared(rig)
+    if base.beam and any(name in values for name in COMPLIANCE):
+        given = base.beam.clamp or Clamp()
+        compliance = {name: 1 / k for name in ("rotation", "translation") if (k := getattr(given, name))}
+        compliance |= {name.rpartition(".")[2]: values[name] for name in COMPLIANCE if name in values}
+        clamp = Clamp(**{name: 1 / c for name, c in compliance.items() if c})
+        base = base.replace(beam=dataclasses.replace(base.beam, clamp=clamp if clamp != Clamp() else None))
+    data = base.to_dict()
+    paths = [name for name in values if name not in COMPLIANCE and not name.startswith("probes[")]
+    return with_values(base, {find_numbers(data, path)[0]: values[path] for path in paths})
+
+
+def _stands_for(data: dict[str, Any], tolerance: Tolerance) -> Sequence[Key]:
+    return () if tolerance.of in CLAMP else find_numbers(data, tolerance.of)
+
+
+def _open_keys(data: dict[str, Any], damped: int) -> Iterator[Key]:
+    """What is uncertain where the rig file says nothing."""
+    if "beam" in data:
+        yield from (("beam", "young_modulus"), ("beam", "density"))
+    shaft = data.get("structure", {}) if data.get("structure", {}).get("kind") == "shaft" else {}
+    if "material" in shaft:
+        yield from (("structure", "material", name) for name in ("young_modulus", "density"))
+    for i, section in enumerate(shaft.get("sections", ())):
+        if "material" in section:
+            yield from (("structure", "sections", i, "material", name) for name in ("young_modulus", "density"))
+    yield from (("structure", "discs", i, "mass") for i, disc in enumerate(shaft.get("discs", ())) if disc["mass"])
+    name = "beam" if "beam" in data else "structure"
+    if "beam" in data or shaft:
+        yield from ((name, "damping_ratios", i) for i in range(min(damped, len(data[name]["damping_ratios"]))))
+    yield from (("masses", i, "mass") for i in range(len(data["masses"])))
+    for j in range(len(data["bushings"])):
+        yield from (("bushings", j, "grease", name) for name in ("stiffness", "damping"))
+        yield from (("bushings", j, name) for name in ("position", "gap", "offset"))
+    yield from (("sensors", i, name) for i in range(len(data["sensors"])) for name in ("position", "gain"))
+
+
+def _parameter(rig: Rig, data: dict[str, Any], key: Key, told: Tolerance | None) -> Parameter | None:
+    """A number with what is known of it; None if it is exact, or no number."""
+    path, value = path_of(key), get_number(data, key)
+    value = LEFT_OUT.get(str(key[-1])) if value is None else value
+    if value is None or (told and told.size == 0):
+        return None
+    field = str(key[-1] if isinstance(key[-1], str) else key[-2])
+    unit, size = unit_of(path), told.size if told else DEFAULTS[field]
+    if field == "offset":
+        gap = data["bushings"][key[1]]["gap"]
+        size *= gap if told is None or told.relative else 1.0
+        return _linear(path, unit, value, size, -LARGEST * gap, LARGEST * gap)
+    if field in ("position", "to"):
+        point = _at(data, key)
+        if not (place := parse_place(point)):
+            return None
+        size *= abs(value) if told and told.relative else 1.0
+        half = data["bushings"][key[1]]["length"] / 2 if key[0] == "bushings" else 0.0
+        low, high = _shaft(rig, place[0])
+        return _linear(path, unit, value, size, low + half, high - half)
+    if told and not told.relative:
+        return _linear(path, unit, value, size, 1e-6 * value, math.inf)
+    return _logarithm(path, unit, value, size) if value > 0 else None
+
+
+def _at(data: dict[str, Any], key: Key) -> float | str:
+    part: object = data
+    for step in key:
+        part = part[step]  # type: ignore[index]
+    assert isinstance(part, float | str)
+    return part
+
+
+def _shaft(rig: Rig, name: str) -> tuple[float, float]:
+    """Ends of the shaft of a name; a clamped one's first point is a little beyond its clamp."""
+    shaft = {shaft.name: shaft for shaft in rig.linear.shafts}[name]
+    return shaft.start + (1e-3 * shaft.length if rig.beam else 0.0), shaft.end
+
+
+def _clamp(rig: Rig) -> Iterator[Parameter]:
+    """Compliances of a beam's clamp: a/(EI) and a³/(3EI) as of a more shaft, a uniform from 0 to two diameters."""
+    if not rig.beam:
+        return
+    beam, given = rig.beam, rig.beam.clamp or Clamp()
+    most = CLAMP_LENGTH * (beam.diameter or beam.height or 0.0)
+    told = {t.of.rpartition(".")[2]: t.size for t in rig.tolerances if t.of in CLAMP}
+    for name, power in (("rotation", 1), ("translation", 3)):
+        unit, path = power * beam.bending_stiffness, f"1/beam.clamp.{name}"
+        mean, spread = most**power / (power + 1), most**power * math.sqrt(1 / (2 * power + 1) - 1 / (power + 1) ** 2)
+        stiffness = getattr(given, name)
+        if stiffness or name in told:
+            mean = unit / stiffness if stiffness else 0.0
+        spread = told[name] ** power if name in told else spread
+        if spread > 0:
+            yield _linear(path, COMPLIANCE[path], mean / unit, spread / unit, 0.0, math.inf)
+
+
+def _linear(name: str, unit: str, start: float, std: float, low: float, high: float) -> Parameter:
+    far = FARTHEST * std
+    return Parameter(name, unit, start, max(low, start - far), min(high, start + far), std, "linear")
+
+
+def _logarithm(name: str, unit: str, start: float, std: float) -> Parameter:
+    far = math.exp(FARTHEST * std)
+    return Parameter(name, unit, start, start / far, start * far, std, "log")

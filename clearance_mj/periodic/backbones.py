@@ -1,0 +1,240 @@
+"""Backbones: frequency and damping of a nonlinear mode over its amplitude."""
+
+from __future__ import annotations
+
+import numbers
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..clearance.law import Law
+from ..core.errors import ClearanceError
+from ..rig import Rig
+from ..signals import _labelled as labelled
+from ..signals.arrays import read_only
+from .branch import Branch
+from .condensed import condensed
+from .continuation import NoConvergence
+from .forced import resolution
+from .nonlinear_mode import FreeMotion, NonlinearMode
+from .vibrations import UNITS, Vibrations, complex_amplitudes
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.figure import Figure
+
+__all__ = ["Backbone", "backbone"]
+
+IN_GAPS = (0.1, 5.0)
+"""amplitudes from and to by default, over the gap"""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Backbone(Vibrations):
+    """A nonlinear mode from small to large amplitudes.
+
+    Harmonics are complex amplitudes, X_h in x(t) = Re Σ X_h exp(2πi h f t), from the mean, h = 0, on.
+    """
+
+    rig: Rig
+    """the rig"""
+    law: Law
+    """what acts in its clearances"""
+    mode: int
+    """the linear mode in the gap that it begins with, 1 the lowest"""
+    clearance: int
+    """row of the clearance that this one moves most, whose fundamental X_1 is real and positive"""
+    frequency: np.ndarray
+    """(n,) f, Hz"""
+    damping: np.ndarray
+    """(n,) damping ratio ζ"""
+    level: np.ndarray
+    """(n,) amplitude of the shaker's excitation that would hold the vibration in resonance, m/s² or N; inf if none"""
+    acceleration: np.ndarray
+    """(n, n_sensors, H + 1) harmonics of what the sensors read, the base at rest, m/s²"""
+    displacement: np.ndarray
+    """(n, n_sensors, H + 1) of the sensors' points, m"""
+    clearance_displacement: np.ndarray
+    """(n, n_bushings, H + 1) of the clearances' middles from rest, m"""
+    contact_force: np.ndarray
+    """(n, n_bushings, H + 1) of both ends, positive against positive displacement, N"""
+    grease_force: np.ndarray
+    """(n, n_bushings, H + 1) same sign, N"""
+    ended: str
+    """why the curve ends before the last amplitude: "" if it does not"""
+    responses: tuple[str, ...]
+    """degree of freedom of each sensor, such as "3:+Z" """
+    clearances: tuple[str, ...]
+    """and of each clearance"""
+
+    def __post_init__(self) -> None:
+        for name in ("frequency", "damping", "level"):
+            self._set(**{name: read_only(getattr(self, name))})
+        for name in UNITS:
+            self._set(**{name: read_only(getattr(self, name), complex)})
+
+    def plot(
+        self, quantity: str = "clearance_displacement", row: int | None = None, branches: Sequence[Branch] = ()
+    ) -> Figure:
+        """Draw frequency and damping ratio over the amplitude.
+
+        Parameters
+        ----------
+        quantity : str
+            As in `amplitude`.
+        row : int, optional
+            Which sensor or clearance; None: the one that moves most.
+        branches : sequence of Branch, optional
+            Forced vibrations of the same rig to draw beside it: in resonance they meet it.
+
+        Raises
+        ------
+        ClearanceError
+            For another quantity, or a row that is not there.
+        """
+        from ..core.drawing import canvas
+
+        amplitudes = self.amplitude(quantity)
+        row = int(amplitudes[-1].argmax()) if row is None else row
+        name = self._names(quantity, [row])[row]
+        figure = canvas(5, 8)
+        above, below = figure.subplots(2, 1, sharex=True)
+        for branch in branches:
+            level = f"{abs(branch.level[0, 0]):g} {'m/s²' if branch.kind == 'base' else 'N'}"
+            above.plot(branch.amplitude(quantity)[:, row], branch.frequency, lw=1, label=level)
+        above.plot(amplitudes[:, row], self.frequency, "k", label=f"mode {self.mode}")
+        below.plot(amplitudes[:, row], 100 * self.damping, "k")
+        above.set_ylabel("frequency (Hz)")
+        above.legend(frameon=False)
+        below.set_ylabel("damping ratio (%)")
+        below.set_xlabel(f"amplitude of the {quantity.replace('_', ' ')} of {name} ({UNITS[quantity]})")
+        return figure
+
+    def to_xarray(self) -> xr.Dataset:
+        """Return everything with labels and units: harmonics over (point, response or clearance, harmonic)."""
+        variables: dict[str, Any] = {
+            "frequency": ("point", self.frequency, "Hz"),
+            "damping": ("point", self.damping, "1"),
+            "level": ("point", self.level, "m s-2" if self.rig.shaker.kind == "base" else "N"),
+            **self._variables(),
+        }
+        coordinates = {
+            "response": self.responses,
+            "clearance": self.clearances,
+            "harmonic": range(self.acceleration.shape[-1]),
+        }
+        attributes = {"mode": self.mode, "of": self.clearances[self.clearance], "ended": self.ended}
+        return labelled.dataset("backbone", variables, coordinates, attributes)
+
+
+def backbone(
+    rig: Rig,
+    law: Law,
+    mode: int = 1,
+    amplitudes: tuple[float, float] | None = None,
+    harmonics: int = 21,
+    samples: int | None = None,
+    modes: int = 8,
+) -> Backbone:
+    """Follow a mode of a rig from small to large amplitudes: its frequency, damping ratio and shape.
+
+    The rig vibrates freely and periodically, because damping of its own, one ratio for the whole structure, gives back
+    what is dissipated: the extended periodic motion concept. Free vibrations that decay slowly, and forced ones in
+    resonance, follow the curve.
+
+    Parameters
+    ----------
+    rig : Rig
+        The rig; a small system of matrices is one with a `structure.Matrices`.
+    law : Law
+        What acts in its clearances: a `ConstantLaw` or a `ContactLaw`.
+    mode : int
+        Which of its linear modes in the gap it begins with; 1: the lowest.
+    amplitudes : tuple of float, optional
+        From and to, m: of the displacement's fundamental at the clearance that this mode moves most. None: from 0.1 to
+        5 of its gaps.
+    harmonics : int
+        H, of the motion.
+    samples : int, optional
+        Of a period; None: the power of two from 12 H on. At least 4 H + 1.
+    modes : int
+        Of the Ritz basis, as in the modal engine.
+
+    Returns
+    -------
+    Backbone
+        If no next point was found, the curve so far: ``ended`` says at which amplitude.
+
+    Raises
+    ------
+    ClearanceError
+        For impossible modes, amplitudes, harmonics or samples, a mode that moves no clearance, or if not even the
+        first point is found.
+    ExcitationError
+        If the rig has a shaker of force without a position.
+    LawError
+        For a law over time or amplitude, or one that does not fit the rig.
+    RigError
+        If the rig has no clearance, or in the gap moves without stiffness.
+
+    Notes
+    -----
+    M. Krack, Nonlinear modal analysis of nonconservative systems, Computers & Structures 154 (2015) 59-71.
+    """
+    harmonics, (samples, *_) = resolution(harmonics, samples, 1, modes)
+    if not isinstance(mode, numbers.Integral) or isinstance(mode, bool):
+        raise ClearanceError(f"mode must be a whole number, got {mode!r}")
+    system = condensed(rig, law, rig.shaker.kind, (), harmonics, modes)
+    most = min(modes, system.poles.model.size)
+    if not 1 <= mode <= most:
+        raise ClearanceError(f"mode must be between 1 and {most}, as many as the Ritz basis has, got {mode}")
+    follower = NonlinearMode(system, int(mode) - 1, harmonics, samples)
+    start, stop = _amplitudes(amplitudes, rig.bushings[follower.clearance].gap)
+    motions: list[FreeMotion] = []
+    ended = ""
+    try:
+        for motion in follower.branch(start, stop):
+            motions.append(follower.motion(motion))
+    except NoConvergence as end:
+        at = f"an amplitude of {end.args[0]:.6g} m"
+        if not motions:
+            raise ClearanceError(
+                f"rig {rig.name!r}: mode {mode} was not found at {at}; begin at a smaller one, or with more harmonics "
+                "and samples"
+            ) from None
+        ended = f"no further periodic vibration was found beyond {at}"
+    return _backbone(follower, motions, ended)
+
+
+def _amplitudes(amplitudes: tuple[float, float] | None, gap: float) -> tuple[float, float]:
+    try:
+        start, stop = map(float, np.multiply(IN_GAPS, gap) if amplitudes is None else amplitudes)
+    except (TypeError, ValueError):
+        raise ClearanceError(f"amplitudes are a pair (from, to) in m, got {amplitudes!r}") from None
+    if not 0 < start < stop < np.inf:
+        raise ClearanceError(f"amplitudes must be > 0 m and the second one larger, got {start:g} and {stop:g}")
+    return start, stop
+
+
+def _backbone(follower: NonlinearMode, motions: list[FreeMotion], ended: str) -> Backbone:
+    """Expand motions of the modes to everything that a backbone knows."""
+    system = follower.system
+    rig, model, count = system.rig, system.poles.model, len(system.rig.bushings)
+    omega = np.array([motion.omega for motion in motions])
+    damping = np.array([motion.damping for motion in motions])
+    modes = complex_amplitudes(follower.vectors @ np.array([motion.modes for motion in motions]))
+    force = complex_amplitudes(np.array([motion.force for motion in motions]))
+    turning = 1j * np.arange(follower.harmonics + 1) * omega[:, None, None]
+    x = model.at_bushings @ modes
+    own = (system.laws.spring[:, None] + system.laws.damper[:, None] * turning) * x
+    given_back = 2 * damping * omega**2 * np.sum(np.abs(modes[:, :, 1]) ** 2, axis=1)
+    with np.errstate(divide="ignore"):
+        level = given_back / np.abs(modes[:, :, 1] @ model.input(system.kind))
+    return Backbone(
+        rig, system.law, follower.mode + 1, follower.clearance, omega / (2 * np.pi), damping, level,
+        model.at_sensors @ modes * turning**2, model.shapes([sensor.position for sensor in rig.sensors]) @ modes, x,
+        force[:, count:].reshape(len(omega), count, 2, -1).sum(axis=2), force[:, :count] + own, ended,
+        tuple(rig.sensor_labels), tuple(rig.probe_labels),
+    )  # fmt: skip

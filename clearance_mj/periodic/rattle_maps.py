@@ -1,0 +1,427 @@
+"""At which frequency and level a rig begins to rattle, and where it jumps, for several gaps."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..clearance.law import Law
+from ..core.errors import ClearanceError, ExcitationError, RigError
+from ..core.tasks import run_tasks, workers_to_use
+from ..rig import Rig
+from ..signals import _labelled as labelled
+from ..signals.arrays import ArrayData, read_only
+from ._forces import along
+from .arcs import Vibrations, curve
+from .condensed import condensed
+from .continuation import Motion, Solver
+from .following import expanded
+from .forced import excitation_kind, resolution
+from .in_gap import filled, linear_in_gap
+from .stability import Located
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.figure import Figure
+
+__all__ = ["Jump", "RattleMap", "rattle_map"]
+
+QUANTITIES = {
+    "contact_share": ("clearance", "1"), "penetration": ("clearance", "m"), "contact_force": ("clearance", "N"),
+    "displacement": ("clearance", "m"), "acceleration": ("response", "m s-2"),
+}  # fmt: skip
+SWEEPS = ("up", "down")
+SMALLEST = 1e-9
+"""m, of a gap: surfaces are rougher"""
+LARGEST = 1e12
+"""level or frequency: figures cannot show larger ones"""
+TOLERANCE = 1e-6
+"""of the motion: what the balance may leave"""
+
+
+class Jump(NamedTuple):
+    """Where a sweep over frequency jumps to another vibration."""
+
+    gap: int
+    """index"""
+    level: float
+    """m/s² or N"""
+    frequency: float
+    """Hz"""
+    sweep: str
+    """ "up" or "down": the direction of the sweep"""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class RattleMap(ArrayData):
+    """What a rig does over gap, level and frequency.
+
+    Arrays of a sweep begin with its direction, up and down in frequency; nan where no vibration was found.
+    """
+
+    rig: Rig
+    """the rig"""
+    law: Law
+    """what acts in its clearances"""
+    kind: str
+    """ "base" or "force": what the excitation is"""
+    gap: np.ndarray
+    """(n_gaps, n_bushings) m"""
+    level: np.ndarray
+    """(n_levels,) amplitude of the excitation, m/s² or N"""
+    frequency: np.ndarray
+    """(n_frequencies,) Hz"""
+    vibrations: np.ndarray
+    """(n_gaps, n_levels, n_frequencies) how many periodic vibrations there are, stable or not; 0: none was found"""
+    contact_share: np.ndarray
+    """(2, n_gaps, n_levels, n_frequencies, n_bushings) share of the period in which either end touches"""
+    penetration: np.ndarray
+    """(2, n_gaps, n_levels, n_frequencies, n_bushings) largest one of a period, m"""
+    contact_force: np.ndarray
+    """(2, n_gaps, n_levels, n_frequencies, n_bushings) largest one of a period, of both ends, N"""
+    displacement: np.ndarray
+    """(2, n_gaps, n_levels, n_frequencies, n_bushings) amplitude of the clearances' middles, m"""
+    acceleration: np.ndarray
+    """(2, n_gaps, n_levels, n_frequencies, n_sensors) amplitude of what the sensors read, m/s²"""
+    first_contact: np.ndarray
+    """(n_gaps, n_frequencies) level from which on a sweep upwards in level touches, m/s² or N"""
+    jumps: tuple[Jump, ...]
+    """where sweeps over frequency jump"""
+    ended: tuple[str, ...]
+    """gap, level and frequency beyond which no vibration was found"""
+    responses: tuple[str, ...]
+    """degree of freedom of each sensor, such as "3:+Z" """
+    clearances: tuple[str, ...]
+    """and of each clearance"""
+
+    def __post_init__(self) -> None:
+        for name in ("gap", "level", "frequency", "first_contact", *QUANTITIES):
+            self._set(**{name: read_only(getattr(self, name))})
+
+    @property
+    def rattles(self) -> np.ndarray:
+        """(n_gaps, n_levels, n_frequencies) whether a sweep in either direction touches a wall there."""
+        return np.any(self.contact_share > 0, axis=(0, -1))
+
+    @property
+    def unknown(self) -> float:
+        """Share of the map at which no vibration was found."""
+        return float(np.mean(self.vibrations == 0))
+
+    def plot(self, quantity: str = "contact_share", row: int | None = None, sweep: str = "larger") -> Figure:
+        """Draw a quantity over frequency and level, a panel for each gap, with first contact and where it jumps.
+
+        Parameters
+        ----------
+        quantity : str
+            "contact_share", "penetration", "contact_force", "displacement" or "acceleration".
+        row : int, optional
+            Which clearance or sensor; None: the largest of all.
+        sweep : str
+            "up" or "down" in frequency, or the "larger" one of both.
+
+        Raises
+        ------
+        ClearanceError
+            For another quantity or sweep, or a row that is not there.
+        """
+        from matplotlib.colors import ListedColormap
+
+        from ..core.drawing import canvas, key
+
+        values = self._shown(quantity, row, sweep)
+        count, unit = len(self.gap), QUANTITIES[quantity][1].replace(" s-2", "/s²")
+        figure = canvas(4.2, 3 + 4 * count)
+        most = float(np.nanmax(values)) if np.isfinite(values).any() else 1.0
+        panels = figure.subplots(1, count, sharey=True, squeeze=False)[0]
+        for i, axes in enumerate(panels):
+            mesh = axes.pcolormesh(
+                self.frequency, self.level, values[i], cmap="YlOrRd", vmin=0, vmax=most or 1.0, shading="nearest"
+            )
+            if not self.vibrations[i].all():
+                lost = np.ma.masked_where(self.vibrations[i] > 0, self.vibrations[i])
+                axes.pcolormesh(self.frequency, self.level, lost, cmap=ListedColormap(["0.6"]), shading="nearest")
+            if np.any(self.vibrations[i] > 1):
+                axes.contourf(
+                    self.frequency, self.level, self.vibrations[i], levels=[1.5, 1e9], colors="none", hatches=["////"]
+                )
+            axes.plot(self.frequency, self.first_contact[i], color="#222222", lw=1, label="first contact")
+            for way, marker in zip(SWEEPS, "^v"):
+                at = [(jump.frequency, jump.level) for jump in self.jumps if jump.gap == i and jump.sweep == way]
+                if at:
+                    axes.plot(*np.transpose(at), marker, color="C0", ms=3, label=f"jumps in a sweep {way}")
+            if self.level.size > 1:
+                axes.set_ylim(self.level[0], self.level[-1])
+            axes.set_xlim(self.frequency[0], self.frequency[-1])
+            axes.set_xlabel("frequency (Hz)")
+            axes.set_title(
+                "gap " + ", ".join(f"{1e3 * gap:.3g}" for gap in np.unique(self.gap[i])) + " mm", fontsize=10
+            )
+        panels[0].set_ylabel("level (m/s²)" if self.kind == "base" else "level (N)")
+        key(figure, panels[0].get_legend_handles_labels()[0])
+        name = quantity.replace("_", " ") + ("" if unit == "1" else f" ({unit})")
+        figure.colorbar(mesh, ax=list(panels), label=name)
+        return figure
+
+    def _shown(self, quantity: str, row: int | None, sweep: str) -> np.ndarray:
+        """(n_gaps, n_levels, n_frequencies) of a quantity."""
+        if quantity not in QUANTITIES:
+            raise ClearanceError(f'quantity "{quantity}" is unknown; use one of {", ".join(QUANTITIES)}')
+        values = getattr(self, quantity)
+        if row is not None and not 0 <= row < values.shape[-1]:
+            raise ClearanceError(f"row must be between 0 and {values.shape[-1] - 1}, got {row}")
+        values = values.max(axis=-1) if row is None else values[..., row]
+        if sweep == "larger":
+            return values.max(axis=0)
+        if sweep not in SWEEPS:
+            raise ClearanceError(f'sweep must be "up", "down" or "larger", got {sweep!r}')
+        return values[SWEEPS.index(sweep)]
+
+    def to_xarray(self) -> xr.Dataset:
+        """Return everything with labels and units, over (sweep, gaps, level, frequency, clearance or response)."""
+        unit = "m s-2" if self.kind == "base" else "N"
+        cells = ("gaps", "level", "frequency")
+        variables: dict[str, Any] = {
+            name: (("sweep", *cells, row), getattr(self, name), units) for name, (row, units) in QUANTITIES.items()
+        }
+        variables["vibrations"] = (cells, self.vibrations, "1")
+        variables["rattles"] = (cells, self.rattles, "1")
+        variables["first_contact"] = (("gaps", "frequency"), self.first_contact, unit)
+        variables["gap"] = (("gaps", "clearance"), self.gap, "m")
+        if self.jumps:
+            gaps, levels, frequencies, sweeps = zip(*self.jumps)
+            variables["jump_gap"] = ("jump", np.array(gaps), "1")
+            variables["jump_level"] = ("jump", np.array(levels), unit)
+            variables["jump_frequency"] = ("jump", np.array(frequencies), "Hz")
+            variables["jump_sweep"] = ("jump", np.array(sweeps), "1")
+        coordinates = {
+            "sweep": SWEEPS, "level": self.level, "frequency": self.frequency, "response": self.responses,
+            "clearance": self.clearances,
+        }  # fmt: skip
+        attributes = {"kind": self.kind, "ended": list(self.ended)}
+        return labelled.dataset("rattle map", variables, coordinates, attributes)
+
+
+def rattle_map(
+    rig: Rig,
+    law: Law,
+    levels: ArrayLike,
+    frequencies: ArrayLike,
+    gaps: Sequence[float | Sequence[float]] | None = None,
+    kind: str | None = None,
+    harmonics: int = 21,
+    samples: int | None = None,
+    modes: int = 8,
+    workers: int | None = None,
+    progress: bool = True,
+) -> RattleMap:
+    """Find where a rig rattles and jumps, over level and frequency of a harmonic excitation, for several gaps.
+
+    At every level of every gap the curve of periodic vibrations is followed over all frequencies, around folds.
+    A sweep upwards or downwards stays on it until it folds, then jumps to the next stretch of the curve.
+
+    Parameters
+    ----------
+    rig : Rig
+        The rig.
+    law : Law
+        What acts in its clearances: a `ConstantLaw` or a `ContactLaw`.
+    levels : array_like
+        (n_levels,) amplitudes of the excitation, m/s² or N, increasing.
+    frequencies : array_like
+        (n_frequencies,) Hz, increasing.
+    gaps : sequence, optional
+        Gaps to compare, m: each one number for all bushings, or one for each; None: the rig's.
+    kind : str, optional
+        "base" or "force"; None: as the rig's shaker.
+    harmonics : int
+        Of the motion.
+    samples : int, optional
+        Of a period; None: the power of two from 12 times the harmonics on, and four times as many where vibrations
+        end early with them.
+    modes : int
+        Of the Ritz basis, as in the modal engine.
+    workers : int, optional
+        Processes on this machine; default: one for each core. 1: none beside this one.
+    progress : bool
+        Show a progress bar with the time left.
+
+    Returns
+    -------
+    RattleMap
+        Where no vibration was found, the map says so: ``unknown`` and ``ended``.
+
+    Raises
+    ------
+    ClearanceError
+        For impossible numbers of harmonics, samples, modes or workers.
+    ExcitationError
+        For impossible levels or frequencies, or a rig without a position for a force.
+    LawError
+        For a law over time or amplitude, or one that does not fit the rig.
+    RigError
+        For an impossible gap, or if the rig has no clearance, or in the gap moves without stiffness.
+
+    Notes
+    -----
+    Processes start by importing the calling script: start a map below ``if __name__ == "__main__"``.
+    """
+    levels, frequencies = _increasing(levels, "levels", 1), _increasing(frequencies, "frequencies", 2)
+    harmonics, counts = resolution(harmonics, samples, 1, modes)
+    kind = excitation_kind(rig, kind)
+    workers = workers_to_use(workers)
+    rigs = [rig] if gaps is None else [_with_gaps(rig, gap) for gap in gaps]
+    if not rigs:
+        raise ClearanceError("gaps is empty: give at least one")
+    for each in rigs:
+        condensed(each, law, kind, [1.0], harmonics, modes)  # refuses what cannot be
+    cases = [
+        _Case(i, j, each, law, kind, float(level), frequencies.tobytes(), harmonics, counts, modes)
+        for i, each in enumerate(rigs)
+        for j, level in enumerate(levels)
+    ]
+    shape = (2, len(rigs), levels.size, frequencies.size)
+    widths = {"response": len(rig.sensors), "clearance": len(rig.bushings)}
+    arrays = {name: np.full((*shape, widths[row]), np.nan) for name, (row, _) in QUANTITIES.items()}
+    vibrations = np.zeros(shape[1:], dtype=int)
+    jumps, ended = [], []
+    alone = workers == 1 or len(cases) == 1
+    words = "rattle map" if progress else ""
+    for case, row in run_tasks(_row, cases, 1 if alone else workers, processes=not alone, progress=words):
+        vibrations[case.gap, case.row] = row.vibrations
+        for name, values in row.arrays.items():
+            arrays[name][:, case.gap, case.row] = values
+        jumps += [Jump(case.gap, case.level, *jump) for jump in row.jumps]
+        ended += [(case.gap, case.level, frequency) for frequency in row.ended]
+    gap = np.array([[bushing.gap for bushing in each.bushings] for each in rigs])
+    unit = "m/s²" if kind == "base" else "N"
+    words_of = [
+        f"gap {', '.join(f'{1e3 * d:g}' for d in np.unique(gap[i]))} mm, level {level:g} {unit}: no further periodic "
+        f"vibration was found beyond {frequency:.6g} Hz"
+        for i, level, frequency in sorted(ended)
+    ]
+    first = np.array([_first_contact(each, law, kind, levels, frequencies, harmonics, counts[0], modes,
+                                     arrays["contact_share"][0, i]) for i, each in enumerate(rigs)])  # fmt: skip
+    return RattleMap(
+        rig, law, kind, gap, levels, frequencies, vibrations, **arrays, first_contact=first,
+        jumps=tuple(sorted(jumps)), ended=tuple(words_of), responses=tuple(rig.sensor_labels),
+        clearances=tuple(rig.probe_labels),
+    )  # fmt: skip
+
+
+def _increasing(values: ArrayLike, name: str, least: int) -> np.ndarray:
+    found = np.asarray(values, dtype=float)
+    if found.ndim != 1 or found.size < least:
+        raise ExcitationError(f"{name} must be {least} or more numbers in a row, got an array of shape {found.shape}")
+    if not (found[0] > 0 and found[-1] <= LARGEST and np.all(np.diff(found) > 0)):
+        raise ExcitationError(f"{name} must be > 0, at most {LARGEST:g} and increasing")
+    return found
+
+
+def _with_gaps(rig: Rig, gap: float | Sequence[float]) -> Rig:
+    """A rig with other gaps, m."""
+    wanted = np.atleast_1d(np.asarray(gap, dtype=float))
+    if wanted.shape not in ((1,), (len(rig.bushings),)):
+        raise ClearanceError(f"each of gaps must be one number or {len(rig.bushings)}, one per bushing; got {gap!r}")
+    if np.any((wanted > 0) & (wanted < SMALLEST)):
+        raise RigError(f"each of gaps must be at least {SMALLEST:g} m, got {gap!r}")
+    new = np.broadcast_to(wanted, len(rig.bushings))
+    return rig.replace(bushings=tuple(replace(b, gap=float(d)) for b, d in zip(rig.bushings, new)))
+
+
+class _Case(NamedTuple):
+    """One level of one gap."""
+
+    gap: int
+    row: int
+    rig: Rig
+    law: Law
+    kind: str
+    level: float
+    frequencies: bytes
+    harmonics: int
+    samples: tuple[int, ...]
+    modes: int
+
+
+class _Row(NamedTuple):
+    """What is found there."""
+
+    vibrations: np.ndarray
+    arrays: dict[str, np.ndarray]  # (2, n_frequencies, ...)
+    jumps: list[tuple[float, str]]
+    ended: list[float]
+
+
+def _row(case: _Case) -> _Row:
+    frequency = np.frombuffer(case.frequencies)
+    system = condensed(case.rig, case.law, case.kind, [case.level], case.harmonics, case.modes)
+    tried = []
+    for count in case.samples:
+        solver = Solver(system, case.harmonics, count)
+        solver.tolerance = TOLERANCE
+        tried.append((solver, curve(solver, 2 * np.pi * frequency)))
+        if not tried[-1][1].ended:
+            break
+    solver, found = max(tried, key=lambda each: (not each[1].ended, np.unique(each[1].order.cell).size))
+    cells = np.concatenate((found.order.cell, found.beside.cell))
+    vibrations = np.bincount(cells, minlength=frequency.size)
+    known, first = np.unique(found.order.cell, return_index=True)
+    last = found.order.cell.size - 1 - np.unique(found.order.cell[::-1], return_index=True)[1]
+    chosen, where = np.unique(np.concatenate((first, last)), return_inverse=True)
+    of_chosen = _measured(solver, 2 * np.pi * frequency, found.order[chosen])
+    arrays = {}
+    for name, values in of_chosen.items():
+        arrays[name] = np.full((2, frequency.size, values.shape[1]), np.nan)
+        arrays[name][:, known] = values[where].reshape(2, known.size, values.shape[1])
+    jumps = [(float(w / (2 * np.pi)), "up" if up else "down") for w, up in found.folds]
+    return _Row(vibrations, arrays, jumps, [w / (2 * np.pi) for w in found.ended])
+
+
+def _measured(solver: Solver, omega: np.ndarray, vibrations: Vibrations) -> dict[str, np.ndarray]:
+    """What `QUANTITIES` names, (m, n_bushings or n_sensors)."""
+    system, count = solver.system, len(solver.system.rig.bushings)
+    x = np.einsum("pr,nrk->npk", system.linear.basis, vibrations.z) + vibrations.y
+    place = x @ solver.grid.basis.T
+    lower, upper = np.repeat([bushing.walls for bushing in system.rig.bushings], 2, axis=0).T[:, :, None]
+    depth = np.maximum(np.maximum(place[:, count:] - upper, lower - place[:, count:]), 0.0)
+    depth = depth.reshape(len(depth), count, 2, place.shape[2]).max(axis=2)
+    force, most = np.zeros_like(x), np.zeros((len(x), count))
+    basis, rate, project = solver.grid[:3]
+    samples = np.empty(place.shape[1:])
+    nonlinear = not linear_in_gap(solver)
+    for i, cell in enumerate(vibrations.cell):
+        if nonlinear or depth[i].any():
+            speed = omega[cell] * (x[i] @ rate.T)
+            along(system.laws, place[i], speed, omega[cell], basis, rate, project, False, samples, solver.slopes)
+            force[i] = samples @ project.T
+            most[i] = np.abs(samples[count:].reshape(count, 2, -1).sum(axis=1)).max(axis=1)
+    still = np.zeros(0)
+    points = [
+        Located(Motion(float(omega[c]), z, y, f, still, 0.0), None)
+        for c, z, y, f in zip(vibrations.cell, vibrations.z, vibrations.y, force)
+    ]
+    if not points:
+        widths = {"response": len(system.rig.sensors), "clearance": count}
+        return {name: np.zeros((0, widths[row])) for name, (row, _) in QUANTITIES.items()}
+    branch = expanded(solver, points, "")
+    return {
+        "contact_share": np.mean(depth > 0, axis=-1), "penetration": depth.max(axis=-1), "contact_force": most,
+        "displacement": branch.amplitude("clearance_displacement"), "acceleration": branch.amplitude("acceleration"),
+    }  # fmt: skip
+
+
+def _first_contact(
+    rig: Rig, law: Law, kind: str, levels: np.ndarray, frequencies: np.ndarray, harmonics: int, samples: int,
+    modes: int, share: np.ndarray,
+) -> np.ndarray:  # fmt: skip
+    """Level (n_frequencies,) of first contact: in closed form, or the lowest of the map that touches."""
+    system = condensed(rig, law, kind, [1.0], harmonics, modes)
+    if linear_in_gap(Solver(system, harmonics, samples)):
+        return 1 / filled(system, 2 * np.pi * frequencies)
+    touched = np.any(share > 0, axis=-1)
+    return np.where(touched.any(axis=0), levels[touched.argmax(axis=0)], np.nan)

@@ -1,0 +1,214 @@
+"""Records of a machine that a MuJoCo model describes: controls and sensors over time."""
+
+from __future__ import annotations
+
+import csv
+import math
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Literal
+
+import mujoco
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ...core.errors import RecordError
+from ...core.files import plain_file
+from ..elements import compiled
+
+__all__ = ["ModelRecord"]
+
+UNEVEN = 1e-2
+"""of the sampling interval, by which times may be off"""
+SAMPLES = 20
+"""that a record has at least"""
+REPEATED = 0.3
+"""of the samples, that are equal to another one, from which on a sensor counts"""
+
+
+@dataclass(frozen=True, eq=False)
+class ModelRecord:
+    """Controls and sensors of one run.
+
+    Parameters
+    ----------
+    fs : float
+        Sampling rate, Hz.
+    control : Mapping of str to array_like, shape (n,)
+        By the name of the model's actuator; what it was measured or commanded to do, in the unit of its control.
+    sensors : Mapping of str to array_like, shape (n,) or (n, dim)
+        By the name of the model's sensor, in its unit; joint positions, velocities, forces, or any other.
+    hold : "linear" or "zero"
+        What controls are between samples: "linear" for measured ones, "zero" for commands that a controller holds.
+    quantisation : Mapping of str to float, optional
+        Step of a sensor that counts, such as 2π/4096 of an encoder. Where it is not given it is seen in the samples.
+    pose : array_like, shape (nq,), optional
+        Near which the record begins; the model's initial pose if it is not given.
+
+    Raises
+    ------
+    RecordError
+        For samples of different number, too few, or not finite.
+    """
+
+    fs: float
+    control: Mapping[str, ArrayLike]
+    sensors: Mapping[str, ArrayLike]
+    hold: Literal["linear", "zero"] = "linear"
+    quantisation: Mapping[str, float] = field(default_factory=dict)
+    pose: ArrayLike | None = None
+
+    def __post_init__(self) -> None:
+        if not (0 < self.fs < math.inf):
+            raise RecordError(f"sampling rate {self.fs:g} Hz must be > 0")
+        if self.hold not in ("linear", "zero"):
+            raise RecordError(f'hold "{self.hold}" is unknown; use "linear" or "zero"')
+        if not self.sensors:
+            raise RecordError("a record needs a sensor at least")
+        for kind in ("control", "sensors"):
+            arrays = {name: np.array(v, dtype=float) for name, v in getattr(self, kind).items()}
+            object.__setattr__(self, kind, arrays)
+        size = len(next(iter(self.sensors.values())))  # type: ignore[arg-type]
+        for name, values in (*self.control.items(), *self.sensors.items()):
+            samples = np.asarray(values)
+            if len(samples) != size:
+                raise RecordError(f'"{name}" has {len(samples)} samples, the record\'s first sensor {size}')
+            if not np.isfinite(samples).all():
+                at = int(np.argmax(~np.isfinite(samples).reshape(size, -1).all(axis=1)))
+                raise RecordError(f'"{name}" is not finite at sample {at} ({at / self.fs:g} s)')
+        if size < SAMPLES:
+            raise RecordError(f"a record of {size} samples is too short; {SAMPLES} are needed")
+        steps = {name: quantum(np.asarray(values)) for name, values in self.sensors.items()}
+        for name, step in self.quantisation.items():
+            if name not in steps:
+                raise RecordError(f'quantisation of "{name}", which is no sensor of the record: {", ".join(steps)}')
+            if not 0 <= step < math.inf:
+                raise RecordError(f'quantisation {step:g} of "{name}" must be >= 0')
+        object.__setattr__(self, "quantisation", steps | dict(self.quantisation))
+
+    @property
+    def size(self) -> int:
+        """Number of samples."""
+        return len(np.asarray(next(iter(self.sensors.values()))))
+
+    @property
+    def time(self) -> np.ndarray:
+        """(n,) s."""
+        return np.arange(self.size) / self.fs
+
+    @classmethod
+    def of_time(
+        cls, time: ArrayLike, control: Mapping[str, ArrayLike], sensors: Mapping[str, ArrayLike]
+    ) -> ModelRecord:
+        """Take samples with their times instead of a sampling rate.
+
+        Parameters
+        ----------
+        time : array_like, shape (n,)
+            s, evenly spaced.
+        control, sensors : Mapping of str to array_like
+            As of `ModelRecord`.
+
+        Raises
+        ------
+        RecordError
+            For times that are not evenly spaced, and whatever `ModelRecord` refuses.
+        """
+        time = np.asarray(time, dtype=float)
+        if time.ndim != 1 or time.size < 2 or not np.isfinite(time).all():
+            raise RecordError(f"time of shape {time.shape} must be finite numbers, two or more")
+        dt = (time[-1] - time[0]) / (time.size - 1)
+        off = np.abs(time - (time[0] + dt * np.arange(time.size)))
+        if dt <= 0 or off.max() > UNEVEN * dt:
+            raise RecordError(f"time is not evenly spaced at sample {int(off.argmax())}; resample the record")
+        size = {name: len(np.asarray(v)) for name, v in sensors.items()}
+        for name, n in size.items():
+            if n != time.size:
+                raise RecordError(f'"{name}" has {n} samples, time {time.size}')
+        return cls(1 / dt, control, sensors)
+
+    @classmethod
+    def read_csv(cls, path: str | Path, spec: mujoco.MjSpec | mujoco.MjModel) -> ModelRecord:
+        """Read a CSV file with the columns time (s), and names of the model's actuators and sensors.
+
+        A sensor of several numbers has columns NAME[0], NAME[1]; where an actuator and a sensor have one name, write
+        actuator:NAME and sensor:NAME.
+
+        Parameters
+        ----------
+        path : str or Path
+            The file; its first line has the names.
+        spec : mujoco.MjSpec or mujoco.MjModel
+            Whose actuators and sensors are meant.
+
+        Raises
+        ------
+        RecordError
+            For a file that cannot be read, a column of another name, a cell that is not a number, and whatever
+            `ModelRecord` refuses.
+        """
+        names, values = _read(Path(path))
+        if "time" not in names:
+            raise RecordError(f'{path} has no column "time": {", ".join(names)}')
+        model = compiled(spec)
+        known = {
+            "actuator": [model.actuator(i).name for i in range(model.nu)],
+            "sensor": [model.sensor(i).name for i in range(model.nsensor)],
+        }
+        found: dict[str, dict[str, list[np.ndarray]]] = {"actuator": {}, "sensor": {}}
+        for name, column in zip(names, values.T):
+            if name == "time":
+                continue
+            kind, _, rest = name.rpartition(":")
+            base = (rest if kind in known else name).split("[")[0]
+            kinds = [k for k in ([kind] if kind in known else known) if base in known[k]]
+            if len(kinds) != 1:
+                raise RecordError(f"{path}: column {_why_not(name, base, kinds, known)}")
+            found[kinds[0]].setdefault(base, []).append(column)
+        control, sensors = (
+            {name: np.squeeze(np.stack(columns, axis=1), axis=1) if len(columns) == 1 else np.stack(columns, axis=1)
+             for name, columns in found[kind].items()} for kind in ("actuator", "sensor")
+        )  # fmt: skip
+        return cls.of_time(values[:, names.index("time")], control, sensors)
+
+
+def _read(path: Path) -> tuple[list[str], np.ndarray]:
+    try:
+        with plain_file(path).open(newline="", encoding="utf-8-sig") as file:
+            rows = [row for row in csv.reader(file) if row]
+    except (OSError, UnicodeDecodeError) as error:
+        raise RecordError(f"{path} cannot be read: {error}") from None
+    names = [name.strip() for name in rows[0]] if rows else []
+    for i, row in enumerate(rows[1:], start=2):
+        if len(row) != len(names):
+            raise RecordError(f"{path}, row {i}: {len(row)} cells for {len(names)} columns")
+    try:
+        return names, np.array(rows[1:], dtype=float).reshape(-1, len(names))
+    except ValueError as error:
+        raise RecordError(f"{path}: {error}") from None
+
+
+def _why_not(name: str, base: str, kinds: list[str], known: Mapping[str, list[str]]) -> str:
+    if kinds:
+        return f'"{name}" is an actuator and a sensor; write actuator:{base} or sensor:{base}'
+    return f'"{name}" is neither an actuator nor a sensor; {nearest(base, [*known["actuator"], *known["sensor"]])}'
+
+
+def nearest(name: str, known: Iterable[str]) -> str:
+    """Say which known name is like one that is not, or what there is."""
+    import difflib
+
+    known = [k for k in known if k]
+    near = difflib.get_close_matches(name, known, n=1)
+    return f'did you mean "{near[0]}"?' if near else f"there is {', '.join(known[:20]) or 'none with a name'}"
+
+
+def quantum(samples: np.ndarray) -> float:
+    """Step of a sensor that counts, the smallest difference of its values; 0 where values hardly repeat."""
+    values = np.unique(samples)
+    if values.size < 3 or values.size > (1 - REPEATED) * samples.size:
+        return 0.0
+    differences = np.diff(values)
+    step = float(np.median(differences[differences < 1.5 * differences[differences > 1e-9 * np.ptp(values)].min()]))
+    return step if np.max(np.abs(differences / step - np.round(differences / step))) < 0.05 else 0.0

@@ -1,0 +1,338 @@
+"""Records and rig files that lie, and what identification says of each; of those that pass, what they do to FRFs.
+
+    python -m experiments.benches.lying_records --page docs/robustness.md
+
+Every lie is put into all records to identify of `data/table1_rig`, or into its rig file. What is said is what
+``identify`` prints as warnings or refuses with. Where nothing is said, rig and law are identified and FRFs of the
+records to validate, which do not lie, are predicted: as well as without the lie, or the lie matters in silence.
+"""
+
+from __future__ import annotations
+
+import argparse
+import dataclasses
+import json
+import re
+import warnings
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+import numpy as np
+import scipy.signal
+from tqdm import tqdm
+
+from clearance_mj.core.errors import ClearanceError
+from clearance_mj.core.files import replacing, to_json, write_text
+from clearance_mj.engines import simulate
+from clearance_mj.identify import diagnose
+from clearance_mj.identify.methods.bench import fit_bench
+from clearance_mj.identify.records.checks import IdentifiabilityWarning, check_records
+from clearance_mj.io.channels import Channel
+from clearance_mj.io.dataset import Dataset, Record
+from clearance_mj.rig import Rig
+from clearance_mj.signals import estimate_frf
+from clearance_mj.signals.correlation import rmse_db
+
+DATA = Path(__file__).parents[1] / "data" / "table1_rig"
+LEVEL = 1.0
+"""m/s², of the records whose FRFs are predicted where nothing is said"""
+TABLE = re.compile(r"(<!-- lies -->\n).*?(<!-- /lies -->)", re.DOTALL)
+LONGEST = 240
+"""characters of what is said, in the table"""
+
+Lie = Callable[[Dataset], Dataset]
+Change = Callable[[np.ndarray, float], np.ndarray]
+"""Takes samples and samples per second"""
+Key = tuple[int, str]
+"""Node and quantity"""
+PROBE, OTHER_PROBE = (6, "displacement"), (7, "displacement")
+ACCELEROMETER, OTHER = (3, "acceleration"), (2, "acceleration")
+EXCITATION = (100, "acceleration")
+
+
+def changed(*keys: Key, by: Change) -> Lie:
+    """Samples of some channels, other ones."""
+
+    def one(channel: Channel) -> Channel:
+        if (channel.node, channel.quantity) not in keys:
+            return channel
+        return dataclasses.replace(channel, value=by(channel.value.copy(), channel.fs))
+
+    return with_channels(lambda channels: [one(c) for c in channels])
+
+
+def swapped(first: Key, second: Key) -> Lie:
+    """Samples of one channel in the place of those of another."""
+    partner = {first: second, second: first}
+
+    def swap(channels: Sequence[Channel]) -> list[Channel]:
+        held = {(c.node, c.quantity): c.value for c in channels}
+        return [
+            dataclasses.replace(c, value=held[partner.get((c.node, c.quantity), (c.node, c.quantity))])
+            for c in channels
+        ]
+
+    return with_channels(swap)
+
+
+def with_channels(change: Callable[[Sequence[Channel]], list[Channel]]) -> Lie:
+    """Channels of all records to identify."""
+
+    def lie(dataset: Dataset) -> Dataset:
+        records = [dataclasses.replace(r, channels=change(r.channels)) for r in dataset.records]
+        return Dataset(dataset.rig, tuple(records), dataset.path)
+
+    return lie
+
+
+def told(change: Callable[[Rig], Rig]) -> Lie:
+    """A rig file that says something else."""
+
+    def lie(dataset: Dataset) -> Dataset:
+        rig = change(dataset.rig)
+        return Dataset(rig, tuple(dataclasses.replace(r, rig=rig) for r in dataset.records), dataset.path)
+
+    return lie
+
+
+def delayed(seconds: float) -> Change:
+    """Later by a time."""
+    return lambda x, fs: np.concatenate((np.full(round(seconds * fs), x[0]), x))[: x.size]
+
+
+def clipped_and_filtered(x: np.ndarray, fs: float) -> np.ndarray:
+    """Cut at a third of its extreme, then rounded by a low-pass, so that no flat top is left."""
+    most = np.abs(x).max() / 3
+    low_pass = scipy.signal.butter(4, 0.2 * fs, fs=fs, output="sos")
+    return scipy.signal.sosfiltfilt(low_pass, np.clip(x, -most, most))
+
+
+def noise(x: np.ndarray, fs: float) -> np.ndarray:
+    """Of the same level."""
+    return x.std() * np.random.default_rng(3).standard_normal(x.size)
+
+
+def backwards(x: np.ndarray, fs: float) -> np.ndarray:
+    """Another signal with the same spectrum."""
+    return x[::-1].copy()
+
+
+def dropout(seconds: float) -> Change:
+    """Zero for a while in the middle."""
+
+    def lose(x: np.ndarray, fs: float) -> np.ndarray:
+        first = x.size // 2
+        x[first : first + round(seconds * fs)] = 0.0
+        return x
+
+    return lose
+
+
+def spike(x: np.ndarray, fs: float) -> np.ndarray:
+    """One sample."""
+    x[x.size // 3] += 40 * x.std()
+    return x
+
+
+def hum(x: np.ndarray, fs: float) -> np.ndarray:
+    """Of the mains, a fifth of the level."""
+    return x + 0.2 * np.sqrt(2) * x.std() * np.sin(2 * np.pi * 50.0 * np.arange(x.size) / fs)
+
+
+def offset(by: float) -> Change:
+    """A wrong zero."""
+    return lambda x, fs: x + by
+
+
+def drift(by: float) -> Change:
+    """A zero that moves."""
+    return lambda x, fs: x + by * np.linspace(0, 1, x.size)
+
+
+def times(factor: float) -> Change:
+    """A wrong gain, unit or sign."""
+    return lambda x, fs: factor * x
+
+
+def quantised(x: np.ndarray, fs: float) -> np.ndarray:
+    """A converter of 8 bits."""
+    step = 2 * np.abs(x).max() / 2**8
+    return step * np.round(x / step)
+
+
+def beam(**factors: float) -> Lie:
+    """Numbers of the shaft times factors."""
+
+    def change(rig: Rig) -> Rig:
+        assert rig.beam
+        fields = {name: factor * getattr(rig.beam, name) for name, factor in factors.items()}
+        return rig.replace(beam=dataclasses.replace(rig.beam, **fields))
+
+    return told(change)
+
+
+def bushings(**changes: Callable) -> Lie:
+    """Fields of all bushings."""
+
+    def one(bushing):
+        return dataclasses.replace(bushing, **{name: new(getattr(bushing, name)) for name, new in changes.items()})
+
+    return told(lambda rig: rig.replace(bushings=tuple(one(b) for b in rig.bushings)))
+
+
+def moved_sensor(rig: Rig) -> Rig:
+    """Accelerometer 3, 80 mm from where it is."""
+    sensors = [dataclasses.replace(s, position=s.position + 0.08) if s.node == 3 else s for s in rig.sensors]
+    return rig.replace(sensors=tuple(sensors))
+
+
+def without_masses(rig: Rig) -> Rig:
+    """No point mass told."""
+    return rig.replace(masses=())
+
+
+LIES: dict[str, Lie] = {
+    "none": lambda dataset: dataset,
+    "probes swapped": swapped(PROBE, OTHER_PROBE),
+    "probe reversed": changed(PROBE, by=times(-1.0)),
+    "probe 5 ms late": changed(PROBE, by=delayed(5e-3)),
+    "probe 1 ms late": changed(PROBE, by=delayed(1e-3)),
+    "probe in mm": changed(PROBE, by=times(1e3)),
+    "both probes in mm": changed(PROBE, OTHER_PROBE, by=times(1e3)),
+    "probe reads 20 % too much": changed(PROBE, by=times(1.2)),
+    "probe clipped, then filtered": changed(PROBE, by=clipped_and_filtered),
+    "probe: noise": changed(PROBE, by=noise),
+    "probe: another signal": changed(PROBE, by=backwards),
+    "probe drops out for 1 s": changed(PROBE, by=dropout(1.0)),
+    "probe drops out for 10 ms": changed(PROBE, by=dropout(0.01)),
+    "probe: spike": changed(PROBE, by=spike),
+    "probe: offset of 0.15 mm": changed(PROBE, by=offset(1.5e-4)),
+    "probe: offset of 0.03 mm": changed(PROBE, by=offset(3e-5)),
+    "probe: offset of 0.005 mm": changed(PROBE, by=offset(5e-6)),
+    "probe drifts by 0.3 mm": changed(PROBE, by=drift(3e-4)),
+    "probe: mains hum of 20 %": changed(PROBE, by=hum),
+    "probe of 8 bits": changed(PROBE, by=quantised),
+    "accelerometers swapped": swapped(ACCELEROMETER, OTHER),
+    "accelerometer reversed": changed(ACCELEROMETER, by=times(-1.0)),
+    "accelerometer 5 ms late": changed(ACCELEROMETER, by=delayed(5e-3)),
+    "accelerometer one sample late": changed(ACCELEROMETER, by=delayed(1 / 2048)),
+    "accelerometer in g": changed(ACCELEROMETER, by=times(1 / 9.80665)),
+    "all accelerometers in g": changed(*((n, "acceleration") for n in range(1, 9)), by=times(1 / 9.80665)),
+    "accelerometer reads 20 % too much": changed(ACCELEROMETER, by=times(1.2)),
+    "accelerometer clipped, then filtered": changed(ACCELEROMETER, by=clipped_and_filtered),
+    "accelerometer: noise": changed(ACCELEROMETER, by=noise),
+    "accelerometer: another signal": changed(ACCELEROMETER, by=backwards),
+    "accelerometer drops out for 1 s": changed(ACCELEROMETER, by=dropout(1.0)),
+    "accelerometer: spike": changed(ACCELEROMETER, by=spike),
+    "accelerometer: offset of 5 m/s²": changed(ACCELEROMETER, by=offset(5.0)),
+    "accelerometer drifts by 5 m/s²": changed(ACCELEROMETER, by=drift(5.0)),
+    "accelerometer: mains hum of 20 %": changed(ACCELEROMETER, by=hum),
+    "accelerometer of 8 bits": changed(ACCELEROMETER, by=quantised),
+    "excitation reversed": changed(EXCITATION, by=times(-1.0)),
+    "excitation 5 ms late": changed(EXCITATION, by=delayed(5e-3)),
+    "excitation in g": changed(EXCITATION, by=times(1 / 9.80665)),
+    "excitation reads 20 % too much": changed(EXCITATION, by=times(1.2)),
+    "excitation clipped, then filtered": changed(EXCITATION, by=clipped_and_filtered),
+    "excitation: noise": changed(EXCITATION, by=noise),
+    "excitation drops out for 1 s": changed(EXCITATION, by=dropout(1.0)),
+    "excitation: offset of 5 m/s²": changed(EXCITATION, by=offset(5.0)),
+    "excitation and accelerometer 1 swapped": swapped(EXCITATION, (1, "acceleration")),
+    "rod told 10 % long": beam(length=1.1),
+    "diameter told 15 % thick": beam(diameter=1.15),
+    "modulus told a third too small": beam(young_modulus=2 / 3),
+    "density told twice as large": beam(density=2.0),
+    "masses not told": told(without_masses),
+    "gaps told three times too small": bushings(gap=lambda gap: gap / 3),
+    "gaps told three times too large": bushings(gap=lambda gap: 3 * gap),
+    "gaps told 30 % too large": bushings(gap=lambda gap: 1.3 * gap),
+    "bushings told 60 mm too near to the clamp": bushings(position=lambda x: x - 0.06),
+    "accelerometer 3 told 80 mm from its place": told(moved_sensor),
+    "contact told ten times too stiff": bushings(
+        contact=lambda c: dataclasses.replace(c, stiffness=10 * c.stiffness)
+    ),
+    "grease told ten times too soft": bushings(grease=lambda g: dataclasses.replace(g, stiffness=g.stiffness / 10)),
+    "damping told ten times too small": told(
+        lambda rig: rig.replace(
+            beam=rig.beam and dataclasses.replace(rig.beam, rayleigh=tuple(0.1 * r for r in rig.beam.rayleigh))
+        )
+    ),
+}  # fmt: skip
+"""What is wrong, by its name"""
+
+
+def sound() -> Dataset:
+    """The records to identify from, as they are."""
+    dataset = Dataset.load(DATA)
+    return Dataset(dataset.rig, tuple(dataset.to_identify()), dataset.path)
+
+
+def said(dataset: Dataset) -> list[str]:
+    """Return what identification says of a dataset: the refusal, or warnings and likeliest causes; none: nothing."""
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always", IdentifiabilityWarning)
+        try:
+            check_records(dataset.records)
+            words = diagnose(dataset).words
+        except ClearanceError as error:
+            return [f"refused: {error}"]
+    found = [str(w.message) for w in caught if isinstance(w.message, IdentifiabilityWarning)]
+    return [*dict.fromkeys([*found, *words])]
+
+
+def predicted(dataset: Dataset, validate: Sequence[Record]) -> float:
+    """Return by how many dB FRFs are missed that rig and law identified from a dataset predict, RMS over records."""
+    found = fit_bench(dataset)
+    missed = []
+    for record in validate:
+        model = simulate(found.rig, record.excitation(), found.law, "modal")
+        frfs = [estimate_frf(response, resolution=0.5) for response in (record.response(), model)]
+        low, high = record.band or (5.0, 220.0)
+        test, ours = (f.value[:, 0, (f.frequency >= low) & (f.frequency <= high)] for f in frfs)
+        missed.append(np.mean(np.square(rmse_db(test, ours))))
+    return float(np.sqrt(np.mean(missed)))
+
+
+def judge(name: str, dataset: Dataset, validate: Sequence[Record]) -> dict:
+    """Return what is said of a lie; where nothing is, what it does to FRFs."""
+    lied = LIES[name](dataset)
+    words = said(lied)
+    return {"lie": name, "said": words, "rmse_db": None if words else predicted(lied, validate)}
+
+
+def markdown(rows: Sequence[dict]) -> str:
+    """A line for each lie."""
+    told_of = [f"| {row['lie']} | {_cell(row)} |" for row in rows]
+    return "\n" + "\n".join(["| lie | what is said, or what it does |", "|---|---|", *told_of]) + "\n\n"
+
+
+def _cell(row: dict) -> str:
+    if row["rmse_db"] is not None:
+        return f"nothing; FRFs are predicted within {row['rmse_db']:.2f} dB"
+    words = "; ".join(row["said"])
+    return words if len(words) <= LONGEST else f"{words[:LONGEST].rsplit(' ', 1)[0]} ..."
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Judge lies, write lying_records.json and the table of a page."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("--out", type=Path, default=Path("results/lying_records"), help="folder")
+    parser.add_argument("--lie", action="append", help="default: all")
+    parser.add_argument("--page", type=Path, help="page whose table is written anew")
+    options = parser.parse_args(arguments)
+    dataset = sound()
+    validate = [r for r in Dataset.load(DATA).records if r.role == "validate" and r.level == LEVEL]
+    path = options.out / "lying_records.json"
+    known = {row["lie"]: row for row in json.loads(path.read_text(encoding="utf-8"))} if path.exists() else {}
+    for name in tqdm(options.lie or LIES):
+        known[name] = judge(name, dataset, validate)
+        tqdm.write(f"{name}: {_cell(known[name])}")
+        write_text(path, to_json([known[n] for n in LIES if n in known]))
+    if options.page:
+        table = markdown([known[name] for name in LIES if name in known])
+        text = TABLE.sub(lambda marks: marks[1] + table + marks[2], options.page.read_text(encoding="utf-8"))
+        with replacing(options.page) as temporary:
+            temporary.write_text(text, encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,1 @@
+"""Periodic responses: the pages of the documentation and their verification by marches in time."""

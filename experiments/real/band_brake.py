@@ -1,0 +1,276 @@
+"""Self-energising friction with dead travel, as of a band brake, from records of displacement and force.
+
+A band lies around a drum and is held at both ends. Turning the drum pulls one end taut and slackens the other; on
+reversal the taut end unloads, the slack is taken up (the dead travel 2d) and the other end becomes taut. Its deflection
+z from the middle of the dead travel follows the displacement less what the band slips on the drum, and its ends are
+springs that harden:
+
+    f(z) = k₀ z + F ((|z| - d) / r)^p sign(z),    the second term where |z| > d
+
+The band slips where f reaches its capacity, which sliding itself raises (the friction tightens the band) and sliding
+the other way takes back. With the charge s between 0, all slid to push, and 1, all slid to pull,
+
+    capacity = F (σ + (1-σ) c^q),    c = s in pulling, 1-s in pushing;    ds = slip / D
+
+F, r, p, σ and q differ between pulling (f > 0) and pushing. Beside the band act a damper, dry friction and the force
+sensor's zero. Loading is therefore softer than unloading, a partly loaded band unloads elastically, and the dead travel
+starts anew wherever the band has slipped to.
+
+Parameters are found by output error with a robust loss, since such brakes chatter while they slide.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+import scipy.optimize
+from numpy.typing import ArrayLike
+
+from clearance_mj.core.errors import RecordError
+from clearance_mj.estimate.estimates import Estimates, principal_deviations
+from clearance_mj.estimate.parameter import Parameter
+from clearance_mj.identify.laws.hysteresis import NOISE_FLOOR, UNRELATED, checked, checked_records, correlation_time
+from experiments.real.band_brake_loop import band_brake_force, reversal_travel
+
+__all__ = ["BandBrakeFit", "BrakeSide", "band_brake", "travel_since_reversal"]
+
+Residual = Callable[[np.ndarray], np.ndarray]
+SIDE = {"slide": "N", "start": "1", "rise": "1", "elastic": "m", "exponent": "1"}
+REST = {"gap": "m", "dead_stiffness": "N/m", "damping": "N s/m", "friction": "N", "force_zero": "N",
+        "charge_travel": "m", "charge": "1"}  # fmt: skip
+NAMES = {f"{name}_{way}": unit for way in ("pull", "push") for name, unit in SIDE.items()} | REST
+"""parameters of a fit and their units"""
+STARTS = ((0.15, 0.2), (0.15, 0.8), (0.4, 0.2), (0.4, 0.8))
+"""elastic, dead and charge travel together, as a share of half the range of the displacement, and charge"""
+POLISHED = 2
+"""starts, the best after a rough solution, that are solved to the end"""
+ROBUST = 0.1
+"""residual, as a share of the force's RMS, from which on it counts by its amount instead of its square"""
+ROUGH, FINAL = 8, 60
+"""evaluations, at most, before the best starts are chosen and after"""
+
+
+@dataclass(frozen=True)
+class BrakeSide:
+    """One way in which a band brake is loaded."""
+
+    slide: float
+    """N, F: what it slides at when charged"""
+    start: float
+    """σ, share of it at which an uncharged band begins to slip; 1: it does not charge"""
+    rise: float
+    """q, how late the capacity rises over the charge"""
+    elastic: float
+    """m, r: deflection beyond the dead travel at which the spring carries F"""
+    exponent: float
+    """p, how much it hardens"""
+
+    @property
+    def value(self) -> np.ndarray:
+        """(5,) in the order of the fields."""
+        return np.array([getattr(self, name) for name in SIDE])
+
+
+@dataclass(frozen=True, eq=False)
+class BandBrakeFit:
+    """Band brake fitted to records."""
+
+    pull: BrakeSide
+    """where the force is positive"""
+    push: BrakeSide
+    """where it is negative"""
+    gap: float
+    """m, d: half the dead travel"""
+    dead_stiffness: float
+    """N/m, k₀"""
+    damping: float
+    """N s/m, beside the band"""
+    friction: float
+    """N, dry friction beside the band"""
+    force_zero: float
+    """N, of the sensor"""
+    charge_travel: float
+    """m, D: slip that charges the band in full"""
+    charge: float
+    """at the beginning of each record"""
+    speed_over: float = 0.0
+    """s, over which the speed is taken to each side"""
+    estimates: Estimates | None = None
+    """of the parameters that were not held, in the order of `NAMES`; None: not fitted"""
+    nrmse: float = 0.0
+    """RMS of the residual over the RMS of the measured force about its mean, over the samples used"""
+
+    @classmethod
+    def of(cls, value: ArrayLike, speed_over: float = 0.0, **found: Any) -> BandBrakeFit:
+        """Take the parameters (17,) in the order of `NAMES`."""
+        pull, push, others = np.split(np.asarray(value, dtype=float), (5, 10))
+        rest = dict(zip(REST, others.tolist()))
+        return cls(BrakeSide(*pull.tolist()), BrakeSide(*push.tolist()), speed_over=speed_over, **rest, **found)
+
+    @property
+    def value(self) -> np.ndarray:
+        """(17,) the parameters in the order of `NAMES`."""
+        rest = [getattr(self, name) for name in REST]
+        return np.concatenate((self.pull.value, self.push.value, rest))
+
+    def force(self, time: ArrayLike, displacement: ArrayLike, first: float = 0.0) -> np.ndarray:
+        """Force (n,), N, under a displacement (n,), m, over rising times (n,), s.
+
+        ``first``: N, the force when the record began, which tells where the band stood; 0: amid the dead travel.
+        """
+        t, x, _ = checked(time, displacement, np.zeros(np.shape(time)), "the motion")
+        return _force(self.value, x, speed(t, x, self.speed_over), first)
+
+
+def speed(time: np.ndarray, displacement: np.ndarray, over: float) -> np.ndarray:
+    """Return the mean speed (n,), m/s, from ``over`` seconds before to ``over`` after; 0: between samples."""
+    if over == 0:
+        return np.gradient(displacement, time)
+    before, after = np.maximum(time - over, time[0]), np.minimum(time + over, time[-1])
+    return (np.interp(after, time, displacement) - np.interp(before, time, displacement)) / (after - before)
+
+
+def travel_since_reversal(displacement: ArrayLike, least: float) -> np.ndarray:
+    """Return how far a displacement has gone from its last reversal, (n,), m.
+
+    Parameters
+    ----------
+    displacement : array_like, shape (n,)
+        m.
+    least : float
+        m, by which a reversal is left before it counts.
+    """
+    return reversal_travel(np.asarray(displacement, dtype=float), least)
+
+
+def _force(value: np.ndarray, x: np.ndarray, v: np.ndarray, first: float) -> np.ndarray:
+    return band_brake_force(x, v, first, value[:5], value[5:10], value[10:])
+
+
+def band_brake(
+    time: ArrayLike, displacement: ArrayLike, force: ArrayLike, use: ArrayLike | None = None, speed_over: float = 0.0,
+    held: Mapping[str, float] | None = None,
+) -> BandBrakeFit:  # fmt: skip
+    """Identify a self-energising band brake with dead travel from measured displacement and force.
+
+    Parameters
+    ----------
+    time, displacement, force : array_like, shape (n,), or sequences of them
+        s, m and N. Several records of one brake are given as lists of arrays. The band's deflection when a record
+        begins follows from its first force, the charge is common to all.
+    use : array_like of bool, shape (n,), or a sequence of them, optional
+        Samples that count, such as those as near a reversal as the motion to predict stays (`travel_since_reversal`).
+    speed_over : float
+        s, over which the speed is taken to each side, so that noise of the displacement is no speed.
+    held : mapping, optional
+        Parameters of `NAMES` that are not fitted and their values: ``{"damping": 0.0}``.
+
+    Raises
+    ------
+    RecordError
+        If a channel is not finite, constant, clipped or too short, no sample is used, a name in ``held`` is unknown or
+        the force does not follow the displacement.
+
+    Notes
+    -----
+    The band brake as a damper: Downey, Cao, Laflamme, Taylor and Ricles, High capacity variable friction damper based
+    on band brake technology, Engineering Structures 113, 2016, 287-298. Hardening of a slider and its return to the
+    capacity: Simo and Hughes, Computational Inelasticity, 1998, section 1.4.
+    """
+    records = checked_records(time, displacement, force)
+    if not (np.isfinite(speed_over) and speed_over >= 0):
+        raise RecordError(f"speed_over must be >= 0 s, got {speed_over!r}")
+    used = _used(use, records)
+    held = dict(held or {})
+    unknown = [name for name in held if name not in NAMES]
+    if unknown:
+        raise RecordError(f"{', '.join(unknown)} cannot be held; parameters are {', '.join(NAMES)}")
+    motions = [(x, speed(t, x, speed_over), f[0]) for t, x, f in records]
+    measured = np.concatenate([f[u] for (_, _, f), u in zip(records, used)])
+    scale = float(np.std(measured))
+    if scale == 0:
+        raise RecordError(f"the force is constant at {measured[0]:.6g} over the samples used")
+
+    def residual(whole: np.ndarray) -> np.ndarray:
+        model = [_force(whole, *motion)[u] for motion, u in zip(motions, used)]
+        return (np.concatenate(model) - measured) / scale
+
+    rough = [_solve(residual, _parameters(records, measured, motions, *start), held, ROUGH) for start in STARTS]
+    rough.sort(key=lambda r: r[0].cost)
+    polished = [_solve(residual, parameters, held, FINAL) for _, parameters, _ in rough[:POLISHED]]
+    best, parameters, value = min(polished, key=lambda r: r[0].cost)
+    left = residual(value)
+    nrmse = float(np.sqrt(np.mean(left**2)))
+    if nrmse > UNRELATED:
+        raise RecordError(
+            f"the force does not follow the displacement ({100 * nrmse:.0f} % of it is left): no band brake"
+        )
+    direction, std = principal_deviations(best.jac)
+    spread = left.var() * correlation_time(left) + NOISE_FLOOR**2
+    free = [i for i, name in enumerate(NAMES) if name not in held]
+    estimates = Estimates.of([parameters[i] for i in free], value[free], (direction.T * std**2) @ direction * spread)
+    return BandBrakeFit.of(value, speed_over, estimates=estimates, nrmse=nrmse)
+
+
+def _used(use: Any, records: Sequence[tuple[np.ndarray, ...]]) -> list[np.ndarray]:
+    if use is None:
+        return [np.ones(t.size, dtype=bool) for t, _, _ in records]
+    several = len(use) > 0 and np.ndim(use[0]) == 1
+    used = [np.asarray(u, dtype=bool) for u in (use if several else [use])]
+    if [u.shape for u in used] != [t.shape for t, _, _ in records]:
+        raise RecordError("use must have the shape of the records")
+    if not any(u.any() for u in used):
+        raise RecordError("no sample is used")
+    return used
+
+
+def _parameters(
+    records: Sequence[tuple[np.ndarray, ...]], measured: np.ndarray, motions: Sequence[tuple[Any, ...]], share: float,
+    charge: float,
+) -> tuple[Parameter, ...]:  # fmt: skip
+    """Starts and bounds from the ranges of the records; share: travel over half the range of the displacement."""
+    x = max(np.ptp(x) for _, x, _ in records) / 2
+    f = np.ptp(measured) / 2
+    v = max(np.abs(v).max() for _, v, _ in motions)
+    shape = {
+        "slide": (0.8 * f, 0.1 * f, 5 * f, "log"), "start": (0.3, 0.0, 1.0, "linear"),
+        "rise": (1.5, 1.0, 4.0, "linear"), "elastic": (0.5 * share * x, 1e-3 * x, 3 * x, "log"),
+        "exponent": (1.7, 1.0, 4.0, "linear"),
+    }  # fmt: skip
+    rest = {
+        "gap": (0.25 * share * x, 0.0, x, "linear"), "dead_stiffness": (0.1 * f / x, 0.0, 10 * f / x, "linear"),
+        "damping": (0.03 * f / v, 0.0, f / v, "linear"), "friction": (0.02 * f, 0.0, 0.5 * f, "linear"),
+        "force_zero": (0.0, -0.3 * f, 0.3 * f, "linear"), "charge_travel": (0.25 * share * x, 1e-3 * x, x, "log"),
+        "charge": (charge, 0.0, 1.0, "linear"),
+    }  # fmt: skip
+    bounds = [*shape.values(), *shape.values(), *rest.values()]
+    return tuple(
+        Parameter(name, unit, float(start), float(low), float(high), transform=transform)  # type: ignore[arg-type]
+        for (name, unit), (start, low, high, transform) in zip(NAMES.items(), bounds)
+    )
+
+
+def _solve(
+    residual: Residual, parameters: tuple[Parameter, ...], held: Mapping[str, float], most: int
+) -> tuple[scipy.optimize.OptimizeResult, tuple[Parameter, ...], np.ndarray]:
+    """Solve from the parameters' starts; the solution, the parameters that start there, and the values (17,)."""
+    free = [i for i, p in enumerate(parameters) if p.name not in held]
+    whole = np.array([held.get(p.name, p.start) for p in parameters])
+
+    def natural(varied: np.ndarray) -> np.ndarray:
+        value = whole.copy()
+        value[free] = [parameters[i].from_varied(v) for i, v in zip(free, varied)]
+        return value
+
+    ends = [(p.to_varied(p.low), p.to_varied(p.start), p.to_varied(p.high)) for p in parameters if p.name not in held]
+    low, start, high = np.transpose(ends)
+    inside = np.clip(start, low + 1e-6 * (high - low), high - 1e-6 * (high - low))
+    found = scipy.optimize.least_squares(
+        lambda v: residual(natural(v)), inside, bounds=(low, high), x_scale="jac", diff_step=1e-4, loss="soft_l1",
+        f_scale=ROBUST, max_nfev=most, ftol=1e-7, xtol=1e-7,
+    )  # fmt: skip
+    value = natural(found.x)
+    return found, tuple(replace(p, start=float(v)) for p, v in zip(parameters, value)), value

@@ -1,0 +1,105 @@
+"""Every steering controller on six manoeuvres that none is tuned on, in both regimes, over thirty vehicles.
+
+Vehicles, noises and disturbances are the same for each controller; sensors are those of a car. A run that leaves the
+path counts as the worst. Finished runs are kept in the folder and not run again while the code is the same.
+"""
+
+import argparse
+import os
+import sys
+from itertools import product
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+import pandas as pd
+
+from clearance_mj.core.cache import code, digest
+from clearance_mj.core.errors import ClearanceError, SimulationError
+from clearance_mj.core.files import replacing
+from clearance_mj.core.tasks import run_tasks
+from clearance_mj.vehicle.controllers.registry import TUNED
+from clearance_mj.vehicle.experiment import CONTROLLERS, GAP, REGIMES, Case, check, run_case
+from clearance_mj.vehicle.manoeuvres import MANOEUVRES, get_manoeuvre
+from experiments.steering.comparison_page import write_page
+
+SEEDS = 30
+WRONG_START = dict.fromkeys(("smc-twin", "mpc-twin", "smc-twin-dob", "mpc-twin-dob"), 0.5)
+"""Half-gap that controllers begin with over the true one, where that is not 1"""
+
+
+class Group(NamedTuple):
+    """Runs of one controller on one manoeuvre in one regime."""
+
+    manoeuvre: str
+    regime: str
+    controller: str
+    seeds: int
+    sensors: str
+
+    def cases(self) -> list[Case]:
+        """One case for each seed."""
+        settings = {"regime": self.regime, "manoeuvre": self.manoeuvre, "sensors": self.sensors, "spread": True}
+        assumed, speed = WRONG_START.get(self.controller, 1.0) * GAP, get_manoeuvre(self.manoeuvre).speed
+        return [
+            Case(self.controller, speed, assumed_gap=assumed, seed=seed, **settings)
+            for seed in range(1, self.seeds + 1)
+        ]
+
+
+def run_group(group: Group) -> pd.DataFrame:
+    """One row for each seed: why the run did not reach its end, or nothing, and its metrics, infinite if it did not."""
+    rows = []
+    for case in group.cases():
+        row = {"manoeuvre": case.manoeuvre, "regime": case.regime, "controller": case.controller, "seed": case.seed}
+        try:
+            row |= {"left": "", **run_case(case).run.metrics()}
+        except SimulationError as error:
+            row["left"] = str(error)
+        rows.append(row)
+    frame = pd.DataFrame(rows)
+    return frame.fillna(np.inf)
+
+
+def run_all(groups: list[Group], folder: Path, workers: int | None = None) -> pd.DataFrame:
+    """Run what is not in the folder yet, with a progress bar, and return all rows in the order of the groups."""
+    inputs = code(()), TUNED.read_text(encoding="utf-8")
+    files = {group: folder / f"{'_'.join(map(str, group))}_{digest(inputs, group)[:16]}.csv" for group in groups}
+    missing = [group for group, file in files.items() if not file.exists()]
+    folder.mkdir(parents=True, exist_ok=True)
+    known = len(groups) - len(missing)
+    for group, rows in run_tasks(run_group, missing, workers, processes=True, progress="groups", done=known):
+        with replacing(files[group]) as temporary:
+            rows.to_csv(temporary, index=False)
+    found = [pd.read_csv(file, keep_default_na=False) for file in files.values()]
+    return pd.concat(found, ignore_index=True).fillna(np.inf)  # of controllers that never reached the end
+
+
+def main() -> int:
+    """Run the comparison; writes runs.csv and the page with its figures."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--out", type=Path, default=Path("results/steering"), help="folder (default: %(default)s)")
+    parser.add_argument("--controllers", nargs="+", default=list(CONTROLLERS))
+    parser.add_argument("--manoeuvres", nargs="+", default=list(MANOEUVRES))
+    parser.add_argument("--seeds", type=int, default=SEEDS, help="vehicles (default: %(default)s)")
+    parser.add_argument("--sensors", default="car", help="car or ideal (default: %(default)s)")
+    parser.add_argument("--workers", type=int, default=os.cpu_count(), help="processes (default: all processors)")
+    options = parser.parse_args()
+    groups = [
+        Group(*names, options.seeds, options.sensors)
+        for names in product(options.manoeuvres, REGIMES, options.controllers)
+    ]
+    try:
+        for group in groups:
+            check(group.cases()[0])
+        rows = run_all(groups, options.out / "runs", options.workers)
+    except ClearanceError as error:
+        return print(f"steering_comparison: {error}", file=sys.stderr) or 2
+    rows.to_csv(options.out / "runs.csv", index=False)
+    write_page(rows, options.sensors, options.out)
+    print(options.out / "vehicle_comparison.md")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

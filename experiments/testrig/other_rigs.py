@@ -1,0 +1,100 @@
+"""Three rigs made up after the identification was finished: what each law predicts there, against the repeatability."""
+
+import argparse
+from pathlib import Path
+
+import pandas as pd
+from matplotlib.figure import Figure
+
+from clearance_mj.report import report_study
+from clearance_mj.study import Study
+from experiments.testrig import generate
+
+RIGS = ("iwan", "lugre", "mixed")
+LAWS = {"constant": "#d55e00", "amplitude": "#009e73", "output-error": "#0072b2"}
+ENGINES = {"modal": "-", "links": "--"}
+MEASURES = ("rmse_db", "ratio_to_repeat", "frac", "csac", "csf")
+
+
+def study_of(name: str, out: Path, engines) -> Study:
+    """Make the rig's records, if they are not there yet, and study them."""
+    dataset = out / name / "dataset"
+    if not dataset.exists():
+        generate(dataset, name)
+    return report_study(dataset, out / name / "study", engines, tuple(LAWS))
+
+
+def table(name: str, study: Study) -> pd.DataFrame:
+    """One row per level, law and engine, and the repeatability."""
+    rows = pd.DataFrame(study.rows())
+    repeat = rows[rows["law"] == "repeat"].set_index("level")["rmse_db"]
+    rows["ratio_to_repeat"] = rows["rmse_db"] / rows["level"].map(repeat)
+    return rows.assign(rig=name)[["rig", "level", "law", "engine", *MEASURES]]
+
+
+def draw(rows: pd.DataFrame) -> Figure:
+    """RMSE over level, one panel for each rig."""
+    names, levels = rows["rig"].unique(), sorted(rows["level"].unique())
+    lines = {("repeat", "rig"): {"color": "black", "lw": 3, "alpha": 0.4, "label": "rig again, other seed"}}
+    for law, colour in LAWS.items():
+        for engine, dashes in ENGINES.items():
+            style = {"color": colour, "ls": dashes, "marker": "o", "ms": 3, "lw": 1.2, "label": f"{law}, {engine}"}
+            lines[law, engine] = style
+    figure = Figure(figsize=(7.5, 3.6), layout="constrained")
+    panels = figure.subplots(1, len(names), sharey=True, squeeze=False)[0]
+    for ax, name in zip(panels, names):
+        for (law, engine), style in lines.items():
+            found = rows[(rows["rig"] == name) & (rows["law"] == law) & (rows["engine"] == engine)]
+            if len(found):
+                ax.loglog(found["level"], found["rmse_db"], **style)
+        ax.set_title(f'rig "{name}"', fontsize=9, loc="left")
+        ax.set_xlabel("level (m/s² RMS)")
+        ax.minorticks_off()
+        ax.set_xticks(levels, [f"{v:g}" for v in levels])
+        ax.grid(alpha=0.3)
+    ticks = (0.05, 0.1, 0.2, 0.5, 1, 2, 5)
+    panels[0].set_yticks(ticks, [f"{v:g}" for v in ticks])
+    panels[0].set_ylabel("RMSE of FRF magnitudes (dB)")
+    figure.legend(
+        *panels[0].get_legend_handles_labels(), loc="outside lower center", ncols=4, fontsize=7, frameon=False
+    )
+    return figure
+
+
+def markdown(rows: pd.DataFrame) -> str:
+    """A line for each rig and level; where there are two numbers, one for each engine."""
+    found = rows.set_index(["rig", "level", "law", "engine"])
+    engines = [e for e in ENGINES if e in set(rows["engine"])]
+
+    def cell(rig, level, law, measure, digits):
+        return " / ".join(f"{found.at[(rig, level, law, e), measure]:.{digits}f}" for e in engines)
+
+    lines = ["rig | level (m/s²) | repeat (dB) | constant (dB) | amplitude (dB) | output-error (dB)"]
+    lines[0] += " | output-error / repeat | FRAC | CSAC | CSF"
+    lines.append("--- | ---: | " + " | ".join(["---:"] * 8))
+    for rig, level in rows[["rig", "level"]].drop_duplicates().itertuples(index=False):
+        cells = [rig, f"{level:g}", f"{found.at[(rig, level, 'repeat', 'rig'), 'rmse_db']:.2f}"]
+        cells += [cell(rig, level, law, "rmse_db", 2) for law in LAWS]
+        cells.append(cell(rig, level, "output-error", "ratio_to_repeat", 2))
+        cells += [cell(rig, level, "output-error", measure, 4) for measure in ("frac", "csac", "csf")]
+        lines.append(" | ".join(cells))
+    return "".join(f"| {line} |\n" for line in lines)
+
+
+def main() -> None:
+    """Study the rigs and write other_rigs.csv, other_rigs.md and other_rigs.png."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--out", type=Path, default=Path("results/other_rigs"), help="folder; holds the datasets too")
+    parser.add_argument("--rigs", nargs="+", choices=RIGS, default=RIGS)
+    parser.add_argument("--engines", nargs="+", choices=ENGINES, default=tuple(ENGINES))
+    arguments = parser.parse_args()
+    out = arguments.out
+    rows = pd.concat([table(name, study_of(name, out, arguments.engines)) for name in arguments.rigs])
+    rows.to_csv(out / "other_rigs.csv", index=False)
+    (out / "other_rigs.md").write_text(markdown(rows), encoding="utf-8")
+    draw(rows).savefig(out / "other_rigs.png", dpi=150)
+    print(markdown(rows))
+
+
+if __name__ == "__main__":
+    main()
