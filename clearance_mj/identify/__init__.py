@@ -14,7 +14,8 @@ from .ridges.oscillator import sdof
 from .ridges.wavelet import ridge, ridges
 from .structure.diagnosis import Diagnosis, diagnose
 from .structure.priors import priors
-from .structure.updating import RigUpdate, update_rig
+from .structure.rig_update import RigUpdate
+from .structure.updating import update_rig
 
 __all__ = [
     "METHODS",

@@ -16,7 +16,7 @@ from ...clearance import ContactLaw
 from ...estimate.estimates import Estimates
 from ...io.dataset import Dataset, Record
 from ...rig import Rig
-from ..forces.restoring import SETTLE, RestoringForce, restoring_force
+from ..forces.restoring import NO_PROBES_BAND, SETTLE, RestoringForce, restoring_force
 from ..laws.families import CONTACTS, GREASES, Family, power_law_start
 from ..laws.force_fit import CYCLE, ForceFit, Motion, fit
 from ..laws.law_misfit import LawMisfit, law_misfit
@@ -24,12 +24,11 @@ from ..laws.slip_start import slip_start
 from ..registry import Identified, register
 from ..structure.diagnosis import Diagnosis, diagnose
 from ..structure.priors import priors
-from ..structure.updating import RigUpdate, update_rig
+from ..structure.rig_update import RigUpdate
+from ..structure.updating import update_rig
 
 __all__ = ["BenchFit", "FamilyFit", "fit_bench"]
 
-SLOWEST = 4.0
-"""Hz: without probes, slower motion is not known"""
 WORKERS = 2
 """threads"""
 
@@ -188,7 +187,7 @@ def fit_bench(dataset: Dataset, progress: str | None = None) -> BenchFit:
         If there are no more sensors than clearances, or a channel cannot be used.
     """
     update = update_rig(dataset)
-    diagnosis = diagnose(dataset, update)
+    diagnosis = diagnose(update)
     found = compare_families(dataset, update, progress)
     best, rig = found[0], found[0].rig(update.rig)
     misfit = law_misfit(dataset.to_identify(), rig, best.law, progress and f"{progress} (misfit)")
@@ -214,7 +213,7 @@ def compare_families(dataset: Dataset, update: RigUpdate, progress: str | None =
 
 def force_on(rig: Rig, update: RigUpdate, record: Record) -> RestoringForce:
     """Restoring forces of a record on a rig, with probes as an update found them; without probes, of quick motion."""
-    return restoring_force(record, low=0.0 if update.probes else SLOWEST, rig=rig, probes=update.values)
+    return restoring_force(record, low=0.0 if update.probes else NO_PROBES_BAND, rig=rig, probes=update.values)
 
 
 def compared(motions: Sequence[Motion], progress: str | None = None) -> tuple[FamilyFit, ...]:

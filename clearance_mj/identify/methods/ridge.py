@@ -11,9 +11,10 @@ from ...clearance.law import TimeLaw
 from ...core.errors import RecordError
 from ...io.dataset import Dataset
 from ...rig import Rig
-from ..forces.restoring import MODES, measured_channels
-from ..records.checks import ridge_band, warn_of_no_ridge
+from ..forces.restoring import MODES, require_measurable
+from ..records.prepared import prepared
 from ..registry import Identified, register
+from ..ridges.lowest_mode import ridge_band, warn_of_no_ridge
 from ..ridges.oscillator import check_options
 from ..ridges.wavelet import scalogram, shortest_record
 
@@ -44,8 +45,9 @@ def ridge_law(
     shows no contact, values are interpolated; negative ones are zero; beyond the record its last values hold.
     """
     check_options(correction, damping)
-    record = max(dataset.to_identify(), key=lambda r: r.duration)
-    rig, probes = record.rig, measured_channels(record)[:, len(record.rig.sensors) : -1]
+    record = prepared(max(dataset.to_identify(), key=lambda r: r.duration))
+    require_measurable(record)
+    rig, probes = record.rig, record.signals[:, len(record.rig.sensors) : -1]
     model = ritz_model(rig, MODES, grease=True)
     band = ridge_band(rig)
     columns = tqdm(probes.T, desc=progress, unit="bushing", disable=progress is None)
@@ -110,7 +112,7 @@ def _shortest(rig: Rig) -> float:
 
 
 def _find(dataset: Dataset, progress: str | None, correction: str, damping: str) -> Identified:
-    warn_of_no_ridge(max(dataset.to_identify(), key=lambda r: r.duration))
+    warn_of_no_ridge(prepared(max(dataset.to_identify(), key=lambda r: r.duration)))
     return Identified(ridge_law(dataset, correction, damping, progress))
 
 

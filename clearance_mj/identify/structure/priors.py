@@ -65,9 +65,9 @@ def priors(rig: Rig, damped: int = RATIOS, probes: bool = False) -> tuple[Parame
     Returns
     -------
     tuple of Parameter
-        Named by their paths in ``prepared(rig)``; "1/beam.clamp.rotation" is the compliance of the clamp.
+        Named by their paths in ``prepared_rig(rig)``; "1/beam.clamp.rotation" is the compliance of the clamp.
     """
-    base = prepared(rig)
+    base = prepared_rig(rig)
     data = base.to_dict()
     told = {key: tolerance for tolerance in rig.tolerances for key in _stands_for(data, tolerance)}
     keys = [key for key in _open_keys(data, damped) if key not in told]
@@ -80,7 +80,7 @@ def priors(rig: Rig, damped: int = RATIOS, probes: bool = False) -> tuple[Parame
     return tuple(found)
 
 
-def prepared(rig: Rig) -> Rig:
+def prepared_rig(rig: Rig) -> Rig:
     """The same rig, the Rayleigh damping of its shaft as the damping ratios of its lowest modes."""
     linear = rig.linear
     if not isinstance(linear, Beam | Shaft):
@@ -106,7 +106,7 @@ def rig_with(rig: Rig, values: Mapping[str, float]) -> Rig:
     values : mapping of str to float
         SI units, by name.
     """
-    base = prepared(rig)
+    base = prepared_rig(rig)
     if base.beam and any(name in values for name in COMPLIANCE):
         given = base.beam.clamp or Clamp()
         compliance = {name: 1 / k for name in ("rotation", "translation") if (k := getattr(given, name))}
