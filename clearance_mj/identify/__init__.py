@@ -3,10 +3,11 @@
 from ..physical.identification import ModelFit, ModelRecord, Prediction, model
 from . import methods
 from .follow.bench_twin import Alarm, Twin, twin
+from .laws.comparison import FamilyFit
 from .laws.hysteresis import bouc_wen
 from .laws.jointed_mode import ForcedCurve, fit_jointed_mode
 from .laws.jointed_structure import JointedStructure, fit_jointed_structure
-from .methods.bench import BenchFit, FamilyFit, fit_bench
+from .methods.bench import BenchFit, fit_bench
 from .methods.nominal import nominal
 from .registry import METHODS, Identified, get_method, law, register
 from .ridges.free_decay import decay

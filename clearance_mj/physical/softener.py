@@ -21,8 +21,7 @@ from .friction import Friction, frictions
 
 __all__ = ["Softener", "reserve"]
 
-_MEMORY = f"{MARK}memory"
-"""name of the custom number that says where in the user data laws remember"""
+_MEMORY = f"{MARK}memory"  # name of the custom number that says where in the user data laws remember
 
 
 class Softener:

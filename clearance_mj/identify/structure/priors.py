@@ -32,20 +32,13 @@ DEFAULTS = {
     "damping_ratios": math.log(2.0), "stiffness": math.log(10.0), "damping": math.log(10.0),
 }  # fmt: skip
 """1 σ: of positions in m, of offsets over the gap, of the rest a share or a logarithm"""
-FARTHEST = 6.0
-"""standard deviations, from the start to a parameter's bounds"""
-CLAMP_LENGTH = 2.0
-"""diameters of shaft as which a clamp may give"""
-RATIOS = 8
-"""modes with a damping ratio of their own"""
-PROBE = 0.01
-"""1 σ of a probe's gain"""
-SPARSEST = 1e-3
-"""lowest damping ratio to start from"""
-LARGEST = 0.9
-"""of the gap: the largest offset"""
-LEFT_OUT = {"gain": 1.0, "offset": 0.0}
-"""values of fields that plain data leave out"""
+FARTHEST = 6.0  # standard deviations, from the start to a parameter's bounds
+CLAMP_LENGTH = 2.0  # diameters of shaft as which a clamp may give
+RATIOS = 8  # modes with a damping ratio of their own
+PROBE = 0.01  # 1 σ of a probe's gain
+SPARSEST = 1e-3  # lowest damping ratio to start from
+LARGEST = 0.9  # of the gap: the largest offset
+LEFT_OUT = {"gain": 1.0, "offset": 0.0}  # values of fields that plain data leave out
 COMPLIANCE = {"1/beam.clamp.rotation": "rad/(N m)", "1/beam.clamp.translation": "m/N"}
 
 
