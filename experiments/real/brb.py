@@ -5,7 +5,7 @@ accelerometers, a third one at the mode's node confirms them. A mode with Iwan's
 stepped sine at 0.2 N; every other curve of forced.csv is then predicted: amplitudes under the measured force where the
 force was controlled, the force that holds the measured amplitude where the response was.
 
-    python experiments/real_brb.py FOLDER --out results/real_brb
+    python -m experiments.real.brb FOLDER --out results/real_brb
 """
 
 from __future__ import annotations
