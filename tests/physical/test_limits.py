@@ -9,7 +9,7 @@ import pytest
 
 from clearance_mj import physical
 from clearance_mj.core.errors import LawError, ModelError
-from clearance_mj.physical.step import softness_of
+from clearance_mj.physical.rows import softness_of
 
 from .arm import C, K, arm
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from clearance_mj import physical
-from clearance_mj.physical.step import softness_of
+from clearance_mj.physical.rows import softness_of
 from experiments.physical.models import MODELS, load, measure, measure_backlash, path_of, softened
 
 QUICK = ("gymnasium reacher", "gymnasium ant", "dm_control ball_in_cup")

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from clearance_mj.identify.records.checks import IdentifiabilityWarning, check_records
-from clearance_mj.identify.records.dropouts import lapses, zero_error
+from clearance_mj.identify.records.dropouts import describe_dropouts, zero_error
 from clearance_mj.io.dataset import Dataset
 
 from ..conftest import ROOT
@@ -44,14 +44,14 @@ def struck(signal):
     ],
 )
 def test_a_loose_cable(sound, damage, words):
-    assert lapses([damage(sound), sound[::-1]], FS) == [words, ""]
+    assert describe_dropouts([damage(sound), sound[::-1]], FS) == [words, ""]
 
 
 def test_hits_and_rests_are_none(sound):
     """A hit strikes all channels; a decay calms down to the steps of a converter, and rests."""
     decay = np.round(sound * np.exp(-3 * TIME) / 1e-3) * 1e-3
-    assert lapses([decay, np.where(TIME < 2, 0.0, sound)], FS) == ["", ""]
-    assert lapses([struck(sound), struck(sound[::-1])], FS) == ["", ""]
+    assert describe_dropouts([decay, np.where(TIME < 2, 0.0, sound)], FS) == ["", ""]
+    assert describe_dropouts([struck(sound), struck(sound[::-1])], FS) == ["", ""]
 
 
 def test_zero_of_a_probe(sound):
