@@ -55,6 +55,14 @@ def test_commands_are_there(page):
         assert not unknown(words), " ".join(words)
 
 
+def test_modules_that_sources_name_are_there():
+    """Usage lines of docstrings, of scripts that write pages, and of the Makefile."""
+    files = [*(path for top in ("benchmarks", "clearance_mj", "experiments") for path in (ROOT / top).rglob("*.py"))]
+    for path in (*files, ROOT / "Makefile", ROOT / "CHANGELOG.md"):
+        for name in re.findall(r"python -m ((?:clearance_mj|experiments|benchmarks)[\w.]*\w)", path.read_text("utf-8")):
+            assert importlib.util.find_spec(name), f"{path.relative_to(ROOT)}: {name}"
+
+
 @pytest.mark.parametrize(
     "words", ["clearance-mj study data --no-such-flag", "make nonsense", "python -m clearance_mj.nonsense"]
 )

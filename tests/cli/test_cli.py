@@ -131,17 +131,6 @@ def test_a_calibration_does_not_replace_the_rig_it_started_from(refused, tmp_pat
 
 
 @pytest.mark.parametrize(
-    ("arguments", "words"),
-    [
-        (["reproduce", "--quick", "figure_02", "--out", "F"], "python -m experiments.article NAMES"),
-        (["audit", "--tables", "T", "--json"], "python -m experiments.article.audit"),
-    ],
-)
-def test_moved_commands_say_where_to(arguments, words, refused):
-    assert words in refused(*arguments)
-
-
-@pytest.mark.parametrize(
     ("arguments", "said"),
     [
         (["studdy"], "clearance-mj: 'studdy' is no command, did you mean study? (see clearance-mj --help)"),

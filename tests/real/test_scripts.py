@@ -5,7 +5,6 @@ from pathlib import Path
 
 import pytest
 
-from experiments import real_brb
 from experiments.real import brb, cantilever, damper, dropbear, f16
 
 from ..processes import run
@@ -36,7 +35,7 @@ def test_folder_by_name(tmp_path, monkeypatch, capsys):
     """A folder on the command line goes before that of the environment."""
     monkeypatch.setenv("CLEARANCE_REAL_DATA", str(tmp_path / "nowhere"))
     with pytest.raises(SystemExit) as stopped:
-        real_brb.main([str(tmp_path), "--out", str(tmp_path / "out")])
+        brb.main([str(tmp_path), "--out", str(tmp_path / "out")])
     assert stopped.value.code == 2
     assert f"{tmp_path / 'HammerImpact.mat'}: No such file" in capsys.readouterr().err
 

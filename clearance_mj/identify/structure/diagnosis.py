@@ -35,8 +35,7 @@ MAX_FAULTS = 4  # that may stand beside each other
 CANDIDATES = 4  # corrections of one kind with which the rig is updated
 REFINEMENTS = 3  # of a length, beside that of the grid
 
-Found = tuple[list[Fault], Assessment] | None
-"""Faults in words, and the assessment with them put right."""
+Found = tuple[list[Fault], Assessment] | None  # Faults in words, and the assessment with them put right.
 
 
 @dataclass(frozen=True, eq=False)
