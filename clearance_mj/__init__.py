@@ -1,7 +1,7 @@
 """Predict how a shaft that runs through bushings with clearance vibrates.
 
-One way through: a `Rig` and a `Dataset` of records, `identify.law` for the clearance's parameters, `simulate` with an
-engine, `estimate_frf`, and `compare` with the test. `physical` is for any MuJoCo model.
+One way through: a `Rig` and a `Dataset` of records, `identify.identify` for a `Model`, `simulate` with an engine,
+`estimate_frf`, and `compare` with the test. `physical` is for any MuJoCo model.
 
 Names are imported when they are used, so that a part such as `physical` needs no library that only others need.
 """
@@ -17,7 +17,7 @@ compile_cache.choose()
 if TYPE_CHECKING:  # the same as below, for editors and type checkers
     from . import beam, identify, periodic, physical, structure
     from .beam import ModalModel
-    from .clearance import AmplitudeLaw, ConstantLaw, ContactLaw, Law, TimeLaw, load_law, load_rig_and_law
+    from .clearance import AmplitudeLaw, ConstantLaw, ContactLaw, Law, TimeLaw, load_law
     from .core.errors import (
         ClearanceError,
         ExcitationError,
@@ -89,7 +89,6 @@ __all__ = [
     "frac",
     "identify",
     "load_law",
-    "load_rig_and_law",
     "mac",
     "mre",
     "periodic",
@@ -111,7 +110,7 @@ __all__ = [
 
 _NAMES = {
     "beam": "ModalModel",
-    "clearance": "AmplitudeLaw ConstantLaw ContactLaw Law TimeLaw load_law load_rig_and_law",
+    "clearance": "AmplitudeLaw ConstantLaw ContactLaw Law TimeLaw load_law",
     "engines": "Links Modal ModalMujoco simulate simulate_batch simulate_blocks simulate_each",
     "engines.energy": "EnergyBalance energy_balance",
     "core.errors": "ClearanceError ExcitationError LawError ModelError RecordError RigError SimulationError",

@@ -2,35 +2,29 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+import json
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
+from typing import Any
 
-from .clearance.law import ConstantLaw, Law
-from .clearance.law_files import load_law
+import numpy as np
+
+from .clearance.law import Law
+from .clearance.law_files import law_from_dict, load_law
+from .clearance.modelled import nominal_law
 from .core.errors import LawError
+from .core.files import plain_file, to_json, write_text
 from .engines import Engine, simulate
 from .rig import Rig
 from .signals.excitation import Excitation
 from .signals.response import Response
 
-__all__ = ["Model", "nominal_law"]
+__all__ = ["LAW_FILE", "RIG_FILE", "Model"]
 
-RIG_FILE, LAW_FILE = "rig.toml", "law.json"
-
-
-def nominal_law(rig: Rig) -> ConstantLaw:
-    """Return the law that the rig file's datasheet values make.
-
-    Parameters
-    ----------
-    rig : Rig
-        Its bushings hold contact stiffness and damping; the filling stays the rig's own.
-    """
-    if not rig.bushings:
-        return ConstantLaw(0.0, 0.0)
-    contacts = [bushing.contact for bushing in rig.bushings]
-    return ConstantLaw([c.stiffness for c in contacts], [c.damping for c in contacts])
+RIG_FILE, LAW_FILE, POSTERIOR_FILE = "rig.toml", "law.json", "posterior.json"
+KEPT_DRAWS = 64  # models that a folder keeps of a posterior: a standard deviation out of so many is known to 9 %
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,7 +61,7 @@ class Model:
         -------
         Response
         """
-        return simulate(self.rig, excitation, self.law, engine, progress)
+        return simulate(self, excitation, engine=engine, progress=progress)
 
     def draw(self, n: int, seed: int = 0) -> Sequence[Model]:
         """Draw models that the records do not distinguish from this one.
@@ -75,31 +69,68 @@ class Model:
         Parameters
         ----------
         n : int
-            How many.
+            Number of models.
         seed : int
-            Of the random numbers.
+            Seed of the random numbers.
 
         Raises
         ------
         LawError
-            If the model has no posterior: it was not identified by a method that fits parameters.
+            If the model has no posterior: it was not identified by a method that fits parameters, or the records leave
+            one of them open; or if more models are wanted than its folder keeps.
         """
         if self.posterior is None:
             raise LawError("the model has no posterior to draw from; identify it by a method that fits parameters")
         return self.posterior(n, seed)
 
-    def save(self, folder: str | Path) -> None:
-        """Write ``rig.toml`` and ``law.json`` into a folder, which is made if it is not there.
+    def drawn(self, n: int) -> tuple[Model, ...]:
+        """Return draws, or none where the model has no posterior or the records leave a parameter open.
+
+        Parameters
+        ----------
+        n : int
+            Number of models.
+        """
+        try:
+            return tuple(self.draw(n))
+        except LawError:
+            return ()
+
+    def save(self, folder: str | Path, provenance: Mapping[str, Any] | None = None) -> None:
+        """Write ``rig.toml``, ``law.json`` and, of a posterior, ``posterior.json`` with draws, into a folder.
 
         Parameters
         ----------
         folder : str or Path
-            Files of these names are replaced, each once the new one is whole.
+            Made if it is not there; files of these names are replaced, each once the new one is whole.
+        provenance : mapping, optional
+            What the model comes from, for ``law.json``.
         """
         folder = Path(folder)
         folder.mkdir(parents=True, exist_ok=True)
-        self.rig.save(folder / RIG_FILE)
-        self.law.save(folder / LAW_FILE)
+        self.rig.copied(folder / "structure").save(folder / RIG_FILE)
+        write_text(folder / LAW_FILE, to_json(self.law.to_dict() | ({"provenance": provenance} if provenance else {})))
+        if drawn := self.drawn(KEPT_DRAWS):
+            write_text(folder / POSTERIOR_FILE, json.dumps({"drawn": [model.to_dict() for model in drawn]}) + "\n")
+        else:
+            (folder / POSTERIOR_FILE).unlink(missing_ok=True)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return rig and law as plain data."""
+        return {"rig": self.rig.to_dict(), "law": self.law.to_dict()}
+
+    @classmethod
+    def from_dict(cls, data: Mapping[str, Any], known: Rig) -> Model:
+        """Return the model of what `to_dict` returned.
+
+        Parameters
+        ----------
+        data : mapping
+            Plain data.
+        known : Rig
+            A rig with the same structure, whose files are taken where that is read from files.
+        """
+        return cls(_rig(data["rig"], known), law_from_dict(data["law"]))
 
     @classmethod
     def load(cls, path: str | Path, law: str | Path | None = None) -> Model:
@@ -118,7 +149,33 @@ class Model:
             If a file is missing or holds what is impossible.
         """
         path = Path(path)
-        if path.is_dir():
-            law = law or (path / LAW_FILE if (path / LAW_FILE).is_file() else None)
-            path = path / RIG_FILE
-        return cls(Rig.load(path), load_law(law) if law else None)  # type: ignore[arg-type]
+        if not path.is_dir():
+            return cls(Rig.load(path), load_law(law) if law else None)  # type: ignore[arg-type]
+        rig, own = Rig.load(path / RIG_FILE), path / LAW_FILE
+        if law is None and (path / POSTERIOR_FILE).is_file():
+            return cls(rig, load_law(own), partial(_kept, path / POSTERIOR_FILE, rig))
+        law = law or (own if own.is_file() else None)
+        return cls(rig, load_law(law) if law else None)  # type: ignore[arg-type]
+
+
+def _kept(path: Path, rig: Rig, n: int, seed: int) -> list[Model]:
+    """Take n of the models that a file keeps, each at most once."""
+    try:
+        drawn = json.loads(plain_file(path).read_text(encoding="utf-8"))["drawn"]
+        chosen = np.random.default_rng(seed).permutation(len(drawn))[:n]
+        found = [Model.from_dict(drawn[i], rig) for i in chosen]
+    except (OSError, ValueError, KeyError, TypeError, RecursionError) as error:
+        raise LawError(f"{path}: holds no draws of a model ({error})") from None
+    if len(found) < n:
+        raise LawError(f"{path}: keeps {len(drawn)} draws, {n} are wanted; identify again to draw more")
+    return found
+
+
+def _rig(data: dict[str, Any], known: Rig) -> Rig:
+    """The rig of plain data, with the structure of a known one if that is read from files."""
+    of_known = known.to_dict()
+    if data == of_known:
+        return known
+    if known.structure and known.structure.files:
+        data = data | {"structure": of_known["structure"]}
+    return Rig.from_dict(data)

@@ -11,7 +11,8 @@ from .grease import GreaseModel
 from .greases.maxwell_slip import MaxwellSlip
 from .harmonic import harmonic_stiffness, periodic_amplitudes, slip_stiffness
 from .law import AmplitudeLaw, ConstantLaw, ContactLaw, Law, TimeLaw
-from .law_files import load_law, load_rig_and_law
+from .law_files import load_law
+from .modelled import Modelled, nominal_law
 
 __all__ = [
     "AmplitudeLaw",
@@ -27,6 +28,7 @@ __all__ = [
     "LankaraniNikravesh",
     "Law",
     "MaxwellSlip",
+    "Modelled",
     "TimeLaw",
     "contacts",
     "describing_function",
@@ -34,7 +36,7 @@ __all__ = [
     "greases",
     "harmonic_stiffness",
     "load_law",
-    "load_rig_and_law",
+    "nominal_law",
     "periodic_amplitudes",
     "slip_stiffness",
 ]

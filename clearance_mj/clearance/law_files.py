@@ -11,15 +11,12 @@ from typing import Any
 from ..core.errors import LawError
 from ..core.files import plain_file
 from ..core.validation import from_plain, json_schema
-from ..rig import Grease, Rig
+from ..rig import Grease
 from .contact import CONTACTS
 from .grease import GREASES
 from .law import AmplitudeLaw, ConstantLaw, ContactLaw, Law, TimeLaw
 
-__all__ = ["law_from_dict", "law_schema", "load_law", "load_rig_and_law"]
-
-RIG, LAW = "rig.toml", "law.json"
-"""files of a folder that holds an identified rig and its law"""
+__all__ = ["law_from_dict", "law_schema", "load_law"]
 
 _KINDS: dict[str, type[Law]] = {law.kind: law for law in (ConstantLaw, TimeLaw, AmplitudeLaw, ContactLaw)}
 
@@ -46,33 +43,6 @@ def load_law(path: str | Path) -> Law:
         raise LawError(f"{path}: cannot be read ({error.strerror})") from None
     except (ValueError, RecursionError) as error:
         raise LawError(f"{path}: not a law file (JSON): {error}") from None
-
-
-def load_rig_and_law(path: str | Path, law: str | Path | None = None) -> tuple[Rig, Law | None]:
-    """Read a rig and the law that belongs to it.
-
-    Parameters
-    ----------
-    path : str or Path
-        A rig file (TOML); or a folder with ``rig.toml``, and ``law.json`` if a law was identified with the rig.
-    law : str or Path, optional
-        File of another law.
-
-    Returns
-    -------
-    tuple of Rig and Law
-        The law is None where there is no file of one.
-
-    Raises
-    ------
-    RigError, LawError
-        If a file is missing or holds what is impossible.
-    """
-    path = Path(path)
-    if path.is_dir():
-        law = law or (path / LAW if (path / LAW).is_file() else None)
-        path = path / RIG
-    return Rig.load(path), load_law(law) if law else None
 
 
 def law_from_dict(data: dict[str, Any]) -> Law:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from ..core.errors import ClearanceError
 from ..core.files import to_json, write_text
 from .command import command, provenance
-from .options import add_periodic, add_plugin, load, load_plugin, settings
+from .options import add_periodic, add_plugin, load_plugin, settings
 
 if TYPE_CHECKING:  # a command imports what it needs when it runs
     from ..periodic import Backbone
@@ -39,6 +39,7 @@ def _modes(text: str) -> list[int]:
 )  # fmt: skip
 def _run(options: argparse.Namespace) -> dict[str, Any]:
     from ..core.tasks import run_tasks
+    from ..model import Model
     from ..periodic import backbone
     from ..periodic.summaries import of_backbone
     from ..report.backbones import draw, rows, words
@@ -47,7 +48,8 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
     load_plugin(options.plugin)
     if (options.start is None) != (options.stop is None):
         raise ClearanceError("--from and --to are the ends of the amplitudes: give both or none")
-    rig, law = load(options)
+    model = Model.load(options.rig, options.law)
+    rig, law = model.rig, model.law
     amplitudes = None if options.start is None else (options.start, options.stop)
     shared = {name: getattr(options, name) for name in ("harmonics", "samples", "modes")}
     progress = "" if options.quiet else "modes"
@@ -57,7 +59,7 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
 
     by_mode = dict(run_tasks(follow, options.mode, options.workers, progress=progress))
     found = [by_mode[mode] for mode in options.mode]
-    result = settings(rig, law) | shared | {"backbones": [of_backbone(each) for each in found]}
+    result = settings(model) | shared | {"backbones": [of_backbone(each) for each in found]}
     drawing = draw(found)
     result |= {"provenance": provenance(options)}
     text = to_json(result)

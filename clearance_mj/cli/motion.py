@@ -9,7 +9,7 @@ from typing import Any
 from ..core.errors import ClearanceError
 from ..core.files import to_json, write_text
 from .command import command, provenance
-from .options import add_simulation, excitation, load, numbers, settings
+from .options import add_simulation, excitation, numbers, settings
 
 
 def _options(parser: argparse.ArgumentParser) -> None:
@@ -29,17 +29,19 @@ def _options(parser: argparse.ArgumentParser) -> None:
 )  # fmt: skip
 def _run(options: argparse.Namespace) -> dict[str, Any]:
     from ..engines import simulate_batch
+    from ..model import Model
     from ..report.motion import drawings
 
     drop = options.duration / 4 if options.drop is None else options.drop
     if not 0 <= drop < options.duration:
         raise ClearanceError(f"--drop {drop:g}: must be in 0 to less than --duration, {options.duration:g} s")
-    rig, law = load(options)
+    model = Model.load(options.rig, options.law)
+    rig = model.rig
     if not rig.bushings:
         raise ClearanceError(f"{options.rig}: the rig has no bushings whose motion could be drawn")
     excitations = [excitation(options, rig.shaker.kind, level) for level in options.levels]
     progress = None if options.quiet else "levels"
-    found = simulate_batch(rig, excitations, law, options.engine, options.workers, progress)
+    found = simulate_batch(model, excitations, None, options.engine, options.workers, progress)
     responses = dict(zip(options.levels, found))
     drawn = drawings(rig, responses, options.sine, drop)
     paths = [str(options.out / drawing.write(options.new).name) for drawing in drawn]
@@ -48,5 +50,5 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
     peaks = {f"{level:g}": abs(r.displacement).max(axis=1).tolist() for level, r in responses.items()}
     result = {"figures": paths, "peak_displacement": peaks}
     used = {"engine": options.engine, "provenance": provenance(options)}
-    write_text(options.new / "motion.json", to_json(settings(rig, law) | result | used))
+    write_text(options.new / "motion.json", to_json(settings(model) | result | used))
     return result

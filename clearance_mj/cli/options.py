@@ -13,13 +13,12 @@ from typing import TYPE_CHECKING, Any
 from ..core.errors import ClearanceError
 
 if TYPE_CHECKING:  # the command line starts without the library
-    from ..clearance.law import Law
-    from ..rig import Rig
+    from ..model import Model
     from ..signals.excitation import Excitation
 
 __all__ = [
-    "add_columns", "add_kind", "add_periodic", "add_plugin", "add_rig", "add_simulation", "excitation", "load",
-    "load_plugin", "numbers", "parse_columns", "settings",
+    "add_columns", "add_kind", "add_periodic", "add_plugin", "add_rig", "add_simulation", "excitation", "load_plugin",
+    "numbers", "parse_columns", "settings",
 ]  # fmt: skip
 
 MOST_NUMBERS = 10_000
@@ -65,7 +64,7 @@ def parse_columns(pairs: Sequence[str], option: str = "--column") -> Iterator[tu
 
 
 def add_rig(parser: argparse.ArgumentParser) -> None:
-    """Add the options that name a rig and its law, see `load`."""
+    """Add the options that name a model, see `Model.load`."""
     option = parser.add_argument
     option("rig", type=Path, help="rig file (TOML), or a folder with rig.toml and, if one was identified, law.json")
     option("--law", type=Path, help="law file (default: the folder's, or the rig's datasheet contact)")
@@ -84,7 +83,7 @@ def add_simulation(parser: argparse.ArgumentParser, duration: float, fs: float =
 
 
 def add_periodic(parser: argparse.ArgumentParser) -> None:
-    """Add the options of a command that finds periodic vibrations: rig and law, see `load`, and how they are found."""
+    """Add the options of a command that finds periodic vibrations: a model, see `Model.load`, and how."""
     add_rig(parser)
     option = parser.add_argument
     option("--harmonics", type=int, default=21, help="of the motion (default: %(default)s)")
@@ -97,12 +96,12 @@ def add_kind(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--kind", choices=("base", "force"), help="what excites (default: as the rig's shaker)")
 
 
-def settings(rig: Rig, law: Law) -> dict[str, Any]:
-    """Return what results of a rig and a law carry: both, the version, and the digest of the program's sources."""
+def settings(model: Model) -> dict[str, Any]:
+    """Return what results of a model carry: rig, law, the version, and the digest of the program's sources."""
     from .._version import __version__
     from ..core.cache import code
 
-    return {"version": __version__, "code": code(), "rig": rig.to_dict(), "law": law.to_dict()}
+    return {"version": __version__, "code": code()} | model.to_dict()
 
 
 def numbers(text: str) -> tuple[float, ...]:
@@ -127,15 +126,6 @@ def _evenly(low: float, high: float, count: int) -> Iterator[float]:
     if not 2 <= count <= MOST_NUMBERS:
         raise ValueError
     return ((low * (count - 1 - i) + high * i) / (count - 1) for i in range(count))
-
-
-def load(options: argparse.Namespace) -> tuple[Rig, Law]:
-    """Return the rig and the law that the options name."""
-    from ..clearance import load_rig_and_law
-    from ..identify import nominal
-
-    rig, law = load_rig_and_law(options.rig, options.law)
-    return rig, law or nominal(rig)
 
 
 def excitation(options: argparse.Namespace, kind: str, rms: float) -> Excitation:

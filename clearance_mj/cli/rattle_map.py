@@ -9,7 +9,7 @@ from typing import Any
 from ..core.errors import ClearanceError
 from ..core.files import to_json, write_text
 from .command import command, provenance
-from .options import MOST_NUMBERS, add_kind, add_periodic, add_plugin, load, load_plugin, numbers, settings
+from .options import MOST_NUMBERS, add_kind, add_periodic, add_plugin, load_plugin, numbers, settings
 
 
 def _options(parser: argparse.ArgumentParser) -> None:
@@ -36,6 +36,7 @@ def _options(parser: argparse.ArgumentParser) -> None:
 def _run(options: argparse.Namespace) -> dict[str, Any]:
     import numpy as np
 
+    from ..model import Model
     from ..periodic import rattle_map
     from ..periodic.summaries import of_map
     from ..report.rattle_maps import draw, rows, words
@@ -44,12 +45,13 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
     load_plugin(options.plugin)
     if not 2 <= options.steps <= MOST_NUMBERS:
         raise ClearanceError(f"--steps must be between 2 and {MOST_NUMBERS}, got {options.steps}")
-    rig, law = load(options)
+    model = Model.load(options.rig, options.law)
+    rig, law = model.rig, model.law
     shared = {name: getattr(options, name) for name in ("kind", "harmonics", "samples", "modes", "workers", "gaps")}
     frequencies = np.linspace(options.start, options.stop, options.steps)
     found = rattle_map(rig, law, options.levels, frequencies, **shared, progress=not options.quiet)
     chosen = {name: shared[name] for name in ("harmonics", "samples", "modes")}
-    result = settings(rig, law) | chosen | of_map(found)
+    result = settings(model) | chosen | of_map(found)
     result |= {"provenance": provenance(options)}
     text = to_json(result)
     drawing = draw(found)

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from ..core.errors import ClearanceError
 from ..core.files import to_json, write_text
 from .command import command, provenance
-from .options import add_kind, add_periodic, add_plugin, load, load_plugin, numbers, settings
+from .options import add_kind, add_periodic, add_plugin, load_plugin, numbers, settings
 
 if TYPE_CHECKING:  # a command imports what it needs when it runs
     from ..clearance.law import Law
@@ -59,17 +59,19 @@ def _nodes(text: str) -> list[int]:
     writes=("response.csv", "response.json", "response.png"),
 )  # fmt: skip
 def _run(options: argparse.Namespace) -> dict[str, Any]:
+    from ..model import Model
     from ..periodic.summaries import of_branch
     from ..report.responses import draw, rows, words
     from ..report.tables import write_csv
 
     load_plugin(options.plugin)
-    rig, law = load(options)
+    model = Model.load(options.rig, options.law)
+    rig, law = model.rig, model.law
     sensors = _rows_of(rig, options.sensors)
     by_level = _followed(options, rig, law)
     basins = [_with_isolas(options, known) for known in by_level] if options.isolas else []
     branches = [branch for known in by_level for branch in known]
-    result = settings(rig, law) | {"branches": [of_branch(branch) for branch in branches]}
+    result = settings(model) | {"branches": [of_branch(branch) for branch in branches]}
     result |= {"isolas": basins} if basins else {}
     drawing = draw(branches, sensors)
     result |= {"provenance": provenance(options)}

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from .command import command, inputs, out_file, provenance
-from .options import add_plugin, add_simulation, excitation, load, load_plugin
+from .options import add_plugin, add_simulation, excitation, load_plugin
 
 if TYPE_CHECKING:  # a command imports what it needs when it runs
     from ..rig import Rig
@@ -38,15 +38,16 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
     from ..core.provenance import is_marked
     from ..engines import simulate
     from ..io.results import save
+    from ..model import Model
 
     out_file(options.out, (".nc", ".h5", ".hdf5"), inputs(options), is_marked)
     load_plugin(options.plugin)
-    rig, law = load(options)
-    case = rig, excitation(options, rig.shaker.kind, options.rms), law, options.engine
+    model = Model.load(options.rig, options.law)
+    case = model, excitation(options, model.rig.shaker.kind, options.rms), None, options.engine
     words = None if options.quiet else "simulating"
     folder = options.energy
     response, more = _with_energy(options, folder, case) if folder else (simulate(*case, progress=words), {})
-    _warn_of_truncation(rig)
+    _warn_of_truncation(model.rig)
     save(options.out, replace(response, provenance=response.provenance | {"made_from": provenance(options)}))
     print(f"response: {options.out}")
     rms = dict(zip(response.responses, response.acceleration.std(axis=1).tolist()))

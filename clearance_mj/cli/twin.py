@@ -49,14 +49,15 @@ def _options(parser: argparse.ArgumentParser) -> None:
     out=Path("results/twin"), out_help="folder for index.html, twin.csv, twin.nc and twin.json (default: %(default)s)",
 )  # fmt: skip
 def _run(options: argparse.Namespace) -> dict[str, Any]:
-    from ..clearance import load_rig_and_law
     from ..core.output_folder import output_folder
     from ..identify import twin
+    from ..model import LAW_FILE, Model
     from ..report.twin import write_twin
 
     out_folder(options.out)
-    rig, law = load_rig_and_law(options.rig, options.law)
-    record = _record(options, rig)
+    model = Model.load(options.rig, options.law)
+    law = model.law if options.law or (options.rig / LAW_FILE).is_file() else None  # else the likeliest family
+    record = _record(options, model.rig)
     with output_folder(options.out, "twin", inputs(options)) as folder:
         folder.refuse_others("index.html", "twin.csv", "twin.nc", "twin.json")
         start = time.perf_counter()

@@ -11,6 +11,7 @@ from typing import Any, TypeAlias, TypeVar
 from tqdm import tqdm
 
 from ..clearance.law import Law
+from ..clearance.modelled import Modelled
 from ..core.errors import ClearanceError
 from ..core.tasks import workers_to_use
 from ..rig import Rig
@@ -29,9 +30,9 @@ One: TypeAlias = T | Sequence[T]
 
 
 def simulate_batch(
-    rig: One[Rig],
+    models: One[Rig | Modelled],
     excitations: One[Excitation],
-    laws: One[Law],
+    laws: One[Law] | None = None,
     engine: str | Engine = "links",
     workers: int | None = None,
     progress: str | None = None,
@@ -40,7 +41,7 @@ def simulate_batch(
 
     Parameters
     ----------
-    rig, excitations, laws, engine, workers, progress
+    models, excitations, laws, engine, workers, progress
         As in `simulate_each`.
 
     Returns
@@ -53,13 +54,13 @@ def simulate_batch(
     ClearanceError
         As in `simulate_each`.
     """
-    return list(simulate_each(rig, excitations, laws, engine, workers, progress))
+    return list(simulate_each(models, excitations, laws, engine, workers, progress))
 
 
 def simulate_each(
-    rig: One[Rig],
+    models: One[Rig | Modelled],
     excitations: One[Excitation],
-    laws: One[Law],
+    laws: One[Law] | None = None,
     engine: str | Engine = "links",
     workers: int | None = None,
     progress: str | None = None,
@@ -70,12 +71,12 @@ def simulate_each(
 
     Parameters
     ----------
-    rig : Rig or sequence of Rig
+    models : Model or Rig, or a sequence of them
         One for all or one for each case.
     excitations : Excitation or sequence of Excitation
         One for all or one for each case.
-    laws : Law or sequence of Law
-        One for all or one for each case.
+    laws : Law or sequence of Law, optional
+        Of rigs: one for all or one for each case. Models bring their own.
     engine : str or Engine
         As in `simulate`.
     workers : int, optional
@@ -93,27 +94,27 @@ def simulate_each(
     ClearanceError
         If the sequences differ in length, and whatever `simulate` raises.
     """
-    model, threads = get_engine(engine), workers_to_use(workers)
-    cases = _cases(rig, excitations, laws)
+    used, threads = get_engine(engine), workers_to_use(workers)
+    cases = _cases(models, excitations, laws)
     waiting, ahead = iter(cases), collections.deque[Future[Response]]()
     with ThreadPoolExecutor(threads) as pool:
         try:
             for _ in tqdm(cases, desc=progress, unit="run", disable=progress is None):
                 room = AHEAD * threads - len(ahead)
-                ahead.extend(pool.submit(simulate, *case, model) for case in itertools.islice(waiting, room))
+                ahead.extend(pool.submit(simulate, *case, used) for case in itertools.islice(waiting, room))
                 yield ahead.popleft().result()
         finally:
             for job in ahead:  # after an error or an interrupt, do not begin what is still queued
                 job.cancel()
 
 
-def _cases(*columns: Any) -> list[tuple[Rig, Excitation, Law]]:
+def _cases(*columns: Any) -> list[tuple[Rig | Modelled, Excitation, Law | None]]:
     """One tuple for each case; what is no list or tuple serves all of them."""
     rows = [column if isinstance(column, list | tuple) else None for column in columns]
     lengths = {len(row) for row in rows if row is not None}
     if len(lengths) > 1:
         raise ClearanceError(
-            f"rigs, excitations and laws differ in number: {sorted(lengths)}; give one or equally many"
+            f"models, excitations and laws differ in number: {sorted(lengths)}; give one or equally many"
         )
     n = lengths.pop() if lengths else 1
     return list(zip(*(row if row is not None else [column] * n for row, column in zip(rows, columns))))

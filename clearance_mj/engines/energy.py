@@ -28,6 +28,7 @@ from tqdm import tqdm
 
 from ..clearance.kernel import clearance_records
 from ..clearance.law import Law
+from ..clearance.modelled import Modelled, rig_and_law
 from ..rig import Rig
 from ..signals.excitation import Excitation
 from ..signals.response import Response
@@ -154,13 +155,14 @@ class EnergyBalance:
 
 
 def energy_balance(
-    rig: Rig, excitation: Excitation, law: Law, engine: str | Engine = "links", progress: str | None = None
-) -> tuple[Response, EnergyBalance]:
-    """Simulate a rig as `simulate` does, and balance its energy and log its impacts step by step.
+    model: Rig | Modelled, excitation: Excitation, law: Law | None = None, engine: str | Engine = "links",
+    progress: str | None = None,
+) -> tuple[Response, EnergyBalance]:  # fmt: skip
+    """Simulate a model as `simulate` does, and balance its energy and log its impacts step by step.
 
     Parameters
     ----------
-    rig, excitation, law, engine
+    model, excitation, law, engine
         As in `simulate`.
     progress : str, optional
         Show a progress bar with this name.
@@ -177,6 +179,7 @@ def energy_balance(
     ClearanceError
         As `simulate`, and if the engine does not tell its equations and states.
     """
+    rig, law = rig_and_law(model, law)
     simulation = Simulation(rig, excitation, law, get_engine(engine))
     factor, n = simulation.interpolator.factor, excitation.value.size
     steps = (n + simulation.interpolator.ahead) * factor

@@ -18,6 +18,7 @@ from tqdm import tqdm
 
 from .._version import __version__
 from ..clearance.law import ConstantLaw, Law
+from ..clearance.modelled import Modelled, rig_and_law
 from ..core.errors import ClearanceError, ExcitationError, LawError
 from ..core.tasks import DELAY
 from ..rig import Grease, Rig
@@ -39,18 +40,19 @@ MOST_STEPS = 1000
 
 
 def simulate(
-    rig: Rig, excitation: Excitation, law: Law, engine: str | Engine = "links", progress: str | None = None
-) -> Response:
-    """Simulate a rig under an excitation.
+    model: Rig | Modelled, excitation: Excitation, law: Law | None = None, engine: str | Engine = "links",
+    progress: str | None = None,
+) -> Response:  # fmt: skip
+    """Simulate a model, or a rig with a law, under an excitation.
 
     Parameters
     ----------
-    rig : Rig
-        The rig.
+    model : Model or Rig
+        What is simulated.
     excitation : Excitation
         Base acceleration or shaker force.
-    law : Law
-        Contact stiffness and damping (and grease) at each moment.
+    law : Law, optional
+        Contact and filling of a rig at each moment; without one, its datasheet values. A model brings its own.
     engine : str or Engine
         "links", "modal", "modal-mj", or an engine with settings of its own.
     progress : str, optional
@@ -70,6 +72,7 @@ def simulate(
     ExcitationError
         If the rig has no position for a force.
     """
+    rig, law = rig_and_law(model, law)
     simulation = Simulation(rig, excitation, law, get_engine(engine))
     seconds = round(excitation.value.size / excitation.fs, 1)
     with tqdm(total=seconds, desc=progress, unit="s", delay=DELAY, disable=progress is None) as bar:
@@ -77,18 +80,19 @@ def simulate(
 
 
 def simulate_blocks(
-    rig: Rig, excitation: Excitation | Iterable[Excitation], law: Law, engine: str | Engine = "links"
-) -> Iterator[Response]:
-    """Simulate a rig and hand over its response block by block: memory does not grow with the duration.
+    model: Rig | Modelled, excitation: Excitation | Iterable[Excitation], law: Law | None = None,
+    engine: str | Engine = "links",
+) -> Iterator[Response]:  # fmt: skip
+    """Simulate a model and hand over its response block by block: memory does not grow with the duration.
 
     Parameters
     ----------
-    rig : Rig
-        The rig.
+    model : Model or Rig
+        What is simulated.
     excitation : Excitation or iterable of Excitation
         One, or pieces of one that follow each other without a break, such as `excitation.random_blocks` makes.
-    law : Law
-        Contact stiffness and damping (and grease) at each moment.
+    law : Law, optional
+        As in `simulate`.
     engine : str or Engine
         As in `simulate`.
 
@@ -106,6 +110,7 @@ def simulate_blocks(
     first = next(pieces, None)
     if first is None:
         raise ExcitationError("there is no piece of an excitation")
+    rig, law = rig_and_law(model, law)
     simulation = Simulation(rig, first, law, get_engine(engine))
     for excited, block in simulation.outputs(itertools.chain([first], pieces)):
         yield simulation.response(excited, block)

@@ -8,8 +8,7 @@ from .laws.hysteresis import bouc_wen
 from .laws.jointed_mode import ForcedCurve, fit_jointed_mode
 from .laws.jointed_structure import JointedStructure, fit_jointed_structure
 from .methods.bench import BenchFit, fit_bench
-from .methods.nominal import nominal
-from .registry import METHODS, Identified, get_method, law, register
+from .registry import METHODS, Identified, get_method, identify, law, register
 from .structure.diagnosis import Diagnosis, diagnose
 from .structure.priors import priors
 from .structure.rig_update import RigUpdate
@@ -39,10 +38,10 @@ __all__ = [
     "fit_jointed_mode",
     "fit_jointed_structure",
     "get_method",
+    "identify",
     "law",
     "methods",
     "model",
-    "nominal",
     "priors",
     "register",
     "ridge",

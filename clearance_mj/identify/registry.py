@@ -2,86 +2,116 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
-from typing import Any
+import dataclasses
+import functools
+import warnings
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any, TypeVar
 
 from ..clearance.law import Law
 from ..core.errors import ClearanceError, LawError, RecordError
 from ..estimate.estimates import Estimates
 from ..io.dataset import Dataset
+from ..model import Model
 from ..rig import Rig
-from .records.checks import check_length, check_records, warn
+from .records.checks import IdentifiabilityWarning, check_length, check_records, warn
 from .structure.contradictions import contradictions_of_rig
 
-__all__ = ["METHODS", "Identified", "Method", "get_method", "law", "register"]
+__all__ = ["METHODS", "Identified", "Method", "fitted_model", "get_method", "identify", "law", "register"]
+
+UNIDENTIFIED = 5.0  # standard deviation of a logarithm from which on a parameter counts as not identified at all
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, kw_only=True)
 class Identified:
-    """A law, and the parameters that were fitted for it."""
+    """A model, how well its parameters are known, and what not to rely on."""
 
-    law: Law
-    """the law found"""
+    model: Model
+    """rig and law; of a method that takes the rig file for exact, the rig is the dataset's"""
     estimates: Estimates | None = None
     """of the fitted parameters; None: the method fits none, or not with one covariance"""
-    rig: Rig | None = None
-    """that the law belongs to; None: the rig file's"""
+    warnings: tuple[str, ...] = ()
+    """plain words on what not to rely on"""
+    pages: Mapping[str, Any] = field(default_factory=dict)
+    """what the method shows beside the model, by the names of the sections that report it"""
+
+    @property
+    def rig(self) -> Rig:
+        """The model's."""
+        return self.model.rig
+
+    @property
+    def law(self) -> Law:
+        """The model's."""
+        return self.model.law
 
     @property
     def parameters(self) -> tuple[dict[str, Any], ...]:
         """Fitted parameters as plain data, see `Estimates.rows`."""
         return self.estimates.rows() if self.estimates else ()
 
-    def draw(self, n: int, seed: int = 0) -> Sequence[tuple[Rig, Law]]:
-        """Draw rigs with laws that the records do not distinguish from those found.
-
-        Only of methods whose result says how; laws of others are drawn by `statistics.frf_bands.draw_cases`.
+    def draw(self, n: int, seed: int = 0) -> Sequence[Model]:
+        """Draw models that the records do not distinguish from the one found, see `Model.draw`.
 
         Parameters
         ----------
         n : int
-            How many.
+            Number of models.
         seed : int
-            Of the random numbers.
-
-        Raises
-        ------
-        LawError
-            If it is of another method.
+            Seed of the random numbers.
         """
-        raise LawError("the method gives no covariance of its parameters; use one that fits them")
+        return self.model.draw(n, seed)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return parameters with what was known before, correlations and warnings as plain data."""
+        found = self.estimates
+        return {
+            "parameters": found.beside_priors() if found else [],
+            "correlation": found.correlation.tolist() if found else [],
+            "only_prior": list(found.only_prior) if found else [],
+            "warnings": list(self.warnings),
+        }
 
 
+def fitted_model(rig: Rig, make: Callable[..., Law], estimates: Estimates) -> Model:
+    """Return a rig with the law of fitted values; its posterior is the covariance of the estimates.
+
+    Parameters
+    ----------
+    rig : Rig
+        That the law was fitted on.
+    make : callable
+        Makes the law of the parameters' values.
+    estimates : Estimates
+        Values and covariance.
+    """
+
+    def posterior(n: int, seed: int) -> list[Model]:
+        for name, std in zip(estimates.names, estimates.varied_std):
+            if not std < UNIDENTIFIED:
+                raise LawError(f"the records do not identify the {name}, so no models can be drawn")
+        return [Model(rig, make(*row)) for row in estimates.draw(n, seed).tolist()]
+
+    return Model(rig, make(*estimates.value), posterior)
+
+
+Found = TypeVar("Found", bound=Identified)
 Find = Callable[[Dataset, str | None], Identified]
 
 
 @dataclass(frozen=True)
 class Method:
-    """A way to a law."""
+    """A way to a model."""
 
     prior_information: str
     """what it is given, in words"""
     find: Find
-    """takes a dataset and the name of the progress bar, if there is to be one"""
+    """takes a dataset and the name of the progress bar, if there is to be one; checks the records first"""
     shortest: Callable[[Rig], float] | None = None
     """s, that one record must last; None: it opens no record, or checks them itself"""
-    make: Callable[..., Law] | None = None
-    """makes the law from a rig and the values of its fitted parameters; None: it fits none"""
-    rig_exact: bool = True
-    """whether it takes the rig file for exact"""
-
-    def run(self, dataset: Dataset, progress: str | None = None) -> Identified:
-        """Check the records to identify, then find the law; records to validate are never opened."""
-        if self.shortest:
-            records, rig = dataset.to_identify(), dataset.rig
-            if not rig.bushings:
-                raise RecordError(f"rig {rig.name!r} has no bushings, so there is no clearance to identify")
-            check_length(records, self.shortest(rig), {n: m.shortest(rig) for n, m in METHODS.items() if m.shortest})
-            prepared = check_records(records)
-            for words in contradictions_of_rig(rig, prepared) if self.rig_exact else ():
-                warn(words)
-        return self.find(dataset, progress)
+    finds_rig: bool = False
+    """whether it finds the rig too; else it takes the rig file for exact"""
 
 
 METHODS: dict[str, Method] = {}
@@ -92,24 +122,23 @@ def register(
     name: str,
     prior_information: str,
     shortest: Callable[[Rig], float] | None = None,
-    make: Callable[..., Law] | None = None,
-    rig_exact: bool = True,
-) -> Callable[[Find], Find]:
+    finds_rig: bool = False,
+) -> Callable[[Callable[..., Found]], Callable[..., Found]]:
     """Make an identification method known by its name; a decorator of its function.
+
+    The function then checks the records before it begins, however it is called, and what it warns of is in its result.
 
     Parameters
     ----------
     name : str
-        For `law`, the command line, the study and its report.
+        For `identify`, the command line, the study and its report.
     prior_information : str
-        In words: what the method is given.
+        What the method is given, in words.
     shortest : callable, optional
-        Seconds that one record must last, from the rig. With it, the records are checked before the method is called.
-    make : callable, optional
-        Makes the law from a rig and the values of its fitted parameters, so that laws can be drawn from their
-        covariance.
-    rig_exact : bool
-        Whether it takes the rig file for exact; records that contradict it are then said.
+        Seconds that one record must last, from the rig. With it, the records are checked before the method begins.
+    finds_rig : bool
+        Whether it finds the rig too. Of the others, which take the rig file for exact, a warning says where the records
+        contradict it.
 
     Returns
     -------
@@ -117,11 +146,38 @@ def register(
         Takes a function of a dataset and of the name of the progress bar (or None) that returns `Identified`.
     """
 
-    def add(find: Find) -> Find:
-        METHODS[name] = Method(prior_information, find, shortest, make, rig_exact)
-        return find
+    def add(find: Callable[..., Found]) -> Callable[..., Found]:
+        @functools.wraps(find)
+        def checked(dataset: Dataset, progress: str | None = None) -> Found:
+            caught: list[warnings.WarningMessage] = []
+            try:
+                with warnings.catch_warnings(record=True) as caught:
+                    warnings.simplefilter("always", IdentifiabilityWarning)
+                    _check(dataset, shortest, exact=not finds_rig)
+                    found = find(dataset, progress)
+            finally:  # what was caught is for scripts, too, and above all where the method fails
+                for each in caught:
+                    warnings.warn(each.message, each.category, stacklevel=2)  # type: ignore[arg-type]
+            own = (str(each.message) for each in caught if issubclass(each.category, IdentifiabilityWarning))
+            return dataclasses.replace(found, warnings=tuple(dict.fromkeys((*own, *found.warnings))))
+
+        METHODS[name] = Method(prior_information, checked, shortest, finds_rig)
+        return checked
 
     return add
+
+
+def _check(dataset: Dataset, shortest: Callable[[Rig], float] | None, exact: bool) -> None:
+    """Check the records to identify; records to validate are never opened."""
+    if shortest is None:
+        return
+    records, rig = dataset.to_identify(), dataset.rig
+    if not rig.bushings:
+        raise RecordError(f"rig {rig.name!r} has no bushings, so there is no clearance to identify")
+    check_length(records, shortest(rig), {n: m.shortest(rig) for n, m in METHODS.items() if m.shortest})
+    prepared = check_records(records)
+    for words in contradictions_of_rig(rig, prepared) if exact else ():
+        warn(words)
 
 
 def get_method(name: str) -> Method:
@@ -142,20 +198,21 @@ def get_method(name: str) -> Method:
     return METHODS[name]
 
 
-def law(dataset: Dataset, method: str = "output-error", progress: str | None = None) -> Law:
-    """Identify the clearance's law from a dataset.
+def identify(dataset: Dataset, method: str = "bench", progress: str | None = None) -> Identified:
+    """Identify a model, rig and law, from a dataset.
 
     Parameters
     ----------
     dataset : Dataset
         Records with role "validate" are never opened.
     method : str
-        "nominal": the rig file's datasheet values; "constant": the best constants; "ridge": over the record's time,
-        from the wavelet ridge; "force-balance" and "amplitude": constant or over amplitude, from the restoring forces;
-        "output-error": the physical law (Bouc-Wen grease with squeeze film, power-law contact); or one of your own,
-        see `register`.
+        "bench": rig, gaps, offsets and the likeliest family of contact and filling. All others take the rig file for
+        exact: "nominal": its datasheet values; "constant": the best constants; "ridge": contact over the record's time,
+        from its wavelet ridge; "force-balance" and "amplitude": constant or over amplitude, from the restoring forces;
+        "output-error": the physical law (Bouc-Wen grease with squeeze film, power-law contact); or one of your own, see
+        `register`.
     progress : str, optional
-        Show a progress bar with this name.
+        Show progress bars with this name.
 
     Raises
     ------
@@ -164,4 +221,31 @@ def law(dataset: Dataset, method: str = "output-error", progress: str | None = N
     RecordError
         If the dataset holds nothing to identify from.
     """
-    return get_method(method).run(dataset, progress).law
+    return get_method(method).find(dataset, progress)
+
+
+def law(dataset: Dataset, method: str = "output-error", progress: str | None = None) -> Law:
+    """Identify the clearance's law alone, for a rig file that is exact.
+
+    Parameters
+    ----------
+    dataset : Dataset
+        Records with role "validate" are never opened.
+    method : str
+        As in `identify`, but not one that finds the rig too, such as "bench": its law belongs to that rig.
+    progress : str, optional
+        Show a progress bar with this name.
+
+    Raises
+    ------
+    ClearanceError
+        For an unknown method, or one that finds the rig too.
+    RecordError
+        If the dataset holds nothing to identify from.
+    """
+    if get_method(method).finds_rig:
+        raise ClearanceError(
+            f'method "{method}" finds the rig too, and its law belongs to that rig: identify.identify(dataset, '
+            f'"{method}").model has both'
+        )
+    return identify(dataset, method, progress).law

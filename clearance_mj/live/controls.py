@@ -12,6 +12,7 @@ from ..clearance import ConstantLaw, ContactLaw, Law
 from ..core.errors import ClearanceError
 from ..core.validation import json_schema
 from ..io.dataset import Dataset
+from ..model import Model
 from ..rig import Bushing, Grease, Rig
 
 __all__ = ["RECORD", "Control", "Value", "built", "checked_values", "controls"]
@@ -60,11 +61,11 @@ class Control:
     """of a choice; empty: a number"""
 
 
-def controls(rig: Rig, law: Law, dataset: Dataset | None = None) -> tuple[Control, ...]:
+def controls(model: Model, dataset: Dataset | None = None) -> tuple[Control, ...]:
     """Return everything that can be moved, in the order of the page."""
-    found = [*_of_excitation(rig, dataset)]
-    for i, bushing in enumerate(rig.bushings):
-        found += _of_bushing(rig, law, i, bushing)
+    found = [*_of_excitation(model.rig, dataset)]
+    for i, bushing in enumerate(model.rig.bushings):
+        found += _of_bushing(model.rig, model.law, i, bushing)
     return tuple(found)
 
 
@@ -181,11 +182,11 @@ def checked_values(known: Mapping[str, Control], changes: Mapping[str, Any]) -> 
     return found
 
 
-def built(rig: Rig, law: Law, values: Mapping[str, Value]) -> tuple[Rig, Law]:
-    """Return the rig and the law with the values of controls; what is impossible is a ClearanceError."""
-    n = len(rig.bushings)
+def built(model: Model, values: Mapping[str, Value]) -> Model:
+    """Return the model with the values of controls; what is impossible is a ClearanceError."""
+    rig, law, n = model.rig, model.law, len(model.rig.bushings)
     if not n:
-        return rig, law
+        return model
     greases = [_changed(_grease(rig, law, i), values, f"bushings[{i}].grease.") for i in range(n)]
     own = law.grease is None
     bushings = tuple(
@@ -195,7 +196,7 @@ def built(rig: Rig, law: Law, values: Mapping[str, Value]) -> tuple[Rig, Law]:
         )
         for i, b in enumerate(rig.bushings)
     )  # fmt: skip
-    return rig.replace(bushings=bushings), _law(law, values, n, None if own else tuple(greases))
+    return Model(rig.replace(bushings=bushings), _law(law, values, n, None if own else tuple(greases)))
 
 
 def _law(law: Law, values: Mapping[str, Value], n: int, grease: tuple[Any, ...] | None) -> Law:

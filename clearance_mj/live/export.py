@@ -36,8 +36,7 @@ def exported(shown: Shown, test: FRF | None = None, inputs: Iterable[Path] = ())
     buffer = io.BytesIO()
     with tempfile.TemporaryDirectory() as name, zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED) as archive:
         folder = Path(name)
-        shown.rig.copied(folder / "structure").save(folder / "rig.toml")
-        shown.law.save(folder / "law.json")
+        shown.model.save(folder)
         (folder / "setting.json").write_text(json.dumps(shown.values, indent=1) + "\n", encoding="utf-8")
         (folder / "README.txt").write_text(README, encoding="utf-8")
         figures = {"displacement": _displacement(shown)}
@@ -72,7 +71,7 @@ def _frf(shown: Shown, frf: FRF, test: FRF | None) -> Figure:
     figure = canvas(6.5)
     above, middle, below = figure.subplots(3, sharex=True, height_ratios=(3, 2, 1.4))
     for i, label in enumerate(frf.responses):
-        colour, name = COLOURS[i % len(COLOURS)], sensor_title(shown.rig, i)
+        colour, name = COLOURS[i % len(COLOURS)], sensor_title(shown.model.rig, i)
         if test is not None and label in test.responses:
             row = test.responses.index(label)
             words = "test, same colours" if not i else None
@@ -82,7 +81,7 @@ def _frf(shown: Shown, frf: FRF, test: FRF | None) -> Figure:
         if frf.coherence is not None:
             below.plot(frf.frequency, frf.coherence[i, 0], color=colour, lw=0.7)
     unit = "1" if frf.quantity.endswith("acceleration") else "(m/s²)/N"
-    tidy(above, shown.rig.name, f"Magnitude ({unit})")
+    tidy(above, shown.model.rig.name, f"Magnitude ({unit})")
     tidy(middle, "", "Phase (°)")
     tidy(below, "", "Coherence", "Frequency (Hz)")
     above.legend(fontsize=FONT - 2, ncols=3, frameon=False)
@@ -91,10 +90,10 @@ def _frf(shown: Shown, frf: FRF, test: FRF | None) -> Figure:
 
 def _displacement(shown: Shown) -> Figure:
     response = shown.response
-    count = max(len(shown.rig.bushings), 1)
+    count = max(len(shown.model.rig.bushings), 1)
     figure = canvas(0.6 + 1.6 * count)
     axes = figure.subplots(count, sharex=True, squeeze=False)[:, 0]
-    for i, bushing in enumerate(shown.rig.bushings):
+    for i, bushing in enumerate(shown.model.rig.bushings):
         axes[i].plot(response.time, 1e3 * np.asarray(response.displacement)[i], color=COLOURS[i % len(COLOURS)], lw=0.4)
         for wall in filter(np.isfinite, bushing.walls):
             axes[i].axhline(1e3 * wall, color=TEST, lw=0.7, ls="--")

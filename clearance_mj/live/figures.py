@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
 from ..beam import natural_frequencies
-from ..clearance import Law
+from ..clearance.modelled import rig_in_gap
 from ..core.errors import ClearanceError
+from ..model import Model
 from ..report.clip import clip
-from ..rig import Grease, Rig
+from ..rig import Rig
 from ..signals.frf import FRF
 from ..signals.response import Response
 from ..statistics.contact import contact_statistics
@@ -152,10 +153,6 @@ def shaft(rig: Rig, response: Response) -> Numbers:
     return Numbers({"shaft": facts}, arrays)
 
 
-def frequencies_in_gap(rig: Rig, law: Law) -> list[float]:
-    """Natural frequencies, Hz, of small motions in the gaps, on the law's grease where it has one."""
-    if law.grease is not None:
-        greases = law.grease * (len(rig.bushings) if len(law.grease) == 1 else 1)
-        small = [g if isinstance(g, Grease) else Grease(*g.small_motion()) for g in greases]
-        rig = rig.replace(bushings=tuple(replace(b, grease=g) for b, g in zip(rig.bushings, small)))
-    return natural_frequencies(rig, MODES).tolist()
+def frequencies_in_gap(model: Model) -> list[float]:
+    """Natural frequencies, Hz, of small motions in the gaps, on the law's filling."""
+    return natural_frequencies(rig_in_gap(model.rig, model.law), MODES).tolist()

@@ -55,7 +55,8 @@ def branch(session: Session, values: Mapping[str, Value], low: float, high: floa
     ClearanceError
         As `periodic.response`.
     """
-    rig, law = built(session.rig, session.law, values)
+    model = built(session.model, values)
+    rig, law = model.rig, model.law
     kind, level = str(values.get("kind", rig.shaker.kind)), np.sqrt(2) * float(values["level"])
     heard = lambda f: watch(min(max((f - low) / (high - low), 0.0), 1.0) if high != low else 0.0)  # noqa: E731
     found = from_both_ends(rig, law, level, (low, high), harmonics=HARMONICS, kind=kind, watch=heard)
@@ -99,7 +100,8 @@ def steps(
         raise ExcitationError(f"needs 2 to {MOST_CASES} rising frequencies, got {count} from {low:g} to {high:g} Hz")
     if hold * low < CYCLES:
         raise ExcitationError(f"steps of {hold:g} s hold fewer than {CYCLES} cycles of {low:g} Hz; hold them longer")
-    rig, law = built(session.rig, session.law, values)
+    model = built(session.model, values)
+    rig, law = model.rig, model.law
     frequency = np.linspace(low, high, count)
     excitation = stepped(rig, values, [*frequency, *frequency[::-1]], hold)
     response = Simulation(rig, excitation, law, get_engine(str(values["engine"]))).whole(watch)

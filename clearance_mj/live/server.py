@@ -19,10 +19,9 @@ from tornado.httpserver import HTTPServer
 from tornado.netutil import bind_sockets
 from tornado.web import Application, RequestHandler
 
-from ..clearance import Law
 from ..core.errors import ClearanceError
 from ..io.dataset import Dataset
-from ..rig import Rig
+from ..model import Model
 from .client import Client
 from .session import Session
 from .wire import MOST_BYTES
@@ -48,12 +47,12 @@ class Page:
 
     Parameters
     ----------
-    rig, law, dataset
+    model, dataset
         As in `Session`.
     port : int
         To listen on; 0: any that is free.
     inputs : sequence of Path
-        Files that rig, law and dataset were read from, which exports name.
+        Files that model and dataset were read from, which exports name.
 
     Raises
     ------
@@ -62,10 +61,10 @@ class Page:
     """
 
     def __init__(
-        self, rig: Rig, law: Law, dataset: Dataset | None = None, port: int = 0, inputs: Sequence[Path] = ()
+        self, model: Model, dataset: Dataset | None = None, port: int = 0, inputs: Sequence[Path] = ()
     ) -> None:
         self.inputs = inputs
-        self.session = lambda: Session(rig, law, dataset)
+        self.session = lambda: Session(model, dataset)
         self.session()
         self.token = secrets.token_urlsafe(32)
         self.clients: set[Client] = set()

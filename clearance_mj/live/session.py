@@ -10,12 +10,11 @@ from typing import Any
 
 import numpy as np
 
-from ..clearance import Law
 from ..engines import get_engine
 from ..engines.simulation import Simulation
 from ..io.dataset import Dataset
+from ..model import Model
 from ..report.style import sensor_title
-from ..rig import Rig
 from ..signals.correlation import csac, rmse_db
 from ..signals.frf import FRF, estimate_frf
 from ..signals.response import Response
@@ -38,9 +37,7 @@ class Shown:
 
     values: dict[str, Value]
     """the setting"""
-    rig: Rig
-    """with these values"""
-    law: Law
+    model: Model
     """with these values"""
     response: Response
     """of the simulation"""
@@ -53,10 +50,8 @@ class Session:
 
     Parameters
     ----------
-    rig : Rig
-        The rig as identified.
-    law : Law
-        Its law.
+    model : Model
+        As identified.
     dataset : Dataset, optional
         Records to lay over the figures and to drive the rig with.
 
@@ -66,10 +61,10 @@ class Session:
         If the law does not fit the rig.
     """
 
-    def __init__(self, rig: Rig, law: Law, dataset: Dataset | None = None) -> None:
-        law.table(len(rig.bushings))
-        self.rig, self.law, self.dataset = rig, law, dataset
-        self.controls: dict[str, Control] = {c.name: c for c in controls(rig, law, dataset)}
+    def __init__(self, model: Model, dataset: Dataset | None = None) -> None:
+        model.law.table(len(model.rig.bushings))
+        self.model, self.rig, self.dataset = model, model.rig, dataset
+        self.controls: dict[str, Control] = {c.name: c for c in controls(model, dataset)}
         self.shown: Shown | None = None
 
     @property
@@ -107,10 +102,11 @@ class Session:
         ClearanceError
             For impossible values, or a simulation that diverges.
         """
-        rig, law = built(self.rig, self.law, values)
-        excitation = excited(rig, values, self.dataset)
-        response = Simulation(rig, excitation, law, get_engine(str(values["engine"]))).whole(watch)
-        return Shown(dict(values), rig, law, response, _frf(response, values))
+        model = built(self.model, values)
+        excitation = excited(model.rig, values, self.dataset)
+        engine = get_engine(str(values["engine"]))
+        response = Simulation(model.rig, excitation, model.law, engine).whole(watch)
+        return Shown(dict(values), model, response, _frf(response, values))
 
     def show(self, values: Mapping[str, Value], watch: Watch = lambda share: None) -> Numbers:
         """Simulate a setting and return the numbers of all figures.
@@ -122,13 +118,13 @@ class Session:
         """
         began = time.perf_counter()
         shown = self.simulated(values, watch)
-        rig, response = shown.rig, shown.response
+        rig, response = shown.model.rig, shown.response
         numbers = Numbers({"values": shown.values, "kind": response.kind, "duration": response.duration})
         numbers.add(figures.spectrum(response) if shown.frf is None else figures.frf_numbers(shown.frf))
         numbers.add(figures.history(response))
         numbers.add(figures.motion(rig, response))
         numbers.add(figures.shaft(rig, response))
-        numbers.facts["natural"] = figures.frequencies_in_gap(rig, shown.law)
+        numbers.facts["natural"] = figures.frequencies_in_gap(shown.model)
         numbers.facts["step"] = response.provenance["step"]
         self.shown = shown
         numbers.facts["seconds"] = time.perf_counter() - began
@@ -190,7 +186,7 @@ class Session:
         return {
             "rig": self.rig.name,
             "description": self.rig.description,
-            "law": self.law.kind,
+            "law": self.model.law.kind,
             "controls": [vars(control) for control in self.controls.values()],
             "sensors": [sensor_title(self.rig, i) for i in range(len(self.rig.sensors))],
             "clearances": [f"clearance {i + 1}, {b.where}" for i, b in enumerate(self.rig.bushings)],

@@ -109,7 +109,7 @@ def contact(study: Study) -> pd.DataFrame:
             seen = {"displacement_rms": probes.std(axis=1), "displacement_peak": np.abs(probes).max(axis=1)}
             seen |= dict.fromkeys(("contact_share", "contact_peak"), np.nan)
             parts.append((record, "test", REPEAT[1], study.dataset.rig, seen))
-    parts += [(c.record, c.law, c.engine, study.rig_of(c.law), c.statistics) for c in study.cases]
+    parts += [(c.record, c.law, c.engine, study.law(c.law).rig, c.statistics) for c in study.cases]
     return pd.concat(
         [
             pd.DataFrame({

@@ -1,6 +1,6 @@
 """How sure a number is: intervals over seeds, repeatability, bands of predicted FRFs."""
 
 from .contact import contact_statistics
-from .frf_bands import Band, draw_cases, frf_band, inside, paired_error
+from .frf_bands import Band, frf_band, inside, paired_error
 
-__all__ = ["Band", "contact_statistics", "draw_cases", "frf_band", "inside", "paired_error"]
+__all__ = ["Band", "contact_statistics", "frf_band", "inside", "paired_error"]

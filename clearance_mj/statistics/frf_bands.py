@@ -20,23 +20,18 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.stats
 
-from ..clearance.law import Law
-from ..core.errors import LawError
 from ..engines import Modal, simulate_and_keep
 from ..identify.laws.law_misfit import LawMisfit
-from ..identify.registry import Identified, get_method
-from ..rig import Rig
+from ..model import Model
 from ..signals.arrays import ArrayData, read_only
 from ..signals.excitation import Excitation
 from ..signals.frf import FRF, estimate_frf, random_error
 from ..signals.response import Response
 
-__all__ = ["CONFIDENCE", "Band", "draw_cases", "frf_band", "inside", "paired_error"]
+__all__ = ["CONFIDENCE", "Band", "frf_band", "inside", "paired_error"]
 
 CONFIDENCE = 0.95
 DB = 20 / np.log(10)
-WIDEST = 5.0
-"""standard deviation of a logarithm from which on a parameter counts as not identified at all"""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -139,46 +134,18 @@ def paired_error(test: Response, model: Response, resolution: float = 0.5) -> np
     return random_error(rest, test.duration) * np.abs(rest.value) / np.abs(frf.value)
 
 
-def draw_cases(rig: Rig, method: str, found: Identified, n: int, seed: int = 0) -> Sequence[tuple[Rig, Law]]:
-    """Draw rigs with laws that the records do not distinguish from what was found.
-
-    Parameters
-    ----------
-    rig : Rig
-        The rig file's, on which laws of methods without a rig of their own are simulated.
-    method : str
-        How the law was identified, see `identify.law`.
-    found : Identified
-        What it found.
-    n, seed : int
-        How many, and the seed of the random numbers.
-
-    Raises
-    ------
-    LawError
-        If the method gives no covariance, or the records do not identify one of the parameters.
-    """
-    make = get_method(method).make
-    if make is None or found.estimates is None:
-        return found.draw(n, seed)
-    for name, std in zip(found.estimates.names, found.estimates.varied_std):
-        if not std < WIDEST:
-            raise LawError(f"the records do not identify the {name}, so there is no band")
-    return [(found.rig or rig, make(rig, *row)) for row in found.estimates.draw(n, seed).tolist()]
-
-
 def frf_band(
-    fitted: tuple[Rig, Law], drawn: Sequence[tuple[Rig, Law]], excitation: Excitation, engine: Modal | None = None,
-    resolution: float = 0.5, misfit: LawMisfit | None = None,
+    model: Model, drawn: Sequence[Model], excitation: Excitation, engine: Modal | None = None, resolution: float = 0.5,
+    misfit: LawMisfit | None = None,
 ) -> Band:  # fmt: skip
-    """Simulate a fitted law and the laws drawn around it, each on its rig, under one excitation.
+    """Simulate a fitted model and the models drawn around it under one excitation.
 
     Parameters
     ----------
-    fitted : tuple of Rig and Law
+    model : Model
         What was identified.
-    drawn : sequence of tuples of Rig and Law
-        Those of `draw_cases`.
+    drawn : sequence of Model
+        Drawn by `Model.draw`.
     excitation : Excitation
         Of every simulation.
     engine : Modal, optional
@@ -186,11 +153,11 @@ def frf_band(
     resolution : float
         Of the FRFs, Hz.
     misfit : LawMisfit, optional
-        What rig and law missed of the records that they were found from, which widens the band of FRFs measured under
+        What the model missed of the records that it was found from, which widens the band of FRFs measured under
         this excitation.
     """
     frf = functools.partial(estimate_frf, resolution=resolution)
-    first, *others = simulate_and_keep([fitted, *drawn], excitation, frf, engine, forces=False)
+    first, *others = simulate_and_keep([(m.rig, m.law) for m in (model, *drawn)], excitation, frf, engine, forces=False)
     missed = None
     if misfit is not None:
         duration, level = excitation.value.size / excitation.fs, float(np.std(excitation.value))

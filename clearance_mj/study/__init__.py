@@ -6,9 +6,9 @@ same record level with another seed gives the repeatability: how closely the rig
 """
 
 from .files import study_summary, write_results
-from .identified import IdentifiedLaw
+from .identified import IdentifiedModel
 from .study import ENGINES, METHODS, N_MODES, RESOLUTION, Case, Study
 
 __all__ = [
-    "ENGINES", "METHODS", "N_MODES", "RESOLUTION", "Case", "IdentifiedLaw", "Study", "study_summary", "write_results",
+    "ENGINES", "METHODS", "N_MODES", "RESOLUTION", "Case", "IdentifiedModel", "Study", "study_summary", "write_results",
 ]  # fmt: skip

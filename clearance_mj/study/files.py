@@ -36,7 +36,7 @@ def write_results(study: Study, folder: Path) -> None:
     made = made_from([study.dataset.path] if study.dataset.path else [], "study")
     for law in study.laws:
         write_text(folder / "laws" / f"{law.name}.json", to_json(law.law.to_dict() | {"provenance": made}))
-        if law.rig:
+        if law.finds_rig:
             law.rig.copied(folder / "laws" / "structure").save(folder / "laws" / f"{law.name}_rig.toml")
     models = [_arrays(c.frf).expand_dims(law=[c.law], engine=[c.engine], record=[c.record.name]) for c in study.cases]
     tests = [_arrays(frf).expand_dims(record=[name]) for name, frf in study.tests.items()]
@@ -76,7 +76,7 @@ def study_summary(study: Study) -> dict:
                 "name": k.name,
                 "knows": k.prior_information,
                 "simulated_on": k.simulated_on,
-                "rig": k.rig and k.rig.to_dict(),
+                "rig": k.rig.to_dict() if k.finds_rig else None,
                 "law": k.law.to_dict(),
                 "parameters": list(k.parameters),
                 "families": list(k.families),

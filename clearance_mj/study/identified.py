@@ -1,4 +1,4 @@
-"""An identified law as a study has it, and its plain data for the result cache."""
+"""An identified model as a study has it, and its plain data for the result cache."""
 
 from __future__ import annotations
 
@@ -11,49 +11,42 @@ from typing import Any, Self
 import numpy as np
 
 from ..clearance.law import Law
-from ..clearance.law_files import law_from_dict
-from ..core.errors import LawError
 from ..identify import Identified, get_method
 from ..identify.laws.law_misfit import Decay, LawMisfit, Stretch
-from ..identify.methods.bench import BenchFit
+from ..model import Model
 from ..rig import Rig
-from ..statistics.frf_bands import draw_cases
 
-__all__ = ["IdentifiedLaw"]
+__all__ = ["IdentifiedModel"]
 
-DRAWN = 12
-"""laws for an FRF band: a width out of so many has a standard deviation of a fifth"""
-FAMILY = ("contact", "grease", "weight", "log_evidence", "misfit", "held_out")
-"""what is kept of a `FamilyFit`"""
+DRAWN = 12  # models for an FRF band: a width out of so many has a standard deviation of a fifth
 
 
 @dataclass(frozen=True, eq=False)
-class IdentifiedLaw:
-    """A law, the rig that it belongs to, and the prior information that it was identified with."""
+class IdentifiedModel:
+    """A model, and the prior information that it was identified with."""
 
     name: str
     """the method's"""
-    law: Law
+    model: Model
     """what was found"""
-    prior_information: str
+    prior_information: str = ""
     """in words"""
+    finds_rig: bool = False
+    """whether the method found the rig too; else it is the rig file's"""
     parameters: tuple[dict, ...] = ()
     """fitted parameters, see `Estimates.rows`"""
     warnings: tuple[str, ...] = ()
-    """what the identification warned of"""
-    rig: Rig | None = None
-    """on which it is simulated; None: on the rig file's"""
-    drawn: tuple[tuple[Rig, Law], ...] = ()
-    """rigs with laws that the records do not distinguish from this one; none: the method gives no covariance, or the
-    records do not identify a parameter"""
+    """what not to rely on"""
+    drawn: tuple[Model, ...] = ()
+    """models that the records do not distinguish from this one; none: the method gives no covariance, or the records do
+    not identify a parameter"""
     families: tuple[dict, ...] = ()
-    """of contact and grease that the method compared, likeliest first: contact, grease, weight, log_evidence, misfit,
-    held_out (see `FamilyFit`)"""
+    """of contact and grease that the method compared, likeliest first, see `FamilyFit.to_dict`"""
     misfit: LawMisfit | None = None
-    """what rig and law missed of the records that they were found from; None: not known"""
+    """what the model missed of the records that it was found from; None: not known"""
 
     @classmethod
-    def of(cls, name: str, found: Identified, warnings: tuple[str, ...], rig: Rig) -> Self:
+    def of(cls, name: str, found: Identified) -> Self:
         """Take what a method found.
 
         Parameters
@@ -62,35 +55,35 @@ class IdentifiedLaw:
             The method's.
         found : Identified
             What it returned.
-        warnings : tuple of str
-            What it warned of.
-        rig : Rig
-            The rig file's.
         """
-        try:
-            drawn = tuple(draw_cases(rig, name, found, DRAWN))
-        except LawError:
-            drawn = ()
-        words = get_method(name).prior_information
-        law = cls(name, found.law, words, found.parameters, warnings, found.rig, drawn)
-        if not isinstance(found, BenchFit):
-            return law
-        rows = tuple({key: getattr(family, key) for key in FAMILY} for family in found.families)
-        said = tuple(dict.fromkeys((*warnings, *found.warnings)))
-        return dataclasses.replace(law, families=rows, misfit=found.misfit, warnings=said)
+        method, pages = get_method(name), found.pages
+        return cls(
+            name, found.model, method.prior_information, method.finds_rig, found.parameters, found.warnings,
+            found.model.drawn(DRAWN), tuple(f.to_dict() for f in pages.get("families", ())), pages.get("misfit"),
+        )  # fmt: skip
+
+    @property
+    def law(self) -> Law:
+        """The model's."""
+        return self.model.law
+
+    @property
+    def rig(self) -> Rig:
+        """The model's."""
+        return self.model.rig
 
     @property
     def simulated_on(self) -> str:
         """The rig on which it is simulated, in words."""
-        return "the rig file’s rig" if self.rig is None else "the rig identified with it"
+        return "the rig identified with it" if self.finds_rig else "the rig file’s rig"
 
     def to_dict(self) -> dict[str, Any]:
         """Return it as plain data."""
         data = {field.name: getattr(self, field.name) for field in dataclasses.fields(self)}
-        drawn = [[rig.to_dict(), law.to_dict()] for rig, law in self.drawn]
-        data |= {"law": self.law.to_dict(), "rig": self.rig and self.rig.to_dict(), "drawn": drawn}
-        misfit = self.misfit and json.dumps(dataclasses.asdict(self.misfit), default=np.ndarray.tolist)
-        return data | {"misfit": misfit and json.loads(misfit)}
+        misfit = self.misfit and json.loads(json.dumps(dataclasses.asdict(self.misfit), default=np.ndarray.tolist))
+        return data | {
+            "model": self.model.to_dict(), "drawn": [model.to_dict() for model in self.drawn], "misfit": misfit,
+        }  # fmt: skip
 
     @classmethod
     def from_dict(cls, data: Mapping[str, Any], rig: Rig) -> Self:
@@ -103,11 +96,10 @@ class IdentifiedLaw:
         rig : Rig
             The rig file's, which tells where files of the structure are.
         """
-        drawn = tuple((_rig(of, rig), law_from_dict(law)) for of, law in data["drawn"])
-        own = data["rig"] and _rig(data["rig"], rig)
         tuples = {key: tuple(data[key]) for key in ("parameters", "warnings", "families")}
-        return cls(**{**data, **tuples, "law": law_from_dict(data["law"]), "rig": own, "drawn": drawn,
-                      "misfit": data["misfit"] and _misfit(data["misfit"])})  # fmt: skip
+        drawn = tuple(Model.from_dict(each, rig) for each in data["drawn"])
+        model, misfit = Model.from_dict(data["model"], rig), data["misfit"] and _misfit(data["misfit"])
+        return cls(**{**data, **tuples, "model": model, "drawn": drawn, "misfit": misfit})
 
 
 def _misfit(data: dict[str, Any]) -> LawMisfit:
@@ -117,13 +109,3 @@ def _misfit(data: dict[str, Any]) -> LawMisfit:
     )
     decays = tuple(Decay(**{**d, "missed": np.array(d["missed"])}) for d in data["decays"])
     return LawMisfit(tuple(data["sensors"]), data["unit"], np.array(data["edges"]), stretches, decays)
-
-
-def _rig(data: dict[str, Any], known: Rig) -> Rig:
-    """The rig of plain data, with the structure of a known one if that is read from files."""
-    told = known.to_dict()
-    if data == told:
-        return known
-    if known.structure and known.structure.files:
-        data = data | {"structure": told["structure"]}
-    return Rig.from_dict(data)

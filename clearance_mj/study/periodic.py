@@ -11,6 +11,7 @@ import numpy as np
 from ..clearance.law import ConstantLaw, ContactLaw, Law
 from ..core.errors import ClearanceError
 from ..core.tasks import run_tasks
+from ..model import Model
 from ..periodic import Branch, RattleMap, rattle_map, response
 from ..periodic.summaries import stable_points
 from ..rig import Rig
@@ -106,19 +107,17 @@ def from_both_ends(rig: Rig, law: Law, level: float, ends: tuple[float, float], 
 
 
 def periodic_vibrations(
-    name: str, rig: Rig, law: Law, levels: list[float], band: tuple[float, float], kind: str,
+    name: str, model: Model, levels: list[float], band: tuple[float, float], kind: str,
     workers: int | None = None, progress: str = "",
 ) -> PeriodicVibrations:  # fmt: skip
-    """Return what a law does under sines of some amplitudes, and of others between and beyond.
+    """Return what a model does under sines of some amplitudes, and of others between and beyond.
 
     Parameters
     ----------
     name : str
         Of the law.
-    rig : Rig
-        On which it acts.
-    law : Law
-        A `ConstantLaw` or a `ContactLaw`.
+    model : Model
+        With a `ConstantLaw` or a `ContactLaw`.
     levels : list of float
         Amplitudes, rising, m/s² or N.
     band : tuple of float
@@ -130,6 +129,7 @@ def periodic_vibrations(
     progress : str
         Words of a progress bar; "": none.
     """
+    rig, law = model.rig, model.law
     wanted = [*levels, BEYOND * levels[-1]]
     of_map = np.linspace(levels[0], wanted[-1], MAP_LEVELS), np.geomspace(*band, MAP_FREQUENCIES)
 

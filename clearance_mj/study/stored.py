@@ -23,7 +23,7 @@ from ..rig import Rig
 from ..signals.comparison import Comparison, with_modes
 from ..signals.frf import FRF
 from ..statistics.frf_bands import Band
-from .identified import IdentifiedLaw
+from .identified import IdentifiedModel
 from .periodic import PeriodicVibrations
 
 __all__ = ["CaseResult", "band", "case", "law", "periodic", "record_digest"]
@@ -53,15 +53,15 @@ def record_digest(record: Record) -> str:
 
 
 def law(
-    cache: ResultCache | None, name: str, inputs: object, rig: Rig, compute: Callable[[], IdentifiedLaw]
-) -> IdentifiedLaw:
+    cache: ResultCache | None, name: str, inputs: object, rig: Rig, compute: Callable[[], IdentifiedModel]
+) -> IdentifiedModel:
     """Return an identified law from the cache, or compute it; ``rig`` is the rig file's."""
 
-    def save(found: IdentifiedLaw, path: Path) -> None:
+    def save(found: IdentifiedModel, path: Path) -> None:
         path.write_text(json.dumps(found.to_dict()))
 
-    def load(path: Path) -> IdentifiedLaw:
-        return IdentifiedLaw.from_dict(json.loads(path.read_text()), rig)
+    def load(path: Path) -> IdentifiedModel:
+        return IdentifiedModel.from_dict(json.loads(path.read_text()), rig)
 
     return compute() if cache is None else cache.get(name, inputs, compute, save, load, ".json")
 

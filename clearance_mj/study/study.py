@@ -15,11 +15,12 @@ from ..clearance.law import Law
 from ..core.cache import ResultCache, code_outside
 from ..core.errors import RecordError
 from ..core.tasks import run_tasks
-from ..engines import get_engine, simulate
+from ..engines import get_engine
+from ..identify import METHODS as METHODS_BY_NAME
 from ..identify import get_method
 from ..identify.records.checks import IdentifiabilityWarning
 from ..io.dataset import Dataset, Record
-from ..rig import Rig
+from ..model import Model
 from ..signals.comparison import Comparison, compare
 from ..signals.frf import FRF, estimate_frf
 from ..signals.stepped_sines import SineSteps, sine_steps
@@ -27,7 +28,7 @@ from ..statistics import repeatability
 from ..statistics.contact import contact_statistics
 from ..statistics.frf_bands import Band, frf_band, paired_error
 from . import stored
-from .identified import IdentifiedLaw
+from .identified import IdentifiedModel
 from .periodic import PeriodicVibrations, has_periodic_vibrations, periodic_vibrations
 
 __all__ = ["ENGINES", "METHODS", "N_MODES", "RESOLUTION", "Case", "Study"]
@@ -99,13 +100,13 @@ class Study:
         _check(dataset)
         self.dataset, self.methods, self.engines = dataset, tuple(methods), tuple(engines)
         self.cache, self._workers, self._progress = cache, workers, progress
-        self._laws: dict[str, IdentifiedLaw] = {}
+        self._laws: dict[str, IdentifiedModel] = {}
         self._tests: dict[str, FRF] = {}
         self._cases: dict[tuple[str, str, str], Case] = {}
 
     # What is computed.
 
-    def law(self, name: str) -> IdentifiedLaw:
+    def law(self, name: str) -> IdentifiedModel:
         """Return a law by the name of its method, identified if it was not yet.
 
         Parameters
@@ -119,12 +120,10 @@ class Study:
             inputs = [name, self.dataset.rig.content(), *map(stored.record_digest, self.dataset.identify)]
             inputs += code_outside(method.find)
 
-            def compute() -> IdentifiedLaw:
-                with warnings.catch_warnings(record=True) as caught:
-                    warnings.simplefilter("always")
-                    found = method.run(self.dataset, words)
-                texts = tuple(dict.fromkeys(str(w.message) for w in caught))
-                return IdentifiedLaw.of(name, found, texts, self.dataset.rig)
+            def compute() -> IdentifiedModel:
+                with warnings.catch_warnings():  # all are raised below, those of stored results too
+                    warnings.simplefilter("ignore", IdentifiabilityWarning)
+                    return IdentifiedModel.of(name, method.find(self.dataset, words))
 
             found = self._laws[name] = stored.law(self.cache, name, inputs, self.dataset.rig, compute)
             for text in found.warnings:
@@ -132,19 +131,9 @@ class Study:
         return self._laws[name]
 
     @property
-    def laws(self) -> tuple[IdentifiedLaw, ...]:
+    def laws(self) -> tuple[IdentifiedModel, ...]:
         """The laws of all methods."""
         return tuple(self.law(name) for name in self.methods)
-
-    def rig_of(self, name: str) -> Rig:
-        """Return the rig on which a law is simulated.
-
-        Parameters
-        ----------
-        name : str
-            The law's.
-        """
-        return self.law(name).rig or self.dataset.rig
 
     def test(self, record: Record) -> FRF:
         """Return the measured FRFs of a record.
@@ -195,10 +184,10 @@ class Study:
         return self.simulated()
 
     def _case(self, name: str, engine: str, record: Record) -> Case:
-        rig, law, test = self.rig_of(name), self._laws[name].law, self._tests[record.name]
+        model, test = self._laws[name].model, self._tests[record.name]
 
         def compute() -> stored.CaseResult:
-            response = simulate(rig, record.excitation(), law, engine)
+            response = model.simulate(record.excitation(), engine)
             frf = estimate_frf(response, resolution=RESOLUTION)
             return stored.CaseResult(
                 frf, compare(test, frf, N_MODES), contact_statistics(response), response.provenance
@@ -206,8 +195,8 @@ class Study:
 
         engine_used = get_engine(engine)
         settings = dataclasses.asdict(engine_used)
-        inputs = [rig.content(), law.to_dict(), engine, settings, RESOLUTION, N_MODES, stored.record_digest(record)]
-        inputs += code_outside(engine_used, *_models(law))
+        inputs = [*_content(model), engine, settings, RESOLUTION, N_MODES, stored.record_digest(record)]
+        inputs += code_outside(engine_used, *_models(model.law))
         found = stored.case(self.cache, f"{name}_{engine}_{record.name}", inputs, test, compute)
         return Case(name, engine, record, found.frf, found.comparison, found.statistics)
 
@@ -230,18 +219,17 @@ class Study:
                 found[law.name] = self._band(law)
         return found
 
-    def _band(self, law: IdentifiedLaw) -> tuple[Band, np.ndarray]:
-        record, fitted = self.main_record, (self.rig_of(law.name), law.law)
+    def _band(self, law: IdentifiedModel) -> tuple[Band, np.ndarray]:
+        record = self.main_record
 
         def compute() -> tuple[Band, np.ndarray]:
             excitation = record.excitation()
-            band = frf_band(fitted, law.drawn, excitation, resolution=RESOLUTION, misfit=law.misfit)
-            response = simulate(fitted[0], excitation, fitted[1], BAND_ENGINE)
+            band = frf_band(law.model, law.drawn, excitation, resolution=RESOLUTION, misfit=law.misfit)
+            response = law.model.simulate(excitation, BAND_ENGINE)
             return band, paired_error(record.response(), response, RESOLUTION)
 
-        cases = [[rig.content(), drawn.to_dict()] for rig, drawn in (fitted, *law.drawn)]
         inputs = [
-            cases,
+            [_content(model) for model in (law.model, *law.drawn)],
             law.to_dict()["misfit"],
             RESOLUTION,
             stored.record_digest(record),
@@ -257,16 +245,16 @@ class Study:
         if name is None:
             why = "laws over time or amplitude have no periodic vibrations, and the study has no other"
             return PeriodicVibrations("", (), None, why)
-        record, rig, law = self.main_record, self.rig_of(name), self.law(name).law
+        record, model = self.main_record, self.law(name).model
         band = record.band or (RESOLUTION, record.fs / 2)
         words = "periodic vibrations" if self._progress else ""
 
         def compute() -> PeriodicVibrations:
             kind = record.excitation_kind
-            return periodic_vibrations(name, rig, law, self.levels, band, kind, self._workers, words)
+            return periodic_vibrations(name, model, self.levels, band, kind, self._workers, words)
 
-        inputs = [rig.content(), law.to_dict(), self.levels, band, record.excitation_kind, *code_outside(*_models(law))]
-        return stored.periodic(self.cache, f"periodic_{name}", inputs, rig, law, compute)
+        inputs = [*_content(model), self.levels, band, record.excitation_kind, *code_outside(*_models(model.law))]
+        return stored.periodic(self.cache, f"periodic_{name}", inputs, model.rig, model.law, compute)
 
     @functools.cached_property
     def sine_steps(self) -> dict[str, SineSteps]:
@@ -302,11 +290,12 @@ class Study:
 
     @property
     def best_law(self) -> str:
-        """The law that is shown where there is room for one: "bench" if it was identified, else the last.
+        """The law that is shown where there is room for one: the last that a rig was found with, else the last.
 
         Records to validate have no say in it.
         """
-        return "bench" if "bench" in self.methods else self.methods[-1]
+        with_rig = [name for name in self.methods if name in METHODS_BY_NAME and METHODS_BY_NAME[name].finds_rig]
+        return (with_rig or self.methods)[-1]
 
     @property
     def unit(self) -> str:
@@ -402,6 +391,11 @@ def _check(dataset: Dataset) -> None:
     for record in dataset.validate:
         if record.level is None:
             raise RecordError(f'{dataset.path}: record "{record.name}" has no level; validation records need one')
+
+
+def _content(model: Model) -> list[object]:
+    """What results of a model depend on; plain data."""
+    return [model.rig.content(), model.law.to_dict()]
 
 
 def _models(law: Law) -> list[object]:

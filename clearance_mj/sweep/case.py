@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 from dataclasses import dataclass
 from typing import Annotated
 
@@ -10,12 +9,12 @@ import numpy as np
 from pydantic import Field
 
 from ..beam import natural_frequencies
-from ..clearance.kernel import greases_of
 from ..clearance.law import Law
+from ..clearance.modelled import rig_in_gap
 from ..core.errors import ClearanceError, RecordError
 from ..core.validation import Number, Whole, checked
 from ..engines import Engine, simulate
-from ..rig import BASE_NODE, SHAKER_NODE, Grease, Rig
+from ..rig import BASE_NODE, SHAKER_NODE, Rig
 from ..signals.correlation import rmse_db
 from ..signals.excitation import Excitation
 from ..signals.frf import FRF, estimate_frf
@@ -139,11 +138,7 @@ def _peak(frequency: np.ndarray, magnitude: np.ndarray, i: int) -> tuple[float, 
 
 def linear_frequencies(rig: Rig, law: Law, n: int) -> np.ndarray:
     """Natural frequencies (n,), Hz, within the gap, with the law's grease if it brings its own; nan for none."""
-    if law.grease is not None:
-        greases = (Grease(*model.small_motion()) for model in greases_of(rig, law))
-        bushings = (dataclasses.replace(b, grease=g) for b, g in zip(rig.bushings, greases))
-        rig = rig.replace(bushings=tuple(bushings))
-    found = natural_frequencies(rig, n)
+    found = natural_frequencies(rig_in_gap(rig, law), n)
     return np.pad(found, (0, n - found.size), constant_values=np.nan)
 
 

@@ -13,15 +13,16 @@ from typing import Any
 import numpy as np
 
 from ..clearance.law import Law
-from ..clearance.law_files import law_from_dict, load_rig_and_law
+from ..clearance.law_files import law_from_dict
+from ..clearance.modelled import nominal_law
 from ..core.cache import digest
 from ..core.errors import ClearanceError, RecordError
 from ..core.plain_numbers import find_numbers, get_number, with_numbers
 from ..core.validation import from_plain, read_plain, to_plain
 from ..engines import Engine, get_engine
-from ..identify import nominal
 from ..io.dataset import Record
 from ..io.uff import read_uff
+from ..model import LAW_FILE, Model
 from ..rig import Rig
 from ..signals import excitation as excitations
 from ..signals.excitation import Excitation
@@ -222,7 +223,7 @@ class Plan:
             changes = {place: v for group, v in zip(self._places, values) for place in group}
             data = with_numbers(self._data, {p: int(v) if p[-1] == "seed" else v for p, v in changes.items()})
             rig = Rig.from_dict(data["rig"])
-            law = nominal(rig) if self.law is None else law_from_dict(data["law"])
+            law = nominal_law(rig) if self.law is None else law_from_dict(data["law"])
             law.table(len(rig.bushings))
         except ClearanceError as error:
             named = ", ".join(f"{path} = {v:g}" for path, v in zip(self.paths, values))
@@ -298,7 +299,9 @@ def _plan(data: dict, folder: Path) -> Plan:
             raise ClearanceError(f"{key} must be {words}, got {value!r}")
     if "rig" not in data:
         raise ClearanceError('rig is missing: rig = "rig.toml"')
-    rig, law = load_rig_and_law(folder / data["rig"], folder / data["law"] if "law" in data else None)
+    given = folder / data["rig"]
+    model = Model.load(given, folder / data["law"] if "law" in data else None)
+    rig, law = model.rig, model.law if "law" in data or (given / LAW_FILE).is_file() else None
     outputs = from_plain(Outputs, data.get("outputs", {}), "outputs", ClearanceError)
     reference, measured = _reference(folder / data["reference"], rig, outputs) if "reference" in data else (None, None)
     return Plan(

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from tqdm import tqdm
@@ -53,6 +54,11 @@ class FamilyFit:
     def held_out(self) -> float:
         """The same of the piece that no fit saw."""
         return float(np.mean([f.held_out for f in self.fits]))
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return names, weight, evidence and misfits as plain data."""
+        names = ("contact", "grease", "weight", "log_evidence", "misfit", "held_out")
+        return {name: getattr(self, name) for name in names}
 
     @property
     def law(self) -> ContactLaw:

@@ -19,13 +19,12 @@ from typing import Any
 
 import numpy as np
 
-from ...clearance.law import Law
 from ...core.tasks import run_tasks
 from ...engines import simulate
-from ...io.dataset import Record
-from ...rig import Rig
+from ...model import Model
 from ...signals.frf import estimate_frf, random_error
 from ...signals.response import Response
+from ..records.prepared import PreparedRecord
 from .output_error import CREST, DB, PIECE, RESOLUTION
 
 __all__ = ["Decay", "LawMisfit", "Stretch", "law_misfit"]
@@ -208,17 +207,15 @@ def _interpolated(at: float, levels: np.ndarray, values: np.ndarray) -> float:
     return float(np.interp(at, levels[known], values[known])) if known.any() else 0.0
 
 
-def law_misfit(records: Sequence[Record], rig: Rig, law: Law, progress: str | None = None) -> LawMisfit:
-    """Simulate a rig and its law under the excitation of records, and compare.
+def law_misfit(records: Sequence[PreparedRecord], model: Model, progress: str | None = None) -> LawMisfit:
+    """Simulate a model under the excitation of records, and compare.
 
     Parameters
     ----------
-    records : sequence of Record
-        Those that rig and law were found from.
-    rig : Rig
+    records : sequence of PreparedRecord
+        Those that the model was found from.
+    model : Model
         As found; its sensors are those of the records.
-    law : Law
-        As found.
     progress : str, optional
         Show a progress bar with this name.
 
@@ -228,17 +225,16 @@ def law_misfit(records: Sequence[Record], rig: Rig, law: Law, progress: str | No
         Whatever `simulate` raises.
     """
     excitations = [record.excitation() for record in records]
-    models = dict(
-        run_tasks(lambda i: simulate(rig, excitations[i], law, "modal"), range(len(records)), progress=progress or "")
-    )
-    pairs = [(record.name, record.response(), models[i]) for i, record in enumerate(records)]
+    numbers, words = range(len(records)), progress or ""
+    simulated = dict(run_tasks(lambda i: simulate(model, excitations[i], engine="modal"), numbers, progress=words))
+    pairs = [(record.name, record.response(), simulated[i]) for i, record in enumerate(records)]
     bands = [_band(test) for _, test, _ in pairs if not _is_of_hits(test)]
     edges = np.geomspace(min(b[0] for b in bands), max(b[1] for b in bands), BANDS + 1) if bands else np.empty(0)
     stretches = [s for pair in pairs if not _is_of_hits(pair[1]) for s in _stretches(*pair, edges)]
     decays = [d for pair in pairs if _is_of_hits(pair[1]) for d in _decays(*pair)]
-    unit = "N" if records[0].excitation_kind == "force" else "m/s²"
+    unit = "N" if records[0].kind == "force" else "m/s²"
     stretches.sort(key=lambda s: s.level)
-    return LawMisfit(tuple(rig.sensor_labels), unit, edges, tuple(stretches), tuple(decays))
+    return LawMisfit(tuple(model.rig.sensor_labels), unit, edges, tuple(stretches), tuple(decays))
 
 
 def _is_of_hits(response: Response) -> bool:

@@ -33,7 +33,7 @@ from ...signals.excitation import Excitation
 from ...signals.frf import estimate_frf, random_error
 from ...signals.response import Response
 from ...signals.welch import SegmentAverages
-from ..registry import Identified
+from ..registry import Identified, fitted_model
 
 __all__ = ["Fit", "fit_law"]
 
@@ -133,9 +133,11 @@ def fit_law(
     problem.bar.close()
     solution = min(solutions, key=lambda s: s.cost)
     value = np.exp(solution.x)
+    estimates = Estimates.of(parameters, value, _covariance(solution.jac, solution.fun, problem.block))
     return Fit(
-        law=make(*value),
-        estimates=Estimates.of(parameters, value, _covariance(solution.jac, solution.fun, problem.block)),
+        model=fitted_model(rig, make, estimates),
+        estimates=estimates,
+        pages={"contact": None},
         residual_db=problem.difference_db(solution.fun),
         cost=float(solution.cost),
         evaluations=problem.evaluations,

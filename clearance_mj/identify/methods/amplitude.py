@@ -8,6 +8,7 @@ import numpy as np
 
 from ...clearance.law import AmplitudeLaw
 from ...io.dataset import Dataset
+from ...model import Model
 from ...rig import Grease
 from ..forces.restoring import SETTLE, RestoringForce, restoring_forces
 from ..laws.contact_over_time import RELEASES, amplitude_columns, fill_untouched, require_contact
@@ -48,7 +49,7 @@ def amplitude_law(dataset: Dataset, progress: str | None = None) -> tuple[Amplit
     shortest=lambda rig: 4 * SETTLE,
 )
 def _find(dataset: Dataset, progress: str | None = None) -> Identified:
-    return Identified(amplitude_law(dataset, progress)[0])
+    return Identified(model=Model(dataset.rig, amplitude_law(dataset, progress)[0]), pages={"contact": None})
 
 
 def _nodes(forces: Sequence[RestoringForce]) -> np.ndarray:

@@ -3,21 +3,22 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
 import scipy.linalg
 
-from ...clearance import ContactLaw
 from ...estimate.estimates import Estimates
 from ...io.dataset import Dataset
-from ...rig import Rig
+from ...model import Model
 from ..forces.restoring import SETTLE
 from ..laws.comparison import FamilyFit, compare_families
 from ..laws.law_misfit import LawMisfit, law_misfit
 from ..registry import Identified, register
-from ..structure.diagnosis import Diagnosis, diagnose
+from ..structure.diagnosis import diagnose
 from ..structure.rig_update import RigUpdate
 from ..structure.updating import update_rig
 
@@ -26,69 +27,28 @@ __all__ = ["BenchFit", "fit_bench"]
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class BenchFit(Identified):
-    """A rig and its law: ``rig``, ``law`` and ``estimates`` are of the likeliest family.
+    """What method "bench" finds: the model of the likeliest family, and what it was found with.
 
-    ``estimates`` are those of the rig and of all bushings together, these widened by what rig and law miss.
+    ``estimates`` are those of the rig, then of gap, offset, contact and grease of each bushing; the latter are widened
+    by what rig and law miss (`LawMisfit.widening`).
     """
 
-    rig: Rig
-    """as found"""
     estimates: Estimates
-    """of the rig, then of gap, offset, contact and grease of each bushing; `LawMisfit.widening` is in the latter"""
-
+    """of rig and clearances together"""
     update: RigUpdate
     """the linear rig"""
     families: tuple[FamilyFit, ...]
     """compared, likeliest first"""
     misfit: LawMisfit
     """what rig and law miss of the records"""
-    diagnosis: Diagnosis
-    """what is grossly wrong with the dataset"""
-
-    @property
-    def warnings(self) -> tuple[str, ...]:
-        """Plain words on what not to rely on."""
-        of_rig = set(self.update.estimates.names)
-        of_law = [name for name in self.estimates.only_prior if name not in of_rig]
-        held = (f"only the prior holds, of the law, {', '.join(of_law)}",) if of_law else ()
-        return (*self.diagnosis.words, *self.update.warnings, *held, *self.misfit.warnings)
 
     def to_dict(self) -> dict[str, Any]:
         """Return parameters with what was known before, correlations, families, misfit and warnings as plain data."""
-        return {
-            "parameters": self.estimates.beside_priors(),
-            "correlation": self.estimates.correlation.tolist(),
-            "only_prior": list(self.estimates.only_prior),
-            "families": [
-                {"contact": f.contact, "grease": f.grease, "weight": f.weight, "log_evidence": f.log_evidence,
-                 "misfit": f.misfit, "held_out": f.held_out}
-                for f in self.families
-            ],
-            "misfit": {
-                "widening": self.misfit.widening,
-                "frf": self.misfit.rows(),
-                "decays": self.misfit.decay_rows(),
-                "rig": self.update.to_dict()["records"],
-            },
-            "warnings": list(self.warnings),
+        misfit = {"widening": self.misfit.widening, "frf": self.misfit.rows(), "decays": self.misfit.decay_rows()}
+        families = [family.to_dict() for family in self.families]
+        return super().to_dict() | {
+            "families": families, "misfit": misfit | {"rig": self.update.to_dict()["records"]},
         }  # fmt: skip
-
-    def draw(self, n: int, seed: int = 0) -> list[tuple[Rig, ContactLaw]]:
-        """Draw rigs with laws: families by their weights, numbers from the covariances of the fits.
-
-        These are not widened by what rig and law miss: of FRFs, `LawMisfit.spread` says that.
-
-        Parameters
-        ----------
-        n : int
-            How many.
-        seed : int
-            Of the random numbers.
-        """
-        rng = np.random.default_rng(seed)
-        chosen = rng.choice(len(self.families), size=n, p=[f.weight for f in self.families])
-        rigs = self.update.draw(n, seed)
-        return [self.families[i].drawn(rig, int(rng.integers(2**31))) for i, rig in zip(chosen, rigs)]
 
 
 @register(
@@ -96,7 +56,7 @@ class BenchFit(Identified):
     "the rig file with its tolerances and the records to identify: rig, gaps, offsets, and the likeliest of the "
     "families of contact and grease",
     shortest=lambda rig: 4 * SETTLE,
-    rig_exact=False,
+    finds_rig=True,
 )
 def fit_bench(dataset: Dataset, progress: str | None = None) -> BenchFit:
     """Identify the rig and its law where the rig file is not exact.
@@ -124,13 +84,28 @@ def fit_bench(dataset: Dataset, progress: str | None = None) -> BenchFit:
     """
     update = update_rig(dataset)
     diagnosis = diagnose(update)
-    found = compare_families(dataset, update, progress)
-    best, rig = found[0], found[0].rig(update.rig)
-    misfit = law_misfit(dataset.to_identify(), rig, best.law, progress and f"{progress} (misfit)")
-    estimates = _together(update, best, misfit.widening)
+    families = compare_families(dataset, update, progress)
+    model = Model(families[0].rig(update.rig), families[0].law, partial(_drawn, update, families))
+    misfit = law_misfit(update.records, model, progress and f"{progress} (misfit)")
+    estimates = _together(update, families[0], misfit.widening)
+    of_law = [name for name in estimates.only_prior if name not in update.estimates.names]
+    held = (f"only the prior holds, of the law, {', '.join(of_law)}",) if of_law else ()
     return BenchFit(
-        law=best.law, rig=rig, estimates=estimates, update=update, families=found, misfit=misfit, diagnosis=diagnosis
-    )
+        model=model, estimates=estimates, update=update, families=families, misfit=misfit,
+        warnings=(*diagnosis.words, *update.warnings, *held, *misfit.warnings),
+        pages={"bench": update, "families": families, "misfit": misfit},
+    )  # fmt: skip
+
+
+def _drawn(update: RigUpdate, families: Sequence[FamilyFit], n: int, seed: int) -> list[Model]:
+    """Draw models: families by their weights, numbers from the covariances of the fits.
+
+    These are not widened by what rig and law miss: of FRFs, `LawMisfit.spread` says that.
+    """
+    rng = np.random.default_rng(seed)
+    chosen = rng.choice(len(families), size=n, p=[family.weight for family in families])
+    rigs = update.draw(n, seed)
+    return [Model(*families[i].drawn(rig, int(rng.integers(2**31)))) for i, rig in zip(chosen, rigs)]
 
 
 def _together(update: RigUpdate, family: FamilyFit, widening: float) -> Estimates:

@@ -30,7 +30,6 @@ def _law(rig: Rig, k: float, c: float, grease_k: float, grease_c: float) -> Cons
     "constant",
     "the rig file and the records to identify: best constants for contact and linear grease",
     shortest=lambda rig: PIECE,
-    make=_law,
 )
 def fit_constant(dataset: Dataset, progress: str | None = None) -> Fit:
     """Fit the best constants: contact stiffness and damping and a linear grease, the same at every bushing."""

@@ -7,6 +7,7 @@ import numpy as np
 from ...clearance.law import ConstantLaw
 from ...core.errors import RecordError
 from ...io.dataset import Dataset
+from ...model import Model
 from ..forces.restoring import SETTLE, restoring_forces
 from ..laws.contact_over_time import contact_parameters, fill_untouched, require_contact
 from ..laws.grease import grease_parameters
@@ -39,4 +40,4 @@ def force_balance_law(dataset: Dataset, progress: str | None = None) -> Constant
     shortest=lambda rig: 4 * SETTLE,
 )
 def _find(dataset: Dataset, progress: str | None = None) -> Identified:
-    return Identified(force_balance_law(dataset, progress))
+    return Identified(model=Model(dataset.rig, force_balance_law(dataset, progress)), pages={"contact": None})

@@ -52,7 +52,6 @@ def _grease(
     "output-error",
     "the rig file and the records to identify: Bouc-Wen grease, squeeze film and power-law contact of each bushing",
     shortest=lambda rig: PIECE,
-    make=_law,
 )
 def fit_output_error(dataset: Dataset, progress: str | None = None) -> Fit:
     """Fit the physical law: Bouc-Wen grease with squeeze film, and a power-law contact.

@@ -10,6 +10,7 @@ from ...clearance.gap import describing_function
 from ...clearance.law import TimeLaw
 from ...core.errors import RecordError
 from ...io.dataset import Dataset
+from ...model import Model
 from ...rig import Rig
 from ..forces.restoring import MODES, require_measurable
 from ..records.prepared import prepared
@@ -112,14 +113,18 @@ def shortest_for_ridge(rig: Rig) -> float:
     return shortest_record(ridge_band(rig)[0])
 
 
-@register(
-    "ridge",
-    "the rig file and the longest record to identify: contact over that record's time, from its wavelet ridge",
-    shortest_for_ridge,
-)
 def find(
     dataset: Dataset, progress: str | None = None, correction: str = "adiabatic", damping: str = "viscous"
 ) -> Identified:
     """Identify by `ridge_law` and warn where the longest record shows no ridge."""
     warn_of_no_ridge(prepared(max(dataset.to_identify(), key=lambda r: r.duration)))
-    return Identified(ridge_law(dataset, correction, damping, progress))
+    return Identified(
+        model=Model(dataset.rig, ridge_law(dataset, correction, damping, progress)), pages={"contact": None}
+    )
+
+
+register(
+    "ridge",
+    "the rig file and the longest record to identify: contact over that record's time, from its wavelet ridge",
+    shortest_for_ridge,
+)(find)

@@ -52,7 +52,7 @@ def agreement_table(study: Study, engine: str) -> Table:
 
 def _rigs(study: Study) -> str:
     """Which laws are simulated on which rig, in a sentence."""
-    own = " and ".join(f"“{law.name}”" for law in study.laws if law.rig)
+    own = " and ".join(f"“{law.name}”" for law in study.laws if law.finds_rig)
     if not own:
         return "All laws are simulated on the rig file’s rig."
     others = ", all others on the rig file’s" if len(study.laws) > own.count("“") else ""
