@@ -22,7 +22,7 @@ from ..io.dataset import Dataset, Record
 from ..rig import Rig
 from ..signals.comparison import Comparison, compare
 from ..signals.frf import FRF, estimate_frf
-from ..signals.sine_steps import SineSteps, sine_steps
+from ..signals.stepped_sines import SineSteps, sine_steps
 from ..statistics import repeatability
 from ..statistics.contact import contact_statistics
 from ..statistics.frf_bands import Band, frf_band, paired_error

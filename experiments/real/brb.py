@@ -21,7 +21,7 @@ from matplotlib.figure import Figure
 from clearance_mj.core.errors import RecordError
 from clearance_mj.identify import ForcedCurve, decay, fit_jointed_mode, ridge
 from clearance_mj.identify.laws.jointed_mode import ForcedTest, JointedMode, JointedModeFit
-from clearance_mj.identify.ridges.free_decay import Decay
+from clearance_mj.identify.wavelets.free_decay import Decay
 
 from .records import HammerRecord, SteppedSine, read_hammer, read_stepped_sines
 from .script import run

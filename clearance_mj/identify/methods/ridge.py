@@ -14,9 +14,9 @@ from ...rig import Rig
 from ..forces.restoring import MODES, require_measurable
 from ..records.prepared import prepared
 from ..registry import Identified, register
-from ..ridges.lowest_mode import ridge_band, warn_of_no_ridge
-from ..ridges.oscillator import check_options
-from ..ridges.wavelet import scalogram, shortest_record
+from ..wavelets.lowest_mode import ridge_band, warn_of_no_ridge
+from ..wavelets.oscillator import check_options
+from ..wavelets.wavelet import scalogram, shortest_record
 
 __all__ = ["ridge_law"]
 
