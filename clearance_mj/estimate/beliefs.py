@@ -52,12 +52,26 @@ class Belief:
 
     @classmethod
     def of(cls, parameters: Sequence[Parameter]) -> Belief:
-        """Take what is known of parameters before any data: their starts and prior standard deviations."""
+        """Take what is known of parameters before any data: their starts and prior standard deviations.
+
+        Parameters
+        ----------
+        parameters : sequence of Parameter
+            In the order of the belief's entries.
+        """
         return cls.independent([p.to_varied(p.start) for p in parameters], [p.known_std for p in parameters])
 
     @classmethod
     def independent(cls, mean: ArrayLike, std: ArrayLike) -> Belief:
-        """Take means (n,) and standard deviations (n,) that have nothing to do with each other."""
+        """Take means (n,) and standard deviations (n,) that have nothing to do with each other.
+
+        Parameters
+        ----------
+        mean : array_like, shape (n,)
+            Means.
+        std : array_like, shape (n,)
+            Standard deviations.
+        """
         return cls(np.asarray(mean, dtype=float), np.diag(np.square(np.asarray(std, dtype=float))))
 
     @property
@@ -66,18 +80,36 @@ class Belief:
         return np.sqrt(np.diag(self.covariance))
 
     def part(self, which: slice | Sequence[int]) -> Belief:
-        """Return what is known of some of the entries."""
+        """Return what is known of some of the entries.
+
+        Parameters
+        ----------
+        which : slice or sequence of int
+            Entries that are kept.
+        """
         return Belief(self.mean[which], self.covariance[which][:, which])
 
     def joined(self, other: Belief) -> Belief:
-        """Return a belief about both, ``other`` after this one, independent of each other."""
+        """Return a belief about both, ``other`` after this one, independent of each other.
+
+        Parameters
+        ----------
+        other : Belief
+            The entries that follow those of this one.
+        """
         n, m = self.mean.size, other.mean.size
         covariance = np.zeros((n + m, n + m))
         covariance[:n, :n], covariance[n:, n:] = self.covariance, other.covariance
         return Belief(np.concatenate((self.mean, other.mean)), covariance)
 
     def drifted(self, std: ArrayLike) -> Belief:
-        """Return the belief after a step of a random walk with standard deviations (n,)."""
+        """Return the belief after a step of a random walk with standard deviations (n,).
+
+        Parameters
+        ----------
+        std : array_like, shape (n,)
+            Standard deviations of the step.
+        """
         return Belief(self.mean, self.covariance + np.diag(np.square(np.broadcast_to(std, self.mean.shape))))
 
     def through(self, function: Function) -> Belief:
@@ -98,7 +130,13 @@ class Belief:
         return Belief(mean, slope @ slope.T)
 
     def estimates(self, parameters: Sequence[Parameter]) -> Estimates:
-        """Return values, SI units, and covariance of the first entries, which are these parameters."""
+        """Return values, SI units, and covariance of the first entries, which are these parameters.
+
+        Parameters
+        ----------
+        parameters : sequence of Parameter
+            Those of the first entries.
+        """
         part = self.part(slice(len(parameters)))
         value = [
             p.from_varied(np.clip(v, p.to_varied(p.low), p.to_varied(p.high))) for p, v in zip(parameters, part.mean)

@@ -101,7 +101,13 @@ def coloured(rows: np.ndarray, residuals: np.ndarray) -> np.ndarray:
 
 
 def correlation_time(residuals: np.ndarray) -> float:
-    """Return how many samples of a series count as one: 1 + 2 Σρ up to its first lag below 0.05, at least 1."""
+    """Return how many samples of a series count as one: 1 + 2 Σρ up to its first lag below 0.05, at least 1.
+
+    Parameters
+    ----------
+    residuals : ndarray, shape (n,)
+        Evenly sampled.
+    """
     r = residuals - residuals.mean()
     spectrum = np.abs(np.fft.rfft(r, 2 * r.size)) ** 2
     rho = np.fft.irfft(spectrum)[: r.size]

@@ -33,7 +33,13 @@ def log_evidence(cost: float, at: np.ndarray, information: np.ndarray) -> float:
 
 
 def rival_weights(evidence: ArrayLike) -> np.ndarray:
-    """Return the posterior probability (n,) of rival models that were equally probable, from their log evidence."""
+    """Return the posterior probability (n,) of rival models that were equally probable, from their log evidence.
+
+    Parameters
+    ----------
+    evidence : array_like, shape (n,)
+        Of each model of the same data.
+    """
     relative = np.asarray(evidence, dtype=float)
     weight = np.exp(relative - relative.max())
     return np.asarray(weight / weight.sum())

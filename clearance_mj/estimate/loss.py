@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from dataclasses import dataclass, replace
-from typing import ClassVar, NamedTuple, Protocol
+from typing import NamedTuple
 
 import numpy as np
 
@@ -21,28 +22,48 @@ class Weights(NamedTuple):
     """half of the second derivative is about Jᵀ diag(curvature) J"""
 
 
-class Loss(Protocol):
+class Loss(ABC):
     """Twice the negative log-likelihood of residuals, but for a constant."""
 
-    @property
-    def divisor(self) -> float:
-        """Number of residuals that count as one observation; `cost` allows for it, `weights` do not."""
+    divisor: float = 1.0
+    """number of residuals that count as one observation; `cost` allows for it, `weights` do not"""
 
+    @abstractmethod
     def cost(self, residuals: np.ndarray) -> np.ndarray:
-        """Return the loss (n_points,) of residuals (n_points, n_residuals)."""
+        """Return the loss (n_points,).
 
+        Parameters
+        ----------
+        residuals : ndarray, shape (n_points, n_residuals)
+            At several points.
+        """
+
+    @abstractmethod
     def weights(self, residuals: np.ndarray) -> Weights:
-        """Return the weights of residuals (n_residuals,)."""
+        """Return the weights of residuals.
+
+        Parameters
+        ----------
+        residuals : ndarray, shape (n_residuals,)
+            At one point.
+        """
 
     def adapted(self, residuals: np.ndarray, jacobian: np.ndarray) -> Loss:
-        """Return the loss with what it finds in residuals (n_residuals,) and their Jacobian."""
+        """Return the loss with what it finds in residuals and their derivatives; by default it finds nothing.
+
+        Parameters
+        ----------
+        residuals : ndarray, shape (n_residuals,)
+            At one point.
+        jacobian : ndarray, shape (n_residuals, n)
+            There.
+        """
+        return self
 
 
 @dataclass(frozen=True)
-class Squares:
+class Squares(Loss):
     """Sum of the squares of residuals with unit variance."""
-
-    divisor: ClassVar[float] = 1.0
 
     def cost(self, residuals: np.ndarray) -> np.ndarray:
         """Return Σ |r|² (n_points,)."""
@@ -53,18 +74,13 @@ class Squares:
         ones = np.ones(residuals.shape)
         return Weights(ones, ones)
 
-    def adapted(self, residuals: np.ndarray, jacobian: np.ndarray) -> Squares:
-        """Return the loss itself."""
-        return self
-
 
 @dataclass(frozen=True)
-class SoftL1:
+class SoftL1(Loss):
     """Soft L1 loss 2 s² (√(1 + (r/s)²) - 1): squares below the scale s, amounts above it."""
 
     scale: float = 1.0
     """s"""
-    divisor: ClassVar[float] = 1.0
 
     def cost(self, residuals: np.ndarray) -> np.ndarray:
         """Return Σ 2 s² (√(1 + (r/s)²) - 1) (n_points,)."""
@@ -75,21 +91,16 @@ class SoftL1:
         score = 1 / self._root(residuals)
         return Weights(score, score**3)
 
-    def adapted(self, residuals: np.ndarray, jacobian: np.ndarray) -> SoftL1:
-        """Return the loss itself."""
-        return self
-
     def _root(self, residuals: np.ndarray) -> np.ndarray:
         return np.sqrt(1 + np.abs(residuals / self.scale) ** 2)
 
 
 @dataclass(frozen=True, eq=False)
-class GroupedHuber:
+class GroupedHuber(Loss):
     """Huber's loss of the size s of each group of residuals: s² up to c, 2 c s - c² above it."""
 
     radius: np.ndarray
     """(n_groups,) c; residuals are groups of equal number, one after another"""
-    divisor: ClassVar[float] = 1.0
 
     def cost(self, residuals: np.ndarray) -> np.ndarray:
         """Return Σ s² or 2 c s - c² (n_points,)."""
@@ -102,16 +113,12 @@ class GroupedHuber:
         every = np.repeat(weight, residuals.size // self.radius.size)
         return Weights(every, every)
 
-    def adapted(self, residuals: np.ndarray, jacobian: np.ndarray) -> GroupedHuber:
-        """Return the loss itself."""
-        return self
-
     def _size(self, residuals: np.ndarray) -> np.ndarray:
         return np.linalg.norm(residuals.reshape(*residuals.shape[:-1], self.radius.size, -1), axis=-1)
 
 
 @dataclass(frozen=True, eq=False)
-class UnknownScale:
+class UnknownScale(Loss):
     """Errors of unknown size that are correlated within blocks: n/m log of the mean soft L1 loss of n residuals.
 
     How many residuals m count as one observation shows in the scores of the blocks and is found anew at every step
@@ -126,12 +133,18 @@ class UnknownScale:
     """m; 0: not found yet, a block then counts as one observation"""
 
     @property
-    def divisor(self) -> float:
-        """Return m, but not more than the largest."""
+    def divisor(self) -> float:  # type: ignore[override]
+        """m, but not more than the largest."""
         return min(self.correlated, self.largest)
 
     def scale(self, residuals: np.ndarray) -> np.ndarray:
-        """Return the mean soft L1 loss (n_points,), a robust variance, of residuals (n_points, n_residuals)."""
+        """Return the mean soft L1 loss (n_points,), a robust variance.
+
+        Parameters
+        ----------
+        residuals : ndarray, shape (n_points, n_residuals)
+            At several points.
+        """
         return np.mean(2 * (np.sqrt(1 + residuals**2) - 1), axis=-1)
 
     def cost(self, residuals: np.ndarray) -> np.ndarray:

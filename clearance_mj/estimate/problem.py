@@ -86,13 +86,25 @@ class Problem:
         return len(self.parameters)
 
     def values(self, at: np.ndarray) -> np.ndarray:
-        """Return values (..., n), SI units and within the bounds, of coordinates (..., n)."""
+        """Return values (..., n), SI units and within the bounds, of coordinates (..., n).
+
+        Parameters
+        ----------
+        at : ndarray, shape (..., n)
+            Coordinates.
+        """
         varied = np.moveaxis(self.origin + self.unit * at, -1, 0)
         values = [np.clip(p.from_varied(v), p.low, p.high) for p, v in zip(self.parameters, varied)]
         return np.stack(values, axis=-1) if values else np.empty(np.shape(at))
 
     def at(self, values: Mapping[str, float] | ArrayLike) -> np.ndarray:
-        """Return coordinates (n,) within the bounds of values (n,), or by name; those not given are at their starts."""
+        """Return coordinates (n,) within the bounds of values (n,), or by name; those not given are at their starts.
+
+        Parameters
+        ----------
+        values : mapping of str to float, or array_like, shape (n,)
+            SI units; a mapping may leave parameters out and hold others.
+        """
         if isinstance(values, Mapping):
             own = [values.get(p.name, math.nan) for p in self.parameters]
         else:
@@ -102,11 +114,23 @@ class Problem:
         return self.inside(np.where(np.isnan(at), 0.0, at))
 
     def inside(self, at: np.ndarray) -> np.ndarray:
-        """Return coordinates (..., n) moved to within the bounds."""
+        """Return coordinates (..., n) moved to within the bounds.
+
+        Parameters
+        ----------
+        at : ndarray, shape (..., n)
+            Coordinates.
+        """
         return np.clip(at, self.low, self.high)
 
     def residuals(self, at: np.ndarray) -> np.ndarray:
-        """Return residuals (n_points, n_residuals) at coordinates (n_points, n); not finite where there is no model."""
+        """Return residuals (n_points, n_residuals) at coordinates (n_points, n); not finite where there is no model.
+
+        Parameters
+        ----------
+        at : ndarray, shape (n_points, n)
+            Coordinates.
+        """
         self.evaluations += len(at)
         return self._residuals(self.values(at))
 
@@ -121,11 +145,27 @@ class Problem:
         return np.array([r if len(r) == size else np.full(size, np.inf) for r in each])
 
     def prior_cost(self, at: np.ndarray) -> np.ndarray:
-        """Return squared distances (...,) of coordinates (..., n) from the priors."""
+        """Return squared distances (...,) of coordinates (..., n) from the priors.
+
+        Parameters
+        ----------
+        at : ndarray, shape (..., n)
+            Coordinates.
+        """
         return np.sum(np.square(at[..., self.known]), axis=-1)
 
     def cost(self, at: np.ndarray, residuals: np.ndarray, loss: Loss | None = None) -> np.ndarray:
-        """Return what is minimised (n_points,), infinite where there is no model: twice a negative log-posterior."""
+        """Return what is minimised (n_points,), infinite where there is no model: twice a negative log-posterior.
+
+        Parameters
+        ----------
+        at : ndarray, shape (n_points, n)
+            Coordinates.
+        residuals : ndarray, shape (n_points, n_residuals)
+            Residuals there.
+        loss : Loss, optional
+            Instead of the problem's.
+        """
         with np.errstate(invalid="ignore", over="ignore"):
             found = (loss or self.loss).cost(residuals) + self.prior_cost(at)
         return np.where(np.isfinite(found), found, np.inf)
@@ -171,5 +211,11 @@ def _quotients(here: np.ndarray, sides: Sequence[tuple[np.ndarray, np.ndarray]])
 
 
 def one_by_one(function: Callable[[np.ndarray], np.ndarray]) -> Residuals:
-    """Return the residuals of many points of a function that takes the values (n,) of one."""
+    """Return the residuals of many points of a function that takes the values (n,) of one.
+
+    Parameters
+    ----------
+    function : callable
+        From values (n,), SI units, to residuals (n_residuals,).
+    """
     return lambda values: np.array([function(each) for each in values])

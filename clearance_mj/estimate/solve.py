@@ -90,7 +90,13 @@ class Solution:
         return (self.at <= self.problem.low) | (self.at >= self.problem.high)
 
     def estimates(self, covariance: np.ndarray) -> Estimates:
-        """Return values with a covariance (n, n) that is given in coordinates."""
+        """Return values with a covariance (n, n) that is given in coordinates.
+
+        Parameters
+        ----------
+        covariance : ndarray, shape (n, n)
+            Of the coordinates.
+        """
         unit = self.problem.unit
         return Estimates.of(self.problem.parameters, self.values, covariance * np.outer(unit, unit))
 
