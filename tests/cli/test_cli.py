@@ -3,8 +3,6 @@
 import dataclasses
 import json
 import shutil
-import subprocess
-import sys
 
 import numpy as np
 import pytest
@@ -20,6 +18,7 @@ from clearance_mj.signals import excitation
 from clearance_mj.study import ENGINES, METHODS
 
 from ..conftest import ROOT
+from ..processes import run
 
 RIG = str(ROOT / "models" / "table1_rig.toml")
 
@@ -182,5 +181,4 @@ def test_a_command_is_one_registration(capsys):
 
 
 def test_as_a_module():
-    done = subprocess.run([sys.executable, "-m", "clearance_mj", "studdy"], capture_output=True, check=False)
-    assert done.returncode == 2
+    assert run("-m", "clearance_mj", "studdy").returncode == 2
