@@ -251,8 +251,11 @@ def test_folder_that_may_not_be_written(tmp_path):
 
 @pytest.mark.parametrize("bushings", [2, pytest.param(0, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("engine", ["links", "modal", "modal-mj"])
-def test_a_simulation_stops_within_a_millisecond_of_nan(rig, engine, bushings):
-    """NaN in the drive at a known instant, deep in a block; the error says when and where it ended."""
+def test_a_simulation_stops_at_nan(rig, engine, bushings):
+    """NaN in the drive at a known instant, deep in a block; the error says when, in simulated time, and where.
+
+    It reaches the bushings within a millisecond; a rig without any may go on to the end of the block.
+    """
     rig, engine = rig.replace(bushings=rig.bushings[:bushings]), get_engine(engine)
     law = nominal(rig)
     step = engine.largest_step(rig, law)
@@ -263,7 +266,8 @@ def test_a_simulation_stops_within_a_millisecond_of_nan(rig, engine, bushings):
     with pytest.raises(SimulationError, match=f"the {engine.name} simulation diverged at t = ") as caught:
         run.advance(drive)
     found = float(str(caught.value).split("t = ")[1].split()[0])
-    assert 0 <= found - begun * step + 1e-6 <= 1e-3
+    latest = begun * step + 1e-3 if bushings else drive.size * step
+    assert begun * step - 1e-6 <= found <= latest + 1e-6
     assert ("bushings[" if bushings else "at the tip") in str(caught.value)
 
 
