@@ -83,7 +83,7 @@ def test_reciprocity():
 
     def frf(push, measure):
         rig = RIG.replace(shaker=Shaker("force", push), sensors=(Sensor(1, measure),))
-        return beam.linear_frf(rig, np.arange(5, 220, 0.5), modes=24)[0]
+        return beam.linear_frf(rig, np.arange(5, 220, 0.5), n_modes=24)[0]
 
     there, back = frf(0.3, 0.65), frf(0.65, 0.3)
     # Not exact: the model has a static shape where the force is, and none at the sensor.

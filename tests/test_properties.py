@@ -319,7 +319,7 @@ def test_the_linear_model_is_reciprocal_and_its_response_is_linear(seed):
 
     a, b = (place.position for place in places)
     frequency = np.linspace(5, 220, 100)
-    there, back = (beam.linear_frf(rig(*pair), frequency, modes=16)[0] for pair in ((a, b), (b, a)))
+    there, back = (beam.linear_frf(rig(*pair), frequency, n_modes=16)[0] for pair in ((a, b), (b, a)))
     np.testing.assert_allclose(there, back, rtol=0, atol=1e-6 * np.abs(there).max())
     push = rng.standard_normal(200)
     once, twice = (
