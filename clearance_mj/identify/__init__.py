@@ -9,7 +9,7 @@ from .laws.jointed_mode import ForcedCurve, fit_jointed_mode
 from .laws.jointed_structure import JointedStructure, fit_jointed_structure
 from .methods.bench import BenchFit, fit_bench
 from .registry import METHODS, Identified, get_method, identify, law, register
-from .structure.diagnosis import Diagnosis, diagnose
+from .structure.faults.diagnosis import Diagnosis, diagnose
 from .structure.priors import priors
 from .structure.rig_update import RigUpdate
 from .structure.updating import update_rig

@@ -16,7 +16,7 @@ from ..io.dataset import Dataset
 from ..model import Model
 from ..rig import Rig
 from .records.checks import IdentifiabilityWarning, check_length, check_records, warn
-from .structure.contradictions import contradictions_of_rig
+from .structure.faults.contradictions import contradictions_of_rig
 
 __all__ = ["METHODS", "Identified", "Method", "fitted_model", "get_method", "identify", "law", "register"]
 

@@ -27,7 +27,7 @@ from ..laws.force_fit import MODEL
 from ..laws.law_families import families_of
 from ..records.checks import warn_of_dropouts
 from ..records.prepared import prepared
-from ..structure.contradictions import contradictions_of_rig, contradictions_of_update
+from ..structure.faults.contradictions import contradictions_of_rig, contradictions_of_update
 from ..structure.priors import priors, rig_with
 from ..structure.rig_update import RigUpdate
 from ..structure.updating import update_from

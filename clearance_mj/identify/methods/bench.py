@@ -18,7 +18,7 @@ from ..forces.restoring import SETTLE
 from ..laws.comparison import FamilyFit, compare_families
 from ..laws.law_misfit import LawMisfit, law_misfit
 from ..registry import Identified, register
-from ..structure.diagnosis import diagnose
+from ..structure.faults.diagnosis import diagnose
 from ..structure.rig_update import RigUpdate
 from ..structure.updating import update_rig
 
