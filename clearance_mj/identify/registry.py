@@ -7,14 +7,19 @@ import functools
 import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import partial
+from pathlib import Path
 from typing import Any, TypeVar
 
+from .._version import __version__
 from ..clearance.law import Law
 from ..core.errors import ClearanceError, LawError, RecordError
+from ..core.files import to_json, write_text
 from ..estimate.estimates import Estimates
 from ..io.dataset import Dataset
 from ..model import Model
 from ..rig import Rig
+from .forces.restoring import possible_forces, restoring_force
 from .records.checks import IdentifiabilityWarning, check_length, check_records, warn
 from .structure.faults.contradictions import contradictions_of_rig
 
@@ -72,6 +77,24 @@ class Identified:
             "only_prior": list(found.only_prior) if found else [],
             "warnings": list(self.warnings),
         }
+
+    def save(self, folder: str | Path, dataset: Dataset, provenance: Mapping[str, Any] | None = None) -> None:
+        """Write the model as `Model.save` does, and ``identified.json``: what is known of it, and from what.
+
+        Parameters
+        ----------
+        folder : str or Path
+            Where to.
+        dataset : Dataset
+            That it was identified from.
+        provenance : mapping, optional
+            What it comes from: versions, digests of files.
+        """
+        self.model.save(folder, provenance)
+        about = {"version": __version__, "dataset": str(dataset.path), "rig": dataset.rig.name,
+                 "synthetic": dataset.is_synthetic, "identified_from": [r.name for r in dataset.identify]}  # fmt: skip
+        data = about | self.to_dict() | ({"provenance": provenance} if provenance else {})
+        write_text(Path(folder) / "identified.json", to_json(data))
 
 
 def fitted_model(rig: Rig, make: Callable[..., Law], estimates: Estimates) -> Model:
@@ -159,7 +182,8 @@ def register(
                 for each in caught:
                     warnings.warn(each.message, each.category, stacklevel=2)  # type: ignore[arg-type]
             own = (str(each.message) for each in caught if issubclass(each.category, IdentifiabilityWarning))
-            return dataclasses.replace(found, warnings=tuple(dict.fromkeys((*own, *found.warnings))))
+            pages = found.pages or (_pages(dataset) if shortest else {})
+            return dataclasses.replace(found, warnings=tuple(dict.fromkeys((*own, *found.warnings))), pages=pages)
 
         METHODS[name] = Method(prior_information, checked, shortest, finds_rig)
         return checked
@@ -178,6 +202,12 @@ def _check(dataset: Dataset, shortest: Callable[[Rig], float] | None, exact: boo
     prepared = check_records(records)
     for words in contradictions_of_rig(rig, prepared) if exact else ():
         warn(words)
+
+
+def _pages(dataset: Dataset) -> dict[str, Any]:
+    """What a method shows that names nothing else: forces and contact, as far as the records allow."""
+    records = dataset.to_identify()
+    return {"forces": partial(possible_forces, records, restoring_force), "contact": records}
 
 
 def get_method(name: str) -> Method:

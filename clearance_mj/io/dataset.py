@@ -99,6 +99,11 @@ class Dataset(Shown):
         return tuple(r for r in self.records if r.role == "validate")
 
     @property
+    def is_synthetic(self) -> bool:
+        """Whether any record's provenance says that it was computed, not measured."""
+        return any("synthetic" in str(r.provenance).lower() for r in self.records)
+
+    @property
     def sines(self) -> tuple[Record, ...]:
         """Records under stepped sines, to show beside what a law does under sines."""
         return tuple(r for r in self.records if r.role == "sine")

@@ -1,189 +1,216 @@
-"""Figures of an identification: what the records show of the clearance, and what the law makes of it.
-
-Black is what was measured, blue the law, orange the wavelet ridge (Okabe and Ito's palette).
-"""
+"""The page of an identified model: what it does, how well it is known, what it misses."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
 from typing import Any
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.colors import LogNorm
-from matplotlib.figure import Figure
-from matplotlib.layout_engine import ConstrainedLayoutEngine
 
-from ..clearance.figures import QUANTITIES, AmplitudeCurve, draw_curves, draw_walls
-from ..clearance.law import TimeLaw
+from ..core.files import write_text
+from ..estimate.estimates import Estimates
 from ..identify.forces.restoring import RestoringForce
-from ..identify.laws.contact_over_time import ContactParameters
-from ..identify.wavelets.wavelet import Ridge, Scalogram
-from .style import COLOURS, FONT, REPEAT, TEST, WIDTH, tidy
+from ..identify.laws.comparison import FamilyFit
+from ..identify.laws.law_misfit import LawMisfit
+from ..identify.registry import Identified
+from ..identify.structure.rig_update import RigUpdate
+from ..io.dataset import Dataset, Record
+from ..statistics.intervals import Interval
+from . import html
+from .contact import contact_drawings
+from .identification_figures import draw_forces, draw_misfit
+from .rattling import rattling
+from .tables import Column, Table
+from .updated_rig import draw_parameters, draw_spectra
+from .writer import ReportWriter
 
-__all__ = ["contact_over_amplitude", "contact_over_time", "hysteresis", "scalograms"]
+__all__ = ["write_identification"]
 
-LAW, RIDGE = COLOURS[:2]
-MM = 1e3
-COLUMNS = 1500
-"""of a scalogram that are drawn"""
-DECADES = 2.5
-"""of amplitude that its colours span"""
-LOOP = 0.25
-"""s of motion in a loop"""
-WITHIN = 0.95
-"""of the gap, which the motion of a loop without contact stays below"""
-WINDOWS = "force balance, windows of 0.5 s"
-LIMIT = 1.6
-"""axes end at so many times the 95th percentile of a curve: single windows scatter far"""
-
-
-def scalograms(title: str, planes: Sequence[Scalogram], ridges: Sequence[Ridge], gaps: Sequence[float]) -> Figure:
-    """Wavelet transform of the motion (m) in every bushing with its ridge, and its amplitude beside the gap."""
-    figure = _sheet(title, 2.1 * len(planes))
-    axes = figure.subplots(len(planes), 2, squeeze=False, sharex=True, width_ratios=(1.25, 1))
-    for j, ((left, right), plane, ridge, gap) in enumerate(zip(axes, planes, ridges, gaps)):
-        share = 100 * ridge.valid.mean()
-        words = f"ridge valid {share:.2g} % of the time" if share else "no ridge above the noise"
-        _draw_plane(figure, left, plane)
-        _draw_track(left, ridge, ridge.omega / (2 * np.pi), "white")
-        left.set_ylim(plane.frequency[0], plane.frequency[-1])
-        tidy(left, f"bushing {j + 1}: {words}", "Frequency (Hz)")
-        left.grid(False)
-        _draw_track(right, ridge, MM * ridge.amplitude, RIDGE)
-        right.axhline(MM * gap, color=TEST, linewidth=0.9, linestyle="--", label="gap")
-        tidy(right, f"bushing {j + 1}: amplitude on the ridge", "Amplitude (mm)")
-        right.set_ylim(bottom=0)
-    axes[0, 1].legend(fontsize=FONT - 1, frameon=False, loc="best")
-    for ax in axes[-1]:
-        ax.set_xlabel("Time (s)", fontsize=FONT)
-    return figure
+LISTED = 12  # strongest correlations that are listed
+CORRELATED = 0.5  # size of a correlation from which on it is listed
 
 
-def _draw_plane(figure: Figure, ax: Axes, plane: Scalogram) -> None:
-    stride = max(1, plane.time.size // COLUMNS)
-    edges = np.arange(0, plane.time.size, stride)
-    size = MM * np.sqrt(np.add.reduceat(np.abs(plane.value) ** 2, edges, axis=1) / stride)
-    top = size.max()
-    bottom = top / 10**DECADES
-    image = ax.pcolormesh(plane.time[edges], plane.frequency, np.maximum(size, bottom), norm=LogNorm(bottom, top),
-                          cmap="cividis", shading="nearest", rasterized=True)  # fmt: skip
-    bar = figure.colorbar(image, ax=ax, pad=0.01, aspect=25)
-    bar.ax.tick_params(labelsize=FONT - 2, width=0.6, length=2)
-    bar.set_label("Amplitude (mm)", fontsize=FONT - 1)
+def write_identification(
+    found: Identified, dataset: Dataset, folder: Path, shown: Path, progress: bool = False
+) -> None:
+    """Write ``index.html``, ``figures/`` and ``tables/``.
 
-
-def _draw_track(ax: Axes, ridge: Ridge, value: np.ndarray, colour: str) -> None:
-    """A line over time, dotted where the ridge is not valid."""
-    stride = max(1, ridge.time.size // (4 * COLUMNS))
-    time, valid, value = (v[::stride] for v in (ridge.time, ridge.valid, value))
-    ax.plot(time, np.where(valid, np.nan, value), color=colour, linewidth=0.8, linestyle=":", label="not valid")
-    ax.plot(time, np.where(valid, value, np.nan), color=colour, linewidth=1.6, label="valid")
-
-
-def contact_over_time(title: str, measured: ContactParameters | None, ridge: TimeLaw | None) -> Figure:
-    """Contact stiffness and damping over time: in windows, with two standard deviations, and on the wavelet ridge."""
-    n = next(found.k.shape[1] for found in (measured, ridge) if found)
-    figure = _sheet(title, 1.9 * n)
-    axes = figure.subplots(n, 2, squeeze=False, sharex=True)
-    for j, line in enumerate(axes):
-        for ax, name, label in zip(line, "kc", QUANTITIES):
-            if measured:
-                value, std = getattr(measured, name)[:, j], getattr(measured, f"{name}_std")[:, j]
-                ax.fill_between(measured.time, value - 2 * std, value + 2 * std, color=REPEAT, alpha=0.4, linewidth=0)
-                ax.plot(measured.time, value, ".-", color=TEST, linewidth=0.8, markersize=2.5, label=WINDOWS)
-            if ridge:
-                track = getattr(ridge, name)[:, j]
-                ax.plot(ridge.t, track, ".", color=RIDGE, markersize=2.5, zorder=1.5, label="wavelet ridge")
-            tidy(ax, f"bushing {j + 1}", label, "Time (s)" if j == n - 1 else "")
-            _limit(ax, value if measured else track)
-    _key(figure, axes)
-    return figure
-
-
-def contact_over_amplitude(
-    measured: Sequence[ContactParameters], curves: Sequence[AmplitudeCurve], gaps: Sequence[float]
-) -> Figure:
-    """Contact stiffness and damping over the amplitude of the motion: of every window, and of laws."""
-    figure = _sheet("", 1.9 * len(gaps))
-    axes = figure.subplots(len(gaps), 2, squeeze=False, sharex=True)
-    for j, line in enumerate(axes):
-        for ax, name in zip(line, "kc"):
-            columns = ("amplitude", name, f"{name}_std")
-            x, y, std = (np.concatenate([getattr(p, column)[:, j] for p in measured]) for column in columns)
-            look = {"fmt": ".", "color": TEST, "ecolor": REPEAT, "markersize": 3, "elinewidth": 0.5}
-            ax.errorbar(MM * x, y, std, label=f"{WINDOWS} (mean amplitude)", **look)
-            reached = [getattr(c, name)[c.amplitude <= np.nanmax(x), j] for c in curves if np.isfinite(x).any()]
-            _limit(ax, y, *reached)
-        draw_curves(line, j, curves, gaps[j])
-    for ax in axes[-1]:
-        ax.set_xlabel("Amplitude (mm)", fontsize=FONT)
-    _key(figure, axes)
-    return figure
-
-
-def hysteresis(title: str, measured: RestoringForce, fitted: np.ndarray) -> Figure:
-    """Restoring force over displacement, measured and of the law, (n_bushings, n_t) N, along the same motion.
-
-    On the left a stretch that stays within the gap, on the right that of the largest motion.
+    Parameters
+    ----------
+    found : Identified
+        Of any method.
+    dataset : Dataset
+        That it was identified from.
+    folder : Path
+        Where to.
+    shown : Path
+        Name of the folder on the page.
+    progress : bool
+        Show a progress bar.
     """
-    gaps = [b.gap for b in measured.rig.bushings]
-    figure = _sheet(title, 2.6 * len(gaps))
-    axes = figure.subplots(len(gaps), 2, squeeze=False)
-    for j, (line, gap) in enumerate(zip(axes, gaps)):
-        x, force = measured.displacement[j], measured.force[j]
-        left = fitted[j] - force
-        stretches = _stretches(measured, x, gap)
-        for ax, (name, part) in zip(line, stretches.items()):
-            error = 100 * np.sqrt(np.mean(left[part] ** 2) / np.mean(force[part] ** 2))
-            ax.plot(MM * x[part], force[part], color=TEST, linewidth=1.3, label="measured")
-            ax.plot(MM * x[part], fitted[j, part], color=LAW, linewidth=0.9, linestyle=(0, (3, 1)), label="law")
-            if np.abs(x[part]).max() > 0.8 * gap:
-                draw_walls(ax, measured.rig.bushings[j].walls)
-            begin = measured.time[part][0]
-            tidy(ax, f"bushing {j + 1}, {name}, {begin:.2f} s: {error:.2g} % off", "Restoring force (N)")
-        for ax in line[len(stretches) :]:
-            ax.axis("off")
-    for ax in axes[-1]:
-        ax.set_xlabel("Displacement (mm)", fontsize=FONT)
-    _key(figure, axes)
-    return figure
+    writer, pages = ReportWriter(folder, progress), dict(found.pages)
+    forces = pages.pop("forces")() if "forces" in pages else []
+    sections = [
+        html.Section("rattling", "Does it rattle?", rattling(found.model, dataset, writer)),
+        html.Section("summary", "What was found", _summary(found, dataset, shown)),
+    ]
+    if forces:
+        sections.append(html.Section("forces", "Restoring forces and walls", writer.figure(draw_forces(found, forces))))
+    if found.estimates:
+        sections.append(html.Section("parameters", "How well it is known", _parameters(found, writer)))
+    for name, data in pages.items():
+        title, write = PAGES[name]
+        sections.append(html.Section(name, title, write(found, data, forces, writer)))
+    writer.close()
+    write_text(folder / "index.html", html.page(f"Identified model of rig “{found.rig.name}”", sections))
 
 
-def _stretches(measured: RestoringForce, x: np.ndarray, gap: float) -> dict[str, slice]:
-    """The stretch with the largest motion within the gap, and that with the largest of all."""
-    size = int(LOOP * measured.fs)
-    starts = np.flatnonzero(measured.valid)[:: size // 2]
-    starts = starts[starts + size <= np.flatnonzero(measured.valid)[-1]]
-    peaks = np.array([np.abs(x[a : a + size]).max() for a in starts])
-    within = np.where(peaks < WITHIN * gap, peaks, -1)
-    chosen = {"within the gap": starts[within.argmax()]} if within.max() > 0 else {}
-    if peaks.max() >= WITHIN * gap:
-        chosen["largest motion"] = starts[peaks.argmax()]
-    return {name: slice(a, a + size) for name, a in chosen.items()}
+def _summary(found: Identified, dataset: Dataset, shown: Path) -> str:
+    sources = dict.fromkeys(str(r.provenance["source"]) for r in dataset.identify if "source" in r.provenance)
+    return html.render(
+        "identification.html.j2", warnings=found.warnings, folder=shown, gaps=_gaps(found, dataset),
+        synthetic=dataset.is_synthetic, source="; ".join(sources) or "the dataset does not say",
+        records=[r.name for r in dataset.identify], law=found.law,
+    )  # fmt: skip
 
 
-def _sheet(title: str, height: float) -> Figure:
-    layout = ConstrainedLayoutEngine(w_pad=0.06, h_pad=0.06)
-    figure = Figure(figsize=(WIDTH, height + 0.5), facecolor="white", layout=layout)
-    if title:
-        figure.suptitle(title, fontsize=FONT + 1)
-    return figure
+def _gaps(found: Identified, dataset: Dataset) -> Table:
+    rows = {r["name"]: r for r in found.estimates.beside_priors()} if found.estimates else {}
+    cells = []
+    for j, (bushing, before) in enumerate(zip(found.rig.bushings, dataset.rig.bushings)):
+        own = []
+        for name in ("gap", "offset"):
+            row = rows.get(f"bushings[{j}].{name}")
+            limits = (1e6 * row["low"], 1e6 * row["high"]) if row else ()
+            own += [1e6 * getattr(before, name), Interval(1e6 * getattr(bushing, name), *limits)]
+        cells.append((f"{j + 1} ({bushing.where})", *own))
+    columns = [Column("Bushing")]
+    for name in ("Gap", "Offset"):
+        columns += [Column("rig file", "µm", ".1f", name), Column("found", "µm", ".1f", name)]
+    return Table("gaps", "Gaps and offsets, with 95 % intervals.", tuple(columns), tuple(cells))
 
 
-def _limit(ax: Axes, *curves: np.ndarray) -> None:
-    """End the axis near the bulk of what is drawn."""
-    finite = [v[np.isfinite(v)] for v in curves]
-    top = max((LIMIT * np.percentile(v, 95) for v in finite if v.size), default=0)
-    ax.set_ylim(0, top if top > 0 else 1)
-
-
-def _key(figure: Figure, axes: np.ndarray) -> None:
-    """One legend below all panels."""
-    entries: dict[str, Any] = {}
-    for ax in np.ravel(axes):
-        handles, labels = ax.get_legend_handles_labels()
-        entries |= dict(zip(labels, handles))
-    figure.legend(
-        list(entries.values()), list(entries), loc="outside lower center", ncols=4, fontsize=FONT, frameon=False
+def _families(
+    found: Identified, families: Sequence[FamilyFit], forces: Sequence[RestoringForce], writer: ReportWriter
+) -> str:
+    writer.csv("families", [family.to_dict() for family in families])
+    best = families[0]
+    rows = tuple(
+        (f.contact, f.grease, f.weight, f.log_evidence - best.log_evidence, f.misfit, f.held_out) for f in families
     )
+    sentence = (
+        f"Likeliest: {best.name}, with {100 * best.weight:.3g} % of the weight of {len(families)} families. What its "
+        f"force misses of the piece that no fit saw is {best.held_out / best.misfit:.2g} times what it misses of the "
+        "rest."
+    )
+    columns = (
+        Column("Contact"), Column("Grease"), Column("Weight", "", ".3g"), Column("Log evidence", "less best", ".1f"),
+        Column("Misfit", "", ".3g"), Column("Held-out misfit", "", ".3g"),
+    )  # fmt: skip
+    caption = (
+        "Families of laws, likeliest first. Weight: probability among these, from the evidence in Laplace’s "
+        "approximation. Misfit: of the restoring force, over 5 % of its local RMS, robust mean of all bushings; "
+        "held out: of the piece of each record that no fit saw."
+    )
+    note = "The law is the likeliest; draws of rigs and laws take families by their weights."
+    table = html.table(Table("families", caption, columns, rows))
+    return html.paragraph(sentence) + table + html.paragraph(note, "note")
+
+
+def _parameters(found: Identified, writer: ReportWriter) -> str:
+    assert found.estimates is not None
+    table_rows = found.estimates.beside_priors()
+    writer.csv("parameters", table_rows)
+    rows = tuple(
+        (r["name"], r["unit"], r["before"], Interval(r["value"], r["low"], r["high"]), r["posterior_over_prior"])
+        for r in table_rows
+    )
+    columns = (
+        Column("Parameter"), Column("Unit"), Column("Before", "", ".4g"), Column("Found", "95 %", ".4g"),
+        Column("Std / prior std", "", ".2f"),
+    )  # fmt: skip
+    caption = "Parameters of the rig, then of every bushing’s law, SI units."
+    only = found.estimates.only_prior
+    held = f"Only the prior holds {', '.join(only)}." if only else "The records add to the prior of every parameter."
+    table = html.table(Table("parameters", caption, columns, rows))
+    return (
+        writer.figure(draw_parameters(found.estimates))
+        + html.paragraph(html.formula(held))
+        + f'<details id="values"><summary>All {len(rows)} parameters</summary>\n{table}</details>\n'
+        + _correlations(found.estimates)
+    )
+
+
+def _correlations(found: Estimates) -> str:
+    names, matrix = found.names, found.correlation
+    pairs = [(i, j) for i in range(len(names)) for j in range(i) if abs(matrix[i, j]) > CORRELATED]
+    pairs.sort(key=lambda pair: -abs(matrix[pair]))
+    if not pairs:
+        return ""
+    rows = tuple((names[j], names[i], float(matrix[i, j])) for i, j in pairs[:LISTED])
+    caption = (
+        f"The strongest correlations, of {len(pairs)} beyond ±{CORRELATED:g}: the records identify combinations of "
+        "such pairs."
+    )
+    columns = (Column("Parameter"), Column("With"), Column("Correlation", "", "+.2f"))
+    table = html.table(Table("correlations", caption, columns, rows))
+    return f'<details id="correlations"><summary>Correlations</summary>\n{table}</details>\n'
+
+
+def _update(found: Identified, update: RigUpdate, forces: Sequence[RestoringForce], writer: ReportWriter) -> str:
+    return writer.figure(draw_spectra(update))
+
+
+def _contact(
+    found: Identified, records: Sequence[Record], forces: Sequence[RestoringForce], writer: ReportWriter
+) -> str:
+    parts = [
+        html.paragraph(f"Not drawn: {html.formula(drawn)}.", "note") if isinstance(drawn, str) else writer.figure(drawn)
+        for drawn in contact_drawings(found, records, forces)
+    ]
+    return "".join(parts)
+
+
+def _misfit(found: Identified, misfit: LawMisfit, forces: Sequence[RestoringForce], writer: ReportWriter) -> str:
+    frfs, decays = misfit.rows(), misfit.decay_rows()
+    missed = [np.nanmedian(s.missed) for s in misfit.stretches]
+    met = (
+        f"FRFs of the records are met within {min(missed):.2g} to {max(missed):.2g} dB, by level. " if missed else ""
+    )
+    widened = (
+        f"Standard deviations of gaps, offsets and laws are widened by {misfit.widening:.2f}, the RMS of what rig and "
+        "law miss over its random error (Birge’s ratio)."
+    )
+    parts = [html.paragraph(met + widened), writer.figure(draw_misfit(misfit))]
+    if frfs:
+        writer.csv("misfit", frfs)
+    parts += [html.paragraph(f"{words}.") for words in misfit.warnings]
+    if decays:
+        writer.csv("decays", decays)
+        parts.append(html.table(_decays(misfit)))
+    return "".join(parts)
+
+
+def _decays(misfit: LawMisfit) -> Table:
+    hits = misfit.decays
+    columns = [Column("Record"), Column("Hit at", "s", ".2f"), Column("Peak", misfit.unit, ".3g")]
+    columns += [Column(sensor, "dB", "+.1f", "Sensor") for sensor in misfit.sensors]
+    rows = [(d.record, d.start, d.peak, *(float(v) for v in d.missed[:, 0])) for d in hits]
+    late = [(d.record, d.start + d.duration / 2, None, *(float(v) for v in d.missed[:, 1])) for d in hits]
+    ordered = tuple(row for pair in zip(rows, late) for row in pair)
+    caption = (
+        "Decays after hits: RMS of the model over that of the record, in the first and in the second half of each; "
+        "what changes between them is the decay. Noise of the sensors counts in the record alone."
+    )
+    return Table("decays", caption, tuple(columns), ordered)
+
+
+Write = Callable[[Identified, Any, Sequence[RestoringForce], ReportWriter], str]
+PAGES: Mapping[str, tuple[str, Write]] = {
+    "update": ("The linear rig", _update),
+    "families": ("Which law", _families),
+    "misfit": ("What rig and law miss", _misfit),
+    "contact": ("What the records show of contact", _contact),
+}
+"""Headings, and what writes the sections, by the names in `Identified.pages`"""

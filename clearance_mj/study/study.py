@@ -305,7 +305,7 @@ class Study:
     @property
     def is_synthetic(self) -> bool:
         """Whether any record's provenance says that it was computed, not measured."""
-        return any("synthetic" in str(r.provenance).lower() for r in self.dataset.records)
+        return self.dataset.is_synthetic
 
     def records(self, level: float) -> list[Record]:
         """Return the validation records of a level.

@@ -7,7 +7,8 @@ without any assumption on what makes the forces, under random excitation as well
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import contextlib
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -22,7 +23,7 @@ from ...rig import Rig
 from ..records.prepared import PreparedRecord, prepare, prepared
 from .gains import channel_gains, displacement_gains, probe_rows
 
-__all__ = ["RestoringForce", "restoring_force", "restoring_forces"]
+__all__ = ["RestoringForce", "possible_forces", "restoring_force", "restoring_forces"]
 
 MODES = 16  # of the known structure, to which the static shapes are added
 BAND = 0.4  # of fs: up to here the anti-alias filters of engines and rig are flat
@@ -164,6 +165,23 @@ def restoring_force(
         noise_density=np.sqrt(noise).T,
         noise=sigma,
     )
+
+
+def possible_forces(records: Sequence[Record], find: Callable[[Record], RestoringForce]) -> list[RestoringForce]:
+    """Return the forces of the records that allow it.
+
+    Parameters
+    ----------
+    records : sequence of Record
+        Those to look at.
+    find : callable
+        Finds the forces of a record, or raises a RecordError.
+    """
+    found = []
+    for record in records:
+        with contextlib.suppress(RecordError):
+            found.append(find(record))
+    return found
 
 
 def restoring_forces(dataset: Dataset, progress: str | None = None) -> list[RestoringForce]:

@@ -137,7 +137,6 @@ def fit_law(
     return Fit(
         model=fitted_model(rig, make, estimates),
         estimates=estimates,
-        pages={"contact": None},
         residual_db=problem.difference_db(solution.fun),
         cost=float(solution.cost),
         evaluations=problem.evaluations,

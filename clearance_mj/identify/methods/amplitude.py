@@ -49,7 +49,7 @@ def amplitude_law(dataset: Dataset, progress: str | None = None) -> tuple[Amplit
     shortest=lambda rig: 4 * SETTLE,
 )
 def _find(dataset: Dataset, progress: str | None = None) -> Identified:
-    return Identified(model=Model(dataset.rig, amplitude_law(dataset, progress)[0]), pages={"contact": None})
+    return Identified(model=Model(dataset.rig, amplitude_law(dataset, progress)[0]))
 
 
 def _nodes(forces: Sequence[RestoringForce]) -> np.ndarray:

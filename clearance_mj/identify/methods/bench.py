@@ -14,8 +14,8 @@ import scipy.linalg
 from ...estimate.estimates import Estimates
 from ...io.dataset import Dataset
 from ...model import Model
-from ..forces.restoring import SETTLE
-from ..laws.comparison import FamilyFit, compare_families
+from ..forces.restoring import SETTLE, possible_forces
+from ..laws.comparison import FamilyFit, compare_families, force_on
 from ..laws.law_misfit import LawMisfit, law_misfit
 from ..registry import Identified, register
 from ..structure.faults.diagnosis import diagnose
@@ -93,7 +93,8 @@ def fit_bench(dataset: Dataset, progress: str | None = None) -> BenchFit:
     return BenchFit(
         model=model, estimates=estimates, update=update, families=families, misfit=misfit,
         warnings=(*diagnosis.words, *update.warnings, *held, *misfit.warnings),
-        pages={"bench": update, "families": families, "misfit": misfit},
+        pages={"forces": partial(possible_forces, dataset.to_identify(), partial(force_on, model.rig, update)),
+               "update": update, "families": families, "misfit": misfit},
     )  # fmt: skip
 
 

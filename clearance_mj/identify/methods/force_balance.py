@@ -40,4 +40,4 @@ def force_balance_law(dataset: Dataset, progress: str | None = None) -> Constant
     shortest=lambda rig: 4 * SETTLE,
 )
 def _find(dataset: Dataset, progress: str | None = None) -> Identified:
-    return Identified(model=Model(dataset.rig, force_balance_law(dataset, progress)), pages={"contact": None})
+    return Identified(model=Model(dataset.rig, force_balance_law(dataset, progress)))

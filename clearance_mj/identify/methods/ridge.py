@@ -118,9 +118,7 @@ def find(
 ) -> Identified:
     """Identify by `ridge_law` and warn where the longest record shows no ridge."""
     warn_of_no_ridge(prepared(max(dataset.to_identify(), key=lambda r: r.duration)))
-    return Identified(
-        model=Model(dataset.rig, ridge_law(dataset, correction, damping, progress)), pages={"contact": None}
-    )
+    return Identified(model=Model(dataset.rig, ridge_law(dataset, correction, damping, progress)))
 
 
 register(

@@ -1,4 +1,4 @@
-"""Figures of an identified bench: restoring forces between the walls, and what rig and law miss of the records."""
+"""Figures of an identified model: restoring forces between the walls, and what it misses of the records."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from matplotlib.ticker import NullLocator
 from ..identify.forces.law_force import law_force
 from ..identify.forces.restoring import RestoringForce
 from ..identify.laws.law_misfit import TOO_FAR, LawMisfit, Stretch
-from ..identify.methods.bench import BenchFit
+from ..identify.registry import Identified
 from .style import COLOURS, FONT, TEST, Drawing, canvas, tidy
 
 __all__ = ["draw_forces", "draw_misfit"]
@@ -39,13 +39,13 @@ COLOURS_OF_RATIOS, FAR = ("#f7f7f7", "#d9d9d9", "#b3b3b3", "#e69f00", "#d55e00")
 """grey below what a warning needs, warm colours above"""
 
 
-def draw_forces(fit: BenchFit, forces: Sequence[RestoringForce]) -> Drawing:
+def draw_forces(found: Identified, forces: Sequence[RestoringForce]) -> Drawing:
     """Draw the restoring force of every bushing over its displacement, measured and of the law, and both walls."""
-    bushings = fit.rig.bushings
+    bushings = found.rig.bushings
     figure = canvas(0.3 + 2.5 * len(bushings))
     axes = figure.subplots(len(bushings), 2, squeeze=False)
-    laws = [law_force(force, fit.law) for force in forces]
-    drawn = dict(zip(fit.estimates.names, fit.estimates.draw(DRAWN).T))
+    laws = [law_force(force, found.law) for force in forces]
+    drawn = _drawn(found)
     for j, (line, bushing) in enumerate(zip(axes, bushings)):
         x, measured, law = (
             np.concatenate(parts)
@@ -62,7 +62,7 @@ def draw_forces(fit: BenchFit, forces: Sequence[RestoringForce]) -> Drawing:
             for wall, spread in walls:
                 ax.axvspan(*(MM * np.percentile(spread, INTERVAL)), color=WALL, alpha=0.3, lw=0)
                 ax.axvline(MM * wall, color=WALL, lw=1.0)
-        tidy(line[0], f"bushing {j + 1}: {_in_words(fit, j)}", "Restoring force (N)")
+        tidy(line[0], f"bushing {j + 1}: {_in_words(found, j)}", "Restoring force (N)")
         tidy(line[1], f"bushing {j + 1}, between the walls")
         _between(line[1], x, measured, bushing.walls)
     for ax in axes[-1]:
@@ -70,8 +70,8 @@ def draw_forces(fit: BenchFit, forces: Sequence[RestoringForce]) -> Drawing:
     _key(figure)
     names = ", ".join(f.name for f in forces)
     caption = (
-        f"Restoring force of grease and contact over displacement, records {names}: measured on the updated rig, and "
-        "what the likeliest law gives along the same motion. The walls are where the shaft meets the bushing, at plus "
+        f"Restoring force of grease and contact over displacement, records {names}: measured on the model’s rig, and "
+        "what the law gives under the same motion. The walls are where the shaft meets the bushing, at plus "
         "and minus the gap less the offset, shaded over their 95 % intervals; contact happens at the bushing’s ends, "
         "whose motion differs a little from that of the middle."
     )
@@ -81,11 +81,19 @@ def draw_forces(fit: BenchFit, forces: Sequence[RestoringForce]) -> Drawing:
     return Drawing("restoring_force", figure, caption, alt, sharp=False, chart=True)
 
 
-def _in_words(fit: BenchFit, j: int) -> str:
-    rows = {r["name"]: r for r in fit.estimates.beside_priors()}
+def _drawn(found: Identified) -> dict[str, np.ndarray]:
+    """Gaps and offsets that were fitted, drawn from their covariance."""
+    estimates = found.estimates
+    if estimates is None or not any(name.endswith((".gap", ".offset")) for name in estimates.names):
+        return {}
+    return dict(zip(estimates.names, estimates.draw(DRAWN).T))
+
+
+def _in_words(found: Identified, j: int) -> str:
+    rows = {r["name"]: r for r in found.estimates.beside_priors()} if found.estimates else {}
     words = []
     for name in ("gap", "offset"):
-        value = 1e6 * getattr(fit.rig.bushings[j], name)
+        value = 1e6 * getattr(found.rig.bushings[j], name)
         std = rows.get(f"bushings[{j}].{name}", {}).get("std", 0.0)
         words.append(f"{name} {value:.0f} ± {2e6 * std:.0f} µm")
     return ", ".join(words)

@@ -1,0 +1,102 @@
+"""From which level on an identified model rattles, how hard, and what half the gap would do."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..clearance.law import ConstantLaw, ContactLaw
+from ..core.errors import ClearanceError
+from ..io.dataset import Dataset
+from ..model import Model
+from ..periodic import RattleMap, rattle_map
+from ..periodic.summaries import unit
+from . import html
+from .rattle_maps import draw, rows, words
+from .tables import Column, Table
+from .writer import ReportWriter
+
+__all__ = ["rattling"]
+
+LEVELS, FREQUENCIES = 6, 80
+HARMONICS = 7  # folds of the Table-1 rig stay where 21 harmonics have them, amplitudes within 3 %
+SHARES = (1.0, 0.5)  # of the gaps found
+BAND = (0.002, 0.4)  # of the samples per second, where a record does not say its band
+
+
+@dataclass(frozen=True)
+class _Row:
+    """One level of one gap."""
+
+    first: float | None
+    """Hz, lowest frequency at which it rattles; None: at none"""
+    share: float
+    """of the frequencies"""
+    force: float
+    """largest contact force, N"""
+    penetration: float
+    """largest, m"""
+
+
+def rattling(model: Model, dataset: Dataset, writer: ReportWriter) -> str:
+    """Return the figure, the sentences and the table of a rattle map over the records' levels and band.
+
+    Parameters
+    ----------
+    model : Model
+        As identified.
+    dataset : Dataset
+        Its records to identify say levels, band and what excites.
+    writer : ReportWriter
+        Takes figure and numbers.
+    """
+    if not isinstance(model.law, ConstantLaw | ContactLaw):
+        return html.paragraph("A law over time or amplitude has no periodic vibrations, so no rattle map.", "note")
+    try:
+        found = _map(model, dataset)
+    except ClearanceError as error:
+        return html.paragraph(f"No rattle map: {html.formula(str(error))}.", "note")
+    writer.csv("rattle_map", rows(found))
+    sentences = "".join(html.paragraph(f"{html.formula(line[0].upper() + line[1:])}.") for line in words(found))
+    return sentences + writer.figure(draw(found)) + html.table(_table(found))
+
+
+def _map(model: Model, dataset: Dataset) -> RattleMap:
+    records = dataset.to_identify()
+    loudest = max(records, key=lambda record: float(np.std(record.response().excitation)))
+    top = 2 * float(np.std(loudest.response().excitation))  # a ramp ends at about twice its RMS
+    low, high = loudest.band or (share * loudest.fs for share in BAND)
+    gaps = [[share * bushing.gap for bushing in model.rig.bushings] for share in SHARES]
+    return rattle_map(
+        model.rig, model.law, np.linspace(top / LEVELS, top, LEVELS), np.geomspace(low, high, FREQUENCIES), gaps=gaps,
+        kind=loudest.excitation_kind, harmonics=HARMONICS, workers=1, progress=False,
+    )  # fmt: skip
+
+
+def _row(found: RattleMap, gap: int, level: int) -> _Row:
+    rattles = found.rattles[gap, level]
+    first = float(found.frequency[np.argmax(rattles)]) if rattles.any() else None
+    largest = (
+        float(np.nanmax(np.nan_to_num(part[:, gap, level]))) for part in (found.contact_force, found.penetration)
+    )
+    return _Row(first, float(rattles.mean()), *largest)
+
+
+def _table(found: RattleMap) -> Table:
+    groups = ["gap found", "half the gap"]
+    columns = [Column("Amplitude", unit(found), ".3g")]
+    for group in groups:
+        columns += [
+            Column("rattles from", "Hz", ".1f", group), Column("of the band", "", ".0%", group),
+            Column("contact force", "N", ".3g", group), Column("penetration", "µm", ".1f", group),
+        ]  # fmt: skip
+    cells = []
+    for i, level in enumerate(found.level):
+        each = [_row(found, gap, i) for gap in range(len(groups))]
+        cells.append((float(level), *(v for r in each for v in (r.first, r.share, r.force, 1e6 * r.penetration))))
+    caption = (
+        "Under a sine of each amplitude: lowest frequency at which a wall is touched, share of the band in which one "
+        "is, and the largest contact force and penetration over the band; for the gaps found, and for half of them."
+    )
+    return Table("rattling", caption, tuple(columns), tuple(cells))
