@@ -36,7 +36,7 @@ if TYPE_CHECKING:  # the same as below, for editors and type checkers
     from .physical import solref_solimp
     from .rig import Beam, Bushing, Contact, Grease, PointMass, Rig, Sensor, Shaker
     from .signals import excitation
-    from .signals.comparison import Comparison, compare
+    from .signals.comparison import Comparison, compare, compare_modes
     from .signals.correlation import csac, csf, frac, mac, mre, relative_error, rmse_db
     from .signals.ema import extract_modes
     from .signals.excitation import Excitation
@@ -79,6 +79,7 @@ __all__ = [
     "__version__",
     "beam",
     "compare",
+    "compare_modes",
     "csac",
     "csf",
     "energy_balance",
@@ -120,7 +121,7 @@ _NAMES = {
     "model": "Model",
     "physical": "solref_solimp",
     "rig": "Beam Bushing Contact Grease PointMass Rig Sensor Shaker",
-    "signals.comparison": "Comparison compare",
+    "signals.comparison": "Comparison compare compare_modes",
     "signals.correlation": "csac csf frac mac mre relative_error rmse_db",
     "signals.ema": "extract_modes",
     "signals.excitation": "Excitation",

@@ -10,12 +10,12 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from clearance_mj import Dataset, estimate_frf, rmse_db, simulate
+from clearance_mj import Dataset, estimate_frf, rmse_db
 from clearance_mj.core.errors import ClearanceError
-from clearance_mj.identify import get_method
+from clearance_mj.identify import identify
 from clearance_mj.report.figures import band_drawing
 from clearance_mj.signals.frf import random_error
-from clearance_mj.statistics.frf_bands import draw_cases, frf_band, inside, paired_error
+from clearance_mj.statistics.frf_bands import frf_band, inside, paired_error
 
 ENGINE = "modal"
 
@@ -26,13 +26,12 @@ def run(dataset, level, methods, draws, out):
     tests = {record.name: estimate_frf(record.response()) for record in dataset.validate}
     shown, rows = {}, []
     for method in methods:
-        found = get_method(method).run(dataset, f"identifying: {method}")
-        fitted, drawn = (found.rig or dataset.rig, found.law), draw_cases(dataset.rig, method, found, draws)
+        model = identify(dataset, method, f"identifying: {method}").model
+        drawn = model.draw(draws)
         bands, errors = {}, {}
         for record in dataset.validate:
-            bands[record.name] = frf_band(fitted, drawn, record.excitation())
-            model = simulate(fitted[0], record.excitation(), fitted[1], ENGINE)
-            errors[record.name] = paired_error(record.response(), model)
+            bands[record.name] = frf_band(model, drawn, record.excitation())
+            errors[record.name] = paired_error(record.response(), model.simulate(record.excitation(), ENGINE))
         rows += [_row(method, record, dataset.validate, tests, bands, errors) for record in dataset.validate]
         shown[method] = bands, errors
     record = next(record for record in dataset.validate if record.level == level)

@@ -20,12 +20,11 @@ import scipy.io
 
 import clearance_mj
 from clearance_mj import report
-from clearance_mj.clearance import ConstantLaw
+from clearance_mj.clearance import ConstantLaw, nominal_law
 from clearance_mj.cli import main
 from clearance_mj.core.errors import ClearanceError, RecordError, SimulationError
 from clearance_mj.core.output_folder import WORK
 from clearance_mj.engines import get_engine
-from clearance_mj.identify import nominal
 from clearance_mj.io import formats, results
 from clearance_mj.report import report_study
 from clearance_mj.rig import Rig
@@ -251,7 +250,7 @@ def test_a_simulation_stops_at_nan(rig, engine, bushings):
     It reaches the bushings within a millisecond; a rig without any may go on to the end of the block.
     """
     rig, engine = rig.replace(bushings=rig.bushings[:bushings]), get_engine(engine)
-    law = nominal(rig)
+    law = nominal_law(rig)
     step = engine.largest_step(rig, law)
     drive = np.sin(np.arange(3000) / 50)
     begun = 2001

@@ -110,7 +110,7 @@ def test_signals_show_sizes_units_and_peaks():
 
 
 def test_a_comparison_shows_its_means_and_modes():
-    comparison = cm.compare(frf(), frf(), 0)
+    comparison = cm.compare(frf(), frf())
     assert "RMSE 0 dB, MRE 0, FRAC 1.000" in repr(comparison)
     modes = comparison.per_mode.reindex(range(2)).assign(mode=[1, 2], test_hz=[20.0, np.nan])
     rows = repr(dataclasses.replace(comparison, per_mode=modes)).split("\n")[-2:]  # the empty row is left out
@@ -177,7 +177,7 @@ def test_a_long_history_keeps_its_peaks():
 
 
 def test_a_comparison_draws_its_measures():
-    comparison = cm.compare(frf(), dataclasses.replace(frf(), value=2 * frf().value), 0)
+    comparison = cm.compare(frf(), dataclasses.replace(frf(), value=2 * frf().value))
     upper, lower = comparison.plot().subfigs
     np.testing.assert_array_equal(upper.axes[0].lines[1].get_ydata(), comparison.csf)
     widths = [bar.get_width() for bar in lower.axes[0].patches]

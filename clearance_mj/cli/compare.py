@@ -83,7 +83,7 @@ def _compared(
     """The comparison as plain data, itself, and how to draw it."""
     from ..report.comparison import draw
     from ..signals.alignment import accelerance
-    from ..signals.comparison import compare, mac_of_modes, with_modes
+    from ..signals.comparison import compare, compare_modes, mac_of_modes
     from ..signals.ema import LEAST_LINES, NO_MODES, extract_modes
 
     frequency, rows = aligned.test.frequency, len(aligned.test.labels)
@@ -99,7 +99,7 @@ def _compared(
         notes.append("FRAC of one line is 1 by definition: undefined")
     # Modes are looked for in accelerations, whatever the test measured; all else is given in the test's quantity.
     test, model = accelerance(aligned.test), accelerance(aligned.model)
-    comparison = with_modes(aligned.test, aligned.model, compare(test, model, n_modes).per_mode)
+    comparison = compare(aligned.test, aligned.model, compare_modes(test, model, n_modes))
     test_modes, model_modes = (extract_modes(frf, n_modes) if n_modes else NO_MODES for frf in (test, model))
     matrix = mac_of_modes(test_modes, model_modes)
     result = comparison.summary() | {

@@ -8,7 +8,7 @@ from .laws.hysteresis import bouc_wen
 from .laws.jointed_mode import ForcedCurve, fit_jointed_mode
 from .laws.jointed_structure import JointedStructure, fit_jointed_structure
 from .methods.bench import BenchFit, fit_bench
-from .registry import METHODS, Identified, get_method, identify, law, register
+from .registry import METHODS, Identified, fitted_model, get_method, identify, law, register
 from .structure.faults.diagnosis import Diagnosis, diagnose
 from .structure.priors import priors
 from .structure.rig_update import RigUpdate
@@ -37,6 +37,7 @@ __all__ = [
     "fit_bench",
     "fit_jointed_mode",
     "fit_jointed_structure",
+    "fitted_model",
     "get_method",
     "identify",
     "law",

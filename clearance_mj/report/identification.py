@@ -175,9 +175,7 @@ def _contact(
 def _misfit(found: Identified, misfit: LawMisfit, forces: Sequence[RestoringForce], writer: ReportWriter) -> str:
     frfs, decays = misfit.rows(), misfit.decay_rows()
     missed = [np.nanmedian(s.missed) for s in misfit.stretches]
-    met = (
-        f"FRFs of the records are met within {min(missed):.2g} to {max(missed):.2g} dB, by level. " if missed else ""
-    )
+    met = f"FRFs of the records are met within {min(missed):.2g} to {max(missed):.2g} dB, by level. " if missed else ""
     widened = (
         f"Standard deviations of gaps, offsets and laws are widened by {misfit.widening:.2f}, the RMS of what rig and "
         "law miss over its random error (Birge’s ratio)."

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
 
-__all__ = ["Comparison", "compare", "mac_of_modes", "with_modes"]
+__all__ = ["Comparison", "compare", "compare_modes", "mac_of_modes"]
 
 FREQUENCY_SCALE = 0.15  # relative difference in frequency at which two modes are e^-½ times as likely to be one
 LEAST_AFFINITY = 0.05
@@ -133,8 +133,8 @@ class Comparison(Shown, ArrayData):
         return cls(**found)
 
 
-def compare(test_frf: FRF, model_frf: FRF, n_modes: int = 4) -> Comparison:
-    """Compare the FRFs of a model with those of a test on the same lines and responses.
+def compare(test_frf: FRF, model_frf: FRF, per_mode: pd.DataFrame | None = None) -> Comparison:
+    """Compare the FRFs of a model with those of a test on the same lines and responses, over frequency and by sensor.
 
     Measures that are 1 by definition come out as nan: CSAC and MAC of one response, FRAC of one line.
 
@@ -142,23 +142,16 @@ def compare(test_frf: FRF, model_frf: FRF, n_modes: int = 4) -> Comparison:
     ----------
     test_frf, model_frf : FRF
         Estimated in the same way; nothing is interpolated.
-    n_modes : int
-        How many modes to compare. They come out of the FRFs and are paired one to one by MAC and frequency. 0: none
-        are looked for.
+    per_mode : DataFrame, optional
+        Table of modes, as `compare_modes` returns, to go into the comparison; without, it has no modes.
 
     Raises
     ------
     RecordError
-        If the lines, the responses or the quantities differ, or if modes cannot be looked for (a line is not finite,
-        too few lines).
+        If the lines, the responses or the quantities differ.
     """
     _require_same(test_frf, model_frf)
-    modes = _paired_modes(test_frf, model_frf, n_modes) if n_modes else (NO_MODES, NO_MODES, [])
-    return with_modes(test_frf, model_frf, _mode_table(*modes, n_modes))
-
-
-def with_modes(test_frf: FRF, model_frf: FRF, per_mode: pd.DataFrame) -> Comparison:
-    """`compare` with a table of modes that is known from before: looking for them takes nearly all of the time."""
+    per_mode = _mode_table(NO_MODES, NO_MODES, [], 0) if per_mode is None else per_mode
     test, model = test_frf.functions, model_frf.functions
     n_sensors, n_f = test.shape
     # What is 1 by definition says nothing.
@@ -175,6 +168,32 @@ def with_modes(test_frf: FRF, model_frf: FRF, per_mode: pd.DataFrame) -> Compari
     }
     by_sensor = _frame(per_sensor)
     return Comparison(test_frf.frequency, by_line, csf(test, model), variant_csac, variant_csf, by_sensor, per_mode)
+
+
+def compare_modes(test_frf: FRF, model_frf: FRF, n_modes: int = 4) -> pd.DataFrame:
+    """Extract the modes of a test's and of a model's FRFs, and pair them one to one by MAC and frequency.
+
+    Parameters
+    ----------
+    test_frf, model_frf : FRF
+        Of the same lines and responses.
+    n_modes : int
+        Number of rows; where fewer modes are found, the rest is nan. 0: none are looked for.
+
+    Returns
+    -------
+    DataFrame
+        `Comparison.per_mode`.
+
+    Raises
+    ------
+    RecordError
+        If the lines, the responses or the quantities differ, or if modes cannot be looked for (a line is not finite,
+        too few lines).
+    """
+    _require_same(test_frf, model_frf)
+    modes = _paired_modes(test_frf, model_frf, n_modes) if n_modes else (NO_MODES, NO_MODES, [])
+    return _mode_table(*modes, n_modes)
 
 
 def _frame(data: dict[str, Any] | pd.DataFrame) -> pd.DataFrame:

@@ -20,7 +20,7 @@ from ..io.dataset import Record
 from ..io.results import with_parts, without_parts
 from ..periodic import Branch, Jump, RattleMap, SpecialPoint
 from ..rig import Rig
-from ..signals.comparison import Comparison, with_modes
+from ..signals.comparison import Comparison, compare
 from ..signals.frf import FRF
 from ..statistics.frf_bands import Band
 from .identified import IdentifiedModel
@@ -82,7 +82,7 @@ def case(
             frf, kept = FRF.from_xarray(without_parts(data.load())), json.loads(data.attrs["kept"])
             provenance = json.loads(data.attrs["provenance"])
         per_mode = pd.DataFrame(kept["per_mode"])
-        return CaseResult(frf, with_modes(test, frf, per_mode), kept["statistics"], provenance)
+        return CaseResult(frf, compare(test, frf, per_mode), kept["statistics"], provenance)
 
     return compute() if cache is None else cache.get(name, inputs, compute, save, load)
 

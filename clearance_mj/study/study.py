@@ -15,13 +15,13 @@ from ..clearance.law import Law
 from ..core.cache import ResultCache, code_outside
 from ..core.errors import RecordError
 from ..core.tasks import run_tasks
-from ..engines import get_engine
+from ..engines import get_engine, simulate
 from ..identify import METHODS as METHODS_BY_NAME
 from ..identify import get_method
 from ..identify.records.checks import IdentifiabilityWarning
 from ..io.dataset import Dataset, Record
 from ..model import Model
-from ..signals.comparison import Comparison, compare
+from ..signals.comparison import Comparison, compare, compare_modes
 from ..signals.frf import FRF, estimate_frf
 from ..signals.stepped_sines import SineSteps, sine_steps
 from ..statistics import repeatability
@@ -187,11 +187,9 @@ class Study:
         model, test = self._laws[name].model, self._tests[record.name]
 
         def compute() -> stored.CaseResult:
-            response = model.simulate(record.excitation(), engine)
+            response = simulate(model, record.excitation(), None, engine)
             frf = estimate_frf(response, resolution=RESOLUTION)
-            return stored.CaseResult(
-                frf, compare(test, frf, N_MODES), contact_statistics(response), response.provenance
-            )
+            return stored.CaseResult(frf, _compared(test, frf), contact_statistics(response), response.provenance)
 
         engine_used = get_engine(engine)
         settings = dataclasses.asdict(engine_used)
@@ -205,9 +203,7 @@ class Study:
         """By level: the second seed's record compared with the first's."""
         pairs = {level: self.records(level)[:2] for level in self.levels}
         return {
-            level: compare(self.test(pair[0]), self.test(pair[1]), N_MODES)
-            for level, pair in pairs.items()
-            if len(pair) == 2
+            level: _compared(self.test(pair[0]), self.test(pair[1])) for level, pair in pairs.items() if len(pair) == 2
         }
 
     @functools.cached_property
@@ -391,6 +387,10 @@ def _check(dataset: Dataset) -> None:
     for record in dataset.validate:
         if record.level is None:
             raise RecordError(f'{dataset.path}: record "{record.name}" has no level; validation records need one')
+
+
+def _compared(test: FRF, model: FRF) -> Comparison:
+    return compare(test, model, compare_modes(test, model, N_MODES))
 
 
 def _content(model: Model) -> list[object]:

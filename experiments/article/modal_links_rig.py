@@ -14,7 +14,7 @@ from clearance_mj.engines import simulate
 from clearance_mj.report.style import Drawing
 from clearance_mj.report.tables import Column, Table
 from clearance_mj.rig import Rig
-from clearance_mj.signals.comparison import compare
+from clearance_mj.signals.comparison import compare_modes
 from clearance_mj.signals.correlation import mac
 from clearance_mj.signals.ema import Modes, extract_modes
 from clearance_mj.signals.excitation import Excitation, multisine, stepped_sine
@@ -238,7 +238,7 @@ def _backbones(approximations: Approximations, setup: Setup) -> pd.DataFrame:
     """Frequency and damping of each mode over level, paired with the rig's modes at the lowest level."""
     reference, frames = approximations["rig", setup.levels[0]].frf, []
     for (name, level), found in approximations.items():
-        of = compare(reference, found.frf, N_MODES).per_mode.dropna(subset="test_hz")
+        of = compare_modes(reference, found.frf, N_MODES).dropna(subset="test_hz")
         frames.append(of.assign(system=name, level_m_s2=level))
     new = {"model_hz": "frequency_hz", "model_damping": "damping", "mac": "mac_with_rig_at_lowest"}
     return pd.concat(frames, ignore_index=True)[["system", "level_m_s2", "mode", *new]].rename(columns=new)

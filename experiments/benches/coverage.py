@@ -63,8 +63,7 @@ def _frfs(found: BenchFit, dataset: Dataset) -> Iterator[dict]:
     levels = sorted({r.level for r in dataset.validate if r.level is not None})
     for level in levels:
         first, second = (r for r in dataset.validate if r.level == level)
-        cases = (found.rig, found.law), found.draw(DRAWN)
-        band = frf_band(*cases, first.excitation(), resolution=RESOLUTION, misfit=found.misfit)
+        band = frf_band(found.model, found.draw(DRAWN), first.excitation(), resolution=RESOLUTION, misfit=found.misfit)
         band = dataclasses.replace(band, confidence=CONFIDENCE)
         test, repeat = (estimate_frf(r.response(), resolution=RESOLUTION) for r in (first, second))
         held = inside(band.limits, test)
@@ -73,7 +72,7 @@ def _frfs(found: BenchFit, dataset: Dataset) -> Iterator[dict]:
 
 
 def _rmse(test: FRF, model: FRF) -> float:
-    return float(compare(test, model, 4).summary()["rmse_db"])
+    return float(compare(test, model).summary()["rmse_db"])
 
 
 def exact(truth: dict) -> dict[str, float]:

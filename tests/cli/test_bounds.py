@@ -6,11 +6,11 @@ import resource
 import pytest
 
 from clearance_mj.beam import natural_frequencies
+from clearance_mj.clearance import nominal_law
 from clearance_mj.core.errors import ClearanceError, RigError
 from clearance_mj.core.memory import require_memory
 from clearance_mj.engines import simulate
 from clearance_mj.engines.base import step_factor
-from clearance_mj.identify import nominal
 from clearance_mj.placement import candidates, grid
 from clearance_mj.rig import Rig
 from clearance_mj.rig.extremes import extremes
@@ -91,7 +91,7 @@ def test_what_arithmetic_ends_with_is_said_of_the_rig(rig, engine):
         odd = Rig.from_dict(chain().to_dict() | {"structure": chain().to_dict()["structure"] | {"damping": damping}})
         words = r"look at .*structure\.damping\[0\]\[2\] = 1e\+150"
     with pytest.raises(RigError, match=words):
-        simulate(odd, push, nominal(odd), engine)
+        simulate(odd, push, nominal_law(odd), engine)
 
 
 def test_a_shaft_that_tapers_to_nothing():

@@ -7,11 +7,10 @@ import shutil
 import numpy as np
 import pytest
 
-from clearance_mj.clearance import ConstantLaw
+from clearance_mj.clearance import ConstantLaw, nominal_law
 from clearance_mj.cli import main
 from clearance_mj.cli.command import COMMANDS, command
 from clearance_mj.engines import simulate
-from clearance_mj.identify import nominal
 from clearance_mj.io.results import load
 from clearance_mj.rig import Rig
 from clearance_mj.signals import excitation
@@ -90,7 +89,7 @@ def test_simulate_takes_a_folder_with_rig_and_law(answer, rig, tmp_path):
     assert of_folder == simulated(tmp_path / "rig.toml", "--law", tmp_path / "law.json")
     assert simulated(tmp_path, "--law", tmp_path / "other.json").provenance["law"] == other.to_dict()
     (tmp_path / "law.json").unlink()
-    assert simulated(tmp_path).provenance["law"] == nominal(found).to_dict()
+    assert simulated(tmp_path).provenance["law"] == nominal_law(found).to_dict()
 
 
 def test_simulate_refuses(tmp_path, refused):

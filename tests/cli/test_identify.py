@@ -7,12 +7,11 @@ import json
 import numpy as np
 import pytest
 
-from clearance_mj import load_law
+from clearance_mj import Model
 from clearance_mj.cli import main
 from clearance_mj.estimate.estimates import Estimates
 from clearance_mj.estimate.parameter import Parameter
-from clearance_mj.identify import METHODS, Identified
-from clearance_mj.identify.registry import Method
+from clearance_mj.identify import METHODS, Identified, register
 from clearance_mj.io.dataset import Dataset, write_dataset
 from clearance_mj.io.results import load
 from clearance_mj.io.uff import write_uff
@@ -21,7 +20,7 @@ from ..conftest import ROOT, SMALL_LAW, record_of
 
 RIG = str(ROOT / "models" / "table1_rig.toml")
 QUANTITIES = {"acceleration": "acc", "displacement": "disp"}
-FIGURES = ("scalogram", "contact_over_time", "hysteresis")
+FIGURES = ("scalogram", "contact_over_time")
 FIGURES_OVER_ALL = "contact_over_amplitude"
 
 
@@ -50,38 +49,32 @@ def csv_file(ramp, tmp_path_factory):
     return write_csv(tmp_path_factory.mktemp("csv") / "ramp.csv", ramp)
 
 
-def test_dataset_to_law_to_simulation(small_dataset, tmp_path, capsys):
-    law = tmp_path / "found.json"
-    result, told = run(capsys, small_dataset, "--method", "force-balance", "--out", law)
-    assert told == ""
-    assert result["warnings"] == []
-    assert result["law"] == load_law(law).to_dict()
-    stored = json.loads(law.read_text())["provenance"]
+def test_dataset_to_model_to_simulation(small_dataset, tmp_path, capsys):
+    out = tmp_path / "found"
+    result, said = run(capsys, small_dataset, "--method", "force-balance", "--out", out)
+    assert (said, result["warnings"]) == ("", [])
+    model = Model.load(out)
+    assert model.rig == Dataset.load(small_dataset).rig
+    assert result["law"] == model.law.to_dict()
+    stored = json.loads((out / "law.json").read_text())["provenance"]
     ramp = small_dataset / "ramp.uff"
     assert stored["inputs"][str(ramp)] == hashlib.sha256(ramp.read_bytes()).hexdigest()
     assert {str(small_dataset / name) for name in ("rig.toml", "dataset.toml")} < stored["inputs"].keys()
+    np.testing.assert_allclose(model.law.k, SMALL_LAW.k[0], rtol=0.05)
+    np.testing.assert_allclose(model.law.c, SMALL_LAW.c[0], rtol=0.15)
 
-    rows = {row["name"]: row for row in result["parameters"]}
-    known = {"grease k": 4000.0, "grease c": 5.0, "contact k": SMALL_LAW.k[0], "contact c": SMALL_LAW.c[0]}
-    for name, value in known.items():
-        for bushing in (1, 2):
-            row = rows[f"bushing {bushing}: {name}"]
-            assert row["value"] == pytest.approx(value, rel=0.15 if name == "contact c" else 0.05)
-            assert 0 < row["std"] < 0.3 * value
-
-    folder = tmp_path / "found_figures"
-    assert result["figures"] == [str(folder / f"{n}.png") for n in (*(f"{f}_ramp" for f in FIGURES), FIGURES_OVER_ALL)]
-    assert all((folder / name).read_bytes()[:4] == b"\x89PNG" for name in map(str, result["figures"]))
-    assert result["not_drawn"] == {}
+    figures = {p.stem for p in (out / "figures").iterdir()}
+    assert figures == {"rattle_map", "restoring_force", *(f"{name}_ramp" for name in FIGURES), FIGURES_OVER_ALL}
+    page = (out / "index.html").read_text(encoding="utf-8")
+    assert page.index("ouches first from") < page.index("half the gap") < page.index("What was found")
 
     response = tmp_path / "response.nc"
-    options = ["--law", str(law), "--duration", "1", "--engine", "modal", "--out", str(response)]
-    assert main(["simulate", RIG, *options]) == 0
+    assert main(["simulate", str(out), "--duration", "1", "--engine", "modal", "--out", str(response)]) == 0
     assert load(response).provenance["law"] == result["law"]
 
 
 @pytest.fixture
-def seen(monkeypatch):
+def seen():
     """Datasets that the method "known" is given, which returns the law of the simulation."""
     parameters = (
         Parameter("contact stiffness", "N/m", 6e3, 1.0, 1e6),
@@ -89,12 +82,13 @@ def seen(monkeypatch):
     )
     estimates, datasets = Estimates(parameters, np.array([6e3, 12.0]), np.array([0.01, np.inf]), np.eye(2)), []
 
+    @register("known", "all", lambda rig: 1.0)
     def find(dataset, progress):
         datasets.append(dataset)
-        return Identified(SMALL_LAW, estimates)
+        return Identified(model=Model(dataset.rig, SMALL_LAW), estimates=estimates)
 
-    monkeypatch.setitem(METHODS, "known", Method("all", find, lambda rig: 1.0))
-    return datasets
+    yield datasets
+    METHODS.pop("known")
 
 
 def same_channels(dataset, record):
@@ -111,10 +105,10 @@ def same_channels(dataset, record):
 def test_universal_file_and_csv_are_the_record(seen, ramp, csv_file, tmp_path, capsys):
     write_uff(tmp_path / "ramp.uff", ramp)
     for path in (tmp_path / "ramp.uff", csv_file):
-        run(capsys, path, "--rig", RIG, "--method", "known", "--no-figures", "--out", tmp_path / "law.json")
+        run(capsys, path, "--rig", RIG, "--method", "known", "--no-figures", "--out", tmp_path / "found")
         found = same_channels(seen.pop(), ramp)
         assert (found.name, found.provenance) == ("ramp", {"file": path.name})
-    assert not (tmp_path / "law_figures").exists()
+    assert not (tmp_path / "found" / "figures").exists()
 
 
 def test_mapped_columns(seen, ramp, csv_file, tmp_path, capsys):
@@ -122,45 +116,29 @@ def test_mapped_columns(seen, ramp, csv_file, tmp_path, capsys):
     renamed = header.replace("base", "Input").replace("acc:3", "Accel 3 (m/s²)")
     (tmp_path / "a.csv").write_text(f"{renamed}\n{body}")
     columns = ["--column", "Input=base", "--column", "Accel 3=acc:3"]
-    options = ["--rig", RIG, "--method", "known", "--no-figures", "--out", tmp_path / "law.json"]
+    options = ["--rig", RIG, "--method", "known", "--no-figures", "--out", tmp_path / "found"]
     run(capsys, tmp_path / "a.csv", *columns, *options)
     same_channels(seen.pop(), ramp)
 
 
 def test_what_the_records_do_not_allow_is_said(seen, rig, tmp_path, capsys):
     write_dataset(tmp_path / "data", rig, [record_of(rig, "quiet", "identify", 0.3, 1)])
-    result, told = run(capsys, tmp_path / "data", "--method", "known", "--out", tmp_path / "law.json")
-    assert told.startswith("clearance-mj: warning: no contact: bushings[0] moves up to 0.0")
-    assert told == f"clearance-mj: warning: {result['warnings'][0]}\n"
-    drawn = [p.rsplit("/", 1)[1] for p in result["figures"]]
-    assert drawn == ["scalogram_quiet.png", "hysteresis_quiet.png"]
-    assert set(result["not_drawn"]) == {"contact_over_time_quiet", "contact_over_amplitude"}
-    assert "no contact" in result["not_drawn"]["contact_over_amplitude"]
-
-
-def test_without_probes_there_is_a_law_but_no_figure(seen, ramp, rig, tmp_path, capsys):
-    channels = [c for c in ramp.channels if c.quantity == "acceleration"]
-    write_dataset(tmp_path / "data", rig, [dataclasses.replace(ramp, channels=channels)])
-    folder = tmp_path / "drawn"
-    options = ["--method", "known", "--out", tmp_path / "law.json", "--figures", folder, "--quiet"]
-    assert main(["identify", *map(str, (tmp_path / "data", *options))]) == 0
-    law, stiffness, damping, *missing = capsys.readouterr().out.splitlines()
-    assert law == f"law: {tmp_path / 'law.json'}"
-    assert stiffness.split() == ["contact", "stiffness", "6000", "N/m", "±", "60"]
-    assert damping.split() == ["contact", "damping", "12", *"N s/m not identifiable from the records".split()]
-    assert len(missing) == 4
-    assert all(line.startswith("not drawn: ") and "no displacement probe at every bushing" in line for line in missing)
-    assert not folder.exists()
+    result, said = run(capsys, tmp_path / "data", "--method", "known", "--out", tmp_path / "found")
+    assert said.startswith("clearance-mj: warning: no contact: bushings[0] moves up to 0.0")
+    assert said == f"clearance-mj: warning: {result['warnings'][0]}\n"
+    page = (tmp_path / "found" / "index.html").read_text(encoding="utf-8")
+    assert result["warnings"][0].split(":")[0] in page
+    assert "quiet, contact over time: " in page and "contact_over_amplitude" not in page
 
 
 def test_a_record_without_probes_leaves_the_figures_of_the_others(seen, ramp, rig, tmp_path, capsys):
     bare = [c for c in ramp.channels if c.quantity == "acceleration"]
     records = [dataclasses.replace(ramp, name="bare", channels=bare), record_of(rig, "whole", "identify", 8.0, 1)]
     write_dataset(tmp_path / "data", rig, records)
-    result, _ = run(capsys, tmp_path / "data", "--method", "known", "--out", tmp_path / "law.json")
-    drawn = [path.rsplit("/", 1)[1] for path in result["figures"]]
-    assert drawn == [*(f"{name}_whole.png" for name in FIGURES), f"{FIGURES_OVER_ALL}.png"]
-    assert list(result["not_drawn"]) == [f"{name}_bare" for name in FIGURES]
+    run(capsys, tmp_path / "data", "--method", "known", "--out", tmp_path / "found")
+    drawn = {p.stem for p in (tmp_path / "found" / "figures").iterdir()}
+    assert {f"{name}_whole" for name in FIGURES} < drawn and not {f"{name}_bare" for name in FIGURES} & drawn
+    assert "no displacement probe at every bushing" in (tmp_path / "found" / "index.html").read_text(encoding="utf-8")
 
 
 def test_refused(small_dataset, ramp, csv_file, tmp_path, refused):
@@ -182,7 +160,7 @@ def test_refused(small_dataset, ramp, csv_file, tmp_path, refused):
 def test_typo_in_a_header(csv_file, tmp_path, refused):
     bad = tmp_path / "typo.csv"
     bad.write_text(csv_file.read_text().replace("disp:6", "dips:6", 1))
-    message = refused("identify", bad, "--rig", RIG, "--rig-exact", "--out", tmp_path / "law.json")
+    message = refused("identify", bad, "--rig", RIG, "--rig-exact", "--out", tmp_path / "found")
     assert message.startswith(f'clearance-mj: {bad}: line 1, column 11 "dips:6"')
     assert 'did you mean "disp:6"?' in message
 
@@ -190,5 +168,5 @@ def test_typo_in_a_header(csv_file, tmp_path, refused):
 def test_missing_sensor(csv_file, tmp_path, refused):
     lines = csv_file.read_text().splitlines()
     (tmp_path / "a.csv").write_text("\n".join(line.rsplit(",", 3)[0] for line in lines))
-    message = refused("identify", tmp_path / "a.csv", "--rig", RIG, "--rig-exact", "--out", tmp_path / "law.json")
+    message = refused("identify", tmp_path / "a.csv", "--rig", RIG, "--rig-exact", "--out", tmp_path / "found")
     assert "has no acceleration at node 8 along Z, a sensor of the rig" in message

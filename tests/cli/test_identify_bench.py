@@ -54,7 +54,13 @@ def test_rig_law_numbers_and_page(folder, tmp_path, capsys):
     page = (out / "index.html").read_text(encoding="utf-8")
     assert "SYNTHETIC" in page and not re.search(r'(src|href)="https?:', page)
     assert all(words.split("; most at")[0] in page for words in stored["warnings"])
-    assert {p.stem for p in (out / "figures").iterdir()} == {"restoring_force", "parameters", "spectra", "misfit"}
+    assert {p.stem for p in (out / "figures").iterdir()} == {
+        "rattle_map",
+        "restoring_force",
+        "parameters",
+        "spectra",
+        "misfit",
+    }
     charts = [json.loads(text) for text in re.findall(r'<script type="application/json">(.*?)</script>', page)]
     labels = [{line["label"] for line in chart["series"]} for chart in charts]
     assert labels == [{"measured", "law"}, {"measured", "rig file", "updated"}]
@@ -63,7 +69,7 @@ def test_rig_law_numbers_and_page(folder, tmp_path, capsys):
 def test_refused(small_dataset, tmp_path, refused, capsys):
     message = refused("identify", small_dataset, "--out", small_dataset)
     assert "rig.toml would replace the records' own; give another folder" in message
-    assert "give a folder, or --rig-exact for a law file" in refused(
+    assert "a folder is written, with rig.toml and law.json; give a folder" in refused(
         "identify", small_dataset, "--out", tmp_path / "law.json"
     )
     with pytest.raises(SystemExit, match="2"):

@@ -11,8 +11,9 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 
 from clearance_mj.clearance import HuntCrossley
 from clearance_mj.clearance.law import ContactLaw
+from clearance_mj.model import Model
 from clearance_mj.rig import Grease
-from clearance_mj.study import IdentifiedLaw
+from clearance_mj.study import IdentifiedModel
 from experiments.article import ITEMS
 from experiments.article.modal_links_rig import GREASE_ONLY, NAME, QUICK, run
 
@@ -26,7 +27,7 @@ SETUP = replace(QUICK, sweeps={"as it is": (9.0, 12.0), "reduced": (9.0, 9.75, 1
 
 @pytest.fixture(scope="module")
 def result(rig):
-    laws = (IdentifiedLaw("output-error", LAW, "what its test says"),)
+    laws = (IdentifiedModel("output-error", Model(rig, LAW), "what its test says"),)
     study = SimpleNamespace(dataset=SimpleNamespace(rig=rig), laws=laws)
     return run(ITEMS[NAME], study, True, SETUP)
 

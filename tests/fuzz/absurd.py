@@ -9,10 +9,10 @@ from pathlib import Path
 import numpy as np
 
 from clearance_mj.beam import natural_frequencies
+from clearance_mj.clearance import nominal_law
 from clearance_mj.clearance.law_files import law_from_dict
 from clearance_mj.core.errors import ClearanceError
 from clearance_mj.engines import simulate
-from clearance_mj.identify import nominal
 from clearance_mj.placement import candidates, grid, place_sensors
 from clearance_mj.rig import Rig
 from clearance_mj.signals.excitation import random
@@ -41,7 +41,7 @@ def simulated(engine):
 
     def run(rig, law):
         kind = rig.shaker.kind
-        response = simulate(rig, random(DURATION, RATE, (5.0, 220.0), 1.0, 1, kind), law or nominal(rig), engine)
+        response = simulate(rig, random(DURATION, RATE, (5.0, 220.0), 1.0, 1, kind), law or nominal_law(rig), engine)
         assert np.isfinite(response.acceleration).all()
 
     return run

@@ -6,8 +6,10 @@ import numpy as np
 import pytest
 
 from clearance_mj.identify.laws.law_misfit import law_misfit
+from clearance_mj.identify.records.prepared import prepared
 from clearance_mj.io.dataset import BASE_NODE
 from clearance_mj.io.uff import Channel
+from clearance_mj.model import Model
 from clearance_mj.signals.excitation import Excitation
 
 from ..conftest import SMALL_LAW, TABLE1, record_of
@@ -33,7 +35,7 @@ def ramp():
 
 def test_a_gain_is_missed_at_its_sensor_and_said(ramp):
     node = TABLE1.sensors[2].node
-    found = law_misfit([changed(ramp, {node: 10 ** (GAIN / 20)}, 0.01)], TABLE1, SMALL_LAW)
+    found = law_misfit([prepared(changed(ramp, {node: 10 ** (GAIN / 20)}, 0.01))], Model(TABLE1, SMALL_LAW))
     assert [s.duration for s in found.stretches] == [5.0, 5.0]
     missed = np.array([s.missed for s in found.stretches])
     # The typical size of a constant difference counts 1.48 times, as the standard deviation of a normal one.
@@ -50,7 +52,7 @@ def test_a_gain_is_missed_at_its_sensor_and_said(ramp):
 
 
 def test_noise_is_no_misfit_and_its_error_falls_with_the_duration(ramp):
-    found = law_misfit([changed(ramp, noise=0.05)], TABLE1, SMALL_LAW)
+    found = law_misfit([prepared(changed(ramp, noise=0.05))], Model(TABLE1, SMALL_LAW))
     assert found.warnings == ()
     assert found.widening < 1.3
     line, level = np.array([100.0]), found.stretches[0].level
@@ -76,7 +78,7 @@ def test_decays_are_compared_from_hit_to_hit():
         if c.quantity == "acceleration"
     ]
     record = dataclasses.replace(hits, channels=channels, band=None, level=None)
-    found = law_misfit([record], TABLE1, SMALL_LAW)
+    found = law_misfit([prepared(record)], Model(TABLE1, SMALL_LAW))
     assert found.stretches == () and found.widening == 1.0 and found.warnings == ()
     assert [(d.start, d.peak) for d in found.decays] == [(0.5, 60.0), (2.5, 120.0)]
     for decay in found.decays:

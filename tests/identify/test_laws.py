@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from clearance_mj import identify
+from clearance_mj.clearance import nominal_law
 from clearance_mj.core.errors import ClearanceError, RecordError
 from clearance_mj.engines import simulate
 from clearance_mj.estimate.parameter import Parameter
@@ -21,7 +22,6 @@ from clearance_mj.identify.laws.output_error import (
     fit_law,
 )
 from clearance_mj.identify.methods.constant import fit_constant
-from clearance_mj.identify.methods.nominal import nominal
 from clearance_mj.identify.methods.physical import fit_output_error
 from clearance_mj.io.dataset import Dataset
 from clearance_mj.signals.correlation import csac, csf, frac, rmse_db
@@ -33,7 +33,7 @@ from ..conftest import ROOT, SMALL_LAW, record_of
 
 
 def test_nominal_law_is_the_datasheet(rig):
-    law = nominal(rig)
+    law = nominal_law(rig)
     assert law.k.tolist() == [b.contact.stiffness for b in rig.bushings]
     assert law.c.tolist() == [b.contact.damping for b in rig.bushings]
     assert law.grease is None
@@ -56,7 +56,7 @@ def test_constants_are_recovered_and_validation_records_stay_closed(small_datase
 def test_start_values_are_worse_than_the_fit(small_dataset):
     """The datasheet misses the same residual by far: the fit is what brings it down."""
     dataset = Dataset.load(small_dataset)
-    problem = _Problem(dataset.rig, evidence(dataset.identify), lambda: nominal(dataset.rig), math.inf, (), None)
+    problem = _Problem(dataset.rig, evidence(dataset.identify), lambda: nominal_law(dataset.rig), math.inf, (), None)
     assert np.sqrt(np.mean(problem.residuals([()])[0][: problem.frf_size] ** 2)) > 1.0
 
 
@@ -172,3 +172,17 @@ def test_physical_law_of_the_virtual_rig(measured):
         measured.below(what, np.mean(rmse_db(test, model)), np.mean(rmse_db(test, repeat)), source, "dB")
         agreement = min(measure(test, model).mean() for measure in (frac, csac, csf))
         measured.above(f"output error, record {record.name}: least of FRAC, CSAC, CSF", agreement, 0.99, "target")
+
+
+def test_a_law_alone_is_not_given_where_the_rig_is_found_too(small_dataset):
+    """Its law belongs to that rig."""
+    with pytest.raises(
+        ClearanceError, match=r'method "bench" finds the rig too, .* identify.identify\(dataset, "bench"\)'
+    ):
+        law(Dataset.load(small_dataset), "bench")
+
+
+def test_a_method_that_is_called_by_itself_checks_the_records(rig):
+    short = record_of(rig, "short", "identify", 1.0, 5, duration=1.0)
+    with pytest.raises(RecordError, match="lasts 1 s; this method needs 1.2 s"):
+        fit_bench(Dataset(rig, (short,)))

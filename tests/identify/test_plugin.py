@@ -17,8 +17,9 @@ PLUGIN = '''"""Contact of the datasheet on a linear grease whose stiffness a pro
 
 import numpy as np
 
+from functools import partial
 from clearance_mj import ConstantLaw
-from clearance_mj.identify import Identified, register
+from clearance_mj.identify import Identified, fitted_model, register
 from clearance_mj.estimate.parameter import Parameter
 from clearance_mj.estimate.estimates import Estimates
 from clearance_mj.rig import Grease
@@ -30,12 +31,13 @@ def softened(rig, stiffness):
     return ConstantLaw([c.stiffness for c in contacts], [c.damping for c in contacts], grease=grease)
 
 
-@register("half-grease", "the rig file only: half of its grease, to a tenth", shortest=lambda rig: 1.0, make=softened)
+@register("half-grease", "the rig file only: half of its grease, to a tenth", shortest=lambda rig: 1.0)
 def half_grease(dataset, progress=None):
     """Take half of the datasheet's grease."""
     stiffness = 0.5 * dataset.rig.bushings[0].grease.stiffness
     parameter = Parameter("grease stiffness", "N/m", stiffness, 0.1 * stiffness, 10 * stiffness)
-    return Identified(softened(dataset.rig, stiffness), Estimates.of([parameter], [stiffness], np.array([[0.1**2]])))
+    estimates = Estimates.of([parameter], [stiffness], np.array([[0.1**2]]))
+    return Identified(model=fitted_model(dataset.rig, partial(softened, dataset.rig), estimates), estimates=estimates)
 '''
 
 
@@ -50,14 +52,16 @@ def plugin(tmp_path, monkeypatch):
 
 
 def test_on_the_command_line_and_in_the_library(plugin, small_dataset, tmp_path, capsys):
-    options = ["--plugin", str(plugin), "--method", "half-grease", "--out", str(tmp_path / "law.json")]
+    options = ["--plugin", str(plugin), "--method", "half-grease", "--out", str(tmp_path / "found")]
     assert main(["identify", str(small_dataset), *options, "--no-figures", "--json", "--quiet"]) == 0
     (row,) = json.loads(capsys.readouterr().out)["parameters"]
     dataset = cm.Dataset.load(small_dataset)
     half = 0.5 * dataset.rig.bushings[0].grease.stiffness
     assert (row["name"], row["value"], row["std"]) == ("grease stiffness", half, pytest.approx(0.1 * half))
     law = cm.identify.law(dataset, method="half-grease")
-    assert law.grease[0].stiffness == cm.load_law(tmp_path / "law.json").grease[0].stiffness == half
+    assert law.grease[0].stiffness == cm.Model.load(tmp_path / "found").law.grease[0].stiffness == half
+    drawn = [model.law.grease[0].stiffness for model in cm.Model.load(tmp_path / "found").draw(64)]
+    assert np.std(np.log(drawn)) == pytest.approx(0.1, rel=0.3)
     assert get_method("half-grease").prior_information.startswith("the rig file only")
 
 

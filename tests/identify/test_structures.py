@@ -195,4 +195,4 @@ def test_a_rig_without_clearances_has_nothing_to_identify():
     dataset = Dataset(rig, (noisy(rig, response),))
     for method in ("constant", "output-error", "force-balance", "ridge"):
         with pytest.raises(RecordError, match="'chain' has no bushings, so there is no clearance to identify"):
-            get_method(method).run(dataset)
+            get_method(method).find(dataset, None)

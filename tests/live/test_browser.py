@@ -6,9 +6,10 @@ import zipfile
 import numpy as np
 import pytest
 
-from clearance_mj.clearance import ConstantLaw, load_rig_and_law
+from clearance_mj.clearance import ConstantLaw
 from clearance_mj.engines import simulate
 from clearance_mj.io.dataset import Dataset, write_dataset
+from clearance_mj.model import Model
 from clearance_mj.signals import excitation
 from clearance_mj.signals.frf import estimate_frf
 
@@ -110,7 +111,7 @@ def test_overlay_of_a_record(page, folder):
     )
     page.select_option('[id="c-excitation"]', "record: level_4_1")
     settled(page)
-    law = load_rig_and_law(folder)[1]
+    law = Model.load(folder).law
     model = simulate(TABLE1, Dataset.load(folder).records[3].excitation(), law, "modal")
     np.testing.assert_allclose(shown(page, 1), np.abs(estimate_frf(model).value[0, 0]), rtol=1e-6)
 
@@ -139,7 +140,8 @@ def test_export(page, tmp_path):
         assert archive.testzip() is None
         archive.extractall(tmp_path / "state")
     assert "test, same colours" in (tmp_path / "state" / "frf.svg").read_text()
-    rig, law = load_rig_and_law(tmp_path / "state")
+    model = Model.load(tmp_path / "state")
+    rig, law = model.rig, model.law
     assert rig.bushings[0].gap == 2e-4 and law.table(2).parameters[0].tolist() == [[7.8e3, 4.0], [7.8e3, 4.0]]
     assert json.loads((tmp_path / "state" / "setting.json").read_text())["engine"] == "modal"
 

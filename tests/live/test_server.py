@@ -18,6 +18,7 @@ from clearance_mj.core.errors import ClearanceError
 from clearance_mj.live.figures import Numbers
 from clearance_mj.live.server import Page
 from clearance_mj.live.wire import MOST_BYTES, packed, parsed
+from clearance_mj.model import Model
 
 from ..conftest import TABLE1
 from ..processes import PATIENCE
@@ -28,7 +29,7 @@ SET = {"type": "set", "id": 1, "values": {"duration": 4.0}}
 
 @pytest.fixture(scope="module")
 def page():
-    made = Page(TABLE1.replace(name="<script>alert(1)</script>"), LAW)
+    made = Page(Model(TABLE1.replace(name="<script>alert(1)</script>"), LAW))
     loop, ready = asyncio.new_event_loop(), threading.Event()
     task = loop.create_task(made.run(ready.set))
     thread = threading.Thread(target=lambda: loop.run_until_complete(asyncio.wait([task])))
@@ -104,9 +105,9 @@ def test_the_page_and_nothing_else(page):
 
 def test_only_this_machine_is_listened_to(page):
     assert [s.getsockname()[0] for s in page.sockets] == ["127.0.0.1"]
-    assert len(page.token) >= 43 and Page(TABLE1, LAW).token != page.token
+    assert len(page.token) >= 43 and Page(Model(TABLE1, LAW)).token != page.token
     with pytest.raises(ClearanceError, match=f"--port {page.port}: cannot be listened on"):
-        Page(TABLE1, LAW, port=page.port)
+        Page(Model(TABLE1, LAW), port=page.port)
 
 
 def test_who_is_refused(page):

@@ -9,16 +9,16 @@ import numpy as np
 import pytest
 
 from clearance_mj import periodic
-from clearance_mj.clearance import AmplitudeLaw, ConstantLaw, ContactLaw, load_rig_and_law
+from clearance_mj.clearance import AmplitudeLaw, ConstantLaw, ContactLaw
 from clearance_mj.clearance.contacts.hertz import HuntCrossley
 from clearance_mj.core.errors import ClearanceError, SimulationError
 from clearance_mj.engines import simulate
-from clearance_mj.identify import nominal
 from clearance_mj.io.dataset import Dataset
 from clearance_mj.live import Session, figures, on_demand
 from clearance_mj.live.controls import built
 from clearance_mj.live.export import exported
 from clearance_mj.live.figures import thinned
+from clearance_mj.model import Model
 from clearance_mj.rig import Grease, Rig
 from clearance_mj.signals import excitation
 from clearance_mj.signals.correlation import csac, rmse_db
@@ -32,7 +32,7 @@ SHORT = {"duration": 4.0}
 
 @pytest.fixture
 def session():
-    return Session(TABLE1, LAW)
+    return Session(Model(TABLE1, LAW))
 
 
 def with_gap(rig, gap):
@@ -62,8 +62,9 @@ def test_identified_settings_are_the_rig_and_law_that_were_given():
         ConstantLaw(6e3, 12.0, grease=grease), AmplitudeLaw([1e-4, 5e-4], [6e3, 8e3], [3.0, 9.0]),
         ContactLaw(HuntCrossley(5e5, 0.6)),
     ):  # fmt: skip
-        session = Session(TABLE1, law)
-        rig, same = built(TABLE1, law, session.identified)
+        session = Session(Model(TABLE1, law))
+        model = built(Model(TABLE1, law), session.identified)
+        rig, same = model.rig, model.law
         assert rig == TABLE1
         for of_given, of_built in zip(law.table(2)[:5], same.table(2)[:5]):
             np.testing.assert_array_equal(of_built, of_given)
@@ -73,15 +74,16 @@ def test_identified_settings_are_the_rig_and_law_that_were_given():
 
 def test_every_number_of_a_law_can_be_moved():
     law = ContactLaw(HuntCrossley(5e5, 0.6), grease=Grease(4e3, 5.0, film_height=3.5e-4))
-    session = Session(TABLE1, law)
+    session = Session(Model(TABLE1, law))
     moved = {"contact.restitution": 0.3, "grease.film_height": 4e-4, "offset": 1e-4}
-    rig, new = built(TABLE1, law, session.setting({f"bushings[1].{k}": v for k, v in moved.items()}))
+    model = built(Model(TABLE1, law), session.setting({f"bushings[1].{k}": v for k, v in moved.items()}))
+    rig, new = model.rig, model.law
     assert new.contact == (HuntCrossley(5e5, 0.6), HuntCrossley(5e5, 0.3))
     assert [g.film_height for g in new.grease] == [3.5e-4, 4e-4]
     assert [b.offset for b in rig.bushings] == [0.0, 1e-4]
-    factors = Session(TABLE1, AmplitudeLaw([1e-4, 5e-4], [6e3, 8e3], [3.0, 9.0]))
+    factors = Session(Model(TABLE1, AmplitudeLaw([1e-4, 5e-4], [6e3, 8e3], [3.0, 9.0])))
     assert factors.controls["bushings[0].contact.k"].unit == "×"
-    _, twice = built(TABLE1, factors.law, factors.setting({"bushings[0].contact.k": 2.0}))
+    twice = built(factors.model, factors.setting({"bushings[0].contact.k": 2.0})).law
     np.testing.assert_array_equal(twice.k, [[12e3, 6e3], [16e3, 8e3]])
 
 
@@ -131,7 +133,7 @@ def test_a_sine_shows_amplitudes():
     """Below contact the tip of the linear rig moves as `linear_frf` says."""
     from clearance_mj.beam import linear_frf
 
-    session = Session(TABLE1, LAW)
+    session = Session(Model(TABLE1, LAW))
     setting = {"excitation": "sine", "frequency": 20.0, "level": 0.1, "duration": 20.0}
     numbers = session.show(session.setting(setting))
     assert numbers.facts["spectrum"] and numbers.facts["clearances"][1]["rattle"] == "free"
@@ -145,7 +147,7 @@ def test_frfs_of_segments_without_a_window(kind):
     """Below contact they are those of `linear_frf`, once a segment holds a whole decay or a whole period."""
     from clearance_mj.beam import linear_frf
 
-    session = Session(TABLE1, LAW)
+    session = Session(Model(TABLE1, LAW))
     setting = {"excitation": kind, "level": 0.05, "peak": 0.5, "duration": 40.0, "resolution": 0.2}
     numbers = session.show(session.setting(setting))
     x, frequency = numbers.arrays["displacement"], numbers.arrays["frequency"]
@@ -188,16 +190,16 @@ def test_rigs_of_every_kind(kind, tmp_path):
         path = tmp_path / "rig.toml"
         path.write_text(WRITTEN[kind], encoding="utf-8")
     rig = Rig.load(path)
-    session = Session(rig, nominal(rig))
+    session = Session(Model(rig))
     numbers = session.show(session.setting(SHORT))
-    expected = simulate(rig, excitation.random(4.0, 2048.0, rms=2.0, kind=rig.shaker.kind), session.law, "modal")
+    expected = simulate(rig, excitation.random(4.0, 2048.0, rms=2.0, kind=rig.shaker.kind), session.model.law, "modal")
     np.testing.assert_array_equal(numbers.arrays["magnitude"], np.abs(estimate_frf(expected).value[:, 0]))
     assert len(numbers.facts["clearances"]) == len(rig.bushings)
 
 
 def test_overlay_measures_agreement(small_dataset):
     dataset = Dataset.load(small_dataset)
-    session = Session(dataset.rig, LAW, dataset)
+    session = Session(Model(dataset.rig, LAW), dataset)
     numbers = session.show(session.setting({"excitation": "record: level_4_1"}))
     numbers.add(session.overlay("level_4_1", 0.5))
     record = dataset.records[3]
@@ -268,7 +270,8 @@ def test_export_goes_on_where_the_page_was(session, tmp_path):
     session.show(session.setting(SHORT | {"bushings[0].gap": 2e-4, "bushings[1].contact.k": 9e3}))
     with zipfile.ZipFile(io.BytesIO(exported(session.shown))) as archive:
         archive.extractall(tmp_path)
-    rig, law = load_rig_and_law(tmp_path)
+    model = Model.load(tmp_path)
+    rig, law = model.rig, model.law
     assert rig == with_gap(TABLE1, 2e-4) and law == ConstantLaw([7.8e3, 9e3], [4.0, 4.0])
     assert json.loads((tmp_path / "setting.json").read_text())["bushings[0].gap"] == 2e-4
     table = np.genfromtxt(tmp_path / "frf.csv", delimiter=",", names=True, deletechars="")
@@ -277,8 +280,8 @@ def test_export_goes_on_where_the_page_was(session, tmp_path):
 
 
 def test_sessions_share_nothing_that_changes():
-    one, other = Session(TABLE1, LAW), Session(TABLE1, LAW)
+    one, other = Session(Model(TABLE1, LAW)), Session(Model(TABLE1, LAW))
     before = other.show(other.setting(SHORT)).arrays["magnitude"]
     one.show(one.setting(SHORT | {"bushings[0].gap": 5e-5, "level": 9.0}))
     np.testing.assert_array_equal(other.show(other.setting(SHORT)).arrays["magnitude"], before)
-    assert other.shown.rig == TABLE1
+    assert other.shown.model.rig == TABLE1

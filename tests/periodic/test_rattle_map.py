@@ -5,9 +5,8 @@ import pytest
 
 from clearance_mj import periodic
 from clearance_mj.beam import linear_frf
-from clearance_mj.clearance import ConstantLaw
+from clearance_mj.clearance import ConstantLaw, nominal_law
 from clearance_mj.core.errors import ClearanceError, ExcitationError, LawError, RigError
-from clearance_mj.identify import nominal
 
 from ..conftest import TABLE1
 from ..fuzz.samples import RIG
@@ -107,6 +106,6 @@ def test_refusals(change, error, words):
 
 def test_a_level_at_which_no_vibration_is_found():
     """Contacts of 8000 N/m, without damping, at a billion g: it is told where the row ends, and the others stay."""
-    found = periodic.rattle_map(RIG, nominal(RIG), (1.0, 1e11), (8.0, 9.0), harmonics=1, modes=2, workers=1)
+    found = periodic.rattle_map(RIG, nominal_law(RIG), (1.0, 1e11), (8.0, 9.0), harmonics=1, modes=2, workers=1)
     assert np.isnan(found.acceleration[:, :, 1]).all() and np.isfinite(found.acceleration[:, :, 0]).all()
     assert found.ended and all("level 1e+11 m/s²: no further periodic vibration" in words for words in found.ended)

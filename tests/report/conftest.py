@@ -9,12 +9,13 @@ from clearance_mj import periodic
 from clearance_mj.clearance.law import ConstantLaw
 from clearance_mj.io.dataset import Dataset, Record
 from clearance_mj.io.uff import Channel
+from clearance_mj.model import Model
 from clearance_mj.report import write_report
 from clearance_mj.rig import Beam, Bushing, Contact, Grease, PointMass, Rig, Sensor
 from clearance_mj.signals.comparison import Comparison
 from clearance_mj.signals.correlation import csac, csac_per_sensor, csf, csf_per_sensor, frac, mre, rmse_db
 from clearance_mj.signals.frf import FRF
-from clearance_mj.study import Case, IdentifiedLaw
+from clearance_mj.study import Case, IdentifiedModel
 from clearance_mj.study.periodic import PeriodicVibrations
 from tests.studies import study_of
 
@@ -108,8 +109,8 @@ def make_study(offset=0.0, floors=(1.0, 4.0), source="synthetic: virtual test ri
         {"name": "grease damping", "unit": "N s/m", "value": 2.5, "relative_std": 0.2},
     )
     laws = (
-        IdentifiedLaw("nominal", ConstantLaw(7.8e3, 4.0), "rig file only"),
-        IdentifiedLaw("constant", LAW, "rig file and the records to identify", parameters),
+        IdentifiedModel("nominal", Model(RIG, ConstantLaw(7.8e3, 4.0)), "rig file only"),
+        IdentifiedModel("constant", Model(RIG, LAW), "rig file and the records to identify", parameters=parameters),
     )
     cases = []
     for law, shift in (("nominal", 1.0), ("constant", 0.955 + offset)):

@@ -1,4 +1,4 @@
-"""Figures of an identification: what is given is drawn, labelled with units, inside the canvas."""
+"""Figures of contact: what is given is drawn, labelled with units, inside the canvas."""
 
 import re
 
@@ -7,24 +7,13 @@ import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 
 from clearance_mj.clearance import TimeLaw
-from clearance_mj.identify.forces.restoring import RestoringForce
 from clearance_mj.identify.laws.contact_over_time import ContactParameters
 from clearance_mj.identify.wavelets.wavelet import ridge, scalogram
-from clearance_mj.report import identification as draw
+from clearance_mj.report import contact_figures as draw
 
 FS, GAPS = 512.0, (3e-4, 4e-4)
 TIME = np.arange(int(8 * FS)) / FS
 BAND = (4.0, 24.0)
-
-
-@pytest.fixture(scope="module")
-def force(rig):
-    x = np.outer((1.0, 0.3), 1e-4 * TIME) * np.cos(2 * np.pi * 9 * TIME)
-    n, zero = TIME.size, np.zeros(2)
-    return RestoringForce(
-        "swell", rig, FS, (0.0, 200.0), TIME, x, np.gradient(x, axis=1) * FS, 4000 * x, zero, zero,
-        np.repeat(x[:, None], 2, axis=1), np.ones(n, dtype=bool), np.arange(3.0), np.zeros((2, 3)), np.zeros(11),
-    )  # fmt: skip
 
 
 @pytest.fixture(scope="module")
@@ -37,7 +26,7 @@ def contact():
 
 
 @pytest.fixture(scope="module")
-def figures(force, contact):
+def figures(contact):
     decay = np.exp(-0.4 * TIME) * np.cos(2 * np.pi * 9.25 * TIME)
     planes = [scalogram(a * decay, FS, BAND) for a in (1e-3, 4e-4)]
     ridges = [ridge(a * decay, FS, BAND) for a in (1e-3, 4e-4)]
@@ -50,13 +39,12 @@ def figures(force, contact):
         "contact over time, windows": draw.contact_over_time("windows", contact, None),
         "contact over time, ridge": draw.contact_over_time("ridge", None, schedule),
         "contact over amplitude": draw.contact_over_amplitude([contact], [curve], GAPS),
-        "hysteresis": draw.hysteresis("swell", force, 0.9 * force.force),
     }
 
 
 NAMES = [
     "scalograms", "contact over time", "contact over time, windows", "contact over time, ridge",
-    "contact over amplitude", "hysteresis",
+    "contact over amplitude",
 ]  # fmt: skip
 
 
@@ -96,14 +84,3 @@ def test_contact_curves_are_what_was_given(figures, contact):
     stiffness = lines(figures["contact over amplitude"].axes[2])
     np.testing.assert_allclose(stiffness["law"].get_ydata(), 2e7 * stiffness["law"].get_xdata() / 1e3)
     assert stiffness["gap"].get_xdata()[0] == pytest.approx(0.4)
-
-
-def test_loops_within_the_gap_and_beyond(figures, force):
-    inside, beyond, small, nothing = figures["hysteresis"].axes
-    reached = [np.abs(lines(ax)["measured"].get_xdata()).max() for ax in (inside, beyond, small)]
-    gap = 1e3 * force.rig.bushings[0].gap
-    assert 0.8 * gap < reached[0] < gap
-    assert reached[1] > 0.9 * 1e3 * np.abs(force.displacement[0]).max()
-    assert "10 % off" in inside.get_title(loc="left")
-    assert small.axison
-    assert not nothing.axison

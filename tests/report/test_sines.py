@@ -12,12 +12,13 @@ from clearance_mj import periodic
 from clearance_mj.clearance.law import TimeLaw
 from clearance_mj.core.cache import ResultCache
 from clearance_mj.core.files import to_json
+from clearance_mj.model import Model
 from clearance_mj.periodic.summaries import stable_points
 from clearance_mj.report.html import Section, page
 from clearance_mj.report.sections._periodic import sines, special_points, unknown
 from clearance_mj.report.writer import ReportWriter
 from clearance_mj.signals import SineSteps
-from clearance_mj.study import IdentifiedLaw, study_summary
+from clearance_mj.study import IdentifiedModel, study_summary
 from clearance_mj.study import periodic as of_study
 from clearance_mj.study.periodic import missed
 from tests.studies import study_of
@@ -109,7 +110,7 @@ def test_branches_that_end_early_are_said():
 
 def test_why_nothing_is_shown(study, tmp_path):
     law = TimeLaw([0.0, 1.0], [[1e3], [2e3]], [[1.0], [1.0]])
-    bare = study_of(study.dataset, [IdentifiedLaw("ridge", law, "everything")])
+    bare = study_of(study.dataset, [IdentifiedModel("ridge", Model(RIG, law), "everything")])
     said = text_of(bare, tmp_path)
     assert said.startswith("No periodic vibrations are shown: laws over time or amplitude have no periodic vibrations")
     assert not (tmp_path / "tables").exists()
@@ -118,11 +119,11 @@ def test_why_nothing_is_shown(study, tmp_path):
 def test_the_law_is_the_best_one_that_has_periodic_vibrations(study, monkeypatch):
     asked = []
     monkeypatch.setattr("clearance_mj.study.study.periodic_vibrations", lambda *given: asked.append(given) or "found")
-    law = IdentifiedLaw("ridge", TimeLaw([0.0, 1.0], [[1e3], [2e3]], [[1.0], [1.0]]), "everything")
+    law = IdentifiedModel("ridge", Model(RIG, TimeLaw([0.0, 1.0], [[1e3], [2e3]], [[1.0], [1.0]])), "everything")
     bare = study_of(study.dataset, [*study.laws, law])
     assert bare.best_law == "ridge" and bare.periodic == "found"
-    name, rig, found, levels, band, kind, *_ = asked[0]
-    assert (name, rig, found, levels, band, kind) == ("constant", RIG, LAW, [1.0, 4.0], (5.0, 220.0), "base")
+    name, model, levels, band, kind, *_ = asked[0]
+    assert (name, model.rig, model.law, levels, band, kind) == ("constant", RIG, LAW, [1.0, 4.0], (5.0, 220.0), "base")
 
 
 def test_the_summary_holds_jumps_and_first_contact(study):

@@ -28,7 +28,7 @@ MAKE = {
     "Response": lambda: Response(64.0, LINES, [LINES], provenance={"seed": 1, "gap": float("nan")}),
     "Excitation": lambda: Excitation(LINES, 64.0, description={"levels": [1, 2]}),
     "Modes": lambda: Modes([9.0], [0.01], [[1.0]], ("1:+Z",)),
-    "Comparison": lambda: compare(FRF(LINES, VALUE), FRF(LINES, 2 * VALUE), 0),
+    "Comparison": lambda: compare(FRF(LINES, VALUE), FRF(LINES, 2 * VALUE)),
     "Band": lambda: Band(frf(), np.ones((3, 2, 1, 10))),
 }
 

@@ -9,40 +9,46 @@ import scipy.signal
 import scipy.stats
 
 from clearance_mj.beam import linear_frf
-from clearance_mj.clearance import ConstantLaw, ContactLaw, HuntCrossley
+from clearance_mj.clearance import ConstantLaw
 from clearance_mj.core.cache import ResultCache
 from clearance_mj.core.errors import LawError, RecordError
 from clearance_mj.core.files import SEAL
 from clearance_mj.estimate.estimates import Estimates
 from clearance_mj.estimate.parameter import Parameter
-from clearance_mj.identify import METHODS, Identified, nominal
+from clearance_mj.identify import Identified
 from clearance_mj.identify.laws.law_misfit import LawMisfit, Stretch
 from clearance_mj.identify.laws.output_error import _covariance
+from clearance_mj.identify.registry import fitted_model
 from clearance_mj.io.dataset import Dataset
+from clearance_mj.model import Model
 from clearance_mj.report.figures import band_drawing, study_bands
 from clearance_mj.rig import Grease
 from clearance_mj.signals.excitation import multisine, random
 from clearance_mj.signals.frf import FRF, estimate_frf, random_error
 from clearance_mj.signals.response import Response
-from clearance_mj.statistics.frf_bands import Band, draw_cases, frf_band, inside, paired_error
-from clearance_mj.study import IdentifiedLaw
+from clearance_mj.statistics.frf_bands import Band, frf_band, inside, paired_error
+from clearance_mj.study import IdentifiedModel
 from tests.studies import study_of
 
-from ..conftest import SMALL_LAW
+from ..conftest import SMALL_LAW, TABLE1
 
 NAMES = ("contact stiffness", "contact damping", "grease stiffness", "grease damping")
+
+
+def law_of(k, c, grease_k, grease_c):
+    return ConstantLaw(k, c, grease=Grease(float(grease_k), float(grease_c)))
 
 
 def fitted(value, std, correlation=None, low=1e-6, high=1e9):
     """Parameters as a fit of the method "constant" leaves them."""
     correlation = np.eye(4) if correlation is None else np.asarray(correlation)
     parameters = tuple(Parameter(name, "SI", v, low, high) for name, v in zip(NAMES, value))
-    law = ConstantLaw(value[0], value[1], grease=Grease(value[2], value[3]))
-    return Identified(law, Estimates(parameters, np.array(value), np.array(std), correlation))
+    estimates = Estimates(parameters, np.array(value), np.array(std), correlation)
+    return Identified(model=fitted_model(TABLE1, law_of, estimates), estimates=estimates)
 
 
-def logarithms(cases):
-    laws = [law for _, law in cases]
+def logarithms(models):
+    laws = [model.law for model in models]
     return np.log([(law.k[0], law.c[0], law.grease[0].stiffness, law.grease[0].damping) for law in laws])
 
 
@@ -51,7 +57,7 @@ def test_drawn_laws_have_the_covariance(rig):
     correlation[0, 1] = correlation[1, 0] = -0.9
     std = np.array((0.2, 0.1, 0.05, 0.3))
     found = fitted((7e3, 4.0, 4e3, 3.0), std, correlation)
-    drawn = logarithms(draw_cases(rig, "constant", found, 4000, seed=2))
+    drawn = logarithms(found.draw(4000, seed=2))
     # Standard errors of 4000 draws: σ/√4000 of a mean, about 2 % of a covariance's scale.
     np.testing.assert_allclose(drawn.mean(axis=0), np.log((7e3, 4.0, 4e3, 3.0)), atol=4 * 0.3 / np.sqrt(4000))
     np.testing.assert_allclose(np.cov(drawn.T) / np.outer(std, std), correlation, atol=0.08)
@@ -59,7 +65,7 @@ def test_drawn_laws_have_the_covariance(rig):
 
 def test_same_seed_same_laws_within_the_bounds(rig):
     found = fitted((7e3, 4.0, 4e3, 3.0), (0.5, 0.5, 0.5, 0.5), low=2.9, high=7.1e3)
-    laws, again = (logarithms(draw_cases(rig, "constant", found, 50, seed=4)) for _ in range(2))
+    laws, again = (logarithms(found.draw(50, seed=4)) for _ in range(2))
     np.testing.assert_array_equal(laws, again)
     assert laws.min() == pytest.approx(np.log(2.9))
     assert laws.max() == pytest.approx(np.log(7.1e3))
@@ -68,9 +74,9 @@ def test_same_seed_same_laws_within_the_bounds(rig):
 def test_band_of_a_linear_rig(rig):
     """Below contact only the grease stiffness matters: the magnitudes that go into the band are in closed form."""
     found = fitted((7e3, 4.0, 4369.0, 3.0), (1e-9, 1e-9, 0.04, 1e-9))
-    laws = draw_cases(rig, "constant", found, 30, seed=1)
+    laws = found.draw(30, seed=1)
     drive = multisine(8.0, 1024.0, band=(5, 220), rms=0.02, period=2.0)
-    band = frf_band((rig, found.law), laws, drive)
+    band = frf_band(found.model, laws, drive)
 
     def exact(k):
         grease = Grease(k, damping=3.0)
@@ -88,26 +94,17 @@ def test_band_of_a_linear_rig(rig):
     assert np.median(band.half_width_db[clear]) > 0.15
 
 
-def test_physical_law_is_made_again(rig):
-    """Force at one gap F, exponent n, restitution e: a Hunt-Crossley contact with K = F / dⁿ."""
-    values = (4e3, 4.0, 0.8, 3e-4, 8e-4, 2.0, 0.5, 2.0, 1.5, 0.6)
-    law = METHODS["output-error"].make(rig, *values)
-    assert law.contact[0] == HuntCrossley(2.0 / 3e-4**1.5, 0.6, 1.5)
-    assert law.grease[0].yield_displacement == pytest.approx(3e-4)
-    assert isinstance(law, ContactLaw)
-
-
 def test_methods_without_covariance_and_parameters_that_are_not_identifiable(rig):
-    with pytest.raises(LawError, match="the method gives no covariance"):
-        draw_cases(rig, "nominal", Identified(nominal(rig)), 10)
+    with pytest.raises(LawError, match="the model has no posterior to draw from"):
+        Model(rig).draw(10)
     found = fitted((7e3, 4.0, 4e3, 3.0), (0.1, np.inf, 0.1, 0.1))
     with pytest.raises(LawError, match="do not identify the contact damping"):
-        draw_cases(rig, "constant", found, 10)
+        found.draw(10)
 
 
 def test_figure_holds_bands_and_test(rig):
     drive = multisine(4.0, 1024.0, band=(5, 220), rms=2.0)
-    cases = [(rig, ConstantLaw(k, 4.0)) for k in (6e3, 8e3, 1e4)]
+    cases = [Model(rig, ConstantLaw(k, 4.0)) for k in (6e3, 8e3, 1e4)]
     band = frf_band(cases[1], cases, drive)
     drawing = band_drawing(rig, {"constant": band}, {"constant": np.full(band.half_width_db.shape, 0.01)}, band.fitted)
     axes = drawing.figure.axes
@@ -121,8 +118,8 @@ def test_bands_of_a_study(small_dataset, tmp_path):
     """Of the laws that have a covariance, at the middle level's first record; the second time out of the cache."""
     dataset = Dataset.load(small_dataset)
     found = fitted((7e3, 4.0, 4e3, 3.0), (0.1, 0.1, 0.02, 0.1))
-    constant = IdentifiedLaw.of("constant", found, (), dataset.rig)
-    laws = (constant, IdentifiedLaw("nominal", nominal(dataset.rig), ""))
+    constant = IdentifiedModel.of("constant", found)
+    laws = (constant, IdentifiedModel("nominal", Model(dataset.rig)))
     (record,) = (r for r in dataset.validate if r.name == "level_4_1")
     assert study_bands(study_of(dataset, laws[1:])) == []
     cache = ResultCache(tmp_path / "cache")
@@ -231,3 +228,19 @@ def test_covariance_holds_what_was_known_before():
     # Left out one by one the other residual is fitted: ± 0.1, jackknife variance (2-1)/2 · 2 · 0.1², linearised.
     assert covariance[0, 0] == pytest.approx(0.01, rel=0.01)
     assert np.isinf(_covariance(jacobian, np.zeros(4), np.array([0, 0]))).all()
+
+
+def test_a_model_can_be_drawn_from_its_folder(tmp_path):
+    """A folder keeps 64 draws: their scatter is that of the covariance, their order that of the seed."""
+    found = fitted((7e3, 4.0, 4e3, 3.0), (0.2, 0.1, 0.05, 0.3)).model
+    found.save(tmp_path)
+    again = Model.load(tmp_path)
+    drawn = logarithms(again.draw(64))
+    np.testing.assert_allclose(np.std(drawn, axis=0), (0.2, 0.1, 0.05, 0.3), rtol=0.3)
+    np.testing.assert_array_equal(logarithms(again.draw(5, 3)), logarithms(again.draw(5, 3)))
+    assert len({model.law.k[0] for model in again.draw(10)}) == 10
+    with pytest.raises(LawError, match="keeps 64 draws, 65 are wanted"):
+        again.draw(65)
+    Model(TABLE1).save(tmp_path)
+    with pytest.raises(LawError, match="no posterior"):
+        Model.load(tmp_path).draw(1)

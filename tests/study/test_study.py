@@ -2,7 +2,6 @@
 
 import dataclasses
 import json
-import warnings
 
 import numpy as np
 import pytest
@@ -10,7 +9,7 @@ import scipy.stats
 import xarray as xr
 
 from clearance_mj import report
-from clearance_mj.clearance import ConstantLaw
+from clearance_mj.clearance import ConstantLaw, nominal_law
 from clearance_mj.core import cache
 from clearance_mj.core.errors import ClearanceError, RecordError
 from clearance_mj.core.output_folder import WORK
@@ -18,16 +17,17 @@ from clearance_mj.engines import simulate
 from clearance_mj.estimate.estimates import Estimates
 from clearance_mj.estimate.parameter import Parameter
 from clearance_mj.identify import METHODS as METHODS_BY_NAME
-from clearance_mj.identify import Identified, nominal
+from clearance_mj.identify import Identified
 from clearance_mj.identify.laws.law_misfit import Decay, LawMisfit, Stretch
 from clearance_mj.identify.records.checks import IdentifiabilityWarning
 from clearance_mj.identify.registry import Method
 from clearance_mj.io.dataset import Dataset, write_dataset
+from clearance_mj.model import Model
 from clearance_mj.report import report_study
 from clearance_mj.rig import Rig
 from clearance_mj.signals.frf import estimate_frf
 from clearance_mj.structure import Clamp
-from clearance_mj.study import IdentifiedLaw
+from clearance_mj.study import IdentifiedModel
 from clearance_mj.study import study as study_module
 from tests.studies import study_of
 
@@ -59,7 +59,9 @@ def test_rows_against_a_simulation_made_here(finished, small_dataset):
         if record.level != 4:
             continue
         test = estimate_frf(record.response(), resolution=0.5)
-        model = estimate_frf(simulate(dataset.rig, record.excitation(), nominal(dataset.rig), "modal"), resolution=0.5)
+        model = estimate_frf(
+            simulate(dataset.rig, record.excitation(), nominal_law(dataset.rig), "modal"), resolution=0.5
+        )
         db = 20 * np.log10(np.abs(model.value) / np.abs(test.value))
         errors.append(np.mean(np.sqrt(np.mean(db**2, axis=-1))))
     row = next(r for r in study.rows() if (r["level"], r["law"], r["engine"]) == (4, "nominal", "modal"))
@@ -100,7 +102,9 @@ def not_again(*_):
 @pytest.fixture
 def quick(monkeypatch):
     """A study whose fit and report cost nothing: for tests of what surrounds them."""
-    monkeypatch.setitem(METHODS_BY_NAME, "constant", Method("all", lambda *_: Identified(SMALL_LAW)))
+    monkeypatch.setitem(
+        METHODS_BY_NAME, "constant", Method("all", lambda *_: Identified(model=Model(TABLE1, SMALL_LAW)))
+    )
     monkeypatch.setattr(
         report, "write_report", lambda study, folder, progress: (folder / "report.html").write_text("-")
     )
@@ -245,8 +249,7 @@ def test_warnings_of_an_identification_stay_with_its_law(small_dataset, tmp_path
 
     def run(dataset, words):
         runs.append(words)
-        warnings.warn("one bushing never touches", IdentifiabilityWarning, stacklevel=1)
-        return Identified(SMALL_LAW)
+        return Identified(model=Model(TABLE1, SMALL_LAW), warnings=("one bushing never touches",))
 
     monkeypatch.setitem(METHODS_BY_NAME, "new", Method("nothing", run))
     for _ in range(2):
@@ -278,21 +281,16 @@ def bench(tmp_path_factory):
     return folder, rig
 
 
-@dataclasses.dataclass(frozen=True, eq=False)
-class Both(Identified):
-    """Rig and law found together, of which two others are as likely."""
-
-    def draw(self, n, seed=0):
-        return [(self.rig, ConstantLaw(k, 12.0, grease=SMALL_LAW.grease)) for k in (5e3, 7e3)]
-
-
 @pytest.fixture
 def finding(bench, monkeypatch):
     """Methods "told", which finds the law alone, and "bench", which finds the bench too."""
     offset = Parameter("bushings[0].offset", "m", 0.0, -2e-4, 2e-4, 9e-5, "linear")
-    found = Estimates.of([offset], [6e-5], np.array([[1e-12]]))
-    monkeypatch.setitem(METHODS_BY_NAME, "told", Method("rig file", lambda *_: Identified(SMALL_LAW)))
-    monkeypatch.setitem(METHODS_BY_NAME, "bench", Method("both", lambda *_: Both(SMALL_LAW, found, bench[1])))
+    estimates = Estimates.of([offset], [6e-5], np.array([[1e-12]]))
+    others = [Model(bench[1], ConstantLaw(k, 12.0, grease=SMALL_LAW.grease)) for k in (5e3, 7e3)]
+    both = Identified(model=Model(bench[1], SMALL_LAW, lambda n, seed: others), estimates=estimates)
+    alone = Identified(model=Model(TABLE1, SMALL_LAW))
+    monkeypatch.setitem(METHODS_BY_NAME, "told", Method("rig file", lambda *_: alone))
+    monkeypatch.setitem(METHODS_BY_NAME, "bench", Method("both", lambda *_: both, finds_rig=True))
 
 
 def test_a_law_is_simulated_on_the_rig_that_was_identified_with_it(bench, finding):
@@ -317,13 +315,13 @@ def test_rig_and_drawn_laws_come_out_of_the_cache(bench, finding, tmp_path, monk
     done = counted(monkeypatch)
     again = study_module.Study(Dataset.load(bench[0]), ("bench",), ("modal",), results)
     assert again.law("bench").to_dict() == first.law("bench").to_dict()
-    assert again.rig_of("bench") == bench[1]
+    assert again.law("bench").rig == bench[1]
     assert json.dumps(again.rows()) == json.dumps(first.rows())
     band, _ = again.bands["bench"]
     assert not done
     record = again.main_record
-    for drawn, (rig, law) in zip(band.drawn, again.law("bench").drawn):
-        frf = estimate_frf(simulate(rig, record.excitation(), law, "modal"), resolution=0.5)
+    for drawn, model in zip(band.drawn, again.law("bench").drawn):
+        frf = estimate_frf(model.simulate(record.excitation(), "modal"), resolution=0.5)
         np.testing.assert_allclose(drawn, np.abs(frf.value), rtol=1e-3)
 
 
@@ -336,7 +334,7 @@ def test_what_a_law_missed_widens_its_band_from_the_cache_too(bench, finding, tm
     decay = Decay("hammer", 0.5, 2.0, 60.0, np.zeros((8, 2)))
     misfit = LawMisfit(tuple(dataset.rig.sensor_labels), "m/s²", edges, (stretch,), (decay,))
     found = study_module.Study(dataset, ("bench",), ("modal",)).law("bench")
-    law = IdentifiedLaw.from_dict(json.loads(json.dumps(dataclasses.replace(found, misfit=misfit).to_dict())), TABLE1)
+    law = IdentifiedModel.from_dict(json.loads(json.dumps(dataclasses.replace(found, misfit=misfit).to_dict())), TABLE1)
     kept = {"engines": ["modal"], "cache": cache.ResultCache(tmp_path)}
     plain, first, again = (study_of(dataset, [of], **kept).bands["bench"][0] for of in (found, law, law))
     wide = np.sqrt(first.half_width_db[1:] ** 2 - plain.half_width_db[1:] ** 2)

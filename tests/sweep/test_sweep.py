@@ -10,14 +10,13 @@ import pytest
 import xarray as xr
 
 from clearance_mj import beam
-from clearance_mj.clearance import ConstantLaw
+from clearance_mj.clearance import ConstantLaw, nominal_law
 from clearance_mj.cli import main
 from clearance_mj.core import tasks
 from clearance_mj.core.cache import file_lock
 from clearance_mj.core.errors import ClearanceError
 from clearance_mj.core.plain_numbers import find_numbers, with_numbers
 from clearance_mj.engines import Modal, simulate
-from clearance_mj.identify import nominal
 from clearance_mj.io.dataset import Dataset
 from clearance_mj.io.uff import write_uff
 from clearance_mj.rig import Grease
@@ -200,7 +199,7 @@ def test_left_out_field_and_whole_numbers_vary(tmp_path):
     plan = loaded(tmp_path, text(EXCITATION, OUTPUTS, vary))
     rig, law, drive = plan.case(3)
     assert [b.grease.film_height for b in rig.bushings] == [2e-3, 2e-3]
-    assert law.k.tolist() == nominal(rig).k.tolist()
+    assert law.k.tolist() == nominal_law(rig).k.tolist()
     np.testing.assert_array_equal(drive.value, excitation.random(1.0, 1024.0, rms=2.0, seed=5).value)
 
 
