@@ -14,11 +14,10 @@ from typing import Any
 
 from llvmlite import ir
 from numba import types
-from numba.core import cgutils
 from numba.extending import intrinsic, models, overload, register_jitable, register_model
 
 __all__ = [
-    "all_below", "any_below", "call_in_lanes", "exponential", "larger", "load", "power", "register_contact_law",
+    "all_below", "any_below", "exponential", "larger", "load", "power", "register_contact_law",
     "register_law", "rows", "signed", "smaller", "spread", "store", "where_above", "whole",
 ]  # fmt: skip
 
@@ -369,9 +368,10 @@ def _rows(_: Any, array: Any, row: Any, lanes: Any) -> Any:
 @intrinsic
 def _get(_: Any, numbers: Any, row: Any) -> Any:
     def generate(_: Any, builder: Any, __: Any, values: Any) -> Any:
-        return builder.load(builder.gep(values[0], [values[1]]), align=8)
+        found = builder.load(builder.gep(values[0], [values[1]]), align=8)
+        return builder.extract_element(found, ir.IntType(32)(0)) if numbers.count == 1 else found
 
-    return _Register(numbers.count)(numbers, types.intp), generate
+    return _number(numbers)(numbers, types.intp), generate
 
 
 @intrinsic
@@ -405,22 +405,5 @@ def register_contact_law(count: int) -> Any:
     return types.void(numbers, register, register, register, numbers)
 
 
-@intrinsic
-def _call(_: Any, where: Any, *arguments: Any) -> Any:
-    kind = types.void(*arguments)
-
-    def generate(context: Any, builder: Any, __: Any, values: Any) -> Any:
-        function = builder.inttoptr(
-            values[0], context.call_conv.get_function_type(kind.return_type, kind.args).as_pointer()
-        )
-        passed = cgutils.unpack_tuple(builder, values[1])
-        context.call_conv.call_function(builder, function, kind.return_type, kind.args, passed)
-        return context.get_dummy_value()
-
-    return types.void(where, types.StarArgTuple(kind.args)), generate
-
-
 rows: Any = _rows
 """rows(array, row, lanes): what a law reads and writes from a row on"""
-call_in_lanes: Any = _call
-"""call_in_lanes(address, *arguments): a law of the signature `register_law` or `register_contact_law`"""

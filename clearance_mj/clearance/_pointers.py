@@ -20,7 +20,7 @@ OPTIONS: dict[str, Any] = {"error_model": "numpy", "fastmath": {"contract", "rea
 
 _FILES = [
     Path(__file__).with_name(f"{name}.py")
-    for name in ("_lanes", "_pointers", "kernel", "lane_contacts", "lane_greases")
+    for name in ("_lanes", "_pointers", "follower", "kernel", "lane_contacts", "lane_greases")
 ]
 
 
@@ -100,10 +100,26 @@ def caller(signature: Any) -> Any:
     return call
 
 
-call_contact_law = caller(CONTACT_LAW)
 call_contact_energy = caller(CONTACT_ENERGY)
-call_grease_law = caller(GREASE_LAW)
 call_grease_energy = caller(GREASE_ENERGY)
+
+
+@intrinsic
+def _call(_: Any, where: Any, *arguments: Any) -> Any:
+    kind = types.void(*arguments)
+
+    def generate(context: Any, builder: Any, __: Any, values: Any) -> Any:
+        convention = context.call_conv
+        function = builder.inttoptr(values[0], convention.get_function_type(kind.return_type, kind.args).as_pointer())
+        passed = cgutils.unpack_tuple(builder, values[1])
+        convention.call_function(builder, function, kind.return_type, kind.args, passed)
+        return context.get_dummy_value()
+
+    return types.void(where, types.StarArgTuple(kind.args)), generate
+
+
+call_law: Any = _call
+"""call_law(address, *arguments): the law of a contact or a grease there, of plain numbers or of all lanes at once"""
 
 
 @intrinsic

@@ -19,7 +19,8 @@ import numba
 import numpy as np
 
 from ..clearance._pointers import OPTIONS, kernel_loop
-from ..clearance.kernel import Clearance, clearance_records, contact_force, contact_step, follow_law, grease_step
+from ..clearance.follower import contact_force
+from ..clearance.kernel import Clearance, clearance_records, contact_step, follow_law, grease_step
 from ..clearance.law import Law
 from ..core.errors import LawError, SimulationError
 from ..physical import SOLREF_PER_UNIT

@@ -16,8 +16,9 @@ from typing import Any, NamedTuple
 import numba
 import numpy as np
 
-from ..clearance._pointers import OPTIONS, at, call_contact_law, call_grease_law, kernel_loop
-from ..clearance.gap import penetration
+from ..clearance._lanes import signed
+from ..clearance._pointers import OPTIONS, at, call_law, kernel_loop
+from ..clearance.follower import end_values, impact_speed, lasting, pushing, signed_penetration
 
 __all__ = ["Laws", "Slopes", "along", "equal"]
 
@@ -60,9 +61,8 @@ class Slopes(NamedTuple):
 @numba.njit(cache=True, nogil=True, inline="always")
 def _contact(law: int, parameters: Any, out: Any, depth: float, speed: float, begun: float, pulls: bool) -> float:
     """Force of one end of a bushing against its penetration, N."""
-    call_contact_law(law, parameters, depth, speed, begun, out)
-    force = 0.5 * (out[0] * depth + out[1] * speed)
-    return force if pulls else max(force, 0.0)
+    k, c = end_values(law, parameters, out, depth, speed, begun)
+    return pushing(k * depth + c * speed, pulls)
 
 
 @kernel_loop(**OPTIONS)
@@ -79,21 +79,22 @@ def _along_contact(
     reach, touches, start = 0.0, False, 0
     for i in range(n):
         reach = max(reach, abs(x[p, i]))
-        if penetration(x[p, i], lower, upper) != 0.0:
+        if signed_penetration(x[p, i], lower, upper) != 0.0:
             touches = True
         else:
             start = i  # no contact lasts from before
     if not touches:
         return
     dx, dv = DIFFERENCE * reach, DIFFERENCE * reach * omega
-    side, begun, before, now, by_x, by_v = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    side, impact, begun, now, by_x, by_v = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     row, sums, pending = np.zeros(harmonics), np.zeros(harmonics), False
     for m in range(start, PERIODS * n):
         i, counts = m if m < n else m - n, m >= n
         last = i - 1 if i > 0 else n - 1
-        g, step, climb = penetration(x[p, i], lower, upper), x[p, i] - x[p, last], v[p, i] - v[p, last]
-        if before != 0.0 and g * before <= 0.0:  # over since the sample before, at a share of the step
-            share = ((upper if before > 0.0 else lower) - x[p, last]) / step
+        g, step, climb = signed_penetration(x[p, i], lower, upper), x[p, i] - x[p, last], v[p, i] - v[p, last]
+        began = lasting(impact, g) == 0.0
+        if impact != 0.0 and began:  # over since the sample before, at a share of the step
+            share = ((upper if side > 0.0 else lower) - x[p, last]) / step
             jump = 0.0
             if pulls:
                 jump = _contact(law, parameters, out, 0.0, side * (v[p, last] + share * climb), begun, pulls)
@@ -110,23 +111,23 @@ def _along_contact(
                     _add_event(sums, row, whole[p])
                     slopes.remembers[p] = True
             pending = False
-            before = 0.0
+            impact = 0.0
         if g == 0.0:
             continue
-        began, share, met, jump = before == 0.0, 0.0, 0.0, 0.0
+        share, jump = 0.0, 0.0
         if began:
-            side = 1.0 if g > 0.0 else -1.0
+            side = signed(1.0, g)
             met = side * v[p, i]
             if m > 0:
                 share = ((upper if g > 0.0 else lower) - x[p, last]) / step
                 met = side * (v[p, last] + share * climb)
-            begun = max(met, 1e-12)
+            begun = impact_speed(impact, g, met)
+            impact = signed(begun, g)
             jump = _contact(law, parameters, out, 0.0, met, begun, pulls)
             sums[:] = 0.0
             for k in range(harmonics):
                 place = (1.0 - share) * basis[last, k] + share * basis[i, k]
                 row[k] = omega * ((1.0 - share) * rate[last, k] + share * rate[i, k]) - climb / step * place
-        before = g
         if m < n - 1:
             continue
         depth, inwards = abs(g), side * v[p, i]
@@ -210,7 +211,7 @@ def _along_grease(
         if i == 0:
             _copy(held, begun)
         _copy(held, old)
-        call_grease_law(law, parameters, memory, here + offset, dx, step, out)
+        call_law(law, parameters, memory, here + offset, dx, step, out)
         now = answers[0] + answers[1] * speed
         viscous = answers[1]
         if counts:
@@ -222,7 +223,7 @@ def _along_grease(
             if d < size:
                 moved[d] += eps
             further, longer = eps if d == size else 0.0, eps if d == size + 1 else 0.0
-            call_grease_law(law, parameters, trial, here + offset + further, dx + longer, step, out)
+            call_law(law, parameters, trial, here + offset + further, dx + longer, step, out)
             for k in range(size):
                 slope[k, d] = (moved[k] - held[k]) / eps
             slope[size, d] = (answers[0] + answers[1] * speed - now) / eps

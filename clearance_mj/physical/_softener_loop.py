@@ -15,7 +15,8 @@ from numba.core import cgutils
 from numba.extending import intrinsic
 
 from ..clearance._pointers import OPTIONS, caller, kernel_loop
-from ..clearance.kernel import BUSHING, STATE, contact_force, contact_step, follow_law, grease_step
+from ..clearance.follower import contact_force
+from ..clearance.kernel import BUSHING, STATE, contact_step, follow_law, grease_step
 from . import _library
 from ._library import external
 
