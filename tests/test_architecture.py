@@ -1,8 +1,7 @@
 """The import graph of the package: layers that import only downwards, no circles, and nothing of the article."""
 
 import ast
-import subprocess
-import sys
+import re
 from functools import cache
 from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
@@ -11,31 +10,12 @@ import pytest
 
 import clearance_mj
 
+from .processes import run
+
 PACKAGE = Path(clearance_mj.__file__).parent
-LAYERS = (
-    ("_version",),
-    ("core",),
-    ("estimate",),
-    ("signals",),
-    ("universal",),
-    ("structure",),
-    ("rig",),
-    ("beam", "clearance"),
-    ("physical",),
-    ("engines",),
-    ("model",),
-    ("periodic",),
-    ("io",),
-    ("calibrate", "identify", "placement"),
-    ("statistics",),
-    ("sweep", "vehicle"),
-    ("study",),
-    ("report",),
-    ("live",),
-    ("cli",),
-    ("__main__",),
-)
-"""From the lowest to the highest; modules of one layer may import each other"""
+PAGE = PACKAGE.parent / "docs" / "architecture.md"
+ROWS = re.findall(r"^\| ((?:`\w+`(?:, )?)+) \|", PAGE.read_text(encoding="utf-8"), re.MULTILINE)
+LAYERS = [re.findall(r"`(\w+)`", row) for row in ROWS]  # lowest first; modules of one layer may import each other
 OUTSIDE = {"benchmarks", "experiments", "tests"}
 
 
@@ -51,7 +31,7 @@ def _name(path) -> str:
     return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
 
 
-def _imported(name, path, files) -> set[str]:
+def _imported(name, path, files, tops=OUTSIDE | {"clearance_mj"}) -> set[str]:
     package = name.split(".") if path.name == "__init__.py" else name.split(".")[:-1]
     found = set()
     for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
@@ -61,12 +41,12 @@ def _imported(name, path, files) -> set[str]:
             module = ".".join((*package[: len(package) - node.level + 1], *filter(None, [node.module])))
             module = module if node.level else node.module
             found |= {inner if (inner := f"{module}.{a.name}") in files else module for a in node.names}
-    return {module for module in found if module.split(".")[0] in OUTSIDE | {"clearance_mj"}} - {name}
+    return {module for module in found if module.split(".")[0] in tops} - {name}
 
 
-def test_every_module_stands_in_a_layer():
+def test_the_page_has_every_module_in_one_layer():
     tops = {name.split(".")[1] for name in imports() if "." in name}
-    assert tops <= {top for layer in LAYERS for top in layer}
+    assert sorted(tops) == sorted(top for layer in LAYERS for top in layer)
 
 
 def test_no_module_imports_from_a_higher_layer():
@@ -84,8 +64,7 @@ def test_no_module_imports_from_a_higher_layer():
 def test_libraries_of_tables_and_figures_are_loaded_when_they_are_used():
     later = "{'pandas', 'xarray', 'control', 'matplotlib', 'jinja2'}"
     program = f"import sys, clearance_mj; print(*{later} & sys.modules.keys())"
-    found = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
-    assert found.stdout.split() == []
+    assert run("-c", program).stdout == "\n"
 
 
 def test_public_names_are_the_same_for_type_checkers():
@@ -99,6 +78,12 @@ def test_public_names_are_the_same_for_type_checkers():
     assert all(getattr(clearance_mj, name) is not None for name in clearance_mj.__all__)
     with pytest.raises(AttributeError, match="has no attribute 'nothing'"):
         _ = clearance_mj.nothing
+
+
+def test_only_the_helper_with_a_limit_starts_processes():
+    """A test that waits for another process must end, whatever becomes of that."""
+    files = {p for p in Path(__file__).parent.rglob("*.py") if "subprocess" in _imported("", p, {}, {"subprocess"})}
+    assert [path.name for path in files] == ["processes.py"]
 
 
 def test_no_circles():

@@ -15,8 +15,7 @@ if TYPE_CHECKING:  # a command imports what it needs when it runs
     from ..rig import Rig
 
 GOOD_BALANCE = 0.01
-LARGEST_ERROR = 0.03
-"""of a contact's stiffness, from modes that are left out, beyond which it is said"""
+MAX_STIFFNESS_ERROR = 0.03  # of a contact's stiffness, from modes that are left out: a larger one is warned of
 
 
 def _options(parser: argparse.ArgumentParser) -> None:
@@ -28,7 +27,6 @@ def _options(parser: argparse.ArgumentParser) -> None:
         help="balance energy and log impacts: energy.csv, impacts.csv and energy_balance.png in this folder",
     )  # fmt: skip
     add_plugin(parser, "an engine, a contact or a grease")
-    option("--ledger", type=Path, help=argparse.SUPPRESS)  # its former name
 
 
 @command(
@@ -43,11 +41,9 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
     out_file(options.out, (".nc", ".h5", ".hdf5"), inputs(options), is_marked)
     load_plugin(options.plugin)
     rig, law = load(options)
-    if options.ledger:
-        print("clearance-mj: note: --ledger is called --energy now; its figure is energy_balance.png", file=sys.stderr)
-    folder = options.energy or options.ledger
     case = rig, excitation(options, rig.shaker.kind, options.rms), law, options.engine
     words = None if options.quiet else "simulating"
+    folder = options.energy
     response, more = _with_energy(options, folder, case) if folder else (simulate(*case, progress=words), {})
     _warn_of_truncation(rig)
     save(options.out, replace(response, provenance=response.provenance | {"made_from": provenance(options)}))
@@ -62,7 +58,7 @@ def _warn_of_truncation(rig: Rig) -> None:
     from ..structure import truncation
 
     for found in truncation(rig):
-        if not found.stiffness_error < LARGEST_ERROR:
+        if not found.stiffness_error < MAX_STIFFNESS_ERROR:
             share = f"about {100 * found.stiffness_error:.0f} %" if found.missing >= 0 else "an unknown share"
             print(
                 f"clearance-mj: warning: clearance at {found.where}: the modes lack flexibility there, so its contact "

@@ -30,7 +30,7 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
 
     dataset = Dataset.load(options.dataset)
     found = update_rig(dataset)
-    diagnosis = diagnose(dataset, found)
+    diagnosis = diagnose(found)
     stored = found.to_dict() | {"diagnosis": list(diagnosis.words), "provenance": provenance(options)}
     found.rig.copied(options.new / "structure").save(options.new / "rig.toml")
     write_text(options.new / "updated_rig.json", to_json(stored))

@@ -11,7 +11,8 @@ from ..core.errors import ClearanceError, LawError, RecordError
 from ..estimate.estimates import Estimates
 from ..io.dataset import Dataset
 from ..rig import Rig
-from .records.checks import check_length, check_records, warn_of_contradictions
+from .records.checks import check_length, check_records, warn
+from .structure.faults.contradictions import contradictions_of_rig
 
 __all__ = ["METHODS", "Identified", "Method", "get_method", "law", "register"]
 
@@ -77,9 +78,9 @@ class Method:
             if not rig.bushings:
                 raise RecordError(f"rig {rig.name!r} has no bushings, so there is no clearance to identify")
             check_length(records, self.shortest(rig), {n: m.shortest(rig) for n, m in METHODS.items() if m.shortest})
-            check_records(records)
-            if self.rig_exact:
-                warn_of_contradictions(dataset)
+            prepared = check_records(records)
+            for words in contradictions_of_rig(rig, prepared) if self.rig_exact else ():
+                warn(words)
         return self.find(dataset, progress)
 
 
@@ -149,10 +150,10 @@ def law(dataset: Dataset, method: str = "output-error", progress: str | None = N
     dataset : Dataset
         Records with role "validate" are never opened.
     method : str
-        "nominal": the rig file's datasheet values; "constant": the best constants; "ridge" and "ridge-as-printed": over
-        the record's time, from the wavelet ridge, corrected or as the article prints it; "force-balance" and
-        "amplitude": constant or over amplitude, from the restoring forces; "output-error": the physical law (Bouc-Wen
-        grease with squeeze film, power-law contact); or one of your own, see `register`.
+        "nominal": the rig file's datasheet values; "constant": the best constants; "ridge": over the record's time,
+        from the wavelet ridge; "force-balance" and "amplitude": constant or over amplitude, from the restoring forces;
+        "output-error": the physical law (Bouc-Wen grease with squeeze film, power-law contact); or one of your own,
+        see `register`.
     progress : str, optional
         Show a progress bar with this name.
 

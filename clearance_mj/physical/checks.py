@@ -9,17 +9,16 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..core.errors import ModelError
+from .bristles import frictions
 from .elements import KINDS, apply, asked, compiled, inverse_inertia
-from .friction import frictions
+from .rows import ParasiticMass, parasitic_mass, softness_of
 from .softness import LARGEST_IMPEDANCE
-from .step import hardest, slow, softness_of
+from .step import hardest
 
 __all__ = ["check", "compile"]
 
-_SAME = 1e-5
-"""Share up to which the softness of a model is what was asked, after MJCF's six digits"""
-_SLOWER = 1e-3
-"""Share up to which ringing may be too slow"""
+_SAME = 1e-5  # share up to which the softness of a model is what was asked, after MJCF's six digits
+_MAX_SLOWER = 1e-3  # share up to which ringing may be too slow
 _POINTS = {
     ("PLANE", "CAPSULE"): 2, ("PLANE", "CYLINDER"): 4, ("PLANE", "BOX"): 4, ("PLANE", "MESH"): 4,
     ("CAPSULE", "CAPSULE"): 2, ("CAPSULE", "CYLINDER"): 4, ("CAPSULE", "BOX"): 2, ("CAPSULE", "MESH"): 4,
@@ -77,7 +76,7 @@ def check(model: mujoco.MjModel, poses: ArrayLike | None = None) -> tuple[str, .
     tuple of str
         One line each; empty if all is well. Contacts and limits whose solref is not in physical units are left alone.
     """
-    found = *_settings(model), *_elements(model), *_slow(model, poses), *_geoms(model)
+    found = *_settings(model), *_elements(model), *_slow_ringing(model, poses), *_geoms(model)
     return *found, *_step_too_long(model, poses)
 
 
@@ -150,16 +149,17 @@ def _pair(model: mujoco.MjModel, pair: int, where: str) -> Iterator[str]:
         yield f"{where}: {first.lower()} and {second.lower()} touch in up to {points} points, each with this stiffness"
 
 
-def _slow(model: mujoco.MjModel, poses: ArrayLike | None) -> Iterator[str]:
-    cases = slow(model, poses)
+def _slow_ringing(model: mujoco.MjModel, poses: ArrayLike | None) -> Iterator[str]:
+    cases = parasitic_mass(model, poses)
     for kind, i, name in _soft(model):
-        heavier, behind, pose = cases.get(f'{kind} "{name}"', (0.0, 0.0, 0))
-        slower = 1 - 1 / np.sqrt(1 + heavier)
+        case = cases.get(f'{kind} "{name}"', ParasiticMass(0.0, 0.0, 0))
+        slower = 1 - 1 / np.sqrt(1 + case.ratio)
         there = KINDS[kind]
-        if slower > _SLOWER and getattr(model, there.model[1])[i, 0] <= 10 * LARGEST_IMPEDANCE:
+        if slower > _MAX_SLOWER and getattr(model, there.model[1])[i, 0] <= 10 * LARGEST_IMPEDANCE:
+            lighter = case.inverse_inertia / inverse_inertia(model, kind, i)
             yield (
-                f'{there.noun} "{name}" rings {100 * slower:.2g} % too slow in pose {pose}, where the inertia behind '
-                f"it is {behind / inverse_inertia(model, kind, i):.0f} times less than MuJoCo's estimate: write more "
+                f'{there.noun} "{name}" rings {100 * slower:.2g} % too slow in pose {case.pose}, where the inertia '
+                f"behind it is {lighter:.0f} times less than MuJoCo's estimate: write more "
                 f"into model.{there.inverse} and apply()"
             )
 

@@ -11,7 +11,8 @@ from .._version import __version__
 from ..core.errors import RecordError
 from ..core.files import to_json, write_text
 from ..identify.forces.restoring import RestoringForce
-from ..identify.methods.bench import BenchFit, force_on
+from ..identify.laws.comparison import force_on
+from ..identify.methods.bench import BenchFit
 from ..io.dataset import Dataset
 from ..statistics.intervals import Interval
 from . import html

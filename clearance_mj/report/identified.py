@@ -17,9 +17,9 @@ from ..identify.forces.restoring import RestoringForce, restoring_force
 from ..identify.laws.contact_over_time import OVERLAP, ContactParameters, contact_parameters
 from ..identify.laws.grease import GreaseFit, grease_parameters
 from ..identify.methods.ridge import ridge_law
-from ..identify.records.checks import ridge_band
 from ..identify.registry import Identified
-from ..identify.ridges.wavelet import scalogram, skeleton
+from ..identify.wavelets.lowest_mode import ridge_band
+from ..identify.wavelets.wavelet import scalogram, skeleton
 from ..io.dataset import Dataset, Record
 from . import identification as draw
 

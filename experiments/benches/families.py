@@ -17,7 +17,7 @@ from pathlib import Path
 import numpy as np
 
 from clearance_mj.identify import update_rig
-from clearance_mj.identify.methods.bench import FamilyFit, compare_families
+from clearance_mj.identify.laws.comparison import FamilyFit, compare_families
 from clearance_mj.io.dataset import Dataset
 from experiments.benches.bench import CONTACTS, GREASES, IGNORANCES, find_bench
 from experiments.benches.records import write_bench

@@ -24,7 +24,7 @@ from tqdm import tqdm
 from clearance_mj.core.errors import ClearanceError
 from clearance_mj.core.files import replacing, to_json, write_text
 from clearance_mj.engines import simulate
-from clearance_mj.identify import diagnose
+from clearance_mj.identify import diagnose, update_rig
 from clearance_mj.identify.methods.bench import fit_bench
 from clearance_mj.identify.records.checks import IdentifiabilityWarning, check_records
 from clearance_mj.io.channels import Channel
@@ -33,7 +33,7 @@ from clearance_mj.rig import Rig
 from clearance_mj.signals import estimate_frf
 from clearance_mj.signals.correlation import rmse_db
 
-DATA = Path(__file__).parents[1] / "data" / "table1_rig"
+DATA = Path(__file__).parents[2] / "data" / "table1_rig"
 LEVEL = 1.0
 """m/s², of the records whose FRFs are predicted where nothing is said"""
 TABLE = re.compile(r"(<!-- lies -->\n).*?(<!-- /lies -->)", re.DOTALL)
@@ -272,7 +272,7 @@ def said(dataset: Dataset) -> list[str]:
         warnings.simplefilter("always", IdentifiabilityWarning)
         try:
             check_records(dataset.records)
-            words = diagnose(dataset).words
+            words = diagnose(update_rig(dataset)).words
         except ClearanceError as error:
             return [f"refused: {error}"]
     found = [str(w.message) for w in caught if isinstance(w.message, IdentifiabilityWarning)]

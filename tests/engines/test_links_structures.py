@@ -4,7 +4,7 @@ import mujoco
 import numpy as np
 
 from clearance_mj.engines import build_links
-from clearance_mj.physical.step import softness_of
+from clearance_mj.physical.rows import softness_of
 from clearance_mj.rig import Bushing, Contact, Grease, Rig, Sensor
 from clearance_mj.structure import Material, Section, Shaft, Shafts, Spring, Support
 

@@ -10,7 +10,7 @@ import pytest
 from clearance_mj import physical
 from clearance_mj.beam import natural_frequencies
 from clearance_mj.engines import mjcf
-from clearance_mj.physical.step import softness_of
+from clearance_mj.physical.rows import softness_of
 
 from ..conftest import TABLE1 as RIG
 

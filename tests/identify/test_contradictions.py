@@ -6,9 +6,12 @@ import numpy as np
 import pytest
 
 from clearance_mj.clearance.law import ConstantLaw
+from clearance_mj.core.errors import RecordError
 from clearance_mj.identify import law
 from clearance_mj.identify.records.checks import IdentifiabilityWarning
-from clearance_mj.identify.structure.contradictions import contradictions, missed_as_told
+from clearance_mj.identify.records.prepared import prepare
+from clearance_mj.identify.structure.faults.contradictions import contradictions_of_rig
+from clearance_mj.identify.structure.updating import rig_file_misfit
 from clearance_mj.io.dataset import Dataset
 from clearance_mj.signals import excitation
 
@@ -31,16 +34,18 @@ def reversed_probe(dataset):
 
 def test_nothing_contradicts_a_rig_that_is_told_exactly(exact):
     """1 % of noise on each channel; near the clamp, where little is left of the base's motion, that is 6 %."""
-    assert missed_as_told(exact).max() < 0.06
-    assert contradictions(exact) == ()
-    assert contradictions(Dataset.load(ROOT / "data" / "table1_rig")) == ()
+    shipped = Dataset.load(ROOT / "data" / "table1_rig")
+    assert rig_file_misfit(exact.rig, prepare(exact)).max() < 0.06
+    assert contradictions_of_rig(exact.rig, prepare(exact)) == ()
+    assert contradictions_of_rig(shipped.rig, prepare(shipped)) == ()
 
 
 def test_without_more_sensors_than_clearances_nothing_can_be_said(exact):
     bare = RIG.replace(sensors=RIG.sensors[:1])
     record = with_channel(told(exact, bare).records[0], *PROBE, None)
-    assert missed_as_told(Dataset(bare, (record,))) is None
-    assert contradictions(Dataset(bare, (record,))) == ()
+    with pytest.raises(RecordError, match="needs more sensors than clearances"):
+        rig_file_misfit(bare, prepare([record]))
+    assert contradictions_of_rig(bare, prepare([record])) == ()
 
 
 @pytest.mark.parametrize(

@@ -8,9 +8,9 @@ import pytest
 from clearance_mj.clearance import ContactLaw
 from clearance_mj.estimate.parameter import Parameter
 from clearance_mj.identify.forces.restoring import RestoringForce
+from clearance_mj.identify.laws.comparison import _again, compared
 from clearance_mj.identify.laws.families import CONTACTS, GREASES, split
 from clearance_mj.identify.laws.force_fit import Motion, fit
-from clearance_mj.identify.methods.bench import _again, compared
 from clearance_mj.rig import Bushing, Contact, Grease
 
 FS, SECONDS, FINE = 2048.0, 5.0, 8

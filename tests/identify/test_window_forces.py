@@ -5,6 +5,7 @@ import pytest
 
 from clearance_mj.identify.forces.restoring import SETTLE, restoring_force
 from clearance_mj.identify.forces.windows import WindowForces
+from clearance_mj.identify.records.prepared import prepared
 
 from ..conftest import record_of
 
@@ -16,7 +17,7 @@ def record(rig):
 
 def test_windows_are_pieces_of_the_record(record):
     whole = restoring_force(record)
-    windows = WindowForces(record, record.rig, {}, whole.noise, 2.0)
+    windows = WindowForces(prepared(record), record.rig, {}, whole.noise, 2.0)
     assert len(windows) == 3
     for i, force in enumerate(windows):
         first = round(SETTLE * record.fs) + i * windows.step

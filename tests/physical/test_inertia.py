@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from clearance_mj import physical
-from clearance_mj.physical.step import softness_of
+from clearance_mj.physical.rows import softness_of
 
 from .arm import C, K, arm
 

@@ -19,16 +19,18 @@ from ...beam import natural_frequencies
 from ...clearance.law import Law
 from ...core.errors import RecordError
 from ...estimate.parameter import Parameter
-from ...io.dataset import Dataset, Record
+from ...io.dataset import Record
 from ...rig import Rig
-from ..forces.restoring import SETTLE, measured_channels, restoring_force
+from ..forces.restoring import SETTLE, restoring_force
 from ..forces.windows import WindowForces
 from ..laws.force_fit import MODEL
 from ..laws.law_families import families_of
-from ..records.checks import warn_of_lapses
-from ..structure.contradictions import contradictions
+from ..records.checks import warn_of_dropouts
+from ..records.prepared import prepared
+from ..structure.faults.contradictions import contradictions_of_rig, contradictions_of_update
 from ..structure.priors import priors, rig_with
-from ..structure.updating import RigUpdate, update_rig
+from ..structure.rig_update import RigUpdate
+from ..structure.updating import update_from
 from .tracker import BLOCK, QUANTITIES, Followed
 
 if TYPE_CHECKING:
@@ -209,14 +211,15 @@ def twin(
     """
     record = record if rig is None else dataclasses.replace(record, rig=rig)
     _check(record, window, learn)
-    first = _piece(record, learn)
-    warn_of_lapses(record)
-    learnt_from = Dataset(record.rig, (first,))
-    update = None if rig_exact else update_rig(learnt_from)
-    said = contradictions(learnt_from, update)
+    whole = prepared(record)
+    whole.require_usable()
+    warn_of_dropouts(whole)
+    first = dataclasses.replace(whole, signals=whole.signals[: round(learn * whole.fs)])
+    update = None if rig_exact else update_from(record.rig, [first])
+    said = contradictions_of_update(update) if update else contradictions_of_rig(record.rig, [first])
     linear, probes = (update.rig, update.values) if update else (record.rig, {})
     noise = restoring_force(first, rig=linear, probes=probes).noise
-    windows = WindowForces(record, linear, probes, noise, window)
+    windows = WindowForces(whole, linear, probes, noise, window)
     drawn = [windows.on(*each) for each in _drawn(update)]
     wanted = max(2, round(learn / windows.seconds))
     told: list[Any] = [(None, dict[str, float]())] * len(linear.bushings)
@@ -306,7 +309,6 @@ def _check(record: Record, window: float, learn: float) -> None:
             f"{where}: has no displacement probe at {', '.join(missing)}; each clearance needs one, or its gap is not "
             'known (in a table, column "disp:NODE")'
         )
-    measured_channels(record)  # says what else is missing
 
 
 def _without_probe(record: Record) -> list[str]:
@@ -316,10 +318,3 @@ def _without_probe(record: Record) -> list[str]:
     nodes = [label.partition(":")[0] for label in record.rig.probe_labels]
     seen = {str(c.node) for c in record.channels if c.quantity == "displacement"}
     return [f"bushings[{j}] (node {node})" for j, node in enumerate(nodes) if node not in seen]
-
-
-def _piece(record: Record, seconds: float) -> Record:
-    """The first part of a record."""
-    size = round(seconds * record.fs)
-    channels = [dataclasses.replace(c, value=c.value[:size]) for c in record.channels]
-    return dataclasses.replace(record, channels=channels, role="identify")

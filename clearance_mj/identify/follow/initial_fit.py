@@ -14,9 +14,9 @@ import numpy as np
 from ...estimate.parameter import Parameter
 from ...rig import Rig
 from ..forces.restoring import RestoringForce
+from ..laws.comparison import compared
 from ..laws.families import Family
 from ..laws.force_fit import ForceFit, Motion, _Fit, fit
-from ..methods.bench import compared
 
 __all__ = ["learnt", "of_rigs", "of_rivals", "of_the_rest"]
 

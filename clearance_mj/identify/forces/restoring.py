@@ -14,29 +14,24 @@ import numpy as np
 import scipy.fft
 from tqdm import tqdm
 
-from ...beam import ModalModel, ritz_model
+from ...beam import ritz_model
 from ...clearance.gap import penetration
 from ...core.errors import RecordError
 from ...io.dataset import Dataset, Record
 from ...rig import Rig
-from ...structure.base import parse_place
-from ..records.channels import check_channel
+from ..records.prepared import PreparedRecord, prepare, prepared
+from .gains import channel_gains, displacement_gains, probe_rows
 
 __all__ = ["RestoringForce", "restoring_force", "restoring_forces"]
 
-MODES = 16
-"""of the known structure, to which the static shapes are added"""
-BAND = 0.4
-"""of fs: up to here the anti-alias filters of engines and rig are flat"""
-TAPER = 0.1
-"""s, cosine flanks at both ends of a record"""
-SETTLE = 0.3
-"""s at both ends of a record whose forces are not used"""
-NOISE = 0.01
-"""of a channel's RMS: noise with which the weights start"""
-QUIETEST = 1e-4
-"""of a channel's RMS: no channel is taken to be quieter"""
+MODES = 16  # of the known structure, to which the static shapes are added
+BAND = 0.4  # of fs: up to here the anti-alias filters of engines and rig are flat
+TAPER = 0.1  # s, cosine flanks at both ends of a record
+SETTLE = 0.3  # s at both ends of a record whose forces are not used
+NOISE = 0.01  # of a channel's RMS: noise with which the weights start
+QUIETEST = 1e-4  # of a channel's RMS: no channel is taken to be quieter
 REWEIGHTINGS = 4
+NO_PROBES_BAND = 4.0  # Hz: without probes, slower motion is not known.
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,17 +85,32 @@ class RestoringForce:
 
 
 def restoring_force(
-    record: Record, high: float | None = None, low: float = 0.0, rig: Rig | None = None,
+    record: Record | PreparedRecord, high: float | None = None, low: float = 0.0, rig: Rig | None = None,
     probes: Mapping[str, float] | None = None,
 ) -> RestoringForce:  # fmt: skip
     """Reconstruct the force of every bushing on the shaft.
 
-    ``low``, ``high``: Hz, the band, by default up to 0.4 fs, where anti-alias filters begin. A band from 0 Hz on needs
-    a probe at each bushing: accelerometers do not tell slow motion. ``rig``: updated, instead of the record's.
-    ``probes``: their gains and places by the names of `priors`, if they are not 1 and the bushings' middles.
+    Parameters
+    ----------
+    record : Record or PreparedRecord
+        Accelerometers, excitation and, unless ``low`` is above 0, a displacement probe at every bushing.
+    high : float, optional
+        Hz, upper end of the band; by default 0.4 fs, where anti-alias filters begin.
+    low : float
+        Hz, lower end of the band. A band from 0 Hz on needs probes: accelerometers do not show slow motion.
+    rig : Rig, optional
+        An updated rig, instead of the record's.
+    probes : mapping of str to float, optional
+        Gains and places of the probes by the names of `priors`, if they are not 1 and the bushings' middles.
+
+    Raises
+    ------
+    RecordError
+        If the record is too short, lacks a channel or has one that cannot be used.
     """
-    rig, fs = rig or record.rig, record.fs
-    measured = measured_channels(record, low > 0)
+    record = prepared(record)
+    require_measurable(record, needs_probes=low <= 0)
+    rig, fs, measured = rig or record.rig, record.fs, record.signals
     high = BAND * fs if high is None else float(high)
     if not low < high <= fs / 2:
         raise RecordError(f'record "{record.name}": band up to {high:g} Hz must end in 0..{fs / 2:g} Hz, half its rate')
@@ -111,9 +121,9 @@ def restoring_force(
     spectrum = np.fft.rfft(measured * flanks(n, fs)[:, None], size, axis=0)[inside]
     omega = 2 * np.pi * frequency[inside]
     model = ritz_model(rig, MODES)
-    rows = probe_rows(model, probes or {}) if measured.shape[1] > len(rig.sensors) + 1 else np.zeros((0, model.size))
-    seen = channel_gains(model, rows, record.excitation_kind, omega)
-    moved = displacement_gains(model, model.at_points, record.excitation_kind, omega)
+    rows = probe_rows(model, probes or {}) if record.probes else np.zeros((0, model.size))
+    seen = channel_gains(model, rows, record.kind, omega)
+    moved = displacement_gains(model, model.at_points, record.kind, omega)
     try:
         sigma, theta, covariance = _solve(seen, spectrum, np.sqrt(np.mean(measured**2, axis=0)), n)
     except np.linalg.LinAlgError:
@@ -158,71 +168,36 @@ def restoring_force(
 
 def restoring_forces(dataset: Dataset, progress: str | None = None) -> list[RestoringForce]:
     """Reconstruct the forces in every record to identify."""
-    records = tqdm(dataset.to_identify(), desc=progress, unit="record", disable=progress is None)
+    records = tqdm(prepare(dataset), desc=progress, unit="record", disable=progress is None)
     return [restoring_force(record) for record in records]
 
 
-def measured_channels(record: Record, without_probes: bool = False) -> np.ndarray:
-    """(n_t, n_sensors + n_bushings + 1) accelerations, probes and the excitation, checked; probes only if there are."""
+def require_measurable(record: PreparedRecord, needs_probes: bool = True) -> None:
+    """Refuse a record from which restoring forces cannot be found.
+
+    Parameters
+    ----------
+    record : PreparedRecord
+        The record.
+    needs_probes : bool
+        Whether every clearance needs a displacement probe.
+
+    Raises
+    ------
+    RecordError
+        If the rig has no bushings, probes are missing, the record is too short or a channel cannot be used.
+    """
     where = f'record "{record.name}"'
     if not record.rig.bushings:
         raise RecordError(f"{where}: its rig has no bushings, so there is no restoring force to find")
-    response = record.response()
-    if response.displacement is None and not without_probes:
+    if needs_probes and not record.probes:
         raise RecordError(
             f"{where}: has no displacement probe at every bushing; without them neither gap nor grease can be "
             "identified. Output error on the accelerometers alone still can be used"
         )
-    if response.duration <= 4 * SETTLE:
-        raise RecordError(f"{where}: lasts {response.duration:g} s, force balance needs more than {4 * SETTLE:g} s")
-    labels = [f"accelerometer {name}" for name in response.responses]
-    displacement = [] if response.displacement is None else [response.displacement]
-    labels += [f"probe at bushings[{j}]" for j in range(len(record.rig.bushings)) if displacement] + ["excitation"]
-    # Channels side by side, so that sums over time are taken sample by sample.
-    measured = np.ascontiguousarray(np.vstack((response.acceleration, *displacement, response.excitation)).T)
-    for label, signal in zip(labels, measured.T, strict=True):
-        check_channel(f"{where}: {label}", signal, response.fs)
-    return measured
-
-
-def probe_rows(model: ModalModel, values: Mapping[str, float]) -> np.ndarray:
-    """(n_bushings, n_modes) displacement that probes read, of gains and places by the names of `priors`."""
-    rows, bushings = model.at_bushings.copy(), model.rig.bushings
-    for j in range(len(rows)):
-        if f"probes[{j}].position" in values:
-            name = (parse_place(bushings[j].position) or ("", 0.0))[0]
-            at = values[f"probes[{j}].position"]
-            rows[j] = model.shapes([f"{name}@{at!r}" if name else at])[0]
-        rows[j] *= values.get(f"probes[{j}].gain", 1.0)
-    return rows
-
-
-def channel_gains(
-    model: ModalModel, probes: np.ndarray, kind: str, omega: np.ndarray, at: np.ndarray | None = None
-) -> np.ndarray:
-    """Gains (n_f, n_channels, n_forces + 1) of accelerometers, probes and excitation on θ.
-
-    θ: the forces and the excitation. ``at``: (n_forces, n_modes) where they act, by default in the bushings' middles.
-    """
-    sensors = len(model.at_sensors)
-    seen = displacement_gains(model, np.vstack((model.at_sensors, probes)), kind, omega, at)
-    seen[:, :sensors] *= -(omega[:, None, None] ** 2)
-    seen[:, :sensors, -1] += model.sensors_on_base * float(kind == "base")
-    itself = np.zeros((omega.size, 1, seen.shape[2]))
-    itself[:, :, -1] = 1.0
-    return np.concatenate((seen, itself), axis=1)
-
-
-def displacement_gains(
-    model: ModalModel, rows: np.ndarray, kind: str, omega: np.ndarray, at: np.ndarray | None = None
-) -> np.ndarray:
-    """Gains (n_f, n, n_forces + 1) of displacements with rows (n, n_modes) on θ, as `channel_gains` has it."""
-    inputs = np.vstack((-(model.at_bushings if at is None else at), model.input(kind))).T
-    receptance = model.receptance(omega)
-    if receptance.ndim == 3:
-        return rows @ receptance @ inputs
-    products = rows[:, None, :] * inputs.T[None]
-    return (receptance @ products.reshape(-1, model.size).T).reshape(omega.size, len(rows), -1)
+    if record.duration <= 4 * SETTLE:
+        raise RecordError(f"{where}: lasts {record.duration:g} s, force balance needs more than {4 * SETTLE:g} s")
+    record.require_usable()
 
 
 def _solve(

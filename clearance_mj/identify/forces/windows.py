@@ -9,20 +9,10 @@ import numpy as np
 import scipy.fft
 
 from ...beam import ritz_model
-from ...io.dataset import Record
 from ...rig import Rig
-from .restoring import (
-    BAND,
-    MODES,
-    SETTLE,
-    TAPER,
-    RestoringForce,
-    channel_gains,
-    displacement_gains,
-    flanks,
-    measured_channels,
-    probe_rows,
-)
+from ..records.prepared import PreparedRecord
+from .gains import channel_gains, displacement_gains, probe_rows
+from .restoring import BAND, MODES, SETTLE, TAPER, RestoringForce, flanks, require_measurable
 
 __all__ = ["WindowForces"]
 
@@ -35,8 +25,8 @@ class WindowForces:
 
     Parameters
     ----------
-    record : Record
-        What was measured.
+    record : PreparedRecord
+        With a displacement probe at every clearance.
     rig : Rig
         The linear rig.
     probes : mapping of str to float
@@ -47,9 +37,10 @@ class WindowForces:
         s.
     """
 
-    def __init__(self, record: Record, rig: Rig, probes: Mapping[str, float], noise: np.ndarray, window: float):
-        self.name, self.kind, self.fs, self.noise = record.name, record.excitation_kind, record.fs, noise
-        self.measured = measured_channels(record)
+    def __init__(self, record: PreparedRecord, rig: Rig, probes: Mapping[str, float], noise: np.ndarray, window: float):
+        require_measurable(record)
+        self.name, self.kind, self.fs, self.noise = record.name, record.kind, record.fs, noise
+        self.measured = record.signals
         self.step, self.margin = round(window * record.fs), round(SETTLE * record.fs)
         self.seconds, self.size = self.step / self.fs, self.step + 2 * self.margin
         self.padded = scipy.fft.next_fast_len(self.size + int(TAPER * self.fs), real=True)

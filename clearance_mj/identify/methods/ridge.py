@@ -1,4 +1,4 @@
-"""Methods "ridge" and "ridge-as-printed": the article's updated model, contact over time from the wavelet ridge."""
+"""Method "ridge": the article's updated model, contact over time from the wavelet ridge."""
 
 from __future__ import annotations
 
@@ -11,11 +11,12 @@ from ...clearance.law import TimeLaw
 from ...core.errors import RecordError
 from ...io.dataset import Dataset
 from ...rig import Rig
-from ..forces.restoring import MODES, measured_channels
-from ..records.checks import ridge_band, warn_of_no_ridge
+from ..forces.restoring import MODES, require_measurable
+from ..records.prepared import prepared
 from ..registry import Identified, register
-from ..ridges.oscillator import check_options
-from ..ridges.wavelet import scalogram, shortest_record
+from ..wavelets.lowest_mode import ridge_band, warn_of_no_ridge
+from ..wavelets.oscillator import check_options
+from ..wavelets.wavelet import scalogram, shortest_record
 
 __all__ = ["ridge_law"]
 
@@ -44,8 +45,9 @@ def ridge_law(
     shows no contact, values are interpolated; negative ones are zero; beyond the record its last values hold.
     """
     check_options(correction, damping)
-    record = max(dataset.to_identify(), key=lambda r: r.duration)
-    rig, probes = record.rig, measured_channels(record)[:, len(record.rig.sensors) : -1]
+    record = prepared(max(dataset.to_identify(), key=lambda r: r.duration))
+    require_measurable(record)
+    rig, probes = record.rig, record.signals[:, len(record.rig.sensors) : -1]
     model = ritz_model(rig, MODES, grease=True)
     band = ridge_band(rig)
     columns = tqdm(probes.T, desc=progress, unit="bushing", disable=progress is None)
@@ -105,24 +107,19 @@ def _contact_damping(model: ModalModel, rig: Rig, modal: np.ndarray, share: np.n
     return np.maximum((modal - own) / (share @ at), 0.0)
 
 
-def _shortest(rig: Rig) -> float:
+def shortest_for_ridge(rig: Rig) -> float:
+    """Return the length of the shortest record that has a ridge of the rig's lowest mode, s."""
     return shortest_record(ridge_band(rig)[0])
-
-
-def _find(dataset: Dataset, progress: str | None, correction: str, damping: str) -> Identified:
-    warn_of_no_ridge(max(dataset.to_identify(), key=lambda r: r.duration))
-    return Identified(ridge_law(dataset, correction, damping, progress))
 
 
 @register(
     "ridge",
     "the rig file and the longest record to identify: contact over that record's time, from its wavelet ridge",
-    _shortest,
+    shortest_for_ridge,
 )
-def _corrected(dataset: Dataset, progress: str | None = None) -> Identified:
-    return _find(dataset, progress, "adiabatic", "viscous")
-
-
-@register("ridge-as-printed", "as ridge, with the article's Equations 12 and 17 as printed", _shortest)
-def _as_printed(dataset: Dataset, progress: str | None = None) -> Identified:
-    return _find(dataset, progress, "none", "as-printed")
+def find(
+    dataset: Dataset, progress: str | None = None, correction: str = "adiabatic", damping: str = "viscous"
+) -> Identified:
+    """Identify by `ridge_law` and warn where the longest record shows no ridge."""
+    warn_of_no_ridge(prepared(max(dataset.to_identify(), key=lambda r: r.duration)))
+    return Identified(ridge_law(dataset, correction, damping, progress))

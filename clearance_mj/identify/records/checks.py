@@ -7,42 +7,102 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from ...beam import natural_frequencies
 from ...core.errors import RecordError
-from ...io.dataset import Dataset, Record
-from ...rig import Rig, Sensor
-from ..ridges.wavelet import ridge
-from ..structure.contradictions import contradictions
-from .channels import check_channel
-from .dropouts import channels_of, lapses, zero_error
+from ...io.dataset import Record
+from .dropouts import describe_dropouts, zero_error
+from .prepared import EXCITATION, PreparedRecord, prepared
 
-__all__ = ["IdentifiabilityWarning"]
+__all__ = ["IdentifiabilityWarning", "check_length", "check_records", "warn", "warn_of_dropouts"]
 
 
 class IdentifiabilityWarning(UserWarning):
     """Records do not identify everything that is asked for; the message says what they do."""
 
 
-def check_records(records: Sequence[Record]) -> None:
-    """Refuse records with a channel that cannot be used, saying what can; warn where the shaft stays in the gap."""
-    faults = {record.name: fault for record in records if (fault := _fault(record))}
-    if faults:
-        sound = ", ".join(f'"{r.name}"' for r in records if r.name not in faults)
-        rest = f"; without it, the rest ({sound}) can be identified from" if sound else ""
-        raise RecordError(f"{next(iter(faults.values()))}{rest}")
+def warn(message: str) -> None:
+    """Warn of what records do not identify.
+
+    Parameters
+    ----------
+    message : str
+        A sentence.
+    """
+    warnings.warn(message, IdentifiabilityWarning, stacklevel=2)
+
+
+def check_records(records: Sequence[Record | PreparedRecord]) -> tuple[PreparedRecord, ...]:
+    """Return records prepared; refuse those with a channel that cannot be used; warn where the shaft stays in the gap.
+
+    Parameters
+    ----------
+    records : sequence of Record
+        Of one rig.
+
+    Raises
+    ------
+    RecordError
+        Names a channel that cannot be used, and what still can be identified without it.
+    """
+    usable, faults = [], []
     for record in records:
-        warn_of_lapses(record)
-    _warn_of_no_contact(records)
+        try:
+            found = prepared(record)
+        except RecordError as error:  # its file, read only now
+            faults.append(str(error))
+            continue
+        if found.faults:
+            channel, fault = next(iter(_by_importance(found)))
+            faults.append(f"{fault}; {_remedy(found, channel)}")
+        else:
+            usable.append(found)
+    if faults:
+        sound = ", ".join(f'"{record.name}"' for record in usable)
+        rest = f"; without it, the rest ({sound}) can be identified from" if sound else ""
+        raise RecordError(f"{faults[0]}{rest}")
+    for record in usable:
+        warn_of_dropouts(record)
+    _warn_of_no_contact(usable)
+    return tuple(usable)
 
 
-def warn_of_contradictions(dataset: Dataset) -> None:
-    """Warn where the records contradict the rig file, with the likeliest cause."""
-    for words in contradictions(dataset):
-        _warn(words)
+def _by_importance(record: PreparedRecord) -> list[tuple[str, str]]:
+    """Names and faults of channels, the excitation first."""
+    return sorted(record.faults.items(), key=lambda fault: fault[0] != EXCITATION)
+
+
+def _remedy(record: PreparedRecord, channel: str) -> str:
+    """What of a record is still of use without a channel."""
+    kind, _, label = channel.partition(" ")
+    if kind == EXCITATION:
+        return "nothing can be identified from this record"
+    if kind == "probe":
+        return "without the probes, constant and output-error still can be identified"
+    node = label.partition(":")[0]
+    if label in record.rig.probe_labels:
+        return (
+            f"without node {node} in the rig file the probe there is lost too; constant and output-error still can be "
+            "identified"
+        )
+    return f"without node {node} in the rig file everything still can be identified"
 
 
 def check_length(records: Sequence[Record], needed: float, methods: Mapping[str, float]) -> None:
-    """Refuse records that are all shorter than needed, s; say for which methods one is long enough."""
+    """Refuse records that are all shorter than a method needs; say for which methods one is long enough.
+
+    Parameters
+    ----------
+    records : sequence of Record
+        To identify from.
+    needed : float
+        s.
+    methods : mapping of str to float
+        Seconds that each method needs, by its name.
+
+    Raises
+    ------
+    RecordError
+        If no record is long enough.
+    """
     longest = max(records, key=lambda r: r.duration)
     if longest.duration < needed:
         enough = ", ".join(f"{name} ({s:.3g} s)" for name, s in methods.items() if s <= longest.duration)
@@ -52,84 +112,28 @@ def check_length(records: Sequence[Record], needed: float, methods: Mapping[str,
         )
 
 
-def ridge_band(rig: Rig) -> tuple[float, float]:
-    """Hz, where the ridge of the lowest mode is looked for: it stiffens in contact.
+def warn_of_dropouts(record: PreparedRecord) -> None:
+    """Warn of dropouts and spikes, and of probes whose zero is off: what is found with them is off, too.
 
-    Motion without a restoring force is no mode; a structure of one mode is followed up to twice its frequency.
+    Parameters
+    ----------
+    record : PreparedRecord
+        The record.
     """
-    found = natural_frequencies(rig, 8)
-    first, *others = found[found > 0]
-    return float(first / 2), float((first + (others[0] if others else 3 * first)) / 2)
-
-
-def warn_of_no_ridge(record: Record) -> None:
-    """Warn of probes whose lowest mode has no ridge above the noise."""
-    probes, band, without = record.response().displacement, ridge_band(record.rig), []
-    for j, signal in enumerate([] if probes is None else probes):
-        try:
-            ridge(signal, record.fs, band)
-        except RecordError:
-            without.append(f"bushings[{j}]")
-    if without:
-        _warn(
-            f'record "{record.name}": no ridge above the noise between {band[0]:.3g} and {band[1]:.3g} Hz at '
-            f"{', '.join(without)}: forcing, noise or heavy damping hide the free vibration, and k(t), c(t) follow the "
-            "largest component instead; force-balance, amplitude and output-error do not need a ridge"
-        )
-
-
-def _fault(record: Record) -> str:
-    """What makes a record useless, and what of it is still of use; "" if nothing does."""
-    try:
-        response = record.response()
-    except RecordError as error:  # its file, read only now
-        return str(error)
-    probes = np.empty((0, 0)) if response.displacement is None else response.displacement
-    channels = [
-        ("excitation", response.excitation, "nothing can be identified from this record"),
-        *(
-            (f"accelerometer {name}", signal, _without(record.rig, sensor))
-            for name, sensor, signal in zip(response.responses, record.rig.sensors, response.acceleration)
-        ),
-        *(
-            (f"probe at bushings[{j}]", signal, "without the probes, constant and output-error still can be identified")
-            for j, signal in enumerate(probes)
-        ),
-    ]
-    for name, signal, remedy in channels:
-        try:
-            check_channel(f'record "{record.name}": {name}', signal, record.fs)
-        except RecordError as error:
-            return f"{error}; {remedy}"
-    return ""
-
-
-def warn_of_lapses(record: Record) -> None:
-    """Warn of dropouts and spikes, and of probes whose zero is off: what is found with them is off, too."""
-    names, signals = zip(*channels_of(record))
-    said = [f"{name} {words}" for name, words in zip(names, lapses(signals, record.fs)) if words]
-    if said:
-        _warn(f'record "{record.name}": {", ".join(said)}: as of a loose cable; repair the record, or leave it out')
-    probes = [signal for name, signal in zip(names, signals) if name.startswith("probe")]
+    described = describe_dropouts(record.signals.T, record.fs)
+    if said := [f"{name} {words}" for name, words in zip(record.channels, described) if words]:
+        warn(f'record "{record.name}": {", ".join(said)}: as of a loose cable; repair the record, or leave it out')
+    probes = () if record.displacement is None else tuple(record.displacement)
     for j, (signal, bushing) in enumerate(zip(probes, record.rig.bushings)):
         if words := zero_error(signal, bushing.gap):
-            _warn(
+            warn(
                 f'record "{record.name}": probe at bushings[{j}] {words}, beside a gap of {1e3 * bushing.gap:.3g} mm; '
                 "probes read zero where the shaft rests, and walls are found where they say: subtract it"
             )
 
 
-def _without(rig: Rig, sensor: Sensor) -> str:
-    if sensor.label in rig.probe_labels:
-        return (
-            f"without node {sensor.node} in the rig file the probe there is lost too; constant and output-error still "
-            "can be identified"
-        )
-    return f"without node {sensor.node} in the rig file everything still can be identified"
-
-
-def _warn_of_no_contact(records: Sequence[Record]) -> None:
-    probes = [d for record in records if (d := record.response().displacement) is not None]
+def _warn_of_no_contact(records: Sequence[PreparedRecord]) -> None:
+    probes = [d for record in records if (d := record.displacement) is not None]
     if not probes:
         return
     gaps, offsets = np.array([(b.gap, b.offset) for b in records[0].rig.bushings]).T
@@ -140,10 +144,6 @@ def _warn_of_no_contact(records: Sequence[Record]) -> None:
         if x <= d
     )
     if np.all(reached <= gaps):
-        _warn(f"no contact: {moves}; contact stiffness and damping cannot be identified, the grease still can")
+        warn(f"no contact: {moves}; contact stiffness and damping cannot be identified, the filling's still can")
     elif moves:
-        _warn(f"no contact at one bushing: {moves}; its contact is taken from the others, its grease is its own")
-
-
-def _warn(message: str) -> None:
-    warnings.warn(message, IdentifiabilityWarning, stacklevel=2)
+        warn(f"no contact at one bushing: {moves}; its contact is taken from the others, its filling is its own")

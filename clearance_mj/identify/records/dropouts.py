@@ -7,45 +7,24 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ...io.dataset import Record
+__all__ = ["describe_dropouts", "zero_error"]
 
-__all__ = ["channels_of", "lapses", "zero_error"]
-
-HELD = 10
-"""equal samples in a row, from which on they are a dropout"""
-BEFORE = 20
-"""steps before a dropout, in which a signal that comes to rest would have calmed down"""
-ABRUPT = 10.0
-"""resolutions: steps before a dropout"""
-SPIKE = 12.0
-"""standard deviations by which one sample stands out of both its neighbours"""
-TOGETHER = 0.05
-"""s, within which spikes of several channels are one impact"""
-PARTS = 4
-"""of a record: the quietest shows the zero, the first and the last a drift"""
-SHIFTED = 0.3
-"""of the gap, and of the motion: of a probe in another unit that is much larger"""
-OFF, OFF_CENTRE = 0.01, 0.2
-"""of the gap, and of the motion in the quietest part, both: sound records have up to 0.05 of the motion"""
+HELD = 10  # equal samples in a row, from which on they are a dropout
+BEFORE = 20  # steps before a dropout, in which a signal that comes to rest would have calmed down
+ABRUPT = 10.0  # resolutions: steps before a dropout
+SPIKE = 12.0  # standard deviations by which one sample stands out of both its neighbours
+ONE_IMPACT = 0.05  # s, within which spikes of several channels are one impact
+PARTS = 4  # of a record: the quietest shows the zero, the first and the last a drift
+DRIFT = 0.3  # of the gap, and of the motion: of a probe in another unit that is much larger
+OFFSET = 0.01, 0.2
+"""Of the gap, and of the motion in the quietest part, both: sound records have up to 0.05 of the motion."""
 
 
-def channels_of(record: Record) -> list[tuple[str, np.ndarray]]:
-    """Return name and samples (n_t,) of accelerometers, then probes, then the excitation."""
-    response = record.response()
-    found = [(f"accelerometer {name}", signal) for name, signal in zip(response.responses, response.acceleration)]
-    probes = [] if response.displacement is None else [*response.displacement]
-    return [
-        *found,
-        *((f"probe at bushings[{j}]", x) for j, x in enumerate(probes)),
-        ("excitation", response.excitation),
-    ]
-
-
-def lapses(signals: Sequence[np.ndarray], fs: float) -> list[str]:
+def describe_dropouts(signals: Sequence[np.ndarray] | np.ndarray, fs: float) -> list[str]:
     """Return of each channel (n_t,) of a record, in words, where it drops out or has a spike of its own; "" if not."""
     spikes = [_spike(signal) for signal in signals]
     alone = [
-        at and all(other is None or abs(at - other) > TOGETHER * fs for other in spikes[:i] + spikes[i + 1 :])
+        at and all(other is None or abs(at - other) > ONE_IMPACT * fs for other in spikes[:i] + spikes[i + 1 :])
         for i, at in enumerate(spikes)
     ]
     return [
@@ -89,8 +68,8 @@ def zero_error(displacement: ArrayLike, gap: float) -> str:
     levels = [float(np.std(part)) for part in parts]
     quietest = int(np.argmin(levels))
     drift, offset = rests[-1] - rests[0], rests[quietest]
-    if abs(drift) > SHIFTED * max(gap, levels[0], levels[-1]):
+    if abs(drift) > DRIFT * max(gap, levels[0], levels[-1]):
         return f"drifts by {1e3 * drift:.3g} mm"
-    if abs(offset) > max(OFF * gap, OFF_CENTRE * levels[quietest]):
+    if abs(offset) > max(OFFSET[0] * gap, OFFSET[1] * levels[quietest]):
         return f"has an offset of {1e3 * offset:.3g} mm"
     return ""

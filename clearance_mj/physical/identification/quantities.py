@@ -13,9 +13,9 @@ import numpy as np
 
 from ...core.errors import ModelError
 from ...estimate.parameter import Parameter
+from ..bristles import frictions
 from ..elements import KINDS, MARK, Asked, Softness, Target, apply, asked, compiled, find, give
-from ..friction import frictions
-from ..step import softness_of
+from ..rows import softness_of
 from .record import nearest
 
 __all__ = ["open_parameters", "put", "written_into"]

@@ -1,0 +1,163 @@
+"""How far an updated rig is from what noise and priors explain: the measure that compares causes of a misfit."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ....core.errors import ClearanceError
+from ....rig import Rig
+from ...records.prepared import PreparedRecord
+from ..force_gains import force_gains
+from ..rig_update import RigUpdate
+from ..updating import channel_weights, update_from
+
+__all__ = ["Assessment", "Fault", "assess", "channel_of", "distance", "predicted_spectra"]
+
+SUSPECT_MISFIT = 4.0  # % of a channel's level, from which on it is suspicious; of sound benches 0.6 to 1.5
+SUSPECT_SHIFT = 4.0  # prior standard deviations, from which on a parameter is suspicious; of sound benches up to 2.1
+CORRELATED_LINES = 20.0  # lines that count as one
+COMPARED_LINES = 1500  # of all records, by which corrections are compared before the rig is updated with them
+SOUND_SHARE = 0.7  # of the channels must fit for the rig to be sound
+
+
+@dataclass(frozen=True)
+class Fault:
+    """A cause of what a dataset misses, in words."""
+
+    cause: str
+    """what is wrong, and where"""
+    evidence: str
+    """what would be right, and how much that explains"""
+    factor: float | None = None
+    """by which the number in question is to be multiplied, if it is one"""
+
+    def __str__(self) -> str:
+        return f"{self.cause}: {self.evidence}"
+
+
+@dataclass(frozen=True, eq=False)
+class Assessment:
+    """What an updated rig misses, and which channels and parameters stand out."""
+
+    update: RigUpdate
+    """of the records as they are, or with one cause put right"""
+
+    @property
+    def rig(self) -> Rig:
+        """The rig that was updated."""
+        return self.update.start
+
+    @property
+    def records(self) -> tuple[PreparedRecord, ...]:
+        """The records that it was updated to."""
+        return self.update.records
+
+    @functools.cached_property
+    def misfit(self) -> np.ndarray:
+        """(n_channels,) % of each channel's level that is missed."""
+        return 100 * self.update.share
+
+    @functools.cached_property
+    def measured(self) -> list[np.ndarray]:
+        """(n_f, n_channels) some lines of each record."""
+        return [m.measured.T[:: self._step] for m in self.update.misfit]
+
+    @property
+    def frequency(self) -> np.ndarray:
+        """(n,) Hz, of these lines of all records."""
+        return np.concatenate([m.frequency[:: self._step] for m in self.update.misfit])
+
+    @property
+    def _step(self) -> int:
+        return -(-sum(m.frequency.size for m in self.update.misfit) // COMPARED_LINES)
+
+    def gains(self, rig: Rig, values: Mapping[str, float]) -> list[np.ndarray]:
+        """Return gains of unknown forces and the excitation on these lines, of a rig with values of its parameters."""
+        lines = [(m.kind, m.omega[:: self._step]) for m in self.update.misfit]
+        return force_gains(rig, values, self.update.probes, lines)
+
+    @functools.cached_property
+    def shift(self) -> dict[str, float]:
+        """Of each parameter, from its prior's mean in prior standard deviations."""
+        found = self.update.estimates
+        return {
+            p.name: (p.to_varied(v) - p.to_varied(p.start)) / p.prior_std for p, v in zip(found.parameters, found.value)
+        }
+
+    @functools.cached_property
+    def cost(self) -> float:
+        """-2 ln of the posterior at its maximum, the noise of each channel being open: Σ n ln(1 + misfit²) + Σ z²."""
+        lines = 2 * max(m.frequency.size for m in self.update.misfit) / CORRELATED_LINES
+        return float(lines * np.sum(np.log1p(self.misfit**2)) + sum(z**2 for z in self.shift.values()))
+
+    @functools.cached_property
+    def suspects(self) -> tuple[int, ...]:
+        """Channels that stand out, by themselves or by their place or gain."""
+        shifted = {channel_of(name, self.rig) for name, z in self.shift.items() if abs(z) > SUSPECT_SHIFT}
+        return tuple(i for i, misfit in enumerate(self.misfit) if misfit > SUSPECT_MISFIT or i in shifted)
+
+    @functools.cached_property
+    def wrong(self) -> tuple[str, ...]:
+        """Parameters of the rig itself that stand out."""
+        return tuple(n for n, z in self.shift.items() if abs(z) > SUSPECT_SHIFT and channel_of(n, self.rig) is None)
+
+    @property
+    def sound(self) -> bool:
+        """Whether most channels fit and the rig itself is near what its file says."""
+        return float(np.quantile(self.misfit, SOUND_SHARE)) <= SUSPECT_MISFIT and not self.wrong
+
+    @property
+    def unexplained(self) -> str:
+        """What stands out, in words; "" if nothing does."""
+        parts = []
+        if self.suspects:
+            names = ", ".join(self.update.channels[i] for i in self.suspects)
+            parts.append(f"{names}, by up to {self.misfit[list(self.suspects)].max():.0f} % of the level")
+        if self.wrong:
+            moved = ", ".join(f"{name} by {abs(self.shift[name]):.1f}" for name in self.wrong)
+            parts.append(f"prior standard deviations from the rig file: {moved}")
+        return "; ".join(parts)
+
+
+def assess(rig: Rig, records: Sequence[PreparedRecord]) -> Assessment | None:
+    """Update a rig to records and assess it; None if that cannot be."""
+    try:
+        return Assessment(update_from(rig, records))
+    except ClearanceError:
+        return None
+
+
+def predicted_spectra(
+    gains: list[np.ndarray], measured: list[np.ndarray], without: tuple[int, ...] = ()
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return weights (n, n_channels) of all records' lines, and spectra by the forces that meet the channels best.
+
+    Channels ``without`` do not count for the forces.
+    """
+    seen, found = np.vstack(gains), np.vstack(measured)
+    level = [np.broadcast_to(np.sqrt(np.mean(np.abs(m) ** 2, axis=0)), m.shape) for m in measured]
+    weights = channel_weights(np.vstack(level), found)
+    kept = np.setdiff1d(np.arange(found.shape[1]), without)
+    basis, upper = np.linalg.qr(seen[:, kept] * weights[:, kept, None])
+    forces = basis.conj().transpose(0, 2, 1) @ (found * weights)[:, kept, None]
+    return weights, (seen @ np.linalg.solve(upper, forces))[:, :, 0]
+
+
+def distance(gains: list[np.ndarray], measured: list[np.ndarray]) -> float:
+    """Return the sum over the channels of the logarithm of what is missed, over weights."""
+    weights, predicted = predicted_spectra(gains, measured)
+    squares = np.abs((predicted - np.vstack(measured)) * weights) ** 2
+    return float(np.sum(np.log1p(np.mean(squares, axis=0))))
+
+
+def channel_of(name: str, rig: Rig) -> int | None:
+    """Return the channel, accelerometers and then probes, that a parameter of an instrument belongs to."""
+    where, _, rest = name.partition("[")
+    number, _, field = rest.partition("].")
+    if where not in ("sensors", "probes") or field not in ("gain", "position"):
+        return None
+    return int(number) + (len(rig.sensors) if where == "probes" else 0)

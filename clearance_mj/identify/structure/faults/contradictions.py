@@ -1,0 +1,44 @@
+"""What records say against the rig that a method takes for exact, so that no fault of either passes in silence."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from ....core.errors import RecordError
+from ....rig import Rig
+from ...records.prepared import PreparedRecord
+from ..rig_update import RigUpdate
+from ..updating import rig_file_misfit, update_from
+from .assessment import Assessment
+from .diagnosis import diagnose
+
+__all__ = ["contradictions_of_rig", "contradictions_of_update"]
+
+MAX_MISFIT = 0.1  # of a channel's level, missed by a rig as it is; by rigs that records were simulated with, up to 0.06
+
+
+def contradictions_of_rig(rig: Rig, records: Sequence[PreparedRecord]) -> tuple[str, ...]:
+    """Return in words what contradicts a rig file, and the likeliest cause; none: nothing does, or nothing can.
+
+    Parameters
+    ----------
+    rig : Rig
+        As its file has it.
+    records : sequence of PreparedRecord
+        Of the rig.
+    """
+    try:
+        misfit = rig_file_misfit(rig, records).max()
+    except RecordError:
+        return ()  # what cannot be read, or not be compared, is said elsewhere
+    if misfit < MAX_MISFIT:
+        return ()
+    return diagnose(update_from(rig, records)).words or (
+        f"the rig file, which this method takes for exact, misses a channel by {100 * misfit:.0f} % of its level; "
+        "method bench, or update-rig, corrects it",
+    )
+
+
+def contradictions_of_update(update: RigUpdate) -> tuple[str, ...]:
+    """Return in words what contradicts a rig even as updated, and the likeliest cause; none: nothing does."""
+    return diagnose(update).words if Assessment(update).unexplained else ()

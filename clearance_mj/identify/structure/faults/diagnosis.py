@@ -1,0 +1,154 @@
+"""Gross faults of a dataset, found from what its updated rig misses: the likeliest cause, in words.
+
+The misfit of a channel is what the updated rig misses of it under the forces in the clearances that meet all sensors
+best, in % of its level. A bench is suspicious where a channel's misfit is above 4 (of sound benches: 0.6 to 1.5), or a
+parameter ends more than 4 prior standard deviations from the rig file (of sound benches: up to 2.1). Only then
+hypotheses are put right, instruments first, then the structure, and the rig is updated anew with those by which the
+sensors contradict each other least. One is named if
+
+- it lowers Σ n ln(1 + misfit²) + Σ z² by 30 or more, a likelihood ratio of e¹⁵: n counts the independent lines
+  of a channel, z are the parameters' distances from their priors, so that what priors allow is never named;
+- what it puts right is then no longer suspicious: the channels in question, or most channels and the rig itself;
+- no other one lowers that sum as far.
+
+The restoring force of each bushing bends where the shaft meets its walls: gaps far from there are named.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..rig_update import RigUpdate
+from .assessment import Assessment, Fault, assess
+from .of_channels import ChannelCorrection, channel_corrections, correction_faults
+from .of_gaps import gap_faults
+from .of_rigs import RigCorrection, longer, rig_corrections
+from .of_signals import describe_signal_fault
+
+__all__ = ["Diagnosis", "Fault", "diagnose"]
+
+MIN_GAIN = 30.0  # by which putting a cause right must lower the cost
+MAX_FAULTS = 4  # that may stand beside each other
+CANDIDATES = 4  # corrections of one kind with which the rig is updated
+REFINEMENTS = 3  # of a length, beside that of the grid
+
+Found = tuple[list[Fault], Assessment] | None  # Faults in words, and the assessment with them put right.
+
+
+@dataclass(frozen=True, eq=False)
+class Diagnosis:
+    """What is grossly wrong with a dataset."""
+
+    faults: tuple[Fault, ...]
+    """the likeliest causes, in the order in which they were put right, then gaps; none of a sound bench"""
+    unexplained: str
+    """what no hypothesis explains, in words; "" of a sound bench"""
+    update: RigUpdate
+    """with instruments and structure put right"""
+
+    @property
+    def words(self) -> tuple[str, ...]:
+        """One sentence for each fault, and one on what none of them explains; none of a sound bench."""
+        return (*map(str, self.faults), *filter(None, [self.unexplained]))
+
+
+def diagnose(update: RigUpdate) -> Diagnosis:
+    """Find instruments, units, gaps or dimensions that are grossly wrong, where records do not fit their rig.
+
+    Parameters
+    ----------
+    update : RigUpdate
+        What `update_rig` found of a dataset.
+
+    Returns
+    -------
+    Diagnosis
+        Without faults where the updated rig misses no more than noise and priors explain.
+    """
+    assessment, faults = Assessment(update), list[Fault]()
+    for _ in range(MAX_FAULTS):
+        found = _next_fault(assessment)
+        if found is None:
+            break
+        faults += found[0]
+        assessment = found[1]
+    if assessment.sound:
+        faults += gap_faults(assessment.update)
+    unexplained = ""
+    if missed := assessment.unexplained:
+        unexplained = f"no single cause explains what the updated rig misses: {missed}"
+        if cause := describe_signal_fault(assessment):
+            unexplained += f"; likeliest: {cause}"
+    return Diagnosis(tuple(faults), unexplained, assessment.update)
+
+
+def _next_fault(assessment: Assessment) -> Found:
+    """The likeliest fault, in words, and the assessment with it put right."""
+    of_channels = _channel_fault(assessment) if assessment.unexplained else None
+    if assessment.sound or (of_channels and not of_channels[1].unexplained):
+        return of_channels
+    found = [one for one in (of_channels, _rig_fault(assessment), _foreign_record(assessment)) if one]
+    return min(found, key=lambda one: one[1].cost, default=None)
+
+
+def _channel_fault(before: Assessment) -> Found:
+    """Signs, swaps or units of instruments."""
+    good: list[tuple[ChannelCorrection, Assessment]] = []
+    for correction in channel_corrections(before)[:CANDIDATES]:
+        after = assess(before.rig, correction.applied(before.records))
+        if after is None or after.cost > before.cost - MIN_GAIN or set(correction.channels) & set(after.suspects):
+            continue
+        good.append((correction, after))
+        if not after.unexplained:
+            break
+    if not good:
+        return None
+    correction, after = min(good, key=lambda pair: pair[1].cost)
+    return correction_faults(correction, before, after), after
+
+
+def _rig_fault(before: Assessment) -> Found:
+    """Dimensions, material or masses of the rig file."""
+    found: list[tuple[RigCorrection, Assessment]] = []
+    for correction in rig_corrections(before)[:CANDIDATES]:
+        after = assess(correction.rig, before.records)
+        if after and correction.number[2] == "length":
+            correction, after = _finer(before, correction, after)
+        if after:
+            found.append((correction, after))
+    good = [(c, after) for c, after in found if after.sound and after.cost < before.cost - MIN_GAIN]
+    if not good:
+        return None
+    correction, after = min(good, key=lambda pair: pair[1].cost)
+    return [correction.fault(before, after)], after
+
+
+def _finer(before: Assessment, coarse: RigCorrection, after: Assessment) -> tuple[RigCorrection, Assessment]:
+    """A length between the grid's: what the modulus takes up, the length does by its inverse fourth power."""
+    for _ in range(REFINEMENTS):
+        updated, tried, beam = after.update.rig.beam, coarse.rig.beam, before.rig.beam
+        assert updated and tried and beam
+        factor = tried.length / beam.length * (tried.young_modulus / updated.young_modulus) ** 0.25
+        rig = longer(before.rig, factor, coarse.kind)
+        finer = assess(rig, before.records) if rig else None
+        if rig is None or finer is None or finer.cost > after.cost:
+            break
+        coarse, after = dataclasses.replace(coarse, rig=rig), finer
+    return coarse, after
+
+
+def _foreign_record(before: Assessment) -> Found:
+    """A record that does not fit the rig of the others."""
+    misfits = before.update.misfit
+    if len(misfits) < 2:
+        return None
+    worst = max(misfits, key=lambda m: float(np.mean(m.share**2)))
+    after = assess(before.rig, [record for record in before.records if record.name != worst.record])
+    if after is None or after.unexplained:
+        return None
+    with_it, without = (float(np.sqrt(np.mean(a.misfit**2))) for a in (before, after))
+    words = f'record "{worst.record}" is not of the rig, the level or the set-up that the others are of'
+    return [Fault(words, f"without it, the misfit falls from {with_it:.1f} to {without:.1f} % of the level")], after

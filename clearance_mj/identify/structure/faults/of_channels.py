@@ -1,0 +1,189 @@
+"""Signs, places and units of instruments that explain channels which an updated rig misses."""
+
+from __future__ import annotations
+
+import dataclasses
+import itertools
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+import scipy.optimize
+
+from ...records.prepared import EXCITATION, PreparedRecord
+from .assessment import SUSPECT_MISFIT, Assessment, Fault, channel_of, distance, predicted_spectra
+
+__all__ = ["ChannelCorrection", "channel_corrections", "correction_faults"]
+
+OTHER_INSTRUMENT = 0.7  # of the residual by a channel's own instrument: another one explains it only if it leaves less
+UNIT_GAIN = 0.05  # from 1, within which a gain counts as 1
+SNAP = 1.2  # factor within which a gain is that of a unit or a sign
+EXCLUDED = 1e3  # times the residual, that stands for no explanation
+MIN_GAIN = 1.0  # by which the distance must fall for a correction to be tried
+UNITS = {
+    "accelerometer": {1e3: "mm/s²", 1 / 9.80665: "g", 100 / 2.54: "in/s²", 1e6: "µm/s²"},
+    "probe": {1e3: "mm", 1e6: "µm", 100 / 2.54: "inches", 1e5 / 2.54: "thousandths of an inch", 100.0: "cm"},
+    "force": {1e-3: "kN", 1e3: "mN", 1 / 9.80665: "kgf", 1 / 4.4482216: "lbf"},
+}  # What an instrument reads over the value in SI units, and the unit in which it does.
+
+
+@dataclass(frozen=True)
+class ChannelCorrection:
+    """Samples moved between channels, and multiplied, so that a fault of instruments or wiring is put right."""
+
+    channels: Mapping[int, tuple[int, float]] = field(default_factory=dict)
+    """of each channel concerned, the one that holds its samples, and their factor; the excitation is the last"""
+
+    def applied(self, records: Sequence[PreparedRecord]) -> list[PreparedRecord]:
+        """Return the records as they would be."""
+        return [dataclasses.replace(r, signals=self.of([r.signals])[0]) for r in records]
+
+    def of(self, measured: Sequence[np.ndarray]) -> list[np.ndarray]:
+        """Return samples or spectra (n, n_channels) as they would be."""
+        corrected = [m.copy() for m in measured]
+        for new, m in zip(corrected, measured):
+            for i, (source, factor) in self.channels.items():
+                new[:, i] = factor * m[:, source]
+        return corrected
+
+
+def channel_corrections(assessment: Assessment) -> list[ChannelCorrection]:
+    """Return what makes channels contradict each other less, on the updated rig and on the rig file's, best first."""
+    rig, update, measured = assessment.rig, assessment.update, assessment.measured
+    kept = {name: v for name, v in update.values.items() if channel_of(name, rig) not in assessment.suspects}
+    found: list[tuple[float, ChannelCorrection]] = []
+    for given in (kept, {}):
+        gains = assessment.gains(rig, given)
+        now = distance(gains, measured)
+        for out in _outvoted(assessment):
+            for one in _explained(gains, assessment, out):
+                if one.channels and (corrected := distance(gains, one.of(measured))) < now - MIN_GAIN:
+                    found.append((corrected, one))
+    unique: list[ChannelCorrection] = []
+    for _, one in sorted(found, key=lambda pair: pair[0]):
+        if one not in unique:
+            unique.append(one)
+    return unique
+
+
+def kinds_of(assessment: Assessment) -> list[str]:
+    """Of every channel, what measures it."""
+    driven = "force" if assessment.records[0].kind == "force" else "accelerometer"
+    return [driven if name == EXCITATION else name.split()[0] for name in assessment.update.channels]
+
+
+def _outvoted(assessment: Assessment) -> Iterator[tuple[int, ...]]:
+    """Channels that may be wrong together: each, two of a kind, all of a kind, those that stand out."""
+    kinds = kinds_of(assessment)[:-1]
+    count, forces = len(kinds) + 1, len(assessment.rig.bushings) + 1
+    groups = [tuple(i for i, k in enumerate(kinds) if k == kind) for kind in dict.fromkeys(kinds)]
+    pairs = [pair for group in groups for pair in itertools.combinations(group, 2)]
+    sets: list[tuple[int, ...]] = [*((i,) for i in range(count)), *pairs, *groups, assessment.suspects]
+    yield from (one for one in dict.fromkeys(sets) if one and count - len(one) >= forces)
+
+
+def _explained(gains: list[np.ndarray], assessment: Assessment, out: tuple[int, ...]) -> Iterator[ChannelCorrection]:
+    """Of channels that the others outvote, instruments and signs, or factors, that explain them best."""
+    weights, predicted = predicted_spectra(gains, assessment.measured, out)
+    measured, kinds = np.vstack(assessment.measured) * weights, kinds_of(assessment)
+    *own, last = range(len(kinds))
+    if len(out) > 1 and out == tuple(i for i in own if kinds[i] == kinds[out[0]]):  # all of a kind, one factor
+        read = np.median([_gain_of(measured[:, i], predicted[:, i] * weights[:, i]) for i in out])
+        yield ChannelCorrection({i: (i, 1 / snapped(float(read), kinds[i])) for i in out})
+    found: dict[int, tuple[int, float]] = {}
+    for group in (*([i for i in own if kinds[i] == k and i in out] for k in dict.fromkeys(kinds)), [last]):
+        if set(group) <= set(out):
+            found |= _assigned(group, measured, weights, predicted, kinds)
+    yield ChannelCorrection(found)
+
+
+def _assigned(
+    group: Sequence[int], measured: np.ndarray, weights: np.ndarray, predicted: np.ndarray, kinds: Sequence[str]
+) -> dict[int, tuple[int, float]]:
+    """Which instrument of a group each of its channels holds, and with what factor."""
+    found: dict[int, tuple[int, float]] = {}
+    alone, left, signs, read = np.zeros(len(group)), *np.zeros((2, len(group), len(group))), np.ones(len(group))
+    for a, i in enumerate(group):
+        here = predicted[:, group] * weights[:, [i]]
+        read[a] = snapped(_gain_of(measured[:, i], here[:, a]), kinds[i])
+        alone[a] = np.median(np.abs(measured[:, i] - read[a] * here[:, a]))
+        turned = [np.median(np.abs(measured[:, [i]] - sign * here), axis=0) for sign in (1, -1)]
+        left[a], signs[a] = np.minimum(*turned), np.where(turned[1] < turned[0], -1.0, 1.0)
+        left[a] = np.where(left[a] < OTHER_INSTRUMENT * alone[a], left[a], EXCLUDED * alone[a])
+        left[a, a] = alone[a]
+    for a, b in zip(*scipy.optimize.linear_sum_assignment(np.log(left))):
+        if a != b:  # the samples of channel a are those of instrument b
+            found[group[b]] = group[a], float(signs[a, b])
+        elif read[a] != 1.0:
+            found[group[a]] = group[a], 1 / float(read[a])
+    return found
+
+
+def _gain_of(measured: np.ndarray, predicted: np.ndarray) -> float:
+    """Factor between spectra: the median over the lines, some of which few channels predict badly."""
+    return float(np.median((measured / predicted).real))
+
+
+def snapped(gain: float, kind: str) -> float:
+    """What an instrument reads: a gain as found, or that of a unit or a sign near it."""
+    size, sign = abs(gain), float(np.sign(gain))
+    if abs(gain - 1) < UNIT_GAIN:
+        return 1.0
+    known = [*UNITS[kind], *([1.0] if sign < 0 else [])]
+    near = [u for u in known if 1 / SNAP < size / u < SNAP]
+    return sign * (near[0] if near else float(f"{size:.3g}"))
+
+
+def correction_faults(correction: ChannelCorrection, before: Assessment, after: Assessment) -> list[Fault]:
+    """One fault for each cycle of swapped channels, and for each factor."""
+    names, kinds = after.update.channels, kinds_of(after)
+    faults, alike, done = [], dict[tuple[str, float, bool], list[int]](), set[int]()
+    for i, (source, factor) in sorted(correction.channels.items()):
+        if i == source:
+            alike.setdefault((kinds[i], factor, names[i] == EXCITATION), []).append(i)
+        elif i not in done:
+            cycle = [i]
+            while (source := correction.channels[cycle[-1]][0]) != i:
+                cycle.append(source)
+            done.update(cycle)
+            words = f"{_named(cycle, names)} are {'swapped' if len(cycle) == 2 else 'permuted'}"
+            turned = [correction.channels[k][0] for k in cycle if correction.channels[k][1] < 0]
+            words += f" and {_named(turned, names)} wired with the wrong sign" if turned else ""
+            faults.append(_fault(words, None, cycle, before, after))
+    for (kind, factor, driven), group in alike.items():
+        every = len(group) == kinds[:-1].count(kind) > 1
+        who = f"every {kind} reads" if every else f"{_named(group, names)} {'read' if len(group) > 1 else 'reads'}"
+        if driven:
+            other = "" if after.update.probes else " (or every accelerometer the other way round)"
+            who = f"the excitation{other} reads"
+        missed = range(len(names)) if driven else group
+        faults.append(_fault(f"{who} {_read(1 / factor, kind)}", factor, missed, before, after))
+    return faults
+
+
+def _named(group: Sequence[int], names: Sequence[str]) -> str:
+    """Such as "accelerometers 2:+Z and 5:+Z"; all are of one kind."""
+    kind = names[group[0]].split()[0]
+    labels = [names[i].removeprefix(f"{kind} ") for i in sorted(group)]
+    return f"{kind}{'s' if len(labels) > 1 else ''} {' and '.join(filter(None, [', '.join(labels[:-1]), labels[-1]]))}"
+
+
+def _read(read: float, kind: str) -> str:
+    """In words, what is read over the true value."""
+    unit = [name for size, name in UNITS[kind].items() if np.isclose(size, abs(read))]
+    size = f"in {unit[0]} instead of SI units" if unit else f"{abs(read):.3g} times the true value"
+    return " and ".join([size] * (abs(read) != 1.0) + ["with the wrong sign"] * (read < 0))
+
+
+def _fault(words: str, factor: float | None, group: Sequence[int], before: Assessment, after: Assessment) -> Fault:
+    put, channels = "exchanged" if factor is None else f"times {factor:.4g}", list(group)
+    was, now = (float(np.sqrt(np.mean(assessment.misfit[channels] ** 2))) for assessment in (before, after))
+    if was > SUSPECT_MISFIT:
+        return Fault(words, f"{put}, the misfit there falls from {was:.0f} to {now:.1f} % of the level", factor)
+    far, near = (_farthest(assessment, channels) for assessment in (before, after))
+    return Fault(words, f"{put}, gain and place come from {far:.1f} to {near:.1f} prior standard deviations", factor)
+
+
+def _farthest(assessment: Assessment, channels: Sequence[int]) -> float:
+    far = (abs(z) for name, z in assessment.shift.items() if channel_of(name, assessment.rig) in channels)
+    return max(far, default=0.0)

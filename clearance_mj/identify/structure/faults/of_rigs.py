@@ -1,0 +1,139 @@
+"""Dimensions, materials and masses of a rig file that explain spectra which its updated rig misses."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from ....core.errors import ClearanceError
+from ....rig import PointMass, Rig, Tolerance
+from .assessment import Assessment, Fault, distance
+
+__all__ = ["RigCorrection", "rig_corrections"]
+
+FACTORS = tuple(np.exp(np.linspace(-0.4, 0.4, 33)).tolist())  # of a length or diameter
+STIFFER = tuple(np.exp(np.linspace(-1.6, 1.6, 17)).tolist())  # of a modulus
+SHARES = (0.1, 0.2, 0.4, 0.8, 1.6)  # of the shaft's mass that may be missing
+PLACES = (0.25, 0.5, 0.75, 1.0)  # of the length, where it may be missing
+OPEN = "10 %"  # tolerance of what was found on a grid
+
+
+@dataclass(frozen=True)
+class RigCorrection:
+    """A rig file put right in one number."""
+
+    kind: str
+    """which number"""
+    rig: Rig
+    """as it would be"""
+    number: tuple[str, int, str]
+    """part of the rig, its index, and the field that was wrong"""
+
+    def of(self, rig: Rig) -> float:
+        """The number, in a rig; 0 of a mass that it has not."""
+        part, index, field = self.number
+        if part == "beam":
+            return float(getattr(rig.beam, field))
+        return rig.masses[index].mass if index < len(rig.masses) else 0.0
+
+    def fault(self, before: Assessment, after: Assessment) -> Fault:
+        """In words."""
+        given, value = self.of(before.rig), self.of(after.update.rig)
+        part, index, field = self.number
+        unit = {"length": "m", "diameter": "m", "height": "m", "young_modulus": "Pa", "density": "kg/m³"}.get(
+            field, "kg"
+        )
+        if given == 0:
+            near = after.update.rig.masses[index].position
+            words = f"a mass of {value:.3g} kg near x = {near:.3g} m is missing in the rig file"
+            return Fault(words, _evidence(before, after))
+        name = f"{part}.{field}" if part == "beam" else f"{part}[{index}].{field}"
+        every = "with every position in proportion, " if self.kind == "lengths" else ""
+        words = f"{name} is {value:.4g} {unit} where the rig file says {given:.4g} {unit} (factor {value / given:.3f})"
+        return Fault(words, every + _evidence(before, after), value / given)
+
+
+def _evidence(before: Assessment, after: Assessment) -> str:
+    parts = []
+    (was, far), (now, near) = (
+        (float(np.sqrt(np.mean(t.misfit**2))), max(map(abs, t.shift.values()))) for t in (before, after)
+    )
+    if was > 2 * now:
+        parts.append(f"the misfit falls from {was:.1f} to {now:.1f} % of the level")
+    parts.append(f"the parameter farthest from the rig file comes from {far:.1f} to {near:.1f} standard deviations")
+    return ", ".join(parts)
+
+
+def rig_corrections(assessment: Assessment) -> list[RigCorrection]:
+    """Return of each kind the correction with which the sensors contradict each other least, best first."""
+    rig = assessment.rig
+
+    def distance_of(candidate: Rig) -> float:
+        return distance(assessment.gains(candidate, {}), assessment.measured)
+
+    now = distance_of(rig)
+    best: dict[str, tuple[float, RigCorrection]] = {}
+    for candidate in _candidates(rig):
+        if (corrected := distance_of(candidate.rig)) < best.get(candidate.kind, (now, candidate))[0]:
+            best[candidate.kind] = corrected, candidate
+    return [one for _, one in sorted(best.values(), key=lambda pair: pair[0])]
+
+
+def _candidates(rig: Rig) -> Iterator[RigCorrection]:
+    """Every change on the grids that makes a rig."""
+    beam = rig.beam
+    if beam is None:
+        return
+    thick = "diameter" if beam.diameter else "height"
+    for field, factors in ((thick, FACTORS), ("young_modulus", STIFFER), ("density", STIFFER)):
+        for factor in factors:
+            other = rig.replace(beam=dataclasses.replace(beam, **{field: factor * getattr(beam, field)}))
+            yield RigCorrection(field, _open(other, f"beam.{field}"), ("beam", 0, field))
+    for factor in FACTORS:
+        for kind in ("length", "lengths"):
+            if changed := longer(rig, factor, kind):
+                yield RigCorrection(kind, changed, ("beam", 0, "length"))
+    for k, mass in enumerate(rig.masses):
+        for factor in STIFFER:
+            masses = (*rig.masses[:k], dataclasses.replace(mass, mass=factor * mass.mass), *rig.masses[k + 1 :])
+            yield RigCorrection(
+                f"mass {k}", _open(rig.replace(masses=masses), f"masses[{k}].mass"), ("masses", k, "mass")
+            )
+    count, whole = len(rig.masses), beam.mass_per_length * beam.length
+    for place in PLACES:
+        for share in SHARES:
+            masses = (*rig.masses, PointMass(place * beam.length, share * whole))
+            yield RigCorrection(
+                "missing", _open(rig.replace(masses=masses), f"masses[{count}].mass"), ("masses", count, "mass")
+            )
+
+
+def longer(rig: Rig, factor: float, kind: str) -> Rig | None:
+    """A beam longer by a factor, what stands at its tip there still; ``kind`` "lengths": every position in proportion.
+
+    None if something would stand beyond the tip.
+    """
+    assert rig.beam
+    end, old = factor * rig.beam.length, rig.beam.length
+
+    def moved(x: float | str) -> float:
+        assert isinstance(x, float)
+        return factor * x if kind == "lengths" or x == old else x
+
+    try:
+        return rig.replace(
+            beam=dataclasses.replace(rig.beam, length=end),
+            **{
+                part: tuple(dataclasses.replace(item, position=moved(item.position)) for item in getattr(rig, part))
+                for part in ("masses", "bushings", "sensors")
+            },
+        )
+    except ClearanceError:
+        return None
+
+
+def _open(rig: Rig, path: str) -> Rig:
+    return rig.replace(tolerances=(*(t for t in rig.tolerances if t.of != path), Tolerance(path, OPEN)))

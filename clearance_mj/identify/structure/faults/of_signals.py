@@ -1,0 +1,77 @@
+"""Of a channel that no sign, swap, unit or gain explains: whether it is late, noise, a loose cable, or distorted."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ...records.dropouts import describe_dropouts
+from .assessment import Assessment, predicted_spectra
+
+__all__ = ["describe_signal_fault"]
+
+MAX_DELAY = 0.05  # s
+DELAYS = 2001  # that are tried
+CERTAIN = 0.3  # of a line's level: standard deviation of its prediction by the other channels, up to which it counts
+MIN_LINES = 20  # with a prediction that is certain enough
+DELAYED = 0.8  # likeness to the prediction from which on a delay explains a channel
+UNRELATED = 0.2  # likeness below which a channel holds nothing of the rig's motion
+DELAY_GAIN = 0.02  # least gain of likeness by a delay
+PARTLY_DELAYED, PARTLY_DELAYED_GAIN = 0.5, 0.1
+"""Likeness and its gain by a delay, from which on that explains a channel whose prediction is less certain."""
+WHOLE = 0.95  # likeness from which on a channel is whole
+
+
+def describe_signal_fault(assessment: Assessment) -> str:
+    """Return in words what is likeliest wrong with the channel that the others contradict most; "" if none."""
+    if not assessment.suspects:
+        return ""
+    gains, distance = assessment.gains(assessment.update.rig, {}), dict[int, float]()
+    for i in assessment.suspects:
+        weights, predicted = predicted_spectra(gains, assessment.measured, (i,))
+        error = np.abs((predicted - np.vstack(assessment.measured)) * weights) ** 2
+        distance[i] = float(np.sum(np.log1p(np.mean(np.delete(error, i, axis=1), axis=0))))
+    i = min(distance, key=distance.__getitem__)
+    name = assessment.update.channels[i]
+    if words := _dropouts(assessment, i):
+        return f"{name} {words}"
+    return f"{name} {_distorted(assessment, gains, i)}"
+
+
+def _dropouts(assessment: Assessment, channel: int) -> str:
+    for record in assessment.records:
+        if words := describe_dropouts(record.signals.T, record.fs)[channel]:
+            return f'{words} in record "{record.name}", as of a loose cable'
+    return ""
+
+
+def _distorted(assessment: Assessment, gains: list[np.ndarray], channel: int) -> str:
+    """By how alike the channel's lines are to what the other channels say, over delays; 1: the same."""
+    weights, predicted = predicted_spectra(gains, assessment.measured, (channel,))
+    measured, expected = np.vstack(assessment.measured)[:, channel], predicted[:, channel]
+    known = _uncertainty(gains, weights, channel) < CERTAIN * np.abs(expected)
+    if np.sum(known) < MIN_LINES:
+        return "contradicts the others"
+    measured, expected = measured[known], expected[known]
+    frequency = assessment.frequency[known]
+    delays = np.linspace(-MAX_DELAY, MAX_DELAY, DELAYS)
+    # Of each line alike: else the few at resonances would tell all.
+    product = measured * expected.conj() / np.maximum(np.abs(measured), np.abs(expected)) ** 2
+    likeness = (np.exp(2j * np.pi * np.outer(delays, frequency)) @ product).real / product.size
+    best, now = float(likeness.max()), float(likeness[DELAYS // 2])
+    if (best > DELAYED and best > now + DELAY_GAIN) or (best > PARTLY_DELAYED and best > now + PARTLY_DELAYED_GAIN):
+        late = 1e3 * float(delays[np.argmax(likeness)])
+        return f"is {'late' if late > 0 else 'early'} by {abs(late):.3g} ms, as of another filter or converter"
+    if best < UNRELATED:
+        return "holds noise or another signal: no motion of this rig"
+    if best > WHOLE:
+        return f"follows the others (likeness {best:.2f}) but for what is added to it, as an offset, a drift or hum"
+    return f"follows the others in part only (likeness {best:.2f}): clipped, overloaded, filtered, or hum is added"
+
+
+def _uncertainty(gains: list[np.ndarray], weights: np.ndarray, channel: int) -> np.ndarray:
+    """(n_f,) standard deviation of what the other channels' noise, 1 over weights, leaves open of a channel."""
+    seen = np.vstack(gains)
+    kept = np.setdiff1d(np.arange(seen.shape[1]), channel)
+    _, upper = np.linalg.qr(seen[:, kept] * weights[:, kept, None])
+    own = np.linalg.solve(upper.conj().transpose(0, 2, 1), seen[:, channel, :, None].conj())
+    return np.asarray(np.linalg.norm(own[:, :, 0], axis=1))

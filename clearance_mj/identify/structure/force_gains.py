@@ -1,0 +1,64 @@
+"""What channels show of forces in the clearances of a rig whose open parameters have other values."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from ...beam import ModalModel, ritz_model
+from ...rig import Rig
+from ...structure import Beam, Shaft
+from ...structure.base import ratios_of_modes
+from ..forces.gains import channel_gains, probe_rows
+from .priors import prepared_rig, rig_with
+
+__all__ = ["Lines", "displacement_at_ends", "force_gains", "gains_at", "model_with"]
+
+MODES = 16  # of the structure, to which the static shapes are added
+Lines = Sequence[tuple[str, np.ndarray]]  # Of each record, what excites and the complex frequencies (n_f,), rad/s.
+
+
+def force_gains(rig: Rig, values: Mapping[str, float], probes: bool, lines: Lines) -> list[np.ndarray]:
+    """Return the gains (n_f, n_channels, n_bushings + 1) of forces and excitation, for each record.
+
+    A force acts half in the clearance's middle, where the filling does, and half at its ends, where contact does.
+    """
+    model = model_with(rig, values)
+    at = (model.at_bushings + displacement_at_ends(model).mean(axis=1)) / 2
+    return gains_at(model, values, probes, lines, at)
+
+
+def gains_at(
+    model: ModalModel, values: Mapping[str, float], probes: bool, lines: Lines, at: np.ndarray
+) -> list[np.ndarray]:
+    """Return the gains of forces that act at rows (n_forces, n_modes), and of the excitation, for each record."""
+    rows = probe_rows(model, values) if probes else np.zeros((0, model.size))
+    return [channel_gains(model, rows, kind, omega, at) for kind, omega in lines]
+
+
+def displacement_at_ends(model: ModalModel) -> np.ndarray:
+    """Return the displacement (n_bushings, 2, n_modes) at both ends of each clearance."""
+    return model.at_ends.reshape(-1, 2, model.size)
+
+
+def model_with(rig: Rig, values: Mapping[str, float]) -> ModalModel:
+    """Return the modes of the structure with values by name, without the filling's stiffness.
+
+    Values that are no part of the structure's matrices leave the modes as they are: these are kept for later calls.
+    """
+    whole, structural = rig_with(rig, values), {n: v for n, v in values.items() if _structural(n)}
+    linear, base = whole.linear, prepared_rig(rig)
+    ratios = linear.damping_ratios or () if isinstance(linear, Beam | Shaft) else ()
+    if isinstance(linear, Beam | Shaft):
+        field = "beam" if base.beam else "structure"
+        structural |= {f"{field}.damping_ratios[{i}]": 0.0 for i in range(len(ratios))}
+    model = ritz_model(rig_with(rig, structural), MODES)
+    damping = model.damping + 2 * model.omega * ratios_of_modes(ratios, model.size)
+    return dataclasses.replace(model, rig=whole, damping=damping)
+
+
+def _structural(name: str) -> bool:
+    """Whether a parameter is in the matrices of the structure; modes are damped by ratios of their own."""
+    return name.startswith(("beam", "1/", "structure", "masses")) and "damping_ratios" not in name

@@ -1,0 +1,125 @@
+"""What updating a rig to its records returns: the rig, how well it is known, and what it misses."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ...estimate.estimates import Estimates
+from ...rig import Rig
+from ..records.prepared import PreparedRecord
+from .priors import rig_with
+from .spectra import complex_frequency, rms
+
+__all__ = ["RecordMisfit", "RigUpdate"]
+
+SUSPECT_MISFIT = 0.1  # of a channel's level: a larger misfit is said
+
+
+@dataclass(frozen=True, eq=False)
+class RecordMisfit:
+    """Spectra of one record as measured, and of two rigs under the forces that meet all sensors best."""
+
+    record: str
+    """name of the record"""
+    kind: str
+    """ "base" or "force": what excites"""
+    duration: float
+    """s"""
+    frequency: np.ndarray
+    """(n_f,) Hz"""
+    measured: np.ndarray
+    """(n_channels, n_f) complex, accelerometers, then probes, then the excitation"""
+    before: np.ndarray
+    """(n_channels, n_f) complex, of the rig file"""
+    fitted: np.ndarray
+    """(n_channels, n_f) complex, of the updated rig"""
+
+    @property
+    def omega(self) -> np.ndarray:
+        """(n_f,) rad/s, the complex frequencies at which the spectra were taken."""
+        return complex_frequency(self.frequency, self.duration)
+
+    @property
+    def share(self) -> np.ndarray:
+        """(n_channels,) RMS of what is left over that of the channel."""
+        return rms((self.fitted - self.measured).T) / rms(self.measured.T)
+
+
+@dataclass(frozen=True, eq=False)
+class RigUpdate:
+    """A rig updated to its records, and how well it is known."""
+
+    rig: Rig
+    """as updated; gaps, offsets and grease are those of the rig file"""
+    start: Rig
+    """the rig file's"""
+    records: tuple[PreparedRecord, ...]
+    """that it was updated to"""
+    estimates: Estimates
+    """of all that varied, with what was known before as priors; those of probes are no part of the rig"""
+    misfit: tuple[RecordMisfit, ...]
+    """of each record"""
+    channels: tuple[str, ...]
+    """names of the misfits' channels"""
+    probes: bool
+    """whether displacement probes took part"""
+
+    @property
+    def only_prior(self) -> tuple[str, ...]:
+        """Parameters of which the records add hardly anything to the prior, as `Estimates.only_prior`."""
+        return self.estimates.only_prior
+
+    @property
+    def share(self) -> np.ndarray:
+        """(n_channels,) what is left of each channel over its level, RMS over the records."""
+        return np.sqrt(np.mean([m.share**2 for m in self.misfit], axis=0))
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """Plain words on what not to rely on."""
+        words = []
+        if not self.probes:
+            words.append("without probes: the motion in the clearances is known by the accelerometers alone")
+        if self.only_prior:
+            words.append(f"only the prior holds {', '.join(self.only_prior)}")
+        worst = int(np.argmax(self.share))
+        if self.share[worst] > SUSPECT_MISFIT:
+            words.append(
+                f"the updated rig misses {self.channels[worst]} by {100 * self.share[worst]:.0f} % of its level: the "
+                "rig file is wrong in something that it takes for exact, or a sensor is"
+            )
+        return tuple(words)
+
+    @property
+    def values(self) -> dict[str, float]:
+        """Estimates by name, SI units."""
+        return dict(zip(self.estimates.names, self.estimates.value.tolist()))
+
+    def draw(self, n: int, seed: int = 0) -> list[Rig]:
+        """Draw rigs from the covariance, gaps and offsets those of the rig file.
+
+        Parameters
+        ----------
+        n : int
+            How many.
+        seed : int
+            Of the random numbers.
+        """
+        names = self.estimates.names
+        return [rig_with(self.start, dict(zip(names, row))) for row in self.estimates.draw(n, seed).tolist()]
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return parameters, covariance, misfit and warnings as plain data."""
+        return {
+            "parameters": self.estimates.beside_priors(),
+            "covariance": self.estimates.covariance.tolist(),
+            "records": [
+                {"record": m.record, "duration": m.duration, "misfit": dict(zip(self.channels, m.share.tolist()))}
+                for m in self.misfit
+            ],
+            "only_prior": list(self.only_prior),
+            "warnings": list(self.warnings),
+        }

@@ -1,0 +1,130 @@
+"""Tune the steering controllers again by other seeds and twice the budget: which ranking and settings stand.
+
+Usage: ``python -m experiments.steering.repeated_tuning --controller smc,mpc --out results/tuning``.
+"""
+
+from __future__ import annotations
+
+import argparse
+import math
+import tomllib
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+import scipy.stats
+
+import experiments.steering.controllers  # noqa: F401  (registers its own)
+from clearance_mj.vehicle.controllers import CONTROLLERS
+from clearance_mj.vehicle.sensors import SENSORS
+from clearance_mj.vehicle.tune import store, tunable, tune
+
+__all__ = ["REPEATS", "Repeat", "at_bounds", "rank_correlations", "repeat", "table"]
+
+BOUND_MARGIN = 0.02  # share of the logarithm of a range from its end within which a setting is at its bound
+
+
+class Repeat(NamedTuple):
+    """A repetition of the tuning."""
+
+    label: str
+    seed: int
+    generations: int
+
+
+REPEATS = (
+    Repeat("seed 0", 0, 7),
+    Repeat("seed 1", 1, 7),
+    Repeat("seed 2", 2, 7),
+    Repeat("256 evaluations", 0, 15),
+)  # the stored tuning and those that it is compared with
+Found = Mapping[str, Mapping[str, Mapping[str, Any]]]  # results by label of the repetition and name of the controller
+
+
+def repeat(folder: Path, names: list[str], search: Callable[[str, Repeat], dict[str, Any]]) -> Found:
+    """Tune controllers again by each of `REPEATS`; what a folder holds already is not searched for again."""
+    folder.mkdir(parents=True, exist_ok=True)
+    path = folder / "tuning.toml"
+    for each in REPEATS:
+        for name in names:
+            if name not in _read(path).get(each.label, {}):
+                store(path, each.label, name, search(name, each))
+    found = _read(path)
+    (folder / "tuning.md").write_text(table(found), encoding="utf-8")
+    return found
+
+
+def _read(path: Path) -> dict[str, dict[str, Any]]:
+    return tomllib.loads(path.read_text(encoding="utf-8")) if path.exists() else {}
+
+
+def at_bounds(name: str, settings: Mapping[str, float]) -> list[str]:
+    """Return the settings of a controller that lie at an end of their range."""
+    found = []
+    for key, (low, high) in CONTROLLERS[name].bounds.items():
+        share = math.log(settings[key] / low) / math.log(high / low)
+        if min(share, 1 - share) < BOUND_MARGIN:
+            found.append(key)
+    return found
+
+
+def rank_correlations(found: Found) -> dict[tuple[str, str], float]:
+    """Kendall's τ between the rankings by cost of each two repetitions."""
+    labels = list(found)
+    names = list(found[labels[0]])
+    costs = {label: [found[label][name]["cost"] for name in names] for label in labels}
+    pairs = [(one, other) for i, one in enumerate(labels) for other in labels[i + 1 :]]
+    return {(one, other): float(scipy.stats.kendalltau(costs[one], costs[other]).statistic) for one, other in pairs}
+
+
+def table(found: Found) -> str:
+    """Write costs and ranks of each repetition, τ, and settings with those at a bound marked, as Markdown."""
+    labels = list(found)
+    names = sorted(found[labels[0]], key=lambda name: found[labels[0]][name]["cost"])
+    ranks = {
+        label: dict(zip(names, scipy.stats.rankdata([found[label][name]["cost"] for name in names]).astype(int)))
+        for label in labels
+    }
+    lines = ["| controller | " + " | ".join(f"{label}: cost (rank)" for label in labels) + " | spread |"]
+    lines.append("|" + "---|" * (len(labels) + 2))
+    for name in names:
+        costs = [found[label][name]["cost"] for label in labels]
+        cells = [f"{cost:.3f} ({ranks[label][name]})" for label, cost in zip(labels, costs)]
+        spread = f"{100 * (max(costs) - min(costs)) / np.mean(costs):.0f} %"
+        lines.append(f"| {CONTROLLERS[name].label} | {' | '.join(cells)} | {spread} |")
+    lines += ["", "Kendall's τ between rankings:"]
+    lines += [f"- {one}, {other}: {tau:.2f}" for (one, other), tau in rank_correlations(found).items()]
+    lines += ["", "| controller | settings of each repetition, * at a bound |", "|---|---|"]
+    for name in names:
+        lines.append(
+            f"| {CONTROLLERS[name].label} | {'; '.join(_settings(name, found[label][name]) for label in labels)} |"
+        )
+    return "\n".join(lines) + "\n"
+
+
+def _settings(name: str, found: Mapping[str, Any]) -> str:
+    ends = at_bounds(name, found["settings"])
+    values = {key: found["settings"][key] for key in CONTROLLERS[name].bounds}
+    return ", ".join(f"{key} {value:.3g}{'*' if key in ends else ''}" for key, value in values.items())
+
+
+def main() -> None:
+    """Repeat the tuning with each set of sensors."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--sensors", choices=list(SENSORS), action="append", help="default: all")
+    parser.add_argument("--controller", help="names with commas (default: all that have bounds)")
+    parser.add_argument("--workers", type=int, help="processes (default: one for each processor)")
+    parser.add_argument("--out", type=Path, default=Path("results/tuning"), help="folder (default: %(default)s)")
+    given = parser.parse_args()
+    names = given.controller.split(",") if given.controller else tunable()
+    for sensors in given.sensors or SENSORS:
+
+        def search(name: str, repeated: Repeat, sensors: str = sensors) -> dict[str, Any]:
+            return tune(name, sensors, repeated.generations, seed=repeated.seed, workers=given.workers)
+
+        repeat(given.out / sensors, names, search)
+
+
+if __name__ == "__main__":
+    main()
