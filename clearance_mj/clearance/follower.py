@@ -11,7 +11,7 @@ from typing import Any
 
 import numba
 
-from ._lanes import larger, signed, where_above
+from ._lanes import larger, where_above
 from ._pointers import call_law
 
 __all__ = [

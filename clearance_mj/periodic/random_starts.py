@@ -30,21 +30,21 @@ class March:
         self, known: tuple[Branch, ...], frequency: float, lanes: int, random: np.random.Generator, reach: float | None
     ):
         first, self.lanes = known[0], lanes
-        self.samples, self.omega = first.samples // first.periods, 2 * np.pi * frequency
-        engine, period = Modal(modes=first.modes), 1 / frequency
-        self.steps = math.ceil(period / self.samples / engine.largest_step(first.rig, first.law))
+        self.samples, self.omega = first.n_samples // first.periods, 2 * np.pi * frequency
+        engine, period = Modal(modes=first.n_modes), 1 / frequency
+        self.steps = math.ceil(period / self.samples / engine.largest_step(first.model.rig, first.model.law))
         self.step = period / self.samples / self.steps
-        run = cast(ModalRun, engine.start(first.rig, first.law, first.kind, self.step))
-        others = [engine.start(first.rig, first.law, first.kind, self.step) for _ in range(LANES - 1)]
+        run = cast(ModalRun, engine.start(first.model.rig, first.model.law, first.kind, self.step))
+        others = [engine.start(first.model.rig, first.model.law, first.kind, self.step) for _ in range(LANES - 1)]
         self.together = SideBySide([run, *(cast(ModalRun, other) for other in others)])
         self.at_points = run.shaft.at_points
-        self.modes = ritz_model(first.rig, first.modes).omega
+        self.modes = ritz_model(first.model.rig, first.n_modes).omega
         angle = 2 * np.pi * np.arange(self.samples * self.steps) / (self.samples * self.steps)
         turning = np.exp(1j * np.outer(np.arange(1, first.level.shape[1] + 1), angle))
         self.excitation = (first.level[0] @ turning).real
         if reach is None:
             most = max(each.amplitude("clearance_displacement").max() for each in known)
-            reach = REACH * max(most, min(b.gap - abs(b.offset) for b in first.rig.bushings))
+            reach = REACH * max(most, min(b.gap - abs(b.offset) for b in first.model.rig.bushings))
         self._begin(random, reach)
 
     def _begin(self, random: np.random.Generator, reach: float) -> None:

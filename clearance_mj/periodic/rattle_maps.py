@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..clearance.law import Law
 from ..core.errors import ClearanceError, ExcitationError, RigError
 from ..core.tasks import run_tasks, workers_to_use
+from ..model import Model
 from ..rig import Rig
 from ..signals import _labelled as labelled
 from ..signals.arrays import ArrayData, read_only
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
 
-__all__ = ["Jump", "RattleMap", "rattle_map"]
+__all__ = ["Jump", "RattleMap", "map_rattle"]
 
 QUANTITIES = {
     "contact_share": ("clearance", "1"), "penetration": ("clearance", "m"), "contact_force": ("clearance", "N"),
@@ -63,10 +63,8 @@ class RattleMap(ArrayData):
     Arrays of a sweep begin with its direction, up and down in frequency; nan where no vibration was found.
     """
 
-    rig: Rig
-    """the rig"""
-    law: Law
-    """what acts in its clearances"""
+    model: Model
+    """rig and law of its clearances"""
     kind: str
     """ "base" or "force": what the excitation is"""
     gap: np.ndarray
@@ -96,7 +94,7 @@ class RattleMap(ArrayData):
     responses: tuple[str, ...]
     """degree of freedom of each sensor, such as "3:+Z" """
     clearances: tuple[str, ...]
-    """and of each clearance"""
+    """name of each clearance, `Rig.clearance_labels`"""
 
     def __post_init__(self) -> None:
         for name in ("gap", "level", "frequency", "first_contact", *QUANTITIES):
@@ -206,18 +204,17 @@ class RattleMap(ArrayData):
         return labelled.dataset("rattle map", variables, coordinates, attributes)
 
 
-def rattle_map(
-    rig: Rig,
-    law: Law,
-    levels: ArrayLike,
+def map_rattle(
+    model: Model,
+    amplitudes: ArrayLike,
     frequencies: ArrayLike,
     gaps: Sequence[float | Sequence[float]] | None = None,
     kind: str | None = None,
-    harmonics: int = 21,
-    samples: int | None = None,
-    modes: int = 8,
+    n_harmonics: int = 21,
+    n_samples: int | None = None,
+    n_modes: int = 8,
     workers: int | None = None,
-    progress: bool = True,
+    progress: bool = False,
 ) -> RattleMap:
     """Find where a rig rattles and jumps, over level and frequency of a harmonic excitation, for several gaps.
 
@@ -226,27 +223,25 @@ def rattle_map(
 
     Parameters
     ----------
-    rig : Rig
-        The rig.
-    law : Law
-        What acts in its clearances: a `ConstantLaw` or a `ContactLaw`.
-    levels : array_like
+    model : Model
+        Rig, with a shaft or a small system of `structure.Matrices`, and law, a `ConstantLaw` or a `ContactLaw`.
+    amplitudes : array_like
         (n_levels,) amplitudes of the excitation, m/s² or N, increasing.
     frequencies : array_like
         (n_frequencies,) Hz, increasing.
     gaps : sequence, optional
         Gaps to compare, m: each one number for all bushings, or one for each; None: the rig's.
     kind : str, optional
-        "base" or "force"; None: as the rig's shaker.
-    harmonics : int
-        Of the motion.
-    samples : int, optional
-        Of a period; None: the power of two from 12 times the harmonics on, and four times as many where vibrations
-        end early with them.
-    modes : int
-        Of the Ritz basis, as in the modal engine.
+        Kind of excitation, "base" or "force"; None: that of the rig's shaker.
+    n_harmonics : int
+        Number of harmonics of the motion, H.
+    n_samples : int, optional
+        Number of samples of a period, at least 4 H + 1; None: the power of two from 12 H on, and four times as many
+        where vibrations end early with them.
+    n_modes : int
+        Number of modes in the Ritz basis, as in the modal engine.
     workers : int, optional
-        Processes on this machine; default: one for each core. 1: none beside this one.
+        Number of processes on this machine; default: one for each core. 1: none beside this one.
     progress : bool
         Show a progress bar with the time left.
 
@@ -270,21 +265,21 @@ def rattle_map(
     -----
     Processes start by importing the calling script: start a map below ``if __name__ == "__main__"``.
     """
-    levels, frequencies = _increasing(levels, "levels", 1), _increasing(frequencies, "frequencies", 2)
-    harmonics, counts = resolution(harmonics, samples, 1, modes)
-    kind = excitation_kind(rig, kind)
+    levels, frequencies = _increasing(amplitudes, "amplitudes", 1), _increasing(frequencies, "frequencies", 2)
+    harmonics, counts = resolution(n_harmonics, n_samples, 1, n_modes)
+    rig, kind = model.rig, excitation_kind(model.rig, kind)
     workers = workers_to_use(workers)
-    rigs = [rig] if gaps is None else [_with_gaps(rig, gap) for gap in gaps]
-    if not rigs:
+    models = [Model(each, model.law) for each in ([rig] if gaps is None else [_with_gaps(rig, gap) for gap in gaps])]
+    if not models:
         raise ClearanceError("gaps is empty: give at least one")
-    for each in rigs:
-        condensed(each, law, kind, [1.0], harmonics, modes)  # refuses what cannot be
+    for each in models:
+        condensed(each, kind, [1.0], harmonics, n_modes)  # refuses what cannot be
     cases = [
-        _Case(i, j, each, law, kind, float(level), frequencies.tobytes(), harmonics, counts, modes)
-        for i, each in enumerate(rigs)
+        _Case(i, j, each, kind, float(level), frequencies.tobytes(), harmonics, counts, n_modes)
+        for i, each in enumerate(models)
         for j, level in enumerate(levels)
     ]
-    shape = (2, len(rigs), levels.size, frequencies.size)
+    shape = (2, len(models), levels.size, frequencies.size)
     widths = {"response": len(rig.sensors), "clearance": len(rig.bushings)}
     arrays = {name: np.full((*shape, widths[row]), np.nan) for name, (row, _) in QUANTITIES.items()}
     vibrations = np.zeros(shape[1:], dtype=int)
@@ -297,19 +292,19 @@ def rattle_map(
             arrays[name][:, case.gap, case.row] = values
         jumps += [Jump(case.gap, case.level, *jump) for jump in row.jumps]
         ended += [(case.gap, case.level, frequency) for frequency in row.ended]
-    gap = np.array([[bushing.gap for bushing in each.bushings] for each in rigs])
+    gap = np.array([[bushing.gap for bushing in each.rig.bushings] for each in models])
     unit = "m/s²" if kind == "base" else "N"
     words_of = [
         f"gap {', '.join(f'{1e3 * d:g}' for d in np.unique(gap[i]))} mm, level {level:g} {unit}: no further periodic "
         f"vibration was found beyond {frequency:.6g} Hz"
         for i, level, frequency in sorted(ended)
     ]
-    first = np.array([_first_contact(each, law, kind, levels, frequencies, harmonics, counts[0], modes,
-                                     arrays["contact_share"][0, i]) for i, each in enumerate(rigs)])  # fmt: skip
+    first = np.array([_first_contact(each, kind, levels, frequencies, harmonics, counts[0], n_modes,
+                                     arrays["contact_share"][0, i]) for i, each in enumerate(models)])  # fmt: skip
     return RattleMap(
-        rig, law, kind, gap, levels, frequencies, vibrations, **arrays, first_contact=first,
+        model, kind, gap, levels, frequencies, vibrations, **arrays, first_contact=first,
         jumps=tuple(sorted(jumps)), ended=tuple(words_of), responses=tuple(rig.sensor_labels),
-        clearances=tuple(rig.probe_labels),
+        clearances=tuple(rig.clearance_labels),
     )  # fmt: skip
 
 
@@ -338,8 +333,7 @@ class _Case(NamedTuple):
 
     gap: int
     row: int
-    rig: Rig
-    law: Law
+    model: Model
     kind: str
     level: float
     frequencies: bytes
@@ -359,7 +353,7 @@ class _Row(NamedTuple):
 
 def _row(case: _Case) -> _Row:
     frequency = np.frombuffer(case.frequencies)
-    system = condensed(case.rig, case.law, case.kind, [case.level], case.harmonics, case.modes)
+    system = condensed(case.model, case.kind, [case.level], case.harmonics, case.modes)
     tried = []
     for count in case.samples:
         solver = Solver(system, case.harmonics, count)
@@ -416,11 +410,11 @@ def _measured(solver: Solver, omega: np.ndarray, vibrations: Vibrations) -> dict
 
 
 def _first_contact(
-    rig: Rig, law: Law, kind: str, levels: np.ndarray, frequencies: np.ndarray, harmonics: int, samples: int,
+    model: Model, kind: str, levels: np.ndarray, frequencies: np.ndarray, harmonics: int, samples: int,
     modes: int, share: np.ndarray,
 ) -> np.ndarray:  # fmt: skip
     """Level (n_frequencies,) of first contact: in closed form, or the lowest of the map that touches."""
-    system = condensed(rig, law, kind, [1.0], harmonics, modes)
+    system = condensed(model, kind, [1.0], harmonics, modes)
     if linear_in_gap(Solver(system, harmonics, samples)):
         return 1 / filled(system, 2 * np.pi * frequencies)
     touched = np.any(share > 0, axis=-1)

@@ -14,7 +14,7 @@ from .continuation import CameBack, Motion, Solver
 from .following import follow, place, resumed
 from .stability import BRANCH_POINT, PERIOD_DOUBLING
 
-__all__ = ["doubled", "until_halved"]
+__all__ = ["follow_doubled", "until_halved"]
 
 AWAY = (1e-2, 3e-3, 3e-2, 1e-1)
 """of the motion: how much the doubled one has of what changes its sign from period to period, where it begins"""
@@ -28,7 +28,7 @@ SAME_POINT = 1e-3
 """of the frequency: how far from its ends a doubled branch's multiplier may pass 1, but for rounding of both"""
 
 
-def doubled(branch: Branch, point: SpecialPoint, stability: bool = True) -> Branch:
+def follow_doubled(branch: Branch, point: SpecialPoint, stability: bool = True, progress: bool = False) -> Branch:
     """Leave a branch at a period doubling and follow the vibration that takes two of its periods.
 
     It differs from the branch's own by a motion that changes its sign from period to period, and grows from nothing.
@@ -44,6 +44,8 @@ def doubled(branch: Branch, point: SpecialPoint, stability: bool = True) -> Bran
         One of ``branch.special``, of kind "period doubling".
     stability : bool
         Find Floquet's multipliers of every point, and locate where the stability changes.
+    progress : bool
+        Show a progress bar.
 
     Returns
     -------
@@ -79,7 +81,7 @@ def doubled(branch: Branch, point: SpecialPoint, stability: bool = True) -> Bran
             "with more harmonics"
         )
     motions = until_halved(solver, motion, values.min(), values.max())
-    return _without_ends(follow(solver, motions, stability))
+    return _without_ends(follow(solver, motions, stability, progress))
 
 
 def _beside(solver: Solver, branch: Branch, index: int, values: np.ndarray) -> Motion | None:

@@ -17,9 +17,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.optimize import minimize_scalar
 
-from ..clearance.law import Law
 from ..core.errors import ClearanceError, ExcitationError
-from ..rig import Rig
+from ..model import Model
 from ..signals import _labelled as labelled
 from ..signals.arrays import ArrayData, read_only
 from ._balance import balance
@@ -35,7 +34,7 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
 
-__all__ = ["Curve", "first_contact", "fold_curve"]
+__all__ = ["Curve", "find_first_contact", "follow_folds"]
 
 TOLERANCE = 1e-8
 """of the motion, and of g"""
@@ -144,7 +143,7 @@ class _Folds:
             return system._replace(linear=system.linear._replace(excitation=share * system.linear.excitation))
         rig = system.rig
         scaled = rig.replace(bushings=tuple(replace(b, gap=share * b.gap) for b in rig.bushings))
-        return system._replace(laws=laws_of(scaled, system.law))
+        return system._replace(laws=laws_of(scaled, system.model.law))
 
     def begin(self, at: _State) -> None:
         """Border the derivative with its own singular vectors."""
@@ -253,7 +252,7 @@ def _extreme(folds: _Folds, guess: _State, scale: float) -> _State | None:
     return None
 
 
-def fold_curve(branch: Branch, point: SpecialPoint, to: float, over: str = "level") -> Curve:
+def follow_folds(branch: Branch, point: SpecialPoint, to: float, over: str = "level", progress: bool = False) -> Curve:
     """Follow a fold over level or gap: the curve on which a rig jumps.
 
     It passes cusps, where two folds meet and below which nothing jumps, and goes on with the other fold.
@@ -269,6 +268,8 @@ def fold_curve(branch: Branch, point: SpecialPoint, to: float, over: str = "leve
         it began with.
     over : str
         "level" or "gap"; the gaps of all clearances keep their ratio.
+    progress : bool
+        Show a progress bar.
 
     Returns
     -------
@@ -284,7 +285,7 @@ def fold_curve(branch: Branch, point: SpecialPoint, to: float, over: str = "leve
         raise ClearanceError(f'over must be "level" or "gap", got {over!r}')
     if point not in branch.special or point.kind != FOLD:
         raise ClearanceError("point must be a fold of the branch, one of branch.special")
-    begun = point.level if over == "level" else branch.rig.bushings[0].gap
+    begun = point.level if over == "level" else branch.model.rig.bushings[0].gap
     if not (0 < to < np.inf and to != begun):
         raise ClearanceError(f"to must be > 0 and another {over} than that of the fold, {begun:g}; got {to!r}")
     solver, omega, z, y = resumed(branch, point.index)
@@ -348,14 +349,13 @@ def fold_curve(branch: Branch, point: SpecialPoint, to: float, over: str = "leve
     return Curve(FOLD, over, branch.kind, frequency, value, ended)
 
 
-def first_contact(
-    rig: Rig,
-    law: Law,
+def find_first_contact(
+    model: Model,
     frequencies: ArrayLike,
     kind: str | None = None,
-    harmonics: int = 21,
-    samples: int | None = None,
-    modes: int = 8,
+    n_harmonics: int = 21,
+    n_samples: int | None = None,
+    n_modes: int = 8,
 ) -> Curve:
     """Find the level at which a wall is first touched, over frequency.
 
@@ -363,20 +363,19 @@ def first_contact(
 
     Parameters
     ----------
-    rig : Rig
-        The rig.
-    law : Law
-        What acts in its clearances.
+    model : Model
+        Rig, with a shaft or a small system of `structure.Matrices`, and law, a `ConstantLaw` or a `ContactLaw`.
     frequencies : array_like
         (n,) Hz.
     kind : str, optional
-        "base" or "force"; None: as the rig's shaker.
-    harmonics : int
-        Of the motion.
-    samples : int, optional
-        Of a period; None: the power of two from 12 times the harmonics on.
-    modes : int
-        Of the Ritz basis, as in the modal engine.
+        Kind of excitation, "base" or "force"; None: that of the rig's shaker.
+    n_harmonics : int
+        Number of harmonics of the motion, H.
+    n_samples : int, optional
+        Number of samples of a period, at least 4 H + 1; None: the power of two from 12 H on, and four times as many
+        where vibrations end early with them.
+    n_modes : int
+        Number of modes in the Ritz basis, as in the modal engine.
 
     Returns
     -------
@@ -397,9 +396,9 @@ def first_contact(
     frequency = np.atleast_1d(np.asarray(frequencies, dtype=float))
     if frequency.ndim != 1 or not frequency.size or not np.all((frequency > 0) & (frequency < np.inf)):
         raise ExcitationError("frequencies must be numbers > 0 Hz")
-    harmonics, (samples, *_) = resolution(harmonics, samples, 1, modes)
-    kind = excitation_kind(rig, kind)
-    solver = Solver(condensed(rig, law, kind, [1.0], harmonics, modes), harmonics, samples)
+    harmonics, (samples, *_) = resolution(n_harmonics, n_samples, 1, n_modes)
+    kind = excitation_kind(model.rig, kind)
+    solver = Solver(condensed(model, kind, [1.0], harmonics, n_modes), harmonics, samples)
     omega = 2 * np.pi * frequency
     if linear_in_gap(solver):
         return Curve("first contact", "level", kind, frequency, 1 / filled(solver.system, omega), "")

@@ -9,6 +9,7 @@ import pytest
 from clearance_mj import periodic
 from clearance_mj.beam import natural_frequencies
 from clearance_mj.clearance import ConstantLaw
+from clearance_mj.model import Model
 from clearance_mj.rig import Rig
 
 from ..conftest import ROOT
@@ -33,7 +34,7 @@ def test_files_hold_what_the_call_finds(law, tmp_path, capsys):
     lines = capsys.readouterr().out.splitlines()
     stored = json.loads((out / "backbone.json").read_text(encoding="utf-8"))
     rig = Rig.load(RIG)
-    found = periodic.backbone(rig, LAW, 2, ends, 7)
+    found = periodic.follow_backbone(Model(rig, LAW), 2, ends, 7)
     second, first = stored["backbones"]
     assert (second["mode"], first["mode"]) == (2, 1) and second["ended"] == ""
     assert second["frequency"] == found.frequency.tolist() and second["damping"] == found.damping.tolist()

@@ -8,6 +8,7 @@ import pytest
 
 from clearance_mj import periodic
 from clearance_mj.clearance import ConstantLaw
+from clearance_mj.model import Model
 from clearance_mj.rig import Rig
 
 from ..conftest import ROOT
@@ -31,8 +32,8 @@ def test_files_hold_what_the_call_finds(law, tmp_path, answer, capsys):
     printed = answer(*told)
     stored = json.loads((out / "rattle_map.json").read_text(encoding="utf-8"))
     assert printed == stored | {"out": str(out)}
-    settings = {"harmonics": 7, "workers": 1, "progress": False}
-    found = periodic.rattle_map(Rig.load(RIG), LAW, LEVELS, FREQUENCIES, GAPS, **settings)
+    settings = {"n_harmonics": 7, "workers": 1}
+    found = periodic.map_rattle(Model(Rig.load(RIG), LAW), LEVELS, FREQUENCIES, GAPS, **settings)
     assert stored["law"] == LAW.to_dict() and stored["level"] == list(LEVELS) and stored["unknown"] == 0
     np.testing.assert_allclose(np.array(stored["first_contact"], dtype=float), found.first_contact, rtol=1e-12)
     jumps = {(j["gap"], j["level"], j["sweep"]): j["frequency"] for j in stored["jumps"]}
@@ -63,7 +64,7 @@ def test_it_says_where_it_touches_and_jumps(law, tmp_path, capsys):
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        (["--levels", "2,1"], "levels must be > 0, at most 1e+12 and increasing"),
+        (["--levels", "2,1"], "amplitudes must be > 0, at most 1e+12 and increasing"),
         (["--gaps", "1e-4,1e3", "--modes", "0"], "modes must be between 1 and"),
         (["--from", "60", "--to", "40"], "frequencies must be > 0, at most 1e+12 and increasing"),
         (["--steps", "1"], "--steps must be between 2 and"),

@@ -9,6 +9,7 @@ import pytest
 
 from clearance_mj import periodic
 from clearance_mj.clearance import ConstantLaw
+from clearance_mj.model import Model
 from clearance_mj.rig import Rig
 
 from ..conftest import ROOT
@@ -32,7 +33,7 @@ def test_files_hold_what_the_call_finds(law, tmp_path, answer):
     stored = json.loads((out / "response.json").read_text(encoding="utf-8"))
     assert printed == stored | {"out": str(out)}
     assert stored["law"] == LAW.to_dict() and Rig.from_dict(stored["rig"]) == Rig.load(RIG)
-    branch = periodic.response(Rig.load(RIG), LAW, 6.0, ends, 9)
+    branch = periodic.follow_response(Model(Rig.load(RIG), LAW), 6.0, ends, 9)
     first, second = stored["branches"]
     assert (first["level"], second["level"]) == (6.0, 2.0)
     assert [(p["kind"], p["frequency"]) for p in first["special"]] == [(p.kind, p.frequency) for p in branch.special]
@@ -117,7 +118,7 @@ def test_over_level(law, tmp_path, capsys):
     told = ["--frequency", "46.5", "--from", "3", "--to", "8", "--harmonics", "9", "--quiet", "--out", str(out)]
     assert main(["response", str(RIG), "--law", str(law), *told]) == 0
     lines = capsys.readouterr().out.splitlines()
-    branch = periodic.response_over_level(Rig.load(RIG), LAW, 46.5, (3.0, 8.0), 9)
+    branch = periodic.follow_response_over_level(Model(Rig.load(RIG), LAW), 46.5, (3.0, 8.0), 9)
     stored = json.loads((out / "response.json").read_text(encoding="utf-8"))["branches"][0]
     assert stored["over"] == "level" and stored["frequency"] == pytest.approx(46.5) and stored["level"] is None
     folds = [point.level for point in branch.special if point.kind == "fold"]
@@ -133,7 +134,7 @@ def test_random_starts_and_period_doublings(law, tmp_path, capsys, monkeypatch):
     """At 48 Hz and 6 m/s² the Table-1 rig has one vibration, which every start comes to; its period doubles nowhere."""
     from clearance_mj.cli import main
 
-    monkeypatch.setattr(periodic, "isolas", partial(periodic.isolas, frequencies=[48.0]))
+    monkeypatch.setattr(periodic, "find_isolas", partial(periodic.find_isolas, frequencies=[48.0]))
     told = ["--level", "6", "--from", "47.5", "--to", "49", "--harmonics", "5", "--isolas", "2", "--period-doublings"]
     out = tmp_path / "out"
     assert main(["response", str(RIG), "--law", str(law), *told, "--quiet", "--out", str(out)]) == 0

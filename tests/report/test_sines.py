@@ -12,6 +12,7 @@ from clearance_mj import periodic
 from clearance_mj.clearance.law import TimeLaw
 from clearance_mj.core.cache import ResultCache
 from clearance_mj.core.files import to_json
+from clearance_mj.model import Model
 from clearance_mj.periodic.summaries import stable_points
 from clearance_mj.report.html import Section, page
 from clearance_mj.report.sections._periodic import sines, special_points, unknown
@@ -52,7 +53,7 @@ def test_folds_are_told_with_their_jumps():
 
 def test_stability_by_folds_is_that_of_the_multipliers():
     """Where a branch has folds only; a multiplier passes 1 at each (Seydel 2010, chapter 2), but for rounding."""
-    branch = periodic.response(RIG, LAW, 4.0, (30.0, 60.0), 5)
+    branch = periodic.follow_response(Model(RIG, LAW), 4.0, (30.0, 60.0), 5)
     folds = [point.index for point in branch.special]
     assert {point.kind for point in branch.special} == {"fold"} and (~branch.stable).sum() > 3
     off = np.flatnonzero(stable_points(dataclasses.replace(branch, multipliers=None)) != branch.stable)
