@@ -21,8 +21,7 @@ from .simulation import simulate
 
 __all__ = ["simulate_batch", "simulate_each"]
 
-AHEAD = 4
-"""Cases for each thread that run, or wait to be taken, at once"""
+CASES_PER_THREAD = 4  # cases for each thread that run, or wait to be run, at once
 
 T = TypeVar("T")
 One: TypeAlias = T | Sequence[T]
@@ -99,7 +98,7 @@ def simulate_each(
     with ThreadPoolExecutor(threads) as pool:
         try:
             for _ in tqdm(cases, desc=progress, unit="run", disable=progress is None):
-                room = AHEAD * threads - len(ahead)
+                room = CASES_PER_THREAD * threads - len(ahead)
                 ahead.extend(pool.submit(simulate, *case, model) for case in itertools.islice(waiting, room))
                 yield ahead.popleft().result()
         finally:

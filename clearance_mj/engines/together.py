@@ -23,8 +23,7 @@ from .simulation import Simulation
 
 __all__ = ["simulate_and_keep", "simulate_together"]
 
-LANES = (4, 8)
-"""cases that are simulated side by side; each number is compiled once"""
+LANES = (4, 8)  # cases that are simulated side by side; each number is compiled once
 T = TypeVar("T")
 
 

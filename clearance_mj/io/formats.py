@@ -38,11 +38,10 @@ __all__ = [
     "write",
 ]
 
-BUILT_IN = (uff, csv_tables, mat, lvm, results)
-"""Modules of the package that register formats"""
+BUILT_IN = (uff, csv_tables, mat, lvm, results)  # modules of the package that register formats
 OPTIONS = {"columns": "names of columns are", "fs": "a sampling rate is"}
 Contents = list[Channel] | Response | FRF | Modes | Rig | Law | Dataset
-"""What files hold"""
+"""What files hold."""
 Columns = Mapping[str, str]
 
 

@@ -17,8 +17,7 @@ if TYPE_CHECKING:
 
 __all__ = ["Placement", "evaluate", "losses"]
 
-SINGULAR = 1e-12
-"""inverse condition number below which a layout does not tell every mode"""
+SINGULAR = 1e-12  # inverse condition number below which a layout does not distinguish all modes
 
 
 @dataclass(frozen=True, eq=False)

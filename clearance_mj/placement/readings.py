@@ -17,8 +17,7 @@ from ..structure.base import parse_place
 
 __all__ = ["Candidates", "candidates", "grid"]
 
-MOST_CANDIDATES = 1000
-"""that are spread; every one is exchanged with every other"""
+MAX_CANDIDATES = 1000  # candidates that are spread over a structure; each is exchanged with every other
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,8 +95,8 @@ def grid(rig: Rig, count: int) -> np.ndarray:
         raise ClearanceError(
             f"rig {rig.name!r}: its structure has no shaft to spread candidates over; name them, as in 1:+Z,2:+Z,3:+Z"
         )
-    if count > MOST_CANDIDATES:
-        raise ClearanceError(f"at most {MOST_CANDIDATES} candidates are compared, each with each; got {count}")
+    if count > MAX_CANDIDATES:
+        raise ClearanceError(f"at most {MAX_CANDIDATES} candidates are compared, each with each; got {count}")
     if count < len(shafts):
         raise ClearanceError(f"give at least {len(shafts)} candidate{'s' * (len(shafts) > 1)}, got {count}")
     if len(shafts) == 1:

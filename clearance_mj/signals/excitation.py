@@ -38,8 +38,7 @@ Band = tuple[float, float]
 BAND: Band = (5.0, 220.0)
 TAPER = 0.1  # share of a burst in its two cosine flanks
 MOST_SAMPLES = 2**31
-WORK = 48
-"""bytes of memory for each sample while an excitation is made"""
+BYTES_PER_SAMPLE = 48  # memory that making an excitation takes for each sample
 HALF = 8.0  # s of the noise of random_blocks that are made at once
 
 
@@ -396,7 +395,7 @@ def _size(duration: float, fs: float) -> int:
     _require(0 < fs < np.inf, "fs", fs, "must be > 0 Hz")
     _require(0 < duration < np.inf and duration * fs >= 1.5, "duration", duration, "must be two samples or more")
     _require(duration * fs < MOST_SAMPLES, "duration", duration, f"must be less than {MOST_SAMPLES} samples of 1/fs")
-    require_memory(WORK * duration * fs, f"{duration:g} s at {fs:g} Hz", "take less, or blocks of it")
+    require_memory(BYTES_PER_SAMPLE * duration * fs, f"{duration:g} s at {fs:g} Hz", "take less, or blocks of it")
     return round(duration * fs)
 
 

@@ -16,8 +16,7 @@ from .welch import lines_within
 
 __all__ = ["BestLinear", "best_linear", "periods", "stepped_harmonics"]
 
-SILENT = 1e-9
-"""Share of the strongest line below which a line of the excitation counts as left out"""
+SILENT_LINE = 1e-9  # share of the strongest line below which a line of the excitation counts as left out
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -75,7 +74,7 @@ def best_linear(responses: Sequence[Response], period: float, drop: int = 1) -> 
     frequency = np.arange(samples // 2 + 1) * (first.fs / samples)
     lines = np.r_[lines_within(frequency, first.band or (frequency[1], frequency[-1]))]
     spectra = np.fft.rfft(signals)[..., lines]
-    if np.any(np.abs(spectra[:, 0]).min(axis=(0, 1)) <= SILENT * np.abs(spectra[:, 0]).max()):
+    if np.any(np.abs(spectra[:, 0]).min(axis=(0, 1)) <= SILENT_LINE * np.abs(spectra[:, 0]).max()):
         raise RecordError("the excitation leaves out lines of its band; a multisine over the whole band is needed")
     n_realisations, _, n_periods, _ = spectra.shape
     mean = spectra.mean(axis=2)

@@ -18,12 +18,9 @@ from .plant import STEP
 
 __all__ = ["Crosswind", "CrownedRoad", "Disturbance", "coloured_noise"]
 
-AIR_DENSITY = 1.2
-"""kg/m³"""
-NOISE_STEPS = 1 << 16
-"""after which noise repeats, without a seam: 65.5 s"""
-REFERENCE_WAVENUMBER = 0.1
-"""1/m, of ISO 8608"""
+AIR_DENSITY = 1.2  # kg/m³, of air at 20 °C
+NOISE_STEPS = 1 << 16  # steps after which noise repeats, without a seam: 65.5 s
+REFERENCE_WAVENUMBER = 0.1  # 1/m, at which ISO 8608 states a road's roughness
 
 
 class Disturbance(ABC):

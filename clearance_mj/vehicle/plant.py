@@ -30,9 +30,8 @@ from .commonroad import compiled_parameters, multi_body, parameters, single_trac
 __all__ = ["STEP", "Measurement", "MultiBody", "Plant", "SingleTrackDrift", "Spread"]
 
 STEP = 1e-3
-"""s, of the Runge-Kutta method"""
-CRUISE_GAIN = 2.0
-"""1/s, acceleration per deviation from the set speed"""
+"""S, step of the Runge-Kutta method."""
+CRUISE_GAIN = 2.0  # 1/s, acceleration per deviation from the set speed
 MULTI_BODY_STATES = 29
 
 

@@ -22,7 +22,7 @@ from ..core.errors import ManoeuvreError
 from ..estimate.beliefs import Belief, Refinement, refine
 from ..estimate.estimates import Estimates
 from ..estimate.parameter import Parameter
-from ._twin_model import N_PARAMETERS, N_STATES, SOFT, Known, simulate
+from ._twin_model import N_PARAMETERS, N_STATES, SIDE_MOMENT, Known, simulate
 from .lost_motion import LostMotion
 from .nominal import Vehicle
 from .signals import Signals
@@ -30,17 +30,14 @@ from .signals import Signals
 __all__ = ["SteeringTwin", "SteeringTwinRun", "twin_of"]
 
 LARGEST_GAP, SMALLEST_GAP = math.radians(5), math.radians(0.005)
-SETTLING = 0.15
-"""s, in which the yaw rate forgets a wrong wheel angle"""
-FRONT_GAIN = 110.0
-"""m/s² of lateral acceleration per radian of the front wheels"""
-STICKING = 2e-4
-"""rad RMS, by which a wheel creeps that friction holds"""
+SETTLING = 0.15  # s in which the yaw rate forgets a wrong wheel angle
+FRONT_GAIN = 110.0  # m/s² of lateral acceleration per radian of the front wheels
+CREEP_ANGLE = 2e-4  # rad RMS by which a wheel creeps that friction holds
 CREEP = 1.5
 """of the road's RMS moment: the largest of the nine independent values it takes while the yaw rate settles is expected
 there, and a wheel that friction holds gives way to it"""
 STATE_NOISE = (0.02, math.radians(0.1), math.radians(0.03))
-"""m/s, rad/s and rad: what the model misses of its states in a window"""
+"""M/s, rad/s and rad: standard deviation of what the model misses of its states in a window."""
 DRIFT = {
     "lag": 2e-5, "yaw_rate_offset": 2e-5, "acceleration_offset": 2e-4, "steering_offset": 5e-6,
     "side_acceleration": 0.03, "yaw_acceleration": 0.01,
@@ -208,8 +205,8 @@ class SteeringTwinRun:
         """Standard deviations (2, n - 1) of what is measured: noise, age, and the wheel's rattling in its play."""
         p, mean = self._settings, self.belief.mean
         gap, friction = math.exp(mean[0]), mean[2]
-        loose = 1 / (1 + (friction / SOFT) ** 2)
-        rattle = loose / (3 / gap**2 + (expected[5] / max(self._known.heat, 1e-9)) ** 2) + (1 - loose) * STICKING**2
+        loose = 1 / (1 + (friction / SIDE_MOMENT) ** 2)
+        rattle = loose / (3 / gap**2 + (expected[5] / max(self._known.heat, 1e-9)) ** 2) + (1 - loose) * CREEP_ANGLE**2
         keep = math.exp(-p.period / SETTLING)
         felt = np.empty_like(rattle)
         for i, value in enumerate(rattle.tolist()):

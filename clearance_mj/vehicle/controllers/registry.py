@@ -78,7 +78,7 @@ class Registration:
 
 
 CONTROLLERS: dict[str, Registration] = {}
-"""By name, in the order of tables"""
+"""Every registered controller by its name, in the order of tables."""
 
 
 def register(registration: Registration) -> None:

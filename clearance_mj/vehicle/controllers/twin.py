@@ -23,8 +23,7 @@ from .smc import SlidingMode
 
 __all__ = ["CompensatedWithTwin", "with_twin"]
 
-SMALLEST = math.radians(0.02)
-"""rad: the half-gap that the twin begins with where it was told of none"""
+SMALLEST_HALF_GAP = math.radians(0.02)  # rad, half-gap that the twin begins with where the prior information is none
 
 
 @dataclass(frozen=True)
@@ -74,7 +73,7 @@ def with_twin(controller: Controller, task: Task, prior: ClearancePrior) -> Cont
     assert isinstance(compensated, Compensated)
     nominal = Steering().lost_motion
     told = nominal._replace(
-        half_gap=max(prior.half_gap, SMALLEST),
+        half_gap=max(prior.half_gap, SMALLEST_HALF_GAP),
         stiffness=1 / (1 / nominal.stiffness + prior.compliance),
         friction=prior.friction,
     )
