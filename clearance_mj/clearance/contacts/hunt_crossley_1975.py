@@ -8,8 +8,8 @@ from typing import Annotated, ClassVar
 from pydantic import Field
 
 from ...core.validation import NotNegative, Number, Positive
-from .._lanes import power
 from ..contact import ContactModel, Numbers, register
+from ..lanes import power
 
 __all__ = ["HuntCrossley1975"]
 

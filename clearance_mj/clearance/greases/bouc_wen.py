@@ -12,9 +12,9 @@ from dataclasses import dataclass
 import numba
 
 from ...rig import Grease
-from .._lanes import any_below, larger, power, signed
 from ..contact import Numbers
 from ..grease import GreaseModel
+from ..lanes import any_below, larger, power, signed
 
 __all__ = ["BoucWen", "bouc_wen_step", "film_damping"]
 

@@ -12,9 +12,9 @@ from typing import Annotated, ClassVar
 from pydantic import Field
 
 from ...core.validation import NotNegative, Number, Positive
-from .._lanes import any_below, exponential, larger, smaller, whole
 from ..contact import Numbers
 from ..grease import GreaseModel, register
+from ..lanes import any_below, exponential, larger, smaller, whole
 from .bouc_wen import film_damping
 
 __all__ = ["MaxwellSlip"]

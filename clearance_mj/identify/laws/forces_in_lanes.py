@@ -8,11 +8,11 @@ from typing import NamedTuple
 import numpy as np
 
 from ...clearance import ContactLaw
-from ...clearance._lanes import larger, load, spread, store
-from ...clearance._pointers import OPTIONS, kernel_loop
 from ...clearance.kernel import clearance_records, greases_of
 from ...clearance.lane_contacts import LaneContacts, contact_in_lanes, lane_contacts, penetration_in_lanes
 from ...clearance.lane_greases import LaneGreases, grease_in_lanes, lane_greases
+from ...clearance.lanes import larger, load, spread, store
+from ...clearance.pointers import OPTIONS, kernel_loop
 from ...rig import Bushing, Rig
 
 __all__ = ["LANES", "Path", "forces_along"]
