@@ -1,6 +1,5 @@
 """Identification of the clearance from test records."""
 
-from ..physical.identification import ModelFit, ModelRecord, Prediction, model
 from . import methods
 from .follow.bench_twin import Alarm, Twin, twin
 from .laws.comparison import FamilyFit
@@ -27,9 +26,6 @@ __all__ = [
     "ForcedCurve",
     "Identified",
     "JointedStructure",
-    "ModelFit",
-    "ModelRecord",
-    "Prediction",
     "RigUpdate",
     "Twin",
     "bouc_wen",
@@ -41,7 +37,6 @@ __all__ = [
     "get_method",
     "law",
     "methods",
-    "model",
     "nominal",
     "priors",
     "register",

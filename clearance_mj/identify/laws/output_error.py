@@ -113,7 +113,8 @@ def fit_law(
     step = [DIFFERENCE / (p.prior_std if p.has_prior else 1.0) for p in parameters]
     # What is known before is outside of the loss, which takes residuals of many dB for outliers.
     problem = Problem(
-        parameters, compared.residuals, loss=SoftL1(), step=step, central=central, lanes=False, invalid=(SimulationError, LawError),
+        parameters, compared.residuals, loss=SoftL1(), step=step, central=central, lanes=False,
+        invalid=(SimulationError, LawError),
     )  # fmt: skip
     candidates = [problem.at(values) for values in ([p.start for p in parameters], *starts)]
     with compared.bar:
