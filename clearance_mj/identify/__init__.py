@@ -2,7 +2,9 @@
 
 from ..physical.identification import ModelFit, ModelRecord, Prediction, model
 from . import methods
-from .follow.bench_twin import Alarm, Twin, twin
+from .follow.alarms import Alarm
+from .follow.bench_twin import twin
+from .follow.history import Twin
 from .laws.comparison import FamilyFit
 from .laws.hysteresis import bouc_wen
 from .laws.jointed_mode import ForcedCurve, fit_jointed_mode
