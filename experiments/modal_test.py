@@ -9,7 +9,7 @@ accelerometers and two points struck by a hammer.
 
 from __future__ import annotations
 
-import sys
+import argparse
 
 import numpy as np
 
@@ -78,4 +78,6 @@ def frfs(noise: float = NOISE) -> FRF:
 
 
 if __name__ == "__main__":
-    write_uff(sys.argv[1], frfs())
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("path", help="universal file to write")
+    write_uff(parser.parse_args().path, frfs())

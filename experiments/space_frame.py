@@ -6,6 +6,7 @@ Matrix Structural Analysis, 1968, chapters 5 and 11).
 
 from __future__ import annotations
 
+import argparse
 import csv
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -157,6 +158,9 @@ def export(frame: Frame, folder: Path) -> None:
 
 
 if __name__ == "__main__":
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--out", type=Path, default=Path(__file__).parents[1] / "models" / "pump_frame", help="folder")
+    given = parser.parse_args()
     made, places = pump_frame()
-    export(made, Path(__file__).parents[1] / "models" / "pump_frame")
+    export(made, given.out)
     print({name: index + 1 for name, index in places.items()})

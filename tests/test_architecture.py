@@ -1,8 +1,6 @@
 """The import graph of the package: layers that import only downwards, no circles, and nothing of the article."""
 
 import ast
-import subprocess
-import sys
 from functools import cache
 from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
@@ -10,6 +8,8 @@ from pathlib import Path
 import pytest
 
 import clearance_mj
+
+from .processes import run
 
 PACKAGE = Path(clearance_mj.__file__).parent
 LAYERS = (
@@ -51,7 +51,7 @@ def _name(path) -> str:
     return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
 
 
-def _imported(name, path, files) -> set[str]:
+def _imported(name, path, files, tops=OUTSIDE | {"clearance_mj"}) -> set[str]:
     package = name.split(".") if path.name == "__init__.py" else name.split(".")[:-1]
     found = set()
     for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
@@ -61,7 +61,7 @@ def _imported(name, path, files) -> set[str]:
             module = ".".join((*package[: len(package) - node.level + 1], *filter(None, [node.module])))
             module = module if node.level else node.module
             found |= {inner if (inner := f"{module}.{a.name}") in files else module for a in node.names}
-    return {module for module in found if module.split(".")[0] in OUTSIDE | {"clearance_mj"}} - {name}
+    return {module for module in found if module.split(".")[0] in tops} - {name}
 
 
 def test_every_module_stands_in_a_layer():
@@ -84,8 +84,7 @@ def test_no_module_imports_from_a_higher_layer():
 def test_libraries_of_tables_and_figures_are_loaded_when_they_are_used():
     later = "{'pandas', 'xarray', 'control', 'matplotlib', 'jinja2'}"
     program = f"import sys, clearance_mj; print(*{later} & sys.modules.keys())"
-    found = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
-    assert found.stdout.split() == []
+    assert run("-c", program).stdout == "\n"
 
 
 def test_public_names_are_the_same_for_type_checkers():
@@ -99,6 +98,12 @@ def test_public_names_are_the_same_for_type_checkers():
     assert all(getattr(clearance_mj, name) is not None for name in clearance_mj.__all__)
     with pytest.raises(AttributeError, match="has no attribute 'nothing'"):
         _ = clearance_mj.nothing
+
+
+def test_only_the_helper_with_a_limit_starts_processes():
+    """A test that waits for another process must end, whatever becomes of that."""
+    files = {p for p in Path(__file__).parent.rglob("*.py") if "subprocess" in _imported("", p, {}, {"subprocess"})}
+    assert [path.name for path in files] == ["processes.py"]
 
 
 def test_no_circles():

@@ -4,8 +4,6 @@ import json
 import re
 import shlex
 import shutil
-import subprocess
-import sys
 import textwrap
 import tomllib
 from pathlib import Path
@@ -19,6 +17,7 @@ from clearance_mj.io.uff import read_uff
 from clearance_mj.rig import Rig
 
 from .conftest import ROOT
+from .processes import run
 
 DOCS = ROOT / "docs"
 
@@ -28,8 +27,8 @@ def blocks(page):
     return re.findall(r"^```(\w+)\n(.*?)^```$", (DOCS / page).read_text(encoding="utf-8"), re.DOTALL | re.MULTILINE)
 
 
-def run(folder, *command):
-    done = subprocess.run([sys.executable, *command], cwd=folder, capture_output=True, text=True, check=False)
+def output(folder, *command):
+    done = run(*command, patience=600, cwd=folder)
     assert done.returncode == 0, done.stderr
     return done.stdout
 
@@ -51,7 +50,7 @@ def run_python(page, folder):
         else:
             script.append(text)
     (folder / "page.py").write_text("\n".join(script), encoding="utf-8")
-    return run(folder, "page.py")
+    return output(folder, "page.py")
 
 
 def test_physical(clone):
@@ -124,7 +123,7 @@ def test_extending_by_commands(clone):
     for file, folder, command in rows:
         assert (clone / file).is_file()
         assert (ROOT / "clearance_mj" / folder).is_dir()
-        run(clone, "-m", "clearance_mj", *command.split())
+        output(clone, "-m", "clearance_mj", *command.split())
     assert "shares" in (clone / "shared" / "report.html").read_text()
     assert (clone / "first.uff").is_file()
 
@@ -142,9 +141,9 @@ def follow(page, clone):
                 shutil.copy(*(clone / path for path in arguments))
             else:
                 assert program == "clearance-mj"
-                run(clone, "-m", "clearance_mj", *arguments)
+                output(clone, "-m", "clearance_mj", *arguments)
     (clone / "page.py").write_text("\n".join(script), encoding="utf-8")
-    return run(clone, "page.py")
+    return output(clone, "page.py")
 
 
 @pytest.mark.slow
@@ -182,7 +181,7 @@ def test_tutorial_of_the_modal_test(clone):
     shown = re.findall(r"^prints\n\n((?:    .+\n)+)", page, re.MULTILINE)
     assert out == textwrap.dedent("".join(shown))
     assert (clone / "pipe" / "synthesis.png").exists() and Rig.load(clone / "pipe.toml").structure.dofs
-    run(ROOT, "-m", "experiments.modal_test", str(clone / "again.uff"))
+    output(ROOT, "-m", "experiments.modal_test", str(clone / "again.uff"))
     again, committed = read_uff(clone / "again.uff"), read_uff(ROOT / "models" / "modal_test.uff")
     np.testing.assert_allclose(again.value, committed.value, rtol=1e-9)
 

@@ -6,14 +6,13 @@ import io
 import re
 import shlex
 import shutil
-import subprocess
-import sys
 
 import pytest
 
 from clearance_mj.cli import main
 
 from .conftest import ROOT
+from .processes import run
 
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md")), *sorted((ROOT / "docs").glob("experiments/*.md"))]
 TARGETS = re.search(r"^\.PHONY: (.*)$", (ROOT / "Makefile").read_text(encoding="utf-8"), re.MULTILINE)[1].split()
@@ -56,6 +55,14 @@ def test_commands_are_there(page):
         assert not unknown(words), " ".join(words)
 
 
+def test_modules_that_sources_name_are_there():
+    """Usage lines of docstrings, of scripts that write pages, and of the Makefile."""
+    files = [*(path for top in ("benchmarks", "clearance_mj", "experiments") for path in (ROOT / top).rglob("*.py"))]
+    for path in (*files, ROOT / "Makefile", ROOT / "CHANGELOG.md"):
+        for name in re.findall(r"python -m ((?:clearance_mj|experiments|benchmarks)[\w.]*\w)", path.read_text("utf-8")):
+            assert importlib.util.find_spec(name), f"{path.relative_to(ROOT)}: {name}"
+
+
 @pytest.mark.parametrize(
     "words", ["clearance-mj study data --no-such-flag", "make nonsense", "python -m clearance_mj.nonsense"]
 )
@@ -94,6 +101,6 @@ def test_build(tmp_path):
     pytest.importorskip("furo", reason="the extra docs is not installed")
     shutil.copytree(ROOT / "docs", tmp_path / "docs", ignore=shutil.ignore_patterns("_build", "generated"))
     shutil.copy(ROOT / "README.md", tmp_path)
-    command = [sys.executable, "-m", "sphinx", "-q", "-W", "--keep-going", "-j", "auto", "-b", "dummy", "docs", "out"]
-    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
+    command = ("-m", "sphinx", "-q", "-W", "--keep-going", "-j", "auto", "-b", "dummy", "docs", "out")
+    done = run(*command, patience=600, cwd=tmp_path)
     assert done.returncode == 0, done.stderr

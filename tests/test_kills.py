@@ -18,7 +18,7 @@ from clearance_mj.report import report_study
 from clearance_mj.sweep import load_plan, run_sweep
 from experiments.article import ITEMS, Inputs, Item, Result, register, reproduce
 
-from .processes import FORK, PATIENCE, content
+from .processes import FORK, PATIENCE, content, ended
 from .sweep.plans import loaded, small
 from .test_faults import no_report
 
@@ -81,10 +81,8 @@ def apart(job, folder, out, moment=None):
     """The job in a process of its own, killed at a moment, s; how long it took."""
     process, since = FORK.Process(target=job, args=(folder, out)), time.monotonic()
     process.start()
-    process.join(PATIENCE if moment is None else moment)
-    process.kill()
-    process.join()
-    assert moment is not None or process.exitcode == 0
+    status = ended(process, PATIENCE if moment is None else moment)
+    assert moment is not None or status == 0
     return time.monotonic() - since
 
 

@@ -4,7 +4,6 @@ import dataclasses
 import io
 import re
 import shutil
-import subprocess
 from html.parser import HTMLParser
 
 import numpy as np
@@ -16,6 +15,8 @@ import clearance_mj as cm
 from clearance_mj.clearance import HuntCrossley
 from clearance_mj.core.drawing import canvas, envelope
 from clearance_mj.core.overview import Overview
+
+from .processes import run
 
 F = np.arange(5.0, 100.0)
 BROWSER = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
@@ -238,18 +239,8 @@ def test_figures_are_readable_on_light_and_dark_pages(rig, tmp_path, background,
     look = f"margin:0;background:rgb{background};color:rgb{text}"
     body = rig._repr_html_() + page_figure()._repr_html_()
     (tmp_path / "page.html").write_text(f'<!doctype html><meta charset="utf-8"><body style="{look}">{body}', "utf-8")
-    command = [
-        BROWSER,
-        "--headless",
-        "--no-sandbox",
-        "--disable-gpu",
-        "--window-size=800,600",
-        f"--user-data-dir={tmp_path}",
-    ]
-    done = subprocess.run(
-        [*command, f"--screenshot={tmp_path / 'page.png'}", (tmp_path / "page.html").as_uri()],
-        capture_output=True, timeout=120, check=False,
-    )  # fmt: skip
+    options = ("--headless", "--no-sandbox", "--disable-gpu", "--window-size=800,600", f"--user-data-dir={tmp_path}")
+    done = run(BROWSER, *options, f"--screenshot={tmp_path / 'page.png'}", (tmp_path / "page.html").as_uri())
     assert done.returncode == 0, done.stderr
     pixels = np.asarray(Image.open(tmp_path / "page.png").convert("RGB")).reshape(-1, 3)
     colours, counts = np.unique(pixels, axis=0, return_counts=True)

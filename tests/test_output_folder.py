@@ -10,7 +10,7 @@ from clearance_mj.core.cache import file_lock
 from clearance_mj.core.errors import ClearanceError
 from clearance_mj.core.output_folder import WORK, OutputFolder, output_folder
 
-from .processes import FORK, content, kill
+from .processes import FORK, content, ended, kill
 
 FOREIGN = {
     "thesis.tex": b"\x00precious",
@@ -210,8 +210,7 @@ def test_killed_while_it_publishes(out, call, monkeypatch):
 
     process = FORK.Process(target=publish)
     process.start()
-    process.join(60)
-    assert process.exitcode == -signal.SIGKILL
+    assert ended(process) == -signal.SIGKILL
     old, new = FOREIGN | files(*FIRST), FOREIGN | files(*SECOND, text="second")
     left = shown(out)
     assert left in (old, new) or "report.html" not in left

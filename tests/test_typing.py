@@ -1,12 +1,11 @@
 """A user's script passes a type checker in strict mode, and what is wrong in one is found."""
 
 import re
-import subprocess
-import sys
 
 import pytest
 
 from .conftest import ROOT
+from .processes import run
 
 pytest.importorskip("mypy")
 RIGHT = """
@@ -63,18 +62,8 @@ cm.estimate_frf(cm.simulate(rig, noise, cm.ConstantLaw(1, 2))).plot(rows="all")
 def test_scripts_are_checked_strictly(tmp_path):
     (tmp_path / "right.py").write_text(RIGHT, encoding="utf-8")
     (tmp_path / "wrong.py").write_text(WRONG, encoding="utf-8")
-    command = [
-        sys.executable,
-        "-m",
-        "mypy",
-        "--strict",
-        "--follow-imports=silent",
-        "--config-file=",
-        "right.py",
-        "wrong.py",
-    ]
-    path = {"MYPYPATH": str(ROOT)}
-    done = subprocess.run(command, cwd=tmp_path, env=path, capture_output=True, text=True, check=False)
+    command = ("-m", "mypy", "--strict", "--follow-imports=silent", "--config-file=", "right.py", "wrong.py")
+    done = run(*command, patience=600, cwd=tmp_path, env={"MYPYPATH": str(ROOT)})
     found = re.findall(r"^(\w+)\.py:(\d+): error: .*\[([\w-]+)\]$", done.stdout, re.MULTILINE)
     expected = [("4", "arg-type"), ("5", "attr-defined"), ("6", "arg-type"), ("7", "arg-type"), ("7", "arg-type")]
     assert [*found] == [("wrong", *each) for each in [*expected, ("8", "arg-type")]], done.stdout

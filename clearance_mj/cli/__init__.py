@@ -27,7 +27,7 @@ MISTAKEN = (errno.ENAMETOOLONG, errno.EACCES, errno.EPERM, errno.EROFS, errno.EI
 
 for _module in (
     *("new", "study", "identify", "twin", "live", "simulate", "animate", "motion", "compare", "convert", "modes"),
-    *("moved", "calibrate", "update_rig", "place", "sweep", "response", "backbone", "rattle_map", "vehicle"),
+    *("calibrate", "update_rig", "place", "sweep", "response", "backbone", "rattle_map", "vehicle"),
 ):  # each registers its command; in the order of the help
     import_module(f".{_module}", __name__)
 

@@ -14,7 +14,7 @@ from ..core.errors import ClearanceError
 
 __all__ = ["COMMANDS", "Command", "Parser", "command", "inputs", "out_file", "out_folder", "provenance"]
 
-OUTPUTS = {"out", "new", "energy", "ledger", "figures", "schema"}
+OUTPUTS = {"out", "new", "energy", "figures", "schema"}
 """Options that name what is written; every other path is read"""
 
 

@@ -28,7 +28,6 @@ def _options(parser: argparse.ArgumentParser) -> None:
         help="balance energy and log impacts: energy.csv, impacts.csv and energy_balance.png in this folder",
     )  # fmt: skip
     add_plugin(parser, "an engine, a contact or a grease")
-    option("--ledger", type=Path, help=argparse.SUPPRESS)  # its former name
 
 
 @command(
@@ -43,11 +42,9 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
     out_file(options.out, (".nc", ".h5", ".hdf5"), inputs(options), is_marked)
     load_plugin(options.plugin)
     rig, law = load(options)
-    if options.ledger:
-        print("clearance-mj: note: --ledger is called --energy now; its figure is energy_balance.png", file=sys.stderr)
-    folder = options.energy or options.ledger
     case = rig, excitation(options, rig.shaker.kind, options.rms), law, options.engine
     words = None if options.quiet else "simulating"
+    folder = options.energy
     response, more = _with_energy(options, folder, case) if folder else (simulate(*case, progress=words), {})
     _warn_of_truncation(rig)
     save(options.out, replace(response, provenance=response.provenance | {"made_from": provenance(options)}))

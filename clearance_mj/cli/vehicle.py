@@ -18,7 +18,6 @@ def _options(parser: argparse.ArgumentParser) -> None:
     add_plugin(parser, "a controller")
     option("--gap", default="0.2deg", help="half-gap: 0.2deg, 3.5mrad at the road wheel, or 0.15mm of the shaft")
     option("--assumed-gap", help="half-gap that controllers with a clearance model assume (default: --gap)")
-    option("--told-gap", dest="assumed_gap", help=argparse.SUPPRESS)  # its name in earlier versions
     option("--regime", default="torque", help="torque or friction (default: %(default)s)")
     option("--plant", default="multi-body", help="multi-body or single-track (default: %(default)s)")
     option("--sensors", default="ideal", help="ideal, or car: those of a car, on its bus (default: %(default)s)")

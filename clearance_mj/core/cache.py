@@ -27,8 +27,7 @@ __all__ = ["LIBRARIES", "ResultCache", "code", "code_outside", "digest", "file_l
 NOT_IN_RESULTS = ("cli", "core/drawing.py", "core/overview.py", "report", "vehicle")
 """Parts of the package whose sources do not touch simulations, laws and FRFs"""
 _PACKAGE = Path(__file__).parents[1]
-LIBRARIES = ("mujoco-core", "numba", "numpy", "pywavelets", "scipy")
-"""Whose versions results depend on"""
+LIBRARIES = ("mujoco-core", "numba", "numpy", "pywavelets", "scipy")  # whose versions results depend on
 _OURS = re.compile(r".+_[0-9a-f]{16}\.[a-z.]+")
 T = TypeVar("T")
 

@@ -22,18 +22,14 @@ __all__ = [
     "key", "of_curves", "phase", "tidy",
 ]  # fmt: skip
 
-WIDTH = 7.5
-"""in"""
-FONT = 8
-"""pt"""
+WIDTH = 7.5  # in
+FONT = 8  # pt
 TEST, REPEAT, FAINT = "#000000", "#8c8c8c", "#d9d9d9"
 COLOURS = ("#0072b2", "#d55e00", "#882255", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#6b4f2a")
 """of laws, bushings and whatever else is distinguished"""
-COLUMNS = 1000
-"""of a history that are drawn: the lowest and the highest sample of each"""
+COLUMNS = 1000  # of a history that are drawn: the lowest and the highest sample of each
 _COLOUR = re.compile(r"(stroke|fill): (#[0-9a-f]{6})")
-_MIXED = 70
-"""% of a line's colour in a notebook; the rest is the text's, so that dark ones show on dark pages"""
+_MIXED = 70  # % of a line's colour in a notebook; the rest is the text's, so that dark ones show on dark pages
 
 
 class _NotebookFigure(Figure):

@@ -1,7 +1,6 @@
 """The errors that users meet; each message says what is wrong, where, and what would be right."""
 
-LONGEST = 600
-"""Characters of a message; what is quoted out of a damaged file can be as long as the file"""
+MAX_CHARACTERS = 600  # of a message; what is quoted out of a damaged file can be as long as the file
 
 
 class ClearanceError(Exception):
@@ -15,7 +14,7 @@ class ClearanceError(Exception):
 
     def __init__(self, message: str = ""):
         text = "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in str(message))
-        super().__init__(text if len(text) <= LONGEST else f"{text[:400]} ... {text[-150:]}")
+        super().__init__(text if len(text) <= MAX_CHARACTERS else f"{text[:400]} ... {text[-150:]}")
 
 
 class RigError(ClearanceError):

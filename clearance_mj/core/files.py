@@ -23,14 +23,13 @@ __all__ = [
     "sha256", "to_json", "write_text",
 ]  # fmt: skip
 
-DENSEST = 50
-"""Times its size that a compressed file may unpack to: measured numbers reach 2 to 10"""
-TOO_DENSE = f"unpacks to more than {DENSEST} times its size, which no record does; unpack it and look what it holds"
+MAX_EXPANSION = 50  # times its size that a compressed file may unpack to: measured numbers reach 2 to 10
+TOO_DENSE = (
+    f"unpacks to more than {MAX_EXPANSION} times its size, which no record does; unpack it and look what it holds"
+)
 
-SEAL = ".sha256"
-"""Suffix of the file that holds the digest of another"""
-LARGEST = 4 * 2**30
-"""bytes of a file that is read at once: more is no record, or fills the memory of most machines"""
+SEAL = ".sha256"  # suffix of the file that holds the digest of another
+MAX_BYTES = 4 * 2**30  # bytes of a file that is read at once: more is no record, or fills the memory of most machines
 SPECIAL = {
     stat.S_IFDIR: "a folder", stat.S_IFIFO: "a pipe", stat.S_IFSOCK: "a socket", stat.S_IFCHR: "a device",
     stat.S_IFBLK: "a device",
@@ -45,15 +44,15 @@ def plain_file(path: str | PathLike[str]) -> Path:
         raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(path))
     if what := SPECIAL.get(stat.S_IFMT(found.st_mode)):
         raise OSError(errno.EINVAL, f"it is {what}, not a plain file", str(path))
-    if found.st_size > LARGEST:
-        size = f"it has {found.st_size / 2**30:.3g} GiB; at most {LARGEST / 2**30:g} GiB are read"
+    if found.st_size > MAX_BYTES:
+        size = f"it has {found.st_size / 2**30:.3g} GiB; at most {MAX_BYTES / 2**30:g} GiB are read"
         raise OSError(errno.EFBIG, size, str(path))
     return Path(path)
 
 
 def most_unpacked(size: int) -> int:
     """Bytes that a compressed file of ``size`` bytes may unpack to; beyond that it is damaged or made to harm."""
-    return max(2**20, DENSEST * size)
+    return max(2**20, MAX_EXPANSION * size)
 
 
 def read_lines(path: str | PathLike[str]) -> list[str]:

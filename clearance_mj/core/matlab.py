@@ -28,8 +28,7 @@ COMPLEX = 0x800
 HEADER = 128
 DEPTH = 8
 Value: TypeAlias = np.ndarray | scipy.sparse.csc_array | str | list[Any] | dict[str, Any] | None
-Element = tuple[int, bytes]
-"""type and data"""
+Element = tuple[int, bytes]  # type and data
 
 
 def arrays(data: bytes, room: int | None = None) -> dict[str, Value]:

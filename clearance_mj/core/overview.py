@@ -9,8 +9,7 @@ from typing import NamedTuple
 
 __all__ = ["Overview", "Shown", "few", "span"]
 
-LONGEST = 100
-"""characters of a value"""
+MAX_CHARACTERS = 100  # characters of a value
 CELL = 'style="text-align:left;vertical-align:top"'
 
 
@@ -76,7 +75,7 @@ def span(values: Iterable[float], unit: str = "", factor: float = 1.0) -> str:
 
 
 def _cut(value: str) -> str:
-    return value if len(value) <= LONGEST else f"{value[: LONGEST - 3]}..."
+    return value if len(value) <= MAX_CHARACTERS else f"{value[: MAX_CHARACTERS - 3]}..."
 
 
 def _printable(text: str) -> str:

@@ -14,8 +14,7 @@ from .errors import ClearanceError
 
 __all__ = ["Key", "find_numbers", "get_number", "number_in", "numbers", "path_of", "with_number", "with_numbers"]
 
-Key = tuple[str | int, ...]
-"""Names and indices that lead to one number in nested plain data."""
+Key = tuple[str | int, ...]  # names and indices that lead to one number in nested plain data.
 _PLACE = re.compile(r"(.+@)([+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]{1,3})?)")
 _STEP = re.compile(r"(?:^|\.)([A-Za-z_]\w*)|\[(\d{1,9})\]")
 

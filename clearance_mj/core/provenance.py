@@ -19,20 +19,13 @@ from .files import sha256
 
 __all__ = ["BESIDE", "MANIFEST", "MARK", "WORK", "files_of", "is_marked", "made_from", "stale"]
 
-MARK = "clearance_mj"
-"""Key of the program's version in everything that it writes"""
-WORK = ".clearance-mj"
-"""Name of the hidden folder in a folder that was written"""
-MANIFEST = f"{WORK}/manifest.json"
-"""What was written into a folder, and from what"""
-BESIDE = ".provenance.json"
-"""Suffix of the file that says what another one beside it, of any format, was made from"""
-LARGEST = 2**22
-"""bytes of a JSON file that is looked into"""
-BELOW = 2
-"""folders that a file may lie in below the one that was written"""
-IN_FOLDERS = ("rig.toml", "law.json", "dataset.toml")
-"""Files that are read of a folder, beside the records of its list"""
+MARK = "clearance_mj"  # key of the program's version in everything that it writes
+WORK = ".clearance-mj"  # name of the hidden folder in a folder that was written
+MANIFEST = f"{WORK}/manifest.json"  # what was written into a folder, and from what
+BESIDE = ".provenance.json"  # suffix of the file that says what another one beside it, of any format, was made from
+MAX_BYTES = 2**22  # bytes of a JSON file that is looked into
+MAX_DEPTH = 2  # folders that a file may lie in below the one that was written
+IN_FOLDERS = ("rig.toml", "law.json", "dataset.toml")  # files that are read of a folder, beside the records of its list
 
 
 def made_from(inputs: Iterable[Path], what: str) -> dict[str, Any]:
@@ -97,7 +90,7 @@ def stale(paths: Iterable[Path]) -> list[str]:
 
 def _recorded(file: Path) -> tuple[dict[str, str] | None, dict[str, Any]]:
     """Digest and command of a file, if a manifest has them, and what it was made from, as far as that is known."""
-    for folder in Path(os.path.abspath(file)).parents[: BELOW + 1]:
+    for folder in Path(os.path.abspath(file)).parents[: MAX_DEPTH + 1]:
         if (folder / MANIFEST).is_file():
             manifest = _json(folder / MANIFEST)
             if entry := manifest["files"].get(Path(os.path.abspath(file)).relative_to(folder).as_posix()):
@@ -105,7 +98,7 @@ def _recorded(file: Path) -> tuple[dict[str, str] | None, dict[str, Any]]:
     if (beside := file.with_name(f"{file.name}{BESIDE}")).is_file():
         made = _json(beside)
         return {"sha256": made["sha256"], "by": made["made_by"]}, made
-    if file.suffix != ".json" or file.stat().st_size > LARGEST:
+    if file.suffix != ".json" or file.stat().st_size > MAX_BYTES:
         return None, {}
     return None, _json(file).get("provenance", {})
 

@@ -25,28 +25,22 @@ __all__ = ["run_tasks", "workers_to_use"]
 Task = TypeVar("Task")
 Result = TypeVar("Result")
 Results = Generator[tuple[Task, Result], None, None]
-AHEAD = 2
-"""tasks that wait at each worker, so that none idles"""
-MOST_LOSSES = 3
-"""times that a task may lose its worker"""
-PATIENCE = 10.0
-"""s to wait for a scheduler's answer"""
-DELAY = 1.0
-"""s until a bar shows: what is refused at once says so in one line"""
-SMOOTHING = 0.1
-"""of the time left: a little more weight to the latest tasks, for a machine that gets busier"""
+QUEUED_PER_WORKER = 2  # tasks that wait at each worker, so that none idles
+MAX_LOSSES = 3  # times that a task may lose its worker
+PATIENCE = 10.0  # s to wait for a scheduler's answer
+DELAY = 1.0  # s until a bar shows: what is refused at once says so in one line
+SMOOTHING = 0.1  # of the time left: a little more weight to the latest tasks, for a machine that gets busier
 
 
-MOST_WORKERS = 1024
-"""threads or processes of one machine"""
+MAX_WORKERS = 1024  # threads or processes of one machine
 
 
 def workers_to_use(workers: int | None) -> int:
     """Return a number of threads or processes, one for each core by default; a ClearanceError if it is impossible."""
     if workers is None:
         return os.cpu_count() or 1
-    if not 1 <= workers <= MOST_WORKERS:
-        raise ClearanceError(f"workers must be 1 to {MOST_WORKERS}, got {workers}")
+    if not 1 <= workers <= MAX_WORKERS:
+        raise ClearanceError(f"workers must be 1 to {MAX_WORKERS}, got {workers}")
     return workers
 
 
@@ -94,7 +88,7 @@ def _on_processes(function: Callable[[Task], Result], tasks: Sequence[Task], wor
     while left:
         lost: list[Task] = []
         with _pool(workers) as pool:
-            flying = _send(pool, function, left, {}, AHEAD * workers)
+            flying = _send(pool, function, left, {}, QUEUED_PER_WORKER * workers)
             while flying:
                 for future in wait(flying, return_when=FIRST_COMPLETED).done:
                     task = flying.pop(future)
@@ -103,12 +97,12 @@ def _on_processes(function: Callable[[Task], Result], tasks: Sequence[Task], wor
                     else:
                         yield task, future.result()
                 if not lost:
-                    _send(pool, function, left, flying, AHEAD * workers)
+                    _send(pool, function, left, flying, QUEUED_PER_WORKER * workers)
         left.extendleft(lost)
         losses.update(lost)
-        if fatal := [task for task, n in losses.items() if n == MOST_LOSSES]:
+        if fatal := [task for task, n in losses.items() if n == MAX_LOSSES]:
             raise ClearanceError(
-                f"case {fatal[0]} lost its worker {MOST_LOSSES} times (out of memory?); try fewer workers"
+                f"case {fatal[0]} lost its worker {MAX_LOSSES} times (out of memory?); try fewer workers"
             )
 
 

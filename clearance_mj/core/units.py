@@ -15,8 +15,7 @@ UNITS = {
     "velocity": {"m/s": 1.0, "mm/s": 1e-3},
     "displacement": {"m": 1.0, "mm": 1e-3, "um": 1e-6},
     "force": {"N": 1.0, "mN": 1e-3, "kN": 1e3, "MN": 1e6},
-}
-"""Units that are known, in SI units, by quantity"""
+}  # units that are known, in SI units, by quantity
 
 
 def unit_factor(label: str, quantity: str) -> float:

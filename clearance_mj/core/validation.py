@@ -29,8 +29,7 @@ __all__ = [
     "descriptions", "from_plain", "json_schema", "read_plain", "register", "seldom", "to_plain",
 ]  # fmt: skip
 
-Number = Annotated[float, Field(strict=True)]
-"""Any finite number; a whole one counts, text and booleans do not."""
+Number = Annotated[float, Field(strict=True)]  # any finite number; a whole one counts, text and booleans do not.
 Positive = Annotated[float, Field(strict=True, gt=0)]
 NotNegative = Annotated[float, Field(strict=True, ge=0)]
 Share = Annotated[float, Field(strict=True, ge=0, le=1)]

@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..core.errors import RecordError
+from .covariance import correlated_observations
 from .estimates import Estimates
 from .parameter import Parameter
 
@@ -25,12 +26,10 @@ __all__ = ["Belief", "Refinement", "refine"]
 
 Function = Callable[[np.ndarray], np.ndarray]
 """From points (n_points, n) to values (n_points, n_values), all points at once"""
-REACH = 0.2
-"""standard deviations of the belief, over which differences are taken"""
-ROUNDS, NEAR = 8, 0.05
-"""Gauss-Newton steps at most, and the step, in standard deviations of the result, from which on no other follows"""
-HALVINGS = 6
-"""of a step that makes the fit worse"""
+REACH = 0.2  # standard deviations of the belief, over which differences are taken
+MAX_STEPS = 8  # of Gauss and Newton
+STEP_TOLERANCE = 0.05  # standard deviations of the result: a fit ends with a shorter step
+HALVINGS = 6  # at most, of a step that makes the fit worse
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,12 +52,26 @@ class Belief:
 
     @classmethod
     def of(cls, parameters: Sequence[Parameter]) -> Belief:
-        """Take what is known of parameters before any data: their starts and prior standard deviations."""
+        """Take what is known of parameters before any data: their starts and prior standard deviations.
+
+        Parameters
+        ----------
+        parameters : sequence of Parameter
+            In the order of the belief's entries.
+        """
         return cls.independent([p.to_varied(p.start) for p in parameters], [p.known_std for p in parameters])
 
     @classmethod
     def independent(cls, mean: ArrayLike, std: ArrayLike) -> Belief:
-        """Take means (n,) and standard deviations (n,) that have nothing to do with each other."""
+        """Take means (n,) and standard deviations (n,) that have nothing to do with each other.
+
+        Parameters
+        ----------
+        mean : array_like, shape (n,)
+            Means.
+        std : array_like, shape (n,)
+            Standard deviations.
+        """
         return cls(np.asarray(mean, dtype=float), np.diag(np.square(np.asarray(std, dtype=float))))
 
     @property
@@ -67,18 +80,36 @@ class Belief:
         return np.sqrt(np.diag(self.covariance))
 
     def part(self, which: slice | Sequence[int]) -> Belief:
-        """Return what is known of some of the entries."""
+        """Return what is known of some of the entries.
+
+        Parameters
+        ----------
+        which : slice or sequence of int
+            Entries that are kept.
+        """
         return Belief(self.mean[which], self.covariance[which][:, which])
 
     def joined(self, other: Belief) -> Belief:
-        """Return a belief about both, ``other`` after this one, independent of each other."""
+        """Return a belief about both, ``other`` after this one, independent of each other.
+
+        Parameters
+        ----------
+        other : Belief
+            The entries that follow those of this one.
+        """
         n, m = self.mean.size, other.mean.size
         covariance = np.zeros((n + m, n + m))
         covariance[:n, :n], covariance[n:, n:] = self.covariance, other.covariance
         return Belief(np.concatenate((self.mean, other.mean)), covariance)
 
     def drifted(self, std: ArrayLike) -> Belief:
-        """Return the belief after a step of a random walk with standard deviations (n,)."""
+        """Return the belief after a step of a random walk with standard deviations (n,).
+
+        Parameters
+        ----------
+        std : array_like, shape (n,)
+            Standard deviations of the step.
+        """
         return Belief(self.mean, self.covariance + np.diag(np.square(np.broadcast_to(std, self.mean.shape))))
 
     def through(self, function: Function) -> Belief:
@@ -99,7 +130,13 @@ class Belief:
         return Belief(mean, slope @ slope.T)
 
     def estimates(self, parameters: Sequence[Parameter]) -> Estimates:
-        """Return values, SI units, and covariance of the first entries, which are these parameters."""
+        """Return values, SI units, and covariance of the first entries, which are these parameters.
+
+        Parameters
+        ----------
+        parameters : sequence of Parameter
+            Those of the first entries.
+        """
         part = self.part(slice(len(parameters)))
         value = [
             p.from_varied(np.clip(v, p.to_varied(p.low), p.to_varied(p.high))) for p, v in zip(parameters, part.mean)
@@ -121,17 +158,16 @@ class Refinement:
     steps: int
     """Gauss-Newton steps taken"""
     widening: float
-    """factor on the standard deviations of what the data tell, for residuals that hang together"""
+    """factor on the standard deviations that the data alone give, for correlated residuals"""
 
 
 def refine(belief: Belief, residuals: Function, block: int | None = None) -> Refinement:
     """Refine a belief by a window of data: the most probable point, and the covariance about it.
 
     Minimises |r(x)|² + (x - m)ᵀ P⁻¹ (x - m) by Gauss-Newton with step halving; the covariance is
-    (P⁻¹ + JᵀJ/w²)⁻¹. w = 1 is for independent residuals of unit variance. If they hang together or are larger because
-    the model misses something, the window tells less than it seems to: w² = tr((JᵀJ)⁻¹ V)/n, V from the scores Jᵀr of
-    blocks of residuals (Rao and Scott, Annals of Statistics 12, 1984), at least 1, and the fit is repeated with
-    residuals over w.
+    (P⁻¹ + JᵀJ/w²)⁻¹. w = 1 is for independent residuals of unit variance. If they are correlated or larger because the
+    model misses something, the window holds less information than it seems to: w² = tr((JᵀJ)⁻¹ V)/n, V from the scores
+    Jᵀr of blocks of residuals (`correlated_observations`), and the fit is repeated with residuals over w.
 
     Parameters
     ----------
@@ -140,7 +176,7 @@ def refine(belief: Belief, residuals: Function, block: int | None = None) -> Ref
     residuals : callable
         From points (n_points, n) to residuals (n_points, n_residuals) in standard deviations of the noise.
     block : int, optional
-        Number of successive residuals that may hang together; without it w = 1.
+        Number of successive residuals that may be correlated; without it w = 1.
 
     Returns
     -------
@@ -192,20 +228,20 @@ def _fit(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, int]:  # fmt: skip
     """Most probable point along the axes, its residuals and their slopes, and the number of steps from a point."""
     steps = 0
-    for steps in range(1, ROUNDS + 1):
+    for steps in range(1, MAX_STEPS + 1):
         slope = np.where(np.isfinite(slope).all(axis=0), slope, 0.0)
         information = np.eye(z.size) + slope.T @ slope / width**2
         move = -np.linalg.solve(information, z + slope.T @ left / width**2)
         cost = left @ left / width**2 + z @ z
         for halving in range(HALVINGS + 1):
-            trial = z + move / 2**halving
-            after = residuals((mean + axes @ trial)[None])[0]
-            if after @ after / width**2 + trial @ trial <= cost:
+            point = z + move / 2**halving
+            after = residuals((mean + axes @ point)[None])[0]
+            if after @ after / width**2 + point @ point <= cost:
                 break
         else:
             return z, left, slope, steps
-        z, left = trial, after
-        if move @ information @ move < NEAR**2 * z.size:
+        z, left = point, after
+        if move @ information @ move < STEP_TOLERANCE**2 * z.size:
             break
         left, slope = _differences(residuals, mean + axes @ z, axes)
     return z, left, slope, steps
@@ -218,18 +254,14 @@ def _innovation(expected: np.ndarray, slope: np.ndarray) -> float:
 
 
 def _widening(left: np.ndarray, slope: np.ndarray, block: int) -> float:
-    """How much wider what the data tell is than independent residuals of unit variance would have it."""
+    """Factor on standard deviations over what independent residuals of unit variance would give."""
     if not 1 <= block <= left.size // 2:
         raise RecordError(f"blocks of {block} residuals: at least two of them must lie in a window of {left.size}")
     starts = np.arange(0, left.size, block)
     scores = np.add.reduceat(slope * left[:, None], starts)
-    H = slope.T @ slope
-    value, vector = np.linalg.eigh(H)
-    told = value > 1.0  # directions of which the window tells more than was known
-    if not told.any():
-        return 1.0
-    spread = (scores @ vector[:, told]) ** 2 / value[told]
+    information = slope.T @ slope
+    # Of directions with less information than the belief has, the window says nothing.
+    informed = int(np.count_nonzero(np.linalg.eigvalsh(information) > 1.0))
     # Slopes that the fit has used up leave smaller residuals.
-    directions = int(np.count_nonzero(told))
-    freedom = max(left.size - directions, 1) / left.size
-    return float(np.sqrt(max(float(np.sum(spread)) / directions / freedom, 1.0)))
+    freedom = max(left.size - informed, 1) / left.size
+    return float(np.sqrt(max(correlated_observations(scores, information, least=1.0) / freedom, 1.0)))

@@ -55,7 +55,17 @@ class Estimates:
 
     @classmethod
     def of(cls, parameters: Sequence[Parameter], value: ArrayLike, covariance: np.ndarray) -> Estimates:
-        """Take values (n,), SI units, and covariance (n, n) of what varies: logarithms if the transform is "log"."""
+        """Take values (n,), SI units, and covariance (n, n) of what varies: logarithms if the transform is "log".
+
+        Parameters
+        ----------
+        parameters : sequence of Parameter
+            What was fitted.
+        value : array_like, shape (n,)
+            Values, SI units.
+        covariance : ndarray, shape (n, n)
+            Of what varies: logarithms if the transform is "log".
+        """
         std = np.sqrt(np.diag(covariance))
         with np.errstate(invalid="ignore"):  # of what is not known at all
             correlation = covariance / np.maximum(np.outer(std, std), np.finfo(float).tiny)
@@ -94,7 +104,13 @@ class Estimates:
         return tuple(name for name, ratio in zip(self.names, self.posterior_over_prior) if ratio > PRIOR_DOMINATED)
 
     def interval(self, confidence: float = 0.95) -> np.ndarray:
-        """Limits (2, n) within which each value lies with this probability, cut to the bounds."""
+        """Limits (2, n) within which each value lies with this probability, cut to the bounds.
+
+        Parameters
+        ----------
+        confidence : float
+            Probability.
+        """
         half = scipy.stats.norm.ppf(0.5 + confidence / 2) * np.where(self.varied_std > 0, self.varied_std, np.inf)
         varied = self._to_varied(self.value)
         return self._from_varied(np.array([varied - half, varied + half]))
@@ -104,6 +120,11 @@ class Estimates:
 
         C' = (P⁻¹ + (C⁻¹ - P⁻¹) / factor²)⁻¹, with the covariances C and, before the fit, P: what the data tell grows
         less, so that none is known worse than before.
+
+        Parameters
+        ----------
+        factor : float
+            Factor on the standard deviations that the data alone give.
         """
         width = np.array([p.prior_std for p in self.parameters])
         finite = np.isfinite(width)
@@ -113,7 +134,15 @@ class Estimates:
         return Estimates.of(self.parameters, self.value, np.linalg.inv(precision) * np.outer(scale, scale))
 
     def draw(self, n: int, seed: int = 0) -> np.ndarray:
-        """Draw values (n, n_parameters) from the normal distribution of what varies, cut to the bounds."""
+        """Draw values (n, n_parameters) from the normal distribution of what varies, cut to the bounds.
+
+        Parameters
+        ----------
+        n : int
+            Number of draws.
+        seed : int
+            Of the random numbers.
+        """
         rng = np.random.default_rng(seed)
         return self._from_varied(
             rng.multivariate_normal(self._to_varied(self.value), self.covariance, size=n, method="eigh")
@@ -151,7 +180,13 @@ class Estimates:
 
     @classmethod
     def from_rows(cls, rows: Sequence[Mapping[str, Any]]) -> Estimates:
-        """Take the plain data that `rows` returns."""
+        """Take the plain data that `rows` returns.
+
+        Parameters
+        ----------
+        rows : sequence of mapping
+            One for each parameter.
+        """
         parameters = tuple(
             Parameter(
                 r["name"], r["unit"], r["value"], r["low"], r["high"], r.get("prior_std", math.inf),
@@ -180,6 +215,11 @@ def principal_deviations(jacobian: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
     From the Jacobian (n_residuals, n) of residuals in standard deviations of the data; the covariance of the parameters
     is ``(direction.T * std**2) @ direction``.
+
+    Parameters
+    ----------
+    jacobian : ndarray, shape (n_residuals, n)
+        Derivatives of residuals in standard deviations of the data.
     """
     _, singular, direction = np.linalg.svd(jacobian, full_matrices=jacobian.shape[0] < jacobian.shape[1])
     singular = np.append(singular, np.zeros(direction.shape[0] - singular.size))
@@ -187,7 +227,17 @@ def principal_deviations(jacobian: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def unidentified_combinations(names: Sequence[str], direction: np.ndarray, std: np.ndarray) -> tuple[Combination, ...]:
-    """Combinations of logarithms that the data do not identify, least known first, out of `principal_deviations`."""
+    """Combinations of logarithms that the data do not identify, least known first, out of `principal_deviations`.
+
+    Parameters
+    ----------
+    names : sequence of str
+        Of the parameters.
+    direction : ndarray, shape (n, n)
+        Principal directions, best known first.
+    std : ndarray, shape (n,)
+        Standard deviation in each direction.
+    """
     found = []
     for v, s in zip(direction[::-1], std[::-1]):
         if s > UNIDENTIFIED:

@@ -31,11 +31,23 @@ class Parameter:
     """what varies in a fit: the logarithm of a positive number, or the number"""
 
     def to_varied(self, value: float) -> float:
-        """Return what varies in a fit: the logarithm of a value, or the value itself."""
+        """Return what varies in a fit: the logarithm of a value, or the value itself.
+
+        Parameters
+        ----------
+        value : float
+            SI units.
+        """
         return float(np.log(value)) if self.transform == "log" else float(value)
 
     def from_varied(self, varied: np.ndarray) -> np.ndarray:
-        """Return the values, SI units, of what varies in a fit."""
+        """Return the values, SI units, of what varies in a fit.
+
+        Parameters
+        ----------
+        varied : ndarray
+            Of any shape.
+        """
         return np.exp(varied) if self.transform == "log" else np.asarray(varied)
 
     @property

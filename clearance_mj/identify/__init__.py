@@ -12,13 +12,13 @@ from .laws.jointed_structure import JointedStructure, fit_jointed_structure
 from .methods.bench import BenchFit, fit_bench
 from .methods.nominal import nominal
 from .registry import METHODS, Identified, get_method, law, register
-from .ridges.free_decay import decay
-from .ridges.oscillator import sdof
-from .ridges.wavelet import ridge, ridges
-from .structure.diagnosis import Diagnosis, diagnose
+from .structure.faults.diagnosis import Diagnosis, diagnose
 from .structure.priors import priors
 from .structure.rig_update import RigUpdate
 from .structure.updating import update_rig
+from .wavelets.free_decay import decay
+from .wavelets.oscillator import sdof
+from .wavelets.wavelet import ridge, ridges
 
 __all__ = [
     "METHODS",

@@ -12,7 +12,7 @@ from ..estimate.estimates import Estimates
 from ..io.dataset import Dataset
 from ..rig import Rig
 from .records.checks import check_length, check_records, warn
-from .structure.contradictions import contradictions_of_rig
+from .structure.faults.contradictions import contradictions_of_rig
 
 __all__ = ["METHODS", "Identified", "Method", "get_method", "law", "register"]
 
@@ -150,10 +150,10 @@ def law(dataset: Dataset, method: str = "output-error", progress: str | None = N
     dataset : Dataset
         Records with role "validate" are never opened.
     method : str
-        "nominal": the rig file's datasheet values; "constant": the best constants; "ridge" and "ridge-as-printed": over
-        the record's time, from the wavelet ridge, corrected or as the article prints it; "force-balance" and
-        "amplitude": constant or over amplitude, from the restoring forces; "output-error": the physical law (Bouc-Wen
-        grease with squeeze film, power-law contact); or one of your own, see `register`.
+        "nominal": the rig file's datasheet values; "constant": the best constants; "ridge": over the record's time,
+        from the wavelet ridge; "force-balance" and "amplitude": constant or over amplitude, from the restoring forces;
+        "output-error": the physical law (Bouc-Wen grease with squeeze film, power-law contact); or one of your own,
+        see `register`.
     progress : str, optional
         Show a progress bar with this name.
 

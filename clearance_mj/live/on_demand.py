@@ -11,7 +11,7 @@ from ..core.errors import ClearanceError, ExcitationError
 from ..engines import get_engine
 from ..engines.simulation import Simulation
 from ..periodic.summaries import stable_points
-from ..signals.sine_steps import harmonic_amplitudes
+from ..signals.stepped_sines import harmonic_amplitudes
 from ..study.periodic import from_both_ends
 from . import figures
 from .controls import Value, built

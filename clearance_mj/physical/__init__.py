@@ -7,10 +7,10 @@ friction (`Softener`) load what compiles their loop.
 
 from typing import TYPE_CHECKING, Any
 
+from .bristles import friction, joint_friction, tendon_friction
 from .checks import check, compile
 from .clearances import add_annular_clearance, add_backlash
 from .elements import apply, inverse_inertia
-from .friction import friction, joint_friction, tendon_friction
 from .inertia import set_inverse_inertia
 from .limits import contact, joint_limit, tendon_limit
 from .softness import IMPEDANCE, INVERSE_INERTIA, SOLREF_PER_UNIT, solref_solimp, stiffness_damping

@@ -16,8 +16,7 @@ __all__ = ["CONTACT", "CONTACT_SIZE", "DATA", "LIBRARY", "MODEL", "OPTION", "ext
 
 LIBRARY = ctypes.CDLL(
     str(next(p for p in Path(mujoco.__file__).parent.iterdir() if p.name.startswith(("libmujoco", "mujoco.dll"))))
-)
-"""The MuJoCo library that the Python module has loaded"""
+)  # The MuJoCo library that the Python module has loaded
 
 
 def external(name: str, *arguments: Any) -> Any:

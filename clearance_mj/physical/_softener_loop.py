@@ -36,8 +36,7 @@ PLACES = {
     **{f"c_{name}": _library.CONTACT[name] for name in CONTACT},
     "m_timestep": _library.MODEL["opt"] + _library.OPTION["timestep"],
     "contact_size": _library.CONTACT_SIZE,
-}
-"""Offsets in MuJoCo's structures, bytes"""
+}  # Offsets in MuJoCo's structures, bytes
 
 _OWN = (
     "soften",  # address of the compiled function
@@ -60,12 +59,10 @@ in the gap too, or over time"""
 KEPT = np.dtype([("displacement", np.float64), ("envelope", np.float64), ("row", np.int64)])
 """What is remembered of an element's state, and the row of its constraint, -1 for none"""
 BUSHING_SIZE = BUSHING.itemsize
-OF_FRICTION = 12
-"""numbers of memory: the bristles' deflection, their force, no torque, and the point where it acts"""
+OF_FRICTION = 12  # numbers of memory: the bristles' deflection, their force, no torque, and the point where it acts
 FRICTION = np.dtype(
     [(name, np.int64) for name in ("kind", "numeric", "dof", "size", "geom1", "geom2", "body1", "body2")]
-)
-"""Bristles; where in the custom numbers the largest force is (for pairs its ratio to the normal force), k and c"""
+)  # Bristles; where in the custom numbers the largest force is (for pairs its ratio to the normal force), k and c
 
 _LIMIT_JOINT = int(mujoco.mjtConstraint.mjCNSTR_LIMIT_JOINT)
 _LIMIT_TENDON = int(mujoco.mjtConstraint.mjCNSTR_LIMIT_TENDON)
@@ -73,8 +70,7 @@ _LIMIT_TENDON = int(mujoco.mjtConstraint.mjCNSTR_LIMIT_TENDON)
 SOFTEN = types.void(types.intp, types.intp, types.intp)
 call_soften = caller(SOFTEN)
 ROOM = 64
-IN_USE = np.zeros(ROOM, dtype=np.int64)
-"""Addresses of the HEADs that `control` knows; 0 for none"""
+IN_USE = np.zeros(ROOM, dtype=np.int64)  # Addresses of the HEADs that `control` knows; 0 for none
 _IN_USE = "clearance_mj_softeners_in_use"
 llvmlite.binding.add_symbol(_IN_USE, IN_USE.ctypes.data)
 _apply_force = external("mj_applyFT", *(types.intp,) * 5, types.int32, types.intp)
@@ -88,8 +84,7 @@ def _to_pointer(_: Any, place: Any) -> Any:
     return types.voidptr(types.intp), generate
 
 
-_pointer: Any = _to_pointer
-"""Address as a pointer, for compiled code"""
+_pointer: Any = _to_pointer  # Address as a pointer, for compiled code
 
 
 @intrinsic

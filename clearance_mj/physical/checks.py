@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..core.errors import ModelError
+from .bristles import frictions
 from .elements import KINDS, apply, asked, compiled, inverse_inertia
-from .friction import frictions
 from .rows import ParasiticMass, parasitic_mass, softness_of
 from .softness import LARGEST_IMPEDANCE
 from .step import hardest

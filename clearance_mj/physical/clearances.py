@@ -16,8 +16,7 @@ if TYPE_CHECKING:
 
 __all__ = ["add_annular_clearance", "add_backlash"]
 
-_TINY = 1e-9
-"""kg and kg m², of a body that only carries a drive's inertia"""
+_TINY = 1e-9  # kg and kg m², of a body that only carries a drive's inertia
 
 
 def add_backlash(

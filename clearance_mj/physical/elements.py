@@ -58,8 +58,7 @@ KINDS = {
     ),
 }  # fmt: skip
 """By the names that records of them have"""
-MARK = "physical:"
-"""begins the names of texts that hold what was asked"""
+MARK = "physical:"  # begins the names of texts that hold what was asked
 
 
 def compiled(target: Target) -> mujoco.MjModel:

@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..core.errors import ModelError
+from .bristles import frictions
 from .elements import KINDS, find, inverse_inertia
-from .friction import frictions
 from .softness import stiffness_damping
 
 __all__ = ["ParasiticMass", "Pose", "Row", "parasitic_mass", "poses_of", "softness_of"]

@@ -16,13 +16,12 @@ from ..clearance.kernel import BUSHING, STATE, Clearance, clearance_records, sid
 from ..core.errors import ModelError
 from ..rig import Bushing, Contact, Grease
 from . import _softener_loop as loop
+from .bristles import Friction, frictions
 from .elements import KINDS, MARK, Asked, asked, find
-from .friction import Friction, frictions
 
 __all__ = ["Softener", "reserve"]
 
-_MEMORY = f"{MARK}memory"
-"""name of the custom number that says where in the user data laws remember"""
+_MEMORY = f"{MARK}memory"  # name of the custom number that says where in the user data laws remember
 
 
 class Softener:

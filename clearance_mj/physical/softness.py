@@ -19,8 +19,7 @@ __all__ = ["IMPEDANCE", "INVERSE_INERTIA", "SOLREF_PER_UNIT", "solref_solimp", "
 IMPEDANCE = 1e-4
 """Smallest impedance that MuJoCo does not clamp."""
 
-LARGEST_IMPEDANCE = 5e-4
-"""Up to which `written` looks for numbers of few digits"""
+LARGEST_IMPEDANCE = 5e-4  # Up to which `written` looks for numbers of few digits
 
 INVERSE_INERTIA = 1e4
 """1/kg; `set_inverse_inertia` writes it over MuJoCo's frozen estimate: a known Â, and a parasitic mass of 1e-8 kg"""

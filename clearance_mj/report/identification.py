@@ -18,7 +18,7 @@ from ..clearance.figures import QUANTITIES, AmplitudeCurve, draw_curves, draw_wa
 from ..clearance.law import TimeLaw
 from ..identify.forces.restoring import RestoringForce
 from ..identify.laws.contact_over_time import ContactParameters
-from ..identify.ridges.wavelet import Ridge, Scalogram
+from ..identify.wavelets.wavelet import Ridge, Scalogram
 from .style import COLOURS, FONT, REPEAT, TEST, WIDTH, tidy
 
 __all__ = ["contact_over_amplitude", "contact_over_time", "hysteresis", "scalograms"]

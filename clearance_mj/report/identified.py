@@ -18,8 +18,8 @@ from ..identify.laws.contact_over_time import OVERLAP, ContactParameters, contac
 from ..identify.laws.grease import GreaseFit, grease_parameters
 from ..identify.methods.ridge import ridge_law
 from ..identify.registry import Identified
-from ..identify.ridges.lowest_mode import ridge_band
-from ..identify.ridges.wavelet import scalogram, skeleton
+from ..identify.wavelets.lowest_mode import ridge_band
+from ..identify.wavelets.wavelet import scalogram, skeleton
 from ..io.dataset import Dataset, Record
 from . import identification as draw
 

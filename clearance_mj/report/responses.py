@@ -16,7 +16,7 @@ from ..periodic import Branch
 from ..periodic.branch import MARKERS
 from ..periodic.summaries import is_cut, jumps, stable_points, unit
 from ..rig import Rig
-from ..signals.sine_steps import SineSteps
+from ..signals.stepped_sines import SineSteps
 from .style import FONT, TEST, WIDE, Drawing, at_bushings, frequency_axis, letters, sensor_title, sheet, tidy
 
 __all__ = ["draw", "rows", "words"]

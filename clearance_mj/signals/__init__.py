@@ -15,7 +15,7 @@ from .excitation import Excitation
 from .frf import FRF, estimate_frf, estimate_frf_blocks, join_references, random_error
 from .nonlinear import BestLinear, best_linear, stepped_harmonics
 from .response import Response
-from .sine_steps import SineSteps, sine_steps
+from .stepped_sines import SineSteps, sine_steps
 
 __all__ = [
     "FRF", "Alignment", "BestLinear", "Comparison", "Excitation", "Modes", "Response", "SineSteps", "accelerance",

@@ -14,7 +14,7 @@ from ..core.tasks import run_tasks
 from ..periodic import Branch, RattleMap, rattle_map, response
 from ..periodic.summaries import stable_points
 from ..rig import Rig
-from ..signals.sine_steps import SineSteps
+from ..signals.stepped_sines import SineSteps
 
 __all__ = ["PeriodicVibrations", "from_both_ends", "has_periodic_vibrations", "missed", "periodic_vibrations"]
 

@@ -8,7 +8,6 @@ import itertools
 import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Self
 
 import numpy as np
 
@@ -23,7 +22,7 @@ from ..io.dataset import Dataset, Record
 from ..rig import Rig
 from ..signals.comparison import Comparison, compare
 from ..signals.frf import FRF, estimate_frf
-from ..signals.sine_steps import SineSteps, sine_steps
+from ..signals.stepped_sines import SineSteps, sine_steps
 from ..statistics import repeatability
 from ..statistics.contact import contact_statistics
 from ..statistics.frf_bands import Band, frf_band, paired_error
@@ -103,38 +102,6 @@ class Study:
         self._laws: dict[str, IdentifiedLaw] = {}
         self._tests: dict[str, FRF] = {}
         self._cases: dict[tuple[str, str, str], Case] = {}
-
-    @classmethod
-    def from_results(
-        cls, dataset: Dataset, laws: Sequence[IdentifiedLaw], cases: Sequence[Case] = (),
-        tests: dict[str, FRF] | None = None, engines: Sequence[str] = (),
-        repeatability: dict[float, Comparison] | None = None,
-        bands: dict[str, tuple[Band, np.ndarray]] | None = None, cache: ResultCache | None = None,
-        periodic: PeriodicVibrations | None = None,
-    ) -> Self:  # fmt: skip
-        """Return a study of given laws; what is given is not computed.
-
-        Parameters
-        ----------
-        dataset, cache
-            As for `Study`.
-        laws, cases, tests, repeatability, bands, periodic
-            As the properties; what is left out is computed.
-        engines : sequence of str
-            Default: those of the cases.
-        """
-        study = cls(dataset, (), engines or tuple(dict.fromkeys(c.engine for c in cases)), cache)
-        study.methods = tuple(law.name for law in laws)
-        study._laws = {law.name: law for law in laws}
-        study._tests = dict(tests or {})
-        study._cases = {(c.law, c.engine, c.record.name): c for c in cases}
-        if repeatability is not None:
-            study.repeatability = repeatability
-        if bands is not None:
-            study.bands = bands
-        if periodic is not None:
-            study.periodic = periodic
-        return study
 
     # What is computed.
 

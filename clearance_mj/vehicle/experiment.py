@@ -171,7 +171,9 @@ def run_case(case: Case) -> Outcome:
 
 
 def _run_registered(registrations: Sequence[Registration], numbered: tuple[int, Case]) -> Outcome:
-    """Run a case; unpickling registrations imports, and so registers, a plugin's controllers in a new process."""
+    """Run a case in a process that may not have imported the files that registered its controllers."""
+    for known in registrations:
+        CONTROLLERS.setdefault(known.name, known)
     return run_case(numbered[1])
 
 

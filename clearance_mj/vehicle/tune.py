@@ -8,8 +8,7 @@ to be tuned by without; so they are for all, and each method is at its best wher
 differential evolution over the logarithms of the settings, with the same population and generations whatever the number
 of settings.
 
-``python -m clearance_mj.vehicle.tune`` repeats it and writes `TUNED`; ``--repeat`` shows what of it stands
-(`tune_again`).
+``python -m clearance_mj.vehicle.tune`` repeats it and writes each controller's `Registration.settings_file`.
 """
 
 from __future__ import annotations
@@ -30,13 +29,11 @@ from tqdm import tqdm
 from ..core.errors import ClearanceError, ManoeuvreError
 from ..core.files import replacing
 from .controllers import CONTROLLERS, Controller, Registration, get_controller
-from .controllers.registry import TUNED
 from .disturbances import Crosswind, CrownedRoad, Disturbance
 from .experiment import Case, drive
 from .sensors import SENSORS, get_sensors
-from .tune_again import Repeat, repeat
 
-__all__ = ["MANOEUVRES", "Course", "cost", "tunable", "tune"]
+__all__ = ["MANOEUVRES", "Course", "cost", "store", "tunable", "tune"]
 
 
 class Course(NamedTuple):
@@ -53,12 +50,9 @@ MANOEUVRES = (
     Course(120.0, 2.2, "torque", Crosswind(mean=6.0, turbulence=1.2)),
     Course(56.0, 1.0, "friction"),
 )
-FIRST_VEHICLE = 1000
-"""Seed of the vehicle and the noise of the first course; reported vehicles begin at 0"""
-POPULATION, GENERATIONS, SEED = 16, 7, 0
-"""128 evaluations for each controller"""
-FAILED = 100.0
-"""Cost of leaving the path"""
+FIRST_VEHICLE = 1000  # seed of the first course's vehicle and noise; those that are reported on begin at 0
+POPULATION, GENERATIONS, SEED = 16, 7, 0  # of the differential evolution: 128 evaluations for each controller
+FAILED = 100.0  # cost of a run that leaves the path, above that of any that does not
 
 
 def cost(registration: Registration, controller: Controller, sensors: str = "ideal") -> float:
@@ -98,7 +92,7 @@ def tune(
     """Search for the settings of a controller with bounds; the result does not depend on the number of workers.
 
     The differential evolution evaluates the cost population × (generations + 1) times. Returns settings, cost,
-    evaluations, seed: what `TUNED` holds, and ``settings`` what `Registration.tuned` takes.
+    evaluations, seed: what a file of settings holds, and ``settings`` what `Registration.tuned` takes.
     """
     registration = get_controller(name)
     if not registration.bounds:
@@ -138,10 +132,6 @@ def store(path: FilePath, sensors: str, name: str, found: dict[str, Any]) -> Non
         temporary.write_text(tomli_w.dumps(stored), encoding="utf-8")
 
 
-def _again(sensors: str, workers: int | None, name: str, repeated: Repeat) -> dict[str, Any]:
-    return tune(name, sensors, repeated.generations, seed=repeated.seed, workers=workers)
-
-
 def main() -> None:
     """Tune controllers that have bounds and store the settings."""
     parser = argparse.ArgumentParser(description="tune the steering controllers")
@@ -149,21 +139,14 @@ def main() -> None:
     parser.add_argument("--controller", help="names with commas (default: all that have bounds)")
     parser.add_argument("--seed", type=int, default=SEED, help="of the search (default: %(default)s)")
     parser.add_argument("--generations", type=int, default=GENERATIONS, help="default: %(default)s")
-    parser.add_argument("--out", type=FilePath, default=TUNED, help="TOML file (default: %(default)s)")
-    parser.add_argument(
-        "--repeat", type=FilePath, metavar="FOLDER", help="tune again by other seeds and twice the budget"
-    )
+    parser.add_argument("--out", type=FilePath, help="TOML file (default: each controller's own)")
     parser.add_argument("--workers", type=int, help="processes (default: one for each processor)")
     given = parser.parse_args()
     names = given.controller.split(",") if given.controller else tunable()
-    if given.repeat:
-        for sensors in given.sensors or SENSORS:
-            again = functools.partial(_again, sensors, given.workers)
-            repeat(given.repeat / sensors, names, again, store)
-        return
     todo = [(sensors, name) for sensors in given.sensors or SENSORS for name in names]
     for sensors, name in tqdm(todo, desc="tune", unit="controller"):
-        store(given.out, sensors, name, tune(name, sensors, given.generations, seed=given.seed, workers=given.workers))
+        found = tune(name, sensors, given.generations, seed=given.seed, workers=given.workers)
+        store(given.out or get_controller(name).settings_file, sensors, name, found)
 
 
 if __name__ == "__main__":

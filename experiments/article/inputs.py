@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 from functools import cached_property
 from pathlib import Path
 
+import experiments.article.ridge_as_printed  # noqa: F401  (registers a method)
 from clearance_mj.core.cache import ResultCache
 from clearance_mj.core.errors import RecordError
 from clearance_mj.io.dataset import Dataset

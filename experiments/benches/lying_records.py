@@ -33,7 +33,7 @@ from clearance_mj.rig import Rig
 from clearance_mj.signals import estimate_frf
 from clearance_mj.signals.correlation import rmse_db
 
-DATA = Path(__file__).parents[1] / "data" / "table1_rig"
+DATA = Path(__file__).parents[2] / "data" / "table1_rig"
 LEVEL = 1.0
 """m/s², of the records whose FRFs are predicted where nothing is said"""
 TABLE = re.compile(r"(<!-- lies -->\n).*?(<!-- /lies -->)", re.DOTALL)

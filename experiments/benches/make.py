@@ -1,8 +1,8 @@
 """Make the records of a virtual bench.
 
-python experiments/benches/make.py all --out results/benches/all
-python experiments/benches/make.py 17 --out results/benches/17 --short
-python experiments/benches/make.py cubic+maxwell-slip+4 --out results/benches/family
+python -m experiments.benches.make all --out results/benches/all
+python -m experiments.benches.make 17 --out results/benches/17 --short
+python -m experiments.benches.make cubic+maxwell-slip+4 --out results/benches/family
 """
 
 from __future__ import annotations

@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 
 import clearance_mj as cm
 
-ROOT = Path(__file__).parents[1]
+ROOT = Path(__file__).parents[2]
 LAW = cm.ConstantLaw(7.8e3, 4.0)
 LEVELS = (2.0, 4.0, 8.0, 12.0)
 """m/s², of the forced vibrations"""

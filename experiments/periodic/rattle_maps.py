@@ -8,7 +8,7 @@ import numpy as np
 
 import clearance_mj as cm
 
-ROOT = Path(__file__).parents[1]
+ROOT = Path(__file__).parents[2]
 LAW = cm.ConstantLaw(7.8e3, 4.0)
 LEVELS, FREQUENCIES = np.linspace(0.4, 20.0, 50), np.linspace(5.0, 220.0, 400)
 """m/s² and Hz"""

@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 import clearance_mj as cm
 from experiments.periodic.responses import curve, one_sided
 
-ROOT = Path(__file__).parents[1]
+ROOT = Path(__file__).parents[2]
 TURN = 2 * np.pi
 
 

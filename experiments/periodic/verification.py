@@ -20,7 +20,7 @@ import clearance_mj as cm
 from clearance_mj.clearance import ConstantLaw, ContactLaw, HuntCrossley, HuntCrossley1975, MaxwellSlip
 from experiments.testrig import Truth, simulate_rig
 
-ROOT = Path(__file__).parents[1]
+ROOT = Path(__file__).parents[2]
 LEVELS = (2.0, 6.0, 8.0)
 """m/s²"""
 BAND = (25.0, 60.0)

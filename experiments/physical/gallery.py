@@ -23,7 +23,7 @@ from scipy.optimize import brentq, fsolve
 import clearance_mj.physical as physical
 from clearance_mj.clearance import ContactLaw, HuntCrossley
 
-ROOT = Path(__file__).parents[1]
+ROOT = Path(__file__).parents[2]
 GRAVITY, ARCMIN = 9.81, np.pi / 180 / 60
 ASKED, DEFAULT, OTHER = "C0", "C3", "C1"
 """Colours of what is asked, of MuJoCo's default, and of a third"""

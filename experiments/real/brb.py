@@ -5,7 +5,7 @@ accelerometers, a third one at the mode's node confirms them. A mode with Iwan's
 stepped sine at 0.2 N; every other curve of forced.csv is then predicted: amplitudes under the measured force where the
 force was controlled, the force that holds the measured amplitude where the response was.
 
-    python experiments/real_brb.py FOLDER --out results/real_brb
+    python -m experiments.real.brb FOLDER --out results/real_brb
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from matplotlib.figure import Figure
 from clearance_mj.core.errors import RecordError
 from clearance_mj.identify import ForcedCurve, decay, fit_jointed_mode, ridge
 from clearance_mj.identify.laws.jointed_mode import ForcedTest, JointedMode, JointedModeFit
-from clearance_mj.identify.ridges.free_decay import Decay
+from clearance_mj.identify.wavelets.free_decay import Decay
 
 from .records import HammerRecord, SteppedSine, read_hammer, read_stepped_sines
 from .script import run

@@ -5,7 +5,7 @@ measured force alone. Beside it stand predictions by FRFs: that of the lowest le
 and between the neighbouring ones. Sweeps are no part of any fit. Where no record of a level to predict is in the
 folder, each of the levels at hand is left out once and predicted from the others.
 
-    python experiments/real_f16.py FOLDER --identify 1,3,5,7 --predict 2,4,6 --out results/real_f16
+    python -m experiments.real.f16 FOLDER --identify 1,3,5,7 --predict 2,4,6 --out results/real_f16
 """
 
 from __future__ import annotations

@@ -14,16 +14,17 @@ from typing import NamedTuple
 import numpy as np
 import pandas as pd
 
+import experiments.steering.controllers  # noqa: F401  (registers those that are compared with)
 from clearance_mj.core.cache import code, digest
 from clearance_mj.core.errors import ClearanceError, SimulationError
 from clearance_mj.core.files import replacing
 from clearance_mj.core.tasks import run_tasks
-from clearance_mj.vehicle.controllers.registry import TUNED
 from clearance_mj.vehicle.experiment import CONTROLLERS, GAP, REGIMES, Case, check, run_case
 from clearance_mj.vehicle.manoeuvres import MANOEUVRES, get_manoeuvre
 from experiments.steering.comparison_page import write_page
 
 SEEDS = 30
+SETTINGS_FILES = sorted({known.settings_file for known in CONTROLLERS.values()})
 WRONG_START = dict.fromkeys(("smc-twin", "mpc-twin", "smc-twin-dob", "mpc-twin-dob"), 0.5)
 """Half-gap that controllers begin with over the true one, where that is not 1"""
 
@@ -63,7 +64,7 @@ def run_group(group: Group) -> pd.DataFrame:
 
 def run_all(groups: list[Group], folder: Path, workers: int | None = None) -> pd.DataFrame:
     """Run what is not in the folder yet, with a progress bar, and return all rows in the order of the groups."""
-    inputs = code(()), TUNED.read_text(encoding="utf-8")
+    inputs = code(()), *(file.read_text(encoding="utf-8") for file in SETTINGS_FILES)
     files = {group: folder / f"{'_'.join(map(str, group))}_{digest(inputs, group)[:16]}.csv" for group in groups}
     missing = [group for group, file in files.items() if not file.exists()]
     folder.mkdir(parents=True, exist_ok=True)
@@ -94,7 +95,7 @@ def main() -> int:
             check(group.cases()[0])
         rows = run_all(groups, options.out / "runs", options.workers)
     except ClearanceError as error:
-        return print(f"steering_comparison: {error}", file=sys.stderr) or 2
+        return print(f"comparison: {error}", file=sys.stderr) or 2
     rows.to_csv(options.out / "runs.csv", index=False)
     write_page(rows, options.sensors, options.out)
     print(options.out / "vehicle_comparison.md")

@@ -26,7 +26,7 @@ from clearance_mj.report.vehicle import look
 from clearance_mj.vehicle.experiment import REGIMES, Case, run_case
 from clearance_mj.vehicle.sensors import CarSensors
 
-PAGE = Path(__file__).parents[1] / "docs" / "vehicle_sensors.md"
+PAGE = Path(__file__).parents[2] / "docs" / "vehicle_sensors.md"
 MARKS = "<!-- table: begin -->", "<!-- table: end -->"
 CONTROLLERS = ("smc", "smc-cm")
 SPEED = 72.0

@@ -29,7 +29,7 @@ from experiments.steering.twin_page import (
     write,
 )
 
-PAGE = Path(__file__).parents[1] / "docs" / "vehicle_twin.md"
+PAGE = Path(__file__).parents[2] / "docs" / "vehicle_twin.md"
 
 
 def main() -> None:

@@ -3,8 +3,6 @@
 import dataclasses
 import json
 import shutil
-import subprocess
-import sys
 
 import numpy as np
 import pytest
@@ -20,6 +18,7 @@ from clearance_mj.signals import excitation
 from clearance_mj.study import ENGINES, METHODS
 
 from ..conftest import ROOT
+from ..processes import run
 
 RIG = str(ROOT / "models" / "table1_rig.toml")
 
@@ -132,17 +131,6 @@ def test_a_calibration_does_not_replace_the_rig_it_started_from(refused, tmp_pat
 
 
 @pytest.mark.parametrize(
-    ("arguments", "words"),
-    [
-        (["reproduce", "--quick", "figure_02", "--out", "F"], "python -m experiments.article NAMES"),
-        (["audit", "--tables", "T", "--json"], "python -m experiments.article.audit"),
-    ],
-)
-def test_moved_commands_say_where_to(arguments, words, refused):
-    assert words in refused(*arguments)
-
-
-@pytest.mark.parametrize(
     ("arguments", "said"),
     [
         (["studdy"], "clearance-mj: 'studdy' is no command, did you mean study? (see clearance-mj --help)"),
@@ -193,5 +181,4 @@ def test_a_command_is_one_registration(capsys):
 
 
 def test_as_a_module():
-    done = subprocess.run([sys.executable, "-m", "clearance_mj", "studdy"], capture_output=True, check=False)
-    assert done.returncode == 2
+    assert run("-m", "clearance_mj", "studdy").returncode == 2

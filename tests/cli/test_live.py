@@ -3,15 +3,13 @@
 import os
 import signal
 import stat
-import subprocess
-import sys
-import time
 
 import pytest
 
 from clearance_mj.cli import main
 
 from ..conftest import ROOT, SMALL_LAW
+from ..processes import PATIENCE, started, wait_for
 
 pytest.importorskip("tornado", reason="the live page needs Tornado (the extra live)")
 
@@ -45,26 +43,24 @@ def test_the_address_is_told_until_the_page_ends(monkeypatch, capsys, tmp_path, 
 
 @pytest.mark.slow
 @pytest.mark.skipif(os.name != "posix", reason="signals of POSIX")
-@pytest.mark.parametrize("ending", [signal.SIGINT, signal.SIGTERM])
-def test_a_signal_ends_the_page_and_removes_its_address(tmp_path, ending):
-    command = [
-        sys.executable,
-        "-m",
-        "clearance_mj",
-        "live",
-        str(RIG),
-        "--no-browser",
-        "--out",
-        str(tmp_path / "address"),
-    ]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
-        assert "live: http://127.0.0.1:" in process.stdout.readline()
-        process.stdout.readline()
-        while not (tmp_path / "address").exists():
-            time.sleep(0.01)
+@pytest.mark.parametrize(
+    ("ending", "interrupts"),
+    [
+        (signal.SIGINT, signal.default_int_handler),
+        (signal.SIGTERM, signal.default_int_handler),
+        (signal.SIGTERM, signal.SIG_IGN),  # as a shell starts it in the background
+    ],
+)
+def test_a_signal_ends_the_page_and_removes_its_address(tmp_path, ending, interrupts):
+    address, printed = tmp_path / "address", tmp_path / "printed"
+    command = ("-m", "clearance_mj", "live", RIG, "--no-browser", "--out", address)
+    with printed.open("w") as out, started(*command, out=out, interrupts=interrupts) as process:
+        wait_for(lambda: address.exists() and "Ctrl-C" in printed.read_text())
         process.send_signal(ending)
-        assert process.wait(30) == 0 and process.stdout.read().startswith("closed")
-    assert not (tmp_path / "address").exists()
+        assert process.wait(PATIENCE) == 0
+    live, _, last = printed.read_text().splitlines()
+    assert live.startswith("live: http://127.0.0.1:") and last.startswith("closed")
+    assert not address.exists()
 
 
 def test_bad_input(refused, tmp_path):

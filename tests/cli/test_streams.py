@@ -4,7 +4,6 @@ import ctypes
 import io
 import os
 import shutil
-import subprocess
 import sys
 
 import pytest
@@ -14,7 +13,7 @@ from clearance_mj.cli.command import COMMANDS
 from clearance_mj.rig import Rig
 
 from ..conftest import ROOT
-from ..processes import FORK, PATIENCE
+from ..processes import FORK, ended, run
 
 RIG = ROOT / "models" / "table1_rig.toml"
 NO_WAY_AROUND_PERMISSIONS = (1, 2)
@@ -26,7 +25,7 @@ DROP = 24
 def streamed(folder, standard_output):
     """Status and standard error of ``place`` whose standard output is a number, or closed; it ends as Python does."""
 
-    def run():
+    def place():
         if standard_output is None:
             for number in (0, 1):
                 os.close(number)
@@ -39,10 +38,9 @@ def streamed(folder, standard_output):
             sys.stdout.flush()
         os._exit(status)
 
-    process = FORK.Process(target=run)
+    process = FORK.Process(target=place)
     process.start()
-    process.join(PATIENCE)
-    return process.exitcode, (folder / "stderr.txt").read_text()
+    return ended(process), (folder / "stderr.txt").read_text()
 
 
 @pytest.mark.parametrize("encoding", ["ascii", "latin-1"])
@@ -106,10 +104,7 @@ def test_read_only_package_without_a_home(tmp_path, writable):
         "HOME": "/proc/none", "XDG_CACHE_HOME": "/proc/none", "PYTHONPATH": str(package.parent),
         "PYTHONDONTWRITEBYTECODE": "1", "TMPDIR": str(temporary),
     }  # fmt: skip
-    done = subprocess.run(
-        [sys.executable, "-c", words], env=environment, cwd=tmp_path, capture_output=True, text=True,
-        timeout=PATIENCE, check=False, preexec_fn=drop,
-    )  # fmt: skip
+    done = run("-c", words, env=environment, cwd=tmp_path, preexec_fn=drop)
     assert done.returncode == 0, done.stderr
     assert done.stdout.strip() == str(package / "clearance" / "kernel.py")
     assert ("keeps what it compiles in" if writable else "compiles anew in every process") in done.stderr

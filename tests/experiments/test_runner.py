@@ -3,7 +3,6 @@
 import hashlib
 import importlib
 import json
-import subprocess
 import sys
 from types import ModuleType
 
@@ -20,6 +19,7 @@ from experiments.article.__main__ import main
 from experiments.article.items import select
 from experiments.article.result import to_table
 
+from .. import processes
 from ..conftest import ROOT
 
 
@@ -76,8 +76,7 @@ def test_an_unknown_name_lists_the_known_ones():
 
 @pytest.mark.slow
 def test_the_command_runs_alone(tmp_path):
-    command = [sys.executable, "-m", "experiments.article", "figure_02", "--out", tmp_path, "--quick"]
-    done = subprocess.run(command, capture_output=True, text=True, check=False, cwd=ROOT)
+    done = processes.run("-m", "experiments.article", "figure_02", "--out", tmp_path, "--quick", patience=600, cwd=ROOT)
     assert done.returncode == 0, done.stderr
     assert (tmp_path / "figure_02.png").read_bytes()[:4] == b"\x89PNG"
     assert len((tmp_path / "figure_02.csv").read_text().splitlines()) > 10

@@ -20,6 +20,7 @@ from tqdm import tqdm
 
 from clearance_mj.core.errors import ClearanceError
 
+from ..processes import PATIENCE
 from .readers import Reader, generator
 
 BATCH = 250
@@ -110,7 +111,7 @@ class _Batch:
 
     def stop(self):
         self.process.kill()
-        self.process.join()
+        self.process.join(PATIENCE)
         self.folder.cleanup()
 
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from clearance_mj.beam import ritz_model
-from clearance_mj.identify.structure.priors import prepared, priors, rig_with
+from clearance_mj.identify.structure.priors import prepared_rig, priors, rig_with
 from clearance_mj.rig import Bushing, Contact, Grease, PointMass, Rig, Sensor, Tolerance
 from clearance_mj.structure import Disc, Material, Section, Shaft, Support
 
@@ -68,12 +68,12 @@ def test_values_stand_in_the_rig(rig):
 
 def test_every_start_is_the_rig_file(rig):
     found = priors(rig, probes=True)
-    assert rig_with(rig, {p.name: p.start for p in found if not p.name.startswith("1/")}) == prepared(rig)
+    assert rig_with(rig, {p.name: p.start for p in found if not p.name.startswith("1/")}) == prepared_rig(rig)
 
 
 def test_damping_ratios_are_those_of_rayleigh(rig):
     """ζ = η1/(2ω) + η2 ω/2: the same damping of the lowest modes."""
-    before, after = ritz_model(rig, 16), ritz_model(prepared(rig), 16)
+    before, after = ritz_model(rig, 16), ritz_model(prepared_rig(rig), 16)
     np.testing.assert_allclose(after.damping[:8], before.damping[:8], rtol=1e-12)
 
 

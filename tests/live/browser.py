@@ -4,33 +4,25 @@ from __future__ import annotations
 
 import contextlib
 import shutil
-import subprocess
-import sys
 import time
 from pathlib import Path
 
 import pytest
 
+from ..processes import PATIENCE, started, wait_for
+
 CHROMIUM = next((p for n in ("chromium", "chromium-browser", "google-chrome") if (p := shutil.which(n))), None)
-PATIENCE = 120.0
-"""s; numba may have to compile"""
 
 
 @contextlib.contextmanager
 def served(folder: Path, *arguments):
     """Start ``clearance-mj live`` on arguments and yield the page's address."""
     out = folder / "address"
-    command = [sys.executable, "-m", "clearance_mj", "live", *map(str, arguments), "--no-browser", "--out", str(out)]
-    process = subprocess.Popen(command, stdout=subprocess.DEVNULL)
-    try:
-        end = time.monotonic() + PATIENCE
-        while not (out.exists() and out.read_text().endswith("\n")):
-            assert process.poll() is None and time.monotonic() < end
-            time.sleep(0.05)
+    with started("-m", "clearance_mj", "live", *arguments, "--no-browser", "--out", out) as process:
+        wait_for(lambda: out.exists() or process.poll() is not None)
         yield out.read_text().strip()
-    finally:
         process.terminate()
-        process.wait()
+        process.wait(PATIENCE)
 
 
 @contextlib.contextmanager

@@ -20,6 +20,7 @@ from clearance_mj.live.server import Page
 from clearance_mj.live.wire import MOST_BYTES, packed, parsed
 
 from ..conftest import TABLE1
+from ..processes import PATIENCE
 
 LAW = ConstantLaw(7.8e3, 4.0)
 SET = {"type": "set", "id": 1, "values": {"duration": 4.0}}
@@ -32,10 +33,10 @@ def page():
     task = loop.create_task(made.run(ready.set))
     thread = threading.Thread(target=lambda: loop.run_until_complete(asyncio.wait([task])))
     thread.start()
-    ready.wait()
+    assert ready.wait(PATIENCE)
     yield made
     loop.call_soon_threadsafe(task.cancel)
-    thread.join()
+    thread.join(PATIENCE)
     loop.close()
 
 
@@ -61,6 +62,10 @@ def fetched(page, path, method="GET", body=None, **headers):
         connection.close()
 
 
+def limited(coroutine):
+    return asyncio.run(asyncio.wait_for(coroutine, PATIENCE))
+
+
 def talk(page, *messages, until=1, origin=None, token=None, **headers):
     """Send messages after the greeting, and return the greeting and ``until`` answers."""
 
@@ -72,7 +77,7 @@ def talk(page, *messages, until=1, origin=None, token=None, **headers):
         for message in messages:
             await socket.write_message(message if isinstance(message, str | bytes) else json.dumps(message))
         while len(found) <= until:
-            data = await asyncio.wait_for(socket.read_message(), 120)
+            data = await socket.read_message()
             if data is None:
                 found.append(None)
                 break
@@ -81,7 +86,7 @@ def talk(page, *messages, until=1, origin=None, token=None, **headers):
         socket.close()
         return found
 
-    return asyncio.run(run())
+    return limited(run())
 
 
 def test_the_page_and_nothing_else(page):
@@ -186,11 +191,11 @@ def test_the_newest_setting_wins(page):
             await socket.write_message(json.dumps(message))
         seen = []
         while not seen or seen[-1] != 39:
-            head = unpacked(await asyncio.wait_for(socket.read_message(), 120))
+            head = unpacked(await socket.read_message())
             seen += [head["id"]] if head["type"] == "figures" else []
         return seen
 
-    seen = asyncio.run(run())
+    seen = limited(run())
     assert seen == sorted(seen) and len(seen) < 10
 
 

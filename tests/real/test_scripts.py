@@ -1,14 +1,13 @@
 """The experiments with real records run alone, and say what is missing."""
 
 import os
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
 
-from experiments import real_brb
 from experiments.real import brb, cantilever, damper, dropbear, f16
+
+from ..processes import run
 
 ROOT = Path(__file__).parents[2]
 
@@ -36,15 +35,14 @@ def test_folder_by_name(tmp_path, monkeypatch, capsys):
     """A folder on the command line goes before that of the environment."""
     monkeypatch.setenv("CLEARANCE_REAL_DATA", str(tmp_path / "nowhere"))
     with pytest.raises(SystemExit) as stopped:
-        real_brb.main([str(tmp_path), "--out", str(tmp_path / "out")])
+        brb.main([str(tmp_path), "--out", str(tmp_path / "out")])
     assert stopped.value.code == 2
     assert f"{tmp_path / 'HammerImpact.mat'}: No such file" in capsys.readouterr().err
 
 
 def test_runs_alone(tmp_path, real_data):
-    command = [sys.executable, "-m", "experiments.real.cantilever", "--out", str(tmp_path)]
     environment = os.environ | {"CLEARANCE_REAL_DATA": str(real_data)}
-    done = subprocess.run(command, capture_output=True, text=True, env=environment, cwd=ROOT, check=False)
+    done = run("-m", "experiments.real.cantilever", "--out", tmp_path, env=environment, cwd=ROOT)
     assert done.returncode == 0, done.stderr
     assert (tmp_path / "cantilever.png").read_bytes()[:4] == b"\x89PNG"
     assert len((tmp_path / "cantilever.csv").read_text().splitlines()) == 4

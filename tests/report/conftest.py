@@ -14,8 +14,9 @@ from clearance_mj.rig import Beam, Bushing, Contact, Grease, PointMass, Rig, Sen
 from clearance_mj.signals.comparison import Comparison
 from clearance_mj.signals.correlation import csac, csac_per_sensor, csf, csf_per_sensor, frac, mre, rmse_db
 from clearance_mj.signals.frf import FRF
-from clearance_mj.study import Case, IdentifiedLaw, Study
+from clearance_mj.study import Case, IdentifiedLaw
 from clearance_mj.study.periodic import PeriodicVibrations
+from tests.studies import study_of
 
 FREQUENCY = np.arange(5.0, 220.5, 0.5)
 BUSHING = {"gap": 3e-4, "length": 0.012, "grease": Grease(4000.0, 3.0), "contact": Contact(7.8e3, 4.0)}
@@ -90,7 +91,7 @@ def under_sines() -> PeriodicVibrations:
     )
 
 
-def make_study(offset=0.0, floors=(1.0, 4.0), source="synthetic: virtual test rig, not measured") -> Study:
+def make_study(offset=0.0, floors=(1.0, 4.0), source="synthetic: virtual test rig, not measured"):
     """``offset`` detunes the fitted law; a level has a second record if it is in ``floors``."""
     records, shifts, floor = [record("ramp", "identify", seed=9, source=source)], {}, {}
     for i, (level, shift) in enumerate({1.0: 0.97, 4.0: 0.94}.items()):
@@ -117,17 +118,17 @@ def make_study(offset=0.0, floors=(1.0, 4.0), source="synthetic: virtual test ri
             for r in dataset.validate:
                 comparison = compared(tests[r.name], model, shifts[r.name], shift * small)
                 cases.append(Case(law, engine, r, model, comparison, statistics(r.level, step)))
-    return Study.from_results(dataset, laws, cases, tests, repeatability=floor, bands={}, periodic=under_sines())
+    return study_of(dataset, laws, cases, tests, repeatability=floor, bands={}, periodic=under_sines())
 
 
-def changed(study, **changes) -> Study:
+def changed(study, **changes):
     """A study with other laws, cases or tests."""
     names = ("laws", "cases", "tests", "engines", "repeatability", "bands", "periodic")
-    return Study.from_results(study.dataset, **({name: getattr(study, name) for name in names} | changes))
+    return study_of(study.dataset, **({name: getattr(study, name) for name in names} | changes))
 
 
 @pytest.fixture(scope="session")
-def study() -> Study:
+def study():
     return make_study()
 
 

@@ -4,7 +4,6 @@ import html as markup
 import math
 import re
 import shutil
-import subprocess
 
 import pytest
 from matplotlib.figure import Figure
@@ -13,6 +12,8 @@ from clearance_mj.report import html
 from clearance_mj.report.style import Drawing
 from clearance_mj.report.tables import Column, Table
 from clearance_mj.statistics.intervals import Interval
+
+from ..processes import run
 
 TABLE = Table(
     "t",
@@ -105,7 +106,7 @@ def shown(tmp_path, text) -> str:
     path.write_text(text, encoding="utf-8")
     command = [CHROMIUM, "--headless", "--no-sandbox", "--disable-gpu", *QUIET, f"--user-data-dir={tmp_path / 'user'}"]
     command += ["--enable-logging=stderr", "--virtual-time-budget=5000", "--dump-dom", path.as_uri()]
-    done = subprocess.run(command, capture_output=True, text=True, encoding="utf-8", timeout=60, check=True)
+    done = run(*command, check=True)
     assert not [line for line in done.stderr.splitlines() if "CONSOLE" in line]
     return done.stdout
 

@@ -9,7 +9,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from clearance_mj.clearance import TimeLaw
 from clearance_mj.identify.forces.restoring import RestoringForce
 from clearance_mj.identify.laws.contact_over_time import ContactParameters
-from clearance_mj.identify.ridges.wavelet import ridge, scalogram
+from clearance_mj.identify.wavelets.wavelet import ridge, scalogram
 from clearance_mj.report import identification as draw
 
 FS, GAPS = 512.0, (3e-4, 4e-4)

@@ -17,9 +17,10 @@ from clearance_mj.report.html import Section, page
 from clearance_mj.report.sections._periodic import sines, special_points, unknown
 from clearance_mj.report.writer import ReportWriter
 from clearance_mj.signals import SineSteps
-from clearance_mj.study import IdentifiedLaw, Study, study_summary
+from clearance_mj.study import IdentifiedLaw, study_summary
 from clearance_mj.study import periodic as of_study
 from clearance_mj.study.periodic import missed
+from tests.studies import study_of
 
 from .conftest import LAW, RIG, under_sines
 
@@ -92,7 +93,7 @@ def test_a_step_between_folds_is_compared_with_the_vibration_its_sweep_is_on():
 
 
 def test_a_stepped_sine_is_drawn_and_said(study, tmp_path):
-    beside = Study.from_results(study.dataset, study.laws, periodic=under_sines())
+    beside = study_of(study.dataset, study.laws, periodic=under_sines())
     beside.sine_steps = {"sine_4": steps_of(under_sines().branches[1], [10.0, 20.0, 80.0], 1 / 1.05)}
     said = text_of(beside, tmp_path)
     assert "record sine_4, 3 steps of 4 m/s²" in said and "by 5 % in the median" in said
@@ -108,7 +109,7 @@ def test_branches_that_end_early_are_said():
 
 def test_why_nothing_is_shown(study, tmp_path):
     law = TimeLaw([0.0, 1.0], [[1e3], [2e3]], [[1.0], [1.0]])
-    bare = Study.from_results(study.dataset, [IdentifiedLaw("ridge", law, "everything")])
+    bare = study_of(study.dataset, [IdentifiedLaw("ridge", law, "everything")])
     said = text_of(bare, tmp_path)
     assert said.startswith("No periodic vibrations are shown: laws over time or amplitude have no periodic vibrations")
     assert not (tmp_path / "tables").exists()
@@ -118,7 +119,7 @@ def test_the_law_is_the_best_one_that_has_periodic_vibrations(study, monkeypatch
     asked = []
     monkeypatch.setattr("clearance_mj.study.study.periodic_vibrations", lambda *given: asked.append(given) or "found")
     law = IdentifiedLaw("ridge", TimeLaw([0.0, 1.0], [[1e3], [2e3]], [[1.0], [1.0]]), "everything")
-    bare = Study.from_results(study.dataset, [*study.laws, law])
+    bare = study_of(study.dataset, [*study.laws, law])
     assert bare.best_law == "ridge" and bare.periodic == "found"
     name, rig, found, levels, band, kind, *_ = asked[0]
     assert (name, rig, found, levels, band, kind) == ("constant", RIG, LAW, [1.0, 4.0], (5.0, 220.0), "base")
@@ -137,9 +138,7 @@ def test_a_study_keeps_them_in_its_cache(study, monkeypatch, tmp_path):
     """Computed once; another study of the same law reads equal branches and an equal map."""
     computed = iter([under_sines()])
     monkeypatch.setattr("clearance_mj.study.study.periodic_vibrations", lambda *_: next(computed))
-    first, second = (
-        Study.from_results(study.dataset, study.laws, cache=ResultCache(tmp_path)).periodic for _ in range(2)
-    )
+    first, second = (study_of(study.dataset, study.laws, cache=ResultCache(tmp_path)).periodic for _ in range(2))
     assert first is under_sines() and second is not first
     assert second.branches == first.branches and second.map == first.map
     assert (second.law, second.missing) == ("constant", "")

@@ -25,7 +25,8 @@ from clearance_mj.signals.excitation import multisine, random
 from clearance_mj.signals.frf import FRF, estimate_frf, random_error
 from clearance_mj.signals.response import Response
 from clearance_mj.statistics.frf_bands import Band, draw_cases, frf_band, inside, paired_error
-from clearance_mj.study import IdentifiedLaw, Study
+from clearance_mj.study import IdentifiedLaw
+from tests.studies import study_of
 
 from ..conftest import SMALL_LAW
 
@@ -123,13 +124,13 @@ def test_bands_of_a_study(small_dataset, tmp_path):
     constant = IdentifiedLaw.of("constant", found, (), dataset.rig)
     laws = (constant, IdentifiedLaw("nominal", nominal(dataset.rig), ""))
     (record,) = (r for r in dataset.validate if r.name == "level_4_1")
-    assert study_bands(Study.from_results(dataset, laws[1:])) == []
+    assert study_bands(study_of(dataset, laws[1:])) == []
     cache = ResultCache(tmp_path / "cache")
-    bands = Study.from_results(dataset, laws, cache=cache).bands
+    bands = study_of(dataset, laws, cache=cache).bands
     assert list(bands) == ["constant"]
     (path,) = (p for p in cache.folder.iterdir() if p.suffix != SEAL)
     written = path.stat().st_mtime_ns
-    study = Study.from_results(dataset, laws, cache=cache)
+    study = study_of(dataset, laws, cache=cache)
     (band, error), (again, error_again) = bands["constant"], study.bands["constant"]
     assert path.stat().st_mtime_ns == written
     assert again == band

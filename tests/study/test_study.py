@@ -29,6 +29,7 @@ from clearance_mj.signals.frf import estimate_frf
 from clearance_mj.structure import Clamp
 from clearance_mj.study import IdentifiedLaw
 from clearance_mj.study import study as study_module
+from tests.studies import study_of
 
 from ..conftest import SMALL_LAW, TABLE1, record_of
 
@@ -337,9 +338,7 @@ def test_what_a_law_missed_widens_its_band_from_the_cache_too(bench, finding, tm
     found = study_module.Study(dataset, ("bench",), ("modal",)).law("bench")
     law = IdentifiedLaw.from_dict(json.loads(json.dumps(dataclasses.replace(found, misfit=misfit).to_dict())), TABLE1)
     kept = {"engines": ["modal"], "cache": cache.ResultCache(tmp_path)}
-    plain, first, again = (
-        study_module.Study.from_results(dataset, [of], **kept).bands["bench"][0] for of in (found, law, law)
-    )
+    plain, first, again = (study_of(dataset, [of], **kept).bands["bench"][0] for of in (found, law, law))
     wide = np.sqrt(first.half_width_db[1:] ** 2 - plain.half_width_db[1:] ** 2)
     np.testing.assert_allclose(wide, scipy.stats.norm.ppf(0.975), rtol=1e-4)
     np.testing.assert_array_equal(again.missed, first.missed)

@@ -3,9 +3,7 @@
 import json
 import os
 import signal
-import subprocess
 import sys
-import time
 from pathlib import Path
 
 import numpy as np
@@ -18,41 +16,30 @@ from clearance_mj.core.tasks import run_tasks
 from clearance_mj.sweep import run_sweep
 from clearance_mj.sweep.store import Table
 
+from ..processes import DEVNULL, PATIENCE, run, started, wait_for
 from .plans import loaded, small
 
-PATIENCE = 120
-"""s, for what takes two on a quiet machine"""
+
+def sweep(folder):
+    """Arguments of the command that runs a folder's plan."""
+    plan, out = folder / "plan.toml", folder / "out"
+    return "-m", "clearance_mj", "sweep", plan, "--out", out, "--workers", "2", "--json"
 
 
-def wait_for(condition):
-    end = time.monotonic() + PATIENCE
-    while not condition():
-        assert time.monotonic() < end, "it took too long"
-        time.sleep(0.02)
+def finished(plan, folder) -> int:
+    path = folder / "out" / "cases.npy"
+    return int(Table(path, plan.shapes, len(plan.points)).finished().sum()) if path.exists() else 0
 
 
-class Run:
-    """``clearance-mj sweep`` as a process of its own."""
+def workers(process) -> list[int]:
+    pids = Path(f"/proc/{process.pid}/task/{process.pid}/children").read_text().split()
+    return [int(pid) for pid in pids if b"spawn_main" in Path(f"/proc/{pid}/cmdline").read_bytes()]
 
-    def __init__(self, plan, folder):
-        self.plan, self.out = plan, folder / "out"
-        command = [sys.executable, "-m", "clearance_mj", "sweep", str(folder / "plan.toml"), "--out", str(self.out)]
-        self.process = subprocess.Popen(
-            [*command, "--workers", "2", "--json"], stdout=subprocess.PIPE, stderr=subprocess.PIPE
-        )
 
-    def finished(self) -> int:
-        path = self.out / "cases.npy"
-        return int(Table(path, self.plan.shapes, len(self.plan.points)).finished().sum()) if path.exists() else 0
-
-    def workers(self) -> list[int]:
-        pids = Path(f"/proc/{self.process.pid}/task/{self.process.pid}/children").read_text().split()
-        return [int(pid) for pid in pids if b"spawn_main" in Path(f"/proc/{pid}/cmdline").read_bytes()]
-
-    def wait(self):
-        out, error = self.process.communicate(timeout=30 * PATIENCE)
-        assert self.process.returncode == 0, error.decode()
-        return json.loads(out)
+def undisturbed(folder) -> dict:
+    done = run(*sweep(folder), patience=5 * PATIENCE)
+    assert done.returncode == 0, done.stderr
+    return json.loads(done.stdout)
 
 
 def running(pid) -> bool:
@@ -64,25 +51,21 @@ def running(pid) -> bool:
 
 def disturbed(plan, folder) -> xr.Dataset:
     """One worker is killed after a quarter of the cases, everything after a half; then the same command again."""
-    n = len(plan.points)
-    first = Run(plan, folder)
-    wait_for(lambda: first.finished() >= n / 4)
-    os.kill(first.workers()[0], signal.SIGKILL)
-    wait_for(lambda: first.finished() >= n / 2)
-    workers = first.workers()
-    first.process.kill()
-    first.process.communicate()
-    assert first.finished() < n
-    assert not (first.out / "results.nc").exists()
-    wait_for(lambda: not any(map(running, workers)))
-    left = n - first.finished()
-    second = Run(plan, folder)
-    summary = second.wait()
+    n, out = len(plan.points), folder / "out"
+    with started(*sweep(folder)) as first:
+        wait_for(lambda: finished(plan, folder) >= n / 4)
+        os.kill(workers(first)[0], signal.SIGKILL)
+        wait_for(lambda: finished(plan, folder) >= n / 2)
+        left = workers(first)
+    assert finished(plan, folder) < n
+    assert not (out / "results.nc").exists()
+    wait_for(lambda: not any(map(running, left)))
+    assert finished(plan, folder) < n
+    summary = undisturbed(folder)
     assert (summary["cases"], summary["without_results"]) == (n, {})
-    assert left > 0
-    figures = {"sweep.html", "sweep.png", "sweep_frf.png"}
-    assert {p.name for p in second.out.iterdir()} == {"lock", "plan.json", "results.nc", "results.nc.sha256"} | figures
-    return xr.load_dataset(second.out / "results.nc", engine="scipy")
+    kept = {"lock", "plan.json", "provenance.json", "results.nc", "results.nc.sha256"}
+    assert {p.name for p in out.iterdir()} == kept | {"sweep.html", "sweep.png", "sweep_frf.png"}
+    return xr.load_dataset(out / "results.nc", engine="scipy")
 
 
 def same_as_computed_here(results, plan):
@@ -110,11 +93,13 @@ def test_two_thousand_cases_with_a_killed_worker_and_a_killed_run(tmp_path):
     for name in ("quiet", "disturbed"):
         (tmp_path / name).mkdir()
         plan = loaded(tmp_path / name, small(2000))
-    quiet = Run(plan, tmp_path / "quiet")
-    quiet.wait()
+    undisturbed(tmp_path / "quiet")
     results = disturbed(plan, tmp_path / "disturbed")
     assert results.sizes["case"] == np.unique(results["case"]).size == 2000
-    assert results.identical(xr.load_dataset(quiet.out / "results.nc", engine="scipy"))
+    quiet = xr.load_dataset(tmp_path / "quiet" / "out" / "results.nc", engine="scipy")
+    for each in (quiet, results):
+        del each.attrs["provenance"]  # names the folder of the plan
+    assert results.identical(quiet)
     assert not np.isnan(results["frf"]).any()
 
 
@@ -148,29 +133,26 @@ def test_local_cluster(small_plan, tmp_path):
 
 
 def dask(*arguments):
-    return subprocess.Popen([sys.executable, "-m", "dask", *arguments], stderr=subprocess.DEVNULL)
+    return started("-m", "dask", *arguments, error=DEVNULL)
 
 
 @pytest.mark.slow
 def test_two_workers_over_tcp_of_which_one_is_killed(tmp_path):
     distributed = pytest.importorskip("distributed")
     plan, file = loaded(tmp_path, small(60)), str(tmp_path / "scheduler.json")
-    started = [dask("scheduler", "--host", "127.0.0.1", "--port", "0", "--no-dashboard", "--scheduler-file", file)]
+    scheduler = ("scheduler", "--host", "127.0.0.1", "--port", "0", "--no-dashboard", "--scheduler-file", file)
     worker = ("worker", "--scheduler-file", file, "--nthreads", "1", "--no-nanny", "--no-dashboard")
-    try:
+    worker += ("--local-directory", tmp_path)
+    with dask(*scheduler):
         wait_for(lambda: Path(file).exists() and Path(file).stat().st_size)
-        started += [dask(*worker, "--local-directory", str(tmp_path)) for _ in range(2)]
         address = json.loads(Path(file).read_text())["address"]
         assert address.startswith("tcp://127.0.0.1:")
-        with distributed.Client(address, set_as_default=False) as client:
-            client.wait_for_workers(2, timeout=PATIENCE)
-        finished = []
-        results = run_sweep_and(lambda: finished or finished.append(started[2].kill()), plan, tmp_path / "out", address)
-    finally:
-        for process in reversed(started):
-            process.kill()
-            process.wait()
-    assert finished
+        with dask(*worker), dask(*worker) as second:
+            with distributed.Client(address, set_as_default=False) as client:
+                client.wait_for_workers(2, timeout=PATIENCE)
+            killed = []
+            results = run_sweep_and(lambda: killed or killed.append(second.kill()), plan, tmp_path / "out", address)
+    assert killed
     same_as_computed_here(results, plan)
 
 

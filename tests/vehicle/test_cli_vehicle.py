@@ -45,7 +45,6 @@ BAD = {
     "short path": (["--speed", "170", "--length-factor", "2"], "needs a lateral acceleration of 15.7 m/s²"),
     "large gap": (["--gap", "6deg"], "steering.half_gap must be in 0..0.0872665, got 0.10472"),
     "plugin": (["--plugin", "none.py"], "--plugin none.py: no such file"),
-    "old name": (["--told-gap", "much"], 'gap "much" is not a gap'),
     "controller": (["--controller", "smc,pid"], 'controller "pid" is unknown; known: smc, smc-cm'),
     "gap without unit": (["--gap", "0.2"], 'gap "0.2" has no unit; give an angle at the road wheel (0.2deg'),
     "assumed gap": (["--assumed-gap", "much"], 'gap "much" is not a gap'),

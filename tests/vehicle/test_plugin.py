@@ -2,7 +2,6 @@
 
 import json
 import os
-import subprocess
 import sys
 import textwrap
 from pathlib import Path
@@ -16,6 +15,8 @@ from clearance_mj.report.vehicle import CYCLE, histories, look, write_report
 from clearance_mj.vehicle import tune as tuning
 from clearance_mj.vehicle.controllers import CONTROLLERS, Controller, Registration, get_controller, register
 from clearance_mj.vehicle.experiment import Case, run_all
+
+from ..processes import run
 
 PLUGIN = '''
 """Proportional control of a point ahead of the vehicle, with the steady turn's angle."""
@@ -122,7 +123,7 @@ def test_on_the_command_line(tmp_path):
     """
     (tmp_path / "program.py").write_text(textwrap.dedent(program), encoding="utf-8")
     environment = os.environ | {"PYTHONPATH": str(Path(__file__).parents[2])}
-    done = subprocess.run([sys.executable, "program.py"], cwd=tmp_path, env=environment, capture_output=True, text=True)
+    done = run("program.py", cwd=tmp_path, env=environment)
     assert done.returncode == 0, done.stderr
     assert json.loads(done.stdout)["runs"][0]["controller"] == "proportional"
 
@@ -167,7 +168,7 @@ raise SystemExit(main(["vehicle", "--out", sys.argv[1]]))
 
 def test_without_the_extra(tmp_path):
     """The package and its help need neither package; the vehicle part says in one line how to get them."""
-    done = subprocess.run([sys.executable, "-c", HIDDEN, tmp_path / "out"], capture_output=True, text=True)
+    done = run("-c", HIDDEN, tmp_path / "out")
     assert done.returncode == 2
     assert "vehicle" in done.stdout  # in the help
     needs = "the vehicle part needs vehiclemodels and osqp, not installed: pip install 'clearance-mj[vehicle]'"

@@ -2,6 +2,7 @@
 
 import pytest
 
+import experiments.steering.controllers  # noqa: F401  (their settings are held to the same)
 from clearance_mj.report.vehicle import look
 from clearance_mj.vehicle import tune as tuning
 from clearance_mj.vehicle.controllers import CONTROLLERS
@@ -16,7 +17,7 @@ def test_drives_a_lane_change(name):
 
 
 @pytest.mark.parametrize("name", CONTROLLERS)
-def test_is_told_apart(name):
+def test_looks_like_no_other(name):
     """No other controller has both its colour and its line; colours are given, not taken from a cycle."""
     assert CONTROLLERS[name].colour
     looks = [(look(other)["color"], look(other)["ls"]) for other in CONTROLLERS if other != name]

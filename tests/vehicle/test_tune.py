@@ -4,16 +4,18 @@ import tomllib
 
 import pytest
 
+import experiments.steering.controllers  # noqa: F401  (their settings are held to the same)
 from clearance_mj.core.errors import ManoeuvreError
 from clearance_mj.vehicle import tune as module
-from clearance_mj.vehicle.controllers.registry import TUNED, get_controller
+from clearance_mj.vehicle.controllers import CONTROLLERS, get_controller
 from clearance_mj.vehicle.controllers.smc import SlidingMode
 from clearance_mj.vehicle.experiment import LENGTH_FACTORS, Case, drive
 from clearance_mj.vehicle.tune import MANOEUVRES, Course, cost, tunable, tune
 
 FOUND = {
     (tuned, name): found
-    for tuned, controllers in tomllib.loads(TUNED.read_text(encoding="utf-8")).items()
+    for path in dict.fromkeys(known.settings_file for known in CONTROLLERS.values())
+    for tuned, controllers in tomllib.loads(path.read_text(encoding="utf-8")).items()
     for name, found in controllers.items()
 }
 SMC = get_controller("smc")
@@ -53,7 +55,7 @@ def test_stored_cost_is_that_of_the_stored_settings(tuned, name):
 
 
 def test_cost_is_that_of_the_metrics():
-    """Of one lane change, from the run's own metrics; controllers are told of the clearance."""
+    """Of one lane change, from the run's own metrics; controllers have their prior information on the clearance."""
     case = Case("smc-cm", 72.0, length_factor=1.5, regime="friction", spread=True, seed=module.FIRST_VEHICLE)
     run = drive(case, case.tuned_controller, MANOEUVRES[0].disturbance)
     found = run.metrics()

@@ -25,7 +25,7 @@ from ..laws.families import families_of
 from ..laws.measured_motion import FORCE_ERROR
 from ..records.checks import warn_of_dropouts
 from ..records.prepared import PreparedRecord, prepared
-from ..structure.contradictions import contradictions_of_rig, contradictions_of_update
+from ..structure.faults.contradictions import contradictions_of_rig, contradictions_of_update
 from ..structure.priors import priors, rig_with
 from ..structure.rig_update import RigUpdate
 from ..structure.updating import update_from

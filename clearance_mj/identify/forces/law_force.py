@@ -12,8 +12,7 @@ from .restoring import RestoringForce
 
 __all__ = ["law_force"]
 
-FINER = 4
-"""factor by which motions are interpolated: contact begins and ends between samples"""
+FINER = 4  # factor by which motions are interpolated: contact begins and ends between samples
 
 
 def law_force(measured: RestoringForce, law: Law) -> np.ndarray:

@@ -24,21 +24,14 @@ from .gains import channel_gains, displacement_gains, probe_rows
 
 __all__ = ["RestoringForce", "restoring_force", "restoring_forces"]
 
-MODES = 16
-"""of the known structure, to which the static shapes are added"""
-BAND = 0.4
-"""of fs: up to here the anti-alias filters of engines and rig are flat"""
-TAPER = 0.1
-"""s, cosine flanks at both ends of a record"""
-SETTLE = 0.3
-"""s at both ends of a record whose forces are not used"""
-NOISE = 0.01
-"""of a channel's RMS: noise with which the weights start"""
-QUIETEST = 1e-4
-"""of a channel's RMS: no channel is taken to be quieter"""
+MODES = 16  # of the known structure, to which the static shapes are added
+BAND = 0.4  # of fs: up to here the anti-alias filters of engines and rig are flat
+TAPER = 0.1  # s, cosine flanks at both ends of a record
+SETTLE = 0.3  # s at both ends of a record whose forces are not used
+NOISE = 0.01  # of a channel's RMS: noise with which the weights start
+QUIETEST = 1e-4  # of a channel's RMS: no channel is taken to be quieter
 REWEIGHTINGS = 4
-NO_PROBES_BAND = 4.0
-"""Hz: without probes, slower motion is not known."""
+NO_PROBES_BAND = 4.0  # Hz: without probes, slower motion is not known.
 
 
 @dataclass(frozen=True, eq=False)

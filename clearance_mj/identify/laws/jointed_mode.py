@@ -21,7 +21,7 @@ from ...clearance.harmonic import periodic_amplitudes, slip_stiffness
 from ...core.errors import RecordError
 from ...estimate.estimates import Estimates
 from ...estimate.parameter import Parameter
-from ..ridges.free_decay import Decay
+from ..wavelets.free_decay import Decay
 
 __all__ = ["ForcedCurve", "ForcedTest", "JointedMode", "JointedModeFit", "fit_jointed_mode"]
 

@@ -1,4 +1,4 @@
-"""Methods "ridge" and "ridge-as-printed": the article's updated model, contact over time from the wavelet ridge."""
+"""Method "ridge": the article's updated model, contact over time from the wavelet ridge."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ from ...rig import Rig
 from ..forces.restoring import MODES, require_measurable
 from ..records.prepared import prepared
 from ..registry import Identified, register
-from ..ridges.lowest_mode import ridge_band, warn_of_no_ridge
-from ..ridges.oscillator import check_options
-from ..ridges.wavelet import scalogram, shortest_record
+from ..wavelets.lowest_mode import ridge_band, warn_of_no_ridge
+from ..wavelets.oscillator import check_options
+from ..wavelets.wavelet import scalogram, shortest_record
 
 __all__ = ["ridge_law"]
 
@@ -107,24 +107,19 @@ def _contact_damping(model: ModalModel, rig: Rig, modal: np.ndarray, share: np.n
     return np.maximum((modal - own) / (share @ at), 0.0)
 
 
-def _shortest(rig: Rig) -> float:
+def shortest_for_ridge(rig: Rig) -> float:
+    """Return the length of the shortest record that has a ridge of the rig's lowest mode, s."""
     return shortest_record(ridge_band(rig)[0])
-
-
-def _find(dataset: Dataset, progress: str | None, correction: str, damping: str) -> Identified:
-    warn_of_no_ridge(prepared(max(dataset.to_identify(), key=lambda r: r.duration)))
-    return Identified(ridge_law(dataset, correction, damping, progress))
 
 
 @register(
     "ridge",
     "the rig file and the longest record to identify: contact over that record's time, from its wavelet ridge",
-    _shortest,
+    shortest_for_ridge,
 )
-def _corrected(dataset: Dataset, progress: str | None = None) -> Identified:
-    return _find(dataset, progress, "adiabatic", "viscous")
-
-
-@register("ridge-as-printed", "as ridge, with the article's Equations 12 and 17 as printed", _shortest)
-def _as_printed(dataset: Dataset, progress: str | None = None) -> Identified:
-    return _find(dataset, progress, "none", "as-printed")
+def find(
+    dataset: Dataset, progress: str | None = None, correction: str = "adiabatic", damping: str = "viscous"
+) -> Identified:
+    """Identify by `ridge_law` and warn where the longest record shows no ridge."""
+    warn_of_no_ridge(prepared(max(dataset.to_identify(), key=lambda r: r.duration)))
+    return Identified(ridge_law(dataset, correction, damping, progress))

@@ -9,14 +9,10 @@ from ...core.errors import RecordError
 
 __all__ = ["check_channel"]
 
-CLIPPED = 4
-"""samples at the extreme of a channel, in runs of two or more, that count as clipping"""
-NEAR = 0.9
-"""of the extreme: from here on the channel's resolution is taken"""
-STEEP = 10
-"""resolutions: a smooth peak falls by less from its highest samples to the next, a clipped one by more"""
-REST = 0.5
-"""of the RMS about the median: an extreme nearer to the median is where the channel rests"""
+CLIPPED = 4  # samples at the extreme of a channel, in runs of two or more, that count as clipping
+NEAR = 0.9  # of the extreme: from here on the channel's resolution is taken
+STEEP = 10  # resolutions: a smooth peak falls by less from its highest samples to the next, a clipped one by more
+REST = 0.5  # of the RMS about the median: an extreme nearer to the median is where the channel rests
 
 
 def check_channel(where: str, signal: ArrayLike, fs: float) -> None:

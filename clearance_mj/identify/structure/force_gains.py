@@ -17,8 +17,7 @@ from .priors import prepared_rig, rig_with
 __all__ = ["Lines", "displacement_at_ends", "force_gains", "gains_at", "model_with"]
 
 MODES = 16  # of the structure, to which the static shapes are added
-Lines = Sequence[tuple[str, np.ndarray]]
-"""Of each record, what excites and the complex frequencies (n_f,), rad/s."""
+Lines = Sequence[tuple[str, np.ndarray]]  # Of each record, what excites and the complex frequencies (n_f,), rad/s.
 
 
 def force_gains(rig: Rig, values: Mapping[str, float], probes: bool, lines: Lines) -> list[np.ndarray]:

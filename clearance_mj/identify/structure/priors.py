@@ -32,21 +32,14 @@ DEFAULTS = {
     "damping_ratios": math.log(2.0), "stiffness": math.log(10.0), "damping": math.log(10.0),
 }  # fmt: skip
 """1 σ: of positions in m, of offsets over the gap, of the rest a share or a logarithm"""
-FARTHEST = 6.0
-"""standard deviations, from the start to a parameter's bounds"""
-CLAMP_LENGTH = 2.0
-"""diameters of shaft as which a clamp may give"""
-RATIOS = 8
-"""modes with a damping ratio of their own"""
-PROBE = 0.01
-"""1 σ of a probe's gain"""
-SPARSEST = 1e-3
-"""lowest damping ratio to start from"""
-LARGEST = 0.9
-"""of the gap: the largest offset"""
-LEFT_OUT = {"gain": 1.0, "offset": 0.0}
-"""values of fields that plain data leave out"""
-COMPLIANCE = {"1/beam.clamp.rotation": "rad/(N m)", "1/beam.clamp.translation": "m/N"}
+BOUNDS_AT = 6.0  # standard deviations, from the start to a parameter's bounds
+CLAMP_LENGTH = 2.0  # diameters of shaft as which a clamp may give
+RATIOS = 8  # modes with a damping ratio of their own
+PROBE_GAIN = 0.01  # 1 σ of a probe's gain
+LOWEST_DAMPING = 1e-3  # lowest damping ratio to start from
+MAX_OFFSET = 0.9  # of the gap: the largest offset
+LEFT_OUT = {"gain": 1.0, "offset": 0.0}  # values of fields that plain data leave out
+CLAMP_UNITS = {"1/beam.clamp.rotation": "rad/(N m)", "1/beam.clamp.translation": "m/N"}
 
 
 def priors(rig: Rig, damped: int = RATIOS, probes: bool = False) -> tuple[Parameter, ...]:
@@ -69,11 +62,11 @@ def priors(rig: Rig, damped: int = RATIOS, probes: bool = False) -> tuple[Parame
     """
     base = prepared_rig(rig)
     data = base.to_dict()
-    told = {key: tolerance for tolerance in rig.tolerances for key in _stands_for(data, tolerance)}
-    keys = [key for key in _open_keys(data, damped) if key not in told]
-    found = [*_clamp(rig), *(p for key in (*keys, *told) if (p := _parameter(base, data, key, told.get(key))))]
+    given = {key: tolerance for tolerance in rig.tolerances for key in _stands_for(data, tolerance)}
+    keys = [key for key in _open_keys(data, damped) if key not in given]
+    found = [*_clamp(rig), *(p for key in (*keys, *given) if (p := _parameter(base, data, key, given.get(key))))]
     for j, bushing in enumerate(rig.bushings if probes else ()):
-        found.append(_logarithm(f"probes[{j}].gain", "", 1.0, PROBE))
+        found.append(_logarithm(f"probes[{j}].gain", "", 1.0, PROBE_GAIN))
         if parse_place(bushing.position) and bushing.to is None:
             place = parse_place(bushing.position) or ("", 0.0)
             found.append(_linear(f"probes[{j}].position", "m", place[1], DEFAULTS["position"], *_shaft(rig, place[0])))
@@ -90,7 +83,7 @@ def prepared_rig(rig: Rig) -> Rig:
     eta1, eta2 = linear.rayleigh
     safe = np.where(omega > 0, omega, np.inf)
     ratios = eta1 / (2 * safe) + eta2 * omega / 2 + [own[min(i, len(own) - 1)] for i in range(omega.size)]
-    kept = tuple(np.clip(ratios, SPARSEST, 1.0).tolist())
+    kept = tuple(np.clip(ratios, LOWEST_DAMPING, 1.0).tolist())
     if isinstance(linear, Beam):
         return rig.replace(tolerances=(), beam=dataclasses.replace(linear, rayleigh=(0.0, 0.0), damping_ratios=kept))
     return rig.replace(tolerances=(), structure=dataclasses.replace(linear, rayleigh=(0.0, 0.0), damping_ratios=kept))
@@ -107,14 +100,14 @@ def rig_with(rig: Rig, values: Mapping[str, float]) -> Rig:
         SI units, by name.
     """
     base = prepared_rig(rig)
-    if base.beam and any(name in values for name in COMPLIANCE):
+    if base.beam and any(name in values for name in CLAMP_UNITS):
         given = base.beam.clamp or Clamp()
         compliance = {name: 1 / k for name in ("rotation", "translation") if (k := getattr(given, name))}
-        compliance |= {name.rpartition(".")[2]: values[name] for name in COMPLIANCE if name in values}
+        compliance |= {name.rpartition(".")[2]: values[name] for name in CLAMP_UNITS if name in values}
         clamp = Clamp(**{name: 1 / c for name, c in compliance.items() if c})
         base = base.replace(beam=dataclasses.replace(base.beam, clamp=clamp if clamp != Clamp() else None))
     data = base.to_dict()
-    paths = [name for name in values if name not in COMPLIANCE and not name.startswith("probes[")]
+    paths = [name for name in values if name not in CLAMP_UNITS and not name.startswith("probes[")]
     return with_values(base, {find_numbers(data, path)[0]: values[path] for path in paths})
 
 
@@ -143,27 +136,27 @@ def _open_keys(data: dict[str, Any], damped: int) -> Iterator[Key]:
     yield from (("sensors", i, name) for i in range(len(data["sensors"])) for name in ("position", "gain"))
 
 
-def _parameter(rig: Rig, data: dict[str, Any], key: Key, told: Tolerance | None) -> Parameter | None:
-    """A number with what is known of it; None if it is exact, or no number."""
+def _parameter(rig: Rig, data: dict[str, Any], key: Key, tolerance: Tolerance | None) -> Parameter | None:
+    """A number with its prior; None if it is exact, or no number."""
     path, value = path_of(key), get_number(data, key)
     value = LEFT_OUT.get(str(key[-1])) if value is None else value
-    if value is None or (told and told.size == 0):
+    if value is None or (tolerance and tolerance.size == 0):
         return None
     field = str(key[-1] if isinstance(key[-1], str) else key[-2])
-    unit, size = unit_of(path), told.size if told else DEFAULTS[field]
+    unit, size = unit_of(path), tolerance.size if tolerance else DEFAULTS[field]
     if field == "offset":
         gap = data["bushings"][key[1]]["gap"]
-        size *= gap if told is None or told.relative else 1.0
-        return _linear(path, unit, value, size, -LARGEST * gap, LARGEST * gap)
+        size *= gap if tolerance is None or tolerance.relative else 1.0
+        return _linear(path, unit, value, size, -MAX_OFFSET * gap, MAX_OFFSET * gap)
     if field in ("position", "to"):
         point = _at(data, key)
         if not (place := parse_place(point)):
             return None
-        size *= abs(value) if told and told.relative else 1.0
+        size *= abs(value) if tolerance and tolerance.relative else 1.0
         half = data["bushings"][key[1]]["length"] / 2 if key[0] == "bushings" else 0.0
         low, high = _shaft(rig, place[0])
         return _linear(path, unit, value, size, low + half, high - half)
-    if told and not told.relative:
+    if tolerance and not tolerance.relative:
         return _linear(path, unit, value, size, 1e-6 * value, math.inf)
     return _logarithm(path, unit, value, size) if value > 0 else None
 
@@ -187,24 +180,25 @@ def _clamp(rig: Rig) -> Iterator[Parameter]:
     if not rig.beam:
         return
     beam, given = rig.beam, rig.beam.clamp or Clamp()
-    most = CLAMP_LENGTH * (beam.diameter or beam.height or 0.0)
-    told = {t.of.rpartition(".")[2]: t.size for t in rig.tolerances if t.of in CLAMP}
+    longest = CLAMP_LENGTH * (beam.diameter or beam.height or 0.0)
+    tolerances = {t.of.rpartition(".")[2]: t.size for t in rig.tolerances if t.of in CLAMP}
     for name, power in (("rotation", 1), ("translation", 3)):
         unit, path = power * beam.bending_stiffness, f"1/beam.clamp.{name}"
-        mean, spread = most**power / (power + 1), most**power * math.sqrt(1 / (2 * power + 1) - 1 / (power + 1) ** 2)
+        mean = longest**power / (power + 1)
+        spread = longest**power * math.sqrt(1 / (2 * power + 1) - 1 / (power + 1) ** 2)
         stiffness = getattr(given, name)
-        if stiffness or name in told:
+        if stiffness or name in tolerances:
             mean = unit / stiffness if stiffness else 0.0
-        spread = told[name] ** power if name in told else spread
+        spread = tolerances[name] ** power if name in tolerances else spread
         if spread > 0:
-            yield _linear(path, COMPLIANCE[path], mean / unit, spread / unit, 0.0, math.inf)
+            yield _linear(path, CLAMP_UNITS[path], mean / unit, spread / unit, 0.0, math.inf)
 
 
 def _linear(name: str, unit: str, start: float, std: float, low: float, high: float) -> Parameter:
-    far = FARTHEST * std
-    return Parameter(name, unit, start, max(low, start - far), min(high, start + far), std, "linear")
+    reach = BOUNDS_AT * std
+    return Parameter(name, unit, start, max(low, start - reach), min(high, start + reach), std, "linear")
 
 
 def _logarithm(name: str, unit: str, start: float, std: float) -> Parameter:
-    far = math.exp(FARTHEST * std)
-    return Parameter(name, unit, start, start / far, start * far, std, "log")
+    factor = math.exp(BOUNDS_AT * std)
+    return Parameter(name, unit, start, start / factor, start * factor, std, "log")

@@ -13,8 +13,8 @@ import numpy as np
 
 from ...core.errors import ModelError
 from ...estimate.parameter import Parameter
+from ..bristles import frictions
 from ..elements import KINDS, MARK, Asked, Softness, Target, apply, asked, compiled, find, give
-from ..friction import frictions
 from ..rows import softness_of
 from .record import nearest
 

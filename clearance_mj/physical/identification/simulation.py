@@ -22,9 +22,9 @@ import scipy.signal
 
 from ...core.errors import RecordError
 from ...estimate.parameter import Parameter
+from ..bristles import frictions
 from ..checks import compile as physical_compile
 from ..elements import asked
-from ..friction import frictions
 from ..softener import Softener
 from ..step import largest_step
 from .quantities import put

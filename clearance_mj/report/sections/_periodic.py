@@ -8,7 +8,7 @@ import numpy as np
 
 from ...periodic import Branch
 from ...periodic.summaries import is_cut, jumps, unit
-from ...signals.sine_steps import SineSteps
+from ...signals.stepped_sines import SineSteps
 from ...study import Study
 from ...study.periodic import missed
 from .. import rattle_maps, responses

@@ -1,8 +1,8 @@
 """Steering controllers, one file each; each file registers what it has, in the order of tables."""
 
 # isort: off
-from . import smc, mpc, disturbance_observer, backlash_inverse, adaptive_inverse, dither, high_gain  # noqa: F401
-from . import mpc_backlash, thin_layer, super_twisting, preview_lqr, stanley, twin  # noqa: F401
+from . import smc, mpc, disturbance_observer, backlash_inverse, mpc_backlash, super_twisting  # noqa: F401
+from . import preview_lqr, stanley, twin  # noqa: F401
 # isort: on
 
 from .base import Controller, ControllerRun, Observation, Task, limited

@@ -15,8 +15,7 @@ from .base import Controller, Task
 
 __all__ = ["CONTROLLERS", "TUNED", "ClearancePrior", "Registration", "get_controller", "register"]
 
-TUNED = FilePath(__file__).parents[1] / "tuned.toml"
-"""Settings that `tune` found, by set ("ideal", "car": `Sensors.tuned`) and name of the controller"""
+TUNED = FilePath(__file__).parents[1] / "tuned.toml"  # what `tune` found for the controllers of the package
 LineStyle = str | tuple[float, tuple[float, ...]]
 
 
@@ -42,9 +41,11 @@ class Registration:
     bounds: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     """range of each setting that is tuned, searched over its logarithm"""
     tuned: Mapping[str, Any] | None = None
-    """settings; None: those of `TUNED`, the class's defaults if it has none"""
+    """Settings; None: those of `settings_file`, the class's defaults where it has none"""
+    settings_file: FilePath = TUNED
+    """TOML file that `tune` writes, by set ("ideal", "car": `Sensors.tuned`) and name of the controller"""
     tuned_as: str = ""
-    """controller whose settings of `TUNED` are taken but for those that `TUNED` has of its own"""
+    """Name of the controller whose settings hold where the file has none of this one"""
     adapt: Callable[[Controller, Task, ClearancePrior], Controller] | None = None
     """takes prior information on the clearance into account"""
     prior: str = "nothing"
@@ -56,19 +57,20 @@ class Registration:
 
     def tuned_controller(self, tuned: str = "ideal") -> Controller:
         """Return the controller with its settings of a set, without prior information on the clearance."""
-        return self.controller(**(self._stored(_tuned().get(tuned, {})) if self.tuned is None else self.tuned))
+        return self.controller(**(self._stored(tuned) if self.tuned is None else self.tuned))
 
     def with_settings(self, settings: Mapping[str, Any], tuned: str = "ideal") -> Controller:
         """Return the controller with settings of its own, and the others of a set of what it is tuned as."""
-        return self.controller(**(self._inherited(_tuned().get(tuned, {})) | dict(settings)))
+        return self.controller(**(self._inherited(tuned) | dict(settings)))
 
-    def _inherited(self, found: dict[str, dict[str, Any]]) -> dict[str, Any]:
-        return CONTROLLERS[self.tuned_as]._stored(found) if self.tuned_as in CONTROLLERS else {}
+    def _inherited(self, tuned: str) -> dict[str, Any]:
+        return CONTROLLERS[self.tuned_as]._stored(tuned) if self.tuned_as in CONTROLLERS else {}
 
-    def _stored(self, found: dict[str, dict[str, Any]]) -> dict[str, Any]:
-        """Settings of a set: its own, and of the others those of what it is tuned as."""
+    def _stored(self, tuned: str) -> dict[str, Any]:
+        """Return the settings of a set: its own and, for the others, those of the controller it is tuned as."""
+        found = _read(self.settings_file).get(tuned, {})
         own: dict[str, Any] = found[self.name]["settings"] if self.name in found else {}
-        return self._inherited(found) | own
+        return self._inherited(tuned) | own
 
     def informed(self, controller: Controller, task: Task, prior: ClearancePrior) -> Controller:
         """Return a controller of this class for a task, with what it may know of the clearance."""
@@ -99,5 +101,5 @@ def get_controller(name: str) -> Registration:
 
 
 @functools.cache
-def _tuned() -> dict[str, dict[str, dict[str, Any]]]:
-    return tomllib.loads(TUNED.read_text(encoding="utf-8"))
+def _read(path: FilePath) -> dict[str, dict[str, dict[str, Any]]]:
+    return tomllib.loads(path.read_text(encoding="utf-8"))

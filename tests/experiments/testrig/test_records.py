@@ -1,15 +1,20 @@
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
 
 from clearance_mj.io.dataset import Dataset, write_dataset
 from clearance_mj.signals import excitation
-from experiments.testrig import Truth
+from experiments.testrig import RIGS, Truth
 from experiments.testrig.records import digitise, plans, take
 
-DATA = Path(__file__).parents[2] / "data" / "table1_rig"
+from ...conftest import ROOT, TABLE1
+
+DATA = ROOT / "data" / "table1_rig"
+
+
+def test_table1_is_the_rig_of_the_models():
+    assert RIGS["table1"]().rig == TABLE1
 
 
 def test_regenerating_a_record_gives_the_same_bytes(rig, tmp_path):

@@ -16,21 +16,21 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from pathlib import Path
 
-from . import smc
-from .base import ControllerRun, Observation, Task, limited
-from .compensation import Direction
-from .design import DesignModel, ModelRun, ServoModel
-from .disturbance_observer import BANDWIDTH, YawObserver
-from .registry import Registration, register
-from .smc import SlidingMode
+from clearance_mj.vehicle.controllers import smc
+from clearance_mj.vehicle.controllers.base import ControllerRun, Observation, Task, limited
+from clearance_mj.vehicle.controllers.compensation import Direction
+from clearance_mj.vehicle.controllers.design import DesignModel, ModelRun, ServoModel
+from clearance_mj.vehicle.controllers.disturbance_observer import BANDWIDTH, YawObserver
+from clearance_mj.vehicle.controllers.registry import Registration, register
+from clearance_mj.vehicle.controllers.smc import SlidingMode
 
 __all__ = ["SlidingWithAdaptiveInverse"]
 
-LARGEST, SMALLEST = math.radians(1.0), math.radians(0.01)
-"""rad: of the estimate, and of the play that φ is computed for"""
-SLACK = math.radians(0.1)
-"""rad that the wanted angle turns back before its direction has changed, as in `BacklashInverse`"""
+LARGEST_HALF_GAP = math.radians(1.0)  # rad, upper bound of the estimate
+SMALLEST_HALF_GAP = math.radians(0.01)  # rad, half-gap below which φ is computed for this one
+SLACK = math.radians(0.1)  # rad that the wanted angle turns back before its direction has changed, as `BacklashInverse`
 
 
 @dataclass(frozen=True)
@@ -71,8 +71,8 @@ class _AdaptiveRun(ControllerRun):
         self._once += (1 - self._pole) * (self._play - self._once)
         self._twice += (1 - self._pole) * (self._once - self._twice)
         change = self._step * self._twice * (lost - self.half_gap * self._twice)
-        self.half_gap = min(max(self.half_gap + change, 0.0), LARGEST)
-        play = self._play - (servo - self._before) / max(self.half_gap, SMALLEST)
+        self.half_gap = min(max(self.half_gap + change, 0.0), LARGEST_HALF_GAP)
+        play = self._play - (servo - self._before) / max(self.half_gap, SMALLEST_HALF_GAP)
         self._play, self._before = min(max(play, -1.0), 1.0), servo
 
 
@@ -81,6 +81,6 @@ register(
     Registration(
         "smc-adaptive-inverse", "SMC, adaptive inverse", SlidingWithAdaptiveInverse, bounds=BOUNDS, tuned_as="smc",
         prior="nothing; estimates the half-gap as if friction decided on the side", colour="#aa4499",
-        line=(0, (1, 1.2)),
+        line=(0, (1, 1.2)), settings_file=Path(__file__).with_name("tuned.toml"),
     )
 )  # fmt: skip

@@ -21,12 +21,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..rig_update import RigUpdate
 from .assessment import Assessment, Fault, assess
-from .channel_faults import ChannelCorrection, channel_corrections, correction_faults
-from .gap_faults import gap_faults
-from .rig_faults import RigCorrection, longer, rig_corrections
-from .rig_update import RigUpdate
-from .signal_faults import describe_signal_fault
+from .of_channels import ChannelCorrection, channel_corrections, correction_faults
+from .of_gaps import gap_faults
+from .of_rigs import RigCorrection, longer, rig_corrections
+from .of_signals import describe_signal_fault
 
 __all__ = ["Diagnosis", "Fault", "diagnose"]
 
@@ -35,8 +35,7 @@ MAX_FAULTS = 4  # that may stand beside each other
 CANDIDATES = 4  # corrections of one kind with which the rig is updated
 REFINEMENTS = 3  # of a length, beside that of the grid
 
-Found = tuple[list[Fault], Assessment] | None
-"""Faults in words, and the assessment with them put right."""
+Found = tuple[list[Fault], Assessment] | None  # Faults in words, and the assessment with them put right.
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,22 +1,28 @@
-"""What of the tuning stands when it is repeated with other seeds and twice the budget."""
+"""Tune the steering controllers again by other seeds and twice the budget: which ranking and settings stand.
+
+Usage: ``python -m experiments.steering.repeated_tuning --controller smc,mpc --out results/tuning``.
+"""
 
 from __future__ import annotations
 
+import argparse
 import math
 import tomllib
 from collections.abc import Callable, Mapping
-from pathlib import Path as FilePath
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 import scipy.stats
 
-from .controllers import CONTROLLERS
+import experiments.steering.controllers  # noqa: F401  (registers its own)
+from clearance_mj.vehicle.controllers import CONTROLLERS
+from clearance_mj.vehicle.sensors import SENSORS
+from clearance_mj.vehicle.tune import store, tunable, tune
 
 __all__ = ["REPEATS", "Repeat", "at_bounds", "rank_correlations", "repeat", "table"]
 
-NEAR = 0.02
-"""Share of the logarithm of a range from its end within which a setting is at its bound"""
+BOUND_MARGIN = 0.02  # share of the logarithm of a range from its end within which a setting is at its bound
 
 
 class Repeat(NamedTuple):
@@ -32,18 +38,11 @@ REPEATS = (
     Repeat("seed 1", 1, 7),
     Repeat("seed 2", 2, 7),
     Repeat("256 evaluations", 0, 15),
-)
-"""The stored tuning and what it is compared with"""
-Found = Mapping[str, Mapping[str, Mapping[str, Any]]]
-"""What was found, by label of the repetition and name of the controller"""
+)  # the stored tuning and those that it is compared with
+Found = Mapping[str, Mapping[str, Mapping[str, Any]]]  # results by label of the repetition and name of the controller
 
 
-def repeat(
-    folder: FilePath,
-    names: list[str],
-    search: Callable[[str, Repeat], dict[str, Any]],
-    store: Callable[[FilePath, str, str, dict[str, Any]], None],
-) -> Found:
+def repeat(folder: Path, names: list[str], search: Callable[[str, Repeat], dict[str, Any]]) -> Found:
     """Tune controllers again by each of `REPEATS`; what a folder holds already is not searched for again."""
     folder.mkdir(parents=True, exist_ok=True)
     path = folder / "tuning.toml"
@@ -56,7 +55,7 @@ def repeat(
     return found
 
 
-def _read(path: FilePath) -> dict[str, dict[str, Any]]:
+def _read(path: Path) -> dict[str, dict[str, Any]]:
     return tomllib.loads(path.read_text(encoding="utf-8")) if path.exists() else {}
 
 
@@ -65,7 +64,7 @@ def at_bounds(name: str, settings: Mapping[str, float]) -> list[str]:
     found = []
     for key, (low, high) in CONTROLLERS[name].bounds.items():
         share = math.log(settings[key] / low) / math.log(high / low)
-        if min(share, 1 - share) < NEAR:
+        if min(share, 1 - share) < BOUND_MARGIN:
             found.append(key)
     return found
 
@@ -108,3 +107,24 @@ def _settings(name: str, found: Mapping[str, Any]) -> str:
     ends = at_bounds(name, found["settings"])
     values = {key: found["settings"][key] for key in CONTROLLERS[name].bounds}
     return ", ".join(f"{key} {value:.3g}{'*' if key in ends else ''}" for key, value in values.items())
+
+
+def main() -> None:
+    """Repeat the tuning with each set of sensors."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--sensors", choices=list(SENSORS), action="append", help="default: all")
+    parser.add_argument("--controller", help="names with commas (default: all that have bounds)")
+    parser.add_argument("--workers", type=int, help="processes (default: one for each processor)")
+    parser.add_argument("--out", type=Path, default=Path("results/tuning"), help="folder (default: %(default)s)")
+    given = parser.parse_args()
+    names = given.controller.split(",") if given.controller else tunable()
+    for sensors in given.sensors or SENSORS:
+
+        def search(name: str, repeated: Repeat, sensors: str = sensors) -> dict[str, Any]:
+            return tune(name, sensors, repeated.generations, seed=repeated.seed, workers=given.workers)
+
+        repeat(given.out / sensors, names, search)
+
+
+if __name__ == "__main__":
+    main()

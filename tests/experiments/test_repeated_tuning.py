@@ -6,8 +6,7 @@ import tomllib
 import pytest
 
 from clearance_mj.vehicle.controllers import CONTROLLERS
-from clearance_mj.vehicle.tune import store
-from clearance_mj.vehicle.tune_again import REPEATS, at_bounds, rank_correlations, repeat, table
+from experiments.steering.repeated_tuning import REPEATS, at_bounds, rank_correlations, repeat, table
 
 NAMES = ["smc", "mpc", "stanley"]
 
@@ -52,8 +51,8 @@ def test_goes_on_where_it_was_stopped(tmp_path):
         return {"cost": float(NAMES.index(name) + again.seed), "settings": edge}
 
     with pytest.raises(KeyboardInterrupt):
-        repeat(tmp_path, NAMES, search, store)
-    repeat(tmp_path, NAMES, search, store)
+        repeat(tmp_path, NAMES, search)
+    repeat(tmp_path, NAMES, search)
     assert len(asked) == len(NAMES) * len(REPEATS) + 1
     assert set(tomllib.loads((tmp_path / "tuning.toml").read_text())) == {again.label for again in REPEATS}
     page = (tmp_path / "tuning.md").read_text()

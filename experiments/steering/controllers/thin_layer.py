@@ -12,9 +12,11 @@ modes: Gao, Wang and Homaifa, Discrete-time variable structure control systems, 
 
 from __future__ import annotations
 
-from . import smc
-from .registry import Registration, register
-from .smc import SlidingMode
+from pathlib import Path
+
+from clearance_mj.vehicle.controllers import smc
+from clearance_mj.vehicle.controllers.registry import Registration, register
+from clearance_mj.vehicle.controllers.smc import SlidingMode
 
 __all__: list[str] = []
 
@@ -22,6 +24,6 @@ BOUNDS = smc.BOUNDS | {"switching": (1.7, 5.0), "layer": (0.02, 0.08)}
 register(
     Registration(
         "smc-sliding", "SMC, thin layer", SlidingMode, bounds=BOUNDS, tuned_as="smc", colour="#a6761d",
-        line=(0, (5, 1, 1, 1)),
+        line=(0, (5, 1, 1, 1)), settings_file=Path(__file__).with_name("tuned.toml"),
     )
 )  # fmt: skip

@@ -8,22 +8,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...core.errors import ClearanceError
-from ...rig import PointMass, Rig, Tolerance
+from ....core.errors import ClearanceError
+from ....rig import PointMass, Rig, Tolerance
 from .assessment import Assessment, Fault, distance
 
 __all__ = ["RigCorrection", "rig_corrections"]
 
-FACTORS = tuple(np.exp(np.linspace(-0.4, 0.4, 33)).tolist())
-"""of a length or diameter"""
-STIFFER = tuple(np.exp(np.linspace(-1.6, 1.6, 17)).tolist())
-"""of a modulus"""
-SHARES = (0.1, 0.2, 0.4, 0.8, 1.6)
-"""of the shaft's mass that may be missing"""
-PLACES = (0.25, 0.5, 0.75, 1.0)
-"""of the length, where it may be missing"""
-OPEN = "10 %"
-"""tolerance of what was found on a grid"""
+FACTORS = tuple(np.exp(np.linspace(-0.4, 0.4, 33)).tolist())  # of a length or diameter
+STIFFER = tuple(np.exp(np.linspace(-1.6, 1.6, 17)).tolist())  # of a modulus
+SHARES = (0.1, 0.2, 0.4, 0.8, 1.6)  # of the shaft's mass that may be missing
+PLACES = (0.25, 0.5, 0.75, 1.0)  # of the length, where it may be missing
+OPEN = "10 %"  # tolerance of what was found on a grid
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 import numpy as np
 import scipy.optimize
 
-from ..records.prepared import EXCITATION, PreparedRecord
+from ...records.prepared import EXCITATION, PreparedRecord
 from .assessment import SUSPECT_MISFIT, Assessment, Fault, channel_of, distance, predicted_spectra
 
 __all__ = ["ChannelCorrection", "channel_corrections", "correction_faults"]
@@ -24,8 +24,7 @@ UNITS = {
     "accelerometer": {1e3: "mm/s²", 1 / 9.80665: "g", 100 / 2.54: "in/s²", 1e6: "µm/s²"},
     "probe": {1e3: "mm", 1e6: "µm", 100 / 2.54: "inches", 1e5 / 2.54: "thousandths of an inch", 100.0: "cm"},
     "force": {1e-3: "kN", 1e3: "mN", 1 / 9.80665: "kgf", 1 / 4.4482216: "lbf"},
-}
-"""What an instrument reads over the value in SI units, and the unit in which it does."""
+}  # What an instrument reads over the value in SI units, and the unit in which it does.
 
 
 @dataclass(frozen=True)

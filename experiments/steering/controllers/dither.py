@@ -9,11 +9,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from pathlib import Path
 
-from . import smc
-from .base import ControllerRun, Observation, Task, limited
-from .registry import Registration, register
-from .smc import SlidingMode
+from clearance_mj.vehicle.controllers import smc
+from clearance_mj.vehicle.controllers.base import ControllerRun, Observation, Task, limited
+from clearance_mj.vehicle.controllers.registry import Registration, register
+from clearance_mj.vehicle.controllers.smc import SlidingMode
 
 __all__ = ["SlidingWithDither"]
 
@@ -48,6 +49,6 @@ BOUNDS = smc.BOUNDS | {"amplitude": (1e-4, 0.02), "frequency": (3.0, 25.0)}
 register(
     Registration(
         "smc-dither", "SMC, dither", SlidingWithDither, bounds=BOUNDS, tuned_as="smc", colour="#ddaa33",
-        line=(0, (3, 1, 1, 1)),
+        line=(0, (3, 1, 1, 1)), settings_file=Path(__file__).with_name("tuned.toml"),
     )
 )  # fmt: skip

@@ -12,8 +12,7 @@ from .wavelet import Ridge
 
 __all__ = ["Decay", "decay"]
 
-DEGREE = 2
-"""of the polynomials through phase and ln(amplitude) of a window"""
+DEGREE = 2  # of the polynomials through phase and ln(amplitude) of a window
 
 
 @dataclass(frozen=True, eq=False)

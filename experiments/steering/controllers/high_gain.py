@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import dataclasses
 
-from .base import Controller, Task
-from .design import DesignModel
-from .registry import ClearancePrior, Registration, register
-from .smc import SlidingMode, input_gain
+from clearance_mj.vehicle.controllers.base import Controller, Task
+from clearance_mj.vehicle.controllers.design import DesignModel
+from clearance_mj.vehicle.controllers.registry import ClearancePrior, Registration, register
+from clearance_mj.vehicle.controllers.smc import SlidingMode, input_gain
 
 
 def _with_larger_gain(controller: Controller, task: Task, prior: ClearancePrior) -> Controller:
