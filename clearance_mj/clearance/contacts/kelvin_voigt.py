@@ -56,7 +56,8 @@ class Linear(ContactFamily):
 
     def make(self, bushing: Bushing, *values: float) -> KelvinVoigt:
         """Return the contact of stiffness and damping."""
-        return KelvinVoigt(*values)
+        stiffness, damping = values
+        return KelvinVoigt(stiffness, damping)
 
     def values(self, bushing: Bushing, model: KelvinVoigt) -> dict[str, float]:
         """Return stiffness and damping."""

@@ -120,7 +120,7 @@ def fit_families(motions: Sequence[MeasuredMotion], progress: str | None = None)
     there. Where one of the former then misses more than one of the latter, it ended in a local optimum, and is fitted
     again from there.
     """
-    contacts, fillings = (_generations(known) for known in (CONTACT_FAMILIES, FILLING_FAMILIES))
+    contacts, fillings = _generations(CONTACT_FAMILIES), _generations(FILLING_FAMILIES)
     total = len(CONTACT_FAMILIES) * len(FILLING_FAMILIES) * len(motions)
     bar = tqdm(desc=progress and f"{progress} (families)", total=total, unit="fit", disable=progress is None)
     with bar, ThreadPoolExecutor(WORKERS) as pool:
