@@ -35,7 +35,7 @@ class Placement:
     condition: float
     """condition number of the Fisher information"""
     mac: np.ndarray
-    """(n_modes, n_modes) auto-MAC: how alike the modes look to these sensors"""
+    """(n_modes, n_modes) auto-MAC: how similar the modes look to these sensors"""
     std: np.ndarray
     """(n_modes,) least standard deviation of each modal coordinate"""
     contribution: np.ndarray
