@@ -41,14 +41,14 @@ def simulate_together(
     excitation : Excitation
         Base acceleration or shaker force.
     engine : Modal, optional
-        With settings of its own.
+        Engine with settings of its own.
     workers : int, optional
         Threads. Default: one for each processor.
 
     Returns
     -------
     list of Response
-        In the order of the cases.
+        Responses in the order of the cases.
 
     Raises
     ------
@@ -76,7 +76,7 @@ def simulate_and_keep(
     Returns
     -------
     list
-        What it returned, in the order of the cases.
+        Values that ``keep`` returned, in the order of the cases.
 
     Raises
     ------

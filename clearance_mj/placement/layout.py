@@ -96,7 +96,7 @@ def evaluate(candidates: Candidates, chosen: Sequence[int]) -> Placement:
     Parameters
     ----------
     candidates : Candidates
-        Where sensors may sit.
+        Positions where sensors may sit.
     chosen : sequence of int
         Indices of the candidates that have one.
 

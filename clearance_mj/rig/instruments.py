@@ -112,7 +112,7 @@ class Shaker:
         Parameters
         ----------
         kind : str
-            "base" or "force".
+            Kind of the excitation, "base" or "force".
         """
         if kind == "base":
             direction = self.unit_direction

@@ -54,7 +54,7 @@ class Mesh:
     Parameters
     ----------
     elements : sequence of Element
-        One after the other.
+        Elements in the order in which they follow each other.
     shear : bool
         Whether they are Timoshenko's, with shear deformation and rotary inertia.
     held : sequence of (float, int)
@@ -63,7 +63,7 @@ class Mesh:
     Attributes
     ----------
     mass, stiffness : ndarray, shape (n, n)
-        In coordinates that leave the held nodes where they are.
+        Matrices in coordinates that leave the held nodes where they are.
     influence : ndarray, shape (n,)
         Inertia forces per unit acceleration of the base.
     """
