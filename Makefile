@@ -35,8 +35,9 @@ gallery: reproduce
 test: setup
 	$(BIN)/python -m pytest -n auto --dist loadfile -m 'not slow'
 
+# On every core, too; few of these share anything, and a core that is done takes over from the others.
 test-slow: $(VENV)/.models $(VENV)/.browser
-	$(BIN)/python -m pytest -m slow
+	$(BIN)/python -m pytest -n auto --dist worksteal -m slow
 
 # Only the files of foreign models are read. gymnasium-robotics and dm_control depend on the package mujoco 3, which would
 # overwrite mujoco-core: hence none of what they depend on.

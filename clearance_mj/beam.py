@@ -176,7 +176,7 @@ class ModalModel:
 
 
 @functools.lru_cache(maxsize=128)  # a fit's Jacobian draws on some 70 rigs, one record after the other
-def ritz_model(rig: Rig, modes: int = 8, grease: bool = False) -> ModalModel:
+def ritz_model(rig: Rig, n_modes: int = 8, grease: bool = False) -> ModalModel:
     """Reduce the rig's structure, with its point masses, to modes and static shapes (Eqs 1-6).
 
     Rigs that differ in gaps, contacts or, without ``grease``, in the grease alone share one reduction.
@@ -185,7 +185,7 @@ def ritz_model(rig: Rig, modes: int = 8, grease: bool = False) -> ModalModel:
     ----------
     rig : Rig
         The rig.
-    modes : int
+    n_modes : int
         Number of modes in the Ritz basis; one static shape for every bushing and point of a force shaker is added.
     grease : bool
         Count the in-gap stiffness of the grease to the structure's. Without it the grease is left to the force side.
@@ -195,7 +195,7 @@ def ritz_model(rig: Rig, modes: int = 8, grease: bool = False) -> ModalModel:
     RigError
         If the structure's mass is not positive or its stiffness negative.
     """
-    found = rig.reduction(modes, grease)
+    found = rig.reduction(n_modes, grease)
     participation = (found.influence @ rig.shaker.unit_direction) @ found.transform
     return ModalModel(
         rig, found.omega, found.damping, found.coupling, participation, grease, found.rows, found.transform
@@ -240,14 +240,14 @@ def mode_shapes(rig: Rig, x: Sequence[float | str] | np.ndarray, n: int) -> np.n
     return ritz_model(rig, n + 16, grease=True).shapes(x)[:, :n]
 
 
-def state_space(rig: Rig, modes: int = 16) -> control.StateSpace:
+def state_space(rig: Rig, n_modes: int = 16) -> control.StateSpace:
     """Linear model of the rig in the gap, the grease a spring and damper at each bushing.
 
     Parameters
     ----------
     rig : Rig
         The rig.
-    modes : int
+    n_modes : int
         Modes in the Ritz basis.
 
     Returns
@@ -258,7 +258,7 @@ def state_space(rig: Rig, modes: int = 16) -> control.StateSpace:
     """
     import control  # it brings pyplot, a second of every start
 
-    model, kind = ritz_model(rig, modes), rig.shaker.kind
+    model, kind = ritz_model(rig, n_modes), rig.shaker.kind
     at_bushing, at_sensor = model.at_bushings, model.at_sensors
     grease_k = np.array([b.grease.stiffness for b in rig.bushings])
     grease_c = np.array([b.grease.damping for b in rig.bushings])
@@ -276,7 +276,7 @@ def state_space(rig: Rig, modes: int = 16) -> control.StateSpace:
     return control.ss(a_matrix, b_matrix, c_matrix, d_matrix)
 
 
-def linear_frf(rig: Rig, frequency: ArrayLike, modes: int = 16) -> np.ndarray:
+def linear_frf(rig: Rig, frequency: ArrayLike, n_modes: int = 16) -> np.ndarray:
     """Accelerance (or transmissibility, for a shaken base) of the sensors in the gap, through python-control.
 
     Parameters
@@ -285,7 +285,7 @@ def linear_frf(rig: Rig, frequency: ArrayLike, modes: int = 16) -> np.ndarray:
         The rig.
     frequency : array_like, shape (n_f,)
         Hz.
-    modes : int
+    n_modes : int
         Modes in the Ritz basis.
 
     Returns
@@ -294,5 +294,5 @@ def linear_frf(rig: Rig, frequency: ArrayLike, modes: int = 16) -> np.ndarray:
     """
     import control
 
-    response = control.frequency_response(state_space(rig, modes), 2 * np.pi * np.asarray(frequency, dtype=float))
+    response = control.frequency_response(state_space(rig, n_modes), 2 * np.pi * np.asarray(frequency, dtype=float))
     return np.asarray(response.frdata)[: len(rig.sensors), 0]

@@ -15,7 +15,7 @@ from clearance_mj.io.uff import Channel
 from clearance_mj.rig import Grease, Rig
 from clearance_mj.signals.excitation import level_ramp, random
 
-from .processes import heed_interrupts
+from .processes import LONGEST, heed_interrupts, limited
 from .verification.page import Measured, Row, page
 
 ROOT = Path(__file__).parent.parent
@@ -123,6 +123,18 @@ def pytest_addoption(parser):
 def pytest_configure(config):
     config.stash[ROWS] = {}
     heed_interrupts()
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_setup():
+    with limited(LONGEST):
+        return (yield)
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_call():
+    with limited(LONGEST):
+        return (yield)
 
 
 def pytest_collection_modifyitems(config, items):

@@ -20,12 +20,30 @@ DEVNULL = subprocess.DEVNULL
 FORK = multiprocessing.get_context("fork")
 PATIENCE = 120
 """Seconds that a process may take for what takes one on a quiet machine"""
+LONGEST = 1200
+"""Seconds that any test may take; the longest takes 150 on a quiet machine"""
 
 
 def heed_interrupts():
     """Let SIGINT interrupt this process and its children: a shell's background jobs inherit that it is ignored."""
     if signal.getsignal(signal.SIGINT) == signal.SIG_IGN:
         signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+@contextlib.contextmanager
+def limited(seconds):
+    """Raise a TimeoutError in this thread, where it computes or waits, once so many seconds are over."""
+
+    def late(*_):
+        raise TimeoutError(f"a test may take {seconds} s")
+
+    before = signal.signal(signal.SIGALRM, late)
+    signal.setitimer(signal.ITIMER_REAL, seconds)
+    try:
+        yield
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0)
+        signal.signal(signal.SIGALRM, before)
 
 
 def run(*command, patience=PATIENCE, **options) -> subprocess.CompletedProcess[str]:

@@ -154,7 +154,13 @@ def test_tutorial(clone):
     page = (DOCS / "tutorial.md").read_text(encoding="utf-8")
     assert re.search(r"records: ([\d.]+) dB and ([\d.]+) with", page).groups() == figures[0]
     assert re.search(r"contact, ([\d.]+) dB and ([\d.]+) with", page).groups() == figures[1]
-    for path in ("law_figures/contact_over_amplitude.png", "law_figures/hysteresis_ramp.png", "comparison", "mydata"):
+    for path in (
+        "found/index.html",
+        "law_figures/contact_over_amplitude.png",
+        "law_figures/hysteresis_ramp.png",
+        "comparison",
+        "mydata",
+    ):
         assert (clone / path).exists()
     assert [r.role for r in Dataset.load(clone / "mydata").records] == ["identify", "validate"]
 

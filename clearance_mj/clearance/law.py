@@ -25,7 +25,7 @@ from ..core.validation import to_plain
 from ..rig import Grease, Rig
 from .contact import ContactModel
 from .contacts.kelvin_voigt import KelvinVoigt
-from .grease import GreaseModel
+from .law_values import AnyGrease, number_row, same_shape, schedule, several, several_greases
 from .table import LawTable
 
 if TYPE_CHECKING:
@@ -35,7 +35,6 @@ __all__ = ["AmplitudeLaw", "ConstantLaw", "ContactLaw", "Law", "LawTable", "Time
 
 CYCLES = (0.9, 1.5, 2.5)
 """amplitudes over the gap that a plot shows"""
-AnyGrease = Grease | GreaseModel
 Values: TypeAlias = np.ndarray | Any  # given as whatever numpy makes an array of, kept as a read-only array
 Greases: TypeAlias = tuple[AnyGrease, ...] | Any  # given as one or several, kept as a tuple or None
 
@@ -235,10 +234,10 @@ class ConstantLaw(_KelvinVoigtLaw):
     grease: Greases = None
 
     def __post_init__(self) -> None:
-        k, c = _together(_values(self.k, "k"), _values(self.c, "c"))
+        k, c = same_shape(number_row(self.k, "k"), number_row(self.c, "c"))
         if k.ndim != 1:
             raise LawError(f"k and c of a constant law are one value per bushing, got shape {k.shape}")
-        self._set(k=k, c=c, grease=_greases(self.grease))
+        self._set(k=k, c=c, grease=several_greases(self.grease))
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -268,8 +267,8 @@ class TimeLaw(_KelvinVoigtLaw):
     grease: Greases = None
 
     def __post_init__(self) -> None:
-        t, k, c = _schedule(self.t, self.k, self.c, "t")
-        self._set(t=t, k=k, c=c, grease=_greases(self.grease))
+        t, k, c = schedule(self.t, self.k, self.c, "t")
+        self._set(t=t, k=k, c=c, grease=several_greases(self.grease))
 
     def _over(self) -> dict[str, str]:
         return {"over time": f"{span(self.t, 's')}, {len(self.t)} rows"}
@@ -307,10 +306,10 @@ class AmplitudeLaw(_KelvinVoigtLaw):
     grease: Greases = None
 
     def __post_init__(self) -> None:
-        amplitude, k, c = _schedule(self.amplitude, self.k, self.c, "amplitude")
+        amplitude, k, c = schedule(self.amplitude, self.k, self.c, "amplitude")
         if not isinstance(self.release, int | float) or not 0 < self.release < np.inf:
             raise LawError(f"release must be a time > 0 s, got {self.release!r}")
-        self._set(amplitude=amplitude, k=k, c=c, release=float(self.release), grease=_greases(self.grease))
+        self._set(amplitude=amplitude, k=k, c=c, release=float(self.release), grease=several_greases(self.grease))
 
     def _over(self) -> dict[str, str]:
         return {
@@ -336,7 +335,7 @@ class ContactLaw(Law):
     grease: Greases = None
 
     def __post_init__(self) -> None:
-        self._set(contact=_several(self.contact, (ContactModel,), "contact"), grease=_greases(self.grease))
+        self._set(contact=several(self.contact, (ContactModel,), "contact"), grease=several_greases(self.grease))
 
     def table(self, n_bushings: int) -> LawTable:
         """Return the models' parameters in one row."""
@@ -392,55 +391,3 @@ def _table(
 def _plain_model(model: ContactModel | AnyGrease) -> dict[str, Any]:
     """A model as plain data; a rig's own kind of grease needs no name."""
     return to_plain(model) if isinstance(model, Grease) else {"model": model.name, **to_plain(model)}
-
-
-def _values(values: Any, name: str) -> np.ndarray:
-    try:
-        array = np.atleast_1d(np.array(values, dtype=float))
-    except (TypeError, ValueError, OverflowError):
-        raise LawError(f"{name} must be numbers, got {values!r}") from None
-    if not array.size:
-        raise LawError(f"{name} must hold one or more values")
-    if not np.all(np.isfinite(array)) or np.any(array < 0):
-        bad = array[~(np.isfinite(array) & (array >= 0))][0]
-        raise LawError(f"{name} must be finite and >= 0, got {bad:g}")
-    array.flags.writeable = False
-    return array
-
-
-def _schedule(abscissa: Any, k: Any, c: Any, name: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    abscissa, k, c = _values(abscissa, name), _values(k, "k"), _values(c, "c")
-    if abscissa.ndim != 1 or np.any(np.diff(abscissa) <= 0):
-        raise LawError(f"{name} must be one increasing row of values")
-    k, c = (v[:, None] if v.ndim == 1 else v for v in (k, c))
-    for label, v in (("k", k), ("c", c)):
-        if v.ndim != 2 or v.shape[0] != abscissa.size:
-            raise LawError(f"{label} has shape {v.shape}, needs ({abscissa.size}, n_bushings) to fit {name}")
-    return abscissa, *_together(k, c)
-
-
-def _together(k: np.ndarray, c: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """K and c in one shape; one of them may hold a single value for all bushings."""
-    try:
-        k, c = np.broadcast_arrays(k, c)
-    except ValueError:
-        raise LawError(f"k and c are for different numbers of bushings: shapes {k.shape} and {c.shape}") from None
-    return k, c
-
-
-def _greases(grease: Any) -> tuple[AnyGrease, ...] | None:
-    return None if grease is None else _several(grease, (Grease, GreaseModel), "grease")
-
-
-def _several(values: Any, kinds: tuple[type, ...], name: str) -> tuple[Any, ...]:
-    """A tuple of one or more objects of the given kinds."""
-    if isinstance(values, kinds):
-        return (values,)
-    values = tuple(values) if isinstance(values, list | tuple) else ()
-    for i, value in enumerate(values):
-        if not isinstance(value, kinds):
-            names = " or ".join(kind.__name__ for kind in kinds)
-            raise LawError(f"{name}[{i}] must be of {names}, got {value!r}")
-    if not values:
-        raise LawError(f"{name} must hold one or more elements")
-    return values

@@ -14,8 +14,7 @@ from ..core.errors import ClearanceError
 
 __all__ = ["COMMANDS", "Command", "Parser", "command", "inputs", "out_file", "out_folder", "provenance"]
 
-OUTPUTS = {"out", "new", "energy", "figures", "schema"}
-"""Options that name what is written; every other path is read"""
+OUTPUTS = {"out", "new", "energy", "figures", "schema"}  # options that name what is written; every other path is read
 
 
 class Parser(argparse.ArgumentParser):
@@ -54,7 +53,7 @@ class Command:
 
 
 COMMANDS: dict[str, Command] = {}
-"""Every command by its name"""
+"""Every command by its name."""
 Run = Callable[[argparse.Namespace], Any]
 
 

@@ -19,8 +19,7 @@ if TYPE_CHECKING:  # a command imports what it needs when it runs
     from ..signals.alignment import Alignment
     from ..signals.comparison import Comparison
 
-NAMED = 8
-"""responses that a warning lists"""
+MAX_NAMED = 8  # responses that a warning lists
 
 
 def _options(parser: argparse.ArgumentParser) -> None:
@@ -71,9 +70,10 @@ def _tell(result: dict[str, Any]) -> None:
         print(f"clearance-mj: note: {note}", file=sys.stderr)
     for who in ("test", "model"):
         if left := result[f"only_{who}"]:
-            more = f" and {len(left) - NAMED} more" if len(left) > NAMED else ""
+            more = f" and {len(left) - MAX_NAMED} more" if len(left) > MAX_NAMED else ""
             print(
-                f"clearance-mj: warning: only the {who} has {', '.join(left[:NAMED])}{more}: left out", file=sys.stderr
+                f"clearance-mj: warning: only the {who} has {', '.join(left[:MAX_NAMED])}{more}: left out",
+                file=sys.stderr,
             )
 
 

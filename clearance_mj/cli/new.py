@@ -31,8 +31,8 @@ WORDS = {
     "modes": "the modes of a test or of a finite element program, out of a file",
     "mjcf": "a MuJoCo model",
 }
-FILES = {"matrices": ["model.npz"], "modes": ["modes.uff"], "mjcf": ["model.xml"]}
-"""examples"""
+EXAMPLE_FILES = {"matrices": ["model.npz"], "modes": ["modes.uff"], "mjcf": ["model.xml"]}
+"""Examples of the files of each kind of structure."""
 
 
 def _options(parser: argparse.ArgumentParser) -> None:
@@ -145,8 +145,8 @@ def _asked(options: argparse.Namespace) -> None:
         options.kind = input("Kind of structure [beam]: ").strip() or None
         if options.kind not in (*KINDS, None):
             raise ClearanceError(f'kind "{options.kind}" is unknown; use {", ".join(KINDS)}')
-    if options.kind in FILES and not options.file:
-        options.file = [Path(name) for name in input(f"File [{FILES[options.kind][0]}]: ").split()] or None
+    if options.kind in EXAMPLE_FILES and not options.file:
+        options.file = [Path(name) for name in input(f"File [{EXAMPLE_FILES[options.kind][0]}]: ").split()] or None
     if options.kind == "matrices" and not options.units:
         options.units = input("Units of the matrices, such as m-kg-s or mm-t-s: ").strip() or None
 
@@ -156,7 +156,7 @@ def _fields(options: argparse.Namespace, out: Path) -> dict[str, Any]:
     kind, length = options.kind or "beam", options.length
     if kind != "beam" and kind not in Structure.known:
         raise ClearanceError(f'kind "{kind}" is not installed; use beam, {", ".join(Structure.known)}')
-    if kind in FILES:
+    if kind in EXAMPLE_FILES:
         structure: Any = _of_files(kind, options, out)
         loaded = None if _missing(structure, out) else _loaded(structure, out)
         points = options.sensors or _first_points(loaded)
@@ -171,7 +171,7 @@ def _fields(options: argparse.Namespace, out: Path) -> dict[str, Any]:
         points = options.sensors or _sorted([_on(on, 0.25 * length), *clearances, *last])
     grease, contact = Grease(*options.grease), Contact(*options.contact)
     to = {x: x.replace("rod@", "tube@") if kind == "shafts" and isinstance(x, str) else None for x in clearances}
-    bushing_length = 0.0 if kind in FILES else options.bushing_length
+    bushing_length = 0.0 if kind in EXAMPLE_FILES else options.bushing_length
     return {
         "name": options.name,
         "beam" if kind == "beam" else "structure": structure,
@@ -239,7 +239,7 @@ def _shafts(options: argparse.Namespace) -> Shafts:
 
 def _of_files(kind: str, options: argparse.Namespace, out: Path) -> dict[str, Any]:
     """Plain data of a structure that is read from files, named from the rig file."""
-    files = options.file or [Path(name) for name in FILES[kind]]
+    files = options.file or [Path(name) for name in EXAMPLE_FILES[kind]]
     names = [Path(os.path.relpath(path, out.parent)).as_posix() for path in files]
     if kind != "matrices":
         if len(names) > 1:

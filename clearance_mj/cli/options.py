@@ -22,8 +22,7 @@ __all__ = [
     "load_plugin", "numbers", "parse_columns", "settings",
 ]  # fmt: skip
 
-MOST_NUMBERS = 10_000
-"""of a range"""
+MAX_NUMBERS = 10_000  # numbers of a range
 
 
 def add_plugin(parser: argparse.ArgumentParser, what: str) -> None:
@@ -118,13 +117,13 @@ def numbers(text: str) -> tuple[float, ...]:
     if not found or not all(0 < number < math.inf for number in found):
         raise argparse.ArgumentTypeError(
             f"{text!r} is neither a list of numbers above 0, such as 0.5,1,2, nor a range FROM:TO:COUNT of up to "
-            f"{MOST_NUMBERS}, such as 0.5:10:50"
+            f"{MAX_NUMBERS}, such as 0.5:10:50"
         )
     return found
 
 
 def _evenly(low: float, high: float, count: int) -> Iterator[float]:
-    if not 2 <= count <= MOST_NUMBERS:
+    if not 2 <= count <= MAX_NUMBERS:
         raise ValueError
     return ((low * (count - 1 - i) + high * i) / (count - 1) for i in range(count))
 

@@ -9,7 +9,7 @@ from typing import Any
 from ..core.errors import ClearanceError
 from ..core.files import to_json, write_text
 from .command import command, provenance
-from .options import MOST_NUMBERS, add_kind, add_periodic, add_plugin, load, load_plugin, numbers, settings
+from .options import MAX_NUMBERS, add_kind, add_periodic, add_plugin, load, load_plugin, numbers, settings
 
 
 def _options(parser: argparse.ArgumentParser) -> None:
@@ -42,8 +42,8 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
     from ..report.tables import write_csv
 
     load_plugin(options.plugin)
-    if not 2 <= options.steps <= MOST_NUMBERS:
-        raise ClearanceError(f"--steps must be between 2 and {MOST_NUMBERS}, got {options.steps}")
+    if not 2 <= options.steps <= MAX_NUMBERS:
+        raise ClearanceError(f"--steps must be between 2 and {MAX_NUMBERS}, got {options.steps}")
     rig, law = load(options)
     shared = {name: getattr(options, name) for name in ("kind", "harmonics", "samples", "modes", "workers", "gaps")}
     frequencies = np.linspace(options.start, options.stop, options.steps)

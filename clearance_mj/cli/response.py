@@ -18,10 +18,9 @@ if TYPE_CHECKING:  # a command imports what it needs when it runs
     from ..periodic import Branch
     from ..rig import Rig
 
-START, STOP = 5.0, 220.0
-"""Hz"""
-SAME = 1e-3
-"""of the frequency or level: how near to the end of a doubled branch a period doubling is that branch's own"""
+START, STOP = 5.0, 220.0  # Hz, where branches begin and end by default
+PERIOD_DOUBLING_TOLERANCE = 1e-3
+"""Of frequency or level: distance from a doubled branch's end at which a doubling is its own."""
 
 
 def _options(parser: argparse.ArgumentParser) -> None:
@@ -132,7 +131,7 @@ def _doubled(branch: Branch) -> Iterator[Branch]:
     met: list[float] = []
     for point in branch.special:
         at = point.frequency if branch.over == "frequency" else point.level
-        if point.kind == "period doubling" and all(abs(at / end - 1) > SAME for end in met):
+        if point.kind == "period doubling" and all(abs(at / end - 1) > PERIOD_DOUBLING_TOLERANCE for end in met):
             try:
                 new = doubled(branch, point)
             except ClearanceError as error:

@@ -15,8 +15,7 @@ if TYPE_CHECKING:  # a command imports what it needs when it runs
     from ..rig import Rig
 
 GOOD_BALANCE = 0.01
-LARGEST_ERROR = 0.03
-"""of a contact's stiffness, from modes that are left out, beyond which it is said"""
+MAX_STIFFNESS_ERROR = 0.03  # of a contact's stiffness, from modes that are left out: a larger one is warned of
 
 
 def _options(parser: argparse.ArgumentParser) -> None:
@@ -59,7 +58,7 @@ def _warn_of_truncation(rig: Rig) -> None:
     from ..structure import truncation
 
     for found in truncation(rig):
-        if not found.stiffness_error < LARGEST_ERROR:
+        if not found.stiffness_error < MAX_STIFFNESS_ERROR:
             share = f"about {100 * found.stiffness_error:.0f} %" if found.missing >= 0 else "an unknown share"
             print(
                 f"clearance-mj: warning: clearance at {found.where}: the modes lack flexibility there, so its contact "

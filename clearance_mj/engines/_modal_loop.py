@@ -18,10 +18,8 @@ from ..clearance.lane_greases import LaneGreases, grease_in_lanes
 
 __all__ = ["Motion", "Shaft", "advance", "advance_whole"]
 
-SAMPLES = 64
-"""that are simulated between two decimations: what lies between them stays in the processor's cache"""
-TOGETHER = 4
-"""samples that are decimated at once"""
+BLOCK_SAMPLES = 64  # samples that are simulated between two decimations: they stay in the processor's cache
+DECIMATED = 4  # samples that are decimated at once
 
 
 class Shaft(NamedTuple):
@@ -208,23 +206,23 @@ def advance_whole(
 
     ``taps`` are those of `lowpass`; ``out``: (lanes, columns, n) samples at the record's rate.
     """
-    padded = np.zeros(taps.size + 2 * (TOGETHER - 1) * factor)
-    padded[(TOGETHER - 1) * factor : (TOGETHER - 1) * factor + taps.size] = taps
+    padded = np.zeros(taps.size + 2 * (DECIMATED - 1) * factor)
+    padded[(DECIMATED - 1) * factor : (DECIMATED - 1) * factor + taps.size] = taps
     count, columns, last = out.shape
     # Of each column, and all lanes: steps under the next sample's filter, those that follow, some that count zero.
-    size = padded.size + (SAMPLES + 1) * factor
+    size = padded.size + (BLOCK_SAMPLES + 1) * factor
     steps = np.zeros((columns, size, count))
     filled, done, samples = taps.size // 2, 0, 0
     while samples < last and done < excitation.size:
-        part = excitation[done : done + SAMPLES * factor]
+        part = excitation[done : done + BLOCK_SAMPLES * factor]
         failed, record = advance(done, part, h, lanes, shaft, motion, clearance, greases, contacts, steps, filled)
         if failed >= 0:
             return done + failed, record
         done, filled = done + part.size, filled + part.size
         ready = min(max(0, (filled - taps.size) // factor + 1), last - samples)
         for column in range(columns):
-            for i in range(0, ready, TOGETHER):
-                row, few = column * size + i * factor, min(TOGETHER, ready - i)
+            for i in range(0, ready, DECIMATED):
+                row, few = column * size + i * factor, min(DECIMATED, ready - i)
                 _decimate(steps, row, padded, factor, lanes, out[:, column, samples + i : samples + i + few])
             row = column * size
             for i in range(row, row + filled - ready * factor):
@@ -237,8 +235,8 @@ def advance_whole(
 def _decimate(
     steps: np.ndarray, row: int, padded: np.ndarray, factor: int, lanes: tuple[int, ...], out: np.ndarray
 ) -> None:
-    """Fill (lanes, n) up to `TOGETHER` samples, under the filter of the first of which the steps begin at a row."""
-    first = (TOGETHER - 1) * factor
+    """Fill (lanes, n) up to `DECIMATED` samples, under the filter of the first of which the steps begin at a row."""
+    first = (DECIMATED - 1) * factor
     a = b = c = d = spread(0.0, lanes)
     for j in range(first, padded.size):
         x = load(steps, row + j - first, lanes)
@@ -246,7 +244,7 @@ def _decimate(
         b += padded[j - factor] * x
         c += padded[j - 2 * factor] * x
         d += padded[j - 3 * factor] * x
-    found = np.empty((TOGETHER, len(lanes)))
+    found = np.empty((DECIMATED, len(lanes)))
     store(found, 0, a, lanes)
     store(found, 1, b, lanes)
     store(found, 2, c, lanes)

@@ -66,8 +66,7 @@ class Equations(NamedTuple):
     speed: np.ndarray  # (3, n) the bushings' dampers see the velocity speed[0] q₋ + speed[1] q + speed[2] q₊
 
 
-MOST_COUNTED = 2**53
-"""steps per sample, beyond which they are not counted"""
+MAX_COUNT = 2**53  # steps per sample, beyond which a double does not hold every integer
 _ENGINES: dict[str, type[Engine]] = {}
 
 
@@ -100,7 +99,7 @@ class Engine(Registered, ABC):
         law : Law
             The clearance's law.
         kind : str
-            Of the excitation: "base" or "force".
+            Kind of the excitation, "base" or "force".
         step : float
             Time step, s.
         """
@@ -129,7 +128,7 @@ def get_engine(engine: str | Engine) -> Engine:
 def step_factor(fs: float, largest_step: float) -> int:
     """Steps per sample at fs, Hz: the smallest whole number that keeps the step within ``largest_step``, s."""
     rate = fs * largest_step
-    return max(1, math.ceil(1 / rate - 1e-9)) if rate > 1 / MOST_COUNTED else MOST_COUNTED
+    return max(1, math.ceil(1 / rate - 1e-9)) if rate > 1 / MAX_COUNT else MAX_COUNT
 
 
 def location(rig: Rig, bushing: int) -> str:

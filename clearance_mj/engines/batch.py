@@ -21,8 +21,7 @@ from .simulation import simulate
 
 __all__ = ["simulate_batch", "simulate_each"]
 
-AHEAD = 4
-"""Cases for each thread that run, or wait to be taken, at once"""
+CASES_PER_THREAD = 4  # cases for each thread that run, or wait to be run, at once
 
 T = TypeVar("T")
 One: TypeAlias = T | Sequence[T]
@@ -46,7 +45,7 @@ def simulate_batch(
     Returns
     -------
     list of Response
-        In the order of the cases.
+        Responses in the order of the cases.
 
     Raises
     ------
@@ -71,22 +70,22 @@ def simulate_each(
     Parameters
     ----------
     rig : Rig or sequence of Rig
-        One for all or one for each case.
+        One object for all cases or one for each.
     excitations : Excitation or sequence of Excitation
-        One for all or one for each case.
+        One object for all cases or one for each.
     laws : Law or sequence of Law
-        One for all or one for each case.
+        One object for all cases or one for each.
     engine : str or Engine
         As in `simulate`.
     workers : int, optional
         Threads; compiled loops release the interpreter lock. Default: one for each processor.
     progress : str, optional
-        Show a progress bar with this name.
+        Name of a progress bar to show.
 
     Yields
     ------
     Response
-        In the order of the cases.
+        Responses in the order of the cases.
 
     Raises
     ------
@@ -99,7 +98,7 @@ def simulate_each(
     with ThreadPoolExecutor(threads) as pool:
         try:
             for _ in tqdm(cases, desc=progress, unit="run", disable=progress is None):
-                room = AHEAD * threads - len(ahead)
+                room = CASES_PER_THREAD * threads - len(ahead)
                 ahead.extend(pool.submit(simulate, *case, model) for case in itertools.islice(waiting, room))
                 yield ahead.popleft().result()
         finally:

@@ -25,12 +25,11 @@ from .base import Engine, Run, register
 from .chain import Link
 from .linkage import Linkage, linkage
 from .mujoco_loop import MujocoRun
-from .plant import ARMATURE, FAR, ITERATIONS, STIFF_ROOT, Maps, Plant, set_solver, settling, soften, stable_step
+from .plant import ARMATURE, ITERATIONS, NO_WALL, STIFF_ROOT, Maps, Plant, set_solver, settling, soften, stable_step
 
 __all__ = ["Links", "build_links"]
 
-APART = 20.0
-"""half depths of the deepest, from one of several shafts to the next"""
+SHAFT_SPACING = 20.0  # distance between several shafts in the picture, in half depths of the deepest
 
 
 @register
@@ -118,7 +117,7 @@ def _joints(whole: Linkage, i: int) -> list[str]:
 
 def _aside(whole: Linkage, i: int) -> float:
     """Where a shaft is along y, m: each beside the others."""
-    return i * APART * max(_half_depth(c.shaft, x) for c in whole.chains for x in c.shaft.edges)
+    return i * SHAFT_SPACING * max(_half_depth(c.shaft, x) for c in whole.chains for x in c.shaft.edges)
 
 
 def _half_depth(shaft: Shaft, x: float) -> float:
@@ -253,7 +252,7 @@ def _sides(bushing: Bushing) -> dict[str, int]:
 def _add_clearance(spec: mujoco.MjSpec, whole: Linkage, j: int) -> None:
     """Limits of the relative motion of two points that both move, at both ends."""
     bushing = whole.rig.bushings[j]
-    walls = np.clip(bushing.walls, -FAR, FAR)
+    walls = np.clip(bushing.walls, -NO_WALL, NO_WALL)
     for end, row in zip("ab", whole.at_ends[2 * j :]):
         tendon = _add_tendon(spec, whole, f"clearance{j}{end}", row)
         tendon.limited, tendon.range = 1, walls

@@ -23,12 +23,12 @@ from ..physical import apply, set_inverse_inertia
 from ..rig import Rig
 from .base import Engine, Run, register
 from .mujoco_loop import MujocoRun
-from .plant import FAR, Maps, Plant, set_solver, soften, stable_step
+from .plant import NO_WALL, Maps, Plant, set_solver, soften, stable_step
 
 __all__ = ["ModalMujoco", "build_modes"]
 
-STRONG = 0.6
-"""of the step without them: dashpots that shorten it further are refused, their damping would be wrong by percents"""
+STEP_SHARE = 0.6
+"""Of the step without dashpots: those that shorten it further are refused, their damping would be wrong by percents."""
 
 
 @register
@@ -49,7 +49,7 @@ class ModalMujoco(Engine):
         if maps.viscous.size:  # explicit in the loop
             viscous = np.zeros_like(maps.viscous), maps.viscous + mass * np.diag(ritz.damping)
             damped = stable_step(inertia, joints, maps.at_points, rig, law, other=viscous)
-            if damped < STRONG * step:
+            if damped < STEP_SHARE * step:
                 raise ClearanceError(
                     f"rig {rig.name!r}: its dashpots couple the modes too strongly for the modal-mj engine, which "
                     "takes them explicitly; use modal"
@@ -80,7 +80,9 @@ def build_modes(rig: Rig, modes: int = 8) -> mujoco.MjSpec:
         body.add_joint(**slide, stiffness=[mass * omega**2, 0, 0], damping=[mass * damping, 0, 0])
     for j, bushing in enumerate(rig.bushings):
         for end, row in zip("ab", ritz.at_ends[2 * j :]):
-            tendon = spec.add_tendon(name=f"bushing{j}{end}", limited=1, range=np.clip(bushing.walls, -FAR, FAR))
+            tendon = spec.add_tendon(
+                name=f"bushing{j}{end}", limited=1, range=np.clip(bushing.walls, -NO_WALL, NO_WALL)
+            )
             for i, y in enumerate(row):
                 tendon.wrap_joint(f"mode{i}", np.sqrt(mass) * y)
             name = {"objtype": mujoco.mjtObj.mjOBJ_TENDON, "objname": tendon.name}

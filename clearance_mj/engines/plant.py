@@ -44,13 +44,10 @@ gives is small, and at the frequency ω too large by (ωh)²/3.
 """
 
 ITERATIONS = 3
-"""sweeps of the solver, of which the first is nearly exact"""
-FAR = 1e3
-"""m, limit of a tendon where a bushing has no wall"""
-HELD = 1e-8
-"""1/kg; inverse inertia written over MuJoCo's for rigid supports, whose softness is 1e-4 of it"""
-SETTLES = 10.0
-"""steps, time constant of what rounding leaves of a rigid support's motion"""
+"""Sweeps of the solver, of which the first is nearly exact."""
+NO_WALL = 1e3  # m, limit of a tendon where a bushing has no wall
+RIGID_INVERSE_INERTIA = 1e-8  # 1/kg, written over MuJoCo's for rigid supports, whose softness is 1e-4 of it
+SETTLING_STEPS = 10.0  # steps, time constant of what rounding leaves of a rigid support's motion
 
 
 def set_solver(spec: mujoco.MjSpec) -> None:
@@ -76,7 +73,7 @@ def soften(spec: mujoco.MjSpec, kind: str, name: str, bushing: Bushing) -> None:
 
 def settling(step: float) -> tuple[float, float]:
     """Give the solref of rigid supports, which have no stiffness: what errors they have decay critically damped."""
-    return -1 / (SETTLES * step) ** 2, -2 / (SETTLES * step)
+    return -1 / (SETTLING_STEPS * step) ** 2, -2 / (SETTLING_STEPS * step)
 
 
 def hold(model: mujoco.MjModel) -> np.ndarray:
@@ -96,7 +93,7 @@ def hold(model: mujoco.MjModel) -> np.ndarray:
     for tendon, row in zip(model.eq_obj1id, held):
         wraps = slice(model.tendon_adr[tendon], model.tendon_adr[tendon] + model.tendon_num[tendon])
         model.wrap_prm[wraps] = row[model.jnt_dofadr[model.wrap_objid[wraps]]]
-    model.tendon_invweight0[model.eq_obj1id] = HELD
+    model.tendon_invweight0[model.eq_obj1id] = RIGID_INVERSE_INERTIA
     model.eq_solref[:] = settling(model.opt.timestep)
     return held
 

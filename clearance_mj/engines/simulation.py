@@ -30,12 +30,9 @@ from .base import Engine, diverged, get_engine, step_factor
 
 __all__ = ["Simulation", "simulate", "simulate_blocks"]
 
-BLOCK = 512
-"""Samples at the record's rate that are simulated between two looks from Python"""
-READ = 8 * BLOCK
-"""Samples of the excitation that are interpolated at once"""
-MOST_STEPS = 1000
-"""Steps per sample beyond which a law is taken for a mistake"""
+BLOCK = 512  # samples at the record's rate that are simulated between two looks from Python
+INTERPOLATED = 8 * BLOCK  # samples of the excitation that are interpolated at once
+MAX_STEPS = 1000  # steps per sample beyond which a law is taken for a mistake
 
 
 def simulate(
@@ -52,14 +49,14 @@ def simulate(
     law : Law
         Contact stiffness and damping (and grease) at each moment.
     engine : str or Engine
-        "links", "modal", "modal-mj", or an engine with settings of its own.
+        Name of the engine, "links", "modal" or "modal-mj", or an engine with settings of its own.
     progress : str, optional
-        Show a progress bar with this name, over the seconds of the record, if it takes long.
+        Name of a progress bar to show, over the seconds of the record, if it takes long.
 
     Returns
     -------
     Response
-        At the excitation's sampling rate.
+        Response at the excitation's sampling rate.
 
     Raises
     ------
@@ -86,7 +83,7 @@ def simulate_blocks(
     rig : Rig
         The rig.
     excitation : Excitation or iterable of Excitation
-        One, or pieces of one that follow each other without a break, such as `excitation.random_blocks` makes.
+        One excitation or consecutive pieces of one, such as `excitation.random_blocks` makes.
     law : Law
         Contact stiffness and damping (and grease) at each moment.
     engine : str or Engine
@@ -183,8 +180,8 @@ class Simulation:
                     f"a piece of the excitation is {piece.kind} at {piece.fs:g} Hz, the first one "
                     f"{self.excitation.kind} at {self.excitation.fs:g} Hz"
                 )
-            for start in range(0, piece.value.size, READ):
-                yield piece.value[start : start + READ]
+            for start in range(0, piece.value.size, INTERPOLATED):
+                yield piece.value[start : start + INTERPOLATED]
         yield np.zeros(2 * self.interpolator.ahead)
 
     def response(self, excitation: np.ndarray, output: np.ndarray) -> Response:
@@ -208,9 +205,9 @@ class Simulation:
 def _affordable(rig: Rig, law: Law, engine: Engine, fs: float) -> int:
     """Steps per sample; refused where they would be too many, with what makes them so."""
     factor = step_factor(fs, engine.largest_step(rig, law))
-    if factor <= MOST_STEPS:
+    if factor <= MAX_STEPS:
         return factor
-    needs = f"rig {rig.name!r}: the {engine.name} engine needs {factor} steps per sample, more than {MOST_STEPS}"
+    needs = f"rig {rig.name!r}: the {engine.name} engine needs {factor} steps per sample, more than {MAX_STEPS}"
     free = ConstantLaw(0.0, 0.0, grease=Grease(0.0))
     if not rig.bushings or step_factor(fs, engine.largest_step(rig, free)) > factor / 2:
         raise ClearanceError(

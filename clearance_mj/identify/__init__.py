@@ -1,7 +1,9 @@
 """Identification of the clearance from test records."""
 
 from . import methods
-from .follow.bench_twin import Alarm, Twin, twin
+from .follow.alarms import Alarm
+from .follow.bench_twin import twin
+from .follow.history import Twin
 from .laws.comparison import FamilyFit
 from .laws.hysteresis import bouc_wen
 from .laws.jointed_mode import ForcedCurve, fit_jointed_mode
@@ -9,7 +11,7 @@ from .laws.jointed_structure import JointedStructure, fit_jointed_structure
 from .methods.bench import BenchFit, fit_bench
 from .methods.nominal import nominal
 from .registry import METHODS, Identified, get_method, law, register
-from .structure.diagnosis import Diagnosis, diagnose
+from .structure.faults.diagnosis import Diagnosis, diagnose
 from .structure.priors import priors
 from .structure.rig_update import RigUpdate
 from .structure.updating import update_rig

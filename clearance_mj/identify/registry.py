@@ -12,7 +12,7 @@ from ..estimate.estimates import Estimates
 from ..io.dataset import Dataset
 from ..rig import Rig
 from .records.checks import check_length, check_records, warn
-from .structure.contradictions import contradictions_of_rig
+from .structure.faults.contradictions import contradictions_of_rig
 
 __all__ = ["METHODS", "Identified", "Method", "get_method", "law", "register"]
 

@@ -25,10 +25,9 @@ from .channels import Channel, require_one_time
 __all__ = ["SKIP", "Column"]
 
 SKIP = "skip"
-"""What a column is mapped to that is to be left out"""
+"""What a column is mapped to that is to be left out."""
 EXAMPLES = ("time", "base", "force", "acc:1", "disp:6")
-Contents = list[Channel] | FRF
-"""What a table holds: time records or FRFs"""
+Contents = list[Channel] | FRF  # what a table holds: time records or FRFs
 PARTS = ("real", "imag", "magnitude", "phase", "coherence")
 ANGLES = {"deg": np.pi / 180, "°": np.pi / 180, "rad": 1.0}
 

@@ -25,8 +25,7 @@ from .registry import Format, register
 __all__ = ["read_csv", "write_csv"]
 
 SEPARATORS = (",", ";", "\t")
-Row = tuple[int, list[str]]
-"""number of a line and its cells"""
+Row = tuple[int, list[str]]  # number of a line and its cells
 
 
 def read_csv(path: str | PathLike[str], columns: Mapping[str, str] | None = None, fs: float | None = None) -> Contents:

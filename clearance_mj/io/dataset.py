@@ -25,8 +25,7 @@ from .uff import scan_uff, write_uff
 
 __all__ = ["BASE_NODE", "ROLES", "SHAKER_NODE", "Dataset", "Record", "dataset_schema", "write_dataset"]
 
-SHOWN = 20
-"""records that a dataset shows of itself"""
+SHOWN_RECORDS = 20  # records that a dataset shows of itself in print
 HEAD = ("record", "role", "level RMS", "duration", "rate", "band", "excitation")
 ROLES = ("identify", "validate", "sine")
 
@@ -67,13 +66,13 @@ class Dataset(Shown):
             seen.add(record.name.lower())
 
     def _overview(self) -> Overview:
-        rows = [record.row() for record in self.records[:SHOWN]]
+        rows = [record.row() for record in self.records[:SHOWN_RECORDS]]
         left = len(self.records) - len(rows)
         facts = {
             "rig": f"{len(self.rig.bushings)} clearances, {len(self.rig.sensors)} sensors",
             "folder": "" if self.path is None else str(self.path),
             "records": f"{len(self.identify)} to identify, {len(self.validate)} to validate, {len(self.sines)} of sines"
-            + (f"; the first {SHOWN}:" if left else ""),
+            + (f"; the first {SHOWN_RECORDS}:" if left else ""),
         }
         return Overview(f"Dataset of rig “{self.rig.name}”", facts, [HEAD, *rows])
 
@@ -155,7 +154,7 @@ def write_dataset(path: str | Path, rig: Rig, records: Sequence[Record]) -> None
     rig : Rig
         The rig of all records.
     records : sequence of Record
-        What was measured on it.
+        Records that were measured on the rig.
 
     Raises
     ------

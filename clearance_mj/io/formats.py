@@ -38,11 +38,10 @@ __all__ = [
     "write",
 ]
 
-BUILT_IN = (uff, csv_tables, mat, lvm, results)
-"""Modules of the package that register formats"""
+BUILT_IN = (uff, csv_tables, mat, lvm, results)  # modules of the package that register formats
 OPTIONS = {"columns": "names of columns are", "fs": "a sampling rate is"}
 Contents = list[Channel] | Response | FRF | Modes | Rig | Law | Dataset
-"""What files hold"""
+"""What files hold."""
 Columns = Mapping[str, str]
 
 
@@ -56,11 +55,11 @@ def read(
     path : str or Path
         The file or folder.
     columns : mapping of str to str, optional
-        What columns of CSV and LVM and variables of MATLAB files are, see `clearance_mj.io.columns`.
+        Channels by column of CSV and LVM files or variable of MATLAB files, see `clearance_mj.io.columns`.
     fs : float, optional
         Samples per second of a CSV or MATLAB file that does not say.
     reference : str, optional
-        Of FRFs to several references return those to this one, such as "5:+Z".
+        Reference, such as "5:+Z", to which FRFs are returned where a file has several.
 
     Returns
     -------
@@ -164,7 +163,7 @@ def write(path: str | PathLike[str], obj: object, rig: Rig | None = None) -> Non
     obj : list of Channel, Response, FRF, Modes, Rig or Law
         A format that does not hold responses gets the channels that one amounts to.
     rig : Rig, optional
-        Its nodes are written too where the format has a place for them, see `clearance_mj.write_uff`.
+        Rig whose nodes are written too where the format has a place for them, see `clearance_mj.write_uff`.
 
     Raises
     ------

@@ -28,8 +28,7 @@ from .registry import Format, register
 __all__ = ["read_mat", "read_variables", "write_mat"]
 
 _CHANNEL = re.compile(r"(acc|vel|disp|force)_(\d+)")
-_NAMED = ("data", "frf", "coherence")
-"""Matrices whose columns the cell array names"""
+_NAMED = ("data", "frf", "coherence")  # matrices whose columns the cell array names
 
 
 def read_mat(path: str | PathLike[str], columns: Mapping[str, str] | None = None, fs: float | None = None) -> Contents:

@@ -28,7 +28,7 @@ WORDS: dict[type, str] = {
 }
 """What files hold; time records are lists of channels"""
 _PLAIN = (".wav", ".wave", ".flac", ".aif", ".aiff", ".ogg", ".mp3", ".npy", ".npz", ".bin", ".raw", ".dat", ".pcm")
-"""Suffixes of plain time series"""
+"""Suffixes of plain time series."""
 
 
 @dataclass(frozen=True)
@@ -54,7 +54,7 @@ class Format:
 
 
 FORMATS: dict[str, Format] = {}
-"""Formats by suffix"""
+"""Formats by suffix."""
 
 
 def register(new: Format) -> Format:

@@ -17,8 +17,7 @@ from ..structure.base import parse_place
 
 __all__ = ["Candidates", "candidates", "grid"]
 
-MOST_CANDIDATES = 1000
-"""that are spread; every one is exchanged with every other"""
+MAX_CANDIDATES = 1000  # candidates that are spread over a structure; each is exchanged with every other
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,7 +83,7 @@ def grid(rig: Rig, count: int) -> np.ndarray:
     rig : Rig
         The rig.
     count : int
-        How many, at least 1 for each shaft. No end that a support holds is one of them, every other end is.
+        Number of points, at least 1 for each shaft. Ends that a support holds are left out, all others are in.
 
     Raises
     ------
@@ -96,8 +95,8 @@ def grid(rig: Rig, count: int) -> np.ndarray:
         raise ClearanceError(
             f"rig {rig.name!r}: its structure has no shaft to spread candidates over; name them, as in 1:+Z,2:+Z,3:+Z"
         )
-    if count > MOST_CANDIDATES:
-        raise ClearanceError(f"at most {MOST_CANDIDATES} candidates are compared, each with each; got {count}")
+    if count > MAX_CANDIDATES:
+        raise ClearanceError(f"at most {MAX_CANDIDATES} candidates are compared, each with each; got {count}")
     if count < len(shafts):
         raise ClearanceError(f"give at least {len(shafts)} candidate{'s' * (len(shafts) > 1)}, got {count}")
     if len(shafts) == 1:
@@ -138,7 +137,7 @@ def candidates(
     rig : Rig
         The rig, in its linear state within the gap.
     position : sequence of Point, length n
-        Where a sensor may sit: m, or texts such as "inner@0.4" and "12:+Z".
+        Positions where a sensor may sit: m, or texts such as "inner@0.4" and "12:+Z".
     modes : sequence of int
         Modes that are wanted, from 1.
     weight : float or array_like, shape (n_modes,)

@@ -16,14 +16,10 @@ __all__ = ["place_sensors"]
 
 CRITERIA = ("determinant", "trace")
 METHODS = ("backward", "forward", "exchange", "exhaustive")
-MOST_LAYOUTS = 3_000_000
-"""that are tried one by one"""
-CHUNK = 50_000
-"""layouts at a time"""
-FAINT = 1e-9
-"""information that is always assumed, relative, so that fewer sensors than modes can be compared"""
-BETTER = 1e-9
-"""least relative gain of an exchange"""
+MAX_LAYOUTS = 3_000_000  # number of layouts up to which every one is evaluated
+CHUNK = 50_000  # layouts that are evaluated at a time, which bounds the memory
+FLOOR = 1e-9  # relative information that is always assumed, so that fewer sensors than modes can be compared
+LEAST_GAIN = 1e-9  # relative gain below which an exchange is rounding, not progress
 
 
 def place_sensors(
@@ -38,11 +34,11 @@ def place_sensors(
     Parameters
     ----------
     candidates : Candidates
-        Where sensors may sit.
+        Positions where sensors may sit.
     n : int
         Number of sensors.
     criterion : {"determinant", "trace"}
-        Of the Fisher information, to be as large as possible.
+        Property of the Fisher information that is maximised.
     method : {"exchange", "backward", "forward", "exhaustive"}
         Delete one after the other from all (effective independence), add one after the other, or, by default, both and
         then exchange single sensors as long as that gains; "exhaustive" tries every layout.
@@ -93,7 +89,7 @@ class _Search:
         self.by_trace = criterion == "trace"
         self.rest = [i for i in range(len(candidates.position)) if i not in required]
         scale = np.trace(candidates.information(range(len(candidates.position)))) / candidates.shapes.shape[1]
-        self.faint = FAINT * scale * np.eye(candidates.shapes.shape[1])
+        self.faint = FLOOR * scale * np.eye(candidates.shapes.shape[1])
 
     def value(self, chosen: Sequence[int]) -> float:
         information = self.candidates.information(chosen)
@@ -133,7 +129,7 @@ class _Search:
             trials = [self._exchanged(chosen, i) for i in chosen if i not in self.required]
             best = max(trials, key=self.value, default=chosen)
             old, new = self.value(chosen), self.value(best)
-            if new <= old + BETTER * (abs(old) if self.by_trace else 1):
+            if new <= old + LEAST_GAIN * (abs(old) if self.by_trace else 1):
                 return chosen
             chosen = best
 
@@ -147,8 +143,8 @@ class _Search:
         """Try every layout."""
         more = self.n - len(self.required)
         count = math.comb(len(self.rest), more)
-        if count > MOST_LAYOUTS:
-            raise ClearanceError(f"{count} layouts are too many to try (at most {MOST_LAYOUTS}); use another method")
+        if count > MAX_LAYOUTS:
+            raise ClearanceError(f"{count} layouts are too many to try (at most {MAX_LAYOUTS}); use another method")
         layouts, best, found = combinations(self.rest, more), -np.inf, np.empty(0, dtype=int)
         while block := list(islice(layouts, CHUNK)):
             chosen = np.array([(*self.required, *layout) for layout in block], dtype=int)

@@ -15,7 +15,14 @@ from ..core.files import write_text
 from ..signals.alignment import Alignment
 from ..signals.comparison import Comparison
 from ..signals.ema import Modes
-from ..signals.figures import CELL, SHARES, draw_correlation, draw_functions, draw_measures, measures_height
+from ..signals.figures import (
+    ROW_HEIGHT,
+    UNIT_MEASURES,
+    draw_correlation,
+    draw_functions,
+    draw_measures,
+    measures_height,
+)
 from . import html
 from .style import Drawing
 from .tables import Column, Table
@@ -48,7 +55,7 @@ def write_page(comparison: Comparison, drawings: Sequence[Drawing], notes: Seque
     figures = "".join(html.figure(drawing, number, drawing.svg()) for number, drawing in enumerate(drawings, 1))
     sensors = Table.of("sensors", "Measures by sensor", comparison.per_sensor, {
         "sensor": Column("Sensor"), "rmse_db": Column("RMSE", "dB", ".2f"), "mre": Column("MRE", "", ".3f"),
-        **{name: Column(name.upper(), "", ".3f") for name in SHARES},
+        **{name: Column(name.upper(), "", ".3f") for name in UNIT_MEASURES},
     })  # fmt: skip
     modes = Table.of("modes", "Modes", comparison.per_mode, {
         "mode": Column("Mode"), "test_hz": Column("Test", "Hz", ".3f"), "model_hz": Column("Model", "Hz", ".3f"),
@@ -64,7 +71,7 @@ def write_page(comparison: Comparison, drawings: Sequence[Drawing], notes: Seque
 
 
 def _frfs(aligned: Alignment, rows: np.ndarray, number: int) -> Drawing:
-    figure = canvas(0.35 + CELL * -(-rows.size // 2))
+    figure = canvas(0.35 + ROW_HEIGHT * -(-rows.size // 2))
     key(figure, of_curves(LOOKS), 2)
     frfs = {"test": aligned.test, "model": aligned.model}
     draw_functions(figure, [(frf, LOOKS[name] | {"label": name}) for name, frf in frfs.items()], rows.tolist())

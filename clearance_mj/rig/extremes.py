@@ -20,14 +20,13 @@ ORDINARY = {
     "rotation": (1e-6, 1e12), "gap": (1e-7, 1e-1), "rayleigh": (1e-12, 1e4), "position": (1e-4, 1e2),
 }  # fmt: skip
 """SI units; zero is ordinary wherever it is allowed"""
-MOST = 3
-"""that are named"""
+MAX_NAMED = 3  # fields that a warning names
 
 
 def extremes(data: dict[str, Any]) -> str:
     """Return the numbers of a rig's plain data that are farthest from what is built, in words; empty if none is."""
     found = sorted(((far, words) for far, words in _strange(data, "")), reverse=True)
-    return ", ".join(words for _, words in found[:MOST])
+    return ", ".join(words for _, words in found[:MAX_NAMED])
 
 
 @contextmanager

@@ -26,13 +26,12 @@ from ..structure.modal import Reduction, reduction
 from .clearance import Bushing
 from .extremes import computable
 from .instruments import PROBE_NODE, Sensor, Shaker, dof_label
-from .tolerance import CLAMP, Tolerance
+from .tolerance import CLAMP_COMPLIANCES, Tolerance
 
 __all__ = ["PointMass", "Rig", "rig_schema"]
 
 DRIVEN = {"base": "base acceleration", "force": "force"}
-FREQUENCIES = 4
-"""natural frequencies that a rig shows of itself"""
+SHOWN_FREQUENCIES = 4  # natural frequencies that a rig shows of itself in print
 
 
 @checked(RigError)
@@ -121,7 +120,7 @@ class Rig(Shown):
             self._check_path(f"tolerances[{i}].of", tolerance.of)
 
     def _check_path(self, name: str, path: str) -> None:
-        if self.beam and path in CLAMP:
+        if self.beam and path in CLAMP_COMPLIANCES:
             return
         try:
             find_numbers(to_plain(dataclasses.replace(self, tolerances=())), path)
@@ -263,7 +262,7 @@ class Rig(Shown):
             return ""
         try:
             with np.errstate(all="ignore"):
-                omega = self.reduction(16 + FREQUENCIES, grease=True).omega[:FREQUENCIES]
+                omega = self.reduction(16 + SHOWN_FREQUENCIES, grease=True).omega[:SHOWN_FREQUENCIES]
         except RigError:
             return ""
         return f"{few([f'{w / (2 * np.pi):.4g}' for w in omega])} Hz in the gaps"
@@ -305,9 +304,9 @@ class Rig(Shown):
         Parameters
         ----------
         data : dict
-            Nested plain data.
+            Nested plain data, as a rig file holds them.
         folder : str or Path
-            What names of files in it are relative to.
+            Folder that the names of files in it are relative to.
 
         Raises
         ------
@@ -332,7 +331,7 @@ class Rig(Shown):
         Parameters
         ----------
         folder : str or Path
-            Where the copies go; made if there are any.
+            Folder of the copies; made if there are any.
         """
         return self.replace(structure=self.structure.copied(Path(folder))) if self.structure else self
 

@@ -31,8 +31,8 @@ UNITS: dict[str, dict[str, float]] = {
 }
 """in SI units"""
 _STD = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(.*?)\s*")
-CLAMP = ("beam.clamp.rotation", "beam.clamp.translation")
-"""known as a length: it gives as so much more shaft would"""
+CLAMP_COMPLIANCES = ("beam.clamp.rotation", "beam.clamp.translation")
+"""Known as a length: the clamp gives as so much more shaft would."""
 
 
 @checked(RigError)
@@ -48,7 +48,7 @@ class Tolerance:
         unit = unit_of(self.of)
         match = _STD.fullmatch(self.std)
         known = ["%", *UNITS.get(unit, {})]
-        if self.of in CLAMP:
+        if self.of in CLAMP_COMPLIANCES:
             known.remove("%")
         use = f"a number and one of the units {', '.join(known)}"
         if not match:
@@ -79,7 +79,7 @@ def _plain(unit: str) -> str:
 
 def unit_of(path: str) -> str:
     """SI unit of the number that a path leads to; a ValueError for a field that is known exactly."""
-    if path in CLAMP:
+    if path in CLAMP_COMPLIANCES:
         return "m"
     field = re.sub(r"\[\d+\]$", "", path).rpartition(".")[2]
     above = re.sub(r"\[\d+\]$", "", path.rpartition(".")[0]).rpartition(".")[2]

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 __all__ = ["KIND", "UNITS", "attribute", "dataset", "from_json", "labels", "plain_json", "require_kind", "values"]
 
 KIND = "clearance_mj"
-"""attribute that says what a dataset holds"""
+"""Attribute that says what a dataset holds."""
 UNITS = {
     "displacement": "m",
     "velocity": "m s-1",

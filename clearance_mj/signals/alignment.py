@@ -15,12 +15,10 @@ from .frf import FRF
 __all__ = ["Alignment", "accelerance", "align", "convert_quantity"]
 
 ORDERS = {"displacement": 0, "velocity": 1, "acceleration": 2}
-"""Times that the motion is differentiated"""
+"""Times that the motion is differentiated in each quantity."""
 Labels = tuple[str, ...]
-Block = tuple[np.ndarray, ...]
-"""rows and columns of pairs, as np.ix_ makes them"""
-SAME_LINE = 1e-6
-"""relative difference of frequencies that are one line: files hold six digits"""
+Block = tuple[np.ndarray, ...]  # rows and columns of pairs, as np.ix_ makes them
+LINE_TOLERANCE = 1e-6  # relative difference of frequencies that count as one line: files hold six digits
 
 
 @dataclass(frozen=True)
@@ -44,7 +42,7 @@ class Alignment:
         Parameters
         ----------
         band : (float, float)
-            lo and hi, Hz.
+            Lower and upper end of the band, Hz.
         """
         return dataclasses.replace(self, test=self.test.within(band), model=self.model.within(band))
 
@@ -184,7 +182,7 @@ def _on_common_lines(test: FRF, model: FRF, notes: list[str]) -> tuple[FRF, FRF]
     test, model = _moving(test), _moving(model)
     low = max(test.frequency[0], model.frequency[0])
     high = min(test.frequency[-1], model.frequency[-1])
-    slack = SAME_LINE * high
+    slack = LINE_TOLERANCE * high
     if low > high + slack:
         raise RecordError(
             f"the bands do not overlap: the test has {_band(test)}, the model {_band(model)}; nothing is extrapolated"
@@ -196,7 +194,7 @@ def _on_common_lines(test: FRF, model: FRF, notes: list[str]) -> tuple[FRF, FRF]
             f"the band is the common one, {low:g} to {high:g} Hz: the test has {_band(test)}, the model {_band(model)}"
         )
     lines = cut[0].frequency, cut[1].frequency
-    if lines[0].shape == lines[1].shape and np.allclose(*lines, rtol=SAME_LINE, atol=0):
+    if lines[0].shape == lines[1].shape and np.allclose(*lines, rtol=LINE_TOLERANCE, atol=0):
         return cut[0], dataclasses.replace(cut[1], frequency=lines[0])
     of_test, of_model = f"the test's lines ({_spacing(cut[0])})", f"the model's lines ({_spacing(cut[1])})"
     if lines[0].size <= lines[1].size:

@@ -15,8 +15,7 @@ from ..core.overview import Shown
 
 __all__ = ["ArrayData", "read_only", "rows_of", "same"]
 
-LONGEST = 60
-"""characters of a field in a repr"""
+MAX_CHARACTERS = 60  # characters of a field in a repr
 
 
 def read_only(value: ArrayLike, dtype: type = float) -> np.ndarray:
@@ -101,4 +100,4 @@ def _short(value: Any) -> str:
     if isinstance(value, tuple) and len(value) > 4:
         return f"({value[0]!r} ... {value[-1]!r}: {len(value)})"
     text = repr(value)
-    return text if len(text) <= LONGEST else f"{text[:LONGEST]}..."
+    return text if len(text) <= MAX_CHARACTERS else f"{text[:MAX_CHARACTERS]}..."

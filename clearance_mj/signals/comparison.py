@@ -24,13 +24,11 @@ if TYPE_CHECKING:
 
 __all__ = ["Comparison", "compare", "mac_of_modes", "with_modes"]
 
-SAME_MODE = 0.15
-"""relative difference in frequency at which two modes are e^-½ times as likely to be one"""
+FREQUENCY_SCALE = 0.15  # relative difference in frequency at which two modes are e^-½ times as likely to be one
 LEAST_AFFINITY = 0.05
-OVER_BOTH = ("csac_per_sensor", "csf_per_sensor")
-"""measures by sensor and line"""
+SENSOR_MEASURES = ("csac_per_sensor", "csf_per_sensor")  # measures by sensor and line
 TABLES = (("per_sensor", "response", "sensor"), ("per_mode", "mode", "mode"))
-"""field, its dimension, the column that labels it"""
+"""Field, its dimension, and the column that labels it."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -59,7 +57,7 @@ class Comparison(Shown, ArrayData):
     one response is nan"""
 
     def __post_init__(self) -> None:
-        self._set(**{name: read_only(getattr(self, name)) for name in ("frequency", "csac", "csf", *OVER_BOTH)})
+        self._set(**{name: read_only(getattr(self, name)) for name in ("frequency", "csac", "csf", *SENSOR_MEASURES)})
         self._set(per_sensor=_frame(self.per_sensor), per_mode=_frame(self.per_mode))
 
     def summary(self) -> dict[str, float]:
@@ -69,7 +67,7 @@ class Comparison(Shown, ArrayData):
         both; relative_error, mac: over the modes that have a partner; mode_1_test_hz and so on for each mode.
         """
         found = {name: np.mean(self.per_sensor[name].to_numpy()) for name in ("mre", "rmse_db", "frac")}
-        found |= {name: np.mean(getattr(self, name)) for name in ("csac", "csf", *OVER_BOTH)}
+        found |= {name: np.mean(getattr(self, name)) for name in ("csac", "csf", *SENSOR_MEASURES)}
         paired = self.per_mode[np.isfinite(self.per_mode["relative_error"])]
         for name in ("relative_error", "mac"):
             found[name] = np.mean(paired[name].to_numpy()) if len(paired) else np.nan
@@ -108,7 +106,7 @@ class Comparison(Shown, ArrayData):
         of the tables: ``per_sensor_mre`` (response,), ``per_mode_test_hz`` (mode,) and so on.
         """
         variables: dict[str, Any] = {name: ("frequency", getattr(self, name), "1") for name in ("csac", "csf")}
-        variables |= {name: (("response", "frequency"), getattr(self, name), "1") for name in OVER_BOTH}
+        variables |= {name: (("response", "frequency"), getattr(self, name), "1") for name in SENSOR_MEASURES}
         for table, axis, head in TABLES:
             for name, column in getattr(self, table).drop(columns=head).items():
                 units = "Hz" if name.endswith("_hz") else "dB" if name.endswith("_db") else "1"
@@ -127,7 +125,7 @@ class Comparison(Shown, ArrayData):
         """
         labelled.require_kind(ds, "comparison")
         found: dict[str, Any] = {name: labelled.values(ds, name, "frequency") for name in ("frequency", "csac", "csf")}
-        found |= {name: labelled.values(ds, name, "response", "frequency") for name in OVER_BOTH}
+        found |= {name: labelled.values(ds, name, "response", "frequency") for name in SENSOR_MEASURES}
         for table, axis, head in TABLES:
             first = labelled.labels(ds, axis) if axis == "response" else ds.get("mode", np.empty(0, dtype=int))
             columns = {str(name): ds[name].values for name in ds.data_vars if str(name).startswith(f"{table}_")}
@@ -208,8 +206,7 @@ def _grid(frequency: np.ndarray) -> str:
     return f"{frequency.size} lines from {frequency[0]:.9g} to {frequency[-1]:.9g} Hz"
 
 
-Pairs = list[tuple[int, int]]
-"""Numbers of the modes of test and model that are one"""
+Pairs = list[tuple[int, int]]  # numbers of the modes of test and model that are one
 
 
 def _paired_modes(test_frf: FRF, model_frf: FRF, n_modes: int) -> tuple[Modes, Modes, Pairs]:
@@ -239,7 +236,7 @@ def _pairs(test: Modes, model: Modes) -> Pairs:
     Frequency keeps modes apart whose shapes the few sensors cannot, MAC those that are close.
     """
     ratio = np.log(model.frequency / test.frequency[:, None])
-    affinity = np.sqrt(mac(test.shape, model.shape)) * np.exp(-0.5 * (ratio / SAME_MODE) ** 2)
+    affinity = np.sqrt(mac(test.shape, model.shape)) * np.exp(-0.5 * (ratio / FREQUENCY_SCALE) ** 2)
     rows, columns = scipy.optimize.linear_sum_assignment(affinity, maximize=True)
     return [(int(i), int(j)) for i, j in zip(rows, columns) if affinity[i, j] >= LEAST_AFFINITY]
 

@@ -16,15 +16,14 @@ if TYPE_CHECKING:
     import pandas as pd
 
 __all__ = [
-    "CELL", "comparison_figure", "draw_correlation", "draw_functions", "draw_measures", "frf_figure",
+    "ROW_HEIGHT", "comparison_figure", "draw_correlation", "draw_functions", "draw_measures", "frf_figure",
     "measures_height", "response_figure",
 ]  # fmt: skip
 
-CELL = 2.8
-"""in, height of a function's magnitude, phase and coherence"""
+ROW_HEIGHT = 2.8
+"""Inches, height of a function's magnitude, phase and coherence."""
 MEASURES = {"rmse_db": "RMSE (dB)", "mre": "MRE (1)", "frac": "FRAC (1)", "csac": "CSAC (1)", "csf": "CSF (1)"}
-SHARES = ("frac", "csac", "csf")
-"""measures from 0 to 1"""
+UNIT_MEASURES = ("frac", "csac", "csf")  # measures from 0 to 1
 HISTORIES = (("acceleration", "Acceleration", "m/s²", 1.0), ("displacement", "Displacement", "mm", 1e3),
              ("contact_force", "Contact force", "N", 1.0), ("grease_force", "Grease force", "N", 1.0))  # fmt: skip
 Look = dict[str, Any]
@@ -85,7 +84,7 @@ def frf_figure(frfs: Mapping[str, Functions], rows: Sequence[int]) -> Figure:
     """Draw magnitude, phase and coherence of functions, in each panel one curve of each of the named FRFs."""
     widths = np.linspace(1.8, 1.0, len(frfs)) if len(frfs) > 1 else [1.1]
     looks = [{"color": colour, "lw": width} for colour, width in zip(COLOURS * len(frfs), widths)]
-    figure = canvas((0.35 if len(frfs) > 1 else 0.1) + CELL * -(-len(rows) // 2))
+    figure = canvas((0.35 if len(frfs) > 1 else 0.1) + ROW_HEIGHT * -(-len(rows) // 2))
     if len(frfs) > 1:
         key(figure, of_curves(dict(zip(frfs, looks))))
     draw_functions(figure, list(zip(frfs.values(), looks)), rows)
@@ -176,7 +175,7 @@ def draw_measures(figure: FigureBase, comparison: Agreement) -> None:
         tidy(ax, xlabel=title)
         ax.set_yticks(np.arange(len(labels)), labels if ax is axes[0] else [""] * len(labels))
         ax.invert_yaxis()
-        if name in SHARES:
+        if name in UNIT_MEASURES:
             ax.set_xlim(0, 1)
         if not np.isfinite(comparison.per_sensor[name]).any():
             ax.text(0.5, 0.5, "undefined", transform=ax.transAxes, ha="center", va="center", fontsize=FONT - 1)

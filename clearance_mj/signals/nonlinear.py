@@ -16,8 +16,7 @@ from .welch import lines_within
 
 __all__ = ["BestLinear", "best_linear", "periods", "stepped_harmonics"]
 
-SILENT = 1e-9
-"""Share of the strongest line below which a line of the excitation counts as left out"""
+SILENT_LINE = 1e-9  # share of the strongest line below which a line of the excitation counts as left out
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -52,7 +51,7 @@ def best_linear(responses: Sequence[Response], period: float, drop: int = 1) -> 
     responses : sequence of Response
         One record for each realisation of the phases, all of one length: whole periods of the multisine.
     period : float
-        s.
+        Period of the multisine, s.
     drop : int
         Periods at the start that are left out until the transient has died.
 
@@ -75,7 +74,7 @@ def best_linear(responses: Sequence[Response], period: float, drop: int = 1) -> 
     frequency = np.arange(samples // 2 + 1) * (first.fs / samples)
     lines = np.r_[lines_within(frequency, first.band or (frequency[1], frequency[-1]))]
     spectra = np.fft.rfft(signals)[..., lines]
-    if np.any(np.abs(spectra[:, 0]).min(axis=(0, 1)) <= SILENT * np.abs(spectra[:, 0]).max()):
+    if np.any(np.abs(spectra[:, 0]).min(axis=(0, 1)) <= SILENT_LINE * np.abs(spectra[:, 0]).max()):
         raise RecordError("the excitation leaves out lines of its band; a multisine over the whole band is needed")
     n_realisations, _, n_periods, _ = spectra.shape
     mean = spectra.mean(axis=2)
@@ -107,7 +106,7 @@ def periods(response: Response, period: float, drop: int = 1) -> np.ndarray:
     response : Response
         Record of whole periods.
     period : float
-        s.
+        Period of the multisine, s.
     drop : int
         Periods at the start that are left out until the transient has died.
 
@@ -141,13 +140,13 @@ def stepped_harmonics(
     Parameters
     ----------
     signal : array_like, shape (n_t,)
-        Response, any unit.
+        Response, in any unit.
     fs : float
         Samples per second.
     frequency : sequence of float
         Hz, of each step; all steps have one length.
     orders : int
-        Highest harmonic.
+        Number of harmonics.
     settle : float
         Share of each step that is left out at its start, 0 <= settle < 1.
 

@@ -10,18 +10,12 @@ from .response import Response
 
 __all__ = ["SineSteps", "harmonic_amplitudes", "sine_steps"]
 
-WINDOW = 0.5
-"""s, that are looked at at once"""
-IMPURE = 0.05
-"""of the amplitude: what a sine may leave of the excitation; windows across a step leave more"""
-SAME = 2e-3
-"""of the frequency: how nearly windows of one step agree"""
-ORDERS = 9
-"""harmonics of a response"""
-PERIODS = 3.0
-"""that a window must hold at least"""
-POINTS = 256
-"""of a period, between which a history's highest and lowest values lie"""
+WINDOW = 0.5  # s of the excitation that are looked at at once
+MAX_RESIDUE = 0.05  # share of the amplitude that a sine may leave of the excitation; windows across a step leave more
+FREQUENCY_TOLERANCE = 2e-3  # relative difference up to which windows belong to one step
+HARMONICS = 9  # harmonics that are fitted to a response
+MIN_PERIODS = 3.0  # periods that a window must hold
+POINTS_PER_PERIOD = 256  # points of a period, from which a history's highest and lowest values are taken
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,7 +72,7 @@ def _starts(response: Response, size: int) -> range:
 
 
 def _one_step(a: tuple[float, float], b: tuple[float, float]) -> bool:
-    return abs(a[0] - b[0]) <= SAME * a[0] and a[0] > 0
+    return abs(a[0] - b[0]) <= FREQUENCY_TOLERANCE * a[0] and a[0] > 0
 
 
 def _sine(signal: np.ndarray, fs: float) -> tuple[float, float]:
@@ -86,7 +80,7 @@ def _sine(signal: np.ndarray, fs: float) -> tuple[float, float]:
     size, scale = signal.size, float(np.sqrt(2 * np.mean(signal**2)))
     spectrum = np.abs(np.fft.rfft(signal * np.hanning(size), 8 * size))
     frequency = float(np.argmax(spectrum)) * fs / (8 * size)
-    if frequency * size / fs < PERIODS:
+    if frequency * size / fs < MIN_PERIODS:
         return 0.0, 0.0
     time = np.arange(size) / fs
     for _ in range(3):  # the phase of the second half against the first tells what the frequency lacks
@@ -96,7 +90,7 @@ def _sine(signal: np.ndarray, fs: float) -> tuple[float, float]:
         frequency += turned / (size / 2 / fs)
     amplitude = _fit(signal, time, frequency)
     left = signal - (amplitude * np.exp(2j * np.pi * frequency * time)).real
-    return (frequency, abs(amplitude)) if np.std(left) < IMPURE * scale else (0.0, 0.0)
+    return (frequency, abs(amplitude)) if np.std(left) < MAX_RESIDUE * scale else (0.0, 0.0)
 
 
 def _fit(signal: np.ndarray, time: np.ndarray, frequency: float) -> complex:
@@ -117,15 +111,15 @@ def harmonic_amplitudes(histories: np.ndarray, fs: float, frequency: float) -> n
     fs : float
         Samples per second.
     frequency : float
-        Of the excitation, Hz.
+        Frequency of the excitation, Hz.
 
     Returns
     -------
     ndarray (m,)
         In the unit of the histories; harmonics above 0.4 fs are left out.
     """
-    orders = np.arange(1, min(ORDERS, int(0.4 * fs / frequency)) + 1)
-    time, phase = np.arange(histories.shape[1]) / fs, 2 * np.pi * np.arange(POINTS) / POINTS
+    orders = np.arange(1, min(HARMONICS, int(0.4 * fs / frequency)) + 1)
+    time, phase = np.arange(histories.shape[1]) / fs, 2 * np.pi * np.arange(POINTS_PER_PERIOD) / POINTS_PER_PERIOD
 
     def columns(turns: np.ndarray) -> np.ndarray:
         return np.hstack((np.ones((turns.size, 1)), np.cos(np.outer(turns, orders)), np.sin(np.outer(turns, orders))))

@@ -28,7 +28,7 @@ def _text(value: object) -> object:
 
 
 FileName: TypeAlias = Annotated[Text, BeforeValidator(_text)]
-"""A text, or a pathlib.Path"""
+"""A text, or a pathlib.Path."""
 
 
 def embedded(data: bytes) -> str:

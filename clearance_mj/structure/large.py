@@ -18,15 +18,11 @@ __all__ = ["factored", "lowest", "residual_shapes", "symmetric_factors"]
 
 Solve: TypeAlias = Callable[[np.ndarray], np.ndarray]
 
-SINGULAR = 1e-11
-"""of 1: smallest eigenvalue of a scaled stiffness, below which it is not factored by itself"""
-NEAR = 0.05
-"""of the highest eigenvalue wanted: largest shift, with which static shapes converge fast"""
-STILL = 1e-14
-"""of the largest ratio of stiffness to mass: eigenvalues that rounding leaves of 0"""
+SINGULAR = 1e-11  # smallest eigenvalue of a scaled stiffness (at most 1) below which it is not factored by itself
+LARGEST_SHIFT = 0.05  # of the highest eigenvalue wanted: static shapes converge fast with shifts up to it
+RIGID_EIGENVALUE = 1e-14  # of the largest ratio of stiffness to mass: eigenvalues that rounding leaves of 0
 BEYOND = "no modes are found: masses or stiffnesses differ by more than floating point holds"
-EXACT = 1e-13
-"""of a static shape: the last change"""
+SHAPE_TOLERANCE = 1e-13  # relative change of a static shape at which its refinement ends
 
 
 def symmetric_factors(matrix: Any) -> tuple[Any, scipy.sparse.csc_array, np.ndarray]:
@@ -98,12 +94,12 @@ def lowest(mass: Any, stiffness: Any, modes: int) -> tuple[np.ndarray, np.ndarra
                 raise ValueError("a motion has neither stiffness nor mass; check M and K, and the supports")
         shapes = _lanczos(mass, stiffness, solve, shift, modes)
         squares, rotation = np.linalg.eigh(shapes.T @ (stiffness @ shapes))
-        if shift <= NEAR * squares[-1] or shift <= STILL * fastest:
+        if shift <= LARGEST_SHIFT * squares[-1] or shift <= RIGID_EIGENVALUE * fastest:
             break
-        shift = NEAR / 2 * max(squares[-1], 1e-3 * shift)
-    if squares[0] < -max(1e2 * STILL * fastest, 1e-6 * shift):
+        shift = LARGEST_SHIFT / 2 * max(squares[-1], 1e-3 * shift)
+    if squares[0] < -max(1e2 * RIGID_EIGENVALUE * fastest, 1e-6 * shift):
         raise ValueError("the structure's stiffness is negative in some motion; check the signs in K")
-    return np.where(squares < STILL * fastest, 0.0, squares), shapes @ rotation, solve, shift
+    return np.where(squares < RIGID_EIGENVALUE * fastest, 0.0, squares), shapes @ rotation, solve, shift
 
 
 def _lanczos(mass: Any, stiffness: Any, solve: Solve, shift: float, modes: int) -> np.ndarray:
@@ -132,6 +128,6 @@ def residual_shapes(
         change = solve(rest - stiffness @ found)
         change -= shapes @ (inertia.T @ change)
         found += change
-        if np.all(np.linalg.norm(change, axis=0) <= EXACT * np.linalg.norm(found, axis=0)):
+        if np.all(np.linalg.norm(change, axis=0) <= SHAPE_TOLERANCE * np.linalg.norm(found, axis=0)):
             break
     return found

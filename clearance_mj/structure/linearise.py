@@ -16,18 +16,12 @@ import scipy.linalg
 
 __all__ = ["Linearised", "linearised"]
 
-STEP = 1e-5
-"""rad, m and their rates: of centred differences"""
-BALANCED = 1e-9
-"""of the largest forces at a joint: what is left of their sum at equilibrium"""
-STILL = 1e-10
-"""rad or m: a step that is none"""
-LONGEST = 0.3
-"""rad or m in one step towards the equilibrium"""
-STEPS = 300
-"""towards the equilibrium"""
-UNSTABLE = 1e-7
-"""of the largest stiffness per mass: a negative one that rounding does not explain"""
+DIFFERENCE = 1e-5  # rad, m and their rates: step of centred differences
+FORCE_TOLERANCE = 1e-9  # of the largest force at a joint: what may be left of the forces' sum at equilibrium
+SMALLEST_STEP = 1e-10  # rad or m, below which a step no longer moves the model
+LARGEST_STEP = 0.3  # rad or m, of one step towards the equilibrium
+MAX_STEPS = 300  # steps towards the equilibrium
+UNSTABLE = 1e-7  # of the largest stiffness per mass: a negative one that rounding does not explain
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,7 +61,7 @@ def linearised(model: mujoco.MjModel, key: int = -1) -> Linearised:
     Parameters
     ----------
     model : mujoco.MjModel
-        Its options are changed.
+        Model that is linearised; its options are changed.
     key : int
         Keyframe from which the equilibrium is looked for; -1 for the initial position.
     """
@@ -110,16 +104,16 @@ class _State(NamedTuple):
 
 def _settle(model: mujoco.MjModel, data: mujoco.MjData) -> _State:
     """Move the data to the equilibrium, down the potential energy (Newton's method with |stiffness|)."""
-    for _ in range(STEPS):
+    for _ in range(MAX_STEPS):
         state = _state(model, data)
         squares, shapes = _modes(state)
         floor = 1e-12 * np.abs(squares).max() or 1.0
         step = state.allowed @ (shapes @ (shapes.T @ state.force / np.maximum(np.abs(squares), floor)))
-        balanced = np.abs(state.force).max() <= BALANCED * state.size or np.abs(step).max() < STILL
-        if balanced and np.abs(state.mend).max() < STILL:
+        balanced = np.abs(state.force).max() <= FORCE_TOLERANCE * state.size or np.abs(step).max() < SMALLEST_STEP
+        if balanced and np.abs(state.mend).max() < SMALLEST_STEP:
             return state
         step += state.mend
-        step *= LONGEST / max(LONGEST, np.abs(step).max())
+        step *= LARGEST_STEP / max(LARGEST_STEP, np.abs(step).max())
         mujoco.mj_integratePos(model, data.qpos, step, 1.0)
     joint = _joint(model, int(np.argmax(np.abs(state.allowed @ state.force))))
     raise ValueError(
@@ -141,11 +135,11 @@ def _state(model: mujoco.MjModel, data: mujoco.MjData) -> _State:
     start = data.qpos.copy()
     for i, motion in enumerate(allowed.T):
         for sign in (1, -1):
-            mujoco.mj_integratePos(model, data.qpos, motion, sign * STEP)
+            mujoco.mj_integratePos(model, data.qpos, motion, sign * DIFFERENCE)
             moved = _force(model, data)[0]
             if len(jacobian):
                 moved = moved + data.efc_J.reshape(-1, model.nv)[: data.nefc][rows].T @ held
-            stiffness[:, i] -= sign * moved / (2 * STEP)
+            stiffness[:, i] -= sign * moved / (2 * DIFFERENCE)
             data.qpos[:] = start
     _force(model, data)  # what else depends on the position, back again
     stiffness = allowed.T @ stiffness
@@ -179,8 +173,8 @@ def _damping(model: mujoco.MjModel, data: mujoco.MjData, allowed: np.ndarray) ->
     found = np.zeros((model.nv, allowed.shape[1]))
     for i, motion in enumerate(allowed.T):
         for sign in (1, -1):
-            data.qvel[:] = sign * STEP * motion
-            found[:, i] -= sign * _force(model, data)[0] / (2 * STEP)
+            data.qvel[:] = sign * DIFFERENCE * motion
+            found[:, i] -= sign * _force(model, data)[0] / (2 * DIFFERENCE)
     data.qvel[:] = 0.0
     _force(model, data)
     found = allowed.T @ found

@@ -20,8 +20,8 @@ from .base import LinearModel, StructureOfFiles, register
 from .dofs import Dofs, dof_table, read_dofs
 from .files import FileName, absolute, content, embedded, is_embedded, opened
 from .matrix_checks import check_mass_and_stiffness, symmetric
-from .matrix_files import NAMES, Matrix, as_matrix, read_matrix, read_model, write_model
-from .reduction import DENSE
+from .matrix_files import VARIABLES, Matrix, as_matrix, read_matrix, read_model, write_model
+from .reduction import MAX_DENSE
 
 __all__ = ["UNITS", "Matrices"]
 
@@ -38,8 +38,7 @@ UNITS = {
 """Systems of units of FE programs: m, kg and s in their units of length, mass and time. Forces are in N for m-kg-s and
 mm-t-s, kN for mm-kg-ms, mN for mm-kg-s, N for mm-g-ms, dyn for cm-g-s."""
 Units: TypeAlias = Literal["m-kg-s", "mm-t-s", "mm-kg-ms", "mm-kg-s", "mm-g-ms", "cm-g-s", "in-lbf-s", "ft-lbf-s"]
-INLINE = 12
-"""degrees of freedom up to which arrays stand in the rig file itself"""
+MAX_INLINE = 12  # degrees of freedom up to which arrays stand in the rig file itself
 
 T = TypeVar("T")
 
@@ -52,7 +51,7 @@ def _source(value: object) -> Any:
             matrix = as_matrix("", value)
         except (TypeError, ValueError) as error:
             raise ValueError(str(error).lstrip(": ")) from None
-        if len(matrix.diagonal()) > INLINE:
+        if len(matrix.diagonal()) > MAX_INLINE:
             return matrix
         dense = matrix if isinstance(matrix, np.ndarray) else matrix.toarray()
         return tuple(map(tuple, dense.tolist()))
@@ -237,7 +236,7 @@ def _read(structure: Matrices) -> tuple[dict[str, Matrix], Dofs]:
     dofs: Dofs | None = None
     if structure.file is not None:
         matrices, dofs = _named("file", read_model, structure.file)
-    for what in NAMES:
+    for what in VARIABLES:
         source = getattr(structure, what)
         if isinstance(source, str):
             matrices[what] = _named(what, functools.partial(read_matrix, what), source)
@@ -277,7 +276,7 @@ def _free(structure: Matrices) -> _Free:
     rigid = (dofs.axes[:, None] == np.arange(3)).astype(float)
     inertia = whole["mass"] @ rigid  # the base carries the fixed ones, whose share of the coupling is part of it
     masses = np.sum(rigid * inertia, axis=0)
-    if part["mass"].shape[0] <= DENSE:
+    if part["mass"].shape[0] <= MAX_DENSE:
         part = {what: m if isinstance(m, np.ndarray) else m.toarray() for what, m in part.items()}
     columns = np.where(keep, np.cumsum(keep) - 1, -1)
     total = float(masses.max()) or None

@@ -11,8 +11,8 @@ from .matrix_files import Matrix
 
 __all__ = ["check_mass_and_stiffness", "symmetric"]
 
-ASYMMETRIC = 1e-6
-"""of the geometric mean of the two diagonal terms: difference between the halves that rounding in a file leaves"""
+ASYMMETRY = 1e-6
+"""Of the geometric mean of both diagonal terms: difference between the halves that rounding in a file leaves."""
 
 
 def symmetric(what: str, matrix: Matrix, dofs: Dofs) -> Matrix:
@@ -22,7 +22,7 @@ def symmetric(what: str, matrix: Matrix, dofs: Dofs) -> Matrix:
     floor = 1e-9 * size.max(initial=0.0)
     size = np.maximum(size, floor)
     share = np.abs(difference.data) / np.maximum(size[difference.row] * size[difference.col], 1e-300)
-    if share.size and share.max() > ASYMMETRIC:
+    if share.size and share.max() > ASYMMETRY:
         worst = int(np.argmax(share))
         i, j = int(difference.row[worst]), int(difference.col[worst])
         hint = "; gyroscopic terms are not part of a linear structure here" if what == "damping" else ""

@@ -22,18 +22,16 @@ from .files import is_embedded, opened
 __all__ = ["Found", "Matrix", "as_matrix", "read_matrix", "read_model", "write_model"]
 
 Matrix: TypeAlias = np.ndarray | scipy.sparse.csr_array
-"""Dense or sparse"""
+"""Dense or sparse matrix."""
 
-NAMES = {"mass": ("mass", "M"), "stiffness": ("stiffness", "K"), "damping": ("damping", "C", "D")}
-"""Variables in which a file holds each matrix"""
+VARIABLES = {"mass": ("mass", "M"), "stiffness": ("stiffness", "K"), "damping": ("damping", "C", "D")}
+"""Variables in which a file holds each matrix."""
 _BODY = re.compile(rb"[^\n]*\n(?:[ \t\r]*(?:%[^\n]*)?\n)*")
 """what comes before a Matrix Market file's size and numbers: its first line and comments"""
 _NUMERALS = b"0123456789+-.eEnaifNAIF \t\r\n"
 SUFFIXES = (".npz", ".mat", ".mtx", ".npy")
-MOST_UNPACKED = 2**31
-"""bytes of a compressed MATLAB file: a full matrix of zeros packs well"""
-MOST = 1_000_000
-"""rows of a matrix; ten times what can be reduced in reasonable time"""
+MAX_UNPACKED = 2**31  # bytes of a compressed MATLAB file: a full matrix of zeros packs well
+MAX_ROWS = 1_000_000  # rows of a matrix; ten times what can be reduced in reasonable time
 
 
 class Found(NamedTuple):
@@ -54,14 +52,14 @@ def read_model(name: str) -> Found:
     path = "arrays" if is_embedded(name) else name
     variables = _variables(name)
     matrices = {}
-    for what, names in NAMES.items():
+    for what, names in VARIABLES.items():
         found = [name for name in names if name in variables or f"{name}_data" in variables]
         if found:
             matrices[what] = as_matrix(f"{path}: {found[0]}", _variable(path, variables, found[0]))
     for what in ("mass", "stiffness"):
         if what not in matrices:
             known = ", ".join(sorted(variables)) or "nothing"
-            raise ValueError(f"{path}: holds no {what} matrix ({' or '.join(NAMES[what])}); it holds {known}")
+            raise ValueError(f"{path}: holds no {what} matrix ({' or '.join(VARIABLES[what])}); it holds {known}")
     return Found(matrices, _dofs(path, variables))
 
 
@@ -79,7 +77,7 @@ def read_matrix(what: str, name: str) -> Matrix:
     if {"data", "indices", "indptr", "shape"} <= variables.keys():
         return as_matrix(str(path), _saved_by_scipy(path))
     held = ", ".join(variables) or "nothing"
-    named = [n for n in NAMES[what] if n in variables or f"{n}_data" in variables] or [*variables]
+    named = [n for n in VARIABLES[what] if n in variables or f"{n}_data" in variables] or [*variables]
     if len(named) != 1:
         raise ValueError(f"{path}: holds {held}; which is the {what} matrix? Call it {what}")
     return as_matrix(f"{path}: {named[0]}", _variable(path, variables, named[0]))
@@ -126,8 +124,8 @@ def _saved_by_scipy(path: Path) -> Any:
 
 
 def _check_rows(rows: int, columns: int) -> None:
-    if max(rows, columns) > MOST:
-        raise ValueError(f"{rows} x {columns}; at most {MOST} rows are read")
+    if max(rows, columns) > MAX_ROWS:
+        raise ValueError(f"{rows} x {columns}; at most {MAX_ROWS} rows are read")
 
 
 def _variables(name: str) -> dict[str, Any]:
@@ -145,7 +143,7 @@ def _variables(name: str) -> dict[str, Any]:
         data = path.read_bytes()
         if data[124:128] in (b"\x00\x02IM", b"\x02\x00MI"):
             raise ValueError("version 7.3; save it in MATLAB with save(file, '-v7')")
-        return arrays(data, MOST_UNPACKED)
+        return arrays(data, MAX_UNPACKED)
     except (RecordError, ValueError) as error:  # ValueError: a shape beyond what numpy can
         raise ValueError(f"{path}: not a whole MATLAB file ({error})") from None
 

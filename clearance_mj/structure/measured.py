@@ -24,19 +24,16 @@ from ..signals.ema import extract_modes
 from ..signals.frf import FRF, join_references
 from .base import parse_dof
 from .mode_files import phase_collinearity
-from .modes import ABOVE, ModalStructure, flexibility_root
+from .modes import OMEGA_RATIO, ModalStructure, flexibility_root
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 __all__ = ["MeasuredModes", "modes_from_frf"]
 
-CERTAIN = 3.0
-"""standard errors above which what is left of a driving point is taken for modes out of the band"""
-VISIBLE = 1e-3
-"""least share of a driving point's weighted energy that modes below the band explain"""
-BELOW = 0.2
-"""of the lowest line: frequency of the modes that stand for those below the band; 4 % more inertia at that line"""
+SIGNIFICANT = 3.0  # standard errors above which what is left of a driving point is taken for modes out of the band
+MIN_SHARE = 1e-3  # share of a driving point's weighted energy that modes below the band must explain to be kept
+LOW_RATIO = 0.2  # of the lowest line: where the modes below the band are put; 4 % more inertia at that line
 Pair: TypeAlias = tuple[tuple[int | str, str], tuple[int | str, str], int]
 """node and axis of response and reference, and the sign of their directions"""
 INTEGRATED = {"acceleration": 0, "velocity": 1, "displacement": 2}
@@ -122,7 +119,7 @@ def modes_from_frf(
     frfs : FRF or sequence of FRF
         Responses to forces, of one or several references; at least one response where a force acts.
     n_modes : int
-        Most modes to find.
+        Largest number of modes to find.
     band : (float, float), optional
         Lines to use, Hz; all if left out.
     poles : (sequence of float, sequence of float), optional
@@ -211,7 +208,7 @@ def _structure(frf: FRF, pairs: list[Pair], frequency: np.ndarray, damping: np.n
     phi = np.array([shape for shape in shapes if shape is not None]).T
     dofs = tuple(f"{node}:+{axis}" for node, axis in places)
     rest, loads, lower = _rest(fit, value, phi, omega[kept], damping[kept], at, last)
-    low = np.full(lower.shape[1], BELOW * frf.frequency[0])
+    low = np.full(lower.shape[1], LOW_RATIO * frf.frequency[0])
     structure = ModalStructure(
         frequencies=tuple(np.append(low, frequency[kept])),
         damping_ratios=tuple(np.append(np.zeros(low.size), damping[kept])),
@@ -268,13 +265,15 @@ def _rest(
     """Residual flexibility (n_dofs, n_loads), its loads, and shapes (n_dofs, k) of modes below the band."""
     w = fit.s[:, 0].imag * last
     left = value - _modal(w, phi[at[:, 0]] * phi[at[:, 1]], omega, damping)
-    columns = np.column_stack((w**2 / (w**2 - (BELOW * w[0]) ** 2), -(w**2) / (1 - (w / (ABOVE * omega[-1])) ** 2)))
+    columns = np.column_stack(
+        (w**2 / (w**2 - (LOW_RATIO * w[0]) ** 2), -(w**2) / (1 - (w / (OMEGA_RATIO * omega[-1])) ** 2))
+    )
     basis, target = fit.weighted(columns), fit.weighted(left.T)
     terms, spread = _fitted(basis, target)  # L and R (2, n_functions)
     driving = at[:, 0] == at[:, 1]
     share = np.sum((basis[:, :1] * terms[0]) ** 2, axis=0) / np.sum(fit.target**2, axis=0)
     lower, _ = _certain_root(terms[0], spread[0], at, len(phi))
-    if share[driving].max() < VISIBLE:
+    if share[driving].max() < MIN_SHARE:
         lower = lower[:, :0]
         terms, spread = _fitted(basis[:, 1:], target)
     upper, loads = _certain_root(terms[-1], spread[-1], at, len(phi))
@@ -297,7 +296,7 @@ def _certain_root(term: np.ndarray, spread: np.ndarray, at: np.ndarray, size: in
     if not loads:
         return np.zeros((size, 0)), []
     columns = np.array([[term[known[a, b]] if (a, b) in known else 0.0 for b in loads] for a in range(size)])
-    floor = CERTAIN * max(spread[known[b, b]] for b in loads)
+    floor = SIGNIFICANT * max(spread[known[b, b]] for b in loads)
     return flexibility_root(columns, columns[loads], floor), loads
 
 

@@ -20,8 +20,8 @@ from .linearise import Linearised, linearised
 
 __all__ = ["Mjcf"]
 
-KINDS = mujoco.mjtObj.mjOBJ_SITE, mujoco.mjtObj.mjOBJ_BODY
-"""of places, in the order in which a name is looked for"""
+PLACE_KINDS = mujoco.mjtObj.mjOBJ_SITE, mujoco.mjtObj.mjOBJ_BODY
+"""Objects that a place may name, in the order in which a name is looked for."""
 
 
 @register
@@ -69,7 +69,7 @@ class Mjcf(StructureOfFiles):
     @property
     def named_points(self) -> tuple[str, ...]:
         """Degrees of freedom of sites and bodies that can move; see `Structure.named_points`."""
-        names = dict.fromkeys(name for kind in KINDS for name in self._names(kind) if parse_dof(f"{name}:X"))
+        names = dict.fromkeys(name for kind in PLACE_KINDS for name in self._names(kind) if parse_dof(f"{name}:X"))
         points = (f"{name}:{axis}" for name in names for axis in AXES)
         return tuple(point for point in points if self._row(point).any())
 
@@ -106,10 +106,10 @@ class Mjcf(StructureOfFiles):
         """Kind and number of the site or body of a point."""
         dof, model = parse_dof(point), _linearised(self).model
         name = str(dof[0]) if dof else ""
-        for kind in KINDS:
+        for kind in PLACE_KINDS:
             if (number := mujoco.mj_name2id(model, kind, name)) >= 0:
                 return kind, number
-        near = difflib.get_close_matches(name, [known for kind in KINDS for known in self._names(kind)], 3, 0.0)
+        near = difflib.get_close_matches(name, [known for kind in PLACE_KINDS for known in self._names(kind)], 3, 0.0)
         raise ValueError(
             f'"{point}" is at no site or body of {Path(self.file).name}; '
             + (f"the nearest names are {', '.join(near)}" if near else "name one in the model")

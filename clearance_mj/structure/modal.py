@@ -12,10 +12,8 @@ from .reduction import reduced
 
 __all__ = ["Reduction", "reduction"]
 
-COUPLED = 1e-12
-"""of the largest damping: damping between modes that is not looked at"""
-_Loads: TypeAlias = tuple[tuple[float | str, float], ...]
-"""Points, each with a factor"""
+COUPLING = 1e-12  # of the largest damping: damping between modes that rounding explains
+_Loads: TypeAlias = tuple[tuple[float | str, float], ...]  # points, each with a factor
 
 
 class Reduction(NamedTuple):
@@ -68,4 +66,4 @@ def _damping(linear: LinearModel, omega: np.ndarray, shapes: np.ndarray) -> tupl
     viscous = shapes.T @ (linear.viscous @ shapes)
     damping = damping + viscous.diagonal()
     viscous = (viscous + viscous.T) / 2 - np.diag(viscous.diagonal())
-    return damping, viscous if np.any(np.abs(viscous) > COUPLED * damping.max(initial=0.0)) else np.zeros((0, 0))
+    return damping, viscous if np.any(np.abs(viscous) > COUPLING * damping.max(initial=0.0)) else np.zeros((0, 0))

@@ -27,8 +27,7 @@ __all__ = [
     "real_shapes",
 ]
 
-REAL = 0.9
-"""phase collinearity below which a mode is said to be far from real"""
+COLLINEAR = 0.9  # phase collinearity below which a mode is said to be far from real
 FREQUENCY, DAMPING, MODAL_MASS = "frequency [Hz]", "damping", "modal mass [kg]"
 PARTICIPATION = tuple(f"participation {axis} [sqrt(kg)]" for axis in "XYZ")
 RESIDUAL = "residual at "
@@ -99,7 +98,7 @@ def _read_universal(path: Path, data: bytes, scaled: bool) -> dict[str, Any]:
     found = read_modes([block for block in blocks if block.kind in KINDS])
     if not any(block.kind == 164 for block in blocks):
         _warn(f"{path}: has no units (data set 164); taken for SI")
-    if low := [f"{i + 1} ({mpc:.2f})" for i, mpc in enumerate(phase_collinearity(found.shape)) if mpc < REAL]:
+    if low := [f"{i + 1} ({mpc:.2f})" for i, mpc in enumerate(phase_collinearity(found.shape)) if mpc < COLLINEAR]:
         _warn(f"{path}: real parts stand for modes that are far from real (phase collinearity): {', '.join(low)}")
     shapes = found.shape * _to_unit_mass(found, scaled)
     return {

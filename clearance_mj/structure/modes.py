@@ -27,16 +27,12 @@ from .mode_files import DAMPING, FREQUENCY, MODAL_MASS, PARTICIPATION, RESIDUAL,
 
 __all__ = ["ModalStructure", "flexibility_root"]
 
-ABOVE = 3.0
-"""Ω over the highest frequency"""
-MOST = 60
-"""modes that are all kept; of more, the lowest and the others' static shapes at the loads"""
-LARGEST = 1e30
-"""1/sqrt(kg): of a shape, far above any structure's"""
+OMEGA_RATIO = 3.0  # frequency Ω of the residual modes over the highest that is kept
+MAX_MODES = 60  # modes that are all kept; of more, the lowest and the others' static shapes at the loads
+LARGEST_SHAPE = 1e30  # 1/sqrt(kg), far above any structure's mode shape
 NEGATIVE = 1e-3
-"""of the largest eigenvalue of a residual flexibility: how far below zero rounding may take the least"""
-EMPTY = 1e-9
-"""of the largest eigenvalue: what counts as zero"""
+"""Of the largest eigenvalue of a residual flexibility: how far below zero rounding may take the smallest."""
+ZERO_EIGENVALUE = 1e-9  # of the largest eigenvalue: what counts as zero
 
 
 def _dof(value: str) -> str:
@@ -113,8 +109,8 @@ class ModalStructure(Structure):
                 raise ValueError(f"{name} must hold {length}, one per {of}, got {len(value)}")
         if not np.any(self.shapes, axis=0).all():
             raise ValueError(f"shapes are zero in mode {int(np.argmin(np.any(self.shapes, axis=0))) + 1}")
-        if (size := np.abs(self.unit_shapes).max()) > LARGEST:
-            raise ValueError(f"shapes reach {size:.3g} 1/sqrt(kg) at unit modal mass, needs <= {LARGEST:g}")
+        if (size := np.abs(self.unit_shapes).max()) > LARGEST_SHAPE:
+            raise ValueError(f"shapes reach {size:.3g} 1/sqrt(kg) at unit modal mass, needs <= {LARGEST_SHAPE:g}")
         if n > 1 and self.modal_masses is None and np.all(np.abs(self.shapes).max(axis=0) == 1):
             raise ValueError(
                 "shapes have a largest component of 1 in every mode, so their scaling is not known; give modal_masses "
@@ -223,7 +219,7 @@ class ModalStructure(Structure):
     def assemble(self, points: tuple[float | str, ...], modes: int) -> LinearModel:
         """Return the modes as coordinates, with modes of high frequency that carry the residual flexibility."""
         root = self._root_at(points)
-        high = ABOVE * self.omega[-1] if self.omega[-1] else 1.0
+        high = OMEGA_RATIO * self.omega[-1] if self.omega[-1] else 1.0
         values = np.hstack((self.unit_shapes, high * root))
         omega = np.append(self.omega, np.full(root.shape[1], high))
         ratios = np.append(self.ratios, np.full(root.shape[1], self.ratios[-1]))
@@ -233,7 +229,7 @@ class ModalStructure(Structure):
             self._influence(values),
             lambda at: self._rows(at, values),
             viscous=np.diag(2 * ratios * omega),
-            reduced=len(self.frequencies) <= MOST,
+            reduced=len(self.frequencies) <= MAX_MODES,
         )
 
     def _root_at(self, points: Sequence[float | str]) -> np.ndarray:
@@ -273,8 +269,8 @@ class ModalStructure(Structure):
         """(n, 3) of the modes and of the residual ones; 0 where nothing is known."""
         found = np.zeros((values.shape[1], 3))
         if self.dof_masses is not None:
-            along = np.array([dof_vector(dof) for dof in self.dofs])
-            found = values.T @ (np.array(self.dof_masses)[:, None] * along)
+            directions = np.array([dof_vector(dof) for dof in self.dofs])
+            found = values.T @ (np.array(self.dof_masses)[:, None] * directions)
         if self.participation is not None:
             found[: self.omega.size] = self.participation
         return found
@@ -293,5 +289,5 @@ def flexibility_root(columns: np.ndarray, own: np.ndarray, floor: float = 0.0) -
         Eigenvalues of ``own`` below this are taken for zero.
     """
     value, vector = np.linalg.eigh((own + own.T) / 2)
-    kept = value > max(EMPTY * value.max(initial=0.0), floor)
+    kept = value > max(ZERO_EIGENVALUE * value.max(initial=0.0), floor)
     return columns @ (vector[:, kept] / np.sqrt(value[kept]))

@@ -18,23 +18,16 @@ from .large import factored, lowest, residual_shapes
 
 __all__ = ["Modes", "reduced", "vibration_modes"]
 
-SINGULAR = 1e-13
-"""of 1: eigenvalues of a scaled stiffness that are 0 but for rounding"""
-SOFT = 1e-7
-"""of 1: those below which the other modes would lose their digits"""
+SINGULAR = 1e-13  # eigenvalues of a scaled stiffness (at most 1) that are 0 but for rounding
+SOFT_EIGENVALUE = 1e-7  # eigenvalues of a scaled stiffness below which the other modes would lose their digits
 MASSLESS = 1e-15
-"""of the mass of the slowest motion of unit stiffness: what one without mass is given, for a finite frequency"""
-MUCH_SLOWER = 1e-2
-"""of the next frequency: motions on soft springs"""
-SLOW = 1e-3
-"""of the square of the lowest bending frequency: motions on soft springs are below"""
-STILL = 1e-11
-"""of the same: rigid bodies' motions are below"""
-REPEATED = 1e-10
-"""of 1: a static shape that adds less than this to the others is left out"""
+"""Of the mass of the slowest motion of unit stiffness: given to a motion without mass, for a finite frequency."""
+SPRING_RATIO = 1e-2  # of the next frequency: motions on soft springs are below
+SPRING_EIGENVALUE = 1e-3  # of the square of the lowest bending frequency: motions on soft springs are below
+RIGID_EIGENVALUE = 1e-11  # of the square of the lowest bending frequency: rigid bodies' motions are below
+NEW_SHARE = 1e-10  # a static shape of which less than this is new to the others is left out
 NEGATIVE = "the structure's stiffness is negative in some motion; check the signs in K"
-DENSE = 1500
-"""coordinates up to which matrices are taken whole"""
+MAX_DENSE = 1500  # coordinates up to which matrices are taken whole
 
 
 class Modes(NamedTuple):
@@ -61,11 +54,11 @@ def vibration_modes(mass: np.ndarray, stiffness: np.ndarray) -> Modes:
         If the stiffness is negative in some motion, or the mass, or both are zero in one.
     """
     value, vector = _principal(stiffness)
-    if value[0] < -SOFT:
+    if value[0] < -SOFT_EIGENVALUE:
         raise ValueError(NEGATIVE)
-    if value[0] > SOFT:
+    if value[0] > SOFT_EIGENVALUE:
         return _without_slow(mass, _modes(mass, vector / np.sqrt(value)))
-    stiff = value > SOFT
+    stiff = value > SOFT_EIGENVALUE
     basis = vector[:, stiff] / np.sqrt(value[stiff])
     shift = 1 / np.linalg.eigvalsh(basis.T @ mass @ basis)[-1] if stiff.any() else 1.0
     value, vector = _principal(stiffness + shift * mass)
@@ -73,17 +66,17 @@ def vibration_modes(mass: np.ndarray, stiffness: np.ndarray) -> Modes:
         raise ValueError("a motion has neither stiffness nor mass; check M and K, and the supports")
     held = _modes(mass, vector / np.sqrt(value))
     squares, shapes = held.omega**2 - shift, held.shapes
-    slow = squares < SLOW * shift
+    slow = squares < SPRING_EIGENVALUE * shift
     squares[slow], rotation = np.linalg.eigh(shapes[:, slow].T @ stiffness @ shapes[:, slow])
-    if squares.min(initial=0.0) < -SLOW * shift:  # more than the digits of a file leave out
+    if squares.min(initial=0.0) < -SPRING_EIGENVALUE * shift:  # more than the digits of a file leave out
         raise ValueError(NEGATIVE)
     shapes[:, slow] = shapes[:, slow] @ rotation
-    return Modes(np.sqrt(np.where(squares < STILL * shift, 0.0, squares)), shapes)
+    return Modes(np.sqrt(np.where(squares < RIGID_EIGENVALUE * shift, 0.0, squares)), shapes)
 
 
 def _without_slow(mass: np.ndarray, found: Modes) -> Modes:
     """The same modes; those above much slower ones, in whose flexibility theirs is lost, found again without them."""
-    jumps = np.flatnonzero(found.omega[:-1] < MUCH_SLOWER * found.omega[1:])
+    jumps = np.flatnonzero(found.omega[:-1] < SPRING_RATIO * found.omega[1:])
     if not jumps.size:
         return found
     n = jumps[0] + 1
@@ -130,7 +123,7 @@ def reduced(
         return vibration_modes(*map(_dense, (mass, stiffness)))
     if linear.reduction == "craig-bampton":
         return _craig_bampton(mass, stiffness, [*loads, *(row for _, row in masses)], modes)
-    if n <= DENSE:
+    if n <= MAX_DENSE:
         return _truncated(vibration_modes(_dense(mass), _dense(stiffness)), loads, modes)
     return _large(scipy.sparse.csc_array(mass), scipy.sparse.csc_array(stiffness), loads, modes)
 
@@ -155,7 +148,7 @@ def _truncated(found: Modes, loads: Sequence[np.ndarray], modes: int) -> Modes:
     static = (np.reshape(loads, (-1, len(high))) @ high / fast).T
     size = np.linalg.norm(static, axis=0)
     basis, share, _ = np.linalg.svd(static[:, size > 0] / size[size > 0], full_matrices=False)
-    basis = basis[:, share**2 > REPEATED] / fast[:, None]
+    basis = basis[:, share**2 > NEW_SHARE] / fast[:, None]
     rest = _modes(np.eye(len(basis)), basis)
     return Modes(np.concatenate((found.omega[:modes], rest.omega)), np.hstack((low, high @ rest.shapes)))
 
@@ -168,7 +161,7 @@ def _large(mass: Any, stiffness: Any, loads: Sequence[np.ndarray], modes: int) -
     size = np.sqrt(np.maximum(energy.diagonal(), 0.0))
     sound = size > 0
     value, vector = np.linalg.eigh(energy[np.ix_(sound, sound)] / np.outer(size[sound], size[sound]))
-    basis = static[:, sound] / size[sound] @ (vector / np.sqrt(value))[:, value > REPEATED]
+    basis = static[:, sound] / size[sound] @ (vector / np.sqrt(value))[:, value > NEW_SHARE]
     rest = _modes(mass, basis)
     return Modes(np.concatenate((np.sqrt(squares), rest.omega)), np.hstack((shapes, rest.shapes)))
 
@@ -187,7 +180,7 @@ def _craig_bampton(mass: Any, stiffness: Any, rows: Sequence[np.ndarray], modes:
             "the structure can move while its clearances and forces are held, so Craig-Bampton has no static shapes; "
             'add a support, or use reduction = "residual-flexibility"'
         )
-    if len(inside) <= DENSE:
+    if len(inside) <= MAX_DENSE:
         held = vibration_modes(_dense(inner_mass), _dense(inner)).shapes[:, :modes]
     else:
         held = lowest(inner_mass, inner, modes)[1]

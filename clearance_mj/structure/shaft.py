@@ -20,20 +20,14 @@ from .section import Material, Section
 
 __all__ = ["Disc", "Material", "Section", "Shaft", "Support"]
 
-SHEAR_MATTERS = 0.01
-"""of a frequency: what shear and rotary inertia may take from the third one before "auto" counts them"""
-SAME_PLACE = 1e-6
-"""of a shaft's length: positions of supports, discs and sections' ends that are one"""
-NEAR = 1e-3
-"""of a shaft's length: a load this close to a node needs none of its own"""
-WAVE = 4.0
-"""rad: most of a bending wave in an element, with the highest mode asked for"""
+SHEAR_EFFECT = 0.01  # share of the third frequency that shear and rotary inertia may take before "auto" counts them
+PLACE_TOLERANCE = 1e-6  # of a shaft's length: positions of supports, discs and sections' ends that are one
+NODE_TOLERANCE = 1e-3  # of a shaft's length: a load this close to a node needs none of its own
+MAX_PHASE = 4.0  # rad, phase of a bending wave over an element, at the highest mode asked for
 HELD = {"clamped": (0, 1), "pinned": (0,), "guided": (1,), "elastic": ()}
-"""what a kind of support holds: deflection (0), rotation (1)"""
-MOST = 100
-"""divisions of a shaft for short waves: its matrices are dense"""
-FEWEST = 2
-"""bubble functions of an element"""
+"""What a kind of support holds: deflection (0), rotation (1)."""
+MAX_PIECES = 100  # divisions of a shaft for short waves: its matrices are dense
+MIN_BUBBLES = 2  # bubble functions of an element
 
 
 @checked(RigError)
@@ -165,7 +159,7 @@ class Shaft(Structure):
         second_moment_ratio = rigidity.bending * rigidity.mass / (rigidity.rotary * rigidity.shear)  # E / κG
         ratio = weight @ second_moment_ratio / self.length
         lowered = (1 + ratio) * (3 * math.pi / self.slenderness) ** 2 / 2
-        return "timoshenko" if lowered > SHEAR_MATTERS else "euler"
+        return "timoshenko" if lowered > SHEAR_EFFECT else "euler"
 
     def check(self, point: float | str) -> None:
         """Refuse what is not on the shaft; see `Structure.check`."""
@@ -176,7 +170,7 @@ class Shaft(Structure):
             raise ValueError(self._outside(place[1]))
 
     def _holds(self, x: float) -> bool:
-        slack = SAME_PLACE * self.length
+        slack = PLACE_TOLERANCE * self.length
         return self.start - slack <= x <= self.end + slack
 
     def _outside(self, x: float) -> str:
@@ -216,11 +210,11 @@ class Shaft(Structure):
             ends = rigidity(np.array([start, end]))
             tapered = not math.isclose(*ends.bending)
             phase = wave * (end - start) * float(np.max(ends.mass / ends.bending)) ** 0.25
-            n = math.ceil(phase / WAVE)
+            n = math.ceil(phase / MAX_PHASE)
             divided += n - 1
-            if divided > MOST:
-                raise ValueError(f"a shaft would be divided more than {MOST} times: its sections differ too much")
-            bubbles = FEWEST + math.ceil(phase / n) + (4 if tapered else 0)
+            if divided > MAX_PIECES:
+                raise ValueError(f"a shaft would be divided more than {MAX_PIECES} times: its sections differ too much")
+            bubbles = MIN_BUBBLES + math.ceil(phase / n) + (4 if tapered else 0)
             pieces += [Element(a, b, bubbles, rigidity) for a, b in pairwise(np.linspace(start, end, n + 1))]
         return pieces
 
@@ -229,7 +223,7 @@ class Shaft(Structure):
         cuts = (edge + s.length * cut for edge, s in zip(self.edges, self.sections) for cut in s.cuts)
         own = [*self.edges, *cuts, *(s.position for s in self.supports), *(disc.position for disc in self.discs)]
         nodes: list[float] = []
-        for x, slack in [*((x, SAME_PLACE) for x in own), *((x, NEAR) for x in points)]:
+        for x, slack in [*((x, PLACE_TOLERANCE) for x in own), *((x, NODE_TOLERANCE) for x in points)]:
             if all(abs(x - other) > slack * self.length for other in nodes):
                 nodes.append(float(x))
         return sorted(nodes)
@@ -262,7 +256,7 @@ class Shaft(Structure):
         Parameters
         ----------
         start, end : float
-            m.
+            Ends of the interval, m.
         """
         node, weight = leggauss(8)
         at, weights, parts = [], [], []

@@ -22,10 +22,8 @@ from .modes import ModalStructure
 
 __all__ = ["Truncation", "truncation"]
 
-FEWEST = 3
-"""modes that bend, from which convergence can be seen"""
-GROWTH = 1.0, 2.0
-"""of frequencies with the number of the mode: exponents of plates and of shafts"""
+MIN_MODES = 3  # bending modes from which convergence can be seen
+GROWTH = 1.0, 2.0  # exponents with which frequencies grow with the number of the mode: of plates and of shafts
 
 
 class _Contact(Protocol):
@@ -100,7 +98,7 @@ def _tail(shape: np.ndarray, omega: np.ndarray) -> float:
     """Estimated sum of φ²/ω² over the modes that follow the known ones."""
     shape, omega = shape[omega > 0], omega[omega > 0]
     n = omega.size
-    if n < FEWEST:
+    if n < MIN_MODES:
         return math.nan
     upper = np.arange(n // 2, n)
     growth = float(np.clip(np.polyfit(np.log(upper + 1), np.log(omega[upper]), 1)[0], *GROWTH))

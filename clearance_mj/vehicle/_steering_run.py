@@ -16,8 +16,7 @@ from ..rig import Rig
 from .lost_motion import LostMotion, lost_motion_step
 from .plant import STEP
 
-Lost = tuple[np.ndarray, np.ndarray]
-"""Lost motion, rad, and contact side after each step"""
+Lost = tuple[np.ndarray, np.ndarray]  # lost motion, rad, and contact side after each step
 
 
 class Motor(NamedTuple):

@@ -17,11 +17,9 @@ from .lost_motion import LostMotion, lost_motion_step
 
 __all__ = ["N_PARAMETERS", "N_STATES", "Known", "simulate"]
 
-SOFT = 5.0
-"""N m: the aligning moment below which the side of the contact is not to be relied on"""
+SIDE_MOMENT = 5.0  # N m, aligning moment below which the side of the contact cannot be relied on
 N_PARAMETERS, N_STATES = 15, 3
-STEPS = 2
-"""of the integration in a sample"""
+STEPS_PER_SAMPLE = 2  # integration steps of the twin's model in a sample
 
 
 class Known(NamedTuple):
@@ -59,7 +57,7 @@ def simulate(points: np.ndarray, servo: np.ndarray, speed: np.ndarray, known: Kn
     """
     n = servo.size - 1
     out = np.empty((points.shape[0], 6, n))
-    h, dt = known.period / STEPS, known.period
+    h, dt = known.period / STEPS_PER_SAMPLE, known.period
     lf, lr, trail, shape = known.lf, known.lr, known.trail, known.shape
     for q in range(points.shape[0]):
         x = points[q]
@@ -87,9 +85,9 @@ def simulate(points: np.ndarray, servo: np.ndarray, speed: np.ndarray, known: Kn
             out[q, 2, i], out[q, 3, i], out[q, 4, i], out[q, 5, i] = vy, r, d, trail * force
             if i == n - 1:
                 break
-            for j in range(1, STEPS + 1):
+            for j in range(1, STEPS_PER_SAMPLE + 1):
                 moment = trail * force
-                angle = now + (after - now) * j / STEPS
+                angle = now + (after - now) * j / STEPS_PER_SAMPLE
                 d, _ = lost_motion_step(d, angle - before, moment, h, play)
                 before = angle
                 delta = angle + d + x[10]

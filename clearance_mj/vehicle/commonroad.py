@@ -25,12 +25,12 @@ from vehiclemodels.vehicle_parameters import VehicleParameters, setup_vehicle_pa
 
 from . import magic_formula
 
-__all__ = ["GRAVITY", "SHIFTS", "multi_body", "parameters", "single_track_drift"]
+__all__ = ["GRAVITY", "SHIFT_PARAMETERS", "multi_body", "parameters", "single_track_drift"]
 
 GRAVITY = 9.81
-"""m/s², as in the library"""
-SHIFTS = ("p_hy1", "p_hy3", "p_vy1", "p_vy3", "r_hy1", "r_vy1", "r_vy3")
-"""Tyre parameters that shift the lateral force"""
+"""Acceleration of gravity, m/s², the value that the library vehiclemodels uses."""
+SHIFT_PARAMETERS = ("p_hy1", "p_hy3", "p_vy1", "p_vy3", "r_hy1", "r_vy1", "r_vy3")
+"""Tyre parameters that shift the lateral force."""
 
 
 _read = functools.cache(setup_vehicle_parameters)
@@ -39,7 +39,7 @@ _read = functools.cache(setup_vehicle_parameters)
 def parameters() -> VehicleParameters:
     """The library's parameters of vehicle 2, a BMW 320i, with the tyres' lateral shifts zeroed."""
     values = _read(2)
-    return dataclasses.replace(values, tire=dataclasses.replace(values.tire, **dict.fromkeys(SHIFTS, 0.0)))
+    return dataclasses.replace(values, tire=dataclasses.replace(values.tire, **dict.fromkeys(SHIFT_PARAMETERS, 0.0)))
 
 
 def _numbers(values: object) -> dict[str, float]:

@@ -15,12 +15,11 @@ from .path import Path, Piece
 
 __all__ = ["Derivatives", "check_positive", "clothoids", "graph", "lane", "lane_changes", "quintic"]
 
-SPACING = 0.1
-"""m between two points"""
+SPACING = 0.1  # m between two points of a path
 ROOT, WEIGHT = np.polynomial.legendre.leggauss(5)
 
 Derivatives = Callable[[np.ndarray], Sequence[np.ndarray]]
-"""Y and its first three derivatives at X"""
+"""Y and its first three derivatives at X."""
 
 
 def check_positive(**values: float) -> None:
@@ -52,9 +51,9 @@ def clothoids(parts: Sequence[tuple[float, float, float]]) -> list[Piece]:
         half = s[1] / 2
         at = (s[:-1] + half)[:, None] + half * ROOT
         inner, direction = (heading + v * (first + rate * v / 2) for v in (at, s))
-        along, across = (np.concatenate(([0.0], np.cumsum(half * f(inner) @ WEIGHT))) for f in (np.cos, np.sin))
-        pieces.append(Piece(begin + s, x + along, y + across, direction, first + rate * s, np.full(s.size, rate)))
-        x, y, heading, begin = x + along[-1], y + across[-1], direction[-1], begin + length
+        dx, dy = (np.concatenate(([0.0], np.cumsum(half * f(inner) @ WEIGHT))) for f in (np.cos, np.sin))
+        pieces.append(Piece(begin + s, x + dx, y + dy, direction, first + rate * s, np.full(s.size, rate)))
+        x, y, heading, begin = x + dx[-1], y + dy[-1], direction[-1], begin + length
     return pieces
 
 

@@ -10,14 +10,13 @@ import scipy.signal
 
 from .controllers.compensation import Direction
 
-__all__ = ["FAST", "SLACK", "RateSpectrum", "effort", "rate_spectrum"]
+__all__ = ["FAST_STEERING", "REVERSAL", "RateSpectrum", "effort", "rate_spectrum"]
 
-SLACK = math.radians(1.0 / 16.0)
-"""rad at the road wheel by which an angle turns back in a reversal: 1° of the hand wheel"""
-FAST = 3.0
-"""Hz above which steering is no longer that of a path: a slalom at 80 km/h needs 0.35 Hz, a driver up to 2"""
-SEGMENT = 256
-"""samples of a segment of the spectrum, 2.56 s at 100 Hz"""
+REVERSAL = math.radians(1.0 / 16.0)
+"""Angle at the road wheel, rad, by which a reversal turns back: 1° of the hand wheel."""
+FAST_STEERING = 3.0
+"""Hz, above which no path asks for steering: a slalom at 80 km/h needs 0.35 Hz, a driver up to 2."""
+SEGMENT = 256  # samples of a segment of the spectrum, 2.56 s at 100 Hz
 
 
 class RateSpectrum(NamedTuple):
@@ -44,14 +43,14 @@ def rate_spectrum(angle: np.ndarray, period: float) -> RateSpectrum:
 
 
 def effort(angle: np.ndarray, period: float) -> dict[str, float]:
-    """Return RMS rate and its part above `FAST`, rad/s, and the number of reversals of an angle, rad (n,).
+    """Return RMS rate and its part above `FAST_STEERING`, rad/s, and the number of reversals of an angle, rad (n,).
 
-    A reversal is a change of direction by more than `SLACK`; the period of sampling is in s.
+    A reversal is a change of direction by more than `REVERSAL`; the period of sampling is in s.
     """
-    direction = Direction(SLACK)
+    direction = Direction(REVERSAL)
     signs = np.array([direction.advance(value) for value in (angle - angle[0]).tolist()])
     return {
         "rms_rate": float(np.sqrt(np.mean((np.diff(angle) / period) ** 2))),
-        "fast_rate": rate_spectrum(angle, period).rms_above(FAST),
+        "fast_rate": rate_spectrum(angle, period).rms_above(FAST_STEERING),
         "reversals": float(np.count_nonzero(np.diff(signs[signs != 0]))),
     }

@@ -39,11 +39,10 @@ __all__ = [
 ]
 
 GAP = float(np.radians(0.2))
-"""Half-gap at the road wheel that is reported on, rad: within good (0.1°) and the legal limit (0.45°)"""
+"""Half-gap at the road wheel that is reported on, rad: within good (0.1°) and the legal limit (0.45°)."""
 LENGTH_FACTORS = {72.0: 1.75, 120.0: 2.5}
-"""Of the reported double lane changes, by speed in km/h: 3.7 and 5.0 m/s² if followed exactly"""
-ROAD_MOMENT = 5.0
-"""N m RMS on the wheel"""
+"""Length factors of the reported double lane changes by speed, km/h: they need 3.7 and 5.0 m/s²."""
+ROAD_MOMENT = 5.0  # N m RMS, moment of the road's noise on the wheel
 PLANTS: dict[str, type[Plant]] = {plant.name: plant for plant in (MultiBody, SingleTrackDrift)}
 
 
@@ -55,7 +54,7 @@ class Regime(NamedTuple):
 
 
 REGIMES = {"torque": Regime(0.0, 0.045), "friction": Regime(30.0, 0.005)}
-"""The aligning moment decides; or friction does, where a servo at the rack carries most of the moment"""
+"""The aligning moment decides on the side; or friction, where a servo at the rack carries most of the moment."""
 
 
 @dataclass(frozen=True)
@@ -98,7 +97,7 @@ class Case:
 
     @property
     def prior(self) -> ClearancePrior:
-        """What controllers that take the clearance into account are told of it."""
+        """What controllers that take the clearance into account know of it."""
         gap = self.half_gap if self.assumed_gap is None else self.assumed_gap
         datasheet = Steering().lost_motion.stiffness
         compliance = (1 / self.assumed_stiffness - 1) / datasheet

@@ -21,12 +21,10 @@ __all__ = [
     "swift_obstacle_avoidance",
 ]
 
-LANE_OFFSET = 3.5
-"""m between the centre lines of the two lanes of ISO 3888-1"""
-REACH = 1 / 6
-"""share of a lane change that lies within each of the two gates it connects"""
+LANE_OFFSET = 3.5  # m between the centre lines of the two lanes of ISO 3888-1
+SHARE_IN_GATE = 1 / 6  # share of a lane change that lies within each of the two gates it connects
 SWIFT_CHANGES = ((7.13, 33.22, 3.42), (33.22, 59.65, -0.05))
-"""m: where the lane changes of `swift_obstacle_avoidance` begin, end and lead to"""
+"""M: where the lane changes of `swift_obstacle_avoidance` begin, end and lead to."""
 
 
 class Gate(NamedTuple):
@@ -93,9 +91,9 @@ def swift_obstacle_avoidance() -> Path:
 
 
 def _between_centres(gates: Sequence[Gate]) -> list[tuple[float, float, float]]:
-    """Lane changes between the centres of gates, of which `REACH` is within each of the two."""
+    """Lane changes between the centres of gates, of which `SHARE_IN_GATE` is within each of the two."""
     changes = []
     for gate, following in itertools.pairwise(gates):
-        reach = REACH / (1 - 2 * REACH) * (following.start - gate.end)
+        reach = SHARE_IN_GATE / (1 - 2 * SHARE_IN_GATE) * (following.start - gate.end)
         changes.append((gate.end - reach, following.start + reach, following.centre))
     return changes

@@ -30,8 +30,7 @@ __all__ = [
     "straight",
 ]
 
-SPEEDS = (5.0, 50.0)
-"""m/s, within which the vehicle models hold"""
+SPEEDS = (5.0, 50.0)  # m/s, range within which the vehicle models hold
 
 
 def check_feasible(path: Path, speed: float, friction: float) -> None:
@@ -144,7 +143,7 @@ MANOEUVRES = {
     ),
     "on-centre": Manoeuvre("Straight, crowned road", lambda: straight(240.0), 100.0, CrownedRoad()),
 }
-"""By name; no controller is tuned on any of them"""
+"""Manoeuvres by name; no controller is tuned on any of them."""
 
 
 def get_manoeuvre(name: str) -> Manoeuvre:

@@ -11,7 +11,7 @@ import numpy as np
 from ..core.errors import SimulationError
 from .controllers.base import Controller, Observation, Task
 from .disturbances import Disturbance
-from .effort import FAST, RateSpectrum, effort, rate_spectrum
+from .effort import FAST_STEERING, RateSpectrum, effort, rate_spectrum
 from .nominal import Vehicle
 from .path import Path
 from .plant import STEP, Plant
@@ -20,8 +20,7 @@ from .steering import Steering
 
 __all__ = ["Run", "follow_path", "nominal_task"]
 
-LOST = 5.0
-"""m from the path at which a run is given up"""
+LARGEST_ERROR = 5.0  # m, lateral error at which a run is given up as having left the path
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,7 +64,7 @@ class Run:
         found["peak_steer_rate"] = np.abs(turns / np.diff(self.time)).max()
         found["steer_variation"] = np.abs(turns).sum()
         period = self.time[1] - self.time[0]
-        found["fast_wheel_rate"] = rate_spectrum(self.wheel_angle, period).rms_above(FAST)
+        found["fast_wheel_rate"] = rate_spectrum(self.wheel_angle, period).rms_above(FAST_STEERING)
         found |= {f"servo_{name}": value for name, value in effort(self.servo_angle, period).items()}
         found["contact_reversals"] = np.count_nonzero(np.diff(sides))
         found["outside_layer"] = np.mean(np.where(np.isnan(self.depth), np.nan, self.depth > 1))
@@ -123,7 +122,7 @@ def follow_path(
         s, e_y, heading, curvature = path.locate(now.x, now.y, s)
         if s >= path.length - task.speed * period:
             break
-        if abs(e_y) > LOST:
+        if abs(e_y) > LARGEST_ERROR:
             raise SimulationError(
                 f"the vehicle left the path at s = {s:.1f} m, t = {k * period:.2f} s: {e_y:+.1f} m off"
             )

@@ -30,25 +30,19 @@ from .plant import STEP
 
 __all__ = ["LEVER_ARM", "STEERING_SHAFT", "Steering", "parse_gap"]
 
-RATIO, PINION = 16.0, 7.1e-3
-"""Hand-wheel over road-wheel angle, and the pinion's radius, m"""
-COLUMN_STIFFNESS = 172.0
-"""N m/rad, at the pinion"""
-COLUMN_INERTIA = 0.04
-"""kg m², about the hand wheel's axis"""
-RACK_MASS, RACK_DAMPING = 32.0, 3920.0
-"""kg and N s/m"""
-LEVER_ARM = RATIO * PINION
-"""m, travel of the rack per radian of the road wheel"""
-NOISE_PERIOD = 60.0
-"""s, after which the road's noise repeats, without a seam"""
-SMALLEST_GAP = 1e-9
-"""m, that stands for none where a rig needs one"""
+RATIO, PINION_RADIUS = 16.0, 7.1e-3  # hand-wheel angle over road-wheel angle, and m
+COLUMN_STIFFNESS = 172.0  # N m/rad, at the pinion
+COLUMN_INERTIA = 0.04  # kg m², about the hand wheel's axis
+RACK_MASS, RACK_DAMPING = 32.0, 3920.0  # kg and N s/m
+LEVER_ARM = RATIO * PINION_RADIUS
+"""Travel of the rack, m, per radian of the road wheel."""
+NOISE_PERIOD = 60.0  # s after which the road's noise repeats, without a seam
+SMALLEST_GAP = 1e-9  # m, stands for no gap, where a rig needs one
 
 
 def _steering_shaft() -> Rig:
     """Slender steel shaft clamped at the servo; the rack's mass and damping and the column's stiffness at the lever."""
-    lever, contact = 0.475, Contact(COLUMN_STIFFNESS / PINION**2, 200.0)
+    lever, contact = 0.475, Contact(COLUMN_STIFFNESS / PINION_RADIUS**2, 200.0)
     return Rig(
         name="steering shaft",
         description="Shaft between steering servo and rack, in two bushings; the lever is at the second",
@@ -64,7 +58,7 @@ def _steering_shaft() -> Rig:
 
 
 STEERING_SHAFT = _steering_shaft()
-"""The steering's shaft as `Steering` takes it by default"""
+"""The steering's shaft as `Steering` takes it by default."""
 
 _UNITS = {"deg": math.radians(1), "mrad": 1e-3, "rad": 1.0}
 _LENGTHS = {"um": 1e-6, "µm": 1e-6, "mm": 1e-3, "m": 1.0}

@@ -11,8 +11,8 @@ from typing import NamedTuple
 
 __all__ = ["Tyre"]
 
-LARGEST = 0.95
-"""Share of the largest force up to which a slip angle is given: beyond, more steering gains next to nothing"""
+LARGEST_SHARE = 0.95
+"""Share of the largest force up to which a slip angle is given: beyond, steering gains next to nothing."""
 
 
 class Tyre(NamedTuple):
@@ -28,10 +28,10 @@ class Tyre(NamedTuple):
 
     def slip(self, force: float) -> float:
         """Return the slip angle, rad, of a lateral force over the load, taken as at most 95 % of the largest."""
-        share = min(max(force / self.friction, -LARGEST), LARGEST)
+        share = min(max(force / self.friction, -LARGEST_SHARE), LARGEST_SHARE)
         return math.tan(math.asin(share) / self.shape) * self.shape * self.friction / self.stiffness
 
     def excess(self, force: float) -> float:
         """Return the slip angle, rad, beyond that of a tyre that keeps its slope, at a lateral force over the load."""
-        share = LARGEST * self.friction
+        share = LARGEST_SHARE * self.friction
         return self.slip(force) - min(max(force, -share), share) / self.stiffness

@@ -126,7 +126,7 @@ def test_each_runs_only_a_few_cases_ahead(monkeypatch):
     for i, law in enumerate(laws[:20]):
         assert next(responses) is law
         time.sleep(0.005)
-        assert len(begun) <= i + 2 * batch.AHEAD
+        assert len(begun) <= i + 2 * batch.CASES_PER_THREAD
     responses.close()
     assert begun == laws[: len(begun)]
     assert len(begun) < 30

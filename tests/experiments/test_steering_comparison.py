@@ -96,7 +96,7 @@ def test_runs_that_leave_the_path_are_kept(tmp_path, monkeypatch):
     """Where 10 mm is off the path, none reaches the end: why it did not, and infinite metrics beside the others'."""
     monkeypatch.setattr(steering_comparison, "run_tasks", lambda run, groups, *_, **__: [(g, run(g)) for g in groups])
     steering_comparison.run_all([Group("lane-change", "torque", "smc-cm", 1, "ideal")], tmp_path)
-    monkeypatch.setattr("clearance_mj.vehicle.run.LOST", 0.01)
+    monkeypatch.setattr("clearance_mj.vehicle.run.LARGEST_ERROR", 0.01)
     groups = [Group("lane-change", "torque", name, 1, "ideal") for name in ("smc", "smc-cm")]
     lost, other = steering_comparison.run_all(groups, tmp_path).to_dict("records")
     assert "left the path" in lost["left"]

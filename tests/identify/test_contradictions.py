@@ -10,7 +10,7 @@ from clearance_mj.core.errors import RecordError
 from clearance_mj.identify import law
 from clearance_mj.identify.records.checks import IdentifiabilityWarning
 from clearance_mj.identify.records.prepared import prepare
-from clearance_mj.identify.structure.contradictions import contradictions_of_rig
+from clearance_mj.identify.structure.faults.contradictions import contradictions_of_rig
 from clearance_mj.identify.structure.updating import rig_file_misfit
 from clearance_mj.io.dataset import Dataset
 from clearance_mj.signals import excitation

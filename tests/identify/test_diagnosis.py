@@ -10,11 +10,11 @@ from clearance_mj.clearance.law import ConstantLaw
 from clearance_mj.core.errors import RecordError
 from clearance_mj.identify import diagnose, update_rig
 from clearance_mj.identify.records.prepared import prepare
-from clearance_mj.identify.structure.assessment import Assessment
-from clearance_mj.identify.structure.channel_faults import ChannelCorrection, snapped
-from clearance_mj.identify.structure.gap_faults import bend_of
-from clearance_mj.identify.structure.rig_faults import longer
-from clearance_mj.identify.structure.signal_faults import describe_signal_fault
+from clearance_mj.identify.structure.faults.assessment import Assessment
+from clearance_mj.identify.structure.faults.of_channels import ChannelCorrection, snapped
+from clearance_mj.identify.structure.faults.of_gaps import bend_of
+from clearance_mj.identify.structure.faults.of_rigs import longer
+from clearance_mj.identify.structure.faults.of_signals import describe_signal_fault
 from clearance_mj.identify.structure.updating import update_from
 from clearance_mj.io.dataset import Dataset
 from clearance_mj.rig import Beam, Bushing, Contact, Grease, PointMass, Rig, Sensor
@@ -64,7 +64,7 @@ def diagnosed(dataset):
 
 def test_a_sound_bench_gives_no_words_and_costs_nothing(sound, monkeypatch):
     update = update_rig(sound)
-    monkeypatch.setattr("clearance_mj.identify.structure.assessment.update_from", None)  # no hypothesis is tried
+    monkeypatch.setattr("clearance_mj.identify.structure.faults.assessment.update_from", None)  # no hypothesis is tried
     found = diagnose(update)
     assert found.words == ()
     assert found.update is update

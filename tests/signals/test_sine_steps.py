@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from clearance_mj.signals import Response
-from clearance_mj.signals import stepped_sines as sine_steps
+from clearance_mj.signals import Response, sine_steps
 from clearance_mj.signals.excitation import random, stepped_sine
 
 FREQUENCIES = [7.0, 8.5, 10.1, 10.4, 40.0, 55.5, 40.0, 10.0]

@@ -10,10 +10,9 @@ import xarray as xr
 
 from clearance_mj.cli import main
 from clearance_mj.core.errors import ClearanceError
-from clearance_mj.report.sweep import draw_sensitivity
 from clearance_mj.rig import Rig
 from clearance_mj.sweep import Design, Vary, run_sweep
-from clearance_mj.sweep.sensitivity import Sensitivity, quantities, sensitivity, sobol_indices
+from clearance_mj.sweep.sensitivity import quantities, sensitivity, sobol_indices
 
 from .plans import DESIGN, loaded, small
 from .test_sweep import in_this_process  # noqa: F401
@@ -105,33 +104,6 @@ def test_sweep_of_a_cantilever(tmp_path, capsys, in_this_process):  # noqa: F811
     assert (tmp_path / "out" / "sensitivity.png").read_bytes()[:4] == b"\x89PNG"
 
 
-@pytest.mark.slow
-def test_sweep_of_a_shaft_of_sections(tmp_path, capsys, in_this_process):  # noqa: F811
-    """f = π/2 √(E I/(ρ A l⁴)) of a pinned rod that is given as two sections: f ~ d E^½, at every point."""
-    steel = {"young_modulus": 2e11, "density": 7800.0}
-    sections = [{"length": length, "diameter": 0.01} for length in (0.3, 0.5)]
-    supports = [{"position": x, "kind": "pinned"} for x in (0.0, 0.8)]
-    shaft = {"kind": "shaft", "theory": "euler", "material": steel, "sections": sections, "supports": supports}
-    rig = {"name": "rod", "structure": shaft, "bushings": [], "sensors": [{"node": 1, "position": 0.4}]}
-    Rig.from_dict(rig).save(tmp_path / "rig.toml")
-    tables = [
-        f'[[vary]]\npath = "rig.structure.{path}"\nlow = {low}\nhigh = {high}\n'
-        for path, low, high in (("sections.diameter", 0.008, 0.012), ("material.young_modulus", 1.8e11, 2.2e11))
-    ]
-    design = DESIGN.format(samples=16).replace("latin-hypercube", "saltelli")
-    plan = tmp_path / "plan.toml"
-    plan.write_text('rig = "rig.toml"\n' + design + "".join(tables), encoding="utf-8")
-    assert main(["sweep", str(plan), "--out", str(tmp_path / "out"), "--quiet", "--json"]) == 0
-    results = xr.open_dataset(tmp_path / "out" / "results.nc", engine="scipy")
-    diameter, modulus = results["parameter"].values.T
-    known = pi / 2 * np.sqrt(modulus / 7800) * diameter / 4 / 0.8**2
-    np.testing.assert_allclose(results["natural_frequency"][:, 0], known, rtol=1e-6)
-    first, total, *_ = sobol_indices(known[:, None], 2)
-    rows = json.loads(capsys.readouterr().out)["sensitivity"]
-    np.testing.assert_allclose([row["first_order"] for row in rows[:2]], first[0], rtol=1e-4)
-    np.testing.assert_allclose([row["total_order"] for row in rows[:2]], total[0], rtol=1e-4)
-
-
 def test_peaks_and_rmse_are_among_the_quantities(tmp_path, in_this_process):  # noqa: F811
     results = run_sweep(loaded(tmp_path, small(4)), tmp_path / "out", progress=False)
     results["rmse"] = (("case", "compared"), np.arange(8.0).reshape(4, 2))
@@ -150,14 +122,3 @@ def test_case_without_results_is_named():
     )
     with pytest.raises(ClearanceError, match="1 have no results, first case 1: too stiff"):
         sensitivity(results, 4)
-
-
-def test_figure_keeps_every_bar():
-    shape = (5, 2)
-    values = np.linspace(0, 1, 10).reshape(shape)
-    found = Sensitivity(
-        tuple("abcde"), ("rig.a", "rig.b"), values, values, *2 * [np.stack((values - 0.1, values + 0.1))]
-    )
-    axes = draw_sensitivity(found).figure.axes
-    assert sum(len(ax.patches) for ax in axes) == 20
-    assert [ax.get_title(loc="left") for ax in axes[:5]] == list("abcde")

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from clearance_mj.vehicle.effort import SLACK, effort, rate_spectrum
+from clearance_mj.vehicle.effort import REVERSAL, effort, rate_spectrum
 
 T = np.arange(3000) * 0.01
 
@@ -22,8 +22,8 @@ def test_slow_and_fast_part_of_the_rate():
 
 def test_reversals():
     """A sine turns twice in each of its 15 periods; an oscillation within the slack does not count."""
-    assert effort(sine(0.02, 0.5) + sine(0.4 * SLACK, 9.0), 0.01)["reversals"] == 2 * 15
-    assert effort(sine(0.4 * SLACK, 9.0), 0.01)["reversals"] == 0
+    assert effort(sine(0.02, 0.5) + sine(0.4 * REVERSAL, 9.0), 0.01)["reversals"] == 2 * 15
+    assert effort(sine(0.4 * REVERSAL, 9.0), 0.01)["reversals"] == 0
 
 
 def test_area_below_the_spectrum_is_the_mean_square():

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 import scipy.linalg
 
-from clearance_mj.engines import build_links
+from clearance_mj.clearance import ConstantLaw
+from clearance_mj.engines import Links, build_links
 from clearance_mj.engines.linkage import linkage
 from clearance_mj.engines.plant import ARMATURE
 from clearance_mj.rig import PointMass, Sensor
@@ -204,3 +205,38 @@ def test_roots_are_of_this_shaft(measured):
     expected = cantilever_roots(4) ** 2 * np.sqrt(shaft.bending_stiffness / shaft.mass_per_length) / (2 * np.pi)
     error = np.max(np.abs(frequencies_and_shapes(BARE, 4, ELEMENTS)[0] / expected - 1))
     measured.below("the reference itself, f1 to f4 of the bare shaft: error", error, 1e-7, "λ² √(EI/ρA)/(2π l²)")
+
+
+def test_limit_of_the_explicit_step(measured):
+    """MuJoCo's links without contact and damping: bounded below the limit of their step, growing above.
+
+    With an armature of a h² K it is 2/ω_max of M + a h² K: 2/ω_max/√(1 - 4a) with ω_max of M alone.
+    """
+    rig = RIG.replace(bushings=(), beam=dataclasses.replace(RIG.beam, rayleigh=(0.0, 0.0)))
+    model = build_links(rig, 20).compile()
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    mass = np.zeros((20, 20))
+    mujoco.mj_fullM(model, data, mass)
+    value, vector = scipy.linalg.eigh(np.diag(model.jnt_stiffness), mass)
+    limit = 2 / np.sqrt(value[-1]) / np.sqrt(1 - 4 * ARMATURE)
+
+    def grows(step):
+        model.opt.timestep = step
+        model.dof_armature[:] = ARMATURE * step**2 * model.jnt_stiffness
+        mujoco.mj_resetData(model, data)
+        data.qpos[:] = 1e-12 * vector[:, -1]
+        for _ in range(100):
+            mujoco.mj_step(model, data, 20)
+            if np.max(np.abs(data.qpos)) > 1e-9 * np.max(np.abs(vector[:, -1])):
+                return True
+        return False
+
+    low, high = 0.9 * limit, 1.1 * limit
+    assert not grows(low) and grows(high)
+    while high / low > 1.0002:
+        middle = (low + high) / 2
+        low, high = (low, middle) if grows(middle) else (middle, high)
+    source = "2/ω_max of its matrices, armature included"
+    measured.equal("largest stable step of 20 links in MuJoCo (s)", low, limit, source, rel=1e-3)
+    assert Links(20, safety=0.8).largest_step(rig, ConstantLaw(0.0, 0.0)) == pytest.approx(0.8 * limit, rel=1e-3)

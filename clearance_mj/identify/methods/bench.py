@@ -17,7 +17,7 @@ from ..forces.restoring import SETTLE
 from ..laws.comparison import FamilyFit, compare_families
 from ..laws.law_misfit import LawMisfit, law_misfit
 from ..registry import Identified, register
-from ..structure.diagnosis import Diagnosis, diagnose
+from ..structure.faults.diagnosis import Diagnosis, diagnose
 from ..structure.rig_update import RigUpdate
 from ..structure.updating import update_rig
 

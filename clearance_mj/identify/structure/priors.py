@@ -20,7 +20,7 @@ from ...calibrate.free import with_values
 from ...core.plain_numbers import Key, find_numbers, get_number, path_of
 from ...estimate.parameter import Parameter
 from ...rig import Rig
-from ...rig.tolerance import CLAMP, Tolerance, unit_of
+from ...rig.tolerance import CLAMP_COMPLIANCES, Tolerance, unit_of
 from ...structure import Beam, Shaft
 from ...structure.base import parse_place
 from ...structure.beam import Clamp
@@ -112,7 +112,7 @@ def rig_with(rig: Rig, values: Mapping[str, float]) -> Rig:
 
 
 def _stands_for(data: dict[str, Any], tolerance: Tolerance) -> Sequence[Key]:
-    return () if tolerance.of in CLAMP else find_numbers(data, tolerance.of)
+    return () if tolerance.of in CLAMP_COMPLIANCES else find_numbers(data, tolerance.of)
 
 
 def _open_keys(data: dict[str, Any], damped: int) -> Iterator[Key]:
@@ -181,7 +181,7 @@ def _clamp(rig: Rig) -> Iterator[Parameter]:
         return
     beam, given = rig.beam, rig.beam.clamp or Clamp()
     longest = CLAMP_LENGTH * (beam.diameter or beam.height or 0.0)
-    tolerances = {t.of.rpartition(".")[2]: t.size for t in rig.tolerances if t.of in CLAMP}
+    tolerances = {t.of.rpartition(".")[2]: t.size for t in rig.tolerances if t.of in CLAMP_COMPLIANCES}
     for name, power in (("rotation", 1), ("translation", 3)):
         unit, path = power * beam.bending_stiffness, f"1/beam.clamp.{name}"
         mean = longest**power / (power + 1)

@@ -10,8 +10,6 @@ import numpy as np
 
 __all__ = ["Projection"]
 
-OUTLYING = 2.0  # standard deviations from which on a line counts less
-
 
 class Projection:
     """Forces that meet whitened channels best, and the residual.
@@ -30,16 +28,11 @@ class Projection:
         self.whitening, self._gains, self._measured = whitening, gains, measured
         self._basis, upper = np.linalg.qr(whitening @ gains)
         target = whitening @ measured[:, :, None]
-        along = self._basis.conj().transpose(0, 2, 1) @ target
-        self.forces = np.linalg.solve(upper, along)
+        inside = self._basis.conj().transpose(0, 2, 1) @ target
+        self.forces = np.linalg.solve(upper, inside)
         """(n_f, n_bushings + 1, 1)"""
-        self.residual = (target - self._basis @ along)[:, :, 0]
+        self.residual = (target - self._basis @ inside)[:, :, 0]
         """(n_f, n_channels) whitened"""
-        free = gains.shape[1] - gains.shape[2]
-        size = np.sqrt(np.sum(np.abs(self.residual) ** 2, axis=1) / free) / OUTLYING
-        self.weight = 1 / np.maximum(size, 1.0)
-        """(n_f,) less than 1 for a line that stands out"""
-        self.cost = float(np.sum(np.where(size > 1, 2 * size - 1, size**2)) * OUTLYING**2 * free)
 
     def fitted(self, noise: np.ndarray) -> np.ndarray:
         """Return what forces and couples explain, for noise of standard deviation; both (n_f, n_channels)."""

@@ -17,12 +17,14 @@ import scipy.ndimage
 
 from ...beam import ritz_model
 from ...core.errors import RecordError
-from ...estimate.estimates import Estimates
+from ...estimate.loss import GroupedHuber
 from ...estimate.parameter import Parameter
+from ...estimate.problem import Linearised, Problem
+from ...estimate.solve import Solution, Stop, solve
 from ...io.dataset import Dataset
 from ...rig import Rig
 from ..records.prepared import EXCITATION, PreparedRecord, prepare
-from .force_gains import Lines, displacement_at_ends, force_gains, gains_at, model_with
+from .force_gains import displacement_at_ends, force_gains, gains_at, model_with
 from .priors import RATIOS, priors, rig_with
 from .projection import Projection
 from .rig_update import RecordMisfit, RigUpdate
@@ -35,8 +37,8 @@ MODEL_ERROR = 0.01  # of a line's level: what the model misses
 NOISE_START = 0.01  # of a channel's level: its noise, to start with
 QUIETEST = 1e-4  # of a channel's level: no channel is taken to be quieter
 ROUNDS = 3  # fits, each with the weights that the last one showed
-MAX_STEPS = 8  # Gauss-Newton steps of a fit, and halvings of a step
-STEP_TOLERANCE = 0.05  # prior standard deviations: a fit ends with a smaller step
+STOP = Stop(steps=8, decrease=0.0, move=0.05)  # of a fit: a step below 0.05 prior standard deviations ends it
+OUTLYING = 2.0  # standard deviations from which on a line counts less
 NOISE_BANDS = (20.0, 60.0, 130.0)  # Hz, between bands in which the noise is found
 DIFFERENCE = 1e-3  # prior standard deviations, for difference quotients
 COUPLE = 0.5
@@ -95,7 +97,7 @@ def rig_file_misfit(rig: Rig, records: Sequence[PreparedRecord]) -> np.ndarray:
         As `update_rig`.
     """
     fit = _RigFit(rig, records)
-    found = fit.projected(fit.gains(np.zeros(fit.width.size)))
+    found = fit.projected(np.zeros(fit.problem.size))
     residual = [rms(f.fitted(n) - s.measured) / rms(s.measured) for f, n, s in zip(found, fit.noise, fit.spectra)]
     return np.asarray(np.sqrt(np.mean(np.square(residual), axis=0)))
 
@@ -106,7 +108,7 @@ def channel_weights(level: np.ndarray, measured: np.ndarray) -> np.ndarray:
 
 
 class _RigFit:
-    """Weighted least squares of what is open, in prior standard deviations from where it starts."""
+    """Weighted least squares of what is open, with weights that are found between the fits."""
 
     def __init__(self, rig: Rig, records: Sequence[PreparedRecord]) -> None:
         for record in records:
@@ -121,13 +123,16 @@ class _RigFit:
         self.rig = rig
         self.records = tuple(record if self.probes else record.without_probes() for record in records)
         self.spectra = [ChannelSpectra(record) for record in self.records]
+        self.lines = [(s.kind, s.omega) for s in self.spectra]
         highest = max(s.frequency[-1] for s in self.spectra)
         damped = int(np.sum(ritz_model(rig, 2 * RATIOS).omega < 2 * np.pi * DAMPED_BAND * highest)) + 1
-        self.parameters = [p for p in priors(rig, damped, self.probes) if not _acts_in_clearance(p.name)]
-        self.width = np.array([p.prior_std for p in self.parameters])
-        self.origin = np.array([p.to_varied(p.start) for p in self.parameters])
-        ends = np.array([[p.to_varied(p.low), p.to_varied(p.high)] for p in self.parameters]).reshape(-1, 2)
-        self.low, self.high = ((ends - self.origin[:, None]) / self.width[:, None]).T
+        parameters = [p for p in priors(rig, damped, self.probes) if not _acts_in_clearance(p.name)]
+        free = sensors - len(rig.bushings)  # of each line: the excitation is a channel and an unknown
+        radius = [np.full(s.frequency.size, OUTLYING * np.sqrt(free / s.correlated_lines)) for s in self.spectra]
+        self.problem = Problem(
+            parameters, self._residuals, loss=GroupedHuber(np.concatenate(radius)), linearise=self._linearised,
+            lanes=False,
+        )  # fmt: skip
         self.noise = [1 / channel_weights(rms(s.measured), s.measured) for s in self.spectra]
         """(n_f, n_channels) of each record, as standard deviation"""
         self.whitening = [1 / noise[:, :, None] * np.eye(noise.shape[1]) for noise in self.noise]
@@ -135,98 +140,67 @@ class _RigFit:
 
     def run(self) -> RigUpdate:
         """Fit, find the noise, fit again."""
-        at = self._inside(np.zeros(self.width.size))
-        first = self.projected(self.gains(at))
-        before = [f.fitted(noise) for f, noise in zip(first, self.noise)]
-        self._whiten(at, first)
-        at, found, covariance = self._solved(at)
-        for _ in range(ROUNDS - 1):
-            self._find_noise(found)
+        found = self.projected(np.zeros(self.problem.size))
+        before = [f.fitted(noise) for f, noise in zip(found, self.noise)]
+        solution: Solution | None = None
+        for _ in range(ROUNDS):
+            at = solution.at if solution else np.zeros(self.problem.size)
+            if solution:
+                self._find_noise(found)
             self._whiten(at, found)
-            at, found, covariance = self._solved(at)
-        values = self.values(at)
-        covariance = covariance * np.outer(self.width, self.width)
+            solution = solve(self.problem, [at], stop=STOP)
+            found = self.projected(solution.at)
+        assert solution
+        estimates = solution.estimates(solution.covariance)
         misfit = tuple(
             RecordMisfit(s.name, s.kind, s.duration, s.frequency, s.measured.T, b.T, f.fitted(noise).T)
             for s, b, f, noise in zip(self.spectra, before, found, self.noise)
         )
-        return RigUpdate(
-            rig=rig_with(self.rig, values).replace(tolerances=self.rig.tolerances), start=self.rig,
-            records=self.records,
-            estimates=Estimates.of(self.parameters, list(values.values()), covariance), misfit=misfit,
-            channels=self.records[0].channels, probes=self.probes,
-        )  # fmt: skip
+        rig = rig_with(self.rig, self._named(solution.values)).replace(tolerances=self.rig.tolerances)
+        channels = self.records[0].channels
+        return RigUpdate(rig, self.rig, self.records, estimates, misfit, channels, self.probes)
 
-    def values(self, at: np.ndarray) -> dict[str, float]:
-        """Values by name, SI units."""
-        varied = self.origin + self.width * np.clip(at, self.low, self.high)
-        return {p.name: float(p.from_varied(v)) for p, v in zip(self.parameters, varied)}
+    def _named(self, values: np.ndarray) -> dict[str, float]:
+        return dict(zip((p.name for p in self.problem.parameters), values.tolist()))
 
-    def gains(self, at: np.ndarray) -> list[np.ndarray]:
+    def _gains(self, at: np.ndarray) -> list[np.ndarray]:
         """Gains (n_f, n_channels, n_bushings + 1) of forces and excitation, for each record."""
-        return force_gains(self.rig, self.values(at), self.probes, self._lines)
+        return force_gains(self.rig, self._named(self.problem.values(at)), self.probes, self.lines)
 
-    @property
-    def _lines(self) -> Lines:
-        return [(s.kind, s.omega) for s in self.spectra]
-
-    def projected(self, gains: Sequence[np.ndarray]) -> list[Projection]:
+    def projected(self, at: np.ndarray) -> list[Projection]:
         """Forces that meet each record best."""
-        return [Projection(g, s.measured, w) for g, s, w in zip(gains, self.spectra, self.whitening)]
+        return [Projection(g, s.measured, w) for g, s, w in zip(self._gains(at), self.spectra, self.whitening)]
 
-    def _inside(self, at: np.ndarray) -> np.ndarray:
-        return np.clip(at, self.low + DIFFERENCE, self.high - DIFFERENCE)
+    def _residuals(self, values: np.ndarray) -> np.ndarray:
+        """Residuals (n_points, n_residuals) of all channels, line by line, of values (n_points, n)."""
+        return np.array([self._joined([f.residual for f in self.projected(self.problem.at(v))]) for v in values])
 
-    def _solved(self, at: np.ndarray) -> tuple[np.ndarray, list[Projection], np.ndarray]:
-        """Gauss-Newton steps, halved where they lead up: where it ends, the residuals there, covariance."""
-        found = self.projected(self.gains(at))
-        cost = self._cost(at, found)
-        for _ in range(MAX_STEPS):
-            precision, gradient = np.eye(at.size), at.copy()
-            for f, slope, spectra in zip(found, self._slopes(at, found), self.spectra):
-                weight = f.weight[:, None] / spectra.correlated_lines
-                rows = slope.reshape(at.size, -1).conj() * np.broadcast_to(weight, f.residual.shape).ravel()
-                precision += (rows @ slope.reshape(at.size, -1).T).real
-                gradient += (rows @ f.residual.ravel()).real
-            step = self._inside(at - np.linalg.solve(precision, gradient)) - at
-            for _ in range(MAX_STEPS):
-                there = self.projected(self.gains(at + step))
-                if (new := self._cost(at + step, there)) <= cost:
-                    break
-                step = step / 2
-            else:
-                break
-            at, found, cost = at + step, there, new
-            if np.max(np.abs(step), initial=0.0) < STEP_TOLERANCE:
-                break
-        return at, found, np.linalg.inv(precision)
+    def _joined(self, parts: Sequence[np.ndarray]) -> np.ndarray:
+        """Residuals or derivatives (..., n_residuals) of each record's (..., n_f, n_channels)."""
+        scaled = [part / np.sqrt(s.correlated_lines) for part, s in zip(parts, self.spectra)]
+        return np.concatenate([part.reshape(*part.shape[:-2], -1) for part in scaled], axis=-1)
 
-    def _cost(self, at: np.ndarray, found: Sequence[Projection]) -> float:
-        return float(at @ at) + sum(f.cost / s.correlated_lines for f, s in zip(found, self.spectra))
-
-    def _slopes(self, at: np.ndarray, found: Sequence[Projection]) -> list[np.ndarray]:
-        """Derivatives (n, n_f, n_channels) of each record's residual; those of all instruments by one difference."""
-        of_instruments: dict[int, int] = {}
-        slopes = [np.empty((at.size, *f.residual.shape), dtype=complex) for f in found]
+    def _linearised(self, at: np.ndarray) -> Linearised:
+        """Residuals and their derivatives (Kaufman); those of all instruments by one difference."""
+        found, changes = self.projected(at), dict[int, list[np.ndarray]]()
         for field in CHANNELWISE:
-            group = {i: c for i, p in enumerate(self.parameters) if (c := self._channel(p, field)) is not None}
-            steps = self._steps(at, list(group))
-            for slope, f, moved in zip(slopes, found, self.gains(at + steps)):
-                change = f.changed(moved)
-                for i, channel in group.items():
-                    slope[i] = 0.0
-                    slope[i, :, channel] = change[:, channel] / steps[i]
-            of_instruments |= group
-        for i in sorted(set(range(at.size)) - set(of_instruments)):
+            parameters = enumerate(self.problem.parameters)
+            channels = {i: c for i, p in parameters if (c := self._channel(p, field)) is not None}
+            steps = self._steps(at, list(channels))
+            moved = [f.changed(gains) for f, gains in zip(found, self._gains(at + steps))]
+            for i, channel in channels.items():
+                own = np.arange(moved[0].shape[1]) == channel
+                changes[i] = [change * own / steps[i] for change in moved]
+        for i in sorted(set(range(self.problem.size)) - set(changes)):
             steps = self._steps(at, [i])
-            for slope, f, moved in zip(slopes, found, self.gains(at + steps)):
-                slope[i] = f.changed(moved) / steps[i]
-        return [-f.without_forces(slope) for f, slope in zip(found, slopes)]
+            changes[i] = [f.changed(gains) / steps[i] for f, gains in zip(found, self._gains(at + steps))]
+        slopes = [-f.without_forces(np.array(c)) for f, c in zip(found, zip(*(changes[i] for i in sorted(changes))))]
+        return Linearised(self._joined([f.residual for f in found]), self._joined(slopes).T)
 
     def _steps(self, at: np.ndarray, which: list[int]) -> np.ndarray:
         """Steps (n,) of difference quotients, inwards from a bound."""
         steps = np.zeros(at.size)
-        steps[which] = np.where(at[which] + 2 * DIFFERENCE > self.high[which], -DIFFERENCE, DIFFERENCE)
+        steps[which] = np.where(at[which] + 2 * DIFFERENCE > self.problem.high[which], -DIFFERENCE, DIFFERENCE)
         return steps
 
     def _channel(self, parameter: Parameter, wanted: str) -> int | None:
@@ -255,11 +229,11 @@ class _RigFit:
 
         That it is of the last fit matters: a fit that could make it grow would take it for its errors.
         """
-        values = self.values(at)
+        values = self._named(self.problem.values(at))
         model = model_with(self.rig, values)
         middle, ends = model.at_bushings, displacement_at_ends(model)
         couples = np.vstack((ends[:, 1] - ends[:, 0], ends.mean(axis=1) - middle))
-        gains = gains_at(model, values, self.probes, self._lines, couples)
+        gains = gains_at(model, values, self.probes, self.lines, couples)
         for i, (g, f, noise) in enumerate(zip(gains, found, self.noise)):
             power = np.abs(f.forces[:, :-1, 0]) ** 2
             power = scipy.ndimage.uniform_filter1d(power, self.spectra[i].force_bandwidth, axis=0)

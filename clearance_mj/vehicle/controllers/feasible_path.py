@@ -19,8 +19,7 @@ from .design import DesignModel
 
 __all__ = ["FeasiblePath", "PathAhead"]
 
-EASY, HARD = 0.25, 0.6
-"""Shares of the rate limit between which the path is averaged more and more"""
+AVERAGED_FROM, AVERAGED_FULLY = 0.25, 0.6  # shares of the rate limit between which the averaged path takes over
 
 
 class PathAhead(NamedTuple):
@@ -63,7 +62,7 @@ def _averaged(
     need = 0.0  # what is near counts most
     for i in range(n):
         need = max(need, gain * abs(slope[i]) * (1 - abs(i - half) / half))
-    share = min(max((need - EASY) / (HARD - EASY), 0.0), 1.0)
+    share = min(max((need - AVERAGED_FROM) / (AVERAGED_FULLY - AVERAGED_FROM), 0.0), 1.0)
     w = 1 + (half - 1) * share
     heading, offset, area = np.zeros(n), np.zeros(n), np.zeros(n)
     for i in range(1, n):

@@ -34,8 +34,7 @@ from .registry import Registration, register
 
 __all__ = ["LimitedPlan", "ModelPredictive", "Program", "Weights", "program"]
 
-RENEW = 0.01
-"""Relative change of speed after which the model is linearised anew"""
+SPEED_CHANGE = 0.01  # relative change of speed after which the model is linearised again
 N_STATES = 7
 
 
@@ -193,7 +192,7 @@ class PredictiveRun(ModelRun):
 
     def wheel_angle(self, seen: Observation) -> float:
         """Return the first command of the best plan."""
-        if abs(seen.speed / self._linearised - 1) > RENEW:
+        if abs(seen.speed / self._linearised - 1) > SPEED_CHANGE:
             self.linearise(seen.speed)
         return self.predictor.last + float(self.changes(seen)[0])
 

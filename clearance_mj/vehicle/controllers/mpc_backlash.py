@@ -34,8 +34,7 @@ from .registry import ClearancePrior, Registration, register
 
 __all__ = ["Backlash", "BacklashPredictive", "modes", "plan_costs"]
 
-THRESHOLD = ClearanceModel.threshold
-"""T_0, N m, as in the clearance model"""
+SIDE_MOMENT = ClearanceModel.threshold  # T_0, N m: below it the side is not known, as in the clearance model
 
 
 class Backlash(NamedTuple):
@@ -59,7 +58,7 @@ def lost_motion(before: float, turn: float, state: np.ndarray, p: Backlash) -> f
     moment = by_angle * (state[4] + before) + by_speed * state[2] + by_yaw * state[3]
     if abs(moment) <= p.friction:
         return min(max(before - turn, -p.half_gap), p.half_gap)
-    if abs(moment) > p.friction + THRESHOLD:
+    if abs(moment) > p.friction + SIDE_MOMENT:
         return -p.half_gap if moment > 0 else p.half_gap
     return before
 

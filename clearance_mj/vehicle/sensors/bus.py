@@ -11,8 +11,7 @@ import numpy as np
 
 __all__ = ["Message", "age", "draws"]
 
-TOUCH = 1e-9
-"""s, by which a message may be late and still be there"""
+ROUNDING = 1e-9  # s by which rounding may make a message late that has arrived
 
 
 class Message:
@@ -31,7 +30,7 @@ class Message:
     def read(self, time: float) -> Any | None:
         """Return the newest value that has arrived since the last reading, None if none has."""
         value = None
-        while self._pending and self._pending[0][0] <= time + TOUCH:
+        while self._pending and self._pending[0][0] <= time + ROUNDING:
             value = self._pending.popleft()[1]
         return value
 
@@ -49,8 +48,8 @@ def age(delay: tuple[float, float], period: float) -> tuple[float, float]:
     F_n = Π_i≥n P(delay ≤ i · period), and E N = Σ_n (1 - F_n), E N² = Σ_n (2 n + 1) (1 - F_n).
     """
     low, high = delay
-    periods = np.arange(math.ceil((high - TOUCH) / period) + 1)
-    arrived = np.where(periods * period >= high - TOUCH, 1.0, 0.0)
+    periods = np.arange(math.ceil((high - ROUNDING) / period) + 1)
+    arrived = np.where(periods * period >= high - ROUNDING, 1.0, 0.0)
     if high > low:
         arrived = np.clip((periods * period - low) / (high - low), 0.0, 1.0)
     later = 1 - np.cumprod(arrived[::-1])[::-1]

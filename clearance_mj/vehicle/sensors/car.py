@@ -20,13 +20,11 @@ from .observer_model import N_STATES, Deviations
 
 __all__ = ["CarSensors"]
 
-HAND_WHEEL_RATIO = 16.0
-"""Hand-wheel over road-wheel angle"""
+HAND_WHEEL_RATIO = 16.0  # hand-wheel angle over road-wheel angle
 CROSS_SLOPE = 0.02
-"""of a road, as the observer expects it: its share of gravity is an offset of the lateral acceleration"""
+"""Standard deviation of a road's cross slope, whose share of gravity offsets the lateral acceleration."""
 
-DRIVEN = 10.0
-"""s that the vehicle has driven straight before a run"""
+STRAIGHT_BEFORE = 10.0  # s that the vehicle has driven straight before a run, so that the observer has settled
 
 
 @dataclass(frozen=True)
@@ -93,7 +91,7 @@ class _CarRun(SensorsRun):
                 math.hypot(sensors.acceleration_offset, CROSS_SLOPE * GRAVITY),
                 deviation,
             ),
-            DRIVEN,
+            STRAIGHT_BEFORE,
             sensors.position_rate,
         )
         # The estimate begins wrong by as much as its covariance says.

@@ -18,8 +18,7 @@ from .observer_model import N_STATES, Deviations, observer_model, take
 
 __all__ = ["Observer"]
 
-ALONG = 0.1
-"""m/√s, of the way over the integrated speed of the wheels"""
+WAY_NOISE = 0.1  # m/√s, noise of the travelled way over the integrated speed of the wheels
 
 
 class Observer:
@@ -45,7 +44,7 @@ class Observer:
             model.flow, model.inputs, model.noise, period,
         )  # fmt: skip
         self.s += speed * period
-        self._s_variance += ALONG**2 * period
+        self._s_variance += WAY_NOISE**2 * period
 
     def measure(
         self, angle: float | None, motion: tuple[float, float] | None, position: tuple[float, float] | None

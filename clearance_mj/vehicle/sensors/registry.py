@@ -10,7 +10,7 @@ from .ideal import IdealSensors
 __all__ = ["SENSORS", "get_sensors"]
 
 SENSORS: dict[str, Sensors] = {"ideal": IdealSensors.inertial(), "car": CarSensors()}
-"""As cases and the command line name them"""
+"""Sensors as cases and the command line name them."""
 
 
 def get_sensors(sensors: str | Sensors) -> Sensors:

@@ -8,12 +8,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...core.errors import ClearanceError
-from ...rig import Rig
-from ..records.prepared import PreparedRecord
-from .force_gains import force_gains
-from .rig_update import RigUpdate
-from .updating import channel_weights, update_from
+from ....core.errors import ClearanceError
+from ....rig import Rig
+from ...records.prepared import PreparedRecord
+from ..force_gains import force_gains
+from ..rig_update import RigUpdate
+from ..updating import channel_weights, update_from
 
 __all__ = ["Assessment", "Fault", "assess", "channel_of", "distance", "predicted_spectra"]
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..records.dropouts import describe_dropouts
+from ...records.dropouts import describe_dropouts
 from .assessment import Assessment, predicted_spectra
 
 __all__ = ["describe_signal_fault"]

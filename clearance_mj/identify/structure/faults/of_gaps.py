@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...core.errors import RecordError
-from ..forces.restoring import NO_PROBES_BAND, RestoringForce, restoring_force
-from ..records.prepared import PreparedRecord
+from ....core.errors import RecordError
+from ...forces.restoring import NO_PROBES_BAND, RestoringForce, restoring_force
+from ...records.prepared import PreparedRecord
+from ..rig_update import RigUpdate
 from .assessment import Fault
-from .rig_update import RigUpdate
 
 __all__ = ["bend_of", "gap_faults"]
 

@@ -21,12 +21,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..rig_update import RigUpdate
 from .assessment import Assessment, Fault, assess
-from .channel_faults import ChannelCorrection, channel_corrections, correction_faults
-from .gap_faults import gap_faults
-from .rig_faults import RigCorrection, longer, rig_corrections
-from .rig_update import RigUpdate
-from .signal_faults import describe_signal_fault
+from .of_channels import ChannelCorrection, channel_corrections, correction_faults
+from .of_gaps import gap_faults
+from .of_rigs import RigCorrection, longer, rig_corrections
+from .of_signals import describe_signal_fault
 
 __all__ = ["Diagnosis", "Fault", "diagnose"]
 

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...core.errors import ClearanceError
-from ...rig import PointMass, Rig, Tolerance
+from ....core.errors import ClearanceError
+from ....rig import PointMass, Rig, Tolerance
 from .assessment import Assessment, Fault, distance
 
 __all__ = ["RigCorrection", "rig_corrections"]

@@ -11,16 +11,13 @@ from typing import ClassVar, Literal
 
 import numpy as np
 import pytest
-import tomli_w
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
-from clearance_mj.core.errors import ClearanceError, RigError
+from clearance_mj.core.errors import RigError
 from clearance_mj.core.validation import Text, checked
 from clearance_mj.rig import Beam, Bushing, Contact, Grease, PointMass, Rig, Sensor, Shaker
 from clearance_mj.structure import LinearModel, Structure
 
-FILE = Path(__file__).parents[1] / "models" / "table1_rig.toml"
+FILE = Path(__file__).parents[2] / "models" / "table1_rig.toml"
 TABLES = tomllib.loads(FILE.read_text(encoding="utf-8"))
 GREASE, CONTACT = Grease(4369.0, 3.0), Contact(7.8e3, 4.0)
 MISSING = object()
@@ -91,35 +88,6 @@ def test_toml_round_trip(tmp_path, rig):
     again = tmp_path / "again.toml"
     Rig.load(tmp_path / "rig.toml").save(again)
     assert again.read_bytes() == (tmp_path / "rig.toml").read_bytes()
-
-
-@settings(max_examples=50, deadline=None)
-@given(st.floats(1e-6, 1e-2), st.floats(1e-3, 1e9), st.floats(0, 1e3))
-def test_every_digit_survives_the_file(gap, stiffness, damping):
-    bushing = Bushing(0.5, gap, 0.01, Grease(stiffness, damping), Contact(stiffness, damping))
-    rig = Rig("r", Beam(1.0, 2e11, 7850.0, 0.01), (bushing,), (Sensor(1, 1.0),))
-    assert Rig.from_dict(tomllib.loads(tomli_w.dumps(rig.to_dict()))) == rig
-
-
-def test_none_is_left_out_of_the_file():
-    tables = full_rig().to_dict()
-    assert "diameter" not in tables["beam"]
-    assert "film_height" not in tables["bushings"][1]["grease"]
-
-
-def test_failed_save_leaves_the_old_file(tmp_path, monkeypatch):
-    path = tmp_path / "rig.toml"
-    full_rig().save(path)
-    before = path.read_bytes()
-
-    def fail(*_, **__):
-        raise OSError("disk full")
-
-    monkeypatch.setattr(tomli_w, "dumps", fail)
-    with pytest.raises(ClearanceError, match=r"rig\.toml: cannot be written \(disk full\)"):
-        Rig.load(FILE).save(path)
-    assert path.read_bytes() == before
-    assert [p.name for p in tmp_path.iterdir()] == ["rig.toml"]
 
 
 def test_whole_numbers_are_numbers():
@@ -525,22 +493,3 @@ def test_file_that_cannot_be_read(tmp_path):
 @pytest.mark.parametrize("path", ["beam.length", "bushings[0].gap"])
 def test_whole_number_beyond_floating_point(path):
     assert refused(path, 10**400).startswith(f"{path} must be")
-
-
-@settings(max_examples=100, deadline=1000)
-@given(st.data())
-def test_any_value_in_any_place_is_taken_or_refused(data):
-    """Nothing but RigError leaves, whatever plain data stands in a field."""
-    paths = ["name", "beam", "bushings", "sensors", "masses", "shaker", "sensors[0].node", *NUMBERS, *POINTS]
-    paths += ["structure", "shaker.direction"]
-    simple = st.one_of(st.floats(), st.integers(-(10**6), 10**6), st.booleans(), st.text(max_size=5))
-    anything = st.recursive(
-        simple, lambda s: st.lists(s, max_size=3) | st.dictionaries(st.text(max_size=8), s, max_size=3)
-    )
-    tables = changed(data.draw(st.sampled_from(paths)), data.draw(anything))
-    try:
-        rig = Rig.from_dict(tables)
-    except RigError as error:
-        assert str(error)
-    else:
-        assert Rig.from_dict(rig.to_dict()) == rig

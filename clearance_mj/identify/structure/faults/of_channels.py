@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 import numpy as np
 import scipy.optimize
 
-from ..records.prepared import EXCITATION, PreparedRecord
+from ...records.prepared import EXCITATION, PreparedRecord
 from .assessment import SUSPECT_MISFIT, Assessment, Fault, channel_of, distance, predicted_spectra
 
 __all__ = ["ChannelCorrection", "channel_corrections", "correction_faults"]

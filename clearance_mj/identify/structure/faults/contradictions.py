@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from ...core.errors import RecordError
-from ...rig import Rig
-from ..records.prepared import PreparedRecord
+from ....core.errors import RecordError
+from ....rig import Rig
+from ...records.prepared import PreparedRecord
+from ..rig_update import RigUpdate
+from ..updating import rig_file_misfit, update_from
 from .assessment import Assessment
 from .diagnosis import diagnose
-from .rig_update import RigUpdate
-from .updating import rig_file_misfit, update_from
 
 __all__ = ["contradictions_of_rig", "contradictions_of_update"]
 
