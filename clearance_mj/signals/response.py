@@ -112,9 +112,9 @@ class Response(Shown, ArrayData):
         Parameters
         ----------
         sensors : sequence of int, optional
-            Which rows of the acceleration; None: all.
+            Rows of the acceleration that are drawn; None: all.
         time : (float, float), optional
-            From and to, s; None: all.
+            First and last time that are drawn, s; None: all.
 
         Raises
         ------

@@ -119,7 +119,7 @@ def modes_from_frf(
     frfs : FRF or sequence of FRF
         Responses to forces, of one or several references; at least one response where a force acts.
     n_modes : int
-        Most modes to find.
+        Largest number of modes to find.
     band : (float, float), optional
         Lines to use, Hz; all if left out.
     poles : (sequence of float, sequence of float), optional
