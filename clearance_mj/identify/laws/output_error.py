@@ -195,6 +195,7 @@ class Features(NamedTuple):
 
 
 def features(response: Response) -> Features:
+    """Return what output-error compares of a response: FRF magnitudes and RMS values, piece by piece."""
     pieces = [piece_features(response, piece) for piece in _pieces(response)]
     frf, rms, frf_error, rms_error, band = (np.concatenate(values) for values in zip(*pieces))
     number = np.repeat(np.arange(len(pieces)), [len(piece[1]) for piece in pieces])
@@ -251,6 +252,7 @@ class Sight:
 
 
 def piece_features(response: Response, piece: slice) -> tuple[np.ndarray, ...]:
+    """Return FRF magnitudes (dB), RMS values, the random errors of both, and bands of one piece of a response."""
     excitation, acceleration = response.excitation[piece], response.acceleration[:, piece]
     signals = [] if response.displacement is None else [response.displacement[:, piece]]
     frf, frf_error, band = np.empty(0), np.empty(0), np.empty(0, dtype=int)
