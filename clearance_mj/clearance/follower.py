@@ -11,8 +11,8 @@ from typing import Any
 
 import numba
 
-from ._lanes import larger, where_above
-from ._pointers import call_law
+from .lanes import larger, where_above
+from .pointers import call_law
 
 __all__ = [
     "SLOWEST_IMPACT", "contact_force", "end_values", "impact_speed", "lasting", "pushing", "signed_penetration",

@@ -18,11 +18,11 @@ import numpy as np
 from ..core.errors import LawError
 from ..rig import Bushing as OfRig
 from ..rig import Grease
-from ._lanes import signed
-from ._pointers import at, call_law
 from .follower import end_values, impact_speed, signed_penetration
 from .grease import GreaseModel
 from .greases.bouc_wen import BoucWen
+from .lanes import signed
+from .pointers import at, call_law
 from .table import LawTable
 
 __all__ = [

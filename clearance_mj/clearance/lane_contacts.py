@@ -11,11 +11,11 @@ from typing import NamedTuple
 import numba
 import numpy as np
 
-from ._lanes import any_below, load, register_contact_law, rows, signed, store, where_above
 from .contact import ContactModel
 from .follower import end_values, impact_speed, signed_penetration
 from .kernel import Clearance
 from .lane_greases import law_in_lanes
+from .lanes import any_below, load, register_contact_law, rows, signed, store, where_above
 
 __all__ = ["LaneContacts", "contact_in_lanes", "lane_contacts", "penetration_in_lanes"]
 

@@ -163,14 +163,14 @@ def energy_balance(
     rig, excitation, law, engine
         As in `simulate`.
     progress : str, optional
-        Show a progress bar with this name.
+        Name of a progress bar to show.
 
     Returns
     -------
     Response
-        That of `simulate`.
+        Response that `simulate` returns.
     EnergyBalance
-        Its energies and impacts.
+        Energies and impacts of the response.
 
     Raises
     ------

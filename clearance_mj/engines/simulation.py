@@ -49,14 +49,14 @@ def simulate(
     law : Law
         Contact stiffness and damping (and grease) at each moment.
     engine : str or Engine
-        "links", "modal", "modal-mj", or an engine with settings of its own.
+        Name of the engine, "links", "modal" or "modal-mj", or an engine with settings of its own.
     progress : str, optional
-        Show a progress bar with this name, over the seconds of the record, if it takes long.
+        Name of a progress bar to show, over the seconds of the record, if it takes long.
 
     Returns
     -------
     Response
-        At the excitation's sampling rate.
+        Response at the excitation's sampling rate.
 
     Raises
     ------
@@ -83,7 +83,7 @@ def simulate_blocks(
     rig : Rig
         The rig.
     excitation : Excitation or iterable of Excitation
-        One, or pieces of one that follow each other without a break, such as `excitation.random_blocks` makes.
+        One excitation or consecutive pieces of one, such as `excitation.random_blocks` makes.
     law : Law
         Contact stiffness and damping (and grease) at each moment.
     engine : str or Engine

@@ -16,9 +16,9 @@ from typing import Any, NamedTuple
 import numba
 import numpy as np
 
-from ..clearance._lanes import signed
-from ..clearance._pointers import OPTIONS, at, call_law, kernel_loop
 from ..clearance.follower import end_values, impact_speed, lasting, pushing, signed_penetration
+from ..clearance.lanes import signed
+from ..clearance.pointers import OPTIONS, at, call_law, kernel_loop
 
 __all__ = ["Laws", "Slopes", "along", "equal"]
 

@@ -12,7 +12,7 @@ from tqdm import tqdm
 
 from ..core.errors import ClearanceError
 from ..model import Model
-from ..signals import _labelled as labelled
+from ..signals import labelled
 from ..signals.arrays import read_only
 from .branch import Branch
 from .condensed import condensed

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..model import Model
-from ..signals import _labelled as labelled
+from ..signals import labelled
 from ..signals.arrays import read_only
 from .vibrations import UNITS, Vibrations
 

@@ -19,7 +19,7 @@ from scipy.optimize import minimize_scalar
 
 from ..core.errors import ClearanceError, ExcitationError
 from ..model import Model
-from ..signals import _labelled as labelled
+from ..signals import labelled
 from ..signals.arrays import ArrayData, read_only
 from ._balance import balance
 from .branch import Branch, SpecialPoint

@@ -320,9 +320,9 @@ class Rig(Shown):
         Parameters
         ----------
         data : dict
-            Nested plain data.
+            Nested plain data, as a rig file holds them.
         folder : str or Path
-            What names of files in it are relative to.
+            Folder that the names of files in it are relative to.
 
         Raises
         ------
@@ -347,7 +347,7 @@ class Rig(Shown):
         Parameters
         ----------
         folder : str or Path
-            Where the copies go; made if there are any.
+            Folder of the copies; made if there are any.
         """
         return self.replace(structure=self.structure.copied(Path(folder))) if self.structure else self
 
