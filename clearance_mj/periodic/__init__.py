@@ -2,12 +2,13 @@
 
 from .backbones import Backbone, follow_backbone
 from .branch import Branch, SpecialPoint
+from .first_contact import find_first_contact
 from .forced import follow_response
 from .isolated import Isolas, find_isolas
 from .over_level import follow_response_over_level
 from .rattle_maps import Jump, RattleMap, map_rattle
 from .subharmonic import follow_doubled
-from .two_parameter import Curve, find_first_contact, follow_folds
+from .two_parameter import Curve, follow_folds
 
 __all__ = [
     "Backbone", "Branch", "Curve", "Isolas", "Jump", "RattleMap", "SpecialPoint", "find_first_contact", "find_isolas",

@@ -15,8 +15,8 @@ from ..clearance.law import AmplitudeLaw, Law, TimeLaw
 from ..core.errors import ExcitationError, LawError, RigError
 from ..model import Model
 from ..rig import Rig
-from ._balance import Grid, Linear
-from ._forces import Laws, Slopes
+from .forces import Laws, Slopes
+from .harmonic_balance import Grid, Linear
 
 __all__ = ["Condensed", "Poles", "condensed", "grid", "laws_of", "poles", "slopes"]
 

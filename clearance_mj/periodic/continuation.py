@@ -14,8 +14,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.linalg.lapack import dgetrf, dgetrs
 
-from ._balance import balance
 from .condensed import Condensed, grid, slopes
+from .harmonic_balance import balance
 
 __all__ = ["CameBack", "Follower", "Motion", "NoConvergence", "Solver", "difference"]
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 from scipy.optimize import brentq
 
-from ._forces import along
 from .condensed import Condensed
 from .continuation import Solver
+from .forces import along
 
 __all__ = ["driven", "edges", "filled", "linear_in_gap"]
 

@@ -15,10 +15,10 @@ from typing import NamedTuple
 import numpy as np
 
 from ..core.errors import ClearanceError
-from ._balance import blocks
-from ._forces import along
 from .condensed import Condensed, grid, slopes
 from .continuation import Follower, Motion, NoConvergence
+from .forces import along
+from .harmonic_balance import blocks
 
 __all__ = ["FreeMotion", "NonlinearMode"]
 

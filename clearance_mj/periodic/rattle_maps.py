@@ -15,14 +15,11 @@ from ..model import Model
 from ..rig import Rig
 from ..signals import labelled
 from ..signals.arrays import ArrayData, read_only
-from ._forces import along
-from .arcs import Vibrations, curve
 from .condensed import condensed
-from .continuation import Motion, Solver
-from .following import expanded
+from .continuation import Solver
 from .forced import excitation_kind, resolution
 from .in_gap import filled, linear_in_gap
-from .stability import Located
+from .map_rows import QUANTITIES, Case, row_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -30,17 +27,11 @@ if TYPE_CHECKING:
 
 __all__ = ["Jump", "RattleMap", "map_rattle"]
 
-QUANTITIES = {
-    "contact_share": ("clearance", "1"), "penetration": ("clearance", "m"), "contact_force": ("clearance", "N"),
-    "displacement": ("clearance", "m"), "acceleration": ("response", "m s-2"),
-}  # fmt: skip
 SWEEPS = ("up", "down")
 SMALLEST = 1e-9
 """m, of a gap: surfaces are rougher"""
 LARGEST = 1e12
 """level or frequency: figures cannot show larger ones"""
-TOLERANCE = 1e-6
-"""of the motion: what the balance may leave"""
 
 
 class Jump(NamedTuple):
@@ -275,7 +266,7 @@ def map_rattle(
     for each in models:
         condensed(each, kind, [1.0], harmonics, n_modes)  # refuses what cannot be
     cases = [
-        _Case(i, j, each, kind, float(level), frequencies.tobytes(), harmonics, counts, n_modes)
+        Case(i, j, each, kind, float(level), frequencies.tobytes(), harmonics, counts, n_modes)
         for i, each in enumerate(models)
         for j, level in enumerate(levels)
     ]
@@ -286,7 +277,7 @@ def map_rattle(
     jumps, ended = [], []
     alone = workers == 1 or len(cases) == 1
     words = "rattle map" if progress else ""
-    for case, row in run_tasks(_row, cases, 1 if alone else workers, processes=not alone, progress=words):
+    for case, row in run_tasks(row_of, cases, 1 if alone else workers, processes=not alone, progress=words):
         vibrations[case.gap, case.row] = row.vibrations
         for name, values in row.arrays.items():
             arrays[name][:, case.gap, case.row] = values
@@ -308,6 +299,18 @@ def map_rattle(
     )  # fmt: skip
 
 
+def _first_contact(
+    model: Model, kind: str, levels: np.ndarray, frequencies: np.ndarray, harmonics: int, samples: int,
+    modes: int, share: np.ndarray,
+) -> np.ndarray:  # fmt: skip
+    """Level (n_frequencies,) of first contact: in closed form, or the lowest of the map that touches."""
+    system = condensed(model, kind, [1.0], harmonics, modes)
+    if linear_in_gap(Solver(system, harmonics, samples)):
+        return 1 / filled(system, 2 * np.pi * frequencies)
+    touched = np.any(share > 0, axis=-1)
+    return np.where(touched.any(axis=0), levels[touched.argmax(axis=0)], np.nan)
+
+
 def _increasing(values: ArrayLike, name: str, least: int) -> np.ndarray:
     found = np.asarray(values, dtype=float)
     if found.ndim != 1 or found.size < least:
@@ -326,96 +329,3 @@ def _with_gaps(rig: Rig, gap: float | Sequence[float]) -> Rig:
         raise RigError(f"each of gaps must be at least {SMALLEST:g} m, got {gap!r}")
     new = np.broadcast_to(wanted, len(rig.bushings))
     return rig.replace(bushings=tuple(replace(b, gap=float(d)) for b, d in zip(rig.bushings, new)))
-
-
-class _Case(NamedTuple):
-    """One level of one gap."""
-
-    gap: int
-    row: int
-    model: Model
-    kind: str
-    level: float
-    frequencies: bytes
-    harmonics: int
-    samples: tuple[int, ...]
-    modes: int
-
-
-class _Row(NamedTuple):
-    """What is found there."""
-
-    vibrations: np.ndarray
-    arrays: dict[str, np.ndarray]  # (2, n_frequencies, ...)
-    jumps: list[tuple[float, str]]
-    ended: list[float]
-
-
-def _row(case: _Case) -> _Row:
-    frequency = np.frombuffer(case.frequencies)
-    system = condensed(case.model, case.kind, [case.level], case.harmonics, case.modes)
-    tried = []
-    for count in case.samples:
-        solver = Solver(system, case.harmonics, count)
-        solver.tolerance = TOLERANCE
-        tried.append((solver, curve(solver, 2 * np.pi * frequency)))
-        if not tried[-1][1].ended:
-            break
-    solver, found = max(tried, key=lambda each: (not each[1].ended, np.unique(each[1].order.cell).size))
-    cells = np.concatenate((found.order.cell, found.beside.cell))
-    vibrations = np.bincount(cells, minlength=frequency.size)
-    known, first = np.unique(found.order.cell, return_index=True)
-    last = found.order.cell.size - 1 - np.unique(found.order.cell[::-1], return_index=True)[1]
-    chosen, where = np.unique(np.concatenate((first, last)), return_inverse=True)
-    of_chosen = _measured(solver, 2 * np.pi * frequency, found.order[chosen])
-    arrays = {}
-    for name, values in of_chosen.items():
-        arrays[name] = np.full((2, frequency.size, values.shape[1]), np.nan)
-        arrays[name][:, known] = values[where].reshape(2, known.size, values.shape[1])
-    jumps = [(float(w / (2 * np.pi)), "up" if up else "down") for w, up in found.folds]
-    return _Row(vibrations, arrays, jumps, [w / (2 * np.pi) for w in found.ended])
-
-
-def _measured(solver: Solver, omega: np.ndarray, vibrations: Vibrations) -> dict[str, np.ndarray]:
-    """What `QUANTITIES` names, (m, n_bushings or n_sensors)."""
-    system, count = solver.system, len(solver.system.rig.bushings)
-    x = np.einsum("pr,nrk->npk", system.linear.basis, vibrations.z) + vibrations.y
-    place = x @ solver.grid.basis.T
-    lower, upper = np.repeat([bushing.walls for bushing in system.rig.bushings], 2, axis=0).T[:, :, None]
-    depth = np.maximum(np.maximum(place[:, count:] - upper, lower - place[:, count:]), 0.0)
-    depth = depth.reshape(len(depth), count, 2, place.shape[2]).max(axis=2)
-    force, most = np.zeros_like(x), np.zeros((len(x), count))
-    basis, rate, project = solver.grid[:3]
-    samples = np.empty(place.shape[1:])
-    nonlinear = not linear_in_gap(solver)
-    for i, cell in enumerate(vibrations.cell):
-        if nonlinear or depth[i].any():
-            speed = omega[cell] * (x[i] @ rate.T)
-            along(system.laws, place[i], speed, omega[cell], basis, rate, project, False, samples, solver.slopes)
-            force[i] = samples @ project.T
-            most[i] = np.abs(samples[count:].reshape(count, 2, -1).sum(axis=1)).max(axis=1)
-    still = np.zeros(0)
-    points = [
-        Located(Motion(float(omega[c]), z, y, f, still, 0.0), None)
-        for c, z, y, f in zip(vibrations.cell, vibrations.z, vibrations.y, force)
-    ]
-    if not points:
-        widths = {"response": len(system.rig.sensors), "clearance": count}
-        return {name: np.zeros((0, widths[row])) for name, (row, _) in QUANTITIES.items()}
-    branch = expanded(solver, points, "")
-    return {
-        "contact_share": np.mean(depth > 0, axis=-1), "penetration": depth.max(axis=-1), "contact_force": most,
-        "displacement": branch.amplitude("clearance_displacement"), "acceleration": branch.amplitude("acceleration"),
-    }  # fmt: skip
-
-
-def _first_contact(
-    model: Model, kind: str, levels: np.ndarray, frequencies: np.ndarray, harmonics: int, samples: int,
-    modes: int, share: np.ndarray,
-) -> np.ndarray:  # fmt: skip
-    """Level (n_frequencies,) of first contact: in closed form, or the lowest of the map that touches."""
-    system = condensed(model, kind, [1.0], harmonics, modes)
-    if linear_in_gap(Solver(system, harmonics, samples)):
-        return 1 / filled(system, 2 * np.pi * frequencies)
-    touched = np.any(share > 0, axis=-1)
-    return np.where(touched.any(axis=0), levels[touched.argmax(axis=0)], np.nan)

@@ -13,10 +13,10 @@ import numpy as np
 from scipy.optimize import minimize_scalar
 
 from ..core.errors import ExcitationError
-from ._floquet import monodromy
-from ._forces import along
 from .condensed import grid, slopes
 from .continuation import Motion, Solver, difference
+from .floquet import monodromy
+from .forces import along
 
 __all__ = [
     "BRANCH_POINT", "FOLD", "NEIMARK_SACKER", "PERIOD_DOUBLING", "Located", "changes", "multipliers",

@@ -1,4 +1,4 @@
-"""Curves over two parameters: folds over frequency and level or gap, first contact over frequency and level.
+"""Curves over two parameters: folds over frequency and level or gap.
 
 A fold is where the derivative J of the balance by the motion is singular. A bordered system [J b; cᵀ 0] [v; g] = [0; 1]
 has g = 0 there and nowhere else nearby (minimally augmented system: W. J. F. Govaerts, Numerical Methods for
@@ -9,32 +9,30 @@ fail: there the fold is located anew at the next level or gap, as the extreme of
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import itertools
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike
 from scipy.optimize import minimize_scalar
+from tqdm import tqdm
 
-from ..core.errors import ClearanceError, ExcitationError
-from ..model import Model
+from ..core.errors import ClearanceError
 from ..signals import labelled
 from ..signals.arrays import ArrayData, read_only
-from ._balance import balance
 from .branch import Branch, SpecialPoint
-from .condensed import Condensed, condensed, laws_of
+from .condensed import Condensed, laws_of
 from .continuation import Motion, NoConvergence, Solver
 from .following import resumed
-from .forced import excitation_kind, resolution
-from .in_gap import filled, linear_in_gap
+from .harmonic_balance import balance
 from .stability import FOLD
 
 if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
 
-__all__ = ["Curve", "find_first_contact", "follow_folds"]
+__all__ = ["Curve", "follow_folds"]
 
 TOLERANCE = 1e-8
 """of the motion, and of g"""
@@ -53,7 +51,6 @@ APART = (0.02, 0.005, 0.001)
 REACH = (0.01, 0.03, 0.1)
 """of the motion: how far from the guess"""
 MOST_POINTS = 2000
-BISECTIONS = 60
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -289,22 +286,45 @@ def follow_folds(branch: Branch, point: SpecialPoint, to: float, over: str = "le
     if not (0 < to < np.inf and to != begun):
         raise ClearanceError(f"to must be > 0 and another {over} than that of the fold, {begun:g}; got {to!r}")
     solver, omega, z, y = resumed(branch, point.index)
-    folds, last = _Folds(solver, over), to / begun
-    at = _State(z, y, omega, 1.0)
-    folds.begin(at)
     found: list[_State] = []
     ended = ""
-    scale = max(float(np.linalg.norm(z)), solver.least)
+    curve = itertools.islice(_fold_after_fold(_Folds(solver, over), _State(z, y, omega, 1.0), to / begun), MOST_POINTS)
+    try:
+        for each in tqdm(curve, desc="folds", unit="point", disable=not progress):
+            found.append(each)
+    except NoConvergence as end:
+        if not found:
+            raise ClearanceError(
+                "the fold is not found again by a bordered system; locate it with more samples"
+            ) from None
+        last = solver.system.periods * found[-1].omega / (2 * np.pi)
+        ended = f"no further fold was found beyond {last:.6g} Hz and {over} {begun * end.args[0]:g}"
+    frequency = solver.system.periods * np.array([each.omega for each in found]) / (2 * np.pi)
+    value = begun * np.array([each.share for each in found])
+    return Curve(FOLD, over, branch.kind, frequency, value, ended)
+
+
+def _fold_after_fold(folds: _Folds, at: _State, last: float) -> Iterator[_State]:
+    """Yield the fold near a guess and those after it, until the share is the last one or 1 again.
+
+    Raises
+    ------
+    NoConvergence
+        With the share beyond which no next fold is found.
+    """
+    solver = folds.solver
+    folds.begin(at)
+    scale = max(float(np.linalg.norm(at.z)), solver.least)
     own = np.append(np.zeros(solver.size + 1), 1.0)
     first = folds.solve(at, own, scale)
     if first is None:
-        raise ClearanceError("the fold is not found again by a bordered system; locate it with more samples")
+        raise NoConvergence(at.share)
     at, along = first
     along = along * np.sign(along[-1] * (last - 1.0))
-    found.append(at)
+    yield at
     step = 1e-3
     low, high = min(1.0, last), max(1.0, last)
-    while len(found) < MOST_POINTS:
+    while True:
         border = folds.b, folds.c
         guess = _moved(at, step * along, scale)
         turned = along * np.concatenate((np.ones(solver.size), [guess.omega / at.omega, guess.share / at.share]))
@@ -316,18 +336,16 @@ def follow_folds(branch: Branch, point: SpecialPoint, to: float, over: str = "le
             step /= 2
             if step < COARSEST and (again := _relocated(folds, at, along, scale, low, high)):
                 before, at = at, again
-                found.append(at)
+                yield at
+                if at.share in (low, high):
+                    return
                 pace = [at.omega / before.omega - 1, at.share / before.share - 1]
                 way = np.append((at.z - before.z).ravel() / scale, pace)
                 along, step = way / np.linalg.norm(way), 1e-3
                 folds.begin(at)
-                if at.share in (low, high):
-                    break
                 continue
             if step < SHORTEST:
-                last_found = solver.system.periods * at.omega / (2 * np.pi)
-                ended = f"no further fold was found beyond {last_found:.6g} Hz and {over} {begun * at.share:g}"
-                break
+                raise NoConvergence(at.share)
             continue
         bent = float(np.linalg.norm(new[1] - along))
         before, (at, along) = at, new
@@ -339,112 +357,8 @@ def follow_folds(branch: Branch, point: SpecialPoint, to: float, over: str = "le
             )  # fmt: skip
             final = folds.solve(mixed, own, scale)
             if final is not None:
-                found.append(final[0])
-            break
-        found.append(at)
+                yield final[0]
+            return
+        yield at
         scale = max(float(np.linalg.norm(at.z)), solver.least)
         step = min(step * min(max(0.1 / max(bent, 1e-12), 0.3), 2.0), LONGEST)
-    frequency = solver.system.periods * np.array([each.omega for each in found]) / (2 * np.pi)
-    value = begun * np.array([each.share for each in found])
-    return Curve(FOLD, over, branch.kind, frequency, value, ended)
-
-
-def find_first_contact(
-    model: Model,
-    frequencies: ArrayLike,
-    kind: str | None = None,
-    n_harmonics: int = 21,
-    n_samples: int | None = None,
-    n_modes: int = 8,
-) -> Curve:
-    """Find the level at which a wall is first touched, over frequency.
-
-    In closed form where greases are linear in the gap; others are followed over the level until a gap is filled.
-
-    Parameters
-    ----------
-    model : Model
-        Rig, with a shaft or a small system of `structure.Matrices`, and law, a `ConstantLaw` or a `ContactLaw`.
-    frequencies : array_like
-        (n,) Hz.
-    kind : str, optional
-        Kind of excitation, "base" or "force"; None: that of the rig's shaker.
-    n_harmonics : int
-        Number of harmonics of the motion, H.
-    n_samples : int, optional
-        Number of samples of a period, at least 4 H + 1; None: the power of two from 12 H on, and four times as many
-        where vibrations end early with them.
-    n_modes : int
-        Number of modes in the Ritz basis, as in the modal engine.
-
-    Returns
-    -------
-    Curve
-        Its ``over`` is "level"; nan where no vibration fills a gap, ``ended`` says at which frequency first.
-
-    Raises
-    ------
-    ClearanceError
-        For impossible numbers of harmonics, samples or modes.
-    ExcitationError
-        For impossible frequencies, or a rig without a position for a force.
-    LawError
-        For a law over time or amplitude, or one that does not fit the rig.
-    RigError
-        If the rig has no clearance, or in the gap moves without stiffness.
-    """
-    frequency = np.atleast_1d(np.asarray(frequencies, dtype=float))
-    if frequency.ndim != 1 or not frequency.size or not np.all((frequency > 0) & (frequency < np.inf)):
-        raise ExcitationError("frequencies must be numbers > 0 Hz")
-    harmonics, (samples, *_) = resolution(n_harmonics, n_samples, 1, n_modes)
-    kind = excitation_kind(model.rig, kind)
-    solver = Solver(condensed(model, kind, [1.0], harmonics, n_modes), harmonics, samples)
-    omega = 2 * np.pi * frequency
-    if linear_in_gap(solver):
-        return Curve("first contact", "level", kind, frequency, 1 / filled(solver.system, omega), "")
-    level = np.full(omega.size, np.nan)
-    ended = ""
-    for i, each in enumerate(omega):
-        try:
-            level[i] = _level_of_contact(solver, float(each))
-        except NoConvergence as failed:
-            where = f"{frequency[i]:.6g} Hz and level {failed.args[0]:g}"
-            ended = ended or f"no further periodic vibration was found beyond {where}"
-    return Curve("first contact", "level", kind, frequency, level, ended)
-
-
-def _level_of_contact(solver: Solver, omega: float) -> float:
-    """The level at which a vibration that grows out of rest fills a gap."""
-    left, moved = solver.over_level(omega)
-    walls = np.repeat(np.abs([bushing.walls for bushing in solver.system.rig.bushings]).min(axis=1), 2)
-
-    def reach(motion: Motion) -> float:
-        return float(np.max(np.abs(solver.ends(motion)) / walls[:, None]))
-
-    row = np.append(np.zeros(solver.size), 1.0)
-    linear = solver.system.linear.basis @ -left + moved
-    count = len(solver.system.rig.bushings)
-    least = 0.1 / float(np.max(np.abs(linear[count:] @ solver.grid.basis.T) / walls[:, None]))
-    scale = max(least * float(np.linalg.norm(left)), solver.least)
-    motion = solver.solve(least, -least * left, least * moved, row, scale)
-    if motion is None:
-        raise NoConvergence(least)
-    before = after = motion
-    for after in solver.within(motion, 1e-3 * least, 1e6 * least):
-        if reach(after) > 1:
-            break
-        before = after
-    else:
-        raise NoConvergence(before.omega)
-    low, high = 0.0, 1.0
-    way = (after.z - before.z, after.omega - before.omega)
-    for _ in range(BISECTIONS):
-        length = (low + high) / 2
-        at = before.omega + length * way[1]
-        found = solver.solve(at, before.z + length * way[0], before.y, row, before.scale)
-        if found is None:
-            raise NoConvergence(at)
-        low, high = (low, length) if reach(found) > 1 else (length, high)
-        if (high - low) * abs(way[1]) < 1e-9 * at:
-            break
-    return float(before.omega + (low + high) / 2 * way[1])

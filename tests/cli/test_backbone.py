@@ -59,7 +59,7 @@ def test_files_hold_what_the_call_finds(law, tmp_path, capsys):
     [
         (["--mode", "0"], "mode must be between 1 and"),
         (["--from", "1e-4"], "give both or none"),
-        (["--from", "-1", "--to", "1"], "amplitudes must be > 0 m"),
+        (["--from", "-1", "--to", "1"], "amplitude_range must be > 0 m"),
         (["--harmonics", "0"], "harmonics must be 1 or more"),
     ],
 )

@@ -71,7 +71,7 @@ def test_it_says_folds_and_jumps_and_how_far(law, tmp_path, capsys):
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        (["--level", "2", "--from", "nan"], "frequencies must be two different ones > 0 Hz"),
+        (["--level", "2", "--from", "nan"], "frequency_range must be two different frequencies > 0 Hz"),
         (["--level", "2", "--harmonics", "0"], "harmonics must be 1 or more"),
         (["--level", "2", "--harmonics", "21", "--samples", "84"], "samples must be 85 or more"),
         (["--level", "2", "--modes", "0"], "modes must be between 1 and"),

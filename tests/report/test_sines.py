@@ -122,8 +122,8 @@ def test_the_law_is_the_best_one_that_has_periodic_vibrations(study, monkeypatch
     law = IdentifiedLaw("ridge", TimeLaw([0.0, 1.0], [[1e3], [2e3]], [[1.0], [1.0]]), "everything")
     bare = study_of(study.dataset, [*study.laws, law])
     assert bare.best_law == "ridge" and bare.periodic == "found"
-    name, rig, found, levels, band, kind, *_ = asked[0]
-    assert (name, rig, found, levels, band, kind) == ("constant", RIG, LAW, [1.0, 4.0], (5.0, 220.0), "base")
+    name, model, levels, band, kind, *_ = asked[0]
+    assert (name, model.rig, model.law, levels, band, kind) == ("constant", RIG, LAW, [1.0, 4.0], (5.0, 220.0), "base")
 
 
 def test_the_summary_holds_jumps_and_first_contact(study):
@@ -152,9 +152,9 @@ def test_of_a_law(known, monkeypatch):
     for name, value in {"HARMONICS": 3, "MAP_HARMONICS": 2, "MAP_LEVELS": 2, "MAP_FREQUENCIES": 4}.items():
         monkeypatch.setattr(of_study, name, value)
     band = (60.0, 70.0) if known == "levels" else (60.0, 60.0)
-    found = of_study.periodic_vibrations("constant", RIG, LAW, [1.0, 4.0], band, "base", 2)
+    found = of_study.periodic_vibrations("constant", Model(RIG, LAW), [1.0, 4.0], band, "base", 2)
     if known == "refused":
-        assert found.map is None and found.branches == () and "frequencies must be" in found.missing
+        assert found.map is None and found.branches == () and "frequency_range must be" in found.missing
         return
     assert [abs(branch.level[0, 0]) for branch in found.branches] == [1.0, 4.0, 6.0]
     assert found.map.level.tolist() == [1.0, 6.0] and found.map.frequency[[0, -1]] == pytest.approx(band)
