@@ -38,7 +38,7 @@ CORNERS = (1e-2, 3e-3, 1e-3, 3e-4, 1e-4)
 """steps around one"""
 BEFORE_CONTACT = 0.9
 """of the smallest gap: where a motion begins that grows with the level"""
-MOST_POINTS = 20000
+MAX_POINTS = 20000
 
 
 class NoConvergence(Exception):
@@ -141,33 +141,33 @@ class Follower(ABC):
 
     def ahead(self, motion: Motion, step: float, tangent: np.ndarray | None = None) -> Motion | None:
         """Return the motion a step away along a tangent, its own if none is given."""
-        along = motion.tangent if tangent is None else tangent
-        omega = motion.omega * (1 + step * along[-1])
+        direction = motion.tangent if tangent is None else tangent
+        omega = motion.omega * (1 + step * direction[-1])
         if not omega > 0:
             return None
-        z = motion.z + step * motion.scale * along[:-1].reshape(motion.z.shape)
-        row = along * np.append(np.ones(self.size), 1 + step * along[-1])
+        z = motion.z + step * motion.scale * direction[:-1].reshape(motion.z.shape)
+        row = direction * np.append(np.ones(self.size), 1 + step * direction[-1])
         found = self.solve(omega, z, motion.y, row, motion.scale)
-        return found and self._turned(found, motion, along, step)
+        return found and self._turned(found, motion, direction, step)
 
     def _around_corner(self, motion: Motion) -> Motion | None:
         """Return a motion that is larger or smaller, as the branch goes, at any frequency.
 
         Where a contact begins with a jump the branch may turn back so sharply that no motion lies ahead.
         """
-        along = motion.tangent.copy()
-        along[-1] = 0.0
-        if not along.any():
+        direction = motion.tangent.copy()
+        direction[-1] = 0.0
+        if not direction.any():
             return None
-        along /= np.linalg.norm(along)
-        return next((found for step in CORNERS if (found := self.ahead(motion, step, along))), None)
+        direction /= np.linalg.norm(direction)
+        return next((found for step in CORNERS if (found := self.ahead(motion, step, direction))), None)
 
-    def _turned(self, found: Motion, before: Motion, along: np.ndarray, step: float) -> Motion:
+    def _turned(self, found: Motion, before: Motion, direction: np.ndarray, step: float) -> Motion:
         sign = np.sign(found.tangent @ difference(before, found)) * np.sign(step) or 1.0
         return replace(found, tangent=sign * found.tangent)
 
     def within(
-        self, motion: Motion, low: float, high: float, up: bool = True, most: int = MOST_POINTS
+        self, motion: Motion, low: float, high: float, up: bool = True, most: int = MAX_POINTS
     ) -> Iterator[Motion]:  # fmt: skip
         """Yield a motion and those that follow it, upwards first or downwards, until they leave a range.
 
@@ -179,7 +179,7 @@ class Follower(ABC):
         up_or_down = np.sign(motion.tangent[-1] * (1 if up else -1) or 1.0)
         yield from self.onwards(replace(motion, tangent=up_or_down * motion.tangent), low, high, most)
 
-    def onwards(self, motion: Motion, low: float, high: float, most: int = MOST_POINTS) -> Iterator[Motion]:
+    def onwards(self, motion: Motion, low: float, high: float, most: int = MAX_POINTS) -> Iterator[Motion]:
         """Yield a motion and those that follow it along its tangent, until they leave a range.
 
         Raises

@@ -19,7 +19,7 @@ from .stability import samples_of_period
 
 __all__ = ["excitation_kind", "follow_response", "resolution"]
 
-MOST_HARMONICS, MOST_SAMPLES = 500, 16384
+MAX_HARMONICS, MAX_SAMPLES = 500, 16384
 HIGHEST = 1e6  # Hz; no structure of this size vibrates beyond
 SAMPLES = 12  # of a period for each harmonic: contacts are not smooth
 FINER = 4  # times as many samples where a branch ends early with fewer
@@ -149,9 +149,9 @@ def resolution(harmonics: int, samples: int | None, excited: int, modes: int) ->
             raise ClearanceError(f"{name} must be a whole number, got {value!r}")
     if harmonics < max(excited, 1):
         raise ClearanceError(f"n_harmonics must be {max(excited, 1)} or more, as the excitation's are, got {harmonics}")
-    if harmonics > MOST_HARMONICS or (samples or 0) > MOST_SAMPLES:
+    if harmonics > MAX_HARMONICS or (samples or 0) > MAX_SAMPLES:
         raise ClearanceError(
-            f"at most {MOST_HARMONICS} harmonics and {MOST_SAMPLES} samples are computed, got {harmonics} and {samples}"
+            f"at most {MAX_HARMONICS} harmonics and {MAX_SAMPLES} samples are computed, got {harmonics} and {samples}"
         )
     if not 1 <= modes <= MOST_MODES:
         raise ClearanceError(f"n_modes must be between 1 and {MOST_MODES}, got {modes}")

@@ -20,11 +20,11 @@ from ..clearance.follower import end_values, impact_speed, lasting, pushing, sig
 from ..clearance.lanes import signed
 from ..clearance.pointers import OPTIONS, at, call_law, kernel_loop
 
-__all__ = ["Laws", "Slopes", "along", "equal"]
+__all__ = ["Laws", "Slopes", "equal", "fill_forces"]
 
 PERIODS = 2
 """of a contact, which begins anew in each"""
-MOST_PERIODS = 32
+MAX_PERIODS = 32
 """of greases, until what they remember is periodic: springs with sliders after one, Bouc-Wen's mean in some"""
 PERIODIC = 1e-11
 """of the motion"""
@@ -66,7 +66,7 @@ def _contact(law: int, parameters: Any, out: Any, depth: float, speed: float, be
 
 
 @kernel_loop(**OPTIONS)
-def _along_contact(
+def _contact_over_period(
     laws: Laws, j: int, p: int, x: np.ndarray, v: np.ndarray, omega: float, basis: np.ndarray, rate: np.ndarray,
     project: np.ndarray, want: bool, force: np.ndarray, slopes: Slopes,
 ) -> None:  # fmt: skip
@@ -177,7 +177,7 @@ def _copy(numbers: np.ndarray, to: np.ndarray) -> None:
 
 
 @kernel_loop(**OPTIONS)
-def _along_grease(
+def _grease_over_period(
     laws: Laws, j: int, x: np.ndarray, v: np.ndarray, omega: float, basis: np.ndarray, project: np.ndarray, want: bool,
     force: np.ndarray, slopes: Slopes,
 ) -> None:  # fmt: skip
@@ -191,13 +191,13 @@ def _along_grease(
         reach = max(reach, abs(x[j, i]))
     eps = DIFFERENCE * max(reach, 1e-6 * bushing.gap)
     held, moved, answers = np.zeros(laws.room), np.zeros(laws.room), np.zeros(2)
-    memory, trial, out = at(held, 0), at(moved, 0), at(answers, 0)
+    memory, shifted, out = at(held, 0), at(moved, 0), at(answers, 0)
     sensitive, later = np.zeros((size, harmonics)), np.zeros((size, harmonics))
     of_force = np.zeros((n, harmonics))
     slope = np.zeros((size + 1, size + 2))
     first, old, begun = (0 if size else n), np.zeros(laws.room), np.zeros(laws.room)
     i = n - 1
-    for m in range(first, MOST_PERIODS * n):
+    for m in range(first, MAX_PERIODS * n):
         last, counts = i, m >= n
         i = i + 1 if i < n - 1 else 0
         here, speed = x[j, i], v[j, i]
@@ -223,7 +223,7 @@ def _along_grease(
             if d < size:
                 moved[d] += eps
             further, longer = eps if d == size else 0.0, eps if d == size + 1 else 0.0
-            call_law(law, parameters, trial, here + offset + further, dx + longer, step, out)
+            call_law(law, parameters, shifted, here + offset + further, dx + longer, step, out)
             for k in range(size):
                 slope[k, d] = (moved[k] - held[k]) / eps
             slope[size, d] = (answers[0] + answers[1] * speed - now) / eps
@@ -282,7 +282,7 @@ def _copy_end(force: np.ndarray, slopes: Slopes, source: int) -> None:
 
 
 @kernel_loop(**OPTIONS)
-def along(
+def fill_forces(
     laws: Laws, x: np.ndarray, v: np.ndarray, omega: float, basis: np.ndarray, rate: np.ndarray, project: np.ndarray,
     want: bool, force: np.ndarray, slopes: Slopes,
 ) -> None:  # fmt: skip
@@ -301,10 +301,10 @@ def along(
     n_bushings = laws.bushings.size
     for j in range(n_bushings):
         if not laws.linear[j]:
-            _along_grease(laws, j, x, v, omega, basis, project, want, force, slopes)
+            _grease_over_period(laws, j, x, v, omega, basis, project, want, force, slopes)
         p = n_bushings + 2 * j
-        _along_contact(laws, j, p, x, v, omega, basis, rate, project, want, force, slopes)
+        _contact_over_period(laws, j, p, x, v, omega, basis, rate, project, want, force, slopes)
         if equal(x, p, p + 1):
             _copy_end(force, slopes, p)
         else:
-            _along_contact(laws, j, p + 1, x, v, omega, basis, rate, project, want, force, slopes)
+            _contact_over_period(laws, j, p + 1, x, v, omega, basis, rate, project, want, force, slopes)

@@ -7,7 +7,7 @@ from scipy.optimize import brentq
 
 from .condensed import Condensed
 from .continuation import Solver
-from .forces import along
+from .forces import fill_forces
 
 __all__ = ["driven", "edges", "filled", "linear_in_gap"]
 
@@ -32,7 +32,7 @@ def linear_in_gap(solver: Solver) -> bool:
     size = np.tile([INNER * (b.gap - abs(b.offset)) for b in system.rig.bushings], 3)[:, None]
     force = np.empty((solver.points, solver.samples))
     basis, rate, project = solver.grid[:3]
-    along(system.laws, size * way, size * speed, omega, basis, rate, project, False, force, solver.slopes)
+    fill_forces(system.laws, size * way, size * speed, omega, basis, rate, project, False, force, solver.slopes)
     known = (system.laws.spring + system.laws.damper * omega) * size[:count, 0]
     return bool(np.all(np.abs(force[:count]) <= LINEAR * np.maximum(known, 1e-300)[:, None]))
 

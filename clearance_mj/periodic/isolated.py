@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
 __all__ = ["Isolas", "find_isolas"]
 
-MOST_STARTS = 1000
+MAX_STARTS = 1000
 SAME = 0.02
 """of the motion: how far it may lie from a branch between two of its points"""
 
@@ -188,8 +188,8 @@ def _check(known: tuple[Branch, ...], starts: int, periods: int, longest: int | 
     for name, value in (("n_starts", starts), ("periods", periods), ("longest", 1 if longest is None else longest)):
         if not isinstance(value, numbers.Integral) or isinstance(value, bool) or value < 1:
             raise ClearanceError(f"{name} must be a whole number from 1 on, got {value!r}")
-    if starts > MOST_STARTS:
-        raise ClearanceError(f"at most {MOST_STARTS} starts at a frequency, which tell shares to 2 %, got {starts}")
+    if starts > MAX_STARTS:
+        raise ClearanceError(f"at most {MAX_STARTS} starts at a frequency, which tell shares to 2 %, got {starts}")
     if reach is not None and not 0 < reach < np.inf:
         raise ClearanceError(f"reach must be a displacement > 0 m, got {reach!r}")
     if not known:

@@ -7,11 +7,11 @@ from typing import NamedTuple
 import numpy as np
 
 from ..model import Model
-from ._forces import along
 from .arcs import Vibrations, curve
 from .condensed import condensed
 from .continuation import Motion, Solver
 from .following import expanded
+from .forces import fill_forces
 from .in_gap import linear_in_gap
 from .stability import Located
 
@@ -88,7 +88,7 @@ def _measured(solver: Solver, omega: np.ndarray, vibrations: Vibrations) -> dict
     for i, cell in enumerate(vibrations.cell):
         if nonlinear or depth[i].any():
             speed = omega[cell] * (x[i] @ rate.T)
-            along(system.laws, place[i], speed, omega[cell], basis, rate, project, False, samples, solver.slopes)
+            fill_forces(system.laws, place[i], speed, omega[cell], basis, rate, project, False, samples, solver.slopes)
             force[i] = samples @ project.T
             most[i] = np.abs(samples[count:].reshape(count, 2, -1).sum(axis=1)).max(axis=1)
     still = np.zeros(0)

@@ -17,7 +17,7 @@ import numpy as np
 from ..core.errors import ClearanceError
 from .condensed import Condensed, grid, slopes
 from .continuation import Follower, Motion, NoConvergence
-from .forces import along
+from .forces import fill_forces
 from .harmonic_balance import blocks
 
 __all__ = ["FreeMotion", "NonlinearMode"]
@@ -128,7 +128,7 @@ class NonlinearMode(Follower):
 
     def _along(self, place: np.ndarray, pace: np.ndarray, omega: float, want: bool, force: np.ndarray) -> None:
         functions = (self.grid.basis, self.grid.rate, self.grid.project)
-        along(self.system.laws, place, omega * pace, omega, *functions, want, force, self.slopes)
+        fill_forces(self.system.laws, place, omega * pace, omega, *functions, want, force, self.slopes)
 
     def _turned_by_a_quarter(self, q: np.ndarray) -> np.ndarray:
         """Harmonics of the derivatives by the angle."""

@@ -19,7 +19,7 @@ REACH = 3.0
 """times the largest motion of the known branches: where starts begin at most"""
 PERIODIC = 1e-5
 """of the state: how nearly it must come again"""
-DECAYED, FEWEST, MOST = 20.0, 200, 20000
+DECAYED, MIN_PERIODS, MAX_PERIODS = 20.0, 200, 20000
 """powers of e of a decay that leaves nothing; periods that a march waits for it at least and at most"""
 
 
@@ -59,7 +59,7 @@ class March:
 
     def waits(self, decay: float) -> int:
         """Return how many periods of the excitation a motion takes to vanish that decays at a rate, 1/s."""
-        return int(np.clip(DECAYED * self.omega / (2 * np.pi * max(decay, 1e-12)), FEWEST, MOST))
+        return int(np.clip(DECAYED * self.omega / (2 * np.pi * max(decay, 1e-12)), MIN_PERIODS, MAX_PERIODS))
 
     def settled(self, periods: int, longest: int) -> list[tuple[int, np.ndarray]]:
         """Return of each start after how many periods its motion repeats, 0 for none, and that motion at the points.

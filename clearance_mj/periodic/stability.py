@@ -16,7 +16,7 @@ from ..core.errors import ExcitationError
 from .condensed import grid, slopes
 from .continuation import Motion, Solver, difference
 from .floquet import monodromy
-from .forces import along
+from .forces import fill_forces
 
 __all__ = [
     "BRANCH_POINT", "FOLD", "NEIMARK_SACKER", "PERIOD_DOUBLING", "Located", "changes", "multipliers",
@@ -29,9 +29,9 @@ ROUNDING = 1e-5
 """of 1: multipliers that do not leave the unit circle, such as those of springs whose sliders stand still"""
 TURN = 0.5
 """rad by which the stiffest contact may turn from sample to sample"""
-FEWEST = 256
+MIN_SAMPLES = 256
 """samples of a period"""
-MOST = 2**20
+MAX_SAMPLES = 2**20
 """samples of a period: some tenths of a second for one motion, and 40 MB for each of its histories"""
 EXACT = 1e-6
 """of the frequency: how closely special points are located"""
@@ -41,11 +41,11 @@ HALVINGS = 40
 def samples_of_period(solver: Solver, omega: float) -> int:
     """Return by how many samples contacts are followed over a period; an ExcitationError says if it is too long."""
     stiffest = math.sqrt(solver.system.stiffest)
-    finer = max(1.0, 2 * np.pi / (omega * solver.samples) * stiffest / TURN, FEWEST / solver.samples)
-    if not finer * solver.samples <= MOST:
+    finer = max(1.0, 2 * np.pi / (omega * solver.samples) * stiffest / TURN, MIN_SAMPLES / solver.samples)
+    if not finer * solver.samples <= MAX_SAMPLES:
         raise ExcitationError(
             f"{omega / (2 * np.pi):g} Hz is too slow beside the stiffest contact at {stiffest:g} rad/s; "
-            f"give frequencies from {stiffest / (TURN * MOST):.2g} Hz on"
+            f"give frequencies from {stiffest / (TURN * MAX_SAMPLES):.2g} Hz on"
         )
     return int(solver.samples * 2 ** math.ceil(math.log2(finer)))
 
@@ -62,7 +62,7 @@ def multipliers(solver: Solver, motion: Motion) -> np.ndarray:
     x = system.linear.basis @ motion.z + motion.y
     place, speed = x @ fine.basis.T, omega * (x @ fine.rate.T)
     force = np.empty_like(place)
-    along(system.laws, place, speed, omega, fine.basis, fine.rate, fine.project, True, force, room)
+    fill_forces(system.laws, place, speed, omega, fine.basis, fine.rate, fine.project, True, force, room)
     step = 2 * np.pi / (omega * samples)
     points = np.ascontiguousarray(system.poles.model.at_points)
     found = np.linalg.eigvals(monodromy(system.poles.flow(step), points, step, system.laws.memory, room))

@@ -18,7 +18,7 @@ __all__ = ["follow_doubled", "until_halved"]
 
 AWAY = (1e-2, 3e-3, 3e-2, 1e-1)
 """of the motion: how much the doubled one has of what changes its sign from period to period, where it begins"""
-NEAR = 0.02
+MAX_SHIFT = 0.02
 """of the frequency, by which it may lie beside the doubling"""
 FALLEN, RESTARTS = 1e-2, 4
 """share of what changes its sign that a step leaves if it falls onto the undoubled vibration; how often it may"""
@@ -98,7 +98,7 @@ def _beside(solver: Solver, branch: Branch, index: int, values: np.ndarray) -> M
         scale = float(np.linalg.norm(z))
         for away in AWAY:
             found = solver.solve(value, z + away * scale * row[:-1].reshape(shape), y, row, scale)
-            if found is not None and abs(found.omega / value - 1) < NEAR:
+            if found is not None and abs(found.omega / value - 1) < MAX_SHIFT:
                 return found
     return None
 
@@ -116,7 +116,7 @@ def _doublings(
         _, _, z, y = resumed(branch, i, 2)
         return float(values[i]), z, y
 
-    near = [i for i in range(len(values)) if abs(values[i] / values[index] - 1) < NEAR]
+    near = [i for i in range(len(values)) if abs(values[i] / values[index] - 1) < MAX_SHIFT]
     known = {i: np.linalg.slogdet(derivative(*state(i))) for i in near}
     crossings = [i for i in near if i + 1 in known and known[i].sign != known[i + 1].sign]
     for i in sorted(crossings, key=lambda each: abs(each + 0.5 - index)):
@@ -186,7 +186,7 @@ def _last(solver: Solver, before: Motion, after: Motion) -> Motion:
     for away in AWAY:
         if away * scale < there:
             found = solver.solve(omega, z * ~changing + away * scale * row[:-1].reshape(z.shape), after.y, row, scale)
-            if found is not None and abs(found.omega / omega - 1) < NEAR:
+            if found is not None and abs(found.omega / omega - 1) < MAX_SHIFT:
                 return replace(found, tangent=-found.tangent)
     return before
 

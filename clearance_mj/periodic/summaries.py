@@ -24,7 +24,7 @@ __all__ = [
     "unit",
 ]
 
-NEAR = 3
+BESIDE_FOLD = 3
 """points beside a fold of which one is stable if a vibration ends there: stability changes where it does but for
 rounding"""
 
@@ -74,7 +74,10 @@ def jumps(branch: Branch) -> list[JumpAtFold]:
     amplitude = branch.amplitude("clearance_displacement")
     folds = [point.index for point in branch.special if point.kind == "fold"]
     for last, i, following in zip([-1, *folds], folds, [*folds[1:], x.size]):
-        before, after = slice(max(last + 1, i - NEAR), i), slice(i + 1, min(following, i + 1 + NEAR))
+        before, after = (
+            slice(max(last + 1, i - BESIDE_FOLD), i),
+            slice(i + 1, min(following, i + 1 + BESIDE_FOLD)),
+        )
         if not (stable[before].any() or stable[after].any()):
             continue
         j = int(np.argmax(amplitude[i]))

@@ -50,7 +50,7 @@ APART = (0.02, 0.005, 0.001)
 """of level or gap: steps to where"""
 REACH = (0.01, 0.03, 0.1)
 """of the motion: how far from the guess"""
-MOST_POINTS = 2000
+MAX_POINTS = 2000
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -181,28 +181,28 @@ class _Folds:
         return np.append(left / scale, g), matrix, y
 
     def solve(self, at: _State, row: np.ndarray, scale: float) -> tuple[_State, np.ndarray] | None:
-        """The fold near a guess on the plane across ``row`` through it, and the direction of the curve."""
+        """The fold near a guess on the plane across ``row`` through it, and the tangent of the curve."""
         left, matrix, y = self.equations(at, scale)
         for _ in range(ITERATIONS):
             now = float(np.linalg.norm(left)) + float(np.linalg.norm(y - at.y)) / scale
             square = np.vstack((matrix, row))
             if now < TOLERANCE:
-                along = np.linalg.solve(square, np.append(np.zeros(left.size), 1.0))
+                tangent = np.linalg.solve(square, np.append(np.zeros(left.size), 1.0))
                 self.b, self.c = self._next
-                return at._replace(y=y), along / np.linalg.norm(along)
+                return at._replace(y=y), tangent / np.linalg.norm(tangent)
             step = np.linalg.solve(square, np.append(-left, 0.0))
             share = 1.0
             while True:
-                trial = _moved(at._replace(y=y), share * step, scale)
-                if trial.omega > 0 and trial.share > 0:
-                    found = self.equations(trial, scale)
-                    then = float(np.linalg.norm(found[0])) + float(np.linalg.norm(found[2] - trial.y)) / scale
+                moved = _moved(at._replace(y=y), share * step, scale)
+                if moved.omega > 0 and moved.share > 0:
+                    found = self.equations(moved, scale)
+                    then = float(np.linalg.norm(found[0])) + float(np.linalg.norm(found[2] - moved.y)) / scale
                     if then < now or then < TOLERANCE:
                         break
                 share /= 2
                 if share < DAMPED:
                     return None
-            at, (left, matrix, y) = trial, found
+            at, (left, matrix, y) = moved, found
         return None
 
 
@@ -211,11 +211,11 @@ def _moved(at: _State, step: np.ndarray, scale: float) -> _State:
     return at._replace(z=z, omega=at.omega * (1 + step[-2]), share=at.share * (1 + step[-1]))
 
 
-def _relocated(folds: _Folds, at: _State, along: np.ndarray, scale: float, low: float, high: float) -> _State | None:
+def _relocated(folds: _Folds, at: _State, tangent: np.ndarray, scale: float, low: float, high: float) -> _State | None:
     """The fold at a level or gap a little further on: the extreme of the frequency across the singular direction."""
-    for apart in APART if along[-1] else ():
-        share = float(np.clip(at.share * (1 + np.sign(along[-1]) * apart), low, high))
-        guess = _moved(at, (share / at.share - 1) / along[-1] * along, scale)._replace(share=share)
+    for apart in APART if tangent[-1] else ():
+        share = float(np.clip(at.share * (1 + np.sign(tangent[-1]) * apart), low, high))
+        guess = _moved(at, (share / at.share - 1) / tangent[-1] * tangent, scale)._replace(share=share)
         if guess.omega > 0 and (found := _extreme(folds, guess, scale)):
             return found
     return None
@@ -288,7 +288,7 @@ def follow_folds(branch: Branch, point: SpecialPoint, to: float, over: str = "le
     solver, omega, z, y = resumed(branch, point.index)
     found: list[_State] = []
     ended = ""
-    curve = itertools.islice(_fold_after_fold(_Folds(solver, over), _State(z, y, omega, 1.0), to / begun), MOST_POINTS)
+    curve = itertools.islice(_fold_after_fold(_Folds(solver, over), _State(z, y, omega, 1.0), to / begun), MAX_POINTS)
     try:
         for each in tqdm(curve, desc="folds", unit="point", disable=not progress):
             found.append(each)
@@ -319,36 +319,36 @@ def _fold_after_fold(folds: _Folds, at: _State, last: float) -> Iterator[_State]
     first = folds.solve(at, own, scale)
     if first is None:
         raise NoConvergence(at.share)
-    at, along = first
-    along = along * np.sign(along[-1] * (last - 1.0))
+    at, tangent = first
+    tangent = tangent * np.sign(tangent[-1] * (last - 1.0))
     yield at
     step = 1e-3
     low, high = min(1.0, last), max(1.0, last)
     while True:
         border = folds.b, folds.c
-        guess = _moved(at, step * along, scale)
-        turned = along * np.concatenate((np.ones(solver.size), [guess.omega / at.omega, guess.share / at.share]))
+        guess = _moved(at, step * tangent, scale)
+        turned = tangent * np.concatenate((np.ones(solver.size), [guess.omega / at.omega, guess.share / at.share]))
         new = folds.solve(guess, turned, scale) if guess.omega > 0 and guess.share > 0 else None
-        if new is not None and new[1] @ along < 0:
+        if new is not None and new[1] @ tangent < 0:
             new = new[0], -new[1]
-        if new is None or new[1] @ along < SHARPEST:
+        if new is None or new[1] @ tangent < SHARPEST:
             folds.b, folds.c = border
             step /= 2
-            if step < COARSEST and (again := _relocated(folds, at, along, scale, low, high)):
+            if step < COARSEST and (again := _relocated(folds, at, tangent, scale, low, high)):
                 before, at = at, again
                 yield at
                 if at.share in (low, high):
                     return
                 pace = [at.omega / before.omega - 1, at.share / before.share - 1]
                 way = np.append((at.z - before.z).ravel() / scale, pace)
-                along, step = way / np.linalg.norm(way), 1e-3
+                tangent, step = way / np.linalg.norm(way), 1e-3
                 folds.begin(at)
                 continue
             if step < SHORTEST:
                 raise NoConvergence(at.share)
             continue
-        bent = float(np.linalg.norm(new[1] - along))
-        before, (at, along) = at, new
+        bent = float(np.linalg.norm(new[1] - tangent))
+        before, (at, tangent) = at, new
         if not low <= at.share <= high:
             share = ((high if at.share > high else low) - before.share) / (at.share - before.share)
             mixed = _State(
