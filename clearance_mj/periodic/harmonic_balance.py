@@ -226,7 +226,7 @@ def _first_equal(values: np.ndarray, p: int) -> int:
 
 
 @kernel_loop(**OPTIONS)
-def _forces_over_period(grid: Grid, omega: float, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _motion_over_period(grid: Grid, omega: float, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return displacements and speeds (n_points, N) of harmonics (n_points, K)."""
     points, n, half = x.shape[0], grid.basis.shape[0], grid.even.shape[1]
     first, count = np.zeros(points, np.int64), 0
@@ -320,7 +320,7 @@ def balance(
     _receptances(linear, omega, want, compliance, by_omega, driven, driven_by)
     x = np.dot(linear.basis, z)
     _add(y, x)
-    place, speed = _forces_over_period(grid, omega, x)
+    place, speed = _motion_over_period(grid, omega, x)
     samples = np.empty_like(place)
     fill_forces(laws, place, speed, omega, grid.basis, grid.rate, grid.project, want, samples, slopes)
     force = _projected(grid, samples)
