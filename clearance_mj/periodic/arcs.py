@@ -18,17 +18,13 @@ from .in_gap import driven, edges, filled, linear_in_gap
 __all__ = ["Curve", "Vibrations", "curve"]
 
 LOW, HIGH, BROKEN = -1, -2, -3
-"""ends of an arc that are not where the gap is filled: the range's, and where no next motion was found"""
-PARTS = 8
-"""of the way between two motions"""
-MAX_MOTIONS = 2000
-"""of an arc: one that goes on is lost in turns that no sweep resolves"""
-MARGIN = 1e-6
-"""of the frequency: beyond the range"""
-SAME = 1e-2
-"""of the motion: two that differ by less at one frequency are one"""
-SAME_FOLD = 3e-4
-"""of the frequency: of neighbours that are closer a map says nothing"""
+"""Kinds of end of an arc that does not end where the gap is filled: at the range's lowest or highest frequency, or
+where no next motion was found."""
+PARTS = 8  # points between two motions at which an arc is read
+MAX_MOTIONS = 2000  # motions of an arc: one that goes on is lost in turns that no sweep resolves
+MARGIN = 1e-6  # share of the frequency by which arcs go beyond the range
+SAME = 1e-2  # relative difference below which two motions at one frequency are one
+SAME_FOLD = 3e-4  # relative distance in frequency below which a map does not resolve two folds
 
 
 @dataclass(frozen=True, eq=False)

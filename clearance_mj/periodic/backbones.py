@@ -27,8 +27,7 @@ if TYPE_CHECKING:
 
 __all__ = ["Backbone", "follow_backbone"]
 
-IN_GAPS = (0.1, 5.0)
-"""amplitudes from and to by default, over the gap"""
+IN_GAPS = (0.1, 5.0)  # first and last amplitude by default, in gaps
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -21,7 +21,7 @@ from .harmonic_balance import Grid, Linear
 __all__ = ["Condensed", "Poles", "condensed", "grid", "laws_of", "poles", "slopes"]
 
 STIFF = 1e-3
-"""of a contact's stiffness times the compliance of a motion of the points: what is less follows by substitution"""
+"""Contact stiffness times compliance from which on a motion of the points is unknown; others are substituted."""
 
 
 class Poles(NamedTuple):

@@ -19,25 +19,17 @@ from .harmonic_balance import balance
 
 __all__ = ["CameBack", "Follower", "Motion", "NoConvergence", "Solver", "difference"]
 
-TOLERANCE = 1e-9
-ITERATIONS = 25
-"""of Newton's method"""
-SLOW = 0.1
-"""ratio of what two steps leave: above, the derivative is found anew"""
-SMALLEST_DAMPING = 1 / 32
-BENT = 0.002
-"""how far a motion may lie from where the tangent led, over its size"""
-LONGEST = 0.05
-"""of a step, as a share of frequency and motion"""
+TOLERANCE = 1e-9  # of Newton's method: what the balance may leave, over the size of the motion
+ITERATIONS = 25  # of Newton's method
+SLOW = 0.1  # ratio of two successive residuals above which the derivative is computed again
+SMALLEST_DAMPING = 1 / 32  # share of a Newton step below which it is given up
+BENT = 0.002  # distance of a motion from its prediction by the tangent, over its size, that steps aim at
+LONGEST = 0.05  # step, as a share of frequency and motion
 SHORTEST = 1e-8
-SHARPEST = 0.3
-"""cosine of the largest angle between two tangents"""
-SHARP_CORNER = 1e-4
-"""steps below which the branch has a corner, as where a contact begins"""
-CORNERS = (1e-2, 3e-3, 1e-3, 3e-4, 1e-4)
-"""steps around one"""
-BEFORE_CONTACT = 0.9
-"""of the smallest gap: where a motion begins that grows with the level"""
+SHARPEST = 0.3  # cosine of the largest angle between two tangents
+SHARP_CORNER = 1e-4  # step below which the branch has a corner, as where a contact begins
+CORNERS = (1e-2, 3e-3, 1e-3, 3e-4, 1e-4)  # steps tried around a corner
+BEFORE_CONTACT = 0.9  # share of the smallest gap that the first motion of a branch over level fills
 MAX_POINTS = 20000
 
 

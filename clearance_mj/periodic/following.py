@@ -16,8 +16,7 @@ from .vibrations import complex_amplitudes
 
 __all__ = ["expanded", "follow", "place", "resumed"]
 
-SAME_FOLD = 1e-3
-"""of the frequency: how far from a fold its multiplier may pass 1"""
+SAME_FOLD = 1e-3  # relative distance in frequency of a fold from where its multiplier passes 1
 
 
 def follow(solver: Solver, motions: Iterator[Motion], stability: bool, progress: bool = False) -> Branch:

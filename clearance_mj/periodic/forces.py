@@ -22,14 +22,11 @@ from ..clearance.pointers import OPTIONS, at, call_law, kernel_loop
 
 __all__ = ["Laws", "Slopes", "equal", "fill_forces"]
 
-PERIODS = 2
-"""of a contact, which begins anew in each"""
+PERIODS = 2  # of a contact, which begins anew in each
 MAX_PERIODS = 32
-"""of greases, until what they remember is periodic: springs with sliders after one, Bouc-Wen's mean in some"""
-PERIODIC = 1e-11
-"""of the motion"""
-DIFFERENCE = 1e-7
-"""of the motion: the difference quotients' step"""
+"""Periods of greases until what they remember is periodic: springs with sliders need one, Bouc-Wen's mean some."""
+PERIODIC = 1e-11  # change of a memory from period to period, over the motion, that counts as none
+DIFFERENCE = 1e-7  # step of difference quotients, over the motion
 
 
 class Laws(NamedTuple):

@@ -30,8 +30,7 @@ if TYPE_CHECKING:
 __all__ = ["Isolas", "find_isolas"]
 
 MAX_STARTS = 1000
-SAME = 0.02
-"""of the motion: how far it may lie from a branch between two of its points"""
+SAME = 0.02  # relative distance of a motion from the straight line between two points of the branch it lies on
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -22,10 +22,8 @@ from .harmonic_balance import blocks
 
 __all__ = ["FreeMotion", "NonlinearMode"]
 
-WITHIN = 0.5
-"""of the way to the nearest wall: where the mode begins, linear but for the grease"""
-STILL = 1e-9
-"""of the largest displacement in a mode: clearances that move less do not move"""
+WITHIN = 0.5  # share of the way to the nearest wall at which a mode begins, linear but for the grease
+STILL = 1e-9  # share of a mode's largest displacement below which a clearance does not move
 
 
 class FreeMotion(NamedTuple):

@@ -13,14 +13,11 @@ from .branch import Branch
 
 __all__ = ["LANES", "PERIODIC", "March"]
 
-LANES = 8
-"""starts that are marched side by side"""
-REACH = 3.0
-"""times the largest motion of the known branches: where starts begin at most"""
-PERIODIC = 1e-5
-"""of the state: how nearly it must come again"""
-DECAYED, MIN_PERIODS, MAX_PERIODS = 20.0, 200, 20000
-"""powers of e of a decay that leaves nothing; periods that a march waits for it at least and at most"""
+LANES = 8  # starts that are marched side by side
+REACH = 3.0  # largest displacement of a start, over the largest motion of the known branches
+PERIODIC = 1e-5  # relative difference of two states that are one
+DECAYED = 20.0  # powers of e by which a motion that never touches decays until nothing is left
+MIN_PERIODS, MAX_PERIODS = 200, 20000  # that a march waits for it
 
 
 class March:

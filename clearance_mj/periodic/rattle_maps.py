@@ -28,10 +28,8 @@ if TYPE_CHECKING:
 __all__ = ["Jump", "RattleMap", "map_rattle"]
 
 SWEEPS = ("up", "down")
-SMALLEST = 1e-9
-"""m, of a gap: surfaces are rougher"""
-LARGEST = 1e12
-"""level or frequency: figures cannot show larger ones"""
+SMALLEST = 1e-9  # m, of a gap: surfaces are rougher
+LARGEST = 1e12  # level or frequency: figures cannot show larger ones
 
 
 class Jump(NamedTuple):

@@ -25,16 +25,11 @@ __all__ = [
 
 FOLD, PERIOD_DOUBLING = "fold", "period doubling"
 NEIMARK_SACKER, BRANCH_POINT = "Neimark-Sacker", "branch point"
-ROUNDING = 1e-5
-"""of 1: multipliers that do not leave the unit circle, such as those of springs whose sliders stand still"""
-TURN = 0.5
-"""rad by which the stiffest contact may turn from sample to sample"""
-MIN_SAMPLES = 256
-"""samples of a period"""
-MAX_SAMPLES = 2**20
-"""samples of a period: some tenths of a second for one motion, and 40 MB for each of its histories"""
-EXACT = 1e-6
-"""of the frequency: how closely special points are located"""
+ROUNDING = 1e-5  # beyond 1: multipliers on the unit circle, such as those of springs whose sliders stand still
+TURN = 0.5  # rad by which the stiffest contact may turn from sample to sample
+MIN_SAMPLES = 256  # of a period
+MAX_SAMPLES = 2**20  # of a period: some tenths of a second for one motion, and 40 MB for each of its histories
+EXACT = 1e-6  # relative error in frequency of special points
 HALVINGS = 40
 
 

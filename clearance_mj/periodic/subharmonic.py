@@ -17,15 +17,12 @@ from .stability import BRANCH_POINT, PERIOD_DOUBLING
 __all__ = ["follow_doubled", "until_halved"]
 
 AWAY = (1e-2, 3e-3, 3e-2, 1e-1)
-"""of the motion: how much the doubled one has of what changes its sign from period to period, where it begins"""
-MAX_SHIFT = 0.02
-"""of the frequency, by which it may lie beside the doubling"""
-FALLEN, RESTARTS = 1e-2, 4
-"""share of what changes its sign that a step leaves if it falls onto the undoubled vibration; how often it may"""
-HALVED = 5e-3
-"""of the motion: how little of what changes its sign is nothing, after there was twice as much"""
-SAME_POINT = 1e-3
-"""of the frequency: how far from its ends a doubled branch's multiplier may pass 1, but for rounding of both"""
+"""Shares of the doubled motion that change their sign from period to period, with which it is begun in this order."""
+MAX_SHIFT = 0.02  # relative distance in frequency of the first doubled motion from the doubling
+FALLEN = 1e-2  # ratio of the sign-changing part after a step to that before it, of a step onto the undoubled vibration
+RESTARTS = 4  # after such steps
+HALVED = 5e-3  # share of the sign-changing part that counts as none, after there was twice as much
+SAME_POINT = 1e-3  # relative distance in frequency of a doubled branch's end from where its multiplier passes 1
 
 
 def follow_doubled(branch: Branch, point: SpecialPoint, stability: bool = True, progress: bool = False) -> Branch:

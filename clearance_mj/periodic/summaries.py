@@ -25,8 +25,7 @@ __all__ = [
 ]
 
 BESIDE_FOLD = 3
-"""points beside a fold of which one is stable if a vibration ends there: stability changes where it does but for
-rounding"""
+"""Points on either side of a fold, one of which is stable if a vibration ends there: rounding may shift the change."""
 
 
 @dataclass(frozen=True)

@@ -34,22 +34,15 @@ if TYPE_CHECKING:
 
 __all__ = ["Curve", "follow_folds"]
 
-TOLERANCE = 1e-8
-"""of the motion, and of g"""
-ITERATIONS = 12
-DAMPED = 1 / 16
-DIFFERENCE = 1e-5
-"""of motion, frequency and level: half of the difference quotients' step"""
-LONGEST, SHORTEST = 0.05, 1e-6
-"""of a step, as a share of motion, frequency and level"""
-SHARPEST = 0.8
-"""cosine of the largest angle between two steps"""
-COARSEST = 2e-4
-"""step below which the fold is located anew"""
-APART = (0.02, 0.005, 0.001)
-"""of level or gap: steps to where"""
-REACH = (0.01, 0.03, 0.1)
-"""of the motion: how far from the guess"""
+TOLERANCE = 1e-8  # of Newton's method, on the balance over the size of the motion and on g
+ITERATIONS = 12  # of Newton's method
+DAMPED = 1 / 16  # share of a Newton step below which it is given up
+DIFFERENCE = 1e-5  # half of the step of difference quotients, over motion, frequency or level
+LONGEST, SHORTEST = 0.05, 1e-6  # steps, as a share of motion, frequency and level
+SHARPEST = 0.8  # cosine of the largest angle between two tangents
+COARSEST = 2e-4  # step below which the fold is located anew
+APART = (0.02, 0.005, 0.001)  # relative steps of level or gap to where it is located anew
+REACH = (0.01, 0.03, 0.1)  # relative distances from the guess within which the extreme is looked for
 MAX_POINTS = 2000
 
 

@@ -154,24 +154,14 @@ DEFAULTS = {"model": Model(TABLE1, LAW), "amplitude": 1.0, "frequency_range": (1
         ({"kind": "force"}, ExcitationError, "rig 'table1' has no shaker.position"),
         ({"model": Model(BARE, LAW)}, RigError, "rig 'table1' has no clearance"),
         ({"model": Model(RIGID, LAW)}, RigError, "can move without any stiffness"),
-        (
-            {"model": Model(TABLE1, TimeLaw([0, 1], [1e3, 2e3], [1, 1]))},
-            LawError,
-            "a law over time has no periodic vibration",
-        ),
-        (
-            {"model": Model(TABLE1, AmplitudeLaw(*OVER))},
-            LawError,
-            "a law over amplitude remembers",
-        ),
+        ({"model": Model(TABLE1, TimeLaw(*OVER))}, LawError, "a law over time has no periodic vibration"),
+        ({"model": Model(TABLE1, AmplitudeLaw(*OVER))}, LawError, "a law over amplitude remembers"),
         ({"model": Model(TABLE1, ConstantLaw([1e3] * 3, 1.0))}, LawError, "3 bushings, the rig has 2"),
     ],
 )
 def test_refusals(change, error, words):
     with pytest.raises(error, match=words):
-        periodic.follow_response(
-            **{"model": Model(TABLE1, LAW), "amplitude": 1.0, "frequency_range": (10, 20), **change}
-        )
+        periodic.follow_response(**DEFAULTS | change)
 
 
 def test_figure_and_dataset():
