@@ -18,7 +18,7 @@ import numpy as np
 from ..core.errors import LawError
 from ..rig import Bushing as OfRig
 from ..rig import Grease
-from .follower import end_values, impact_speed, signed_penetration
+from .follower import end_values, impact_speed, lasting, signed_penetration
 from .grease import GreaseModel
 from .greases.bouc_wen import BoucWen
 from .lanes import signed
@@ -207,8 +207,8 @@ def contact_step(
         memory[0] = 0.0
         return 0.0, 0.0, 0.0
     inwards = signed(speed, g)
-    impact = impact_speed(memory[0], g, inwards)
-    memory[0] = signed(impact, g)
+    if lasting(memory[0], g) == 0.0:  # a branch that is predicted is shorter here than lanes' chain of selections
+        memory[0] = signed(impact_speed(0.0, g, inwards), g)
     parameters, out = at(numbers, state.contact), at(numbers, state.out)
-    k, c = end_values(bushing.contact_law, parameters, out, abs(g), inwards, impact)
+    k, c = end_values(bushing.contact_law, parameters, out, abs(g), inwards, abs(memory[0]))
     return g, k, c
