@@ -67,7 +67,8 @@ def main() -> None:
     """Make a figure of docs/periodic.md."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--out", type=Path, default=ROOT / "docs" / "subharmonics.png", help="the figure")
-    draw().savefig(parser.parse_args().out, dpi=110)
+    out = parser.parse_args().out
+    draw().savefig(out, dpi=110)
 
 
 if __name__ == "__main__":
