@@ -41,7 +41,7 @@ def impact_speed(impact: Any, g: Any, inwards: Any) -> Any:
     last from then.
     """
     kept = lasting(impact, g)
-    # Speeds kept are never below the slowest one: half of it tells them from none without a branch.
+    # A kept speed is at least the slowest one, so half of it separates kept ones from 0 without a branch.
     begun = where_above(larger(inwards, SLOWEST_IMPACT), 0.5 * SLOWEST_IMPACT - kept)
     return where_above(kept + begun, abs(g))
 

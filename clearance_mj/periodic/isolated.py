@@ -188,7 +188,7 @@ def _check(known: tuple[Branch, ...], starts: int, periods: int, longest: int | 
         if not isinstance(value, numbers.Integral) or isinstance(value, bool) or value < 1:
             raise ClearanceError(f"{name} must be a whole number from 1 on, got {value!r}")
     if starts > MAX_STARTS:
-        raise ClearanceError(f"at most {MAX_STARTS} starts at a frequency, which tell shares to 2 %, got {starts}")
+        raise ClearanceError(f"at most {MAX_STARTS} starts at a frequency, enough for shares to 2 %, got {starts}")
     if reach is not None and not 0 < reach < np.inf:
         raise ClearanceError(f"reach must be a displacement > 0 m, got {reach!r}")
     if not known:

@@ -50,7 +50,7 @@ def unit(found: Branch | RattleMap) -> str:
 
 
 def stable_points(branch: Branch) -> np.ndarray:
-    """(n,) whether a point is stable: by Floquet's multipliers, or, without them, as far as folds tell.
+    """(n,) whether a point is stable: by Floquet's multipliers or, without them, by counting folds.
 
     At a fold one multiplier passes 1, so that every second part of a branch that begins stable is not.
     """

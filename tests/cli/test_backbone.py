@@ -29,8 +29,8 @@ def test_files_hold_what_the_call_finds(law, tmp_path, capsys):
     from clearance_mj.cli import main
 
     out, ends = tmp_path / "out", (1e-4, 6e-4)
-    told = ["--mode", "2,1", "--from", str(ends[0]), "--to", str(ends[1]), "--harmonics", "7", "--quiet"]
-    assert main(["backbone", str(RIG), "--law", str(law), *told, "--out", str(out)]) == 0
+    given = ["--mode", "2,1", "--from", str(ends[0]), "--to", str(ends[1]), "--harmonics", "7", "--quiet"]
+    assert main(["backbone", str(RIG), "--law", str(law), *given, "--out", str(out)]) == 0
     lines = capsys.readouterr().out.splitlines()
     stored = json.loads((out / "backbone.json").read_text(encoding="utf-8"))
     rig = Rig.load(RIG)

@@ -27,9 +27,9 @@ def law(tmp_path):
 def test_files_hold_what_the_call_finds(law, tmp_path, answer, capsys):
     """At 6 m/s² the Table-1 rig jumps at 46.9 Hz upwards and 45.7 Hz downwards (docs/periodic.md)."""
     out = tmp_path / "out"
-    told = ["rattle-map", RIG, "--law", law, "--levels", "1:6:3", "--from", 40, "--to", 49, "--steps", 19]
-    told += ["--gaps", "3e-4,6e-4", "--harmonics", 7, "--workers", 1, "--quiet", "--out", out]
-    printed = answer(*told)
+    given = ["rattle-map", RIG, "--law", law, "--levels", "1:6:3", "--from", 40, "--to", 49, "--steps", 19]
+    given += ["--gaps", "3e-4,6e-4", "--harmonics", 7, "--workers", 1, "--quiet", "--out", out]
+    printed = answer(*given)
     stored = json.loads((out / "rattle_map.json").read_text(encoding="utf-8"))
     assert printed == stored | {"out": str(out)}
     settings = {"n_harmonics": 7, "workers": 1}
@@ -54,8 +54,8 @@ def test_files_hold_what_the_call_finds(law, tmp_path, answer, capsys):
 def test_it_says_where_it_touches_and_jumps(law, tmp_path, capsys):
     from clearance_mj.cli import main
 
-    told = ["--levels", "2,6", "--from", "36", "--to", "49", "--steps", "27", "--harmonics", "5", "--workers", "1"]
-    assert main(["rattle-map", str(RIG), "--law", str(law), *told, "--quiet", "--out", str(tmp_path)]) == 0
+    given = ["--levels", "2,6", "--from", "36", "--to", "49", "--steps", "27", "--harmonics", "5", "--workers", "1"]
+    assert main(["rattle-map", str(RIG), "--law", str(law), *given, "--quiet", "--out", str(tmp_path)]) == 0
     lines = capsys.readouterr().out.splitlines()
     assert lines[0].startswith("gap 0.3 mm: touches first from 1.5") and "at 39.5 Hz; rattles in " in lines[0]
     assert any("jumps in sweeps up" in line and "to 6 m/s² and 46.9" in line for line in lines), lines

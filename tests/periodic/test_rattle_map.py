@@ -107,7 +107,7 @@ def test_refusals(change, error, words):
 
 
 def test_a_level_at_which_no_vibration_is_found():
-    """Contacts of 8000 N/m, without damping, at a billion g: it is told where the row ends, and the others stay."""
+    """Contacts of 8000 N/m, without damping, at a billion g: the map says where the row ends, and the others stay."""
     found = periodic.map_rattle(Model(RIG, nominal(RIG)), (1.0, 1e11), (8.0, 9.0), n_harmonics=1, n_modes=2, workers=1)
     assert np.isnan(found.acceleration[:, :, 1]).all() and np.isfinite(found.acceleration[:, :, 0]).all()
     assert found.ended and all("level 1e+11 m/s²: no further periodic vibration" in words for words in found.ended)
