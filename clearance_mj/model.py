@@ -27,9 +27,9 @@ RIG_FILE, LAW_FILE, POSTERIOR_FILE = "rig.toml", "law.json", "posterior.json"
 KEPT_DRAWS = 64  # models that a folder keeps of a posterior: a standard deviation out of so many is known to 9 %
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True)
 class Model:
-    """A rig with the law of its clearances.
+    """A rig with the law of its clearances; models are equal if both are.
 
     The law owns contact and filling; without one it is the nominal law, the rig file's own values.
     """
@@ -38,7 +38,7 @@ class Model:
     """linear structure, gaps and offsets, sensors"""
     law: Law = None  # type: ignore[assignment]
     """contact and filling of every clearance; None: the rig file's datasheet values"""
-    posterior: Callable[[int, int], Sequence[Model]] | None = field(default=None, repr=False)
+    posterior: Callable[[int, int], Sequence[Model]] | None = field(default=None, repr=False, compare=False)
     """draws n models with a seed that the records do not distinguish from this one; None: not known"""
 
     def __post_init__(self) -> None:

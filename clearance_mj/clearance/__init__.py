@@ -12,7 +12,7 @@ from .greases.maxwell_slip import MaxwellSlip
 from .harmonic import harmonic_stiffness, periodic_amplitudes, slip_stiffness
 from .law import AmplitudeLaw, ConstantLaw, ContactLaw, Law, TimeLaw
 from .law_files import load_law
-from .modelled import Modelled, nominal_law
+from .modelled import nominal_law
 
 __all__ = [
     "AmplitudeLaw",
@@ -28,7 +28,6 @@ __all__ = [
     "LankaraniNikravesh",
     "Law",
     "MaxwellSlip",
-    "Modelled",
     "TimeLaw",
     "contacts",
     "describing_function",

@@ -69,7 +69,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         where = f"{error.filename}: " if error.filename else ""
         return _failed(f"{where}{error.strerror or error}", 2 if error.errno in MISTAKEN else 1)
     except MemoryError as error:
-        return _failed(f"not enough memory for what was asked ({str(error) or 'no more is told'}); ask for less", 2)
+        return _failed(f"not enough memory for what was asked ({str(error) or 'no more is known'}); ask for less", 2)
     return 0
 
 

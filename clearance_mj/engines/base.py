@@ -99,7 +99,7 @@ class Engine(Registered, ABC):
         law : Law
             The clearance's law.
         kind : str
-            Of the excitation: "base" or "force".
+            Kind of the excitation, "base" or "force".
         step : float
             Time step, s.
         """

@@ -46,7 +46,7 @@ def simulate_batch(
     Returns
     -------
     list of Response
-        In the order of the cases.
+        Responses in the order of the cases.
 
     Raises
     ------
@@ -71,22 +71,22 @@ def simulate_each(
     Parameters
     ----------
     models : Model or Rig, or a sequence of them
-        One for all or one for each case.
+        One object for all cases or one for each.
     excitations : Excitation or sequence of Excitation
-        One for all or one for each case.
+        One object for all cases or one for each.
     laws : Law or sequence of Law, optional
-        Of rigs: one for all or one for each case. Models bring their own.
+        Laws of rigs, one object for all cases or one for each; models bring their own.
     engine : str or Engine
         As in `simulate`.
     workers : int, optional
         Threads; compiled loops release the interpreter lock. Default: one for each processor.
     progress : str, optional
-        Show a progress bar with this name.
+        Name of a progress bar to show.
 
     Yields
     ------
     Response
-        In the order of the cases.
+        Responses in the order of the cases.
 
     Raises
     ------

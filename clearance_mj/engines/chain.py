@@ -193,7 +193,7 @@ def chain_of(shaft: Shaft, links: int, wanted: list[float], masses: list[tuple[f
     links : int
         Number of hinges.
     wanted : list of float
-        Where ends of elements would be best, m, in order of importance.
+        Positions at which elements should end, m, in order of importance.
     masses : list of tuple
         Position, m, mass, kg, and inertia, kg m², of what sits on the shaft.
     """

@@ -32,8 +32,8 @@ from ..clearance.modelled import Modelled, rig_and_law
 from ..rig import Rig
 from ..signals.excitation import Excitation
 from ..signals.response import Response
-from ._energy_loop import BushingEnergies, bushing_energies, follow_impacts
 from .base import Engine, Run, get_engine
+from .energy_loop import BushingEnergies, bushing_energies, follow_impacts
 from .simulation import Simulation
 
 __all__ = ["EnergyBalance", "Impact", "energy_balance"]
@@ -165,14 +165,14 @@ def energy_balance(
     model, excitation, law, engine
         As in `simulate`.
     progress : str, optional
-        Show a progress bar with this name.
+        Name of a progress bar to show.
 
     Returns
     -------
     Response
-        That of `simulate`.
+        Response that `simulate` returns.
     EnergyBalance
-        Its energies and impacts.
+        Energies and impacts of the response.
 
     Raises
     ------

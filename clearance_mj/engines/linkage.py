@@ -216,7 +216,7 @@ def linkage(rig: Rig, links: int) -> Linkage:
     rig : Rig
         The rig.
     links : int
-        Of each shaft.
+        Number of links of each shaft.
 
     Raises
     ------

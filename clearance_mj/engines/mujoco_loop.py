@@ -18,12 +18,13 @@ import mujoco
 import numba
 import numpy as np
 
-from ..clearance._pointers import OPTIONS, kernel_loop
-from ..clearance.kernel import Clearance, clearance_records, contact_force, contact_step, follow_law, grease_step
+from ..clearance.follower import contact_force
+from ..clearance.kernel import Clearance, clearance_records, contact_step, follow_law, grease_step
 from ..clearance.law import Law
+from ..clearance.pointers import OPTIONS, kernel_loop
 from ..core.errors import LawError, SimulationError
 from ..physical import SOLREF_PER_UNIT
-from ..physical._library import LIBRARY, external
+from ..physical.library import LIBRARY, external
 from ..rig import Rig
 from .base import Engine, Equations, Run, diverged, location
 from .plant import Maps, Plant, hold, tendon_rows
@@ -161,18 +162,18 @@ def _from_constraint(ends: np.ndarray, held: np.ndarray) -> np.ndarray:
     """(n_bushings, nv) contact force of each bushing, the sum over its ends, per joint force of the solver's.
 
     These come from contacts at ``ends`` and reactions of supports ``held``. (0, nv) where the joints' forces do not
-    tell them apart, as where a support and a bushing are on one rigid link.
+    distinguish them, as where a support and a bushing are on one rigid link.
     """
     rows, n_bushings = np.vstack((ends, held)), len(ends) // 2
     found = np.linalg.pinv(rows.T)[: len(ends)].reshape(n_bushings, 2, rows.shape[1]).sum(axis=1)
     wanted = np.hstack((np.repeat(np.eye(n_bushings), 2, axis=1), np.zeros((n_bushings, len(held)))))
-    told = np.allclose(found @ rows.T, wanted * rows.any(axis=1), rtol=0, atol=1e-6)
-    return np.ascontiguousarray(-found) if told else np.zeros((0, rows.shape[1]))
+    distinct = np.allclose(found @ rows.T, wanted * rows.any(axis=1), rtol=0, atol=1e-6)
+    return np.ascontiguousarray(-found) if distinct else np.zeros((0, rows.shape[1]))
 
 
 @kernel_loop(**OPTIONS)
 def _advance(
-    steps: int, excitation: np.ndarray, base: bool, along: float, views: _Views, maps: Maps, clearance: Clearance,
+    steps: int, excitation: np.ndarray, base: bool, vertical: float, views: _Views, maps: Maps, clearance: Clearance,
     per_unit: float, out: np.ndarray,
 ) -> tuple[int, int]:  # fmt: skip
     """Advance the state by ``excitation.size`` steps; return (step, bushing) of a divergence, or (-1, -1)."""
@@ -181,11 +182,11 @@ def _advance(
     bushings, states, numbers = clearance
     nv, n_bushings, n_sensors = qvel.size, bushings.size, output.shape[0]
     grease_force, push = np.zeros((2, n_bushings))
-    told = from_constraint.shape[0] == n_bushings  # else the forces are those that the law asks for
+    distinct = from_constraint.shape[0] == n_bushings  # else the forces are those that the law asks for
     for i in range(excitation.size):
         a = excitation[i]
         if base:
-            gravity[2] = along * a
+            gravity[2] = vertical * a
             applied[:] = 0.0
         else:
             for m in range(nv):
@@ -227,7 +228,7 @@ def _advance(
                 return i, 0
             out[i, s] = value
         for j in range(n_bushings):
-            if told:
+            if distinct:
                 push[j] = 0.0
                 for m in range(nv):
                     push[j] += from_constraint[j, m] * constraint[m]

@@ -51,14 +51,14 @@ def simulate(
     law : Law, optional
         Contact and filling of a rig at each moment; without one, its datasheet values. A model brings its own.
     engine : str or Engine
-        "links", "modal", "modal-mj", or an engine with settings of its own.
+        Name of the engine, "links", "modal" or "modal-mj", or an engine with settings of its own.
     progress : str, optional
-        Show a progress bar with this name, over the seconds of the record, if it takes long.
+        Name of a progress bar to show, over the seconds of the record, if it takes long.
 
     Returns
     -------
     Response
-        At the excitation's sampling rate.
+        Response at the excitation's sampling rate.
 
     Raises
     ------
@@ -87,7 +87,7 @@ def simulate_blocks(
     model : Model or Rig
         What is simulated.
     excitation : Excitation or iterable of Excitation
-        One, or pieces of one that follow each other without a break, such as `excitation.random_blocks` makes.
+        One excitation or consecutive pieces of one, such as `excitation.random_blocks` makes.
     law : Law, optional
         As in `simulate`.
     engine : str or Engine

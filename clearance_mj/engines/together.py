@@ -41,14 +41,14 @@ def simulate_together(
     excitation : Excitation
         Base acceleration or shaker force.
     engine : Modal, optional
-        With settings of its own.
+        Engine with settings of its own.
     workers : int, optional
         Threads. Default: one for each processor.
 
     Returns
     -------
     list of Response
-        In the order of the cases.
+        Responses in the order of the cases.
 
     Raises
     ------
@@ -76,7 +76,7 @@ def simulate_and_keep(
     Returns
     -------
     list
-        What it returned, in the order of the cases.
+        Values that ``keep`` returned, in the order of the cases.
 
     Raises
     ------
@@ -84,10 +84,10 @@ def simulate_and_keep(
         Whatever `simulate` raises.
     """
     simulations = [Simulation(rig, excitation, law, engine or Modal()) for rig, law in cases]
-    alike: dict[object, list[int]] = defaultdict(list)
+    of_shape: dict[object, list[int]] = defaultdict(list)
     for i, simulation in enumerate(simulations):
-        alike[simulation.step, tuple(part.shape for part in _run(simulation).shaft)].append(i)
-    groups = [group[i : i + LANES[-1]] for group in alike.values() for i in range(0, len(group), LANES[-1])]
+        of_shape[simulation.step, tuple(part.shape for part in _run(simulation).shaft)].append(i)
+    groups = [group[i : i + LANES[-1]] for group in of_shape.values() for i in range(0, len(group), LANES[-1])]
 
     drives = {factor: _drive(excitation, factor) for factor in {s.interpolator.factor for s in simulations}}
 

@@ -180,7 +180,7 @@ def register(
                     found = find(dataset, progress)
             finally:  # what was caught is for scripts, too, and above all where the method fails
                 for each in caught:
-                    warnings.warn(each.message, each.category, stacklevel=2)  # type: ignore[arg-type]
+                    warnings.warn(each.message, each.category, stacklevel=2)
             own = (str(each.message) for each in caught if issubclass(each.category, IdentifiabilityWarning))
             pages = found.pages or (_pages(dataset) if shortest else {})
             return dataclasses.replace(found, warnings=tuple(dict.fromkeys((*own, *found.warnings))), pages=pages)

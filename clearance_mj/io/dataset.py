@@ -159,7 +159,7 @@ def write_dataset(path: str | Path, rig: Rig, records: Sequence[Record]) -> None
     rig : Rig
         The rig of all records.
     records : sequence of Record
-        What was measured on it.
+        Records that were measured on the rig.
 
     Raises
     ------

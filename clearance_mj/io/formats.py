@@ -55,11 +55,11 @@ def read(
     path : str or Path
         The file or folder.
     columns : mapping of str to str, optional
-        What columns of CSV and LVM and variables of MATLAB files are, see `clearance_mj.io.columns`.
+        Channels by column of CSV and LVM files or variable of MATLAB files, see `clearance_mj.io.columns`.
     fs : float, optional
         Samples per second of a CSV or MATLAB file that does not say.
     reference : str, optional
-        Of FRFs to several references return those to this one, such as "5:+Z".
+        Reference, such as "5:+Z", to which FRFs are returned where a file has several.
 
     Returns
     -------
@@ -163,7 +163,7 @@ def write(path: str | PathLike[str], obj: object, rig: Rig | None = None) -> Non
     obj : list of Channel, Response, FRF, Modes, Rig or Law
         A format that does not hold responses gets the channels that one amounts to.
     rig : Rig, optional
-        Its nodes are written too where the format has a place for them, see `clearance_mj.write_uff`.
+        Rig whose nodes are written too where the format has a place for them, see `clearance_mj.write_uff`.
 
     Raises
     ------

@@ -11,11 +11,11 @@ from typing import Any, NamedTuple
 import mujoco
 import numpy as np
 
-from ..clearance._pointers import address
 from ..clearance.kernel import BUSHING, STATE, Clearance, clearance_records, side_by_side
+from ..clearance.pointers import address
 from ..core.errors import ModelError
 from ..rig import Bushing, Contact, Grease
-from . import _softener_loop as loop
+from . import softener_loop as loop
 from .bristles import Friction, frictions
 from .elements import KINDS, MARK, Asked, asked, find
 

@@ -35,7 +35,7 @@ class Placement:
     condition: float
     """condition number of the Fisher information"""
     mac: np.ndarray
-    """(n_modes, n_modes) auto-MAC: how alike the modes look to these sensors"""
+    """(n_modes, n_modes) auto-MAC: how similar the modes look to these sensors"""
     std: np.ndarray
     """(n_modes,) least standard deviation of each modal coordinate"""
     contribution: np.ndarray
@@ -96,7 +96,7 @@ def evaluate(candidates: Candidates, chosen: Sequence[int]) -> Placement:
     Parameters
     ----------
     candidates : Candidates
-        Where sensors may sit.
+        Positions where sensors may sit.
     chosen : sequence of int
         Indices of the candidates that have one.
 

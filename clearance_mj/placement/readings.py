@@ -83,7 +83,7 @@ def grid(rig: Rig, count: int) -> np.ndarray:
     rig : Rig
         The rig.
     count : int
-        How many, at least 1 for each shaft. No end that a support holds is one of them, every other end is.
+        Number of points, at least 1 for each shaft. Ends that a support holds are left out, all others are in.
 
     Raises
     ------
@@ -137,7 +137,7 @@ def candidates(
     rig : Rig
         The rig, in its linear state within the gap.
     position : sequence of Point, length n
-        Where a sensor may sit: m, or texts such as "inner@0.4" and "12:+Z".
+        Positions where a sensor may sit: m, or texts such as "inner@0.4" and "12:+Z".
     modes : sequence of int
         Modes that are wanted, from 1.
     weight : float or array_like, shape (n_modes,)

@@ -34,11 +34,11 @@ def place_sensors(
     Parameters
     ----------
     candidates : Candidates
-        Where sensors may sit.
+        Positions where sensors may sit.
     n : int
         Number of sensors.
     criterion : {"determinant", "trace"}
-        Of the Fisher information, to be as large as possible.
+        Property of the Fisher information that is maximised.
     method : {"exchange", "backward", "forward", "exhaustive"}
         Delete one after the other from all (effective independence), add one after the other, or, by default, both and
         then exchange single sensors as long as that gains; "exhaustive" tries every layout.

@@ -10,7 +10,7 @@ from ..clearance.law import ConstantLaw, ContactLaw
 from ..core.errors import ClearanceError
 from ..io.dataset import Dataset
 from ..model import Model
-from ..periodic import RattleMap, rattle_map
+from ..periodic import RattleMap, map_rattle
 from ..periodic.summaries import unit
 from . import html
 from .rattle_maps import draw, rows, words
@@ -68,9 +68,9 @@ def _map(model: Model, dataset: Dataset) -> RattleMap:
     top = 2 * float(np.std(loudest.response().excitation))  # a ramp ends at about twice its RMS
     low, high = loudest.band or (share * loudest.fs for share in BAND)
     gaps = [[share * bushing.gap for bushing in model.rig.bushings] for share in SHARES]
-    return rattle_map(
-        model.rig, model.law, np.linspace(top / LEVELS, top, LEVELS), np.geomspace(low, high, FREQUENCIES), gaps=gaps,
-        kind=loudest.excitation_kind, harmonics=HARMONICS, workers=1, progress=False,
+    return map_rattle(
+        model, np.linspace(top / LEVELS, top, LEVELS), np.geomspace(low, high, FREQUENCIES), gaps=gaps,
+        kind=loudest.excitation_kind, n_harmonics=HARMONICS, workers=1,
     )  # fmt: skip
 
 

@@ -112,10 +112,10 @@ class Shaker:
         Parameters
         ----------
         kind : str
-            "base" or "force".
+            Kind of the excitation, "base" or "force".
         """
         if kind == "base":
-            along = self.unit_direction
-            axis = int(np.argmax(np.abs(along)))
-            return f"{BASE_NODE}:{'-' if along[axis] < 0 else '+'}{AXES[axis]}"
+            direction = self.unit_direction
+            axis = int(np.argmax(np.abs(direction)))
+            return f"{BASE_NODE}:{'-' if direction[axis] < 0 else '+'}{AXES[axis]}"
         return dof_label(SHAKER_NODE, 0.0 if self.position is None else self.position)

@@ -42,7 +42,7 @@ class Alignment:
         Parameters
         ----------
         band : (float, float)
-            lo and hi, Hz.
+            Lower and upper end of the band, Hz.
         """
         return dataclasses.replace(self, test=self.test.within(band), model=self.model.within(band))
 

@@ -21,10 +21,10 @@ import scipy.ndimage
 
 from ..core.errors import RecordError
 from ..core.overview import Overview, Shown, few
-from . import _labelled as labelled
-from ._modal_fit import ModalFit, damping_of, least_squares, line_weight, poles_of, qr
+from . import labelled
 from .arrays import ArrayData, read_only
 from .frf import FRF
+from .modal_fit import ModalFit, damping_of, least_squares, line_weight, poles_of, qr
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -38,7 +38,7 @@ CIRCLE = 0.9  # share of the unit circle that the band covers; the rest takes up
 RIDGE = 1e-12
 LARGEST_DAMPING = 0.3  # what is broader is background
 STABLE = 0.01, 0.2  # largest change of the logarithms of frequency and damping from one order to the next
-ALIKE = 0.015, 0.5  # the same, between the poles of one mode
+SAME_MODE = 0.015, 0.5  # the same, between the poles of one mode
 REACH = 0.05, 1.6  # the same, from a candidate to the refined pole
 PERSISTENT = 0.1  # least share of the orders in which a mode shows
 SIGNIFICANT = 10.0  # least ratio of what a mode explains to what it would explain of noise
@@ -110,7 +110,7 @@ def extract_modes(frf: FRF, n_modes: int = 4, band: tuple[float, float] | None =
         plus what the modes outside the band and the motion of the base leave. Of several references, each pair of
         response and reference is a row of the shapes.
     n_modes : int
-        Most modes to return; fewer come back if fewer stand out of the noise, none from noise alone.
+        Largest number of modes to return; fewer come back if fewer stand out of the noise, none from noise alone.
     band : (float, float), optional
         Lines to use, Hz; all if left out.
     max_order : int
@@ -204,7 +204,7 @@ def _cluster(poles: np.ndarray, orders: int) -> tuple[np.ndarray, np.ndarray]:
     """One pole for each group of like poles, and the share of the orders in which the group shows; fullest first."""
     centres, shares = [], []
     while poles.size:
-        near = _near(poles, poles, ALIKE)
+        near = _near(poles, poles, SAME_MODE)
         members = near[np.argmax(near.sum(axis=1))]
         if members.sum() < PERSISTENT * orders:
             break

@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike
 from ..core.errors import ExcitationError
 from ..core.memory import require_memory
 from ..core.overview import Overview, Shown
-from . import _labelled as labelled
+from . import labelled
 from .arrays import ArrayData, read_only
 
 if TYPE_CHECKING:
@@ -132,11 +132,11 @@ def random(
     Parameters
     ----------
     duration : float
-        s.
+        Length of the excitation, s.
     fs : float
         Samples per second.
     band : (float, float)
-        Hz; the upper end at most fs / 2.
+        Lower and upper end of the band, Hz; the upper one at most fs / 2.
     rms : float
         Exact root mean square, m/s² or N.
     seed : int
@@ -204,7 +204,7 @@ def burst_random(
     burst : float
         Share of the period in which the noise is on, 0 < burst <= 1.
     period : float
-        s from burst to burst; at most the duration.
+        Time from the start of a burst to that of the next, s; at most the duration.
     """
     _require_level(rms=rms)
     _require(0 < burst <= 1, "burst", burst, "must be > 0 and <= 1")
@@ -252,13 +252,13 @@ def multisine(
     duration, fs, kind
         As in `random`.
     band : (float, float)
-        Hz; the upper end at most fs / 2, where no sine is.
+        Lower and upper end of the band, Hz; the upper one at most fs / 2, where no sine is.
     rms : float
         Exact root mean square of a period, m/s² or N.
     seed : int
         Seed of the phases.
     period : float
-        s; a whole number of samples, at most the duration.
+        Period, s; a whole number of samples, at most the duration.
     """
     size = _size(duration, fs)
     _require_level(rms=rms)
@@ -288,9 +288,9 @@ def sweep(
     band : (float, float)
         First and last frequency, Hz, in either order; at most fs / 2, and > 0 for a logarithmic sweep.
     amplitude : float
-        m/s² or N.
+        Amplitude of the sine, m/s² or N.
     method : {"logarithmic", "linear"}
-        As many octaves, or as many Hz, in every second.
+        Whether every second passes through as many octaves or as many Hz.
     """
     time = np.arange(_size(duration, fs)) / fs
     first, last = band
@@ -319,11 +319,11 @@ def stepped_sine(
     fs, kind
         As in `random`.
     duration : float
-        s, of all steps.
+        Length of all steps together, s.
     frequency : float or sequence of float
-        Of every step or of each, Hz, above 0 and below fs / 2.
+        Frequency of every step, or one for each step, Hz, above 0 and below fs / 2.
     amplitude : float or sequence of float
-        Of every step or of each, m/s² or N.
+        Amplitude of every step, or one for each step, m/s² or N.
     """
     size = _size(duration, fs)
     steps = [np.atleast_1d(np.asarray(values, dtype=float)) for values in (frequency, amplitude)]
@@ -349,9 +349,9 @@ def hammer(
     duration, fs, kind
         As in `random`.
     peak : float or sequence of float
-        Height of all pulses or of each, m/s² or N; negative pulses are allowed.
+        Height of every pulse, or one for each pulse, m/s² or N; negative pulses are allowed.
     width : float
-        s from the start to the end of a pulse, at least two samples.
+        Duration of a pulse, s, at least two samples.
     times : sequence of float
         Starts of the pulses, s, rising; no pulse may reach the next one or the end.
     """

@@ -11,9 +11,9 @@ from numpy.typing import ArrayLike
 
 from ..core.errors import RecordError
 from ..core.overview import Overview, Shown, few, span
-from . import _labelled as labelled
-from ._labelled import UNITS
+from . import labelled
 from .arrays import ArrayData, read_only, rows_of
+from .labelled import UNITS
 from .response import Response
 from .welch import ESTIMATORS, WINDOWS, Band, Welch, lines_within
 
@@ -111,7 +111,7 @@ class FRF(Shown, ArrayData):
         Parameters
         ----------
         band : (float, float)
-            lo and hi, Hz.
+            Lower and upper end of the band, Hz.
         """
         lines = lines_within(self.frequency, band)
         coherence = None if self.coherence is None else self.coherence[..., lines]
@@ -167,7 +167,7 @@ class FRF(Shown, ArrayData):
         Parameters
         ----------
         rows : sequence of int, optional
-            Which rows of ``functions``; None: all.
+            Rows of ``functions`` that are drawn; None: all.
         **others : FRF
             FRFs of the same functions by their names in the legend, such as ``test.plot(model=model)``.
 
@@ -228,7 +228,7 @@ def join_references(frfs: Sequence[FRF]) -> FRF:
     Parameters
     ----------
     frfs : sequence of FRF
-        On the same lines, of one quantity; others raise RecordError.
+        FRFs on the same lines and of one quantity; others raise RecordError.
     """
     first, *others = frfs
     if not others:
@@ -355,9 +355,9 @@ def random_error(frf: FRF, duration: float) -> np.ndarray:
     Parameters
     ----------
     frf : FRF
-        As `estimate_frf` gives it by default, with coherence.
+        FRF with coherence, as `estimate_frf` gives it by default.
     duration : float
-        s, of the record.
+        Length of the record, s.
 
     Returns
     -------

@@ -51,7 +51,7 @@ def best_linear(responses: Sequence[Response], period: float, drop: int = 1) -> 
     responses : sequence of Response
         One record for each realisation of the phases, all of one length: whole periods of the multisine.
     period : float
-        s.
+        Period of the multisine, s.
     drop : int
         Periods at the start that are left out until the transient has died.
 
@@ -106,7 +106,7 @@ def periods(response: Response, period: float, drop: int = 1) -> np.ndarray:
     response : Response
         Record of whole periods.
     period : float
-        s.
+        Period of the multisine, s.
     drop : int
         Periods at the start that are left out until the transient has died.
 
@@ -140,13 +140,13 @@ def stepped_harmonics(
     Parameters
     ----------
     signal : array_like, shape (n_t,)
-        Response, any unit.
+        Response, in any unit.
     fs : float
         Samples per second.
     frequency : sequence of float
         Hz, of each step; all steps have one length.
     orders : int
-        Highest harmonic.
+        Number of harmonics.
     settle : float
         Share of each step that is left out at its start, 0 <= settle < 1.
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from ..core.errors import RecordError
 from ..core.overview import Overview, Shown, few
-from . import _labelled as labelled
+from . import labelled
 from .arrays import ArrayData, read_only, rows_of
 
 if TYPE_CHECKING:
@@ -112,9 +112,9 @@ class Response(Shown, ArrayData):
         Parameters
         ----------
         sensors : sequence of int, optional
-            Which rows of the acceleration; None: all.
+            Rows of the acceleration that are drawn; None: all.
         time : (float, float), optional
-            From and to, s; None: all.
+            First and last time that are drawn, s; None: all.
 
         Raises
         ------

@@ -61,7 +61,7 @@ class Interpolator:
         return scipy.signal.upfirdn(self.taps, held, up=self.factor)[first : first + count * self.factor]
 
     def flush(self) -> np.ndarray:
-        """Return the samples that still wait for input, as if zeros followed."""
+        """Return the samples that still wait for input, as if zeros came after them."""
         return self.push(np.zeros(self.ahead))
 
 
@@ -88,7 +88,7 @@ class Decimator:
         return out
 
     def flush(self) -> np.ndarray:
-        """Return the samples that still wait for input, as if zeros followed."""
+        """Return the samples that still wait for input, as if zeros came after them."""
         return self.push(np.zeros((self.half, self._held.shape[0])))
 
 

@@ -111,7 +111,7 @@ def harmonic_amplitudes(histories: np.ndarray, fs: float, frequency: float) -> n
     fs : float
         Samples per second.
     frequency : float
-        Of the excitation, Hz.
+        Frequency of the excitation, Hz.
 
     Returns
     -------

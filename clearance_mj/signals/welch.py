@@ -107,7 +107,7 @@ class SegmentAverages:
     Parameters
     ----------
     excitation : ndarray, shape (n_t,)
-        At least one segment.
+        Samples of the excitation, at least one segment.
     fs : float
         Samples per second.
     resolution : float

@@ -172,9 +172,9 @@ class Structure(ABC):
         Parameters
         ----------
         points : tuple of Point
-            Where forces, masses and clearances act: what a model is made of must be able to kink there.
+            Points where forces, masses and clearances act: the coordinates must be able to kink there.
         modes : int
-            How many modes are wanted, for structures whose coordinates are modes.
+            Number of modes that are wanted, for structures whose coordinates are modes.
         """
 
     @abstractmethod
@@ -193,7 +193,7 @@ class Structure(ABC):
         Parameters
         ----------
         folder : Path
-            Where the copies go; made if there are any.
+            Folder of the copies; made if there are any.
         """
         data, taken = to_plain(self), set[str]()
         for field in self.files:
@@ -222,7 +222,7 @@ class Structure(ABC):
         Parameters
         ----------
         kind : str
-            Of the excitation: "base" or "force".
+            Kind of the excitation, "base" or "force".
         """
         return ""
 
@@ -247,7 +247,7 @@ class Structure(ABC):
         Parameters
         ----------
         point : Point
-            One that `check` takes, of a structure of shafts.
+            Point that `check` takes, of a structure of shafts.
         """
         name, x = parse_place(point) or ("", 0.0)
         return next((i for i, shaft in enumerate(self.shafts) if shaft.name == name), 0), x
@@ -263,7 +263,7 @@ class Structure(ABC):
         Parameters
         ----------
         point : Point
-            One that `check` takes.
+            Point that `check` takes.
         """
         place = parse_place(point)
         return np.array([place[1] if place else 0.0, 0.0, 0.0])

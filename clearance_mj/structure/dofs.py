@@ -1,4 +1,4 @@
-"""Tables of degrees of freedom: node, direction and, where it is told, the node's place."""
+"""Tables of degrees of freedom: node, direction and, where it is known, the node's place."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class Dofs:
     signs: np.ndarray
     """(n,) -1 where a coordinate counts against its direction"""
     places: np.ndarray | None = None
-    """(n, 3) where the nodes are, in the matrices' unit of length; None if it is not told"""
+    """(n, 3) where the nodes are, in the matrices' unit of length; None where it is not known"""
 
     @functools.cached_property
     def rows(self) -> dict[str, int]:

@@ -54,7 +54,7 @@ class Mesh:
     Parameters
     ----------
     elements : sequence of Element
-        One after the other.
+        Elements in the order in which they follow each other.
     shear : bool
         Whether they are Timoshenko's, with shear deformation and rotary inertia.
     held : sequence of (float, int)
@@ -63,7 +63,7 @@ class Mesh:
     Attributes
     ----------
     mass, stiffness : ndarray, shape (n, n)
-        In coordinates that leave the held nodes where they are.
+        Matrices in coordinates that leave the held nodes where they are.
     influence : ndarray, shape (n,)
         Inertia forces per unit acceleration of the base.
     """
@@ -111,9 +111,9 @@ class Mesh:
         for i in np.unique(which):
             element, here = self.elements[i], np.nonzero(which == i)[0]
             length = element.end - element.start
-            along = x[here] - element.start
-            value = _functions(2 * along / length - 1, element, self._shear)[0]
-            rows[here] = self._motion[i, 0] + np.outer(along, self._motion[i, 1])
+            distance = x[here] - element.start
+            value = _functions(2 * distance / length - 1, element, self._shear)[0]
+            rows[here] = self._motion[i, 0] + np.outer(distance, self._motion[i, 1])
             rows[here] += value @ self._shapes[i] @ self._free[self._own[i]]
         return rows
 
@@ -132,8 +132,8 @@ class _Strained(NamedTuple):
 def _strained(element: Element, shear: bool) -> _Strained:
     node, weight = _integration(element.bubbles)
     half = (element.end - element.start) / 2
-    along, weight = (node + 1) * half, weight * half
-    section = element.rigidity(element.start + along)
+    distance, weight = (node + 1) * half, weight * half
+    section = element.rigidity(element.start + distance)
     value, slope, rotation, curvature = _stretched(_reference(element.bubbles, shear), element, shear)
     stiffness = (curvature.T * (weight * section.bending)) @ curvature
     if shear:
@@ -141,10 +141,10 @@ def _strained(element: Element, shear: bool) -> _Strained:
     scale = np.sqrt(stiffness.diagonal())
     energy, vector = np.linalg.eigh(stiffness / np.outer(scale, scale))
     shapes = vector / np.sqrt(energy) / scale[:, None]
-    moves = np.hstack((np.ones((along.size, 1)), along[:, None], value @ shapes))
+    moves = np.hstack((np.ones((distance.size, 1)), distance[:, None], value @ shapes))
     mass = (moves.T * (weight * section.mass)) @ moves
     if shear:
-        turns = np.hstack((np.zeros((along.size, 1)), np.ones((along.size, 1)), rotation @ shapes))
+        turns = np.hstack((np.zeros((distance.size, 1)), np.ones((distance.size, 1)), rotation @ shapes))
         mass += (turns.T * (weight * section.rotary)) @ turns
     return _Strained(shapes, mass, (weight * section.mass) @ moves)
 

@@ -61,7 +61,7 @@ def linearised(model: mujoco.MjModel, key: int = -1) -> Linearised:
     Parameters
     ----------
     model : mujoco.MjModel
-        Its options are changed.
+        Model that is linearised; its options are changed.
     key : int
         Keyframe from which the equilibrium is looked for; -1 for the initial position.
     """

@@ -18,10 +18,10 @@ import numpy as np
 import scipy.optimize
 
 from ..core.errors import RecordError
-from ..signals._modal_fit import ModalFit, line_weight
 from ..signals.correlation import frac, rmse_db
 from ..signals.ema import extract_modes
 from ..signals.frf import FRF, join_references
+from ..signals.modal_fit import ModalFit, line_weight
 from .base import parse_dof
 from .mode_files import phase_collinearity
 from .modes import OMEGA_RATIO, ModalStructure, flexibility_root
@@ -119,7 +119,7 @@ def modes_from_frf(
     frfs : FRF or sequence of FRF
         Responses to forces, of one or several references; at least one response where a force acts.
     n_modes : int
-        Most modes to find.
+        Largest number of modes to find.
     band : (float, float), optional
         Lines to use, Hz; all if left out.
     poles : (sequence of float, sequence of float), optional

@@ -269,8 +269,8 @@ class ModalStructure(Structure):
         """(n, 3) of the modes and of the residual ones; 0 where nothing is known."""
         found = np.zeros((values.shape[1], 3))
         if self.dof_masses is not None:
-            along = np.array([dof_vector(dof) for dof in self.dofs])
-            found = values.T @ (np.array(self.dof_masses)[:, None] * along)
+            directions = np.array([dof_vector(dof) for dof in self.dofs])
+            found = values.T @ (np.array(self.dof_masses)[:, None] * directions)
         if self.participation is not None:
             found[: self.omega.size] = self.participation
         return found

@@ -92,7 +92,7 @@ class Section:
         share : ndarray, shape (n,)
             Position in the section: 0 at its start, 1 at its end.
         poisson_ratio : float
-            Of the material.
+            Poisson's ratio of the material.
 
         Returns
         -------

@@ -256,7 +256,7 @@ class Shaft(Structure):
         Parameters
         ----------
         start, end : float
-            m.
+            Ends of the interval, m.
         """
         node, weight = leggauss(8)
         at, weights, parts = [], [], []

@@ -28,7 +28,7 @@ from . import magic_formula
 __all__ = ["GRAVITY", "SHIFT_PARAMETERS", "multi_body", "parameters", "single_track_drift"]
 
 GRAVITY = 9.81
-"""M/s², the value that the library vehiclemodels uses."""
+"""Acceleration of gravity, m/s², the value that the library vehiclemodels uses."""
 SHIFT_PARAMETERS = ("p_hy1", "p_hy3", "p_vy1", "p_vy3", "r_hy1", "r_vy1", "r_vy3")
 """Tyre parameters that shift the lateral force."""
 

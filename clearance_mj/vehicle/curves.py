@@ -51,9 +51,9 @@ def clothoids(parts: Sequence[tuple[float, float, float]]) -> list[Piece]:
         half = s[1] / 2
         at = (s[:-1] + half)[:, None] + half * ROOT
         inner, direction = (heading + v * (first + rate * v / 2) for v in (at, s))
-        along, across = (np.concatenate(([0.0], np.cumsum(half * f(inner) @ WEIGHT))) for f in (np.cos, np.sin))
-        pieces.append(Piece(begin + s, x + along, y + across, direction, first + rate * s, np.full(s.size, rate)))
-        x, y, heading, begin = x + along[-1], y + across[-1], direction[-1], begin + length
+        dx, dy = (np.concatenate(([0.0], np.cumsum(half * f(inner) @ WEIGHT))) for f in (np.cos, np.sin))
+        pieces.append(Piece(begin + s, x + dx, y + dy, direction, first + rate * s, np.full(s.size, rate)))
+        x, y, heading, begin = x + dx[-1], y + dy[-1], direction[-1], begin + length
     return pieces
 
 

@@ -54,7 +54,7 @@ def _rise(distance: np.ndarray, begin: float, length: float) -> np.ndarray:
 
 @dataclass(frozen=True)
 class Crosswind(Disturbance):
-    """Wind from the right, across the path all along: a mean that rises out of shelter, and turbulence about it.
+    """Wind from the right, across the path: a mean that rises out of shelter, and turbulence about it.
 
     Turbulence has the lateral Dryden spectrum, σ² L/π (1 + 3 (L Ω)²)/(1 + (L Ω)²)² over Ω in rad/m, frozen while the
     vehicle drives through it; by MIL-F-8785C at its least height, 3 m, L is 23 m and σ 0.196 of the mean. The side

@@ -97,7 +97,7 @@ class Case:
 
     @property
     def prior(self) -> ClearancePrior:
-        """What controllers that take the clearance into account are told of it."""
+        """What controllers that take the clearance into account know of it."""
         gap = self.half_gap if self.assumed_gap is None else self.assumed_gap
         datasheet = Steering().lost_motion.stiffness
         compliance = (1 / self.assumed_stiffness - 1) / datasheet

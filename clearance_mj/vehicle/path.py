@@ -149,9 +149,9 @@ def _foot_point(table: Table, x: float, y: float, guess: float) -> tuple[float, 
             heading, curvature = _hermite(table, HEADING, s), _hermite(table, CURVATURE, s)
             dx, dy = x - _hermite(table, X, s), y - _hermite(table, Y, s)
             cos, sin = math.cos(heading), math.sin(heading)
-            along, across = dx * cos + dy * sin, dy * cos - dx * sin
-            if abs(along) < 1e-9:
-                return s, across, heading, curvature
+            ahead, left = dx * cos + dy * sin, dy * cos - dx * sin
+            if abs(ahead) < 1e-9:
+                return s, left, heading, curvature
             # Within half a radius of the centre of curvature the full step would overshoot.
-            s += along / max(1.0 - curvature * across, 0.5)
-    return s, across, heading, curvature
+            s += ahead / max(1.0 - curvature * left, 0.5)
+    return s, left, heading, curvature

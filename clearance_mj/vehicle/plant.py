@@ -30,7 +30,7 @@ from .commonroad import compiled_parameters, multi_body, parameters, single_trac
 __all__ = ["STEP", "Measurement", "MultiBody", "Plant", "SingleTrackDrift", "Spread"]
 
 STEP = 1e-3
-"""S, step of the Runge-Kutta method."""
+"""Step, s, of the Runge-Kutta method."""
 CRUISE_GAIN = 2.0  # 1/s, acceleration per deviation from the set speed
 MULTI_BODY_STATES = 29
 
@@ -199,10 +199,10 @@ def _read_sensors(x: np.ndarray, side_force: float, trail: float, records: np.nd
         speed, lateral_speed = x[3], x[10]
         force = p.m_s * rate[10] + p.m_uf * rate[15] + p.m_ur * rate[20] + p.m * x[5] * x[3]
     else:
-        along, across = math.cos(x[6]), math.sin(x[6])
-        lateral_speed = x[3] * across
+        cosine, sine = math.cos(x[6]), math.sin(x[6])
+        lateral_speed = x[3] * sine
         speed = math.sqrt(x[3] ** 2 - lateral_speed**2)
-        force = p.m * (rate[3] * across + x[3] * along * (rate[6] + x[5]))
+        force = p.m * (rate[3] * sine + x[3] * cosine * (rate[6] + x[5]))
     slip, acceleration = math.atan2(lateral_speed, speed), (force + side_force) / p.m
     moment = trail * (p.b * force + p.I_z * rate[5]) / (p.a + p.b)
     return x[0], x[1], x[4], speed, lateral_speed, x[5], acceleration, slip, moment

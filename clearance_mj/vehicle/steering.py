@@ -35,7 +35,7 @@ COLUMN_STIFFNESS = 172.0  # N m/rad, at the pinion
 COLUMN_INERTIA = 0.04  # kg m², about the hand wheel's axis
 RACK_MASS, RACK_DAMPING = 32.0, 3920.0  # kg and N s/m
 LEVER_ARM = RATIO * PINION_RADIUS
-"""M, travel of the rack per radian of the road wheel."""
+"""Travel of the rack, m, per radian of the road wheel."""
 NOISE_PERIOD = 60.0  # s after which the road's noise repeats, without a seam
 SMALLEST_GAP = 1e-9  # m, stands for no gap, where a rig needs one
 

@@ -37,25 +37,27 @@ CREEP = 1.5
 """of the road's RMS moment: the largest of the nine independent values it takes while the yaw rate settles is expected
 there, and a wheel that friction holds gives way to it"""
 STATE_NOISE = (0.02, math.radians(0.1), math.radians(0.03))
-"""M/s, rad/s and rad: standard deviation of what the model misses of its states in a window."""
+"""In m/s, rad/s and rad: standard deviation of what the model misses of its states in a window."""
 DRIFT = {
     "lag": 2e-5, "yaw_rate_offset": 2e-5, "acceleration_offset": 2e-4, "steering_offset": 5e-6,
     "side_acceleration": 0.03, "yaw_acceleration": 0.01,
 }  # fmt: skip
-"""random walk in a window: crown and wind change on the way, offsets hardly"""
-SLOW = 2e-4
-"""that of the logarithms of all else that does not change or with the tyres' temperature only: 1 % in 20 min. What
-wanders faster takes the half-gap along"""
+"""Random walk in a window: crown and wind change on the way, offsets hardly."""
+SLOW_DRIFT = 2e-4
+"""Random walk in a window of the logarithm of whatever is constant or changes with the tyres' temperature only.
+
+It is 1 % in 20 min. What wanders faster pulls the half-gap with it.
+"""
 
 
 @dataclass(frozen=True)
 class SteeringTwin:
-    """What the twin begins with: nominal vehicle, clearance as told, and how far all of it may be wrong."""
+    """What the twin begins with: nominal vehicle, clearance as assumed, and how far all of it may be wrong."""
 
     vehicle: Vehicle
     """nominal, with a rigid steering"""
     lost_motion: LostMotion
-    """the clearance as told; shaft stiffness and damping are taken as known"""
+    """The clearance that is assumed at first; shaft stiffness and damping are taken as known"""
     gap_std: float = 0.5
     """standard deviation of the logarithm of the half-gap"""
     stiffness_std: float = 0.1
@@ -146,8 +148,12 @@ class SteeringTwinRun:
         states = Belief.independent(np.zeros(N_STATES), (0.03, math.radians(0.3), play.half_gap / 2))
         self.belief = Belief.of(self._parameters).joined(states)
         """about parameters and, at the end of the last window, states"""
-        drift = {"half_gap": settings.gap_drift, "wear": settings.wear_drift, "friction": SLOW * play.friction} | DRIFT
-        self._drift = np.array([drift.get(q.name, SLOW) for q in self._parameters] + list(STATE_NOISE))
+        drift = {
+            "half_gap": settings.gap_drift,
+            "wear": settings.wear_drift,
+            "friction": SLOW_DRIFT * play.friction,
+        } | DRIFT
+        self._drift = np.array([drift.get(q.name, SLOW_DRIFT) for q in self._parameters] + list(STATE_NOISE))
         self._missed = np.zeros(self._drift.size)
         self._missed[0] = settings.model_error
         self._samples: list[tuple[float, float, float, float]] = []
@@ -173,7 +179,7 @@ class SteeringTwinRun:
         return np.asarray(found.value[0] * np.array([found.value[-1], *found.interval()[:, -1]]))
 
     def advance(self, seen: Signals) -> bool:
-        """Take the signals of a sample, one period after the last; return whether a window was full and told."""
+        """Take the signals of a sample, one period after the last; return whether the estimates are new."""
         self._samples.append((seen.steering_angle, seen.speed, seen.yaw_rate, seen.lateral_acceleration))
         if len(self._samples) < self._size + 2:
             return False

@@ -7,6 +7,7 @@ import math
 import numpy as np
 import pytest
 
+from clearance_mj.model import Model
 from clearance_mj.report import frames, tables
 from clearance_mj.report.sections import _bushings as bushings
 from clearance_mj.report.sections import _modes_and_sensors as modes_and_sensors
@@ -212,7 +213,11 @@ def test_the_report_says_which_rig_each_law_was_simulated_on(study, tmp_path):
     )
     nominal, constant = study.laws
     own = dataclasses.replace(
-        constant, rig=study.dataset.rig.replace(bushings=(bushing,)), parameters=rows, families=families
+        constant,
+        model=Model(study.dataset.rig.replace(bushings=(bushing,)), constant.model.law),
+        finds_rig=True,
+        parameters=rows,
+        families=families,
     )
     found = changed(study, laws=(nominal, own))
     caption = summary.agreement_table(found, "links").caption

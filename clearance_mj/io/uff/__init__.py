@@ -50,7 +50,7 @@ def read_uff(path: str | PathLike[str], reference: str | None = None) -> list[Ch
         those of its data set 164, SI if there is none, unless a function's own label says another, such as "g". Data
         sets of other kinds are passed over.
     reference : str, optional
-        Of FRFs, read those to this one, such as "5:+Z"; needed where others differ in lines or quantity.
+        Reference, such as "5:+Z", to which FRFs are read; needed where others differ in lines or quantity.
 
     Returns
     -------
@@ -104,9 +104,9 @@ def write_uff(path: str | PathLike[str], obj: object, rig: Rig | None = None) ->
     path : str or Path
         The file; an existing one is replaced once the new one is whole.
     obj : sequence of Channel, Record, FRF or Modes
-        What to write.
+        Object that is written.
     rig : Rig, optional
-        Where the nodes are: written as nodes (15) and a trace line along the shaft (82).
+        Rig whose nodes (15) and a trace line along each shaft (82) are written, too.
 
     Raises
     ------

@@ -38,7 +38,7 @@ def rig_geometry(rig: Rig) -> Geometry:
     for node, point in points.items():
         if place := parse_place(point):
             shafts.setdefault(place[0], {})[node] = place[1]
-    return Geometry(nodes, tuple(tuple(sorted(along, key=lambda node: along[node])) for along in shafts.values()))
+    return Geometry(nodes, tuple(tuple(sorted(shaft, key=lambda node: shaft[node])) for shaft in shafts.values()))
 
 
 def read_geometry_blocks(blocks: Sequence[Block]) -> Geometry:

@@ -39,19 +39,19 @@ class Task:
     vehicle: Vehicle
     """nominal"""
     path: Path
-    """to follow"""
+    """Path to follow"""
     speed: float
-    """m/s"""
+    """Speed, m/s"""
     servo: Servo = Servo()  # noqa: RUF009
-    """of the steering"""
+    """Servo of the steering"""
     period: float = 0.01
-    """s, between commands"""
+    """Time between commands, s"""
     preview: float = 0.2
-    """s of driving over which the road ahead is known, the same for every controller"""
+    """Time of driving over which the road ahead is known, s; the same for every controller"""
     largest_angle: float = 0.5
-    """rad, of the road wheel"""
+    """Largest angle of the road wheel, rad"""
     largest_rate: float = 0.4
-    """rad/s, of the road wheel"""
+    """Largest rate of the road wheel, rad/s"""
 
     @property
     def lead(self) -> int:
@@ -76,7 +76,7 @@ class ControllerRun(ABC):
     """A controller during one run of the vehicle."""
 
     excess: float = 0.0
-    """rad of the last command, which the tyres need beyond the linear model: that goes on under what is left"""
+    """Part of the last command, rad, that the tyres need beyond the linear model, which goes on with the rest"""
     depth: float = math.nan
     """|s|/Φ at the last sample: beyond 1 the switching term has all its size; NaN where nothing slides"""
 

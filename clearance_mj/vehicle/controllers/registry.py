@@ -33,13 +33,13 @@ class Registration:
     """A controller as cases, tuning and reports know it."""
 
     name: str
-    """in commands and files"""
+    """Name in commands and files"""
     label: str
-    """in legends and tables"""
+    """Name in legends and tables"""
     controller: type[Controller]
-    """its class"""
+    """Class of the controller"""
     bounds: Mapping[str, tuple[float, float]] = field(default_factory=dict)
-    """range of each setting that is tuned, searched over its logarithm"""
+    """Range of each setting that is tuned, searched over its logarithm"""
     tuned: Mapping[str, Any] | None = None
     """Settings; None: those of `settings_file`, the class's defaults where it has none"""
     settings_file: FilePath = TUNED
@@ -47,13 +47,13 @@ class Registration:
     tuned_as: str = ""
     """Name of the controller whose settings hold where the file has none of this one"""
     adapt: Callable[[Controller, Task, ClearancePrior], Controller] | None = None
-    """takes prior information on the clearance into account"""
+    """Function that takes prior information on the clearance into account"""
     prior: str = "nothing"
-    """what `adapt` takes, in words; all know the nominal vehicle, the servo and the steering's stiffness"""
+    """What `adapt` takes, in words; all know the nominal vehicle, the servo and the steering's stiffness"""
     colour: str | None = None
-    """in figures; None: the next of a cycle"""
+    """Colour in figures; None: the next of a cycle"""
     line: LineStyle = "-"
-    """style in figures"""
+    """Line style in figures"""
 
     def tuned_controller(self, tuned: str = "ideal") -> Controller:
         """Return the controller with its settings of a set, without prior information on the clearance."""

@@ -1,7 +1,7 @@
-"""The clearance model with what the steering's twin estimates on the way, in place of what it was told.
+"""The clearance model with what the steering's twin estimates on the way, in place of prior information.
 
 Half-gap, contact stiffness and friction of the compensation follow the twin's estimates (`vehicle.twin`) from one of
-its windows to the next; it begins with what it was told. Everything else is that of `clearance_model`.
+its windows to the next; it begins with the prior information. Everything else is that of `clearance_model`.
 """
 
 from __future__ import annotations
@@ -48,8 +48,8 @@ class TwinRun(CompensatedRun):
             raise ManoeuvreError(f"the twin keeps a ClearanceModel up to date, not a {type(model).__name__}")
         self.twin = settings.twin.start()
         self._clearance = self._estimate = ClearanceEstimate(model, task)
-        told = settings.twin.lost_motion.stiffness
-        self._rest = model.compliance - 1 / told
+        prior = settings.twin.lost_motion.stiffness
+        self._rest = model.compliance - 1 / prior
 
     def command(self, seen: Observation) -> float:
         """Return the other controller's command, less the lost motion that the twin expects."""
@@ -72,13 +72,13 @@ def with_twin(controller: Controller, task: Task, prior: ClearancePrior) -> Cont
     compensated = with_clearance_model(controller, task, prior)
     assert isinstance(compensated, Compensated)
     nominal = Steering().lost_motion
-    told = nominal._replace(
+    first = nominal._replace(
         half_gap=max(prior.half_gap, SMALLEST_HALF_GAP),
         stiffness=1 / (1 / nominal.stiffness + prior.compliance),
         friction=prior.friction,
     )
     return CompensatedWithTwin(
-        compensated, twin_of(task.vehicle, told, nominal.stiffness + nominal.shaft_stiffness, task.period)
+        compensated, twin_of(task.vehicle, first, nominal.stiffness + nominal.shaft_stiffness, task.period)
     )
 
 

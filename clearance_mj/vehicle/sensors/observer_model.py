@@ -37,7 +37,7 @@ class Deviations(NamedTuple):
     age: float = 0.0  # s, of a measurement's age about its mean
     offset_drift: float = 0.05  # m/s² over the root of a second, of the offset of the acceleration
     force: float = 500.0  # N, of the unknown force of each axle
-    force_time: float = 0.5  # s, over which it stays alike
+    force_time: float = 0.5  # s, correlation time of that force
     servo: float = 5.0  # rad/s² √s, density of the unknown acceleration of the servo
 
 

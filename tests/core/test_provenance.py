@@ -15,9 +15,9 @@ from clearance_mj.io.dataset import write_dataset
 from clearance_mj.live.export import exported
 from clearance_mj.live.session import Session
 
-from .fuzz import samples
-from .fuzz.mutations import toml
-from .identify.test_diagnosis import RIG
+from ..fuzz import samples
+from ..fuzz.mutations import toml
+from ..identify.test_diagnosis import RIG
 
 QUICK = {
     "place": "place rig.toml --sensors 4 --candidates 6 --modes 1,2 --out out",

@@ -12,8 +12,8 @@ from clearance_mj.cli import main
 from clearance_mj.core.errors import ClearanceError
 from clearance_mj.placement import Candidates, candidates, evaluate, grid, place_sensors
 
-from .conftest import ROOT
-from .structures import chain, stepped, two_shafts
+from ..conftest import ROOT
+from ..structures import chain, stepped, two_shafts
 
 RIG = str(ROOT / "models" / "table1_rig.toml")
 HEURISTICS = ("backward", "forward", "exchange")

@@ -17,7 +17,7 @@ from clearance_mj.core.validation import Text, checked
 from clearance_mj.rig import Beam, Bushing, Contact, Grease, PointMass, Rig, Sensor, Shaker
 from clearance_mj.structure import LinearModel, Structure
 
-FILE = Path(__file__).parents[1] / "models" / "table1_rig.toml"
+FILE = Path(__file__).parents[2] / "models" / "table1_rig.toml"
 TABLES = tomllib.loads(FILE.read_text(encoding="utf-8"))
 GREASE, CONTACT = Grease(4369.0, 3.0), Contact(7.8e3, 4.0)
 MISSING = object()

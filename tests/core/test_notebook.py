@@ -16,7 +16,7 @@ from clearance_mj.clearance import HuntCrossley
 from clearance_mj.core.drawing import canvas, envelope
 from clearance_mj.core.overview import Overview
 
-from .processes import run
+from ..processes import run
 
 F = np.arange(5.0, 100.0)
 BROWSER = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")

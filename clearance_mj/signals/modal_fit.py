@@ -38,7 +38,7 @@ class ModalFit:
 
     def _pairs(self, poles: np.ndarray, ahead: np.ndarray, mirror: np.ndarray) -> np.ndarray:
         """(2 n_f, n, 2) columns that the real and the imaginary part of each residue multiply."""
-        size = -poles.real * self.s**2  # so that the columns of sharp and of broad modes are alike in length
+        size = -poles.real * self.s**2  # so that the columns of sharp and of broad modes have about one length
         pairs = np.stack((size * (ahead + mirror), 1j * size * (ahead - mirror)), axis=-1)
         return self.weighted(pairs.reshape(self.s.size, 2 * poles.size)).reshape(2 * self.s.size, poles.size, 2)
 
@@ -102,6 +102,7 @@ def line_weight(value: np.ndarray) -> np.ndarray:
 
 
 def damping_of(poles: np.ndarray) -> np.ndarray:
+    """Return the damping ratio of each pole."""
     return -poles.real / np.abs(poles)
 
 
@@ -143,14 +144,14 @@ def least_squares(
         normal = np.einsum("pko,qko->pq", slope, slope)
         normal[np.diag_indices_from(normal)] *= 1 + caution
         step = np.linalg.lstsq(normal, -np.einsum("pko,ko->p", slope, value), rcond=None)[0]
-        trial = np.clip(unknowns + step, lower, upper)
-        new_value, new_slope = residual(trial)
+        candidate = np.clip(unknowns + step, lower, upper)
+        new_value, new_slope = residual(candidate)
         square = np.sum(value**2)
         gain = square - np.sum(new_value**2)
         caution = caution / 10 if gain > 0 else caution * 10
-        converged = abs(gain) <= CONVERGED * square or np.max(np.abs(trial - unknowns)) <= CONVERGED
+        converged = abs(gain) <= CONVERGED * square or np.max(np.abs(candidate - unknowns)) <= CONVERGED
         if gain > 0:
-            unknowns, value, slope = trial, new_value, new_slope
+            unknowns, value, slope = candidate, new_value, new_slope
         if converged:
             break
     return unknowns

@@ -10,7 +10,7 @@ from clearance_mj.core.cache import file_lock
 from clearance_mj.core.errors import ClearanceError
 from clearance_mj.core.output_folder import WORK, OutputFolder, output_folder
 
-from .processes import FORK, content, ended, kill
+from ..processes import FORK, content, ended, kill
 
 FOREIGN = {
     "thesis.tex": b"\x00precious",

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from clearance_mj.core.errors import RigError
 from clearance_mj.rig import Rig, Tolerance
 
-FILE = Path(__file__).parents[1] / "models" / "table1_rig.toml"
+FILE = Path(__file__).parents[2] / "models" / "table1_rig.toml"
 
 
 @pytest.mark.parametrize(

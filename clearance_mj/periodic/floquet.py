@@ -8,8 +8,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..clearance._pointers import OPTIONS, kernel_loop
-from ._forces import Slopes
+from ..clearance.pointers import OPTIONS, kernel_loop
+from .forces import Slopes
 
 __all__ = ["monodromy"]
 
