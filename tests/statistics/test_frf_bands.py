@@ -167,7 +167,7 @@ def test_band_of_a_bench_holds_what_the_records_missed(rig):
     ones = np.ones((len(rig.sensors), 1))
     found = Stretch("ramp", 0.0, 5.0, 1.0, 0.5 * ones, 0.4 * ones)
     misfit = LawMisfit(tuple(rig.sensor_labels), "m/s²", np.array([5.0, 220.0]), (found,), ())
-    case = rig, SMALL_LAW
+    case = Model(rig, SMALL_LAW)
     band = frf_band(case, [case] * 3, random(5.0, 2048.0, (5, 220), 1.0, 1), resolution=1.0, misfit=misfit)
     assert band.half_width_db == pytest.approx(1.959964 * 0.5, rel=1e-6)  # as long as the stretch, as many averages
     longer = frf_band(case, [case] * 3, random(20.0, 2048.0, (5, 220), 1.0, 1), resolution=1.0, misfit=misfit)
