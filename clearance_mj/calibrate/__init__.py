@@ -1,9 +1,9 @@
 """Calibration: the rig's dimensions, stiffnesses and masses from measured frequencies, shapes or FRFs.
 
 The rig is taken in its linear state within the gap. Free parameters vary by their logarithms within bounds; the
-residuals, in standard deviations of the data, go to `scipy.optimize.least_squares` from several starts. The singular
-values of the Jacobian say what the data do not identify: 1/s is the standard deviation of a combination of logarithms,
-v its exponents. Several rigs may fit equally well; every start's solution is kept.
+residuals, in standard deviations of the data, are minimised from several starts (`clearance_mj.estimate.solve`). The
+singular values of the Jacobian say what the data do not identify: 1/s is the standard deviation of a combination of
+logarithms, v its exponents. Several rigs may fit equally well; every start's solution is kept.
 
 Friswell and Mottershead, Finite Element Model Updating in Structural Dynamics, 1995, chapters 5 and 8.
 """

@@ -8,12 +8,20 @@ from itertools import pairwise
 from typing import Any
 
 import numpy as np
-import scipy.optimize
 import scipy.stats
 from tqdm import tqdm
 
 from ..core.errors import RecordError, RigError
-from ..estimate.estimates import Combination, Estimates, principal_deviations, unidentified_combinations
+from ..estimate import (
+    Combination,
+    Estimates,
+    Problem,
+    Stop,
+    one_by_one,
+    principal_deviations,
+    solve,
+    unidentified_combinations,
+)  # fmt: skip
 from ..rig import Rig
 from ..signals.correlation import relative_error
 from ..signals.frf import QUANTITY
@@ -23,16 +31,13 @@ from .targets import FRFTarget, ModalTarget, sensor_rows
 
 __all__ = ["Calibration", "Solution", "calibrate", "profile"]
 
-MOST_STARTS = 1000
-"""each takes a tenth of a second or more"""
-STEP = 1e-4
-"""difference of a logarithm for the Jacobian"""
-SAME = 1e-3
-"""difference of logarithms below which two starts found the same rig"""
-AS_GOOD = 1.0
-"""Δχ² below which two rigs fit equally well"""
-EQUAL = 1e-6
-"""half of Δχ² below which rigs fit equally for every purpose"""
+MAX_STARTS = 1000  # each takes a tenth of a second or more
+MAX_DRAWS = 100  # of a hypercube, for points that are rigs
+STEP = 1e-4  # of a logarithm, for differences
+SAME = 1e-3  # difference of logarithms below which two starts found the same rig
+AS_GOOD = 1.0  # Δχ² below which two rigs fit equally well
+EQUAL = 2e-6  # Δχ² below which rigs fit equally for every purpose
+EXACT = Stop(steps=100, decrease=1e-12, move=1e-12)
 
 
 @dataclass(frozen=True, eq=False)
@@ -158,30 +163,33 @@ def calibrate(
         If a path is unknown, a bound is impossible or does not hold the start.
     RecordError
         If there are fewer data than free parameters, data of a sensor or an excitation that the rig lacks, or not 1
-        to `MOST_STARTS` starts.
+        to `MAX_STARTS` starts.
     """
-    if not 1 <= starts <= MOST_STARTS:
-        raise RecordError(f"starts must be 1 to {MOST_STARTS}, got {starts}")
-    problem = _Problem(rig, tuple(targets), free)
-    points = problem.starts(starts, seed)
-    solved = [problem.solve(x) for x in tqdm(points, desc=progress, unit="start", disable=progress is None)]
-    least = min(s.cost for s in solved) + EQUAL
+    if not 1 <= starts <= MAX_STARTS:
+        raise RecordError(f"starts must be 1 to {MAX_STARTS}, got {starts}")
+    comparison = _Comparison(rig, tuple(targets), free)
+    problem = Problem(
+        comparison.parameters, one_by_one(comparison.residual), step=STEP, central=True, lanes=False, invalid=RigError
+    )
+    points = _starts(problem, starts, seed)
+    every = tqdm(points, desc=progress, unit="start", disable=progress is None)
+    solved = [solve(problem, point, stop=EXACT) for point in every]
+    perfect = min(s.cost for s in solved) + EQUAL
     # What separates perfect fits is rounding: the nearest to the first start then goes first.
-    solved.sort(key=lambda s: (max(s.cost, least), np.linalg.norm(s.x - points[0])))
+    solved.sort(key=lambda s: (max(s.cost, perfect), np.linalg.norm(s.at - points[0])))
     best = solved[0]
-    direction, std = principal_deviations(best.jac)
-    freedom = sum(t.size for t in problem.targets) - len(problem.parameters)
-    model_error = max(1.0, 2 * best.cost / freedom) if freedom else 1.0
-    covariance = model_error * (direction.T * std**2) @ direction
+    direction, std = principal_deviations(best.jacobian)
+    freedom = best.residuals.size - problem.size
+    model_error = max(1.0, best.cost / freedom) if freedom else 1.0
     return Calibration(
-        rig=problem.rig(best.x),
+        rig=comparison.rig(best.values),
         start=rig,
-        targets=problem.targets,
-        estimates=Estimates.of(problem.parameters, np.exp(best.x), covariance),
-        residual=best.fun,
-        unidentified=unidentified_combinations(problem.paths, direction, std),
-        at_bound=tuple(path for path, at in zip(problem.paths, best.active_mask) if at),
-        solutions=tuple(Solution(np.exp(s.x), 2 * float(s.cost)) for s in solved),
+        targets=comparison.targets,
+        estimates=best.estimates(model_error * (direction.T * std**2) @ direction),
+        residual=best.residuals,
+        unidentified=unidentified_combinations(comparison.paths, direction, std),
+        at_bound=tuple(path for path, at in zip(comparison.paths, best.at_bound) if at),
+        solutions=tuple(Solution(s.values, s.cost) for s in solved),
     )
 
 
@@ -231,8 +239,8 @@ def profile(
     return found
 
 
-class _Problem:
-    """Residuals as a function of the logarithms of the free parameters."""
+class _Comparison:
+    """Rigs with values of the free parameters, compared with the targets."""
 
     def __init__(self, rig: Rig, targets: tuple[ModalTarget | FRFTarget, ...], free: Free):
         self.start, self.targets, self.paths = rig, targets, tuple(free)
@@ -243,13 +251,10 @@ class _Problem:
         if len(set(every)) < len(every):
             raise RigError(f"a free parameter is named twice: {', '.join(self.paths)}")
         self.parameters = [free_parameter(rig, path, bounds) for path, bounds in free.items()]
-        self.low, self.high = np.log([(p.low, p.high) for p in self.parameters]).T
         order = sorted((place, i) for i, b in enumerate(rig.bushings) if (place := parse_place(b.position)))
         self.order = [(i, j) for (a, i), (b, j) in pairwise(order) if a[0] == b[0]]
         """neighbours on one shaft"""
         self._check_targets()
-        self.impossible = np.full_like(self._compare(rig), np.inf)
-        """what `least_squares` answers with a shorter step"""
 
     def _check_targets(self) -> None:
         rig, size = self.start, sum(t.size for t in self.targets)
@@ -264,60 +269,38 @@ class _Problem:
                     f"{QUANTITY[rig.shaker.kind]}"
                 )
 
-    def rig(self, x: np.ndarray) -> Rig:
-        values = np.exp(x).tolist()
-        return with_values(self.start, {key: v for group, v in zip(self.keys, values) for key in group})
+    def rig(self, values: np.ndarray) -> Rig:
+        """Return the rig with values (n_free,); a RigError if there cannot be one."""
+        return with_values(self.start, {key: v for group, v in zip(self.keys, values.tolist()) for key in group})
 
-    def residual(self, x: np.ndarray) -> np.ndarray:
-        try:
-            rig = self.rig(x)
-        except RigError:
-            return self.impossible
+    def residual(self, values: np.ndarray) -> np.ndarray:
+        """(n_residuals,) of the targets, in standard deviations of the data."""
+        rig = self.rig(values)
         at = [parse_place(b.position) or ("", 0.0) for b in rig.bushings]
         if any(at[i] >= at[j] for i, j in self.order):
-            return self.impossible
-        return self._compare(rig)
-
-    def _compare(self, rig: Rig) -> np.ndarray:
+            raise RigError("bushings keep their order along the shaft")
         return np.concatenate([target.residual(rig) for target in self.targets])
 
-    def jacobian(self, x: np.ndarray) -> np.ndarray:
-        """Central differences, one-sided beside a rig that cannot be."""
-        columns = []
-        for step in STEP * np.eye(x.size):
-            ahead, behind, width = self.residual(x + step), self.residual(x - step), 2 * STEP
-            if not (np.isfinite(ahead).all() and np.isfinite(behind).all()):
-                here, width = self.residual(x), STEP
-                ahead, behind = (side if np.isfinite(side).all() else here for side in (ahead, behind))
-            columns.append((ahead - behind) / width)
-        return np.stack(columns, axis=1)
 
-    def starts(self, count: int, seed: int) -> list[np.ndarray]:
-        """The rig itself, then points of a Latin hypercube that are rigs."""
-        own = np.log([p.start or np.nan for p in self.parameters])
-        own = np.where(np.isfinite(own), own, (self.low + self.high) / 2)
-        inner = 1e-6 * (self.high - self.low)
-        points = [np.clip(own, self.low + inner, self.high - inner)]
-        if not np.isfinite(self.residual(points[0])).all():
-            raise RigError(
-                f"no rig can start with {', '.join(self.paths)} as given: bushings overlap or leave the shaft"
-            )
-        sampler = scipy.stats.qmc.LatinHypercube(len(self.paths), rng=np.random.default_rng(seed))
-        for _ in range(100):
-            if len(points) >= count:
-                break
-            drawn = self._spread(sampler.random(count))
-            points += [x for x in drawn if np.isfinite(self.residual(x)).all()]
-        return points[:count]
+def _starts(problem: Problem, count: int, seed: int) -> list[np.ndarray]:
+    """The rig itself, then points of a Latin hypercube that are rigs: even for positions, else for logarithms."""
+    inner = 1e-6 * (problem.high - problem.low)
+    points = [np.clip(np.zeros(problem.size), problem.low + inner, problem.high - inner)]
+    paths, ends = [p.name for p in problem.parameters], (problem.low, problem.high)
+    if not _possible(problem, points[0]):
+        raise RigError(f"no rig can start with {', '.join(paths)} as given: bushings overlap or leave the shaft")
+    sampler = scipy.stats.qmc.LatinHypercube(problem.size, rng=np.random.default_rng(seed))
+    low, high = problem.values(np.array(ends))
+    position = [path.endswith("position") for path in paths]
+    for _ in range(MAX_DRAWS):
+        if len(points) >= count:
+            break
+        share = sampler.random(count)
+        even = np.array([problem.at(values) for values in low + (high - low) * share])
+        drawn = np.where(position, even, problem.low + (problem.high - problem.low) * share)
+        points += [point for point in drawn if _possible(problem, point)]
+    return points[:count]
 
-    def _spread(self, share: np.ndarray) -> np.ndarray:
-        """Even between the bounds for a position, even between their logarithms for the rest."""
-        low, high = np.exp(self.low), np.exp(self.high)
-        position = [path.endswith("position") for path in self.paths]
-        return np.where(position, np.log(low + (high - low) * share), self.low + (self.high - self.low) * share)
 
-    def solve(self, start: np.ndarray) -> scipy.optimize.OptimizeResult:
-        return scipy.optimize.least_squares(
-            self.residual, start, self.jacobian, (self.low, self.high), x_scale="jac",
-            xtol=1e-12, ftol=1e-12, gtol=1e-12, max_nfev=100,
-        )  # fmt: skip
+def _possible(problem: Problem, point: np.ndarray) -> bool:
+    return bool(np.isfinite(problem.residuals(point[None])).all())

@@ -12,7 +12,7 @@ from collections.abc import MutableSequence, Sequence
 
 from ..core.errors import LawError
 from ..core.validation import Registered, register
-from ._pointers import CONTACT_ENERGY, CONTACT_LAW, address
+from .pointers import CONTACT_ENERGY, CONTACT_LAW, address
 
 __all__ = ["CONTACTS", "SLOWEST_IMPACT", "ContactModel", "Numbers", "register"]
 

@@ -8,7 +8,6 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ._pointers import kernel_loop
 from .contact import ContactModel
 from .kernel import (
     Clearance,
@@ -20,6 +19,7 @@ from .kernel import (
     follow_law,
     grease_step,
 )
+from .pointers import kernel_loop
 
 __all__ = ["cycle_force", "equivalent_contact", "fill_forces"]
 

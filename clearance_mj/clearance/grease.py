@@ -7,8 +7,8 @@ from collections.abc import Sequence
 
 from ..core.errors import LawError
 from ..core.validation import Registered, register
-from ._pointers import GREASE_ENERGY, GREASE_LAW, address
 from .contact import Numbers
+from .pointers import GREASE_ENERGY, GREASE_LAW, address
 
 __all__ = ["GREASES", "GreaseModel", "register"]
 

@@ -18,10 +18,10 @@ import numpy as np
 from ..core.errors import LawError
 from ..rig import Bushing as OfRig
 from ..rig import Grease
-from ._pointers import at, call_contact_law, call_grease_law
 from .gap import penetration
 from .grease import GreaseModel
 from .greases.bouc_wen import BoucWen
+from .pointers import at, call_contact_law, call_grease_law
 from .table import LawTable
 
 __all__ = [

@@ -11,10 +11,10 @@ from typing import NamedTuple
 import numba
 import numpy as np
 
-from ._lanes import any_below, call_in_lanes, larger, load, register_contact_law, rows, signed, store, where_above
 from .contact import ContactModel
 from .kernel import Clearance
 from .lane_greases import law_in_lanes
+from .lanes import any_below, call_in_lanes, larger, load, register_contact_law, rows, signed, store, where_above
 
 __all__ = ["LaneContacts", "contact_in_lanes", "lane_contacts", "penetration_in_lanes"]
 

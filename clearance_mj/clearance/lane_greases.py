@@ -1,6 +1,6 @@
 """Greases of several rigs side by side: their laws work on all lanes at once where they are written so that they can.
 
-A law can if it is made of + - * /, abs and the functions of _lanes.py, without branches; other laws are called lane by
+A law can if it is made of + - * /, abs and the functions of lanes.py, without branches; other laws are called lane by
 lane, by `kernel.grease_step`.
 """
 
@@ -13,9 +13,9 @@ import numba
 import numpy as np
 from numba.core.errors import NumbaError
 
-from ._lanes import call_in_lanes, load, register_law, rows, store
-from ._pointers import address
 from .grease import GreaseModel
+from .lanes import call_in_lanes, load, register_law, rows, store
+from .pointers import address
 
 __all__ = ["LaneGreases", "grease_in_lanes", "lane_greases", "law_in_lanes"]
 

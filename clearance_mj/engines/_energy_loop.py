@@ -7,9 +7,9 @@ from typing import NamedTuple
 import numba
 import numpy as np
 
-from ..clearance._pointers import at, call_contact_energy, call_grease_energy, kernel_loop
 from ..clearance.gap import penetration
 from ..clearance.kernel import Clearance, contact_force, contact_step, follow_law, grease_step
+from ..clearance.pointers import at, call_contact_energy, call_grease_energy, kernel_loop
 
 SIDE, BEGIN, V_IN, PEAK, IMPULSE, LOST = range(6)
 

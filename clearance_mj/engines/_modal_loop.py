@@ -1,6 +1,6 @@
 """The compiled loop of the modal engine, for one simulation or several side by side; see modal.py.
 
-Every array has the lanes (see _lanes.py) as its last axis; the bushings' records stand lane after lane.
+Every array has the lanes (see lanes.py) as its last axis; the bushings' records stand lane after lane.
 """
 
 from __future__ import annotations
@@ -10,11 +10,11 @@ from typing import NamedTuple
 import numba
 import numpy as np
 
-from ..clearance._lanes import all_below, larger, load, spread, store
-from ..clearance._pointers import OPTIONS, kernel_loop
 from ..clearance.kernel import Clearance, contact_step, follow_law, grease_step
 from ..clearance.lane_contacts import LaneContacts, contact_in_lanes, penetration_in_lanes
 from ..clearance.lane_greases import LaneGreases, grease_in_lanes
+from ..clearance.lanes import all_below, larger, load, spread, store
+from ..clearance.pointers import OPTIONS, kernel_loop
 
 __all__ = ["Motion", "Shaft", "advance", "advance_whole"]
 

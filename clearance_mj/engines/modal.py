@@ -107,7 +107,7 @@ class ModalRun(Run):
 
 
 class SideBySide(Run):
-    """Runs, from their start, of the same step and size under one excitation, advanced together; see _lanes.py."""
+    """Runs, from their start, of the same step and size under one excitation, advanced together; see lanes.py."""
 
     def __init__(self, runs: Sequence[ModalRun]):
         self.runs, self.steps, self.step, self.lanes = runs, 0, runs[0].step, tuple(range(len(runs)))

@@ -18,12 +18,12 @@ import mujoco
 import numba
 import numpy as np
 
-from ..clearance._pointers import OPTIONS, kernel_loop
 from ..clearance.kernel import Clearance, clearance_records, contact_force, contact_step, follow_law, grease_step
 from ..clearance.law import Law
+from ..clearance.pointers import OPTIONS, kernel_loop
 from ..core.errors import LawError, SimulationError
 from ..physical import SOLREF_PER_UNIT
-from ..physical._library import LIBRARY, external
+from ..physical.library import LIBRARY, external
 from ..rig import Rig
 from .base import Engine, Equations, Run, diverged, location
 from .plant import Maps, Plant, hold, tendon_rows

@@ -51,8 +51,13 @@ class Parameter:
         return np.exp(varied) if self.transform == "log" else np.asarray(varied)
 
     @property
+    def has_prior(self) -> bool:
+        """Whether more than the bounds is known before the fit."""
+        return math.isfinite(self.prior_std)
+
+    @property
     def known_std(self) -> float:
         """Standard deviation before the fit: the prior's, or that of the uniform distribution between the bounds."""
-        if math.isfinite(self.prior_std):
+        if self.has_prior:
             return self.prior_std
         return (self.to_varied(self.high) - self.to_varied(self.low)) / math.sqrt(12)

@@ -45,7 +45,7 @@ class Problem:
         Of the residuals; the priors stay outside of it. Default: sum of squares.
     units : array_like, shape (n,), optional
         Units of the coordinates of parameters without a prior, of what varies.
-    step : float
+    step : float or array_like, shape (n,)
         Coordinates, step of the differences.
     central : bool
         Whether differences are taken to both sides.
@@ -60,12 +60,13 @@ class Problem:
 
     def __init__(
         self, parameters: Sequence[Parameter], residuals: Residuals, *, loss: Loss | None = None,
-        units: ArrayLike = 1.0, step: float = 1e-3, central: bool = False, lanes: bool = True,
+        units: ArrayLike = 1.0, step: ArrayLike = 1e-3, central: bool = False, lanes: bool = True,
         linearise: Callable[[np.ndarray], Linearised] | None = None,
         invalid: type[Exception] | tuple[type[Exception], ...] = (),
     ) -> None:  # fmt: skip
         self.parameters, self.function, self.loss = tuple(parameters), residuals, loss or Squares()
-        self.step, self.central, self.lanes, self.linearise, self.invalid = step, central, lanes, linearise, invalid
+        self.step, self.central, self.lanes = np.asarray(step, dtype=float), central, lanes
+        self.linearise, self.invalid = linearise, invalid
         prior = np.array([p.prior_std for p in self.parameters])
         self.known = np.isfinite(prior)
         """(n,) bool: has a prior"""

@@ -1,8 +1,9 @@
 """Identification of the clearance from test records."""
 
-from ..physical.identification import ModelFit, ModelRecord, Prediction, model
 from . import methods
-from .follow.bench_twin import Alarm, Twin, twin
+from .follow.alarms import Alarm
+from .follow.bench_twin import twin
+from .follow.history import Twin
 from .laws.comparison import FamilyFit
 from .laws.hysteresis import bouc_wen
 from .laws.jointed_mode import ForcedCurve, fit_jointed_mode
@@ -27,9 +28,6 @@ __all__ = [
     "ForcedCurve",
     "Identified",
     "JointedStructure",
-    "ModelFit",
-    "ModelRecord",
-    "Prediction",
     "RigUpdate",
     "Twin",
     "bouc_wen",
@@ -41,7 +39,6 @@ __all__ = [
     "get_method",
     "law",
     "methods",
-    "model",
     "nominal",
     "priors",
     "register",

@@ -19,9 +19,9 @@ import numpy as np
 from ..core.checks import check_dof, naming
 from ..core.errors import RecordError
 from ..core.files import TOO_DENSE, most_unpacked, plain_file, replacing
-from ..signals._labelled import KIND, UNITS, attribute, labels, require_kind, values
 from ..signals.ema import Modes
 from ..signals.frf import FRF
+from ..signals.labelled import KIND, UNITS, attribute, labels, require_kind, values
 from ..signals.response import Response
 from .channels import Channel, require_one_time
 from .registry import Format, register

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..clearance._pointers import OPTIONS, kernel_loop
+from ..clearance.pointers import OPTIONS, kernel_loop
 from ._forces import Laws, Slopes, along, equal
 
 __all__ = ["Grid", "Linear", "balance", "blocks"]

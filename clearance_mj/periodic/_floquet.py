@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..clearance._pointers import OPTIONS, kernel_loop
+from ..clearance.pointers import OPTIONS, kernel_loop
 from ._forces import Slopes
 
 __all__ = ["monodromy"]

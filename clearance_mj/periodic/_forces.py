@@ -16,8 +16,8 @@ from typing import Any, NamedTuple
 import numba
 import numpy as np
 
-from ..clearance._pointers import OPTIONS, at, call_contact_law, call_grease_law, kernel_loop
 from ..clearance.gap import penetration
+from ..clearance.pointers import OPTIONS, at, call_contact_law, call_grease_law, kernel_loop
 
 __all__ = ["Laws", "Slopes", "along", "equal"]
 

@@ -12,7 +12,7 @@ import numpy as np
 from ..clearance.law import Law
 from ..core.errors import ClearanceError
 from ..rig import Rig
-from ..signals import _labelled as labelled
+from ..signals import labelled
 from ..signals.arrays import read_only
 from .branch import Branch
 from .condensed import condensed

@@ -10,7 +10,7 @@ import numpy as np
 
 from ..clearance.law import Law
 from ..rig import Rig
-from ..signals import _labelled as labelled
+from ..signals import labelled
 from ..signals.arrays import read_only
 from .vibrations import UNITS, Vibrations
 

@@ -13,7 +13,7 @@ from tqdm import tqdm
 
 from ..core.errors import ClearanceError, ExcitationError
 from ..core.tasks import workers_to_use
-from ..signals import _labelled as labelled
+from ..signals import labelled
 from ..signals.arrays import ArrayData, read_only
 from .around import all_around
 from .branch import Branch

@@ -13,7 +13,7 @@ from ..clearance.law import Law
 from ..core.errors import ClearanceError, ExcitationError, RigError
 from ..core.tasks import run_tasks, workers_to_use
 from ..rig import Rig
-from ..signals import _labelled as labelled
+from ..signals import labelled
 from ..signals.arrays import ArrayData, read_only
 from ._forces import along
 from .arcs import Vibrations, curve

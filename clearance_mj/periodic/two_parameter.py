@@ -20,7 +20,7 @@ from scipy.optimize import minimize_scalar
 from ..clearance.law import Law
 from ..core.errors import ClearanceError, ExcitationError
 from ..rig import Rig
-from ..signals import _labelled as labelled
+from ..signals import labelled
 from ..signals.arrays import ArrayData, read_only
 from ._balance import balance
 from .branch import Branch, SpecialPoint

@@ -14,10 +14,10 @@ from numba import types
 from numba.core import cgutils
 from numba.extending import intrinsic
 
-from ..clearance._pointers import OPTIONS, caller, kernel_loop
 from ..clearance.kernel import BUSHING, STATE, contact_force, contact_step, follow_law, grease_step
-from . import _library
-from ._library import external
+from ..clearance.pointers import OPTIONS, caller, kernel_loop
+from . import library
+from .library import external
 
 __all__ = ["BUSHING_SIZE", "ELEMENT", "FRICTION", "HEAD", "JOINT", "OF_FRICTION", "PAIR", "ROW", "TENDON", "soften"]
 
@@ -31,11 +31,11 @@ DATA = (
 MODEL = ("signature", "numeric_data", "jnt_range", "tendon_range", "ten_J_colind", "body_rootid")
 CONTACT = ("pos", "frame", "geom", "efc_address")
 PLACES = {
-    **{f"d_{name}": _library.DATA[name] for name in DATA},
-    **{f"m_{name}": _library.MODEL[name] for name in MODEL},
-    **{f"c_{name}": _library.CONTACT[name] for name in CONTACT},
-    "m_timestep": _library.MODEL["opt"] + _library.OPTION["timestep"],
-    "contact_size": _library.CONTACT_SIZE,
+    **{f"d_{name}": library.DATA[name] for name in DATA},
+    **{f"m_{name}": library.MODEL[name] for name in MODEL},
+    **{f"c_{name}": library.CONTACT[name] for name in CONTACT},
+    "m_timestep": library.MODEL["opt"] + library.OPTION["timestep"],
+    "contact_size": library.CONTACT_SIZE,
 }  # Offsets in MuJoCo's structures, bytes
 
 _OWN = (

@@ -11,8 +11,8 @@ from typing import Any, NamedTuple
 import mujoco
 import numpy as np
 
-from ..clearance._pointers import address
 from ..clearance.kernel import BUSHING, STATE, Clearance, clearance_records, side_by_side
+from ..clearance.pointers import address
 from ..core.errors import ModelError
 from ..rig import Bushing, Contact, Grease
 from . import _softener_loop as loop

@@ -11,7 +11,7 @@ import scipy.optimize
 
 from ..core.errors import RecordError
 from ..core.overview import Overview, Shown, few, span
-from . import _labelled as labelled
+from . import labelled
 from .arrays import ArrayData, read_only
 from .correlation import csac, csac_per_sensor, csf, csf_per_sensor, frac, mac, mre, relative_error, rmse_db
 from .ema import NO_MODES, Modes, extract_modes

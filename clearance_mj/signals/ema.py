@@ -21,10 +21,10 @@ import scipy.ndimage
 
 from ..core.errors import RecordError
 from ..core.overview import Overview, Shown, few
-from . import _labelled as labelled
-from ._modal_fit import ModalFit, damping_of, least_squares, line_weight, poles_of, qr
+from . import labelled
 from .arrays import ArrayData, read_only
 from .frf import FRF
+from .modal_fit import ModalFit, damping_of, least_squares, line_weight, poles_of, qr
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike
 from ..core.errors import ExcitationError
 from ..core.memory import require_memory
 from ..core.overview import Overview, Shown
-from . import _labelled as labelled
+from . import labelled
 from .arrays import ArrayData, read_only
 
 if TYPE_CHECKING:

@@ -11,9 +11,9 @@ from numpy.typing import ArrayLike
 
 from ..core.errors import RecordError
 from ..core.overview import Overview, Shown, few, span
-from . import _labelled as labelled
-from ._labelled import UNITS
+from . import labelled
 from .arrays import ArrayData, read_only, rows_of
+from .labelled import UNITS
 from .response import Response
 from .welch import ESTIMATORS, WINDOWS, Band, Welch, lines_within
 

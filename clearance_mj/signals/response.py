@@ -10,7 +10,7 @@ import numpy as np
 
 from ..core.errors import RecordError
 from ..core.overview import Overview, Shown, few
-from . import _labelled as labelled
+from . import labelled
 from .arrays import ArrayData, read_only, rows_of
 
 if TYPE_CHECKING:

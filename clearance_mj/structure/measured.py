@@ -18,10 +18,10 @@ import numpy as np
 import scipy.optimize
 
 from ..core.errors import RecordError
-from ..signals._modal_fit import ModalFit, line_weight
 from ..signals.correlation import frac, rmse_db
 from ..signals.ema import extract_modes
 from ..signals.frf import FRF, join_references
+from ..signals.modal_fit import ModalFit, line_weight
 from .base import parse_dof
 from .mode_files import phase_collinearity
 from .modes import OMEGA_RATIO, ModalStructure, flexibility_root

@@ -19,9 +19,8 @@ import numpy as np
 import scipy.signal
 from matplotlib.figure import Figure
 
-import clearance_mj as cm
 from clearance_mj import physical
-from clearance_mj.identify import ModelFit, ModelRecord
+from clearance_mj.physical.identification import ModelFit, ModelRecord, fit_model
 
 FS = 1000.0
 """Hz, of the record"""
@@ -218,7 +217,7 @@ def case(seed: int, motor_side: bool) -> tuple[dict[str, Any], ModelFit, Any]:
             name="elbow drive encoder", type=mujoco.mjtSensor.mjSENS_JOINTPOS, objtype=mujoco.mjtObj.mjOBJ_JOINT,
             objname="elbow drive",
         )  # fmt: skip
-    fit = cm.identify.model(spec, record(seed, seed, motor_side), list(TRUE))
+    fit = fit_model(spec, record(seed, seed, motor_side), list(TRUE))
     took = time.perf_counter() - began
     prediction = fit.predict(record(1000 + seed, seed, motor_side))
     low, high = fit.estimates.interval()

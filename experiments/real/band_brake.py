@@ -21,23 +21,20 @@ Parameters are found by output error with a robust loss, since such brakes chatt
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import scipy.optimize
 from numpy.typing import ArrayLike
 
 from clearance_mj.core.errors import RecordError
-from clearance_mj.estimate.estimates import Estimates, principal_deviations
-from clearance_mj.estimate.parameter import Parameter
-from clearance_mj.identify.laws.hysteresis import NOISE_FLOOR, UNRELATED, checked, checked_records, correlation_time
+from clearance_mj.estimate import Estimates, Parameter, Problem, SoftL1, Stop, coloured, one_by_one, solve
+from clearance_mj.identify.laws.hysteresis import UNRELATED, checked, checked_records
 from experiments.real.band_brake_loop import band_brake_force, reversal_travel
 
 __all__ = ["BandBrakeFit", "BrakeSide", "band_brake", "travel_since_reversal"]
 
-Residual = Callable[[np.ndarray], np.ndarray]
 SIDE = {"slide": "N", "start": "1", "rise": "1", "elastic": "m", "exponent": "1"}
 REST = {"gap": "m", "dead_stiffness": "N/m", "damping": "N s/m", "friction": "N", "force_zero": "N",
         "charge_travel": "m", "charge": "1"}  # fmt: skip
@@ -45,12 +42,10 @@ NAMES = {f"{name}_{way}": unit for way in ("pull", "push") for name, unit in SID
 """parameters of a fit and their units"""
 STARTS = ((0.15, 0.2), (0.15, 0.8), (0.4, 0.2), (0.4, 0.8))
 """elastic, dead and charge travel together, as a share of half the range of the displacement, and charge"""
-POLISHED = 2
-"""starts, the best after a rough solution, that are solved to the end"""
-ROBUST = 0.1
-"""residual, as a share of the force's RMS, from which on it counts by its amount instead of its square"""
-ROUGH, FINAL = 8, 60
-"""evaluations, at most, before the best starts are chosen and after"""
+POLISHED = 2  # starts, the best after a rough solution, that are solved to the end
+ROBUST = 0.1  # residual, as a share of the force's RMS, above which it counts by its amount instead of its square
+ROUGH_STEPS, MAX_STEPS = 8, 60  # of the search before the best starts are chosen, and after
+STEP = 1e-5  # of a logarithm, or of the range between bounds, for differences
 
 
 @dataclass(frozen=True)
@@ -119,7 +114,7 @@ class BandBrakeFit:
     def force(self, time: ArrayLike, displacement: ArrayLike, first: float = 0.0) -> np.ndarray:
         """Force (n,), N, under a displacement (n,), m, over rising times (n,), s.
 
-        ``first``: N, the force when the record began, which tells where the band stood; 0: amid the dead travel.
+        ``first``: N, the force when the record began, which says where the band stood; 0: amid the dead travel.
         """
         t, x, _ = checked(time, displacement, np.zeros(np.shape(time)), "the motion")
         return _force(self.value, x, speed(t, x, self.speed_over), first)
@@ -198,21 +193,31 @@ def band_brake(
         model = [_force(whole, *motion)[u] for motion, u in zip(motions, used)]
         return (np.concatenate(model) - measured) / scale
 
-    rough = [_solve(residual, _parameters(records, measured, motions, *start), held, ROUGH) for start in STARTS]
-    rough.sort(key=lambda r: r[0].cost)
-    polished = [_solve(residual, parameters, held, FINAL) for _, parameters, _ in rough[:POLISHED]]
-    best, parameters, value = min(polished, key=lambda r: r[0].cost)
-    left = residual(value)
-    nrmse = float(np.sqrt(np.mean(left**2)))
+    free = np.array([name not in held for name in NAMES])
+    whole = np.array([held.get(name, 0.0) for name in NAMES])
+
+    def full(value: np.ndarray) -> np.ndarray:
+        found = whole.copy()
+        found[free] = value
+        return found
+
+    every = [_parameters(records, measured, motions, *start) for start in STARTS]
+    parameters = [p for p, is_free in zip(every[0], free) if is_free]
+    problem = Problem(
+        parameters, one_by_one(lambda value: residual(full(value))), loss=SoftL1(ROBUST), step=STEP, lanes=False,
+        units=[1.0 if p.transform == "log" else p.high - p.low for p in parameters],
+    )  # fmt: skip
+    starts = [problem.at([p.start for p, is_free in zip(each, free) if is_free]) for each in every]
+    rough = solve(problem, starts, tries=len(starts), stop=Stop(ROUGH_STEPS, decrease=1e-7, move=1e-7))
+    best_two = [s.at for s in (rough, *rough.others)[:POLISHED]]
+    best = solve(problem, best_two, tries=POLISHED, stop=Stop(MAX_STEPS, decrease=1e-7, move=1e-7))
+    nrmse = float(np.sqrt(np.mean(best.residuals**2)))
     if nrmse > UNRELATED:
         raise RecordError(
             f"the force does not follow the displacement ({100 * nrmse:.0f} % of it is left): no band brake"
         )
-    direction, std = principal_deviations(best.jac)
-    spread = left.var() * correlation_time(left) + NOISE_FLOOR**2
-    free = [i for i, name in enumerate(NAMES) if name not in held]
-    estimates = Estimates.of([parameters[i] for i in free], value[free], (direction.T * std**2) @ direction * spread)
-    return BandBrakeFit.of(value, speed_over, estimates=estimates, nrmse=nrmse)
+    estimates = best.estimates(coloured(best.rows, best.residuals))
+    return BandBrakeFit.of(full(best.values), speed_over, estimates=estimates, nrmse=nrmse)
 
 
 def _used(use: Any, records: Sequence[tuple[np.ndarray, ...]]) -> list[np.ndarray]:
@@ -251,26 +256,3 @@ def _parameters(
         Parameter(name, unit, float(start), float(low), float(high), transform=transform)  # type: ignore[arg-type]
         for (name, unit), (start, low, high, transform) in zip(NAMES.items(), bounds)
     )
-
-
-def _solve(
-    residual: Residual, parameters: tuple[Parameter, ...], held: Mapping[str, float], most: int
-) -> tuple[scipy.optimize.OptimizeResult, tuple[Parameter, ...], np.ndarray]:
-    """Solve from the parameters' starts; the solution, the parameters that start there, and the values (17,)."""
-    free = [i for i, p in enumerate(parameters) if p.name not in held]
-    whole = np.array([held.get(p.name, p.start) for p in parameters])
-
-    def natural(varied: np.ndarray) -> np.ndarray:
-        value = whole.copy()
-        value[free] = [parameters[i].from_varied(v) for i, v in zip(free, varied)]
-        return value
-
-    ends = [(p.to_varied(p.low), p.to_varied(p.start), p.to_varied(p.high)) for p in parameters if p.name not in held]
-    low, start, high = np.transpose(ends)
-    inside = np.clip(start, low + 1e-6 * (high - low), high - 1e-6 * (high - low))
-    found = scipy.optimize.least_squares(
-        lambda v: residual(natural(v)), inside, bounds=(low, high), x_scale="jac", diff_step=1e-4, loss="soft_l1",
-        f_scale=ROBUST, max_nfev=most, ftol=1e-7, xtol=1e-7,
-    )  # fmt: skip
-    value = natural(found.x)
-    return found, tuple(replace(p, start=float(v)) for p, v in zip(parameters, value)), value

@@ -17,7 +17,11 @@ from clearance_mj.clearance import (
     KelvinVoigt,
     MaxwellSlip,
 )
-from clearance_mj.clearance._lanes import (
+from clearance_mj.clearance.greases.bouc_wen import BoucWen
+from clearance_mj.clearance.kernel import clearance_records, contact_step, grease_step
+from clearance_mj.clearance.lane_contacts import contact_in_lanes, lane_contacts, penetration_in_lanes
+from clearance_mj.clearance.lane_greases import grease_in_lanes, lane_greases
+from clearance_mj.clearance.lanes import (
     all_below,
     any_below,
     exponential,
@@ -30,11 +34,7 @@ from clearance_mj.clearance._lanes import (
     where_above,
     whole,
 )
-from clearance_mj.clearance._pointers import OPTIONS
-from clearance_mj.clearance.greases.bouc_wen import BoucWen
-from clearance_mj.clearance.kernel import clearance_records, contact_step, grease_step
-from clearance_mj.clearance.lane_contacts import contact_in_lanes, lane_contacts, penetration_in_lanes
-from clearance_mj.clearance.lane_greases import grease_in_lanes, lane_greases
+from clearance_mj.clearance.pointers import OPTIONS
 from clearance_mj.rig import Grease
 
 from ..conftest import TABLE1

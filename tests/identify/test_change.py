@@ -32,7 +32,7 @@ def test_a_step_has_the_likelihood_ratio_of_two_means():
     changes = Changes(Belief.independent([0.0], [1e3]), np.array([1e3]))
     for each in seen(values, std):
         changes.observations.append(each)
-    change, excess = changes.look(np.eye(1), np.array([0.2]))
+    change, excess = changes.likeliest(np.eye(1), np.array([0.2]))
     size, spread = values[30:].mean() - values[:30].mean(), std * np.sqrt(1 / 30 + 1 / 6)
     assert (change.kind, change.windows) == (0, 6)
     assert change.size == pytest.approx(size, rel=1e-6)
@@ -50,7 +50,7 @@ def test_the_kind_that_changed_is_named():
     for i in range(40):
         y = rng.multivariate_normal([0.0, 0.4 if i >= 35 else 0.0], covariance)
         changes.observations.append(Observation(precision, precision @ y))
-    change, _ = changes.look(np.eye(2), np.zeros(2))
+    change, _ = changes.likeliest(np.eye(2), np.zeros(2))
     assert (change.kind, change.windows) == (1, 5)
     assert change.size == pytest.approx(0.4, abs=3 * 0.1 * np.sqrt(1 - 0.9**2) / np.sqrt(4))
 
@@ -64,7 +64,7 @@ def test_without_a_change_nothing_is_larger_than_what_does_not_matter():
         for each in seen(np.random.default_rng(seed).normal(0.0, 0.1, 100), 0.1):
             scatter = changes.add(belief, each)
             belief = fused(belief, each, scatter)
-        largest.append(changes.look(np.eye(1), np.array([0.05]))[1])
+        largest.append(changes.likeliest(np.eye(1), np.array([0.05]))[1])
     assert max(largest) < 4.0
 
 
@@ -75,4 +75,4 @@ def test_windows_that_scatter_more_are_believed_less():
         scatter = changes.add(belief, each)
     expected = 4 * scipy.stats.chi2(3).cdf(9 / 4) + 9 * scipy.stats.chi2(1).sf(9 / 4)
     assert scatter == pytest.approx(expected, abs=0.25)
-    assert Changes(belief, np.array([1.0])).look(np.eye(1), np.zeros(1)) is None
+    assert Changes(belief, np.array([1.0])).likeliest(np.eye(1), np.zeros(1)) is None

@@ -6,17 +6,18 @@ import numpy as np
 import pytest
 
 from clearance_mj.clearance import ContactLaw
+from clearance_mj.clearance.family import CONTACT_FAMILIES, FILLING_FAMILIES
 from clearance_mj.estimate.parameter import Parameter
 from clearance_mj.identify.forces.restoring import RestoringForce
-from clearance_mj.identify.laws.comparison import _again, compared
-from clearance_mj.identify.laws.families import CONTACTS, GREASES, split
-from clearance_mj.identify.laws.force_fit import Motion, fit
+from clearance_mj.identify.laws.comparison import fit_families, fit_from_rival
+from clearance_mj.identify.laws.force_fit import fit_force
+from clearance_mj.identify.laws.measured_motion import MeasuredMotion
 from clearance_mj.rig import Bushing, Contact, Grease
 
 FS, SECONDS, FINE = 2048.0, 5.0, 8
 GAP, OFFSET = 3.3e-4, 6e-5
 """of the truth; the rig file says 0.3 mm and 0"""
-TOLD = Bushing(0.5, 3e-4, 0.012, Grease(4000.0, 2.0), Contact(1e4, 2.0))
+NOMINAL = Bushing(0.5, 3e-4, 0.012, Grease(4000.0, 2.0), Contact(1e4, 2.0))
 K, C, HEIGHT = 3500.0, 3.0, 9e-4
 """of the grease"""
 GAPS = [
@@ -25,52 +26,49 @@ GAPS = [
 ]
 
 
-def by_name(families, name):
-    return next(family for family in families if family.name == name)
-
-
 # What families make.
 
 
 @pytest.mark.parametrize("gap", [1e-4, 3e-4])
 def test_a_power_law_has_its_force_at_one_gap(gap):
-    bushing = dataclasses.replace(TOLD, gap=gap)
-    contact = by_name(CONTACTS, "power law").make(bushing, 2.5, 4.0, 1.7)
+    bushing = dataclasses.replace(NOMINAL, gap=gap)
+    contact = CONTACT_FAMILIES["power law"].make(bushing, 2.5, 4.0, 1.7)
     assert contact.force(gap, 0.0) == pytest.approx(2.5, rel=1e-12)
     assert contact.force(2 * gap, 0.0) == pytest.approx(2.5 * 2**1.7, rel=1e-12)
     assert contact.force(gap, 0.05) == pytest.approx(2.5 * (1 + 4.0 * 0.05), rel=1e-12)
 
 
 def test_linear_and_cubic_contacts_are_springs_and_dampers():
-    linear = by_name(CONTACTS, "linear").make(TOLD, 8e3, 5.0)
-    cubic = by_name(CONTACTS, "linear + cubic").make(TOLD, 8e3, 5.0, 9e10, 2.0)
+    linear = CONTACT_FAMILIES["linear"].make(NOMINAL, 8e3, 5.0)
+    cubic = CONTACT_FAMILIES["linear + cubic"].make(NOMINAL, 8e3, 5.0, 9e10, 2.0)
     assert linear.force(2e-4, 0.1) == pytest.approx(8e3 * 2e-4 + 0.5, rel=1e-12)
     assert cubic.force(2e-4, 0.1) == pytest.approx((8e3 * 2e-4 + 9e10 * 2e-4**3) * 1.2 + 0.5, rel=1e-12)
 
 
 def test_the_elements_of_maxwell_slip_slide_from_their_displacements_on():
     springs, yields = (400.0, 300.0, 200.0, 100.0), (2e-5, 6e-5, 1e-4, 3e-4)
-    grease = by_name(GREASES, "Maxwell-slip").make(TOLD, K, C, HEIGHT, *yields, *springs)
+    grease = FILLING_FAMILIES["Maxwell-slip"].make(NOMINAL, K, C, HEIGHT, *yields, *springs)
     np.testing.assert_allclose(np.divide(grease.forces, grease.springs), yields, rtol=1e-12)
     assert grease.small_motion() == (pytest.approx(K + 1000.0), C)
-    falling = by_name(GREASES, "Maxwell-slip, Stribeck").make(TOLD, 0.4, 0.02, K, C, HEIGHT, *yields, *springs)
+    falling = FILLING_FAMILIES["Maxwell-slip, Stribeck"].make(NOMINAL, 0.4, 0.02, K, C, HEIGHT, *yields, *springs)
     assert (falling.static_ratio, falling.stribeck_speed, falling.forces) == (1.4, 0.02, grease.forces)
 
 
 def test_bouc_wen_ends_at_its_yield_displacement():
     """z tends to (A / (β + γ))^(1/n) with A = 1."""
-    grease = by_name(GREASES, "Bouc-Wen").make(TOLD, K, C, HEIGHT, 0.7, 1.5e-4, 1.6, 0.8)
+    grease = FILLING_FAMILIES["Bouc-Wen"].make(NOMINAL, K, C, HEIGHT, 0.7, 1.5e-4, 1.6, 0.8)
     assert grease.yield_displacement == pytest.approx(1.5e-4, rel=1e-12)
     assert grease.beta / (grease.beta + grease.gamma) == pytest.approx(0.8, rel=1e-12)
 
 
-@pytest.mark.parametrize("contact", CONTACTS, ids=lambda family: family.name)
-@pytest.mark.parametrize("grease", GREASES, ids=lambda family: family.name)
+@pytest.mark.parametrize("contact", CONTACT_FAMILIES.values(), ids=lambda family: family.name)
+@pytest.mark.parametrize("grease", FILLING_FAMILIES.values(), ids=lambda family: family.name)
 def test_bounds_and_starts_make_laws(contact, grease):
-    parameters = [*contact.parameters(TOLD), *grease.parameters(TOLD)]
+    parameters = [*contact.parameters(NOMINAL), *grease.parameters(NOMINAL)]
     for end in ("low", "start", "high"):
-        values = [float(p.from_varied(p.to_varied(getattr(p, end)))) for p in parameters]
-        assert isinstance(ContactLaw(*split(values, TOLD, contact, grease)), ContactLaw)
+        values, n = [getattr(p, end) for p in parameters], len(contact.parameters(NOMINAL))
+        law = ContactLaw(contact.make(NOMINAL, *values[:n]), grease.make(NOMINAL, *values[n:]))
+        assert isinstance(law, ContactLaw)
     assert all(p.low < p.start < p.high and p.prior_std > 0 for p in parameters)
 
 
@@ -153,12 +151,12 @@ def motion(rig, contact, slips=False, level=1e-3, noise=2e-3, records=(SECONDS,)
         spectrum[: int(np.ceil(low * seconds))] = 0
         whole = recorded(x, v, np.fft.irfft(spectrum), noise)
         found.append(dataclasses.replace(whole, band=(low, whole.band[1])))
-    return Motion(found, rig.replace(bushings=(TOLD,)), 0, GAPS)
+    return MeasuredMotion(found, rig.replace(bushings=(NOMINAL,)), 0, GAPS)
 
 
 @pytest.mark.parametrize("name", CONTACT_FORCES)
 def test_gap_offset_and_stiffness_are_those_of_the_force(rig, name, measured):
-    found = fit(motion(rig, name), by_name(CONTACTS, name), by_name(GREASES, "linear"))
+    found = fit_force(motion(rig, name), CONTACT_FAMILIES[name], FILLING_FAMILIES["linear"])
     value = dict(zip(found.estimates.names, found.estimates.value))
     of = f"of a {name} contact, from forces along a motion"
     measured.equal(f"gap {of} (m)", found.bushing.gap, GAP, "prescribed", rel=3e-3)
@@ -175,7 +173,7 @@ def test_gap_offset_and_stiffness_are_those_of_the_force(rig, name, measured):
     ("contact", "slips"), [pytest.param("linear", False, marks=pytest.mark.slow), ("power law", True)]
 )
 def test_the_family_that_made_the_forces_is_preferred(rig, contact, slips):
-    families = compared([motion(rig, contact, slips)])
+    families = fit_families([motion(rig, contact, slips)])
     assert families[0].contact == contact
     assert families[0].grease == ("Maxwell-slip" if slips else "linear")
     assert families[0].weight > 0.9
@@ -185,17 +183,17 @@ def test_the_family_that_made_the_forces_is_preferred(rig, contact, slips):
 
 def test_a_fit_that_misses_more_than_a_rival_begins_again_from_there(rig):
     """Contact linear + cubic holds the linear one that made the forces, so it need not miss more."""
-    here, grease = motion(rig, "linear"), by_name(GREASES, "linear")
-    rival = fit(here, by_name(CONTACTS, "linear"), grease)
-    found = fit(here, by_name(CONTACTS, "linear + cubic"), grease)
+    here, grease = motion(rig, "linear"), FILLING_FAMILIES["linear"]
+    rival = fit_force(here, CONTACT_FAMILIES["linear"], grease)
+    found = fit_force(here, CONTACT_FAMILIES["linear + cubic"], grease)
     wrong = dataclasses.replace(found.bushing, gap=1.3 * GAP)
     stuck = dataclasses.replace(found, bushing=wrong, misfit=2 * rival.misfit)
-    assert _again(here, stuck, rival).bushing.gap == pytest.approx(GAP, rel=3e-3)
-    assert _again(here, dataclasses.replace(found, misfit=rival.misfit), rival).at is found.at
+    assert fit_from_rival(here, stuck, rival).bushing.gap == pytest.approx(GAP, rel=3e-3)
+    assert fit_from_rival(here, dataclasses.replace(found, misfit=rival.misfit), rival).point is found.point
 
 
 def test_what_never_met_a_wall_keeps_its_prior_and_a_gap_beyond_its_reach(rig):
-    found = fit(motion(rig, "linear", level=2.4e-4), by_name(CONTACTS, "linear"), by_name(GREASES, "linear"))
+    found = fit_force(motion(rig, "linear", level=2.4e-4), CONTACT_FAMILIES["linear"], FILLING_FAMILIES["linear"])
     value, std = found.estimates.value, found.estimates.varied_std
     gap, _, k, *_ = found.estimates.parameters
     assert value[2] == pytest.approx(k.start, rel=1e-3)
@@ -204,23 +202,23 @@ def test_what_never_met_a_wall_keeps_its_prior_and_a_gap_beyond_its_reach(rig):
     assert gap.low == pytest.approx(0.5 * (ends.max() - ends.min()), rel=1e-3)
     assert found.estimates.interval(0.99)[0, 0] == pytest.approx(gap.low)
     assert found.estimates.draw(50)[:, 0].min() == pytest.approx(gap.low)
-    assert np.isfinite(found.log_evidence(found.alike))
+    assert np.isfinite(found.log_evidence(found.correlation_length))
 
 
 def test_several_short_records_are_enough(rig):
     """1.25 s of which 0.3 s at both ends do not count, and a part is held out."""
     of_records = motion(rig, "linear", records=(1.25, 1.5, 1.25))
-    found = fit(of_records, by_name(CONTACTS, "linear"), by_name(GREASES, "linear"))
+    found = fit_force(of_records, CONTACT_FAMILIES["linear"], FILLING_FAMILIES["linear"])
     assert found.bushing.gap == pytest.approx(GAP, rel=3e-3)
     assert found.bushing.offset == pytest.approx(OFFSET, abs=1e-6)
     assert found.held_out < 0.1
-    assert of_records.kept.size + of_records.held.size == pytest.approx((0.65 + 0.9 + 0.65) * FS / 2, abs=6)
+    assert of_records.fitted.size + of_records.held_out.size == pytest.approx((0.65 + 0.9 + 0.65) * FS / 2, abs=6)
 
 
 def test_forces_that_are_not_known_at_rest_still_tell_gap_and_offset(rig):
     """Without what is below 2 Hz, as of records without probes."""
     of_record = motion(rig, "linear", low=2.0)
-    found = fit(of_record, by_name(CONTACTS, "linear"), by_name(GREASES, "linear"))
+    found = fit_force(of_record, CONTACT_FAMILIES["linear"], FILLING_FAMILIES["linear"])
     assert found.bushing.gap == pytest.approx(GAP, rel=3e-3)
     assert found.bushing.offset == pytest.approx(OFFSET, abs=1e-6)
     spectrum = np.abs(np.fft.rfft(of_record.forces([(found.bushing, found.law)])[:, 0]))

@@ -12,13 +12,13 @@ from clearance_mj.core.errors import ClearanceError, RecordError
 from clearance_mj.engines import simulate
 from clearance_mj.estimate.parameter import Parameter
 from clearance_mj.identify.laws.output_error import (
+    Comparison,
     Sight,
-    _features,
-    _piece_features,
-    _Problem,
     before_contact,
     evidence,
+    features,
     fit_law,
+    piece_features,
 )
 from clearance_mj.identify.methods.constant import fit_constant
 from clearance_mj.identify.methods.nominal import nominal
@@ -56,8 +56,8 @@ def test_constants_are_recovered_and_validation_records_stay_closed(small_datase
 def test_start_values_are_worse_than_the_fit(small_dataset):
     """The datasheet misses the same residual by far: the fit is what brings it down."""
     dataset = Dataset.load(small_dataset)
-    problem = _Problem(dataset.rig, evidence(dataset.identify), lambda: nominal(dataset.rig), math.inf, (), None)
-    assert np.sqrt(np.mean(problem.residuals([()])[0][: problem.frf_size] ** 2)) > 1.0
+    compared = Comparison(dataset.rig, evidence(dataset.identify), lambda: nominal(dataset.rig), math.inf, None)
+    assert np.sqrt(np.mean(compared.residuals(np.empty((1, 0)))[0][: compared.frf_size] ** 2)) > 1.0
 
 
 def test_unknown_method_lists_the_known(small_dataset):
@@ -125,7 +125,7 @@ def test_random_error_of_a_piece_is_its_scatter(rng, measured):
     size = int(5 * fs)
     x, noise = rng.standard_normal((2, pieces * size))
     response = Response(fs, x, (2 * x + 2 * noise)[None], band=(20, 200))
-    found = [_piece_features(response, slice(i * size, (i + 1) * size)) for i in range(pieces)]
+    found = [piece_features(response, slice(i * size, (i + 1) * size)) for i in range(pieces)]
     scatter = np.std([20 * np.log10(frf) for frf, *_ in found], axis=0)
     told = np.sqrt(np.mean([error**2 for _, _, error, *_ in found], axis=0))
     what, source = "random error of an FRF of half-overlapping segments over its scatter", "repeated records"
@@ -140,7 +140,7 @@ def test_a_record_seen_as_its_own_response(rng, probes):
     x[size // 2 :] = 0.0
     x[size // 2 + 100 :: 700] = 30.0
     record = Response(fs, x, np.array([x + y, 2 * x + z]), y[None] if probes else None, band=(20, 200))
-    expected, (frf, rms) = _features(record), Sight(record).look(record)
+    expected, (frf, rms) = features(record), Sight(record).look(record)
     assert frf.size == 2 * 181 and rms.size == (4 if probes else 2)
     np.testing.assert_allclose(frf, expected.frf, rtol=1e-12)
     np.testing.assert_allclose(rms, expected.rms, rtol=1e-12)

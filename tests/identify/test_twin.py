@@ -12,7 +12,7 @@ from clearance_mj.clearance import ContactLaw, HuntCrossley1975
 from clearance_mj.cli import main
 from clearance_mj.core.errors import RecordError
 from clearance_mj.identify import twin
-from clearance_mj.identify.follow.initial_fit import of_rivals
+from clearance_mj.identify.follow.initial_fit import between_family_variance
 from clearance_mj.io.dataset import Dataset
 from clearance_mj.rig import Grease
 from experiments.benches.twin import shaken
@@ -98,7 +98,7 @@ def test_a_folder_of_records_is_refused(refused):
 
 def test_families_that_are_not_excluded_widen_bands():
     """By the furthest one's distance from the likeliest: 0.2 and 0.1 in logarithms of two quantities."""
-    assert of_rivals(np.array([[1.0, 2.0], [1.2, 2.0], [0.9, 1.9]])) == pytest.approx([0.04, 0.01])
+    assert between_family_variance(np.array([[1.0, 2.0], [1.2, 2.0], [0.9, 1.9]])) == pytest.approx([0.04, 0.01])
 
 
 STEPS = [("gap +20 %", "gap", 1.2), ("stiffness -20 %", "stiffness", 0.8)]

@@ -17,7 +17,6 @@ from clearance_mj.estimate.estimates import Estimates
 from clearance_mj.estimate.parameter import Parameter
 from clearance_mj.identify import METHODS, Identified, nominal
 from clearance_mj.identify.laws.law_misfit import LawMisfit, Stretch
-from clearance_mj.identify.laws.output_error import _covariance
 from clearance_mj.io.dataset import Dataset
 from clearance_mj.report.figures import band_drawing, study_bands
 from clearance_mj.rig import Grease
@@ -199,35 +198,3 @@ def test_paired_error_leaves_out_what_model_and_test_share(rng):
     told = np.sqrt(np.mean(paired, axis=0))
     assert np.median(np.std(ratios, axis=0) / told) == pytest.approx(1.0, abs=0.05)
     assert np.median(np.sqrt(np.mean(alone, axis=0)) / told) > 3
-
-
-def test_covariance_of_blocks_that_share_their_errors(rng):
-    """Scatter of 250 fits of a line whose residuals have half of their variance in common within a block."""
-    block = np.repeat(np.arange(40), 25)
-    design = np.stack((np.ones(1000), np.repeat(rng.uniform(-1, 1, 40), 25)), axis=1)
-    found, told, wrong = [], [], []
-    for _ in range(250):
-        noise = 0.5 * (rng.standard_normal(40)[block] + rng.standard_normal(1000))
-
-        def residual(theta, noise=noise):
-            return np.append(design @ theta - noise, (0.0, 0.0))  # nothing is known before
-
-        jacobian = np.vstack((design, np.zeros((2, 2))))
-        fit = scipy.optimize.least_squares(residual, (0, 0), lambda _, j=jacobian: j.copy(), loss="soft_l1")
-        found.append(fit.x)
-        told.append(_covariance(fit.jac, fit.fun, block))
-        wrong.append(np.linalg.inv(fit.jac.T @ fit.jac) * 2 * fit.cost / 998)
-    scatter = np.cov(np.transpose(found))
-    # σ of a variance out of 250 fits: 9 %; the jackknife is on the safe side by some per cent.
-    np.testing.assert_allclose(np.diag(np.mean(told, axis=0)) / np.diag(scatter), 1.08, atol=0.2)
-    assert np.all(np.diag(np.mean(wrong, axis=0)) < np.diag(scatter) / 5)
-
-
-def test_covariance_holds_what_was_known_before():
-    """A parameter that no residual sees keeps its spread, here 0.5; with one block nothing is known."""
-    jacobian = np.array([[1.0, 0.0], [1.0, 0.0], [0.0, 0.0], [0.0, 2.0]])
-    covariance = _covariance(jacobian, np.array([0.1, -0.1, 0.0, 0.0]), np.array([0, 1]))
-    assert covariance[1, 1] == pytest.approx(0.25)
-    # Left out one by one the other residual is fitted: ± 0.1, jackknife variance (2-1)/2 · 2 · 0.1², linearised.
-    assert covariance[0, 0] == pytest.approx(0.01, rel=0.01)
-    assert np.isinf(_covariance(jacobian, np.zeros(4), np.array([0, 0]))).all()

@@ -6,9 +6,13 @@ from collections.abc import Sequence
 from typing import ClassVar
 
 from ...core.validation import NotNegative, Positive
+from ...rig import Bushing
 from ..contact import ContactModel, Numbers, register
+from ..family import DECADE, ContactFamily, FamilyParameter, positive_parameter, register_family
+from .hunt_crossley_1975 import loss_factor
+from .kelvin_voigt import spring_and_damper
 
-__all__ = ["Cubic"]
+__all__ = ["Cubic", "LinearAndCubic"]
 
 
 @register
@@ -40,3 +44,38 @@ class Cubic(ContactModel):
         """Tangent stiffness and damping at one gap of penetration."""
         force = (self.stiffness + self.cubic * gap**2) * gap
         return self.stiffness + 3 * self.cubic * gap**2, self.damping + self.loss * force
+
+
+@register_family
+class LinearAndCubic(ContactFamily):
+    """Hardening springs, with linear damping and damping in proportion to the force.
+
+    Of all contacts it is fitted first: it can come near to any other, which then begins from there.
+    """
+
+    name: ClassVar[str] = "linear + cubic"
+    model: ClassVar[type] = Cubic
+    begins_from: ClassVar[str | None] = None
+
+    def parameters(self, bushing: Bushing) -> list[FamilyParameter]:
+        """Return k, c, k₃ and α; at one gap of penetration the cubic spring begins as stiff as the linear one."""
+        cubic = bushing.contact.stiffness / bushing.gap**2
+        return [
+            *spring_and_damper(bushing),
+            positive_parameter("contact cubic stiffness", "N/m³", cubic, DECADE, tracked_as="stiffness"),
+            loss_factor(),
+        ]
+
+    def make(self, bushing: Bushing, *values: float) -> Cubic:
+        """Return the contact of k, c, k₃ and α."""
+        stiffness, damping, cubic, loss = values
+        return Cubic(stiffness, cubic, damping, loss)
+
+    def values(self, bushing: Bushing, model: Cubic) -> dict[str, float]:
+        """Return k, c, k₃ and α."""
+        return {
+            "contact stiffness": model.stiffness,
+            "contact damping": model.damping,
+            "contact cubic stiffness": model.cubic,
+            "contact loss": model.loss,
+        }

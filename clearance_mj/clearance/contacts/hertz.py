@@ -10,8 +10,8 @@ from pydantic import Field
 
 from ...core.errors import LawError
 from ...core.validation import Number, Positive, checked
-from .._lanes import larger, power, where_above
 from ..contact import SLOWEST_IMPACT, ContactModel, Numbers, register
+from ..lanes import larger, power, where_above
 
 __all__ = ["Flores", "HertzDamped", "HuntCrossley", "LankaraniNikravesh"]
 

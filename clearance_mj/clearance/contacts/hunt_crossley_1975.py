@@ -2,16 +2,27 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import Annotated, ClassVar
 
 from pydantic import Field
 
 from ...core.validation import NotNegative, Number, Positive
-from .._lanes import power
+from ...rig import Bushing
 from ..contact import ContactModel, Numbers, register
+from ..family import (
+    DECADE,
+    ContactFamily,
+    EarlierFit,
+    FamilyParameter,
+    GapForces,
+    positive_parameter,
+    register_family,
+)
+from ..lanes import power
 
-__all__ = ["HuntCrossley1975"]
+__all__ = ["HuntCrossley1975", "PowerLaw", "loss_factor"]
 
 
 @register
@@ -45,3 +56,47 @@ class HuntCrossley1975(ContactModel):
     def largest(self, gap: float) -> tuple[float, float]:
         """Stiffness and damping at one gap of penetration."""
         return self.exponent * self.stiffness * gap ** (self.exponent - 1), self.damping * gap**self.exponent
+
+
+@register_family
+class PowerLaw(ContactFamily):
+    """F = F₁ (δ/d)ⁿ (1 + α δ̇) with the force F₁ at one gap d of penetration.
+
+    F₁ is what records show: K = F₁/dⁿ alone would depend on the exponent by orders of magnitude.
+    """
+
+    name: ClassVar[str] = "power law"
+    model: ClassVar[type] = HuntCrossley1975
+
+    def parameters(self, bushing: Bushing) -> list[FamilyParameter]:
+        """Return F₁, α and n; the exponents lie between a linear spring's and twice Hertz's."""
+        force = bushing.contact.stiffness * bushing.gap
+        return [
+            positive_parameter("contact force at one gap", "N", force, DECADE, tracked_as="stiffness"),
+            loss_factor(),
+            positive_parameter("contact exponent", "1", 1.5, 0.3, 1.0, 3.0, tracked_as="exponent"),
+        ]
+
+    def make(self, bushing: Bushing, *values: float) -> HuntCrossley1975:
+        """Return the contact of F₁, α and n."""
+        force, loss, exponent = values
+        stiffness = force / bushing.gap**exponent
+        return HuntCrossley1975(stiffness, loss * stiffness, exponent)
+
+    def values(self, bushing: Bushing, model: HuntCrossley1975) -> dict[str, float]:
+        """Return F₁, α and n."""
+        return {
+            "contact force at one gap": model.stiffness * bushing.gap**model.exponent,
+            "contact loss": model.damping / model.stiffness,
+            "contact exponent": model.exponent,
+        }
+
+    def start(self, fit: EarlierFit, forces: GapForces) -> dict[str, float]:
+        """Return F₁ and n of the power law that has the other contact's force at a half and at one gap."""
+        half, whole = (fit.contact_model.force(share * fit.nominal.gap, 0.0) for share in (0.5, 1.0))
+        return {"contact force at one gap": whole, "contact exponent": math.log2(whole / half)}
+
+
+def loss_factor() -> FamilyParameter:
+    """Return the parameter α of damping in proportion to the force, α F δ̇."""
+    return positive_parameter("contact loss", "s/m", 2.0, 0.5 * DECADE, tracked_as="damping")

@@ -6,9 +6,13 @@ from collections.abc import Sequence
 from typing import ClassVar
 
 from ...core.validation import Flag, NotNegative, Positive
+from ...rig import Bushing
 from ..contact import ContactModel, Numbers, register
+from ..family import DECADE, ContactFamily, FamilyParameter, positive_parameter, register_family
 
-__all__ = ["KelvinVoigt"]
+__all__ = ["KelvinVoigt", "Linear", "spring_and_damper"]
+
+LOSS_TIME = 1e-4  # s, damping over stiffness with which a fit begins where the rig file has no damping
 
 
 @register
@@ -37,3 +41,33 @@ class KelvinVoigt(ContactModel):
     def largest(self, gap: float) -> tuple[float, float]:
         """Stiffness k and damping c."""
         return self.stiffness, self.damping
+
+
+@register_family
+class Linear(ContactFamily):
+    """Linear springs and dampers."""
+
+    name: ClassVar[str] = "linear"
+    model: ClassVar[type] = KelvinVoigt
+
+    def parameters(self, bushing: Bushing) -> list[FamilyParameter]:
+        """Return stiffness and damping, within decades of the datasheet's."""
+        return spring_and_damper(bushing)
+
+    def make(self, bushing: Bushing, *values: float) -> KelvinVoigt:
+        """Return the contact of stiffness and damping."""
+        stiffness, damping = values
+        return KelvinVoigt(stiffness, damping)
+
+    def values(self, bushing: Bushing, model: KelvinVoigt) -> dict[str, float]:
+        """Return stiffness and damping."""
+        return {"contact stiffness": model.stiffness, "contact damping": model.damping}
+
+
+def spring_and_damper(bushing: Bushing) -> list[FamilyParameter]:
+    """Return the parameters of a linear contact: k and c."""
+    k, c = bushing.contact.stiffness, bushing.contact.damping or LOSS_TIME * bushing.contact.stiffness
+    return [
+        positive_parameter("contact stiffness", "N/m", k, DECADE, tracked_as="stiffness"),
+        positive_parameter("contact damping", "N s/m", c, DECADE, tracked_as="damping"),
+    ]

@@ -8,15 +8,25 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numba
 
-from ...rig import Grease
-from .._lanes import any_below, larger, power, signed
+from ...rig import Bushing, Grease
 from ..contact import Numbers
+from ..family import DECADE, FamilyParameter, FillingFamily, positive_parameter, register_family
 from ..grease import GreaseModel
+from ..lanes import any_below, larger, power, signed
 
-__all__ = ["BoucWen", "bouc_wen_step", "film_damping"]
+__all__ = [
+    "BoucWen",
+    "Hysteretic",
+    "LinearWithFilm",
+    "bouc_wen_step",
+    "film_damping",
+    "spring_and_film",
+    "values_of_film",
+]
 
 
 @numba.njit(cache=True, nogil=True, inline="always")
@@ -82,3 +92,93 @@ class BoucWen(GreaseModel):
         spring, z = (1.0 - p[1]) * p[0] / p[2], 0.5 * (before[0] + state[0])
         out[0] = 0.5 * (p[1] * p[0] * x * x + spring * state[0] * state[0])
         out[1] = spring * abs(z) ** p[5] * (p[4] * z * dx + p[3] * abs(z * dx))
+
+
+@register_family
+class LinearWithFilm(FillingFamily):
+    """Linear springs with a squeeze film: nothing slides. Of all fillings it is fitted first."""
+
+    name: ClassVar[str] = "linear"
+    model: ClassVar[type] = BoucWen
+    begins_from: ClassVar[str | None] = None
+
+    def parameters(self, bushing: Bushing) -> list[FamilyParameter]:
+        """Return stiffness, damping and film height."""
+        return spring_and_film(bushing)
+
+    def make(self, bushing: Bushing, *values: float) -> Grease:
+        """Return the grease of stiffness, damping and film height."""
+        stiffness, damping, height = values
+        return Grease(stiffness, damping, film_height=height)
+
+    def holds(self, model: GreaseModel) -> bool:
+        """Return whether it is a rig file's grease whose spring slides nowhere."""
+        return isinstance(model, BoucWen) and model.grease.elastic_ratio == 1
+
+    def values(self, bushing: Bushing, model: BoucWen) -> dict[str, float]:
+        """Return stiffness and damping, and the film's height if it has one."""
+        return values_of_film(model.grease.stiffness, model.grease.damping, model.grease.film_height)
+
+
+@register_family
+class Hysteretic(FillingFamily):
+    """Bouc-Wen hysteresis with A = 1 and a squeeze film.
+
+    k, λ and the yield displacement z = (β+γ)^(-1/n) give the loop its size, n and β/(β+γ) its shape.
+    """
+
+    name: ClassVar[str] = "Bouc-Wen"
+    model: ClassVar[type] = BoucWen
+
+    def parameters(self, bushing: Bushing) -> list[FamilyParameter]:
+        """Return stiffness, damping, film height, λ, z, n and β/(β+γ); γ ≤ β keeps the loop from making energy."""
+        return [
+            *spring_and_film(bushing),
+            positive_parameter("grease elastic ratio", "1", 0.8, 0.5, high=1.0),
+            positive_parameter("grease yield displacement", "m", 0.5 * bushing.gap, 1.0),
+            positive_parameter("grease exponent", "1", 1.5, 0.3, 1.0, 3.0),
+            positive_parameter("grease beta / (beta + gamma)", "1", 0.7, 0.3, 0.5, 3.0),
+        ]
+
+    def make(self, bushing: Bushing, *values: float) -> Grease:
+        """Return the grease of stiffness, damping, film height, λ, z, n and β/(β+γ)."""
+        stiffness, damping, height, ratio, slip, exponent, share = values
+        total = slip**-exponent
+        beta = max(share, 0.5) * total
+        shape = {"beta": beta, "gamma": total - beta, "exponent": exponent, "film_height": height}
+        return Grease(stiffness=stiffness, damping=damping, elastic_ratio=ratio, **shape)
+
+    def holds(self, model: GreaseModel) -> bool:
+        """Return whether it is a rig file's grease that slides."""
+        return isinstance(model, BoucWen) and model.grease.elastic_ratio < 1
+
+    def values(self, bushing: Bushing, model: BoucWen) -> dict[str, float]:
+        """Return all parameters; without a film, all but its height."""
+        g = model.grease
+        return values_of_film(g.stiffness, g.damping, g.film_height) | {
+            "grease elastic ratio": g.elastic_ratio,
+            "grease yield displacement": g.yield_displacement,
+            "grease exponent": g.exponent,
+            "grease beta / (beta + gamma)": g.beta / (g.beta + g.gamma),
+        }
+
+
+def spring_and_film(bushing: Bushing) -> list[FamilyParameter]:
+    """Return the parameters k, c and h of a spring that does not slide and of a squeeze film.
+
+    Where the rig file has no stiffness or damping, a fit begins with a spring ten times as soft as the contact, and
+    with a damping of 1 ms of the spring.
+    """
+    stiffness = bushing.grease.stiffness or 0.1 * bushing.contact.stiffness
+    damping = bushing.grease.damping or 1e-3 * stiffness
+    return [
+        positive_parameter("grease stiffness", "N/m", stiffness, DECADE, tracked_as="grease stiffness"),
+        positive_parameter("grease damping", "N s/m", damping, DECADE, tracked_as="grease damping"),
+        positive_parameter("grease film height", "m", 3 * bushing.gap, 0.7, 0.5 * bushing.gap),
+    ]
+
+
+def values_of_film(stiffness: float, damping: float, height: float | None) -> dict[str, float]:
+    """Return the values of `spring_and_film`, without the height of a film that is not there."""
+    values = {"grease stiffness": stiffness, "grease damping": damping}
+    return values | ({"grease film height": height} if height else {})

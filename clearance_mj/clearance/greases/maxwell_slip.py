@@ -6,18 +6,31 @@ that friction falls with speed: R. Stribeck, Z. VDI 46, 1902, in the form of Bo 
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 from typing import Annotated, ClassVar
 
+import numpy as np
 from pydantic import Field
 
 from ...core.validation import NotNegative, Number, Positive
-from .._lanes import any_below, exponential, larger, smaller, whole
+from ...rig import Bushing
 from ..contact import Numbers
+from ..family import EarlierFit, FamilyParameter, FillingFamily, GapForces, positive_parameter, register_family
 from ..grease import GreaseModel, register
-from .bouc_wen import film_damping
+from ..lanes import any_below, exponential, larger, smaller, whole
+from .bouc_wen import film_damping, spring_and_film, values_of_film
 
-__all__ = ["MaxwellSlip"]
+__all__ = ["Friction", "MaxwellSlip", "StribeckFriction", "slip_start"]
+
+ELEMENTS = 4  # of the families
+SLIP_RATIO = 3.0  # of the slip displacements of neighbouring elements, to begin with
+# Where a fit begins, from samples of Iwan's distribution:
+NARROWEST_SLIP, WIDEST_SLIP = 0.02, 2.0  # slip displacements over the gap
+SLIP_SAMPLES = 24
+FILM_HEIGHTS = (1.5, 2.0, 2.5, 3.0, 4.0, 6.0, 20.0)  # over the gap
+NO_SPRING = 1e-9  # N/m and N: of an element that is not there
+SOFTEST_SPRING = 1e-3  # of the stiffness in all: the softest spring to begin with; 0 has no logarithm
 
 
 @register
@@ -100,3 +113,133 @@ class MaxwellSlip(GreaseModel):
             lost += p[7 + i] * max(now, 0.5 * (now + abs(before[i]))) * abs(before[i] + dx - state[i])
         out[0] = 0.5 * stored
         out[1] = lost
+
+
+@register_family
+class Friction(FillingFamily):
+    """Four elements whose friction does not depend on speed, beside a spring and a squeeze film."""
+
+    name: ClassVar[str] = "Maxwell-slip"
+    model: ClassVar[type] = MaxwellSlip
+
+    def parameters(self, bushing: Bushing) -> list[FamilyParameter]:
+        """Return stiffness, damping, film height, then the elements' slip displacements, then their springs."""
+        spring, *film = spring_and_film(bushing)
+        first, elements = bushing.gap / 20, range(ELEMENTS)
+        slips = [
+            positive_parameter(f"grease slip displacement {i + 1}", "m", first * SLIP_RATIO**i, 0.5) for i in elements
+        ]
+        springs = [
+            positive_parameter(f"grease slipping stiffness {i + 1}", "N/m", 0.1 * spring.start, 1.5) for i in elements
+        ]
+        return [spring, *film, *slips, *springs]
+
+    def make(self, bushing: Bushing, *values: float) -> MaxwellSlip:
+        """Return the grease of stiffness, damping, film height, slip displacements and springs."""
+        return _slipping(values)
+
+    def holds(self, model: GreaseModel) -> bool:
+        """Return whether it has four elements and friction that does not depend on speed."""
+        return isinstance(model, MaxwellSlip) and len(model.springs) == ELEMENTS and model.stribeck_speed is None
+
+    def values(self, bushing: Bushing, model: MaxwellSlip) -> dict[str, float]:
+        """Return all parameters; without a film, all but its height."""
+        values = values_of_film(model.elastic, model.damping, model.film_height)
+        for i, (spring, force) in enumerate(zip(model.springs, model.forces), 1):
+            values |= {f"grease slip displacement {i}": force / spring, f"grease slipping stiffness {i}": spring}
+        return values
+
+    def start(self, fit: EarlierFit, forces: GapForces) -> dict[str, float]:
+        """Return what `slip_start` finds."""
+        return slip_start(fit.bushing, forces)
+
+
+@register_family
+class StribeckFriction(FillingFamily):
+    """As `Friction`, and what slides slowly slides harder."""
+
+    name: ClassVar[str] = "Maxwell-slip, Stribeck"
+    model: ClassVar[type] = MaxwellSlip
+    begins_from: ClassVar[str | None] = Friction.name
+
+    def parameters(self, bushing: Bushing) -> list[FamilyParameter]:
+        """Return what static friction is above sliding friction, r - 1, and the Stribeck speed, then `Friction`'s."""
+        excess = positive_parameter("grease static friction over sliding, less 1", "1", 0.3, 1.0)
+        speed = positive_parameter("grease Stribeck speed", "m/s", 0.01, 1.5)
+        return [excess, speed, *Friction().parameters(bushing)]
+
+    def make(self, bushing: Bushing, *values: float) -> MaxwellSlip:
+        """Return the grease of r - 1, the Stribeck speed, and the values of `Friction`."""
+        excess, speed, *rest = values
+        return _slipping(rest, 1 + excess, speed)
+
+    def holds(self, model: GreaseModel) -> bool:
+        """Return whether it has four elements and a Stribeck speed."""
+        return isinstance(model, MaxwellSlip) and len(model.springs) == ELEMENTS and model.stribeck_speed is not None
+
+    def values(self, bushing: Bushing, model: MaxwellSlip) -> dict[str, float]:
+        """Return all parameters; without a film, all but its height."""
+        speed = {"grease Stribeck speed": model.stribeck_speed or 0.0}
+        excess = {"grease static friction over sliding, less 1": model.static_ratio - 1}
+        return Friction().values(bushing, model) | excess | speed
+
+
+def _slipping(values: Sequence[float], static_ratio: float = 1.0, stribeck_speed: float | None = None) -> MaxwellSlip:
+    k, c, height, *elements = values
+    slips, springs = elements[:ELEMENTS], elements[ELEMENTS:]
+    forces = tuple(slip * spring for slip, spring in zip(slips, springs))
+    return MaxwellSlip(tuple(springs), forces, k, c, height, static_ratio=static_ratio, stribeck_speed=stribeck_speed)
+
+
+def slip_start(bushing: Bushing, forces: GapForces) -> dict[str, float]:
+    """Return values of `Friction` by name, SI, by non-negative least squares on the forces inside the gap.
+
+    Forces of elements add up, in proportion to their springs, so that only the slip displacements need a search. The
+    springs of many elements are found at once, as samples of Iwan's distribution, and then merged to a few.
+
+    Parameters
+    ----------
+    bushing : Bushing
+        With the gap and offset found with a linear grease.
+    forces : GapForces
+        What the records show.
+    """
+    slips = bushing.gap * np.geomspace(NARROWEST_SLIP, WIDEST_SLIP, SLIP_SAMPLES)
+    parts = [MaxwellSlip((1.0,), (slip,)) for slip in slips]
+    parts.append(MaxwellSlip((NO_SPRING,), (NO_SPRING,), elastic=1.0))
+    parts += [
+        MaxwellSlip((NO_SPRING,), (NO_SPRING,), damping=1.0, film_height=height * bushing.gap)
+        for height in FILM_HEIGHTS
+    ]
+    columns, measured = forces.in_gap(bushing, parts)
+    found = _not_negative(columns, measured)
+    springs, stiffness, films = np.split(found, [SLIP_SAMPLES, SLIP_SAMPLES + 1])
+    softest = SOFTEST_SPRING * (stiffness[0] + springs.sum())
+    values = {"grease stiffness": max(float(stiffness[0]), softest)}
+    if films.any():
+        height = bushing.gap / float(films @ (1 / np.array(FILM_HEIGHTS)) / films.sum())
+        values |= {"grease damping": float(films.sum()), "grease film height": height}
+    return values | _merged(slips, springs, softest)
+
+
+def _not_negative(columns: np.ndarray, right: np.ndarray) -> np.ndarray:
+    """Non-negative least squares, by the Cholesky factor of the normal equations: as many rows as columns remain."""
+    import scipy.optimize
+
+    scale = np.linalg.norm(columns, axis=0)
+    normal = columns / scale
+    root = np.linalg.cholesky(normal.T @ normal + 1e-9 * np.eye(scale.size))
+    found, _ = scipy.optimize.nnls(root.T, np.linalg.solve(root, normal.T @ right))
+    return np.asarray(found / scale)
+
+
+def _merged(slips: np.ndarray, springs: np.ndarray, softest: float) -> dict[str, float]:
+    """Merge neighbouring elements where that changes the distribution least (Ward 1963), until few are left."""
+    groups = [(max(float(k), softest / springs.size), float(np.log(slip))) for k, slip in zip(springs, slips)]
+    while len(groups) > ELEMENTS:
+        cost = [a[0] * b[0] / (a[0] + b[0]) * (a[1] - b[1]) ** 2 for a, b in itertools.pairwise(groups)]
+        i = int(np.argmin(cost))
+        (k, at), (other, beside) = groups[i : i + 2]
+        groups[i : i + 2] = [(k + other, (k * at + other * beside) / (k + other))]
+    found = {f"grease slip displacement {i + 1}": float(np.exp(at)) for i, (_, at) in enumerate(groups)}
+    return found | {f"grease slipping stiffness {i + 1}": max(k, softest) for i, (k, _) in enumerate(groups)}

@@ -1,4 +1,4 @@
-"""Changes of what windows of a record tell: a generalised likelihood ratio test between what came before and after.
+"""Changes of parameters between windows of a record: a generalised likelihood ratio test of before against after.
 
 A window's observation of parameters x is kept as a normal likelihood in information form, Λ and η = Λ y. For every
 window at which a change may have begun, the mean of what followed is compared with what came before, each with its
@@ -16,17 +16,14 @@ from ...estimate.beliefs import Belief
 
 __all__ = ["Change", "Changes", "Observation", "fused", "observed"]
 
-LONGEST = 200
-"""windows back, at most, to where a change may have begun"""
-USUAL = 10.0
-"""windows as many as which the expectation counts that scatter is as large as covariances say"""
-WILDEST = 9.0
-"""squared distance over its expectation: no window counts as more scattered, or one change would hide the next"""
+LONGEST_CHANGE = 200  # windows back, at most, to where a change may have begun
+EXPECTED_WINDOWS = 10.0  # as many windows the prior counts that scatter is as large as covariances say
+MAX_SCATTER = 9.0  # squared distance over its expectation: one window counts no more, or a change would hide the next
 
 
 @dataclass(frozen=True)
 class Observation:
-    """What a window alone tells of parameters, as a likelihood."""
+    """The likelihood of parameters given one window alone."""
 
     precision: np.ndarray
     """(n, n) Λ"""
@@ -53,7 +50,7 @@ class Change:
 
 
 def observed(before: Belief, after: Belief) -> Observation:
-    """Return what took a belief from before to after."""
+    """Return the observation that took a belief from before to after."""
     old, new = np.linalg.inv(before.covariance), np.linalg.inv(after.covariance)
     value, vector = np.linalg.eigh(new - old)
     precision = vector * np.maximum(value, 0.0) @ vector.T
@@ -61,68 +58,88 @@ def observed(before: Belief, after: Belief) -> Observation:
 
 
 def fused(belief: Belief, observation: Observation, scatter: float = 1.0) -> Belief:
-    """Return a belief refined by a window; ``scatter``: factor on the variances of what the window tells."""
+    """Return a belief refined by a window's observation, whose variances ``scatter`` multiplies."""
     old = np.linalg.inv(belief.covariance)
     covariance = np.linalg.inv(old + observation.precision / scatter)
     return Belief(covariance @ (old @ belief.mean + observation.weighted / scatter), covariance)
 
 
 class Changes:
-    """Watches the observations of one clearance.
+    """Observations of one clearance, tested for changes.
 
     Parameters
     ----------
     start : Belief
         What is known before the first window.
-    anew : ndarray
-        (n,) standard deviations of what parameters may change to, wide.
+    after_std : ndarray
+        (n,) prior standard deviations of parameters after a change, wide.
     """
 
-    def __init__(self, start: Belief, anew: np.ndarray) -> None:
-        self.start, self.anew = start, np.diag(anew**-2.0)
+    def __init__(self, start: Belief, after_std: np.ndarray) -> None:
+        self.start, self.after_precision = start, np.diag(after_std**-2.0)
         self.observations: list[Observation] = []
-        self.scatter, self.count = 1.0, USUAL
+        self.scatter, self.count = 1.0, EXPECTED_WINDOWS
 
-    def add(self, belief: Belief, seen: Observation) -> float:
+    def add(self, belief: Belief, observation: Observation) -> float:
         """Keep a window's observation; return how much more windows scatter about beliefs than covariances say.
 
-        The factor on variances, at least 1, is a mean over the windows so far.
+        Parameters
+        ----------
+        belief : Belief
+            Before the window.
+        observation : Observation
+            Of the window.
+
+        Returns
+        -------
+        float
+            Factor on variances, at least 1: a mean over the windows so far.
         """
-        n, gap = belief.mean.size, seen.weighted - seen.precision @ belief.mean
-        spread = seen.precision + seen.precision @ belief.covariance @ seen.precision
-        distance = float(gap @ np.linalg.pinv(spread, rcond=1e-9, hermitian=True) @ gap) / n
+        n, distance = belief.mean.size, observation.weighted - observation.precision @ belief.mean
+        spread = observation.precision + observation.precision @ belief.covariance @ observation.precision
+        squared = float(distance @ np.linalg.pinv(spread, rcond=1e-9, hermitian=True) @ distance) / n
         self.count += 1.0
-        self.scatter += (min(distance, WILDEST) - self.scatter) / self.count
-        self.observations.append(seen)
+        self.scatter += (min(squared, MAX_SCATTER) - self.scatter) / self.count
+        self.observations.append(observation)
         return max(1.0, self.scatter)
 
-    def look(self, directions: np.ndarray, least: np.ndarray) -> tuple[Change, float] | None:
+    def likeliest(self, directions: np.ndarray, thresholds: np.ndarray) -> tuple[Change, float] | None:
         """Find the likeliest change and by how many standard deviations it is larger than what does not matter.
 
-        ``directions``: (n_kinds, n) of the changes that may happen, one at a time. ``least``: (n_kinds,) sizes that do
-        not matter. None before the first window.
+        Parameters
+        ----------
+        directions : ndarray
+            (n_kinds, n) of the changes that may happen, one at a time.
+        thresholds : ndarray
+            (n_kinds,) sizes up to which changes do not matter.
+
+        Returns
+        -------
+        tuple of Change and float, or None
+            None before the first window.
         """
         if not self.observations:
             return None
         count = len(self.observations)
-        few = min(count, LONGEST)
+        places = min(count, LONGEST_CHANGE)
         precision = np.array([o.precision for o in self.observations]) / max(1.0, self.scatter)
         weighted = np.array([o.weighted for o in self.observations]) / max(1.0, self.scatter)
-        later = np.cumsum(precision[::-1], axis=0)[::-1][count - few :]
-        later_weighted = np.cumsum(weighted[::-1], axis=0)[::-1][count - few :]
+        later = np.cumsum(precision[::-1], axis=0)[::-1][count - places :]
+        later_weighted = np.cumsum(weighted[::-1], axis=0)[::-1][count - places :]
         first = np.linalg.inv(self.start.covariance)
         sooner = np.linalg.inv(first + precision.sum(axis=0) - later)
         mean = np.einsum("tij,tj->ti", sooner, first @ self.start.mean + weighted.sum(axis=0) - later_weighted)
         # What followed, u = Λ (y - m), has the covariance S = Λ + Λ P Λ, and after a change a d the mean a Λ d.
-        left = later_weighted - np.einsum("tij,tj->ti", later, mean)
+        innovation = later_weighted - np.einsum("tij,tj->ti", later, mean)
         inverse = np.linalg.pinv(later + later @ sooner @ later, rcond=1e-10, hermitian=True)
-        told = inverse @ later @ directions.T
-        information = np.maximum(np.einsum("qi,tij,tjq->tq", directions, later, told), 1e-300)
-        size = np.einsum("ti,tiq->tq", left, told) / information
+        filters = inverse @ later @ directions.T
+        information = np.maximum(np.einsum("qi,tij,tjq->tq", directions, later, filters), 1e-300)
+        size = np.einsum("ti,tiq->tq", innovation, filters) / information
         best, kind = np.unravel_index(np.argmax(size**2 * information), size.shape)
-        share = np.linalg.inv(later[best] + self.anew)  # where windows tell nothing it is what it was, within `anew`
+        # Where the windows since then show nothing, a parameter is what it was before, within `after_std`.
+        covariance = np.linalg.inv(later[best] + self.after_precision)
         change = Change(
-            int(kind), int(few - best), float(size[best, kind]), float(information[best, kind] ** -0.5), mean[best],
-            Belief(mean[best] + share @ left[best], share),
+            int(kind), int(places - best), float(size[best, kind]), float(information[best, kind] ** -0.5), mean[best],
+            Belief(mean[best] + covariance @ innovation[best], covariance),
         )  # fmt: skip
-        return change, (abs(change.size) - float(least[kind])) / change.std
+        return change, (abs(change.size) - float(thresholds[kind])) / change.std

@@ -1,80 +1,85 @@
-"""What contact and grease of a clearance are, learnt from the first windows that show it, and how wrong that may be.
+"""Contact and filling of a clearance, fitted to the first windows that show it, and the errors of that fit.
 
-What is learnt stays wrong by what the rig is wrong by, and what is followed by that of the parameters that stay as
-learnt: both are alike in all windows, so no number of windows takes them away, and no change shows in them
-(considered parameters; Tapley, Schutz and Born, Statistical Orbit Determination, 2004, section 6.2).
+The fit stays wrong by the rig's errors, and tracked parameters by those of the parameters that stay as fitted. Both
+errors are the same in all windows, so no number of windows averages them out, and no change shows in them (considered
+parameters; Tapley, Schutz and Born, Statistical Orbit Determination, 2004, section 6.2).
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
-from ...estimate.parameter import Parameter
-from ...rig import Rig
 from ..forces.restoring import RestoringForce
-from ..laws.comparison import compared
-from ..laws.families import Family
-from ..laws.force_fit import ForceFit, Motion, _Fit, fit
+from ..laws.comparison import fit_families
+from ..laws.families import FamilyValues
+from ..laws.force_fit import ForceFit, ForceProblem, fit_force
+from ..laws.measured_motion import MeasuredMotion
 
-__all__ = ["learnt", "of_rigs", "of_rivals", "of_the_rest"]
+__all__ = ["between_family_variance", "covariance_of_fixed", "covariance_of_rig", "fit_law"]
 
 OCCAM = 0.05
-"""of the likeliest family's probability: less likely ones are excluded (Occam's window; Madigan and Raftery, Journal of
-the American Statistical Association 89, 1994)"""
+"""Probability of the likeliest family, times which less likely ones are excluded (Occam's window; Madigan and Raftery,
+Journal of the American Statistical Association 89, 1994)."""
 
 
-def learnt(
-    forces: Sequence[RestoringForce], rig: Rig, number: int, gap: Sequence[Parameter],
-    families: tuple[Family, Family] | None, values: Mapping[str, float],
-) -> tuple[Motion, list[ForceFit]]:  # fmt: skip
-    """Motion of a bushing, and laws fitted along it, the likeliest first: of the families told, or of all not excluded.
-
-    ``values``: of parameters by name, where the fit may begin.
-    """
-    motion = Motion(forces, rig, number, gap)
-    if families:
-        return motion, [fit(motion, *families, [values] if values else ())]
-    found = compared([motion])
-    return motion, [each.fits[0] for each in found if each.weight >= OCCAM * found[0].weight]
+def fit_law(motion: MeasuredMotion, given: FamilyValues | None) -> list[ForceFit]:
+    """Fit laws to a clearance's motion, likeliest first: of all families that are not excluded, or of given ones."""
+    if given:
+        return [fit_force(motion, given.contact, given.filling, [given.values] if given.values else ())]
+    found = fit_families([motion])
+    return [each.fits[0] for each in found if each.weight >= OCCAM * found[0].weight]
 
 
-def of_rivals(quantities: np.ndarray) -> np.ndarray:
-    """Variances (n,) of quantities (n_families, n), the likeliest's first, by what other families say.
+def between_family_variance(quantities: np.ndarray) -> np.ndarray:
+    """Return the largest squared deviation (n,) of any retained family from the likeliest.
 
-    How far the furthest family is that is not excluded counts as a standard deviation.
+    Parameters
+    ----------
+    quantities : ndarray
+        (n_families, n), the likeliest's first.
     """
     return np.asarray(np.max((quantities - quantities[0]) ** 2, axis=0))
 
 
-def of_the_rest(found: ForceFit, free: np.ndarray) -> np.ndarray:
-    """Covariance (n_free, n_free) of errors of parameters that are followed by those of the others, which stay.
+def covariance_of_fixed(found: ForceFit, free: np.ndarray) -> np.ndarray:
+    """Return the covariance (n_free, n_free) of tracked parameters that errors of the fixed ones cause.
 
-    In prior standard deviations, as `ForceFit.at`.
+    In prior standard deviations, as `ForceFit.point`.
     """
-    rest = np.setdiff1d(np.arange(found.at.size), free)
-    precision = found.information / found.alike + np.eye(found.at.size)
-    slope = -np.linalg.solve(precision[np.ix_(free, free)], precision[np.ix_(free, rest)])
-    covariance = np.linalg.inv(precision)[np.ix_(rest, rest)]
+    fixed = np.setdiff1d(np.arange(found.point.size), free)
+    precision = found.information / found.correlation_length + np.eye(found.point.size)
+    slope = -np.linalg.solve(precision[np.ix_(free, free)], precision[np.ix_(free, fixed)])
+    covariance = np.linalg.inv(precision)[np.ix_(fixed, fixed)]
     return np.asarray(slope @ covariance @ slope.T)
 
 
-def of_rigs(
-    motion: Motion, number: int, found: ForceFit, problem: _Fit, drawn: Sequence[Sequence[RestoringForce]],
-    free: np.ndarray,
-) -> np.ndarray:  # fmt: skip
-    """Covariance (n_free, n_free) of what was learnt by what is not known of the rig, to first order.
+def covariance_of_rig(
+    found: ForceFit, problem: ForceProblem, number: int, drawn: Sequence[Sequence[RestoringForce]], free: np.ndarray
+) -> np.ndarray:
+    """Return the covariance (n_free, n_free) of tracked parameters that errors of the rig cause, to first order.
 
-    ``drawn``: the same windows' forces on other rigs, drawn from what is known.
+    Parameters
+    ----------
+    found : ForceFit
+        Of one clearance.
+    problem : ForceProblem
+        That the fit solved.
+    number : int
+        Of the bushing.
+    drawn : sequence of sequences of RestoringForce
+        Forces in the same windows, on rigs drawn from what is known of the rig.
+    free : ndarray
+        (n_free,) numbers of the tracked parameters.
     """
-    at, now = found.at, problem.left([found.at])[:, 0]
-    slopes = problem.slopes(at, now)
-    weighted = slopes / np.sqrt(1 + now**2)[:, None]
-    precision = weighted.T @ slopes + np.eye(at.size) * found.alike * found.misfit**2
+    motion, point, now = problem.motion, found.point, problem.residuals([found.point])[:, 0]
+    jacobian = problem.jacobian(point, now)
+    weighted = jacobian / np.sqrt(1 + now**2)[:, None]
+    precision = weighted.T @ jacobian + np.eye(point.size) * found.correlation_length * found.misfit**2
     moved = []
     for forces in drawn:
-        other = Motion(forces, motion.rig, number, motion.gap)
-        left = other.left([problem.law(at)])[motion.kept, 0]
-        moved.append(-np.linalg.solve(precision, weighted.T @ (left - now))[free])
+        other = MeasuredMotion(forces, motion.rig, number, motion.gap_parameters)
+        residuals = other.residuals([problem.law(point)])[motion.fitted, 0]
+        moved.append(-np.linalg.solve(precision, weighted.T @ (residuals - now))[free])
     return np.atleast_2d(np.array(moved).T @ np.array(moved) / max(len(moved), 1))

@@ -2,26 +2,33 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from typing import TypeVar
 
 import numpy as np
 from tqdm import tqdm
 
 from ...clearance import ContactLaw
+from ...clearance.family import CONTACT_FAMILIES, FILLING_FAMILIES, ContactFamily, Family, FillingFamily
+from ...core.errors import LawError
 from ...io.dataset import Dataset, Record
 from ...rig import Rig
 from ..forces.restoring import NO_PROBES_BAND, RestoringForce, restoring_force
 from ..structure.priors import priors
 from ..structure.rig_update import RigUpdate
-from .families import CONTACTS, GREASES, Family, power_law_start
-from .force_fit import CYCLE, ForceFit, Motion, fit
-from .slip_start import slip_start
+from .force_fit import ForceFit, fit_force
+from .measured_motion import MeasuredMotion
 
-__all__ = ["FamilyFit", "compare_families", "compared", "force_on"]
+__all__ = ["FamilyFit", "compare_families", "fit_families", "fit_from_rival", "force_on"]
 
 WORKERS = 2  # threads
+SHORTEST_CORRELATION = 0.03  # s, a cycle in the middle of 5 to 220 Hz: rig and sensors are a little wrong, too
+
+Values = Mapping[str, float]
+AnyFamily = TypeVar("AnyFamily", bound=Family)
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,10 +102,10 @@ def compare_families(dataset: Dataset, update: RigUpdate, progress: str | None =
     ]
     gaps = {p.name: p for p in priors(dataset.rig) if p.name.endswith((".gap", ".offset"))}
     motions = [
-        Motion(forces, update.rig, j, [p for name, p in gaps.items() if name.startswith(f"bushings[{j}]")])
+        MeasuredMotion(forces, update.rig, j, [p for name, p in gaps.items() if name.startswith(f"bushings[{j}]")])
         for j in range(len(update.rig.bushings))
     ]
-    return compared(motions, progress)
+    return fit_families(motions, progress)
 
 
 def force_on(rig: Rig, update: RigUpdate, record: Record) -> RestoringForce:
@@ -106,61 +113,96 @@ def force_on(rig: Rig, update: RigUpdate, record: Record) -> RestoringForce:
     return restoring_force(record, low=0.0 if update.probes else NO_PROBES_BAND, rig=rig, probes=update.values)
 
 
-def compared(motions: Sequence[Motion], progress: str | None = None) -> tuple[FamilyFit, ...]:
-    """Fit every contact with every grease; likeliest first.
+def fit_families(motions: Sequence[MeasuredMotion], progress: str | None = None) -> tuple[FamilyFit, ...]:
+    """Fit every family of contact with every family of filling; likeliest first.
 
-    Greases one after the other with the last contact, then each with the other contacts from there. Where the last one
-    then misses more than another, it ended in a local optimum, and begins again from there.
+    Fillings one after the other with the contacts that begin from no other, then each with the other contacts from
+    there. Where one of the former then misses more than one of the latter, it ended in a local optimum, and is fitted
+    again from there.
     """
-    total = len(CONTACTS) * len(GREASES) * len(motions)
-    *others, first = CONTACTS
+    contacts, fillings = _generations(CONTACT_FAMILIES), _generations(FILLING_FAMILIES)
+    total = len(CONTACT_FAMILIES) * len(FILLING_FAMILIES) * len(motions)
     bar = tqdm(desc=progress and f"{progress} (families)", total=total, unit="fit", disable=progress is None)
     with bar, ThreadPoolExecutor(WORKERS) as pool:
 
-        def fitted(motion: Motion, contact: Family, grease: Family, *starts: Mapping[str, float]) -> ForceFit:
-            result = fit(motion, contact, grease, starts)
+        def fitted(motion: MeasuredMotion, contact: ContactFamily, filling: FillingFamily, *starts: Values) -> ForceFit:
+            result = fit_force(motion, contact, filling, starts)
             bar.update()
             return result
 
-        def with_first(motion: Motion) -> list[ForceFit]:
-            linear, bouc_wen, slip, stribeck = GREASES
-            begun = fitted(motion, first, linear)
-            sliding = fitted(motion, first, slip, begun.values | slip_start(motion, begun))
-            more = fitted(motion, first, stribeck, sliding.values)
-            return [begun, fitted(motion, first, bouc_wen, begun.values), sliding, more]
+        def with_first(motion: MeasuredMotion, contact: ContactFamily) -> list[ForceFit]:
+            """Of one contact all fillings, each from the one before."""
+            found: dict[str, ForceFit] = {}
+            for filling in itertools.chain(*fillings):
+                before = found.get(filling.begins_from or "")
+                starts = [before.values | filling.start(before, motion)] if before else []
+                found[filling.name] = fitted(motion, contact, filling, *starts)
+            return list(found.values())
 
-        def with_other(motion: Motion, contact: Family, start: ForceFit) -> ForceFit:
-            return fitted(motion, contact, start.grease, start.values | power_law_start(start.law, motion.told))
+        def with_other(motion: MeasuredMotion, contact: ContactFamily, before: ForceFit) -> ForceFit:
+            return fitted(motion, contact, before.filling, before.values | contact.start(before, motion))
 
-        of_first = list(pool.map(with_first, motions))
-        tasks = [
-            [pool.submit(with_other, m, other, fits[i]) for m, fits in zip(motions, of_first)]
-            for other in others
-            for i in range(len(GREASES))
-        ]
-        found = [tuple(task.result() for task in of_family) for of_family in tasks]
-        rivals = [
-            [min(fits, key=lambda f: f.misfit) for fits in zip(*found[i :: len(GREASES)])] for i in range(len(GREASES))
-        ]
-        again = [list(pool.map(_again, motions, fits, of_grease)) for fits, of_grease in zip(zip(*of_first), rivals)]
-        found += [tuple(fits) for fits in again]
-    # What hangs together in time is what the best family misses, and what rig and sensors miss.
-    least = [min(fits, key=lambda f: f.misfit).alike for fits in zip(*found)]
-    alike = [max(CYCLE * motion.rate, one) for motion, one in zip(motions, least)]
-    evidence = np.array([sum(f.log_evidence(a) for f, a in zip(fits, alike)) for fits in found])
+        found: dict[tuple[str, str], list[ForceFit]] = {}
+        for contact in contacts[0]:
+            by_motion = pool.map(with_first, motions, itertools.repeat(contact))
+            found |= {(contact.name, fits[0].filling.name): list(fits) for fits in zip(*by_motion)}
+        first = list(found)
+        for generation in contacts[1:]:
+            tasks = {
+                (contact.name, filling): [
+                    pool.submit(with_other, motion, contact, before)
+                    for motion, before in zip(motions, found[str(contact.begins_from), filling])
+                ]
+                for contact in generation
+                for filling in FILLING_FAMILIES
+            }
+            found |= {pair: [task.result() for task in of_motions] for pair, of_motions in tasks.items()}
+        for pair in first:
+            others = [fits for other, fits in found.items() if other[1] == pair[1] and other not in first]
+            if others:
+                rivals = [min(fits, key=lambda f: f.misfit) for fits in zip(*others)]
+                found[pair] = list(pool.map(fit_from_rival, motions, found[pair], rivals))
+    return _weighted(motions, list(found.values()))
+
+
+def _generations(families: Mapping[str, AnyFamily]) -> list[list[AnyFamily]]:
+    """Families that begin from no other, then those that begin from these, and so on."""
+    found: list[list[AnyFamily]] = []
+    names: set[str | None] = {None}
+    while rest := [family for family in families.values() if family.name not in names]:
+        ready = [family for family in rest if family.begins_from in names]
+        if not ready:
+            raise LawError(
+                f'family "{rest[0].name}" begins from "{rest[0].begins_from}", of which no fit is known; '
+                f"known: {', '.join(families)}"
+            )
+        found.append(ready)
+        names |= {family.name for family in ready}
+    return found
+
+
+def fit_from_rival(motion: MeasuredMotion, old: ForceFit, rival: ForceFit) -> ForceFit:
+    """Fit that begins where one with the same filling and another contact ended, if that misses less."""
+    if old.misfit <= rival.misfit:
+        return old
+    contacts = {p.name for family in (old.contact, rival.contact) for p in family.parameters(motion.nominal)}
+    others = {name: value for name, value in rival.values.items() if name not in contacts}
+    own = {name: value for name, value in old.values.items() if name in contacts}
+    new = fit_force(motion, old.contact, old.filling, [others, others | own])
+    return min(old, new, key=lambda f: f.misfit)
+
+
+def _weighted(motions: Sequence[MeasuredMotion], found: Sequence[Sequence[ForceFit]]) -> tuple[FamilyFit, ...]:
+    """Families with their probabilities, likeliest first."""
+    # Errors of the best family are those of rig and sensors: they say how many samples are one observation, for all.
+    lengths = [min(fits, key=lambda f: f.misfit).correlation_length for fits in zip(*found)]
+    lengths = [max(SHORTEST_CORRELATION * motion.rate, length) for motion, length in zip(motions, lengths)]
+    evidence = np.array([sum(f.log_evidence(length) for f, length in zip(fits, lengths)) for fits in found])
     weight = np.exp(evidence - evidence.max())
     weight /= weight.sum()
     return tuple(
-        FamilyFit(found[i][0].contact.name, found[i][0].grease.name, found[i], float(evidence[i]), float(weight[i]))
+        FamilyFit(
+            found[i][0].contact.name, found[i][0].filling.name, tuple(found[i]), float(evidence[i]), float(weight[i])
+        )
         for i in np.argsort(-evidence)
     )
-
-
-def _again(motion: Motion, old: ForceFit, rival: ForceFit) -> ForceFit:
-    """Fit that begins where one with the same grease and another contact ended, if that misses less."""
-    if old.misfit <= rival.misfit:
-        return old
-    contacts = {p.name for family in (old.contact, rival.contact) for p in family.parameters(motion.told)}
-    others = {name: value for name, value in rival.values.items() if name not in contacts}
-    own = {name: value for name, value in old.values.items() if name in contacts}
-    return min(old, fit(motion, old.contact, old.grease, [others, others | own]), key=lambda f: f.misfit)

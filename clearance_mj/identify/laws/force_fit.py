@@ -1,314 +1,248 @@
-"""Laws fitted to the restoring forces along the measured motion, each bushing for itself: gap, offset, contact, grease.
+"""Laws fitted to the restoring force of a bushing: gap, offset, contact and filling.
 
-The motion is measured, so nothing is simulated and impacts are not chaotic: a law's force along the motion is compared
-with the restoring force instant by instant. Families of laws compete by their evidence in Laplace's approximation, for
-errors of unknown size that hang together in time, and by a piece of each record that no fit sees.
-
-What hangs together in time tells less than as many samples that do not. How much less shows in the gradients of the
-misfit over short blocks, which would be as large as the slopes say if it were noise: the likelihood counts as so many
-observations (Ribatet, Cooley and Davison, Bayesian inference from composite likelihoods, Statistica Sinica 22, 2012).
+The motion is measured, so nothing is simulated and impacts are not chaotic: a law's force along the measured motion is
+compared with the restoring force instant by instant, its errors of unknown size. They are correlated in time, so that
+many samples count as one independent observation: how many shows in the scores of the likelihood over blocks, which
+would be as large as the information says if errors were independent (Ribatet, Cooley and Davison, Bayesian inference
+from composite likelihoods, Statistica Sinica 22, 2012).
 """
 
 from __future__ import annotations
 
 import dataclasses
-import functools
-import itertools
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
-import scipy.fft
-import scipy.ndimage
-import scipy.signal
 
 from ...clearance import ContactLaw
-from ...clearance.gap import penetration
+from ...clearance.contact import ContactModel
+from ...clearance.family import ContactFamily, FillingFamily
+from ...clearance.grease import GreaseModel
 from ...estimate.estimates import Estimates
-from ...estimate.parameter import Parameter
-from ...rig import Bushing, Rig
-from ..forces.restoring import RestoringForce
-from .families import Family, split
-from .forces_in_lanes import Path, forces_along
+from ...rig import Bushing, Grease
+from .measured_motion import MeasuredMotion
 
-__all__: list[str] = []
+__all__ = ["ForceFit", "ForceProblem", "fit_force"]
 
-FINER = 2
-"""factor by which motions are interpolated: contact begins and ends between samples"""
-COARSER = 2
-"""factor by which forces are decimated"""
-PASS, STOP, ATTENUATION = 0.17, 0.33, 60.0
-"""of fs: up to here forces are compared, from there on they are down by so many dB"""
-MODEL = 0.05
-"""of the force's local RMS: error that a law is expected to have"""
-LOCAL = 0.02
-"""s over which that RMS is taken"""
-BLOCK = 2.0
-"""s over which what a law misses may hang together"""
-CYCLE = 0.03
-"""s that tell no more than one observation where families are compared, a cycle in the middle of 5 to 220 Hz: rig and
-sensors are a little wrong too"""
-MANY = 1e9
-"""blocks, more than in a record"""
-HELD_OUT = (0.72, 0.86)
-"""of a record's duration: the piece that no fit sees"""
-STEP = 1e-3
-"""prior standard deviations, for differences"""
-NEAREST = 0.95
-"""of the gap: the largest offset"""
-DAMPINGS = (0.0, 0.01, 0.1, 0.3, 1.0, 3.0, 10.0, 50.0)
-"""Levenberg's and Marquardt's, all tried at once"""
-SMALLEST = 0.2
-"""gain of the log-posterior below which a fit ends"""
-MOST = 24
-"""steps of a fit"""
-DIVERGED = 1e6
-"""of the expected error: nothing is counted as more"""
-CAREFUL = 10.0
-"""samples, at most, that count as one on the way: far from the optimum all that is missed hangs together"""
-KNOWN = 1e-6
-"""of the largest information, from which on a direction counts as known"""
-
-
-class Motion:
-    """Measured motion and restoring force of one bushing in all records, ready to compare laws with."""
-
-    def __init__(self, forces: Sequence[RestoringForce], rig: Rig, number: int, gap: Sequence[Parameter]) -> None:
-        self.rig, self.told, self.gap = rig, rig.bushings[number], tuple(gap)
-        self.paths, self.factor = [_path(f, number) for f in forces], FINER * COARSER
-        self.rate = forces[0].fs / COARSER
-        """samples compared per second"""
-        pieces = [_compared(f, number, i) for i, f in enumerate(forces)]
-        self.force, level, noise, block, kept, held = (np.concatenate(arrays) for arrays in zip(*pieces))
-        self.slow = _slow_lines(forces, [len(piece[0]) for piece in pieces])
-        self.kept, self.held = np.flatnonzero(kept), np.flatnonzero(held)
-        self.weight = 1 / np.hypot(MODEL * np.hypot(level, np.median(level[self.kept])), noise)
-        self.blocks = np.flatnonzero(np.diff(block[self.kept], prepend=-1))
-        """(n_blocks,) where they begin among what is kept"""
-
-    def forces(self, cases: Sequence[tuple[Bushing, ContactLaw]]) -> np.ndarray:
-        """(n_t, n_cases) forces of laws along the motion, in the band in which that of the records is known, N."""
-        found = forces_along(self.paths, _taps(), self.factor, self.rig, cases)
-        for part, unknown in self.slow:
-            spectrum = scipy.fft.rfft(found[part], axis=0)
-            spectrum[:unknown] = 0
-            found[part] = scipy.fft.irfft(spectrum, part.stop - part.start, axis=0)
-        return found
-
-    def left(self, cases: Sequence[tuple[Bushing, ContactLaw]]) -> np.ndarray:
-        """(n_t, n_cases) weighted differences of laws' forces along the motion from the restoring force."""
-        return (self.forces(cases) - self.force[:, None]) * self.weight[:, None]
-
-    def with_reach(self, parameter: Parameter, bushing: Bushing) -> Parameter:
-        """The gap's parameter, at least half of the way that the shaft went, if it never left the gap found."""
-        ends = np.concatenate([path.x[:, 1:].ravel() for path in self.paths])
-        if not parameter.name.endswith(".gap") or penetration(ends, *bushing.walls).any():
-            return parameter
-        return dataclasses.replace(parameter, low=max(parameter.low, 0.5 * float(np.ptp(ends))))
-
-
-def _path(f: RestoringForce, number: int) -> Path:
-    n = f.time.size
-    spectrum = FINER * scipy.fft.rfft(np.concatenate((f.displacement[number : number + 1], f.ends[number])), axis=1)
-    omega = 2 * np.pi * scipy.fft.rfftfreq(n, 1 / f.fs)
-    x, v = (np.ascontiguousarray(scipy.fft.irfft(s, n * FINER).T) for s in (spectrum, 1j * omega * spectrum))
-    return Path(x, v, 1 / (f.fs * FINER))
-
-
-def _compared(f: RestoringForce, number: int, record: int) -> tuple[np.ndarray, ...]:
-    """Force as `forces_along` gives it, its local RMS, its noise, number of the block, whether kept or held out."""
-    taps = _taps()
-    fine = scipy.signal.resample(f.force[number], f.time.size * FINER)
-    time, valid = f.time[::COARSER], f.valid[::COARSER]
-    force = scipy.signal.upfirdn(taps, fine, 1, FINER * COARSER)[taps.size // 2 // (FINER * COARSER) :][: time.size]
-    level = np.sqrt(scipy.ndimage.uniform_filter1d(force**2, max(1, int(LOCAL * f.fs / COARSER))))
-    _, gain = scipy.signal.freqz(taps, worN=f.noise_frequency, fs=f.fs * FINER)
-    density = np.abs(gain) * f.noise_density[number]
-    noise = np.full(time.size, np.sqrt(np.sum(density**2) * f.noise_frequency[1]))
-    aside = (time > HELD_OUT[0] * f.time[-1]) & (time < HELD_OUT[1] * f.time[-1])
-    return force, level, noise, time // BLOCK + record * MANY, valid & ~aside, valid & aside
-
-
-def _slow_lines(forces: Sequence[RestoringForce], sizes: Sequence[int]) -> list[tuple[slice, int]]:
-    """Samples of records whose slow forces are not known, and how many lines of their spectra are not."""
-    ends = np.cumsum([0, *sizes]).tolist()
-    lines = [math.ceil(f.band[0] * size * COARSER / f.fs) for f, size in zip(forces, sizes)]
-    return [(slice(*part), count) for part, count in zip(itertools.pairwise(ends), lines) if count]
-
-
-@functools.cache
-def _taps() -> np.ndarray:
-    """Of the low-pass, an odd number, centred on a sample that is kept."""
-    count, beta = scipy.signal.kaiserord(ATTENUATION, 2 * (STOP - PASS) / FINER)
-    half = FINER * COARSER * -(-count // (2 * FINER * COARSER))
-    return scipy.signal.firwin(2 * half + 1, (PASS + STOP) / 2, window=("kaiser", beta), fs=FINER)
+DIFFERENCE = 1e-3  # prior standard deviations, step of difference quotients
+FARTHEST_OFFSET = 0.95  # of the gap: the shaft at rest touches neither wall
+DAMPINGS = (0.0, 0.01, 0.1, 0.3, 1.0, 3.0, 10.0, 50.0)  # Levenberg's and Marquardt's, all tried at once in lanes
+SMALLEST_GAIN = 0.2  # of the log-posterior, below which a fit ends
+MAX_STEPS = 24
+MAX_RESIDUAL = 1e6  # of the expected error: a law that diverges misses no more
+MAX_CORRELATION_LENGTH = 10.0  # samples, on the way: far from the optimum all errors are correlated
+KNOWN_INFORMATION = 1e-6  # of the largest: directions with less are unknown
 
 
 @dataclass(frozen=True, eq=False)
 class ForceFit:
-    """One family of contact and grease at one bushing."""
+    """One family of contact and filling at one bushing."""
 
-    contact: Family
-    grease: Family
-    told: Bushing
-    """as the rig file has it"""
+    contact: ContactFamily
+    """family of the contact"""
+    filling: FillingFamily
+    """family of the filling"""
+    nominal: Bushing
+    """the bushing as the rig file has it"""
     law: ContactLaw
     """of this bushing"""
     bushing: Bushing
     """with the gap and offset found"""
     estimates: Estimates
-    """of gap and offset, where the rig file leaves them open, then of contact and grease"""
-    at: np.ndarray
-    """(n,) values in prior standard deviations"""
+    """of gap and offset, where the rig file leaves them open, then of contact and filling"""
+    point: np.ndarray
+    """(n,) values in prior standard deviations from their starts"""
     information: np.ndarray
-    """(n, n) of `at`, as if the misfit were noise, without the priors"""
+    """(n, n) of `point`, as if errors were independent, without the priors"""
     size: int
     """samples that were fitted"""
-    alike: float
-    """samples that tell as much as one, see the module"""
+    correlation_length: float
+    """samples that count as one independent observation"""
     misfit: float
-    """of the force, over `MODEL` of its local RMS: robust mean over what was fitted"""
+    """of the force, over the error that a law is expected to have: robust mean over what was fitted"""
     held_out: float
     """the same over what was not"""
 
-    def log_evidence(self, alike: float) -> float:
-        """Logarithm of the probability of the records given the family, but for a constant of the bushing.
+    def log_evidence(self, correlation_length: float) -> float:
+        """Return the logarithm of the probability of the records given the family, but for a constant of the bushing.
 
-        ``alike``: the number of samples that tell as much as one, the same for all families.
+        In Laplace's approximation, with the size of the errors integrated out.
+
+        Parameters
+        ----------
+        correlation_length : float
+            Samples that count as one independent observation, the same for all families that are compared.
         """
-        precision = self.information / alike + np.eye(self.at.size)
-        data = self.size / alike * np.log(self.misfit**2)
-        return float(-0.5 * (data + self.at @ self.at + np.linalg.slogdet(precision)[1]))
+        precision = self.information / correlation_length + np.eye(self.point.size)
+        data = self.size / correlation_length * np.log(self.misfit**2)
+        return float(-0.5 * (data + self.point @ self.point + np.linalg.slogdet(precision)[1]))
+
+    @cached_property
+    def covariance(self) -> np.ndarray:
+        """(n, n) of `point` after the fit."""
+        return np.linalg.inv(self.information / self.correlation_length + np.eye(self.point.size))
 
     def drawn(self, bushing: Bushing, seed: int) -> tuple[Bushing, ContactLaw]:
-        """Draw gap, offset and law from their covariance; ``bushing`` has the rest."""
-        return of_values(self.estimates.draw(1, seed)[0], self.estimates.names, self.told, bushing, *self.families)
+        """Draw gap, offset and law from their covariance.
+
+        Parameters
+        ----------
+        bushing : Bushing
+            Everything else is its own.
+        seed : int
+            Of the random numbers.
+        """
+        values = self.estimates.draw(1, seed)[0]
+        return _bushing_and_law(values, self.estimates.names, self.nominal, bushing, self.contact, self.filling)
+
+    @property
+    def contact_model(self) -> ContactModel:
+        """The contact found."""
+        return self.law.contact[0]
+
+    @property
+    def filling_model(self) -> GreaseModel | Grease:
+        """The filling found."""
+        return self.law.grease[0]
 
     @property
     def values(self) -> dict[str, float]:
-        """By name, SI: where another fit can start."""
+        """All parameters by name, SI: where another fit can start."""
         return dict(zip(self.estimates.names, self.estimates.value.tolist()))
 
-    @property
-    def families(self) -> tuple[Family, Family]:
-        """Contact and grease."""
-        return self.contact, self.grease
 
-
-def _size(left: np.ndarray) -> np.ndarray:
-    """Soft L1 of what is left (n, ...): its mean."""
-    return np.mean(2 * (np.sqrt(1 + left**2) - 1), axis=0)
-
-
-class _Fit:
+class ForceProblem:
     """Posterior of a family's parameters, in prior standard deviations from where they start.
 
-    Errors are of unknown size, of which a robust mean is taken, and of them several tell as much as one.
+    Parameters
+    ----------
+    motion : MeasuredMotion
+        What laws are compared with.
+    contact : ContactFamily
+        Family of the contact.
+    filling : FillingFamily
+        Family of the filling.
     """
 
-    def __init__(self, motion: Motion, contact: Family, grease: Family) -> None:
-        self.motion, self.contact, self.grease = motion, contact, grease
-        own = [*contact.parameters(motion.told), *grease.parameters(motion.told)]
-        self.parameters = [*motion.gap, *own]
+    def __init__(self, motion: MeasuredMotion, contact: ContactFamily, filling: FillingFamily) -> None:
+        self.motion, self.contact, self.filling = motion, contact, filling
+        own = [*contact.parameters(motion.nominal), *filling.parameters(motion.nominal)]
+        self.parameters = [*motion.gap_parameters, *own]
         self.origin = np.array([p.to_varied(p.start) for p in self.parameters])
         self.width = np.array([p.prior_std for p in self.parameters])
         ends = np.array([[p.to_varied(p.low), p.to_varied(p.high)] for p in self.parameters])
         self.low, self.high = ((ends - self.origin[:, None]) / self.width[:, None]).T
 
-    def values(self, at: np.ndarray) -> list[float]:
-        varied = self.origin + self.width * at
+    def values(self, point: np.ndarray) -> list[float]:
+        """Return the parameters' values, SI, at a point (n,)."""
+        varied = self.origin + self.width * point
         return [float(np.clip(p.from_varied(v), p.low, p.high)) for p, v in zip(self.parameters, varied)]
 
-    def at(self, values: Mapping[str, float]) -> np.ndarray:
-        """Where values by name are; those that are not given, at their priors."""
+    def point(self, values: Mapping[str, float]) -> np.ndarray:
+        """Return the point (n,) of values by name; those that are not given are at their priors."""
         inside = [np.clip(values.get(p.name, p.start), p.low, p.high) for p in self.parameters]
         return (np.array([p.to_varied(float(v)) for p, v in zip(self.parameters, inside)]) - self.origin) / self.width
 
-    def law(self, at: np.ndarray) -> tuple[Bushing, ContactLaw]:
-        """Bushing and law of values."""
-        told, names = self.motion.told, [p.name for p in self.parameters]
-        return of_values(self.values(at), names, told, told, self.contact, self.grease)
+    def law(self, point: np.ndarray) -> tuple[Bushing, ContactLaw]:
+        """Return bushing and law at a point (n,)."""
+        nominal, names = self.motion.nominal, [p.name for p in self.parameters]
+        return _bushing_and_law(self.values(point), names, nominal, nominal, self.contact, self.filling)
 
-    def left(self, points: Sequence[np.ndarray]) -> np.ndarray:
-        """(n_kept, n_points); no more than `DIVERGED`, where a trial law diverges."""
-        found = self.motion.left([self.law(at) for at in points])[self.motion.kept]
-        return np.clip(np.nan_to_num(found, nan=DIVERGED), -DIVERGED, DIVERGED)
+    def residuals(self, points: Sequence[np.ndarray] | np.ndarray) -> np.ndarray:
+        """Return the residuals (n_fitted, n_points) at points, over the error that laws are expected to have."""
+        found = self.motion.residuals([self.law(point) for point in points])[self.motion.fitted]
+        return np.clip(np.nan_to_num(found, nan=MAX_RESIDUAL), -MAX_RESIDUAL, MAX_RESIDUAL)
 
-    def likely(self, points: Sequence[np.ndarray], left: np.ndarray, alike: float) -> np.ndarray:
-        """(n_points,) logarithm of the posterior."""
-        return -0.5 * (len(left) / alike * np.log(_size(left)) + np.sum(np.square(points), axis=1))
+    def log_posterior(
+        self, points: Sequence[np.ndarray], residuals: np.ndarray, correlation_length: float
+    ) -> np.ndarray:
+        """Return the logarithm of the posterior (n_points,), but for a constant."""
+        data = len(residuals) / correlation_length * np.log(_mean_loss(residuals))
+        return -0.5 * (data + np.sum(np.square(points), axis=1))
 
-    def slopes(self, at: np.ndarray, left: np.ndarray) -> np.ndarray:
-        """(n_kept, n); zeros where a step already leads to a law that diverges."""
-        steps = np.where(at + STEP > self.high, -STEP, STEP)
-        moved = self.left(at + np.diag(steps))
-        return np.where(np.abs(moved).max(axis=0) < DIVERGED, (moved - left[:, None]) / steps, 0.0)
+    def jacobian(self, point: np.ndarray, residuals: np.ndarray) -> np.ndarray:
+        """Return the slopes (n_fitted, n) of the residuals at a point; zeros where a step meets a law that diverges."""
+        steps = np.where(point + DIFFERENCE > self.high, -DIFFERENCE, DIFFERENCE)
+        moved = self.residuals(point + np.diag(steps))
+        return np.where(np.abs(moved).max(axis=0) < MAX_RESIDUAL, (moved - residuals[:, None]) / steps, 0.0)
 
-    def told(self, slopes: np.ndarray, left: np.ndarray) -> tuple[np.ndarray, np.ndarray, float]:
-        """Gradient of the misfit, information (n, n), and how many samples tell as much as one."""
-        size = _size(left)
-        weighted = slopes / np.sqrt(1 + left**2)[:, None]
-        scores = weighted * (left / size)[:, None]
-        information = weighted.T @ slopes / size
+    def score_and_information(
+        self, jacobian: np.ndarray, residuals: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray, float]:
+        """Return score (n,), information (n, n) and correlation length in samples, without the priors."""
+        size = _mean_loss(residuals)
+        weighted = jacobian / np.sqrt(1 + residuals**2)[:, None]
+        scores = weighted * (residuals / size)[:, None]
+        information = weighted.T @ jacobian / size
         found, direction = np.linalg.eigh(information)
-        known = found > KNOWN * found[-1]
+        known = found > KNOWN_INFORMATION * found[-1]
         of_blocks = np.add.reduceat(scores @ direction[:, known], self.motion.blocks, axis=0)
-        alike = np.mean(np.sum(of_blocks**2, axis=0) / found[known]) if known.any() else 0.0
-        return scores.sum(axis=0), information, max(1.0, float(alike))
+        length = np.mean(np.sum(of_blocks**2, axis=0) / found[known]) if known.any() else 0.0
+        return scores.sum(axis=0), information, max(1.0, float(length))
 
-    def steps(self, at: np.ndarray, slope: np.ndarray, precision: np.ndarray) -> list[np.ndarray]:
-        """Points to go to, Gauss and Newton's first; what is at a bound and would pass it stays there."""
-        free = ~((at <= self.low) & (slope > 0) | (at >= self.high) & (slope < 0))
-        points = np.tile(at, (len(DAMPINGS), 1))
-        for point, damping in zip(points, DAMPINGS):
+    def steps(self, point: np.ndarray, gradient: np.ndarray, precision: np.ndarray) -> list[np.ndarray]:
+        """Return points to go to, Gauss and Newton's first; what is at a bound and would pass it stays there."""
+        free = ~((point <= self.low) & (gradient > 0) | (point >= self.high) & (gradient < 0))
+        points = np.tile(point, (len(DAMPINGS), 1))
+        for to, damping in zip(points, DAMPINGS):
             damped = precision + damping * np.diag(np.diag(precision))
-            point[free] -= np.linalg.solve(damped[np.ix_(free, free)], slope[free])
+            to[free] -= np.linalg.solve(damped[np.ix_(free, free)], gradient[free])
         return list(np.clip(points, self.low, self.high))
 
-    def run(self, starts: Sequence[np.ndarray]) -> tuple[np.ndarray, np.ndarray, np.ndarray, float]:
-        """Where the fit ends, what is left there (n_kept,), the information and how many samples tell as one."""
+    def solve(self, starts: Sequence[np.ndarray]) -> tuple[np.ndarray, np.ndarray, np.ndarray, float]:
+        """Return where the fit from the likeliest start ends, residuals there, information and correlation length."""
         starts = [np.clip(start, self.low, self.high) for start in starts]
-        found, gain = self.left(starts), np.inf
-        i = int(np.argmax(self.likely(starts, found, len(found) / self.motion.blocks.size)))
-        at, left = starts[i], found[:, i]
-        for _ in range(MOST):
-            gradient, information, alike = self.told(self.slopes(at, left), left)
-            if gain < SMALLEST:
+        found, gain = self.residuals(starts), np.inf
+        i = int(np.argmax(self.log_posterior(starts, found, len(found) / self.motion.blocks.size)))
+        point, residuals = starts[i], found[:, i]
+        for _ in range(MAX_STEPS):
+            score, information, length = self.score_and_information(self.jacobian(point, residuals), residuals)
+            if gain < SMALLEST_GAIN:
                 break
-            count = min(alike, CAREFUL)
-            points = self.steps(at, gradient / count + at, information / count + np.eye(at.size))
-            found = self.left(points)
-            likely = self.likely(points, found, count)
-            i = int(np.argmax(likely))
-            gain = likely[i] - self.likely([at], left[:, None], count)[0]
+            counted = min(length, MAX_CORRELATION_LENGTH)
+            points = self.steps(point, score / counted + point, information / counted + np.eye(point.size))
+            found = self.residuals(points)
+            after = self.log_posterior(points, found, counted)
+            i = int(np.argmax(after))
+            gain = after[i] - self.log_posterior([point], residuals[:, None], counted)[0]
             if not gain > 0:
                 break
-            at, left = points[i], found[:, i]
-        return at, left, information, alike
+            point, residuals = points[i], found[:, i]
+        return point, residuals, information, length
 
 
-def of_values(
-    values: Sequence[float], names: Sequence[str], told: Bushing, bushing: Bushing, contact: Family, grease: Family
-) -> tuple[Bushing, ContactLaw]:
+def fit_force(
+    motion: MeasuredMotion, contact: ContactFamily, filling: FillingFamily, starts: Sequence[Mapping[str, float]] = ()
+) -> ForceFit:
+    """Fit a family at a bushing, from the likeliest of some values by name or, without any, from the priors."""
+    problem = ForceProblem(motion, contact, filling)
+    point, residuals, information, length = problem.solve([problem.point(values) for values in (*starts, {})])
+    bushing, law = problem.law(point)
+    parameters = [motion.with_reach(p, bushing) for p in problem.parameters]
+    covariance = np.linalg.inv(information / length + np.eye(point.size)) * np.outer(problem.width, problem.width)
+    held_out = motion.residuals([(bushing, law)])[motion.held_out, 0]
+    return ForceFit(
+        contact, filling, motion.nominal, law, bushing,
+        Estimates.of(parameters, problem.values(point), covariance), point, information, residuals.size, length,
+        float(_mean_loss(residuals)) ** 0.5, float(_mean_loss(held_out)) ** 0.5,
+    )  # fmt: skip
+
+
+def _mean_loss(residuals: np.ndarray) -> np.ndarray:
+    """Mean of the soft L1 loss of residuals (n, ...): squares, but of what is far off the size."""
+    return np.mean(2 * (np.sqrt(1 + residuals**2) - 1), axis=0)
+
+
+def _bushing_and_law(
+    values: Sequence[float] | np.ndarray, names: Sequence[str], nominal: Bushing, bushing: Bushing,
+    contact: ContactFamily, filling: FillingFamily,
+) -> tuple[Bushing, ContactLaw]:  # fmt: skip
     """Bushing with another gap, and another offset short of the wall, and the law of values by their names."""
     known = {n.rpartition(".")[2]: float(v) for n, v in zip(names, values) if n.startswith("bushings[")}
     gap, offset = known.get("gap", bushing.gap), known.get("offset", bushing.offset)
-    offset = float(np.clip(offset, -NEAREST * gap, NEAREST * gap))
-    law = ContactLaw(*split([float(v) for v in values[len(known) :]], told, contact, grease))
+    offset = float(np.clip(offset, -FARTHEST_OFFSET * gap, FARTHEST_OFFSET * gap))
+    own, n = [float(v) for v in values[len(known) :]], len(contact.parameters(nominal))
+    law = ContactLaw(contact.make(nominal, *own[:n]), filling.make(nominal, *own[n:]))
     return dataclasses.replace(bushing, gap=gap, offset=offset), law
-
-
-def fit(motion: Motion, contact: Family, grease: Family, starts: Sequence[Mapping[str, float]] = ()) -> ForceFit:
-    """Fit a family at a bushing, beginning with the likeliest of some values by name, or else with the priors."""
-    problem = _Fit(motion, contact, grease)
-    points = [problem.at(values) for values in (*starts, {})]
-    at, left, information, alike = problem.run(points)
-    covariance = np.linalg.inv(information / alike + np.eye(at.size)) * np.outer(problem.width, problem.width)
-    bushing, law = problem.law(at)
-    parameters = [motion.with_reach(p, bushing) for p in problem.parameters]
-    outside = motion.left([(bushing, law)])[motion.held, 0]
-    return ForceFit(
-        contact, grease, motion.told, law, bushing, Estimates.of(parameters, problem.values(at), covariance), at,
-        information, left.size, alike, float(_size(left)) ** 0.5, float(_size(outside)) ** 0.5,
-    )  # fmt: skip

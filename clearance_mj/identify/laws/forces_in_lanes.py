@@ -1,4 +1,4 @@
-"""Forces of several laws along one measured motion, side by side in the lanes of a register, filtered and decimated."""
+"""Forces of several laws in one measured motion, side by side in the lanes of a register, filtered and decimated."""
 
 from __future__ import annotations
 
@@ -6,21 +6,21 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
+import scipy.signal
 
 from ...clearance import ContactLaw
-from ...clearance._lanes import larger, load, spread, store
-from ...clearance._pointers import OPTIONS, kernel_loop
+from ...clearance.cycle import fill_forces
 from ...clearance.kernel import clearance_records, greases_of
 from ...clearance.lane_contacts import LaneContacts, contact_in_lanes, lane_contacts, penetration_in_lanes
 from ...clearance.lane_greases import LaneGreases, grease_in_lanes, lane_greases
+from ...clearance.lanes import larger, load, spread, store
+from ...clearance.pointers import OPTIONS, kernel_loop
 from ...rig import Bushing, Rig
 
-__all__ = ["LANES", "Path", "forces_along"]
+__all__ = ["LANES", "Path", "law_forces"]
 
-LANES = 8
-"""laws at a time"""
-BLOCK = 64
-"""samples that are filtered together: what lies between stays in the processor's cache"""
+LANES = 8  # laws at a time
+BLOCK = 64  # samples that are filtered together: what lies between stays in the processor's cache
 
 
 class Path(NamedTuple):
@@ -34,13 +34,14 @@ class Path(NamedTuple):
     """s"""
 
 
-def forces_along(
+def law_forces(
     paths: Sequence[Path], taps: np.ndarray, factor: int, rig: Rig, cases: Sequence[tuple[Bushing, ContactLaw]]
 ) -> np.ndarray:
-    """Forces (n, n_cases), N, of laws of one bushing along motions, one motion after the other.
+    """Forces (n, n_cases), N, of laws of one bushing in measured motions, one motion after the other.
 
-    ``taps``: odd in number and symmetric, of the low-pass; every ``factor``-th sample is kept, the first included. All
-    cases are of the same models of contact and grease, of which both run in lanes; ``rig`` is any.
+    ``taps``: of the low-pass, odd in number and symmetric; every ``factor``-th sample is kept, the first included. All
+    cases are of the same models of contact and filling; those whose laws work lane by lane only are computed one after
+    the other. ``rig`` is any.
     """
     parts = [_some(paths, taps, factor, rig, [*cases[i : i + LANES]]) for i in range(0, len(cases), LANES)]
     return np.concatenate(parts, axis=1)
@@ -56,19 +57,33 @@ def _some(
     greases = lane_greases(models + models[:1] * rest, offsets)
     records = [clearance_records(*case, paths[0].step) for case in zip(rigs, laws)]  # the contacts know no step
     contacts = lane_contacts([[type(laws[0].contact[0])]] * LANES, records + records[:1] * rest)
+    if not (greases.law[0] and contacts.law[0]):
+        return np.transpose([_one(paths, taps, factor, *case) for case in zip(rigs, laws)])
     found = [np.empty((-(-len(path.x) // factor), LANES)) for path in paths]
     for path, out in zip(paths, found):
         at_rest = [part._replace(numbers=part.numbers.copy()) for part in (greases, contacts)]
-        _along(*path, taps, factor, tuple(range(LANES)), *at_rest, out)
+        _fill(*path, taps, factor, tuple(range(LANES)), *at_rest, out)
     return np.concatenate(found)[:, :count]
 
 
+def _one(paths: Sequence[Path], taps: np.ndarray, factor: int, rig: Rig, law: ContactLaw) -> np.ndarray:
+    """Forces (n,) of a law that does not work in lanes."""
+    found = []
+    for path in paths:
+        force = np.zeros((1, len(path.x)))
+        x, v = (np.ascontiguousarray(each.T[None]) for each in (path.x, path.v))
+        fill_forces(x, v, clearance_records(rig, law, path.step), force)
+        kept = scipy.signal.upfirdn(taps, force[0], 1, factor)[taps.size // 2 // factor :]
+        found.append(kept[: -(-len(path.x) // factor)])
+    return np.concatenate(found)
+
+
 @kernel_loop(**OPTIONS)
-def _along(
+def _fill(
     x: np.ndarray, v: np.ndarray, step: float, taps: np.ndarray, factor: int, lanes: tuple[int, ...],
     greases: LaneGreases, contacts: LaneContacts, out: np.ndarray,
 ) -> None:  # fmt: skip
-    """Fill (ceil(n / factor), lanes) forces along x, v (n, 3)."""
+    """Fill (ceil(n / factor), lanes) filtered forces in the motion x, v (n, 3)."""
     count, n, half = len(lanes), x.shape[0], taps.size // 2
     place, speed, depth = np.zeros((3, count)), np.zeros((3, count)), np.zeros((3, count))
     elastic, viscous, side = np.zeros((3, count)), np.zeros((3, count)), np.ones((3, count))

@@ -8,27 +8,27 @@ from typing import Literal
 
 import numba
 import numpy as np
-import scipy.optimize
 
 from ...clearance.gap import penetration
 from ...clearance.greases.bouc_wen import bouc_wen_step, film_damping
 from ...core.errors import RecordError
-from ...estimate.estimates import Estimates
-from ...estimate.parameter import Parameter
+from ...estimate import Estimates, Parameter, Problem, Stop, one_by_one, sandwich, solve
 from ...rig import Grease
 from ..forces.restoring import RestoringForce
-from .regression import LOCAL, block_covariance, non_negative, weights
+from .regression import LOCAL, non_negative, weights
 
 __all__ = ["GreaseFit", "grease_parameters"]
 
-MARGIN = 4
-"""samples on either side of a contact that the fit leaves out"""
-SURE = 3.0
-"""standard deviations by which sliding and squeeze film must show, or the grease is taken to have none"""
-SLIDE = 0.2
-"""of the yield displacement: longest step in which the Bouc-Wen state is advanced"""
-FILM_LIMIT = 0.2
-"""smallest relative film thickness, as in `Grease`"""
+MARGIN = 4  # samples on either side of a contact that the fit leaves out
+SURE = 3.0  # standard deviations by which sliding and squeeze film must show, or the grease is taken to have none
+SLIDE = 0.2  # of the yield displacement: longest step in which the Bouc-Wen state is advanced
+FILM_LIMIT = 0.2  # smallest relative film thickness, as in `Grease`
+STEP = 1e-6  # of what varies, for differences
+SLIDING = (
+    Parameter("yield displacement over gap", "1", 0.3, 0.03, 10.0),
+    Parameter("γ/β", "1", 0.5, -0.9, 1.0, transform="linear"),
+)
+FILM_SHARE = Parameter("d/h", "1", 0.0, 0.0, 0.9, transform="linear")
 NAMES = {"k": "N/m", "λ": "1", "z": "m", "γ/β": "1", "c": "N s/m", "d/h": "1"}
 """parameters, z the yield displacement, and their units"""
 K, RATIO, YIELD, SHAPE, DAMPING, FILM = range(6)
@@ -58,12 +58,12 @@ def grease_parameters(
     that do not exceed three standard deviations are left out. Kind "linear": a spring and damper.
     """
     forces = [forces] if isinstance(forces, RestoringForce) else list(forces)
-    fits = [_fit(_Problem(forces, j), kind) for j in range(len(forces[0].rig.bushings))]
+    fits = [_fit(_InGap(forces, j), kind) for j in range(len(forces[0].rig.bushings))]
     grease, estimates, residual = zip(*fits)
     return GreaseFit(grease, estimates, np.array(residual))
 
 
-def _fit(problem: _Problem, kind: str) -> tuple[Grease, Estimates, float]:
+def _fit(problem: _InGap, kind: str) -> tuple[Grease, Estimates, float]:
     """Grease of one bushing, its parameters, and the residual's share."""
     sliding = film = kind == "bouc-wen"
     value, covariance, left = problem.fit(sliding, film)
@@ -82,7 +82,7 @@ def _fit(problem: _Problem, kind: str) -> tuple[Grease, Estimates, float]:
     return grease, problem.estimates(value, covariance, held), problem.share(left)
 
 
-class _Problem:
+class _InGap:
     """Force of one bushing while the shaft is in the gap, against grease of parameters k, λ, z, γ/β, c, d/h."""
 
     def __init__(self, forces: Sequence[RestoringForce], bushing: int):
@@ -110,7 +110,7 @@ class _Problem:
 
         def shape(p: np.ndarray) -> tuple[float, float, float]:
             """Yield displacement, γ/β and d/h."""
-            yields = (self.gap * np.exp(p[0]), p[1]) if sliding else (np.inf, 0.0)
+            yields = (self.gap * p[0], p[1]) if sliding else (np.inf, 0.0)
             return (*yields, p[-1] if film else 0.0)
 
         def left(p: np.ndarray) -> np.ndarray:
@@ -124,9 +124,7 @@ class _Problem:
         value = np.array([k, share[0] / k if k > 0 else 1.0, yield_, ratio, share[-1], thin])
         varied = [K, *([RATIO, YIELD, SHAPE] if sliding else []), DAMPING, *([FILM] if film else [])]
         covariance = np.full((6, 6), np.inf)
-        covariance[np.ix_(varied, varied)] = block_covariance(
-            self._jacobian(value, varied, sliding), left(found), self.block
-        )
+        covariance[np.ix_(varied, varied)] = sandwich(self._jacobian(value, varied, sliding), left(found), self.block)
         return value, covariance, left(found)
 
     def estimates(self, value: np.ndarray, covariance: np.ndarray, held: list[int]) -> Estimates:
@@ -146,16 +144,15 @@ class _Problem:
     def share(self, left: np.ndarray) -> float:
         return float(np.sqrt(np.sum(left**2) / np.sum(self.target**2)))
 
-    @staticmethod
-    def _search(left: Callable[..., np.ndarray], sliding: bool, film: bool) -> np.ndarray:
-        """Best yield (log of its share of the gap), γ/β and d/h, as far as they are varied."""
-        yields = [(np.log(z), 0.5) for z in (0.3, 1.0)] if sliding else [()]
-        starts = [(*y, *u) for y in yields for u in ([(0.0,), (0.4,)] if film else [()])]
-        if not starts[0]:
+    def _search(self, left: Callable[[np.ndarray], np.ndarray], sliding: bool, film: bool) -> np.ndarray:
+        """Best share of yield over gap, γ/β and d/h, as far as they are varied."""
+        parameters = [*SLIDING] * sliding + [FILM_SHARE] * film
+        if not parameters:
             return np.empty(0)
-        limits = [(np.log(0.03), np.log(10.0)), (-0.9, 1.0)] * sliding + [(0.0, 0.9)] * film
-        best = starts[int(np.argmin([np.sum(left(p) ** 2) for p in starts]))]
-        return scipy.optimize.least_squares(left, best, bounds=tuple(zip(*limits)), xtol=1e-5, ftol=1e-6).x
+        problem = Problem(parameters, one_by_one(left), step=STEP, lanes=False)
+        yields = [(z, 0.5) for z in (0.3, 1.0)] if sliding else [()]
+        starts = [problem.at([*y, *u]) for y in yields for u in ([(0.0,), (0.4,)] if film else [()])]
+        return solve(problem, starts, stop=Stop(decrease=1e-6, move=1e-5)).values
 
     def _jacobian(self, value: np.ndarray, varied: list[int], sliding: bool) -> np.ndarray:
         def model(p: np.ndarray) -> np.ndarray:
@@ -177,7 +174,7 @@ def _columns(force: RestoringForce, bushing: int, yield_: float, ratio: float, f
 
 
 def grease_force(force: RestoringForce, bushing: int, grease: Grease) -> np.ndarray:
-    """(n_t,) force of a grease along the motion in a record, N."""
+    """(n_t,) force of a grease of the motion in a record, N."""
     x, v = force.displacement[bushing], force.velocity[bushing]
     z = _bouc_wen(x, grease.amplitude, grease.beta, grease.gamma, grease.exponent, SLIDE * grease.yield_displacement)
     elastic = grease.stiffness * (grease.elastic_ratio * x + (1 - grease.elastic_ratio) * z)

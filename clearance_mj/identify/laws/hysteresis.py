@@ -19,12 +19,11 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import scipy.optimize
 from numpy.typing import ArrayLike
 
 from ...core.errors import RecordError
-from ...estimate.estimates import UNIDENTIFIED, Estimates, principal_deviations
-from ...estimate.parameter import Parameter
+from ...estimate import Estimates, Parameter, Problem, Solution, Stop, coloured, one_by_one, solve
+from ...estimate.estimates import UNIDENTIFIED
 from ...rig import Grease
 from .hysteresis_loop import loop_force
 
@@ -34,17 +33,21 @@ DEAD_TRAVEL = ("fixed", "reopening")
 NAMES = {"k": "N/m", "elastic_ratio": "1", "beta": "1/mⁿ", "gamma": "1/mⁿ", "exponent": "1", "gap": "m", "offset": "m"}
 """parameters and their units"""
 POSSIBLE = ((0.0, np.inf), (0.0, 1.0), (0.0, np.inf), (-np.inf, np.inf), (1.0, 6.0), (0.0, np.inf), (-np.inf, np.inf))
-SHORTEST = 20
-"""samples"""
-POLISHED = 2
-"""starts, the best after a rough solution, that are solved to the end"""
-NOISE_FLOOR = 1e-5
-"""residual that is always assumed, as a share of the force's RMS, so that perfect records have a covariance too"""
-UNRELATED = 0.95
-"""NRMSE above which force and displacement have nothing to do with each other"""
-# Fitted: log k X/F, λ, log z_ult/X, γ/β, n, d/X, x0/X, with X half the range of the displacement, F of the force.
-LOW = np.array([np.log(1e-2), 0.0, np.log(1e-3), -0.9, 1.0, 0.0, -1.2])
-HIGH = np.array([np.log(1e4), 1.0, np.log(1e2), 1.0, 6.0, 1.0, 1.2])
+SHORTEST = 20  # samples
+POLISHED = 2  # starts, the best after a rough solution, that are solved to the end
+MAX_STEPS = 40  # of a solution
+STEP = 1e-6  # of what varies, for differences
+UNRELATED = 0.95  # NRMSE above which force and displacement have nothing to do with each other
+SCALED = (
+    Parameter("k X/F", "1", 1.0, 1e-2, 1e4),
+    Parameter("λ", "1", 0.5, 0.0, 1.0, transform="linear"),
+    Parameter("z_ult/X", "1", 1.0, 1e-3, 1e2),
+    Parameter("γ/β", "1", 0.0, -0.9, 1.0, transform="linear"),
+    Parameter("n", "1", 1.5, 1.0, 6.0, transform="linear"),
+    Parameter("d/X", "1", 0.1, 0.0, 1.0, transform="linear"),
+    Parameter("x0/X", "1", 0.0, -1.2, 1.2, transform="linear"),
+)
+"""What is fitted, with X half the range of the displacement and F half that of the force"""
 K, RATIO, YIELD, SHAPE, EXPONENT, GAP, OFFSET = range(7)
 
 
@@ -153,26 +156,29 @@ def bouc_wen(
     """
     if dead_travel not in DEAD_TRAVEL:
         raise RecordError(f'dead_travel "{dead_travel}" is unknown; use {", ".join(DEAD_TRAVEL)}')
-    problem = _Problem(checked_records(time, displacement, force), gap, dead_travel == "reopening")
-    rough = sorted((problem.solve(start, 1e-3) for start in problem.starts()), key=lambda s: s.cost)
-    polished = [problem.solve(s.x, 1e-10) for s in rough[:POLISHED]]
-    solutions = sorted([*polished, *rough[POLISHED:]], key=lambda s: s.cost)
-    best = solutions[0]
-    nrmse = tuple(float(np.sqrt(2 * s.cost / problem.size)) for s in solutions)
+    comparison = _Comparison(checked_records(time, displacement, force), gap, dead_travel == "reopening")
+    problem = Problem(comparison.parameters, one_by_one(comparison.residual), step=STEP, lanes=False)
+    starts = [problem.at(values) for values in comparison.starts()]
+    rough = solve(problem, starts, tries=len(starts), stop=Stop(MAX_STEPS, decrease=1e-3, move=1e-3))
+    found = [rough, *rough.others]
+    exact = Stop(MAX_STEPS, decrease=1e-10, move=1e-10)
+    best = solve(problem, [s.at for s in found[:POLISHED]], tries=POLISHED, stop=exact)
+    costs = [s.cost for s in (best, *best.others, *found[POLISHED:])]
+    nrmse = tuple(float(np.sqrt(cost / comparison.size)) for cost in sorted(costs))
     if nrmse[0] > UNRELATED:
         raise RecordError(
             f"the force does not follow the displacement ({100 * nrmse[0]:.0f} % of it is left): no contact, the "
-            f"gap is larger than the motion of ±{problem.x_scale:.3g} m; the record shows nothing more"
+            f"gap is larger than the motion of ±{comparison.x_scale:.3g} m; the record shows nothing more"
         )
-    estimates, unidentified = problem.estimates(best)
-    k, ratio, beta, gamma, exponent, d, offset = problem.natural(best.x).tolist()
+    estimates, unidentified = comparison.estimates(best)
+    k, ratio, beta, gamma, exponent, d, offset = comparison.natural(best.values).tolist()
     return BoucWenFit(k, ratio, beta, gamma, exponent, d, offset, dead_travel, estimates, unidentified, nrmse[0], nrmse)
 
 
-class _Problem:
-    """Residuals of records as a function of scaled parameters."""
+class _Comparison:
+    """Records compared with the loop of an element of scaled parameters."""
 
-    def __init__(self, records: Sequence[tuple[np.ndarray, ...]], gap: float | None, reopening: bool):
+    def __init__(self, records: Sequence[tuple[np.ndarray, ...]], gap: float | None, reopening: bool) -> None:
         self.reopening = reopening
         self.displacement = [x for _, x, _ in records]
         self.force = [f for _, _, f in records]
@@ -181,105 +187,76 @@ class _Problem:
         self.f_scale = max(np.ptp(f) for f in self.force) / 2
         every = np.concatenate(self.force)
         self.size, self.f_rms = every.size, np.std(every)
-        self.low, self.high, self.free = LOW.copy(), HIGH.copy(), np.ones(7, dtype=bool)
-        self.fixed = np.zeros(7)
-        if gap is not None:
-            self._fix_gap(gap)
-
-    def _fix_gap(self, gap: float) -> None:
-        if not (np.isfinite(gap) and gap >= 0):
+        if gap is not None and not (np.isfinite(gap) and gap >= 0):
             raise RecordError(f"gap must be >= 0 m, or None to fit it, got {gap!r}")
-        if gap >= self.x_scale:
+        if gap is not None and gap >= self.x_scale:
             raise RecordError(
                 f"the gap of {gap:.3g} m is larger than the motion of ±{self.x_scale:.3g} m: no contact in the record, "
-                f"so it shows nothing of the element but its mean force, {np.mean(np.concatenate(self.force)):.3g} N"
+                f"so it shows nothing of the element but its mean force, {np.mean(every):.3g} N"
             )
-        self.free[GAP] = False
-        self.fixed[GAP] = gap / self.x_scale
+        self.gap = None if gap is None else gap / self.x_scale
+        self.free = np.array([self.gap is None or i != GAP for i in range(len(SCALED))])
+        """(7,) of the scaled parameters: a gap that is given is not fitted"""
+        self.parameters = [p for p, free in zip(SCALED, self.free) if free]
 
     def starts(self) -> Iterator[np.ndarray]:
         """Stiff and soft springs, early and late yield, small and large gap."""
-        gaps = (self.fixed[GAP],) if not self.free[GAP] else (0.02, 0.1, 0.35)
-        for d in gaps:
+        for d in (0.02, 0.1, 0.35) if self.gap is None else (self.gap,):
             rest = max(1 - d, 0.05)
             for ratio, z_ult in ((0.1, 0.1), (0.5, 0.3), (0.9, 0.3)):
                 k = 1 / (ratio * rest + (1 - ratio) * min(z_ult, rest))
-                yield np.array([np.log(k), ratio, np.log(z_ult * rest), 0.0, 1.5, d, 0.0])[self.free]
+                yield np.array([k, ratio, z_ult * rest, 0.0, 1.5, d, 0.0])[self.free]
 
     def whole(self, free: np.ndarray) -> np.ndarray:
-        theta = self.fixed.copy()
+        """All scaled parameters (7,), of those that are fitted."""
+        theta = np.full(len(SCALED), self.gap, dtype=float)
         theta[self.free] = free
         return theta
 
     def natural(self, free: np.ndarray) -> np.ndarray:
         """Parameters in the order of `NAMES`, SI units."""
-        log_k, ratio, log_z, shape, n, d, x0 = self.whole(free)
-        total = (np.exp(log_z) * self.x_scale) ** -n
-        beta = total / (1 + shape)
-        k = np.exp(log_k) * self.f_scale / self.x_scale
+        k, ratio, z, shape, n, d, x0 = self.whole(free)
+        beta = (z * self.x_scale) ** -n / (1 + shape)
+        k = k * self.f_scale / self.x_scale
         return np.array([k, ratio, beta, shape * beta, n, d * self.x_scale, x0 * self.x_scale + self.x_middle])
 
     def residual(self, free: np.ndarray) -> np.ndarray:
-        log_k, ratio, log_z, shape, n, d, x0 = self.whole(free)
-        k, x_scale = np.exp(log_k) * self.f_scale / self.x_scale, self.x_scale
-        offset, z_ult = x0 * x_scale + self.x_middle, np.exp(log_z) * x_scale
-        element = k, ratio, z_ult, shape, n, d * x_scale, offset, self.reopening
+        """(n,) difference of the forces, over the RMS of the measured one."""
+        k, ratio, z, shape, n, d, x0 = self.whole(free)
+        k, x_scale = k * self.f_scale / self.x_scale, self.x_scale
+        element = k, ratio, z * x_scale, shape, n, d * x_scale, x0 * x_scale + self.x_middle, self.reopening
         model = [loop_force(x, *element) for x in self.displacement]
         return (np.concatenate(model) - np.concatenate(self.force)) / self.f_rms
 
-    def solve(self, start: np.ndarray, tolerance: float) -> scipy.optimize.OptimizeResult:
-        low, high = self.low[self.free], self.high[self.free]
-        inside = np.clip(start, low + 1e-6 * (high - low), high - 1e-6 * (high - low))
-        return scipy.optimize.least_squares(
-            self.residual, inside, bounds=(low, high), x_scale="jac", xtol=tolerance, ftol=tolerance, max_nfev=40
-        )
-
-    def estimates(self, solution: scipy.optimize.OptimizeResult) -> tuple[Estimates, tuple[str, ...]]:
+    def estimates(self, found: Solution) -> tuple[Estimates, tuple[str, ...]]:
         """Of the natural parameters, and the names of those that the records do not identify."""
-        residual = self.residual(solution.x)
-        spread = residual.var() * correlation_time(residual) + NOISE_FLOOR**2
-        direction, std = principal_deviations(solution.jac)
-        scaled = (direction.T * std**2) @ direction * spread
-        sigma = np.zeros(7)
+        scaled, problem = coloured(found.rows, found.residuals), found.problem
+        sigma = np.zeros(len(SCALED))
         sigma[self.free] = np.sqrt(np.diag(scaled))
-        step = 1e-6
-        jacobian = np.stack(
-            [(self.natural(solution.x + step * e) - self.natural(solution.x - step * e)) / (2 * step)
-             for e in np.eye(solution.x.size)], axis=1
-        )  # fmt: skip
-        value = self.natural(solution.x)
-        every = zip(NAMES.items(), value, POSSIBLE)
-        parameters = [Parameter(*named, v, *limits, transform="linear") for named, v, limits in every]
-        fitted = np.flatnonzero(self.free | (np.arange(7) != GAP))  # all but a gap that is given
+        sides = [found.at + sign * STEP * np.eye(problem.size) for sign in (1, -1)]
+        ahead, behind = (np.array([self.natural(v) for v in problem.values(points)]) for points in sides)
+        jacobian = ((ahead - behind) / (problem.inside(sides[0]) - problem.inside(sides[1])).sum(axis=1)[:, None]).T
+        value = self.natural(found.values)
+        parameters = [Parameter(name, unit, v, *ends, transform="linear")
+                      for (name, unit), v, ends in zip(NAMES.items(), value, POSSIBLE)]  # fmt: skip
+        fitted = np.flatnonzero(self.free)
         covariance = (jacobian @ scaled @ jacobian.T)[np.ix_(fitted, fitted)]
-        found = Estimates.of([parameters[i] for i in fitted], value[fitted], covariance)
-        return found, self._unidentified(solution, sigma)
+        estimates = Estimates.of([parameters[i] for i in fitted], value[fitted], covariance)
+        return estimates, self._unidentified(found, sigma)
 
-    def _unidentified(self, solution: scipy.optimize.OptimizeResult, sigma: np.ndarray) -> tuple[str, ...]:
+    def _unidentified(self, found: Solution, sigma: np.ndarray) -> tuple[str, ...]:
         """Standard deviations above half: relative for k, yield, n; of λ and γ/β; of d and x0 over z."""
-        theta = self.whole(solution.x)
-        at_bound = np.zeros(7, dtype=bool)
-        at_bound[self.free] = solution.active_mask != 0
-        limit = np.full(7, UNIDENTIFIED)
+        theta = self.whole(found.values)
+        at_bound = np.zeros(len(SCALED), dtype=bool)
+        at_bound[self.free] = found.at_bound
+        limit = np.full(len(SCALED), UNIDENTIFIED)
         limit[EXPONENT] *= theta[EXPONENT]
-        limit[GAP] = limit[OFFSET] = UNIDENTIFIED * max(np.exp(theta[YIELD]), theta[GAP])
+        limit[GAP] = limit[OFFSET] = UNIDENTIFIED * max(theta[YIELD], theta[GAP])
         open_ = sigma > limit
         for i in (K, YIELD, SHAPE, EXPONENT):  # the ends of λ, d and x0 are real values
             open_[i] |= at_bound[i]
         open_[[YIELD, SHAPE]] = open_[[YIELD, SHAPE, EXPONENT]].any()
         return tuple(name for name, unknown in zip(NAMES, open_) if unknown)
-
-
-def correlation_time(residual: np.ndarray) -> float:
-    """Samples that count as one: 1 + 2 Σρ up to its first lag below 0.05, at least 1."""
-    r = residual - residual.mean()
-    spectrum = np.abs(np.fft.rfft(r, 2 * r.size)) ** 2
-    rho = np.fft.irfft(spectrum)[: r.size]
-    if rho[0] == 0:
-        return 1.0
-    rho = rho / rho[0]
-    end = int(np.argmax(rho < 0.05)) or r.size
-    return float(1 + 2 * np.sum(rho[1:end]))
 
 
 def checked_records(time: Any, displacement: Any, force: Any) -> list[tuple[np.ndarray, ...]]:

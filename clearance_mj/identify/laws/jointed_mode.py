@@ -13,27 +13,24 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import scipy.optimize
 from numpy.typing import ArrayLike
 
 from ...clearance.greases.maxwell_slip import MaxwellSlip
 from ...clearance.harmonic import periodic_amplitudes, slip_stiffness
 from ...core.errors import RecordError
-from ...estimate.estimates import Estimates
-from ...estimate.parameter import Parameter
+from ...estimate import Estimates, Parameter, Problem, Stop, correlation_time, one_by_one, solve
 from ..wavelets.free_decay import Decay
 
 __all__ = ["ForcedCurve", "ForcedTest", "JointedMode", "JointedModeFit", "fit_jointed_mode"]
 
 ELEMENTS = 80
-LEAST, MOST = 1e-3, 5.0
-"""displacements at which the first and the last element slips, as shares of the reach"""
-GRID = 1000
-"""amplitudes from the first to the last of these displacements among which a response is looked for"""
-SHIFT_STD, PHASE_STD = 2.5e-3, 0.02
-"""before the fit: of a frequency from test to test (share), and of a phase, rad"""
-FREQUENCY_MISS, DAMPING_MISS, CURVE_MISS = 1.25e-4, 5e-5, 0.04
-"""what a law of so few numbers misses: of a frequency (share), of a damping ratio, of a forced response (share, rad)"""
+FIRST_SLIP, LAST_SLIP = 1e-3, 5.0  # displacements at which the first and the last element slips, as shares of the reach
+GRID = 1000  # amplitudes from the first to the last of these displacements among which a response is looked for
+SHIFT_STD, PHASE_STD = 2.5e-3, 0.02  # before the fit: of a frequency from test to test (share), and of a phase, rad
+FREQUENCY_MISS = 1.25e-4  # share of a frequency that a law of so few numbers misses
+DAMPING_MISS = 5e-5  # the same of a damping ratio
+CURVE_MISS = 0.04  # the same of a forced response, share and rad
+STEP = 1e-8  # of a logarithm, or of the range between bounds, for differences
 
 
 @dataclass(frozen=True)
@@ -55,7 +52,7 @@ class JointedMode:
 
     def elements(self) -> tuple[np.ndarray, np.ndarray]:
         """(n,) share of the stiffness of each element, and displacement at which it slips, m; none if nothing slips."""
-        slip = self.reach * np.geomspace(LEAST, MOST, ELEMENTS)
+        slip = self.reach * np.geomspace(FIRST_SLIP, LAST_SLIP, ELEMENTS)
         density = np.polynomial.polynomial.polyval(slip / self.reach, (self.even, self.linear, self.quadratic))
         slips = density > 0
         return density[slips] * np.log(slip[1] / slip[0]), slip[slips]
@@ -157,7 +154,7 @@ class ForcedTest:
 
     def _on_grid(self, mode: JointedMode) -> tuple[np.ndarray, Callable[[float], np.ndarray]]:
         """(1000,) amplitudes, m, among which solutions are looked for; their stiffness over mass at any frequency."""
-        grid = mode.reach * np.geomspace(LEAST, MOST, GRID)
+        grid = mode.reach * np.geomspace(FIRST_SLIP, LAST_SLIP, GRID)
         there = self.mode(mode)
         still = there.stiffness(grid, 0.0)
         return grid, lambda omega: still + 2j * there.damping * 2 * np.pi * there.frequency * omega
@@ -230,33 +227,24 @@ def fit_jointed_mode(decays: Sequence[Decay], curve: ForcedCurve, reach: float) 
     Raises
     ------
     RecordError
-        If there is no decay, or the fit fails.
+        If there is no decay.
     """
     if not decays or not reach > 0:
         raise RecordError(f"a fit needs a decay and a reach > 0 m, got {len(decays)} decays and {reach:g} m")
     parameters = _parameters(decays, curve)
-    start = np.array([p.to_varied(p.start) for p in parameters])
-    width = np.array([p.prior_std for p in parameters])
-    low, high = (np.array([p.to_varied(getattr(p, end)) for p in parameters]) for end in ("low", "high"))
-    tied = np.isfinite(width)
 
-    def values(varied: np.ndarray) -> np.ndarray:
-        return np.array([float(p.from_varied(v)) for p, v in zip(parameters, varied)])
+    def parts(values: np.ndarray) -> list[np.ndarray]:
+        return _residuals(*_read(values, reach), decays, curve)
 
-    def parts(varied: np.ndarray) -> list[np.ndarray]:
-        return _residuals(*_read(values(varied), reach), decays, curve)
-
-    def residual(varied: np.ndarray) -> np.ndarray:
-        return np.concatenate([*parts(varied), ((varied - start) / width)[tied]])
-
-    solution = scipy.optimize.least_squares(residual, start, bounds=(low, high), x_scale="jac")
-    if not solution.success:
-        raise RecordError(f"the joint was not fitted: {solution.message}")
-    value = values(solution.x)
-    counted = np.concatenate([np.full(r.size, _miss(r)) for r in parts(solution.x)] + [np.ones(tied.sum())])
-    jacobian = solution.jac / counted[:, None]
-    estimates = Estimates.of(parameters, value, np.linalg.inv(jacobian.T @ jacobian))
-    mode, test = _read(value, reach)
+    problem = Problem(
+        parameters, one_by_one(lambda values: np.concatenate(parts(values))), step=STEP, lanes=False,
+        units=[1.0 if p.transform == "log" else p.high - p.low for p in parameters],
+    )  # fmt: skip
+    found = solve(problem, stop=Stop(steps=1000, decrease=1e-8, move=1e-8))
+    counted = np.concatenate([np.full(r.size, _miss(r)) for r in parts(found.values)])
+    rows = found.jacobian / counted[:, None]
+    estimates = found.estimates(np.linalg.inv(rows.T @ rows + found.prior))
+    mode, test = _read(found.values, reach)
     return JointedModeFit(mode, test, estimates, *_missed(mode, [*decays, test.seen(curve)]))
 
 
@@ -295,12 +283,8 @@ def _residuals(mode: JointedMode, test: ForcedTest, decays: Sequence[Decay], cur
 
 
 def _miss(residual: np.ndarray) -> float:
-    """RMS, counted for as many points as forget each other: 1 + 2 Σρ up to its first value below 0.05."""
-    spectrum = np.abs(np.fft.rfft(residual - residual.mean(), 2 * residual.size)) ** 2
-    rho = np.fft.irfft(spectrum)[: residual.size]
-    rho = rho / max(rho[0], np.finfo(float).tiny)
-    end = int(np.argmax(rho < 0.05)) or rho.size
-    return float(np.sqrt(np.mean(residual**2) * max(1 + 2 * rho[1:end].sum(), 1.0)) + 1e-6)
+    """RMS, counted for as many points as are independent."""
+    return float(np.sqrt(np.mean(residual**2) * correlation_time(residual)) + 1e-6)
 
 
 def _missed(mode: JointedMode, seen: Sequence[Decay]) -> tuple[float, float]:

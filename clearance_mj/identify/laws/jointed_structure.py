@@ -19,12 +19,12 @@ from dataclasses import dataclass
 
 import numpy as np
 import scipy.ndimage
-import scipy.optimize
 from tqdm import tqdm
 
 from ...clearance import ConstantLaw, MaxwellSlip
 from ...core.errors import RecordError
 from ...engines import simulate_and_keep
+from ...estimate import Parameter, Problem, Solution, Stop, solve
 from ...rig import Bushing, Contact, Grease, Rig, Sensor, Shaker
 from ...signals.excitation import Excitation
 from ...signals.frf import FRF, QUANTITY
@@ -36,32 +36,20 @@ from ...structure.base import parse_dof
 
 __all__ = ["JOINT_NODE", "JointedStructure", "fit_jointed_structure"]
 
-JOINT_NODE = 901
-"""node of the first joint's degree of freedom in the structure; those that follow count on"""
-SETTLING = 2
-"""periods that are simulated before the one that is compared"""
-SOFTENING = 0.02
-"""share by which all joints together lower every natural frequency, to begin with"""
-NARROWEST, WIDEST = 0.5, 2.0
-"""slip lengths: from this share of the RMS of a joint's motion at the lowest level to that at the highest"""
-SMOOTHED = 9
-"""lines over which a spectrum's power is averaged to weigh residuals by"""
-FLOOR = 0.1
-"""share of a record's mean power that is added, so that the strong lines count for more"""
-FREE = 1.0
-"""m: gap of a joint, whose walls are never reached"""
-WEAKEST = 1e-9
-"""of the joints' stiffness: spring that stands for none, as a law has none of zero"""
+JOINT_NODE = 901  # node of the first joint's degree of freedom in the structure; those that follow count on
+SETTLING = 2  # periods that are simulated before the one that is compared
+SOFTENING = 0.02  # share by which all joints together lower every natural frequency, to begin with
+NARROWEST, WIDEST = 0.5, 2.0  # slip lengths over the RMS of a joint's motion: at the lowest and at the highest level
+SMOOTHED = 9  # lines over which a spectrum's power is averaged to weigh residuals by
+FLOOR = 0.1  # share of a record's mean power that is added, so that the strong lines count for more
+FREE = 1.0  # m: gap of a joint, whose walls are never reached
+WEAKEST = 1e-9  # of the joints' stiffness: spring that stands for none, as a law has none of zero
 SMALL = {"frequency": 0.02, "damping": 0.005, "shape": 0.1, "joint": 0.3, "spring": 0.15}
-"""what counts as a small change: of a damping ratio, of all others as a share of what is usual"""
-DIFFERENCE = 1e-3
-"""of a small change: finite differences"""
-RATIOS = 3e-4, 0.4
-"""damping ratios that are possible"""
-ROUGH, FINE = 1e-2, 1e-3
-"""share of the cost that a step must save: in fits to the lowest levels, from which the next one starts, and to all"""
-EARLY = 8
-"""most steps of the fits to the lowest levels"""
+"""Units in which parameters vary: of a damping ratio, of all others as a share of what is usual"""
+DIFFERENCE = 1e-3  # of these units, for differences
+RATIOS = 3e-4, 0.4  # damping ratios that are possible
+ROUGH, FINE = 1e-2, 1e-3  # share of the cost that a step must save: in fits to the lowest levels, and to all
+EARLY_STEPS = 8  # at most, of the fits to the lowest levels
 Joint = tuple[str, str] | None
 
 
@@ -137,21 +125,21 @@ def fit_jointed_structure(
     power near by and of a share of the mean. Levels are added one at a time, from the lowest, so that no resonance has
     to be found from far away.
     """
-    problem = _Problem(responses, period, joints, slips, drop, drive)
-    linear = modes or problem.lowest_modes()
-    with tqdm(desc=progress, unit=" simulations", disable=progress is None) as problem.bar:
+    levels = _Levels(responses, period, joints, slips, drop, drive)
+    linear = modes or levels.lowest_modes()
+    with tqdm(desc=progress, unit=" simulations", disable=progress is None) as levels.bar:
         rng, size = np.random.default_rng(seed), (tries, len(joints), linear.omega.size)
         pulls = rng.choice([-1.0, 1.0], size) * rng.uniform(0.5, 1.5, size)
         pulls[0, 0] = 1.0
-        rough = [problem.solve(problem.start(linear, pull), 2, ROUGH, EARLY) for pull in pulls]
-        solution = min(rough, key=lambda s: s.cost)
-        for levels in range(3, len(responses)):
-            solution = problem.solve(solution.x, levels, ROUGH, EARLY)
-        solution = problem.solve(solution.x, len(responses), FINE, steps)
-        return problem.result(solution, linear)
+        rough = [levels.solve(levels.start(linear, pull), 2, ROUGH, EARLY_STEPS) for pull in pulls]
+        found = min(rough, key=lambda s: s.cost)
+        for count in range(3, len(responses)):
+            found = levels.solve(found.values, count, ROUGH, EARLY_STEPS)
+        found = levels.solve(found.values, len(responses), FINE, steps)
+        return levels.result(found, linear)
 
 
-class _Problem:
+class _Levels:
     """Measured spectra by level, the lowest first, and those of structures with joints."""
 
     def __init__(
@@ -159,7 +147,7 @@ class _Problem:
         drive: str | None,
     ):  # fmt: skip
         if len(responses) < 2:
-            raise RecordError(f"joints are told by what changes with the level: {len(responses)} records, needs two")
+            raise RecordError(f"joints show in what changes with the level: {len(responses)} records, needs two")
         if not joints or slips < 1:
             raise RecordError(f"needs one joint or more with one slip length or more, got {len(joints)} and {slips}")
         first = responses[0]
@@ -250,13 +238,12 @@ class _Problem:
         greases = tuple(MaxwellSlip(tuple(k), tuple(f)) for k, f in zip(springs.tolist(), forces.tolist()))
         return rig, ConstantLaw(0.0, 0.0, grease=greases)
 
-    def residuals(self, thetas: Sequence[np.ndarray], levels: int) -> np.ndarray:
-        """(n_thetas, n_residuals) of the lowest levels."""
+    def residuals(self, thetas: np.ndarray, levels: int) -> np.ndarray:
+        """(n_thetas, n_residuals) complex, of the lowest levels."""
         cases, found = [self.case(theta) for theta in thetas], []
         for excitation, measured, weight in zip(self.excitations[:levels], self.measured, self.weights):
             spectra = simulate_and_keep(cases, excitation, self.spectrum, forces=False)
-            difference = ((spectra - measured) * weight).reshape(len(cases), -1)
-            found += [difference.real, difference.imag]
+            found.append(((spectra - measured) * weight).reshape(len(cases), -1))
             self.simulations += len(cases)
             self.bar.update(len(cases))
         return np.hstack(found)
@@ -265,27 +252,22 @@ class _Problem:
         """(n_sensors, n_lines) of the last period."""
         return np.fft.rfft(response.acceleration[:, -self.size :])[:, self.lines]
 
-    def jacobian(self, theta: np.ndarray, levels: int) -> np.ndarray:
-        """(n_residuals, n_parameters) by forward differences."""
-        step = DIFFERENCE * self.small
-        found = self.residuals([theta, *(theta + np.diag(step))], levels)
-        return ((found[1:] - found[0]) / step[:, None]).T
-
-    def solve(self, theta: np.ndarray, levels: int, ftol: float, steps: int) -> scipy.optimize.OptimizeResult:
+    def solve(self, theta: np.ndarray, levels: int, decrease: float, steps: int) -> Solution:
         """Fit the lowest levels by bounded nonlinear least squares."""
-        parts = [np.full_like(part, -np.inf) for part in self.parts(theta)]
-        parts[0][:], parts[1][:], parts[3][:] = 0.1 * self.frequency[0], RATIOS[0], 0.0
-        low = np.concatenate([part.ravel() for part in parts])
-        high = np.full_like(low, np.inf)
-        high[parts[0].size : 2 * parts[0].size] = RATIOS[1]
-        return scipy.optimize.least_squares(
-            lambda x: self.residuals([x], levels)[0], np.clip(theta, low, high), lambda x: self.jacobian(x, levels),
-            bounds=(low, high), x_scale=self.small, ftol=ftol, max_nfev=steps,
-        )  # fmt: skip
+        low, high = (np.full(theta.size, sign * np.inf) for sign in (-1, 1))
+        of_low, of_high = self.parts(low), self.parts(high)  # views
+        of_low[0][:], of_low[1][:], of_low[3][:] = 0.1 * self.frequency[0], RATIOS[0], 0.0
+        of_high[1][:] = RATIOS[1]
+        rows = zip(np.clip(theta, low, high).tolist(), low.tolist(), high.tolist())
+        parameters = [Parameter(str(i), "", *row, transform="linear") for i, row in enumerate(rows)]
+        problem = Problem(
+            parameters, lambda points: self.residuals(points, levels), units=self.small, step=DIFFERENCE, lanes=False
+        )
+        return solve(problem, stop=Stop(steps, decrease=decrease, move=1e-6))
 
-    def result(self, solution: scipy.optimize.OptimizeResult, linear: ModalStructure) -> JointedStructure:
+    def result(self, found: Solution, linear: ModalStructure) -> JointedStructure:
         """Gather what was found, records in the order that they were given in."""
-        rig, law = self.case(solution.x)
+        rig, law = self.case(found.values)
         error, motion = np.empty((len(self.force), len(self.sensors))), np.empty((len(self.force), len(self.joints)))
         for place, excitation, measured in zip(self.order, self.excitations, self.measured):
             (response,) = simulate_and_keep([(rig, law)], excitation, lambda response: response)
@@ -293,7 +275,7 @@ class _Problem:
             error[place] = np.linalg.norm(missed, axis=1) / np.linalg.norm(measured, axis=1)
             assert response.displacement is not None
             motion[place] = np.abs(response.displacement[:, -self.size :]).max(axis=1)
-        return JointedStructure(rig, law, linear, 2 * solution.cost, error, motion, self.simulations)
+        return JointedStructure(rig, law, linear, found.cost, error, motion, self.simulations)
 
 
 def _weight(value: np.ndarray) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""Regressions on restoring forces: weights, non-negative least squares, and their covariance."""
+"""Regressions on restoring forces: weights and non-negative least squares."""
 
 from __future__ import annotations
 
@@ -10,10 +10,8 @@ from ..forces.restoring import RestoringForce
 
 __all__: list[str] = []
 
-MODEL_ERROR = 0.03
-"""share of the force's local RMS that a regression takes for error of its model, besides the noise"""
-LOCAL = 0.5
-"""s over which that RMS is taken, and length of a block of errors that hang together"""
+MODEL_ERROR = 0.03  # share of the force's local RMS that a regression takes for error of its model, besides the noise
+LOCAL = 0.5  # s over which that RMS is taken, and length of a block of correlated errors
 
 
 def weights(force: RestoringForce, bushing: int) -> np.ndarray:
@@ -31,22 +29,3 @@ def non_negative(matrix: np.ndarray, target: np.ndarray) -> np.ndarray:
     r = np.linalg.cholesky(normal).T
     right = scipy.linalg.solve_triangular(r, (matrix.T @ target) / scale, trans="T")
     return scipy.optimize.nnls(r, right)[0] / scale
-
-
-def block_covariance(jacobian: np.ndarray, left: np.ndarray, block: np.ndarray) -> np.ndarray:
-    """Covariance (m, m) for errors correlated within blocks (Liang and Zeger 1986, working independence).
-
-    Infinite on the diagonal where the model does not depend on a parameter.
-    """
-    scale = np.sqrt(np.sum(jacobian**2, axis=0))
-    depends = scale > 0
-    scale = np.where(depends, scale, 1.0)
-    scaled = jacobian / scale
-    inverse = np.linalg.pinv(scaled.T @ scaled)
-    scores = np.zeros((block.max() + 1, jacobian.shape[1]))
-    np.add.at(scores, block, scaled * left[:, None])
-    count = scores.shape[0]
-    covariance = inverse @ scores.T @ scores @ inverse * count / max(count - jacobian.shape[1], 1)
-    covariance /= np.outer(scale, scale)
-    covariance[np.diag_indices_from(covariance)] = np.where(depends, np.abs(np.diag(covariance)), np.inf)
-    return covariance

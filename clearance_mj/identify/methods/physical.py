@@ -79,7 +79,7 @@ def fit_output_error(dataset: Dataset, progress: str | None = None) -> Fit:
         for p, v in zip(parameters, common.estimates.value)
     ]
     part = _part(progress, "each bushing")
-    return fit_law(rig, found, each, make, model_error=MODEL_ERROR, differences=1, progress=part)
+    return fit_law(rig, found, each, make, model_error=MODEL_ERROR, central=False, progress=part)
 
 
 def _parameters(rig: Rig) -> list[Parameter]:

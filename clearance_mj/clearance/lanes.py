@@ -48,6 +48,8 @@ def _pointer(context: Any, builder: Any, signature: Any, values: Any) -> Any:
 
 @intrinsic
 def _load(_: Any, array: Any, row: Any, lanes: Any) -> Any:
+    """Return the numbers in a row of an array: load(array, row, lanes)."""
+
     def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
         return builder.load(_pointer(context, builder, signature, values), align=8)
 
@@ -56,6 +58,8 @@ def _load(_: Any, array: Any, row: Any, lanes: Any) -> Any:
 
 @intrinsic
 def _store(_: Any, array: Any, row: Any, number: Any, lanes: Any) -> Any:
+    """Store numbers in a row of an array: store(array, row, numbers, lanes)."""
+
     def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
         builder.store(values[2], _pointer(context, builder, signature, values), align=8)
         return context.get_dummy_value()
@@ -65,6 +69,8 @@ def _store(_: Any, array: Any, row: Any, number: Any, lanes: Any) -> Any:
 
 @intrinsic
 def _spread(_: Any, number: Any, lanes: Any) -> Any:
+    """Return one number for all lanes: spread(number, lanes)."""
+
     def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
         return _in_all_lanes(builder, values[0], lanes.count)
 
@@ -80,11 +86,8 @@ def _in_all_lanes(builder: Any, number: Any, count: int) -> Any:
 
 
 load: Any = _load
-"""load(array, row, lanes): the numbers in a row of an array"""
 store: Any = _store
-"""store(array, row, numbers, lanes)"""
 spread: Any = _spread
-"""spread(number, lanes): one number for all lanes"""
 
 
 def _of_plain_numbers(function: Callable[..., Any]) -> Callable[..., Any]:
@@ -358,6 +361,8 @@ class _RowsModel(models.PrimitiveModel):
 
 @intrinsic
 def _rows(_: Any, array: Any, row: Any, lanes: Any) -> Any:
+    """Return what a law reads and writes from a row on: rows(array, row, lanes)."""
+
     def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
         view = context.make_array(signature.args[0])(context, builder, values[0])
         place = builder.gep(view.data, [builder.mul(values[1], ir.Constant(values[1].type, lanes.count))])
@@ -407,6 +412,7 @@ def register_contact_law(count: int) -> Any:
 
 @intrinsic
 def _call(_: Any, where: Any, *arguments: Any) -> Any:
+    """Call a law of the signature `register_law` or `register_contact_law`: call_in_lanes(address, *arguments)."""
     kind = types.void(*arguments)
 
     def generate(context: Any, builder: Any, __: Any, values: Any) -> Any:
@@ -421,6 +427,4 @@ def _call(_: Any, where: Any, *arguments: Any) -> Any:
 
 
 rows: Any = _rows
-"""rows(array, row, lanes): what a law reads and writes from a row on"""
 call_in_lanes: Any = _call
-"""call_in_lanes(address, *arguments): a law of the signature `register_law` or `register_contact_law`"""

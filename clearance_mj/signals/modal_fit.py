@@ -102,6 +102,7 @@ def line_weight(value: np.ndarray) -> np.ndarray:
 
 
 def damping_of(poles: np.ndarray) -> np.ndarray:
+    """Return the damping ratio of each pole."""
     return -poles.real / np.abs(poles)
 
 

@@ -5,9 +5,10 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from clearance_mj import identify, physical
+from clearance_mj import physical
 from clearance_mj.clearance import ConstantLaw
 from clearance_mj.core.errors import ModelError, RecordError
+from clearance_mj.physical import identification
 from experiments.physical import elbow
 
 LOAD, DRIVE, SPRING = 0.02, 0.01, 3.0  # kg m², kg m², N m/rad
@@ -35,7 +36,7 @@ def record():
     """Of scipy's Runge-Kutta method of order eight, with noise."""
     path = solve_ivp(rate, (0, DURATION), np.zeros(4), "DOP853", TIME, rtol=1e-8, atol=1e-10, max_step=2e-3).y
     noisy = path[0] + np.random.default_rng(3).normal(0, NOISE, TIME.size)
-    return identify.ModelRecord(FS, {"motor": torque(TIME)}, {"angle": noisy})
+    return identification.ModelRecord(FS, {"motor": torque(TIME)}, {"angle": noisy})
 
 
 def load(timestep=5e-4):
@@ -64,7 +65,7 @@ def drive(gap=GAP, k=K, c=C):
 
 def test_gap_and_stiffness_from_wrong_starts(record):
     """Both starts off by half and more; the record is of another integrator."""
-    fit = identify.model(drive(1.5 * GAP, K / 2.5), record, ["joint backlash.gap", "joint backlash.k"])
+    fit = identification.fit_model(drive(1.5 * GAP, K / 2.5), record, ["joint backlash.gap", "joint backlash.k"])
     found = fit.values
     assert found["joint backlash.gap"] == pytest.approx(GAP, rel=0.01)
     assert found["joint backlash.k"] == pytest.approx(K, rel=0.03)
@@ -92,7 +93,7 @@ def test_gap_and_stiffness_from_wrong_starts(record):
 )
 def test_parameters_that_cannot_be(record, names, says):
     with pytest.raises(ModelError, match=says):
-        identify.model(drive(), record, names)
+        identification.fit_model(drive(), record, names)
 
 
 FRICTION, BRISTLE = 0.4, 200.0  # N m, N m/rad
@@ -111,8 +112,8 @@ def test_friction_of_bristles():
     noisy = path[0] + np.random.default_rng(4).normal(0, NOISE, 1000)
     spec = load(timestep=1e-3)
     physical.joint_friction(spec, "joint", FRICTION / 3, BRISTLE)
-    record = identify.ModelRecord(FS, {"motor": torque(TIME[:1000])}, {"angle": noisy})
-    fit = identify.model(spec, record, ["joint.friction", "joint.damping"])
+    record = identification.ModelRecord(FS, {"motor": torque(TIME[:1000])}, {"angle": noisy})
+    fit = identification.fit_model(spec, record, ["joint.friction", "joint.damping"])
     assert fit.values["joint.friction"] == pytest.approx(FRICTION, rel=0.01)
     assert fit.values["joint.damping"] == pytest.approx(0.1, rel=0.1)
     assert physical.compile(fit.spec).numeric("physical:friction:joint:joint").data[0] == fit.values["joint.friction"]
@@ -122,7 +123,7 @@ def test_a_law_has_no_stiffness_to_be_found(record):
     spec = drive()
     physical.tendon_limit(spec, "joint backlash", law=ConstantLaw(K, C))
     with pytest.raises(ModelError, match='"joint backlash" follows a law'):
-        identify.model(spec, record, ["joint backlash.k"])
+        identification.fit_model(spec, record, ["joint backlash.k"])
 
 
 @pytest.mark.slow
@@ -136,9 +137,9 @@ def test_elbow():
 
 def test_a_parameter_that_the_record_says_nothing_about():
     """Of teeth that never meet."""
-    still = identify.ModelRecord(FS, {"motor": 1e-3 * TIME[:300]}, {"angle": 0.01 * np.sin(7 * TIME[:300])})
+    still = identification.ModelRecord(FS, {"motor": 1e-3 * TIME[:300]}, {"angle": 0.01 * np.sin(7 * TIME[:300])})
     with pytest.raises(ModelError, match=r"nothing about joint backlash\.k"):
-        identify.model(drive(gap=1.0), still, ["joint backlash.k"])
+        identification.fit_model(drive(gap=1.0), still, ["joint backlash.k"])
 
 
 @pytest.mark.parametrize(
@@ -159,7 +160,7 @@ def test_a_parameter_that_the_record_says_nothing_about():
 def test_records_that_cannot_be(change, says):
     given = {"fs": FS, "control": {"motor": TIME}, "sensors": {"angle": TIME}} | change
     with pytest.raises(RecordError, match=says):
-        identify.model(drive(), identify.ModelRecord(**given), ["joint backlash.k"])
+        identification.fit_model(drive(), identification.ModelRecord(**given), ["joint backlash.k"])
 
 
 def test_csv(tmp_path, record):
@@ -167,22 +168,22 @@ def test_csv(tmp_path, record):
     path = tmp_path / "run.csv"
     table = np.stack((TIME, record.control["motor"], record.sensors["angle"]), axis=1)
     np.savetxt(path, table, delimiter=",", header="time,motor,angle", comments="")
-    read = identify.ModelRecord.read_csv(path, drive())
+    read = identification.ModelRecord.read_csv(path, drive())
     assert read.fs == pytest.approx(FS)
     np.testing.assert_allclose(read.sensors["angle"], record.sensors["angle"])
     np.testing.assert_allclose(read.control["motor"], record.control["motor"])
     np.savetxt(path, table, delimiter=",", header="time,motor,angl", comments="")
     with pytest.raises(RecordError, match='neither an actuator nor a sensor; did you mean "angle"'):
-        identify.ModelRecord.read_csv(path, drive())
+        identification.ModelRecord.read_csv(path, drive())
     np.savetxt(path, table[[0, 2, 3]], delimiter=",", header="time,motor,angle", comments="")
     with pytest.raises(RecordError, match="not evenly spaced"):
-        identify.ModelRecord.read_csv(path, drive())
+        identification.ModelRecord.read_csv(path, drive())
 
 
 def test_step_of_a_sensor_that_counts_is_seen():
     """Of 4096 counts per turn."""
     step = 2 * np.pi / 4096
     counted = step * np.round(0.2 * np.sin(3 * TIME) / step)
-    found = identify.ModelRecord(FS, {}, {"counted": counted, "other": np.sin(TIME)}).quantisation
+    found = identification.ModelRecord(FS, {}, {"counted": counted, "other": np.sin(TIME)}).quantisation
     assert found["counted"] == pytest.approx(step)
     assert found["other"] == 0

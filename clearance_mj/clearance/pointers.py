@@ -19,8 +19,11 @@ OPTIONS: dict[str, Any] = {"error_model": "numpy", "fastmath": {"contract", "rea
 """How engines and models are compiled: no change of their arithmetic hides an infinity or a NaN"""
 
 _FILES = [
-    Path(__file__).with_name(f"{name}.py")
-    for name in ("_lanes", "_pointers", "kernel", "lane_contacts", "lane_greases")
+    Path(__file__).parents[1] / name
+    for name in (
+        *(f"clearance/{part}.py" for part in ("lanes", "pointers", "kernel", "lane_contacts", "lane_greases")),
+        "physical/library.py",  # where in MuJoCo's structures a value lies
+    )
 ]
 
 
@@ -39,11 +42,12 @@ def _compiled_parts(folder: Path) -> tuple[tuple[float, int], ...]:
 def _kept_with_the_kernel(made: Any) -> Any:
     """Let what is kept of a compiled function on disk count until its own file, the kernel or a file beside it changes.
 
-    Beside it: the compiled parts of its package, whose names begin with an underscore.
+    Beside it: the compiled parts of its package, whose names begin with an underscore. numba compares the version
+    before it reads the rest, which may name modules that are there no more.
     """
     if kept := getattr(getattr(made, "_cache", None), "_cache_file", None):
         folder = Path(made.py_func.__code__.co_filename).parent
-        kept._source_stamp = (kept._source_stamp, _KERNEL, _compiled_parts(folder))
+        kept._version = (kept._version, _KERNEL, _compiled_parts(folder))
     return made
 
 
@@ -87,6 +91,8 @@ def caller(signature: Any) -> Any:
 
     @intrinsic
     def call(_: Any, where: Any, *arguments: Any) -> Any:
+        """Call the compiled function at an address."""
+
         def generate(context: Any, builder: Any, __: Any, values: Any) -> Any:
             convention = context.call_conv
             kind = convention.get_function_type(signature.return_type, signature.args)
@@ -108,6 +114,8 @@ call_grease_energy = caller(GREASE_ENERGY)
 
 @intrinsic
 def _at(_: Any, numbers: Any, index: Any) -> Any:
+    """Return the pointer to the number at an index of a contiguous array."""
+
     def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
         view = context.make_array(signature.args[0])(context, builder, values[0])
         return builder.gep(view.data, [values[1]])
@@ -116,4 +124,3 @@ def _at(_: Any, numbers: Any, index: Any) -> Any:
 
 
 at: Any = _at
-"""Pointer, for compiled code, to the number at an index of a contiguous array"""

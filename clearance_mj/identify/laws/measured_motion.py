@@ -1,0 +1,142 @@
+"""Measured motion of a clearance beside its restoring force: what laws are compared with, instant by instant."""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+import itertools
+import math
+from collections.abc import Sequence
+
+import numpy as np
+import scipy.fft
+import scipy.ndimage
+import scipy.signal
+
+from ...clearance import ContactLaw, KelvinVoigt
+from ...clearance.gap import penetration
+from ...clearance.grease import GreaseModel
+from ...estimate.parameter import Parameter
+from ...rig import Bushing, Rig
+from ..forces.restoring import RestoringForce
+from .forces_in_lanes import Path, law_forces
+
+__all__ = ["FORCE_ERROR", "MeasuredMotion"]
+
+INTERPOLATION = 2  # factor by which motions are interpolated: contact begins and ends between samples
+DECIMATION = 2  # factor by which forces are decimated: beyond the pass band there is nothing to compare
+PASS, STOP, ATTENUATION = 0.17, 0.33, 60.0  # low-pass: ends of pass and stop band over fs, dB
+FORCE_ERROR = 0.05  # error that a law is expected to have, over the force's local RMS
+LOCAL_RMS = 0.02  # s over which that RMS is taken
+BLOCK = 2.0  # s, longer than errors of a law are correlated
+RECORD_BLOCKS = 1e9  # more blocks than a record has, so that none spans two records
+HELD_OUT = (0.72, 0.86)  # from where to where of a record's duration no fit sees it
+
+
+class MeasuredMotion:
+    """Motion and restoring force of one bushing in all records, with the weight of each sample.
+
+    Parameters
+    ----------
+    forces : sequence of RestoringForce
+        Of each record, all with one sample rate.
+    rig : Rig
+        The linear rig.
+    number : int
+        Of the bushing.
+    gap_parameters : sequence of Parameter
+        Gap and offset, so far as the rig file leaves them open.
+    """
+
+    def __init__(
+        self, forces: Sequence[RestoringForce], rig: Rig, number: int, gap_parameters: Sequence[Parameter]
+    ) -> None:
+        self.rig, self.nominal, self.gap_parameters = rig, rig.bushings[number], tuple(gap_parameters)
+        self.paths, self.factor = [_path(f, number) for f in forces], INTERPOLATION * DECIMATION
+        self.rate = forces[0].fs / DECIMATION
+        """samples compared per second"""
+        pieces = [_samples(f, number, i) for i, f in enumerate(forces)]
+        self.force, level, noise, block, fitted, held_out = (np.concatenate(arrays) for arrays in zip(*pieces))
+        self.unknown_lines = _unknown_lines(forces, [len(piece[0]) for piece in pieces])
+        self.fitted, self.held_out = np.flatnonzero(fitted), np.flatnonzero(held_out)
+        """numbers of the samples that fits see, and of those that they do not"""
+        # Where the force is small all over, the error is one of the rig and the sensors: the median keeps its weight
+        # finite.
+        self.weight = 1 / np.hypot(FORCE_ERROR * np.hypot(level, np.median(level[self.fitted])), noise)
+        self.blocks = np.flatnonzero(np.diff(block[self.fitted], prepend=-1))
+        """(n_blocks,) where blocks begin among the fitted samples"""
+
+    def forces(self, cases: Sequence[tuple[Bushing, ContactLaw]]) -> np.ndarray:
+        """Return the forces (n_t, n_cases) of laws, N, in the band in which that of the records is known."""
+        found = law_forces(self.paths, _low_pass(), self.factor, self.rig, cases)
+        for part, unknown in self.unknown_lines:
+            spectrum = scipy.fft.rfft(found[part], axis=0)
+            spectrum[:unknown] = 0
+            found[part] = scipy.fft.irfft(spectrum, part.stop - part.start, axis=0)
+        return found
+
+    def residuals(self, cases: Sequence[tuple[Bushing, ContactLaw]]) -> np.ndarray:
+        """Return (n_t, n_cases) differences of laws' forces from the measured one, over their expected errors."""
+        return (self.forces(cases) - self.force[:, None]) * self.weight[:, None]
+
+    def in_gap(self, bushing: Bushing, fillings: Sequence[GreaseModel]) -> tuple[np.ndarray, np.ndarray]:
+        """Return weighted forces of fillings and of the record where nothing touches, see `GapForces.in_gap`."""
+        free = dataclasses.replace(bushing, gap=1e3 * bushing.gap)  # its walls are never met
+        ends = np.concatenate([path.x[:: self.factor, 1:] for path in self.paths])
+        inside = self.fitted[~penetration(ends[self.fitted], *bushing.walls).any(axis=1)]
+        columns = self.forces([(free, ContactLaw(KelvinVoigt(1.0), filling)) for filling in fillings])
+        return columns[inside] * self.weight[inside, None], self.force[inside] * self.weight[inside]
+
+    def with_reach(self, parameter: Parameter, bushing: Bushing) -> Parameter:
+        """Return a gap's parameter with at least half of the shaft's way as its lower bound, if nothing ever touches.
+
+        Parameters
+        ----------
+        parameter : Parameter
+            Any; others than gaps are returned as they are.
+        bushing : Bushing
+            With the gap found.
+        """
+        ends = np.concatenate([path.x[:, 1:].ravel() for path in self.paths])
+        if not parameter.name.endswith(".gap") or penetration(ends, *bushing.walls).any():
+            return parameter
+        return dataclasses.replace(parameter, low=max(parameter.low, 0.5 * float(np.ptp(ends))))
+
+
+def _path(f: RestoringForce, number: int) -> Path:
+    n = f.time.size
+    points = np.concatenate((f.displacement[number : number + 1], f.ends[number]))
+    spectrum = INTERPOLATION * scipy.fft.rfft(points, axis=1)
+    omega = 2 * np.pi * scipy.fft.rfftfreq(n, 1 / f.fs)
+    x, v = (np.ascontiguousarray(scipy.fft.irfft(s, n * INTERPOLATION).T) for s in (spectrum, 1j * omega * spectrum))
+    return Path(x, v, 1 / (f.fs * INTERPOLATION))
+
+
+def _samples(f: RestoringForce, number: int, record: int) -> tuple[np.ndarray, ...]:
+    """Force as `law_forces` gives it, its local RMS, its noise, number of the block, whether fitted or held out."""
+    taps = _low_pass()
+    fine = scipy.signal.resample(f.force[number], f.time.size * INTERPOLATION)
+    time, valid, factor = f.time[::DECIMATION], f.valid[::DECIMATION], INTERPOLATION * DECIMATION
+    force = scipy.signal.upfirdn(taps, fine, 1, factor)[taps.size // 2 // factor :][: time.size]
+    level = np.sqrt(scipy.ndimage.uniform_filter1d(force**2, max(1, int(LOCAL_RMS * f.fs / DECIMATION))))
+    _, gain = scipy.signal.freqz(taps, worN=f.noise_frequency, fs=f.fs * INTERPOLATION)
+    density = np.abs(gain) * f.noise_density[number]
+    noise = np.full(time.size, np.sqrt(np.sum(density**2) * f.noise_frequency[1]))
+    aside = (time > HELD_OUT[0] * f.time[-1]) & (time < HELD_OUT[1] * f.time[-1])
+    return force, level, noise, time // BLOCK + record * RECORD_BLOCKS, valid & ~aside, valid & aside
+
+
+def _unknown_lines(forces: Sequence[RestoringForce], sizes: Sequence[int]) -> list[tuple[slice, int]]:
+    """Samples of records whose slow forces are not known, and how many lines of their spectra are not."""
+    ends = np.cumsum([0, *sizes]).tolist()
+    lines = [math.ceil(f.band[0] * size * DECIMATION / f.fs) for f, size in zip(forces, sizes)]
+    return [(slice(*part), count) for part, count in zip(itertools.pairwise(ends), lines) if count]
+
+
+@functools.cache
+def _low_pass() -> np.ndarray:
+    """Taps of the low-pass before decimation, an odd number, centred on a sample that is kept."""
+    count, beta = scipy.signal.kaiserord(ATTENUATION, 2 * (STOP - PASS) / INTERPOLATION)
+    factor = INTERPOLATION * DECIMATION
+    half = factor * -(-count // (2 * factor))
+    return scipy.signal.firwin(2 * half + 1, (PASS + STOP) / 2, window=("kaiser", beta), fs=INTERPOLATION)
