@@ -58,13 +58,15 @@ def _rate(run):
 def _table1(stability):
     begun, points = time.process_time(), 0
     for ends in ((30.0, 220.0), (220.0, 5.0)):
-        points += cm.periodic.response(RIG, LAW, LEVEL, ends, HARMONICS, 256, stability=stability).frequency.size
+        points += cm.periodic.follow_response(
+            cm.Model(RIG, LAW), LEVEL, ends, HARMONICS, 256, stability=stability
+        ).frequency.size
     return points / (time.process_time() - begun)
 
 
 def _own():
     begun, ends = time.process_time(), (HIGH / (2 * np.pi), LOW / (2 * np.pi))
-    branch = cm.periodic.response(one_sided(), STOP, FORCE, ends, HARMONICS, SAMPLES, stability=False)
+    branch = cm.periodic.follow_response(cm.Model(one_sided(), STOP), FORCE, ends, HARMONICS, SAMPLES, stability=False)
     seconds = time.process_time() - begun
     amplitude = np.abs(branch.displacement[:, 1, 1])
     return {"seconds": seconds, "omega": 2 * np.pi * branch.frequency, "amplitude": amplitude}
@@ -107,5 +109,5 @@ def _map():
     levels, frequencies = np.linspace(0.2, 10.0, 50), np.linspace(20.0, 60.0, 400)
     gaps = list(RIG.bushings[0].gap * np.array([0.5, 1.0, 1.5]))
     begun = time.perf_counter()
-    cm.periodic.rattle_map(RIG, LAW, levels, frequencies, gaps=gaps, workers=2, progress=False)
+    cm.periodic.map_rattle(cm.Model(RIG, LAW), levels, frequencies, gaps=gaps, workers=2)
     return time.perf_counter() - begun

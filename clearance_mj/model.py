@@ -33,9 +33,9 @@ def nominal_law(rig: Rig) -> ConstantLaw:
     return ConstantLaw([c.stiffness for c in contacts], [c.damping for c in contacts])
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True)
 class Model:
-    """A rig with the law of its clearances.
+    """A rig with the law of its clearances; models are equal if both are.
 
     The law owns contact and filling; without one it is the nominal law, the rig file's own values.
     """
@@ -44,7 +44,7 @@ class Model:
     """linear structure, gaps and offsets, sensors"""
     law: Law = None  # type: ignore[assignment]
     """contact and filling of every clearance; None: the rig file's datasheet values"""
-    posterior: Callable[[int, int], Sequence[Model]] | None = field(default=None, repr=False)
+    posterior: Callable[[int, int], Sequence[Model]] | None = field(default=None, repr=False, compare=False)
     """draws n models with a seed that the records do not distinguish from this one; None: not known"""
 
     def __post_init__(self) -> None:

@@ -43,7 +43,7 @@ def identified(folder: Path) -> cm.Law:
     assert_type(records[0], cm.Record)
     law = cm.identify.law(dataset, method="amplitude")
     cm.estimate_frf(records[0].response()).within((10, 100)).plot()
-    branch = cm.periodic.response(dataset.rig, law, 1.0, (8.0, 14.0))
+    branch = cm.periodic.follow_response(cm.Model(dataset.rig, law), 1.0, (8.0, 14.0))
     branch.plot("acceleration", rows=[7]).savefig("response.png")
     return law
 """

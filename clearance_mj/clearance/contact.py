@@ -14,9 +14,7 @@ from ..core.errors import LawError
 from ..core.validation import Registered, register
 from .pointers import CONTACT_ENERGY, CONTACT_LAW, address
 
-__all__ = ["CONTACTS", "SLOWEST_IMPACT", "ContactModel", "Numbers", "register"]
-
-SLOWEST_IMPACT = 1e-6  # m/s; a contact that begins more slowly is damped as if it began at this speed
+__all__ = ["CONTACTS", "ContactModel", "Numbers", "register"]
 
 Numbers = MutableSequence[float]  # what compiled functions get: numbers by index
 

@@ -9,16 +9,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .contact import ContactModel
-from .kernel import (
-    Clearance,
-    WithBushings,
-    WithTable,
-    clearance_records,
-    contact_force,
-    contact_step,
-    follow_law,
-    grease_step,
-)
+from .follower import contact_force
+from .kernel import Clearance, WithBushings, WithTable, clearance_records, contact_step, follow_law, grease_step
 from .pointers import kernel_loop
 
 __all__ = ["cycle_force", "equivalent_contact", "fill_forces"]

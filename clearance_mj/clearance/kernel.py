@@ -18,15 +18,15 @@ import numpy as np
 from ..core.errors import LawError
 from ..rig import Bushing as OfRig
 from ..rig import Grease
-from .gap import penetration
+from .follower import end_values, impact_speed, lasting, signed_penetration
 from .grease import GreaseModel
 from .greases.bouc_wen import BoucWen
-from .pointers import at, call_contact_law, call_grease_law
+from .lanes import signed
+from .pointers import at, call_law
 from .table import LawTable
 
 __all__ = [
-    "Clearance", "clearance_records", "contact_force", "contact_step", "follow_law", "grease_step", "greases_of",
-    "side_by_side",
+    "Clearance", "clearance_records", "contact_step", "follow_law", "grease_step", "greases_of", "side_by_side",
 ]  # fmt: skip
 
 
@@ -59,7 +59,7 @@ class State:
 
     displacement: float  # of the last step, m
     envelope: float  # of the motion, m
-    impact: int  # where the speeds begin at which the contacts of both ends began, m/s; 0 in the gap
+    impact: int  # where the memories of both ends' contacts begin, as in `follower`, m/s
     grease: int  # where the state of the grease begins
     contact: int  # where the contact's parameters begin that hold now
     out: int  # where models write their two answers
@@ -162,7 +162,7 @@ def grease_step(bushing: Bushing, state: State, numbers: np.ndarray, x: float) -
     dx = x - state.displacement
     state.displacement = x
     parameters, memory, out = at(numbers, bushing.grease), at(numbers, state.grease), at(numbers, state.out)
-    call_grease_law(bushing.grease_law, parameters, memory, x + bushing.offset, dx, bushing.step, out)
+    call_law(bushing.grease_law, parameters, memory, x + bushing.offset, dx, bushing.step, out)
     return out[0] - bushing.preload, out[1]
 
 
@@ -202,23 +202,13 @@ def contact_step(
     with a speed of its own, carries half of the bushing's stiffness and damping. ``in_gap``: return what a penetration
     of 0 would meet also in the gap, instead of zeros, for a solver that looks for contacts itself.
     """
-    g, impact = penetration(x, bushing.lower, bushing.upper), at(numbers, state.impact + end)
-    inwards = speed if g > 0.0 else -speed
-    if g == 0.0:
-        impact[0] = 0.0
-        if not in_gap:
-            return 0.0, 0.0, 0.0
-    elif impact[0] == 0.0:
-        impact[0] = max(inwards, 1e-12)
+    g, memory = signed_penetration(x, bushing.lower, bushing.upper), at(numbers, state.impact + end)
+    if g == 0.0 and not in_gap:
+        memory[0] = 0.0
+        return 0.0, 0.0, 0.0
+    inwards = signed(speed, g)
+    if lasting(memory[0], g) == 0.0:  # a branch that is predicted is shorter here than lanes' chain of selections
+        memory[0] = signed(impact_speed(0.0, g, inwards), g)
     parameters, out = at(numbers, state.contact), at(numbers, state.out)
-    call_contact_law(bushing.contact_law, parameters, abs(g), inwards, impact[0], out)
-    return g, 0.5 * out[0], 0.5 * out[1]
-
-
-@numba.njit(cache=True, nogil=True, inline="always")
-def contact_force(k: float, c: float, penetration: float, speed: float, adhesion: bool) -> float:
-    """Return the force k δ + c δ̇ during contact, N; without adhesion it never pulls."""
-    if penetration <= 0.0:
-        return 0.0
-    force = k * penetration + c * speed
-    return force if adhesion else max(force, 0.0)
+    k, c = end_values(bushing.contact_law, parameters, out, abs(g), inwards, abs(memory[0]))
+    return g, k, c

@@ -12,14 +12,15 @@ import numba
 import numpy as np
 
 from .contact import ContactModel
+from .follower import end_values, impact_speed, signed_penetration
 from .kernel import Clearance
 from .lane_greases import law_in_lanes
-from .lanes import any_below, call_in_lanes, larger, load, register_contact_law, rows, signed, store, where_above
+from .lanes import any_below, load, register_contact_law, rows, signed, store, where_above
 
 __all__ = ["LaneContacts", "contact_in_lanes", "lane_contacts", "penetration_in_lanes"]
 
 LOWER, UPPER, OUT, IMPACT, PARAMETERS = 0, 1, 2, 4, 6
-"""rows of a bushing's numbers: its walls, what a law answers, the speeds at which the contacts of both ends began"""
+"""rows of a bushing's numbers: its walls, what a law answers, the memories of both ends' contacts"""
 
 
 class LaneContacts(NamedTuple):
@@ -57,10 +58,9 @@ def penetration_in_lanes(
     """Fill row p of depth with the signed penetrations of an end of bushing j, at row p of x; say whether any is."""
     _, firsts, numbers = contacts
     first, here = firsts[j], load(x, p, lanes)
-    above = larger(here - load(numbers, first + UPPER, lanes), 0.0)
-    below = larger(load(numbers, first + LOWER, lanes) - here, 0.0)
-    store(depth, p, above - below, lanes)
-    if any_below(0.0 - (above + below), 0.0):
+    g = signed_penetration(here, load(numbers, first + LOWER, lanes), load(numbers, first + UPPER, lanes))
+    store(depth, p, g, lanes)
+    if any_below(0.0 - abs(g), 0.0):
         return True
     store(numbers, first + IMPACT + end, 0.0 * here, lanes)
     return False
@@ -77,12 +77,11 @@ def contact_in_lanes(
     """
     law, firsts, numbers = contacts
     first, g = firsts[j], load(depth, p, lanes)
-    deep, inwards, before = abs(g), signed(load(speed, p, lanes), g), load(numbers, first + IMPACT + end, lanes)
-    # An impact speed is 1e-12 m/s or more, or 0 before the contact.
-    impact = where_above(before + where_above(larger(inwards, 1e-12), 1e-13 - before), deep)
-    store(numbers, first + IMPACT + end, impact, lanes)
+    inwards = signed(load(speed, p, lanes), g)
+    impact = impact_speed(load(numbers, first + IMPACT + end, lanes), g, inwards)
+    store(numbers, first + IMPACT + end, signed(impact, g), lanes)
     parameters, out = rows(numbers, first + PARAMETERS, lanes), rows(numbers, first + OUT, lanes)
-    call_in_lanes(law[j], parameters, deep, inwards, impact, out)
-    store(elastic, p, 0.5 * load(numbers, first + OUT, lanes) * g, lanes)
-    store(viscous, p, where_above(0.5 * load(numbers, first + OUT + 1, lanes), deep), lanes)
+    k, c = end_values(law[j], parameters, out, abs(g), inwards, impact)
+    store(elastic, p, k * g, lanes)
+    store(viscous, p, where_above(c, abs(g)), lanes)
     store(side, p, signed(0.0 * g + 1.0, g), lanes)

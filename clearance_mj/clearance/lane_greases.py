@@ -14,8 +14,8 @@ import numpy as np
 from numba.core.errors import NumbaError
 
 from .grease import GreaseModel
-from .lanes import call_in_lanes, load, register_law, rows, store
-from .pointers import address
+from .lanes import load, register_law, rows, store
+from .pointers import address, call_law
 
 __all__ = ["LaneGreases", "grease_in_lanes", "lane_greases", "law_in_lanes"]
 
@@ -89,6 +89,6 @@ def grease_in_lanes(
     store(numbers, first + DISPLACEMENT, here, lanes)
     parameters, memory = rows(numbers, first + PARAMETERS, lanes), rows(numbers, states[j], lanes)
     place, out = here + load(numbers, first + OFFSET, lanes), rows(numbers, first + OUT, lanes)
-    call_in_lanes(law[j], parameters, memory, place, dx, step, out)
+    call_law(law[j], parameters, memory, place, dx, step, out)
     store(elastic, j, load(numbers, first + OUT, lanes) - load(numbers, first + PRELOAD, lanes), lanes)
     store(viscous, j, load(numbers, first + OUT + 1, lanes), lanes)

@@ -14,11 +14,10 @@ from typing import Any
 
 from llvmlite import ir
 from numba import types
-from numba.core import cgutils
 from numba.extending import intrinsic, models, overload, register_jitable, register_model
 
 __all__ = [
-    "all_below", "any_below", "call_in_lanes", "exponential", "larger", "load", "power", "register_contact_law",
+    "all_below", "any_below", "exponential", "larger", "load", "power", "register_contact_law",
     "register_law", "rows", "signed", "smaller", "spread", "store", "where_above", "whole",
 ]  # fmt: skip
 
@@ -182,21 +181,17 @@ _define(larger, lambda builder, a, b: builder.select(builder.fcmp_ordered(">", a
 _define(smaller, lambda builder, a, b: builder.select(builder.fcmp_ordered("<", a, b), a, b))
 
 
-def _define_one(kind_of: Callable[[_Register], types.Type], generate_one: Callable[..., Any]) -> Any:
-    """An intrinsic function of one register."""
+def _define_one(generate_one: Callable[..., Any]) -> Any:
+    """An intrinsic function of one register, whose values are a register."""
 
     @intrinsic
     def operate(_: Any, a: Any) -> Any:
         def generate(_: Any, builder: Any, __: Any, values: Any) -> Any:
             return generate_one(builder, values[0], a.count)
 
-        return (kind_of(a)(a), generate) if isinstance(a, _Register) else None
+        return (a(a), generate) if isinstance(a, _Register) else None
 
     return operate
-
-
-def _same(kind: _Register) -> types.Type:
-    return kind
 
 
 def _bits(builder: Any, number: Any, count: int) -> tuple[Any, Any]:
@@ -237,50 +232,43 @@ def _size(builder: Any, number: Any, count: int) -> Any:
     return builder.bitcast(bits, number.type)
 
 
-_exponent_of, _rest_of = _define_one(_same, _exponent_bits), _define_one(_same, _rest_bits)
-_nearest, _two_to, _absolute = (_define_one(_same, g) for g in (_rounded, _power_of_two, _size))
+_exponent_of, _rest_of, _nearest = (_define_one(g) for g in (_exponent_bits, _rest_bits, _rounded))
+_two_to, _absolute = (_define_one(g) for g in (_power_of_two, _size))
 
 
-def _sign_of(builder: Any, size: Any, like: Any) -> Any:
-    nothing = ir.Constant(like.type, [0.0] * like.type.count)
-    return builder.select(builder.fcmp_ordered(">", like, nothing), size, builder.fsub(nothing, size))
+def _zeros(like: Any) -> Any:
+    return ir.Constant(like.type, [0.0] * like.type.count)
 
 
-def _where_above(builder: Any, number: Any, like: Any) -> Any:
-    nothing = ir.Constant(like.type, [0.0] * like.type.count)
-    return builder.select(builder.fcmp_ordered(">", like, nothing), number, nothing)
+def _is_positive(builder: Any, number: Any) -> Any:
+    return builder.fcmp_ordered(">", number, _zeros(number))
 
 
-_define(signed, _sign_of)
-_define(where_above, _where_above)
+_define(signed, lambda builder, a, b: builder.select(_is_positive(builder, b), a, builder.fsub(_zeros(a), a)))
+_define(where_above, lambda builder, a, b: builder.select(_is_positive(builder, b), a, _zeros(a)))
 
 
-@intrinsic
-def _below(_: Any, a: Any, b: Any) -> Any:
-    def generate(_: Any, builder: Any, __: Any, values: Any) -> Any:
-        found = builder.fcmp_ordered("<", values[0], _in_all_lanes(builder, values[1], a.count))
-        return builder.icmp_unsigned("!=", builder.bitcast(found, ir.IntType(a.count)), ir.IntType(a.count)(0))
+def _define_comparison(function: Callable[..., Any], of_all: bool) -> None:
+    """Let "a below b" work on a register a and a register or plain number b: in all of the lanes, or in any."""
 
-    return types.boolean(a, types.float64), generate
+    @intrinsic
+    def below(_: Any, a: Any, b: Any) -> Any:
+        def generate(_: Any, builder: Any, signature: Any, values: Any) -> Any:
+            other = values[1] if signature.args[1] == a else _in_all_lanes(builder, values[1], a.count)
+            bits = builder.bitcast(builder.fcmp_ordered("<", values[0], other), ir.IntType(a.count))
+            if of_all:
+                return builder.icmp_unsigned("==", bits, bits.type(2**a.count - 1))
+            return builder.icmp_unsigned("!=", bits, bits.type(0))
 
+        return types.boolean(a, a if b == a else types.float64), generate
 
-@overload(any_below)
-def _any_below_of_registers(a, b):  # type: ignore[no-untyped-def]
-    return (lambda a, b: _below(a, b)) if isinstance(a, _Register) else None
-
-
-@intrinsic
-def _all_below(_: Any, a: Any, b: Any) -> Any:
-    def generate(_: Any, builder: Any, __: Any, values: Any) -> Any:
-        found = builder.bitcast(builder.fcmp_ordered("<", *values), ir.IntType(a.count))
-        return builder.icmp_unsigned("==", found, ir.IntType(a.count)(2**a.count - 1))
-
-    return types.boolean(a, a), generate
+    @overload(function)
+    def of_registers(a, b):  # type: ignore[no-untyped-def]
+        return (lambda a, b: below(a, b)) if isinstance(a, _Register) else None
 
 
-@overload(all_below)
-def _all_below_of_registers(a, b):  # type: ignore[no-untyped-def]
-    return (lambda a, b: _all_below(a, b)) if isinstance(a, _Register) else None
+_define_comparison(any_below, of_all=False)
+_define_comparison(all_below, of_all=True)
 
 
 @intrinsic
@@ -314,10 +302,8 @@ def _power_of_registers(a, b):  # type: ignore[no-untyped-def]
         t = s * s
         t2 = t * t
         t4 = t2 * t2
-        low, high = (
-            (1 / 3 + t * (1 / 5)) + t2 * (1 / 7 + t * (1 / 9)),
-            (1 / 11 + t * (1 / 13)) + t2 * (1 / 15 + t * (1 / 17)),
-        )
+        low = (1 / 3 + t * (1 / 5)) + t2 * (1 / 7 + t * (1 / 9))
+        high = (1 / 11 + t * (1 / 13)) + t2 * (1 / 15 + t * (1 / 17))
         series = low + t4 * (high + t4 * (1 / 19 + t * (1 / 21)))
         log2 = _exponent_of(a) + 2.8853900817779268 * (s + s * t * series)
         return _exponential_2(larger(b * log2, -1020.0))
@@ -374,9 +360,10 @@ def _rows(_: Any, array: Any, row: Any, lanes: Any) -> Any:
 @intrinsic
 def _get(_: Any, numbers: Any, row: Any) -> Any:
     def generate(_: Any, builder: Any, __: Any, values: Any) -> Any:
-        return builder.load(builder.gep(values[0], [values[1]]), align=8)
+        found = builder.load(builder.gep(values[0], [values[1]]), align=8)
+        return builder.extract_element(found, ir.IntType(32)(0)) if numbers.count == 1 else found
 
-    return _Register(numbers.count)(numbers, types.intp), generate
+    return _number(numbers)(numbers, types.intp), generate
 
 
 @intrinsic
@@ -410,21 +397,4 @@ def register_contact_law(count: int) -> Any:
     return types.void(numbers, register, register, register, numbers)
 
 
-@intrinsic
-def _call(_: Any, where: Any, *arguments: Any) -> Any:
-    """Call a law of the signature `register_law` or `register_contact_law`: call_in_lanes(address, *arguments)."""
-    kind = types.void(*arguments)
-
-    def generate(context: Any, builder: Any, __: Any, values: Any) -> Any:
-        function = builder.inttoptr(
-            values[0], context.call_conv.get_function_type(kind.return_type, kind.args).as_pointer()
-        )
-        passed = cgutils.unpack_tuple(builder, values[1])
-        context.call_conv.call_function(builder, function, kind.return_type, kind.args, passed)
-        return context.get_dummy_value()
-
-    return types.void(where, types.StarArgTuple(kind.args)), generate
-
-
 rows: Any = _rows
-call_in_lanes: Any = _call

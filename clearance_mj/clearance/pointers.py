@@ -6,7 +6,6 @@ An address is a number in a record, so that one compiled loop, cached on disk, r
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -18,36 +17,27 @@ from numba.extending import intrinsic
 OPTIONS: dict[str, Any] = {"error_model": "numpy", "fastmath": {"contract", "reassoc", "nsz"}}
 """How engines and models are compiled: no change of their arithmetic hides an infinity or a NaN"""
 
-_FILES = [
-    Path(__file__).parents[1] / name
-    for name in (
-        *(f"clearance/{part}.py" for part in ("lanes", "pointers", "kernel", "lane_contacts", "lane_greases")),
-        "physical/library.py",  # where in MuJoCo's structures a value lies
-    )
-]
+_SHARED = [
+    *(f"clearance/{part}.py" for part in ("follower", "lanes", "pointers", "kernel", "lane_contacts", "lane_greases")),
+    "periodic/forces.py",
+    "physical/library.py",  # where in MuJoCo's structures a value lies
+]  # Files with what compiled functions of other files call or read
 
 
 def _stamp(paths: Iterable[Path]) -> tuple[tuple[float, int], ...]:
     return tuple((path.stat().st_mtime, path.stat().st_size) for path in paths)
 
 
-_KERNEL = _stamp(_FILES)
-
-
-@cache
-def _compiled_parts(folder: Path) -> tuple[tuple[float, int], ...]:
-    return _stamp(sorted(folder.glob("_[!_]*.py")))
+_KERNEL = _stamp(Path(__file__).parents[1] / name for name in _SHARED)
 
 
 def _kept_with_the_kernel(made: Any) -> Any:
-    """Let what is kept of a compiled function on disk count until its own file, the kernel or a file beside it changes.
+    """Let what is kept of a compiled function on disk count until its own file or one of the shared files changes.
 
-    Beside it: the compiled parts of its package, whose names begin with an underscore. numba compares the version
-    before it reads the rest, which may name modules that are there no more.
+    numba compares the version before it reads the rest, which may name modules that are there no more.
     """
     if kept := getattr(getattr(made, "_cache", None), "_cache_file", None):
-        folder = Path(made.py_func.__code__.co_filename).parent
-        kept._version = (kept._version, _KERNEL, _compiled_parts(folder))
+        kept._version = (kept._version, _KERNEL)
     return made
 
 
@@ -106,10 +96,26 @@ def caller(signature: Any) -> Any:
     return call
 
 
-call_contact_law = caller(CONTACT_LAW)
 call_contact_energy = caller(CONTACT_ENERGY)
-call_grease_law = caller(GREASE_LAW)
 call_grease_energy = caller(GREASE_ENERGY)
+
+
+@intrinsic
+def _call(_: Any, where: Any, *arguments: Any) -> Any:
+    """Call the law of a contact or a grease, of numbers or of lanes: call_law(address, *arguments)."""
+    kind = types.void(*arguments)
+
+    def generate(context: Any, builder: Any, __: Any, values: Any) -> Any:
+        convention = context.call_conv
+        function = builder.inttoptr(values[0], convention.get_function_type(kind.return_type, kind.args).as_pointer())
+        passed = cgutils.unpack_tuple(builder, values[1])
+        convention.call_function(builder, function, kind.return_type, kind.args, passed)
+        return context.get_dummy_value()
+
+    return types.void(where, types.StarArgTuple(kind.args)), generate
+
+
+call_law: Any = _call
 
 
 @intrinsic

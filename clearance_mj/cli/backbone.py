@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from ..core.errors import ClearanceError
 from ..core.files import to_json, write_text
 from .command import command, provenance
-from .options import add_periodic, add_plugin, load, load_plugin, settings
+from .options import PERIODIC, add_periodic, add_plugin, load, load_plugin, periodic_settings, settings
 
 if TYPE_CHECKING:  # a command imports what it needs when it runs
     from ..periodic import Backbone
@@ -39,7 +39,8 @@ def _modes(text: str) -> list[int]:
 )  # fmt: skip
 def _run(options: argparse.Namespace) -> dict[str, Any]:
     from ..core.tasks import run_tasks
-    from ..periodic import backbone
+    from ..model import Model
+    from ..periodic import follow_backbone
     from ..periodic.summaries import of_backbone
     from ..report.backbones import draw, rows, words
     from ..report.tables import write_csv
@@ -49,15 +50,16 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
         raise ClearanceError("--from and --to are the ends of the amplitudes: give both or none")
     rig, law = load(options)
     amplitudes = None if options.start is None else (options.start, options.stop)
-    shared = {name: getattr(options, name) for name in ("harmonics", "samples", "modes")}
+    shared, model = periodic_settings(options), Model(rig, law)
     progress = "" if options.quiet else "modes"
 
     def follow(mode: int) -> Backbone:
-        return backbone(rig, law, mode, amplitudes, **shared)
+        return follow_backbone(model, mode, amplitudes, **shared)
 
     by_mode = dict(run_tasks(follow, options.mode, options.workers, progress=progress))
     found = [by_mode[mode] for mode in options.mode]
-    result = settings(rig, law) | shared | {"backbones": [of_backbone(each) for each in found]}
+    result = settings(rig, law) | {name: getattr(options, name) for name in PERIODIC}
+    result |= {"backbones": [of_backbone(each) for each in found]}
     drawing = draw(found)
     result |= {"provenance": provenance(options)}
     text = to_json(result)

@@ -82,6 +82,9 @@ def add_simulation(parser: argparse.ArgumentParser, duration: float, fs: float =
     option("--fs", type=float, default=fs, help="samples per second (default: %(default)s)")
 
 
+PERIODIC = ("harmonics", "samples", "modes")  # options that say how vibrations are found
+
+
 def add_periodic(parser: argparse.ArgumentParser) -> None:
     """Add the options of a command that finds periodic vibrations: rig and law, see `load`, and how they are found."""
     add_rig(parser)
@@ -89,6 +92,11 @@ def add_periodic(parser: argparse.ArgumentParser) -> None:
     option("--harmonics", type=int, default=21, help="of the motion (default: %(default)s)")
     option("--samples", type=int, help="of a period (default: the power of two from 12 for each harmonic on)")
     option("--modes", type=int, default=8, help="of the rig's Ritz basis (default: %(default)s)")
+
+
+def periodic_settings(options: argparse.Namespace) -> dict[str, Any]:
+    """Return the options of `add_periodic` that say how vibrations are found, as arguments of `periodic`."""
+    return {f"n_{name}": getattr(options, name) for name in PERIODIC}
 
 
 def add_kind(parser: argparse.ArgumentParser) -> None:

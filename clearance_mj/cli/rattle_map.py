@@ -9,7 +9,18 @@ from typing import Any
 from ..core.errors import ClearanceError
 from ..core.files import to_json, write_text
 from .command import command, provenance
-from .options import MAX_NUMBERS, add_kind, add_periodic, add_plugin, load, load_plugin, numbers, settings
+from .options import (
+    MAX_NUMBERS,
+    PERIODIC,
+    add_kind,
+    add_periodic,
+    add_plugin,
+    load,
+    load_plugin,
+    numbers,
+    periodic_settings,
+    settings,
+)  # fmt: skip
 
 
 def _options(parser: argparse.ArgumentParser) -> None:
@@ -36,7 +47,8 @@ def _options(parser: argparse.ArgumentParser) -> None:
 def _run(options: argparse.Namespace) -> dict[str, Any]:
     import numpy as np
 
-    from ..periodic import rattle_map
+    from ..model import Model
+    from ..periodic import map_rattle
     from ..periodic.summaries import of_map
     from ..report.rattle_maps import draw, rows, words
     from ..report.tables import write_csv
@@ -45,11 +57,12 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
     if not 2 <= options.steps <= MAX_NUMBERS:
         raise ClearanceError(f"--steps must be between 2 and {MAX_NUMBERS}, got {options.steps}")
     rig, law = load(options)
-    shared = {name: getattr(options, name) for name in ("kind", "harmonics", "samples", "modes", "workers", "gaps")}
+    shared = {name: getattr(options, name) for name in ("kind", "workers", "gaps")}
     frequencies = np.linspace(options.start, options.stop, options.steps)
-    found = rattle_map(rig, law, options.levels, frequencies, **shared, progress=not options.quiet)
-    chosen = {name: shared[name] for name in ("harmonics", "samples", "modes")}
-    result = settings(rig, law) | chosen | of_map(found)
+    found = map_rattle(
+        Model(rig, law), options.levels, frequencies, **shared, **periodic_settings(options), progress=not options.quiet
+    )
+    result = settings(rig, law) | {name: getattr(options, name) for name in PERIODIC} | of_map(found)
     result |= {"provenance": provenance(options)}
     text = to_json(result)
     drawing = draw(found)

@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING, Any
 from ..core.errors import ClearanceError
 from ..core.files import to_json, write_text
 from .command import command, provenance
-from .options import add_kind, add_periodic, add_plugin, load, load_plugin, numbers, settings
+from .options import add_kind, add_periodic, add_plugin, load, load_plugin, numbers, periodic_settings, settings
 
 if TYPE_CHECKING:  # a command imports what it needs when it runs
-    from ..clearance.law import Law
+    from ..model import Model
     from ..periodic import Branch
     from ..rig import Rig
 
@@ -58,6 +58,7 @@ def _nodes(text: str) -> list[int]:
     writes=("response.csv", "response.json", "response.png"),
 )  # fmt: skip
 def _run(options: argparse.Namespace) -> dict[str, Any]:
+    from ..model import Model
     from ..periodic.summaries import of_branch
     from ..report.responses import draw, rows, words
     from ..report.tables import write_csv
@@ -65,7 +66,7 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
     load_plugin(options.plugin)
     rig, law = load(options)
     sensors = _rows_of(rig, options.sensors)
-    by_level = _followed(options, rig, law)
+    by_level = _branches(options, Model(rig, law))
     basins = [_with_isolas(options, known) for known in by_level] if options.isolas else []
     branches = [branch for known in by_level for branch in known]
     result = settings(rig, law) | {"branches": [of_branch(branch) for branch in branches]}
@@ -93,21 +94,20 @@ def _rows_of(rig: Rig, nodes: list[int] | None) -> list[int] | None:
     return None if nodes is None else [known.index(node) for node in nodes]
 
 
-def _followed(options: argparse.Namespace, rig: Rig, law: Law) -> list[list[Branch]]:
+def _branches(options: argparse.Namespace, model: Model) -> list[list[Branch]]:
     """The branches of each level, or frequency."""
     from ..core.tasks import run_tasks
-    from ..periodic import response_over_level
+    from ..periodic import follow_response_over_level
     from ..study.periodic import from_both_ends
 
-    shared = {name: getattr(options, name) for name in ("harmonics", "samples", "kind", "modes")}
-
+    shared = periodic_settings(options) | {"kind": options.kind}
     ends = _ends(options)
 
     def follow(value: float) -> list[Branch]:
         if options.frequency:
-            found = [response_over_level(rig, law, value, ends, **shared)]
+            found = [follow_response_over_level(model, value, ends, **shared)]
         else:
-            found = list(from_both_ends(rig, law, value, ends, **shared))
+            found = list(from_both_ends(model, value, ends, **shared))
         return found + [new for branch in found for new in _doubled(branch)] if options.period_doublings else found
 
     wanted = options.frequency or options.level
@@ -126,14 +126,14 @@ def _ends(options: argparse.Namespace) -> tuple[float, float]:
 
 def _doubled(branch: Branch) -> Iterator[Branch]:
     """What leaves a branch where its period doubles; where one comes back to the branch, it is not left again."""
-    from ..periodic import doubled
+    from ..periodic import follow_doubled
 
     met: list[float] = []
     for point in branch.special:
         at = point.frequency if branch.over == "frequency" else point.level
         if point.kind == "period doubling" and all(abs(at / end - 1) > PERIOD_DOUBLING_TOLERANCE for end in met):
             try:
-                new = doubled(branch, point)
+                new = follow_doubled(branch, point)
             except ClearanceError as error:
                 print(f"clearance-mj: note: {error}", file=sys.stderr)
                 continue
@@ -143,10 +143,9 @@ def _doubled(branch: Branch) -> Iterator[Branch]:
 
 def _with_isolas(options: argparse.Namespace, known: list[Branch]) -> dict[str, Any]:
     """Add to the branches of a level those that random starts find; return the shares of the starts."""
-    from ..periodic import isolas
+    from ..periodic import find_isolas
 
-    words = None if options.quiet else f"random starts, {abs(known[0].level[0, 0]):g}"
-    found = isolas(known, options.isolas, workers=options.workers, progress=words)
+    found = find_isolas(known, options.isolas, workers=options.workers, progress=not options.quiet)
     known += found.branches
     level = float(abs(known[0].level[0, 0]))
     new = len(found.branches)

@@ -31,8 +31,8 @@ from ..clearance.law import Law
 from ..rig import Rig
 from ..signals.excitation import Excitation
 from ..signals.response import Response
-from ._energy_loop import BushingEnergies, bushing_energies, follow_impacts
 from .base import Engine, Run, get_engine
+from .energy_loop import BushingEnergies, bushing_energies, follow_impacts
 from .simulation import Simulation
 
 __all__ = ["EnergyBalance", "Impact", "energy_balance"]

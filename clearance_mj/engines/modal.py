@@ -25,8 +25,8 @@ from ..clearance.law import Law
 from ..core.validation import Positive, Whole
 from ..rig import Rig
 from ..signals.sampling import lowpass
-from ._modal_loop import Motion, Shaft, advance, advance_whole
 from .base import Engine, Equations, Run, diverged, register
+from .modal_loop import Motion, Shaft, advance, advance_whole
 
 __all__ = ["Modal", "ModalRun", "SideBySide"]
 

@@ -18,7 +18,8 @@ import mujoco
 import numba
 import numpy as np
 
-from ..clearance.kernel import Clearance, clearance_records, contact_force, contact_step, follow_law, grease_step
+from ..clearance.follower import contact_force
+from ..clearance.kernel import Clearance, clearance_records, contact_step, follow_law, grease_step
 from ..clearance.law import Law
 from ..clearance.pointers import OPTIONS, kernel_loop
 from ..core.errors import LawError, SimulationError

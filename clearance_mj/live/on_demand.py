@@ -10,6 +10,7 @@ import numpy as np
 from ..core.errors import ClearanceError, ExcitationError
 from ..engines import get_engine
 from ..engines.simulation import Simulation
+from ..model import Model
 from ..periodic.summaries import stable_points
 from ..signals.stepped_sines import harmonic_amplitudes
 from ..study.periodic import from_both_ends
@@ -53,12 +54,12 @@ def branch(session: Session, values: Mapping[str, Value], low: float, high: floa
     Raises
     ------
     ClearanceError
-        As `periodic.response`.
+        As `periodic.follow_response`.
     """
     rig, law = built(session.rig, session.law, values)
     kind, level = str(values.get("kind", rig.shaker.kind)), np.sqrt(2) * float(values["level"])
     heard = lambda f: watch(min(max((f - low) / (high - low), 0.0), 1.0) if high != low else 0.0)  # noqa: E731
-    found = from_both_ends(rig, law, level, (low, high), harmonics=HARMONICS, kind=kind, watch=heard)
+    found = from_both_ends(Model(rig, law), level, (low, high), n_harmonics=HARMONICS, kind=kind, watch=heard)
     special = [{"kind": p.kind, "frequency": p.frequency} for part in found for p in part.special]
     facts = {"special": special, "ended": "; ".join(part.ended for part in found if part.ended), "level": float(level)}
     gap = np.full((1, len(rig.sensors) + 2), np.nan)

@@ -1,15 +1,16 @@
 """Periodic vibrations without marching in time: harmonic balance, continuation, stability."""
 
-from .backbones import Backbone, backbone
+from .backbones import Backbone, follow_backbone
 from .branch import Branch, SpecialPoint
-from .forced import response
-from .isolated import Isolas, isolas
-from .over_level import response_over_level
-from .rattle_maps import Jump, RattleMap, rattle_map
-from .subharmonic import doubled
-from .two_parameter import Curve, first_contact, fold_curve
+from .first_contact import find_first_contact
+from .forced import follow_response
+from .isolated import Isolas, find_isolas
+from .over_level import follow_response_over_level
+from .rattle_maps import Jump, RattleMap, map_rattle
+from .subharmonic import follow_doubled
+from .two_parameter import Curve, follow_folds
 
 __all__ = [
-    "Backbone", "Branch", "Curve", "Isolas", "Jump", "RattleMap", "SpecialPoint", "backbone", "doubled",
-    "first_contact", "fold_curve", "isolas", "rattle_map", "response", "response_over_level",
+    "Backbone", "Branch", "Curve", "Isolas", "Jump", "RattleMap", "SpecialPoint", "find_first_contact", "find_isolas",
+    "follow_backbone", "follow_doubled", "follow_folds", "follow_response", "follow_response_over_level", "map_rattle",
 ]  # fmt: skip

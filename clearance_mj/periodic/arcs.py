@@ -18,17 +18,13 @@ from .in_gap import driven, edges, filled, linear_in_gap
 __all__ = ["Curve", "Vibrations", "curve"]
 
 LOW, HIGH, BROKEN = -1, -2, -3
-"""ends of an arc that are not where the gap is filled: the range's, and where no next motion was found"""
-PARTS = 8
-"""of the way between two motions"""
-MOST_MOTIONS = 2000
-"""of an arc: one that goes on is lost in turns that no sweep resolves"""
-MARGIN = 1e-6
-"""of the frequency: beyond the range"""
-SAME = 1e-2
-"""of the motion: two that differ by less at one frequency are one"""
-SAME_FOLD = 3e-4
-"""of the frequency: of neighbours that are closer a map says nothing"""
+"""Kinds of end of an arc that does not end where the gap is filled: at the range's lowest or highest frequency, or
+where no next motion was found."""
+PARTS = 8  # points between two motions at which an arc is read
+MAX_MOTIONS = 2000  # motions of an arc: one that goes on is lost in turns that no sweep resolves
+MARGIN = 1e-6  # share of the frequency by which arcs go beyond the range
+SAME = 1e-2  # relative difference below which two motions at one frequency are one
+SAME_FOLD = 3e-4  # relative distance in frequency below which a map does not resolve two folds
 
 
 @dataclass(frozen=True, eq=False)
@@ -150,7 +146,7 @@ def _from(
     solver: Solver, start: int, up: bool, known: list[tuple[float, bool]], low: float, high: float
 ) -> Iterator[Motion]:  # fmt: skip
     first = solver.first(low if start == LOW else high) if start < 0 else _at_edge(solver, known[start][0])
-    yield from solver.within(first, low, high, up, MOST_MOTIONS)
+    yield from solver.within(first, low, high, up, MAX_MOTIONS)
 
 
 def _at_edge(solver: Solver, omega: float) -> Motion:
@@ -186,7 +182,7 @@ def _whole(solver: Solver, omega: np.ndarray, ended: list[float]) -> Iterator[_L
         motions: list[Motion] = []
         end = BROKEN
         try:
-            for motion in solver.within(solver.first(start), low, high, stop > start, MOST_MOTIONS):
+            for motion in solver.within(solver.first(start), low, high, stop > start, MAX_MOTIONS):
                 motions.append(motion)
             end = LOW if motions[-1].omega < (low + high) / 2 else HIGH
         except NoConvergence as failed:
@@ -225,8 +221,8 @@ def _link(ends: tuple[int, int], motions: list[Motion], omega: np.ndarray) -> _L
         return _Link(ends, Vibrations(np.zeros(0, dtype=int), np.zeros(shape), np.zeros(beside)))
     z, y = np.array([motion.z for motion in motions]), np.array([motion.y for motion in motions])
     w, scale = np.array([(motion.omega, motion.scale) for motion in motions]).T
-    along = np.array([motion.tangent for motion in motions])
-    of_z, of_w = along[:, :-1].reshape(z.shape) * scale[:, None, None], along[:, -1] * w
+    direction = np.array([motion.tangent for motion in motions])
+    of_z, of_w = direction[:, :-1].reshape(z.shape) * scale[:, None, None], direction[:, -1] * w
     length = np.array([np.linalg.norm(difference(a, b)) for a, b in zip(motions, motions[1:])])
     # A tangent is of length 1 in the units of its own motion; what is passed is measured in those of the first.
     later = np.sqrt(np.sum(of_z[1:] ** 2, axis=(1, 2)) / scale[:-1] ** 2 + (of_w[1:] / w[:-1]) ** 2)

@@ -14,8 +14,7 @@ from .subharmonic import until_halved
 
 __all__ = ["all_around"]
 
-CLOSED = 1e-4
-"""of the motion: how nearly a branch meets its beginning"""
+CLOSED = 1e-4  # relative distance at which a branch meets its beginning
 ROUND, BACKWARDS = "it comes back to its beginning", "it turns back along itself"
 
 

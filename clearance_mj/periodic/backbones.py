@@ -8,10 +8,10 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from tqdm import tqdm
 
-from ..clearance.law import Law
 from ..core.errors import ClearanceError
-from ..rig import Rig
+from ..model import Model
 from ..signals import labelled
 from ..signals.arrays import read_only
 from .branch import Branch
@@ -25,10 +25,9 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
 
-__all__ = ["Backbone", "backbone"]
+__all__ = ["Backbone", "follow_backbone"]
 
-IN_GAPS = (0.1, 5.0)
-"""amplitudes from and to by default, over the gap"""
+IN_GAPS = (0.1, 5.0)  # first and last amplitude by default, in gaps
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -38,10 +37,8 @@ class Backbone(Vibrations):
     Harmonics are complex amplitudes, X_h in x(t) = Re Σ X_h exp(2πi h f t), from the mean, h = 0, on.
     """
 
-    rig: Rig
-    """the rig"""
-    law: Law
-    """what acts in its clearances"""
+    model: Model
+    """rig and law of its clearances"""
     mode: int
     """the linear mode in the gap that it begins with, 1 the lowest"""
     clearance: int
@@ -67,7 +64,7 @@ class Backbone(Vibrations):
     responses: tuple[str, ...]
     """degree of freedom of each sensor, such as "3:+Z" """
     clearances: tuple[str, ...]
-    """and of each clearance"""
+    """name of each clearance, `Rig.clearance_labels`"""
 
     def __post_init__(self) -> None:
         for name in ("frequency", "damping", "level"):
@@ -117,7 +114,7 @@ class Backbone(Vibrations):
         variables: dict[str, Any] = {
             "frequency": ("point", self.frequency, "Hz"),
             "damping": ("point", self.damping, "1"),
-            "level": ("point", self.level, "m s-2" if self.rig.shaker.kind == "base" else "N"),
+            "level": ("point", self.level, "m s-2" if self.model.rig.shaker.kind == "base" else "N"),
             **self._variables(),
         }
         coordinates = {
@@ -129,14 +126,14 @@ class Backbone(Vibrations):
         return labelled.dataset("backbone", variables, coordinates, attributes)
 
 
-def backbone(
-    rig: Rig,
-    law: Law,
+def follow_backbone(
+    model: Model,
     mode: int = 1,
-    amplitudes: tuple[float, float] | None = None,
-    harmonics: int = 21,
-    samples: int | None = None,
-    modes: int = 8,
+    amplitude_range: tuple[float, float] | None = None,
+    n_harmonics: int = 21,
+    n_samples: int | None = None,
+    n_modes: int = 8,
+    progress: bool = False,
 ) -> Backbone:
     """Follow a mode of a rig from small to large amplitudes: its frequency, damping ratio and shape.
 
@@ -146,21 +143,22 @@ def backbone(
 
     Parameters
     ----------
-    rig : Rig
-        The rig; a small system of matrices is one with a `structure.Matrices`.
-    law : Law
-        What acts in its clearances: a `ConstantLaw` or a `ContactLaw`.
+    model : Model
+        Rig, with a shaft or a small system of `structure.Matrices`, and law, a `ConstantLaw` or a `ContactLaw`.
     mode : int
         Which of its linear modes in the gap it begins with; 1: the lowest.
-    amplitudes : tuple of float, optional
-        From and to, m: of the displacement's fundamental at the clearance that this mode moves most. None: from 0.1 to
-        5 of its gaps.
-    harmonics : int
-        H, of the motion.
-    samples : int, optional
-        Of a period; None: the power of two from 12 H on. At least 4 H + 1.
-    modes : int
-        Of the Ritz basis, as in the modal engine.
+    amplitude_range : tuple of float, optional
+        First and last amplitude, m, of the displacement's fundamental at the clearance that this mode moves most; None:
+        from 0.1 to 5 of its gaps.
+    n_harmonics : int
+        Number of harmonics of the motion, H.
+    n_samples : int, optional
+        Number of samples of a period, at least 4 H + 1; None: the power of two from 12 H on, and four times as many
+        where vibrations end early with them.
+    n_modes : int
+        Number of modes in the Ritz basis, as in the modal engine.
+    progress : bool
+        Show a progress bar.
 
     Returns
     -------
@@ -183,19 +181,19 @@ def backbone(
     -----
     M. Krack, Nonlinear modal analysis of nonconservative systems, Computers & Structures 154 (2015) 59-71.
     """
-    harmonics, (samples, *_) = resolution(harmonics, samples, 1, modes)
+    rig, (harmonics, (samples, *_)) = model.rig, resolution(n_harmonics, n_samples, 1, n_modes)
     if not isinstance(mode, numbers.Integral) or isinstance(mode, bool):
         raise ClearanceError(f"mode must be a whole number, got {mode!r}")
-    system = condensed(rig, law, rig.shaker.kind, (), harmonics, modes)
-    most = min(modes, system.poles.model.size)
+    system = condensed(model, rig.shaker.kind, (), harmonics, n_modes)
+    most = min(n_modes, system.poles.model.size)
     if not 1 <= mode <= most:
         raise ClearanceError(f"mode must be between 1 and {most}, as many as the Ritz basis has, got {mode}")
     follower = NonlinearMode(system, int(mode) - 1, harmonics, samples)
-    start, stop = _amplitudes(amplitudes, rig.bushings[follower.clearance].gap)
+    start, stop = _amplitudes(amplitude_range, rig.bushings[follower.clearance].gap)
     motions: list[FreeMotion] = []
     ended = ""
     try:
-        for motion in follower.branch(start, stop):
+        for motion in tqdm(follower.branch(start, stop), desc="backbone", unit="point", disable=not progress):
             motions.append(follower.motion(motion))
     except NoConvergence as end:
         at = f"an amplitude of {end.args[0]:.6g} m"
@@ -212,9 +210,9 @@ def _amplitudes(amplitudes: tuple[float, float] | None, gap: float) -> tuple[flo
     try:
         start, stop = map(float, np.multiply(IN_GAPS, gap) if amplitudes is None else amplitudes)
     except (TypeError, ValueError):
-        raise ClearanceError(f"amplitudes are a pair (from, to) in m, got {amplitudes!r}") from None
+        raise ClearanceError(f"amplitude_range is a pair (from, to) in m, got {amplitudes!r}") from None
     if not 0 < start < stop < np.inf:
-        raise ClearanceError(f"amplitudes must be > 0 m and the second one larger, got {start:g} and {stop:g}")
+        raise ClearanceError(f"amplitude_range must be > 0 m and the second one larger, got {start:g} and {stop:g}")
     return start, stop
 
 
@@ -233,8 +231,8 @@ def _backbone(follower: NonlinearMode, motions: list[FreeMotion], ended: str) ->
     with np.errstate(divide="ignore"):
         level = given_back / np.abs(modes[:, :, 1] @ model.input(system.kind))
     return Backbone(
-        rig, system.law, follower.mode + 1, follower.clearance, omega / (2 * np.pi), damping, level,
+        system.model, follower.mode + 1, follower.clearance, omega / (2 * np.pi), damping, level,
         model.at_sensors @ modes * turning**2, model.shapes([sensor.position for sensor in rig.sensors]) @ modes, x,
         force[:, count:].reshape(len(omega), count, 2, -1).sum(axis=2), force[:, :count] + own, ended,
-        tuple(rig.sensor_labels), tuple(rig.probe_labels),
+        tuple(rig.sensor_labels), tuple(rig.clearance_labels),
     )  # fmt: skip

@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..clearance.law import Law
-from ..rig import Rig
+from ..model import Model
 from ..signals import labelled
 from ..signals.arrays import read_only
 from .vibrations import UNITS, Vibrations
@@ -44,20 +43,18 @@ class Branch(Vibrations):
     Harmonics are complex amplitudes, X_h in x(t) = Re Σ X_h exp(2πi h f t / periods), from the mean, h = 0, on.
     """
 
-    rig: Rig
-    """the rig"""
-    law: Law
-    """what acts in its clearances"""
+    model: Model
+    """rig and law of its clearances"""
     kind: str
     """ "base" or "force": what the excitation is"""
     over: str
     """ "frequency" or "level": what changes along the curve"""
     periods: int
     """of the excitation, after which a vibration comes again"""
-    modes: int
-    """of the Ritz basis"""
-    samples: int
-    """of one vibration"""
+    n_modes: int
+    """number of modes in the Ritz basis"""
+    n_samples: int
+    """number of samples of one vibration"""
     frequency: np.ndarray
     """(n,) of the excitation's first harmonic, Hz"""
     level: np.ndarray
@@ -83,7 +80,7 @@ class Branch(Vibrations):
     responses: tuple[str, ...]
     """degree of freedom of each sensor, such as "3:+Z" """
     clearances: tuple[str, ...]
-    """and of each clearance"""
+    """name of each clearance, `Rig.clearance_labels`"""
 
     def __post_init__(self) -> None:
         self._set(frequency=read_only(self.frequency))

@@ -13,14 +13,15 @@ from ..clearance.grease import GreaseModel
 from ..clearance.kernel import clearance_records, greases_of
 from ..clearance.law import AmplitudeLaw, Law, TimeLaw
 from ..core.errors import ExcitationError, LawError, RigError
+from ..model import Model
 from ..rig import Rig
-from ._balance import Grid, Linear
-from ._forces import Laws, Slopes
+from .forces import Laws, Slopes
+from .harmonic_balance import Grid, Linear
 
 __all__ = ["Condensed", "Poles", "condensed", "grid", "laws_of", "poles", "slopes"]
 
 STIFF = 1e-3
-"""of a contact's stiffness times the compliance of a motion of the points: what is less follows by substitution"""
+"""Contact stiffness times compliance from which on a motion of the points is unknown; others are substituted."""
 
 
 class Poles(NamedTuple):
@@ -51,8 +52,7 @@ class Poles(NamedTuple):
 class Condensed(NamedTuple):
     """What the harmonic balance of a rig, a law and an excitation works with."""
 
-    rig: Rig
-    law: Law
+    model: Model
     kind: str
     periods: int
     """of the excitation, after which a motion comes again"""
@@ -65,8 +65,13 @@ class Condensed(NamedTuple):
     stiffest: float
     """1/s², the largest stiffness of a contact on the modes"""
 
+    @property
+    def rig(self) -> Rig:
+        """Rig of the model."""
+        return self.model.rig
 
-def poles(rig: Rig, law: Law, modes: int) -> Poles:
+
+def poles(of: Model, modes: int) -> Poles:
     """Return the in-gap linear system of a rig, each grease a spring and a damper as in small motions.
 
     Raises
@@ -74,8 +79,8 @@ def poles(rig: Rig, law: Law, modes: int) -> Poles:
     RigError
         If it can move without stiffness: its mean position is then not defined.
     """
-    model = ritz_model(rig, modes)
-    k, c = np.array([grease.small_motion() for grease in greases_of(rig, law)]).T
+    rig, model = of.rig, ritz_model(of.rig, modes)
+    k, c = np.array([grease.small_motion() for grease in greases_of(rig, of.law)]).T
     at = model.at_bushings
     stiffness = np.diag(model.omega**2) + (at.T * k) @ at
     damping = np.diag(model.damping) + (at.T * c) @ at
@@ -93,26 +98,24 @@ def poles(rig: Rig, law: Law, modes: int) -> Poles:
 
 
 def condensed(
-    rig: Rig, law: Law, kind: str, levels: Sequence[complex], harmonics: int, modes: int, periods: int = 1
+    model: Model, kind: str, levels: Sequence[complex], harmonics: int, modes: int, periods: int = 1
 ) -> Condensed:
     """Condense a rig to its clearances.
 
     Parameters
     ----------
-    rig : Rig
-        The rig.
-    law : Law
-        What acts in its clearances.
+    model : Model
+        Rig and law of its clearances.
     kind : str
-        Of the excitation: "base" or "force".
+        Kind of the excitation: "base" or "force".
     levels : sequence of complex
         Amplitudes of the excitation's harmonics from the first on, m/s² or N.
     harmonics : int
-        H, of the motion.
+        Number of harmonics of the motion, H.
     modes : int
-        In the Ritz basis.
+        Number of modes in the Ritz basis.
     periods : int
-        Of the excitation, after which the motion comes again.
+        Periods of the excitation after which the motion comes again.
 
     Raises
     ------
@@ -123,6 +126,7 @@ def condensed(
     ExcitationError
         If the rig has no position for a force.
     """
+    rig, law = model.rig, model.law
     if not rig.bushings:
         raise RigError(f"rig {rig.name!r} has no clearance, so its vibration is linear; use cm.beam.linear_frf")
     if isinstance(law, TimeLaw):
@@ -134,20 +138,20 @@ def condensed(
         )
     if kind == "force" and rig.shaker.position is None:
         raise ExcitationError(f"rig {rig.name!r} has no shaker.position, where the force acts")
-    linear = poles(rig, law, modes)
-    model = linear.model
-    points = model.at_points @ linear.shapes
-    forced = linear.forced @ model.at_points.T
+    linear = poles(model, modes)
+    ritz = linear.model
+    points = ritz.at_points @ linear.shapes
+    forced = linear.forced @ ritz.at_points.T
     residues = np.ascontiguousarray(np.einsum("pj,jq->jpq", points, forced))
-    driven = np.ascontiguousarray((points * (linear.forced @ model.input(kind))).T)
+    driven = np.ascontiguousarray((points * (linear.forced @ ritz.input(kind))).T)
     excitation = np.zeros(harmonics + 1, dtype=complex)
     excitation[periods : periods * len(levels) + 1 : periods] = levels
     stiffest = np.broadcast_to(law.largest([b.gap for b in rig.bushings])[0], len(rig.bushings))
     basis, owner = _coordinates(linear, stiffest)
-    on_modes = float(np.max(stiffest * np.sum(model.at_bushings**2, axis=1)))
+    on_modes = float(np.max(stiffest * np.sum(ritz.at_bushings**2, axis=1)))
     shifted = Linear(linear.values, residues, driven, excitation, basis, owner)
     room = min(b.gap - abs(b.offset) for b in rig.bushings)
-    return Condensed(rig, law, kind, periods, modes, linear, shifted, laws_of(rig, law), room, on_modes)
+    return Condensed(model, kind, periods, modes, linear, shifted, laws_of(rig, law), room, on_modes)
 
 
 def laws_of(rig: Rig, law: Law) -> Laws:

@@ -14,31 +14,23 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.linalg.lapack import dgetrf, dgetrs
 
-from ._balance import balance
 from .condensed import Condensed, grid, slopes
+from .harmonic_balance import balance
 
 __all__ = ["CameBack", "Follower", "Motion", "NoConvergence", "Solver", "difference"]
 
-TOLERANCE = 1e-9
-ITERATIONS = 25
-"""of Newton's method"""
-SLOW = 0.1
-"""ratio of what two steps leave: above, the derivative is found anew"""
-SMALLEST_DAMPING = 1 / 32
-BENT = 0.002
-"""how far a motion may lie from where the tangent led, over its size"""
-LONGEST = 0.05
-"""of a step, as a share of frequency and motion"""
+TOLERANCE = 1e-9  # of Newton's method: what the balance may leave, over the size of the motion
+ITERATIONS = 25  # of Newton's method
+SLOW = 0.1  # ratio of two successive residuals above which the derivative is computed again
+SMALLEST_DAMPING = 1 / 32  # share of a Newton step below which it is given up
+BENT = 0.002  # distance of a motion from its prediction by the tangent, over its size, that steps aim at
+LONGEST = 0.05  # step, as a share of frequency and motion
 SHORTEST = 1e-8
-SHARPEST = 0.3
-"""cosine of the largest angle between two tangents"""
-SHARP_CORNER = 1e-4
-"""steps below which the branch has a corner, as where a contact begins"""
-CORNERS = (1e-2, 3e-3, 1e-3, 3e-4, 1e-4)
-"""steps around one"""
-BEFORE_CONTACT = 0.9
-"""of the smallest gap: where a motion begins that grows with the level"""
-MOST_POINTS = 20000
+SHARPEST = 0.3  # cosine of the largest angle between two tangents
+SHARP_CORNER = 1e-4  # step below which the branch has a corner, as where a contact begins
+CORNERS = (1e-2, 3e-3, 1e-3, 3e-4, 1e-4)  # steps tried around a corner
+BEFORE_CONTACT = 0.9  # share of the smallest gap that the first motion of a branch over level fills
+MAX_POINTS = 20000
 
 
 class NoConvergence(Exception):
@@ -141,33 +133,33 @@ class Follower(ABC):
 
     def ahead(self, motion: Motion, step: float, tangent: np.ndarray | None = None) -> Motion | None:
         """Return the motion a step away along a tangent, its own if none is given."""
-        along = motion.tangent if tangent is None else tangent
-        omega = motion.omega * (1 + step * along[-1])
+        direction = motion.tangent if tangent is None else tangent
+        omega = motion.omega * (1 + step * direction[-1])
         if not omega > 0:
             return None
-        z = motion.z + step * motion.scale * along[:-1].reshape(motion.z.shape)
-        row = along * np.append(np.ones(self.size), 1 + step * along[-1])
+        z = motion.z + step * motion.scale * direction[:-1].reshape(motion.z.shape)
+        row = direction * np.append(np.ones(self.size), 1 + step * direction[-1])
         found = self.solve(omega, z, motion.y, row, motion.scale)
-        return found and self._turned(found, motion, along, step)
+        return found and self._turned(found, motion, direction, step)
 
     def _around_corner(self, motion: Motion) -> Motion | None:
         """Return a motion that is larger or smaller, as the branch goes, at any frequency.
 
         Where a contact begins with a jump the branch may turn back so sharply that no motion lies ahead.
         """
-        along = motion.tangent.copy()
-        along[-1] = 0.0
-        if not along.any():
+        direction = motion.tangent.copy()
+        direction[-1] = 0.0
+        if not direction.any():
             return None
-        along /= np.linalg.norm(along)
-        return next((found for step in CORNERS if (found := self.ahead(motion, step, along))), None)
+        direction /= np.linalg.norm(direction)
+        return next((found for step in CORNERS if (found := self.ahead(motion, step, direction))), None)
 
-    def _turned(self, found: Motion, before: Motion, along: np.ndarray, step: float) -> Motion:
+    def _turned(self, found: Motion, before: Motion, direction: np.ndarray, step: float) -> Motion:
         sign = np.sign(found.tangent @ difference(before, found)) * np.sign(step) or 1.0
         return replace(found, tangent=sign * found.tangent)
 
     def within(
-        self, motion: Motion, low: float, high: float, up: bool = True, most: int = MOST_POINTS
+        self, motion: Motion, low: float, high: float, up: bool = True, most: int = MAX_POINTS
     ) -> Iterator[Motion]:  # fmt: skip
         """Yield a motion and those that follow it, upwards first or downwards, until they leave a range.
 
@@ -179,7 +171,7 @@ class Follower(ABC):
         up_or_down = np.sign(motion.tangent[-1] * (1 if up else -1) or 1.0)
         yield from self.onwards(replace(motion, tangent=up_or_down * motion.tangent), low, high, most)
 
-    def onwards(self, motion: Motion, low: float, high: float, most: int = MOST_POINTS) -> Iterator[Motion]:
+    def onwards(self, motion: Motion, low: float, high: float, most: int = MAX_POINTS) -> Iterator[Motion]:
         """Yield a motion and those that follow it along its tangent, until they leave a range.
 
         Raises

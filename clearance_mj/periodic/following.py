@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
+from tqdm import tqdm
 
 from ..core.errors import ClearanceError
 from .branch import Branch, SpecialPoint
@@ -15,11 +16,10 @@ from .vibrations import complex_amplitudes
 
 __all__ = ["expanded", "follow", "place", "resumed"]
 
-SAME_FOLD = 1e-3
-"""of the frequency: how far from a fold its multiplier may pass 1"""
+SAME_FOLD = 1e-3  # relative distance in frequency of a fold from where its multiplier passes 1
 
 
-def follow(solver: Solver, motions: Iterator[Motion], stability: bool) -> Branch:
+def follow(solver: Solver, motions: Iterator[Motion], stability: bool, progress: bool = False) -> Branch:
     """Return the branch of motions that follow each other, with what is special about them.
 
     Raises
@@ -30,7 +30,7 @@ def follow(solver: Solver, motions: Iterator[Motion], stability: bool) -> Branch
     points: list[Located] = []
     ended, recent = "", 0
     try:
-        for motion in motions:
+        for motion in tqdm(motions, desc="branch", unit="point", disable=not progress):
             point = Located(motion, multipliers(solver, motion) if stability else None)
             if not points:
                 points.append(point)
@@ -67,14 +67,14 @@ def resumed(branch: Branch, index: int, times: int = 1) -> tuple[Solver, float, 
     harmonics = times * (branch.acceleration.shape[-1] - 1)
     levels = list(branch.level[index])
     periods = times * branch.periods
-    system = condensed(branch.rig, branch.law, branch.kind, levels, harmonics, branch.modes, periods)
+    system = condensed(branch.model, branch.kind, levels, harmonics, branch.n_modes, periods)
     x = np.concatenate((branch.clearance_displacement[index], branch.end_displacement[index]))
     spread = np.zeros((len(x), 2 * harmonics + 1))
     spread[:, 0] = x[:, 0].real
     spread[:, 2 * times - 1 :: 2 * times], spread[:, 2 * times :: 2 * times] = x[:, 1:].real, -x[:, 1:].imag
     z = system.linear.basis.T @ spread
     omega = 2 * np.pi * branch.frequency[index] / periods
-    return Solver(system, harmonics, times * branch.samples), omega, z, spread - system.linear.basis @ z
+    return Solver(system, harmonics, times * branch.n_samples), omega, z, spread - system.linear.basis @ z
 
 
 def farthest(found: Callable[[int], Branch], samples: Sequence[int]) -> Branch:
@@ -146,10 +146,10 @@ def expanded(solver: Solver, points: list[Located], ended: str) -> Branch:
     )
     known = [point.multipliers for point in points if point.multipliers is not None]
     return Branch(
-        rig, system.law, system.kind, "frequency" if solver.at is None else "level", periods, system.modes,
+        system.model, system.kind, "frequency" if solver.at is None else "level", periods, system.modes,
         solver.samples, frequency, level, acceleration, np.einsum("sm,nmh->nsh", at, modes), x[:, :count],
         x[:, count:], ends, force[:, :count] + own, np.array(known) if known else None, special, ended,
-        tuple(rig.sensor_labels), tuple(rig.probe_labels),
+        tuple(rig.sensor_labels), tuple(rig.clearance_labels),
     )  # fmt: skip
 
 

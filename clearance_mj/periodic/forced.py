@@ -8,8 +8,8 @@ from collections.abc import Callable, Iterator, Sequence
 import numpy as np
 
 from ..beam import MOST_MODES
-from ..clearance.law import Law
 from ..core.errors import ClearanceError, ExcitationError
+from ..model import Model
 from ..rig import Rig
 from .branch import Branch
 from .condensed import condensed
@@ -17,28 +17,25 @@ from .continuation import Motion, Solver
 from .following import farthest, follow
 from .stability import samples_of_period
 
-__all__ = ["excitation_kind", "resolution", "response"]
+__all__ = ["excitation_kind", "follow_response", "resolution"]
 
-MOST_HARMONICS, MOST_SAMPLES = 500, 16384
-HIGHEST = 1e6
-"""Hz: no structure of this size vibrates beyond"""
-SAMPLES = 12
-"""per harmonic: contacts are not smooth"""
-FINER = 4
-"""times as many samples for branches that end early with so many"""
+MAX_HARMONICS, MAX_SAMPLES = 500, 16384
+HIGHEST = 1e6  # Hz; no structure of this size vibrates beyond
+SAMPLES = 12  # of a period for each harmonic: contacts are not smooth
+FINER = 4  # times as many samples where a branch ends early with fewer
 
 
-def response(
-    rig: Rig,
-    law: Law,
-    level: complex | Sequence[complex],
-    frequencies: tuple[float, float],
-    harmonics: int = 21,
-    samples: int | None = None,
+def follow_response(
+    model: Model,
+    amplitude: complex | Sequence[complex],
+    frequency_range: tuple[float, float],
+    n_harmonics: int = 21,
+    n_samples: int | None = None,
     kind: str | None = None,
-    modes: int = 8,
+    n_modes: int = 8,
     stability: bool = True,
     watch: Callable[[float], None] | None = None,
+    progress: bool = False,
 ) -> Branch:
     """Follow the periodic vibration of a rig from one frequency to another, around folds.
 
@@ -48,27 +45,27 @@ def response(
 
     Parameters
     ----------
-    rig : Rig
-        The rig; a small system of matrices is one with a `structure.Matrices`.
-    law : Law
-        What acts in its clearances: a `ConstantLaw` or a `ContactLaw`.
-    level : complex or sequence of complex
+    model : Model
+        Rig, with a shaft or a small system of `structure.Matrices`, and law, a `ConstantLaw` or a `ContactLaw`.
+    amplitude : complex or sequence of complex
         Amplitude of the excitation, m/s² or N, or those of its harmonics from the first on.
-    frequencies : tuple of float
-        From and to, Hz; downwards too.
-    harmonics : int
-        H, of the motion.
-    samples : int, optional
-        Of a period, at least 4 H + 1; None: the power of two from 12 H on, and four times as many if the branch ends
-        early with them.
+    frequency_range : tuple of float
+        First and last frequency, Hz; downwards too.
+    n_harmonics : int
+        Number of harmonics of the motion, H.
+    n_samples : int, optional
+        Number of samples of a period, at least 4 H + 1; None: the power of two from 12 H on, and four times as many
+        where vibrations end early with them.
     kind : str, optional
-        "base" or "force"; None: as the rig's shaker.
-    modes : int
-        Of the Ritz basis, as in the modal engine.
+        Kind of excitation, "base" or "force"; None: that of the rig's shaker.
+    n_modes : int
+        Number of modes in the Ritz basis, as in the modal engine.
     stability : bool
         Find Floquet's multipliers of every point, and locate where the stability changes.
     watch : callable, optional
         Called with the frequency, Hz, of every point that is found; what it raises ends the search.
+    progress : bool
+        Show a progress bar.
 
     Returns
     -------
@@ -90,18 +87,19 @@ def response(
     -----
     M. Krack and J. Gross, Harmonic Balance for Nonlinear Vibration Problems, Springer 2019.
     """
-    levels = _levels(level)
-    start, stop = _frequencies(frequencies)
-    harmonics, counts = resolution(harmonics, samples, len(levels), modes)
-    kind = excitation_kind(rig, kind)
-    system = condensed(rig, law, kind, levels, harmonics, modes)
+    levels = _levels(amplitude)
+    start, stop = _frequencies(frequency_range)
+    harmonics, counts = resolution(n_harmonics, n_samples, len(levels), n_modes)
+    system = condensed(model, excitation_kind(model.rig, kind), levels, harmonics, n_modes)
 
     def found(count: int) -> Branch:
         solver = Solver(system, harmonics, count)
         if stability:
             samples_of_period(solver, 2 * np.pi * min(start, stop))  # refused before a branch is followed there
         motions = solver.branch(2 * np.pi * start, 2 * np.pi * stop)
-        return follow(solver, motions if watch is None else _watched(motions, watch), stability)
+        if watch is not None:
+            motions = _watched(motions, watch)
+        return follow(solver, motions, stability, progress)
 
     return farthest(found, counts)
 
@@ -120,48 +118,48 @@ def excitation_kind(rig: Rig, kind: str | None) -> str:
     return kind
 
 
-def _levels(level: complex | Sequence[complex]) -> list[complex]:
+def _levels(amplitude: complex | Sequence[complex]) -> list[complex]:
     try:
-        levels = [complex(each) for each in np.atleast_1d(np.asarray(level))]
+        levels = [complex(each) for each in np.atleast_1d(np.asarray(amplitude))]
     except (TypeError, ValueError):
-        raise ExcitationError(f"level must be one amplitude or those of several harmonics, got {level!r}") from None
+        raise ExcitationError(f"amplitude must be a number or those of several harmonics, got {amplitude!r}") from None
     if not levels or not np.isfinite(levels).all() or not any(levels):
-        raise ExcitationError(f"level must be finite and not zero, got {level!r}")
+        raise ExcitationError(f"amplitude must be finite and not zero, got {amplitude!r}")
     return levels
 
 
-def _frequencies(frequencies: tuple[float, float]) -> tuple[float, float]:
+def _frequencies(frequency_range: tuple[float, float]) -> tuple[float, float]:
     try:
-        start, stop = map(float, frequencies)
+        start, stop = map(float, frequency_range)
     except (TypeError, ValueError):
-        raise ExcitationError(f"frequencies are a pair (from, to) in Hz, got {frequencies!r}") from None
+        raise ExcitationError(f"frequency_range is a pair (from, to) in Hz, got {frequency_range!r}") from None
     if not (0 < start <= HIGHEST and 0 < stop <= HIGHEST and start != stop):
         raise ExcitationError(
-            f"frequencies must be two different ones > 0 Hz and at most {HIGHEST:g} Hz, got {start:g} and {stop:g}"
+            f"frequency_range must be two different frequencies > 0 Hz and at most {HIGHEST:g} Hz, got {start:g} and "
+            f"{stop:g}"
         )
     return start, stop
 
 
 def resolution(harmonics: int, samples: int | None, excited: int, modes: int) -> tuple[int, tuple[int, ...]]:
     """Return numbers of harmonics and, each for where those before do not do, of samples; after a check."""
-    for name, value in (("harmonics", harmonics), ("samples", samples), ("modes", modes)):
+    for name, value in (("n_harmonics", harmonics), ("n_samples", samples), ("n_modes", modes)):
         whole = isinstance(value, numbers.Integral) and not isinstance(value, bool)
-        if not (whole or (value is None and name == "samples")):
+        if not (whole or (value is None and name == "n_samples")):
             raise ClearanceError(f"{name} must be a whole number, got {value!r}")
     if harmonics < max(excited, 1):
-        raise ClearanceError(f"harmonics must be {max(excited, 1)} or more, as the excitation's are, got {harmonics}")
-    if harmonics > MOST_HARMONICS or (samples or 0) > MOST_SAMPLES:
+        raise ClearanceError(f"n_harmonics must be {max(excited, 1)} or more, as the excitation's are, got {harmonics}")
+    if harmonics > MAX_HARMONICS or (samples or 0) > MAX_SAMPLES:
         raise ClearanceError(
-            f"at most {MOST_HARMONICS} harmonics and {MOST_SAMPLES} samples are computed, got "
-            f" {harmonics} and {samples}"
+            f"at most {MAX_HARMONICS} harmonics and {MAX_SAMPLES} samples are computed, got {harmonics} and {samples}"
         )
     if not 1 <= modes <= MOST_MODES:
-        raise ClearanceError(f"modes must be between 1 and {MOST_MODES}, got {modes}")
+        raise ClearanceError(f"n_modes must be between 1 and {MOST_MODES}, got {modes}")
     if samples is None:
         least = 2 ** int(np.ceil(np.log2(SAMPLES * harmonics)))
         return int(harmonics), (least, FINER * least)
     if samples < 4 * harmonics + 1:
         raise ClearanceError(
-            f"samples must be {4 * harmonics + 1} or more for {harmonics} harmonics (4 H + 1), got {samples}"
+            f"n_samples must be {4 * harmonics + 1} or more for {harmonics} harmonics (4 H + 1), got {samples}"
         )
     return int(harmonics), (int(samples),)

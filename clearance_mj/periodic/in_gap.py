@@ -5,20 +5,16 @@ from __future__ import annotations
 import numpy as np
 from scipy.optimize import brentq
 
-from ._forces import along
 from .condensed import Condensed
 from .continuation import Solver
+from .forces import fill_forces
 
 __all__ = ["driven", "edges", "filled", "linear_in_gap"]
 
-FINER = 8
-"""frequencies looked at for one that is asked for: contact that begins and ends in between"""
-AROUND_POLE = np.linspace(-4.0, 4.0, 33)
-"""half widths of a resonance"""
-LINEAR = 1e-9
-"""of a grease's force on the way through the gap: what is beyond its stiffness and damping of small motions"""
-INNER = 0.9
-"""of the gap: where that is looked for"""
+FINER = 8  # frequencies per one asked for at which contact that begins and ends in between is looked for
+AROUND_POLE = np.linspace(-4.0, 4.0, 33)  # frequencies around a resonance, in its half widths
+LINEAR = 1e-9  # share of a linear grease's force that may be beyond its stiffness and damping of small motions
+INNER = 0.9  # share of the gap over which that is checked
 
 
 def linear_in_gap(solver: Solver) -> bool:
@@ -32,7 +28,7 @@ def linear_in_gap(solver: Solver) -> bool:
     size = np.tile([INNER * (b.gap - abs(b.offset)) for b in system.rig.bushings], 3)[:, None]
     force = np.empty((solver.points, solver.samples))
     basis, rate, project = solver.grid[:3]
-    along(system.laws, size * way, size * speed, omega, basis, rate, project, False, force, solver.slopes)
+    fill_forces(system.laws, size * way, size * speed, omega, basis, rate, project, False, force, solver.slopes)
     known = (system.laws.spring + system.laws.damper * omega) * size[:count, 0]
     return bool(np.all(np.abs(force[:count]) <= LINEAR * np.maximum(known, 1e-300)[:, None]))
 

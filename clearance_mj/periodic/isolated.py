@@ -27,11 +27,10 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
 
-__all__ = ["Isolas", "isolas"]
+__all__ = ["Isolas", "find_isolas"]
 
-MOST_STARTS = 1000
-SAME = 0.02
-"""of the motion: how far it may lie from a branch between two of its points"""
+MAX_STARTS = 1000
+SAME = 0.02  # relative distance of a motion from the straight line between two points of the branch it lies on
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -114,16 +113,16 @@ class Isolas(ArrayData):
         return labelled.dataset("isolas", variables, coordinates, {"known": count})
 
 
-def isolas(
+def find_isolas(
     branch: Branch | Sequence[Branch],
-    starts: int = 16,
+    n_starts: int = 16,
     frequencies: int | Sequence[float] = 9,
     seed: int = 0,
     periods: int = 6,
     longest: int | None = None,
     reach: float | None = None,
     workers: int | None = None,
-    progress: str | None = None,
+    progress: bool = False,
 ) -> Isolas:
     """Find vibrations that lie on no known branch, and follow their branches all around.
 
@@ -136,22 +135,22 @@ def isolas(
     ----------
     branch : Branch or sequence of Branch
         Those known, over frequency, of one rig, law and level; doubled ones too.
-    starts : int
-        At every frequency, at most `MOST_STARTS`.
+    n_starts : int
+        Number of random starts at every frequency, at most 1000.
     frequencies : int or sequence of float
         Hz, or how many, spread evenly over the range of the known branches.
     seed : int
-        Of the random states.
+        Seed of the random states.
     periods : int
-        Of the excitation, after which a motion must repeat at the latest.
+        Periods of the excitation after which a motion must repeat at the latest.
     longest : int, optional
         Periods of the excitation to wait for that; None: until nothing is left of a motion that never touches.
     reach : float, optional
         Largest displacement of the starts at the clearances, m; None: three times that of the known branches.
     workers : int, optional
-        Threads. Default: one for each processor.
-    progress : str, optional
-        Show a progress bar with this name.
+        Number of threads; default: one for each processor.
+    progress : bool
+        Show a progress bar.
 
     Returns
     -------
@@ -168,39 +167,42 @@ def isolas(
         If a march diverges.
     """
     known = (branch,) if isinstance(branch, Branch) else tuple(branch)
-    _check(known, starts, periods, longest, reach)
-    decay = -poles(known[0].rig, known[0].law, known[0].modes).values.real.max()
+    _check(known, n_starts, periods, longest, reach)
+    decay = -poles(known[0].model, known[0].n_modes).values.real.max()
     at = _frequencies(known, frequencies)
     random = np.random.default_rng(seed)
-    groups = [(f, min(LANES, starts - i)) for f in at for i in range(0, starts, LANES)]
+    groups = [(f, min(LANES, n_starts - i)) for f in at for i in range(0, n_starts, LANES)]
     marches = [March(known, f, lanes, random, reach) for f, lanes in groups]
     with ThreadPoolExecutor(workers_to_use(workers)) as pool:
         jobs = pool.map(lambda march: march.settled(periods, longest or march.waits(decay)), marches)
-        settled = list(tqdm(jobs, desc=progress, total=len(marches), unit="march", disable=progress is None))
+        settled = list(tqdm(jobs, desc="random starts", total=len(marches), unit="march", disable=not progress))
     found: list[Branch] = []
     ends = [(frequency, *start) for (frequency, _), group in zip(groups, settled) for start in group]
-    bar = tqdm(ends, desc=progress and f"{progress} (branches)", unit="start", disable=progress is None)
+    bar = tqdm(ends, desc="branches of starts", unit="start", disable=not progress)
     came_to = [_came_to((*known, *found), found, *end) for end in bar]
-    return Isolas(known, tuple(found), at, np.reshape(came_to, (at.size, starts)))
+    return Isolas(known, tuple(found), at, np.reshape(came_to, (at.size, n_starts)))
 
 
 def _check(known: tuple[Branch, ...], starts: int, periods: int, longest: int | None, reach: float | None) -> None:
-    for name, value in (("starts", starts), ("periods", periods), ("longest", 1 if longest is None else longest)):
+    for name, value in (("n_starts", starts), ("periods", periods), ("longest", 1 if longest is None else longest)):
         if not isinstance(value, numbers.Integral) or isinstance(value, bool) or value < 1:
             raise ClearanceError(f"{name} must be a whole number from 1 on, got {value!r}")
-    if starts > MOST_STARTS:
-        raise ClearanceError(f"at most {MOST_STARTS} starts at a frequency, which tell shares to 2 %, got {starts}")
+    if starts > MAX_STARTS:
+        raise ClearanceError(f"at most {MAX_STARTS} starts at a frequency, enough for shares to 2 %, got {starts}")
     if reach is not None and not 0 < reach < np.inf:
         raise ClearanceError(f"reach must be a displacement > 0 m, got {reach!r}")
     if not known:
-        raise ClearanceError("isolas are searched beside known branches; give one, such as that of periodic.response")
+        raise ClearanceError("isolas are searched beside known branches; give one of periodic.follow_response")
     first = known[0]
     for each in known:
         if each.over != "frequency":
-            raise ClearanceError("isolas are searched over frequency; give branches of periodic.response")
-        same = each.rig == first.rig and each.law == first.law and each.kind == first.kind and each.modes == first.modes
-        if not (same and np.array_equal(each.level[0], first.level[0])):
+            raise ClearanceError("isolas are searched over frequency; give branches of periodic.follow_response")
+        if not (_setting(each) == _setting(first) and np.array_equal(each.level[0], first.level[0])):
             raise ClearanceError("known branches must be of one rig, law, level and number of modes")
+
+
+def _setting(branch: Branch) -> tuple[Any, ...]:
+    return branch.model.rig, branch.model.law, branch.kind, branch.n_modes
 
 
 def _frequencies(known: tuple[Branch, ...], frequencies: int | Sequence[float]) -> np.ndarray:
@@ -226,8 +228,8 @@ def _came_to(
     first = branches[0]
     harmonics = periods * (first.acceleration.shape[-1] - 1) // first.periods
     levels = list(first.level[0])
-    system = condensed(first.rig, first.law, first.kind, levels, harmonics, first.modes, periods)
-    solver = Solver(system, harmonics, periods * first.samples // first.periods)
+    system = condensed(first.model, first.kind, levels, harmonics, first.n_modes, periods)
+    solver = Solver(system, harmonics, periods * first.n_samples // first.periods)
     x = motion @ solver.grid.project.T
     z = system.linear.basis.T @ x
     row, scale = np.append(np.zeros(solver.size), 1.0), float(np.linalg.norm(z))

@@ -15,17 +15,15 @@ from typing import NamedTuple
 import numpy as np
 
 from ..core.errors import ClearanceError
-from ._balance import blocks
-from ._forces import along
 from .condensed import Condensed, grid, slopes
 from .continuation import Follower, Motion, NoConvergence
+from .forces import fill_forces
+from .harmonic_balance import blocks
 
 __all__ = ["FreeMotion", "NonlinearMode"]
 
-WITHIN = 0.5
-"""of the way to the nearest wall: where the mode begins, linear but for the grease"""
-STILL = 1e-9
-"""of the largest displacement in a mode: clearances that move less do not move"""
+WITHIN = 0.5  # share of the way to the nearest wall at which a mode begins, linear but for the grease
+STILL = 1e-9  # share of a mode's largest displacement below which a clearance does not move
 
 
 class FreeMotion(NamedTuple):
@@ -128,7 +126,7 @@ class NonlinearMode(Follower):
 
     def _along(self, place: np.ndarray, pace: np.ndarray, omega: float, want: bool, force: np.ndarray) -> None:
         functions = (self.grid.basis, self.grid.rate, self.grid.project)
-        along(self.system.laws, place, omega * pace, omega, *functions, want, force, self.slopes)
+        fill_forces(self.system.laws, place, omega * pace, omega, *functions, want, force, self.slopes)
 
     def _turned_by_a_quarter(self, q: np.ndarray) -> np.ndarray:
         """Harmonics of the derivatives by the angle."""

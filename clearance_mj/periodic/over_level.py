@@ -6,55 +6,54 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from ..clearance.law import Law
 from ..core.errors import ExcitationError
-from ..rig import Rig
+from ..model import Model
 from .branch import Branch
 from .condensed import condensed
 from .continuation import Motion, NoConvergence, Solver
 from .following import farthest, follow
 from .forced import excitation_kind, resolution
 
-__all__ = ["response_over_level"]
+__all__ = ["follow_response_over_level"]
 
 
-def response_over_level(
-    rig: Rig,
-    law: Law,
+def follow_response_over_level(
+    model: Model,
     frequency: float,
-    levels: tuple[float, float],
-    harmonics: int = 21,
-    samples: int | None = None,
+    amplitude_range: tuple[float, float],
+    n_harmonics: int = 21,
+    n_samples: int | None = None,
     kind: str | None = None,
-    modes: int = 8,
+    n_modes: int = 8,
     stability: bool = True,
+    progress: bool = False,
 ) -> Branch:
     """Follow the periodic vibration of a rig at one frequency from one level to another, around folds.
 
-    As `response`, with level and frequency exchanged: folds are the levels at which a rig jumps that is driven louder
-    and louder, or softer again.
+    As `follow_response`, with amplitude and frequency exchanged: folds are the amplitudes at which a rig jumps that is
+    driven louder and louder, or softer again.
 
     Parameters
     ----------
-    rig : Rig
-        The rig.
-    law : Law
-        What acts in its clearances: a `ConstantLaw` or a `ContactLaw`.
+    model : Model
+        Rig, with a shaft or a small system of `structure.Matrices`, and law, a `ConstantLaw` or a `ContactLaw`.
     frequency : float
-        Of the excitation, Hz.
-    levels : tuple of float
-        Amplitudes of the excitation, from and to, m/s² or N; downwards too.
-    harmonics : int
-        Of the motion.
-    samples : int, optional
-        Of a period; None: the power of two from 12 times the harmonics on, and four times as many where vibrations
-        end early with them.
+        Frequency of the excitation, Hz.
+    amplitude_range : tuple of float
+        First and last amplitude of the excitation, m/s² or N; downwards too.
+    n_harmonics : int
+        Number of harmonics of the motion, H.
+    n_samples : int, optional
+        Number of samples of a period, at least 4 H + 1; None: the power of two from 12 H on, and four times as many
+        where vibrations end early with them.
     kind : str, optional
-        "base" or "force"; None: as the rig's shaker.
-    modes : int
-        Of the Ritz basis, as in the modal engine.
+        Kind of excitation, "base" or "force"; None: that of the rig's shaker.
+    n_modes : int
+        Number of modes in the Ritz basis, as in the modal engine.
     stability : bool
         Find Floquet's multipliers of every point, and locate where the stability changes.
+    progress : bool
+        Show a progress bar.
 
     Returns
     -------
@@ -74,19 +73,19 @@ def response_over_level(
         If the rig has no clearance, or in the gap moves without stiffness.
     """
     try:
-        start, stop = map(float, levels)
+        start, stop = map(float, amplitude_range)
     except (TypeError, ValueError):
-        raise ExcitationError(f"levels are a pair (from, to), got {levels!r}") from None
+        raise ExcitationError(f"amplitude_range is a pair (from, to), got {amplitude_range!r}") from None
     if not (0 < start < np.inf and 0 < stop < np.inf and start != stop):
-        raise ExcitationError(f"levels must be two different ones > 0, got {start:g} and {stop:g}")
+        raise ExcitationError(f"amplitude_range must be two different amplitudes > 0, got {start:g} and {stop:g}")
     if not 0 < frequency < np.inf:
         raise ExcitationError(f"frequency must be > 0 Hz, got {frequency!r}")
-    harmonics, counts = resolution(harmonics, samples, 1, modes)
-    system = condensed(rig, law, excitation_kind(rig, kind), [start], harmonics, modes)
+    harmonics, counts = resolution(n_harmonics, n_samples, 1, n_modes)
+    system = condensed(model, excitation_kind(model.rig, kind), [start], harmonics, n_modes)
 
     def found(count: int) -> Branch:
         solver = Solver(system, harmonics, count)
-        return follow(solver, _louder(solver, 2 * np.pi * frequency, stop / start), stability)
+        return follow(solver, _louder(solver, 2 * np.pi * frequency, stop / start), stability, progress)
 
     return farthest(found, counts)
 

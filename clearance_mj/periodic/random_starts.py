@@ -13,14 +13,11 @@ from .branch import Branch
 
 __all__ = ["LANES", "PERIODIC", "March"]
 
-LANES = 8
-"""starts that are marched side by side"""
-REACH = 3.0
-"""times the largest motion of the known branches: where starts begin at most"""
-PERIODIC = 1e-5
-"""of the state: how nearly it must come again"""
-DECAYED, FEWEST, MOST = 20.0, 200, 20000
-"""powers of e of a decay that leaves nothing; periods that a march waits for it at least and at most"""
+LANES = 8  # starts that are marched side by side
+REACH = 3.0  # largest displacement of a start, over the largest motion of the known branches
+PERIODIC = 1e-5  # relative difference of two states that are one
+DECAYED = 20.0  # powers of e by which a motion that never touches decays until nothing is left
+MIN_PERIODS, MAX_PERIODS = 200, 20000  # that a march waits for it
 
 
 class March:
@@ -30,21 +27,21 @@ class March:
         self, known: tuple[Branch, ...], frequency: float, lanes: int, random: np.random.Generator, reach: float | None
     ):
         first, self.lanes = known[0], lanes
-        self.samples, self.omega = first.samples // first.periods, 2 * np.pi * frequency
-        engine, period = Modal(modes=first.modes), 1 / frequency
-        self.steps = math.ceil(period / self.samples / engine.largest_step(first.rig, first.law))
+        self.samples, self.omega = first.n_samples // first.periods, 2 * np.pi * frequency
+        engine, period = Modal(modes=first.n_modes), 1 / frequency
+        self.steps = math.ceil(period / self.samples / engine.largest_step(first.model.rig, first.model.law))
         self.step = period / self.samples / self.steps
-        run = cast(ModalRun, engine.start(first.rig, first.law, first.kind, self.step))
-        others = [engine.start(first.rig, first.law, first.kind, self.step) for _ in range(LANES - 1)]
+        run = cast(ModalRun, engine.start(first.model.rig, first.model.law, first.kind, self.step))
+        others = [engine.start(first.model.rig, first.model.law, first.kind, self.step) for _ in range(LANES - 1)]
         self.together = SideBySide([run, *(cast(ModalRun, other) for other in others)])
         self.at_points = run.shaft.at_points
-        self.modes = ritz_model(first.rig, first.modes).omega
+        self.modes = ritz_model(first.model.rig, first.n_modes).omega
         angle = 2 * np.pi * np.arange(self.samples * self.steps) / (self.samples * self.steps)
         turning = np.exp(1j * np.outer(np.arange(1, first.level.shape[1] + 1), angle))
         self.excitation = (first.level[0] @ turning).real
         if reach is None:
             most = max(each.amplitude("clearance_displacement").max() for each in known)
-            reach = REACH * max(most, min(b.gap - abs(b.offset) for b in first.rig.bushings))
+            reach = REACH * max(most, min(b.gap - abs(b.offset) for b in first.model.rig.bushings))
         self._begin(random, reach)
 
     def _begin(self, random: np.random.Generator, reach: float) -> None:
@@ -59,7 +56,7 @@ class March:
 
     def waits(self, decay: float) -> int:
         """Return how many periods of the excitation a motion takes to vanish that decays at a rate, 1/s."""
-        return int(np.clip(DECAYED * self.omega / (2 * np.pi * max(decay, 1e-12)), FEWEST, MOST))
+        return int(np.clip(DECAYED * self.omega / (2 * np.pi * max(decay, 1e-12)), MIN_PERIODS, MAX_PERIODS))
 
     def settled(self, periods: int, longest: int) -> list[tuple[int, np.ndarray]]:
         """Return of each start after how many periods its motion repeats, 0 for none, and that motion at the points.

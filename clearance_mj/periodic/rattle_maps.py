@@ -9,38 +9,27 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..clearance.law import Law
 from ..core.errors import ClearanceError, ExcitationError, RigError
 from ..core.tasks import run_tasks, workers_to_use
+from ..model import Model
 from ..rig import Rig
 from ..signals import labelled
 from ..signals.arrays import ArrayData, read_only
-from ._forces import along
-from .arcs import Vibrations, curve
 from .condensed import condensed
-from .continuation import Motion, Solver
-from .following import expanded
+from .continuation import Solver
 from .forced import excitation_kind, resolution
 from .in_gap import filled, linear_in_gap
-from .stability import Located
+from .map_rows import QUANTITIES, Case, row_of
 
 if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
 
-__all__ = ["Jump", "RattleMap", "rattle_map"]
+__all__ = ["Jump", "RattleMap", "map_rattle"]
 
-QUANTITIES = {
-    "contact_share": ("clearance", "1"), "penetration": ("clearance", "m"), "contact_force": ("clearance", "N"),
-    "displacement": ("clearance", "m"), "acceleration": ("response", "m s-2"),
-}  # fmt: skip
 SWEEPS = ("up", "down")
-SMALLEST = 1e-9
-"""m, of a gap: surfaces are rougher"""
-LARGEST = 1e12
-"""level or frequency: figures cannot show larger ones"""
-TOLERANCE = 1e-6
-"""of the motion: what the balance may leave"""
+SMALLEST = 1e-9  # m, of a gap: surfaces are rougher
+LARGEST = 1e12  # level or frequency: figures cannot show larger ones
 
 
 class Jump(NamedTuple):
@@ -63,10 +52,8 @@ class RattleMap(ArrayData):
     Arrays of a sweep begin with its direction, up and down in frequency; nan where no vibration was found.
     """
 
-    rig: Rig
-    """the rig"""
-    law: Law
-    """what acts in its clearances"""
+    model: Model
+    """rig and law of its clearances"""
     kind: str
     """ "base" or "force": what the excitation is"""
     gap: np.ndarray
@@ -96,7 +83,7 @@ class RattleMap(ArrayData):
     responses: tuple[str, ...]
     """degree of freedom of each sensor, such as "3:+Z" """
     clearances: tuple[str, ...]
-    """and of each clearance"""
+    """name of each clearance, `Rig.clearance_labels`"""
 
     def __post_init__(self) -> None:
         for name in ("gap", "level", "frequency", "first_contact", *QUANTITIES):
@@ -206,18 +193,17 @@ class RattleMap(ArrayData):
         return labelled.dataset("rattle map", variables, coordinates, attributes)
 
 
-def rattle_map(
-    rig: Rig,
-    law: Law,
-    levels: ArrayLike,
+def map_rattle(
+    model: Model,
+    amplitudes: ArrayLike,
     frequencies: ArrayLike,
     gaps: Sequence[float | Sequence[float]] | None = None,
     kind: str | None = None,
-    harmonics: int = 21,
-    samples: int | None = None,
-    modes: int = 8,
+    n_harmonics: int = 21,
+    n_samples: int | None = None,
+    n_modes: int = 8,
     workers: int | None = None,
-    progress: bool = True,
+    progress: bool = False,
 ) -> RattleMap:
     """Find where a rig rattles and jumps, over level and frequency of a harmonic excitation, for several gaps.
 
@@ -226,27 +212,25 @@ def rattle_map(
 
     Parameters
     ----------
-    rig : Rig
-        The rig.
-    law : Law
-        What acts in its clearances: a `ConstantLaw` or a `ContactLaw`.
-    levels : array_like
+    model : Model
+        Rig, with a shaft or a small system of `structure.Matrices`, and law, a `ConstantLaw` or a `ContactLaw`.
+    amplitudes : array_like
         (n_levels,) amplitudes of the excitation, m/s² or N, increasing.
     frequencies : array_like
         (n_frequencies,) Hz, increasing.
     gaps : sequence, optional
         Gaps to compare, m: each one number for all bushings, or one for each; None: the rig's.
     kind : str, optional
-        "base" or "force"; None: as the rig's shaker.
-    harmonics : int
-        Of the motion.
-    samples : int, optional
-        Of a period; None: the power of two from 12 times the harmonics on, and four times as many where vibrations
-        end early with them.
-    modes : int
-        Of the Ritz basis, as in the modal engine.
+        Kind of excitation, "base" or "force"; None: that of the rig's shaker.
+    n_harmonics : int
+        Number of harmonics of the motion, H.
+    n_samples : int, optional
+        Number of samples of a period, at least 4 H + 1; None: the power of two from 12 H on, and four times as many
+        where vibrations end early with them.
+    n_modes : int
+        Number of modes in the Ritz basis, as in the modal engine.
     workers : int, optional
-        Processes on this machine; default: one for each core. 1: none beside this one.
+        Number of processes on this machine; default: one for each core. 1: none beside this one.
     progress : bool
         Show a progress bar with the time left.
 
@@ -270,47 +254,59 @@ def rattle_map(
     -----
     Processes start by importing the calling script: start a map below ``if __name__ == "__main__"``.
     """
-    levels, frequencies = _increasing(levels, "levels", 1), _increasing(frequencies, "frequencies", 2)
-    harmonics, counts = resolution(harmonics, samples, 1, modes)
-    kind = excitation_kind(rig, kind)
+    levels, frequencies = _increasing(amplitudes, "amplitudes", 1), _increasing(frequencies, "frequencies", 2)
+    harmonics, counts = resolution(n_harmonics, n_samples, 1, n_modes)
+    rig, kind = model.rig, excitation_kind(model.rig, kind)
     workers = workers_to_use(workers)
-    rigs = [rig] if gaps is None else [_with_gaps(rig, gap) for gap in gaps]
-    if not rigs:
+    models = [Model(each, model.law) for each in ([rig] if gaps is None else [_with_gaps(rig, gap) for gap in gaps])]
+    if not models:
         raise ClearanceError("gaps is empty: give at least one")
-    for each in rigs:
-        condensed(each, law, kind, [1.0], harmonics, modes)  # refuses what cannot be
+    for each in models:
+        condensed(each, kind, [1.0], harmonics, n_modes)  # refuses what cannot be
     cases = [
-        _Case(i, j, each, law, kind, float(level), frequencies.tobytes(), harmonics, counts, modes)
-        for i, each in enumerate(rigs)
+        Case(i, j, each, kind, float(level), frequencies.tobytes(), harmonics, counts, n_modes)
+        for i, each in enumerate(models)
         for j, level in enumerate(levels)
     ]
-    shape = (2, len(rigs), levels.size, frequencies.size)
+    shape = (2, len(models), levels.size, frequencies.size)
     widths = {"response": len(rig.sensors), "clearance": len(rig.bushings)}
     arrays = {name: np.full((*shape, widths[row]), np.nan) for name, (row, _) in QUANTITIES.items()}
     vibrations = np.zeros(shape[1:], dtype=int)
     jumps, ended = [], []
     alone = workers == 1 or len(cases) == 1
     words = "rattle map" if progress else ""
-    for case, row in run_tasks(_row, cases, 1 if alone else workers, processes=not alone, progress=words):
+    for case, row in run_tasks(row_of, cases, 1 if alone else workers, processes=not alone, progress=words):
         vibrations[case.gap, case.row] = row.vibrations
         for name, values in row.arrays.items():
             arrays[name][:, case.gap, case.row] = values
         jumps += [Jump(case.gap, case.level, *jump) for jump in row.jumps]
         ended += [(case.gap, case.level, frequency) for frequency in row.ended]
-    gap = np.array([[bushing.gap for bushing in each.bushings] for each in rigs])
+    gap = np.array([[bushing.gap for bushing in each.rig.bushings] for each in models])
     unit = "m/s²" if kind == "base" else "N"
     words_of = [
         f"gap {', '.join(f'{1e3 * d:g}' for d in np.unique(gap[i]))} mm, level {level:g} {unit}: no further periodic "
         f"vibration was found beyond {frequency:.6g} Hz"
         for i, level, frequency in sorted(ended)
     ]
-    first = np.array([_first_contact(each, law, kind, levels, frequencies, harmonics, counts[0], modes,
-                                     arrays["contact_share"][0, i]) for i, each in enumerate(rigs)])  # fmt: skip
+    first = np.array([_first_contact(each, kind, levels, frequencies, harmonics, counts[0], n_modes,
+                                     arrays["contact_share"][0, i]) for i, each in enumerate(models)])  # fmt: skip
     return RattleMap(
-        rig, law, kind, gap, levels, frequencies, vibrations, **arrays, first_contact=first,
+        model, kind, gap, levels, frequencies, vibrations, **arrays, first_contact=first,
         jumps=tuple(sorted(jumps)), ended=tuple(words_of), responses=tuple(rig.sensor_labels),
-        clearances=tuple(rig.probe_labels),
+        clearances=tuple(rig.clearance_labels),
     )  # fmt: skip
+
+
+def _first_contact(
+    model: Model, kind: str, levels: np.ndarray, frequencies: np.ndarray, harmonics: int, samples: int,
+    modes: int, share: np.ndarray,
+) -> np.ndarray:  # fmt: skip
+    """Level (n_frequencies,) of first contact: in closed form, or the lowest of the map that touches."""
+    system = condensed(model, kind, [1.0], harmonics, modes)
+    if linear_in_gap(Solver(system, harmonics, samples)):
+        return 1 / filled(system, 2 * np.pi * frequencies)
+    touched = np.any(share > 0, axis=-1)
+    return np.where(touched.any(axis=0), levels[touched.argmax(axis=0)], np.nan)
 
 
 def _increasing(values: ArrayLike, name: str, least: int) -> np.ndarray:
@@ -331,97 +327,3 @@ def _with_gaps(rig: Rig, gap: float | Sequence[float]) -> Rig:
         raise RigError(f"each of gaps must be at least {SMALLEST:g} m, got {gap!r}")
     new = np.broadcast_to(wanted, len(rig.bushings))
     return rig.replace(bushings=tuple(replace(b, gap=float(d)) for b, d in zip(rig.bushings, new)))
-
-
-class _Case(NamedTuple):
-    """One level of one gap."""
-
-    gap: int
-    row: int
-    rig: Rig
-    law: Law
-    kind: str
-    level: float
-    frequencies: bytes
-    harmonics: int
-    samples: tuple[int, ...]
-    modes: int
-
-
-class _Row(NamedTuple):
-    """What is found there."""
-
-    vibrations: np.ndarray
-    arrays: dict[str, np.ndarray]  # (2, n_frequencies, ...)
-    jumps: list[tuple[float, str]]
-    ended: list[float]
-
-
-def _row(case: _Case) -> _Row:
-    frequency = np.frombuffer(case.frequencies)
-    system = condensed(case.rig, case.law, case.kind, [case.level], case.harmonics, case.modes)
-    tried = []
-    for count in case.samples:
-        solver = Solver(system, case.harmonics, count)
-        solver.tolerance = TOLERANCE
-        tried.append((solver, curve(solver, 2 * np.pi * frequency)))
-        if not tried[-1][1].ended:
-            break
-    solver, found = max(tried, key=lambda each: (not each[1].ended, np.unique(each[1].order.cell).size))
-    cells = np.concatenate((found.order.cell, found.beside.cell))
-    vibrations = np.bincount(cells, minlength=frequency.size)
-    known, first = np.unique(found.order.cell, return_index=True)
-    last = found.order.cell.size - 1 - np.unique(found.order.cell[::-1], return_index=True)[1]
-    chosen, where = np.unique(np.concatenate((first, last)), return_inverse=True)
-    of_chosen = _measured(solver, 2 * np.pi * frequency, found.order[chosen])
-    arrays = {}
-    for name, values in of_chosen.items():
-        arrays[name] = np.full((2, frequency.size, values.shape[1]), np.nan)
-        arrays[name][:, known] = values[where].reshape(2, known.size, values.shape[1])
-    jumps = [(float(w / (2 * np.pi)), "up" if up else "down") for w, up in found.folds]
-    return _Row(vibrations, arrays, jumps, [w / (2 * np.pi) for w in found.ended])
-
-
-def _measured(solver: Solver, omega: np.ndarray, vibrations: Vibrations) -> dict[str, np.ndarray]:
-    """What `QUANTITIES` names, (m, n_bushings or n_sensors)."""
-    system, count = solver.system, len(solver.system.rig.bushings)
-    x = np.einsum("pr,nrk->npk", system.linear.basis, vibrations.z) + vibrations.y
-    place = x @ solver.grid.basis.T
-    lower, upper = np.repeat([bushing.walls for bushing in system.rig.bushings], 2, axis=0).T[:, :, None]
-    depth = np.maximum(np.maximum(place[:, count:] - upper, lower - place[:, count:]), 0.0)
-    depth = depth.reshape(len(depth), count, 2, place.shape[2]).max(axis=2)
-    force, most = np.zeros_like(x), np.zeros((len(x), count))
-    basis, rate, project = solver.grid[:3]
-    samples = np.empty(place.shape[1:])
-    nonlinear = not linear_in_gap(solver)
-    for i, cell in enumerate(vibrations.cell):
-        if nonlinear or depth[i].any():
-            speed = omega[cell] * (x[i] @ rate.T)
-            along(system.laws, place[i], speed, omega[cell], basis, rate, project, False, samples, solver.slopes)
-            force[i] = samples @ project.T
-            most[i] = np.abs(samples[count:].reshape(count, 2, -1).sum(axis=1)).max(axis=1)
-    still = np.zeros(0)
-    points = [
-        Located(Motion(float(omega[c]), z, y, f, still, 0.0), None)
-        for c, z, y, f in zip(vibrations.cell, vibrations.z, vibrations.y, force)
-    ]
-    if not points:
-        widths = {"response": len(system.rig.sensors), "clearance": count}
-        return {name: np.zeros((0, widths[row])) for name, (row, _) in QUANTITIES.items()}
-    branch = expanded(solver, points, "")
-    return {
-        "contact_share": np.mean(depth > 0, axis=-1), "penetration": depth.max(axis=-1), "contact_force": most,
-        "displacement": branch.amplitude("clearance_displacement"), "acceleration": branch.amplitude("acceleration"),
-    }  # fmt: skip
-
-
-def _first_contact(
-    rig: Rig, law: Law, kind: str, levels: np.ndarray, frequencies: np.ndarray, harmonics: int, samples: int,
-    modes: int, share: np.ndarray,
-) -> np.ndarray:  # fmt: skip
-    """Level (n_frequencies,) of first contact: in closed form, or the lowest of the map that touches."""
-    system = condensed(rig, law, kind, [1.0], harmonics, modes)
-    if linear_in_gap(Solver(system, harmonics, samples)):
-        return 1 / filled(system, 2 * np.pi * frequencies)
-    touched = np.any(share > 0, axis=-1)
-    return np.where(touched.any(axis=0), levels[touched.argmax(axis=0)], np.nan)

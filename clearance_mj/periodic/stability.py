@@ -13,10 +13,10 @@ import numpy as np
 from scipy.optimize import minimize_scalar
 
 from ..core.errors import ExcitationError
-from ._floquet import monodromy
-from ._forces import along
 from .condensed import grid, slopes
 from .continuation import Motion, Solver, difference
+from .floquet import monodromy
+from .forces import fill_forces
 
 __all__ = [
     "BRANCH_POINT", "FOLD", "NEIMARK_SACKER", "PERIOD_DOUBLING", "Located", "changes", "multipliers",
@@ -25,27 +25,22 @@ __all__ = [
 
 FOLD, PERIOD_DOUBLING = "fold", "period doubling"
 NEIMARK_SACKER, BRANCH_POINT = "Neimark-Sacker", "branch point"
-ROUNDING = 1e-5
-"""of 1: multipliers that do not leave the unit circle, such as those of springs whose sliders stand still"""
-TURN = 0.5
-"""rad by which the stiffest contact may turn from sample to sample"""
-FEWEST = 256
-"""samples of a period"""
-MOST = 2**20
-"""samples of a period: some tenths of a second for one motion, and 40 MB for each of its histories"""
-EXACT = 1e-6
-"""of the frequency: how closely special points are located"""
+ROUNDING = 1e-5  # beyond 1: multipliers on the unit circle, such as those of springs whose sliders stand still
+TURN = 0.5  # rad by which the stiffest contact may turn from sample to sample
+MIN_SAMPLES = 256  # of a period
+MAX_SAMPLES = 2**20  # of a period: some tenths of a second for one motion, and 40 MB for each of its histories
+EXACT = 1e-6  # relative error in frequency of special points
 HALVINGS = 40
 
 
 def samples_of_period(solver: Solver, omega: float) -> int:
     """Return by how many samples contacts are followed over a period; an ExcitationError says if it is too long."""
     stiffest = math.sqrt(solver.system.stiffest)
-    finer = max(1.0, 2 * np.pi / (omega * solver.samples) * stiffest / TURN, FEWEST / solver.samples)
-    if not finer * solver.samples <= MOST:
+    finer = max(1.0, 2 * np.pi / (omega * solver.samples) * stiffest / TURN, MIN_SAMPLES / solver.samples)
+    if not finer * solver.samples <= MAX_SAMPLES:
         raise ExcitationError(
             f"{omega / (2 * np.pi):g} Hz is too slow beside the stiffest contact at {stiffest:g} rad/s; "
-            f"give frequencies from {stiffest / (TURN * MOST):.2g} Hz on"
+            f"give frequencies from {stiffest / (TURN * MAX_SAMPLES):.2g} Hz on"
         )
     return int(solver.samples * 2 ** math.ceil(math.log2(finer)))
 
@@ -62,7 +57,7 @@ def multipliers(solver: Solver, motion: Motion) -> np.ndarray:
     x = system.linear.basis @ motion.z + motion.y
     place, speed = x @ fine.basis.T, omega * (x @ fine.rate.T)
     force = np.empty_like(place)
-    along(system.laws, place, speed, omega, fine.basis, fine.rate, fine.project, True, force, room)
+    fill_forces(system.laws, place, speed, omega, fine.basis, fine.rate, fine.project, True, force, room)
     step = 2 * np.pi / (omega * samples)
     points = np.ascontiguousarray(system.poles.model.at_points)
     found = np.linalg.eigvals(monodromy(system.poles.flow(step), points, step, system.laws.memory, room))

@@ -14,21 +14,18 @@ from .continuation import CameBack, Motion, Solver
 from .following import follow, place, resumed
 from .stability import BRANCH_POINT, PERIOD_DOUBLING
 
-__all__ = ["doubled", "until_halved"]
+__all__ = ["follow_doubled", "until_halved"]
 
 AWAY = (1e-2, 3e-3, 3e-2, 1e-1)
-"""of the motion: how much the doubled one has of what changes its sign from period to period, where it begins"""
-NEAR = 0.02
-"""of the frequency, by which it may lie beside the doubling"""
-FALLEN, RESTARTS = 1e-2, 4
-"""share of what changes its sign that a step leaves if it falls onto the undoubled vibration; how often it may"""
-HALVED = 5e-3
-"""of the motion: how little of what changes its sign is nothing, after there was twice as much"""
-SAME_POINT = 1e-3
-"""of the frequency: how far from its ends a doubled branch's multiplier may pass 1, but for rounding of both"""
+"""Shares of the doubled motion that change their sign from period to period, with which it is begun in this order."""
+MAX_SHIFT = 0.02  # relative distance in frequency of the first doubled motion from the doubling
+FALLEN = 1e-2  # ratio of the sign-changing part after a step to that before it, of a step onto the undoubled vibration
+RESTARTS = 4  # after such steps
+HALVED = 5e-3  # share of the sign-changing part that counts as none, after there was twice as much
+SAME_POINT = 1e-3  # relative distance in frequency of a doubled branch's end from where its multiplier passes 1
 
 
-def doubled(branch: Branch, point: SpecialPoint, stability: bool = True) -> Branch:
+def follow_doubled(branch: Branch, point: SpecialPoint, stability: bool = True, progress: bool = False) -> Branch:
     """Leave a branch at a period doubling and follow the vibration that takes two of its periods.
 
     It differs from the branch's own by a motion that changes its sign from period to period, and grows from nothing.
@@ -44,6 +41,8 @@ def doubled(branch: Branch, point: SpecialPoint, stability: bool = True) -> Bran
         One of ``branch.special``, of kind "period doubling".
     stability : bool
         Find Floquet's multipliers of every point, and locate where the stability changes.
+    progress : bool
+        Show a progress bar.
 
     Returns
     -------
@@ -79,7 +78,7 @@ def doubled(branch: Branch, point: SpecialPoint, stability: bool = True) -> Bran
             "with more harmonics"
         )
     motions = until_halved(solver, motion, values.min(), values.max())
-    return _without_ends(follow(solver, motions, stability))
+    return _without_ends(follow(solver, motions, stability, progress))
 
 
 def _beside(solver: Solver, branch: Branch, index: int, values: np.ndarray) -> Motion | None:
@@ -96,7 +95,7 @@ def _beside(solver: Solver, branch: Branch, index: int, values: np.ndarray) -> M
         scale = float(np.linalg.norm(z))
         for away in AWAY:
             found = solver.solve(value, z + away * scale * row[:-1].reshape(shape), y, row, scale)
-            if found is not None and abs(found.omega / value - 1) < NEAR:
+            if found is not None and abs(found.omega / value - 1) < MAX_SHIFT:
                 return found
     return None
 
@@ -114,7 +113,7 @@ def _doublings(
         _, _, z, y = resumed(branch, i, 2)
         return float(values[i]), z, y
 
-    near = [i for i in range(len(values)) if abs(values[i] / values[index] - 1) < NEAR]
+    near = [i for i in range(len(values)) if abs(values[i] / values[index] - 1) < MAX_SHIFT]
     known = {i: np.linalg.slogdet(derivative(*state(i))) for i in near}
     crossings = [i for i in near if i + 1 in known and known[i].sign != known[i + 1].sign]
     for i in sorted(crossings, key=lambda each: abs(each + 0.5 - index)):
@@ -184,7 +183,7 @@ def _last(solver: Solver, before: Motion, after: Motion) -> Motion:
     for away in AWAY:
         if away * scale < there:
             found = solver.solve(omega, z * ~changing + away * scale * row[:-1].reshape(z.shape), after.y, row, scale)
-            if found is not None and abs(found.omega / omega - 1) < NEAR:
+            if found is not None and abs(found.omega / omega - 1) < MAX_SHIFT:
                 return replace(found, tangent=-found.tangent)
     return before
 

@@ -24,9 +24,8 @@ __all__ = [
     "unit",
 ]
 
-NEAR = 3
-"""points beside a fold of which one is stable if a vibration ends there: stability changes where it does but for
-rounding"""
+BESIDE_FOLD = 3
+"""Points on either side of a fold, one of which is stable if a vibration ends there: rounding may shift the change."""
 
 
 @dataclass(frozen=True)
@@ -51,7 +50,7 @@ def unit(found: Branch | RattleMap) -> str:
 
 
 def stable_points(branch: Branch) -> np.ndarray:
-    """(n,) whether a point is stable: by Floquet's multipliers, or, without them, as far as folds tell.
+    """(n,) whether a point is stable: by Floquet's multipliers or, without them, by counting folds.
 
     At a fold one multiplier passes 1, so that every second part of a branch that begins stable is not.
     """
@@ -74,7 +73,10 @@ def jumps(branch: Branch) -> list[JumpAtFold]:
     amplitude = branch.amplitude("clearance_displacement")
     folds = [point.index for point in branch.special if point.kind == "fold"]
     for last, i, following in zip([-1, *folds], folds, [*folds[1:], x.size]):
-        before, after = slice(max(last + 1, i - NEAR), i), slice(i + 1, min(following, i + 1 + NEAR))
+        before, after = (
+            slice(max(last + 1, i - BESIDE_FOLD), i),
+            slice(i + 1, min(following, i + 1 + BESIDE_FOLD)),
+        )
         if not (stable[before].any() or stable[after].any()):
             continue
         j = int(np.argmax(amplitude[i]))
@@ -105,8 +107,8 @@ def of_branch(branch: Branch) -> dict[str, Any]:
         "kind": branch.kind,
         "periods": int(branch.periods),
         "harmonics": branch.acceleration.shape[-1] - 1,
-        "samples": int(branch.samples),
-        "modes": int(branch.modes),
+        "samples": int(branch.n_samples),
+        "modes": int(branch.n_modes),
         "level": float(abs(branch.level[0, 0])) if branch.over == "frequency" else None,
         "frequency": float(branch.frequency[0]) if branch.over == "level" else None,
         "from": float(x[0]),

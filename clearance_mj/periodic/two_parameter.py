@@ -1,4 +1,4 @@
-"""Curves over two parameters: folds over frequency and level or gap, first contact over frequency and level.
+"""Curves over two parameters: folds over frequency and level or gap.
 
 A fold is where the derivative J of the balance by the motion is singular. A bordered system [J b; cᵀ 0] [v; g] = [0; 1]
 has g = 0 there and nowhere else nearby (minimally augmented system: W. J. F. Govaerts, Numerical Methods for
@@ -9,52 +9,41 @@ fail: there the fold is located anew at the next level or gap, as the extreme of
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import itertools
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike
 from scipy.optimize import minimize_scalar
+from tqdm import tqdm
 
-from ..clearance.law import Law
-from ..core.errors import ClearanceError, ExcitationError
-from ..rig import Rig
+from ..core.errors import ClearanceError
 from ..signals import labelled
 from ..signals.arrays import ArrayData, read_only
-from ._balance import balance
 from .branch import Branch, SpecialPoint
-from .condensed import Condensed, condensed, laws_of
+from .condensed import Condensed, laws_of
 from .continuation import Motion, NoConvergence, Solver
 from .following import resumed
-from .forced import excitation_kind, resolution
-from .in_gap import filled, linear_in_gap
+from .harmonic_balance import balance
 from .stability import FOLD
 
 if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
 
-__all__ = ["Curve", "first_contact", "fold_curve"]
+__all__ = ["Curve", "follow_folds"]
 
-TOLERANCE = 1e-8
-"""of the motion, and of g"""
-ITERATIONS = 12
-DAMPED = 1 / 16
-DIFFERENCE = 1e-5
-"""of motion, frequency and level: half of the difference quotients' step"""
-LONGEST, SHORTEST = 0.05, 1e-6
-"""of a step, as a share of motion, frequency and level"""
-SHARPEST = 0.8
-"""cosine of the largest angle between two steps"""
-COARSEST = 2e-4
-"""step below which the fold is located anew"""
-APART = (0.02, 0.005, 0.001)
-"""of level or gap: steps to where"""
-REACH = (0.01, 0.03, 0.1)
-"""of the motion: how far from the guess"""
-MOST_POINTS = 2000
-BISECTIONS = 60
+TOLERANCE = 1e-8  # of Newton's method, on the balance over the size of the motion and on g
+ITERATIONS = 12  # of Newton's method
+DAMPED = 1 / 16  # share of a Newton step below which it is given up
+DIFFERENCE = 1e-5  # half of the step of difference quotients, over motion, frequency or level
+LONGEST, SHORTEST = 0.05, 1e-6  # steps, as a share of motion, frequency and level
+SHARPEST = 0.8  # cosine of the largest angle between two tangents
+COARSEST = 2e-4  # step below which the fold is located anew
+APART = (0.02, 0.005, 0.001)  # relative steps of level or gap to where it is located anew
+REACH = (0.01, 0.03, 0.1)  # relative distances from the guess within which the extreme is looked for
+MAX_POINTS = 2000
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -144,7 +133,7 @@ class _Folds:
             return system._replace(linear=system.linear._replace(excitation=share * system.linear.excitation))
         rig = system.rig
         scaled = rig.replace(bushings=tuple(replace(b, gap=share * b.gap) for b in rig.bushings))
-        return system._replace(laws=laws_of(scaled, system.law))
+        return system._replace(laws=laws_of(scaled, system.model.law))
 
     def begin(self, at: _State) -> None:
         """Border the derivative with its own singular vectors."""
@@ -185,28 +174,28 @@ class _Folds:
         return np.append(left / scale, g), matrix, y
 
     def solve(self, at: _State, row: np.ndarray, scale: float) -> tuple[_State, np.ndarray] | None:
-        """The fold near a guess on the plane across ``row`` through it, and the direction of the curve."""
+        """The fold near a guess on the plane across ``row`` through it, and the tangent of the curve."""
         left, matrix, y = self.equations(at, scale)
         for _ in range(ITERATIONS):
             now = float(np.linalg.norm(left)) + float(np.linalg.norm(y - at.y)) / scale
             square = np.vstack((matrix, row))
             if now < TOLERANCE:
-                along = np.linalg.solve(square, np.append(np.zeros(left.size), 1.0))
+                tangent = np.linalg.solve(square, np.append(np.zeros(left.size), 1.0))
                 self.b, self.c = self._next
-                return at._replace(y=y), along / np.linalg.norm(along)
+                return at._replace(y=y), tangent / np.linalg.norm(tangent)
             step = np.linalg.solve(square, np.append(-left, 0.0))
             share = 1.0
             while True:
-                trial = _moved(at._replace(y=y), share * step, scale)
-                if trial.omega > 0 and trial.share > 0:
-                    found = self.equations(trial, scale)
-                    then = float(np.linalg.norm(found[0])) + float(np.linalg.norm(found[2] - trial.y)) / scale
+                moved = _moved(at._replace(y=y), share * step, scale)
+                if moved.omega > 0 and moved.share > 0:
+                    found = self.equations(moved, scale)
+                    then = float(np.linalg.norm(found[0])) + float(np.linalg.norm(found[2] - moved.y)) / scale
                     if then < now or then < TOLERANCE:
                         break
                 share /= 2
                 if share < DAMPED:
                     return None
-            at, (left, matrix, y) = trial, found
+            at, (left, matrix, y) = moved, found
         return None
 
 
@@ -215,11 +204,11 @@ def _moved(at: _State, step: np.ndarray, scale: float) -> _State:
     return at._replace(z=z, omega=at.omega * (1 + step[-2]), share=at.share * (1 + step[-1]))
 
 
-def _relocated(folds: _Folds, at: _State, along: np.ndarray, scale: float, low: float, high: float) -> _State | None:
+def _relocated(folds: _Folds, at: _State, tangent: np.ndarray, scale: float, low: float, high: float) -> _State | None:
     """The fold at a level or gap a little further on: the extreme of the frequency across the singular direction."""
-    for apart in APART if along[-1] else ():
-        share = float(np.clip(at.share * (1 + np.sign(along[-1]) * apart), low, high))
-        guess = _moved(at, (share / at.share - 1) / along[-1] * along, scale)._replace(share=share)
+    for apart in APART if tangent[-1] else ():
+        share = float(np.clip(at.share * (1 + np.sign(tangent[-1]) * apart), low, high))
+        guess = _moved(at, (share / at.share - 1) / tangent[-1] * tangent, scale)._replace(share=share)
         if guess.omega > 0 and (found := _extreme(folds, guess, scale)):
             return found
     return None
@@ -253,7 +242,7 @@ def _extreme(folds: _Folds, guess: _State, scale: float) -> _State | None:
     return None
 
 
-def fold_curve(branch: Branch, point: SpecialPoint, to: float, over: str = "level") -> Curve:
+def follow_folds(branch: Branch, point: SpecialPoint, to: float, over: str = "level", progress: bool = False) -> Curve:
     """Follow a fold over level or gap: the curve on which a rig jumps.
 
     It passes cusps, where two folds meet and below which nothing jumps, and goes on with the other fold.
@@ -269,6 +258,8 @@ def fold_curve(branch: Branch, point: SpecialPoint, to: float, over: str = "leve
         it began with.
     over : str
         "level" or "gap"; the gaps of all clearances keep their ratio.
+    progress : bool
+        Show a progress bar.
 
     Returns
     -------
@@ -284,52 +275,73 @@ def fold_curve(branch: Branch, point: SpecialPoint, to: float, over: str = "leve
         raise ClearanceError(f'over must be "level" or "gap", got {over!r}')
     if point not in branch.special or point.kind != FOLD:
         raise ClearanceError("point must be a fold of the branch, one of branch.special")
-    begun = point.level if over == "level" else branch.rig.bushings[0].gap
+    begun = point.level if over == "level" else branch.model.rig.bushings[0].gap
     if not (0 < to < np.inf and to != begun):
         raise ClearanceError(f"to must be > 0 and another {over} than that of the fold, {begun:g}; got {to!r}")
     solver, omega, z, y = resumed(branch, point.index)
-    folds, last = _Folds(solver, over), to / begun
-    at = _State(z, y, omega, 1.0)
-    folds.begin(at)
     found: list[_State] = []
     ended = ""
-    scale = max(float(np.linalg.norm(z)), solver.least)
+    curve = itertools.islice(_fold_after_fold(_Folds(solver, over), _State(z, y, omega, 1.0), to / begun), MAX_POINTS)
+    try:
+        for each in tqdm(curve, desc="folds", unit="point", disable=not progress):
+            found.append(each)
+    except NoConvergence as end:
+        if not found:
+            raise ClearanceError(
+                "the fold is not found again by a bordered system; locate it with more samples"
+            ) from None
+        last = solver.system.periods * found[-1].omega / (2 * np.pi)
+        ended = f"no further fold was found beyond {last:.6g} Hz and {over} {begun * end.args[0]:g}"
+    frequency = solver.system.periods * np.array([each.omega for each in found]) / (2 * np.pi)
+    value = begun * np.array([each.share for each in found])
+    return Curve(FOLD, over, branch.kind, frequency, value, ended)
+
+
+def _fold_after_fold(folds: _Folds, at: _State, last: float) -> Iterator[_State]:
+    """Yield the fold near a guess and those after it, until the share is the last one or 1 again.
+
+    Raises
+    ------
+    NoConvergence
+        With the share beyond which no next fold is found.
+    """
+    solver = folds.solver
+    folds.begin(at)
+    scale = max(float(np.linalg.norm(at.z)), solver.least)
     own = np.append(np.zeros(solver.size + 1), 1.0)
     first = folds.solve(at, own, scale)
     if first is None:
-        raise ClearanceError("the fold is not found again by a bordered system; locate it with more samples")
-    at, along = first
-    along = along * np.sign(along[-1] * (last - 1.0))
-    found.append(at)
+        raise NoConvergence(at.share)
+    at, tangent = first
+    tangent = tangent * np.sign(tangent[-1] * (last - 1.0))
+    yield at
     step = 1e-3
     low, high = min(1.0, last), max(1.0, last)
-    while len(found) < MOST_POINTS:
+    while True:
         border = folds.b, folds.c
-        guess = _moved(at, step * along, scale)
-        turned = along * np.concatenate((np.ones(solver.size), [guess.omega / at.omega, guess.share / at.share]))
+        guess = _moved(at, step * tangent, scale)
+        turned = tangent * np.concatenate((np.ones(solver.size), [guess.omega / at.omega, guess.share / at.share]))
         new = folds.solve(guess, turned, scale) if guess.omega > 0 and guess.share > 0 else None
-        if new is not None and new[1] @ along < 0:
+        if new is not None and new[1] @ tangent < 0:
             new = new[0], -new[1]
-        if new is None or new[1] @ along < SHARPEST:
+        if new is None or new[1] @ tangent < SHARPEST:
             folds.b, folds.c = border
             step /= 2
-            if step < COARSEST and (again := _relocated(folds, at, along, scale, low, high)):
+            if step < COARSEST and (again := _relocated(folds, at, tangent, scale, low, high)):
                 before, at = at, again
-                found.append(at)
+                yield at
+                if at.share in (low, high):
+                    return
                 pace = [at.omega / before.omega - 1, at.share / before.share - 1]
                 way = np.append((at.z - before.z).ravel() / scale, pace)
-                along, step = way / np.linalg.norm(way), 1e-3
+                tangent, step = way / np.linalg.norm(way), 1e-3
                 folds.begin(at)
-                if at.share in (low, high):
-                    break
                 continue
             if step < SHORTEST:
-                last_found = solver.system.periods * at.omega / (2 * np.pi)
-                ended = f"no further fold was found beyond {last_found:.6g} Hz and {over} {begun * at.share:g}"
-                break
+                raise NoConvergence(at.share)
             continue
-        bent = float(np.linalg.norm(new[1] - along))
-        before, (at, along) = at, new
+        bent = float(np.linalg.norm(new[1] - tangent))
+        before, (at, tangent) = at, new
         if not low <= at.share <= high:
             share = ((high if at.share > high else low) - before.share) / (at.share - before.share)
             mixed = _State(
@@ -338,114 +350,8 @@ def fold_curve(branch: Branch, point: SpecialPoint, to: float, over: str = "leve
             )  # fmt: skip
             final = folds.solve(mixed, own, scale)
             if final is not None:
-                found.append(final[0])
-            break
-        found.append(at)
+                yield final[0]
+            return
+        yield at
         scale = max(float(np.linalg.norm(at.z)), solver.least)
         step = min(step * min(max(0.1 / max(bent, 1e-12), 0.3), 2.0), LONGEST)
-    frequency = solver.system.periods * np.array([each.omega for each in found]) / (2 * np.pi)
-    value = begun * np.array([each.share for each in found])
-    return Curve(FOLD, over, branch.kind, frequency, value, ended)
-
-
-def first_contact(
-    rig: Rig,
-    law: Law,
-    frequencies: ArrayLike,
-    kind: str | None = None,
-    harmonics: int = 21,
-    samples: int | None = None,
-    modes: int = 8,
-) -> Curve:
-    """Find the level at which a wall is first touched, over frequency.
-
-    In closed form where greases are linear in the gap; others are followed over the level until a gap is filled.
-
-    Parameters
-    ----------
-    rig : Rig
-        The rig.
-    law : Law
-        What acts in its clearances.
-    frequencies : array_like
-        (n,) Hz.
-    kind : str, optional
-        "base" or "force"; None: as the rig's shaker.
-    harmonics : int
-        Of the motion.
-    samples : int, optional
-        Of a period; None: the power of two from 12 times the harmonics on.
-    modes : int
-        Of the Ritz basis, as in the modal engine.
-
-    Returns
-    -------
-    Curve
-        Its ``over`` is "level"; nan where no vibration fills a gap, ``ended`` says at which frequency first.
-
-    Raises
-    ------
-    ClearanceError
-        For impossible numbers of harmonics, samples or modes.
-    ExcitationError
-        For impossible frequencies, or a rig without a position for a force.
-    LawError
-        For a law over time or amplitude, or one that does not fit the rig.
-    RigError
-        If the rig has no clearance, or in the gap moves without stiffness.
-    """
-    frequency = np.atleast_1d(np.asarray(frequencies, dtype=float))
-    if frequency.ndim != 1 or not frequency.size or not np.all((frequency > 0) & (frequency < np.inf)):
-        raise ExcitationError("frequencies must be numbers > 0 Hz")
-    harmonics, (samples, *_) = resolution(harmonics, samples, 1, modes)
-    kind = excitation_kind(rig, kind)
-    solver = Solver(condensed(rig, law, kind, [1.0], harmonics, modes), harmonics, samples)
-    omega = 2 * np.pi * frequency
-    if linear_in_gap(solver):
-        return Curve("first contact", "level", kind, frequency, 1 / filled(solver.system, omega), "")
-    level = np.full(omega.size, np.nan)
-    ended = ""
-    for i, each in enumerate(omega):
-        try:
-            level[i] = _level_of_contact(solver, float(each))
-        except NoConvergence as failed:
-            where = f"{frequency[i]:.6g} Hz and level {failed.args[0]:g}"
-            ended = ended or f"no further periodic vibration was found beyond {where}"
-    return Curve("first contact", "level", kind, frequency, level, ended)
-
-
-def _level_of_contact(solver: Solver, omega: float) -> float:
-    """The level at which a vibration that grows out of rest fills a gap."""
-    left, moved = solver.over_level(omega)
-    walls = np.repeat(np.abs([bushing.walls for bushing in solver.system.rig.bushings]).min(axis=1), 2)
-
-    def reach(motion: Motion) -> float:
-        return float(np.max(np.abs(solver.ends(motion)) / walls[:, None]))
-
-    row = np.append(np.zeros(solver.size), 1.0)
-    linear = solver.system.linear.basis @ -left + moved
-    count = len(solver.system.rig.bushings)
-    least = 0.1 / float(np.max(np.abs(linear[count:] @ solver.grid.basis.T) / walls[:, None]))
-    scale = max(least * float(np.linalg.norm(left)), solver.least)
-    motion = solver.solve(least, -least * left, least * moved, row, scale)
-    if motion is None:
-        raise NoConvergence(least)
-    before = after = motion
-    for after in solver.within(motion, 1e-3 * least, 1e6 * least):
-        if reach(after) > 1:
-            break
-        before = after
-    else:
-        raise NoConvergence(before.omega)
-    low, high = 0.0, 1.0
-    way = (after.z - before.z, after.omega - before.omega)
-    for _ in range(BISECTIONS):
-        length = (low + high) / 2
-        at = before.omega + length * way[1]
-        found = solver.solve(at, before.z + length * way[0], before.y, row, before.scale)
-        if found is None:
-            raise NoConvergence(at)
-        low, high = (low, length) if reach(found) > 1 else (length, high)
-        if (high - low) * abs(way[1]) < 1e-9 * at:
-            break
-    return float(before.omega + (low + high) / 2 * way[1])

@@ -15,7 +15,7 @@ from ..clearance.kernel import BUSHING, STATE, Clearance, clearance_records, sid
 from ..clearance.pointers import address
 from ..core.errors import ModelError
 from ..rig import Bushing, Contact, Grease
-from . import _softener_loop as loop
+from . import softener_loop as loop
 from .bristles import Friction, frictions
 from .elements import KINDS, MARK, Asked, asked, find
 

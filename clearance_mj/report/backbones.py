@@ -27,7 +27,7 @@ def draw(found: Sequence[Backbone]) -> Drawing:
     names = iter(letters(axes.size))
     for row, (panels, each) in enumerate(zip(axes, found)):
         label = "Displacement / gap (1)" if row == len(found) - 1 else ""
-        unit = "m/s²" if each.rig.shaker.kind == "base" else "N"
+        unit = "m/s²" if each.model.rig.shaker.kind == "base" else "N"
         shown = {
             "Frequency (Hz)": each.frequency, "Damping ratio (%)": 100 * each.damping, f"Level ({unit})": each.level,
         }  # fmt: skip
@@ -37,15 +37,15 @@ def draw(found: Sequence[Backbone]) -> Drawing:
         panels[-1].set_yscale("log")
     of = "; ".join(f"mode {each.mode}: clearance {each.clearance + 1}" for each in found)
     caption = (
-        f"Nonlinear modes of rig “{found[0].rig.name}” over amplitude: frequency, damping ratio, and the amplitude of "
-        "a sine that would hold the vibration in resonance. The displacement is that of the clearance that a mode "
-        f"moves most ({of}), its fundamental; beyond the gap it touches."
+        f"Nonlinear modes of rig “{found[0].model.rig.name}” over amplitude: frequency, damping ratio, and the "
+        "amplitude of a sine that would hold the vibration in resonance. The displacement is that of the clearance "
+        f"that a mode moves most ({of}), its fundamental; beyond the gap it touches."
     )
     return Drawing("backbone", figure, caption, f"Frequency and damping of {len(found)} modes over amplitude.")
 
 
 def _panel(ax: Axes, found: Backbone, values: np.ndarray) -> None:
-    amplitude = motion(found) / found.rig.bushings[found.clearance].gap
+    amplitude = motion(found) / found.model.rig.bushings[found.clearance].gap
     ax.plot(amplitude, np.where(np.isfinite(values), values, np.nan), color=COLOURS[0], lw=1.1)
     if found.ended:
         ax.plot(amplitude[-1], values[-1], "x", color=TEST, ms=4.5, mew=0.9)
@@ -68,7 +68,7 @@ def _rows(found: Backbone) -> pd.DataFrame:
         "frequency_hz": found.frequency,
         "damping_ratio": found.damping,
         "level": found.level,
-        "level_unit": "m/s²" if found.rig.shaker.kind == "base" else "N",
+        "level_unit": "m/s²" if found.model.rig.shaker.kind == "base" else "N",
     }
     for quantity, labels, unit in (
         ("acceleration", found.responses, "m_s2"), ("clearance_displacement", found.clearances, "m"),

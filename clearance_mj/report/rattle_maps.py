@@ -56,9 +56,9 @@ def draw(found: RattleMap) -> Drawing:
     handles = _key(found)
     figure.legend(handles=handles, loc="outside upper center", ncols=len(handles), fontsize=FONT - 0.5, frameon=False)
     caption = (
-        f"Rattle map of rig “{found.rig.name}”: share of a period in which the clearance that touches most does, over "
-        "frequency and amplitude of a sine, the larger one of sweeps up and down. Line: first contact in a sweep over "
-        "level. Hatched: more than one vibration, of which the direction of a sweep decides."
+        f"Rattle map of rig “{found.model.rig.name}”: share of a period in which the clearance that touches most does, "
+        "over frequency and amplitude of a sine, the larger one of sweeps up and down. Line: first contact in a sweep "
+        "over level. Hatched: more than one vibration, of which the direction of a sweep decides."
     )
     return Drawing("rattle_map", figure, caption, "Share of time in contact over frequency and level.", False)
 

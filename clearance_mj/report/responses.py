@@ -88,7 +88,7 @@ def draw(
 
     Steps of stepped sines, of what ``test`` names, are drawn over branches over frequency.
     """
-    rig = branches[0].rig
+    rig = branches[0].model.rig
     shown = list((at_bushings(rig) or [len(rig.sensors) - 1]) if sensors is None else sensors)
     panels: list[tuple[str, int]] = [("acceleration", row) for row in shown]
     panels += [("clearance_displacement", j) for j in range(len(rig.bushings))]
@@ -125,7 +125,7 @@ def _steps(ax: Axes, steps: SineSteps, rig: Rig, quantity: str, row: int) -> Non
 def _curve(ax: Axes, branch: Branch, quantity: str, row: int, colour: Any) -> None:
     x, y = branch.parameter, branch.amplitude(quantity)[:, row]
     if quantity == "clearance_displacement":
-        y = y / branch.rig.bushings[row].gap
+        y = y / branch.model.rig.bushings[row].gap
     stable = stable_points(branch)
     ax.plot(x, y, ls=(0, (3, 1.5)), color=colour, lw=0.8)
     ax.plot(x, np.where(stable, y, np.nan), color=colour, lw=1.1)
@@ -197,7 +197,7 @@ def _caption(branches: Sequence[Branch]) -> str:
     what = what.partition(" at ")[0] if len({_fixed(branch) for branch in branches}) == 1 else what
     excited = "a shaken base" if first.kind == "base" else "a force"
     return (
-        f"Periodic vibrations of rig “{first.rig.name}” under {excited} over {what}: half of the way from the lowest "
-        "to the highest value of a period. Dashed vibrations are not stable: a test does not meet them. Levels are "
-        "amplitudes."
+        f"Periodic vibrations of rig “{first.model.rig.name}” under {excited} over {what}: half of the way from the "
+        "lowest to the highest value of a period. Dashed vibrations are not stable: a test does not meet them. Levels "
+        "are amplitudes."
     )

@@ -204,6 +204,22 @@ class Rig(Shown):
             found[label if label not in found else dof_label(next(free), bushing.position)] = None
         return list(found)
 
+    @property
+    def clearance_labels(self) -> list[str]:
+        """Unique name of each clearance in results: what the rig file calls its place, such as "36:Y" or "rod@0.5".
+
+        A bushing that is placed by a number has the name of the sensor in it, such as "6:+Z", or else its place in the
+        rig file, such as "bushings[0]", which is also added where several clearances are at one place.
+        """
+        found = [self._named(j, bushing) for j, bushing in enumerate(self.bushings)]
+        return [f"{name} bushings[{j}]" if found.count(name) > 1 else name for j, name in enumerate(found)]
+
+    def _named(self, j: int, bushing: Bushing) -> str:
+        if isinstance(bushing.position, str):
+            return bushing.where
+        node = self._node_in(bushing)
+        return f"bushings[{j}]" if node is None else dof_label(node, bushing.position)
+
     def _node_in(self, bushing: Bushing) -> int | None:
         """Node of the sensor nearest to the middle of a bushing around a shaft, None if it is not inside."""
         place = parse_place(bushing.position)

@@ -11,9 +11,9 @@ import numpy as np
 from ..clearance.law import ConstantLaw, ContactLaw, Law
 from ..core.errors import ClearanceError
 from ..core.tasks import run_tasks
-from ..periodic import Branch, RattleMap, rattle_map, response
+from ..model import Model
+from ..periodic import Branch, RattleMap, follow_response, map_rattle
 from ..periodic.summaries import stable_points
-from ..rig import Rig
 from ..signals.stepped_sines import SineSteps
 
 __all__ = ["PeriodicVibrations", "from_both_ends", "has_periodic_vibrations", "missed", "periodic_vibrations"]
@@ -88,25 +88,25 @@ def has_periodic_vibrations(law: Law) -> bool:
     return isinstance(law, ConstantLaw | ContactLaw)
 
 
-def from_both_ends(rig: Rig, law: Law, level: float, ends: tuple[float, float], **settings: Any) -> tuple[Branch, ...]:
+def from_both_ends(model: Model, amplitude: float, ends: tuple[float, float], **settings: Any) -> tuple[Branch, ...]:
     """Return the branch over frequency at a level; if it ends early, a second one from the other end towards it.
 
     Parameters
     ----------
-    rig, law, level, ends, **settings
-        As for `periodic.response`.
+    model, amplitude, ends, **settings
+        As for `periodic.follow_response`.
     """
-    first = response(rig, law, level, ends, **settings)
+    first = follow_response(model, amplitude, ends, **settings)
     if not first.ended:
         return (first,)
     try:
-        return first, response(rig, law, level, (ends[1], ends[0]), **settings)
+        return first, follow_response(model, amplitude, (ends[1], ends[0]), **settings)
     except ClearanceError:
         return (first,)
 
 
 def periodic_vibrations(
-    name: str, rig: Rig, law: Law, levels: list[float], band: tuple[float, float], kind: str,
+    name: str, model: Model, levels: list[float], band: tuple[float, float], kind: str,
     workers: int | None = None, progress: str = "",
 ) -> PeriodicVibrations:  # fmt: skip
     """Return what a law does under sines of some amplitudes, and of others between and beyond.
@@ -114,15 +114,13 @@ def periodic_vibrations(
     Parameters
     ----------
     name : str
-        Of the law.
-    rig : Rig
-        On which it acts.
-    law : Law
-        A `ConstantLaw` or a `ContactLaw`.
+        Name of the law.
+    model : Model
+        Rig and law, a `ConstantLaw` or a `ContactLaw`.
     levels : list of float
-        Amplitudes, rising, m/s² or N.
+        Amplitudes of the excitation, rising, m/s² or N.
     band : tuple of float
-        Frequencies from and to, Hz.
+        First and last frequency, Hz.
     kind : str
         "base" or "force".
     workers : int, optional
@@ -134,10 +132,10 @@ def periodic_vibrations(
     of_map = np.linspace(levels[0], wanted[-1], MAP_LEVELS), np.geomspace(*band, MAP_FREQUENCIES)
 
     def mapped() -> RattleMap:
-        return rattle_map(rig, law, *of_map, kind=kind, harmonics=MAP_HARMONICS, workers=1, progress=False)
+        return map_rattle(model, *of_map, kind=kind, n_harmonics=MAP_HARMONICS, workers=1)
 
     def followed(level: float) -> Callable[[], tuple[Branch, ...]]:
-        return lambda: from_both_ends(rig, law, level, band, harmonics=HARMONICS, kind=kind, stability=False)
+        return lambda: from_both_ends(model, level, band, n_harmonics=HARMONICS, kind=kind, stability=False)
 
     tasks: list[Callable[[], Any]] = [mapped, *map(followed, wanted)]
     try:

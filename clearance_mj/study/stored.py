@@ -18,6 +18,7 @@ from ..clearance.law import Law
 from ..core.cache import ResultCache, digest
 from ..io.dataset import Record
 from ..io.results import with_parts, without_parts
+from ..model import Model
 from ..periodic import Branch, Jump, RattleMap, SpecialPoint
 from ..rig import Rig
 from ..signals.comparison import Comparison, with_modes
@@ -120,7 +121,7 @@ def periodic(
         others = []
         for i, values in enumerate(fields):
             arrays |= {f"{i}.{key}": value for key, value in values.items() if isinstance(value, np.ndarray)}
-            others.append({k: v for k, v in values.items() if not isinstance(v, np.ndarray | Rig | Law)})
+            others.append({k: v for k, v in values.items() if not isinstance(v, np.ndarray | Model)})
         kept = {"law": found.law, "missing": found.missing, "map": found.map is not None, "parts": others}
         with path.open("wb") as file:
             np.savez(file, kept=json.dumps(kept, default=dataclasses.asdict), **arrays)
@@ -135,11 +136,11 @@ def periodic(
         found = None
         if kept["map"]:
             values = parts.pop()
-            found = RattleMap(rig, law, **values | {"jumps": tuple(Jump(*jump) for jump in values["jumps"])})
+            found = RattleMap(Model(rig, law), **values | {"jumps": tuple(Jump(*jump) for jump in values["jumps"])})
         for values in parts:
             values["special"] = tuple(SpecialPoint(**point) for point in values["special"])
         return PeriodicVibrations(
-            kept["law"], tuple(Branch(rig, law, **values) for values in parts), found, kept["missing"]
+            kept["law"], tuple(Branch(Model(rig, law), **values) for values in parts), found, kept["missing"]
         )
 
     return compute() if cache is None else cache.get(name, inputs, compute, save, load, ".npz")

@@ -19,6 +19,7 @@ from ..engines import get_engine, simulate
 from ..identify import get_method
 from ..identify.records.checks import IdentifiabilityWarning
 from ..io.dataset import Dataset, Record
+from ..model import Model
 from ..rig import Rig
 from ..signals.comparison import Comparison, compare
 from ..signals.frf import FRF, estimate_frf
@@ -263,7 +264,7 @@ class Study:
 
         def compute() -> PeriodicVibrations:
             kind = record.excitation_kind
-            return periodic_vibrations(name, rig, law, self.levels, band, kind, self._workers, words)
+            return periodic_vibrations(name, Model(rig, law), self.levels, band, kind, self._workers, words)
 
         inputs = [rig.content(), law.to_dict(), self.levels, band, record.excitation_kind, *code_outside(*_models(law))]
         return stored.periodic(self.cache, f"periodic_{name}", inputs, rig, law, compute)

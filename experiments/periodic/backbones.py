@@ -55,7 +55,7 @@ def draw(rig: cm.Rig) -> Figure:
     axes = figure.subplots(2, 2, sharex="col")
     for column, mode in enumerate((1, 2)):
         begun = time.perf_counter()
-        curve = cm.periodic.backbone(rig, LAW, mode)
+        curve = cm.periodic.follow_backbone(cm.Model(rig, LAW), mode)
         print(f"mode {mode}: {curve.frequency.size / (time.perf_counter() - begun):.0f} points/s")
         row, (above, below) = curve.clearance, axes[:, column]
         gap = rig.bushings[row].gap
@@ -64,7 +64,7 @@ def draw(rig: cm.Rig) -> Figure:
             above.plot(amplitude / gap, frequency, ".", color="C1", label="free decay, marched")
             below.plot(amplitude / gap, 100 * damping, ".", color="C1")
         for level in LEVELS if mode == 2 else ():
-            branch = cm.periodic.response(rig, LAW, level, (30.0, 60.0), stability=False)
+            branch = cm.periodic.follow_response(cm.Model(rig, LAW), level, (30.0, 60.0), stability=False)
             displacement = np.abs(branch.clearance_displacement[:, row, 1]) / gap
             above.plot(displacement, branch.frequency, lw=1, label=f"{level:g} m/s²")
         displacement = np.abs(curve.clearance_displacement[:, row, 1]) / gap

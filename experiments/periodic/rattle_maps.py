@@ -24,7 +24,7 @@ def main() -> None:
     args = parser.parse_args()
     rig = cm.Rig.load(ROOT / "models" / "table1_rig.toml")
     begun = time.perf_counter()
-    found = cm.periodic.rattle_map(rig, LAW, LEVELS, FREQUENCIES, GAPS, workers=args.workers)
+    found = cm.periodic.map_rattle(cm.Model(rig, LAW), LEVELS, FREQUENCIES, GAPS, workers=args.workers)
     seconds = time.perf_counter() - begun
     cells = found.vibrations.size
     print(f"{cells} cells in {seconds:.1f} s on {args.workers} processes, {found.unknown:.2%} unknown")

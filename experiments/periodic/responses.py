@@ -49,7 +49,7 @@ def draw(rig: cm.Rig) -> Figure:
     figure = Figure(figsize=(9, 4), layout="constrained")
     left, right = figure.subplots(1, 2)
     for i, level in enumerate(LEVELS):
-        branch = cm.periodic.response(rig, LAW, level, (25.0, 60.0))
+        branch = cm.periodic.follow_response(cm.Model(rig, LAW), level, (25.0, 60.0))
         amplitude = np.abs(branch.clearance_displacement[:, 0, 1]) / rig.bushings[0].gap
         curve(left, branch, branch.frequency, amplitude, f"C{i}", f"{level:g} m/s²")
     for marker, steps in (("4", np.arange(42.0, 49.0, 0.5)), ("3", np.arange(48.5, 41.9, -0.5))):
@@ -59,7 +59,9 @@ def draw(rig: cm.Rig) -> Figure:
     left.set_ylabel("displacement at the first bushing over its gap")
     left.legend(fontsize=7)
     turn = 2 * np.pi
-    branch = cm.periodic.response(one_sided(), cm.ConstantLaw(100.0, 0.0), 0.1, (0.8 / turn, 0.5 / turn), 61)
+    branch = cm.periodic.follow_response(
+        cm.Model(one_sided(), cm.ConstantLaw(100.0, 0.0)), 0.1, (0.8 / turn, 0.5 / turn), 61
+    )
     curve(right, branch, branch.frequency * turn, np.abs(branch.displacement[:, 1, 1]), "C0", None)
     for kind, marker in KINDS.items():
         points = [point for point in branch.special if point.kind == kind]
@@ -87,7 +89,9 @@ def speed(rig: cm.Rig) -> None:
         for _ in range(3):
             begun = time.perf_counter()
             points = sum(
-                cm.periodic.response(rig, LAW, MARCHED, ends, 21, 256, stability=stability).frequency.size
+                cm.periodic.follow_response(
+                    cm.Model(rig, LAW), MARCHED, ends, 21, 256, stability=stability
+                ).frequency.size
                 for ends in ((30.0, 220.0), (220.0, 5.0))
             )
             rates.append(points / (time.perf_counter() - begun))

@@ -32,10 +32,12 @@ def draw() -> Figure:
 
 
 def _doubled(axes) -> None:
-    branch = cm.periodic.response(one_sided(), cm.ConstantLaw(100.0, 0.0), 0.1, (0.8 / TURN, 0.5 / TURN), 61, 1024)
+    branch = cm.periodic.follow_response(
+        cm.Model(one_sided(), cm.ConstantLaw(100.0, 0.0)), 0.1, (0.8 / TURN, 0.5 / TURN), 61, 1024
+    )
     curve(axes, branch, branch.frequency * TURN, branch.amplitude("displacement")[:, 1], "C0", "period of the force")
     *_, point = (point for point in branch.special if point.kind == "period doubling")
-    twice = cm.periodic.doubled(branch, point)
+    twice = cm.periodic.follow_doubled(branch, point)
     print(f"one-sided spring: doubled from {point.frequency * TURN:.5f} rad/s; {twice.ended}")
     curve(axes, twice, twice.frequency * TURN, twice.amplitude("displacement")[:, 1], "C3", "twice that")
     axes.set(xlim=(0.73, 0.76), ylim=(0.94, 1.12), xlabel="angular frequency (rad/s)")
@@ -44,8 +46,10 @@ def _doubled(axes) -> None:
 
 
 def _isolas(upper, lower) -> None:
-    branch = cm.periodic.response(between_walls(), cm.ConstantLaw(3.0, 0.0), 8.0, (2 / TURN, 9 / TURN), 13)
-    found = cm.periodic.isolas(branch, starts=32, frequencies=16, progress="isolas")
+    branch = cm.periodic.follow_response(
+        cm.Model(between_walls(), cm.ConstantLaw(3.0, 0.0)), 8.0, (2 / TURN, 9 / TURN), 13
+    )
+    found = cm.periodic.find_isolas(branch, n_starts=32, frequencies=16, progress=True)
     base = np.zeros(found.frequency.size)
     for i, (each, share) in enumerate(zip((branch, *found.branches), found.basins.T)):
         print(f"between walls, {each.periods} periods: {each.frequency.min():.4f} to {each.frequency.max():.4f} Hz")
@@ -63,7 +67,8 @@ def main() -> None:
     """Make a figure of docs/periodic.md."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--out", type=Path, default=ROOT / "docs" / "subharmonics.png", help="the figure")
-    draw().savefig(parser.parse_args().out, dpi=110)
+    out = parser.parse_args().out
+    draw().savefig(out, dpi=110)
 
 
 if __name__ == "__main__":

@@ -72,8 +72,8 @@ def modal_state(branch: cm.periodic.Branch, i: int, angle: float = 0.0) -> tuple
 
     Those of which sensors and clearances know; what they do not know is stiff and soon forgotten.
     """
-    model = cm.beam.ritz_model(branch.rig, branch.modes)
-    places = [sensor.position for sensor in branch.rig.sensors]
+    model = cm.beam.ritz_model(branch.model.rig, branch.n_modes)
+    places = [sensor.position for sensor in branch.model.rig.sensors]
     known = np.vstack((branch.displacement[i], branch.clearance_displacement[i], branch.end_displacement[i]))
     of_modes = np.linalg.lstsq(np.vstack((model.shapes(places), model.at_points)), known, rcond=1e-7)[0]
     order = np.arange(known.shape[1]) / branch.periods
@@ -86,17 +86,17 @@ def march(branch: cm.periodic.Branch, i: int, resolution: float = 0.25, longest:
 
     ``resolution`` is the engine's, rad per step; ``longest`` so many periods.
     """
-    engine = cm.Modal(branch.modes, resolution)
+    engine = cm.Modal(branch.n_modes, resolution)
     period = branch.periods / branch.frequency[i]
-    steps = int(np.ceil(period / engine.largest_step(branch.rig, branch.law)))
+    steps = int(np.ceil(period / engine.largest_step(branch.model.rig, branch.model.law)))
     angle = 2 * np.pi * branch.periods * np.arange(steps) / steps
     level = np.pad(branch.level[i], (1, 0))
     excitation = np.tile((level @ np.exp(1j * np.outer(np.arange(level.size), angle))).real, BLOCK)
-    run = engine.start(branch.rig, branch.law, branch.kind, period / steps)
+    run = engine.start(branch.model.rig, branch.model.law, branch.kind, period / steps)
     motion = run.alone.motion
     motion.q[:, 0], motion.v[:, 0] = modal_state(branch, i)
     motion.q_before[:, 0] = modal_state(branch, i, -angle[1])[0]
-    rows = len(branch.rig.sensors) + len(branch.rig.bushings)
+    rows = len(branch.model.rig.sensors) + len(branch.model.rig.bushings)
     before, settled, done = np.full(rows, np.inf), False, 0
     while (not settled or done < FEWEST) and done < longest:
         last = run.advance(excitation)[:, :rows].T
@@ -131,7 +131,7 @@ def marched(branch: cm.periodic.Branch, i: int) -> dict:
         fundamental = np.abs(fundamentals(branch, i) / found.fundamental - 1).max()
         if fundamental < CLOSE or steep(branch)[i]:
             break
-    own, n = histories(branch, i, found.history.shape[1]), len(branch.rig.sensors)
+    own, n = histories(branch, i, found.history.shape[1]), len(branch.model.rig.sensors)
     off = np.linalg.norm(own - found.history, axis=1) / np.linalg.norm(found.history, axis=1)
     return {
         "frequency": branch.frequency[i],
@@ -161,7 +161,7 @@ def by_links(branch: cm.periodic.Branch, i: int) -> float:
     frequency = np.concatenate((np.full(grow, start), np.linspace(start, target, move), np.full(hold, target)))
     level = branch.level[i, 0].real * np.minimum(np.arange(frequency.size) / grow, 1)
     excitation = cm.Excitation(level * np.cos(2 * np.pi * np.cumsum(frequency) / fs), fs, kind=branch.kind)
-    found = cm.simulate(branch.rig, excitation, branch.law, cm.Links(24))
+    found = cm.simulate(branch.model.rig, excitation, branch.model.law, cm.Links(24))
     rows = np.vstack((found.acceleration, found.displacement))[:, -48 * 60 : -48 * 20]
     return float(np.abs(fundamentals(branch, i) / (2 * np.abs(np.fft.rfft(rows)[:, 40]) / rows.shape[1]) - 1).max())
 
@@ -181,7 +181,7 @@ def compare(rig: cm.Rig) -> list[dict]:
     print("|---|---|---|---|---|---|---|---|---|---|---|")
     for name, law in LAWS.items():
         for level in LEVELS:
-            branch = cm.periodic.response(rig, law, level, BAND)
+            branch = cm.periodic.follow_response(cm.Model(rig, law), level, BAND)
             points = [marched(branch, i) for i in tqdm(np.flatnonzero(branch.stable), desc=f"{name}, {level:g} m/s²")]
             links = [{"frequency": branch.frequency[i], "off": by_links(branch, i)} for i in of_links(branch)]
             special = [(point.kind, point.frequency) for point in branch.special]
@@ -246,7 +246,7 @@ def compare_folds(rig: cm.Rig, out: Path) -> list[dict]:
     print("| virtual rig | m/s² | way | fold (Hz) | jump (Hz) | apart |\n|---|---|---|---|---|---|")
     for axes, (name, truth) in zip(figure.subplots(1, len(TRUTHS), sharey=True), TRUTHS.items()):
         for colour, level in enumerate(FOLDED):
-            branch = cm.periodic.response(rig, rig_s_law(truth), level, (35.0, 60.0))
+            branch = cm.periodic.follow_response(cm.Model(rig, rig_s_law(truth)), level, (35.0, 60.0))
             gap, y = rig.bushings[0].gap, np.abs(branch.clearance_displacement[:, 0, 1])
             axes.plot(branch.frequency, y / gap, "--", color=f"C{colour}", lw=1)
             axes.plot(

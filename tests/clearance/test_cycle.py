@@ -5,8 +5,9 @@ import dataclasses
 import numpy as np
 import scipy.integrate
 
-from clearance_mj.clearance import AmplitudeLaw, ConstantLaw, HuntCrossley, KelvinVoigt
-from clearance_mj.clearance.cycle import cycle_force, equivalent_contact
+from clearance_mj.clearance import AmplitudeLaw, ConstantLaw, ContactLaw, HuntCrossley, KelvinVoigt
+from clearance_mj.clearance.cycle import cycle_force, equivalent_contact, fill_forces
+from clearance_mj.clearance.kernel import clearance_records
 from clearance_mj.rig import Grease
 
 GAP = 3e-4
@@ -52,3 +53,15 @@ def test_elastic_hertz_contact_by_quadrature(measured):
         what = f"equivalent stiffness of Hertz contact, amplitude {amplitude / GAP:g} gaps (N/m)"
         measured.equal(what, found, known, "∫K δ^2.5 dφ / ∫δ² dφ by quadrature", rel=1e-4)
     np.testing.assert_allclose(c.ravel(), 0, atol=1e-9)
+
+
+def test_a_contact_that_changes_the_wall_within_a_step_begins_anew(rig):
+    """The second contact is damped by the speed at which it began, 0.2 m/s, not by that of the first one, 1 m/s."""
+    bushings = [dataclasses.replace(b, gap=GAP) for b in rig.bushings]
+    contact = HuntCrossley(2.5e5, 0.6)
+    law = ContactLaw(contact, grease=Grease(0.0))
+    x, v = (np.broadcast_to(each, (2, 3, 3)).copy() for each in ([0.0, 2 * GAP, -2 * GAP], [0.0, 1.0, -0.2]))
+    force = np.zeros((2, 3))
+    fill_forces(x, v, clearance_records(rig.replace(bushings=tuple(bushings)), law, 1e-4), force)
+    known = [0.0, contact.force(GAP, 1.0, 1.0), -contact.force(GAP, 0.2, 0.2)]
+    np.testing.assert_allclose(force, [known, known], rtol=1e-12)

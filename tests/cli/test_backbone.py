@@ -9,6 +9,7 @@ import pytest
 from clearance_mj import periodic
 from clearance_mj.beam import natural_frequencies
 from clearance_mj.clearance import ConstantLaw
+from clearance_mj.model import Model
 from clearance_mj.rig import Rig
 
 from ..conftest import ROOT
@@ -28,12 +29,12 @@ def test_files_hold_what_the_call_finds(law, tmp_path, capsys):
     from clearance_mj.cli import main
 
     out, ends = tmp_path / "out", (1e-4, 6e-4)
-    told = ["--mode", "2,1", "--from", str(ends[0]), "--to", str(ends[1]), "--harmonics", "7", "--quiet"]
-    assert main(["backbone", str(RIG), "--law", str(law), *told, "--out", str(out)]) == 0
+    given = ["--mode", "2,1", "--from", str(ends[0]), "--to", str(ends[1]), "--harmonics", "7", "--quiet"]
+    assert main(["backbone", str(RIG), "--law", str(law), *given, "--out", str(out)]) == 0
     lines = capsys.readouterr().out.splitlines()
     stored = json.loads((out / "backbone.json").read_text(encoding="utf-8"))
     rig = Rig.load(RIG)
-    found = periodic.backbone(rig, LAW, 2, ends, 7)
+    found = periodic.follow_backbone(Model(rig, LAW), 2, ends, 7)
     second, first = stored["backbones"]
     assert (second["mode"], first["mode"]) == (2, 1) and second["ended"] == ""
     assert second["frequency"] == found.frequency.tolist() and second["damping"] == found.damping.tolist()
@@ -58,7 +59,7 @@ def test_files_hold_what_the_call_finds(law, tmp_path, capsys):
     [
         (["--mode", "0"], "mode must be between 1 and"),
         (["--from", "1e-4"], "give both or none"),
-        (["--from", "-1", "--to", "1"], "amplitudes must be > 0 m"),
+        (["--from", "-1", "--to", "1"], "amplitude_range must be > 0 m"),
         (["--harmonics", "0"], "harmonics must be 1 or more"),
     ],
 )

@@ -8,6 +8,7 @@ import pytest
 
 from clearance_mj import periodic
 from clearance_mj.clearance import ConstantLaw
+from clearance_mj.model import Model
 from clearance_mj.rig import Rig
 
 from ..conftest import ROOT
@@ -26,13 +27,13 @@ def law(tmp_path):
 def test_files_hold_what_the_call_finds(law, tmp_path, answer, capsys):
     """At 6 m/s² the Table-1 rig jumps at 46.9 Hz upwards and 45.7 Hz downwards (docs/periodic.md)."""
     out = tmp_path / "out"
-    told = ["rattle-map", RIG, "--law", law, "--levels", "1:6:3", "--from", 40, "--to", 49, "--steps", 19]
-    told += ["--gaps", "3e-4,6e-4", "--harmonics", 7, "--workers", 1, "--quiet", "--out", out]
-    printed = answer(*told)
+    given = ["rattle-map", RIG, "--law", law, "--levels", "1:6:3", "--from", 40, "--to", 49, "--steps", 19]
+    given += ["--gaps", "3e-4,6e-4", "--harmonics", 7, "--workers", 1, "--quiet", "--out", out]
+    printed = answer(*given)
     stored = json.loads((out / "rattle_map.json").read_text(encoding="utf-8"))
     assert printed == stored | {"out": str(out)}
-    settings = {"harmonics": 7, "workers": 1, "progress": False}
-    found = periodic.rattle_map(Rig.load(RIG), LAW, LEVELS, FREQUENCIES, GAPS, **settings)
+    settings = {"n_harmonics": 7, "workers": 1}
+    found = periodic.map_rattle(Model(Rig.load(RIG), LAW), LEVELS, FREQUENCIES, GAPS, **settings)
     assert stored["law"] == LAW.to_dict() and stored["level"] == list(LEVELS) and stored["unknown"] == 0
     np.testing.assert_allclose(np.array(stored["first_contact"], dtype=float), found.first_contact, rtol=1e-12)
     jumps = {(j["gap"], j["level"], j["sweep"]): j["frequency"] for j in stored["jumps"]}
@@ -53,8 +54,8 @@ def test_files_hold_what_the_call_finds(law, tmp_path, answer, capsys):
 def test_it_says_where_it_touches_and_jumps(law, tmp_path, capsys):
     from clearance_mj.cli import main
 
-    told = ["--levels", "2,6", "--from", "36", "--to", "49", "--steps", "27", "--harmonics", "5", "--workers", "1"]
-    assert main(["rattle-map", str(RIG), "--law", str(law), *told, "--quiet", "--out", str(tmp_path)]) == 0
+    given = ["--levels", "2,6", "--from", "36", "--to", "49", "--steps", "27", "--harmonics", "5", "--workers", "1"]
+    assert main(["rattle-map", str(RIG), "--law", str(law), *given, "--quiet", "--out", str(tmp_path)]) == 0
     lines = capsys.readouterr().out.splitlines()
     assert lines[0].startswith("gap 0.3 mm: touches first from 1.5") and "at 39.5 Hz; rattles in " in lines[0]
     assert any("jumps in sweeps up" in line and "to 6 m/s² and 46.9" in line for line in lines), lines
@@ -63,7 +64,7 @@ def test_it_says_where_it_touches_and_jumps(law, tmp_path, capsys):
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        (["--levels", "2,1"], "levels must be > 0, at most 1e+12 and increasing"),
+        (["--levels", "2,1"], "amplitudes must be > 0, at most 1e+12 and increasing"),
         (["--gaps", "1e-4,1e3", "--modes", "0"], "modes must be between 1 and"),
         (["--from", "60", "--to", "40"], "frequencies must be > 0, at most 1e+12 and increasing"),
         (["--steps", "1"], "--steps must be between 2 and"),

@@ -9,6 +9,7 @@ import pytest
 
 from clearance_mj import periodic
 from clearance_mj.clearance import ConstantLaw
+from clearance_mj.model import Model
 from clearance_mj.rig import Rig
 
 from ..conftest import ROOT
@@ -27,12 +28,12 @@ def law(tmp_path_factory):
 def test_files_hold_what_the_call_finds(law, tmp_path, answer):
     """Of the Table-1 rig at 6 m/s²: folds at 46.9 Hz upwards and 45.7 Hz downwards (docs/periodic.md)."""
     ends, out = (43.0, 49.0), tmp_path / "out"
-    told = ("--from", ends[0], "--to", ends[1], "--harmonics", 9, "--quiet")
-    printed = answer("response", RIG, "--law", law, "--level", "6,2", *told, "--sensors", 8, "--out", out)
+    given = ("--from", ends[0], "--to", ends[1], "--harmonics", 9, "--quiet")
+    printed = answer("response", RIG, "--law", law, "--level", "6,2", *given, "--sensors", 8, "--out", out)
     stored = json.loads((out / "response.json").read_text(encoding="utf-8"))
     assert printed == stored | {"out": str(out)}
     assert stored["law"] == LAW.to_dict() and Rig.from_dict(stored["rig"]) == Rig.load(RIG)
-    branch = periodic.response(Rig.load(RIG), LAW, 6.0, ends, 9)
+    branch = periodic.follow_response(Model(Rig.load(RIG), LAW), 6.0, ends, 9)
     first, second = stored["branches"]
     assert (first["level"], second["level"]) == (6.0, 2.0)
     assert [(p["kind"], p["frequency"]) for p in first["special"]] == [(p.kind, p.frequency) for p in branch.special]
@@ -57,8 +58,8 @@ def test_files_hold_what_the_call_finds(law, tmp_path, answer):
 def test_it_says_folds_and_jumps_and_how_far(law, tmp_path, capsys):
     from clearance_mj.cli import main
 
-    told = [str(RIG), "--law", str(law), "--level", "6", "--from", "49", "--to", "43", "--harmonics", "7", "--quiet"]
-    assert main(["response", *told, "--out", str(tmp_path)]) == 0
+    given = [str(RIG), "--law", str(law), "--level", "6", "--from", "49", "--to", "43", "--harmonics", "7", "--quiet"]
+    assert main(["response", *given, "--out", str(tmp_path)]) == 0
     said = capsys.readouterr()
     assert said.err == ""
     lines = said.out.splitlines()
@@ -70,7 +71,7 @@ def test_it_says_folds_and_jumps_and_how_far(law, tmp_path, capsys):
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        (["--level", "2", "--from", "nan"], "frequencies must be two different ones > 0 Hz"),
+        (["--level", "2", "--from", "nan"], "frequency_range must be two different frequencies > 0 Hz"),
         (["--level", "2", "--harmonics", "0"], "harmonics must be 1 or more"),
         (["--level", "2", "--harmonics", "21", "--samples", "84"], "samples must be 85 or more"),
         (["--level", "2", "--modes", "0"], "modes must be between 1 and"),
@@ -114,10 +115,10 @@ def test_over_level(law, tmp_path, capsys):
     from clearance_mj.cli import main
 
     out = tmp_path / "out"
-    told = ["--frequency", "46.5", "--from", "3", "--to", "8", "--harmonics", "9", "--quiet", "--out", str(out)]
-    assert main(["response", str(RIG), "--law", str(law), *told]) == 0
+    given = ["--frequency", "46.5", "--from", "3", "--to", "8", "--harmonics", "9", "--quiet", "--out", str(out)]
+    assert main(["response", str(RIG), "--law", str(law), *given]) == 0
     lines = capsys.readouterr().out.splitlines()
-    branch = periodic.response_over_level(Rig.load(RIG), LAW, 46.5, (3.0, 8.0), 9)
+    branch = periodic.follow_response_over_level(Model(Rig.load(RIG), LAW), 46.5, (3.0, 8.0), 9)
     stored = json.loads((out / "response.json").read_text(encoding="utf-8"))["branches"][0]
     assert stored["over"] == "level" and stored["frequency"] == pytest.approx(46.5) and stored["level"] is None
     folds = [point.level for point in branch.special if point.kind == "fold"]
@@ -133,10 +134,10 @@ def test_random_starts_and_period_doublings(law, tmp_path, capsys, monkeypatch):
     """At 48 Hz and 6 m/s² the Table-1 rig has one vibration, which every start comes to; its period doubles nowhere."""
     from clearance_mj.cli import main
 
-    monkeypatch.setattr(periodic, "isolas", partial(periodic.isolas, frequencies=[48.0]))
-    told = ["--level", "6", "--from", "47.5", "--to", "49", "--harmonics", "5", "--isolas", "2", "--period-doublings"]
+    monkeypatch.setattr(periodic, "find_isolas", partial(periodic.find_isolas, frequencies=[48.0]))
+    given = ["--level", "6", "--from", "47.5", "--to", "49", "--harmonics", "5", "--isolas", "2", "--period-doublings"]
     out = tmp_path / "out"
-    assert main(["response", str(RIG), "--law", str(law), *told, "--quiet", "--out", str(out)]) == 0
+    assert main(["response", str(RIG), "--law", str(law), *given, "--quiet", "--out", str(out)]) == 0
     assert "0 more branches from random starts, of which 0 % came to none that repeats" in capsys.readouterr().out
     stored = json.loads((out / "response.json").read_text(encoding="utf-8"))
     assert len(stored["branches"]) == 1

@@ -19,6 +19,7 @@ from clearance_mj.live import Session, figures, on_demand
 from clearance_mj.live.controls import built
 from clearance_mj.live.export import exported
 from clearance_mj.live.figures import thinned
+from clearance_mj.model import Model
 from clearance_mj.rig import Grease, Rig
 from clearance_mj.signals import excitation
 from clearance_mj.signals.correlation import csac, rmse_db
@@ -237,7 +238,7 @@ def test_a_window_shows_every_sample(session):
 def test_branch_is_that_of_periodic_response_and_can_be_cancelled(session):
     heard = []
     numbers = on_demand.branch(session, session.setting({"level": 6.0 / np.sqrt(2)}), 43.0, 49.0, heard.append)
-    branch = periodic.response(TABLE1, LAW, 6.0, (43.0, 49.0), 9)
+    branch = periodic.follow_response(Model(TABLE1, LAW), 6.0, (43.0, 49.0), 9)
     np.testing.assert_allclose(numbers.arrays["frequency"], branch.frequency, rtol=1e-9)
     np.testing.assert_allclose(numbers.arrays["amplitude"], branch.amplitude().T, rtol=1e-6)
     assert [p["kind"] for p in numbers.facts["special"]] == [p.kind for p in branch.special]

@@ -8,6 +8,7 @@ from clearance_mj import periodic
 from clearance_mj.clearance import AmplitudeLaw, ConstantLaw, MaxwellSlip, TimeLaw
 from clearance_mj.core.errors import ClearanceError, LawError, RigError
 from clearance_mj.engines import Modal, simulate
+from clearance_mj.model import Model
 from clearance_mj.periodic import condensed, continuation
 from clearance_mj.rig import Bushing, Contact, Grease, Rig, Sensor, Shaker
 from clearance_mj.signals.excitation import Excitation
@@ -16,7 +17,7 @@ from experiments.periodic.verification import SLIDERS
 
 from ..conftest import TABLE1
 from .test_published import DUFFING, HARDENING
-from .test_rigs import BARE, LAW, RIGID
+from .test_rigs import BARE, LAW, OVER, RIGID
 
 TURN = 2 * np.pi
 KAPPA = 0.1
@@ -42,10 +43,10 @@ def fundamental(curve, clearance=0):
 
 def test_in_the_gap_it_is_the_linear_mode():
     """Poles λ of the linear rig: |λ| = ω, -Re λ = ζω but for the damping that couples modes, second order in ζ."""
-    poles = condensed.poles(TABLE1, LAW, 8).values
+    poles = condensed.poles(Model(TABLE1, LAW), 8).values
     poles = sorted(poles[poles.imag > 0], key=abs)
     for mode, pole in enumerate(poles[:4], 1):
-        curve = periodic.backbone(TABLE1, LAW, mode, (1e-5, 1e-4), 3)
+        curve = periodic.follow_backbone(Model(TABLE1, LAW), mode, (1e-5, 1e-4), 3)
         np.testing.assert_allclose(TURN * curve.frequency, abs(pole), rtol=1e-3)
         np.testing.assert_allclose(curve.damping, -pole.real / abs(pole), rtol=2e-3)
         assert not curve.contact_force.any()
@@ -54,7 +55,7 @@ def test_in_the_gap_it_is_the_linear_mode():
 
 def test_duffing_with_one_harmonic():
     """ω² = 1 + ¾ κ A² (Nayfeh & Mook, Nonlinear Oscillations, 1979, 4.1), ζ = c / 2ω, level of resonance c ω A."""
-    curve = periodic.backbone(DUFFING, HARDENING, 1, (0.1, 20.0), 1, 16)
+    curve = periodic.follow_backbone(Model(DUFFING, HARDENING), 1, (0.1, 20.0), 1, 16)
     omega, amplitude = TURN * curve.frequency, fundamental(curve)
     np.testing.assert_allclose(omega**2, 1 + 0.75 * KAPPA * amplitude**2, rtol=1e-7)
     np.testing.assert_allclose(curve.damping, 0.05 / (2 * omega), rtol=1e-7)
@@ -64,7 +65,7 @@ def test_duffing_with_one_harmonic():
 def test_duffing_with_many_harmonics():
     """Period 4 K(m) / √(1 + κ X²) with m = κ X² / 2(1 + κ X²), K the complete elliptic integral, X the peak."""
     undamped = oscillator(1e3, stiffness=1.0)
-    curve = periodic.backbone(undamped, HARDENING, 1, (0.1, 20.0), 11)
+    curve = periodic.follow_backbone(Model(undamped, HARDENING), 1, (0.1, 20.0), 11)
     squares = KAPPA * curve.amplitude("displacement")[:, 0] ** 2
     period = 4 * ellipk(squares / (2 * (1 + squares))) / np.sqrt(1 + squares)
     np.testing.assert_allclose(1 / curve.frequency, period, rtol=1e-6)
@@ -79,7 +80,7 @@ def test_between_two_walls():
     dashpot c of the wall dissipates 4 c ∫ ẋ² dt from 0 to t_1, as much as ζ gives back, 2π ζ ω² |X_1|².
     """
     gap, spring, wall, dashpot = 1e-3, 4e3, 2e4, 0.2
-    curve = periodic.backbone(oscillator(gap), ConstantLaw(wall, dashpot), 1, (0.5 * gap, 4 * gap), 41)
+    curve = periodic.follow_backbone(Model(oscillator(gap), ConstantLaw(wall, dashpot)), 1, (0.5 * gap, 4 * gap), 41)
     peak = curve.amplitude("clearance_displacement")[:, 0]
     beyond = peak > 1.1 * gap  # where 41 harmonics suffice for short contacts
     assert beyond.sum() > 20
@@ -103,7 +104,7 @@ def test_a_spring_with_a_slider():
     grease = MaxwellSlip(springs=(spring,), forces=(friction,), elastic=0.0, damping=0.0)
     law = ConstantLaw(0.0, 0.0, grease=grease)
     start = friction / spring
-    curve = periodic.backbone(oscillator(1.0), law, 1, (0.5 * start, 20 * start), 1, 2048)
+    curve = periodic.follow_backbone(Model(oscillator(1.0), law), 1, (0.5 * start, 20 * start), 1, 2048)
     omega, amplitude = TURN * curve.frequency, fundamental(curve)
     slips = amplitude > 1.05 * start
     angle = np.arccos(np.clip(1 - 2 * start / amplitude, -1, 1))
@@ -117,9 +118,9 @@ def test_a_spring_with_a_slider():
 @pytest.mark.parametrize(("law", "level"), [(LAW, 12.0), (ConstantLaw(7.8e3, 4.0, grease=SLIDERS), 4.0)])
 def test_forced_vibrations_in_resonance_lie_on_it(law, level, measured):
     """Frequency and level of the largest displacement at the clearance, which lies some ζ² below resonance."""
-    curve = periodic.backbone(TABLE1, law, 2)
+    curve = periodic.follow_backbone(Model(TABLE1, law), 2)
     assert not curve.ended and np.all(np.diff(fundamental(curve)) > 0)
-    branch = periodic.response(TABLE1, law, level, (32, 56), stability=False)
+    branch = periodic.follow_response(Model(TABLE1, law), level, (32, 56), stability=False)
     largest = np.abs(branch.clearance_displacement[:, 0, 1])
     i = largest.argmax()
     frequency = np.interp(largest[i], fundamental(curve), curve.frequency)
@@ -146,7 +147,7 @@ def test_a_free_decay_follows_it(measured):
     Where frequency changes with amplitude, the action ω |q|² decays with 2ζω, not the amplitude squared; q moves as the
     tip, the clearance less so as walls hold it.
     """
-    curve = periodic.backbone(TABLE1, LAW, 1)
+    curve = periodic.follow_backbone(Model(TABLE1, LAW), 1)
     level, fs, swept = 0.3, 4096.0, 25.0
     resonance = np.interp(level, curve.level, curve.frequency)
     time = np.arange(int((swept + 2) * fs)) / fs
@@ -177,7 +178,7 @@ def test_where_no_next_vibration_is_found_the_curve_so_far_is_kept(monkeypatch):
             ahead(self, at, *more, **names) if at.omega < 2e-4 else None
         ),
     )  # fmt: skip
-    curve = periodic.backbone(TABLE1, LAW, 1, (1e-4, 1e-3), 3)
+    curve = periodic.follow_backbone(Model(TABLE1, LAW), 1, (1e-4, 1e-3), 3)
     last = fundamental(curve, curve.clearance)[-1]
     assert 2e-4 < last < 2.2e-4
     assert curve.ended == f"no further periodic vibration was found beyond an amplitude of {last:.6g} m"
@@ -185,8 +186,8 @@ def test_where_no_next_vibration_is_found_the_curve_so_far_is_kept(monkeypatch):
 
 def test_it_may_begin_beyond_the_gap():
     """What lies between is followed, but not shown."""
-    whole = periodic.backbone(TABLE1, LAW, 2, (1e-4, 6e-4), 5)
-    part = periodic.backbone(TABLE1, LAW, 2, (5e-4, 6e-4), 5)
+    whole = periodic.follow_backbone(Model(TABLE1, LAW), 2, (1e-4, 6e-4), 5)
+    part = periodic.follow_backbone(Model(TABLE1, LAW), 2, (5e-4, 6e-4), 5)
     assert fundamental(part)[0] == pytest.approx(5e-4, rel=1e-9)
     between = np.interp(5e-4, fundamental(whole), whole.frequency)
     assert part.frequency[0] == pytest.approx(between, rel=1e-3)
@@ -203,29 +204,29 @@ ALOOF = oscillator(1e-3).replace(
         ({"mode": 0}, ClearanceError, "mode must be between 1 and 8, as many as the Ritz basis has, got 0"),
         ({"mode": 9}, ClearanceError, "mode must be between 1 and 8"),
         ({"mode": 1.5}, ClearanceError, "mode must be a whole number, got 1.5"),
-        ({"amplitudes": (0.0, 1e-3)}, ClearanceError, "amplitudes must be > 0 m and the second one larger, got 0 and"),
-        ({"amplitudes": (1e-3, 1e-4)}, ClearanceError, "amplitudes must be > 0 m and the second one larger"),
-        ({"amplitudes": (1e-3, float("nan"))}, ClearanceError, "amplitudes must be > 0 m"),
-        ({"amplitudes": 1e-3}, ClearanceError, r"amplitudes are a pair \(from, to\) in m"),
-        ({"harmonics": 0}, ClearanceError, "harmonics must be 1 or more"),
-        ({"samples": 84}, ClearanceError, r"samples must be 85 or more for 21 harmonics \(4 H \+ 1\), got 84"),
-        ({"modes": 0}, ClearanceError, "modes must be between 1 and 60"),
-        ({"rig": ALOOF, "mode": 2}, ClearanceError, "rig 'oscillator': mode 2 moves no clearance, so it is linear"),
-        ({"rig": BARE}, RigError, "rig 'table1' has no clearance"),
-        ({"rig": RIGID}, RigError, "can move without any stiffness"),
-        ({"law": TimeLaw([0, 1], [1e3, 2e3], [1, 1])}, LawError, "a law over time has no periodic vibration"),
-        ({"law": AmplitudeLaw([0, 1], [1e3, 2e3], [1, 1])}, LawError, "a law over amplitude remembers"),
-        ({"law": ConstantLaw([1e3] * 3, 1.0)}, LawError, "3 bushings, the rig has 2"),
+        ({"amplitude_range": (0.0, 1e-3)}, ClearanceError, "must be > 0 m and the second one larger, got 0 and"),
+        ({"amplitude_range": (1e-3, 1e-4)}, ClearanceError, "amplitude_range must be > 0 m and the second one larger"),
+        ({"amplitude_range": (1e-3, float("nan"))}, ClearanceError, "amplitude_range must be > 0 m"),
+        ({"amplitude_range": 1e-3}, ClearanceError, r"amplitude_range is a pair \(from, to\) in m"),
+        ({"n_harmonics": 0}, ClearanceError, "harmonics must be 1 or more"),
+        ({"n_samples": 84}, ClearanceError, r"samples must be 85 or more for 21 harmonics \(4 H \+ 1\), got 84"),
+        ({"n_modes": 0}, ClearanceError, "modes must be between 1 and 60"),
+        ({"model": Model(ALOOF, LAW), "mode": 2}, ClearanceError, "mode 2 moves no clearance, so it is linear"),
+        ({"model": Model(BARE, LAW)}, RigError, "rig 'table1' has no clearance"),
+        ({"model": Model(RIGID, LAW)}, RigError, "can move without any stiffness"),
+        ({"model": Model(TABLE1, TimeLaw(*OVER))}, LawError, "a law over time has no periodic vibration"),
+        ({"model": Model(TABLE1, AmplitudeLaw(*OVER))}, LawError, "a law over amplitude remembers"),
+        ({"model": Model(TABLE1, ConstantLaw([1e3] * 3, 1.0))}, LawError, "3 bushings, the rig has 2"),
     ],
 )
 def test_refusals(change, error, words):
     with pytest.raises(error, match=words):
-        periodic.backbone(**{"rig": TABLE1, "law": LAW, **change})
+        periodic.follow_backbone(**{"model": Model(TABLE1, LAW), **change})
 
 
 def test_figure_and_dataset():
-    curve = periodic.backbone(TABLE1, LAW, 2, (1e-4, 6e-4), 5)
-    branch = periodic.response(TABLE1, LAW, 4.0, (42, 50), 5, stability=False)
+    curve = periodic.follow_backbone(Model(TABLE1, LAW), 2, (1e-4, 6e-4), 5)
+    branch = periodic.follow_response(Model(TABLE1, LAW), 4.0, (42, 50), 5, stability=False)
     above, below = curve.plot("acceleration", 7, [branch]).axes
     forced, free = above.lines
     assert forced.get_label() == "4 m/s²"

@@ -9,6 +9,7 @@ import pytest
 
 from clearance_mj import periodic
 from clearance_mj.clearance import ConstantLaw
+from clearance_mj.model import Model
 from clearance_mj.rig import Bushing, Contact, Grease, Rig, Sensor, Shaker
 from clearance_mj.structure import Matrices
 
@@ -31,8 +32,8 @@ def test_contact_begins_where_the_linear_motion_grazes_the_stop(omega):
     """Amplitude F/|1 - Ω² + iδΩ| = gap; to 1e-4 of the level."""
     grazing = GAP * abs(1 - omega**2 + 1j * DAMPING * omega)
     for share, touches in ((1 - 1e-4, False), (1 + 1e-4, True)):
-        branch = periodic.response(
-            OSCILLATOR, ConstantLaw(100.0, 2.0), share * grazing, (omega / TURN, 1.001 * omega / TURN), 21, 2048,
+        branch = periodic.follow_response(
+            Model(OSCILLATOR, ConstantLaw(100.0, 2.0)), share * grazing, (omega / TURN, 1.001 * omega / TURN), 21, 2048,
             stability=False,
         )  # fmt: skip
         assert bool(branch.contact_force[0].any()) == touches
@@ -67,8 +68,8 @@ def impacting(force, omega, restitution):
 def with_stiff_stop(stiffness, ratio, force, omega, harmonics):
     """Deepest displacement away from a stop of that stiffness and damping ratio."""
     law = ConstantLaw(stiffness, 2 * ratio * np.sqrt(stiffness))
-    branch = periodic.response(
-        OSCILLATOR, law, force, (1.002 * omega / TURN, omega / TURN), harmonics, stability=False
+    branch = periodic.follow_response(
+        Model(OSCILLATOR, law), force, (1.002 * omega / TURN, omega / TURN), harmonics, stability=False
     )  # fmt: skip
     padded = branch.displacement[-1, 0] * np.append(1.0, np.full(harmonics, 0.5))
     return np.fft.irfft(padded, 8192).min() * 8192

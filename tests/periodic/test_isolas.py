@@ -6,6 +6,7 @@ from scipy.integrate import solve_ivp
 
 from clearance_mj import periodic
 from clearance_mj.core.errors import ClearanceError, ExcitationError
+from clearance_mj.model import Model
 from clearance_mj.rig import Bushing, Contact, Grease
 from clearance_mj.structure import Matrices
 
@@ -20,9 +21,9 @@ RANGE = (3.0 / TURN, 8.0 / TURN)
 
 
 def searched(harmonics, samples, known=(), **settings):
-    branch = periodic.response(OSCILLATOR, HARDENING, FORCE, RANGE, harmonics, samples)
-    options = {"starts": 16, "frequencies": [4.25 / TURN], "seed": 1, "reach": 4.0, **settings}
-    return periodic.isolas((branch, *known), **options)
+    branch = periodic.follow_response(Model(OSCILLATOR, HARDENING), FORCE, RANGE, harmonics, samples)
+    options = {"n_starts": 16, "frequencies": [4.25 / TURN], "seed": 1, "reach": 4.0, **settings}
+    return periodic.find_isolas((branch, *known), **options)
 
 
 def test_the_third_order_subharmonic_of_duffings_oscillator():
@@ -93,8 +94,8 @@ def marched(isola, index):
 @pytest.mark.parametrize(
     ("change", "error", "words"),
     [
-        ({"starts": 0}, ClearanceError, "starts must be a whole number from 1 on, got 0"),
-        ({"starts": 10_000}, ClearanceError, "at most 1000 starts at a frequency"),
+        ({"n_starts": 0}, ClearanceError, "n_starts must be a whole number from 1 on, got 0"),
+        ({"n_starts": 10_000}, ClearanceError, "at most 1000 starts at a frequency"),
         ({"periods": 2.5}, ClearanceError, "periods must be a whole number from 1 on, got 2.5"),
         ({"longest": True}, ClearanceError, "longest must be a whole number"),
         ({"reach": -1.0}, ClearanceError, "reach must be a displacement > 0 m"),
@@ -108,11 +109,11 @@ def test_refusals(change, error, words):
 
 
 def test_known_branches_are_of_one_excitation():
-    level = periodic.response(OSCILLATOR, HARDENING, 1.0, RANGE, 1, 16)
+    level = periodic.follow_response(Model(OSCILLATOR, HARDENING), 1.0, RANGE, 1, 16)
     with pytest.raises(ClearanceError, match="known branches must be of one rig, law, level"):
         searched(1, 16, [level])
     with pytest.raises(ClearanceError, match="isolas are searched beside known branches"):
-        periodic.isolas([])
+        periodic.find_isolas([])
 
 
 def test_figure_and_dataset():

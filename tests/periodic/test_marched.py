@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from clearance_mj import periodic
+from clearance_mj.model import Model
 from experiments.periodic.verification import (
     BAND,
     CLOSE,
@@ -30,7 +31,7 @@ SOME = [pytest.param(*case, marks=[] if case[1] == 6.0 else pytest.mark.slow) fo
 @pytest.mark.parametrize(("name", "level"), SOME)
 def test_stable_vibrations_stay_when_marched(name, level, measured, request):
     """Fundamentals of every sensor and clearance; at 6 m/s² of a few points, else of every one that is not steep."""
-    branch = periodic.response(TABLE1, LAWS[name], level, BAND)
+    branch = periodic.follow_response(Model(TABLE1, LAWS[name]), level, BAND)
     at = np.flatnonzero(branch.stable & ~steep(branch))
     if level == 6.0:
         at = at[(at.size - 1) * np.array([1, 4, 9]) // 10]
@@ -42,7 +43,7 @@ def test_stable_vibrations_stay_when_marched(name, level, measured, request):
 @pytest.mark.slow
 @pytest.mark.parametrize("name", LAWS)
 def test_links_march_the_same_vibrations(name, measured):
-    branch = periodic.response(TABLE1, LAWS[name], 6.0, BAND)
+    branch = periodic.follow_response(Model(TABLE1, LAWS[name]), 6.0, BAND)
     off = max(by_links(branch, i) for i in of_links(branch))
     measured.below(f"harmonic balance, {name}, 6 m/s²: fundamental of every channel", off, 0.01, "links' march")
 
@@ -52,7 +53,7 @@ def test_links_march_the_same_vibrations(name, measured):
 def test_the_virtual_rig_jumps_at_the_folds(name, measured):
     """A stepped sine upwards and downwards, in steps of 0.05 Hz."""
     truth = TRUTHS[name]
-    branch = periodic.response(TABLE1, rig_s_law(truth), 6.0, (35, 60))
+    branch = periodic.follow_response(Model(TABLE1, rig_s_law(truth)), 6.0, (35, 60))
     up, down = (point.frequency for point in branch.special if point.kind == "fold")
     for way, fold, outside in (("up", up, down - 1), ("down", down, up + 1)):
         _, _, at = jump(TABLE1, truth, 6.0, fold, outside)

@@ -7,6 +7,7 @@ from scipy.integrate import solve_ivp
 from clearance_mj import periodic
 from clearance_mj.clearance import ConstantLaw, ContactLaw, HuntCrossley1975
 from clearance_mj.engines import Modal
+from clearance_mj.model import Model
 from experiments.periodic.verification import modal_state
 
 from ..conftest import TABLE1
@@ -42,7 +43,7 @@ def by_differences(branch, i, after):
 
 
 def test_duffing_by_an_ode_solver():
-    branch = periodic.response(DUFFING, HARDENING, 0.18, (0.9 / TURN, 1.5 / TURN), 15)
+    branch = periodic.follow_response(Model(DUFFING, HARDENING), 0.18, (0.9 / TURN, 1.5 / TURN), 15)
 
     def rate(time, state, omega):
         x, v = state
@@ -60,7 +61,7 @@ def test_duffing_by_an_ode_solver():
 def test_a_one_sided_spring_by_an_ode_solver(damping):
     """A soft one, which touches for long. With damping its force begins with a jump."""
     law = ConstantLaw(3.0, damping)
-    branch = periodic.response(UNILATERAL, law, 0.1, (0.9 / TURN, 0.5 / TURN), 41, 2048)
+    branch = periodic.follow_response(Model(UNILATERAL, law), 0.1, (0.9 / TURN, 0.5 / TURN), 41, 2048)
 
     def rate(time, state, omega, touching):
         x, v = state[:2], state[2:]
@@ -97,7 +98,7 @@ def by_march(branch, i, steps=4096):
     excitation = np.real(branch.level[i, 0] * np.exp(1j * TURN * np.arange(steps) / steps))
 
     def after(state):
-        run = Modal(branch.modes).start(branch.rig, branch.law, branch.kind, TURN / omega / steps)
+        run = Modal(branch.n_modes).start(branch.model.rig, branch.model.law, branch.kind, TURN / omega / steps)
         motion = run.alone.motion
         motion.q[:, 0], motion.v[:, 0] = np.split(state, 2)
         run.advance(excitation)
@@ -114,7 +115,7 @@ def by_march(branch, i, steps=4096):
 def test_table1_by_differences_of_marches():
     """With Hertz's contact, whose force begins without a jump: the engine's steps would hide when that comes."""
     law = ContactLaw(HuntCrossley1975(3e5, 6.75e5))
-    branch = periodic.response(TABLE1, law, 6.0, (40, 52))
+    branch = periodic.follow_response(Model(TABLE1, law), 6.0, (40, 52))
     for i in three_points(branch):
         known, found = leading(by_march(branch, i), 6), branch.multipliers[i, :6]
         np.testing.assert_allclose(np.sort(np.abs(found)), np.sort(np.abs(known)), rtol=5e-3)

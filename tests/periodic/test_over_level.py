@@ -5,6 +5,7 @@ import pytest
 
 from clearance_mj import periodic
 from clearance_mj.core.errors import ClearanceError, ExcitationError
+from clearance_mj.model import Model
 
 from ..conftest import TABLE1
 from .test_published import DUFFING, HARDENING, TURN
@@ -22,7 +23,9 @@ def squared_force(omega, squared):
 def test_duffing_folds_over_level_in_closed_form():
     """dF²/dA² = 0: 3 g² A⁴ + 4 g s A² + s² + (δ Ω)² = 0 with g = ¾ κ, s = 1 - Ω²."""
     omega = 1.3
-    branch = periodic.response_over_level(DUFFING, HARDENING, omega / TURN, (0.01, 1.0), 1, 16, stability=False)
+    branch = periodic.follow_response_over_level(
+        Model(DUFFING, HARDENING), omega / TURN, (0.01, 1.0), 1, 16, stability=False
+    )
     amplitude = np.abs(branch.displacement[:, 0, 1])
     np.testing.assert_allclose(branch.level[:, 0].real ** 2, squared_force(omega, amplitude**2), rtol=1e-6)
     s = 1 - omega**2
@@ -39,7 +42,7 @@ def test_duffing_folds_over_level_in_closed_form():
 
 
 def test_between_folds_over_level_it_is_not_stable():
-    branch = periodic.response_over_level(DUFFING, HARDENING, 1.3 / TURN, (0.01, 1.0), 7, 29)
+    branch = periodic.follow_response_over_level(Model(DUFFING, HARDENING), 1.3 / TURN, (0.01, 1.0), 7, 29)
     assert [point.kind for point in branch.special] == ["fold", "fold"]
     first, second = (point.index for point in branch.special)
     assert branch.stable[: first - 1].all() and branch.stable[second + 2 :].all()
@@ -48,10 +51,10 @@ def test_between_folds_over_level_it_is_not_stable():
 
 def test_a_rig_that_is_driven_louder_jumps_where_the_frequency_folds():
     """At the frequency of a fold at 6 m/s² the level folds at 6 m/s²."""
-    known = periodic.response(TABLE1, LAW, 6.0, (30, 60), stability=False)
+    known = periodic.follow_response(Model(TABLE1, LAW), 6.0, (30, 60), stability=False)
     up, down = (point.frequency for point in known.special)
-    louder = periodic.response_over_level(TABLE1, LAW, down, (0.5, 12.0), stability=False)
-    softer = periodic.response_over_level(TABLE1, LAW, up, (12.0, 0.5), stability=False)
+    louder = periodic.follow_response_over_level(Model(TABLE1, LAW), down, (0.5, 12.0), stability=False)
+    softer = periodic.follow_response_over_level(Model(TABLE1, LAW), up, (12.0, 0.5), stability=False)
     for branch, frequency in ((louder, down), (softer, up)):
         levels = [point.level for point in branch.special]
         assert min(abs(level / 6.0 - 1) for level in levels) < 1e-4
@@ -65,13 +68,19 @@ def test_a_rig_that_is_driven_louder_jumps_where_the_frequency_folds():
     ("change", "error", "words"),
     [
         ({"frequency": 0.0}, ExcitationError, "frequency must be > 0 Hz, got 0"),
-        ({"levels": 6.0}, ExcitationError, r"levels are a pair \(from, to\)"),
-        ({"levels": (0.0, 1.0)}, ExcitationError, "levels must be two different ones > 0, got 0 and 1"),
-        ({"levels": (1.0, 1.0)}, ExcitationError, "levels must be two different ones > 0"),
-        ({"harmonics": 0}, ClearanceError, "harmonics must be 1 or more"),
+        ({"amplitude_range": 6.0}, ExcitationError, r"amplitude_range is a pair \(from, to\)"),
+        (
+            {"amplitude_range": (0.0, 1.0)},
+            ExcitationError,
+            "must be two different amplitudes > 0, got 0 and 1",
+        ),
+        ({"amplitude_range": (1.0, 1.0)}, ExcitationError, "amplitude_range must be two different amplitudes > 0"),
+        ({"n_harmonics": 0}, ClearanceError, "harmonics must be 1 or more"),
         ({"kind": "sound"}, ExcitationError, 'kind must be "base" or "force"'),
     ],
 )
 def test_refusals(change, error, words):
     with pytest.raises(error, match=words):
-        periodic.response_over_level(**{"rig": TABLE1, "law": LAW, "frequency": 40.0, "levels": (1.0, 2.0), **change})
+        periodic.follow_response_over_level(
+            **{"model": Model(TABLE1, LAW), "frequency": 40.0, "amplitude_range": (1.0, 2.0), **change}
+        )

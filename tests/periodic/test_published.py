@@ -15,6 +15,7 @@ from scipy.interpolate import CubicSpline
 from clearance_mj import periodic
 from clearance_mj.clearance import ConstantLaw
 from clearance_mj.clearance.grease import GreaseModel
+from clearance_mj.model import Model
 from clearance_mj.rig import Bushing, Contact, Grease, Rig, Sensor, Shaker
 from clearance_mj.structure import Matrices
 
@@ -86,7 +87,7 @@ def test_two_masses_and_a_one_sided_spring(measured):
     """NLvib's third example: 21 harmonics, 1024 samples, continued from Ω = 0.8 to 0.5 around two folds."""
     rows = np.genfromtxt(HERE / "nlvib_unilateral.csv", delimiter=",", names=True, dtype=None, encoding="utf-8")
     rows = rows[rows["method"] == "hb"][:-1]  # the last one is where NLvib was stopped
-    branch = periodic.response(UNILATERAL, STOP, 0.1, (0.8 / TURN, 0.5 / TURN), 21, 1024, stability=False)
+    branch = periodic.follow_response(Model(UNILATERAL, STOP), 0.1, (0.8 / TURN, 0.5 / TURN), 21, 1024, stability=False)
     off = distances(branch, 1, rows["angular_frequency"], rows["fundamental_amplitude_2"])
     measured.below("harmonic balance, two masses and a one-sided spring: amplitude", off.max(), 1e-3, "NLvib 1.3")
     peak = np.abs(branch.displacement[:, 1, 1]).max()
@@ -100,7 +101,7 @@ def test_where_it_doubles_its_period_and_becomes_quasiperiodic():
     """NLvib by shooting: multipliers, leaving the circle at -1 from Ω = 0.7556 on, and as pairs about 0.6 and 0.58."""
     rows = np.genfromtxt(HERE / "nlvib_unilateral.csv", delimiter=",", names=True, dtype=None, encoding="utf-8")
     rows = rows[rows["method"] == "shooting"]
-    branch = periodic.response(UNILATERAL, STOP, 0.1, (0.8 / TURN, 0.5 / TURN), 61, 1024)
+    branch = periodic.follow_response(Model(UNILATERAL, STOP), 0.1, (0.8 / TURN, 0.5 / TURN), 61, 1024)
     special = [(point.kind, point.frequency * TURN) for point in branch.special]
     doubling = [omega for kind, omega in special if kind == "period doubling"]
     pairs = [omega for kind, omega in special if kind == "Neimark-Sacker"]
@@ -122,7 +123,7 @@ def test_where_it_doubles_its_period_and_becomes_quasiperiodic():
 def test_duffing(measured):
     """NLvib: q'' + 0.05 q' + q + 0.1 q³ = 0.18 cos Ωt, 7 harmonics, 29 samples."""
     rows = np.genfromtxt(HERE / "nlvib_duffing.csv", delimiter=",", names=True)
-    branch = periodic.response(DUFFING, HARDENING, 0.18, (0.5 / TURN, 1.6 / TURN), 7, 29)
+    branch = periodic.follow_response(Model(DUFFING, HARDENING), 0.18, (0.5 / TURN, 1.6 / TURN), 7, 29)
     off = distances(branch, 0, rows["angular_frequency"], rows["fundamental_amplitude"])[:-1]
     measured.below("harmonic balance, Duffing's oscillator: amplitude", off.max(), 1e-3, "NLvib 1.3")
     assert [point.kind for point in branch.special] == ["fold", "fold"]
@@ -134,7 +135,7 @@ def test_duffing(measured):
 
 def test_duffing_with_one_harmonic():
     """((1 + ¾ κ A² - Ω²)² + (δ Ω)²) A² = F² (Nayfeh & Mook, Nonlinear Oscillations, 1979, 4.1), and its backbone."""
-    branch = periodic.response(DUFFING, HARDENING, 0.18, (0.5 / TURN, 1.6 / TURN), 1, 16, stability=False)
+    branch = periodic.follow_response(Model(DUFFING, HARDENING), 0.18, (0.5 / TURN, 1.6 / TURN), 1, 16, stability=False)
     amplitude, omega = np.abs(branch.displacement[:, 0, 1]), TURN * branch.frequency
     force = np.hypot(1 + 0.075 * amplitude**2 - omega**2, 0.05 * omega) * amplitude
     np.testing.assert_allclose(force, 0.18, rtol=1e-6)

@@ -8,6 +8,7 @@ from clearance_mj.beam import linear_frf
 from clearance_mj.clearance import ConstantLaw
 from clearance_mj.core.errors import ClearanceError, ExcitationError, LawError, RigError
 from clearance_mj.identify import nominal
+from clearance_mj.model import Model
 
 from ..conftest import TABLE1
 from ..fuzz.samples import RIG
@@ -20,7 +21,7 @@ FREQUENCIES = np.sort(np.append(np.linspace(30, 60, 31), (46.2, 46.8)))
 
 @pytest.fixture(scope="module")
 def found():
-    return periodic.rattle_map(TABLE1, LAW, LEVELS, FREQUENCIES, workers=1, progress=False)
+    return periodic.map_rattle(Model(TABLE1, LAW), LEVELS, FREQUENCIES, workers=1)
 
 
 @pytest.mark.parametrize("frequency", [36.0, 46.2, 46.8])
@@ -29,7 +30,7 @@ def test_a_cell_is_what_a_branch_comes_to(found, frequency, measured):
     i = np.flatnonzero(FREQUENCIES == frequency)[0]
     off = []
     for sweep, start in enumerate((30, 60)):
-        branch = periodic.response(TABLE1, LAW, 6.0, (start, frequency), stability=False)
+        branch = periodic.follow_response(Model(TABLE1, LAW), 6.0, (start, frequency), stability=False)
         for name in ("acceleration", "clearance_displacement"):
             of_map = getattr(found, name.replace("clearance_", ""))[sweep, 0, 1, i]
             off.append(np.abs(of_map / branch.amplitude(name)[-1] - 1).max())
@@ -48,7 +49,7 @@ def test_it_rattles_where_the_linear_response_fills_the_gap(found):
 
 
 def test_it_jumps_where_the_branch_folds(found):
-    branch = periodic.response(TABLE1, LAW, 6.0, (30, 60), stability=False)
+    branch = periodic.follow_response(Model(TABLE1, LAW), 6.0, (30, 60), stability=False)
     up, down = (point.frequency for point in branch.special)
     jumps = {jump.sweep: jump for jump in found.jumps}
     assert jumps["up"].frequency == pytest.approx(up, rel=1e-4) and jumps["up"].level == 6.0
@@ -81,9 +82,9 @@ def test_figure_and_dataset(found):
 @pytest.mark.parametrize(
     ("change", "error", "words"),
     [
-        ({"levels": 1.0}, ExcitationError, "levels must be 1 or more numbers in a row"),
-        ({"levels": (1.0, 1e308)}, ExcitationError, "levels must be > 0, at most 1e.12 and increasing"),
-        ({"levels": (2.0, 1.0)}, ExcitationError, "levels must be > 0, at most 1e.12 and increasing"),
+        ({"amplitudes": 1.0}, ExcitationError, "amplitudes must be 1 or more numbers in a row"),
+        ({"amplitudes": (1.0, 1e308)}, ExcitationError, "amplitudes must be > 0, at most 1e.12 and increasing"),
+        ({"amplitudes": (2.0, 1.0)}, ExcitationError, "amplitudes must be > 0, at most 1e.12 and increasing"),
         ({"frequencies": (10.0,)}, ExcitationError, "frequencies must be 2 or more numbers in a row"),
         ({"frequencies": (0.0, 1.0)}, ExcitationError, "frequencies must be > 0, at most 1e.12 and increasing"),
         ({"gaps": []}, ClearanceError, "gaps is empty"),
@@ -93,20 +94,20 @@ def test_figure_and_dataset(found):
         ({"kind": "sound"}, ExcitationError, 'kind must be "base" or "force"'),
         ({"kind": "force"}, ExcitationError, "rig 'table1' has no shaker.position"),
         ({"workers": 0}, ClearanceError, "workers must be 1 to 1024, got 0"),
-        ({"harmonics": 0}, ClearanceError, "harmonics must be 1 or more"),
-        ({"rig": BARE}, RigError, "rig 'table1' has no clearance"),
-        ({"law": ConstantLaw([1e3] * 3, 1.0)}, LawError, "3 bushings, the rig has 2"),
+        ({"n_harmonics": 0}, ClearanceError, "harmonics must be 1 or more"),
+        ({"model": Model(BARE, LAW)}, RigError, "rig 'table1' has no clearance"),
+        ({"model": Model(TABLE1, ConstantLaw([1e3] * 3, 1.0))}, LawError, "3 bushings, the rig has 2"),
     ],
 )
 def test_refusals(change, error, words):
     with pytest.raises(error, match=words):
-        periodic.rattle_map(
-            **{"rig": TABLE1, "law": LAW, "levels": (1.0,), "frequencies": (10.0, 20.0), "workers": 1, **change}
+        periodic.map_rattle(
+            **{"model": Model(TABLE1, LAW), "amplitudes": (1.0,), "frequencies": (10.0, 20.0), "workers": 1, **change}
         )
 
 
 def test_a_level_at_which_no_vibration_is_found():
-    """Contacts of 8000 N/m, without damping, at a billion g: it is told where the row ends, and the others stay."""
-    found = periodic.rattle_map(RIG, nominal(RIG), (1.0, 1e11), (8.0, 9.0), harmonics=1, modes=2, workers=1)
+    """Contacts of 8000 N/m, without damping, at a billion g: the map says where the row ends, and the others stay."""
+    found = periodic.map_rattle(Model(RIG, nominal(RIG)), (1.0, 1e11), (8.0, 9.0), n_harmonics=1, n_modes=2, workers=1)
     assert np.isnan(found.acceleration[:, :, 1]).all() and np.isfinite(found.acceleration[:, :, 0]).all()
     assert found.ended and all("level 1e+11 m/s²: no further periodic vibration" in words for words in found.ended)

@@ -10,6 +10,7 @@ from clearance_mj import periodic
 from clearance_mj.clearance import ConstantLaw
 from clearance_mj.clearance.grease import GreaseModel
 from clearance_mj.core.errors import ClearanceError
+from clearance_mj.model import Model
 from clearance_mj.periodic import SpecialPoint
 from clearance_mj.rig import Bushing, Contact, Grease, Rig, Sensor, Shaker
 from clearance_mj.structure import Matrices
@@ -91,11 +92,11 @@ def test_two_terms_of_a_quadratic_oscillator():
     That at ω, (1 - ω² + 2βc + iδω) a + β b ā = 0, is Mathieu's equation about the motion of one period (Nayfeh & Mook,
     Nonlinear Oscillations, 1979, chapter 5).
     """
-    branch = periodic.response(QUADRATIC, SOFT, FORCE, RANGE, 1, 32)
+    branch = periodic.follow_response(Model(QUADRATIC, SOFT), FORCE, RANGE, 1, 32)
     ends = doublings(branch)
     assert len(ends) == 2
     for point in ends:
-        twice = periodic.doubled(branch, point)
+        twice = periodic.follow_doubled(branch, point)
         c, a, b = twice.displacement[:, 0].T
         c, omega = c.real, TURN * twice.frequency / 2
         linear = 1 - omega**2 + 1j * DAMPING * omega + 2 * SQUARE * c
@@ -109,9 +110,9 @@ def test_two_terms_of_a_quadratic_oscillator():
 
 
 def test_doubled_vibrations_are_those_of_a_long_march(measured):
-    branch = periodic.response(QUADRATIC, HARD, FORCE, RANGE, 6, 96)
+    branch = periodic.follow_response(Model(QUADRATIC, HARD), FORCE, RANGE, 6, 96)
     first, second = doublings(branch)
-    twice = periodic.doubled(branch, first)
+    twice = periodic.follow_doubled(branch, first)
     off = []
     for index in np.flatnonzero(twice.stable)[[5, 30]]:
         known = marched(quadratic, twice, index, np.ones(1), 60)
@@ -120,16 +121,16 @@ def test_doubled_vibrations_are_those_of_a_long_march(measured):
     # The doubling that ends it is the other one, from which it comes back.
     assert twice.frequency[[0, -1]] == pytest.approx([first.frequency, second.frequency], rel=1e-4)
     assert twice.ended.startswith("its period is halved at 0.3118")
-    back = periodic.doubled(branch, second)
+    back = periodic.follow_doubled(branch, second)
     assert back.frequency[[-1, 0]] == pytest.approx(twice.frequency[[0, -1]], rel=1e-4)
     assert [point.kind for point in twice.special] == ["fold"]
     assert back.special[0].frequency == pytest.approx(twice.special[0].frequency, rel=1e-4)
 
 
 def test_a_doubled_branch_doubles_again():
-    branch = periodic.response(QUADRATIC, SOFT, FORCE, RANGE, 6, 96)
-    twice = periodic.doubled(branch, doublings(branch)[0])
-    again = periodic.doubled(twice, doublings(twice)[0])
+    branch = periodic.follow_response(Model(QUADRATIC, SOFT), FORCE, RANGE, 6, 96)
+    twice = periodic.follow_doubled(branch, doublings(branch)[0])
+    again = periodic.follow_doubled(twice, doublings(twice)[0])
     assert again.periods == 4
     assert again.frequency[0] == pytest.approx(doublings(twice)[0].frequency, rel=1e-3)
     x = again.displacement[:, 0]
@@ -139,9 +140,9 @@ def test_a_doubled_branch_doubles_again():
 @pytest.mark.slow
 def test_two_masses_and_a_one_sided_spring_with_twice_the_period(measured):
     """NLvib's third example, with twice the period between its two doublings."""
-    branch = periodic.response(UNILATERAL, STOP, 0.1, (0.8 / TURN, 0.5 / TURN), 61, 1024)
+    branch = periodic.follow_response(Model(UNILATERAL, STOP), 0.1, (0.8 / TURN, 0.5 / TURN), 61, 1024)
     first, second = doublings(branch)
-    twice = periodic.doubled(branch, second)
+    twice = periodic.follow_doubled(branch, second)
     assert twice.ended.startswith("its period is halved")
     # The multiplier passes -1 where the balance doubles but for the few samples of the contact.
     assert twice.frequency[[-1, 0]] == pytest.approx([first.frequency, second.frequency], rel=5e-3)
@@ -157,11 +158,11 @@ def test_two_masses_and_a_one_sided_spring_with_twice_the_period(measured):
 
 
 def test_refusals():
-    branch = periodic.response(QUADRATIC, SOFT, FORCE, RANGE, 1, 16)
+    branch = periodic.follow_response(Model(QUADRATIC, SOFT), FORCE, RANGE, 1, 16)
     point = doublings(branch)[0]
     elsewhere = SpecialPoint("fold", point.frequency, FORCE, point.index)
     with pytest.raises(ClearanceError, match=r"point must be a period doubling of the branch, which has 0\.\d+ Hz"):
-        periodic.doubled(branch, elsewhere)
-    unknown = periodic.response(QUADRATIC, SOFT, FORCE, RANGE, 1, 16, stability=False)
+        periodic.follow_doubled(branch, elsewhere)
+    unknown = periodic.follow_response(Model(QUADRATIC, SOFT), FORCE, RANGE, 1, 16, stability=False)
     with pytest.raises(ClearanceError, match="without stability, so it knows no period doubling"):
-        periodic.doubled(unknown, point)
+        periodic.follow_doubled(unknown, point)

@@ -6,6 +6,7 @@ import pytest
 from clearance_mj import periodic
 from clearance_mj.clearance import ConstantLaw, MaxwellSlip
 from clearance_mj.core.errors import ClearanceError, ExcitationError
+from clearance_mj.model import Model
 
 from ..conftest import TABLE1
 from .test_over_level import DAMPING, SPRING, squared_force
@@ -17,9 +18,9 @@ SLIDERS = MaxwellSlip(springs=(1500.0, 1500.0), forces=(0.1, 0.25), elastic=1500
 
 def test_duffing_folds_meet_in_a_cusp():
     """Folds: 3 g² A⁴ + 4 g s A² + s² + (δ Ω)² = 0 (Nayfeh & Mook 1979, 4.1); both meet where s² = 3 (δ Ω)²."""
-    branch = periodic.response(DUFFING, HARDENING, 0.18, (0.5 / TURN, 1.6 / TURN), 1, 16, stability=False)
+    branch = periodic.follow_response(Model(DUFFING, HARDENING), 0.18, (0.5 / TURN, 1.6 / TURN), 1, 16, stability=False)
     upper = max(branch.special, key=lambda point: point.frequency)
-    curve = periodic.fold_curve(branch, upper, 0.01)
+    curve = periodic.follow_folds(branch, upper, 0.01)
     omega = TURN * curve.frequency
     s = 1 - omega**2
     root = np.sqrt(np.maximum(s**2 - 3 * (DAMPING * omega) ** 2, 0))
@@ -37,9 +38,9 @@ def test_duffing_folds_meet_in_a_cusp():
 
 @pytest.mark.parametrize("i", [0, pytest.param(1, marks=pytest.mark.slow)])
 def test_a_rigs_folds_are_those_of_branches_at_other_levels(i):
-    branch = periodic.response(TABLE1, LAW, 6.0, (40, 50), stability=False)
-    curve = periodic.fold_curve(branch, branch.special[i], 8.0)
-    known = periodic.response(TABLE1, LAW, 8.0, (40, 55), stability=False).special[i]
+    branch = periodic.follow_response(Model(TABLE1, LAW), 6.0, (40, 50), stability=False)
+    curve = periodic.follow_folds(branch, branch.special[i], 8.0)
+    known = periodic.follow_response(Model(TABLE1, LAW), 8.0, (40, 55), stability=False).special[i]
     assert not curve.ended
     assert curve.frequency[-1] == pytest.approx(known.frequency, rel=1e-4)
     assert curve.value[-1] == pytest.approx(8.0)
@@ -48,21 +49,21 @@ def test_a_rigs_folds_are_those_of_branches_at_other_levels(i):
 @pytest.mark.slow
 def test_over_the_gap_it_is_the_level_in_other_words():
     """Without preload everything scales: a gap twice as large at twice the level folds at the same frequency."""
-    branch = periodic.response(TABLE1, LAW, 6.0, (40, 50), stability=False)
+    branch = periodic.follow_response(Model(TABLE1, LAW), 6.0, (40, 50), stability=False)
     up = branch.special[0]
-    over_gap = periodic.fold_curve(branch, up, 4e-4, "gap")
-    over_level = periodic.fold_curve(branch, up, 6.0 * 3 / 4)
+    over_gap = periodic.follow_folds(branch, up, 4e-4, "gap")
+    over_level = periodic.follow_folds(branch, up, 6.0 * 3 / 4)
     assert over_gap.value[-1] == pytest.approx(4e-4)
     assert over_gap.frequency[-1] == pytest.approx(over_level.frequency[-1], rel=1e-5)
 
 
 def test_first_contact_in_closed_form():
     frequency = np.array([10.0, 30.0, 39.0, 60.0])
-    curve = periodic.first_contact(TABLE1, LAW, frequency)
+    curve = periodic.find_first_contact(Model(TABLE1, LAW), frequency)
     for i, level in enumerate(curve.value):
         for factor in (0.999, 1.001):
-            branch = periodic.response(
-                TABLE1, LAW, factor * level, (frequency[i], 1.0001 * frequency[i]), stability=False
+            branch = periodic.follow_response(
+                Model(TABLE1, LAW), factor * level, (frequency[i], 1.0001 * frequency[i]), stability=False
             )
             assert branch.contact_force[0].any() == (factor > 1)
 
@@ -70,24 +71,26 @@ def test_first_contact_in_closed_form():
 @pytest.mark.slow
 def test_first_contact_of_grease_that_remembers():
     law = ConstantLaw(7.8e3, 4.0, grease=SLIDERS)
-    curve = periodic.first_contact(TABLE1, law, [39.0, 45.0])
+    curve = periodic.find_first_contact(Model(TABLE1, law), [39.0, 45.0])
     for frequency, level in zip(curve.frequency, curve.value):
         for factor in (0.999, 1.001):
-            branch = periodic.response(TABLE1, law, factor * level, (frequency, 1.0001 * frequency), stability=False)
+            branch = periodic.follow_response(
+                Model(TABLE1, law), factor * level, (frequency, 1.0001 * frequency), stability=False
+            )
             assert branch.contact_force[0].any() == (factor > 1)
 
 
 def test_figure_dataset_and_refusals():
-    branch = periodic.response(DUFFING, HARDENING, 0.18, (0.5 / TURN, 1.6 / TURN), 1, 16, stability=False)
+    branch = periodic.follow_response(Model(DUFFING, HARDENING), 0.18, (0.5 / TURN, 1.6 / TURN), 1, 16, stability=False)
     fold = branch.special[0]
-    curve = periodic.fold_curve(branch, fold, 0.2)
+    curve = periodic.follow_folds(branch, fold, 0.2)
     assert curve.plot().axes[0].get_ylabel() == "level (N)"
     assert curve.to_xarray().level.attrs["units"] == "N"
     with pytest.raises(ClearanceError, match='over must be "level" or "gap"'):
-        periodic.fold_curve(branch, fold, 0.2, "mass")
+        periodic.follow_folds(branch, fold, 0.2, "mass")
     with pytest.raises(ClearanceError, match=r"to must be > 0 and another level than that of the fold, 0\.18"):
-        periodic.fold_curve(branch, fold, 0.0)
+        periodic.follow_folds(branch, fold, 0.0)
     with pytest.raises(ClearanceError, match="point must be a fold of the branch"):
-        periodic.fold_curve(branch, periodic.SpecialPoint("Neimark-Sacker", 1.0, 1.0, 0), 0.2)
+        periodic.follow_folds(branch, periodic.SpecialPoint("Neimark-Sacker", 1.0, 1.0, 0), 0.2)
     with pytest.raises(ExcitationError, match="frequencies must be numbers > 0 Hz"):
-        periodic.first_contact(TABLE1, LAW, [0.0])
+        periodic.find_first_contact(Model(TABLE1, LAW), [0.0])

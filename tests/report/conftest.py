@@ -9,6 +9,7 @@ from clearance_mj import periodic
 from clearance_mj.clearance.law import ConstantLaw
 from clearance_mj.io.dataset import Dataset, Record
 from clearance_mj.io.uff import Channel
+from clearance_mj.model import Model
 from clearance_mj.report import write_report
 from clearance_mj.rig import Beam, Bushing, Contact, Grease, PointMass, Rig, Sensor
 from clearance_mj.signals.comparison import Comparison
@@ -83,11 +84,13 @@ LAW = ConstantLaw(8.1e3, 4.0)
 @cache
 def under_sines() -> PeriodicVibrations:
     """Of the fitted law, with few harmonics and frequencies: it folds at 4 m/s²."""
-    levels, settings = (1.0, 4.0), {"harmonics": 9}
-    branches = tuple(periodic.response(RIG, LAW, v, (5.0, 90.0), stability=False, **settings) for v in levels)
+    levels, settings = (1.0, 4.0), {"n_harmonics": 9}
+    branches = tuple(
+        periodic.follow_response(Model(RIG, LAW), v, (5.0, 90.0), stability=False, **settings) for v in levels
+    )
     of_map = levels, np.linspace(5.0, 90.0, 86)
     return PeriodicVibrations(
-        "constant", branches, periodic.rattle_map(RIG, LAW, *of_map, workers=1, progress=False, **settings), ""
+        "constant", branches, periodic.map_rattle(Model(RIG, LAW), *of_map, workers=1, **settings), ""
     )
 
 

@@ -12,6 +12,7 @@ from clearance_mj import periodic
 from clearance_mj.clearance.law import TimeLaw
 from clearance_mj.core.cache import ResultCache
 from clearance_mj.core.files import to_json
+from clearance_mj.model import Model
 from clearance_mj.periodic.summaries import stable_points
 from clearance_mj.report.html import Section, page
 from clearance_mj.report.sections._periodic import sines, special_points, unknown
@@ -52,7 +53,7 @@ def test_folds_are_told_with_their_jumps():
 
 def test_stability_by_folds_is_that_of_the_multipliers():
     """Where a branch has folds only; a multiplier passes 1 at each (Seydel 2010, chapter 2), but for rounding."""
-    branch = periodic.response(RIG, LAW, 4.0, (30.0, 60.0), 5)
+    branch = periodic.follow_response(Model(RIG, LAW), 4.0, (30.0, 60.0), 5)
     folds = [point.index for point in branch.special]
     assert {point.kind for point in branch.special} == {"fold"} and (~branch.stable).sum() > 3
     off = np.flatnonzero(stable_points(dataclasses.replace(branch, multipliers=None)) != branch.stable)
@@ -121,8 +122,8 @@ def test_the_law_is_the_best_one_that_has_periodic_vibrations(study, monkeypatch
     law = IdentifiedLaw("ridge", TimeLaw([0.0, 1.0], [[1e3], [2e3]], [[1.0], [1.0]]), "everything")
     bare = study_of(study.dataset, [*study.laws, law])
     assert bare.best_law == "ridge" and bare.periodic == "found"
-    name, rig, found, levels, band, kind, *_ = asked[0]
-    assert (name, rig, found, levels, band, kind) == ("constant", RIG, LAW, [1.0, 4.0], (5.0, 220.0), "base")
+    name, model, levels, band, kind, *_ = asked[0]
+    assert (name, model.rig, model.law, levels, band, kind) == ("constant", RIG, LAW, [1.0, 4.0], (5.0, 220.0), "base")
 
 
 def test_the_summary_holds_jumps_and_first_contact(study):
@@ -151,9 +152,9 @@ def test_of_a_law(known, monkeypatch):
     for name, value in {"HARMONICS": 3, "MAP_HARMONICS": 2, "MAP_LEVELS": 2, "MAP_FREQUENCIES": 4}.items():
         monkeypatch.setattr(of_study, name, value)
     band = (60.0, 70.0) if known == "levels" else (60.0, 60.0)
-    found = of_study.periodic_vibrations("constant", RIG, LAW, [1.0, 4.0], band, "base", 2)
+    found = of_study.periodic_vibrations("constant", Model(RIG, LAW), [1.0, 4.0], band, "base", 2)
     if known == "refused":
-        assert found.map is None and found.branches == () and "frequencies must be" in found.missing
+        assert found.map is None and found.branches == () and "frequency_range must be" in found.missing
         return
     assert [abs(branch.level[0, 0]) for branch in found.branches] == [1.0, 4.0, 6.0]
     assert found.map.level.tolist() == [1.0, 6.0] and found.map.frequency[[0, -1]] == pytest.approx(band)

@@ -30,7 +30,7 @@ from clearance_mj.clearance.kernel import clearance_records, greases_of
 from clearance_mj.clearance.lane_contacts import lane_contacts
 from clearance_mj.clearance.lane_greases import lane_greases
 from clearance_mj.engines import ModalMujoco, modal_mj, mujoco_loop
-from clearance_mj.engines._modal_loop import Motion, Shaft, advance
+from clearance_mj.engines.modal_loop import Motion, Shaft, advance
 from clearance_mj.engines.plant import Maps, set_solver
 from clearance_mj.rig import Bushing, Contact, Grease
 

@@ -10,7 +10,8 @@ from pydantic import Field
 
 from ...core.errors import LawError
 from ...core.validation import Number, Positive, checked
-from ..contact import SLOWEST_IMPACT, ContactModel, Numbers, register
+from ..contact import ContactModel, Numbers, register
+from ..follower import SLOWEST_IMPACT
 from ..lanes import larger, power, where_above
 
 __all__ = ["Flores", "HertzDamped", "HuntCrossley", "LankaraniNikravesh"]

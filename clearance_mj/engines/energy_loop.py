@@ -7,8 +7,8 @@ from typing import NamedTuple
 import numba
 import numpy as np
 
-from ..clearance.gap import penetration
-from ..clearance.kernel import Clearance, contact_force, contact_step, follow_law, grease_step
+from ..clearance.follower import contact_force, signed_penetration
+from ..clearance.kernel import Clearance, contact_step, follow_law, grease_step
 from ..clearance.pointers import at, call_contact_energy, call_grease_energy, kernel_loop
 
 SIDE, BEGIN, V_IN, PEAK, IMPULSE, LOST = range(6)
@@ -55,7 +55,7 @@ def bushing_energies(
                 if g == 0.0:
                     continue
                 depth, side = abs(g), np.sign(g)
-                common = np.sqrt(max(g * penetration(x[i, p], bushing.lower, bushing.upper), 0.0))
+                common = np.sqrt(max(g * signed_penetration(x[i, p], bushing.lower, bushing.upper), 0.0))
                 law_work[i, j] += (
                     call_contact_energy(energy, now, common) - call_contact_energy(energy, was, common)
                 ) / 2

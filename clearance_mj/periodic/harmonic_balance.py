@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..clearance.pointers import OPTIONS, kernel_loop
-from ._forces import Laws, Slopes, along, equal
+from .forces import Laws, Slopes, equal, fill_forces
 
 __all__ = ["Grid", "Linear", "balance", "blocks"]
 
@@ -226,7 +226,7 @@ def _first_equal(values: np.ndarray, p: int) -> int:
 
 
 @kernel_loop(**OPTIONS)
-def _along_period(grid: Grid, omega: float, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _motion_over_period(grid: Grid, omega: float, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return displacements and speeds (n_points, N) of harmonics (n_points, K)."""
     points, n, half = x.shape[0], grid.basis.shape[0], grid.even.shape[1]
     first, count = np.zeros(points, np.int64), 0
@@ -320,9 +320,9 @@ def balance(
     _receptances(linear, omega, want, compliance, by_omega, driven, driven_by)
     x = np.dot(linear.basis, z)
     _add(y, x)
-    place, speed = _along_period(grid, omega, x)
+    place, speed = _motion_over_period(grid, omega, x)
     samples = np.empty_like(place)
-    along(laws, place, speed, omega, grid.basis, grid.rate, grid.project, want, samples, slopes)
+    fill_forces(laws, place, speed, omega, grid.basis, grid.rate, grid.project, want, samples, slopes)
     force = _projected(grid, samples)
     found = _real(driven)
     _times(-1.0, compliance, force, found)
@@ -336,7 +336,9 @@ def balance(
         if np.any(slopes.v != 0.0) or np.any(slopes.remembers):  # else forces know nothing of time
             nearby = omega * (1.0 + 1e-6)
             shifted, faster = np.empty_like(samples), speed * (nearby / omega)
-            along(laws, place, faster, nearby, grid.basis, grid.rate, grid.project, np.bool_(False), shifted, slopes)
+            fill_forces(
+                laws, place, faster, nearby, grid.basis, grid.rate, grid.project, np.bool_(False), shifted, slopes
+            )
             _times(-1.0 / (nearby - omega), compliance, _projected(grid, shifted - samples), changed)
         column = np.dot(linear.basis.T, changed)
         for a in range(r):

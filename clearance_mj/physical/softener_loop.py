@@ -14,7 +14,8 @@ from numba import types
 from numba.core import cgutils
 from numba.extending import intrinsic
 
-from ..clearance.kernel import BUSHING, STATE, contact_force, contact_step, follow_law, grease_step
+from ..clearance.follower import contact_force
+from ..clearance.kernel import BUSHING, STATE, contact_step, follow_law, grease_step
 from ..clearance.pointers import OPTIONS, caller, kernel_loop
 from . import library
 from .library import external

@@ -16,19 +16,17 @@ from typing import Any, NamedTuple
 import numba
 import numpy as np
 
-from ..clearance.gap import penetration
-from ..clearance.pointers import OPTIONS, at, call_contact_law, call_grease_law, kernel_loop
+from ..clearance.follower import end_values, impact_speed, lasting, pushing, signed_penetration
+from ..clearance.lanes import signed
+from ..clearance.pointers import OPTIONS, at, call_law, kernel_loop
 
-__all__ = ["Laws", "Slopes", "along", "equal"]
+__all__ = ["Laws", "Slopes", "equal", "fill_forces"]
 
-PERIODS = 2
-"""of a contact, which begins anew in each"""
-MOST_PERIODS = 32
-"""of greases, until what they remember is periodic: springs with sliders after one, Bouc-Wen's mean in some"""
-PERIODIC = 1e-11
-"""of the motion"""
-DIFFERENCE = 1e-7
-"""of the motion: the difference quotients' step"""
+PERIODS = 2  # of a contact, which begins anew in each
+MAX_PERIODS = 32
+"""Periods of greases until what they remember is periodic: springs with sliders need one, Bouc-Wen's mean some."""
+PERIODIC = 1e-11  # change of a memory from period to period, over the motion, that counts as none
+DIFFERENCE = 1e-7  # step of difference quotients, over the motion
 
 
 class Laws(NamedTuple):
@@ -60,13 +58,12 @@ class Slopes(NamedTuple):
 @numba.njit(cache=True, nogil=True, inline="always")
 def _contact(law: int, parameters: Any, out: Any, depth: float, speed: float, begun: float, pulls: bool) -> float:
     """Force of one end of a bushing against its penetration, N."""
-    call_contact_law(law, parameters, depth, speed, begun, out)
-    force = 0.5 * (out[0] * depth + out[1] * speed)
-    return force if pulls else max(force, 0.0)
+    k, c = end_values(law, parameters, out, depth, speed, begun)
+    return pushing(k * depth + c * speed, pulls)
 
 
 @kernel_loop(**OPTIONS)
-def _along_contact(
+def _contact_over_period(
     laws: Laws, j: int, p: int, x: np.ndarray, v: np.ndarray, omega: float, basis: np.ndarray, rate: np.ndarray,
     project: np.ndarray, want: bool, force: np.ndarray, slopes: Slopes,
 ) -> None:  # fmt: skip
@@ -79,21 +76,22 @@ def _along_contact(
     reach, touches, start = 0.0, False, 0
     for i in range(n):
         reach = max(reach, abs(x[p, i]))
-        if penetration(x[p, i], lower, upper) != 0.0:
+        if signed_penetration(x[p, i], lower, upper) != 0.0:
             touches = True
         else:
             start = i  # no contact lasts from before
     if not touches:
         return
     dx, dv = DIFFERENCE * reach, DIFFERENCE * reach * omega
-    side, begun, before, now, by_x, by_v = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    side, impact, begun, now, by_x, by_v = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     row, sums, pending = np.zeros(harmonics), np.zeros(harmonics), False
     for m in range(start, PERIODS * n):
         i, counts = m if m < n else m - n, m >= n
         last = i - 1 if i > 0 else n - 1
-        g, step, climb = penetration(x[p, i], lower, upper), x[p, i] - x[p, last], v[p, i] - v[p, last]
-        if before != 0.0 and g * before <= 0.0:  # over since the sample before, at a share of the step
-            share = ((upper if before > 0.0 else lower) - x[p, last]) / step
+        g, step, climb = signed_penetration(x[p, i], lower, upper), x[p, i] - x[p, last], v[p, i] - v[p, last]
+        began = lasting(impact, g) == 0.0
+        if impact != 0.0 and began:  # over since the sample before, at a share of the step
+            share = ((upper if side > 0.0 else lower) - x[p, last]) / step
             jump = 0.0
             if pulls:
                 jump = _contact(law, parameters, out, 0.0, side * (v[p, last] + share * climb), begun, pulls)
@@ -110,23 +108,23 @@ def _along_contact(
                     _add_event(sums, row, whole[p])
                     slopes.remembers[p] = True
             pending = False
-            before = 0.0
+            impact = 0.0
         if g == 0.0:
             continue
-        began, share, met, jump = before == 0.0, 0.0, 0.0, 0.0
+        share, jump = 0.0, 0.0
         if began:
-            side = 1.0 if g > 0.0 else -1.0
+            side = signed(1.0, g)
             met = side * v[p, i]
             if m > 0:
                 share = ((upper if g > 0.0 else lower) - x[p, last]) / step
                 met = side * (v[p, last] + share * climb)
-            begun = max(met, 1e-12)
+            begun = impact_speed(impact, g, met)
+            impact = signed(begun, g)
             jump = _contact(law, parameters, out, 0.0, met, begun, pulls)
             sums[:] = 0.0
             for k in range(harmonics):
                 place = (1.0 - share) * basis[last, k] + share * basis[i, k]
                 row[k] = omega * ((1.0 - share) * rate[last, k] + share * rate[i, k]) - climb / step * place
-        before = g
         if m < n - 1:
             continue
         depth, inwards = abs(g), side * v[p, i]
@@ -176,7 +174,7 @@ def _copy(numbers: np.ndarray, to: np.ndarray) -> None:
 
 
 @kernel_loop(**OPTIONS)
-def _along_grease(
+def _grease_over_period(
     laws: Laws, j: int, x: np.ndarray, v: np.ndarray, omega: float, basis: np.ndarray, project: np.ndarray, want: bool,
     force: np.ndarray, slopes: Slopes,
 ) -> None:  # fmt: skip
@@ -190,13 +188,13 @@ def _along_grease(
         reach = max(reach, abs(x[j, i]))
     eps = DIFFERENCE * max(reach, 1e-6 * bushing.gap)
     held, moved, answers = np.zeros(laws.room), np.zeros(laws.room), np.zeros(2)
-    memory, trial, out = at(held, 0), at(moved, 0), at(answers, 0)
+    memory, shifted, out = at(held, 0), at(moved, 0), at(answers, 0)
     sensitive, later = np.zeros((size, harmonics)), np.zeros((size, harmonics))
     of_force = np.zeros((n, harmonics))
     slope = np.zeros((size + 1, size + 2))
     first, old, begun = (0 if size else n), np.zeros(laws.room), np.zeros(laws.room)
     i = n - 1
-    for m in range(first, MOST_PERIODS * n):
+    for m in range(first, MAX_PERIODS * n):
         last, counts = i, m >= n
         i = i + 1 if i < n - 1 else 0
         here, speed = x[j, i], v[j, i]
@@ -210,7 +208,7 @@ def _along_grease(
         if i == 0:
             _copy(held, begun)
         _copy(held, old)
-        call_grease_law(law, parameters, memory, here + offset, dx, step, out)
+        call_law(law, parameters, memory, here + offset, dx, step, out)
         now = answers[0] + answers[1] * speed
         viscous = answers[1]
         if counts:
@@ -222,7 +220,7 @@ def _along_grease(
             if d < size:
                 moved[d] += eps
             further, longer = eps if d == size else 0.0, eps if d == size + 1 else 0.0
-            call_grease_law(law, parameters, trial, here + offset + further, dx + longer, step, out)
+            call_law(law, parameters, shifted, here + offset + further, dx + longer, step, out)
             for k in range(size):
                 slope[k, d] = (moved[k] - held[k]) / eps
             slope[size, d] = (answers[0] + answers[1] * speed - now) / eps
@@ -281,7 +279,7 @@ def _copy_end(force: np.ndarray, slopes: Slopes, source: int) -> None:
 
 
 @kernel_loop(**OPTIONS)
-def along(
+def fill_forces(
     laws: Laws, x: np.ndarray, v: np.ndarray, omega: float, basis: np.ndarray, rate: np.ndarray, project: np.ndarray,
     want: bool, force: np.ndarray, slopes: Slopes,
 ) -> None:  # fmt: skip
@@ -300,10 +298,10 @@ def along(
     n_bushings = laws.bushings.size
     for j in range(n_bushings):
         if not laws.linear[j]:
-            _along_grease(laws, j, x, v, omega, basis, project, want, force, slopes)
+            _grease_over_period(laws, j, x, v, omega, basis, project, want, force, slopes)
         p = n_bushings + 2 * j
-        _along_contact(laws, j, p, x, v, omega, basis, rate, project, want, force, slopes)
+        _contact_over_period(laws, j, p, x, v, omega, basis, rate, project, want, force, slopes)
         if equal(x, p, p + 1):
             _copy_end(force, slopes, p)
         else:
-            _along_contact(laws, j, p + 1, x, v, omega, basis, rate, project, want, force, slopes)
+            _contact_over_period(laws, j, p + 1, x, v, omega, basis, rate, project, want, force, slopes)

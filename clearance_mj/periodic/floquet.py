@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..clearance.pointers import OPTIONS, kernel_loop
-from ._forces import Slopes
+from .forces import Slopes
 
 __all__ = ["monodromy"]
 
