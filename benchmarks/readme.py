@@ -1,4 +1,4 @@
-"""Put the last study and benchmark into README.md and docs/benchmarks.md: ``python -m benchmarks.readme``."""
+"""Put the last study and benchmark into docs/results.md and docs/benchmarks.md: ``python -m benchmarks.readme``."""
 
 import json
 import re
@@ -9,19 +9,16 @@ from clearance_mj.core.files import replacing
 
 from . import figures, tables
 
-README, PAGE = Path("README.md"), Path("docs/benchmarks.md")
+RESULTS, PAGE = Path("docs/results.md"), Path("docs/benchmarks.md")
 STUDY, BENCH = Path("results/study"), Path("results/bench.json")
 
 
 def main():
     bench = json.loads(BENCH.read_text()) if BENCH.exists() else {}
-    found = tables.speed(bench["speed"]) if "speed" in bench else None
-    blocks = {"bench": found}
     if (STUDY / "summary.json").exists():
-        blocks["study"] = tables.study(json.loads((STUDY / "summary.json").read_text()))
+        _put(RESULTS, {"study": tables.study(json.loads((STUDY / "summary.json").read_text()))})
         shutil.copyfile(STUDY / "figures" / "frf_bushings_level_2.png", "docs/frf_bushings.png")
-    _put(README, blocks)
-    blocks = {}
+    blocks = {"bench": tables.speed(bench["speed"])} if "speed" in bench else {}
     for part in ("alternatives", "scaling", "options", "memory", "periodic", "softener"):
         if part in bench:
             blocks |= getattr(tables, part)(bench[part])
