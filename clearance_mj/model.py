@@ -45,7 +45,7 @@ class Model:
         if self.law is None:
             object.__setattr__(self, "law", nominal_law(self.rig))
 
-    def simulate(self, excitation: Excitation, engine: str | Engine = "links", progress: str | None = None) -> Response:
+    def simulate(self, excitation: Excitation, engine: str | Engine = "links", progress: bool = False) -> Response:
         """Simulate the model under an excitation, as `clearance_mj.simulate` does.
 
         Parameters
@@ -54,8 +54,8 @@ class Model:
             Base acceleration or shaker force.
         engine : str or Engine
             "links", "modal", "modal-mj", or an engine with settings of its own.
-        progress : str, optional
-            Show a progress bar with this name.
+        progress : bool
+            Show a progress bar.
 
         Returns
         -------

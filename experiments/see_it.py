@@ -18,7 +18,7 @@ DRY = cm.ConstantLaw(2e5, 2.0, grease=cm.Grease(200.0, 0.2))
 def animate(rig, law, engine, renderer, path):
     response = cm.simulate(rig, cm.excitation.random(6.0, FS, rms=5.0), law, engine)
     shown = clip.clip(rig, response)
-    reason = animation.write(shown, path, renderer)
+    reason = animation.write(shown, path, renderer, progress=True)
     peak = abs(shown.trace).max(axis=0)
     print(f"{path}: drawn {shown.exaggeration:g} times larger, peak forces {peak.round(2)} N. {reason}")
 
@@ -28,7 +28,7 @@ def motions(rig, law, engine, frequency, out, name):
         excitations = [cm.excitation.stepped_sine(12.0, FS, frequency, 2**0.5 * level) for level in LEVELS]
     else:
         excitations = [cm.excitation.random(24.0, FS, rms=level) for level in LEVELS]
-    found = dict(zip(LEVELS, cm.simulate_batch(rig, excitations, law, engine, progress=name)))
+    found = dict(zip(LEVELS, cm.simulate_batch(rig, excitations, law, engine, progress=True)))
     for drawing in motion.drawings(rig, found, frequency, 6.0):
         with replacing(out / f"see_it_{name}_{drawing.name}.png") as temporary:
             temporary.write_bytes(drawing.png())

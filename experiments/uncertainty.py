@@ -30,7 +30,7 @@ def run(dataset, level, methods, draws, out):
         drawn = model.draw(draws)
         bands, errors = {}, {}
         for record in dataset.validate:
-            bands[record.name] = frf_band(model, drawn, record.excitation())
+            bands[record.name] = frf_band(model, record.excitation(), drawn)
             errors[record.name] = paired_error(record.response(), model.simulate(record.excitation(), ENGINE))
         rows += [_row(method, record, dataset.validate, tests, bands, errors) for record in dataset.validate]
         shown[method] = bands, errors

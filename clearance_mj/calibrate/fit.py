@@ -129,9 +129,9 @@ def calibrate(
     rig: Rig,
     targets: Sequence[ModalTarget | FRFTarget],
     free: Free,
-    starts: int = 8,
+    n_starts: int = 8,
     seed: int = 0,
-    progress: str | None = None,
+    progress: bool = False,
 ) -> Calibration:
     """Find the parameters of a rig that bring it closest to measured data.
 
@@ -145,12 +145,13 @@ def calibrate(
         Paths of the free parameters as in the rig's file, such as "beam.diameter" or "masses[0].mass", with their
         bounds in SI units. Without a number, as in "bushings.grease.stiffness", all entries share one value. None:
         ×/÷ 1.2 for dimensions and material of the shaft, the whole shaft for a position, ×/÷ 10 for the rest.
-    starts : int
-        The rig itself and starts - 1 points of a Latin hypercube between the bounds, of positions, or their logarithms.
+    n_starts : int
+        The rig itself and n_starts - 1 points of a Latin hypercube between the bounds, of positions, or their
+        logarithms.
     seed : int
         Of the hypercube.
-    progress : str, optional
-        Show a progress bar with this name.
+    progress : bool
+        Show a progress bar.
 
     Returns
     -------
@@ -165,14 +166,14 @@ def calibrate(
         If there are fewer data than free parameters, data of a sensor or an excitation that the rig lacks, or not 1
         to `MAX_STARTS` starts.
     """
-    if not 1 <= starts <= MAX_STARTS:
-        raise RecordError(f"starts must be 1 to {MAX_STARTS}, got {starts}")
+    if not 1 <= n_starts <= MAX_STARTS:
+        raise RecordError(f"n_starts must be 1 to {MAX_STARTS}, got {n_starts}")
     comparison = _Comparison(rig, tuple(targets), free)
     problem = Problem(
         comparison.parameters, one_by_one(comparison.residual), step=STEP, central=True, lanes=False, invalid=RigError
     )
-    points = _starts(problem, starts, seed)
-    every = tqdm(points, desc=progress, unit="start", disable=progress is None)
+    points = _starts(problem, n_starts, seed)
+    every = tqdm(points, desc="calibrating", unit="start", disable=not progress)
     solved = [solve(problem, point, stop=EXACT) for point in every]
     perfect = min(s.cost for s in solved) + EQUAL
     # What separates perfect fits is rounding: the nearest to the first start then goes first.
@@ -199,15 +200,15 @@ def profile(
     free: Free,
     path: str,
     values: Sequence[float] | np.ndarray,
-    starts: int = 4,
+    n_starts: int = 4,
     seed: int = 0,
-    progress: str | None = None,
+    progress: bool = False,
 ) -> list[Calibration]:
     """Calibrate with one more parameter held at each of several values: the family of rigs that fit.
 
     Parameters
     ----------
-    rig, targets, free, starts, seed, progress
+    rig, targets, free, n_starts, seed, progress
         As for `calibrate`; each value starts from the rig of the one before.
     path : str
         The parameter that is held.
@@ -233,9 +234,9 @@ def profile(
     parameters = [free_parameter(rig, name, given) for name, given in free.items()]
     bounds = {p.name: (p.low, p.high) for p in parameters}
     found: list[Calibration] = []
-    for value in tqdm(values, desc=progress, unit="rig", disable=progress is None):
+    for value in tqdm(values, desc="profile", unit="rig", disable=not progress):
         last = found[-1].rig if found else rig
-        found.append(calibrate(with_values(last, dict.fromkeys(held, float(value))), targets, bounds, starts, seed))
+        found.append(calibrate(with_values(last, dict.fromkeys(held, float(value))), targets, bounds, n_starts, seed))
     return found
 
 

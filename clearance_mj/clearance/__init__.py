@@ -6,13 +6,13 @@ from .contacts.cubic import Cubic
 from .contacts.hertz import Flores, HuntCrossley, LankaraniNikravesh
 from .contacts.hunt_crossley_1975 import HuntCrossley1975
 from .contacts.kelvin_voigt import KelvinVoigt
-from .gap import describing_function, gap
 from .grease import GreaseModel
 from .greases.maxwell_slip import MaxwellSlip
 from .harmonic import harmonic_stiffness, periodic_amplitudes, slip_stiffness
 from .law import AmplitudeLaw, ConstantLaw, ContactLaw, Law, TimeLaw
 from .law_files import load_law
 from .modelled import nominal_law
+from .walls import describing_function, gap
 
 __all__ = [
     "AmplitudeLaw",

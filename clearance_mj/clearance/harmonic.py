@@ -58,7 +58,7 @@ def slip_stiffness(amplitude: ArrayLike, springs: ArrayLike, forces: ArrayLike) 
     return (angle - np.sin(2 * angle) / 2 + 4j * ratio * (1 - ratio)) @ springs / np.pi
 
 
-def harmonic_stiffness(model: GreaseModel, amplitude: ArrayLike, omega: float, samples: int = SAMPLES) -> np.ndarray:
+def harmonic_stiffness(model: GreaseModel, amplitude: ArrayLike, omega: float, n_samples: int = SAMPLES) -> np.ndarray:
     """Return the complex stiffness, N/m, of any element with memory under a harmonic motion, by its own law.
 
     Alternating frequency-time: the law is marched over two periods of X cos ωt, of the second the fundamental is taken.
@@ -71,7 +71,7 @@ def harmonic_stiffness(model: GreaseModel, amplitude: ArrayLike, omega: float, s
         (...) of the motion, m, > 0.
     omega : float
         rad/s.
-    samples : int
+    n_samples : int
         Of a period.
 
     Returns
@@ -87,19 +87,19 @@ def harmonic_stiffness(model: GreaseModel, amplitude: ArrayLike, omega: float, s
     amplitude = np.asarray(amplitude, dtype=float)
     if not ((amplitude > 0).all() and 0 < omega < np.inf):
         raise LawError(f"amplitude and frequency must be > 0, got {amplitude.min():.6g} m and {omega:.6g} rad/s")
-    found = [_marched(model, each, omega, samples) for each in amplitude.ravel()]
+    found = [_marched(model, each, omega, n_samples) for each in amplitude.ravel()]
     return np.array(found).reshape(amplitude.shape)
 
 
-def _marched(model: GreaseModel, amplitude: float, omega: float, samples: int) -> complex:
-    phase = 2 * np.pi * np.arange(PERIODS * samples + 1) / samples
-    x, step = amplitude * np.cos(phase), 2 * np.pi / omega / samples
+def _marched(model: GreaseModel, amplitude: float, omega: float, n_samples: int) -> complex:
+    phase = 2 * np.pi * np.arange(PERIODS * n_samples + 1) / n_samples
+    x, step = amplitude * np.cos(phase), 2 * np.pi / omega / n_samples
     p, state, out, force = model.parameters(), [0.0] * model.states(), [0.0, 0.0], np.empty(x.size)
     model.law(p, state, x[0], x[0], step, out)  # out of the middle at once
     for i in range(1, x.size):
         model.law(p, state, x[i], x[i] - x[i - 1], step, out)
         force[i] = out[0] - out[1] * amplitude * omega * np.sin(phase[i])
-    return complex(2 * np.mean(force[-samples:] * np.exp(-1j * phase[-samples:])) / amplitude)
+    return complex(2 * np.mean(force[-n_samples:] * np.exp(-1j * phase[-n_samples:])) / amplitude)
 
 
 def periodic_amplitudes(

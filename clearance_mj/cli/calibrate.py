@@ -63,8 +63,7 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
     from ..rig import Rig
 
     rig, targets = Rig.load(options.rig), [_target(path, options) for path in options.targets]
-    progress = None if options.quiet else "calibrating"
-    found = calibrate(rig, targets, dict(options.free), options.starts, options.seed, progress)
+    found = calibrate(rig, targets, dict(options.free), options.starts, options.seed, not options.quiet)
     result = found.to_dict() | {"provenance": provenance(options)}
     found.rig.copied(options.new / "structure").save(options.new / "rig.toml")
     write_text(options.new / "calibration.json", to_json(result))

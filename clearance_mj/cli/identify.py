@@ -78,7 +78,7 @@ def _found(options: argparse.Namespace, dataset: Dataset) -> Identified:
     with warnings.catch_warnings():
         warnings.showwarning = lambda message, *_, **__: said.append(str(message))
         try:
-            found = identify(dataset, name, None if options.quiet else name)
+            found = identify(dataset, name, not options.quiet)
             said += found.warnings
         finally:
             for words in dict.fromkeys(said):

@@ -40,8 +40,7 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
     if not rig.bushings:
         raise ClearanceError(f"{options.rig}: the rig has no bushings whose motion could be drawn")
     excitations = [excitation(options, rig.shaker.kind, level) for level in options.levels]
-    progress = None if options.quiet else "levels"
-    found = simulate_batch(model, excitations, None, options.engine, options.workers, progress)
+    found = simulate_batch(model, excitations, None, options.engine, options.workers, not options.quiet)
     responses = dict(zip(options.levels, found))
     drawn = drawings(rig, responses, options.sine, drop)
     paths = [str(options.out / drawing.write(options.new).name) for drawing in drawn]

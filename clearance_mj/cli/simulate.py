@@ -43,9 +43,10 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
     load_plugin(options.plugin)
     model = Model.load(options.rig, options.law)
     case = model, excitation(options, model.rig.shaker.kind, options.rms), None, options.engine
-    words = None if options.quiet else "simulating"
     folder = options.energy
-    response, more = _with_energy(options, folder, case) if folder else (simulate(*case, progress=words), {})
+    response, more = (
+        _with_energy(options, folder, case) if folder else (simulate(*case, progress=not options.quiet), {})
+    )
     _warn_of_truncation(model.rig)
     save(options.out, replace(response, provenance=response.provenance | {"made_from": provenance(options)}))
     print(f"response: {options.out}")
@@ -56,9 +57,9 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
 
 def _warn_of_truncation(rig: Rig) -> None:
     """Say where modes that a structure lacks make a contact too stiff."""
-    from ..structure import truncation
+    from ..structure import find_truncation
 
-    for found in truncation(rig):
+    for found in find_truncation(rig):
         if not found.stiffness_error < MAX_STIFFNESS_ERROR:
             share = f"about {100 * found.stiffness_error:.0f} %" if found.missing >= 0 else "an unknown share"
             print(
@@ -75,7 +76,8 @@ def _with_energy(options: argparse.Namespace, out: Path, case: tuple[Any, Any, A
 
     with output_folder(out, "simulate --energy", inputs(options)) as folder:
         folder.refuse_others("energy.csv", "impacts.csv", "energy_balance.png")
-        response, balance = energy_balance(*case, progress=None if options.quiet else "energy")
+        balance = energy_balance(*case, progress=not options.quiet)
+        response = balance.response
         write(folder.new, balance)
     _print(balance)
     print(f"energy balance: {out}")

@@ -61,8 +61,7 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
     with output_folder(options.out, "twin", inputs(options)) as folder:
         folder.refuse_others("index.html", "twin.csv", "twin.nc", "twin.json")
         start = time.perf_counter()
-        progress = None if options.quiet else "twin"
-        found = twin(record, None, law, options.window, options.learn, options.rig_exact, progress)
+        found = twin(record, None, law, options.window, options.learn, options.rig_exact, not options.quiet)
         took = time.perf_counter() - start
         result = write_twin(found, record, law, folder.new, provenance(options))
     _print(found, record, took, options.out)

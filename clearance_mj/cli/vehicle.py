@@ -52,7 +52,7 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
     cases = [Case(name.strip(), speed, **settings) for name in names]
     for case in cases:
         check(case)
-    outcomes = run_all(cases, progress="" if options.quiet else "runs")
+    outcomes = run_all(cases, progress=not options.quiet)
     found = write_report(outcomes, options.new, provenance(options))
     print(f"report: {options.out / 'report.html'}")
     return {"out": str(options.out), **found}

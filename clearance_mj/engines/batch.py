@@ -34,7 +34,7 @@ def simulate_batch(
     laws: One[Law] | None = None,
     engine: str | Engine = "links",
     workers: int | None = None,
-    progress: str | None = None,
+    progress: bool = False,
 ) -> list[Response]:
     """Simulate many cases at once and keep every response; otherwise `simulate_each`.
 
@@ -62,7 +62,7 @@ def simulate_each(
     laws: One[Law] | None = None,
     engine: str | Engine = "links",
     workers: int | None = None,
-    progress: str | None = None,
+    progress: bool = False,
 ) -> Iterator[Response]:
     """Simulate many cases at once and hand over one response after the other; results do not depend on the threads.
 
@@ -80,8 +80,8 @@ def simulate_each(
         As in `simulate`.
     workers : int, optional
         Threads; compiled loops release the interpreter lock. Default: one for each processor.
-    progress : str, optional
-        Name of a progress bar to show.
+    progress : bool
+        Show a progress bar.
 
     Yields
     ------
@@ -98,7 +98,7 @@ def simulate_each(
     waiting, ahead = iter(cases), collections.deque[Future[Response]]()
     with ThreadPoolExecutor(threads) as pool:
         try:
-            for _ in tqdm(cases, desc=progress, unit="run", disable=progress is None):
+            for _ in tqdm(cases, desc="simulating", unit="run", disable=not progress):
                 room = CASES_PER_THREAD * threads - len(ahead)
                 ahead.extend(pool.submit(simulate, *case, used) for case in itertools.islice(waiting, room))
                 yield ahead.popleft().result()

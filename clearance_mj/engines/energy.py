@@ -77,6 +77,8 @@ class Impact:
 class EnergyBalance:
     """Energies in J at the samples of an excitation, from rest: what came in, what was lost, what is stored."""
 
+    response: Response
+    """what was simulated"""
     fs: float
     """samples per second"""
     input: np.ndarray
@@ -136,7 +138,7 @@ class EnergyBalance:
     def columns(self) -> dict[str, np.ndarray]:
         """Return time, energies (numbered where every bushing has its own) and residual by name, each (n_t,)."""
         found = {"time": self.time}
-        for name in (f.name for f in fields(self) if f.name not in ("fs", "impacts")):
+        for name in (f.name for f in fields(self) if f.name not in ("response", "fs", "impacts")):
             value = getattr(self, name)
             found |= {name: value} if value.ndim == 1 else {f"{name}[{j}]": v for j, v in enumerate(value)}
         return found | {"residual": self.residual}
@@ -156,23 +158,21 @@ class EnergyBalance:
 
 def energy_balance(
     model: Rig | Modelled, excitation: Excitation, law: Law | None = None, engine: str | Engine = "links",
-    progress: str | None = None,
-) -> tuple[Response, EnergyBalance]:  # fmt: skip
+    progress: bool = False,
+) -> EnergyBalance:  # fmt: skip
     """Simulate a model as `simulate` does, and balance its energy and log its impacts step by step.
 
     Parameters
     ----------
     model, excitation, law, engine
         As in `simulate`.
-    progress : str, optional
-        Name of a progress bar to show.
+    progress : bool
+        Show a progress bar.
 
     Returns
     -------
-    Response
-        Response that `simulate` returns.
     EnergyBalance
-        Energies and impacts of the response.
+        Energies and impacts; its ``response`` is what `simulate` returns.
 
     Raises
     ------
@@ -183,10 +183,10 @@ def energy_balance(
     simulation = Simulation(rig, excitation, law, get_engine(engine))
     factor, n = simulation.interpolator.factor, excitation.value.size
     steps = (n + simulation.interpolator.ahead) * factor
-    with tqdm(total=steps, desc=progress, unit="step", disable=progress is None) as bar:
+    with tqdm(total=steps, desc="energy", unit="step", disable=not progress) as bar:
         balanced = simulation.run = _BalancedRun(simulation.run, rig, law, simulation.step, factor, bar)
         output = np.concatenate([block for _, block in simulation.outputs([excitation])])
-    return simulation.response(excitation.value, output), balanced.result(excitation.fs, n)
+    return balanced.result(simulation.response(excitation.value, output), excitation.fs, n)
 
 
 class _BalancedRun(Run):
@@ -247,7 +247,7 @@ class _BalancedRun(Run):
             name, of = "upper" if side > 0 else "lower", int(end)
             self.impacts.append(Impact(values[0], of // 2, "ab"[of % 2], name, *values[1:]))
 
-    def result(self, fs: float, size: int) -> EnergyBalance:
+    def result(self, response: Response, fs: float, size: int) -> EnergyBalance:
         """The balance of so many samples."""
         n = len(self.walls)
         rows = np.concatenate(self.rows)[:size].T
@@ -257,4 +257,4 @@ class _BalancedRun(Run):
         lost = {"damping": damping[0], "hysteresis": hysteresis, "film": film, "contact_loss": contact_loss}
         stored = {"kinetic": kinetic[0], "strain": strain[0], "grease": grease, "contact": contact}
         impacts = tuple(impact for impact in self.impacts if impact.time + impact.duration <= size / fs)
-        return EnergyBalance(fs, input_[0], law_work, **lost, **stored, impacts=impacts)
+        return EnergyBalance(response, fs, input_[0], law_work, **lost, **stored, impacts=impacts)

@@ -26,7 +26,7 @@ from ..rig.extremes import computable
 from ..signals.excitation import Excitation
 from ..signals.response import Response
 from ..signals.sampling import Decimator, Interpolator
-from ..structure import truncation
+from ..structure import find_truncation
 from .base import Engine, diverged, get_engine, step_factor
 
 __all__ = ["Simulation", "simulate", "simulate_blocks"]
@@ -38,7 +38,7 @@ MAX_STEPS = 1000  # steps per sample beyond which a law is taken for a mistake
 
 def simulate(
     model: Rig | Modelled, excitation: Excitation, law: Law | None = None, engine: str | Engine = "links",
-    progress: str | None = None,
+    progress: bool = False,
 ) -> Response:  # fmt: skip
     """Simulate a model, or a rig with a law, under an excitation.
 
@@ -52,8 +52,8 @@ def simulate(
         Contact and filling of a rig at each moment; without one, its datasheet values. A model brings its own.
     engine : str or Engine
         Name of the engine, "links", "modal" or "modal-mj", or an engine with settings of its own.
-    progress : str, optional
-        Name of a progress bar to show, over the seconds of the record, if it takes long.
+    progress : bool
+        Show a progress bar, over the seconds of the record, if it takes long.
 
     Returns
     -------
@@ -72,7 +72,7 @@ def simulate(
     rig, law = rig_and_law(model, law)
     simulation = Simulation(rig, excitation, law, get_engine(engine))
     seconds = round(excitation.value.size / excitation.fs, 1)
-    with tqdm(total=seconds, desc=progress, unit="s", delay=DELAY, disable=progress is None) as bar:
+    with tqdm(total=seconds, desc="simulating", unit="s", delay=DELAY, disable=not progress) as bar:
         return simulation.whole(lambda share: bar.update(round(share * seconds, 1) - bar.n))
 
 
@@ -117,7 +117,7 @@ def _structure_in_use(rig: Rig) -> dict[str, Any]:
     """What the model adds to a rig file: bending theory of each shaft, truncation of modes at each clearance."""
     shafts = rig.structure.shafts if rig.structure else ()
     found: dict[str, Any] = {"bending_theory": [shaft.bending_theory for shaft in shafts]} if shafts else {}
-    if lost := truncation(rig):
+    if lost := find_truncation(rig):
         found["truncation"] = [dataclasses.asdict(at) for at in lost]
     return found
 

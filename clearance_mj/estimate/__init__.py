@@ -7,7 +7,7 @@ from .evidence import log_evidence, rival_weights
 from .loss import GroupedHuber, Loss, SoftL1, Squares, UnknownScale
 from .parameter import Parameter
 from .problem import Linearised, Problem, one_by_one
-from .solve import Solution, Stop, solve
+from .solver import Solution, Stop, solve
 
 __all__ = [
     "Belief",

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import scipy.stats
@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 
 from .parameter import Parameter
 
-__all__ = ["Combination", "Estimates", "principal_deviations", "unidentified_combinations"]
+__all__ = ["Combination", "Estimates", "PrincipalDeviations", "principal_deviations", "unidentified_combinations"]
 
 UNIDENTIFIED = 0.5
 """Standard deviation of a logarithm, or of a share, from which on the data do not identify a parameter."""
@@ -210,11 +210,17 @@ class Estimates:
         )
 
 
-def principal_deviations(jacobian: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Directions (n, n), best known first, in which a linearised fit leaves its parameters open, and how far (n,).
+class PrincipalDeviations(NamedTuple):
+    """Principal axes of the uncertainty of a fit; its covariance is ``(direction.T * std**2) @ direction``."""
 
-    From the Jacobian (n_residuals, n) of residuals in standard deviations of the data; the covariance of the parameters
-    is ``(direction.T * std**2) @ direction``.
+    direction: np.ndarray
+    """(n, n) unit vectors in its rows, best known first"""
+    std: np.ndarray
+    """(n,) standard deviation along each"""
+
+
+def principal_deviations(jacobian: np.ndarray) -> PrincipalDeviations:
+    """Return the principal axes of the uncertainty of a linearised fit.
 
     Parameters
     ----------
@@ -223,7 +229,7 @@ def principal_deviations(jacobian: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """
     _, singular, direction = np.linalg.svd(jacobian, full_matrices=jacobian.shape[0] < jacobian.shape[1])
     singular = np.append(singular, np.zeros(direction.shape[0] - singular.size))
-    return direction, 1 / np.maximum(singular, 1e-9 * max(singular[0], 1.0))
+    return PrincipalDeviations(direction, 1 / np.maximum(singular, 1e-9 * max(singular[0], 1.0)))
 
 
 def unidentified_combinations(names: Sequence[str], direction: np.ndarray, std: np.ndarray) -> tuple[Combination, ...]:

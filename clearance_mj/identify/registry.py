@@ -120,7 +120,7 @@ def fitted_model(rig: Rig, make: Callable[..., Law], estimates: Estimates) -> Mo
 
 
 Found = TypeVar("Found", bound=Identified)
-Find = Callable[[Dataset, str | None], Identified]
+Find = Callable[[Dataset, bool], Identified]
 
 
 @dataclass(frozen=True)
@@ -130,7 +130,7 @@ class Method:
     prior_information: str
     """what it is given, in words"""
     find: Find
-    """takes a dataset and the name of the progress bar, if there is to be one; checks the records first"""
+    """takes a dataset and whether to show progress bars; checks the records first"""
     shortest: Callable[[Rig], float] | None = None
     """s, that one record must last; None: it opens no record, or checks them itself"""
     finds_rig: bool = False
@@ -166,12 +166,12 @@ def register(
     Returns
     -------
     callable
-        Takes a function of a dataset and of the name of the progress bar (or None) that returns `Identified`.
+        Takes a function of a dataset and of whether to show progress bars that returns `Identified`.
     """
 
     def add(find: Callable[..., Found]) -> Callable[..., Found]:
         @functools.wraps(find)
-        def checked(dataset: Dataset, progress: str | None = None) -> Found:
+        def checked(dataset: Dataset, progress: bool = False) -> Found:
             caught: list[warnings.WarningMessage] = []
             try:
                 with warnings.catch_warnings(record=True) as caught:
@@ -228,7 +228,7 @@ def get_method(name: str) -> Method:
     return METHODS[name]
 
 
-def identify(dataset: Dataset, method: str = "bench", progress: str | None = None) -> Identified:
+def identify(dataset: Dataset, method: str = "bench", progress: bool = False) -> Identified:
     """Identify a model, rig and law, from a dataset.
 
     Parameters
@@ -241,8 +241,8 @@ def identify(dataset: Dataset, method: str = "bench", progress: str | None = Non
         from its wavelet ridge; "force-balance" and "amplitude": constant or over amplitude, from the restoring forces;
         "output-error": the physical law (Bouc-Wen grease with squeeze film, power-law contact); or one of your own, see
         `register`.
-    progress : str, optional
-        Show progress bars with this name.
+    progress : bool
+        Show progress bars.
 
     Raises
     ------
@@ -254,7 +254,7 @@ def identify(dataset: Dataset, method: str = "bench", progress: str | None = Non
     return get_method(method).find(dataset, progress)
 
 
-def law(dataset: Dataset, method: str = "output-error", progress: str | None = None) -> Law:
+def law(dataset: Dataset, method: str = "output-error", progress: bool = False) -> Law:
     """Identify the clearance's law alone, for a rig file that is exact.
 
     Parameters
@@ -263,8 +263,8 @@ def law(dataset: Dataset, method: str = "output-error", progress: str | None = N
         Records with role "validate" are never opened.
     method : str
         As in `identify`, but not one that finds the rig too, such as "bench": its law belongs to that rig.
-    progress : str, optional
-        Show a progress bar with this name.
+    progress : bool
+        Show a progress bar.
 
     Raises
     ------

@@ -22,7 +22,7 @@ def report_study(
     engines: Sequence[str] = ENGINES,
     methods: Sequence[str] = METHODS,
     workers: int | None = None,
-    progress: bool = True,
+    progress: bool = False,
 ) -> Study:
     """Run the study of a dataset, and write its results and report into a folder.
 
@@ -57,7 +57,7 @@ def report_study(
     return study
 
 
-def write_report(study: Study, folder: str | Path, progress: bool = True) -> None:
+def write_report(study: Study, folder: str | Path, progress: bool = False) -> None:
     """Write ``report.html``, ``figures/*.png`` and ``tables/*.csv``: every registered section.
 
     Parameters

@@ -48,7 +48,7 @@ def check(path: str | Path, renderer: str) -> None:
         raise ClearanceError(f'renderer "{renderer}" is unknown; use {", ".join(RENDERERS)}')
 
 
-def write(shown: Clip, path: str | Path, renderer: str = "auto", progress: bool = True, comment: str = MARK) -> str:
+def write(shown: Clip, path: str | Path, renderer: str = "auto", progress: bool = False, comment: str = MARK) -> str:
     """Write a ``.gif`` (Pillow) or ``.mp4`` (ffmpeg); return why MuJoCo did not draw it if it might have, else "".
 
     The file carries the ``comment``, such as what it comes from.

@@ -133,7 +133,7 @@ def periods(response: Response, period: float, drop: int = 1) -> np.ndarray:
 
 
 def stepped_harmonics(
-    signal: ArrayLike, fs: float, frequency: ArrayLike, orders: int = 5, settle: float = 0.5
+    signal: ArrayLike, fs: float, frequency: ArrayLike, n_harmonics: int = 5, settle: float = 0.5
 ) -> np.ndarray:
     """Complex amplitudes of the harmonics in a record under a stepped sine (`excitation.stepped_sine`).
 
@@ -145,14 +145,14 @@ def stepped_harmonics(
         Samples per second.
     frequency : sequence of float
         Hz, of each step; all steps have one length.
-    orders : int
+    n_harmonics : int
         Number of harmonics.
     settle : float
         Share of each step that is left out at its start, 0 <= settle < 1.
 
     Returns
     -------
-    ndarray, shape (n_steps, orders)
+    ndarray, shape (n_steps, n_harmonics)
         Of the steady motion Re Σ c_k exp(2πi k f t), t from the start of the record; unit of the signal.
 
     Raises
@@ -168,22 +168,22 @@ def stepped_harmonics(
     signal, frequency = np.asarray(signal, dtype=float), np.asarray(frequency, dtype=float)
     if signal.ndim != 1 or not frequency.size or signal.size % frequency.size:
         raise RecordError(f"{frequency.size} steps of one length do not fit a record of shape {signal.shape}")
-    if orders < 1 or not 0 <= settle < 1:
-        raise RecordError(f"orders must be >= 1 and 0 <= settle < 1, got {orders!r} and {settle!r}")
-    if np.any(2 * orders * frequency >= fs):
-        raise RecordError(f"fs {fs:g} Hz is not above twice harmonic {orders} of {frequency.max():g} Hz")
+    if n_harmonics < 1 or not 0 <= settle < 1:
+        raise RecordError(f"n_harmonics must be >= 1 and 0 <= settle < 1, got {n_harmonics!r} and {settle!r}")
+    if np.any(2 * n_harmonics * frequency >= fs):
+        raise RecordError(f"fs {fs:g} Hz is not above twice harmonic {n_harmonics} of {frequency.max():g} Hz")
     size = signal.size // frequency.size
     ends = size * np.arange(1, frequency.size + 1)
-    return np.array([_harmonics(signal[:e], fs, f, orders, size * (1 - settle)) for e, f in zip(ends, frequency)])
+    return np.array([_harmonics(signal[:e], fs, f, n_harmonics, size * (1 - settle)) for e, f in zip(ends, frequency)])
 
 
-def _harmonics(signal: np.ndarray, fs: float, frequency: float, orders: int, longest: float) -> np.ndarray:
+def _harmonics(signal: np.ndarray, fs: float, frequency: float, n_harmonics: int, longest: float) -> np.ndarray:
     """Harmonics in the last whole periods of a signal, no longer than so many samples."""
     periods = int(longest * frequency / fs + 1e-9)
     if not periods:
         raise RecordError(f"less than a period of {frequency:g} Hz is left of its step")
     last = np.arange(signal.size - round(periods * fs / frequency), signal.size)
-    turns = np.exp(2j * np.pi * frequency / fs * np.outer(last, np.arange(1, orders + 1)))
+    turns = np.exp(2j * np.pi * frequency / fs * np.outer(last, np.arange(1, n_harmonics + 1)))
     columns = np.hstack((np.ones((last.size, 1)), turns.real, -turns.imag))
     found = np.linalg.lstsq(columns, signal[last], rcond=None)[0]
-    return found[1 : orders + 1] + 1j * found[orders + 1 :]
+    return found[1 : n_harmonics + 1] + 1j * found[n_harmonics + 1 :]

@@ -135,7 +135,7 @@ def paired_error(test: Response, model: Response, resolution: float = 0.5) -> np
 
 
 def frf_band(
-    model: Model, drawn: Sequence[Model], excitation: Excitation, engine: Modal | None = None, resolution: float = 0.5,
+    model: Model, excitation: Excitation, drawn: Sequence[Model], engine: Modal | None = None, resolution: float = 0.5,
     misfit: LawMisfit | None = None,
 ) -> Band:  # fmt: skip
     """Simulate a fitted model and the models drawn around it under one excitation.
@@ -144,10 +144,10 @@ def frf_band(
     ----------
     model : Model
         What was identified.
-    drawn : sequence of Model
-        Drawn by `Model.draw`.
     excitation : Excitation
         Of every simulation.
+    drawn : sequence of Model
+        Models drawn by `Model.draw`.
     engine : Modal, optional
         As in `simulate_together`, whose errors it raises.
     resolution : float

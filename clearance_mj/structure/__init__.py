@@ -11,7 +11,7 @@ from .mjcf import Mjcf
 from .modes import ModalStructure
 from .shaft import Disc, Material, Section, Shaft, Support
 from .shafts import Shafts, Spring
-from .truncation import Truncation, truncation
+from .truncation import Truncation, find_truncation
 
 __all__ = [
     "AnyStructure",
@@ -32,9 +32,9 @@ __all__ = [
     "Structure",
     "Support",
     "Truncation",
+    "find_truncation",
     "modes_from_frf",
     "register",
-    "truncation",
 ]
 
 AnyStructure: TypeAlias = Annotated[Structure, OneOf(Structure.known)]

@@ -94,7 +94,7 @@ def read_mode_file(path: Path, scaled: bool = False) -> dict[str, Any]:
 
 
 def _read_universal(path: Path, data: bytes, scaled: bool) -> dict[str, Any]:
-    blocks = scan(data)[1]
+    blocks = scan(data).blocks
     found = read_modes([block for block in blocks if block.kind in KINDS])
     if not any(block.kind == 164 for block in blocks):
         _warn(f"{path}: has no units (data set 164); taken for SI")

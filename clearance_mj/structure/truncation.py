@@ -20,7 +20,7 @@ import scipy.special
 from .base import Structure
 from .modes import ModalStructure
 
-__all__ = ["Truncation", "truncation"]
+__all__ = ["Truncation", "find_truncation"]
 
 MIN_MODES = 3  # bending modes from which convergence can be seen
 GROWTH = 1.0, 2.0  # exponents with which frequencies grow with the number of the mode: of plates and of shafts
@@ -63,7 +63,7 @@ class Truncation:
     """by which share the datasheet's contact acts too stiff: k R of what is missing"""
 
 
-def truncation(rig: _Rig) -> tuple[Truncation, ...]:
+def find_truncation(rig: _Rig) -> tuple[Truncation, ...]:
     """Estimate what truncation costs at each clearance of a rig whose structure is given by modes.
 
     Parameters

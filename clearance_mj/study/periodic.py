@@ -107,7 +107,7 @@ def from_both_ends(model: Model, amplitude: float, ends: tuple[float, float], **
 
 def periodic_vibrations(
     name: str, model: Model, levels: list[float], band: tuple[float, float], kind: str,
-    workers: int | None = None, progress: str = "",
+    workers: int | None = None, progress: bool = False,
 ) -> PeriodicVibrations:  # fmt: skip
     """Return what a model does under sines of some amplitudes, and of others between and beyond.
 
@@ -125,8 +125,8 @@ def periodic_vibrations(
         "base" or "force".
     workers : int, optional
         Threads; default: one for each core.
-    progress : str
-        Words of a progress bar; "": none.
+    progress : bool
+        Show a progress bar.
     """
     wanted = [*levels, BEYOND * levels[-1]]
     of_map = np.linspace(levels[0], wanted[-1], MAP_LEVELS), np.geomspace(*band, MAP_FREQUENCIES)
@@ -139,7 +139,7 @@ def periodic_vibrations(
 
     tasks: list[Callable[[], Any]] = [mapped, *map(followed, wanted)]
     try:
-        found = dict(run_tasks(lambda task: task(), tasks, workers, progress=progress))
+        found = dict(run_tasks(lambda task: task(), tasks, workers, progress="periodic vibrations" if progress else ""))
     except ClearanceError as error:
         return PeriodicVibrations(name, (), None, str(error))
     branches = tuple(branch for task in tasks[1:] for branch in found[task])

@@ -116,14 +116,13 @@ class Study:
         """
         if name not in self._laws:
             method = get_method(name)
-            words = f"identifying: {name}" if self._progress else None
             inputs = [name, self.dataset.rig.content(), *map(stored.record_digest, self.dataset.identify)]
             inputs += code_outside(method.find)
 
             def compute() -> IdentifiedModel:
                 with warnings.catch_warnings():  # all are raised below, those of stored results too
                     warnings.simplefilter("ignore", IdentifiabilityWarning)
-                    return IdentifiedModel.of(name, method.find(self.dataset, words))
+                    return IdentifiedModel.of(name, method.find(self.dataset, self._progress))
 
             found = self._laws[name] = stored.law(self.cache, name, inputs, self.dataset.rig, compute)
             for text in found.warnings:
@@ -220,7 +219,7 @@ class Study:
 
         def compute() -> tuple[Band, np.ndarray]:
             excitation = record.excitation()
-            band = frf_band(law.model, law.drawn, excitation, resolution=RESOLUTION, misfit=law.misfit)
+            band = frf_band(law.model, excitation, law.drawn, resolution=RESOLUTION, misfit=law.misfit)
             response = law.model.simulate(excitation, BAND_ENGINE)
             return band, paired_error(record.response(), response, RESOLUTION)
 
@@ -243,11 +242,10 @@ class Study:
             return PeriodicVibrations("", (), None, why)
         record, model = self.main_record, self.law(name).model
         band = record.band or (RESOLUTION, record.fs / 2)
-        words = "periodic vibrations" if self._progress else ""
 
         def compute() -> PeriodicVibrations:
             kind = record.excitation_kind
-            return periodic_vibrations(name, model, self.levels, band, kind, self._workers, words)
+            return periodic_vibrations(name, model, self.levels, band, kind, self._workers, self._progress)
 
         inputs = [*_content(model), self.levels, band, record.excitation_kind, *code_outside(*_models(model.law))]
         return stored.periodic(self.cache, f"periodic_{name}", inputs, model.rig, model.law, compute)

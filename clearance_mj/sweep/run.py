@@ -32,7 +32,7 @@ LARGEST = 2**32 - 8
 
 
 def run_sweep(
-    plan: Plan, out: str | Path, workers: int | None = None, scheduler: str | None = None, progress: bool = True
+    plan: Plan, out: str | Path, workers: int | None = None, scheduler: str | None = None, progress: bool = False
 ) -> xr.Dataset:
     """Run a sweep, or go on with one that was interrupted.
 

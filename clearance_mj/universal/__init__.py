@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import re
 from os import PathLike
+from typing import NamedTuple
 
 from ..core.errors import RecordError
 from ..core.files import plain_file
@@ -14,7 +15,7 @@ from .dataset_58 import Function, read_function
 from .dataset_164 import read_units
 from .fields import SI, Block, closing_line
 
-__all__ = ["contents", "scan"]
+__all__ = ["Scan", "contents", "scan"]
 
 _BLANKS = re.compile(rb"\s*")
 _OPEN = re.compile(rb"-1[ \t]*\r?\n")
@@ -35,8 +36,17 @@ def contents(path: str | PathLike[str]) -> bytes:
         raise RecordError(f"{path}: cannot be read ({error.strerror})") from None
 
 
-def scan(data: bytes) -> tuple[list[Function], list[Block]]:
-    """Walk over the data sets of a file: the functions (58), and the others.
+class Scan(NamedTuple):
+    """Data sets of a universal file."""
+
+    functions: list[Function]
+    """of type 58"""
+    blocks: list[Block]
+    """all others"""
+
+
+def scan(data: bytes) -> Scan:
+    """Walk over the data sets of a file.
 
     Parameters
     ----------
@@ -67,4 +77,4 @@ def scan(data: bytes) -> tuple[list[Function], list[Block]]:
                 units = read_units(blocks[-1])
         except RecordError as error:
             raise RecordError(f"data set {number}: {error}") from None
-    return functions, blocks
+    return Scan(functions, blocks)

@@ -176,10 +176,10 @@ def _run_registered(registrations: Sequence[Registration], numbered: tuple[int, 
     return run_case(numbered[1])
 
 
-def run_all(cases: Iterable[Case], workers: int | None = None, progress: str = "") -> list[Outcome]:
+def run_all(cases: Iterable[Case], workers: int | None = None, progress: bool = False) -> list[Outcome]:
     """Run many cases at once, in their order; the results do not depend on the number of processes."""
     numbered = list(enumerate(cases))
     names = dict.fromkeys(case.controller for _, case in numbered)
     run = functools.partial(_run_registered, [get_controller(name) for name in names])
-    found = run_tasks(run, numbered, workers, processes=len(numbered) > 1, progress=progress)
+    found = run_tasks(run, numbered, workers, processes=len(numbered) > 1, progress="runs" if progress else "")
     return [outcome for _, outcome in sorted(found, key=lambda pair: pair[0][0])]

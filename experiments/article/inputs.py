@@ -59,6 +59,5 @@ class Inputs:
     def runs(self, cases: Sequence[vehicle.Case]) -> list[vehicle.Outcome]:
         """Return what comes out of vehicle runs; those that another item has asked for are not run again."""
         new = [case for case in dict.fromkeys(cases) if case not in self._outcomes]
-        words = "vehicle runs" if self.progress else ""
-        self._outcomes.update(zip(new, vehicle.run_all(new, progress=words)))
+        self._outcomes.update(zip(new, vehicle.run_all(new, progress=self.progress)))
         return [self._outcomes[case] for case in cases]

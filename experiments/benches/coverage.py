@@ -63,7 +63,7 @@ def _frfs(found: BenchFit, dataset: Dataset) -> Iterator[dict]:
     levels = sorted({r.level for r in dataset.validate if r.level is not None})
     for level in levels:
         first, second = (r for r in dataset.validate if r.level == level)
-        band = frf_band(found.model, found.draw(DRAWN), first.excitation(), resolution=RESOLUTION, misfit=found.misfit)
+        band = frf_band(found.model, first.excitation(), found.draw(DRAWN), resolution=RESOLUTION, misfit=found.misfit)
         band = dataclasses.replace(band, confidence=CONFIDENCE)
         test, repeat = (estimate_frf(r.response(), resolution=RESOLUTION) for r in (first, second))
         held = inside(band.limits, test)

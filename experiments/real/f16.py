@@ -166,8 +166,7 @@ def identified(levels: Levels, known: Sequence[int], joints: str) -> JointedStru
     if unknown := set(kinds) - {FREE, AT_SENSORS}:
         raise RecordError(f"a joint is {FREE!r} or {AT_SENSORS!r}, not {unknown.pop()!r}")
     places = [None if kind == FREE else RELATIVE for kind in kinds]
-    title = "levels " + ", ".join(map(str, known))
-    return fit_jointed_structure([levels.records[k] for k in known], SAMPLES / 400, places, drop=DROP, progress=title)
+    return fit_jointed_structure([levels.records[k] for k in known], SAMPLES / 400, places, drop=DROP, progress=True)
 
 
 def analyse(folder: Path, identify: list[int], predict: list[int], joints: str = "free,free") -> dict:

@@ -21,7 +21,7 @@ def study_of(name: str, out: Path, engines) -> Study:
     dataset = out / name / "dataset"
     if not dataset.exists():
         generate(dataset, name)
-    return report_study(dataset, out / name / "study", engines, tuple(LAWS))
+    return report_study(dataset, out / name / "study", engines, tuple(LAWS), progress=True)
 
 
 def table(name: str, study: Study) -> pd.DataFrame:

@@ -231,6 +231,6 @@ def test_impossible_settings(make, name):
 def test_progress_over_the_seconds_of_the_record(monkeypatch, capsys):
     monkeypatch.setattr("clearance_mj.engines.simulation.DELAY", 0.0)
     push = Excitation(np.ones(2048), 1024.0)
-    quiet, told = simulate(RIG, push, LAW, "modal"), simulate(RIG, push, LAW, "modal", progress="simulating")
+    quiet, told = simulate(RIG, push, LAW, "modal"), simulate(RIG, push, LAW, "modal", progress=True)
     np.testing.assert_array_equal(quiet.acceleration, told.acceleration)
     assert "simulating: 100%" in (words := capsys.readouterr().err) and "2.0/2.0" in words

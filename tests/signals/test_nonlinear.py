@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from clearance_mj.clearance.gap import gap
+from clearance_mj.clearance.walls import gap
 from clearance_mj.core.errors import RecordError
 from clearance_mj.signals import excitation
 from clearance_mj.signals.nonlinear import best_linear, stepped_harmonics
@@ -142,7 +142,7 @@ def test_harmonics_of_every_step_have_amplitude_and_phase():
     """cos³ = 3/4 cos + 1/4 cos 3φ; the phase counts from the start of the record."""
     frequency, time = (5.3, 11.0), np.arange(4096) / 1024
     wave = np.where(time < 2, np.cos(2 * np.pi * 5.3 * time + 0.4), 2 * np.cos(2 * np.pi * 11.0 * time - 1.0))
-    found = stepped_harmonics(wave**3 + 0.7, 1024, frequency, orders=4, settle=0.3)
+    found = stepped_harmonics(wave**3 + 0.7, 1024, frequency, n_harmonics=4, settle=0.3)
     first, third = np.array([1.0, 8.0]) * 3 / 4, np.array([1.0, 8.0]) / 4
     phase = np.exp(1j * np.array([0.4, -1.0]))
     expected = np.array([first * phase, [0, 0], third * phase**3, [0, 0]]).T

@@ -75,7 +75,7 @@ def test_band_of_a_linear_rig(rig):
     found = fitted((7e3, 4.0, 4369.0, 3.0), (1e-9, 1e-9, 0.04, 1e-9))
     laws = found.draw(30, seed=1)
     drive = multisine(8.0, 1024.0, band=(5, 220), rms=0.02, period=2.0)
-    band = frf_band(found.model, laws, drive)
+    band = frf_band(found.model, drive, laws)
 
     def exact(k):
         grease = Grease(k, damping=3.0)
@@ -104,7 +104,7 @@ def test_methods_without_covariance_and_parameters_that_are_not_identifiable(rig
 def test_figure_holds_bands_and_test(rig):
     drive = multisine(4.0, 1024.0, band=(5, 220), rms=2.0)
     cases = [Model(rig, ConstantLaw(k, 4.0)) for k in (6e3, 8e3, 1e4)]
-    band = frf_band(cases[1], cases, drive)
+    band = frf_band(cases[1], drive, cases)
     drawing = band_drawing(rig, {"constant": band}, {"constant": np.full(band.half_width_db.shape, 0.01)}, band.fitted)
     axes = drawing.figure.axes
     assert len(axes) == 4  # two bushings, magnitude and deviation
@@ -168,9 +168,9 @@ def test_band_of_a_bench_holds_what_the_records_missed(rig):
     found = Stretch("ramp", 0.0, 5.0, 1.0, 0.5 * ones, 0.4 * ones)
     misfit = LawMisfit(tuple(rig.sensor_labels), "m/s²", np.array([5.0, 220.0]), (found,), ())
     case = Model(rig, SMALL_LAW)
-    band = frf_band(case, [case] * 3, random(5.0, 2048.0, (5, 220), 1.0, 1), resolution=1.0, misfit=misfit)
+    band = frf_band(case, random(5.0, 2048.0, (5, 220), 1.0, 1), [case] * 3, resolution=1.0, misfit=misfit)
     assert band.half_width_db == pytest.approx(1.959964 * 0.5, rel=1e-6)  # as long as the stretch, as many averages
-    longer = frf_band(case, [case] * 3, random(20.0, 2048.0, (5, 220), 1.0, 1), resolution=1.0, misfit=misfit)
+    longer = frf_band(case, random(20.0, 2048.0, (5, 220), 1.0, 1), [case] * 3, resolution=1.0, misfit=misfit)
     assert longer.half_width_db == pytest.approx(1.959964 * np.hypot(0.3, 0.2), rel=1e-6)
 
 

@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from clearance_mj.structure import truncation
+from clearance_mj.structure import find_truncation
 from clearance_mj.structure.beam import static_deflection
 
 from ..conftest import TABLE1
@@ -18,7 +18,7 @@ def test_estimate_at_points_of_a_cantilever(n, dof, x):
     structure = cantilever(n)
     rig = rig_of(structure)
     bushing = rig.bushings[0]
-    (found,) = truncation(rig.replace(bushings=(type(bushing)(dof, 3e-4, 0.0, bushing.grease, bushing.contact),)))
+    (found,) = find_truncation(rig.replace(bushings=(type(bushing)(dof, 3e-4, 0.0, bushing.grease, bushing.contact),)))
     exact = static_deflection(BEAM, [x], [x])[0, 0]
     assert found.kept + found.missing == pytest.approx(exact, rel=0.02)
     assert 1 / 3 < found.missing / (exact - found.kept) < 3
@@ -27,15 +27,15 @@ def test_estimate_at_points_of_a_cantilever(n, dof, x):
 
 def test_nothing_is_missing_where_the_residual_flexibility_is_known():
     structure = cantilever(4, residual_flexibility=residual(cantilever(4)))
-    (found,) = truncation(rig_of(structure))
+    (found,) = find_truncation(rig_of(structure))
     assert found.missing == found.stiffness_error == 0
     assert found.kept + found.residual == pytest.approx(static_deflection(BEAM, [X[2]], [X[2]])[0, 0])
 
 
 def test_two_modes_tell_nothing_of_the_others():
-    (found,) = truncation(rig_of(cantilever(2)))
+    (found,) = find_truncation(rig_of(cantilever(2)))
     assert math.isnan(found.missing)
 
 
 def test_structures_with_static_shapes_lose_nothing():
-    assert truncation(TABLE1) == ()
+    assert find_truncation(TABLE1) == ()

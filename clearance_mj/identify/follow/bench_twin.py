@@ -40,7 +40,7 @@ MIN_PERIODS = 4  # of the lowest mode, in the shortest window
 
 def twin(
     record: Record, rig: Rig | None = None, law: Law | None = None, window: float = 2.0, learn: float = 10.0,
-    rig_exact: bool = False, progress: str | None = None,
+    rig_exact: bool = False, progress: bool = False,
 ) -> Twin:  # fmt: skip
     """Track the clearances of a bench along a record.
 
@@ -60,8 +60,8 @@ def twin(
         a clearance that does not touch there is fitted to the last so many seconds, once it does.
     rig_exact : bool
         Take the rig for exact instead of updating it.
-    progress : str, optional
-        Show a progress bar with this name.
+    progress : bool
+        Show a progress bar.
 
     Returns
     -------
@@ -92,14 +92,14 @@ def twin(
 
 
 def _tracked(
-    windows: WindowForces, trackers: Sequence[ClearanceTracker], warnings: Sequence[str], progress: str | None
+    windows: WindowForces, trackers: Sequence[ClearanceTracker], warnings: Sequence[str], progress: bool
 ) -> Twin:
     """Give every window to all trackers, and put together what they answer."""
     count, n = len(windows), len(trackers)
     mean, std = np.full((2, 3, count, n), np.nan)
     contact, misfit = np.full((2, count, n), np.nan)
     time, alarms = SETTLE + windows.seconds * np.arange(1, count + 1), []
-    for i, force in enumerate(tqdm(windows, total=count, desc=progress, unit="window", disable=progress is None)):
+    for i, force in enumerate(tqdm(windows, total=count, desc="twin", unit="window", disable=not progress)):
         for j, tracker in enumerate(trackers):
             if estimate := tracker.take(force, i, float(time[i])):
                 mean[:, i, j], std[:, i, j], contact[i, j], misfit[i, j], alarm = estimate

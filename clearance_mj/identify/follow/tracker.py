@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...clearance.gap import penetration
+from ...clearance.walls import penetration
 from ...estimate.beliefs import Belief, refine
 from ...estimate.parameter import Parameter
 from ...rig import Rig

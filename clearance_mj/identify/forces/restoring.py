@@ -16,7 +16,7 @@ import scipy.fft
 from tqdm import tqdm
 
 from ...beam import ritz_model
-from ...clearance.gap import penetration
+from ...clearance.walls import penetration
 from ...core.errors import RecordError
 from ...io.dataset import Dataset, Record
 from ...rig import Rig
@@ -184,9 +184,9 @@ def possible_forces(records: Sequence[Record], find: Callable[[Record], Restorin
     return found
 
 
-def restoring_forces(dataset: Dataset, progress: str | None = None) -> list[RestoringForce]:
+def restoring_forces(dataset: Dataset, progress: bool = False) -> list[RestoringForce]:
     """Reconstruct the forces in every record to identify."""
-    records = tqdm(prepare(dataset), desc=progress, unit="record", disable=progress is None)
+    records = tqdm(prepare(dataset), desc="forces", unit="record", disable=not progress)
     return [restoring_force(record) for record in records]
 
 

@@ -99,11 +99,11 @@ def _law(laws: Sequence[ContactLaw]) -> ContactLaw:
     return ContactLaw([law.contact[0] for law in laws], [law.grease[0] for law in laws])
 
 
-def compare_families(dataset: Dataset, update: RigUpdate, progress: str | None = None) -> tuple[FamilyFit, ...]:
+def compare_families(dataset: Dataset, update: RigUpdate, progress: bool = False) -> tuple[FamilyFit, ...]:
     """Fit every family of contact and grease to the restoring forces on an updated rig; likeliest first."""
     forces = [
         force_on(update.rig, update, record)
-        for record in tqdm(dataset.to_identify(), desc=progress and f"{progress} (forces)", disable=progress is None)
+        for record in tqdm(dataset.to_identify(), desc="forces", disable=not progress)
     ]
     gaps = {p.name: p for p in priors(dataset.rig) if p.name.endswith((".gap", ".offset"))}
     motions = [
@@ -118,7 +118,7 @@ def force_on(rig: Rig, update: RigUpdate, record: Record) -> RestoringForce:
     return restoring_force(record, low=0.0 if update.probes else NO_PROBES_BAND, rig=rig, probes=update.values)
 
 
-def fit_families(motions: Sequence[MeasuredMotion], progress: str | None = None) -> tuple[FamilyFit, ...]:
+def fit_families(motions: Sequence[MeasuredMotion], progress: bool = False) -> tuple[FamilyFit, ...]:
     """Fit every family of contact with every family of filling; likeliest first.
 
     Fillings one after the other with the contacts that begin from no other, then each with the other contacts from
@@ -127,7 +127,7 @@ def fit_families(motions: Sequence[MeasuredMotion], progress: str | None = None)
     """
     contacts, fillings = _generations(CONTACT_FAMILIES), _generations(FILLING_FAMILIES)
     total = len(CONTACT_FAMILIES) * len(FILLING_FAMILIES) * len(motions)
-    bar = tqdm(desc=progress and f"{progress} (families)", total=total, unit="fit", disable=progress is None)
+    bar = tqdm(desc="families", total=total, unit="fit", disable=not progress)
     with bar, ThreadPoolExecutor(WORKERS) as pool:
 
         def fitted(motion: MeasuredMotion, contact: ContactFamily, filling: FillingFamily, *starts: Values) -> ForceFit:

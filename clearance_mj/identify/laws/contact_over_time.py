@@ -9,7 +9,7 @@ from typing import Any
 import numba
 import numpy as np
 
-from ...clearance.gap import penetration
+from ...clearance.walls import penetration
 from ...core.errors import RecordError
 from ...rig import Grease
 from ..forces.restoring import RestoringForce

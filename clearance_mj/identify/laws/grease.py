@@ -9,8 +9,8 @@ from typing import Literal
 import numba
 import numpy as np
 
-from ...clearance.gap import penetration
 from ...clearance.greases.bouc_wen import bouc_wen_step, film_damping
+from ...clearance.walls import penetration
 from ...core.errors import RecordError
 from ...estimate import Estimates, Parameter, Problem, Stop, one_by_one, sandwich, solve
 from ...rig import Grease

@@ -159,10 +159,10 @@ def bouc_wen(
     comparison = _Comparison(checked_records(time, displacement, force), gap, dead_travel == "reopening")
     problem = Problem(comparison.parameters, one_by_one(comparison.residual), step=STEP, lanes=False)
     starts = [problem.at(values) for values in comparison.starts()]
-    rough = solve(problem, starts, tries=len(starts), stop=Stop(MAX_STEPS, decrease=1e-3, move=1e-3))
+    rough = solve(problem, starts, n_best=len(starts), stop=Stop(MAX_STEPS, decrease=1e-3, move=1e-3))
     found = [rough, *rough.others]
     exact = Stop(MAX_STEPS, decrease=1e-10, move=1e-10)
-    best = solve(problem, [s.at for s in found[:POLISHED]], tries=POLISHED, stop=exact)
+    best = solve(problem, [s.at for s in found[:POLISHED]], n_best=POLISHED, stop=exact)
     costs = [s.cost for s in (best, *best.others, *found[POLISHED:])]
     nrmse = tuple(float(np.sqrt(cost / comparison.size)) for cost in sorted(costs))
     if nrmse[0] > UNRELATED:

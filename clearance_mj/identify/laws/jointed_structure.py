@@ -75,8 +75,8 @@ class JointedStructure:
 
 def fit_jointed_structure(
     responses: Sequence[Response], period: float, joints: Sequence[Joint] = (None, None), *, slips: int = 6,
-    drop: int = 1, drive: str | None = None, modes: ModalStructure | None = None, seed: int = 0, tries: int = 1,
-    steps: int = 40, progress: str | None = None,
+    drop: int = 1, drive: str | None = None, modes: ModalStructure | None = None, seed: int = 0, n_starts: int = 1,
+    steps: int = 40, progress: bool = False,
 ) -> JointedStructure:  # fmt: skip
     """Identify a structure with joints that slip from its responses to a periodic force at several levels.
 
@@ -100,13 +100,13 @@ def fit_jointed_structure(
         Where the modes begin. Default: what `modes_from_frf` finds in the FRFs of the lowest level.
     seed : int
         Of the deformations from which the search begins.
-    tries : int
+    n_starts : int
         Draws of them, of which the best after a rough fit to the two lowest levels is kept; there are local minima,
         which ``cost`` tells apart.
     steps : int
         Most steps of the fit to all levels.
-    progress : str, optional
-        Title of a progress bar; None: no bar.
+    progress : bool
+        Show a progress bar.
 
     Returns
     -------
@@ -127,8 +127,8 @@ def fit_jointed_structure(
     """
     levels = _Levels(responses, period, joints, slips, drop, drive)
     linear = modes or levels.lowest_modes()
-    with tqdm(desc=progress, unit=" simulations", disable=progress is None) as levels.bar:
-        rng, size = np.random.default_rng(seed), (tries, len(joints), linear.omega.size)
+    with tqdm(desc="joints", unit=" simulations", disable=not progress) as levels.bar:
+        rng, size = np.random.default_rng(seed), (n_starts, len(joints), linear.omega.size)
         pulls = rng.choice([-1.0, 1.0], size) * rng.uniform(0.5, 1.5, size)
         pulls[0, 0] = 1.0
         rough = [levels.solve(levels.start(linear, pull), 2, ROUGH, EARLY_STEPS) for pull in pulls]

@@ -207,7 +207,7 @@ def _interpolated(at: float, levels: np.ndarray, values: np.ndarray) -> float:
     return float(np.interp(at, levels[known], values[known])) if known.any() else 0.0
 
 
-def law_misfit(records: Sequence[PreparedRecord], model: Model, progress: str | None = None) -> LawMisfit:
+def law_misfit(records: Sequence[PreparedRecord], model: Model, progress: bool = False) -> LawMisfit:
     """Simulate a model under the excitation of records, and compare.
 
     Parameters
@@ -216,8 +216,8 @@ def law_misfit(records: Sequence[PreparedRecord], model: Model, progress: str | 
         Those that the model was found from.
     model : Model
         As found; its sensors are those of the records.
-    progress : str, optional
-        Show a progress bar with this name.
+    progress : bool
+        Show a progress bar.
 
     Raises
     ------
@@ -225,8 +225,8 @@ def law_misfit(records: Sequence[PreparedRecord], model: Model, progress: str | 
         Whatever `simulate` raises.
     """
     excitations = [record.excitation() for record in records]
-    numbers, words = range(len(records)), progress or ""
-    simulated = dict(run_tasks(lambda i: simulate(model, excitations[i], engine="modal"), numbers, progress=words))
+    numbers, title = range(len(records)), "misfit" if progress else ""
+    simulated = dict(run_tasks(lambda i: simulate(model, excitations[i], engine="modal"), numbers, progress=title))
     pairs = [(record.name, record.response(), simulated[i]) for i, record in enumerate(records)]
     bands = [_band(test) for _, test, _ in pairs if not _is_of_hits(test)]
     edges = np.geomspace(min(b[0] for b in bands), max(b[1] for b in bands), BANDS + 1) if bands else np.empty(0)

@@ -14,8 +14,8 @@ import scipy.ndimage
 import scipy.signal
 
 from ...clearance import ContactLaw, KelvinVoigt
-from ...clearance.gap import penetration
 from ...clearance.grease import GreaseModel
+from ...clearance.walls import penetration
 from ...estimate.parameter import Parameter
 from ...rig import Bushing, Rig
 from ..forces.restoring import RestoringForce

@@ -19,8 +19,8 @@ from typing import NamedTuple
 import numpy as np
 from tqdm import tqdm
 
-from ...clearance.gap import penetration
 from ...clearance.law import Law
+from ...clearance.walls import penetration
 from ...core.errors import LawError, RecordError, SimulationError
 from ...engines import simulate_and_keep
 from ...estimate import Estimates, Parameter, Problem, SoftL1, Stop, jackknife, solve
@@ -95,21 +95,21 @@ def fit_law(
     parameters: Sequence[Parameter],
     make: Callable[..., Law],
     starts: Sequence[Sequence[float]] = (),
-    tries: int = 1,
+    n_best: int = 1,
     model_error: float = math.inf,
     tolerance: float = 1e-4,
     central: bool = True,
-    progress: str | None = None,
+    title: str = "",
 ) -> Fit:
     """Fit the parameters of the law that ``make`` makes of their values, by bounded nonlinear least squares.
 
-    The fit is run from the ``tries`` best of the parameters' own start and ``starts``. ``model_error``: dB by which the
-    law is expected to miss FRFs that were measured without noise; lines with a larger random error count less;
+    The fit is run from the ``n_best`` best of the parameters' own start and ``starts``. ``model_error``: dB by which
+    the law is expected to miss FRFs that were measured without noise; lines with a larger random error count less;
     infinite: all lines count the same. ``tolerance``: share of the cost by which a step lowers it at least.
     ``central``: central differences, which are not needed where the start is already close. The covariance is a
     jackknife over blocks of residuals that depend on each other.
     """
-    compared = Comparison(rig, found, make, model_error, progress)
+    compared = Comparison(rig, found, make, model_error, title)
     step = [DIFFERENCE / (p.prior_std if p.has_prior else 1.0) for p in parameters]
     # What is known before is outside of the loss, which takes residuals of many dB for outliers.
     problem = Problem(
@@ -118,7 +118,7 @@ def fit_law(
     )  # fmt: skip
     candidates = [problem.at(values) for values in ([p.start for p in parameters], *starts)]
     with compared.bar:
-        solution = solve(problem, candidates, tries=tries, stop=Stop(decrease=tolerance))
+        solution = solve(problem, candidates, n_best=n_best, stop=Stop(decrease=tolerance))
     covariance = jackknife(solution.rows, solution.scores, compared.block, solution.prior)
     estimates = solution.estimates(covariance)
     return Fit(
@@ -134,7 +134,7 @@ class Comparison:
     """Weighted differences of simulated responses from a set of records, for the laws of several parameter sets."""
 
     def __init__(
-        self, rig: Rig, found: Sequence[Evidence], make: Callable[..., Law], model_error: float, progress: str | None
+        self, rig: Rig, found: Sequence[Evidence], make: Callable[..., Law], model_error: float, title: str
     ) -> None:
         self.rig, self.make = rig, make
         self.excitations = [item.excitation for item in found]
@@ -143,7 +143,7 @@ class Comparison:
         random = np.concatenate([m.frf_error for m in self.measured] + [m.rms_error for m in self.measured])
         self.weight = 1 / np.hypot(1, random / model_error)
         self.frf_size = sum(m.frf.size for m in self.measured)
-        self.bar = tqdm(desc=progress, unit="simulation", disable=progress is None)
+        self.bar = tqdm(desc=title, unit="simulation", disable=not title)
 
     @property
     def block(self) -> np.ndarray:

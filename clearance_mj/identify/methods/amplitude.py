@@ -26,7 +26,7 @@ SMOOTH = 1e-3
 """weight of the change of k and c between amplitudes, so that those the motion never reached hold their neighbours'"""
 
 
-def amplitude_law(dataset: Dataset, progress: str | None = None) -> tuple[AmplitudeLaw, GreaseFit]:
+def amplitude_law(dataset: Dataset, progress: bool = False) -> tuple[AmplitudeLaw, GreaseFit]:
     """Contact stiffness and damping over the envelope of the motion, k(A) and c(A), from the restoring forces.
 
     The Bouc-Wen grease is fitted inside the gap and subtracted; what is left is regressed on the gap function and its
@@ -48,7 +48,7 @@ def amplitude_law(dataset: Dataset, progress: str | None = None) -> tuple[Amplit
     "the rig file and the records to identify: contact over amplitude, Bouc-Wen grease, from the restoring forces",
     shortest=lambda rig: 4 * SETTLE,
 )
-def _find(dataset: Dataset, progress: str | None = None) -> Identified:
+def _find(dataset: Dataset, progress: bool = False) -> Identified:
     return Identified(model=Model(dataset.rig, amplitude_law(dataset, progress)[0]))
 
 

@@ -58,7 +58,7 @@ class BenchFit(Identified):
     shortest=lambda rig: 4 * SETTLE,
     finds_rig=True,
 )
-def fit_bench(dataset: Dataset, progress: str | None = None) -> BenchFit:
+def fit_bench(dataset: Dataset, progress: bool = False) -> BenchFit:
     """Identify the rig and its law where the rig file is not exact.
 
     First the linear rig (`update_rig`), with a look for gross faults, then the restoring forces on it, then gap,
@@ -69,8 +69,8 @@ def fit_bench(dataset: Dataset, progress: str | None = None) -> BenchFit:
     ----------
     dataset : Dataset
         Rig and records; records with role "validate" are never opened.
-    progress : str, optional
-        Show progress bars with this name.
+    progress : bool
+        Show progress bars.
 
     Returns
     -------
@@ -86,7 +86,7 @@ def fit_bench(dataset: Dataset, progress: str | None = None) -> BenchFit:
     diagnosis = diagnose(update)
     families = compare_families(dataset, update, progress)
     model = Model(families[0].rig(update.rig), families[0].law, partial(_drawn, update, families))
-    misfit = law_misfit(update.records, model, progress and f"{progress} (misfit)")
+    misfit = law_misfit(update.records, model, progress)
     estimates = _together(update, families[0], misfit.widening)
     of_law = [name for name in estimates.only_prior if name not in update.estimates.names]
     held = (f"only the prior holds, of the law, {', '.join(of_law)}",) if of_law else ()

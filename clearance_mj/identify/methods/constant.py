@@ -31,7 +31,7 @@ def _law(rig: Rig, k: float, c: float, grease_k: float, grease_c: float) -> Cons
     "the rig file and the records to identify: best constants for contact and linear grease",
     shortest=lambda rig: PIECE,
 )
-def fit_constant(dataset: Dataset, progress: str | None = None) -> Fit:
+def fit_constant(dataset: Dataset, progress: bool = False) -> Fit:
     """Fit the best constants: contact stiffness and damping and a linear grease, the same at every bushing."""
     found, first = evidence(dataset.to_identify()), dataset.rig.bushings[0]
     parameters = [
@@ -41,4 +41,6 @@ def fit_constant(dataset: Dataset, progress: str | None = None) -> Fit:
     ]
     k, c, grease_k, grease_c = (p.start for p in parameters)
     starts = [(k * a, c * b, grease_k * g, grease_c * b) for a in (0.5, 2.0) for b in (1.0, 3.0) for g in (0.7, 1.0)]
-    return fit_law(dataset.rig, found, parameters, partial(_law, dataset.rig), starts, progress=progress)
+    return fit_law(
+        dataset.rig, found, parameters, partial(_law, dataset.rig), starts, title="constants" if progress else ""
+    )

@@ -16,7 +16,7 @@ from ..registry import Identified, register
 __all__ = ["force_balance_law"]
 
 
-def force_balance_law(dataset: Dataset, progress: str | None = None) -> ConstantLaw:
+def force_balance_law(dataset: Dataset, progress: bool = False) -> ConstantLaw:
     """Constant contact stiffness and damping: the weighted means of `contact_parameters` over the records.
 
     A bushing that is never touched takes the others' mean.
@@ -39,5 +39,5 @@ def force_balance_law(dataset: Dataset, progress: str | None = None) -> Constant
     "the rig file and the records to identify: constant contact and Bouc-Wen grease out of the restoring forces",
     shortest=lambda rig: 4 * SETTLE,
 )
-def _find(dataset: Dataset, progress: str | None = None) -> Identified:
+def _find(dataset: Dataset, progress: bool = False) -> Identified:
     return Identified(model=Model(dataset.rig, force_balance_law(dataset, progress)))

@@ -8,5 +8,5 @@ from ..registry import Identified, register
 
 
 @register("nominal", "the rig file only: datasheet contact, fresh grease as a linear spring and damper")
-def _find(dataset: Dataset, progress: str | None = None) -> Identified:
+def _find(dataset: Dataset, progress: bool = False) -> Identified:
     return Identified(model=Model(dataset.rig))

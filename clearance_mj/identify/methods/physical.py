@@ -53,7 +53,7 @@ def _grease(
     "the rig file and the records to identify: Bouc-Wen grease, squeeze film and power-law contact of each bushing",
     shortest=lambda rig: PIECE,
 )
-def fit_output_error(dataset: Dataset, progress: str | None = None) -> Fit:
+def fit_output_error(dataset: Dataset, progress: bool = False) -> Fit:
     """Fit the physical law: Bouc-Wen grease with squeeze film, and a power-law contact.
 
     First with the same parameters at every bushing, from the force balance (`amplitude_law`). Records that do not allow
@@ -70,15 +70,15 @@ def fit_output_error(dataset: Dataset, progress: str | None = None) -> Fit:
         common = _continued(dataset, found, parameters, make, progress)
     else:
         starts = _from_balance(balance, grease.grease, rig.bushings[0].gap)
-        part = _part(progress, "bushings alike")
-        common = fit_law(rig, found, parameters, make, starts, 1, MODEL_ERROR, ROUGH, progress=part)
+        title = "bushings alike" if progress else ""
+        common = fit_law(rig, found, parameters, make, starts, 1, MODEL_ERROR, ROUGH, title=title)
     each = [
         replace(p, name=f"{p.name}, bushings[{j}]", start=float(v), prior_std=LIKENESS)
         for j in range(len(rig.bushings))
         for p, v in zip(parameters, common.estimates.value)
     ]
-    part = _part(progress, "each bushing")
-    return fit_law(rig, found, each, make, model_error=MODEL_ERROR, central=False, progress=part)
+    title = "each bushing" if progress else ""
+    return fit_law(rig, found, each, make, model_error=MODEL_ERROR, central=False, title=title)
 
 
 def _parameters(rig: Rig) -> list[Parameter]:
@@ -113,19 +113,19 @@ def _grease_starts(greases: Sequence[Grease], gap: float) -> list[tuple[float, .
 
 def _continued(
     dataset: Dataset, found: list[Evidence], parameters: list[Parameter], make: Callable[..., ContactLaw],
-    progress: str | None,
+    progress: bool,
 ) -> Fit:  # fmt: skip
     """Fit from low to high level."""
     rig, gap = dataset.rig, dataset.rig.bushings[0].gap
     grease, contact = parameters[:-3], [p.start for p in parameters[-3:]]
     if quiet := before_contact(found, rig):
         starts = [*_yields(grease, gap), *_in_balance(dataset, gap)]
-        part = _part(progress, "before contact")
-        low = fit_law(rig, quiet, grease, lambda *v: make(*v, *contact), starts, 1, MODEL_ERROR, ROUGH, progress=part)
+        title = "before contact" if progress else ""
+        low = fit_law(rig, quiet, grease, lambda *v: make(*v, *contact), starts, 1, MODEL_ERROR, ROUGH, title=title)
         grease = [replace(p, start=float(v)) for p, v in zip(grease, low.estimates.value)]
-    values, part = [p.start for p in grease], _part(progress, "bushings alike")
+    values, title = [p.start for p in grease], "bushings alike" if progress else ""
     starts = [(*values, contact[0] * f, contact[1], e) for f in (0.3, 1.0, 3.0) for e in (0.3, 0.6, 0.9)]
-    return fit_law(rig, found, [*grease, *parameters[-3:]], make, starts, 2, MODEL_ERROR, ROUGH, progress=part)
+    return fit_law(rig, found, [*grease, *parameters[-3:]], make, starts, 2, MODEL_ERROR, ROUGH, title=title)
 
 
 def _in_balance(dataset: Dataset, gap: float) -> list[tuple[float, ...]]:
@@ -140,7 +140,3 @@ def _yields(grease: Sequence[Parameter], gap: float) -> list[tuple[float, ...]]:
     """Starts with other yield displacements and elastic ratios, of which the product matters most at low level."""
     k, c, _, _, height, *shape = (p.start for p in grease)
     return [(k, c, ratio, y * gap, height, *shape) for ratio in (0.5, 0.75, 0.9) for y in (0.4, 0.8, 1.6)]
-
-
-def _part(progress: str | None, name: str) -> str | None:
-    return progress and f"{progress} ({name})"

@@ -6,8 +6,8 @@ import numpy as np
 from tqdm import tqdm
 
 from ...beam import ModalModel, ritz_model
-from ...clearance.gap import describing_function
 from ...clearance.law import TimeLaw
+from ...clearance.walls import describing_function
 from ...core.errors import RecordError
 from ...io.dataset import Dataset
 from ...model import Model
@@ -30,7 +30,7 @@ LEAST_SHARE = 0.1
 
 
 def ridge_law(
-    dataset: Dataset, correction: str = "adiabatic", damping: str = "viscous", progress: str | None = None
+    dataset: Dataset, correction: str = "adiabatic", damping: str = "viscous", progress: bool = False
 ) -> TimeLaw:
     """The article's updated model: contact stiffness and damping over time from the wavelet ridge at each bushing.
 
@@ -51,7 +51,7 @@ def ridge_law(
     rig, probes = record.rig, record.signals[:, len(record.rig.sensors) : -1]
     model = ritz_model(rig, MODES, grease=True)
     band = ridge_band(rig)
-    columns = tqdm(probes.T, desc=progress, unit="bushing", disable=progress is None)
+    columns = tqdm(probes.T, desc="ridges", unit="bushing", disable=not progress)
     tracks = [_forced_ridge(signal, record.fs, band, correction, damping) for signal in columns]
     rows = np.arange(0, probes.shape[0], max(1, round(STEP * record.fs)))
     omega, amplitude, decay = (np.column_stack(column)[rows] for column in zip(*tracks))
@@ -114,7 +114,7 @@ def shortest_for_ridge(rig: Rig) -> float:
 
 
 def find(
-    dataset: Dataset, progress: str | None = None, correction: str = "adiabatic", damping: str = "viscous"
+    dataset: Dataset, progress: bool = False, correction: str = "adiabatic", damping: str = "viscous"
 ) -> Identified:
     """Identify by `ridge_law` and warn where the longest record shows no ridge."""
     warn_of_no_ridge(prepared(max(dataset.to_identify(), key=lambda r: r.duration)))

@@ -20,7 +20,7 @@ from ...core.errors import RecordError
 from ...estimate.loss import GroupedHuber
 from ...estimate.parameter import Parameter
 from ...estimate.problem import Linearised, Problem
-from ...estimate.solve import Solution, Stop, solve
+from ...estimate.solver import Solution, Stop, solve
 from ...io.dataset import Dataset
 from ...rig import Rig
 from ..records.prepared import EXCITATION, PreparedRecord, prepare

@@ -79,14 +79,14 @@ def read_geometry(path: str | PathLike[str]) -> Geometry:
     """Read the nodes and trace lines of a universal file (data sets 15 and 82)."""
     data = contents(path)
     with naming(path):
-        return read_geometry_blocks([block for block in scan(data)[1] if block.kind in (15, 82)])
+        return read_geometry_blocks([block for block in scan(data).blocks if block.kind in (15, 82)])
 
 
 def scan_uff(path: str | PathLike[str]) -> list[ChannelHeader]:
     """Check the structure of a universal file of time functions and return their headers; samples stay unread."""
     data = contents(path)
     with naming(path):
-        functions = _measured(scan(data)[0])
+        functions = _measured(scan(data).functions)
         if functions[0].kind != TIME_FUNCTION:
             raise RecordError("holds FRFs, needs time functions (data sets 58, function type 1)")
         return [read_channel_header(data, f) for f in functions]

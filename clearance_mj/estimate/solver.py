@@ -102,7 +102,7 @@ class Solution:
 
 
 def solve(
-    problem: Problem, starts: Sequence[np.ndarray] | np.ndarray | None = None, *, tries: int = 1,
+    problem: Problem, starts: Sequence[np.ndarray] | np.ndarray | None = None, *, n_best: int = 1,
     stop: Stop | None = None, dampings: Sequence[float] = DAMPINGS, longest: float = np.inf,
 ) -> Solution:  # fmt: skip
     """Find the parameters of least cost, within their bounds.
@@ -117,7 +117,7 @@ def solve(
         What is minimised.
     starts : sequence of ndarray (n,), optional
         Coordinates. Default: the parameters' own starts.
-    tries : int
+    n_best : int
         Number of starts, those of least cost, from which a search is made.
     stop : Stop, optional
         When a search ends.
@@ -146,7 +146,7 @@ def solve(
         if not np.isfinite(costs).any():
             names = ", ".join(p.name for p in problem.parameters)
             raise RecordError(f"there is no model where the search for {names} begins")
-        order = np.argsort(costs, kind="stable")[:tries]
+        order = np.argsort(costs, kind="stable")[:n_best]
         order = order[np.isfinite(costs[order])]
     compared, ends = problem.evaluations - begun, []
     for i in order:
