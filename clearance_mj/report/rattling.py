@@ -19,7 +19,7 @@ from .writer import ReportWriter
 
 __all__ = ["rattling"]
 
-LEVELS, FREQUENCIES = 6, 80
+LEVELS, FREQUENCIES = 6, 80  # each level is twice the one before
 HARMONICS = 7  # folds of the Table-1 rig stay where 21 harmonics have them, amplitudes within 3 %
 SHARES = (1.0, 0.5)  # of the gaps found
 BAND = (0.002, 0.4)  # of the samples per second, where a record does not say its band
@@ -69,7 +69,7 @@ def _map(model: Model, dataset: Dataset) -> RattleMap:
     low, high = loudest.band or (share * loudest.fs for share in BAND)
     gaps = [[share * bushing.gap for bushing in model.rig.bushings] for share in SHARES]
     return map_rattle(
-        model, np.linspace(top / LEVELS, top, LEVELS), np.geomspace(low, high, FREQUENCIES), gaps=gaps,
+        model, np.geomspace(top / 2 ** (LEVELS - 1), top, LEVELS), np.geomspace(low, high, FREQUENCIES), gaps=gaps,
         kind=loudest.excitation_kind, n_harmonics=HARMONICS, workers=1,
     )  # fmt: skip
 

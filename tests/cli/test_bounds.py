@@ -37,7 +37,7 @@ RIG = str(ROOT / "models" / "table1_rig.toml")
         ("response {} --level 1 --from 5e-324 --to 9 --harmonics 1 --modes 2", "Hz is too slow beside the stiffest"),
         ("response {} --level 1 --from 8 --to 5e-324 --harmonics 1 --modes 2", "Hz is too slow beside the stiffest"),
         ("response {} --level 1 --from 1e-6 --to 9 --harmonics 1 --modes 2", "give frequencies from 0.0"),
-        ("response {} --level 1 --to 1e308", "two different ones > 0 Hz and at most 1e+06 Hz, got 5 and 1e+308"),
+        ("response {} --level 1 --to 1e308", "two different frequencies > 0 Hz and at most 1e+06 Hz, got 5 and 1e+308"),
         ("backbone {} --workers 0", "workers must be 1 to 1024, got 0"),
         ("motion {} --engine modal --duration 0.1 --workers -1", "workers must be 1 to 1024, got -1"),
         ("animate {} --engine modal --duration 0.1 --seconds 0", "seconds 0: must be above 0"),

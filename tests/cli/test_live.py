@@ -38,7 +38,7 @@ def test_the_address_is_told_until_the_page_ends(monkeypatch, capsys, tmp_path, 
     assert main([*told, str(tmp_path / "pipe")]) == 2 and (tmp_path / "pipe").is_fifo()
     assert "pipe: is a pipe, not a file; give another name" in capsys.readouterr().err
     session = seen["page"].session()
-    assert session.law == SMALL_LAW and session.dataset.path == small_dataset  # the rig's folder is a dataset's
+    assert session.model.law == SMALL_LAW and session.dataset.path == small_dataset  # the rig's folder is a dataset's
 
 
 @pytest.mark.slow

@@ -14,6 +14,7 @@ from clearance_mj.io import formats
 from clearance_mj.io.dataset import write_dataset
 from clearance_mj.live.export import exported
 from clearance_mj.live.session import Session
+from clearance_mj.model import Model
 
 from ..fuzz import samples
 from ..fuzz.mutations import toml
@@ -23,7 +24,7 @@ QUICK = {
     "place": "place rig.toml --sensors 4 --candidates 6 --modes 1,2 --out out",
     "compare": "compare frf.uff frf.csv --modes 0 --out out",
     "simulate": "simulate rig.toml --engine modal --duration 0.05 --fs 1024 --out out/r.nc",
-    "nominal": "identify bench --method nominal --no-figures --out out/law.json",
+    "nominal": "identify bench --method nominal --no-figures --out out/found",
     "convert": "convert record.uff out/a.csv",
     "records": "convert record.uff out --rig rig.toml",
 }
@@ -34,7 +35,7 @@ LONGER = {
     "modes": "modes modal.uff --modes 2 --out out",
     "calibrate": "calibrate rig.toml frequencies.csv --free beam.length=0.9:1.1 --starts 1 --out out",
     "update-rig": "update-rig bench --out out",
-    "law": "identify bench --method constant --out out/law.json",
+    "law": "identify bench --method constant --out out/found",
     "bench": "identify bench --out out",
     "sweep": "sweep plan.toml --workers 1 --out out",
     "response": "response rig.toml --level 1 --from 8 --to 9 --harmonics 1 --modes 2 --out out",
@@ -105,7 +106,7 @@ def _beside(path, name):
 
 def test_what_the_live_page_exports(tmp_path):
     RIG.save(tmp_path / "rig.toml")
-    session = Session(RIG, ConstantLaw(2e4, 5.0))
+    session = Session(Model(RIG, ConstantLaw(2e4, 5.0)))
     session.show(session.setting({"duration": 4.0}))
     with zipfile.ZipFile(io.BytesIO(exported(session.shown, None, [tmp_path / "rig.toml"]))) as archive:
         made = json.loads(archive.read("provenance.json"))
@@ -119,7 +120,7 @@ def test_a_stale_or_foreign_file_is_noticed(world, capsys):
     """A figure's table that was edited; a rig that was changed after its law was found; another law of that name."""
     for line in (QUICK["place"], QUICK["nominal"], QUICK["convert"]):
         assert main([*line.split(), "--quiet"]) == 0
-    table, law = world / "out" / "placement.csv", world / "out" / "law.json"
+    table, law = world / "out" / "placement.csv", world / "out" / "found" / "law.json"
     assert stale([table, law, world / "out" / "a.csv"]) == []
     table.write_text("x\n1\n")
     with (world / "out" / "a.csv").open("a") as file:
@@ -134,10 +135,20 @@ def test_a_stale_or_foreign_file_is_noticed(world, capsys):
         f"{world / 'out' / 'a.csv'} was changed after clearance-mj convert wrote it"
     ]
     capsys.readouterr()
-    simulate = ["simulate", "bench", "--law", "out/law.json", "--engine", "modal", "--duration", "0.05", "--quiet"]
+    simulate = [
+        "simulate",
+        "bench",
+        "--law",
+        "out/found/law.json",
+        "--engine",
+        "modal",
+        "--duration",
+        "0.05",
+        "--quiet",
+    ]
     assert main([*simulate, "--out", "s.nc"]) == 0
     said = capsys.readouterr().err.splitlines()
-    assert said[0] == "clearance-mj: note: out/law.json was made from another bench/rig.toml than is there now"
+    assert said[0] == "clearance-mj: note: out/found/law.json was made from another bench/rig.toml than is there now"
 
 
 @pytest.mark.parametrize("text", ["", "[]", "{", '{"provenance": 3}', '{"provenance": {"inputs": [1]}}', "[" * 10**5])
