@@ -56,14 +56,14 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
 
     out_folder(options.out)
     model = Model.load(options.rig, options.law)
-    law = model.law if options.law or (options.rig / LAW_FILE).is_file() else None  # else the likeliest family
+    given = model if options.law or (options.rig / LAW_FILE).is_file() else None  # else the likeliest family
     record = _record(options, model.rig)
     with output_folder(options.out, "twin", inputs(options)) as folder:
         folder.refuse_others("index.html", "twin.csv", "twin.nc", "twin.json")
         start = time.perf_counter()
-        found = twin(record, None, law, options.window, options.learn, options.rig_exact, not options.quiet)
+        found = twin(record, given, options.window, options.learn, options.rig_exact, not options.quiet)
         took = time.perf_counter() - start
-        result = write_twin(found, record, law, folder.new, provenance(options))
+        result = write_twin(found, record, given.law if given else None, folder.new, provenance(options))
     _print(found, record, took, options.out)
     return result | {"out": str(options.out)}
 

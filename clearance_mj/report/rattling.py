@@ -19,7 +19,7 @@ from .writer import ReportWriter
 
 __all__ = ["rattling"]
 
-LEVELS, FREQUENCIES = 6, 80  # each level is twice the one before
+LEVELS, FREQUENCIES = 8, 80  # each level is twice the one before
 HARMONICS = 7  # folds of the Table-1 rig stay where 21 harmonics have them, amplitudes within 3 %
 SHARES = (1.0, 0.5)  # of the gaps found
 BAND = (0.002, 0.4)  # of the samples per second, where a record does not say its band

@@ -68,7 +68,7 @@ def test_response_is_that_of_simulate(rig, engine):
 
 def test_impacts_account_for_the_energy_lost_in_contacts(kept):
     """All of it but what a visit that has not ended has lost."""
-    _, balance = kept
+    balance = kept
     for j in range(2):
         lost = sum(i.loss for i in balance.impacts if i.bushing == j)
         ends = [i.time + i.duration for i in balance.impacts if i.bushing == j]
@@ -79,7 +79,7 @@ def test_impacts_account_for_the_energy_lost_in_contacts(kept):
 
 def test_impacts_are_visits_beyond_the_gap(rig, kept):
     """The bushing's middle, which the response knows, is beyond the gap for as long as its ends are, nearly."""
-    response, balance = kept
+    response, balance = kept.response, kept
     for j, bushing in enumerate(rig.bushings):
         impacts = [i for i in balance.impacts if i.bushing == j]
         for side, sign in (("upper", 1), ("lower", -1)):
@@ -89,7 +89,7 @@ def test_impacts_are_visits_beyond_the_gap(rig, kept):
 
 
 def test_columns_and_summary(kept):
-    _, balance = kept
+    balance = kept
     columns = balance.columns()
     assert list(columns)[:3] == ["time", "input", "law_work[0]"]
     assert all(value.shape == balance.time.shape for value in columns.values())
@@ -137,9 +137,9 @@ def test_an_engine_that_does_not_tell(rig):
 
 
 def test_figure(kept):
-    drawing = draw(kept[1])
+    drawing = draw(kept)
     assert len(drawing.figure.axes) == 4
-    assert f"{len(kept[1].impacts)} impacts" in drawing.caption
+    assert f"{len(kept.impacts)} impacts" in drawing.caption
 
 
 def command(tmp_path, *more):

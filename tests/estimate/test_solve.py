@@ -114,8 +114,8 @@ def test_starts_are_compared_and_the_best_searched_from():
     """(x² - 1)² + 0.1 (x - 1)² has its least minimum at 1 and another one at about -1."""
     problem = Problem([free("x")], lambda x: np.hstack((x**2 - 1, np.sqrt(0.1) * (x - 1))))
     starts = [[-1.3], [0.4], [-0.9]]
-    assert solve(problem, starts, tries=1).values[0] < 0  # begins where the cost is least
-    found = solve(problem, starts, tries=3)
+    assert solve(problem, starts, n_best=1).values[0] < 0  # begins where the cost is least
+    found = solve(problem, starts, n_best=3)
     assert found.values == pytest.approx([1.0], abs=1e-3)
     assert [s.values[0] < 0 for s in found.others] == [True, True]
 

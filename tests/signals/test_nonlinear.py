@@ -155,7 +155,7 @@ def test_harmonics_of_every_step_have_amplitude_and_phase():
         ((np.ones(100), 100.0, [5.0, 6.0, 7.0]), "3 steps of one length do not fit"),
         ((np.ones(100), 100.0, [5.0], 10), "not above twice harmonic 10"),
         ((np.ones(100), 1000.0, [5.0]), "less than a period of 5 Hz"),
-        ((np.ones(100), 100.0, [5.0], 0), "orders must be >= 1"),
+        ((np.ones(100), 100.0, [5.0], 0), "n_harmonics must be >= 1"),
         ((np.ones(100), 100.0, [5.0], 5, 1.0), "0 <= settle < 1"),
     ],
 )

@@ -14,10 +14,10 @@ import numpy as np
 from tqdm import tqdm
 
 from ...beam import natural_frequencies
-from ...clearance.law import Law
 from ...core.errors import RecordError
 from ...estimate.parameter import Parameter
 from ...io.dataset import Record
+from ...model import Model
 from ...rig import Rig
 from ..forces.restoring import SETTLE, restoring_force
 from ..forces.windows import WindowForces
@@ -39,20 +39,18 @@ MIN_PERIODS = 4  # of the lowest mode, in the shortest window
 
 
 def twin(
-    record: Record, rig: Rig | None = None, law: Law | None = None, window: float = 2.0, learn: float = 10.0,
-    rig_exact: bool = False, progress: bool = False,
+    record: Record, model: Model | None = None, window: float = 2.0, learn: float = 10.0, rig_exact: bool = False,
+    progress: bool = False,
 ) -> Twin:  # fmt: skip
-    """Track the clearances of a bench along a record.
+    """Track the clearances of a bench over the time of a record.
 
     Parameters
     ----------
     record : Record
         Accelerometers, a displacement probe at every clearance, and the excitation.
-    rig : Rig, optional
-        Instead of the record's.
-    law : Law, optional
-        Whose families of contact and filling are tracked, and where their fit begins; by default the likeliest of all
-        families, as method "bench" of `identify` compares them.
+    model : Model, optional
+        Its rig is taken instead of the record's; the families of its law are tracked, and their fit begins at its
+        values. By default the record's rig and the likeliest of all families, as method "bench" compares them.
     window : float
         s, between two values.
     learn : float
@@ -74,7 +72,7 @@ def twin(
     LawError
         If the law has a model without a family, or changes by itself.
     """
-    whole = _checked(record if rig is None else dataclasses.replace(record, rig=rig), window, learn)
+    whole = _checked(dataclasses.replace(record, rig=model.rig) if model else record, window, learn)
     first = dataclasses.replace(whole, signals=whole.signals[: round(learn * whole.fs)])
     update = None if rig_exact else update_from(whole.rig, [first])
     warnings = contradictions_of_update(update) if update else contradictions_of_rig(whole.rig, [first])
@@ -82,7 +80,7 @@ def twin(
     noise = restoring_force(first, rig=linear, probes=probes).noise
     windows = WindowForces(whole, linear, probes, noise, window)
     drawn = [windows.on(*each) for each in _drawn(update)]
-    given = families_of(law, whole.rig) if law else [None] * len(linear.bushings)
+    given = families_of(model.law, whole.rig) if model else [None] * len(linear.bushings)
     fitted = max(2, round(learn / windows.seconds))
     trackers = [
         ClearanceTracker(linear, j, _gap_priors(whole.rig, j), families, fitted, windows.seconds, drawn)

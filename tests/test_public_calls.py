@@ -1,0 +1,85 @@
+"""The table of public calls in docs/data_model.md is that of the code, and all calls follow one convention.
+
+`python -m tests.test_public_calls` prints the table.
+"""
+
+import importlib
+import inspect
+import pkgutil
+import re
+
+import clearance_mj
+
+from .conftest import ROOT
+
+PAGE = ROOT / "docs" / "data_model.md"
+PARTS = [m.name for m in pkgutil.iter_modules(clearance_mj.__path__) if not m.name.startswith("_")]
+ROW = re.compile(r"^\| `cm\.(\S+?)\((.*)\)` \| `(.*)` \|$", re.MULTILINE)
+COUNTS = {"harmonics", "modes", "samples", "starts", "tries", "draws", "orders"}  # counts, if they are whole numbers
+
+
+def public():
+    """Every function that the package or a part of it exports, by the shortest name that users call it by."""
+    found = {}
+    for part in ["", *PARTS]:
+        module = importlib.import_module(f"clearance_mj.{part}".rstrip("."))
+        for name in getattr(module, "__all__", ()):
+            value = getattr(module, name)
+            value = inspect.unwrap(getattr(value, "py_func", value)) if callable(value) else value
+            if inspect.isfunction(value) and value.__module__.startswith("clearance_mj"):
+                found.setdefault(value, f"{part}.{name}".lstrip("."))
+    return {name: inspect.signature(function) for function, name in found.items()}
+
+
+def returned(signature):
+    found = signature.return_annotation
+    return (found if isinstance(found, str) else getattr(found, "__name__", str(found))).replace("|", "\\|")
+
+
+def rows():
+    return [
+        f"| `cm.{name}({', '.join(signature.parameters)})` | `{returned(signature)}` |"
+        for name, signature in sorted(public().items())
+    ]
+
+
+def test_the_table_is_that_of_the_code():
+    text = PAGE.read_text(encoding="utf-8")
+    written = [match[0] for match in ROW.finditer(text)]
+    assert written == rows()
+
+
+def test_progress_is_a_switch_everywhere():
+    switches = {name: s.parameters["progress"] for name, s in public().items() if "progress" in s.parameters}
+    assert switches
+    assert {n for n, p in switches.items() if (p.annotation, p.default) != ("bool", False)} == set()
+
+
+def test_counts_begin_with_n():
+    whole = (
+        (n, p) for n, s in public().items() for p in s.parameters.values() if p.annotation in ("int", "int | None")
+    )
+    assert {(n, p.name) for n, p in whole if p.name in COUNTS} == set()
+
+
+def test_one_object_is_returned():
+    tuples = {n: s.return_annotation for n, s in public().items() if str(s.return_annotation).startswith("tuple[")}
+    pairs = {n for n, returned in tuples.items() if not returned.endswith("...]")}
+    assert pairs == {"solref_solimp"}  # two arrays that MuJoCo itself keeps apart
+
+
+def test_no_function_shadows_its_module():
+    modules = {
+        m.name.removeprefix("clearance_mj.") for m in pkgutil.walk_packages(clearance_mj.__path__, "clearance_mj.")
+    }
+    assert set(public()) & modules == set()
+
+
+def test_excitation_comes_second():
+    """What is simulated, then its excitation, then options."""
+    calls = {n: list(s.parameters) for n, s in public().items() if {"excitation", "excitations"} & set(s.parameters)}
+    assert {n for n, names in calls.items() if names[1] not in ("excitation", "excitations")} == set()
+
+
+if __name__ == "__main__":
+    print(*rows(), sep="\n")
