@@ -12,8 +12,7 @@ from .case import LAW, PULLING, REFERENCE, RIG, SECONDS, error, excitation, time
 from .modal_equations import lsoda, semi_implicit_euler
 from .speed import driven_loop
 
-ENOUGH = 0.5
-"""dB: methods are compared at the cheapest setting that comes as close"""
+ENOUGH = 0.5  # dB: methods are compared at the cheapest setting that comes as close
 
 
 def measure():

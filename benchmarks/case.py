@@ -28,8 +28,7 @@ PULLING = ContactLaw(tuple(KelvinVoigt(k, c, adhesion=True) for k, c in zip(LAW.
 """as LAW, but the damper pulls when the shaft leaves: what Exudyn's limit stops do"""
 FS, BAND, RMS, SECONDS = 2048.0, (5.0, 220.0), 2.0, 4.0
 REFERENCE = cm.Modal(16, resolution=0.1)
-PATIENCE = 6.0
-"""s, after which a run is not repeated"""
+PATIENCE = 6.0  # s, after which a run is not repeated
 
 
 def excitation(seconds=SECONDS):

@@ -15,8 +15,7 @@ from clearance_mj.signals.sampling import decimate, interpolate
 
 from .case import BAND, FS, LAW, RIG
 
-BASE_MASS = 1e5
-"""kg; a ten-thousandth of it is more than the shaft weighs"""
+BASE_MASS = 1e5  # kg; a ten-thousandth of it is more than the shaft weighs
 
 
 def run(add_shaft, split, factor, excitation):

@@ -13,11 +13,9 @@ import clearance_mj as cm
 
 from .case import BAND, FS, LAW, RIG, RMS, excitation
 
-LIMIT = 2e9
-"""bytes for a thousand simulations"""
+LIMIT = 2e9  # bytes for a thousand simulations
 CASES = ((0, 10.0), (10, 10.0), (100, 10.0), (1000, 10.0), (100, 20.0), (100, 40.0))
-RUNS = {"whole": (10, 40, 160, 600), "blocks": (10, 40, 160, 600, 3600)}
-"""s"""
+RUNS = {"whole": (10, 40, 160, 600), "blocks": (10, 40, 160, 600, 3600)}  # s
 
 
 def measure():

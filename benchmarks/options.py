@@ -87,10 +87,8 @@ class Changed(cm.engines.Engine):
     base: str
     size: int
     fields: tuple = ()
-    armature: float = plant.ARMATURE
-    """as in `Plant`"""
-    shapes: bool = False
-    """keep the shapes that touch nothing, and look for contacts of modes"""
+    armature: float = plant.ARMATURE  #: as in `Plant`
+    shapes: bool = False  #: keep the shapes that touch nothing, and look for contacts of modes
 
     name = "changed"
 

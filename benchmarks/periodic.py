@@ -23,10 +23,8 @@ from .case import row
 
 RIG, LAW, LEVEL = cm.Rig.load("models/table1_rig.toml"), cm.ConstantLaw(7.8e3, 4.0), 6.0
 STOP, FORCE, HARMONICS, SAMPLES = cm.ConstantLaw(100.0, 0.0), 0.1, 21, 1024
-LOW, HIGH = 0.5, 0.8
-"""rad/s"""
-LONGEST = 0.05
-"""pyHarm's longest step: the curve's peak needs it"""
+LOW, HIGH = 0.5, 0.8  # rad/s
+LONGEST = 0.05  # pyHarm's longest step: the curve's peak needs it
 ROUNDS = 5
 
 

@@ -12,8 +12,7 @@ from clearance_mj.engines.base import get_engine, step_factor
 
 from .case import FS, LAW, RIG, error, excitation, timed
 
-SHORT = 1.0
-"""s, simulated where cost per second is asked for"""
+SHORT = 1.0  # s, simulated where cost per second is asked for
 ENGINES = ("links", "modal-mj", "modal")
 
 

@@ -22,8 +22,7 @@ from .case import row
 
 FOREIGN = ("humanoid", "ant", "half_cheetah", "hopper")
 STEPS, ROUNDS, ENVIRONMENTS = 4000, 15, 64
-MOTION = 1e-4
-"""largest difference of the coordinates after so many steps"""
+MOTION = 1e-4  # largest difference of the coordinates after so many steps
 
 
 def measure():

@@ -19,18 +19,13 @@ from clearance_mj.signals.frf import FRF
 LENGTH, ELEMENTS = 1.6, 64
 OUTER, INNER = 0.060, 0.055
 YOUNG, DENSITY = 210e9, 7850.0
-MOUNTS = ((0.1, 4.0e5, 60.0), (1.2, 1.5e5, 40.0))
-"""position m, stiffness N/m, damping N s/m"""
-SILENCER = (0.8, 3.0, 0.02)
-"""position m, mass kg, inertia kg m²"""
+MOUNTS = ((0.1, 4.0e5, 60.0), (1.2, 1.5e5, 40.0))  # position m, stiffness N/m, damping N s/m
+SILENCER = (0.8, 3.0, 0.02)  # position m, mass kg, inertia kg m²
 RAYLEIGH = (2.0, 1e-6)
-SENSORS = (0.1, 0.5, 0.9, 1.3, 1.6)
-"""m, nodes 1 to 5"""
-STRUCK = (1, 3)
-"""sensors' indices"""
+SENSORS = (0.1, 0.5, 0.9, 1.3, 1.6)  # m, nodes 1 to 5
+STRUCK = (1, 3)  # sensors' indices
 FREQUENCY = np.arange(2.0, 400.0, 0.5)
-NOISE, SEED = 0.002, 0
-"""of each function's RMS"""
+NOISE, SEED = 0.002, 0  # of each function's RMS
 
 
 def matrices() -> tuple[np.ndarray, np.ndarray, np.ndarray]:

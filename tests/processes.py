@@ -18,10 +18,8 @@ from clearance_mj.cli import main
 
 DEVNULL = subprocess.DEVNULL
 FORK = multiprocessing.get_context("fork")
-PATIENCE = 120
-"""Seconds that a process may take for what takes one on a quiet machine"""
-LONGEST = 1200
-"""Seconds that any test may take; the longest takes 150 on a quiet machine"""
+PATIENCE = 120  # Seconds that a process may take for what takes one on a quiet machine
+LONGEST = 1200  # Seconds that any test may take; the longest takes 150 on a quiet machine
 
 
 def heed_interrupts():

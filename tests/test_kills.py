@@ -23,8 +23,7 @@ from .sweep.plans import loaded, small
 from .test_faults import no_report
 
 KILLS = 20
-IN_A_ROW = 5
-"""kills before a run is left to end"""
+IN_A_ROW = 5  # kills before a run is left to end
 BESIDE = [f"{folder}/{name}" for folder in ("out.old", "out.partial", "beside") for name in (
     "report.html", "results.nc", "summary.json", "lock", "plan.json", "cases.npy", "small.csv", "thesis.tex",
     "cache/x.nc", ".DS_Store",

@@ -29,8 +29,7 @@ SUPPORTS = {
 supports and discs"""
 NEAR, FAR = 1.2, 10.0
 """default bounds are start / factor to start × factor: NEAR for the shaft, FAR for the rest but positions"""
-NEAREST = 0.02
-"""lowest default bound of a position, as a share of the shaft's length"""
+NEAREST = 0.02  # lowest default bound of a position, as a share of the shaft's length
 ROUNDING = 1e-9
 
 Free = Mapping[str, tuple[float, float] | None]

@@ -15,14 +15,10 @@ from ..signals.frf import FRF
 
 __all__ = ["FRFTarget", "ModalTarget", "modal_target"]
 
-FREQUENCY_STD = 1e-3
-"""of a measured natural frequency, relative, where the file does not say"""
-LEAST_STD = 1e-9
-"""of a frequency: no test knows one better"""
-SHAPE_STD = 0.03
-"""of a component of a shape of unit length"""
-FRF_STD = 1.0
-"""of a line of an FRF, dB"""
+FREQUENCY_STD = 1e-3  # of a measured natural frequency, relative, where the file does not say
+LEAST_STD = 1e-9  # of a frequency: no test knows one better
+SHAPE_STD = 0.03  # of a component of a shape of unit length
+FRF_STD = 1.0  # of a line of an FRF, dB
 
 
 @dataclass(frozen=True, eq=False)

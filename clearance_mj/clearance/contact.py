@@ -19,8 +19,7 @@ __all__ = ["CONTACTS", "ContactModel", "Numbers", "register"]
 Numbers = MutableSequence[float]  # what compiled functions get: numbers by index
 
 
-CONTACTS: dict[str, type[ContactModel]] = {}
-"""The contact models by the name that law files give them"""
+CONTACTS: dict[str, type[ContactModel]] = {}  # The contact models by the name that law files give them
 
 
 class ContactModel(Registered, ABC):

@@ -15,10 +15,8 @@ from .pointers import kernel_loop
 
 __all__ = ["cycle_force", "equivalent_contact", "fill_forces"]
 
-PHASES = 2000
-"""instants of a cycle"""
-CYCLES = 3
-"""after which the first one is forgotten"""
+PHASES = 2000  # instants of a cycle
+CYCLES = 3  # after which the first one is forgotten
 
 
 @kernel_loop()

@@ -103,10 +103,8 @@ class EarlierFit(Protocol):
 class Family(ABC):
     """Free numbers of models of one form: what contacts and fillings share."""
 
-    name: ClassVar[str]
-    """in tables and results"""
-    model: ClassVar[type]
-    """class of its models"""
+    name: ClassVar[str]  #: in tables and results
+    model: ClassVar[type]  #: class of its models
     begins_from: ClassVar[str | None]
     """name of the family of the same kind from whose fit its own begins; None: it begins from the rig file's values"""
 
@@ -179,10 +177,8 @@ class FillingFamily(Family):
     begins_from: ClassVar[str | None] = "linear"
 
 
-CONTACT_FAMILIES: dict[str, ContactFamily] = {}
-"""Families of contact that identification tries, by name"""
-FILLING_FAMILIES: dict[str, FillingFamily] = {}
-"""Families of filling that identification tries, by name"""
+CONTACT_FAMILIES: dict[str, ContactFamily] = {}  # Families of contact that identification tries, by name
+FILLING_FAMILIES: dict[str, FillingFamily] = {}  # Families of filling that identification tries, by name
 
 Registered = TypeVar("Registered", bound=type[ContactFamily] | type[FillingFamily])
 

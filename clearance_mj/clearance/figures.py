@@ -20,8 +20,7 @@ __all__ = ["QUANTITIES", "AmplitudeCurve", "draw_curves", "draw_walls", "law_fig
 
 MM = 1e3
 QUANTITIES = ("Stiffness k (N/m)", "Damping c (N s/m)")
-POINTS = 75
-"""amplitudes of a law's curve"""
+POINTS = 75  # amplitudes of a law's curve
 
 
 class LawToDraw(WithTable, Protocol):
@@ -37,14 +36,10 @@ class LawToDraw(WithTable, Protocol):
 class AmplitudeCurve:
     """Contact stiffness and damping over amplitude, out of a law."""
 
-    label: str
-    """name in the legend"""
-    amplitude: np.ndarray
-    """(n,) m"""
-    k: np.ndarray
-    """(n, n_bushings) N/m"""
-    c: np.ndarray
-    """(n, n_bushings) N s/m"""
+    label: str  #: name in the legend
+    amplitude: np.ndarray  #: (n,) m
+    k: np.ndarray  #: (n, n_bushings) N/m
+    c: np.ndarray  #: (n, n_bushings) N s/m
 
 
 def draw_curves(axes: Sequence[Axes], bushing: int, curves: Sequence[AmplitudeCurve], gap: float) -> None:

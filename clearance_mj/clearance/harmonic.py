@@ -14,10 +14,8 @@ from .grease import GreaseModel
 
 __all__ = ["harmonic_stiffness", "periodic_amplitudes", "slip_stiffness"]
 
-SAMPLES = 1024
-"""of a period"""
-PERIODS = 2
-"""the second one has forgotten how the first one began (Masing's elements: after a quarter of it)"""
+SAMPLES = 1024  # of a period
+PERIODS = 2  # the second one has forgotten how the first one began (Masing's elements: after a quarter of it)
 
 
 def slip_stiffness(amplitude: ArrayLike, springs: ArrayLike, forces: ArrayLike) -> np.ndarray:

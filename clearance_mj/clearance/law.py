@@ -33,8 +33,7 @@ if TYPE_CHECKING:
 
 __all__ = ["AmplitudeLaw", "ConstantLaw", "ContactLaw", "Law", "LawTable", "TimeLaw"]
 
-CYCLES = (0.9, 1.5, 2.5)
-"""amplitudes over the gap that a plot shows"""
+CYCLES = (0.9, 1.5, 2.5)  # amplitudes over the gap that a plot shows
 Values: TypeAlias = np.ndarray | Any  # given as whatever numpy makes an array of, kept as a read-only array
 Greases: TypeAlias = tuple[AnyGrease, ...] | Any  # given as one or several, kept as a tuple or None
 

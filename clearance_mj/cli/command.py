@@ -29,18 +29,13 @@ class Parser(argparse.ArgumentParser):
 class Command:
     """A command of the command line."""
 
-    name: str
-    """what users type"""
-    help: str
-    """one line"""
-    options: Callable[[argparse.ArgumentParser], None]
-    """adds the command's own options"""
+    name: str  #: what users type
+    help: str  #: one line
+    options: Callable[[argparse.ArgumentParser], None]  #: adds the command's own options
     run: Callable[[argparse.Namespace], Any]
     """takes the parsed options, prints what was done, returns what ``--json`` prints instead"""
-    out: Path | None
-    """default of ``--out``"""
-    out_help: str | None
-    """help of ``--out``"""
+    out: Path | None  #: default of ``--out``
+    out_help: str | None  #: help of ``--out``
 
     def add(self, commands: argparse._SubParsersAction[Parser]) -> None:
         """Add its parser, with the options that all commands have."""
@@ -52,8 +47,7 @@ class Command:
         self.options(parser)
 
 
-COMMANDS: dict[str, Command] = {}
-"""Every command by its name."""
+COMMANDS: dict[str, Command] = {}  # Every command by its name.
 Run = Callable[[argparse.Namespace], Any]
 
 

@@ -92,14 +92,10 @@ def checked(
 class Registered:
     """What `register` knows by name: base of the kinds of models."""
 
-    name: ClassVar[str]
-    """in files and commands"""
-    known: ClassVar[dict[str, Any]]
-    """of the kind, by name"""
-    refusal: ClassVar[type[ClearanceError]]
-    """raised for values that no object can have"""
-    called: ClassVar[str]
-    """what messages call an object, with {name}"""
+    name: ClassVar[str]  #: in files and commands
+    known: ClassVar[dict[str, Any]]  #: of the kind, by name
+    refusal: ClassVar[type[ClearanceError]]  #: raised for values that no object can have
+    called: ClassVar[str]  #: what messages call an object, with {name}
 
 
 Model = TypeVar("Model", bound=Registered)

@@ -30,16 +30,11 @@ __all__ = ["Chain", "Link", "chain_of", "of_discs"]
 class Link(NamedTuple):
     """A rigid piece of a shaft."""
 
-    start: float
-    """m"""
-    end: float
-    """m"""
-    mass: float
-    """kg"""
-    centre: float
-    """m, of mass"""
-    inertia: float
-    """kg m², about the centre of mass"""
+    start: float  #: m
+    end: float  #: m
+    mass: float  #: kg
+    centre: float  #: m, of mass
+    inertia: float  #: kg m², about the centre of mass
 
 
 @dataclass(frozen=True, eq=False)

@@ -46,26 +46,16 @@ class Impact:
     Both ends of a bushing are logged for themselves. The force of a contact that cannot pull may end before the visit.
     """
 
-    time: float
-    """s, of the first touch"""
-    bushing: int
-    """index of the bushing"""
-    end: str
-    """ "a", nearer to the clamp, or "b" """
-    side: str
-    """ "upper" or "lower" """
-    v_in: float
-    """m/s, speed into the wall in the step before the first touch"""
-    v_out: float
-    """m/s, speed off the wall in the step that leaves it"""
-    peak_force: float
-    """N"""
-    impulse: float
-    """N s"""
-    duration: float
-    """s"""
-    loss: float
-    """J, lost in the contact's damper"""
+    time: float  #: s, of the first touch
+    bushing: int  #: index of the bushing
+    end: str  #: "a", nearer to the clamp, or "b"
+    side: str  #: "upper" or "lower"
+    v_in: float  #: m/s, speed into the wall in the step before the first touch
+    v_out: float  #: m/s, speed off the wall in the step that leaves it
+    peak_force: float  #: N
+    impulse: float  #: N s
+    duration: float  #: s
+    loss: float  #: J, lost in the contact's damper
 
     @property
     def restitution(self) -> float:

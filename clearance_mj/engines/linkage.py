@@ -26,19 +26,15 @@ from .chain import Chain, chain_of, of_discs
 __all__ = ["Linkage", "Springs", "linkage"]
 
 
-Points: TypeAlias = Sequence[float | str] | np.ndarray
-"""Positions, m, or named points on shafts"""
+Points: TypeAlias = Sequence[float | str] | np.ndarray  # Positions, m, or named points on shafts
 
 
 class Springs(NamedTuple):
     """Springs and dampers between shafts and base, or two shafts."""
 
-    rows: np.ndarray
-    """(n, nv) their elongation per coordinate"""
-    stiffness: np.ndarray
-    """(n,) N/m, or N m/rad"""
-    damping: np.ndarray
-    """(n,) N s/m, or N m s/rad"""
+    rows: np.ndarray  #: (n, nv) their elongation per coordinate
+    stiffness: np.ndarray  #: (n,) N/m, or N m/rad
+    damping: np.ndarray  #: (n,) N s/m, or N m s/rad
 
 
 @dataclass(frozen=True, eq=False)

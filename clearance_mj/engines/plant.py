@@ -43,8 +43,7 @@ From 1/4 on a spring is stable at any step, so the nearly rigid clamp of a bench
 gives is small, and at the frequency ω too large by (ωh)²/3.
 """
 
-ITERATIONS = 3
-"""Sweeps of the solver, of which the first is nearly exact."""
+ITERATIONS = 3  # Sweeps of the solver, of which the first is nearly exact.
 NO_WALL = 1e3  # m, limit of a tendon where a bushing has no wall
 RIGID_INVERSE_INERTIA = 1e-8  # 1/kg, written over MuJoCo's for rigid supports, whose softness is 1e-4 of it
 SETTLING_STEPS = 10.0  # steps, time constant of what rounding leaves of a rigid support's motion

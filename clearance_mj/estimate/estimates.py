@@ -17,12 +17,9 @@ __all__ = ["Combination", "Estimates", "PrincipalDeviations", "principal_deviati
 
 UNIDENTIFIED = 0.5
 """Standard deviation of a logarithm, or of a share, from which on the data do not identify a parameter."""
-REDUCED = 0.5
-"""Posterior over prior standard deviation below which the data identify a parameter."""
-PRIOR_DOMINATED = 0.9
-"""Posterior over prior standard deviation above which the data add hardly anything to the prior."""
-COUNTS = 0.1
-"""Exponent from which on a parameter counts to a combination."""
+REDUCED = 0.5  # Posterior over prior standard deviation below which the data identify a parameter.
+PRIOR_DOMINATED = 0.9  # Posterior over prior standard deviation above which the data add hardly anything to the prior.
+COUNTS = 0.1  # Exponent from which on a parameter counts to a combination.
 
 
 @dataclass(frozen=True)
@@ -213,10 +210,8 @@ class Estimates:
 class PrincipalDeviations(NamedTuple):
     """Principal axes of the uncertainty of a fit; its covariance is ``(direction.T * std**2) @ direction``."""
 
-    direction: np.ndarray
-    """(n, n) unit vectors in its rows, best known first"""
-    std: np.ndarray
-    """(n,) standard deviation along each"""
+    direction: np.ndarray  #: (n, n) unit vectors in its rows, best known first
+    std: np.ndarray  #: (n,) standard deviation along each
 
 
 def principal_deviations(jacobian: np.ndarray) -> PrincipalDeviations:

@@ -16,10 +16,8 @@ __all__ = ["GroupedHuber", "Loss", "SoftL1", "Squares", "UnknownScale", "Weights
 class Weights(NamedTuple):
     """Weights (n_residuals,) of residuals r with the Jacobian J."""
 
-    score: np.ndarray
-    """half of the gradient is Jᵀ (score · r)"""
-    curvature: np.ndarray
-    """half of the second derivative is about Jᵀ diag(curvature) J"""
+    score: np.ndarray  #: half of the gradient is Jᵀ (score · r)
+    curvature: np.ndarray  #: half of the second derivative is about Jᵀ diag(curvature) J
 
 
 class Loss(ABC):

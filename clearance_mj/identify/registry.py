@@ -127,14 +127,11 @@ Find = Callable[[Dataset, bool], Identified]
 class Method:
     """A way to a model."""
 
-    prior_information: str
-    """what it is given, in words"""
-    find: Find
-    """takes a dataset and whether to show progress bars; checks the records first"""
+    prior_information: str  #: what it is given, in words
+    find: Find  #: takes a dataset and whether to show progress bars; checks the records first
     shortest: Callable[[Rig], float] | None = None
     """s, that one record must last; None: it opens no record, or checks them itself"""
-    finds_rig: bool = False
-    """whether it finds the rig too; else it takes the rig file for exact"""
+    finds_rig: bool = False  #: whether it finds the rig too; else it takes the rig file for exact
 
 
 METHODS: dict[str, Method] = {}

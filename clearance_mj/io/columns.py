@@ -24,8 +24,7 @@ from .channels import Channel, require_one_time
 
 __all__ = ["SKIP", "Column"]
 
-SKIP = "skip"
-"""What a column is mapped to that is to be left out."""
+SKIP = "skip"  # What a column is mapped to that is to be left out.
 EXAMPLES = ("time", "base", "force", "acc:1", "disp:6")
 Contents = list[Channel] | FRF  # what a table holds: time records or FRFs
 PARTS = ("real", "imag", "magnitude", "phase", "coherence")
@@ -44,20 +43,13 @@ _FUNCTION = re.compile(rf"({_PLACE})/({_PLACE})(?:\s+({'|'.join(PARTS)}))?")
 class Column:
     """What the header says of a column."""
 
-    index: int
-    """place in the table, from 0"""
-    name: str
-    """header without its unit"""
-    quantity: str
-    """ "time", "frequency", "acceleration" ...; of an FRF "acceleration/force" """
-    dof: str = ""
-    """ "3:+Z", of an FRF's response"""
-    reference: str = ""
-    """degree of freedom of an FRF's excitation"""
-    part: str = ""
-    """one of `PARTS`, or "" of a complex column"""
-    scale: float = 1.0
-    """SI units in one of the column's"""
+    index: int  #: place in the table, from 0
+    name: str  #: header without its unit
+    quantity: str  #: "time", "frequency", "acceleration" ...; of an FRF "acceleration/force"
+    dof: str = ""  #: "3:+Z", of an FRF's response
+    reference: str = ""  #: degree of freedom of an FRF's excitation
+    part: str = ""  #: one of `PARTS`, or "" of a complex column
+    scale: float = 1.0  #: SI units in one of the column's
 
     def channel(self, value: np.ndarray, fs: float, start: float) -> Channel:
         """The column as a channel, from its numbers (n_t,) in its own unit; ``fs`` in Hz, ``start`` in s."""

@@ -40,8 +40,7 @@ __all__ = [
 
 BUILT_IN = (uff, csv_tables, mat, lvm, results)  # modules of the package that register formats
 OPTIONS = {"columns": "names of columns are", "fs": "a sampling rate is"}
-Contents = list[Channel] | Response | FRF | Modes | Rig | Law | Dataset
-"""What files hold."""
+Contents = list[Channel] | Response | FRF | Modes | Rig | Law | Dataset  # What files hold.
 Columns = Mapping[str, str]
 
 

@@ -32,16 +32,11 @@ Entries = dict[str, list[str]]
 class LvmSegment:
     """One segment of a file: channels over one abscissa."""
 
-    x: np.ndarray
-    """(n,) abscissa in the file's own unit: s for time, Hz for a spectrum"""
-    value: np.ndarray
-    """(n_channels, n) in the unit of each channel, as written"""
-    names: tuple[str, ...]
-    """of the channels"""
-    units: tuple[str, ...]
-    """ "" where the file gives none"""
-    header: dict[str, str]
-    """file header and segment header, the first channel's entry of each"""
+    x: np.ndarray  #: (n,) abscissa in the file's own unit: s for time, Hz for a spectrum
+    value: np.ndarray  #: (n_channels, n) in the unit of each channel, as written
+    names: tuple[str, ...]  #: of the channels
+    units: tuple[str, ...]  #: "" where the file gives none
+    header: dict[str, str]  #: file header and segment header, the first channel's entry of each
 
 
 def read_lvm(path: str | PathLike[str]) -> list[LvmSegment]:

@@ -25,8 +25,7 @@ WORDS: dict[type, str] = {
     Modes: "modes",
     Rig: "a rig",
     Law: "a law",
-}
-"""What files hold; time records are lists of channels"""
+}  # What files hold; time records are lists of channels
 _PLAIN = (".wav", ".wave", ".flac", ".aif", ".aiff", ".ogg", ".mp3", ".npy", ".npz", ".bin", ".raw", ".dat", ".pcm")
 """Suffixes of plain time series."""
 
@@ -35,26 +34,19 @@ _PLAIN = (".wav", ".wave", ".flac", ".aif", ".aiff", ".ogg", ".mp3", ".npy", ".n
 class Format:
     """How files of one kind are read and written."""
 
-    name: str
-    """in messages and in the table of docs/files.md"""
-    suffixes: tuple[str, ...]
-    """such as (".uff", ".unv"), in lower case"""
-    holds: tuple[type, ...]
-    """keys of `WORDS`; a format that does not hold `Response` writes one as its channels"""
-    read: Callable[..., Any]
-    """path, and the options as keywords -> list of Channel, Response, FRF, Modes, Rig or Law"""
+    name: str  #: in messages and in the table of docs/files.md
+    suffixes: tuple[str, ...]  #: such as (".uff", ".unv"), in lower case
+    holds: tuple[type, ...]  #: keys of `WORDS`; a format that does not hold `Response` writes one as its channels
+    read: Callable[..., Any]  #: path, and the options as keywords -> list of Channel, Response, FRF, Modes, Rig or Law
     write: Callable[..., None] | None = None
     """path, object; with geometry: path, object, rig. None: the format is read only"""
     options: tuple[str, ...] = ()
     """what ``read`` takes: "columns" and "fs" (see `clearance_mj.io.columns`), "reference" (of FRFs)"""
-    geometry: bool = False
-    """whether it has a place for the nodes of a rig"""
-    note: str = ""
-    """for the table of docs/files.md"""
+    geometry: bool = False  #: whether it has a place for the nodes of a rig
+    note: str = ""  #: for the table of docs/files.md
 
 
-FORMATS: dict[str, Format] = {}
-"""Formats by suffix."""
+FORMATS: dict[str, Format] = {}  # Formats by suffix.
 
 
 def register(new: Format) -> Format:

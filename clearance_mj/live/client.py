@@ -21,12 +21,9 @@ from .wire import Cancel, Export, Follow, Message, Set, Step, Sweep, Window, pac
 
 __all__ = ["Client", "Host"]
 
-MOST_CLIENTS = 32
-"""at once"""
-PATIENCE = 0.7
-"""s that a simulation may go on after a newer setting has come"""
-TOLD_EVERY = 0.1
-"""s between two words about progress"""
+MOST_CLIENTS = 32  # at once
+PATIENCE = 0.7  # s that a simulation may go on after a newer setting has come
+TOLD_EVERY = 0.1  # s between two words about progress
 
 
 class Superseded(Exception):

@@ -18,16 +18,11 @@ from ..rig import Bushing, Grease, Rig
 __all__ = ["RECORD", "Control", "Value", "built", "checked_values", "controls"]
 
 Value = float | str
-RECORD = "record: "
-"""before the name of a record whose measured excitation drives the rig"""
-SPAN = 10.0
-"""ratio of a slider's ends to the identified value"""
-MOST_SAMPLES = 250_000
-"""of one simulation; the page stays a page"""
-MOST = 1e300
-"""of any number"""
-LENGTHS = ("gap", "offset", "film_height")
-"""fields in m, shown in µm"""
+RECORD = "record: "  # before the name of a record whose measured excitation drives the rig
+SPAN = 10.0  # ratio of a slider's ends to the identified value
+MOST_SAMPLES = 250_000  # of one simulation; the page stays a page
+MOST = 1e300  # of any number
+LENGTHS = ("gap", "offset", "film_height")  # fields in m, shown in µm
 ENGINES = ("modal", "links", "modal-mj")
 EXCITATIONS = ("random", "multisine", "burst random", "level ramp", "sweep up", "sweep down", "impacts", "sine")
 _UNIT = re.compile(r"^[^,:]*, ([^,:;]+)")
@@ -37,28 +32,17 @@ _UNIT = re.compile(r"^[^,:]*, ([^,:;]+)")
 class Control:
     """A slider with a field, or a choice."""
 
-    name: str
-    """such as "bushings[0].gap" """
-    group: str
-    """under whose heading it stands"""
-    label: str
-    """in words"""
-    value: Value
-    """as the rig and the law were given: what "reset" brings back"""
-    unit: str = ""
-    """as shown"""
-    scale: float = 1.0
-    """shown value over the value in SI units"""
-    low: float = 0.0
-    """left end of the slider; the field takes what the rig or the law takes"""
-    high: float = 0.0
-    """right end"""
-    log: bool = False
-    """the slider moves the logarithm"""
-    whole: bool = False
-    """takes whole numbers only"""
-    choices: tuple[str, ...] = ()
-    """of a choice; empty: a number"""
+    name: str  #: such as "bushings[0].gap"
+    group: str  #: under whose heading it stands
+    label: str  #: in words
+    value: Value  #: as the rig and the law were given: what "reset" brings back
+    unit: str = ""  #: as shown
+    scale: float = 1.0  #: shown value over the value in SI units
+    low: float = 0.0  #: left end of the slider; the field takes what the rig or the law takes
+    high: float = 0.0  #: right end
+    log: bool = False  #: the slider moves the logarithm
+    whole: bool = False  #: takes whole numbers only
+    choices: tuple[str, ...] = ()  #: of a choice; empty: a number
 
 
 def controls(model: Model, dataset: Dataset | None = None) -> tuple[Control, ...]:

@@ -16,8 +16,7 @@ from .controls import MOST_SAMPLES, RECORD, Value
 
 __all__ = ["excited", "record_named", "segment", "stepped"]
 
-MOST_STEPPED = 4 * MOST_SAMPLES
-"""samples of a stepped sine, which is asked for on its own"""
+MOST_STEPPED = 4 * MOST_SAMPLES  # samples of a stepped sine, which is asked for on its own
 
 
 def excited(rig: Rig, values: Mapping[str, Value], dataset: Dataset | None) -> Excitation:

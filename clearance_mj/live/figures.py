@@ -21,26 +21,20 @@ __all__ = [
     "Numbers", "frequencies_in_gap", "frf_numbers", "history", "motion", "orbits", "shaft", "spectrum", "thinned",
 ]  # fmt: skip
 
-POINTS = 1600
-"""of a history over time: what a screen has across"""
-PORTRAIT = 1.0
-"""s of a phase portrait"""
+POINTS = 1600  # of a history over time: what a screen has across
+PORTRAIT = 1.0  # s of a phase portrait
 SHOWN, SLOW, PICTURES = 0.2, 40.0, 20.0
 """s of the shaft's motion that are shown, how many times slower, and pictures per second"""
-MODES = 6
-"""natural frequencies that are told"""
-HIGHEST = 250.0
-"""Hz, of a spectrum"""
+MODES = 6  # natural frequencies that are told
+HIGHEST = 250.0  # Hz, of a spectrum
 
 
 @dataclass
 class Numbers:
     """Facts, plain data, and arrays by their names."""
 
-    facts: dict[str, Any] = field(default_factory=dict)
-    """in words and single numbers"""
-    arrays: dict[str, np.ndarray] = field(default_factory=dict)
-    """of figures"""
+    facts: dict[str, Any] = field(default_factory=dict)  #: in words and single numbers
+    arrays: dict[str, np.ndarray] = field(default_factory=dict)  #: of figures
 
     def add(self, other: Numbers) -> None:
         """Take over the facts and arrays of another one."""

@@ -21,14 +21,10 @@ from .session import Session, Watch
 
 __all__ = ["branch", "steps", "sweep"]
 
-HARMONICS = 9
-"""of response branches: what finds folds within 0.002 % on the Table-1 rig"""
-MOST_CASES = 200
-"""of a sweep, and steps of a sine"""
-CYCLES = 4
-"""of the lowest frequency that a step must hold; its second half is looked at"""
-DIFFERENT = 0.05
-"""of the larger amplitude: from here on a sine upwards and one downwards show different vibrations"""
+HARMONICS = 9  # of response branches: what finds folds within 0.002 % on the Table-1 rig
+MOST_CASES = 200  # of a sweep, and steps of a sine
+CYCLES = 4  # of the lowest frequency that a step must hold; its second half is looked at
+DIFFERENT = 0.05  # of the larger amplitude: from here on a sine upwards and one downwards show different vibrations
 
 
 def branch(session: Session, values: Mapping[str, Value], low: float, high: float, watch: Watch) -> Numbers:

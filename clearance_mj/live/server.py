@@ -38,8 +38,7 @@ FILES = {
     "live.css": (OWN, "live.css"),
     "uPlot.iife.min.js": (VENDORED, "uPlot.iife.min.js"),
     "uPlot.min.css": (VENDORED, "uPlot.min.css"),
-}
-"""of the page, by their paths below the token: folder in the package, and name"""
+}  # of the page, by their paths below the token: folder in the package, and name
 
 
 class Page:

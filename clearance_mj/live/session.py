@@ -25,8 +25,7 @@ from .figures import Numbers
 
 __all__ = ["Session", "Shown", "Watch"]
 
-Watch = Callable[[float], None]
-"""hears which share is done, 0 to 1; what it raises ends the computation"""
+Watch = Callable[[float], None]  # hears which share is done, 0 to 1; what it raises ends the computation
 SEGMENTED = ("burst random", "multisine", "impacts")
 """excitations of which every segment holds a period, so that no window is needed"""
 
@@ -35,14 +34,10 @@ SEGMENTED = ("burst random", "multisine", "impacts")
 class Shown:
     """What a setting gave."""
 
-    values: dict[str, Value]
-    """the setting"""
-    model: Model
-    """with these values"""
-    response: Response
-    """of the simulation"""
-    frf: FRF | None
-    """estimated from it; None under a single sine"""
+    values: dict[str, Value]  #: the setting
+    model: Model  #: with these values
+    response: Response  #: of the simulation
+    frf: FRF | None  #: estimated from it; None under a single sine
 
 
 class Session:

@@ -15,8 +15,7 @@ from .figures import Numbers
 
 __all__ = ["MOST_BYTES", "Cancel", "Export", "Follow", "Message", "Set", "Step", "Sweep", "Window", "packed", "parsed"]
 
-MOST_BYTES = 65_536
-"""of a message to the server"""
+MOST_BYTES = 65_536  # of a message to the server
 _STRICT = ConfigDict(strict=True, extra="forbid", allow_inf_nan=False)
 Name = Annotated[str, Field(max_length=200)]
 Number = Annotated[int | float, Field(union_mode="left_to_right")]

@@ -31,12 +31,9 @@ SAME_FOLD = 3e-4  # relative distance in frequency below which a map does not re
 class Vibrations:
     """Those of one stretch of the curve, in its order."""
 
-    cell: np.ndarray
-    """(m,) index of the frequency"""
-    z: np.ndarray
-    """(m, r, K) harmonics of the coordinates, m"""
-    y: np.ndarray
-    """(m, n_points, K) of the points beside them, m"""
+    cell: np.ndarray  #: (m,) index of the frequency
+    z: np.ndarray  #: (m, r, K) harmonics of the coordinates, m
+    y: np.ndarray  #: (m, n_points, K) of the points beside them, m
 
     def __getitem__(self, which: np.ndarray | slice) -> Vibrations:
         """Those of some indices."""

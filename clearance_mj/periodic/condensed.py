@@ -54,16 +54,13 @@ class Condensed(NamedTuple):
 
     model: Model
     kind: str
-    periods: int
-    """of the excitation, after which a motion comes again"""
+    periods: int  #: of the excitation, after which a motion comes again
     modes: int
     poles: Poles
     linear: Linear
     laws: Laws
-    size: float
-    """m, that motions are measured by: the smallest distance of a wall"""
-    stiffest: float
-    """1/s², the largest stiffness of a contact on the modes"""
+    size: float  #: m, that motions are measured by: the smallest distance of a wall
+    stiffest: float  #: 1/s², the largest stiffness of a contact on the modes
 
     @property
     def rig(self) -> Rig:

@@ -45,31 +45,21 @@ class CameBack(Exception):
 class Motion:
     """A periodic motion."""
 
-    omega: float
-    """1/s; where the level is the branch's parameter, its share"""
-    z: np.ndarray
-    """(r, K) harmonics of the coordinates, m"""
-    y: np.ndarray
-    """(n_points, K) of the points beside them, m"""
-    force: np.ndarray
-    """(n_points, K) of the clearances' forces beyond the linear grease's, N"""
-    tangent: np.ndarray
-    """(r K + 1,) direction of the branch, in metres over `scale` and 1/s over ω"""
-    scale: float
-    """m"""
+    omega: float  #: 1/s; where the level is the branch's parameter, its share
+    z: np.ndarray  #: (r, K) harmonics of the coordinates, m
+    y: np.ndarray  #: (n_points, K) of the points beside them, m
+    force: np.ndarray  #: (n_points, K) of the clearances' forces beyond the linear grease's, N
+    tangent: np.ndarray  #: (r K + 1,) direction of the branch, in metres over `scale` and 1/s over ω
+    scale: float  #: m
 
 
 class Follower(ABC):
     """Newton's method and continuation for as many equations in as many unknowns and a parameter."""
 
-    size: int
-    """how many unknowns"""
-    least: float
-    """m: smaller motions are measured by it"""
-    jacobian: np.ndarray
-    """(size + 1, size + 1) derivatives by the unknowns and the parameter; the last row is room"""
-    tolerance = TOLERANCE
-    """of the motion: what the equations may leave"""
+    size: int  #: how many unknowns
+    least: float  #: m: smaller motions are measured by it
+    jacobian: np.ndarray  #: (size + 1, size + 1) derivatives by the unknowns and the parameter; the last row is room
+    tolerance = TOLERANCE  #: of the motion: what the equations may leave
 
     @abstractmethod
     def _left(self, parameter: float, z: np.ndarray, y: np.ndarray, want: bool) -> tuple[np.ndarray, ...]:

@@ -29,14 +29,10 @@ STILL = 1e-9  # share of a mode's largest displacement below which a clearance d
 class FreeMotion(NamedTuple):
     """A periodic motion of a nonlinear mode."""
 
-    omega: float
-    """1/s"""
-    damping: float
-    """ζ"""
-    modes: np.ndarray
-    """(n, K) harmonics of the in-gap modes, of unit mass, m sqrt(kg)"""
-    force: np.ndarray
-    """(n_points, K) of the clearances' forces beyond the linear grease's, N"""
+    omega: float  #: 1/s
+    damping: float  #: ζ
+    modes: np.ndarray  #: (n, K) harmonics of the in-gap modes, of unit mass, m sqrt(kg)
+    force: np.ndarray  #: (n_points, K) of the clearances' forces beyond the linear grease's, N
 
 
 class NonlinearMode(Follower):

@@ -32,14 +32,10 @@ BESIDE_FOLD = 3
 class JumpAtFold:
     """A fold at which a vibration that was stable until then goes over to another one."""
 
-    upwards: bool
-    """whether it is met with rising frequency, or level"""
-    at: float
-    """frequency of the fold, Hz; over level, the level"""
-    clearance: int
-    """the one with the largest motion there"""
-    before: float
-    """amplitude at it, m"""
+    upwards: bool  #: whether it is met with rising frequency, or level
+    at: float  #: frequency of the fold, Hz; over level, the level
+    clearance: int  #: the one with the largest motion there
+    before: float  #: amplitude at it, m
     after: tuple[float, ...]
     """and those of the stable vibrations of the branch at the same frequency or level; none: they are elsewhere"""
 

@@ -105,8 +105,7 @@ class _State(NamedTuple):
     z: np.ndarray
     y: np.ndarray
     omega: float
-    share: float
-    """of level or gap"""
+    share: float  #: of level or gap
 
 
 class _Folds:

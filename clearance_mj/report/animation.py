@@ -28,14 +28,10 @@ from .style import COLOURS
 __all__ = ["check", "write"]
 
 RENDERERS = ("auto", "mujoco", "matplotlib")
-BATCH = 30
-"""pictures that one process of MuJoCo draws"""
-GIF_COLOURS = 64
-"""of a GIF"""
-ELEVATION = -12.0
-"""degrees from which MuJoCo looks"""
-AWAY = 30.0
-"""lengths of the shaft, so that nothing is foreshortened"""
+BATCH = 30  # pictures that one process of MuJoCo draws
+GIF_COLOURS = 64  # of a GIF
+ELEVATION = -12.0  # degrees from which MuJoCo looks
+AWAY = 30.0  # lengths of the shaft, so that nothing is foreshortened
 
 
 def check(path: str | Path, renderer: str) -> None:

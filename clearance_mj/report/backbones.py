@@ -16,8 +16,7 @@ from .style import COLOURS, TEST, Drawing, canvas, letters, tidy
 
 __all__ = ["draw", "rows", "words"]
 
-PANEL = 1.9
-"""in, height"""
+PANEL = 1.9  # in, height
 
 
 def draw(found: Sequence[Backbone]) -> Drawing:

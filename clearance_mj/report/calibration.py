@@ -13,8 +13,7 @@ from .style import COLOURS, FONT, REPEAT, TEST, Drawing, canvas, tidy
 __all__ = ["draw"]
 
 START, FOUND = "#e69f00", COLOURS[0]
-MOST_SENSORS = 4
-"""FRFs that are drawn"""
+MOST_SENSORS = 4  # FRFs that are drawn
 SYMBOLS = {"young_modulus": "E", "density": "ρ", "stiffness": "k", "damping": "c", "position": "x", "mass": "m"}
 
 

@@ -28,14 +28,11 @@ from .outline import outline
 
 __all__ = ["Clip", "clip", "deflection"]
 
-MODES = 16
-"""of the shaft's shape"""
-POINTS = 81
-"""of a shaft's line, to which its steps are added"""
+MODES = 16  # of the shaft's shape
+POINTS = 81  # of a shaft's line, to which its steps are added
 DRAWN_LIFT, MOST_LIFT = 0.22, 0.4
 """largest lift as it is drawn, as a share of the shaft's length: if no exaggeration is asked for, and at most"""
-LEAST_LIFT = 1e-4
-"""of the most: less cannot be seen"""
+LEAST_LIFT = 1e-4  # of the most: less cannot be seen
 MOST_FRAMES = 600
 
 
@@ -43,28 +40,17 @@ MOST_FRAMES = 600
 class Clip:
     """What an animation shows."""
 
-    rig: Rig
-    """the rig"""
-    time: np.ndarray
-    """(n,) s, of the pictures"""
-    position: np.ndarray
-    """(n_x,) m, points of the shafts' lines"""
-    shaft: np.ndarray
-    """(n_x,) number of the shaft that each point is on"""
-    lift: np.ndarray
-    """(n, n_x) displacement of these points relative to the base, m"""
-    force: np.ndarray
-    """(n, n_bushings) contact force, N, positive where the shaft presses upwards"""
-    trace_time: np.ndarray
-    """(n_t,) s, of every sample from the first picture to the last"""
-    trace: np.ndarray
-    """(n_t, n_bushings) contact force of every sample, N"""
-    exaggeration: float
-    """how many times larger lifts and gaps are drawn than they are"""
-    slow: float
-    """how many times slower the motion is shown than it is"""
-    rate: float
-    """pictures per second"""
+    rig: Rig  #: the rig
+    time: np.ndarray  #: (n,) s, of the pictures
+    position: np.ndarray  #: (n_x,) m, points of the shafts' lines
+    shaft: np.ndarray  #: (n_x,) number of the shaft that each point is on
+    lift: np.ndarray  #: (n, n_x) displacement of these points relative to the base, m
+    force: np.ndarray  #: (n, n_bushings) contact force, N, positive where the shaft presses upwards
+    trace_time: np.ndarray  #: (n_t,) s, of every sample from the first picture to the last
+    trace: np.ndarray  #: (n_t, n_bushings) contact force of every sample, N
+    exaggeration: float  #: how many times larger lifts and gaps are drawn than they are
+    slow: float  #: how many times slower the motion is shown than it is
+    rate: float  #: pictures per second
 
     @property
     def length(self) -> float:

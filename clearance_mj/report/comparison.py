@@ -30,8 +30,7 @@ from .tables import Column, Table
 __all__ = ["draw", "write_page"]
 
 LOOKS: dict[str, dict[str, Any]] = {"test": {"color": TEST, "lw": 2.0}, "model": {"color": COLOURS[1], "lw": 1.1}}
-PER_PAGE = 6
-"""sensors on one figure"""
+PER_PAGE = 6  # sensors on one figure
 
 
 def draw(

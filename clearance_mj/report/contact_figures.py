@@ -24,13 +24,10 @@ __all__ = ["contact_over_amplitude", "contact_over_time", "scalograms"]
 
 RIDGE = COLOURS[1]
 MM = 1e3
-COLUMNS = 1500
-"""of a scalogram that are drawn"""
-DECADES = 2.5
-"""of amplitude that its colours span"""
+COLUMNS = 1500  # of a scalogram that are drawn
+DECADES = 2.5  # of amplitude that its colours span
 WINDOWS = "force balance, windows of 0.5 s"
-LIMIT = 1.6
-"""axes end at so many times the 95th percentile of a curve: single windows scatter far"""
+LIMIT = 1.6  # axes end at so many times the 95th percentile of a curve: single windows scatter far
 
 
 def scalograms(title: str, planes: Sequence[Scalogram], ridges: Sequence[Ridge], gaps: Sequence[float]) -> Figure:

@@ -22,10 +22,8 @@ LOSSES = {"damping": "#0072b2", "hysteresis": "#e69f00", "film": "#56b4e9", "con
 WORDS = {"damping": "shaft's damping", "hysteresis": "grease's hysteresis", "film": "grease's damping"}
 WORDS |= {"contact_loss": "contact", "stored": "stored"}
 STORED = "#d9d9d9"
-MOST_RESTITUTION = 2.0
-"""that is drawn"""
-POINTS = 1500
-"""that a curve is drawn with at most"""
+MOST_RESTITUTION = 2.0  # that is drawn
+POINTS = 1500  # that a curve is drawn with at most
 
 
 def write(folder: str | Path, balance: EnergyBalance) -> None:

@@ -33,8 +33,7 @@ IMPROVED = {
     "FRAC": "frac",
     "CSAC": "csac_per_sensor",
     "CSF": "csf_per_sensor",
-}
-"""Quantities that a better law improves, and their names in `Study.rows`"""
+}  # Quantities that a better law improves, and their names in `Study.rows`
 _MODE = ["mode", "test_hz", "model_hz", "relative_error_pct", "mac", "test_damping", "model_damping"]
 _KEYS = [m.key for m in MEASURES]
 

@@ -24,8 +24,7 @@ from .tables import Table
 
 __all__ = ["Section", "figure", "formula", "heading", "page", "paragraph", "render", "table"]
 
-MISSING = "–"
-"""Shown for nan"""
+MISSING = "–"  # Shown for nan
 _CHART = '<script type="application/json">'
 _HEADING = re.compile(r'<h3 id="([^"]*)">(.*?)</h3>')
 

@@ -210,5 +210,4 @@ PAGES: Mapping[str, tuple[str, Write]] = {
     "families": ("Which law", _families),
     "misfit": ("What rig and law miss", _misfit),
     "contact": ("What the records show of contact", _contact),
-}
-"""Headings, and what writes the sections, by the names in `Identified.pages`"""
+}  # Headings, and what writes the sections, by the names in `Identified.pages`

@@ -22,18 +22,12 @@ __all__ = ["draw_forces", "draw_misfit"]
 
 LAW, WALL = COLOURS[0], COLOURS[1]
 MM = 1e3
-EVERY = 6
-"""points of the law, of which one is drawn: what was measured shows between them"""
-DRAWN = 2000
-"""gaps and offsets, for the walls' intervals"""
-INTERVAL = (2.5, 97.5)
-"""%"""
-MOST = 99.9
-"""% of the forces between the walls that the right panels show"""
-INSIDE = 1.15
-"""of the way to the walls: the right panels end there"""
-PANELS = 6
-"""levels that are drawn"""
+EVERY = 6  # points of the law, of which one is drawn: what was measured shows between them
+DRAWN = 2000  # gaps and offsets, for the walls' intervals
+INTERVAL = (2.5, 97.5)  # %
+MOST = 99.9  # % of the forces between the walls that the right panels show
+INSIDE = 1.15  # of the way to the walls: the right panels end there
+PANELS = 6  # levels that are drawn
 RATIOS = (0.0, 1.0, 2.0, TOO_FAR, 2 * TOO_FAR, 4 * TOO_FAR)
 COLOURS_OF_RATIOS, FAR = ("#f7f7f7", "#d9d9d9", "#b3b3b3", "#e69f00", "#d55e00"), "#882255"
 """grey below what a warning needs, warm colours above"""

@@ -25,10 +25,8 @@ from matplotlib.lines import Line2D
 
 __all__ = ["MOST_POINTS", "chart", "decimated", "embedded", "thinned"]
 
-MOST_POINTS = 4000
-"""of a line; more cannot be seen"""
-PIXELS = 118
-"""of a chart for an inch of its figure"""
+MOST_POINTS = 4000  # of a line; more cannot be seen
+PIXELS = 118  # of a chart for an inch of its figure
 _DECIBEL = re.compile(r"\bdB re (.+)\)")
 _LETTER = re.compile(r"\(\w+\)")
 _SHIFTED = re.compile(r", [^(,]* up per \w+")

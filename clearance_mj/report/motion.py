@@ -23,8 +23,7 @@ from .waterfall import frf_waterfall, spectrum_waterfall
 
 __all__ = ["drawings", "phase_portraits", "poincare_sections", "stroboscopic", "turning_points"]
 
-BINS = 70
-"""of the density of a random motion, along displacement and velocity"""
+BINS = 70  # of the density of a random motion, along displacement and velocity
 
 
 def stroboscopic(response: Response, frequency: float, drop: float = 0.0) -> np.ndarray:

@@ -19,8 +19,7 @@ __all__ = ["draw"]
 
 MODES = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9")
 STYLES = ("-", "--", "-.", ":", (0, (5, 1, 1, 1, 1, 1)), (0, (1, 2.5)))
-MOST_GROWTH = 10.0
-"""of a standard deviation that is drawn"""
+MOST_GROWTH = 10.0  # of a standard deviation that is drawn
 
 
 def draw(rig: Rig, places: Candidates, found: Placement, modes: Sequence[int]) -> Drawing:

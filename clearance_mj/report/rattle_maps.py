@@ -22,8 +22,7 @@ __all__ = ["draw", "rows", "words"]
 
 COLUMNS = {"contact_share": "", "penetration": "_m", "contact_force": "_n", "displacement": "_m"}
 """quantities at the clearances, and the ends of their columns' names"""
-JUMPS = {"up": "^", "down": "v"}
-"""markers"""
+JUMPS = {"up": "^", "down": "v"}  # markers
 _COLOURS = ListedColormap(np.vstack(([1, 1, 1, 1], matplotlib.colormaps["YlOrRd"](np.linspace(0.1, 0.9, 40)))))
 
 

@@ -29,14 +29,10 @@ BAND = (0.002, 0.4)  # of the samples per second, where a record does not say it
 class _Row:
     """One level of one gap."""
 
-    first: float | None
-    """Hz, lowest frequency at which it rattles; None: at none"""
-    share: float
-    """of the frequencies"""
-    force: float
-    """largest contact force, N"""
-    penetration: float
-    """largest, m"""
+    first: float | None  #: Hz, lowest frequency at which it rattles; None: at none
+    share: float  #: of the frequencies
+    force: float  #: largest contact force, N
+    penetration: float  #: largest, m
 
 
 def rattling(model: Model, dataset: Dataset, writer: ReportWriter) -> str:

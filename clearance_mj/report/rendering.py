@@ -28,32 +28,22 @@ TIMEOUT = 120  # s
 class View:
     """Where a camera stands."""
 
-    look_at: tuple[float, float, float]
-    """m"""
-    distance: float
-    """m"""
-    azimuth: float
-    """degrees"""
-    elevation: float
-    """degrees"""
-    opening: float
-    """vertical field of view, degrees"""
-    sensor: float
-    """radius of the sensors, m; less than the shaft's hides them"""
-    size: tuple[int, int]
-    """width and height, pixels"""
+    look_at: tuple[float, float, float]  #: m
+    distance: float  #: m
+    azimuth: float  #: degrees
+    elevation: float  #: degrees
+    opening: float  #: vertical field of view, degrees
+    sensor: float  #: radius of the sensors, m; less than the shaft's hides them
+    size: tuple[int, int]  #: width and height, pixels
 
 
 @dataclass(frozen=True, eq=False)
 class Stroke:
     """Solids that are drawn beside the model and differ from picture to picture."""
 
-    shape: str
-    """"capsule", "arrow" or "box" """
-    radius: float
-    """m; of no meaning for a box"""
-    colour: tuple[float, float, float]
-    """red, green, blue, 0 to 1"""
+    shape: str  #: "capsule", "arrow" or "box"
+    radius: float  #: m; of no meaning for a box
+    colour: tuple[float, float, float]  #: red, green, blue, 0 to 1
     ends: np.ndarray
     """(n_views, n, 2, 3) where each begins and ends, m; one without length is left out; two corners of a box"""
 

@@ -21,11 +21,9 @@ from .style import FONT, TEST, WIDE, Drawing, at_bushings, frequency_axis, lette
 
 __all__ = ["draw", "rows", "words"]
 
-WAYS = {True: "^", False: "v"}
-"""markers of stepped sines, upwards or not"""
+WAYS = {True: "^", False: "v"}  # markers of stepped sines, upwards or not
 STEPS_WORDS = " Triangles: the {} under a stepped sine, the end of every step, upwards and downwards."
-PANEL = 1.9
-"""in, height"""
+PANEL = 1.9  # in, height
 
 
 def words(branch: Branch) -> list[str]:

@@ -35,10 +35,8 @@ DPI = 150
 ENGINE_LINES = ("-", (0, (4, 1.5)), (0, (1, 1.2)))
 MARKERS = ("o", "s", "^", "D")
 LEGEND_COLUMNS = 5
-FREQUENCIES = (5, 10, 20, 50, 100, 200)
-"""Hz, labelled on the frequency axis"""
-WIDE = 3.0
-"""ratio of frequencies from which the axis of periodic vibrations is logarithmic"""
+FREQUENCIES = (5, 10, 20, 50, 100, 200)  # Hz, labelled on the frequency axis
+WIDE = 3.0  # ratio of frequencies from which the axis of periodic vibrations is logarithmic
 _POINT = re.compile(rb"\b([ML]) (-?[0-9.]+) (-?[0-9.]+) \n")
 
 

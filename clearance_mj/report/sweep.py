@@ -28,12 +28,9 @@ UNITS = {
     **dict.fromkeys(("rms", "start_rms", "end_rms", "peak"), "m/s² or N"),
     **dict.fromkeys(("t", "release", "duration", "period"), "s"),
     **{"mass": "kg", "young_modulus": "Pa", "density": "kg/m³", "restitution": "1", "elastic_ratio": "1", "seed": "1"},
-}
-"""of a field by its name; others are said to be in SI units"""
-MOST_ROWS = 8
-"""results that are drawn"""
-MOST_FRFS = 12
-"""cases whose FRFs are drawn, of the first `MOST_KEPT` sensors"""
+}  # of a field by its name; others are said to be in SI units
+MOST_ROWS = 8  # results that are drawn
+MOST_FRFS = 12  # cases whose FRFs are drawn, of the first `MOST_KEPT` sensors
 MOST_KEPT = 4
 
 

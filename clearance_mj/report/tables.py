@@ -21,16 +21,11 @@ REPEAT = ("repeat", "rig")
 class Measure:
     """A measure of the agreement of FRFs."""
 
-    key: str
-    """name in a comparison's summary"""
-    label: str
-    """name in tables"""
-    unit: str
-    """of its values"""
-    form: str
-    """format of its numbers"""
-    perfect: float
-    """its value for equal FRFs"""
+    key: str  #: name in a comparison's summary
+    label: str  #: name in tables
+    unit: str  #: of its values
+    form: str  #: format of its numbers
+    perfect: float  #: its value for equal FRFs
 
 
 MEASURES = (
@@ -39,28 +34,22 @@ MEASURES = (
     Measure("csac", "CSAC", "", ".4f", 1.0),
     Measure("csf", "CSF", "", ".4f", 1.0),
     Measure("mre", "MRE", "", ".3f", 0.0),
-)
-"""Of a sensor"""
+)  # Of a sensor
 OVERALL = (
     *MEASURES,
     Measure("relative_error", "frequency error", "", ".2%", 0.0),
     Measure("mac", "MAC", "", ".4f", 1.0),
-)
-"""Of all sensors, and of the modes"""
+)  # Of all sensors, and of the modes
 
 
 @dataclass(frozen=True)
 class Column:
     """A column of a table to read."""
 
-    label: str
-    """heading"""
-    unit: str = ""
-    """of its numbers"""
-    form: str = ""
-    """format of its numbers, such as ".2f"; empty for words"""
-    group: str = ""
-    """heading that it shares with its neighbours"""
+    label: str  #: heading
+    unit: str = ""  #: of its numbers
+    form: str = ""  #: format of its numbers, such as ".2f"; empty for words
+    group: str = ""  #: heading that it shares with its neighbours
 
 
 @dataclass(frozen=True)
@@ -70,14 +59,10 @@ class Table:
     Cells are words, numbers, or numbers with an `Interval`.
     """
 
-    name: str
-    """also the name of its file"""
-    caption: str
-    """what it shows, in words"""
-    columns: tuple[Column, ...]
-    """headings"""
-    rows: tuple[tuple, ...]
-    """one cell for each column"""
+    name: str  #: also the name of its file
+    caption: str  #: what it shows, in words
+    columns: tuple[Column, ...]  #: headings
+    rows: tuple[tuple, ...]  #: one cell for each column
 
     @classmethod
     def of(cls, name: str, caption: str, frame: pd.DataFrame, columns: Mapping[str, Column]) -> Self:

@@ -13,10 +13,8 @@ from .style import COLOURS, FONT, REPEAT, TEST, Drawing, canvas, decibel, freque
 __all__ = ["draw", "draw_parameters", "draw_spectra"]
 
 START, FOUND = "#e69f00", COLOURS[0]
-MOST_CHANNELS = 4
-"""spectra that are drawn"""
-ROW = 0.13
-"""in, of a parameter"""
+MOST_CHANNELS = 4  # spectra that are drawn
+ROW = 0.13  # in, of a parameter
 
 
 def draw(found: RigUpdate) -> Drawing:

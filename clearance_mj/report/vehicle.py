@@ -49,8 +49,7 @@ HISTORIES = {
     "lateral_acceleration": Quantity("Lateral acc.", "m/s²", 1.0),
     "wheel_angle": Quantity("Wheel angle", "°", DEGREE),
 }
-SHOWN = ("e_y", "e_psi", "yaw_rate", "lateral_acceleration", "wheel_angle")
-"""What the report of runs shows over time"""
+SHOWN = ("e_y", "e_psi", "yaw_rate", "lateral_acceleration", "wheel_angle")  # What the report of runs shows over time
 METRICS = {
     "peak_e_y": Quantity("Peak e_y", "mm", 1e3, ".1f"),
     "rms_e_y": Quantity("RMS e_y", "mm", 1e3, ".1f"),

@@ -18,10 +18,8 @@ from .style import FONT, Drawing, at_bushings, canvas, decibel, sensor_title, ti
 
 __all__ = ["STEP", "draw_levels", "frf_waterfall", "spectrum_waterfall"]
 
-STEP = 20.0
-"""dB between the FRFs of two levels"""
-DYNAMIC = 60.0
-"""dB of a spectrum that are drawn below its peak, and between the spectra of two levels"""
+STEP = 20.0  # dB between the FRFs of two levels
+DYNAMIC = 60.0  # dB of a spectrum that are drawn below its peak, and between the spectra of two levels
 RESOLUTION = 0.5
 """Hz between the lines of spectra"""
 Curves = Mapping[float, Sequence[tuple[np.ndarray, np.ndarray]]]

@@ -14,8 +14,7 @@ from .tables import write_csv
 
 __all__ = ["ReportWriter"]
 
-SVG_LIMIT = 600_000
-"""bytes; the whole page is to stay below 8 MB"""
+SVG_LIMIT = 600_000  # bytes; the whole page is to stay below 8 MB
 
 
 class ReportWriter:

@@ -28,8 +28,7 @@ UNITS: dict[str, dict[str, float]] = {
     "N/m": {"N/m": 1.0, "N/mm": 1e3, "kN/m": 1e3},
     "N s/m": {"N s/m": 1.0},
     "N m/rad": {"N m/rad": 1.0},
-}
-"""in SI units"""
+}  # in SI units
 _STD = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(.*?)\s*")
 CLAMP_COMPLIANCES = ("beam.clamp.rotation", "beam.clamp.translation")
 """Known as a length: the clamp gives as so much more shaft would."""

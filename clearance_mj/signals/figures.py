@@ -20,8 +20,7 @@ __all__ = [
     "measures_height", "response_figure",
 ]  # fmt: skip
 
-ROW_HEIGHT = 2.8
-"""Inches, height of a function's magnitude, phase and coherence."""
+ROW_HEIGHT = 2.8  # Inches, height of a function's magnitude, phase and coherence.
 MEASURES = {"rmse_db": "RMSE (dB)", "mre": "MRE (1)", "frac": "FRAC (1)", "csac": "CSAC (1)", "csf": "CSF (1)"}
 UNIT_MEASURES = ("frac", "csac", "csf")  # measures from 0 to 1
 HISTORIES = (("acceleration", "Acceleration", "m/s²", 1.0), ("displacement", "Displacement", "mm", 1e3),

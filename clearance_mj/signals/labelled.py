@@ -14,8 +14,7 @@ if TYPE_CHECKING:
 
 __all__ = ["KIND", "UNITS", "attribute", "dataset", "from_json", "labels", "plain_json", "require_kind", "values"]
 
-KIND = "clearance_mj"
-"""Attribute that says what a dataset holds."""
+KIND = "clearance_mj"  # Attribute that says what a dataset holds.
 UNITS = {
     "displacement": "m",
     "velocity": "m s-1",
@@ -23,8 +22,7 @@ UNITS = {
     "force": "N",
     "frequency": "Hz",
     "time": "s",
-}
-"""as UDUNITS writes them: attributes of netCDF-3 are ASCII"""
+}  # as UDUNITS writes them: attributes of netCDF-3 are ASCII
 
 
 def dataset(

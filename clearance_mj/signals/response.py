@@ -25,8 +25,7 @@ HISTORIES = {
     "displacement": ("bushing", "m"),
     "contact_force": ("bushing", "N"),
     "grease_force": ("bushing", "N"),
-}
-"""Dimension beside time, and unit"""
+}  # Dimension beside time, and unit
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -19,38 +19,28 @@ import scipy.stats
 __all__ = ["CONFIDENCE", "Interval", "Pooled", "on_power_law", "over_seeds", "ratio"]
 
 CONFIDENCE = 0.95
-SMALLEST = 1e-12
-"""Errors below it are rounding: their logarithms would mean nothing"""
+SMALLEST = 1e-12  # Errors below it are rounding: their logarithms would mean nothing
 
 
 @dataclass(frozen=True)
 class Interval:
     """A value and its confidence interval; nan where there is none."""
 
-    value: float
-    """the estimate"""
-    low: float = math.nan
-    """lower limit"""
-    high: float = math.nan
-    """upper limit"""
-    doubtful: bool = False
-    """whether a test refuses what the interval assumes"""
+    value: float  #: the estimate
+    low: float = math.nan  #: lower limit
+    high: float = math.nan  #: upper limit
+    doubtful: bool = False  #: whether a test refuses what the interval assumes
 
 
 @dataclass(frozen=True)
 class Pooled:
     """Means over the seeds of each level, and what their intervals rest on."""
 
-    means: dict[float, Interval]
-    """by level"""
-    scatter: float
-    """standard deviation of the natural logarithm from seed to seed, pooled over the levels"""
-    freedom: int
-    """its degrees of freedom"""
-    cochran: float
-    """largest variance of a level over the sum of all: 1 / number of levels where they are equal"""
-    cochran_limit: float
-    """what it exceeds with a probability of 5 % where the scatter is equal"""
+    means: dict[float, Interval]  #: by level
+    scatter: float  #: standard deviation of the natural logarithm from seed to seed, pooled over the levels
+    freedom: int  #: its degrees of freedom
+    cochran: float  #: largest variance of a level over the sum of all: 1 / number of levels where they are equal
+    cochran_limit: float  #: what it exceeds with a probability of 5 % where the scatter is equal
 
 
 def over_seeds(errors: Mapping[float, Sequence[float]], confidence: float = CONFIDENCE) -> Pooled:

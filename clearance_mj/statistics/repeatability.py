@@ -11,15 +11,12 @@ from .intervals import Interval, Pooled, on_power_law, over_seeds
 
 __all__ = ["PERFECT", "has_interval", "interval_of", "mean_rows", "pooled", "repeat_rows"]
 
-Rows = Mapping[float, Mapping[str, float]]
-"""measures by level"""
-Repeated = Mapping[float, Sequence[Mapping[str, float]]]
-"""measures of each seed by level"""
+Rows = Mapping[float, Mapping[str, float]]  # measures by level
+Repeated = Mapping[float, Sequence[Mapping[str, float]]]  # measures of each seed by level
 PERFECT = {
     **dict.fromkeys(("mre", "rmse_db", "relative_error"), 0.0),
     **dict.fromkeys(("frac", "csac", "csf", "csac_per_sensor", "csf_per_sensor", "mac"), 1.0),
-}
-"""Value of each measure for equal FRFs; its distance from there is the error whose logarithm scatters"""
+}  # Value of each measure for equal FRFs; its distance from there is the error whose logarithm scatters
 
 
 def _measure(key: str) -> str:

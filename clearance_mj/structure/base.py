@@ -41,8 +41,7 @@ __all__ = [
 ]
 
 _DOF = re.compile(r"([0-9]{1,9}|[A-Za-z_][\w.-]*):([+-]?)(R?[XYZ])")
-SHAFT_NAME = r"\w[\w -]*"
-"""Pattern of the name of one of several shafts."""
+SHAFT_NAME = r"\w[\w -]*"  # Pattern of the name of one of several shafts.
 _PLACE = re.compile(rf"({SHAFT_NAME})@([+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]{{1,3}})?)")
 
 

@@ -26,10 +26,8 @@ _DIRECTION = re.compile(r"([+-]?)(?:(U|T|R|ROT|)([XYZ])|([1-6]))")
 class Dofs:
     """What the rows of matrices are."""
 
-    names: tuple[str, ...]
-    """of each, such as "12:RX", without sign"""
-    signs: np.ndarray
-    """(n,) -1 where a coordinate counts against its direction"""
+    names: tuple[str, ...]  #: of each, such as "12:RX", without sign
+    signs: np.ndarray  #: (n,) -1 where a coordinate counts against its direction
     places: np.ndarray | None = None
     """(n, 3) where the nodes are, in the matrices' unit of length; None where it is not known"""
 

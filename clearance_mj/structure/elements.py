@@ -22,27 +22,19 @@ __all__ = ["Element", "Mesh", "Rigidity"]
 class Rigidity(NamedTuple):
     """What an element asks of its cross-sections, at its points of integration."""
 
-    bending: np.ndarray
-    """E I, N m²"""
-    shear: np.ndarray
-    """κ G A, N"""
-    mass: np.ndarray
-    """ρ A, kg/m"""
-    rotary: np.ndarray
-    """ρ I, kg m"""
+    bending: np.ndarray  #: E I, N m²
+    shear: np.ndarray  #: κ G A, N
+    mass: np.ndarray  #: ρ A, kg/m
+    rotary: np.ndarray  #: ρ I, kg m
 
 
 class Element(NamedTuple):
     """A piece of a shaft without steps, supports or loads inside."""
 
-    start: float
-    """m"""
-    end: float
-    """m"""
-    bubbles: int
-    """functions of its own, of deflection"""
-    rigidity: Callable[[np.ndarray], Rigidity]
-    """at positions x, m"""
+    start: float  #: m
+    end: float  #: m
+    bubbles: int  #: functions of its own, of deflection
+    rigidity: Callable[[np.ndarray], Rigidity]  #: at positions x, m
 
 
 class Mesh:

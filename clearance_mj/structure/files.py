@@ -27,8 +27,7 @@ def _text(value: object) -> object:
     return str(value) if isinstance(value, Path) else value
 
 
-FileName: TypeAlias = Annotated[Text, BeforeValidator(_text)]
-"""A text, or a pathlib.Path."""
+FileName: TypeAlias = Annotated[Text, BeforeValidator(_text)]  # A text, or a pathlib.Path.
 
 
 def embedded(data: bytes) -> str:

@@ -69,14 +69,12 @@ def _table(value: object) -> Any:
 _ROWS = {"type": "array", "items": {"type": "array", "items": {"type": "number"}}}
 Source: TypeAlias = Annotated[
     str | tuple[tuple[float, ...], ...], PlainValidator(_source), WithJsonSchema({"anyOf": [{"type": "string"}, _ROWS]})
-]
-"""A matrix: the name of a file, or its rows"""
+]  # A matrix: the name of a file, or its rows
 Table: TypeAlias = Annotated[
     str | tuple[str, ...],
     PlainValidator(_table),
     WithJsonSchema({"anyOf": [{"type": "string"}, {"type": "array", "items": {"type": "string"}}]}),
-]
-"""Degrees of freedom: the name of a CSV file, or texts such as "12:Z" """
+]  # Degrees of freedom: the name of a CSV file, or texts such as "12:Z"
 
 
 class _Free(NamedTuple):

@@ -21,8 +21,7 @@ from .files import is_embedded, opened
 
 __all__ = ["Found", "Matrix", "as_matrix", "read_matrix", "read_model", "write_model"]
 
-Matrix: TypeAlias = np.ndarray | scipy.sparse.csr_array
-"""Dense or sparse matrix."""
+Matrix: TypeAlias = np.ndarray | scipy.sparse.csr_array  # Dense or sparse matrix.
 
 VARIABLES = {"mass": ("mass", "M"), "stiffness": ("stiffness", "K"), "damping": ("damping", "C", "D")}
 """Variables in which a file holds each matrix."""
@@ -37,8 +36,7 @@ MAX_ROWS = 1_000_000  # rows of a matrix; ten times what can be reduced in reaso
 class Found(NamedTuple):
     """What one file holds."""
 
-    matrices: dict[str, Matrix]
-    """by what they are: mass, stiffness, damping"""
+    matrices: dict[str, Matrix]  #: by what they are: mass, stiffness, damping
     dofs: Dofs | None
 
 

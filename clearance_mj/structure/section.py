@@ -17,12 +17,9 @@ __all__ = ["CrossSection", "Material", "Section", "check_sizes"]
 class CrossSection(NamedTuple):
     """What bending asks of a section, at some positions."""
 
-    area: np.ndarray
-    """m²"""
-    second_moment: np.ndarray
-    """m⁴"""
-    shear_coefficient: np.ndarray
-    """share of the area that carries shear"""
+    area: np.ndarray  #: m²
+    second_moment: np.ndarray  #: m⁴
+    shear_coefficient: np.ndarray  #: share of the area that carries shear
 
 
 def _both_ends(value: Any) -> Any:

@@ -22,22 +22,17 @@ HARMONICS, MAP_HARMONICS = 9, 7
 """of the branches and of the map; of the Table-1 rig's study 9 find folds as 21 do within 0.002 %, fundamentals within
 0.15 %, amplitudes within 3 %"""
 MAP_LEVELS, MAP_FREQUENCIES = 8, 150
-BEYOND = 1.5
-"""times the highest level of the records, to which levels go on"""
+BEYOND = 1.5  # times the highest level of the records, to which levels go on
 
 
 @dataclass(frozen=True, eq=False)
 class PeriodicVibrations:
     """What a law does under sines, or why that is not known."""
 
-    law: str
-    """name; "" if no law has periodic vibrations"""
-    branches: tuple[Branch, ...]
-    """over frequency, in the order of their levels"""
-    map: RattleMap | None
-    """over level and frequency"""
-    missing: str
-    """why there is nothing to show; "" if there is"""
+    law: str  #: name; "" if no law has periodic vibrations
+    branches: tuple[Branch, ...]  #: over frequency, in the order of their levels
+    map: RattleMap | None  #: over level and frequency
+    missing: str  #: why there is nothing to show; "" if there is
 
 
 def missed(branches: tuple[Branch, ...], steps: SineSteps) -> np.ndarray:

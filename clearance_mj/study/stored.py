@@ -34,14 +34,10 @@ __all__ = ["CaseResult", "band", "case", "law", "periodic", "record_digest"]
 class CaseResult:
     """What is computed for a case."""
 
-    frf: FRF
-    """the model's"""
-    comparison: Comparison
-    """of the test's FRFs with the model's"""
-    statistics: dict
-    """as `contact_statistics`"""
-    provenance: dict
-    """of the simulation"""
+    frf: FRF  #: the model's
+    comparison: Comparison  #: of the test's FRFs with the model's
+    statistics: dict  #: as `contact_statistics`
+    provenance: dict  #: of the simulation
 
 
 def record_digest(record: Record) -> str:

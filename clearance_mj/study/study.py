@@ -39,8 +39,7 @@ METHODS = ("nominal", "constant", "amplitude", "bench")
 RESOLUTION = 0.5
 """Hz, of the FRFs that are compared"""
 N_MODES = 4
-BAND_ENGINE = "modal"
-"""of FRF bands: the cheapest"""
+BAND_ENGINE = "modal"  # of FRF bands: the cheapest
 
 
 @dataclass(frozen=True, eq=False)

@@ -50,22 +50,14 @@ class Outputs:
 class Observer:
     """Turns a case into results; made once for a plan."""
 
-    engine: Engine
-    """simulates the cases"""
-    outputs: Outputs
-    """what is asked for"""
-    band: tuple[float, float]
-    """Hz, of the FRFs"""
-    frequency: np.ndarray
-    """(n_f,) Hz, their lines"""
-    kept: tuple[int, ...]
-    """rows of the sensors whose FRFs are kept"""
-    peaks: tuple[tuple[float, float], ...]
-    """Hz"""
-    reference: FRF | None
-    """what FRFs are compared with"""
-    compared: tuple[int, ...]
-    """rows of the sensors that the reference has"""
+    engine: Engine  #: simulates the cases
+    outputs: Outputs  #: what is asked for
+    band: tuple[float, float]  #: Hz, of the FRFs
+    frequency: np.ndarray  #: (n_f,) Hz, their lines
+    kept: tuple[int, ...]  #: rows of the sensors whose FRFs are kept
+    peaks: tuple[tuple[float, float], ...]  #: Hz
+    reference: FRF | None  #: what FRFs are compared with
+    compared: tuple[int, ...]  #: rows of the sensors that the reference has
 
     @classmethod
     def of(cls, engine: Engine, outputs: Outputs, rig: Rig, excitation: Excitation, reference: FRF | None) -> Observer:

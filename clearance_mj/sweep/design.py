@@ -18,8 +18,7 @@ __all__ = ["Design", "Vary"]
 
 Method = typing.Literal["grid", "latin-hypercube", "sobol", "saltelli"]
 METHODS = typing.get_args(Method)
-MOST_NUMBERS = 10_000_000
-"""cases times varied parameters: 80 MB, some of it several times while the points are drawn"""
+MOST_NUMBERS = 10_000_000  # cases times varied parameters: 80 MB, some of it several times while the points are drawn
 
 
 @checked(ClearanceError)

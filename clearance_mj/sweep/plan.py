@@ -37,15 +37,11 @@ KEYS: dict[str, tuple[Any, str]] = {
     **{"rig": (str, "the name of a file or folder"), "law": FILE, "reference": FILE},
     **{"excitation": TABLE, "outputs": TABLE, "design": TABLE},
     **{"engine": (str | dict, "a name or a table"), "vary": (list, "a list of tables ([[vary]])")},
-}
-"""of a plan's file, and what they hold"""
+}  # of a plan's file, and what they hold
 GENERATORS = tuple(name for name in excitations.__all__ if name != "Excitation")
-CHECKED = 1000
-"""cases whose rig and law are tried before anything runs, at about a millisecond each"""
-MOST_SAMPLES = 10_000_000
-"""of a case's excitation: 80 MB, and a few times as much while it is made"""
-AXES = ("excitation.fs", "excitation.band")
-"""what the results' axes depend on"""
+CHECKED = 1000  # cases whose rig and law are tried before anything runs, at about a millisecond each
+MOST_SAMPLES = 10_000_000  # of a case's excitation: 80 MB, and a few times as much while it is made
+AXES = ("excitation.fs", "excitation.band")  # what the results' axes depend on
 
 
 @dataclass(frozen=True, eq=False)

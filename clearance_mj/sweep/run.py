@@ -25,10 +25,8 @@ SHOWN = {
     RESULTS, "sweep.html", "sweep.png", "sweep_frf.png", "sensitivity.csv", "sensitivity.json", "sensitivity.png",
 }  # fmt: skip
 """Results, and what is drawn of them"""
-FILES = {PLAN, TABLE, LOCK, PROVENANCE, f"{RESULTS}{SEAL}", *SHOWN}
-"""What a sweep leaves in its folder"""
-LARGEST = 2**32 - 8
-"""bytes of one variable in a netCDF-3 file with 64-bit offsets"""
+FILES = {PLAN, TABLE, LOCK, PROVENANCE, f"{RESULTS}{SEAL}", *SHOWN}  # What a sweep leaves in its folder
+LARGEST = 2**32 - 8  # bytes of one variable in a netCDF-3 file with 64-bit offsets
 
 
 def run_sweep(

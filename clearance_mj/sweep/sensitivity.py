@@ -28,18 +28,12 @@ RESAMPLES = 200
 class Sensitivity:
     """Sobol indices of several results to the varied parameters."""
 
-    quantity: tuple[str, ...]
-    """names of the results, with their units"""
-    parameter: tuple[str, ...]
-    """paths of the varied parameters"""
-    first: np.ndarray
-    """(n_quantities, n_parameters) first-order indices"""
-    total: np.ndarray
-    """(n_quantities, n_parameters) total-order indices"""
-    first_interval: np.ndarray
-    """(2, n_quantities, n_parameters) limits of their 95 % intervals"""
-    total_interval: np.ndarray
-    """(2, n_quantities, n_parameters)"""
+    quantity: tuple[str, ...]  #: names of the results, with their units
+    parameter: tuple[str, ...]  #: paths of the varied parameters
+    first: np.ndarray  #: (n_quantities, n_parameters) first-order indices
+    total: np.ndarray  #: (n_quantities, n_parameters) total-order indices
+    first_interval: np.ndarray  #: (2, n_quantities, n_parameters) limits of their 95 % intervals
+    total_interval: np.ndarray  #: (2, n_quantities, n_parameters)
 
     def rows(self) -> list[dict]:
         """Return a row of plain data for each result and parameter."""

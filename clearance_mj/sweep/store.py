@@ -19,10 +19,8 @@ from ..core.files import replacing
 
 __all__ = ["Table"]
 
-DIGEST = 8
-"""bytes"""
-MESSAGE = 240
-"""bytes of the line that says why a case has no results"""
+DIGEST = 8  # bytes
+MESSAGE = 240  # bytes of the line that says why a case has no results
 
 
 class Table:

@@ -8,8 +8,7 @@ from .dataset_58 import Function
 from .fields import SI, Block, Units, read_real, text_set
 
 _NO_LABEL = ("", "NONE", "UNKNOWN", "-")
-_TOLERANCE = 1e-6
-"""relative, between a label's factor and the file's, which is written with few digits"""
+_TOLERANCE = 1e-6  # relative, between a label's factor and the file's, which is written with few digits
 UNIT_SET = text_set(
     164,
     (
@@ -17,8 +16,7 @@ UNIT_SET = text_set(
         "".join(f"{1:25.16e}" for _ in range(3)).replace("e", "D"),
         f"{273.15:25.16e}".replace("e", "D"),
     ),
-)
-"""The data set for SI units"""
+)  # The data set for SI units
 
 
 def read_units(block: Block) -> Units:

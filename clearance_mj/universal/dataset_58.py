@@ -25,8 +25,7 @@ FIELDS = {
     "abscissa_type": (8, 0, 10, "abscissa type"),
     "numerator": (9, 0, 10, "ordinate type"),
     "denominator": (10, 0, 10, "denominator type"),
-}
-"""Whole numbers of the header: record, columns and name of each"""
+}  # Whole numbers of the header: record, columns and name of each
 CHOICES = {"ordinate": ((2, 4, 5, 6), "2, 4, 5 or 6"), "even": ((0, 1), "0 (uneven) or 1 (even)")}
 
 
@@ -35,27 +34,19 @@ class Header:
     """Data set 58 without its samples."""
 
     name: str
-    kind: int
-    """function type"""
-    response: str
-    """degree of freedom, "3:+Z" """
+    kind: int  #: function type
+    response: str  #: degree of freedom, "3:+Z"
     reference: str
-    ordinate: int
-    """precision of the samples: REAL32 ..."""
+    ordinate: int  #: precision of the samples: REAL32 ...
     size: int
     even: bool
-    first: float
-    """abscissa of the first sample, if even"""
-    step: str
-    """abscissa increment as it is written: its digits tell how far it can be trusted"""
+    first: float  #: abscissa of the first sample, if even
+    step: str  #: abscissa increment as it is written: its digits tell how far it can be trusted
     abscissa_type: int
-    numerator: int
-    """specific data type"""
+    numerator: int  #: specific data type
     denominator: int
-    unit: str = "NONE"
-    """label of the ordinate's unit"""
-    unit_below: str = "NONE"
-    """label of the denominator's unit"""
+    unit: str = "NONE"  #: label of the ordinate's unit
+    unit_below: str = "NONE"  #: label of the denominator's unit
 
     @property
     def is_complex(self) -> bool:
@@ -77,13 +68,10 @@ class Header:
 class Function(Header):
     """Data set 58 and where in the file its samples are."""
 
-    number: int = 0
-    """of the data set in the file, from 1"""
+    number: int = 0  #: of the data set in the file, from 1
     begin: int = 0
-    end: int = 0
-    """bytes begin:end of the file are the samples"""
-    dtype: str | None = None
-    """of a binary body; None: text"""
+    end: int = 0  #: bytes begin:end of the file are the samples
+    dtype: str | None = None  #: of a binary body; None: text
     units: Units = SI
 
 

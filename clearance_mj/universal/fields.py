@@ -38,10 +38,8 @@ class Block:
     """A data set that is not 58: its records."""
 
     kind: int
-    number: int
-    """of the data set in the file, from 1"""
-    lines: tuple[str, ...]
-    """the records after the data set's type"""
+    number: int  #: of the data set in the file, from 1
+    lines: tuple[str, ...]  #: the records after the data set's type
     units: Units
 
     def record(self, index: int) -> str:

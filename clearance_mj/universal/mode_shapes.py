@@ -21,26 +21,19 @@ REAL_DATA, COMPLEX_DATA = 2, 5
 KINDS = (55, 2414)
 AT_NODES = 1
 _TRANSLATION = re.compile(r"(\d{1,9}):([+-])([XYZ])")
-Shape = dict[int, np.ndarray]
-"""(6,) complex displacement along X, Y, Z and rotation about them by node"""
+Shape = dict[int, np.ndarray]  # (6,) complex displacement along X, Y, Z and rotation about them by node
 
 
 @dataclass(frozen=True, eq=False)
 class ModeShapes:
     """What a universal file says of modes, by frequency, in SI units."""
 
-    frequency: np.ndarray
-    """(n,) undamped natural frequencies, Hz"""
-    damping: np.ndarray
-    """(n,) damping ratios"""
-    shape: np.ndarray
-    """(n_dofs, n) complex; rotations in rad per metre of a translation"""
-    dofs: tuple[str, ...]
-    """degree of freedom of each row; what moves in no mode is left out"""
-    modal_mass: np.ndarray
-    """(n,) kg, of normal modes; nan where the file has none"""
-    modal_a: np.ndarray
-    """(n,) kg/s, of complex modes; nan where the file has none"""
+    frequency: np.ndarray  #: (n,) undamped natural frequencies, Hz
+    damping: np.ndarray  #: (n,) damping ratios
+    shape: np.ndarray  #: (n_dofs, n) complex; rotations in rad per metre of a translation
+    dofs: tuple[str, ...]  #: degree of freedom of each row; what moves in no mode is left out
+    modal_mass: np.ndarray  #: (n,) kg, of normal modes; nan where the file has none
+    modal_a: np.ndarray  #: (n,) kg/s, of complex modes; nan where the file has none
 
 
 @dataclass(frozen=True)

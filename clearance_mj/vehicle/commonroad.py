@@ -27,8 +27,7 @@ from . import magic_formula
 
 __all__ = ["GRAVITY", "SHIFT_PARAMETERS", "multi_body", "parameters", "single_track_drift"]
 
-GRAVITY = 9.81
-"""Acceleration of gravity, m/s², the value that the library vehiclemodels uses."""
+GRAVITY = 9.81  # Acceleration of gravity, m/s², the value that the library vehiclemodels uses.
 SHIFT_PARAMETERS = ("p_hy1", "p_hy3", "p_vy1", "p_vy3", "r_hy1", "r_vy1", "r_vy3")
 """Tyre parameters that shift the lateral force."""
 
@@ -76,9 +75,7 @@ _KINEMATIC = _compiled(vehicle_dynamics_ks_cog, **_LIMITS)
 
 multi_body = _compiled(
     multi_body_module.vehicle_dynamics_mb, tireModel=magic_formula, vehicle_dynamics_ks_cog=_KINEMATIC, **_LIMITS
-)
-"""f(x, u, p) of the multi-body model, 29 states"""
+)  # f(x, u, p) of the multi-body model, 29 states
 single_track_drift = _compiled(
     drift_module.vehicle_dynamics_std, tire_model=magic_formula, vehicle_dynamics_ks_cog=_KINEMATIC, **_LIMITS
-)
-"""f(x, u, p) of the single-track drift model, 9 states"""
+)  # f(x, u, p) of the single-track drift model, 9 states

@@ -18,8 +18,7 @@ __all__ = ["Derivatives", "check_positive", "clothoids", "graph", "lane", "lane_
 SPACING = 0.1  # m between two points of a path
 ROOT, WEIGHT = np.polynomial.legendre.leggauss(5)
 
-Derivatives = Callable[[np.ndarray], Sequence[np.ndarray]]
-"""Y and its first three derivatives at X."""
+Derivatives = Callable[[np.ndarray], Sequence[np.ndarray]]  # Y and its first three derivatives at X.
 
 
 def check_positive(**values: float) -> None:

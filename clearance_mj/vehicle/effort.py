@@ -14,8 +14,7 @@ __all__ = ["FAST_STEERING", "REVERSAL", "RateSpectrum", "effort", "rate_spectrum
 
 REVERSAL = math.radians(1.0 / 16.0)
 """Angle at the road wheel, rad, by which a reversal turns back: 1° of the hand wheel."""
-FAST_STEERING = 3.0
-"""Hz, above which no path asks for steering: a slalom at 80 km/h needs 0.35 Hz, a driver up to 2."""
+FAST_STEERING = 3.0  # Hz, above which no path asks for steering: a slalom at 80 km/h needs 0.35 Hz, a driver up to 2.
 SEGMENT = 256  # samples of a segment of the spectrum, 2.56 s at 100 Hz
 
 

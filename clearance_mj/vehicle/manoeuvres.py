@@ -142,8 +142,7 @@ MANOEUVRES = {
         "Constant radius, crosswind", lambda: clothoid_arc(200.0, 50.0, 90.0, 20.0, 20.0), 80.0, Crosswind()
     ),
     "on-centre": Manoeuvre("Straight, crowned road", lambda: straight(240.0), 100.0, CrownedRoad()),
-}
-"""Manoeuvres by name; no controller is tuned on any of them."""
+}  # Manoeuvres by name; no controller is tuned on any of them.
 
 
 def get_manoeuvre(name: str) -> Manoeuvre:

@@ -29,8 +29,7 @@ from .commonroad import compiled_parameters, multi_body, parameters, single_trac
 
 __all__ = ["STEP", "Measurement", "MultiBody", "Plant", "SingleTrackDrift", "Spread"]
 
-STEP = 1e-3
-"""Step, s, of the Runge-Kutta method."""
+STEP = 1e-3  # Step, s, of the Runge-Kutta method.
 CRUISE_GAIN = 2.0  # 1/s, acceleration per deviation from the set speed
 MULTI_BODY_STATES = 29
 

@@ -34,8 +34,7 @@ RATIO, PINION_RADIUS = 16.0, 7.1e-3  # hand-wheel angle over road-wheel angle, a
 COLUMN_STIFFNESS = 172.0  # N m/rad, at the pinion
 COLUMN_INERTIA = 0.04  # kg m², about the hand wheel's axis
 RACK_MASS, RACK_DAMPING = 32.0, 3920.0  # kg and N s/m
-LEVER_ARM = RATIO * PINION_RADIUS
-"""Travel of the rack, m, per radian of the road wheel."""
+LEVER_ARM = RATIO * PINION_RADIUS  # Travel of the rack, m, per radian of the road wheel.
 NOISE_PERIOD = 60.0  # s after which the road's noise repeats, without a seam
 SMALLEST_GAP = 1e-9  # m, stands for no gap, where a rig needs one
 
@@ -57,8 +56,7 @@ def _steering_shaft() -> Rig:
     )
 
 
-STEERING_SHAFT = _steering_shaft()
-"""The steering's shaft as `Steering` takes it by default."""
+STEERING_SHAFT = _steering_shaft()  # The steering's shaft as `Steering` takes it by default.
 
 _UNITS = {"deg": math.radians(1), "mrad": 1e-3, "rad": 1.0}
 _LENGTHS = {"um": 1e-6, "µm": 1e-6, "mm": 1e-3, "m": 1.0}

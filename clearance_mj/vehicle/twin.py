@@ -54,40 +54,24 @@ It is 1 % in 20 min. What wanders faster pulls the half-gap with it.
 class SteeringTwin:
     """What the twin begins with: nominal vehicle, clearance as assumed, and how far all of it may be wrong."""
 
-    vehicle: Vehicle
-    """nominal, with a rigid steering"""
-    lost_motion: LostMotion
-    """The clearance that is assumed at first; shaft stiffness and damping are taken as known"""
-    gap_std: float = 0.5
-    """standard deviation of the logarithm of the half-gap"""
-    stiffness_std: float = 0.1
-    """of the logarithm of the contact stiffness"""
-    friction_std: float = 0.1
-    """of the friction, as a share of it"""
-    gap_drift: float = 5e-5
-    """of the logarithm of the half-gap, of its random walk in a window"""
-    wear_std: float = 1e-4
-    """1/s, of the rate at which that logarithm grows: no wear is expected"""
-    wear_drift: float = 5e-8
-    """1/s, of that rate's random walk in a window"""
+    vehicle: Vehicle  #: nominal, with a rigid steering
+    lost_motion: LostMotion  #: The clearance that is assumed at first; shaft stiffness and damping are taken as known
+    gap_std: float = 0.5  #: standard deviation of the logarithm of the half-gap
+    stiffness_std: float = 0.1  #: of the logarithm of the contact stiffness
+    friction_std: float = 0.1  #: of the friction, as a share of it
+    gap_drift: float = 5e-5  #: of the logarithm of the half-gap, of its random walk in a window
+    wear_std: float = 1e-4  #: 1/s, of the rate at which that logarithm grows: no wear is expected
+    wear_drift: float = 5e-8  #: 1/s, of that rate's random walk in a window
     model_error: float = 0.025
     """that of the half-gap which no length of driving takes away: what the model misses of a vehicle"""
-    yaw_rate_noise: float = math.radians(0.1)
-    """rad/s"""
-    acceleration_noise: float = 0.05
-    """m/s²"""
-    age_std: float = 0.006
-    """s, of the age of a signal about its mean"""
-    road_moment: float = 5.0
-    """N m RMS that the road does on the wheels, in `road_bandwidth`"""
-    road_bandwidth: float = 29.5
-    """Hz"""
-    unrest: float = 15.0
-    """1/s: standard deviation of the yaw rate that a wheel rattling by one radian causes"""
-    window: float = 0.5
-    """s"""
-    period: float = 0.01
-    """s, between two samples"""
+    yaw_rate_noise: float = math.radians(0.1)  #: rad/s
+    acceleration_noise: float = 0.05  #: m/s²
+    age_std: float = 0.006  #: s, of the age of a signal about its mean
+    road_moment: float = 5.0  #: N m RMS that the road does on the wheels, in `road_bandwidth`
+    road_bandwidth: float = 29.5  #: Hz
+    unrest: float = 15.0  #: 1/s: standard deviation of the yaw rate that a wheel rattling by one radian causes
+    window: float = 0.5  #: s
+    period: float = 0.01  #: s, between two samples
 
     def __post_init__(self) -> None:
         if not 0 < self.lost_motion.half_gap <= LARGEST_GAP:

@@ -33,12 +33,9 @@ DIAMETER = {"beam.diameter": (0.006, 0.012)}
 MATERIAL = {"beam.young_modulus": None, "beam.density": None, "bushings.grease.stiffness": None, "masses[0].mass": None}
 START = {HELD: 0.45, "bushings[1].position": 0.85, "bushings.grease.stiffness": 2000.0, "masses[0].mass": 0.2}
 """far from any of what is found"""
-STEP = 0.05
-"""Hz, of the printed frequencies"""
-SHAPE_STD = 0.03
-"""of a component of a shape of unit length, if shapes were measured"""
-SEARCHED = 0.42, 0.70
-"""positions of the first bushing between which the family is looked for, m"""
+STEP = 0.05  # Hz, of the printed frequencies
+SHAPE_STD = 0.03  # of a component of a shape of unit length, if shapes were measured
+SEARCHED = 0.42, 0.70  # positions of the first bushing between which the family is looked for, m
 WORDS = {
     "beam.diameter": "Diameter",
     "bushings[1].position": "Second bushing",
@@ -47,8 +44,7 @@ WORDS = {
     "fifth_hz": "Fifth frequency",
     "least_mac": "Least MAC of four modes",
 }
-FITS = 1.0
-"""largest χ² of a rig that fits"""
+FITS = 1.0  # largest χ² of a rig that fits
 
 
 def run(item: Item, rig: Rig, quick: bool, starts: int = 32, step: float = 0.01, seed: int = 1) -> Result:

@@ -25,8 +25,7 @@ FORMS = {
     "Eq. 17 as printed": {"damping": "as-printed"},
 }
 QUANTITIES = {"c": "Damping c (N s/m)", "k": "Stiffness k (N/m)"}
-THIN = 8
-"""Of so many samples the CSV holds one"""
+THIN = 8  # Of so many samples the CSV holds one
 PRIOR = {
     "corrected": "the displacement, the mass and a band for the frequency; c = 2m(-A'/A - ω'/(2ω))",
     "Eq. 12 as printed": "the same; c = -2m A'/A, which holds for a constant frequency",

@@ -17,11 +17,9 @@ from .style import BLUE, FONT, ORANGE, VERMILION, sheet
 
 __all__ = ["dimensions", "run"]
 
-EXAGGERATION = 10
-"""How much wider the gaps are drawn in the details"""
+EXAGGERATION = 10  # How much wider the gaps are drawn in the details
 GREASE, STEEL, DARK = "#ffee88", "#cccccc", "#555555"
-PLATE = -0.115
-"""m, top of the base plate in the side view"""
+PLATE = -0.115  # m, top of the base plate in the side view
 ARROW = {"arrowstyle": "<->", "linewidth": 0.7, "shrinkA": 0, "shrinkB": 0}
 
 

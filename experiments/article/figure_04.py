@@ -23,8 +23,7 @@ DURATION = 4.55  # s: the widest wavelet lies within it at the first and at the 
 PRINTED = {-6.0: 3200, -6.25: 3800, -6.5: 4400, -6.75: 5200, -7.0: 6400}
 """Translations as the article prints them, by the exponent of the scale"""
 COLOURS = (SKY, ORANGE, GREEN, VERMILION, BLUE, PURPLE)
-SHOWN = 40
-"""dB, of the curves"""
+SHOWN = 40  # dB, of the curves
 
 
 def run(item: Item, quick: bool, snrs: Sequence[float] = (100, SHOWN, 20), seeds: int = 20) -> Result:

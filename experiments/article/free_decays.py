@@ -25,29 +25,23 @@ __all__ = [
     "scale_study",
 ]
 
-MASS = 0.025
-"""kg; the article does not print it, its best scale 2^-6.8 at 8000 N/m and ω0 = 5 gives it"""
-SLOPE_WIDTH = 0.1
-"""s, in the scale study"""
+MASS = 0.025  # kg; the article does not print it, its best scale 2^-6.8 at 8000 N/m and ω0 = 5 gives it
+SLOPE_WIDTH = 0.1  # s, in the scale study
 TIGHT = {"rtol": 1e-10, "atol": 1e-13}
 SCALE_SEQUENCES = (
     tuple(2.0**-e for e in (5, 6, 7, 8)),
     tuple(2.0**-e for e in (6, 6.25, 6.5, 6.75, 7)),
     tuple(2.0**-e for e in (6.5, 6.6, 6.7, 6.8, 6.9, 7)),
-)
-"""The three sequences of scales of the article's Figure 4, s"""
+)  # The three sequences of scales of the article's Figure 4, s
 
 
 @dataclass(frozen=True)
 class Condition:
     """One of the article's working conditions: parameters that are known functions of time."""
 
-    k: Callable
-    """N/m at times (n_t,) s"""
-    c: Callable
-    """N s/m at times (n_t,) s"""
-    jumps: tuple[float, ...] = ()
-    """s, where k or c jump; the value at a jump is the new one"""
+    k: Callable  #: N/m at times (n_t,) s
+    c: Callable  #: N s/m at times (n_t,) s
+    jumps: tuple[float, ...] = ()  #: s, where k or c jump; the value at a jump is the new one
 
 
 CONDITIONS = {
@@ -65,18 +59,12 @@ SCALE_CONDITION = Condition(lambda t: np.full_like(t, 8000.0), lambda t: 0.06 - 
 class Decay:
     """A free decay with known parameters."""
 
-    time: np.ndarray
-    """(n_t,) s"""
-    signal: np.ndarray
-    """(n_t,) displacement, starting from 1"""
-    k: np.ndarray
-    """(n_t,) N/m"""
-    c: np.ndarray
-    """(n_t,) N s/m"""
-    fs: float
-    """samples per second"""
-    mass: float
-    """kg"""
+    time: np.ndarray  #: (n_t,) s
+    signal: np.ndarray  #: (n_t,) displacement, starting from 1
+    k: np.ndarray  #: (n_t,) N/m
+    c: np.ndarray  #: (n_t,) N s/m
+    fs: float  #: samples per second
+    mass: float  #: kg
 
     def with_noise(self, snr: float, seed: int = 0) -> Decay:
         """Add white Gaussian noise; snr: mean power of the signal over that of the noise, dB."""
@@ -89,22 +77,14 @@ class Decay:
 class ScaleResult:
     """What one scale of Figure 4 costs and gives."""
 
-    scale: float
-    """s"""
-    points: int
-    """translations, 50 T/a + 1"""
-    products: int
-    """multiplications of a sample with the wavelet"""
-    seconds: float
-    """time for them"""
-    k_error: float
-    """root mean square of the relative error of k = m (ω0/a)²"""
-    c_error: float
-    """root mean square of the relative error of c"""
-    time: np.ndarray
-    """(n,) s, the translations within the record's interior"""
-    c: np.ndarray
-    """(n,) N s/m"""
+    scale: float  #: s
+    points: int  #: translations, 50 T/a + 1
+    products: int  #: multiplications of a sample with the wavelet
+    seconds: float  #: time for them
+    k_error: float  #: root mean square of the relative error of k = m (ω0/a)²
+    c_error: float  #: root mean square of the relative error of c
+    time: np.ndarray  #: (n,) s, the translations within the record's interior
+    c: np.ndarray  #: (n,) N s/m
 
 
 def free_decay(condition: Condition, duration: float = 4.0, fs: float = 2048.0) -> Decay:

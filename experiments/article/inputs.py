@@ -20,8 +20,7 @@ DATASET = Path("data/table1_rig")
 METHODS = ("nominal", "constant", "ridge-as-printed", "ridge", "output-error")
 QUICK_METHODS = ("nominal", "ridge-as-printed", "amplitude")
 SENSORS = set(range(1, 9))
-Runs = Callable[[Sequence[vehicle.Case]], list[vehicle.Outcome]]
-"""Cases of vehicle runs to what comes out of them"""
+Runs = Callable[[Sequence[vehicle.Case]], list[vehicle.Outcome]]  # Cases of vehicle runs to what comes out of them
 
 
 class Inputs:

@@ -43,24 +43,15 @@ GREASE_ONLY = "modal, no contact"
 class Setup:
     """How much is measured."""
 
-    engines: tuple[str, ...]
-    """names"""
-    levels: tuple[float, ...]
-    """m/s² RMS of the multisines, rising"""
-    shown: tuple[float, ...]
-    """levels whose best linear approximation is drawn"""
-    realisations: int
-    """multisines of each level"""
-    periods: int
-    """kept of each realisation"""
-    drop: int
-    """periods before them"""
-    amplitudes: tuple[float, ...]
-    """m/s², of the sine whose harmonics are looked at"""
-    sweeps: Mapping[str, tuple[float, ...]]
-    """Hz, steps upwards by the grease: "as it is" or "reduced" """
-    dwell: float
-    """s, of each step"""
+    engines: tuple[str, ...]  #: names
+    levels: tuple[float, ...]  #: m/s² RMS of the multisines, rising
+    shown: tuple[float, ...]  #: levels whose best linear approximation is drawn
+    realisations: int  #: multisines of each level
+    periods: int  #: kept of each realisation
+    drop: int  #: periods before them
+    amplitudes: tuple[float, ...]  #: m/s², of the sine whose harmonics are looked at
+    sweeps: Mapping[str, tuple[float, ...]]  #: Hz, steps upwards by the grease: "as it is" or "reduced"
+    dwell: float  #: s, of each step
 
 
 FULL = Setup(
@@ -95,8 +86,7 @@ System = Callable[[Excitation, int], Response]
 """Rig or engine: response to an excitation; the seed is that of drift and noise"""
 
 
-Approximations = Mapping[tuple[str, float], BestLinear]
-"""By system and level"""
+Approximations = Mapping[tuple[str, float], BestLinear]  # By system and level
 
 
 def run(item: Item, study: Study, quick: bool, setup: Setup | None = None) -> Result:

@@ -25,8 +25,7 @@ LOOKS = {
     "modal-mj": {"color": GREEN, "lw": 1.2, "ls": (0, (1, 1.2))},
     "modal, no contact": {"color": GREY, "lw": 1.2, "ls": ":"},
 }
-AROUND = 5
-"""Lines over which variances are averaged before they are drawn"""
+AROUND = 5  # Lines over which variances are averaged before they are drawn
 MARKERS = {"rig": "o", "links": "s", "modal": "^", "modal-mj": "v", "modal, no contact": "x"}
 OPEN = {"color": ORANGE, "marker": "s", "mfc": "none"}
 

@@ -39,10 +39,8 @@ __all__ = [
 class Model:
     """A law's name in words and its looks."""
 
-    label: str
-    """name in legends and tables"""
-    line: dict[str, Any]
-    """keywords of a line"""
+    label: str  #: name in legends and tables
+    line: dict[str, Any]  #: keywords of a line
 
 
 MODELS = {

@@ -36,11 +36,9 @@ __all__ = [
 SEEDS, QUICK_SEEDS = 30, 6
 COMPARED = ("smc", "smc-cm", "mpc", "mpc-cm", "smc-dob", "mpc-dob", "smc-inverse")
 """Others are in `experiments.steering.comparison`"""
-QUICK_CONTROLLERS = ("smc", "smc-cm", "mpc")
-"""Those of the article"""
+QUICK_CONTROLLERS = ("smc", "smc-cm", "mpc")  # Those of the article
 SHOWN = ("peak_e_y", "rms_e_y", "peak_e_psi", "peak_yaw_rate_error", "peak_yaw_rate", "peak_lateral_acceleration")
-WIDE = 20
-"""Ratio of the largest to the smallest value from which an axis is logarithmic"""
+WIDE = 20  # Ratio of the largest to the smallest value from which an axis is logarithmic
 
 
 def comparison(

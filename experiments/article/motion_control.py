@@ -25,16 +25,11 @@ from .style import FONT, panel, sheet
 __all__ = ["run"]
 
 CONTROLLERS_SWEPT = ("smc", "smc-cm", "mpc", "mpc-cm")
-GAPS = (0.0, 0.09, 0.18, 0.27, 0.36, 0.45)
-"""degrees at the road wheel"""
-ASSUMED = (0.5, 0.75, 1.0, 1.25, 1.5, 2.0)
-"""assumed gap over the true one"""
-NOISES = 4
-"""over which the median is taken where the gap is misestimated"""
-PREVIEWS = (0.0, 0.04, 0.07, 0.1, 0.2)
-"""s"""
-MOMENT = 135.0
-"""N m, aligning moment at the peak of the lane change at 120 km/h"""
+GAPS = (0.0, 0.09, 0.18, 0.27, 0.36, 0.45)  # degrees at the road wheel
+ASSUMED = (0.5, 0.75, 1.0, 1.25, 1.5, 2.0)  # assumed gap over the true one
+NOISES = 4  # over which the median is taken where the gap is misestimated
+PREVIEWS = (0.0, 0.04, 0.07, 0.1, 0.2)  # s
+MOMENT = 135.0  # N m, aligning moment at the peak of the lane change at 120 km/h
 
 
 def run(item: Item, study: Study, runs: Runs, quick: bool) -> Result:

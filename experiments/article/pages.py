@@ -18,8 +18,7 @@ from .result import Result
 
 __all__ = ["index", "markdown", "markdown_table", "section"]
 
-SVG_LIMIT = 600_000
-"""bytes, above which the index page shows the PNG"""
+SVG_LIMIT = 600_000  # bytes, above which the index page shows the PNG
 PRIOR = "Prior information of each model"
 
 

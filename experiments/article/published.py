@@ -21,23 +21,19 @@ FILES = {
     4: "table4_120kmh.csv",
     5: "table5_120kmh_peaks.csv",
 }
-MODELS = ("initial", "updated")
-"""Constant parameters, and parameters identified over time"""
+MODELS = ("initial", "updated")  # Constant parameters, and parameters identified over time
 IMPROVEMENTS = {
     **{f"MAC, mode {i}": percent for i, percent in enumerate((42.92, 31.08, 38.97, 50.74), 1)},
     **{"MRE": -27.67, "RMSE": -63.41, "FRAC": 15.79, "CSAC": 6.65, "CSF": 12.37},
-}
-"""Of the updated over the initial model in the article's text, %; its conclusion has 6.55 for CSAC"""
+}  # Of the updated over the initial model in the article's text, %; its conclusion has 6.55 for CSAC
 
 
 @dataclass(frozen=True, eq=False)
 class Printed:
     """A table by row and column, numbers with the digits they are printed with."""
 
-    path: Path
-    """its file"""
-    cells: pd.DataFrame
-    """texts; the first column names the rows"""
+    path: Path  #: its file
+    cells: pd.DataFrame  #: texts; the first column names the rows
 
     @classmethod
     def load(cls, number: int, folder: str | Path | None = None) -> Printed:

@@ -23,8 +23,7 @@ from .result import Result
 __all__ = ["reproduce"]
 
 SOURCES = Path(__file__).parent
-CHANGED = ".changed"
-"""Suffix under which files are kept that were changed, or damaged, since they were written"""
+CHANGED = ".changed"  # Suffix under which files are kept that were changed, or damaged, since they were written
 
 
 def reproduce(

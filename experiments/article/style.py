@@ -12,8 +12,7 @@ from clearance_mj.report.style import TEST as BLACK
 __all__ = ["BLACK", "BLUE", "FONT", "GREEN", "GREY", "ORANGE", "PURPLE", "SKY", "VERMILION", "panel", "sheet"]
 
 BLUE, VERMILION, _, GREEN, PURPLE, ORANGE, SKY, *_ = COLOURS
-WIDTH = 6.5
-"""in"""
+WIDTH = 6.5  # in
 
 
 def sheet(height: float) -> Figure:

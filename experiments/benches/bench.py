@@ -37,8 +37,7 @@ class Hole:
     position: float
     length: float
     gap: float
-    offset: float
-    """of the unloaded shaft's centre: contact at displacements gap - offset and -gap - offset"""
+    offset: float  #: of the unloaded shaft's centre: contact at displacements gap - offset and -gap - offset
     contact: tuple[float, float, float, float, float]
     film: tuple[float, float, float, float]
     elastic: float
@@ -66,14 +65,12 @@ class Bench:
 
     name: str
     seed: int
-    rig: Rig
-    """what the designer knows"""
+    rig: Rig  #: what the designer knows
     shaft: Shaft
     holes: tuple[Hole, ...]
     accelerometers: tuple[Instrument, ...]
     """in the order of the rig's sensors; the base's is exact, so gains are relative to it"""
-    probes: tuple[Instrument, ...]
-    """one for each bushing, or none; zero where the shaft rests"""
+    probes: tuple[Instrument, ...]  #: one for each bushing, or none; zero where the shaft rests
 
     def bushings(self) -> physics.Bushings:
         """The same as arrays, with the shaft at rest in its unloaded place."""
@@ -303,8 +300,7 @@ NAMED = {
     "no-probes": lambda: _named(_table1("no-probes"), ALL, probes=False, seed=3),
     "one-bushing": lambda: _named(_table1("one-bushing", (0.7,)), ALL, seed=4),
     "three-bushings": lambda: _named(_table1("three-bushings", (0.3684, 0.5484, 0.7918)), ALL, seed=5),
-}
-"""What makes each named bench; all have the same foreign physics"""
+}  # What makes each named bench; all have the same foreign physics
 
 
 def find_bench(name: str, ignorance: Iterable[str] | None = None) -> Bench:

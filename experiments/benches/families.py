@@ -22,8 +22,7 @@ from clearance_mj.io.dataset import Dataset
 from experiments.benches.bench import CONTACTS, GREASES, IGNORANCES, find_bench
 from experiments.benches.records import write_bench
 
-FIRST = 401
-"""seed; families were tuned on others"""
+FIRST = 401  # seed; families were tuned on others
 COUNT = 20
 WORDS = {
     "power": "power law", "cubic": "linear + cubic", "bouc-wen": "Bouc-Wen", "maxwell-slip": "Maxwell-slip",

@@ -34,17 +34,13 @@ from clearance_mj.signals import estimate_frf
 from clearance_mj.signals.correlation import rmse_db
 
 DATA = Path(__file__).parents[2] / "data" / "table1_rig"
-LEVEL = 1.0
-"""m/s², of the records whose FRFs are predicted where nothing is said"""
+LEVEL = 1.0  # m/s², of the records whose FRFs are predicted where nothing is said
 TABLE = re.compile(r"(<!-- lies -->\n).*?(<!-- /lies -->)", re.DOTALL)
-LONGEST = 240
-"""characters of what is said, in the table"""
+LONGEST = 240  # characters of what is said, in the table
 
 Lie = Callable[[Dataset], Dataset]
-Change = Callable[[np.ndarray, float], np.ndarray]
-"""Takes samples and samples per second"""
-Key = tuple[int, str]
-"""Node and quantity"""
+Change = Callable[[np.ndarray, float], np.ndarray]  # Takes samples and samples per second
+Key = tuple[int, str]  # Node and quantity
 PROBE, OTHER_PROBE = (6, "displacement"), (7, "displacement")
 ACCELEROMETER, OTHER = (3, "acceleration"), (2, "acceleration")
 EXCITATION = (100, "acceleration")

@@ -17,8 +17,7 @@ from .physics import Bushings
 from .shaft import Modes
 
 ITERATIONS = 60
-TOLERANCE = 1e-12
-"""m, of the bushings' points"""
+TOLERANCE = 1e-12  # m, of the bushings' points
 
 
 class Scheme(NamedTuple):

@@ -14,10 +14,8 @@ import numpy as np
 
 JOURNAL, THINNING = 0, 1
 """Kinds of film: Sommerfeld's long journal c/(1-ε²)^1.5, and c/max(1-ε, limit)²; ε = eccentricity over film height"""
-ENGAGED = 1e-6
-"""m of penetration over which a contact's damper sets in: a step has no solution where the force jumps"""
-CLOSEST = 0.97
-"""largest eccentricity of a journal's film"""
+ENGAGED = 1e-6  # m of penetration over which a contact's damper sets in: a step has no solution where the force jumps
+CLOSEST = 0.97  # largest eccentricity of a journal's film
 
 
 class Bushings(NamedTuple):

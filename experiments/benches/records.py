@@ -18,14 +18,10 @@ from experiments.testrig.records import BAND, FS, NOISE, digitise
 from . import motion
 from .bench import Bench
 
-FACTOR = 16
-"""time steps per sample: 32 768 a second"""
-BLOCK = 2048
-"""samples between two filterings"""
-LEVELS = (0.5, 1.0, 2.0, 5.0, 8.0)
-"""m/s² RMS"""
-STREAM = 7
-"""second word of the seeds of excitation and noise"""
+FACTOR = 16  # time steps per sample: 32 768 a second
+BLOCK = 2048  # samples between two filterings
+LEVELS = (0.5, 1.0, 2.0, 5.0, 8.0)  # m/s² RMS
+STREAM = 7  # second word of the seeds of excitation and noise
 
 
 def plans(bench: Bench, short: bool = False) -> list[tuple[str, str, Excitation, str, float | None]]:

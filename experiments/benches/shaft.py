@@ -14,20 +14,16 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.linalg
 
-HIGHEST = 1e4
-"""Hz"""
-ELEMENTS = 60
-"""at least so many, of about equal length, between the points that are nodes"""
+HIGHEST = 1e4  # Hz
+ELEMENTS = 60  # at least so many, of about equal length, between the points that are nodes
 
 
 @dataclass(frozen=True)
 class Clamp:
     """Springs between the shaft's end and the base; see `Clamp.longer` for a scale."""
 
-    rotation: float
-    """N m/rad"""
-    translation: float
-    """N/m"""
+    rotation: float  #: N m/rad
+    translation: float  #: N/m
 
     @classmethod
     def longer(cls, bending_stiffness: float, by: float) -> Clamp:
@@ -43,12 +39,9 @@ class Shaft:
     diameter: float
     young_modulus: float
     density: float
-    masses: tuple[tuple[float, float], ...]
-    """(position, kg)"""
-    clamp: Clamp | None
-    """None: rigid"""
-    damping: tuple[float, ...]
-    """ratios of the modes without grease, the last for all that follow"""
+    masses: tuple[tuple[float, float], ...]  #: (position, kg)
+    clamp: Clamp | None  #: None: rigid
+    damping: tuple[float, ...]  #: ratios of the modes without grease, the last for all that follow
 
     @property
     def bending_stiffness(self) -> float:

@@ -32,16 +32,13 @@ from experiments.testrig import RIGS, Truth, simulate_rig
 from experiments.testrig.records import BAND, FS, _acquire
 
 LEVELS = (2.0, 5.0, 8.0)
-DURATION, CHANGED = 30.0, 60.0
-"""s, of a record without a change and with one"""
-AT = 0.5
-"""of the duration, at which it happens"""
+DURATION, CHANGED = 30.0, 60.0  # s, of a record without a change and with one
+AT = 0.5  # of the duration, at which it happens
 CHANGES = {
     "gap +20 %": (1.2, 1.0), "gap -20 %": (0.8, 1.0), "stiffness +20 %": (1.0, 1.2), "stiffness -20 %": (1.0, 0.8),
 }  # fmt: skip
 """factors on gap and contact stiffness of one bushing"""
-WEAR = 1.1
-"""factor on the gap, over the rest of a record with wear"""
+WEAR = 1.1  # factor on the gap, over the rest of a record with wear
 QUANTITIES = ("gap", "stiffness", "damping")
 
 

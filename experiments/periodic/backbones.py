@@ -11,12 +11,9 @@ import clearance_mj as cm
 
 ROOT = Path(__file__).parents[2]
 LAW = cm.ConstantLaw(7.8e3, 4.0)
-LEVELS = (2.0, 4.0, 8.0, 12.0)
-"""m/s², of the forced vibrations"""
-SWEPT = 0.3, 25.0
-"""m/s², s: the sine that brings the first mode to its resonance before the base stops"""
-TIP = 7
-"""row of the sensor"""
+LEVELS = (2.0, 4.0, 8.0, 12.0)  # m/s², of the forced vibrations
+SWEPT = 0.3, 25.0  # m/s², s: the sine that brings the first mode to its resonance before the base stops
+TIP = 7  # row of the sensor
 
 
 def cycles(signal: np.ndarray, fs: float) -> tuple[np.ndarray, np.ndarray]:

@@ -10,10 +10,8 @@ import clearance_mj as cm
 
 ROOT = Path(__file__).parents[2]
 LAW = cm.ConstantLaw(7.8e3, 4.0)
-LEVELS, FREQUENCIES = np.linspace(0.4, 20.0, 50), np.linspace(5.0, 220.0, 400)
-"""m/s² and Hz"""
-GAPS = (2e-4, 3e-4, 4.5e-4)
-"""m"""
+LEVELS, FREQUENCIES = np.linspace(0.4, 20.0, 50), np.linspace(5.0, 220.0, 400)  # m/s² and Hz
+GAPS = (2e-4, 3e-4, 4.5e-4)  # m
 
 
 def main() -> None:

@@ -11,10 +11,8 @@ import clearance_mj as cm
 
 ROOT = Path(__file__).parents[2]
 LAW = cm.ConstantLaw(7.8e3, 4.0)
-LEVELS = (2.0, 4.0, 6.0, 8.0)
-"""m/s²"""
-MARCHED = 6.0
-"""m/s², level at which a stepped sine is marched beside"""
+LEVELS = (2.0, 4.0, 6.0, 8.0)  # m/s²
+MARCHED = 6.0  # m/s², level at which a stepped sine is marched beside
 STIFFNESS = np.array([[1.0, -1.0], [-1.0, 2.0]])
 KINDS = {"fold": "o", "period doubling": "s", "Neimark-Sacker": "^", "branch point": "D"}
 

@@ -21,10 +21,8 @@ from clearance_mj.clearance import ConstantLaw, ContactLaw, HuntCrossley, HuntCr
 from experiments.testrig import Truth, simulate_rig
 
 ROOT = Path(__file__).parents[2]
-LEVELS = (2.0, 6.0, 8.0)
-"""m/s²"""
-BAND = (25.0, 60.0)
-"""Hz"""
+LEVELS = (2.0, 6.0, 8.0)  # m/s²
+BAND = (25.0, 60.0)  # Hz
 BOUC_WEN = cm.Grease(4369.0, 3.0, elastic_ratio=0.5, beta=9e6, gamma=3e6, film_height=6e-4)
 SLIDERS = MaxwellSlip(springs=(1500.0, 1500.0), forces=(0.1, 0.25), elastic=1500.0, damping=3.0)
 LAWS = {
@@ -33,25 +31,19 @@ LAWS = {
     "Bouc-Wen grease, squeeze film": ConstantLaw(7.8e3, 4.0, grease=BOUC_WEN),
     "Maxwell-slip grease": ConstantLaw(7.8e3, 4.0, grease=SLIDERS),
 }
-SETTLED = 1e-5
-"""relative change of every fundamental from one block of periods to the next"""
+SETTLED = 1e-5  # relative change of every fundamental from one block of periods to the next
 BLOCK, FEWEST, LONGEST = 100, 500, 3000
 """periods, over which amplitudes are means; that are marched at least; and at most"""
-CLOSE = 1e-3
-"""relative difference of fundamentals that is asked for"""
+CLOSE = 1e-3  # relative difference of fundamentals that is asked for
 STEEP = 50.0
 """relative change of a fundamental over that of the frequency: above, as about folds, 2e-5 of the latter are 0.1 %"""
 RESOLUTIONS = (0.25, 0.05, 0.02)
 """rad per step of the modal engine: the next one where a point is not close, since steps miss when contacts begin"""
-LEFT = 0.1
-"""relative difference of a march that has left for another vibration"""
-BESIDE = 0.3
-"""Hz, from a fold to the nearest point that links march: there a small error of the model decides"""
+LEFT = 0.1  # relative difference of a march that has left for another vibration
+BESIDE = 0.3  # Hz, from a fold to the nearest point that links march: there a small error of the model decides
 FS = 2048.0
-FOLDED = (6.0, 12.0)
-"""m/s², of the stepped sine"""
-FINE, HOLD = 0.05, 3.0
-"""Hz and s of the steps of the stepped sine about a fold"""
+FOLDED = (6.0, 12.0)  # m/s², of the stepped sine
+FINE, HOLD = 0.05, 3.0  # Hz and s of the steps of the stepped sine about a fold
 
 
 class March(NamedTuple):
@@ -59,12 +51,9 @@ class March(NamedTuple):
 
     history: np.ndarray
     """(n_sensors + n_bushings, N) accelerations of sensors, m/s², and displacements of clearances, m"""
-    fundamental: np.ndarray
-    """(n_sensors + n_bushings,) mean amplitudes of the last block of periods"""
-    periods: int
-    """that were marched"""
-    settled: bool
-    """whether the fundamentals had stopped changing"""
+    fundamental: np.ndarray  #: (n_sensors + n_bushings,) mean amplitudes of the last block of periods
+    periods: int  #: that were marched
+    settled: bool  #: whether the fundamentals had stopped changing
 
 
 def modal_state(branch: cm.periodic.Branch, i: int, angle: float = 0.0) -> tuple[np.ndarray, np.ndarray]:

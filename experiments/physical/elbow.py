@@ -22,33 +22,20 @@ from matplotlib.figure import Figure
 from clearance_mj import physical
 from clearance_mj.physical.identification import ModelFit, ModelRecord, fit_model
 
-FS = 1000.0
-"""Hz, of the record"""
-DURATION = 20.0
-"""s"""
-COUNT = 2 * np.pi / 4096
-"""rad, of an encoder"""
-JITTER = 2e-4
-"""rad RMS, of an encoder before it counts"""
-TORQUE_NOISE = 0.02
-"""N m RMS, of a torque sensor"""
-GRID = 1e-4
-"""s, between values of a torque, which is linear there"""
-FINE = 1e-5
-"""s, step of the virtual arm"""
+FS = 1000.0  # Hz, of the record
+DURATION = 20.0  # s
+COUNT = 2 * np.pi / 4096  # rad, of an encoder
+JITTER = 2e-4  # rad RMS, of an encoder before it counts
+TORQUE_NOISE = 0.02  # N m RMS, of a torque sensor
+GRID = 1e-4  # s, between values of a torque, which is linear there
+FINE = 1e-5  # s, step of the virtual arm
 
-MASS = (2.0, 1.5)
-"""kg, of the links; the second carries the payload"""
-PAYLOAD = 1.0
-"""kg"""
-LENGTH = (0.40, 0.35)
-"""m"""
-CENTRE = (0.20, 0.16)
-"""m, of a link's mass from its joint"""
-INERTIA = (0.030, 0.016)
-"""kg m², of a link about its centre"""
-DRIVE = (0.08, 0.04)
-"""kg m², inertia of a drive at its joint: rotor times gear ratio squared"""
+MASS = (2.0, 1.5)  # kg, of the links; the second carries the payload
+PAYLOAD = 1.0  # kg
+LENGTH = (0.40, 0.35)  # m
+CENTRE = (0.20, 0.16)  # m, of a link's mass from its joint
+INERTIA = (0.030, 0.016)  # kg m², of a link about its centre
+DRIVE = (0.08, 0.04)  # kg m², inertia of a drive at its joint: rotor times gear ratio squared
 TRUE = {
     "elbow backlash.gap": np.deg2rad(0.5),
     "elbow backlash.k": 4000.0,
@@ -57,12 +44,9 @@ TRUE = {
     "shoulder.frictionloss": 0.40,
     "elbow drive.damping": 0.40,
     "elbow drive.frictionloss": 0.30,
-}
-"""Only the virtual arm and the final comparison know them"""
-LAG = 3e-3
-"""s, of the motors"""
-SLIP = 1e-3
-"""rad/s, at which friction is fully there"""
+}  # Only the virtual arm and the final comparison know them
+LAG = 3e-3  # s, of the motors
+SLIP = 1e-3  # rad/s, at which friction is fully there
 
 
 @numba.njit(cache=True)

@@ -25,8 +25,7 @@ from clearance_mj.clearance import ContactLaw, HuntCrossley
 
 ROOT = Path(__file__).parents[2]
 GRAVITY, ARCMIN = 9.81, np.pi / 180 / 60
-ASKED, DEFAULT, OTHER = "C0", "C3", "C1"
-"""Colours of what is asked, of MuJoCo's default, and of a third"""
+ASKED, DEFAULT, OTHER = "C0", "C3", "C1"  # Colours of what is asked, of MuJoCo's default, and of a third
 
 
 def load(name: str) -> mujoco.MjSpec:
@@ -146,10 +145,8 @@ TEETH = {
     "roll": (6 * ARCMIN, 3e3, 0.1), "pitch": (6 * ARCMIN, 3e3, 0.1), "spin": (6 * ARCMIN, 3e3, 0.1),
 }  # fmt: skip
 """Play to either side, rad, stiffness, N m/rad, and damping, N m s/rad, of each joint"""
-OTHERS = tuple(TEETH)[:5]
-"""All joints but the last, which is looked at alone where theirs are braked"""
-REACH = np.array([0.3, 0.5, -0.3, 0.6, -0.5, 0.0])
-"""rad, a pose in which gravity loads the four middle joints"""
+OTHERS = tuple(TEETH)[:5]  # All joints but the last, which is looked at alone where theirs are braked
+REACH = np.array([0.3, 0.5, -0.3, 0.6, -0.5, 0.0])  # rad, a pose in which gravity loads the four middle joints
 
 
 def robot(recipe: bool = False, braked: Sequence[str] = (), timestep: float = 2e-4) -> mujoco.MjModel:
@@ -435,12 +432,10 @@ def _draw_hunting(axes) -> None:
 # A door latch with play
 
 LATCH_GAP, LATCH_K, LATCH_C = 1e-3, 1e6, 600.0
-ARM, LEAF = 0.91, 0.81
-"""m, of the bolt about the hinge; m³, area of the leaf times the lever of its middle"""
+ARM, LEAF = 0.91, 0.81  # m, of the bolt about the hinge; m³, area of the leaf times the lever of its middle
 DOOR_INERTIA = 25 * (0.9**2 + 0.04**2) / 12 + 25 * 0.45**2 + 0.1 * (ARM**2 + 0.4 * 0.008**2)
 SEAL, SEAL_C = 40.0, 0.5
-HUM = 8.0
-"""Hz, of the pressure"""
+HUM = 8.0  # Hz, of the pressure
 
 
 def latch(default: bool = False, timestep: float = 2e-4) -> mujoco.MjModel:
@@ -552,8 +547,7 @@ def _draw_pressed(axes) -> None:
 # A ball in a tube
 
 TUBE_GAP, TUBE_K, TUBE_C = 1e-3, 1e5, 30.0
-BALL = 0.033
-"""kg"""
+BALL = 0.033  # kg
 STAVES = 16
 
 

@@ -34,10 +34,8 @@ MODELS = {
     "gymnasium-robotics door": f"{ROBOTICS}/adroit_hand/adroit_door.xml",
     "gymnasium-robotics fetch": f"{ROBOTICS}/fetch/pick_and_place.xml",
 }  # fmt: skip
-RINGS, RATIO = 2 * np.pi * 100.0, 0.01
-"""rad/s and damping ratio of each spring with the inertia of the initial pose"""
-DEPTH = {"joint": 1e-4, "tendon": 1e-5, "pair": 1e-6}
-"""rad or m, of the violation at rest; it rings by a fifth of that"""
+RINGS, RATIO = 2 * np.pi * 100.0, 0.01  # rad/s and damping ratio of each spring with the inertia of the initial pose
+DEPTH = {"joint": 1e-4, "tendon": 1e-5, "pair": 1e-6}  # rad or m, of the violation at rest; it rings by a fifth of that
 PERIODS, PER_PERIOD = 3, 200
 GAP = 0.01
 PROBE = "probe"

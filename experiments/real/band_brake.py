@@ -52,16 +52,11 @@ STEP = 1e-5  # of a logarithm, or of the range between bounds, for differences
 class BrakeSide:
     """One way in which a band brake is loaded."""
 
-    slide: float
-    """N, F: what it slides at when charged"""
-    start: float
-    """σ, share of it at which an uncharged band begins to slip; 1: it does not charge"""
-    rise: float
-    """q, how late the capacity rises over the charge"""
-    elastic: float
-    """m, r: deflection beyond the dead travel at which the spring carries F"""
-    exponent: float
-    """p, how much it hardens"""
+    slide: float  #: N, F: what it slides at when charged
+    start: float  #: σ, share of it at which an uncharged band begins to slip; 1: it does not charge
+    rise: float  #: q, how late the capacity rises over the charge
+    elastic: float  #: m, r: deflection beyond the dead travel at which the spring carries F
+    exponent: float  #: p, how much it hardens
 
     @property
     def value(self) -> np.ndarray:
@@ -73,30 +68,19 @@ class BrakeSide:
 class BandBrakeFit:
     """Band brake fitted to records."""
 
-    pull: BrakeSide
-    """where the force is positive"""
-    push: BrakeSide
-    """where it is negative"""
-    gap: float
-    """m, d: half the dead travel"""
-    dead_stiffness: float
-    """N/m, k₀"""
-    damping: float
-    """N s/m, beside the band"""
-    friction: float
-    """N, dry friction beside the band"""
-    force_zero: float
-    """N, of the sensor"""
-    charge_travel: float
-    """m, D: slip that charges the band in full"""
-    charge: float
-    """at the beginning of each record"""
-    speed_over: float = 0.0
-    """s, over which the speed is taken to each side"""
+    pull: BrakeSide  #: where the force is positive
+    push: BrakeSide  #: where it is negative
+    gap: float  #: m, d: half the dead travel
+    dead_stiffness: float  #: N/m, k₀
+    damping: float  #: N s/m, beside the band
+    friction: float  #: N, dry friction beside the band
+    force_zero: float  #: N, of the sensor
+    charge_travel: float  #: m, D: slip that charges the band in full
+    charge: float  #: at the beginning of each record
+    speed_over: float = 0.0  #: s, over which the speed is taken to each side
     estimates: Estimates | None = None
     """of the parameters that were not held, in the order of `NAMES`; None: not fitted"""
-    nrmse: float = 0.0
-    """RMS of the residual over the RMS of the measured force about its mean, over the samples used"""
+    nrmse: float = 0.0  #: RMS of the residual over the RMS of the measured force about its mean, over the samples used
 
     @classmethod
     def of(cls, value: ArrayLike, speed_over: float = 0.0, **found: Any) -> BandBrakeFit:

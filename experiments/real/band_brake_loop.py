@@ -7,12 +7,9 @@ import numpy as np
 
 __all__: list[str] = []
 
-STICK = 0.1
-"""travel over which the friction beside the band turns over, as a share of the charge travel"""
-NEWTON = 40
-"""steps, at most, that the slip between two samples takes"""
-CLOSE = 1e-9
-"""excess of the spring's force over the capacity, as a share of the slide force, that is taken as none"""
+STICK = 0.1  # travel over which the friction beside the band turns over, as a share of the charge travel
+NEWTON = 40  # steps, at most, that the slip between two samples takes
+CLOSE = 1e-9  # excess of the spring's force over the capacity, as a share of the slide force, that is taken as none
 
 
 @numba.njit(cache=True, nogil=True)

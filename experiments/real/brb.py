@@ -26,14 +26,11 @@ from clearance_mj.identify.wavelets.free_decay import Decay
 from .records import HammerRecord, SteppedSine, read_hammer, read_stepped_sines
 from .script import run
 
-BAND = (70.0, 92.0)
-"""Hz, around mode 1; the next one is at 298 Hz"""
+BAND = (70.0, 92.0)  # Hz, around mode 1; the next one is at 298 Hz
 SENSORS = {1: (10.0, 0.1), 3: (10.0, 0.1), 2: (60.0, 0.3)}
 """ω0 of the wavelet, rad, and window, s: the more of it, the later it sees; accelerometer 2 is at the mode's node"""
-FITTED = (1, 3)
-"""accelerometers; the forced test's amplitudes are taken for those of the first"""
-FORCE = 0.2
-"""N, of the force-controlled curve that is fitted"""
+FITTED = (1, 3)  # accelerometers; the forced test's amplitudes are taken for those of the first
+FORCE = 0.2  # N, of the force-controlled curve that is fitted
 DRAWS, CONFIDENCE = 200, (2.5, 97.5)
 COLORS = {1: "#0072b2", 3: "#e69f00", 2: "#000000"}
 LAW = "#d55e00"

@@ -22,14 +22,10 @@ from clearance_mj.structure.beam import cantilever_mode, cantilever_roots
 
 from .script import run
 
-LENGTH, WIDTH, HEIGHT = 0.759, 0.05066, 0.00514
-"""m"""
-YOUNG, DENSITY = 205e9, 7850.0
-"""Pa and kg/m³ of steel; 195 to 210 GPa are common"""
-READ_BY_AUTHORS = (6.62, 41.4, 117.5)
-"""Hz"""
-BANDS = ((4.0, 12.0), (30.0, 60.0), (100.0, 130.0))
-"""Hz, in which each frequency is looked for"""
+LENGTH, WIDTH, HEIGHT = 0.759, 0.05066, 0.00514  # m
+YOUNG, DENSITY = 205e9, 7850.0  # Pa and kg/m³ of steel; 195 to 210 GPa are common
+READ_BY_AUTHORS = (6.62, 41.4, 117.5)  # Hz
+BANDS = ((4.0, 12.0), (30.0, 60.0), (100.0, 130.0))  # Hz, in which each frequency is looked for
 MODES = 30
 
 

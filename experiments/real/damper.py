@@ -30,16 +30,11 @@ CHARACTERISATION = (
     "1Hz30lbtension1.5amplitude", "2Hz30lbtension0.5amplitude",
 )  # fmt: skip
 PREDICT = "KocaeliDBE"
-EVERY = 4
-"""samples: the elements are fitted at 256 Hz, the prediction is made at the record's own rate"""
-REVERSAL = 5e-4
-"""m, by which a reversal of the motion is left before it counts"""
-SPEED_OVER = 0.015
-"""s, to each side"""
-FIRST_PULLS = 7.7
-"""s, when the first two large pulls of the earthquake are over"""
-BLOCK = 1.0
-"""s, of the bootstrap"""
+EVERY = 4  # samples: the elements are fitted at 256 Hz, the prediction is made at the record's own rate
+REVERSAL = 5e-4  # m, by which a reversal of the motion is left before it counts
+SPEED_OVER = 0.015  # s, to each side
+FIRST_PULLS = 7.7  # s, when the first two large pulls of the earthquake are over
+BLOCK = 1.0  # s, of the bootstrap
 DRAWS = 2000
 NO_CHARGE = {"start_pull": 1.0, "start_push": 1.0, "rise_pull": 1.0, "rise_push": 1.0, "charge_travel": 1e-3,
              "charge": 0.5}  # fmt: skip
@@ -58,12 +53,9 @@ class Task:
     """One element to fit."""
 
     element: str
-    records: Sequence[DamperRecord]
-    """to fit"""
-    targets: Sequence[DamperRecord]
-    """to predict"""
-    reach: float
-    """m, travel since a reversal up to which samples count"""
+    records: Sequence[DamperRecord]  #: to fit
+    targets: Sequence[DamperRecord]  #: to predict
+    reach: float  #: m, travel since a reversal up to which samples count
 
 
 def fit_and_predict(task: Task) -> tuple[Any, list[np.ndarray]]:

@@ -26,22 +26,15 @@ from .records import DropbearRecord, read_dropbear
 from .script import run
 
 FIT, PREDICT = "steps10_test0", ("steps10_test1", "random_dwell_set0_test0")
-BANDS = ((20.0, 60.0), (120.0, 320.0))
-"""Hz, of the two frequencies"""
-OMEGA0 = (5.0, 12.0)
-"""wavelet centre for each: the second mode dies out fast and needs a narrower band against noise"""
-STILL = 0.2
-"""V/s, slower than which the roller counts as still"""
-MOVING = 0.5
-"""V/s, faster than which it moves"""
-SHORTEST = 0.2
-"""s, shortest plateau"""
-SETTLE = 0.03
-"""s left out at each end of a plateau"""
+BANDS = ((20.0, 60.0), (120.0, 320.0))  # Hz, of the two frequencies
+OMEGA0 = (5.0, 12.0)  # wavelet centre for each: the second mode dies out fast and needs a narrower band against noise
+STILL = 0.2  # V/s, slower than which the roller counts as still
+MOVING = 0.5  # V/s, faster than which it moves
+SHORTEST = 0.2  # s, shortest plateau
+SETTLE = 0.03  # s left out at each end of a plateau
 MODES = 30
 LINES = 1 << 19
-CLEAR = 15.0
-"""peak over median of the spectrum within the band, below which a plateau shows no frequency"""
+CLEAR = 15.0  # peak over median of the spectrum within the band, below which a plateau shows no frequency
 
 
 @dataclass(frozen=True)
@@ -50,23 +43,18 @@ class Plateau:
 
     start: int
     stop: int
-    position: float
-    """V, median of the sensor"""
-    frequency: np.ndarray
-    """(2,) Hz, peaks of the spectrum; nan where there is none"""
+    position: float  #: V, median of the sensor
+    frequency: np.ndarray  #: (2,) Hz, peaks of the spectrum; nan where there is none
 
 
 @dataclass(frozen=True)
 class Cantilever:
     """Uniform cantilever with one elastic support at a = offset + slope V, all in units of the length."""
 
-    scale: float
-    """Hz, √(EI/ρA)/(2π l²)"""
-    support: float
-    """k l³/EI"""
+    scale: float  #: Hz, √(EI/ρA)/(2π l²)
+    support: float  #: k l³/EI
     offset: float
-    slope: float
-    """1/V"""
+    slope: float  #: 1/V
 
     def frequencies(self, position) -> np.ndarray:
         """(n, 2) Hz at roller positions (n,) in V: eigenvalues of diag(λ⁴) + κ Y(a) Y(a)ᵀ, Y with ∫Y² = 1."""

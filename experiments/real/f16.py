@@ -28,13 +28,10 @@ from clearance_mj.signals.response import Response
 from .records import read_f16
 from .script import run
 
-SAMPLES = 8192
-"""of a period, at 400 Hz"""
-DROP = 1
-"""periods with the transient"""
+SAMPLES = 8192  # of a period, at 400 Hz
+DROP = 1  # periods with the transient
 OUTPUTS = ("shaker", "wing", "payload")
-RELATIVE = ("3:+Z", "2:+Z")
-"""payload less wing"""
+RELATIVE = ("3:+Z", "2:+Z")  # payload less wing
 FREE, AT_SENSORS = "free", "payload-wing"
 SWEEP, MULTISINE = "SineSw", "FullMSine"
 COLORS = {

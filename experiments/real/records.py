@@ -30,12 +30,9 @@ __all__ = [
     "read_hammer", "read_stepped_sines", "real_folder",
 ]  # fmt: skip
 
-INCH = 0.0254
-"""m"""
-POUND = 4.4482216152605
-"""N"""
-HEADER_LINES = 9
-"""of a DROPBEAR file; the sixth names the columns"""
+INCH = 0.0254  # m
+POUND = 4.4482216152605  # N
+HEADER_LINES = 9  # of a DROPBEAR file; the sixth names the columns
 STEPPED = ("control", "index", "frequency_Hz", "force_N", "amplitude_m_s2", "phase_rad")
 """columns of a file of stepped-sine curves"""
 ACCELERATION, POSITION, TIME = "Low G Accel", "PinLoc", "Time"
@@ -45,55 +42,40 @@ ACCELERATION, POSITION, TIME = "Low G Accel", "PinLoc", "Time"
 class DropbearRecord:
     """Cantilever with a roller support that moves along it."""
 
-    time: np.ndarray
-    """(n,) s"""
-    acceleration: np.ndarray
-    """(n,) low-g accelerometer, V (not scaled)"""
-    position: np.ndarray
-    """(n,) roller position sensor, V (not scaled)"""
-    fs: float
-    """samples per second"""
+    time: np.ndarray  #: (n,) s
+    acceleration: np.ndarray  #: (n,) low-g accelerometer, V (not scaled)
+    position: np.ndarray  #: (n,) roller position sensor, V (not scaled)
+    fs: float  #: samples per second
 
 
 @dataclass(frozen=True, eq=False)
 class DamperRecord:
     """Friction damper with backlash under a prescribed displacement."""
 
-    time: np.ndarray
-    """(n,) s"""
-    displacement: np.ndarray
-    """(n,) m"""
-    force: np.ndarray
-    """(n,) N"""
-    fs: float
-    """samples per second"""
+    time: np.ndarray  #: (n,) s
+    displacement: np.ndarray  #: (n,) m
+    force: np.ndarray  #: (n,) N
+    fs: float  #: samples per second
 
 
 @dataclass(frozen=True, eq=False)
 class HammerRecord:
     """Ring-down of the Brake-Reuss beam after a hammer's hit."""
 
-    acceleration: np.ndarray
-    """(3, n) m/s²"""
-    fs: float
-    """samples per second"""
+    acceleration: np.ndarray  #: (3, n) m/s²
+    fs: float  #: samples per second
 
 
 @dataclass(frozen=True, eq=False)
 class SteppedSine:
     """One stepped-sine curve of the Brake-Reuss beam, in the order of the file."""
 
-    control: str
-    """what the controller held: "ForceControl" or "ResponseControl\""""
+    control: str  #: what the controller held: "ForceControl" or "ResponseControl"
     index: int
-    frequency: np.ndarray
-    """(n,) Hz"""
-    force: np.ndarray
-    """(n,) N"""
-    amplitude: np.ndarray
-    """(n,) m/s²"""
-    phase: np.ndarray
-    """(n,) rad, of the reversed acceleration over the force"""
+    frequency: np.ndarray  #: (n,) Hz
+    force: np.ndarray  #: (n,) N
+    amplitude: np.ndarray  #: (n,) m/s²
+    phase: np.ndarray  #: (n,) rad, of the reversed acceleration over the force
 
 
 def real_folder() -> Path | None:

@@ -11,11 +11,9 @@ from experiments.article.motion import median
 from experiments.article.style import BLACK, panel, sheet
 from experiments.steering.comparison_statistics import Paired, names_of, values
 
-WIDEST = 1000.0
-"""mm, end of the axes: what is beyond, or left the path, is drawn there"""
+WIDEST = 1000.0  # mm, end of the axes: what is beyond, or left the path, is drawn there
 RATIOS = (0.5, 0.7, 1, 1.5, 2, 3, 5)
-LARGEST = 4.0
-"""ratio, end of the axes"""
+LARGEST = 4.0  # ratio, end of the axes
 MARKERS = "osDvP"
 
 

@@ -18,8 +18,7 @@ OBSERVERS = ("smc-dob", "mpc-dob")
 PAIRS = (
     *((name, "smc-dob") for name in ("smc-cm", "smc-twin", "smc-cm-dob", "smc-twin-dob")),
     *((name, "mpc-dob") for name in ("mpc-cm", "mpc-twin", "mpc-cm-dob", "mpc-twin-dob", "mpc-backlash")),
-)
-"""Each controller with a clearance model, and the one with an observer that it is compared with in pairs"""
+)  # Each controller with a clearance model, and the one with an observer that it is compared with in pairs
 
 
 def names_of(rows: pd.DataFrame) -> list[str]:

@@ -29,12 +29,10 @@ from clearance_mj.vehicle.sensors import CarSensors
 PAGE = Path(__file__).parents[2] / "docs" / "vehicle_sensors.md"
 MARKS = "<!-- table: begin -->", "<!-- table: end -->"
 CONTROLLERS = ("smc", "smc-cm")
-SPEED = 72.0
-"""km/h, of the double lane change"""
+SPEED = 72.0  # km/h, of the double lane change
 CAR = CarSensors()
 NOISES = ("yaw_rate", "yaw_rate_offset", "lateral_acceleration", "acceleration_offset", "acceleration_scale", "speed")
-JITTER = 0.01
-"""s, by which delays scatter to either side, as long as they stay positive"""
+JITTER = 0.01  # s, by which delays scatter to either side, as long as they stay positive
 
 
 class Sweep(NamedTuple):

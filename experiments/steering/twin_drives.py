@@ -28,14 +28,10 @@ from clearance_mj.vehicle.signals import Signals
 from clearance_mj.vehicle.steering import LEVER_ARM, Steering
 from clearance_mj.vehicle.twin import SteeringTwin, twin_of
 
-SPEED = 72.0
-"""km/h"""
-STARTS = (0.5, 1.5)
-"""half-gap told, over the true one"""
-TOLD_STD = 0.1
-"""standard deviation of what is told of stiffness and friction, as a share: the twin's priors"""
-WEAR = 1e-6 / LEVER_ARM / 60
-"""rad/s: 1 µm of the shaft a minute"""
+SPEED = 72.0  # km/h
+STARTS = (0.5, 1.5)  # half-gap told, over the true one
+TOLD_STD = 0.1  # standard deviation of what is told of stiffness and friction, as a share: the twin's priors
+WEAR = 1e-6 / LEVER_ARM / 60  # rad/s: 1 µm of the shaft a minute
 
 
 def road(changes: int, name: str = "lane changes") -> Road:

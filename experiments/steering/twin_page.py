@@ -16,8 +16,7 @@ from clearance_mj.vehicle.experiment import GAP, REGIMES
 from clearance_mj.vehicle.steering import LEVER_ARM, Steering
 from experiments.steering.twin_drives import STARTS, WEAR, History
 
-TIMES = (6.0, 10.0, 20.0, 30.0)
-"""s, at which the estimates are counted"""
+TIMES = (6.0, 10.0, 20.0, 30.0)  # s, at which the estimates are counted
 REGIME_COLOURS = {"torque": "#0072b2", "friction": "#d55e00"}
 START_STYLES = {0.5: "-", 1.5: (0, (4, 1.5))}
 

@@ -11,8 +11,7 @@ import math
 import numba
 import numpy as np
 
-BOUC_WEN, IWAN, LUGRE = range(3)
-"""Kinds of hysteresis"""
+BOUC_WEN, IWAN, LUGRE = range(3)  # Kinds of hysteresis
 
 
 @numba.njit(cache=True, nogil=True)

@@ -22,14 +22,11 @@ __all__ = ["simulate_rig"]
 Course = Callable[[float], tuple[Rig, Sequence[Truth]]]
 """From time, s, to the rig, of which gaps and offsets count, and its bushings as they are then"""
 
-FACTOR = 32
-"""Time steps per sample: 65 536 steps per second at 2048 Hz"""
+FACTOR = 32  # Time steps per sample: 65 536 steps per second at 2048 Hz
 BLOCK = 1024
 """Samples between two filterings: memory does not grow with the record. The grease drifts from block to block."""
-DRIFT_INTERVAL = 8.0
-"""s between independent values of the grease's stiffness"""
-DRIFT_STREAM = 1
-"""Second word of the drift's seed, so that no other generator of the same seed draws the same numbers"""
+DRIFT_INTERVAL = 8.0  # s between independent values of the grease's stiffness
+DRIFT_STREAM = 1  # Second word of the drift's seed, so that no other generator of the same seed draws the same numbers
 
 
 def simulate_rig(

@@ -24,20 +24,14 @@ from experiments.testrig.rigs import RIGS, Truth
 __all__ = ["generate"]
 
 COMMAND = "python -m experiments.testrig"
-FS = 2048.0
-"""Hz"""
-BAND = (5.0, 220.0)
-"""Hz"""
-SINE = 1.0
-"""m/s², amplitude of the stepped sine"""
+FS = 2048.0  # Hz
+BAND = (5.0, 220.0)  # Hz
+SINE = 1.0  # m/s², amplitude of the stepped sine
 STEPS = (7.0, 8.5, 9.5, 10.1, 10.4, 10.6, 10.8, 11.0, 12.0, 20.0, 34.0, 40.0, 46.0, 55.0)
 """Hz, closest where the lowest mode jumps"""
-HOLD = 1.5
-"""s of each"""
-NOISE = 0.01
-"""RMS of a sensor's noise over the RMS of its signal"""
-NOISE_STREAM = 2
-"""Second word of the noise's seed, so that no other generator of the same seed draws the same numbers"""
+HOLD = 1.5  # s of each
+NOISE = 0.01  # RMS of a sensor's noise over the RMS of its signal
+NOISE_STREAM = 2  # Second word of the noise's seed, so that no other generator of the same seed draws the same numbers
 BITS = 24
 THREADS = 2
 

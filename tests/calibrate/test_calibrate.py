@@ -21,8 +21,7 @@ from ..conftest import ROOT, dense
 
 RIG = str(ROOT / "models" / "table1_rig.toml")
 TABLE1 = ROOT / "data" / "article" / "table1_natural_frequency.csv"
-RESOLUTION_STD = 0.05 / np.sqrt(12)
-"""Hz: Table 1 is in steps of 0.05 Hz"""
+RESOLUTION_STD = 0.05 / np.sqrt(12)  # Hz: Table 1 is in steps of 0.05 Hz
 EQUAL = ("bushings[0].position", "bushings[1].position", "bushings.grease.stiffness", "masses[0].mass")
 BARE = Rig("bare", Beam(0.8, 2e11, 7800.0, diameter=0.01), (), (Sensor(1, 0.8),))
 

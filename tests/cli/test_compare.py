@@ -188,8 +188,7 @@ def matrix(references, responses, shapes):
     return FRF(LINES, value, None, *labels, "acceleration/force")
 
 
-MODES = SHAPE.T
-"""a row for each mode"""
+MODES = SHAPE.T  # a row for each mode
 
 
 @pytest.mark.parametrize("suffix", [".uff", ".csv", ".mat", ".nc", ".h5"])

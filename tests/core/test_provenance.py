@@ -45,8 +45,7 @@ LONGER = {
     "study": "study bench --engines modal --methods nominal --out out",
     "vehicle": "vehicle --controller smc --manoeuvre slalom --speed 60 --plant single-track --out out",
 }
-OF_A_SWEEP = {"plan.json", "results.nc.sha256", "lock"}
-"""its own keeping"""
+OF_A_SWEEP = {"plan.json", "results.nc.sha256", "lock"}  # its own keeping
 
 
 @pytest.fixture

@@ -29,8 +29,7 @@ RIG = LOADED.replace(
 class Motion:
     step: float
     time: np.ndarray
-    x: np.ndarray
-    """(n, 2) displacement"""
+    x: np.ndarray  #: (n, 2) displacement
     contact: np.ndarray
     grease: np.ndarray
 
@@ -70,8 +69,7 @@ def rms(values):
 
 TOLERANCE = {"links": 1e-3, "modal": 3e-3, "modal-mj": 1e-5}
 """Links turn in space; the compiled engine takes its velocity within its own step"""
-SPRING = {**TOLERANCE, "modal": 1e-9}
-"""Without dampers"""
+SPRING = {**TOLERANCE, "modal": 1e-9}  # Without dampers
 NO_FORCE = {"links": 2e-3, "modal": 1e-12, "modal-mj": 1e-9}
 """N; MuJoCo: what is left of the other bushing's force when the solver's joint forces are shared among points"""
 

@@ -8,8 +8,7 @@ from experiments.benches.lying_records import LIES, TABLE, _cell, said, sound
 
 from ..conftest import ROOT
 
-MATTERS = 0.1
-"""dB, by which FRFs may be worse than of sound records"""
+MATTERS = 0.1  # dB, by which FRFs may be worse than of sound records
 ROWS = dict(
     re.findall(r"^\| (.+?) \| (.+) \|$", TABLE.search((ROOT / "docs" / "robustness.md").read_text("utf-8"))[0], re.M)
 )

@@ -53,8 +53,7 @@ USES = {
     "links": simulated("links"),
     "modal-mj": simulated("modal-mj"),
     "placed": placed,
-}
-"""What is done with a rig and a law"""
+}  # What is done with a rig and a law
 
 
 def make(rng) -> bytes:

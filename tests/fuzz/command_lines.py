@@ -51,8 +51,7 @@ LINES = {
     "live": "live rig.toml --no-browser --out address.txt",
     "reproduce": "reproduce",
     "audit": "audit",
-}
-"""Of each command one that is cheap and ends well, but for the last two, which point to the source tree"""
+}  # Of each command one that is cheap and ends well, but for the last two, which point to the source tree
 SELDOM = {
     "sweep": 0.2, "rattle-map": 0.3, "vehicle": 0.2, "animate": 0.2, "motion": 0.2, "reproduce": 0.1, "audit": 0.1,
     "calibrate": 0.4, "place": 0.5, "response": 0.4, "backbone": 0.4, "update-rig": 0.2, "identify a law": 0.2,

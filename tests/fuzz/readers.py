@@ -35,22 +35,14 @@ from .mutations import NUMBERS, as_json, damaged, packed, replanted, toml
 class Reader:
     """A kind of file."""
 
-    name: str
-    """in the table"""
-    file: str
-    """name of the file that is read"""
-    make: Callable
-    """random.Random -> bytes of an input"""
-    read: Callable
-    """path, random.Random -> None; raises what the reader raises"""
-    inputs: int
-    """how many a full run makes"""
-    beside: Callable = dict
-    """() -> names and bytes of files in the same folder"""
-    memory: int = 500 * 2**20
-    """bytes that reading may take beyond what the process has"""
-    patience: float = 20.0
-    """s of the processor's time for one input; they take milliseconds"""
+    name: str  #: in the table
+    file: str  #: name of the file that is read
+    make: Callable  #: random.Random -> bytes of an input
+    read: Callable  #: path, random.Random -> None; raises what the reader raises
+    inputs: int  #: how many a full run makes
+    beside: Callable = dict  #: () -> names and bytes of files in the same folder
+    memory: int = 500 * 2**20  #: bytes that reading may take beyond what the process has
+    patience: float = 20.0  #: s of the processor's time for one input; they take milliseconds
     prepare: Callable = lambda inputs: None
     """takes inputs that come; compiles and imports what the processes of inputs, which are forked, shall have"""
 

@@ -23,12 +23,9 @@ from clearance_mj.core.errors import ClearanceError
 from ..processes import PATIENCE
 from .readers import Reader, generator
 
-BATCH = 250
-"""inputs of one process"""
-LONGEST = 600
-"""characters of a message beyond the file's name"""
-IDLE = 6.0
-"""times its processor time that an input may take: other processes have the machine, too"""
+BATCH = 250  # inputs of one process
+LONGEST = 600  # characters of a message beyond the file's name
+IDLE = 6.0  # times its processor time that an input may take: other processes have the machine, too
 FORK = multiprocessing.get_context("fork")
 FINDINGS = ("crashed", "hung", "memory", "escaped", "unclear")
 
@@ -38,15 +35,11 @@ class Outcome:
     """What came of the inputs of one reader."""
 
     inputs: int = 0
-    read: int = 0
-    """accepted as whole files"""
-    distinct: set = field(default_factory=set)
-    """digests of the inputs"""
-    messages: set = field(default_factory=set)
-    """the refusals (ClearanceError) without their numbers and names"""
+    read: int = 0  #: accepted as whole files
+    distinct: set = field(default_factory=set)  #: digests of the inputs
+    messages: set = field(default_factory=set)  #: the refusals (ClearanceError) without their numbers and names
     refused: int = 0
-    growth: int = 0
-    """largest growth of memory of a process, bytes"""
+    growth: int = 0  #: largest growth of memory of a process, bytes
     findings: list = field(default_factory=list)
     """(index, what, detail, file) of the inputs that no reader may answer so"""
 

@@ -275,8 +275,7 @@ NAMED_FILES = {
     "modes.uff": {"kind": "modes", "file": "modes.uff"},
     "modes.csv": {"kind": "modes", "file": "modes.csv"},
     "model.xml": {"kind": "mjcf", "file": "model.xml"},
-}
-"""A structure that is read from each"""
+}  # A structure that is read from each
 
 
 def structure_rigs() -> list[dict]:

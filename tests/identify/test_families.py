@@ -15,11 +15,9 @@ from clearance_mj.identify.laws.measured_motion import MeasuredMotion
 from clearance_mj.rig import Bushing, Contact, Grease
 
 FS, SECONDS, FINE = 2048.0, 5.0, 8
-GAP, OFFSET = 3.3e-4, 6e-5
-"""of the truth; the rig file says 0.3 mm and 0"""
+GAP, OFFSET = 3.3e-4, 6e-5  # of the truth; the rig file says 0.3 mm and 0
 NOMINAL = Bushing(0.5, 3e-4, 0.012, Grease(4000.0, 2.0), Contact(1e4, 2.0))
-K, C, HEIGHT = 3500.0, 3.0, 9e-4
-"""of the grease"""
+K, C, HEIGHT = 3500.0, 3.0, 9e-4  # of the grease
 GAPS = [
     Parameter("bushings[0].gap", "m", 3e-4, 1e-4, 9e-4, 0.2),
     Parameter("bushings[0].offset", "m", 0.0, -2.7e-4, 2.7e-4, 9e-5, "linear"),

@@ -17,8 +17,7 @@ from clearance_mj.structure import ModalStructure
 FREQUENCY, RATIOS = np.array([3.0, 4.6, 7.3]), np.array([0.012, 0.01, 0.015])
 SHAPES = np.array([[0.05, 0.06, 0.04], [0.07, -0.05, 0.06], [0.06, -0.02, -0.08]])
 JOINT = np.array([0.01, 0.03, -0.012])
-STIFFNESS, YIELD = 5e4, 1.5e-4
-"""N/m and m of the Bouc-Wen joint, which slides smoothly, as no Jenkins elements do"""
+STIFFNESS, YIELD = 5e4, 1.5e-4  # N/m and m of the Bouc-Wen joint, which slides smoothly, as no Jenkins elements do
 PERIOD, FS, FINE = 20.48, 50.0, 8
 LEVELS = 2.0, 6.0, 18.0
 LABELS = ("1:+Z", "2:+Z", "3:+Z")

@@ -10,8 +10,7 @@ from clearance_mj.identify import sdof
 from experiments.article.free_decays import CONDITIONS, Condition, free_decay, rms_error
 
 BAND = (50, 110)
-TARGETS = {100: (0.02e-2, 0.1e-2), 20: (0.05e-2, 8e-2)}
-"""RMS error of k and c by signal-to-noise ratio, dB"""
+TARGETS = {100: (0.02e-2, 0.1e-2), 20: (0.05e-2, 8e-2)}  # RMS error of k and c by signal-to-noise ratio, dB
 
 known = functools.cache(lambda number: free_decay(CONDITIONS[number]))
 

@@ -32,8 +32,7 @@ GREASE = Grease(2500.0, 6.0)
 LAW = ConstantLaw([6000.0, 9000.0], [10.0, 6.0], grease=GREASE)
 WITHIN_BAND = random(10.0, FS, rms=6.0, seed=5, band=(4.0, 60.0))
 FINER = 8
-JOINED = np.array([[-1.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
-"""of the chain: mass 2 against mass 1, mass 3 against the base"""
+JOINED = np.array([[-1.0, 1.0, 0.0], [0.0, 0.0, 1.0]])  # of the chain: mass 2 against mass 1, mass 3 against the base
 
 
 @numba.njit

@@ -20,8 +20,7 @@ from .test_published import DUFFING, HARDENING
 from .test_rigs import BARE, LAW, OVER, RIGID
 
 TURN = 2 * np.pi
-KAPPA = 0.1
-"""of the cubic spring"""
+KAPPA = 0.1  # of the cubic spring
 
 
 def oscillator(gap, stiffness=4e3):

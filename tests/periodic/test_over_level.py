@@ -11,8 +11,7 @@ from ..conftest import TABLE1
 from .test_published import DUFFING, HARDENING, TURN
 from .test_rigs import LAW
 
-SPRING, DAMPING = 0.075, 0.05
-"""¾ κ and δ of q'' + δ q' + q + κ q³ = F cos Ωt"""
+SPRING, DAMPING = 0.075, 0.05  # ¾ κ and δ of q'' + δ q' + q + κ q³ = F cos Ωt
 
 
 def squared_force(omega, squared):

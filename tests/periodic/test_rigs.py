@@ -18,8 +18,7 @@ from clearance_mj.structure import Matrices
 from ..conftest import TABLE1
 
 LAW = ConstantLaw(7.8e3, 4.0)
-LEVEL = 6.0
-"""m/s²"""
+LEVEL = 6.0  # m/s²
 
 
 def test_in_the_gap_it_is_the_linear_response():

@@ -54,8 +54,7 @@ EXPECTED = {
     ("implicitfast", 60.0): 2 * (DELTA + np.hypot(DELTA, OMEGA)) / OMEGA**2,
     ("implicit", 60.0): 2 * (DELTA + np.hypot(DELTA, OMEGA)) / OMEGA**2,
     ("RK4", 0.0): np.sqrt(8) / OMEGA,
-}
-"""Eigenvalue -1 of the step; of Runge-Kutta's the limit on the imaginary axis, √8 (Hairer & Wanner, IV.2)"""
+}  # Eigenvalue -1 of the step; of Runge-Kutta's the limit on the imaginary axis, √8 (Hairer & Wanner, IV.2)
 
 
 @pytest.mark.parametrize(("integrator", "kv"), EXPECTED)

@@ -7,8 +7,7 @@ import pytest
 
 from clearance_mj.statistics.intervals import Interval, on_power_law, over_seeds, ratio
 
-LEVELS = {0.5: 0.1, 1.0: 0.2, 2.0: 0.7, 5.0: 1.9, 8.0: 2.2}
-"""Median error by level"""
+LEVELS = {0.5: 0.1, 1.0: 0.2, 2.0: 0.7, 5.0: 1.9, 8.0: 2.2}  # Median error by level
 
 
 def held(draw, expected, repeats=2000):

@@ -12,8 +12,7 @@ from typing import NamedTuple
 import numpy as np
 import scipy.linalg
 
-WAVE = 2.0
-"""rad of bending or shear wave in a piece; held at both ends, its first frequency is at 4.73 or π"""
+WAVE = 2.0  # rad of bending or shear wave in a piece; held at both ends, its first frequency is at 4.73 or π
 
 
 class Piece(NamedTuple):
@@ -21,12 +20,9 @@ class Piece(NamedTuple):
 
     length: float
     bending: float
-    mass: float
-    """per length"""
-    softness: float = 0.0
-    """1/κGA"""
-    rotary: float = 0.0
-    """ρI"""
+    mass: float  #: per length
+    softness: float = 0.0  #: 1/κGA
+    rotary: float = 0.0  #: ρI
 
 
 def round_piece(length, diameter, bore=0.0, young=210e9, density=7850.0, nu=None):

@@ -138,8 +138,7 @@ def test_engines_run_and_files_keep_it(tmp_path):
 # Files
 
 
-MASSES = np.array([0.2, 1.0, 3.0, 0.5, 2.0, 0.1])
-"""Modal masses, kg"""
+MASSES = np.array([0.2, 1.0, 3.0, 0.5, 2.0, 0.1])  # Modal masses, kg
 
 
 def normal_modes(structure, kind, kilogram=1.0):

@@ -12,8 +12,7 @@ from clearance_mj.vehicle.plant import MultiBody, SingleTrackDrift
 PLANTS = {plant.name: plant for plant in (MultiBody(), SingleTrackDrift())}
 every_plant = pytest.mark.parametrize("plant", PLANTS.values(), ids=PLANTS)
 SPEED = 25.0
-PERIOD = 1 << 16
-"""steps after which noise repeats"""
+PERIOD = 1 << 16  # steps after which noise repeats
 
 
 def rows(steps, force=0.0, moment=0.0, gravity=0.0):

@@ -18,8 +18,7 @@ from clearance_mj.vehicle.iso3888 import (
 from clearance_mj.vehicle.manoeuvres import MANOEUVRES, get_manoeuvre, single_lane_change, slalom
 from clearance_mj.vehicle.nominal import Vehicle
 
-WIDTH, LENGTH = 1.61, 4.508
-"""m, of the vehicle"""
+WIDTH, LENGTH = 1.61, 4.508  # m, of the vehicle
 
 
 def test_gates_of_part_2():

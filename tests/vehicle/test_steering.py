@@ -16,8 +16,7 @@ from clearance_mj.vehicle.steering import LEVER_ARM, STEERING_SHAFT, Steering, p
 HALF_GAP = np.radians(0.2)
 FIDELITIES = ("play", "modal")
 every_fidelity = pytest.mark.parametrize("fidelity", FIDELITIES)
-COLUMN = 172.0 * 16**2
-"""N m/rad, the column's stiffness at the road wheel"""
+COLUMN = 172.0 * 16**2  # N m/rad, the column's stiffness at the road wheel
 
 
 def shaft(contact=None, grease=None, masses=STEERING_SHAFT.masses):

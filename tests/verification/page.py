@@ -26,8 +26,7 @@ class Row(NamedTuple):
     measured: str
     allowed: str
     source: str
-    used: float
-    """Share of what is allowed"""
+    used: float  #: Share of what is allowed
 
 
 class Measured:

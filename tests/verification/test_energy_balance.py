@@ -34,10 +34,8 @@ from ..conftest import TABLE1
 RIG = TABLE1.replace(shaker=Shaker("base", 0.9))
 NO_CONTACT = ConstantLaw(0.0, 0.0)
 
-MASS, SPEED, WALL = 1.0, 0.1, 5e-3
-"""kg, m/s, m to the wall"""
-STIFFNESS = 1e4
-"""N/m"""
+MASS, SPEED, WALL = 1.0, 0.1, 5e-3  # kg, m/s, m to the wall
+STIFFNESS = 1e4  # N/m
 OMEGA = math.sqrt(STIFFNESS / MASS)
 
 

@@ -49,8 +49,7 @@ def in_gap_frf(rig, kind, rms, engine):
     return estimate_frf(response, "H1", resolution=0.5, overlap=0, window="boxcar")
 
 
-TOLERANCE = {"links": 0.3, "modal": 0.05, "modal-mj": 0.1}
-"""dB RMS over all sensors, 5-220 Hz"""
+TOLERANCE = {"links": 0.3, "modal": 0.05, "modal-mj": 0.1}  # dB RMS over all sensors, 5-220 Hz
 
 
 @pytest.mark.parametrize(("rig", "rms"), [(RIG, 0.3), (PUSHED, 0.1)], ids=["base", "force"])

@@ -45,8 +45,7 @@ HERTZ_DAMPED = [
     *((HuntCrossley, e, out) for e, out in ((0.9, 0.9090), (0.7, 0.7680), (0.5, 0.6630))),
     *((LankaraniNikravesh, e, out) for e, out in ((0.9, 0.9132), (0.7, 0.7960), (0.5, 0.7252))),
     *((Flores, e, out) for e, out in ((0.9, 0.8939), (0.7, 0.6832), (0.5, 0.4704))),
-]
-"""restitution, given the e of the model, from κ(1 + e) = ln[(1 + κ)/(1 - κe)]"""
+]  # restitution, given the e of the model, from κ(1 + e) = ln[(1 + κ)/(1 - κe)]
 
 
 def restitution(force, mass=1.0, speed=0.3, duration=10.0):

@@ -16,8 +16,7 @@ from .test_two_gap_beam import DAMPING, EXCITATION, FS, RIG, STIFFNESS
 
 STEPS = np.array([8e-3, 4e-3, 2e-3, 1e-3])
 LAW = ConstantLaw(STIFFNESS, DAMPING)
-FACTORS = np.array([8, 16, 32])
-"""Steps per sample at 8192 Hz"""
+FACTORS = np.array([8, 16, 32])  # Steps per sample at 8192 Hz
 
 
 def order(steps, errors):
@@ -50,8 +49,7 @@ ENGINES = {
     "links": (lambda setting: Links(safety=setting), 1),
     "modal": (lambda setting: Modal(resolution=setting), 2),
     "modal-mj": (lambda setting: ModalMujoco(safety=setting), 1),
-}
-"""Each with its setting of the step, and its order"""
+}  # Each with its setting of the step, and its order
 
 
 def engine_order(make, level):

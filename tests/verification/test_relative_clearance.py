@@ -17,8 +17,7 @@ from clearance_mj.rig import Bushing, Contact, Grease, Rig, Sensor
 from clearance_mj.structure import Material, Section, Shaft, Shafts, Support
 
 YOUNG, DENSITY = 210e9, 7850.0
-SHAFTS = {"inner": (0.0, 0.8, 0.012, 0.0), "outer": (0.1, 0.6, 0.03, 0.026)}
-"""start, length, diameter, bore, m"""
+SHAFTS = {"inner": (0.0, 0.8, 0.012, 0.0), "outer": (0.1, 0.6, 0.03, 0.026)}  # start, length, diameter, bore, m
 AT, HALF, GAP = 0.42, 0.01, 1e-4
 GREASE_K, GREASE_C, CONTACT_K = 2e3, 3.0, 5e4
 RAYLEIGH = (2.0, 1e-6)

@@ -27,8 +27,7 @@ PUSHED = 0.30
 NODES = np.unique(np.round(np.append(np.linspace(0, BEAM.length, 81), [0.5484, 0.7918]), 9))
 MODES = 14
 ENGINE = Modal(resolution=0.2)
-LAW = ConstantLaw(7.8e3, 4.0)
-"""the datasheet's contact"""
+LAW = ConstantLaw(7.8e3, 4.0)  # the datasheet's contact
 
 
 def elements():

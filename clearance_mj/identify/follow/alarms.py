@@ -20,18 +20,12 @@ MIN_WINDOWS = 2  # that show a change before it counts, so that its kind is know
 class Tracked:
     """How a part of a clearance varies. All numbers are relative; those of an offset are over the gap."""
 
-    unit: str
-    """of its values, SI"""
-    walk: float
-    """standard deviation of its random walk over a second"""
-    window_std: float
-    """standard deviation that a window's estimate may be off the last one"""
-    change_std: float
-    """prior standard deviation of a change"""
-    threshold: float | None = None
-    """change that matters; None: it is not tested for changes"""
-    alarm: bool = True
-    """whether a change is an alarm; else the twin only begins anew with what followed it"""
+    unit: str  #: of its values, SI
+    walk: float  #: standard deviation of its random walk over a second
+    window_std: float  #: standard deviation that a window's estimate may be off the last one
+    change_std: float  #: prior standard deviation of a change
+    threshold: float | None = None  #: change that matters; None: it is not tested for changes
+    alarm: bool = True  #: whether a change is an alarm; else the twin only begins anew with what followed it
 
 
 TRACKED = {
@@ -43,8 +37,7 @@ TRACKED = {
     "exponent": Tracked("1", 1e-3, 0.02, 0.1),
     "grease stiffness": Tracked("N/m", 1e-3, 0.02, 0.3, threshold=0.1),
     "grease damping": Tracked("Ns/m", 5e-3, 0.05, 0.5, threshold=0.3),
-}
-"""By name; `FamilyParameter.tracked_as` says of which one a family's parameter is a part"""
+}  # By name; `FamilyParameter.tracked_as` says of which one a family's parameter is a part
 TESTED = {name: tracked.threshold for name, tracked in TRACKED.items() if tracked.threshold is not None}
 """Thresholds of those that are tested for changes, by name"""
 QUANTITIES = ("gap", "stiffness", "damping")

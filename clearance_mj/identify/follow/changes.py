@@ -35,18 +35,12 @@ class Observation:
 class Change:
     """The likeliest change that the windows show."""
 
-    kind: int
-    """number of its direction"""
-    windows: int
-    """since it began, the last one included"""
-    size: float
-    """along its direction"""
-    std: float
-    """standard deviation of the size"""
-    before: np.ndarray
-    """(n,) parameters before"""
-    after: Belief
-    """about the parameters, of what followed alone, whatever changed"""
+    kind: int  #: number of its direction
+    windows: int  #: since it began, the last one included
+    size: float  #: along its direction
+    std: float  #: standard deviation of the size
+    before: np.ndarray  #: (n,) parameters before
+    after: Belief  #: about the parameters, of what followed alone, whatever changed
 
 
 def observed(before: Belief, after: Belief) -> Observation:

@@ -36,16 +36,11 @@ MAX_RESIDUAL = 1e3  # of the fit's misfit: none counts as more
 class WindowEstimate(NamedTuple):
     """What is known of a clearance at a window's end."""
 
-    mean: np.ndarray
-    """(3,) logarithms of gap, stiffness and damping, m, N/m, N s/m"""
-    std: np.ndarray
-    """(3,) standard deviations of the logarithms"""
-    contact: float
-    """share of the time in contact"""
-    misfit: float
-    """RMS of what the law misses of the force, over its misfit when it was fitted"""
-    alarm: Alarm | None
-    """a change that this window shows"""
+    mean: np.ndarray  #: (3,) logarithms of gap, stiffness and damping, m, N/m, N s/m
+    std: np.ndarray  #: (3,) standard deviations of the logarithms
+    contact: float  #: share of the time in contact
+    misfit: float  #: RMS of what the law misses of the force, over its misfit when it was fitted
+    alarm: Alarm | None  #: a change that this window shows
 
 
 class ClearanceTracker:

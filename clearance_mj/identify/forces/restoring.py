@@ -42,34 +42,21 @@ class RestoringForce:
     All signals are band-limited to ``band`` and fade to zero where ``valid`` is False, at both ends of the record.
     """
 
-    name: str
-    """the record's"""
-    rig: Rig
-    """that the record was measured on"""
-    fs: float
-    """samples per second"""
-    band: tuple[float, float]
-    """Hz, in which the forces are known"""
-    time: np.ndarray
-    """(n_t,) s"""
+    name: str  #: the record's
+    rig: Rig  #: that the record was measured on
+    fs: float  #: samples per second
+    band: tuple[float, float]  #: Hz, in which the forces are known
+    time: np.ndarray  #: (n_t,) s
     displacement: np.ndarray
     """(n_bushings, n_t) at the bushings' middles, relative, m: probes and accelerometers fused"""
-    velocity: np.ndarray
-    """(n_bushings, n_t) m/s"""
-    force: np.ndarray
-    """(n_bushings, n_t) N"""
-    force_std: np.ndarray
-    """(n_bushings,) standard deviation of the force at any instant, from the sensors' noise, N"""
-    displacement_std: np.ndarray
-    """(n_bushings,) the same of the displacement, m"""
-    ends: np.ndarray
-    """(n_bushings, 2, n_t) displacements at the bushings' ends, where contact happens, m"""
-    valid: np.ndarray
-    """(n_t,) bool"""
-    noise_frequency: np.ndarray
-    """(n_f,) Hz"""
-    noise_density: np.ndarray
-    """(n_bushings, n_f) one-sided density of the force's noise, N/sqrt(Hz)"""
+    velocity: np.ndarray  #: (n_bushings, n_t) m/s
+    force: np.ndarray  #: (n_bushings, n_t) N
+    force_std: np.ndarray  #: (n_bushings,) standard deviation of the force at any instant, from the sensors' noise, N
+    displacement_std: np.ndarray  #: (n_bushings,) the same of the displacement, m
+    ends: np.ndarray  #: (n_bushings, 2, n_t) displacements at the bushings' ends, where contact happens, m
+    valid: np.ndarray  #: (n_t,) bool
+    noise_frequency: np.ndarray  #: (n_f,) Hz
+    noise_density: np.ndarray  #: (n_bushings, n_f) one-sided density of the force's noise, N/sqrt(Hz)
     noise: np.ndarray
     """(n_sensors + n_bushings + 1,) noise found in the accelerometers, probes and excitation, in their units"""
 

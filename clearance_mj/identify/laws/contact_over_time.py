@@ -17,21 +17,14 @@ from .grease import grease_force, grease_parameters
 
 __all__ = ["ContactParameters", "contact_parameters"]
 
-FINER = 4
-"""factor by which motions are interpolated before the gap function sharpens them"""
-WAVELET_CENTRE = 5.0
-"""ω0 of the Morlet wavelets"""
-PER_OCTAVE = 3
-"""wavelets"""
-LOWEST = 5.0
-"""Hz, lowest of them"""
-OVERLAP = 8
-"""values of k(t) and c(t) within the length of a window"""
+FINER = 4  # factor by which motions are interpolated before the gap function sharpens them
+WAVELET_CENTRE = 5.0  # ω0 of the Morlet wavelets
+PER_OCTAVE = 3  # wavelets
+LOWEST = 5.0  # Hz, lowest of them
+OVERLAP = 8  # values of k(t) and c(t) within the length of a window
 HANN = np.hanning(OVERLAP + 2)[1:-1]
-UNSURE = 0.5
-"""relative standard deviation of k from which no value is given"""
-RELEASES = 3
-"""times that the instants of release, where the contact would pull, are found again from k and c"""
+UNSURE = 0.5  # relative standard deviation of k from which no value is given
+RELEASES = 3  # times that the instants of release, where the contact would pull, are found again from k and c
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,22 +34,15 @@ class ContactParameters:
     Like a law's, its arrays have the bushings last.
     """
 
-    time: np.ndarray
-    """(n,) middles of the windows, s"""
-    k: np.ndarray
-    """(n, n_bushings) N/m"""
-    c: np.ndarray
-    """(n, n_bushings) N s/m"""
+    time: np.ndarray  #: (n,) middles of the windows, s
+    k: np.ndarray  #: (n, n_bushings) N/m
+    c: np.ndarray  #: (n, n_bushings) N s/m
     k_std: np.ndarray
     """(n, n_bushings) standard deviation, N/m, for the grease as given; its error and the structure's come on top"""
-    c_std: np.ndarray
-    """(n, n_bushings) N s/m"""
-    contact: np.ndarray
-    """(n, n_bushings) share of the time in contact"""
-    amplitude: np.ndarray
-    """(n, n_bushings) mean of the envelope during contact, m; nan without"""
-    grease: tuple[Grease, ...]
-    """what was subtracted"""
+    c_std: np.ndarray  #: (n, n_bushings) N s/m
+    contact: np.ndarray  #: (n, n_bushings) share of the time in contact
+    amplitude: np.ndarray  #: (n, n_bushings) mean of the envelope during contact, m; nan without
+    grease: tuple[Grease, ...]  #: what was subtracted
 
 
 def contact_parameters(

@@ -20,12 +20,9 @@ AnyFamily = TypeVar("AnyFamily", bound=Family)
 class FamilyValues(NamedTuple):
     """The law of one bushing as values of its families."""
 
-    contact: ContactFamily
-    """family of the contact"""
-    filling: FillingFamily
-    """family of the filling"""
-    values: dict[str, float]
-    """of the parameters of both by name, SI"""
+    contact: ContactFamily  #: family of the contact
+    filling: FillingFamily  #: family of the filling
+    values: dict[str, float]  #: of the parameters of both by name, SI
 
 
 def families_of(law: Law, rig: Rig) -> list[FamilyValues]:

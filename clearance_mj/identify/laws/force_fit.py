@@ -40,30 +40,18 @@ KNOWN_INFORMATION = 1e-6  # of the largest: directions with less are unknown
 class ForceFit:
     """One family of contact and filling at one bushing."""
 
-    contact: ContactFamily
-    """family of the contact"""
-    filling: FillingFamily
-    """family of the filling"""
-    nominal: Bushing
-    """the bushing as the rig file has it"""
-    law: ContactLaw
-    """of this bushing"""
-    bushing: Bushing
-    """with the gap and offset found"""
-    estimates: Estimates
-    """of gap and offset, where the rig file leaves them open, then of contact and filling"""
-    point: np.ndarray
-    """(n,) values in prior standard deviations from their starts"""
-    information: np.ndarray
-    """(n, n) of `point`, as if errors were independent, without the priors"""
-    size: int
-    """samples that were fitted"""
-    correlation_length: float
-    """samples that count as one independent observation"""
-    misfit: float
-    """of the force, over the error that a law is expected to have: robust mean over what was fitted"""
-    held_out: float
-    """the same over what was not"""
+    contact: ContactFamily  #: family of the contact
+    filling: FillingFamily  #: family of the filling
+    nominal: Bushing  #: the bushing as the rig file has it
+    law: ContactLaw  #: of this bushing
+    bushing: Bushing  #: with the gap and offset found
+    estimates: Estimates  #: of gap and offset, where the rig file leaves them open, then of contact and filling
+    point: np.ndarray  #: (n,) values in prior standard deviations from their starts
+    information: np.ndarray  #: (n, n) of `point`, as if errors were independent, without the priors
+    size: int  #: samples that were fitted
+    correlation_length: float  #: samples that count as one independent observation
+    misfit: float  #: of the force, over the error that a law is expected to have: robust mean over what was fitted
+    held_out: float  #: the same over what was not
 
     def log_evidence(self, correlation_length: float) -> float:
         """Return the logarithm of the probability of the records given the family, but for a constant of the bushing.

@@ -26,12 +26,9 @@ BLOCK = 64  # samples that are filtered together: what lies between stays in the
 class Path(NamedTuple):
     """Motion of one bushing from rest, at a fine rate."""
 
-    x: np.ndarray
-    """(n, 3) displacements of the middle and both ends, m"""
-    v: np.ndarray
-    """(n, 3) velocities, m/s"""
-    step: float
-    """s"""
+    x: np.ndarray  #: (n, 3) displacements of the middle and both ends, m
+    v: np.ndarray  #: (n, 3) velocities, m/s
+    step: float  #: s
 
 
 def law_forces(

@@ -38,8 +38,7 @@ K, RATIO, YIELD, SHAPE, DAMPING, FILM = range(6)
 class GreaseFit:
     """Grease of every bushing, from the forces while the shaft is inside the gap."""
 
-    grease: tuple[Grease, ...]
-    """(n_bushings) fitted"""
+    grease: tuple[Grease, ...]  #: (n_bushings) fitted
     estimates: tuple[Estimates, ...]
     """(n_bushings) of k, λ, z (yield displacement), γ/β, c, d/h; without yield and film of k and c. Covariance from the
     scatter between blocks of half a second; infinite where the force does not depend on a parameter. Of what was left

@@ -46,8 +46,7 @@ SCALED = (
     Parameter("n", "1", 1.5, 1.0, 6.0, transform="linear"),
     Parameter("d/X", "1", 0.1, 0.0, 1.0, transform="linear"),
     Parameter("x0/X", "1", 0.0, -1.2, 1.2, transform="linear"),
-)
-"""What is fitted, with X half the range of the displacement and F half that of the force"""
+)  # What is fitted, with X half the range of the displacement and F half that of the force
 K, RATIO, YIELD, SHAPE, EXPONENT, GAP, OFFSET = range(7)
 
 
@@ -55,29 +54,21 @@ K, RATIO, YIELD, SHAPE, EXPONENT, GAP, OFFSET = range(7)
 class BoucWenFit:
     """Bouc-Wen element with a gap, fitted to records, and how well they identify its parameters."""
 
-    k: float
-    """N/m, stiffness k"""
-    elastic_ratio: float
-    """λ, share of the stiffness that does not slide"""
-    beta: float
-    """β, 1/mⁿ"""
-    gamma: float
-    """γ, 1/mⁿ"""
-    exponent: float
-    """n"""
-    gap: float
-    """m, d: half the dead travel"""
+    k: float  #: N/m, stiffness k
+    elastic_ratio: float  #: λ, share of the stiffness that does not slide
+    beta: float  #: β, 1/mⁿ
+    gamma: float  #: γ, 1/mⁿ
+    exponent: float  #: n
+    gap: float  #: m, d: half the dead travel
     offset: float
     """m, x0: the displacement at which the gap is centred (of a re-opening gap: in the first record's beginning)"""
-    dead_travel: str = "fixed"
-    """ "fixed" or "reopening" """
+    dead_travel: str = "fixed"  #: "fixed" or "reopening"
     estimates: Estimates | None = None
     """of these parameters, but a gap that was given; allows for residuals correlated in time. None: not fitted"""
     unidentified: tuple[str, ...] = ()
     """parameters the records do not identify, by their standard deviation near the solution; β and γ, whose unit
     depends on n, count as identified where the yield displacement, γ/β and n are"""
-    nrmse: float = 0.0
-    """RMS of the residual over the RMS of the measured force about its mean"""
+    nrmse: float = 0.0  #: RMS of the residual over the RMS of the measured force about its mean
     starts: tuple[float, ...] = ()
     """nrmse that each start ended with, best first; only the first two are solved to the end"""
 

@@ -10,8 +10,7 @@ from ...clearance.walls import gap as penetration
 
 __all__: list[str] = []
 
-FINE = 0.05
-"""largest step of the displacement, as a share of the yield displacement"""
+FINE = 0.05  # largest step of the displacement, as a share of the yield displacement
 
 
 @numba.njit(cache=True, nogil=True)

@@ -37,18 +37,12 @@ STEP = 1e-8  # of a logarithm, or of the range between bounds, for differences
 class JointedMode:
     """One mode of a structure with a joint, of unit mass."""
 
-    frequency: float
-    """Hz, of motions so small that nothing slips"""
-    damping: float
-    """ratio to critical of the viscous part, at that frequency"""
-    even: float
-    """share of the stiffness that slips for each e-fold of the displacement, the same everywhere"""
-    linear: float
-    """the same at the reach, of the part that grows as the displacement"""
-    quadratic: float
-    """the same at the reach, of the part that grows as its square"""
-    reach: float
-    """m; elements slip from 0.001 to 5 times this displacement, beyond nothing more does"""
+    frequency: float  #: Hz, of motions so small that nothing slips
+    damping: float  #: ratio to critical of the viscous part, at that frequency
+    even: float  #: share of the stiffness that slips for each e-fold of the displacement, the same everywhere
+    linear: float  #: the same at the reach, of the part that grows as the displacement
+    quadratic: float  #: the same at the reach, of the part that grows as its square
+    reach: float  #: m; elements slip from 0.001 to 5 times this displacement, beyond nothing more does
 
     def elements(self) -> tuple[np.ndarray, np.ndarray]:
         """(n,) share of the stiffness of each element, and displacement at which it slips, m; none if nothing slips."""
@@ -104,14 +98,11 @@ class ForcedCurve:
 class ForcedTest:
     """How a forced test sees the mode: acceleration over force is that of the mode, and a mass line of other modes."""
 
-    mass: float
-    """kg, of the mode, normalised to where force and sensor are"""
-    residual: float = 0.0
-    """1/kg, acceleration (reversed) over force of the modes whose frequencies are far"""
+    mass: float  #: kg, of the mode, normalised to where force and sensor are
+    residual: float = 0.0  #: 1/kg, acceleration (reversed) over force of the modes whose frequencies are far
     shift: float = 0.0
     """Hz, that the small-motion frequency lies above the mode's: temperature, assembly, what the shaker adds"""
-    phase: float = 0.0
-    """rad, of the acceleration, by which the measurement leads"""
+    phase: float = 0.0  #: rad, of the acceleration, by which the measurement leads
 
     def mode(self, mode: JointedMode) -> JointedMode:
         """The mode as it was on the day of this test."""
@@ -176,16 +167,11 @@ class ForcedTest:
 class JointedModeFit:
     """A mode with its joint, the forced test it was seen in, and how well both are known."""
 
-    mode: JointedMode
-    """as it was in the decays"""
-    test: ForcedTest
-    """that the forced curve was measured in"""
-    estimates: Estimates
-    """of the fields of both, reach left out; what the law misses widens them"""
-    frequency_miss: float
-    """Hz, RMS over decays and forced curve, each counted alike"""
-    damping_miss: float
-    """RMS of the damping ratio in the same way"""
+    mode: JointedMode  #: as it was in the decays
+    test: ForcedTest  #: that the forced curve was measured in
+    estimates: Estimates  #: of the fields of both, reach left out; what the law misses widens them
+    frequency_miss: float  #: Hz, RMS over decays and forced curve, each counted alike
+    damping_miss: float  #: RMS of the damping ratio in the same way
 
     def draw(self, n: int, seed: int = 0) -> list[tuple[JointedMode, ForcedTest]]:
         """Draw n modes and tests as another forced test may find them.

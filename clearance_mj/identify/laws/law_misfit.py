@@ -29,39 +29,27 @@ from .output_error import CREST, DB, PIECE, RESOLUTION
 
 __all__ = ["Decay", "LawMisfit", "Stretch", "law_misfit"]
 
-BANDS = 8
-"""of frequency, between the ends of the records' own bands"""
-WIDEST = 0.4
-"""of fs: upper end of a record whose band is not known"""
-NORMAL = 1.4826
-"""standard deviation of a normal variable over the median of its size"""
-TOO_FAR = 3.0
-"""random errors: beyond, a warning says where the law misses"""
-LEAST = 0.1
-"""dB, 1 %, as a sensor's gain may be off: what is missed by less is not worth a warning"""
-REST = 0.1
-"""of an excitation's largest peak: what lies below it is no hit"""
-SHORTEST = 0.5
-"""s, of a decay"""
+BANDS = 8  # of frequency, between the ends of the records' own bands
+WIDEST = 0.4  # of fs: upper end of a record whose band is not known
+NORMAL = 1.4826  # standard deviation of a normal variable over the median of its size
+TOO_FAR = 3.0  # random errors: beyond, a warning says where the law misses
+LEAST = 0.1  # dB, 1 %, as a sensor's gain may be off: what is missed by less is not worth a warning
+REST = 0.1  # of an excitation's largest peak: what lies below it is no hit
+SHORTEST = 0.5  # s, of a decay
 
 
 @dataclass(frozen=True, eq=False)
 class Stretch:
     """A piece of a record, and how far its FRFs are from those of the law."""
 
-    record: str
-    """its name"""
-    start: float
-    """s"""
-    duration: float
-    """s"""
-    level: float
-    """RMS of the excitation, m/s² or N"""
+    record: str  #: its name
+    start: float  #: s
+    duration: float  #: s
+    level: float  #: RMS of the excitation, m/s² or N
     missed: np.ndarray
     """(n_sensors, n_bands) dB, typical difference of the magnitudes: its median size as a standard deviation; nan in
     bands that the record does not have"""
-    random: np.ndarray
-    """(n_sensors, n_bands) dB, typical random error of that difference"""
+    random: np.ndarray  #: (n_sensors, n_bands) dB, typical random error of that difference
 
     @property
     def ratio(self) -> np.ndarray:
@@ -73,32 +61,22 @@ class Stretch:
 class Decay:
     """The motion after a hit, and how far that of the law is from it."""
 
-    record: str
-    """its name"""
-    start: float
-    """s"""
-    duration: float
-    """s"""
-    peak: float
-    """of the hit, m/s² or N"""
-    missed: np.ndarray
-    """(n_sensors, 2) dB, RMS of the model over that of the record, first and second half"""
+    record: str  #: its name
+    start: float  #: s
+    duration: float  #: s
+    peak: float  #: of the hit, m/s² or N
+    missed: np.ndarray  #: (n_sensors, 2) dB, RMS of the model over that of the record, first and second half
 
 
 @dataclass(frozen=True, eq=False)
 class LawMisfit:
     """What a rig and its law miss of records."""
 
-    sensors: tuple[str, ...]
-    """(n_sensors,) labels"""
-    unit: str
-    """of the levels"""
-    edges: np.ndarray
-    """(n_bands + 1,) Hz"""
-    stretches: tuple[Stretch, ...]
-    """by rising level; none if all records are hits"""
-    decays: tuple[Decay, ...]
-    """in the order of the records"""
+    sensors: tuple[str, ...]  #: (n_sensors,) labels
+    unit: str  #: of the levels
+    edges: np.ndarray  #: (n_bands + 1,) Hz
+    stretches: tuple[Stretch, ...]  #: by rising level; none if all records are hits
+    decays: tuple[Decay, ...]  #: in the order of the records
 
     @cached_property
     def widening(self) -> float:

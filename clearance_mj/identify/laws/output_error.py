@@ -79,14 +79,10 @@ def before_contact(found: Sequence[Evidence], rig: Rig) -> list[Evidence]:
 class Fit(Identified):
     """A fitted law with its estimates, and how well it meets the records."""
 
-    estimates: Estimates
-    """of the fitted parameters, which varied by their logarithms"""
-    residual_db: float
-    """RMS difference of the FRF magnitudes over the records' pieces, dB"""
-    cost: float
-    """what was minimised: soft L1 of the weighted differences in dB, and squared distances from priors"""
-    evaluations: int
-    """number of simulations of the whole set of records"""
+    estimates: Estimates  #: of the fitted parameters, which varied by their logarithms
+    residual_db: float  #: RMS difference of the FRF magnitudes over the records' pieces, dB
+    cost: float  #: what was minimised: soft L1 of the weighted differences in dB, and squared distances from priors
+    evaluations: int  #: number of simulations of the whole set of records
 
 
 def fit_law(
@@ -181,18 +177,12 @@ class Comparison:
 class Features(NamedTuple):
     """What is compared of a record."""
 
-    frf: np.ndarray
-    """(n_lines,) magnitudes of all pieces and sensors"""
-    rms: np.ndarray
-    """(n_rms,) of what is compared by RMS"""
-    frf_error: np.ndarray
-    """(n_lines,) random errors, dB"""
-    rms_error: np.ndarray
-    """(n_rms,) the same"""
-    frf_band: np.ndarray
-    """(n_lines,) number of the band of `BAND` Hz that the line lies in"""
-    rms_piece: np.ndarray
-    """(n_rms,) number of the piece"""
+    frf: np.ndarray  #: (n_lines,) magnitudes of all pieces and sensors
+    rms: np.ndarray  #: (n_rms,) of what is compared by RMS
+    frf_error: np.ndarray  #: (n_lines,) random errors, dB
+    rms_error: np.ndarray  #: (n_rms,) the same
+    frf_band: np.ndarray  #: (n_lines,) number of the band of `BAND` Hz that the line lies in
+    rms_piece: np.ndarray  #: (n_rms,) number of the piece
 
 
 def features(response: Response) -> Features:

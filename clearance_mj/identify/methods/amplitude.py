@@ -18,10 +18,8 @@ from ..registry import Identified, register
 
 __all__ = ["amplitude_law"]
 
-RELEASE = 0.03
-"""s, of the envelope that the law follows"""
-NODES = 10
-"""amplitudes at which the law holds k and c"""
+RELEASE = 0.03  # s, of the envelope that the law follows
+NODES = 10  # amplitudes at which the law holds k and c
 SMOOTH = 1e-3
 """weight of the change of k and c between amplitudes, so that those the motion never reached hold their neighbours'"""
 

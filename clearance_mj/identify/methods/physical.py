@@ -23,12 +23,9 @@ from .constant import linear_grease
 
 __all__ = ["fit_output_error"]
 
-MODEL_ERROR = 1.0
-"""dB by which the law is expected to miss FRFs without noise"""
-ROUGH = 0.02
-"""tolerance of a fit from which another goes on"""
-LIKENESS = 0.5
-"""prior standard deviation of the logarithms of the bushings' parameters about common ones"""
+MODEL_ERROR = 1.0  # dB by which the law is expected to miss FRFs without noise
+ROUGH = 0.02  # tolerance of a fit from which another goes on
+LIKENESS = 0.5  # prior standard deviation of the logarithms of the bushings' parameters about common ones
 
 
 def _law(rig: Rig, *values: float) -> ContactLaw:

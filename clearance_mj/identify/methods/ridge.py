@@ -21,12 +21,9 @@ from ..wavelets.wavelet import scalogram, shortest_record
 
 __all__ = ["ridge_law"]
 
-STEP = 0.05
-"""s between the rows of the law"""
-WINDOW = 0.3
-"""s over which a ridge under random excitation is smoothed"""
-LEAST_SHARE = 0.1
-"""describing function of the gap below which a ridge does not identify the contact"""
+STEP = 0.05  # s between the rows of the law
+WINDOW = 0.3  # s over which a ridge under random excitation is smoothed
+LEAST_SHARE = 0.1  # describing function of the gap below which a ridge does not identify the contact
 
 
 def ridge_law(

@@ -25,24 +25,16 @@ EXCITATION = "excitation"
 class PreparedRecord:
     """The samples of a record's accelerometers, then probes, then of its excitation, and what each channel is."""
 
-    name: str
-    """the record's"""
-    rig: Rig
-    """that it was measured on, or a hypothesis of it"""
-    fs: float
-    """samples per second"""
-    kind: str
-    """ "base" or "force": what excites"""
-    band: tuple[float, float] | None
-    """of the excitation, Hz"""
-    reference: str
-    """degree of freedom of the excitation"""
-    channels: tuple[str, ...]
-    """(n_channels,) names: "accelerometer 3:+Z", "probe 6:+Z", and "excitation" """
+    name: str  #: the record's
+    rig: Rig  #: that it was measured on, or a hypothesis of it
+    fs: float  #: samples per second
+    kind: str  #: "base" or "force": what excites
+    band: tuple[float, float] | None  #: of the excitation, Hz
+    reference: str  #: degree of freedom of the excitation
+    channels: tuple[str, ...]  #: (n_channels,) names: "accelerometer 3:+Z", "probe 6:+Z", and "excitation"
     signals: np.ndarray
     """(n_t, n_channels), SI units; channels side by side, so that sums over time are taken sample by sample"""
-    probes: bool
-    """whether every clearance has a displacement probe"""
+    probes: bool  #: whether every clearance has a displacement probe
 
     @property
     def duration(self) -> float:

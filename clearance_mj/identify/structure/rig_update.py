@@ -22,20 +22,13 @@ SUSPECT_MISFIT = 0.1  # of a channel's level: a larger misfit is said
 class RecordMisfit:
     """Spectra of one record as measured, and of two rigs under the forces that meet all sensors best."""
 
-    record: str
-    """name of the record"""
-    kind: str
-    """ "base" or "force": what excites"""
-    duration: float
-    """s"""
-    frequency: np.ndarray
-    """(n_f,) Hz"""
-    measured: np.ndarray
-    """(n_channels, n_f) complex, accelerometers, then probes, then the excitation"""
-    before: np.ndarray
-    """(n_channels, n_f) complex, of the rig file"""
-    fitted: np.ndarray
-    """(n_channels, n_f) complex, of the updated rig"""
+    record: str  #: name of the record
+    kind: str  #: "base" or "force": what excites
+    duration: float  #: s
+    frequency: np.ndarray  #: (n_f,) Hz
+    measured: np.ndarray  #: (n_channels, n_f) complex, accelerometers, then probes, then the excitation
+    before: np.ndarray  #: (n_channels, n_f) complex, of the rig file
+    fitted: np.ndarray  #: (n_channels, n_f) complex, of the updated rig
 
     @property
     def omega(self) -> np.ndarray:

@@ -19,14 +19,10 @@ DEGREE = 2  # of the polynomials through phase and ln(amplitude) of a window
 class Decay:
     """Amplitude, frequency and damping of a free decay from window to window, one after the other."""
 
-    time: np.ndarray
-    """(n,) s, middles of the windows"""
-    amplitude: np.ndarray
-    """(n,) in units of the signal"""
-    frequency: np.ndarray
-    """(n,) Hz"""
-    damping: np.ndarray
-    """(n,) ratio to critical, -A'/(ω A)"""
+    time: np.ndarray  #: (n,) s, middles of the windows
+    amplitude: np.ndarray  #: (n,) in units of the signal
+    frequency: np.ndarray  #: (n,) Hz
+    damping: np.ndarray  #: (n,) ratio to critical, -A'/(ω A)
 
 
 def decay(line: Ridge, window: float, fs: float) -> Decay:

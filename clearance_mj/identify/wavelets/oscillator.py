@@ -24,18 +24,12 @@ NARROWEST, GROWTH = 2.5, 1.4  # smallest bandwidth of the smoothing, in points, 
 class SdofResult:
     """Stiffness and damping of one degree of freedom from instant to instant."""
 
-    time: np.ndarray
-    """(n_t,) s"""
-    k: np.ndarray
-    """(n_t,) N/m; nan where not valid"""
-    c: np.ndarray
-    """(n_t,) N s/m; nan where not valid"""
-    valid: np.ndarray
-    """(n_t,) bool: where the ridge is, in a stretch long enough to smooth"""
-    k_error: np.ndarray
-    """(n_t,) standard error of k by the scatter of the record, N/m; nan where not valid"""
-    c_error: np.ndarray
-    """(n_t,) standard error of c, N s/m; nan where not valid"""
+    time: np.ndarray  #: (n_t,) s
+    k: np.ndarray  #: (n_t,) N/m; nan where not valid
+    c: np.ndarray  #: (n_t,) N s/m; nan where not valid
+    valid: np.ndarray  #: (n_t,) bool: where the ridge is, in a stretch long enough to smooth
+    k_error: np.ndarray  #: (n_t,) standard error of k by the scatter of the record, N/m; nan where not valid
+    c_error: np.ndarray  #: (n_t,) standard error of c, N s/m; nan where not valid
 
 
 def sdof(

@@ -30,14 +30,11 @@ GRID = 64  # points of PyWavelets' tabulated wavelet for each sample at the larg
 class Scalogram:
     """Continuous wavelet transform of one signal over a band."""
 
-    time: np.ndarray
-    """(n_t,) s"""
-    scale: np.ndarray
-    """(n_a,) s, falling; the frequency at its centre is ω0/a"""
+    time: np.ndarray  #: (n_t,) s
+    scale: np.ndarray  #: (n_a,) s, falling; the frequency at its centre is ω0/a
     value: np.ndarray
     """(n_a, n_t) complex; its magnitude is the amplitude of a sine at the centre frequency, in units of the signal"""
-    omega0: float
-    """centre of the wavelet, rad"""
+    omega0: float  #: centre of the wavelet, rad
 
     @property
     def frequency(self) -> np.ndarray:
@@ -49,18 +46,12 @@ class Scalogram:
 class Ridge:
     """One component of a vibration, A(t) cos φ(t), along the ridge of its wavelet transform."""
 
-    time: np.ndarray
-    """(n_t,) s"""
-    omega: np.ndarray
-    """(n_t,) rad/s, the derivative of the phase"""
-    amplitude: np.ndarray
-    """(n_t,) in units of the signal"""
-    valid: np.ndarray
-    """(n_t,) bool: at least 4 σ_t from the ends and from each jump, and above the noise"""
-    phase: np.ndarray
-    """(n_t,) rad, unwrapped"""
-    spread: np.ndarray
-    """(n_t,) σ_t of the wavelet on the ridge, s"""
+    time: np.ndarray  #: (n_t,) s
+    omega: np.ndarray  #: (n_t,) rad/s, the derivative of the phase
+    amplitude: np.ndarray  #: (n_t,) in units of the signal
+    valid: np.ndarray  #: (n_t,) bool: at least 4 σ_t from the ends and from each jump, and above the noise
+    phase: np.ndarray  #: (n_t,) rad, unwrapped
+    spread: np.ndarray  #: (n_t,) σ_t of the wavelet on the ridge, s
 
 
 def scalogram(signal: ArrayLike, fs: float, band: tuple[float, float], omega0: float = 5.0) -> Scalogram:

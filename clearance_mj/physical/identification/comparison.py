@@ -48,18 +48,14 @@ class Prediction:
 class Stage:
     """How simulations run, and how their residuals count."""
 
-    bandwidth: float
-    """Hz, of the guidance; 0: none"""
-    weight: np.ndarray
-    """(n_channels,) one over the size of a residual"""
+    bandwidth: float  #: Hz, of the guidance; 0: none
+    weight: np.ndarray  #: (n_channels,) one over the size of a residual
     begin: list[np.ndarray] | None = None
     """of each record, the state at the first sample that counts; None: guided all the way"""
     spread: np.ndarray = dataclasses.field(default_factory=lambda: np.zeros(0))
     """(2 nv,) standard deviations of these states"""
-    duration: float = math.inf
-    """s, that counts at most"""
-    filters: list[np.ndarray] | None = None
-    """of each channel, coefficients that make its residual white"""
+    duration: float = math.inf  #: s, that counts at most
+    filters: list[np.ndarray] | None = None  #: of each channel, coefficients that make its residual white
 
 
 class Comparison:

@@ -20,8 +20,7 @@ from .record import nearest
 
 __all__ = ["open_parameters", "put", "written_into"]
 
-RANGE = 100.0
-"""Factor below and above its start within which a parameter lies, if no bounds are given"""
+RANGE = 100.0  # Factor below and above its start within which a parameter lies, if no bounds are given
 SOFTNESS = ("k", "c")
 JOINT = {"damping": "N m s/rad", "stiffness": "N m/rad", "frictionloss": "N m", "armature": "kg m²"}
 """Fields of hinges and slides, with their units at hinges"""
@@ -34,8 +33,7 @@ class _Place:
 
     unit: str
     value: float
-    write: Callable[[Target, float], None]
-    """into a specification or a model"""
+    write: Callable[[Target, float], None]  #: into a specification or a model
 
 
 def open_parameters(

@@ -19,12 +19,9 @@ from ..elements import compiled
 
 __all__ = ["ModelRecord"]
 
-UNEVEN = 1e-2
-"""of the sampling interval, by which times may be off"""
-SAMPLES = 20
-"""that a record has at least"""
-REPEATED = 0.3
-"""of the samples, that are equal to another one, from which on a sensor counts"""
+UNEVEN = 1e-2  # of the sampling interval, by which times may be off
+SAMPLES = 20  # that a record has at least
+REPEATED = 0.3  # of the samples, that are equal to another one, from which on a sensor counts
 
 
 @dataclass(frozen=True, eq=False)

@@ -32,12 +32,9 @@ from .record import ModelRecord, nearest
 
 __all__ = ["Run", "Simulator"]
 
-CHUNK = 2000
-"""samples that are simulated at once, so that states need little memory"""
-APPROACH = 1.5
-"""s, in which a guided simulation comes from the initial pose to the record's beginning"""
-SMOOTH = 0.02
-"""s, over which measured positions are smoothed for their velocity"""
+CHUNK = 2000  # samples that are simulated at once, so that states need little memory
+APPROACH = 1.5  # s, in which a guided simulation comes from the initial pose to the record's beginning
+SMOOTH = 0.02  # s, over which measured positions are smoothed for their velocity
 STATE = ("time", "qpos", "qvel", "act", "userdata")
 """where simulations begin; laws and friction remember in the user data"""
 
@@ -54,10 +51,8 @@ class _Guide(NamedTuple):
 class Run(NamedTuple):
     """What simulations of several models show."""
 
-    sensors: np.ndarray
-    """(n_models, n, n_channels)"""
-    state: np.ndarray
-    """(n_models, n_state) at the last sample's time plus one sample, where the next run begins"""
+    sensors: np.ndarray  #: (n_models, n, n_channels)
+    state: np.ndarray  #: (n_models, n_state) at the last sample's time plus one sample, where the next run begins
 
 
 class Simulator:

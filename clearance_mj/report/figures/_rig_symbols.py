@@ -22,10 +22,8 @@ class Pen:
     """Where is drawn, and in which proportions."""
 
     ax: Axes
-    inch: float
-    """m along the shaft that are drawn as long as 1 across it"""
-    plate: float
-    """height of the base plate"""
+    inch: float  #: m along the shaft that are drawn as long as 1 across it
+    plate: float  #: height of the base plate
 
     def post(self, x: float, top: float) -> None:
         """What stands on the base plate."""

@@ -29,8 +29,7 @@ from ..style import (
 )  # fmt: skip
 
 MOST_PANELS = 2
-PARAMETERS, PREDICTION = 0.8, 0.3
-"""opacity of the two bands"""
+PARAMETERS, PREDICTION = 0.8, 0.3  # opacity of the two bands
 
 
 def study_bands(study: Study) -> list[Drawing]:

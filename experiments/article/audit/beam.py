@@ -12,8 +12,7 @@ from .claim import Claim
 
 __all__ = ["claims"]
 
-_FREE = ((1.0, 2), (1.0, 3))
-"""Ends of the beam as (place over length, derivative that is zero)"""
+_FREE = ((1.0, 2), (1.0, 3))  # Ends of the beam as (place over length, derivative that is zero)
 _PRINTED_ENDS = ((0.0, 2), (0.0, 3), *_FREE)
 _CLAMPED_FREE = ((0.0, 0), (0.0, 1), *_FREE)
 

@@ -15,8 +15,7 @@ from .claim import Claim
 
 __all__ = ["table1", "table2"]
 
-LEAST_CHANCE = 1e-4
-"""Chance below which equal differences of two columns are not taken for an accident"""
+LEAST_CHANCE = 1e-4  # Chance below which equal differences of two columns are not taken for an accident
 _MEASURES = ("mre", "rmse", "frac", "csac", "csf")
 
 

@@ -29,8 +29,7 @@ def difference_db(a, b):
     return np.sqrt(np.mean((20 * np.log10(np.abs(a.value) / np.abs(b.value))) ** 2))
 
 
-OFF_CENTRE = 0.3, -0.2
-"""offset of the shaft in the two bushings, of the gap"""
+OFF_CENTRE = 0.3, -0.2  # offset of the shaft in the two bushings, of the gap
 
 
 @functools.cache

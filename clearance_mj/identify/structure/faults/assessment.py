@@ -28,12 +28,9 @@ SOUND_SHARE = 0.7  # of the channels must fit for the rig to be sound
 class Fault:
     """A cause of what a dataset misses, in words."""
 
-    cause: str
-    """what is wrong, and where"""
-    evidence: str
-    """what would be right, and how much that explains"""
-    factor: float | None = None
-    """by which the number in question is to be multiplied, if it is one"""
+    cause: str  #: what is wrong, and where
+    evidence: str  #: what would be right, and how much that explains
+    factor: float | None = None  #: by which the number in question is to be multiplied, if it is one
 
     def __str__(self) -> str:
         return f"{self.cause}: {self.evidence}"
@@ -43,8 +40,7 @@ class Fault:
 class Assessment:
     """What an updated rig misses, and which channels and parameters stand out."""
 
-    update: RigUpdate
-    """of the records as they are, or with one cause put right"""
+    update: RigUpdate  #: of the records as they are, or with one cause put right
 
     @property
     def rig(self) -> Rig:

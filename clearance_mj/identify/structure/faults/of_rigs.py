@@ -25,12 +25,9 @@ OPEN = "10 %"  # tolerance of what was found on a grid
 class RigCorrection:
     """A rig file put right in one number."""
 
-    kind: str
-    """which number"""
-    rig: Rig
-    """as it would be"""
-    number: tuple[str, int, str]
-    """part of the rig, its index, and the field that was wrong"""
+    kind: str  #: which number
+    rig: Rig  #: as it would be
+    number: tuple[str, int, str]  #: part of the rig, its index, and the field that was wrong
 
     def of(self, rig: Rig) -> float:
         """The number, in a rig; 0 of a mass that it has not."""
