@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 __all__ = ["ModalModel", "linear_frf", "mode_shapes", "natural_frequencies", "ritz_model", "state_space"]
 
-MOST_MODES = 60  # Modes in a Ritz basis beyond which nothing is gained
+MAX_MODES = 60  # Modes in a Ritz basis beyond which nothing is gained
 
 
 @dataclass(frozen=True, eq=False)

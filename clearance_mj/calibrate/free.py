@@ -27,8 +27,8 @@ SUPPORTS = {
 }  # fmt: skip
 """units of what the linear rig depends on: of its shafts, of masses, sensors and bushings with their grease, and of
 supports and discs"""
-NEAR, FAR = 1.2, 10.0
-"""default bounds are start / factor to start × factor: NEAR for the shaft, FAR for the rest but positions"""
+SHAFT_FACTOR, OTHER_FACTOR = 1.2, 10.0
+"""default bounds are start / factor to start × factor: of the shaft, and of all else but positions"""
 NEAREST = 0.02  # lowest default bound of a position, as a share of the shaft's length
 ROUNDING = 1e-9
 
@@ -93,7 +93,7 @@ def free_parameter(rig: Rig, path: str, bounds: tuple[float, float] | None) -> P
     if bounds is None:
         if value <= 0:
             raise RigError(f"{path} starts at {value:g} and has no bounds; give them, as in {path}=1:10")
-        factor = NEAR if field in SHAFT else FAR
+        factor = SHAFT_FACTOR if field in SHAFT else OTHER_FACTOR
         bounds = (
             _on_shaft(rig, keys_of(rig, path)[0]) if field in ("position", "to") else (value / factor, value * factor)
         )

@@ -16,7 +16,7 @@ from ..signals.frf import FRF
 __all__ = ["FRFTarget", "ModalTarget", "modal_target"]
 
 FREQUENCY_STD = 1e-3  # of a measured natural frequency, relative, where the file does not say
-LEAST_STD = 1e-9  # of a frequency: no test knows one better
+MIN_STD = 1e-9  # of a frequency: no test knows one better
 SHAPE_STD = 0.03  # of a component of a shape of unit length
 FRF_STD = 1.0  # of a line of an FRF, dB
 
@@ -52,9 +52,9 @@ class ModalTarget:
         if np.any(np.mod(self.mode, 1)):
             raise RecordError(f"mode numbers must be whole, got {_listed(self.mode)}")
         relative = np.asarray(self.std) / self.frequency
-        if not np.all((relative >= LEAST_STD) & (relative <= 1)):
+        if not np.all((relative >= MIN_STD) & (relative <= 1)):
             raise RecordError(
-                f"standard deviations must be > 0 Hz, {LEAST_STD:g} to 1 of the frequency, got {_listed(self.std)}"
+                f"standard deviations must be > 0 Hz, {MIN_STD:g} to 1 of the frequency, got {_listed(self.std)}"
             )
         if self.shape is not None and not (np.isfinite(self.shape).all() and np.any(self.shape, axis=0).all()):
             raise RecordError("a shape is not finite or zero at every sensor")

@@ -84,13 +84,13 @@ def _compared(
     from ..report.comparison import draw
     from ..signals.alignment import accelerance
     from ..signals.comparison import compare, compare_modes, mac_of_modes
-    from ..signals.ema import LEAST_LINES, NO_MODES, extract_modes
+    from ..signals.ema import MIN_LINES, NO_MODES, extract_modes
 
     frequency, rows = aligned.test.frequency, len(aligned.test.labels)
-    n_modes = options.modes if frequency.size >= LEAST_LINES else 0
+    n_modes = options.modes if frequency.size >= MIN_LINES else 0
     notes = list(aligned.notes)
     if n_modes < options.modes:
-        notes.append(f"modes are not looked for: they need {LEAST_LINES} common lines, there are {frequency.size}")
+        notes.append(f"modes are not looked for: they need {MIN_LINES} common lines, there are {frequency.size}")
     if rows == 1:
         notes.append("CSAC and MAC of one response are 1 by definition: undefined")
     elif len(aligned.test.references) > 1:

@@ -58,7 +58,7 @@ def _write_provenance(out: Path, plan: Any) -> None:
 
 
 def _sensitivity(plan: Any, results: Any, options: argparse.Namespace) -> tuple[list[dict], Drawing]:
-    """Sobol indices, written and told, and how they are drawn."""
+    """Sobol indices, written and printed, and how they are drawn."""
     from ..report.sweep import draw_sensitivity
     from ..report.tables import write_csv
     from ..sweep.sensitivity import sensitivity

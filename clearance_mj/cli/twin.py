@@ -31,13 +31,13 @@ def _options(parser: argparse.ArgumentParser) -> None:
     )  # fmt: skip
     option(
         "--law", type=Path,
-        help="law file: whose kinds of contact and grease are followed (default: the folder's; else the likeliest of "
+        help="law file: whose kinds of contact and grease are tracked (default: the folder's; else the likeliest of "
         "twelve)",
     )  # fmt: skip
     option("--window", type=float, default=2.0, metavar="S", help="s between two values (default: %(default)s)")
     option(
         "--learn", type=float, default=10.0, metavar="S",
-        help="s of the record from which rig and law are learnt (default: %(default)s)",
+        help="s of the record to which rig and law are fitted (default: %(default)s)",
     )  # fmt: skip
     option("--rig-exact", action="store_true", help="take the rig file for exact instead of correcting it first")
     add_columns(parser)

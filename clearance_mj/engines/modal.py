@@ -17,7 +17,7 @@ from typing import Annotated, ClassVar
 import numpy as np
 from pydantic import Field
 
-from ..beam import MOST_MODES, ritz_model
+from ..beam import MAX_MODES, ritz_model
 from ..clearance.kernel import clearance_records, greases_of, side_by_side
 from ..clearance.lane_contacts import lane_contacts
 from ..clearance.lane_greases import lane_greases
@@ -36,7 +36,7 @@ class Modal(Engine):
     """Compiled modal engine."""
 
     name: ClassVar[str] = "modal"
-    modes: Annotated[Whole, Field(ge=1, le=MOST_MODES)] = 8
+    modes: Annotated[Whole, Field(ge=1, le=MAX_MODES)] = 8
     """modes in the Ritz basis, to which the static shapes are added"""
     resolution: Annotated[Positive, Field(le=3)] = 1.0
     """largest phase, rad, that the fastest mode or contact may turn in one step"""

@@ -15,7 +15,7 @@ import mujoco
 import numpy as np
 from pydantic import Field
 
-from ..beam import MOST_MODES, ritz_model
+from ..beam import MAX_MODES, ritz_model
 from ..clearance.law import Law
 from ..core.errors import ClearanceError
 from ..core.validation import Positive, Whole
@@ -36,7 +36,7 @@ class ModalMujoco(Engine):
     """MuJoCo modes."""
 
     name: ClassVar[str] = "modal-mj"
-    modes: Annotated[Whole, Field(ge=1, le=MOST_MODES)] = 8
+    modes: Annotated[Whole, Field(ge=1, le=MAX_MODES)] = 8
     """modes in the Ritz basis, to which the static shapes are added"""
     safety: Positive = 0.5
     """time step as a share of its stability limit, contacts at their hardest"""

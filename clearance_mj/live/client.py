@@ -1,4 +1,4 @@
-"""One open page, by its websocket: what it asks for, what it waits for, and what it is told."""
+"""One open page, by its websocket: what it asks for, what it waits for, and what it is last_report."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ from .wire import Cancel, Export, Follow, Message, Set, Step, Sweep, Window, pac
 
 __all__ = ["Client", "Host"]
 
-MOST_CLIENTS = 32  # at once
+MAX_CLIENTS = 32  # at once
 PATIENCE = 0.7  # s that a simulation may go on after a newer setting has come
-TOLD_EVERY = 0.1  # s between two words about progress
+REPORT_INTERVAL = 0.1  # s between two words about progress
 
 
 class Superseded(Exception):
@@ -62,7 +62,7 @@ class Client(WebSocketHandler):
     def prepare(self) -> None:
         """Refuse who may not ask."""
         status = self.page.refusal(self, self.path_args[0])
-        if status or len(self.page.clients) >= MOST_CLIENTS:
+        if status or len(self.page.clients) >= MAX_CLIENTS:
             self.set_status(status or 503)
             self.finish("refused\n")
 
@@ -136,15 +136,15 @@ class Client(WebSocketHandler):
         self.busy = False
 
     def _shown(self, wanted: Set) -> bytes:
-        session, told = self.session, time.monotonic()
+        session, last_report = self.session, time.monotonic()
 
         def watch(share: float) -> None:
-            nonlocal told
+            nonlocal last_report
             now = time.monotonic()
             if self.over or (self.waiting is not None and now - self.began > PATIENCE):
                 raise Superseded
-            if now - told > 2 * TOLD_EVERY:
-                told = now
+            if now - last_report > 2 * REPORT_INTERVAL:
+                last_report = now
                 self._tell("progress", of="set", share=share)
 
         values = session.setting(wanted.values)
@@ -159,14 +159,14 @@ class Client(WebSocketHandler):
         self.loop.call_soon_threadsafe(self._send, data)
 
     async def _long(self, wanted: Follow | Step | Sweep, stop: threading.Event) -> None:
-        told = 0.0
+        last_report = 0.0
 
         def watch(share: float) -> None:
-            nonlocal told
+            nonlocal last_report
             if stop.is_set():
                 raise Superseded
-            if time.monotonic() - told > TOLD_EVERY:
-                told = time.monotonic()
+            if time.monotonic() - last_report > REPORT_INTERVAL:
+                last_report = time.monotonic()
                 self._tell("progress", of=wanted.type, share=share)
 
         answer = await self._answer(self.page.long, lambda: self._found(wanted, watch), of=wanted.type)

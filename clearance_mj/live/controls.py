@@ -20,8 +20,8 @@ __all__ = ["RECORD", "Control", "Value", "built", "checked_values", "controls"]
 Value = float | str
 RECORD = "record: "  # before the name of a record whose measured excitation drives the rig
 SPAN = 10.0  # ratio of a slider's ends to the identified value
-MOST_SAMPLES = 250_000  # of one simulation; the page stays a page
-MOST = 1e300  # of any number
+MAX_SAMPLES = 250_000  # of one simulation; the page stays a page
+LARGEST_NUMBER = 1e300  # of any number
 LENGTHS = ("gap", "offset", "film_height")  # fields in m, shown in µm
 ENGINES = ("modal", "links", "modal-mj")
 EXCITATIONS = ("random", "multisine", "burst random", "level ramp", "sweep up", "sweep down", "impacts", "sine")
@@ -158,7 +158,7 @@ def checked_values(known: Mapping[str, Control], changes: Mapping[str, Any]) -> 
                 raise ClearanceError(f"{control.label}: {value!r} is unknown; use {', '.join(control.choices)}")
             found[name] = value
             continue
-        if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) < MOST:
+        if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) < LARGEST_NUMBER:
             raise ClearanceError(f"{control.label}: needs a number, got {value!r}")
         if control.whole and (value != round(value) or not 0 <= value < 2**31):
             raise ClearanceError(f"{control.label}: needs a whole number from 0 to 2147483647, got {value!r}")

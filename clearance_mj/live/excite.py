@@ -12,11 +12,11 @@ from ..io.record import Record
 from ..rig import Rig
 from ..signals import excitation
 from ..signals.excitation import Excitation
-from .controls import MOST_SAMPLES, RECORD, Value
+from .controls import MAX_SAMPLES, RECORD, Value
 
 __all__ = ["excited", "record_named", "segment", "stepped"]
 
-MOST_STEPPED = 4 * MOST_SAMPLES  # samples of a stepped sine, which is asked for on its own
+MAX_STEPPED = 4 * MAX_SAMPLES  # samples of a stepped sine, which is asked for on its own
 
 
 def excited(rig: Rig, values: Mapping[str, Value], dataset: Dataset | None) -> Excitation:
@@ -27,8 +27,8 @@ def excited(rig: Rig, values: Mapping[str, Value], dataset: Dataset | None) -> E
     level, frequency, low, high, duration, fs = (
         float(values[name]) for name in ("level", "frequency", "band_low", "band_high", "duration", "fs")
     )
-    if not duration * fs <= MOST_SAMPLES:
-        raise ExcitationError(f"{duration:g} s at {fs:g} Hz are more than {MOST_SAMPLES} samples; take fewer")
+    if not duration * fs <= MAX_SAMPLES:
+        raise ExcitationError(f"{duration:g} s at {fs:g} Hz are more than {MAX_SAMPLES} samples; take fewer")
     band, seed, peak = (low, high), int(float(values["seed"])), math.sqrt(2) * level
     if what == "sine":
         return excitation.stepped_sine(duration, fs, frequency, peak, kind)
@@ -58,9 +58,9 @@ def segment(values: Mapping[str, Value]) -> float:
 def stepped(rig: Rig, values: Mapping[str, Value], frequencies: Sequence[float], hold: float) -> Excitation:
     """Return a sine at the level of the settings that goes through frequencies, Hz, each for ``hold`` s."""
     fs, kind = float(values["fs"]), str(values.get("kind", rig.shaker.kind))
-    if not 0 < hold * fs * len(frequencies) <= MOST_STEPPED:
+    if not 0 < hold * fs * len(frequencies) <= MAX_STEPPED:
         raise ExcitationError(
-            f"{len(frequencies)} steps of {hold:g} s at {fs:g} Hz are not between 1 and {MOST_STEPPED} samples"
+            f"{len(frequencies)} steps of {hold:g} s at {fs:g} Hz are not between 1 and {MAX_STEPPED} samples"
         )
     duration = round(hold * fs) / fs * len(frequencies)
     return excitation.stepped_sine(duration, fs, frequencies, math.sqrt(2) * float(values["level"]), kind)

@@ -25,7 +25,7 @@ POINTS = 1600  # of a history over time: what a screen has across
 PORTRAIT = 1.0  # s of a phase portrait
 SHOWN, SLOW, PICTURES = 0.2, 40.0, 20.0
 """s of the shaft's motion that are shown, how many times slower, and pictures per second"""
-MODES = 6  # natural frequencies that are told
+MODES = 6  # natural frequencies that are shown
 HIGHEST = 250.0  # Hz, of a spectrum
 
 

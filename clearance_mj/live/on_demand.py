@@ -22,7 +22,7 @@ from .session import Session, Watch
 __all__ = ["branch", "steps", "sweep"]
 
 HARMONICS = 9  # of response branches: what finds folds within 0.002 % on the Table-1 rig
-MOST_CASES = 200  # of a sweep, and steps of a sine
+MAX_CASES = 200  # of a sweep, and steps of a sine
 CYCLES = 4  # of the lowest frequency that a step must hold; its second half is looked at
 DIFFERENT = 0.05  # of the larger amplitude: from here on a sine upwards and one downwards show different vibrations
 
@@ -92,8 +92,8 @@ def steps(
     ClearanceError
         For impossible numbers, or a simulation that diverges.
     """
-    if not (2 <= count <= MOST_CASES and 0 < low < high):
-        raise ExcitationError(f"needs 2 to {MOST_CASES} rising frequencies, got {count} from {low:g} to {high:g} Hz")
+    if not (2 <= count <= MAX_CASES and 0 < low < high):
+        raise ExcitationError(f"needs 2 to {MAX_CASES} rising frequencies, got {count} from {low:g} to {high:g} Hz")
     if hold * low < CYCLES:
         raise ExcitationError(f"steps of {hold:g} s hold fewer than {CYCLES} cycles of {low:g} Hz; hold them longer")
     model = built(session.model, values)
@@ -136,8 +136,8 @@ def sweep(
     control = session.controls.get(name)
     if control is None or control.choices:
         raise ClearanceError(f"{name!r} is no number that can be swept")
-    if not 2 <= count <= MOST_CASES:
-        raise ClearanceError(f"a sweep has 2 to {MOST_CASES} values, got {count}")
+    if not 2 <= count <= MAX_CASES:
+        raise ClearanceError(f"a sweep has 2 to {MAX_CASES} values, got {count}")
     log = control.log and low > 0 and high > 0
     at = np.geomspace(low, high, count) if log else np.linspace(low, high, count)
     share = np.full((len(session.rig.bushings), count), np.nan)

@@ -24,7 +24,7 @@ from ..io.dataset import Dataset
 from ..model import Model
 from .client import Client
 from .session import Session
-from .wire import MOST_BYTES
+from .wire import MAX_BYTES
 
 __all__ = ["Page", "serve"]
 
@@ -92,7 +92,7 @@ class Page:
         routes = [("/([^/]*)/socket", Client, {"page": self}), ("/([^/]*)/(.*)", File, {"page": self})]
         application = Application(
             routes, default_handler_class=File, default_handler_args={"page": self},
-            websocket_max_message_size=MOST_BYTES, log_function=lambda handler: None,
+            websocket_max_message_size=MAX_BYTES, log_function=lambda handler: None,
         )  # fmt: skip
         server = HTTPServer(application, max_body_size=0, max_header_size=16_384, idle_connection_timeout=600)
         server.add_sockets(self.sockets)

@@ -13,9 +13,9 @@ from pydantic.dataclasses import dataclass
 from ..core.files import to_json
 from .figures import Numbers
 
-__all__ = ["MOST_BYTES", "Cancel", "Export", "Follow", "Message", "Set", "Step", "Sweep", "Window", "packed", "parsed"]
+__all__ = ["MAX_BYTES", "Cancel", "Export", "Follow", "Message", "Set", "Step", "Sweep", "Window", "packed", "parsed"]
 
-MOST_BYTES = 65_536  # of a message to the server
+MAX_BYTES = 65_536  # of a message to the server
 _STRICT = ConfigDict(strict=True, extra="forbid", allow_inf_nan=False)
 Name = Annotated[str, Field(max_length=200)]
 Number = Annotated[int | float, Field(union_mode="left_to_right")]

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
 
-from ..beam import MOST_MODES
+from ..beam import MAX_MODES
 from ..core.errors import ClearanceError, ExcitationError
 from ..model import Model
 from ..rig import Rig
@@ -153,8 +153,8 @@ def resolution(harmonics: int, samples: int | None, excited: int, modes: int) ->
         raise ClearanceError(
             f"at most {MAX_HARMONICS} harmonics and {MAX_SAMPLES} samples are computed, got {harmonics} and {samples}"
         )
-    if not 1 <= modes <= MOST_MODES:
-        raise ClearanceError(f"n_modes must be between 1 and {MOST_MODES}, got {modes}")
+    if not 1 <= modes <= MAX_MODES:
+        raise ClearanceError(f"n_modes must be between 1 and {MAX_MODES}, got {modes}")
     if samples is None:
         least = 2 ** int(np.ceil(np.log2(SAMPLES * harmonics)))
         return int(harmonics), (least, FINER * least)

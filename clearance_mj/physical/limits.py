@@ -171,10 +171,10 @@ def _touching(model: mujoco.MjModel, geom: int) -> list[frozenset[int]]:
         related = weld[a] == weld[b] or (
             no_parents and weld[a] and weld[b] and (weld[a] == above[b] or weld[b] == above[a])
         )
-        told = types[a] & affinity[b] or types[b] & affinity[a]
+        collide = types[a] & affinity[b] or types[b] & affinity[a]
         out = frozenset((int(model.geom_bodyid[a]), int(model.geom_bodyid[b]))) in excluded
         flat = model.geom_type[a] == plane and model.geom_type[b] == plane
-        if told and not (related or out or flat):
+        if collide and not (related or out or flat):
             found.append(frozenset((a, b)))
     return found
 

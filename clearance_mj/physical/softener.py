@@ -183,7 +183,7 @@ def _parts(model: mujoco.MjModel, laws: Sequence[Asked], bristles: Sequence[Fric
 
 
 class _Opening(NamedTuple):
-    """What laws are told of a clearance."""
+    """What laws get of a clearance."""
 
     bushings: list[Bushing]
 

@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..beam import MOST_MODES, ritz_model
+from ..beam import MAX_MODES, ritz_model
 from ..core.errors import ClearanceError
 from ..rig import Rig
 from ..structure import Shaft
@@ -158,8 +158,8 @@ def candidates(
     wanted, others = list(modes), list(unwanted)
     if not points or len(set(points)) < len(points):
         raise ClearanceError(f"candidate positions must differ, and there must be some; got {points}")
-    if max(wanted + others, default=0) > MOST_MODES:
-        raise ClearanceError(f"modes must be 1 to {MOST_MODES}, got {max(wanted + others)}")
+    if max(wanted + others, default=0) > MAX_MODES:
+        raise ClearanceError(f"modes must be 1 to {MAX_MODES}, got {max(wanted + others)}")
     for point in points:
         try:
             rig.linear.check(point)

@@ -19,7 +19,7 @@ METHODS = ("backward", "forward", "exchange", "exhaustive")
 MAX_LAYOUTS = 3_000_000  # number of layouts up to which every one is evaluated
 CHUNK = 50_000  # layouts that are evaluated at a time, which bounds the memory
 FLOOR = 1e-9  # relative information that is always assumed, so that fewer sensors than modes can be compared
-LEAST_GAIN = 1e-9  # relative gain below which an exchange is rounding, not progress
+MIN_GAIN = 1e-9  # relative gain below which an exchange is rounding, not progress
 
 
 def place_sensors(
@@ -129,7 +129,7 @@ class _Search:
             trials = [self._exchanged(chosen, i) for i in chosen if i not in self.required]
             best = max(trials, key=self.value, default=chosen)
             old, new = self.value(chosen), self.value(best)
-            if new <= old + LEAST_GAIN * (abs(old) if self.by_trace else 1):
+            if new <= old + MIN_GAIN * (abs(old) if self.by_trace else 1):
                 return chosen
             chosen = best
 

@@ -13,7 +13,7 @@ from .style import COLOURS, FONT, REPEAT, TEST, Drawing, canvas, tidy
 __all__ = ["draw"]
 
 START, FOUND = "#e69f00", COLOURS[0]
-MOST_SENSORS = 4  # FRFs that are drawn
+MAX_SENSORS = 4  # FRFs that are drawn
 SYMBOLS = {"young_modulus": "E", "density": "ρ", "stiffness": "k", "damping": "c", "position": "x", "mass": "m"}
 
 
@@ -84,7 +84,7 @@ def _table(ax: Axes, found: Calibration, target: ModalTarget) -> None:
 
 
 def _frfs(part: SubFigure, found: Calibration, target: FRFTarget) -> None:
-    count = min(MOST_SENSORS, len(target.nodes))
+    count = min(MAX_SENSORS, len(target.nodes))
     shown = np.unique(np.linspace(0, len(target.nodes) - 1, count).astype(int))
     frfs = (("test", target.frf.functions, TEST, 1.5), ("start", target.model(found.start), START, 0.9),
             ("calibrated", target.model(found.rig), FOUND, 0.9))  # fmt: skip

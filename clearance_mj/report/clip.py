@@ -30,10 +30,10 @@ __all__ = ["Clip", "clip", "deflection"]
 
 MODES = 16  # of the shaft's shape
 POINTS = 81  # of a shaft's line, to which its steps are added
-DRAWN_LIFT, MOST_LIFT = 0.22, 0.4
+DRAWN_LIFT, MAX_LIFT = 0.22, 0.4
 """largest lift as it is drawn, as a share of the shaft's length: if no exaggeration is asked for, and at most"""
-LEAST_LIFT = 1e-4  # of the most: less cannot be seen
-MOST_FRAMES = 600
+MIN_LIFT = 1e-4  # of the most: less cannot be seen
+MAX_FRAMES = 600
 
 
 @dataclass(frozen=True, eq=False)
@@ -129,11 +129,11 @@ def clip(rig: Rig, response: Response, start: float | None = None, seconds: floa
     length = right - left
     if exaggeration is None:
         exaggeration = float(f"{DRAWN_LIFT * length / largest:.2g}")
-    most = MOST_LIFT * length / largest
-    if not LEAST_LIFT * most <= exaggeration <= most:
+    most = MAX_LIFT * length / largest
+    if not MIN_LIFT * most <= exaggeration <= most:
         raise ClearanceError(
-            f"exaggeration {exaggeration:g}: must be {LEAST_LIFT * most:.3g} to {most:.3g}, at which the largest lift, "
-            f"{1e3 * largest:.3g} mm, is drawn as {MOST_LIFT:g} of the shaft's length"
+            f"exaggeration {exaggeration:g}: must be {MIN_LIFT * most:.3g} to {most:.3g}, at which the largest lift, "
+            f"{1e3 * largest:.3g} mm, is drawn as {MAX_LIFT:g} of the shaft's length"
         )
     trace, contact = slice(first, last + 1), np.asarray(response.contact_force).T
     return Clip(rig, response.time[shown], position, number, lift[shown], contact[shown], response.time[trace],
@@ -153,10 +153,10 @@ def _count(seconds: float, slow: float, rate: float) -> int:
         if not 0 < value < math.inf:
             raise ClearanceError(f"{name} {value:g}: must be above 0")
     count = seconds * slow * rate
-    if not 1.5 < count < MOST_FRAMES + 0.5:
+    if not 1.5 < count < MAX_FRAMES + 0.5:
         raise ClearanceError(
             f"{seconds:g} s shown {slow:g} times slower are {count:.6g} pictures at {rate:g} per second; from 2 to "
-            f"{MOST_FRAMES} can be shown"
+            f"{MAX_FRAMES} can be shown"
         )
     return round(count)
 

@@ -22,7 +22,7 @@ LOSSES = {"damping": "#0072b2", "hysteresis": "#e69f00", "film": "#56b4e9", "con
 WORDS = {"damping": "shaft's damping", "hysteresis": "grease's hysteresis", "film": "grease's damping"}
 WORDS |= {"contact_loss": "contact", "stored": "stored"}
 STORED = "#d9d9d9"
-MOST_RESTITUTION = 2.0  # that is drawn
+MAX_RESTITUTION = 2.0  # that is drawn
 POINTS = 1500  # that a curve is drawn with at most
 
 
@@ -50,7 +50,7 @@ def draw(balance: EnergyBalance) -> Drawing:
         f"Energy of {balance.time[-1]:.3g} s: {most:.3g} J put in; shares lost: {shares}. The residual, "
         f"neither lost nor stored, is at most {100 * balance.imbalance:.2g} %. {len(balance.impacts)} impacts of "
         "bushing ends; other forces act on the shaft while it touches, so that it may leave faster than it came (ratios"
-        f" beyond {MOST_RESTITUTION:g} are drawn there)."
+        f" beyond {MAX_RESTITUTION:g} are drawn there)."
     )
     return Drawing(
         "energy_balance", figure, caption, "Energy over time by where it goes, residual, restitution and impulses."
@@ -89,10 +89,10 @@ def _by_bushing(balance: EnergyBalance, name: str) -> Iterator[tuple[int, np.nda
 def _restitution(ax: Axes, balance: EnergyBalance) -> None:
     for (j, v_in), (_, ratio) in zip(_by_bushing(balance, "v_in"), _by_bushing(balance, "restitution")):
         look: dict[str, Any] = {"marker": MARKERS[j % len(MARKERS)], "color": COLOURS[j % len(COLOURS)], "mec": "none"}
-        shown = np.minimum(ratio, MOST_RESTITUTION)
+        shown = np.minimum(ratio, MAX_RESTITUTION)
         ax.plot(1e3 * v_in, shown, ls="", ms=3, alpha=0.5, label=f"bushing {j + 1}", **look)
     ax.axhline(1, color=TEST, lw=0.6)
-    ax.set_ylim(0, 1.02 * MOST_RESTITUTION)
+    ax.set_ylim(0, 1.02 * MAX_RESTITUTION)
     if balance.impacts:
         ax.set_xscale("log")
     tidy(ax, "(c) restitution", "Speed off over speed into the wall (1)", "Speed into the wall (mm/s)")

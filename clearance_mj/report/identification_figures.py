@@ -25,11 +25,11 @@ MM = 1e3
 EVERY = 6  # points of the law, of which one is drawn: what was measured shows between them
 DRAWN = 2000  # gaps and offsets, for the walls' intervals
 INTERVAL = (2.5, 97.5)  # %
-MOST = 99.9  # % of the forces between the walls that the right panels show
+SHOWN_PERCENTILE = 99.9  # % of the forces between the walls that the right panels show
 INSIDE = 1.15  # of the way to the walls: the right panels end there
 PANELS = 6  # levels that are drawn
 RATIOS = (0.0, 1.0, 2.0, TOO_FAR, 2 * TOO_FAR, 4 * TOO_FAR)
-COLOURS_OF_RATIOS, FAR = ("#f7f7f7", "#d9d9d9", "#b3b3b3", "#e69f00", "#d55e00"), "#882255"
+COLOURS_OF_RATIOS, COLOUR_BEYOND = ("#f7f7f7", "#d9d9d9", "#b3b3b3", "#e69f00", "#d55e00"), "#882255"
 """grey below what a warning needs, warm colours above"""
 
 
@@ -98,7 +98,7 @@ def _between(ax: Axes, x: np.ndarray, force: np.ndarray, walls: tuple[float, flo
     inside = (x > lower) & (x < upper)
     ax.set_xlim(MM * INSIDE * lower, MM * INSIDE * upper)
     if inside.any():
-        most = 1.5 * np.percentile(np.abs(force[inside]), MOST)
+        most = 1.5 * np.percentile(np.abs(force[inside]), SHOWN_PERCENTILE)
         ax.set_ylim(-most, most)
 
 
@@ -119,7 +119,10 @@ def draw_misfit(found: LawMisfit) -> Drawing | None:
     stretches = [found.stretches[i] for i in shown]
     figure = canvas(1.0 + 2 * (0.55 + 0.11 * len(found.sensors)), 8.5)
     axes = figure.subplots(2, len(stretches), squeeze=False, sharex=True, sharey=True)
-    missed, ratio = np.array([s.missed for s in stretches]), ListedColormap(COLOURS_OF_RATIOS).with_extremes(over=FAR)
+    missed, ratio = (
+        np.array([s.missed for s in stretches]),
+        ListedColormap(COLOURS_OF_RATIOS).with_extremes(over=COLOUR_BEYOND),
+    )
     rows = (
         (
             axes[0],

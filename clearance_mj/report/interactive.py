@@ -23,9 +23,9 @@ from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-__all__ = ["MOST_POINTS", "chart", "decimated", "embedded", "thinned"]
+__all__ = ["MAX_POINTS", "chart", "decimated", "embedded", "thinned"]
 
-MOST_POINTS = 4000  # of a line; more cannot be seen
+MAX_POINTS = 4000  # of a line; more cannot be seen
 PIXELS = 118  # of a chart for an inch of its figure
 _DECIBEL = re.compile(r"\bdB re (.+)\)")
 _LETTER = re.compile(r"\(\w+\)")
@@ -173,7 +173,7 @@ def _line(ax: Axes, line: Line2D, found: _Data) -> dict[str, Any]:
     return {"series": series, "x": found.array(x), "y": found.array(y), "up": round(up, 9)}
 
 
-def decimated(x: np.ndarray, y: np.ndarray, most: int = MOST_POINTS) -> tuple[np.ndarray, np.ndarray]:
+def decimated(x: np.ndarray, y: np.ndarray, most: int = MAX_POINTS) -> tuple[np.ndarray, np.ndarray]:
     """Return the least and the largest value of each of ``most / 2`` pieces, in their order, at their own x.
 
     Parameters
@@ -201,7 +201,7 @@ def _within(x: np.ndarray, y: np.ndarray, limits: tuple[float, float]) -> tuple[
     return x[inside], y[inside]
 
 
-def thinned(x: np.ndarray, y: np.ndarray, most: int = MOST_POINTS) -> tuple[np.ndarray, np.ndarray]:
+def thinned(x: np.ndarray, y: np.ndarray, most: int = MAX_POINTS) -> tuple[np.ndarray, np.ndarray]:
     """Return points in the order of their x, of many the outer ones and some between them in each piece of the axis.
 
     Parameters

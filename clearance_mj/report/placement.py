@@ -19,7 +19,7 @@ __all__ = ["draw"]
 
 MODES = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9")
 STYLES = ("-", "--", "-.", ":", (0, (5, 1, 1, 1, 1, 1)), (0, (1, 2.5)))
-MOST_GROWTH = 10.0  # of a standard deviation that is drawn
+MAX_GROWTH = 10.0  # of a standard deviation that is drawn
 
 
 def draw(rig: Rig, places: Candidates, found: Placement, modes: Sequence[int]) -> Drawing:
@@ -110,10 +110,10 @@ def _carried(ax: Axes, found: Placement) -> None:
 
 
 def _lost(ax: Axes, found: Placement, modes: Sequence[int]) -> None:
-    growth = np.minimum(found.std_growth, MOST_GROWTH).T
+    growth = np.minimum(found.std_growth, MAX_GROWTH).T
     image = ax.imshow(growth, cmap="viridis_r", aspect="auto", vmin=1, vmax=max(2.0, growth.max()))
     for (i, j), value in np.ndenumerate(growth):
-        words = f"{value:.2f}" if value < MOST_GROWTH else f"> {MOST_GROWTH:g}"
+        words = f"{value:.2f}" if value < MAX_GROWTH else f"> {MAX_GROWTH:g}"
         dark = float(np.asarray(image.norm(value))) > 0.5
         ax.text(j, i, words, ha="center", va="center", fontsize=FONT - 1, color="white" if dark else "black")
     tidy(ax, "standard deviation without it, over that with it (1)", "Mode (number)", "Sensor, position (m)")

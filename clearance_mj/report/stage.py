@@ -27,7 +27,7 @@ __all__ = ["CLAMP", "DPI", "HALF", "MASS", "PLATE", "STEEL", "WALL", "Stage"]
 DPI, WIDTH = 100, 7.2
 LEFT, RIGHT, TRACE, ABOVE, BETWEEN, BELOW = 0.62, 0.12, 1.1, 0.3, 0.62, 0.42
 """in: margins beside the drawing, height of the trace, room above, between and below the panels"""
-ARROW, PLATE, WALL, LEAST_HEIGHT = 0.1, 0.015, 0.06, 0.15
+ARROW, PLATE, WALL, MIN_HEIGHT = 0.1, 0.015, 0.06, 0.15
 """length of the arrow of the largest force, thickness of a bushing's halves, half height of the clamp, least half
 height of the picture, as shares of the shafts' length"""
 STEEL, MASS, HALF, CLAMP = "#8a949f", "#4d5660", "#3b3b3b", "#d0d0d0"
@@ -54,7 +54,7 @@ class Stage:
         self.level = np.zeros(len(self.shafts))
         highest = shown.exaggeration * max(np.abs(shown.lift).max(), *(b.gap for b in shown.rig.bushings))
         self.per_newton = ARROW * self.length / max(np.abs(shown.trace).max(), 1e-12)
-        lane = max(LEAST_HEIGHT * self.length, 1.1 * highest, 1.05 * np.nanmax(np.abs(self.arrows()[..., 1])))
+        lane = max(MIN_HEIGHT * self.length, 1.1 * highest, 1.05 * np.nanmax(np.abs(self.arrows()[..., 1])))
         self.level = lane * np.arange(len(self.shafts) - 1.0, -len(self.shafts), -2.0)
         self.half_height = lane * len(self.shafts)
         first, last = shown.rig.linear.span

@@ -29,9 +29,9 @@ UNITS = {
     **dict.fromkeys(("t", "release", "duration", "period"), "s"),
     **{"mass": "kg", "young_modulus": "Pa", "density": "kg/m³", "restitution": "1", "elastic_ratio": "1", "seed": "1"},
 }  # of a field by its name; others are said to be in SI units
-MOST_ROWS = 8  # results that are drawn
-MOST_FRFS = 12  # cases whose FRFs are drawn, of the first `MOST_KEPT` sensors
-MOST_KEPT = 4
+MAX_ROWS = 8  # results that are drawn
+MAX_FRFS = 12  # cases whose FRFs are drawn, of the first `MAX_KEPT` sensors
+MAX_KEPT = 4
 
 
 def draw_results(results: xr.Dataset, varied: tuple[Vary, ...]) -> Drawing | None:
@@ -63,8 +63,8 @@ def draw_frfs(results: xr.Dataset) -> Drawing | None:
     known = np.flatnonzero(np.isfinite(results["frf"].values).all(axis=(1, 2, 3)))
     if not known.size:
         return None
-    cases = known[np.unique(np.linspace(0, known.size - 1, MOST_FRFS).round().astype(int))]
-    kept = [str(name) for name in results["kept"].values[:MOST_KEPT]]
+    cases = known[np.unique(np.linspace(0, known.size - 1, MAX_FRFS).round().astype(int))]
+    kept = [str(name) for name in results["kept"].values[:MAX_KEPT]]
     colours = matplotlib.colormaps["cividis"](np.linspace(0, 0.9, cases.size))
     figure = canvas(2.6 * len(kept) + 0.3 * -(-cases.size // 3))
     axes = figure.subplots(2 * len(kept), 1, squeeze=False, sharex=True, height_ratios=[2, 1] * len(kept))[:, 0]
@@ -152,7 +152,7 @@ def _most_telling(found: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
     """Results that vary; of too many, one of each kind after the other."""
     found = {name: values for name, values in found.items() if np.unique(values[np.isfinite(values)]).size > 1}
     number = {name: "".join(c for c in name if c.isdigit()) for name in found}
-    kept = sorted(found, key=lambda name: number[name])[:MOST_ROWS]
+    kept = sorted(found, key=lambda name: number[name])[:MAX_ROWS]
     return {name: values for name, values in found.items() if name in kept}
 
 

@@ -13,7 +13,7 @@ from .style import COLOURS, FONT, REPEAT, TEST, Drawing, canvas, decibel, freque
 __all__ = ["draw", "draw_parameters", "draw_spectra"]
 
 START, FOUND = "#e69f00", COLOURS[0]
-MOST_CHANNELS = 4  # spectra that are drawn
+MAX_CHANNELS = 4  # spectra that are drawn
 ROW = 0.13  # in, of a parameter
 
 
@@ -53,7 +53,7 @@ PARAMETER_WORDS = (
 def _spectra(figure: FigureBase, found: RigUpdate) -> str:
     """Draw and return what it shows."""
     piece = max(found.misfit, key=lambda m: m.duration)
-    shown = np.unique(np.linspace(0, len(found.channels) - 1, MOST_CHANNELS).astype(int))
+    shown = np.unique(np.linspace(0, len(found.channels) - 1, MAX_CHANNELS).astype(int))
     axes = np.atleast_1d(figure.subplots(-(-len(shown) // 2), 2, sharex=True)).ravel()
     looks = (("measured", piece.measured, TEST, 1.4), ("rig file", piece.before, START, 0.8),
              ("updated", piece.fitted, FOUND, 0.8))  # fmt: skip

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 __all__ = ["Comparison", "compare", "compare_modes", "mac_of_modes"]
 
 FREQUENCY_SCALE = 0.15  # relative difference in frequency at which two modes are e^-½ times as likely to be one
-LEAST_AFFINITY = 0.05
+MIN_AFFINITY = 0.05
 SENSOR_MEASURES = ("csac_per_sensor", "csf_per_sensor")  # measures by sensor and line
 TABLES = (("per_sensor", "response", "sensor"), ("per_mode", "mode", "mode"))
 """Field, its dimension, and the column that labels it."""
@@ -257,7 +257,7 @@ def _pairs(test: Modes, model: Modes) -> Pairs:
     ratio = np.log(model.frequency / test.frequency[:, None])
     affinity = np.sqrt(mac(test.shape, model.shape)) * np.exp(-0.5 * (ratio / FREQUENCY_SCALE) ** 2)
     rows, columns = scipy.optimize.linear_sum_assignment(affinity, maximize=True)
-    return [(int(i), int(j)) for i, j in zip(rows, columns) if affinity[i, j] >= LEAST_AFFINITY]
+    return [(int(i), int(j)) for i, j in zip(rows, columns) if affinity[i, j] >= MIN_AFFINITY]
 
 
 def _mode_table(test: Modes, model: Modes, pairs: Pairs, n_modes: int) -> pd.DataFrame:

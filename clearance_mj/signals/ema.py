@@ -33,7 +33,7 @@ __all__ = ["Modes", "extract_modes"]
 
 MIN_ORDER = 5
 LINES_PER_ORDER = 3
-LEAST_LINES = LINES_PER_ORDER * (MIN_ORDER + 1)
+MIN_LINES = LINES_PER_ORDER * (MIN_ORDER + 1)
 CIRCLE = 0.9  # share of the unit circle that the band covers; the rest takes up the jump from its end to its start
 RIDGE = 1e-12
 LARGEST_DAMPING = 0.3  # what is broader is background
@@ -148,7 +148,7 @@ def _usable_order(frf: FRF, n_modes: int, max_order: int) -> int:
         raise RecordError("the FRF is zero at every line")
     order = min(max_order, frf.frequency.size // LINES_PER_ORDER)
     if order <= MIN_ORDER:
-        raise RecordError(f"modes need at least {LEAST_LINES} lines, the band holds {frf.frequency.size}")
+        raise RecordError(f"modes need at least {MIN_LINES} lines, the band holds {frf.frequency.size}")
     return order
 
 

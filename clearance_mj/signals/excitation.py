@@ -37,7 +37,7 @@ __all__ = [
 Band = tuple[float, float]
 BAND: Band = (5.0, 220.0)
 TAPER = 0.1  # share of a burst in its two cosine flanks
-MOST_SAMPLES = 2**31
+MAX_SAMPLES = 2**31
 BYTES_PER_SAMPLE = 48  # memory that making an excitation takes for each sample
 HALF = 8.0  # s of the noise of random_blocks that are made at once
 
@@ -394,7 +394,7 @@ def _size(duration: float, fs: float) -> int:
     """Return the number of samples, or refuse the duration or the rate."""
     _require(0 < fs < np.inf, "fs", fs, "must be > 0 Hz")
     _require(0 < duration < np.inf and duration * fs >= 1.5, "duration", duration, "must be two samples or more")
-    _require(duration * fs < MOST_SAMPLES, "duration", duration, f"must be less than {MOST_SAMPLES} samples of 1/fs")
+    _require(duration * fs < MAX_SAMPLES, "duration", duration, f"must be less than {MAX_SAMPLES} samples of 1/fs")
     require_memory(BYTES_PER_SAMPLE * duration * fs, f"{duration:g} s at {fs:g} Hz", "take less, or blocks of it")
     return round(duration * fs)
 

@@ -35,7 +35,7 @@ __all__ = ["ENGINES", "METHODS", "N_MODES", "RESOLUTION", "Case", "Study"]
 
 ENGINES = ("links", "modal")
 METHODS = ("nominal", "constant", "amplitude", "bench")
-"""of a study that is not told which: rig file alone, constants, a law with the rig taken for exact, rig and law"""
+"""of a study for which none are named: rig file alone, constants, a law with the rig taken for exact, rig and law"""
 RESOLUTION = 0.5
 """Hz, of the FRFs that are compared"""
 N_MODES = 4

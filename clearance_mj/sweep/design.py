@@ -18,7 +18,7 @@ __all__ = ["Design", "Vary"]
 
 Method = typing.Literal["grid", "latin-hypercube", "sobol", "saltelli"]
 METHODS = typing.get_args(Method)
-MOST_NUMBERS = 10_000_000  # cases times varied parameters: 80 MB, some of it several times while the points are drawn
+MAX_NUMBERS = 10_000_000  # cases times varied parameters: 80 MB, some of it several times while the points are drawn
 
 
 @checked(ClearanceError)
@@ -58,7 +58,7 @@ class Vary:
         """Return the values (n,) that a grid takes."""
         if self.values is not None:
             return np.array(self.values)
-        if self.count is None or not 2 <= self.count <= MOST_NUMBERS:
+        if self.count is None or not 2 <= self.count <= MAX_NUMBERS:
             raise ClearanceError(f"vary {self.path}: a grid needs values, or low, high and count >= 2")
         between = np.geomspace if self.scale == "log" else np.linspace
         return between(*self._ends, self.count)
@@ -105,8 +105,8 @@ class Design:
         if self.method == "grid":
             if self.samples:
                 raise ClearanceError("design.samples is not for a grid; give each parameter values, or a count")
-        elif not 1 <= self.samples <= MOST_NUMBERS:
-            raise ClearanceError(f"design.samples must be in 1..{MOST_NUMBERS}, got {self.samples}")
+        elif not 1 <= self.samples <= MAX_NUMBERS:
+            raise ClearanceError(f"design.samples must be in 1..{MAX_NUMBERS}, got {self.samples}")
         elif self.method != "latin-hypercube" and self.samples & (self.samples - 1):
             below = 2 ** math.floor(math.log2(self.samples))
             raise ClearanceError(
@@ -154,5 +154,5 @@ class Design:
 
 
 def _require_few(n_cases: int, n_varied: int) -> None:
-    if n_cases * n_varied > MOST_NUMBERS:
-        raise ClearanceError(f"{n_cases} cases of {n_varied} parameters are too many (at most {MOST_NUMBERS} numbers)")
+    if n_cases * n_varied > MAX_NUMBERS:
+        raise ClearanceError(f"{n_cases} cases of {n_varied} parameters are too many (at most {MAX_NUMBERS} numbers)")

@@ -40,7 +40,7 @@ KEYS: dict[str, tuple[Any, str]] = {
 }  # of a plan's file, and what they hold
 GENERATORS = tuple(name for name in excitations.__all__ if name != "Excitation")
 CHECKED = 1000  # cases whose rig and law are tried before anything runs, at about a millisecond each
-MOST_SAMPLES = 10_000_000  # of a case's excitation: 80 MB, and a few times as much while it is made
+MAX_SAMPLES = 10_000_000  # of a case's excitation: 80 MB, and a few times as much while it is made
 AXES = ("excitation.fs", "excitation.band")  # what the results' axes depend on
 
 
@@ -134,8 +134,8 @@ class Plan:
             return rig, law, self._measured
         given = dict(parameters)
         try:
-            if given.get("duration", 0) * given.get("fs", 0) > MOST_SAMPLES:
-                raise ClearanceError(f"excitation: duration times fs is more than {MOST_SAMPLES} samples")
+            if given.get("duration", 0) * given.get("fs", 0) > MAX_SAMPLES:
+                raise ClearanceError(f"excitation: duration times fs is more than {MAX_SAMPLES} samples")
             return rig, law, getattr(excitations, given.pop("generator"))(**given)
         except (TypeError, ValueError, MemoryError) as error:
             raise ClearanceError(f"excitation: {error}") from None

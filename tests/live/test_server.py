@@ -17,7 +17,7 @@ from clearance_mj.clearance import ConstantLaw
 from clearance_mj.core.errors import ClearanceError
 from clearance_mj.live.figures import Numbers
 from clearance_mj.live.server import Page
-from clearance_mj.live.wire import MOST_BYTES, packed, parsed
+from clearance_mj.live.wire import MAX_BYTES, packed, parsed
 from clearance_mj.model import Model
 
 from ..conftest import TABLE1
@@ -136,7 +136,7 @@ def test_whose_websocket_is_refused(page, who):
 
 
 def test_large_messages_close_their_connection_only(page):
-    assert talk(page, json.dumps(SET | {"record": "x" * MOST_BYTES}))[-1] is None
+    assert talk(page, json.dumps(SET | {"record": "x" * MAX_BYTES}))[-1] is None
     assert talk(page, SET)[-1]["type"] == "figures"
 
 

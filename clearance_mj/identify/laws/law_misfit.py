@@ -33,7 +33,7 @@ BANDS = 8  # of frequency, between the ends of the records' own bands
 WIDEST = 0.4  # of fs: upper end of a record whose band is not known
 NORMAL = 1.4826  # standard deviation of a normal variable over the median of its size
 TOO_FAR = 3.0  # random errors: beyond, a warning says where the law misses
-LEAST = 0.1  # dB, 1 %, as a sensor's gain may be off: what is missed by less is not worth a warning
+MIN_MISSED = 0.1  # dB, 1 %, as a sensor's gain may be off: what is missed by less is not worth a warning
 REST = 0.1  # of an excitation's largest peak: what lies below it is no hit
 SHORTEST = 0.5  # s, of a decay
 
@@ -130,7 +130,7 @@ class LawMisfit:
         """
         if not self.stretches:
             return ()
-        ratio = np.array([np.where(s.missed > LEAST, s.ratio, 0.0) for s in self.stretches])
+        ratio = np.array([np.where(s.missed > MIN_MISSED, s.ratio, 0.0) for s in self.stretches])
         far = ratio > TOO_FAR
         alone = sum(far.sum(axis=axis, keepdims=True) for axis in range(3)) == 3
         ratio[far & alone] = 0.0  # the chance of one cell out of hundreds

@@ -23,7 +23,7 @@ __all__ = ["ridge_law"]
 
 STEP = 0.05  # s between the rows of the law
 WINDOW = 0.3  # s over which a ridge under random excitation is smoothed
-LEAST_SHARE = 0.1  # describing function of the gap below which a ridge does not identify the contact
+MIN_SHARE = 0.1  # describing function of the gap below which a ridge does not identify the contact
 
 
 def ridge_law(
@@ -53,7 +53,7 @@ def ridge_law(
     rows = np.arange(0, probes.shape[0], max(1, round(STEP * record.fs)))
     omega, amplitude, decay = (np.column_stack(column)[rows] for column in zip(*tracks))
     share = describing_function(amplitude, np.array([b.gap for b in rig.bushings]))
-    time, at = rows / record.fs, share.max(axis=1) > LEAST_SHARE
+    time, at = rows / record.fs, share.max(axis=1) > MIN_SHARE
     if not at.any():
         raise RecordError(
             f'record "{record.name}": the ridges between {band[0]:.3g} and {band[1]:.3g} Hz, up to '

@@ -10,7 +10,7 @@ from ...core.errors import RecordError
 __all__ = ["check_channel"]
 
 CLIPPED = 4  # samples at the extreme of a channel, in runs of two or more, that count as clipping
-NEAR = 0.9  # of the extreme: from here on the channel's resolution is taken
+NEAR_EXTREME = 0.9  # of the extreme: from here on the channel's resolution is taken
 STEEP = 10  # resolutions: a smooth peak falls by less from its highest samples to the next, a clipped one by more
 REST = 0.5  # of the RMS about the median: an extreme nearer to the median is where the channel rests
 
@@ -39,7 +39,7 @@ def _runs_at_the_top(signal: np.ndarray) -> list[tuple[int, int]]:
     middle, top = np.median(signal), signal.max()
     if top - middle <= REST * np.sqrt(np.mean((signal - middle) ** 2)):
         return []
-    levels = np.unique(signal[signal > middle + NEAR * (top - middle)])
+    levels = np.unique(signal[signal > middle + NEAR_EXTREME * (top - middle)])
     resolution = np.diff(levels).min() if levels.size > 1 else 0.0
     edges = np.flatnonzero(np.diff(np.concatenate(([False], signal == top, [False])))).reshape(-1, 2)
     runs = [(int(a), int(b)) for a, b in edges if b - a > 1]

@@ -28,7 +28,7 @@ from ..style import (
     tidy,
 )  # fmt: skip
 
-MOST_PANELS = 2
+MAX_PANELS = 2
 PARAMETERS, PREDICTION = 0.8, 0.3  # opacity of the two bands
 
 
@@ -43,7 +43,7 @@ def study_bands(study: Study) -> list[Drawing]:
 
 def band_drawing(rig: Rig, bands: Mapping[str, Band], errors: Mapping[str, np.ndarray], test: FRF) -> Drawing:
     """Draw the magnitudes at the bushings, and what bands and test deviate from the fitted law."""
-    rows = (at_bushings(rig) or list(range(len(rig.sensors))))[:MOST_PANELS]
+    rows = (at_bushings(rig) or list(range(len(rig.sensors))))[:MAX_PANELS]
     colours = dict(zip(bands, COLOURS[1:]))
     predictions = {name: band.prediction(errors[name]) for name, band in bands.items()}
     handles: list[Artist] = [Line2D([], [], color=TEST, lw=0.9, label="test")]

@@ -15,7 +15,7 @@ from .claim import Claim
 
 __all__ = ["table1", "table2"]
 
-LEAST_CHANCE = 1e-4  # Chance below which equal differences of two columns are not taken for an accident
+MIN_CHANCE = 1e-4  # Chance below which equal differences of two columns are not taken for an accident
 _MEASURES = ("mre", "rmse", "frac", "csac", "csf")
 
 
@@ -89,5 +89,5 @@ def _independence(table, model, sensors) -> Claim:
     (difference, count), one, two = max(pairs, key=lambda pair: (pair[0][1], pair[0][0]))
     chance = math.comb(len(_MEASURES), 2) * math.comb(len(sensors), count) * 100.0 ** (1 - count)
     found = f"{one.upper()} - {two.upper()} = {difference} in {count} of {len(sensors)} rows"
-    verdict = f"not credible; by chance {chance:.0e}" if chance < LEAST_CHANCE else "ok"
+    verdict = f"not credible; by chance {chance:.0e}" if chance < MIN_CHANCE else "ok"
     return Claim("Table 2", "Table 2", f"columns independent, {model} model", "implied", found, verdict)
