@@ -107,7 +107,7 @@ class ModalModel:
         Parameters
         ----------
         kind : str
-            Of the excitation: "base" or "force".
+            Kind of excitation: "base" or "force".
 
         Raises
         ------
@@ -133,7 +133,7 @@ class ModalModel:
         Parameters
         ----------
         omega : ndarray, shape (n_f,)
-            1/s.
+            Angular frequencies, rad/s.
 
         Returns
         -------
@@ -209,7 +209,7 @@ def natural_frequencies(rig: Rig, n: int) -> np.ndarray:
     rig : Rig
         The rig.
     n : int
-        How many.
+        Number of modes.
 
     Returns
     -------
@@ -229,7 +229,7 @@ def mode_shapes(rig: Rig, x: Sequence[float | str] | np.ndarray, n: int) -> np.n
     x : array_like, shape (n_x,)
         Positions, m, or degrees of freedom.
     n : int
-        How many.
+        Number of modes.
 
     Returns
     -------

@@ -140,7 +140,7 @@ def calibrate(
     rig : Rig
         Where to start, and every value that is not free.
     targets : sequence of ModalTarget or FRFTarget
-        The data.
+        Measured data that the rig is calibrated to.
     free : mapping of str to (float, float) or None
         Paths of the free parameters as in the rig's file, such as "beam.diameter" or "masses[0].mass", with their
         bounds in SI units. Without a number, as in "bushings.grease.stiffness", all entries share one value. None:
@@ -149,7 +149,7 @@ def calibrate(
         The rig itself and n_starts - 1 points of a Latin hypercube between the bounds, of positions, or their
         logarithms.
     seed : int
-        Of the hypercube.
+        Seed of the hypercube.
     progress : bool
         Show a progress bar.
 

@@ -125,7 +125,7 @@ class Family(ABC):
         Parameters
         ----------
         bushing : Bushing
-            As the rig file has it.
+            The bushing as the rig file has it.
         *values : float
             SI units.
         """
@@ -137,7 +137,7 @@ class Family(ABC):
         Parameters
         ----------
         bushing : Bushing
-            As the rig file has it.
+            The bushing as the rig file has it.
         model : ContactModel or GreaseModel
             One that `holds`.
         """

@@ -68,7 +68,7 @@ def harmonic_stiffness(model: GreaseModel, amplitude: ArrayLike, omega: float, n
     amplitude : array_like
         (...) of the motion, m, > 0.
     omega : float
-        rad/s.
+        Angular frequencies, rad/s.
     n_samples : int
         Of a period.
 
@@ -114,7 +114,7 @@ def periodic_amplitudes(
     mass : float
         m, kg.
     omega : float
-        rad/s.
+        Angular frequencies, rad/s.
     force : float
         Amplitude F, N.
 

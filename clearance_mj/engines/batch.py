@@ -77,7 +77,7 @@ def simulate_each(
     laws : Law or sequence of Law, optional
         Laws of rigs, one object for all cases or one for each; models bring their own.
     engine : str or Engine
-        As in `simulate`.
+        Name or settings of the engine, as in `simulate`.
     workers : int, optional
         Threads; compiled loops release the interpreter lock. Default: one for each processor.
     progress : bool

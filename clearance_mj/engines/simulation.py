@@ -89,9 +89,9 @@ def simulate_blocks(
     excitation : Excitation or iterable of Excitation
         One excitation or consecutive pieces of one, such as `excitation.random_blocks` makes.
     law : Law, optional
-        As in `simulate`.
+        Contact and filling of a rig, as in `simulate`.
     engine : str or Engine
-        As in `simulate`.
+        Name or settings of the engine, as in `simulate`.
 
     Yields
     ------

@@ -68,9 +68,9 @@ class Belief:
         Parameters
         ----------
         mean : array_like, shape (n,)
-            Means.
+            Means of the entries.
         std : array_like, shape (n,)
-            Standard deviations.
+            Standard deviations of the entries.
         """
         return cls(np.asarray(mean, dtype=float), np.diag(np.square(np.asarray(std, dtype=float))))
 

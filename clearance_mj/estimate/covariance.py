@@ -53,7 +53,7 @@ def sandwich(jacobian: np.ndarray, residuals: np.ndarray, block: np.ndarray) -> 
     Parameters
     ----------
     jacobian : ndarray, shape (n_residuals, n)
-        Of the residuals.
+        Jacobian of the residuals.
     residuals : ndarray, shape (n_residuals,)
         At the optimum.
     block : ndarray of int, shape (n_residuals,)
@@ -88,7 +88,7 @@ def coloured(rows: np.ndarray, residuals: np.ndarray) -> np.ndarray:
     rows : ndarray, shape (n_residuals, n)
         Jacobian, times the root of the curvature of a robust loss.
     residuals : ndarray, shape (n_residuals,)
-        As shares of the data's RMS.
+        Residuals as shares of the data's RMS.
 
     Returns
     -------
@@ -106,7 +106,7 @@ def correlation_time(residuals: np.ndarray) -> float:
     Parameters
     ----------
     residuals : ndarray, shape (n,)
-        Evenly sampled.
+        Evenly sampled residuals.
     """
     r = residuals - residuals.mean()
     spectrum = np.abs(np.fft.rfft(r, 2 * r.size)) ** 2
@@ -129,7 +129,7 @@ def correlated_observations(scores: np.ndarray, information: np.ndarray, least: 
     scores : ndarray, shape (n_blocks, n)
         What the residuals of each block add to half of the loss's gradient.
     information : ndarray, shape (n, n)
-        H.
+        Information matrix H of the data.
     least : float, optional
         Information from which on a direction is informed by the data. Default: 1e-6 of the largest.
 

@@ -61,7 +61,7 @@ class Estimates:
         value : array_like, shape (n,)
             Values, SI units.
         covariance : ndarray, shape (n, n)
-            Of what varies: logarithms if the transform is "log".
+            Covariance of what varies: logarithms if the transform is "log".
         """
         std = np.sqrt(np.diag(covariance))
         with np.errstate(invalid="ignore"):  # of what is not known at all
@@ -106,7 +106,7 @@ class Estimates:
         Parameters
         ----------
         confidence : float
-            Probability.
+            Probability that an interval holds the true value.
         """
         half = scipy.stats.norm.ppf(0.5 + confidence / 2) * np.where(self.varied_std > 0, self.varied_std, np.inf)
         varied = self._to_varied(self.value)
@@ -138,7 +138,7 @@ class Estimates:
         n : int
             Number of draws.
         seed : int
-            Of the random numbers.
+            Seed of the random numbers.
         """
         rng = np.random.default_rng(seed)
         return self._from_varied(
@@ -233,7 +233,7 @@ def unidentified_combinations(names: Sequence[str], direction: np.ndarray, std: 
     Parameters
     ----------
     names : sequence of str
-        Of the parameters.
+        Names of the parameters.
     direction : ndarray, shape (n, n)
         Principal directions, best known first.
     std : ndarray, shape (n,)

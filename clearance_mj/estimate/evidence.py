@@ -21,7 +21,7 @@ def log_evidence(cost: float, at: np.ndarray, information: np.ndarray) -> float:
     at : ndarray, shape (n,)
         The optimum, prior standard deviations.
     information : ndarray, shape (n, n)
-        Of the data, in the same coordinates.
+        Information matrix of the data in the same coordinates.
 
     Returns
     -------
@@ -38,7 +38,7 @@ def rival_weights(evidence: ArrayLike) -> np.ndarray:
     Parameters
     ----------
     evidence : array_like, shape (n,)
-        Of each model of the same data.
+        Logarithm of the evidence of each model of the same data.
     """
     relative = np.asarray(evidence, dtype=float)
     weight = np.exp(relative - relative.max())

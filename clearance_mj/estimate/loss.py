@@ -54,7 +54,7 @@ class Loss(ABC):
         residuals : ndarray, shape (n_residuals,)
             At one point.
         jacobian : ndarray, shape (n_residuals, n)
-            There.
+            Jacobian at that point.
         """
         return self
 

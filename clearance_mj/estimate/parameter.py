@@ -36,7 +36,7 @@ class Parameter:
         Parameters
         ----------
         value : float
-            SI units.
+            Value in SI units.
         """
         return float(np.log(value)) if self.transform == "log" else float(value)
 
@@ -46,7 +46,7 @@ class Parameter:
         Parameters
         ----------
         varied : ndarray
-            Of any shape.
+            Varied values, of any shape.
         """
         return np.exp(varied) if self.transform == "log" else np.asarray(varied)
 

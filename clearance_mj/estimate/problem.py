@@ -42,7 +42,7 @@ class Problem:
         From values (n_points, n), SI units and within the bounds, to residuals (n_points, n_residuals), real or
         complex. Points at which there is no model have a residual that is not finite.
     loss : Loss, optional
-        Of the residuals; the priors stay outside of it. Default: sum of squares.
+        Loss of the residuals; the priors stay outside of it. By default the sum of squares.
     units : array_like, shape (n,), optional
         Units of the coordinates of parameters without a prior, of what varies.
     step : float or array_like, shape (n,)
@@ -92,7 +92,7 @@ class Problem:
         Parameters
         ----------
         at : ndarray, shape (..., n)
-            Coordinates.
+            Coordinates of the point.
         """
         varied = np.moveaxis(self.origin + self.unit * at, -1, 0)
         values = [np.clip(p.from_varied(v), p.low, p.high) for p, v in zip(self.parameters, varied)]
@@ -120,7 +120,7 @@ class Problem:
         Parameters
         ----------
         at : ndarray, shape (..., n)
-            Coordinates.
+            Coordinates of the point.
         """
         return np.clip(at, self.low, self.high)
 
@@ -130,7 +130,7 @@ class Problem:
         Parameters
         ----------
         at : ndarray, shape (n_points, n)
-            Coordinates.
+            Coordinates of the point.
         """
         self.evaluations += len(at)
         return self._residuals(self.values(at))
@@ -151,7 +151,7 @@ class Problem:
         Parameters
         ----------
         at : ndarray, shape (..., n)
-            Coordinates.
+            Coordinates of the point.
         """
         return np.sum(np.square(at[..., self.known]), axis=-1)
 
@@ -161,9 +161,9 @@ class Problem:
         Parameters
         ----------
         at : ndarray, shape (n_points, n)
-            Coordinates.
+            Coordinates of the point.
         residuals : ndarray, shape (n_points, n_residuals)
-            Residuals there.
+            Residuals at that point.
         loss : Loss, optional
             Instead of the problem's.
         """
@@ -177,7 +177,7 @@ class Problem:
         Parameters
         ----------
         at : ndarray, shape (n,)
-            Coordinates.
+            Coordinates of the point.
         residuals : ndarray, shape (n_residuals,), optional
             Residuals there, where they are known.
 

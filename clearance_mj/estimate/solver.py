@@ -95,7 +95,7 @@ class Solution:
         Parameters
         ----------
         covariance : ndarray, shape (n, n)
-            Of the coordinates.
+            Covariance of the coordinates.
         """
         unit = self.problem.unit
         return Estimates.of(self.problem.parameters, self.values, covariance * np.outer(unit, unit))

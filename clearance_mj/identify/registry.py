@@ -84,7 +84,7 @@ class Identified:
         Parameters
         ----------
         folder : str or Path
-            Where to.
+            Folder that is written to.
         dataset : Dataset
             That it was identified from.
         provenance : mapping, optional

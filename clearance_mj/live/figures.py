@@ -50,7 +50,7 @@ def thinned(values: np.ndarray, most: int = POINTS) -> tuple[np.ndarray, np.ndar
     values : ndarray, shape (n_rows, n)
         Samples at equal distances.
     most : int
-        How many may be left, even.
+        Largest number of points that may be left, even.
 
     Returns
     -------

@@ -76,7 +76,7 @@ def steps(
     low, high : float
         Lowest and highest frequency, Hz.
     count : int
-        Of frequencies, 2 to 200.
+        Number of frequencies, 2 to 200.
     hold : float
         s at each of them.
 
@@ -122,11 +122,11 @@ def sweep(
     session, values, watch
         As in `branch`.
     name : str
-        Of the control, a number.
+        Name of a control whose value is a number.
     low, high : float
         First and last value, SI units; between them as the slider goes.
     count : int
-        How many, 2 to 200.
+        Number of values, 2 to 200.
 
     Raises
     ------

@@ -46,7 +46,7 @@ class Session:
     Parameters
     ----------
     model : Model
-        As identified.
+        The identified model.
     dataset : Dataset, optional
         Records to lay over the figures and to drive the rig with.
 
@@ -88,7 +88,7 @@ class Session:
         Parameters
         ----------
         values : mapping
-            As `setting` returns.
+            Values of the controls, as `setting` returns them.
         watch : callable
             Hears which share is done.
 
@@ -131,7 +131,7 @@ class Session:
         Parameters
         ----------
         first, last : float
-            s.
+            First and last moment, s.
         """
         return Numbers() if self.shown is None else figures.history(self.shown.response, first, last)
 
@@ -141,7 +141,7 @@ class Session:
         Parameters
         ----------
         name : str
-            The record's.
+            Name of the record.
         resolution : float
             Distance of the lines, Hz.
 

@@ -80,7 +80,7 @@ class Backbone(Vibrations):
         Parameters
         ----------
         quantity : str
-            As in `amplitude`.
+            Quantity, as in `amplitude`.
         row : int, optional
             Which sensor or clearance; None: the one that moves most.
         branches : sequence of Branch, optional

@@ -107,7 +107,7 @@ class Branch(Vibrations):
         Parameters
         ----------
         quantity : str
-            As in `amplitude`.
+            Quantity, as in `amplitude`.
         rows : sequence of int, optional
             Which sensors or clearances; None: all.
 

@@ -60,9 +60,9 @@ def resumed(branch: Branch, index: int, times: int = 1) -> tuple[Solver, float, 
     branch : Branch
         The branch.
     index : int
-        Of its point.
+        Index of a point on the branch.
     times : int
-        How many of its periods a motion may last.
+        Largest number of its periods that a motion may last.
     """
     harmonics = times * (branch.acceleration.shape[-1] - 1)
     levels = list(branch.level[index])

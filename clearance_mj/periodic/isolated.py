@@ -63,7 +63,7 @@ class Isolas(ArrayData):
         Parameters
         ----------
         quantity : str
-            As in `Branch.amplitude`.
+            Quantity, as in `Branch.amplitude`.
         row : int
             Which sensor or clearance.
 

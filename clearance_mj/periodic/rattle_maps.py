@@ -215,9 +215,9 @@ def map_rattle(
     model : Model
         Rig, with a shaft or a small system of `structure.Matrices`, and law, a `ConstantLaw` or a `ContactLaw`.
     amplitudes : array_like
-        (n_levels,) amplitudes of the excitation, m/s² or N, increasing.
+        Amplitudes (n_levels,) of the excitation, m/s² or N, increasing.
     frequencies : array_like
-        (n_frequencies,) Hz, increasing.
+        Frequencies (n_frequencies,) of the excitation, Hz, increasing.
     gaps : sequence, optional
         Gaps to compare, m: each one number for all bushings, or one for each; None: the rig's.
     kind : str, optional

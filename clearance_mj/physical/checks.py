@@ -67,7 +67,7 @@ def check(model: mujoco.MjModel, poses: ArrayLike | None = None) -> tuple[str, .
     Parameters
     ----------
     model : mujoco.MjModel
-        Not changed.
+        The model, which is not changed.
     poses : array_like, shape (n, nq), optional
         Poses at which the step must be stable; without them the model's initial pose and its keyframes.
 

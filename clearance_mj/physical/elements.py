@@ -130,7 +130,7 @@ def inverse_inertia(model: mujoco.MjModel, kind: str, index: int) -> float:
     kind : str
         "joint", "tendon" or "pair".
     index : int
-        Of the joint, tendon or pair.
+        Index of the joint, tendon or pair.
 
     Returns
     -------

@@ -83,7 +83,7 @@ class Softener:
         model : mujoco.MjModel
             This one, or a copy of it.
         data : mujoco.MjData
-            Its constraint forces, passive forces and user data are changed.
+            Data whose constraint forces, passive forces and user data are changed.
 
         Raises
         ------

@@ -79,7 +79,7 @@ def stiffness_damping(solref: ArrayLike, impedance: ArrayLike, inverse_inertia: 
     Parameters
     ----------
     solref : array_like, shape (..., 2)
-        Direct format.
+        MuJoCo's solref in the direct (negative) format.
     impedance : array_like, shape (...)
         d, constant over the penetration.
     inverse_inertia : array_like, shape (...)

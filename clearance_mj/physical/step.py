@@ -43,7 +43,7 @@ def largest_step(model: mujoco.MjModel, poses: ArrayLike | None = None) -> float
     Parameters
     ----------
     model : mujoco.MjModel
-        Not changed.
+        The model, which is not changed.
     poses : array_like, shape (n, nq) or (nq,), optional
         Without them the model's initial pose and its keyframes. At other poses the limit may be lower.
 

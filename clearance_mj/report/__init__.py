@@ -29,7 +29,7 @@ def report_study(
     Parameters
     ----------
     path : str or Path
-        Dataset folder.
+        Folder of the dataset.
     out : str or Path
         Folder for the results, see `output_folder`: an earlier study there is replaced once the new one is whole, other
         files stay. Laws and cases are kept for the next study, also of one that was interrupted.
@@ -65,7 +65,7 @@ def write_report(study: Study, folder: str | Path, progress: bool = False) -> No
     study : Study
         What to report.
     folder : str or Path
-        Where to; made if needed.
+        Folder that is written to; it is made if needed.
     progress : bool
         Show a progress bar.
     """

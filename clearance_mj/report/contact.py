@@ -38,7 +38,7 @@ def contact_drawings(
     records : sequence of Record
         Those that it was identified from.
     forces : sequence of RestoringForce
-        Of the records that allow them.
+        Restoring forces of the records that allow them.
     """
     try:
         grease = grease_parameters(forces).grease if forces else ()

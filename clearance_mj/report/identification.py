@@ -39,11 +39,11 @@ def write_identification(
     Parameters
     ----------
     found : Identified
-        Of any method.
+        Result of any method.
     dataset : Dataset
         That it was identified from.
     folder : Path
-        Where to.
+        Folder that is written to.
     shown : Path
         Name of the folder on the page.
     progress : bool

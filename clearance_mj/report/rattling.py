@@ -41,7 +41,7 @@ def rattling(model: Model, dataset: Dataset, writer: ReportWriter) -> str:
     Parameters
     ----------
     model : Model
-        As identified.
+        The identified model.
     dataset : Dataset
         Its records to identify say levels, band and what excites.
     writer : ReportWriter

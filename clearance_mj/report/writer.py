@@ -54,7 +54,7 @@ class ReportWriter:
         Parameters
         ----------
         name : str
-            Of the file.
+            Name of the file.
         rows : DataFrame, or iterable of dict
             As `write_csv` takes them.
         """

@@ -176,7 +176,7 @@ def compare_modes(test_frf: FRF, model_frf: FRF, n_modes: int = 4) -> pd.DataFra
     Parameters
     ----------
     test_frf, model_frf : FRF
-        Of the same lines and responses.
+        FRFs of the same lines and responses.
     n_modes : int
         Number of rows; where fewer modes are found, the rest is nan. 0: none are looked for.
 

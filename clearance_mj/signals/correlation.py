@@ -103,7 +103,7 @@ def csf(test: ArrayLike, model: ArrayLike) -> np.ndarray:
     Parameters
     ----------
     test, model : array_like, shape (n_outputs, [n_inputs,] n_f)
-        FRFs, complex.
+        Complex FRFs of test and model.
 
     Returns
     -------
@@ -134,7 +134,7 @@ def mre(test: ArrayLike, model: ArrayLike) -> np.ndarray:
     Parameters
     ----------
     test, model : array_like, shape (n_outputs, [n_inputs,] n_f)
-        FRFs, complex.
+        Complex FRFs of test and model.
 
     Returns
     -------
@@ -150,7 +150,7 @@ def rmse_db(test: ArrayLike, model: ArrayLike) -> np.ndarray:
     Parameters
     ----------
     test, model : array_like, shape (n_outputs, [n_inputs,] n_f)
-        FRFs, complex.
+        Complex FRFs of test and model.
 
     Returns
     -------

@@ -18,7 +18,7 @@ def contact_statistics(response: Response) -> dict[str, Any]:
     Parameters
     ----------
     response : Response
-        A simulation's.
+        Response of a simulation.
     """
     if response.contact_force is None or response.displacement is None:
         raise RecordError("only a simulated response has contact forces")

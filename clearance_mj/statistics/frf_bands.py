@@ -102,7 +102,7 @@ def inside(limits: np.ndarray | tuple[np.ndarray, np.ndarray], frf: FRF) -> floa
     Parameters
     ----------
     limits : ndarray, shape (2, n_outputs, n_inputs, n_f)
-        Of `Band`.
+        Limits of a band, as in `Band.limits`.
     frf : FRF
         On the same lines.
     """
@@ -122,7 +122,7 @@ def paired_error(test: Response, model: Response, resolution: float = 0.5) -> np
     test, model : Response
         Under one excitation, of the same sensors; refused as by `estimate_frf`.
     resolution : float
-        Of the FRFs, Hz.
+        Resolution of the FRFs, Hz.
 
     Returns
     -------
@@ -145,13 +145,13 @@ def frf_band(
     model : Model
         What was identified.
     excitation : Excitation
-        Of every simulation.
+        Excitation of every simulation.
     drawn : sequence of Model
         Models drawn by `Model.draw`.
     engine : Modal, optional
-        As in `simulate_together`, whose errors it raises.
+        Engine, as in `simulate_together`, whose errors it raises.
     resolution : float
-        Of the FRFs, Hz.
+        Resolution of the FRFs, Hz.
     misfit : LawMisfit, optional
         What the model missed of the records that it was found from, which widens the band of FRFs measured under
         this excitation.

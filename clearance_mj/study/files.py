@@ -31,7 +31,7 @@ def write_results(study: Study, folder: Path) -> None:
     study : Study
         The study.
     folder : Path
-        Where to.
+        Folder that is written to.
     """
     made = made_from([study.dataset.path] if study.dataset.path else [], "study")
     for law in study.laws:

@@ -122,7 +122,7 @@ class Plan:
         Parameters
         ----------
         case : int
-            Its number.
+            Number of the case.
 
         Raises
         ------
@@ -146,7 +146,7 @@ class Plan:
         Parameters
         ----------
         case : int
-            Its number.
+            Number of the case.
 
         Returns
         -------

@@ -51,7 +51,7 @@ def scan(data: bytes) -> Scan:
     Parameters
     ----------
     data : bytes
-        The file's.
+        Bytes of the file.
     """
     functions: list[Function] = []
     blocks: list[Block] = []

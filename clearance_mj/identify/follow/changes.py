@@ -66,7 +66,7 @@ class Changes:
     start : Belief
         What is known before the first window.
     after_std : ndarray
-        (n,) prior standard deviations of parameters after a change, wide.
+        Wide prior standard deviations (n,) of the parameters after a change.
     """
 
     def __init__(self, start: Belief, after_std: np.ndarray) -> None:
@@ -82,7 +82,7 @@ class Changes:
         belief : Belief
             Before the window.
         observation : Observation
-            Of the window.
+            Observation in the window.
 
         Returns
         -------
@@ -103,9 +103,9 @@ class Changes:
         Parameters
         ----------
         directions : ndarray
-            (n_kinds, n) of the changes that may happen, one at a time.
+            Directions (n_kinds, n) of the changes that may happen, one at a time.
         thresholds : ndarray
-            (n_kinds,) sizes up to which changes do not matter.
+            Sizes (n_kinds,) up to which changes do not matter.
 
         Returns
         -------

@@ -54,7 +54,7 @@ class Twin:
         Parameters
         ----------
         quantity : str
-            Its name.
+            Name of the quantity.
         """
         return np.exp(self.mean[QUANTITIES.index(quantity)])
 
@@ -64,7 +64,7 @@ class Twin:
         Parameters
         ----------
         quantity : str
-            As of `value`.
+            Name of the quantity, as in `value`.
         """
         number = QUANTITIES.index(quantity)
         half = NORMAL95 * self.std[number]

@@ -38,7 +38,7 @@ def between_family_variance(quantities: np.ndarray) -> np.ndarray:
     Parameters
     ----------
     quantities : ndarray
-        (n_families, n), the likeliest's first.
+        Quantities (n_families, n) by family, the likeliest first.
     """
     return np.asarray(np.max((quantities - quantities[0]) ** 2, axis=0))
 
@@ -63,15 +63,15 @@ def covariance_of_rig(
     Parameters
     ----------
     found : ForceFit
-        Of one clearance.
+        Fits of all families to one clearance.
     problem : ForceProblem
         That the fit solved.
     number : int
-        Of the bushing.
+        Index of the bushing.
     drawn : sequence of sequences of RestoringForce
         Forces in the same windows, on rigs drawn from what is known of the rig.
     free : ndarray
-        (n_free,) numbers of the tracked parameters.
+        Indices (n_free,) of the tracked parameters.
     """
     motion, point, now = problem.motion, found.point, problem.residuals([found.point])[:, 0]
     jacobian = problem.jacobian(point, now)

@@ -25,13 +25,13 @@ class TrackedLaw:
     Parameters
     ----------
     fit : ForceFit
-        Of all parameters.
+        Fit of all parameters.
     problem : ForceProblem
-        Of the same families.
+        Problem of the same families.
     depth : float
         m, penetration at which a contact's stiffness and damping are taken.
     seconds : float
-        Of a window.
+        Length of a window, s.
     """
 
     def __init__(self, fit: ForceFit, problem: ForceProblem, depth: float, seconds: float) -> None:

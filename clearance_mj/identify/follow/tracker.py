@@ -51,17 +51,17 @@ class ClearanceTracker:
     rig : Rig
         The linear rig.
     number : int
-        Of the bushing.
+        Index of the bushing.
     gap_parameters : sequence of Parameter
         Priors of its gap and offset.
     families : FamilyValues or None
         Families of contact and filling, with values where their fit begins; None: the likeliest are found.
     windows : int
-        How many the law is fitted to.
+        Number of windows that the law is fitted to.
     seconds : float
-        Of a window.
+        Length of a window, s.
     drawn : sequence of WindowForces
-        Of rigs that are drawn from what is known of the rig.
+        Forces on rigs that are drawn from the posterior of the rig.
     """
 
     def __init__(
@@ -80,7 +80,7 @@ class ClearanceTracker:
         Parameters
         ----------
         force : RestoringForce
-            Of all clearances in the window.
+            Forces of all clearances in the window.
         index : int
             Number of the window in the record.
         time : float

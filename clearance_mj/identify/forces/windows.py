@@ -32,9 +32,9 @@ class WindowForces:
     probes : mapping of str to float
         Their gains and places, by the names of `priors`.
     noise : ndarray
-        (n_channels,) of `RestoringForce.noise`.
+        Noise (n_channels,) as in `RestoringForce.noise`.
     window : float
-        s.
+        Length of a window, s.
     """
 
     def __init__(self, record: PreparedRecord, rig: Rig, probes: Mapping[str, float], noise: np.ndarray, window: float):

@@ -89,7 +89,7 @@ class FamilyFit:
         rig : Rig
             Everything else is its own.
         seed : int
-            Of the random numbers.
+            Seed of the random numbers.
         """
         parts = [f.drawn(b, seed + j) for j, (f, b) in enumerate(zip(self.fits, rig.bushings))]
         return rig.replace(bushings=tuple(b for b, _ in parts)), _law([law for _, law in parts])

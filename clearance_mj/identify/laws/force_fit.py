@@ -80,7 +80,7 @@ class ForceFit:
         bushing : Bushing
             Everything else is its own.
         seed : int
-            Of the random numbers.
+            Seed of the random numbers.
         """
         values = self.estimates.draw(1, seed)[0]
         return _bushing_and_law(values, self.estimates.names, self.nominal, bushing, self.contact, self.filling)

@@ -85,7 +85,7 @@ def fit_jointed_structure(
     responses : sequence of Response
         One record for each level, two levels or more: whole periods, of one sampling rate, band, sensors and force.
     period : float
-        s.
+        Period of the excitation, s.
     joints : sequence of (str, str) or None
         For each joint the two responses whose relative motion it works on; None where that is to be identified. The
         scale of a deformation that is identified is a convention: it has the RMS of the driving point's displacement at
@@ -99,7 +99,7 @@ def fit_jointed_structure(
     modes : ModalStructure, optional
         Where the modes begin. Default: what `modes_from_frf` finds in the FRFs of the lowest level.
     seed : int
-        Of the deformations from which the search begins.
+        Seed of the deformations from which the search begins.
     n_starts : int
         Draws of them, of which the best after a rough fit to the two lowest levels is kept; there are local minima,
         which ``cost`` tells apart.

@@ -39,11 +39,11 @@ class MeasuredMotion:
     Parameters
     ----------
     forces : sequence of RestoringForce
-        Of each record, all with one sample rate.
+        Restoring forces of each record, all with one sample rate.
     rig : Rig
         The linear rig.
     number : int
-        Of the bushing.
+        Index of the bushing.
     gap_parameters : sequence of Parameter
         Gap and offset, so far as the rig file leaves them open.
     """

@@ -228,7 +228,7 @@ class Sight:
         Parameters
         ----------
         response : Response
-            Of as many sensors as the record's.
+            Response at the record's sensors.
         """
         frf, squares = [np.empty(0)], [np.empty(0)]
         for piece, averages in self.pieces:

@@ -25,7 +25,7 @@ def warn(message: str) -> None:
     Parameters
     ----------
     message : str
-        A sentence.
+        The warning, a whole sentence.
     """
     warnings.warn(message, IdentifiabilityWarning, stacklevel=2)
 
@@ -36,7 +36,7 @@ def check_records(records: Sequence[Record | PreparedRecord]) -> tuple[PreparedR
     Parameters
     ----------
     records : sequence of Record
-        Of one rig.
+        Records of one rig.
 
     Raises
     ------
@@ -94,7 +94,7 @@ def check_length(records: Sequence[Record], needed: float, methods: Mapping[str,
     records : sequence of Record
         To identify from.
     needed : float
-        s.
+        Seconds that a record must last.
     methods : mapping of str to float
         Seconds that each method needs, by its name.
 

@@ -103,7 +103,7 @@ def prepared(record: Record | PreparedRecord) -> PreparedRecord:
     Parameters
     ----------
     record : Record or PreparedRecord
-        Its file is read now, if that has not been done.
+        The record, whose file is read now if that has not been done.
 
     Raises
     ------

@@ -17,9 +17,9 @@ class Projection:
     Parameters
     ----------
     gains : ndarray, shape (n_f, n_channels, n_forces + 1)
-        Of the forces in the clearances and of the excitation.
+        Gains of the forces in the clearances and of the excitation.
     measured : ndarray, shape (n_f, n_channels)
-        Complex spectra.
+        Measured complex spectra.
     whitening : ndarray, shape (n_f, n_channels, n_channels)
         Makes the errors of the channels independent, of unit variance.
     """

@@ -97,9 +97,9 @@ class RigUpdate:
         Parameters
         ----------
         n : int
-            How many.
+            Number of rigs to draw.
         seed : int
-            Of the random numbers.
+            Seed of the random numbers.
         """
         names = self.estimates.names
         return [rig_with(self.start, dict(zip(names, row))) for row in self.estimates.draw(n, seed).tolist()]

@@ -31,7 +31,7 @@ def decay(line: Ridge, window: float, fs: float) -> Decay:
     Parameters
     ----------
     line : Ridge
-        Of a free decay, as `ridge` finds it.
+        Ridge of a free decay, as `ridge` finds it.
     window : float
         s; windows of this length follow one another without overlap.
     fs : float

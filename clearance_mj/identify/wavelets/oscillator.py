@@ -50,7 +50,7 @@ def sdof(
     fs : float
         Samples per second.
     mass : float
-        kg, constant.
+        Constant mass, kg.
     band : (float, float)
         Hz; the band of the oscillation.
     correction : {"adiabatic", "none"}

@@ -105,7 +105,7 @@ class ModelRecord:
         time : array_like, shape (n,)
             s, evenly spaced.
         control, sensors : Mapping of str to array_like
-            As of `ModelRecord`.
+            Controls and sensors, as in `ModelRecord`.
 
         Raises
         ------

@@ -61,11 +61,11 @@ class Simulator:
     Parameters
     ----------
     spec : mujoco.MjSpec
-        Not changed.
+        The specification, which is not changed.
     parameters : sequence of Parameter
-        What varies.
+        Parameters that vary.
     record : ModelRecord
-        Its sensors are what is compared.
+        Record whose sensors are compared.
 
     Raises
     ------

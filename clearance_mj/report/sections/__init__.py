@@ -46,9 +46,9 @@ def section(anchor: str, title: str, place: float = 65) -> Callable[[SectionFunc
     anchor : str
         Name on the page.
     title : str
-        Heading.
+        Heading of the section.
     place : float
-        Where it stands, see `RegisteredSection`; default: before the definitions.
+        Place in the report, see `RegisteredSection`; by default before the definitions.
     """
 
     def register(write: SectionFunction) -> SectionFunction:

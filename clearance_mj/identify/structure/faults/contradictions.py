@@ -23,9 +23,9 @@ def contradictions_of_rig(rig: Rig, records: Sequence[PreparedRecord]) -> tuple[
     Parameters
     ----------
     rig : Rig
-        As its file has it.
+        The rig as its file has it.
     records : sequence of PreparedRecord
-        Of the rig.
+        Records of the rig.
     """
     try:
         misfit = rig_file_misfit(rig, records).max()

@@ -28,7 +28,7 @@ def gap_faults(update: RigUpdate) -> list[Fault]:
     Parameters
     ----------
     update : RigUpdate
-        Of a rig whose structure and instruments are sound.
+        Update of a rig whose structure and instruments are sound.
     """
     gaps = [bushing.gap for bushing in update.start.bushings]
     bends = np.min([_bends(record, update) for record in update.records], axis=0)
