@@ -235,18 +235,27 @@ def _refuse_others(path: Path, rig: Rig, new: Sequence[Record], known: Dataset |
 class _Entry:
     """A record of the list."""
 
-    name: RecordName  #: letters, digits, ".", "_", "-"
-    file: Annotated[Text, AfterValidator(_file_name)]  #: universal file in the folder
+    name: RecordName
+    """letters, digits, ".", "_", "-" """
+    file: Annotated[Text, AfterValidator(_file_name)]
+    """universal file in the folder"""
     role: Role
     """identify: the clearance is identified from it; validate: kept back to test predictions on; sine: under a
     stepped sine, shown beside what a law does under sines"""
-    fs: Positive  #: samples per second
-    excitation: Text = ""  #: the excitation in words
-    kind: Kind = "base"  #: base: acceleration of node 100; force: force of node 200
-    level: NotNegative | None = None  #: RMS of the excitation, m/s² or N
-    seed: Whole | None = None  #: of the excitation, if it was random
-    band: Band | None = None  #: of the excitation, Hz
-    provenance: dict[str, Any] = field(default_factory=dict)  #: where it comes from
+    fs: Positive
+    """samples per second"""
+    excitation: Text = ""
+    """the excitation in words"""
+    kind: Kind = "base"
+    """base: acceleration of node 100; force: force of node 200"""
+    level: NotNegative | None = None
+    """RMS of the excitation, m/s² or N"""
+    seed: Whole | None = None
+    """of the excitation, if it was random"""
+    band: Band | None = None
+    """of the excitation, Hz"""
+    provenance: dict[str, Any] = field(default_factory=dict)
+    """where it comes from"""
 
     def record(self, folder: Path, rig: Rig, where: str) -> Record:
         channels = FileChannels(folder / self.file, scan_uff(folder / self.file), self.fs)
@@ -261,7 +270,8 @@ class _Entry:
 class _List:
     """The records of a dataset."""
 
-    records: Annotated[tuple[_Entry, ...], Field(min_length=1)]  #: one table for each record
+    records: Annotated[tuple[_Entry, ...], Field(min_length=1)]
+    """one table for each record"""
 
 
 def _table(record: Record) -> dict[str, Any]:

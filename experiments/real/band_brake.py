@@ -192,9 +192,9 @@ def band_brake(
         units=[1.0 if p.transform == "log" else p.high - p.low for p in parameters],
     )  # fmt: skip
     starts = [problem.at([p.start for p, is_free in zip(each, free) if is_free]) for each in every]
-    rough = solve(problem, starts, tries=len(starts), stop=Stop(ROUGH_STEPS, decrease=1e-7, move=1e-7))
+    rough = solve(problem, starts, n_best=len(starts), stop=Stop(ROUGH_STEPS, decrease=1e-7, move=1e-7))
     best_two = [s.at for s in (rough, *rough.others)[:POLISHED]]
-    best = solve(problem, best_two, tries=POLISHED, stop=Stop(MAX_STEPS, decrease=1e-7, move=1e-7))
+    best = solve(problem, best_two, n_best=POLISHED, stop=Stop(MAX_STEPS, decrease=1e-7, move=1e-7))
     nrmse = float(np.sqrt(np.mean(best.residuals**2)))
     if nrmse > UNRELATED:
         raise RecordError(
