@@ -9,8 +9,8 @@ Names are imported when they are used, so that a part such as `physical` needs n
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from ._version import __version__
 from .core import compile_cache
+from .version import __version__
 
 compile_cache.choose()
 

@@ -80,6 +80,21 @@ def test_public_names_are_the_same_for_type_checkers():
         _ = clearance_mj.nothing
 
 
+def test_a_name_with_an_underscore_stays_in_its_file():
+    """Modules and what they hold: whatever another file imports has a name that is meant for it."""
+    root = PACKAGE.parent
+    imported = [
+        (path.relative_to(root).as_posix(), name)
+        for top in ("clearance_mj", *OUTSIDE)
+        for path in (root / top).rglob("*.py")
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+        if isinstance(node, ast.Import | ast.ImportFrom)
+        for name in (*(getattr(node, "module", None) or "").split("."), *(alias.name for alias in node.names))
+        if re.search(r"(^|\.)_(?!_)", name)
+    ]
+    assert not imported
+
+
 def test_only_the_helper_with_a_limit_starts_processes():
     """A test that waits for another process must end, whatever becomes of that."""
     files = {p for p in Path(__file__).parent.rglob("*.py") if "subprocess" in _imported("", p, {}, {"subprocess"})}

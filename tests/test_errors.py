@@ -35,8 +35,7 @@ from clearance_mj.sweep.case import Outputs
 from clearance_mj.sweep.store import Table
 from experiments.article import Inputs
 from experiments.real.records import read_dropbear
-from experiments.testrig import Truth, simulate_rig
-from experiments.testrig import _integrator as integrator
+from experiments.testrig import Truth, integrator, simulate_rig
 
 from .conftest import ROOT, record_of
 from .io.test_uff import by_hand

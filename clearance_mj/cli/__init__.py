@@ -12,10 +12,10 @@ import warnings
 from collections.abc import Iterable, Sequence
 from importlib import import_module
 
-from .._version import __version__
 from ..core.errors import ClearanceError
 from ..core.files import to_json
 from ..core.provenance import stale
+from ..version import __version__
 from .command import COMMANDS, Parser, inputs
 from .streams import prepare, silence
 

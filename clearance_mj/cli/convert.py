@@ -188,9 +188,9 @@ def _record(path: Path, rig: Rig, columns: dict[str, str], options: argparse.Nam
 
     import numpy as np
 
-    from .._version import __version__
     from ..core.provenance import MARK
     from ..io.formats import read_record
+    from ..version import __version__
 
     band = tuple(options.band) if options.band else None
     record = read_record(path, rig, options.role or "identify", columns, options.fs, level=options.level, band=band)

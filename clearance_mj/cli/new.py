@@ -10,7 +10,6 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from .._version import __version__
 from ..clearance.law_files import law_schema
 from ..core.errors import ClearanceError, RigError
 from ..core.files import to_json, write_text
@@ -19,6 +18,7 @@ from ..io.dataset import dataset_schema
 from ..rig import Beam, Bushing, Contact, Grease, PointMass, Rig, Sensor, Shaker, rig_schema
 from ..structure import Material, Section, Shaft, Shafts, Structure, Support
 from ..structure.base import parse_dof
+from ..version import __version__
 from .command import command
 from .rig_text import rig_lines
 

@@ -105,8 +105,8 @@ def add_kind(parser: argparse.ArgumentParser) -> None:
 
 def settings(model: Model) -> dict[str, Any]:
     """Return what results of a model carry: rig, law, the version, and the digest of the program's sources."""
-    from .._version import __version__
     from ..core.cache import code
+    from ..version import __version__
 
     return {"version": __version__, "code": code()} | model.to_dict()
 

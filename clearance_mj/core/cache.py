@@ -18,7 +18,7 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import TypeVar
 
-from .._version import __version__
+from ..version import __version__
 from .errors import ClearanceError
 from .files import SEAL, is_sealed, replacing, seal
 

@@ -13,7 +13,7 @@ from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
-from .._version import __version__
+from ..version import __version__
 from .cache import LIBRARIES, code, library_version
 from .files import sha256
 

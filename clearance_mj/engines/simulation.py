@@ -16,7 +16,6 @@ from typing import Any
 import numpy as np
 from tqdm import tqdm
 
-from .._version import __version__
 from ..clearance.law import ConstantLaw, Law
 from ..clearance.modelled import Modelled, rig_and_law
 from ..core.errors import ClearanceError, ExcitationError, LawError
@@ -27,6 +26,7 @@ from ..signals.excitation import Excitation
 from ..signals.response import Response
 from ..signals.sampling import Decimator, Interpolator
 from ..structure import find_truncation
+from ..version import __version__
 from .base import Engine, diverged, get_engine, step_factor
 
 __all__ = ["Simulation", "simulate", "simulate_blocks"]

@@ -1,22 +1,22 @@
 """Identification of the clearance from test records."""
 
+from ..joints.hysteresis import bouc_wen
+from ..joints.jointed_mode import ForcedCurve, fit_jointed_mode
+from ..joints.jointed_structure import JointedStructure, fit_jointed_structure
+from ..signals.free_decay import decay
+from ..signals.wavelet import ridge, ridges
 from . import methods
 from .follow.alarms import Alarm
 from .follow.bench_twin import twin
 from .follow.history import Twin
 from .laws.comparison import FamilyFit
-from .laws.hysteresis import bouc_wen
-from .laws.jointed_mode import ForcedCurve, fit_jointed_mode
-from .laws.jointed_structure import JointedStructure, fit_jointed_structure
+from .laws.oscillator import sdof
 from .methods.bench import BenchFit, fit_bench
 from .registry import METHODS, Identified, fitted_model, get_method, identify, law, register
 from .structure.faults.diagnosis import Diagnosis, diagnose
 from .structure.priors import priors
 from .structure.rig_update import RigUpdate
 from .structure.updating import update_rig
-from .wavelets.free_decay import decay
-from .wavelets.oscillator import sdof
-from .wavelets.wavelet import ridge, ridges
 
 __all__ = [
     "METHODS",

@@ -11,7 +11,6 @@ from functools import partial
 from pathlib import Path
 from typing import Any, TypeVar
 
-from .._version import __version__
 from ..clearance.law import Law
 from ..core.errors import ClearanceError, LawError, RecordError
 from ..core.files import to_json, write_text
@@ -19,6 +18,7 @@ from ..estimate.estimates import Estimates
 from ..io.dataset import Dataset
 from ..model import Model
 from ..rig import Rig
+from ..version import __version__
 from .forces.restoring import possible_forces, restoring_force
 from .records.checks import IdentifiabilityWarning, check_length, check_records, warn
 from .structure.faults.contradictions import contradictions_of_rig

@@ -14,10 +14,10 @@ from ..identify.forces.restoring import RestoringForce
 from ..identify.laws.contact_over_time import ContactParameters, contact_parameters
 from ..identify.laws.grease import grease_parameters
 from ..identify.methods.ridge import ridge_law
+from ..identify.records.lowest_mode import ridge_band
 from ..identify.registry import Identified
-from ..identify.wavelets.lowest_mode import ridge_band
-from ..identify.wavelets.wavelet import scalogram, skeleton
 from ..io.dataset import Dataset, Record
+from ..signals.wavelet import scalogram, skeleton
 from . import contact_figures as draw
 from .style import Drawing
 

@@ -17,7 +17,7 @@ from matplotlib.layout_engine import ConstrainedLayoutEngine
 from ..clearance.figures import QUANTITIES, AmplitudeCurve, draw_curves
 from ..clearance.law import TimeLaw
 from ..identify.laws.contact_over_time import ContactParameters
-from ..identify.wavelets.wavelet import Ridge, Scalogram
+from ..signals.wavelet import Ridge, Scalogram
 from .style import COLOURS, FONT, REPEAT, TEST, WIDTH, tidy
 
 __all__ = ["contact_over_amplitude", "contact_over_time", "scalograms"]

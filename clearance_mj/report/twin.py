@@ -12,11 +12,11 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from .._version import __version__
 from ..clearance.law import Law
 from ..core.files import to_json, write_text
 from ..identify import Twin
 from ..io.dataset import Record
+from ..version import __version__
 from . import html
 from .style import COLOURS, FONT, Drawing, canvas, tidy
 from .tables import Column, Table, write_csv

@@ -8,13 +8,13 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
-from .._version import __version__
 from ..core.files import replacing, to_json, write_text
 from ..core.provenance import made_from
 from ..io.results import with_parts
 from ..periodic.summaries import of_branch, of_map
 from ..signals.frf import FRF
 from ..statistics.intervals import CONFIDENCE
+from ..version import __version__
 from .periodic import missed
 from .study import Study
 

@@ -21,7 +21,7 @@ from ..signals.frf import FRF, estimate_frf
 from ..signals.response import Response
 from ..statistics.contact import contact_statistics
 
-__all__ = ["Observer", "Outputs", "linear_frequencies"]
+__all__ = ["Observer", "Outputs", "linear_frequencies", "windows_around_modes"]
 
 
 @checked(ClearanceError)
@@ -73,7 +73,7 @@ class Observer:
         if missing := [node for node in outputs.frf or () if node not in nodes]:
             raise ClearanceError(f"outputs.frf: node {missing[0]} is no sensor of the rig: {nodes}")
         kept = range(len(nodes)) if outputs.frf is None else [nodes.index(node) for node in outputs.frf]
-        peaks = outputs.peaks or _around_modes(rig, outputs.natural_frequencies, band)
+        peaks = outputs.peaks or windows_around_modes(rig, outputs.natural_frequencies, band)
         for low, high in peaks:
             if not np.any((frequency >= low) & (frequency <= high)):
                 raise ClearanceError(f"outputs.peaks: no line of the FRFs lies in {low:g} to {high:g} Hz")
@@ -142,7 +142,18 @@ def _lines(rig: Rig, excitation: Excitation, resolution: float, band: tuple[floa
         return estimate_frf(response, resolution=resolution, band=band).frequency
 
 
-def _around_modes(rig: Rig, n: int, band: tuple[float, float]) -> tuple[tuple[float, float], ...]:
+def windows_around_modes(rig: Rig, n: int, band: tuple[float, float]) -> tuple[tuple[float, float], ...]:
+    """Return one window of frequency, Hz, around each of the first natural frequencies, cut between neighbours.
+
+    Parameters
+    ----------
+    rig : Rig
+        The rig, whose linear state in the gap has the modes.
+    n : int
+        Number of modes.
+    band : tuple of float
+        First and last frequency, Hz: windows end there.
+    """
     modes = natural_frequencies(rig, n + 1)
     last = [band[1]] if modes.size <= n else []  # the structure has no more
     edges = np.clip([band[0], *np.sqrt(modes[1:] * modes[:-1]), *last], *band)

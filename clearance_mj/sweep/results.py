@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from .._version import __version__
 from ..core.provenance import made_from
+from ..version import __version__
 from .plan import Plan
 from .store import Table
 

@@ -24,9 +24,9 @@ from ..core.errors import ClearanceError, ManoeuvreError
 from ..engines import Engine, get_engine
 from ..rig import Beam, Bushing, Contact, Grease, PointMass, Rig, Sensor, Shaker
 from ..signals.excitation import random
-from ._steering_run import Motor, QuasiStaticShaft, ServoStep, Shaft, SimulatedShaft, SteeringRun
 from .lost_motion import LostMotion
 from .plant import STEP
+from .steering_run import Motor, QuasiStaticShaft, ServoStep, Shaft, SimulatedShaft, SteeringRun
 
 __all__ = ["LEVER_ARM", "STEERING_SHAFT", "Steering", "parse_gap"]
 

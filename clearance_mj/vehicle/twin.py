@@ -22,10 +22,10 @@ from ..core.errors import ManoeuvreError
 from ..estimate.beliefs import Belief, Refinement, refine
 from ..estimate.estimates import Estimates
 from ..estimate.parameter import Parameter
-from ._twin_model import N_PARAMETERS, N_STATES, SIDE_MOMENT, Known, simulate
 from .lost_motion import LostMotion
 from .nominal import Vehicle
 from .signals import Signals
+from .twin_model import N_PARAMETERS, N_STATES, SIDE_MOMENT, Known, simulate
 
 __all__ = ["SteeringTwin", "SteeringTwinRun", "twin_of"]
 

@@ -10,7 +10,7 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 from clearance_mj.core.errors import RecordError
-from clearance_mj.identify.wavelets.oscillator import local_polynomials
+from clearance_mj.identify.laws.oscillator import local_polynomials
 
 __all__ = [
     "CONDITIONS",

@@ -297,11 +297,11 @@ def judge(name: str, dataset: Dataset, validate: Sequence[Record]) -> dict:
 
 def markdown(rows: Sequence[dict]) -> str:
     """A line for each lie."""
-    told_of = [f"| {row['lie']} | {_cell(row)} |" for row in rows]
+    told_of = [f"| {row['lie']} | {table_cell(row)} |" for row in rows]
     return "\n" + "\n".join(["| lie | what is said, or what it does |", "|---|---|", *told_of]) + "\n\n"
 
 
-def _cell(row: dict) -> str:
+def table_cell(row: dict) -> str:
     if row["rmse_db"] is not None:
         return f"nothing; FRFs are predicted within {row['rmse_db']:.2f} dB"
     words = "; ".join(row["said"])
@@ -321,7 +321,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     known = {row["lie"]: row for row in json.loads(path.read_text(encoding="utf-8"))} if path.exists() else {}
     for name in tqdm(options.lie or LIES):
         known[name] = judge(name, dataset, validate)
-        tqdm.write(f"{name}: {_cell(known[name])}")
+        tqdm.write(f"{name}: {table_cell(known[name])}")
         write_text(path, to_json([known[n] for n in LIES if n in known]))
     if options.page:
         table = markdown([known[name] for name in LIES if name in known])

@@ -68,7 +68,7 @@ def shake(bench: Bench, base: np.ndarray, fs: float = FS, factor: int = FACTOR) 
     return found[: len(accelerometers)], found[len(accelerometers) :]
 
 
-def _measure(bench: Bench, base: np.ndarray, rng: np.random.Generator) -> list[Channel]:
+def measure_channels(bench: Bench, base: np.ndarray, rng: np.random.Generator) -> list[Channel]:
     """What the converter writes: gains, noise and 24 bits."""
     accelerations, displacements = shake(bench, base)
     signals = [("base", 100, "acceleration", base)]
@@ -93,7 +93,7 @@ def write_bench(
     for i, (name, role, base, words, level) in enumerate(plans(bench, short)):
         if role not in roles:
             continue
-        channels = _measure(bench, base.value, np.random.default_rng((bench.seed, STREAM, i)))
+        channels = measure_channels(bench, base.value, np.random.default_rng((bench.seed, STREAM, i)))
         provenance = {
             "source": f"synthetic: virtual bench {bench.name}, not measured",
             "noise": f"white, {NOISE:.0%} RMS of each channel",

@@ -27,9 +27,9 @@ from clearance_mj.report.twin import draw
 from clearance_mj.rig import Rig
 from clearance_mj.signals import excitation
 from experiments.benches.bench import Bench, make_bench
-from experiments.benches.records import _measure
+from experiments.benches.records import measure_channels
 from experiments.testrig import RIGS, Truth, simulate_rig
-from experiments.testrig.records import BAND, FS, _acquire
+from experiments.testrig.records import BAND, FS, acquire_channels
 
 LEVELS = (2.0, 5.0, 8.0)
 DURATION, CHANGED = 30.0, 60.0  # s, of a record without a change and with one
@@ -62,14 +62,14 @@ def shaken(seed: int, level: float, duration: float, change: str = "", bushing: 
     shake = excitation.random(duration, FS, band=BAND, rms=level, seed=seed, kind="base")
     when = course(virtual.rig, virtual.truth[0], bushing, change) if change else None
     response = simulate_rig(virtual.rig, virtual.truth, shake, seed, when)
-    channels = _acquire(virtual.rig, response, seed)
+    channels = acquire_channels(virtual.rig, response, seed)
     return Record(f"rig_{seed}", "identify", virtual.rig, FS, channels, level=level, seed=seed, band=BAND)
 
 
 def bench_record(bench: Bench, level: float, duration: float) -> Record:
     """Record of a virtual bench."""
     shake = excitation.random(duration, FS, band=BAND, rms=level, seed=bench.seed, kind="base")
-    channels = _measure(bench, shake.value, np.random.default_rng((bench.seed, 1)))
+    channels = measure_channels(bench, shake.value, np.random.default_rng((bench.seed, 1)))
     return Record(f"bench_{bench.seed}", "identify", bench.rig, FS, channels, level=level, band=BAND)
 
 

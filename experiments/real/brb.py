@@ -20,8 +20,8 @@ from matplotlib.figure import Figure
 
 from clearance_mj.core.errors import RecordError
 from clearance_mj.identify import ForcedCurve, decay, fit_jointed_mode, ridge
-from clearance_mj.identify.laws.jointed_mode import ForcedTest, JointedMode, JointedModeFit
-from clearance_mj.identify.wavelets.free_decay import Decay
+from clearance_mj.joints.jointed_mode import ForcedTest, JointedMode, JointedModeFit
+from clearance_mj.signals.free_decay import Decay
 
 from .records import HammerRecord, SteppedSine, read_hammer, read_stepped_sines
 from .script import run

@@ -19,7 +19,7 @@ import scipy.optimize
 import scipy.signal
 from matplotlib.figure import Figure
 
-from clearance_mj.identify.wavelets.wavelet import Ridge, ridge
+from clearance_mj.signals.wavelet import Ridge, ridge
 from clearance_mj.structure.beam import cantilever_mode, cantilever_roots
 
 from .records import DropbearRecord, read_dropbear

@@ -7,14 +7,14 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from clearance_mj._version import __version__
 from clearance_mj.core.errors import ExcitationError, RigError, SimulationError
 from clearance_mj.rig import Rig
 from clearance_mj.signals import sampling
 from clearance_mj.signals.excitation import Excitation
 from clearance_mj.signals.response import Response
-from experiments.testrig import _integrator as integrator
-from experiments.testrig._fem import FiniteElements
+from clearance_mj.version import __version__
+from experiments.testrig import integrator
+from experiments.testrig.fem import FiniteElements
 from experiments.testrig.rigs import Truth
 
 __all__ = ["simulate_rig"]

@@ -21,7 +21,7 @@ from clearance_mj.signals.response import Response
 from experiments.testrig.bench import simulate_rig
 from experiments.testrig.rigs import RIGS, Truth
 
-__all__ = ["generate"]
+__all__ = ["acquire_channels", "generate"]
 
 COMMAND = "python -m experiments.testrig"
 FS = 2048.0  # Hz
@@ -87,8 +87,8 @@ def digitise(signal: np.ndarray, noise: float, rng: np.random.Generator) -> tupl
     return np.minimum(np.rint(noisy / step), 2 ** (BITS - 1) - 1) * step, full_scale
 
 
-def _acquire(rig: Rig, response: Response, seed: int) -> list[Channel]:
-    """Base acceleration, accelerometers and probes; names tell the range."""
+def acquire_channels(rig: Rig, response: Response, seed: int) -> list[Channel]:
+    """Base acceleration, accelerometers and probes as the converter writes them; their names say the range."""
     rng = np.random.default_rng((seed, NOISE_STREAM))
     signals = [("base", 100, "acceleration", response.excitation)]
     for sensor, value in zip(rig.sensors, response.acceleration):
@@ -115,7 +115,7 @@ def take(plan: Plan, rig: Rig, truth: Truth | Sequence[Truth], command: str = CO
         "converter": f"{BITS} bit, range of each channel in its name",
     }
     return Record(
-        plan.name, plan.role, rig, plan.excitation.fs, _acquire(rig, response, plan.seed), level=plan.level,
+        plan.name, plan.role, rig, plan.excitation.fs, acquire_channels(rig, response, plan.seed), level=plan.level,
         description=plan.description, seed=plan.seed, band=plan.excitation.band, provenance=provenance,
     )  # fmt: skip
 

@@ -16,14 +16,14 @@ from typing import ClassVar
 import numpy as np
 
 from clearance_mj.rig import Beam, Bushing, Contact, Grease, PointMass, Rig, Sensor
-from experiments.testrig import _physics as physics
+from experiments.testrig import physics
 
 __all__ = ["RIGS", "BoucWen", "Iwan", "LuGre", "Truth", "VirtualRig"]
 
 
 @dataclass(frozen=True)
 class BoucWen:
-    """Smooth hysteresis, see `_physics.bouc_wen`."""
+    """Smooth hysteresis, see `physics.bouc_wen`."""
 
     model: ClassVar[int] = physics.BOUC_WEN
     states: ClassVar[int] = 1
@@ -44,7 +44,7 @@ class BoucWen:
 
 @dataclass(frozen=True)
 class Iwan:
-    """Parallel Jenkins elements of equal stiffness, their yield displacements evenly spread; see `_physics.iwan`."""
+    """Parallel Jenkins elements of equal stiffness, their yield displacements evenly spread; see `physics.iwan`."""
 
     model: ClassVar[int] = physics.IWAN
     largest_yield: float
@@ -65,7 +65,7 @@ class Iwan:
 
 @dataclass(frozen=True)
 class LuGre:
-    """Bristles that slide with Stribeck's friction, see `_physics.lugre`."""
+    """Bristles that slide with Stribeck's friction, see `physics.lugre`."""
 
     model: ClassVar[int] = physics.LUGRE
     states: ClassVar[int] = 1

@@ -15,7 +15,7 @@ from clearance_mj.rig import Beam, Bushing, Contact, Grease, PointMass, Rig, Sen
 from clearance_mj.signals.frf import FRF
 from clearance_mj.structure import Disc, Material, Matrices, Section, Shaft, Shafts, Support
 from clearance_mj.structure.beam import cantilever_roots
-from experiments.testrig._fem import FiniteElements
+from experiments.testrig.fem import FiniteElements
 
 from ..conftest import ROOT, dense
 

@@ -22,7 +22,7 @@ from clearance_mj.clearance import (
 from clearance_mj.clearance.kernel import clearance_records, contact_step, follow_law, grease_step
 from clearance_mj.core.errors import LawError
 from clearance_mj.rig import Bushing, Contact, Grease
-from experiments.testrig import _physics as physics
+from experiments.testrig import physics
 
 from ..conftest import TABLE1
 

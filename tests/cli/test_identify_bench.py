@@ -11,7 +11,7 @@ from clearance_mj.cli import main
 from clearance_mj.io.dataset import Record, write_dataset
 from clearance_mj.signals.excitation import level_ramp
 from experiments.benches.bench import NAMED
-from experiments.benches.records import FS, _measure
+from experiments.benches.records import FS, measure_channels
 
 
 @pytest.fixture
@@ -19,7 +19,7 @@ def folder(tmp_path):
     """One bushing, foreign physics; the shaft meets both walls in the second half of 6 s."""
     bench = NAMED["one-bushing"]()
     base = level_ramp(6.0, FS, (5.0, 220.0), start_rms=0.3, end_rms=6.0, seed=4).value
-    channels = _measure(bench, base, np.random.default_rng(4))
+    channels = measure_channels(bench, base, np.random.default_rng(4))
     record = Record("ramp", "identify", bench.rig, FS, channels, band=(5.0, 220.0), provenance={"source": "synthetic"})
     path = tmp_path / "dataset"
     write_dataset(path, bench.rig, [record])

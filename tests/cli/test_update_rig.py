@@ -10,14 +10,14 @@ from clearance_mj.io.dataset import Record, write_dataset
 from clearance_mj.rig import Rig
 from clearance_mj.signals.excitation import level_ramp
 from experiments.benches.bench import NAMED
-from experiments.benches.records import FS, _measure
+from experiments.benches.records import FS, measure_channels
 
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
     bench = NAMED["one-bushing"]()
     base = level_ramp(4.0, FS, (5.0, 220.0), start_rms=0.3, end_rms=0.6, seed=4).value
-    channels = _measure(bench, base, np.random.default_rng(4))
+    channels = measure_channels(bench, base, np.random.default_rng(4))
     record = Record("ramp", "identify", bench.rig, FS, channels, band=(5.0, 220.0))
     path = tmp_path_factory.mktemp("bench") / "dataset"
     write_dataset(path, bench.rig, [record])

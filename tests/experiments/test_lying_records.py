@@ -4,7 +4,7 @@ import re
 
 import pytest
 
-from experiments.benches.lying_records import LIES, TABLE, _cell, said, sound
+from experiments.benches.lying_records import LIES, TABLE, said, sound, table_cell
 
 from ..conftest import ROOT
 
@@ -26,5 +26,5 @@ def test_no_lie_passes_in_silence():
 @pytest.mark.parametrize("lie", ["probe reversed", "probe 1 ms late", "accelerometer in g", "probe: offset of 0.15 mm"])
 def test_the_page_says_what_is_said(lie):
     """Numbers may differ in their last digit."""
-    words = _cell({"said": said(LIES[lie](sound())), "rmse_db": None})
+    words = table_cell({"said": said(LIES[lie](sound())), "rmse_db": None})
     assert re.sub(r"\d[\d.]*", "…", words) == re.sub(r"\d[\d.]*", "…", ROWS[lie])

@@ -8,11 +8,11 @@ import pytest
 
 from clearance_mj import identify
 from clearance_mj.core.errors import RecordError
-from clearance_mj.identify.records.channels import check_channel
 from clearance_mj.identify.records.checks import IdentifiabilityWarning, check_records
+from clearance_mj.identify.records.lowest_mode import warn_of_no_ridge
 from clearance_mj.identify.records.prepared import prepared
-from clearance_mj.identify.wavelets.lowest_mode import warn_of_no_ridge
 from clearance_mj.io.dataset import Dataset
+from clearance_mj.signals.channel_check import check_channel
 
 from ..conftest import ROOT, SMALL_LAW, record_of
 from .records import FS, with_channel

@@ -16,8 +16,8 @@ from clearance_mj.identify.methods.constant import fit_constant
 from clearance_mj.identify.methods.force_balance import force_balance_law
 from clearance_mj.identify.methods.physical import fit_output_error
 from clearance_mj.identify.methods.ridge import ridge_law
+from clearance_mj.identify.records.lowest_mode import ridge_band
 from clearance_mj.identify.registry import get_method
-from clearance_mj.identify.wavelets.lowest_mode import ridge_band
 from clearance_mj.io.dataset import Dataset
 from clearance_mj.rig import Grease, Rig, Sensor
 from clearance_mj.signals.excitation import hammer, level_ramp, random

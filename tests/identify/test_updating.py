@@ -14,7 +14,7 @@ from clearance_mj.io.dataset import Dataset, Record
 from clearance_mj.rig import Shaker
 from clearance_mj.signals import excitation
 from experiments.benches.bench import NAMED, make_bench
-from experiments.benches.records import FS, _measure
+from experiments.benches.records import FS, measure_channels
 
 from .records import record_of
 
@@ -23,7 +23,7 @@ from .records import record_of
 def ramp_record(bench, seconds=7.0):
     """The first seconds of a ramp from 0.3 to 9 m/s² in 32 s."""
     base = excitation.level_ramp(32.0, FS, (5.0, 220.0), start_rms=0.3, end_rms=9.0, seed=bench.seed).value
-    channels = _measure(bench, base[: int(seconds * FS)], np.random.default_rng(bench.seed))
+    channels = measure_channels(bench, base[: int(seconds * FS)], np.random.default_rng(bench.seed))
     return Record("ramp", "identify", bench.rig, FS, channels, band=(5.0, 220.0))
 
 

@@ -10,7 +10,7 @@ from clearance_mj.core.errors import RecordError
 from clearance_mj.engines import simulate
 from clearance_mj.io import formats
 from clearance_mj.io.dataset import Dataset, Record, write_dataset
-from clearance_mj.io.uff._geometry import rig_geometry
+from clearance_mj.io.uff.geometry import rig_geometry
 from clearance_mj.rig import Bushing, Contact, Grease, Rig, Sensor, Shaker
 from clearance_mj.signals import excitation
 from clearance_mj.structure import Material, Matrices, Section, Shaft, Shafts, Support

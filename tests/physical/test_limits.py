@@ -320,4 +320,4 @@ print(*sorted({n.split(".")[1] for n in sys.modules if n.startswith("clearance_m
 """
     found = run("-c", program)
     assert found.returncode == 0, found.stderr
-    assert found.stdout.split() == ["_version", "core", "physical"]
+    assert found.stdout.split() == ["core", "physical", "version"]

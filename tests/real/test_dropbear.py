@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from clearance_mj.identify.wavelets.wavelet import ridge
+from clearance_mj.signals.wavelet import ridge
 from experiments.real import dropbear
 
 

@@ -9,10 +9,7 @@ import pytest
 
 from clearance_mj.model import Model
 from clearance_mj.report import frames, tables
-from clearance_mj.report.sections import _bushings as bushings
-from clearance_mj.report.sections import _modes_and_sensors as modes_and_sensors
-from clearance_mj.report.sections import _summary as summary
-from clearance_mj.report.sections import registered_sections
+from clearance_mj.report.sections import bushings, modes_and_sensors, registered_sections, summary
 from clearance_mj.report.writer import ReportWriter
 
 from .conftest import changed

@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 from clearance_mj.core.errors import ManoeuvreError
-from clearance_mj.vehicle._twin_model import N_PARAMETERS, N_STATES, simulate
 from clearance_mj.vehicle.controllers import CONTROLLERS, ClearancePrior, Observation
 from clearance_mj.vehicle.manoeuvres import single_lane_change
 from clearance_mj.vehicle.nominal import Vehicle
@@ -15,6 +14,7 @@ from clearance_mj.vehicle.run import nominal_task
 from clearance_mj.vehicle.signals import Signals
 from clearance_mj.vehicle.steering import Steering
 from clearance_mj.vehicle.twin import SteeringTwin, twin_of
+from clearance_mj.vehicle.twin_model import N_PARAMETERS, N_STATES, simulate
 
 GAP = math.radians(0.2)
 REGIMES = {"torque": (0.0, 0.045), "friction": (30.0, 0.005)}

@@ -12,7 +12,7 @@ import scipy.linalg
 
 from clearance_mj import beam
 from clearance_mj.rig import Beam, Bushing, Contact, Grease, PointMass, Rig, Sensor, Shaker
-from experiments.testrig._fem import FiniteElements
+from experiments.testrig.fem import FiniteElements
 
 from ..conftest import TABLE1 as RIG
 from ..conftest import dense

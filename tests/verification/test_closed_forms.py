@@ -13,7 +13,7 @@ from clearance_mj.engines import Links, Modal, ModalMujoco, build_links, simulat
 from clearance_mj.rig import Sensor, Shaker
 from clearance_mj.signals.excitation import Excitation
 from clearance_mj.structure.beam import cantilever_roots
-from experiments.testrig._fem import FiniteElements
+from experiments.testrig.fem import FiniteElements
 
 from ..conftest import dense
 from .test_beam_fe import RIG

@@ -7,9 +7,9 @@ files of those tests (astest/sdnl104a.comm, sdnd108b.comm, sdnd101a.comm).
 import numpy as np
 
 from clearance_mj.rig import Beam
-from experiments.testrig import _integrator as integrator
-from experiments.testrig._fem import FiniteElements, Points
+from experiments.testrig import integrator
 from experiments.testrig.bench import greases
+from experiments.testrig.fem import FiniteElements, Points
 
 from ..conftest import dense
 

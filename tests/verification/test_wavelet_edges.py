@@ -5,7 +5,7 @@ import itertools
 import numpy as np
 import pytest
 
-from clearance_mj.identify.wavelets.wavelet import scalogram, skeleton
+from clearance_mj.signals.wavelet import scalogram, skeleton
 
 FS, OMEGA = 2048.0, 2 * np.pi * 40.0
 TIME = np.arange(8192) / FS

@@ -12,12 +12,12 @@ from ...core.errors import RecordError
 from ...io.dataset import Dataset
 from ...model import Model
 from ...rig import Rig
+from ...signals.wavelet import scalogram, shortest_record
 from ..forces.restoring import MODES, require_measurable
+from ..laws.oscillator import check_options
+from ..records.lowest_mode import ridge_band, warn_of_no_ridge
 from ..records.prepared import prepared
 from ..registry import Identified, register
-from ..wavelets.lowest_mode import ridge_band, warn_of_no_ridge
-from ..wavelets.oscillator import check_options
-from ..wavelets.wavelet import scalogram, shortest_record
 
 __all__ = ["ridge_law"]
 

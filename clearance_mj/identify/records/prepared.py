@@ -12,9 +12,9 @@ import numpy as np
 from ...core.errors import RecordError
 from ...io.dataset import Dataset, Record
 from ...rig import Rig
+from ...signals.channel_check import check_channel
 from ...signals.excitation import Excitation
 from ...signals.response import Response
-from .channels import check_channel
 
 __all__ = ["EXCITATION", "PreparedRecord", "prepare", "prepared"]
 

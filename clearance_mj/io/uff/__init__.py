@@ -24,8 +24,8 @@ from ...universal.fields import Block, text_set
 from ...universal.mode_shapes import KINDS, mode_sets, read_modes
 from ..channels import Channel, ChannelHeader
 from ..registry import Format, register
-from ._functions import channel_block, frf_blocks, read_channel, read_channel_header, read_frfs
-from ._geometry import Geometry, geometry_sets, read_geometry_blocks, rig_geometry
+from .functions import channel_block, frf_blocks, read_channel, read_channel_header, read_frfs
+from .geometry import Geometry, geometry_sets, read_geometry_blocks, rig_geometry
 
 __all__ = [
     "DIRECTIONS",

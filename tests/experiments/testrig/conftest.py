@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-from experiments.testrig._fem import FiniteElements
 from experiments.testrig.bench import greases
+from experiments.testrig.fem import FiniteElements
 
 
 @pytest.fixture(scope="session")

@@ -5,7 +5,7 @@ import scipy.optimize
 
 from clearance_mj.core.errors import RigError
 from clearance_mj.rig import Beam, PointMass
-from experiments.testrig._fem import FiniteElements
+from experiments.testrig.fem import FiniteElements
 
 from ...conftest import dense
 

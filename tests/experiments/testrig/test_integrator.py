@@ -7,10 +7,9 @@ import scipy.linalg
 import scipy.optimize
 
 from clearance_mj.rig import Beam
-from experiments.testrig import BoucWen, Iwan, LuGre, Truth
-from experiments.testrig import _integrator as integrator
-from experiments.testrig._fem import FiniteElements, Points
+from experiments.testrig import BoucWen, Iwan, LuGre, Truth, integrator
 from experiments.testrig.bench import greases
+from experiments.testrig.fem import FiniteElements, Points
 
 from ...conftest import dense
 

@@ -2,8 +2,7 @@ import numba
 import numpy as np
 import pytest
 
-from experiments.testrig import Iwan
-from experiments.testrig import _physics as physics
+from experiments.testrig import Iwan, physics
 
 from ...verification.test_bouc_wen import benchmark_set, loop, steady_loops
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from ...study import Study
 from ..style import REPEAT, Drawing, frequency_axis, letters, sensor_title, sheet, tidy
-from ._looks import Looks
+from .looks import Looks
 
 
 def correlation(study: Study, level: float) -> Drawing:

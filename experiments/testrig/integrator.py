@@ -15,15 +15,15 @@ from typing import NamedTuple
 import numba
 import numpy as np
 
-from experiments.testrig import _physics as physics
-from experiments.testrig._fem import FiniteElements, Points
+from experiments.testrig import physics
+from experiments.testrig.fem import FiniteElements, Points
 
 NEWTON_ITERATIONS = 30
 NEWTON_TOLERANCE = 1e-15  # m; far below any gap, far above the rounding of the correction it bounds
 
 
 class Contacts(NamedTuple):
-    """Stops on both sides of the first points, one entry per point; see `_physics.contact`."""
+    """Stops on both sides of the first points, one entry per point; see `physics.contact`."""
 
     gap: np.ndarray
     offset: np.ndarray  # from the middle between the stops to where the shaft rests
@@ -33,11 +33,11 @@ class Contacts(NamedTuple):
 
 
 class Greases(NamedTuple):
-    """Grease at the points after the contacts, one entry per point; see `_physics`."""
+    """Grease at the points after the contacts, one entry per point; see `physics`."""
 
     stiffness: np.ndarray  # k, N/m, at this moment
     elastic_ratio: np.ndarray  # λ
-    model: np.ndarray  # `_physics.BOUC_WEN`, `_physics.IWAN` or `_physics.LUGRE`
+    model: np.ndarray  # `physics.BOUC_WEN`, `physics.IWAN` or `physics.LUGRE`
     states: np.ndarray  # how many numbers the model remembers
     parameters: np.ndarray  # (n_greases, n) of the model
     damping: np.ndarray
@@ -61,7 +61,7 @@ class Scheme(NamedTuple):
     upper: np.ndarray  # (n, 3) column i of L: L[i+1, i], L[i+2, i], L[i+3, i]
     pivot: np.ndarray  # (n,) 1 / D
     drive: np.ndarray  # (n,) A⁻¹ load: acceleration by a unit excitation
-    start: np.ndarray  # (n_points,) see `_fem.Points`
+    start: np.ndarray  # (n_points,) see `fem.Points`
     weight: np.ndarray  # (n_points, 4)
     reply: np.ndarray  # (n, n_points) A⁻¹ Bᵀ: acceleration by a unit force at a point
     compliance: np.ndarray  # (n_points, n_points) B A⁻¹ Bᵀ, 1/kg
@@ -131,7 +131,7 @@ def march(
     """Advance over a block of excitation (n_steps,) and return the number of steps done.
 
     It is less than n_steps if Newton's method failed in the next. ``follows`` is 1 if sensors move with the base, whose
-    acceleration is the excitation, else 0; ``start`` and ``weight`` are the sensors' `_fem.Points`. Fills ``out``
+    acceleration is the excitation, else 0; ``start`` and ``weight`` are the sensors' `fem.Points`. Fills ``out``
     (n_steps, n_sensors + 3 n_greases) with absolute accelerations, displacements at the greases, contact and grease
     forces; contacts 2 j and 2 j + 1 are the ends of the bushing with grease j. ``touching`` (n_greases,) counts on the
     steps with contact at one of the two ends.

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from clearance_mj import RecordError, identify
-from clearance_mj.identify.wavelets.free_decay import decay
+from clearance_mj.signals.free_decay import decay
 
 FS = 2048.0
 TIME = np.arange(8192) / FS

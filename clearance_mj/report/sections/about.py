@@ -5,8 +5,8 @@ from __future__ import annotations
 import platform
 from importlib.metadata import PackageNotFoundError, version
 
-from ..._version import __version__
 from ...study import Study
+from ...version import __version__
 from .. import frames
 from ..figures import rig_drawing
 from ..html import render

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.polynomial.polynomial import polyfit
 
-from ...core.errors import RecordError
+from ..core.errors import RecordError
 from .wavelet import Ridge
 
 __all__ = ["Decay", "decay"]

@@ -5,9 +5,9 @@ from __future__ import annotations
 from ...beam import natural_frequencies
 from ...core.errors import RecordError
 from ...rig import Rig
-from ..records.checks import warn
-from ..records.prepared import PreparedRecord
-from .wavelet import ridge
+from ...signals.wavelet import ridge
+from .checks import warn
+from .prepared import PreparedRecord
 
 __all__ = ["ridge_band", "warn_of_no_ridge"]
 

@@ -9,7 +9,7 @@ from matplotlib.patches import Rectangle
 from ...rig import Bushing, Rig
 from ...structure.base import dof_vector, parse_dof
 from ..style import COLOURS, FONT, Drawing, sheet, tidy
-from ._rig_symbols import DARK, GREY
+from .rig_symbols import DARK, GREY
 
 PLATE, BOX = -1.4, 0.42  # heights of the base plate's top and of the structure
 ABOVE, CROWDED = 2.7, 6  # height of the panel of places; places along the box beyond which words are few

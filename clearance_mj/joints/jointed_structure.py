@@ -21,18 +21,18 @@ import numpy as np
 import scipy.ndimage
 from tqdm import tqdm
 
-from ...clearance import ConstantLaw, MaxwellSlip
-from ...core.errors import RecordError
-from ...engines import simulate_and_keep
-from ...estimate import Parameter, Problem, Solution, Stop, solve
-from ...rig import Bushing, Contact, Grease, Rig, Sensor, Shaker
-from ...signals.excitation import Excitation
-from ...signals.frf import FRF, QUANTITY
-from ...signals.nonlinear import periods
-from ...signals.response import Response
-from ...signals.welch import lines_within
-from ...structure import ModalStructure, modes_from_frf
-from ...structure.base import parse_dof
+from ..clearance import ConstantLaw, MaxwellSlip
+from ..core.errors import RecordError
+from ..engines import simulate_and_keep
+from ..estimate import Parameter, Problem, Solution, Stop, solve
+from ..rig import Bushing, Contact, Grease, Rig, Sensor, Shaker
+from ..signals.excitation import Excitation
+from ..signals.frf import FRF, QUANTITY
+from ..signals.nonlinear import periods
+from ..signals.response import Response
+from ..signals.welch import lines_within
+from ..structure import ModalStructure, modes_from_frf
+from ..structure.base import parse_dof
 
 __all__ = ["JOINT_NODE", "JointedStructure", "fit_jointed_structure"]
 

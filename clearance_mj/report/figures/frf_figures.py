@@ -27,7 +27,7 @@ from ..style import (
     tidy,
 )
 from ..waterfall import STEP, draw_levels
-from ._looks import Looks
+from .looks import Looks
 
 _PAIR: tuple[dict[str, Any], ...] = ({"color": TEST, "lw": 2.0}, {"color": COLOURS[1], "lw": 0.9})
 SECOND = "test, other seed"

@@ -13,7 +13,7 @@ from .. import frames
 from ..style import FONT, REPEAT, TEST, Drawing, letters, level_axis, sheet, tidy
 from ..tables import OVERALL, Measure
 from ..tables import REPEAT as REPEAT_ROW
-from ._looks import Looks
+from .looks import Looks
 
 
 def agreement(study: Study) -> Drawing:

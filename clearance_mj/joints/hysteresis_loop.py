@@ -5,8 +5,8 @@ from __future__ import annotations
 import numba
 import numpy as np
 
-from ...clearance.greases.bouc_wen import bouc_wen_step
-from ...clearance.walls import gap as penetration
+from ..clearance.greases.bouc_wen import bouc_wen_step
+from ..clearance.walls import gap as penetration
 
 __all__: list[str] = []
 

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 from scipy.interpolate import CubicSpline
 
 from ...core.errors import RecordError
-from .wavelet import Ridge, ridge
+from ...signals.wavelet import Ridge, ridge
 
 __all__ = ["SdofResult", "sdof"]
 

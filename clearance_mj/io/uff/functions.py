@@ -10,7 +10,7 @@ import numpy as np
 from ...core.checks import QUANTITIES, check_dof, even_rate, naming, require_finite, simplest_rate
 from ...core.errors import RecordError
 from ...signals.frf import FRF, join_references
-from ...universal.dataset_58 import (
+from ...universal.dataset_58 import (  # fmt: skip
     COHERENCE,
     COMPLEX64,
     FREQUENCY,
@@ -26,13 +26,14 @@ from ...universal.dataset_58 import (
     function_block,
     numbers,
     samples,
-)  # fmt: skip
+)
 from ...universal.dataset_164 import frf_scale, time_scale
 from ...universal.fields import quantity_of
 from ..channels import Channel, ChannelHeader
 
 
 def read_channel_header(data: bytes, function: Function) -> ChannelHeader:
+    """Return what the header of a time function says of its channel."""
     with naming(f"data set {function.number}"):
         quantity = quantity_of(function.numerator, "ordinate")
         if function.is_complex:
@@ -47,6 +48,7 @@ def read_channel_header(data: bytes, function: Function) -> ChannelHeader:
 
 
 def read_channel(data: bytes, function: Function) -> Channel:
+    """Return the channel that a time function holds, in SI units."""
     header = read_channel_header(data, function)
     value = samples(data, function, time_scale(function, header.quantity))
     return Channel(header.name, header.node, header.direction, header.quantity, value, header.fs, header.start)
@@ -164,6 +166,7 @@ def _frequency(data: bytes, function: Function) -> np.ndarray:
 
 
 def frf_blocks(frf: FRF) -> list[bytes]:
+    """Return the data sets of FRFs, one for each response and reference."""
     return [block for reference in frf.references for block in _frf_blocks(frf.to_reference(reference))]
 
 

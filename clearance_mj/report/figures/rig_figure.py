@@ -12,8 +12,8 @@ from ...rig import Bushing, PointMass, Rig
 from ...structure import Disc, Shaft, Spring
 from ..outline import outline, starts_clamped
 from ..style import COLOURS, FONT, Drawing, sheet, tidy
-from ._rig_scheme import scheme
-from ._rig_symbols import BLOCK, DARK, GREY, Pen, draw_spring, draw_support
+from .rig_scheme import scheme
+from .rig_symbols import BLOCK, DARK, GREY, Pen, draw_spring, draw_support
 
 DRAWN_GAP, PLATE, PITCH = 0.13, -1.15, 1.75
 """Across the shaft nothing is to scale: gap, the base plate's top, from one shaft to the next"""

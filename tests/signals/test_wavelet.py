@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from clearance_mj import RecordError, identify
-from clearance_mj.identify.wavelets.wavelet import scalogram
+from clearance_mj.signals.wavelet import scalogram
 
 FS = 2048.0
 TIME = np.arange(8192) / FS

@@ -10,8 +10,8 @@ import pywt
 import scipy.signal
 from numpy.typing import ArrayLike
 
-from ...core.errors import RecordError
-from ..records.channels import check_channel
+from ..core.errors import RecordError
+from .channel_check import check_channel
 
 __all__ = ["Ridge", "Scalogram", "ridge", "ridges", "scalogram"]
 

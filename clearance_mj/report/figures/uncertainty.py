@@ -14,7 +14,7 @@ from ...rig import Rig
 from ...signals.frf import FRF
 from ...statistics.frf_bands import Band, inside
 from ...study import Study
-from ..style import (
+from ..style import (  # fmt: skip
     COLOURS,
     FONT,
     TEST,
@@ -26,7 +26,7 @@ from ..style import (
     sensor_title,
     sheet,
     tidy,
-)  # fmt: skip
+)
 
 MAX_PANELS = 2
 PARAMETERS, PREDICTION = 0.8, 0.3  # opacity of the two bands

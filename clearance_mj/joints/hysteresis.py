@@ -21,10 +21,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ...core.errors import RecordError
-from ...estimate import Estimates, Parameter, Problem, Solution, Stop, coloured, one_by_one, solve
-from ...estimate.estimates import UNIDENTIFIED
-from ...rig import Grease
+from ..core.errors import RecordError
+from ..estimate import Estimates, Parameter, Problem, Solution, Stop, coloured, one_by_one, solve
+from ..estimate.estimates import UNIDENTIFIED
+from ..rig import Grease
 from .hysteresis_loop import loop_force
 
 __all__ = ["DEAD_TRAVEL", "BoucWenFit", "bouc_wen"]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ...core.errors import RecordError
+from ..core.errors import RecordError
 
 __all__ = ["check_channel"]
 

@@ -1,1 +1,0 @@
-"""Ridges of wavelet transforms: the oscillator on them, and free decays."""

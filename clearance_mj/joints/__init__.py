@@ -1,0 +1,1 @@
+"""Identification of joints that slip: loops of force over travel, jointed modes, jointed structures."""
