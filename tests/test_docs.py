@@ -156,8 +156,8 @@ def test_tutorial(clone):
     assert re.search(r"contact, ([\d.]+) dB and ([\d.]+) with", page).groups() == figures[1]
     for path in (
         "found/index.html",
-        "law_figures/contact_over_amplitude.png",
-        "law_figures/hysteresis_ramp.png",
+        "over_amplitude/figures/contact_over_amplitude.png",
+        "over_amplitude/figures/restoring_force.png",
         "comparison",
         "mydata",
     ):

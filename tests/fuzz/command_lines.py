@@ -37,8 +37,8 @@ LINES = {
     "modes": "modes modal.uff --modes 2",
     "calibrate": "calibrate rig.toml frequencies.csv --free beam.length=0.9:1.1 --starts 1",
     "update-rig": "update-rig bench",
-    "identify": "identify bench --method nominal --no-figures --out new.json",
-    "identify a law": "identify bench --method constant --no-figures --out new.json",
+    "identify": "identify bench --method nominal --no-figures --out new",
+    "identify a law": "identify bench --method constant --no-figures --out new",
     "identify a bench": "identify bench --no-figures",
     "place": "place rig.toml --sensors 4 --candidates 6 --modes 1,2",
     "sweep": "sweep plan.toml --workers 1",
@@ -49,11 +49,9 @@ LINES = {
     "study": "study bench --engines modal --methods nominal",
     "vehicle": "vehicle --controller smc --manoeuvre slalom --speed 60 --plant single-track",
     "live": "live rig.toml --no-browser --out address.txt",
-    "reproduce": "reproduce",
-    "audit": "audit",
-}  # Of each command one that is cheap and ends well, but for the last two, which point to the source tree
+}  # Of each command one that is cheap and ends well
 SELDOM = {
-    "sweep": 0.2, "rattle-map": 0.3, "vehicle": 0.2, "animate": 0.2, "motion": 0.2, "reproduce": 0.1, "audit": 0.1,
+    "sweep": 0.2, "rattle-map": 0.3, "vehicle": 0.2, "animate": 0.2, "motion": 0.2,
     "calibrate": 0.4, "place": 0.5, "response": 0.4, "backbone": 0.4, "update-rig": 0.2, "identify a law": 0.2,
     "identify a bench": 0.04, "twin": 0.3, "study": 0.04,
 }  # fmt: skip
