@@ -32,7 +32,7 @@ CORRELATED = 0.5  # size of a correlation from which on it is listed
 
 
 def write_identification(
-    found: Identified, dataset: Dataset, folder: Path, shown: Path, progress: bool = False
+    found: Identified, dataset: Dataset, folder: Path, shown: Path, workers: int | None = 1, progress: bool = False
 ) -> None:
     """Write ``index.html``, ``figures/`` and ``tables/``.
 
@@ -46,13 +46,15 @@ def write_identification(
         Folder that is written to.
     shown : Path
         Name of the folder on the page.
+    workers : int, optional
+        Processes of the rattle map; None: one for each core, where the calling script may be imported by them.
     progress : bool
         Show a progress bar.
     """
     writer, pages = ReportWriter(folder, progress), dict(found.pages)
     forces = pages.pop("forces")() if "forces" in pages else []
     sections = [
-        html.Section("rattling", "Does it rattle?", rattling(found.model, dataset, writer)),
+        html.Section("rattling", "Does it rattle?", rattling(found.model, dataset, writer, workers)),
         html.Section("summary", "What was found", _summary(found, dataset, shown)),
     ]
     if forces:

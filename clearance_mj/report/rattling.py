@@ -19,7 +19,7 @@ from .writer import ReportWriter
 
 __all__ = ["rattling"]
 
-LEVELS, FREQUENCIES = 8, 80  # each level is twice the one before
+LEVELS, LEVEL_RATIO, FREQUENCIES = 5, 3.0, 80  # each level is so many times the one before
 HARMONICS = 7  # folds of the Table-1 rig stay where 21 harmonics have them, amplitudes within 3 %
 SHARES = (1.0, 0.5)  # of the gaps found
 BAND = (0.002, 0.4)  # of the samples per second, where a record does not say its band
@@ -35,7 +35,7 @@ class _Row:
     penetration: float  #: largest, m
 
 
-def rattling(model: Model, dataset: Dataset, writer: ReportWriter) -> str:
+def rattling(model: Model, dataset: Dataset, writer: ReportWriter, workers: int | None = 1) -> str:
     """Return the figure, the sentences and the table of a rattle map over the records' levels and band.
 
     Parameters
@@ -46,11 +46,13 @@ def rattling(model: Model, dataset: Dataset, writer: ReportWriter) -> str:
         Its records to identify say levels, band and what excites.
     writer : ReportWriter
         Takes figure and numbers.
+    workers : int, optional
+        Processes of the map; None: one for each core.
     """
     if not isinstance(model.law, ConstantLaw | ContactLaw):
         return html.paragraph("A law over time or amplitude has no periodic vibrations, so no rattle map.", "note")
     try:
-        found = _map(model, dataset)
+        found = _map(model, dataset, workers)
     except ClearanceError as error:
         return html.paragraph(f"No rattle map: {html.formula(str(error))}.", "note")
     writer.csv("rattle_map", rows(found))
@@ -58,15 +60,15 @@ def rattling(model: Model, dataset: Dataset, writer: ReportWriter) -> str:
     return sentences + writer.figure(draw(found)) + html.table(_table(found))
 
 
-def _map(model: Model, dataset: Dataset) -> RattleMap:
+def _map(model: Model, dataset: Dataset, workers: int | None) -> RattleMap:
     records = dataset.to_identify()
     loudest = max(records, key=lambda record: float(np.std(record.response().excitation)))
     top = 2 * float(np.std(loudest.response().excitation))  # a ramp ends at about twice its RMS
     low, high = loudest.band or (share * loudest.fs for share in BAND)
     gaps = [[share * bushing.gap for bushing in model.rig.bushings] for share in SHARES]
     return map_rattle(
-        model, np.geomspace(top / 2 ** (LEVELS - 1), top, LEVELS), np.geomspace(low, high, FREQUENCIES), gaps=gaps,
-        kind=loudest.excitation_kind, n_harmonics=HARMONICS, workers=1,
+        model, top * LEVEL_RATIO ** np.arange(1.0 - LEVELS, 1.0), np.geomspace(low, high, FREQUENCIES), gaps=gaps,
+        kind=loudest.excitation_kind, n_harmonics=HARMONICS, workers=workers,
     )  # fmt: skip
 
 
