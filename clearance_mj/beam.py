@@ -9,7 +9,7 @@ correction.
 from __future__ import annotations
 
 import functools
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike
 
 from .core.errors import RigError
 from .rig import Rig
-from .structure.base import Rows, dof_vector
+from .structure.base import Rows, dof_vector, placed
 
 if TYPE_CHECKING:
     import control
@@ -143,6 +143,69 @@ class ModalModel:
         if not self.coupling.size:
             return 1 / dynamic
         return np.linalg.inv(dynamic[:, None] * np.eye(self.size) + 1j * omega[:, None, None] * self.coupling)
+
+    def at_probes(self, values: Mapping[str, float]) -> np.ndarray:
+        """Return the displacement (n_bushings, n) that a probe in each clearance reads.
+
+        Parameters
+        ----------
+        values : mapping of str to float
+            Gains and places that are not 1 and the clearance's middle: "probes[0].gain", "probes[0].position" in m.
+        """
+        rows = self.at_bushings.copy()
+        for j, bushing in enumerate(self.rig.bushings):
+            if (at := values.get(f"probes[{j}].position")) is not None:
+                rows[j] = self.shapes([placed(bushing.position, at)])[0]
+            rows[j] *= values.get(f"probes[{j}].gain", 1.0)
+        return rows
+
+    def channel_gains(
+        self, probes: np.ndarray, kind: str, omega: np.ndarray, at: np.ndarray | None = None
+    ) -> np.ndarray:
+        """Return what accelerometers, probes and the excitation itself show of forces in the clearances and of it.
+
+        Without filling and contact the structure is linear, so each channel reads y(ω) = G(ω) θ(ω), with θ the forces
+        and the excitation.
+
+        Parameters
+        ----------
+        probes : ndarray, shape (n_probes, n)
+            Displacements that probes read, such as `at_probes`.
+        kind : str
+            Kind of excitation: "base" or "force".
+        omega : ndarray, shape (n_f,)
+            Angular frequencies, rad/s, real or complex.
+        at : ndarray, shape (n_forces, n), optional
+            Where the forces act; by default in the clearances' middles.
+
+        Returns
+        -------
+        ndarray, shape (n_f, n_sensors + n_probes + 1, n_forces + 1), complex
+        """
+        sensors = len(self.at_sensors)
+        seen = self.displacement_gains(np.vstack((self.at_sensors, probes)), kind, omega, at)
+        seen[:, :sensors] *= -(omega[:, None, None] ** 2)
+        seen[:, :sensors, -1] += self.sensors_on_base * float(kind == "base")
+        itself = np.zeros((omega.size, 1, seen.shape[2]))
+        itself[:, :, -1] = 1.0
+        return np.concatenate((seen, itself), axis=1)
+
+    def displacement_gains(
+        self, rows: np.ndarray, kind: str, omega: np.ndarray, at: np.ndarray | None = None
+    ) -> np.ndarray:
+        """Return the same (n_f, n_rows, n_forces + 1) of displacements with rows (n_rows, n).
+
+        Parameters
+        ----------
+        rows, kind, omega, at
+            As `channel_gains` takes them.
+        """
+        inputs = np.vstack((-(self.at_bushings if at is None else at), self.input(kind))).T
+        receptance = self.receptance(omega)
+        if receptance.ndim == 3:
+            return rows @ receptance @ inputs
+        products = rows[:, None, :] * inputs.T[None]
+        return (receptance @ products.reshape(-1, self.size).T).reshape(omega.size, len(rows), -1)
 
     def static_deflection(self, points: Sequence[float | str] | np.ndarray, loads: np.ndarray) -> np.ndarray:
         """Return the deflection (n_points, n_loads), m/N, of points under unit static loads.

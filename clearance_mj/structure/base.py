@@ -37,6 +37,7 @@ __all__ = [
     "moved",
     "parse_dof",
     "parse_place",
+    "placed",
     "ratios_of_modes",
 ]
 
@@ -105,6 +106,12 @@ def parse_place(point: float | str) -> tuple[str, float] | None:
         return "", float(point)
     found = _PLACE.fullmatch(point)
     return (found[1], float(found[2])) if found else None
+
+
+def placed(point: float | str, position: float) -> float | str:
+    """The point at another position, m, on the same shaft."""
+    name = (parse_place(point) or ("", 0.0))[0]
+    return f"{name}@{position!r}" if name else position
 
 
 def dof_vector(point: float | str) -> np.ndarray:

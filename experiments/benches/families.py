@@ -18,6 +18,7 @@ import numpy as np
 
 from clearance_mj.identify import update_rig
 from clearance_mj.identify.laws.comparison import FamilyFit, compare_families
+from clearance_mj.identify.records.prepared import prepare
 from clearance_mj.io.dataset import Dataset
 from experiments.benches.bench import CONTACTS, GREASES, IGNORANCES, find_bench
 from experiments.benches.records import write_bench
@@ -47,7 +48,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         if not folder.exists():
             write_bench(find_bench(name, IGNORANCES if wrong else None), folder, roles=("identify",))
         dataset, start = Dataset.load(folder), time.perf_counter()
-        families = compare_families(dataset, update_rig(dataset))
+        families = compare_families(prepare(dataset), update_rig(dataset))
         spent, best = time.perf_counter() - start, families[0]
         truth = WORDS.get(contact, contact), WORDS.get(grease, grease)
         own = next(f for f in families if (f.contact, f.grease) == truth)

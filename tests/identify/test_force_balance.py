@@ -10,7 +10,6 @@ from clearance_mj.beam import ritz_model
 from clearance_mj.clearance import AmplitudeLaw, ConstantLaw, TimeLaw
 from clearance_mj.core.errors import RecordError
 from clearance_mj.engines import Links, simulate
-from clearance_mj.identify.forces.gains import channel_gains, probe_rows
 from clearance_mj.identify.forces.restoring import MODES, restoring_force
 from clearance_mj.identify.laws.contact_over_time import contact_parameters, envelope
 from clearance_mj.identify.laws.grease import grease_parameters
@@ -114,7 +113,7 @@ def test_a_probe_reads_at_its_place(rig, quiet):
 
     def gains(rig, values):
         model = ritz_model(rig, MODES)
-        return channel_gains(model, probe_rows(model, values), "base", omega)
+        return model.channel_gains(model.at_probes(values), "base", omega)
 
     here, there = gains(rig, aside), gains(moved, {})
     np.testing.assert_allclose(here[:, probes, -1], there[:, probes, -1], rtol=1e-5)  # static shapes differ

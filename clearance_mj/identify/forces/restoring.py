@@ -10,6 +10,7 @@ from __future__ import annotations
 import contextlib
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import TypeVar
 
 import numpy as np
 import scipy.fft
@@ -21,7 +22,6 @@ from ...core.errors import RecordError
 from ...io.dataset import Dataset, Record
 from ...rig import Rig
 from ..records.prepared import PreparedRecord, prepare, prepared
-from .gains import channel_gains, displacement_gains, probe_rows
 
 __all__ = ["RestoringForce", "possible_forces", "restoring_force", "restoring_forces"]
 
@@ -33,6 +33,7 @@ NOISE = 0.01  # of a channel's RMS: noise with which the weights start
 QUIETEST = 1e-4  # of a channel's RMS: no channel is taken to be quieter
 REWEIGHTINGS = 4
 NO_PROBES_BAND = 4.0  # Hz: without probes, slower motion is not known.
+AnyRecord = TypeVar("AnyRecord", Record, PreparedRecord)
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,9 +110,9 @@ def restoring_force(
     spectrum = np.fft.rfft(measured * flanks(n, fs)[:, None], size, axis=0)[inside]
     omega = 2 * np.pi * frequency[inside]
     model = ritz_model(rig, MODES)
-    rows = probe_rows(model, probes or {}) if record.probes else np.zeros((0, model.size))
-    seen = channel_gains(model, rows, record.kind, omega)
-    moved = displacement_gains(model, model.at_points, record.kind, omega)
+    rows = model.at_probes(probes or {}) if record.probes else np.zeros((0, model.size))
+    seen = model.channel_gains(rows, record.kind, omega)
+    moved = model.displacement_gains(model.at_points, record.kind, omega)
     try:
         sigma, theta, covariance = _solve(seen, spectrum, np.sqrt(np.mean(measured**2, axis=0)), n)
     except np.linalg.LinAlgError:
@@ -154,12 +155,12 @@ def restoring_force(
     )
 
 
-def possible_forces(records: Sequence[Record], find: Callable[[Record], RestoringForce]) -> list[RestoringForce]:
+def possible_forces(records: Sequence[AnyRecord], find: Callable[[AnyRecord], RestoringForce]) -> list[RestoringForce]:
     """Return the forces of the records that allow it.
 
     Parameters
     ----------
-    records : sequence of Record
+    records : sequence of Record or PreparedRecord
         Those to look at.
     find : callable
         Finds the forces of a record, or raises a RecordError.

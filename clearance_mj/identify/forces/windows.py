@@ -11,7 +11,6 @@ import scipy.fft
 from ...beam import ritz_model
 from ...rig import Rig
 from ..records.prepared import PreparedRecord
-from .gains import channel_gains, displacement_gains, probe_rows
 from .restoring import BAND, MODES, SETTLE, TAPER, RestoringForce, flanks, require_measurable
 
 __all__ = ["WindowForces"]
@@ -57,8 +56,8 @@ class WindowForces:
     def _invert(self, rig: Rig, probes: Mapping[str, float]) -> None:
         """Find forces and motion by channels at every line, and what the sensors' noise does to them."""
         self.rig, omega, model = rig, 2 * np.pi * self.frequency, ritz_model(rig, MODES)
-        seen = channel_gains(model, probe_rows(model, probes), self.kind, omega)
-        moved = displacement_gains(model, model.at_points, self.kind, omega)
+        seen = model.channel_gains(model.at_probes(probes), self.kind, omega)
+        moved = model.displacement_gains(model.at_points, self.kind, omega)
         weighted = seen / self.noise[None, :, None]
         adjoint = weighted.conj().transpose(0, 2, 1)
         covariance = np.linalg.inv(adjoint @ weighted)

@@ -14,10 +14,9 @@ from tqdm import tqdm
 from ...clearance import ContactLaw
 from ...clearance.family import CONTACT_FAMILIES, FILLING_FAMILIES, ContactFamily, Family, FillingFamily
 from ...core.errors import LawError
-from ...io.dataset import Dataset, Record
 from ...rig import Rig
 from ..forces.restoring import NO_PROBES_BAND, RestoringForce, restoring_force
-from ..structure.priors import priors
+from ..records.prepared import PreparedRecord
 from ..structure.rig_update import RigUpdate
 from .force_fit import ForceFit, fit_force
 from .measured_motion import MeasuredMotion
@@ -99,21 +98,30 @@ def _law(laws: Sequence[ContactLaw]) -> ContactLaw:
     return ContactLaw([law.contact[0] for law in laws], [law.grease[0] for law in laws])
 
 
-def compare_families(dataset: Dataset, update: RigUpdate, progress: bool = False) -> tuple[FamilyFit, ...]:
-    """Fit every family of contact and grease to the restoring forces on an updated rig; likeliest first."""
-    forces = [
-        force_on(update.rig, update, record)
-        for record in tqdm(dataset.to_identify(), desc="forces", disable=not progress)
-    ]
-    gaps = {p.name: p for p in priors(dataset.rig) if p.name.endswith((".gap", ".offset"))}
+def compare_families(
+    records: Sequence[PreparedRecord], update: RigUpdate, progress: bool = False
+) -> tuple[FamilyFit, ...]:
+    """Fit every family of contact and grease to the restoring forces on an updated rig; likeliest first.
+
+    Parameters
+    ----------
+    records : sequence of PreparedRecord
+        Those that the rig was updated to, with the probes that they have.
+    update : RigUpdate
+        The rig, and the priors of gaps and offsets.
+    progress : bool
+        Show progress bars.
+    """
+    forces = [force_on(update.rig, update, record) for record in tqdm(records, desc="forces", disable=not progress)]
+    gaps = [p for p in update.clearance_priors if p.name.endswith((".gap", ".offset"))]
     motions = [
-        MeasuredMotion(forces, update.rig, j, [p for name, p in gaps.items() if name.startswith(f"bushings[{j}]")])
+        MeasuredMotion(forces, update.rig, j, [p for p in gaps if p.name.startswith(f"bushings[{j}]")])
         for j in range(len(update.rig.bushings))
     ]
     return fit_families(motions, progress)
 
 
-def force_on(rig: Rig, update: RigUpdate, record: Record) -> RestoringForce:
+def force_on(rig: Rig, update: RigUpdate, record: PreparedRecord) -> RestoringForce:
     """Restoring forces of a record on a rig, with probes as an update found them; without probes, of quick motion."""
     return restoring_force(record, low=0.0 if update.probes else NO_PROBES_BAND, rig=rig, probes=update.values)
 

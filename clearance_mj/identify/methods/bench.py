@@ -17,10 +17,11 @@ from ...model import Model
 from ..forces.restoring import SETTLE, possible_forces
 from ..laws.comparison import FamilyFit, compare_families, force_on
 from ..laws.law_misfit import LawMisfit, law_misfit
+from ..records.prepared import prepare
 from ..registry import Identified, register
 from ..structure.faults.diagnosis import diagnose
 from ..structure.rig_update import RigUpdate
-from ..structure.updating import update_rig
+from ..structure.updating import update_from
 
 __all__ = ["BenchFit", "fit_bench"]
 
@@ -82,9 +83,10 @@ def fit_bench(dataset: Dataset, progress: bool = False) -> BenchFit:
     RecordError
         If there are no more sensors than clearances, or a channel cannot be used.
     """
-    update = update_rig(dataset)
+    records = prepare(dataset)
+    update = update_from(dataset.rig, records)
     diagnosis = diagnose(update)
-    families = compare_families(dataset, update, progress)
+    families = compare_families(records, update, progress)
     model = Model(families[0].rig(update.rig), families[0].law, partial(_drawn, update, families))
     misfit = law_misfit(update.records, model, progress)
     estimates = _together(update, families[0], misfit.widening)
@@ -93,7 +95,7 @@ def fit_bench(dataset: Dataset, progress: bool = False) -> BenchFit:
     return BenchFit(
         model=model, estimates=estimates, update=update, families=families, misfit=misfit,
         warnings=(*diagnosis.words, *update.warnings, *held, *misfit.warnings),
-        pages={"forces": partial(possible_forces, dataset.to_identify(), partial(force_on, model.rig, update)),
+        pages={"forces": partial(possible_forces, records, partial(force_on, model.rig, update)),
                "update": update, "families": families, "misfit": misfit},
     )  # fmt: skip
 

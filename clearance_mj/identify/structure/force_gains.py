@@ -11,8 +11,7 @@ from ...beam import ModalModel, ritz_model
 from ...rig import Rig
 from ...structure import Beam, Shaft
 from ...structure.base import ratios_of_modes
-from ..forces.gains import channel_gains, probe_rows
-from .priors import prepared_rig, rig_with
+from .priors import rig_with
 
 __all__ = ["Lines", "displacement_at_ends", "force_gains", "gains_at", "model_with"]
 
@@ -34,8 +33,8 @@ def gains_at(
     model: ModalModel, values: Mapping[str, float], probes: bool, lines: Lines, at: np.ndarray
 ) -> list[np.ndarray]:
     """Return the gains of forces that act at rows (n_forces, n_modes), and of the excitation, for each record."""
-    rows = probe_rows(model, values) if probes else np.zeros((0, model.size))
-    return [channel_gains(model, rows, kind, omega, at) for kind, omega in lines]
+    rows = model.at_probes(values) if probes else np.zeros((0, model.size))
+    return [model.channel_gains(rows, kind, omega, at) for kind, omega in lines]
 
 
 def displacement_at_ends(model: ModalModel) -> np.ndarray:
@@ -49,10 +48,10 @@ def model_with(rig: Rig, values: Mapping[str, float]) -> ModalModel:
     Values that are no part of the structure's matrices leave the modes as they are: these are kept for later calls.
     """
     whole, structural = rig_with(rig, values), {n: v for n, v in values.items() if _structural(n)}
-    linear, base = whole.linear, prepared_rig(rig)
+    linear = whole.linear
     ratios = linear.damping_ratios or () if isinstance(linear, Beam | Shaft) else ()
     if isinstance(linear, Beam | Shaft):
-        field = "beam" if base.beam else "structure"
+        field = "beam" if whole.beam else "structure"
         structural |= {f"{field}.damping_ratios[{i}]": 0.0 for i in range(len(ratios))}
     model = ritz_model(rig_with(rig, structural), MODES)
     damping = model.damping + 2 * model.omega * ratios_of_modes(ratios, model.size)

@@ -62,9 +62,13 @@ def priors(rig: Rig, damped: int = RATIOS, probes: bool = False) -> tuple[Parame
     """
     base = prepared_rig(rig)
     data = base.to_dict()
+    unsaid = list(_open_keys(data, damped))
     given = {key: tolerance for tolerance in rig.tolerances for key in _stands_for(data, tolerance)}
-    keys = [key for key in _open_keys(data, damped) if key not in given]
-    found = [*_clamp(rig), *(p for key in (*keys, *given) if (p := _parameter(base, data, key, given.get(key))))]
+    keys = [*(key for key in unsaid if key not in given), *given]
+    named = [(path_of(key), get_number(data, key)) for key in keys]
+    found = list(_clamp(rig))
+    for key, (path, value) in zip(keys, named):
+        found += [p] if (p := _parameter(base, data, key, path, value, given.get(key))) else []
     for j, bushing in enumerate(rig.bushings if probes else ()):
         found.append(_logarithm(f"probes[{j}].gain", "", 1.0, PROBE_GAIN))
         if parse_place(bushing.position) and bushing.to is None:
@@ -136,9 +140,10 @@ def _open_keys(data: dict[str, Any], damped: int) -> Iterator[Key]:
     yield from (("sensors", i, name) for i in range(len(data["sensors"])) for name in ("position", "gain"))
 
 
-def _parameter(rig: Rig, data: dict[str, Any], key: Key, tolerance: Tolerance | None) -> Parameter | None:
+def _parameter(
+    rig: Rig, data: dict[str, Any], key: Key, path: str, value: float | None, tolerance: Tolerance | None
+) -> Parameter | None:
     """A number with its prior; None if it is exact, or no number."""
-    path, value = path_of(key), get_number(data, key)
     value = LEFT_OUT.get(str(key[-1])) if value is None else value
     if value is None or (tolerance and tolerance.size == 0):
         return None

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from ...estimate.estimates import Estimates
+from ...estimate.parameter import Parameter
 from ...rig import Rig
 from ..records.prepared import PreparedRecord
 from .priors import rig_with
@@ -59,6 +60,8 @@ class RigUpdate:
     """names of the misfits' channels"""
     probes: bool
     """whether displacement probes took part"""
+    clearance_priors: tuple[Parameter, ...]
+    """what the rig file leaves open in its clearances, which the update leaves as it is"""
 
     @property
     def only_prior(self) -> tuple[str, ...]:

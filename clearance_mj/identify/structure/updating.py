@@ -126,7 +126,9 @@ class _RigFit:
         self.lines = [(s.kind, s.omega) for s in self.spectra]
         highest = max(s.frequency[-1] for s in self.spectra)
         damped = int(np.sum(ritz_model(rig, 2 * RATIOS).omega < 2 * np.pi * DAMPED_BAND * highest)) + 1
-        parameters = [p for p in priors(rig, damped, self.probes) if not _acts_in_clearance(p.name)]
+        known = priors(rig, damped, self.probes)
+        self.in_clearances = tuple(p for p in known if _acts_in_clearance(p.name))
+        parameters = [p for p in known if p not in self.in_clearances]
         free = sensors - len(rig.bushings)  # of each line: the excitation is a channel and an unknown
         radius = [np.full(s.frequency.size, OUTLYING * np.sqrt(free / s.correlated_lines)) for s in self.spectra]
         self.problem = Problem(
@@ -158,7 +160,7 @@ class _RigFit:
         )
         rig = rig_with(self.rig, self._named(solution.values)).replace(tolerances=self.rig.tolerances)
         channels = self.records[0].channels
-        return RigUpdate(rig, self.rig, self.records, estimates, misfit, channels, self.probes)
+        return RigUpdate(rig, self.rig, self.records, estimates, misfit, channels, self.probes, self.in_clearances)
 
     def _named(self, values: np.ndarray) -> dict[str, float]:
         return dict(zip((p.name for p in self.problem.parameters), values.tolist()))
