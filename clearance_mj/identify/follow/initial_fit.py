@@ -73,8 +73,8 @@ def covariance_of_rig(
     free : ndarray
         Indices (n_free,) of the tracked parameters.
     """
-    motion, point, now = problem.motion, found.point, problem.residuals([found.point])[:, 0]
-    jacobian = problem.jacobian(point, now)
+    motion, point = problem.motion, found.point
+    now, jacobian = problem.linearised(point)
     weighted = jacobian / np.sqrt(1 + now**2)[:, None]
     precision = weighted.T @ jacobian + np.eye(point.size) * found.correlation_length * found.misfit**2
     moved = []

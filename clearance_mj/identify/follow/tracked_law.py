@@ -43,7 +43,7 @@ class TrackedLaw:
         """(n,) what each is a part of, by the names of `TRACKED`"""
         # A relative change of 1, in prior standard deviations; of an offset it is a gap.
         linear = np.array([problem.parameters[i].transform == "linear" for i in self.free])
-        unit = np.where(linear, fit.nominal.gap, 1.0) / problem.width[self.free]
+        unit = np.where(linear, fit.nominal.gap, 1.0) / problem.unit[self.free]
         tracked = [TRACKED[name] for name in self.names]
         self.walk = unit * np.array([t.walk for t in tracked]) * math.sqrt(seconds)
         self.window_std = unit * np.array([t.window_std for t in tracked])
@@ -66,7 +66,7 @@ class TrackedLaw:
             return float(np.exp(self.log_quantities(x[None])[0, QUANTITIES.index(name)]))
         point = np.zeros_like(self.problem.origin)
         point[self.free] = x
-        return self.problem.values(point)[self.free[self.names.index(name)]]
+        return float(self.problem.values(point)[self.free[self.names.index(name)]])
 
 
 def log_quantities(bushing: Bushing, law: ContactLaw, depth: float) -> np.ndarray:

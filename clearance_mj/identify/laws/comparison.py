@@ -14,6 +14,7 @@ from tqdm import tqdm
 from ...clearance import ContactLaw
 from ...clearance.family import CONTACT_FAMILIES, FILLING_FAMILIES, ContactFamily, Family, FillingFamily
 from ...core.errors import LawError
+from ...estimate import rival_weights
 from ...rig import Rig
 from ..forces.restoring import NO_PROBES_BAND, RestoringForce, restoring_force
 from ..records.prepared import PreparedRecord
@@ -211,8 +212,7 @@ def _weighted(motions: Sequence[MeasuredMotion], found: Sequence[Sequence[ForceF
     lengths = [min(fits, key=lambda f: f.misfit).correlation_length for fits in zip(*found)]
     lengths = [max(SHORTEST_CORRELATION * motion.rate, length) for motion, length in zip(motions, lengths)]
     evidence = np.array([sum(f.log_evidence(length) for f, length in zip(fits, lengths)) for fits in found])
-    weight = np.exp(evidence - evidence.max())
-    weight /= weight.sum()
+    weight = rival_weights(evidence)
     return tuple(
         FamilyFit(
             found[i][0].contact.name, found[i][0].filling.name, tuple(found[i]), float(evidence[i]), float(weight[i])
