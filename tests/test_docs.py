@@ -64,6 +64,22 @@ def test_physical(clone):
 
 
 @pytest.mark.slow
+def test_readme(clone):
+    """Its three scripts: what the bench's prints is better than its table's worst record, the others run."""
+    bench, model, designer = (text for language, text in blocks("../README.md") if language == "python")
+    printed = [_printed(clone, text) for text in (bench, model, designer)]
+    assert float(printed[0]) < 0.13
+    assert printed[1] == ""
+    first = [float(value) for value in re.findall(r"rattles from ([\d.]+) m/s² on", printed[2])]
+    assert len(first) == 2 and first[1] < first[0]
+
+
+def _printed(folder, script) -> str:
+    (folder / "script.py").write_text(script, encoding="utf-8")
+    return output(folder, "script.py")
+
+
+@pytest.mark.slow
 def test_identify_model(tmp_path):
     """Gap and stiffness that the record was made with: 0.02 rad, 400 N m/rad."""
     out = run_python("identify_model.md", tmp_path)
