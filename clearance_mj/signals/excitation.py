@@ -7,17 +7,25 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
-from numbers import Integral
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ..core.errors import ExcitationError
-from ..core.memory import require_memory
 from ..core.overview import Overview, Shown
 from . import labelled
 from .arrays import ArrayData, read_only
+from .excitation_checks import (
+    Band,
+    generator_of,
+    lines_within_band,
+    require,
+    require_band,
+    require_level,
+    require_period,
+    sample_count,
+)
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -34,11 +42,8 @@ __all__ = [
     "sweep",
 ]
 
-Band = tuple[float, float]
 BAND: Band = (5.0, 220.0)
 TAPER = 0.1  # share of a burst in its two cosine flanks
-MAX_SAMPLES = 2**31
-BYTES_PER_SAMPLE = 48  # memory that making an excitation takes for each sample
 HALF = 8.0  # s of the noise of random_blocks that are made at once
 
 
@@ -149,7 +154,7 @@ def random(
     ExcitationError
         If a parameter is impossible; the message names it.
     """
-    _require_level(rms=rms)
+    require_level(rms=rms)
     value = rms * _noise(duration, fs, band, seed)
     return _described("random", value, fs, kind, band, duration=duration, rms=rms, seed=seed)
 
@@ -169,8 +174,8 @@ def random_blocks(
     rms : float
         Expected root mean square, m/s² or N.
     """
-    _require_level(rms=rms)
-    size, half = _size(duration, fs), _size(HALF, fs)
+    require_level(rms=rms)
+    size, half = sample_count(duration, fs), sample_count(HALF, fs)
     window = np.sin(np.pi / 2 * np.sin(np.pi / 2 * (np.arange(half) + 0.5) / half) ** 2)
 
     def segment(number: int) -> np.ndarray:
@@ -206,10 +211,10 @@ def burst_random(
     period : float
         Time from the start of a burst to that of the next, s; at most the duration.
     """
-    _require_level(rms=rms)
-    _require(0 < burst <= 1, "burst", burst, "must be > 0 and <= 1")
+    require_level(rms=rms)
+    require(0 < burst <= 1, "burst", burst, "must be > 0 and <= 1")
     value = _noise(duration, fs, band, seed)
-    _require_period(period, duration, fs)
+    require_period(period, duration, fs)
     phase = np.arange(value.size) / fs % period / (burst * period)
     on = phase < 1
     flank = np.minimum(phase[on], 1 - phase[on]) / (TAPER / 2)
@@ -233,8 +238,8 @@ def level_ramp(
     start_rms, end_rms : float
         Root mean square at the start and at the end, m/s² or N.
     """
-    _require(0 < start_rms < np.inf, "start_rms", start_rms, "must be > 0")
-    _require(0 < end_rms < np.inf, "end_rms", end_rms, "must be > 0")
+    require(0 < start_rms < np.inf, "start_rms", start_rms, "must be > 0")
+    require(0 < end_rms < np.inf, "end_rms", end_rms, "must be > 0")
     noise = _noise(duration, fs, band, seed)
     value = noise * np.geomspace(start_rms, end_rms, noise.size)
     parameters = {"duration": duration, "start_rms": start_rms, "end_rms": end_rms, "seed": seed}
@@ -260,15 +265,15 @@ def multisine(
     period : float
         Period, s; a whole number of samples, at most the duration.
     """
-    size = _size(duration, fs)
-    _require_level(rms=rms)
-    _require_period(period, duration, fs)
+    size = sample_count(duration, fs)
+    require_level(rms=rms)
+    require_period(period, duration, fs)
     samples = round(period * fs)
-    _require(abs(period * fs - samples) < 1e-6, "period", period, f"must be a whole number of samples of {1 / fs:g} s")
-    lines = _lines(samples, fs, band)
+    require(abs(period * fs - samples) < 1e-6, "period", period, f"must be a whole number of samples of {1 / fs:g} s")
+    lines = lines_within_band(samples, fs, band)
     lines = lines[2 * lines < samples]
-    _require(lines.size > 0, "period", period, f"puts no line of {1 / period:g} Hz into the band {tuple(band)}")
-    phase = _generator(seed).uniform(0, 2 * np.pi, lines.size)
+    require(lines.size > 0, "period", period, f"puts no line of {1 / period:g} Hz into the band {tuple(band)}")
+    phase = generator_of(seed).uniform(0, 2 * np.pi, lines.size)
     spectrum = np.zeros(samples // 2 + 1, dtype=complex)
     spectrum[lines] = samples / np.sqrt(2 * lines.size) * np.exp(1j * phase)
     value = rms * np.resize(np.fft.irfft(spectrum, samples), size)
@@ -292,15 +297,15 @@ def sweep(
     method : {"logarithmic", "linear"}
         Whether every second passes through as many octaves or as many Hz.
     """
-    time = np.arange(_size(duration, fs)) / fs
+    time = np.arange(sample_count(duration, fs)) / fs
     first, last = band
-    low, _ = _require_band((min(band), max(band)), fs)
-    _require_level(amplitude=amplitude)
-    _require(method in ("logarithmic", "linear"), "method", method, 'must be "logarithmic" or "linear"')
+    low, _ = require_band((min(band), max(band)), fs)
+    require_level(amplitude=amplitude)
+    require(method in ("logarithmic", "linear"), "method", method, 'must be "logarithmic" or "linear"')
     if method == "linear":
         turns = (first + (last - first) * time / (2 * duration)) * time
     else:
-        _require(low > 0, "band", band, "must stay above 0 Hz for a logarithmic sweep")
+        require(low > 0, "band", band, "must stay above 0 Hz for a logarithmic sweep")
         rate = np.log(last / first) / duration
         turns = first * np.expm1(rate * time) / rate
     value = amplitude * np.sin(2 * np.pi * turns)
@@ -325,14 +330,14 @@ def stepped_sine(
     amplitude : float or sequence of float
         Amplitude of every step, or one for each step, m/s² or N.
     """
-    size = _size(duration, fs)
+    size = sample_count(duration, fs)
     steps = [np.atleast_1d(np.asarray(values, dtype=float)) for values in (frequency, amplitude)]
     count = max(values.size for values in steps)
-    _require(steps[0].size in (1, count), "frequency", frequency, f"must be one, or one for each of {count} steps")
-    _require(steps[1].size in (1, count), "amplitude", amplitude, f"must be one, or one for each of {count} steps")
-    _require(np.all((steps[0] > 0) & (steps[0] < fs / 2)), "frequency", frequency, f"must be in 0 to {fs / 2:g} Hz")
-    _require(np.all(steps[1] >= 0) and np.isfinite(steps[1]).all(), "amplitude", amplitude, "must be >= 0")
-    _require(size % count == 0, "duration", duration, f"must give each of {count} steps a whole number of samples")
+    require(steps[0].size in (1, count), "frequency", frequency, f"must be one, or one for each of {count} steps")
+    require(steps[1].size in (1, count), "amplitude", amplitude, f"must be one, or one for each of {count} steps")
+    require(np.all((steps[0] > 0) & (steps[0] < fs / 2)), "frequency", frequency, f"must be in 0 to {fs / 2:g} Hz")
+    require(np.all(steps[1] >= 0) and np.isfinite(steps[1]).all(), "amplitude", amplitude, "must be >= 0")
+    require(size % count == 0, "duration", duration, f"must give each of {count} steps a whole number of samples")
     each = [np.repeat(np.broadcast_to(values, count), size // count) for values in steps]
     turns = np.concatenate(([0.0], np.cumsum(each[0])[:-1])) / fs
     parameters = {"duration": duration, "frequency": steps[0].tolist(), "amplitude": steps[1].tolist()}
@@ -355,14 +360,14 @@ def hammer(
     times : sequence of float
         Starts of the pulses, s, rising; no pulse may reach the next one or the end.
     """
-    time = np.arange(_size(duration, fs)) / fs
-    _require(2 / fs <= width < np.inf, "width", width, f"must be at least two samples, {2 / fs:g} s")
+    time = np.arange(sample_count(duration, fs)) / fs
+    require(2 / fs <= width < np.inf, "width", width, f"must be at least two samples, {2 / fs:g} s")
     times, peaks = np.atleast_1d(np.asarray(times, dtype=float)), np.asarray(peak, dtype=float)
     apart = times.ndim == 1 and times.size and times[0] >= 0
     apart = apart and np.all(np.diff(np.append(times, duration)) >= width * (1 - 1e-9))
-    _require(apart, "times", times.tolist(), f"must rise within 0 to {duration:g} s, a width {width:g} s apart")
+    require(apart, "times", times.tolist(), f"must rise within 0 to {duration:g} s, a width {width:g} s apart")
     fits = peaks.shape in ((), times.shape) and np.all(np.isfinite(peaks))
-    _require(fits, "peak", peaks.tolist(), f"must be one finite number, or one for each of {times.size} times")
+    require(fits, "peak", peaks.tolist(), f"must be one finite number, or one for each of {times.size} times")
     last = np.searchsorted(times, time, side="right") - 1  # pulse that started last; -1 before the first
     phase = (time - times[last]) / width
     height = np.where((last >= 0) & (phase < 1), np.broadcast_to(peaks, times.shape)[last], 0.0)
@@ -373,58 +378,13 @@ def hammer(
 
 def _noise(duration: float, fs: float, band: Band, seed: int | list[int]) -> np.ndarray:
     """Gaussian noise of root mean square 1 that has lines within the band only."""
-    size = _size(duration, fs)
-    lines = _lines(size, fs, band)
-    _require(lines.size > 0, "duration", duration, f"puts no line of {fs / size:g} Hz into the band {tuple(band)}")
+    size = sample_count(duration, fs)
+    lines = lines_within_band(size, fs, band)
+    require(lines.size > 0, "duration", duration, f"puts no line of {fs / size:g} Hz into the band {tuple(band)}")
     spectrum = np.zeros(size // 2 + 1, dtype=complex)
-    spectrum[lines] = _generator(seed).standard_normal((2, lines.size)).T @ (1, 1j)
+    spectrum[lines] = generator_of(seed).standard_normal((2, lines.size)).T @ (1, 1j)
     value = np.fft.irfft(spectrum, size)
     return value / np.sqrt(np.mean(value**2))
-
-
-def _lines(samples: int, fs: float, band: Band) -> np.ndarray:
-    """Whole numbers of cycles in so many samples that lie within the band; never 0."""
-    low, high = _require_band(band, fs)
-    slack = 1e-9 * samples
-    first, last = np.ceil(low * samples / fs - slack), np.floor(high * samples / fs + slack)
-    return np.arange(max(1, int(first)), int(last) + 1)
-
-
-def _size(duration: float, fs: float) -> int:
-    """Return the number of samples, or refuse the duration or the rate."""
-    _require(0 < fs < np.inf, "fs", fs, "must be > 0 Hz")
-    _require(0 < duration < np.inf and duration * fs >= 1.5, "duration", duration, "must be two samples or more")
-    _require(duration * fs < MAX_SAMPLES, "duration", duration, f"must be less than {MAX_SAMPLES} samples of 1/fs")
-    require_memory(BYTES_PER_SAMPLE * duration * fs, f"{duration:g} s at {fs:g} Hz", "take less, or blocks of it")
-    return round(duration * fs)
-
-
-def _generator(seed: int | list[int]) -> np.random.Generator:
-    """The random numbers of a seed, or refuse it."""
-    whole = all(isinstance(part, Integral) and part >= 0 for part in (seed if isinstance(seed, list) else [seed]))
-    _require(whole, "seed", seed, "must be a whole number >= 0")
-    return np.random.default_rng(seed)
-
-
-def _require_level(**levels: float) -> None:
-    for name, level in levels.items():
-        _require(0 <= level < np.inf, name, level, "must be >= 0")
-
-
-def _require_period(period: float, duration: float, fs: float) -> None:
-    _require(1 / fs < period <= duration, "period", period, "must be more than a sample and at most the duration")
-
-
-def _require_band(band: Band, fs: float) -> Band:
-    low, high = band
-    _require(0 <= low < high, "band", band, "must be two rising frequencies in Hz")
-    _require(high <= fs / 2, "band", band, f"must end at or below fs / 2 = {fs / 2:g} Hz")
-    return low, high
-
-
-def _require(condition: object, name: str, value: object, rule: str) -> None:
-    if not condition:
-        raise ExcitationError(f"{name} {value!r}: {rule}")
 
 
 def _described(
